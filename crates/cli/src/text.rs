@@ -1,5 +1,7 @@
 //! Numbers and paragraphs for people.
 
+use pliant::quantity::Rounded;
+
 /// `1234567` as `1,234,567`.
 pub(crate) fn count(n: u64) -> String {
     let digits = n.to_string();
@@ -20,16 +22,7 @@ pub(crate) fn counted(n: u64, one: &str, many: &str) -> String {
 
 /// Four significant digits, without trailing zeros; powers of ten where they are shorter.
 pub(crate) fn number(x: f64) -> String {
-    if x == 0.0 {
-        return "0".into();
-    }
-    if !x.is_finite() {
-        return x.to_string();
-    }
-    // Rounded first, so that 9999.96 is 10000 and not 9999.96 cut short.
-    let rounded: f64 = format!("{x:.3e}").parse().unwrap_or(x);
-    let size = rounded.abs();
-    if (1e-3..1e6).contains(&size) { format!("{rounded}") } else { format!("{rounded:e}") }
+    Rounded::<4>(x).to_string()
 }
 
 /// `3.2 MB`.

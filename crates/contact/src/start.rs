@@ -7,6 +7,7 @@ use crate::contacts::{plane_distance, rows};
 use crate::model::ContactModel;
 use crate::pair::{EdgeEdge, PointEdge, PointPoint, PointTriangle};
 use crate::vector::{cross, difference, dot};
+use pliant::quantity::Rounded;
 
 /// Two primitives that are where they cannot both be.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,7 +27,7 @@ impl BadStart {
         let place = self.place[..D].iter().map(|x| format!("{x:.6}")).collect::<Vec<_>>().join(", ");
         match self.gap {
             None => format!("{a} crosses {b} at ({place}) m"),
-            Some(gap) => format!("{a} and {b} overlap by {:.3e} m at ({place}) m", -gap),
+            Some(gap) => format!("{a} and {b} overlap by {} m at ({place}) m", Rounded::<4>(-gap)),
         }
     }
 }

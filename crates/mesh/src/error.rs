@@ -1,5 +1,6 @@
 //! Mistakes in meshes. Every message says where, what was found, and what would be right.
 
+use pliant::quantity::Rounded;
 use std::path::PathBuf;
 
 use super::{Cell, FileTag, FormatError, SurfaceError};
@@ -263,8 +264,11 @@ pub enum MeshError {
         count: usize,
     },
     /// An element without area or volume: `|det Dm| <= 1e-12 h^d`.
-    #[error("{cell} is degenerate: its {} is {volume:e} {} at a longest edge of {size:e} m; move its vertices apart \
-             or remove it", cell.measure().0, cell.measure().1)]
+    #[error(
+        "{cell} is degenerate: its {} is {volume} {} at a longest edge of {size} m; move its vertices apart or remove \
+         it",
+        cell.measure().0, cell.measure().1, volume = Rounded::<4>(*.volume), size = Rounded::<4>(*.size)
+    )]
     Degenerate {
         /// The element.
         cell: Cell,
@@ -274,8 +278,10 @@ pub enum MeshError {
         size: f64,
     },
     /// An element with its vertices in the wrong order.
-    #[error("{cell} is inverted: its {} is {volume:e} {} at a longest edge of {size:e} m; swap two of its vertices",
-            cell.measure().0, cell.measure().1)]
+    #[error(
+        "{cell} is inverted: its {} is {volume} {} at a longest edge of {size} m; swap two of its vertices",
+        cell.measure().0, cell.measure().1, volume = Rounded::<4>(*.volume), size = Rounded::<4>(*.size)
+    )]
     Inverted {
         /// The element.
         cell: Cell,

@@ -14,6 +14,7 @@ mod rows;
 pub mod spring;
 mod views;
 
+use crate::quantity::Rounded;
 use std::ops::Range;
 
 use crate::material::Psd;
@@ -127,12 +128,18 @@ pub enum Fault {
 impl std::fmt::Display for Fault {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Fault::Element { body, element, j } => write!(f, "element {element} of `{body}` has J = {j:.6e}"),
+            Fault::Element { body, element, j } => {
+                write!(f, "element {element} of `{body}` has J = {j}", j = Rounded::<7>(*j))
+            }
             Fault::Node { body, vertex, j } => {
-                write!(f, "the mean of the elements of `{body}` at vertex {vertex} has J = {j:.6e}")
+                write!(
+                    f,
+                    "the mean of the elements of `{body}` at vertex {vertex} has J = {j}",
+                    j = Rounded::<7>(*j)
+                )
             }
             Fault::Spring { body, spring, length } => {
-                write!(f, "spring {spring} of `{body}` has length {length:.6e} m")
+                write!(f, "spring {spring} of `{body}` has length {length} m", length = Rounded::<7>(*length))
             }
             Fault::Stencil { what, body, index } => {
                 write!(f, "{what} {index} of `{body}` has no finite force")
@@ -140,7 +147,7 @@ impl std::fmt::Display for Fault {
             Fault::Gravity { time } => write!(f, "gravity is not finite at t = {time:.6} s"),
             Fault::Load { load, time } => write!(f, "{load} is not finite at t = {time:.6} s"),
             Fault::Motion { hold } => write!(f, "the motion of pin `{hold}` has no finite value"),
-            Fault::Overlap { pair, gap } => write!(f, "{pair} are {gap:.3e} m apart"),
+            Fault::Overlap { pair, gap } => write!(f, "{pair} are {gap} m apart", gap = Rounded::<4>(*gap)),
             Fault::Obstructed { pair } => write!(f, "{pair} are in each other's way"),
             Fault::Crossing { pair } => write!(f, "{pair} pass through each other on the way"),
             Fault::Way { term } => write!(f, "the way of the step leads through what {term} keeps apart"),

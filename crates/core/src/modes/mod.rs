@@ -25,6 +25,7 @@ pub use oscillator::Oscillator;
 pub use sound::{Partial, Silent, Sound, SoundError, Strike};
 pub use superposition::{Residual, Superposition};
 
+use crate::quantity::Rounded;
 use crate::simulation::Simulation;
 use eigen::Eigen;
 
@@ -99,8 +100,9 @@ pub enum ModesError {
     },
     /// Modes that damping couples have no solutions of their own.
     #[error(
-        "damping couples the modes ({coupling:.1e} of what it does to each alone): superposition needs damping that is proportional to \
-         mass and stiffness in all bodies alike"
+        "damping couples the modes ({coupling} of what it does to each alone): superposition needs damping that is \
+         proportional to mass and stiffness in all bodies alike",
+        coupling = Rounded::<2>(*.coupling)
     )]
     Coupled {
         /// Largest `|C_ij| / sqrt(C_ii C_jj)`.
@@ -142,6 +144,25 @@ pub enum ModesError {
 impl Simulation {
     /// The `count` lowest modes about the present state, with the mass matrix that [`Modes::mass_matrix`]
     /// names.
+    ///
+    /// ```
+    /// use std::f64::consts::TAU;
+    ///
+    /// use pliant::integrator::IntegratorSpec;
+    /// use pliant::{energy::spring::Springs, simulation::Simulation, state::State, system::System};
+    ///
+    /// // 1 kg on a spring of 100 N/m, hung up at the origin: 10 rad/s.
+    /// let mut system = System::new(2, vec![1.0; 2]);
+    /// system.add_term(Box::new(Springs::<2>::new("spring", &[[0, 1]], &[100.0], &[1.0], 2)));
+    /// system.pin(&[0]);
+    /// let still = State::new(vec![0.0, 0.0, 0.0, -1.0], vec![0.0; 4]);
+    ///
+    /// let mut simulation = Simulation::new(system, still, IntegratorSpec::VelocityVerlet.method(), 1e-3);
+    /// let modes = simulation.modes(2)?;
+    /// // Sideways nothing brings it back.
+    /// assert!(modes.modes[0].omega < 1e-3 && (modes.modes[1].frequency - 10.0 / TAU).abs() < 1e-6);
+    /// # Ok::<(), pliant::modes::ModesError>(())
+    /// ```
     ///
     /// # Errors
     /// [`ModesError`].

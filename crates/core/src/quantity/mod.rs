@@ -11,6 +11,7 @@ mod dimension;
 mod error;
 mod kind;
 mod parse;
+mod rounded;
 #[cfg(test)]
 mod tests;
 mod unit;
@@ -20,4 +21,5 @@ pub use error::QuantityError;
 pub use kind::Kind;
 pub(crate) use parse::number_length;
 pub use parse::{Quantity, is_quantity};
+pub use rounded::Rounded;
 pub use unit::{prefixes, unit_symbols};

@@ -1,6 +1,7 @@
 //! Why a step could not be taken.
 
 use crate::energy::Fault;
+use crate::quantity::Rounded;
 use crate::solver::{ForceLeft, SolveError, SolveFailure, StepFault};
 
 /// A step could not be taken; the state is still the last good one.
@@ -32,10 +33,12 @@ pub enum StepError {
     },
     /// The equations of an implicit step were not solved.
     #[error(
-        "step {step} ({}) was not solved{}: {verdict}; {iterations} iterations, last correction {correction:.3e} m{}{}; {}",
+        "step {step} ({}) was not solved{}: {verdict}; {iterations} iterations, last correction {correction} m{}{}; \
+         {}",
         moment(*.time, .statics.as_deref()), nor_in_parts(.retried.as_deref()),
         left_over(.statics.as_ref().and_then(|statics| statics.left)), place(.fault),
-        remedy(*.verdict, .statics.as_deref(), *.step_size, .retried.as_deref())
+        remedy(*.verdict, .statics.as_deref(), *.step_size, .retried.as_deref()),
+        correction = Rounded::<4>(*.correction)
     )]
     Unsolved {
         /// The step that was tried, from 1.
@@ -59,10 +62,12 @@ pub enum StepError {
     },
     /// No step that is large enough to be taken has an error that is allowed.
     #[error(
-        "{what} {step} (t = {time:.6} s) cannot be taken: one of {step_size:.3e} s is still too large{}, and the smallest allowed is \
-         {smallest:.3e} s{}{}{}",
-        still(*.error), why(.cause.as_deref()), left_over(.cause.as_ref().and_then(|cause| cause.solve?.left)), beyond_limit(*.is_static),
-        what = if *.is_static { "increment" } else { "step" }
+        "{what} {step} (t = {time:.6} s) cannot be taken: one of {step_size} s is still too large{}, and the smallest \
+         allowed is {smallest} s{}{}{}",
+        still(*.error), why(.cause.as_deref()), left_over(.cause.as_ref().and_then(|cause| cause.solve?.left)),
+        beyond_limit(*.is_static),
+        what = if *.is_static { "increment" } else { "step" },
+        step_size = Rounded::<4>(*.step_size), smallest = Rounded::<4>(*.smallest)
     )]
     StepTooSmall {
         /// The step that was tried, from 1.
@@ -82,8 +87,9 @@ pub enum StepError {
     },
     /// The total energy has grown beyond any physical cause.
     #[error(
-        "unstable: after step {step} (t = {time:.6} s) the total energy is {energy:.3e} J, {start:.3e} J at the start{}",
-        advice(&None, *.step_size, *.stable_step, "")
+        "unstable: after step {step} (t = {time:.6} s) the total energy is {energy} J, {start} J at the start{}",
+        advice(&None, *.step_size, *.stable_step, ""),
+        energy = Rounded::<4>(*.energy), start = Rounded::<4>(*.start)
     )]
     Unstable {
         /// Steps taken.
@@ -145,7 +151,10 @@ pub struct Retried {
 fn nor_in_parts(retried: Option<&Retried>) -> String {
     let said = |Retried { halvings, step_size, time }: &Retried| {
         let sizes = 2_u64.pow(*halvings);
-        format!(", nor in parts down to 1/{sizes} of it, {step_size:.4e} s, the last at t = {time:.6} s")
+        format!(
+            ", nor in parts down to 1/{sizes} of it, {step_size} s, the last at t = {time:.6} s",
+            step_size = Rounded::<5>(*step_size)
+        )
     };
     retried.map_or(String::new(), said)
 }
@@ -194,7 +203,7 @@ fn remedy(
         return "statics has no inertia: hold every body by pins or attachments, or look what gives way there".into();
     }
     let half = 0.5 * smallest(step_size, retried);
-    let smaller = format!("a smaller step, {half:.4e} s{}", parts(true, retried));
+    let smaller = format!("a smaller step, {half} s{}", parts(true, retried), half = Rounded::<5>(half));
     match verdict {
         SolveFailure::IterationCap => format!("allow more `iterations`, or try {smaller}"),
         SolveFailure::LinearSolver => format!("take `linear = \"cholesky\"`, or try {smaller}"),
@@ -204,8 +213,9 @@ fn remedy(
 
 /// The largest force that a solve of statics has left.
 fn left_over(left: Option<ForceLeft>) -> String {
-    let said =
-        |ForceLeft { force, vertex }| format!(", the largest force left {force:.3e} N at vertex {vertex}");
+    let said = |ForceLeft { force, vertex }| {
+        format!(", the largest force left {force} N at vertex {vertex}", force = Rounded::<4>(force))
+    };
     left.map_or(String::new(), said)
 }
 
@@ -220,7 +230,9 @@ fn beyond_limit(is_static: bool) -> &'static str {
 }
 
 fn still(error: Option<f64>) -> String {
-    error.map_or(String::new(), |error| format!(", its error {error:.2e} times what is allowed"))
+    error.map_or(String::new(), |error| {
+        format!(", its error {error} times what is allowed", error = Rounded::<3>(error))
+    })
 }
 
 fn why(failure: Option<&StepFault>) -> String {
@@ -252,18 +264,25 @@ fn advice(fault: &Option<Fault>, step: f64, stable: Option<f64>, parts: &str) ->
     let half = 0.5 * step;
     let mut advice = match stable {
         Some(stable) if step > stable => {
-            format!("; a step of {step:.4e} s is above the stability limit: use at most {stable:.4e} s")
+            format!(
+                "; a step of {step} s is above the stability limit: use at most {stable} s",
+                step = Rounded::<5>(step),
+                stable = Rounded::<5>(stable)
+            )
         }
         Some(stable) if stable.is_finite() => format!(
-            "; the step is below the limit of small motion about the start, {stable:.4e} s: large deformation, contact, loads or masses \
-             that come near can allow less on the way: try a smaller step, {half:.4e} s"
+            "; the step is below the limit of small motion about the start, {stable} s: large deformation, contact, loads or masses \
+             that come near can allow less on the way: try a smaller step, {half} s",
+            stable = Rounded::<5>(stable),
+            half = Rounded::<5>(half)
         ),
-        _ => format!("; try a smaller step, {half:.4e} s{parts}"),
+        _ => format!("; try a smaller step, {half} s{parts}", half = Rounded::<5>(half)),
     };
     if matches!(fault, Some(Fault::Crossing { .. })) {
         return format!(
-            "; contact in explicit steps stops only so much: try a smaller step, {half:.4e} s, a larger [contact] `distance` or \
-             `stiffness`, an implicit scheme, in whose steps nothing passes through, or say [contact] `allow_penetration = true`"
+            "; contact in explicit steps stops only so much: try a smaller step, {half} s, a larger [contact] `distance` or \
+             `stiffness`, an implicit scheme, in whose steps nothing passes through, or say [contact] `allow_penetration = true`",
+            half = Rounded::<5>(half)
         );
     }
     if matches!(fault, Some(Fault::Pair { .. })) {

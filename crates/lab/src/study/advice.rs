@@ -2,6 +2,7 @@
 
 use super::row::Row;
 use super::sweep::ADAPTIVE;
+use pliant::quantity::Rounded;
 
 /// Rows that no other row beats in both error and time, the fastest first.
 pub fn front<'a>(rows: impl IntoIterator<Item = &'a Row>) -> Vec<&'a Row> {
@@ -104,6 +105,5 @@ pub(super) fn seconds(t: f64) -> String {
 
 /// Three significant digits.
 pub(super) fn number(value: f64) -> String {
-    let rounded: f64 = format!("{value:.2e}").parse().unwrap_or(value);
-    if rounded != 0.0 && rounded.abs() < 1e-3 { format!("{rounded:e}") } else { format!("{rounded}") }
+    Rounded::<3>(value).to_string()
 }

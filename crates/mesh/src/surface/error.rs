@@ -1,5 +1,6 @@
 //! Surfaces that cannot be made solid.
 
+use pliant::quantity::Rounded;
 /// Why a surface cannot be made a solid. Triangles and vertices count from 0.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -63,8 +64,9 @@ pub enum SurfaceError {
     },
     /// A surface that encloses a negative volume.
     #[error(
-        "the surface is inside out: its volume is {volume:e} m^3, and its triangles must be \
-         counter-clockwise seen from outside; `orient = true` beside `path` turns them"
+        "the surface is inside out: its volume is {volume} m^3, and its triangles must be \
+         counter-clockwise seen from outside; `orient = true` beside `path` turns them",
+        volume = Rounded::<4>(*.volume)
     )]
     InsideOut {
         /// Signed volume [m^3].
@@ -99,8 +101,9 @@ pub enum SurfaceError {
     },
     /// A part that is thinner than the cells.
     #[error(
-        "the surface is thinner than the cells where triangle {triangle} is, at {}: cells of {spacing:.3e} \
-         m leave {}; {}", at(place), away(*distance), finer(*thickness, *cells)
+        "the surface is thinner than the cells where triangle {triangle} is, at {}: cells of {spacing} \
+         m leave {}; {}", at(place), away(*distance), finer(*thickness, *cells),
+        spacing = Rounded::<4>(*.spacing)
     )]
     Thin {
         /// The triangle.
@@ -118,10 +121,11 @@ pub enum SurfaceError {
     },
     /// A solid in another number of pieces than the surface.
     #[error(
-        "with cells of {spacing:.3e} m the solid is in {found} pieces, held together by no face, where the \
+        "with cells of {spacing} m the solid is in {found} pieces, held together by no face, where the \
          surface encloses {expected}: it is thinner than the cells near {}, or parts are nearer to each \
          other than these; try `cells = {cells}`",
-        at(place)
+        at(place),
+        spacing = Rounded::<4>(*.spacing)
     )]
     Pieces {
         /// Pieces that the surface encloses.
@@ -145,7 +149,10 @@ pub enum SurfaceError {
         both: bool,
     },
     /// Cells larger than what they should fill.
-    #[error("`spacing` is {spacing:e} m, and the longest side of the surface {side:e} m; give a smaller one")]
+    #[error(
+        "`spacing` is {spacing} m, and the longest side of the surface {side} m; give a smaller one",
+        spacing = Rounded::<4>(*.spacing), side = Rounded::<4>(*.side)
+    )]
     LargeSpacing {
         /// Edge length of a cell [m].
         spacing: f64,
@@ -180,13 +187,15 @@ fn more(count: usize) -> String {
 
 fn away(distance: f64) -> String {
     if distance.is_finite() {
-        format!("the solid {distance:.3e} m away from it")
+        format!("the solid {distance} m away from it", distance = Rounded::<4>(distance))
     } else {
         "no solid".to_owned()
     }
 }
 
 fn finer(thickness: Option<f64>, cells: usize) -> String {
-    let thick = thickness.map_or(String::new(), |thickness| format!("it is {thickness:.3e} m thick there, "));
+    let thick = thickness.map_or(String::new(), |thickness| {
+        format!("it is {thickness} m thick there, ", thickness = Rounded::<4>(thickness))
+    });
     format!("{thick}`cells = {cells}` or more would do")
 }

@@ -288,7 +288,7 @@ fn a_probe_outside_of_all_bodies_is_refused_where_it_stands() {
                 "24:6",
                 "[4.25, 0.75] [m] is in no triangle of any body at rest",
                 "`body = \"second\"`, `vertex = 5`",
-                "3.536e-1 m away",
+                "0.3536 m away",
             ][..],
         ),
         ("at = [3.3, 0.2]", "at = [3.3, 0.2]\nbody = 'first'", &["is in no triangle of `first`"]),

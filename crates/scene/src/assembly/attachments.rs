@@ -9,6 +9,7 @@ use crate::Scene;
 use crate::Selection;
 use pliant::energy::attachment::{Attachment, AttachmentDashpots, Tie};
 use pliant::numbering::Numbering;
+use pliant::quantity::Rounded;
 use pliant::system::System;
 use pliant_mesh::{Mesh, select};
 
@@ -218,11 +219,12 @@ fn ends(
                 let nearest = search.nearest(&at, f64::INFINITY);
                 let distance = nearest.map_or(f64::INFINITY, |(distance, _)| distance);
                 let message = format!(
-                    "vertex {v} of `{}`, at {:?} at rest, is {distance:.6e} m away from the nearest {what} of `{}`, more \
+                    "vertex {v} of `{}`, at {:?} at rest, is {distance} m away from the nearest {what} of `{}`, more \
                      than {within:?} m",
                     body.name,
                     body.mesh.point(v as usize),
-                    other.name
+                    other.name,
+                    distance = Rounded::<7>(distance)
                 );
                 return Err((key, message));
             }

@@ -1,5 +1,6 @@
 //! From `[contact]` and obstacles to the terms of contact.
 
+use pliant::quantity::Rounded;
 use std::sync::Arc;
 
 use super::body::BodyAssembly;
@@ -607,7 +608,7 @@ impl ContactSummary {
             .iter()
             .map(|(a, b, stiffness, friction)| {
                 let rub = if *friction > 0.0 { format!(", mu {friction}") } else { String::new() };
-                format!("{a}-{b} {stiffness:.3e} Pa{rub}")
+                format!("{a}-{b} {stiffness} Pa{rub}", stiffness = Rounded::<4>(*stiffness))
             })
             .collect();
         let shrunk: Vec<String> = self
@@ -615,18 +616,20 @@ impl ContactSummary {
             .iter()
             .map(|(name, gap, least)| {
                 format!(
-                    "; `{name}` touches itself from {gap:.3e} m on, half of its least distance at rest \
-                     {least:.3e} m"
+                    "; `{name}` touches itself from {gap} m on, half of its least distance at rest \
+                     {least} m",
+                    gap = Rounded::<4>(*gap),
+                    least = Rounded::<4>(*least)
                 )
             })
             .collect();
-        let creep = self
-            .threshold_speed
-            .map_or(String::new(), |e| format!("; what sticks creeps at less than {e:.3e} m/s"));
+        let creep = self.threshold_speed.map_or(String::new(), |e| {
+            format!("; what sticks creeps at less than {e} m/s", e = Rounded::<4>(e))
+        });
         let explicit = self.explicit.as_ref().map_or(String::new(), ExplicitContactSummary::described);
         format!(
-            "contact from a gap of {:.3e} m on ({origin}), {} vertices and {} faces: {}{}{creep}{explicit}",
-            self.distance,
+            "contact from a gap of {} m on ({origin}), {} vertices and {} faces: {}{}{creep}{explicit}",
+            Rounded::<4>(self.distance),
             self.vertices,
             self.faces,
             pairs.join(", "),
@@ -647,18 +650,21 @@ impl ContactSummary {
             .max_by(|a, b| (a.at_start * b.stopped).total_cmp(&(b.at_start * a.stopped)));
         let passes = worst.map(|StoppedApproach { bodies: [a, b], stopped, at_start }| {
             format!(
-                "`{a}` and `{b}` move at up to {at_start:.3e} m/s relative to each other, and contact in \
-                 explicit steps stops {stopped:.3e} m/s: they may enter each other; a smaller step or a larger \
-                 [contact] `distance` stops more, an implicit scheme lets nothing pass"
+                "`{a}` and `{b}` move at up to {at_start} m/s relative to each other, and contact in \
+                 explicit steps stops {stopped} m/s: they may enter each other; a smaller step or a larger \
+                 [contact] `distance` stops more, an implicit scheme lets nothing pass",
+                at_start = Rounded::<4>(*at_start),
+                stopped = Rounded::<4>(*stopped)
             )
         });
         let slips =
             self.threshold_speed.filter(|e| !explicit.raises_threshold && *e < explicit.borne_threshold);
         let slips = slips.map(|e| {
             format!(
-                "friction with a `threshold_speed` of {e:.3e} m/s is too stiff for these steps: what carries \
-                 no more than its own weight needs {:.3e} m/s; leave it out, and it is raised where it must be",
-                explicit.borne_threshold
+                "friction with a `threshold_speed` of {e} m/s is too stiff for these steps: what carries \
+                 no more than its own weight needs {} m/s; leave it out, and it is raised where it must be",
+                Rounded::<4>(explicit.borne_threshold),
+                e = Rounded::<4>(e)
             )
         });
         passes.into_iter().chain(slips).collect()
@@ -671,15 +677,16 @@ impl ExplicitContactSummary {
         let slowest = self.pairs.iter().min_by(|a, b| a.stopped.total_cmp(&b.stopped));
         let stops = slowest.map_or(String::new(), |StoppedApproach { bodies: [a, b], stopped, .. }| {
             format!(
-                "; explicit steps: forces without a pole, which stop approaches up to {stopped:.3e} m/s \
-                 ({a}-{b})"
+                "; explicit steps: forces without a pole, which stop approaches up to {stopped} m/s \
+                 ({a}-{b})",
+                stopped = Rounded::<4>(*stopped)
             )
         });
         let raised = if self.raises_threshold {
             format!(
-                "; its threshold is raised to what a step bears, {:.3e} m/s where a vertex carries its own \
+                "; its threshold is raised to what a step bears, {} m/s where a vertex carries its own \
                  weight",
-                self.borne_threshold
+                Rounded::<4>(self.borne_threshold)
             )
         } else {
             String::new()

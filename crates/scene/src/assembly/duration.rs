@@ -2,6 +2,7 @@
 
 use super::body::BodyAssembly;
 use crate::Scene;
+use pliant::quantity::Rounded;
 use pliant::simulation::Simulation;
 
 /// From so many seconds on it is said.
@@ -52,6 +53,7 @@ pub(super) fn warnings(scene: &Scene, simulation: &Simulation, bodies: &[BodyAss
         return vec![];
     }
     vec![format!(
-        "all {steps} steps of {h:.3e} s take about {hours:.0} h on two ordinary cores: {what}; `--until` takes a part"
+        "all {steps} steps of {h} s take about {hours:.0} h on two ordinary cores: {what}; `--until` takes a part",
+        h = Rounded::<4>(h)
     )]
 }

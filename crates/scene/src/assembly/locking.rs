@@ -4,6 +4,7 @@ use super::body::BodyAssembly;
 use crate::Body;
 use crate::Scene;
 use pliant::material::{Lame, MaterialSpec, Plane};
+use pliant::quantity::Rounded;
 use pliant_mesh::{Chord, Mesh};
 
 /// From this Poisson's ratio on linear elements are said to lock. In plane strain the deflection of a
@@ -50,12 +51,12 @@ fn of_body(spec: &Body, body: &BodyAssembly) -> Vec<String> {
     }
     if let Some(SlenderBody { thickness, length, cells }) = thin(&body.mesh) {
         warnings.push(format!(
-            "`{name}` bends too stiffly: {cells:.1} linear elements through its thickness of {thickness:.3e} m (from its surface along the \
+            "`{name}` bends too stiffly: {cells:.1} linear elements through its thickness of {thickness} m (from its surface along the \
              normal to the other side, over half of it or more), {:.1} times longer than thick; with n of them, as long as thick, \
              bending is about 1 + {STIFFENING}/n^2 times too stiff, here {:.1} times or more; {remedy}",
             length / thickness,
-            1.0 + STIFFENING / (cells * cells)
-        ));
+            1.0 + STIFFENING / (cells * cells),
+        thickness = Rounded::<4>(thickness)));
     }
     warnings
 }

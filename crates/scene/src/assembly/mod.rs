@@ -27,6 +27,7 @@ mod surfaces;
 mod terms;
 mod warnings;
 
+use pliant::quantity::Rounded;
 use std::path::Path;
 
 use crate::Body;
@@ -215,10 +216,12 @@ fn loose_tolerance(scene: &Scene, size: f64) -> Option<Problem> {
     let tolerance = scene.time.solver.as_ref()?.tolerance.filter(|t| *t > LARGEST_TOLERANCE * size)?;
     let path = KeyPath::root().key("time").key("solver").key("tolerance");
     let message = format!(
-        "Newton's method would end where its next correction is {tolerance:e} m, and the whole scene is {size:.3e} m large: it would \
-         hardly begin"
+        "Newton's method would end where its next correction is {tolerance} m, and the whole scene is {size} m large: it would \
+         hardly begin",
+        tolerance = Rounded::<17>(tolerance),
+        size = Rounded::<4>(size)
     );
-    let advice = format!("give {:.0e} or less, or leave it out", GOOD_TOLERANCE * size);
+    let advice = format!("give {} or less, or leave it out", Rounded::<1>(GOOD_TOLERANCE * size));
     Some(Problem::semantic(path, message).with_help(advice))
 }
 
@@ -250,7 +253,7 @@ fn build_bodies(scene: &Scene, base: &Path) -> Result<Vec<body::BodyAssembly>, V
 /// Effect of damping on the limit.
 fn strongest_damping(stability: &StabilityLimit) -> String {
     if stability.damping > 0.0 {
-        format!(", damped at up to {:.4e} 1/s", stability.damping)
+        format!(", damped at up to {} 1/s", Rounded::<5>(stability.damping))
     } else {
         String::new()
     }
@@ -262,21 +265,25 @@ fn unstable_step(scene: &Scene, step: f64, stability: &StabilityLimit) -> Proble
     let path = KeyPath::root().key("time").key("step");
     let message = if stability.grows_at_any_step {
         format!(
-            "{name} gains energy at any step; with {step:e} s the fastest motion ({:.4e} rad/s) more than doubles in \
+            "{name} gains energy at any step; with {step} s the fastest motion ({} rad/s) more than doubles in \
              {} s",
-            stability.frequency, scene.time.duration
+            Rounded::<5>(stability.frequency),
+            scene.time.duration,
+            step = Rounded::<17>(step)
         )
     } else {
         format!(
-            "a step of {step:e} s is unstable for {name}: the fastest motion of this scene, {:.4e} rad/s{}, allows at \
-             most {limit:.6e} s",
-            stability.frequency,
+            "a step of {step} s is unstable for {name}: the fastest motion of this scene, {} rad/s{}, allows at \
+             most {limit} s",
+            Rounded::<5>(stability.frequency),
             strongest_damping(stability),
+            step = Rounded::<17>(step),
+            limit = Rounded::<7>(limit)
         )
     };
     // Two digits, rounded down, of a step a little below the limit.
     let digits = 10f64.powf((0.98 * limit).log10().floor() - 1.0);
-    let advice = format!("use `step = {:e}`", ((0.98 * limit) / digits).floor() * digits);
+    let advice = format!("use `step = {}`", Rounded::<17>(((0.98 * limit) / digits).floor() * digits));
     let other = "or say `allow_unstable = true` in [time] to watch it blow up".to_string();
     let mut problem = Problem::semantic(path, message).with_help(advice);
     if stability.grows_at_any_step {

@@ -1,5 +1,6 @@
 //! From the pins of a scene to what holds vertices.
 
+use pliant::quantity::Rounded;
 use std::collections::HashMap;
 
 use super::body::BodyAssembly;
@@ -133,9 +134,10 @@ pub(super) fn jumps_at_start(bodies: &[BodyAssembly], dimension: usize) -> Vec<P
             if jump > allowed {
                 let (key, right) = not_zero_at_start(spec);
                 let message = format!(
-                    "pin `{}` would jump by {jump:.6e} m before the first step: its motion begins where the body starts, and this \
+                    "pin `{}` would jump by {jump} m before the first step: its motion begins where the body starts, and this \
                      is not zero at t = 0",
-                    held.name
+                    held.name,
+                    jump = Rounded::<7>(jump)
                 );
                 problems
                     .push(Problem::semantic(path.index(i).key("motion").key(key), message).with_help(right));

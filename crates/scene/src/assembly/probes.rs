@@ -11,6 +11,7 @@ use pliant::element::{
 };
 use pliant::energy::elastic::{flattened, points_of};
 use pliant::probe::Probe;
+use pliant::quantity::Rounded;
 use pliant_mesh::Mesh;
 
 /// A point outside of a cell by this fraction of its height is in it.
@@ -259,7 +260,8 @@ fn outside<'a>(
     let problem = Problem::semantic(path.key("at"), message);
     match nearest {
         Some((distance, body, vertex, point)) => problem.with_help(format!(
-            "the nearest vertex is {distance:.3e} m away: `body = \"{body}\"`, `vertex = {vertex}`, at {point:?}"
+            "the nearest vertex is {distance} m away: `body = \"{body}\"`, `vertex = {vertex}`, at {point:?}",
+            distance = Rounded::<4>(distance)
         )),
         None => problem,
     }

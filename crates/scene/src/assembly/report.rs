@@ -1,5 +1,6 @@
 //! Report of `pliant check`: the assembled problem in numbers.
 
+use pliant::quantity::Rounded;
 use serde::Serialize;
 
 use super::attachments::AttachmentPlan;
@@ -272,7 +273,12 @@ fn uses(
             };
             let numbers = match what {
                 "density" => format!("{density} kg/m^3"),
-                _ => format!("young {young:e} Pa, poisson {poisson}, unless given"),
+                _ => {
+                    format!(
+                        "young {young} Pa, poisson {poisson}, unless given",
+                        young = Rounded::<17>(*young)
+                    )
+                }
             };
             let body = body.name_or_default(i);
             say(true, format!("{what} of `{body}` from the preset {name}: {numbers} ({source})"), "");
@@ -359,8 +365,8 @@ fn uses(
         say(
             retries > 0,
             format!(
-                "steps that are not solved are taken in parts, down to {:.3e} s; every one is counted",
-                simulation.step_size() * 0.5_f64.powi(retries as i32)
+                "steps that are not solved are taken in parts, down to {} s; every one is counted",
+                Rounded::<4>(simulation.step_size() * 0.5_f64.powi(retries as i32))
             ),
             "steps in parts: one that is not solved ends the run",
         );
@@ -374,7 +380,9 @@ fn uses(
 /// The elasticity of small strains of a formula.
 fn at_rest(energy: &EnergyExpression) -> String {
     match energy.lame().map(|lame| lame.young_and_poisson()) {
-        Some((young, poisson)) => format!("E = {young:.6e} Pa and nu = {poisson:.6} at rest"),
+        Some((young, poisson)) => {
+            format!("E = {} Pa and nu = {} at rest", Rounded::<7>(young), Rounded::<6>(poisson))
+        }
         None => "not isotropic, and elliptic at rest".to_owned(),
     }
 }
@@ -382,10 +390,13 @@ fn at_rest(energy: &EnergyExpression) -> String {
 /// The elasticity of small strains of a matrix and along its fibres.
 fn with_fibres_at_rest(fibres: &DispersedFibres) -> String {
     let (young, poisson) = fibres.matrix().young_and_poisson();
-    let along: Vec<String> =
-        (0..fibres.fibres.len()).map(|family| format!("{:.6e} Pa", fibres.young_along(family))).collect();
+    let along: Vec<String> = (0..fibres.fibres.len())
+        .map(|family| format!("{} Pa", Rounded::<7>(fibres.young_along(family))))
+        .collect();
     format!(
-        "E = {young:.6e} Pa and nu = {poisson:.6} at rest in the matrix alone, E = {} along stretched fibres",
+        "E = {} Pa and nu = {} at rest in the matrix alone, E = {} along stretched fibres",
+        Rounded::<7>(young),
+        Rounded::<6>(poisson),
         along.join(" and ")
     )
 }
@@ -395,19 +406,27 @@ fn follows(control: &StepControl, simulation: &Simulation) -> String {
     if simulation.method().is_static() {
         let StepControl { first, smallest, largest, .. } = *control;
         return format!(
-            "increments as large as they can be solved, the first {:.3e} s, down to {smallest:.3e} s and up to {largest:.3e} s; every one \
+            "increments as large as they can be solved, the first {} s, down to {smallest} s and up to {largest} s; every one \
              that is taken back is counted",
-            first.unwrap_or(largest)
+            Rounded::<4>(first.unwrap_or(largest)),
+            smallest = Rounded::<4>(smallest),
+            largest = Rounded::<4>(largest)
         );
     }
     if simulation.method().has_own_criterion() {
-        return format!("step sizes by the scheme's own criterion, steps up to {:.3e} s", control.largest);
+        return format!(
+            "step sizes by the scheme's own criterion, steps up to {} s",
+            Rounded::<4>(control.largest)
+        );
     }
     let Tolerances { position, velocity, relative } = control.tolerances;
     format!(
-        "step sizes that follow the error: {position:.3e} m and {velocity:.3e} m/s + {relative:e} of the speed in every step, steps up to \
-         {:.3e} s; every step that is taken back is counted",
-        control.largest
+        "step sizes that follow the error: {position} m and {velocity} m/s + {relative} of the speed in every step, steps up to \
+         {} s; every step that is taken back is counted",
+        Rounded::<4>(control.largest),
+        position = Rounded::<4>(position),
+        velocity = Rounded::<4>(velocity),
+        relative = Rounded::<17>(relative)
     )
 }
 

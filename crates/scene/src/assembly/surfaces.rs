@@ -1,6 +1,7 @@
 //! Warnings about solids that differ from the surfaces that they were made from.
 
 use super::report::BodyReport;
+use pliant::quantity::Rounded;
 
 /// Distance of the skin from the solid, in edges of cells, from which on it is told.
 const FAR: f64 = 0.5;
@@ -17,9 +18,8 @@ fn warning(body: &BodyReport) -> Option<String> {
     let cells = surface.distance / cell;
     (cells > FAR).then(|| {
         format!(
-            "the surface of `{}` lies up to {:.3e} m from its solid, {cells:.2} of a cell: sharp edges are \
+            "the surface of `{}` lies up to {} m from its solid, {cells:.2} of a cell: sharp edges are \
              cut off, or gaps narrower than cells are filled, and what they part is grown together; give more `cells`",
-            body.name, surface.distance
-        )
+            body.name, Rounded::<4>(surface.distance))
     })
 }

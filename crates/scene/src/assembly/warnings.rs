@@ -2,6 +2,7 @@
 
 use super::body::BodyAssembly;
 use crate::Scene;
+use pliant::quantity::Rounded;
 use pliant::simulation::Simulation;
 
 /// Vertices are behind a wall where they are farther behind it than this part of the size of the scene.
@@ -57,13 +58,14 @@ fn behind_walls(simulation: &Simulation) -> Option<String> {
     behind.sort_by(|a, b| b.2.total_cmp(&a.2));
     let &(wall, vertex, depth) = behind.first()?;
     Some(format!(
-        "{} behind a wall, vertex {} by {depth:.3e} m behind wall {wall}: the first step puts them back there, \
+        "{} behind a wall, vertex {} by {depth} m behind wall {wall}: the first step puts them back there, \
          and the energy that this takes is not in the balance; move the bodies or the wall",
         match behind.len() {
             1 => "1 vertex starts".to_owned(),
             count => format!("{count} vertices start"),
         },
         simulation.numbering().original(vertex as u32),
+        depth = Rounded::<4>(depth)
     ))
 }
 

@@ -893,7 +893,7 @@ fn attachments() {
         (
             "body = 'a', vertices = [0, 8], stiffness = 1, target = { body = 'b', nearest_point = '1 mm' }"
                 .to_owned(),
-            "attachment.0.target.nearest_point: vertex 0 of `a`, at [0.0, 0.0] at rest, is 2.000000e-1 m away from the \
+            "attachment.0.target.nearest_point: vertex 0 of `a`, at [0.0, 0.0] at rest, is 0.2 m away from the \
              nearest point of `b`, more than 0.001 m",
         ),
     ] {

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use pliant::quantity::Rounded;
 use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
 
 /// How numbers become places along an axis.
@@ -163,9 +164,7 @@ fn power_of_ten(e: i32) -> String {
 
 /// Up to four digits.
 fn short(value: f64) -> String {
-    let rounded: f64 = format!("{value:.3e}").parse().unwrap_or(value);
-    let size = rounded.abs();
-    if size == 0.0 || (1e-3..1e5).contains(&size) { format!("{rounded}") } else { format!("{rounded:e}") }
+    Rounded::<4>(value).to_string()
 }
 
 #[cfg(test)]

@@ -1,0 +1,52 @@
+//! Numbers in messages.
+
+use std::fmt;
+
+/// A number as people write it: rounded to `DIGITS` significant digits, without trailing zeros, and with a power of
+/// ten below 1e-3 and from 1e6 on.
+///
+/// ```
+/// use pliant::quantity::Rounded;
+/// assert_eq!(Rounded::<4>(19.6200001).to_string(), "19.62");
+/// assert_eq!(Rounded::<4>(4.2e-4).to_string(), "4.2e-4");
+/// assert_eq!(Rounded::<4>(9999.96).to_string(), "10000");
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rounded<const DIGITS: usize>(pub f64);
+
+impl<const DIGITS: usize> fmt::Display for Rounded<DIGITS> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // Rounded first, so that 9999.96 is 10000 and not 9999.96 cut short.
+        let rounded: f64 = format!("{:.*e}", DIGITS - 1, self.0).parse().unwrap_or(self.0);
+        let plain = rounded == 0.0 || !rounded.is_finite() || (1e-3..1e6).contains(&rounded.abs());
+        // Of zero nothing but the digit: its sign says nothing.
+        let shown = if rounded == 0.0 { 0.0 } else { rounded };
+        if plain { write!(formatter, "{shown}") } else { write!(formatter, "{shown:e}") }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short_and_lose_nothing_that_counts() {
+        for (number, text) in [
+            (0.0, "0"),
+            (-0.0, "0"),
+            (1e-3, "0.001"),
+            (9.9996e-4, "0.001"),
+            (-5.65e-4, "-5.65e-4"),
+            (0.123_456, "0.1235"),
+            (999_949.0, "999900"),
+            (999_951.0, "1e6"),
+            (-1.5e9, "-1.5e9"),
+            (f64::INFINITY, "inf"),
+            (f64::NAN, "NaN"),
+            (5e-324, "5e-324"),
+        ] {
+            assert_eq!(Rounded::<4>(number).to_string(), text);
+        }
+        assert_eq!(Rounded::<17>(0.1 + 0.2).to_string(), "0.30000000000000004");
+    }
+}
