@@ -8,7 +8,7 @@ use std::borrow::Cow;
 use pliant::material::MaterialSpec;
 use pliant::numbering::Numbering;
 use pliant::topology::{BodyKind, BodyTopology, Topology};
-use pliant_scene::{Body, MassSpec, Scene, SpringsSpec};
+use pliant_scene::{Body, MassSpec, OverTime, Scene, SpringsSpec};
 
 use crate::parameter::{
     BodyDensity, Gravity, LinearElements, Masses, Modulus, Parameter, RestLengths, SpringStiffness,
@@ -94,6 +94,22 @@ pub fn names(scene: &Scene, topology: &Topology) -> Vec<String> {
     names
 }
 
+/// True if more than the elements is made of the shape at rest: loads on volumes, areas and places, prescribed motion
+/// by places, fibres of muscles, ties to the nearest point.
+fn is_at_rest_elsewhere(scene: &Scene, spec: &Body) -> bool {
+    let by_place = |formulas: &[OverTime]| formulas.iter().any(OverTime::depends_on_place);
+    let loads = spec.load.iter().any(|load| {
+        let by_size = load.body_force.is_some() || load.traction.is_some();
+        let pressed = load.pressure.as_ref().is_some_and(OverTime::depends_on_place);
+        by_size || pressed || load.vectors().into_iter().any(|(.., vector)| by_place(vector))
+    });
+    let motions = spec.pin.iter().filter_map(|pin| pin.motion.as_ref());
+    let moved = motions.filter_map(|motion| motion.displacement.as_deref()).any(by_place);
+    let ties = scene.attachment.iter().filter_map(|tie| tie.target.as_ref());
+    let tied = ties.into_iter().any(|target| target.nearest_point.is_some());
+    loads || moved || tied || !spec.muscle.is_empty()
+}
+
 /// Keys of a body that the gradient can be taken by.
 fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<Cow<'static, str>> {
     let (dimension, is_static) = (scene.dimension, is_static(scene));
@@ -125,9 +141,8 @@ fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<Cow<'static, 
         if let (MaterialSpec::ExpressedEnergy(energy), false) = (material, viscous) {
             of_formula.extend(energy.parameters().keys().map(|name| format!("{OF_FORMULA}{name}").into()));
         }
-        // Fibres are of the rest shape, too.
-        let is_even = spec.elastic_factor.is_none() && spec.muscle.is_empty();
-        if linear && is_even && !is_static && spec.springs.is_none() && spec.bending.is_none() {
+        let is_even = spec.elastic_factor.is_none() && spec.springs.is_none() && spec.bending.is_none();
+        if linear && is_even && !is_static && !is_at_rest_elsewhere(scene, spec) {
             keys.push("rest");
         }
     }

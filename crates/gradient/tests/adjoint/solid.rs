@@ -258,6 +258,27 @@ fn names_that_are_no_parameter_are_answered_with_those_that_are() {
     assert!(select("body.0.elastic.young").is_ok());
 }
 
+// Forces on volumes, areas and places change with the shape at rest in a way that is not known.
+#[test]
+fn the_shape_at_rest_is_a_parameter_where_elements_alone_are_made_of_it() {
+    const BY_PLACE: &str = "motion = { displacement = ['t*(1 + X)', '0'] }";
+    for (body, pin, is_parameter) in [
+        ("", "", true),
+        ("load = [{ force = [1.0, 't'] }]", "", true),
+        ("load = [{ pressure = '10*t' }]", "", true),
+        ("load = [{ force = [1.0, 'X'] }]", "", false),
+        ("load = [{ body_force = [1.0, 0.0] }]", "", false),
+        ("load = [{ traction = [1.0, 0.0] }]", "", false),
+        ("load = [{ pressure = '10*X' }]", "", false),
+        ("", BY_PLACE, false),
+    ] {
+        let further = Further { body, pin, ..Further::default() };
+        let scene = scene(&case("beam")["setup"], "neo-hookean", "velocity-verlet", 1, further);
+        let has = names(&scene, &assembled(&scene).1).iter().any(|name| name == "body.beam.rest");
+        assert_eq!(has, is_parameter, "{body}{pin}");
+    }
+}
+
 // Neo-Hookean as a formula of Young's modulus and Poisson's ratio: its derivatives by these are those of the
 // model.
 #[test]
