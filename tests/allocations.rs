@@ -1,6 +1,7 @@
 //! Nothing is allocated in a step.
 //!
-//! One test in a binary of its own: the allocator counts for all threads, and other tests would allocate beside it.
+//! One test in a binary of its own: the allocator counts for all threads, and other tests would allocate
+//! beside it.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
@@ -13,8 +14,8 @@ use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 #[global_allocator]
 static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
 
-/// Bodies large enough for several threads, each with everything that acts in a step: gravity, drag, a wall that it touches,
-/// pins.
+/// Bodies large enough for several threads, each with everything that acts in a step: gravity, drag, a wall
+/// that it touches, pins.
 const BODIES: [(&str, &str); 9] = [
     (
         "tetrahedra",

@@ -19,7 +19,8 @@ fn pavilion() -> Scene {
     Scene::from_path(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/pavilion.toml")).unwrap()
 }
 
-/// A particle of 2 kg on a spring of 50 N/m to where it starts, moved by 0.3 m: it swings as cos(5 t), damped as its dashpot says.
+/// A particle of 2 kg on a spring of 50 N/m to where it starts, moved by 0.3 m: it swings as cos(5 t),
+/// damped as its dashpot says.
 fn particle(dashpot: f64, time: f64) -> f64 {
     let mut assembly = assembly(&json!({
         "dimension": 3,
@@ -49,7 +50,8 @@ fn a_particle_tied_to_a_place_is_an_oscillator() {
     }
 }
 
-// The dashpot acts where the ends meet, too, and the limit of the step knows it: omega h = 2 without, (c/m) h = 2 with much damping.
+// The dashpot acts where the ends meet, too, and the limit of the step knows it: omega h = 2 without, (c/m)
+// h = 2 with much damping.
 #[test]
 fn the_stability_limit_includes_attachments() {
     let limit = |dashpot: f64| {
@@ -118,7 +120,8 @@ fn ties_between_bodies_keep_momentum_spin_and_energy() {
     }
 }
 
-// A weight on a tie to the middle of an element: the tie is as long as it is heavy, and the element's vertices carry it by their shares.
+// A weight on a tie to the middle of an element: the tie is as long as it is heavy, and the element's
+// vertices carry it by their shares.
 #[test]
 fn a_point_inside_an_element_carries_by_its_shares() {
     let mut assembly = assembly(&json!({
@@ -164,7 +167,8 @@ fn a_point_inside_an_element_carries_by_its_shares() {
     }
 }
 
-// Without ties every body of the pavilion moves as it does alone in the world, to the last bit: sums go through each body by itself.
+// Without ties every body of the pavilion moves as it does alone in the world, to the last bit: sums go
+// through each body by itself.
 #[test]
 fn bodies_of_different_kinds_do_not_disturb_one_another() {
     let mut all = pavilion();
@@ -196,7 +200,8 @@ fn the_elements_of_a_membrane_and_a_solid_follow_one_another() {
     assert_eq!(bodies.iter().map(|body| body.elements).collect::<Vec<_>>(), [160, 384, 0, 0]);
     let states = assembly.simulation.element_states();
     assert_eq!(states.len(), 160 + 384);
-    // The probes show the elements that they are in: pull a vertex of one, and its state changes, and that of its neighbours.
+    // The probes show the elements that they are in: pull a vertex of one, and its state changes, and that
+    // of its neighbours.
     for (probe, elements) in assembly.probes.iter().zip([0..160, 160..544]) {
         let point = probe.point.unwrap();
         let shown = assembly.simulation.point_states()[point];

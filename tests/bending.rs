@@ -12,8 +12,8 @@ fn simulation(scene: &Value) -> Simulation {
     scene.assemble(UnstableStep::Refuse).map_err(|p| format!("{p:?}")).unwrap().simulation
 }
 
-/// A sheet of `n x n` cells of side `1 / n` in the plane z = 0, of bending stiffness 0.3 N m and springs too soft to matter, every vertex
-/// moved by `to`; its elastic energy.
+/// A sheet of `n x n` cells of side `1 / n` in the plane z = 0, of bending stiffness 0.3 N m and springs too
+/// soft to matter, every vertex moved by `to`; its elastic energy.
 fn energy_of_sheet(n: usize, to: impl Fn(f64, f64) -> [f64; 3]) -> f64 {
     let mut simulation = simulation(&json!({
         "dimension": 3,
@@ -32,8 +32,8 @@ fn energy_of_sheet(n: usize, to: impl Fn(f64, f64) -> [f64; 3]) -> f64 {
     simulation.diagnostics().elastic
 }
 
-// The energy of a plate bent to a cylinder is D/2 kappa^2 per area; the hinges in the sheet stand for all of it but half a cell at
-// either end.
+// The energy of a plate bent to a cylinder is D/2 kappa^2 per area; the hinges in the sheet stand for all of
+// it but half a cell at either end.
 #[test]
 fn a_sheet_rolled_to_a_cylinder_has_the_energy_of_a_plate() {
     let (n, radius) = (12, 0.4f64);
@@ -46,8 +46,9 @@ fn a_sheet_rolled_to_a_cylinder_has_the_energy_of_a_plate() {
     assert_relative(energy_of_sheet(n, |x, y| [-rolled(x)[1], y, -rolled(x)[0]]), expected, 1e-12, "turned");
 }
 
-// What the reference says of the dependence on the triangles, by hand from the slopes of each: with the curvatures H of a shallow
-// surface and cells of side a, the angles are a (H11 + H12), a (H22 + H12) and sqrt(2) a H12, the last of weight 2.
+// What the reference says of the dependence on the triangles, by hand from the slopes of each: with the
+// curvatures H of a shallow surface and cells of side a, the angles are a (H11 + H12), a (H22 + H12) and
+// sqrt(2) a H12, the last of weight 2.
 #[test]
 fn a_grid_is_three_times_as_stiff_along_its_diagonal() {
     let (n, small) = (10usize, 1e-4);
@@ -62,11 +63,11 @@ fn a_grid_is_three_times_as_stiff_along_its_diagonal() {
     }
 }
 
-/// How far the tip of a clamped strand of length 1 and bending stiffness 1 N m^2 sinks, and how far it draws back, at rest under the dead
-/// weight `load` = q L^3 / B.
+/// How far the tip of a clamped strand of length 1 and bending stiffness 1 N m^2 sinks, and how far it draws
+/// back, at rest under the dead weight `load` = q L^3 / B.
 ///
-/// It is clamped in the middle of its first segment, of which both ends are held: joints stand for the half segments on
-/// either side of them.
+/// It is clamped in the middle of its first segment, of which both ends are held: joints stand for the half
+/// segments on either side of them.
 fn sunk(dimension: usize, segments: usize, load: f64) -> [f64; 2] {
     let length = 1.0 / (segments as f64 - 0.5);
     let (mut start, mut end, mut gravity) =
@@ -97,7 +98,8 @@ fn sunk(dimension: usize, segments: usize, load: f64) -> [f64; 2] {
     [-tip[dimension - 1], 1.0 - tip[0]]
 }
 
-// C10, distributed dead load: tip of the elastica from elliptic integrals. The error of joints is of second order.
+// C10, distributed dead load: tip of the elastica from elliptic integrals. The error of joints is of second
+// order.
 #[test]
 fn a_strand_under_its_weight_is_an_elastica() {
     for (load, reference) in

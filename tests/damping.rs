@@ -92,10 +92,11 @@ fn a_spinning_falling_body_keeps_momentum_and_spin_while_its_vibration_dies() {
             let (p, l) = (change(p_end, p), change(l_end, l));
             assert!(p < 1e-12, "{name} in {dimension}D changes the momentum by {p:e}");
             assert!(l < 1e-12, "{name} in {dimension}D changes the spin by {l:e}");
-            // A velocity of symplectic Euler belongs half a step before its position: the body seems to grow at the rate
-            // e = h omega^2 / 2 = 3.1e-3 1/s in the plane of its spin. With eta = 885 Pa s and zeta = 677 Pa s that alone is
-            // 4 eta e^2 + 4 zeta e^2 = 0.06 W, and the dashpots add to it.
-            // The cube, whose mesh has one diagonal, does not turn about a principal axis: it goes on nutating, ever less.
+            // A velocity of symplectic Euler belongs half a step before its position: the body seems to grow
+            // at the rate e = h omega^2 / 2 = 3.1e-3 1/s in the plane of its spin. With eta = 885 Pa s and
+            // zeta = 677 Pa s that alone is 4 eta e^2 + 4 zeta e^2 = 0.06 W, and the dashpots add to it. The
+            // cube, whose mesh has one diagonal, does not turn about a principal axis: it goes on nutating,
+            // ever less.
             let bound = match (dimension, name) {
                 (2, "symplectic-euler") => 0.1,
                 (2, _) => 1e-8 * before,
@@ -223,8 +224,8 @@ fn damped_chain(method: Method, beta: f64, h: f64) -> Simulation {
     simulation
 }
 
-// A1b, damped: the limit that `pliant check` prints is where the run begins to blow up. With damping in proportion to the
-// stiffness the fastest motion is the one damped most.
+// A1b, damped: the limit that `pliant check` prints is where the run begins to blow up. With damping in
+// proportion to the stiffness the fastest motion is the one damped most.
 #[test]
 fn the_limit_of_a_damped_system_is_sharp() {
     let limited =

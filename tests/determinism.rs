@@ -44,8 +44,8 @@ fn assert_same_bits(what: &str, run: impl Fn() -> Vec<u64> + Sync) {
     }
 }
 
-// lecture 18; promise 1. 9 x 8 x 8 cells make 3,456 tetrahedra, 41 x 40 cells 3,280 triangles: as many patches as it
-// takes for the work to be shared out.
+// lecture 18; promise 1. 9 x 8 x 8 cells make 3,456 tetrahedra, 41 x 40 cells 3,280 triangles: as many
+// patches as it takes for the work to be shared out.
 #[test]
 fn solids_give_the_same_bits_on_any_number_of_threads() {
     let cases = [
@@ -191,7 +191,8 @@ fn gravitating_bodies_give_the_same_bits_on_any_number_of_threads() {
     }
 }
 
-// promise 1: the norm of the error is the same on any number of threads, and so are the steps that it chooses.
+// promise 1: the norm of the error is the same on any number of threads, and so are the steps that it
+// chooses.
 #[test]
 fn steps_that_follow_the_error_are_the_same_on_any_number_of_threads() {
     assert_same_bits("a sheet in adaptive steps", || {

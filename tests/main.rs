@@ -1,8 +1,9 @@
 //! The integration tests: measurements of the whole program against independent references.
 //!
-//! Each test names the feature of the lecture it belongs to and the case of the verification plan (A integrators,
-//! B materials, C finite elements, D extreme cases) that its numbers come from. No number here was produced by this
-//! program: they are closed forms, or were computed by independent codes in extended precision.
+//! Each test names the feature of the lecture it belongs to and the case of the verification plan (A
+//! integrators, B materials, C finite elements, D extreme cases) that its numbers come from. No number here
+//! was produced by this program: they are closed forms, or were computed by independent codes in extended
+//! precision.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 #![allow(clippy::excessive_precision, reason = "references keep the digits they were computed to")]

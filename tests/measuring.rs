@@ -98,8 +98,8 @@ fn only_frames_whose_energies_are_read_are_measured() {
     assert_eq!(evaluations(Some(Watching { energies: true, frames: 0 })), unwatched);
 }
 
-// The stability limit may be asked for at any time: products with the Hessian use the memory of the force, and the next step must
-// not take what they leave there for it.
+// The stability limit may be asked for at any time: products with the Hessian use the memory of the force,
+// and the next step must not take what they leave there for it.
 #[test]
 fn measuring_between_steps_does_not_change_a_step() {
     let solid = Solid::grid(&[4, 3, 3], &[0.4, 0.3, 0.3], isotropic("stable-neo-hookean", 1e5, 0.3));

@@ -12,8 +12,9 @@ fn simulation(scene: &Value) -> Simulation {
     scene.assemble(UnstableStep::Refuse).map_err(|p| format!("{p:?}")).unwrap().simulation
 }
 
-/// A sphere of radius 0.1 m and thickness 1 mm of neo-Hookean rubber, E = 1 MPa, blown up slowly by `pressure` [Pa]: its volume, its area
-/// and the mean of the two principal stresses in its skin, by area; and how thick it is.
+/// A sphere of radius 0.1 m and thickness 1 mm of neo-Hookean rubber, E = 1 MPa, blown up slowly by
+/// `pressure` [Pa]: its volume, its area and the mean of the two principal stresses in its skin, by area;
+/// and how thick it is.
 fn blown_up(cells: usize, poisson: f64, pressure: f64) -> [f64; 4] {
     let mut simulation = simulation(&json!({
         "dimension": 3,
@@ -51,8 +52,8 @@ fn blown_up(cells: usize, poisson: f64, pressure: f64) -> [f64; 4] {
     [volume, area, stress / thickness, thickness / area]
 }
 
-// The wall of a thin sphere under pressure: sigma = p r / (2 h). For the polyhedron it is an identity with r = 3 V / A: blow it up a
-// little by a factor, and the work of the stresses is that of the pressure.
+// The wall of a thin sphere under pressure: sigma = p r / (2 h). For the polyhedron it is an identity with r
+// = 3 V / A: blow it up a little by a factor, and the work of the stresses is that of the pressure.
 #[test]
 fn a_sphere_under_pressure_has_the_stress_of_a_thin_wall() {
     let pressure = 200.0;
@@ -66,8 +67,9 @@ fn a_sphere_under_pressure_has_the_stress_of_a_thin_wall() {
     assert_relative(growth, 0.7 * stress / 1e6, 0.02, "growth");
 }
 
-// A balloon of incompressible rubber: p = 2 mu h / r (1/s - 1/s^7) at the stretch s, and its skin thins as 1/s^2 (Treloar 1975, The
-// Physics of Rubber Elasticity, chapter 9). It leaves plane strain and small strains far behind.
+// A balloon of incompressible rubber: p = 2 mu h / r (1/s - 1/s^7) at the stretch s, and its skin thins as
+// 1/s^2 (Treloar 1975, The Physics of Rubber Elasticity, chapter 9). It leaves plane strain and small
+// strains far behind.
 #[test]
 fn a_balloon_follows_the_theory_of_rubber() {
     let (mu, s) = (1e6 / (2.0 * 1.4999), 1.25f64);

@@ -229,8 +229,9 @@ fn weight_that_comes_on_slowly_hardly_swings() {
     let mut sudden = slow.clone();
     sudden.world.gravity = Some(vec![OverTime::Constant(0.0), OverTime::Constant(-9.81)]);
     let (deepest, rest, swing) = lowest(slow);
-    // The second derivative of the weight jumps by 6/T^2 of it at both ends of the ramp of T = 2 s. That leaves a swing of up to
-    // 4 * 6 / (omega T)^2 from lowest to highest: 1 % for the slowest motion of this beam, about 25 rad/s.
+    // The second derivative of the weight jumps by 6/T^2 of it at both ends of the ramp of T = 2 s. That
+    // leaves a swing of up to 4 * 6 / (omega T)^2 from lowest to highest: 1 % for the slowest motion of this
+    // beam, about 25 rad/s.
     assert!(swing < 0.015 * rest && deepest < 1.015 * rest, "{deepest} {rest} {swing}");
     let (deepest, ..) = lowest(sudden);
     assert!(deepest > 1.7 * rest, "{deepest} {rest}");
@@ -280,7 +281,8 @@ fn rubber_bands_swing_alike_at_first() {
     assert!(ogden - neo < 0.05, "{tips:?}");
 }
 
-// lecture 8. Forces by a tree: energy and momenta are kept as well as the forces are known, to about one part in a thousand.
+// lecture 8. Forces by a tree: energy and momenta are kept as well as the forces are known, to about one
+// part in a thousand.
 #[test]
 fn two_galaxies_fall_towards_each_other() {
     let (scene, assembly) = assembled("galaxy_merger.toml");
@@ -395,7 +397,8 @@ fn a_sheared_plate_follows_its_jaw_and_its_rail() {
     assert!(slid > 1e-4, "{slid}");
 }
 
-// A6, k = 1e6: theta(10) of the inextensible pendulum, 2.7e-4 rad from that of the elastic one; steps of a millisecond would be 10,000.
+// A6, k = 1e6: theta(10) of the inextensible pendulum, 2.7e-4 rad from that of the elastic one; steps of a
+// millisecond would be 10,000.
 #[test]
 fn the_adaptive_pendulum_steps_over_its_spring() {
     let (assembly, summary) = simulated("adaptive_pendulum_2d.toml", 10.0);
@@ -417,8 +420,8 @@ impl pliant::observer::Observer for Times {
     }
 }
 
-// A failed step is retried at smaller size where the scene allows, with the frame times kept: the ends of these steps are equilibria
-// that steps of an eighth of their size lead to as well.
+// A failed step is retried at smaller size where the scene allows, with the frame times kept: the ends of
+// these steps are equilibria that steps of an eighth of their size lead to as well.
 #[test]
 fn a_pressed_block_is_pressed_in_parts_of_steps_and_frames_stay_where_they_are() {
     let (scene, mut in_parts) = assembled("pressed_block_2d.toml");
@@ -462,8 +465,9 @@ fn a_pressed_block_is_pressed_in_parts_of_steps_and_frames_stay_where_they_are()
     assert_eq!(times.0, frames[..1]);
 }
 
-// C10: with F L^2 / (E' I) = 1.09, E' = E / (1 - nu^2), the elastica rises by 0.32 of its length. Linear triangles are stiffer, two
-// of them over the height by half (C11). A ramp of T leaves a swing of up to 24 / (omega T)^2, 13 % for 13.5 rad/s.
+// C10: with F L^2 / (E' I) = 1.09, E' = E / (1 - nu^2), the elastica rises by 0.32 of its length. Linear
+// triangles are stiffer, two of them over the height by half (C11). A ramp of T leaves a swing of up to 24 /
+// (omega T)^2, 13 % for 13.5 rad/s.
 #[test]
 fn a_beam_under_end_traction_settles_and_snaps_back() {
     let (_, mut assembly) = assembled("loaded_beam_2d.toml");

@@ -12,7 +12,8 @@ fn spring<const D: usize>(stiffness: f64, rest_length: f64) -> Springs<D> {
     Springs::<D>::new("spring", &[[0, 1]], &[stiffness], &[rest_length], 2)
 }
 
-// lecture 9; B4 (i): f = -k (l - l0) (x_i - x_j) / l. Dividing by l0 would make this force 1.5 times as large.
+// lecture 9; B4 (i): f = -k (l - l0) (x_i - x_j) / l. Dividing by l0 would make this force 1.5 times as
+// large.
 #[test]
 fn a_spring_pulls_with_stiffness_times_stretch() {
     let mut term = spring::<3>(100.0, 1.0);

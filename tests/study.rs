@@ -98,7 +98,8 @@ fn errors_on_keplers_ellipse_are_those_of_the_plan() {
     errors_are(&source("kepler"), 10.0, &rows, 1.0);
 }
 
-// C13 W1: mass-weighted rms errors at t = 1 of independent implementations on an independent finite element code.
+// C13 W1: mass-weighted rms errors at t = 1 of independent implementations on an independent finite element
+// code.
 #[test]
 fn errors_of_the_beam_are_those_of_the_plan() {
     let rows: [(&str, &[(f64, f64)]); 7] = [
@@ -176,12 +177,12 @@ fn cells(line: &str) -> Vec<String> {
     cells
 }
 
-/// How much a row may cost to be computed again: evaluations of the force and, ten times as much each, Newton iterations, as they are
-/// recorded. The dearest take a fifth of a second.
+/// How much a row may cost to be computed again: evaluations of the force and, ten times as much each,
+/// Newton iterations, as they are recorded. The dearest take a fifth of a second.
 const CHEAP: f64 = 40_000.0;
 
-/// Computes those rows of a standard case again that are cheap, of every scheme, at the committed times of comparison. Returns how many
-/// errors were compared.
+/// Computes those rows of a standard case again that are cheap, of every scheme, at the committed times of
+/// comparison. Returns how many errors were compared.
 fn holds(name: &str) -> usize {
     let rows = committed();
     let number = |row: &HashMap<String, String>, key: &str| row[key].parse::<f64>().ok();
@@ -271,7 +272,8 @@ fn compare(committed: &HashMap<String, String>, row: &Row, what: &str) -> usize 
     compared
 }
 
-/// A folder with the references that are committed beside the report: those of stiff scenes take half a minute.
+/// A folder with the references that are committed beside the report: those of stiff scenes take half a
+/// minute.
 fn references() -> TempDir {
     let folder = TempDir::new().unwrap();
     for entry in std::fs::read_dir(root().join("docs/accuracy")).unwrap().flatten() {
@@ -283,7 +285,8 @@ fn references() -> TempDir {
     folder
 }
 
-// E: error columns hold to 1e-6 relative; times are those of a machine. The cases are those that E lists, two of them with a stiff twin.
+// E: error columns hold to 1e-6 relative; times are those of a machine. The cases are those that E lists,
+// two of them with a stiff twin.
 macro_rules! the_committed_report_holds {
     ($($test:ident: $case:literal, $least:literal;)*) => {
         $(
@@ -319,7 +322,8 @@ the_committed_report_holds! {
     the_report_on_the_impact_holds: "impact", 100;
 }
 
-// A6, C13: what the committed references of stiff scenes say, by other codes; the beam's is known to eight digits.
+// A6, C13: what the committed references of stiff scenes say, by other codes; the beam's is known to eight
+// digits.
 #[test]
 fn references_of_the_stiff_standard_scenes_are_those_of_the_plan() {
     let cases: [(&str, usize, &[f64], f64); 2] = [

@@ -55,7 +55,8 @@ fn the_sound_of_a_struck_bar_has_its_frequencies() {
         assert_eq!(samples.len(), 48_000);
         let largest = samples.iter().fold(0.0f64, |m, s| m.max(s.abs()));
         assert!((largest - 0.891_250_938).abs() < 1e-4, "normalised to {largest}");
-        // Euler and Bernoulli, plane strain: 1.8751^2 / (2 pi L^2) t sqrt(E' / (12 rho)); shear and depth take off a little.
+        // Euler and Bernoulli, plane strain: 1.8751^2 / (2 pi L^2) t sqrt(E' / (12 rho)); shear and depth
+        // take off a little.
         let first = sound["partials"][0]["frequency"].as_f64().unwrap();
         let expected = 1.875_104f64.powi(2) / (std::f64::consts::TAU * 0.25)
             * 0.02
@@ -124,8 +125,9 @@ fn prestress_changes_the_frequencies() {
     let ended = bench.pliant(arguments.iter().chain(adaptive.as_flattened())).succeeded();
     let again = ended.json()["modes"]["modes"][0]["frequency"].as_f64().unwrap();
     assert!((again / still - 1.0).abs() < 1e-9, "{still} Hz, {again} Hz");
-    // Hung by its clamped end, gravity g adds to the square of omega what a hanging chain has: more than 0 and, for a first mode like
-    // (x/L)^2 (Rayleigh's quotient with the weight below x as tension), 1.57 g / L.
+    // Hung by its clamped end, gravity g adds to the square of omega what a hanging chain has: more than 0
+    // and, for a first mode like (x/L)^2 (Rayleigh's quotient with the weight below x as tension), 1.57 g /
+    // L.
     let g = 1e5;
     let hung = first(&["--equilibrium", "--set", "world.gravity=[1e5, 0.0]"]);
     let gained = (std::f64::consts::TAU).powi(2) * (hung * hung - free * free) / (g / 0.5);

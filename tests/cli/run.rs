@@ -218,7 +218,8 @@ fn threads_do_not_change_the_file() {
 
 #[test]
 fn lost_energy_is_reported() {
-    // A close encounter with a fixed step: the planet is thrown out, and the run must say that something is wrong.
+    // A close encounter with a fixed step: the planet is thrown out, and the run must say that something is
+    // wrong.
     let kepler = r#"
 dimension = 2
 [time]

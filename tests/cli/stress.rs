@@ -1,4 +1,5 @@
-//! `pliant stress` and `pliant stability`: what they print, write and return. What they find is tested in the library.
+//! `pliant stress` and `pliant stability`: what they print, write and return. What they find is tested in
+//! the library.
 
 use super::{Bench, SPRING};
 

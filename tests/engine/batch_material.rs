@@ -176,7 +176,8 @@ fn implicit_steps_find_the_same_solutions() {
         }
         let difference = largest_difference(&ours.positions(), &theirs.positions());
         assert!(difference < 1e-9, "{dimension}D: {difference:e}");
-        // Newton's method converges as fast: by exact derivatives in as many iterations, by differences in few more.
+        // Newton's method converges as fast: by exact derivatives in as many iterations, by differences in
+        // few more.
         let iterations = |one: &pliant::simulation::Simulation| one.work().solver.unwrap().newton_iterations;
         assert!(iterations(&theirs) <= iterations(&ours) + if knows_tangent { 0 } else { 20 });
     }

@@ -4,8 +4,8 @@ use pliant::solver::SolverOptions;
 use pliant_scene::Scene;
 use pliant_scene::assembly::UnstableStep;
 
-/// A beam of 3 x 1 cells under gravity, pinned at its left, its top let go after 20 steps, with drag and a wall: all that a ledger
-/// and holds can remember.
+/// A beam of 3 x 1 cells under gravity, pinned at its left, its top let go after 20 steps, with drag and a
+/// wall: all that a ledger and holds can remember.
 const BEAM: &str = "dimension = 2
 time = { integrator = 'INTEGRATOR', step = 1e-3, duration = 1.0 }
 world = { gravity = [0.0, -9.8], ether_drag = 0.5, walls = [{ normal = [0.0, 1.0], offset = -0.02 }] }
@@ -47,7 +47,8 @@ fn going_back_goes_on_with_the_same_bits() {
     }
 }
 
-/// Step sizes that follow the error go on with what they have learnt, and land on the time at which a pin lets go.
+/// Step sizes that follow the error go on with what they have learnt, and land on the time at which a pin
+/// lets go.
 #[test]
 fn going_back_knows_the_size_of_the_next_step() {
     let adaptive = || {
@@ -169,8 +170,8 @@ mass = { per_vertex = [3.0, 4.0, 5.0] }
     }
 }
 
-/// Tolerances are those of the start: here of 1 m, while one vertex is taken nine hundred thousand kilometres away before
-/// the restore.
+/// Tolerances are those of the start: here of 1 m, while one vertex is taken nine hundred thousand
+/// kilometres away before the restore.
 #[test]
 fn going_back_keeps_the_size_that_tolerances_go_by() {
     let scene = "dimension = 2

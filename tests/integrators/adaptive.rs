@@ -37,7 +37,8 @@ fn pairs() -> impl Iterator<Item = Method> {
     methods().filter(|method| method.is_adaptive() && !method.has_own_criterion())
 }
 
-// A2: Kepler's equation in 40 digits, e = 0.9, where the step has to change by (1 + e)^1.5 / (1 - e)^1.5 = 83.
+// A2: Kepler's equation in 40 digits, e = 0.9, where the step has to change by (1 + e)^1.5 / (1 - e)^1.5 =
+// 83.
 const ECCENTRIC_T_10: [f64; 4] =
     [-1.853_853_709_405_579_2, -0.130_885_404_839_925_55, 0.161_569_452_558_431_34, -0.223_719_276_791_897_1];
 
@@ -51,7 +52,8 @@ fn eccentric_orbit(method: Method, tolerance: f64) -> (f64, u64, u64) {
     (error, work.steps, work.rejected_steps.unwrap())
 }
 
-// A2: the error is in proportion to the tolerance, and the steps grow with the root that the order of the estimate promises.
+// A2: the error is in proportion to the tolerance, and the steps grow with the root that the order of the
+// estimate promises.
 #[test]
 fn errors_follow_the_tolerance_on_an_eccentric_orbit() {
     for (name, tolerances) in [("bogacki-shampine3", [1e-5, 1e-7]), ("dormand-prince5", [1e-7, 1e-10])] {
@@ -128,7 +130,8 @@ fn frames_are_hit_to_the_last_bit_without_tiny_steps() {
     }
 }
 
-// A6, k = 1e6, t = 1: the fast mode is 1000 rad/s, and explicit steps are held at the limit of stability by the error alone.
+// A6, k = 1e6, t = 1: the fast mode is 1000 rad/s, and explicit steps are held at the limit of stability by
+// the error alone.
 #[test]
 fn explicit_pairs_follow_the_stiff_pendulum_and_take_steps_back() {
     let expected =
@@ -167,7 +170,8 @@ fn the_first_step_is_of_the_size_that_the_tolerance_asks_for() {
     }
 }
 
-// Promise 2: a step size that falls below the smallest is an error with step, time and sizes; the state is the last good one.
+// Promise 2: a step size that falls below the smallest is an error with step, time and sizes; the state is
+// the last good one.
 #[test]
 fn a_step_that_would_have_to_be_too_small_is_reported() {
     let mut simulation = spring_pendulum(method("dormand-prince5"), 1e6, 1.0);
@@ -187,7 +191,8 @@ fn a_step_that_would_have_to_be_too_small_is_reported() {
     assert!(said.contains("step 1 ") && said.contains("1.000e-3 s"), "{said}");
 }
 
-/// The stiff pendulum to t = 10: its angle less that of the inextensible one, and all steps, those taken back too.
+/// The stiff pendulum to t = 10: its angle less that of the inextensible one, and all steps, those taken
+/// back too.
 fn over_the_fast_mode(name: &str, linear: LinearSolver, tolerance: f64) -> (f64, u64) {
     let mut simulation = spring_pendulum(method(name), 1e6, 1.0);
     simulation.set_solver(SolverOptions { tolerance: Some(1e-15), linear, ..SolverOptions::default() });
@@ -198,8 +203,8 @@ fn over_the_fast_mode(name: &str, linear: LinearSolver, tolerance: f64) -> (f64,
     (x[2].atan2(-x[3]) + 0.651_863_046_741_975_93, work.steps + work.rejected_steps.unwrap())
 }
 
-// A6, k = 1e6: the fast mode of 1000 rad/s is at rest on the slow motion, and L-stable pairs step over it where the estimate is filtered,
-// by a factor or by conjugate gradients.
+// A6, k = 1e6: the fast mode of 1000 rad/s is at rest on the slow motion, and L-stable pairs step over it
+// where the estimate is filtered, by a factor or by conjugate gradients.
 #[test]
 fn the_filtered_estimate_steps_over_the_fast_mode() {
     let [by_factor, by_iterations] = [LinearSolver::Cholesky, LinearSolver::Cg].map(|linear| {
@@ -242,8 +247,8 @@ fn the_estimate_of_sdirk2_sees_its_order_reduction() {
     );
 }
 
-// E: the tolerance of Newton's method is tied to the error of a step: loose steps are solved loosely, and what is left adds next to
-// nothing to the error.
+// E: the tolerance of Newton's method is tied to the error of a step: loose steps are solved loosely, and
+// what is left adds next to nothing to the error.
 #[test]
 fn solves_are_as_accurate_as_steps_need() {
     for (name, tolerance, cheaper) in

@@ -1,5 +1,5 @@
-//! Where energy comes from and where it goes: present energy, less what came in, plus what was lost, stays the same to the order of the
-//! scheme, whatever a scene has in it.
+//! Where energy comes from and where it goes: present energy, less what came in, plus what was lost, stays
+//! the same to the order of the scheme, whatever a scene has in it.
 
 use pliant::simulation::Simulation;
 use pliant_scene::assembly::UnstableStep;

@@ -17,7 +17,8 @@ fn ten_masses(name: &str, mass: f64, stiffness: f64, h: f64) -> Simulation {
     chain(method(name), &[mass; 10], &[stiffness; 11], SPACING, &[1.0], h)
 }
 
-// lecture 2 and 9; A5: x_i(t) = sum_j 2/(N+1) sin(j pi i0/(N+1)) sin(j pi i/(N+1)) cos(omega_j t), in 30 digits.
+// lecture 2 and 9; A5: x_i(t) = sum_j 2/(N+1) sin(j pi i0/(N+1)) sin(j pi i/(N+1)) cos(omega_j t), in 30
+// digits.
 #[test]
 fn a_chain_of_ten_masses_follows_its_normal_modes() {
     for name in ["rk4", "yoshida4"] {

@@ -76,8 +76,8 @@ const PYTHAGOREAN: [(f64, [f64; 4]); 6] = [
     ),
 ];
 
-// lecture 8; A4: through the encounter at 4e-4 to t = 70. Errors of rounding grow by ten orders of magnitude on the way; with those that
-// positions of 1 make in a distance of 4e-4, one would be off by 1e-2.
+// lecture 8; A4: through the encounter at 4e-4 to t = 70. Errors of rounding grow by ten orders of magnitude
+// on the way; with those that positions of 1 make in a distance of 4e-4, one would be off by 1e-2.
 #[test]
 fn the_pythagorean_problem_is_solved_to_the_escape() {
     let mut simulation = free(pythagorean(method("ias15"), 1.0));
@@ -148,7 +148,8 @@ fn the_figure_eight_returns_to_rounding() {
     assert!(error < 1e-12, "off by {error:e} at t = 20");
 }
 
-// A1: in steps of 3.2 and 4.4 rad the error of a step grows with the 16th power, fewer terms in the polynomial would show as fewer powers.
+// A1: in steps of 3.2 and 4.4 rad the error of a step grows with the 16th power, fewer terms in the
+// polynomial would show as fewer powers.
 #[test]
 fn the_error_of_a_step_grows_with_the_sixteenth_power() {
     let error = |z: f64| {

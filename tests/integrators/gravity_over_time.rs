@@ -1,4 +1,5 @@
-//! A particle in gravity that changes with time, against its exact integral: forces are evaluated at the right stage times.
+//! A particle in gravity that changes with time, against its exact integral: forces are evaluated at the
+//! right stage times.
 
 use pliant::diagnostics::Diagnostics;
 use pliant::energy::Fault;

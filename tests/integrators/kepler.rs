@@ -61,7 +61,8 @@ fn the_fourth_order_schemes_reach_the_states_of_keplers_equation() {
     }
 }
 
-// lecture 4, 5, 7, 8; A2: |q - q_ref| at e = 0.6, t = 10, computed by an independent implementation of each scheme.
+// lecture 4, 5, 7, 8; A2: |q - q_ref| at e = 0.6, t = 10, computed by an independent implementation of each
+// scheme.
 #[test]
 fn errors_at_e_06_are_those_of_an_independent_implementation() {
     let (_, time, x, _) = STATES[1];
@@ -150,8 +151,8 @@ fn the_energy_of_symplectic_schemes_does_not_drift_over_a_thousand_periods() {
     assert!(last - first < -1e-4, "Runge-Kutta loses energy all the time: {first} to {last}");
 }
 
-// lecture 7: at perihelion again after a whole period the energy is nearly right; what a run reports is how wrong it has
-// been, compared with the kinetic energy of 2 and the potential of -2.5 at the start.
+// lecture 7: at perihelion again after a whole period the energy is nearly right; what a run reports is how
+// wrong it has been, compared with the kinetic energy of 2 and the potential of -2.5 at the start.
 #[test]
 fn a_run_reports_the_largest_energy_error_and_not_only_the_last() {
     let build = || kepler(method("velocity-verlet"), 0.6, TAU / 200.0);

@@ -218,8 +218,8 @@ fn implicit_schemes_damp_fast_motion_as_theory_says() {
     }
 }
 
-// A1: these remember more than a state, so that one step has no matrix of two rows; at z = 10 they have to shrink by 0.3007 and 0.9298
-// a step in the end, at z = 1000 by 0.0231 and 0.8077.
+// A1: these remember more than a state, so that one step has no matrix of two rows; at z = 10 they have to
+// shrink by 0.3007 and 0.9298 a step in the end, at z = 1000 by 0.0231 and 0.8077.
 #[test]
 fn schemes_with_a_memory_damp_fast_motion_as_their_recurrences_do() {
     for name in ["bdf2", "generalised-alpha"] {
@@ -360,7 +360,8 @@ fn the_energy_of_the_symplectic_schemes_oscillates_between_the_predicted_bounds(
     }
 }
 
-// lecture 7: a run looks at its energy also where frames that are not measured fall on the very steps it looks at.
+// lecture 7: a run looks at its energy also where frames that are not measured fall on the very steps it
+// looks at.
 #[test]
 fn a_run_without_measured_frames_still_notices_that_it_blows_up() {
     let step = 2.001;

@@ -38,8 +38,8 @@ fn velocity_verlet_follows_the_stiff_pendulum_to_t_1() {
     assert!(error < 1e-6, "off by {error:e}");
 }
 
-// lecture 7; A6: at k = 1e6 the limits 2 / omega and 2 sqrt 2 / omega are 2e-3 and 2.83e-3. Positions by an independent
-// implementation of each scheme, which blows up at the second step size.
+// lecture 7; A6: at k = 1e6 the limits 2 / omega and 2 sqrt 2 / omega are 2e-3 and 2.83e-3. Positions by an
+// independent implementation of each scheme, which blows up at the second step size.
 #[test]
 fn explicit_schemes_hold_the_stiff_pendulum_below_their_limit_and_report_above() {
     let rows = [
@@ -76,7 +76,8 @@ fn after_ten_seconds(name: &str, steps: usize) -> (f64, f64) {
     (x[2].atan2(-x[3]) + 0.651_863_046_741_975_93, simulation.diagnostics().total - start)
 }
 
-// A6: h = 0.01 is ten times what the stiff spring would need, an independent implementation of each scheme; two digits are known.
+// A6: h = 0.01 is ten times what the stiff spring would need, an independent implementation of each scheme;
+// two digits are known.
 #[test]
 fn implicit_schemes_swing_the_stiff_pendulum_as_an_independent_code_finds() {
     let rows = [
@@ -108,7 +109,8 @@ fn gauss_swings_the_stiff_pendulum_as_an_independent_code_finds() {
     assert!((energy + 9e-7).abs() < 5e-7, "{energy:e} J");
 }
 
-// A6: h = 1/32, h omega = 31, every step solved: the energy gained after 10 s. Stage order decides, not L-stability: SDIRK4 gains.
+// A6: h = 1/32, h omega = 31, every step solved: the energy gained after 10 s. Stage order decides, not
+// L-stability: SDIRK4 gains.
 #[test]
 fn at_h_omega_of_31_stage_order_decides_what_becomes_of_energy() {
     let alpha = |rho: f64| GeneralisedAlphaParameters { rho }.method();
@@ -134,8 +136,8 @@ fn at_h_omega_of_31_stage_order_decides_what_becomes_of_energy() {
     }
 }
 
-// A6: h omega of 31, 50 and 100, every step solved. Schemes without damping gain energy without bound, however well their steps
-// are solved; implicit Euler, BDF2 and TR-BDF2 never do.
+// A6: h omega of 31, 50 and 100, every step solved. Schemes without damping gain energy without bound,
+// however well their steps are solved; implicit Euler, BDF2 and TR-BDF2 never do.
 #[test]
 fn at_large_steps_damping_schemes_lose_energy_and_undamped_ones_gain_it() {
     let rows = [
@@ -163,7 +165,8 @@ fn at_large_steps_damping_schemes_lose_energy_and_undamped_ones_gain_it() {
     }
 }
 
-// A step that fails, or is taken back because the force at its end is not finite, leaves state and memory as they were.
+// A step that fails, or is taken back because the force at its end is not finite, leaves state and memory as
+// they were.
 #[test]
 fn a_step_from_elsewhere_that_fails_leaves_the_memory_of_a_scheme() {
     for name in ["implicit-euler", "newmark", "generalised-alpha", "bdf2", "tr-bdf2", "sdirk4"] {

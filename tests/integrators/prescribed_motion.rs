@@ -1,4 +1,5 @@
-//! A mass on a spring whose other end is moved: prescribed positions are right at every stage, and holds let go.
+//! A mass on a spring whose other end is moved: prescribed positions are right at every stage, and holds let
+//! go.
 
 use pliant::constraint::{Hold, Motion, Rotation};
 use pliant::energy::spring::Springs;
@@ -31,7 +32,8 @@ fn on_a_spring(spec: IntegratorSpec, h: f64, hold: impl Fn(Hold, &[f64]) -> Hold
     simulation
 }
 
-/// The end goes along `0.5 sin(2 t)` in x, and in y on a circle of radius 0.2 about (-0.2, 0) seen from the side.
+/// The end goes along `0.5 sin(2 t)` in x, and in y on a circle of radius 0.2 about (-0.2, 0) seen from the
+/// side.
 fn driven(spec: IntegratorSpec, h: f64) -> Simulation {
     on_a_spring(spec, h, |hold, start| {
         let (sin, cos) = (|t: f64| 0.5 * (DRIVE * t).sin(), |t: f64| 0.5 * DRIVE * (DRIVE * t).cos());
@@ -41,7 +43,8 @@ fn driven(spec: IntegratorSpec, h: f64) -> Simulation {
     })
 }
 
-/// `x'' = -omega^2 (x - a cos(Omega t) - b sin(Omega t) - c)`, `x(0) = x0`, `x'(0) = 0`: position and velocity at `t`.
+/// `x'' = -omega^2 (x - a cos(Omega t) - b sin(Omega t) - c)`, `x(0) = x0`, `x'(0) = 0`: position and
+/// velocity at `t`.
 fn exact(x0: f64, [a, b, c]: [f64; 3], t: f64) -> [f64; 2] {
     let gain = OMEGA * OMEGA / (OMEGA * OMEGA - DRIVE * DRIVE);
     let (free_cos, free_sin) = (x0 - c - gain * a, -gain * b * DRIVE / OMEGA);
@@ -52,7 +55,8 @@ fn exact(x0: f64, [a, b, c]: [f64; 3], t: f64) -> [f64; 2] {
     ]
 }
 
-/// Errors of position and velocity of the mass at t = 1, and of the energy there is less the work of the moving end.
+/// Errors of position and velocity of the mass at t = 1, and of the energy there is less the work of the
+/// moving end.
 fn errors(spec: IntegratorSpec, steps: usize) -> [f64; 3] {
     let mut simulation = driven(spec, 1.0 / steps as f64);
     let before = simulation.diagnostics().total;
@@ -75,7 +79,8 @@ fn errors(spec: IntegratorSpec, steps: usize) -> [f64; 3] {
     ]
 }
 
-// A8: the stages of a step see the moving end where it is at their times, and its work is known as well as the state.
+// A8: the stages of a step see the moving end where it is at their times, and its work is known as well as
+// the state.
 #[test]
 fn every_scheme_keeps_its_order_with_a_moving_end() {
     // Order 15 is not to be seen in double precision.

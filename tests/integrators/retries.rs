@@ -12,7 +12,8 @@ use pliant::system::System;
 use crate::support::particles::{SOFT_DOUBLE_PENDULUM_V, SOFT_DOUBLE_PENDULUM_X};
 use crate::support::{advance, distance, method, methods};
 
-/// No force at all, but where it refuses to be evaluated: so often in each window `(i width, (i + 1) width]` of time as `budget` says.
+/// No force at all, but where it refuses to be evaluated: so often in each window `(i width, (i + 1) width]`
+/// of time as `budget` says.
 struct Refusing {
     width: f64,
     budget: fn(usize) -> u32,
@@ -153,7 +154,8 @@ fn halves_are_steps_of_half_the_size() {
     }
 }
 
-// The state, its memory and the time are taken back to the last bit, and what is tried again later goes on as if nothing had happened.
+// The state, its memory and the time are taken back to the last bit, and what is tried again later goes on
+// as if nothing had happened.
 #[test]
 fn a_step_that_fails_in_all_parts_is_taken_back() {
     for name in ["implicit-euler", "bdf2", "newmark", "generalised-alpha", "tr-bdf2", "radau-iia3"] {

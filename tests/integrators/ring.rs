@@ -15,8 +15,8 @@ const MASSES: usize = 12;
 const MASS: f64 = 0.5;
 const STIFFNESS: f64 = 8.0;
 
-/// A ring of springs of rest length zero, whose forces are linear in the positions, displaced by the standing wave
-/// `cos(2 pi wave j / n)` along x and by its neighbour, `wave + 1`, along y.
+/// A ring of springs of rest length zero, whose forces are linear in the positions, displaced by the
+/// standing wave `cos(2 pi wave j / n)` along x and by its neighbour, `wave + 1`, along y.
 fn ring(method: Method, wave: usize, h: f64) -> Simulation {
     let edges: Vec<[u32; 2]> = (0..MASSES).map(|j| [j as u32, ((j + 1) % MASSES) as u32]).collect();
     let mut system = System::new(2, vec![MASS; MASSES]);
@@ -53,8 +53,8 @@ fn plane_waves_obey_the_discrete_dispersion_relation_of_each_scheme() {
     for method in methods() {
         let documentation = method.documentation;
         for wave in [1, 2, 4] {
-            // The fastest wave, which rounding excites, at 0.7 of the limit; schemes that are never stable at a small step, and
-            // those that always are at a large one.
+            // The fastest wave, which rounding excites, at 0.7 of the limit; schemes that are never stable
+            // at a small step, and those that always are at a large one.
             let (h, steps) = match documentation.stability_limit {
                 0.0 => (0.01, 1000),
                 f64::INFINITY => (3.0 / frequency(MASSES / 2), 1000),
@@ -75,8 +75,8 @@ fn plane_waves_obey_the_discrete_dispersion_relation_of_each_scheme() {
     }
 }
 
-// lecture 5; A5: sin(Omega h / 2) = omega h / 2. Verlet from rest gives x_n = x_0 cos(n Omega h), symplectic Euler
-// x_n = x_0 (cos(n Omega h) - tan(Omega h / 2) sin(n Omega h)).
+// lecture 5; A5: sin(Omega h / 2) = omega h / 2. Verlet from rest gives x_n = x_0 cos(n Omega h), symplectic
+// Euler x_n = x_0 (cos(n Omega h) - tan(Omega h / 2) sin(n Omega h)).
 #[test]
 fn verlet_and_symplectic_euler_run_at_the_same_exactly_known_frequency() {
     let (wave, steps) = (2, 10_000);

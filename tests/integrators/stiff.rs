@@ -1,4 +1,5 @@
-//! A7, Prothero and Robinson: a smooth solution on top of something very stiff. The order of a scheme there is not its classical one.
+//! A7, Prothero and Robinson: a smooth solution on top of something very stiff. The order of a scheme there
+//! is not its classical one.
 
 use pliant::dissipation::MassProportional;
 use pliant::energy::load::{DeadLoad, Sample};

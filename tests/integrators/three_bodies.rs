@@ -1,4 +1,5 @@
-//! Three gravitating bodies: the figure-eight and the Pythagorean problem, solved by Taylor series in 40 to 55 digits.
+//! Three gravitating bodies: the figure-eight and the Pythagorean problem, solved by Taylor series in 40 to
+//! 55 digits.
 
 use pliant::run::Outcome;
 

@@ -327,8 +327,8 @@ fn in_a_corner(name: &str, h: f64, drag: f64) -> Simulation {
     ))
 }
 
-/// Masses on springs fall into a corner of two oblique walls and bounce there: what the walls give in all steps
-/// is the change of momentum less the impulses of gravity and drag.
+/// Masses on springs fall into a corner of two oblique walls and bounce there: what the walls give in all
+/// steps is the change of momentum less the impulses of gravity and drag.
 #[test]
 fn walls_give_what_momentum_lacks_by_every_scheme() {
     for (method, drag) in methods_with_walls().flat_map(|m| [(m, 0.0), (m, 3.0)]) {

@@ -86,8 +86,9 @@ fn line_frequency(order: u8, n: usize, j: usize) -> f64 {
     low.sqrt() * c / h / TAU
 }
 
-// C7: f_1 = c / 4L. The elements contain those of a line, and the continuum contains them: their frequency is between the two,
-// by the principle of Rayleigh and Ritz. For quadratic ones these are `(kh)^4 / 1440`, 4e-7, apart.
+// C7: f_1 = c / 4L. The elements contain those of a line, and the continuum contains them: their frequency
+// is between the two, by the principle of Rayleigh and Ritz. For quadratic ones these are `(kh)^4 / 1440`,
+// 4e-7, apart.
 #[test]
 fn the_first_axial_frequency_is_between_that_of_the_continuum_and_that_of_a_line_of_elements() {
     let exact = speed() / (4.0 * LENGTH);
@@ -154,14 +155,15 @@ fn pulled(mut solid: Solid, h: f64, duration: f64) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// d'Alembert: `F t c / (E A)` until the wave is back from the fixed end, then back at the same rate, and so on.
+/// d'Alembert: `F t c / (E A)` until the wave is back from the fixed end, then back at the same rate, and so
+/// on.
 fn dalembert(t: f64) -> f64 {
     let phase = (t * speed() / LENGTH).rem_euclid(4.0);
     1000.0 / 1e6 * LENGTH * if phase < 2.0 { phase } else { 4.0 - phase }
 }
 
-// C7: linear elements along a line with the masses of a chain, in steps in which a wave crosses one element, `sin(omega h/2) =
-// sin(k h/2)`, are exact.
+// C7: linear elements along a line with the masses of a chain, in steps in which a wave crosses one element,
+// `sin(omega h/2) = sin(k h/2)`, are exact.
 #[test]
 fn linear_elements_carry_a_wave_exactly_where_it_crosses_one_in_a_step() {
     for dimension in [2, 3] {

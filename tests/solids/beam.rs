@@ -1,4 +1,5 @@
-//! A beam of 8 x 2 cells, 4 m x 1 m, clamped at x = 0, let go under gravity: every vertex against an independent code.
+//! A beam of 8 x 2 cells, 4 m x 1 m, clamped at x = 0, let go under gravity: every vertex against an
+//! independent code.
 
 use pliant::run::Outcome;
 use serde_json::json;
@@ -59,8 +60,8 @@ fn the_tip_is_where_the_plan_has_it() {
     }
 }
 
-// lecture 4, 5, 7; C13 W1: mass-weighted rms error of all vertices, computed by independent implementations of the
-// schemes on an independent finite element code.
+// lecture 4, 5, 7; C13 W1: mass-weighted rms error of all vertices, computed by independent implementations
+// of the schemes on an independent finite element code.
 #[test]
 fn errors_in_time_are_those_of_independent_implementations() {
     let steps = [
@@ -120,8 +121,8 @@ fn errors_in_time_are_those_of_independent_implementations() {
     }
 }
 
-// C13 W1, neo-Hookean: mass-weighted rms errors at t = 1 of independent implementations of implicit schemes. Their order is not the classical
-// one yet, as modes with h omega > 1 are not resolved.
+// C13 W1, neo-Hookean: mass-weighted rms errors at t = 1 of independent implementations of implicit schemes.
+// Their order is not the classical one yet, as modes with h omega > 1 are not resolved.
 #[test]
 fn errors_in_time_of_implicit_schemes_are_those_of_independent_implementations() {
     let rows: [(&str, &[(u32, f64)]); 7] = [
@@ -147,7 +148,8 @@ fn errors_in_time_of_implicit_schemes_are_those_of_independent_implementations()
     }
 }
 
-// C13 W1s: a hundred times as stiff, nu = 0.49; 7670 rad/s at most. An independent code has the tip at t = 1 in 8 digits.
+// C13 W1s: a hundred times as stiff, nu = 0.49; 7670 rad/s at most. An independent code has the tip at t = 1
+// in 8 digits.
 #[test]
 fn stiff_beams_in_implicit_steps_converge_to_what_an_independent_code_finds() {
     // Largest deflection on the way, and the error of the tip at the end.

@@ -8,8 +8,8 @@ use serde_json::json;
 use crate::support::solid::{Solid, at_zero, isotropic};
 use crate::support::{assert_relative, method};
 
-/// Displacement of the vertex at `point` when a dead shear traction of `force` [N/m] in all, spread over the right end at `end`, has
-/// come on in `steps`; the left end is clamped.
+/// Displacement of the vertex at `point` when a dead shear traction of `force` [N/m] in all, spread over the
+/// right end at `end`, has come on in `steps`; the left end is clamped.
 pub(super) fn sheared(
     mut solid: Solid,
     end: f64,
@@ -58,13 +58,15 @@ fn cooks_membrane_converges_as_an_independent_code_has_it() {
     };
     assert_relative(plane("stress", 1, 32)[1], 23.275_121_9, 1e-8, "plane stress, linear");
     assert_relative(plane("stress", 2, 32)[1], 23.952_197_76, 1e-8, "plane stress, quadratic");
-    // From below, as slowly as the singular corners let it: cells half as large leave 0.6 of the error or less.
+    // From below, as slowly as the singular corners let it: cells half as large leave 0.6 of the error or
+    // less.
     let gap = |n: usize| 1.0 - plane("strain", 2, n)[1] / 21.524_574;
     let (coarse, fine) = (gap(16), gap(32));
     assert!(fine > 0.0 && fine < 2e-3 && fine < 0.6 * coarse, "plane strain: {coarse:e}, {fine:e}");
 }
 
-// C9, nu = 0.4999: the corner (48, 60) on uniform meshes of an independent code. Linear triangles lock at a third of the answer.
+// C9, nu = 0.4999: the corner (48, 60) on uniform meshes of an independent code. Linear triangles lock at a
+// third of the answer.
 #[test]
 fn cooks_membrane_that_hardly_changes_its_volume_is_as_an_independent_code_has_it() {
     let corner = |n: usize, order: u8| {
@@ -75,7 +77,8 @@ fn cooks_membrane_that_hardly_changes_its_volume_is_as_an_independent_code_has_i
     for (n, expected) in [(8, 2.168), (16, 2.205)] {
         assert_relative(corner(n, 1), expected, 2.5e-4, &format!("linear, {n} cells"));
     }
-    // Ours is a rule of second degree for quadratic triangles, theirs of fourth, which locks more; the limit is 6.932 +- 0.004.
+    // Ours is a rule of second degree for quadratic triangles, theirs of fourth, which locks more; the limit
+    // is 6.932 +- 0.004.
     let [coarse, fine] = [(8, 6.217_1), (16, 6.658_9)].map(|(n, theirs)| {
         let ours = corner(n, 2);
         assert!(theirs < ours && ours < 6.936, "quadratic, {n} cells: {ours}, theirs {theirs}");
@@ -84,7 +87,8 @@ fn cooks_membrane_that_hardly_changes_its_volume_is_as_an_independent_code_has_i
     assert!(fine < 0.6 * coarse && fine < 0.04 * 6.932, "{coarse:e} {fine:e}");
 }
 
-/// `sigma_yy` [MPa] at the inner end of the long axis of NAFEMS LE1, `n` and `3 n / 2` quadratic cells across and along.
+/// `sigma_yy` [MPa] at the inner end of the long axis of NAFEMS LE1, `n` and `3 n / 2` quadratic cells
+/// across and along.
 fn le1(n: usize) -> f64 {
     let scene: Scene = serde_json::from_value(json!({
         "dimension": 2,
@@ -106,7 +110,8 @@ fn le1(n: usize) -> f64 {
     simulation.point_states()[0].cauchy_stress()[1][1] * 1e-6
 }
 
-// C8: 92.6576 MPa. Sides are straight here: the error at the end of an element is of second order, which is extrapolated.
+// C8: 92.6576 MPa. Sides are straight here: the error at the end of an element is of second order, which is
+// extrapolated.
 #[test]
 fn the_stress_of_le1_converges_to_that_of_an_independent_code() {
     let [coarse, fine] = [16, 32].map(|n| le1(n) / 92.6576 - 1.0);
@@ -115,7 +120,8 @@ fn the_stress_of_le1_converges_to_that_of_an_independent_code() {
     assert!(limit.abs() < 5e-3, "{coarse:e}, {fine:e}, extrapolated {limit:e}");
 }
 
-// C10: a thick elastica, neo-Hookean, nu = 0, L/H = 20, as a code with elements of fourth order has it: a = F L^2 / (E I).
+// C10: a thick elastica, neo-Hookean, nu = 0, L/H = 20, as a code with elements of fourth order has it: a =
+// F L^2 / (E I).
 #[test]
 fn a_cantilever_of_quadratic_triangles_follows_the_elastica() {
     for (a, w, u) in

@@ -1,4 +1,5 @@
-//! A column of 1 m x 1 m x 6 m, clamped at its foot, its head set spinning at 105 rad/s or thrown aside at 10 m/s.
+//! A column of 1 m x 1 m x 6 m, clamped at its foot, its head set spinning at 105 rad/s or thrown aside at
+//! 10 m/s.
 
 use std::f64::consts::PI;
 
@@ -36,12 +37,13 @@ fn spinning(cells: [usize; 3], order: u8, material: &str, h: f64) -> Simulation 
     })
 }
 
-// C12: bent by v = 10 z / 6 along x. The field has 110 kJ and 33,000 kg m/s; momentum is exact with masses that keep the centre of every
-// element, energy is not.
+// C12: bent by v = 10 z / 6 along x. The field has 110 kJ and 33,000 kg m/s; momentum is exact with masses
+// that keep the centre of every element, energy is not.
 #[test]
 fn the_bending_column_keeps_its_energy_for_half_a_second() {
-    // Linear: along z the lumped masses are those of the trapezoidal rule, which has `h^2 L / 6` too much of the `L^3 / 3` of z^2. Quadratic:
-    // with V/36 and 4 V/27 the six tetrahedra of a unit cube have 7/162 too much, six cubes 7/27 of 72.
+    // Linear: along z the lumped masses are those of the trapezoidal rule, which has `h^2 L / 6` too much of
+    // the `L^3 / 3` of z^2. Quadratic: with V/36 and 4 V/27 the six tetrahedra of a unit cube have 7/162 too
+    // much, six cubes 7/27 of 72.
     for (order, cells, excess) in [(1, [2, 2, 12], 1.0 / 288.0), (2, [1, 1, 6], 7.0 / 1944.0)] {
         let mut simulation = column(cells, order, "neo-hookean-j", 5e-5, |x| [10.0 * x[2] / 6.0, 0.0, 0.0]);
         let start = simulation.diagnostics();
@@ -63,8 +65,9 @@ fn the_bending_column_keeps_its_energy_for_half_a_second() {
     }
 }
 
-// C12: 2 x 2 x 12 cells of quadratic tetrahedra, neo-Hookean in J, lumped masses: the head turns by 6.161 rad at 0.0952 s in an
-// independent code, and the lumped masses have 13 % more kinetic energy than the field.
+// C12: 2 x 2 x 12 cells of quadratic tetrahedra, neo-Hookean in J, lumped masses: the head turns by 6.161
+// rad at 0.0952 s in an independent code, and the lumped masses have 13 % more kinetic energy than the
+// field.
 #[test]
 fn the_twisting_column_of_quadratic_tetrahedra_follows_an_independent_code() {
     let h = 2.5e-5;
@@ -99,8 +102,8 @@ fn the_twisting_column_of_quadratic_tetrahedra_follows_an_independent_code() {
     assert!((peak.1 - 0.0952).abs() < 2e-4, "largest twist at {} s", peak.1);
 }
 
-// lecture 13, 18; C12: 4 x 4 x 24 cells, neo-Hookean, velocity Verlet in steps of 25 microseconds; an independent code
-// with the same scheme and step gives the numbers below.
+// lecture 13, 18; C12: 4 x 4 x 24 cells, neo-Hookean, velocity Verlet in steps of 25 microseconds; an
+// independent code with the same scheme and step gives the numbers below.
 #[test]
 fn the_twisting_column_follows_an_independent_code() {
     let mut simulation = spinning([4, 4, 24], 1, "neo-hookean", 2.5e-5);
@@ -113,7 +116,8 @@ fn the_twisting_column_follows_an_independent_code() {
     let mut peak = (0.0, 0.0);
     for step in 1..=4000 {
         simulation.step().unwrap();
-        // The axis of the column stays on the z axis by symmetry to the digits compared here, but is measured.
+        // The axis of the column stays on the z axis by symmetry to the digits compared here, but is
+        // measured.
         let x = simulation.state().x();
         let centre = ((2 * 5 + 2) * 25 + 24) * 3;
         let angle = (x[corner + 1] - x[centre + 1]).atan2(x[corner] - x[centre]);

@@ -1,11 +1,12 @@
-//! A beam of 0.4 x 0.1 x 0.1 m that is held at x = 0 and falls, implicit Euler in steps of 0.01 s, against heights of its tip that
-//! independent programs agree on (`E = 5e5`, `nu = 0.4`, stable neo-Hookean with its
+//! A beam of 0.4 x 0.1 x 0.1 m that is held at x = 0 and falls, implicit Euler in steps of 0.01 s, against
+//! heights of its tip that independent programs agree on (`E = 5e5`, `nu = 0.4`, stable neo-Hookean with its
 //! logarithm). Lecture 6 and 22.
 
 use pliant_scene::Scene;
 use pliant_scene::assembly::UnstableStep;
 
-/// Changes of the height of the corner with the largest coordinates [m] after every tenth of a second, for 6 cells across.
+/// Changes of the height of the corner with the largest coordinates [m] after every tenth of a second, for 6
+/// cells across.
 const COARSE: [f64; 6] = [-0.060887098, -0.117589080, -0.075367830, -0.025263639, -0.051955755, -0.095113554];
 /// The same for 11 cells across.
 const FINE: [f64; 1] = [-0.0628118];

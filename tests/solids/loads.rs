@@ -41,7 +41,8 @@ const IMPULSES: [(&str, [f64; 3], usize); 7] = [
     ("[{ pressure = '-50 * t' }]", [0.0; 3], 3),
 ];
 
-// C3: momentum is the impulse of the loads, to rounding where they do not change, else to the order of the scheme.
+// C3: momentum is the impulse of the loads, to rounding where they do not change, else to the order of the
+// scheme.
 #[test]
 fn momentum_is_the_impulse_of_the_loads() {
     for (load, impulse, dimension) in IMPULSES {
@@ -56,8 +57,8 @@ fn momentum_is_the_impulse_of_the_loads() {
     }
 }
 
-/// Loads of every kind, with and without a potential, steady and not: present energy, less what they brought in, is constant to
-/// the order of the scheme.
+/// Loads of every kind, with and without a potential, steady and not: present energy, less what they brought
+/// in, is constant to the order of the scheme.
 #[test]
 fn the_balance_of_energy_closes_for_every_load_and_scheme() {
     let right = "half_space = { normal = [-1, 0], offset = -2 }";
@@ -94,7 +95,8 @@ fn the_balance_of_energy_closes_for_every_load_and_scheme() {
                 2
             }];
             let measured = (residual(steps) / residual(2 * steps)).log2();
-            // At small amplitudes the energy of some schemes is one order better than their positions; a NaN does not agree.
+            // At small amplitudes the energy of some schemes is one order better than their positions; a NaN
+            // does not agree.
             assert!(measured > order - 0.3, "{load} by {name}: order {measured:.3}, documented {order}");
         }
     }
@@ -118,8 +120,8 @@ fn steady_loads_are_potential_energy() {
     );
 }
 
-/// C1, as loads and elements see it together: a homogeneous stretch is in equilibrium with the dead traction of its stress on all
-/// sides, node by node, with elements of both orders in both dimensions.
+/// C1, as loads and elements see it together: a homogeneous stretch is in equilibrium with the dead traction
+/// of its stress on all sides, node by node, with elements of both orders in both dimensions.
 #[test]
 fn traction_of_a_homogeneous_stress_balances_every_node() {
     for (dimension, order) in [(2, 1), (2, 2), (3, 1), (3, 2)] {

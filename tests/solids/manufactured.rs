@@ -1,4 +1,5 @@
-//! C5: a displacement field that is no polynomial is made a solution by the right body force; `E = 1`, `nu = 0.3`.
+//! C5: a displacement field that is no polynomial is made a solution by the right body force; `E = 1`, `nu =
+//! 0.3`.
 
 use std::f64::consts::PI;
 
@@ -65,7 +66,8 @@ pub(super) fn body_force<const D: usize>(x: [f64; D], material: &str) -> [f64; D
     b
 }
 
-/// Sums over a rule of degree 7 or 8 in every element: `visit(weight, X, u, grad u, N, element)`, `u` the displacement of `x`.
+/// Sums over a rule of degree 7 or 8 in every element: `visit(weight, X, u, grad u, N, element)`, `u` the
+/// displacement of `x`.
 fn integrate<const D: usize, const N: usize>(
     solid: &Solid,
     rest: &[f64],
@@ -165,8 +167,8 @@ pub(super) fn equilibrium<const D: usize>(mut simulation: Simulation) -> Vec<f64
     simulation.state().x().to_vec()
 }
 
-/// Compares errors on ever finer meshes, from `n` cells a side on, with those of an independent code, to 1 %, and the orders with
-/// `orders` of the element.
+/// Compares errors on ever finer meshes, from `n` cells a side on, with those of an independent code, to 1
+/// %, and the orders with `orders` of the element.
 fn compare<const D: usize, const N: usize>(material: &str, n: usize, expected: &[[f64; 2]]) {
     let what = format!("{material}, {D}D, {N} nodes");
     let found: Vec<[f64; 2]> = (0..expected.len()).map(|i| errors::<D, N>(material, n << i)).collect();

@@ -15,8 +15,8 @@ fn gradient(dimension: usize, scale: f64) -> Vec<Vec<f64>> {
         .collect()
 }
 
-/// A unit square or cube of `n` cells a side, inner vertices moved by up to 20 % of a cell; the unknowns of the inner
-/// vertices.
+/// A unit square or cube of `n` cells a side, inner vertices moved by up to 20 % of a cell; the unknowns of
+/// the inner vertices.
 fn perturbed(dimension: usize, kind: Kind, n: usize, elastic: &Value) -> (Solid, Vec<usize>) {
     let grid = Solid::grid(&vec![n; dimension], &vec![1.0; dimension], elastic.clone());
     let mut mesh = grid.of_kind(kind).mesh();
@@ -111,7 +111,8 @@ fn a_linear_patch_has_the_energy_and_the_forces_of_its_strain() {
     assert!((pull(1) + s12).abs() < 1e-12 * s11, "{} N instead of {} N", pull(1), -s12);
 }
 
-/// A square whose lower side has a vertex `epsilon` above it, and one in the middle: triangle 0 is the sliver.
+/// A square whose lower side has a vertex `epsilon` above it, and one in the middle: triangle 0 is the
+/// sliver.
 fn with_sliver(epsilon: f64, elastic: Value) -> Solid {
     let mesh = Mesh {
         dimension: 2,

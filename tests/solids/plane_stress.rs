@@ -96,7 +96,8 @@ fn a_drawn_sheet_has_the_modulus_of_the_material() {
     }
 }
 
-// C9: Cook's membrane in plane stress, E = 1, nu = 1/3, F = 1, 32 x 32 cells of linear triangles; an independent code.
+// C9: Cook's membrane in plane stress, E = 1, nu = 1/3, F = 1, 32 x 32 cells of linear triangles; an
+// independent code.
 #[test]
 fn cooks_membrane_bends_as_an_independent_code_has_it() {
     let mut solid = Solid::grid(&[1, 1], &[1.0, 1.0], linear(1.0, 1.0 / 3.0, "stress"));

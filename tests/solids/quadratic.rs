@@ -21,8 +21,8 @@ pub(super) fn nodes<const D: usize, const N: usize>(x: &[f64], element: &[u32; N
     element.map(|v| std::array::from_fn(|c| x[v as usize * D + c]))
 }
 
-/// Adds `loads` to the forces on the unknowns `free` and moves them to equilibrium: Newton's method, dense stiffness, until
-/// a step is nothing beside all that came before.
+/// Adds `loads` to the forces on the unknowns `free` and moves them to equilibrium: Newton's method, dense
+/// stiffness, until a step is nothing beside all that came before.
 fn equilibrium(probe: &mut Probe, start: &[f64], free: &[usize], loads: &[f64]) -> Vec<f64> {
     let mut x = start.to_vec();
     for _ in 0..30 {
@@ -38,8 +38,8 @@ fn equilibrium(probe: &mut Probe, start: &[f64], free: &[usize], loads: &[f64]) 
     panic!("no equilibrium");
 }
 
-/// Forces of a shear traction [N/m] along `y`, on the edges between nodes at `x`, from `y` to `y + length`: consistent with
-/// quadratic edges, 1/6, 2/3, 1/6 of each; linear ones, a half each.
+/// Forces of a shear traction [N/m] along `y`, on the edges between nodes at `x`, from `y` to `y + length`:
+/// consistent with quadratic edges, 1/6, 2/3, 1/6 of each; linear ones, a half each.
 fn shear_on_the_right(rest: &[f64], x: f64, order: u8, traction: f64) -> Vec<f64> {
     let mut side: Vec<usize> = (0..rest.len() / 2).filter(|v| (rest[2 * v] - x).abs() < 1e-9).collect();
     side.sort_by(|a, b| rest[2 * a + 1].total_cmp(&rest[2 * b + 1]));
@@ -55,7 +55,8 @@ fn shear_on_the_right(rest: &[f64], x: f64, order: u8, traction: f64) -> Vec<f64
     loads
 }
 
-/// Displacement of the node at `point` under a total of `force` [N/m] up, spread over the right end; left end clamped.
+/// Displacement of the node at `point` under a total of `force` [N/m] up, spread over the right end; left
+/// end clamped.
 fn bent(solid: &Solid, end: f64, height: f64, force: f64, point: [f64; 2], steps: u32) -> [f64; 2] {
     let mut probe = solid.probe();
     let rest = probe.rest();
@@ -79,8 +80,9 @@ fn cook(n: usize, order: u8, elastic: Value) -> Solid {
     solid
 }
 
-// C9: Cook's membrane on a uniform mesh; an independent code has 7.702231495 for 8 x 8 quadratic cells with a rule of fourth
-// degree, ours is of second: the last digits differ. Linear elements are far from the 7.78138 that both converge to.
+// C9: Cook's membrane on a uniform mesh; an independent code has 7.702231495 for 8 x 8 quadratic cells with
+// a rule of fourth degree, ours is of second: the last digits differ. Linear elements are far from the
+// 7.78138 that both converge to.
 #[test]
 fn cooks_membrane_bends_as_an_independent_code_has_it() {
     let elastic = isotropic("neo-hookean", 240.565, 0.3);

@@ -34,8 +34,9 @@ fn the_torque_of_a_twisted_bar_is_the_reference() {
     }
 }
 
-/// Newton's second law of the whole body, at any time of a motion in which everything acts: reactions, gravity, a load and drag add
-/// up to the rate of momentum, whose central differences are right to the square of the step.
+/// Newton's second law of the whole body, at any time of a motion in which everything acts: reactions,
+/// gravity, a load and drag add up to the rate of momentum, whose central differences are right to the
+/// square of the step.
 #[test]
 fn reactions_are_what_is_left_of_the_rate_of_momentum() {
     let error = |h: f64| {

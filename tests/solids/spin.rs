@@ -18,8 +18,8 @@ fn spinning_square(method: Method, h: f64) -> Simulation {
     simulation
 }
 
-// lecture 5; D12: changes of angular momentum and energy after one second at h = 1/2000, computed by an independent
-// implementation.
+// lecture 5; D12: changes of angular momentum and energy after one second at h = 1/2000, computed by an
+// independent implementation.
 #[test]
 fn a_spinning_square_changes_angular_momentum_and_energy_as_an_independent_code_finds() {
     let rows = [

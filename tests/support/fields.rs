@@ -2,8 +2,8 @@
 
 use pliant::energy::{EnergyKind, EnergyTerm, Fault, TermProperties, TermViews};
 
-/// A potential in terms of the differences `d_i = x_{i+1} - x_i` of a one-dimensional row of unknowns, both ends held
-/// at zero: `E = sum_i 1/2 d_i^2 + alpha/3 d_i^3` (Fermi, Pasta, Ulam, Tsingou).
+/// A potential in terms of the differences `d_i = x_{i+1} - x_i` of a one-dimensional row of unknowns, both
+/// ends held at zero: `E = sum_i 1/2 d_i^2 + alpha/3 d_i^3` (Fermi, Pasta, Ulam, Tsingou).
 pub(crate) struct CubicChain {
     alpha: f64,
     gradient: Vec<f64>,

@@ -32,7 +32,8 @@ pub(crate) fn method(name: &str) -> Method {
     all.find(|m| m.documentation.name == name).unwrap_or_else(|| panic!("no scheme is called {name}"))
 }
 
-/// Solves the equations of implicit schemes to rounding, so that what is measured is the scheme; explicit ones do not care.
+/// Solves the equations of implicit schemes to rounding, so that what is measured is the scheme; explicit
+/// ones do not care.
 pub(crate) fn solve_to_rounding(simulation: &mut Simulation) {
     simulation.set_solver(SolverOptions { tolerance: Some(1e-15), ..SolverOptions::default() });
 }
@@ -77,7 +78,8 @@ pub(crate) fn assert_relative(measured: f64, expected: f64, tolerance: f64, what
     assert!(error <= tolerance, "{what}: {measured:e} instead of {expected:e}, off by {error:.2e}");
 }
 
-/// Mass-weighted root mean square of the difference of two flat arrays, over the vertices that are not pinned.
+/// Mass-weighted root mean square of the difference of two flat arrays, over the vertices that are not
+/// pinned.
 pub(crate) fn weighted_rms(simulation: &Simulation, a: &[f64], b: &[f64]) -> f64 {
     let system = simulation.system();
     let d = system.dimension();

@@ -12,7 +12,8 @@ use super::solve_to_rounding;
 /// A 2x2 matrix acting on `(x, v / omega)`.
 pub(crate) type Matrix = [[f64; 2]; 2];
 
-/// `(x, v / omega)` after so many steps with `z = h omega` from `(1, 0)`, derived by hand from the definition of the scheme.
+/// `(x, v / omega)` after so many steps with `z = h omega` from `(1, 0)`, derived by hand from the
+/// definition of the scheme.
 pub(crate) fn from_rest(name: &str, z: f64, steps: usize) -> [f64; 2] {
     match name {
         "bdf2" => bdf2(z, steps),
@@ -21,7 +22,8 @@ pub(crate) fn from_rest(name: &str, z: f64, steps: usize) -> [f64; 2] {
     }
 }
 
-/// BDF2 after a step of TR-BDF2: `(3 - 2 i z) u_(n+1) = 4 u_n - u_(n-1)`, where `(x, v / omega) = (Re u, -Im u)`.
+/// BDF2 after a step of TR-BDF2: `(3 - 2 i z) u_(n+1) = 4 u_n - u_(n-1)`, where `(x, v / omega) = (Re u, -Im
+/// u)`.
 fn bdf2(z: f64, steps: usize) -> [f64; 2] {
     let [[re, im], _] = closed_form("tr-bdf2", z);
     let (mut before, mut now) = (Complex::new(1.0, 0.0), Complex::new(re, im));
@@ -46,8 +48,8 @@ pub(crate) fn generalised_alpha(rho: f64, z: f64, steps: usize) -> [f64; 2] {
     [x, v]
 }
 
-/// The matrix that one step with `z = h omega` applies to `(x, v / omega)`, derived by hand from the definition of the
-/// scheme (Runge-Kutta: the stability function at `i z`).
+/// The matrix that one step with `z = h omega` applies to `(x, v / omega)`, derived by hand from the
+/// definition of the scheme (Runge-Kutta: the stability function at `i z`).
 pub(crate) fn closed_form(name: &str, z: f64) -> Matrix {
     let z2 = z * z;
     let rotation = |even: f64, odd: f64| [[even, odd], [-odd, even]];
@@ -94,8 +96,8 @@ pub(crate) fn closed_form(name: &str, z: f64) -> Matrix {
     }
 }
 
-/// A stability function at `w = i z`: a polynomial over `(1 - g w)^n`. As `i` turns `(x, v / omega)` by a right angle, `p + i q` is a
-/// matrix.
+/// A stability function at `w = i z`: a polynomial over `(1 - g w)^n`. As `i` turns `(x, v / omega)` by a
+/// right angle, `p + i q` is a matrix.
 fn rational(numerator: &[f64], (g, n): (f64, i32), z: f64) -> Matrix {
     let w = Complex::new(0.0, z);
     as_matrix(polynomial(numerator, w) / (Complex::new(1.0, 0.0) - w * g).powi(n))
@@ -137,8 +139,8 @@ pub(crate) fn power_applied(mut matrix: Matrix, mut n: usize, [mut x, mut v]: [f
     [x, v]
 }
 
-/// A mass on a spring of rest length zero, whose other end is held at the origin: an exact oscillator. Starts at
-/// `(1, 0)`, at rest. Vertex 0 is the held one.
+/// A mass on a spring of rest length zero, whose other end is held at the origin: an exact oscillator.
+/// Starts at `(1, 0)`, at rest. Vertex 0 is the held one.
 pub(crate) fn oscillator(method: Method, mass: f64, stiffness: f64, h: f64) -> Simulation {
     let mut system = System::new(2, vec![1.0, mass]);
     system.add_term(Box::new(Springs::<2>::new("oscillator", &[[0, 1]], &[stiffness], &[0.0], 2)));

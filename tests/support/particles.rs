@@ -10,7 +10,8 @@ use pliant::system::System;
 
 use super::solve_to_rounding;
 
-/// A body around a sun of mass 1 held at the origin, `G = 1`, semi-major axis 1, from perihelion. Vertex 0 is the sun.
+/// A body around a sun of mass 1 held at the origin, `G = 1`, semi-major axis 1, from perihelion. Vertex 0
+/// is the sun.
 pub(crate) fn kepler(method: Method, eccentricity: f64, h: f64) -> Simulation {
     let speed = ((1.0 + eccentricity) / (1.0 - eccentricity)).sqrt();
     let mut system = System::new(2, vec![1.0, 1.0]);
@@ -44,9 +45,9 @@ pub(crate) fn pythagorean(method: Method, h: f64) -> Simulation {
     three_bodies(method, [3.0, 4.0, 5.0], [1.0, 3.0, -2.0, -1.0, 1.0, -1.0], [0.0; 6], h)
 }
 
-/// Masses on the x axis at `spacing * (1, 2, ...)`, each joined to the one before by a spring of rest length `spacing`,
-/// the first to a wall at the origin (vertex 0), and, if there is one stiffness more than masses, the last to a wall
-/// behind it. Displaced by `u`, at rest.
+/// Masses on the x axis at `spacing * (1, 2, ...)`, each joined to the one before by a spring of rest length
+/// `spacing`, the first to a wall at the origin (vertex 0), and, if there is one stiffness more than masses,
+/// the last to a wall behind it. Displaced by `u`, at rest.
 pub(crate) fn chain(
     method: Method,
     mass: &[f64],
@@ -79,8 +80,8 @@ pub(crate) fn chain_displacements(simulation: &Simulation, spacing: f64) -> Vec<
     (1..x.len() / 2).map(|i| x[2 * i] - spacing * i as f64).collect()
 }
 
-/// A mass 1 on a spring of rest length 1 hung from the origin (vertex 0), at 60 degrees from the vertical, at rest;
-/// `g = 9.81`.
+/// A mass 1 on a spring of rest length 1 hung from the origin (vertex 0), at 60 degrees from the vertical,
+/// at rest; `g = 9.81`.
 pub(crate) fn spring_pendulum(method: Method, stiffness: f64, h: f64) -> Simulation {
     let mass = vec![1.0, 1.0];
     let mut system = System::new(2, mass.clone());
@@ -93,8 +94,8 @@ pub(crate) fn spring_pendulum(method: Method, stiffness: f64, h: f64) -> Simulat
     simulation
 }
 
-/// Two masses on soft springs below a pin, all terms nonlinear, no motion stiff: where orders show at once. The time
-/// is 1 at the end.
+/// Two masses on soft springs below a pin, all terms nonlinear, no motion stiff: where orders show at once.
+/// The time is 1 at the end.
 pub(crate) fn soft_double_pendulum(method: Method, h: f64) -> Simulation {
     let mass = vec![1.0, 1.0, 2.0];
     let mut system = System::new(2, mass.clone());
@@ -108,8 +109,8 @@ pub(crate) fn soft_double_pendulum(method: Method, h: f64) -> Simulation {
     simulation
 }
 
-/// Positions of the two masses of [`soft_double_pendulum`] at `t = 1`: Taylor series of degree 20 and 24 in 30 digits
-/// (mpmath), which agree in all digits given.
+/// Positions of the two masses of [`soft_double_pendulum`] at `t = 1`: Taylor series of degree 20 and 24 in
+/// 30 digits (mpmath), which agree in all digits given.
 pub(crate) const SOFT_DOUBLE_PENDULUM_X: [f64; 4] =
     [-0.193_846_589_726_792_75, -3.448_708_169_134_840_9, 0.914_904_466_106_178_69, -4.253_970_357_222_576_5];
 /// The velocities there.

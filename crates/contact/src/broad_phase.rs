@@ -150,8 +150,8 @@ impl<const D: usize> BoundsTree<D> {
         self.find_each([*query], |_, primitives| found.extend_from_slice(primitives));
     }
 
-    /// Shows the primitives whose boxes meet a query, ascending, for one query after another: `visit(i, primitives)`
-    /// for the query number `i`.
+    /// Shows the primitives whose boxes meet a query, ascending, for one query after another: `visit(i,
+    /// primitives)` for the query number `i`.
     pub fn find_each(&self, queries: impl IntoIterator<Item = Bounds<D>>, visit: impl FnMut(usize, &[u32])) {
         dispatch(FindEach { tree: self, queries, visit });
     }

@@ -45,7 +45,8 @@ pub(crate) struct Obstruction {
 }
 
 impl Way<'_> {
-    /// Obstruction that leaves the least of the way free; `None` where all of it is. The same for any number of threads.
+    /// Obstruction that leaves the least of the way free; `None` where all of it is. The same for any number
+    /// of threads.
     pub(crate) fn first<const D: usize>(
         &self,
         model: &ContactModel,

@@ -1,8 +1,8 @@
-//! Rates of the element kernels and of the decompositions, in cache, on one thread and the best instruction set:
-//! `cargo bench -p pliant --bench kernels [-- NAME...]`. `PLIANT_SIMD=avx2` chooses another.
+//! Rates of the element kernels and of the decompositions, in cache, on one thread and the best instruction
+//! set: `cargo bench -p pliant --bench kernels [-- NAME...]`. `PLIANT_SIMD=avx2` chooses another.
 //!
-//! The forces are those of one patch: positions copied in, deformation gradients, stresses, sums; in the four states of deformation
-//! that the rotation minds.
+//! The forces are those of one patch: positions copied in, deformation gradients, stresses, sums; in the
+//! four states of deformation that the rotation minds.
 #![allow(non_snake_case, clippy::needless_range_loop, clippy::print_stdout)]
 
 use std::hint::black_box;
@@ -45,7 +45,8 @@ fn rate(name: &str, items: usize, mut run: impl FnMut()) {
     println!("{name:44} {:8.1} M/s", items as f64 / best * 1e-6);
 }
 
-/// A block of cells split into simplices, one kind after the other, so that the lanes of a pack share few vertices.
+/// A block of cells split into simplices, one kind after the other, so that the lanes of a pack share few
+/// vertices.
 fn block<const D: usize, const N: usize>(cells: [usize; 3]) -> (Vec<[u32; N]>, Vec<f64>) {
     let index = |c: [usize; 3]| (c[0] * (cells[1] + 1) + c[1]) * (cells[2] + 1) + c[2];
     let depth = if D == 3 { cells[2] } else { 0 };

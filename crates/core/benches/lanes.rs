@@ -1,4 +1,5 @@
-//! Rates of lane kernels in cache, one thread, on every instruction set: `cargo bench -p pliant --bench lanes`.
+//! Rates of lane kernels in cache, one thread, on every instruction set: `cargo bench -p pliant --bench
+//! lanes`.
 #![allow(non_snake_case, clippy::needless_range_loop, clippy::print_stdout)]
 
 use std::hint::black_box;

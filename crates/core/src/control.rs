@@ -1,8 +1,8 @@
 //! Step sizes that follow the error.
 //!
-//! A step whose estimated error is more than allowed is taken back and tried again with a smaller size; the size of the next one follows
-//! from the errors of the last two by a PI controller, Gustafsson's as in Hairer, Wanner 1996, *Solving Ordinary Differential Equations
-//! II*, section IV.2:
+//! A step whose estimated error is more than allowed is taken back and tried again with a smaller size; the
+//! size of the next one follows from the errors of the last two by a PI controller, Gustafsson's as in
+//! Hairer, Wanner 1996, *Solving Ordinary Differential Equations II*, section IV.2:
 //!
 //! ```text
 //! h_(n+1) = h_n * 0.9 err_n^(-0.7/k) err_(n-1)^(0.4/k)
@@ -37,8 +37,8 @@ const WORTH_A_FACTORISATION: f64 = 1.2;
 const STRETCH: f64 = 1.1;
 /// The error of a step cut short is scaled up by at most so much.
 const LARGEST_SCALE: f64 = 1e8;
-/// A scheme with a criterion of its own repeats a step that it would have taken at less than this part, and grows by no more
-/// than the inverse; Rein, Spiegel 2015, section 3.4.
+/// A scheme with a criterion of its own repeats a step that it would have taken at less than this part, and
+/// grows by no more than the inverse; Rein, Spiegel 2015, section 3.4.
 const OWN_CRITERION: f64 = 0.25;
 /// Steps of fewer units in the last place of the time than this do not advance it as they should.
 const LEAST_ULPS: f64 = 16.0;
@@ -46,8 +46,8 @@ const LEAST_ULPS: f64 = 16.0;
 /// How step sizes follow the error.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct StepControl {
-    /// The errors that a step may make; where a scheme has a criterion of its own, those that the first step goes by.
-    /// Statics has none.
+    /// The errors that a step may make; where a scheme has a criterion of its own, those that the first step
+    /// goes by. Statics has none.
     pub tolerances: Tolerances,
     /// The first step to try [s]; `None`: by the algorithm of Hairer, Norsett, Wanner 1993, section II.4.
     pub first: Option<f64>,
@@ -134,8 +134,8 @@ impl Controller {
         self.next
     }
 
-    /// The size to try [s] where a time `remaining` [s] away is to be landed on: all of it, or half of it, so that the last step is
-    /// never a tiny one.
+    /// The size to try [s] where a time `remaining` [s] away is to be landed on: all of it, or half of it,
+    /// so that the last step is never a tiny one.
     pub(crate) fn plan(&self, remaining: f64) -> f64 {
         if remaining <= STRETCH * self.next {
             remaining
@@ -171,8 +171,8 @@ impl Controller {
         }
         let wanted = match judgement {
             Judgement::Error(error) => {
-                // A step that was cut short to land on a time says what the error of the whole one would have been, unless rounding
-                // is all that there is to see.
+                // A step that was cut short to land on a time says what the error of the whole one would
+                // have been, unless rounding is all that there is to see.
                 let times = (self.next / h).max(1.0);
                 let scale = times.powf(self.exponent);
                 if scale > LARGEST_SCALE {

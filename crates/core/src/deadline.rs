@@ -33,8 +33,8 @@ impl Stop {
 #[error("stopped before it was done")]
 pub struct Stopped;
 
-/// Does `work` with a flag that is set as soon as `over` says so, which is asked every ten milliseconds on a thread of its own: a single
-/// step, or a solve in it, can take longer than there is time.
+/// Does `work` with a flag that is set as soon as `over` says so, which is asked every ten milliseconds on a
+/// thread of its own: a single step, or a solve in it, can take longer than there is time.
 pub fn until<T>(over: impl Fn() -> bool + Sync, work: impl FnOnce(&Arc<AtomicBool>) -> T) -> T {
     let stop = Arc::new(AtomicBool::new(over()));
     let (done, ended) = channel::<()>();

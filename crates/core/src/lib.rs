@@ -1,9 +1,10 @@
 //! The engine of `pliant`, a simulator of deformable things: from arrays to motion.
 //!
-//! It solves `M x'' = f(x)` with `f = -dE/dx`, where the energy `E` is a sum of terms: hyperelastic elements,
-//! springs, gravity. A new model is an energy; everything else follows. All quantities are in SI units;
-//! arrays of positions and velocities are flat, `(n, dimension)`, in `f64`; [`algebra::columns`] shows them as
-//! matrices of nalgebra, which poses of pins are values of, and into which `F` and stresses convert.
+//! It solves `M x'' = f(x)` with `f = -dE/dx`, where the energy `E` is a sum of terms: hyperelastic
+//! elements, springs, gravity. A new model is an energy; everything else follows. All quantities are in SI
+//! units; arrays of positions and velocities are flat, `(n, dimension)`, in `f64`; [`algebra::columns`]
+//! shows them as matrices of nalgebra, which poses of pins are values of, and into which `F` and stresses
+//! convert.
 //!
 //! A square of two triangles, thrown, turning and pulled down:
 //!

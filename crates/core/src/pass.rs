@@ -1,9 +1,10 @@
 //! One pass over all vertices: the force is added up, and drag, kick, drift and walls follow while the rows
 //! are in the cache.
 //!
-//! Vertices come in blocks of fixed size. For each block the terms of the energy add their rows to a gradient on the stack,
-//! so that no array of forces is written or read, and the old state is read and the new one written once. A block does not
-//! depend on any other: the bits are the same on any number of threads.
+//! Vertices come in blocks of fixed size. For each block the terms of the energy add their rows to a
+//! gradient on the stack, so that no array of forces is written or read, and the old state is read and the
+//! new one written once. A block does not depend on any other: the bits are the same on any number of
+//! threads.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -16,7 +17,8 @@ use crate::lanes::{Kernel, Lanes, Numbers, WIDTH, dispatch};
 use crate::scalar::Scalar;
 use crate::system::WallStop;
 
-/// Vertices in a block: its rows of position, velocity, gradient and inverse mass together fit the first cache.
+/// Vertices in a block: its rows of position, velocity, gradient and inverse mass together fit the first
+/// cache.
 const BLOCK: usize = 128;
 /// Numbers in the rows of a block.
 const BLOCK_NUMBERS: usize = 3 * BLOCK;
@@ -27,8 +29,8 @@ const PERIOD: usize = 3;
 /// Blocks that a thread takes at once: below twice as many the hand-over costs more than it saves.
 const TASK_BLOCKS: usize = 32;
 
-/// `1 / m` of every coordinate [1/kg], zero where it is held. Where all of a block are the same, that number is all that a pass
-/// reads of it.
+/// `1 / m` of every coordinate [1/kg], zero where it is held. Where all of a block are the same, that number
+/// is all that a pass reads of it.
 #[derive(Clone, Debug)]
 pub(crate) struct InverseMass {
     numbers: Numbers,
@@ -121,7 +123,8 @@ pub(crate) struct StepInputs<'a> {
 }
 
 impl StepInputs<'_> {
-    /// Runs `pass` on the rows `x` and `v`, which are overwritten; they are taken `from` elsewhere where that is given.
+    /// Runs `pass` on the rows `x` and `v`, which are overwritten; they are taken `from` elsewhere where
+    /// that is given.
     pub(crate) fn run(
         &self,
         pass: &KickDrift,
@@ -194,7 +197,8 @@ impl StepInputs<'_> {
         PassResult { finite, put_back }
     }
 
-    /// Writes the acceleration `-M^-1 (dE/dx + dR/dv)` [m/s^2] that belongs to the forces the terms hold over `a`.
+    /// Writes the acceleration `-M^-1 (dE/dx + dR/dv)` [m/s^2] that belongs to the forces the terms hold
+    /// over `a`.
     pub(crate) fn accelerations(&self, a: &mut [f64]) {
         let per_block = BLOCK * self.dimension;
         let uniform = self.forces().uniform;
@@ -214,7 +218,8 @@ impl StepInputs<'_> {
         }
     }
 
-    /// Shows the row of the gradient [N] that the terms hold of each of these `vertices`, ascending, of `count` there are.
+    /// Shows the row of the gradient [N] that the terms hold of each of these `vertices`, ascending, of
+    /// `count` there are.
     pub(crate) fn visit_gradient(
         &self,
         vertices: &[u32],

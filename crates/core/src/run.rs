@@ -23,7 +23,8 @@ const GUARD_INTERVAL: u64 = 128;
 /// A run is unstable once its energy has grown by this many times all the energy there was to begin with.
 const ENERGY_GROWTH_BOUND: f64 = 1e3;
 
-/// Steps `simulation` through `plan`, showing frames to `observers`, until it is done, fails, or `interrupt` is set.
+/// Steps `simulation` through `plan`, showing frames to `observers`, until it is done, fails, or `interrupt`
+/// is set.
 ///
 /// A state is judged before it is shown: observers see good ones alone, and the last frame is a good one
 /// whatever the outcome. Where a step cannot be taken, it is the state before that step. What is lost is
@@ -336,8 +337,9 @@ impl<'a, 'b> Run<'a, 'b> {
     }
 }
 
-/// The energy that a change of energy is compared with: what is kinetic and stored at the start, what gravity can give
-/// over the size of the scene, and at least the motion of a billionth of that size per step, which is where rounding ends.
+/// The energy that a change of energy is compared with: what is kinetic and stored at the start, what
+/// gravity can give over the size of the scene, and at least the motion of a billionth of that size per
+/// step, which is where rounding ends.
 pub fn energy_scale(simulation: &mut Simulation, start: &Diagnostics) -> f64 {
     let size = simulation.length_scale();
     let floor =

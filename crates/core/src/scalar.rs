@@ -1,9 +1,9 @@
 //! The number type that material and element kernels are written over.
 //!
-//! A kernel is one text. It runs on `f64`, on a pack of lanes ([`crate::lanes`]) and on dual numbers, so that the
-//! same source gives the reference value, the fast value and the derivative.
-//! Only IEEE operations that are exactly rounded everywhere appear here (`+ - * / sqrt fma`, compare, select):
-//! that is why every instruction set gives the same bits.
+//! A kernel is one text. It runs on `f64`, on a pack of lanes ([`crate::lanes`]) and on dual numbers, so
+//! that the same source gives the reference value, the fast value and the derivative. Only IEEE operations
+//! that are exactly rounded everywhere appear here (`+ - * / sqrt fma`, compare, select): that is why every
+//! instruction set gives the same bits.
 
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, MulAssign, Neg, Sub, SubAssign};
@@ -75,14 +75,15 @@ pub trait Scalar:
 
     /// The rotation of the signed polar decomposition `F = R S`, see [`algebra::rotation`].
     ///
-    /// A primitive, because its derivative has a closed form: dual numbers do not differentiate the iteration.
+    /// A primitive, because its derivative has a closed form: dual numbers do not differentiate the
+    /// iteration.
     #[inline(always)]
     fn rotation<const D: usize>(f: &Mat<Self, D>) -> Mat<Self, D> {
         algebra::rotation(f)
     }
 
-    /// The rotation of `f` by way of its singular values, see [`algebra::rotation_by_svd`], where `mask` is true; elsewhere
-    /// anything. The rare branch of the general case, which packs of lanes keep out of line.
+    /// The rotation of `f` by way of its singular values, see [`algebra::rotation_by_svd`], where `mask` is
+    /// true; elsewhere anything. The rare branch of the general case, which packs of lanes keep out of line.
     #[inline(always)]
     fn rotation_by_svd_where<const D: usize>(mask: Self::Mask, f: &Mat<Self, D>) -> Mat<Self, D> {
         let _ = mask;
@@ -91,8 +92,8 @@ pub trait Scalar:
 
     /// The value of an isotropic function at `F`, see [`algebra::isotropic_value`].
     ///
-    /// A primitive for the reason of [`rotation`](Self::rotation): where stretches coincide the singular vectors have no
-    /// derivative, but the function has.
+    /// A primitive for the reason of [`rotation`](Self::rotation): where stretches coincide the singular
+    /// vectors have no derivative, but the function has.
     #[inline(always)]
     fn isotropic_value<const D: usize, I: IsotropicFunction<D>>(function: &I, f: &Mat<Self, D>) -> Self {
         algebra::isotropic_value(function, f)
@@ -121,8 +122,9 @@ pub trait Scalar:
 
 /// A scalar whose exponent can be taken apart: `f64` and packs of lanes, but not dual numbers.
 ///
-/// The elementary functions of [`crate::lanes`] are written once over this trait, which is why every instruction
-/// set and plain `f64` give the same bits. No platform library is asked for a logarithm or an exponential.
+/// The elementary functions of [`crate::lanes`] are written once over this trait, which is why every
+/// instruction set and plain `f64` give the same bits. No platform library is asked for a logarithm or an
+/// exponential.
 pub trait Real: Scalar {
     /// `(k, m)` with `self = 2^k m`, `k` an integer and `m` in `[sqrt(1/2), sqrt(2))`.
     ///
@@ -195,7 +197,8 @@ pub(crate) const EXPONENT_BIAS: f64 = 1023.0;
 
 /// Constant that the halved bits of `x` are subtracted from for an approximation of `1 / sqrt(x)`: the one
 /// that makes the largest
-/// relative error smallest, 3.44 % (Robertson 2012, *A Brief History of InvSqrt*, thesis, University of New Brunswick).
+/// relative error smallest, 3.44 % (Robertson 2012, *A Brief History of InvSqrt*, thesis, University of New
+/// Brunswick).
 pub(crate) const INVERSE_SQRT_BITS: u64 = 0x5fe6_eb50_c7b5_37a9;
 
 impl Real for f64 {

@@ -61,8 +61,8 @@ pub struct MotionJumps {
     pub count: u64,
 }
 
-/// Advances a state in time, `(x_n, v_n) -> (x_{n+1}, v_{n+1})`: the public face of a simulation in Rust and in Python
-/// (lecture 3).
+/// Advances a state in time, `(x_n, v_n) -> (x_{n+1}, v_{n+1})`: the public face of a simulation in Rust and
+/// in Python (lecture 3).
 pub struct Simulation {
     system: System,
     state: State,
@@ -200,13 +200,14 @@ impl Simulation {
 
     /// Takes one step.
     ///
-    /// A state counts as good where its force is finite, so the force at the new positions belongs to the step. Nothing is
-    /// computed twice: the next step begins with it.
+    /// A state counts as good where its force is finite, so the force at the new positions belongs to the
+    /// step. Nothing is computed twice: the next step begins with it.
     ///
-    /// Holds that end let go at the beginning of the step nearest to their end. Where step sizes follow the error, it is the next one,
-    /// of whatever size.
+    /// Holds that end let go at the beginning of the step nearest to their end. Where step sizes follow the
+    /// error, it is the next one, of whatever size.
     ///
-    /// A step that an implicit scheme does not solve is taken in parts where the [solver's options](SolverOptions::retries) allow it.
+    /// A step that an implicit scheme does not solve is taken in parts where the [solver's
+    /// options](SolverOptions::retries) allow it.
     ///
     /// # Errors
     /// [`StepError::NotFinite`], [`StepError::Unsolved`]; the state is then what it was before.
@@ -379,8 +380,8 @@ impl Simulation {
         self.stability.map(|s| s.step)
     }
 
-    /// The pure map `(x_n, v_n) -> (x_{n+1}, v_{n+1})` (lecture 3): one step from the given state, in place, vertices in the order
-    /// of the scene. Time and step count go on.
+    /// The pure map `(x_n, v_n) -> (x_{n+1}, v_{n+1})` (lecture 3): one step from the given state, in place,
+    /// vertices in the order of the scene. Time and step count go on.
     ///
     /// ```
     /// use pliant::integrator::IntegratorSpec;
@@ -423,8 +424,8 @@ impl Simulation {
         &self.state
     }
 
-    /// The state, to be changed; vertices in the order of the [`numbering`](Self::numbering). The balance of energy ends here,
-    /// and begins anew with the next step.
+    /// The state, to be changed; vertices in the order of the [`numbering`](Self::numbering). The balance of
+    /// energy ends here, and begins anew with the next step.
     pub fn state_mut(&mut self) -> &mut State {
         self.close_ledger();
         self.wall_impulses = None;
@@ -509,14 +510,14 @@ impl Simulation {
         }
     }
 
-    /// Says whether [`diagnostics`](Self::diagnostics) will be asked for after the next step: what they have in common with the force
-    /// there is then computed once.
+    /// Says whether [`diagnostics`](Self::diagnostics) will be asked for after the next step: what they have
+    /// in common with the force there is then computed once.
     pub(crate) fn set_to_be_measured(&mut self, to_be_measured: bool) {
         self.system.books_mut().set_to_be_measured(to_be_measured);
     }
 
-    /// The forces with which pins hold their vertices, now, and walls push, in the mean over the last step, each in
-    /// the order of the scene; empty where the force is not finite.
+    /// The forces with which pins hold their vertices, now, and walls push, in the mean over the last step,
+    /// each in the order of the scene; empty where the force is not finite.
     ///
     /// ```
     /// use pliant::integrator::IntegratorSpec;
@@ -581,7 +582,8 @@ impl Simulation {
         states
     }
 
-    /// Names points of elements, each by the number of the element among [`element_states`](Self::element_states).
+    /// Names points of elements, each by the number of the element among
+    /// [`element_states`](Self::element_states).
     pub fn set_points(&mut self, points: Vec<(usize, Barycentric)>) {
         self.points = points;
     }
@@ -626,8 +628,9 @@ impl Simulation {
         self.earlier_solver_work.plus(self.integrator.work()).plus(along)
     }
 
-    /// The largest stable step of the scheme for the system linearised at the present state; `duration` [s] matters only
-    /// to schemes that gain energy at any step. Asked at the start, it is kept for the messages of steps that fail.
+    /// The largest stable step of the scheme for the system linearised at the present state; `duration` [s]
+    /// matters only to schemes that gain energy at any step. Asked at the start, it is kept for the messages
+    /// of steps that fail.
     ///
     /// ```
     /// use pliant::integrator::IntegratorSpec;

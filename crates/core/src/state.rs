@@ -59,8 +59,8 @@ impl State {
         (&mut self.x, &mut self.v)
     }
 
-    /// Evaluates the force at the present positions, whose time is `time` [s], unless `system` still holds it; false where it
-    /// is not finite.
+    /// Evaluates the force at the present positions, whose time is `time` [s], unless `system` still holds
+    /// it; false where it is not finite.
     pub(crate) fn ensure_force(&mut self, system: &mut System, time: f64) -> bool {
         if !system.holds(self.force) {
             system.set_time(time);
@@ -69,7 +69,8 @@ impl State {
         self.force != ForceId::NONE
     }
 
-    /// Takes over `x` and `v` and the force there, handing back the previous positions and velocities in their place.
+    /// Takes over `x` and `v` and the force there, handing back the previous positions and velocities in
+    /// their place.
     pub(crate) fn swap(&mut self, x: &mut Numbers, v: &mut Numbers, force: ForceId) {
         self.force = force;
         std::mem::swap(&mut self.x, x);

@@ -1,5 +1,5 @@
-//! The equations of motion `M x'' = -dE/dx - dR/dv`, `E` a function of `x` and maybe of time, `R` of `x` and `v`: masses, energy
-//! terms, dissipative terms, constraints.
+//! The equations of motion `M x'' = -dE/dx - dR/dv`, `E` a function of `x` and maybe of time, `R` of `x` and
+//! `v`: masses, energy terms, dissipative terms, constraints.
 
 mod books;
 mod flows;
@@ -80,7 +80,8 @@ pub struct System {
     stop: Stop,
 }
 
-/// Tells one evaluation of the force from any other in this process: a state remembers the one that was at its positions.
+/// Tells one evaluation of the force from any other in this process: a state remembers the one that was at
+/// its positions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ForceId(u64);
 
@@ -182,8 +183,8 @@ impl System {
         self.pins.move_any()
     }
 
-    /// Writes positions [m] and velocities [m/s] of the moving coordinates at `time` [s] into the flat arrays `x` and `v`; false
-    /// where one of them is not finite. Does nothing where nothing moves.
+    /// Writes positions [m] and velocities [m/s] of the moving coordinates at `time` [s] into the flat
+    /// arrays `x` and `v`; false where one of them is not finite. Does nothing where nothing moves.
     pub fn prescribe(&self, time: f64, x: &mut [f64], v: &mut [f64]) -> bool {
         self.pins.prescribe(self.load_factor.unwrap_or(time), x, v)
     }
@@ -340,8 +341,8 @@ impl System {
         }
     }
 
-    /// Evaluates the force at `x`; the terms hold it until the next evaluation. `None` where it is not finite, pinned
-    /// coordinates excepted: these do not feel it.
+    /// Evaluates the force at `x`; the terms hold it until the next evaluation. `None` where it is not
+    /// finite, pinned coordinates excepted: these do not feel it.
     pub fn evaluate(&mut self, x: &[f64]) -> Option<ForceId> {
         let mut finite = true;
         self.books.energies.clear();
@@ -374,8 +375,8 @@ impl System {
         self.force
     }
 
-    /// Evaluates the dissipative forces at `(x, v)`; their terms hold them until the next evaluation. A force that is not finite
-    /// shows in the velocities that it leads to.
+    /// Evaluates the dissipative forces at `(x, v)`; their terms hold them until the next evaluation. A
+    /// force that is not finite shows in the velocities that it leads to.
     pub(crate) fn evaluate_dissipation(&mut self, x: &[f64], v: &[f64]) {
         for term in &mut self.dissipation {
             term.evaluate(x, v);
@@ -387,7 +388,8 @@ impl System {
         force != ForceId::NONE && force == self.force
     }
 
-    /// Moves the rows `x` and `v`, taken `from` elsewhere where that is given, by the force that the terms hold.
+    /// Moves the rows `x` and `v`, taken `from` elsewhere where that is given, by the force that the terms
+    /// hold.
     pub(crate) fn pass(
         &self,
         pass: &KickDrift,
@@ -398,12 +400,14 @@ impl System {
         self.step_inputs().run(pass, from, x, v)
     }
 
-    /// Writes `-M^-1 (dE/dx + dR/dv)` [m/s^2] of the forces that the terms hold over `a`; zero at held coordinates.
+    /// Writes `-M^-1 (dE/dx + dR/dv)` [m/s^2] of the forces that the terms hold over `a`; zero at held
+    /// coordinates.
     pub fn accelerations(&self, a: &mut [f64]) {
         self.step_inputs().accelerations(a);
     }
 
-    /// Shows the row of `dE/dx` [N], of the force that the terms hold, of each of these `vertices`, which ascend.
+    /// Shows the row of `dE/dx` [N], of the force that the terms hold, of each of these `vertices`, which
+    /// ascend.
     pub(crate) fn visit_gradient(&self, vertices: &[u32], visit: impl FnMut(usize, &[f64])) {
         self.step_inputs().visit_gradient(vertices, self.mass.len(), visit);
     }
@@ -499,8 +503,8 @@ impl System {
         self.dissipation.iter_mut().map(|term| term.value(x, v)).sum()
     }
 
-    /// Energy that the dissipative terms take away per time at `(x, v)`, `v . dR/dv` [W]; ether drag and walls are not among
-    /// them.
+    /// Energy that the dissipative terms take away per time at `(x, v)`, `v . dR/dv` [W]; ether drag and
+    /// walls are not among them.
     pub fn dissipated_power(&mut self, x: &[f64], v: &[f64]) -> f64 {
         self.dissipation.iter_mut().map(|term| term.power(x, v)).sum()
     }

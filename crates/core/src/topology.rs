@@ -1,5 +1,5 @@
-//! What a simulation is made of, as a reader of its output needs it: which vertices belong together, and the cells
-//! between them. Fixed for the length of a run.
+//! What a simulation is made of, as a reader of its output needs it: which vertices belong together, and the
+//! cells between them. Fixed for the length of a run.
 
 use std::ops::Range;
 
@@ -41,10 +41,11 @@ pub struct BodyTopology {
     pub triangles: Vec<[u32; 3]>,
     /// Tetrahedra.
     pub tetrahedra: Vec<[u32; 4]>,
-    /// In a body of second order the vertices in the middle of the edges `01, 12, 20` of each triangle; otherwise empty.
+    /// In a body of second order the vertices in the middle of the edges `01, 12, 20` of each triangle;
+    /// otherwise empty.
     pub triangle_middles: Vec<[u32; 3]>,
-    /// In a body of second order the vertices in the middle of the edges `01, 12, 02, 03, 13, 23` of each tetrahedron; otherwise
-    /// empty.
+    /// In a body of second order the vertices in the middle of the edges `01, 12, 02, 03, 13, 23` of each
+    /// tetrahedron; otherwise empty.
     pub tetrahedron_middles: Vec<[u32; 6]>,
     /// Cells that are no simplices: the elements of a body of quadrilaterals or hexahedra.
     pub blocks: Vec<CellBlock>,
@@ -54,8 +55,8 @@ pub struct BodyTopology {
     pub skin: Option<Skin>,
 }
 
-/// A surface that rides along with the elements of a body: each of its vertices is a fixed mean of the nodes of
-/// one element, `x = sum_a w_a x_a`, and therefore moves as the element does.
+/// A surface that rides along with the elements of a body: each of its vertices is a fixed mean of the nodes
+/// of one element, `x = sum_a w_a x_a`, and therefore moves as the element does.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Skin {
     /// Triangles, counter-clockwise seen from outside, by vertices of the skin from 0.
@@ -66,8 +67,8 @@ pub struct Skin {
     pub width: usize,
     /// Nodes of each vertex, flat `(vertices, width)`.
     pub nodes: Vec<u32>,
-    /// Weights of these, flat `(vertices, width)`; those of a vertex sum to 1, and may be negative for one that
-    /// lies outside of its element.
+    /// Weights of these, flat `(vertices, width)`; those of a vertex sum to 1, and may be negative for one
+    /// that lies outside of its element.
     pub weights: Vec<f64>,
 }
 

@@ -1,5 +1,5 @@
-//! Base 64, RFC 4648, as VTK's XML files use it: several encodings, each with its own padding, may follow each other,
-//! which the common crates refuse.
+//! Base 64, RFC 4648, as VTK's XML files use it: several encodings, each with its own padding, may follow
+//! each other, which the common crates refuse.
 
 const ALPHABET: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
 
@@ -17,8 +17,8 @@ pub fn encode(bytes: &[u8]) -> String {
     text
 }
 
-/// The bytes of one encoding or of several that follow each other; white space is passed over. Ends at the first
-/// character that does not belong, and returns its position, if there is one.
+/// The bytes of one encoding or of several that follow each other; white space is passed over. Ends at the
+/// first character that does not belong, and returns its position, if there is one.
 pub fn decode(text: &[u8]) -> (Vec<u8>, Option<usize>) {
     let mut bytes = Vec::with_capacity(text.len() / 4 * 3);
     let (mut word, mut digits, mut padding) = (0_u32, 0, 0);

@@ -4,8 +4,9 @@
 //! Read are `*NODE`, `*ELEMENT`, `*NSET`, `*ELSET` (with `GENERATE`) and `*SURFACE` of elements; sets and
 //! surfaces become groups by their names. Keywords that make nodes or elements from others are refused by
 //! name, those of materials, steps and output are passed over: constants, loads and supports stand in the
-//! scene. A deck may have one part with one instance that is not moved. After "Abaqus Analysis User's Guide", sections
-//! "Node definition", "Element definition", "Solid (continuum) elements" (order of nodes, numbers of faces).
+//! scene. A deck may have one part with one instance that is not moved. After "Abaqus Analysis User's
+//! Guide", sections "Node definition", "Element definition", "Solid (continuum) elements" (order of nodes,
+//! numbers of faces).
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap};

@@ -39,7 +39,8 @@ pub(super) fn build(spec: &AnnulusSpec, dimension: usize) -> Result<Mesh, MeshEr
     ring([spec.inner_radius, spec.outer_radius], spec.cells, [centre[0], centre[1]])
 }
 
-/// Vertex `(i, j)`, `i` outwards and `j` counter-clockwise from the positive x-axis, has index `j (n0 + 1) + i`.
+/// Vertex `(i, j)`, `i` outwards and `j` counter-clockwise from the positive x-axis, has index `j (n0 + 1) +
+/// i`.
 pub(super) fn ring(radii: [f64; 2], cells: [usize; 2], centre: [f64; 2]) -> Result<Mesh, MeshError> {
     let size = counts(cells)?.checked(2)?;
     let [inner, outer] = radii;

@@ -36,7 +36,8 @@ fn build_shape(
 ) -> Result<Mesh, MeshError> {
     let size = predicted_size(spec, dimension, base)?;
     if !matches!(spec, MeshSpec::File(_)) {
-        // The prediction for a file is a bound far above what it takes; that the file is there shows the proportion.
+        // The prediction for a file is a bound far above what it takes; that the file is there shows the
+        // proportion.
         size.probe()?;
     }
     let mesh = match spec {

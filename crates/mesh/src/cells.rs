@@ -1,4 +1,5 @@
-//! Cells as a reader finds them: by dimension, with their places, named groups, and nodes in the middle of edges.
+//! Cells as a reader finds them: by dimension, with their places, named groups, and nodes in the middle of
+//! edges.
 
 use std::collections::BTreeMap;
 
@@ -23,8 +24,8 @@ pub(super) fn reference(names: &mut Names, dimension: u8, number: i64) -> u64 {
     key
 }
 
-/// Nodes in the middle of the edges of a cell, in the order of [`quadratic`](super::quadratic): as many as the cell has
-/// edges, then zeros.
+/// Nodes in the middle of the edges of a cell, in the order of [`quadratic`](super::quadratic): as many as
+/// the cell has edges, then zeros.
 type Middles = [u32; 6];
 
 /// Cells with `N` corners.
@@ -198,8 +199,8 @@ impl FileCells {
         groups.iter().for_each(|group| of.groups.entry(*group).or_default().push(cell));
     }
 
-    /// Enters a cell of second order: two to four corners, and the nodes in the middle of its edges in the order of
-    /// [`quadratic`](super::quadratic).
+    /// Enters a cell of second order: two to four corners, and the nodes in the middle of its edges in the
+    /// order of [`quadratic`](super::quadratic).
     pub(super) fn push_quadratic(&mut self, corners: &[u32], middles: &[u32], place: Place, groups: &[u64]) {
         let name = match corners.len() {
             2 => "3-node line",
@@ -220,8 +221,8 @@ impl FileCells {
         }
     }
 
-    /// Makes one cell of those with the same corners, which is then in all their groups: some formats write a cell
-    /// once for each group that it is in.
+    /// Makes one cell of those with the same corners, which is then in all their groups: some formats write
+    /// a cell once for each group that it is in.
     pub(super) fn merge_repeated(&mut self) {
         self.points.merge_repeated();
         self.lines.merge_repeated();
@@ -230,8 +231,8 @@ impl FileCells {
         self.blocks.iter_mut().for_each(BlockOf::merge_repeated);
     }
 
-    /// Puts vertices, cells and groups together: `xyz` flat `(n, 3)` [m], with the place of each vertex. Groups without
-    /// a name are called by their number.
+    /// Puts vertices, cells and groups together: `xyz` flat `(n, 3)` [m], with the place of each vertex.
+    /// Groups without a name are called by their number.
     ///
     /// # Errors
     /// Cells of second order unless `mid_nodes` says what to do with them; cells of both orders.

@@ -5,8 +5,8 @@ use super::topology::firsts;
 use super::{Cell, Mesh, MeshError};
 use pliant::element::least_jacobian;
 
-/// An element with `|det Dm| <= DEGENERATE h^d`, `h` its longest edge, has no inverse `Dm` worth using. Slivers down to
-/// a height of 1e-9 h pass: they cost accuracy, not meaning.
+/// An element with `|det Dm| <= DEGENERATE h^d`, `h` its longest edge, has no inverse `Dm` worth using.
+/// Slivers down to a height of 1e-9 h pass: they cost accuracy, not meaning.
 pub(super) const DEGENERATE: f64 = 1e-12;
 
 mod blocks;

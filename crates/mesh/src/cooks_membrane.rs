@@ -1,4 +1,5 @@
-//! Cook's membrane: R. D. Cook, "Improved two-dimensional finite element", J. Struct. Div. ASCE 100 (1974) 1851-1863.
+//! Cook's membrane: R. D. Cook, "Improved two-dimensional finite element", J. Struct. Div. ASCE 100 (1974)
+//! 1851-1863.
 
 use super::build::at_least_one;
 use super::{Mesh, MeshError, MeshSize, mapped};
@@ -16,8 +17,8 @@ pub(super) fn plane(shape: &'static str, dimension: usize) -> Result<(), MeshErr
     if dimension == 2 { Ok(()) } else { Err(MeshError::ShapeDimension { shape, dimension: 2 }) }
 }
 
-/// The corners are (0, 0), (48, 44), (48, 60), (0, 44); with `a = i/n0` and `b = j/n1` vertex `(i, j)` lies at
-/// `(48 a, 44 a (1 - b) + (44 + 16 a) b)`.
+/// The corners are (0, 0), (48, 44), (48, 60), (0, 44); with `a = i/n0` and `b = j/n1` vertex `(i, j)` lies
+/// at `(48 a, 44 a (1 - b) + (44 + 16 a) b)`.
 pub(super) fn build(spec: &CooksMembraneSpec, dimension: usize) -> Result<Mesh, MeshError> {
     size(spec, dimension)?;
     let [n0, n1] = spec.cells.map(|count| count as f64);

@@ -35,8 +35,8 @@ pub(super) fn build(spec: &CylinderSpec, dimension: usize) -> Result<Mesh, MeshE
     extrude::build(&base, spec.cells[1], origin[2], spec.height)
 }
 
-/// `rings` rings of triangles about the centre, vertex 0. Ring `k` has `6 k` vertices, counter-clockwise from the
-/// positive x-axis.
+/// `rings` rings of triangles about the centre, vertex 0. Ring `k` has `6 k` vertices, counter-clockwise
+/// from the positive x-axis.
 fn disk(radius: f64, rings: usize, centre: [f64; 2]) -> Mesh {
     let mut mesh = Mesh { dimension: 2, points: centre.to_vec(), ..Mesh::default() };
     let index = |k: usize, j: usize| if k == 0 { 0 } else { (1 + 3 * k * (k - 1) + j % (6 * k)) as u32 };

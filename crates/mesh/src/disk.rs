@@ -16,12 +16,12 @@ pub(super) fn size(spec: &DiskSpec, dimension: usize) -> Result<MeshSize, MeshEr
     MeshSize { vertices: spec.count as u64, ..MeshSize::default() }.checked(dimension)
 }
 
-/// Points uniform over the area `inner_radius <= r <= radius` about `centre` in the x-y plane, and in 3D uniform over
-/// `thickness` in z. No edges, no cells.
+/// Points uniform over the area `inner_radius <= r <= radius` about `centre` in the x-y plane, and in 3D
+/// uniform over `thickness` in z. No edges, no cells.
 ///
-/// The same seed gives the same bits on every machine: only operations that IEEE 754 rounds correctly are used
-/// (`+ * /` and the square root). Sines and cosines differ between C libraries, therefore a direction is the
-/// normalised position of a random point in the unit disk.
+/// The same seed gives the same bits on every machine: only operations that IEEE 754 rounds correctly are
+/// used (`+ * /` and the square root). Sines and cosines differ between C libraries, therefore a direction
+/// is the normalised position of a random point in the unit disk.
 pub(super) fn build(spec: &DiskSpec, dimension: usize) -> Result<Mesh, MeshError> {
     let size = size(spec, dimension)?;
     positive("radius", spec.radius)?;

@@ -1,4 +1,5 @@
-//! A quarter of an elliptic ring. By default that of test LE1 of NAFEMS, "The standard NAFEMS benchmarks" (1990).
+//! A quarter of an elliptic ring. By default that of test LE1 of NAFEMS, "The standard NAFEMS benchmarks"
+//! (1990).
 
 use super::build::{at_least_one, positive};
 use super::cooks_membrane::plane;
@@ -12,8 +13,8 @@ pub(super) fn size(spec: &EllipticMembraneSpec, dimension: usize) -> Result<Mesh
     mapped::size(spec.cells, spec.element)
 }
 
-/// With `a = i/n0` and `t = (pi/2) j/n1` vertex `(i, j)` lies at `(A cos t, B sin t)`, the semi-axes `(A, B)` linear in
-/// `a` from `inner` to `outer`.
+/// With `a = i/n0` and `t = (pi/2) j/n1` vertex `(i, j)` lies at `(A cos t, B sin t)`, the semi-axes `(A,
+/// B)` linear in `a` from `inner` to `outer`.
 pub(super) fn build(spec: &EllipticMembraneSpec, dimension: usize) -> Result<Mesh, MeshError> {
     size(spec, dimension)?;
     for axis in 0..2 {

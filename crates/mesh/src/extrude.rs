@@ -16,9 +16,9 @@ pub(super) fn size(base: &MeshSize, layers: usize) -> Result<MeshSize, MeshError
     .checked(3)
 }
 
-/// `layers` layers of prisms over `base`, from `z` to `z + height`, three tetrahedra each. Vertex `i` of the base has
-/// index `k n + i` in layer `k`. The groups of the base's lines, which run counter-clockwise about it, become groups of
-/// the sides above them; `bottom` and `top` are added. Their triangles face outwards.
+/// `layers` layers of prisms over `base`, from `z` to `z + height`, three tetrahedra each. Vertex `i` of the
+/// base has index `k n + i` in layer `k`. The groups of the base's lines, which run counter-clockwise about
+/// it, become groups of the sides above them; `bottom` and `top` are added. Their triangles face outwards.
 pub(super) fn build(base: &Mesh, layers: usize, z: f64, height: f64) -> Result<Mesh, MeshError> {
     let plane = MeshSize {
         vertices: base.vertex_count() as u64,
@@ -56,8 +56,8 @@ pub(super) fn build(base: &Mesh, layers: usize, z: f64, height: f64) -> Result<M
     Ok(mesh)
 }
 
-/// The three tetrahedra of the prism over a triangle, vertices with 0 below and 1 above. The diagonals of its sides rise
-/// from the lower index to the higher: neighbours agree without knowing of each other.
+/// The three tetrahedra of the prism over a triangle, vertices with 0 below and 1 above. The diagonals of
+/// its sides rise from the lower index to the higher: neighbours agree without knowing of each other.
 fn prism(triangle: &[u32; 3]) -> [[(u32, u32); 4]; 3] {
     let mut sorted = *triangle;
     sorted.sort_unstable();

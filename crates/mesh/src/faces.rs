@@ -6,9 +6,9 @@ use crate::spec::Selection;
 use pliant::element::face_edges;
 
 impl Mesh {
-    /// The faces with `N` vertices of the surface of a body in `N` dimensions: triangles, counter-clockwise seen from outside, or
-    /// edges that run counter-clockwise about the body. Those of a cloth are its triangles, those of a net without cells its
-    /// edges, as they stand.
+    /// The faces with `N` vertices of the surface of a body in `N` dimensions: triangles, counter-clockwise
+    /// seen from outside, or edges that run counter-clockwise about the body. Those of a cloth are its
+    /// triangles, those of a net without cells its edges, as they stand.
     ///
     /// # Panics
     /// If the mesh has not `N` dimensions.
@@ -26,8 +26,8 @@ impl Mesh {
         }
     }
 
-    /// Those of the [`faces`](Self::faces) that `selection` names: of a group of faces these, of any other set of vertices the
-    /// faces that have all their vertices in it; without a selection, all.
+    /// Those of the [`faces`](Self::faces) that `selection` names: of a group of faces these, of any other
+    /// set of vertices the faces that have all their vertices in it; without a selection, all.
     ///
     /// # Errors
     /// As [`select`], and [`MeshError::NoFace`] where no face is selected.
@@ -81,8 +81,8 @@ impl Mesh {
         Some(cells)
     }
 
-    /// These `faces` of a mesh of second order with the nodes in the middle of their edges, as [elements](pliant::element::face_points)
-    /// have them: 3 nodes in two dimensions, 6 in three.
+    /// These `faces` of a mesh of second order with the nodes in the middle of their edges, as
+    /// [elements](pliant::element::face_points) have them: 3 nodes in two dimensions, 6 in three.
     ///
     /// # Panics
     /// If the mesh is not of second order, or has no such faces.
@@ -99,7 +99,8 @@ impl Mesh {
         faces.iter().map(with_middles).collect()
     }
 
-    /// The cells of a group of faces, each with its vertices ascending, in order; `None` for any other selection.
+    /// The cells of a group of faces, each with its vertices ascending, in order; `None` for any other
+    /// selection.
     fn group_of_faces<const N: usize>(&self, selection: &Selection) -> Option<Vec<[u32; N]>> {
         let Selection::Group(name) = selection else { return None };
         let group = self.groups.get(name).filter(|group| group.topological_dimension + 1 == N)?;

@@ -1,4 +1,5 @@
-//! Mesh files: the format by the extension, what all formats have in common, and where in the file a fault lies.
+//! Mesh files: the format by the extension, what all formats have in common, and where in the file a fault
+//! lies.
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -11,11 +12,12 @@ use super::tokens::FileFault;
 use super::{Cell, FileTag, Mesh, MeshError, MeshSize, abaqus, gmsh, medit, obj, ply, stl, tetgen, vtk, vtu};
 use crate::spec::FileSpec;
 
-/// One entity may be in this many named groups. Without a bound a short file could name `n` groups for `n` cells and
-/// ask for `n^2` memory.
+/// One entity may be in this many named groups. Without a bound a short file could name `n` groups for `n`
+/// cells and ask for `n^2` memory.
 pub(super) const GROUPS_AT_ONCE: usize = 64;
 
-/// Defines [`Format`] from one line per format: extensions, what the format is called in messages, and its reader.
+/// Defines [`Format`] from one line per format: extensions, what the format is called in messages, and its
+/// reader.
 macro_rules! formats {
     ($($variant:ident: [$($extension:literal),+], $name:literal, $read:path;)+) => {
         /// The formats there are.
@@ -108,9 +110,9 @@ fn format(path: &Path) -> Result<Format, MeshError> {
     })
 }
 
-/// Bounds from the length of the file: "1 0 0 0\n" is the shortest vertex, and " 1" is what a polygon spends on one
-/// triangle more. 16 bytes of memory per byte of text hold a cell and its place. Binary files are no denser; a `.vtu`
-/// with compressed arrays may hold more than this says.
+/// Bounds from the length of the file: "1 0 0 0\n" is the shortest vertex, and " 1" is what a polygon spends
+/// on one triangle more. 16 bytes of memory per byte of text hold a cell and its place. Binary files are no
+/// denser; a `.vtu` with compressed arrays may hold more than this says.
 pub(super) fn size(spec: &FileSpec, dimension: usize, base: &Path) -> Result<MeshSize, MeshError> {
     let path = base.join(&spec.path);
     format(&path)?;
@@ -195,7 +197,8 @@ fn pair(format: Format, path: &Path) -> [PathBuf; 2] {
     }
 }
 
-/// Reads a mesh file, its format by the extension, and checks what it holds. Of a TetGen pair either file may be named.
+/// Reads a mesh file, its format by the extension, and checks what it holds. Of a TetGen pair either file
+/// may be named.
 ///
 /// # Errors
 /// [`MeshError::UnknownFormat`], [`MeshError::Unreadable`], [`MeshError::InFile`] with the line or the byte of whatever

@@ -32,7 +32,8 @@ $Nodes\n5\n\
 5 1.0000000000000000e+00 1.0000000000000000e+00 1.0000000000000000e+00\n$EndNodes\n\
 $Elements\n4\n1 4 2 7 1 1 2 3 4\n2 4 2 8 1 2 3 4 5\n3 2 2 3 1 1 3 2\n4 2 2 3 1 1 2 4\n$EndElements\n";
 
-/// As Gmsh 4.15 lays out version 4.1: entities in two groups, parametric nodes, gaps in the tags, an unknown section.
+/// As Gmsh 4.15 lays out version 4.1: entities in two groups, parametric nodes, gaps in the tags, an unknown
+/// section.
 pub(super) const GMSH_41: &str = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n\
 $PhysicalNames\n4\n0 2 \"corner\"\n2 6 \"left\"\n2 9 \"both sides\"\n3 5 \"body\"\n$EndPhysicalNames\n\
 $Entities\n1 1 2 1\n\

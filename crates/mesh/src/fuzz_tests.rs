@@ -144,7 +144,8 @@ proptest! {
         }
     }
 
-    /// The same body, whatever the tags of its nodes and the order in which nodes and elements stand in the file.
+    /// The same body, whatever the tags of its nodes and the order in which nodes and elements stand in the
+    /// file.
     #[test]
     fn tags_and_orders_of_a_file_do_not_matter(
         tags in Just((1..=27_u64).map(|i| i * i * 7).collect::<Vec<_>>()).prop_shuffle(),

@@ -170,8 +170,9 @@ fn the_defaults_are_those_of_nafems() {
     assert_eq!((spec.inner, spec.outer), ([2.0, 1.0], [3.25, 2.75]));
 }
 
-/// Bars for cells about as long as wide; a grid has 0.756 in 3D and 0.866 in 2D. Cook's membrane is sheared, and the split
-/// that makes it worse is the one that its reference values were computed with (verification C9).
+/// Bars for cells about as long as wide; a grid has 0.756 in 3D and 0.866 in 2D. Cook's membrane is sheared,
+/// and the split that makes it worse is the one that its reference values were computed with (verification
+/// C9).
 #[test]
 fn elements_are_well_shaped() {
     let cook = MeshSpec::CooksMembrane(CooksMembraneSpec { cells: [16, 16], element: None });

@@ -42,9 +42,10 @@ pub(super) fn longest_edge<const D: usize>(nodes: &[[f64; D]], edges: &[[usize; 
 
 /// Measures an edge, a triangle or a tetrahedron, `N` = 2, 3, 4.
 ///
-/// `points` is flat, `(n, dimension)` [m], and holds every index of `cell`. Tetrahedra and triangles in the plane are
-/// signed, triangles in space are not. Edges are divided by the largest coordinate difference before any product, so
-/// that the test on `relative` means the same at 1e-150 m and at 1e150 m. NaN comes out as NaN.
+/// `points` is flat, `(n, dimension)` [m], and holds every index of `cell`. Tetrahedra and triangles in the
+/// plane are signed, triangles in space are not. Edges are divided by the largest coordinate difference
+/// before any product, so that the test on `relative` means the same at 1e-150 m and at 1e150 m. NaN comes
+/// out as NaN.
 pub(super) fn measure<const N: usize>(points: &[f64], dimension: usize, cell: [u32; N]) -> SimplexMeasure {
     let x: [[f64; 3]; N] = cell.map(|i| padded(&points[i as usize * dimension..][..dimension]));
     let mut edges = [[0.0; 3]; 6];

@@ -5,8 +5,9 @@ use super::{Mesh, MeshError, MeshSize};
 use crate::spec::GridSpec;
 use pliant::element::CellBlock;
 
-/// Corners `(i, j, k)` of the six tetrahedra of Kuhn's split, as offsets from the cell's lower corner. All contain the
-/// diagonal from (0, 0, 0) to (1, 1, 1), so that neighbouring cells match without alternating; all are positive.
+/// Corners `(i, j, k)` of the six tetrahedra of Kuhn's split, as offsets from the cell's lower corner. All
+/// contain the diagonal from (0, 0, 0) to (1, 1, 1), so that neighbouring cells match without alternating;
+/// all are positive.
 const KUHN: [[[usize; 3]; 4]; 6] = [
     [[0, 0, 0], [1, 0, 0], [1, 1, 0], [1, 1, 1]],
     [[0, 0, 0], [1, 1, 0], [0, 1, 0], [1, 1, 1]],
@@ -47,10 +48,10 @@ pub(super) fn size(spec: &GridSpec, dimension: usize) -> Result<MeshSize, MeshEr
     MeshSize { vertices: product(1), triangles, tetrahedra, ..MeshSize::default() }.checked(dimension)
 }
 
-/// Vertex `(i, j, k)` has index `(i (ny + 1) + j) (nz + 1) + k` and lies at `origin + spacing (i, j, k)` or at
-/// `origin + size (i/nx, j/ny, k/nz)`. A 2D cell is split into `(i,j) (i+1,j) (i+1,j+1)` and
-/// `(i,j) (i+1,j+1) (i,j+1)`, a 3D cell into the six tetrahedra of `KUHN`, neither where `element` names
-/// the whole cell; cells in the order of their lower corners.
+/// Vertex `(i, j, k)` has index `(i (ny + 1) + j) (nz + 1) + k` and lies at `origin + spacing (i, j, k)` or
+/// at `origin + size (i/nx, j/ny, k/nz)`. A 2D cell is split into `(i,j) (i+1,j) (i+1,j+1)` and `(i,j)
+/// (i+1,j+1) (i,j+1)`, a 3D cell into the six tetrahedra of `KUHN`, neither where `element` names the whole
+/// cell; cells in the order of their lower corners.
 pub(super) fn build(spec: &GridSpec, dimension: usize) -> Result<Mesh, MeshError> {
     let size = size(spec, dimension)?;
     let origin = spec.origin.clone().unwrap_or_else(|| vec![0.0; dimension]);

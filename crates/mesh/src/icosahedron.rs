@@ -23,8 +23,8 @@ fn vertices() -> [[f64; 3]; 12] {
     ]
 }
 
-/// Its faces, the vertices of each ascending: neighbours then divide their common side alike. Whether a face so written
-/// is counter-clockwise seen from outside is found from the vertices.
+/// Its faces, the vertices of each ascending: neighbours then divide their common side alike. Whether a face
+/// so written is counter-clockwise seen from outside is found from the vertices.
 pub(super) const FACES: [[usize; 3]; 20] = [
     [0, 5, 11],
     [0, 1, 5],
@@ -48,8 +48,8 @@ pub(super) const FACES: [[usize; 3]; 20] = [
     [1, 8, 9],
 ];
 
-/// Concentric shells of points, each a face-by-face division of the icosahedron blown up to a sphere, numbered as they
-/// are first asked for.
+/// Concentric shells of points, each a face-by-face division of the icosahedron blown up to a sphere,
+/// numbered as they are first asked for.
 #[derive(Default)]
 pub(super) struct Shells {
     /// Flat `(n, 3)`, for the unit ball.
@@ -59,8 +59,8 @@ pub(super) struct Shells {
 }
 
 impl Shells {
-    /// The point on shell `weights[0] + weights[1] + weights[2]` of `shells`, in the direction of the weighted sum of
-    /// the vertices of a face.
+    /// The point on shell `weights[0] + weights[1] + weights[2]` of `shells`, in the direction of the
+    /// weighted sum of the vertices of a face.
     pub(super) fn point(&mut self, face: [usize; 3], weights: [usize; 3], shells: usize) -> u32 {
         // Vertices without weight do not count: a point on a side is the same in both faces.
         let mut key = [(usize::MAX, 0); 3];

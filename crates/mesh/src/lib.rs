@@ -2,8 +2,8 @@
 //!
 //! [`build`] turns the `mesh` table of a scene into a checked [`Mesh`], [`build_body`] moves and repeats it as the body
 //! says; [`select`] turns a selection into vertex
-//! indices; [`predicted_size`] says what a mesh will take before any of it is allocated. One generator or format
-//! lives in one file.
+//! indices; [`predicted_size`] says what a mesh will take before any of it is allocated. One generator or
+//! format lives in one file.
 
 // Loops over small fixed ranges index several arrays at once.
 #![allow(clippy::needless_range_loop)]
@@ -100,11 +100,11 @@ pub use thickness::Chord;
 /// A named set of cells of one topological dimension (a physical group of a mesh file).
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Group {
-    /// 0 points, 1 edges, 2 triangles, 3 tetrahedra. Where a file gives one name to cells of several dimensions, the
-    /// highest of them.
+    /// 0 points, 1 edges, 2 triangles, 3 tetrahedra. Where a file gives one name to cells of several
+    /// dimensions, the highest of them.
     pub topological_dimension: usize,
-    /// Indices into the mesh's cells of that dimension (for points: vertex indices; for edges: [`Mesh::lines`] if
-    /// there are any, otherwise [`Mesh::edges`]), ascending.
+    /// Indices into the mesh's cells of that dimension (for points: vertex indices; for edges:
+    /// [`Mesh::lines`] if there are any, otherwise [`Mesh::edges`]), ascending.
     pub cells: Vec<u32>,
     /// Every vertex of the cells of that name, ascending, each once.
     pub vertices: Vec<u32>,
@@ -112,8 +112,9 @@ pub struct Group {
 
 /// Vertices and the cells between them.
 ///
-/// `points` is flat, `(n, dimension)` [m]. A mesh may hold cells of several dimensions at once: a solid keeps the
-/// boundary triangles that carry its named groups. Elements are made of the cells of the highest dimension.
+/// `points` is flat, `(n, dimension)` [m]. A mesh may hold cells of several dimensions at once: a solid
+/// keeps the boundary triangles that carry its named groups. Elements are made of the cells of the highest
+/// dimension.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
     /// 2 or 3.
@@ -122,15 +123,15 @@ pub struct Mesh {
     pub points: Vec<f64>,
     /// Edges. When there are any, springs are made of these; otherwise of the edges of the highest cells.
     pub edges: Vec<[u32; 2]>,
-    /// Line cells of a file that has triangles or tetrahedra too. They carry groups and are no springs: a file with
-    /// named boundary curves would otherwise lose the springs of its interior.
+    /// Line cells of a file that has triangles or tetrahedra too. They carry groups and are no springs: a
+    /// file with named boundary curves would otherwise lose the springs of its interior.
     pub lines: Vec<[u32; 2]>,
     /// Triangles, counter-clockwise in 2D.
     pub triangles: Vec<[u32; 3]>,
     /// Tetrahedra, `(x1-x0, x2-x0, x3-x0)` right-handed.
     pub tetrahedra: Vec<[u32; 4]>,
-    /// In a mesh of second order the vertices in the middle of the edges of each triangle, in the order `01, 12, 20`;
-    /// otherwise empty.
+    /// In a mesh of second order the vertices in the middle of the edges of each triangle, in the order `01,
+    /// 12, 20`; otherwise empty.
     pub triangle_middles: Vec<[u32; 3]>,
     /// In a mesh of second order the vertices in the middle of the edges of each tetrahedron, in the order
     /// `01, 12, 02, 03, 13, 23` (VTK's); otherwise empty.
@@ -188,7 +189,8 @@ impl Mesh {
         }
     }
 
-    /// Lower and upper corner of the axis-aligned bounding box, `(dimension)` each [m]; empty without vertices.
+    /// Lower and upper corner of the axis-aligned bounding box, `(dimension)` each [m]; empty without
+    /// vertices.
     pub fn bounding_box(&self) -> (Vec<f64>, Vec<f64>) {
         if self.points.is_empty() {
             return (Vec::new(), Vec::new());

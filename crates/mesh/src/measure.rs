@@ -5,8 +5,9 @@ use super::geometry::measure;
 use pliant::element::{CellBlock, CellVisitor, Isoparametric, MassRule};
 
 impl Mesh {
-    /// Volume of the elements [m^3], or area [m^2], that falls to each vertex: every element gives equal shares to its
-    /// vertices, one of second order those of [`MassRule::lumped`]. Zero for vertices without elements.
+    /// Volume of the elements [m^3], or area [m^2], that falls to each vertex: every element gives equal
+    /// shares to its vertices, one of second order those of [`MassRule::lumped`]. Zero for vertices without
+    /// elements.
     pub fn lumped_measure(&self) -> Vec<f64> {
         let mut shares = vec![0.0; self.vertex_count()];
         if let Some(block) = self.block() {
@@ -94,8 +95,8 @@ impl Mesh {
         nodes
     }
 
-    /// The edges that springs run along: those of the mesh if it names any, otherwise every edge of its elements, once,
-    /// ascending.
+    /// The edges that springs run along: those of the mesh if it names any, otherwise every edge of its
+    /// elements, once, ascending.
     pub fn spring_edges(&self) -> Vec<[u32; 2]> {
         if self.edges.is_empty() { self.unique_edges() } else { self.edges.clone() }
     }

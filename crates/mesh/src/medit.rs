@@ -1,9 +1,9 @@
-//! Medit `.mesh`, ASCII, versions 1 and 2: P. J. Frey, "MEDIT: An interactive mesh visualization software", INRIA
-//! report RT-0253 (2001), appendix.
+//! Medit `.mesh`, ASCII, versions 1 and 2: P. J. Frey, "MEDIT: An interactive mesh visualization software",
+//! INRIA report RT-0253 (2001), appendix.
 //!
-//! `Vertices`, `Edges`, `Triangles` and `Tetrahedra` are read. The references of these become groups `vertex_3`,
-//! `edge_3`, `triangle_3`, `tetrahedron_3`: 3 of one kind and 3 of another have nothing to do with each other. The
-//! reference 0 stands for none.
+//! `Vertices`, `Edges`, `Triangles` and `Tetrahedra` are read. The references of these become groups
+//! `vertex_3`, `edge_3`, `triangle_3`, `tetrahedron_3`: 3 of one kind and 3 of another have nothing to do
+//! with each other. The reference 0 stands for none.
 
 use super::FormatError;
 use super::cells::{FileCells, Names, reference};

@@ -16,8 +16,8 @@ pub(super) fn size(spec: &NotchedBeamSpec, dimension: usize) -> Result<MeshSize,
     mapped::size(rectangle(spec.cells), spec.element)
 }
 
-/// Columns of cells from `y = 0` up to the upper side: `cells[0]` on either side of the notch, `cells[1]` in either half
-/// of it, `cells[2]` cells high.
+/// Columns of cells from `y = 0` up to the upper side: `cells[0]` on either side of the notch, `cells[1]` in
+/// either half of it, `cells[2]` cells high.
 pub(super) fn build(spec: &NotchedBeamSpec, dimension: usize) -> Result<Mesh, MeshError> {
     size(spec, dimension)?;
     let NotchedBeamSpec { length, height, depth, width, .. } = *spec;

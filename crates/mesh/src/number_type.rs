@@ -38,8 +38,8 @@ impl NumberType {
         matches!(self, NumberType::F32 | NumberType::F64)
     }
 
-    /// The number in the first [`size`](Self::size) bytes; those missing count as zero. Whole numbers above 2^53 are
-    /// rounded: they are far from being the index of anything.
+    /// The number in the first [`size`](Self::size) bytes; those missing count as zero. Whole numbers above
+    /// 2^53 are rounded: they are far from being the index of anything.
     pub(super) fn decode(self, bytes: &[u8], endian: Endian) -> f64 {
         let mut word = [0_u8; 8];
         for (to, from) in word.iter_mut().zip(&bytes[..self.size().min(bytes.len())]) {

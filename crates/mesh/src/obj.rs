@@ -1,8 +1,9 @@
 //! Wavefront OBJ: vertices, polygons, polylines, groups and objects.
 //!
-//! Read here and not with the `tobj` crate: that one gives every group vertices of its own, so that a mesh falls apart
-//! along its groups, turns polylines of three vertices into triangles, drops vertices that no face uses and with them
-//! the numbering, reports no lines, by default rounds positions to single precision, and overflows on some indices.
+//! Read here and not with the `tobj` crate: that one gives every group vertices of its own, so that a mesh
+//! falls apart along its groups, turns polylines of three vertices into triangles, drops vertices that no
+//! face uses and with them the numbering, reports no lines, by default rounds positions to single precision,
+//! and overflows on some indices.
 
 use std::collections::BTreeMap;
 
@@ -10,9 +11,10 @@ use super::file::{FileMesh, GROUPS_AT_ONCE, MeshInput, Place};
 use super::tokens::{FileFault, excerpt};
 use super::{Group, Mesh, MeshError};
 
-/// Reads `v`, `f`, `l`, `g` and `o`; other statements (normals, texture coordinates, materials) say nothing about the
-/// shape and are passed over. A polygon becomes a fan of triangles about its first vertex, which is right for convex
-/// ones. Cells belong to the current object and to every current group; vertices keep the order of the file.
+/// Reads `v`, `f`, `l`, `g` and `o`; other statements (normals, texture coordinates, materials) say nothing
+/// about the shape and are passed over. A polygon becomes a fan of triangles about its first vertex, which
+/// is right for convex ones. Cells belong to the current object and to every current group; vertices keep
+/// the order of the file.
 pub(super) fn read(input: &MeshInput) -> Result<FileMesh, FileFault> {
     // Names may be in any encoding; numbers are ASCII.
     let text = String::from_utf8_lossy(input.bytes);

@@ -1,7 +1,7 @@
 //! PLY, ASCII and binary: <https://paulbourke.net/dataformats/ply/>, after G. Turk's description of 1994.
 //!
-//! Read here and not with the `ply-rs` crates: those keep a table of strings for every vertex, and say neither the line
-//! nor the offset of a fault.
+//! Read here and not with the `ply-rs` crates: those keep a table of strings for every vertex, and say
+//! neither the line nor the offset of a fault.
 
 use super::FormatError;
 use super::cells::{FileCells, Names};
@@ -9,8 +9,8 @@ use super::file::{FileMesh, MeshInput, Place};
 use super::number_type::{Endian, NumberType, index};
 use super::tokens::{FileFault, Tokens, excerpt};
 
-/// Reads the elements `vertex` (x, y, z), `face` (polygons: fans of triangles about the first vertex, right for convex
-/// ones) and `edge`; passes over others and over other properties.
+/// Reads the elements `vertex` (x, y, z), `face` (polygons: fans of triangles about the first vertex, right
+/// for convex ones) and `edge`; passes over others and over other properties.
 pub(super) fn read(input: &MeshInput) -> Result<FileMesh, FileFault> {
     let mut tokens = Tokens::of_bytes(input.bytes);
     let header = PlyHeader::read(&mut tokens)?;

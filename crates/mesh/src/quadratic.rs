@@ -1,13 +1,14 @@
 //! Cells of second order: corners, and a node in the middle of every edge.
 //!
-//! **The order of nodes**, everywhere in this library: the corners `0, 1, ..` as in the cell of first order, then one
-//! node per edge in the order of VTK,
+//! **The order of nodes**, everywhere in this library: the corners `0, 1, ..` as in the cell of first order,
+//! then one node per edge in the order of VTK,
 //! - line: `01`;
 //! - triangle: `01, 12, 20`;
 //! - tetrahedron: `01, 12, 02, 03, 13, 23`.
 //!
-//! VTK's files have it so ([VTK book](https://book.vtk.org/en/latest/VTKBook/05Chapter5.html), figure 5-4). Gmsh
-//! [exchanges the last two](https://gmsh.info/doc/texinfo/gmsh.html#Node-ordering) nodes of a tetrahedron.
+//! VTK's files have it so ([VTK book](https://book.vtk.org/en/latest/VTKBook/05Chapter5.html), figure 5-4).
+//! Gmsh [exchanges the last two](https://gmsh.info/doc/texinfo/gmsh.html#Node-ordering) nodes of a
+//! tetrahedron.
 
 use std::collections::BTreeMap;
 
@@ -32,7 +33,8 @@ pub enum MidNodes {
 }
 
 impl Mesh {
-    /// Its triangles (`N = 3`, with the nodes in the middle of their edges `6`) or tetrahedra (`4`, `10`), in their order.
+    /// Its triangles (`N = 3`, with the nodes in the middle of their edges `6`) or tetrahedra (`4`, `10`),
+    /// in their order.
     ///
     /// # Panics
     /// If `N` is none of these, or the mesh is not of second order for 6 or 10.
@@ -51,8 +53,8 @@ impl Mesh {
         }
     }
 
-    /// The surface as flat triangles to draw: those of [`surface_triangles`](Mesh::surface_triangles), in a mesh of second
-    /// order each as the four between its corners and the nodes in the middle of its edges.
+    /// The surface as flat triangles to draw: those of [`surface_triangles`](Mesh::surface_triangles), in a
+    /// mesh of second order each as the four between its corners and the nodes in the middle of its edges.
     pub fn drawn_triangles(&self) -> Vec<[u32; 3]> {
         let faces = self.surface_triangles();
         if self.order() == 1 {
@@ -86,9 +88,10 @@ impl Mesh {
         if self.triangle_middles.is_empty() && self.tetrahedron_middles.is_empty() { 1 } else { 2 }
     }
 
-    /// The same mesh with a node in the middle of every edge of its triangles and tetrahedra, shared between the cells
-    /// that meet there. Vertices keep their numbers; the new ones follow in the lexicographic order of their edges.
-    /// Groups gain the nodes in the middle of the edges of their cells. A mesh of second order is returned as it is.
+    /// The same mesh with a node in the middle of every edge of its triangles and tetrahedra, shared between
+    /// the cells that meet there. Vertices keep their numbers; the new ones follow in the lexicographic
+    /// order of their edges. Groups gain the nodes in the middle of the edges of their cells. A mesh of
+    /// second order is returned as it is.
     ///
     /// A mesh whose vertices and edges together are more than 2^32 - 1 cannot be numbered: `None`.
     pub fn promoted_to_quadratic(&self) -> Option<Mesh> {

@@ -47,8 +47,8 @@ pub struct ElementQuality {
 /// Effect of curved sides on elements.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct CurvedQuality {
-    /// Lower bound of the least `det J` over an element, as a fraction of its mean there, of the worst: 1 where all sides are
-    /// straight, near 0 where an element is nearly folded.
+    /// Lower bound of the least `det J` over an element, as a fraction of its mean there, of the worst: 1
+    /// where all sides are straight, near 0 where an element is nearly folded.
     pub least_jacobian: f64,
     /// Index of the element that has it.
     pub worst: usize,
@@ -56,8 +56,9 @@ pub struct CurvedQuality {
 
 /// Mean ratio of a simplex with `n` vertices: 1 where all edges are equal, towards 0 where it is flat.
 ///
-/// Tetrahedra: `12 (3 V)^(2/3) / sum of squared edge lengths`, measure 3 of J. Burkardt's TET_MESH_QUALITY, after
-/// Liu and Joe. Triangles: `4 sqrt(3) A / sum of squared edge lengths`, the same ratio in the plane. Edges: 1.
+/// Tetrahedra: `12 (3 V)^(2/3) / sum of squared edge lengths`, measure 3 of J. Burkardt's TET_MESH_QUALITY,
+/// after Liu and Joe. Triangles: `4 sqrt(3) A / sum of squared edge lengths`, the same ratio in the plane.
+/// Edges: 1.
 fn mean_ratio(m: &SimplexMeasure, n: usize) -> f64 {
     match n {
         2 => 1.0,
@@ -67,7 +68,8 @@ fn mean_ratio(m: &SimplexMeasure, n: usize) -> f64 {
 }
 
 impl Mesh {
-    /// Bounding box, volumes and mean ratios; `O(n)`. The mesh must have been checked, as [`build`](super::build) does.
+    /// Bounding box, volumes and mean ratios; `O(n)`. The mesh must have been checked, as
+    /// [`build`](super::build) does.
     pub fn quality(&self) -> Quality {
         let (lower, upper) = self.bounding_box();
         let mut elements = match self.element_dimension() {

@@ -4,8 +4,9 @@ use super::build::{at_least_one, vector};
 use super::{Mesh, MeshError};
 use crate::spec::RepeatSpec;
 
-/// Makes `count[0] x count[1] [x count[2]]` copies, copy `(i, j, k)` moved by `(i, j, k) spacing`, the last index
-/// fastest. Copies share no vertices. Vertex `v` of copy `c` has index `c n + v`; a group holds its cells in all copies.
+/// Makes `count[0] x count[1] [x count[2]]` copies, copy `(i, j, k)` moved by `(i, j, k) spacing`, the last
+/// index fastest. Copies share no vertices. Vertex `v` of copy `c` has index `c n + v`; a group holds its
+/// cells in all copies.
 pub(super) fn apply(spec: &RepeatSpec, mesh: &mut Mesh) -> Result<(), MeshError> {
     let dimension = mesh.dimension;
     if spec.count.len() != dimension {

@@ -7,10 +7,11 @@ use crate::spec::{BoxSelection, HalfSpace, Selection};
 /// A vertex this fraction of the body's diagonal outside a box or half-space is inside.
 const TOLERANCE: f64 = 1e-9;
 
-/// The vertices of `mesh` that `selection` names, by their rest positions: ascending, each once, at least one.
+/// The vertices of `mesh` that `selection` names, by their rest positions: ascending, each once, at least
+/// one.
 ///
-/// Boxes may be open: `inf` and `-inf` are bounds like others. The tolerance of boxes and half-spaces is 1e-9 of the
-/// diagonal of the mesh's bounding box.
+/// Boxes may be open: `inf` and `-inf` are bounds like others. The tolerance of boxes and half-spaces is
+/// 1e-9 of the diagonal of the mesh's bounding box.
 ///
 /// # Errors
 /// [`MeshError::Components`], [`MeshError::NotFinite`], [`MeshError::BoxReversed`], [`MeshError::ZeroNormal`],

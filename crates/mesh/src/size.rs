@@ -54,9 +54,9 @@ impl MeshSize {
         Ok(self)
     }
 
-    /// With a node in the middle of every edge: at most as many as these. Euler: `E = V + T` and less in the plane, with one hole
-    /// at most; in space `E = V + T + B/2` and less with `B` faces on the boundary, `B <= 2 T` in all but heaps of loose
-    /// tetrahedra, and `E <= 6 T` there.
+    /// With a node in the middle of every edge: at most as many as these. Euler: `E = V + T` and less in the
+    /// plane, with one hole at most; in space `E = V + T + B/2` and less with `B` faces on the boundary, `B
+    /// <= 2 T` in all but heaps of loose tetrahedra, and `E <= 6 T` there.
     fn quadratic(self) -> MeshSize {
         let (triangles, tetrahedra) = (self.triangles, self.tetrahedra);
         let edges = if tetrahedra > 0 {
@@ -67,8 +67,8 @@ impl MeshSize {
         MeshSize { vertices: self.vertices.saturating_add(edges), quadratic: true, ..self }
     }
 
-    /// Refuses a mesh larger than the memory there is. Asks for all of it at once and touches none: each array by
-    /// itself might be granted.
+    /// Refuses a mesh larger than the memory there is. Asks for all of it at once and touches none: each
+    /// array by itself might be granted.
     pub(super) fn probe(&self) -> Result<(), MeshError> {
         self.reserve(&mut Vec::<u8>::new(), self.bytes)
     }
@@ -85,12 +85,13 @@ impl MeshSize {
 
 /// Counts and memory that [`build`](super::build) will need for `spec`, without allocating any of it.
 ///
-/// `base` is the directory of the scene file. Counts saturate, so that no specification overflows. For a file the
-/// counts are bounds from its size: no format spells a vertex in fewer than 8 bytes or a cell in fewer than 2.
+/// `base` is the directory of the scene file. Counts saturate, so that no specification overflows. For a
+/// file the counts are bounds from its size: no format spells a vertex in fewer than 8 bytes or a cell in
+/// fewer than 2.
 ///
 /// # Errors
-/// The errors of the specification itself (wrong number of components, zero cells), [`MeshError::TooMany`] above
-/// 2^32 - 1 vertices or cells of one kind, [`MeshError::Unreadable`] for a missing file.
+/// The errors of the specification itself (wrong number of components, zero cells), [`MeshError::TooMany`]
+/// above 2^32 - 1 vertices or cells of one kind, [`MeshError::Unreadable`] for a missing file.
 pub fn predicted_size(spec: &MeshSpec, dimension: usize, base: &Path) -> Result<MeshSize, MeshError> {
     if !(2..=3).contains(&dimension) {
         return Err(MeshError::Dimension { dimension });

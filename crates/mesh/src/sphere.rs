@@ -19,8 +19,8 @@ pub(super) fn size(spec: &SphereSpec, dimension: usize) -> Result<MeshSize, Mesh
     .checked(dimension)
 }
 
-/// Each of the 20 faces of an icosahedron divided into `cells^2` triangles, blown up to the sphere; triangles are
-/// counter-clockwise seen from outside.
+/// Each of the 20 faces of an icosahedron divided into `cells^2` triangles, blown up to the sphere;
+/// triangles are counter-clockwise seen from outside.
 pub(super) fn build(spec: &SphereSpec, dimension: usize) -> Result<Mesh, MeshError> {
     let size = size(spec, dimension)?;
     positive("radius", spec.radius)?;

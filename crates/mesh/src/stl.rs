@@ -15,8 +15,8 @@ const HEADER: u64 = 84;
 /// Bytes of a facet: normal, three vertices, two bytes of no agreed meaning.
 const FACET: u64 = 50;
 
-/// Reads the facets. Corners with the same coordinates, bit by bit, become one vertex; nothing else is merged. Normals
-/// are passed over. The solids of an ASCII file that have a name become groups.
+/// Reads the facets. Corners with the same coordinates, bit by bit, become one vertex; nothing else is
+/// merged. Normals are passed over. The solids of an ASCII file that have a name become groups.
 pub(super) fn read(input: &MeshInput) -> Result<FileMesh, FileFault> {
     let mut surface = Surface::default();
     if is_binary(input.bytes) {

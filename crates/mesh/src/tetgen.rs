@@ -1,7 +1,8 @@
-//! TetGen's pair of `.node` and `.ele`, and that of Triangle: <https://wias-berlin.de/software/tetgen/fformats.html>.
+//! TetGen's pair of `.node` and `.ele`, and that of Triangle:
+//! <https://wias-berlin.de/software/tetgen/fformats.html>.
 //!
-//! Numbers begin at 0 or at 1. Boundary markers of vertices become groups `vertex_3`, the first attribute of cells,
-//! where it is a whole number, groups `tetrahedron_3` or `triangle_3`; 0 stands for none.
+//! Numbers begin at 0 or at 1. Boundary markers of vertices become groups `vertex_3`, the first attribute of
+//! cells, where it is a whole number, groups `tetrahedron_3` or `triangle_3`; 0 stands for none.
 
 use super::FormatError;
 use super::cells::{FileCells, Names, reference};
@@ -9,8 +10,8 @@ use super::file::{FileMesh, MeshInput, Place};
 use super::geometry::measure;
 use super::tokens::{FileFault, Tokens};
 
-/// Reads both files. TetGen's own tetrahedra are left-handed in the order of this library: where all are, two vertices
-/// of each are exchanged; a mesh of both hands is left as it is, to be refused.
+/// Reads both files. TetGen's own tetrahedra are left-handed in the order of this library: where all are,
+/// two vertices of each are exchanged; a mesh of both hands is left as it is, to be refused.
 pub(super) fn read(input: &MeshInput) -> Result<FileMesh, FileFault> {
     let (mut cells, mut names) = (FileCells::default(), Names::new());
     let nodes = Tokens::with_comments(input.nodes);

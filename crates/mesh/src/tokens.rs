@@ -30,8 +30,8 @@ impl FileFault {
     }
 }
 
-/// Reads a file word by word. Nothing is believed that is not there: counts that a file announces are met by reading
-/// that many words or bytes, and the end of the file ends every loop.
+/// Reads a file word by word. Nothing is believed that is not there: counts that a file announces are met by
+/// reading that many words or bytes, and the end of the file ends every loop.
 #[derive(Clone)]
 pub(super) struct Tokens<'a> {
     bytes: &'a [u8],

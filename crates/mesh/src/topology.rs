@@ -55,15 +55,17 @@ pub(super) fn firsts<const N: usize>(cells: &[[u32; N]], of: &[bool]) -> Vec<u32
     firsts
 }
 
-/// Edges that only one of these triangles has, directed as that triangle runs through them: none for a closed surface.
+/// Edges that only one of these triangles has, directed as that triangle runs through them: none for a
+/// closed surface.
 pub(super) fn open_edges(triangles: &[[u32; 3]]) -> Vec<[u32; 2]> {
     let side = |i: usize| [triangles[i / 3][i % 3], triangles[i / 3][(i + 1) % 3]];
     unpaired(3 * triangles.len(), side)
 }
 
 impl Mesh {
-    /// The edges of the elements, each once: `[lower index, higher index]`, in lexicographic order. Springs of a mesh
-    /// without explicit [`edges`](Mesh::edges) are made of these; with edges only, those come back sorted, each once.
+    /// The edges of the elements, each once: `[lower index, higher index]`, in lexicographic order. Springs
+    /// of a mesh without explicit [`edges`](Mesh::edges) are made of these; with edges only, those come back
+    /// sorted, each once.
     pub fn unique_edges(&self) -> Vec<[u32; 2]> {
         let mut edges = Vec::new();
         if let Some(block) = self.block() {
@@ -80,11 +82,12 @@ impl Mesh {
         edges
     }
 
-    /// The edges between two triangles, each with the opposite vertices: `[a, b, of the triangle that runs from a to b, of the one that runs
-    /// from b to a]`, by ascending `(min, max)` of the edge.
+    /// The edges between two triangles, each with the opposite vertices: `[a, b, of the triangle that runs
+    /// from a to b, of the one that runs from b to a]`, by ascending `(min, max)` of the edge.
     ///
     /// # Errors
-    /// An edge of more than two triangles, or of two that run through it the same way: they have opposite sides up.
+    /// An edge of more than two triangles, or of two that run through it the same way: they have opposite
+    /// sides up.
     pub fn hinges(&self) -> Result<Vec<[u32; 4]>, String> {
         // (lower, higher, runs from lower to higher, opposite)
         let mut sides: Vec<(u32, u32, bool, u32)> = vec![];
@@ -117,9 +120,9 @@ impl Mesh {
         Ok(hinges)
     }
 
-    /// The surface of a solid: the faces that belong to one tetrahedron only, counter-clockwise seen from outside, in
-    /// the order of their tetrahedra. Without tetrahedra the triangles as they stand. Quadrilaterals,
-    /// those of hexahedra too, are split in two.
+    /// The surface of a solid: the faces that belong to one tetrahedron only, counter-clockwise seen from
+    /// outside, in the order of their tetrahedra. Without tetrahedra the triangles as they stand.
+    /// Quadrilaterals, those of hexahedra too, are split in two.
     pub fn surface_triangles(&self) -> Vec<[u32; 3]> {
         if let Some(block) = self.block() {
             let halves = |[a, b, c, d]: [u32; 4]| [[a, b, c], [a, c, d]];
@@ -143,9 +146,9 @@ impl Mesh {
         }
     }
 
-    /// Edges with a single triangle of [`surface_triangles`](Mesh::surface_triangles) beside them, in the direction in
-    /// which it runs through them: the outline of a plane mesh counter-clockwise, the hem of a cloth; none where the
-    /// surface is closed, as that of every solid is.
+    /// Edges with a single triangle of [`surface_triangles`](Mesh::surface_triangles) beside them, in the
+    /// direction in which it runs through them: the outline of a plane mesh counter-clockwise, the hem of a
+    /// cloth; none where the surface is closed, as that of every solid is.
     pub fn boundary_edges(&self) -> Vec<[u32; 2]> {
         open_edges(&self.surface_triangles())
     }

@@ -5,10 +5,11 @@ use super::{Mesh, MeshError, turn};
 use crate::spec::{RotateSpec, TransformSpec};
 use pliant::value::OneOrMany;
 
-/// Moves every vertex to `centre + R S (X - centre) + translate`: scaled along the axes first, then rotated, then moved.
+/// Moves every vertex to `centre + R S (X - centre) + translate`: scaled along the axes first, then rotated,
+/// then moved.
 ///
-/// Where the factors mirror the mesh, the vertices of its cells are reordered, so that volumes stay positive and
-/// surfaces keep facing outwards. Multiplications by 1 and additions of 0 leave the bits as they are.
+/// Where the factors mirror the mesh, the vertices of its cells are reordered, so that volumes stay positive
+/// and surfaces keep facing outwards. Multiplications by 1 and additions of 0 leave the bits as they are.
 pub(super) fn apply(spec: &TransformSpec, mesh: &mut Mesh) -> Result<(), MeshError> {
     let dimension = mesh.dimension;
     let scale = factors(spec.scale.as_ref(), dimension)?;
@@ -47,8 +48,8 @@ fn factors(scale: Option<&OneOrMany>, dimension: usize) -> Result<Vec<f64>, Mesh
     if factors.contains(&0.0) { Err(MeshError::Zero { field: "scale" }) } else { Ok(factors) }
 }
 
-/// The matrix of a rotation by `angle` about `axis`, by O. Rodrigues: `cos I + (1 - cos) a a^T + sin [a]_x`. In the
-/// plane about the z-axis.
+/// The matrix of a rotation by `angle` about `axis`, by O. Rodrigues: `cos I + (1 - cos) a a^T + sin [a]_x`.
+/// In the plane about the z-axis.
 fn rotation(spec: &RotateSpec, dimension: usize) -> Result<[[f64; 3]; 3], MeshError> {
     finite("angle", spec.angle)?;
     let axis = match (&spec.axis, dimension) {

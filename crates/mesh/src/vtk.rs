@@ -1,9 +1,9 @@
 //! Legacy VTK, ASCII and binary, versions up to 5.1:
 //! <https://docs.vtk.org/en/latest/vtk_file_formats/vtk_legacy_file_format.html>.
 //!
-//! `UNSTRUCTURED_GRID` and `POLYDATA` are read, up to their data arrays, which say nothing about the shape. Read here
-//! and not with the `vtkio` crate, whose messages name neither the line nor the cell of a fault, and which brings a
-//! dozen crates along.
+//! `UNSTRUCTURED_GRID` and `POLYDATA` are read, up to their data arrays, which say nothing about the shape.
+//! Read here and not with the `vtkio` crate, whose messages name neither the line nor the cell of a fault,
+//! and which brings a dozen crates along.
 
 use super::cells::{FileCells, Names};
 use super::file::{FileMesh, MeshInput, Place};
@@ -207,8 +207,8 @@ impl<'a> VtkGrid<'a> {
         }
     }
 
-    /// `CELLS n size` and for each cell the number of its vertices and those; from version 5 on `CELLS n size` with
-    /// `n` offsets and `size` vertices.
+    /// `CELLS n size` and for each cell the number of its vertices and those; from version 5 on `CELLS n
+    /// size` with `n` offsets and `size` vertices.
     fn lists(&mut self) -> Result<Lists, FileFault> {
         let count: u64 = self.tokens.number("the number of cells")?;
         let size: u64 = self.tokens.number("the size of the list of cells")?;

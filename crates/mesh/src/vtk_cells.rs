@@ -43,8 +43,8 @@ impl ListKind {
     }
 }
 
-/// Enters one cell: `numbers` are the indices of its vertices among those of `range`, counted from 0. Polylines become lines,
-/// polygons fans of triangles about their first vertex, right for convex ones.
+/// Enters one cell: `numbers` are the indices of its vertices among those of `range`, counted from 0.
+/// Polylines become lines, polygons fans of triangles about their first vertex, right for convex ones.
 ///
 /// # Errors
 /// Cells of other kinds, a wrong number of vertices, an index out of range.

@@ -8,7 +8,8 @@ use pyo3::types::IntoPyDict;
 /// An array of doubles of any shape.
 pub(crate) type Doubles<'py> = Bound<'py, PyArrayDyn<f64>>;
 
-/// Anything that NumPy makes an array of numbers from, as a contiguous one of doubles: itself where it is one.
+/// Anything that NumPy makes an array of numbers from, as a contiguous one of doubles: itself where it is
+/// one.
 pub(crate) fn doubles<'py>(object: &Bound<'py, PyAny>) -> PyResult<Doubles<'py>> {
     if let Ok(array) = object.cast::<PyArrayDyn<f64>>()
         && array.is_c_contiguous()

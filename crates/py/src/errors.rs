@@ -70,7 +70,8 @@ pub(crate) fn checkpoint(error: &CheckpointError) -> PyErr {
     }
 }
 
-/// An `OSError` of the right kind where a file is the trouble, an `IndexError` where a frame is, and a `KeyError` where a channel is.
+/// An `OSError` of the right kind where a file is the trouble, an `IndexError` where a frame is, and a
+/// `KeyError` where a channel is.
 pub(crate) fn record(error: &RecordError) -> PyErr {
     let message = error.to_string();
     match error {

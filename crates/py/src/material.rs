@@ -61,7 +61,8 @@ impl PythonMaterial {
         })
     }
 
-    /// Calls a function with the deformation gradients `f`; its values have `rank` more axes than there are gradients.
+    /// Calls a function with the deformation gradients `f`; its values have `rank` more axes than there are
+    /// gradients.
     fn call(&self, function: &Py<PyAny>, what: &str, f: &[f64], rank: usize, out: &mut [f64]) -> bool {
         let d = self.dimension;
         let count = f.len() / (d * d);

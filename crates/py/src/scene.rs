@@ -14,9 +14,9 @@ use crate::{document, errors, per_element, threads};
 
 /// What is simulated: bodies, the world around them, how time advances, what is written.
 ///
-/// Built from keyword arguments that are the tables of a scene file (``docs/scene-format.md`` has every key),
-/// with dictionaries for tables and lists or arrays for lists; or read from TOML by `from_toml`. Both are
-/// checked by the same code.
+/// Built from keyword arguments that are the tables of a scene file (``docs/scene-format.md`` has every
+/// key), with dictionaries for tables and lists or arrays for lists; or read from TOML by `from_toml`. Both
+/// are checked by the same code.
 ///
 /// Parameters
 /// ----------

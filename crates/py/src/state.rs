@@ -9,8 +9,9 @@ use crate::arrays::{self, Doubles};
 
 /// A moment of a simulation: enough to go on from there.
 ///
-/// What `Simulation.state` gives and takes. It pickles. Simulations by explicit schemes go on from it with the same bits, those by
-/// implicit schemes to the tolerance of their solver. Parameters (materials, forces, pins) are no part of it.
+/// What `Simulation.state` gives and takes. It pickles. Simulations by explicit schemes go on from it with
+/// the same bits, those by implicit schemes to the tolerance of their solver. Parameters (materials, forces,
+/// pins) are no part of it.
 #[pyclass(name = "State", frozen, module = "pliant")]
 pub(crate) struct PyState {
     pub(crate) snapshot: Snapshot,

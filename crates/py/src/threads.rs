@@ -30,7 +30,8 @@ pub(crate) fn forks() -> u64 {
     FORKS.load(Ordering::Relaxed)
 }
 
-/// Does `work` on threads that are there: those of rayon, but for the child of a fork, which has one of its own.
+/// Does `work` on threads that are there: those of rayon, but for the child of a fork, which has one of its
+/// own.
 pub(crate) fn run<T: Send>(work: impl FnOnce() -> T + Send) -> T {
     static OWN: Mutex<Option<(u64, Arc<ThreadPool>)>> = Mutex::new(None);
     let forks = forks();
@@ -53,8 +54,8 @@ pub(crate) fn run<T: Send>(work: impl FnOnce() -> T + Send) -> T {
     }
 }
 
-/// Takes `steps` steps of each of these simulations on `threads` threads, 0 for as many as there are processors, and returns for each
-/// whether, and else why, a step could not be taken.
+/// Takes `steps` steps of each of these simulations on `threads` threads, 0 for as many as there are
+/// processors, and returns for each whether, and else why, a step could not be taken.
 #[pyfunction]
 pub(crate) fn _rollout(
     py: Python<'_>,
@@ -92,8 +93,8 @@ fn all(
     steppers.into_par_iter().with_max_len(1).map(one).collect()
 }
 
-/// Does `work` on a thread of its own, while this one looks for signals: what the handler of one raised is written to `signal`, and
-/// `stop` is set, which `work` shall heed.
+/// Does `work` on a thread of its own, while this one looks for signals: what the handler of one raised is
+/// written to `signal`, and `stop` is set, which `work` shall heed.
 ///
 /// # Errors
 /// `work` panicked.

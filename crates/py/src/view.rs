@@ -24,8 +24,8 @@ fn failure(error: &DrawError) -> PyErr {
     }
 }
 
-/// The page that plays a recording, of at most `max_bytes` of packed data: text, number of frames in it, number
-/// of frames of the recording, names of colourings that found no place.
+/// The page that plays a recording, of at most `max_bytes` of packed data: text, number of frames in it,
+/// number of frames of the recording, names of colourings that found no place.
 #[pyfunction]
 pub(crate) fn _page(
     py: Python<'_>,
@@ -66,7 +66,8 @@ fn drawn(path: &std::path::Path) -> Result<Image, DrawError> {
 
 #[pymethods]
 impl PySimulation {
-    /// The present state as a page that can be turned and asked, for notebooks and files; or a page in which it runs.
+    /// The present state as a page that can be turned and asked, for notebooks and files; or a page in which
+    /// it runs.
     ///
     /// Parameters
     /// ----------

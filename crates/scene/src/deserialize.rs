@@ -1,8 +1,8 @@
 //! Reads plain data from a TOML document, strictly, with the path of what is wrong.
 //!
-//! `toml` has a deserializer of its own. It takes lists for tables, ignores what follows the last entry of a list of
-//! fixed length, stops at the first mistake, and reports in prose; here each of these is a [`Problem`] with a
-//! path.
+//! `toml` has a deserializer of its own. It takes lists for tables, ignores what follows the last entry of a
+//! list of fixed length, stops at the first mistake, and reports in prose; here each of these is a
+//! [`Problem`] with a path.
 
 mod failure;
 mod onward;
@@ -51,7 +51,8 @@ fn read_once<T: DeserializeOwned>(root: &DeTable<'_>) -> (Result<T, Problem>, Ve
     (result.map_err(ReadFailure::into_problem), unknown.into_inner())
 }
 
-/// The path so far, on the stack: a path on the heap for each of a million numbers would cost more than reading them.
+/// The path so far, on the stack: a path on the heap for each of a million numbers would cost more than
+/// reading them.
 #[derive(Clone, Copy)]
 struct Trail<'a> {
     parent: Option<&'a Trail<'a>>,

@@ -16,8 +16,8 @@ struct DocumentNode<'d> {
     node: &'d DeValue<'d>,
 }
 
-/// The bytes to underline for `path`: its key or value or, if the text has no such value, the nearest table or value
-/// that should hold it. The start of the text for what is missing at the top.
+/// The bytes to underline for `path`: its key or value or, if the text has no such value, the nearest table
+/// or value that should hold it. The start of the text for what is missing at the top.
 pub(super) fn locate(text: &str, root: &DeTable<'_>, path: &KeyPath, underline: Underline) -> Range<usize> {
     let mut place: Option<DocumentNode<'_>> = None;
     for segment in path.segments() {
@@ -75,8 +75,8 @@ fn on_one_line(text: &str, place: &DocumentNode<'_>) -> Range<usize> {
     }
 }
 
-/// The bytes `inside` the text that the quotes at `span` hold; all of `span` where that has escapes, which are longer than
-/// what they stand for.
+/// The bytes `inside` the text that the quotes at `span` hold; all of `span` where that has escapes, which
+/// are longer than what they stand for.
 pub(super) fn inside(text: &str, span: Range<usize>, inside: Option<Range<usize>>) -> Range<usize> {
     let value = &text[span.clone()];
     let quotes = ["\"\"\"", "'''", "\"", "'"].into_iter().find(|quotes| value.starts_with(quotes));

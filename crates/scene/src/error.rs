@@ -114,8 +114,8 @@ impl Problem {
 
     /// A parameter that a model refuses: `poisson` = 0.5: makes the bulk modulus infinite.
     ///
-    /// `path` is the table of parameters, `field` the parameter in it. What follows a semicolon in `message` is
-    /// advice, and shown as help.
+    /// `path` is the table of parameters, `field` the parameter in it. What follows a semicolon in `message`
+    /// is advice, and shown as help.
     pub fn parameter(path: &KeyPath, field: &str, value: f64, message: &str) -> Problem {
         let (message, help) = match message.split_once("; ") {
             Some((message, help)) => (message, Some(help)),
@@ -239,8 +239,8 @@ impl SceneError {
         self.text.as_deref()
     }
 
-    /// All problems as a compiler shows them: place, line of the text, what would be right. Ends without a newline.
-    /// `color` adds ANSI escapes for a terminal.
+    /// All problems as a compiler shows them: place, line of the text, what would be right. Ends without a
+    /// newline. `color` adds ANSI escapes for a terminal.
     pub fn render(&self, color: bool) -> String {
         super::render::render(&self.problems, self.text.as_deref(), color)
     }

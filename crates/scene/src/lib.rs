@@ -1,4 +1,5 @@
-//! Scenes: what a user writes. Text to plain data here; plain data to a simulation in [`pliant::simulation`].
+//! Scenes: what a user writes. Text to plain data here; plain data to a simulation in
+//! [`pliant::simulation`].
 //!
 //! [`Scene`] knows nothing of text. A [`Problem`] names its place by a [`KeyPath`]; [`Source`] finds the line and
 //! column of that path when there is an error to show, and only then.
@@ -58,8 +59,8 @@ impl Scene {
         Source::from_path(path)?.scene()
     }
 
-    /// The scene as TOML, which reads as an equal scene. Comments and order of the text that it came from are lost;
-    /// [`Source::text`] has them.
+    /// The scene as TOML, which reads as an equal scene. Comments and order of the text that it came from
+    /// are lost; [`Source::text`] has them.
     ///
     /// # Errors
     /// A path that is not Unicode, which TOML cannot hold.

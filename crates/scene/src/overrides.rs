@@ -1,5 +1,5 @@
-//! `--set time.step=1e-3`: changes to the text of a scene, so that errors point at what was set and a recording keeps
-//! what was run.
+//! `--set time.step=1e-3`: changes to the text of a scene, so that errors point at what was set and a
+//! recording keeps what was run.
 
 use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, Table, TableLike, Value};
 
@@ -17,12 +17,12 @@ type Fault = Box<Problem>;
 impl Source {
     /// The text with values set, in order: `("body.0.elastic.corotated.young", "1e5")`.
     ///
-    /// A value is TOML; a word or a path needs no quotes (`rk4`, `meshes/bunny.msh`). What exists is replaced, comments
-    /// stay. Keys and tables that do not exist are made; entries of lists are not.
+    /// A value is TOML; a word or a path needs no quotes (`rk4`, `meshes/bunny.msh`). What exists is
+    /// replaced, comments stay. Keys and tables that do not exist are made; entries of lists are not.
     ///
     /// # Errors
-    /// The text is not TOML, a path leads nowhere, or a value is not one. Whether the scene knows the key and likes the
-    /// value shows in [`scene`](Source::scene), whose messages then name the override.
+    /// The text is not TOML, a path leads nowhere, or a value is not one. Whether the scene knows the key
+    /// and likes the value shows in [`scene`](Source::scene), whose messages then name the override.
     pub fn with_overrides(&self, overrides: &[(String, String)]) -> Result<Source, SceneError> {
         self.with_values("--set ", overrides)
     }
@@ -185,7 +185,8 @@ fn replace_entry(table: &mut dyn TableLike, key: &str, value: Value) {
     match table.get_mut(key) {
         Some(Item::Value(old)) => replace_value(old, value),
         _ => {
-            // The key of a [table] carries the comments above its header: without them the new key starts afresh.
+            // The key of a [table] carries the comments above its header: without them the new key starts
+            // afresh.
             table.remove(key);
             table.insert(key, Item::Value(value));
         }

@@ -95,13 +95,15 @@ impl Source {
     /// The scene that the text describes, validated.
     ///
     /// # Errors
-    /// The text is not TOML, not a scene, or not one that can be simulated; each problem with line and column.
+    /// The text is not TOML, not a scene, or not one that can be simulated; each problem with line and
+    /// column.
     pub fn scene(&self) -> Result<Scene, SceneError> {
         let reading = self.read()?;
         let Some(scene) = reading.value else { return Err(self.error(reading.problems)) };
         let mut problems = reading.problems;
         if !reading.renumbered {
-            // Parts that can be read all through: others may contradict themselves because something is left out.
+            // Parts that can be read all through: others may contradict themselves because something is left
+            // out.
             let sound = |found: &Problem| !problems.iter().any(|told| item(&told.path) == item(&found.path));
             let found: Vec<Problem> = scene.validate().into_iter().filter(sound).collect();
             problems.extend(found);
@@ -125,7 +127,8 @@ impl Source {
         Ok(reading)
     }
 
-    /// Problems with their lines and columns in this text, from top to bottom; what `--set` brought in is marked so.
+    /// Problems with their lines and columns in this text, from top to bottom; what `--set` brought in is
+    /// marked so.
     pub fn error(&self, problems: Vec<Problem>) -> SceneError {
         let document = document::parse(&self.text).ok();
         let located = problems.into_iter().map(|mut problem| {

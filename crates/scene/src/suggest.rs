@@ -1,6 +1,7 @@
 //! "Did you mean".
 
-/// Keys and choices of scenes with their names in other programs and papers, in small letters without separators.
+/// Keys and choices of scenes with their names in other programs and papers, in small letters without
+/// separators.
 const SYNONYMS: &[(&str, &[&str])] = &[
     ("step", &["dt", "h", "timestep", "stepsize", "deltat"]),
     ("duration", &["tend", "tmax", "endtime", "tfinal", "time", "length"]),

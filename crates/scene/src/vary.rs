@@ -21,12 +21,12 @@ use std::str::FromStr;
 
 use super::{KeyPath, SceneError, Source};
 
-/// The text of a scene with the value at `path` replaced. `value` is TOML; a word needs no quotes. All else stays as it is
-/// written, comments included.
+/// The text of a scene with the value at `path` replaced. `value` is TOML; a word needs no quotes. All else
+/// stays as it is written, comments included.
 ///
 /// # Errors
-/// The text is no scene; `path` leads nowhere, or to a key that scenes do not have; the value is none, of the wrong type or one
-/// that cannot be simulated. The message points at the changed line.
+/// The text is no scene; `path` leads nowhere, or to a key that scenes do not have; the value is none, of
+/// the wrong type or one that cannot be simulated. The message points at the changed line.
 pub fn with(text: &str, path: &str, value: &str) -> Result<String, SceneError> {
     with_all(text, &[(path.to_owned(), value.to_owned())])
 }
@@ -40,8 +40,8 @@ pub fn with_all(text: &str, changes: &[(String, String)]) -> Result<String, Scen
 }
 
 impl Source {
-    /// The text with values replaced, in order, checked to be a scene: pairs of path and value, as for [`with`]. Its name, and the
-    /// directory that files are relative to, stay.
+    /// The text with values replaced, in order, checked to be a scene: pairs of path and value, as for
+    /// [`with`]. Its name, and the directory that files are relative to, stay.
     ///
     /// # Errors
     /// As for [`with`].

@@ -1,7 +1,7 @@
 //! Terms by the name of their material, the kind of their elements and the number of dimensions.
 //!
-//! The engine's terms are generic over all three, so that each has kernels of its own. A scene names them, and
-//! needs the kernels of all; they are compiled here, behind functions that are not generic, once for all
+//! The engine's terms are generic over all three, so that each has kernels of its own. A scene names them,
+//! and needs the kernels of all; they are compiled here, behind functions that are not generic, once for all
 //! crates above.
 //!
 //! ```

@@ -5,8 +5,8 @@ use pliant::energy::EnergyTerm;
 use pliant::energy::measure::{Curvature, HingeAngle, Length, ScalarStrainEnergy, StencilConstants};
 use pliant::energy::spring::{ExpressedSprings, SpringFormula, Springs};
 
-/// Springs of `body` along `edges` (vertices of the system) with these stiffnesses [N/m] and rest lengths [m],
-/// as [`Springs::new`] has them; the system has `vertex_count` vertices.
+/// Springs of `body` along `edges` (vertices of the system) with these stiffnesses [N/m] and rest lengths
+/// [m], as [`Springs::new`] has them; the system has `vertex_count` vertices.
 ///
 /// # Panics
 /// As there.

@@ -9,7 +9,8 @@ fn blow(vertex: usize) -> Strike {
     Strike { vertex, direction: vec![3.0, 0.0], listen: None, rayleigh: Some((0.4, 1e-3)) }
 }
 
-/// Fourteen masses: amplitudes are squares of sines, decays (alpha + beta omega^2)/2; sampled exactly but for rounding.
+/// Fourteen masses: amplitudes are squares of sines, decays (alpha + beta omega^2)/2; sampled exactly but
+/// for rounding.
 #[test]
 fn a_struck_chain_sounds_as_its_modes() {
     let mut chain = strand();
@@ -53,7 +54,8 @@ fn a_struck_chain_sounds_as_its_modes() {
 #[test]
 fn what_is_not_heard_is_counted() {
     let mut chain = strand();
-    // Half the sample rate in the middle of the band: w_j / 2 pi >= 5 Hz for sin(j pi / 30) >= 0.4967, j >= 5.
+    // Half the sample rate in the middle of the band: w_j / 2 pi >= 5 Hz for sin(j pi / 30) >= 0.4967, j >=
+    // 5.
     let sound = chain.sound(14, &blow(2), 10.0).unwrap();
     assert_eq!(sound.silent.above_nyquist, 10);
     // With (alpha + beta w^2)/2 > w from w = 2/beta on.

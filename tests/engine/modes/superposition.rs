@@ -11,7 +11,8 @@ use pliant::simulation::Simulation;
 use pliant::state::State;
 use pliant::system::System;
 
-/// Ten masses of 0.1 kg between two walls, joined by springs of 100 N/m whose rest length is zero: linear in every direction.
+/// Ten masses of 0.1 kg between two walls, joined by springs of 100 N/m whose rest length is zero: linear in
+/// every direction.
 fn string(gravity: f64) -> Simulation {
     let mass = vec![0.1; 12];
     let edges: Vec<[u32; 2]> = (0..11).map(|i| [i, i + 1]).collect();
@@ -55,7 +56,8 @@ fn a_displaced_chain_is_where_the_plan_has_it() {
     }
 }
 
-/// The string let go under gravity: `y_i = -g sum_j 2/(N+1) s_ij sum_l s_lj (1 - cos w_j t)/w_j^2`, `s_ij = sin(i j pi/(N+1))`.
+/// The string let go under gravity: `y_i = -g sum_j 2/(N+1) s_ij sum_l s_lj (1 - cos w_j t)/w_j^2`, `s_ij =
+/// sin(i j pi/(N+1))`.
 #[test]
 fn a_string_sags_and_swings_under_gravity_as_its_sines_do() {
     let mut string = string(9.81);
@@ -103,8 +105,8 @@ const WEIGHTLESS: &str = "ether_drag = 0.0";
 const CLAMP_2D: &str = "pin = [{ half_space = { normal = [1.0, 0.0], offset = 0.0 } }]";
 const CLAMP_3D: &str = "pin = [{ half_space = { normal = [1.0, 0.0, 0.0], offset = 0.0 } }]";
 
-// The classical Runge-Kutta scheme in fine steps has an error of 1e-10 here; damped in proportion to the mass, by drag, with loads, strains
-// and velocities at the start, held and free.
+// The classical Runge-Kutta scheme in fine steps has an error of 1e-10 here; damped in proportion to the
+// mass, by drag, with loads, strains and velocities at the start, held and free.
 #[test]
 fn the_sum_of_modes_is_what_fine_steps_tend_to() {
     let slowed = "damping = { mass_proportional = 0.8 }";

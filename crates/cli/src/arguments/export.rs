@@ -17,7 +17,8 @@ pub(crate) struct ExportArguments {
     /// Format of the files in a folder [default: vtu]
     #[arg(long)]
     pub(crate) format: Option<ExportFormat>,
-    /// Which frames, from 0: one (12), a range without its end (10..20), or every so many (0..100:10, ..:5) [default: all]
+    /// Which frames, from 0: one (12), a range without its end (10..20), or every so many (0..100:10, ..:5)
+    /// [default: all]
     #[arg(long, value_name = "A..B:STEP", allow_hyphen_values = true)]
     pub(crate) frames: Option<FrameRange>,
     /// Positions of a .glb to 16 bits of each body's box: smaller, for readers that know

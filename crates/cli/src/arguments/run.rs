@@ -9,7 +9,8 @@ use super::values::{positive_seconds, time_span};
 
 /// `pliant run`.
 #[derive(Args, Clone, Debug)]
-// A group with a flattened struct in it is empty unless its members are named, and `pliant SCENE` is known by it.
+// A group with a flattened struct in it is empty unless its members are named, and `pliant SCENE` is known
+// by it.
 #[group(args = ["scene", "set", "probes"])]
 pub(crate) struct RunArguments {
     /// Scene file (TOML)

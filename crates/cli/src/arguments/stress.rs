@@ -24,15 +24,15 @@ pub(crate) struct StressArguments {
     /// Only these integrators; those without numbers of an independent program run if they are named
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     pub(crate) integrators: Vec<String>,
-    /// Only these linear solvers: auto, cholesky, cg, multigrid, matrix-free; those that are named go through every start, and through
-    /// every implicit scheme on a scene
+    /// Only these linear solvers: auto, cholesky, cg, multigrid, matrix-free; those that are named go
+    /// through every start, and through every implicit scheme on a scene
     #[arg(long, value_name = "NAME", value_delimiter = ',', value_parser = linear_solver)]
     pub(crate) solvers: Vec<LinearSolver>,
     /// Cases that take a tenth of a second or less
     #[arg(long)]
     pub(crate) quick: bool,
-    /// Wall time for everything, for example 60s or "5 min": runs of a scene are cut short where it is over, and say so, cases of the
-    /// suite left out [default: 60s for a scene]
+    /// Wall time for everything, for example 60s or "5 min": runs of a scene are cut short where it is over,
+    /// and say so, cases of the suite left out [default: 60s for a scene]
     #[arg(long, value_name = "TIME", value_parser = time_span)]
     pub(crate) budget: Option<f64>,
     /// Also write stress.csv, stress.json and stress.html with pictures of the end states into this folder

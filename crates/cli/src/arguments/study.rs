@@ -37,7 +37,8 @@ pub(crate) struct StudyArguments {
     /// Threads that steps run on, as many for every row; the system places them [default: 1]
     #[arg(long, value_name = "N")]
     pub(crate) threads: Option<NonZeroU16>,
-    /// Wall time for everything, for example 60s or "5 min" [default: 60s for each scene where steps are chosen]
+    /// Wall time for everything, for example 60s or "5 min" [default: 60s for each scene where steps are
+    /// chosen]
     #[arg(long, value_name = "TIME", value_parser = time_span)]
     pub(crate) budget: Option<f64>,
     /// Where the reference comes from: auto, exact or computed
@@ -46,7 +47,8 @@ pub(crate) struct StudyArguments {
     /// The largest error that the recommendation may have [default: 0.01]
     #[arg(long, value_name = "ERROR")]
     pub(crate) error: Option<f64>,
-    /// Folder for reports, charts, tables, and what a next study can use [default: the name of the scene with -study]
+    /// Folder for reports, charts, tables, and what a next study can use [default: the name of the scene
+    /// with -study]
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: Option<PathBuf>,
     /// Where the Markdown goes [default: report.md in the folder]

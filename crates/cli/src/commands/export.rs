@@ -46,8 +46,8 @@ pub(crate) fn execute(arguments: &ExportArguments, terminal: Terminal) -> Result
 }
 
 /// `pliant export file --to to`: frames `start`, `start + step`, ... below `end`, all without them, to a
-/// folder or to a file ending in `.html`, `.pvd`, `.vtu`, `.obj`, `.glb`, `.npz` or `.csv`. Returns the files of the
-/// frames, and the collection last.
+/// folder or to a file ending in `.html`, `.pvd`, `.vtu`, `.obj`, `.glb`, `.npz` or `.csv`. Returns the
+/// files of the frames, and the collection last.
 ///
 /// # Errors
 /// The exit code that the command would have had, and what it would have said.

@@ -12,9 +12,9 @@ pub(crate) const SMALLEST_SUM: f64 = 1e-10;
 
 /// A number and its derivative in one direction.
 ///
-/// It is a [`Scalar`] itself, so any kernel runs on it, and it nests: `Dual<Dual<f64>>` carries a second derivative.
-/// Comparisons look at the value only. One direction at a time, and not all entries of a matrix at once, keeps a dual pack of
-/// lanes in two registers.
+/// It is a [`Scalar`] itself, so any kernel runs on it, and it nests: `Dual<Dual<f64>>` carries a second
+/// derivative. Comparisons look at the value only. One direction at a time, and not all entries of a matrix
+/// at once, keeps a dual pack of lanes in two registers.
 ///
 /// ```
 /// use pliant::algebra::{Dual, Mat};
@@ -191,11 +191,12 @@ impl<S: Scalar> Scalar for Dual<S> {
         }
     }
 
-    /// With `F = R S`: `R^T dR` is antisymmetric, with the axial vector `(tr(S) I - S)^-1 axial(R^T dF - dF^T R)`; in
-    /// two dimensions `R^T dR = (R^T dF - dF^T R) / tr S`.
+    /// With `F = R S`: `R^T dR` is antisymmetric, with the axial vector `(tr(S) I - S)^-1 axial(R^T dF -
+    /// dF^T R)`; in two dimensions `R^T dR = (R^T dF - dF^T R) / tr S`.
     ///
-    /// From differentiating `F = R S` and taking the antisymmetric part. The eigenvalues of `tr(S) I - S` are the sums
-    /// of two singular values; they are kept away from zero, so the derivative is always finite where `F` is.
+    /// From differentiating `F = R S` and taking the antisymmetric part. The eigenvalues of `tr(S) I - S`
+    /// are the sums of two singular values; they are kept away from zero, so the derivative is always finite
+    /// where `F` is.
     #[inline(always)]
     fn rotation<const D: usize>(f: &Mat<Self, D>) -> Mat<Self, D> {
         let (f, df) = Self::parts(f);
@@ -255,7 +256,8 @@ fn axial<S: Scalar, const D: usize>(a: &Mat<S, D>) -> Vect<S, D> {
     w
 }
 
-/// The antisymmetric matrix with this axial vector, the inverse of taking it: `[w]_10 = w_0` in 2D, `w x` in 3D.
+/// The antisymmetric matrix with this axial vector, the inverse of taking it: `[w]_10 = w_0` in 2D, `w x` in
+/// 3D.
 #[inline(always)]
 fn cross<S: Scalar, const D: usize>(w: &Vect<S, D>) -> Mat<S, D> {
     let mut m = Mat::zero();

@@ -6,8 +6,9 @@ use crate::scalar::Scalar;
 /// The plane rotation `(cos, sin)` that diagonalises `[[p, b], [b, q]]`, by an angle of at most 45 degrees.
 ///
 /// With `d = q - p`, `h = sqrt(d^2 + 4 b^2)` and `u = |d| + h`: `cos = u / sqrt(u^2 + 4 b^2)` and
-/// `sin = 2 b sgn(d) / sqrt(u^2 + 4 b^2)`, from the smaller root `tan = 2 b sgn(d) / u` of `t^2 + d t / b - 1 = 0`, which has no
-/// cancellation (Golub and Van Loan, "Matrix computations"). Below 1e-140 `d` and `b` count as zero, and nothing is turned.
+/// `sin = 2 b sgn(d) / sqrt(u^2 + 4 b^2)`, from the smaller root `tan = 2 b sgn(d) / u` of `t^2 + d t / b -
+/// 1 = 0`, which has no cancellation (Golub and Van Loan, "Matrix computations"). Below 1e-140 `d` and `b`
+/// count as zero, and nothing is turned.
 #[inline(always)]
 pub(super) fn jacobi_rotation<S: Scalar>(p: S, q: S, b: S) -> (S, S) {
     let difference = q - p;
@@ -19,7 +20,8 @@ pub(super) fn jacobi_rotation<S: Scalar>(p: S, q: S, b: S) -> (S, S) {
     let zero = squared.lt(S::splat(1e-280));
     let root = squared.sqrt();
     let r = S::one() / root;
-    // The quotient, rounded as by a division: exactly 1 for small angles, so that converged vectors keep their length.
+    // The quotient, rounded as by a division: exactly 1 for small angles, so that converged vectors keep
+    // their length.
     let c = u * r;
     let c = (-c).mul_add(root, u).mul_add(r, c);
     (S::select(zero, S::one(), c), S::select(zero, S::zero(), b2 * r.copysign(difference)))

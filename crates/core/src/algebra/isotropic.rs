@@ -3,11 +3,12 @@
 use super::{Dual, Mat, SMALLEST_SUM, Svd, Vect, signed_svd};
 use crate::scalar::Scalar;
 
-/// A function `psi(sigma)` of the signed singular values `sigma_0 >= ... >= |sigma_(D-1)|` of a matrix, see [`signed_svd`].
+/// A function `psi(sigma)` of the signed singular values `sigma_0 >= ... >= |sigma_(D-1)|` of a matrix, see
+/// [`signed_svd`].
 ///
-/// To be a function of the matrix it must not change when two values are exchanged, nor when two change sign together.
-/// Written in the stretches alone; value, gradient and second derivative as a function of the matrix follow, on `f64`, on packs
-/// of lanes and on dual numbers.
+/// To be a function of the matrix it must not change when two values are exchanged, nor when two change sign
+/// together. Written in the stretches alone; value, gradient and second derivative as a function of the
+/// matrix follow, on `f64`, on packs of lanes and on dual numbers.
 pub trait IsotropicFunction<const D: usize> {
     /// `psi(sigma)`.
     fn in_stretches<S: Scalar>(&self, sigma: &Vect<S, D>) -> S;
@@ -85,11 +86,11 @@ fn compose<S: Scalar, const D: usize>(svd: &Svd<S, D>, d: &Vect<S, D>) -> Mat<S,
 
 /// `d psi / dF` and its derivative in the direction `dF`.
 ///
-/// With `A = U^T dF V` the derivative is `U B V^T`, `B_ii = sum_j psi_ij A_jj`, and for `i != j`, with the quotients
-/// `t = (psi_i + psi_j) / (sigma_i + sigma_j)` and `f = (psi_i - psi_j) / (sigma_i - sigma_j)`,
-/// `B_ij = (f + t)/2 A_ij + (f - t)/2 A_ji`. Where two stretches nearly coincide `f` is its limit, `psi_ii - psi_ij` averaged
-/// over the two; where their sum vanishes `t` is kept finite, as for the rotation. From the eigensystem of Smith, de Goes and
-/// Kim, "Analytic eigensystems for isotropic distortion energies", 2019.
+/// With `A = U^T dF V` the derivative is `U B V^T`, `B_ii = sum_j psi_ij A_jj`, and for `i != j`, with the
+/// quotients `t = (psi_i + psi_j) / (sigma_i + sigma_j)` and `f = (psi_i - psi_j) / (sigma_i - sigma_j)`,
+/// `B_ij = (f + t)/2 A_ij + (f - t)/2 A_ji`. Where two stretches nearly coincide `f` is its limit, `psi_ii -
+/// psi_ij` averaged over the two; where their sum vanishes `t` is kept finite, as for the rotation. From the
+/// eigensystem of Smith, de Goes and Kim, "Analytic eigensystems for isotropic distortion energies", 2019.
 #[inline(always)]
 pub(super) fn isotropic_gradient_along<S: Scalar, const D: usize, I: IsotropicFunction<D>>(
     function: &I,

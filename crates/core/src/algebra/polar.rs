@@ -7,12 +7,12 @@ use crate::scalar::{Mask, Scalar};
 /// The rotation `R` nearest to `F`: `F = R S` with `S` symmetric and `det R = +1`, also where `det F < 0`.
 ///
 /// `R` maximises `tr(R^T F)`, which then is `tr S = sigma_1 + ... + sigma_D` with the signs of
-/// [`signed_svd`](super::signed_svd()). It is unique unless the two smallest singular values add up to zero; there a
-/// rotation is returned that depends on `F` alone, never on other lanes. `R(0) = I`.
+/// [`signed_svd`](super::signed_svd()). It is unique unless the two smallest singular values add up to zero;
+/// there a rotation is returned that depends on `F` alone, never on other lanes. `R(0) = I`.
 ///
-/// Error in `R`, times `(sigma_2 + sigma_3) / |F|`: a few units of rounding; `|R^T R - I| <= 4e-12`, and 1e-14
-/// where all singular values lie within a factor of three. Where `F` has an infinite or NaN entry, or `|F| > 1e154`,
-/// every entry of `R` is NaN. In two dimensions `|F| < 1e-145` counts as zero.
+/// Error in `R`, times `(sigma_2 + sigma_3) / |F|`: a few units of rounding; `|R^T R - I| <= 4e-12`, and
+/// 1e-14 where all singular values lie within a factor of three. Where `F` has an infinite or NaN entry, or
+/// `|F| > 1e154`, every entry of `R` is NaN. In two dimensions `|F| < 1e-145` counts as zero.
 ///
 /// [`Scalar::rotation`] is the same function with derivatives; materials call that one.
 #[inline(always)]
@@ -20,7 +20,8 @@ pub fn rotation<S: Scalar, const D: usize>(f: &Mat<S, D>) -> Mat<S, D> {
     if D == 2 { rotation_2d(f) } else { rotation_3d(f) }
 }
 
-/// `R = [[a, -b], [b, a]] / sqrt(a^2 + b^2)` with `a = F_00 + F_11`, `b = F_10 - F_01`; the identity for `a = b = 0`.
+/// `R = [[a, -b], [b, a]] / sqrt(a^2 + b^2)` with `a = F_00 + F_11`, `b = F_10 - F_01`; the identity for `a
+/// = b = 0`.
 #[inline(always)]
 fn rotation_2d<S: Scalar, const D: usize>(f: &Mat<S, D>) -> Mat<S, D> {
     let (one, zero) = (S::one(), S::zero());
@@ -45,8 +46,8 @@ const DEGENERATE: f64 = 0.05;
 ///
 /// `R = ((l^2 + 1) G + 2 l C - 2 G G^T G) / (l (l^2 - 1) - 2 J)`,
 ///
-/// from the Cayley-Hamilton theorem for `S` (the approach of Hoger and Carlson, "Determination of the stretch and
-/// rotation in the polar decomposition of the deformation gradient", 1984). The denominator is
+/// from the Cayley-Hamilton theorem for `S` (the approach of Hoger and Carlson, "Determination of the
+/// stretch and rotation in the polar decomposition of the deformation gradient", 1984). The denominator is
 /// `2 (s1 + s2) (s1 + s3) (s2 + s3)`; lanes where it is small, or where the root `l` has not converged, take
 /// `R = U V^T` from the singular value decomposition.
 #[inline(always)]
@@ -78,19 +79,21 @@ fn rotation_3d<S: Scalar, const D: usize>(f: &Mat<S, D>) -> Mat<S, D> {
     rotation
 }
 
-/// The rotation `R = U V^T` from the signed singular value decomposition; slower than [`rotation`] and accurate everywhere.
+/// The rotation `R = U V^T` from the signed singular value decomposition; slower than [`rotation`] and
+/// accurate everywhere.
 #[inline(always)]
 pub fn rotation_by_svd<S: Scalar, const D: usize>(f: &Mat<S, D>) -> Mat<S, D> {
     let svd = signed_svd(f);
     svd.u.mul_transpose(&svd.v)
 }
 
-/// `l = s1 + s2 + s3` for `s1^2 + s2^2 + s3^2 = 1`, `s1 s2 s3 = J`, `|cof|^2 = s1^2 s2^2 + s2^2 s3^2 + s3^2 s1^2`,
-/// and which lanes have not converged.
+/// `l = s1 + s2 + s3` for `s1^2 + s2^2 + s3^2 = 1`, `s1 s2 s3 = J`, `|cof|^2 = s1^2 s2^2 + s2^2 s3^2 + s3^2
+/// s1^2`, and which lanes have not converged.
 ///
-/// It is the largest root of `p(l) = (l^2 - 1)^2 - 8 J l - 4 |cof|^2`, approached from `sqrt(3)`, its upper bound, by
-/// Halley's iteration, which is monotonic there. A lane stops once its step is below 1e-5: convergence is cubic, so
-/// the root is then exact, and the result cannot depend on the other lanes of a pack.
+/// It is the largest root of `p(l) = (l^2 - 1)^2 - 8 J l - 4 |cof|^2`, approached from `sqrt(3)`, its upper
+/// bound, by Halley's iteration, which is monotonic there. A lane stops once its step is below 1e-5:
+/// convergence is cubic, so the root is then exact, and the result cannot depend on the other lanes of a
+/// pack.
 #[inline(always)]
 fn trace_of_stretch<S: Scalar>(j: S, cofactor_squared: S) -> (S, S::Mask) {
     let one = S::one();

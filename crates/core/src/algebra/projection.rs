@@ -8,9 +8,10 @@ use crate::scalar::{Mask, Scalar};
 /// Sweeps after which off-diagonal entries are at rounding: convergence is quadratic.
 const MAX_SWEEPS: usize = 32;
 
-/// Sets the negative eigenvalues of a symmetric matrix `n x n`, by rows, to zero: the nearest positive semidefinite matrix in the
-/// Frobenius norm (Higham 1988, "Computing a nearest symmetric positive semidefinite matrix"). By cyclic Jacobi rotations, Golub and Van
-/// Loan, "Matrix computations", section 8.5. One that is not finite stays as it is.
+/// Sets the negative eigenvalues of a symmetric matrix `n x n`, by rows, to zero: the nearest positive
+/// semidefinite matrix in the Frobenius norm (Higham 1988, "Computing a nearest symmetric positive
+/// semidefinite matrix"). By cyclic Jacobi rotations, Golub and Van Loan, "Matrix computations", section
+/// 8.5. One that is not finite stays as it is.
 ///
 /// # Panics
 /// If there are not `n * n` numbers.
@@ -57,7 +58,8 @@ pub(crate) fn project_positive(matrix: &mut [f64], n: usize) {
     }
 }
 
-/// A square matrix of at most [`PackedMatrix::ROWS`] rows, whose entries may be packs: as many matrices side by side.
+/// A square matrix of at most [`PackedMatrix::ROWS`] rows, whose entries may be packs: as many matrices side
+/// by side.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PackedMatrix<S>([[S; 9]; 9]);
 
@@ -91,8 +93,8 @@ impl<S> IndexMut<usize> for PackedMatrix<S> {
 /// Off-diagonal entries are zero below this part of the matrix: the squares of norms.
 const CONVERGED: f64 = 1e-28;
 
-/// As [`project_positive`], of the first `n` rows and columns of matrices side by side. Eigenvectors are exact
-/// to `1e-14` of the matrix; sweeps go on until all of them are.
+/// As [`project_positive`], of the first `n` rows and columns of matrices side by side. Eigenvectors are
+/// exact to `1e-14` of the matrix; sweeps go on until all of them are.
 #[inline(always)]
 pub(crate) fn project_positive_packed<S: Scalar>(matrix: &mut PackedMatrix<S>, n: usize) {
     let mut a = *matrix;

@@ -9,7 +9,8 @@ use crate::scalar::{Mask, Scalar};
 pub struct Svd<S, const D: usize> {
     /// Left singular vectors, in columns.
     pub u: Mat<S, D>,
-    /// `sigma[0] >= sigma[1] >= ... >= |sigma[D-1]|`: only the last may be negative, and is where `det F < 0`.
+    /// `sigma[0] >= sigma[1] >= ... >= |sigma[D-1]|`: only the last may be negative, and is where `det F <
+    /// 0`.
     pub sigma: Vect<S, D>,
     /// Right singular vectors, in columns.
     pub v: Mat<S, D>,
@@ -17,9 +18,9 @@ pub struct Svd<S, const D: usize> {
 
 /// `F / |F|` and `|F|` (Frobenius).
 ///
-/// Below 1e-145 the norm is taken as 1e-145, so that zero stays zero. Where an entry of `F` is infinite or NaN, or
-/// `|F|^2` overflows (`|F| > 1e154`), every entry of the result is NaN: `norm / norm^2` instead of `1 / norm` sees to
-/// it, at no cost, and the comparison is written so that NaN is not mistaken for small.
+/// Below 1e-145 the norm is taken as 1e-145, so that zero stays zero. Where an entry of `F` is infinite or
+/// NaN, or `|F|^2` overflows (`|F| > 1e154`), every entry of the result is NaN: `norm / norm^2` instead of
+/// `1 / norm` sees to it, at no cost, and the comparison is written so that NaN is not mistaken for small.
 #[inline(always)]
 pub(super) fn normalized<S: Scalar, const D: usize>(f: &Mat<S, D>) -> (Mat<S, D>, S) {
     let squared = f.norm_squared();
@@ -31,9 +32,9 @@ pub(super) fn normalized<S: Scalar, const D: usize>(f: &Mat<S, D>) -> (Mat<S, D>
 
 /// Signed singular value decomposition, any `F`, singular and inverted ones included.
 ///
-/// Orthogonality and reconstruction are good to a few units of rounding of `|F|`, as are the singular values.
-/// Where `F` has an infinite or NaN entry, or `|F| > 1e154`, everything in the result is NaN. `F = 0` gives
-/// `U = V = I`.
+/// Orthogonality and reconstruction are good to a few units of rounding of `|F|`, as are the singular
+/// values. Where `F` has an infinite or NaN entry, or `|F| > 1e154`, everything in the result is NaN. `F =
+/// 0` gives `U = V = I`.
 ///
 /// Jacobi rotations diagonalise `F^T F` (three sweeps, enough for all but the last digits); one sweep of one-sided
 /// Jacobi on `B = F V` (Hestenes; Demmel and Veselic, "Jacobi's method is more accurate than QR", 1992) restores what
@@ -122,8 +123,8 @@ fn sort<S: Scalar, const D: usize>(b: &mut Mat<S, D>, v: &mut Mat<S, D>) {
     }
 }
 
-/// `U` (in rows) and the singular values from the sorted, orthogonal columns of `B` (in rows). Where a column vanishes
-/// its direction is taken from `V`, so that `U V^T` is the identity for `F = 0`.
+/// `U` (in rows) and the singular values from the sorted, orthogonal columns of `B` (in rows). Where a
+/// column vanishes its direction is taken from `V`, so that `U V^T` is the identity for `F = 0`.
 #[inline(always)]
 fn left<S: Scalar, const D: usize>(b: &Mat<S, D>, v: &Mat<S, D>) -> (Mat<S, D>, Vect<S, D>) {
     let one = S::one();

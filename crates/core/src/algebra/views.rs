@@ -4,8 +4,9 @@ use nalgebra::{DMatrixView, DMatrixViewMut, SMatrix};
 
 use super::Mat;
 
-/// Vectors `(n, dimension)`, as [`positions`](crate::simulation::Simulation::positions) and forces are, seen as
-/// a matrix of `dimension` rows whose column `i` is vector `i`. Nothing is copied: nalgebra stores columns.
+/// Vectors `(n, dimension)`, as [`positions`](crate::simulation::Simulation::positions) and forces are, seen
+/// as a matrix of `dimension` rows whose column `i` is vector `i`. Nothing is copied: nalgebra stores
+/// columns.
 ///
 /// ```
 /// let positions = [0.0, 0.0, 3.0, 4.0];

@@ -5,9 +5,9 @@
 pub enum Interpolation {
     /// Straight lines: velocities jump at the times given.
     Linear,
-    /// Cubics with continuous velocity that nowhere leave the range of the two values beside them, at rest at both ends:
-    /// Fritsch, Butland 1984, *A method for constructing local monotone piecewise cubic interpolants*, SIAM J. Sci. Stat. Comput.
-    /// 5, 300, with the weights of Brodlie.
+    /// Cubics with continuous velocity that nowhere leave the range of the two values beside them, at rest
+    /// at both ends: Fritsch, Butland 1984, *A method for constructing local monotone piecewise cubic
+    /// interpolants*, SIAM J. Sci. Stat. Comput. 5, 300, with the weights of Brodlie.
     Smooth,
 }
 
@@ -35,7 +35,8 @@ impl Keyframes {
         Keyframes { times, displacements, rates }
     }
 
-    /// Displacement [m] and velocity [m/s] at the time `t` [s]; at a time given, the velocity is that of what follows.
+    /// Displacement [m] and velocity [m/s] at the time `t` [s]; at a time given, the velocity is that of
+    /// what follows.
     pub fn at(&self, t: f64) -> ([f64; 3], [f64; 3]) {
         let after = self.times.partition_point(|time| *time <= t);
         if after == 0 || after == self.times.len() {

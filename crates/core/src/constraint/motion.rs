@@ -10,7 +10,8 @@ use super::Waypoint;
 pub type Path = Box<dyn Fn(f64) -> ([f64; 3], [f64; 3]) + Send + Sync>;
 /// An angle that changes with time: its value [rad] and its rate [rad/s] at the time `t` [s].
 type Turn = Box<dyn Fn(f64) -> (f64, f64) + Send + Sync>;
-/// A vector that differs from place to place: its value and its rate at the rest position `X` [m] and the time `t` [s].
+/// A vector that differs from place to place: its value and its rate at the rest position `X` [m] and the
+/// time `t` [s].
 type Field = Box<dyn Fn([f64; 3], f64) -> ([f64; 3], [f64; 3]) + Send + Sync>;
 
 /// `x(t) = c + R(t) (x(0) - c) + sum u(t)`: a rotation about a point `c`, then displacements, each optional.
@@ -33,8 +34,8 @@ pub struct Rotation {
 }
 
 impl Rotation {
-    /// The rotation about the `axis` (of any length) through `point` [m] by `angle`, which gives the angle [rad] and its rate
-    /// [rad/s] at the time `t` [s].
+    /// The rotation about the `axis` (of any length) through `point` [m] by `angle`, which gives the angle
+    /// [rad] and its rate [rad/s] at the time `t` [s].
     ///
     /// # Panics
     /// If the axis is zero.
@@ -84,7 +85,8 @@ impl Motion {
         self
     }
 
-    /// Says at which times, ascending [s], the velocity or its rate jumps: steps that follow the error land there.
+    /// Says at which times, ascending [s], the velocity or its rate jumps: steps that follow the error land
+    /// there.
     #[must_use]
     pub fn breaking_at(mut self, breaks: Vec<f64>) -> Self {
         self.breaks = breaks;
@@ -236,7 +238,8 @@ pub(super) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 mod tests {
     use super::*;
 
-    /// Velocities are the rates of positions: central differences of half the step leave a quarter of the error.
+    /// Velocities are the rates of positions: central differences of half the step leave a quarter of the
+    /// error.
     #[test]
     fn velocities_are_the_limits_of_differences() {
         let rotation = Rotation::new([0.1, -0.2, 0.3], [1.0, 2.0, -0.5], |t| (3.0 * t * t, 6.0 * t));

@@ -3,8 +3,9 @@ use super::motion::cross;
 use crate::lanes::{Kernel, Lanes, WIDTH, dispatch};
 use crate::scalar::{Mask, Scalar};
 
-/// Keeps vertices in `normal . x >= offset`, as the lecture's cantilever does (lecture 21): a vertex that has
-/// crossed is put back on the plane and its velocity into the wall is zeroed. Inelastic, without friction.
+/// Keeps vertices in `normal . x >= offset`, as the lecture's cantilever does (lecture 21): a vertex that
+/// has crossed is put back on the plane and its velocity into the wall is zeroed. Inelastic, without
+/// friction.
 ///
 /// ```
 /// use pliant::constraint::Wall;
@@ -22,8 +23,8 @@ pub struct Wall {
 }
 
 impl Wall {
-    /// The half-space `normal . x >= offset`; `normal` is scaled to unit length, `offset` [m] is along that unit
-    /// normal.
+    /// The half-space `normal . x >= offset`; `normal` is scaled to unit length, `offset` [m] is along that
+    /// unit normal.
     ///
     /// # Panics
     /// If the normal is zero or has not two or three components; scenes are checked before.
@@ -51,8 +52,8 @@ impl Wall {
         foot
     }
 
-    /// Moment [N m] about the [foot](Self::foot) of the force `force` [N] at the point `x` [m]; in 2D only the
-    /// third component.
+    /// Moment [N m] about the [foot](Self::foot) of the force `force` [N] at the point `x` [m]; in 2D only
+    /// the third component.
     #[inline]
     pub fn moment(&self, x: &[f64], force: [f64; 3]) -> [f64; 3] {
         let mut arm = self.foot().map(|foot| -foot);
@@ -87,10 +88,11 @@ impl Wall {
         }
     }
 
-    /// Puts vertices back, and returns whether any position changed. `stopped` is told of each vertex that moved
-    /// into the wall: its number, and the size `s` of the change `s n` of its velocity along the unit normal
-    /// `n`, of which held coordinates feel nothing [m/s]. Held coordinates (zero inverse mass; one number per
-    /// coordinate) stay as they are: such a vertex goes back to the plane along the others, if that is possible.
+    /// Puts vertices back, and returns whether any position changed. `stopped` is told of each vertex that
+    /// moved into the wall: its number, and the size `s` of the change `s n` of its velocity along the unit
+    /// normal `n`, of which held coordinates feel nothing [m/s]. Held coordinates (zero inverse mass; one
+    /// number per coordinate) stay as they are: such a vertex goes back to the plane along the others, if
+    /// that is possible.
     pub fn apply(
         &self,
         inverse_mass: &[f64],

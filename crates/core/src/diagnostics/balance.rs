@@ -7,20 +7,20 @@
 /// changes is the error of the scheme: an implicit one that damps numerically loses energy that nothing here
 /// accounts for. `None` where a scene has no such thing, and where it was not asked for.
 ///
-/// Rates are known at the end of every step, and integrated to fourth order. A rate that jumps within a step (a formula or
-/// keyframes with a kink) costs one order for each.
+/// Rates are known at the end of every step, and integrated to fourth order. A rate that jumps within a step
+/// (a formula or keyframes with a kink) costs one order for each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Balance {
-    /// Brought in by prescribed motion: `1/2 m v^2` of what moves now, less at the start, plus the integral of
-    /// `(dE/dx + dR/dv + c m v) . v` over these coordinates.
+    /// Brought in by prescribed motion: `1/2 m v^2` of what moves now, less at the start, plus the integral
+    /// of `(dE/dx + dR/dv + c m v) . v` over these coordinates.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub motion: Option<f64>,
     /// Brought in by loads, and tension of muscles, that change with time or have no potential, `dE/dt` at
     /// fixed `x` and `f . v`, integrated; those that stay the same are in the potential energy.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub loads: Option<f64>,
-    /// Brought in by gravity that changes with time: the integral of `-sum m g'(t) . x`. With what the potential lost, it is the
-    /// work of gravity.
+    /// Brought in by gravity that changes with time: the integral of `-sum m g'(t) . x`. With what the
+    /// potential lost, it is the work of gravity.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gravity: Option<f64>,
     /// Taken out by ether drag: the integral of `c sum m |v|^2`.

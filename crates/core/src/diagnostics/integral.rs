@@ -1,7 +1,8 @@
 //! Integrals of what is known at every step.
 
-/// The integral over time of a rate that is sampled after every step, to fourth order: the cubic through the last four samples
-/// (the weights of Adams and Moulton where steps are equal), at the start the polynomial through all there are.
+/// The integral over time of a rate that is sampled after every step, to fourth order: the cubic through the
+/// last four samples (the weights of Adams and Moulton where steps are equal), at the start the polynomial
+/// through all there are.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(super) struct Integral {
     /// Up to where a new beginning was made, or over all but the last intervals.
@@ -42,7 +43,8 @@ impl Integral {
         };
     }
 
-    /// The integral of the polynomial through the last samples over the last `span` [s]: by Gauss's rule of two points, which is exact.
+    /// The integral of the polynomial through the last samples over the last `span` [s]: by Gauss's rule of
+    /// two points, which is exact.
     fn cubic(&self, span: f64) -> f64 {
         let offset = 0.5 / 3.0_f64.sqrt();
         0.5 * span * (self.interpolated((0.5 - offset) * span) + self.interpolated((0.5 + offset) * span))

@@ -43,8 +43,8 @@ struct Walls {
 }
 
 impl EnergyLedger {
-    /// A ledger for `system`, which holds the force at `x`, at its beginning, with what is lost where `losses` are asked for; `None`
-    /// where nothing would be written into it.
+    /// A ledger for `system`, which holds the force at `x`, at its beginning, with what is lost where
+    /// `losses` are asked for; `None` where nothing would be written into it.
     pub(crate) fn new(system: &mut System, losses: bool, x: &[f64], v: &[f64]) -> Option<Self> {
         let any = |system: &System, asked: fn(&dyn EnergyTerm) -> bool| {
             system.terms().iter().any(|term| asked(term.as_ref()))
@@ -165,8 +165,8 @@ impl EnergyLedger {
     /// The balance in the state with the positions `x`, at the time last said.
     pub(crate) fn balance(&self, system: &mut System, x: &[f64]) -> Balance {
         let value = |integral: &Option<Integral>| integral.as_ref().map(Integral::value);
-        // The integral of dE/dt at fixed x is the growth of E and the work that it has done. Unlike dE/dt, the power of a force
-        // that jumps is finite.
+        // The integral of dE/dt at fixed x is the growth of E and the work that it has done. Unlike dE/dt,
+        // the power of a force that jumps is finite.
         let now = changing(system, x);
         let fed =
             |work: &Option<Integral>, i: usize| value(work).map(|work| work + now[i] - self.changing[i]);

@@ -7,7 +7,8 @@ use crate::element::ElementState;
 /// One measure of deformation, strain or stress.
 #[derive(Clone, Copy, Debug)]
 pub struct Measure {
-    /// Its name: that of the channel in a scene, of the topic behind `/elements/`, and of the cell data in exports.
+    /// Its name: that of the channel in a scene, of the topic behind `/elements/`, and of the cell data in
+    /// exports.
     pub name: &'static str,
     /// Unit, `1` where there is none.
     pub unit: &'static str,

@@ -63,8 +63,8 @@ use crate::state::State;
 use crate::system::{ForceId, System};
 
 impl Diagnostics {
-    /// Measures a state. Sums run in index order on one thread, or over fixed groups: the same bits for any number of
-    /// threads.
+    /// Measures a state. Sums run in index order on one thread, or over fixed groups: the same bits for any
+    /// number of threads.
     pub fn measure(system: &mut System, time: f64, x: &[f64], v: &[f64]) -> Self {
         Self::measure_with_force(system, time, x, v, ForceId::NONE)
     }

@@ -5,8 +5,9 @@ use std::ops::Range;
 use super::DissipativeTerm;
 use crate::energy::Stencils;
 
-/// `R = 1/2 alpha sum_i m_i |v_i|^2` over the vertices of a body: the force `-alpha m_i v_i` slows every motion alike, rigid
-/// motion included. A mode of angular frequency `omega` has the damping ratio `alpha / (2 omega)`.
+/// `R = 1/2 alpha sum_i m_i |v_i|^2` over the vertices of a body: the force `-alpha m_i v_i` slows every
+/// motion alike, rigid motion included. A mode of angular frequency `omega` has the damping ratio `alpha /
+/// (2 omega)`.
 #[derive(Clone, Debug)]
 pub struct MassProportional {
     body: String,
@@ -19,7 +20,8 @@ pub struct MassProportional {
 }
 
 impl MassProportional {
-    /// Damping at the rate `alpha` [1/s] of the vertices `vertices` of `body`, which have the masses `mass` [kg].
+    /// Damping at the rate `alpha` [1/s] of the vertices `vertices` of `body`, which have the masses `mass`
+    /// [kg].
     ///
     /// # Panics
     /// If there is not one mass per vertex.

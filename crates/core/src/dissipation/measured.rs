@@ -10,8 +10,8 @@ use crate::energy::measure::{
 use crate::energy::patch::Workspace;
 use crate::lanes::dispatch_compact;
 
-/// `R = sum 1/2 c (ds/dt)^2` with `ds/dt = ds/dx . v` over stencils of `N` vertices, `s` a [`ScalarStrain`]: for the length of a spring
-/// a dashpot beside it. A rigid motion changes no such number, and is not damped.
+/// `R = sum 1/2 c (ds/dt)^2` with `ds/dt = ds/dx . v` over stencils of `N` vertices, `s` a [`ScalarStrain`]:
+/// for the length of a spring a dashpot beside it. A rigid motion changes no such number, and is not damped.
 pub struct MeasuredRate<Q, const D: usize, const N: usize> {
     body: String,
     stencils: MeasuredStencils<Q, D, N>,
@@ -19,8 +19,8 @@ pub struct MeasuredRate<Q, const D: usize, const N: usize> {
 }
 
 impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> MeasuredRate<Q, D, N> {
-    /// Stencils `vertices` (global vertex indices) of `body`; the `stiffness` of the constants is the damping constant `c` of
-    /// each, `[N s/m]` for lengths.
+    /// Stencils `vertices` (global vertex indices) of `body`; the `stiffness` of the constants is the
+    /// damping constant `c` of each, `[N s/m]` for lengths.
     ///
     /// # Panics
     /// If there are not as many constants as stencils.

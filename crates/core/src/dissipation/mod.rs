@@ -1,7 +1,8 @@
-//! Forces that take energy away: each is the derivative of a dissipation function `R(x, v) >= 0` by the velocities.
+//! Forces that take energy away: each is the derivative of a dissipation function `R(x, v) >= 0` by the
+//! velocities.
 //!
-//! The equations of motion become `M x'' = -dE/dx - dR/dv` (Rayleigh 1873; Goldstein, Poole, Safko 2002, *Classical Mechanics*,
-//! section 1.5), and the energy that a term takes away per time is `v . dR/dv >= 0`.
+//! The equations of motion become `M x'' = -dE/dx - dR/dv` (Rayleigh 1873; Goldstein, Poole, Safko 2002,
+//! *Classical Mechanics*, section 1.5), and the energy that a term takes away per time is `v . dR/dv >= 0`.
 
 mod at_rest;
 mod mass_proportional;
@@ -24,21 +25,23 @@ use crate::energy::{ChangingStencils, Fault, Stencils};
 
 /// One additive dissipation function `R(x, v)` [W].
 ///
-/// As of an [`EnergyTerm`](crate::energy::EnergyTerm): flat arrays `(n, dimension)`, scratch memory of its own, nothing
-/// allocated in a step, and the same bits for any number of threads.
+/// As of an [`EnergyTerm`](crate::energy::EnergyTerm): flat arrays `(n, dimension)`, scratch memory of its
+/// own, nothing allocated in a step, and the same bits for any number of threads.
 pub trait DissipativeTerm: Send + Sync {
     /// Name for reports, e.g. `strain-rate damping of beam`.
     fn name(&self) -> String;
 
-    /// Computes `dR/dv` [N] at `(x, v)` and holds it for [`add_rows`](Self::add_rows); returns whether all of it is finite.
+    /// Computes `dR/dv` [N] at `(x, v)` and holds it for [`add_rows`](Self::add_rows); returns whether all
+    /// of it is finite.
     fn evaluate(&mut self, x: &[f64], v: &[f64]) -> bool;
 
-    /// Adds rows of the derivative last evaluated to `g`, flat `(vertices, dimension)`: as many as it has, from vertex `first`
-    /// on. Called block by block, from several threads.
+    /// Adds rows of the derivative last evaluated to `g`, flat `(vertices, dimension)`: as many as it has,
+    /// from vertex `first` on. Called block by block, from several threads.
     fn add_rows(&self, first: usize, g: &mut [f64]);
 
-    /// Adds the product `d2R/dv2 p` [N] at `(x, v)` to `y`, `p` [m/s]. The matrix is symmetric and positive semi-definite; where
-    /// `R` is quadratic in `v` it is the damping matrix `C(x)`, whatever `v`. The derivative last evaluated is lost.
+    /// Adds the product `d2R/dv2 p` [N] at `(x, v)` to `y`, `p` [m/s]. The matrix is symmetric and positive
+    /// semi-definite; where `R` is quadratic in `v` it is the damping matrix `C(x)`, whatever `v`. The
+    /// derivative last evaluated is lost.
     fn add_damping_product(&mut self, x: &[f64], v: &[f64], p: &[f64], y: &mut [f64]);
 
     /// Adds the product `(d2R/dx dv)^T p` [N] at `(x, v)` to `y`, `p` [m/s]: the derivative of `p . dR/dv` by
@@ -49,8 +52,8 @@ pub trait DissipativeTerm: Send + Sync {
         false
     }
 
-    /// Coefficient of drag against what does not move on a vertex [N s/m]: its force there is minus that times the
-    /// velocity. Zero of forces between vertices.
+    /// Coefficient of drag against what does not move on a vertex [N s/m]: its force there is minus that
+    /// times the velocity. Zero of forces between vertices.
     fn drag(&self, vertex: usize) -> f64 {
         let _ = vertex;
         0.0
@@ -61,19 +64,21 @@ pub trait DissipativeTerm: Send + Sync {
         false
     }
 
-    /// The stencils of the damping matrix, as [`EnergyTerm::stencils`](crate::energy::EnergyTerm::stencils) has them of the Hessian.
+    /// The stencils of the damping matrix, as [`EnergyTerm::stencils`](crate::energy::EnergyTerm::stencils)
+    /// has them of the Hessian.
     fn stencils(&mut self) -> Stencils {
         Stencils::default()
     }
 
     /// Writes the blocks of `d2R/dv2` [N s/m] of these stencils at `(x, v)` to `out`, laid out as
-    /// [`EnergyTerm::stencil_hessians`](crate::energy::EnergyTerm::stencil_hessians) has them. Called from several threads.
+    /// [`EnergyTerm::stencil_hessians`](crate::energy::EnergyTerm::stencil_hessians) has them. Called from
+    /// several threads.
     fn stencil_dampings(&self, stencils: Range<usize>, x: &[f64], v: &[f64], out: &mut [f64]) {
         let _ = (stencils, x, v, out);
     }
 
-    /// The energy taken away per time, `v . dR/dv` [W]: `2 R` where `R` is quadratic in `v`. The derivative last evaluated is
-    /// lost.
+    /// The energy taken away per time, `v . dR/dv` [W]: `2 R` where `R` is quadratic in `v`. The derivative
+    /// last evaluated is lost.
     fn power(&mut self, x: &[f64], v: &[f64]) -> f64;
 
     /// The dissipation function `R(x, v)` itself [W]: half the [`power`](Self::power) where it is quadratic

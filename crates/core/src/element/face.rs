@@ -82,10 +82,11 @@ fn face_point<const D: usize, const N: usize>(weight: f64, lambda: [f64; 3]) -> 
     FacePoint { weight, shape, slopes }
 }
 
-/// Quadrature on a face, exact for polynomials of degree 5 (edges: Gauss, 3 points) and 4 (triangles, 6 points: Dunavant 1985,
-/// *High degree efficient symmetrical Gaussian quadrature rules for the triangle*, Int. J. Numer. Meth. Eng. 21, 1129, degree 4).
-/// That is all there is in the force of a uniform pressure on a curved face of second order, and in the
-/// volume behind it; of degree 3 in each coordinate on quadrilaterals (Gauss, 2 x 2 points), likewise.
+/// Quadrature on a face, exact for polynomials of degree 5 (edges: Gauss, 3 points) and 4 (triangles, 6
+/// points: Dunavant 1985, *High degree efficient symmetrical Gaussian quadrature rules for the triangle*,
+/// Int. J. Numer. Meth. Eng. 21, 1129, degree 4). That is all there is in the force of a uniform pressure on
+/// a curved face of second order, and in the volume behind it; of degree 3 in each coordinate on
+/// quadrilaterals (Gauss, 2 x 2 points), likewise.
 ///
 /// # Panics
 /// If there is no such face.
@@ -116,9 +117,9 @@ pub fn face_middle<const D: usize, const N: usize>() -> FacePoint<N> {
     }
 }
 
-/// The vector area `n dA` of a face with the nodes `x`, out of the body, as if it were everywhere what it is at `point`: so it is
-/// on a face of first order. Edges run counter-clockwise about the body in two dimensions (length [m]), triangles are
-/// counter-clockwise seen from outside in three (area [m^2]).
+/// The vector area `n dA` of a face with the nodes `x`, out of the body, as if it were everywhere what it is
+/// at `point`: so it is on a face of first order. Edges run counter-clockwise about the body in two
+/// dimensions (length [m]), triangles are counter-clockwise seen from outside in three (area [m^2]).
 pub fn vector_area<const D: usize, const N: usize>(x: &[[f64; D]; N], point: &FacePoint<N>) -> [f64; D] {
     let [s, t] = tangents(x, point);
     let mut area = [0.0; D];
@@ -180,7 +181,8 @@ pub fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 mod tests {
     use super::*;
 
-    /// Integrals of monomials over the reference face, relative to its measure: `a! b! (d-1)! / (a + b + d - 1)!`.
+    /// Integrals of monomials over the reference face, relative to its measure: `a! b! (d-1)! / (a + b + d -
+    /// 1)!`.
     #[test]
     fn polynomials_are_integrated_exactly() {
         let factorial = |n: u32| (1..=n).map(f64::from).product::<f64>();

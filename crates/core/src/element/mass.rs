@@ -5,8 +5,8 @@ use super::shape::{Barycentric, jacobian, middle_edges, order, shape_functions};
 use super::validity::volume;
 use crate::algebra::Mat;
 
-/// Abscissas in (0, 1) and weights of the Gauss-Legendre rule of five points, exact to degree 9: Abramowitz, Stegun 1964,
-/// *Handbook of Mathematical Functions*, 25.4.30, in closed form.
+/// Abscissas in (0, 1) and weights of the Gauss-Legendre rule of five points, exact to degree 9: Abramowitz,
+/// Stegun 1964, *Handbook of Mathematical Functions*, 25.4.30, in closed form.
 fn gauss_legendre() -> [(f64, f64); 5] {
     let root = 2.0 * (10.0f64 / 7.0).sqrt();
     let (inner, outer) = ((5.0 - root).sqrt() / 6.0, (5.0 + root).sqrt() / 6.0);
@@ -21,9 +21,10 @@ fn gauss_legendre() -> [(f64, f64); 5] {
     ]
 }
 
-/// A rule with `5^D` points, all weights positive, their sum 1: exact to degree 7 in 3D and 8 in 2D. The product
-/// `N_a N_b det J` of a curved element has degree 7 in 3D, 6 in 2D. Products of Gauss rules on the cube, which is
-/// contracted to the simplex: Stroud 1971, *Approximate Calculation of Multiple Integrals*, section 2.4.
+/// A rule with `5^D` points, all weights positive, their sum 1: exact to degree 7 in 3D and 8 in 2D. The
+/// product `N_a N_b det J` of a curved element has degree 7 in 3D, 6 in 2D. Products of Gauss rules on the
+/// cube, which is contracted to the simplex: Stroud 1971, *Approximate Calculation of Multiple Integrals*,
+/// section 2.4.
 pub fn mass_rule<const D: usize>() -> Vec<(Barycentric, f64)> {
     let gauss = gauss_legendre();
     let mut rule = vec![];
@@ -66,9 +67,9 @@ impl<const D: usize, const N: usize> MassRule<D, N> {
         self.straight
     }
 
-    /// The consistent mass matrix for unit density, `M_ab = integral of N_a N_b` over the element at rest [m^2 or m^3], exact
-    /// for straight and curved elements but for rounding. The same for every coordinate: the mass matrix of the element is
-    /// `density M_ab I`. The sum of all entries is the volume.
+    /// The consistent mass matrix for unit density, `M_ab = integral of N_a N_b` over the element at rest
+    /// [m^2 or m^3], exact for straight and curved elements but for rounding. The same for every coordinate:
+    /// the mass matrix of the element is `density M_ab I`. The sum of all entries is the volume.
     pub fn consistent(&self, rest: &[[f64; D]; N]) -> [[f64; N]; N] {
         if is_straight(rest) {
             let volume = volume(rest);
@@ -82,13 +83,15 @@ impl<const D: usize, const N: usize> MassRule<D, N> {
         integrate::<D, N>(&self.rule, |lambda| jacobian(lambda).determinant() / factorial::<D>())
     }
 
-    /// Lumped masses for unit density [m^2 or m^3], one per node: the diagonal of [`consistent`](Self::consistent) scaled to
-    /// the volume, `m_a = V M_aa / sum_b M_bb`. Hinton, Rock, Zienkiewicz 1976, *A note on mass lumping and related processes in
-    /// the finite element method*, Earthquake Engineering and Structural Dynamics 4, 245.
+    /// Lumped masses for unit density [m^2 or m^3], one per node: the diagonal of
+    /// [`consistent`](Self::consistent) scaled to the volume, `m_a = V M_aa / sum_b M_bb`. Hinton, Rock,
+    /// Zienkiewicz 1976, *A note on mass lumping and related processes in the finite element method*,
+    /// Earthquake Engineering and Structural Dynamics 4, 245.
     ///
-    /// For first order that is `V / (D + 1)`, as sums of rows are. Sums of rows will not do for second order: corners get 0
-    /// in a triangle and `-V/20` in a tetrahedron, and no explicit scheme can move a vertex without mass. Here straight triangles
-    /// give `V/19` to a corner and `16 V/57` to the middle of an edge, tetrahedra `V/36` and `4 V/27`.
+    /// For first order that is `V / (D + 1)`, as sums of rows are. Sums of rows will not do for second
+    /// order: corners get 0 in a triangle and `-V/20` in a tetrahedron, and no explicit scheme can move a
+    /// vertex without mass. Here straight triangles give `V/19` to a corner and `16 V/57` to the middle of
+    /// an edge, tetrahedra `V/36` and `4 V/27`.
     pub fn lumped(&self, rest: &[[f64; D]; N]) -> [f64; N] {
         let consistent = self.consistent(rest);
         let volume: f64 = consistent.as_flattened().iter().sum();
@@ -145,8 +148,8 @@ mod tests {
         mass.as_flattened().iter().sum()
     }
 
-    /// `integral of x_i x_j` is a sum over the mass matrix; for straight elements it has a closed form: with `s` the sum of the
-    /// corners, `V ( s s^T + sum x x^T ) / ((D + 1)(D + 2))`.
+    /// `integral of x_i x_j` is a sum over the mass matrix; for straight elements it has a closed form: with
+    /// `s` the sum of the corners, `V ( s s^T + sum x x^T ) / ((D + 1)(D + 2))`.
     fn second_moments<const D: usize, const N: usize>() {
         let rest = regular::<D, N>(0.7);
         let mass = MassRule::<D, N>::new().consistent(&rest);
@@ -225,13 +228,14 @@ mod tests {
         assert!((lumped.iter().sum::<f64>() / sum(&mass.consistent(&rest)) - 1.0).abs() < 1e-14);
     }
 
-    /// The volume inside of curved sides by the divergence theorem is another polynomial integral: with `x(xi)` the map, it is
-    /// that of `det J`, which a finer rule on halves of the element must repeat.
+    /// The volume inside of curved sides by the divergence theorem is another polynomial integral: with
+    /// `x(xi)` the map, it is that of `det J`, which a finer rule on halves of the element must repeat.
     fn is_exact_for_curved_elements<const D: usize, const N: usize>() {
         let rest = curved::<D, N>(0.15);
         let mass = MassRule::<D, N>::new();
         let found = mass.consistent(&rest);
-        // Cut at the middle of edge 01: each half is the image of the whole by a linear map of the coordinates.
+        // Cut at the middle of edge 01: each half is the image of the whole by a linear map of the
+        // coordinates.
         let halves = |lambda: &Barycentric, first: bool| {
             let mut l = *lambda;
             if first {

@@ -1,11 +1,11 @@
 //! Elements: how positions of vertices become a deformation gradient, and a stress becomes forces.
 //!
-//! The number of nodes `N` and the dimension `D` say which simplex it is: 3 and 6 nodes in 2D, 4 and 10 in 3D, of first and
-//! second order. [`quadrature_points`] gives for one element all that its energy, forces and stiffness are made of,
-//! [`MassRule`] its mass, [`least_jacobian`] whether a curved element is valid.
+//! The number of nodes `N` and the dimension `D` say which simplex it is: 3 and 6 nodes in 2D, 4 and 10 in
+//! 3D, of first and second order. [`quadrature_points`] gives for one element all that its energy, forces
+//! and stiffness are made of, [`MassRule`] its mass, [`least_jacobian`] whether a curved element is valid.
 //!
-//! Cells that are no simplices are values: a [`CellKind`] says what they are, an [`Isoparametric`] integrates
-//! over them.
+//! Cells that are no simplices are values: a [`CellKind`] says what they are, an [`Isoparametric`]
+//! integrates over them.
 
 mod cell;
 mod face;

@@ -1,12 +1,14 @@
 //! The simplex of second order at its quadrature points, for kernels.
 //!
-//! At quadrature point `q` one barycentric coordinate is `n` ([`near`]), the others are `f` ([`far`]). With `S_i` the sum of the
-//! nodes in the middle of the edges at corner `i`, and `y_iq` the node between the corners `i` and `q`, which is the corner itself
-//! for `i = q`, the derivative of the position by `lambda_i` is
+//! At quadrature point `q` one barycentric coordinate is `n` ([`near`]), the others are `f` ([`far`]). With
+//! `S_i` the sum of the nodes in the middle of the edges at corner `i`, and `y_iq` the node between the
+//! corners `i` and `q`, which is the corner itself for `i = q`, the derivative of the position by `lambda_i`
+//! is
 //!
 //! `A_i = (4 f - 1) x_i + 4 f S_i + 4 (n - f) y_iq`,
 //!
-//! and column `k` of `dx/dxi` is `A_k - A_0`. Only the last term depends on `q`. The gradient is the transpose of that.
+//! and column `k` of `dx/dxi` is `A_k - A_0`. Only the last term depends on `q`. The gradient is the
+//! transpose of that.
 
 use super::quadrature::{far, near};
 use crate::algebra::Mat;
@@ -110,7 +112,8 @@ impl<S: Scalar, const D: usize, const N: usize> QuadraticGradients<S, D, N> {
         }
     }
 
-    /// The gradients at the nodes. That of the first corner is minus the sum of all others: elements push nothing but themselves.
+    /// The gradients at the nodes. That of the first corner is minus the sum of all others: elements push
+    /// nothing but themselves.
     #[inline(always)]
     pub(crate) fn finish(self) -> [[S; D]; N] {
         let QuadraticGradients { nodes: mut g, common } = self;

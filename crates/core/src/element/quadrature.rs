@@ -3,17 +3,18 @@
 use super::shape::{Barycentric, jacobian, order, reference_gradients};
 use crate::algebra::Mat;
 
-/// Quadrature points of the energy of the simplex with `N` nodes in `D` dimensions: one for first order, whose `F` is
-/// constant, `D + 1` for second order.
+/// Quadrature points of the energy of the simplex with `N` nodes in `D` dimensions: one for first order,
+/// whose `F` is constant, `D + 1` for second order.
 pub const fn quadrature_count<const D: usize, const N: usize>() -> usize {
     if order::<D, N>() == 1 { 1 } else { D + 1 }
 }
 
 /// The coordinate `lambda_q` of quadrature point `q` of second order; all others are [`far`].
 ///
-/// With `D + 1` points, each with the same weight, these are exact for polynomials of second degree: all that the linear
-/// stiffness of a straight element needs. 2/3 and 1/6 in 2D (Strang, Fix 1973, *An Analysis of the Finite Element Method*, table
-/// 4.1), `(5 + 3 sqrt 5)/20` and `(5 - sqrt 5)/20` in 3D (Keast 1986, *Moderate-degree tetrahedral quadrature formulas*).
+/// With `D + 1` points, each with the same weight, these are exact for polynomials of second degree: all
+/// that the linear stiffness of a straight element needs. 2/3 and 1/6 in 2D (Strang, Fix 1973, *An Analysis
+/// of the Finite Element Method*, table 4.1), `(5 + 3 sqrt 5)/20` and `(5 - sqrt 5)/20` in 3D (Keast 1986,
+/// *Moderate-degree tetrahedral quadrature formulas*).
 pub(super) const fn near<const D: usize>() -> f64 {
     if D == 2 { 2.0 / 3.0 } else { 0.585_410_196_624_968_5 }
 }
@@ -50,18 +51,21 @@ pub fn interpolation<const D: usize, const N: usize>(lambda: &Barycentric) -> Ba
 }
 
 /// Contribution of one quadrature point of an element: with the shape gradients `b_a = dN_a/dX` there,
-/// `F = sum_a x_a b_a^T`, `E = sum_q w_q psi(F_q)`, the gradient at node `a` is `sum_q w_q P_q b_a`, and the block `(a, b)` of
-/// the stiffness `sum_q w_q b_a . (dP/dF)_q . b_b`, that is `K_ik = w dP_ij/dF_kl b_aj b_bl`.
+/// `F = sum_a x_a b_a^T`, `E = sum_q w_q psi(F_q)`, the gradient at node `a` is `sum_q w_q P_q b_a`, and the
+/// block `(a, b)` of the stiffness `sum_q w_q b_a . (dP/dF)_q . b_b`, that is `K_ik = w dP_ij/dF_kl b_aj
+/// b_bl`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct QuadraturePoint<const D: usize, const N: usize> {
-    /// Rest area [m^2] or volume [m^3] that it stands for, `det J` times the weight of the rule; positive in a valid element.
+    /// Rest area [m^2] or volume [m^3] that it stands for, `det J` times the weight of the rule; positive in
+    /// a valid element.
     pub weight: f64,
     /// Shape gradients `dN_a / dX`, `(N, D)` [1/m].
     pub gradients: [[f64; D]; N],
 }
 
 impl<const D: usize, const N: usize> QuadraturePoint<D, N> {
-    /// The point `lambda` of the element at rest at `rest`, which stands for the fraction `fraction` of the reference element.
+    /// The point `lambda` of the element at rest at `rest`, which stands for the fraction `fraction` of the
+    /// reference element.
     pub fn new(rest: &[[f64; D]; N], lambda: &Barycentric, fraction: f64) -> Self {
         let j = jacobian(rest, lambda);
         let inverse = j.inverse();
@@ -94,8 +98,8 @@ pub(super) const fn factorial<const D: usize>() -> f64 {
     if D == 2 { 2.0 } else { 6.0 }
 }
 
-/// The quadrature points of the element with these nodes at rest, in their order: what forces, energies and stiffness are
-/// summed over, for first and second order alike.
+/// The quadrature points of the element with these nodes at rest, in their order: what forces, energies and
+/// stiffness are summed over, for first and second order alike.
 pub fn quadrature_points<const D: usize, const N: usize>(
     rest: &[[f64; D]; N],
 ) -> impl Iterator<Item = QuadraturePoint<D, N>> {

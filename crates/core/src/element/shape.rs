@@ -2,10 +2,11 @@
 //!
 //! With barycentric coordinates `lambda_0 .. lambda_D` and `xi_k = lambda_k`, `k = 1 .. D`:
 //! - first order, `D + 1` nodes: `N_i = lambda_i`;
-//! - second order, 6 nodes in 2D and 10 in 3D: `N_i = lambda_i (2 lambda_i - 1)` at the corners, `N_ij = 4 lambda_i lambda_j`
-//!   in the middle of the edges, corners first, then edges in the order of VTK.
+//! - second order, 6 nodes in 2D and 10 in 3D: `N_i = lambda_i (2 lambda_i - 1)` at the corners, `N_ij = 4
+//!   lambda_i lambda_j` in the middle of the edges, corners first, then edges in the order of VTK.
 //!
-//! Zienkiewicz, Taylor, Zhu 2013, *The Finite Element Method: Its Basis and Fundamentals*, section 6.3.2 and 6.3.4.
+//! Zienkiewicz, Taylor, Zhu 2013, *The Finite Element Method: Its Basis and Fundamentals*, section 6.3.2 and
+//! 6.3.4.
 
 use crate::algebra::Mat;
 

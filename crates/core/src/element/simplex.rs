@@ -1,9 +1,10 @@
 //! The linear simplex: triangle in 2D, tetrahedron in 3D.
 //!
-//! With `D_s = [x_1 - x_0, ..., x_D - x_0]` and `D_m` the same at rest, `F = D_s D_m^-1` is constant in the element; its
-//! energy is `w Psi(F)`, `w` the rest area or volume, and with `H = w P D_m^-T` the gradient at vertex `a + 1` is column
-//! `a` of `H`, at vertex 0 minus their sum (lecture 18 and 19; Sifakis, Barbic 2012, *FEM Simulation of 3D Deformable
-//! Solids*, section 4.1, with the reference vertex first instead of last).
+//! With `D_s = [x_1 - x_0, ..., x_D - x_0]` and `D_m` the same at rest, `F = D_s D_m^-1` is constant in the
+//! element; its energy is `w Psi(F)`, `w` the rest area or volume, and with `H = w P D_m^-T` the gradient at
+//! vertex `a + 1` is column `a` of `H`, at vertex 0 minus their sum (lecture 18 and 19; Sifakis, Barbic
+//! 2012, *FEM Simulation of 3D Deformable Solids*, section 4.1, with the reference vertex first instead of
+//! last).
 
 use crate::algebra::Mat;
 use crate::lanes::{Lanes, WIDTH};
@@ -76,7 +77,8 @@ impl<const D: usize> SimplexPack<D> {
         self.weight[lane] *= factor;
     }
 
-    /// Lanes from `used` on repeat the last one before them with weight zero: their `J` is that of a real element.
+    /// Lanes from `used` on repeat the last one before them with weight zero: their `J` is that of a real
+    /// element.
     pub fn fill_up(&mut self, used: usize) {
         let Some(last) = used.checked_sub(1) else { return };
         let (inverse_rest, _) = self.lane(last);

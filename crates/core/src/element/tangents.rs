@@ -1,4 +1,5 @@
-//! Elements of `R` dimensions in a space of `D`: `F` maps the tangents of the rest shape to those of the present one, `D x R`.
+//! Elements of `R` dimensions in a space of `D`: `F` maps the tangents of the rest shape to those of the
+//! present one, `D x R`.
 
 use super::SimplexPack;
 use crate::algebra::Mat;

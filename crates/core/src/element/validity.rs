@@ -1,10 +1,11 @@
 //! Validity of curved elements: `det J > 0` everywhere in one, not at some points only.
 //!
-//! `J` is linear in the coordinates of an element of second order, so `det J` is a polynomial of degree `D`, and its least
-//! coefficient in the Bernstein basis is a lower bound; the coefficients at corners are values. The coefficient of
-//! `(i, j[, k])` is the mean of `det [J_i e_1, J_j e_2[, J_k e_3]]` over all orders of `i, j[, k]`, `J_i` at corner `i`. Where the
-//! bound is loose the element is halved. Johnen, Remacle, Geuzaine 2013, *Geometrical validity of curvilinear finite elements*,
-//! Journal of Computational Physics 233, 359.
+//! `J` is linear in the coordinates of an element of second order, so `det J` is a polynomial of degree `D`,
+//! and its least coefficient in the Bernstein basis is a lower bound; the coefficients at corners are
+//! values. The coefficient of `(i, j[, k])` is the mean of `det [J_i e_1, J_j e_2[, J_k e_3]]` over all
+//! orders of `i, j[, k]`, `J_i` at corner `i`. Where the bound is loose the element is halved. Johnen,
+//! Remacle, Geuzaine 2013, *Geometrical validity of curvilinear finite elements*, Journal of Computational
+//! Physics 233, 359.
 
 use super::mass::is_straight;
 use super::quadrature::factorial;
@@ -14,10 +15,12 @@ use crate::algebra::Mat;
 /// Parts an element is cut into at most: more are needed only where `det J` touches zero.
 const MOST_PARTS: usize = 2000;
 
-/// A lower bound of `det J` over the element, as a fraction of its mean: 1 for straight ones. Where it is positive the element
-/// is valid; where an element is valid by more than a millionth, it is positive. Within 1/100 of the least value.
+/// A lower bound of `det J` over the element, as a fraction of its mean: 1 for straight ones. Where it is
+/// positive the element is valid; where an element is valid by more than a millionth, it is positive. Within
+/// 1/100 of the least value.
 ///
-/// -1 for elements that are turned inside out as a whole; NaN where there is no volume, or a coordinate is no number.
+/// -1 for elements that are turned inside out as a whole; NaN where there is no volume, or a coordinate is
+/// no number.
 pub fn least_jacobian<const D: usize, const N: usize>(rest: &[[f64; D]; N]) -> f64 {
     let mean = factorial::<D>() * volume(rest);
     if mean.is_nan() || mean <= 0.0 {
@@ -83,8 +86,8 @@ fn bounds<const D: usize>(corners: Vec<Mat<f64, D>>, gap: f64) -> f64 {
     least_bound
 }
 
-/// The Bernstein coefficients of `det J` on the simplex with these Jacobians at its corners, one for each multiset of `D`
-/// corners.
+/// The Bernstein coefficients of `det J` on the simplex with these Jacobians at its corners, one for each
+/// multiset of `D` corners.
 fn bernstein<const D: usize>(corners: &[Mat<f64, D>]) -> Vec<f64> {
     let mixed = |columns: [usize; 3]| {
         let mut m = Mat::<f64, D>::zero();
@@ -175,7 +178,8 @@ pub(super) mod tests {
         is_a_bound::<3, 10>();
     }
 
-    /// A side whose middle is at a quarter: `det J` is 0 at a corner and positive in the rest, quadrature points included.
+    /// A side whose middle is at a quarter: `det J` is 0 at a corner and positive in the rest, quadrature
+    /// points included.
     #[test]
     fn a_middle_at_a_quarter_of_its_edge_is_no_element_though_every_quadrature_point_is_fine() {
         let at = |t: f64| [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [t, 0.0], [0.5, 0.5], [0.0, 0.5]];

@@ -7,8 +7,8 @@ use super::{EnergyKind, EnergyTerm, Fault, MovablePlaces, Stencils, TermProperti
 use crate::dissipation::DissipativeTerm;
 use crate::material::Psd;
 
-/// One tie: a mixture of vertices less a place, `d = sum_i w_i x_i - a`. To a place the weights add up to 1; between points, with
-/// negative weights for the second, to 0, and `a = 0`.
+/// One tie: a mixture of vertices less a place, `d = sum_i w_i x_i - a`. To a place the weights add up to 1;
+/// between points, with negative weights for the second, to 0, and `a = 0`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tie {
     /// Global vertices and their weights.
@@ -81,7 +81,8 @@ impl Ties {
         Stencils { size, vertices }
     }
 
-    /// Writes the blocks `w_a w_b K` of the pairs `a <= b` of each of these ties, `K` the second derivative by `d`.
+    /// Writes the blocks `w_a w_b K` of the pairs `a <= b` of each of these ties, `K` the second derivative
+    /// by `d`.
     fn blocks(&self, ties: Range<usize>, out: &mut [f64], k: impl Fn(usize) -> [[f64; 3]; 3]) {
         let size = self.ties.iter().map(|(range, _)| range.len()).max().unwrap_or(0);
         let d = self.dimension;
@@ -130,8 +131,9 @@ fn matrix(s: f64, p: f64, d: [f64; 3]) -> [[f64; 3]; 3] {
     m
 }
 
-/// `E = sum 1/2 k (|d| - l)^2`. With `l = 0` that is `k/2 |d|^2`, whose force is smooth where the two meet; the forces of a tie between
-/// bodies are equal, opposite and along the line between its ends: momentum and angular momentum are kept.
+/// `E = sum 1/2 k (|d| - l)^2`. With `l = 0` that is `k/2 |d|^2`, whose force is smooth where the two meet;
+/// the forces of a tie between bodies are equal, opposite and along the line between its ends: momentum and
+/// angular momentum are kept.
 pub struct Attachment {
     ties: Ties,
     /// `k` [N/m].
@@ -247,8 +249,9 @@ impl MovablePlaces for Attachment {
     }
 }
 
-/// Dashpots beside ties: `R = sum c/2 (d|d|/dt)^2`, a force `c (e . w) e` with `e = d/|d|` and `w` the rate of `d`. Where the ends meet,
-/// `d = 0`, they part along `w`, and the force is `c w`. As that of the ties, it keeps momentum and angular momentum.
+/// Dashpots beside ties: `R = sum c/2 (d|d|/dt)^2`, a force `c (e . w) e` with `e = d/|d|` and `w` the rate
+/// of `d`. Where the ends meet, `d = 0`, they part along `w`, and the force is `c w`. As that of the ties,
+/// it keeps momentum and angular momentum.
 pub struct AttachmentDashpots {
     ties: Ties,
     /// `c` [N s/m].

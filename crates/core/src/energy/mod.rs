@@ -280,16 +280,18 @@ pub trait EnergyTerm: TermViews + Send + Sync {
     /// Its kind, and what solvers and measurements must know of it.
     fn properties(&self) -> TermProperties;
 
-    /// The energy `E(x)` [J]; `+inf` outside the domain of a barrier material. The same bits for any number of threads.
+    /// The energy `E(x)` [J]; `+inf` outside the domain of a barrier material. The same bits for any number
+    /// of threads.
     fn energy(&mut self, x: &[f64]) -> f64;
 
-    /// Computes `dE/dx` [N] at `x` and holds it for [`add_rows`](Self::add_rows); returns whether all of it is finite. The same
-    /// bits for any number of threads. [`energy`](Self::energy) and the other measurements leave it alone.
+    /// Computes `dE/dx` [N] at `x` and holds it for [`add_rows`](Self::add_rows); returns whether all of it
+    /// is finite. The same bits for any number of threads. [`energy`](Self::energy) and the other
+    /// measurements leave it alone.
     fn evaluate(&mut self, x: &[f64]) -> bool;
 
-    /// Adds rows of the gradient last evaluated to `g`, flat `(vertices, dimension)`: as many as it has, from vertex `first`
-    /// on. A step calls this block by block, from several threads, and every vertex once: whatever is left to do per vertex is
-    /// done here, while the rows are in the cache.
+    /// Adds rows of the gradient last evaluated to `g`, flat `(vertices, dimension)`: as many as it has,
+    /// from vertex `first` on. A step calls this block by block, from several threads, and every vertex
+    /// once: whatever is left to do per vertex is done here, while the rows are in the cache.
     fn add_rows(&self, first: usize, g: &mut [f64]);
 
     /// Adds `dE/dx` [N] at `x` to `g`.
@@ -298,22 +300,23 @@ pub trait EnergyTerm: TermViews + Send + Sync {
         self.add_rows(0, g);
     }
 
-    /// Adds the product `d2E/dx2 p` [N] of the exact Hessian at `x` to `y`; the gradient last evaluated is lost.
+    /// Adds the product `d2E/dx2 p` [N] of the exact Hessian at `x` to `y`; the gradient last evaluated is
+    /// lost.
     fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]);
 
     /// The stencils of the Hessian: groups of vertices, all of the same size, each with a dense Hessian of
     /// its own. Asked for by implicit schemes alone, before [`stencil_hessians`](Self::stencil_hessians).
     /// Stencils that change while a simulation runs are in [`ChangingStencils`] instead.
     ///
-    /// A term without stencils has no second derivative, or leaves it out of the matrix: Newton's method then still converges to the
-    /// right solution, but more slowly.
+    /// A term without stencils has no second derivative, or leaves it out of the matrix: Newton's method
+    /// then still converges to the right solution, but more slowly.
     fn stencils(&mut self) -> Stencils {
         Stencils::default()
     }
 
-    /// Writes the Hessians [N/m] of these stencils at `x` to `out`: for each stencil of vertices `v_0, v_1, ..`, for each pair
-    /// `a <= b` in the order `00, 01, .., 11, ..`, the block `d2E / dx_(v_a) dx_(v_b)`, `dimension x dimension` by rows. Called from several
-    /// threads.
+    /// Writes the Hessians [N/m] of these stencils at `x` to `out`: for each stencil of vertices `v_0, v_1,
+    /// ..`, for each pair `a <= b` in the order `00, 01, .., 11, ..`, the block `d2E / dx_(v_a) dx_(v_b)`,
+    /// `dimension x dimension` by rows. Called from several threads.
     fn stencil_hessians(&self, stencils: Range<usize>, x: &[f64], psd: Psd, out: &mut [f64]) {
         let _ = (stencils, x, psd, out);
     }

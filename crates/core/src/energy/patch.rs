@@ -1,9 +1,10 @@
-//! Stencils (elements, or whatever joins a few vertices) grouped into patches: the loop that elements run through.
+//! Stencils (elements, or whatever joins a few vertices) grouped into patches: the loop that elements run
+//! through.
 //!
-//! Each patch has its own list of vertices and numbers them locally, so that a kernel works in scratch memory that fits
-//! the first cache; its sums per vertex are written out, and afterwards every vertex adds the few patches that touch it,
-//! in a fixed order. Patches depend on the mesh alone, never on the number of threads: the result has the same bits on
-//! one thread and on eight, without atomics and without colouring.
+//! Each patch has its own list of vertices and numbers them locally, so that a kernel works in scratch
+//! memory that fits the first cache; its sums per vertex are written out, and afterwards every vertex adds
+//! the few patches that touch it, in a fixed order. Patches depend on the mesh alone, never on the number of
+//! threads: the result has the same bits on one thread and on eight, without atomics and without colouring.
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -14,16 +15,19 @@ use super::Stencils;
 use super::rows::{CopyKernel, IndexRun};
 use crate::lanes::{Rows, WIDTH, dispatch, filled, prefetch_all, with_room};
 
-/// Stencils a patch holds at most. 800 to 1,500 tetrahedra worked best: their vertices fit the L1 and L2 caches.
+/// Stencils a patch holds at most. 800 to 1,500 tetrahedra worked best: their vertices fit the L1 and L2
+/// caches.
 const PATCH_STENCILS: usize = 1024;
 
 /// Below this many patches a hand-over to other threads costs more than it saves.
 const PARALLEL_FROM_PATCHES: usize = 4;
 
-/// Packs whose rest data, some 640 bytes each, no longer fit a cache. Below, asking for them ahead costs some percent.
+/// Packs whose rest data, some 640 bytes each, no longer fit a cache. Below, asking for them ahead costs
+/// some percent.
 const STREAMED_FROM: usize = 1 << 15;
 
-/// Patches are dealt out to this many tasks at most: enough to balance the load, few enough to keep scratch memory small.
+/// Patches are dealt out to this many tasks at most: enough to balance the load, few enough to keep scratch
+/// memory small.
 const MAX_TASKS: usize = 32;
 
 /// The vertices of `WIDTH` stencils, local to the patch, `index[node][lane]`.
@@ -117,7 +121,8 @@ pub struct Patches<const N: usize> {
     pub patches: Vec<Patch>,
     /// Vertices of every pack, local to its patch.
     pub index: Vec<PackIndex<N>>,
-    /// Original number of the stencil in every lane; `None` in the lanes that fill up the last pack of a patch.
+    /// Original number of the stencil in every lane; `None` in the lanes that fill up the last pack of a
+    /// patch.
     pub stencil: Vec<[Option<u32>; WIDTH]>,
     /// Global vertex of every local one, patch by patch.
     pub vertices: Vec<u32>,
@@ -125,15 +130,15 @@ pub struct Patches<const N: usize> {
     pub stride: usize,
     /// Where the positions of each patch come from, rows counted within the patch.
     runs: Vec<IndexRun>,
-    /// Where the sums of each block of vertices come from, rows counted over all patches: those of block `i` are
-    /// `sum_runs[block_start[i]..block_start[i + 1]]`, in the order of the patches.
+    /// Where the sums of each block of vertices come from, rows counted over all patches: those of block `i`
+    /// are `sum_runs[block_start[i]..block_start[i + 1]]`, in the order of the patches.
     sum_runs: Vec<IndexRun>,
     block_start: Vec<u32>,
 }
 
 impl<const N: usize> Patches<N> {
-    /// Groups `stencils`, which are taken in the order that `order` lists them in: near ones should follow one another. A patch
-    /// has no more vertices than scratch memory has rows.
+    /// Groups `stencils`, which are taken in the order that `order` lists them in: near ones should follow
+    /// one another. A patch has no more vertices than scratch memory has rows.
     pub fn new<const D: usize>(stencils: &[[u32; N]], order: &[u32], vertex_count: usize) -> Self {
         let mut patches = Self {
             patches: vec![],
@@ -186,15 +191,17 @@ impl<const N: usize> Patches<N> {
         for (local, &v) in self.vertices[row0..].iter().enumerate() {
             seen[v as usize].1 = local as u16;
         }
-        // Every lane goes through a stretch of the order of its own: the lanes of a pack, far from one another, rarely share a
-        // vertex, so that what one adds to a row need not wait for what another has just added.
+        // Every lane goes through a stretch of the order of its own: the lanes of a pack, far from one
+        // another, rarely share a vertex, so that what one adds to a row need not wait for what another has
+        // just added.
         let packs = count.div_ceil(WIDTH);
         for pack in 0..packs {
             let mut index = [[0u16; WIDTH]; N];
             let mut stencil = [None; WIDTH];
             let mut source = &stencils[order[pack] as usize];
             for lane in 0..WIDTH {
-                // Lanes without a stencil of their own, the last ones, repeat the one before them, with weight zero.
+                // Lanes without a stencil of their own, the last ones, repeat the one before them, with
+                // weight zero.
                 if let Some(&own) = order[..count].get(lane * packs + pack) {
                     stencil[lane] = Some(own);
                     source = &stencils[own as usize];
@@ -246,8 +253,9 @@ impl<const N: usize> Patches<N> {
         self.stride * Rows::<D>::STRIDE
     }
 
-    /// Keeps in `workspace` the gradient rows that `kernel` fills for each patch, and returns whether they are finite. The kernel
-    /// finds the positions `x` of its vertices in its scratch memory, and, if there is a `direction`, that too.
+    /// Keeps in `workspace` the gradient rows that `kernel` fills for each patch, and returns whether they
+    /// are finite. The kernel finds the positions `x` of its vertices in its scratch memory, and, if there
+    /// is a `direction`, that too.
     pub fn evaluate<const D: usize>(
         &self,
         workspace: &mut Workspace<D>,
@@ -274,8 +282,8 @@ impl<const N: usize> Patches<N> {
         finite.into_inner()
     }
 
-    /// Adds rows of the gradient last evaluated to `g`, as many as it has, from vertex `first` on: for each vertex the rows
-    /// of the patches that touch it, in the order of the patches.
+    /// Adds rows of the gradient last evaluated to `g`, as many as it has, from vertex `first` on: for each
+    /// vertex the rows of the patches that touch it, in the order of the patches.
     pub fn add_rows<const D: usize>(&self, workspace: &Workspace<D>, first: usize, g: &mut [f64]) {
         let end = first + g.len() / D;
         let blocks = first / BLOCK as usize..end.div_ceil(BLOCK as usize).min(self.block_start.len() - 1);
@@ -391,9 +399,9 @@ impl<const N: usize> Patches<N> {
         });
     }
 
-    /// Runs `kernel` on every patch with its `per_patch` entries of `out`, on several threads where there is enough to
-    /// do. What is computed does not depend on which thread computes it. The kernel is called by pointer, once a patch: what hands
-    /// patches out is long, and need not be compiled for each of them.
+    /// Runs `kernel` on every patch with its `per_patch` entries of `out`, on several threads where there is
+    /// enough to do. What is computed does not depend on which thread computes it. The kernel is called by
+    /// pointer, once a patch: what hands patches out is long, and need not be compiled for each of them.
     fn for_each<const D: usize, R: Send>(
         &self,
         scratch: &mut [Scratch<D>],
@@ -434,8 +442,8 @@ impl<const N: usize> Patches<N> {
         })
     }
 
-    /// Every lane of every pack as a stencil of its own: lane `i % WIDTH` of pack `i / WIDTH` is number `i`. Lanes that fill up
-    /// repeat another.
+    /// Every lane of every pack as a stencil of its own: lane `i % WIDTH` of pack `i / WIDTH` is number `i`.
+    /// Lanes that fill up repeat another.
     pub(crate) fn lanes(&self) -> Stencils {
         let count = self.index.len() * WIDTH;
         Stencils { size: N, vertices: self.lanes_in(0..count).flat_map(|(vertices, ..)| vertices).collect() }

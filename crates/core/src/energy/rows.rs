@@ -2,8 +2,8 @@
 
 use crate::lanes::{Kernel, Lanes, WIDTH};
 
-/// Consecutive vertices with consecutive rows: what has one index for many. Rows of a patch follow its vertices in ascending
-/// order, so that neighbours in a well-numbered mesh mostly come in runs.
+/// Consecutive vertices with consecutive rows: what has one index for many. Rows of a patch follow its
+/// vertices in ascending order, so that neighbours in a well-numbered mesh mostly come in runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct IndexRun {
     /// The first vertex.
@@ -15,7 +15,8 @@ pub(super) struct IndexRun {
 }
 
 impl IndexRun {
-    /// The runs of these ascending vertices, whose rows count from `row`; none goes beyond a multiple of `longest`.
+    /// The runs of these ascending vertices, whose rows count from `row`; none goes beyond a multiple of
+    /// `longest`.
     pub(super) fn of(vertices: &[u32], row: usize, longest: u32) -> impl Iterator<Item = IndexRun> {
         let mut row = row as u32;
         vertices.chunk_by(move |a, b| b - a == 1 && b % longest != 0).map(move |run| {

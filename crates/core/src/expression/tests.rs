@@ -61,8 +61,8 @@ fn values() {
     }
 }
 
-/// The bits of the functions do not come from the platform: that of `libm` for exp(1) is the number after the one nearest to e,
-/// which C libraries give; the others are the nearest.
+/// The bits of the functions do not come from the platform: that of `libm` for exp(1) is the number after
+/// the one nearest to e, which C libraries give; the others are the nearest.
 #[test]
 fn the_same_bits_everywhere() {
     for (text, bits) in [
@@ -74,8 +74,8 @@ fn the_same_bits_everywhere() {
     }
 }
 
-/// A formula with every function in it, at a time where none has a kink. Central differences of step h are right to h^2:
-/// halving h has to leave a quarter of the error.
+/// A formula with every function in it, at a time where none has a kink. Central differences of step h are
+/// right to h^2: halving h has to leave a quarter of the error.
 #[test]
 fn rates_are_the_limits_of_differences() {
     let of = |name: &str| match name {

@@ -40,7 +40,8 @@ pub fn amplification(method: &Method, z: f64, damping: f64, decay: f64) -> Ampli
         }
         system.set_ether_drag(decay / z);
         let mut state = State::new(vec![start[0]], vec![start[1]]);
-        // In units where omega = 1, h = z. A step that overflows leaves the start, and the radius is large anyway.
+        // In units where omega = 1, h = z. A step that overflows leaves the start, and the radius is large
+        // anyway.
         *column = match method.build(1, SolverOptions::default()).step(&mut system, &mut state, z) {
             Ok(()) => [state.x()[0], state.v()[0]],
             Err(_) => [f64::INFINITY; 2],

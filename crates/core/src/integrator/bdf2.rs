@@ -70,7 +70,8 @@ impl Bdf2Parameters {
 pub struct Bdf2 {
     solver: StageSolver,
     start: Dirk,
-    /// The state before the last step, and the one it led to: history is good where that is the state, and the step the same.
+    /// The state before the last step, and the one it led to: history is good where that is the state, and
+    /// the step the same.
     before: NextState,
     after: NextState,
     /// The step, and the version of the structure.

@@ -25,7 +25,8 @@ pub struct Dirk {
 }
 
 impl Dirk {
-    /// A runner for `tableau` on `unknowns` coordinates; `linearised` takes one Newton step in place of each solution.
+    /// A runner for `tableau` on `unknowns` coordinates; `linearised` takes one Newton step in place of each
+    /// solution.
     pub fn new(tableau: Tableau, linearised: bool, unknowns: usize, options: SolverOptions) -> Self {
         Dirk {
             tableau,
@@ -102,9 +103,10 @@ impl Integrator for Dirk {
         self.next.commit(system, state, h, force)
     }
 
-    /// The estimate is made small where motion is stiff by the matrix `A` of the last stage, `(I - g J)^-1` of it for the Jacobian `J` of
-    /// `(x, v)' = (v, a - c v)` and `g` the diagonal coefficient times the step; Hosea, Shampine 1996, section 5. Eliminated:
-    /// `A e_x = (1 + g c) M r_x + g C r_x + g M r_v`, `e_v = (e_x - r_x) / g`.
+    /// The estimate is made small where motion is stiff by the matrix `A` of the last stage, `(I - g J)^-1`
+    /// of it for the Jacobian `J` of `(x, v)' = (v, a - c v)` and `g` the diagonal coefficient times the
+    /// step; Hosea, Shampine 1996, section 5. Eliminated: `A e_x = (1 + g c) M r_x + g C r_x + g M r_v`,
+    /// `e_v = (e_x - r_x) / g`.
     fn judge(
         &mut self,
         system: &mut System,

@@ -1,6 +1,7 @@
 //! Dormand and Prince's pair of orders 5 and 4, whose last stage is the first of the next step.
 //!
-//! On the oscillator `|R(iz)|^2 = 1 - z^6/1800 + ...`: it loses energy below `z = 0.997` and gains above, slowly at first.
+//! On the oscillator `|R(iz)|^2 = 1 - z^6/1800 + ...`: it loses energy below `z = 0.997` and gains above,
+//! slowly at first.
 use super::estimate::Companion;
 use super::tableau::Tableau;
 use super::{Documentation, Method, Scheme};

@@ -43,8 +43,8 @@ pub(super) fn acceleration(system: &mut System, x: &[f64], v: &[f64], a: &mut [f
     }
 }
 
-/// `(1 - exp(-z))/z`: the share that drag at the rate `z` per step leaves of the velocity that a constant force
-/// makes in one.
+/// `(1 - exp(-z))/z`: the share that drag at the rate `z` per step leaves of the velocity that a constant
+/// force makes in one.
 pub(super) fn exact_response(z: f64) -> f64 {
     -(-z).exp_m1() / z
 }

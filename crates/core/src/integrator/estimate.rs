@@ -55,12 +55,13 @@ impl ErrorNorm {
         ErrorNorm { blocks: Vec::with_capacity(unknowns.div_ceil(BLOCK)) }
     }
 
-    /// `sqrt(1/(2n) sum_i (|e_x|^2 / s_x^2 + |e_v|^2 / s_v^2))` over the `n` vertices that are free along any axis, with
-    /// `s_x = position` and `s_v = velocity + relative max(|v_before|, |v_after|)` of each; Hairer, Norsett, Wanner 1993,
-    /// *Solving Ordinary Differential Equations I*, eq. II.4.11, with vectors in place of components.
+    /// `sqrt(1/(2n) sum_i (|e_x|^2 / s_x^2 + |e_v|^2 / s_v^2))` over the `n` vertices that are free along
+    /// any axis, with `s_x = position` and `s_v = velocity + relative max(|v_before|, |v_after|)` of each;
+    /// Hairer, Norsett, Wanner 1993, *Solving Ordinary Differential Equations I*, eq. II.4.11, with vectors
+    /// in place of components.
     ///
-    /// `errors` writes those of positions [m] and of velocities [m/s] of a range of the flat arrays. Blocks are added in their order:
-    /// threads do not show in the bits.
+    /// `errors` writes those of positions [m] and of velocities [m/s] of a range of the flat arrays. Blocks
+    /// are added in their order: threads do not show in the bits.
     pub(crate) fn of(
         &mut self,
         system: &System,

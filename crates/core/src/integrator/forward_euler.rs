@@ -1,7 +1,7 @@
 //! Forward Euler (lecture 4).
 //!
-//! `x+ = x + h v`, `v+ = v + h M^-1 f(x)`. On the oscillator `|R(iz)|^2 = 1 + z^2`: it gains energy at every step, however
-//! small. Kept to be compared against.
+//! `x+ = x + h v`, `v+ = v + h M^-1 f(x)`. On the oscillator `|R(iz)|^2 = 1 + z^2`: it gains energy at every
+//! step, however small. Kept to be compared against.
 use super::tableau::Tableau;
 use super::{Documentation, Method, Scheme};
 

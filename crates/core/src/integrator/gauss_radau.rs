@@ -1,4 +1,5 @@
-//! The engine of the Gauss-Radau method: the acceleration as a polynomial through seven nodes, found by iteration.
+//! The engine of the Gauss-Radau method: the acceleration as a polynomial through seven nodes, found by
+//! iteration.
 
 use super::Integrator;
 use super::equations::{acceleration, acceleration_at};
@@ -52,7 +53,8 @@ type Terms = [f64; TERMS];
 /// Runs the method.
 pub struct GaussRadau {
     parameters: Ias15Parameters,
-    /// Coefficients of `s (s - h_1) ... (s - h_j)` in powers of `s` from the first on, and of the powers in these products.
+    /// Coefficients of `s (s - h_1) ... (s - h_j)` in powers of `s` from the first on, and of the powers in
+    /// these products.
     to_powers: [Terms; TERMS],
     to_products: [Terms; TERMS],
     /// The step taken last, and the one before: what a step that is taken back leaves.
@@ -163,8 +165,8 @@ impl GaussRadau {
         }
     }
 
-    /// Begins a step of `h` [s]: the coefficients that the last one predicts, corrected by what it was wrong by itself; Rein, Spiegel 2015,
-    /// eq. 12 and 13.
+    /// Begins a step of `h` [s]: the coefficients that the last one predicts, corrected by what it was wrong
+    /// by itself; Rein, Spiegel 2015, eq. 12 and 13.
     fn predict(&mut self, system: &System, state: &State, h: f64) {
         if self.now.leads_to(system, state) {
             std::mem::swap(&mut self.now, &mut self.before);
@@ -204,9 +206,10 @@ impl GaussRadau {
         self.lost.fill([0.0; TERMS]);
     }
 
-    /// Bodies that only act on each other do not feel where the origin is. Seen from the one that is accelerated most, the nearest ones have
-    /// small coordinates, with digits to spare that [`Memory::lost`] fills: the rounding of positions, large beside a small distance,
-    /// stays out of the forces. Whether there is such an origin.
+    /// Bodies that only act on each other do not feel where the origin is. Seen from the one that is
+    /// accelerated most, the nearest ones have small coordinates, with digits to spare that [`Memory::lost`]
+    /// fills: the rounding of positions, large beside a small distance, stays out of the forces. Whether
+    /// there is such an origin.
     fn choose_origin(&mut self, system: &System, state: &State) -> bool {
         let d = self.dimension;
         self.origin = [0.0; 3];
@@ -249,7 +252,8 @@ impl GaussRadau {
         }
     }
 
-    /// Takes in the accelerations at node `n`, in `at`; the largest change of the last coefficient, and the largest acceleration.
+    /// Takes in the accelerations at node `n`, in `at`; the largest change of the last coefficient, and the
+    /// largest acceleration.
     fn correct(&mut self, n: usize) -> (f64, f64) {
         let (mut change, mut largest) = (0.0f64, 0.0f64);
         let weights = &self.to_powers[n - 1];
@@ -343,7 +347,8 @@ impl GaussRadau {
     }
 }
 
-/// `sum += by` with what is lost to rounding kept for the next time; Kahan 1965, *Further remarks on reducing truncation errors*.
+/// `sum += by` with what is lost to rounding kept for the next time; Kahan 1965, *Further remarks on
+/// reducing truncation errors*.
 fn add(sum: &mut f64, lost: &mut f64, by: f64) {
     let by = by - *lost;
     let new = *sum + by;
@@ -463,8 +468,8 @@ impl Integrator for GaussRadau {
 mod tests {
     use super::*;
 
-    /// The nodes integrate polynomials of degree 14 exactly with the weights that interpolate them, and not of degree 15; and what
-    /// goes from powers to products comes back.
+    /// The nodes integrate polynomials of degree 14 exactly with the weights that interpolate them, and not
+    /// of degree 15; and what goes from powers to products comes back.
     #[test]
     fn nodes_and_conversions_are_those_of_the_gauss_radau_rule() {
         let (to_powers, to_products) = conversions();

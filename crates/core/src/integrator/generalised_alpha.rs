@@ -11,7 +11,8 @@ use crate::value::KeyRange;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct GeneralisedAlphaParameters {
-    /// Spectral radius at infinite frequency, 0 to 1: the factor by which a step damps the fastest motion. 1 damps nothing, 0 all.
+    /// Spectral radius at infinite frequency, 0 to 1: the factor by which a step damps the fastest motion. 1
+    /// damps nothing, 0 all.
     #[schemars(transform = KeyRange::FRACTION.in_schema())]
     pub rho: f64,
 }

@@ -1,16 +1,17 @@
 //! A Gauss-Radau method of order 15 that chooses its own steps: Rein and Spiegel's IAS15, after Everhart.
 //!
-//! The acceleration is a polynomial in time through its values at the beginning of the step and at seven Gauss-Radau nodes,
-//! `a(s h) = a_0 + b_0 s + b_1 s^2 + ... + b_6 s^7`, and is integrated twice. Values and polynomial are found in turn, to rounding,
-//! from what the last step makes of this one. Steps that follow the error are as large as to keep the last term, which the
-//! method would do without at order 14, a part `epsilon` of the acceleration:
+//! The acceleration is a polynomial in time through its values at the beginning of the step and at seven
+//! Gauss-Radau nodes, `a(s h) = a_0 + b_0 s + b_1 s^2 + ... + b_6 s^7`, and is integrated twice. Values and
+//! polynomial are found in turn, to rounding, from what the last step makes of this one. Steps that follow
+//! the error are as large as to keep the last term, which the method would do without at order 14, a part
+//! `epsilon` of the acceleration:
 //!
 //! ```text
 //! h_(n+1) = h_n (epsilon / (max |b_6| / max |a|))^(1/7)
 //! ```
 //!
-//! Collocation at the beginning of a step but not at its end, so that amplitudes grow at any step, if by less than rounding up to about
-//! two radians; the iteration converges up to about five, best below two.
+//! Collocation at the beginning of a step but not at its end, so that amplitudes grow at any step, if by
+//! less than rounding up to about two radians; the iteration converges up to about five, best below two.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

@@ -9,7 +9,8 @@ use crate::system::{ForceId, System};
 
 /// The equations `X = x_n + z + g V`, `V = w + g (a(X) - c V)` of one stage, `c` the ether drag.
 ///
-/// Eliminated: `(1 + g c) (u - y) = g^2 a(x_n + u)` with `u = X - x_n` and `y = z + g w / (1 + g c)`, the minimum of an [`Objective`].
+/// Eliminated: `(1 + g c) (u - y) = g^2 a(x_n + u)` with `u = X - x_n` and `y = z + g w / (1 + g c)`, the
+/// minimum of an [`Objective`].
 pub(super) struct StageEquations<'a> {
     /// The old positions, flat [m].
     pub(super) x: &'a [f64],
@@ -82,8 +83,8 @@ impl StageSolver {
         Err(StepFault::at(system, &self.goal, v))
     }
 
-    /// Solves `stage` into `x` and `v`, and writes `(V - w)/g`, the whole acceleration. `x` is the start on entry: a
-    /// configuration that is allowed, usually that of the last step.
+    /// Solves `stage` into `x` and `v`, and writes `(V - w)/g`, the whole acceleration. `x` is the start on
+    /// entry: a configuration that is allowed, usually that of the last step.
     pub(super) fn solve(
         &mut self,
         system: &mut System,
@@ -123,14 +124,16 @@ impl StageSolver {
         Ok(())
     }
 
-    /// Where the vertices would go without force, from the old positions, to be filled before [`minimize`](Self::minimize).
+    /// Where the vertices would go without force, from the old positions, to be filled before
+    /// [`minimize`](Self::minimize).
     pub(super) fn target(&mut self, unknowns: usize) -> &mut Vec<f64> {
         self.target.resize(unknowns, 0.0);
         &mut self.target
     }
 
-    /// Minimises an objective, and writes where the minimum is to `x`, from the best of three starts: `x`, the target, and the target moved on by an acceleration, where
-    /// there is one. `v` has the velocities of held coordinates.
+    /// Minimises an objective, and writes where the minimum is to `x`, from the best of three starts: `x`,
+    /// the target, and the target moved on by an acceleration, where there is one. `v` has the velocities of
+    /// held coordinates.
     pub(super) fn minimize(
         &mut self,
         system: &mut System,
@@ -175,8 +178,8 @@ impl StageSolver {
         end
     }
 
-    /// Replaces `right` by the solution with the matrix of the last solve, or one kept from before with the same coefficients; false where
-    /// there is none.
+    /// Replaces `right` by the solution with the matrix of the last solve, or one kept from before with the
+    /// same coefficients; false where there is none.
     pub(super) fn solve_last(&mut self, right: &mut [f64]) -> bool {
         self.minimizer.as_mut().is_some_and(|minimizer| minimizer.solve_last(right))
     }
@@ -216,8 +219,8 @@ fn shorten(system: &System, velocity: &Velocity<'_>, x: &[f64], guess: &mut Iter
     }
 }
 
-/// Writes the acceleration at the beginning of a step to `a`, where to start the first solve from: like the step itself it depends on
-/// the state alone, and not on steps before.
+/// Writes the acceleration at the beginning of a step to `a`, where to start the first solve from: like the
+/// step itself it depends on the state alone, and not on steps before.
 pub(super) fn guess_acceleration(system: &mut System, state: &State, a: &mut [f64]) {
     if !system.holds(state.force) {
         return a.fill(0.0);
@@ -246,7 +249,8 @@ impl NextState {
         h: f64,
         force: ForceId,
     ) -> Result<(), StepFault> {
-        // To the order of the scheme: where steps are solved, walls of scenes are contact and none are left here.
+        // To the order of the scheme: where steps are solved, walls of scenes are contact and none are left
+        // here.
         end_step(system, state, h, (&mut self.x, &mut self.v), force, &exact_response)
     }
 

@@ -1,7 +1,7 @@
 //! The implicit midpoint rule, the Gauss method of one stage.
 //!
-//! Symplectic and A-stable on linear systems. On stiff nonlinear ones it gains energy without bound at large steps
-//! (verification.md A6: a stiff pendulum at `h omega` of 50): it is not unconditionally stable.
+//! Symplectic and A-stable on linear systems. On stiff nonlinear ones it gains energy without bound at large
+//! steps (verification.md A6: a stiff pendulum at `h omega` of 50): it is not unconditionally stable.
 use super::tableau::Tableau;
 use super::{Documentation, Method, Scheme};
 

@@ -1,7 +1,8 @@
 //! Implicit Euler with one Newton step from the old positions in place of a solution:
 //! `(M + h^2 K(x_n)) dv = h (f(x_n) - h K(x_n) v_n)` (lecture 22).
 //!
-//! One linear solve a step, whatever happens; exact for linear systems, elsewhere the larger the step the further off.
+//! One linear solve a step, whatever happens; exact for linear systems, elsewhere the larger the step the
+//! further off.
 use super::{Documentation, Method, Scheme, implicit_euler};
 
 /// The scheme and what is known of it.

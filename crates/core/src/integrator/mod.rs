@@ -1,7 +1,8 @@
 //! Time integrators: one scheme, one file, one line in the registry below.
 //!
-//! A scheme is data: coefficients of kicks and drifts ([`splitting`]), a Butcher tableau ([`runge_kutta`], [`dirk`]) or the
-//! coefficients of another family ([`alpha`]), with its own documentation. One engine for each family turns the data into steps.
+//! A scheme is data: coefficients of kicks and drifts ([`splitting`]), a Butcher tableau ([`runge_kutta`],
+//! [`dirk`]) or the coefficients of another family ([`alpha`]), with its own documentation. One engine for
+//! each family turns the data into steps.
 
 pub mod alpha;
 mod amplification;
@@ -28,9 +29,10 @@ pub use amplification::{Amplification, amplification};
 pub use amplification::{coupled_radius, modulus, oscillator, spectral_radius};
 use estimate::{Judgement, Tolerances};
 
-/// Declares the files of this folder and everything that is known by listing them: the enum that scenes name a scheme by,
-/// and the list that `pliant list` and the conformance tests go through. `module => Variant` for a scheme without
-/// parameters, which exports `METHOD`; `module => Variant(p: Parameters)` for one whose parameters have a `DEFAULT`, a `check` and a `method`.
+/// Declares the files of this folder and everything that is known by listing them: the enum that scenes name
+/// a scheme by, and the list that `pliant list` and the conformance tests go through. `module => Variant`
+/// for a scheme without parameters, which exports `METHOD`; `module => Variant(p: Parameters)` for one whose
+/// parameters have a `DEFAULT`, a `check` and a `method`.
 macro_rules! register {
     (@check) => { Ok(()) };
     (@check $parameters:ident) => { $parameters.check() };
@@ -125,8 +127,8 @@ pub struct Documentation {
     pub force_evaluations: u32,
     /// Systems of equations solved per step; 0 for explicit schemes.
     pub solves: u32,
-    /// Largest `h omega` for which an undamped oscillator stays bounded; 0: none, the scheme gains energy at any step;
-    /// infinite: any step.
+    /// Largest `h omega` for which an undamped oscillator stays bounded; 0: none, the scheme gains energy at
+    /// any step; infinite: any step.
     pub stability_limit: f64,
     /// True if it is symplectic: the energy error is bounded and does not drift.
     pub symplectic: bool,
@@ -169,8 +171,8 @@ pub struct Method {
 }
 
 impl Method {
-    /// The power of the step that the estimate of the local error grows with; `None` for schemes without an estimate, whose steps
-    /// cannot follow the error.
+    /// The power of the step that the estimate of the local error grows with; `None` for schemes without an
+    /// estimate, whose steps cannot follow the error.
     pub fn error_exponent(&self) -> Option<u32> {
         let companion = match self.scheme {
             Scheme::RungeKutta(tableau) => tableau.companion?,
@@ -222,8 +224,8 @@ impl Method {
         self.error_exponent().is_some() || self.has_own_criterion()
     }
 
-    /// An integrator for systems with `unknowns = n * dimension` coordinates; implicit ones solve as `options` say. An explicit
-    /// one allocates all it will ever need.
+    /// An integrator for systems with `unknowns = n * dimension` coordinates; implicit ones solve as
+    /// `options` say. An explicit one allocates all it will ever need.
     pub fn build(&self, unknowns: usize, options: SolverOptions) -> Box<dyn Integrator> {
         let options = SolverOptions { order: Some(self.documentation.order), ..options };
         match self.scheme {
@@ -246,7 +248,8 @@ impl Method {
 
 /// Advances a state by one step: the black box `(x_n, v_n) -> (x_{n+1}, v_{n+1})` (lecture 3).
 pub trait Integrator: Send + Sync {
-    /// One step of size `h` [s]. Advances positions and velocities, drag and walls included; time is the caller's.
+    /// One step of size `h` [s]. Advances positions and velocities, drag and walls included; time is the
+    /// caller's.
     ///
     /// # Errors
     /// [`StepFault`] where a force or the new state is not finite. `state` is then what it was before.
@@ -269,8 +272,8 @@ pub trait Integrator: Send + Sync {
         let _ = (memory, system, state);
     }
 
-    /// What the last [`step`](Self::step), of size `h` [s], says of its error, walls left out; `state` is the new one. `None` for
-    /// schemes without an estimate.
+    /// What the last [`step`](Self::step), of size `h` [s], says of its error, walls left out; `state` is
+    /// the new one. `None` for schemes without an estimate.
     fn judge(
         &mut self,
         _system: &mut System,
@@ -303,7 +306,8 @@ pub trait Integrator: Send + Sync {
     }
 }
 
-/// The node of a stage, in steps. The end of the step is met exactly: a sum of rounded coefficients may be beside it.
+/// The node of a stage, in steps. The end of the step is met exactly: a sum of rounded coefficients may be
+/// beside it.
 fn node(row: &[f64]) -> f64 {
     let sum = row.iter().sum::<f64>();
     if (sum - 1.0).abs() < 1e-14 { 1.0 } else { sum }

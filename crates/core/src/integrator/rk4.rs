@@ -1,6 +1,7 @@
 //! The classical Runge-Kutta method of order 4.
 //!
-//! On the oscillator `|R(iz)|^2 = 1 - z^6/72 + z^8/576`: it loses energy below `z = 2 sqrt 2` and gains above.
+//! On the oscillator `|R(iz)|^2 = 1 - z^6/72 + z^8/576`: it loses energy below `z = 2 sqrt 2` and gains
+//! above.
 use super::tableau::Tableau;
 use super::{Documentation, Method, Scheme};
 

@@ -61,8 +61,8 @@ impl RungeKutta {
     }
 }
 
-/// `(1 - R)/z` of the stability function `R` at `-z`: under drag, the share of the velocity that a force makes
-/// without it.
+/// `(1 - R)/z` of the stability function `R` at `-z`: under drag, the share of the velocity that a force
+/// makes without it.
 fn response(tableau: &Tableau, z: f64) -> f64 {
     let mut stages = [0.0; MOST_STAGES];
     for (i, row) in tableau.a.iter().enumerate() {

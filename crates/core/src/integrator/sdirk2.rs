@@ -1,10 +1,11 @@
-//! The L-stable singly diagonally implicit Runge-Kutta method of two stages and order 2, `gamma = 1 - 1/sqrt 2`.
+//! The L-stable singly diagonally implicit Runge-Kutta method of two stages and order 2, `gamma = 1 - 1/sqrt
+//! 2`.
 //!
 //! Of stage order 1: on stiff problems its order falls to 1 (verification.md A7).
 //!
-//! Two stages have no companion but of order 1, whose estimate is that of implicit Euler: orders of magnitude
-//! above the error of a small step. The derivative at the beginning of the step, which is known, is a third
-//! stage of no weight in the method.
+//! Two stages have no companion but of order 1, whose estimate is that of implicit Euler: orders of
+//! magnitude above the error of a small step. The derivative at the beginning of the step, which is known,
+//! is a third stage of no weight in the method.
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use super::estimate::Companion;

@@ -1,10 +1,11 @@
 //! Splitting schemes: the kinetic and the potential part of the motion, each solved exactly, in turn.
 //!
-//! Forces that depend on velocities belong to the kick: where there are any, a kick of time `c h` solves `v' = a(x, v)` at fixed
-//! `x`. It does so by `p` stages, `p` the order of the scheme, `v_k = v + c h / (p + 1 - k) a(x, v_(k-1))`: for a force linear in
-//! `v`, the Taylor polynomial of degree `p` of the exact flow, so that the scheme keeps its order. For order 1 that is the
-//! force at the velocity before the kick. The force of the potentials is computed once; a stage more is one evaluation of the
-//! dissipative terms. A scene without such forces has none of this.
+//! Forces that depend on velocities belong to the kick: where there are any, a kick of time `c h` solves `v'
+//! = a(x, v)` at fixed `x`. It does so by `p` stages, `p` the order of the scheme, `v_k = v + c h / (p + 1 -
+//! k) a(x, v_(k-1))`: for a force linear in `v`, the Taylor polynomial of degree `p` of the exact flow, so
+//! that the scheme keeps its order. For order 1 that is the force at the velocity before the kick. The force
+//! of the potentials is computed once; a stage more is one evaluation of the dissipative terms. A scene
+//! without such forces has none of this.
 //!
 //! Ether drag `c` belongs to the kick too, so that a scheme of any order keeps it: where no other force
 //! depends on velocities `v' = a(x) - c v` is solved exactly, `v(t) = exp(-c t) v + (1 - exp(-c t))/c a`;
@@ -73,8 +74,9 @@ fn slowed(before: &[f64], decay: f64, v: &mut [f64]) {
     v.iter_mut().zip(before).for_each(|(v, before)| *v = before - decay * *v);
 }
 
-/// Share that drag leaves of the velocity that a constant force makes in a step, `(1 - R)/z` of the factor `R`
-/// that it leaves of a velocity, `z` its rate times the step size; kicks have `order` stages, or are exact.
+/// Share that drag leaves of the velocity that a constant force makes in a step, `(1 - R)/z` of the factor
+/// `R` that it leaves of a velocity, `z` its rate times the step size; kicks have `order` stages, or are
+/// exact.
 fn response(stages: &[Stage], order: Option<u32>, z: f64) -> f64 {
     let Some(order) = order else { return exact_response(z) };
     stages.iter().fold(0.0, |sum, stage| match stage {
@@ -106,8 +108,8 @@ impl Integrator for Splitting {
         let mut drifted = 0.0;
         let mut next = 0;
         while next < stages.len() {
-            // A kick and the drift after it, or either alone: one pass over the vertices. The first goes from the state to
-            // copies, so that a step that fails leaves the state as it was.
+            // A kick and the drift after it, or either alone: one pass over the vertices. The first goes
+            // from the state to copies, so that a step that fails leaves the state as it was.
             let first = next == 0;
             let mut pass = KickDrift::NOTHING;
             if let Some(Stage::Kick(c)) = stages.get(next) {

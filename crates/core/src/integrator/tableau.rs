@@ -2,13 +2,15 @@
 
 use super::estimate::Companion;
 
-/// A Butcher tableau without entries above the diagonal; Hairer, Norsett, Wanner 1993, *Solving Ordinary Differential Equations I*,
-/// eq. II.1.8, and Hairer, Wanner 1996, *Solving Ordinary Differential Equations II*, section IV.6.
+/// A Butcher tableau without entries above the diagonal; Hairer, Norsett, Wanner 1993, *Solving Ordinary
+/// Differential Equations I*, eq. II.1.8, and Hairer, Wanner 1996, *Solving Ordinary Differential Equations
+/// II*, section IV.6.
 ///
 /// The nodes are the sums of the rows, `c_i = sum_j a_ij`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tableau {
-    /// Row `i` holds `a_ij`: `j < i` of an explicit method, `j <= i` of an implicit one, where a stage with `a_ii = 0` is explicit.
+    /// Row `i` holds `a_ij`: `j < i` of an explicit method, `j <= i` of an implicit one, where a stage with
+    /// `a_ii = 0` is explicit.
     pub a: &'static [&'static [f64]],
     /// Weights.
     pub b: &'static [f64],
@@ -17,7 +19,8 @@ pub struct Tableau {
 }
 
 impl Tableau {
-    /// Of an explicit method: whether the last stage is the new state, so that the next step begins with its force.
+    /// Of an explicit method: whether the last stage is the new state, so that the next step begins with its
+    /// force.
     pub fn is_first_same_as_last(&self) -> bool {
         let last = self.b.len() - 1;
         last > 0 && self.b[last] == 0.0 && self.a[last] == &self.b[..last]

@@ -83,7 +83,8 @@ fn coefficients_sum_to_one() {
                 }
             }
             Scheme::Alpha(c) => {
-                // The equation of motion is taken at the time that accelerations and forces average to, eq. 15.
+                // The equation of motion is taken at the time that accelerations and forces average to, eq.
+                // 15.
                 let second_order = (c.gamma - (0.5 - c.alpha_m + c.alpha_f)).abs() < 1e-15;
                 assert_eq!(second_order, method.documentation.order == 2, "{name}");
             }
@@ -97,8 +98,9 @@ fn coefficients_sum_to_one() {
     }
 }
 
-/// A companion integrates what a method of its order does, and no more: its order is the one documented. Trees up to four vertices;
-/// Hairer, Norsett, Wanner 1993, *Solving Ordinary Differential Equations I*, table II.2.2.
+/// A companion integrates what a method of its order does, and no more: its order is the one documented.
+/// Trees up to four vertices; Hairer, Norsett, Wanner 1993, *Solving Ordinary Differential Equations I*,
+/// table II.2.2.
 #[test]
 fn companions_have_exactly_their_order() {
     let mut count = 0;
@@ -200,8 +202,8 @@ fn estimates_of_implicit_pairs_are_filtered_by_the_matrix_of_the_last_stage() {
     assert!(count >= 4);
 }
 
-/// A symplectic scheme preserves area, at any step; the others do not. On the hardening oscillator `E = x^2/2 + x^4/4`: on a
-/// linear one every scheme without damping preserves it.
+/// A symplectic scheme preserves area, at any step; the others do not. On the hardening oscillator `E =
+/// x^2/2 + x^4/4`: on a linear one every scheme without damping preserves it.
 #[test]
 fn exactly_the_schemes_that_say_so_are_symplectic() {
     for method in methods() {

@@ -1,6 +1,7 @@
 //! TR-BDF2: a trapezoidal stage, then BDF2 to the end, as one method with two solves of the same matrix.
 //!
-//! The same amplification as SDIRK2 on linear problems, but of stage order 2: on stiff nonlinear ones it keeps its order.
+//! The same amplification as SDIRK2 on linear problems, but of stage order 2: on stiff nonlinear ones it
+//! keeps its order.
 use super::estimate::Companion;
 use super::tableau::Tableau;
 use super::{Documentation, Method, Scheme};

@@ -1,6 +1,7 @@
 //! Velocity Verlet: half a kick, a drift, half a kick.
 //!
-//! On the oscillator it conserves `(1 - z^2/4) x^2 + v^2` exactly. The last force of a step is the first of the next.
+//! On the oscillator it conserves `(1 - z^2/4) x^2 + v^2` exactly. The last force of a step is the first of
+//! the next.
 use super::splitting::Stage::{Drift, Kick};
 use super::{Documentation, Method, Scheme};
 

@@ -11,7 +11,8 @@ use super::{Lanes, RowSource, WIDTH};
 #[repr(C, align(64))]
 struct CacheLine([f64; WIDTH]);
 
-/// A vector of `f64` that begins at a cache line, so that no pack of `WIDTH` and no row of 2 or 4 counted from there straddles two.
+/// A vector of `f64` that begins at a cache line, so that no pack of `WIDTH` and no row of 2 or 4 counted
+/// from there straddles two.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Aligned(Vec<CacheLine>);
 
@@ -51,8 +52,9 @@ impl Deref for Aligned {
 
     #[inline(always)]
     fn deref(&self) -> &[f64] {
-        // SAFETY: a line is `WIDTH` numbers and nothing else (`repr(C)`, and 64 bytes are its size and its alignment), so lines in
-        // a row are `WIDTH` times as many numbers in a row, borrowed as long as `self` is.
+        // SAFETY: a line is `WIDTH` numbers and nothing else (`repr(C)`, and 64 bytes are its size and its
+        // alignment), so lines in a row are `WIDTH` times as many numbers in a row, borrowed as long as
+        // `self` is.
         unsafe { std::slice::from_raw_parts(self.0.as_ptr().cast(), WIDTH * self.0.len()) }
     }
 }
@@ -65,8 +67,8 @@ impl DerefMut for Aligned {
     }
 }
 
-/// As many numbers as one wants in memory that begins at a cache line. On AVX-512 a store that straddles two lines costs several
-/// that do not.
+/// As many numbers as one wants in memory that begins at a cache line. On AVX-512 a store that straddles two
+/// lines costs several that do not.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Numbers {
     packs: Aligned,
@@ -104,7 +106,8 @@ impl DerefMut for Numbers {
     }
 }
 
-/// One column of numbers per component, so that a component of eight consecutive vertices is one load, wherever it begins.
+/// One column of numbers per component, so that a component of eight consecutive vertices is one load,
+/// wherever it begins.
 ///
 /// A pack of zeros lies before the first vertex and at least one after the last: loads may reach that far.
 #[derive(Clone, Debug, PartialEq)]
@@ -163,9 +166,9 @@ impl<const D: usize> ColumnsView<'_, D> {
         assert!(at <= self.length - WIDTH, "beyond the columns");
         let mut r = [L::zero(); D];
         for c in 0..D {
-            // SAFETY: as `Columns` has it, there are `D * length` numbers, and `c < D`: column `c` is `length` of them from
-            // `c * length` on. Of these `at + WIDTH` are there, as was tested; `length` is two packs at least. An array of numbers
-            // is aligned as a number is.
+            // SAFETY: as `Columns` has it, there are `D * length` numbers, and `c < D`: column `c` is
+            // `length` of them from `c * length` on. Of these `at + WIDTH` are there, as was tested;
+            // `length` is two packs at least. An array of numbers is aligned as a number is.
             let pack = unsafe { &*self.numbers.as_ptr().add(c * self.length + at).cast::<[f64; WIDTH]>() };
             r[c] = L::load(pack);
         }
@@ -188,7 +191,8 @@ impl<const D: usize> VertexRows<D> {
         VertexRows(Aligned::packs((count * Self::STRIDE).div_ceil(WIDTH)))
     }
 
-    /// The rows as they lie in memory, [`STRIDE`](Self::STRIDE) numbers each; the last ones may belong to no vertex.
+    /// The rows as they lie in memory, [`STRIDE`](Self::STRIDE) numbers each; the last ones may belong to no
+    /// vertex.
     #[inline(always)]
     pub fn as_mut_slice(&mut self) -> &mut [f64] {
         &mut self.0

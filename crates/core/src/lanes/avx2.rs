@@ -95,7 +95,8 @@ impl Scalar for Avx2 {
     }
     #[inline(always)]
     fn max(self, o: Self) -> Self {
-        // The instruction returns its second operand where either is NaN and where both are zero, as `Scalar` asks.
+        // The instruction returns its second operand where either is NaN and where both are zero, as
+        // `Scalar` asks.
         both!(Avx2, _mm256_max_pd, self, o)
     }
     #[inline(always)]

@@ -111,7 +111,8 @@ impl Scalar for Avx512 {
     }
     #[inline(always)]
     fn max(self, o: Self) -> Self {
-        // The instruction returns its second operand where either is NaN and where both are zero, as `Scalar` asks.
+        // The instruction returns its second operand where either is NaN and where both are zero, as
+        // `Scalar` asks.
         Avx512(register!(_mm512_max_pd(self.0, o.0)))
     }
     #[inline(always)]
@@ -315,7 +316,8 @@ impl Lanes for Avx512 {
     fn transpose(v: [Self; WIDTH]) -> [Self; WIDTH] {
         let mut r = v;
         for odd in 0..2 {
-            // Numbers `odd`, `odd + 2`, ... of rows 0 and 1, of rows 2 and 3, and so on, in halves of a quarter.
+            // Numbers `odd`, `odd + 2`, ... of rows 0 and 1, of rows 2 and 3, and so on, in halves of a
+            // quarter.
             let pair = |i: usize| {
                 let (a, b) = (v[i].0, v[i + 1].0);
                 if odd == 0 {

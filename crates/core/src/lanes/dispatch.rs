@@ -110,7 +110,8 @@ pub fn dispatch<K: Kernel>(kernel: K) -> K::Output {
     dispatch_at(level(), kernel)
 }
 
-/// Runs a kernel that is no hot path: on AVX2 at most, so that it is compiled once less. The bits are the same.
+/// Runs a kernel that is no hot path: on AVX2 at most, so that it is compiled once less. The bits are the
+/// same.
 #[inline]
 pub fn dispatch_compact<K: Kernel>(kernel: K) -> K::Output {
     #[cfg(target_arch = "x86_64")]

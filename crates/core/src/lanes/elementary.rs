@@ -11,9 +11,9 @@ const LN_2_LOW: f64 = 1.908_214_929_270_587_700_02e-10;
 
 /// Natural logarithm, at most 1 ulp from the exact value.
 ///
-/// NaN for negative arguments and NaN, `-inf` at zero, `inf` at `inf`. The method is fdlibm's `e_log.c`: with
-/// `x = 2^k (1 + f)` and `s = f / (2 + f)`, `ln(1 + f) = f - f^2/2 + s (f^2/2 + R(s^2))` where `R` is a minimax
-/// polynomial. Cases are resolved by selection, not by branches.
+/// NaN for negative arguments and NaN, `-inf` at zero, `inf` at `inf`. The method is fdlibm's `e_log.c`:
+/// with `x = 2^k (1 + f)` and `s = f / (2 + f)`, `ln(1 + f) = f - f^2/2 + s (f^2/2 + R(s^2))` where `R` is a
+/// minimax polynomial. Cases are resolved by selection, not by branches.
 #[inline(always)]
 pub fn ln<R: Real>(x: R) -> R {
     let c = R::splat;
@@ -50,8 +50,9 @@ pub fn ln<R: Real>(x: R) -> R {
 
 /// Exponential, at most 1 ulp from the exact value where the result is normal.
 ///
-/// `inf` above 709.79, subnormal below -708.4, 0 below -745.2, NaN for NaN. The method is fdlibm's `e_exp.c`: with
-/// `x = k ln 2 + r` and `|r| <= ln(2)/2`, `e^r = 1 + r + r c(r) / (2 - c(r))` where `c` is a minimax polynomial.
+/// `inf` above 709.79, subnormal below -708.4, 0 below -745.2, NaN for NaN. The method is fdlibm's
+/// `e_exp.c`: with `x = k ln 2 + r` and `|r| <= ln(2)/2`, `e^r = 1 + r + r c(r) / (2 - c(r))` where `c` is a
+/// minimax polynomial.
 #[inline(always)]
 pub fn exp<R: Real>(x: R) -> R {
     let c = R::splat;
@@ -79,9 +80,9 @@ pub fn exp<R: Real>(x: R) -> R {
 
 /// `x^a = e^(a ln x)` for positive `x`.
 ///
-/// The rounding of `a ln x` is magnified by its size: the relative error is below `(1 + |a ln x|) 2^-52`, so a few
-/// ulp for the stretches of a deformed body and about 700 ulp at the ends of the range.
-/// NaN for negative `x`, also where `a` is an integer; 0 or `inf` at `x = 0`.
+/// The rounding of `a ln x` is magnified by its size: the relative error is below `(1 + |a ln x|) 2^-52`, so
+/// a few ulp for the stretches of a deformed body and about 700 ulp at the ends of the range. NaN for
+/// negative `x`, also where `a` is an integer; 0 or `inf` at `x = 0`.
 #[inline(always)]
 pub fn powf<R: Real>(x: R, a: R) -> R {
     x.powf(a)
@@ -89,8 +90,8 @@ pub fn powf<R: Real>(x: R, a: R) -> R {
 
 /// The angle of the point `(x, y)`, in `(-pi, pi]`, to about 2 ulp; 0 at the origin.
 ///
-/// NaN for NaN. The method is fdlibm's `s_atan.c` on the quotient of the smaller by the larger coordinate: below 7/16 the
-/// polynomial itself, else of the angle from `atan(1/2)` or `pi/4`.
+/// NaN for NaN. The method is fdlibm's `s_atan.c` on the quotient of the smaller by the larger coordinate:
+/// below 7/16 the polynomial itself, else of the angle from `atan(1/2)` or `pi/4`.
 #[inline(always)]
 pub fn atan2<S: Scalar>(y: S, x: S) -> S {
     let c = S::splat;

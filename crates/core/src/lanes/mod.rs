@@ -1,21 +1,21 @@
 //! Packs of eight numbers in vector registers, and the choice of the instruction set at run time.
 //!
 //! A kernel is written once, over [`Lanes`], and handed to [`dispatch`], which runs it on the best
-//! instruction set that the processor has: AVX-512, AVX2 with FMA, NEON, or plain code. The pack is eight wide
-//! on every path, every operation rounds as IEEE 754 says, and sums have a written order, so all give the same
-//! bits and data laid out for one suits the others.
+//! instruction set that the processor has: AVX-512, AVX2 with FMA, NEON, or plain code. The pack is eight
+//! wide on every path, every operation rounds as IEEE 754 says, and sums have a written order, so all give
+//! the same bits and data laid out for one suits the others.
 //!
 //! # Rules for kernels
-//! - Everything between [`Kernel::run`] and the operations of [`Lanes`] is `#[inline(always)]`: only code that is
-//!   inlined into the wrapper of [`dispatch`] is compiled for its instruction set.
-//! - No closures, `array::from_fn` or `map` around lane operations. A closure that the compiler declines to inline
-//!   turns every operation in it into a call: correct, three times slower, and silent
+//! - Everything between [`Kernel::run`] and the operations of [`Lanes`] is `#[inline(always)]`: only code
+//!   that is inlined into the wrapper of [`dispatch`] is compiled for its instruction set.
+//! - No closures, `array::from_fn` or `map` around lane operations. A closure that the compiler declines to
+//!   inline turns every operation in it into a call: correct, three times slower, and silent
 //!   (`tests/tools/check_inlining.sh` finds them).
 //! - Threads go outside: dispatch inside the task, not around it, for the same reason.
 //!
 //! # Safety
-//! Only this module contains `unsafe` code. The register types are private: safe code meets them only as the type
-//! parameter of [`Kernel::run`], that is, after the processor was found to have the instructions.
+//! Only this module contains `unsafe` code. The register types are private: safe code meets them only as the
+//! type parameter of [`Kernel::run`], that is, after the processor was found to have the instructions.
 
 use crate::scalar::Real;
 
@@ -51,7 +51,8 @@ pub const WIDTH: usize = 8;
 pub trait Lanes: Real {
     /// True if kernels with divisions or roots run faster on a [`Pair`] of packs.
     ///
-    /// They do where a pack is one of 32 registers; where it is two of 16, a pair only spills. Same bits either way.
+    /// They do where a pack is one of 32 registers; where it is two of 16, a pair only spills. Same bits
+    /// either way.
     const PAIRS_PAY: bool;
     /// True if a kernel had better call a function of `f64` for each lane than inline its mathematics on
     /// packs: where a pack is no register. The bits are the same.

@@ -42,12 +42,11 @@ macro_rules! binary_operator {
 #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
 macro_rules! register {
     ($e:expr) => {
-        // SAFETY: intrinsics on registers need nothing but the instructions. The register types are private to
-        // `lanes`, and their methods are reached only through the wrappers of `dispatch`, which are entered only
-        // after the processor was found to have the instructions; NEON every AArch64 target of `std` has.
-        unsafe {
-            $e
-        }
+        // SAFETY: intrinsics on registers need nothing but the instructions. The register types are private
+        // to `lanes`, and their methods are reached only through the wrappers of `dispatch`, which are
+        // entered only after the processor was found to have the instructions; NEON every AArch64 target of
+        // `std` has.
+        unsafe { $e }
     };
 }
 

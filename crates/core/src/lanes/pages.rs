@@ -2,8 +2,8 @@
 //!
 //! Memory larger than the caches is read in order, some tens of megabytes a step, in pages of 4 KiB: a
 //! translation of an address
-//! for each, which takes as long as its lines do in a virtual machine. Pages of 2 MiB need one for 512 of them. Systems give them
-//! to whoever asks.
+//! for each, which takes as long as its lines do in a virtual machine. Pages of 2 MiB need one for 512 of
+//! them. Systems give them to whoever asks.
 #![allow(unsafe_code)]
 
 use std::mem::MaybeUninit;
@@ -12,7 +12,8 @@ use std::mem::MaybeUninit;
 #[cfg(target_os = "linux")]
 const HUGE: usize = 2 << 20;
 
-/// An empty vector with room for `capacity` items, in huge pages where it is that large and the system has any.
+/// An empty vector with room for `capacity` items, in huge pages where it is that large and the system has
+/// any.
 pub fn with_room<T>(capacity: usize) -> Vec<T> {
     let mut items = Vec::with_capacity(capacity);
     ask_for_huge_pages(items.spare_capacity_mut());
@@ -26,7 +27,8 @@ pub fn filled<T: Clone>(item: T, count: usize) -> Vec<T> {
     items
 }
 
-/// Asks for huge pages for what lies in whole ones. To be called before the memory is written: pages that are there stay.
+/// Asks for huge pages for what lies in whole ones. To be called before the memory is written: pages that
+/// are there stay.
 fn ask_for_huge_pages<T>(memory: &mut [MaybeUninit<T>]) {
     #[cfg(target_os = "linux")]
     {
@@ -37,9 +39,10 @@ fn ask_for_huge_pages<T>(memory: &mut [MaybeUninit<T>]) {
             return;
         }
         let length = (bytes - skipped) / HUGE * HUGE;
-        // SAFETY: the range lies within `memory`, as `skipped + length <= bytes`, and begins at a page, as a huge page does. The
-        // advice changes neither what is in it nor whether it can be read or written, only in which pieces the system provides
-        // it. Systems that cannot follow it say so, and nothing is lost.
+        // SAFETY: the range lies within `memory`, as `skipped + length <= bytes`, and begins at a page, as a
+        // huge page does. The advice changes neither what is in it nor whether it can be read or written,
+        // only in which pieces the system provides it. Systems that cannot follow it say so, and nothing is
+        // lost.
         unsafe { libc::madvise(start.wrapping_add(skipped).cast(), length, libc::MADV_HUGEPAGE) };
     }
     #[cfg(not(target_os = "linux"))]

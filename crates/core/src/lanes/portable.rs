@@ -1,7 +1,7 @@
 //! The pack in plain code, for every processor.
 //!
-//! Without a fused multiply-add in hardware `mul_add` calls the C library, which rounds correctly and is slow: the
-//! bits are the same everywhere, the speed is not.
+//! Without a fused multiply-add in hardware `mul_add` calls the C library, which rounds correctly and is
+//! slow: the bits are the same everywhere, the speed is not.
 //!
 //! On x86-64 this path serves processors older than AVX2 and the tests, on AArch64 the tests alone. Its
 //! operations are calls there, not inlined: eight scalar instructions for each would make every kernel huge,

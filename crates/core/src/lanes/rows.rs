@@ -13,9 +13,10 @@ const LENGTH: usize = 4 * CAPACITY;
 
 /// Memory for [`RowSlice`], beginning at a page.
 ///
-/// Memory is taken page by page as rows are first written, so a buffer whose first 500 rows are in use occupies
-/// 16 kB, not the 2 MB it may grow to. The pages are asked of the system itself: an allocator would clear what it
-/// has been given back before, tens of megabytes after a mesh has been read, and hold it from then on.
+/// Memory is taken page by page as rows are first written, so a buffer whose first 500 rows are in use
+/// occupies 16 kB, not the 2 MB it may grow to. The pages are asked of the system itself: an allocator would
+/// clear what it has been given back before, tens of megabytes after a mesh has been read, and hold it from
+/// then on.
 pub struct Rows<const D: usize> {
     memory: MmapMut,
 }
@@ -50,9 +51,9 @@ impl<const D: usize> Deref for Rows<D> {
     type Target = RowSlice<D>;
     #[inline(always)]
     fn deref(&self) -> &RowSlice<D> {
-        // SAFETY: `RowSlice` is a transparent wrapper of `LENGTH` numbers, any bits of which are a number. `new`
-        // has checked that the memory is so long and aligned; it stays where it is and is borrowed as long as
-        // what is returned.
+        // SAFETY: `RowSlice` is a transparent wrapper of `LENGTH` numbers, any bits of which are a number.
+        // `new` has checked that the memory is so long and aligned; it stays where it is and is borrowed as
+        // long as what is returned.
         unsafe { &*self.memory.as_ptr().cast() }
     }
 }
@@ -68,8 +69,9 @@ impl<const D: usize> DerefMut for Rows<D> {
 /// 65,536 rows of a vertex each: `x, y` in 2D and `x, y, z, 0` in 3D.
 ///
 /// There is a row for every `u16`, so no index can be out of bounds and none is tested: this is what makes
-/// [`crate::lanes::Lanes::gather`] both safe and fast. A loop should take it out of its [`Rows`] once, before it begins: a reference
-/// stays in a register, where a field would be read again after every row written.
+/// [`crate::lanes::Lanes::gather`] both safe and fast. A loop should take it out of its [`Rows`] once,
+/// before it begins: a reference stays in a register, where a field would be read again after every row
+/// written.
 #[repr(transparent)]
 pub struct RowSlice<const D: usize>([f64; LENGTH]);
 

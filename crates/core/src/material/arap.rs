@@ -20,11 +20,11 @@ const NO_POISSON: KeyRange = KeyRange::of(&[("minimum", 0.0), ("maximum", 0.0)])
 /// P   = 2 mu (F - R)            [Pa]
 /// ```
 ///
-/// Corotated elasticity with `lambda = 0`, that is, of Poisson's ratio 0 and no other. Pushes an inverted body back; `P` jumps
-/// where `R` does.
+/// Corotated elasticity with `lambda = 0`, that is, of Poisson's ratio 0 and no other. Pushes an inverted
+/// body back; `P` jumps where `R` does.
 ///
-/// Chao, Pinkall, Sanan and Schroeder, "A simple geometric model for elastic deformations", 2010; the name is from Sorkine and
-/// Alexa, "As-rigid-as-possible surface modeling", 2007.
+/// Chao, Pinkall, Sanan and Schroeder, "A simple geometric model for elastic deformations", 2010; the name
+/// is from Sorkine and Alexa, "As-rigid-as-possible surface modeling", 2007.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arap {
     mu: f64,

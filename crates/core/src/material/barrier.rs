@@ -11,7 +11,8 @@ pub(super) fn admissible<S: Scalar>(j: S) -> S {
 /// `psi` where the model is defined, `+inf` elsewhere; `stretch` is `F : F`.
 #[inline(always)]
 pub(super) fn infinite_outside<S: Scalar>(j: S, stretch: S, psi: S) -> S {
-    // Not a constant: its derivative must not be a plausible zero. NaN is neither inside nor outside and stays.
+    // Not a constant: its derivative must not be a plausible zero. NaN is neither inside nor outside and
+    // stays.
     let outside = S::splat(f64::INFINITY) * (stretch + S::one());
     S::select(j.lt(S::splat(f64::MIN_POSITIVE)), outside, psi)
 }

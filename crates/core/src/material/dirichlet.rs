@@ -9,8 +9,8 @@ use crate::scalar::Scalar;
 /// P   = k F                 [Pa]
 /// ```
 ///
-/// For teaching. Frame indifferent, but without a rest shape: `P(I) = k I`, and only `F = 0` is free of stress. It is
-/// what springs of rest length zero amount to.
+/// For teaching. Frame indifferent, but without a rest shape: `P(I) = k I`, and only `F = 0` is free of
+/// stress. It is what springs of rest length zero amount to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dirichlet {
     stiffness: f64,

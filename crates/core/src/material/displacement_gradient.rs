@@ -9,8 +9,8 @@ use crate::scalar::Scalar;
 /// P   = k (F - I)           [Pa]
 /// ```
 ///
-/// For teaching. It resists rotation: a turned body is pulled back to the orientation it started with, as if each
-/// vertex hung on the rest shape. Not frame indifferent, and not linear elasticity either.
+/// For teaching. It resists rotation: a turned body is pulled back to the orientation it started with, as if
+/// each vertex hung on the rest shape. Not frame indifferent, and not linear elasticity either.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DisplacementGradient {
     stiffness: f64,

@@ -19,14 +19,16 @@ use crate::value::{As, KeyRange, Pressure};
 /// P   = 2 mu eps + lambda tr(eps) I             [Pa]
 /// ```
 ///
-/// Linear in `F`, so a constant stiffness matrix, vibration modes and exact modal solutions; not frame indifferent: a
-/// body that rotates by a large angle swells. Under a plane rotation by `theta`, `P = 2 (mu + lambda) (cos theta - 1) I`
-/// in 2D.
+/// Linear in `F`, so a constant stiffness matrix, vibration modes and exact modal solutions; not frame
+/// indifferent: a body that rotates by a large angle swells. Under a plane rotation by `theta`, `P = 2 (mu +
+/// lambda) (cos theta - 1) I` in 2D.
 ///
-/// In plane stress (2D, `plane = "stress"`) the thickness is free to change, `sigma_33 = 0`: in the plane that is the same with
-/// `lambda* = 2 lambda mu / (lambda + 2 mu)` for `lambda`, and `eps_33 = -lambda / (lambda + 2 mu) (eps_11 + eps_22)`.
+/// In plane stress (2D, `plane = "stress"`) the thickness is free to change, `sigma_33 = 0`: in the plane
+/// that is the same with `lambda* = 2 lambda mu / (lambda + 2 mu)` for `lambda`, and `eps_33 = -lambda /
+/// (lambda + 2 mu) (eps_11 + eps_22)`.
 ///
-/// Sifakis and Barbic, "FEM simulation of 3D deformable solids", SIGGRAPH course, 2012, part one, section 3.2.
+/// Sifakis and Barbic, "FEM simulation of 3D deformable solids", SIGGRAPH course, 2012, part one, section
+/// 3.2.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Linear {
     lame: Lame,
@@ -62,7 +64,8 @@ struct PlaneIsotropicTable {
     #[serde(default, with = "As::<Option<Pressure>>")]
     #[schemars(transform = KeyRange::POSITIVE.in_schema())]
     young: Option<f64>,
-    /// Poisson's ratio nu of the solid, above -1 and below 0.5; the same range in 2D. That of the preset without it.
+    /// Poisson's ratio nu of the solid, above -1 and below 0.5; the same range in 2D. That of the preset
+    /// without it.
     #[serde(default)]
     #[schemars(transform = KeyRange::POISSON.in_schema())]
     poisson: Option<f64>,
@@ -81,7 +84,8 @@ struct PlaneIsotropicTable {
     #[serde(default, with = "As::<Option<Pressure>>")]
     #[schemars(transform = KeyRange::POSITIVE.in_schema())]
     mu: Option<f64>,
-    /// A well-known material that `young` and `poisson` are of, where they are not given; `pliant list presets` shows them.
+    /// A well-known material that `young` and `poisson` are of, where they are not given; `pliant list
+    /// presets` shows them.
     #[serde(default)]
     preset: Option<Preset>,
     /// Condition across the plane, in 2D only; plane strain without it.
@@ -135,8 +139,8 @@ impl Parameters for PlaneIsotropic {
         self.plane
     }
 
-    /// In plane stress the thickness gives way, nothing locks, and the energy is not linear in `lambda`: both parts have the
-    /// Poisson's ratio of the whole.
+    /// In plane stress the thickness gives way, nothing locks, and the energy is not linear in `lambda`:
+    /// both parts have the Poisson's ratio of the whole.
     fn split(&self, part: f64) -> Option<[Self; 2]> {
         let PlaneIsotropic { solid, plane } = *self;
         let parts = match plane {

@@ -13,7 +13,8 @@ use crate::value::{As, Compressibility, KeyRange, Pressure};
 
 /// Mooney-Rivlin elasticity of compressible rubber: both invariants of the change of shape.
 ///
-/// With `I1 = tr C`, `I2 = (I1^2 - tr C^2)/2` of `C = F^T F` (in 2D with `F_33 = 1`), `J = det F` and the bulk modulus `kappa`:
+/// With `I1 = tr C`, `I2 = (I1^2 - tr C^2)/2` of `C = F^T F` (in 2D with `F_33 = 1`), `J = det F` and the
+/// bulk modulus `kappa`:
 ///
 /// ```text
 /// psi = C10 (J^(-2/3) I1 - 3) + C01 (J^(-4/3) I2 - 3) + kappa/2 (J - 1)^2                 [J/m^3]
@@ -21,8 +22,8 @@ use crate::value::{As, Compressibility, KeyRange, Pressure};
 ///       + (kappa (J - 1) - (2 C10 J^(-2/3) I1 + 4 C01 J^(-4/3) I2) / (3 J)) cof F         [Pa]
 /// ```
 ///
-/// with `dI2/dF = 2 (I1 F - F F^T F)` in 3D and `2 (F + J cof F)` in 2D. For small strains `mu = 2 (C10 + C01)`. Only for
-/// `J > 0`.
+/// with `dI2/dF = 2 (I1 F - F F^T F)` in 3D and `2 (F + J cof F)` in 2D. For small strains `mu = 2 (C10 +
+/// C01)`. Only for `J > 0`.
 ///
 /// Bonet and Wood, "Nonlinear continuum mechanics for finite element analysis", 2nd edition, 2008.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,8 +36,8 @@ pub struct MooneyRivlin {
 /// The constants of Mooney and Rivlin, with or without a Young's modulus that they are scaled to.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct TwoConstants {
-    /// Young's modulus E [Pa], positive. With it only the ratio of `c10` to `c01` counts: both are scaled so that
-    /// `E = 4 (1 + nu) (c10 + c01)`. Without it they are taken as they are.
+    /// Young's modulus E [Pa], positive. With it only the ratio of `c10` to `c01` counts: both are scaled so
+    /// that `E = 4 (1 + nu) (c10 + c01)`. Without it they are taken as they are.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub young: Option<f64>,
     /// Poisson's ratio nu for small strains, above -1 and below 0.5; it sets the bulk modulus.

@@ -12,8 +12,8 @@ use crate::scalar::Scalar;
 /// P   = mu F + (lambda ln J - mu) F^-T                      [Pa]
 /// ```
 ///
-/// Only for `J > 0`: `psi = +inf` where `J <= 0` (below the smallest normal number, to be exact), and `P` is then not
-/// finite. The barrier is weak: `psi` grows like `(ln J)^2` only.
+/// Only for `J > 0`: `psi = +inf` where `J <= 0` (below the smallest normal number, to be exact), and `P` is
+/// then not finite. The barrier is weak: `psi` grows like `(ln J)^2` only.
 ///
 /// Bonet and Wood, "Nonlinear continuum mechanics for finite element analysis", 2nd edition, 2008.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,7 +46,8 @@ impl<const D: usize> Material<D> for NeoHookean {
             stretch - S::splat(D as f64),
             S::splat(0.5 * self.lame.lambda).mul_add(ln, S::splat(-self.lame.mu)) * ln,
         );
-        // Not a constant: its derivative must not be a plausible zero. NaN is neither inside nor outside and stays.
+        // Not a constant: its derivative must not be a plausible zero. NaN is neither inside nor outside and
+        // stays.
         let outside = S::splat(f64::INFINITY) * (stretch + S::one());
         S::select(j.lt(S::splat(f64::MIN_POSITIVE)), outside, inside)
     }

@@ -10,7 +10,8 @@ use crate::value::{As, KeyRange, Pressure};
 
 /// Ogden's elasticity of rubber, with any number of terms.
 ///
-/// With the stretches at constant volume `s_i = J^(-1/3) sigma_i` (in 2D `sigma_3 = 1`) and the bulk modulus `kappa`:
+/// With the stretches at constant volume `s_i = J^(-1/3) sigma_i` (in 2D `sigma_3 = 1`) and the bulk modulus
+/// `kappa`:
 ///
 /// ```text
 /// psi    = sum_p mu_p/alpha_p (s_1^alpha_p + s_2^alpha_p + s_3^alpha_p - 3) + kappa/2 (J - 1)^2              [J/m^3]
@@ -18,11 +19,12 @@ use crate::value::{As, KeyRange, Pressure};
 /// psi_i  = (sum_p mu_p (s_i^alpha_p - (s_1^alpha_p + s_2^alpha_p + s_3^alpha_p)/3) + kappa (J - 1) J) / sigma_i
 /// ```
 ///
-/// For small strains `mu = 1/2 sum_p mu_p alpha_p`. One term with `alpha = 2` is the isochoric neo-Hookean model, a second with
-/// `alpha = -2` makes it Mooney-Rivlin. Only for `J > 0`.
+/// For small strains `mu = 1/2 sum_p mu_p alpha_p`. One term with `alpha = 2` is the isochoric neo-Hookean
+/// model, a second with `alpha = -2` makes it Mooney-Rivlin. Only for `J > 0`.
 ///
-/// Ogden, "Large deformation isotropic elasticity: on the correlation of theory and experiment for incompressible rubberlike
-/// solids", 1972; shape and volume apart as in Holzapfel, "Nonlinear solid mechanics", 2000.
+/// Ogden, "Large deformation isotropic elasticity: on the correlation of theory and experiment for
+/// incompressible rubberlike solids", 1972; shape and volume apart as in Holzapfel, "Nonlinear solid
+/// mechanics", 2000.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ogden {
     terms: Vec<Term>,
@@ -39,8 +41,8 @@ struct Term {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct OgdenTerms {
-    /// Young's modulus E [Pa], positive. With it only the ratios between the `mu` count: they are scaled so that
-    /// `E = (1 + nu) sum mu alpha`. Without it they are taken as they are.
+    /// Young's modulus E [Pa], positive. With it only the ratios between the `mu` count: they are scaled so
+    /// that `E = (1 + nu) sum mu alpha`. Without it they are taken as they are.
     #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Pressure>>")]
     #[schemars(transform = KeyRange::POSITIVE.in_schema())]
     pub young: Option<f64>,

@@ -96,7 +96,8 @@ macro_rules! register_materials {
                 match self { $(Self::$model(parameters) => Parameters::is_isotropic(parameters),)+ }
             }
 
-            /// Two materials of the same model whose energy densities add up to this one's, see [`Parameters::split`].
+            /// Two materials of the same model whose energy densities add up to this one's, see
+            /// [`Parameters::split`].
             pub fn split(&self, part: f64) -> Option<[MaterialSpec; 2]> {
                 match self { $(Self::$model(parameters) => Some(parameters.split(part)?.map(Self::$model)),)+ }
             }

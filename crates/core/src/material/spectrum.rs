@@ -1,9 +1,10 @@
 //! The eigensystem that all isotropic models share.
 //!
-//! Where `psi` depends on `F = U diag(sigma) V^T` only through the signed singular values, `dP/dF` leaves three kinds
-//! of subspaces invariant, each rotated by `U` and `V`: the diagonal matrices ("scaling"), and for each pair of axes
-//! the antisymmetric ("twist") and the symmetric ("flip") off-diagonal matrix. Smith, de Goes and Kim, "Analytic
-//! eigensystems for isotropic distortion energies", 2019; Kim and Eberle, "Dynamic deformables", SIGGRAPH course, 2022.
+//! Where `psi` depends on `F = U diag(sigma) V^T` only through the signed singular values, `dP/dF` leaves
+//! three kinds of subspaces invariant, each rotated by `U` and `V`: the diagonal matrices ("scaling"), and
+//! for each pair of axes the antisymmetric ("twist") and the symmetric ("flip") off-diagonal matrix. Smith,
+//! de Goes and Kim, "Analytic eigensystems for isotropic distortion energies", 2019; Kim and Eberle,
+//! "Dynamic deformables", SIGGRAPH course, 2022.
 
 use super::{Psd, Tangent};
 use crate::algebra::{Mat, SMALLEST_SUM, Svd, Vect, symmetric_eigen};
@@ -28,8 +29,8 @@ pub struct Derivatives {
     pub second: f64,
 }
 
-/// Derivatives of `psi(I1, I2, J)`, which is linear in `I1` and `I2`: first derivatives by the name of the invariant, second by
-/// the names of both.
+/// Derivatives of `psi(I1, I2, J)`, which is linear in `I1` and `I2`: first derivatives by the name of the
+/// invariant, second by the names of both.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct InvariantDerivatives {
     /// `d psi / d I1`
@@ -75,8 +76,8 @@ impl<const D: usize> Spectrum<D> {
         s
     }
 
-    /// Of `psi(I1, I2, J)`, linear in the invariants `I1 = tr C` and `I2 = (I1^2 - tr C^2)/2` of `C = F^T F` (in 2D with
-    /// `F_33 = 1`), with `J = det F`: no division, so good for every `sigma`.
+    /// Of `psi(I1, I2, J)`, linear in the invariants `I1 = tr C` and `I2 = (I1^2 - tr C^2)/2` of `C = F^T F`
+    /// (in 2D with `F_33 = 1`), with `J = det F`: no division, so good for every `sigma`.
     pub fn from_three_invariants(sigma: &Vect<f64, D>, psi: &InvariantDerivatives) -> Self {
         let first = Derivatives { first: psi.i1, second: 0.0 };
         let mut s = Self::from_invariants(sigma, first, Derivatives { first: psi.j, second: psi.j_j });
@@ -136,8 +137,8 @@ impl<const D: usize> Spectrum<D> {
         s
     }
 
-    /// Assembles `dP/dF`, with `svd` the decomposition of `F`; with [`Psd::Projected`] every negative eigenvalue is
-    /// set to zero first, which gives the nearest positive semi-definite tensor.
+    /// Assembles `dP/dF`, with `svd` the decomposition of `F`; with [`Psd::Projected`] every negative
+    /// eigenvalue is set to zero first, which gives the nearest positive semi-definite tensor.
     pub fn tangent(&self, svd: &Svd<f64, D>, psd: Psd) -> Tangent<D> {
         let projected = psd == Psd::Projected;
         let clamp = |eigenvalue: f64| if projected && eigenvalue < 0.0 { 0.0 } else { eigenvalue };
@@ -181,8 +182,8 @@ impl<const D: usize> Spectrum<D> {
     }
 }
 
-/// `sigma_i + sigma_j`, kept from zero: where it vanishes the rotation of `F` jumps, and a model built on that
-/// rotation has no second derivative.
+/// `sigma_i + sigma_j`, kept from zero: where it vanishes the rotation of `F` jumps, and a model built on
+/// that rotation has no second derivative.
 pub(super) fn sum_of_stretches<const D: usize>(sigma: &Vect<f64, D>, i: usize, j: usize) -> f64 {
     let sum = sigma[i] + sigma[j];
     if sum < SMALLEST_SUM { SMALLEST_SUM } else { sum }

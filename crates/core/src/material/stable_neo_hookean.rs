@@ -12,11 +12,11 @@ use crate::scalar::Scalar;
 /// P   = mu F + (Lambda (J - 1) - mu) cof F                  [Pa]
 /// ```
 ///
-/// A polynomial, defined and smooth everywhere, pushes an inverted body back. With `lambda` in place of `Lambda` it
-/// would not reduce to linear elasticity at `F = I` but be too soft.
+/// A polynomial, defined and smooth everywhere, pushes an inverted body back. With `lambda` in place of
+/// `Lambda` it would not reduce to linear elasticity at `F = I` but be too soft.
 ///
-/// Smith, de Goes and Kim, "Stable neo-Hookean flesh simulation", 2018, equation 11, up to a constant and with the
-/// Lame parameters matched at rest.
+/// Smith, de Goes and Kim, "Stable neo-Hookean flesh simulation", 2018, equation 11, up to a constant and
+/// with the Lame parameters matched at rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StableNeoHookean {
     mu: f64,

@@ -5,18 +5,19 @@ use crate::scalar::Scalar;
 
 /// Stable neo-Hookean elasticity with the logarithmic term that resists collapse to a point.
 ///
-/// With `I_C = tr(F^T F)` (in 2D with `F_33 = 1`), `J = det F`, `m = 4 mu / 3`, `Lambda = lambda + 5 mu / 6` and
-/// `alpha = 1 + 3 m / (4 Lambda)`:
+/// With `I_C = tr(F^T F)` (in 2D with `F_33 = 1`), `J = det F`, `m = 4 mu / 3`, `Lambda = lambda + 5 mu / 6`
+/// and `alpha = 1 + 3 m / (4 Lambda)`:
 ///
 /// ```text
 /// psi = m/2 (I_C - 3) + Lambda/2 (J - alpha)^2 - m/2 ln(I_C + 1) - c    [J/m^3]
 /// P   = m (1 - 1/(I_C + 1)) F + Lambda (J - alpha) cof F                [Pa]
 /// ```
 ///
-/// The constant `c = Lambda/2 (1 - alpha)^2 - m/2 ln 4`, which the paper does not subtract, makes `psi(I) = 0`.
+/// The constant `c = Lambda/2 (1 - alpha)^2 - m/2 ln 4`, which the paper does not subtract, makes `psi(I) =
+/// 0`.
 ///
-/// Smith, de Goes and Kim, "Stable neo-Hookean flesh simulation", 2018, equation 14 (energy), 18 (stress), section 3.4
-/// (`m` and `Lambda`).
+/// Smith, de Goes and Kim, "Stable neo-Hookean flesh simulation", 2018, equation 14 (energy), 18 (stress),
+/// section 3.4 (`m` and `Lambda`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StableNeoHookeanLog {
     mu: f64,

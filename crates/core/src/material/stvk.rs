@@ -12,10 +12,11 @@ use crate::scalar::Scalar;
 /// P   = F (2 mu E + lambda tr(E) I)             [Pa]
 /// ```
 ///
-/// A polynomial, so cheap and smooth. It softens under compression and does not resist inversion: a mirrored body has
-/// no energy at all.
+/// A polynomial, so cheap and smooth. It softens under compression and does not resist inversion: a mirrored
+/// body has no energy at all.
 ///
-/// Sifakis and Barbic, "FEM simulation of 3D deformable solids", SIGGRAPH course, 2012, part one, section 3.3.
+/// Sifakis and Barbic, "FEM simulation of 3D deformable solids", SIGGRAPH course, 2012, part one, section
+/// 3.3.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stvk {
     lame: Lame,

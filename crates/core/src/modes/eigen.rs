@@ -226,8 +226,8 @@ impl<const D: usize> Eigen<D> {
         self.assembler.assemble(system, at, weights);
     }
 
-    /// The damping of each mode, `phi_j . C phi_j` plus the drag [1/s], and how strongly it couples them, the largest
-    /// `|phi_i . C phi_j|` as a part of what it does to both alone.
+    /// The damping of each mode, `phi_j . C phi_j` plus the drag [1/s], and how strongly it couples them,
+    /// the largest `|phi_i . C phi_j|` as a part of what it does to both alone.
     pub(super) fn damping(&mut self, system: &System) -> (Vec<f64>, f64) {
         let modes = self.pairs.len();
         let drag = system.ether_drag();

@@ -38,7 +38,8 @@ pub struct Mode {
     pub frequency: f64,
     /// Bound of the relative error of `omega^2 + s`, from the residual, `s` the shift.
     pub residual: f64,
-    /// The mass that takes part along each axis, `(phi^T M e)^2`, as a share of the mass that is free to move.
+    /// The mass that takes part along each axis, `(phi^T M e)^2`, as a share of the mass that is free to
+    /// move.
     pub effective_mass: Vec<f64>,
     /// The shape, `phi^T M phi = 1`, flat `(n, dimension)`, vertices in the order of the scene [kg^-1/2].
     #[serde(skip)]

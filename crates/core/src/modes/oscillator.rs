@@ -1,7 +1,7 @@
 //! A single mode in time.
 
-/// `q'' + rate q' + omega^2 q = force`, `q(0) = 0`, `q'(0) = velocity`: its exact solution, under-damped, over-damped, or without any
-/// stiffness.
+/// `q'' + rate q' + omega^2 q = force`, `q(0) = 0`, `q'(0) = velocity`: its exact solution, under-damped,
+/// over-damped, or without any stiffness.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Oscillator {
     /// `omega^2` [1/s^2].
@@ -17,9 +17,10 @@ pub struct Oscillator {
 impl Oscillator {
     /// `(q, q')` at the time `t >= 0` [s].
     ///
-    /// With `d = rate/2` and the free responses `h = exp(-d t) S`, `S = sin(w t)/w`, `w^2 = omega^2 - d^2`, and its derivative:
-    /// `q = velocity h + force g`, `g` the integral of `h`. Over-damped, `w` is imaginary, and hyperbolic functions take the place of the
-    /// others. Clough, Penzien 1993, *Dynamics of Structures*, sections 2.5 and 6.2.
+    /// With `d = rate/2` and the free responses `h = exp(-d t) S`, `S = sin(w t)/w`, `w^2 = omega^2 - d^2`,
+    /// and its derivative: `q = velocity h + force g`, `g` the integral of `h`. Over-damped, `w` is
+    /// imaginary, and hyperbolic functions take the place of the others. Clough, Penzien 1993, *Dynamics of
+    /// Structures*, sections 2.5 and 6.2.
     pub fn at(&self, t: f64) -> (f64, f64) {
         let (h, slope) = self.response(t);
         (self.velocity * h + self.force * self.integral(t, h, slope), self.velocity * slope + self.force * h)

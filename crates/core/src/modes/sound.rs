@@ -45,10 +45,11 @@ pub struct Silent {
 
 /// Sound of a struck body: the tones of its modes.
 ///
-/// A blow of the impulse `I n` gives mode `j` the velocity `(phi_j . n) I`, and the point that is listened to moves with
-/// `v(t) = I sum_j a_j exp(-d_j t) cos(w_j t)`, `a_j = (phi_j . n)(strike) (phi_j . n)(listen)`. What is written is its companion a
-/// quarter of a period later, with sines, which begins in silence instead of with a click; the ear does not tell them apart. van den
-/// Doel, Pai 1998, "The sounds of physical shapes", Presence 7, 382.
+/// A blow of the impulse `I n` gives mode `j` the velocity `(phi_j . n) I`, and the point that is listened
+/// to moves with `v(t) = I sum_j a_j exp(-d_j t) cos(w_j t)`, `a_j = (phi_j . n)(strike) (phi_j .
+/// n)(listen)`. What is written is its companion a quarter of a period later, with sines, which begins in
+/// silence instead of with a click; the ear does not tell them apart. van den Doel, Pai 1998, "The sounds of
+/// physical shapes", Presence 7, 382.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sound {
     /// Tones, lowest first.
@@ -111,7 +112,8 @@ pub enum SoundError {
 const INAUDIBLE: f64 = 1e-10;
 
 impl Simulation {
-    /// The sound of the body in the present state, from its `count` lowest modes, to be sampled at `sample_rate` [Hz].
+    /// The sound of the body in the present state, from its `count` lowest modes, to be sampled at
+    /// `sample_rate` [Hz].
     ///
     /// Of damping that couples modes only what it does to each alone is heard.
     ///
@@ -180,8 +182,8 @@ fn sound<const D: usize>(
 }
 
 impl Sound {
-    /// `seconds` of it, the largest of the samples at `peak`, at most 1: each tone turns by a constant complex factor from one sample
-    /// to the next, which is exact but for rounding.
+    /// `seconds` of it, the largest of the samples at `peak`, at most 1: each tone turns by a constant
+    /// complex factor from one sample to the next, which is exact but for rounding.
     pub fn samples(&self, seconds: f64, peak: f64) -> Vec<f64> {
         let mut samples = vec![0.0; (seconds * self.sample_rate).round() as usize];
         for partial in &self.partials {

@@ -10,13 +10,15 @@ const COUPLING: f64 = 1e-8;
 /// The statics of what is left out is solved to this part.
 const STATICS: f64 = 1e-12;
 
-/// `M u'' + C u' + K u = f`, `x = x_0 + u`, solved exactly from the state `(x_0, v_0)` of a simulation: `K`, `C` and
-/// `f = -dE/dx` are those at that state, and `u = sum_j q_j(t) phi_j`, each `q_j` in closed form (lecture 2).
+/// `M u'' + C u' + K u = f`, `x = x_0 + u`, solved exactly from the state `(x_0, v_0)` of a simulation: `K`,
+/// `C` and `f = -dE/dx` are those at that state, and `u = sum_j q_j(t) phi_j`, each `q_j` in closed form
+/// (lecture 2).
 ///
-/// Exact in time for linear materials, gravity and dead loads, undamped or damped in proportion to mass or by ether drag: errors of time
-/// integrators are measured against it. For others it is the linearisation, see [`nonlinearity`](Self::nonlinearity): damping in
-/// proportion to the stiffness is that of the present shape, not of the shape at the start, and differs by as much as the strain. Assembled
-/// once, evaluated at any number of times. Clough, Penzien 1993, *Dynamics of Structures*, chapter 12.
+/// Exact in time for linear materials, gravity and dead loads, undamped or damped in proportion to mass or
+/// by ether drag: errors of time integrators are measured against it. For others it is the linearisation,
+/// see [`nonlinearity`](Self::nonlinearity): damping in proportion to the stiffness is that of the present
+/// shape, not of the shape at the start, and differs by as much as the strain. Assembled once, evaluated at
+/// any number of times. Clough, Penzien 1993, *Dynamics of Structures*, chapter 12.
 ///
 /// ```
 /// use pliant::energy::{gravity::UniformGravity, spring::Springs};
@@ -64,8 +66,8 @@ pub struct Residual {
 }
 
 impl Simulation {
-    /// The exact solution of the system linearised at the present state, from that state on: by all modes, or by the `count`
-    /// lowest.
+    /// The exact solution of the system linearised at the present state, from that state on: by all modes,
+    /// or by the `count` lowest.
     ///
     /// # Errors
     /// [`ModesError`]; [`NotLinear`](ModesError::NotLinear) where walls, loads that change, follower loads or moving or
@@ -164,8 +166,8 @@ fn residual<const D: usize>(
     if oscillators.len() == eigen.free_coordinates {
         return Ok(Residual { kinetic: 0.0, kinetic_total, elastic: 0.0, elastic_total: found });
     }
-    // K y = r by y <- (K + s M)^-1 (r + s M y): no mode that is left out is below s, so that an iteration halves the error at least;
-    // without rigid motion K itself has an inverse.
+    // K y = r by y <- (K + s M)^-1 (r + s M y): no mode that is left out is below s, so that an iteration
+    // halves the error at least; without rigid motion K itself has an inverse.
     let last = eigen.pairs.last().map_or(0.0, |(square, _)| *square);
     let is_held = eigen.pairs.first().is_some_and(|(square, _)| *square > 0.0);
     let shift = match (is_held, last > 0.0) {
@@ -195,8 +197,8 @@ fn residual<const D: usize>(
     Ok(Residual { kinetic, kinetic_total, elastic: energy, elastic_total: found + energy })
 }
 
-/// By how much the force of the system differs from the linear one, `|f - (f_0 - K u - C v)|` beside `|K u|`, `|f_0|` and `|C v|`, in
-/// largest components, at the end of a quarter of the longest period.
+/// By how much the force of the system differs from the linear one, `|f - (f_0 - K u - C v)|` beside `|K
+/// u|`, `|f_0|` and `|C v|`, in largest components, at the end of a quarter of the longest period.
 fn nonlinearity<const D: usize>(
     superposition: &Superposition,
     eigen: &Eigen<D>,
@@ -231,8 +233,8 @@ fn nonlinearity<const D: usize>(
 }
 
 impl Superposition {
-    /// Writes positions [m] and velocities [m/s] at `t >= 0` [s] after the start to `x` and `v`, flat `(n, dimension)`, vertices in the
-    /// order of the scene. No allocation.
+    /// Writes positions [m] and velocities [m/s] at `t >= 0` [s] after the start to `x` and `v`, flat `(n,
+    /// dimension)`, vertices in the order of the scene. No allocation.
     ///
     /// # Panics
     /// If `x` or `v` has another length.
@@ -269,8 +271,9 @@ impl Superposition {
         self.residual
     }
 
-    /// How far forces are from being linear, as a part of the largest: compared at a quarter of the longest period. Rounding, some
-    /// 1e-10, for linear systems; if it is more, this is the solution of the linearised system.
+    /// How far forces are from being linear, as a part of the largest: compared at a quarter of the longest
+    /// period. Rounding, some 1e-10, for linear systems; if it is more, this is the solution of the
+    /// linearised system.
     pub fn nonlinearity(&self) -> f64 {
         self.nonlinearity
     }

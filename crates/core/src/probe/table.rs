@@ -9,11 +9,11 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 /// In the order of the readings.
 const SYMMETRIC: [&str; 6] = ["xx", "yy", "zz", "xy", "yz", "xz"];
 
-/// Writes one row for each frame, columns `time [s]`, on a path of equilibria `load_factor [1]`, then of each probe `NAME.x [m]`, `NAME.vx [m/s]`,
-/// `NAME.ux [m]` for each axis of the scene, and where it is in a finite element `NAME.Exx [1]` (Green
-/// strain), `NAME.Cxx [1]` (corotated strain), `NAME.sxx [Pa]` (Cauchy stress) and `NAME.psi [J/m^3]` (energy
-/// density). Numbers have as many digits as it takes to read back the same double. Every row is handed on at
-/// once.
+/// Writes one row for each frame, columns `time [s]`, on a path of equilibria `load_factor [1]`, then of
+/// each probe `NAME.x [m]`, `NAME.vx [m/s]`, `NAME.ux [m]` for each axis of the scene, and where it is in a
+/// finite element `NAME.Exx [1]` (Green strain), `NAME.Cxx [1]` (corotated strain), `NAME.sxx [Pa]` (Cauchy
+/// stress) and `NAME.psi [J/m^3]` (energy density). Numbers have as many digits as it takes to read back the
+/// same double. Every row is handed on at once.
 pub struct Table<W> {
     out: W,
     what: String,

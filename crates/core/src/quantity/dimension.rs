@@ -4,8 +4,8 @@ use std::fmt;
 
 /// Powers of the base units m, kg, s and rad.
 ///
-/// An angle is a dimension of its own, although the SI counts it as a number: a frequency in hertz taken for an angular
-/// velocity is wrong by a factor of 2 pi.
+/// An angle is a dimension of its own, although the SI counts it as a number: a frequency in hertz taken for
+/// an angular velocity is wrong by a factor of 2 pi.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Dimension {
     /// Power of the metre.

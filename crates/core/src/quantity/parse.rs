@@ -42,8 +42,8 @@ impl From<f64> for Quantity {
 impl FromStr for Quantity {
     type Err = QuantityError;
 
-    /// Reads a number and a unit: symbols with SI prefixes, products (`N m`, `N*m`, `N·m`, `N.m`), quotients (`m/s`),
-    /// powers (`s^2`, `s**2`, `s²`, and `s2` as decks have them), parentheses.
+    /// Reads a number and a unit: symbols with SI prefixes, products (`N m`, `N*m`, `N·m`, `N.m`), quotients
+    /// (`m/s`), powers (`s^2`, `s**2`, `s²`, and `s2` as decks have them), parentheses.
     fn from_str(text: &str) -> Result<Quantity, QuantityError> {
         let start = text.len() - text.trim_start().len();
         let end = text.trim_end().len();
@@ -92,8 +92,8 @@ pub(crate) fn number_length(text: &str) -> usize {
     at
 }
 
-/// The number `digits` in units of `scale`. The power of ten is applied to the text, so that it costs no rounding where
-/// there is no other factor.
+/// The number `digits` in units of `scale`. The power of ten is applied to the text, so that it costs no
+/// rounding where there is no other factor.
 fn scaled(digits: &str, scale: Scale) -> f64 {
     let (mantissa, exponent) = digits.split_once(['e', 'E']).unwrap_or((digits, "0"));
     // An exponent of more than 18 digits is beyond every range anyway.

@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-/// A number as people write it: rounded to `DIGITS` significant digits, without trailing zeros, and with a power of
-/// ten below 1e-3 and from 1e6 on.
+/// A number as people write it: rounded to `DIGITS` significant digits, without trailing zeros, and with a
+/// power of ten below 1e-3 and from 1e6 on.
 ///
 /// ```
 /// use pliant::quantity::Rounded;

@@ -21,19 +21,21 @@ impl Simulation {
         scene_size(self.state.x(), self.system.dimension())
     }
 
-    /// The speed that errors of velocities are compared with [m/s]: that of all masses together with the energy there is now, kinetic and
-    /// stored, and what gravity can give over the size of the scene; `sqrt(2 E / m)`.
+    /// The speed that errors of velocities are compared with [m/s]: that of all masses together with the
+    /// energy there is now, kinetic and stored, and what gravity can give over the size of the scene;
+    /// `sqrt(2 E / m)`.
     pub fn speed_scale(&mut self) -> f64 {
         let energy = self.system.kinetic(self.state.v()) + self.potential_scale();
         (2.0 * energy / self.system.mass().iter().sum::<f64>()).sqrt()
     }
 
-    /// Lets step sizes follow the error from now on, beginning with the first that `control` names or that two evaluations of the
-    /// force find. Implicit steps are solved to a [part](crate::solver::PART_OF_STEP_ERROR) of it, unless the solver's options have a
-    /// tolerance.
+    /// Lets step sizes follow the error from now on, beginning with the first that `control` names or that
+    /// two evaluations of the force find. Implicit steps are solved to a
+    /// [part](crate::solver::PART_OF_STEP_ERROR) of it, unless the solver's options have a tolerance.
     ///
     /// # Panics
-    /// If the scheme has no estimate of its error, nor a criterion of its own, see [`Method::is_adaptive`](crate::integrator::Method::is_adaptive).
+    /// If the scheme has no estimate of its error, nor a criterion of its own, see
+    /// [`Method::is_adaptive`](crate::integrator::Method::is_adaptive).
     pub fn set_step_control(&mut self, control: StepControl) {
         let first = control.first.unwrap_or_else(|| self.first_step(&control));
         let controller = Controller::new(control, &self.method, first);
@@ -47,8 +49,8 @@ impl Simulation {
         self.controller.as_ref().map(|controller| &controller.control)
     }
 
-    /// Takes one step that goes no farther than to the time `target` [s], and lands on it to the last bit if it gets there. Without
-    /// [step control](Self::set_step_control), a step of the fixed size.
+    /// Takes one step that goes no farther than to the time `target` [s], and lands on it to the last bit if
+    /// it gets there. Without [step control](Self::set_step_control), a step of the fixed size.
     ///
     /// Holds let go exactly at their end, and steps land on the times at which keyframes break a motion.
     ///
@@ -62,8 +64,8 @@ impl Simulation {
         end
     }
 
-    /// The norm of the error that the scheme estimates for a step of `h` [s] from here, 1 being what is allowed; the step is not taken.
-    /// `None` where there is no estimate, or no such step.
+    /// The norm of the error that the scheme estimates for a step of `h` [s] from here, 1 being what is
+    /// allowed; the step is not taken. `None` where there is no estimate, or no such step.
     pub fn estimate_of_a_step(&mut self, h: f64) -> Option<f64> {
         let controller = self.controller.take()?;
         let stepped = self.attempt(h).is_ok();
@@ -154,8 +156,9 @@ impl Simulation {
         }
     }
 
-    /// The algorithm of Hairer, Norsett, Wanner 1993, *Solving Ordinary Differential Equations I*, section II.4, with the size of the scene for
-    /// the norm of the positions, which have no natural zero, and the time scale `tau = d_0 / d_1` where it takes the second for a unit:
+    /// The algorithm of Hairer, Norsett, Wanner 1993, *Solving Ordinary Differential Equations I*, section
+    /// II.4, with the size of the scene for the norm of the positions, which have no natural zero, and the
+    /// time scale `tau = d_0 / d_1` where it takes the second for a unit:
     ///
     /// ```text
     /// d_0 = |(size, v)|   d_1 = |(v, a)|   tau = d_0 / d_1   h_0 = tau / 100

@@ -26,7 +26,8 @@ pub enum StepError {
         step_size: f64,
         /// Largest stable step at the start [s], where it is known.
         stable_step: Option<f64>,
-        /// The smallest part of the step that failed too, where parts were tried; what is known of the cause is of that.
+        /// The smallest part of the step that failed too, where parts were tried; what is known of the cause
+        /// is of that.
         retried: Option<Box<Retried>>,
         /// True if the scheme is implicit: steps can then be taken in parts.
         is_implicit: bool,
@@ -55,7 +56,8 @@ pub enum StepError {
         fault: Option<Fault>,
         /// The step size that was tried [s].
         step_size: f64,
-        /// The smallest part of the step that failed too, where parts were tried; verdict and cause are of that.
+        /// The smallest part of the step that failed too, where parts were tried; verdict and cause are of
+        /// that.
         retried: Option<Box<Retried>>,
         /// More, where an equilibrium was looked for.
         statics: Option<Box<UnsolvedStatics>>,

@@ -40,8 +40,8 @@ pub enum MaterialError {
 }
 
 impl Simulation {
-    /// Gives the elements of a solid another material in place of that of the scene; `topology` is that of the
-    /// assembly of the scene. The step is judged anew when it is asked for.
+    /// Gives the elements of a solid another material in place of that of the scene; `topology` is that of
+    /// the assembly of the scene. The step is judged anew when it is asked for.
     ///
     /// # Errors
     /// [`MaterialError`].
@@ -107,7 +107,8 @@ impl Simulation {
         Ok(())
     }
 
-    /// Cells in the numbers of the simulation: corners, then middles; of those there are none, or as many rows.
+    /// Cells in the numbers of the simulation: corners, then middles; of those there are none, or as many
+    /// rows.
     fn cells<const C: usize, const M: usize, const N: usize>(
         &self,
         corners: &[[u32; C]],

@@ -28,9 +28,9 @@ pub enum MatrixError {
 }
 
 impl Simulation {
-    /// The stiffness `K = d2E/dx2` [N/m] at the present positions, coordinate `vertex * dimension + axis`, vertices in the order of the
-    /// scene: symmetric, exact, of all coordinates, as if nothing were held. Terms without a known second derivative, such as
-    /// forces from outside by a function, are left out.
+    /// The stiffness `K = d2E/dx2` [N/m] at the present positions, coordinate `vertex * dimension + axis`,
+    /// vertices in the order of the scene: symmetric, exact, of all coordinates, as if nothing were held.
+    /// Terms without a known second derivative, such as forces from outside by a function, are left out.
     ///
     /// # Errors
     /// [`MatrixError::Full`].

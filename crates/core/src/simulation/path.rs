@@ -75,7 +75,8 @@ pub struct PathState {
 
 impl Simulation {
     /// Follows the path of equilibria by arc length from now on: steps go along it, loads and prescribed
-    /// motion are those of the load factor, which begins at 0, in place of the time, and time counts the steps.
+    /// motion are those of the load factor, which begins at 0, in place of the time, and time counts the
+    /// steps.
     ///
     /// # Panics
     /// If the scheme is not [static](crate::integrator::Method::is_static).

@@ -27,11 +27,13 @@ impl RetriedSteps {
 }
 
 impl Simulation {
-    /// Takes the step of `h` [s] to the time `end` [s], if need be in parts: what is not solved is taken back to the last bit, and
-    /// taken in halves, these in halves again, as often as the solver's options allow. The next step is tried as a whole again.
+    /// Takes the step of `h` [s] to the time `end` [s], if need be in parts: what is not solved is taken
+    /// back to the last bit, and taken in halves, these in halves again, as often as the solver's options
+    /// allow. The next step is tried as a whole again.
     ///
-    /// Nothing is let go within: holds end where steps begin. What moves, and loads that change with time, are at the times of the
-    /// parts. Schemes that remember earlier steps treat parts as any step of another size.
+    /// Nothing is let go within: holds end where steps begin. What moves, and loads that change with time,
+    /// are at the times of the parts. Schemes that remember earlier steps treat parts as any step of another
+    /// size.
     ///
     /// The fault is that of the smallest part; the state is then what it was before the step.
     pub(super) fn step_in_parts(

@@ -62,8 +62,8 @@ pub enum SnapshotError {
 }
 
 impl Snapshot {
-    /// Positions `x` [m] and velocities `v` [m/s], flat, after `step` steps, at `time` [s], without what schemes and the balance of
-    /// energy remember.
+    /// Positions `x` [m] and velocities `v` [m/s], flat, after `step` steps, at `time` [s], without what
+    /// schemes and the balance of energy remember.
     pub fn new(step: u64, time: f64, x: Vec<f64>, v: Vec<f64>) -> Self {
         Snapshot { step, time, x, v, memory: vec![], pace: None, path: None, ledger: None }
     }
@@ -100,9 +100,9 @@ impl Simulation {
         }
     }
 
-    /// Goes back, or on, to a moment of this simulation or of another one of the same scene. Pins that let go at their time are back
-    /// where that time has not come yet; those that move go on from where they are in it. Pins that were
-    /// [steered](Self::move_pin) no longer are.
+    /// Goes back, or on, to a moment of this simulation or of another one of the same scene. Pins that let
+    /// go at their time are back where that time has not come yet; those that move go on from where they are
+    /// in it. Pins that were [steered](Self::move_pin) no longer are.
     ///
     /// # Errors
     /// [`SnapshotError`]; nothing has changed then.
@@ -156,8 +156,9 @@ impl Simulation {
         }
     }
 
-    /// The pure map `(x_n, v_n) -> (x_{n+1}, v_{n+1})` (lecture 3): one step from the given state at the present time, in place, vertices in
-    /// the order of the scene. The simulation itself stays where it is. Velocities of held coordinates count as none.
+    /// The pure map `(x_n, v_n) -> (x_{n+1}, v_{n+1})` (lecture 3): one step from the given state at the
+    /// present time, in place, vertices in the order of the scene. The simulation itself stays where it is.
+    /// Velocities of held coordinates count as none.
     ///
     /// # Errors
     /// As [`step`](Self::step).

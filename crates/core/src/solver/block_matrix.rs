@@ -10,8 +10,8 @@ const TASK_ROWS: usize = 1024;
 /// A `D x D` block, by rows.
 pub type Block<const D: usize> = [[f64; D]; D];
 
-/// A symmetric matrix with one row of `D x D` blocks per vertex, both triangles stored row by row, columns ascending. Every row has
-/// its diagonal block.
+/// A symmetric matrix with one row of `D x D` blocks per vertex, both triangles stored row by row, columns
+/// ascending. Every row has its diagonal block.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BlockMatrix<const D: usize> {
     /// The blocks of row `i` are `row_start[i]..row_start[i + 1]`.

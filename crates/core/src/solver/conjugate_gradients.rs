@@ -90,9 +90,9 @@ pub struct CgTolerance {
     pub residual: f64,
     /// Largest `sqrt(r^T P r)` as a part of its first value; 0 where it is not looked at.
     ///
-    /// With `P` near `A^-1` this is the error in the energy norm, `|x - A^-1 b|_A / |A^-1 b|_A`: its square is the part
-    /// of the decrease of `x^T A x / 2 - b^T x` that is left. A residual says little of that where some rows of `A`
-    /// are far stiffer than the rest.
+    /// With `P` near `A^-1` this is the error in the energy norm, `|x - A^-1 b|_A / |A^-1 b|_A`: its square
+    /// is the part of the decrease of `x^T A x / 2 - b^T x` that is left. A residual says little of that
+    /// where some rows of `A` are far stiffer than the rest.
     pub energy: f64,
 }
 
@@ -108,7 +108,8 @@ impl From<f64> for CgTolerance {
 pub enum CgEnd {
     /// The residual is small enough.
     Converged,
-    /// A direction `p` with `p^T A p <= 0`, or a preconditioned residual with `r^T P r <= 0`: the matrix is not positive definite.
+    /// A direction `p` with `p^T A p <= 0`, or a preconditioned residual with `r^T P r <= 0`: the matrix is
+    /// not positive definite.
     Indefinite,
     /// The residual no longer falls, or the iterations are used up.
     Stalled,
@@ -143,11 +144,13 @@ impl ConjugateGradients {
         self.stop = stop;
     }
 
-    /// Solves `A x = b` from `x = 0` to a `tolerance`, as a number that of the residual; Shewchuk 1994, *An introduction to the conjugate
-    /// gradient method without the agonizing pain*, B3. `product(p, q)` writes `A p` to `q`.
+    /// Solves `A x = b` from `x = 0` to a `tolerance`, as a number that of the residual; Shewchuk 1994, *An
+    /// introduction to the conjugate gradient method without the agonizing pain*, B3. `product(p, q)` writes
+    /// `A p` to `q`.
     ///
-    /// Where `A` is indefinite, `x` is the iterate before the direction in which that showed, or in the first iteration a part of that
-    /// direction: a way down for who minimises; Nocedal, Wright 2006, *Numerical optimization*, algorithm 7.1.
+    /// Where `A` is indefinite, `x` is the iterate before the direction in which that showed, or in the
+    /// first iteration a part of that direction: a way down for who minimises; Nocedal, Wright 2006,
+    /// *Numerical optimization*, algorithm 7.1.
     pub fn solve<const D: usize>(
         &mut self,
         mut product: impl FnMut(&[f64], &mut [f64]),
@@ -265,7 +268,8 @@ mod tests {
         }
     }
 
-    /// Solution for a chain whose links are up to 1.5 times stiffer or softer: within that factor of the inverse.
+    /// Solution for a chain whose links are up to 1.5 times stiffer or softer: within that factor of the
+    /// inverse.
     struct OtherChain;
 
     impl Preconditioner<1> for OtherChain {
@@ -311,7 +315,8 @@ mod tests {
         dot(x, &product_of_x).sqrt()
     }
 
-    /// Solves end with no more error in the energy norm than is asked, and without a norm by the residual alone.
+    /// Solves end with no more error in the energy norm than is asked, and without a norm by the residual
+    /// alone.
     #[test]
     fn solves_end_by_the_energy_norm() {
         let mut b: Vec<f64> = (0..UNKNOWNS).map(|i| 1.0 + (i as f64).sin()).collect();

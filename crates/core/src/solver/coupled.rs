@@ -56,8 +56,9 @@ impl StageSystem<'_> {
 
 /// Solves [`StageSystem`] of one system, keeping structure and factorisations between them.
 pub(crate) trait CoupledNewton: Send + Sync {
-    /// Solves the equations from the start `z = X - x_n`, and writes the velocities of the stages to `v`. Held coordinates of both are
-    /// what they are. In increments, so that velocities are not quotients of rounded positions.
+    /// Solves the equations from the start `z = X - x_n`, and writes the velocities of the stages to `v`.
+    /// Held coordinates of both are what they are. In increments, so that velocities are not quotients of
+    /// rounded positions.
     fn solve(
         &mut self,
         system: &mut System,
@@ -102,8 +103,8 @@ struct Coupled<const D: usize> {
     work: SolverWork,
 }
 
-/// Where everything is in the matrix of all stages: unknown `(k s + i) D + c` is coordinate `c` of stage `i` of the vertex that is
-/// eliminated `k`-th.
+/// Where everything is in the matrix of all stages: unknown `(k s + i) D + c` is coordinate `c` of stage `i`
+/// of the vertex that is eliminated `k`-th.
 struct StageStructure<const D: usize> {
     stages: usize,
     assembler: Assembler<D>,
@@ -382,8 +383,9 @@ impl<const D: usize> Coupled<D> {
 
     /// True if the correction that the factor at hand gives for the residual at hand is shorter than the
     /// last, of which `step` was taken:
-    /// a step across a stiff spring stretches it to second order, so that its residual grows while the solution comes nearer. The
-    /// natural monotonicity test: Deuflhard 2004, *Newton Methods for Nonlinear Problems*, section 3.3.
+    /// a step across a stiff spring stretches it to second order, so that its residual grows while the
+    /// solution comes nearer. The natural monotonicity test: Deuflhard 2004, *Newton Methods for Nonlinear
+    /// Problems*, section 3.3.
     fn falls_naturally(&mut self, system: &System, stages: usize, step: f64, last: f64) -> bool {
         let residual = self.residual.clone();
         let correction = self.correction(system, stages);
@@ -502,7 +504,8 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
             }
             let last = before;
             (norm, keep, before) = (there, halvings == 0, correction);
-            // Rounding: with a factor of this very place corrections would shrink fast, were there anything left to correct.
+            // Rounding: with a factor of this very place corrections would shrink fast, were there anything
+            // left to correct.
             let small = correction <= if old_factor { ROUNDING } else { STAGNATION } * self.size;
             let floor = small && correction >= 0.5 * last;
             if is_whole && (correction <= tolerance && (iteration > 0 || !old_factor) || floor) {

@@ -1,8 +1,8 @@
 //! The Hessian of all terms together, assembled from the small dense Hessians of their stencils.
 //!
-//! Stencils go through in groups that fit the cache: the term writes their Hessians, which are added up block by block within the
-//! group; afterwards every row of the matrix adds the few groups that touch it, in a fixed order. Groups depend on the mesh
-//! alone, so the matrix has the same bits on any number of threads.
+//! Stencils go through in groups that fit the cache: the term writes their Hessians, which are added up
+//! block by block within the group; afterwards every row of the matrix adds the few groups that touch it, in
+//! a fixed order. Groups depend on the mesh alone, so the matrix has the same bits on any number of threads.
 
 mod changing;
 #[cfg(test)]
@@ -51,7 +51,8 @@ pub struct At<'a> {
     pub psd: Psd,
 }
 
-/// Assembles the matrix of one system. Held coordinates have a row and a column of zeros, but for the diagonal.
+/// Assembles the matrix of one system. Held coordinates have a row and a column of zeros, but for the
+/// diagonal.
 pub struct Assembler<const D: usize> {
     matrix: BlockMatrix<D>,
     terms: Vec<TermPlan<D>>,
@@ -59,7 +60,8 @@ pub struct Assembler<const D: usize> {
     sums: Vec<Block<D>>,
     /// For every stored block the block of the upper triangle that it is, or is the transpose of.
     upper: Vec<u32>,
-    /// The sums of block `i` of the upper triangle are `source[source_start[i]..source_start[i + 1]]`, doubled; odd where transposed.
+    /// The sums of block `i` of the upper triangle are `source[source_start[i]..source_start[i + 1]]`,
+    /// doubled; odd where transposed.
     source_start: Vec<u32>,
     source: Vec<u32>,
     /// True for each coordinate that is held, as it was when the structure was made.
@@ -82,8 +84,8 @@ struct TermPlan<const D: usize> {
     /// Pairs of different places of a stencil that name one vertex, by their number among all pairs,
     /// ascending: their block and its transpose both belong to the diagonal.
     repeated: Vec<usize>,
-    /// For each pair of each stencil, where in the sums of its group its block goes, doubled; odd where transposed. A sum is of
-    /// blocks as the first stencil of the group has them, so few are.
+    /// For each pair of each stencil, where in the sums of its group its block goes, doubled; odd where
+    /// transposed. A sum is of blocks as the first stencil of the group has them, so few are.
     slot: Vec<u32>,
     /// Memory for the Hessians of a group, one for each task.
     scratch: Vec<Vec<Block<D>>>,
@@ -142,7 +144,8 @@ impl<const D: usize> Assembler<D> {
             (column[at], upper_of[at]) = (col, index as u32);
             next[row as usize] += 1;
         };
-        // Sorted by row, then column: row `c` gets its lower blocks, columns ascending, before its own upper ones.
+        // Sorted by row, then column: row `c` gets its lower blocks, columns ascending, before its own upper
+        // ones.
         for (index, key) in upper.iter().enumerate() {
             let (r, c) = vertices_of(*key);
             if r != c {
@@ -307,7 +310,8 @@ fn vertices_of(key: u64) -> (u32, u32) {
 }
 
 impl<const D: usize> TermPlan<D> {
-    /// Groups the stencils of a term; `keys` gains the pairs of each group, in the order in which they are first met.
+    /// Groups the stencils of a term; `keys` gains the pairs of each group, in the order in which they are
+    /// first met.
     fn new(
         (term, dissipative): (usize, bool),
         Stencils { size, vertices }: &Stencils,

@@ -1,4 +1,5 @@
-//! Preconditioned conjugate gradients for the matrices of Newton's method, and when their preconditioner is computed anew.
+//! Preconditioned conjugate gradients for the matrices of Newton's method, and when their preconditioner is
+//! computed anew.
 
 use super::block_matrix::BlockMatrix;
 use super::conjugate_gradients::{
@@ -12,10 +13,11 @@ use crate::material::Psd;
 
 /// The smallest relative residual that is asked of conjugate gradients.
 pub(super) const CG_TOLERANCE: f64 = 1e-6;
-/// Iterations with multigrid before a factorisation takes over: a V-cycle costs some ten products, so this many cost more.
+/// Iterations with multigrid before a factorisation takes over: a V-cycle costs some ten products, so this
+/// many cost more.
 const MULTIGRID_ITERATIONS: u64 = 300;
-/// The levels are computed anew where a solve takes so many times the iterations that the first solve with them lets expect, and
-/// one more.
+/// The levels are computed anew where a solve takes so many times the iterations that the first solve with
+/// them lets expect, and one more.
 const WORN_OUT: f64 = 1.2;
 
 /// A matrix, its part whose structure stays, and the version of its pattern.

@@ -20,7 +20,8 @@ pub use options::{LinearSolver, PART_OF_STEP_ERROR, SolverOptions};
 use crate::system::System;
 use newton::Newton;
 
-/// The velocities `v = rate (u - drift)`, `u = x - origin`, that a scheme gives a configuration at the end of a stage.
+/// The velocities `v = rate (u - drift)`, `u = x - origin`, that a scheme gives a configuration at the end
+/// of a stage.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Velocity<'a> {
     /// Where increments begin: the old positions, flat [m].
@@ -32,15 +33,16 @@ pub(crate) struct Velocity<'a> {
 }
 
 /// The incremental potential of an implicit step or stage,
-/// `Phi(u) = inertia/2 (u - target)^T M (u - target) + stiffness E(origin + u)`, in the coordinates that are free to move.
+/// `Phi(u) = inertia/2 (u - target)^T M (u - target) + stiffness E(origin + u)`, in the coordinates that are
+/// free to move.
 ///
-/// With dissipation, `stiffness / rate R(x_k, v(u))` is added, `x_k` the last iterate; with forces that have no energy the work of
-/// the force at the last iterate. Both have the right gradient there.
+/// With dissipation, `stiffness / rate R(x_k, v(u))` is added, `x_k` the last iterate; with forces that have
+/// no energy the work of the force at the last iterate. Both have the right gradient there.
 ///
-/// Its minimum solves `inertia M (u - target) + stiffness (dE/dx + dR/dv) = 0`; Martin, Thomaszewski, Grinspun, Gross 2011,
-/// "Example-based elastic materials", eq. 4. The unknowns are increments `u = x - origin`, not positions: velocities are their
-/// quotients by the step, accelerations by its square, and the rounding of positions would be felt in both; Hairer, Wanner 1996,
-/// section IV.8.
+/// Its minimum solves `inertia M (u - target) + stiffness (dE/dx + dR/dv) = 0`; Martin, Thomaszewski,
+/// Grinspun, Gross 2011, "Example-based elastic materials", eq. 4. The unknowns are increments `u = x -
+/// origin`, not positions: velocities are their quotients by the step, accelerations by its square, and the
+/// rounding of positions would be felt in both; Hairer, Wanner 1996, section IV.8.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Objective<'a> {
     /// Factor of the inertia: 1 without drag, 0 in statics.
@@ -60,7 +62,8 @@ pub(crate) struct Objective<'a> {
     pub(crate) single_iteration: bool,
 }
 
-/// A configuration, twice: positions `x = origin + u` where free to move, and the increments, in which they are known better.
+/// A configuration, twice: positions `x = origin + u` where free to move, and the increments, in which they
+/// are known better.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Iterate {
     /// Positions, flat [m].
@@ -78,8 +81,8 @@ impl Iterate {
 
 /// Minimises [`Objective`]s. What was learnt about one system is kept for the next.
 pub(crate) trait Minimizer: Send + Sync {
-    /// Moves the free coordinates to a minimum. The system holds the force there, unless the objective asks for a single
-    /// iteration.
+    /// Moves the free coordinates to a minimum. The system holds the force there, unless the objective asks
+    /// for a single iteration.
     fn minimize(
         &mut self,
         system: &mut System,
@@ -90,8 +93,8 @@ pub(crate) trait Minimizer: Send + Sync {
     /// The objective at a configuration; `+inf` outside the domain of a material.
     fn objective(&mut self, system: &mut System, objective: &Objective<'_>, at: &Iterate) -> f64;
 
-    /// Replaces `right` by the solution with the matrix that the last minimisation ended with, by conjugate gradients to a thousandth; false
-    /// where there is none, as where it was projected, or never made.
+    /// Replaces `right` by the solution with the matrix that the last minimisation ended with, by conjugate
+    /// gradients to a thousandth; false where there is none, as where it was projected, or never made.
     fn solve_last(&mut self, right: &mut [f64]) -> bool;
 
     /// Work done so far.

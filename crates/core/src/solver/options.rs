@@ -26,11 +26,13 @@ pub struct SolverOptions {
     pub retries: u32,
 }
 
-/// The part of the error allowed to a step that solves may add to it: too little to be seen, and no more accurate than that.
+/// The part of the error allowed to a step that solves may add to it: too little to be seen, and no more
+/// accurate than that.
 pub const PART_OF_STEP_ERROR: f64 = 1e-2;
 
 impl SolverOptions {
-    /// The largest correction [m] that is none, in a scene of this `size` [m] where velocities are `rate` [1/s] times increments.
+    /// The largest correction [m] that is none, in a scene of this `size` [m] where velocities are `rate`
+    /// [1/s] times increments.
     pub(super) fn tolerance(&self, size: f64, rate: f64) -> f64 {
         let by_error = |[position, velocity]: [f64; 2]| PART_OF_STEP_ERROR * position.min(velocity / rate);
         self.tolerance.or(self.step_error.map(by_error)).unwrap_or(1e-9 * size)
@@ -67,15 +69,16 @@ pub enum LinearSolver {
     Cholesky,
     /// Conjugate gradients on the assembled matrix, preconditioned by its diagonal blocks.
     Cg,
-    /// Conjugate gradients on the assembled matrix, preconditioned by multigrid: coarser lattices over the bodies.
+    /// Conjugate gradients on the assembled matrix, preconditioned by multigrid: coarser lattices over the
+    /// bodies.
     Multigrid,
     /// Conjugate gradients without a matrix: products with the exact Hessian, element by element.
     MatrixFree,
 }
 
-/// From so many unknowns on `auto` takes multigrid for solids. Their factor grows like the 4/3rd power of the unknowns; that of plane
-/// bodies and of sheets hardly faster than the matrix, and those that are large and stiff buckle in ways that conjugate gradients
-/// are slow to find.
+/// From so many unknowns on `auto` takes multigrid for solids. Their factor grows like the 4/3rd power of
+/// the unknowns; that of plane bodies and of sheets hardly faster than the matrix, and those that are large
+/// and stiff buckle in ways that conjugate gradients are slow to find.
 const SOLID_FROM: usize = 3_000;
 /// From so many in two dimensions, and where nothing fills space.
 const PLANE_FROM: usize = 200_000;

@@ -1,15 +1,17 @@
 //! Fill-reducing orders for sparse factorisations: nested dissection by coordinates.
 //!
-//! The vertices are cut in two halves by a plane across the longest side of their bounding box; those of one half that have a
-//! neighbour in the other separate the two and are eliminated last; both halves go on likewise. George, "Nested dissection of a
-//! regular finite element mesh", SIAM J. Numer. Anal. 10, 345 (1973), with geometric cuts as in Miller et al. 1993.
+//! The vertices are cut in two halves by a plane across the longest side of their bounding box; those of one
+//! half that have a neighbour in the other separate the two and are eliminated last; both halves go on
+//! likewise. George, "Nested dissection of a regular finite element mesh", SIAM J. Numer. Anal. 10, 345
+//! (1973), with geometric cuts as in Miller et al. 1993.
 
 use super::block_matrix::BlockMatrix;
 
 /// Parts of so many vertices are not cut any further.
 const LEAF: usize = 24;
 
-/// An order of elimination of the rows of `matrix`, whose vertices are at `x` (flat): `order[k]` is the row that comes `k`-th.
+/// An order of elimination of the rows of `matrix`, whose vertices are at `x` (flat): `order[k]` is the row
+/// that comes `k`-th.
 pub fn nested_dissection<const D: usize>(matrix: &BlockMatrix<D>, x: &[f64]) -> Vec<u32> {
     let points = x.as_chunks::<D>().0;
     let mut order = Vec::with_capacity(points.len());

@@ -1,4 +1,5 @@
-//! Books of a system: counts and energies that come with its forces and walls. The equations do not read them.
+//! Books of a system: counts and energies that come with its forces and walls. The equations do not read
+//! them.
 
 use std::sync::Mutex;
 

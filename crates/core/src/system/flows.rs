@@ -3,8 +3,8 @@
 use super::System;
 use crate::energy::{EnergyKind, EnergyTerm};
 
-/// Energy that flows at each moment, other than by prescribed motion [W]: the power of the forces of loads and gravity that change
-/// with time, and what is lost; zero where a scene has no such thing.
+/// Energy that flows at each moment, other than by prescribed motion [W]: the power of the forces of loads
+/// and gravity that change with time, and what is lost; zero where a scene has no such thing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Powers {
     pub(crate) loads: f64,

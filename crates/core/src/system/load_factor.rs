@@ -3,8 +3,8 @@
 use super::{ForceId, System};
 
 impl System {
-    /// Makes this load factor the time of loads and of prescribed motion, whatever time is said; `None`: they are
-    /// of the time that is said.
+    /// Makes this load factor the time of loads and of prescribed motion, whatever time is said; `None`:
+    /// they are of the time that is said.
     pub(crate) fn set_load_factor(&mut self, load_factor: Option<f64>) {
         self.load_factor = load_factor;
     }
@@ -35,8 +35,8 @@ impl System {
         rate.iter_mut().zip(&before).for_each(|(rate, before)| *rate = (*rate - before) / (2.0 * difference));
     }
 
-    /// Says at which times [s], ascending, loads or prescribed motion have a kink or jump: steps whose size is
-    /// not fixed land on them.
+    /// Says at which times [s], ascending, loads or prescribed motion have a kink or jump: steps whose size
+    /// is not fixed land on them.
     pub fn set_breaks(&mut self, breaks: Vec<f64>) {
         self.breaks = breaks;
     }

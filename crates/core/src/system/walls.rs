@@ -7,15 +7,16 @@ use super::{System, WallStop};
 use crate::state::State;
 
 impl System {
-    /// True if a [pass](Self::pass) can let walls act: vertices have come to their places in it, and no losses
-    /// are counted. Stops of a step that failed are forgotten; [`book_walls`](Self::book_walls) follows the pass.
+    /// True if a [pass](Self::pass) can let walls act: vertices have come to their places in it, and no
+    /// losses are counted. Stops of a step that failed are forgotten; [`book_walls`](Self::book_walls)
+    /// follows the pass.
     pub(crate) fn begin_walls_in_pass(&mut self) -> bool {
         exclusive(&mut self.books.wall_stops).clear();
         !(self.walls.is_empty() || self.books.wall_losses.is_some() || self.pins.move_any())
     }
 
-    /// Lets walls act on the end `x`, `v` of a step of `h` [s] from the state `from`, and books it; whether any
-    /// position changed. `response` is that of [`book_walls`](Self::book_walls).
+    /// Lets walls act on the end `x`, `v` of a step of `h` [s] from the state `from`, and books it; whether
+    /// any position changed. `response` is that of [`book_walls`](Self::book_walls).
     pub(crate) fn apply_walls(
         &mut self,
         from: &State,
@@ -51,8 +52,8 @@ impl System {
     }
 
     /// Books the impulses of walls that have acted on the end `x`, `v` of a step of `h` [s] from the state
-    /// `from`. A force that acts throughout the step under drag at the rate `c` has made `response(c h)` of the
-    /// velocity that it makes without drag.
+    /// `from`. A force that acts throughout the step under drag at the rate `c` has made `response(c h)` of
+    /// the velocity that it makes without drag.
     pub(crate) fn book_walls(
         &mut self,
         from: &State,

@@ -120,8 +120,8 @@ impl TimedPart {
     }
 }
 
-/// Measures one case: its parts in turn, round after round, for as long as the budget lasts. `None` if `stop` said so before
-/// the first round was complete.
+/// Measures one case: its parts in turn, round after round, for as long as the budget lasts. `None` if
+/// `stop` said so before the first round was complete.
 ///
 /// # Errors
 /// A workload cannot be built or run.

@@ -6,7 +6,8 @@ pub fn processor() -> String {
     model(&text).unwrap_or_else(|| format!("unknown {} processor", std::env::consts::ARCH))
 }
 
-/// The first model that `/proc/cpuinfo` names, with the numbers that tell its generation: hypervisors shorten the name.
+/// The first model that `/proc/cpuinfo` names, with the numbers that tell its generation: hypervisors
+/// shorten the name.
 fn model(cpuinfo: &str) -> Option<String> {
     let field = |name: &str| {
         let mut fields = cpuinfo.lines().filter_map(|line| line.split_once(':'));

@@ -1,4 +1,5 @@
-//! The linear systems of implicit steps: conjugate gradients with multigrid, and the factorisation they replace.
+//! The linear systems of implicit steps: conjugate gradients with multigrid, and the factorisation they
+//! replace.
 
 use std::time::{Duration, Instant};
 

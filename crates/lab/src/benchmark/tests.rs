@@ -41,8 +41,8 @@ fn a_beam_and_a_cloth_have_the_cells_that_are_counted() {
     assert_eq!(mesh_of(&lecture).unwrap().triangles.len() as u64, size);
 }
 
-// Measured in another program, with other random numbers: 50 % noise inverts 5.9 % of the tets. The standard deviation of a
-// count of so many that overlap is a tenth of a percent.
+// Measured in another program, with other random numbers: 50 % noise inverts 5.9 % of the tets. The standard
+// deviation of a count of so many that overlap is a tenth of a percent.
 #[test]
 fn a_strongly_deformed_beam_is_inverted_where_its_name_says() {
     for (noise, expected) in [(0.03, 0.0), (0.5, 0.059)] {

@@ -19,12 +19,13 @@ pub struct AmplificationCurve {
     pub z: Vec<f64>,
     /// The largest modulus of an eigenvalue of one step, found by taking steps.
     pub measured: Vec<f64>,
-    /// The same by the formula of the scheme: its stability function, the product of its kicks and drifts, or its recurrence.
+    /// The same by the formula of the scheme: its stability function, the product of its kicks and drifts,
+    /// or its recurrence.
     pub formula: Vec<f64>,
 }
 
-/// Measures `integrator` at these `h omega`; `None` for statics, which has no oscillator, and for a scheme that
-/// chooses its steps itself.
+/// Measures `integrator` at these `h omega`; `None` for statics, which has no oscillator, and for a scheme
+/// that chooses its steps itself.
 pub fn amplification_curve(integrator: IntegratorSpec, z: &[f64]) -> Option<AmplificationCurve> {
     let method = integrator.method();
     if matches!(method.scheme, Scheme::QuasiStatic | Scheme::GaussRadau(_)) {
@@ -38,14 +39,16 @@ pub fn amplification_curve(integrator: IntegratorSpec, z: &[f64]) -> Option<Ampl
     })
 }
 
-/// One step from both unit vectors shows everything, unless a scheme remembers more than positions and velocities.
+/// One step from both unit vectors shows everything, unless a scheme remembers more than positions and
+/// velocities.
 fn measured(method: &Method, z: f64) -> f64 {
     let memory = match method.scheme {
         Scheme::Bdf2(_) => 4,
         Scheme::Alpha(c) if c.alpha_m != 0.0 || c.alpha_f != 0.0 => 3,
         _ => return amplification(method, z, 0.0, 0.0).spectral_radius(),
     };
-    // Its positions are then a linear recurrence over that many steps, whose coefficients follow from twice as many.
+    // Its positions are then a linear recurrence over that many steps, whose coefficients follow from twice
+    // as many.
     let mut simulation = oscillator(method, z);
     let mut x = vec![];
     for _ in 0..=2 * memory {
@@ -169,7 +172,8 @@ impl FieldElement for c64 {
     }
 }
 
-/// Gauss-Jordan elimination with pivots; each row ends with its right-hand side. `None` where the matrix is singular.
+/// Gauss-Jordan elimination with pivots; each row ends with its right-hand side. `None` where the matrix is
+/// singular.
 fn solve<T: FieldElement>(rows: &mut [Vec<T>]) -> Option<Vec<T>> {
     let n = rows.len();
     for k in 0..n {

@@ -8,8 +8,8 @@ use pliant::integrator::IntegratorSpec;
 use pliant::run::energy_scale;
 use pliant_scene::{Scene, SceneError};
 
-/// Steps of an explicit scheme in one trial: one part in 4000 above the limit the amplitude of the fastest motion grows from rounding to
-/// anything, `(1 + sqrt(8/4000))^1000 = 4e18`.
+/// Steps of an explicit scheme in one trial: one part in 4000 above the limit the amplitude of the fastest
+/// motion grows from rounding to anything, `(1 + sqrt(8/4000))^1000 = 4e18`.
 const EXPLICIT_STEPS: u64 = 1000;
 /// The same of an implicit scheme.
 const IMPLICIT_STEPS: u64 = 100;
@@ -34,11 +34,11 @@ pub struct MeasuredLimit {
     pub trials: u32,
 }
 
-/// Finds the largest step of `integrator` on this scene: between half and twice what is predicted, or, where any step is predicted to be
-/// stable, up to `largest` [s].
+/// Finds the largest step of `integrator` on this scene: between half and twice what is predicted, or, where
+/// any step is predicted to be stable, up to `largest` [s].
 ///
-/// A trial takes 1000 steps, or 100 of an implicit scheme. In a nonlinear scene larger steps go further, and may fail for what happens
-/// later. `None` where `stop` was set meanwhile.
+/// A trial takes 1000 steps, or 100 of an implicit scheme. In a nonlinear scene larger steps go further, and
+/// may fail for what happens later. `None` where `stop` was set meanwhile.
 ///
 /// # Errors
 /// The mistakes in the scene.
@@ -120,8 +120,8 @@ pub struct Drift {
     pub step: f64,
     /// How the run ended.
     pub status: AttemptStatus,
-    /// Slope of the least-squares line through the energy, less what is known to have come in and gone out, over the energy there is
-    /// to compare with [1/s].
+    /// Slope of the least-squares line through the energy, less what is known to have come in and gone out,
+    /// over the energy there is to compare with [1/s].
     pub per_second: f64,
     /// The largest distance of the energy from that line, over the same: what oscillates.
     pub amplitude: f64,

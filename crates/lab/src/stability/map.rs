@@ -71,8 +71,8 @@ pub struct Map {
     pub status: Vec<Vec<AttemptStatus>>,
 }
 
-/// Runs `integrator` with steps around those of the scene, 500 each (50 of an implicit scheme), for every value of what is varied.
-/// `None` where `stop` was set meanwhile.
+/// Runs `integrator` with steps around those of the scene, 500 each (50 of an implicit scheme), for every
+/// value of what is varied. `None` where `stop` was set meanwhile.
 ///
 /// # Errors
 /// The mistakes in the scene, or that nothing in it can be varied so.

@@ -54,7 +54,8 @@ const GROWTH: f64 = 10.0;
 /// The energy is looked at every so many steps.
 const LOOK: u64 = 16;
 
-/// The step of a scene [s]; of one whose steps follow the error the first that it names, or the time from frame to frame.
+/// The step of a scene [s]; of one whose steps follow the error the first that it names, or the time from
+/// frame to frame.
 pub fn nominal_step(scene: &Scene) -> f64 {
     let first = scene.time.adaptive.as_ref().and_then(|adaptive| adaptive.first);
     scene.time.step.or(first).unwrap_or(1.0 / scene.output.rate)

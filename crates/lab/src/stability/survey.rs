@@ -16,7 +16,8 @@ const DRIFT_STEPS: f64 = 2000.0;
 /// Subjects of a survey.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SurveyOptions {
-    /// Names of the schemes; without any all that move things, the scene's own first. The map is of the first.
+    /// Names of the schemes; without any all that move things, the scene's own first. The map is of the
+    /// first.
     pub integrators: Vec<String>,
     /// Quantity that the map has beside the step; without it, that of [`Against::chosen`].
     pub against: Option<Against>,

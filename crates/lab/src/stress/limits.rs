@@ -36,9 +36,10 @@ pub struct Progress<'a> {
     pub left: Option<f64>,
 }
 
-/// Runs cases in turn, in `budget` seconds together where there is one: each may take twice its share of what is left. Cases of a
-/// [scene](super::scene_cases) that take longer are cut short, which they say; others end as they do, and those that would begin after the time
-/// is over are left out. `seen` is told before each case, and of what came of it.
+/// Runs cases in turn, in `budget` seconds together where there is one: each may take twice its share of
+/// what is left. Cases of a [scene](super::scene_cases) that take longer are cut short, which they say;
+/// others end as they do, and those that would begin after the time is over are left out. `seen` is told
+/// before each case, and of what came of it.
 pub fn run_all(
     cases: Vec<Case>,
     budget: Option<f64>,

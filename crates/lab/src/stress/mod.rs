@@ -1,7 +1,9 @@
-//! The torture suite: states, steps, ratios and shapes that break simulators, each with what must come of it.
+//! The torture suite: states, steps, ratios and shapes that break simulators, each with what must come of
+//! it.
 //!
-//! A [`Case`] is one scene or several with a criterion; running it gives [`CaseResult`] with a [`CaseVerdict`]. The numbers that the criteria
-//! go by are closed forms, or were computed by independent codes. Tests, `pliant stress` and `docs/stress.md` run these very cases.
+//! A [`Case`] is one scene or several with a criterion; running it gives [`CaseResult`] with a
+//! [`CaseVerdict`]. The numbers that the criteria go by are closed forms, or were computed by independent
+//! codes. Tests, `pliant stress` and `docs/stress.md` run these very cases.
 
 mod advice;
 mod limits;
@@ -170,7 +172,8 @@ impl Case {
         self.run_within(None, &AtomicBool::new(false))
     }
 
-    /// The same, in so much time at most where it is a case of a [scene](scene_cases), and until `interrupt` is set.
+    /// The same, in so much time at most where it is a case of a [scene](scene_cases), and until `interrupt`
+    /// is set.
     pub fn run_within(&self, time: Option<Duration>, interrupt: &AtomicBool) -> CaseResult {
         let start = Instant::now();
         let findings = (self.run)(&Limits { deadline: time.map(|time| start + time), interrupt });
@@ -219,7 +222,8 @@ pub struct CaseFilter {
     pub materials: Vec<String>,
     /// Schemes.
     pub integrators: Vec<String>,
-    /// Linear solvers. Those that are named go through the whole table of starts, and through every implicit scheme on a scene.
+    /// Linear solvers. Those that are named go through the whole table of starts, and through every implicit
+    /// scheme on a scene.
     pub solvers: Vec<LinearSolver>,
     /// Quick cases alone.
     pub quick: bool,

@@ -54,8 +54,8 @@ impl Perturbation {
     }
 }
 
-/// The cases of a scene: everything that is done to it, with its own scheme and robust ones, or those that are chosen; implicit Euler with
-/// every linear solver.
+/// The cases of a scene: everything that is done to it, with its own scheme and robust ones, or those that
+/// are chosen; implicit Euler with every linear solver.
 ///
 /// # Errors
 /// The mistakes in the scene, or a scheme that there is not.
@@ -309,7 +309,8 @@ impl Trial {
         (!advice.is_empty()).then(|| advice.join(", or "))
     }
 
-    /// The same of bodies that are all of this model, with their constants; `None` where that is what they are.
+    /// The same of bodies that are all of this model, with their constants; `None` where that is what they
+    /// are.
     fn of_material(&self, model: Model) -> Option<Trial> {
         let mut other = self.clone();
         let mut replaced = false;

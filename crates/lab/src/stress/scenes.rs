@@ -82,14 +82,16 @@ impl Solid<'_> {
     }
 }
 
-/// A pin of all vertices with `coordinate <= value` (`sign` 1) or `>= value` (-1) along an axis, without the brackets.
+/// A pin of all vertices with `coordinate <= value` (`sign` 1) or `>= value` (-1) along an axis, without the
+/// brackets.
 pub(super) fn clamp(dimension: usize, axis: usize, sign: f64, value: f64, more: &str) -> String {
     let mut normal = vec![0.0; dimension];
     normal[axis] = sign;
     format!("{{ half_space = {{ normal = {normal:?}, offset = {:?} }}{more} }}", sign * value)
 }
 
-/// The scheme of this name with its usual parameters, as a scene says it: `{ generalised-alpha = { rho = 0.8 } }`.
+/// The scheme of this name with its usual parameters, as a scene says it: `{ generalised-alpha = { rho = 0.8
+/// } }`.
 pub(super) fn scheme(name: &str) -> String {
     match name {
         "generalised-alpha" => "{ generalised-alpha = { rho = 0.8 } }".into(),
@@ -146,8 +148,8 @@ pub(super) fn iterations(simulation: &Simulation) -> u64 {
     simulation.work().solver.map_or(0, |solver| solver.newton_iterations)
 }
 
-/// Length of the gradient of the energy over the coordinates that are free [N], plus `M (v - v0) / h` where `inertia` gives `v0` and `h`:
-/// the gradient of the incremental potential of implicit Euler.
+/// Length of the gradient of the energy over the coordinates that are free [N], plus `M (v - v0) / h` where
+/// `inertia` gives `v0` and `h`: the gradient of the incremental potential of implicit Euler.
 pub(super) fn gradient(simulation: &mut Simulation, inertia: Option<(&[f64], f64)>) -> f64 {
     let (x, v) = (simulation.state().x().to_vec(), simulation.state().v().to_vec());
     let system = simulation.system_mut();

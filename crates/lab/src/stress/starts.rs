@@ -32,9 +32,10 @@ impl Start {
         }
     }
 
-    /// Puts the coordinates that are `free` out of place. `x` is flat, at rest on entry [m]; a vertex keeps its number `i` in the
-    /// sequence `x_(i,k) = lower_k + extent_k frac(1/2 + (i + 1) g_k)`, with `1/g_1` the root of `r^(d+1) = r + 1` and `g_k = g_1^k`: Roberts
-    /// 2018, "The unreasonable effectiveness of quasirandom sequences".
+    /// Puts the coordinates that are `free` out of place. `x` is flat, at rest on entry [m]; a vertex keeps
+    /// its number `i` in the sequence `x_(i,k) = lower_k + extent_k frac(1/2 + (i + 1) g_k)`, with `1/g_1`
+    /// the root of `r^(d+1) = r + 1` and `g_k = g_1^k`: Roberts 2018, "The unreasonable effectiveness of
+    /// quasirandom sequences".
     pub fn apply(self, dimension: usize, x: &mut [f64], free: impl Fn(usize) -> bool) {
         let d = dimension;
         let bound =

@@ -134,7 +134,8 @@ fn find<'a>(cases: &'a [Case], name: &str) -> &'a Case {
     cases.iter().find(|case| case.name == name).unwrap()
 }
 
-// What is said to work is tried, and is the nearest: the step is the limit of the scheme, 2 over the highest frequency, to a tenth.
+// What is said to work is tried, and is the nearest: the step is the limit of the scheme, 2 over the highest
+// frequency, to a tenth.
 #[test]
 fn a_failure_is_told_the_nearest_stable_step_a_material_and_a_scheme() {
     let cases = scene(BLOCK, &["velocity-verlet"], &[]);

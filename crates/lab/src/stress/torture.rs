@@ -1,5 +1,6 @@
-//! The table of starts: a unit square of 6 x 6 cells, a unit cube of 3 x 3 x 3, from [states](super::Start) that no body should start
-//! from, to static equilibrium and through one step of 1/24 s of an implicit scheme.
+//! The table of starts: a unit square of 6 x 6 cells, a unit cube of 3 x 3 x 3, from [states](super::Start)
+//! that no body should start from, to static equilibrium and through one step of 1/24 s of an implicit
+//! scheme.
 
 use super::advice::nearest_step;
 use super::scenes::{self, Solid};
@@ -15,8 +16,8 @@ struct Known {
     dimension: usize,
     poisson: f64,
     material: &'static str,
-    /// Newton iterations to static equilibrium and in one step of implicit Euler; 0 where it did not get there in 400. In the order of
-    /// [`Start::ALL`], then the scrambled free body.
+    /// Newton iterations to static equilibrium and in one step of implicit Euler; 0 where it did not get
+    /// there in 400. In the order of [`Start::ALL`], then the scrambled free body.
     iterations: [[u64; 2]; 6],
 }
 
@@ -69,8 +70,9 @@ struct TortureCell {
     known: Option<u64>,
 }
 
-/// Adds the cells: those with numbers of an independent program by static equilibrium and implicit Euler with Cholesky, some of them
-/// with the other linear solvers, and those of other materials and schemes that are asked for by name.
+/// Adds the cells: those with numbers of an independent program by static equilibrium and implicit Euler
+/// with Cholesky, some of them with the other linear solvers, and those of other materials and schemes that
+/// are asked for by name.
 pub(super) fn add(choice: &CaseFilter, cases: &mut Vec<Case>) {
     use IntegratorSpec::{ImplicitEuler, QuasiStatic};
     for known in &KNOWN {
@@ -271,7 +273,8 @@ impl TortureCell {
         findings
     }
 
-    /// A step that was not taken: it is reported, which is allowed where no scheme got there, or where the material has no such state.
+    /// A step that was not taken: it is reported, which is allowed where no scheme got there, or where the
+    /// material has no such state.
     fn failed(&self, findings: &mut CaseResult, error: &StepError) {
         let nobody = self.known.is_none_or(|known| known == 0);
         let capped = matches!(error, StepError::Unsolved { verdict: Solved::IterationCap, .. });

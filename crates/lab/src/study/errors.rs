@@ -29,7 +29,8 @@ pub struct TimeError {
 /// Errors of one run: the largest over all times of comparison, relative to the reference's motion.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Errors {
-    /// `max_t sqrt(sum m |q - q_ref|^2 / sum m)` over `max_t sqrt(sum m |u_ref|^2 / sum m)`, `u` the displacement from the start.
+    /// `max_t sqrt(sum m |q - q_ref|^2 / sum m)` over `max_t sqrt(sum m |u_ref|^2 / sum m)`, `u` the
+    /// displacement from the start.
     pub q_rms: f64,
     /// `max_t max_i |q_i - q_ref,i|` over the same.
     pub q_max: f64,
@@ -40,7 +41,8 @@ pub struct Errors {
 }
 
 impl ErrorScales {
-    /// Of vertices of these masses [kg], in the order of the trajectory, from `start` on; pinned ones do not count.
+    /// Of vertices of these masses [kg], in the order of the trajectory, from `start` on; pinned ones do not
+    /// count.
     pub fn new(
         dimension: usize,
         mass: &[f64],
@@ -107,8 +109,8 @@ impl ErrorScales {
         }
     }
 
-    /// `max_t |p - p_ref|` over `sum m` times the reference's largest rms velocity, and `max_t |L - L_ref|` over that times its
-    /// largest rms distance from the origin.
+    /// `max_t |p - p_ref|` over `sum m` times the reference's largest rms velocity, and `max_t |L - L_ref|`
+    /// over that times its largest rms distance from the origin.
     pub fn momentum_errors(&self, series: &InvariantSeries, reference: &StateSamples) -> (f64, f64) {
         let (_, speed) = self.scales(reference);
         let zero = vec![0.0; self.start.len()];

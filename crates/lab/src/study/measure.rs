@@ -20,8 +20,8 @@ const REPEATS: usize = 7;
 const ENOUGH_SECONDS: f64 = 1.0;
 /// Three times as many where times differ much.
 const MOST_REPEATS: usize = 3 * REPEATS;
-/// Newton's method stops at corrections below this part of the scene's size, where the scene does not say: far below what time
-/// steps leave.
+/// Newton's method stops at corrections below this part of the scene's size, where the scene does not say:
+/// far below what time steps leave.
 const NEWTON_TOLERANCE: f64 = 1e-12;
 
 /// Data that all rows of a variant have in common.
@@ -34,7 +34,8 @@ pub(super) struct VariantContext<'a> {
     pub(super) grid: TimeGrid,
 }
 
-/// The row of a scheme at a step, timed for about `slice` seconds; `None` where it was not done at `deadline`, or was interrupted.
+/// The row of a scheme at a step, timed for about `slice` seconds; `None` where it was not done at
+/// `deadline`, or was interrupted.
 pub(super) fn measure(
     about: &VariantContext<'_>,
     contender: Contender,

@@ -1,8 +1,8 @@
-//! Studies: error against run time of any scene, by many schemes and steps, beside a reference of known quality; and the charts that
-//! show it.
+//! Studies: error against run time of any scene, by many schemes and steps, beside a reference of known
+//! quality; and the charts that show it.
 //!
-//! Verification plan, section E; Hairer, Wanner 1996, *Solving ordinary differential equations II*, section IV.10 compares schemes in this
-//! way.
+//! Verification plan, section E; Hairer, Wanner 1996, *Solving ordinary differential equations II*, section
+//! IV.10 compares schemes in this way.
 //!
 //! ```
 //! use std::sync::atomic::AtomicBool;

@@ -2,7 +2,8 @@
 
 use super::row::Row;
 
-/// Rows of one scheme from the largest step to the smallest: the order between each and the one before, where both count.
+/// Rows of one scheme from the largest step to the smallest: the order between each and the one before,
+/// where both count.
 pub(super) fn observe(rows: &mut [&mut Row]) {
     let mut before: Option<(f64, f64)> = None;
     for row in rows {

@@ -79,7 +79,8 @@ pub struct StudyPlan {
     pub contenders: Vec<Contender>,
     /// Steps [s]; chosen by factors of 2 if there are none.
     pub steps: Vec<f64>,
-    /// Tolerances of schemes whose steps can follow the error; chosen by factors of 10 if there are neither steps nor tolerances.
+    /// Tolerances of schemes whose steps can follow the error; chosen by factors of 10 if there are neither
+    /// steps nor tolerances.
     pub tolerances: Vec<f64>,
     /// The smallest step that is chosen [s].
     pub smallest_step: Option<f64>,

@@ -31,8 +31,8 @@ impl RowStatus {
 /// Version of the columns.
 pub const SCHEMA: u32 = 1;
 
-/// The columns of a study's table, and of its JSON. Errors and orders are `None` where a run failed; solver columns where there is
-/// no solver.
+/// The columns of a study's table, and of its JSON. Errors and orders are `None` where a run failed; solver
+/// columns where there is no solver.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct Row {
     /// Version of the columns.

@@ -421,8 +421,8 @@ fn fixed_name(contender: Contender) -> String {
     }
 }
 
-/// Seconds that all paces given will likely take: each in proportion to its steps. `None` where nothing has been run yet, or where
-/// paces are chosen.
+/// Seconds that all paces given will likely take: each in proportion to its steps. `None` where nothing has
+/// been run yet, or where paces are chosen.
 fn left(lines: &[SweepLine]) -> Option<f64> {
     let steps = |pace: &TimeStepping| match pace {
         TimeStepping::Parts(parts) => *parts as f64,

@@ -33,8 +33,8 @@ pub(super) fn names(tokens: &mut Tokens, names: &mut Names) -> Result<(), FileFa
     tokens.keyword("$EndPhysicalNames")
 }
 
-/// Reads which physical groups every entity is in. A negative tag asks for the opposite orientation, which Gmsh does
-/// not apply to the elements of this format; neither do we.
+/// Reads which physical groups every entity is in. A negative tag asks for the opposite orientation, which
+/// Gmsh does not apply to the elements of this format; neither do we.
 pub(super) fn entities(source: &mut GmshSource, entities: &mut Entities) -> Result<(), FileFault> {
     source.begin_numbers();
     let mut counts = [0_u64; 4];

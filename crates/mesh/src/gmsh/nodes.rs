@@ -111,7 +111,8 @@ fn blocks(source: &mut GmshSource, nodes: &mut GmshNodes) -> Result<(), FileFaul
             position(source, &mut nodes.xyz)?;
             // Faults of a node are most likely faults of its position.
             nodes.places[node] = source.place(nodes.tags[node]);
-            // A node on a curve repeats its place as one parameter, on a surface as two, in a volume as three.
+            // A node on a curve repeats its place as one parameter, on a surface as two, in a volume as
+            // three.
             let parameters = if parametric == 0 { 0 } else { dimension.min(3) };
             for _ in 0..parameters {
                 source.real("a parametric coordinate")?;

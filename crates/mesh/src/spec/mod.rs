@@ -296,7 +296,8 @@ impl MeshSpec {
         }
     }
 
-    /// Number of vertices; `None` for a file or a surface of one, for more than can be counted, and for shapes that cannot be.
+    /// Number of vertices; `None` for a file or a surface of one, for more than can be counted, and for
+    /// shapes that cannot be.
     pub fn vertex_count(&self) -> Option<u64> {
         let nodes = |cells: &[usize]| {
             cells.iter().try_fold(1_u64, |product, &n| product.checked_mul((n as u64).checked_add(1)?))

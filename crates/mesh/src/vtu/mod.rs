@@ -1,9 +1,10 @@
 //! VTK's XML format for unstructured grids, `.vtu`:
 //! <https://docs.vtk.org/en/latest/vtk_file_formats/vtkxml_file_format.html>.
 //!
-//! Arrays may be ASCII, base 64 in their place, or appended, raw or in base 64; compressed by zlib or not. The XML is
-//! parsed by `roxmltree`, which has no dependencies to speak of and knows the line of everything, the compressed blocks
-//! are unpacked by `miniz_oxide`. The `vtkio` crate says neither the line nor the cell of a fault.
+//! Arrays may be ASCII, base 64 in their place, or appended, raw or in base 64; compressed by zlib or not.
+//! The XML is parsed by `roxmltree`, which has no dependencies to speak of and knows the line of everything,
+//! the compressed blocks are unpacked by `miniz_oxide`. The `vtkio` crate says neither the line nor the cell
+//! of a fault.
 
 mod array;
 

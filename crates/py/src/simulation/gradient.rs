@@ -101,8 +101,8 @@ impl Inner {
 impl PySimulation {
     /// Take steps, and the derivatives of a loss over the states from the present one to the last.
     ///
-    /// They are exact derivatives of the steps as they were taken, by one run forwards and one backwards, for
-    /// any number of parameters. The simulation is where the steps have led afterwards.
+    /// They are exact derivatives of the steps as they were taken, by one run forwards and one backwards,
+    /// for any number of parameters. The simulation is where the steps have led afterwards.
     ///
     /// Parameters
     /// ----------
@@ -182,9 +182,9 @@ impl PySimulation {
 
     /// Take steps, and the change of the last state by a change of the present one.
     ///
-    /// That is the directional derivative of the steps as they were taken (the product of their Jacobian with
-    /// a vector), beside the run: the transpose of `gradient`, and exact as that is. The simulation is where
-    /// the steps have led afterwards.
+    /// That is the directional derivative of the steps as they were taken (the product of their Jacobian
+    /// with a vector), beside the run: the transpose of `gradient`, and exact as that is. The simulation is
+    /// where the steps have led afterwards.
     ///
     /// Parameters
     /// ----------

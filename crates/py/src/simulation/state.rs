@@ -55,8 +55,8 @@ impl PySimulation {
     }
 
     /// ndarray of float64, shape (n, dim): Positions [m]: a copy, read only. What is assigned must have this
-    /// shape; prescribed motion keeps its own, and what is pinned is held where it is put. To change some, change
-    /// a copy and assign it: ``x = simulation.positions.copy()``.
+    /// shape; prescribed motion keeps its own, and what is pinned is held where it is put. To change some,
+    /// change a copy and assign it: ``x = simulation.positions.copy()``.
     #[getter]
     fn positions<'py>(&self, py: Python<'py>) -> PyResult<Doubles<'py>> {
         let positions = self.lock()?.simulation.positions().into_owned();
@@ -71,8 +71,8 @@ impl PySimulation {
         inner.publish(py)
     }
 
-    /// ndarray of float64, shape (n, dim): Velocities [m/s]: a copy, read only. What is assigned must have this
-    /// shape; velocities of pinned coordinates stay what they are.
+    /// ndarray of float64, shape (n, dim): Velocities [m/s]: a copy, read only. What is assigned must have
+    /// this shape; velocities of pinned coordinates stay what they are.
     #[getter]
     fn velocities<'py>(&self, py: Python<'py>) -> PyResult<Doubles<'py>> {
         let velocities = self.lock()?.simulation.velocities().into_owned();
@@ -87,8 +87,9 @@ impl PySimulation {
         inner.publish(py)
     }
 
-    /// ndarray of float64, shape (n, dim): Positions [m], read only: the same array each time, without a copy when it is asked for. It shows
-    /// the state after the last call that changed it, which wrote it there, and outlives the simulation.
+    /// ndarray of float64, shape (n, dim): Positions [m], read only: the same array each time, without a
+    /// copy when it is asked for. It shows the state after the last call that changed it, which wrote it
+    /// there, and outlives the simulation.
     #[getter]
     fn positions_view<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let mut inner = self.lock()?;
@@ -125,9 +126,9 @@ impl PySimulation {
         Ok(self.lock()?.topology.masses.clone().into_pyarray(py))
     }
 
-    /// list of dict: The bodies: ``name``, ``kind``, ``vertices`` (first, and one behind the last), and their cells by rows of vertex numbers:
-    /// ``edges``, ``triangles``, ``tetrahedra``, ``quadrilaterals``, ``hexahedra``, ``surface``, and the
-    /// nodes in the middle of the edges of cells of second order.
+    /// list of dict: The bodies: ``name``, ``kind``, ``vertices`` (first, and one behind the last), and
+    /// their cells by rows of vertex numbers: ``edges``, ``triangles``, ``tetrahedra``, ``quadrilaterals``,
+    /// ``hexahedra``, ``surface``, and the nodes in the middle of the edges of cells of second order.
     #[getter]
     fn bodies<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
         let topology = self.lock()?.topology.clone();

@@ -16,7 +16,8 @@ type Found<'py, A> = (Bound<'py, PyAny>, A);
 
 /// The exact motion of a linear scene, as a sum of its modes: what `Simulation.superposition` returns.
 ///
-/// ``M u'' + C u' + K u = f`` from the state where it was made, each mode in closed form: what errors of time steps are measured against.
+/// ``M u'' + C u' + K u = f`` from the state where it was made, each mode in closed form: what errors of
+/// time steps are measured against.
 #[pyclass(name = "Superposition", frozen, module = "pliant")]
 pub(crate) struct PySuperposition {
     core: Core,
@@ -74,14 +75,16 @@ impl PySuperposition {
         arrays::array(py, shapes, &[count, self.vertices, self.core.dimension()])
     }
 
-    /// float: How far the forces of the scene are from linear ones, as a part of the largest, a quarter of the longest period later:
-    /// rounding for a linear scene; if it is more, this is the motion of the linearised one.
+    /// float: How far the forces of the scene are from linear ones, as a part of the largest, a quarter of
+    /// the longest period later: rounding for a linear scene; if it is more, this is the motion of the
+    /// linearised one.
     #[getter]
     fn nonlinearity(&self) -> f64 {
         self.core.nonlinearity()
     }
 
-    /// dict of str to float: Energies that modes left out would add [J]: ``kinetic`` of ``kinetic_total``, ``elastic`` of ``elastic_total``.
+    /// dict of str to float: Energies that modes left out would add [J]: ``kinetic`` of ``kinetic_total``,
+    /// ``elastic`` of ``elastic_total``.
     #[getter]
     fn residual<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         from_json(py, &json!(self.core.residual()))
@@ -95,7 +98,8 @@ impl PySuperposition {
 
 #[pymethods]
 impl PySimulation {
-    /// The exact motion of the system linearised at the present state, from that state on, as a sum of its modes.
+    /// The exact motion of the system linearised at the present state, from that state on, as a sum of its
+    /// modes.
     ///
     /// Parameters
     /// ----------

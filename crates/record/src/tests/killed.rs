@@ -39,8 +39,8 @@ fn check(part: &Path, frames: u64, vertex_count: u32) {
 #[test]
 fn no_recorded_frame_is_lost() {
     let directory = tempfile::tempdir().unwrap();
-    // In one chunk, at the end of the first (87 frames), and in the third; the same where each frame is a batch for the thread
-    // (14 and a half to a chunk); and where each is a chunk.
+    // In one chunk, at the end of the first (87 frames), and in the third; the same where each frame is a
+    // batch for the thread (14 and a half to a chunk); and where each is a chunk.
     let small = [(9, 0), (9, 1), (9, 20), (1000, 86), (1000, 87), (1000, 88), (1000, 200)];
     let large = [(6000, 1), (6000, 14), (6000, 15), (6000, 16), (6000, 40), (100_000, 2)];
     for (vertex_count, frames) in small.into_iter().chain(large) {

@@ -279,8 +279,8 @@ impl<'a> CellSearch<'a> {
         CellSearch { mesh, cells, extents, longest }
     }
 
-    /// The nearest point no further away than `reach`: its distance, and the vertices it is a mixture of. Of several, that in the
-    /// first cell.
+    /// The nearest point no further away than `reach`: its distance, and the vertices it is a mixture of. Of
+    /// several, that in the first cell.
     fn nearest(&self, at: &[f64; 3], reach: f64) -> Option<(f64, Shares)> {
         let from = self.extents.partition_point(|e| e.0 < at[0] - reach - self.longest);
         let mut best: Option<(f64, usize, [f64; 4])> = None;
@@ -309,8 +309,9 @@ impl<'a> CellSearch<'a> {
     }
 }
 
-/// The point of a simplex of 1 to 4 vertices nearest to `at`: its distance, and its barycentric coordinates. Where the foot of the
-/// perpendicular is outside, it is on a face opposite to a vertex with a negative coordinate.
+/// The point of a simplex of 1 to 4 vertices nearest to `at`: its distance, and its barycentric coordinates.
+/// Where the foot of the perpendicular is outside, it is on a face opposite to a vertex with a negative
+/// coordinate.
 fn closest(corners: &[[f64; 3]], at: &[f64; 3]) -> (f64, [f64; 4]) {
     let n = corners.len();
     if let Some(weights) = foot(corners, at)
@@ -342,7 +343,8 @@ fn closest(corners: &[[f64; 3]], at: &[f64; 3]) -> (f64, [f64; 4]) {
     best
 }
 
-/// Barycentric coordinates of the foot of the perpendicular on the plane of a simplex; `None` where it is degenerate.
+/// Barycentric coordinates of the foot of the perpendicular on the plane of a simplex; `None` where it is
+/// degenerate.
 fn foot(corners: &[[f64; 3]], at: &[f64; 3]) -> Option<[f64; 4]> {
     let n = corners.len() - 1;
     let from = |p: &[f64; 3]| [0, 1, 2].map(|c| p[c] - corners[0][c]);

@@ -140,8 +140,8 @@ fn global<const N: usize>(cells: &[[u32; N]], body: &BodyAssembly, numbering: &N
     cells.iter().map(|cell| renumbered(cell, body.first_vertex, numbering)).collect()
 }
 
-/// Vertices with exactly two edges, each between the other ends: the first edge leads to it, so that a strand whose edges are in a
-/// row is gone through as it lies.
+/// Vertices with exactly two edges, each between the other ends: the first edge leads to it, so that a
+/// strand whose edges are in a row is gone through as it lies.
 fn joints(vertices: usize, edges: &[[u32; 2]]) -> Vec<[u32; 3]> {
     let mut ends = vec![vec![]; vertices];
     for &[a, b] in edges {

@@ -30,7 +30,8 @@ fn stiffness_proportional(damping: &DampingSpec, material: &MaterialSpec, plane:
 }
 
 impl BodyAssembly {
-    /// Adds what damps this body to `system`; arguments as of `add_terms`. What would damp nothing is left out.
+    /// Adds what damps this body to `system`; arguments as of `add_terms`. What would damp nothing is left
+    /// out.
     pub(super) fn add_damping<const D: usize, const N: usize>(
         &self,
         spec: &Body,

@@ -132,8 +132,8 @@ impl LoadPlan {
             || self.spec.pressure.as_ref().is_some_and(formula)
     }
 
-    /// The term on the vertices of the whole system, whose flat rest positions are `rest`; `held` are the vertices of the body
-    /// that never move, ascending.
+    /// The term on the vertices of the whole system, whose flat rest positions are `rest`; `held` are the
+    /// vertices of the body that never move, ascending.
     pub(super) fn term(
         &self,
         parts: &BodyAssembly,
@@ -196,7 +196,8 @@ impl LoadPlan {
         self.dead(samples, rest, D)
     }
 
-    /// A dead load with these points and their shares by global vertex. What is the same everywhere needs one point.
+    /// A dead load with these points and their shares by global vertex. What is the same everywhere needs
+    /// one point.
     fn dead(&self, mut samples: Vec<Shared>, rest: &[f64], dimension: usize) -> Box<dyn EnergyTerm> {
         let components: Vec<OverTime> =
             self.spec.vectors().first().map_or_else(Vec::new, |(_, _, vector)| vector.to_vec());

@@ -81,8 +81,8 @@ fn filled(
     mass
 }
 
-/// A density by length, area or volume has to fit what the mesh is made of. In two dimensions everything is one metre thick,
-/// and a mass per volume is as good as one per area.
+/// A density by length, area or volume has to fit what the mesh is made of. In two dimensions everything is
+/// one metre thick, and a mass per volume is as good as one per area.
 fn wrong_density(density: Quantity, mesh: &Mesh, membrane: bool, path: &KeyPath) -> Option<Problem> {
     let of_block = mesh.block().map(|block| block.kind.plural);
     let (what, kinds): (&str, &[Kind]) = match (mesh.element_dimension(), mesh.dimension) {

@@ -10,14 +10,15 @@ use pliant::energy::patch::Workspace;
 use pliant::simulation::Simulation;
 use pliant_mesh::{MeshSize, predicted_body_size};
 
-/// Bytes per element while a scene is assembled and run: rest data, indices, patch rows, and the mesh they come from.
+/// Bytes per element while a scene is assembled and run: rest data, indices, patch rows, and the mesh they
+/// come from.
 const BYTES_PER_ELEMENT: u64 = 250;
 /// The same for elements of second order, which have rest data at 3 or 4 points.
 const BYTES_PER_QUADRATIC_ELEMENT: u64 = 700;
 /// The same for quadrilaterals and hexahedra, which have rest data at 4 and 8 points.
 const BYTES_PER_CELL: [u64; 2] = [700, 2400];
-/// Bytes more per triangle and per tetrahedron with nodal integration: half a vertex with 6 neighbours of 40 bytes, a fifth of one with 14
-/// of 56, twice while the list of them grows, and stresses.
+/// Bytes more per triangle and per tetrahedron with nodal integration: half a vertex with 6 neighbours of 40
+/// bytes, a fifth of one with 14 of 56, twice while the list of them grows, and stresses.
 const BYTES_PER_NODAL_ELEMENT: [u64; 2] = [300, 350];
 /// Bytes per element of a muscle: fibres at its points, places of these, indices, patch rows, directions.
 const BYTES_PER_MUSCLE_ELEMENT: u64 = 250;
@@ -95,8 +96,8 @@ fn too_large(scene: &Scene, simulation: &Simulation, further: u64, available: u6
         .with_help("or fewer cells, an explicit scheme, or a machine with more memory")
 }
 
-/// Bytes that the mutual gravity of this many particles takes, roughly. The sum over all pairs has an array for each of 16 groups
-/// of them, and looks for the largest frequency by a tree.
+/// Bytes that the mutual gravity of this many particles takes, roughly. The sum over all pairs has an array
+/// for each of 16 groups of them, and looks for the largest frequency by a tree.
 fn gravity_bytes(scene: &Scene, particles: u64) -> u64 {
     let Some(nbody) = &scene.world.nbody else { return 0 };
     // More cannot be numbered.

@@ -100,7 +100,8 @@ struct CellLocation {
     weights: Vec<f64>,
 }
 
-/// The cell in which a place at rest is deepest; `None` outside of all. `N` is the number of corners of a cell.
+/// The cell in which a place at rest is deepest; `None` outside of all. `N` is the number of corners of a
+/// cell.
 fn containing<const D: usize, const N: usize>(mesh: &Mesh, at: &[f64]) -> Option<CellLocation> {
     if let Some(block) = mesh.block() {
         return block.kind.visit(DeepestCell { mesh, block, at });
@@ -185,7 +186,8 @@ fn in_sheet(mesh: &Mesh, thickness: f64, at: &[f64]) -> Option<CellLocation> {
     })
 }
 
-/// Barycentric coordinates of a place, in which `X = sum_a N_a(lambda) X_a`; `None` where the place is far from the cell, or has none.
+/// Barycentric coordinates of a place, in which `X = sum_a N_a(lambda) X_a`; `None` where the place is far
+/// from the cell, or has none.
 fn coordinates<const D: usize, const N: usize>(
     mesh: &Mesh,
     cell: &[u32; N],
@@ -201,7 +203,8 @@ fn coordinates<const D: usize, const N: usize>(
         (0..D).for_each(|c| from_first[c] = at[c] - points[0][c]);
         return Some(barycentric(&inverse.mul_vec(&from_first)));
     }
-    // A shape function is at most 1 in its size, and the sum of all sizes at most 2: nothing is farther out than that.
+    // A shape function is at most 1 in its size, and the sum of all sizes at most 2: nothing is farther out
+    // than that.
     let size = |c: usize| points.iter().map(|p| (p[c] - points[0][c]).abs()).fold(0.0, f64::max);
     if (0..D).any(|c| (at[c] - points[0][c]).abs() > 2.0 * size(c)) {
         return None;

@@ -85,8 +85,8 @@ impl<'de> VariantAccess<'de> for Content<'_> {
             Some(value) => seed
                 .deserialize(Reader { value, trail: &trail, ..reader })
                 .map_err(|failure| failure.at(&trail)),
-            // A bare word stands for a table without parameters: enough where all have defaults, and where they have
-            // not, the message names the first that is missing.
+            // A bare word stands for a table without parameters: enough where all have defaults, and where
+            // they have not, the message names the first that is missing.
             None => seed
                 .deserialize(Reader { value: &DeValue::Table(DeTable::new()), trail: &trail, ..reader })
                 .map_err(|failure| failure.at(&trail).of_bare_word(self.name, &trail)),

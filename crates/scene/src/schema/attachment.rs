@@ -6,9 +6,9 @@ use serde::{Deserialize, Serialize};
 use super::{BoxSelection, HalfSpace, Selection};
 use pliant::value::*;
 
-/// Vertices of a body tied to places, or to another body, by springs `E = k/2 (d - l)^2` of the distance `d`. Exactly one of `box`,
-/// `half_space`, `vertices` and `group` says which vertices; `points` or `target` says to what. Without them each is tied to the place
-/// where it starts.
+/// Vertices of a body tied to places, or to another body, by springs `E = k/2 (d - l)^2` of the distance
+/// `d`. Exactly one of `box`, `half_space`, `vertices` and `group` says which vertices; `points` or `target`
+/// says to what. Without them each is tied to the place where it starts.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AttachmentSpec {
@@ -56,8 +56,8 @@ pub struct AttachmentSpec {
     pub dashpot: Option<f64>,
 }
 
-/// What vertices are tied to in another body. Exactly one of `vertices`, `nearest_vertex` and `nearest_point`; distances are those of the
-/// shapes at rest.
+/// What vertices are tied to in another body. Exactly one of `vertices`, `nearest_vertex` and
+/// `nearest_point`; distances are those of the shapes at rest.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AttachmentTarget {
@@ -71,8 +71,8 @@ pub struct AttachmentTarget {
     #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Length>>")]
     #[schemars(range(min = 0.0))]
     pub nearest_vertex: Option<f64>,
-    /// Its point nearest to each that is tied, which must not be further away than this [m]: anywhere in its tetrahedra, triangles or
-    /// edges, of whose vertices it is a mixture.
+    /// Its point nearest to each that is tied, which must not be further away than this [m]: anywhere in its
+    /// tetrahedra, triangles or edges, of whose vertices it is a mixture.
     #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Length>>")]
     #[schemars(range(min = 0.0))]
     pub nearest_point: Option<f64>,

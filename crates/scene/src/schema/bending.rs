@@ -9,14 +9,16 @@ use pliant::value::*;
 
 /// Bending: either `stiffness`, or what it follows from, `young` and `thickness`.
 ///
-/// A sheet: `E = sum D/2 |e|^2 / (A_1 + A_2) (theta - theta_0)^2` over the edges `e` between two triangles of rest areas `A`, `theta`
-/// the angle between them. Bent along the sides of a grid, or of equilateral triangles any way, that is the energy of a plate of stiffness
-/// `D`; it depends on the triangles, and along the diagonal of a grid it is three times that. A strand:
-/// `E = sum B / (l_1 + l_2) (kappa - kappa_0)^2` at the vertices between two edges, `kappa = 2 tan(phi/2)` of the angle `phi` there.
+/// A sheet: `E = sum D/2 |e|^2 / (A_1 + A_2) (theta - theta_0)^2` over the edges `e` between two triangles
+/// of rest areas `A`, `theta` the angle between them. Bent along the sides of a grid, or of equilateral
+/// triangles any way, that is the energy of a plate of stiffness `D`; it depends on the triangles, and along
+/// the diagonal of a grid it is three times that. A strand: `E = sum B / (l_1 + l_2) (kappa - kappa_0)^2` at
+/// the vertices between two edges, `kappa = 2 tan(phi/2)` of the angle `phi` there.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BendingSpec {
-    /// Moment per curvature: of a sheet `D` [N m], of a strand `B` [N m^2], in 2D for one metre of width [N m].
+    /// Moment per curvature: of a sheet `D` [N m], of a strand `B` [N m^2], in 2D for one metre of width [N
+    /// m].
     #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<BendingStiffness>>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub stiffness: Option<Quantity>,
@@ -28,8 +30,8 @@ pub struct BendingSpec {
     #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Number>>")]
     #[schemars(extend("exclusiveMinimum" = -1.0), range(max = 0.5))]
     pub poisson: Option<f64>,
-    /// Thickness `h` [m]: of a sheet, `D = E h^3 / (12 (1 - nu^2))`; of a strand in 2D, `B = E h^3 / 12`; in 3D the diameter,
-    /// `B = E pi h^4 / 64`.
+    /// Thickness `h` [m]: of a sheet, `D = E h^3 / (12 (1 - nu^2))`; of a strand in 2D, `B = E h^3 / 12`; in
+    /// 3D the diameter, `B = E pi h^4 / 64`.
     #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Length>>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub thickness: Option<f64>,

@@ -34,8 +34,8 @@ pub struct Body {
     /// or hexahedra (3D), or with `membrane` its triangles in 3D.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub elastic: Option<MaterialSpec>,
-    /// Factor of the energy density of `elastic` in each element, one for each or one for all: an element is as
-    /// much stiffer as its factor says, with the same Poisson's ratio. Not with `membrane`,
+    /// Factor of the energy density of `elastic` in each element, one for each or one for all: an element is
+    /// as much stiffer as its factor says, with the same Poisson's ratio. Not with `membrane`,
     /// `nodal_integration` or `stiffness_proportional` damping, nor in quadrilaterals and hexahedra.
     #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<OneOrManyOf<Number>>>")]
     #[schemars(extend("exclusiveMinimum" = 0.0, "items" = { "exclusiveMinimum": 0.0 }))]

@@ -16,20 +16,22 @@ pub struct DampingSpec {
     #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Dashpot>>")]
     #[schemars(range(min = 0.0))]
     pub dashpot: Option<f64>,
-    /// Time constant `beta` [s] of Rayleigh's `C = beta K` for small strains: elements get the viscosities `beta mu` and
-    /// `beta lambda`, springs the dashpot `beta k`, hinges and joints `beta` times their stiffness. A mode of angular frequency `omega` has the damping ratio
-    /// `beta omega / 2`: fast motion dies first.
+    /// Time constant `beta` [s] of Rayleigh's `C = beta K` for small strains: elements get the viscosities
+    /// `beta mu` and `beta lambda`, springs the dashpot `beta k`, hinges and joints `beta` times their
+    /// stiffness. A mode of angular frequency `omega` has the damping ratio `beta omega / 2`: fast motion
+    /// dies first.
     #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Duration>>")]
     #[schemars(range(min = 0.0))]
     pub stiffness_proportional: Option<f64>,
-    /// Rate `alpha` [1/s] of Rayleigh's `C = alpha M`: a mode of angular frequency `omega` has the damping ratio
-    /// `alpha / (2 omega)`, and rigid motion slows down as `exp(-alpha t)`.
+    /// Rate `alpha` [1/s] of Rayleigh's `C = alpha M`: a mode of angular frequency `omega` has the damping
+    /// ratio `alpha / (2 omega)`, and rigid motion slows down as `exp(-alpha t)`.
     #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Rate>>")]
     #[schemars(range(min = 0.0))]
     pub mass_proportional: Option<f64>,
 }
 
-/// Viscous stress `S = 2 shear Edot + second tr(Edot) I` (second Piola-Kirchhoff), `Edot` the rate of Green's strain.
+/// Viscous stress `S = 2 shear Edot + second tr(Edot) I` (second Piola-Kirchhoff), `Edot` the rate of
+/// Green's strain.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StrainRateSpec {

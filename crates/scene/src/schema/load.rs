@@ -6,12 +6,13 @@ use serde::{Deserialize, Serialize};
 use super::{BoxSelection, HalfSpace, OverPlaceOf, OverTime, Selection};
 use pliant::value::*;
 
-/// A force from outside. At most one of `box`, `half_space`, `vertices` and `group` says on what, all of the body without them;
-/// exactly one of `force`, `force_per_vertex`, `body_force`, `traction` and `pressure` says which. Each number may be a formula of
-/// the time `t` and the place at rest `X`, `Y`, `Z`; a load that begins or ends is a formula with `step`, `pulse` or `smoothstep`.
+/// A force from outside. At most one of `box`, `half_space`, `vertices` and `group` says on what, all of the
+/// body without them; exactly one of `force`, `force_per_vertex`, `body_force`, `traction` and `pressure`
+/// says which. Each number may be a formula of the time `t` and the place at rest `X`, `Y`, `Z`; a load that
+/// begins or ends is a formula with `step`, `pulse` or `smoothstep`.
 ///
-/// `traction` and `pressure` act on faces of the surface (edges in 2D, which is one metre thick; triangles in 3D): those of a group
-/// of faces, else those with all their vertices in the selection.
+/// `traction` and `pressure` act on faces of the surface (edges in 2D, which is one metre thick; triangles
+/// in 3D): those of a group of faces, else those with all their vertices in the selection.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Load {
@@ -61,9 +62,9 @@ pub struct Load {
     )]
     #[schemars(length(min = 2, max = 3))]
     pub traction: Option<Vec<OverTime>>,
-    /// A force per area as it is now, against the normal as it is now [Pa] (follower load): positive presses on a solid. The
-    /// normal of a cloth is that of its triangles by the right-hand rule; inside a closed surface with normals outwards,
-    /// pressure is negative.
+    /// A force per area as it is now, against the normal as it is now [Pa] (follower load): positive presses
+    /// on a solid. The normal of a cloth is that of its triangles by the right-hand rule; inside a closed
+    /// surface with normals outwards, pressure is negative.
     #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<OverPlaceOf<Pressure>>>")]
     pub pressure: Option<OverTime>,
 }
@@ -75,7 +76,8 @@ impl Load {
         Selection::among(corners.as_ref(), half_space.as_ref(), vertices.as_ref(), group.as_ref())
     }
 
-    /// The loads of which every component is given, by their keys and units: one at most with `pressure`, in a scene that is right.
+    /// The loads of which every component is given, by their keys and units: one at most with `pressure`, in
+    /// a scene that is right.
     pub fn vectors(&self) -> Vec<(&'static str, &'static str, &[OverTime])> {
         let Load { force, force_per_vertex, body_force, traction, .. } = self;
         let all = [

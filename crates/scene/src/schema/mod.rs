@@ -1,7 +1,7 @@
 //! The TOML schema of a scene, as plain data in SI units.
 //!
-//! Externally tagged tables throughout: internally tagged, flattened and untagged enums lose the position of an
-//! error in the text.
+//! Externally tagged tables throughout: internally tagged, flattened and untagged enums lose the position of
+//! an error in the text.
 
 use std::path::PathBuf;
 
@@ -105,12 +105,13 @@ pub struct Time {
     #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Duration>>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub step: Option<f64>,
-    /// Steps whose size follows the error, for schemes that estimate it (`pliant list integrators` says which do),
-    /// or increments of statics that are as large as they can be solved. In place of `step`;
+    /// Steps whose size follows the error, for schemes that estimate it (`pliant list integrators` says
+    /// which do), or increments of statics that are as large as they can be solved. In place of `step`;
     /// `adaptive = {}` leaves everything to the defaults.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub adaptive: Option<Adaptive>,
-    /// In statics, steps along the path of equilibria, on which the load factor may fall as well. In place of `step`.
+    /// In statics, steps along the path of equilibria, on which the load factor may fall as well. In place
+    /// of `step`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub arc_length: Option<ArcLengthSpec>,
     /// Simulated time to run [s].
@@ -203,8 +204,8 @@ pub struct NBodySpec {
     #[serde(default, with = "As::<Length>")]
     #[schemars(range(min = 0.0))]
     pub softening: f64,
-    /// By a tree, approximately, in a time that grows as `N log N`; by the sum over all pairs without it. `pliant check` shows
-    /// the error of the forces.
+    /// By a tree, approximately, in a time that grows as `N log N`; by the sum over all pairs without it.
+    /// `pliant check` shows the error of the forces.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tree: Option<Tree>,
 }
@@ -213,7 +214,8 @@ pub struct NBodySpec {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Tree {
-    /// Boxes that appear smaller than this [rad] act as a whole: 0.5 is usual, smaller is more accurate and slower.
+    /// Boxes that appear smaller than this [rad] act as a whole: 0.5 is usual, smaller is more accurate and
+    /// slower.
     #[serde(with = "As::<Angle>")]
     #[schemars(extend("exclusiveMinimum" = 0.0), range(max = 1.0))]
     pub opening_angle: f64,

@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 use super::{BoxSelection, HalfSpace, OverPlaceOf, OverTime, OverTimeOf, Selection};
 use pliant::value::*;
 
-/// Vertices that are held. Exactly one of `box`, `half_space`, `vertices` and `group` says which. Without the other keys, all of
-/// their coordinates stay where they are.
+/// Vertices that are held. Exactly one of `box`, `half_space`, `vertices` and `group` says which. Without
+/// the other keys, all of their coordinates stay where they are.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Pin {
@@ -54,9 +54,9 @@ pub enum Axis {
 }
 
 /// A prescribed motion: what is held turns about a point by `rotation`, and is moved by the sum of
-/// `velocity * t`, `keyframes` and `displacement`. At least one of them. All start from where the body starts: at
-/// `t = 0` they are zero. A jump later on, as by `step`, is taken in one step, counted as work and warned of.
-/// A motion that is changed while a simulation runs goes on from where the pin is.
+/// `velocity * t`, `keyframes` and `displacement`. At least one of them. All start from where the body
+/// starts: at `t = 0` they are zero. A jump later on, as by `step`, is taken in one step, counted as work
+/// and warned of. A motion that is changed while a simulation runs goes on from where the pin is.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MotionSpec {
@@ -64,8 +64,8 @@ pub struct MotionSpec {
     #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Vec<Velocity>>>")]
     #[schemars(length(min = 2, max = 3))]
     pub velocity: Option<Vec<f64>>,
-    /// Displacement [m], one number or formula of the time `t` and the place at rest `X`, `Y`, `Z` per dimension:
-    /// `["0", "0.01 * X * sin(2*pi*t)"]`. Velocities are its exact derivatives.
+    /// Displacement [m], one number or formula of the time `t` and the place at rest `X`, `Y`, `Z` per
+    /// dimension: `["0", "0.01 * X * sin(2*pi*t)"]`. Velocities are its exact derivatives.
     #[serde(
         default,
         skip_serializing_if = "Option::is_none",
@@ -113,8 +113,8 @@ pub struct KeyframesSpec {
     #[serde(with = "As::<Vec<Vec<Length>>>")]
     #[schemars(length(min = 2))]
     pub displacements: Vec<Vec<f64>>,
-    /// Cubics with continuous velocity between the times, which never overshoot and rest at both ends; straight lines, at whose
-    /// ends velocities jump, without it.
+    /// Cubics with continuous velocity between the times, which never overshoot and rest at both ends;
+    /// straight lines, at whose ends velocities jump, without it.
     #[serde(default)]
     pub smooth: bool,
 }

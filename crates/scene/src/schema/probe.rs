@@ -5,8 +5,9 @@ use serde::{Deserialize, Serialize};
 
 use pliant::value::*;
 
-/// A point of a body that is followed: its position, velocity and displacement, and where it is in a finite element the strain and
-/// stress there, on `/probe/<name>` and in the table that `pliant run --probes FILE` writes. Exactly one of `at` and `vertex`.
+/// A point of a body that is followed: its position, velocity and displacement, and where it is in a finite
+/// element the strain and stress there, on `/probe/<name>` and in the table that `pliant run --probes FILE`
+/// writes. Exactly one of `at` and `vertex`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ProbeSpec {
@@ -16,7 +17,8 @@ pub struct ProbeSpec {
     /// The body it is on; without it, `at` is looked for in all bodies, and `vertex` is of the only one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub body: Option<String>,
-    /// Its place at rest [m], in a triangle (2D) or tetrahedron (3D). It moves with the vertices of that cell.
+    /// Its place at rest [m], in a triangle (2D) or tetrahedron (3D). It moves with the vertices of that
+    /// cell.
     #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Vec<Length>>>")]
     #[schemars(length(min = 2, max = 3))]
     pub at: Option<Vec<f64>>,

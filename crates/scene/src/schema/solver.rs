@@ -24,10 +24,11 @@ pub struct Solver {
     pub iterations: Option<u32>,
     /// The linear solver in every iteration.
     pub linear: LinearSolver,
-    /// A step that is not solved, or that ends where a force is not finite, is taken back and taken in halves, these in halves again if need
-    /// be, so often at most: with 3, in parts down to an eighth of a step. The run ends with a message where the smallest fails too. Frames,
-    /// keyframes and releases stay where they are, and the next step is tried as a whole. None without it; steps that are
-    /// `adaptive` are tried at smaller sizes by themselves.
+    /// A step that is not solved, or that ends where a force is not finite, is taken back and taken in
+    /// halves, these in halves again if need be, so often at most: with 3, in parts down to an eighth of a
+    /// step. The run ends with a message where the smallest fails too. Frames, keyframes and releases stay
+    /// where they are, and the next step is tried as a whole. None without it; steps that are `adaptive` are
+    /// tried at smaller sizes by themselves.
     #[serde(skip_serializing_if = "Option::is_none")]
     // A step of which 20 halves of halves are taken is `2^20` steps.
     #[schemars(range(min = 0, max = 20))]

@@ -22,24 +22,28 @@ pub struct StudySpec {
     /// The schemes; a usual set without it.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub integrators: Vec<IntegratorSpec>,
-    /// Time steps [s], each changed to the nearest that meets all times of comparison; chosen by factors of 2 without it, from coarse
-    /// to where the error no longer falls.
+    /// Time steps [s], each changed to the nearest that meets all times of comparison; chosen by factors of
+    /// 2 without it, from coarse to where the error no longer falls.
     #[serde(skip_serializing_if = "Option::is_none", with = "As::<Option<Vec<Duration>>>")]
     #[schemars(transform = positive_entries)]
     pub steps: Option<Vec<f64>>,
-    /// Tolerances of schemes whose steps can follow the error; chosen by factors of 10 where there are neither `steps` nor these.
+    /// Tolerances of schemes whose steps can follow the error; chosen by factors of 10 where there are
+    /// neither `steps` nor these.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     #[schemars(transform = entries_below_one)]
     pub tolerances: Vec<f64>,
-    /// Values that are varied beside, for example `["body.0.elastic.neo-hookean.young = 1e5, 1e6"]`: every combination is studied.
+    /// Values that are varied beside, for example `["body.0.elastic.neo-hookean.young = 1e5, 1e6"]`: every
+    /// combination is studied.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub vary: Vec<String>,
-    /// At how many times, evenly spaced up to the duration, states are compared with the reference; 20 without it.
+    /// At how many times, evenly spaced up to the duration, states are compared with the reference; 20
+    /// without it.
     #[serde(skip_serializing_if = "Option::is_none")]
     // Fewer may all be where errors happen to be small.
     #[schemars(range(min = 20))]
     pub times: Option<usize>,
-    /// The largest error of positions, relative to the motion, that the recommendation may have; 0.01 without it.
+    /// The largest error of positions, relative to the motion, that the recommendation may have; 0.01
+    /// without it.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub error: Option<f64>,

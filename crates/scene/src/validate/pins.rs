@@ -107,8 +107,8 @@ pub(super) fn formulas(check: &mut Checker, path: &KeyPath, values: &[OverTime],
     }
 }
 
-/// A number, or a formula that has a value where the run begins and where it ends; formulas of the place are looked at when
-/// the body is built.
+/// A number, or a formula that has a value where the run begins and where it ends; formulas of the place are
+/// looked at when the body is built.
 pub(super) fn formula(
     check: &mut Checker,
     path: &KeyPath,

@@ -1,4 +1,5 @@
-//! The reference page of the scene format: the JSON schema as Markdown, so that it says what the program reads.
+//! The reference page of the scene format: the JSON schema as Markdown, so that it says what the program
+//! reads.
 
 use std::collections::BTreeMap;
 

@@ -84,7 +84,8 @@ fn sums(results: &[Outcome]) -> String {
     )
 }
 
-/// Writes `file` and, into the folder of its name without the ending, its pictures. Nothing in them depends on the machine.
+/// Writes `file` and, into the folder of its name without the ending, its pictures. Nothing in them depends
+/// on the machine.
 pub(super) fn write(file: &Path, results: &[Outcome]) -> Result<(), Failure> {
     let stem = file.file_stem().map_or_else(|| "stress".into(), |stem| stem.to_string_lossy().into_owned());
     let folder = file.with_file_name(&stem);

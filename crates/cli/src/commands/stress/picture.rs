@@ -4,7 +4,8 @@ use std::fmt::Write;
 
 use pliant_lab::stress::Picture;
 
-/// Pale where the volume is right, blue where it is small, yellow where it is large, red where it is negative.
+/// Pale where the volume is right, blue where it is small, yellow where it is large, red where it is
+/// negative.
 fn color(j: f64) -> &'static str {
     match j {
         j if j.is_nan() => "#888888",

@@ -1,4 +1,5 @@
-//! Numbers of about 32 digits, as an unevaluated sum of two `f64` (Dekker 1971): the reference for accuracy tests.
+//! Numbers of about 32 digits, as an unevaluated sum of two `f64` (Dekker 1971): the reference for accuracy
+//! tests.
 
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 

@@ -39,7 +39,8 @@ fn reference<const D: usize>(f: &Mat<f64, D>) -> Mat<f64, D> {
     Mat(r.0.map(|row| row.map(|x| x.0)))
 }
 
-/// In three dimensions, by category: the error in `R` times `(s2 + s3) / |F|`, and the largest entry of `R^T R - I`.
+/// In three dimensions, by category: the error in `R` times `(s2 + s3) / |F|`, and the largest entry of `R^T
+/// R - I`.
 const BARS: [(&str, f64, f64); 13] = [
     ("identity", 1e-15, 2e-15),
     ("rotation", 1e-15, 2e-15),

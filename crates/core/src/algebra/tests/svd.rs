@@ -43,7 +43,8 @@ fn reference<const D: usize>(f: &Mat<f64, D>) -> [f64; D] {
     signed_svd(&once.u.transpose_mul(&f).mul(&once.v)).sigma.map(|x| x.0)
 }
 
-/// The absolute error of every singular value is a few roundings of `|F|`; where they are of one size that is a relative error.
+/// The absolute error of every singular value is a few roundings of `|F|`; where they are of one size that
+/// is a relative error.
 #[test]
 fn singular_values_agree_with_twice_the_precision() {
     fn check<const D: usize>() {

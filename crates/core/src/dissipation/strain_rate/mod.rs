@@ -33,11 +33,12 @@ impl Viscosity {
         Viscosity { shear: self.shear + other.shear, second: self.second + other.second }
     }
 
-    /// Adds the blocks of the damping matrix of one point, for each pair `a <= b` of vertices: `gradient` are the gradients of the shape
-    /// functions at rest, `f` the deformation gradient.
+    /// Adds the blocks of the damping matrix of one point, for each pair `a <= b` of vertices: `gradient`
+    /// are the gradients of the shape functions at rest, `f` the deformation gradient.
     ///
-    /// With `dEdot = sym(F^T dFdot)` and `dFdot = e_k grad N_b^T` the stress `F (2 eta dEdot + zeta tr dEdot)` meets `grad N_a` in
-    /// `eta (F F^T)_ik grad N_a . grad N_b + eta (F grad N_b)_i (F grad N_a)_k + zeta (F grad N_a)_i (F grad N_b)_k`.
+    /// With `dEdot = sym(F^T dFdot)` and `dFdot = e_k grad N_b^T` the stress `F (2 eta dEdot + zeta tr
+    /// dEdot)` meets `grad N_a` in `eta (F F^T)_ik grad N_a . grad N_b + eta (F grad N_b)_i (F grad N_a)_k +
+    /// zeta (F grad N_a)_i (F grad N_b)_k`.
     fn add_blocks<const D: usize, const R: usize, const N: usize>(
         &self,
         weight: f64,
@@ -69,13 +70,14 @@ impl Viscosity {
     }
 }
 
-/// A Kelvin-Voigt dashpot in every element: `R = sum_e w_e (eta Edot : Edot + 1/2 zeta tr(Edot)^2)` with the rate of Green's strain
-/// `Edot = sym(F^T Fdot)`.
+/// A Kelvin-Voigt dashpot in every element: `R = sum_e w_e (eta Edot : Edot + 1/2 zeta tr(Edot)^2)` with the
+/// rate of Green's strain `Edot = sym(F^T Fdot)`.
 ///
-/// It is a second Piola-Kirchhoff stress `S = 2 eta Edot + zeta tr(Edot) I` on top of the elastic one, `P = F S`. A rigid motion
-/// has `Edot = 0` at any rotation and speed, and `S` is symmetric: momentum and angular momentum are conserved. At rest, with
-/// `eta = beta mu` and `zeta = beta lambda`, it is Rayleigh's damping `C = beta K`, `K` the stiffness of linear elasticity, which
-/// gives a mode of angular frequency `omega` the damping ratio `beta omega / 2`.
+/// It is a second Piola-Kirchhoff stress `S = 2 eta Edot + zeta tr(Edot) I` on top of the elastic one, `P =
+/// F S`. A rigid motion has `Edot = 0` at any rotation and speed, and `S` is symmetric: momentum and angular
+/// momentum are conserved. At rest, with `eta = beta mu` and `zeta = beta lambda`, it is Rayleigh's damping
+/// `C = beta K`, `K` the stiffness of linear elasticity, which gives a mode of angular frequency `omega` the
+/// damping ratio `beta omega / 2`.
 ///
 /// Elements `E` of `N` vertices in `D` dimensions: [`linear`](Self::linear), [`quadratic`](Self::quadratic)
 /// simplices and [`cells`](Self::cells) integrate `R` each by a rule of their own.

@@ -1,5 +1,6 @@
-//! Finite elements whose material is evaluated for many points at once: for materials that are not of this library, given by functions in
-//! Python, say. Slower than [`Elastic`](super::elastic::Elastic), which knows its material when it is compiled.
+//! Finite elements whose material is evaluated for many points at once: for materials that are not of this
+//! library, given by functions in Python, say. Slower than [`Elastic`](super::elastic::Elastic), which knows
+//! its material when it is compiled.
 
 mod tangent;
 
@@ -16,8 +17,9 @@ use crate::element::ElementState;
 use crate::element::{Barycentric, QuadraturePoint, interpolation, quadrature_count, quadrature_points};
 use crate::material::Psd;
 
-/// A hyperelastic material for `m` deformation gradients at once, each `d x d` by rows, one after the other. Functions say false where
-/// they could not be evaluated at all; values that are not finite are part of an answer.
+/// A hyperelastic material for `m` deformation gradients at once, each `d x d` by rows, one after the other.
+/// Functions say false where they could not be evaluated at all; values that are not finite are part of an
+/// answer.
 pub trait BatchMaterial: Send + Sync {
     /// Writes `Psi(F)` [J/m^3], `m` numbers; `+inf` outside of the material's domain.
     fn density(&self, f: &[f64], psi: &mut [f64]) -> bool;
@@ -25,7 +27,8 @@ pub trait BatchMaterial: Send + Sync {
     /// Writes `P = dPsi/dF` [Pa], `(m, d, d)`.
     fn stress(&self, f: &[f64], p: &mut [f64]) -> bool;
 
-    /// Writes `dP_ij / dF_kl` [Pa], `(m, d, d, d, d)`; `None` where it is not known: central differences of the stress take its place.
+    /// Writes `dP_ij / dF_kl` [Pa], `(m, d, d, d, d)`; `None` where it is not known: central differences of
+    /// the stress take its place.
     fn tangent(&self, f: &[f64], tangent: &mut [f64]) -> Option<bool> {
         let _ = (f, tangent);
         None
@@ -48,7 +51,8 @@ pub struct BatchElastic<const D: usize, const N: usize> {
 }
 
 impl<const D: usize, const N: usize> BatchElastic<D, N> {
-    /// Elements `cells` (vertices of the system) of `body`, at rest at `rest`, flat over all vertices of the system [m].
+    /// Elements `cells` (vertices of the system) of `body`, at rest at `rest`, flat over all vertices of the
+    /// system [m].
     ///
     /// # Panics
     /// If an element has no positive area or volume: meshes are checked before.
@@ -78,8 +82,8 @@ impl<const D: usize, const N: usize> BatchElastic<D, N> {
         points.enumerate().map(move |(i, point)| (&self.cells[elements.start + i / count], point))
     }
 
-    /// Writes the deformation gradients of the points of these elements, `(points, D, D)`; of a direction in place of positions,
-    /// their change.
+    /// Writes the deformation gradients of the points of these elements, `(points, D, D)`; of a direction in
+    /// place of positions, their change.
     fn deform(&self, elements: Range<usize>, x: &[f64], f: &mut [f64]) {
         for ((cell, point), f) in self.points(elements).zip(f.chunks_exact_mut(D * D)) {
             let at = point.deformation_gradient(&points_of::<D, N>(x, cell));

@@ -4,12 +4,12 @@ use super::BatchMaterial;
 use crate::algebra::project_positive;
 use crate::material::Psd;
 
-/// The step of central differences, relative to the deformation: the cube root of the rounding of a double, where the errors of
-/// truncation and of rounding are about equal, 1e-11 of the stiffness each.
+/// The step of central differences, relative to the deformation: the cube root of the rounding of a double,
+/// where the errors of truncation and of rounding are about equal, 1e-11 of the stiffness each.
 const STEP: f64 = 6e-6;
 
-/// `dP_ij/dF_kl` at each deformation gradient, symmetric, `(m, d*d, d*d)`; NaN where the material could not be evaluated. Projected, the
-/// nearest positive semidefinite ones.
+/// `dP_ij/dF_kl` at each deformation gradient, symmetric, `(m, d*d, d*d)`; NaN where the material could not
+/// be evaluated. Projected, the nearest positive semidefinite ones.
 pub(super) fn tangents<const D: usize>(material: &dyn BatchMaterial, f: &[f64], psd: Psd) -> Vec<f64> {
     let block = D * D;
     let mut tangents = vec![0.0; f.len() * block];

@@ -1,8 +1,9 @@
 //! Materials on blocks of deformation gradients: what every kind of element has in common.
 //!
-//! An element writes the `F` of its quadrature points, eight elements side by side, into a few blocks; the material turns them
-//! into stresses, and the element those into forces. So a material is compiled once, not once for each element, and an element
-//! not once for each material. The linear elements' forces alone are too short for that way: they have a kernel of their own.
+//! An element writes the `F` of its quadrature points, eight elements side by side, into a few blocks; the
+//! material turns them into stresses, and the element those into forces. So a material is compiled once, not
+//! once for each element, and an element not once for each material. The linear elements' forces alone are
+//! too short for that way: they have a kernel of their own.
 
 use crate::algebra::{Dual, Mat, Vect};
 use crate::element::ElementState;
@@ -93,7 +94,8 @@ impl<const D: usize> SpectrumBlock<D> {
 pub(super) trait BlockMaterial<const D: usize>: Send + Sync {
     /// Overwrites each `F` by `P` [Pa].
     fn stress(&self, how: Stress, f: &mut [Block<D>]);
-    /// Overwrites each `dF` by `dP = dP/dF : dF` [Pa] at the `F` of the same index, from dual numbers: exact, without a Hessian.
+    /// Overwrites each `dF` by `dP = dP/dF : dF` [Pa] at the `F` of the same index, from dual numbers:
+    /// exact, without a Hessian.
     fn derivative(&self, f: &[Block<D>], df: &mut [Block<D>]);
     /// Writes the energy densities [J/m^3].
     fn density(&self, f: &[Block<D>], psi: &mut [[f64; WIDTH]]);
@@ -159,7 +161,8 @@ impl<M: Material<D> + Material<3>, const D: usize> BlockMaterial<D> for M {
     }
 
     fn state(&self, f: &Mat<f64, D>) -> ElementState {
-        // In plane strain the third axis is neither stretched nor turned, but carries stress; in plane stress it is stretched.
+        // In plane strain the third axis is neither stretched nor turned, but carries stress; in plane
+        // stress it is stretched.
         let mut in_space = Mat::<f64, 3>::identity();
         for i in 0..D {
             in_space[i][..D].copy_from_slice(&f[i]);

@@ -111,8 +111,8 @@ impl<const D: usize, const N: usize> Kernel for FindSuspects<'_, D, N> {
     }
 }
 
-/// Coefficients of `det(A + t B) = d0 + d1 t + d2 t^2 + d3 t^3`: `det A`, `cof A : B`, `cof B : A` and `det B`
-/// in space; the last is the quadratic one in the plane.
+/// Coefficients of `det(A + t B) = d0 + d1 t + d2 t^2 + d3 t^3`: `det A`, `cof A : B`, `cof B : A` and `det
+/// B` in space; the last is the quadratic one in the plane.
 #[inline(always)]
 fn volume_polynomial<S: Scalar, const D: usize>(a: &Mat<S, D>, b: &Mat<S, D>) -> [S; 4] {
     let (of_a, of_b) = (a.cofactor(), b.cofactor());
@@ -127,10 +127,11 @@ fn largest_terms<S: Scalar>([d1, d2, d3]: [S; 3]) -> S {
     far * (d1.abs() + far * (d2.abs() + far * d3.abs()))
 }
 
-/// The smallest `t > 0` with `det(A + t B) = 0`, where `det A > 0`; infinite without one up to a little above 1.
+/// The smallest `t > 0` with `det(A + t B) = 0`, where `det A > 0`; infinite without one up to a little
+/// above 1.
 ///
-/// The polynomial in `t` is monotonic between its stationary points: the first of these intervals at whose end it is not positive
-/// has the root, which bisection finds.
+/// The polynomial in `t` is monotonic between its stationary points: the first of these intervals at whose
+/// end it is not positive has the root, which bisection finds.
 pub(super) fn first_root<const D: usize>(a: &Mat<f64, D>, b: &Mat<f64, D>) -> f64 {
     let [d0, d1, d2, d3] = volume_polynomial(a, b);
     if largest_terms([d1, d2, d3]) < DOMINANT * d0 {

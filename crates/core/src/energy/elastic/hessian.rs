@@ -1,8 +1,10 @@
-//! The Hessians of elements, `K_(ab) = w sum_(jl) (dP_ij / dF_kl) (grad N_a)_j (grad N_b)_l`; Sifakis, Barbic 2012, section 4.3.
+//! The Hessians of elements, `K_(ab) = w sum_(jl) (dP_ij / dF_kl) (grad N_a)_j (grad N_b)_l`; Sifakis,
+//! Barbic 2012, section 4.3.
 //!
-//! For isotropic models the decomposition `F = U diag(sigma) V^T` and the blocks run on lanes, for all models alike; only the
-//! few numbers of the spectrum come from the model, one element at a time. In the frame of `U` and `V` most of `dP/dF` is zero:
-//! with `g_a = V^T grad N_a`, `same = (flip + twist)/2` and `swapped = (flip - twist)/2`,
+//! For isotropic models the decomposition `F = U diag(sigma) V^T` and the blocks run on lanes, for all
+//! models alike; only the few numbers of the spectrum come from the model, one element at a time. In the
+//! frame of `U` and `V` most of `dP/dF` is zero: with `g_a = V^T grad N_a`, `same = (flip + twist)/2` and
+//! `swapped = (flip - twist)/2`,
 //!
 //! ```text
 //! (U^T K_ab U)_ii = scaling_ii g_ai g_bi + sum_(j != i) same_ij g_aj g_bj
@@ -252,7 +254,8 @@ impl<const D: usize, const N: usize> Kernel for PairBlocks<'_, D, N> {
     }
 }
 
-/// As [`fill`], one quadrature point after another: for models that give the whole tangent, and for elements with several points.
+/// As [`fill`], one quadrature point after another: for models that give the whole tangent, and for elements
+/// with several points.
 fn fill_by_tangent<const D: usize, const N: usize>(
     elements: &Elastic<D, N>,
     stencils: Range<usize>,

@@ -13,7 +13,8 @@ use crate::energy::DeformationExtremes;
 use crate::energy::patch::{PackIndex, Patch, Patches, Scratch};
 use crate::lanes::{Kernel, Lanes, RowSlice, WIDTH};
 
-/// Blocks that a material is given at a time: few enough to stay in the first cache, enough to make the call free.
+/// Blocks that a material is given at a time: few enough to stay in the first cache, enough to make the call
+/// free.
 pub(super) const BLOCKS: usize = 16;
 
 /// Packs of elements that fill these.
@@ -174,7 +175,8 @@ impl<const D: usize, const N: usize> Kernel for ExtremesKernel<'_, D, N> {
             let rest = &self.rest[pack * points..][..points];
             let index = std::slice::from_ref(&self.patches.index[pack]);
             DeformationKernel { rest, index, rows: &self.scratch.position, f: &mut f[..points] }.run::<L>();
-            // Lanes that fill up repeat an element: they cannot change the minimum, but they must not be counted.
+            // Lanes that fill up repeat an element: they cannot change the minimum, but they must not be
+            // counted.
             let real = L::mask_to_bits(L::zero().lt(rest[0].weight::<L>()));
             let mut upright = real;
             for f in &f[..points] {

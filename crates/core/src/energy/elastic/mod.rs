@@ -1,4 +1,5 @@
-//! Hyperelastic elements: the energy `sum_e sum_q w_q Psi(F_q)` over the quadrature points of each, one for linear ones.
+//! Hyperelastic elements: the energy `sum_e sum_q w_q Psi(F_q)` over the quadrature points of each, one for
+//! linear ones.
 
 mod block;
 mod collapse;
@@ -62,8 +63,8 @@ pub struct Elastic<const D: usize, const N: usize> {
 }
 
 impl<const D: usize, const N: usize> Elastic<D, N> {
-    /// Linear elements `elements` (global vertex indices) of `body`, at rest at `rest` (flat, all vertices of the system) [m],
-    /// their stress computed as `stress` says.
+    /// Linear elements `elements` (global vertex indices) of `body`, at rest at `rest` (flat, all vertices
+    /// of the system) [m], their stress computed as `stress` says.
     ///
     /// # Panics
     /// If `N` is not `D + 1`, or an element has no positive area or volume: meshes are checked before.
@@ -85,7 +86,8 @@ impl<const D: usize, const N: usize> Elastic<D, N> {
     /// Quadratic elements, likewise: corners first, then the vertices in the middle of the edges.
     ///
     /// # Panics
-    /// If `N` is not 6 in 2D or 10 in 3D, or `det J` is not positive at all quadrature points: meshes are checked before.
+    /// If `N` is not 6 in 2D or 10 in 3D, or `det J` is not positive at all quadrature points: meshes are
+    /// checked before.
     pub fn quadratic<M: Material<D> + Material<3>>(
         body: &str,
         material: M,
@@ -121,7 +123,8 @@ impl<const D: usize, const N: usize> Elastic<D, N> {
         }
     }
 
-    /// The elements with their global vertices, in the order of the patches: `(element, vertices, pack, lane)`.
+    /// The elements with their global vertices, in the order of the patches: `(element, vertices, pack,
+    /// lane)`.
     fn elements(&self) -> impl Iterator<Item = (usize, [u32; N], usize, usize)> {
         self.patches.stencils()
     }
@@ -400,7 +403,8 @@ impl<const D: usize, const N: usize> StepLimit for Elastic<D, N> {
     }
 }
 
-/// `F` at the centroid of an element: both `dx/dxi` and `J` are linear there, their means over the points are their values.
+/// `F` at the centroid of an element: both `dx/dxi` and `J` are linear there, their means over the points
+/// are their values.
 fn centroid_deformation<const D: usize>(points: &[[Mat<f64, D>; 2]]) -> Mat<f64, D> {
     if let [[dx, inverse]] = points {
         return dx.mul(inverse);

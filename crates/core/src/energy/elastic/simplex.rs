@@ -1,6 +1,8 @@
-//! Forces of linear elements, fused: positions, stress in closed form and forces in one kernel, two packs at a time.
+//! Forces of linear elements, fused: positions, stress in closed form and forces in one kernel, two packs at
+//! a time.
 //!
-//! Compiled for every material and every instruction set, which is why nothing else is, see [`block`](super::block).
+//! Compiled for every material and every instruction set, which is why nothing else is, see
+//! [`block`](super::block).
 
 use super::block::{Block, stress_of_lane};
 use super::kernels::{gather, scatter};
@@ -92,8 +94,8 @@ impl<M: Material<D>, const D: usize, const N: usize> PackStress<'_, M, D, N> {
         add_gradients(gradient, index, &p.scale(weight).mul_transpose(&rest));
     }
 
-    /// Two packs a turn: the latency of divisions and roots in one hides behind the other. They are added one after the
-    /// other, the second to the rows `into`, so that the sums are those of one pack a turn.
+    /// Two packs a turn: the latency of divisions and roots in one hides behind the other. They are added
+    /// one after the other, the second to the rows `into`, so that the sums are those of one pack a turn.
     #[inline(always)]
     fn two_packs<L: Lanes>(
         &self,
@@ -126,14 +128,15 @@ impl<M: Material<D>, const D: usize, const N: usize> Kernel for GradientKernel<'
         let packs = &self.packs[self.patch.packs.clone()];
         // One of the two loops is compiled, so that a material's stress is inlined once.
         if L::PAIRS_PAY {
-            // The last pack of an odd number goes with itself, and is added a second time where nothing is read. Not left out: around
-            // a branch the compiler moves all of the second pack's work behind it, and the two no longer overlap.
+            // The last pack of an odd number goes with itself, and is added a second time where nothing is
+            // read. Not left out: around a branch the compiler moves all of the second pack's work behind
+            // it, and the two no longer overlap.
             let nowhere = [[Rows::<D>::SPARE; WIDTH]; N];
             // Nothing lies beyond the end.
             let mut ahead =
                 if self.patches.exceed_caches() { self.patch.packs.start + AHEAD } else { self.packs.len() };
-            // In the plane, where a pack is little work and a scene may have few, a pack too many costs more than compiling a second
-            // loop, for the odd one.
+            // In the plane, where a pack is little work and a scene may have few, a pack too many costs more
+            // than compiling a second loop, for the odd one.
             let in_pairs = if D == 2 { packs.len() / 2 * 2 } else { packs.len() };
             let ((packs, odd), (index, odd_index)) = (packs.split_at(in_pairs), index.split_at(in_pairs));
             for (packs, index) in packs.chunks(2).zip(index.chunks(2)) {

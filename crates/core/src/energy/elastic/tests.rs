@@ -6,7 +6,8 @@ use crate::element::{QuadraturePoint, least_jacobian, quadrature_points};
 use crate::energy::EnergyTerm;
 use crate::material::{Isotropic, Model, NeoHookean, Parameters, Psd};
 
-/// A grid of curved elements: nodes in the middle of edges off their edge. Rest positions, flat, and the elements.
+/// A grid of curved elements: nodes in the middle of edges off their edge. Rest positions, flat, and the
+/// elements.
 fn curved<const D: usize, const N: usize>(cells: [usize; D]) -> (Vec<f64>, Vec<[u32; N]>) {
     let grid =
         pliant_mesh::spec::GridSpec { cells: cells.to_vec(), spacing: Some(0.1), ..Default::default() };
@@ -130,7 +131,8 @@ fn affine_motions_strain_curved_elements_uniformly() {
     affine_motion::<3, 10>([3, 2, 2]);
 }
 
-/// One node in the middle of an edge is drawn through its element: not at the corners, but at quadrature points `det F < 0`.
+/// One node in the middle of an edge is drawn through its element: not at the corners, but at quadrature
+/// points `det F < 0`.
 #[test]
 fn an_element_that_is_inverted_at_one_quadrature_point_is_counted_and_named() {
     let (rest, elements) = curved::<2, 6>([5, 3]);

@@ -3,9 +3,10 @@
 use super::{VectorField, add_rows};
 use crate::energy::{Driven, EnergyKind, EnergyTerm, Fault, Measurements, TermProperties, TermViews};
 
-/// `E = -sum_i f_i(t) . (x_i - X_i)`, zero in the rest shape: point loads, dead traction, forces per volume. The force on a vertex
-/// is that of a field `f(X, t)` at sample points of the rest shape (quadrature points, or the vertices themselves), each of which
-/// gives its shares to some vertices: `f_i = sum_s w_si f(X_s, t)`.
+/// `E = -sum_i f_i(t) . (x_i - X_i)`, zero in the rest shape: point loads, dead traction, forces per volume.
+/// The force on a vertex is that of a field `f(X, t)` at sample points of the rest shape (quadrature points,
+/// or the vertices themselves), each of which gives its shares to some vertices: `f_i = sum_s w_si f(X_s,
+/// t)`.
 pub struct DeadLoad {
     name: String,
     dimension: usize,
@@ -28,14 +29,14 @@ pub struct DeadLoad {
 pub struct Sample {
     /// In the rest shape [m].
     pub point: [f64; 3],
-    /// A place in the list of vertices, and what that vertex gets of the field's value: 1 for a force, the share of an area [m^2]
-    /// or a volume [m^3] for a density.
+    /// A place in the list of vertices, and what that vertex gets of the field's value: 1 for a force, the
+    /// share of an area [m^2] or a volume [m^3] for a density.
     pub shares: Vec<(u32, f64)>,
 }
 
 impl DeadLoad {
-    /// A load on `vertices`, ascending, of the whole system with the flat rest positions `rest` [m]; `changes` says whether
-    /// `field` depends on time.
+    /// A load on `vertices`, ascending, of the whole system with the flat rest positions `rest` [m];
+    /// `changes` says whether `field` depends on time.
     pub fn new(
         name: String,
         dimension: usize,

@@ -4,7 +4,8 @@ use crate::algebra::all_finite;
 use crate::energy::{Driven, EnergyKind, EnergyTerm, Fault, Measurements, TermProperties, TermViews};
 use crate::numbering::Numbering;
 
-/// A function of the time [s] and the positions, flat [m], that writes forces, flat [N]; false where it cannot.
+/// A function of the time [s] and the positions, flat [m], that writes forces, flat [N]; false where it
+/// cannot.
 pub type ForceFunction = Box<dyn FnMut(f64, &[f64], &mut [f64]) -> bool + Send + Sync>;
 
 /// Forces on all vertices, flat `(n, dimension)`, vertices in the order of the scene [N].
@@ -17,7 +18,8 @@ pub enum ExternalForce {
 
 /// [`ExternalForce`] as a term: a force without a potential, whose work is energy that comes in.
 ///
-/// Its derivative is not known: Newton's method does without, and converges more slowly where a force depends strongly on positions.
+/// Its derivative is not known: Newton's method does without, and converges more slowly where a force
+/// depends strongly on positions.
 pub struct ExternalForces {
     name: String,
     dimension: usize,

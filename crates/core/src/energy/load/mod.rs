@@ -11,7 +11,8 @@ pub use external::{ExternalForce, ExternalForces, ForceFunction};
 pub use pressure::{Pressure, PressureField, rim};
 pub use pressure::{image, nodes};
 
-/// A vector that differs from place to place and changes with time, by the rest position `X` [m] and the time `t` [s].
+/// A vector that differs from place to place and changes with time, by the rest position `X` [m] and the
+/// time `t` [s].
 pub type VectorField = Box<dyn Fn([f64; 3], f64) -> [f64; 3] + Send + Sync>;
 
 /// The places in `vertices`, ascending, of those from `first` on that have rows in an array of `count` rows.
@@ -21,7 +22,8 @@ fn slots(vertices: &[u32], first: usize, count: usize) -> std::ops::Range<usize>
     from..to
 }
 
-/// Adds `factor` times the `rows` of these ascending `vertices` to the rows `g` of the vertices from `first` on.
+/// Adds `factor` times the `rows` of these ascending `vertices` to the rows `g` of the vertices from `first`
+/// on.
 pub(crate) fn add_rows(vertices: &[u32], rows: &[f64], factor: f64, first: usize, g: &mut [f64], d: usize) {
     for slot in slots(vertices, first, g.len() / d) {
         let row = (vertices[slot] as usize - first) * d;

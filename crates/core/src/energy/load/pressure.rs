@@ -21,16 +21,19 @@ pub struct PressureField {
     pub varies: bool,
 }
 
-/// Pressure on faces, against their normals out of the body as these are now. A face gives its node `i` the force
-/// `-sum_q P_qi a_q(x)`, `a_q` its vector area as it is at point `q`: one point on a face of first order, where `P_i` is the integral of
-/// `p N_i` over the rest face by its measure (uniform: `p / D`); on one of second order, with `N` nodes, the points of its
-/// quadrature, where `P_qi = w_q p_q N_i`, which is exact for uniform pressure on curved faces too. A closed surface feels no net
-/// force, nor net moment where the pressure is uniform.
+/// Pressure on faces, against their normals out of the body as these are now. A face gives its node `i` the
+/// force `-sum_q P_qi a_q(x)`, `a_q` its vector area as it is at point `q`: one point on a face of first
+/// order, where `P_i` is the integral of `p N_i` over the rest face by its measure (uniform: `p / D`); on
+/// one of second order, with `N` nodes, the points of its quadrature, where `P_qi = w_q p_q N_i`, which is
+/// exact for uniform pressure on curved faces too. A closed surface feels no net force, nor net moment where
+/// the pressure is uniform.
 ///
-/// Uniform pressure on a closed surface, or on one whose rim does not move, has the potential `p (V(x) - V(X))`, `V` the volume
-/// behind the faces. Otherwise there is none, and its energy is zero. Products with the Hessian are exact in both cases; without a
-/// potential it is not symmetric, and the stability limit and the matrices of implicit steps are those of its symmetric part. Rumpel, Schweizerhof 2003,
-/// *Volume-dependent pressure loading and its influence on the stability of structures*, Int. J. Numer. Meth. Eng. 56, 211.
+/// Uniform pressure on a closed surface, or on one whose rim does not move, has the potential `p (V(x) -
+/// V(X))`, `V` the volume behind the faces. Otherwise there is none, and its energy is zero. Products with
+/// the Hessian are exact in both cases; without a potential it is not symmetric, and the stability limit and
+/// the matrices of implicit steps are those of its symmetric part. Rumpel, Schweizerhof 2003,
+/// *Volume-dependent pressure loading and its influence on the stability of structures*, Int. J. Numer.
+/// Meth. Eng. 56, 211.
 pub struct Pressure<const D: usize, const N: usize> {
     name: String,
     /// Ascending.
@@ -48,7 +51,8 @@ pub struct Pressure<const D: usize, const N: usize> {
     conservative: bool,
     pressure: PressureField,
     time: f64,
-    /// `P_qi` of each face at `time`, one row for each of `areas`; those of a single face where the pressure is uniform.
+    /// `P_qi` of each face at `time`, one row for each of `areas`; those of a single face where the pressure
+    /// is uniform.
     now: Vec<[f64; N]>,
     /// The pressure at `time` where it is uniform [Pa].
     uniform: f64,
@@ -57,8 +61,8 @@ pub struct Pressure<const D: usize, const N: usize> {
 }
 
 impl<const D: usize, const N: usize> Pressure<D, N> {
-    /// Pressure on these faces of a system with the flat rest positions `rest` [m]; `rim_stays` says whether the vertices of the
-    /// [`rim`] do not move, which is so where there are none.
+    /// Pressure on these faces of a system with the flat rest positions `rest` [m]; `rim_stays` says whether
+    /// the vertices of the [`rim`] do not move, which is so where there are none.
     pub fn new(
         name: String,
         faces: &[[u32; N]],

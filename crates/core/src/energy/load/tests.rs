@@ -130,7 +130,8 @@ fn pressure_on_a_closed_surface_is_the_gradient_of_its_volume_and_has_no_net_for
     closed_surface::<3, 4>();
 }
 
-/// The product of the matrix of all faces, block by block, with `p`; and that of the matrix without negative curvature.
+/// The product of the matrix of all faces, block by block, with `p`; and that of the matrix without negative
+/// curvature.
 fn by_blocks<const D: usize>(term: &mut dyn EnergyTerm, x: &[f64], p: &[f64], psd: Psd) -> Vec<f64> {
     let stencils = term.stencils();
     let (n, count) = (stencils.size, stencils.vertices.len() / stencils.size);
@@ -161,8 +162,8 @@ fn by_blocks<const D: usize>(term: &mut dyn EnergyTerm, x: &[f64], p: &[f64], ps
     y
 }
 
-/// Products with the Hessian are differences of forces, with and without a potential; those of the stability limit are of its
-/// symmetric part.
+/// Products with the Hessian are differences of forces, with and without a potential; those of the stability
+/// limit are of its symmetric part.
 fn products<const D: usize, const N: usize>() {
     let (mesh, x) = if N == D { block::<D>() } else { curved_block::<D>() };
     let faces = faces::<D, N>(&mesh);
@@ -216,8 +217,8 @@ fn pressure_has_exact_hessian_products() {
     products::<3, 6>();
 }
 
-/// Uniform pressure on one curved face of second order: its force and moment are those of any other surface with the same rim, here
-/// a circular arc's chord, and Simpson's weights on a straight one.
+/// Uniform pressure on one curved face of second order: its force and moment are those of any other surface
+/// with the same rim, here a circular arc's chord, and Simpson's weights on a straight one.
 #[test]
 fn pressure_on_a_curved_edge_has_the_force_and_moment_of_its_chord() {
     // From (1, 0) to (0, 1) by way of a point beside the chord; in 2D the force depends on the ends alone.
@@ -238,7 +239,8 @@ fn pressure_on_a_curved_edge_has_the_force_and_moment_of_its_chord() {
     }
 }
 
-/// Pressure that differs from place to place, at rest: the total force is the integral of `-p n` over the face at x = 1.
+/// Pressure that differs from place to place, at rest: the total force is the integral of `-p n` over the
+/// face at x = 1.
 #[test]
 fn varying_pressure_has_the_force_of_its_integral() {
     let (mesh, _) = block::<3>();
@@ -257,8 +259,8 @@ fn varying_pressure_has_the_force_of_its_integral() {
     assert!((term.power(&mesh.points, &v) - 2.0 * exact).abs() < 1e-13);
 }
 
-/// A dead load is the gradient of `-f . u`, is looked at once where it does not change, and keeps the force of the last
-/// evaluation when its time goes on.
+/// A dead load is the gradient of `-f . u`, is looked at once where it does not change, and keeps the force
+/// of the last evaluation when its time goes on.
 #[test]
 fn a_dead_load_has_the_potential_of_its_forces() {
     let rest: Vec<f64> = (0..12).map(|i| scattered(i + 3)).collect();

@@ -5,17 +5,20 @@ use crate::scalar::Scalar;
 
 /// Added to what is divided by: an edge without length has no direction.
 const TINY: f64 = 1e-280;
-/// Square of the curvature that a straight joint in space counts as: below it, the plane that it bends in is noise.
+/// Square of the curvature that a straight joint in space counts as: below it, the plane that it bends in is
+/// noise.
 const STRAIGHT: f64 = 1e-20;
 
-/// `s = kappa - kappa_0`, `kappa = 2 tan(phi/2)` with the angle `phi` by which a polyline turns at `x_1`, from `e = x_1 - x_0` to
-/// `f = x_2 - x_1`; `rest` is `kappa_0`. It is the length of the curvature binormal `2 e x f / (|e| |f| + e . f)`; in the plane it has a
-/// sign, positive counter-clockwise. A joint that folds back on itself has no finite curvature.
+/// `s = kappa - kappa_0`, `kappa = 2 tan(phi/2)` with the angle `phi` by which a polyline turns at `x_1`,
+/// from `e = x_1 - x_0` to `f = x_2 - x_1`; `rest` is `kappa_0`. It is the length of the curvature binormal
+/// `2 e x f / (|e| |f| + e . f)`; in the plane it has a sign, positive counter-clockwise. A joint that folds
+/// back on itself has no finite curvature.
 ///
-/// In space a straight joint bends equally in every direction: there `kappa = sqrt(|kb|^2 + 1e-20)`, whose square is smooth.
+/// In space a straight joint bends equally in every direction: there `kappa = sqrt(|kb|^2 + 1e-20)`, whose
+/// square is smooth.
 ///
-/// Bergou, Wardetzky, Robinson, Audoly, Grinspun 2008, *Discrete elastic rods*, ACM Transactions on Graphics 27(3), the isotropic
-/// case without twist.
+/// Bergou, Wardetzky, Robinson, Audoly, Grinspun 2008, *Discrete elastic rods*, ACM Transactions on Graphics
+/// 27(3), the isotropic case without twist.
 #[derive(Clone, Copy, Debug)]
 pub struct Curvature;
 

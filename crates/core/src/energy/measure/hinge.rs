@@ -6,9 +6,9 @@ use crate::scalar::Scalar;
 /// Added to squares that are divided by: what has collapsed has no direction.
 const TINY: f64 = 1e-280;
 
-/// `s = theta - theta_0` [rad], `theta` the angle between the normals of the triangles `(x_0, x_1, x_2)` and `(x_1, x_0, x_3)`: 0
-/// where they lie in a plane, positive where both fold to the side that the normals point to, in `(-pi, pi]`. `rest` is
-/// `(cos theta_0, sin theta_0)`; the deviation is in `(-pi, pi]` too.
+/// `s = theta - theta_0` [rad], `theta` the angle between the normals of the triangles `(x_0, x_1, x_2)` and
+/// `(x_1, x_0, x_3)`: 0 where they lie in a plane, positive where both fold to the side that the normals
+/// point to, in `(-pi, pi]`. `rest` is `(cos theta_0, sin theta_0)`; the deviation is in `(-pi, pi]` too.
 ///
 /// With `e = x_1 - x_0` and the normals `n_A = e x (x_2 - x_0)`, `n_B = (x_3 - x_0) x e`:
 /// `theta = atan2(|e| n_A . (x_3 - x_0), n_A . n_B)`, accurate at every angle; `d theta/d x_2 = |e| n_A / |n_A|^2`, the same with B

@@ -25,12 +25,12 @@ const STIFFNESS_OPENING_ANGLE: f64 = 0.5;
 /// Groups at most: what is left to balance, against arrays to be added up.
 const MAX_GROUPS: usize = 16;
 
-/// `E = -G sum_{i<j} m_i m_j / sqrt(|x_i - x_j|^2 + softening^2)` over a set of vertices (lecture 8); Plummer softening,
-/// Aarseth 2003, *Gravitational N-Body Simulations*.
+/// `E = -G sum_{i<j} m_i m_j / sqrt(|x_i - x_j|^2 + softening^2)` over a set of vertices (lecture 8);
+/// Plummer softening, Aarseth 2003, *Gravitational N-Body Simulations*.
 ///
-/// Each pair is computed once and acts on both its particles. The pairs are dealt out to a number of groups that depends on the
-/// number of particles alone, never on the number of threads; each group sums into its own array and the arrays are added in
-/// order, so that the result has the same bits on any machine.
+/// Each pair is computed once and acts on both its particles. The pairs are dealt out to a number of groups
+/// that depends on the number of particles alone, never on the number of threads; each group sums into its
+/// own array and the arrays are added in order, so that the result has the same bits on any machine.
 pub struct NBody<const D: usize> {
     vertices: Vec<u32>,
     constant: f64,
@@ -51,8 +51,8 @@ pub struct NBody<const D: usize> {
 }
 
 impl<const D: usize> NBody<D> {
-    /// Attraction with constant `constant` [m^3/(kg s^2)] and softening length `softening` [m] between `vertices` of
-    /// masses `mass` [kg] (one per listed vertex).
+    /// Attraction with constant `constant` [m^3/(kg s^2)] and softening length `softening` [m] between
+    /// `vertices` of masses `mass` [kg] (one per listed vertex).
     ///
     /// # Panics
     /// If the vertices are not listed in ascending order.
@@ -83,7 +83,8 @@ impl<const D: usize> NBody<D> {
         Particles { position: &self.position, mass: &self.mass, softening2: self.softening2 }
     }
 
-    /// Runs the pair kernel in every group; whether all sums are finite. With `ENERGY`, `parts` are then the energies.
+    /// Runs the pair kernel in every group; whether all sums are finite. With `ENERGY`, `parts` are then the
+    /// energies.
     fn sum_pairs<const DERIVATIVE: bool, const ENERGY: bool>(&mut self) -> bool {
         let mut partial = std::mem::take(&mut self.partial);
         let mut parts = std::mem::take(&mut self.parts);
@@ -288,7 +289,8 @@ mod tests {
             let sum: f64 =
                 (0..count).flat_map(|i| (0..i).map(move |j| (i, j))).map(|(i, j)| pair(i, j)).sum();
             let relative = |value: f64| (value / (-0.7 * sum) - 1.0).abs();
-            // Half a million terms of one sign, added in blocks: far from the bound of n units in the last place.
+            // Half a million terms of one sign, added in blocks: far from the bound of n units in the last
+            // place.
             assert!(relative(energy.unwrap()) < 1e-13 && relative(term.energy(&x)) < 1e-13);
         }
     }

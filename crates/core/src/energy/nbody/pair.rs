@@ -5,9 +5,9 @@ use crate::lanes::{Lanes, WIDTH};
 /// `WIDTH` vectors, `v[component][lane]`.
 pub(super) type Block<const D: usize> = [[f64; WIDTH]; D];
 
-/// Where the lanes are that fill up a pack, in every component [m]: apart from each other and far away from all particles.
-/// Padding particles have mass zero and their pair terms are finite numbers, so that nothing comes of them
-/// without a comparison in any inner loop.
+/// Where the lanes are that fill up a pack, in every component [m]: apart from each other and far away from
+/// all particles. Padding particles have mass zero and their pair terms are finite numbers, so that nothing
+/// comes of them without a comparison in any inner loop.
 pub(super) const FAR: [f64; WIDTH] = [1e100, 2e100, 3e100, 4e100, 5e100, 6e100, 7e100, 8e100];
 
 /// Targets whose sums stay in registers while they meet the packs of sources.
@@ -15,8 +15,8 @@ pub(super) const TARGETS: usize = 4;
 
 /// True if target `t` of a round takes its inverse roots by Newton's method, the others by square root and
 /// division. The divider
-/// works beside the multipliers: one of four in another way keeps both of them busy, and is a fifth faster than either way alone
-/// (two of four: the same within 3 %). Constant after unrolling.
+/// works beside the multipliers: one of four in another way keeps both of them busy, and is a fifth faster
+/// than either way alone (two of four: the same within 3 %). Constant after unrolling.
 #[inline(always)]
 pub(super) const fn by_newton(t: usize) -> bool {
     t.is_multiple_of(TARGETS)
@@ -71,9 +71,9 @@ pub(super) fn dot<L: Lanes, const D: usize>(a: &[L; D], b: &[L; D], start: L) ->
     sum
 }
 
-/// `1 / sqrt(r2)` to a relative error below 1e-12, without the divider: the bits of `r2` and one step whose polynomial in
-/// `e = 1 - r2 q^2` is the best of its degree in relative error for the seed's `e` in [-0.0692, 0.0676] (largest error 7.5e-7), all
-/// of it before the correction that the callers add.
+/// `1 / sqrt(r2)` to a relative error below 1e-12, without the divider: the bits of `r2` and one step whose
+/// polynomial in `e = 1 - r2 q^2` is the best of its degree in relative error for the seed's `e` in
+/// [-0.0692, 0.0676] (largest error 7.5e-7), all of it before the correction that the callers add.
 #[inline(always)]
 fn inverse_root_start<L: Lanes>(r2: L) -> L {
     let q = r2.inverse_sqrt_seed();
@@ -108,10 +108,11 @@ pub(super) fn inverse_cube<L: Lanes>(r2: L, newton: bool) -> L {
     (cube * e).mul_add(L::splat(1.875).mul_add(e, L::splat(1.5)), cube)
 }
 
-/// A pair's scalar and vector: `m_j s v` is what the source does to its target, without `G` and the mass of the target.
+/// A pair's scalar and vector: `m_j s v` is what the source does to its target, without `G` and the mass of
+/// the target.
 ///
-/// `s = r^-3` and `v = d`, the separation; for the derivative along a direction, `v = dp - 3 (d . dp) / r^2 d` with the difference
-/// `dp` of the directions.
+/// `s = r^-3` and `v = d`, the separation; for the derivative along a direction, `v = dp - 3 (d . dp) / r^2
+/// d` with the difference `dp` of the directions.
 #[inline(always)]
 pub(super) fn interaction<L: Lanes, const D: usize, const DERIVATIVE: bool>(
     target: &[[L; D]; 2],

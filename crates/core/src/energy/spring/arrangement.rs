@@ -10,7 +10,8 @@ use crate::lanes::{Aligned, WIDTH, dispatch};
 /// Blocks of `WIDTH` vertices that one task takes.
 const TASK_BLOCKS: usize = 128;
 
-/// Below this many tasks, of some 8 microseconds each, a hand-over to other threads costs about what it saves.
+/// Below this many tasks, of some 8 microseconds each, a hand-over to other threads costs about what it
+/// saves.
 const PARALLEL_FROM_TASKS: usize = 3;
 
 /// A row for each vertex of a block.
@@ -18,8 +19,8 @@ type Rows<const D: usize> = [[f64; D]; WIDTH];
 
 /// Springs in a layout, and the memory that their sums are computed in.
 ///
-/// Every vertex adds up its own springs, in the order of its slots: nothing is scattered, a tension has the same bits at both ends
-/// of its spring on every thread, and no sum depends on the number of threads.
+/// Every vertex adds up its own springs, in the order of its slots: nothing is scattered, a tension has the
+/// same bits at both ends of its spring on every thread, and no sum depends on the number of threads.
 pub(super) struct Arrangement<const D: usize, N: Neighbours<D>> {
     neighbours: N,
     slots: Slots,

@@ -30,11 +30,12 @@ pub(super) trait Neighbours<const D: usize>: Send + Sync {
     /// `own` minus the vectors of the other ends; zero in lanes without a spring (where `own` is finite).
     fn difference<L: Lanes>(&self, field: &Self::Field, own: &[L; D], block: usize, slot: usize) -> [L; D];
 
-    /// Blocks of a task below which [`gradient`](Self::gradient) goes through too many blocks before the first to pay.
+    /// Blocks of a task below which [`gradient`](Self::gradient) goes through too many blocks before the
+    /// first to pay.
     fn fewest_blocks(&self) -> usize;
 
-    /// Writes the gradient on the vertices of each block over a row of `out`. Zero in every lane, or NaN where something is not
-    /// finite.
+    /// Writes the gradient on the vertices of each block over a row of `out`. Zero in every lane, or NaN
+    /// where something is not finite.
     fn gradient<L: Lanes>(
         &self,
         slots: &Slots,

@@ -14,8 +14,9 @@ pub(super) struct Spring {
 }
 
 /// Writes the blocks `00, 01, 11` of the Hessians: with `n = (x_1 - x_2)/l` it is
-/// `k (n n^T + (1 - l0/l) (I - n n^T))` at either end, and minus that between them. Across a compressed spring the second
-/// eigenvalue is negative: the projection leaves it out. Choi, Ko 2002, "Stable but responsive cloth", section 3.
+/// `k (n n^T + (1 - l0/l) (I - n n^T))` at either end, and minus that between them. Across a compressed
+/// spring the second eigenvalue is negative: the projection leaves it out. Choi, Ko 2002, "Stable but
+/// responsive cloth", section 3.
 pub(super) fn hessians<const D: usize>(springs: &[Spring], x: &[f64], psd: Psd, out: &mut [f64]) {
     let x = x.as_chunks::<D>().0;
     for (spring, out) in springs.iter().zip(out.chunks_exact_mut(3 * D * D)) {
@@ -27,7 +28,8 @@ pub(super) fn hessians<const D: usize>(springs: &[Spring], x: &[f64], psd: Psd, 
             square += n[c] * n[c];
         }
         let length = square.sqrt();
-        // A spring of length zero has no direction; it pulls with no force, and its tangent is taken as that of a taut one.
+        // A spring of length zero has no direction; it pulls with no force, and its tangent is taken as that
+        // of a taut one.
         let across = if length > 0.0 { 1.0 - spring.rest_length / length } else { 1.0 };
         let across = if psd == Psd::Projected && across < 0.0 { 0.0 } else { across };
         let along = if length > 0.0 { (1.0 - across) / square } else { 0.0 };

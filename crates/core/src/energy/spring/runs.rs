@@ -1,4 +1,5 @@
-//! Vertex runs, for vertices numbered as on a grid: the other ends of eight springs lie side by side in memory, too.
+//! Vertex runs, for vertices numbered as on a grid: the other ends of eight springs lie side by side in
+//! memory, too.
 
 mod rings;
 
@@ -15,12 +16,14 @@ use crate::lanes::{Aligned, Columns, ColumnsView, Kernel, Lanes, WIDTH, dispatch
 /// A spring in every lane.
 const ALL: u8 = u8::MAX;
 
-/// The other ends of the springs in a slot: vertex `i` of the block has a spring to `i + offset` if bit `i` of `lanes` is set.
+/// The other ends of the springs in a slot: vertex `i` of the block has a spring to `i + offset` if bit `i`
+/// of `lanes` is set.
 #[derive(Clone, Copy, Debug)]
 struct SpringRun {
     offset: i32,
     lanes: u8,
-    /// Where the ring begins that its tensions go through, from the lower ends to the upper; [`NO_RING`]: both ends compute them.
+    /// Where the ring begins that its tensions go through, from the lower ends to the upper; [`NO_RING`]:
+    /// both ends compute them.
     ring: u32,
 }
 
@@ -31,7 +34,8 @@ impl SpringRun {
     }
 }
 
-/// The other ends in every slot. Of the slots of a block, those that are computed come before those whose tensions are read.
+/// The other ends in every slot. Of the slots of a block, those that are computed come before those whose
+/// tensions are read.
 #[derive(Debug)]
 pub(super) struct Runs {
     vertices: usize,
@@ -187,8 +191,8 @@ impl<const D: usize> Neighbours<D> for Runs {
         let field = field.view();
         let mut tensions = self.rings.in_memory(tensions);
         let first = blocks.start.saturating_sub(self.rings.reach());
-        // Little beside the arithmetic is done for a slot: the more of them the processor sees at once, the better it hides the
-        // latency of roots and quotients.
+        // Little beside the arithmetic is done for a slot: the more of them the processor sees at once, the
+        // better it hides the latency of roots and quotients.
         for block in first..blocks.end {
             let from = block * WIDTH;
             let own: [L; D] = field.load(from as isize);

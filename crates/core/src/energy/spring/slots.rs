@@ -5,7 +5,8 @@ use std::ops::Range;
 use super::half_springs::HalfSpring;
 use crate::lanes::{Aligned, Lanes, WIDTH};
 
-/// Slots of all blocks of `WIDTH` vertices. A slot holds a half spring for each vertex of its block, or for some of them.
+/// Slots of all blocks of `WIDTH` vertices. A slot holds a half spring for each vertex of its block, or for
+/// some of them.
 #[derive(Debug)]
 pub(super) struct Slots {
     /// `start[b]..start[b + 1]` are the slots of block `b`.

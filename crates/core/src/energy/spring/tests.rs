@@ -56,8 +56,8 @@ impl Net {
     }
 }
 
-/// Energy, gradient and product with the Hessian, by a loop over the springs, and the sums of the absolute values of what was
-/// added up, which rounding errors are measured by.
+/// Energy, gradient and product with the Hessian, by a loop over the springs, and the sums of the absolute
+/// values of what was added up, which rounding errors are measured by.
 #[derive(Default)]
 struct Plain {
     energy: f64,

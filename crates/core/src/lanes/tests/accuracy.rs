@@ -24,7 +24,8 @@ impl Double {
     fn scale(self, s: f64) -> Double {
         self.mul(Double(s, 0.0))
     }
-    /// `e^self - 1` for `|self| <= 1`: Taylor's series at `self / 256`, then eight times `(1 + y)^2 - 1 = 2 y + y^2`.
+    /// `e^self - 1` for `|self| <= 1`: Taylor's series at `self / 256`, then eight times `(1 + y)^2 - 1 = 2
+    /// y + y^2`.
     fn exp_minus_1(self) -> Double {
         let x = self.scale(1.0 / 256.0);
         let mut y = Double(0.0, 0.0);

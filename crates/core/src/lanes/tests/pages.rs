@@ -14,7 +14,8 @@ fn vectors_of_any_size_hold_what_they_are_filled_with() {
     }
 }
 
-// The kernel says of each range of addresses whether huge pages were asked for: `hg` among its flags. One without them cannot.
+// The kernel says of each range of addresses whether huge pages were asked for: `hg` among its flags. One
+// without them cannot.
 #[test]
 #[cfg(target_os = "linux")]
 fn large_memory_is_asked_for_in_huge_pages() {

@@ -23,12 +23,12 @@ fn state<const D: usize>() -> impl Strategy<Value = (Mat<f64, D>, Mat<f64, D>)> 
     })
 }
 
-/// Bound of an error in `P(QF)` [Pa]: 1e-13 of `stress_scale`, or one rounding of the argument, `eps |F|`, carried
-/// into the stress by the stiffness at `F`, where that is larger.
+/// Bound of an error in `P(QF)` [Pa]: 1e-13 of `stress_scale`, or one rounding of the argument, `eps |F|`,
+/// carried into the stress by the stiffness at `F`, where that is larger.
 ///
-/// The stiffness at rest in `stress_scale` does not know the second part. Holzapfel, Gasser and Ogden's `exp(k2 E^2)`
-/// needs it: at J = 0.026, with `P` in 50 digits, rounding the entries of `QF` alone moves the stress by 1.3e-13 of
-/// `|P|` in the median over rotations.
+/// The stiffness at rest in `stress_scale` does not know the second part. Holzapfel, Gasser and Ogden's
+/// `exp(k2 E^2)` needs it: at J = 0.026, with `P` in 50 digits, rounding the entries of `QF` alone moves the
+/// stress by 1.3e-13 of `|P|` in the median over rotations.
 fn bound<const D: usize>(model: &dyn Probe<D>, f: &Mat<f64, D>) -> f64 {
     let stiffness = flat(&model.hessian(f, Psd::Exact)).norm();
     (f64::EPSILON * stiffness * f.norm_squared().sqrt()).max(1e-13 * stress_scale(model, f))
@@ -55,7 +55,8 @@ fn frame_indifferent<const D: usize>(f: &Mat<f64, D>, q: &Mat<f64, D>) {
     }
 }
 
-/// `P(Q F Q^T) = Q P(F) Q^T`: turning the material and its deformation together; holds for the linear models too.
+/// `P(Q F Q^T) = Q P(F) Q^T`: turning the material and its deformation together; holds for the linear models
+/// too.
 fn isotropic<const D: usize>(f: &Mat<f64, D>, q: &Mat<f64, D>) {
     for (spec, model) in models::<D>().into_iter().filter(|(spec, _)| spec.is_isotropic()) {
         if model.domain() == Domain::PositiveJ && f.determinant() < 0.02 {
@@ -84,8 +85,8 @@ proptest! {
     }
 }
 
-/// The models that say they are not frame indifferent are not: a registered model cannot hide behind the flag.
-/// lecture 14
+/// The models that say they are not frame indifferent are not: a registered model cannot hide behind the
+/// flag. lecture 14
 #[test]
 fn the_others_fail() {
     let mut names = vec![];

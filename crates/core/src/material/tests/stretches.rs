@@ -42,12 +42,14 @@ impl<const D: usize> Stretches<D> for NeoHookean {
     }
 }
 
-/// Energy, stress and tangent of `model`, and its derivatives by dual numbers, are those of the registered `name`.
+/// Energy, stress and tangent of `model`, and its derivatives by dual numbers, are those of the registered
+/// `name`.
 fn agrees<const D: usize>(model: &dyn Probe<D>, name: &str) {
     let exact = named::<D>(name);
     assert_eq!(model.domain(), exact.domain());
     for f in samples::<D>(exact.domain() == Domain::Everywhere) {
-        // The rotation of the closed form is orthonormal to 4e-12 only where F is inverted and nearly ambiguous.
+        // The rotation of the closed form is orthonormal to 4e-12 only where F is inverted and nearly
+        // ambiguous.
         let tolerance = if f.determinant() > 0.0 { 1e-13 } else { 1e-13 / gap(&f).powi(2) };
         let error = (model.psi(&f) - exact.psi(&f)).abs() / (LAMBDA * (1.0 + f.norm_squared()));
         assert!(error < tolerance, "{name}: energy {error:e} {f:?}");

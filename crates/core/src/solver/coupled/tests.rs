@@ -12,8 +12,8 @@ use crate::system::System;
 /// Number of vertices.
 const COUNT: usize = 10;
 
-/// A constant force on every vertex, with stencils of zeros: before `x_0 = 0.5 m` every pair of the first eight
-/// vertices, from there on the last two vertices.
+/// A constant force on every vertex, with stencils of zeros: before `x_0 = 0.5 m` every pair of the first
+/// eight vertices, from there on the last two vertices.
 struct Alternating {
     lists: [Stencils; 1],
 }
@@ -74,8 +74,8 @@ impl ChangingStencils for Alternating {
     }
 }
 
-// The stages of a step have stencils of different vertices, those of the second so few that the pattern made for
-// them alone forgets those of the first. The matrix of all stages needs room for both, and one analysis.
+// The stages of a step have stencils of different vertices, those of the second so few that the pattern made
+// for them alone forgets those of the first. The matrix of all stages needs room for both, and one analysis.
 #[test]
 fn the_structure_has_room_for_the_stencils_of_every_stage() {
     let mut system = System::new(1, vec![100.0; COUNT]);

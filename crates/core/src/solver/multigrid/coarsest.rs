@@ -15,7 +15,8 @@ pub(super) struct Coarsest<const D: usize> {
 }
 
 impl<const D: usize> Coarsest<D> {
-    /// For matrices of this structure, rows at `positions` (flat). `None` where the factor would not fit memory.
+    /// For matrices of this structure, rows at `positions` (flat). `None` where the factor would not fit
+    /// memory.
     pub(super) fn new(matrix: &BlockMatrix<D>, positions: &[f64]) -> Option<Self> {
         let (factor, rows) = (Cholesky::new(matrix, positions)?, matrix.rows());
         Some(Coarsest { factor, x: vec![[0.0; 4]; rows], flat: vec![0.0; rows * D], scale: 1.0 })

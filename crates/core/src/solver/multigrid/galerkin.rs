@@ -12,8 +12,9 @@ const TASK_ROWS: usize = 512;
 
 /// Where every product of `P^T A P` goes.
 ///
-/// A task makes some rows of the coarse matrix, from all fine rows that they reach; a fine row that reaches rows of two tasks is
-/// multiplied twice. Every entry is a sum in the order of the fine rows, on every thread.
+/// A task makes some rows of the coarse matrix, from all fine rows that they reach; a fine row that reaches
+/// rows of two tasks is multiplied twice. Every entry is a sum in the order of the fine rows, on every
+/// thread.
 #[derive(Debug)]
 pub struct Galerkin<const D: usize> {
     /// The columns of row `i` of `A P` are `start[i]..start[i + 1]`.
@@ -111,8 +112,8 @@ impl<const D: usize> Galerkin<D> {
         (Galerkin { start, column, target_start, target, mirrored, tasks }, coarse)
     }
 
-    /// `coarse = P^T fine P`, without the diagonal entries of `fine` at held coordinates: bit `k` of `held[i]` says that component
-    /// `k` of row `i` is; an empty slice, that none is.
+    /// `coarse = P^T fine P`, without the diagonal entries of `fine` at held coordinates: bit `k` of
+    /// `held[i]` says that component `k` of row `i` is; an empty slice, that none is.
     pub fn compute(
         &mut self,
         fine: &BlockMatrix<D>,

@@ -1,15 +1,17 @@
-//! Coarse levels from the positions of the vertices: nodes of a regular lattice, split where it joins what is not connected.
+//! Coarse levels from the positions of the vertices: nodes of a regular lattice, split where it joins what
+//! is not connected.
 //!
-//! Space is cut into cubes, every cube into Kuhn's simplices, and every vertex takes the barycentric weights of the one that it is
-//! in: affine fields, and with them small rotations, are reproduced. Kuhn 1960, "Some combinatorial lemmas in topology".
+//! Space is cut into cubes, every cube into Kuhn's simplices, and every vertex takes the barycentric weights
+//! of the one that it is in: affine fields, and with them small rotations, are reproduced. Kuhn 1960, "Some
+//! combinatorial lemmas in topology".
 
 use super::prolongation::Prolongation;
 use crate::solver::block_matrix::BlockMatrix;
 
 /// Smaller weights are left out: they would make nodes that nearly depend on others.
 const SMALLEST_WEIGHT: f64 = 1e-5;
-/// A vertex that has no neighbour within this part of the lattice spacing stays as it is: the lattice would have more nodes than
-/// there are vertices.
+/// A vertex that has no neighbour within this part of the lattice spacing stays as it is: the lattice would
+/// have more nodes than there are vertices.
 const CARRIED_OVER: f64 = 0.9;
 
 /// A coarse level.
@@ -32,8 +34,8 @@ pub(super) fn mean_edge<const D: usize>(matrix: &BlockMatrix<D>, x: &[[f64; D]])
     if count == 0 { 0.0 } else { sum / count as f64 }
 }
 
-/// Interpolates the rows of `matrix`, which are at `x`, from a lattice of this `spacing`. Rows without neighbours have no part in
-/// it: a smoother solves them.
+/// Interpolates the rows of `matrix`, which are at `x`, from a lattice of this `spacing`. Rows without
+/// neighbours have no part in it: a smoother solves them.
 pub fn coarsen<const D: usize>(matrix: &BlockMatrix<D>, x: &[[f64; D]], spacing: f64) -> Coarsening<D> {
     let rows = matrix.rows();
     let mut origin = [f64::INFINITY; D];
@@ -129,8 +131,8 @@ fn barycentric<const D: usize>(
     corners[first..].iter_mut().for_each(|(_, weight)| *weight /= sum);
 }
 
-/// One node for every connected piece of the rows that a corner of the lattice reaches: for every entry its node, and for every
-/// node one of its rows. Without this the two prongs of a fork would move as one.
+/// One node for every connected piece of the rows that a corner of the lattice reaches: for every entry its
+/// node, and for every node one of its rows. Without this the two prongs of a fork would move as one.
 fn split<const D: usize>(
     matrix: &BlockMatrix<D>,
     start: &[usize],

@@ -4,8 +4,8 @@ use rayon::prelude::*;
 
 use super::smoother::{Row, TASK_ROWS};
 
-/// The matrix `P`, one weight for all components of a vertex: `u_fine = P u_coarse`. A fine row without entries takes no part in
-/// the coarse level.
+/// The matrix `P`, one weight for all components of a vertex: `u_fine = P u_coarse`. A fine row without
+/// entries takes no part in the coarse level.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Prolongation {
     /// Entries of fine row `i` are `start[i]..start[i + 1]`, columns ascending.

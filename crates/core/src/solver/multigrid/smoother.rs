@@ -1,10 +1,11 @@
 //! Chebyshev smoothing in single precision, with a matrix of 16 bits a number.
 //!
-//! Only the preconditioner is computed so: the conjugate gradients around it see the matrix in double, so what they converge to does
-//! not depend on it, and a third of the memory goes through the caches. The matrix is that of scaled unknowns, `S^-1 A S^-1` with
-//! `s_i^2` the largest entry on the diagonal of row `i`. None of its entries is larger than 1, whatever the stiffness there, and they
-//! are kept as integers, in units of 1/32767: the error, symmetric as the matrix, is at most 1.5e-5 of the diagonal. Floating point
-//! in half precision would lose thirty times that where entries are large, and those count.
+//! Only the preconditioner is computed so: the conjugate gradients around it see the matrix in double, so
+//! what they converge to does not depend on it, and a third of the memory goes through the caches. The
+//! matrix is that of scaled unknowns, `S^-1 A S^-1` with `s_i^2` the largest entry on the diagonal of row
+//! `i`. None of its entries is larger than 1, whatever the stiffness there, and they are kept as integers,
+//! in units of 1/32767: the error, symmetric as the matrix, is at most 1.5e-5 of the diagonal. Floating
+//! point in half precision would lose thirty times that where entries are large, and those count.
 
 use rayon::prelude::*;
 
@@ -12,8 +13,8 @@ use crate::lanes::{Kernel, Lanes, dispatch};
 use crate::solver::block_matrix::BlockMatrix;
 use crate::solver::conjugate_gradients::inverse;
 
-/// The components of a vertex. Those beyond the dimension are zero in solutions and directions, and not looked at in right-hand sides
-/// and residuals.
+/// The components of a vertex. Those beyond the dimension are zero in solutions and directions, and not
+/// looked at in right-hand sides and residuals.
 pub(super) type Row = [f32; 4];
 /// Rows that a thread takes at once: below twice as many the hand-over costs more than it saves.
 pub const TASK_ROWS: usize = 1024;
@@ -29,8 +30,8 @@ const POWER_ITERATIONS: usize = 12;
 /// % above the interval.
 const SAFETY: f64 = 1.1;
 
-/// A matrix with the inverses of its diagonal blocks, and the vectors of one level. Between calls these are of the unknowns as they
-/// are, within them of the scaled ones.
+/// A matrix with the inverses of its diagonal blocks, and the vectors of one level. Between calls these are
+/// of the unknowns as they are, within them of the scaled ones.
 #[derive(Debug, Default)]
 pub(super) struct Smoother<const D: usize> {
     row_start: Vec<u32>,
@@ -174,8 +175,8 @@ impl<const D: usize> Smoother<D> {
         z
     }
 
-    /// `x = S b` by Chebyshev iterations from zero, and `r = b - A x`; Saad 2003, *Iterative methods for sparse linear
-    /// systems*, algorithm 12.1.
+    /// `x = S b` by Chebyshev iterations from zero, and `r = b - A x`; Saad 2003, *Iterative methods for
+    /// sparse linear systems*, algorithm 12.1.
     pub(super) fn smooth_from_zero(&mut self) {
         let [mut x, mut r, mut d, mut e] = self.take();
         let (first, factors) = self.coefficients();
@@ -225,7 +226,8 @@ impl<const D: usize> Smoother<D> {
         tasks.into_par_iter().for_each(task);
     }
 
-    /// The factor of the first direction; of the last direction and of the residual in every further iteration.
+    /// The factor of the first direction; of the last direction and of the residual in every further
+    /// iteration.
     fn coefficients(&self) -> (f32, [(f32, f32); DEGREE - 1]) {
         let (high, low) = (self.largest, self.largest / RATIO);
         let (middle, half) = (0.5 * (high + low), 0.5 * (high - low));

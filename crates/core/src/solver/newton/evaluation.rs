@@ -6,8 +6,8 @@ use crate::solver::{Iterate, Objective, Velocity};
 use crate::system::System;
 
 impl<const D: usize> Newton<D> {
-    /// Writes the gradient of the objective at `at`, zero at held coordinates; false where it is not finite. The system holds the
-    /// force there afterwards.
+    /// Writes the gradient of the objective at `at`, zero at held coordinates; false where it is not finite.
+    /// The system holds the force there afterwards.
     pub(super) fn residual(&mut self, system: &mut System, objective: &Objective<'_>, at: &Iterate) -> bool {
         let finite = system.evaluate(&at.x).is_some();
         if system.is_damped() {
@@ -38,7 +38,8 @@ impl<const D: usize> Newton<D> {
         }
     }
 
-    /// The objective at `at`, seen from the iterate `last`: what dissipates does so there, and forces without energy are those there.
+    /// The objective at `at`, seen from the iterate `last`: what dissipates does so there, and forces
+    /// without energy are those there.
     pub(super) fn value(
         &mut self,
         system: &mut System,

@@ -65,7 +65,8 @@ impl<const D: usize> Newton<D> {
             if self.iterative.is_none() {
                 self.iterative = match linear {
                     LinearSolver::Multigrid => {
-                        // Where vertices are at the start may be anything; the lattices are for where they belong.
+                        // Where vertices are at the start may be anything; the lattices are for where they
+                        // belong.
                         let rest = system.rest_positions().unwrap_or(x);
                         Iterative::multigrid(fixed, rest, assembler.held(), &system.stop())
                     }
@@ -105,7 +106,8 @@ impl<const D: usize> Newton<D> {
         if cholesky.factorize(matrix).is_err() {
             return Direction::Indefinite;
         }
-        // A projected matrix is too stiff somewhere: corrections by it that are small need not be near a minimum.
+        // A projected matrix is too stiff somewhere: corrections by it that are small need not be near a
+        // minimum.
         self.at_hand = (psd == Psd::Exact).then_some(weights);
         self.by_iterations = false;
         cholesky.solve(&mut self.direction);

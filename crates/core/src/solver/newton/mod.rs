@@ -32,8 +32,8 @@ const FORCING_PART: f64 = 0.3;
 const GUARDED_FORCING: f64 = 1e-5;
 /// The largest part of the error in the energy norm that such a solve leaves: it ends here or there.
 ///
-/// At 5e-2 a stack of cubes in frictional contact, corrections below 1e-5 m, ends as near to its solution (6e-6 m) as
-/// by the residual alone (1.1e-5 m), and needs less than half of the iterations.
+/// At 5e-2 a stack of cubes in frictional contact, corrections below 1e-5 m, ends as near to its solution
+/// (6e-6 m) as by the residual alone (1.1e-5 m), and needs less than half of the iterations.
 const GUARDED_ENERGY: f64 = 5e-2;
 /// The relative residual of solves for estimates of errors.
 const ESTIMATE: f64 = 1e-3;

@@ -5,17 +5,19 @@ use crate::solver::conjugate_gradients::dot;
 use crate::solver::{Iterate, Objective};
 use crate::system::System;
 
-/// Sufficient decrease of the line search: a fraction of what the slope promises. Nocedal, Wright 2006, *Numerical
-/// optimization*, eq. 3.4.
+/// Sufficient decrease of the line search: a fraction of what the slope promises. Nocedal, Wright 2006,
+/// *Numerical optimization*, eq. 3.4.
 const ARMIJO: f64 = 1e-4;
 /// Change of the objective, relative to itself, below which it says less about a step than its slope does;
 /// Hager, Zhang 2005, "A
 /// new conjugate gradient method with guaranteed descent and an efficient line search", eq. 4.1.
 const ROUNDING: f64 = 1e-10;
-/// So does a step that moves nothing by more than this part of the size of the scene: its decrease is of second order in that, and an
-/// energy that is a difference of large terms, as at rest, is only known to rounding of those.
+/// So does a step that moves nothing by more than this part of the size of the scene: its decrease is of
+/// second order in that, and an energy that is a difference of large terms, as at rest, is only known to
+/// rounding of those.
 const DROWNED: f64 = 1e-5;
-/// The slope at the end of such a step may be uphill by this part of that at its beginning; ibid., with delta = 0.1.
+/// The slope at the end of such a step may be uphill by this part of that at its beginning; ibid., with
+/// delta = 0.1.
 const FLATTER: f64 = 0.8;
 /// A step that ends with this part of the slope at its beginning has ended too early.
 const DOWNHILL: f64 = 0.5;

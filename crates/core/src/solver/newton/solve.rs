@@ -15,8 +15,8 @@ use crate::solver::options::LinearSolver;
 use crate::solver::{ForceLeft, Iterate, Objective, SolveError, SolveFailure, StepFault};
 use crate::system::System;
 
-/// Corrections over the tolerance below which what dissipative terms hold is renewed; above, after two whole steps in
-/// a row.
+/// Corrections over the tolerance below which what dissipative terms hold is renewed; above, after two whole
+/// steps in a row.
 const NEAR_END: f64 = 100.0;
 
 /// State of one solve.
@@ -154,8 +154,8 @@ impl<'a> NewtonSolve<'a> {
         };
     }
 
-    /// Tolerance of the next linear solve. A solve that is repeated because its direction led nowhere goes by the
-    /// residual alone.
+    /// Tolerance of the next linear solve. A solve that is repeated because its direction led nowhere goes
+    /// by the residual alone.
     fn linear_tolerance(&self) -> CgTolerance {
         let last = self.system.has_guards() && self.forcing == GUARDED_FORCING;
         CgTolerance { residual: self.forcing, energy: if last { GUARDED_ENERGY } else { 0.0 } }
@@ -385,8 +385,8 @@ impl<const D: usize> Newton<D> {
 
     /// Renews what dissipative terms hold, at the trial; whether it did.
     ///
-    /// Far from the minimum it would be worth nothing: each renewal moves the minimum, and the way begins anew.
-    /// Steps that had to be cut are far, and so are whole ones with large corrections.
+    /// Far from the minimum it would be worth nothing: each renewal moves the minimum, and the way begins
+    /// anew. Steps that had to be cut are far, and so are whole ones with large corrections.
     fn renew(&mut self, solve: &mut NewtonSolve<'_>, accepted: &Accepted) -> bool {
         let whole = accepted.halvings == 0 && !accepted.shortened;
         let soon = solve.correction <= NEAR_END * solve.negligible || solve.went_whole;

@@ -49,8 +49,8 @@ impl<const D: usize> Newton<D> {
 ///
 /// `|g V|` and `|g^2 A|` are the lengths that velocity and acceleration take the vertices in the stage, in
 /// the mean over the masses. A smooth motion has the frequency `w = A / V`, so that this is
-/// `|g V| (g w)^(p + 1)`: that of the error of velocities, times `g`. Solves feel it first, for velocities are quotients of
-/// increments by `g`.
+/// `|g V| (g w)^(p + 1)`: that of the error of velocities, times `g`. Solves feel it first, for velocities
+/// are quotients of increments by `g`.
 fn scheme_error(system: &System, objective: &Objective<'_>, at: &Iterate, order: u32) -> f64 {
     let (mass, weight, d) = (system.mass(), system.inverse_mass(), system.dimension());
     let (mut total, mut moved, mut pushed) = (0.0, 0.0, 0.0);

@@ -1,4 +1,5 @@
-//! D2: an explicit scheme below and above its limit: the one stays bounded, the other is stopped, with the step that would do.
+//! D2: an explicit scheme below and above its limit: the one stays bounded, the other is stopped, with the
+//! step that would do.
 
 use std::sync::atomic::AtomicBool;
 

@@ -1,10 +1,12 @@
-//! D6: nearly incompressible: a cantilever under a unit shear at its end. Linear elements lock, quadratic ones do not.
+//! D6: nearly incompressible: a cantilever under a unit shear at its end. Linear elements lock, quadratic
+//! ones do not.
 
 use super::CaseDescription;
 use crate::stress::scenes::{self, Solid};
 use crate::stress::{Case, CaseResult, CaseVerdict};
 
-/// The end's middle goes down by so much [1e-3 m]; an independent code. `(nu, order, cells along and across, displacement)`.
+/// The end's middle goes down by so much [1e-3 m]; an independent code. `(nu, order, cells along and across,
+/// displacement)`.
 const KNOWN: [(f64, u8, [usize; 2], f64); 10] = [
     (0.3, 1, [20, 2], 1.898),
     (0.3, 1, [40, 4], 2.961),
@@ -61,7 +63,8 @@ fn cantilever(poisson: f64, order: u8, cells: [usize; 2], known: f64) -> CaseRes
     let x = assembly.simulation.positions();
     let middle = rest.chunks_exact(2).position(|p| (p[0] - 10.0).abs() < 1e-9 && (p[1] - 0.5).abs() < 1e-9);
     let down = middle.map_or(f64::NAN, |i| rest[2 * i + 1] - x[2 * i + 1]);
-    // References have three or four digits, the last of which depends on how the diagonals of locked meshes run.
+    // References have three or four digits, the last of which depends on how the diagonals of locked meshes
+    // run.
     let tolerance = if order == 1 && poisson > 0.49 { 2e-2 } else { 2e-3 };
     findings.measure("tip, relative", (down / (1e-3 * known) - 1.0).abs(), tolerance);
     let share = CONVERGED.iter().find(|(nu, _)| *nu == poisson).map_or(f64::NAN, |(_, u)| down / (1e-3 * u));

@@ -4,7 +4,8 @@ use super::CaseDescription;
 use crate::stress::scenes::{self, assemble, largest_difference};
 use crate::stress::{Case, CaseResult, CaseVerdict};
 
-/// Chains between a wall and nothing, by their normal modes; errors of an independent code at t = 1 s for steps of 1e-3 s and 2.5e-4 s.
+/// Chains between a wall and nothing, by their normal modes; errors of an independent code at t = 1 s for
+/// steps of 1e-3 s and 2.5e-4 s.
 struct Chain {
     row: &'static str,
     name: &'static str,
@@ -130,8 +131,8 @@ fn run_chain(chain: &Chain, integrator: &str, errors: &[f64; 2]) -> CaseResult {
     findings
 }
 
-/// Masses of the vertices of a bar of 8 x 2 cells, 4 m x 1 m, whose outer half has a density smaller by `ratio` than 1000 kg/m^3: a third
-/// of each triangle to each of its corners.
+/// Masses of the vertices of a bar of 8 x 2 cells, 4 m x 1 m, whose outer half has a density smaller by
+/// `ratio` than 1000 kg/m^3: a third of each triangle to each of its corners.
 fn halves(ratio: f64) -> Vec<f64> {
     let (rows, cells) = (3, [8, 2]);
     let mut mass = vec![0.0; rows * (cells[0] + 1)];
@@ -150,7 +151,8 @@ fn halves(ratio: f64) -> Vec<f64> {
     mass
 }
 
-/// A bar whose outer half is lighter: the direct solver does not care, the iterative ones say how much they do.
+/// A bar whose outer half is lighter: the direct solver does not care, the iterative ones say how much they
+/// do.
 fn bar(ratio: f64, solver: &'static str) -> CaseResult {
     let run = |solver: &str, ratio: f64| {
         let mass = halves(ratio);
@@ -221,8 +223,8 @@ fn rod() -> CaseResult {
 const YOUNG: [f64; 2] = [1e3, 1e9];
 const JOINT: f64 = 1e9;
 
-/// Two halves of triangles, tied at their faces by stiff springs and pulled at the end: without Poisson's ratio the stress is the same
-/// everywhere, and `u = F (L_1/E_1 + L_2/E_2 + 1/(2 k))` over a unit area.
+/// Two halves of triangles, tied at their faces by stiff springs and pulled at the end: without Poisson's
+/// ratio the stress is the same everywhere, and `u = F (L_1/E_1 + L_2/E_2 + 1/(2 k))` over a unit area.
 fn joined() -> CaseResult {
     let half = |name: &str, origin: f64, young: f64, keys: &str| {
         format!(

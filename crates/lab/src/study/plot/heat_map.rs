@@ -34,7 +34,8 @@ pub struct HeatMap {
     pub columns: Vec<String>,
     /// Names of rows.
     pub rows: Vec<String>,
-    /// For each row and column the number of a state and what is written there; `None` where nothing is known.
+    /// For each row and column the number of a state and what is written there; `None` where nothing is
+    /// known.
     pub cells: Vec<Vec<Option<(usize, String)>>>,
     /// The states, in the order of the legend.
     pub states: Vec<CellState>,

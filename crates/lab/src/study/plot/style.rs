@@ -68,7 +68,8 @@ pub(super) fn centred(height: i32, color: RGBColor) -> TextStyle<'static> {
     letters(height, color).pos(Pos::new(HPos::Center, VPos::Center))
 }
 
-/// A point of a line: a small shape that tells the line, or the cross of a run that failed. Shapes change before colours repeat.
+/// A point of a line: a small shape that tells the line, or the cross of a run that failed. Shapes change
+/// before colours repeat.
 pub(super) struct Mark<C> {
     pub(super) at: C,
     /// Number of the line.

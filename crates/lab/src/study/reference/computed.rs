@@ -1,4 +1,5 @@
-//! References by computing: two schemes of different families, each extrapolated to step zero, that must agree.
+//! References by computing: two schemes of different families, each extrapolated to step zero, that must
+//! agree.
 
 use super::super::plan::{Contender, TimeStepping};
 use super::super::trajectory::{StateSamples, WatchedRun};
@@ -27,7 +28,8 @@ struct SchemeResult {
 /// The better of two schemes of order 4: one explicit, one that solves two coupled stages, with contact one
 /// after another.
 ///
-/// Global extrapolation after Richardson and Romberg; Hairer, Norsett, Wanner 1993, *Solving ordinary differential equations I*, section II.9.
+/// Global extrapolation after Richardson and Romberg; Hairer, Norsett, Wanner 1993, *Solving ordinary
+/// differential equations I*, section II.9.
 pub(super) fn reference(search: &mut ReferenceSearch<'_, '_>) -> Result<Reference, StudyError> {
     let start = search.runner.clock.now();
     let shares = [search.deadline - start, search.last - start];
@@ -81,8 +83,9 @@ fn distance(search: &ReferenceSearch<'_, '_>, a: &StateSamples, b: &StateSamples
     errors.q_rms.max(errors.v_rms)
 }
 
-/// Halves steps until the extrapolated states stay where they are; where no two runs came to their end, how far the last one came.
-/// Refining ends with the first of the deadlines, looking for something to refine with the second.
+/// Halves steps until the extrapolated states stay where they are; where no two runs came to their end, how
+/// far the last one came. Refining ends with the first of the deadlines, looking for something to refine
+/// with the second.
 fn extrapolate(
     search: &mut ReferenceSearch<'_, '_>,
     scheme: Contender,

@@ -30,8 +30,8 @@ impl Orbit {
         (self.mu / axis.powi(3)).sqrt()
     }
 
-    /// The state after `t` [s], by Lagrange's `f` and `g` in the difference `E` of eccentric anomalies; Danby 1988, *Fundamentals of
-    /// celestial mechanics*, section 6.7.
+    /// The state after `t` [s], by Lagrange's `f` and `g` in the difference `E` of eccentric anomalies;
+    /// Danby 1988, *Fundamentals of celestial mechanics*, section 6.7.
     fn after(&self, axis: f64, t: f64) -> ([f64; 3], [f64; 3]) {
         let r0 = dot(&self.x, &self.x).sqrt();
         let n = self.motion(axis);
@@ -139,7 +139,8 @@ pub(super) fn solution(search: &mut ReferenceSearch<'_, '_>) -> Result<Option<Re
         trajectory.x.push(rows(moved, rx));
         trajectory.v.push(rows(centre_v, rv));
     }
-    // The mean anomaly is known to its rounding, which grows with it, and speeds at the pericentre magnify it.
+    // The mean anomaly is known to its rounding, which grows with it, and speeds at the pericentre magnify
+    // it.
     let revolutions = orbit.motion(axis) * grid.duration;
     let error = f64::EPSILON * (10.0 + 10.0 * revolutions);
     Ok(Some(Reference { id: "kepler".into(), how: "exact: Kepler's equation".into(), error, trajectory }))

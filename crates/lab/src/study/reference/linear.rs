@@ -12,9 +12,10 @@ const MOST_COORDINATES: usize = 600;
 /// A force along the solution may be off the linear one by this much, relative: rounding, not curvature.
 const LINEAR: f64 = 1e-10;
 
-/// The solution, if along it the force is linear: `M u'' = f_0 - K u`, solved by modes, is then the exact solution, which the forces
-/// there prove. [`Superposition`](pliant::modes::Superposition) asks for a stable start; here directions that the motion never takes may be
-/// unstable, as those across a chain of which a spring is compressed.
+/// The solution, if along it the force is linear: `M u'' = f_0 - K u`, solved by modes, is then the exact
+/// solution, which the forces there prove. [`Superposition`](pliant::modes::Superposition) asks for a stable
+/// start; here directions that the motion never takes may be unstable, as those across a chain of which a
+/// spring is compressed.
 pub(super) fn solution(search: &mut ReferenceSearch<'_, '_>) -> Result<Option<Reference>, StudyError> {
     let (scene, grid) = (search.scene, search.grid());
     let scheme = scene.time.integrator.into();
@@ -101,7 +102,8 @@ pub(super) fn solution(search: &mut ReferenceSearch<'_, '_>) -> Result<Option<Re
         rows.iter().map(|row| simulation.numbering().to_original(row, d).into_owned()).collect()
     };
     let (x, v) = (in_order(&trajectory.x), in_order(&trajectory.v));
-    // Frequencies are known to rounding, and their errors add up to phases; forces off the line act for all the time.
+    // Frequencies are known to rounding, and their errors add up to phases; forces off the line act for all
+    // the time.
     let error = (f64::EPSILON * 20.0 + 1e-2 * off_line) * (1.0 + highest.sqrt() * grid.duration);
     Ok(Some(Reference {
         id: "modes".into(),

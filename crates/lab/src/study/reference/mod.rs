@@ -22,7 +22,8 @@ pub struct Reference {
     pub id: String,
     /// In words.
     pub how: String,
-    /// Its own error, estimated, relative as [`Errors`](super::Errors) are: of positions and of velocities, the larger.
+    /// Its own error, estimated, relative as [`Errors`](super::Errors) are: of positions and of velocities,
+    /// the larger.
     pub error: f64,
     /// The states.
     pub trajectory: StateSamples,

@@ -12,7 +12,8 @@ pub fn key(scene: &Scene, grid: &TimeGrid) -> String {
     format!("{:016x}", fnv1a(problem(scene, grid).as_bytes()))
 }
 
-/// The problem as a text. Everything in the scene but the scheme, its step and its solver, the output and the study; and the times.
+/// The problem as a text. Everything in the scene but the scheme, its step and its solver, the output and
+/// the study; and the times.
 fn problem(scene: &Scene, grid: &TimeGrid) -> String {
     let time = scene.time.clone();
     let plain = Scene {

@@ -1,4 +1,5 @@
-//! Reports: what a study has found, for people. One page of HTML that needs nothing else, one of Markdown beside its charts.
+//! Reports: what a study has found, for people. One page of HTML that needs nothing else, one of Markdown
+//! beside its charts.
 
 mod figures;
 mod html;

@@ -307,8 +307,8 @@ fn the_bulk_modulus_sees_the_volume_of_the_cell_alone() {
     }
 }
 
-/// The least `J` and the count of inverted cells are those of all points of all cells, also of a last pack that
-/// is not full.
+/// The least `J` and the count of inverted cells are those of all points of all cells, also of a last pack
+/// that is not full.
 #[test]
 fn the_least_volume_is_that_of_all_points() {
     let (rest, cells) = bent(&HEXAHEDRON, [3, 3, 2]);

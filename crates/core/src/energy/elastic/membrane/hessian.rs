@@ -1,8 +1,9 @@
 //! The Hessians of triangles in space.
 //!
-//! With `F = U diag(sigma) V^T`, `U` of two columns in space and `n` normal to both, a change `dF` within the plane of the triangle
-//! meets the tangent of the plane material, and one along the normal only turns the triangle: `n v_j^T` is an eigenvector of
-//! `dP/dF` with eigenvalue `psi_j / sigma_j`, the tension. The frame is that of the solid elements (`elastic/hessian.rs`).
+//! With `F = U diag(sigma) V^T`, `U` of two columns in space and `n` normal to both, a change `dF` within
+//! the plane of the triangle meets the tangent of the plane material, and one along the normal only turns
+//! the triangle: `n v_j^T` is an eigenvector of `dP/dF` with eigenvalue `psi_j / sigma_j`, the tension. The
+//! frame is that of the solid elements (`elastic/hessian.rs`).
 
 use std::ops::Range;
 

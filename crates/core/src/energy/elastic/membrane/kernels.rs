@@ -37,8 +37,8 @@ impl Frames {
     }
 }
 
-/// `F = Q G` with the columns of `Q` of unit length and perpendicular, and `G` upper triangular with a positive diagonal: the
-/// method of Gram and Schmidt. Not finite where the triangle has no area.
+/// `F = Q G` with the columns of `Q` of unit length and perpendicular, and `G` upper triangular with a
+/// positive diagonal: the method of Gram and Schmidt. Not finite where the triangle has no area.
 #[inline(always)]
 pub(super) fn factors<S: Scalar>(f: &Tangents<S, 3, 2>) -> (Tangents<S, 3, 2>, Mat<S, 2>) {
     let column = |j: usize| [f[0][j], f[1][j], f[2][j]];

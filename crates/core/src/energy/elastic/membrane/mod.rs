@@ -53,15 +53,18 @@ pub struct Sheet {
 
 /// Linear triangles in space: `E = sum h A psi(G)` with the thickness `h` and the area `A` at rest.
 ///
-/// `F`, 3 x 2, maps the tangents of a triangle at rest to those it has now. With `F = Q G`, the columns of `Q` perpendicular and
-/// of unit length, the energy density of a frame-indifferent material is `psi(G)`: it does not depend on which such `Q`. The
-/// stress is `P = Q dpsi/dG`: a change `dQ` turns the frame in its plane, where `dpsi/dG G^T` is symmetric, and does no work, or
-/// out of it, which changes no length. `det G` is the ratio of areas and never negative: there is no inside out.
+/// `F`, 3 x 2, maps the tangents of a triangle at rest to those it has now. With `F = Q G`, the columns of
+/// `Q` perpendicular and of unit length, the energy density of a frame-indifferent material is `psi(G)`: it
+/// does not depend on which such `Q`. The stress is `P = Q dpsi/dG`: a change `dQ` turns the frame in its
+/// plane, where `dpsi/dG G^T` is symmetric, and does no work, or out of it, which changes no length. `det G`
+/// is the ratio of areas and never negative: there is no inside out.
 ///
-/// Sheets with free faces are in plane stress; in plane strain their thickness cannot change. Nothing resists bending, and
-/// wrinkles that are finer than the mesh are not there: a sheet that is pressed resists like a solid until its triangles turn.
+/// Sheets with free faces are in plane stress; in plane strain their thickness cannot change. Nothing
+/// resists bending, and wrinkles that are finer than the mesh are not there: a sheet that is pressed resists
+/// like a solid until its triangles turn.
 ///
-/// Bonet, Wood 2008, *Nonlinear Continuum Mechanics for Finite Element Analysis*, section 6.6 (plane stress).
+/// Bonet, Wood 2008, *Nonlinear Continuum Mechanics for Finite Element Analysis*, section 6.6 (plane
+/// stress).
 pub struct Membrane {
     body: String,
     material: Box<dyn BlockMaterial<2>>,
@@ -75,8 +78,8 @@ pub struct Membrane {
 }
 
 impl Membrane {
-    /// Triangles `elements` (global vertex indices) of `body`, at rest at `rest` (flat, all vertices of the system) [m], a `sheet`
-    /// of a frame-indifferent `material`.
+    /// Triangles `elements` (global vertex indices) of `body`, at rest at `rest` (flat, all vertices of the
+    /// system) [m], a `sheet` of a frame-indifferent `material`.
     ///
     /// # Panics
     /// If there is a triangle without area: meshes are checked before.
@@ -123,7 +126,8 @@ impl Membrane {
         times(&edges, &self.rest[pack].lane(lane).0)
     }
 
-    /// In space: the third axis is the normal, at rest and now, and the stretch along it that of the thickness.
+    /// In space: the third axis is the normal, at rest and now, and the stretch along it that of the
+    /// thickness.
     fn state(
         &self,
         x: &[f64],

@@ -15,8 +15,9 @@ const CLOSE: f64 = 1e-8;
 /// Steps before it is given up: from the first guess it takes two to four at strains of a few tenths.
 const MOST_STEPS: usize = 40;
 
-/// A material in three dimensions as one of a sheet: `psi(G) = min psi_3(G + s e_3 e_3^T)` over the stretch `s` across it, where
-/// `P_33 = 0`. Stress and derivative are those of the minimum: `dP = dP_3 : (dG + ds e_3 e_3^T)`, `ds` such that `dP_33 = 0`.
+/// A material in three dimensions as one of a sheet: `psi(G) = min psi_3(G + s e_3 e_3^T)` over the stretch
+/// `s` across it, where `P_33 = 0`. Stress and derivative are those of the minimum: `dP = dP_3 : (dG + ds
+/// e_3 e_3^T)`, `ds` such that `dP_33 = 0`.
 ///
 /// Where there is no such stretch, nothing is finite: a sheet that a material cannot hold at any thickness.
 pub(super) struct PlaneStress {
@@ -34,7 +35,8 @@ struct Solved<const B: usize> {
 }
 
 impl PlaneStress {
-    /// Of a `solid` with this ratio `lambda / (lambda + 2 mu)` of Lame's parameters, as good as the first guess is to be.
+    /// Of a `solid` with this ratio `lambda / (lambda + 2 mu)` of Lame's parameters, as good as the first
+    /// guess is to be.
     pub(super) fn new(solid: Box<dyn BlockMaterial<3>>, narrowing: f64) -> Self {
         PlaneStress { solid, narrowing }
     }

@@ -258,7 +258,8 @@ fn an_affine_motion_has_one_strain_and_free_faces() {
     });
 }
 
-// A bar pulled one way, its sides free: P = E strain and -nu across, at small strains, in every material that has E and nu.
+// A bar pulled one way, its sides free: P = E strain and -nu across, at small strains, in every material
+// that has E and nu.
 #[test]
 fn plane_stress_reduces_to_that_of_linear_elasticity() {
     let (points, elements) = plate();
@@ -292,7 +293,8 @@ fn plane_stress_reduces_to_that_of_linear_elasticity() {
     assert!(checked.get() >= 4 * 11, "{checked:?}");
 }
 
-// Rubber at nu = 0.5 (nearly), twice as long one way: the classical P = mu (s - 1/s^2) of uniaxial tension needs both free sides.
+// Rubber at nu = 0.5 (nearly), twice as long one way: the classical P = mu (s - 1/s^2) of uniaxial tension
+// needs both free sides.
 #[test]
 fn a_sheet_gets_thinner_as_it_is_stretched() {
     let rest = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];

@@ -1,7 +1,9 @@
-//! The Hessians of nodes, `K_(bc) = 1/V_a sum_(jl) (dP_ij / dF_kl) (c_ab)_j (c_ac)_l` for the node `a` and each two of its ring.
+//! The Hessians of nodes, `K_(bc) = 1/V_a sum_(jl) (dP_ij / dF_kl) (c_ab)_j (c_ac)_l` for the node `a` and
+//! each two of its ring.
 //!
-//! Stencils have all the same size, rings have not. Small rings are filled up by vertices whose blocks are zero; a ring that is larger
-//! than a stencil may be is cut in groups of half the size, and every two of these make a stencil.
+//! Stencils have all the same size, rings have not. Small rings are filled up by vertices whose blocks are
+//! zero; a ring that is larger than a stencil may be is cut in groups of half the size, and every two of
+//! these make a stencil.
 
 use std::ops::Range;
 

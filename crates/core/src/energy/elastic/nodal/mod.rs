@@ -1,15 +1,18 @@
-//! Nodal integration with a stabiliser: linear elements that do not lock where they are nearly incompressible.
+//! Nodal integration with a stabiliser: linear elements that do not lock where they are nearly
+//! incompressible.
 //!
 //! ```text
 //! E = sum_a V_a psi_1(F_a) + sum_e V_e psi_2(F_e),   psi_1 + psi_2 = psi,   F_a = sum_(e at a) V_e/(D + 1) F_e / V_a
 //! ```
 //!
-//! `psi_1` sees one mean deformation gradient for each node ([`rings`]), of which there are few: its bulk modulus constrains as many
-//! volumes as there are nodes, not as there are elements. Means alone do not see deformations that change from element to element; `psi_2`,
-//! the part `alpha` of the shear modulus with a Poisson's ratio of at most 1/3, does, and does not lock. As every model is linear in its
-//! moduli, both parts are materials of the same model, see [`Parameters::split`](crate::material::Parameters::split): Puso and Solberg 2006,
-//! "A stabilized nodally integrated tetrahedral", Int. J. Numer. Meth. Engng 67, 841, with `psi_1 = psi - alpha psi~`,
-//! `psi_2 = alpha psi~`. Under an affine motion both see the same `F`, and the energy is that of plain elements.
+//! `psi_1` sees one mean deformation gradient for each node ([`rings`]), of which there are few: its bulk
+//! modulus constrains as many volumes as there are nodes, not as there are elements. Means alone do not see
+//! deformations that change from element to element; `psi_2`, the part `alpha` of the shear modulus with a
+//! Poisson's ratio of at most 1/3, does, and does not lock. As every model is linear in its moduli, both
+//! parts are materials of the same model, see [`Parameters::split`](crate::material::Parameters::split):
+//! Puso and Solberg 2006, "A stabilized nodally integrated tetrahedral", Int. J. Numer. Meth. Engng 67, 841,
+//! with `psi_1 = psi - alpha psi~`, `psi_2 = alpha psi~`. Under an affine motion both see the same `F`, and
+//! the energy is that of plain elements.
 //!
 //! Two terms of the system: [`Nodal`], and ordinary elements of the second material.
 
@@ -43,8 +46,9 @@ const CHUNK: usize = BLOCKS * WIDTH;
 /// Below this many nodes a hand-over to other threads costs more than it saves.
 const PARALLEL_FROM: usize = 8 * CHUNK;
 
-/// The terms of linear elements `elements` (vertices of the system) of `body`, at rest at `rest` (flat) [m], with nodal integration of
-/// all but the part `stabilisation` of the shear modulus; `None` for a model that knows no Poisson's ratio.
+/// The terms of linear elements `elements` (vertices of the system) of `body`, at rest at `rest` (flat) [m],
+/// with nodal integration of all but the part `stabilisation` of the shear modulus; `None` for a model that
+/// knows no Poisson's ratio.
 ///
 /// # Panics
 /// As [`Elastic::linear`].
@@ -150,8 +154,8 @@ struct Nodal<const D: usize> {
     part_size: usize,
 }
 
-/// Runs `work` on chunks of the results, each with the number of its first node; whether it was true for all. What is computed does not
-/// depend on who computes it.
+/// Runs `work` on chunks of the results, each with the number of its first node; whether it was true for
+/// all. What is computed does not depend on who computes it.
 fn for_chunks<T: Send>(
     results: &mut [T],
     size: usize,
@@ -166,7 +170,8 @@ fn for_chunks<T: Send>(
 }
 
 impl<const D: usize> Nodal<D> {
-    /// Turns the deformation gradients into stresses by `material`, given the nodes of a chunk and their gradients.
+    /// Turns the deformation gradients into stresses by `material`, given the nodes of a chunk and their
+    /// gradients.
     fn fill_stresses(
         &mut self,
         x: &[f64],

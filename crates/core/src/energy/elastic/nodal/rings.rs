@@ -1,13 +1,14 @@
 //! Deformation of a node by its elements: one deformation gradient, the mean of theirs.
 //!
-//! With the shape functions `N_b` of the linear elements `e` around node `a`, `w_e = V_e / (D + 1)` and `V_a = sum_e w_e`,
+//! With the shape functions `N_b` of the linear elements `e` around node `a`, `w_e = V_e / (D + 1)` and `V_a
+//! = sum_e w_e`,
 //!
 //! ```text
 //! F_a = sum_e w_e F_e / V_a = sum_b x_b c_ab^T / V_a,   c_ab = sum_e w_e grad N_b
 //! ```
 //!
-//! with `b` running over `a` and its neighbours. Where `E = sum_a V_a psi(F_a)`, the gradient at vertex `a` is
-//! `sum_b P(F_b) c_ba`. `sum_b c_ab = 0`, so that differences of positions are enough.
+//! with `b` running over `a` and its neighbours. Where `E = sum_a V_a psi(F_a)`, the gradient at vertex `a`
+//! is `sum_b P(F_b) c_ba`. `sum_b c_ab = 0`, so that differences of positions are enough.
 
 use std::ops::Range;
 
@@ -183,7 +184,8 @@ fn times<const D: usize>(m: &Mat<f64, D>, v: &[f64; D]) -> [f64; D] {
     product
 }
 
-/// Writes the deformation gradients of some nodes, eight side by side; the last block is filled up by identities.
+/// Writes the deformation gradients of some nodes, eight side by side; the last block is filled up by
+/// identities.
 pub(super) struct Deform<'a, const D: usize> {
     pub(super) rings: &'a NodeRings<D>,
     pub(super) nodes: Range<usize>,

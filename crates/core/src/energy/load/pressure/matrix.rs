@@ -13,11 +13,12 @@ impl<const D: usize, const N: usize> Pressure<D, N> {
         Stencils { size: N, vertices: vertices.collect() }
     }
 
-    /// Writes the symmetric part of the Hessian of these faces: block `(i, j)` is half of `P_i da/dx_j + (P_j da/dx_i)^T`. Over a closed
-    /// surface under uniform pressure the rest cancels, and the sum is exact.
+    /// Writes the symmetric part of the Hessian of these faces: block `(i, j)` is half of `P_i da/dx_j +
+    /// (P_j da/dx_i)^T`. Over a closed surface under uniform pressure the rest cancels, and the sum is
+    /// exact.
     ///
-    /// A face alone has as much negative as positive curvature. Where the matrix shall have none, nothing is written: Newton's method then
-    /// takes pressure for a dead load.
+    /// A face alone has as much negative as positive curvature. Where the matrix shall have none, nothing is
+    /// written: Newton's method then takes pressure for a dead load.
     pub(super) fn face_hessians(&self, faces: Range<usize>, x: &[f64], psd: Psd, out: &mut [f64]) {
         out.fill(0.0);
         if psd == Psd::Projected {

@@ -11,7 +11,8 @@ pub(super) trait Law<const D: usize, const N: usize> {
     /// True if directions matter.
     const DIRECTED: bool;
 
-    /// Adds what the particles of a pack do to a target `[position, direction]`; nothing where `others` is false.
+    /// Adds what the particles of a pack do to a target `[position, direction]`; nothing where `others` is
+    /// false.
     fn add_near<L: Lanes>(
         target: &[[L; D]; 2],
         pack: &ParticlePack<D>,
@@ -52,9 +53,9 @@ fn moment_times<L: Lanes, const D: usize>(pack: &TreeCells<D>, d: &[L; D]) -> ([
     (product, trace)
 }
 
-/// `sum m d / r^3`, the gradient of the potential. A node of mass `M` and second moment `S` about its centre of mass adds the gradient
-/// of its potential's expansion to second order,
-/// `M d / r^3 + (15/2 d.S d / r^7 - 3/2 tr S / r^5) d - 3 S d / r^5`, with `r^2 = d^2 + softening^2`.
+/// `sum m d / r^3`, the gradient of the potential. A node of mass `M` and second moment `S` about its centre
+/// of mass adds the gradient of its potential's expansion to second order, `M d / r^3 + (15/2 d.S d / r^7 -
+/// 3/2 tr S / r^5) d - 3 S d / r^5`, with `r^2 = d^2 + softening^2`.
 pub(super) struct Force;
 
 impl<const D: usize> Law<D, D> for Force {
@@ -100,8 +101,8 @@ impl<const D: usize> Law<D, D> for Force {
     }
 }
 
-/// The derivative of the force along a direction. A node counts as its mass at its centre, moving with the mean of its particles'
-/// directions.
+/// The derivative of the force along a direction. A node counts as its mass at its centre, moving with the
+/// mean of its particles' directions.
 pub(super) struct Derivative;
 
 impl<const D: usize> Law<D, D> for Derivative {

@@ -115,8 +115,9 @@ impl<const D: usize> List<D> {
         self.far_count += 1;
     }
 
-    /// Bytes that a list of `n` particles takes at most, roughly, if boxes act as a whole below this opening angle [rad]: what is in
-    /// the cubes of twice its inverse about a group is near, and of each size of boxes as many as fit there are far.
+    /// Bytes that a list of `n` particles takes at most, roughly, if boxes act as a whole below this opening
+    /// angle [rad]: what is in the cubes of twice its inverse about a group is near, and of each size of
+    /// boxes as many as fit there are far.
     pub(super) fn predicted_bytes(n: u64, opening_angle: f64) -> u64 {
         let boxes = (1.0 + 2.0 / opening_angle).powi(D as i32);
         let near = (n as f64).min(GROUP as f64 * boxes);

@@ -33,15 +33,18 @@ struct TreeTask<const D: usize> {
 
 /// The energy of [`NBody`](super::NBody), approximately, in a time that grows as `N log N`.
 ///
-/// Particles are put into a tree of boxes (Barnes, Hut 1986, *Nature* 324). For each group of neighbouring particles the tree is
-/// walked once: boxes that appear under less than the opening angle act by their mass and quadrupole moment about their centre of
-/// mass, the others are opened, down to single particles. An opening angle towards zero gives the direct sum.
+/// Particles are put into a tree of boxes (Barnes, Hut 1986, *Nature* 324). For each group of neighbouring
+/// particles the tree is walked once: boxes that appear under less than the opening angle act by their mass
+/// and quadrupole moment about their centre of mass, the others are opened, down to single particles. An
+/// opening angle towards zero gives the direct sum.
 ///
-/// Two particles do not act on each other with exactly opposite forces, because one may meet the other as a part of a box: the
-/// total momentum drifts by the error of the force, and so does the energy, whose gradient the force is only up to that error.
-/// What the error is, [`force_error`](Self::force_error) measures.
+/// Two particles do not act on each other with exactly opposite forces, because one may meet the other as a
+/// part of a box: the total momentum drifts by the error of the force, and so does the energy, whose
+/// gradient the force is only up to that error. What the error is, [`force_error`](Self::force_error)
+/// measures.
 ///
-/// The tree depends on the positions alone, and each particle's sum on its list alone: the same bits for any number of threads.
+/// The tree depends on the positions alone, and each particle's sum on its list alone: the same bits for any
+/// number of threads.
 pub struct TreeGravity<const D: usize> {
     vertices: Vec<u32>,
     mass: Vec<f64>,
@@ -70,8 +73,9 @@ pub struct ForceError {
 }
 
 impl<const D: usize> TreeGravity<D> {
-    /// Attraction with constant `constant` [m^3/(kg s^2)] and softening length `softening` [m] between `vertices` of masses `mass`
-    /// [kg] (one per listed vertex), by a tree with this opening angle [rad] in (0, 1].
+    /// Attraction with constant `constant` [m^3/(kg s^2)] and softening length `softening` [m] between
+    /// `vertices` of masses `mass` [kg] (one per listed vertex), by a tree with this opening angle [rad] in
+    /// (0, 1].
     ///
     /// # Panics
     /// If the vertices are not listed in ascending order, or the opening angle is not in (0, 1].
@@ -99,10 +103,12 @@ impl<const D: usize> TreeGravity<D> {
         }
     }
 
-    /// Bytes that the tree of `n` particles with this opening angle [rad] takes, roughly, the lists of all tasks included.
+    /// Bytes that the tree of `n` particles with this opening angle [rad] takes, roughly, the lists of all
+    /// tasks included.
     pub fn predicted_bytes(n: u64, opening_angle: f64) -> u64 {
         let tasks = (n / PARTICLES_PER_TASK as u64).clamp(1, MAX_TASKS as u64);
-        // Indices, masses, keys; six arrays of vectors; a node for every eight particles; all particles in one list at the start.
+        // Indices, masses, keys; six arrays of vectors; a node for every eight particles; all particles in
+        // one list at the start.
         let vectors = 6 * 8 * D as u64;
         let nodes = size_of::<octree::Node<D>>() as u64 / 8;
         n * (40 + vectors + nodes + 8 * (2 * D as u64 + 1))
@@ -151,7 +157,8 @@ impl<const D: usize> TreeGravity<D> {
         ListKernel { law: PhantomData, position, direction, list, first, softening2: self.softening2, out }
     }
 
-    /// Sums a vector over the list of every particle and leaves it, times `G m`, in `gradient`; whether all are finite.
+    /// Sums a vector over the list of every particle and leaves it, times `G m`, in `gradient`; whether all
+    /// are finite.
     fn sum_vectors<Q: Law<D, D>>(&mut self, run: impl Fn(ListKernel<'_, Q, D, D>) + Sync) -> bool {
         self.for_each_task(|this, task| {
             task.sums.clear();
@@ -260,8 +267,9 @@ impl<const D: usize> EnergyTerm for TreeGravity<D> {
         }
     }
 
-    /// Boxes that count as a whole act by their mass alone and move with the mean of their particles: in the largest eigenvalue, the
-    /// work of close neighbours, an error of the size of the force's (of 20,000 particles in a disk, at 0.5: one part in a thousand).
+    /// Boxes that count as a whole act by their mass alone and move with the mean of their particles: in the
+    /// largest eigenvalue, the work of close neighbours, an error of the size of the force's (of 20,000
+    /// particles in a disk, at 0.5: one part in a thousand).
     fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) {
         self.build(x);
         let mut direction = std::mem::take(&mut self.next_position);

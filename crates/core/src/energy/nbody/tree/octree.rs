@@ -5,7 +5,8 @@ const LEAF: usize = 16;
 /// Particles that share a list of what attracts them, at most.
 pub(super) const GROUP: usize = 48;
 
-/// Number of the independent components of a symmetric matrix in three dimensions; in two, the first three are used.
+/// Number of the independent components of a symmetric matrix in three dimensions; in two, the first three
+/// are used.
 pub(super) const SYMMETRIC: usize = 6;
 
 /// Rows and columns of those components.
@@ -66,7 +67,8 @@ pub(super) struct Octree<const D: usize> {
     pub(super) direction: Vec<[f64; D]>,
     /// In depth-first order, the root first.
     pub(super) nodes: Vec<Node<D>>,
-    /// Nodes of at most `GROUP` particles (more only at one place) that have all particles between them, in order.
+    /// Nodes of at most `GROUP` particles (more only at one place) that have all particles between them, in
+    /// order.
     pub(super) groups: Vec<usize>,
     keys: Vec<(u64, u32)>,
 }
@@ -91,9 +93,9 @@ impl<const D: usize> Octree<D> {
     /// Bits of a key for each component.
     const LEVELS: u32 = 63 / D as u32;
 
-    /// The tree of particles at `position` of masses `mass`; a node of longest edge `s`, whose centre of mass is `a` from its middle,
-    /// is taken as a whole from `s / opening_angle + a` on (Barnes, in: Greengard et al., eds., 1994). What it was before does not
-    /// matter to the result.
+    /// The tree of particles at `position` of masses `mass`; a node of longest edge `s`, whose centre of
+    /// mass is `a` from its middle, is taken as a whole from `s / opening_angle + a` on (Barnes, in:
+    /// Greengard et al., eds., 1994). What it was before does not matter to the result.
     pub(super) fn build(&mut self, position: &[[f64; D]], mass: &[f64], opening_angle: f64) {
         // From the order of the last step: nearly sorted, it is sorted faster.
         if self.keys.len() != position.len() {
@@ -122,7 +124,8 @@ impl<const D: usize> Octree<D> {
         }
     }
 
-    /// Sorts the particles `begin..end` along the curve through the smallest box around them, and makes their nodes.
+    /// Sorts the particles `begin..end` along the curve through the smallest box around them, and makes
+    /// their nodes.
     fn split_box(&mut self, position: &[[f64; D]], begin: usize, end: usize) {
         let keys = &mut self.keys[begin..end];
         let (low, high) = bounds(keys.iter().map(|(_, i)| position[*i as usize]));
@@ -156,7 +159,8 @@ impl<const D: usize> Octree<D> {
         }
         let crowded = end - begin > LEAF;
         if crowded && levels == 0 {
-            // Outliers have made the finest cells too coarse: the same again within this one, unless it is one place.
+            // Outliers have made the finest cells too coarse: the same again within this one, unless it is
+            // one place.
             let (low, high) = bounds(self.keys[begin..end].iter().map(|(_, i)| position[*i as usize]));
             let size = longest_edge(&low, &high);
             if size > 0.0 && size.is_finite() {

@@ -65,7 +65,8 @@ fn a_tree_that_opens_everything_is_the_direct_sum() {
     everything_opened_is_the_direct_sum::<3>();
 }
 
-/// Errors for opening angles that halve: what is reported, of all forces, of the sum of all forces, of energy and Hessian.
+/// Errors for opening angles that halve: what is reported, of all forces, of the sum of all forces, of
+/// energy and Hessian.
 fn errors<const D: usize>() -> [[f64; 5]; 3] {
     let (x, mass) = cluster::<D>(1500);
     let p: Vec<f64> = (0..x.len()).map(|k| scattered(11 * k)).collect();
@@ -88,8 +89,9 @@ fn errors<const D: usize>() -> [[f64; 5]; 3] {
     })
 }
 
-// The octupole is the first moment left out: relative to the monopole, it falls as the third power of the opening angle. Products
-// with the Hessian leave out how the directions within a box differ: the first power.
+// The octupole is the first moment left out: relative to the monopole, it falls as the third power of the
+// opening angle. Products with the Hessian leave out how the directions within a box differ: the first
+// power.
 #[test]
 fn the_force_error_falls_with_the_third_power_of_the_opening_angle() {
     for (d, errors) in [(2, errors::<2>()), (3, errors::<3>())] {

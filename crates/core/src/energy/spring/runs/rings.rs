@@ -13,7 +13,8 @@ const MOST_NUMBERS: usize = 1 << 16;
 /// A ring is there for a class of springs in at least one of as many blocks.
 const RARE: usize = 16;
 
-/// Springs whose ends are equally far apart in the numbering; between the same vertices, first, second and further ones.
+/// Springs whose ends are equally far apart in the numbering; between the same vertices, first, second and
+/// further ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Class {
     /// Number of the upper end minus that of the lower.
@@ -24,8 +25,9 @@ pub(super) struct Class {
 
 /// One ring of packs for each class of springs that is frequent enough and whose ends are not too far apart.
 ///
-/// The pack of a block begins at its first vertex, modulo the length, so that the tensions of eight consecutive vertices, wherever
-/// they begin, lie side by side: the first pack is there once more after the last.
+/// The pack of a block begins at its first vertex, modulo the length, so that the tensions of eight
+/// consecutive vertices, wherever they begin, lie side by side: the first pack is there once more after the
+/// last.
 #[derive(Debug)]
 pub(super) struct SpringRings {
     classes: Vec<Class>,
@@ -86,7 +88,8 @@ impl Tensions<'_> {
     /// Where the tension of vertex `from + offset` is, in the ring that begins at `ring`.
     #[inline(always)]
     fn place(&self, ring: u32, from: usize, offset: i32) -> usize {
-        // In 32 bits: the length divides their number of values, and the compiler sees that a few more do not overflow.
+        // In 32 bits: the length divides their number of values, and the compiler sees that a few more do
+        // not overflow.
         (ring + ((from as u32).wrapping_add_signed(offset) & self.mask)) as usize
     }
 
