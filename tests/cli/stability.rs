@@ -6,7 +6,7 @@ use super::{Bench, SPRING};
 fn a_step_above_the_limit_is_refused_with_one_that_would_do() {
     let bench = Bench::new(&SPRING.replace("step = 0.002", "step = 0.15"));
     let ended =
-        bench.pliant(["scene.toml"]).ended_with(2).says(&["scene.toml:5:8", "1.414214e-1", "allow_unstable"]);
+        bench.pliant(["scene.toml"]).ended_with(2).says(&["scene.toml:5:8", "0.1414214 s", "allow_unstable"]);
     assert!(bench.files().is_empty());
     // The number in the advice is taken at its word.
     let step = ended.stderr.split("use `step = ").nth(1).unwrap().split('`').next().unwrap();
@@ -35,7 +35,7 @@ fn a_run_that_is_allowed_to_blow_up_ends_by_itself() {
     let ended = bench.pliant(["scene.toml"]).ended_with(1);
     ended.says(&[
         "error: unstable: after step",
-        "use at most 1.4142e-1 s",
+        "use at most 0.14142 s",
         "scene.mcap is complete up to t = ",
     ]);
     let info = bench.info("scene.mcap");

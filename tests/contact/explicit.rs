@@ -247,7 +247,7 @@ fn what_passes_through_a_sheet_ends_the_run_with_its_name_unless_the_scene_allow
             Err(error) => break error.to_string(),
         }
     };
-    assert!(error.contains("step 2 (t = 0.001000 s)"), "{error}");
+    assert!(error.contains("step 2 (t = 0.001 s)"), "{error}");
     assert!(error.contains("`shot`") && error.contains("of `cloth` pass through each other"), "{error}");
     assert!(error.contains("allow_penetration = true"), "{error}");
     // Where it was before that step.
@@ -450,10 +450,10 @@ fn warnings(contact: &str, speed: f64) -> String {
 fn what_steps_do_not_stop_and_do_not_bear_is_said_before_a_run() {
     assert_eq!(warnings("{ distance = 1e-3 }", 3.4), "");
     let told = warnings("{ distance = 1e-3 }", 3.5);
-    assert!(told.contains("`grain` and `floor`") && told.contains("stops 3.464e0 m/s"), "{told}");
+    assert!(told.contains("`grain` and `floor`") && told.contains("stops 3.464 m/s"), "{told}");
     assert_eq!(warnings("{ distance = 1e-3, friction = 0.5, threshold_speed = 9.9e-4 }", 1.0), "");
     let told = warnings("{ distance = 1e-3, friction = 0.5, threshold_speed = 9.7e-4 }", 1.0);
-    assert!(told.contains("9.700e-4 m/s") && told.contains("needs 9.810e-4 m/s"), "{told}");
+    assert!(told.contains("9.7e-4 m/s") && told.contains("needs 9.81e-4 m/s"), "{told}");
 }
 
 /// A grain at rest, and what comes at it by its own motion: as fast as its motion says at the start.
@@ -477,7 +477,7 @@ fn what_moving_obstacles_and_pins_come_with_is_said_before_a_run() {
     ] {
         assert_eq!(warnings(shape, 1.5), "", "{shape}");
         let told = warnings(shape, 20.0);
-        assert!(told.contains("`grain` and `comes`") && told.contains("2.000e1 m/s"), "{shape}: {told}");
+        assert!(told.contains("`grain` and `comes`") && told.contains("20 m/s"), "{shape}: {told}");
     }
 }
 

@@ -43,7 +43,7 @@ fn a_body_below_a_floor_is_told() {
          [[obstacle]]\nname = 'floor'\nshape = {{ half_space = {{ normal = [0, 1], offset = 0 }} }}\n"
     );
     let told = super::problems(&text);
-    assert!(told.contains("overlap by 1.000e-1 m") && told.contains("`floor`"), "{told}");
+    assert!(told.contains("overlap by 0.1 m") && told.contains("`floor`"), "{told}");
 }
 
 /// Scenes that are refused by validation, with what is said.

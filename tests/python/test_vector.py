@@ -221,7 +221,7 @@ def test_a_failure_is_told_and_others_go_on() -> None:
     env = pliant.vector(fragile(), 3, action=STRONG, substeps=4)
     calm = pliant.vector(fragile(), 3, action=STRONG, substeps=4)
     actions = np.array([[0.0], [-1e5], [0.1]])
-    with pytest.warns(RuntimeWarning, match=r"environment 1 has ended: step 3 \(t = 0.002000 s\) cannot be taken: element 6 of `beam`"):
+    with pytest.warns(RuntimeWarning, match=r"environment 1 has ended: step 3 \(t = 0.002 s\) cannot be taken: element 6 of `beam`"):
         _, _, terminated, truncated, info = env.step(actions)
     assert (terminated == [False, True, False]).all() and not truncated.any()
     assert "cannot be taken" in info["failure"][1] and info["failure"][0] is None

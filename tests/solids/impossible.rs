@@ -32,20 +32,20 @@ fn elements_without_a_volume_are_named_with_their_volume() {
     let inline = |points: &str, cells: &str| format!("{{ inline = {{ points = {points}, {cells} }} }}");
     let two = "triangles = [[0, 1, 2], [1, 3, 2]]";
     for (dimension, points, cells, says) in [
-        (2, "[[0, 0], [1, 0], [0, 1], [1, 0]]", two, "triangle 1 is degenerate: its area is 0e0 m^2"),
-        (2, "[[0, 0], [1, 0], [0, 1], [0.5, 0.5]]", two, "triangle 1 is degenerate: its area is 0e0 m^2"),
-        (2, "[[0, 0], [1, 0], [0, 1], [0.25, 0.25]]", two, "triangle 1 is inverted: its area is -2.5e-1 m^2"),
+        (2, "[[0, 0], [1, 0], [0, 1], [1, 0]]", two, "triangle 1 is degenerate: its area is 0 m^2"),
+        (2, "[[0, 0], [1, 0], [0, 1], [0.5, 0.5]]", two, "triangle 1 is degenerate: its area is 0 m^2"),
+        (2, "[[0, 0], [1, 0], [0, 1], [0.25, 0.25]]", two, "triangle 1 is inverted: its area is -0.25 m^2"),
         (
             3,
             "[[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]]",
             "tetrahedra = [[0, 1, 2, 3]]",
-            "tetrahedron 0 is degenerate: its volume is 0e0 m^3",
+            "tetrahedron 0 is degenerate: its volume is 0 m^3",
         ),
         (
             3,
             "[[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]",
             "tetrahedra = [[0, 2, 1, 3]]",
-            "tetrahedron 0 is inverted: its volume is -1.6666666666666666e-1 m^3",
+            "tetrahedron 0 is inverted: its volume is -0.1667 m^3",
         ),
     ] {
         let message = refused(dimension, &inline(points, cells), SOUND);

@@ -89,10 +89,10 @@ fn few_cells_through_what_bends_are_counted_and_many_or_thick_ones_are_not() {
         warnings.into_iter().next()
     };
     for (cells, size, count, thickness) in [
-        (vec![20, 2], vec![10.0, 1.0], "2.0", "1.000e0"),
-        (vec![3, 50], vec![0.1, 0.5], "3.0", "1.000e-1"),
-        (vec![40, 2, 2], vec![1.0, 0.05, 0.05], "2.0", "5.000e-2"),
-        (vec![8, 8, 1], vec![1.0, 1.0, 0.1], "1.0", "1.000e-1"),
+        (vec![20, 2], vec![10.0, 1.0], "2.0", "1"),
+        (vec![3, 50], vec![0.1, 0.5], "3.0", "0.1"),
+        (vec![40, 2, 2], vec![1.0, 0.05, 0.05], "2.0", "0.05"),
+        (vec![8, 8, 1], vec![1.0, 1.0, 0.1], "1.0", "0.1"),
     ] {
         let text = said(cells.len(), grid(&cells, &size), json!({})).unwrap_or_else(|| panic!("{cells:?}"));
         let counted = format!("{count} linear elements through its thickness of {thickness} m");

@@ -40,7 +40,7 @@ pub(crate) use wall_loss::{WallLoss, WallLosses};
 /// assert_eq!(system.potential_energy(&x), 10.0 + 60.0);
 /// system.gradient(&x, &mut gradient);
 /// assert_eq!(gradient[2..], [0.0, 20.0]);
-/// assert!(system.is_pinned(0) && !system.is_pinned(2));
+/// assert!(system.is_pinned(0) && !system.is_pinned(1));
 /// ```
 pub struct System {
     dimension: usize,

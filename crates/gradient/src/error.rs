@@ -1,5 +1,6 @@
 //! Reasons why a gradient cannot be had.
 
+use pliant::quantity::Rounded;
 use pliant::simulation::{SnapshotError, StepError};
 
 /// A gradient cannot be had.
@@ -29,7 +30,10 @@ pub enum GradientError {
     #[error(transparent)]
     Snapshot(#[from] SnapshotError),
     /// The loss, or its derivative, is not finite.
-    #[error("the loss is not finite at step {step} (t = {time:.6} s): {what} is {value}")]
+    #[error(
+        "the loss is not finite at step {step} (t = {time} s): {what} is {value}",
+        time = Rounded::<9>(*.time)
+    )]
     Loss {
         /// Number of the step.
         step: u64,
@@ -42,8 +46,9 @@ pub enum GradientError {
     },
     /// The gradient is beyond the range of numbers.
     #[error(
-        "the gradient overflows at step {step} (t = {time:.6} s): it has grown by exp({growth:.4} t) on the \
-         way back from the end of the run; ask for a shorter run"
+        "the gradient overflows at step {step} (t = {time} s): it has grown by exp({growth:.4} t) on the \
+         way back from the end of the run; ask for a shorter run",
+        time = Rounded::<9>(*.time)
     )]
     Overflow {
         /// Number of the step at which it did.
@@ -54,7 +59,10 @@ pub enum GradientError {
         growth: f64,
     },
     /// The changes of states are beyond the range of numbers.
-    #[error("the tangent overflows in step {step} (t = {time:.6} s); ask for a shorter run")]
+    #[error(
+        "the tangent overflows in step {step} (t = {time} s); ask for a shorter run",
+        time = Rounded::<9>(*.time)
+    )]
     TangentOverflow {
         /// Number of the step.
         step: u64,
@@ -63,8 +71,9 @@ pub enum GradientError {
     },
     /// A step has no derivative: its matrix is singular.
     #[error(
-        "step {step} (t = {time:.6} s) has no derivative: the matrix of its equations is singular at the \
-         solution; another step size moves it away from there"
+        "step {step} (t = {time} s) has no derivative: the matrix of its equations is singular at the \
+         solution; another step size moves it away from there",
+        time = Rounded::<9>(*.time)
     )]
     Singular {
         /// Number of the step.

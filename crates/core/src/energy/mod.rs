@@ -144,8 +144,12 @@ impl std::fmt::Display for Fault {
             Fault::Stencil { what, body, index } => {
                 write!(f, "{what} {index} of `{body}` has no finite force")
             }
-            Fault::Gravity { time } => write!(f, "gravity is not finite at t = {time:.6} s"),
-            Fault::Load { load, time } => write!(f, "{load} is not finite at t = {time:.6} s"),
+            Fault::Gravity { time } => {
+                write!(f, "gravity is not finite at t = {time} s", time = Rounded::<9>(*time))
+            }
+            Fault::Load { load, time } => {
+                write!(f, "{load} is not finite at t = {time} s", time = Rounded::<9>(*time))
+            }
             Fault::Motion { hold } => write!(f, "the motion of pin `{hold}` has no finite value"),
             Fault::Overlap { pair, gap } => write!(f, "{pair} are {gap} m apart", gap = Rounded::<4>(*gap)),
             Fault::Obstructed { pair } => write!(f, "{pair} are in each other's way"),

@@ -9,9 +9,10 @@ use crate::solver::{ForceLeft, SolveError, SolveFailure, StepFault};
 pub enum StepError {
     /// A position, velocity or force is not finite.
     #[error(
-        "step {step} (t = {time:.6} s) cannot be taken{}: {}{}",
+        "step {step} (t = {time} s) cannot be taken{}: {}{}",
         nor_in_parts(.retried.as_deref()), cause(.fault, .vertex),
-        advice(.fault, smallest(*.step_size, .retried.as_deref()), *.stable_step, parts(*.is_implicit, .retried.as_deref()))
+        advice(.fault, smallest(*.step_size, .retried.as_deref()), *.stable_step, parts(*.is_implicit, .retried.as_deref())),
+        time = Rounded::<9>(*.time)
     )]
     NotFinite {
         /// The step that was tried, from 1.
@@ -64,12 +65,13 @@ pub enum StepError {
     },
     /// No step that is large enough to be taken has an error that is allowed.
     #[error(
-        "{what} {step} (t = {time:.6} s) cannot be taken: one of {step_size} s is still too large{}, and the smallest \
+        "{what} {step} (t = {time} s) cannot be taken: one of {step_size} s is still too large{}, and the smallest \
          allowed is {smallest} s{}{}{}",
         still(*.error), why(.cause.as_deref()), left_over(.cause.as_ref().and_then(|cause| cause.solve?.left)),
         beyond_limit(*.is_static),
         what = if *.is_static { "increment" } else { "step" },
-        step_size = Rounded::<4>(*.step_size), smallest = Rounded::<4>(*.smallest)
+        step_size = Rounded::<4>(*.step_size), smallest = Rounded::<4>(*.smallest),
+        time = Rounded::<9>(*.time)
     )]
     StepTooSmall {
         /// The step that was tried, from 1.
@@ -89,9 +91,10 @@ pub enum StepError {
     },
     /// The total energy has grown beyond any physical cause.
     #[error(
-        "unstable: after step {step} (t = {time:.6} s) the total energy is {energy} J, {start} J at the start{}",
+        "unstable: after step {step} (t = {time} s) the total energy is {energy} J, {start} J at the start{}",
         advice(&None, *.step_size, *.stable_step, ""),
-        energy = Rounded::<4>(*.energy), start = Rounded::<4>(*.start)
+        energy = Rounded::<4>(*.energy), start = Rounded::<4>(*.start),
+        time = Rounded::<9>(*.time)
     )]
     Unstable {
         /// Steps taken.
@@ -154,8 +157,9 @@ fn nor_in_parts(retried: Option<&Retried>) -> String {
     let said = |Retried { halvings, step_size, time }: &Retried| {
         let sizes = 2_u64.pow(*halvings);
         format!(
-            ", nor in parts down to 1/{sizes} of it, {step_size} s, the last at t = {time:.6} s",
-            step_size = Rounded::<5>(*step_size)
+            ", nor in parts down to 1/{sizes} of it, {step_size} s, the last at t = {time} s",
+            step_size = Rounded::<5>(*step_size),
+            time = Rounded::<9>(*time)
         )
     };
     retried.map_or(String::new(), said)
@@ -164,7 +168,10 @@ fn nor_in_parts(retried: Option<&Retried>) -> String {
 /// The moment of a step: its time, or where it is on a path of equilibria.
 fn moment(time: f64, statics: Option<&UnsolvedStatics>) -> String {
     let load_factor = statics.and_then(|statics| statics.load_factor);
-    load_factor.map_or_else(|| format!("t = {time:.6} s"), |factor| format!("load factor {factor:.6}"))
+    load_factor.map_or_else(
+        || format!("t = {time} s", time = Rounded::<9>(time)),
+        |factor| format!("load factor {factor:.6}"),
+    )
 }
 
 /// The smallest step that was tried [s].

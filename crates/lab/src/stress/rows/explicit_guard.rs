@@ -6,6 +6,7 @@ use std::sync::atomic::AtomicBool;
 use super::CaseDescription;
 use crate::stress::scenes::{Solid, beam};
 use crate::stress::{Case, CaseResult, CaseVerdict};
+use pliant::quantity::Rounded;
 use pliant::run::{Outcome, Plan, run};
 
 /// `2 / omega_max` of the beam with neo-Hookean elements [s]; an independent code.
@@ -48,7 +49,7 @@ fn guard(step: f64, stable: bool) -> CaseResult {
         Outcome::Failed(error) => {
             let said = error.to_string();
             findings.demand(!stable, || said.clone());
-            let right = said.contains(&format!("{limit:.4e}"));
+            let right = said.contains(&Rounded::<5>(limit).to_string());
             findings.demand(right, || format!("the stable step is not named: {said}"));
             findings.note(CaseVerdict::Pass, format!("stopped: {said}"));
         }

@@ -25,7 +25,7 @@ const WRONG: [Wrong; 14] = [
             MASS,
             "",
         ],
-        "triangle 1 is degenerate: its area is 0e0 m^2",
+        "triangle 1 is degenerate: its area is 0 m^2",
     ),
     (
         "D8",
@@ -37,7 +37,7 @@ const WRONG: [Wrong; 14] = [
             MASS,
             "",
         ],
-        "triangle 1 is degenerate: its area is 0e0 m^2",
+        "triangle 1 is degenerate: its area is 0 m^2",
     ),
     (
         "D8",
@@ -55,7 +55,7 @@ const WRONG: [Wrong; 14] = [
             MASS,
             "",
         ],
-        "tetrahedron 0 is degenerate: its volume is 0e0 m^3",
+        "tetrahedron 0 is degenerate: its volume is 0 m^3",
     ),
     (
         "D10",
