@@ -119,13 +119,13 @@ fn a_loss_that_is_not_finite_names_its_step() {
     let mut bad =
         |frame: &LossFrame<'_>, _: &mut [f64], _: &mut [f64]| if frame.step == 7 { f64::NAN } else { 0.0 };
     let error = gradient(&mut oscillator("rk4"), STEPS, &mut bad, &mut [], UNLIMITED).unwrap_err();
-    assert_eq!(error.to_string(), "the loss is not finite at step 7 (t = 0.350000 s): it is NaN");
+    assert_eq!(error.to_string(), "the loss is not finite at step 7 (t = 0.35 s): it is NaN");
     let mut bad = |_: &LossFrame<'_>, _: &mut [f64], v_bar: &mut [f64]| {
         v_bar[3] = f64::INFINITY;
         1.0
     };
     let error = gradient(&mut oscillator("rk4"), STEPS, &mut bad, &mut [], UNLIMITED).unwrap_err();
-    let expected = "the loss is not finite at step 40 (t = 2.000000 s): its derivative by the velocity of \
+    let expected = "the loss is not finite at step 40 (t = 2 s): its derivative by the velocity of \
                     vertex 1 is inf";
     assert_eq!(error.to_string(), expected);
 }
