@@ -149,3 +149,13 @@ def describe(exact: np.ndarray, material: str, equal: bool) -> None:
         f"\n{material}: {len(TETRAHEDRA)} tetrahedra, {len(POINTS)} vertices; the end sinks by {sinks:.6f} m"
     )
     print(f"in {DURATION:g} s. pliant's yoshida4 in 8000 steps is {apart:.1e} from the converged answer.")
+
+
+def compare(one: Case, other: Case, exact: np.ndarray, steps: int) -> None:
+    """Print how far apart two programs are by the same scheme in the same steps; neither may fail."""
+    one.run()
+    other.run()
+    if one.failed or other.failed:
+        raise SystemExit(one.failed or other.failed)
+    apart = np.abs(one.answer - other.answer).max() / np.abs(exact - POINTS).max()
+    print(f"The same scheme in the same {steps} steps differs between the two by {apart:.1e}.")
