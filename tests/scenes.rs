@@ -361,7 +361,7 @@ fn a_wrung_bar_twists_evenly_and_springs_back() {
     );
 }
 
-/// Where the tip of the trunk is, in the middle of its end.
+/// Place of the tip of the trunk, in the middle of its end.
 #[test]
 fn a_trunk_curls_up_over_its_root_and_bends_down_again() {
     let (_, mut assembly) = assembled("trunk.toml");

@@ -407,7 +407,7 @@ fn what_lies_still_is_carried_under_any_drag() {
     }
 }
 
-/// Where no losses are counted walls act block by block: the same motion and the same reactions, to the last
+/// Walls act block by block where no losses are counted: the same motion and the same reactions, to the last
 /// bit.
 #[test]
 fn reactions_do_not_depend_on_whether_losses_are_counted() {

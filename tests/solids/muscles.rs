@@ -213,8 +213,8 @@ fn a_muscle_brings_neither_momentum_nor_spin_in() {
     }
 }
 
-/// What a muscle will pull with later counts: explicit steps just below the limit stay bounded at full
-/// tension, those of the passive block do not. The stiffness of this material is the same at every length.
+/// The limit counts a tension that comes later: explicit steps just below it stay bounded at full tension, those
+/// of the passive block do not. The stiffness of this material is the same at every length.
 #[test]
 fn explicit_steps_are_stable_under_the_tension_to_come() {
     let simulation = |step: f64, tension: &str| {

@@ -69,7 +69,7 @@ fn fields_of_bodies() -> Option<&'static serde_json::Map<String, Value>> {
     resolved(body)?["properties"].as_object()
 }
 
-/// What a reference inside of the schema says.
+/// Part of the schema that a reference names.
 fn resolved(reference: &str) -> Option<&'static Value> {
     published().pointer(reference.strip_prefix('#')?)
 }

@@ -12,8 +12,8 @@ use crate::scalar::{Mask, Scalar};
 ///
 /// let floor = Wall::new(&[0.0, 2.0], 0.5);
 /// let (mut x, mut v) = ([3.0, 0.4], [1.0, -2.0]);
-/// let moved = floor.apply(&[1.0, 1.0], &mut x, &mut v, |vertex, speed| assert_eq!((vertex, speed), (0, 2.0)));
-/// assert!(moved);
+/// let stopped = |vertex, speed| assert_eq!((vertex, speed), (0, 2.0));
+/// assert!(floor.apply(&[1.0, 1.0], &mut x, &mut v, stopped));
 /// assert_eq!((x, v), ([3.0, 0.5], [1.0, 0.0]));
 /// ```
 #[derive(Clone, Debug, PartialEq)]
@@ -109,7 +109,7 @@ impl Wall {
         }
     }
 
-    /// The same where some vertex is behind the plane of this normal.
+    /// Puts vertices back, as [`apply`](Self::apply), where some are behind the plane of this normal.
     #[inline(always)]
     fn put_back<const D: usize>(
         &self,

@@ -37,7 +37,7 @@ pub(super) struct WalledStep<'a> {
     pub(super) h: f64,
     /// Positions [m] and velocities [m/s] before it.
     pub(super) before: (&'a [f64], &'a [f64]),
-    /// The same after walls have acted.
+    /// Positions [m] and velocities [m/s] after walls have acted.
     pub(super) after: (&'a [f64], &'a [f64]),
     /// `M`, a function of `c h`.
     pub(super) response: &'a dyn Fn(f64) -> f64,

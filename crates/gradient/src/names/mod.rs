@@ -94,8 +94,8 @@ pub fn names(scene: &Scene, topology: &Topology) -> Vec<String> {
     names
 }
 
-/// True if more than the elements is made of the shape at rest: loads on volumes, areas and places, prescribed motion
-/// by places, fibres of muscles, ties to the nearest point.
+/// True if more than the elements is made of the shape at rest: loads on volumes, areas and places,
+/// prescribed motion by places, fibres of muscles, ties to the nearest point.
 fn is_at_rest_elsewhere(scene: &Scene, spec: &Body) -> bool {
     let by_place = |formulas: &[OverTime]| formulas.iter().any(OverTime::depends_on_place);
     let loads = spec.load.iter().any(|load| {
@@ -105,8 +105,8 @@ fn is_at_rest_elsewhere(scene: &Scene, spec: &Body) -> bool {
     });
     let motions = spec.pin.iter().filter_map(|pin| pin.motion.as_ref());
     let moved = motions.filter_map(|motion| motion.displacement.as_deref()).any(by_place);
-    let ties = scene.attachment.iter().filter_map(|tie| tie.target.as_ref());
-    let tied = ties.into_iter().any(|target| target.nearest_point.is_some());
+    let mut targets = scene.attachment.iter().filter_map(|tie| tie.target.as_ref());
+    let tied = targets.any(|target| target.nearest_point.is_some());
     loads || moved || tied || !spec.muscle.is_empty()
 }
 

@@ -22,9 +22,9 @@ const BYTES_PER_CELL: [u64; 2] = [700, 2400];
 const BYTES_PER_NODAL_ELEMENT: [u64; 2] = [300, 350];
 /// Bytes per element of a muscle: fibres at its points, places of these, indices, patch rows, directions.
 const BYTES_PER_MUSCLE_ELEMENT: u64 = 250;
-/// The same of second order.
+/// Bytes per element of second order of a muscle.
 const BYTES_PER_QUADRATIC_MUSCLE_ELEMENT: u64 = 1000;
-/// The same of quadrilaterals and hexahedra.
+/// Bytes per quadrilateral and per hexahedron of a muscle.
 const BYTES_PER_MUSCLE_CELL: [u64; 2] = [500, 1300];
 /// Bytes per spring: ends and constants as lists, then as seen from both ends, then in slots.
 const BYTES_PER_SPRING: u64 = 100;

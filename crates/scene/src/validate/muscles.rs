@@ -37,7 +37,7 @@ fn of_solid(check: &mut Checker, path: &KeyPath, body: &Body) {
     }
 }
 
-/// Whether all of it is right; how many elements there are, the assembly knows.
+/// Checks a direction of fibres, but for the number of elements, which the assembly knows.
 fn fibre(check: &mut Checker, path: &KeyPath, fibre: &FibreSpec, duration: f64) {
     match fibre {
         FibreSpec::Direction(direction) => {

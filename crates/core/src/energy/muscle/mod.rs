@@ -17,7 +17,7 @@ use crate::lanes::{WIDTH, dispatch_compact};
 use crate::material::Psd;
 use crate::numbering::along_curve;
 
-/// How often a tension is looked at over the run for its largest value: shorter peaks are missed.
+/// Times over the run at which a tension is looked at for its largest value: shorter peaks are missed.
 const SAMPLES: u32 = 1000;
 /// Places at which one that differs from place to place is, at most.
 const PLACES: usize = 250;
@@ -53,7 +53,7 @@ pub struct TensionField {
 pub struct ActiveTension<const D: usize, const N: usize> {
     name: String,
     patches: Patches<N>,
-    /// Of every pack, one after the other those of its quadrature points.
+    /// Fibres of every pack, one after the other those of its quadrature points.
     packs: Vec<FibrePack<N>>,
     /// Quadrature points of an element.
     points: usize,

@@ -31,7 +31,7 @@ pub fn simplex_fibres<const D: usize, const N: usize>(
     fibre.collect()
 }
 
-/// The same of a cell that is no simplex.
+/// The fibres of a cell that is no simplex, as [`simplex_fibres`] has them.
 pub fn cell_fibres<const D: usize, const N: usize>(
     cell: &Isoparametric<D, N>,
     rest: &[[f64; D]; N],
