@@ -116,18 +116,13 @@ fn study(text: &str, schemes: &[IntegratorSpec], steps: &[f64]) -> Result<Result
     study.run(&mut |_| {})
 }
 
-/// The case that is known to fail, and said to: a block a million times lighter than the one on it is thrown
-/// out from below within the first second, by implicit Euler at least. Why is not known.
-const THROWN_OUT: &str = "a millionth of the mass below";
-
 #[test]
 fn contact_far_from_what_it_was_made_for_is_solved_or_said() {
     let choice = CaseFilter { only: vec!["K18".into()], ..CaseFilter::default() };
     let results: Vec<_> = cases(&choice).into_iter().map(|case| (case.run(), case)).collect();
     assert_eq!(results.len(), 18);
     for (found, case) in &results {
-        let is_known = case.name.ends_with(THROWN_OUT);
-        assert_eq!(found.verdict == CaseVerdict::Fail, is_known, "{case:?}: {}", found.notes.join("; "));
+        assert!(found.verdict != CaseVerdict::Fail, "{case:?}: {}", found.notes.join("; "));
     }
     // What is far too soft is pressed to nothing, and it is told.
     let (soft, _) = results.iter().find(|(_, case)| case.name.ends_with("= 0.001")).unwrap();

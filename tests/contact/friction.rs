@@ -60,6 +60,32 @@ fn what_slides_follows_the_recursion_of_a_rigid_particle() {
     }
 }
 
+/// Friction acts in the step in which something lands, where nothing touched before: what the floor takes from
+/// the speed along it is `mu` times what it takes from the fall, in that step and in all others.
+#[test]
+fn what_lands_is_rubbed_in_the_same_step() {
+    let (h, mu) = (0.01, 0.3);
+    let falls = FallingParticle {
+        gravity: [0.0, -9.81],
+        height: 0.03,
+        velocity: [5.0, -1.0],
+        friction: mu,
+        ..on_incline(mu)
+    };
+    let mut simulation = falls.simulation(&IntegratorSpec::ImplicitEuler, h);
+    let mut pushed = 0;
+    for step in 0..20 {
+        let before = simulation.state().v().to_vec();
+        super::advance(&mut simulation, 1);
+        let v = simulation.state().v();
+        let normal = v[1] - before[1] + 9.81 * h;
+        let along = before[0] - v[0];
+        assert!((along - mu * normal).abs() < 1e-10, "step {step}: {along} m/s for {normal} m/s");
+        pushed += usize::from(normal > 0.1);
+    }
+    assert!(pushed > 0, "it did not land");
+}
+
 /// A block that slides to rest, from the equilibrium in which the floor carries it. Coulomb's way is `v^2 /
 /// (2 mu g) = 0.169894665 m`; implicit Euler falls short of it by `h v / 2`. The ways are those of an
 /// independent program.

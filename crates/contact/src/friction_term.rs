@@ -218,6 +218,7 @@ impl<const D: usize> DissipativeTerm for FrictionTerm<D> {
 impl<const D: usize> FrozenParts for FrictionTerm<D> {
     fn freeze(&mut self, x: &[f64]) -> bool {
         let known = self.known_parts();
+        let held = self.frozen && self.all().next().is_some();
         self.take(x);
         self.frozen = true;
         let velocity = (self.velocity.len() == x.len()).then_some(&self.velocity);
@@ -227,7 +228,7 @@ impl<const D: usize> FrozenParts for FrictionTerm<D> {
                 Err(_) => velocity.map(|v| contact.pair.part_of_limit(&contact.velocities(v))),
             };
         }
-        self.all().next().is_some()
+        held || self.all().next().is_some()
     }
 
     fn follow(&mut self, v: &[f64], dv: &[f64]) {

@@ -116,7 +116,8 @@ pub trait DissipativeTerm: Send + Sync {
 /// until it no longer changes: normal forces and tangents of friction. Without that, a line search would
 /// chase its own target.
 pub trait FrozenParts {
-    /// Takes these parts as they are at `x` [m], until [`thaw`](Self::thaw); whether there are any.
+    /// Takes these parts as they are at `x` [m], until [`thaw`](Self::thaw); whether there are any, or were
+    /// among those held until now.
     fn freeze(&mut self, x: &[f64]) -> bool;
 
     /// Ends that: whatever is asked is about the positions given.

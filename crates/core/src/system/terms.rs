@@ -1,7 +1,6 @@
 //! Terms that come and go, that guard ways, and whose stencils change.
 
 use super::{ForceId, System, fresh};
-use crate::dissipation::DissipativeTerm;
 use crate::energy::{ChangingStencils, ContactExtremes, EnergyTerm, Fault, WatchedContacts};
 
 /// Tells one term from any other in this process.
@@ -146,14 +145,20 @@ impl System {
         of_contact + driven.map(|term| term.stiffening(inverse_mass.numbers())).sum::<f64>()
     }
 
-    /// Makes dissipative terms hold what they take from the positions `x`; how often a solve may renew that,
-    /// `None` where nothing is held.
-    pub(crate) fn freeze(&mut self, x: &[f64]) -> Option<u32> {
-        let frozen = |term: &mut Box<dyn DissipativeTerm>| {
-            let term = term.frozen()?;
-            term.freeze(x).then(|| term.most_renewals())
-        };
-        self.dissipation.iter_mut().filter_map(frozen).max()
+    /// Makes dissipative terms hold what they take from the positions `x`; false where nothing is held, and
+    /// nothing was.
+    pub(crate) fn freeze(&mut self, x: &[f64]) -> bool {
+        let mut any = false;
+        for term in self.dissipation.iter_mut().filter_map(|term| term.frozen()) {
+            any |= term.freeze(x);
+        }
+        any
+    }
+
+    /// How often a solve may renew what dissipative terms hold; `None` where none takes anything from
+    /// positions.
+    pub(crate) fn most_renewals(&mut self) -> Option<u32> {
+        self.dissipation.iter_mut().filter_map(|term| Some(term.frozen()?.most_renewals())).max()
     }
 
     /// Tells dissipative terms that hold what they take from positions that a solve goes on from velocities

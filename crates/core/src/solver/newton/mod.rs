@@ -140,7 +140,7 @@ impl<const D: usize> Newton<D> {
         let mut last = f64::INFINITY;
         for _ in 1..most {
             let before = at.u.clone();
-            if system.freeze(&at.x).is_none() {
+            if !system.freeze(&at.x) {
                 return Ok(());
             }
             self.solve(system, objective, at, (Begin::NearMinimum, 0))?;
@@ -182,8 +182,10 @@ impl<const D: usize> super::Minimizer for Newton<D> {
         at: &mut Iterate,
     ) -> Result<(), StepFault> {
         self.prepare(system, &at.x);
-        // A single iteration sees what there is where it starts.
-        let most = system.freeze(&at.x).filter(|_| !objective.single_iteration);
+        // Where nothing is held at the start, as before bodies meet, it may be on the way. A single iteration
+        // sees what there is where it starts.
+        system.freeze(&at.x);
+        let most = system.most_renewals().filter(|_| !objective.single_iteration);
         let end = match most {
             Some(most) => self.minimize_frozen(system, objective, at, most),
             None => self.solve(system, objective, at, (Begin::Anywhere, 0)).map(|_| ()),
