@@ -121,6 +121,9 @@ impl<S: Scalar, const D: usize, const N: usize> PairFriction<S, D, N> {
         for k in 0..D {
             after[k] = over_g * (slip[k] + change[k] - growth * w[k]);
         }
+        // What rounding leaves along the normal would grow by `growth / g` from step to step, and a part out
+        // of the plane makes matrices indefinite.
+        let after = self.in_plane(&after);
         let length = dot(&after, &after).sqrt();
         scaled(S::one() / length.max(S::one()), &after)
     }

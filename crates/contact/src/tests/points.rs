@@ -392,3 +392,20 @@ fn matrices_of_friction_with_a_force_of_its_own() {
         }
     }
 }
+
+/// A force that follows long steps stays in the plane: rounding along the normal is not carried on.
+#[test]
+fn forces_of_friction_that_follow_long_steps_stay_in_the_plane() {
+    let (sin, cos) = 0.54_f64.sin_cos();
+    let friction =
+        PairFriction { coefficients: [1.0, -1.0], normal: [sin, cos], limit: 3.0, threshold: 1e-4 };
+    let along = |speed: f64| [[speed * cos, -speed * sin], [0.0; 2]];
+    let mut part = friction.part_of_limit(&along(2e-4));
+    for step in 0..40 {
+        // It slides on at twice the threshold, and each step is a hundred times that.
+        part = friction.part_after(&part, &along(2e-4), &along(2e-2));
+        let out = part[0] * sin + part[1] * cos;
+        assert!(out.abs() < 1e-15, "step {step}: {out:e} along the normal");
+        assert_near(part[0] * cos - part[1] * sin, 1.0, 1e-13, "part of the limit");
+    }
+}
