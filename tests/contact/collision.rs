@@ -9,16 +9,41 @@ use serde_json::Value;
 const REFERENCE: &str = include_str!("../data/collision_2d.json");
 
 pub(crate) fn text(integrator: &str, step: f64) -> String {
+    scaled(integrator, step, [1.0, 1.0], "stiffness = 1e4")
+}
+
+/// The same with lengths and times `s` times as long, stiffnesses and densities `r` times as large, and
+/// with these keys of contact.
+pub(crate) fn scaled(integrator: &str, step: f64, [s, r]: [f64; 2], keys: &str) -> String {
+    let body = |name: &str,
+                [cells, origin]: [[f64; 2]; 2],
+                turn: &str,
+                [young, poisson, density]: [f64; 3],
+                v: &str| {
+        format!(
+            "[[body]]\nname = '{name}'\n\
+             mesh = {{ grid = {{ cells = [2, 2], size = [{:?}, {:?}], origin = [{:?}, {:?}] }} }}\n{turn}\
+             elastic = {{ neo-hookean = {{ young = {:?}, poisson = {poisson:?} }} }}\n\
+             mass = {{ density = {:?} }}\nvelocity = {{ rigid = {{ linear = {v} }} }}\n",
+            s * cells[0],
+            s * cells[1],
+            s * origin[0],
+            s * origin[1],
+            r * young,
+            r * density
+        )
+    };
+    let turn =
+        format!("transform = {{ rotate = {{ angle = 0.5 }}, centre = [{:?}, {:?}] }}\n", s * 0.63, s * 0.25);
     format!(
-        "dimension = 2\ntime = {{ integrator = {integrator}, step = {step}, duration = 0.2, solver = {{ tolerance = 1e-12 }} }}\n\
-         contact = {{ distance = 0.02, stiffness = 1e4 }}\n\
-         [[body]]\nname = 'a'\nmesh = {{ grid = {{ cells = [2, 2], size = [0.4, 0.4] }} }}\n\
-         elastic = {{ neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}\nmass = {{ density = 1000 }}\n\
-         velocity = {{ rigid = {{ linear = [0.5, 0.1] }} }}\n\
-         [[body]]\nname = 'b'\nmesh = {{ grid = {{ cells = [2, 2], size = [0.3, 0.3], origin = [0.48, 0.1] }} }}\n\
-         transform = {{ rotate = {{ angle = 0.5 }}, centre = [0.63, 0.25] }}\n\
-         elastic = {{ neo-hookean = {{ young = 5e4, poisson = 0.35 }} }}\nmass = {{ density = 800 }}\n\
-         velocity = {{ rigid = {{ linear = [-1.5, 0.3] }} }}\n"
+        "dimension = 2\ntime = {{ integrator = {integrator}, step = {:?}, duration = {:?}, \
+         solver = {{ tolerance = {:?} }} }}\ncontact = {{ distance = {:?}, {keys} }}\n{}{}",
+        s * step,
+        s * 0.2,
+        s * 1e-12,
+        s * 0.02,
+        body("a", [[0.4, 0.4], [0.0, 0.0]], "", [1e5, 0.3, 1000.0], "[0.5, 0.1]"),
+        body("b", [[0.3, 0.3], [0.48, 0.1]], &turn, [5e4, 0.35, 800.0], "[-1.5, 0.3]"),
     )
 }
 

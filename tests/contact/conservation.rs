@@ -12,10 +12,9 @@ fn change(a: [f64; 3], b: [f64; 3]) -> f64 {
 
 /// Two soft bodies that collide with friction, by the law of explicit steps.
 fn rubbing(friction: f64, step: f64) -> Simulation {
-    let text =
-        super::collision::text("'symplectic-euler'", step).replace(", solver = { tolerance = 1e-12 }", "");
     let keys = format!("stiffness = 2e5, friction = {friction:?}, threshold_speed = 0.1");
-    super::assembled(&text.replace("stiffness = 1e4", &keys)).simulation
+    let text = super::collision::scaled("'symplectic-euler'", step, [1.0, 1.0], &keys);
+    super::assembled(&text.replace(", solver = { tolerance = 1e-12 }", "")).simulation
 }
 
 /// Friction acts on two points a gap apart: angular momentum changes by its couple, at most `mu lambda dhat`,

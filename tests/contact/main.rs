@@ -16,6 +16,7 @@ mod start;
 mod statics;
 mod thin;
 mod torture;
+mod units;
 
 use pliant::simulation::Simulation;
 use pliant_scene::Scene;

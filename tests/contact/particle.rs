@@ -33,6 +33,11 @@ pub(crate) struct FallingParticle {
 impl FallingParticle {
     /// Vertex 0 falls, vertex 1 is the half-space's.
     pub(crate) fn simulation(&self, scheme: &IntegratorSpec, step: f64) -> Simulation {
+        self.simulation_to(scheme, step, 1e-14)
+    }
+
+    /// The same, solved until corrections are below `tolerance` [m].
+    pub(crate) fn simulation_to(&self, scheme: &IntegratorSpec, step: f64, tolerance: f64) -> Simulation {
         // Explicit schemes have the form without a pole, as scenes have it.
         let form = match scheme.method().documentation.solves {
             0 => PotentialForm::Cubic,
@@ -76,7 +81,7 @@ impl FallingParticle {
         let [vx, vy] = self.velocity;
         let state = State::new(vec![0.0, self.height, 0.0, 0.0], vec![vx, vy, 0.0, 0.0]);
         let mut simulation = Simulation::new(system, state, scheme.method(), step);
-        simulation.set_solver(SolverOptions { tolerance: Some(1e-14), ..SolverOptions::default() });
+        simulation.set_solver(SolverOptions { tolerance: Some(tolerance), ..SolverOptions::default() });
         simulation
     }
 }
