@@ -4,14 +4,18 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 #![allow(clippy::excessive_precision, reason = "references keep the digits they were computed to")]
 
+mod arch;
 mod collision;
 mod conservation;
 mod dynamics;
 mod explicit;
 mod friction;
+mod linked;
 mod particle;
 mod prescribed;
+mod pressed;
 mod scenes;
+mod sharp;
 mod start;
 mod statics;
 mod thin;
