@@ -36,8 +36,9 @@ pub(crate) fn locked<const D: usize>(search: &SharedSearch<D>) -> MutexGuard<'_,
     search.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Steps whose motion candidates are gathered for ahead, where steps are short.
-const STEPS_AHEAD: f64 = 16.0;
+/// Steps whose motion candidates are gathered for ahead: of barriers, whose solves look around from several
+/// guesses in a step, and of the cubic form, whose steps are short.
+const STEPS_AHEAD: [f64; 2] = [4.0, 16.0];
 
 /// Energy of all contacts: `E = sum kappa w m dhat B(q)` by barriers, which nothing passes, `E = sum 2/3
 /// kappa w m dhat (1 - s)^3` in the cubic form, whose forces end, and which watches what passes.
@@ -419,7 +420,8 @@ impl<const D: usize> ChangingStencils for ContactEnergy<D> {
     fn begin_step(&mut self, _: &[f64], v: &[f64], dt: f64) -> bool {
         let square = |row: &[f64]| row.iter().map(|v| v * v).sum::<f64>();
         let fastest = v.chunks_exact(D).map(square).fold(0.0, f64::max).sqrt();
-        let steps = if self.form == PotentialForm::Cubic { STEPS_AHEAD } else { 1.0 };
+        let [solved, explicit] = STEPS_AHEAD;
+        let steps = if self.form == PotentialForm::Cubic { explicit } else { solved };
         locked(&self.search).expect_motion(steps * fastest * dt);
         false
     }
