@@ -92,6 +92,7 @@ impl CoupledEquations<'_> {
         for (k, stage) in self.stages.iter().enumerate() {
             let at = At { x: &stage.x, v: &stage.v, psd: Psd::Exact };
             system.set_time(stage.time);
+            system.find_stencils(&stage.x);
             let mut part = |stiffness, damping| {
                 assembler.assemble(system, at, Weights { inertia: 0.0, stiffness, damping });
                 assembler.matrix().clone()

@@ -71,11 +71,13 @@ pub(crate) fn factorisation(dimension: usize) -> Box<dyn Factorisation> {
     }
 }
 
-/// Cholesky's, its structure kept; LU where the exact matrix is not positive definite.
+/// Cholesky's, its structure kept as long as it fits; LU where the exact matrix is not positive definite.
 #[derive(Default)]
 struct Sparse<const D: usize> {
     assembler: Option<Assembler<D>>,
     cholesky: Option<Cholesky>,
+    /// Version of the pattern that Cholesky's structure is of: contact changes it.
+    pattern: u64,
     lu: Option<Lu>,
 }
 
@@ -84,10 +86,12 @@ impl<const D: usize> Factorisation for Sparse<D> {
         let ((x, v), Coefficients { inertia, damping, stiffness }) = (at, coefficients);
         let assembler = self.assembler.get_or_insert_with(|| Assembler::new(system));
         let weights = Weights { inertia, stiffness, damping };
+        system.find_stencils(x);
         assembler.assemble(system, At { x, v, psd: Psd::Exact }, weights);
         let matrix = assembler.matrix();
-        if self.cholesky.is_none() {
+        if self.cholesky.is_none() || self.pattern != assembler.pattern() {
             self.cholesky = Cholesky::new(matrix, x);
+            self.pattern = assembler.pattern();
         }
         self.lu = None;
         if self.cholesky.as_mut().is_some_and(|cholesky| cholesky.factorize(matrix).is_ok()) {

@@ -85,8 +85,6 @@ fn obstacle_among_terms(simulation: &Simulation) -> Option<(String, &'static str
         let properties = term.properties();
         let why = if !properties.is_conservative {
             "forces without an energy are left out"
-        } else if term.changing().is_some() || term.limit().is_some_and(|limit| limit.guards_way()) {
-            "contact is left out"
         } else if properties.approximates {
             "take the direct sum, without `tree`"
         } else if is_implicit && properties.couples_all {
@@ -100,11 +98,11 @@ fn obstacle_among_terms(simulation: &Simulation) -> Option<(String, &'static str
 
 /// The first dissipative term whose force changes with positions in a way that is not known.
 fn obstacle_among_dissipation(simulation: &mut Simulation) -> Option<(String, &'static str)> {
-    let zero = vec![0.0; simulation.state().x().len()];
+    let (x, zero) = (simulation.state().x().to_vec(), vec![0.0; simulation.state().x().len()]);
     let mut y = zero.clone();
     let mut terms = simulation.system_mut().dissipation_mut();
     let unknown = terms.find_map(|term| {
-        let known = term.add_position_product(&zero, &zero, &zero, &mut y);
+        let known = term.add_position_product(&x, &zero, &zero, &mut y);
         (!known).then(|| term.name())
     });
     Some((unknown?, "damping of elements, in proportion to masses, and `ether_drag` have one"))

@@ -1,5 +1,6 @@
 //! Parameters of a scene by their names: its keys, bodies by name or by number.
 
+mod contact;
 mod materials;
 mod terms;
 
@@ -162,7 +163,8 @@ fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<Cow<'static, 
         Some(_) => keys.extend(["springs.stiffness", "springs.rest_length"]),
         None => {}
     }
-    keys.into_iter().map(Cow::Borrowed).chain(of_formula).collect()
+    let all = keys.into_iter().map(Cow::Borrowed).chain(of_formula);
+    all.filter(|key| contact::obstacle(scene, spec, key).is_none()).collect()
 }
 
 /// True if nothing has inertia: masses are weights.
@@ -215,7 +217,7 @@ impl Places<'_> {
         }
         let (spec, body, key) = self.body(name).ok_or_else(|| unknown("is no parameter of this scene"))?;
         if !of_body(self.scene, spec, body).iter().any(|known| known == key) {
-            return Err(unknown("has no derivative"));
+            return Err(unknown(contact::obstacle(self.scene, spec, key).unwrap_or("has no derivative")));
         }
         self.of_body(spec, body, key).ok_or_else(|| unknown("has no derivative"))
     }

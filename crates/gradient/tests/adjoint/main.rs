@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a panic is what a test fails by")]
 
 mod chain;
+mod contact;
 mod fit;
 mod kepler;
 mod muscle;

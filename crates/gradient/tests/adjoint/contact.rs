@@ -1,0 +1,221 @@
+//! Surfaces that touch: gradients against central differences of the program's own runs.
+
+use pliant::integrator::IntegratorSpec;
+use pliant::simulation::Simulation;
+use pliant_gradient::{LossFrame, ParameterSelection, UNLIMITED, gradient, names, schemes};
+use pliant_scene::Scene;
+
+use crate::solid::assembled;
+use crate::support::{compare_with_differences, dot, method, scattered};
+use crate::tangents::compare_with_tangents;
+
+/// A square of rubber that falls on a slope and slides down it; without friction unless `contact` says more.
+fn slope(scheme: &str, contact: &str) -> Scene {
+    let solves = method(scheme).documentation.solves > 0;
+    let (step, solver) = if solves { (2e-3, "solver = { tolerance = 1e-14 }") } else { (2e-4, "") };
+    let text = format!(
+        "dimension = 2
+         [time]
+         integrator = \"{scheme}\"
+         duration = 0.1
+         step = {step}
+         {solver}
+         [world]
+         gravity = [1.0, -9.81]
+         [contact]
+         distance = 2e-3
+         stiffness = 1e5
+         {contact}
+         [[body]]
+         name = \"block\"
+         mesh = {{ grid = {{ cells = [2, 2], size = [0.1, 0.1], origin = [0.0, 0.0015] }} }}
+         elastic = {{ neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}
+         mass = {{ density = 1000.0 }}
+         velocity = {{ rigid = {{ linear = [0.3, -0.4], angular = 0.5 }} }}
+         [[obstacle]]
+         name = \"slope\"
+         shape = {{ half_space = {{ normal = [0.05, 1.0], offset = 0.0 }} }}"
+    );
+    Scene::from_toml(&text).unwrap()
+}
+
+/// A tetrahedral cube that falls on the edge of another, held one, and on a ball beside it: vertices over
+/// triangles, edges over edges, corners.
+fn cubes(scheme: &str, contact: &str) -> Scene {
+    let text = format!(
+        "dimension = 3
+         [time]
+         integrator = \"{scheme}\"
+         duration = 0.1
+         step = 2e-3
+         solver = {{ tolerance = 1e-14 }}
+         [world]
+         gravity = [0.0, 0.0, -9.81]
+         [contact]
+         distance = 4e-3
+         stiffness = 1e5
+         {contact}
+         [[body]]
+         name = \"upper\"
+         mesh = {{ grid = {{ cells = [1, 1, 1], size = [0.1, 0.1, 0.1] }} }}
+         transform = {{ centre = [0.05, 0.05, 0.05], rotate = {{ axis = [0.02, 1.0, 0.05], angle = \"42 deg\" }}, translate = [0.01, 0.047, 0.1242] }}
+         elastic = {{ neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}
+         mass = {{ density = 1000.0 }}
+         velocity = {{ rigid = {{ linear = [0.1, 0.05, -0.5] }} }}
+         [[body]]
+         name = \"lower\"
+         mesh = {{ grid = {{ cells = [1, 1, 1], size = [0.1, 0.1, 0.1] }} }}
+         elastic = {{ neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}
+         mass = {{ density = 1000.0 }}
+         pin = [{{ half_space = {{ normal = [0, 0, 1], offset = 0 }} }}]"
+    );
+    Scene::from_toml(&text).unwrap()
+}
+
+/// Pairs that touch.
+fn touching(simulation: &Simulation) -> usize {
+    let state = simulation.state();
+    let terms = simulation.system().terms().iter().filter_map(|term| term.touching());
+    terms.map(|term| term.contacts(state.x(), state.v()).len()).sum()
+}
+
+/// Compares the derivatives along one direction of all positions and velocities, and by these parameters,
+/// of a loss that looks at the last state and at one on the way.
+fn compare(what: &str, scene: &Scene, steps: u64, tolerance: f64) {
+    let start = || assembled(scene).0;
+    let (n, d) = (start().state().x().len(), start().system().dimension());
+    let [x_dot, mut v_dot, w_x, w_v] = [1.0, 2.0, 3.0, 4.0].map(|seed| scattered(n, seed));
+    let weights = start().numbering().to_original(start().system().inverse_mass(), d).into_owned();
+    v_dot.iter_mut().zip(&weights).filter(|(_, weight)| **weight == 0.0).for_each(|(dot, _)| *dot = 0.0);
+    let part = |step: u64, x: &[f64], v: &[f64]| match step {
+        step if step == steps => dot(&w_x, x) + 1e-2 * dot(&w_v, v),
+        step if step == steps / 2 => dot(&w_v, x),
+        _ => 0.0,
+    };
+    let mut loss = |frame: &LossFrame<'_>, x_bar: &mut [f64], v_bar: &mut [f64]| {
+        if frame.step == steps {
+            x_bar.iter_mut().zip(&w_x).for_each(|(bar, w)| *bar += w);
+            v_bar.iter_mut().zip(&w_v).for_each(|(bar, w)| *bar += 1e-2 * w);
+        } else if frame.step == steps / 2 {
+            x_bar.iter_mut().zip(&w_v).for_each(|(bar, w)| *bar += w);
+        }
+        part(frame.step, frame.x, frame.v)
+    };
+    let mut simulation = start();
+    let found = gradient(&mut simulation, steps, &mut loss, &mut [], UNLIMITED).unwrap();
+    let mut touched = 0;
+    let mut moved = |by_x: f64, by_v: f64| {
+        let mut simulation = start();
+        let [dx, dv] = [&x_dot, &v_dot].map(|dots| simulation.numbering().to_internal(dots, d).into_owned());
+        let state = simulation.state_mut();
+        state.x_mut().iter_mut().zip(&dx).for_each(|(x, dx)| *x += by_x * dx);
+        state.v_mut().iter_mut().zip(&dv).for_each(|(v, dv)| *v += by_v * dv);
+        let mut value = part(0, &simulation.positions(), &simulation.velocities());
+        for step in 1..=steps {
+            simulation.step().unwrap();
+            value += part(step, &simulation.positions(), &simulation.velocities());
+            touched += touching(&simulation);
+        }
+        value
+    };
+    let by = |gradient: &[f64], dots: &[f64]| {
+        let parts: Vec<f64> = gradient.iter().zip(dots).map(|(by, dot)| by * dot).collect();
+        (parts.iter().sum::<f64>(), dot(&parts, &parts).sqrt())
+    };
+    let of = format!("{what}, by positions");
+    compare_with_differences(&of, by(&found.position, &x_dot), (1e-5, tolerance), |h| moved(h, 0.0));
+    if !simulation.method().is_static() {
+        let of = format!("{what}, by velocities");
+        compare_with_differences(&of, by(&found.velocity, &v_dot), (1e-3, tolerance), |h| moved(0.0, h));
+    }
+    assert!(touched > 0, "{what}: nothing touches");
+}
+
+/// A block pressed onto a slope by a load, in one equilibrium after another.
+const PRESSED: &str = "
+    dimension = 2
+    [time]
+    integrator = \"quasi-static\"
+    duration = 2.0
+    step = 1.0
+    solver = { tolerance = 1e-14 }
+    [contact]
+    distance = 2e-3
+    stiffness = 1e5
+    [[body]]
+    name = \"block\"
+    mesh = { grid = { cells = [2, 2], size = [0.1, 0.1], origin = [0.0, 0.0015] } }
+    elastic = { neo-hookean = { young = 1e5, poisson = 0.3 } }
+    mass = { density = 1000.0 }
+    pin = [{ half_space = { normal = [-1.0, 0.0], offset = -0.001 } }]
+    load = [{ half_space = { normal = [0.0, -1.0], offset = -0.1 }, force = [20.0, \"-100*t\"] }]
+    [[obstacle]]
+    name = \"slope\"
+    shape = { half_space = { normal = [0.05, 1.0], offset = 0.0 } }";
+
+// A pair that comes within reach brings no kink with it: its energy has two continuous derivatives there.
+#[test]
+fn contact_has_the_derivatives_of_its_steps() {
+    let holding = schemes().into_iter().filter(|scheme| method(scheme).holds_contact());
+    let solved: Vec<_> = holding.filter(|scheme| method(scheme).documentation.solves > 0).collect();
+    assert!(solved.len() > 8, "{solved:?}");
+    for scheme in solved {
+        if !method(scheme).is_static() {
+            compare(&format!("slope, {scheme}"), &slope(scheme, ""), 20, 1e-7);
+        }
+    }
+    for scheme in ["implicit-euler", "tr-bdf2"] {
+        compare(&format!("cubes, {scheme}"), &cubes(scheme, ""), 12, 1e-7);
+    }
+    compare("pressed", &Scene::from_toml(PRESSED).unwrap(), 2, 1e-7);
+}
+
+// The law of explicit steps, whichever steps it is in.
+#[test]
+fn contact_of_explicit_steps_has_their_derivatives() {
+    for scheme in ["symplectic-euler", "velocity-verlet", "yoshida4", "rk4"] {
+        compare(&format!("slope, {scheme}"), &slope(scheme, ""), 200, 1e-7);
+    }
+    for integrator in [IntegratorSpec::ImplicitEuler, IntegratorSpec::Gauss2] {
+        let mut scene = slope("implicit-euler", "");
+        scene.time.integrator = integrator;
+        scene.contact.as_mut().unwrap().explicit_law = Some(true);
+        compare(&format!("slope, {integrator:?}"), &scene, 20, 1e-7);
+    }
+}
+
+// As of elements, see `tangents`.
+#[test]
+fn tangents_and_adjoints_agree_where_surfaces_touch() {
+    for (scheme, steps) in [("implicit-euler", 20), ("bdf2", 20), ("velocity-verlet", 200)] {
+        compare_with_tangents(scheme, &slope(scheme, ""), steps);
+    }
+    compare_with_tangents("cubes", &cubes("trapezoid", ""), 12);
+    // They part before the end: the matrices of the way back gain the pairs that touch.
+    compare_with_tangents("cubes that part", &cubes("implicit-euler", ""), 36);
+}
+
+// The stiffness of contact follows from moduli, or from masses, unless the scene says it.
+#[test]
+fn numbers_that_contact_is_made_of_are_no_parameters() {
+    let all = |scene: &Scene| names(scene, &assembled(scene).1);
+    let has = |scene: &Scene, key: &str| all(scene).contains(&format!("body.block.{key}"));
+    for scheme in ["implicit-euler", "velocity-verlet"] {
+        let given = slope(scheme, "");
+        let mut free = given.clone();
+        free.contact.as_mut().unwrap().stiffness = None;
+        assert!(has(&given, "elastic.young") && !has(&free, "elastic.young"), "{scheme}");
+        assert!(has(&given, "elastic.poisson") && has(&free, "elastic.poisson"), "{scheme}");
+        assert!(has(&given, "mass.density"), "{scheme}");
+        assert_eq!(has(&free, "mass.density"), scheme == "implicit-euler", "{scheme}");
+        assert!(!has(&given, "rest"), "{scheme}");
+        let (simulation, topology) = assembled(&free);
+        let select = |name| ParameterSelection::new(&free, &topology, simulation.numbering(), &[name]);
+        let error = select("body.block.elastic.young").err().unwrap().to_string();
+        assert!(error.contains("how stiff contact is: give a `stiffness` in [contact];"), "{error}");
+    }
+    let mut apart = slope("implicit-euler", "");
+    apart.contact = None;
+    apart.obstacle.clear();
+    assert!(has(&apart, "rest") && has(&apart, "elastic.young"));
+}
