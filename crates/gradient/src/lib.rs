@@ -36,6 +36,7 @@ mod adjoint;
 mod checkpoints;
 mod coupled;
 mod error;
+mod krylov;
 mod linear;
 mod loss;
 mod names;
@@ -74,6 +75,9 @@ pub struct RunGradient {
     /// Growth of the logarithm of the largest derivative by a state, from the last state to the first
     /// [1/s]; zero where the loss does not depend on the last.
     pub growth: f64,
+    /// Solves of the run after which friction still changed, beyond the tolerance: their steps were taken
+    /// with normal forces of elsewhere, and the derivatives are not exact there.
+    pub unsettled: u64,
 }
 
 /// Takes `steps` steps of `simulation` from where it is, and gives the derivatives of `loss` over the

@@ -1,5 +1,6 @@
 //! Refusal of what has no adjoint.
 
+use pliant::dissipation::DissipativeTerm;
 use pliant::integrator::{IntegratorSpec, Scheme};
 use pliant::simulation::Simulation;
 
@@ -96,8 +97,20 @@ fn obstacle_among_terms(simulation: &Simulation) -> Option<(String, &'static str
     })
 }
 
-/// The first dissipative term whose force changes with positions in a way that is not known.
+/// The first dissipative term whose force changes with positions in a way that is not known, or is that of
+/// other positions.
 fn obstacle_among_dissipation(simulation: &mut Simulation) -> Option<(String, &'static str)> {
+    let solves = simulation.method().documentation.solves > 0;
+    let once = |term: &mut Box<dyn DissipativeTerm>| {
+        let most = term.frozen()?.most_renewals();
+        (solves && most < 2).then(|| format!("{} by the normal forces of other positions", term.name()))
+    };
+    if let Some(what) = simulation.system_mut().dissipation_mut().find_map(once) {
+        return Some((
+            what,
+            "give more `friction_iterations`, or none: they are then renewed until they agree",
+        ));
+    }
     let (x, zero) = (simulation.state().x().to_vec(), vec![0.0; simulation.state().x().len()]);
     let mut y = zero.clone();
     let mut terms = simulation.system_mut().dissipation_mut();
@@ -105,7 +118,9 @@ fn obstacle_among_dissipation(simulation: &mut Simulation) -> Option<(String, &'
         let known = term.add_position_product(&x, &zero, &zero, &mut y);
         (!known).then(|| term.name())
     });
-    Some((unknown?, "damping of elements, in proportion to masses, and `ether_drag` have one"))
+    let remedy = "damping of elements, in proportion to masses, `ether_drag`, and friction of a given \
+                  `threshold_speed` have one";
+    Some((unknown?, remedy))
 }
 
 /// Refuses a run in which steps were taken in parts.

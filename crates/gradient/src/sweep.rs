@@ -36,6 +36,8 @@ pub(crate) struct Sweep<'a> {
     last: Option<Snapshot>,
     /// Largest component of the derivatives after the last step.
     size_at_end: f64,
+    /// Solves that friction did not settle in: before the run, then in it.
+    unsettled: u64,
 }
 
 impl<'a> Sweep<'a> {
@@ -61,6 +63,7 @@ impl<'a> Sweep<'a> {
             slots: budget / 2 / state,
             last: None,
             size_at_end: 0.0,
+            unsettled: unsettled(simulation),
             simulation,
             loss,
         }
@@ -85,6 +88,7 @@ impl<'a> Sweep<'a> {
             velocity: numbering.to_original(&self.adjoint.v, d).into_owned(),
             parameters: self.sums.derivatives,
             growth,
+            unsettled: self.unsettled,
         })
     }
 
@@ -134,6 +138,7 @@ impl<'a> Sweep<'a> {
             // The first time that the simulation comes to the end of the run.
             support::check_run(self.simulation)?;
             self.last = Some(self.simulation.snapshot());
+            self.unsettled = unsettled(self.simulation).saturating_sub(self.unsettled);
             self.end = end.time;
             self.add_loss(&end)?;
             self.size_at_end = self.adjoint.norm();
@@ -237,6 +242,11 @@ impl SweepRecord {
             stage_velocities: vec![],
         }
     }
+}
+
+/// Solves so far after which friction still changed.
+fn unsettled(simulation: &Simulation) -> u64 {
+    simulation.work().solver.map_or(0, |solver| solver.unsettled)
 }
 
 /// Stages of a step whose velocities are kept.

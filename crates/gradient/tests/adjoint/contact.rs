@@ -39,10 +39,14 @@ fn slope(scheme: &str, contact: &str) -> Scene {
     Scene::from_toml(&text).unwrap()
 }
 
-/// A tetrahedral cube that falls on the edge of another, held one, and on a ball beside it: vertices over
-/// triangles, edges over edges, corners.
+/// A cube of tetrahedra that falls on another, held one, with an edge across its border: vertices over
+/// triangles, edges over edges.
 fn cubes(scheme: &str, contact: &str) -> Scene {
-    let text = format!(
+    Scene::from_toml(&cubes_text(scheme, contact)).unwrap()
+}
+
+fn cubes_text(scheme: &str, contact: &str) -> String {
+    format!(
         "dimension = 3
          [time]
          integrator = \"{scheme}\"
@@ -58,17 +62,29 @@ fn cubes(scheme: &str, contact: &str) -> Scene {
          [[body]]
          name = \"upper\"
          mesh = {{ grid = {{ cells = [1, 1, 1], size = [0.1, 0.1, 0.1] }} }}
-         transform = {{ centre = [0.05, 0.05, 0.05], rotate = {{ axis = [0.02, 1.0, 0.05], angle = \"42 deg\" }}, translate = [0.01, 0.047, 0.1242] }}
          elastic = {{ neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}
          mass = {{ density = 1000.0 }}
          velocity = {{ rigid = {{ linear = [0.1, 0.05, -0.5] }} }}
+         [body.transform]
+         centre = [0.05, 0.05, 0.05]
+         rotate = {{ axis = [0.02, 1.0, 0.05], angle = \"42 deg\" }}
+         translate = [0.01, 0.047, 0.1242]
          [[body]]
          name = \"lower\"
          mesh = {{ grid = {{ cells = [1, 1, 1], size = [0.1, 0.1, 0.1] }} }}
          elastic = {{ neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}
          mass = {{ density = 1000.0 }}
          pin = [{{ half_space = {{ normal = [0, 0, 1], offset = 0 }} }}]"
-    );
+    )
+}
+
+/// The same cubes, the upper one pressed on the other and dragged over it by a pin on its upper side: solves
+/// begin where surfaces touch.
+fn dragged_cubes(scheme: &str, contact: &str) -> Scene {
+    let pin = "pin = [{ half_space = { normal = [0, 0, -1], offset = -0.22 }, \
+               motion = { displacement = [\"0.1*t\", \"0.2*t\", \"-0.1*t\"] } }]";
+    let falls = "velocity = { rigid = { linear = [0.1, 0.05, -0.5] } }";
+    let text = cubes_text(scheme, contact).replace(falls, pin).replace("0.047, 0.1242", "0.047, 0.1253");
     Scene::from_toml(&text).unwrap()
 }
 
@@ -84,9 +100,13 @@ fn touching(simulation: &Simulation) -> usize {
 fn compare(what: &str, scene: &Scene, steps: u64, tolerance: f64) {
     let start = || assembled(scene).0;
     let (n, d) = (start().state().x().len(), start().system().dimension());
-    let [x_dot, mut v_dot, w_x, w_v] = [1.0, 2.0, 3.0, 4.0].map(|seed| scattered(n, seed));
+    let [mut x_dot, mut v_dot, w_x, w_v] = [1.0, 2.0, 3.0, 4.0].map(|seed| scattered(n, seed));
     let weights = start().numbering().to_original(start().system().inverse_mass(), d).into_owned();
     v_dot.iter_mut().zip(&weights).filter(|(_, weight)| **weight == 0.0).for_each(|(dot, _)| *dot = 0.0);
+    if start().system().has_prescribed_motion() {
+        // Where a pin is comes from its motion, not from the state.
+        x_dot.iter_mut().zip(&weights).filter(|(_, weight)| **weight == 0.0).for_each(|(dot, _)| *dot = 0.0);
+    }
     let part = |step: u64, x: &[f64], v: &[f64]| match step {
         step if step == steps => dot(&w_x, x) + 1e-2 * dot(&w_v, v),
         step if step == steps / 2 => dot(&w_v, x),
@@ -103,6 +123,7 @@ fn compare(what: &str, scene: &Scene, steps: u64, tolerance: f64) {
     };
     let mut simulation = start();
     let found = gradient(&mut simulation, steps, &mut loss, &mut [], UNLIMITED).unwrap();
+    assert_eq!(found.unsettled, 0, "{what}");
     let mut touched = 0;
     let mut moved = |by_x: f64, by_v: f64| {
         let mut simulation = start();
@@ -218,4 +239,126 @@ fn numbers_that_contact_is_made_of_are_no_parameters() {
     apart.contact = None;
     apart.obstacle.clear();
     assert!(has(&apart, "rest") && has(&apart, "elastic.young"));
+}
+
+/// A square on a corner above another in the plane: vertices over edges and over vertices.
+const CORNERS: &str = "
+    dimension = 2
+    [time]
+    integrator = \"implicit-euler\"
+    duration = 0.1
+    step = 2e-3
+    solver = { tolerance = 1e-14 }
+    [contact]
+    distance = 4e-3
+    stiffness = 1e5
+    friction = 0.4
+    [[body]]
+    name = \"upper\"
+    mesh = { grid = { cells = [1, 1], size = [0.1, 0.1] } }
+    transform = { rotate = { angle = \"40 deg\" }, translate = [0.1015, 0.1025] }
+    elastic = { neo-hookean = { young = 1e5, poisson = 0.3 } }
+    mass = { density = 1000.0 }
+    velocity = { rigid = { linear = [0.1, -0.5] } }
+    [[body]]
+    name = \"lower\"
+    mesh = { grid = { cells = [1, 1], size = [0.1, 0.1] } }
+    elastic = { neo-hookean = { young = 1e5, poisson = 0.3 } }
+    mass = { density = 1000.0 }
+    pin = [{ half_space = { normal = [0, 1], offset = 0 } }]";
+
+/// Two boxes with parallel edges crosswise over each other, less than the reach apart.
+const PARALLEL: &str = "
+    dimension = 3
+    [time]
+    integrator = \"implicit-euler\"
+    duration = 0.1
+    step = 2e-3
+    [contact]
+    distance = 4e-3
+    stiffness = 1e5
+    friction = 0.4
+    [[body]]
+    name = \"upper\"
+    mesh = { grid = { cells = [1, 1, 1], size = [0.1, 0.1, 0.1] } }
+    transform = { rotate = { axis = [0, 0, 1], angle = \"1 deg\" }, translate = [0.052, 0.101, 0.102] }
+    elastic = { neo-hookean = { young = 1e5, poisson = 0.3 } }
+    mass = { density = 1000.0 }
+    [[body]]
+    name = \"lower\"
+    mesh = { grid = { cells = [1, 1, 1], size = [0.1, 0.1, 0.1] } }
+    elastic = { neo-hookean = { young = 1e5, poisson = 0.3 } }
+    mass = { density = 1000.0 }";
+
+// Normal forces, normals and closest points move with the vertices; speeds from far below the threshold, 1e-4
+// m/s, to far above it.
+#[test]
+fn friction_knows_how_it_changes_with_positions() {
+    let mut scenes = vec![
+        ("slope", slope("implicit-euler", "friction = 0.4")),
+        ("cubes", cubes("implicit-euler", "friction = 0.4")),
+        ("corners", Scene::from_toml(CORNERS).unwrap()),
+        ("parallel", Scene::from_toml(PARALLEL).unwrap()),
+    ];
+    for (what, scene) in &mut scenes {
+        scene.contact.as_mut().unwrap().threshold_speed = Some(1e-3);
+        let mut simulation = assembled(scene).0;
+        let (x, n) = (simulation.state().x().to_vec(), simulation.state().x().len());
+        let system = simulation.system_mut();
+        let [p, dx, directions] = [1.0, 2.0, 3.0].map(|seed| scattered(n, seed));
+        for speed in [3e-5, 3e-4, 1.0] {
+            let v: Vec<f64> = directions.iter().map(|direction| speed * direction).collect();
+            let mut product = vec![0.0; n];
+            assert!(system.position_product(&x, &v, &p, &mut product));
+            let parts: Vec<f64> = product.iter().zip(&dx).map(|(product, dx)| product * dx).collect();
+            let found = (parts.iter().sum(), dot(&parts, &parts).sqrt());
+            compare_with_differences(&format!("{what} at {speed} m/s"), found, (1e-5, 1e-8), |h| {
+                let moved: Vec<f64> = x.iter().zip(&dx).map(|(x, dx)| x + h * dx).collect();
+                let mut force = vec![0.0; n];
+                system.dissipative_force(&moved, &v, &mut force);
+                dot(&p, &force)
+            });
+        }
+    }
+}
+
+// Normal forces and tangents are those at the end of a solve, and so are their derivatives.
+#[test]
+fn friction_has_the_derivatives_of_its_steps() {
+    for (threshold, what) in [(1.0, "sticks"), (2e-2, "slides")] {
+        let law = format!("friction = 0.4\nthreshold_speed = {threshold:?}");
+        for scheme in ["implicit-euler", "bdf2", "tr-bdf2"] {
+            compare(&format!("{what}, {scheme}"), &dragged_cubes(scheme, &law), 12, 1e-6);
+        }
+    }
+    for scheme in ["symplectic-euler", "velocity-verlet", "rk4"] {
+        let law = "friction = 0.4\nthreshold_speed = 0.2";
+        compare(&format!("slope, {scheme}"), &slope(scheme, law), 200, 1e-6);
+    }
+}
+
+#[test]
+fn friction_that_does_not_settle_is_counted_or_refused() {
+    let found = |scheme: &str, law: &str, steps| {
+        let mut simulation = assembled(&dragged_cubes(scheme, law)).0;
+        gradient(
+            &mut simulation,
+            steps,
+            &mut |_: &LossFrame<'_>, _: &mut [f64], _: &mut [f64]| 0.0,
+            &mut [],
+            0,
+        )
+    };
+    let unsettled = |law: &str| found("implicit-euler", law, 12).unwrap().unsettled;
+    assert_eq!(unsettled("friction = 0.4"), 0);
+    // Of a tolerance of rounding, two renewals are too few; steps that are taken again are counted once.
+    let few = unsettled("friction = 0.4\nfriction_iterations = 2");
+    assert!((1..=12).contains(&few), "{few}");
+    let error = found("implicit-euler", "friction = 0.4\nfriction_iterations = 1", 1).unwrap_err();
+    assert!(error.to_string().contains("more `friction_iterations`"), "{error}");
+    let scene = slope("velocity-verlet", "friction = 0.4");
+    let mut simulation = assembled(&scene).0;
+    let mut loss = |_: &LossFrame<'_>, _: &mut [f64], _: &mut [f64]| 0.0;
+    let error = gradient(&mut simulation, 1, &mut loss, &mut [], UNLIMITED).unwrap_err();
+    assert!(error.to_string().contains("friction of a given `threshold_speed`"), "{error}");
 }

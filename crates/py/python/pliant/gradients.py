@@ -23,11 +23,14 @@ class Gradient(Mapping[str, "float | npt.NDArray[Any]"]):
         Growth of the logarithm of the largest derivative by a state per second of the run, backwards [1/s].
         Where it is large, small changes at the start are large at the end, and derivatives of long runs say
         little.
+    unsettled : int
+        Solves after which friction still changed: the derivatives are not exact there.
     """
 
     value: float
     derivatives: dict[str, float | npt.NDArray[Any]]
     growth: float
+    unsettled: int = 0
 
     def __getitem__(self, name: str) -> float | npt.NDArray[Any]:
         return self.derivatives[name]

@@ -289,6 +289,11 @@ impl PySimulation {
                 }
             }
         }
-        py.import("pliant.gradients")?.getattr("Gradient")?.call1((found.value, by, found.growth))
+        py.import("pliant.gradients")?.getattr("Gradient")?.call1((
+            found.value,
+            by,
+            found.growth,
+            found.unsettled,
+        ))
     }
 }
