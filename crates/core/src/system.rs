@@ -153,6 +153,11 @@ impl System {
         self.walls.push(wall);
     }
 
+    /// Puts `walls` in the place of those that there are, which it returns.
+    pub fn replace_walls(&mut self, walls: Vec<Wall>) -> Vec<Wall> {
+        std::mem::replace(&mut self.walls, walls)
+    }
+
     /// Holds these vertices where they are.
     pub fn pin(&mut self, vertices: &[u32]) {
         self.hold(Hold::new("", vertices.to_vec()));

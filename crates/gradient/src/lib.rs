@@ -44,6 +44,7 @@ mod parameter;
 mod support;
 mod sweep;
 mod tangent;
+mod walls;
 
 use pliant::simulation::Simulation;
 
@@ -78,6 +79,11 @@ pub struct RunGradient {
     /// Solves of the run after which friction still changed, beyond the tolerance: their steps were taken
     /// with normal forces of elsewhere, and the derivatives are not exact there.
     pub unsettled: u64,
+    /// How often a vertex came to a wall of explicit steps, or left one: between two steps of which only one
+    /// ends with it on the wall. The step on the way has no derivative where it just so comes there; the one
+    /// given is that of the side on which the run was. A gradient of many such events says little about
+    /// changes that are large enough to shift them.
+    pub wall_events: u64,
 }
 
 /// Takes `steps` steps of `simulation` from where it is, and gives the derivatives of `loss` over the

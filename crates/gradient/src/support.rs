@@ -61,8 +61,8 @@ fn obstacle(simulation: &Simulation) -> Option<(String, &'static str)> {
     if simulation.path().is_some() {
         return named("paths by arc length", "give a fixed `step` in place of `arc_length`");
     }
-    if !system.walls().is_empty() {
-        return named("walls", "take them out of the scene");
+    if !system.walls().is_empty() && simulation.method().documentation.solves > 0 {
+        return named("walls at the end of steps that are solved", "make them half-spaces of contact");
     }
     if simulation.method().is_static() && system.is_damped() {
         return named("damping in statics", "take it out of the scene");

@@ -2,10 +2,11 @@
 
 use pliant::simulation::{Simulation, Snapshot};
 
-use crate::adjoint::{Adjoint, AdjointForces, AdjointPlace, Step, Sums, has_memory, step_back};
+use crate::adjoint::{Adjoint, AdjointForces, AdjointPlace, Step, Sums, free_only, has_memory, step_back};
 use crate::checkpoints::split;
 use crate::loss::{Loss, LossFrame};
 use crate::parameter::Parameter;
+use crate::walls::WalledEnd;
 use crate::{GradientError, RunGradient, support};
 
 /// KeptState before a step, and the step.
@@ -38,6 +39,10 @@ pub(crate) struct Sweep<'a> {
     size_at_end: f64,
     /// Solves that friction did not settle in: before the run, then in it.
     unsettled: u64,
+    /// The step after the one that is taken back next, where there are walls, and what has come to them or
+    /// left them since.
+    later: Option<WalledEnd>,
+    wall_events: u64,
 }
 
 impl<'a> Sweep<'a> {
@@ -63,7 +68,9 @@ impl<'a> Sweep<'a> {
             slots: budget / 2 / state,
             last: None,
             size_at_end: 0.0,
-            unsettled: unsettled(simulation),
+            unsettled: 0,
+            later: None,
+            wall_events: 0,
             simulation,
             loss,
         }
@@ -75,6 +82,7 @@ impl<'a> Sweep<'a> {
             let KeptState { step, time, x, v } = KeptState::of(self.simulation);
             self.simulation.restore(&Snapshot::new(step, time, x, v))?;
         }
+        self.unsettled = unsettled(self.simulation);
         let from = self.first;
         self.back(from, from + steps, self.slots)?;
         if let Some(last) = &self.last {
@@ -89,6 +97,7 @@ impl<'a> Sweep<'a> {
             parameters: self.sums.derivatives,
             growth,
             unsettled: self.unsettled,
+            wall_events: self.wall_events,
         })
     }
 
@@ -138,7 +147,7 @@ impl<'a> Sweep<'a> {
             // The first time that the simulation comes to the end of the run.
             support::check_run(self.simulation)?;
             self.last = Some(self.simulation.snapshot());
-            self.unsettled = unsettled(self.simulation).saturating_sub(self.unsettled);
+            self.unsettled = unsettled(self.simulation) - self.unsettled;
             self.end = end.time;
             self.add_loss(&end)?;
             self.size_at_end = self.adjoint.norm();
@@ -160,11 +169,23 @@ impl<'a> Sweep<'a> {
     /// Takes the derivatives back by the step from `record` to the state `after` it.
     fn step_back(&mut self, record: &SweepRecord, after: &SweepRecord) -> Result<(), GradientError> {
         let SweepRecord { step, time, .. } = *record;
+        let walled = match self.simulation.system().walls() {
+            [] => None,
+            _ => Some(WalledEnd::of_step(self.simulation, &record.snapshot(self.simulation))?),
+        };
+        let (mut x, mut v) = (&after.x, &after.v);
+        if let Some(walled) = &walled {
+            let Adjoint { x: x_bar, v: v_bar, .. } = &mut self.adjoint;
+            walled.back(self.simulation.system(), x_bar, v_bar);
+            free_only(self.simulation.system(), v_bar);
+            self.wall_events += self.later.as_ref().map_or(0, |later| walled.events(later));
+            (x, v) = (&walled.x, &walled.v);
+        }
         let (h, method) = (self.simulation.step_size(), self.simulation.method());
         let taken = Step {
             from: AdjointPlace { time, x: &record.x, v: &record.v },
-            x: &after.x,
-            v: &after.v,
+            x,
+            v,
             stage_velocities: &record.stage_velocities,
             h,
             is_first: step == self.first,
@@ -175,6 +196,7 @@ impl<'a> Sweep<'a> {
         if !self.adjoint.norm().is_finite() {
             return Err(GradientError::Overflow { step, time, growth: self.growth(time) });
         }
+        self.later = walled;
         Ok(())
     }
 
@@ -241,6 +263,13 @@ impl SweepRecord {
             v: state.v().to_vec(),
             stage_velocities: vec![],
         }
+    }
+
+    /// The same in the order of the scene.
+    fn snapshot(&self, simulation: &Simulation) -> Snapshot {
+        let (numbering, d) = (simulation.numbering(), simulation.system().dimension());
+        let outside = |rows: &[f64]| numbering.to_original(rows, d).into_owned();
+        Snapshot::new(self.step, self.time, outside(&self.x), outside(&self.v))
     }
 }
 

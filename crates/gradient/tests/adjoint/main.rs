@@ -4,6 +4,7 @@
 
 mod chain;
 mod contact;
+mod differences;
 mod fit;
 mod kepler;
 mod muscle;
@@ -11,3 +12,4 @@ mod oscillator;
 mod solid;
 mod support;
 mod tangents;
+mod walls;

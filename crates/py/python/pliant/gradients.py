@@ -25,12 +25,15 @@ class Gradient(Mapping[str, "float | npt.NDArray[Any]"]):
         little.
     unsettled : int
         Solves after which friction still changed: the derivatives are not exact there.
+    wall_events : int
+        How often a vertex came to a wall of explicit steps, or left one.
     """
 
     value: float
     derivatives: dict[str, float | npt.NDArray[Any]]
     growth: float
     unsettled: int = 0
+    wall_events: int = 0
 
     def __getitem__(self, name: str) -> float | npt.NDArray[Any]:
         return self.derivatives[name]

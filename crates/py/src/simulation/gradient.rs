@@ -294,6 +294,7 @@ impl PySimulation {
             by,
             found.growth,
             found.unsettled,
+            found.wall_events,
         ))
     }
 }
