@@ -244,6 +244,12 @@ impl System {
         &self.terms
     }
 
+    /// The potentials, to be evaluated one by one: the force that they hold is no longer that of all.
+    pub fn terms_mut(&mut self) -> impl Iterator<Item = &mut Box<dyn EnergyTerm>> {
+        self.force = ForceId::NONE;
+        self.terms.iter_mut()
+    }
+
     /// The dissipative terms.
     pub fn dissipation(&self) -> &[Box<dyn DissipativeTerm>] {
         &self.dissipation

@@ -1,5 +1,6 @@
 //! Uses of forces, backwards: products with Hessians, solves, and what parameters add.
 
+use pliant::energy::EnergyKind;
 use pliant::system::System;
 
 use super::{AdjointPlace, Singular};
@@ -15,6 +16,9 @@ pub(crate) struct Sums<'a> {
     /// Gradient of the energy and of damping beside that by masses, where a parameter looks at it.
     gradient: Vec<f64>,
     needs_force: bool,
+    /// Forces of contact and of friction, likewise.
+    contact: [Vec<f64>; 2],
+    needs_contact: bool,
     p: Vec<f64>,
     products: Products,
 }
@@ -25,7 +29,9 @@ impl<'a> Sums<'a> {
         Sums {
             derivatives: parameters.iter().map(|parameter| vec![0.0; parameter.len()]).collect(),
             needs_force: parameters.iter().any(|parameter| parameter.needs_force()),
+            needs_contact: parameters.iter().any(|parameter| parameter.needs_contact()),
             parameters,
+            contact: [vec![], vec![]],
             solver: TransposedSolver::new(dimension),
             gradient: vec![],
             p: vec![0.0; unknowns],
@@ -96,7 +102,9 @@ impl AdjointForces<'_, '_> {
     /// Subtracts the products with `p` from the derivatives, and lets parameters add what this use of the
     /// force has of them.
     fn pass_on(&mut self, at: AdjointPlace<'_>, bars: Bars<'_>) {
-        let Sums { parameters, derivatives, gradient, needs_force, p, products, .. } = &mut *self.sums;
+        let Sums {
+            parameters, derivatives, gradient, needs_force, contact, needs_contact, p, products, ..
+        } = &mut *self.sums;
         bars.x.iter_mut().zip(&products.by_positions).for_each(|(bar, y)| *bar -= y);
         bars.v.iter_mut().zip(&products.by_velocities).for_each(|(bar, y)| *bar -= y);
         if *needs_force {
@@ -107,7 +115,22 @@ impl AdjointForces<'_, '_> {
                 term.add_rows(0, gradient);
             }
         }
-        let of = ForceUse { system: self.system, x: at.x, v: at.v, p, gradient };
+        if *needs_contact {
+            contact.iter_mut().for_each(|rows| {
+                rows.clear();
+                rows.resize(at.x.len(), 0.0);
+            });
+            let [contact, friction] = contact;
+            for term in self.system.terms_mut().filter(|term| term.properties().kind == EnergyKind::Contact) {
+                term.add_gradient(at.x, contact);
+            }
+            for term in self.system.dissipation_mut().filter(|term| term.changing().is_some()) {
+                term.evaluate(at.x, at.v);
+                term.add_rows(0, friction);
+            }
+        }
+        let [contact, friction] = &*contact;
+        let of = ForceUse { system: self.system, x: at.x, v: at.v, p, gradient, contact, friction };
         for (parameter, derivative) in parameters.iter_mut().zip(derivatives) {
             parameter.add(&of, derivative);
         }

@@ -12,8 +12,8 @@ use pliant::topology::{BodyKind, BodyTopology, Topology};
 use pliant_scene::{Body, MassSpec, OverTime, Scene, SpringsSpec};
 
 use crate::parameter::{
-    BodyDensity, Gravity, LinearElements, Masses, Modulus, Parameter, RestLengths, SpringStiffness,
-    TunedSpring, WeightDensity, Weighted,
+    BodyDensity, ContactStiffness, Gravity, LinearElements, Masses, Modulus, Parameter, RestLengths,
+    SpringStiffness, Together, TunedSpring, WeightDensity, Weighted,
 };
 use crate::{GradientError, RunGradient};
 use materials::{by_poisson, young};
@@ -87,6 +87,7 @@ pub fn names(scene: &Scene, topology: &Topology) -> Vec<String> {
     if scene.body.iter().all(|spec| !is_static(scene) || !spec.is_quadratic()) {
         names.push("world.gravity".into());
     }
+    names.extend(contact::names(scene).map(String::from));
     for (i, (spec, body)) in scene.body.iter().zip(&topology.bodies).enumerate() {
         let keys = of_body(scene, spec, body);
         let name = spec.name_or_default(i);
@@ -215,6 +216,9 @@ impl Places<'_> {
         if name == "world.gravity" && names(self.scene, self.topology).iter().any(|known| known == name) {
             return Ok(Box::new(Gravity::new(self.topology.dimension)));
         }
+        if let Some(of_contact) = contact::parameter(self.scene, name) {
+            return Ok(of_contact);
+        }
         let (spec, body, key) = self.body(name).ok_or_else(|| unknown("is no parameter of this scene"))?;
         if !of_body(self.scene, spec, body).iter().any(|known| known == key) {
             return Err(unknown(contact::obstacle(self.scene, spec, key).unwrap_or("has no derivative")));
@@ -317,6 +321,12 @@ impl Places<'_> {
         }
         let term = |(factor, material)| (factor, self.term(spec, &material, body));
         let energies = parts.into_iter().map(term).collect();
-        Some(Box::new(Modulus::new(energies, self.dissipation(spec, material, body, key)?)))
+        let modulus: Box<dyn Parameter> =
+            Box::new(Modulus::new(energies, self.dissipation(spec, material, body, key)?));
+        if key == "elastic.young" && contact::is_as_stiff(self.scene, spec) {
+            let of_contact = ContactStiffness::new(young(material)?);
+            return Some(Box::new(Together::new(vec![modulus, Box::new(of_contact)])));
+        }
+        Some(modulus)
     }
 }

@@ -1,17 +1,21 @@
 //! Parameters of the forces: derivatives of forces by them, one type for each kind.
 
+mod contact;
 mod elements;
 mod gravity;
 mod mass;
 mod moduli;
 mod spring;
+mod together;
 mod weighted;
 
+pub use contact::{ContactStiffness, FrictionCoefficient};
 pub use elements::LinearElements;
 pub use gravity::Gravity;
 pub use mass::{BodyDensity, Masses, WeightDensity};
 pub use moduli::Modulus;
 pub use spring::{RestLengths, SpringStiffness, TunedSpring};
+pub use together::Together;
 pub use weighted::Weighted;
 
 use pliant::system::System;
@@ -30,6 +34,10 @@ pub struct ForceUse<'a> {
     /// `dE/dx + dR/dv` there [N], without damping in proportion to masses, where a parameter
     /// [asked for it](Parameter::needs_force); else empty.
     pub gradient: &'a [f64],
+    /// `dE/dx` of contact there [N], where a parameter [asked for it](Parameter::needs_contact); else empty.
+    pub contact: &'a [f64],
+    /// `dR/dv` of friction there [N], likewise.
+    pub friction: &'a [f64],
 }
 
 /// Numbers that forces or masses depend on.
@@ -46,6 +54,11 @@ pub trait Parameter: Send {
 
     /// True if it looks at the force.
     fn needs_force(&self) -> bool {
+        false
+    }
+
+    /// True if it looks at the forces of contact.
+    fn needs_contact(&self) -> bool {
         false
     }
 

@@ -29,6 +29,10 @@ impl Parameter for Weighted {
         self.of.needs_force()
     }
 
+    fn needs_contact(&self) -> bool {
+        self.of.needs_contact()
+    }
+
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
         self.derivative.fill(0.0);
         self.of.add(of, &mut self.derivative);

@@ -1,11 +1,12 @@
 //! Surfaces that touch: gradients against central differences of the program's own runs.
 
 use pliant::integrator::IntegratorSpec;
+use pliant::material::MaterialSpec;
 use pliant::simulation::Simulation;
 use pliant_gradient::{LossFrame, ParameterSelection, UNLIMITED, gradient, names, schemes};
-use pliant_scene::Scene;
+use pliant_scene::{MassSpec, Scene};
 
-use crate::differences::compare_starts;
+use crate::differences::{compare_number, compare_starts};
 use crate::solid::assembled;
 use crate::support::{compare_with_differences, dot, method, scattered};
 use crate::tangents::compare_with_tangents;
@@ -174,16 +175,20 @@ fn numbers_that_contact_is_made_of_are_no_parameters() {
         let given = slope(scheme, "");
         let mut free = given.clone();
         free.contact.as_mut().unwrap().stiffness = None;
-        assert!(has(&given, "elastic.young") && !has(&free, "elastic.young"), "{scheme}");
+        // Alone with an obstacle, solved contact is as stiff as the block.
+        assert!(has(&given, "elastic.young"), "{scheme}");
+        assert_eq!(has(&free, "elastic.young"), scheme == "implicit-euler", "{scheme}");
         assert!(has(&given, "elastic.poisson") && has(&free, "elastic.poisson"), "{scheme}");
         assert!(has(&given, "mass.density"), "{scheme}");
         assert_eq!(has(&free, "mass.density"), scheme == "implicit-euler", "{scheme}");
         assert!(!has(&given, "rest"), "{scheme}");
-        let (simulation, topology) = assembled(&free);
-        let select = |name| ParameterSelection::new(&free, &topology, simulation.numbering(), &[name]);
-        let error = select("body.block.elastic.young").err().unwrap().to_string();
-        assert!(error.contains("how stiff contact is: give a `stiffness` in [contact];"), "{error}");
     }
+    let mut both = cubes("implicit-euler", "");
+    both.contact.as_mut().unwrap().stiffness = None;
+    let (simulation, topology) = assembled(&both);
+    let select = |name| ParameterSelection::new(&both, &topology, simulation.numbering(), &[name]);
+    let error = select("body.upper.elastic.young").err().unwrap().to_string();
+    assert!(error.contains("how stiff contact is: give a `stiffness` in [contact];"), "{error}");
     let mut apart = slope("implicit-euler", "");
     apart.contact = None;
     apart.obstacle.clear();
@@ -310,4 +315,56 @@ fn friction_that_does_not_settle_is_counted_or_refused() {
     let mut loss = |_: &LossFrame<'_>, _: &mut [f64], _: &mut [f64]| 0.0;
     let error = gradient(&mut simulation, 1, &mut loss, &mut [], UNLIMITED).unwrap_err();
     assert!(error.to_string().contains("friction of a given `threshold_speed`"), "{error}");
+}
+
+// Derivatives by numbers of bodies in contact, and by those of contact itself.
+#[test]
+fn numbers_of_contact_have_derivatives() {
+    for scheme in ["implicit-euler", "tr-bdf2"] {
+        let with = |change: &dyn Fn(&mut Scene)| {
+            let mut scene = dragged_cubes(scheme, "friction = 0.4\nthreshold_speed = 0.02");
+            change(&mut scene);
+            scene
+        };
+        let stiffness = |kappa| with(&|scene| scene.contact.as_mut().unwrap().stiffness = Some(kappa));
+        compare_number(scheme, stiffness, ("contact.stiffness", 1e5, 1e5), (12, 1e-6));
+        let friction = |mu| with(&|scene| scene.contact.as_mut().unwrap().friction = mu);
+        compare_number(scheme, friction, ("contact.friction", 0.4, 0.4), (12, 1e-6));
+        let young = |young| {
+            with(&|scene| {
+                let Some(MaterialSpec::NeoHookean(solid)) = &mut scene.body[0].elastic else { panic!() };
+                solid.young = young;
+            })
+        };
+        compare_number(scheme, young, ("body.upper.elastic.young", 1e5, 1e5), (12, 1e-6));
+    }
+    // Where one body collides and no stiffness is given, it is as stiff as the body.
+    let of_modulus = |young| {
+        let mut scene = slope("implicit-euler", "");
+        scene.contact.as_mut().unwrap().stiffness = None;
+        let Some(MaterialSpec::NeoHookean(solid)) = &mut scene.body[0].elastic else { panic!() };
+        solid.young = young;
+        scene
+    };
+    compare_number("as stiff", of_modulus, ("body.block.elastic.young", 1e5, 1e5), (20, 1e-6));
+    for (scheme, steps) in [("velocity-verlet", 200), ("implicit-euler", 20)] {
+        let of_density = |density: f64| {
+            let mut scene = slope(scheme, "");
+            scene.body[0].mass = MassSpec::Density(density.into());
+            scene
+        };
+        compare_number(scheme, of_density, ("body.block.mass.density", 1e3, 1e3), (steps, 1e-6));
+    }
+}
+
+#[test]
+fn numbers_of_contact_are_parameters_where_all_pairs_share_them() {
+    let has = |law: &str, name: &str| {
+        let scene = cubes("implicit-euler", law);
+        names(&scene, &assembled(&scene).1).iter().any(|known| known == name)
+    };
+    assert!(has("friction = 0.4", "contact.friction") && has("friction = 0.4", "contact.stiffness"));
+    assert!(!has("", "contact.friction"), "nothing rubs");
+    let pair = "friction = 0.4\npairs = [{ between = [\"upper\", \"lower\"], friction = 0.1 }]";
+    assert!(!has(pair, "contact.friction") && has(pair, "contact.stiffness"));
 }
