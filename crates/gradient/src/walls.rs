@@ -3,8 +3,8 @@
 //! A vertex behind the plane `n . x = c` is put back on it, `x' = x + (c - n.x) w`, and its velocity into the
 //! wall is taken, `v' = v - (n.v) w` where `n.v < 0`; `w = m / |m|^2` with `m` the normal without held
 //! coordinates. Both are linear as long as the same vertices are behind the same walls; the step to that
-//! place is one without walls. Where a vertex comes to a wall or leaves it, the derivative is that of the side
-//! on which the run was.
+//! place is one without walls. Where a vertex comes to a wall or leaves it, the derivative is that of the
+//! side on which the run was.
 
 use pliant::constraint::Wall;
 use pliant::simulation::{Simulation, Snapshot};

@@ -1,6 +1,7 @@
 //! Parameters of a scene by their names: its keys, bodies by name or by number.
 
 mod contact;
+mod loads;
 mod materials;
 mod terms;
 
@@ -164,7 +165,7 @@ fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<Cow<'static, 
         Some(_) => keys.extend(["springs.stiffness", "springs.rest_length"]),
         None => {}
     }
-    let all = keys.into_iter().map(Cow::Borrowed).chain(of_formula);
+    let all = keys.into_iter().map(Cow::Borrowed).chain(of_formula).chain(loads::keys(spec).map(Cow::Owned));
     all.filter(|key| contact::obstacle(scene, spec, key).is_none()).collect()
 }
 
@@ -250,6 +251,9 @@ impl Places<'_> {
             ("mass.density", mass) => whole(density(mass)?),
             ("mass.total", MassSpec::Total(total)) => whole(*total),
             ("mass.per_vertex", _) => Box::new(Masses::new(body.vertices.clone().map(internal).collect())),
+            _ if key.starts_with("load.") => {
+                return loads::parameter(spec, &body.name, self.topology.dimension, key);
+            }
             _ if key.starts_with("springs.") => return self.of_springs(spec.springs.as_ref()?, body, key),
             _ => return self.of_elements(spec, body, key),
         })

@@ -3,6 +3,7 @@
 mod contact;
 mod elements;
 mod gravity;
+mod load;
 mod mass;
 mod moduli;
 mod spring;
@@ -12,6 +13,7 @@ mod weighted;
 pub use contact::{ContactStiffness, FrictionCoefficient};
 pub use elements::LinearElements;
 pub use gravity::Gravity;
+pub use load::{LoadFactor, LoadValue};
 pub use mass::{BodyDensity, Masses, WeightDensity};
 pub use moduli::Modulus;
 pub use spring::{RestLengths, SpringStiffness, TunedSpring};

@@ -7,6 +7,7 @@ mod contact;
 mod differences;
 mod fit;
 mod kepler;
+mod loads;
 mod muscle;
 mod oscillator;
 mod solid;
