@@ -52,9 +52,9 @@ pub use error::GradientError;
 pub use loss::{Loss, LossFrame};
 pub use names::{ParameterSelection, names};
 pub use parameter::{
-    BodyDensity, ContactStiffness, ForceUse, FrictionCoefficient, Gravity, LinearElements, LoadFactor,
-    LoadValue, Masses, Modulus, Parameter, RestLengths, SpringStiffness, Together, TunedSpring,
-    WeightDensity, Weighted,
+    BodyDensity, ContactStiffness, ForceUse, FrictionCoefficient, Gravity, HeldUse, LinearElements,
+    LoadFactor, LoadValue, Masses, Modulus, MotionFactor, Parameter, RestLengths, SpringStiffness, Together,
+    TunedSpring, WeightDensity, Weighted,
 };
 pub use support::schemes;
 pub use tangent::{RunTangent, tangent};

@@ -5,7 +5,7 @@ use pliant::simulation::{Simulation, Snapshot};
 use crate::adjoint::{Adjoint, AdjointForces, AdjointPlace, Step, Sums, free_only, has_memory, step_back};
 use crate::checkpoints::split;
 use crate::loss::{Loss, LossFrame};
-use crate::parameter::Parameter;
+use crate::parameter::{HeldUse, Parameter};
 use crate::walls::WalledEnd;
 use crate::{GradientError, RunGradient, support};
 
@@ -176,7 +176,14 @@ impl<'a> Sweep<'a> {
         let (mut x, mut v) = (&after.x, &after.v);
         if let Some(walled) = &walled {
             let Adjoint { x: x_bar, v: v_bar, .. } = &mut self.adjoint;
+            let before = self.sums.look_at_held().then(|| [x_bar.clone(), v_bar.clone()]);
             walled.back(self.simulation.system(), x_bar, v_bar);
+            if let Some([mut by_x, mut by_v]) = before {
+                by_x.iter_mut().zip(&*x_bar).for_each(|(by, bar)| *by = bar - *by);
+                by_v.iter_mut().zip(&*v_bar).for_each(|(by, bar)| *by = bar - *by);
+                let (system, x, v) = (self.simulation.system(), &walled.x, &walled.v);
+                self.sums.add_held(&HeldUse { system, x, v, x_bar: &by_x, v_bar: &by_v });
+            }
             free_only(self.simulation.system(), v_bar);
             self.wall_events += self.later.as_ref().map_or(0, |later| walled.events(later));
             (x, v) = (&walled.x, &walled.v);
@@ -220,6 +227,8 @@ impl<'a> Sweep<'a> {
             }
         }
         let (x_bar, v_bar) = (numbering.to_internal(&x_bar, d), numbering.to_internal(&v_bar, d));
+        let (system, SweepRecord { x, v, .. }) = (self.simulation.system(), record);
+        self.sums.add_held(&HeldUse { system, x, v, x_bar: &x_bar, v_bar: &v_bar });
         let Adjoint { x, v, .. } = &mut self.adjoint;
         x.iter_mut().zip(&*x_bar).for_each(|(sum, bar)| *sum += bar);
         let free = v.iter_mut().zip(&*v_bar).zip(self.simulation.system().inverse_mass());

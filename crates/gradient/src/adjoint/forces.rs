@@ -5,7 +5,7 @@ use pliant::system::System;
 
 use super::{AdjointPlace, Singular};
 use crate::linear::{Coefficients, Products, TransposedSolver};
-use crate::parameter::{ForceUse, Parameter};
+use crate::parameter::{ForceUse, HeldUse, Parameter};
 
 /// Derivatives by parameters, and memory of solvers, for the length of a sweep.
 pub(crate) struct Sums<'a> {
@@ -36,6 +36,20 @@ impl<'a> Sums<'a> {
             gradient: vec![],
             p: vec![0.0; unknowns],
             products: Products::new(unknowns),
+        }
+    }
+}
+
+impl Sums<'_> {
+    /// True if any parameter looks at held coordinates.
+    pub(crate) fn look_at_held(&self) -> bool {
+        self.parameters.iter().any(|parameter| parameter.looks_at_held())
+    }
+
+    /// Lets parameters add what this use of held coordinates has of them.
+    pub(crate) fn add_held(&mut self, of: &HeldUse<'_>) {
+        for (parameter, derivative) in self.parameters.iter_mut().zip(&mut self.derivatives) {
+            parameter.add_held(of, derivative);
         }
     }
 }
@@ -130,7 +144,18 @@ impl AdjointForces<'_, '_> {
             }
         }
         let [contact, friction] = &*contact;
-        let of = ForceUse { system: self.system, x: at.x, v: at.v, p, gradient, contact, friction };
+        let Products { by_positions, by_velocities, .. } = products;
+        let of = ForceUse {
+            system: self.system,
+            x: at.x,
+            v: at.v,
+            p,
+            gradient,
+            contact,
+            friction,
+            by_positions,
+            by_velocities,
+        };
         for (parameter, derivative) in parameters.iter_mut().zip(derivatives) {
             parameter.add(&of, derivative);
         }

@@ -3,6 +3,7 @@
 mod contact;
 mod loads;
 mod materials;
+mod motions;
 mod terms;
 
 use std::borrow::Cow;
@@ -165,7 +166,8 @@ fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<Cow<'static, 
         Some(_) => keys.extend(["springs.stiffness", "springs.rest_length"]),
         None => {}
     }
-    let all = keys.into_iter().map(Cow::Borrowed).chain(of_formula).chain(loads::keys(spec).map(Cow::Owned));
+    let all = keys.into_iter().map(Cow::Borrowed).chain(of_formula);
+    let all = all.chain(loads::keys(spec).chain(motions::keys(spec)).map(Cow::Owned));
     all.filter(|key| contact::obstacle(scene, spec, key).is_none()).collect()
 }
 
@@ -254,6 +256,7 @@ impl Places<'_> {
             _ if key.starts_with("load.") => {
                 return loads::parameter(spec, &body.name, self.topology.dimension, key);
             }
+            _ if key.starts_with("pin.") => return motions::parameter(spec, &body.name, key),
             _ if key.starts_with("springs.") => return self.of_springs(spec.springs.as_ref()?, body, key),
             _ => return self.of_elements(spec, body, key),
         })

@@ -6,6 +6,7 @@ mod gravity;
 mod load;
 mod mass;
 mod moduli;
+mod motion;
 mod spring;
 mod together;
 mod weighted;
@@ -16,6 +17,7 @@ pub use gravity::Gravity;
 pub use load::{LoadFactor, LoadValue};
 pub use mass::{BodyDensity, Masses, WeightDensity};
 pub use moduli::Modulus;
+pub use motion::MotionFactor;
 pub use spring::{RestLengths, SpringStiffness, TunedSpring};
 pub use together::Together;
 pub use weighted::Weighted;
@@ -40,6 +42,26 @@ pub struct ForceUse<'a> {
     pub contact: &'a [f64],
     /// `dR/dv` of friction there [N], likewise.
     pub friction: &'a [f64],
+    /// `(d2E/dx2 + (d2R/dx dv)^T) p`: minus the derivative by the positions there, held ones included.
+    pub by_positions: &'a [f64],
+    /// `d2R/dv2 p`: minus the derivative by the velocities there.
+    pub by_velocities: &'a [f64],
+}
+
+/// A use of a state, of which the places and velocities of held coordinates are a part: by a loss, or by a
+/// wall.
+#[derive(Clone, Copy)]
+pub struct HeldUse<'a> {
+    /// The equations of motion.
+    pub system: &'a System,
+    /// Positions, flat, vertices in the order of the simulation [m].
+    pub x: &'a [f64],
+    /// Velocities, likewise [m/s].
+    pub v: &'a [f64],
+    /// Derivatives by the positions, this use alone.
+    pub x_bar: &'a [f64],
+    /// Derivatives by the velocities.
+    pub v_bar: &'a [f64],
 }
 
 /// Numbers that forces or masses depend on.
@@ -62,6 +84,16 @@ pub trait Parameter: Send {
     /// True if it looks at the forces of contact.
     fn needs_contact(&self) -> bool {
         false
+    }
+
+    /// True if held coordinates depend on it.
+    fn looks_at_held(&self) -> bool {
+        false
+    }
+
+    /// Adds the part of one use of held coordinates in a state to the derivative by each number.
+    fn add_held(&mut self, of: &HeldUse<'_>, derivative: &mut [f64]) {
+        let _ = (of, derivative);
     }
 
     /// Adds the part of one use of a force to the derivative by each number.

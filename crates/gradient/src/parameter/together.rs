@@ -1,6 +1,6 @@
 //! Numbers that forces depend on in several ways.
 
-use super::{ForceUse, Parameter};
+use super::{ForceUse, HeldUse, Parameter};
 
 /// Numbers whose derivatives are sums of those by the same numbers of other parameters.
 pub struct Together {
@@ -25,6 +25,14 @@ impl Parameter for Together {
 
     fn needs_contact(&self) -> bool {
         self.parts.iter().any(|part| part.needs_contact())
+    }
+
+    fn looks_at_held(&self) -> bool {
+        self.parts.iter().any(|part| part.looks_at_held())
+    }
+
+    fn add_held(&mut self, of: &HeldUse<'_>, derivative: &mut [f64]) {
+        self.parts.iter_mut().for_each(|part| part.add_held(of, derivative));
     }
 
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {

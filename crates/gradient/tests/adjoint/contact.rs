@@ -337,6 +337,14 @@ fn numbers_of_contact_have_derivatives() {
             })
         };
         compare_number(scheme, young, ("body.upper.elastic.young", 1e5, 1e5), (12, 1e-6));
+        let motion = |f: f64| {
+            with(&|scene| {
+                let displacement = [0.1, 0.2, -0.1].map(|speed| format!("{f:?}*{speed:?}*t"));
+                let motion = serde_json::json!({ "displacement": displacement });
+                scene.body[0].pin[0].motion = Some(serde_json::from_value(motion).unwrap());
+            })
+        };
+        compare_number(scheme, motion, ("body.upper.pin.0.motion.factor", 1.0, 1.0), (12, 1e-6));
     }
     // Where one body collides and no stiffness is given, it is as stiff as the body.
     let of_modulus = |young| {
