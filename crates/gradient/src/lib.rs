@@ -52,9 +52,9 @@ pub use error::GradientError;
 pub use loss::{Loss, LossFrame};
 pub use names::{ParameterSelection, names};
 pub use parameter::{
-    BodyDensity, ContactStiffness, ForceUse, FrictionCoefficient, Gravity, HeldUse, LinearElements,
-    LoadFactor, LoadValue, Masses, Modulus, MotionFactor, Parameter, RestLengths, SpringStiffness, Together,
-    TunedSpring, WeightDensity, Weighted,
+    BodyDensity, ContactStiffness, ForceUse, FrictionCoefficient, Gravity, HeldPlaces, HeldUse,
+    LinearElements, LoadFactor, LoadValue, Masses, Modulus, MotionFactor, Parameter, RestLengths,
+    SpringStiffness, StateUse, StepForces, Together, TunedSpring, WeightDensity, Weighted,
 };
 pub use support::schemes;
 pub use tangent::{RunTangent, tangent};
@@ -106,5 +106,6 @@ pub fn gradient(
     budget: usize,
 ) -> Result<RunGradient, GradientError> {
     support::check(simulation)?;
+    parameters.iter_mut().for_each(|parameter| parameter.begin(steps));
     sweep::Sweep::new(simulation, loss, parameters, budget).run(steps)
 }

@@ -5,7 +5,7 @@ use pliant::simulation::{Simulation, Snapshot};
 use crate::adjoint::{Adjoint, AdjointForces, AdjointPlace, Step, Sums, free_only, has_memory, step_back};
 use crate::checkpoints::split;
 use crate::loss::{Loss, LossFrame};
-use crate::parameter::{HeldUse, Parameter};
+use crate::parameter::{HeldUse, Parameter, StateUse};
 use crate::walls::WalledEnd;
 use crate::{GradientError, RunGradient, support};
 
@@ -197,6 +197,7 @@ impl<'a> Sweep<'a> {
             h,
             is_first: step == self.first,
         };
+        self.sums.step = step - self.first;
         let mut forces = AdjointForces { system: self.simulation.system_mut(), sums: &mut self.sums };
         let singular = |_| GradientError::Singular { step: step + 1, time: time + h };
         step_back(&method, &mut forces, &taken, &mut self.adjoint).map_err(singular)?;
@@ -233,6 +234,8 @@ impl<'a> Sweep<'a> {
         x.iter_mut().zip(&*x_bar).for_each(|(sum, bar)| *sum += bar);
         let free = v.iter_mut().zip(&*v_bar).zip(self.simulation.system().inverse_mass());
         free.filter(|(_, weight)| **weight > 0.0).for_each(|((sum, bar), _)| *sum += bar);
+        let (system, step) = (self.simulation.system(), step - self.first);
+        self.sums.add_state(&StateUse { system, step, x_bar: &self.adjoint.x });
         Ok(())
     }
 

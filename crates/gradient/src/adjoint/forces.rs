@@ -5,7 +5,7 @@ use pliant::system::System;
 
 use super::{AdjointPlace, Singular};
 use crate::linear::{Coefficients, Products, TransposedSolver};
-use crate::parameter::{ForceUse, HeldUse, Parameter};
+use crate::parameter::{ForceUse, HeldUse, Parameter, StateUse};
 
 /// Derivatives by parameters, and memory of solvers, for the length of a sweep.
 pub(crate) struct Sums<'a> {
@@ -21,6 +21,8 @@ pub(crate) struct Sums<'a> {
     needs_contact: bool,
     p: Vec<f64>,
     products: Products,
+    /// Steps of the run before the one that is taken back.
+    pub(crate) step: u64,
 }
 
 impl<'a> Sums<'a> {
@@ -36,6 +38,7 @@ impl<'a> Sums<'a> {
             gradient: vec![],
             p: vec![0.0; unknowns],
             products: Products::new(unknowns),
+            step: 0,
         }
     }
 }
@@ -44,6 +47,13 @@ impl Sums<'_> {
     /// True if any parameter looks at held coordinates.
     pub(crate) fn look_at_held(&self) -> bool {
         self.parameters.iter().any(|parameter| parameter.looks_at_held())
+    }
+
+    /// Lets parameters take what they have of a state.
+    pub(crate) fn add_state(&mut self, of: &StateUse<'_>) {
+        for (parameter, derivative) in self.parameters.iter_mut().zip(&mut self.derivatives) {
+            parameter.add_state(of, derivative);
+        }
     }
 
     /// Lets parameters add what this use of held coordinates has of them.
@@ -116,12 +126,11 @@ impl AdjointForces<'_, '_> {
     /// Subtracts the products with `p` from the derivatives, and lets parameters add what this use of the
     /// force has of them.
     fn pass_on(&mut self, at: AdjointPlace<'_>, bars: Bars<'_>) {
-        let Sums {
-            parameters, derivatives, gradient, needs_force, contact, needs_contact, p, products, ..
-        } = &mut *self.sums;
+        let Sums { needs_force, needs_contact, step, .. } = *self.sums;
+        let Sums { parameters, derivatives, gradient, contact, p, products, .. } = &mut *self.sums;
         bars.x.iter_mut().zip(&products.by_positions).for_each(|(bar, y)| *bar -= y);
         bars.v.iter_mut().zip(&products.by_velocities).for_each(|(bar, y)| *bar -= y);
-        if *needs_force {
+        if needs_force {
             gradient.resize(at.x.len(), 0.0);
             self.system.gradient(at.x, gradient);
             for term in self.system.dissipation_mut().filter(|term| !term.scales_with_mass()) {
@@ -129,7 +138,7 @@ impl AdjointForces<'_, '_> {
                 term.add_rows(0, gradient);
             }
         }
-        if *needs_contact {
+        if needs_contact {
             contact.iter_mut().for_each(|rows| {
                 rows.clear();
                 rows.resize(at.x.len(), 0.0);
@@ -147,6 +156,7 @@ impl AdjointForces<'_, '_> {
         let Products { by_positions, by_velocities, .. } = products;
         let of = ForceUse {
             system: self.system,
+            step,
             x: at.x,
             v: at.v,
             p,

@@ -14,14 +14,17 @@ use pliant::topology::{BodyKind, BodyTopology, Topology};
 use pliant_scene::{Body, MassSpec, OverTime, Scene, SpringsSpec};
 
 use crate::parameter::{
-    BodyDensity, ContactStiffness, Gravity, LinearElements, Masses, Modulus, Parameter, RestLengths,
-    SpringStiffness, Together, TunedSpring, WeightDensity, Weighted,
+    BodyDensity, ContactStiffness, Gravity, HeldPlaces, LinearElements, Masses, Modulus, Parameter,
+    RestLengths, SpringStiffness, StepForces, Together, TunedSpring, WeightDensity, Weighted,
 };
 use crate::{GradientError, RunGradient};
 use materials::{by_poisson, young};
 
 /// Names of positions and of velocities at the start.
 const START: [&str; 2] = ["position", "velocity"];
+
+/// Names of arrays over all steps, or states, and vertices.
+const EACH_STEP: [&str; 2] = ["forces", "pins"];
 
 /// Beginning of the names of the parameters of an energy that is a formula.
 const OF_FORMULA: &str = "elastic.parameters.";
@@ -85,7 +88,7 @@ impl ParameterSelection {
 
 /// All names that the gradient of a scene can be taken by; `topology` is that of its assembly.
 pub fn names(scene: &Scene, topology: &Topology) -> Vec<String> {
-    let mut names: Vec<String> = START.iter().map(|name| (*name).to_owned()).collect();
+    let mut names: Vec<String> = START.iter().chain(&EACH_STEP).map(|name| (*name).to_owned()).collect();
     if scene.body.iter().all(|spec| !is_static(scene) || !spec.is_quadratic()) {
         names.push("world.gravity".into());
     }
@@ -218,6 +221,12 @@ impl Places<'_> {
         };
         if name == "world.gravity" && names(self.scene, self.topology).iter().any(|known| known == name) {
             return Ok(Box::new(Gravity::new(self.topology.dimension)));
+        }
+        let (numbering, coordinates) = (self.numbering.clone(), self.topology.rest_positions.len());
+        match name {
+            "forces" => return Ok(Box::new(StepForces::new(numbering, coordinates))),
+            "pins" => return Ok(Box::new(HeldPlaces::new(numbering, coordinates))),
+            _ => {}
         }
         if let Some(of_contact) = contact::parameter(self.scene, name) {
             return Ok(of_contact);

@@ -1,6 +1,7 @@
 //! Parameters of the forces: derivatives of forces by them, one type for each kind.
 
 mod contact;
+mod each_step;
 mod elements;
 mod gravity;
 mod load;
@@ -12,6 +13,7 @@ mod together;
 mod weighted;
 
 pub use contact::{ContactStiffness, FrictionCoefficient};
+pub use each_step::{HeldPlaces, StepForces};
 pub use elements::LinearElements;
 pub use gravity::Gravity;
 pub use load::{LoadFactor, LoadValue};
@@ -29,6 +31,8 @@ use pliant::system::System;
 pub struct ForceUse<'a> {
     /// The equations of motion, their time that of the force.
     pub system: &'a System,
+    /// Steps of the run before this one.
+    pub step: u64,
     /// Positions, flat, vertices in the order of the simulation [m].
     pub x: &'a [f64],
     /// Velocities, likewise [m/s].
@@ -64,6 +68,18 @@ pub struct HeldUse<'a> {
     pub v_bar: &'a [f64],
 }
 
+/// A state on the way back, with all that comes after it.
+#[derive(Clone, Copy)]
+pub struct StateUse<'a> {
+    /// The equations of motion.
+    pub system: &'a System,
+    /// Steps of the run before it.
+    pub step: u64,
+    /// Derivatives of the loss by its positions, flat, vertices in the order of the simulation; of held
+    /// coordinates by their places from there on.
+    pub x_bar: &'a [f64],
+}
+
 /// Numbers that forces or masses depend on.
 ///
 /// Each use of a force adds `-p . d(M a + dE/dx + dR/dv)/d theta` to the derivative by the number `theta`.
@@ -84,6 +100,16 @@ pub trait Parameter: Send {
     /// True if it looks at the forces of contact.
     fn needs_contact(&self) -> bool {
         false
+    }
+
+    /// Says how many steps a run has, before anything else is asked.
+    fn begin(&mut self, steps: u64) {
+        let _ = steps;
+    }
+
+    /// Takes what it has of a state; called for each, from the last to the first.
+    fn add_state(&mut self, of: &StateUse<'_>, derivative: &mut [f64]) {
+        let _ = (of, derivative);
     }
 
     /// True if held coordinates depend on it.

@@ -1,6 +1,6 @@
 //! Numbers that forces depend on in several ways.
 
-use super::{ForceUse, HeldUse, Parameter};
+use super::{ForceUse, HeldUse, Parameter, StateUse};
 
 /// Numbers whose derivatives are sums of those by the same numbers of other parameters.
 pub struct Together {
@@ -15,6 +15,14 @@ impl Together {
 }
 
 impl Parameter for Together {
+    fn begin(&mut self, steps: u64) {
+        self.parts.iter_mut().for_each(|part| part.begin(steps));
+    }
+
+    fn add_state(&mut self, of: &StateUse<'_>, derivative: &mut [f64]) {
+        self.parts.iter_mut().for_each(|part| part.add_state(of, derivative));
+    }
+
     fn len(&self) -> usize {
         self.parts.first().map_or(0, |part| part.len())
     }

@@ -21,6 +21,10 @@ impl Weighted {
 }
 
 impl Parameter for Weighted {
+    fn begin(&mut self, steps: u64) {
+        self.of.begin(steps);
+    }
+
     fn len(&self) -> usize {
         1
     }

@@ -5,6 +5,7 @@
 mod chain;
 mod contact;
 mod differences;
+mod each_step;
 mod fit;
 mod kepler;
 mod loads;

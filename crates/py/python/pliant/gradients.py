@@ -18,7 +18,8 @@ class Gradient(Mapping[str, "float | npt.NDArray[Any]"]):
     value : float
         The loss.
     derivatives : dict of str to float or ndarray
-        By each name: a float where it is one number, shape (n, dim) for positions and velocities.
+        By each name: a float where it is one number, shape (n, dim) for positions and velocities, (steps, n,
+        dim) for ``"forces"``, (steps + 1, n, dim) for ``"pins"``.
     growth : float
         Growth of the logarithm of the largest derivative by a state per second of the run, backwards [1/s].
         Where it is large, small changes at the start are large at the end, and derivatives of long runs say
