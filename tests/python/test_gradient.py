@@ -56,9 +56,24 @@ def test_memory_changes_no_bit() -> None:
     np.testing.assert_array_equal(all_states["position"], few["position"])
 
 
+def test_walls_and_what_happens_at_each_step() -> None:
+    floor = {"normal": [0.0, 1.0], "offset": -0.005}
+    scene = beam(**{"world.walls": [floor], "body.0.load": [{"force": [0.0, -2.0]}]})
+    names = ["forces", "pins", "body.beam.load.0.force", "velocity"]
+    found = pliant.Simulation(scene).gradient(tip, names, steps=20)
+    assert found["forces"].shape == (20, 10, 2) and found["pins"].shape == (21, 10, 2)
+    # A force on every vertex in every step is the load, shared by ten.
+    np.testing.assert_allclose(found["forces"].sum(axis=(0, 1)) / 10, found["body.beam.load.0.force"], rtol=1e-12)
+    assert np.all(found["pins"][:, 2:] == 0.0) and np.any(found["pins"][0, :2] != 0.0)
+    assert found.wall_events == 0 and found.unsettled == 0
+    fallen = pliant.Simulation(scene)
+    fallen.velocities = fallen.velocities - np.array([0.0, 0.5])
+    assert fallen.gradient(tip, names, steps=20).wall_events > 0
+
+
 def test_names_that_are_none_are_answered_with_those_that_are() -> None:
     simulation = pliant.Simulation(beam())
-    with pytest.raises(KeyError, match=r"time\.step.*with respect to: position, velocity, world\.gravity"):
+    with pytest.raises(KeyError, match=r"time\.step.*with respect to: position, velocity, forces, pins"):
         simulation.gradient(tip, ["time.step"], steps=1)
 
 

@@ -42,6 +42,13 @@ pub fn f1_slope<S: Scalar>(y: S, threshold: f64) -> S {
     (S::splat(2.0) - (s + s)) / e
 }
 
+/// The derivative of `f1(y) / y` [s^2/m^2]: `-1/e^2` for `y < e`, `-1/y^2` above.
+#[inline(always)]
+pub fn f1_over_y_slope<S: Scalar>(y: S, threshold: f64) -> S {
+    let inverse = S::one() / y.max(S::splat(threshold));
+    -(inverse * inverse)
+}
+
 /// Friction of one pair.
 #[derive(Clone, Copy, Debug)]
 pub struct PairFriction<S, const D: usize, const N: usize> {

@@ -10,6 +10,7 @@ use pliant::material::Psd;
 
 use crate::energy::{ContactEnergy, SharedSearch, locked};
 use crate::friction::PairFriction;
+use crate::friction_slope::FrictionSlopes;
 use crate::model::ContactModel;
 use crate::report::ContactReport;
 use crate::rows::{StencilLists, TouchedRows};
@@ -185,6 +186,18 @@ impl<const D: usize> DissipativeTerm for FrictionTerm<D> {
                 }
             }
         }
+    }
+
+    /// Not known where thresholds are raised: they follow the normal forces, too.
+    fn add_position_product(&mut self, x: &[f64], v: &[f64], p: &[f64], y: &mut [f64]) -> bool {
+        if self.borne.is_some() {
+            return false;
+        }
+        let mut slopes = FrictionSlopes { threshold: self.model.threshold_speed, v, p, y };
+        let mut search = locked(&self.search);
+        let contacts = search.contacts_at(&self.model, x);
+        (0..contacts.len()).for_each(|i| contacts.visit::<D>(&self.model, x, i, &mut slopes));
+        true
     }
 
     fn power(&mut self, x: &[f64], v: &[f64]) -> f64 {

@@ -40,6 +40,7 @@ mod eigen;
 pub mod energy;
 pub mod explicit;
 pub mod friction;
+mod friction_slope;
 pub mod friction_term;
 pub mod hessian;
 pub mod merge;

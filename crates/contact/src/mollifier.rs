@@ -90,7 +90,7 @@ pub fn mollified_inner_pair(
 }
 
 /// `m` as a function of the vertices.
-fn mollifier_of_edges(x: &[[f64; 3]; 4], limit: f64) -> MollifiedEnergy {
+pub(crate) fn mollifier_of_edges(x: &[[f64; 3]; 4], limit: f64) -> MollifiedEnergy {
     let (a, b) = (difference(&x[1], &x[0]), difference(&x[3], &x[2]));
     let u = cross(&a, &b);
     let [value, slope, curvature] = mollifier(dot(&u, &u), limit);

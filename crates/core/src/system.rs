@@ -153,6 +153,11 @@ impl System {
         self.walls.push(wall);
     }
 
+    /// Puts `walls` in the place of those that there are, which it returns.
+    pub fn replace_walls(&mut self, walls: Vec<Wall>) -> Vec<Wall> {
+        std::mem::replace(&mut self.walls, walls)
+    }
+
     /// Holds these vertices where they are.
     pub fn pin(&mut self, vertices: &[u32]) {
         self.hold(Hold::new("", vertices.to_vec()));
@@ -237,6 +242,12 @@ impl System {
     /// The potentials.
     pub fn terms(&self) -> &[Box<dyn EnergyTerm>] {
         &self.terms
+    }
+
+    /// The potentials, to be evaluated one by one: the force that they hold is no longer that of all.
+    pub fn terms_mut(&mut self) -> impl Iterator<Item = &mut Box<dyn EnergyTerm>> {
+        self.force = ForceId::NONE;
+        self.terms.iter_mut()
     }
 
     /// The dissipative terms.

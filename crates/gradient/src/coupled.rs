@@ -5,7 +5,8 @@ use pliant::solver::hessian::{Assembler, At, Weights};
 use pliant::system::System;
 use pliant_sparse::{Lu, SymbolicLu};
 
-use crate::linear::{NO_SOLUTION, Products, ROUNDING};
+use crate::krylov::correction;
+use crate::linear::{NO_SOLUTION, Products, ROUNDING, SLOW};
 
 /// Corrections of a solution.
 const CORRECTIONS: u32 = 40;
@@ -39,16 +40,29 @@ impl CoupledEquations<'_> {
         let mut p = vec![vec![0.0; n]; b.len()];
         let mut residual: Vec<f64> = b.concat();
         let size = keep_free(system, &mut residual);
-        let mut last = f64::INFINITY;
+        let (mut last, mut is_slow) = (f64::INFINITY, false);
+        let zero = vec![vec![0.0; n]; b.len()];
         for _ in 0..CORRECTIONS {
-            lu.solve(&mut residual);
+            if is_slow {
+                residual = correction(&residual, &mut |b| lu.solve(b), &mut |p, y| {
+                    let rows: Vec<Vec<f64>> = p.chunks_exact(n).map(<[f64]>::to_vec).collect();
+                    self.residual(system, &zero, &rows, &mut products, y);
+                    y.iter_mut().for_each(|y| *y = -*y);
+                });
+            } else {
+                lu.solve(&mut residual);
+            }
             for (p, correction) in p.iter_mut().zip(residual.chunks_exact(n)) {
                 p.iter_mut().zip(correction).for_each(|(p, correction)| *p += correction);
             }
             let left = self.residual(system, b, &p, &mut products, &mut residual);
-            if left <= ROUNDING * size || (left <= NO_SOLUTION * size && left >= 0.5 * last) {
+            if left <= ROUNDING * size || (left <= NO_SOLUTION * size && left >= SLOW * last) {
                 return Some(p);
             }
+            if is_slow && left >= SLOW * last {
+                break;
+            }
+            is_slow |= left >= SLOW * last;
             last = left;
         }
         None
@@ -92,6 +106,7 @@ impl CoupledEquations<'_> {
         for (k, stage) in self.stages.iter().enumerate() {
             let at = At { x: &stage.x, v: &stage.v, psd: Psd::Exact };
             system.set_time(stage.time);
+            system.find_stencils(&stage.x);
             let mut part = |stiffness, damping| {
                 assembler.assemble(system, at, Weights { inertia: 0.0, stiffness, damping });
                 assembler.matrix().clone()

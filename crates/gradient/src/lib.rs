@@ -36,6 +36,7 @@ mod adjoint;
 mod checkpoints;
 mod coupled;
 mod error;
+mod krylov;
 mod linear;
 mod loss;
 mod names;
@@ -43,6 +44,7 @@ mod parameter;
 mod support;
 mod sweep;
 mod tangent;
+mod walls;
 
 use pliant::simulation::Simulation;
 
@@ -50,8 +52,9 @@ pub use error::GradientError;
 pub use loss::{Loss, LossFrame};
 pub use names::{ParameterSelection, names};
 pub use parameter::{
-    BodyDensity, ForceUse, Gravity, LinearElements, Masses, Modulus, Parameter, RestLengths, SpringStiffness,
-    TunedSpring, WeightDensity, Weighted,
+    BodyDensity, ContactStiffness, ForceUse, FrictionCoefficient, Gravity, HeldPlaces, HeldUse,
+    LinearElements, LoadFactor, LoadValue, Masses, Modulus, MotionFactor, Parameter, RestLengths,
+    SpringStiffness, StateUse, StepForces, Together, TunedSpring, WeightDensity, Weighted,
 };
 pub use support::schemes;
 pub use tangent::{RunTangent, tangent};
@@ -74,6 +77,14 @@ pub struct RunGradient {
     /// Growth of the logarithm of the largest derivative by a state, from the last state to the first
     /// [1/s]; zero where the loss does not depend on the last.
     pub growth: f64,
+    /// Solves of the run after which friction still changed, beyond the tolerance: their steps were taken
+    /// with normal forces of elsewhere, and the derivatives are not exact there.
+    pub unsettled: u64,
+    /// How often a vertex came to a wall of explicit steps, or left one: between two steps of which only one
+    /// ends with it on the wall. The step on the way has no derivative where it just so comes there; the one
+    /// given is that of the side on which the run was. A gradient of many such events says little about
+    /// changes that are large enough to shift them.
+    pub wall_events: u64,
 }
 
 /// Takes `steps` steps of `simulation` from where it is, and gives the derivatives of `loss` over the
@@ -95,5 +106,6 @@ pub fn gradient(
     budget: usize,
 ) -> Result<RunGradient, GradientError> {
     support::check(simulation)?;
+    parameters.iter_mut().for_each(|parameter| parameter.begin(steps));
     sweep::Sweep::new(simulation, loss, parameters, budget).run(steps)
 }

@@ -1,5 +1,6 @@
 //! Refusal of what has no adjoint.
 
+use pliant::dissipation::DissipativeTerm;
 use pliant::integrator::{IntegratorSpec, Scheme};
 use pliant::simulation::Simulation;
 
@@ -60,8 +61,8 @@ fn obstacle(simulation: &Simulation) -> Option<(String, &'static str)> {
     if simulation.path().is_some() {
         return named("paths by arc length", "give a fixed `step` in place of `arc_length`");
     }
-    if !system.walls().is_empty() {
-        return named("walls", "take them out of the scene");
+    if !system.walls().is_empty() && simulation.method().documentation.solves > 0 {
+        return named("walls at the end of steps that are solved", "make them half-spaces of contact");
     }
     if simulation.method().is_static() && system.is_damped() {
         return named("damping in statics", "take it out of the scene");
@@ -85,8 +86,6 @@ fn obstacle_among_terms(simulation: &Simulation) -> Option<(String, &'static str
         let properties = term.properties();
         let why = if !properties.is_conservative {
             "forces without an energy are left out"
-        } else if term.changing().is_some() || term.limit().is_some_and(|limit| limit.guards_way()) {
-            "contact is left out"
         } else if properties.approximates {
             "take the direct sum, without `tree`"
         } else if is_implicit && properties.couples_all {
@@ -98,16 +97,30 @@ fn obstacle_among_terms(simulation: &Simulation) -> Option<(String, &'static str
     })
 }
 
-/// The first dissipative term whose force changes with positions in a way that is not known.
+/// The first dissipative term whose force changes with positions in a way that is not known, or is that of
+/// other positions.
 fn obstacle_among_dissipation(simulation: &mut Simulation) -> Option<(String, &'static str)> {
-    let zero = vec![0.0; simulation.state().x().len()];
+    let solves = simulation.method().documentation.solves > 0;
+    let once = |term: &mut Box<dyn DissipativeTerm>| {
+        let most = term.frozen()?.most_renewals();
+        (solves && most < 2).then(|| format!("{} by the normal forces of other positions", term.name()))
+    };
+    if let Some(what) = simulation.system_mut().dissipation_mut().find_map(once) {
+        return Some((
+            what,
+            "give more `friction_iterations`, or none: they are then renewed until they agree",
+        ));
+    }
+    let (x, zero) = (simulation.state().x().to_vec(), vec![0.0; simulation.state().x().len()]);
     let mut y = zero.clone();
     let mut terms = simulation.system_mut().dissipation_mut();
     let unknown = terms.find_map(|term| {
-        let known = term.add_position_product(&zero, &zero, &zero, &mut y);
+        let known = term.add_position_product(&x, &zero, &zero, &mut y);
         (!known).then(|| term.name())
     });
-    Some((unknown?, "damping of elements, in proportion to masses, and `ether_drag` have one"))
+    let remedy = "damping of elements, in proportion to masses, `ether_drag`, and friction of a given \
+                  `threshold_speed` have one";
+    Some((unknown?, remedy))
 }
 
 /// Refuses a run in which steps were taken in parts.

@@ -2,10 +2,11 @@
 
 use pliant::simulation::{Simulation, Snapshot};
 
-use crate::adjoint::{Adjoint, AdjointForces, AdjointPlace, Step, Sums, has_memory, step_back};
+use crate::adjoint::{Adjoint, AdjointForces, AdjointPlace, Step, Sums, free_only, has_memory, step_back};
 use crate::checkpoints::split;
 use crate::loss::{Loss, LossFrame};
-use crate::parameter::Parameter;
+use crate::parameter::{HeldUse, Parameter, StateUse};
+use crate::walls::WalledEnd;
 use crate::{GradientError, RunGradient, support};
 
 /// KeptState before a step, and the step.
@@ -36,6 +37,12 @@ pub(crate) struct Sweep<'a> {
     last: Option<Snapshot>,
     /// Largest component of the derivatives after the last step.
     size_at_end: f64,
+    /// Solves that friction did not settle in: before the run, then in it.
+    unsettled: u64,
+    /// The step after the one that is taken back next, where there are walls, and what has come to them or
+    /// left them since.
+    later: Option<WalledEnd>,
+    wall_events: u64,
 }
 
 impl<'a> Sweep<'a> {
@@ -61,6 +68,9 @@ impl<'a> Sweep<'a> {
             slots: budget / 2 / state,
             last: None,
             size_at_end: 0.0,
+            unsettled: 0,
+            later: None,
+            wall_events: 0,
             simulation,
             loss,
         }
@@ -72,6 +82,7 @@ impl<'a> Sweep<'a> {
             let KeptState { step, time, x, v } = KeptState::of(self.simulation);
             self.simulation.restore(&Snapshot::new(step, time, x, v))?;
         }
+        self.unsettled = unsettled(self.simulation);
         let from = self.first;
         self.back(from, from + steps, self.slots)?;
         if let Some(last) = &self.last {
@@ -85,6 +96,8 @@ impl<'a> Sweep<'a> {
             velocity: numbering.to_original(&self.adjoint.v, d).into_owned(),
             parameters: self.sums.derivatives,
             growth,
+            unsettled: self.unsettled,
+            wall_events: self.wall_events,
         })
     }
 
@@ -134,6 +147,7 @@ impl<'a> Sweep<'a> {
             // The first time that the simulation comes to the end of the run.
             support::check_run(self.simulation)?;
             self.last = Some(self.simulation.snapshot());
+            self.unsettled = unsettled(self.simulation) - self.unsettled;
             self.end = end.time;
             self.add_loss(&end)?;
             self.size_at_end = self.adjoint.norm();
@@ -155,21 +169,42 @@ impl<'a> Sweep<'a> {
     /// Takes the derivatives back by the step from `record` to the state `after` it.
     fn step_back(&mut self, record: &SweepRecord, after: &SweepRecord) -> Result<(), GradientError> {
         let SweepRecord { step, time, .. } = *record;
+        let walled = match self.simulation.system().walls() {
+            [] => None,
+            _ => Some(WalledEnd::of_step(self.simulation, &record.snapshot(self.simulation))?),
+        };
+        let (mut x, mut v) = (&after.x, &after.v);
+        if let Some(walled) = &walled {
+            let Adjoint { x: x_bar, v: v_bar, .. } = &mut self.adjoint;
+            let before = self.sums.look_at_held().then(|| [x_bar.clone(), v_bar.clone()]);
+            walled.back(self.simulation.system(), x_bar, v_bar);
+            if let Some([mut by_x, mut by_v]) = before {
+                by_x.iter_mut().zip(&*x_bar).for_each(|(by, bar)| *by = bar - *by);
+                by_v.iter_mut().zip(&*v_bar).for_each(|(by, bar)| *by = bar - *by);
+                let (system, x, v) = (self.simulation.system(), &walled.x, &walled.v);
+                self.sums.add_held(&HeldUse { system, x, v, x_bar: &by_x, v_bar: &by_v });
+            }
+            free_only(self.simulation.system(), v_bar);
+            self.wall_events += self.later.as_ref().map_or(0, |later| walled.events(later));
+            (x, v) = (&walled.x, &walled.v);
+        }
         let (h, method) = (self.simulation.step_size(), self.simulation.method());
         let taken = Step {
             from: AdjointPlace { time, x: &record.x, v: &record.v },
-            x: &after.x,
-            v: &after.v,
+            x,
+            v,
             stage_velocities: &record.stage_velocities,
             h,
             is_first: step == self.first,
         };
+        self.sums.step = step - self.first;
         let mut forces = AdjointForces { system: self.simulation.system_mut(), sums: &mut self.sums };
         let singular = |_| GradientError::Singular { step: step + 1, time: time + h };
         step_back(&method, &mut forces, &taken, &mut self.adjoint).map_err(singular)?;
         if !self.adjoint.norm().is_finite() {
             return Err(GradientError::Overflow { step, time, growth: self.growth(time) });
         }
+        self.later = walled;
         Ok(())
     }
 
@@ -193,10 +228,14 @@ impl<'a> Sweep<'a> {
             }
         }
         let (x_bar, v_bar) = (numbering.to_internal(&x_bar, d), numbering.to_internal(&v_bar, d));
+        let (system, SweepRecord { x, v, .. }) = (self.simulation.system(), record);
+        self.sums.add_held(&HeldUse { system, x, v, x_bar: &x_bar, v_bar: &v_bar });
         let Adjoint { x, v, .. } = &mut self.adjoint;
         x.iter_mut().zip(&*x_bar).for_each(|(sum, bar)| *sum += bar);
         let free = v.iter_mut().zip(&*v_bar).zip(self.simulation.system().inverse_mass());
         free.filter(|(_, weight)| **weight > 0.0).for_each(|((sum, bar), _)| *sum += bar);
+        let (system, step) = (self.simulation.system(), step - self.first);
+        self.sums.add_state(&StateUse { system, step, x_bar: &self.adjoint.x });
         Ok(())
     }
 
@@ -237,6 +276,18 @@ impl SweepRecord {
             stage_velocities: vec![],
         }
     }
+
+    /// The same in the order of the scene.
+    fn snapshot(&self, simulation: &Simulation) -> Snapshot {
+        let (numbering, d) = (simulation.numbering(), simulation.system().dimension());
+        let outside = |rows: &[f64]| numbering.to_original(rows, d).into_owned();
+        Snapshot::new(self.step, self.time, outside(&self.x), outside(&self.v))
+    }
+}
+
+/// Solves so far after which friction still changed.
+fn unsettled(simulation: &Simulation) -> u64 {
+    simulation.work().solver.map_or(0, |solver| solver.unsettled)
 }
 
 /// Stages of a step whose velocities are kept.

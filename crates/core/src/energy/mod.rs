@@ -19,7 +19,7 @@ use std::ops::Range;
 
 use crate::material::Psd;
 pub use views::{
-    Approach, ChangingStencils, ContactExtremes, Driven, ElementTerm, ForceLayout, Measurements,
+    Approach, ChangingStencils, ContactExtremes, Driven, ElementTerm, ForceLayout, LoadTerm, Measurements,
     MovablePlaces, Penetration, StepLimit, SurfaceContact, TermViews, TouchingSurfaces, WatchedContacts,
 };
 

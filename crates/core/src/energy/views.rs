@@ -33,6 +33,11 @@ pub trait TermViews {
         None
     }
 
+    /// Its value, where it is a load.
+    fn load(&self) -> Option<&dyn LoadTerm> {
+        None
+    }
+
     /// Its places, where it ties vertices to places that move.
     fn places(&mut self) -> Option<&mut dyn MovablePlaces> {
         None
@@ -151,6 +156,19 @@ pub trait Driven {
         let _ = inverse_mass;
         0.0
     }
+}
+
+/// A force from outside that is linear in a value: a vector, or a pressure.
+pub trait LoadTerm {
+    /// Components of the value: as many as dimensions of a vector, one of a pressure.
+    fn components(&self) -> usize;
+
+    /// The work `f . p` of its force `f` at `x` along `p`, at the time last said.
+    fn work(&self, x: &[f64], p: &[f64]) -> f64;
+
+    /// Adds to `works` the work along `p` of a unit of each component of the value, the same everywhere on
+    /// the load.
+    fn add_unit_works(&self, x: &[f64], p: &[f64], works: &mut [f64]);
 }
 
 /// Answers to measurements: diagnostics, tolerances, the search of the largest frequency.

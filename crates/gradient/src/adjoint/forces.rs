@@ -1,10 +1,11 @@
 //! Uses of forces, backwards: products with Hessians, solves, and what parameters add.
 
+use pliant::energy::EnergyKind;
 use pliant::system::System;
 
 use super::{AdjointPlace, Singular};
 use crate::linear::{Coefficients, Products, TransposedSolver};
-use crate::parameter::{ForceUse, Parameter};
+use crate::parameter::{ForceUse, HeldUse, Parameter, StateUse};
 
 /// Derivatives by parameters, and memory of solvers, for the length of a sweep.
 pub(crate) struct Sums<'a> {
@@ -15,8 +16,13 @@ pub(crate) struct Sums<'a> {
     /// Gradient of the energy and of damping beside that by masses, where a parameter looks at it.
     gradient: Vec<f64>,
     needs_force: bool,
+    /// Forces of contact and of friction, likewise.
+    contact: [Vec<f64>; 2],
+    needs_contact: bool,
     p: Vec<f64>,
     products: Products,
+    /// Steps of the run before the one that is taken back.
+    pub(crate) step: u64,
 }
 
 impl<'a> Sums<'a> {
@@ -25,11 +31,35 @@ impl<'a> Sums<'a> {
         Sums {
             derivatives: parameters.iter().map(|parameter| vec![0.0; parameter.len()]).collect(),
             needs_force: parameters.iter().any(|parameter| parameter.needs_force()),
+            needs_contact: parameters.iter().any(|parameter| parameter.needs_contact()),
             parameters,
+            contact: [vec![], vec![]],
             solver: TransposedSolver::new(dimension),
             gradient: vec![],
             p: vec![0.0; unknowns],
             products: Products::new(unknowns),
+            step: 0,
+        }
+    }
+}
+
+impl Sums<'_> {
+    /// True if any parameter looks at held coordinates.
+    pub(crate) fn look_at_held(&self) -> bool {
+        self.parameters.iter().any(|parameter| parameter.looks_at_held())
+    }
+
+    /// Lets parameters take what they have of a state.
+    pub(crate) fn add_state(&mut self, of: &StateUse<'_>) {
+        for (parameter, derivative) in self.parameters.iter_mut().zip(&mut self.derivatives) {
+            parameter.add_state(of, derivative);
+        }
+    }
+
+    /// Lets parameters add what this use of held coordinates has of them.
+    pub(crate) fn add_held(&mut self, of: &HeldUse<'_>) {
+        for (parameter, derivative) in self.parameters.iter_mut().zip(&mut self.derivatives) {
+            parameter.add_held(of, derivative);
         }
     }
 }
@@ -96,10 +126,11 @@ impl AdjointForces<'_, '_> {
     /// Subtracts the products with `p` from the derivatives, and lets parameters add what this use of the
     /// force has of them.
     fn pass_on(&mut self, at: AdjointPlace<'_>, bars: Bars<'_>) {
-        let Sums { parameters, derivatives, gradient, needs_force, p, products, .. } = &mut *self.sums;
+        let Sums { needs_force, needs_contact, step, .. } = *self.sums;
+        let Sums { parameters, derivatives, gradient, contact, p, products, .. } = &mut *self.sums;
         bars.x.iter_mut().zip(&products.by_positions).for_each(|(bar, y)| *bar -= y);
         bars.v.iter_mut().zip(&products.by_velocities).for_each(|(bar, y)| *bar -= y);
-        if *needs_force {
+        if needs_force {
             gradient.resize(at.x.len(), 0.0);
             self.system.gradient(at.x, gradient);
             for term in self.system.dissipation_mut().filter(|term| !term.scales_with_mass()) {
@@ -107,7 +138,34 @@ impl AdjointForces<'_, '_> {
                 term.add_rows(0, gradient);
             }
         }
-        let of = ForceUse { system: self.system, x: at.x, v: at.v, p, gradient };
+        if needs_contact {
+            contact.iter_mut().for_each(|rows| {
+                rows.clear();
+                rows.resize(at.x.len(), 0.0);
+            });
+            let [contact, friction] = contact;
+            for term in self.system.terms_mut().filter(|term| term.properties().kind == EnergyKind::Contact) {
+                term.add_gradient(at.x, contact);
+            }
+            for term in self.system.dissipation_mut().filter(|term| term.changing().is_some()) {
+                term.evaluate(at.x, at.v);
+                term.add_rows(0, friction);
+            }
+        }
+        let [contact, friction] = &*contact;
+        let Products { by_positions, by_velocities, .. } = products;
+        let of = ForceUse {
+            system: self.system,
+            step,
+            x: at.x,
+            v: at.v,
+            p,
+            gradient,
+            contact,
+            friction,
+            by_positions,
+            by_velocities,
+        };
         for (parameter, derivative) in parameters.iter_mut().zip(derivatives) {
             parameter.add(&of, derivative);
         }

@@ -123,7 +123,7 @@ pub(crate) fn add_scaled(y: &mut [f64], c: f64, x: &[f64]) {
 }
 
 /// Makes the held components zero.
-fn free_only(system: &System, rows: &mut [f64]) {
+pub(crate) fn free_only(system: &System, rows: &mut [f64]) {
     let held = rows.iter_mut().zip(system.inverse_mass()).filter(|(_, weight)| **weight == 0.0);
     held.for_each(|(row, _)| *row = 0.0);
 }

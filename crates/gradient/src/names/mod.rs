@@ -1,6 +1,9 @@
 //! Parameters of a scene by their names: its keys, bodies by name or by number.
 
+mod contact;
+mod loads;
 mod materials;
+mod motions;
 mod terms;
 
 use std::borrow::Cow;
@@ -11,14 +14,17 @@ use pliant::topology::{BodyKind, BodyTopology, Topology};
 use pliant_scene::{Body, MassSpec, OverTime, Scene, SpringsSpec};
 
 use crate::parameter::{
-    BodyDensity, Gravity, LinearElements, Masses, Modulus, Parameter, RestLengths, SpringStiffness,
-    TunedSpring, WeightDensity, Weighted,
+    BodyDensity, ContactStiffness, Gravity, HeldPlaces, LinearElements, Masses, Modulus, Parameter,
+    RestLengths, SpringStiffness, StepForces, Together, TunedSpring, WeightDensity, Weighted,
 };
 use crate::{GradientError, RunGradient};
 use materials::{by_poisson, young};
 
 /// Names of positions and of velocities at the start.
 const START: [&str; 2] = ["position", "velocity"];
+
+/// Names of arrays over all steps, or states, and vertices.
+const EACH_STEP: [&str; 2] = ["forces", "pins"];
 
 /// Beginning of the names of the parameters of an energy that is a formula.
 const OF_FORMULA: &str = "elastic.parameters.";
@@ -82,10 +88,11 @@ impl ParameterSelection {
 
 /// All names that the gradient of a scene can be taken by; `topology` is that of its assembly.
 pub fn names(scene: &Scene, topology: &Topology) -> Vec<String> {
-    let mut names: Vec<String> = START.iter().map(|name| (*name).to_owned()).collect();
+    let mut names: Vec<String> = START.iter().chain(&EACH_STEP).map(|name| (*name).to_owned()).collect();
     if scene.body.iter().all(|spec| !is_static(scene) || !spec.is_quadratic()) {
         names.push("world.gravity".into());
     }
+    names.extend(contact::names(scene).map(String::from));
     for (i, (spec, body)) in scene.body.iter().zip(&topology.bodies).enumerate() {
         let keys = of_body(scene, spec, body);
         let name = spec.name_or_default(i);
@@ -162,7 +169,9 @@ fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<Cow<'static, 
         Some(_) => keys.extend(["springs.stiffness", "springs.rest_length"]),
         None => {}
     }
-    keys.into_iter().map(Cow::Borrowed).chain(of_formula).collect()
+    let all = keys.into_iter().map(Cow::Borrowed).chain(of_formula);
+    let all = all.chain(loads::keys(spec).chain(motions::keys(spec)).map(Cow::Owned));
+    all.filter(|key| contact::obstacle(scene, spec, key).is_none()).collect()
 }
 
 /// True if nothing has inertia: masses are weights.
@@ -213,9 +222,18 @@ impl Places<'_> {
         if name == "world.gravity" && names(self.scene, self.topology).iter().any(|known| known == name) {
             return Ok(Box::new(Gravity::new(self.topology.dimension)));
         }
+        let (numbering, coordinates) = (self.numbering.clone(), self.topology.rest_positions.len());
+        match name {
+            "forces" => return Ok(Box::new(StepForces::new(numbering, coordinates))),
+            "pins" => return Ok(Box::new(HeldPlaces::new(numbering, coordinates))),
+            _ => {}
+        }
+        if let Some(of_contact) = contact::parameter(self.scene, name) {
+            return Ok(of_contact);
+        }
         let (spec, body, key) = self.body(name).ok_or_else(|| unknown("is no parameter of this scene"))?;
         if !of_body(self.scene, spec, body).iter().any(|known| known == key) {
-            return Err(unknown("has no derivative"));
+            return Err(unknown(contact::obstacle(self.scene, spec, key).unwrap_or("has no derivative")));
         }
         self.of_body(spec, body, key).ok_or_else(|| unknown("has no derivative"))
     }
@@ -244,6 +262,10 @@ impl Places<'_> {
             ("mass.density", mass) => whole(density(mass)?),
             ("mass.total", MassSpec::Total(total)) => whole(*total),
             ("mass.per_vertex", _) => Box::new(Masses::new(body.vertices.clone().map(internal).collect())),
+            _ if key.starts_with("load.") => {
+                return loads::parameter(spec, &body.name, self.topology.dimension, key);
+            }
+            _ if key.starts_with("pin.") => return motions::parameter(spec, &body.name, key),
             _ if key.starts_with("springs.") => return self.of_springs(spec.springs.as_ref()?, body, key),
             _ => return self.of_elements(spec, body, key),
         })
@@ -315,6 +337,12 @@ impl Places<'_> {
         }
         let term = |(factor, material)| (factor, self.term(spec, &material, body));
         let energies = parts.into_iter().map(term).collect();
-        Some(Box::new(Modulus::new(energies, self.dissipation(spec, material, body, key)?)))
+        let modulus: Box<dyn Parameter> =
+            Box::new(Modulus::new(energies, self.dissipation(spec, material, body, key)?));
+        if key == "elastic.young" && contact::is_as_stiff(self.scene, spec) {
+            let of_contact = ContactStiffness::new(young(material)?);
+            return Some(Box::new(Together::new(vec![modulus, Box::new(of_contact)])));
+        }
+        Some(modulus)
     }
 }

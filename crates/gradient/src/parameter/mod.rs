@@ -1,17 +1,27 @@
 //! Parameters of the forces: derivatives of forces by them, one type for each kind.
 
+mod contact;
+mod each_step;
 mod elements;
 mod gravity;
+mod load;
 mod mass;
 mod moduli;
+mod motion;
 mod spring;
+mod together;
 mod weighted;
 
+pub use contact::{ContactStiffness, FrictionCoefficient};
+pub use each_step::{HeldPlaces, StepForces};
 pub use elements::LinearElements;
 pub use gravity::Gravity;
+pub use load::{LoadFactor, LoadValue};
 pub use mass::{BodyDensity, Masses, WeightDensity};
 pub use moduli::Modulus;
+pub use motion::MotionFactor;
 pub use spring::{RestLengths, SpringStiffness, TunedSpring};
+pub use together::Together;
 pub use weighted::Weighted;
 
 use pliant::system::System;
@@ -21,6 +31,8 @@ use pliant::system::System;
 pub struct ForceUse<'a> {
     /// The equations of motion, their time that of the force.
     pub system: &'a System,
+    /// Steps of the run before this one.
+    pub step: u64,
     /// Positions, flat, vertices in the order of the simulation [m].
     pub x: &'a [f64],
     /// Velocities, likewise [m/s].
@@ -30,6 +42,42 @@ pub struct ForceUse<'a> {
     /// `dE/dx + dR/dv` there [N], without damping in proportion to masses, where a parameter
     /// [asked for it](Parameter::needs_force); else empty.
     pub gradient: &'a [f64],
+    /// `dE/dx` of contact there [N], where a parameter [asked for it](Parameter::needs_contact); else empty.
+    pub contact: &'a [f64],
+    /// `dR/dv` of friction there [N], likewise.
+    pub friction: &'a [f64],
+    /// `(d2E/dx2 + (d2R/dx dv)^T) p`: minus the derivative by the positions there, held ones included.
+    pub by_positions: &'a [f64],
+    /// `d2R/dv2 p`: minus the derivative by the velocities there.
+    pub by_velocities: &'a [f64],
+}
+
+/// A use of a state, of which the places and velocities of held coordinates are a part: by a loss, or by a
+/// wall.
+#[derive(Clone, Copy)]
+pub struct HeldUse<'a> {
+    /// The equations of motion.
+    pub system: &'a System,
+    /// Positions, flat, vertices in the order of the simulation [m].
+    pub x: &'a [f64],
+    /// Velocities, likewise [m/s].
+    pub v: &'a [f64],
+    /// Derivatives by the positions, this use alone.
+    pub x_bar: &'a [f64],
+    /// Derivatives by the velocities.
+    pub v_bar: &'a [f64],
+}
+
+/// A state on the way back, with all that comes after it.
+#[derive(Clone, Copy)]
+pub struct StateUse<'a> {
+    /// The equations of motion.
+    pub system: &'a System,
+    /// Steps of the run before it.
+    pub step: u64,
+    /// Derivatives of the loss by its positions, flat, vertices in the order of the simulation; of held
+    /// coordinates by their places from there on.
+    pub x_bar: &'a [f64],
 }
 
 /// Numbers that forces or masses depend on.
@@ -47,6 +95,31 @@ pub trait Parameter: Send {
     /// True if it looks at the force.
     fn needs_force(&self) -> bool {
         false
+    }
+
+    /// True if it looks at the forces of contact.
+    fn needs_contact(&self) -> bool {
+        false
+    }
+
+    /// Says how many steps a run has, before anything else is asked.
+    fn begin(&mut self, steps: u64) {
+        let _ = steps;
+    }
+
+    /// Takes what it has of a state; called for each, from the last to the first.
+    fn add_state(&mut self, of: &StateUse<'_>, derivative: &mut [f64]) {
+        let _ = (of, derivative);
+    }
+
+    /// True if held coordinates depend on it.
+    fn looks_at_held(&self) -> bool {
+        false
+    }
+
+    /// Adds the part of one use of held coordinates in a state to the derivative by each number.
+    fn add_held(&mut self, of: &HeldUse<'_>, derivative: &mut [f64]) {
+        let _ = (of, derivative);
     }
 
     /// Adds the part of one use of a force to the derivative by each number.

@@ -1,6 +1,6 @@
 //! One number that several depend on.
 
-use super::{ForceUse, Parameter};
+use super::{ForceUse, HeldUse, Parameter};
 
 /// A number `theta` that the numbers of another parameter grow with, `d theta_i = w_i d theta`.
 pub struct Weighted {
@@ -21,12 +21,30 @@ impl Weighted {
 }
 
 impl Parameter for Weighted {
+    fn begin(&mut self, steps: u64) {
+        self.of.begin(steps);
+    }
+
     fn len(&self) -> usize {
         1
     }
 
     fn needs_force(&self) -> bool {
         self.of.needs_force()
+    }
+
+    fn needs_contact(&self) -> bool {
+        self.of.needs_contact()
+    }
+
+    fn looks_at_held(&self) -> bool {
+        self.of.looks_at_held()
+    }
+
+    fn add_held(&mut self, of: &HeldUse<'_>, derivative: &mut [f64]) {
+        self.derivative.fill(0.0);
+        self.of.add_held(of, &mut self.derivative);
+        derivative[0] += self.derivative.iter().zip(&self.weights).map(|(d, weight)| d * weight).sum::<f64>();
     }
 
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {

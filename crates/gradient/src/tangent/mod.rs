@@ -10,6 +10,7 @@ mod one_step;
 use pliant::simulation::{Simulation, Snapshot};
 
 use crate::adjoint::{AdjointPlace, Step, has_memory};
+use crate::walls::WalledEnd;
 use crate::{GradientError, LossFrame, support};
 use forces::TangentForces;
 use one_step::{StateTangent, advance};
@@ -80,6 +81,10 @@ pub fn tangent(
         if simulation.system().is_stopped() {
             return Err(GradientError::Stopped { step });
         }
+        let walled = match simulation.system().walls() {
+            [] => None,
+            _ => Some(unwalled(simulation)?),
+        };
         simulation.step()?;
         support::check_run(simulation)?;
         let (h, method) = (simulation.step_size(), simulation.method());
@@ -87,20 +92,32 @@ pub fn tangent(
         let (after_x, after_v) = (simulation.state().x().to_vec(), simulation.state().v().to_vec());
         let taken = Step {
             from: AdjointPlace { time, x: &x, v: &v },
-            x: &after_x,
-            v: &after_v,
+            x: walled.as_ref().map_or(&after_x, |walled| &walled.x),
+            v: walled.as_ref().map_or(&after_v, |walled| &walled.v),
             stage_velocities: &stage_velocities,
             h,
             is_first: step == first,
         };
         let singular = |_| GradientError::Singular { step: step + 1, time: time + h };
         advance(&method, &mut forces, simulation.system_mut(), &taken, &mut dots).map_err(singular)?;
+        if let Some(walled) = &walled {
+            walled.forth(simulation.system(), &mut dots.x, &mut dots.v);
+            forces.keep_free(simulation.system(), &mut dots.v);
+        }
         if !dots.is_finite() {
             return Err(GradientError::TangentOverflow { step: step + 1, time: time + h });
         }
         show(simulation, &dots, watch);
     }
     Ok(outside(simulation, &dots))
+}
+
+/// The next step as it is without walls; the simulation stays where it is.
+fn unwalled(simulation: &mut Simulation) -> Result<WalledEnd, GradientError> {
+    let start = simulation.snapshot();
+    let walled = WalledEnd::of_step(simulation, &start)?;
+    simulation.restore(&start)?;
+    Ok(walled)
 }
 
 /// In the order of the scene.

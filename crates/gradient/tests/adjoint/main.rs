@@ -3,10 +3,15 @@
 #![allow(clippy::unwrap_used, reason = "a panic is what a test fails by")]
 
 mod chain;
+mod contact;
+mod differences;
+mod each_step;
 mod fit;
 mod kepler;
+mod loads;
 mod muscle;
 mod oscillator;
 mod solid;
 mod support;
 mod tangents;
+mod walls;

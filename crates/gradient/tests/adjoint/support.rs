@@ -56,3 +56,35 @@ pub(crate) fn compare(what: &str, found: &[f64], expected: &[f64], tolerance: f6
         );
     }
 }
+
+/// Numbers without a pattern.
+pub(crate) fn scattered(count: usize, seed: f64) -> Vec<f64> {
+    (0..count).map(|i| (12.9898 * (i as f64 + seed)).sin()).collect()
+}
+
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// Compares a derivative with central differences of fourth order of `value`, a function of a change, at the
+/// best of several steps from `largest` down; relative to the size of the parts that it is the sum of.
+pub(crate) fn compare_with_differences(
+    what: &str,
+    (found, size): (f64, f64),
+    (largest, tolerance): (f64, f64),
+    mut value: impl FnMut(f64) -> f64,
+) {
+    let mut difference = |h: f64| {
+        let [near, far] = [h, 2.0 * h].map(|h| value(h) - value(-h));
+        (8.0 * near - far) / (12.0 * h)
+    };
+    assert!(found.abs() > 1e-3 * size, "{what}: nothing to compare");
+    let mut least = f64::INFINITY;
+    for i in 0..5 {
+        least = least.min((difference(largest * 0.1_f64.powi(i)) - found).abs());
+        if least <= tolerance * size {
+            return;
+        }
+    }
+    panic!("{what}: {found:e} of {size:e} differs by {:e}", least / size);
+}

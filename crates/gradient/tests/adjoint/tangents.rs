@@ -3,23 +3,20 @@
 
 use pliant::integrator::IntegratorSpec;
 use pliant_gradient::{GradientError, LossFrame, UNLIMITED, gradient, schemes, tangent};
+use pliant_scene::Scene;
 
 use crate::solid::{Further, assembled, scene};
-use crate::support::{case, method};
+use crate::support::{case, dot, method, scattered};
 
-/// Numbers without a pattern.
-fn scattered(count: usize, seed: f64) -> Vec<f64> {
-    (0..count).map(|i| (12.9898 * (i as f64 + seed)).sin()).collect()
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-/// Compares both sides for a solid of the reference, of which the loss looks at a state on the way, too.
+/// Compares both sides for a solid of the reference.
 fn compare(setup: &str, scheme: &str, steps: u64, further: Further) {
     let scene = scene(&case(setup)["setup"], "neo-hookean", scheme, steps, further);
-    let start = || assembled(&scene).0;
+    compare_with_tangents(&format!("{setup}, {scheme}"), &scene, steps);
+}
+
+/// The same for any scene; the loss looks at a state on the way, too.
+pub(crate) fn compare_with_tangents(what: &str, scene: &Scene, steps: u64) {
+    let start = || assembled(scene).0;
     let n = start().state().x().len();
     let [x_dot, v_dot, w_x, w_v, w_middle] = [1.0, 2.0, 3.0, 4.0, 5.0].map(|seed| scattered(n, seed));
     let middle = steps / 2;
@@ -52,8 +49,8 @@ fn compare(setup: &str, scheme: &str, steps: u64, further: Further) {
     let sizes = [&forth.position, &forth.velocity, &at_middle].map(|dots| dot(dots, dots).sqrt());
     let size = sizes.iter().sum::<f64>() * (n as f64).sqrt();
     let error = (forwards - backwards).abs();
-    assert!(error <= 1e-12 * size, "{setup}, {scheme}: {forwards:e} and {backwards:e}: {:e}", error / size);
-    assert!(forwards.abs() > 1e-3 * size, "{setup}, {scheme}: nothing to compare");
+    assert!(error <= 1e-12 * size, "{what}: {forwards:e} and {backwards:e}: {:e}", error / size);
+    assert!(forwards.abs() > 1e-3 * size, "{what}: nothing to compare");
 }
 
 // The adjoint is the transpose of the tangent, scheme by scheme.

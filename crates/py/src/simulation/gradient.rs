@@ -113,7 +113,9 @@ impl PySimulation {
     ///     the state adds nothing.
     /// with_respect_to : list of str
     ///     Names of what the derivatives are taken by: ``"position"``, ``"velocity"``, ``"world.gravity"``,
-    ///     ``"body.NAME.elastic.young"``. A name that is none is answered with all that are.
+    ///     ``"body.NAME.elastic.young"``. ``"forces"`` are forces on the vertices in each step, of shape
+    ///     (steps, n, dim); ``"pins"`` displacements of what is held from each state on, (steps + 1, n, dim).
+    ///     A name that is none is answered with all that are.
     /// steps : int, optional
     ///     How many steps to take; as many as are left of the scene's duration without it.
     /// memory : int, optional
@@ -282,6 +284,11 @@ impl PySimulation {
         for (name, part) in names.iter().zip(selection.parts(found)) {
             match (&name[..], &part[..]) {
                 ("position" | "velocity", _) => by.set_item(name, arrays::array(py, part, &self.shape())?)?,
+                ("forces" | "pins", _) => {
+                    let [n, d] = self.shape();
+                    let count = part.len() / (n * d).max(1);
+                    by.set_item(name, arrays::array(py, part, &[count, n, d])?)?;
+                }
                 (_, [number]) => by.set_item(name, number)?,
                 _ => {
                     let count = part.len();
@@ -289,6 +296,12 @@ impl PySimulation {
                 }
             }
         }
-        py.import("pliant.gradients")?.getattr("Gradient")?.call1((found.value, by, found.growth))
+        py.import("pliant.gradients")?.getattr("Gradient")?.call1((
+            found.value,
+            by,
+            found.growth,
+            found.unsettled,
+            found.wall_events,
+        ))
     }
 }

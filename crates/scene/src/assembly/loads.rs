@@ -44,11 +44,9 @@ pub(super) fn placed(
     let mut placed = vec![];
     for (i, load) in spec.load.iter().enumerate() {
         let path = path.key("load").index(i);
-        let key = load.vectors().first().map_or("pressure", |(key, ..)| *key);
+        let key = load.key();
         match place(load, key, mesh) {
-            Ok(on) => {
-                placed.push(LoadPlan { name: format!("{key} {i} on `{body}`"), key, spec: load.clone(), on })
-            }
+            Ok(on) => placed.push(LoadPlan { name: load.term_name(i, body), key, spec: load.clone(), on }),
             Err(message) => problems.push(Problem::semantic(path, message)),
         }
     }

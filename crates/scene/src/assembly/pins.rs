@@ -58,7 +58,7 @@ impl PinPlan {
         rest: &[f64],
         dimension: usize,
     ) -> Hold {
-        let mut hold = Hold::new(format!("{body}/{}", self.name), vertices).along(self.spec.held_axes());
+        let mut hold = Hold::new(Pin::hold_name(body, &self.name), vertices).along(self.spec.held_axes());
         if let Some(until) = self.spec.until {
             hold = hold.until(until);
         }

@@ -76,6 +76,16 @@ impl Load {
         Selection::among(corners.as_ref(), half_space.as_ref(), vertices.as_ref(), group.as_ref())
     }
 
+    /// The key of its value: `force`, `pressure`, ..
+    pub fn key(&self) -> &'static str {
+        self.vectors().first().map_or("pressure", |(key, ..)| *key)
+    }
+
+    /// Name of its term, as load `index` of a body of this name.
+    pub fn term_name(&self, index: usize, body: &str) -> String {
+        format!("{} {index} on `{body}`", self.key())
+    }
+
     /// The loads of which every component is given, by their keys and units: one at most with `pressure`, in
     /// a scene that is right.
     pub fn vectors(&self) -> Vec<(&'static str, &'static str, &[OverTime])> {

@@ -131,6 +131,11 @@ impl Pin {
         self.name.clone().unwrap_or_else(|| format!("pin{index}"))
     }
 
+    /// Name of the hold of a pin of this name, of a body of that one.
+    pub fn hold_name(body: &str, pin: &str) -> String {
+        format!("{body}/{pin}")
+    }
+
     /// Which of x, y, z are held.
     pub fn held_axes(&self) -> [bool; 3] {
         let Some(axes) = &self.axes else { return [true; 3] };

@@ -1,7 +1,9 @@
 //! Loads that do not turn with the body.
 
 use super::{VectorField, add_rows};
-use crate::energy::{Driven, EnergyKind, EnergyTerm, Fault, Measurements, TermProperties, TermViews};
+use crate::energy::{
+    Driven, EnergyKind, EnergyTerm, Fault, LoadTerm, Measurements, TermProperties, TermViews,
+};
 
 /// `E = -sum_i f_i(t) . (x_i - X_i)`, zero in the rest shape: point loads, dead traction, forces per volume.
 /// The force on a vertex is that of a field `f(X, t)` at sample points of the rest shape (quadrature points,
@@ -117,6 +119,10 @@ impl EnergyTerm for DeadLoad {
 }
 
 impl TermViews for DeadLoad {
+    fn load(&self) -> Option<&dyn LoadTerm> {
+        Some(self)
+    }
+
     fn driven(&mut self) -> Option<&mut dyn Driven> {
         Some(self)
     }
@@ -135,10 +141,26 @@ impl Driven for DeadLoad {
     }
 
     /// `sum_i f_i(t) . v_i`.
-    fn power(&mut self, _x: &[f64], v: &[f64]) -> f64 {
-        let velocities =
-            self.vertices.iter().flat_map(|i| &v[*i as usize * self.dimension..][..self.dimension]);
-        self.now.iter().zip(velocities).map(|(f, v)| f * v).sum()
+    fn power(&mut self, x: &[f64], v: &[f64]) -> f64 {
+        self.work(x, v)
+    }
+}
+
+impl LoadTerm for DeadLoad {
+    fn components(&self) -> usize {
+        self.dimension
+    }
+
+    fn work(&self, _x: &[f64], p: &[f64]) -> f64 {
+        let rows = self.vertices.iter().flat_map(|i| &p[*i as usize * self.dimension..][..self.dimension]);
+        self.now.iter().zip(rows).map(|(f, p)| f * p).sum()
+    }
+
+    fn add_unit_works(&self, _x: &[f64], p: &[f64], works: &mut [f64]) {
+        for (slot, share) in self.samples.iter().flat_map(|sample| &sample.shares) {
+            let row = &p[self.vertices[*slot as usize] as usize * self.dimension..];
+            works.iter_mut().zip(row).for_each(|(work, p)| *work += share * p);
+        }
     }
 }
 

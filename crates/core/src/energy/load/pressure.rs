@@ -7,7 +7,7 @@ use std::ops::Range;
 use super::add_rows;
 use crate::element::{FacePoint, area_rate, face_corners, face_edges, face_middle, face_points, vector_area};
 use crate::energy::{
-    Driven, EnergyKind, EnergyTerm, Fault, Measurements, Stencils, TermProperties, TermViews,
+    Driven, EnergyKind, EnergyTerm, Fault, LoadTerm, Measurements, Stencils, TermProperties, TermViews,
 };
 use crate::material::Psd;
 
@@ -298,6 +298,10 @@ impl<const D: usize, const N: usize> EnergyTerm for Pressure<D, N> {
 }
 
 impl<const D: usize, const N: usize> TermViews for Pressure<D, N> {
+    fn load(&self) -> Option<&dyn LoadTerm> {
+        Some(self)
+    }
+
     fn driven(&mut self) -> Option<&mut dyn Driven> {
         Some(self)
     }
@@ -316,16 +320,37 @@ impl<const D: usize, const N: usize> Driven for Pressure<D, N> {
     }
 
     fn power(&mut self, x: &[f64], v: &[f64]) -> f64 {
-        let mut power = 0.0;
+        self.work(x, v)
+    }
+}
+
+impl<const D: usize, const N: usize> LoadTerm for Pressure<D, N> {
+    fn components(&self) -> usize {
+        1
+    }
+
+    fn work(&self, x: &[f64], p: &[f64]) -> f64 {
+        let mut work = 0.0;
         for (face, areas) in self.faces() {
-            let (at, v) = (nodes::<D, N>(x, face), nodes::<D, N>(v, face));
+            let (at, p) = (nodes::<D, N>(x, face), nodes::<D, N>(p, face));
             for (point, pressure) in areas {
                 let area = vector_area(&at, point);
-                power -=
-                    (0..N).map(|i| pressure[i] * (0..D).map(|c| area[c] * v[i][c]).sum::<f64>()).sum::<f64>();
+                work -=
+                    (0..N).map(|i| pressure[i] * (0..D).map(|c| area[c] * p[i][c]).sum::<f64>()).sum::<f64>();
             }
         }
-        power
+        work
+    }
+
+    fn add_unit_works(&self, x: &[f64], p: &[f64], works: &mut [f64]) {
+        for (face, _) in self.faces() {
+            let (at, p) = (nodes::<D, N>(x, face), nodes::<D, N>(p, face));
+            for point in &self.areas {
+                let area: [f64; D] = vector_area(&at, point);
+                let along = |p: &[f64; D]| (0..D).map(|c| area[c] * p[c]).sum::<f64>();
+                works[0] -= (0..N).map(|i| point.weight * point.shape[i] * along(&p[i])).sum::<f64>();
+            }
+        }
     }
 }
 

@@ -1,0 +1,69 @@
+//! Numbers of contact, and numbers of a scene that its contact is made of.
+
+use pliant_scene::{Body, Scene};
+
+use crate::parameter::{ContactStiffness, FrictionCoefficient, Parameter};
+
+const STIFFNESS: &str = "contact.stiffness";
+const FRICTION: &str = "contact.friction";
+
+/// Names of the numbers of contact itself. One number says how all pairs rub, and rub they do.
+pub(super) fn names(scene: &Scene) -> impl Iterator<Item = &'static str> {
+    let contact = scene.contact.as_ref();
+    let stiffness = contact.and_then(|contact| contact.stiffness).map(|_| STIFFNESS);
+    let alike = contact.filter(|contact| contact.pairs.iter().all(|pair| pair.friction.is_none()));
+    let friction = alike.filter(|contact| contact.friction > 0.0).map(|_| FRICTION);
+    stiffness.into_iter().chain(friction)
+}
+
+/// The number of contact of this name.
+pub(super) fn parameter(scene: &Scene, name: &str) -> Option<Box<dyn Parameter>> {
+    let contact = scene.contact.as_ref()?;
+    match names(scene).find(|known| *known == name)? {
+        STIFFNESS => Some(Box::new(ContactStiffness::new(contact.stiffness?))),
+        _ => Some(Box::new(FrictionCoefficient::new(contact.friction))),
+    }
+}
+
+/// True if the stiffness of contact is Young's modulus of this body, of all pairs that touch: it alone
+/// collides, with itself and with obstacles, in steps that are solved.
+pub(super) fn is_as_stiff(scene: &Scene, spec: &Body) -> bool {
+    let collides = |body: &&Body| body.contact.as_ref().and_then(|contact| contact.collides) != Some(false);
+    let Some(contact) = scene.contact.as_ref().filter(|contact| contact.stiffness.is_none()) else {
+        return false;
+    };
+    let mut others = scene.body.iter().filter(|body| !std::ptr::eq(*body, spec));
+    collides(&spec)
+        && !others.any(|body| collides(&body))
+        && !contact.has_explicit_law(scene.time.integrator)
+        && spec.elastic.as_ref().is_some_and(|material| material.lame().is_some())
+}
+
+/// Why contact leaves the derivative by this key of a body unknown; `None` where it does not.
+///
+/// Areas that contact stands for are those of the shape at rest. Without a `stiffness` in `[contact]` its
+/// `kappa` is the modulus of the softer body, or goes by masses: in the steps of explicit schemes, and of
+/// bodies without a modulus.
+pub(super) fn obstacle(scene: &Scene, spec: &Body, key: &str) -> Option<&'static str> {
+    let contact = scene.contact.as_ref()?;
+    if spec.contact.as_ref().and_then(|contact| contact.collides) == Some(false) {
+        return None;
+    }
+    if key == "rest" {
+        return Some("has no derivative where surfaces touch: contact is made of the shape at rest");
+    }
+    let has_modulus = match &spec.elastic {
+        Some(material) => material.lame().is_some(),
+        None => spec.springs.is_some(),
+    };
+    let by_masses = contact.has_explicit_law(scene.time.integrator) || !has_modulus;
+    let decides = match key.split_once('.') {
+        Some(("mass", _)) => by_masses,
+        Some(("springs", _)) => true,
+        Some(("elastic", "young")) => !is_as_stiff(scene, spec),
+        Some(("elastic", key)) => key.starts_with("parameters."),
+        _ => false,
+    };
+    (decides && contact.stiffness.is_none())
+        .then_some("has no derivative where it decides how stiff contact is: give a `stiffness` in [contact]")
+}

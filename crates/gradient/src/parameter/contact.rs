@@ -1,0 +1,62 @@
+//! Constants of contact.
+
+use super::{ForceUse, Parameter};
+
+/// Stiffness `kappa` of contact [Pa], the same of all pairs: energies and normal forces are in proportion to
+/// it, and friction is to these.
+#[derive(Clone, Copy, Debug)]
+pub struct ContactStiffness {
+    stiffness: f64,
+}
+
+impl ContactStiffness {
+    /// Of this value now.
+    pub fn new(stiffness: f64) -> Self {
+        ContactStiffness { stiffness }
+    }
+}
+
+impl Parameter for ContactStiffness {
+    fn len(&self) -> usize {
+        1
+    }
+
+    fn needs_contact(&self) -> bool {
+        true
+    }
+
+    fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
+        derivative[0] -= (along(of.contact, of.p) + along(of.friction, of.p)) / self.stiffness;
+    }
+}
+
+/// Coefficient of friction `mu`, the same of all pairs that rub: forces are in proportion to it.
+#[derive(Clone, Copy, Debug)]
+pub struct FrictionCoefficient {
+    coefficient: f64,
+}
+
+impl FrictionCoefficient {
+    /// Of this value now, above zero.
+    pub fn new(coefficient: f64) -> Self {
+        FrictionCoefficient { coefficient }
+    }
+}
+
+impl Parameter for FrictionCoefficient {
+    fn len(&self) -> usize {
+        1
+    }
+
+    fn needs_contact(&self) -> bool {
+        true
+    }
+
+    fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
+        derivative[0] -= along(of.friction, of.p) / self.coefficient;
+    }
+}
+
+fn along(force: &[f64], p: &[f64]) -> f64 {
+    force.iter().zip(p).map(|(force, p)| force * p).sum()
+}

@@ -1,0 +1,74 @@
+//! What could be done to a run at each of its steps.
+
+use pliant::numbering::Numbering;
+
+use super::{ForceUse, Parameter, StateUse};
+
+/// Forces on all vertices, the same throughout each step [N]: `(steps, n, dimension)`, vertices in the order
+/// of the scene. There need not be any.
+#[derive(Clone, Debug)]
+pub struct StepForces {
+    numbering: Numbering,
+    coordinates: usize,
+    steps: usize,
+}
+
+/// Displacements of held coordinates, from each state on [m]: `(steps + 1, n, dimension)`, likewise. Zero
+/// where free.
+#[derive(Clone, Debug)]
+pub struct HeldPlaces {
+    numbering: Numbering,
+    coordinates: usize,
+    states: usize,
+}
+
+impl StepForces {
+    /// On a simulation of this numbering and of so many coordinates.
+    pub fn new(numbering: Numbering, coordinates: usize) -> Self {
+        StepForces { numbering, coordinates, steps: 0 }
+    }
+}
+
+impl HeldPlaces {
+    /// In a simulation of this numbering and of so many coordinates.
+    pub fn new(numbering: Numbering, coordinates: usize) -> Self {
+        HeldPlaces { numbering, coordinates, states: 0 }
+    }
+}
+
+impl Parameter for StepForces {
+    fn begin(&mut self, steps: u64) {
+        self.steps = steps as usize;
+    }
+
+    fn len(&self) -> usize {
+        self.steps * self.coordinates
+    }
+
+    fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
+        let first = of.step as usize * self.coordinates;
+        let p = self.numbering.to_original(of.p, of.system.dimension());
+        derivative[first..].iter_mut().zip(&*p).for_each(|(derivative, p)| *derivative += p);
+    }
+}
+
+impl Parameter for HeldPlaces {
+    fn begin(&mut self, steps: u64) {
+        self.states = steps as usize + 1;
+    }
+
+    fn len(&self) -> usize {
+        self.states * self.coordinates
+    }
+
+    fn add(&mut self, _: &ForceUse<'_>, _: &mut [f64]) {}
+
+    fn add_state(&mut self, of: &StateUse<'_>, derivative: &mut [f64]) {
+        let mut held = of.x_bar.to_vec();
+        let free = held.iter_mut().zip(of.system.inverse_mass()).filter(|(_, weight)| **weight > 0.0);
+        free.for_each(|(held, _)| *held = 0.0);
+        let first = of.step as usize * self.coordinates;
+        let held = self.numbering.to_original(&held, of.system.dimension());
+        derivative[first..][..self.coordinates].copy_from_slice(&held);
+    }
+}

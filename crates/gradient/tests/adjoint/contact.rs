@@ -1,0 +1,378 @@
+//! Surfaces that touch: gradients against central differences of the program's own runs.
+
+use pliant::integrator::IntegratorSpec;
+use pliant::material::MaterialSpec;
+use pliant::simulation::Simulation;
+use pliant_gradient::{LossFrame, ParameterSelection, UNLIMITED, gradient, names, schemes};
+use pliant_scene::{MassSpec, Scene};
+
+use crate::differences::{compare_number, compare_starts};
+use crate::solid::assembled;
+use crate::support::{compare_with_differences, dot, method, scattered};
+use crate::tangents::compare_with_tangents;
+
+/// A square of rubber that falls on a slope and slides down it; without friction unless `contact` says more.
+fn slope(scheme: &str, contact: &str) -> Scene {
+    let solves = method(scheme).documentation.solves > 0;
+    let (step, solver) = if solves { (2e-3, "solver = { tolerance = 1e-14 }") } else { (2e-4, "") };
+    let text = format!(
+        "dimension = 2
+         [time]
+         integrator = \"{scheme}\"
+         duration = 0.1
+         step = {step}
+         {solver}
+         [world]
+         gravity = [1.0, -9.81]
+         [contact]
+         distance = 2e-3
+         stiffness = 1e5
+         {contact}
+         [[body]]
+         name = \"block\"
+         mesh = {{ grid = {{ cells = [2, 2], size = [0.1, 0.1], origin = [0.0, 0.0015] }} }}
+         elastic = {{ neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}
+         mass = {{ density = 1000.0 }}
+         velocity = {{ rigid = {{ linear = [0.3, -0.4], angular = 0.5 }} }}
+         [[obstacle]]
+         name = \"slope\"
+         shape = {{ half_space = {{ normal = [0.05, 1.0], offset = 0.0 }} }}"
+    );
+    Scene::from_toml(&text).unwrap()
+}
+
+/// A cube of tetrahedra that falls on another, held one, with an edge across its border: vertices over
+/// triangles, edges over edges.
+fn cubes(scheme: &str, contact: &str) -> Scene {
+    Scene::from_toml(&cubes_text(scheme, contact)).unwrap()
+}
+
+fn cubes_text(scheme: &str, contact: &str) -> String {
+    format!(
+        "dimension = 3
+         [time]
+         integrator = \"{scheme}\"
+         duration = 0.1
+         step = 2e-3
+         solver = {{ tolerance = 1e-14 }}
+         [world]
+         gravity = [0.0, 0.0, -9.81]
+         [contact]
+         distance = 4e-3
+         stiffness = 1e5
+         {contact}
+         [[body]]
+         name = \"upper\"
+         mesh = {{ grid = {{ cells = [1, 1, 1], size = [0.1, 0.1, 0.1] }} }}
+         elastic = {{ neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}
+         mass = {{ density = 1000.0 }}
+         velocity = {{ rigid = {{ linear = [0.1, 0.05, -0.5] }} }}
+         [body.transform]
+         centre = [0.05, 0.05, 0.05]
+         rotate = {{ axis = [0.02, 1.0, 0.05], angle = \"42 deg\" }}
+         translate = [0.01, 0.047, 0.1242]
+         [[body]]
+         name = \"lower\"
+         mesh = {{ grid = {{ cells = [1, 1, 1], size = [0.1, 0.1, 0.1] }} }}
+         elastic = {{ neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}
+         mass = {{ density = 1000.0 }}
+         pin = [{{ half_space = {{ normal = [0, 0, 1], offset = 0 }} }}]"
+    )
+}
+
+/// The same cubes, the upper one pressed on the other and dragged over it by a pin on its upper side: solves
+/// begin where surfaces touch.
+fn dragged_cubes(scheme: &str, contact: &str) -> Scene {
+    let pin = "pin = [{ half_space = { normal = [0, 0, -1], offset = -0.22 }, \
+               motion = { displacement = [\"0.1*t\", \"0.2*t\", \"-0.1*t\"] } }]";
+    let falls = "velocity = { rigid = { linear = [0.1, 0.05, -0.5] } }";
+    let text = cubes_text(scheme, contact).replace(falls, pin).replace("0.047, 0.1242", "0.047, 0.1253");
+    Scene::from_toml(&text).unwrap()
+}
+
+/// Pairs that touch.
+fn touching(simulation: &Simulation) -> usize {
+    let state = simulation.state();
+    let terms = simulation.system().terms().iter().filter_map(|term| term.touching());
+    terms.map(|term| term.contacts(state.x(), state.v()).len()).sum()
+}
+
+/// Compares with differences of runs in which surfaces touch.
+fn compare(what: &str, scene: &Scene, steps: u64, tolerance: f64) {
+    compare_starts(what, scene, (steps, tolerance), |simulation| touching(simulation) > 0);
+}
+
+/// A block pressed onto a slope by a load, in one equilibrium after another.
+const PRESSED: &str = "
+    dimension = 2
+    [time]
+    integrator = \"quasi-static\"
+    duration = 2.0
+    step = 1.0
+    solver = { tolerance = 1e-14 }
+    [contact]
+    distance = 2e-3
+    stiffness = 1e5
+    [[body]]
+    name = \"block\"
+    mesh = { grid = { cells = [2, 2], size = [0.1, 0.1], origin = [0.0, 0.0015] } }
+    elastic = { neo-hookean = { young = 1e5, poisson = 0.3 } }
+    mass = { density = 1000.0 }
+    pin = [{ half_space = { normal = [-1.0, 0.0], offset = -0.001 } }]
+    load = [{ half_space = { normal = [0.0, -1.0], offset = -0.1 }, force = [20.0, \"-100*t\"] }]
+    [[obstacle]]
+    name = \"slope\"
+    shape = { half_space = { normal = [0.05, 1.0], offset = 0.0 } }";
+
+// A pair that comes within reach brings no kink with it: its energy has two continuous derivatives there.
+#[test]
+fn contact_has_the_derivatives_of_its_steps() {
+    let holding = schemes().into_iter().filter(|scheme| method(scheme).holds_contact());
+    let solved: Vec<_> = holding.filter(|scheme| method(scheme).documentation.solves > 0).collect();
+    assert!(solved.len() > 8, "{solved:?}");
+    for scheme in solved {
+        if !method(scheme).is_static() {
+            compare(&format!("slope, {scheme}"), &slope(scheme, ""), 20, 1e-7);
+        }
+    }
+    for scheme in ["implicit-euler", "tr-bdf2"] {
+        compare(&format!("cubes, {scheme}"), &cubes(scheme, ""), 12, 1e-7);
+    }
+    compare("pressed", &Scene::from_toml(PRESSED).unwrap(), 2, 1e-7);
+}
+
+// The law of explicit steps, whichever steps it is in.
+#[test]
+fn contact_of_explicit_steps_has_their_derivatives() {
+    for scheme in ["symplectic-euler", "velocity-verlet", "yoshida4", "rk4"] {
+        compare(&format!("slope, {scheme}"), &slope(scheme, ""), 200, 1e-7);
+    }
+    for integrator in [IntegratorSpec::ImplicitEuler, IntegratorSpec::Gauss2] {
+        let mut scene = slope("implicit-euler", "");
+        scene.time.integrator = integrator;
+        scene.contact.as_mut().unwrap().explicit_law = Some(true);
+        compare(&format!("slope, {integrator:?}"), &scene, 20, 1e-7);
+    }
+}
+
+// As of elements, see `tangents`.
+#[test]
+fn tangents_and_adjoints_agree_where_surfaces_touch() {
+    for (scheme, steps) in [("implicit-euler", 20), ("bdf2", 20), ("velocity-verlet", 200)] {
+        compare_with_tangents(scheme, &slope(scheme, ""), steps);
+    }
+    compare_with_tangents("cubes", &cubes("trapezoid", ""), 12);
+    // They part before the end: the matrices of the way back gain the pairs that touch.
+    compare_with_tangents("cubes that part", &cubes("implicit-euler", ""), 36);
+}
+
+// The stiffness of contact follows from moduli, or from masses, unless the scene says it.
+#[test]
+fn numbers_that_contact_is_made_of_are_no_parameters() {
+    let all = |scene: &Scene| names(scene, &assembled(scene).1);
+    let has = |scene: &Scene, key: &str| all(scene).contains(&format!("body.block.{key}"));
+    for scheme in ["implicit-euler", "velocity-verlet"] {
+        let given = slope(scheme, "");
+        let mut free = given.clone();
+        free.contact.as_mut().unwrap().stiffness = None;
+        // Alone with an obstacle, solved contact is as stiff as the block.
+        assert!(has(&given, "elastic.young"), "{scheme}");
+        assert_eq!(has(&free, "elastic.young"), scheme == "implicit-euler", "{scheme}");
+        assert!(has(&given, "elastic.poisson") && has(&free, "elastic.poisson"), "{scheme}");
+        assert!(has(&given, "mass.density"), "{scheme}");
+        assert_eq!(has(&free, "mass.density"), scheme == "implicit-euler", "{scheme}");
+        assert!(!has(&given, "rest"), "{scheme}");
+    }
+    let mut both = cubes("implicit-euler", "");
+    both.contact.as_mut().unwrap().stiffness = None;
+    let (simulation, topology) = assembled(&both);
+    let select = |name| ParameterSelection::new(&both, &topology, simulation.numbering(), &[name]);
+    let error = select("body.upper.elastic.young").err().unwrap().to_string();
+    assert!(error.contains("how stiff contact is: give a `stiffness` in [contact];"), "{error}");
+    let mut apart = slope("implicit-euler", "");
+    apart.contact = None;
+    apart.obstacle.clear();
+    assert!(has(&apart, "rest") && has(&apart, "elastic.young"));
+}
+
+/// A square on a corner above another in the plane: vertices over edges and over vertices.
+const CORNERS: &str = "
+    dimension = 2
+    [time]
+    integrator = \"implicit-euler\"
+    duration = 0.1
+    step = 2e-3
+    solver = { tolerance = 1e-14 }
+    [contact]
+    distance = 4e-3
+    stiffness = 1e5
+    friction = 0.4
+    [[body]]
+    name = \"upper\"
+    mesh = { grid = { cells = [1, 1], size = [0.1, 0.1] } }
+    transform = { rotate = { angle = \"40 deg\" }, translate = [0.1015, 0.1025] }
+    elastic = { neo-hookean = { young = 1e5, poisson = 0.3 } }
+    mass = { density = 1000.0 }
+    velocity = { rigid = { linear = [0.1, -0.5] } }
+    [[body]]
+    name = \"lower\"
+    mesh = { grid = { cells = [1, 1], size = [0.1, 0.1] } }
+    elastic = { neo-hookean = { young = 1e5, poisson = 0.3 } }
+    mass = { density = 1000.0 }
+    pin = [{ half_space = { normal = [0, 1], offset = 0 } }]";
+
+/// Two boxes with parallel edges crosswise over each other, less than the reach apart.
+const PARALLEL: &str = "
+    dimension = 3
+    [time]
+    integrator = \"implicit-euler\"
+    duration = 0.1
+    step = 2e-3
+    [contact]
+    distance = 4e-3
+    stiffness = 1e5
+    friction = 0.4
+    [[body]]
+    name = \"upper\"
+    mesh = { grid = { cells = [1, 1, 1], size = [0.1, 0.1, 0.1] } }
+    transform = { rotate = { axis = [0, 0, 1], angle = \"1 deg\" }, translate = [0.052, 0.101, 0.102] }
+    elastic = { neo-hookean = { young = 1e5, poisson = 0.3 } }
+    mass = { density = 1000.0 }
+    [[body]]
+    name = \"lower\"
+    mesh = { grid = { cells = [1, 1, 1], size = [0.1, 0.1, 0.1] } }
+    elastic = { neo-hookean = { young = 1e5, poisson = 0.3 } }
+    mass = { density = 1000.0 }";
+
+// Normal forces, normals and closest points move with the vertices; speeds from far below the threshold, 1e-4
+// m/s, to far above it.
+#[test]
+fn friction_knows_how_it_changes_with_positions() {
+    let mut scenes = vec![
+        ("slope", slope("implicit-euler", "friction = 0.4")),
+        ("cubes", cubes("implicit-euler", "friction = 0.4")),
+        ("corners", Scene::from_toml(CORNERS).unwrap()),
+        ("parallel", Scene::from_toml(PARALLEL).unwrap()),
+    ];
+    for (what, scene) in &mut scenes {
+        scene.contact.as_mut().unwrap().threshold_speed = Some(1e-3);
+        let mut simulation = assembled(scene).0;
+        let (x, n) = (simulation.state().x().to_vec(), simulation.state().x().len());
+        let system = simulation.system_mut();
+        let [p, dx, directions] = [1.0, 2.0, 3.0].map(|seed| scattered(n, seed));
+        for speed in [3e-5, 3e-4, 1.0] {
+            let v: Vec<f64> = directions.iter().map(|direction| speed * direction).collect();
+            let mut product = vec![0.0; n];
+            assert!(system.position_product(&x, &v, &p, &mut product));
+            let parts: Vec<f64> = product.iter().zip(&dx).map(|(product, dx)| product * dx).collect();
+            let found = (parts.iter().sum(), dot(&parts, &parts).sqrt());
+            compare_with_differences(&format!("{what} at {speed} m/s"), found, (1e-5, 1e-8), |h| {
+                let moved: Vec<f64> = x.iter().zip(&dx).map(|(x, dx)| x + h * dx).collect();
+                let mut force = vec![0.0; n];
+                system.dissipative_force(&moved, &v, &mut force);
+                dot(&p, &force)
+            });
+        }
+    }
+}
+
+// Normal forces and tangents are those at the end of a solve, and so are their derivatives.
+#[test]
+fn friction_has_the_derivatives_of_its_steps() {
+    for (threshold, what) in [(1.0, "sticks"), (2e-2, "slides")] {
+        let law = format!("friction = 0.4\nthreshold_speed = {threshold:?}");
+        for scheme in ["implicit-euler", "bdf2", "tr-bdf2"] {
+            compare(&format!("{what}, {scheme}"), &dragged_cubes(scheme, &law), 12, 1e-6);
+        }
+    }
+    for scheme in ["symplectic-euler", "velocity-verlet", "rk4"] {
+        let law = "friction = 0.4\nthreshold_speed = 0.2";
+        compare(&format!("slope, {scheme}"), &slope(scheme, law), 200, 1e-6);
+    }
+}
+
+#[test]
+fn friction_that_does_not_settle_is_counted_or_refused() {
+    let found = |scheme: &str, law: &str, steps| {
+        let mut simulation = assembled(&dragged_cubes(scheme, law)).0;
+        gradient(
+            &mut simulation,
+            steps,
+            &mut |_: &LossFrame<'_>, _: &mut [f64], _: &mut [f64]| 0.0,
+            &mut [],
+            0,
+        )
+    };
+    let unsettled = |law: &str| found("implicit-euler", law, 12).unwrap().unsettled;
+    assert_eq!(unsettled("friction = 0.4"), 0);
+    // Of a tolerance of rounding, two renewals are too few; steps that are taken again are counted once.
+    let few = unsettled("friction = 0.4\nfriction_iterations = 2");
+    assert!((1..=12).contains(&few), "{few}");
+    let error = found("implicit-euler", "friction = 0.4\nfriction_iterations = 1", 1).unwrap_err();
+    assert!(error.to_string().contains("more `friction_iterations`"), "{error}");
+    let scene = slope("velocity-verlet", "friction = 0.4");
+    let mut simulation = assembled(&scene).0;
+    let mut loss = |_: &LossFrame<'_>, _: &mut [f64], _: &mut [f64]| 0.0;
+    let error = gradient(&mut simulation, 1, &mut loss, &mut [], UNLIMITED).unwrap_err();
+    assert!(error.to_string().contains("friction of a given `threshold_speed`"), "{error}");
+}
+
+// Derivatives by numbers of bodies in contact, and by those of contact itself.
+#[test]
+fn numbers_of_contact_have_derivatives() {
+    for scheme in ["implicit-euler", "tr-bdf2"] {
+        let with = |change: &dyn Fn(&mut Scene)| {
+            let mut scene = dragged_cubes(scheme, "friction = 0.4\nthreshold_speed = 0.02");
+            change(&mut scene);
+            scene
+        };
+        let stiffness = |kappa| with(&|scene| scene.contact.as_mut().unwrap().stiffness = Some(kappa));
+        compare_number(scheme, stiffness, ("contact.stiffness", 1e5, 1e5), (12, 1e-6));
+        let friction = |mu| with(&|scene| scene.contact.as_mut().unwrap().friction = mu);
+        compare_number(scheme, friction, ("contact.friction", 0.4, 0.4), (12, 1e-6));
+        let young = |young| {
+            with(&|scene| {
+                let Some(MaterialSpec::NeoHookean(solid)) = &mut scene.body[0].elastic else { panic!() };
+                solid.young = young;
+            })
+        };
+        compare_number(scheme, young, ("body.upper.elastic.young", 1e5, 1e5), (12, 1e-6));
+        let motion = |f: f64| {
+            with(&|scene| {
+                let displacement = [0.1, 0.2, -0.1].map(|speed| format!("{f:?}*{speed:?}*t"));
+                let motion = serde_json::json!({ "displacement": displacement });
+                scene.body[0].pin[0].motion = Some(serde_json::from_value(motion).unwrap());
+            })
+        };
+        compare_number(scheme, motion, ("body.upper.pin.0.motion.factor", 1.0, 1.0), (12, 1e-6));
+    }
+    // Where one body collides and no stiffness is given, it is as stiff as the body.
+    let of_modulus = |young| {
+        let mut scene = slope("implicit-euler", "");
+        scene.contact.as_mut().unwrap().stiffness = None;
+        let Some(MaterialSpec::NeoHookean(solid)) = &mut scene.body[0].elastic else { panic!() };
+        solid.young = young;
+        scene
+    };
+    compare_number("as stiff", of_modulus, ("body.block.elastic.young", 1e5, 1e5), (20, 1e-6));
+    for (scheme, steps) in [("velocity-verlet", 200), ("implicit-euler", 20)] {
+        let of_density = |density: f64| {
+            let mut scene = slope(scheme, "");
+            scene.body[0].mass = MassSpec::Density(density.into());
+            scene
+        };
+        compare_number(scheme, of_density, ("body.block.mass.density", 1e3, 1e3), (steps, 1e-6));
+    }
+}
+
+#[test]
+fn numbers_of_contact_are_parameters_where_all_pairs_share_them() {
+    let has = |law: &str, name: &str| {
+        let scene = cubes("implicit-euler", law);
+        names(&scene, &assembled(&scene).1).iter().any(|known| known == name)
+    };
+    assert!(has("friction = 0.4", "contact.friction") && has("friction = 0.4", "contact.stiffness"));
+    assert!(!has("", "contact.friction"), "nothing rubs");
+    let pair = "friction = 0.4\npairs = [{ between = [\"upper\", \"lower\"], friction = 0.1 }]";
+    assert!(!has(pair, "contact.friction") && has(pair, "contact.stiffness"));
+}

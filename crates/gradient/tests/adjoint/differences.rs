@@ -1,0 +1,116 @@
+//! Gradients against central differences of the program's own runs.
+
+use pliant::simulation::Simulation;
+use pliant_gradient::{Loss, LossFrame, ParameterSelection, RunGradient, UNLIMITED, gradient};
+use pliant_scene::Scene;
+
+use crate::solid::assembled;
+use crate::support::{compare_with_differences, dot, scattered};
+
+/// Looks at the last state and at one on the way, at all numbers.
+struct ScatteredLoss {
+    steps: u64,
+    w_x: Vec<f64>,
+    w_v: Vec<f64>,
+}
+
+impl ScatteredLoss {
+    fn new(steps: u64, coordinates: usize) -> Self {
+        ScatteredLoss { steps, w_x: scattered(coordinates, 3.0), w_v: scattered(coordinates, 4.0) }
+    }
+
+    /// The loss of a run of `simulation`; `seen` is shown its states.
+    fn of_run(&mut self, simulation: &mut Simulation, mut seen: impl FnMut(&Simulation)) -> f64 {
+        let mut value = 0.0;
+        for step in 0..=self.steps {
+            if step > 0 {
+                simulation.step().unwrap();
+                seen(simulation);
+            }
+            let (x, v) = (simulation.positions(), simulation.velocities());
+            let mut bars = [vec![0.0; x.len()], vec![0.0; x.len()]];
+            let [x_bar, v_bar] = &mut bars;
+            value += self.frame(&LossFrame { step, time: 0.0, x: &x, v: &v }, x_bar, v_bar);
+        }
+        value
+    }
+}
+
+impl Loss for ScatteredLoss {
+    fn frame(&mut self, frame: &LossFrame<'_>, x_bar: &mut [f64], v_bar: &mut [f64]) -> f64 {
+        if frame.step == self.steps {
+            x_bar.iter_mut().zip(&self.w_x).for_each(|(bar, w)| *bar += w);
+            v_bar.iter_mut().zip(&self.w_v).for_each(|(bar, w)| *bar += 1e-2 * w);
+            dot(&self.w_x, frame.x) + 1e-2 * dot(&self.w_v, frame.v)
+        } else if frame.step == self.steps / 2 {
+            x_bar.iter_mut().zip(&self.w_v).for_each(|(bar, w)| *bar += w);
+            dot(&self.w_v, frame.x)
+        } else {
+            0.0
+        }
+    }
+}
+
+/// Compares the derivatives along one direction of all positions and velocities; what is asked for must be
+/// `seen` after some step.
+pub(crate) fn compare_starts(
+    what: &str,
+    scene: &Scene,
+    (steps, tolerance): (u64, f64),
+    seen: impl Fn(&Simulation) -> bool,
+) -> RunGradient {
+    let start = || assembled(scene).0;
+    let (n, d) = (start().state().x().len(), start().system().dimension());
+    let [mut x_dot, mut v_dot] = [1.0, 2.0].map(|seed| scattered(n, seed));
+    let weights = start().numbering().to_original(start().system().inverse_mass(), d).into_owned();
+    v_dot.iter_mut().zip(&weights).filter(|(_, weight)| **weight == 0.0).for_each(|(dot, _)| *dot = 0.0);
+    if start().system().has_prescribed_motion() {
+        // Where a pin is comes from its motion, not from the state.
+        x_dot.iter_mut().zip(&weights).filter(|(_, weight)| **weight == 0.0).for_each(|(dot, _)| *dot = 0.0);
+    }
+    let mut loss = ScatteredLoss::new(steps, n);
+    let mut simulation = start();
+    let found = gradient(&mut simulation, steps, &mut loss, &mut [], UNLIMITED).unwrap();
+    assert_eq!(found.unsettled, 0, "{what}");
+    let mut was_seen = false;
+    let mut moved = |by_x: f64, by_v: f64| {
+        let mut simulation = start();
+        let [dx, dv] = [&x_dot, &v_dot].map(|dots| simulation.numbering().to_internal(dots, d).into_owned());
+        let state = simulation.state_mut();
+        state.x_mut().iter_mut().zip(&dx).for_each(|(x, dx)| *x += by_x * dx);
+        state.v_mut().iter_mut().zip(&dv).for_each(|(v, dv)| *v += by_v * dv);
+        loss.of_run(&mut simulation, |now| was_seen |= seen(now))
+    };
+    let by = |gradient: &[f64], dots: &[f64]| {
+        let parts: Vec<f64> = gradient.iter().zip(dots).map(|(by, dot)| by * dot).collect();
+        (parts.iter().sum::<f64>(), dot(&parts, &parts).sqrt())
+    };
+    let of = format!("{what}, by positions");
+    compare_with_differences(&of, by(&found.position, &x_dot), (1e-5, tolerance), |h| moved(h, 0.0));
+    if !simulation.method().is_static() {
+        let of = format!("{what}, by velocities");
+        compare_with_differences(&of, by(&found.velocity, &v_dot), (1e-3, tolerance), |h| moved(0.0, h));
+    }
+    assert!(was_seen, "{what}: nothing touches");
+    found
+}
+
+/// Compares the derivative by the first of the numbers of this name, of scenes that are made of it, where it
+/// is `value`; changes of it are measured by a `size`.
+pub(crate) fn compare_number(
+    what: &str,
+    scene_of: impl Fn(f64) -> Scene,
+    (name, value, size): (&str, f64, f64),
+    (steps, tolerance): (u64, f64),
+) {
+    let scene = scene_of(value);
+    let (mut simulation, topology) = assembled(&scene);
+    let mut selection = ParameterSelection::new(&scene, &topology, simulation.numbering(), &[name])
+        .unwrap_or_else(|error| panic!("{what}: {error}"));
+    let mut loss = ScatteredLoss::new(steps, simulation.state().x().len());
+    let found = gradient(&mut simulation, steps, &mut loss, selection.parameters(), UNLIMITED).unwrap();
+    let by = size * selection.parts(&found)[0][0];
+    compare_with_differences(&format!("{what}, by {name}"), (by, by.abs()), (1e-2, tolerance), |h| {
+        loss.of_run(&mut assembled(&scene_of(value + h * size)).0, |_| {})
+    });
+}

@@ -1,0 +1,81 @@
+//! Loads and prescribed motion of a beam: derivatives by what the scene gives, against differences.
+
+use pliant_scene::Scene;
+use serde_json::{Value, json};
+
+use crate::differences::compare_number;
+use crate::solid::{Further, scene};
+use crate::support::case;
+
+/// The beam of the reference under this load.
+fn loaded(scheme: &str, load: Value) -> Scene {
+    let mut loaded = scene(&case("beam")["setup"], "neo-hookean", scheme, 20, Further::default());
+    loaded.body[0].load = vec![serde_json::from_value(load).unwrap()];
+    loaded
+}
+
+#[test]
+fn values_of_loads_have_derivatives() {
+    for scheme in ["velocity-verlet", "implicit-euler", "bdf2"] {
+        for key in ["force", "force_per_vertex", "body_force", "traction"] {
+            let name = format!("body.beam.load.0.{key}");
+            let of_value = |x: f64| loaded(scheme, json!({ key: [x, "-300*cos(20*t)*(1 + X)"] }));
+            compare_number(scheme, of_value, (&name, 70.0, 500.0), (20, 1e-7));
+        }
+        let of_pressure = |p: f64| loaded(scheme, json!({ "pressure": p }));
+        compare_number(scheme, of_pressure, ("body.beam.load.0.pressure", 900.0, 900.0), (20, 1e-7));
+    }
+}
+
+#[test]
+fn factors_of_loads_have_derivatives() {
+    let factor = ("body.beam.load.0.factor", 1.0, 1.0);
+    for scheme in ["velocity-verlet", "tr-bdf2"] {
+        let of_force =
+            |f: f64| loaded(scheme, json!({ "force": ["0", format!("{f:?}*300*sin(20*t)*(1 + X)")] }));
+        compare_number(scheme, of_force, factor, (20, 1e-7));
+        let of_pressure = |f: f64| loaded(scheme, json!({ "pressure": format!("{f:?}*900*sin(20*t)") }));
+        compare_number(scheme, of_pressure, factor, (20, 1e-7));
+    }
+}
+
+/// The beam of the reference, its pin and what else it names as given.
+fn moved(scheme: &str, pin: Value, change: impl Fn(&mut Scene)) -> Scene {
+    let mut moved = scene(&case("beam")["setup"], "neo-hookean", scheme, 20, Further::default());
+    moved.body[0].pin[0].motion = Some(serde_json::from_value(pin).unwrap());
+    change(&mut moved);
+    moved
+}
+
+// Held places and velocities are in forces, in damping, and in the loss.
+#[test]
+fn factors_of_motions_have_derivatives() {
+    let factor = ("body.beam.pin.0.motion.factor", 1.0, 1.0);
+    for scheme in ["velocity-verlet", "rk4", "sdirk2", "bdf2", "newmark(.3025,.6)", "gauss2"] {
+        let of_motion = |f: f64| {
+            let motion = json!({
+                "velocity": [0.1 * f, 0.2 * f],
+                "displacement": ["0", format!("{f:?}*0.05*sin(12*t)*(1 + Y)")],
+                "keyframes": { "times": [0.0, 0.3], "displacements": [[0.0, 0.0], [0.01 * f, 0.0]] },
+            });
+            moved(scheme, motion, |scene| {
+                let damping = json!({ "stiffness_proportional": 0.004, "mass_proportional": 0.5 });
+                scene.body[0].damping = Some(serde_json::from_value(damping).unwrap());
+            })
+        };
+        compare_number(scheme, of_motion, factor, (20, 1e-7));
+    }
+    // One coordinate moves, and the others are put back by a wall as it goes.
+    let at_wall = |f: f64| {
+        let motion = json!({ "displacement": ["0", format!("-{f:?}*0.5*t")] });
+        moved("velocity-verlet", motion, |scene| {
+            scene.body[0].pin[0].axes = Some(serde_json::from_value(json!(["y"])).unwrap());
+            let wall = json!({ "normal": [1.0, 0.4], "offset": 0.02 });
+            scene.world.walls = vec![serde_json::from_value(wall).unwrap()];
+        })
+    };
+    compare_number("at a wall", at_wall, factor, (20, 1e-7));
+    let of_statics =
+        |f: f64| moved("quasi-static", json!({ "displacement": [format!("{f:?}*0.1*t"), "0"] }), |_| {});
+    compare_number("statics", of_statics, factor, (2, 1e-7));
+}

@@ -1,0 +1,129 @@
+//! Walls of explicit steps, at the end of each.
+
+use pliant::constraint::Wall;
+use pliant::energy::gravity::UniformGravity;
+use pliant::integrator::IntegratorSpec;
+use pliant::simulation::Simulation;
+use pliant::state::State;
+use pliant::system::System;
+use pliant_gradient::{GradientError, LossFrame, RunGradient, UNLIMITED, gradient, tangent};
+use pliant_scene::Scene;
+
+use crate::differences::compare_starts;
+use crate::solid::assembled;
+use crate::support::method;
+use crate::tangents::compare_with_tangents;
+
+/// A square thrown into the corner of a sloping floor and a wall, with parts beside.
+fn thrown(scheme: &str, parts: &str, world: &str) -> Scene {
+    let text = format!(
+        "dimension = 2
+         [time]
+         integrator = \"{scheme}\"
+         duration = 0.1
+         step = 2e-4
+         [world]
+         gravity = [1.0, -9.81]
+         walls = [{{ normal = [0.1, 1.0], offset = -0.003 }}, {{ normal = [-1.0, 0.2], offset = -0.108 }}]
+         {world}
+         [[body]]
+         name = \"square\"
+         mesh = {{ grid = {{ cells = [2, 2], size = [0.1, 0.1] }} }}
+         elastic = {{ neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}
+         mass = {{ density = 1000.0 }}
+         velocity = {{ rigid = {{ linear = [0.5, -0.4], angular = 0.5 }} }}
+         {parts}"
+    );
+    Scene::from_toml(&text).unwrap()
+}
+
+/// True if a wall holds any vertex.
+fn is_held(simulation: &Simulation) -> bool {
+    let system = simulation.system();
+    let rows = || simulation.state().x().chunks_exact(system.dimension());
+    system.walls().iter().any(|wall| rows().any(|row| wall.depth(row).abs() < 1e-15))
+}
+
+#[test]
+fn walls_have_the_derivatives_of_their_steps() {
+    for scheme in ["symplectic-euler", "velocity-verlet", "yoshida4", "rk4", "rk2-midpoint"] {
+        let found = compare_starts(scheme, &thrown(scheme, "", ""), (200, 1e-7), is_held);
+        assert!(found.wall_events > 0, "{scheme}");
+    }
+    let damped = thrown("velocity-verlet", "damping = { stiffness_proportional = 1e-4 }", "");
+    compare_starts("damped", &damped, (200, 1e-7), is_held);
+    let dragged = thrown("velocity-verlet", "", "ether_drag = 2.0");
+    compare_starts("dragged", &dragged, (200, 1e-7), is_held);
+    // Slides along x alone: walls move what can move.
+    let pin = "pin = [{ vertices = [6], axes = [\"y\"] }]";
+    compare_starts("slides", &thrown("velocity-verlet", pin, ""), (200, 1e-7), is_held);
+}
+
+#[test]
+fn tangents_and_adjoints_agree_at_walls() {
+    for scheme in ["symplectic-euler", "velocity-verlet", "rk4"] {
+        compare_with_tangents(scheme, &thrown(scheme, "", ""), 200);
+    }
+}
+
+/// The derivatives of the height of a mass after so many steps of 1/8 s, thrown from 1 m at `v` towards a
+/// wall at 0 under this gravity.
+fn height(v: f64, gravity: f64, steps: u64) -> RunGradient {
+    let mut system = System::new(2, vec![2.0]);
+    system.add_term(Box::new(UniformGravity::new(&[0.0, gravity], &[2.0])));
+    system.add_wall(Wall::new(&[0.0, 1.0], 0.0));
+    let state = State::new(vec![0.0, 1.0], vec![0.0, v]);
+    let mut simulation = Simulation::new(system, state, IntegratorSpec::VelocityVerlet.method(), 0.125);
+    let mut loss = |frame: &LossFrame<'_>, x_bar: &mut [f64], _: &mut [f64]| {
+        if frame.step < steps {
+            return 0.0;
+        }
+        x_bar[1] = 1.0;
+        frame.x[1]
+    };
+    gradient(&mut simulation, steps, &mut loss, &mut [], UNLIMITED).unwrap()
+}
+
+// What a wall has taken is gone, exactly.
+#[test]
+fn nothing_of_the_start_is_left_behind_a_wall() {
+    for gravity in [0.0, -10.0] {
+        let (before, after) = (height(-2.0, gravity, 1), height(-2.0, gravity, 8));
+        assert_eq!((before.position[1], before.velocity[1]), (1.0, 0.125));
+        assert_eq!((after.position[1], after.velocity[1]), (0.0, 0.0), "{gravity}");
+        assert_eq!((before.wall_events, after.wall_events), (0, 1), "{gravity}");
+    }
+    // It comes to rest on the wall, and is drawn away from there by nothing: one event.
+    assert_eq!(height(-2.0, -10.0, 40).wall_events, 1);
+}
+
+// A change of the run changes the count with it.
+#[test]
+fn events_are_counted_as_they_come_and_go() {
+    let events = |speed: f64, budget| {
+        let mut scene = thrown("velocity-verlet", "", "");
+        scene.body[0].velocity = None;
+        let mut simulation = assembled(&scene).0;
+        for v in simulation.state_mut().v_mut().chunks_exact_mut(2) {
+            v.copy_from_slice(&[0.0, speed]);
+        }
+        let mut loss = |_: &LossFrame<'_>, _: &mut [f64], _: &mut [f64]| 0.0;
+        gradient(&mut simulation, 300, &mut loss, &mut [], budget).unwrap().wall_events
+    };
+    assert_eq!(events(1.0, UNLIMITED), 0);
+    let fallen = events(-0.5, UNLIMITED);
+    assert!(fallen > 0, "{fallen}");
+    assert_eq!(events(-0.5, 0), fallen, "of few states in memory");
+    assert_ne!(events(-3.0, UNLIMITED), fallen);
+}
+
+#[test]
+fn walls_of_solved_steps_are_refused() {
+    let mut system = System::new(2, vec![2.0]);
+    system.add_wall(Wall::new(&[0.0, 1.0], 0.0));
+    let state = State::new(vec![0.0, 1.0], vec![0.0; 2]);
+    let mut simulation = Simulation::new(system, state, method("implicit-euler"), 0.125);
+    let error = tangent(&mut simulation, 1, (&[0.0; 2], &[0.0; 2]), &mut |_, _| {}).unwrap_err();
+    assert!(matches!(error, GradientError::Unsupported { .. }), "{error}");
+    assert!(error.to_string().contains("half-spaces of contact"), "{error}");
+}
