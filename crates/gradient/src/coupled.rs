@@ -90,7 +90,7 @@ impl CoupledEquations<'_> {
         let n = system.inverse_mass().len();
         let (mut column_start, mut row, mut entries) = (vec![0], vec![], vec![]);
         for (k, stage) in self.stages.iter().enumerate() {
-            let at = At { x: &stage.x, v: &stage.v, psd: Psd::Exact };
+            let at = At { x: &stage.x, v: &stage.v, psd: Psd::Exact, predicted_from: None };
             system.set_time(stage.time);
             let mut part = |stiffness, damping| {
                 assembler.assemble(system, at, Weights { inertia: 0.0, stiffness, damping });
