@@ -51,7 +51,7 @@ fn defect<const D: usize>(simulation: &mut Simulation) -> f64 {
     let p: Vec<f64> = p.iter().zip(&free).map(|(p, free)| if *free { *p } else { 0.0 }).collect();
     let mut assembler = Assembler::<D>::new(system);
     let weights = Weights { inertia: 0.0, stiffness: 2.0, damping: 0.0 };
-    assembler.assemble(system, At { x: &x, v: &x, psd: Psd::Exact }, weights);
+    assembler.assemble(system, At { x: &x, v: &x, psd: Psd::Exact, predicted_from: None }, weights);
     let (mut assembled, mut exact) = (vec![0.0; x.len()], vec![0.0; x.len()]);
     assembler.matrix().multiply(&p, &mut assembled);
     system.hessian_product(&x, &p, &mut exact);
@@ -308,7 +308,7 @@ fn damping_defect<const D: usize>(simulation: &mut Simulation) -> f64 {
     let p: Vec<f64> = (0..x.len()).map(|i| if free[i] { (i as f64 * 0.7).sin() } else { 0.0 }).collect();
     let mut assembler = Assembler::<D>::new(system);
     let weights = Weights { inertia: 0.0, stiffness: 0.0, damping: 2.0 };
-    assembler.assemble(system, At { x: &x, v: &v, psd: Psd::Exact }, weights);
+    assembler.assemble(system, At { x: &x, v: &v, psd: Psd::Exact, predicted_from: None }, weights);
     let (mut assembled, mut exact) = (vec![0.0; x.len()], vec![0.0; x.len()]);
     assembler.matrix().multiply(&p, &mut assembled);
     system.damping_product(&x, &v, &p, &mut exact);

@@ -30,7 +30,7 @@ impl<const D: usize> Problem<D> {
         let system = simulation.system_mut();
         let held = system.inverse_mass().iter().map(|w| *w == 0.0).collect();
         let mut assembler = Assembler::<D>::new(system);
-        let at = At { x: &x, v: &x, psd: Psd::Projected };
+        let at = At { x: &x, v: &x, psd: Psd::Projected, predicted_from: None };
         assembler.assemble(system, at, Weights { inertia: 1.0, stiffness: h * h, damping: 0.0 });
         Problem { matrix: assembler.matrix().clone(), x, held }
     }

@@ -38,3 +38,50 @@ fn a_pulled_bar_has_the_displacement_the_stress_and_the_reactions_of_the_book() 
     assert!(row[0] == 2.0 && row[1] <= 0.5, "{row:?}");
     assert!(stress.index < 8 && stress.at[1] < 0.5, "{stress:?}");
 }
+
+/// Place of the end of a cantilever of hexahedra that a traction bends, and the iterations of Newton's method.
+fn bent(poisson: f64, traction: f64, increments: u32) -> (Vec<f64>, u64) {
+    let text = format!(
+        "dimension = 3\n\
+         time = {{ integrator = 'quasi-static', step = {}, duration = 1.0 }}\n\
+         [[body]]\nname = 'beam'\n\
+         mesh = {{ grid = {{ cells = [20, 2, 1], size = [1, 0.1, 0.05], element = 'hexahedron' }} }}\n\
+         elastic = {{ neo-hookean = {{ young = 1e6, poisson = {poisson} }} }}\nmass = {{ density = 1.0 }}\n\
+         pin = [{{ half_space = {{ normal = [1, 0, 0], offset = 0 }} }}]\n\
+         load = [{{ half_space = {{ normal = [-1, 0, 0], offset = -1 }}, traction = [0, '-{traction} * t', 0] }}]\n",
+        1.0 / f64::from(increments),
+    );
+    let mut assembly = Scene::from_toml(&text).unwrap().assemble(UnstableStep::Refuse).ok().unwrap();
+    let simulation = &mut assembly.simulation;
+    (0..increments).for_each(|_| simulation.step().unwrap());
+    let x = simulation.positions();
+    let last = x.chunks_exact(3).last().unwrap().to_vec();
+    (last, simulation.work().solver.unwrap().newton_iterations)
+}
+
+// A line search that asked every step for decrease took 49 iterations for the hexahedra, and ever shorter
+// increments: whole steps raise the energy there by as much as the bulk modulus is larger.
+#[test]
+fn a_nearly_incompressible_beam_bends_far_in_a_few_iterations() {
+    for poisson in [0.499, 0.4999] {
+        let (at_once, iterations) = bent(poisson, 600.0, 1);
+        assert!(iterations <= 9, "nu = {poisson}: {iterations} iterations");
+        let (slowly, _) = bent(poisson, 600.0, 2);
+        for (a, b) in at_once.iter().zip(&slowly) {
+            assert!((a - b).abs() < 1e-7, "nu = {poisson}: {at_once:?}, {slowly:?}");
+        }
+        assert!(at_once[1] < -0.1, "{at_once:?}");
+    }
+}
+
+// Loads so large that whole steps lead nowhere: what is watched is taken back, and the equilibrium is that
+// of small increments.
+#[test]
+fn steps_that_lead_nowhere_are_taken_back() {
+    let (at_once, _) = bent(0.3, 3000.0, 1);
+    let (slowly, _) = bent(0.3, 3000.0, 4);
+    for (a, b) in at_once.iter().zip(&slowly) {
+        assert!((a - b).abs() < 1e-7, "{at_once:?}, {slowly:?}");
+    }
+    assert!(at_once[1] < -0.4, "{at_once:?}");
+}

@@ -104,7 +104,7 @@ impl CoupledEquations<'_> {
         let n = system.inverse_mass().len();
         let (mut column_start, mut row, mut entries) = (vec![0], vec![], vec![]);
         for (k, stage) in self.stages.iter().enumerate() {
-            let at = At { x: &stage.x, v: &stage.v, psd: Psd::Exact };
+            let at = At { x: &stage.x, v: &stage.v, psd: Psd::Exact, predicted_from: None };
             system.set_time(stage.time);
             system.find_stencils(&stage.x);
             let mut part = |stiffness, damping| {

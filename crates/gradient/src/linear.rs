@@ -104,7 +104,7 @@ impl<const D: usize> Factorisation for Sparse<D> {
         let assembler = self.assembler.get_or_insert_with(|| Assembler::new(system));
         let weights = Weights { inertia, stiffness, damping };
         system.find_stencils(x);
-        assembler.assemble(system, At { x, v, psd: Psd::Exact }, weights);
+        assembler.assemble(system, At { x, v, psd: Psd::Exact, predicted_from: None }, weights);
         let matrix = assembler.matrix();
         if self.cholesky.is_none() || self.pattern != assembler.pattern() {
             self.cholesky = Cholesky::new(matrix, x);

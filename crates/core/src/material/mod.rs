@@ -92,6 +92,25 @@ impl<const D: usize> Tangent<D> {
         r
     }
 
+    /// Adds `factor d2J/dF2` at `F`, `J = det F`: `e_ikm e_jln F_mn`, in the plane `e_ik e_jl`.
+    pub(crate) fn add_second_of_determinant(&mut self, f: &Mat<f64, D>, factor: f64) {
+        for (i, k, m, sign) in TURNS.into_iter().filter(|(i, k, ..)| *i < D && *k < D) {
+            for (j, l, n, other) in TURNS.into_iter().filter(|(j, l, ..)| *j < D && *l < D) {
+                let left = if D == 3 { f[m][n] } else { 1.0 };
+                self.0[i][j][k][l] += factor * sign * other * left;
+            }
+        }
+    }
+
+    /// Adds `delta_ik S_jl`: a stress `F S` that turns with `F`.
+    pub(crate) fn add_turning(&mut self, s: &Mat<f64, D>) {
+        for i in 0..D {
+            for j in 0..D {
+                (0..D).for_each(|l| self.0[i][j][i][l] += s[j][l]);
+            }
+        }
+    }
+
     /// The nearest symmetric positive semi-definite tensor in the Frobenius norm, as a matrix that acts on
     /// the `D^2` numbers of `dF`: Jacobi rotations give its eigenvalues, negative ones become zero. One that
     /// is not finite stays as it is.
@@ -116,6 +135,10 @@ impl<const D: usize> Tangent<D> {
         self.0[row / D][row % D][column / D][column % D]
     }
 }
+
+/// `(i, k, m)` with the permutation symbol `e_ikm`.
+const TURNS: [(usize, usize, usize, f64); 6] =
+    [(0, 1, 2, 1.0), (1, 2, 0, 1.0), (2, 0, 1, 1.0), (1, 0, 2, -1.0), (2, 1, 0, -1.0), (0, 2, 1, -1.0)];
 
 /// A hyperelastic energy density `psi(F)`.
 ///

@@ -222,7 +222,7 @@ impl<const D: usize> Eigen<D> {
 
     /// Assembles these parts; of damping, that at rest.
     pub(super) fn assemble(&mut self, system: &System, weights: Weights) {
-        let at = At { x: &self.x, v: &self.x, psd: Psd::Exact };
+        let at = At { x: &self.x, v: &self.x, psd: Psd::Exact, predicted_from: None };
         self.assembler.assemble(system, at, weights);
     }
 

@@ -61,7 +61,11 @@ impl Simulation {
         self.system.as_if_free(|system| {
             system.find_stencils(state.x());
             let mut assembler = Assembler::<D>::new(system);
-            assembler.assemble(system, At { x: state.x(), v: state.v(), psd: Psd::Exact }, weights);
+            assembler.assemble(
+                system,
+                At { x: state.x(), v: state.v(), psd: Psd::Exact, predicted_from: None },
+                weights,
+            );
             let matrix = assembler.matrix();
             let mut sparse = SparseMatrix { row_start: vec![0], ..SparseMatrix::default() };
             for vertex in 0..matrix.rows() as u32 {

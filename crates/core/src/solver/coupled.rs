@@ -335,7 +335,7 @@ impl<const D: usize> Coupled<D> {
             self.positions(stages, z, i);
             system.set_time(stages.times[i]);
             system.find_stencils(&self.positions);
-            let at = At { x: &self.positions, v: &v[i], psd: Psd::Exact };
+            let at = At { x: &self.positions, v: &v[i], psd: Psd::Exact, predicted_from: None };
             let stiffness = Weights { inertia: 0.0, stiffness: h * h, damping: 0.0 };
             structure.assembler.assemble(system, at, stiffness);
             structure.add(i, i, 1.0);

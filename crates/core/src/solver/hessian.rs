@@ -49,6 +49,9 @@ pub struct At<'a> {
     pub v: &'a [f64],
     /// Form of the element Hessians, exact or projected.
     pub psd: Psd,
+    /// Positions from which pressures here are predicted, where Hessians are exact: see
+    /// [`predicted_hessians`](crate::energy::EnergyTerm::predicted_hessians).
+    pub predicted_from: Option<&'a [f64]>,
 }
 
 /// Assembles the matrix of one system. Held coordinates have a row and a column of zeros, but for the
@@ -375,7 +378,11 @@ impl<const D: usize> TermPlan<D> {
                 if dissipative {
                     system.dissipation()[term].stencil_dampings(stencils, at.x, at.v, out);
                 } else {
-                    system.terms()[term].stencil_hessians(stencils, at.x, at.psd, out);
+                    let term = &system.terms()[term];
+                    match at.predicted_from.filter(|_| at.psd == Psd::Exact) {
+                        Some(from) => term.predicted_hessians(stencils, from, at.x, out),
+                        None => term.stencil_hessians(stencils, at.x, at.psd, out),
+                    }
                 }
                 add_transposes(repeated, group.stencils.start * pairs, hessians);
                 let sums = &mut sums[group.sums.start - base..group.sums.end - base];

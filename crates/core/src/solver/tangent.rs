@@ -49,7 +49,7 @@ impl<const D: usize> ExactTangent for SparseTangent<D> {
         let SparseTangent { assembler, symbolic, entries, factor } = self;
         let Some(assembler) = assembler else { return false };
         let weights = Weights { inertia: 0.0, stiffness: 1.0, damping: 0.0 };
-        assembler.assemble(system, At { x, v: &[], psd: Psd::Exact }, weights);
+        assembler.assemble(system, At { x, v: &[], psd: Psd::Exact, predicted_from: None }, weights);
         let matrix = assembler.matrix();
         if symbolic.is_none() {
             let (mut start, mut row) = (vec![0], vec![]);

@@ -31,7 +31,7 @@ impl Assembling {
 impl Workload for Assembling {
     fn time(&mut self, repetitions: u64) -> Result<Duration, BenchmarkError> {
         let state = self.simulation.state();
-        let at = At { x: state.x(), v: state.v(), psd: Psd::Projected };
+        let at = At { x: state.x(), v: state.v(), psd: Psd::Projected, predicted_from: None };
         let weights = Weights { inertia: 1.0, stiffness: 1e-4, damping: 0.0 };
         let start = Instant::now();
         for _ in 0..repetitions {

@@ -39,7 +39,7 @@ impl LinearSystem {
         let system = simulation.system_mut();
         let mut assembler = Assembler::<3>::new(system);
         let weights = Weights { inertia: 1.0, stiffness: TIME_STEP * TIME_STEP, damping: 0.0 };
-        assembler.assemble(system, At { x: &x, v: &x, psd: Psd::Projected }, weights);
+        assembler.assemble(system, At { x: &x, v: &x, psd: Psd::Projected, predicted_from: None }, weights);
         let matrix = assembler.matrix().clone();
         let held = assembler.held();
         let weight = |i: usize| if held[i] || i % 3 != 2 { 0.0 } else { system.mass()[i / 3] };

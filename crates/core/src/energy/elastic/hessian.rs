@@ -15,6 +15,7 @@ use std::ops::Range;
 
 use super::Elastic;
 use super::block::{Block, SpectrumBlock};
+use super::predicted::add_excess;
 use crate::algebra::{Mat, signed_svd, symmetric_eigen_of_lanes};
 use crate::element::{
     SimplexPack, edge_matrix, order, quadrature_count, quadrature_position, reference_gradients,
@@ -58,7 +59,7 @@ pub(super) fn fill<const D: usize, const N: usize>(
 ) {
     let Elastic { material, patches, rest, .. } = elements;
     if order::<D, N>() > 1 || material.spectrum(&[1.0; D]).is_none() {
-        return fill_by_tangent(elements, stencils, x, psd, out);
+        return fill_by_tangent(elements, stencils, x, (psd, None), out);
     }
     let x = x.as_chunks::<D>().0;
     let per_stencil = N * (N + 1) / 2 * D * D;
@@ -84,6 +85,17 @@ pub(super) fn fill<const D: usize, const N: usize>(
         }
         dispatch(PairBlocks { packs, work, psd, out });
     }
+}
+
+/// As [`fill`], exact, with the pressures that are predicted from another place.
+pub(super) fn fill_predicted<const D: usize, const N: usize>(
+    elements: &Elastic<D, N>,
+    stencils: Range<usize>,
+    from: &[f64],
+    x: &[f64],
+    out: &mut [f64],
+) {
+    fill_by_tangent(elements, stencils, x, (Psd::Exact, Some(from)), out);
 }
 
 /// `F` and its decomposition.
@@ -260,7 +272,7 @@ fn fill_by_tangent<const D: usize, const N: usize>(
     elements: &Elastic<D, N>,
     stencils: Range<usize>,
     x: &[f64],
-    psd: Psd,
+    (psd, from): (Psd, Option<&[f64]>),
     out: &mut [f64],
 ) {
     let Elastic { material, patches, rest, .. } = elements;
@@ -269,9 +281,15 @@ fn fill_by_tangent<const D: usize, const N: usize>(
     let lanes = patches.lanes_in(stencils).zip(out.chunks_exact_mut(pairs * D * D));
     for ((vertices, pack, lane), out) in lanes {
         out.fill(0.0);
+        let before = from.map(|from| elements.points(from, &vertices, pack, lane));
         for (q, [dx, inverse]) in elements.points(x, &vertices, pack, lane).into_iter().enumerate() {
             let weight = rest[pack * count + q].lane(lane).1;
-            let tangent = material.tangent(&dx.mul(&inverse), psd);
+            let f = dx.mul(&inverse);
+            let mut tangent = material.tangent(&f, psd);
+            if let Some(before) = &before {
+                let from = before[q][0].mul(&inverse);
+                add_excess(&**material, elements.stress, [&from, &f], &mut tangent);
+            }
             // Gradients of the shape functions, grad N_a = J^-T dN_a/dxi.
             let reference = reference_gradients::<D, N>(&quadrature_position::<D, N>(q));
             let mut gradient = [[0.0; D]; N];

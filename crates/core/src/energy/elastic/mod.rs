@@ -9,6 +9,7 @@ mod kernels;
 mod mean_dilatation;
 mod membrane;
 mod nodal;
+mod predicted;
 mod simplex;
 mod solid;
 
@@ -60,6 +61,8 @@ pub struct Elastic<const D: usize, const N: usize> {
     /// Factor of the energy density of each element, in the order of the mesh; empty where all are 1. It is
     /// in the weights of `rest` already.
     factors: Vec<f64>,
+    /// True if pressures are worth a prediction.
+    nearly_incompressible: bool,
 }
 
 impl<const D: usize, const N: usize> Elastic<D, N> {
@@ -112,6 +115,7 @@ impl<const D: usize, const N: usize> Elastic<D, N> {
         let workspace = Workspace::new(&patches);
         Elastic {
             body: body.into(),
+            nearly_incompressible: predicted::is_nearly_incompressible(&*material),
             material,
             stress,
             fused: None,
@@ -302,6 +306,14 @@ impl<const D: usize, const N: usize> EnergyTerm for Elastic<D, N> {
 
     fn stencil_hessians(&self, stencils: Range<usize>, x: &[f64], psd: Psd, out: &mut [f64]) {
         hessian::fill(self, stencils, x, psd, out);
+    }
+
+    fn predicted_hessians(&self, stencils: Range<usize>, from: &[f64], x: &[f64], out: &mut [f64]) {
+        if self.nearly_incompressible {
+            hessian::fill_predicted(self, stencils, from, x, out);
+        } else {
+            hessian::fill(self, stencils, x, Psd::Exact, out);
+        }
     }
 
     /// Of elements with several quadrature points, `J` at the first that is at fault.

@@ -73,7 +73,7 @@ fn a_stencil_may_name_a_vertex_at_two_places() {
     let p: Vec<f64> = (0..x.len()).map(|i| (0.7 * i as f64).sin()).collect();
     let mut assembler = Assembler::<2>::new(&mut system);
     let weights = Weights { inertia: 0.0, stiffness: 1.0, damping: 0.0 };
-    assembler.assemble(&system, At { x: &x, v: &[], psd: Psd::Exact }, weights);
+    assembler.assemble(&system, At { x: &x, v: &[], psd: Psd::Exact, predicted_from: None }, weights);
     let (mut assembled, mut exact) = (vec![0.0; x.len()], vec![0.0; x.len()]);
     assembler.matrix().multiply(&p, &mut assembled);
     system.hessian_product(&x, &p, &mut exact);

@@ -67,6 +67,7 @@ impl<const D: usize> Newton<D> {
 
     /// Makes `trial` the iterate a part of the direction away from `at`.
     pub(super) fn move_along(&mut self, system: &System, objective: &Objective<'_>, at: &Iterate, step: f64) {
+        self.stepped_from = false;
         let held = system.inverse_mass();
         for i in 0..at.u.len() {
             let u = at.u[i] + step * self.direction[i];

@@ -52,7 +52,8 @@ impl<const D: usize> Newton<D> {
         let assembler = self.assembler.as_mut().expect("prepared");
         if !old_matrix {
             system.find_stencils(x);
-            assembler.assemble(system, At { x, v: &self.velocity, psd }, weights);
+            let predicted_from = self.stepped_from.then_some(&self.trial.x[..]);
+            assembler.assemble(system, At { x, v: &self.velocity, psd, predicted_from }, weights);
             if objective.inertia == 0.0 && psd == Psd::Projected {
                 // Projected Hessians may be singular, and nothing has inertia.
                 assembler.shift(STATIC_SHIFT);

@@ -6,6 +6,7 @@ mod prescribed;
 mod search;
 mod solve;
 mod tolerance;
+mod watchdog;
 
 use self::solve::Begin;
 use super::cholesky::{self, Cholesky};
@@ -67,6 +68,8 @@ pub(crate) struct Newton<const D: usize> {
     residual: Vec<f64>,
     direction: Vec<f64>,
     trial: Iterate,
+    /// True if `trial` is the iterate before: pressures are predicted from there.
+    stepped_from: bool,
     /// Solutions of conjugate gradients.
     solution: Vec<f64>,
     /// Velocities, where something dissipates.
@@ -92,6 +95,7 @@ impl<const D: usize> Newton<D> {
             residual: vec![],
             direction: vec![],
             trial: Iterate::default(),
+            stepped_from: false,
             solution: vec![],
             velocity: vec![],
             follower: vec![],

@@ -7,7 +7,7 @@ use crate::system::System;
 
 /// Sufficient decrease of the line search: a fraction of what the slope promises. Nocedal, Wright 2006,
 /// *Numerical optimization*, eq. 3.4.
-const ARMIJO: f64 = 1e-4;
+pub(super) const ARMIJO: f64 = 1e-4;
 /// Change of the objective, relative to itself, below which it says less about a step than its slope does;
 /// Hager, Zhang 2005, "A
 /// new conjugate gradient method with guaranteed descent and an efficient line search", eq. 4.1.
@@ -40,6 +40,8 @@ pub(super) struct Slope {
     pub(super) whole: bool,
     /// True if the matrix has been projected.
     pub(super) projected: bool,
+    /// True if a whole step may end above its promise.
+    pub(super) may_rise: bool,
 }
 
 /// A step that is as good as its slope promises, in `trial`.
@@ -54,6 +56,8 @@ pub(super) struct Accepted {
     pub(super) shortened: bool,
     /// Part of the direction that it went, above one where it went on.
     pub(super) part: f64,
+    /// True if it ends above that promise, and has to be watched.
+    pub(super) watched: bool,
 }
 
 impl<const D: usize> Newton<D> {
@@ -65,7 +69,7 @@ impl<const D: usize> Newton<D> {
         at: &Iterate,
         along: &Slope,
     ) -> Option<Accepted> {
-        let Slope { start, slope, correction, negligible, whole, projected } = *along;
+        let Slope { start, slope, correction, negligible, whole, projected, may_rise } = *along;
         let mut step = system.max_step(&at.x, &self.direction);
         let shortened = step < 1.0 && system.has_guards();
         let mut halvings = 0;
@@ -75,7 +79,8 @@ impl<const D: usize> Newton<D> {
             let there = self.value(system, objective, at, &trial);
             self.trial = trial;
             if there <= start + ARMIJO * step * slope {
-                let accepted = Accepted { value: there, halvings, finite: None, shortened, part: step };
+                let (finite, part, watched) = (None, step, false);
+                let accepted = Accepted { value: there, halvings, finite, shortened, part, watched };
                 let may_go_on = projected && system.has_guards() && self.follower.is_empty();
                 if may_go_on && halvings == 0 && !shortened {
                     return Some(self.lengthen(system, objective, at, slope, accepted));
@@ -91,10 +96,15 @@ impl<const D: usize> Newton<D> {
                 // Downhill at the end is as good: the way to a saddle gets steeper.
                 if finite && (end <= FLATTER * slope.abs() || correction <= negligible) {
                     let finite = Some(finite);
-                    return Some(Accepted { value: there, halvings, finite, shortened, part: step });
+                    let (part, watched) = (step, false);
+                    return Some(Accepted { value: there, halvings, finite, shortened, part, watched });
                 }
                 // The way on, or back, is from the iterate.
                 self.residual(system, objective, at);
+            }
+            if may_rise && !drowns && there.is_finite() && step == 1.0 {
+                let (finite, part, watched) = (None, step, true);
+                return Some(Accepted { value: there, halvings, finite, shortened, part, watched });
             }
             if whole || halvings == MAX_HALVINGS {
                 return None;

@@ -4,6 +4,7 @@ use super::evaluation::weights;
 use super::linear::Direction;
 use super::prescribed::rest_of_way;
 use super::search::{Accepted, Slope};
+use super::watchdog::Watchdog;
 use super::{
     CONTRACTION, FORCING, FORCING_PART, GUARDED_ENERGY, GUARDED_FORCING, NEAR, Newton, RUNAWAY, ULPS,
 };
@@ -27,12 +28,12 @@ pub(super) struct NewtonSolve<'a> {
     /// The iteration at hand.
     iteration: u32,
     /// Largest component of the last correction [m], and of the one before.
-    correction: f64,
+    pub(super) correction: f64,
     before: f64,
     /// The objective at the iterate, where the line search left it.
     value: Option<f64>,
     /// Treatment of element Hessians.
-    psd: Psd,
+    pub(super) psd: Psd,
     /// True if a matrix at hand may serve again.
     keep: bool,
     /// Relative residual that is asked of conjugate gradients.
@@ -55,6 +56,8 @@ pub(super) struct NewtonSolve<'a> {
     went_whole: bool,
     /// True if it is that of the end, as far as the tolerance goes.
     settled: bool,
+    /// Watch over steps that raise the objective at first.
+    pub(super) watchdog: Watchdog,
 }
 
 /// Place where a solve begins.
@@ -106,10 +109,17 @@ impl<'a> NewtonSolve<'a> {
             fresh: 0,
             went_whole: false,
             settled: false,
+            watchdog: Watchdog::new(),
             system,
             objective,
             at,
         }
+    }
+
+    /// Forgets what corrections were like: the iterate is another one, and has this value.
+    pub(super) fn start_anew(&mut self, value: f64) {
+        (self.correction, self.before) = (f64::INFINITY, f64::INFINITY);
+        (self.keep, self.psd, self.value) = (false, Psd::Exact, Some(value));
     }
 
     fn fault(&self, verdict: SolveFailure, residual: &[f64]) -> StepFault {
@@ -194,6 +204,7 @@ impl<const D: usize> Newton<D> {
     }
 
     fn iterate(&mut self, solve: &mut NewtonSolve<'_>, begin: Begin) -> Result<(), SolveFailure> {
+        self.stepped_from = false;
         if !self.residual(solve.system, solve.objective, solve.at) {
             return Err(SolveFailure::Infeasible);
         }
@@ -237,9 +248,21 @@ impl<const D: usize> Newton<D> {
             std::mem::swap(solve.at, &mut self.trial);
             return Ok(Converged);
         }
+        if solve.watchdog.is_watching() {
+            let Some(accepted) = self.step_watched(solve).filter(|_| !found.truncated) else {
+                self.go_back(solve)?;
+                return Ok(Continues);
+            };
+            return self.advance(solve, found, &accepted);
+        }
         let slope = self.slope(solve, found);
         match self.search(solve.system, solve.objective, solve.at, &slope) {
-            Some(accepted) => self.advance(solve, found, &accepted),
+            Some(accepted) => {
+                if accepted.watched {
+                    solve.watchdog.begin(solve.at, &slope, found.old_matrix);
+                }
+                self.advance(solve, found, &accepted)
+            }
             None => self.retreat(solve, found, slope.whole),
         }
     }
@@ -265,6 +288,11 @@ impl<const D: usize> Newton<D> {
             }
             if solve.psd == Psd::Projected || self.options.linear == LinearSolver::MatrixFree {
                 return Err(SolveFailure::Indefinite);
+            }
+            if solve.watchdog.is_watching() {
+                self.go_back(solve)?;
+                old_matrix = false;
+                continue;
             }
             // From here on to the end of this solve: a Hessian that was indefinite once will be again.
             solve.psd = Psd::Projected;
@@ -303,7 +331,11 @@ impl<const D: usize> Newton<D> {
         // matrix; in statics it leads on from the last equilibrium.
         let whole = found.old_matrix && solve.objective.inertia > 0.0 && correction > negligible;
         let projected = solve.psd == Psd::Projected;
-        Slope { start, slope: found.slope, correction, negligible, whole, projected }
+        let may_rise = solve.watchdog.may_begin()
+            && (solve.iteration == 0 || !found.old_matrix)
+            && !(projected || found.truncated || solve.system.has_guards())
+            && self.follower.is_empty();
+        Slope { start, slope: found.slope, correction, negligible, whole, projected, may_rise }
     }
 
     /// After a correction that lowers the objective nowhere: a better one from the same place, if there is
@@ -354,6 +386,11 @@ impl<const D: usize> Newton<D> {
         let known = accepted.finite.filter(|_| !renewed);
         let finite = known.unwrap_or_else(|| self.residual_at_trial(solve.system, solve.objective));
         std::mem::swap(solve.at, &mut self.trial);
+        self.stepped_from = true;
+        if !finite && solve.watchdog.is_watching() {
+            self.go_back(solve)?;
+            return Ok(Continues);
+        }
         if !finite {
             return Err(SolveFailure::Infeasible);
         }
@@ -361,6 +398,11 @@ impl<const D: usize> Newton<D> {
         // is.
         let whole = !accepted.shortened && accepted.part <= 1.0;
         if whole && self.has_converged(solve, found, steady) {
+            if solve.watchdog.is_watching() {
+                // A place where nothing pushes, but higher.
+                self.go_back(solve)?;
+                return Ok(Continues);
+            }
             // One correction tells how far the minimum was, two how fast they shrink as it moves.
             solve.settled = fresh > 1 || fresh == 1 && solve.correction <= solve.negligible;
             self.note_loose(solve.system, solve.at, solve.correction);

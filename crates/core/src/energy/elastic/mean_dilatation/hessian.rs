@@ -19,6 +19,7 @@ use crate::algebra::{Mat, project_positive};
 use crate::element::cross;
 use crate::energy::elastic::block::Block;
 use crate::energy::elastic::points_of;
+use crate::energy::elastic::predicted::Stressed;
 use crate::lanes::WIDTH;
 use crate::material::{Psd, Tangent};
 
@@ -34,12 +35,12 @@ struct CellPoint<const D: usize, const N: usize> {
     slope: [[f64; D]; N],
 }
 
-/// Writes the Hessians of `stencils`.
+/// Writes the Hessians of `stencils`; with a place `from`, with the pressures that are predicted from it.
 pub(super) fn fill<const D: usize, const N: usize>(
     term: &MeanDilatation<D, N>,
     stencils: Range<usize>,
     x: &[f64],
-    psd: Psd,
+    (psd, from): (Psd, Option<&[f64]>),
     out: &mut [f64],
 ) {
     let n = N * D;
@@ -53,7 +54,9 @@ pub(super) fn fill<const D: usize, const N: usize>(
         }
         matrix.fill(0.0);
         let points = points(term, x, &vertices, pack, lane);
-        add(term, &points, term.packs.volume[pack][lane], &mut matrix);
+        let predicted =
+            from.map(|from| predict(term, &self::points(term, from, &vertices, pack, lane), &points));
+        add(term, (&points, term.packs.volume[pack][lane]), predicted, &mut matrix);
         if psd == Psd::Projected {
             project_positive(&mut matrix, n);
         }
@@ -93,11 +96,70 @@ fn mean<const D: usize, const N: usize>(
     points.iter().map(|point| point.part * of(point)).sum()
 }
 
-/// Adds the Hessian of a cell of this volume.
-fn add<const D: usize, const N: usize>(
+/// Stresses of a cell that turn with its nodes.
+struct Turning<const D: usize> {
+    /// `pm / theta`.
+    pressure: f64,
+    /// By how much the rest of the stress of each point is larger than the one there, `S` of
+    /// [`predicted`](crate::energy::elastic::predicted).
+    excess: Vec<Mat<f64, D>>,
+}
+
+/// What turns in a cell deformed as at the points `to` as the linearisation at the points `from` has it.
+///
+/// Of `Fb` the change is `dFb = s (dF + F (dtheta / theta - dJ / J) / D)`.
+fn predict<const D: usize, const N: usize>(
+    term: &MeanDilatation<D, N>,
+    from: &[CellPoint<D, N>],
+    to: &[CellPoint<D, N>],
+) -> Turning<D> {
+    let (before, now) = (stressed(term, from), stressed(term, to));
+    let theta = mean(from, |point| point.j);
+    let dj = |q: usize| from[q].f.cofactor().dot(&(to[q].f - from[q].f));
+    let dtheta: f64 = (0..from.len()).map(|q| from[q].part * dj(q)).sum();
+    let (mut pressure, mut excess) = (0.0, vec![]);
+    for (q, old) in before.iter().enumerate() {
+        let (df, ds) = (to[q].f - old.f, old.s * (dtheta / theta - dj(q) / from[q].j) / D as f64);
+        let dilated = old.f.scale(old.s);
+        let dp = term.material.tangent(&dilated, Psd::Exact).apply(&(df.scale(old.s) + old.f.scale(ds)));
+        let (parts, change) = (old.parts(), old.change(&Stressed { f: df, s: ds, p: dp }));
+        pressure += from[q].part * (parts.pressure + change.pressure - parts.pressure * dtheta / theta);
+        excess.push(parts.turning + change.turning - now[q].parts().turning);
+    }
+    Turning { pressure: pressure / theta, excess }
+}
+
+/// `F`, `s` and `P` of each point.
+fn stressed<const D: usize, const N: usize>(
     term: &MeanDilatation<D, N>,
     points: &[CellPoint<D, N>],
-    volume: f64,
+) -> Vec<Stressed<D>> {
+    let theta = mean(points, |point| point.j);
+    let factors = points.iter().map(|point| scale::<D>(point.j, theta, true));
+    let dilated: Vec<Mat<f64, D>> =
+        points.iter().zip(factors.clone()).map(|(point, s)| point.f.scale(s)).collect();
+    let stress = stresses(term, &dilated);
+    let all = points.iter().zip(factors).enumerate();
+    all.map(|(q, (point, s))| Stressed { f: point.f, s, p: stress.lane(q) }).collect()
+}
+
+/// `P` at the points of a cell side by side in the lanes of a block; those that are left over repeat the
+/// last.
+fn stresses<const D: usize, const N: usize>(
+    term: &MeanDilatation<D, N>,
+    dilated: &[Mat<f64, D>],
+) -> Block<D> {
+    let mut stress = Block::ZERO;
+    (0..WIDTH).for_each(|lane| stress.set_lane(lane, &dilated[lane.min(dilated.len() - 1)]));
+    term.material.stress(term.stress, std::slice::from_mut(&mut stress));
+    stress
+}
+
+/// Adds the Hessian of a cell of this volume; with `predicted` stresses where they turn with the nodes.
+fn add<const D: usize, const N: usize>(
+    term: &MeanDilatation<D, N>,
+    (points, volume): (&[CellPoint<D, N>], f64),
+    predicted: Option<Turning<D>>,
     matrix: &mut [f64],
 ) {
     let (small, finite) = (term.dilatation == Dilatation::Small, term.dilatation == Dilatation::Finite);
@@ -106,19 +168,22 @@ fn add<const D: usize, const N: usize>(
     for a in 0..N {
         (0..D).for_each(|i| mean_slope[a][i] = mean(points, |point| point.slope[a][i]));
     }
-    // The points side by side in the lanes of a block; those that are left over repeat the last.
-    let mut stress = Block::ZERO;
     let dilated: Vec<Mat<f64, D>> =
         points.iter().map(|point| dilate(point, theta, term.dilatation)).collect();
-    (0..WIDTH).for_each(|lane| stress.set_lane(lane, &dilated[lane.min(points.len() - 1)]));
-    term.material.stress(term.stress, std::slice::from_mut(&mut stress));
+    let stress = stresses(term, &dilated);
     let pressure = |q: usize| stress.lane(q).dot(&dilated[q]) / D as f64;
     let mean_pressure: f64 = (0..points.len()).map(|q| points[q].part * pressure(q)).sum();
+    let turning = predicted.as_ref().map_or(mean_pressure / theta, |predicted| predicted.pressure);
     for (q, point) in points.iter().enumerate() {
         let tangent = term.material.tangent(&dilated[q], Psd::Exact);
         let w = volume * point.part;
         // Without a mean only this is left.
         add_tangent(&tangent, w * scale::<D>(point.j, theta, finite).powi(2), &point.gradient, matrix);
+        if let Some(predicted) = &predicted {
+            let mut turning = Tangent::zero();
+            turning.add_turning(&predicted.excess[q]);
+            add_tangent(&turning, w, &point.gradient, matrix);
+        }
         if term.dilatation == Dilatation::Own {
             continue;
         }
@@ -137,7 +202,7 @@ fn add<const D: usize, const N: usize>(
         add_product(&l, &l, w * (s * s * along.dot(&f) / (d * d) + p / d), matrix);
         if finite {
             add_product(&point.slope, &point.slope, w * p / (point.j * point.j), matrix);
-            add_second(point, w * (mean_pressure / theta - p / point.j), matrix);
+            add_second(point, w * (turning - p / point.j), matrix);
         }
     }
     if finite {

@@ -252,7 +252,12 @@ impl<const D: usize, const N: usize> EnergyTerm for MeanDilatation<D, N> {
     }
 
     fn stencil_hessians(&self, stencils: Range<usize>, x: &[f64], psd: Psd, out: &mut [f64]) {
-        hessian::fill(self, stencils, x, psd, out);
+        hessian::fill(self, stencils, x, (psd, None), out);
+    }
+
+    fn predicted_hessians(&self, stencils: Range<usize>, from: &[f64], x: &[f64], out: &mut [f64]) {
+        let from = Some(from).filter(|_| self.dilatation == Dilatation::Finite);
+        hessian::fill(self, stencils, x, (Psd::Exact, from), out);
     }
 
     /// `J` at the first quadrature point that is at fault.

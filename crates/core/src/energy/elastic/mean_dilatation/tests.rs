@@ -96,7 +96,7 @@ pub(in crate::energy::elastic) fn gradient(term: &mut dyn EnergyTerm, x: &[f64])
     g
 }
 
-/// The Hessian of stencils, times a direction.
+/// The Hessian of stencils, times a direction, and the least energy of one along it.
 pub(in crate::energy::elastic) fn by_stencils(
     term: &mut dyn EnergyTerm,
     x: &[f64],
@@ -104,12 +104,31 @@ pub(in crate::energy::elastic) fn by_stencils(
     psd: Psd,
     d: usize,
 ) -> (Vec<f64>, f64) {
+    times(term, p, d, |term, stencils, out| term.stencil_hessians(stencils, x, psd, out))
+}
+
+/// The same of the Hessians predicted from another place.
+fn by_prediction(
+    term: &mut dyn EnergyTerm,
+    (from, x): (&[f64], &[f64]),
+    p: &[f64],
+    d: usize,
+) -> (Vec<f64>, f64) {
+    times(term, p, d, |term, stencils, out| term.predicted_hessians(stencils, from, x, out))
+}
+
+fn times(
+    term: &mut dyn EnergyTerm,
+    p: &[f64],
+    d: usize,
+    fill: impl Fn(&dyn EnergyTerm, Range<usize>, &mut [f64]),
+) -> (Vec<f64>, f64) {
     let stencils = term.stencils();
     let (size, count) = (stencils.size, stencils.vertices.len() / stencils.size);
     let per_stencil = size * (size + 1) / 2 * d * d;
     let mut blocks = vec![0.0; count * per_stencil];
-    term.stencil_hessians(0..count, x, psd, &mut blocks);
-    let (mut y, mut least) = (vec![0.0; x.len()], 0.0f64);
+    fill(term, 0..count, &mut blocks);
+    let (mut y, mut least) = (vec![0.0; p.len()], 0.0f64);
     for (vertices, blocks) in stencils.vertices.chunks_exact(size).zip(blocks.chunks_exact(per_stencil)) {
         let mut work = 0.0;
         let mut blocks = blocks.chunks_exact(d * d);
@@ -128,6 +147,38 @@ pub(in crate::energy::elastic) fn by_stencils(
         least = least.min(work);
     }
     (y, least)
+}
+
+/// Predicted Hessians of a nearly incompressible term: those at the place where they are predicted from are
+/// exact, further away they differ by second order; after a rotation that is one to first order only, whose
+/// growth of volume makes the exact ones indefinite, they stay positive.
+pub(in crate::energy::elastic) fn check_prediction(term: &mut dyn EnergyTerm, rest: &[f64], d: usize) {
+    let mut random = Random(5);
+    let p: Vec<f64> = rest.iter().map(|_| random.uniform(-1.0, 1.0)).collect();
+    let way: Vec<f64> = rest.iter().map(|_| random.uniform(-1e-3, 1e-3)).collect();
+    let at = |part: f64| -> Vec<f64> { rest.iter().zip(&way).map(|(x, w)| 1.01 * x + part * w).collect() };
+    let mut off = |part: f64| {
+        let (exact, _) = by_stencils(term, &at(part), &p, Psd::Exact, d);
+        let (predicted, _) = by_prediction(term, (&at(0.0), &at(part)), &p, d);
+        difference(&exact, &predicted) / largest(&exact)
+    };
+    assert!(off(0.0) < 1e-12, "{:e}", off(0.0));
+    let ratio = off(1.0) / off(0.5);
+    assert!(off(1.0) > 1e-6 && (ratio - 4.0).abs() < 0.3, "{:e}, {ratio}", off(1.0));
+
+    let turn = |x: &[f64]| -> Vec<f64> {
+        let by = [-0.3 * x[1], 0.3 * x[0], 0.0];
+        x.iter().zip(by).map(|(x, by)| x + by).collect()
+    };
+    let turned: Vec<f64> = rest.chunks_exact(d).flat_map(turn).collect();
+    let mut negative = false;
+    for _ in 0..50 {
+        let p: Vec<f64> = rest.iter().map(|_| random.uniform(-1.0, 1.0)).collect();
+        let (y, least) = by_prediction(term, (rest, &turned), &p, d);
+        assert!(least > -1e-9 * largest(&y), "{least:e}, {:e}", largest(&y));
+        negative |= by_stencils(term, &turned, &p, Psd::Exact, d).1 < -1e-3 * largest(&y);
+    }
+    assert!(negative, "nothing to predict better");
 }
 
 /// Richardson's extrapolation of central differences, of error `O(step^4)`.
@@ -256,6 +307,26 @@ impl CellVisitor for Projected {
 #[test]
 fn projected_hessians_of_cells_are_positive() {
     every(|kind| kind.visit(Projected));
+}
+
+struct Predicted;
+
+impl CellVisitor for Predicted {
+    type Output = ();
+
+    fn visit<const D: usize, const N: usize>(self, cell: &'static Isoparametric<D, N>) {
+        let (rest, cells) = bent(cell, [2; D]);
+        for name in ["neo-hookean", "stable-neo-hookean"] {
+            let spec = serde_json::json!({ name: { "young": 1e5, "poisson": 0.4999 } });
+            let spec: MaterialSpec = serde_json::from_value(spec).unwrap();
+            check_prediction(&mut made(cell, &spec, Stress::Analytic, &cells, &rest), &rest, D);
+        }
+    }
+}
+
+#[test]
+fn predicted_hessians_of_cells_are_positive_after_a_turn_and_exact_where_they_begin() {
+    every(|kind| kind.visit(Predicted));
 }
 
 /// A node drawn through its cell: the energy is infinite, forces are no numbers, and the cell is named. Also

@@ -11,6 +11,7 @@ use super::Nodal;
 use super::rings::NodeRings;
 use crate::algebra::Mat;
 use crate::energy::Stencils;
+use crate::energy::elastic::predicted::add_excess;
 use crate::lanes::{Kernel, Lanes, dispatch};
 use crate::material::{Psd, Tangent};
 
@@ -84,12 +85,12 @@ pub(super) fn stencils<const D: usize>(rings: &NodeRings<D>) -> (Vec<RingPart>, 
     (parts, Stencils { size, vertices })
 }
 
-/// Writes the Hessians of these stencils.
+/// Writes the Hessians of these stencils; with a place `from`, with the pressures that are predicted from it.
 pub(super) fn fill<const D: usize>(
     nodal: &Nodal<D>,
     stencils: Range<usize>,
     x: &[f64],
-    psd: Psd,
+    (psd, from): (Psd, Option<&[f64]>),
     out: &mut [f64],
 ) {
     let (rings, size) = (&nodal.nodes.rings, nodal.part_size);
@@ -100,7 +101,15 @@ pub(super) fn fill<const D: usize>(
         let node = part.node as usize;
         let tangent = match &known {
             Some((of, tangent)) if *of == part.node => *tangent,
-            _ => nodal.material.tangent(&rings.deformation_gradient(node, x), psd),
+            _ => {
+                let f = rings.deformation_gradient(node, x);
+                let mut tangent = nodal.material.tangent(&f, psd);
+                if let Some(from) = from {
+                    let from = rings.deformation_gradient(node, from.as_chunks::<D>().0);
+                    add_excess(&*nodal.material, nodal.stress, [&from, &f], &mut tangent);
+                }
+                tangent
+            }
         };
         known = Some((part.node, tangent));
         let ring = rings.ring(node);

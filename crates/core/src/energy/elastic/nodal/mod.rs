@@ -274,7 +274,11 @@ impl<const D: usize> EnergyTerm for Nodal<D> {
     }
 
     fn stencil_hessians(&self, stencils: Range<usize>, x: &[f64], psd: Psd, out: &mut [f64]) {
-        hessian::fill(self, stencils, x, psd, out);
+        hessian::fill(self, stencils, x, (psd, None), out);
+    }
+
+    fn predicted_hessians(&self, stencils: Range<usize>, from: &[f64], x: &[f64], out: &mut [f64]) {
+        hessian::fill(self, stencils, x, (Psd::Exact, Some(from)), out);
     }
 
     fn fault(&self, x: &[f64]) -> Option<Fault> {

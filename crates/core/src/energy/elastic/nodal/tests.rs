@@ -4,7 +4,7 @@ use super::*;
 use crate::algebra::tests::sample::Random;
 use crate::element::quadrature_points;
 use crate::energy::elastic::mean_dilatation::tests::{
-    by_stencils, derivative, difference, gradient, largest,
+    by_stencils, check_prediction, derivative, difference, gradient, largest,
 };
 use crate::energy::elastic::points_of;
 use crate::material::Isotropic;
@@ -177,4 +177,18 @@ fn hessians_are_derivatives<const D: usize, const N: usize>() {
 fn hessians_of_nodes_and_elements_are_derivatives_of_their_forces() {
     hessians_are_derivatives::<2, 3>();
     hessians_are_derivatives::<3, 4>();
+}
+
+fn prediction<const D: usize, const N: usize>() {
+    let (rest, elements) = grid::<D, N>();
+    let spec = MaterialSpec::NeoHookean(Isotropic::new(1e5, 0.4999));
+    let [_, mut nodal] =
+        nodal_integration::<D, N>("block", &spec, 0.1, Stress::Analytic, &elements, &rest).unwrap();
+    check_prediction(&mut *nodal, &rest, D);
+}
+
+#[test]
+fn predicted_hessians_of_nodes_are_positive_after_a_turn_and_exact_where_they_begin() {
+    prediction::<2, 3>();
+    prediction::<3, 4>();
 }

@@ -1,0 +1,109 @@
+//! Stresses that a linearisation predicts: see
+//! [`predicted_hessians`](crate::energy::EnergyTerm::predicted_hessians).
+//!
+//! The stress that works on `F` is split in a pressure `p`, which turns with `cof F`, and what is left, which
+//! turns with `F`. With the stress `P` of the material at `Fb = s F` and `q = P : Fb / D`,
+//!
+//! ```text
+//! P* = F S + p cof F,   S = F^-1 (s P - q / J cof F)
+//! ```
+//!
+//! Ordinary elements have `s = 1` and `p = q / J`; cells share one `p`.
+
+use super::block::{Block, BlockMaterial};
+use crate::algebra::Mat;
+use crate::lanes::WIDTH;
+use crate::material::{Psd, Stress, Tangent};
+
+/// A bulk modulus so many times the shear modulus, as from a Poisson's ratio of 0.452 on in space, has
+/// pressures that are worth a prediction.
+///
+/// Below it the other stresses are off by as much, and one more matrix costs more than the prediction saves.
+const STIFF: f64 = 10.0;
+
+/// True if the material at rest has a bulk modulus much larger than its shear modulus.
+pub(super) fn is_nearly_incompressible<const D: usize>(material: &dyn BlockMaterial<D>) -> bool {
+    let tangent = material.tangent(&Mat::identity(), Psd::Exact);
+    let bulk = tangent.apply(&Mat::identity()).trace() / (D * D) as f64;
+    bulk > STIFF * tangent.0[0][1][0][1]
+}
+
+/// The parts of a stress, or their change along a direction.
+#[derive(Clone, Copy)]
+pub(super) struct StressParts<const D: usize> {
+    /// `S` [Pa].
+    pub(super) turning: Mat<f64, D>,
+    /// `q` [Pa].
+    pub(super) pressure: f64,
+}
+
+/// A deformation gradient, its factor `s`, and the stress at `s F`; or their changes along a direction.
+#[derive(Clone, Copy)]
+pub(super) struct Stressed<const D: usize> {
+    pub(super) f: Mat<f64, D>,
+    pub(super) s: f64,
+    pub(super) p: Mat<f64, D>,
+}
+
+impl<const D: usize> Stressed<D> {
+    pub(super) fn parts(&self) -> StressParts<D> {
+        let pressure = self.p.dot(&self.f.scale(self.s)) / D as f64;
+        StressParts { turning: self.f.inverse().mul(&self.without_pressure(pressure)), pressure }
+    }
+
+    /// `s P - q / J cof F = F S`.
+    fn without_pressure(&self, q: f64) -> Mat<f64, D> {
+        self.p.scale(self.s) - self.f.cofactor().scale(q / self.f.determinant())
+    }
+
+    /// The change of the parts along `d`.
+    ///
+    /// With `d(cof F / J) = d(F^-T) = -F^-T dF^T F^-T`.
+    pub(super) fn change(&self, d: &Stressed<D>) -> StressParts<D> {
+        let inverse = self.f.inverse();
+        let StressParts { turning, pressure } = self.parts();
+        let dilated = d.f.scale(self.s) + self.f.scale(d.s);
+        let dq = (d.p.dot(&self.f.scale(self.s)) + self.p.dot(&dilated)) / D as f64;
+        let turned = inverse.mul(&d.f).mul(&inverse).transpose();
+        let change = d.p.scale(self.s) + self.p.scale(d.s) - inverse.transpose().scale(dq)
+            + turned.scale(pressure)
+            - d.f.mul(&turning);
+        StressParts { turning: inverse.mul(&change), pressure: dq }
+    }
+}
+
+/// Adds to an exact tangent at `to` what the linearisation at `from` predicts other stresses to turn; nothing
+/// where one of the volumes is none.
+pub(super) fn add_excess<const D: usize>(
+    material: &dyn BlockMaterial<D>,
+    how: Stress,
+    [from, to]: [&Mat<f64, D>; 2],
+    tangent: &mut Tangent<D>,
+) {
+    let (j, j_to) = (from.determinant(), to.determinant());
+    if j.min(j_to) <= 0.0 {
+        return;
+    }
+    let [p, p_to] = stresses(material, how, [from, to]);
+    let before = Stressed { f: *from, s: 1.0, p };
+    let df = *to - *from;
+    let dp = material.tangent(from, Psd::Exact).apply(&df);
+    let (old, new) = (before.parts(), Stressed { f: *to, s: 1.0, p: p_to }.parts());
+    let change = before.change(&Stressed { f: df, s: 0.0, p: dp });
+    let dj = from.cofactor().dot(&df);
+    let predicted = (old.pressure + change.pressure - old.pressure * dj / j) / j;
+    tangent.add_second_of_determinant(to, predicted - new.pressure / j_to);
+    tangent.add_turning(&(old.turning + change.turning - new.turning));
+}
+
+/// `P` at a few deformation gradients, in the lanes of one block; those that are left over repeat the last.
+pub(super) fn stresses<const D: usize, const N: usize>(
+    material: &dyn BlockMaterial<D>,
+    how: Stress,
+    f: [&Mat<f64, D>; N],
+) -> [Mat<f64, D>; N] {
+    let mut block = Block::ZERO;
+    (0..WIDTH).for_each(|lane| block.set_lane(lane, f[lane.min(N - 1)]));
+    material.stress(how, std::slice::from_mut(&mut block));
+    std::array::from_fn(|lane| block.lane(lane))
+}
