@@ -129,7 +129,6 @@ fn energy_that_the_trapezoidal_rule_makes_is_told() {
         (summary.largest_energy_gain / summary.start.total, summary.relative_energy_gain().unwrap())
     };
     let (factor, told) = gain("'trapezoid'");
-    println!("{factor} {told}");
     assert!((factor - 7.3).abs() < 0.1 && told > 1.0, "the energy grows by {factor} of it, {told} of all");
     let (factor, told) = gain("'tr-bdf2'");
     assert!(factor < 1e-3 && told < 1e-3, "the energy grows by {factor} of it, {told} of all");
