@@ -346,6 +346,16 @@ fn numbers_of_contact_have_derivatives() {
         };
         compare_number(scheme, motion, ("body.upper.pin.0.motion.factor", 1.0, 1.0), (12, 1e-6));
     }
+    // A slope that comes up to the block.
+    for (scheme, steps) in [("implicit-euler", 20), ("velocity-verlet", 200)] {
+        let of_slope = |f: f64| {
+            let mut scene = slope(scheme, "");
+            let motion = serde_json::json!({ "velocity": [0.0, 0.2 * f] });
+            scene.obstacle[0].motion = Some(serde_json::from_value(motion).unwrap());
+            scene
+        };
+        compare_number(scheme, of_slope, ("obstacle.slope.motion.factor", 1.0, 1.0), (steps, 1e-6));
+    }
     // Where one body collides and no stiffness is given, it is as stiff as the body.
     let of_modulus = |young| {
         let mut scene = slope("implicit-euler", "");
