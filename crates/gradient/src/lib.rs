@@ -80,7 +80,7 @@ pub struct RunGradient {
     /// Solves of the run after which friction still changed, beyond the tolerance: their steps were taken
     /// with normal forces of elsewhere, and the derivatives are not exact there.
     pub unsettled: u64,
-    /// How often a vertex came to a wall of explicit steps, or left one: between two steps of which only one
+    /// How often a vertex came to a wall, or left one: between two steps of which only one
     /// ends with it on the wall. The step on the way has no derivative where it just so comes there; the one
     /// given is that of the side on which the run was. A gradient of many such events says little about
     /// changes that are large enough to shift them.

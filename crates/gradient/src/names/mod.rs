@@ -92,7 +92,7 @@ pub fn names(scene: &Scene, topology: &Topology) -> Vec<String> {
     if scene.body.iter().all(|spec| !is_static(scene) || !spec.is_quadratic()) {
         names.push("world.gravity".into());
     }
-    names.extend(contact::names(scene).map(String::from));
+    names.extend(contact::names(scene).map(String::from).chain(motions::names(scene)));
     for (i, (spec, body)) in scene.body.iter().zip(&topology.bodies).enumerate() {
         let keys = of_body(scene, spec, body);
         let name = spec.name_or_default(i);
@@ -230,6 +230,9 @@ impl Places<'_> {
         }
         if let Some(of_contact) = contact::parameter(self.scene, name) {
             return Ok(of_contact);
+        }
+        if let Some(of_obstacle) = motions::of_obstacle(self.scene, name) {
+            return Ok(of_obstacle);
         }
         let (spec, body, key) = self.body(name).ok_or_else(|| unknown("is no parameter of this scene"))?;
         if !of_body(self.scene, spec, body).iter().any(|known| known == key) {

@@ -8,7 +8,7 @@ use pliant_scene::{MassSpec, Scene};
 
 use crate::differences::{compare_number, compare_starts};
 use crate::solid::assembled;
-use crate::support::{compare_with_differences, dot, method, scattered};
+use crate::support::{compare as compare_numbers, compare_with_differences, dot, method, scattered};
 use crate::tangents::compare_with_tangents;
 
 /// A square of rubber that falls on a slope and slides down it; without friction unless `contact` says more.
@@ -346,6 +346,16 @@ fn numbers_of_contact_have_derivatives() {
         };
         compare_number(scheme, motion, ("body.upper.pin.0.motion.factor", 1.0, 1.0), (12, 1e-6));
     }
+    // A slope that comes up to the block.
+    for (scheme, steps) in [("implicit-euler", 20), ("velocity-verlet", 200)] {
+        let of_slope = |f: f64| {
+            let mut scene = slope(scheme, "");
+            let motion = serde_json::json!({ "velocity": [0.0, 0.2 * f] });
+            scene.obstacle[0].motion = Some(serde_json::from_value(motion).unwrap());
+            scene
+        };
+        compare_number(scheme, of_slope, ("obstacle.slope.motion.factor", 1.0, 1.0), (steps, 1e-6));
+    }
     // Where one body collides and no stiffness is given, it is as stiff as the body.
     let of_modulus = |young| {
         let mut scene = slope("implicit-euler", "");
@@ -375,4 +385,60 @@ fn numbers_of_contact_are_parameters_where_all_pairs_share_them() {
     assert!(!has("", "contact.friction"), "nothing rubs");
     let pair = "friction = 0.4\npairs = [{ between = [\"upper\", \"lower\"], friction = 0.1 }]";
     assert!(!has(pair, "contact.friction") && has(pair, "contact.stiffness"));
+}
+
+// Two squares that meet and rub, one the mirror image of the other, and a loss that the mirror leaves alone.
+#[test]
+fn gradients_of_mirror_images_are_mirror_images() {
+    for (scheme, step, steps) in [("implicit-euler", 2e-3, 15), ("velocity-verlet", 2e-4, 150)] {
+        let body = |name: &str, side: f64, triangles: &str| {
+            let point = |x: f64, y: f64| format!("[{:?}, {y:?}]", side * x);
+            let points = [point(1e-3, 0.0), point(0.1, 0.0), point(0.1, 0.1), point(1.2e-3, 0.1)].join(", ");
+            format!(
+                "[[body]]
+                 name = \"{name}\"
+                 mesh = {{ inline = {{ points = [{points}], triangles = {triangles} }} }}
+                 elastic = {{ neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}
+                 mass = {{ density = 1000.0 }}
+                 velocity = {{ rigid = {{ linear = [{:?}, 0.1], angular = {:?} }} }}\n",
+                side * -0.3,
+                side * 2.0
+            )
+        };
+        let text = format!(
+            "dimension = 2
+             [time]
+             integrator = \"{scheme}\"
+             duration = 0.1
+             step = {step:?}
+             [contact]
+             distance = 2e-3
+             stiffness = 1e5
+             friction = 0.3
+             threshold_speed = 0.1\n{}{}",
+            body("right", 1.0, "[[0, 1, 2], [0, 2, 3]]"),
+            body("left", -1.0, "[[0, 2, 1], [0, 3, 2]]"),
+        );
+        let scene = Scene::from_toml(&text).unwrap();
+        let mut alone = assembled(&scene).0;
+        let touched = (0..steps).filter(|_| {
+            alone.step().unwrap();
+            touching(&alone) > 0
+        });
+        assert!(touched.count() > 0, "{scheme}: nothing touches");
+        let mut simulation = assembled(&scene).0;
+        let mut loss = |frame: &LossFrame<'_>, x_bar: &mut [f64], _: &mut [f64]| {
+            if frame.step < steps {
+                return 0.0;
+            }
+            (x_bar[4], x_bar[12], x_bar[7], x_bar[15]) = (1.0, -1.0, 2.0, 2.0);
+            frame.x[4] - frame.x[12] + 2.0 * (frame.x[7] + frame.x[15])
+        };
+        let found = gradient(&mut simulation, steps, &mut loss, &mut [], UNLIMITED).unwrap();
+        for rows in [&found.position, &found.velocity] {
+            let (right, left) = rows.split_at(8);
+            let mirrored: Vec<f64> = left.chunks_exact(2).flat_map(|row| [-row[0], row[1]]).collect();
+            compare_numbers(scheme, &mirrored, right, 1e-10);
+        }
+    }
 }

@@ -253,9 +253,9 @@ fn names_that_are_no_parameter_are_answered_with_those_that_are() {
     let all = names(&scene, &topology);
     let select = |name: &str| ParameterSelection::new(&scene, &topology, simulation.numbering(), &[name]);
     let expected = "`body.beam.elastic.youngs` has no derivative; the gradient can be taken with respect to: \
-                    position, velocity, forces, pins, world.gravity, body.beam.mass.density, body.beam.elastic.young, \
-                    body.beam.elastic.young_per_element, body.beam.elastic.poisson, \
-                    body.beam.elastic.poisson_per_element, body.beam.rest";
+                    position, velocity, forces, pins, world.gravity, body.beam.mass.density, \
+                    body.beam.elastic.young, body.beam.elastic.young_per_element, \
+                    body.beam.elastic.poisson, body.beam.elastic.poisson_per_element, body.beam.rest";
     let error = |name| select(name).err().unwrap();
     assert_eq!(error("body.beam.elastic.youngs").to_string(), expected);
     let GradientError::Parameter { problem, known, .. } = error("time.step") else { panic!() };

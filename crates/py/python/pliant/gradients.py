@@ -27,7 +27,7 @@ class Gradient(Mapping[str, "float | npt.NDArray[Any]"]):
     unsettled : int
         Solves after which friction still changed: the derivatives are not exact there.
     wall_events : int
-        How often a vertex came to a wall of explicit steps, or left one.
+        How often a vertex came to a wall, or left one, in a scene without contact.
     """
 
     value: float

@@ -12,8 +12,6 @@ use pliant::constraint::Wall;
 const CORNERS: usize = 48;
 /// Cells along each side of the faces of an icosahedron that a ball is drawn as.
 const CELLS: usize = 10;
-/// Name of what holds an obstacle.
-const HOLD: &str = "motion";
 
 impl Scene {
     /// The scene with its obstacles among the bodies, where contact makes them act.
@@ -41,7 +39,7 @@ fn body(scene: &Scene, obstacle: &ObstacleSpec, index: usize) -> Body {
     let bounds = |sign: f64| vec![sign * f64::INFINITY; scene.dimension];
     let pin = Pin {
         corners: Some(BoxSelection { min: bounds(-1.0), max: bounds(1.0) }),
-        name: Some(HOLD.into()),
+        name: Some(ObstacleSpec::PIN.into()),
         motion: obstacle.motion.clone(),
         ..Pin::default()
     };

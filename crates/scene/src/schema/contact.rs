@@ -159,6 +159,9 @@ pub struct ObstacleBall {
 }
 
 impl ObstacleSpec {
+    /// Name of the pin that holds an obstacle.
+    pub const PIN: &str = "motion";
+
     /// The name, or `obstacle0`, `obstacle1`, ... by the index in the scene.
     pub fn name_or_default(&self, index: usize) -> String {
         self.name.clone().unwrap_or_else(|| format!("obstacle{index}"))
