@@ -386,7 +386,8 @@ impl<const D: usize> Newton<D> {
         let known = accepted.finite.filter(|_| !renewed);
         let finite = known.unwrap_or_else(|| self.residual_at_trial(solve.system, solve.objective));
         std::mem::swap(solve.at, &mut self.trial);
-        self.stepped_from = true;
+        // Short steps change stresses by so little that the exact ones are better.
+        self.stepped_from = solve.correction > NEAR * self.size;
         if !finite && solve.watchdog.is_watching() {
             self.go_back(solve)?;
             return Ok(Continues);
