@@ -93,6 +93,28 @@ def test_torch_has_the_derivatives_of_differences() -> None:
     assert single.grad.dtype == torch.float32
 
 
+def test_the_vector_of_a_load_is_an_argument_and_what_is_no_key_of_the_scene_is_none() -> None:
+    jax = pytest.importorskip("jax")
+    jax.config.update("jax_enable_x64", True)
+    from pliant.jax import simulate
+
+    loaded = beam(**{"body.0.load": [{"vertices": [3], "force": [0.0, -1.0]}]})
+    name = "body.beam.load.0.force"
+
+    def height(force: Any) -> Any:
+        return simulate(loaded, 5, parameters={name: force})[0][-1, 3, 1]
+
+    force, size = np.array([0.0, -1.0]), 1e-3
+    found = np.asarray(jax.grad(height)(force))
+    for direction in np.eye(2):
+        ahead, behind = (float(height(force + sign * size * direction)) for sign in (1.0, -1.0))
+        assert found @ direction == pytest.approx((ahead - behind) / (2.0 * size), rel=1e-5)
+    for other in ("forces", "pins", "body.beam.load.0.factor"):
+        with pytest.raises(KeyError, match=f"`{other}` has no derivative; these have one: world") as error:
+            simulate(loaded, 1, parameters={other: np.array(1.0)})
+        assert "factor," not in str(error.value)
+
+
 @pytest.mark.parametrize("library", ["jax", "torch"])
 def test_names_that_are_none_are_answered_with_those_that_are(library: str) -> None:
     pytest.importorskip(library)

@@ -23,8 +23,8 @@ class Run:
     steps : int
         How many steps are taken.
     names : sequence of str
-        Keys of the scene that are arguments, as `Simulation.gradient_names` has them: each one number, or
-        `world.gravity`.
+        Keys of the scene that are arguments, as `Simulation.gradient_names` has them: each one number, or a
+        vector as `world.gravity`.
     every : int
         How many steps lie between states that are returned.
     memory : int, optional
@@ -38,7 +38,7 @@ class Run:
             found = f"got {steps} and {every}"
             raise ValueError(f"steps must be a multiple of every, which is 1 or more; {found}")
         simulation = Simulation(scene)
-        known = [name for name in simulation.gradient_names() if name not in ("position", "velocity")]
+        known = [name for name in simulation.gradient_names() if _may_be_a_key(name)]
         for name in names:
             if name not in known:
                 raise KeyError(f"`{name}` has no derivative; these have one: {', '.join(known)}")
@@ -92,6 +92,11 @@ class Run:
         return parts[0], parts[1], shaped
 
 
+def _may_be_a_key(name: str) -> bool:
+    """False for what no key of a scene says: states, arrays over the run, and factors of formulas."""
+    return name not in ("position", "velocity", "forces", "pins") and not name.endswith(".factor")
+
+
 def _path(scene: Scene, name: str) -> str:
     """The path of a number in the scene by its name among the derivatives."""
     if name == "world.gravity":
@@ -99,4 +104,12 @@ def _path(scene: Scene, name: str) -> str:
     if name.endswith((".rest", "_per_element", ".per_vertex")):
         message = f"`{name}` is many numbers, which no key of a scene is; `Simulation.gradient` has them"
         raise ValueError(message)
-    return scene._path(name)
+    try:
+        return scene._path(name)
+    except KeyError:
+        # A vector is set as a whole.
+        try:
+            return scene._path(f"{name}.0").removesuffix(".0")
+        except KeyError:
+            pass
+        raise

@@ -332,6 +332,7 @@ impl<const D: usize> Newton<D> {
         let whole = found.old_matrix && solve.objective.inertia > 0.0 && correction > negligible;
         let projected = solve.psd == Psd::Projected;
         let may_rise = solve.watchdog.may_begin()
+            && !whole
             && (solve.iteration == 0 || !found.old_matrix)
             && !(projected || found.truncated || solve.system.has_guards())
             && self.follower.is_empty();

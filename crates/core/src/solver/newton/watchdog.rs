@@ -22,7 +22,7 @@ const SHRINK: f64 = 0.7;
 const FIRST_PAUSE: u32 = 4;
 
 /// A place to return to.
-struct Watch {
+struct WatchStart {
     at: Iterate,
     /// The objective there.
     value: f64,
@@ -38,7 +38,7 @@ struct Watch {
 
 /// The watch of one solve.
 pub(super) struct Watchdog {
-    watch: Option<Watch>,
+    watch: Option<WatchStart>,
     /// Iterations until the next watch may begin.
     pause: u32,
     /// Iterations that the next return pauses for.
@@ -64,7 +64,8 @@ impl Watchdog {
     /// Begins with a step that ended above its promise; `from` is where it began.
     pub(super) fn begin(&mut self, from: &Iterate, along: &Slope, old_matrix: bool) {
         let &Slope { start: value, slope, correction, .. } = along;
-        self.watch = Some(Watch { at: from.clone(), value, slope, correction, old_matrix, left: MOST_STEPS });
+        self.watch =
+            Some(WatchStart { at: from.clone(), value, slope, correction, old_matrix, left: MOST_STEPS });
     }
 }
 
