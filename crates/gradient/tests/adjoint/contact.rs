@@ -285,6 +285,11 @@ fn friction_has_the_derivatives_of_its_steps() {
             compare(&format!("{what}, {scheme}"), &dragged_cubes(scheme, &law), 12, 1e-6);
         }
     }
+    // What lands rubs in the step in which it lands.
+    for scheme in ["implicit-euler", "bdf2", "tr-bdf2"] {
+        let law = "friction = 0.4\nthreshold_speed = 0.2";
+        compare(&format!("lands, {scheme}"), &slope(scheme, law), 40, 1e-6);
+    }
     for scheme in ["symplectic-euler", "velocity-verlet", "rk4"] {
         let law = "friction = 0.4\nthreshold_speed = 0.2";
         compare(&format!("slope, {scheme}"), &slope(scheme, law), 200, 1e-6);
