@@ -60,8 +60,8 @@ fn what_slides_follows_the_recursion_of_a_rigid_particle() {
     }
 }
 
-/// Friction acts in the step in which something lands, where nothing touched before: what the floor takes from
-/// the speed along it is `mu` times what it takes from the fall, in that step and in all others.
+/// Friction acts in the step in which something lands, where nothing touched before: what the floor takes
+/// from the speed along it is `mu` times what it takes from the fall, in that step and in all others.
 #[test]
 fn what_lands_is_rubbed_in_the_same_step() {
     let (h, mu) = (0.01, 0.3);

@@ -100,7 +100,7 @@ fn quarter_ball(fine: f64) -> (Vec<[f64; 3]>, Vec<[usize; 4]>, usize) {
 /// A ball pressed on a plane by 5 mm of its radius of 1 m, eight elements across the radius of contact: force
 /// and pressure of an axisymmetric program that has converged, and of Hertz.
 #[test]
-#[ignore = "20,000 tetrahedra take half a minute: cargo test -p pliant-scene --test contact -- --ignored hertzian"]
+#[ignore = "20,000 tetrahedra, half a minute: cargo test -p pliant-scene --test contact -- --ignored hertzian"]
 fn a_ball_on_a_plane_is_hertzian() {
     let (points, tetrahedra, on_sphere) = quarter_ball(0.0707 / 8.0);
     let text = format!(

@@ -39,7 +39,7 @@ fn a_pulled_bar_has_the_displacement_the_stress_and_the_reactions_of_the_book() 
     assert!(stress.index < 8 && stress.at[1] < 0.5, "{stress:?}");
 }
 
-/// Place of the end of a cantilever of hexahedra that a traction bends, and the iterations of Newton's method.
+/// Place of the end of a cantilever of hexahedra that a traction bends, and iterations of Newton's method.
 fn bent(poisson: f64, traction: f64, increments: u32) -> (Vec<f64>, u64) {
     let text = format!(
         "dimension = 3\n\

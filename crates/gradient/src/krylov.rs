@@ -6,7 +6,7 @@
 //! least residual in the space that they span does: Saad, Schultz 1986, "GMRES", SIAM Journal on Scientific
 //! and Statistical Computing 7, 856, preconditioned from the right.
 
-use crate::adjoint::add_scaled;
+use crate::adjoint::{add_scaled, dot};
 
 /// Products of one correction: no more rows of the unknowns are kept.
 const PRODUCTS: usize = 60;
@@ -74,10 +74,6 @@ pub(crate) fn correction(
 fn rotate((cosine, sine): (f64, f64), entries: &mut [f64], i: usize) {
     let (a, b) = (entries[i], entries[i + 1]);
     (entries[i], entries[i + 1]) = (cosine * a + sine * b, cosine * b - sine * a);
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 fn norm(a: &[f64]) -> f64 {

@@ -6,6 +6,7 @@ use pliant::solver::hessian::{Assembler, At, Weights};
 use pliant::system::System;
 use pliant_sparse::{Lu, SymbolicLu};
 
+use crate::adjoint::free_only;
 use crate::krylov::correction;
 
 /// Residuals below this part of the right-hand side are rounding.
@@ -211,8 +212,7 @@ impl TransposedSolver {
         let mut product = |p: &[f64], y: &mut [f64]| {
             products.evaluate(system, at, p);
             coefficients.combine(system, p, products, y);
-            let held = y.iter_mut().zip(system.inverse_mass()).filter(|(_, weight)| **weight == 0.0);
-            held.for_each(|(y, _)| *y = 0.0);
+            free_only(system, y);
         };
         *residual = correction(residual, &mut |b| factorisation.solve(b), &mut product);
     }

@@ -364,3 +364,7 @@ impl<S: Scalar, const D: usize> Mul for Mat<S, D> {
         Mat::mul(&self, &b)
     }
 }
+
+/// `(i, k, m)` with the permutation symbol `e_ikm`.
+pub(crate) const TURNS: [(usize, usize, usize, f64); 6] =
+    [(0, 1, 2, 1.0), (1, 2, 0, 1.0), (2, 0, 1, 1.0), (1, 0, 2, -1.0), (2, 1, 0, -1.0), (0, 2, 1, -1.0)];

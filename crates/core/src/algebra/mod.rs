@@ -16,6 +16,7 @@ pub use dual::Dual;
 pub(crate) use dual::SMALLEST_SUM;
 pub use eigen::{symmetric_eigen, symmetric_eigen_of_lanes};
 pub use isotropic::{IsotropicFunction, isotropic_gradient, isotropic_hessian, isotropic_value};
+pub(crate) use matrix::TURNS;
 pub use matrix::{Mat, Vect};
 pub use polar::{rotation, rotation_by_svd};
 pub(crate) use projection::{PackedMatrix, project_positive, project_positive_packed};

@@ -27,7 +27,7 @@ pub use stretches::Stretches;
 
 use registry::register_materials;
 
-use crate::algebra::{Mat, Vect, project_positive, signed_svd};
+use crate::algebra::{Mat, TURNS, Vect, project_positive, signed_svd};
 use crate::scalar::Scalar;
 
 /// Which states of deformation a model is defined for.
@@ -135,10 +135,6 @@ impl<const D: usize> Tangent<D> {
         self.0[row / D][row % D][column / D][column % D]
     }
 }
-
-/// `(i, k, m)` with the permutation symbol `e_ikm`.
-const TURNS: [(usize, usize, usize, f64); 6] =
-    [(0, 1, 2, 1.0), (1, 2, 0, 1.0), (2, 0, 1, 1.0), (1, 0, 2, -1.0), (2, 1, 0, -1.0), (0, 2, 1, -1.0)];
 
 /// A hyperelastic energy density `psi(F)`.
 ///

@@ -122,6 +122,11 @@ pub(crate) fn add_scaled(y: &mut [f64], c: f64, x: &[f64]) {
     y.iter_mut().zip(x).for_each(|(y, x)| *y += c * x);
 }
 
+/// `a . b`.
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
 /// Makes the held components zero.
 pub(crate) fn free_only(system: &System, rows: &mut [f64]) {
     let held = rows.iter_mut().zip(system.inverse_mass()).filter(|(_, weight)| **weight == 0.0);

@@ -1,6 +1,7 @@
 //! Constants of contact.
 
 use super::{ForceUse, Parameter};
+use crate::adjoint::dot;
 
 /// Stiffness `kappa` of contact [Pa], the same of all pairs: energies and normal forces are in proportion to
 /// it, and friction is to these.
@@ -26,7 +27,7 @@ impl Parameter for ContactStiffness {
     }
 
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
-        derivative[0] -= (along(of.contact, of.p) + along(of.friction, of.p)) / self.stiffness;
+        derivative[0] -= (dot(of.contact, of.p) + dot(of.friction, of.p)) / self.stiffness;
     }
 }
 
@@ -53,10 +54,6 @@ impl Parameter for FrictionCoefficient {
     }
 
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
-        derivative[0] -= along(of.friction, of.p) / self.coefficient;
+        derivative[0] -= dot(of.friction, of.p) / self.coefficient;
     }
-}
-
-fn along(force: &[f64], p: &[f64]) -> f64 {
-    force.iter().zip(p).map(|(force, p)| force * p).sum()
 }

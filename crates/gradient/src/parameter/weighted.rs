@@ -1,6 +1,7 @@
 //! One number that several depend on.
 
 use super::{ForceUse, HeldUse, Parameter};
+use crate::adjoint::dot;
 
 /// A number `theta` that the numbers of another parameter grow with, `d theta_i = w_i d theta`.
 pub struct Weighted {
@@ -44,12 +45,12 @@ impl Parameter for Weighted {
     fn add_held(&mut self, of: &HeldUse<'_>, derivative: &mut [f64]) {
         self.derivative.fill(0.0);
         self.of.add_held(of, &mut self.derivative);
-        derivative[0] += self.derivative.iter().zip(&self.weights).map(|(d, weight)| d * weight).sum::<f64>();
+        derivative[0] += dot(&self.derivative, &self.weights);
     }
 
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
         self.derivative.fill(0.0);
         self.of.add(of, &mut self.derivative);
-        derivative[0] += self.derivative.iter().zip(&self.weights).map(|(d, weight)| d * weight).sum::<f64>();
+        derivative[0] += dot(&self.derivative, &self.weights);
     }
 }

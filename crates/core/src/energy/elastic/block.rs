@@ -125,6 +125,19 @@ pub(super) trait BlockMaterial<const D: usize>: Send + Sync {
     fn state(&self, f: &Mat<f64, D>) -> ElementState;
 }
 
+/// `P` at a few deformation gradients, side by side in the lanes of a block; those that are left over repeat
+/// the last.
+pub(super) fn stresses<const D: usize>(
+    material: &dyn BlockMaterial<D>,
+    how: Stress,
+    f: &[Mat<f64, D>],
+) -> Block<D> {
+    let mut stress = Block::ZERO;
+    (0..WIDTH).for_each(|lane| stress.set_lane(lane, &f[lane.min(f.len() - 1)]));
+    material.stress(how, std::slice::from_mut(&mut stress));
+    stress
+}
+
 impl<M: Material<D> + Material<3>, const D: usize> BlockMaterial<D> for M {
     fn stress(&self, how: Stress, f: &mut [Block<D>]) {
         match how {

@@ -49,17 +49,18 @@ impl<const D: usize, const N: usize> PackWork<D, N> {
     };
 }
 
-/// Writes the Hessians of `stencils`, whole packs of them.
+/// Writes the Hessians of `stencils`, whole packs of them; with a place `from`, with the stresses that are
+/// predicted from it.
 pub(super) fn fill<const D: usize, const N: usize>(
     elements: &Elastic<D, N>,
     stencils: Range<usize>,
     x: &[f64],
-    psd: Psd,
+    (psd, from): (Psd, Option<&[f64]>),
     out: &mut [f64],
 ) {
     let Elastic { material, patches, rest, .. } = elements;
-    if order::<D, N>() > 1 || material.spectrum(&[1.0; D]).is_none() {
-        return fill_by_tangent(elements, stencils, x, (psd, None), out);
+    if from.is_some() || order::<D, N>() > 1 || material.spectrum(&[1.0; D]).is_none() {
+        return fill_by_tangent(elements, stencils, x, (psd, from), out);
     }
     let x = x.as_chunks::<D>().0;
     let per_stencil = N * (N + 1) / 2 * D * D;
@@ -85,17 +86,6 @@ pub(super) fn fill<const D: usize, const N: usize>(
         }
         dispatch(PairBlocks { packs, work, psd, out });
     }
-}
-
-/// As [`fill`], exact, with the pressures that are predicted from another place.
-pub(super) fn fill_predicted<const D: usize, const N: usize>(
-    elements: &Elastic<D, N>,
-    stencils: Range<usize>,
-    from: &[f64],
-    x: &[f64],
-    out: &mut [f64],
-) {
-    fill_by_tangent(elements, stencils, x, (Psd::Exact, Some(from)), out);
 }
 
 /// `F` and its decomposition.

@@ -305,15 +305,12 @@ impl<const D: usize, const N: usize> EnergyTerm for Elastic<D, N> {
     }
 
     fn stencil_hessians(&self, stencils: Range<usize>, x: &[f64], psd: Psd, out: &mut [f64]) {
-        hessian::fill(self, stencils, x, psd, out);
+        hessian::fill(self, stencils, x, (psd, None), out);
     }
 
     fn predicted_hessians(&self, stencils: Range<usize>, from: &[f64], x: &[f64], out: &mut [f64]) {
-        if self.nearly_incompressible {
-            hessian::fill_predicted(self, stencils, from, x, out);
-        } else {
-            hessian::fill(self, stencils, x, Psd::Exact, out);
-        }
+        let from = Some(from).filter(|_| self.nearly_incompressible);
+        hessian::fill(self, stencils, x, (Psd::Exact, from), out);
     }
 
     /// Of elements with several quadrature points, `J` at the first that is at fault.

@@ -10,9 +10,8 @@
 //!
 //! Ordinary elements have `s = 1` and `p = q / J`; cells share one `p`.
 
-use super::block::{Block, BlockMaterial};
+use super::block::{BlockMaterial, stresses};
 use crate::algebra::Mat;
-use crate::lanes::WIDTH;
 use crate::material::{Psd, Stress, Tangent};
 
 /// A bulk modulus so many times the shear modulus, as from a Poisson's ratio of 0.452 on in space, has
@@ -48,12 +47,8 @@ pub(super) struct Stressed<const D: usize> {
 impl<const D: usize> Stressed<D> {
     pub(super) fn parts(&self) -> StressParts<D> {
         let pressure = self.p.dot(&self.f.scale(self.s)) / D as f64;
-        StressParts { turning: self.f.inverse().mul(&self.without_pressure(pressure)), pressure }
-    }
-
-    /// `s P - q / J cof F = F S`.
-    fn without_pressure(&self, q: f64) -> Mat<f64, D> {
-        self.p.scale(self.s) - self.f.cofactor().scale(q / self.f.determinant())
+        let rest = self.p.scale(self.s) - self.f.cofactor().scale(pressure / self.f.determinant());
+        StressParts { turning: self.f.inverse().mul(&rest), pressure }
     }
 
     /// The change of the parts along `d`.
@@ -84,26 +79,14 @@ pub(super) fn add_excess<const D: usize>(
     if j.min(j_to) <= 0.0 {
         return;
     }
-    let [p, p_to] = stresses(material, how, [from, to]);
-    let before = Stressed { f: *from, s: 1.0, p };
+    let p = stresses(material, how, &[*from, *to]);
+    let before = Stressed { f: *from, s: 1.0, p: p.lane(0) };
     let df = *to - *from;
     let dp = material.tangent(from, Psd::Exact).apply(&df);
-    let (old, new) = (before.parts(), Stressed { f: *to, s: 1.0, p: p_to }.parts());
+    let (old, new) = (before.parts(), Stressed { f: *to, s: 1.0, p: p.lane(1) }.parts());
     let change = before.change(&Stressed { f: df, s: 0.0, p: dp });
     let dj = from.cofactor().dot(&df);
     let predicted = (old.pressure + change.pressure - old.pressure * dj / j) / j;
     tangent.add_second_of_determinant(to, predicted - new.pressure / j_to);
     tangent.add_turning(&(old.turning + change.turning - new.turning));
-}
-
-/// `P` at a few deformation gradients, in the lanes of one block; those that are left over repeat the last.
-pub(super) fn stresses<const D: usize, const N: usize>(
-    material: &dyn BlockMaterial<D>,
-    how: Stress,
-    f: [&Mat<f64, D>; N],
-) -> [Mat<f64, D>; N] {
-    let mut block = Block::ZERO;
-    (0..WIDTH).for_each(|lane| block.set_lane(lane, f[lane.min(N - 1)]));
-    material.stress(how, std::slice::from_mut(&mut block));
-    std::array::from_fn(|lane| block.lane(lane))
 }

@@ -78,9 +78,9 @@ impl<const D: usize> Newton<D> {
             let trial = std::mem::take(&mut self.trial);
             let there = self.value(system, objective, at, &trial);
             self.trial = trial;
+            let (finite, part, watched) = (None, step, false);
+            let accepted = Accepted { value: there, halvings, finite, shortened, part, watched };
             if there <= start + ARMIJO * step * slope {
-                let (finite, part, watched) = (None, step, false);
-                let accepted = Accepted { value: there, halvings, finite, shortened, part, watched };
                 let may_go_on = projected && system.has_guards() && self.follower.is_empty();
                 if may_go_on && halvings == 0 && !shortened {
                     return Some(self.lengthen(system, objective, at, slope, accepted));
@@ -95,16 +95,13 @@ impl<const D: usize> Newton<D> {
                 let end = dot(&self.direction, &self.residual);
                 // Downhill at the end is as good: the way to a saddle gets steeper.
                 if finite && (end <= FLATTER * slope.abs() || correction <= negligible) {
-                    let finite = Some(finite);
-                    let (part, watched) = (step, false);
-                    return Some(Accepted { value: there, halvings, finite, shortened, part, watched });
+                    return Some(Accepted { finite: Some(finite), ..accepted });
                 }
                 // The way on, or back, is from the iterate.
                 self.residual(system, objective, at);
             }
             if may_rise && !drowns && there.is_finite() && step == 1.0 {
-                let (finite, part, watched) = (None, step, true);
-                return Some(Accepted { value: there, halvings, finite, shortened, part, watched });
+                return Some(Accepted { watched: true, ..accepted });
             }
             if whole || halvings == MAX_HALVINGS {
                 return None;

@@ -81,7 +81,7 @@ struct Correction {
 
 /// Whether a solve goes on.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum SolveProgress {
+pub(super) enum SolveProgress {
     Continues,
     Converged,
 }
@@ -250,8 +250,7 @@ impl<const D: usize> Newton<D> {
         }
         if solve.watchdog.is_watching() {
             let Some(accepted) = self.step_watched(solve).filter(|_| !found.truncated) else {
-                self.go_back(solve)?;
-                return Ok(Continues);
+                return self.go_back(solve);
             };
             return self.advance(solve, found, &accepted);
         }
@@ -390,8 +389,7 @@ impl<const D: usize> Newton<D> {
         // Short steps change stresses by so little that the exact ones are better.
         self.stepped_from = solve.correction > NEAR * self.size;
         if !finite && solve.watchdog.is_watching() {
-            self.go_back(solve)?;
-            return Ok(Continues);
+            return self.go_back(solve);
         }
         if !finite {
             return Err(SolveFailure::Infeasible);
@@ -402,8 +400,7 @@ impl<const D: usize> Newton<D> {
         if whole && self.has_converged(solve, found, steady) {
             if solve.watchdog.is_watching() {
                 // A place where nothing pushes, but higher.
-                self.go_back(solve)?;
-                return Ok(Continues);
+                return self.go_back(solve);
             }
             // One correction tells how far the minimum was, two how fast they shrink as it moves.
             solve.settled = fresh > 1 || fresh == 1 && solve.correction <= solve.negligible;

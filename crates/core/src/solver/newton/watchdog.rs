@@ -10,7 +10,7 @@
 
 use super::Newton;
 use super::search::{ARMIJO, Accepted, Slope};
-use super::solve::NewtonSolve;
+use super::solve::{NewtonSolve, SolveProgress};
 use crate::material::Psd;
 use crate::solver::{Iterate, SolveFailure};
 
@@ -92,10 +92,10 @@ impl<const D: usize> Newton<D> {
         Some(Accepted { value, halvings: 0, finite: None, shortened: false, part: 1.0, watched: false })
     }
 
-    /// Goes back to the place that a watch kept.
-    pub(super) fn go_back(&mut self, solve: &mut NewtonSolve<'_>) -> Result<(), SolveFailure> {
+    /// Goes back to the place that a watch kept, and on from there.
+    pub(super) fn go_back(&mut self, solve: &mut NewtonSolve<'_>) -> Result<SolveProgress, SolveFailure> {
         let Watchdog { watch, pause, next_pause } = &mut solve.watchdog;
-        let Some(watch) = watch.take() else { return Ok(()) };
+        let Some(watch) = watch.take() else { return Ok(SolveProgress::Continues) };
         if !watch.old_matrix {
             *pause = *next_pause;
             *next_pause *= 2;
@@ -104,7 +104,7 @@ impl<const D: usize> Newton<D> {
         self.stepped_from = false;
         solve.start_anew(watch.value);
         if self.residual(solve.system, solve.objective, solve.at) {
-            Ok(())
+            Ok(SolveProgress::Continues)
         } else {
             Err(SolveFailure::Infeasible)
         }

@@ -15,12 +15,11 @@
 use std::ops::Range;
 
 use super::{Dilatation, MeanDilatation, PointPack, gradient_of_lane};
-use crate::algebra::{Mat, project_positive};
+use crate::algebra::{Mat, TURNS, project_positive};
 use crate::element::cross;
-use crate::energy::elastic::block::Block;
+use crate::energy::elastic::block::stresses;
 use crate::energy::elastic::points_of;
 use crate::energy::elastic::predicted::Stressed;
-use crate::lanes::WIDTH;
 use crate::material::{Psd, Tangent};
 
 /// A quadrature point of one cell.
@@ -35,7 +34,7 @@ struct CellPoint<const D: usize, const N: usize> {
     slope: [[f64; D]; N],
 }
 
-/// Writes the Hessians of `stencils`; with a place `from`, with the pressures that are predicted from it.
+/// Writes the Hessians of `stencils`; with a place `from`, with the stresses that are predicted from it.
 pub(super) fn fill<const D: usize, const N: usize>(
     term: &MeanDilatation<D, N>,
     stencils: Range<usize>,
@@ -96,16 +95,17 @@ fn mean<const D: usize, const N: usize>(
     points.iter().map(|point| point.part * of(point)).sum()
 }
 
-/// Stresses of a cell that turn with its nodes.
+/// Stresses of a cell that turn with its nodes, in the words of
+/// [`predicted`](crate::energy::elastic::predicted).
 struct Turning<const D: usize> {
     /// `pm / theta`.
     pressure: f64,
-    /// By how much the rest of the stress of each point is larger than the one there, `S` of
-    /// [`predicted`](crate::energy::elastic::predicted).
-    excess: Vec<Mat<f64, D>>,
+    /// `S` of each point.
+    stress: Vec<Mat<f64, D>>,
 }
 
-/// What turns in a cell deformed as at the points `to` as the linearisation at the points `from` has it.
+/// Stresses that turn in a cell deformed as at the points `to`, as the linearisation at the points `from` has
+/// them.
 ///
 /// Of `Fb` the change is `dFb = s (dF + F (dtheta / theta - dJ / J) / D)`.
 fn predict<const D: usize, const N: usize>(
@@ -113,46 +113,23 @@ fn predict<const D: usize, const N: usize>(
     from: &[CellPoint<D, N>],
     to: &[CellPoint<D, N>],
 ) -> Turning<D> {
-    let (before, now) = (stressed(term, from), stressed(term, to));
     let theta = mean(from, |point| point.j);
+    let dilated = dilate(from, theta, term.dilatation);
+    let p = stresses(&*term.material, term.stress, &dilated);
     let dj = |q: usize| from[q].f.cofactor().dot(&(to[q].f - from[q].f));
     let dtheta: f64 = (0..from.len()).map(|q| from[q].part * dj(q)).sum();
-    let (mut pressure, mut excess) = (0.0, vec![]);
-    for (q, old) in before.iter().enumerate() {
-        let (df, ds) = (to[q].f - old.f, old.s * (dtheta / theta - dj(q) / from[q].j) / D as f64);
-        let dilated = old.f.scale(old.s);
-        let dp = term.material.tangent(&dilated, Psd::Exact).apply(&(df.scale(old.s) + old.f.scale(ds)));
+    let mut turning = Turning { pressure: 0.0, stress: vec![] };
+    for (q, point) in from.iter().enumerate() {
+        let old = Stressed { f: point.f, s: scale::<D>(point.j, theta, true), p: p.lane(q) };
+        let (df, ds) = (to[q].f - old.f, old.s * (dtheta / theta - dj(q) / point.j) / D as f64);
+        let df_dilated = df.scale(old.s) + old.f.scale(ds);
+        let dp = term.material.tangent(&dilated[q], Psd::Exact).apply(&df_dilated);
         let (parts, change) = (old.parts(), old.change(&Stressed { f: df, s: ds, p: dp }));
-        pressure += from[q].part * (parts.pressure + change.pressure - parts.pressure * dtheta / theta);
-        excess.push(parts.turning + change.turning - now[q].parts().turning);
+        let pressure = parts.pressure + change.pressure - parts.pressure * dtheta / theta;
+        turning.pressure += point.part * pressure / theta;
+        turning.stress.push(parts.turning + change.turning);
     }
-    Turning { pressure: pressure / theta, excess }
-}
-
-/// `F`, `s` and `P` of each point.
-fn stressed<const D: usize, const N: usize>(
-    term: &MeanDilatation<D, N>,
-    points: &[CellPoint<D, N>],
-) -> Vec<Stressed<D>> {
-    let theta = mean(points, |point| point.j);
-    let factors = points.iter().map(|point| scale::<D>(point.j, theta, true));
-    let dilated: Vec<Mat<f64, D>> =
-        points.iter().zip(factors.clone()).map(|(point, s)| point.f.scale(s)).collect();
-    let stress = stresses(term, &dilated);
-    let all = points.iter().zip(factors).enumerate();
-    all.map(|(q, (point, s))| Stressed { f: point.f, s, p: stress.lane(q) }).collect()
-}
-
-/// `P` at the points of a cell side by side in the lanes of a block; those that are left over repeat the
-/// last.
-fn stresses<const D: usize, const N: usize>(
-    term: &MeanDilatation<D, N>,
-    dilated: &[Mat<f64, D>],
-) -> Block<D> {
-    let mut stress = Block::ZERO;
-    (0..WIDTH).for_each(|lane| stress.set_lane(lane, &dilated[lane.min(dilated.len() - 1)]));
-    term.material.stress(term.stress, std::slice::from_mut(&mut stress));
-    stress
+    turning
 }
 
 /// Adds the Hessian of a cell of this volume; with `predicted` stresses where they turn with the nodes.
@@ -168,30 +145,30 @@ fn add<const D: usize, const N: usize>(
     for a in 0..N {
         (0..D).for_each(|i| mean_slope[a][i] = mean(points, |point| point.slope[a][i]));
     }
-    let dilated: Vec<Mat<f64, D>> =
-        points.iter().map(|point| dilate(point, theta, term.dilatation)).collect();
-    let stress = stresses(term, &dilated);
+    let dilated = dilate(points, theta, term.dilatation);
+    let stress = stresses(&*term.material, term.stress, &dilated);
     let pressure = |q: usize| stress.lane(q).dot(&dilated[q]) / D as f64;
     let mean_pressure: f64 = (0..points.len()).map(|q| points[q].part * pressure(q)).sum();
     let turning = predicted.as_ref().map_or(mean_pressure / theta, |predicted| predicted.pressure);
     for (q, point) in points.iter().enumerate() {
         let tangent = term.material.tangent(&dilated[q], Psd::Exact);
         let w = volume * point.part;
-        // Without a mean only this is left.
-        add_tangent(&tangent, w * scale::<D>(point.j, theta, finite).powi(2), &point.gradient, matrix);
+        let s = scale::<D>(point.j, theta, finite);
+        let mut with_turning = tangent;
         if let Some(predicted) = &predicted {
-            let mut turning = Tangent::zero();
-            turning.add_turning(&predicted.excess[q]);
-            add_tangent(&turning, w, &point.gradient, matrix);
+            let now = Stressed { f: point.f, s, p: stress.lane(q) }.parts().turning;
+            with_turning.add_turning(&(predicted.stress[q] - now).scale(1.0 / (s * s)));
         }
+        // Without a mean only this is left.
+        add_tangent(&with_turning, w * (s * s), &point.gradient, matrix);
         if term.dilatation == Dilatation::Own {
             continue;
         }
-        let (s, f, l) = if small {
-            (1.0, Mat::identity(), combined(&mean_slope, 1.0, &point.slope, -1.0))
+        let (f, l) = if small {
+            (Mat::identity(), combined(&mean_slope, 1.0, &point.slope, -1.0))
         } else {
             let l = combined(&mean_slope, 1.0 / theta, &point.slope, -1.0 / point.j);
-            (scale::<D>(point.j, theta, true), point.f, l)
+            (point.f, l)
         };
         let along = tangent.apply(&f);
         let (p, d) = (if small { 0.0 } else { pressure(q) }, D as f64);
@@ -215,17 +192,18 @@ fn scale<const D: usize>(j: f64, theta: f64, finite: bool) -> f64 {
     if finite { super::kernels::root::<f64, D>(theta, j) } else { 1.0 }
 }
 
-/// `Fb` of a point.
+/// `Fb` of every point.
 fn dilate<const D: usize, const N: usize>(
-    point: &CellPoint<D, N>,
+    points: &[CellPoint<D, N>],
     theta: f64,
     how: Dilatation,
-) -> Mat<f64, D> {
-    match how {
+) -> Vec<Mat<f64, D>> {
+    let of_point = |point: &CellPoint<D, N>| match how {
         Dilatation::Finite => point.f.scale(scale::<D>(point.j, theta, true)),
         Dilatation::Small => point.f + Mat::scalar((theta - point.f.trace()) / D as f64),
         Dilatation::Own => point.f,
-    }
+    };
+    points.iter().map(of_point).collect()
 }
 
 /// `alpha u + beta v`.
@@ -295,7 +273,3 @@ fn add_second<const D: usize, const N: usize>(point: &CellPoint<D, N>, factor: f
         }
     }
 }
-
-/// `(i, k, m)` with the permutation symbol.
-const TURNS: [(usize, usize, usize, f64); 6] =
-    [(0, 1, 2, 1.0), (1, 2, 0, 1.0), (2, 0, 1, 1.0), (1, 0, 2, -1.0), (2, 1, 0, -1.0), (0, 2, 1, -1.0)];

@@ -107,7 +107,7 @@ pub(in crate::energy::elastic) fn by_stencils(
     times(term, p, d, |term, stencils, out| term.stencil_hessians(stencils, x, psd, out))
 }
 
-/// The same of the Hessians predicted from another place.
+/// Hessians predicted from another place, times a direction, and the least energy of one along it.
 fn by_prediction(
     term: &mut dyn EnergyTerm,
     (from, x): (&[f64], &[f64]),

@@ -85,7 +85,7 @@ pub(super) fn stencils<const D: usize>(rings: &NodeRings<D>) -> (Vec<RingPart>, 
     (parts, Stencils { size, vertices })
 }
 
-/// Writes the Hessians of these stencils; with a place `from`, with the pressures that are predicted from it.
+/// Writes the Hessians of these stencils; with a place `from`, with the stresses that are predicted from it.
 pub(super) fn fill<const D: usize>(
     nodal: &Nodal<D>,
     stencils: Range<usize>,
