@@ -3,6 +3,11 @@
 
 use pliant::scalar::Scalar;
 
+/// Iterations to the gap of a force, at most.
+const INVERSIONS: u32 = 40;
+/// A gap is that of a force where the last iteration moved it by no more than this part of the reach.
+const INVERTED: f64 = 1e-9;
+
 /// Form of the energy of a pair as a function of its distance `d`, twice continuously differentiable.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PotentialForm {
@@ -135,6 +140,34 @@ impl Barrier {
             // The energy is convex in the distance.
             curvature: 4.0 * law.curvature * distance * distance + 2.0 * law.slope,
         }
+    }
+
+    /// The gap [m] at which a pair of weight `w > 0` [m^2] pushes with the force `f` [N]; the reach where
+    /// that is not above zero. Newton's method for the root of the force, which is nearly linear where forces
+    /// end, within bounds that halve where it leaves them.
+    pub fn gap_of_force(&self, force: f64, weight: f64) -> f64 {
+        if force.is_nan() || force <= 0.0 {
+            return self.reach;
+        }
+        let (mut low, mut high) = (0.0, self.reach);
+        let mut gap = 0.5 * self.reach;
+        for _ in 0..INVERSIONS {
+            let law = self.at_signed(gap + self.offset, weight);
+            let root = (-law.slope / force).sqrt();
+            if root > 1.0 {
+                low = gap
+            } else {
+                high = gap
+            }
+            let next = gap + (root - 1.0) * 2.0 * root * force / law.curvature;
+            let next = if low < next && next < high { next } else { 0.5 * (low + high) };
+            let moved = (next - gap).abs();
+            gap = next;
+            if moved <= INVERTED * self.reach {
+                break;
+            }
+        }
+        gap
     }
 
     /// Energy [J] of a pair of weight 1 m^2 of the cubic form whose gap is closed: `2/3 kappa dhat`.

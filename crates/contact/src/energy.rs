@@ -14,6 +14,7 @@ use rayon::prelude::*;
 use crate::barrier::PotentialForm;
 use crate::candidates::CandidatePairs;
 use crate::contacts::{ContactVisitor, Contacts, PlaneGeometry};
+use crate::expected::{ExpectedForces, ForceForecast};
 use crate::explicit::{self, SurfaceMobility};
 use crate::hessian::PairBlocks;
 use crate::merge::MollifiedPair;
@@ -53,6 +54,8 @@ pub struct ContactEnergy<const D: usize> {
     /// Contacts of the matrix.
     contacts: Contacts,
     lists: StencilLists,
+    /// Forces that the matrix expects of them, as the search has them.
+    expected: Arc<ExpectedForces>,
 }
 
 impl<const D: usize> ContactEnergy<D> {
@@ -69,6 +72,7 @@ impl<const D: usize> ContactEnergy<D> {
             gradient: TouchedRows::new(model.surface.bodies.len()),
             contacts: Contacts::default(),
             lists: StencilLists::new(),
+            expected: Arc::default(),
             model,
             search,
         }
@@ -187,16 +191,18 @@ impl<const D: usize> ContactVisitor<D> for ContactTerm<D> {
 }
 
 /// Blocks `d2E/dx_i dx_j` of one contact.
-struct ContactBlocks<const D: usize> {
+struct ContactBlocks<'a, const D: usize> {
     psd: Psd,
+    /// Forces expected of contacts; none where tangents are wanted.
+    expected: Option<&'a ExpectedForces>,
     vertices: [u32; 4],
     count: usize,
     blocks: [[Mat<f64, D>; 4]; 4],
 }
 
-impl<const D: usize> ContactBlocks<D> {
-    fn new(psd: Psd) -> Self {
-        ContactBlocks { psd, vertices: [0; 4], count: 0, blocks: [[Mat::zero(); 4]; 4] }
+impl<'a, const D: usize> ContactBlocks<'a, D> {
+    fn new(psd: Psd, expected: Option<&'a ExpectedForces>) -> Self {
+        ContactBlocks { psd, expected, vertices: [0; 4], count: 0, blocks: [[Mat::zero(); 4]; 4] }
     }
 
     /// Writes the blocks `a <= b` by rows.
@@ -225,7 +231,7 @@ impl<const D: usize> ContactBlocks<D> {
     }
 }
 
-impl<const D: usize> ContactVisitor<D> for ContactBlocks<D> {
+impl<const D: usize> ContactVisitor<D> for ContactBlocks<'_, D> {
     fn pair<const N: usize, const P: usize>(
         &mut self,
         vertices: &[u32; N],
@@ -233,8 +239,13 @@ impl<const D: usize> ContactVisitor<D> for ContactBlocks<D> {
         law: &ContactLaw,
         weight: f64,
     ) {
-        let law = law.barrier.at(pair.squared_distance, weight);
-        let blocks: PairBlocks<f64, D, N> = pair.hessian(&law, self.psd);
+        let mut of_distance = law.barrier.at(pair.squared_distance, weight);
+        if let Some(expected) = self.expected {
+            let stiffness = expected.stiffness(vertices, &law.barrier, pair.distance, weight);
+            // E'' by the distance is 4 d^2 E'' + 2 E' by its square.
+            of_distance.curvature = (stiffness - 2.0 * of_distance.slope) / (4.0 * pair.squared_distance);
+        }
+        let blocks: PairBlocks<f64, D, N> = pair.hessian(&of_distance, self.psd);
         self.count = N;
         self.vertices[..N].copy_from_slice(vertices);
         for i in 0..N {
@@ -243,7 +254,10 @@ impl<const D: usize> ContactVisitor<D> for ContactBlocks<D> {
     }
 
     fn plane(&mut self, vertices: &[u32; 2], plane: &PlaneGeometry<D>, law: &ContactLaw, weight: f64) {
-        let curvature = law.barrier.at_signed(plane.distance, weight).curvature;
+        let curvature = match self.expected {
+            Some(expected) => expected.stiffness(vertices, &law.barrier, plane.distance, weight),
+            None => law.barrier.at_signed(plane.distance, weight).curvature,
+        };
         self.count = 2;
         self.vertices[..2].copy_from_slice(vertices);
         for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
@@ -301,7 +315,7 @@ impl<const D: usize> EnergyTerm for ContactEnergy<D> {
         let mut search = locked(&self.search);
         let contacts = search.contacts_at(&self.model, x);
         for i in 0..contacts.len() {
-            let mut blocks = ContactBlocks::<D>::new(Psd::Exact);
+            let mut blocks = ContactBlocks::<D>::new(Psd::Exact, None);
             contacts.visit::<D>(&self.model, x, i, &mut blocks);
             blocks.add_product(p, y);
         }
@@ -432,6 +446,25 @@ impl<const D: usize> ChangingStencils for ContactEnergy<D> {
         self.lists.replace(self.contacts.vertices())
     }
 
+    fn follow(&mut self, x: &[f64], step: &[f64]) {
+        if self.form != PotentialForm::Barrier {
+            return;
+        }
+        let mut forecast = ForceForecast::new(&self.expected, step);
+        for i in 0..self.contacts.len() {
+            self.contacts.visit::<D>(&self.model, x, i, &mut forecast);
+        }
+        self.expected = Arc::new(forecast.end());
+        locked(&self.search).expected = self.expected.clone();
+    }
+
+    fn forget(&mut self) {
+        if !self.expected.is_empty() {
+            self.expected = Arc::default();
+            locked(&self.search).expected = self.expected.clone();
+        }
+    }
+
     fn lists(&self) -> &[Stencils] {
         self.lists.all()
     }
@@ -447,8 +480,9 @@ impl<const D: usize> ChangingStencils for ContactEnergy<D> {
         let size = list + 2;
         let first = self.contacts.ranges()[list].start;
         let each = size * (size + 1) / 2 * D * D;
+        let expected = (!self.expected.is_empty()).then_some(self.expected.as_ref());
         for (stencil, out) in stencils.zip(out.chunks_exact_mut(each)) {
-            let mut blocks = ContactBlocks::<D>::new(psd);
+            let mut blocks = ContactBlocks::<D>::new(psd, expected);
             self.contacts.visit::<D>(&self.model, x, first + stencil, &mut blocks);
             blocks.write(out);
         }

@@ -101,11 +101,15 @@ impl<const D: usize> FrictionTerm<D> {
     /// Takes normal forces and tangents as they are at `x`.
     fn take(&mut self, x: &[f64]) {
         let mut search = locked(&self.search);
+        let expected = search.expected.clone();
         let contacts = search.contacts_at(&self.model, x);
         self.contacts.iter_mut().for_each(Vec::clear);
         for i in 0..contacts.len() {
             let mut report = ContactReport::<D>::default();
             contacts.visit::<D>(&self.model, x, i, &mut report);
+            // On the way a barrier may push a thousand times as hard as it will in the end.
+            let force = expected.of(&report.vertices[..report.count]).filter(|_| report.force > 0.0);
+            report.force = force.unwrap_or(report.force);
             if let Some(pair) = report.rubbing(self.model.threshold_speed) {
                 let ContactReport { count, vertices, .. } = report;
                 self.contacts[count - 2].push(RubbingContact { count, vertices, pair, part: None });

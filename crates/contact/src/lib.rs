@@ -38,6 +38,7 @@ pub mod closest;
 pub mod contacts;
 mod eigen;
 pub mod energy;
+mod expected;
 pub mod explicit;
 pub mod friction;
 mod friction_slope;

@@ -1,7 +1,10 @@
 //! Search of contacts, with what was found last: energy, friction and matrix ask at the same places.
 
+use std::sync::Arc;
+
 use crate::candidates::CandidateCache;
 use crate::contacts::Contacts;
+use crate::expected::ExpectedForces;
 use crate::model::ContactModel;
 
 /// Candidates within this part of the largest reach beyond it, at least, are kept for positions to come.
@@ -21,6 +24,8 @@ pub(crate) struct ContactSearch<const D: usize> {
     largest_margin: f64,
     /// Largest gap at which surfaces act [m].
     pub(crate) reach: f64,
+    /// Forces that the solve under way expects.
+    pub(crate) expected: Arc<ExpectedForces>,
 }
 
 impl<const D: usize> ContactSearch<D> {
@@ -38,6 +43,7 @@ impl<const D: usize> ContactSearch<D> {
             least_margin,
             largest_margin,
             reach,
+            expected: Arc::default(),
         }
     }
 
@@ -76,5 +82,6 @@ impl<const D: usize> ContactSearch<D> {
         let pairs = [&pairs.point_triangle, &pairs.edge_edge, &pairs.point_edge, &pairs.point_point];
         8 * (2 * self.at.len() + pairs.iter().map(|list| list.len()).sum::<usize>())
             + 48 * self.contacts.len()
+            + self.expected.bytes()
     }
 }

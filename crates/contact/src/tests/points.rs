@@ -3,9 +3,12 @@
 use super::{Random, number, numbers, positions};
 use crate::barrier::{Barrier, PotentialForm, barrier};
 use crate::closest::{ClosestPoints, InnerKind, InnerPair, Primitives};
+use crate::contacts::ContactVisitor;
 use crate::eigen::positive_part;
+use crate::expected::{ExpectedForces, ForceForecast};
 use crate::friction::{PairFriction, f0, f1, f1_over_y, f1_slope};
 use crate::hessian::PairBlocks;
+use crate::model::ContactLaw;
 use crate::mollifier::{mollified_pair, mollifier, parallel_limit, squared_cross};
 use crate::pair::{EdgeEdge, PairGeometry, PairKind, PointEdge, PointPoint, PointTriangle};
 use pliant::material::Psd;
@@ -201,6 +204,48 @@ fn barrier_keeps_its_digits_at_both_ends() {
     assert_near(b.energy / (-z * z * z), 1.0, 1e-15, "B");
     assert_near(b.slope / (-3.0 * z * z), 1.0, 1e-15, "B'");
     assert_near(b.curvature / (-6.0 * z), 1.0, 1e-15, "B''");
+}
+
+#[test]
+fn gaps_of_forces_are_found_at_both_ends_of_the_reach() {
+    for (form, offset) in
+        [(PotentialForm::Barrier, 0.0), (PotentialForm::Barrier, 0.3), (PotentialForm::Cubic, 0.3)]
+    {
+        let law = Barrier { form, stiffness: 3.0, reach: 0.2, offset };
+        for part in [1e-6, 1e-3, 0.1, 0.5, 0.9, 0.99, 0.9999] {
+            let gap = part * law.reach;
+            let force = -law.at_signed(gap + offset, 0.7).slope;
+            assert_near(law.gap_of_force(force, 0.7), gap, 1e-8 * law.reach, &format!("{form:?}, {part}"));
+        }
+        assert_eq!(law.gap_of_force(0.0, 0.7), law.reach);
+        assert_eq!(law.gap_of_force(-1.0, 0.7), law.reach);
+    }
+}
+
+/// The linear solution says what a contact has to bear; by the chord it goes to where it bears that, closer
+/// or farther, and to the reach where it has to bear nothing.
+#[test]
+fn a_contact_goes_where_it_has_the_force_that_is_expected() {
+    let barrier = Barrier { form: PotentialForm::Barrier, stiffness: 1e5, reach: 1e-3, offset: 2e-3 };
+    let law = ContactLaw { barrier, friction: 0.0 };
+    let weight = 2e-4;
+    let at = |gap: f64| barrier.at_signed(gap + barrier.offset, weight);
+    for (gap, end) in [(3e-4, 9e-4), (9e-4, 3e-4), (1e-4, 9.99e-4), (5e-4, 5e-4), (2e-4, 2e-3)] {
+        let force = if end < barrier.reach { -at(end).slope } else { -1.0 };
+        let change = (-at(gap).slope - force) / at(gap).curvature;
+        let step = [0.0, 0.0, 0.75 * change, 0.0, 0.0, -0.25 * change];
+        let x = [[0.0, 0.0, gap + barrier.offset], [0.0; 3]];
+        let geometry = PairGeometry::<f64, 3, 2, 0>::of::<PointPoint>(&x);
+        let nothing = ExpectedForces::default();
+        let mut forecast = ForceForecast::new(&nothing, &step);
+        forecast.pair(&[0, 1], &geometry, &law, weight);
+        let expected = forecast.end();
+        assert_near(expected.of(&[0, 1]).unwrap(), force.max(0.0), 1e-9 * at(gap).slope.abs(), "force");
+        assert_eq!(expected.of(&[0, 2]), None);
+        let stiffness = expected.stiffness(&[0, 1], &barrier, gap + barrier.offset, weight);
+        let lands = gap + (-at(gap).slope - force.max(0.0)) / stiffness;
+        assert_near(lands, end.min(barrier.reach), 1e-9, &format!("from {gap}"));
+    }
 }
 
 #[test]

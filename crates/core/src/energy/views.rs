@@ -219,6 +219,16 @@ pub trait ChangingStencils: Sync {
     /// Finds the stencils at `x`, before a matrix is assembled there; whether they are others than before.
     fn find(&mut self, x: &[f64]) -> bool;
 
+    /// Takes note that the solution of the linear system at `x` is `step`, flat [m], while a nonlinear one is
+    /// being solved: from then on its blocks may lead to where that points, until it [forgets](Self::forget).
+    /// Energy and gradient are the same all the while.
+    fn follow(&mut self, x: &[f64], step: &[f64]) {
+        let _ = (x, step);
+    }
+
+    /// Ends that: blocks are second derivatives again.
+    fn forget(&mut self) {}
+
     /// The stencils last found, lists of one size each; the vertices of a stencil are distinct.
     fn lists(&self) -> &[Stencils];
 

@@ -161,6 +161,17 @@ impl System {
         self.dissipation.iter_mut().filter_map(|term| Some(term.frozen()?.most_renewals())).max()
     }
 
+    /// Tells energies whose stencils change that the linear system at `x` has the solution `step`, flat [m].
+    pub(crate) fn follow_step(&mut self, x: &[f64], step: &[f64]) {
+        let changing = self.terms.iter_mut().filter_map(|term| term.changing_mut());
+        changing.for_each(|term| term.follow(x, step));
+    }
+
+    /// Tells them that the solve has ended.
+    pub(crate) fn forget_steps(&mut self) {
+        self.terms.iter_mut().filter_map(|term| term.changing_mut()).for_each(|term| term.forget());
+    }
+
     /// Tells dissipative terms that hold what they take from positions that a solve goes on from velocities
     /// `v` in the direction `dv`, flat [m/s].
     pub(crate) fn follow(&mut self, v: &[f64], dv: &[f64]) {

@@ -199,6 +199,7 @@ impl<const D: usize> Newton<D> {
     ) -> Result<bool, StepFault> {
         let mut solve = NewtonSolve { renewals, ..NewtonSolve::new(system, objective, at) };
         let end = self.iterate(&mut solve, begin);
+        solve.system.forget_steps();
         end.map_err(|verdict| solve.fault(verdict, &self.residual))?;
         Ok(solve.settled)
     }
@@ -413,9 +414,14 @@ impl<const D: usize> Newton<D> {
         Ok(Continues)
     }
 
-    /// Tells dissipative terms that hold what they take from positions where velocities were headed.
+    /// Tells terms that guard ways where the direction leads, and dissipative ones that hold what they take
+    /// from positions where velocities were headed.
     fn tell_of_direction(&mut self, solve: &mut NewtonSolve<'_>) {
-        if !(solve.changes && solve.system.has_guards()) {
+        if !solve.system.has_guards() {
+            return;
+        }
+        solve.system.follow_step(&solve.at.x, &self.direction);
+        if !solve.changes {
             return;
         }
         self.velocity_at(solve.system, solve.objective, solve.at);

@@ -1,0 +1,118 @@
+//! Forces that contacts are expected to come to, and the stiffness that leads there.
+//!
+//! Near its reach the force of a barrier is quadratic in what is left of the gap, and loads of soft things
+//! are so small that they rest there: Newton's method by tangents halves a force that is too large in every
+//! iteration, and goes far too deep where a gap has to close. The last linear solution knows more. In it, a
+//! contact with the force `f(g)` and the stiffness `K` whose gap changes by `dg` comes to `F = f(g) - K dg`,
+//! which is what the other forces hold. The next matrix has the chord of the law from `g` to the gap `g_F` of
+//! that force, `K = (f(g_F) - f(g)) / (g - g_F)`, and the contact goes there at once.
+//!
+//! That is a force with a life of its own, as in primal-dual methods for inequalities (Nocedal, Wright 2006,
+//! *Numerical optimization*, chapter 19), of which the energy and its gradient know nothing: where the
+//! solution is, and whether a step lowers the energy, they alone say.
+
+use crate::barrier::Barrier;
+use crate::contacts::{ContactVisitor, PlaneGeometry, rows};
+use crate::merge::MollifiedPair;
+use crate::model::ContactLaw;
+use crate::pair::PairGeometry;
+
+/// Gaps that differ by less than this part of the reach have the tangent.
+const SAME_GAP: f64 = 1e-4;
+
+/// Vertices of a contact, filled up with `u32::MAX`.
+type ContactKey = [u32; 4];
+
+fn key(vertices: &[u32]) -> ContactKey {
+    let mut key = [u32::MAX; 4];
+    key[..vertices.len()].copy_from_slice(vertices);
+    key
+}
+
+/// Normal forces [N] by the vertices of their contacts, ascending; below zero where the linear solution pulls.
+#[derive(Debug, Default)]
+pub(crate) struct ExpectedForces(Vec<(ContactKey, f64)>);
+
+impl ExpectedForces {
+    /// The force that is expected of a contact, at least zero [N].
+    pub(crate) fn of(&self, vertices: &[u32]) -> Option<f64> {
+        let key = key(vertices);
+        let found = self.0.binary_search_by_key(&key, |(key, _)| *key).ok()?;
+        Some(self.0[found].1.max(0.0))
+    }
+
+    /// `K` [N/m] of a contact of weight `w` [m^2] at the distance `d` [m]: by the chord where a force is
+    /// expected of it, else `E''(d)`.
+    pub(crate) fn stiffness(&self, vertices: &[u32], barrier: &Barrier, distance: f64, weight: f64) -> f64 {
+        let law = barrier.at_signed(distance, weight);
+        // Weights below zero take off what others count twice.
+        let Some(force) = self.of(vertices).filter(|_| weight > 0.0) else { return law.curvature };
+        let gap = distance - barrier.offset;
+        let end = barrier.gap_of_force(force, weight);
+        if (end - gap).abs() <= SAME_GAP * barrier.reach {
+            return law.curvature;
+        }
+        (law.slope - barrier.at_signed(end + barrier.offset, weight).slope) / (gap - end)
+    }
+
+    /// True if no force is expected of any contact.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// Bytes held.
+    pub(crate) fn bytes(&self) -> usize {
+        size_of_val(&self.0[..])
+    }
+}
+
+/// Visit of the contacts of a matrix, to take down what its solution makes of their forces.
+pub(crate) struct ForceForecast<'a> {
+    /// Forces that were expected when the matrix was made.
+    pub(crate) before: &'a ExpectedForces,
+    /// The solution, flat `(n, D)` [m].
+    pub(crate) step: &'a [f64],
+    found: Vec<(ContactKey, f64)>,
+}
+
+impl<'a> ForceForecast<'a> {
+    pub(crate) fn new(before: &'a ExpectedForces, step: &'a [f64]) -> Self {
+        ForceForecast { before, step, found: vec![] }
+    }
+
+    /// The forces of all contacts visited.
+    pub(crate) fn end(mut self) -> ExpectedForces {
+        self.found.sort_unstable_by_key(|(key, _)| *key);
+        ExpectedForces(self.found)
+    }
+
+    fn note(&mut self, vertices: &[u32], barrier: &Barrier, (distance, change): (f64, f64), weight: f64) {
+        let stiffness = self.before.stiffness(vertices, barrier, distance, weight);
+        let force = -barrier.at_signed(distance, weight).slope;
+        self.found.push((key(vertices), force - stiffness * change));
+    }
+}
+
+impl<const D: usize> ContactVisitor<D> for ForceForecast<'_> {
+    fn pair<const N: usize, const P: usize>(
+        &mut self,
+        vertices: &[u32; N],
+        pair: &PairGeometry<f64, D, N, P>,
+        law: &ContactLaw,
+        weight: f64,
+    ) {
+        let step = rows::<D, N>(self.step, vertices);
+        let along = |i: usize| (0..D).map(|k| pair.normal[k] * step[i][k]).sum::<f64>();
+        let change = (0..N).map(|i| pair.coefficients[i] * along(i)).sum();
+        self.note(vertices, &law.barrier, (pair.distance, change), weight);
+    }
+
+    fn plane(&mut self, vertices: &[u32; 2], plane: &PlaneGeometry<D>, law: &ContactLaw, weight: f64) {
+        let [p, o] = rows::<D, 2>(self.step, vertices);
+        let change = (0..D).map(|k| plane.normal[k] * (p[k] - o[k])).sum();
+        self.note(vertices, &law.barrier, (plane.distance, change), weight);
+    }
+
+    /// Nothing: edges that are nearly parallel keep their tangents.
+    fn mollified(&mut self, _: &MollifiedPair, _: &[[f64; 3]; 4], _: &ContactLaw) {}
+}
