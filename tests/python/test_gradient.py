@@ -71,6 +71,26 @@ def test_walls_and_what_happens_at_each_step() -> None:
     assert fallen.gradient(tip, names, steps=20).wall_events > 0
 
 
+def test_frequencies_have_derivatives_about_the_shape_at_rest() -> None:
+    scene = beam(**{"world.gravity": [0, 0]})
+    names = ["body.beam.elastic.young", "body.beam.rest", "body.beam.elastic.poisson_per_element"]
+    found = pliant.Simulation(scene).frequency_gradient(names, 3)
+    assert list(found) == names and found["body.beam.rest"].shape == (3, 20)
+    assert found["body.beam.elastic.poisson_per_element"].shape == (3, 8) and list(found.alike) == [1, 1, 1]
+    np.testing.assert_allclose(found.omega, pliant.modes(scene, 3)["omega"], rtol=1e-12)
+    # omega^2 is in proportion to E, and to 1/L^2.
+    np.testing.assert_allclose(found["body.beam.elastic.young"] * 1e5, found.omega**2, rtol=1e-10)
+    rest = pliant.Simulation(scene).rest_positions.ravel()
+    np.testing.assert_allclose(found["body.beam.rest"] @ rest, -2 * found.omega**2, rtol=1e-10)
+    with pytest.raises(ValueError, match="where gravity pulls"):
+        pliant.Simulation(beam()).frequency_gradient(names)
+    for name in ("velocity", "world.gravity", "forces"):
+        with pytest.raises(KeyError, match=f"no derivative by `{name}`"):
+            pliant.Simulation(scene).frequency_gradient([names[0], name])
+    with pytest.raises(ValueError, match="100 modes were asked for"):
+        pliant.Simulation(scene).frequency_gradient(names, 100)
+
+
 def test_names_that_are_none_are_answered_with_those_that_are() -> None:
     simulation = pliant.Simulation(beam())
     with pytest.raises(KeyError, match=r"time\.step.*with respect to: position, velocity, forces, pins"):

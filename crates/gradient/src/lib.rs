@@ -36,6 +36,7 @@ mod adjoint;
 mod checkpoints;
 mod coupled;
 mod error;
+mod frequencies;
 mod krylov;
 mod linear;
 mod loss;
@@ -49,11 +50,12 @@ mod walls;
 use pliant::simulation::Simulation;
 
 pub use error::GradientError;
+pub use frequencies::{FrequencyGradient, frequency_gradient};
 pub use loss::{Loss, LossFrame};
 pub use names::{ParameterSelection, names};
 pub use parameter::{
     BodyDensity, ContactStiffness, ForceUse, FrictionCoefficient, Gravity, HeldPlaces, HeldUse,
-    LinearElements, LoadFactor, LoadValue, Masses, Modulus, MotionFactor, Parameter, RestLengths,
+    LinearElements, LoadFactor, LoadValue, Masses, ModeUse, Modulus, MotionFactor, Parameter, RestLengths,
     SpringStiffness, StateUse, StepForces, Together, TunedSpring, WeightDensity, Weighted,
 };
 pub use support::schemes;

@@ -8,8 +8,8 @@ use pliant::algebra::Mat;
 use pliant::element::simplex_rest;
 use pliant::material::{Material, MaterialSpec, MaterialVisitor, Psd};
 
-use super::mass::{by_mass, uniform_gravity};
-use super::{ForceUse, Parameter};
+use super::mass::{by_mass, mode_by_mass, uniform_gravity};
+use super::{ForceUse, ModeUse, Parameter};
 
 /// Stress and its derivative in a direction, of whatever material.
 trait ElementEnergy<const D: usize>: Send {
@@ -60,10 +60,10 @@ impl<const D: usize, const N: usize> ModulusElements<D, N> {
         ModulusElements { vertices, rest }
     }
 
-    /// `F` and `G` of element `i`.
-    fn deformation(&self, i: usize, of: &ForceUse<'_>) -> [Mat<f64, D>; 2] {
+    /// `F` of the positions and `G` of the direction of element `i`.
+    fn deformation(&self, i: usize, (x, p): (&[f64], &[f64])) -> [Mat<f64, D>; 2] {
         let (inverse, _) = &self.rest[i];
-        [of.x, of.p].map(|rows| edges(&points::<D, N>(rows, &self.vertices[i])).mul(inverse))
+        [x, p].map(|rows| edges(&points::<D, N>(rows, &self.vertices[i])).mul(inverse))
     }
 }
 
@@ -99,9 +99,19 @@ impl<const D: usize, const N: usize> Parameter for ElementModuli<D, N> {
         self.elements.vertices.len()
     }
 
+    fn add_mode(&mut self, of: &ModeUse<'_>, derivative: &mut [f64]) -> bool {
+        for (i, derivative) in derivative.iter_mut().enumerate() {
+            let [f, g] = self.elements.deformation(i, (of.x, of.shape));
+            let along =
+                |(factor, psi): &(f64, Box<dyn ElementEnergy<D>>)| factor * psi.stress_along(&f, &g).dot(&g);
+            *derivative += self.elements.rest[i].1 * self.parts.iter().map(along).sum::<f64>();
+        }
+        true
+    }
+
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
         for (i, derivative) in derivative.iter_mut().enumerate() {
-            let [f, g] = self.elements.deformation(i, of);
+            let [f, g] = self.elements.deformation(i, (of.x, of.p));
             let along: f64 = self.parts.iter().map(|(factor, psi)| factor * psi.stress(&f).dot(&g)).sum();
             *derivative -= self.elements.rest[i].1 * along;
         }
@@ -122,7 +132,7 @@ struct RestShape<const D: usize, const N: usize> {
 impl<const D: usize, const N: usize> RestShape<D, N> {
     /// `K` of `d(p . dE/dx) = w K : dD_m D_m^-1` of element `i`.
     fn rate(&self, i: usize, of: &ForceUse<'_>) -> Mat<f64, D> {
-        let [f, g] = self.elements.deformation(i, of);
+        let [f, g] = self.elements.deformation(i, (of.x, of.p));
         let (stress, along) = (self.psi.stress(&f), self.psi.stress_along(&f, &g));
         Mat::scalar(stress.dot(&g)) - f.transpose_mul(&along) - g.transpose_mul(&stress)
     }
@@ -137,12 +147,36 @@ impl<const D: usize, const N: usize> Parameter for RestShape<D, N> {
         self.density != 0.0
     }
 
+    /// The state goes with the shape at rest: `F` stays, and `G` of a mode changes by `-G dD_m D_m^-1`.
+    fn add_mode(&mut self, of: &ModeUse<'_>, derivative: &mut [f64]) -> bool {
+        let rate = |i: usize| {
+            let [f, g] = self.elements.deformation(i, (of.x, of.shape));
+            let along = self.psi.stress_along(&f, &g);
+            Mat::scalar(along.dot(&g)) - g.transpose_mul(&along).scale(2.0)
+        };
+        self.spread(rate, |vertex| mode_by_mass(of, vertex), derivative);
+        of.is_lumped
+    }
+
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
         let gravity = uniform_gravity(of.system);
+        self.spread(|i| -self.rate(i, of), |vertex| by_mass(of, &gravity, vertex), derivative);
+    }
+}
+
+impl<const D: usize, const N: usize> RestShape<D, N> {
+    /// Adds what rest positions make of `w K : dD_m D_m^-1` with `K` of each element, and of masses, by a
+    /// derivative at each vertex.
+    fn spread(
+        &self,
+        rate: impl Fn(usize) -> Mat<f64, D>,
+        by_mass: impl Fn(usize) -> f64,
+        derivative: &mut [f64],
+    ) {
         for (i, element) in self.elements.vertices.iter().enumerate() {
-            let mut rate = -self.rate(i, of);
+            let mut rate = rate(i);
             if self.density != 0.0 {
-                let masses = element.iter().map(|vertex| by_mass(of, &gravity, *vertex as usize));
+                let masses = element.iter().map(|vertex| by_mass(*vertex as usize));
                 rate += Mat::scalar(self.density / N as f64 * masses.sum::<f64>());
             }
             let (inverse, volume) = &self.elements.rest[i];

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use pliant::system::System;
 
-use super::{ForceUse, Parameter};
+use super::{ForceUse, ModeUse, Parameter};
 
 /// Lumped masses of vertices [kg]. Uniform gravity pulls at the mass that it accelerates, and damping in
 /// proportion to masses grows with them; no other force depends on them, as mutual gravity would.
@@ -28,6 +28,13 @@ impl Parameter for Masses {
 
     fn needs_force(&self) -> bool {
         true
+    }
+
+    fn add_mode(&mut self, of: &ModeUse<'_>, derivative: &mut [f64]) -> bool {
+        for (derivative, vertex) in derivative.iter_mut().zip(&self.vertices) {
+            *derivative += mode_by_mass(of, *vertex as usize);
+        }
+        of.is_lumped
     }
 
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
@@ -60,6 +67,15 @@ impl Parameter for BodyDensity {
 
     fn needs_force(&self) -> bool {
         true
+    }
+
+    fn add_mode(&mut self, of: &ModeUse<'_>, derivative: &mut [f64]) -> bool {
+        let each = |vertex: &u32| {
+            let vertex = *vertex as usize;
+            of.system.mass()[vertex] / self.density * mode_by_mass(of, vertex)
+        };
+        derivative[0] += self.vertices.iter().map(each).sum::<f64>();
+        of.is_lumped
     }
 
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
@@ -118,4 +134,10 @@ pub(super) fn by_mass(of: &ForceUse<'_>, gravity: &[f64; 3], vertex: usize) -> f
     let coordinates = vertex * d..(vertex + 1) * d;
     let rows = of.p[coordinates.clone()].iter().zip(&of.gradient[coordinates]).zip(gravity);
     rows.map(|((p, gradient), g)| p * (gradient / mass + g)).sum()
+}
+
+/// Derivative of `omega^2` of a mode by the lumped mass of a vertex: `-omega^2 |phi|^2` there.
+pub(super) fn mode_by_mass(of: &ModeUse<'_>, vertex: usize) -> f64 {
+    let d = of.system.dimension();
+    -of.square * of.shape[vertex * d..][..d].iter().map(|phi| phi * phi).sum::<f64>()
 }

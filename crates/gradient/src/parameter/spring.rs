@@ -1,6 +1,6 @@
 //! Constants of springs.
 
-use super::{ForceUse, Parameter};
+use super::{ForceUse, ModeUse, Parameter};
 
 /// A spring, `E = 1/2 k (l - l0)^2`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,14 +16,13 @@ pub struct TunedSpring {
 impl TunedSpring {
     /// Length `l` [m], and `(p_1 - p_2) . (x_1 - x_2) / l`: how fast it grows along `p`. A spring of length
     /// zero has no direction, and does not.
-    fn stretch(&self, of: &ForceUse<'_>) -> (f64, f64) {
-        let d = of.system.dimension();
+    fn stretch(&self, (x, p): (&[f64], &[f64]), d: usize) -> (f64, f64) {
         let [a, b] = self.ends.map(|end| end as usize * d);
         let (mut squared, mut along) = (0.0, 0.0);
         for c in 0..d {
-            let difference = of.x[a + c] - of.x[b + c];
+            let difference = x[a + c] - x[b + c];
             squared += difference * difference;
-            along += (of.p[a + c] - of.p[b + c]) * difference;
+            along += (p[a + c] - p[b + c]) * difference;
         }
         let length = f64::sqrt(squared);
         (length, if length > 0.0 { along / length } else { 0.0 })
@@ -48,9 +47,17 @@ impl Parameter for SpringStiffness {
         self.springs.len()
     }
 
+    /// Of springs at rest, which have no stiffness across.
+    fn add_mode(&mut self, of: &ModeUse<'_>, derivative: &mut [f64]) -> bool {
+        for (derivative, spring) in derivative.iter_mut().zip(&self.springs) {
+            *derivative += spring.stretch((of.x, of.shape), of.system.dimension()).1.powi(2);
+        }
+        true
+    }
+
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
         for (derivative, spring) in derivative.iter_mut().zip(&self.springs) {
-            let (length, growth) = spring.stretch(of);
+            let (length, growth) = spring.stretch((of.x, of.p), of.system.dimension());
             *derivative -= (length - spring.rest_length) * growth;
         }
     }
@@ -76,7 +83,7 @@ impl Parameter for RestLengths {
 
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
         for (derivative, spring) in derivative.iter_mut().zip(&self.springs) {
-            *derivative += spring.stiffness * spring.stretch(of).1;
+            *derivative += spring.stiffness * spring.stretch((of.x, of.p), of.system.dimension()).1;
         }
     }
 }

@@ -1,6 +1,6 @@
 //! One number that several depend on.
 
-use super::{ForceUse, HeldUse, Parameter};
+use super::{ForceUse, HeldUse, ModeUse, Parameter, StateUse};
 use crate::adjoint::dot;
 
 /// A number `theta` that the numbers of another parameter grow with, `d theta_i = w_i d theta`.
@@ -46,6 +46,19 @@ impl Parameter for Weighted {
         self.derivative.fill(0.0);
         self.of.add_held(of, &mut self.derivative);
         derivative[0] += dot(&self.derivative, &self.weights);
+    }
+
+    fn add_state(&mut self, of: &StateUse<'_>, derivative: &mut [f64]) {
+        self.derivative.fill(0.0);
+        self.of.add_state(of, &mut self.derivative);
+        derivative[0] += dot(&self.derivative, &self.weights);
+    }
+
+    fn add_mode(&mut self, of: &ModeUse<'_>, derivative: &mut [f64]) -> bool {
+        self.derivative.fill(0.0);
+        let is_known = self.of.add_mode(of, &mut self.derivative);
+        derivative[0] += dot(&self.derivative, &self.weights);
+        is_known
     }
 
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {

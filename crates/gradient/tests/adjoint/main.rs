@@ -7,6 +7,7 @@ mod contact;
 mod differences;
 mod each_step;
 mod fit;
+mod frequencies;
 mod kepler;
 mod loads;
 mod muscle;

@@ -8,7 +8,7 @@ import numpy.typing as npt
 from scipy.sparse import csr_array
 
 from ._run import Summary
-from .gradients import Gradient
+from .gradients import FrequencyGradient, Gradient
 from .material import Material
 from .view import LiveView, View
 
@@ -196,6 +196,7 @@ class Simulation:
         *,
         steps: int | None = None,
     ) -> tuple[_Array, _Array]: ...
+    def frequency_gradient(self, with_respect_to: Sequence[str], count: int = 1) -> FrequencyGradient: ...
     def gradient_names(self) -> list[str]: ...
     @overload
     def view(self, *, live: Literal[False] = False, max_bytes: int = 2_000_000, height: int = 480) -> View: ...

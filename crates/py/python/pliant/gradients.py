@@ -44,3 +44,33 @@ class Gradient(Mapping[str, "float | npt.NDArray[Any]"]):
 
     def __len__(self) -> int:
         return len(self.derivatives)
+
+
+@dataclass(frozen=True, eq=False)
+class FrequencyGradient(Mapping[str, "npt.NDArray[Any]"]):
+    """Derivatives of squares of natural frequencies by name: ``found["body.beam.rest"][0]`` is that of the lowest.
+
+    Attributes
+    ----------
+    omega : ndarray of float64, shape (count,)
+        Angular frequencies, from the lowest [rad/s]; 0 of rigid motion.
+    derivatives : dict of str to ndarray
+        Of ``omega**2`` [rad^2/s^2] by each name: shape (count,) where it is one number, else (count, numbers). Those of ``omega`` are
+        ``1/(2 omega)`` times these, where it is not 0.
+    alike : ndarray of int64, shape (count,)
+        How many modes have the frequency of each, itself included. Where there are several, single ones have no derivative, and those given
+        are those of their mean.
+    """
+
+    omega: npt.NDArray[Any]
+    derivatives: dict[str, npt.NDArray[Any]]
+    alike: npt.NDArray[Any]
+
+    def __getitem__(self, name: str) -> npt.NDArray[Any]:
+        return self.derivatives[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.derivatives)
+
+    def __len__(self) -> int:
+        return len(self.derivatives)

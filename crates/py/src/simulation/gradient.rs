@@ -3,8 +3,10 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use numpy::PyArrayMethods;
-use pliant_gradient::{GradientError, Loss, LossFrame, ParameterSelection, RunGradient, UNLIMITED};
+use numpy::{IntoPyArray, PyArrayMethods};
+use pliant_gradient::{
+    GradientError, Loss, LossFrame, ParameterSelection, RunGradient, UNLIMITED, frequency_gradient,
+};
 use pyo3::exceptions::{PyKeyError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
@@ -251,6 +253,78 @@ impl PySimulation {
         let parts = [found.position, found.velocity].map(|part| arrays::array(py, part, &shape));
         let [position, velocity] = parts;
         PyTuple::new(py, [position?, velocity?])
+    }
+
+    /// The lowest natural frequencies about the present state, and their derivatives.
+    ///
+    /// That state is a shape at rest: no force acts there, neither gravity nor a load. A derivative by the shape
+    /// at rest moves the state with it.
+    ///
+    /// Parameters
+    /// ----------
+    /// with_respect_to : list of str
+    ///     Names, as for `gradient`, of moduli, densities, masses, rest shapes and stiffnesses of springs.
+    /// count : int, default 1
+    ///     How many frequencies, from the lowest.
+    ///
+    /// Returns
+    /// -------
+    /// FrequencyGradient
+    ///     The frequencies, and the derivatives of their squares by name.
+    ///
+    /// Raises
+    /// ------
+    /// KeyError
+    ///     A name has no derivative, or frequencies have none by it.
+    /// ValueError
+    ///     A force acts; there are fewer frequencies, or none.
+    ///
+    /// Examples
+    /// --------
+    /// >>> unloaded = Simulation(scene.with_changes({"world.gravity": [0, 0]}))
+    /// >>> found = unloaded.frequency_gradient(["body.beam.mass.density", "body.beam.rest"], 2)
+    /// >>> found["body.beam.mass.density"].shape, found["body.beam.rest"].shape
+    /// ((2,), (2, 20))
+    /// >>> bool(np.allclose(found["body.beam.mass.density"], -found.omega**2 / 1000.0))
+    /// True
+    #[pyo3(signature = (with_respect_to, count = 1))]
+    fn frequency_gradient<'py>(
+        &self,
+        py: Python<'py>,
+        with_respect_to: Vec<String>,
+        count: usize,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let none_by = |name: &str| {
+            PyKeyError::new_err(format!(
+                "natural frequencies have no derivative by `{name}`: moduli, densities, masses, rest shapes and \
+                 the stiffness of springs have one, masses and shapes where all elements are of first order"
+            ))
+        };
+        if let Some(name) = with_respect_to.iter().find(|name| matches!(&name[..], "position" | "velocity")) {
+            return Err(none_by(name));
+        }
+        let mut inner = self.lock()?;
+        let mut selection = inner.selection(&with_respect_to)?;
+        let (simulation, parameters) = (&mut inner.simulation, selection.parameters());
+        let found = py.detach(|| threads::run(|| frequency_gradient(simulation, count, parameters)));
+        let found = found.map_err(|fault| match fault {
+            GradientError::FrequencyParameter { number } => none_by(&with_respect_to[number]),
+            fault => error(&fault),
+        })?;
+        let by = PyDict::new(py);
+        for (number, name) in with_respect_to.iter().enumerate() {
+            let rows: Vec<f64> = found.squares.iter().flat_map(|squares| squares[number].clone()).collect();
+            let width = rows.len() / count.max(1);
+            let shape = if width == 1 { &[count][..] } else { &[count, width][..] };
+            by.set_item(name, arrays::array(py, rows, shape)?)?;
+        }
+        let omega = arrays::array(py, found.omega, &[count])?;
+        let alike: Vec<i64> = found.alike.iter().map(|alike| *alike as i64).collect();
+        py.import("pliant.gradients")?.getattr("FrequencyGradient")?.call1((
+            omega,
+            by,
+            alike.into_pyarray(py),
+        ))
     }
 
     /// Names that `gradient` takes derivatives by.
