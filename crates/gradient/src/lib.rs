@@ -54,9 +54,9 @@ pub use frequencies::{FrequencyGradient, frequency_gradient};
 pub use loss::{Loss, LossFrame};
 pub use names::{ParameterSelection, names};
 pub use parameter::{
-    BodyDensity, ContactStiffness, ForceUse, FrictionCoefficient, Gravity, HeldPlaces, HeldUse,
-    LinearElements, LoadFactor, LoadValue, Masses, ModeUse, Modulus, MotionFactor, Parameter, RestLengths,
-    SpringStiffness, StateUse, StepForces, Together, TunedSpring, WeightDensity, Weighted,
+    BodyDensity, ContactStiffness, ForceUse, FormulaNumber, FrictionCoefficient, Gravity, HeldPlaces,
+    HeldUse, LinearElements, LoadFactor, LoadValue, Masses, ModeUse, Modulus, MotionFactor, Parameter,
+    RestLengths, SpringStiffness, StateUse, StepForces, Together, TunedSpring, WeightDensity, Weighted,
 };
 pub use support::schemes;
 pub use tangent::{RunTangent, tangent};

@@ -158,9 +158,9 @@ pub trait Driven {
     }
 }
 
-/// A force from outside that is linear in a value: a vector, or a pressure.
+/// A force from outside that is linear in a value: a vector, a pressure, or the tension of a muscle.
 pub trait LoadTerm {
-    /// Components of the value: as many as dimensions of a vector, one of a pressure.
+    /// Components of the value: as many as dimensions of a vector, one of a pressure or a tension.
     fn components(&self) -> usize;
 
     /// The work `f . p` of its force `f` at `x` along `p`, at the time last said.
@@ -169,6 +169,11 @@ pub trait LoadTerm {
     /// Adds to `works` the work along `p` of a unit of each component of the value, the same everywhere on
     /// the load.
     fn add_unit_works(&self, x: &[f64], p: &[f64], works: &mut [f64]);
+
+    /// The work along `p` of what its force would be if this were its value, by the place at rest [m] and the
+    /// time last said [s]; of a single component the first is looked at. The value may differ from place to
+    /// place, and change with time, only where that of the load does.
+    fn work_of(&self, value: &dyn Fn([f64; 3], f64) -> [f64; 3], x: &[f64], p: &[f64]) -> f64;
 }
 
 /// Answers to measurements: diagnostics, tolerances, the search of the largest frequency.

@@ -1,9 +1,11 @@
 //! Parameters of a scene by their names: its keys, bodies by name or by number.
 
 mod contact;
+mod formulas;
 mod loads;
 mod materials;
 mod motions;
+mod muscles;
 mod terms;
 
 use std::borrow::Cow;
@@ -170,7 +172,8 @@ fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<Cow<'static, 
         None => {}
     }
     let all = keys.into_iter().map(Cow::Borrowed).chain(of_formula);
-    let all = all.chain(loads::keys(spec).chain(motions::keys(spec)).map(Cow::Owned));
+    let by_index = loads::keys(spec).chain(muscles::keys(spec)).chain(motions::keys(spec));
+    let all = all.chain(by_index.map(Cow::Owned));
     all.filter(|key| contact::obstacle(scene, spec, key).is_none()).collect()
 }
 
@@ -268,6 +271,7 @@ impl Places<'_> {
             _ if key.starts_with("load.") => {
                 return loads::parameter(spec, &body.name, self.topology.dimension, key);
             }
+            _ if key.starts_with("muscle.") => return muscles::parameter(spec, &body.name, key),
             _ if key.starts_with("pin.") => return motions::parameter(spec, &body.name, key),
             _ if key.starts_with("springs.") => return self.of_springs(spec.springs.as_ref()?, body, key),
             _ => return self.of_elements(spec, body, key),

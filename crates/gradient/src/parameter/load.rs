@@ -2,10 +2,11 @@
 
 use pliant::energy::LoadTerm;
 use pliant::system::System;
+use pliant_scene::OverTime;
 
 use super::{ForceUse, Parameter};
 
-/// The value of a load, a vector or a pressure: derivatives by what is added to each of its components,
+/// The value of a load, a vector, a pressure or the tension of a muscle: derivatives by what is added to each of its components,
 /// everywhere on the load and at all times.
 #[derive(Clone, Debug)]
 pub struct LoadValue {
@@ -17,6 +18,16 @@ pub struct LoadValue {
 #[derive(Clone, Debug)]
 pub struct LoadFactor {
     term: NamedLoad,
+}
+
+/// A number that the formulas of a load, or of a muscle, name after `where`; that of all components where
+/// several name it.
+#[derive(Clone, Debug)]
+pub struct FormulaNumber {
+    term: NamedLoad,
+    /// Components of the value.
+    formulas: Vec<OverTime>,
+    name: String,
 }
 
 /// A load of a system by the name of its term.
@@ -50,6 +61,32 @@ impl LoadFactor {
     /// Of the load of this name.
     pub fn new(name: String) -> Self {
         LoadFactor { term: NamedLoad::new(name) }
+    }
+}
+
+impl FormulaNumber {
+    /// Of this name, in the components of the value of the load `term`.
+    pub fn new(term: String, formulas: Vec<OverTime>, name: String) -> Self {
+        FormulaNumber { term: NamedLoad::new(term), formulas, name }
+    }
+}
+
+impl Parameter for FormulaNumber {
+    fn len(&self) -> usize {
+        1
+    }
+
+    fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
+        let FormulaNumber { term, formulas, name } = self;
+        let rate = |place: [f64; 3], time: f64| {
+            let mut rate = [0.0; 3];
+            let components = rate.iter_mut().zip(&*formulas);
+            components.for_each(|(rate, formula)| *rate = formula.derivative(name, place, time));
+            rate
+        };
+        if let Some(load) = term.find(of.system) {
+            derivative[0] += load.work_of(&rate, of.x, of.p);
+        }
     }
 }
 

@@ -16,7 +16,7 @@ pub use contact::{ContactStiffness, FrictionCoefficient};
 pub use each_step::{HeldPlaces, StepForces};
 pub use elements::LinearElements;
 pub use gravity::Gravity;
-pub use load::{LoadFactor, LoadValue};
+pub use load::{FormulaNumber, LoadFactor, LoadValue};
 pub use mass::{BodyDensity, Masses, WeightDensity};
 pub use moduli::Modulus;
 pub use motion::MotionFactor;

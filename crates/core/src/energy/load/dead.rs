@@ -162,6 +162,18 @@ impl LoadTerm for DeadLoad {
             works.iter_mut().zip(row).for_each(|(work, p)| *work += share * p);
         }
     }
+
+    fn work_of(&self, value: &dyn Fn([f64; 3], f64) -> [f64; 3], _x: &[f64], p: &[f64]) -> f64 {
+        let mut work = 0.0;
+        for Sample { point, shares } in &self.samples {
+            let force = value(*point, self.time);
+            for (slot, share) in shares {
+                let row = &p[self.vertices[*slot as usize] as usize * self.dimension..][..self.dimension];
+                work += share * row.iter().zip(&force).map(|(p, f)| p * f).sum::<f64>();
+            }
+        }
+        work
+    }
 }
 
 impl Measurements for DeadLoad {
