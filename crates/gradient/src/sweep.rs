@@ -6,7 +6,7 @@ use crate::adjoint::{Adjoint, AdjointForces, AdjointPlace, Step, Sums, free_only
 use crate::checkpoints::split;
 use crate::loss::{Loss, LossFrame};
 use crate::parameter::{HeldUse, Parameter, StateUse};
-use crate::walls::WalledEnd;
+use crate::walls::{self, Touching, WallEvent, WalledEnd};
 use crate::{GradientError, RunGradient, support};
 
 /// KeptState before a step, and the step.
@@ -39,10 +39,10 @@ pub(crate) struct Sweep<'a> {
     size_at_end: f64,
     /// Solves that friction did not settle in: before the run, then in it.
     unsettled: u64,
-    /// The step after the one that is taken back next, where there are walls, and what has come to them or
-    /// left them since.
-    later: Option<WalledEnd>,
-    wall_events: u64,
+    /// What touches walls after the step that comes after the one that is taken back next, where there are
+    /// any, and what has come to them or left them since.
+    later: Option<Touching>,
+    wall_events: Vec<WallEvent>,
 }
 
 impl<'a> Sweep<'a> {
@@ -70,7 +70,7 @@ impl<'a> Sweep<'a> {
             size_at_end: 0.0,
             unsettled: 0,
             later: None,
-            wall_events: 0,
+            wall_events: vec![],
             simulation,
             loss,
         }
@@ -90,6 +90,7 @@ impl<'a> Sweep<'a> {
         }
         let (numbering, d) = (self.simulation.numbering(), self.simulation.system().dimension());
         let growth = self.growth(self.start);
+        self.wall_events.sort_unstable();
         Ok(RunGradient {
             value: self.value,
             position: numbering.to_original(&self.adjoint.x, d).into_owned(),
@@ -185,7 +186,14 @@ impl<'a> Sweep<'a> {
                 self.sums.add_held(&HeldUse { system, x, v, x_bar: &by_x, v_bar: &by_v });
             }
             free_only(self.simulation.system(), v_bar);
-            self.wall_events += self.later.as_ref().map_or(0, |later| walled.events(later));
+            let numbering = self.simulation.numbering();
+            if let Some(later) = &self.later {
+                self.wall_events.extend(walls::events(numbering, step + 2, &walled.touching, later));
+            }
+            if step == self.first {
+                let before = walls::touching(self.simulation.system(), &record.x);
+                self.wall_events.extend(walls::events(numbering, step + 1, &before, &walled.touching));
+            }
             (x, v) = (&walled.x, &walled.v);
         }
         let (h, method) = (self.simulation.step_size(), self.simulation.method());
@@ -204,7 +212,7 @@ impl<'a> Sweep<'a> {
         if !self.adjoint.norm().is_finite() {
             return Err(GradientError::Overflow { step, time, growth: self.growth(time) });
         }
-        self.later = walled;
+        self.later = walled.map(|walled| walled.touching);
         Ok(())
     }
 

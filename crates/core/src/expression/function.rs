@@ -77,7 +77,8 @@ functions! {
     SUBTRACT "-" "" 2: |[a, b]| a - b, [1.0, -1.0];
     MULTIPLY "*" "" 2: |[a, b]| a * b, [b, a];
     DIVIDE "/" "" 2: |[a, b]| a / b, [1.0 / b, -a / (b * b)];
-    POWER "^" "" 2: |[a, b]| libm::pow(a, b), [b * libm::pow(a, b - 1.0), logarithm_times(libm::pow(a, b), a)];
+    POWER "^" "" 2:
+        |[a, b]| libm::pow(a, b), [b * libm::pow(a, b - 1.0), logarithm_times(libm::pow(a, b), a)];
     LESS "<" "" 2: |[a, b]| truth(a, b, a < b), [0.0, 0.0];
     LESS_OR_EQUAL "<=" "" 2: |[a, b]| truth(a, b, a <= b), [0.0, 0.0];
     GREATER ">" "" 2: |[a, b]| truth(a, b, a > b), [0.0, 0.0];

@@ -211,8 +211,11 @@ impl Expression {
     /// True if nothing in it jumps: no comparison, `if`, `step`, `pulse`, `sign`, `floor`. Poles are none of
     /// these.
     pub fn is_continuous(&self) -> bool {
-        let jumps = |operation: &Operation<FormulaSymbol>| matches!(operation, Operation::Call(function) if function.jumps());
-        !self.program.iter().any(jumps)
+        let mut calls = self.program.iter().filter_map(|operation| match operation {
+            Operation::Call(function) => Some(function),
+            _ => None,
+        });
+        !calls.any(|function| function.jumps())
     }
 
     fn evaluate<N: Number>(&self, variable: impl Fn(Variable) -> N) -> N {

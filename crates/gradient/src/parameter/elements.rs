@@ -8,7 +8,7 @@ use pliant::algebra::Mat;
 use pliant::element::simplex_rest;
 use pliant::material::{Material, MaterialSpec, MaterialVisitor, Psd};
 
-use super::mass::{by_mass, mode_by_mass, uniform_gravity};
+use super::mass::{add_by_mass, by_mass, mode_by_mass, uniform_gravity};
 use super::{ForceUse, ModeUse, Parameter};
 
 /// Stress and its derivative in a direction, of whatever material.
@@ -67,6 +67,23 @@ impl<const D: usize, const N: usize> ModulusElements<D, N> {
     }
 }
 
+/// Adds `w T D_m^-T` at the vertices of an element: what `w T : G` is the product of with the direction that
+/// `G` is made of.
+fn add_at<const D: usize, const N: usize>(
+    element: &[u32; N],
+    (inverse, volume): &(Mat<f64, D>, f64),
+    stress: &Mat<f64, D>,
+    rows: &mut [f64],
+) {
+    let by_edges = stress.mul_transpose(inverse).scale(*volume);
+    for (a, vertex) in element[1..].iter().enumerate() {
+        for (end, sign) in [(*vertex, 1.0), (element[0], -1.0)] {
+            let row = &mut rows[end as usize * D..][..D];
+            (0..D).for_each(|k| row[k] += sign * by_edges[k][a]);
+        }
+    }
+}
+
 /// Rows of these vertices in a flat array.
 fn points<const D: usize, const N: usize>(rows: &[f64], vertices: &[u32; N]) -> [[f64; D]; N] {
     let mut points = [[0.0; D]; N];
@@ -105,6 +122,16 @@ impl<const D: usize, const N: usize> Parameter for ElementModuli<D, N> {
             let along =
                 |(factor, psi): &(f64, Box<dyn ElementEnergy<D>>)| factor * psi.stress_along(&f, &g).dot(&g);
             *derivative += self.elements.rest[i].1 * self.parts.iter().map(along).sum::<f64>();
+        }
+        true
+    }
+
+    fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
+        for (i, change) in change.iter().enumerate() {
+            let [f, _] = self.elements.deformation(i, (of.x, of.x));
+            let mut stress = Mat::zero();
+            self.parts.iter().for_each(|(factor, psi)| stress += psi.stress(&f).scale(-factor * change));
+            add_at(&self.elements.vertices[i], &self.elements.rest[i], &stress, force);
         }
         true
     }
@@ -156,6 +183,31 @@ impl<const D: usize, const N: usize> Parameter for RestShape<D, N> {
         };
         self.spread(rate, |vertex| mode_by_mass(of, vertex), derivative);
         of.is_lumped
+    }
+
+    /// With `B = dD_m D_m^-1`: `dP = P tr B - dP/dF : F B - P B^T`.
+    fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
+        let gravity = uniform_gravity(of.system);
+        for (element, rest) in self.elements.vertices.iter().zip(&self.elements.rest) {
+            let moved = element.map(|vertex| {
+                let mut moved = [0.0; D];
+                moved.copy_from_slice(&change[self.place[vertex as usize] as usize * D..][..D]);
+                moved
+            });
+            let b = edges(&moved).mul(&rest.0);
+            let f = edges(&points::<D, N>(of.x, element)).mul(&rest.0);
+            let (stress, growth) = (self.psi.stress(&f), b.trace());
+            let along = self.psi.stress_along(&f, &f.mul(&b));
+            let by_shape = stress.mul_transpose(&b) + along - stress.scale(growth);
+            add_at(element, rest, &by_shape, force);
+            if self.density != 0.0 {
+                let mass = self.density / N as f64 * rest.1 * growth;
+                element.iter().for_each(|vertex| {
+                    add_by_mass(of, &gravity, *vertex as usize, mass, force);
+                });
+            }
+        }
+        true
     }
 
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {

@@ -37,6 +37,14 @@ impl Parameter for Masses {
         of.is_lumped
     }
 
+    fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
+        let gravity = uniform_gravity(of.system);
+        for (change, vertex) in change.iter().zip(&self.vertices) {
+            add_by_mass(of, &gravity, *vertex as usize, *change, force);
+        }
+        true
+    }
+
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
         let gravity = uniform_gravity(of.system);
         for (derivative, vertex) in derivative.iter_mut().zip(&self.vertices) {
@@ -78,6 +86,15 @@ impl Parameter for BodyDensity {
         of.is_lumped
     }
 
+    fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
+        let gravity = uniform_gravity(of.system);
+        for vertex in &self.vertices {
+            let vertex = *vertex as usize;
+            add_by_mass(of, &gravity, vertex, of.system.mass()[vertex] / self.density * change[0], force);
+        }
+        true
+    }
+
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
         let gravity = uniform_gravity(of.system);
         let each = |vertex: &u32| {
@@ -108,6 +125,16 @@ impl Parameter for WeightDensity {
         1
     }
 
+    fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
+        let d = of.system.dimension();
+        for vertex in &self.of.vertices {
+            let weight = of.system.mass()[*vertex as usize] / self.of.density * change[0];
+            let row = &mut force[*vertex as usize * d..][..d];
+            row.iter_mut().zip(&self.gravity).for_each(|(force, g)| *force += weight * g);
+        }
+        true
+    }
+
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
         let d = of.system.dimension();
         let each = |vertex: &u32| {
@@ -134,6 +161,20 @@ pub(super) fn by_mass(of: &ForceUse<'_>, gravity: &[f64; 3], vertex: usize) -> f
     let coordinates = vertex * d..(vertex + 1) * d;
     let rows = of.p[coordinates.clone()].iter().zip(&of.gradient[coordinates]).zip(gravity);
     rows.map(|((p, gradient), g)| p * (gradient / mass + g)).sum()
+}
+
+/// The transpose of [`by_mass`]: adds to the force what a `change` of the mass of a vertex makes of it.
+pub(super) fn add_by_mass(
+    of: &ForceUse<'_>,
+    gravity: &[f64; 3],
+    vertex: usize,
+    change: f64,
+    force: &mut [f64],
+) {
+    let (d, mass) = (of.system.dimension(), of.system.mass()[vertex]);
+    let coordinates = vertex * d..(vertex + 1) * d;
+    let rows = force[coordinates.clone()].iter_mut().zip(&of.gradient[coordinates]).zip(gravity);
+    rows.for_each(|((force, gradient), g)| *force += change * (gradient / mass + g));
 }
 
 /// Derivative of `omega^2` of a mode by the lumped mass of a vertex: `-omega^2 |phi|^2` there.

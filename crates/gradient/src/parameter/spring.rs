@@ -29,6 +29,28 @@ impl TunedSpring {
     }
 }
 
+/// Adds forces along springs, one for each: a positive one draws its ends together [N].
+fn add_tensions(
+    springs: &[TunedSpring],
+    of: &ForceUse<'_>,
+    tension: impl Fn(usize, f64) -> f64,
+    force: &mut [f64],
+) {
+    let d = of.system.dimension();
+    for (i, spring) in springs.iter().enumerate() {
+        let [a, b] = spring.ends.map(|end| end as usize * d);
+        let apart = |c: usize| of.x[a + c] - of.x[b + c];
+        let length = (0..d).map(|c| apart(c) * apart(c)).sum::<f64>().sqrt();
+        if length > 0.0 {
+            let pull = tension(i, length) / length;
+            (0..d).for_each(|c| {
+                force[a + c] -= pull * apart(c);
+                force[b + c] += pull * apart(c);
+            });
+        }
+    }
+}
+
 /// Stiffness `k` of each of some springs [N/m].
 #[derive(Clone, Debug)]
 pub struct SpringStiffness {
@@ -52,6 +74,12 @@ impl Parameter for SpringStiffness {
         for (derivative, spring) in derivative.iter_mut().zip(&self.springs) {
             *derivative += spring.stretch((of.x, of.shape), of.system.dimension()).1.powi(2);
         }
+        true
+    }
+
+    fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
+        let tension = |i: usize, length: f64| change[i] * (length - self.springs[i].rest_length);
+        add_tensions(&self.springs, of, tension, force);
         true
     }
 
@@ -79,6 +107,11 @@ impl RestLengths {
 impl Parameter for RestLengths {
     fn len(&self) -> usize {
         self.springs.len()
+    }
+
+    fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
+        add_tensions(&self.springs, of, |i, _| -self.springs[i].stiffness * change[i], force);
+        true
     }
 
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {

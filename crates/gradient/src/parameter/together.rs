@@ -47,6 +47,10 @@ impl Parameter for Together {
         self.parts.iter_mut().fold(true, |known, part| part.add_mode(of, derivative) && known)
     }
 
+    fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
+        self.parts.iter_mut().all(|part| part.add_change(of, change, force))
+    }
+
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
         self.parts.iter_mut().for_each(|part| part.add(of, derivative));
     }

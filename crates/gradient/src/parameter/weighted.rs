@@ -61,6 +61,11 @@ impl Parameter for Weighted {
         is_known
     }
 
+    fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
+        let changes: Vec<f64> = self.weights.iter().map(|weight| weight * change[0]).collect();
+        self.of.add_change(of, &changes, force)
+    }
+
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
         self.derivative.fill(0.0);
         self.of.add(of, &mut self.derivative);

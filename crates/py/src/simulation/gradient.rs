@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use numpy::{IntoPyArray, PyArrayMethods};
 use pliant_gradient::{
-    GradientError, Loss, LossFrame, ParameterSelection, RunGradient, UNLIMITED, frequency_gradient,
+    GradientError, Loss, LossFrame, ParameterSelection, RunGradient, UNLIMITED, WallEvent, frequency_gradient,
 };
 use pyo3::exceptions::{PyKeyError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -370,12 +370,13 @@ impl PySimulation {
                 }
             }
         }
-        py.import("pliant.gradients")?.getattr("Gradient")?.call1((
-            found.value,
-            by,
-            found.growth,
-            found.unsettled,
-            found.wall_events,
-        ))
+        let gradients = py.import("pliant.gradients")?;
+        let event = gradients.getattr("WallEvent")?;
+        let events = found
+            .wall_events
+            .iter()
+            .map(|WallEvent { step, vertex, wall, has_come }| event.call1((step, vertex, wall, has_come)));
+        let events = PyTuple::new(py, events.collect::<PyResult<Vec<_>>>()?)?;
+        gradients.getattr("Gradient")?.call1((found.value, by, found.growth, found.unsettled, events))
     }
 }

@@ -342,18 +342,18 @@ impl<const D: usize, const N: usize> Driven for Pressure<D, N> {
 }
 
 impl<const D: usize, const N: usize> Pressure<D, N> {
-    /// The work along `p` of the pressure of these rows.
-    fn work_by_rows(&self, rows: &[[f64; N]], x: &[f64], p: &[f64]) -> f64 {
-        let mut work = 0.0;
+    /// Adds the force of the pressure of these rows.
+    fn add_force_by_rows(&self, rows: &[[f64; N]], x: &[f64], force: &mut [f64]) {
         for (face, areas) in self.faces_of(rows) {
-            let (at, p) = (nodes::<D, N>(x, face), nodes::<D, N>(p, face));
+            let at = nodes::<D, N>(x, face);
             for (point, pressure) in areas {
-                let area = vector_area(&at, point);
-                work -=
-                    (0..N).map(|i| pressure[i] * (0..D).map(|c| area[c] * p[i][c]).sum::<f64>()).sum::<f64>();
+                let area: [f64; D] = vector_area(&at, point);
+                for i in 0..N {
+                    let row = &mut force[face[i] as usize * D..][..D];
+                    row.iter_mut().zip(area).for_each(|(f, area)| *f -= pressure[i] * area);
+                }
             }
         }
-        work
     }
 }
 
@@ -363,13 +363,26 @@ impl<const D: usize, const N: usize> LoadTerm for Pressure<D, N> {
     }
 
     fn work(&self, x: &[f64], p: &[f64]) -> f64 {
-        self.work_by_rows(&self.now, x, p)
+        let mut work = 0.0;
+        for (face, areas) in self.faces() {
+            let (at, p) = (nodes::<D, N>(x, face), nodes::<D, N>(p, face));
+            for (point, pressure) in areas {
+                let area = vector_area(&at, point);
+                work -=
+                    (0..N).map(|i| pressure[i] * (0..D).map(|c| area[c] * p[i][c]).sum::<f64>()).sum::<f64>();
+            }
+        }
+        work
     }
 
-    fn work_of(&self, value: &dyn Fn([f64; 3], f64) -> [f64; 3], x: &[f64], p: &[f64]) -> f64 {
+    fn add_force_of(&self, value: &dyn Fn([f64; 3], f64) -> [f64; 3], x: &[f64], force: &mut [f64]) {
         let mut rows = self.now.clone();
         self.integrate(&|x| value(x, self.time)[0], &mut rows);
-        self.work_by_rows(&rows, x, p)
+        self.add_force_by_rows(&rows, x, force);
+    }
+
+    fn add_force(&self, x: &[f64], force: &mut [f64]) {
+        self.add_force_by_rows(&self.now, x, force);
     }
 
     fn add_unit_works(&self, x: &[f64], p: &[f64], works: &mut [f64]) {

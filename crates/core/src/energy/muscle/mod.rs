@@ -254,22 +254,28 @@ impl<const D: usize, const N: usize> LoadTerm for ActiveTension<D, N> {
         works[0] += self.work_of(&|_, _| [1.0, 0.0, 0.0], x, p);
     }
 
-    /// `-sum w T (F a) . (G a)`, with `G` made of `p` as `F` is of the positions.
-    fn work_of(&self, value: &dyn Fn([f64; 3], f64) -> [f64; 3], x: &[f64], p: &[f64]) -> f64 {
-        let mut work = 0.0;
+    /// `-sum w T c_i F a` on node `i`, with `c_i = a . dN_i/dX`.
+    fn add_force_of(&self, value: &dyn Fn([f64; 3], f64) -> [f64; 3], x: &[f64], force: &mut [f64]) {
         for (_, vertices, pack, lane) in self.patches.stencils() {
             for i in pack * self.points..(pack + 1) * self.points {
                 let place = self.places.get(i * WIDTH + lane).copied().unwrap_or_default();
-                let fibre = self.packs[i].fibre(lane);
-                let image = |rows: &[f64], c: usize| {
-                    let along = |(vertex, slope): (&u32, &f64)| slope * rows[*vertex as usize * D + c];
-                    vertices.iter().zip(&fibre.1).map(along).sum::<f64>()
-                };
-                let along: f64 = (0..D).map(|c| image(x, c) * image(p, c)).sum();
-                work -= fibre.0 * value(place, self.time)[0] * along;
+                let (weight, slopes) = self.packs[i].fibre(lane);
+                let pull = weight * value(place, self.time)[0];
+                for c in 0..D {
+                    let of = |vertex: &u32| *vertex as usize * D + c;
+                    let image: f64 =
+                        vertices.iter().zip(slopes).map(|(vertex, slope)| slope * x[of(vertex)]).sum();
+                    vertices
+                        .iter()
+                        .zip(slopes)
+                        .for_each(|(vertex, slope)| force[of(vertex)] -= pull * slope * image);
+                }
             }
         }
-        work
+    }
+
+    fn add_force(&self, x: &[f64], force: &mut [f64]) {
+        self.add_force_of(&|place, time| [(self.tension.field)(place, time), 0.0, 0.0], x, force);
     }
 }
 
