@@ -194,8 +194,17 @@ class Simulation:
         position: npt.ArrayLike | None = None,
         velocity: npt.ArrayLike | None = None,
         *,
+        parameters: dict[str, npt.ArrayLike] | None = None,
         steps: int | None = None,
     ) -> tuple[_Array, _Array]: ...
+    def gauss_newton_product(
+        self,
+        curvature: Callable[[Frame, _Array, _Array], npt.ArrayLike | tuple[npt.ArrayLike | None, npt.ArrayLike | None] | None],
+        direction: dict[str, npt.ArrayLike],
+        *,
+        steps: int | None = None,
+        memory: int | None = None,
+    ) -> Gradient: ...
     def frequency_gradient(self, with_respect_to: Sequence[str], count: int = 1) -> FrequencyGradient: ...
     def gradient_names(self) -> list[str]: ...
     @overload
