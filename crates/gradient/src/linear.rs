@@ -170,13 +170,13 @@ impl TransposedSolver {
         residual.extend_from_slice(b);
         let size = keep_free(system, residual);
         let mut equations =
-            StageEquations { system, at, coefficients, b, products, factorisation: &mut **factorisation };
+            CorrectedStage { system, at, coefficients, b, products, factorisation: &mut **factorisation };
         solve(&mut equations, size, residual, p)
     }
 }
 
 /// The equations of one stage.
-struct StageEquations<'a> {
+struct CorrectedStage<'a> {
     system: &'a mut System,
     at: (&'a [f64], &'a [f64]),
     coefficients: Coefficients,
@@ -185,7 +185,7 @@ struct StageEquations<'a> {
     factorisation: &'a mut dyn Factorisation,
 }
 
-impl CorrectedEquations for StageEquations<'_> {
+impl CorrectedEquations for CorrectedStage<'_> {
     fn approximate(&mut self, b: &mut [f64]) {
         self.factorisation.solve(b);
     }

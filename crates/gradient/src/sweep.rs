@@ -17,6 +17,8 @@ struct SweepRecord {
     v: Vec<f64>,
     /// Of the step that begins here.
     stage_velocities: Vec<Vec<f64>>,
+    /// The same with what the scheme remembers, where it does and walls may make it forget.
+    moment: Option<Snapshot>,
 }
 
 /// A run on its way back.
@@ -55,7 +57,8 @@ impl<'a> Sweep<'a> {
     ) -> Self {
         let (unknowns, d) = (simulation.state().x().len(), simulation.system().dimension());
         // As many rows as schemes have stages at most, beside the state.
-        let record = 8 * unknowns * (2 + stages(simulation));
+        let moment = if may_forget(simulation) { 6 } else { 0 };
+        let record = 8 * unknowns * (2 + stages(simulation) + moment);
         let state = 8 * unknowns * 4;
         Sweep {
             sums: Sums::new(d, unknowns, parameters),
@@ -172,7 +175,10 @@ impl<'a> Sweep<'a> {
         let SweepRecord { step, time, .. } = *record;
         let walled = match self.simulation.system().walls() {
             [] => None,
-            _ => Some(WalledEnd::of_step(self.simulation, &record.snapshot(self.simulation))?),
+            _ => {
+                let start = record.moment.clone().unwrap_or_else(|| record.snapshot(self.simulation));
+                Some(WalledEnd::of_step(self.simulation, &start)?)
+            }
         };
         let (mut x, mut v) = (&after.x, &after.v);
         if let Some(walled) = &walled {
@@ -203,7 +209,7 @@ impl<'a> Sweep<'a> {
             v,
             stage_velocities: &record.stage_velocities,
             h,
-            is_first: step == self.first,
+            is_first: record.moment.as_ref().map_or(step == self.first, |moment| !moment.remembers()),
         };
         self.sums.step = step - self.first;
         let mut forces = AdjointForces { system: self.simulation.system_mut(), sums: &mut self.sums };
@@ -282,6 +288,7 @@ impl SweepRecord {
             x: state.x().to_vec(),
             v: state.v().to_vec(),
             stage_velocities: vec![],
+            moment: may_forget(simulation).then(|| simulation.snapshot()),
         }
     }
 
@@ -291,6 +298,11 @@ impl SweepRecord {
         let outside = |rows: &[f64]| numbering.to_original(rows, d).into_owned();
         Snapshot::new(self.step, self.time, outside(&self.x), outside(&self.v))
     }
+}
+
+/// True if the scheme looks at what was before a state, and begins anew where a wall has acted.
+pub(crate) fn may_forget(simulation: &Simulation) -> bool {
+    has_memory(simulation.method().scheme) && !simulation.system().walls().is_empty()
 }
 
 /// Solves so far after which friction still changed.

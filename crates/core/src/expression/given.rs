@@ -63,7 +63,7 @@ pub(super) fn split<'t>(
     let Some(at) = text.match_indices(WHERE).map(|(at, _)| at).find(|at| is_word(*at)) else {
         return Ok((text, vec![]));
     };
-    let mut reader = Reader { text, at: at + WHERE.len() };
+    let mut reader = GivenReader { text, at: at + WHERE.len() };
     let mut all: Vec<GivenNumber> = vec![];
     loop {
         let given = reader.given()?;
@@ -86,12 +86,12 @@ pub(super) fn split<'t>(
     Ok((&text[..at], all))
 }
 
-struct Reader<'t> {
+struct GivenReader<'t> {
     text: &'t str,
     at: usize,
 }
 
-impl<'t> Reader<'t> {
+impl<'t> GivenReader<'t> {
     /// What is left, without spaces before it.
     fn rest(&mut self) -> &'t str {
         let rest = self.text[self.at..].trim_start();

@@ -11,6 +11,7 @@ use pliant::simulation::{Simulation, Snapshot};
 
 use crate::adjoint::{AdjointPlace, Step, has_memory};
 use crate::parameter::Parameter;
+use crate::sweep::may_forget;
 use crate::walls::WalledEnd;
 use crate::{GradientError, LossFrame, support};
 use forces::TangentForces;
@@ -133,6 +134,10 @@ pub fn tangent_along(
         if simulation.system().is_stopped() {
             return Err(GradientError::Stopped { step });
         }
+        let begins = match may_forget(simulation) {
+            true => !simulation.snapshot().remembers(),
+            false => step == first,
+        };
         let walled = match simulation.system().walls() {
             [] => None,
             _ => Some(unwalled(simulation)?),
@@ -148,7 +153,7 @@ pub fn tangent_along(
             v: walled.as_ref().map_or(&after_v, |walled| &walled.v),
             stage_velocities: &stage_velocities,
             h,
-            is_first: step == first,
+            is_first: begins,
         };
         forces.step = step - first;
         let singular = |_| GradientError::Singular { step: step + 1, time: time + h };

@@ -51,7 +51,7 @@ fn walls_have_the_derivatives_of_their_steps() {
         assert!(!found.wall_events.is_empty(), "{scheme}");
     }
     // Without contact walls act at the end of solved steps, too.
-    for scheme in ["implicit-euler", "tr-bdf2", "gauss2"] {
+    for scheme in ["implicit-euler", "tr-bdf2", "gauss2", "bdf2", "newmark", "generalised-alpha"] {
         let mut solved = thrown(scheme, "", "");
         solved.time.step = Some(2e-3);
         solved.time.solver = Some(Solver { tolerance: Some(1e-14), ..Solver::default() });
@@ -70,6 +70,12 @@ fn walls_have_the_derivatives_of_their_steps() {
 fn tangents_and_adjoints_agree_at_walls() {
     for scheme in ["symplectic-euler", "velocity-verlet", "rk4"] {
         compare_with_tangents(scheme, &thrown(scheme, "", ""), 200);
+    }
+    for scheme in ["bdf2", "newmark", "generalised-alpha"] {
+        let mut solved = thrown(scheme, "", "");
+        solved.time.step = Some(2e-3);
+        solved.time.solver = Some(Solver { tolerance: Some(1e-15), ..Solver::default() });
+        compare_with_tangents(scheme, &solved, 20);
     }
 }
 
@@ -150,16 +156,36 @@ fn events_are_counted_as_they_come_and_go() {
     assert!(fallen.iter().any(|event| event.vertex > 0));
 }
 
-// The next step of these is another after a wall has acted.
+// Few states in memory make no other derivatives: what a scheme remembers is among them.
 #[test]
-fn walls_of_schemes_with_memory_are_refused() {
-    for scheme in ["bdf2", "newmark", "quasi-static"] {
-        let mut system = System::new(2, vec![2.0]);
-        system.add_wall(Wall::new(&[0.0, 1.0], 0.0));
-        let state = State::new(vec![0.0, 1.0], vec![0.0; 2]);
-        let mut simulation = Simulation::new(system, state, method(scheme), 0.125);
-        let error = tangent(&mut simulation, 1, (&[0.0; 2], &[0.0; 2]), &mut |_, _| {}).unwrap_err();
-        assert!(matches!(error, GradientError::Unsupported { .. }), "{error}");
-        assert!(error.to_string().contains("give the scene `contact = {}`"), "{error}");
+fn schemes_with_memory_go_back_from_few_states() {
+    for scheme in ["bdf2", "newmark", "generalised-alpha"] {
+        let mut solved = thrown(scheme, "", "");
+        solved.time.step = Some(2e-3);
+        let found = |budget| {
+            let mut simulation = assembled(&solved).0;
+            let mut loss = |frame: &LossFrame<'_>, x_bar: &mut [f64], _: &mut [f64]| {
+                x_bar[4] = if frame.step == 20 { 1.0 } else { 0.0 };
+                0.0
+            };
+            gradient(&mut simulation, 20, &mut loss, &mut [], budget).unwrap()
+        };
+        let (all, few) = (found(UNLIMITED), found(4000));
+        assert_eq!(all.wall_events, few.wall_events, "{scheme}");
+        assert!(!all.wall_events.is_empty(), "{scheme}");
+        let largest = all.velocity.iter().fold(0.0, |largest: f64, by| largest.max(by.abs()));
+        let near = |(a, b): (&f64, &f64)| (a - b).abs() <= 1e-7 * largest;
+        assert!(all.velocity.iter().zip(&few.velocity).all(near), "{scheme}");
     }
+}
+
+#[test]
+fn walls_in_statics_are_refused() {
+    let mut system = System::new(2, vec![2.0]);
+    system.add_wall(Wall::new(&[0.0, 1.0], 0.0));
+    let state = State::new(vec![0.0, 1.0], vec![0.0; 2]);
+    let mut simulation = Simulation::new(system, state, method("quasi-static"), 0.125);
+    let error = tangent(&mut simulation, 1, (&[0.0; 2], &[0.0; 2]), &mut |_, _| {}).unwrap_err();
+    assert!(matches!(error, GradientError::Unsupported { .. }), "{error}");
+    assert!(error.to_string().contains("give the scene `contact = {}`"), "{error}");
 }
