@@ -115,10 +115,8 @@ pub fn frequency_gradient(
         let number = |parameter: usize, k: usize| {
             group.iter().map(|mode| single[*mode][parameter][k]).sum::<f64>() / group.len() as f64
         };
-        let numbers = |(i, parameter): (usize, &Box<dyn Parameter>)| {
-            (0..parameter.len()).map(|k| number(i, k)).collect()
-        };
-        parameters.iter().enumerate().map(numbers).collect()
+        let counts = parameters.iter().map(|parameter| parameter.len()).enumerate();
+        counts.map(|(i, count)| (0..count).map(|k| number(i, k)).collect()).collect()
     };
     Ok(FrequencyGradient {
         squares: groups.iter().map(mean).collect(),

@@ -118,8 +118,8 @@ fn obstacle_among_dissipation(simulation: &mut Simulation) -> Option<(String, &'
         let known = term.add_position_product(&x, &zero, &zero, &mut y);
         (!known).then(|| term.name())
     });
-    let remedy = "damping of elements, in proportion to masses, `ether_drag`, and friction of a given \
-                  `threshold_speed` have one";
+    let remedy = "damping of elements and of springs, in proportion to masses, `ether_drag`, and friction of a \
+                  given `threshold_speed` have one";
     Some((unknown?, remedy))
 }
 

@@ -55,12 +55,20 @@ fn add_tensions(
 #[derive(Clone, Debug)]
 pub struct SpringStiffness {
     springs: Vec<TunedSpring>,
+    /// Dashpots `beta k` beside them [s].
+    beta: f64,
 }
 
 impl SpringStiffness {
     /// Of these springs.
     pub fn new(springs: Vec<TunedSpring>) -> Self {
-        SpringStiffness { springs }
+        SpringStiffness { springs, beta: 0.0 }
+    }
+
+    /// The same of springs with dashpots `beta k` beside them, `beta` [s].
+    #[must_use]
+    pub fn damped(self, beta: f64) -> Self {
+        SpringStiffness { beta, ..self }
     }
 }
 
@@ -78,7 +86,11 @@ impl Parameter for SpringStiffness {
     }
 
     fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
-        let tension = |i: usize, length: f64| change[i] * (length - self.springs[i].rest_length);
+        let d = of.system.dimension();
+        let tension = |i: usize, length: f64| {
+            let rate = self.springs[i].stretch((of.x, of.v), d).1;
+            change[i] * (length - self.springs[i].rest_length + self.beta * rate)
+        };
         add_tensions(&self.springs, of, tension, force);
         true
     }
@@ -86,7 +98,8 @@ impl Parameter for SpringStiffness {
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
         for (derivative, spring) in derivative.iter_mut().zip(&self.springs) {
             let (length, growth) = spring.stretch((of.x, of.p), of.system.dimension());
-            *derivative -= (length - spring.rest_length) * growth;
+            let rate = spring.stretch((of.x, of.v), of.system.dimension()).1;
+            *derivative -= (length - spring.rest_length + self.beta * rate) * growth;
         }
     }
 }

@@ -44,7 +44,7 @@ impl Parameter for Together {
     }
 
     fn add_mode(&mut self, of: &ModeUse<'_>, derivative: &mut [f64]) -> bool {
-        self.parts.iter_mut().fold(true, |known, part| part.add_mode(of, derivative) && known)
+        self.parts.iter_mut().all(|part| part.add_mode(of, derivative))
     }
 
     fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {

@@ -5,6 +5,7 @@
 mod by_parameters;
 mod chain;
 mod contact;
+mod dashpots;
 mod differences;
 mod each_step;
 mod fit;
