@@ -212,7 +212,7 @@ fn product(scheme: &str, of: [f64; 4], by_start: f64, budget: usize) -> (RunGrad
     let changes = [vec![of[0] * SIZES[0]], vec![of[1] * SIZES[1]], vec![of[2] * SIZES[2], of[3] * SIZES[3]]];
     let direction = RunDirection { position: &start, velocity: &start, parameters: &changes };
     let mut curvature = |frame: &LossFrame<'_>, change: &RunTangent, x_bar: &mut [f64], _: &mut [f64]| {
-        if frame.step % 5 == 0 {
+        if frame.step.is_multiple_of(5) {
             let rows = x_bar.iter_mut().zip(&change.position).enumerate();
             rows.filter(|(i, _)| is_tip(*i)).for_each(|(_, (bar, change))| *bar = *change);
         }
@@ -282,7 +282,7 @@ fn products_are_differences_of_gradients_where_the_data_are_met() {
         let slope = |h: f64| -> [f64; 4] {
             let (mut simulation, mut chosen) = fitted(scheme, of.map(|c| h * c));
             let mut loss = |frame: &LossFrame<'_>, x_bar: &mut [f64], _: &mut [f64]| {
-                if frame.step % 5 == 0 {
+                if frame.step.is_multiple_of(5) {
                     let rows = x_bar.iter_mut().enumerate().filter(|(i, _)| is_tip(*i));
                     rows.for_each(|(i, bar)| *bar = frame.x[i] - data[frame.step as usize][i]);
                 }
