@@ -40,7 +40,6 @@ pub struct FrequencyGradient {
 /// force acts, and their derivatives by `parameters`. Rest shapes take the state with them.
 ///
 /// ```
-/// use std::sync::Arc;
 /// use pliant_gradient::{ParameterSelection, frequency_gradient};
 /// use pliant_scene::{Scene, assembly::UnstableStep};
 ///
@@ -57,7 +56,7 @@ pub struct FrequencyGradient {
 ///      mass = { density = 1000.0 }
 ///      pin = [{ half_space = { normal = [1, 0], offset = 0 } }]",
 /// )?;
-/// let mut assembly = scene.assemble(UnstableStep::Accept).map_err(|problems| problems[0].clone())?;
+/// let mut assembly = scene.assemble(UnstableStep::Accept).map_err(|problems| format!("{problems:?}"))?;
 /// let (topology, numbering) = (&assembly.topology, assembly.simulation.numbering());
 /// let mut chosen = ParameterSelection::new(&scene, topology, numbering, &["body.beam.elastic.young"])?;
 /// let found = frequency_gradient(&mut assembly.simulation, 2, chosen.parameters())?;
