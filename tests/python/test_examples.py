@@ -76,6 +76,36 @@ def test_constants_of_a_beam_are_found_again_from_its_film() -> None:
     np.testing.assert_allclose(found, [5e4, 0.35], rtol=1e-6)
 
 
+def test_a_bar_has_the_frequencies_that_are_asked_for() -> None:
+    example = runpy.run_path(str(EXAMPLES / "tuned_bar.py"))
+    shape, history = example["tune"]()
+    assert abs(history[0] / example["WANTED"] - 1).max() > 0.1 and len(history) < 12
+    # As `modes` has them, which knows nothing of derivatives; and no more steel than before.
+    frequencies = pliant.modes(example["scene"](shape), 2)["frequency"]
+    np.testing.assert_allclose(frequencies, example["WANTED"], rtol=1e-9)
+    weight = [pliant.Simulation(example["scene"](of)).masses.sum() for of in (shape, np.full_like(shape, 0.02))]
+    assert weight[0] == pytest.approx(weight[1], rel=1e-10)
+    assert shape.min() > 0.01 and shape.max() < 0.03
+
+
+def test_a_crawler_learns_by_gradient_and_learns_less_without() -> None:
+    example = runpy.run_path(str(EXAMPLES / "learning_crawler.py"))
+    phases, by_gradient = example["learn_by_gradient"](1)
+    by_chance = example["learn_by_chance"](1)[1]
+    assert len(by_gradient) == len(by_chance) == example["RUNS"] and by_gradient[0] == by_chance[0]
+    assert abs(by_gradient[0]) < 0.002
+    assert by_gradient[-1] > 0.05 and by_gradient[-1] > by_chance[-1]
+    # It crawls: its middle is as far again after as many contractions, and its belly stays near the ground.
+    simulation = pliant.Simulation(example["scene"](phases))
+    way = [simulation.positions[:, 0].mean()]
+    for _ in range(4):
+        simulation.step(50)
+        way.append(simulation.positions[:, 0].mean())
+        assert simulation.positions[:, 1].max() < 3 * example["HEIGHT"]
+    parts = np.diff(way)
+    assert parts[1:].min() > 0.02 and np.ptp(parts[1:]) < 0.3 * parts[1:].mean()
+
+
 def pictures(notebook: Any) -> int:
     """Number of outputs that have a picture."""
     outputs = [output for cell in notebook.cells for output in cell.get("outputs", [])]

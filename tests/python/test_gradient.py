@@ -50,6 +50,40 @@ def test_products_with_the_jacobian_are_the_transpose_of_gradients() -> None:
         forwards.jvp(np.zeros(3))
 
 
+def test_tangents_by_parameters_and_gauss_newton_products() -> None:
+    names = ["body.beam.elastic.young", "world.gravity", "forces", "velocity"]
+    gradient = pliant.Simulation(beam()).gradient(tip, names, steps=20)
+    along = {"body.beam.elastic.young": 1e3, "world.gravity": [0.2, -0.3], "forces": np.sin(np.arange(400.0)).reshape(20, 10, 2)}
+    velocity = np.cos(np.arange(20.0)).reshape(10, 2)
+    by_position, _ = pliant.Simulation(beam()).jvp(velocity=velocity, parameters=along, steps=20)
+    expected = sum(np.sum(gradient[name] * np.asarray(change)) for name, change in {**along, "velocity": velocity}.items())
+    assert by_position[-1, 1] == pytest.approx(expected, rel=1e-11)
+
+    def curvature(frame: pliant.Frame, dx: np.ndarray, dv: np.ndarray) -> np.ndarray | None:
+        if frame.index < 20:
+            return None
+        product = np.zeros_like(dx)
+        product[-1, 1] = dx[-1, 1]
+        return product
+
+    direction = {**along, "velocity": velocity}
+    found = pliant.Simulation(beam()).gauss_newton_product(curvature, direction, steps=20)
+    # Of one residual it is the gradient times the change.
+    assert list(found) == list(direction) and found.value == pytest.approx(expected**2, rel=1e-10)
+    for name in names:
+        np.testing.assert_allclose(found[name], gradient[name] * expected, rtol=1e-9, atol=1e-15)
+    with pytest.raises(KeyError, match="no_such"):
+        pliant.Simulation(beam()).jvp(parameters={"no_such": 1.0}, steps=1)
+    with pytest.raises(ValueError, match="by parameter 0"):
+        pliant.Simulation(beam()).jvp(parameters={"pins": np.zeros((2, 10, 2))}, steps=1)
+    with pytest.raises(ValueError, match=r"world.gravity must have shape \(2,\)"):
+        pliant.Simulation(beam()).jvp(parameters={"world.gravity": 1.0}, steps=1)
+    with pytest.raises(ZeroDivisionError):
+        pliant.Simulation(beam()).gauss_newton_product(lambda frame, dx, dv: 1 / 0, {"world.gravity": [0, 1]}, steps=1)
+    with pytest.raises(TypeError, match="a curvature returns"):
+        pliant.Simulation(beam()).gauss_newton_product(lambda frame, dx, dv: (dx,), {"world.gravity": [0, 1]}, steps=1)
+
+
 def test_memory_changes_no_bit() -> None:
     all_states = pliant.Simulation(beam()).gradient(tip, ["position"], steps=20)
     few = pliant.Simulation(beam()).gradient(tip, ["position"], steps=20, memory=2000)
@@ -65,10 +99,33 @@ def test_walls_and_what_happens_at_each_step() -> None:
     # A force on every vertex in every step is the load, shared by ten.
     np.testing.assert_allclose(found["forces"].sum(axis=(0, 1)) / 10, found["body.beam.load.0.force"], rtol=1e-12)
     assert np.all(found["pins"][:, 2:] == 0.0) and np.any(found["pins"][0, :2] != 0.0)
-    assert found.wall_events == 0 and found.unsettled == 0
+    assert found.wall_events == () and found.unsettled == 0
     fallen = pliant.Simulation(scene)
     fallen.velocities = fallen.velocities - np.array([0.0, 0.5])
-    assert fallen.gradient(tip, names, steps=20).wall_events > 0
+    first = fallen.gradient(tip, names, steps=20).wall_events[0]
+    # The lower corner at the free end; 5 mm at half a metre a second take ten steps of a millisecond.
+    assert isinstance(first, pliant.WallEvent) and first.has_come and first.wall == 0
+    assert 9 <= first.step <= 11 and pliant.Simulation(scene).rest_positions[first.vertex, 1] == 0.0
+
+
+def test_frequencies_have_derivatives_about_the_shape_at_rest() -> None:
+    scene = beam(**{"world.gravity": [0, 0]})
+    names = ["body.beam.elastic.young", "body.beam.rest", "body.beam.elastic.poisson_per_element"]
+    found = pliant.Simulation(scene).frequency_gradient(names, 3)
+    assert list(found) == names and found["body.beam.rest"].shape == (3, 20)
+    assert found["body.beam.elastic.poisson_per_element"].shape == (3, 8) and list(found.alike) == [1, 1, 1]
+    np.testing.assert_allclose(found.omega, pliant.modes(scene, 3)["omega"], rtol=1e-12)
+    # omega^2 is in proportion to E, and to 1/L^2.
+    np.testing.assert_allclose(found["body.beam.elastic.young"] * 1e5, found.omega**2, rtol=1e-10)
+    rest = pliant.Simulation(scene).rest_positions.ravel()
+    np.testing.assert_allclose(found["body.beam.rest"] @ rest, -2 * found.omega**2, rtol=1e-10)
+    with pytest.raises(ValueError, match="where uniform gravity pulls"):
+        pliant.Simulation(beam()).frequency_gradient(names)
+    for name in ("velocity", "world.gravity", "forces"):
+        with pytest.raises(KeyError, match=f"no derivative by `{name}`"):
+            pliant.Simulation(scene).frequency_gradient([names[0], name])
+    with pytest.raises(ValueError, match="100 modes were asked for"):
+        pliant.Simulation(scene).frequency_gradient(names, 100)
 
 
 def test_names_that_are_none_are_answered_with_those_that_are() -> None:

@@ -5,11 +5,8 @@ use pliant::solver::hessian::{Assembler, At, Weights};
 use pliant::system::System;
 use pliant_sparse::{Lu, SymbolicLu};
 
-use crate::krylov::correction;
-use crate::linear::{NO_SOLUTION, Products, ROUNDING, SLOW};
-
-/// Corrections of a solution.
-const CORRECTIONS: u32 = 40;
+use crate::krylov::{CorrectedEquations, keep_free, solve};
+use crate::linear::Products;
 
 /// A stage: its time [s], positions and velocities, flat.
 pub(crate) struct StagePlace {
@@ -36,64 +33,13 @@ impl CoupledEquations<'_> {
             _ => self.factorise::<3>(system)?,
         };
         let n = b[0].len();
-        let mut products: Vec<Products> = self.stages.iter().map(|_| Products::new(n)).collect();
-        let mut p = vec![vec![0.0; n]; b.len()];
-        let mut residual: Vec<f64> = b.concat();
+        let products = self.stages.iter().map(|_| Products::new(n)).collect();
+        let (mut p, mut residual) = (vec![0.0; n * b.len()], b.concat());
         let size = keep_free(system, &mut residual);
-        let (mut last, mut is_slow) = (f64::INFINITY, false);
         let zero = vec![vec![0.0; n]; b.len()];
-        for _ in 0..CORRECTIONS {
-            if is_slow {
-                residual = correction(&residual, &mut |b| lu.solve(b), &mut |p, y| {
-                    let rows: Vec<Vec<f64>> = p.chunks_exact(n).map(<[f64]>::to_vec).collect();
-                    self.residual(system, &zero, &rows, &mut products, y);
-                    y.iter_mut().for_each(|y| *y = -*y);
-                });
-            } else {
-                lu.solve(&mut residual);
-            }
-            for (p, correction) in p.iter_mut().zip(residual.chunks_exact(n)) {
-                p.iter_mut().zip(correction).for_each(|(p, correction)| *p += correction);
-            }
-            let left = self.residual(system, b, &p, &mut products, &mut residual);
-            if left <= ROUNDING * size || (left <= NO_SOLUTION * size && left >= SLOW * last) {
-                return Some(p);
-            }
-            if is_slow && left >= SLOW * last {
-                break;
-            }
-            is_slow |= left >= SLOW * last;
-            last = left;
-        }
-        None
-    }
-
-    /// Writes `b - A p`; gives its largest free component.
-    fn residual(
-        &self,
-        system: &mut System,
-        b: &[Vec<f64>],
-        p: &[Vec<f64>],
-        products: &mut [Products],
-        residual: &mut [f64],
-    ) -> f64 {
-        let (n, d, drag) = (b[0].len(), system.dimension(), system.ether_drag());
-        for ((stage, p), products) in self.stages.iter().zip(p).zip(products.iter_mut()) {
-            system.set_time(stage.time);
-            products.evaluate(system, (&stage.x, &stage.v), p);
-        }
-        for (i, residual) in residual.chunks_exact_mut(n).enumerate() {
-            for (row, residual) in residual.iter_mut().enumerate() {
-                let mass = system.mass()[row / d];
-                let mut sum = b[i][row] - mass * p[i][row];
-                for (k, products) in products.iter().enumerate() {
-                    let damping = products.by_velocities[row] + drag * mass * p[k][row];
-                    sum -= self.damping[i][k] * damping + self.stiffness[i][k] * products.by_positions[row];
-                }
-                *residual = sum;
-            }
-        }
-        keep_free(system, residual)
+        let mut equations = FactorisedEquations { equations: self, system, b, zero, products, lu };
+        let is_solved = solve(&mut equations, size, &mut residual, &mut p);
+        is_solved.then(|| p.chunks_exact(n).map(<[f64]>::to_vec).collect())
     }
 
     /// Factors of the matrix without its part that is not symmetric at each stage; held coordinates have
@@ -140,12 +86,54 @@ impl CoupledEquations<'_> {
     }
 }
 
-/// Makes held components of all stages zero; gives the largest of the others, infinite where one is no
-/// number.
-fn keep_free(system: &System, rows: &mut [f64]) -> f64 {
-    let weights = system.inverse_mass();
-    rows.iter_mut().enumerate().fold(0.0, |largest: f64, (i, row)| {
-        *row = if weights[i % weights.len()] == 0.0 { 0.0 } else { *row };
-        if row.is_nan() { f64::INFINITY } else { largest.max(row.abs()) }
-    })
+/// The equations with factors of a part of their matrix.
+struct FactorisedEquations<'a> {
+    equations: &'a CoupledEquations<'a>,
+    system: &'a mut System,
+    b: &'a [Vec<f64>],
+    zero: Vec<Vec<f64>>,
+    products: Vec<Products>,
+    lu: Lu,
+}
+
+impl FactorisedEquations<'_> {
+    /// Writes `b - A p`, or `-A p`; gives its largest free component.
+    fn less_product(&mut self, has_right: bool, p: &[f64], residual: &mut [f64]) -> f64 {
+        let FactorisedEquations { equations, system, b, zero, products, .. } = self;
+        let (b, n, d) = (if has_right { *b } else { &zero[..] }, zero[0].len(), system.dimension());
+        let drag = system.ether_drag();
+        for ((stage, p), products) in equations.stages.iter().zip(p.chunks_exact(n)).zip(products.iter_mut())
+        {
+            system.set_time(stage.time);
+            products.evaluate(system, (&stage.x, &stage.v), p);
+        }
+        for (i, residual) in residual.chunks_exact_mut(n).enumerate() {
+            for (row, residual) in residual.iter_mut().enumerate() {
+                let mass = system.mass()[row / d];
+                let mut sum = b[i][row] - mass * p[i * n + row];
+                for (k, products) in products.iter().enumerate() {
+                    let damping = products.by_velocities[row] + drag * mass * p[k * n + row];
+                    let stiffness = equations.stiffness[i][k] * products.by_positions[row];
+                    sum -= equations.damping[i][k] * damping + stiffness;
+                }
+                *residual = sum;
+            }
+        }
+        keep_free(system, residual)
+    }
+}
+
+impl CorrectedEquations for FactorisedEquations<'_> {
+    fn approximate(&mut self, b: &mut [f64]) {
+        self.lu.solve(b);
+    }
+
+    fn product(&mut self, p: &[f64], y: &mut [f64]) {
+        self.less_product(false, p, y);
+        y.iter_mut().for_each(|y| *y = -*y);
+    }
+
+    fn residual(&mut self, p: &[f64], residual: &mut [f64]) -> f64 {
+        self.less_product(true, p, residual)
+    }
 }

@@ -1,5 +1,6 @@
 //! Reasons why a gradient cannot be had.
 
+use pliant::modes::ModesError;
 use pliant::quantity::Rounded;
 use pliant::simulation::{SnapshotError, StepError};
 
@@ -29,6 +30,19 @@ pub enum GradientError {
     /// A state of the run could not be gone back to.
     #[error(transparent)]
     Snapshot(#[from] SnapshotError),
+    /// The natural modes cannot be found.
+    #[error("the frequencies cannot be had: {0}")]
+    Modes(#[from] ModesError),
+    /// How frequencies change with a parameter is not known.
+    #[error(
+        "natural frequencies have no derivative by parameter {number} of those asked for, counted from 0: \
+         moduli, densities, masses, rest shapes and the stiffness of springs have one, masses and shapes \
+         where all elements are of first order"
+    )]
+    FrequencyParameter {
+        /// Its place among the parameters.
+        number: usize,
+    },
     /// The loss, or its derivative, is not finite.
     #[error(
         "the loss is not finite at step {step} (t = {time} s): {what} is {value}",

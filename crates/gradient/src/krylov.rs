@@ -1,10 +1,12 @@
-//! Corrections of solutions by a matrix that is known by its products, from a factorisation of a part of it.
+//! Solutions by a matrix that is known by its products, by corrections with a factorisation of a part of it.
 //!
 //! Of friction and of viscosity that follows positions the matrix has a part that is not symmetric, and that
 //! no factorisation here has. It is of low rank, as many as there are contacts that rub, and not small beside
 //! the stiffness of contact: corrections by the factorisation alone need not shrink. The correction with the
 //! least residual in the space that they span does: Saad, Schultz 1986, "GMRES", SIAM Journal on Scientific
 //! and Statistical Computing 7, 856, preconditioned from the right.
+
+use pliant::system::System;
 
 use crate::adjoint::{add_scaled, dot};
 
@@ -13,13 +15,68 @@ const PRODUCTS: usize = 60;
 /// Residuals that have shrunk by this factor are done with.
 const SHRUNK: f64 = 1e-14;
 
-/// The correction `c` with the least `|r - A c|` in the space of `B r, B A B r, ..`: `product` writes `A p`
-/// over its second argument, `approximate` replaces a vector by its product with `B`, near `A^-1`.
-pub(crate) fn correction(
-    residual: &[f64],
-    approximate: &mut dyn FnMut(&mut [f64]),
-    product: &mut dyn FnMut(&[f64], &mut [f64]),
-) -> Vec<f64> {
+/// Corrections of a solution.
+const CORRECTIONS: u32 = 40;
+/// Residuals below this part of the right-hand side are rounding.
+const ROUNDING: f64 = 1e-13;
+/// Residuals above this part are no solution.
+const NO_SOLUTION: f64 = 1e-9;
+/// A correction that leaves more of the residual than this makes the next one span a space.
+const SLOW: f64 = 0.5;
+
+/// Equations `A p = b` and a matrix `B` near `A^-1`.
+pub(crate) trait CorrectedEquations {
+    /// Replaces `b` by `B b`.
+    fn approximate(&mut self, b: &mut [f64]);
+
+    /// Writes `A p`, zero where held.
+    fn product(&mut self, p: &[f64], y: &mut [f64]);
+
+    /// Writes `b - A p`, zero where held; gives its largest component, infinite where one is no number.
+    fn residual(&mut self, p: &[f64], residual: &mut [f64]) -> f64;
+}
+
+/// Adds the solution to `p`, zero before, of the `residual` `b` whose largest component is `size`; false where
+/// there is none. The residual that is written last is that of the solution.
+pub(crate) fn solve(
+    equations: &mut dyn CorrectedEquations,
+    size: f64,
+    residual: &mut Vec<f64>,
+    p: &mut [f64],
+) -> bool {
+    let (mut last, mut is_slow) = (f64::INFINITY, false);
+    for _ in 0..CORRECTIONS {
+        if is_slow {
+            *residual = correction(residual, equations);
+        } else {
+            equations.approximate(residual);
+        }
+        p.iter_mut().zip(&*residual).for_each(|(p, correction)| *p += correction);
+        let left = equations.residual(p, residual);
+        if left <= ROUNDING * size || (left <= NO_SOLUTION * size && left >= SLOW * last) {
+            return true;
+        }
+        if is_slow && left >= SLOW * last {
+            break;
+        }
+        is_slow |= left >= SLOW * last;
+        last = left;
+    }
+    false
+}
+
+/// Makes held components zero, of several states one after the other; gives the largest of the others,
+/// infinite where one is no number.
+pub(crate) fn keep_free(system: &System, rows: &mut [f64]) -> f64 {
+    let weights = system.inverse_mass();
+    rows.iter_mut().enumerate().fold(0.0, |largest: f64, (i, row)| {
+        *row = if weights[i % weights.len()] == 0.0 { 0.0 } else { *row };
+        if row.is_nan() { f64::INFINITY } else { largest.max(row.abs()) }
+    })
+}
+
+/// The correction `c` with the least `|r - A c|` in the space of `B r, B A B r, ..`.
+fn correction(residual: &[f64], equations: &mut dyn CorrectedEquations) -> Vec<f64> {
     let (n, size) = (residual.len(), norm(residual));
     let mut basis = vec![residual.iter().map(|r| r / size).collect::<Vec<f64>>()];
     // Columns of the triangle, the rotations that made it, and the right-hand side.
@@ -28,9 +85,9 @@ pub(crate) fn correction(
     while columns.len() < PRODUCTS.min(n) {
         let k = columns.len();
         direction.copy_from_slice(&basis[k]);
-        approximate(&mut direction);
+        equations.approximate(&mut direction);
         let mut next = vec![0.0; n];
-        product(&direction, &mut next);
+        equations.product(&direction, &mut next);
         let mut column = vec![0.0; k + 2];
         // Twice, because the first time leaves rounding of the whole of it.
         for _ in 0..2 {
@@ -66,7 +123,7 @@ pub(crate) fn correction(
         (0..k).for_each(|i| right[i] -= factor * columns[k][i]);
         add_scaled(&mut sum, factor, &basis[k]);
     }
-    approximate(&mut sum);
+    equations.approximate(&mut sum);
     sum
 }
 
@@ -84,26 +141,48 @@ fn norm(a: &[f64]) -> f64 {
 mod tests {
     use super::*;
 
-    // `I + u w^T` with a large product of rank two: corrections by the identity alone grow.
+    /// `I + sum_k u_k w_k^T`, corrected by the identity, which makes nothing smaller.
+    struct LowRank {
+        rows: Vec<Vec<f64>>,
+        b: Vec<f64>,
+        products: usize,
+    }
+
+    impl CorrectedEquations for LowRank {
+        fn approximate(&mut self, _: &mut [f64]) {}
+
+        fn product(&mut self, p: &[f64], y: &mut [f64]) {
+            self.products += 1;
+            y.copy_from_slice(p);
+            for pair in self.rows.chunks_exact(2) {
+                add_scaled(y, 10.0 * dot(&pair[1], p), &pair[0]);
+            }
+        }
+
+        fn residual(&mut self, p: &[f64], residual: &mut [f64]) -> f64 {
+            self.product(p, residual);
+            residual.iter_mut().zip(&self.b).for_each(|(r, b)| *r = b - *r);
+            residual.iter().fold(0.0, |largest: f64, r| largest.max(r.abs()))
+        }
+    }
+
     #[test]
     fn a_part_of_low_rank_takes_as_many_products() {
         let n = 40;
         let rows: Vec<Vec<f64>> =
             (0..4).map(|k| (0..n).map(|i| (7.3 * (i * i + 11 * k + 1) as f64).sin()).collect()).collect();
         let solution: Vec<f64> = (0..n).map(|i| (i as f64).cos()).collect();
-        let mut products = 0;
-        let mut product = |p: &[f64], y: &mut [f64]| {
-            products += 1;
-            y.copy_from_slice(p);
-            for pair in rows.chunks_exact(2) {
-                add_scaled(y, 10.0 * dot(&pair[1], p), &pair[0]);
-            }
-        };
+        let mut equations = LowRank { rows, b: vec![0.0; n], products: 0 };
         let mut right = vec![0.0; n];
-        product(&solution, &mut right);
-        let found = correction(&right, &mut |_| {}, &mut product);
-        let error = found.iter().zip(&solution).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
-        assert!(error < 1e-11, "{error:e}");
-        assert!(products <= 1 + 4, "{products}");
+        equations.product(&solution, &mut right);
+        equations.b.clone_from(&right);
+        let error =
+            |found: &[f64]| found.iter().zip(&solution).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
+        let found = correction(&right, &mut equations);
+        assert!(error(&found) < 1e-11, "{:e}", error(&found));
+        assert!(equations.products <= 1 + 4, "{}", equations.products);
+        let (size, mut p) = (norm(&right), vec![0.0; n]);
+        assert!(solve(&mut equations, size, &mut right, &mut p));
+        assert!(error(&p) < 1e-11, "{:e}", error(&p));
     }
 }

@@ -36,11 +36,14 @@ mod adjoint;
 mod checkpoints;
 mod coupled;
 mod error;
+mod frequencies;
+mod gauss_newton;
 mod krylov;
 mod linear;
 mod loss;
 mod names;
 mod parameter;
+mod parts;
 mod support;
 mod sweep;
 mod tangent;
@@ -49,15 +52,18 @@ mod walls;
 use pliant::simulation::Simulation;
 
 pub use error::GradientError;
+pub use frequencies::{FrequencyGradient, frequency_gradient};
+pub use gauss_newton::{LossCurvature, gauss_newton_product};
 pub use loss::{Loss, LossFrame};
 pub use names::{ParameterSelection, names};
 pub use parameter::{
-    BodyDensity, ContactStiffness, ForceUse, FrictionCoefficient, Gravity, HeldPlaces, HeldUse,
-    LinearElements, LoadFactor, LoadValue, Masses, Modulus, MotionFactor, Parameter, RestLengths,
-    SpringStiffness, StateUse, StepForces, Together, TunedSpring, WeightDensity, Weighted,
+    BodyDensity, ContactStiffness, ForceUse, FormulaNumber, FrictionCoefficient, Gravity, HeldPlaces,
+    HeldUse, LinearElements, LoadFactor, LoadValue, Masses, ModeUse, Modulus, MotionFactor, Parameter,
+    RestLengths, SpringStiffness, StateUse, StepForces, Together, TunedSpring, WeightDensity, Weighted,
 };
 pub use support::schemes;
-pub use tangent::{RunTangent, tangent};
+pub use tangent::{RunDirection, RunTangent, tangent, tangent_along};
+pub use walls::WallEvent;
 
 /// A budget that keeps all states.
 pub const UNLIMITED: usize = usize::MAX;
@@ -80,11 +86,11 @@ pub struct RunGradient {
     /// Solves of the run after which friction still changed, beyond the tolerance: their steps were taken
     /// with normal forces of elsewhere, and the derivatives are not exact there.
     pub unsettled: u64,
-    /// How often a vertex came to a wall, or left one: between two steps of which only one
-    /// ends with it on the wall. The step on the way has no derivative where it just so comes there; the one
+    /// Vertices that came to a wall or left one, by steps: those of which only the beginning or only the end
+    /// has the vertex on the wall, in scenes without contact. The step on the way has no derivative where it just so comes there; the one
     /// given is that of the side on which the run was. A gradient of many such events says little about
     /// changes that are large enough to shift them.
-    pub wall_events: u64,
+    pub wall_events: Vec<WallEvent>,
 }
 
 /// Takes `steps` steps of `simulation` from where it is, and gives the derivatives of `loss` over the

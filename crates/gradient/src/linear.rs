@@ -7,17 +7,7 @@ use pliant::system::System;
 use pliant_sparse::{Lu, SymbolicLu};
 
 use crate::adjoint::free_only;
-use crate::krylov::correction;
-
-/// Residuals below this part of the right-hand side are rounding.
-pub(crate) const ROUNDING: f64 = 1e-13;
-/// Residuals above this part are no solution.
-pub(crate) const NO_SOLUTION: f64 = 1e-9;
-/// Corrections of a solution, where terms have no part in the matrix.
-const CORRECTIONS: u32 = 40;
-/// A correction that leaves more of the residual than this makes the next one
-/// [span a space](crate::krylov).
-pub(crate) const SLOW: f64 = 0.5;
+use crate::krylov::{CorrectedEquations, keep_free, solve};
 
 /// The factors in `A = inertia M + damping d2R/dv2 + stiffness (d2E/dx2 + (d2R/dx dv)^T)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -175,74 +165,47 @@ impl TransposedSolver {
         if !self.factorisation.factorise(system, at, coefficients) {
             return false;
         }
-        self.residual.clear();
-        self.residual.extend_from_slice(b);
-        let size = self.keep_free(system);
-        let (mut last, mut is_slow) = (f64::INFINITY, false);
-        for _ in 0..CORRECTIONS {
-            if is_slow {
-                self.span(system, at, coefficients, products);
-            } else {
-                self.factorisation.solve(&mut self.residual);
-            }
-            p.iter_mut().zip(&self.residual).for_each(|(p, correction)| *p += correction);
-            products.evaluate(system, at, p);
-            let left = self.residual_of(system, coefficients, b, p, products);
-            if left <= ROUNDING * size || (left <= NO_SOLUTION * size && left >= SLOW * last) {
-                return true;
-            }
-            if is_slow && left >= SLOW * last {
-                break;
-            }
-            is_slow |= left >= SLOW * last;
-            last = left;
-        }
-        false
-    }
-
-    /// Replaces the residual by its correction with many products.
-    fn span(
-        &mut self,
-        system: &mut System,
-        at: (&[f64], &[f64]),
-        coefficients: Coefficients,
-        products: &mut Products,
-    ) {
         let TransposedSolver { factorisation, residual } = self;
-        let mut product = |p: &[f64], y: &mut [f64]| {
-            products.evaluate(system, at, p);
-            coefficients.combine(system, p, products, y);
-            free_only(system, y);
-        };
-        *residual = correction(residual, &mut |b| factorisation.solve(b), &mut product);
+        residual.clear();
+        residual.extend_from_slice(b);
+        let size = keep_free(system, residual);
+        let mut equations =
+            CorrectedStage { system, at, coefficients, b, products, factorisation: &mut **factorisation };
+        solve(&mut equations, size, residual, p)
+    }
+}
+
+/// The equations of one stage.
+struct CorrectedStage<'a> {
+    system: &'a mut System,
+    at: (&'a [f64], &'a [f64]),
+    coefficients: Coefficients,
+    b: &'a [f64],
+    products: &'a mut Products,
+    factorisation: &'a mut dyn Factorisation,
+}
+
+impl CorrectedEquations for CorrectedStage<'_> {
+    fn approximate(&mut self, b: &mut [f64]) {
+        self.factorisation.solve(b);
     }
 
-    /// Writes `b - A p`; gives its largest free component.
-    fn residual_of(
-        &mut self,
-        system: &System,
-        Coefficients { inertia, damping, stiffness }: Coefficients,
-        b: &[f64],
-        p: &[f64],
-        products: &Products,
-    ) -> f64 {
-        let d = system.dimension();
-        let Products { by_positions, by_velocities, .. } = products;
-        for i in 0..b.len() {
-            let inertial = inertia * system.mass()[i / d] * p[i];
-            self.residual[i] = b[i] - inertial - damping * by_velocities[i] - stiffness * by_positions[i];
+    fn product(&mut self, p: &[f64], y: &mut [f64]) {
+        self.products.evaluate(self.system, self.at, p);
+        self.coefficients.combine(self.system, p, self.products, y);
+        free_only(self.system, y);
+    }
+
+    fn residual(&mut self, p: &[f64], residual: &mut [f64]) -> f64 {
+        self.products.evaluate(self.system, self.at, p);
+        let d = self.system.dimension();
+        let Coefficients { inertia, damping, stiffness } = self.coefficients;
+        let Products { by_positions, by_velocities, .. } = &*self.products;
+        for i in 0..p.len() {
+            let inertial = inertia * self.system.mass()[i / d] * p[i];
+            residual[i] = self.b[i] - inertial - damping * by_velocities[i] - stiffness * by_positions[i];
         }
-        self.keep_free(system)
-    }
-
-    /// Makes held components of the residual zero; gives the largest of the others.
-    fn keep_free(&mut self, system: &System) -> f64 {
-        let free = self.residual.iter_mut().zip(system.inverse_mass());
-        free.fold(0.0, |largest: f64, (residual, weight)| {
-            *residual = if *weight == 0.0 { 0.0 } else { *residual };
-            // A NaN is larger than anything: no solution.
-            if residual.is_nan() { f64::INFINITY } else { largest.max(residual.abs()) }
-        })
+        keep_free(self.system, residual)
     }
 }
 

@@ -5,7 +5,7 @@ use pliant::integrator::{IntegratorSpec, Scheme};
 use pliant::simulation::Simulation;
 
 use crate::GradientError;
-use crate::adjoint::{has_adjoint, has_memory};
+use crate::adjoint::has_adjoint;
 
 /// Names of the schemes whose steps have an adjoint.
 pub fn schemes() -> Vec<&'static str> {
@@ -61,10 +61,8 @@ fn obstacle(simulation: &Simulation) -> Option<(String, &'static str)> {
     if simulation.path().is_some() {
         return named("paths by arc length", "give a fixed `step` in place of `arc_length`");
     }
-    let scheme = simulation.method().scheme;
-    if !system.walls().is_empty() && (has_memory(scheme) || simulation.method().is_static()) {
-        let what = "walls in statics, or of a scheme that remembers earlier steps";
-        return named(what, "give the scene `contact = {}`: walls are part of it then");
+    if !system.walls().is_empty() && simulation.method().is_static() {
+        return named("walls in statics", "give the scene `contact = {}`: walls are part of it then");
     }
     if simulation.method().is_static() && system.is_damped() {
         return named("damping in statics", "take it out of the scene");
@@ -120,8 +118,8 @@ fn obstacle_among_dissipation(simulation: &mut Simulation) -> Option<(String, &'
         let known = term.add_position_product(&x, &zero, &zero, &mut y);
         (!known).then(|| term.name())
     });
-    let remedy = "damping of elements, in proportion to masses, `ether_drag`, and friction of a given \
-                  `threshold_speed` have one";
+    let remedy = "damping of elements and of springs, in proportion to masses, `ether_drag`, and friction of a \
+                  given `threshold_speed` have one";
     Some((unknown?, remedy))
 }
 

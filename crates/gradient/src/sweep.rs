@@ -6,7 +6,7 @@ use crate::adjoint::{Adjoint, AdjointForces, AdjointPlace, Step, Sums, free_only
 use crate::checkpoints::split;
 use crate::loss::{Loss, LossFrame};
 use crate::parameter::{HeldUse, Parameter, StateUse};
-use crate::walls::WalledEnd;
+use crate::walls::{self, Touching, WallEvent, WalledEnd};
 use crate::{GradientError, RunGradient, support};
 
 /// KeptState before a step, and the step.
@@ -17,6 +17,8 @@ struct SweepRecord {
     v: Vec<f64>,
     /// Of the step that begins here.
     stage_velocities: Vec<Vec<f64>>,
+    /// The same with what the scheme remembers, where it does and walls may make it forget.
+    moment: Option<Snapshot>,
 }
 
 /// A run on its way back.
@@ -39,10 +41,10 @@ pub(crate) struct Sweep<'a> {
     size_at_end: f64,
     /// Solves that friction did not settle in: before the run, then in it.
     unsettled: u64,
-    /// The step after the one that is taken back next, where there are walls, and what has come to them or
-    /// left them since.
-    later: Option<WalledEnd>,
-    wall_events: u64,
+    /// What touches walls after the step that comes after the one that is taken back next, where there are
+    /// any, and what has come to them or left them since.
+    later: Option<Touching>,
+    wall_events: Vec<WallEvent>,
 }
 
 impl<'a> Sweep<'a> {
@@ -55,7 +57,8 @@ impl<'a> Sweep<'a> {
     ) -> Self {
         let (unknowns, d) = (simulation.state().x().len(), simulation.system().dimension());
         // As many rows as schemes have stages at most, beside the state.
-        let record = 8 * unknowns * (2 + stages(simulation));
+        let moment = if may_forget(simulation) { 6 } else { 0 };
+        let record = 8 * unknowns * (2 + stages(simulation) + moment);
         let state = 8 * unknowns * 4;
         Sweep {
             sums: Sums::new(d, unknowns, parameters),
@@ -70,7 +73,7 @@ impl<'a> Sweep<'a> {
             size_at_end: 0.0,
             unsettled: 0,
             later: None,
-            wall_events: 0,
+            wall_events: vec![],
             simulation,
             loss,
         }
@@ -90,6 +93,7 @@ impl<'a> Sweep<'a> {
         }
         let (numbering, d) = (self.simulation.numbering(), self.simulation.system().dimension());
         let growth = self.growth(self.start);
+        self.wall_events.sort_unstable();
         Ok(RunGradient {
             value: self.value,
             position: numbering.to_original(&self.adjoint.x, d).into_owned(),
@@ -171,7 +175,10 @@ impl<'a> Sweep<'a> {
         let SweepRecord { step, time, .. } = *record;
         let walled = match self.simulation.system().walls() {
             [] => None,
-            _ => Some(WalledEnd::of_step(self.simulation, &record.snapshot(self.simulation))?),
+            _ => {
+                let start = record.moment.clone().unwrap_or_else(|| record.snapshot(self.simulation));
+                Some(WalledEnd::of_step(self.simulation, &start)?)
+            }
         };
         let (mut x, mut v) = (&after.x, &after.v);
         if let Some(walled) = &walled {
@@ -185,7 +192,14 @@ impl<'a> Sweep<'a> {
                 self.sums.add_held(&HeldUse { system, x, v, x_bar: &by_x, v_bar: &by_v });
             }
             free_only(self.simulation.system(), v_bar);
-            self.wall_events += self.later.as_ref().map_or(0, |later| walled.events(later));
+            let numbering = self.simulation.numbering();
+            if let Some(later) = &self.later {
+                self.wall_events.extend(walls::events(numbering, step + 2, &walled.touching, later));
+            }
+            if step == self.first {
+                let before = walls::touching(self.simulation.system(), &record.x);
+                self.wall_events.extend(walls::events(numbering, step + 1, &before, &walled.touching));
+            }
             (x, v) = (&walled.x, &walled.v);
         }
         let (h, method) = (self.simulation.step_size(), self.simulation.method());
@@ -195,7 +209,7 @@ impl<'a> Sweep<'a> {
             v,
             stage_velocities: &record.stage_velocities,
             h,
-            is_first: step == self.first,
+            is_first: record.moment.as_ref().map_or(step == self.first, |moment| !moment.remembers()),
         };
         self.sums.step = step - self.first;
         let mut forces = AdjointForces { system: self.simulation.system_mut(), sums: &mut self.sums };
@@ -204,7 +218,7 @@ impl<'a> Sweep<'a> {
         if !self.adjoint.norm().is_finite() {
             return Err(GradientError::Overflow { step, time, growth: self.growth(time) });
         }
-        self.later = walled;
+        self.later = walled.map(|walled| walled.touching);
         Ok(())
     }
 
@@ -274,6 +288,7 @@ impl SweepRecord {
             x: state.x().to_vec(),
             v: state.v().to_vec(),
             stage_velocities: vec![],
+            moment: may_forget(simulation).then(|| simulation.snapshot()),
         }
     }
 
@@ -283,6 +298,11 @@ impl SweepRecord {
         let outside = |rows: &[f64]| numbering.to_original(rows, d).into_owned();
         Snapshot::new(self.step, self.time, outside(&self.x), outside(&self.v))
     }
+}
+
+/// True if the scheme looks at what was before a state, and begins anew where a wall has acted.
+pub(crate) fn may_forget(simulation: &Simulation) -> bool {
+    has_memory(simulation.method().scheme) && !simulation.system().walls().is_empty()
 }
 
 /// Solves so far after which friction still changed.

@@ -7,10 +7,28 @@
 //! side on which the run was.
 
 use pliant::constraint::Wall;
+use pliant::numbering::Numbering;
 use pliant::simulation::{Simulation, Snapshot};
 use pliant::system::System;
 
 use crate::GradientError;
+
+/// A vertex that has come to a wall, or left one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct WallEvent {
+    /// The step at whose end it is there and at whose beginning it was not, or the other way round; as
+    /// [`LossFrame::step`](crate::LossFrame::step) counts.
+    pub step: u64,
+    /// The vertex, in the order of the scene.
+    pub vertex: usize,
+    /// The wall, by its place among those of the system.
+    pub wall: usize,
+    /// True if it has come, false if it has left.
+    pub has_come: bool,
+}
+
+/// Vertices on walls, by their numbers in the simulation, and the walls; ascending.
+pub(crate) type Touching = Vec<(usize, usize)>;
 
 /// A wall that has put a vertex back.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,8 +45,8 @@ pub(crate) struct WalledEnd {
     pub(crate) v: Vec<f64>,
     /// In the order in which they act.
     actions: Vec<WallAction>,
-    /// Vertices and walls that touch after it, ascending.
-    touching: Vec<(usize, usize)>,
+    /// What touches after it.
+    pub(crate) touching: Touching,
 }
 
 impl WalledEnd {
@@ -83,14 +101,24 @@ impl WalledEnd {
             action.each(system, x_dot, v_dot, along_wall);
         }
     }
+}
 
-    /// Vertices that have come to a wall or left one between this step and a `later` one.
-    pub(crate) fn events(&self, later: &WalledEnd) -> u64 {
-        let only_in = |a: &[(usize, usize)], b: &[(usize, usize)]| {
-            a.iter().filter(|pair| b.binary_search(pair).is_err()).count() as u64
+/// Events of step `step`, at whose beginning `before` touched and at whose end `after` does.
+pub(crate) fn events(
+    numbering: &Numbering,
+    step: u64,
+    before: &Touching,
+    after: &Touching,
+) -> impl Iterator<Item = WallEvent> {
+    let only_in = move |a: &Touching, b: &Touching, has_come| {
+        let alone = a.iter().filter(|pair| b.binary_search(pair).is_err());
+        let event = |&(vertex, wall): &(usize, usize)| {
+            let vertex = numbering.original(vertex as u32) as usize;
+            WallEvent { step, vertex, wall, has_come }
         };
-        only_in(&self.touching, &later.touching) + only_in(&later.touching, &self.touching)
-    }
+        alone.map(event).collect::<Vec<_>>()
+    };
+    only_in(after, before, true).into_iter().chain(only_in(before, after, false))
 }
 
 impl WallAction {
@@ -125,7 +153,7 @@ fn way_back(wall: &Wall, weights: &[f64]) -> Option<[f64; 3]> {
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 /// Vertices on walls, or behind them, at `x`, with the walls that could move them; ascending.
-fn touching(system: &System, x: &[f64]) -> Vec<(usize, usize)> {
+pub(crate) fn touching(system: &System, x: &[f64]) -> Touching {
     let d = system.dimension();
     let mut touching = vec![];
     for (vertex, row) in x.chunks_exact(d).enumerate() {

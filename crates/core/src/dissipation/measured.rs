@@ -3,7 +3,9 @@
 use std::ops::Range;
 
 use super::DissipativeTerm;
+use crate::algebra::Dual;
 use crate::energy::Fault;
+use crate::energy::elastic::points_of;
 use crate::energy::measure::{
     MatrixOutput, MeasuredStencils, RateKernel, ScalarStrain, StencilConstants, fill,
 };
@@ -49,6 +51,38 @@ impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> DissipativeTerm for 
     fn add_damping_product(&mut self, x: &[f64], _v: &[f64], p: &[f64], y: &mut [f64]) {
         self.evaluate(x, p);
         self.add_rows(0, y);
+    }
+
+    /// `c (s_p d2s/dx2 v + s_v d2s/dx2 p)` with the rates `s_p = ds/dx . p`, `s_v` of each stencil.
+    fn add_position_product(&mut self, x: &[f64], v: &[f64], p: &[f64], y: &mut [f64]) -> bool {
+        for (_, vertices, pack, lane) in self.stencils.patches.stencils() {
+            let (constant, rest) = self.stencils.constants(pack, lane);
+            let rest = rest.map(Dual::constant);
+            let points = points_of::<D, N>(x, &vertices);
+            let [by_v, by_p] = [v, p].map(|rows| {
+                let directions = points_of::<D, N>(rows, &vertices);
+                let mut along = [[Dual::constant(0.0); D]; N];
+                for (along, (point, direction)) in along.iter_mut().zip(points.iter().zip(&directions)) {
+                    for c in 0..D {
+                        along[c] = Dual { value: point[c], derivative: direction[c] };
+                    }
+                }
+                // The rate by the slopes: the deviation itself has no rest to be from.
+                let slopes = Q::deviation(&along, &rest).1;
+                let rate = |(slope, direction): (&[Dual<f64>; D], &[f64; D])| {
+                    slope.iter().zip(direction).map(|(slope, direction)| slope.value * direction).sum::<f64>()
+                };
+                (slopes.iter().zip(&directions).map(rate).sum::<f64>(), slopes)
+            });
+            for (node, vertex) in vertices.iter().enumerate() {
+                for c in 0..D {
+                    let (curved_v, curved_p) = (by_v.1[node][c].derivative, by_p.1[node][c].derivative);
+                    let bent = by_p.0 * curved_v + by_v.0 * curved_p;
+                    y[*vertex as usize * D + c] += constant * bent;
+                }
+            }
+        }
+        true
     }
 
     fn stencils(&mut self) -> crate::energy::Stencils {

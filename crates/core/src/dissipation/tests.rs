@@ -3,7 +3,7 @@
 use super::*;
 use crate::energy::EnergyTerm;
 use crate::energy::elastic::{Elastic, points_of};
-use crate::energy::measure::{Length, StencilConstants};
+use crate::energy::measure::{Curvature, HingeAngle, Length, StencilConstants};
 use crate::material::Stress;
 use crate::material::{Isotropic, Linear, Model, Plane, PlaneIsotropic};
 
@@ -82,6 +82,18 @@ fn cells<const D: usize, const N: usize>(
     (deformed, vec![Box::new(term)])
 }
 
+/// Hinges between two triangles in space, and joints between two edges.
+fn bends() -> (Vec<f64>, Vec<Box<dyn DissipativeTerm>>) {
+    let (rest, _) = two::<3, 4>();
+    let constants = [StencilConstants { stiffness: 2.0, rest: [0.0; 2] }];
+    let terms: Vec<Box<dyn DissipativeTerm>> = vec![
+        Box::new(MeasuredRate::<HingeAngle, 3, 4>::new("a", &[[0, 1, 2, 4]], &constants, &rest)),
+        Box::new(MeasuredRate::<Curvature, 3, 3>::new("a", &[[0, 1, 2]], &constants, &rest)),
+    ];
+    let deformed = rest.iter().enumerate().map(|(i, x)| x + 0.2 * number(i)).collect();
+    (deformed, terms)
+}
+
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
@@ -116,6 +128,17 @@ fn check_derivatives((x, mut terms): (Vec<f64>, Vec<Box<dyn DissipativeTerm>>)) 
             force(&mut **term, &x, &moved(1.0)).iter().zip(&g).map(|(a, b)| a - b).collect();
         let error = difference.iter().zip(&cp).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         assert!(error < 1e-12, "{name}: the product is the difference of forces, but for {error:e}");
+        // By positions: of p . dR/dv along q, against differences of fourth order.
+        let mut by_positions = vec![0.0; x.len()];
+        assert!(term.add_position_product(&x, &v, &p, &mut by_positions), "{name}");
+        let mut along = |h: f64| {
+            let moved: Vec<f64> = x.iter().zip(&q).map(|(x, q)| x + h * q).collect();
+            dot(&force(&mut **term, &moved, &v), &p)
+        };
+        let mut difference = |h: f64| (along(h) - along(-h)) / (2.0 * h);
+        let (near, far) = (difference(1e-4), difference(2e-4));
+        let error = ((4.0 * near - far) / 3.0 - dot(&by_positions, &q)).abs();
+        assert!(error < 1e-9 * power, "{name}: by positions {error:e}");
     }
 }
 
@@ -127,6 +150,7 @@ fn forces_are_derivatives_of_the_dissipation_and_products_of_forces() {
     check_derivatives(quadratic::<3, 4, 10>());
     check_derivatives(cells(&crate::element::QUADRILATERAL));
     check_derivatives(cells(&crate::element::HEXAHEDRON));
+    check_derivatives(bends());
 }
 
 fn rigid_velocity<const D: usize>(x: &[f64]) -> Vec<f64> {

@@ -333,6 +333,23 @@ impl DissipativeTerm for AttachmentDashpots {
         self.add_rows(0, y);
     }
 
+    /// `c [p (d.w) + w (d.p)]/|d|^2 - 2 c (d.p) (d.w) d/|d|^4` by `d` of each tie, with `p` and `w` mixed as it
+    /// mixes.
+    fn add_position_product(&mut self, x: &[f64], v: &[f64], p: &[f64], y: &mut [f64]) -> bool {
+        let mut rows = vec![0.0; self.gradient.len()];
+        for i in 0..self.ties.ties.len() {
+            let (d, w, p) = (self.ties.difference(i, x), self.ties.mix(i, v), self.ties.mix(i, p));
+            let squared = dot(d, d);
+            if !self.is_isotropic(squared) {
+                let (by_w, by_p) = (dot(d, w) / squared, dot(d, p) / squared);
+                let by_d = [0, 1, 2].map(|c| p[c] * by_w + w[c] * by_p - 2.0 * by_p * by_w * d[c]);
+                self.ties.share_out(i, scaled(by_d, self.constant), &mut rows);
+            }
+        }
+        add_rows(&self.ties.vertices, &rows, 1.0, 0, y, self.ties.dimension);
+        true
+    }
+
     fn power(&mut self, x: &[f64], v: &[f64]) -> f64 {
         (0..self.ties.ties.len()).map(|i| dot(self.force(i, x, v), self.ties.mix(i, v))).sum()
     }

@@ -158,9 +158,9 @@ pub trait Driven {
     }
 }
 
-/// A force from outside that is linear in a value: a vector, or a pressure.
+/// A force from outside that is linear in a value: a vector, a pressure, or the tension of a muscle.
 pub trait LoadTerm {
-    /// Components of the value: as many as dimensions of a vector, one of a pressure.
+    /// Components of the value: as many as dimensions of a vector, one of a pressure or a tension.
     fn components(&self) -> usize;
 
     /// The work `f . p` of its force `f` at `x` along `p`, at the time last said.
@@ -169,6 +169,28 @@ pub trait LoadTerm {
     /// Adds to `works` the work along `p` of a unit of each component of the value, the same everywhere on
     /// the load.
     fn add_unit_works(&self, x: &[f64], p: &[f64], works: &mut [f64]);
+
+    /// Adds to `force` what its force would be if this were its value, by the place at rest [m] and the time
+    /// last said [s]; of a single component the first is looked at. The value may differ from place to place,
+    /// and change with time, only where that of the load does.
+    fn add_force_of(&self, value: &dyn Fn([f64; 3], f64) -> [f64; 3], x: &[f64], force: &mut [f64]);
+
+    /// Adds to `force` its force at `x`, at the time last said.
+    fn add_force(&self, x: &[f64], force: &mut [f64]);
+
+    /// Adds to `force` that of what is added to each component of the value, the same everywhere on the load.
+    fn add_force_by(&self, change: &[f64], x: &[f64], force: &mut [f64]) {
+        let mut value = [0.0; 3];
+        value.iter_mut().zip(change).for_each(|(value, change)| *value = *change);
+        self.add_force_of(&|_, _| value, x, force);
+    }
+
+    /// The work along `p` of the force [of such a value](Self::add_force_of).
+    fn work_of(&self, value: &dyn Fn([f64; 3], f64) -> [f64; 3], x: &[f64], p: &[f64]) -> f64 {
+        let mut force = vec![0.0; x.len()];
+        self.add_force_of(value, x, &mut force);
+        force.iter().zip(p).map(|(f, p)| f * p).sum()
+    }
 }
 
 /// Answers to measurements: diagnostics, tolerances, the search of the largest frequency.

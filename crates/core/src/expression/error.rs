@@ -28,6 +28,16 @@ pub enum ExpressionError {
         /// Where.
         place: Range<usize>,
     },
+    /// A number after `where` that the formula cannot have.
+    #[error("`{name}` {problem}")]
+    Given {
+        /// Its name.
+        name: String,
+        /// The mistake.
+        problem: &'static str,
+        /// Where.
+        place: Range<usize>,
+    },
     /// A function with too many or too few arguments.
     #[error("`{name}` takes {} argument{}, found {found}", signature.matches(',').count() + 1, if signature.contains(',') { "s" } else { "" })]
     Arguments {
@@ -80,6 +90,7 @@ impl ExpressionError {
         match self {
             Self::Unexpected { place, .. }
             | Self::UnknownName { place, .. }
+            | Self::Given { place, .. }
             | Self::Arguments { place, .. }
             | Self::Unavailable { place, .. }
             | Self::TooLong { place, .. }

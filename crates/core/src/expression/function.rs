@@ -50,6 +50,11 @@ macro_rules! functions {
     };
 }
 
+/// `power log(base)`; zero where the power is, at a base of zero too.
+fn logarithm_times(power: f64, base: f64) -> f64 {
+    if power == 0.0 { 0.0 } else { power * libm::log(base) }
+}
+
 /// 1 if true: what a comparison gives. Not a number where one side is not.
 fn truth(a: f64, b: f64, holds: bool) -> f64 {
     if a.is_nan() || b.is_nan() { f64::NAN } else { f64::from(u8::from(holds)) }
@@ -72,7 +77,8 @@ functions! {
     SUBTRACT "-" "" 2: |[a, b]| a - b, [1.0, -1.0];
     MULTIPLY "*" "" 2: |[a, b]| a * b, [b, a];
     DIVIDE "/" "" 2: |[a, b]| a / b, [1.0 / b, -a / (b * b)];
-    POWER "^" "" 2: |[a, b]| libm::pow(a, b), [b * libm::pow(a, b - 1.0), libm::pow(a, b) * libm::log(a)];
+    POWER "^" "" 2:
+        |[a, b]| libm::pow(a, b), [b * libm::pow(a, b - 1.0), logarithm_times(libm::pow(a, b), a)];
     LESS "<" "" 2: |[a, b]| truth(a, b, a < b), [0.0, 0.0];
     LESS_OR_EQUAL "<=" "" 2: |[a, b]| truth(a, b, a <= b), [0.0, 0.0];
     GREATER ">" "" 2: |[a, b]| truth(a, b, a > b), [0.0, 0.0];

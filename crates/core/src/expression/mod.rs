@@ -14,6 +14,7 @@ mod branches;
 mod build;
 mod error;
 mod function;
+mod given;
 mod graph;
 mod parse;
 mod program;
@@ -26,6 +27,7 @@ pub(crate) use build::Formula;
 pub use error::ExpressionError;
 use function::Function;
 pub use function::signatures;
+use given::GivenNumber;
 pub(crate) use graph::{Graph, NodeId};
 pub(crate) use program::Program;
 
@@ -68,12 +70,31 @@ impl Variable {
             Variable::RestZ => "Z",
         }
     }
+
+    /// Its value at the point `x` [m] and the time `t` [s].
+    fn of(self, x: [f64; 3], t: f64) -> f64 {
+        match self {
+            Variable::T => t,
+            Variable::X | Variable::RestX => x[0],
+            Variable::Y | Variable::RestY => x[1],
+            Variable::Z | Variable::RestZ => x[2],
+        }
+    }
+}
+
+/// What a name in a formula stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum FormulaSymbol {
+    Variable(Variable),
+    /// A number of the formula's own, by its place among them.
+    Given(usize),
 }
 
 /// A formula of `x`, `y`, `z` [m] and `t` [s].
 ///
 /// Operators, from the weakest: `<` `<=` `>` `>=` (1 if true, else 0), `+` `-`, `*` `/`, the sign `-`, `^` or
-/// `**`. Functions: [`signatures`]. Constant: `pi`.
+/// `**`. Functions: [`signatures`]. Constant: `pi`. After `where` numbers with names may follow, in SI units:
+/// `A*sin(w*t) where A = 2, w = 12`.
 ///
 /// ```
 /// use pliant::expression::{Expression, Variable};
@@ -86,7 +107,8 @@ impl Variable {
 pub struct Expression {
     text: String,
     /// In postfix order.
-    program: Vec<Operation<Variable>>,
+    program: Vec<Operation<FormulaSymbol>>,
+    given: Vec<GivenNumber>,
 }
 
 /// One step of a formula of variables `V`: takes its arguments from the top of a stack and leaves its result
@@ -118,9 +140,22 @@ impl Expression {
     /// # Errors
     /// The text is not a formula, or has a name in it that is neither a function nor one of `variables`.
     pub fn parse(text: &str, variables: &[Variable]) -> Result<Expression, ExpressionError> {
-        let names: Vec<&str> = variables.iter().map(|variable| variable.name()).collect();
-        let program = parse::program(text, &names)?;
-        let program: Vec<_> = program.into_iter().map(|(operation, _)| operation.of(variables)).collect();
+        let mut names: Vec<&str> = variables.iter().map(|variable| variable.name()).collect();
+        let (formula, given) = given::split(text, &names)?;
+        names.extend(given.iter().map(|given| &given.name[..]));
+        let symbols = variables.iter().copied().map(FormulaSymbol::Variable);
+        let symbols: Vec<FormulaSymbol> = symbols.chain((0..given.len()).map(FormulaSymbol::Given)).collect();
+        let program = parse::program(formula, &names)?;
+        let program: Vec<_> = program.into_iter().map(|(operation, _)| operation.of(&symbols)).collect();
+        let is_used = |i: usize| {
+            let is_it =
+                |operation: &_| matches!(operation, Operation::Variable(FormulaSymbol::Given(j)) if *j == i);
+            program.iter().any(is_it)
+        };
+        if let Some(i) = (0..given.len()).find(|i| !is_used(*i)) {
+            let GivenNumber { name, place, .. } = given[i].clone();
+            return Err(ExpressionError::Given { name, problem: "is not in the formula", place });
+        }
         let mut height = 0_usize;
         for operation in &program {
             if let Operation::Call(function) = operation {
@@ -131,7 +166,7 @@ impl Expression {
                 return Err(ExpressionError::TooDeep { place: 0..text.len() });
             }
         }
-        Ok(Expression { text: text.to_owned(), program })
+        Ok(Expression { text: text.to_owned(), program, given })
     }
 
     /// The formula as it was written.
@@ -142,12 +177,7 @@ impl Expression {
     /// The value at the point `x` [m] and the time `t` [s]; NaN where the formula has none. Coordinates in
     /// the rest shape, if it is a formula of these, are `x` as well.
     pub fn value(&self, x: [f64; 3], t: f64) -> f64 {
-        self.evaluate(|variable| match variable {
-            Variable::T => t,
-            Variable::X | Variable::RestX => x[0],
-            Variable::Y | Variable::RestY => x[1],
-            Variable::Z | Variable::RestZ => x[2],
-        })
+        self.evaluate(|variable| variable.of(x, t))
     }
 
     /// The derivative with respect to `t` at a fixed point; where the formula jumps or has a kink, that of
@@ -155,30 +185,37 @@ impl Expression {
     pub fn rate(&self, x: [f64; 3], t: f64) -> f64 {
         let result = self.evaluate(|variable| match variable {
             Variable::T => Rated { value: t, rate: 1.0 },
-            Variable::X | Variable::RestX => Rated::constant(x[0]),
-            Variable::Y | Variable::RestY => Rated::constant(x[1]),
-            Variable::Z | Variable::RestZ => Rated::constant(x[2]),
+            place => Rated::constant(place.of(x, t)),
         });
         result.rate
     }
 
     /// True if it depends on the place.
     pub fn depends_on_place(&self) -> bool {
-        let elsewhere = |operation: &Operation<Variable>| matches!(operation, Operation::Variable(variable) if *variable != Variable::T);
-        self.program.iter().any(elsewhere)
+        self.variables().any(|variable| variable != Variable::T)
     }
 
     /// True if it depends on the time.
     pub fn depends_on_time(&self) -> bool {
-        let now = |operation: &Operation<Variable>| matches!(operation, Operation::Variable(Variable::T));
-        self.program.iter().any(now)
+        self.variables().any(|variable| variable == Variable::T)
+    }
+
+    /// The variables in it, as often as they are.
+    fn variables(&self) -> impl Iterator<Item = Variable> {
+        self.program.iter().filter_map(|operation| match operation {
+            Operation::Variable(FormulaSymbol::Variable(variable)) => Some(*variable),
+            _ => None,
+        })
     }
 
     /// True if nothing in it jumps: no comparison, `if`, `step`, `pulse`, `sign`, `floor`. Poles are none of
     /// these.
     pub fn is_continuous(&self) -> bool {
-        let jumps = |operation: &Operation<Variable>| matches!(operation, Operation::Call(function) if function.jumps());
-        !self.program.iter().any(jumps)
+        let mut calls = self.program.iter().filter_map(|operation| match operation {
+            Operation::Call(function) => Some(function),
+            _ => None,
+        });
+        !calls.any(|function| function.jumps())
     }
 
     fn evaluate<N: Number>(&self, variable: impl Fn(Variable) -> N) -> N {
@@ -189,6 +226,19 @@ impl Expression {
     fn evaluate_watched<N: Number>(
         &self,
         variable: impl Fn(Variable) -> N,
+        watch: impl FnMut(&Function, [N; 3]),
+    ) -> N {
+        let of = |symbol| match symbol {
+            FormulaSymbol::Variable(name) => variable(name),
+            FormulaSymbol::Given(i) => N::constant(self.given[i].value),
+        };
+        self.run(of, watch)
+    }
+
+    /// The same, the numbers that it names given too.
+    fn run<N: Number>(
+        &self,
+        symbol: impl Fn(FormulaSymbol) -> N,
         mut watch: impl FnMut(&Function, [N; 3]),
     ) -> N {
         let mut stack = [N::constant(0.0); Self::STACK];
@@ -196,7 +246,7 @@ impl Expression {
         for operation in &self.program {
             let pushed = match operation {
                 Operation::Number(number) => N::constant(*number),
-                Operation::Variable(name) => variable(*name),
+                Operation::Variable(name) => symbol(*name),
                 Operation::Call(function) => {
                     height -= function.arity;
                     let mut arguments = [N::constant(0.0); 3];

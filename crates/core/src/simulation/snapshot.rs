@@ -67,6 +67,12 @@ impl Snapshot {
     pub fn new(step: u64, time: f64, x: Vec<f64>, v: Vec<f64>) -> Self {
         Snapshot { step, time, x, v, memory: vec![], pace: None, path: None, ledger: None }
     }
+
+    /// True if a scheme of several steps goes on from here by what it remembers of those before; false where
+    /// it begins anew, as after a wall has put a vertex back.
+    pub fn remembers(&self) -> bool {
+        !self.memory.is_empty()
+    }
 }
 
 impl Simulation {

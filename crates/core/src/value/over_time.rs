@@ -56,6 +56,23 @@ impl OverTime {
         }
     }
 
+    /// Numbers that its formula names, and their values.
+    pub fn parameters(&self) -> impl Iterator<Item = (&str, f64)> {
+        let formula = match self {
+            OverTime::Constant(_) => None,
+            OverTime::Formula(formula) => Some(formula),
+        };
+        formula.into_iter().flat_map(Expression::parameters)
+    }
+
+    /// Its derivative by a number that its formula names, there and then; zero by one that it does not.
+    pub fn derivative(&self, name: &str, x: [f64; 3], t: f64) -> f64 {
+        match self {
+            OverTime::Constant(_) => 0.0,
+            OverTime::Formula(formula) => formula.derivative(name, x, t),
+        }
+    }
+
     /// True if it differs from place to place.
     pub fn depends_on_place(&self) -> bool {
         matches!(self, OverTime::Formula(formula) if formula.depends_on_place())

@@ -1,11 +1,11 @@
 //! Uses of forces, backwards: products with Hessians, solves, and what parameters add.
 
-use pliant::energy::EnergyKind;
 use pliant::system::System;
 
 use super::{AdjointPlace, Singular};
 use crate::linear::{Coefficients, Products, TransposedSolver};
 use crate::parameter::{ForceUse, HeldUse, Parameter, StateUse};
+use crate::parts::ForceParts;
 
 /// Derivatives by parameters, and memory of solvers, for the length of a sweep.
 pub(crate) struct Sums<'a> {
@@ -13,12 +13,7 @@ pub(crate) struct Sums<'a> {
     /// Of each parameter.
     pub(crate) derivatives: Vec<Vec<f64>>,
     solver: TransposedSolver,
-    /// Gradient of the energy and of damping beside that by masses, where a parameter looks at it.
-    gradient: Vec<f64>,
-    needs_force: bool,
-    /// Forces of contact and of friction, likewise.
-    contact: [Vec<f64>; 2],
-    needs_contact: bool,
+    parts: ForceParts,
     p: Vec<f64>,
     products: Products,
     /// Steps of the run before the one that is taken back.
@@ -30,12 +25,9 @@ impl<'a> Sums<'a> {
     pub(crate) fn new(dimension: usize, unknowns: usize, parameters: &'a mut [Box<dyn Parameter>]) -> Self {
         Sums {
             derivatives: parameters.iter().map(|parameter| vec![0.0; parameter.len()]).collect(),
-            needs_force: parameters.iter().any(|parameter| parameter.needs_force()),
-            needs_contact: parameters.iter().any(|parameter| parameter.needs_contact()),
+            parts: ForceParts::new(parameters),
             parameters,
-            contact: [vec![], vec![]],
             solver: TransposedSolver::new(dimension),
-            gradient: vec![],
             p: vec![0.0; unknowns],
             products: Products::new(unknowns),
             step: 0,
@@ -126,33 +118,12 @@ impl AdjointForces<'_, '_> {
     /// Subtracts the products with `p` from the derivatives, and lets parameters add what this use of the
     /// force has of them.
     fn pass_on(&mut self, at: AdjointPlace<'_>, bars: Bars<'_>) {
-        let Sums { needs_force, needs_contact, step, .. } = *self.sums;
-        let Sums { parameters, derivatives, gradient, contact, p, products, .. } = &mut *self.sums;
+        let step = self.sums.step;
+        let Sums { parameters, derivatives, parts, p, products, .. } = &mut *self.sums;
         bars.x.iter_mut().zip(&products.by_positions).for_each(|(bar, y)| *bar -= y);
         bars.v.iter_mut().zip(&products.by_velocities).for_each(|(bar, y)| *bar -= y);
-        if needs_force {
-            gradient.resize(at.x.len(), 0.0);
-            self.system.gradient(at.x, gradient);
-            for term in self.system.dissipation_mut().filter(|term| !term.scales_with_mass()) {
-                term.evaluate(at.x, at.v);
-                term.add_rows(0, gradient);
-            }
-        }
-        if needs_contact {
-            contact.iter_mut().for_each(|rows| {
-                rows.clear();
-                rows.resize(at.x.len(), 0.0);
-            });
-            let [contact, friction] = contact;
-            for term in self.system.terms_mut().filter(|term| term.properties().kind == EnergyKind::Contact) {
-                term.add_gradient(at.x, contact);
-            }
-            for term in self.system.dissipation_mut().filter(|term| term.changing().is_some()) {
-                term.evaluate(at.x, at.v);
-                term.add_rows(0, friction);
-            }
-        }
-        let [contact, friction] = &*contact;
+        parts.evaluate(self.system, at);
+        let ForceParts { gradient, contact, friction, .. } = &*parts;
         let Products { by_positions, by_velocities, .. } = products;
         let of = ForceUse {
             system: self.system,

@@ -1,16 +1,20 @@
 //! Loads of a body, by their numbers.
 
-use pliant_scene::{Body, Load};
+use pliant_scene::{Body, Load, OverTime};
 
-use crate::parameter::{LoadFactor, LoadValue, Parameter};
+use super::formulas;
+use crate::parameter::{FormulaNumber, LoadFactor, LoadValue, Parameter};
 
 /// The factor of a load, whatever its value.
 const FACTOR: &str = "factor";
 
-/// Keys of the loads of a body: `load.0.force`, `load.0.factor`.
+/// Keys of the loads of a body: `load.0.force`, `load.0.factor`, `load.0.parameters.A`.
 pub(super) fn keys(spec: &Body) -> impl Iterator<Item = String> {
-    let of_load = |(i, load): (usize, &Load)| [load.key(), FACTOR].map(|key| format!("load.{i}.{key}"));
-    spec.load.iter().enumerate().flat_map(of_load)
+    spec.load.iter().enumerate().flat_map(|(i, load)| {
+        let named = formulas::names(&components(load)).into_iter().map(|name| formulas::key(&name));
+        let keys = [load.key(), FACTOR].map(String::from).into_iter().chain(named);
+        keys.map(move |key| format!("load.{i}.{key}")).collect::<Vec<_>>()
+    })
 }
 
 /// The number of a load of the body of this name by its key, in `dimension` dimensions.
@@ -19,9 +23,18 @@ pub(super) fn parameter(spec: &Body, body: &str, dimension: usize, key: &str) ->
     let index: usize = index.parse().ok()?;
     let load = spec.load.get(index)?;
     let term = load.term_name(index, body);
+    if let Some(name) = formulas::name(key) {
+        return Some(Box::new(FormulaNumber::new(term, components(load), name)));
+    }
     Some(match key {
         FACTOR => Box::new(LoadFactor::new(term)),
         "pressure" => Box::new(LoadValue::new(term, 1)),
         _ => Box::new(LoadValue::new(term, dimension)),
     })
+}
+
+/// Components of its value.
+fn components(load: &Load) -> Vec<OverTime> {
+    let vector = load.vectors().first().map(|(.., vector)| vector.to_vec());
+    vector.unwrap_or_else(|| load.pressure.iter().cloned().collect())
 }

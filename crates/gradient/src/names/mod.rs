@@ -1,9 +1,11 @@
 //! Parameters of a scene by their names: its keys, bodies by name or by number.
 
 mod contact;
+mod formulas;
 mod loads;
 mod materials;
 mod motions;
+mod muscles;
 mod terms;
 
 use std::borrow::Cow;
@@ -155,7 +157,10 @@ fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<Cow<'static, 
     }
     if let (Some(damping), true) = (&spec.damping, known) {
         keys.extend(damping.mass_proportional.map(|_| "damping.mass_proportional"));
-        keys.extend(damping.stiffness_proportional.map(|_| "damping.stiffness_proportional"));
+        // That of springs and of hinges goes by their stiffness.
+        let of_elements = damping.stiffness_proportional.filter(|_| spec.springs.is_none());
+        let of_elements = of_elements.filter(|_| spec.bending.is_none());
+        keys.extend(of_elements.map(|_| "damping.stiffness_proportional"));
         keys.extend(
             damping
                 .strain_rate
@@ -163,6 +168,8 @@ fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<Cow<'static, 
                 .flat_map(|_| ["damping.strain_rate.shear", "damping.strain_rate.second"]),
         );
     }
+    let dashpot = spec.damping.as_ref().and_then(|damping| damping.dashpot);
+    keys.extend(dashpot.filter(|_| spec.springs.is_some()).map(|_| "damping.dashpot"));
     match &spec.springs {
         Some(SpringsSpec { expression: Some(_), .. }) => {}
         Some(SpringsSpec { young: Some(_), .. }) => keys.push("springs.young"),
@@ -170,7 +177,8 @@ fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<Cow<'static, 
         None => {}
     }
     let all = keys.into_iter().map(Cow::Borrowed).chain(of_formula);
-    let all = all.chain(loads::keys(spec).chain(motions::keys(spec)).map(Cow::Owned));
+    let by_index = loads::keys(spec).chain(muscles::keys(spec)).chain(motions::keys(spec));
+    let all = all.chain(by_index.map(Cow::Owned));
     all.filter(|key| contact::obstacle(scene, spec, key).is_none()).collect()
 }
 
@@ -268,8 +276,13 @@ impl Places<'_> {
             _ if key.starts_with("load.") => {
                 return loads::parameter(spec, &body.name, self.topology.dimension, key);
             }
+            _ if key.starts_with("muscle.") => return muscles::parameter(spec, &body.name, key),
             _ if key.starts_with("pin.") => return motions::parameter(spec, &body.name, key),
-            _ if key.starts_with("springs.") => return self.of_springs(spec.springs.as_ref()?, body, key),
+            _ if key.starts_with("springs.") => {
+                let beta = spec.damping.as_ref().and_then(|damping| damping.stiffness_proportional);
+                return self.of_springs(spec.springs.as_ref()?, beta.unwrap_or(0.0), body, key);
+            }
+            ("damping.dashpot", _) => Box::new(Modulus::new(vec![], vec![(1.0, self.unit_dashpots(body))])),
             _ => return self.of_elements(spec, body, key),
         })
     }
@@ -283,14 +296,21 @@ impl Places<'_> {
     }
 
     /// As many numbers as the scene gives: one for all springs, or one for each.
-    fn of_springs(&self, spec: &SpringsSpec, body: &BodyTopology, key: &str) -> Option<Box<dyn Parameter>> {
+    fn of_springs(
+        &self,
+        spec: &SpringsSpec,
+        beta: f64,
+        body: &BodyTopology,
+        key: &str,
+    ) -> Option<Box<dyn Parameter>> {
         let springs = self.springs(spec, body)?;
+        let stiffness = |springs| SpringStiffness::new(springs).damped(beta);
         let lengths: Vec<f64> = springs.iter().map(|spring| spring.rest_length).collect();
         let (given, each): (_, Box<dyn Parameter>) = match key {
             "springs.young" => {
-                return Some(Box::new(Weighted::new(Box::new(SpringStiffness::new(springs)), lengths)));
+                return Some(Box::new(Weighted::new(Box::new(stiffness(springs)), lengths)));
             }
-            "springs.stiffness" => (&spec.stiffness, Box::new(SpringStiffness::new(springs))),
+            "springs.stiffness" => (&spec.stiffness, Box::new(stiffness(springs))),
             _ => (&spec.rest_length, Box::new(RestLengths::new(springs))),
         };
         let one = given.as_ref().is_some_and(|given| given.as_slice().len() == 1);

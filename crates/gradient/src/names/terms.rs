@@ -4,6 +4,7 @@ use pliant::dissipation::{AtRest, DissipativeTerm, MassProportional, StrainRate,
 use pliant::element::CellBlock;
 use pliant::energy::EnergyTerm;
 use pliant::energy::elastic::points_of;
+use pliant::energy::measure::StencilConstants;
 use pliant::material::{Lame, MaterialSpec};
 use pliant::topology::BodyTopology;
 use pliant_scene::{Body, OneOrMany};
@@ -43,6 +44,16 @@ impl Places<'_> {
                 vec![proportional(1.0, beta * mu_rate, beta * lambda_rate)]
             }
         })
+    }
+
+    /// Dashpots of 1 N s/m beside the springs of a body.
+    pub(super) fn unit_dashpots(&self, body: &BodyTopology) -> Box<dyn DissipativeTerm> {
+        let rest = self.numbering.to_internal(&self.topology.rest_positions, self.topology.dimension);
+        let edges: Vec<[u32; 2]> =
+            body.edges.iter().map(|ends| ends.map(|end| self.numbering.internal(end))).collect();
+        let one = StencilConstants { stiffness: 1.0, ..StencilConstants::default() };
+        let constants = vec![one; edges.len()];
+        pliant_terms::dashpots(self.topology.dimension, &body.name, &edges, &constants, &rest)
     }
 
     /// Damping of all masses of a body at the rate 1/s.

@@ -1,7 +1,7 @@
 //! Constants of contact.
 
 use super::{ForceUse, Parameter};
-use crate::adjoint::dot;
+use crate::adjoint::{add_scaled, dot};
 
 /// Stiffness `kappa` of contact [Pa], the same of all pairs: energies and normal forces are in proportion to
 /// it, and friction is to these.
@@ -23,6 +23,12 @@ impl Parameter for ContactStiffness {
     }
 
     fn needs_contact(&self) -> bool {
+        true
+    }
+
+    fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
+        add_scaled(force, -change[0] / self.stiffness, of.contact);
+        add_scaled(force, -change[0] / self.stiffness, of.friction);
         true
     }
 
@@ -50,6 +56,11 @@ impl Parameter for FrictionCoefficient {
     }
 
     fn needs_contact(&self) -> bool {
+        true
+    }
+
+    fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
+        add_scaled(force, -change[0] / self.coefficient, of.friction);
         true
     }
 

@@ -45,6 +45,13 @@ impl Parameter for StepForces {
         self.steps * self.coordinates
     }
 
+    fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
+        let change = &change[of.step as usize * self.coordinates..][..self.coordinates];
+        let change = self.numbering.to_internal(change, of.system.dimension());
+        force.iter_mut().zip(&*change).for_each(|(force, change)| *force += change);
+        true
+    }
+
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
         let first = of.step as usize * self.coordinates;
         let p = self.numbering.to_original(of.p, of.system.dimension());

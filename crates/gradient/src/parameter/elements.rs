@@ -8,8 +8,8 @@ use pliant::algebra::Mat;
 use pliant::element::simplex_rest;
 use pliant::material::{Material, MaterialSpec, MaterialVisitor, Psd};
 
-use super::mass::{by_mass, uniform_gravity};
-use super::{ForceUse, Parameter};
+use super::mass::{add_by_mass, by_mass, mode_by_mass, uniform_gravity};
+use super::{ForceUse, ModeUse, Parameter};
 
 /// Stress and its derivative in a direction, of whatever material.
 trait ElementEnergy<const D: usize>: Send {
@@ -60,10 +60,27 @@ impl<const D: usize, const N: usize> ModulusElements<D, N> {
         ModulusElements { vertices, rest }
     }
 
-    /// `F` and `G` of element `i`.
-    fn deformation(&self, i: usize, of: &ForceUse<'_>) -> [Mat<f64, D>; 2] {
+    /// `F` of the positions and `G` of the direction of element `i`.
+    fn deformation(&self, i: usize, (x, p): (&[f64], &[f64])) -> [Mat<f64, D>; 2] {
         let (inverse, _) = &self.rest[i];
-        [of.x, of.p].map(|rows| edges(&points::<D, N>(rows, &self.vertices[i])).mul(inverse))
+        [x, p].map(|rows| edges(&points::<D, N>(rows, &self.vertices[i])).mul(inverse))
+    }
+}
+
+/// Adds `w T D_m^-T` at the vertices of an element: what `w T : G` is the product of with the direction that
+/// `G` is made of.
+fn add_at<const D: usize, const N: usize>(
+    element: &[u32; N],
+    (inverse, volume): &(Mat<f64, D>, f64),
+    stress: &Mat<f64, D>,
+    rows: &mut [f64],
+) {
+    let by_edges = stress.mul_transpose(inverse).scale(*volume);
+    for (a, vertex) in element[1..].iter().enumerate() {
+        for (end, sign) in [(*vertex, 1.0), (element[0], -1.0)] {
+            let row = &mut rows[end as usize * D..][..D];
+            (0..D).for_each(|k| row[k] += sign * by_edges[k][a]);
+        }
     }
 }
 
@@ -99,9 +116,29 @@ impl<const D: usize, const N: usize> Parameter for ElementModuli<D, N> {
         self.elements.vertices.len()
     }
 
+    fn add_mode(&mut self, of: &ModeUse<'_>, derivative: &mut [f64]) -> bool {
+        for (i, derivative) in derivative.iter_mut().enumerate() {
+            let [f, g] = self.elements.deformation(i, (of.x, of.shape));
+            let along =
+                |(factor, psi): &(f64, Box<dyn ElementEnergy<D>>)| factor * psi.stress_along(&f, &g).dot(&g);
+            *derivative += self.elements.rest[i].1 * self.parts.iter().map(along).sum::<f64>();
+        }
+        true
+    }
+
+    fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
+        for (i, change) in change.iter().enumerate() {
+            let [f, _] = self.elements.deformation(i, (of.x, of.x));
+            let mut stress = Mat::zero();
+            self.parts.iter().for_each(|(factor, psi)| stress += psi.stress(&f).scale(-factor * change));
+            add_at(&self.elements.vertices[i], &self.elements.rest[i], &stress, force);
+        }
+        true
+    }
+
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
         for (i, derivative) in derivative.iter_mut().enumerate() {
-            let [f, g] = self.elements.deformation(i, of);
+            let [f, g] = self.elements.deformation(i, (of.x, of.p));
             let along: f64 = self.parts.iter().map(|(factor, psi)| factor * psi.stress(&f).dot(&g)).sum();
             *derivative -= self.elements.rest[i].1 * along;
         }
@@ -122,7 +159,7 @@ struct RestShape<const D: usize, const N: usize> {
 impl<const D: usize, const N: usize> RestShape<D, N> {
     /// `K` of `d(p . dE/dx) = w K : dD_m D_m^-1` of element `i`.
     fn rate(&self, i: usize, of: &ForceUse<'_>) -> Mat<f64, D> {
-        let [f, g] = self.elements.deformation(i, of);
+        let [f, g] = self.elements.deformation(i, (of.x, of.p));
         let (stress, along) = (self.psi.stress(&f), self.psi.stress_along(&f, &g));
         Mat::scalar(stress.dot(&g)) - f.transpose_mul(&along) - g.transpose_mul(&stress)
     }
@@ -137,12 +174,61 @@ impl<const D: usize, const N: usize> Parameter for RestShape<D, N> {
         self.density != 0.0
     }
 
+    /// The state goes with the shape at rest: `F` stays, and `G` of a mode changes by `-G dD_m D_m^-1`.
+    fn add_mode(&mut self, of: &ModeUse<'_>, derivative: &mut [f64]) -> bool {
+        let rate = |i: usize| {
+            let [f, g] = self.elements.deformation(i, (of.x, of.shape));
+            let along = self.psi.stress_along(&f, &g);
+            Mat::scalar(along.dot(&g)) - g.transpose_mul(&along).scale(2.0)
+        };
+        self.spread(rate, |vertex| mode_by_mass(of, vertex), derivative);
+        of.is_lumped
+    }
+
+    /// With `B = dD_m D_m^-1`: `dP = P tr B - dP/dF : F B - P B^T`.
+    fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
+        let gravity = uniform_gravity(of.system);
+        for (element, rest) in self.elements.vertices.iter().zip(&self.elements.rest) {
+            let moved = element.map(|vertex| {
+                let mut moved = [0.0; D];
+                moved.copy_from_slice(&change[self.place[vertex as usize] as usize * D..][..D]);
+                moved
+            });
+            let b = edges(&moved).mul(&rest.0);
+            let f = edges(&points::<D, N>(of.x, element)).mul(&rest.0);
+            let (stress, growth) = (self.psi.stress(&f), b.trace());
+            let along = self.psi.stress_along(&f, &f.mul(&b));
+            let by_shape = stress.mul_transpose(&b) + along - stress.scale(growth);
+            add_at(element, rest, &by_shape, force);
+            if self.density != 0.0 {
+                let mass = self.density / N as f64 * rest.1 * growth;
+                element.iter().for_each(|vertex| {
+                    add_by_mass(of, &gravity, *vertex as usize, mass, force);
+                });
+            }
+        }
+        true
+    }
+
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
         let gravity = uniform_gravity(of.system);
+        self.spread(|i| -self.rate(i, of), |vertex| by_mass(of, &gravity, vertex), derivative);
+    }
+}
+
+impl<const D: usize, const N: usize> RestShape<D, N> {
+    /// Adds what rest positions make of `w K : dD_m D_m^-1` with `K` of each element, and of masses, by a
+    /// derivative at each vertex.
+    fn spread(
+        &self,
+        rate: impl Fn(usize) -> Mat<f64, D>,
+        by_mass: impl Fn(usize) -> f64,
+        derivative: &mut [f64],
+    ) {
         for (i, element) in self.elements.vertices.iter().enumerate() {
-            let mut rate = -self.rate(i, of);
+            let mut rate = rate(i);
             if self.density != 0.0 {
-                let masses = element.iter().map(|vertex| by_mass(of, &gravity, *vertex as usize));
+                let masses = element.iter().map(|vertex| by_mass(*vertex as usize));
                 rate += Mat::scalar(self.density / N as f64 * masses.sum::<f64>());
             }
             let (inverse, volume) = &self.elements.rest[i];

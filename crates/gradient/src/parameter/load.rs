@@ -2,11 +2,13 @@
 
 use pliant::energy::LoadTerm;
 use pliant::system::System;
+use pliant_scene::OverTime;
 
 use super::{ForceUse, Parameter};
+use crate::adjoint::add_scaled;
 
-/// The value of a load, a vector or a pressure: derivatives by what is added to each of its components,
-/// everywhere on the load and at all times.
+/// The value of a load, a vector, a pressure or the tension of a muscle: derivatives by what is added to each
+/// of its components, everywhere on the load and at all times.
 #[derive(Clone, Debug)]
 pub struct LoadValue {
     term: NamedLoad,
@@ -17,6 +19,16 @@ pub struct LoadValue {
 #[derive(Clone, Debug)]
 pub struct LoadFactor {
     term: NamedLoad,
+}
+
+/// A number that the formulas of a load, or of a muscle, name after `where`; that of all components where
+/// several name it.
+#[derive(Clone, Debug)]
+pub struct FormulaNumber {
+    term: NamedLoad,
+    /// Components of the value.
+    formulas: Vec<OverTime>,
+    name: String,
 }
 
 /// A load of a system by the name of its term.
@@ -53,9 +65,53 @@ impl LoadFactor {
     }
 }
 
+impl FormulaNumber {
+    /// Of this name, in the components of the value of the load `term`.
+    pub fn new(term: String, formulas: Vec<OverTime>, name: String) -> Self {
+        FormulaNumber { term: NamedLoad::new(term), formulas, name }
+    }
+}
+
+impl Parameter for FormulaNumber {
+    fn len(&self) -> usize {
+        1
+    }
+
+    fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
+        let FormulaNumber { term, formulas, name } = self;
+        if let Some(load) = term.find(of.system) {
+            let rate = |place, time| rate(formulas, name, place, time).map(|rate| rate * change[0]);
+            load.add_force_of(&rate, of.x, force);
+        }
+        true
+    }
+
+    fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
+        let FormulaNumber { term, formulas, name } = self;
+        if let Some(load) = term.find(of.system) {
+            derivative[0] += load.work_of(&|place, time| rate(formulas, name, place, time), of.x, of.p);
+        }
+    }
+}
+
+/// Derivatives of the components of a value by the number `name` at a place [m] and a time [s].
+fn rate(formulas: &[OverTime], name: &str, place: [f64; 3], time: f64) -> [f64; 3] {
+    let mut rate = [0.0; 3];
+    let components = rate.iter_mut().zip(formulas);
+    components.for_each(|(rate, formula)| *rate = formula.derivative(name, place, time));
+    rate
+}
+
 impl Parameter for LoadValue {
     fn len(&self) -> usize {
         self.components
+    }
+
+    fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
+        if let Some(load) = self.term.find(of.system) {
+            load.add_force_by(change, of.x, force);
+        }
+        true
     }
 
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
@@ -68,6 +124,15 @@ impl Parameter for LoadValue {
 impl Parameter for LoadFactor {
     fn len(&self) -> usize {
         1
+    }
+
+    fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
+        if let Some(load) = self.term.find(of.system) {
+            let mut whole = vec![0.0; force.len()];
+            load.add_force(of.x, &mut whole);
+            add_scaled(force, change[0], &whole);
+        }
+        true
     }
 
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {

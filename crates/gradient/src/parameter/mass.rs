@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use pliant::system::System;
 
-use super::{ForceUse, Parameter};
+use super::{ForceUse, ModeUse, Parameter};
 
 /// Lumped masses of vertices [kg]. Uniform gravity pulls at the mass that it accelerates, and damping in
 /// proportion to masses grows with them; no other force depends on them, as mutual gravity would.
@@ -27,6 +27,21 @@ impl Parameter for Masses {
     }
 
     fn needs_force(&self) -> bool {
+        true
+    }
+
+    fn add_mode(&mut self, of: &ModeUse<'_>, derivative: &mut [f64]) -> bool {
+        for (derivative, vertex) in derivative.iter_mut().zip(&self.vertices) {
+            *derivative += mode_by_mass(of, *vertex as usize);
+        }
+        of.is_lumped
+    }
+
+    fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
+        let gravity = uniform_gravity(of.system);
+        for (change, vertex) in change.iter().zip(&self.vertices) {
+            add_by_mass(of, &gravity, *vertex as usize, *change, force);
+        }
         true
     }
 
@@ -62,6 +77,24 @@ impl Parameter for BodyDensity {
         true
     }
 
+    fn add_mode(&mut self, of: &ModeUse<'_>, derivative: &mut [f64]) -> bool {
+        let each = |vertex: &u32| {
+            let vertex = *vertex as usize;
+            of.system.mass()[vertex] / self.density * mode_by_mass(of, vertex)
+        };
+        derivative[0] += self.vertices.iter().map(each).sum::<f64>();
+        of.is_lumped
+    }
+
+    fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
+        let gravity = uniform_gravity(of.system);
+        for vertex in &self.vertices {
+            let vertex = *vertex as usize;
+            add_by_mass(of, &gravity, vertex, of.system.mass()[vertex] / self.density * change[0], force);
+        }
+        true
+    }
+
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
         let gravity = uniform_gravity(of.system);
         let each = |vertex: &u32| {
@@ -92,6 +125,16 @@ impl Parameter for WeightDensity {
         1
     }
 
+    fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
+        let d = of.system.dimension();
+        for vertex in &self.of.vertices {
+            let weight = of.system.mass()[*vertex as usize] / self.of.density * change[0];
+            let row = &mut force[*vertex as usize * d..][..d];
+            row.iter_mut().zip(&self.gravity).for_each(|(force, g)| *force += weight * g);
+        }
+        true
+    }
+
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
         let d = of.system.dimension();
         let each = |vertex: &u32| {
@@ -118,4 +161,24 @@ pub(super) fn by_mass(of: &ForceUse<'_>, gravity: &[f64; 3], vertex: usize) -> f
     let coordinates = vertex * d..(vertex + 1) * d;
     let rows = of.p[coordinates.clone()].iter().zip(&of.gradient[coordinates]).zip(gravity);
     rows.map(|((p, gradient), g)| p * (gradient / mass + g)).sum()
+}
+
+/// The transpose of [`by_mass`]: adds to the force what a `change` of the mass of a vertex makes of it.
+pub(super) fn add_by_mass(
+    of: &ForceUse<'_>,
+    gravity: &[f64; 3],
+    vertex: usize,
+    change: f64,
+    force: &mut [f64],
+) {
+    let (d, mass) = (of.system.dimension(), of.system.mass()[vertex]);
+    let coordinates = vertex * d..(vertex + 1) * d;
+    let rows = force[coordinates.clone()].iter_mut().zip(&of.gradient[coordinates]).zip(gravity);
+    rows.for_each(|((force, gradient), g)| *force += change * (gradient / mass + g));
+}
+
+/// Derivative of `omega^2` of a mode by the lumped mass of a vertex: `-omega^2 |phi|^2` there.
+pub(super) fn mode_by_mass(of: &ModeUse<'_>, vertex: usize) -> f64 {
+    let d = of.system.dimension();
+    -of.square * of.shape[vertex * d..][..d].iter().map(|phi| phi * phi).sum::<f64>()
 }

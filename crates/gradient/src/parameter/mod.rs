@@ -16,7 +16,7 @@ pub use contact::{ContactStiffness, FrictionCoefficient};
 pub use each_step::{HeldPlaces, StepForces};
 pub use elements::LinearElements;
 pub use gravity::Gravity;
-pub use load::{LoadFactor, LoadValue};
+pub use load::{FormulaNumber, LoadFactor, LoadValue};
 pub use mass::{BodyDensity, Masses, WeightDensity};
 pub use moduli::Modulus;
 pub use motion::MotionFactor;
@@ -80,6 +80,21 @@ pub struct StateUse<'a> {
     pub x_bar: &'a [f64],
 }
 
+/// A natural mode about a shape at rest on which no force acts, as its derivative sees it.
+#[derive(Clone, Copy)]
+pub struct ModeUse<'a> {
+    /// The equations of motion.
+    pub system: &'a System,
+    /// Positions, flat, vertices in the order of the simulation [m].
+    pub x: &'a [f64],
+    /// The shape `phi`, likewise, `phi^T M phi = 1` [kg^-1/2]; zero at held coordinates.
+    pub shape: &'a [f64],
+    /// `omega^2` [rad^2/s^2].
+    pub square: f64,
+    /// True if all masses are lumped.
+    pub is_lumped: bool,
+}
+
 /// Numbers that forces or masses depend on.
 ///
 /// Each use of a force adds `-p . d(M a + dE/dx + dR/dv)/d theta` to the derivative by the number `theta`.
@@ -120,6 +135,21 @@ pub trait Parameter: Send {
     /// Adds the part of one use of held coordinates in a state to the derivative by each number.
     fn add_held(&mut self, of: &HeldUse<'_>, derivative: &mut [f64]) {
         let _ = (of, derivative);
+    }
+
+    /// Adds the derivative of `omega^2` of a mode by each number, `phi^T (dK - omega^2 dM) phi`; false where it
+    /// is not known.
+    fn add_mode(&mut self, of: &ModeUse<'_>, derivative: &mut [f64]) -> bool {
+        let _ = (of, derivative);
+        false
+    }
+
+    /// Adds to `force` what a change of its numbers makes of the force of one use, `-d(M a + dE/dx +
+    /// dR/dv)/d theta` times `change` [N]: the transpose of [`add`](Self::add). False where that is not known.
+    /// Directions `p` and products with them are empty then.
+    fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
+        let _ = (of, change, force);
+        false
     }
 
     /// Adds the part of one use of a force to the derivative by each number.

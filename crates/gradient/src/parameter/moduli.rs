@@ -3,7 +3,8 @@
 use pliant::dissipation::DissipativeTerm;
 use pliant::energy::EnergyTerm;
 
-use super::{ForceUse, Parameter};
+use super::{ForceUse, ModeUse, Parameter};
+use crate::adjoint::{add_scaled, dot};
 
 /// A number `theta` with `dE/d theta = sum_i c_i E_i` and `dR/d theta = sum_i b_i R_i`, energies and
 /// dissipation functions of other constants.
@@ -30,6 +31,33 @@ impl Modulus {
 impl Parameter for Modulus {
     fn len(&self) -> usize {
         1
+    }
+
+    fn add_mode(&mut self, of: &ModeUse<'_>, derivative: &mut [f64]) -> bool {
+        let mut product = vec![0.0; of.x.len()];
+        for (factor, term) in &mut self.energies {
+            product.fill(0.0);
+            term.add_hessian_product(of.x, of.shape, &mut product);
+            derivative[0] += *factor * dot(&product, of.shape);
+        }
+        true
+    }
+
+    fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
+        let Modulus { energies, dissipation, gradient } = self;
+        gradient.resize(of.x.len(), 0.0);
+        for (factor, term) in energies {
+            gradient.fill(0.0);
+            term.add_gradient(of.x, gradient);
+            add_scaled(force, -*factor * change[0], gradient);
+        }
+        for (factor, term) in dissipation {
+            gradient.fill(0.0);
+            term.evaluate(of.x, of.v);
+            term.add_rows(0, gradient);
+            add_scaled(force, -*factor * change[0], gradient);
+        }
+        true
     }
 
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {

@@ -1,6 +1,6 @@
 //! Numbers that forces depend on in several ways.
 
-use super::{ForceUse, HeldUse, Parameter, StateUse};
+use super::{ForceUse, HeldUse, ModeUse, Parameter, StateUse};
 
 /// Numbers whose derivatives are sums of those by the same numbers of other parameters.
 pub struct Together {
@@ -41,6 +41,14 @@ impl Parameter for Together {
 
     fn add_held(&mut self, of: &HeldUse<'_>, derivative: &mut [f64]) {
         self.parts.iter_mut().for_each(|part| part.add_held(of, derivative));
+    }
+
+    fn add_mode(&mut self, of: &ModeUse<'_>, derivative: &mut [f64]) -> bool {
+        self.parts.iter_mut().all(|part| part.add_mode(of, derivative))
+    }
+
+    fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
+        self.parts.iter_mut().all(|part| part.add_change(of, change, force))
     }
 
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {

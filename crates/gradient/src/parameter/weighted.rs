@@ -1,6 +1,6 @@
 //! One number that several depend on.
 
-use super::{ForceUse, HeldUse, Parameter};
+use super::{ForceUse, HeldUse, ModeUse, Parameter, StateUse};
 use crate::adjoint::dot;
 
 /// A number `theta` that the numbers of another parameter grow with, `d theta_i = w_i d theta`.
@@ -46,6 +46,24 @@ impl Parameter for Weighted {
         self.derivative.fill(0.0);
         self.of.add_held(of, &mut self.derivative);
         derivative[0] += dot(&self.derivative, &self.weights);
+    }
+
+    fn add_state(&mut self, of: &StateUse<'_>, derivative: &mut [f64]) {
+        self.derivative.fill(0.0);
+        self.of.add_state(of, &mut self.derivative);
+        derivative[0] += dot(&self.derivative, &self.weights);
+    }
+
+    fn add_mode(&mut self, of: &ModeUse<'_>, derivative: &mut [f64]) -> bool {
+        self.derivative.fill(0.0);
+        let is_known = self.of.add_mode(of, &mut self.derivative);
+        derivative[0] += dot(&self.derivative, &self.weights);
+        is_known
+    }
+
+    fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
+        let changes: Vec<f64> = self.weights.iter().map(|weight| weight * change[0]).collect();
+        self.of.add_change(of, &changes, force)
     }
 
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {

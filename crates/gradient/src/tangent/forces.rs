@@ -4,19 +4,39 @@ use pliant::system::System;
 
 use crate::adjoint::{AdjointPlace, Singular};
 use crate::linear::{Coefficients, Products, TransposedSolver};
+use crate::parameter::{ForceUse, Parameter};
+use crate::parts::ForceParts;
 
-/// Memory of solves and of products.
-pub(super) struct TangentForces {
+/// Memory of solves and of products, and the parameters that change.
+pub(super) struct TangentForces<'p> {
+    parameters: &'p mut [Box<dyn Parameter>],
+    /// Change of the numbers of each.
+    changes: &'p [Vec<f64>],
+    parts: ForceParts,
+    /// Steps of the run before the one that is taken.
+    pub(super) step: u64,
+    /// A parameter whose change of forces is not known.
+    pub(super) unknown: Option<usize>,
     solver: TransposedSolver,
     products: Products,
     by_positions: Vec<f64>,
     by_velocities: Vec<f64>,
 }
 
-impl TangentForces {
+impl<'p> TangentForces<'p> {
     /// For `unknowns` coordinates, `dimension` of each vertex.
-    pub(super) fn new(dimension: usize, unknowns: usize) -> Self {
+    pub(super) fn new(
+        dimension: usize,
+        unknowns: usize,
+        parameters: &'p mut [Box<dyn Parameter>],
+        changes: &'p [Vec<f64>],
+    ) -> Self {
         TangentForces {
+            parts: ForceParts::new(parameters),
+            parameters,
+            changes,
+            step: 0,
+            unknown: None,
             solver: TransposedSolver::new(dimension),
             products: Products::new(unknowns),
             by_positions: vec![0.0; unknowns],
@@ -24,8 +44,8 @@ impl TangentForces {
         }
     }
 
-    /// Change of `-dE/dx - dR/dv - c M v` [N] at a place that changes by `(x, v)`, `c` the ether drag; zero
-    /// where held.
+    /// Change of `-dE/dx - dR/dv - c M v` [N] at a place that changes by `(x, v)`, `c` the ether drag, and with
+    /// the parameters; zero where held.
     pub(super) fn force(
         &mut self,
         system: &mut System,
@@ -42,8 +62,36 @@ impl TangentForces {
         let change =
             |i: usize| -self.by_positions[i] - self.by_velocities[i] - drag * system.mass()[i / d] * v[i];
         let mut force: Vec<f64> = (0..x.len()).map(change).collect();
+        self.add_parameters(system, at, &mut force);
         self.keep_free(system, &mut force);
         force
+    }
+
+    /// Adds what the parameters change of the force at a place.
+    fn add_parameters(&mut self, system: &mut System, at: AdjointPlace<'_>, force: &mut [f64]) {
+        let TangentForces { parameters, changes, parts, step, unknown, .. } = self;
+        if parameters.is_empty() {
+            return;
+        }
+        parts.evaluate(system, at);
+        let ForceParts { gradient, contact, friction, .. } = &*parts;
+        let of = ForceUse {
+            system,
+            step: *step,
+            x: at.x,
+            v: at.v,
+            p: &[],
+            gradient,
+            contact,
+            friction,
+            by_positions: &[],
+            by_velocities: &[],
+        };
+        for (i, (parameter, change)) in parameters.iter_mut().zip(*changes).enumerate() {
+            if !parameter.add_change(&of, change, force) {
+                unknown.get_or_insert(i);
+            }
+        }
     }
 
     /// The same of the acceleration [m/s^2].

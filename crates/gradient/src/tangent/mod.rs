@@ -10,6 +10,8 @@ mod one_step;
 use pliant::simulation::{Simulation, Snapshot};
 
 use crate::adjoint::{AdjointPlace, Step, has_memory};
+use crate::parameter::Parameter;
+use crate::sweep::may_forget;
 use crate::walls::WalledEnd;
 use crate::{GradientError, LossFrame, support};
 use forces::TangentForces;
@@ -22,6 +24,17 @@ pub struct RunTangent {
     pub position: Vec<f64>,
     /// Of the velocities, likewise.
     pub velocity: Vec<f64>,
+}
+
+/// A direction of everything that a run depends on.
+#[derive(Clone, Copy, Debug)]
+pub struct RunDirection<'a> {
+    /// Change of the positions at the start, flat `(n, dimension)`, vertices in the order of the scene.
+    pub position: &'a [f64],
+    /// Of the velocities, likewise; not looked at where held.
+    pub velocity: &'a [f64],
+    /// Of the numbers of each parameter.
+    pub parameters: &'a [Vec<f64>],
 }
 
 /// Takes `steps` steps of `simulation` from where it is, and gives the directional derivative (`jvp`) of the
@@ -61,8 +74,47 @@ pub fn tangent(
     (position, velocity): (&[f64], &[f64]),
     watch: &mut dyn FnMut(&LossFrame<'_>, &RunTangent),
 ) -> Result<RunTangent, GradientError> {
+    tangent_along(simulation, steps, RunDirection { position, velocity, parameters: &[] }, &mut [], watch)
+}
+
+/// The same along a `direction` of the start and of `parameters`.
+///
+/// ```
+/// use pliant::energy::gravity::UniformGravity;
+/// use pliant::integrator::IntegratorSpec;
+/// use pliant::{simulation::Simulation, state::State, system::System};
+/// use pliant_gradient::{Gravity, Parameter, RunDirection, tangent_along};
+///
+/// let mut system = System::new(2, vec![2.0]);
+/// system.add_term(Box::new(UniformGravity::new(&[0.0, -10.0], &[2.0])));
+/// let state = State::new(vec![0.0, 5.0], vec![1.0, 0.0]);
+/// let mut simulation = Simulation::new(system, state, IntegratorSpec::VelocityVerlet.method(), 0.125);
+/// let mut parameters: Vec<Box<dyn Parameter>> = vec![Box::new(Gravity::new(2))];
+/// let direction = RunDirection { position: &[0.0; 2], velocity: &[0.0; 2], parameters: &[vec![0.0, 1.0]] };
+/// // y = y_0 + v_0 t + g t^2/2 at t = 1.
+/// let found = tangent_along(&mut simulation, 8, direction, &mut parameters, &mut |_, _| {})?;
+/// assert_eq!((found.position, found.velocity), (vec![0.0, 0.5], vec![0.0, 1.0]));
+/// # Ok::<(), pliant_gradient::GradientError>(())
+/// ```
+///
+/// # Errors
+/// As [`tangent`]; factors of motions and displacements of what is held have none.
+///
+/// # Panics
+/// The direction has another shape than the state and the parameters.
+pub fn tangent_along(
+    simulation: &mut Simulation,
+    steps: u64,
+    direction: RunDirection<'_>,
+    parameters: &mut [Box<dyn Parameter>],
+    watch: &mut dyn FnMut(&LossFrame<'_>, &RunTangent),
+) -> Result<RunTangent, GradientError> {
     support::check(simulation)?;
     support::check_tangent(simulation)?;
+    let RunDirection { position, velocity, parameters: changes } = direction;
+    parameters.iter_mut().for_each(|parameter| parameter.begin(steps));
+    let counts = parameters.iter().map(|parameter| parameter.len());
+    assert!(counts.eq(changes.iter().map(Vec::len)), "one change for each number of each parameter");
     if has_memory(simulation.method().scheme) {
         let (step, time) = (simulation.state().step, simulation.state().time);
         let (x, v) = (simulation.positions().into_owned(), simulation.velocities().into_owned());
@@ -71,8 +123,9 @@ pub fn tangent(
     let d = simulation.system().dimension();
     let inside = |rows: &[f64]| simulation.numbering().to_internal(rows, d).into_owned();
     let mut dots = StateTangent::new(inside(position), inside(velocity));
-    let mut forces = TangentForces::new(d, dots.x.len());
+    let mut forces = TangentForces::new(d, dots.x.len(), parameters, changes);
     forces.keep_free(simulation.system(), &mut dots.v);
+    refuse_unknown(simulation, &mut forces)?;
     let first = simulation.state().step;
     show(simulation, &dots, watch);
     for step in first..first + steps {
@@ -81,6 +134,10 @@ pub fn tangent(
         if simulation.system().is_stopped() {
             return Err(GradientError::Stopped { step });
         }
+        let begins = match may_forget(simulation) {
+            true => !simulation.snapshot().remembers(),
+            false => step == first,
+        };
         let walled = match simulation.system().walls() {
             [] => None,
             _ => Some(unwalled(simulation)?),
@@ -96,8 +153,9 @@ pub fn tangent(
             v: walled.as_ref().map_or(&after_v, |walled| &walled.v),
             stage_velocities: &stage_velocities,
             h,
-            is_first: step == first,
+            is_first: begins,
         };
+        forces.step = step - first;
         let singular = |_| GradientError::Singular { step: step + 1, time: time + h };
         advance(&method, &mut forces, simulation.system_mut(), &taken, &mut dots).map_err(singular)?;
         if let Some(walled) = &walled {
@@ -110,6 +168,22 @@ pub fn tangent(
         show(simulation, &dots, watch);
     }
     Ok(outside(simulation, &dots))
+}
+
+/// Refuses parameters that do not say how forces change with them.
+fn refuse_unknown(simulation: &mut Simulation, forces: &mut TangentForces<'_>) -> Result<(), GradientError> {
+    let state = simulation.state();
+    let (time, x, v) = (state.time, state.x().to_vec(), state.v().to_vec());
+    let still = vec![0.0; x.len()];
+    let at = AdjointPlace { time, x: &x, v: &v };
+    forces.force(simulation.system_mut(), at, (&still, &still));
+    match forces.unknown {
+        None => Ok(()),
+        Some(number) => Err(GradientError::Unsupported {
+            what: format!("tangents by parameter {number} of those given, counted from 0"),
+            remedy: "factors of motions and displacements of pins have none; `gradient` has an adjoint",
+        }),
+    }
 }
 
 /// The next step as it is without walls; the simulation stays where it is.

@@ -48,7 +48,7 @@ fn sum(parts: &[(f64, &[f64])]) -> Vec<f64> {
 /// Takes `dots` from the beginning of a step by `method` to its end.
 pub(super) fn advance(
     method: &Method,
-    forces: &mut TangentForces,
+    forces: &mut TangentForces<'_>,
     system: &mut System,
     step: &Step<'_>,
     dots: &mut StateTangent,
@@ -80,7 +80,7 @@ pub(super) fn advance(
 
 fn splitting(
     (stages, order): (&[Stage], u32),
-    forces: &mut TangentForces,
+    forces: &mut TangentForces<'_>,
     system: &mut System,
     step: &Step<'_>,
     dots: &mut StateTangent,
@@ -115,7 +115,7 @@ fn splitting(
 
 fn runge_kutta(
     tableau: &Tableau,
-    forces: &mut TangentForces,
+    forces: &mut TangentForces<'_>,
     system: &mut System,
     step: &Step<'_>,
     dots: &mut StateTangent,
@@ -156,7 +156,7 @@ fn runge_kutta(
 
 fn alpha(
     coefficients: &AlphaCoefficients,
-    forces: &mut TangentForces,
+    forces: &mut TangentForces<'_>,
     system: &mut System,
     step: &Step<'_>,
     dots: &mut StateTangent,
@@ -193,7 +193,7 @@ fn alpha(
 }
 
 fn bdf2(
-    forces: &mut TangentForces,
+    forces: &mut TangentForces<'_>,
     system: &mut System,
     step: &Step<'_>,
     dots: &mut StateTangent,
@@ -215,7 +215,7 @@ fn bdf2(
 
 /// Free coordinates follow the held ones: their own change is taken back by the solve.
 fn statics(
-    forces: &mut TangentForces,
+    forces: &mut TangentForces<'_>,
     system: &mut System,
     step: &Step<'_>,
     dots: &mut StateTangent,
@@ -234,7 +234,7 @@ fn statics(
 /// dots, without damping.
 fn collocation(
     tableau: &CollocationTableau,
-    forces: &mut TangentForces,
+    forces: &mut TangentForces<'_>,
     system: &mut System,
     step: &Step<'_>,
     dots: &mut StateTangent,

@@ -39,6 +39,25 @@ fn factors_of_loads_have_derivatives() {
     }
 }
 
+// By what a formula names: a factor, a rate in time, an exponent in place, in one component or in both.
+#[test]
+fn numbers_in_formulas_of_loads_have_derivatives() {
+    for scheme in ["velocity-verlet", "tr-bdf2", "bdf2"] {
+        let force = |a: f64, w: f64, n: f64| {
+            let x = format!("A*sin(w*t) where A = {a:?}, w = {w:?}");
+            let y = format!("-A*X^n where n = {n:?}, A = {a:?}");
+            loaded(scheme, json!({ "traction": [x, y] }))
+        };
+        let name = |number: &str| format!("body.beam.load.0.parameters.{number}");
+        compare_number(scheme, |a| force(a, 20.0, 1.5), (&name("A"), 900.0, 900.0), (20, 1e-7));
+        compare_number(scheme, |w| force(900.0, w, 1.5), (&name("w"), 20.0, 20.0), (20, 1e-7));
+        compare_number(scheme, |n| force(900.0, 20.0, n), (&name("n"), 1.5, 1.5), (20, 1e-7));
+        let pressure =
+            |p: f64| loaded(scheme, json!({ "pressure": format!("p*(1 + 20*t) where p = {p:?}") }));
+        compare_number(scheme, pressure, (&name("p"), 900.0, 900.0), (20, 1e-7));
+    }
+}
+
 /// The beam of the reference, its pin and what else it names as given.
 fn moved(scheme: &str, pin: Value, change: impl Fn(&mut Scene)) -> Scene {
     let mut moved = scene(&case("beam")["setup"], "neo-hookean", scheme, 20, Further::default());

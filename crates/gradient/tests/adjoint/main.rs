@@ -2,11 +2,14 @@
 
 #![allow(clippy::unwrap_used, reason = "a panic is what a test fails by")]
 
+mod by_parameters;
 mod chain;
 mod contact;
+mod dashpots;
 mod differences;
 mod each_step;
 mod fit;
+mod frequencies;
 mod kepler;
 mod loads;
 mod muscle;

@@ -4,6 +4,7 @@ use pliant::simulation::Simulation;
 use pliant_gradient::{LossFrame, ParameterSelection, UNLIMITED, gradient, names, schemes, tangent};
 use pliant_scene::Scene;
 
+use crate::differences::compare_number;
 use crate::solid::{Further, assembled, scene};
 use crate::support::{case, solve_exactly};
 
@@ -103,6 +104,33 @@ fn equilibria_with_a_muscle_have_derivatives() {
     });
     let difference = (high - low) / (more - less);
     assert!((by / difference - 1.0).abs() < 1e-6, "{by:e}, by differences {difference:e}");
+}
+
+/// By its tension, by a factor of it, and by what its formula names.
+#[test]
+fn numbers_of_a_muscle_are_parameters() {
+    for scheme in ["velocity-verlet", "implicit-euler", "newmark(.3025,.6)"] {
+        let with = |tension: String| {
+            let mut beam = scene(&case("beam")["setup"], "neo-hookean", scheme, 12, Further::default());
+            let muscle = serde_json::json!({ "fibre": { "direction": [2, "X + 1"] }, "tension": tension });
+            beam.body[0].muscle = vec![serde_json::from_value(muscle).unwrap()];
+            beam
+        };
+        let wave = |a: f64, w: f64, k: f64| {
+            with(format!("A*(1 + Y)*sin(w*t + k*X) where A = {a:?}, w = {w:?}, k = {k:?}"))
+        };
+        let name = |number: &str| format!("body.beam.muscle.0.{number}");
+        let a = |a| wave(a, 9.0, 0.5);
+        compare_number(scheme, a, (&name("parameters.A"), 4e3, 4e3), (12, 1e-7));
+        let w = |w| wave(4e3, w, 0.5);
+        compare_number(scheme, w, (&name("parameters.w"), 9.0, 9.0), (12, 1e-7));
+        let k = |k| wave(4e3, 9.0, k);
+        compare_number(scheme, k, (&name("parameters.k"), 0.5, 1.0), (12, 1e-7));
+        let factor = |f: f64| with(format!("{f:?}*4e3*(1 + Y)*sin(9*t)"));
+        compare_number(scheme, factor, (&name("factor"), 1.0, 1.0), (12, 1e-7));
+        let more = |more: f64| with(format!("4e3*(1 + Y)*sin(9*t) + {more:?}"));
+        compare_number(scheme, more, (&name("tension"), 0.0, 4e3), (12, 1e-7));
+    }
 }
 
 /// Its fibres are of the rest shape, and what they do to a derivative by it is not known.

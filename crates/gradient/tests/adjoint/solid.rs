@@ -11,7 +11,7 @@ use serde_json::Value;
 use crate::support::{case, compare, method, numbers};
 
 /// Rows of `width` numbers, as a scene has them.
-fn rows(numbers: &[f64], width: usize) -> String {
+pub(crate) fn rows(numbers: &[f64], width: usize) -> String {
     let rows: Vec<String> = numbers.chunks_exact(width).map(|row| format!("{row:?}")).collect();
     format!("[{}]", rows.join(","))
 }

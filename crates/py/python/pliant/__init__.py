@@ -23,7 +23,7 @@ from .actions import ForceAction, FunctionAction, PinAction, ValueAction
 from .batch import Outcome, combinations, rollout, sweep
 from .catalogue import catalogue
 from .environments import VectorEnvironment, vector
-from .gradients import Gradient
+from .gradients import FrequencyGradient, Gradient, WallEvent
 from .material import Material
 from .reports import Stability, StabilityMap, Stress, Study, stability, stress, study
 from .tables import Table
@@ -35,6 +35,7 @@ __all__ = [
     "ForceAction",
     "Frame",
     "Frames",
+    "FrequencyGradient",
     "FunctionAction",
     "Gradient",
     "LiveView",
@@ -59,6 +60,7 @@ __all__ = [
     "ValueAction",
     "VectorEnvironment",
     "View",
+    "WallEvent",
     "__version__",
     "catalogue",
     "combinations",

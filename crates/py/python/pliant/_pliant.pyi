@@ -8,7 +8,7 @@ import numpy.typing as npt
 from scipy.sparse import csr_array
 
 from ._run import Summary
-from .gradients import Gradient
+from .gradients import FrequencyGradient, Gradient
 from .material import Material
 from .view import LiveView, View
 
@@ -194,8 +194,18 @@ class Simulation:
         position: npt.ArrayLike | None = None,
         velocity: npt.ArrayLike | None = None,
         *,
+        parameters: dict[str, npt.ArrayLike] | None = None,
         steps: int | None = None,
     ) -> tuple[_Array, _Array]: ...
+    def gauss_newton_product(
+        self,
+        curvature: Callable[[Frame, _Array, _Array], npt.ArrayLike | tuple[npt.ArrayLike | None, npt.ArrayLike | None] | None],
+        direction: dict[str, npt.ArrayLike],
+        *,
+        steps: int | None = None,
+        memory: int | None = None,
+    ) -> Gradient: ...
+    def frequency_gradient(self, with_respect_to: Sequence[str], count: int = 1) -> FrequencyGradient: ...
     def gradient_names(self) -> list[str]: ...
     @overload
     def view(self, *, live: Literal[False] = False, max_bytes: int = 2_000_000, height: int = 480) -> View: ...

@@ -3,8 +3,11 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use numpy::PyArrayMethods;
-use pliant_gradient::{GradientError, Loss, LossFrame, ParameterSelection, RunGradient, UNLIMITED};
+use numpy::{IntoPyArray, PyArrayMethods};
+use pliant_gradient::{
+    GradientError, Loss, LossCurvature, LossFrame, ParameterSelection, RunDirection, RunGradient, RunTangent,
+    UNLIMITED, WallEvent, frequency_gradient, gauss_newton_product, tangent_along,
+};
 use pyo3::exceptions::{PyKeyError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
@@ -63,6 +66,84 @@ impl Loss for PythonLoss<'_> {
             }
         }
     }
+}
+
+/// Second derivatives of a loss that are a function in Python.
+struct PythonCurvature<'a> {
+    function: &'a Py<PyAny>,
+    shape: [usize; 2],
+    /// Step at which the run began.
+    first: u64,
+    stop: &'a AtomicBool,
+    raised: Option<PyErr>,
+}
+
+impl PythonCurvature<'_> {
+    /// What the function says.
+    fn call(
+        &self,
+        frame: &LossFrame<'_>,
+        change: &RunTangent,
+        [x_bar, v_bar]: [&mut [f64]; 2],
+    ) -> PyResult<()> {
+        let index = frame.step - self.first;
+        Python::attach(|py| {
+            let shown = PyFrame::state(index, frame.step, frame.time, (frame.x, frame.v), self.shape[1]);
+            let rows = |rows: &[f64]| arrays::array(py, rows.to_vec(), &self.shape);
+            let changes = (rows(&change.position)?, rows(&change.velocity)?);
+            let said = self.function.bind(py).call1((Bound::new(py, shown)?, changes.0, changes.1))?;
+            let parts = match said.cast::<PyTuple>() {
+                Ok(parts) if parts.len() == 2 => vec![parts.get_item(0)?, parts.get_item(1)?],
+                Ok(_) => {
+                    let message = "a curvature returns None, by_positions, or (by_positions, by_velocities)";
+                    return Err(PyTypeError::new_err(message));
+                }
+                Err(_) => vec![said],
+            };
+            let names = ["product by positions", "product by velocities"];
+            for ((part, bar), name) in parts.iter().zip([x_bar, v_bar]).zip(names) {
+                if !part.is_none() {
+                    bar.copy_from_slice(&arrays::finite_rows(part, &self.shape, name)?);
+                }
+            }
+            Ok(())
+        })
+    }
+}
+
+impl LossCurvature for PythonCurvature<'_> {
+    fn product(&mut self, frame: &LossFrame<'_>, change: &RunTangent, x_bar: &mut [f64], v_bar: &mut [f64]) {
+        if let Err(error) = self.call(frame, change, [x_bar, v_bar]) {
+            self.raised.get_or_insert(error);
+            self.stop.store(true, Ordering::Relaxed);
+        }
+    }
+}
+
+/// Rows of numbers of this shape that were given, zero where there are none.
+fn change(rows: Option<&Bound<'_, PyAny>>, shape: &[usize; 2], what: &str) -> PyResult<Vec<f64>> {
+    match rows {
+        None => Ok(vec![0.0; shape[0] * shape[1]]),
+        Some(rows) => arrays::finite_rows(rows, shape, what),
+    }
+}
+
+/// Changes of the numbers of the parameters of a selection of these names, over so many steps.
+fn changes(
+    selection: &mut ParameterSelection,
+    steps: u64,
+    names: &[String],
+    given: Option<&Bound<'_, PyDict>>,
+) -> PyResult<Vec<Vec<f64>>> {
+    let of_forces = names.iter().filter(|name| !matches!(&name[..], "position" | "velocity"));
+    let mut changes = vec![];
+    for (name, parameter) in of_forces.zip(selection.parameters()) {
+        parameter.begin(steps);
+        let Some(rows) = given.map(|given| given.get_item(name)).transpose()?.flatten() else { continue };
+        let numbers = rows.py().import("numpy")?.call_method1("ravel", (rows,))?;
+        changes.push(arrays::finite_rows(&numbers, &[parameter.len()], name)?);
+    }
+    Ok(changes)
 }
 
 /// As Python's exceptions.
@@ -195,6 +276,8 @@ impl PySimulation {
     ///     vertices change with the places where they are held.
     /// velocity : array_like, optional
     ///     Change of the velocities, shape (n, dim) [m/s per that unit]; zero without it, and where held.
+    /// parameters : dict of str to float or array_like, optional
+    ///     Changes of parameters by their names, as for `gradient`, of its shapes.
     /// steps : int, optional
     ///     How many steps to take; as many as are left of the scene's duration without it.
     ///
@@ -208,6 +291,8 @@ impl PySimulation {
     /// ValueError
     ///     The scheme, or something in the scene, has no derivative: as for `gradient`, and damping but that in
     ///     proportion to masses; the changes overflow; an array has another shape.
+    /// KeyError
+    ///     A parameter has no derivative.
     /// StepError
     ///     A step cannot be taken.
     /// KeyboardInterrupt
@@ -220,27 +305,38 @@ impl PySimulation {
     /// >>> by_position, by_velocity = simulation.jvp(velocity=change, steps=1)
     /// >>> by_position[9]
     /// array([0.   , 0.001])
-    #[pyo3(signature = (position = None, velocity = None, *, steps = None))]
+    /// >>> by_position, _ = simulation.jvp(parameters={"world.gravity": [0.0, 1.0]}, steps=10)
+    /// >>> by_position.shape
+    /// (10, 2)
+    #[pyo3(signature = (position = None, velocity = None, *, parameters = None, steps = None))]
     fn jvp<'py>(
         &self,
         py: Python<'py>,
         position: Option<&Bound<'py, PyAny>>,
         velocity: Option<&Bound<'py, PyAny>>,
+        parameters: Option<&Bound<'py, PyDict>>,
         steps: Option<u64>,
     ) -> PyResult<Bound<'py, PyTuple>> {
         let shape = self.shape();
-        let change = |rows: Option<&Bound<'py, PyAny>>, what| match rows {
-            None => Ok(vec![0.0; shape[0] * shape[1]]),
-            Some(rows) => arrays::finite_rows(rows, &shape, what),
-        };
-        let (x, v) = (change(position, "change of positions")?, change(velocity, "change of velocities")?);
+        let (x, v) = (
+            change(position, &shape, "change of positions")?,
+            change(velocity, &shape, "change of velocities")?,
+        );
         let mut inner = self.lock()?;
         let steps = steps.unwrap_or_else(|| inner.steps_left());
+        let names: Vec<String> =
+            parameters.map(|given| given.keys().extract()).transpose()?.unwrap_or_default();
+        let mut selection = inner.selection(&names)?;
+        let changes = changes(&mut selection, steps, &names, parameters)?;
         let stop = Arc::new(AtomicBool::new(false));
         let simulation = &mut inner.simulation;
         simulation.set_stop(Some(Arc::clone(&stop)));
         let mut signal = None;
-        let work = move || pliant_gradient::tangent(simulation, steps, (&x, &v), &mut |_, _| {});
+        let parameters = selection.parameters();
+        let work = move || {
+            let direction = RunDirection { position: &x, velocity: &v, parameters: &changes };
+            tangent_along(simulation, steps, direction, parameters, &mut |_, _| {})
+        };
         let found = threads::interruptible(py, &stop, &mut signal, work);
         inner.simulation.set_stop(None);
         inner.publish(py)?;
@@ -251,6 +347,161 @@ impl PySimulation {
         let parts = [found.position, found.velocity].map(|part| arrays::array(py, part, &shape));
         let [position, velocity] = parts;
         PyTuple::new(py, [position?, velocity?])
+    }
+
+    /// Take steps, twice, and the product of the Gauss-Newton matrix of a loss with a direction.
+    ///
+    /// Of a loss ``sum of l_k(x_k, v_k)`` it is ``G d = sum of J_k^T (d2 l_k) J_k d``, with the Jacobians of the
+    /// states: what the Hessian is where residuals are zero, and what solvers of least squares ask for. Second
+    /// derivatives of states are not in it. The simulation is where the steps have led afterwards.
+    ///
+    /// Parameters
+    /// ----------
+    /// curvature : callable
+    ///     Called with a `Frame`, the change of its positions [m per unit] and of its velocities [m/s per unit],
+    ///     shape (n, dim), for each state from the first to the last. It returns the product of the second
+    ///     derivatives of that state's part of the loss with these changes, ``by_positions`` or
+    ///     ``(by_positions, by_velocities)``; or None where the state adds nothing.
+    /// direction : dict of str to float or array_like
+    ///     Changes by name, of the names and shapes that `gradient` knows; the product has the same names.
+    /// steps : int, optional
+    ///     How many steps to take; as many as are left of the scene's duration without it.
+    /// memory : int, optional
+    ///     Bytes for states, as for `gradient`.
+    ///
+    /// Returns
+    /// -------
+    /// Gradient
+    ///     The product by name; its ``value`` is ``d . G d``.
+    ///
+    /// Raises
+    /// ------
+    /// KeyError
+    ///     A name has no derivative.
+    /// ValueError
+    ///     As for `jvp` and `gradient`.
+    /// StepError
+    ///     A step cannot be taken.
+    /// KeyboardInterrupt
+    ///     Ctrl-C.
+    ///
+    /// Examples
+    /// --------
+    /// >>> def half_the_square_of_the_last(frame, by_positions, by_velocities):
+    /// ...     return by_positions if frame.index == 20 else None
+    /// >>> young = "body.beam.elastic.young"
+    /// >>> found = simulation.gauss_newton_product(half_the_square_of_the_last, {young: 1e5}, steps=20)
+    /// >>> found.value > 0.0, bool(np.isclose(found[young] * 1e5, found.value))
+    /// (True, True)
+    #[pyo3(signature = (curvature, direction, *, steps = None, memory = None))]
+    fn gauss_newton_product<'py>(
+        &self,
+        py: Python<'py>,
+        curvature: Py<PyAny>,
+        direction: &Bound<'py, PyDict>,
+        steps: Option<u64>,
+        memory: Option<usize>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let shape = self.shape();
+        let names: Vec<String> = direction.keys().extract()?;
+        let start = |name: &str| change(direction.get_item(name)?.as_ref(), &shape, name);
+        let (x, v) = (start("position")?, start("velocity")?);
+        let mut inner = self.lock()?;
+        let mut selection = inner.selection(&names)?;
+        let (steps, first) = (steps.unwrap_or_else(|| inner.steps_left()), inner.simulation.state().step);
+        let changes = changes(&mut selection, steps, &names, Some(direction))?;
+        let stop = Arc::new(AtomicBool::new(false));
+        let simulation = &mut inner.simulation;
+        simulation.set_stop(Some(Arc::clone(&stop)));
+        let mut curvature = PythonCurvature { function: &curvature, shape, first, stop: &stop, raised: None };
+        let mut signal = None;
+        let (curvature_used, parameters) = (&mut curvature, selection.parameters());
+        let work = move || {
+            let direction = RunDirection { position: &x, velocity: &v, parameters: &changes };
+            let memory = memory.unwrap_or(UNLIMITED);
+            gauss_newton_product(simulation, steps, direction, curvature_used, parameters, memory)
+        };
+        let found = threads::interruptible(py, &stop, &mut signal, work);
+        let raised = curvature.raised.take();
+        inner.simulation.set_stop(None);
+        inner.publish(py)?;
+        if let Some(raised) = signal.or(raised) {
+            return Err(raised);
+        }
+        let found = found?.map_err(|fault| inner.failed(py, error(&fault)))?;
+        self.shown(py, &names, &selection, &found)
+    }
+
+    /// The lowest natural frequencies about the present state, and their derivatives.
+    ///
+    /// That state is a shape at rest: no force acts there, neither gravity nor a load. A derivative by the shape
+    /// at rest moves the state with it.
+    ///
+    /// Parameters
+    /// ----------
+    /// with_respect_to : list of str
+    ///     Names, as for `gradient`, of moduli, densities, masses, rest shapes and stiffnesses of springs.
+    /// count : int, default 1
+    ///     How many frequencies, from the lowest.
+    ///
+    /// Returns
+    /// -------
+    /// FrequencyGradient
+    ///     The frequencies, and the derivatives of their squares by name.
+    ///
+    /// Raises
+    /// ------
+    /// KeyError
+    ///     A name has no derivative, or frequencies have none by it.
+    /// ValueError
+    ///     A force acts; there are fewer frequencies, or none.
+    ///
+    /// Examples
+    /// --------
+    /// >>> unloaded = Simulation(scene.with_changes({"world.gravity": [0, 0]}))
+    /// >>> found = unloaded.frequency_gradient(["body.beam.mass.density", "body.beam.rest"], 2)
+    /// >>> found["body.beam.mass.density"].shape, found["body.beam.rest"].shape
+    /// ((2,), (2, 20))
+    /// >>> bool(np.allclose(found["body.beam.mass.density"], -found.omega**2 / 1000.0))
+    /// True
+    #[pyo3(signature = (with_respect_to, count = 1))]
+    fn frequency_gradient<'py>(
+        &self,
+        py: Python<'py>,
+        with_respect_to: Vec<String>,
+        count: usize,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let none_by = |name: &str| {
+            PyKeyError::new_err(format!(
+                "natural frequencies have no derivative by `{name}`: moduli, densities, masses, rest shapes and \
+                 the stiffness of springs have one, masses and shapes where all elements are of first order"
+            ))
+        };
+        if let Some(name) = with_respect_to.iter().find(|name| matches!(&name[..], "position" | "velocity")) {
+            return Err(none_by(name));
+        }
+        let mut inner = self.lock()?;
+        let mut selection = inner.selection(&with_respect_to)?;
+        let (simulation, parameters) = (&mut inner.simulation, selection.parameters());
+        let found = py.detach(|| threads::run(|| frequency_gradient(simulation, count, parameters)));
+        let found = found.map_err(|fault| match fault {
+            GradientError::FrequencyParameter { number } => none_by(&with_respect_to[number]),
+            fault => error(&fault),
+        })?;
+        let by = PyDict::new(py);
+        for (number, name) in with_respect_to.iter().enumerate() {
+            let rows: Vec<f64> = found.squares.iter().flat_map(|squares| squares[number].clone()).collect();
+            let width = rows.len() / count.max(1);
+            let shape = if width == 1 { &[count][..] } else { &[count, width][..] };
+            by.set_item(name, arrays::array(py, rows, shape)?)?;
+        }
+        let omega = arrays::array(py, found.omega, &[count])?;
+        let alike: Vec<i64> = found.alike.iter().map(|alike| *alike as i64).collect();
+        py.import("pliant.gradients")?.getattr("FrequencyGradient")?.call1((
+            omega,
+            by,
+            alike.into_pyarray(py),
+        ))
     }
 
     /// Names that `gradient` takes derivatives by.
@@ -296,12 +547,13 @@ impl PySimulation {
                 }
             }
         }
-        py.import("pliant.gradients")?.getattr("Gradient")?.call1((
-            found.value,
-            by,
-            found.growth,
-            found.unsettled,
-            found.wall_events,
-        ))
+        let gradients = py.import("pliant.gradients")?;
+        let event = gradients.getattr("WallEvent")?;
+        let events = found
+            .wall_events
+            .iter()
+            .map(|WallEvent { step, vertex, wall, has_come }| event.call1((step, vertex, wall, has_come)));
+        let events = PyTuple::new(py, events.collect::<PyResult<Vec<_>>>()?)?;
+        gradients.getattr("Gradient")?.call1((found.value, by, found.growth, found.unsettled, events))
     }
 }

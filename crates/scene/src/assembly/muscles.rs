@@ -1,7 +1,7 @@
 //! From the muscles of a scene to tension along the fibres of elements.
 
 use super::body::BodyAssembly;
-use crate::{Body, FibreSpec, KeyPath, OverTime, Problem};
+use crate::{Body, FibreSpec, KeyPath, MuscleSpec, OverTime, Problem};
 use pliant::energy::muscle::TensionField;
 use pliant::numbering::Numbering;
 use pliant::system::System;
@@ -117,7 +117,7 @@ impl BodyAssembly {
         for (index, MusclePlan { directions, tension }) in self.muscles.iter().enumerate() {
             let cells = self.element_vertices::<D, N>(numbering);
             let fibres = FibreSet {
-                name: format!("muscle {index} of `{}`", self.name),
+                name: MuscleSpec::term_name(index, &self.name),
                 dimension: D,
                 kind: self.mesh.block().map(|block| block.kind),
                 nodes: cells.len() / directions.len().max(1),

@@ -20,6 +20,13 @@ pub struct MuscleSpec {
     pub tension: OverTime,
 }
 
+impl MuscleSpec {
+    /// Name of its term, as muscle `index` of a body of this name.
+    pub fn term_name(index: usize, body: &str) -> String {
+        format!("muscle {index} of `{body}`")
+    }
+}
+
 /// Direction of fibres at rest, one for each element of `elastic`, after `transform` and `repeat`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]

@@ -25,7 +25,9 @@ fn introduction() -> String {
          them are in radian. Where the column *type* lists them, they may use the place at rest `X`, `Y`, `Z` [m] too.\n\n\
          - operators: `+` `-` `*` `/` `^` `**` `<` `<=` `>` `>=`; a comparison is 1 or 0\n\
          - functions: {}\n\
-         - constant: `pi`\n\n\
+         - constant: `pi`\n\
+         - numbers with names, in SI units, after `where`: `\"A*sin(w*t) where A = 2, w = 12\"`; gradients of runs can be taken by those\n\
+         \x20 of loads and of muscles\n\n\
          **Choices** are a table with exactly one key, `mesh = {{ grid = {{ cells = [2, 3], spacing = 0.1 }} }}`; a choice without\n\
          parameters is a word, `\"rk4\"`.\n",
         list(&with_prefixes),

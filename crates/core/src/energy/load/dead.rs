@@ -162,6 +162,23 @@ impl LoadTerm for DeadLoad {
             works.iter_mut().zip(row).for_each(|(work, p)| *work += share * p);
         }
     }
+
+    fn add_force_of(&self, value: &dyn Fn([f64; 3], f64) -> [f64; 3], _x: &[f64], force: &mut [f64]) {
+        for Sample { point, shares } in &self.samples {
+            let value = value(*point, self.time);
+            for (slot, share) in shares {
+                let row = &mut force[self.vertices[*slot as usize] as usize * self.dimension..];
+                row[..self.dimension].iter_mut().zip(value).for_each(|(f, value)| *f += share * value);
+            }
+        }
+    }
+
+    fn add_force(&self, _x: &[f64], force: &mut [f64]) {
+        for (vertex, now) in self.vertices.iter().zip(self.now.chunks_exact(self.dimension)) {
+            let row = &mut force[*vertex as usize * self.dimension..][..self.dimension];
+            row.iter_mut().zip(now).for_each(|(f, now)| *f += now);
+        }
+    }
 }
 
 impl Measurements for DeadLoad {

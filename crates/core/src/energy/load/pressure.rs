@@ -107,18 +107,27 @@ impl<const D: usize, const N: usize> Pressure<D, N> {
 
     /// The pressure at the time `time` [s].
     fn sample(&mut self, time: f64) {
-        let Pressure { quadrature, areas, points, pressure, now, uniform, .. } = self;
-        if !pressure.varies {
-            *uniform = (pressure.field)([0.0; 3], time);
-            for (now, FacePoint { weight, shape, .. }) in now.iter_mut().zip(&*areas) {
-                *now = shape.map(|shape| weight * shape * *uniform);
+        let mut now = std::mem::take(&mut self.now);
+        let field = &self.pressure.field;
+        self.integrate(&|x| field(x, time), &mut now);
+        self.uniform = if self.pressure.varies { self.uniform } else { field([0.0; 3], time) };
+        self.now = now;
+    }
+
+    /// Writes the `P_qi` of a pressure to rows like those of `now`.
+    fn integrate(&self, pressure: &dyn Fn([f64; 3]) -> f64, now: &mut [[f64; N]]) {
+        let Pressure { quadrature, areas, points, .. } = self;
+        if !self.pressure.varies {
+            let uniform = pressure([0.0; 3]);
+            for (now, FacePoint { weight, shape, .. }) in now.iter_mut().zip(areas) {
+                *now = shape.map(|shape| weight * shape * uniform);
             }
             return;
         }
         for (now, points) in now.chunks_exact_mut(areas.len()).zip(points.chunks_exact(quadrature.len())) {
             now.fill([0.0; N]);
-            for (q, (point, FacePoint { weight, shape, .. })) in points.iter().zip(&*quadrature).enumerate() {
-                let p = (pressure.field)(*point, time);
+            for (q, (point, FacePoint { weight, shape, .. })) in points.iter().zip(quadrature).enumerate() {
+                let p = pressure(*point);
                 // Where there is one vector area, it takes all.
                 let row = &mut now[q.min(areas.len() - 1)];
                 (0..N).for_each(|i| row[i] += weight * shape[i] * p);
@@ -128,9 +137,17 @@ impl<const D: usize, const N: usize> Pressure<D, N> {
 
     /// The vertices of each face, and at each point where it has a vector area, the point and its `P_i`.
     fn faces(&self) -> impl Iterator<Item = ([u32; N], impl Iterator<Item = (&FacePoint<N>, &[f64; N])>)> {
+        self.faces_of(&self.now)
+    }
+
+    /// The same of another pressure, with these rows.
+    fn faces_of<'s>(
+        &'s self,
+        rows: &'s [[f64; N]],
+    ) -> impl Iterator<Item = ([u32; N], impl Iterator<Item = (&'s FacePoint<N>, &'s [f64; N])>)> {
         let (uniform, count) = (!self.pressure.varies, self.areas.len());
         self.faces.iter().enumerate().map(move |(i, face)| {
-            let now = &self.now[if uniform { 0 } else { i * count }..][..count];
+            let now = &rows[if uniform { 0 } else { i * count }..][..count];
             (face.map(|slot| self.vertices[slot as usize]), self.areas.iter().zip(now))
         })
     }
@@ -324,6 +341,22 @@ impl<const D: usize, const N: usize> Driven for Pressure<D, N> {
     }
 }
 
+impl<const D: usize, const N: usize> Pressure<D, N> {
+    /// Adds the force of the pressure of these rows.
+    fn add_force_by_rows(&self, rows: &[[f64; N]], x: &[f64], force: &mut [f64]) {
+        for (face, areas) in self.faces_of(rows) {
+            let at = nodes::<D, N>(x, face);
+            for (point, pressure) in areas {
+                let area: [f64; D] = vector_area(&at, point);
+                for i in 0..N {
+                    let row = &mut force[face[i] as usize * D..][..D];
+                    row.iter_mut().zip(area).for_each(|(f, area)| *f -= pressure[i] * area);
+                }
+            }
+        }
+    }
+}
+
 impl<const D: usize, const N: usize> LoadTerm for Pressure<D, N> {
     fn components(&self) -> usize {
         1
@@ -340,6 +373,16 @@ impl<const D: usize, const N: usize> LoadTerm for Pressure<D, N> {
             }
         }
         work
+    }
+
+    fn add_force_of(&self, value: &dyn Fn([f64; 3], f64) -> [f64; 3], x: &[f64], force: &mut [f64]) {
+        let mut rows = self.now.clone();
+        self.integrate(&|x| value(x, self.time)[0], &mut rows);
+        self.add_force_by_rows(&rows, x, force);
+    }
+
+    fn add_force(&self, x: &[f64], force: &mut [f64]) {
+        self.add_force_by_rows(&self.now, x, force);
     }
 
     fn add_unit_works(&self, x: &[f64], p: &[f64], works: &mut [f64]) {

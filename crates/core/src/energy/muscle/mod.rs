@@ -12,7 +12,9 @@ use self::packs::FibrePack;
 pub use self::packs::{FibrePoint, cell_fibres, simplex_fibres};
 use super::elastic::centroids;
 use super::patch::{Patches, Workspace};
-use super::{Driven, EnergyKind, EnergyTerm, Fault, Measurements, Stencils, TermProperties, TermViews};
+use super::{
+    Driven, EnergyKind, EnergyTerm, Fault, LoadTerm, Measurements, Stencils, TermProperties, TermViews,
+};
 use crate::lanes::{WIDTH, dispatch_compact};
 use crate::material::Psd;
 use crate::numbering::along_curve;
@@ -197,6 +199,10 @@ impl<const D: usize, const N: usize> EnergyTerm for ActiveTension<D, N> {
 }
 
 impl<const D: usize, const N: usize> TermViews for ActiveTension<D, N> {
+    fn load(&self) -> Option<&dyn LoadTerm> {
+        Some(self)
+    }
+
     fn driven(&mut self) -> Option<&mut dyn Driven> {
         Some(self)
     }
@@ -232,6 +238,44 @@ impl<const D: usize, const N: usize> Driven for ActiveTension<D, N> {
         }
         let weighed = circles.iter().zip(inverse_mass.chunks_exact(D));
         weighed.map(|(sum, inverse)| sum * inverse.iter().copied().fold(0.0, f64::max)).fold(0.0, f64::max)
+    }
+}
+
+impl<const D: usize, const N: usize> LoadTerm for ActiveTension<D, N> {
+    fn components(&self) -> usize {
+        1
+    }
+
+    fn work(&self, x: &[f64], p: &[f64]) -> f64 {
+        self.work_of(&|place, time| [(self.tension.field)(place, time), 0.0, 0.0], x, p)
+    }
+
+    fn add_unit_works(&self, x: &[f64], p: &[f64], works: &mut [f64]) {
+        works[0] += self.work_of(&|_, _| [1.0, 0.0, 0.0], x, p);
+    }
+
+    /// `-sum w T c_i F a` on node `i`, with `c_i = a . dN_i/dX`.
+    fn add_force_of(&self, value: &dyn Fn([f64; 3], f64) -> [f64; 3], x: &[f64], force: &mut [f64]) {
+        for (_, vertices, pack, lane) in self.patches.stencils() {
+            for i in pack * self.points..(pack + 1) * self.points {
+                let place = self.places.get(i * WIDTH + lane).copied().unwrap_or_default();
+                let (weight, slopes) = self.packs[i].fibre(lane);
+                let pull = weight * value(place, self.time)[0];
+                for c in 0..D {
+                    let of = |vertex: &u32| *vertex as usize * D + c;
+                    let image: f64 =
+                        vertices.iter().zip(slopes).map(|(vertex, slope)| slope * x[of(vertex)]).sum();
+                    vertices
+                        .iter()
+                        .zip(slopes)
+                        .for_each(|(vertex, slope)| force[of(vertex)] -= pull * slope * image);
+                }
+            }
+        }
+    }
+
+    fn add_force(&self, x: &[f64], force: &mut [f64]) {
+        self.add_force_of(&|place, time| [(self.tension.field)(place, time), 0.0, 0.0], x, force);
     }
 }
 

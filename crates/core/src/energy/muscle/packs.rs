@@ -96,6 +96,11 @@ impl<const N: usize> FibrePack<N> {
         }
     }
 
+    /// Weight and slopes of a lane.
+    pub(super) fn fibre(&self, lane: usize) -> (f64, [f64; N]) {
+        (self.weight[lane], self.slopes.map(|slopes| slopes[lane]))
+    }
+
     /// `w T c_a c_b` of a lane.
     pub(super) fn stiffness(&self, lane: usize, a: usize, b: usize, psd: Psd) -> f64 {
         let pull = self.pull[lane];

@@ -1,0 +1,66 @@
+//! Dashpots beside springs, hinges and ties, whose directions turn: against differences of runs.
+
+use pliant_scene::Scene;
+
+use crate::differences::{compare_number, compare_starts};
+use crate::support::method;
+
+/// A chain that swings, its springs damped.
+fn chain(scheme: &str, stiffness: f64, damping: &str, further: &str) -> Scene {
+    let solves = method(scheme).documentation.solves > 0;
+    let solver = if solves { "solver = { tolerance = 1e-14 }" } else { "" };
+    let text = format!(
+        "dimension = 2
+         [time]
+         integrator = \"{scheme}\"
+         step = 0.01
+         duration = 1.0
+         {solver}
+         [world]
+         gravity = [0.5, -9.81]
+         [[body]]
+         name = \"chain\"
+         mesh = {{ strand = {{ segments = 4, start = [0, 0], end = [0.9, 0.3] }} }}
+         springs = {{ stiffness = {stiffness:?} }}
+         damping = {{ {damping} }}
+         mass = {{ per_vertex = 0.25 }}
+         velocity = {{ rigid = {{ linear = [0.5, 0.4], angular = 2.0 }} }}
+         pin = [{{ vertices = [0] }}]
+         {further}"
+    );
+    Scene::from_toml(&text).unwrap()
+}
+
+#[test]
+fn damped_springs_and_joints_have_derivatives() {
+    for scheme in ["symplectic-euler", "velocity-verlet", "rk4", "implicit-euler", "bdf2", "gauss2"] {
+        let both = "dashpot = 0.8, stiffness_proportional = 0.004";
+        compare_starts(scheme, &chain(scheme, 60.0, both, ""), (30, 1e-7), |_| true);
+        let bent = chain(scheme, 60.0, both, "bending = { stiffness = 0.5 }");
+        compare_starts(&format!("{scheme}, joints"), &bent, (30, 1e-7), |_| true);
+        let tied = "[[body]]
+                    name = \"buoy\"
+                    mesh = { strand = { segments = 1, start = [1.2, 0.5], end = [1.2, 0.8] } }
+                    springs = { stiffness = 30.0 }
+                    mass = { per_vertex = 0.5 }
+                    [[attachment]]
+                    body = \"chain\"
+                    vertices = [4]
+                    stiffness = 20.0
+                    rest_length = 0.2
+                    target = { body = \"buoy\", vertices = [0] }
+                    dashpot = 1.5";
+        let tied = chain(scheme, 60.0, both, tied);
+        compare_starts(&format!("{scheme}, tied"), &tied, (30, 1e-7), |_| true);
+    }
+}
+
+#[test]
+fn numbers_of_dashpots_have_derivatives() {
+    for scheme in ["velocity-verlet", "implicit-euler", "bdf2"] {
+        let of_dashpot = |c: f64| chain(scheme, 60.0, &format!("dashpot = {c:?}"), "");
+        compare_number(scheme, of_dashpot, ("body.chain.damping.dashpot", 0.8, 0.8), (30, 1e-7));
+        let of_stiffness = |k| chain(scheme, k, "dashpot = 0.3, stiffness_proportional = 0.01", "");
+        compare_number(scheme, of_stiffness, ("body.chain.springs.stiffness", 60.0, 60.0), (30, 1e-7));
+    }
+}
