@@ -166,7 +166,11 @@ fn colouring(drawing: &Drawing, name: &str) -> Result<Colouring, Failure> {
     found.copied().ok_or_else(|| {
         let names: Vec<String> = possible.iter().map(ToString::to_string).collect();
         let file = drawing.path().display();
-        Failure::usage(format!("{file} cannot be coloured by `{name}`, only by {}", names.join(", ")))
+        Failure::usage(format!(
+            "{file} cannot be coloured by `{name}`, only by {}; measures of elements are drawn that the run recorded: \
+             [output] `channels`",
+            names.join(", ")
+        ))
     })
 }
 

@@ -191,7 +191,8 @@ class ValueAction:
 
     Notes
     -----
-    A value that changes has its environment assembled anew, one after the other: slow. Pins and forces are steered without.
+    A value that changes has its environment assembled anew, one after the other: slow. Pins and forces are steered without. A number
+    replaces a formula of time or place. What a scene refuses raises `SceneError`, as a load or the tension of a muscle that is zero.
 
     Examples
     --------

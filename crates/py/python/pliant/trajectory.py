@@ -174,7 +174,10 @@ class Trajectory:
 
     @property
     def positions(self) -> Frames:
-        """Frames, shape (F, n, dim): Positions [m]."""
+        """Frames, shape (F, n, dim): Positions [m].
+
+        Of all bodies, one after the other, and of obstacles behind them; `topology` has the numbers of each.
+        """
         return Frames(self._recording, "positions", (len(self), self.vertex_count, self.dimension))
 
     @property

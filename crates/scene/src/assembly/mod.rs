@@ -283,7 +283,7 @@ fn unstable_step(scene: &Scene, step: f64, stability: &StabilityLimit) -> Proble
     };
     // Two digits, rounded down, of a step a little below the limit.
     let digits = 10f64.powf((0.98 * limit).log10().floor() - 1.0);
-    let advice = format!("use `step = {}`", Rounded::<17>(((0.98 * limit) / digits).floor() * digits));
+    let advice = format!("use `step = {}`", Rounded::<2>(((0.98 * limit) / digits).floor() * digits));
     let other = "or say `allow_unstable = true` in [time] to watch it blow up".to_string();
     let mut problem = Problem::semantic(path, message).with_help(advice);
     if stability.grows_at_any_step {
