@@ -146,3 +146,38 @@ fn contacts_without_friction_are_read() {
     let read: pliant::energy::SurfaceContact = serde_json::from_value(old).unwrap();
     assert_eq!((read.force, read.friction), (2.0, [0.0; 3]));
 }
+
+/// A block thrown along a floor, with the tolerance that a scene has by itself: in each step the floor takes
+/// from its speed at most `mu` times what it takes from the fall, and just that much while it slides.
+#[test]
+fn a_block_thrown_onto_a_floor_slides_on_by_itself() {
+    let text = "dimension = 2
+        contact = { friction = 0.4, distance = '1 mm' }
+        world = { gravity = [0, -10] }
+        time = { integrator = 'implicit-euler', step = 0.01, duration = 0.6 }
+        [[body]]
+        name = 'block'
+        mesh = { grid = { cells = [4, 4], size = [0.1, 0.1], origin = [0, 0.3] } }
+        elastic = { neo-hookean = { young = '1 MPa', poisson = 0.3 } }
+        mass = { density = 1000 }
+        velocity = { rigid = { linear = [8, 0] } }
+        [[obstacle]]
+        name = 'floor'
+        shape = { half_space = { normal = [0, 1], offset = 0 } }";
+    let mut simulation = super::assembled(text).simulation;
+    // Of the block: what the floor is has no mass.
+    let speeds = |simulation: &pliant::simulation::Simulation| {
+        let (mass, v) = (simulation.system().mass(), simulation.state().v());
+        let along = |k: usize| mass.iter().zip(v.chunks(2)).map(|(m, v)| m * v[k]).sum::<f64>();
+        [0, 1].map(|k| along(k) / mass.iter().sum::<f64>())
+    };
+    for step in 0..60 {
+        let before = speeds(&simulation);
+        super::advance(&mut simulation, 1);
+        let after = speeds(&simulation);
+        let (along, normal) = (before[0] - after[0], after[1] - before[1] + 0.1);
+        assert!((along - 0.4 * normal).abs() < 2e-3 * normal.max(0.05), "{step}: {along} for {normal} m/s");
+    }
+    let [along, across] = speeds(&simulation);
+    assert!((along + 0.4 * (across + 6.0) - 8.0).abs() < 2e-3, "{along} m/s");
+}

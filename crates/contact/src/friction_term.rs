@@ -260,6 +260,10 @@ impl<const D: usize> FrozenParts for FrictionTerm<D> {
         self.frozen = false;
     }
 
+    fn threshold_speed(&self) -> Option<f64> {
+        Some(self.model.threshold_speed)
+    }
+
     fn most_renewals(&self) -> u32 {
         self.model.friction_iterations
     }

@@ -129,6 +129,12 @@ pub trait FrozenParts {
         let _ = (v, dv);
     }
 
+    /// Speed [m/s] from which on forces no longer grow with it: solves have to know velocities well within it,
+    /// or what sticks and what slips is all the same to them. `None` where there is none.
+    fn threshold_speed(&self) -> Option<f64> {
+        None
+    }
+
     /// How often a solve may renew them on its way, and how often again once it has converged.
     fn most_renewals(&self) -> u32;
 }

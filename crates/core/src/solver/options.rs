@@ -145,8 +145,9 @@ impl LinearSolver {
     }
 }
 
+/// Coordinates that move: obstacles and what pins hold have none.
 fn unknowns(system: &System) -> usize {
-    system.inverse_mass().len()
+    system.inverse_mass().iter().filter(|w| **w != 0.0).count()
 }
 
 fn multigrid_from(system: &System) -> usize {

@@ -161,6 +161,13 @@ impl System {
         self.dissipation.iter_mut().filter_map(|term| Some(term.frozen()?.most_renewals())).max()
     }
 
+    /// The least [threshold speed](crate::dissipation::FrozenParts::threshold_speed) of dissipative terms
+    /// [m/s]; infinite where none has any.
+    pub(crate) fn threshold_speed(&mut self) -> f64 {
+        let frozen = self.dissipation.iter_mut().filter_map(|term| term.frozen()?.threshold_speed());
+        frozen.fold(f64::INFINITY, f64::min)
+    }
+
     /// Tells energies whose stencils change that the linear system at `x` has the solution `step`, flat [m].
     pub(crate) fn follow_step(&mut self, x: &[f64], step: &[f64]) {
         let changing = self.terms.iter_mut().filter_map(|term| term.changing_mut());

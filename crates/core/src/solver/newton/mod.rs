@@ -65,6 +65,8 @@ pub(crate) struct Newton<const D: usize> {
     cg: ConjugateGradients,
     /// Size of the scene when the first objective was met [m].
     size: f64,
+    /// The least speed [m/s] up to which friction grows; infinite where nothing rubs.
+    threshold_speed: f64,
     residual: Vec<f64>,
     direction: Vec<f64>,
     trial: Iterate,
@@ -92,6 +94,7 @@ impl<const D: usize> Newton<D> {
             direct: (0, 0),
             cg: ConjugateGradients::default(),
             size: 0.0,
+            threshold_speed: f64::INFINITY,
             residual: vec![],
             direction: vec![],
             trial: Iterate::default(),
@@ -175,6 +178,7 @@ impl<const D: usize> Newton<D> {
             self.iterative = None;
         }
         self.direct.0 = self.direct.0.saturating_sub(1);
+        self.threshold_speed = system.threshold_speed();
     }
 }
 

@@ -7,6 +7,9 @@ use crate::system::System;
 
 /// The part of the estimated error that a solve may leave.
 const PART: f64 = 1e-3;
+/// The part of the way of friction's threshold speed in a stage that a solve may leave. What sticks creeps
+/// within that way, and what slips is beyond it: a solve that ends a whole one away takes one for the other.
+const PART_OF_CREEP: f64 = 0.05;
 /// Corrections that shrink by this factor or less do so evenly.
 const EVEN: f64 = 0.5;
 /// Up to this order of the scheme the estimate of its error is trusted to a factor: it has the power of the
@@ -18,10 +21,15 @@ impl<const D: usize> Newton<D> {
     /// everywhere in statics and where options name it.
     pub(super) fn tolerance(&self, system: &System, objective: &Objective<'_>, at: &Iterate) -> f64 {
         let least = self.options.tolerance(self.size, objective.velocity.rate);
-        match self.followed_order(objective) {
+        let tolerance = match self.followed_order(objective) {
             Some(order) => least.max(PART * scheme_error(system, objective, at, order)),
             None => least,
+        };
+        if self.options.tolerance.is_some() {
+            return tolerance;
         }
+        // The error of a scheme says nothing of that: what is stopped for no reason has a large one.
+        tolerance.min(PART_OF_CREEP * self.threshold_speed / objective.velocity.rate)
     }
 
     /// Bound of the distance of the solution [m] after a correction that followed the one `before`: the sum
