@@ -29,7 +29,8 @@ fn key(vertices: &[u32]) -> ContactKey {
     key
 }
 
-/// Normal forces [N] by the vertices of their contacts, ascending; below zero where the linear solution pulls.
+/// Normal forces [N] by the vertices of their contacts, ascending; below zero where the linear solution
+/// pulls.
 #[derive(Debug, Default)]
 pub(crate) struct ExpectedForces(Vec<(ContactKey, f64)>);
 

@@ -31,8 +31,8 @@ pub struct FrequencyGradient {
     /// How many modes have the frequency of each, itself included, to a millionth: where there are several,
     /// its derivatives are those of the mean of their squares.
     pub alike: Vec<usize>,
-    /// Of the square `omega^2` of each [rad^2/s^2] by the numbers of each parameter: of mode `i` by number `k`
-    /// of parameter `j` in `squares[i][j][k]`. Those of `omega` are `1/(2 omega)` times these.
+    /// Of the square `omega^2` of each [rad^2/s^2] by the numbers of each parameter: of mode `i` by number
+    /// `k` of parameter `j` in `squares[i][j][k]`. Those of `omega` are `1/(2 omega)` times these.
     pub squares: Vec<Vec<Vec<f64>>>,
 }
 

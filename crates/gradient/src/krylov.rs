@@ -36,8 +36,8 @@ pub(crate) trait CorrectedEquations {
     fn residual(&mut self, p: &[f64], residual: &mut [f64]) -> f64;
 }
 
-/// Adds the solution to `p`, zero before, of the `residual` `b` whose largest component is `size`; false where
-/// there is none. The residual that is written last is that of the solution.
+/// Adds the solution to `p`, zero before, of the `residual` `b` whose largest component is `size`; false
+/// where there is none. The residual that is written last is that of the solution.
 pub(crate) fn solve(
     equations: &mut dyn CorrectedEquations,
     size: f64,

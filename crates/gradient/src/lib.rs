@@ -87,9 +87,9 @@ pub struct RunGradient {
     /// with normal forces of elsewhere, and the derivatives are not exact there.
     pub unsettled: u64,
     /// Vertices that came to a wall or left one, by steps: those of which only the beginning or only the end
-    /// has the vertex on the wall, in scenes without contact. The step on the way has no derivative where it just so comes there; the one
-    /// given is that of the side on which the run was. A gradient of many such events says little about
-    /// changes that are large enough to shift them.
+    /// has the vertex on the wall, in scenes without contact. The step on the way has no derivative where it
+    /// just so comes there; the one given is that of the side on which the run was. A gradient of many such
+    /// events says little about changes that are large enough to shift them.
     pub wall_events: Vec<WallEvent>,
 }
 

@@ -3,8 +3,8 @@
     python learning_crawler.py
 
 A worm of rubber lies on the ground. Six muscles along its belly contract and relax twice a second, each at
-a time of its own. At times at random it wriggles on the spot; it gets on if a wave runs through it, and that is
-learned: the phases of the six muscles, from how far it gets in a second.
+a time of its own. At times at random it wriggles on the spot; it gets on if a wave runs through it, and that
+is learned: the phases of the six muscles, from how far it gets in a second.
 
 Once by gradient: a run and its way back say at once how the distance changes with all phases, contact and
 friction included. And once without, by steps at random that are kept where they get farther. A gradient is

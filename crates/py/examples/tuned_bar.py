@@ -3,11 +3,12 @@
     python tuned_bar.py
 
 A bar is held at one end. Its thickness along its length is to be such that its lowest frequency is that of an
-E, 1320 Hz, and the second one five times as much, with as much steel as there is. As it is sawn it has 1168 Hz
-and 6541 Hz. `Simulation.frequency_gradient` says how they change with the shape at rest; Newton's steps with
-the least change of thickness (by the pseudoinverse) lead there.
+E, 1320 Hz, and the second one five times as much, with as much steel as there is. As it is sawn it has 1168
+Hz and 6541 Hz. `Simulation.frequency_gradient` says how they change with the shape at rest; Newton's steps
+with the least change of thickness (by the pseudoinverse) lead there.
 
-The frequencies are those of the elements: linear triangles of this size are too stiff by 2.5 parts of a hundred.
+The frequencies are those of the elements: linear triangles of this size are too stiff by
+2.5 parts of a hundred.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ WANTED = np.array([1320.0, 6600.0])
 
 
 def points(thickness: Array) -> Array:
-    """Vertices of a bar of this thickness at each column of vertices [m], shape (columns + 1, rows + 1, 2)."""
+    """Vertices of a bar of this thickness at each column [m], shape (columns + 1, rows + 1, 2)."""
     x = np.linspace(0.0, LENGTH, COLUMNS + 1)
     y = np.linspace(-0.5, 0.5, ROWS + 1)
     return np.stack([np.broadcast_to(x[:, None], (len(x), len(y))), thickness[:, None] * y], axis=2)
@@ -62,7 +63,7 @@ def scene(thickness: Array) -> pliant.Scene:
 
 
 def squares(thickness: Array) -> tuple[Array, Array]:
-    """The lowest two ``omega^2`` [rad^2/s^2], and their derivatives by the thickness at each column, by rows."""
+    """The lowest two ``omega^2`` [rad^2/s^2], and derivatives by the thickness at each column, by rows."""
     found = pliant.Simulation(scene(thickness)).frequency_gradient(["body.bar.rest"], 2)
     by_height = found["body.bar.rest"].reshape(2, COLUMNS + 1, ROWS + 1, 2)[..., 1]
     return found.omega**2, by_height @ np.linspace(-0.5, 0.5, ROWS + 1)

@@ -129,8 +129,8 @@ pub trait FrozenParts {
         let _ = (v, dv);
     }
 
-    /// Speed [m/s] from which on forces no longer grow with it: solves have to know velocities well within it,
-    /// or what sticks and what slips is all the same to them. `None` where there is none.
+    /// Speed [m/s] from which on forces no longer grow with it: solves have to know velocities well within
+    /// it, or what sticks and what slips is all the same to them. `None` where there is none.
     fn threshold_speed(&self) -> Option<f64> {
         None
     }

@@ -333,8 +333,8 @@ impl DissipativeTerm for AttachmentDashpots {
         self.add_rows(0, y);
     }
 
-    /// `c [p (d.w) + w (d.p)]/|d|^2 - 2 c (d.p) (d.w) d/|d|^4` by `d` of each tie, with `p` and `w` mixed as it
-    /// mixes.
+    /// `c [p (d.w) + w (d.p)]/|d|^2 - 2 c (d.p) (d.w) d/|d|^4` by `d` of each tie, with `p` and `w` mixed as
+    /// it mixes.
     fn add_position_product(&mut self, x: &[f64], v: &[f64], p: &[f64], y: &mut [f64]) -> bool {
         let mut rows = vec![0.0; self.gradient.len()];
         for i in 0..self.ties.ties.len() {

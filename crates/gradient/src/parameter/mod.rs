@@ -137,16 +137,16 @@ pub trait Parameter: Send {
         let _ = (of, derivative);
     }
 
-    /// Adds the derivative of `omega^2` of a mode by each number, `phi^T (dK - omega^2 dM) phi`; false where it
-    /// is not known.
+    /// Adds the derivative of `omega^2` of a mode by each number, `phi^T (dK - omega^2 dM) phi`; false where
+    /// it is not known.
     fn add_mode(&mut self, of: &ModeUse<'_>, derivative: &mut [f64]) -> bool {
         let _ = (of, derivative);
         false
     }
 
     /// Adds to `force` what a change of its numbers makes of the force of one use, `-d(M a + dE/dx +
-    /// dR/dv)/d theta` times `change` [N]: the transpose of [`add`](Self::add). False where that is not known.
-    /// Directions `p` and products with them are empty then.
+    /// dR/dv)/d theta` times `change` [N]: the transpose of [`add`](Self::add). False where that is not
+    /// known. Directions `p` and products with them are empty then.
     fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
         let _ = (of, change, force);
         false

@@ -44,8 +44,8 @@ impl<'p> TangentForces<'p> {
         }
     }
 
-    /// Change of `-dE/dx - dR/dv - c M v` [N] at a place that changes by `(x, v)`, `c` the ether drag, and with
-    /// the parameters; zero where held.
+    /// Change of `-dE/dx - dR/dv - c M v` [N] at a place that changes by `(x, v)`, `c` the ether drag, and
+    /// with the parameters; zero where held.
     pub(super) fn force(
         &mut self,
         system: &mut System,
