@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy.typing as npt
 
 
-class WallEvent(NamedTuple):
+@dataclass(frozen=True)
+class WallEvent:
     """A vertex that has come to a wall, or left one, in a scene without contact.
 
     Attributes
