@@ -5,8 +5,9 @@ use pliant::scalar::Scalar;
 
 /// Iterations to the gap of a force, at most.
 const INVERSIONS: u32 = 40;
-/// A gap is that of a force where the last iteration moved it by no more than this part of the reach.
-const INVERTED: f64 = 1e-9;
+/// A gap is that of a force where the last iteration moved it by no more than this part of itself, and has
+/// left the square of that.
+const INVERTED: f64 = 1e-6;
 
 /// Form of the energy of a pair as a function of its distance `d`, twice continuously differentiable.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -144,13 +145,13 @@ impl Barrier {
 
     /// The gap [m] at which a pair of weight `w > 0` [m^2] pushes with the force `f` [N]; the reach where
     /// that is not above zero. Newton's method for the root of the force, which is nearly linear where forces
-    /// end, within bounds that halve where it leaves them.
-    pub fn gap_of_force(&self, force: f64, weight: f64) -> f64 {
+    /// end, from a gap `near` it, within bounds that halve where it leaves them.
+    pub fn gap_of_force(&self, force: f64, weight: f64, near: f64) -> f64 {
         if force.is_nan() || force <= 0.0 {
             return self.reach;
         }
         let (mut low, mut high) = (0.0, self.reach);
-        let mut gap = 0.5 * self.reach;
+        let mut gap = if near > 0.0 && near < self.reach { near } else { 0.5 * self.reach };
         for _ in 0..INVERSIONS {
             let law = self.at_signed(gap + self.offset, weight);
             let root = (-law.slope / force).sqrt();
@@ -160,12 +161,10 @@ impl Barrier {
                 high = gap
             }
             let next = gap + (root - 1.0) * 2.0 * root * force / law.curvature;
-            let next = if low < next && next < high { next } else { 0.5 * (low + high) };
-            let moved = (next - gap).abs();
-            gap = next;
-            if moved <= INVERTED * self.reach {
-                break;
+            if (next - gap).abs() <= INVERTED * gap {
+                return next;
             }
+            gap = if low < next && next < high { next } else { 0.5 * (low + high) };
         }
         gap
     }

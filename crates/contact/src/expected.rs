@@ -11,7 +11,7 @@
 //! *Numerical optimization*, chapter 19), of which the energy and its gradient know nothing: where the
 //! solution is, and whether a step lowers the energy, they alone say.
 
-use crate::barrier::Barrier;
+use crate::barrier::{Barrier, EnergyOfGap};
 use crate::contacts::{ContactVisitor, PlaneGeometry, rows};
 use crate::merge::MollifiedPair;
 use crate::model::ContactLaw;
@@ -45,15 +45,26 @@ impl ExpectedForces {
     /// `K` [N/m] of a contact of weight `w` [m^2] at the distance `d` [m]: by the chord where a force is
     /// expected of it, else `E''(d)`.
     pub(crate) fn stiffness(&self, vertices: &[u32], barrier: &Barrier, distance: f64, weight: f64) -> f64 {
-        let law = barrier.at_signed(distance, weight);
+        self.chord(vertices, barrier, (distance, weight), &barrier.at_signed(distance, weight))
+    }
+
+    /// The same, where the `law` at that distance is known.
+    fn chord(
+        &self,
+        vertices: &[u32],
+        barrier: &Barrier,
+        (distance, weight): (f64, f64),
+        law: &EnergyOfGap,
+    ) -> f64 {
         // Weights below zero take off what others count twice.
         let Some(force) = self.of(vertices).filter(|_| weight > 0.0) else { return law.curvature };
-        let gap = distance - barrier.offset;
-        let end = barrier.gap_of_force(force, weight);
-        if (end - gap).abs() <= SAME_GAP * barrier.reach {
+        let least = SAME_GAP * barrier.reach;
+        if (force + law.slope).abs() <= law.curvature * least {
             return law.curvature;
         }
-        (law.slope - barrier.at_signed(end + barrier.offset, weight).slope) / (gap - end)
+        let gap = distance - barrier.offset;
+        let end = barrier.gap_of_force(force, weight, gap);
+        if (end - gap).abs() <= least { law.curvature } else { (force + law.slope) / (gap - end) }
     }
 
     /// True if no force is expected of any contact.
@@ -88,9 +99,9 @@ impl<'a> ForceForecast<'a> {
     }
 
     fn note(&mut self, vertices: &[u32], barrier: &Barrier, (distance, change): (f64, f64), weight: f64) {
-        let stiffness = self.before.stiffness(vertices, barrier, distance, weight);
-        let force = -barrier.at_signed(distance, weight).slope;
-        self.found.push((key(vertices), force - stiffness * change));
+        let law = barrier.at_signed(distance, weight);
+        let stiffness = self.before.chord(vertices, barrier, (distance, weight), &law);
+        self.found.push((key(vertices), -law.slope - stiffness * change));
     }
 }
 

@@ -215,10 +215,13 @@ fn gaps_of_forces_are_found_at_both_ends_of_the_reach() {
         for part in [1e-6, 1e-3, 0.1, 0.5, 0.9, 0.99, 0.9999] {
             let gap = part * law.reach;
             let force = -law.at_signed(gap + offset, 0.7).slope;
-            assert_near(law.gap_of_force(force, 0.7), gap, 1e-8 * law.reach, &format!("{form:?}, {part}"));
+            for near in [0.0, 0.5 * gap, 0.15] {
+                let found = law.gap_of_force(force, 0.7, near);
+                assert_near(found, gap, 1e-8 * law.reach, &format!("{form:?}, {part}"));
+            }
         }
-        assert_eq!(law.gap_of_force(0.0, 0.7), law.reach);
-        assert_eq!(law.gap_of_force(-1.0, 0.7), law.reach);
+        assert_eq!(law.gap_of_force(0.0, 0.7, 0.1), law.reach);
+        assert_eq!(law.gap_of_force(-1.0, 0.7, 0.1), law.reach);
     }
 }
 
