@@ -54,8 +54,6 @@ pub struct ContactEnergy<const D: usize> {
     /// Contacts of the matrix.
     contacts: Contacts,
     lists: StencilLists,
-    /// Forces that the matrix expects of them, as the search has them.
-    expected: Arc<ExpectedForces>,
 }
 
 impl<const D: usize> ContactEnergy<D> {
@@ -72,7 +70,6 @@ impl<const D: usize> ContactEnergy<D> {
             gradient: TouchedRows::new(model.surface.bodies.len()),
             contacts: Contacts::default(),
             lists: StencilLists::new(),
-            expected: Arc::default(),
             model,
             search,
         }
@@ -450,19 +447,16 @@ impl<const D: usize> ChangingStencils for ContactEnergy<D> {
         if self.form != PotentialForm::Barrier {
             return;
         }
-        let mut forecast = ForceForecast::new(&self.expected, step);
+        let mut search = locked(&self.search);
+        let mut forecast = ForceForecast::new(&search.expected, step);
         for i in 0..self.contacts.len() {
             self.contacts.visit::<D>(&self.model, x, i, &mut forecast);
         }
-        self.expected = Arc::new(forecast.end());
-        locked(&self.search).expected = self.expected.clone();
+        search.expected = Arc::new(forecast.end());
     }
 
     fn forget(&mut self) {
-        if !self.expected.is_empty() {
-            self.expected = Arc::default();
-            locked(&self.search).expected = self.expected.clone();
-        }
+        locked(&self.search).expected = Arc::default();
     }
 
     fn lists(&self) -> &[Stencils] {
@@ -480,7 +474,8 @@ impl<const D: usize> ChangingStencils for ContactEnergy<D> {
         let size = list + 2;
         let first = self.contacts.ranges()[list].start;
         let each = size * (size + 1) / 2 * D * D;
-        let expected = (!self.expected.is_empty()).then_some(self.expected.as_ref());
+        let expected = locked(&self.search).expected.clone();
+        let expected = (!expected.is_empty()).then_some(expected.as_ref());
         for (stencil, out) in stencils.zip(out.chunks_exact_mut(each)) {
             let mut blocks = ContactBlocks::<D>::new(psd, expected);
             self.contacts.visit::<D>(&self.model, x, first + stencil, &mut blocks);

@@ -16,6 +16,7 @@ use crate::contacts::{ContactVisitor, PlaneGeometry, rows};
 use crate::merge::MollifiedPair;
 use crate::model::ContactLaw;
 use crate::pair::PairGeometry;
+use crate::vector::{difference, dot};
 
 /// Gaps that differ by less than this part of the reach have the tangent.
 const SAME_GAP: f64 = 1e-4;
@@ -81,9 +82,9 @@ impl ExpectedForces {
 /// Visit of the contacts of a matrix, to take down what its solution makes of their forces.
 pub(crate) struct ForceForecast<'a> {
     /// Forces that were expected when the matrix was made.
-    pub(crate) before: &'a ExpectedForces,
+    before: &'a ExpectedForces,
     /// The solution, flat `(n, D)` [m].
-    pub(crate) step: &'a [f64],
+    step: &'a [f64],
     found: Vec<(ContactKey, f64)>,
 }
 
@@ -114,14 +115,14 @@ impl<const D: usize> ContactVisitor<D> for ForceForecast<'_> {
         weight: f64,
     ) {
         let step = rows::<D, N>(self.step, vertices);
-        let along = |i: usize| (0..D).map(|k| pair.normal[k] * step[i][k]).sum::<f64>();
+        let along = |i: usize| dot(&pair.normal, &step[i]);
         let change = (0..N).map(|i| pair.coefficients[i] * along(i)).sum();
         self.note(vertices, &law.barrier, (pair.distance, change), weight);
     }
 
     fn plane(&mut self, vertices: &[u32; 2], plane: &PlaneGeometry<D>, law: &ContactLaw, weight: f64) {
         let [p, o] = rows::<D, 2>(self.step, vertices);
-        let change = (0..D).map(|k| plane.normal[k] * (p[k] - o[k])).sum();
+        let change = dot(&plane.normal, &difference(&p, &o));
         self.note(vertices, &law.barrier, (plane.distance, change), weight);
     }
 

@@ -24,7 +24,7 @@ pub(crate) struct ContactSearch<const D: usize> {
     largest_margin: f64,
     /// Largest gap at which surfaces act [m].
     pub(crate) reach: f64,
-    /// Forces that the solve under way expects.
+    /// Forces that the last linear solution of a solve under way expects; none before and after.
     pub(crate) expected: Arc<ExpectedForces>,
 }
 

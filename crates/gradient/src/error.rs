@@ -33,7 +33,7 @@ pub enum GradientError {
     /// The natural modes cannot be found.
     #[error("the frequencies cannot be had: {0}")]
     Modes(#[from] ModesError),
-    /// How frequencies change with a parameter is not known.
+    /// Derivatives of frequencies by a parameter are not known.
     #[error(
         "natural frequencies have no derivative by parameter {number} of those asked for, counted from 0: \
          moduli, densities, masses, rest shapes and the stiffness of springs have one, masses and shapes \

@@ -73,7 +73,7 @@ pub fn gauss_newton_product(
     Ok(RunGradient { value, ..found })
 }
 
-/// Where a simulation is; schemes that remember earlier steps begin anew from there.
+/// State of a simulation; schemes that remember earlier steps begin anew from there.
 fn start_of(simulation: &Simulation) -> Snapshot {
     if !has_memory(simulation.method().scheme) {
         return simulation.snapshot();

@@ -12,13 +12,13 @@ pub(crate) struct ForceParts {
     needs_contact: bool,
     /// Gradient of the energy and of damping beside that by masses [N].
     pub(crate) gradient: Vec<f64>,
-    /// That of contact, and of friction [N].
+    /// Gradient of contact, and of friction [N].
     pub(crate) contact: Vec<f64>,
     pub(crate) friction: Vec<f64>,
 }
 
 impl ForceParts {
-    /// Those that these parameters look at.
+    /// Parts that these parameters look at.
     pub(crate) fn new(parameters: &[Box<dyn Parameter>]) -> Self {
         ForceParts {
             needs_force: parameters.iter().any(|parameter| parameter.needs_force()),

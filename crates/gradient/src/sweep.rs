@@ -41,8 +41,8 @@ pub(crate) struct Sweep<'a> {
     size_at_end: f64,
     /// Solves that friction did not settle in: before the run, then in it.
     unsettled: u64,
-    /// What touches walls after the step that comes after the one that is taken back next, where there are
-    /// any, and what has come to them or left them since.
+    /// Vertices that touch walls after the step that comes after the one that is taken back next, where there
+    /// are any walls, and those that have come to them or left them since.
     later: Option<Touching>,
     wall_events: Vec<WallEvent>,
 }

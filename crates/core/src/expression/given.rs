@@ -14,7 +14,7 @@ const WHERE: &str = "where";
 pub(super) struct GivenNumber {
     pub(super) name: String,
     pub(super) value: f64,
-    /// Where it is named.
+    /// Place where it is named.
     pub(super) place: Range<usize>,
 }
 
@@ -92,7 +92,7 @@ struct GivenReader<'t> {
 }
 
 impl<'t> GivenReader<'t> {
-    /// What is left, without spaces before it.
+    /// Rest of the text, without spaces before it.
     fn rest(&mut self) -> &'t str {
         let rest = self.text[self.at..].trim_start();
         self.at = self.text.len() - rest.len();

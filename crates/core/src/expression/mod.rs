@@ -82,7 +82,7 @@ impl Variable {
     }
 }
 
-/// What a name in a formula stands for.
+/// Meaning of a name in a formula.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum FormulaSymbol {
     Variable(Variable),

@@ -239,7 +239,8 @@ impl<'a> Closing<'a> {
                     false => "although nothing in the scene takes energy",
                 },
                 self.finer(),
-                // Contact does not hold with the midpoint rule, and schemes that take less may give in impacts.
+                // Contact does not hold with the midpoint rule, and schemes that take less may give energy in
+                // impacts.
                 match self.scene.contact.is_some() {
                     true => "",
                     false => ", `implicit-midpoint` next to nothing",
