@@ -34,6 +34,35 @@ fn bodies_apart_are_assembled_and_their_distance_is_told() {
     assert_eq!(contact.pairs.len(), 3, "{contact:?}");
 }
 
+/// A block of 40 kg/m on a floor: at rest it is held with its weight, and what starts deeper is thrown.
+#[test]
+fn a_body_that_starts_too_near_is_told_with_the_force_and_its_weight() {
+    let block = |gap: f64, gravity: f64, integrator: &str| {
+        let text = format!(
+            "dimension = 2\ntime = {{ integrator = '{integrator}', step = 0.01, duration = 1.0 }}\n\
+             contact = {{ distance = 0.001 }}\nworld = {{ gravity = [0, {gravity}] }}\n\
+             [[body]]\nname = 'block'\nelastic = {{ neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}\n\
+             mesh = {{ grid = {{ cells = [2, 2], size = [0.2, 0.2], origin = [0, {gap}] }} }}\n\
+             mass = {{ density = 1000 }}\n\
+             [[obstacle]]\nname = 'floor'\nshape = {{ half_space = {{ normal = [0, 1], offset = 0 }} }}\n"
+        );
+        let warnings = super::assembled(&text).report.warnings;
+        warnings.into_iter().filter(|warning| warning.contains("starts")).collect::<Vec<_>>()
+    };
+    let told = block(2e-4, -10.0, "implicit-euler");
+    let [told] = &told[..] else { panic!("{told:?}") };
+    assert!(told.contains("`block` starts 2e-4 m from `floor`, 20% of the distance"), "{told}");
+    assert!(told.contains("times its weight of 400 N"), "{told}");
+    let adrift = block(9e-4, 0.0, "implicit-euler");
+    assert!(adrift[0].contains("nothing holds it there"), "{adrift:?}");
+    // Begins to push at 1 mm; pushed with less than its weight just below.
+    for (gap, gravity, integrator) in
+        [(1e-3, -10.0, "implicit-euler"), (0.998e-3, -10.0, "implicit-euler"), (2e-4, -10.0, "quasi-static")]
+    {
+        assert_eq!(block(gap, gravity, integrator), [""; 0], "{gap} {integrator}");
+    }
+}
+
 #[test]
 fn a_body_below_a_floor_is_told() {
     let text = format!(

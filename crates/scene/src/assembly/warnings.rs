@@ -2,16 +2,68 @@
 
 use super::body::BodyAssembly;
 use crate::Scene;
+use pliant::energy::SurfaceContact;
 use pliant::quantity::Rounded;
 use pliant::simulation::Simulation;
 
 /// Vertices are behind a wall where they are farther behind it than this part of the size of the scene.
 const BEHIND: f64 = 1e-9;
 
+/// Times its weight with which contact may push a body at the start: in equilibrium it is its weight, and
+/// that of what stands on it is pushed back.
+const PUSHED: f64 = 2.0;
+
 /// One sentence for each such thing, with what would do better.
 pub(super) fn warnings(scene: &Scene, simulation: &Simulation, bodies: &[BodyAssembly]) -> Vec<String> {
     let walls = walls(scene).into_iter().chain(behind_walls(simulation));
-    walls.chain(through_each_other(scene, bodies)).collect()
+    let meeting =
+        through_each_other(scene, bodies).into_iter().chain(pushed_apart(scene, simulation, bodies));
+    walls.chain(meeting).collect()
+}
+
+/// A body that starts nearer to another than contact lets it rest is thrown by what the barrier holds: energy
+/// that is in the balance, but that nobody put there. Statics look for equilibrium from wherever they start.
+fn pushed_apart(scene: &Scene, simulation: &Simulation, bodies: &[BodyAssembly]) -> Option<String> {
+    if scene.contact.is_none() || simulation.method().is_static() {
+        return None;
+    }
+    let contacts = simulation.contacts();
+    let (system, numbering) = (simulation.system(), simulation.numbering());
+    let of_body = |i: usize| {
+        let (body, spec) = (&bodies[i], &scene.body[i]);
+        let mut vertices = body.vertices();
+        let moves = |v: u32| !system.is_pinned(numbering.internal(v) as usize);
+        if spec.obstacle.is_some() || !vertices.any(moves) {
+            return None;
+        }
+        let mut force = [0.0; 3];
+        let mut least: Option<&SurfaceContact> = None;
+        for contact in contacts.iter().filter(|contact| contact.bodies[0] != contact.bodies[1]) {
+            let Some(side) = contact.bodies.iter().position(|name| *name == body.name) else { continue };
+            let sign = if side == 0 { 1.0 } else { -1.0 };
+            (0..3).for_each(|k| force[k] += sign * contact.force * contact.normal[k]);
+            least = least.filter(|least| least.relative_gap <= contact.relative_gap).or(Some(contact));
+        }
+        let contact = least?;
+        let force = force.iter().map(|f| f * f).sum::<f64>().sqrt();
+        let weight = body.mass.iter().sum::<f64>() * super::gravity::strength_at_start(scene);
+        (force > PUSHED * weight).then_some((force, weight, body, contact))
+    };
+    let pushed = (0..bodies.len()).filter_map(of_body);
+    let (force, weight, body, contact) = pushed.max_by(|a, b| (a.0 * b.1).total_cmp(&(b.0 * a.1)))?;
+    let other = &contact.bodies[usize::from(contact.bodies[0] == body.name)];
+    let beside = match weight > 0.0 {
+        true => format!("{} times its weight of {} N", Rounded::<3>(force / weight), Rounded::<3>(weight)),
+        false => "and nothing holds it there".to_owned(),
+    };
+    Some(format!(
+        "`{}` starts {} m from `{other}`, {}% of the distance at which they begin to push: contact pushes it \
+         with {} N, {beside}; start it farther away, or give [contact] a smaller `distance`",
+        body.name,
+        Rounded::<3>(contact.gap),
+        Rounded::<3>(100.0 * contact.relative_gap),
+        Rounded::<4>(force)
+    ))
 }
 
 /// Bodies whose boxes meet at the start pass through each other, unless contact or an attachment says what
