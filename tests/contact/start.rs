@@ -64,6 +64,17 @@ fn a_body_that_starts_too_near_is_told_with_the_force_and_its_weight() {
 }
 
 #[test]
+fn friction_of_no_surface_is_told() {
+    let of = |friction: &str| {
+        let text = two_boxes("[0.05, 0.21]").replace("contact = {}", friction);
+        super::assembled(&text).report.warnings.concat().contains("coefficient of friction")
+    };
+    assert!(of("contact = { friction = 50 }"));
+    assert!(of("contact = { pairs = [{ between = ['low', 'high'], friction = 50 }] }"));
+    assert!(!of("contact = { friction = 2.0 }"));
+}
+
+#[test]
 fn a_body_below_a_floor_is_told() {
     let text = format!(
         "{BODIES}contact = {{}}\n\

@@ -162,7 +162,11 @@ impl Problem {
             Some(key) => format!("`{key}` takes {expected}, found {found}"),
             None => format!("expected {expected}, found {found}"),
         };
-        Problem::new(ProblemKind::WrongType { found, expected }, path, message)
+        let list = expected.starts_with("a list");
+        let help = path.last_key().filter(|_| list).and_then(suggest::list_help);
+        let mut problem = Problem::new(ProblemKind::WrongType { found, expected }, path, message);
+        problem.help.extend(help);
+        problem
     }
 
     /// `table` is the table that lacks `field`.

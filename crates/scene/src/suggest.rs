@@ -84,6 +84,23 @@ const SYNONYMS: &[(&str, &[&str])] = &[
     ("holzapfel-gasser-ogden", &["hgo", "holzapfelogden"]),
 ];
 
+/// Keys whose value is a list of numbers where one number is what people write first, with a right one.
+const LISTS: &[(&str, &str)] = &[
+    ("gravity", "[0.0, -9.81]` in 2D, `gravity = [0.0, 0.0, -9.81]` in 3D"),
+    ("velocity", "[1.0, 0.0]` in 2D, `velocity = [1.0, 0.0, 0.0]` in 3D"),
+    ("cells", "[8, 4]` in 2D, `cells = [8, 4, 4]` in 3D"),
+    ("size", "[1.0, 0.5]` in 2D, `size = [1.0, 0.5, 0.5]` in 3D"),
+    ("origin", "[0.0, 0.0]` in 2D, `origin = [0.0, 0.0, 0.0]` in 3D"),
+    ("force", "[0.0, -10.0]` in 2D, `force = [0.0, 0.0, -10.0]` in 3D"),
+    ("traction", "[0.0, -1e3]` in 2D, `traction = [0.0, 0.0, -1e3]` in 3D"),
+];
+
+/// Right values of `key`, one that is a list of components.
+pub(super) fn list_help(key: &str) -> Option<String> {
+    let (_, lists) = LISTS.iter().find(|(of, _)| *of == key)?;
+    Some(format!("a number for each direction, in brackets: `{key} = {lists}"))
+}
+
 /// Key of scenes, among `expected`, that is called `name` elsewhere.
 fn synonym<'a>(name: &str, expected: &[&'a str]) -> Option<&'a str> {
     let plain: String = name.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect();

@@ -108,6 +108,7 @@ pub(super) const UNITS: &[Unit] = &[
     unit("atm", &["atmosphere", "atmospheres"], false, (101_325.0, 1.0, 0), PRESSURE),
     // Pound-force per square inch.
     unit("psi", &[], false, (POUND_FORCE.0, 254.0 * 254.0, POUND_FORCE.2 + 8), PRESSURE),
+    unit("ksi", &[], false, (POUND_FORCE.0, 254.0 * 254.0, POUND_FORCE.2 + 11), PRESSURE),
     unit("J", &["joule", "joules"], true, (1.0, 1.0, 0), [2, 1, -2, 0]),
     unit("W", &["watt", "watts"], true, (1.0, 1.0, 0), [2, 1, -3, 0]),
 ];

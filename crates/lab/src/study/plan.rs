@@ -114,13 +114,13 @@ impl StudyPlan {
         });
         let usual =
             || IntegratorSpec::ALL.iter().filter(|spec| USUAL.contains(&spec.method().documentation.name));
-        let mut contenders: Vec<Contender> = match spec.integrators.is_empty() {
-            true => usual().map(|spec| (*spec).into()).collect(),
-            false => spec.integrators.iter().map(|spec| (*spec).into()).collect(),
-        };
-        let own = scene.time.integrator.method();
-        if own.documentation.order > 0 && contenders.iter().all(|c| c.method != own) {
-            contenders.push(scene.time.integrator.into());
+        let mut contenders: Vec<Contender> = spec.integrators.iter().map(|spec| (*spec).into()).collect();
+        if contenders.is_empty() {
+            contenders = usual().map(|spec| (*spec).into()).collect();
+            let own = scene.time.integrator.method();
+            if own.documentation.order > 0 && contenders.iter().all(|c| c.method != own) {
+                contenders.push(scene.time.integrator.into());
+            }
         }
         let chosen = spec.steps.is_none() && spec.tolerances.is_empty() && spec.smallest_step.is_none();
         Ok(StudyPlan {

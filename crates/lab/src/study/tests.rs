@@ -125,6 +125,18 @@ fn every_order_of_the_usual_schemes_is_observed() {
     }
 }
 
+#[test]
+fn schemes_that_are_named_run_alone_and_the_usual_ones_beside_that_of_the_scene() {
+    let names = |text: &str| {
+        let plan = StudyPlan::of(&Source::new("scene", text).scene().unwrap()).unwrap();
+        plan.contenders.iter().map(|c| c.method.documentation.name).collect::<Vec<_>>()
+    };
+    let own = PENDULUM.replace("velocity-verlet", "newmark");
+    assert!(names(&own).contains(&"newmark") && names(&own).len() > 10, "{own}");
+    let named = format!("study = {{ integrators = ['rk4', 'symplectic-euler'] }}\n{own}");
+    assert_eq!(names(&named), ["rk4", "symplectic-euler"]);
+}
+
 // Promise 1, and E: errors are the same on every run.
 #[test]
 fn everything_but_times_is_the_same_again() {

@@ -1,7 +1,8 @@
-//! Solids whose numbers are of decks in millimetres: mm, t, s and MPa, or mm, g, ms and MPa.
+//! Solids whose numbers are of other units than were meant: of decks in millimetres (mm, t, s and MPa, or mm,
+//! g, ms and MPa), of densities beside that of water, of moduli in GPa or MPa.
 
 use super::body::BodyAssembly;
-use crate::{Body, MassSpec, Scene};
+use crate::{Body, Load, MassSpec, OverTime, Scene};
 use pliant::material::Lame;
 
 /// Below this density no solid is [kg/m^3]: the lightest foams are above 0.15. Steel is 7.85e-9 t/mm^3 and
@@ -14,17 +15,30 @@ const SOFT: f64 = 1e6;
 /// Size of a mesh from a file [m] from which it is more likely a part in millimetres than a bridge.
 const LARGE: f64 = 50.0;
 
+/// Below this density [kg/m^3] what weighs as things do on earth is more likely given beside water: air has
+/// 1.2, expanded polystyrene 10.
+const LIGHT_AS_AIR: f64 = 5.0;
+/// Between these accelerations gravity is that of the earth [m/s^2].
+const EARTH: std::ops::RangeInclusive<f64> = 9.7..=9.9;
+/// A load per area so many times Young's modulus is held by no solid that is used.
+const CRUSHED: f64 = 10.0;
+
 /// What smells of millimetres, and how to write it.
 pub(super) fn warnings(scene: &Scene, bodies: &[BodyAssembly]) -> Vec<String> {
-    scene.body.iter().zip(bodies).flat_map(|(spec, body)| of_body(spec, body)).collect()
+    let on_earth = EARTH.contains(&super::gravity::strength_at_start(scene));
+    scene.body.iter().zip(bodies).flat_map(|(spec, body)| of_body(spec, body, on_earth)).collect()
 }
 
-fn of_body(spec: &Body, body: &BodyAssembly) -> Vec<String> {
+fn of_body(spec: &Body, body: &BodyAssembly, on_earth: bool) -> Vec<String> {
     // Sheets and strands have other densities.
     if spec.elastic.is_none() || body.thickness.is_some() {
         return vec![];
     }
-    [light(spec, body), soft(spec, body), large(spec, body)].into_iter().flatten().collect()
+    let airy = airy(spec, body).filter(|_| on_earth);
+    [light(spec, body), airy, soft(spec, body), crushed(spec, body), large(spec, body)]
+        .into_iter()
+        .flatten()
+        .collect()
 }
 
 /// Density that the scene gives [kg/m^3].
@@ -43,6 +57,36 @@ fn light(spec: &Body, body: &BodyAssembly) -> Option<String> {
          and lengths",
         body.name
     ))
+}
+
+fn airy(spec: &Body, body: &BodyAssembly) -> Option<String> {
+    let light = |density: &f64| (LIGHTER_THAN_FOAM..LIGHT_AS_AIR).contains(density);
+    let density = density(spec).filter(light)?;
+    Some(format!(
+        "`{}` has a density of {density:?} kg/m^3, about that of air: if the number is beside that of water, \
+         write its unit, `\"{density:?} g/cm^3\"`",
+        body.name
+    ))
+}
+
+fn crushed(spec: &Body, body: &BodyAssembly) -> Option<String> {
+    let young = young(spec)?;
+    let magnitude = |load: &[OverTime]| {
+        let components = load.iter().filter_map(OverTime::constant);
+        components.map(|p| p * p).sum::<f64>().sqrt()
+    };
+    let of_load = |load: &Load| {
+        let pressure = load.pressure.as_slice();
+        magnitude(pressure).max(magnitude(load.traction.as_deref().unwrap_or_default()))
+    };
+    let most = spec.load.iter().map(of_load).fold(0.0, f64::max);
+    (most > CRUSHED * young).then(|| {
+        format!(
+            "`{}` has a Young's modulus of {young:.0} Pa and bears {most:.0} Pa: if the modulus is in MPa or GPa, \
+             write its unit, `\"{young:.0} GPa\"`",
+            body.name
+        )
+    })
 }
 
 /// Young's modulus [Pa] of the solid at small strains.

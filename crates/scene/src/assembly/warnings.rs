@@ -13,12 +13,29 @@ const BEHIND: f64 = 1e-9;
 /// that of what stands on it is pushed back.
 const PUSHED: f64 = 2.0;
 
+/// Coefficient of friction above those of all surfaces that are used.
+const ROUGHEST: f64 = 10.0;
+
 /// One sentence for each such thing, with what would do better.
 pub(super) fn warnings(scene: &Scene, simulation: &Simulation, bodies: &[BodyAssembly]) -> Vec<String> {
     let walls = walls(scene).into_iter().chain(behind_walls(simulation));
     let meeting =
         through_each_other(scene, bodies).into_iter().chain(pushed_apart(scene, simulation, bodies));
-    walls.chain(meeting).collect()
+    walls.chain(meeting).chain(rougher_than_rubber(scene)).collect()
+}
+
+/// Coefficients of friction of nothing that is known: percents, or angles.
+fn rougher_than_rubber(scene: &Scene) -> Option<String> {
+    let contact = scene.contact.as_ref()?;
+    let of_pairs = contact.pairs.iter().filter_map(|pair| pair.friction);
+    let most = of_pairs.fold(contact.friction, f64::max);
+    (most > ROUGHEST).then(|| {
+        format!(
+            "a coefficient of friction of {} is of no surface that is known, rubber on rubber has 1 to 2: nothing \
+             will slide",
+            Rounded::<4>(most)
+        )
+    })
 }
 
 /// A body that starts nearer to another than contact lets it rest is thrown by what the barrier holds: energy

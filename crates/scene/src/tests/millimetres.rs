@@ -65,3 +65,29 @@ fn other_soft_light_and_large_things_are_not() {
         );
     }
 }
+
+/// What a scene has beside its solid: gravity, a load.
+fn beside(elastic: &str, density: &str, more: &str) -> Vec<String> {
+    let text = format!(
+        "dimension = 3\ntime = {{ integrator = 'implicit-euler', step = 1e-3, duration = 1e-2 }}\n\
+         world = {{ gravity = [0, 0, -9.81] }}\n[[body]]\nname = 'part'\n\
+         mesh = {{ grid = {{ cells = [4, 4, 4], size = [0.1, 0.1, 0.1] }} }}\nelastic = {{ stvk = {elastic} }}\n\
+         mass = {{ density = {density} }}\n{more}"
+    );
+    let scene = Scene::from_toml(&text).unwrap_or_else(|error| panic!("{error}"));
+    let assembled = scene.assemble(UnstableStep::Accept).map_err(|problems| format!("{problems:?}"));
+    let warnings = assembled.unwrap().report.warnings;
+    warnings.into_iter().filter(|text| text.starts_with("`part` has")).collect()
+}
+
+#[test]
+fn densities_beside_water_and_moduli_below_their_loads_are_told() {
+    let pulled = "load = [{ traction = [0, 0, 1e8], half_space = { normal = [0, 0, -1], offset = -0.09 } }]";
+    let soft = beside("{ young = 210.0, poisson = 0.3 }", "7850.0", pulled);
+    assert!(soft.len() == 1 && soft[0].contains("210 Pa and bears 100000000 Pa"), "{soft:?}");
+    assert!(soft[0].contains("`\"210 GPa\"`"), "{soft:?}");
+    assert_eq!(beside("{ young = '210 GPa', poisson = 0.3 }", "7850.0", pulled), [""; 0]);
+    let airy = beside("{ young = 1e6, poisson = 0.3 }", "1.0", "");
+    assert!(airy.len() == 1 && airy[0].contains("`\"1.0 g/cm^3\"`"), "{airy:?}");
+    assert_eq!(beside("{ young = 1e6, poisson = 0.3 }", "10.0", ""), [""; 0]);
+}

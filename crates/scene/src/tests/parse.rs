@@ -105,6 +105,14 @@ fn wrong_types() {
 
 /// Texts that `toml`'s own deserializer lets pass.
 #[test]
+fn a_number_for_a_list_is_told_with_a_list() {
+    let failed = error(&changed("[0.0, -9.8]", "9.8"));
+    let [problem] = failed.problems() else { panic!("{failed}") };
+    assert_eq!(problem.message, "`gravity` takes a list, found the number 9.8");
+    assert!(problem.help[0].contains("`gravity = [0.0, -9.81]` in 2D"), "{:?}", problem.help);
+}
+
+#[test]
 fn lists_are_neither_tables_nor_longer_than_they_should_be() {
     let cloth = "cloth = { cells = [2, 3, 4], origin = [0, 0], u = [1, 0], v = [0, 1] }";
     assert_eq!(
