@@ -3,11 +3,16 @@
 //! The tree is implicit: node `i` of a level holds the boxes of nodes `8 i .. 8 i + 8` of the level below, at
 //! the bottom of as many primitives. It depends on positions alone, never on threads.
 
+use std::ops::Range;
+
 use pliant::lanes::{Kernel, Lanes, WIDTH, dispatch};
 use rayon::prelude::*;
 
 /// Children of a node: one pack.
 const WIDE: usize = WIDTH;
+
+/// Cost of boxes in an old order beside that of their first ones from which they are ordered anew.
+const OUT_OF_DATE: f64 = 1.5;
 
 /// Levels of a tree of `u32::MAX` primitives.
 const MAX_LEVELS: usize = 11;
@@ -25,15 +30,16 @@ impl<const D: usize> Bounds<D> {
     /// Box of nothing.
     pub const EMPTY: Self = Bounds { low: [f64::INFINITY; D], high: [f64::NEG_INFINITY; D] };
 
-    /// Box of some vertices at `x`, flat `(n, D)`, and where they go by `dx`, if they move.
+    /// Box of some vertices at `x`, flat `(n, D)`, and where they go by `dx` less a common `shift`, if they
+    /// move.
     #[inline]
-    pub fn of_vertices(vertices: &[u32], x: &[f64], dx: Option<&[f64]>) -> Self {
+    pub fn of_vertices(vertices: &[u32], x: &[f64], way: Option<(&[f64], &[f64; D])>) -> Self {
         let mut bounds = Self::EMPTY;
         for &v in vertices {
             let at = v as usize * D;
             for k in 0..D {
                 let from = x[at + k];
-                let to = dx.map_or(from, |dx| from + dx[at + k]);
+                let to = way.map_or(from, |(dx, shift)| from + (dx[at + k] - shift[k]));
                 bounds.low[k] = bounds.low[k].min(from.min(to));
                 bounds.high[k] = bounds.high[k].max(from.max(to));
             }
@@ -93,6 +99,19 @@ impl<const D: usize> BoundsNode<D> {
         all
     }
 
+    /// The boxes grown by `distance` on every side.
+    fn grown(mut self, distance: f64) -> Self {
+        for k in 0..D {
+            self.low[k] = self.low[k].map(|low| low - distance);
+            self.high[k] = self.high[k].map(|high| high + distance);
+        }
+        self
+    }
+
+    fn child(&self, child: usize) -> Bounds<D> {
+        Bounds { low: self.low.map(|low| low[child]), high: self.high.map(|high| high[child]) }
+    }
+
     /// Bit `child` is set where its box meets another.
     #[inline(always)]
     fn meets<L: Lanes>(&self, other: &Bounds<D>) -> u8 {
@@ -112,14 +131,28 @@ pub struct BoundsTree<const D: usize> {
     order: Vec<u32>,
     /// From the bottom up; one node at the top.
     levels: Vec<Vec<BoundsNode<D>>>,
+    /// [`cost`](Self::cost) when it was ordered.
+    first_cost: f64,
 }
 
 impl<const D: usize> BoundsTree<D> {
     /// Tree of these boxes, ordered anew.
     pub fn new(bounds: &[Bounds<D>]) -> Self {
-        let mut tree = BoundsTree { order: morton_order(bounds), levels: vec![] };
+        let mut tree = BoundsTree { order: morton_order(bounds), levels: vec![], first_cost: 0.0 };
         tree.refit(bounds);
+        tree.first_cost = tree.cost();
         tree
+    }
+
+    /// Takes these boxes: in the order at hand, unless there are others than before, or their order is out of
+    /// date.
+    pub fn follow(&mut self, bounds: &[Bounds<D>]) {
+        if self.order.len() == bounds.len() {
+            self.refit(bounds);
+        }
+        if self.order.len() != bounds.len() || self.cost() > OUT_OF_DATE * self.first_cost {
+            *self = Self::new(bounds);
+        }
     }
 
     /// The same order with other boxes.
@@ -145,20 +178,44 @@ impl<const D: usize> BoundsTree<D> {
         self.levels.iter().flatten().map(|node| spread(&node.bounds())).sum()
     }
 
-    /// Appends the primitives whose boxes meet `query` to `found`, ascending.
-    pub fn find(&self, query: &Bounds<D>, found: &mut Vec<u32>) {
-        self.find_each([*query], |_, primitives| found.extend_from_slice(primitives));
+    /// Number of primitives.
+    pub fn len(&self) -> usize {
+        self.order.len()
     }
 
-    /// Shows the primitives whose boxes meet a query, ascending, for one query after another: `visit(i,
-    /// primitives)` for the query number `i`.
-    pub fn find_each(&self, queries: impl IntoIterator<Item = Bounds<D>>, visit: impl FnMut(usize, &[u32])) {
-        dispatch(FindEach { tree: self, queries, visit });
+    /// True without primitives.
+    pub fn is_empty(&self) -> bool {
+        self.order.is_empty()
+    }
+
+    /// Appends the primitives whose boxes meet `query` to `found`, ascending.
+    pub fn find(&self, query: &Bounds<D>, found: &mut Vec<u32>) {
+        let first = found.len();
+        dispatch(Find { tree: self, query, found });
+        found[first..].sort_unstable();
+    }
+
+    /// Shows the pairs of a primitive of this tree and one of `other` whose boxes come within `reach` [m] of
+    /// each other, in the order of the trees; of the primitives of this tree those at `places` of its order,
+    /// which begin at a multiple of eight. Where both are one tree each pair is shown once, and none of a
+    /// primitive with itself.
+    pub fn join(&self, places: Range<usize>, reach: f64, other: &Self, visit: impl FnMut(u32, u32)) {
+        debug_assert_eq!(places.start % WIDE, 0, "begins within a node");
+        let nodes = places.start / WIDE..places.end.div_ceil(WIDE);
+        dispatch(Join { queries: self, nodes, reach, tree: other, visit });
+    }
+
+    /// Box of node `i` of a level.
+    #[inline(always)]
+    fn bounds_of(&self, level: usize, i: usize) -> Bounds<D> {
+        match self.levels.get(level + 1) {
+            Some(parents) => parents[i / WIDE].child(i % WIDE),
+            None => self.levels[level][i].bounds(),
+        }
     }
 
     #[inline(always)]
     fn find_one<L: Lanes>(&self, query: &Bounds<D>, found: &mut Vec<u32>) {
-        found.clear();
         let mut stack = [(0usize, 0usize); MAX_LEVELS * WIDE];
         let mut depth = 1;
         stack[0] = (self.levels.len() - 1, 0);
@@ -178,28 +235,96 @@ impl<const D: usize> BoundsTree<D> {
                 }
             }
         }
-        found.sort_unstable();
     }
 }
 
-/// Queries of a tree.
-struct FindEach<'a, Q, V, const D: usize> {
+/// Query of a tree.
+struct Find<'a, const D: usize> {
     tree: &'a BoundsTree<D>,
-    queries: Q,
+    query: &'a Bounds<D>,
+    found: &'a mut Vec<u32>,
+}
+
+impl<const D: usize> Kernel for Find<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        self.tree.find_one::<L>(self.query, self.found);
+    }
+}
+
+/// Pairs of two trees: eight primitives of one go through the other together.
+struct Join<'a, V, const D: usize> {
+    queries: &'a BoundsTree<D>,
+    nodes: Range<usize>,
+    reach: f64,
+    tree: &'a BoundsTree<D>,
     visit: V,
 }
 
-impl<Q: IntoIterator<Item = Bounds<D>>, V: FnMut(usize, &[u32]), const D: usize> Kernel
-    for FindEach<'_, Q, V, D>
-{
+impl<V: FnMut(u32, u32), const D: usize> Kernel for Join<'_, V, D> {
     type Output = ();
 
     #[inline(always)]
     fn run<L: Lanes>(mut self) {
-        let mut found = vec![];
-        for (i, query) in self.queries.into_iter().enumerate() {
-            self.tree.find_one::<L>(&query, &mut found);
-            (self.visit)(i, &found);
+        for i in self.nodes.clone() {
+            self.descend::<L>(i);
+        }
+    }
+}
+
+impl<V: FnMut(u32, u32), const D: usize> Join<'_, V, D> {
+    /// Pairs of the primitives of node `i` at the bottom; of one tree with what follows them.
+    #[inline(always)]
+    fn descend<L: Lanes>(&mut self, i: usize) {
+        let tree = self.tree;
+        let is_one = std::ptr::eq(self.queries, tree);
+        let Some(node) = self.queries.levels[0].get(i) else { return };
+        let grown = node.grown(self.reach);
+        let around = grown.bounds();
+        let mut stack = [(0usize, 0usize); MAX_LEVELS * WIDE];
+        let mut depth = 1;
+        stack[0] = (tree.levels.len() - 1, 0);
+        while depth > 0 {
+            depth -= 1;
+            let (level, j) = stack[depth];
+            if level == 0 {
+                self.leaves::<L>(&grown, i, j, is_one);
+                continue;
+            }
+            let Some(other) = tree.levels[level].get(j) else { continue };
+            let mut bits = other.meets::<L>(&around);
+            while bits != 0 {
+                let child = WIDE * j + bits.trailing_zeros() as usize;
+                bits &= bits - 1;
+                // One past the last node at the bottom that is below the child.
+                let end = (child + 1) << (WIDE.trailing_zeros() as usize * (level - 1));
+                if !is_one || end > i {
+                    stack[depth] = (level - 1, child);
+                    depth += 1;
+                }
+            }
+        }
+    }
+
+    /// Pairs of two nodes at the bottom, the boxes of the first grown by the reach.
+    #[inline(always)]
+    fn leaves<L: Lanes>(&mut self, grown: &BoundsNode<D>, i: usize, j: usize, is_one: bool) {
+        let Some(other) = self.tree.levels[0].get(j) else { return };
+        let mut rows = grown.meets::<L>(&self.tree.bounds_of(0, j));
+        while rows != 0 {
+            let row = rows.trailing_zeros() as usize;
+            rows &= rows - 1;
+            let mut bits = other.meets::<L>(&grown.child(row));
+            if is_one && i == j {
+                bits &= !(u8::MAX >> (WIDE - 1 - row));
+            }
+            while bits != 0 {
+                let column = bits.trailing_zeros() as usize;
+                bits &= bits - 1;
+                (self.visit)(self.queries.order[WIDE * i + row], self.tree.order[WIDE * j + column]);
+            }
         }
     }
 }

@@ -10,8 +10,8 @@ use crate::pair::{EdgeEdge, PointTriangle};
 use crate::surface::{ContactSurface, VertexKind};
 use rayon::prelude::*;
 
-/// Queries that one task answers.
-const QUERIES: usize = 256;
+/// Primitives whose pairs one task looks for.
+const PLACES: usize = 256;
 
 /// Candidates of a surface with itself.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -53,33 +53,45 @@ impl BodyPairs {
     }
 }
 
-impl CandidatePairs {
+/// Trees of a surface's primitives that are gathered from again and again. What they find does not depend on
+/// what they have found before.
+#[derive(Clone, Debug, Default)]
+pub struct SurfaceTrees<const D: usize> {
+    vertices: BoundsTree<D>,
+    edges: BoundsTree<D>,
+    triangles: BoundsTree<D>,
+}
+
+impl<const D: usize> SurfaceTrees<D> {
     /// Pairs of the surface at `x`, flat `(n, D)` [m], whose radii may come nearer to each other than `reach`
     /// [m] on the way to `x + dx`, or at `x` where nothing moves.
     ///
     /// # Panics
     /// If the surface is of another dimension.
-    pub fn gather<const D: usize>(
+    pub fn gather(
+        &mut self,
         surface: &ContactSurface,
         bodies: &BodyPairs,
         x: &[f64],
         dx: Option<&[f64]>,
         reach: f64,
-    ) -> Self {
+    ) -> CandidatePairs {
         assert_eq!(surface.dimension, D, "dimension of the surface");
-        let search = Search { surface, pairs: bodies, x, dx, reach };
-        let edges = search.bounds::<D, 2>(&surface.edges);
-        let mut found = CandidatePairs { point_point: search.particles::<D>(), ..Self::default() };
+        let shift = dx.map_or([0.0; D], |dx| mean::<D>(&surface.vertices, dx));
+        let search = Search { surface, pairs: bodies, x, dx, shift, reach };
+        let mut found = CandidatePairs { point_point: search.particles(), ..CandidatePairs::default() };
+        let points: Vec<[u32; 1]> = surface.vertices.iter().map(|&v| [v]).collect();
+        self.vertices.follow(&search.bounds(&points));
+        self.edges.follow(&search.bounds(&surface.edges));
         if D == 2 {
-            let tree = BoundsTree::new(&edges);
-            found.point_edge = search.points::<D, 2>(&surface.vertices, &surface.edges, &tree);
+            found.point_edge = search.points(&points, &self.vertices, &surface.edges, &self.edges);
+            found.point_edge.par_sort_unstable();
             return found;
         }
-        let triangles = BoundsTree::new(&search.bounds::<D, 3>(&surface.triangles));
-        found.point_triangle = search.points(&surface.vertices, &surface.triangles, &triangles);
-        let tree = BoundsTree::new(&edges);
-        found.edge_edge = search.pairs(&surface.edges, &edges, &surface.edges, &tree, true);
-        found.point_edge = search.wires::<D>();
+        self.triangles.follow(&search.bounds(&surface.triangles));
+        found.point_triangle = search.points(&points, &self.vertices, &surface.triangles, &self.triangles);
+        found.edge_edge = search.pairs(&surface.edges, &self.edges);
+        found.point_edge = search.wires();
         if dx.is_none() {
             // Boxes of slanted neighbours meet all over a surface: most of what they find is far apart.
             search.keep_near::<PointTriangle>(&mut found.point_triangle, |[p, t]| {
@@ -91,88 +103,123 @@ impl CandidatePairs {
                 [a, b, c, d]
             });
         }
+        found.point_triangle.par_sort_unstable();
+        found.edge_edge.par_sort_unstable();
         found
     }
 }
 
-struct Search<'a> {
+impl CandidatePairs {
+    /// Those of one search, see [`SurfaceTrees::gather`].
+    ///
+    /// # Panics
+    /// If the surface is of another dimension.
+    pub fn gather<const D: usize>(
+        surface: &ContactSurface,
+        bodies: &BodyPairs,
+        x: &[f64],
+        dx: Option<&[f64]>,
+        reach: f64,
+    ) -> Self {
+        SurfaceTrees::<D>::default().gather(surface, bodies, x, dx, reach)
+    }
+}
+
+/// Mean of the rows of `vertices` in `dx`, flat `(n, D)`: primitives meet on their ways as if all were
+/// without it.
+fn mean<const D: usize>(vertices: &[u32], dx: &[f64]) -> [f64; D] {
+    let mut sum = [0.0; D];
+    for &v in vertices {
+        (0..D).for_each(|k| sum[k] += dx[v as usize * D + k]);
+    }
+    sum.map(|s| s / vertices.len().max(1) as f64)
+}
+
+struct Search<'a, const D: usize> {
     surface: &'a ContactSurface,
     pairs: &'a BodyPairs,
     x: &'a [f64],
     dx: Option<&'a [f64]>,
+    /// Taken off every motion [m].
+    shift: [f64; D],
     reach: f64,
 }
 
-impl Search<'_> {
+impl<const D: usize> Search<'_, D> {
     /// Boxes around primitives and the radius of their body.
-    fn bounds<const D: usize, const N: usize>(&self, primitives: &[[u32; N]]) -> Vec<Bounds<D>> {
+    fn bounds<const N: usize>(&self, primitives: &[[u32; N]]) -> Vec<Bounds<D>> {
         let bounds = |vertices: &[u32; N]| {
-            Bounds::of_vertices(vertices, self.x, self.dx).grown(self.surface.radius(vertices[0]))
+            let way = self.dx.map(|dx| (dx, &self.shift));
+            Bounds::of_vertices(vertices, self.x, way).grown(self.surface.radius(vertices[0]))
         };
         primitives.par_iter().map(bounds).collect()
     }
 
-    /// Pairs of these vertices with other primitives.
-    fn points<const D: usize, const M: usize>(
+    /// Pairs of these vertices with other primitives, by number.
+    fn points<const M: usize>(
         &self,
-        vertices: &[u32],
+        vertices: &[[u32; 1]],
+        of_vertices: &BoundsTree<D>,
         others: &[[u32; M]],
-        tree: &BoundsTree<D>,
+        of_others: &BoundsTree<D>,
     ) -> Vec<[u32; 2]> {
-        let points: Vec<[u32; 1]> = vertices.iter().map(|&v| [v]).collect();
-        let bounds = self.bounds::<D, 1>(&points);
-        let mut pairs = self.pairs(&points, &bounds, others, tree, false);
-        pairs.iter_mut().for_each(|pair| pair[0] = vertices[pair[0] as usize]);
+        let mut pairs = self.joined((vertices, of_vertices), (others, of_others));
+        pairs.iter_mut().for_each(|pair| pair[0] = vertices[pair[0] as usize][0]);
         pairs
     }
 
     /// Pairs of ends of wires, and of particles, with wires.
-    fn wires<const D: usize>(&self) -> Vec<[u32; 2]> {
+    fn wires(&self) -> Vec<[u32; 2]> {
         let surface = self.surface;
         if surface.wires.is_empty() {
             return vec![];
         }
         let edges: Vec<[u32; 2]> = surface.wires.iter().map(|e| surface.edges[*e as usize]).collect();
-        let tree = BoundsTree::new(&self.bounds::<D, 2>(&edges));
         let is_thin = |v: &u32| surface.kinds[*v as usize] != VertexKind::Face;
-        let thin: Vec<u32> = surface.vertices.iter().copied().filter(is_thin).collect();
-        let mut pairs = self.points(&thin, &edges, &tree);
+        let thin: Vec<[u32; 1]> = surface.vertices.iter().copied().filter(is_thin).map(|v| [v]).collect();
+        let [of_thin, of_edges] =
+            [self.bounds(&thin), self.bounds(&edges)].map(|bounds| BoundsTree::new(&bounds));
+        let mut pairs = self.points(&thin, &of_thin, &edges, &of_edges);
         pairs.iter_mut().for_each(|pair| pair[1] = surface.wires[pair[1] as usize]);
+        pairs.par_sort_unstable();
         pairs
     }
 
     /// Pairs of particles.
-    fn particles<const D: usize>(&self) -> Vec<[u32; 2]> {
+    fn particles(&self) -> Vec<[u32; 2]> {
         let surface = self.surface;
         let particles: Vec<[u32; 1]> = surface.particles.iter().map(|&v| [v]).collect();
-        let bounds = self.bounds::<D, 1>(&particles);
-        let tree = BoundsTree::new(&bounds);
-        let mut pairs = self.pairs(&particles, &bounds, &particles, &tree, true);
+        let tree = BoundsTree::new(&self.bounds(&particles));
+        let mut pairs = self.pairs(&particles, &tree);
         pairs.iter_mut().for_each(|pair| *pair = pair.map(|i| surface.particles[i as usize]));
+        pairs.par_sort_unstable();
         pairs
     }
 
-    /// Pairs of primitives of two kinds whose boxes come within reach; of one kind, each pair once.
-    fn pairs<const D: usize, const N: usize, const M: usize>(
+    /// Pairs of primitives of one kind whose boxes come within reach, the lower number first.
+    fn pairs<const N: usize>(&self, primitives: &[[u32; N]], tree: &BoundsTree<D>) -> Vec<[u32; 2]> {
+        let mut pairs = self.joined((primitives, tree), (primitives, tree));
+        pairs.iter_mut().for_each(|pair| pair.sort_unstable());
+        pairs
+    }
+
+    /// Pairs of primitives and others, with their trees, whose boxes come within reach.
+    fn joined<const N: usize, const M: usize>(
         &self,
-        queries: &[[u32; N]],
-        bounds: &[Bounds<D>],
-        others: &[[u32; M]],
-        tree: &BoundsTree<D>,
-        once: bool,
+        (primitives, tree): (&[[u32; N]], &BoundsTree<D>),
+        (others, of_others): (&[[u32; M]], &BoundsTree<D>),
     ) -> Vec<[u32; 2]> {
-        let block = |(b, queries): (usize, &[[u32; N]])| {
-            let (first, mut pairs) = (b * QUERIES, vec![]);
-            let grown = bounds[first..][..queries.len()].iter().map(|bounds| bounds.grown(self.reach));
-            tree.find_each(grown, |query, found| {
-                let i = first + query;
-                let after = found.iter().filter(|&&j| !once || j as usize > i);
-                let allowed = after.filter(|&&j| self.allows(&queries[query], &others[j as usize]));
-                pairs.extend(allowed.map(|&j| [i as u32, j]));
+        let of_places = |first: usize| {
+            let (mut pairs, end) = (vec![], (first + PLACES).min(tree.len()));
+            tree.join(first..end, self.reach, of_others, |i, j| {
+                if self.allows(&primitives[i as usize], &others[j as usize]) {
+                    pairs.push([i, j]);
+                }
             });
             pairs
         };
-        let blocks: Vec<Vec<[u32; 2]>> = queries.par_chunks(QUERIES).enumerate().map(block).collect();
+        let blocks: Vec<Vec<[u32; 2]>> =
+            (0..tree.len().div_ceil(PLACES)).into_par_iter().map(|block| of_places(block * PLACES)).collect();
         blocks.concat()
     }
 
@@ -205,7 +252,8 @@ impl Search<'_> {
 /// bodies, relative to each other, and vertices, relative to their bodies, have moved by more than the
 /// margin.
 #[derive(Clone, Debug, Default)]
-pub struct CandidateCache {
+pub struct CandidateCache<const D: usize> {
+    trees: SurfaceTrees<D>,
     pairs: CandidatePairs,
     gathered_at: Vec<f64>,
     margin: f64,
@@ -213,9 +261,9 @@ pub struct CandidateCache {
     pub gatherings: u64,
 }
 
-impl CandidateCache {
+impl<const D: usize> CandidateCache<D> {
     /// Candidates within `reach` at `x`, gathered anew with this margin [m] if a vertex has moved too far.
-    pub fn at<const D: usize>(
+    pub fn at(
         &mut self,
         surface: &ContactSurface,
         bodies: &BodyPairs,
@@ -223,14 +271,25 @@ impl CandidateCache {
         reach: f64,
         margin: f64,
     ) -> &CandidatePairs {
-        if !self.is_complete::<D>(surface, x) {
-            self.pairs = CandidatePairs::gather::<D>(surface, bodies, x, None, reach + 2.0 * margin);
+        if !self.is_complete(surface, x) {
+            self.pairs = self.trees.gather(surface, bodies, x, None, reach + 2.0 * margin);
             self.gathered_at.clear();
             self.gathered_at.extend_from_slice(x);
             self.margin = margin;
             self.gatherings += 1;
         }
         &self.pairs
+    }
+
+    /// Pairs that may come nearer than `reach` [m] on the way from `x` to `x + dx`, flat `(n, D)` [m]; not kept.
+    pub fn on_way(
+        &mut self,
+        surface: &ContactSurface,
+        bodies: &BodyPairs,
+        (x, dx): (&[f64], &[f64]),
+        reach: f64,
+    ) -> CandidatePairs {
+        self.trees.gather(surface, bodies, x, Some(dx), reach)
     }
 
     /// Candidates last gathered.
@@ -240,7 +299,7 @@ impl CandidateCache {
 
     /// True if no pair can have come nearer by more than twice the margin: bodies have moved as wholes
     /// relative to each other, and vertices relative to their bodies, by no more than that together.
-    pub fn is_complete<const D: usize>(&self, surface: &ContactSurface, x: &[f64]) -> bool {
+    pub fn is_complete(&self, surface: &ContactSurface, x: &[f64]) -> bool {
         if self.gathered_at.len() != x.len() {
             return false;
         }

@@ -12,7 +12,6 @@ use pliant::material::Psd;
 use rayon::prelude::*;
 
 use crate::barrier::PotentialForm;
-use crate::candidates::CandidatePairs;
 use crate::contacts::{ContactVisitor, Contacts, PlaneGeometry};
 use crate::expected::{ExpectedForces, ForceForecast};
 use crate::explicit::{self, SurfaceMobility};
@@ -113,15 +112,9 @@ impl<const D: usize> ContactEnergy<D> {
     /// Obstruction that leaves the least of a way free.
     fn first_on_way(&self, x: &[f64], dx: &[f64], ends: WayEnd) -> Option<Obstruction> {
         let way = Way { x, dx, ends };
-        let to: Vec<f64> = x.iter().zip(dx).map(|(x, dx)| x + dx).collect();
-        let search = locked(&self.search);
-        if let Some(pairs) = search.candidates_of_way(&self.model, x, &to) {
-            return way.first::<D>(&self.model, pairs);
-        }
-        let surface = &self.model.surface;
+        let mut search = locked(&self.search);
         let reach = if ends == WayEnd::Crossing { 0.0 } else { search.reach };
-        let pairs = CandidatePairs::gather::<D>(surface, &self.model.pairs, x, Some(dx), reach);
-        way.first::<D>(&self.model, &pairs)
+        search.on_way(&self.model, (x, dx), reach, |pairs| way.first::<D>(&self.model, pairs))
     }
 
     /// Two primitives by name.

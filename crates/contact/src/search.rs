@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::candidates::CandidateCache;
+use crate::candidates::{CandidateCache, CandidatePairs};
 use crate::contacts::Contacts;
 use crate::expected::ExpectedForces;
 use crate::model::ContactModel;
@@ -15,7 +15,7 @@ const LARGEST_MARGIN: f64 = 0.1;
 /// Contacts at the positions last asked for.
 #[derive(Debug)]
 pub(crate) struct ContactSearch<const D: usize> {
-    cache: CandidateCache,
+    cache: CandidateCache<D>,
     at: Vec<f64>,
     contacts: Contacts,
     /// Distance that vertices may move until candidates are gathered anew [m].
@@ -55,7 +55,7 @@ impl<const D: usize> ContactSearch<D> {
     /// Contacts at `x`, flat `(n, D)` [m].
     pub(crate) fn contacts_at(&mut self, model: &ContactModel, x: &[f64]) -> &Contacts {
         if self.at != x {
-            let candidates = self.cache.at::<D>(&model.surface, &model.pairs, x, self.reach, self.margin);
+            let candidates = self.cache.at(&model.surface, &model.pairs, x, self.reach, self.margin);
             self.contacts = Contacts::find::<D>(model, candidates, x, self.reach);
             self.at.clear();
             self.at.extend_from_slice(x);
@@ -63,17 +63,21 @@ impl<const D: usize> ContactSearch<D> {
         &self.contacts
     }
 
-    /// Candidates of the whole way from `x` to `to`, where those at hand hold all of them.
-    pub(crate) fn candidates_of_way(
-        &self,
+    /// Shows `visit` candidates that hold all pairs within `reach` [m] on the way from `x` to `x + dx`: those at
+    /// hand where they do.
+    pub(crate) fn on_way<T>(
+        &mut self,
         model: &ContactModel,
-        x: &[f64],
-        to: &[f64],
-    ) -> Option<&crate::candidates::CandidatePairs> {
+        (x, dx): (&[f64], &[f64]),
+        reach: f64,
+        visit: impl FnOnce(&CandidatePairs) -> T,
+    ) -> T {
+        let to: Vec<f64> = x.iter().zip(dx).map(|(x, dx)| x + dx).collect();
         // A ball about where they were gathered holds straight ways between two of its points.
-        let holds =
-            self.cache.is_complete::<D>(&model.surface, x) && self.cache.is_complete::<D>(&model.surface, to);
-        holds.then(|| self.cache.pairs())
+        if self.cache.is_complete(&model.surface, x) && self.cache.is_complete(&model.surface, &to) {
+            return visit(self.cache.pairs());
+        }
+        visit(&self.cache.on_way(&model.surface, &model.pairs, (x, dx), reach))
     }
 
     /// Bytes held.

@@ -147,10 +147,10 @@ impl Way<'_> {
     fn balls<const D: usize>(&self, model: &ContactModel) -> Option<Obstruction> {
         let mut least = None;
         for ball in &model.balls {
-            let centre = Bounds::<D>::of_vertices(&[ball.vertex], self.x, Some(self.dx));
+            let centre = Bounds::<D>::of_vertices(&[ball.vertex], self.x, Some((self.dx, &[0.0; D])));
             let meets = |vertices: &[u32]| {
                 let barrier = &model.law(vertices[0], ball.vertex).barrier;
-                let reached = Bounds::<D>::of_vertices(vertices, self.x, Some(self.dx))
+                let reached = Bounds::<D>::of_vertices(vertices, self.x, Some((self.dx, &[0.0; D])))
                     .grown(barrier.reach + barrier.offset);
                 model.touch(model.body(vertices[0]), ball.body) && reached.meets(&centre)
             };

@@ -3,7 +3,7 @@
 use super::{Random, number, numbers};
 use crate::barrier::{Barrier, PotentialForm};
 use crate::broad_phase::Bounds;
-use crate::candidates::{BodyPairs, CandidateCache, CandidatePairs};
+use crate::candidates::{BodyPairs, CandidateCache, CandidatePairs, SurfaceTrees};
 use crate::hessian::PairBlocks;
 use crate::merge::{ContactStencils, Duplicates, WeightedPair};
 use crate::mollifier::mollified_inner_pair;
@@ -210,7 +210,11 @@ fn by_force(
     dx: &[f64],
     reach: f64,
 ) -> CandidatePairs {
-    let bounds = |vertices: &[u32]| Bounds::<3>::of_vertices(vertices, x, Some(dx));
+    let mean = [0, 1, 2].map(|k| {
+        let of_surface = surface.vertices.iter().map(|&v| dx[3 * v as usize + k]);
+        of_surface.sum::<f64>() / surface.vertices.len() as f64
+    });
+    let bounds = |vertices: &[u32]| Bounds::<3>::of_vertices(vertices, x, Some((dx, &mean)));
     let body = |v: u32| surface.bodies[v as usize];
     let allowed = |a: &[u32], b: &[u32]| {
         !a.iter().any(|v| b.contains(v))
@@ -245,13 +249,31 @@ fn candidates_are_those_of_all_pairs_of_boxes() {
     }
 }
 
+/// Trees that have followed a surface for a while find what new ones find, near their first places and far
+/// from them, where they are ordered anew.
+#[test]
+fn trees_that_follow_a_surface_find_what_new_ones_find() {
+    let mut random = Random(22);
+    let (surface, mut x) = crumpled(9, &mut random);
+    let (pairs, mut trees) = (BodyPairs::all(2), SurfaceTrees::<3>::default());
+    for round in 0..12 {
+        let size = 0.01 * f64::from(1 << round);
+        let dx: Vec<f64> = x.iter().map(|_| random.between(-size, size)).collect();
+        for dx in [None, Some(&dx[..])] {
+            let found = trees.gather(&surface, &pairs, &x, dx, 0.02);
+            assert_eq!(found, CandidatePairs::gather::<3>(&surface, &pairs, &x, dx, 0.02), "round {round}");
+        }
+        x.iter_mut().zip(&dx).for_each(|(x, dx)| *x += dx);
+    }
+}
+
 #[test]
 fn cached_candidates_hold_every_stencil_until_a_vertex_has_moved_too_far() {
     let mut random = Random(8);
     let (surface, x) = crumpled(5, &mut random);
     let (pairs, margin, reach) = (BodyPairs::all(2), 0.01, 0.05);
-    let mut cache = CandidateCache::default();
-    cache.at::<3>(&surface, &pairs, &x, reach, margin);
+    let mut cache = CandidateCache::<3>::default();
+    cache.at(&surface, &pairs, &x, reach, margin);
     // A part of it goes into the mean of a body, and that of another may go the other way.
     let step = margin / 3f64.sqrt() * 0.5;
     let moved: Vec<f64> = x.iter().map(|x| x + step * if random.next() < 0.5 { 1.0 } else { -1.0 }).collect();
@@ -259,16 +281,16 @@ fn cached_candidates_hold_every_stencil_until_a_vertex_has_moved_too_far() {
         ContactStencils::find::<3>(&surface, candidates, &moved, reach, Duplicates::Max)
     };
     let fresh = CandidatePairs::gather::<3>(&surface, &pairs, &moved, None, reach);
-    let kept = stencils(cache.at::<3>(&surface, &pairs, &moved, reach, margin));
+    let kept = stencils(cache.at(&surface, &pairs, &moved, reach, margin));
     assert_eq!(kept, stencils(&fresh));
     assert_eq!(cache.gatherings, 1);
     // Nothing comes nearer where all move as one.
     let together: Vec<f64> = x.iter().map(|x| x + 10.0 * margin).collect();
-    cache.at::<3>(&surface, &pairs, &together, reach, margin);
+    cache.at(&surface, &pairs, &together, reach, margin);
     assert_eq!(cache.gatherings, 1);
     let half = x.len() / 2;
     let far: Vec<f64> = x.iter().enumerate().map(|(i, x)| if i < half { *x } else { x + margin }).collect();
-    cache.at::<3>(&surface, &pairs, &far, reach, margin);
+    cache.at(&surface, &pairs, &far, reach, margin);
     assert_eq!(cache.gatherings, 2);
 }
 
