@@ -52,6 +52,17 @@ fn a_ball_pressed_to_a_tenth_comes_back() {
     survives(2, 5e-3);
 }
 
+/// A plate that goes farther in a step than the gap that it has: what it pushes gets out of its way.
+#[test]
+fn a_plate_that_goes_farther_than_its_gap_in_a_step_pushes_on() {
+    let mut assembly = press(4, 5e-3);
+    endured("pressed ball", &mut assembly, 20, 20);
+    // Smooth keyframes: 3 s^2 - 2 s^3 of its 18.2 cm down.
+    let down = 0.182 * (3.0 - 2.0 * 0.2) * 0.2 * 0.2;
+    let pressed = height(&assembly);
+    assert!((0.201 - down - 2e-3..0.201 - down + 1e-3).contains(&pressed), "{pressed} m, {down} m down");
+}
+
 #[test]
 #[ignore = "minutes: cargo test --release -p pliant-scene --test contact -- --ignored"]
 fn torture_a_fine_ball_pressed_to_a_tenth_comes_back() {

@@ -199,9 +199,11 @@ fn stiffnesses_and_reaches_of_many_decades_hold_a_block() {
     }
 }
 
+/// Stiff cubes stand. Soft ones fall over, and must: a column of 0.2 x 0.2 m bears its own weight up to
+/// `(7.84 E I / (rho g A))^(1/3)` (Greenhill 1881), 0.64 m at 1e5 Pa, 14 m at 1e9 Pa.
 #[test]
 #[ignore = "minutes: cargo test --release -p pliant-scene --test contact -- --ignored"]
-fn torture_a_stack_of_ten_cubes_stands() {
+fn torture_a_stack_of_ten_cubes_stands_if_it_is_stiff() {
     for young in [1e5, 1e9] {
         let mut text = head(0.01, -9.81, "distance = 1e-3, friction = 0.5") + FLOOR;
         for k in 0..10 {
@@ -210,8 +212,13 @@ fn torture_a_stack_of_ten_cubes_stands() {
         }
         let assembly = tortured("stack", &text, 1000, 20);
         let heights: Vec<f64> = (0..10).map(|k| height(&assembly, &format!("cube{k}"))).collect();
-        assert!(heights.windows(2).all(|h| h[1] > h[0] + 0.1), "E = {young:e}: {heights:?}");
-        assert!(young < 1e8 || (heights[9] - 1.91).abs() < 0.02, "E = {young:e}: {heights:?}");
+        let greenhill = (7.84 * young * 0.2 * 0.2 / 12.0 / (1000.0 * 9.81)).cbrt();
+        if greenhill > 2.0 {
+            assert!(heights.windows(2).all(|h| h[1] > h[0] + 0.1), "E = {young:e}: {heights:?}");
+            assert!((heights[9] - 1.91).abs() < 0.02, "E = {young:e}: {heights:?}");
+        } else {
+            assert!(heights[9] < greenhill, "E = {young:e}: {heights:?}");
+        }
     }
 }
 

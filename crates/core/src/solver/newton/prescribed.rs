@@ -7,7 +7,7 @@
 
 use super::Newton;
 use super::linear::Direction;
-use super::solve::NewtonSolve;
+use super::solve::{NewtonSolve, SolveProgress};
 use crate::material::Psd;
 use crate::solver::iterative::CG_TOLERANCE;
 use crate::solver::{Iterate, Objective, SolveFailure};
@@ -17,6 +17,8 @@ use crate::system::System;
 const STUCK_PART: f64 = 1e-3;
 /// So many of them in a row end the solve.
 const STUCK_MOST: u32 = 20;
+/// Iterations of free coordinates alone after a direction whose way was not free, at most.
+const YIELDING: u32 = 3;
 /// Halvings of a direction until its end has a finite energy.
 const MAX_HALVINGS: u32 = 30;
 
@@ -51,7 +53,26 @@ impl<const D: usize> Newton<D> {
             if stuck == STUCK_MOST {
                 return Err(SolveFailure::Obstructed);
             }
+            if part < 1.0 {
+                self.yield_to_held(solve)?;
+            }
         }
+    }
+
+    /// Lets free coordinates go towards their minimum while held ones wait. A way that ends at a contact has
+    /// used up most of its gap: pushed on at once, barriers become so stiff that nothing is left but rounding.
+    fn yield_to_held(&mut self, solve: &mut NewtonSolve<'_>) -> Result<(), SolveFailure> {
+        // What dissipative terms hold is renewed, and what is loose is told, on the way to the end alone.
+        let (renewals, loose) = (std::mem::take(&mut solve.renewals), self.work.loose);
+        solve.start_anew(None);
+        for _ in 0..YIELDING {
+            if self.iteration(solve)? == SolveProgress::Converged {
+                break;
+            }
+        }
+        (solve.renewals, self.work.loose) = (renewals, loose);
+        solve.start_anew(None);
+        Ok(())
     }
 
     /// Solves for the direction of the free coordinates, and makes `way` that of the held ones.

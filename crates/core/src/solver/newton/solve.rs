@@ -49,7 +49,7 @@ pub(super) struct NewtonSolve<'a> {
     /// Corrections of so much [m] are none.
     negligible: f64,
     /// How often what dissipative terms hold may still be renewed on the way.
-    renewals: u32,
+    pub(super) renewals: u32,
     /// Iterations in a row that began with it renewed.
     fresh: u32,
     /// True if the step before was whole.
@@ -116,10 +116,10 @@ impl<'a> NewtonSolve<'a> {
         }
     }
 
-    /// Forgets what corrections were like: the iterate is another one, and has this value.
-    pub(super) fn start_anew(&mut self, value: f64) {
+    /// Forgets what corrections were like: the iterate is another one, of this value where that is known.
+    pub(super) fn start_anew(&mut self, value: Option<f64>) {
         (self.correction, self.before) = (f64::INFINITY, f64::INFINITY);
-        (self.keep, self.psd, self.value) = (false, Psd::Exact, Some(value));
+        (self.keep, self.psd, self.value) = (false, Psd::Exact, value);
     }
 
     fn fault(&self, verdict: SolveFailure, residual: &[f64]) -> StepFault {
@@ -232,7 +232,7 @@ impl<const D: usize> Newton<D> {
         Err(SolveFailure::IterationCap)
     }
 
-    fn iteration(&mut self, solve: &mut NewtonSolve<'_>) -> Result<SolveProgress, SolveFailure> {
+    pub(super) fn iteration(&mut self, solve: &mut NewtonSolve<'_>) -> Result<SolveProgress, SolveFailure> {
         if self.residual.iter().all(|r| *r == 0.0) {
             return Ok(Converged);
         }

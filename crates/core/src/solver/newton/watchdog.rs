@@ -102,7 +102,7 @@ impl<const D: usize> Newton<D> {
         }
         *solve.at = watch.at;
         self.stepped_from = false;
-        solve.start_anew(watch.value);
+        solve.start_anew(Some(watch.value));
         if self.residual(solve.system, solve.objective, solve.at) {
             Ok(SolveProgress::Continues)
         } else {
