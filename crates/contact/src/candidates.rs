@@ -246,6 +246,36 @@ impl<const D: usize> Search<'_, D> {
     }
 }
 
+/// Part of the reach by which a place may be beside a way and still be of it: ways are rounded.
+const BESIDE: f64 = 1e-3;
+/// A way of at most this part of the margin is searched with the margin around its start, which serves ways
+/// that follow.
+const SHORT: f64 = 0.5;
+
+/// Candidates of a whole way, and so of every place on it.
+#[derive(Clone, Debug, Default)]
+struct SweptPairs {
+    from: Vec<f64>,
+    dx: Vec<f64>,
+    /// Of what comes nearer than this [m].
+    reach: f64,
+    pairs: CandidatePairs,
+}
+
+impl SweptPairs {
+    /// True if all pairs within `reach` at `x` are among them: `x = from + part dx`.
+    fn hold(&self, x: &[f64], reach: f64) -> bool {
+        let longest = self.dx.iter().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+        let Some((at, longest)) = longest.filter(|_| x.len() == self.from.len() && reach <= self.reach)
+        else {
+            return false;
+        };
+        let part = ((x[at] - self.from[at]) / longest).clamp(0.0, 1.0);
+        let way = self.from.iter().zip(&self.dx).map(|(from, dx)| from + part * dx);
+        x.iter().zip(way).all(|(x, on_way)| (x - on_way).abs() <= BESIDE * reach)
+    }
+}
+
 /// Candidates that stay complete while vertices move little.
 ///
 /// Gathered with the reach and twice the `margin`, they hold all pairs within reach of their radii until
@@ -257,12 +287,14 @@ pub struct CandidateCache<const D: usize> {
     pairs: CandidatePairs,
     gathered_at: Vec<f64>,
     margin: f64,
+    swept: SweptPairs,
     /// Number of gatherings so far.
     pub gatherings: u64,
 }
 
 impl<const D: usize> CandidateCache<D> {
-    /// Candidates within `reach` at `x`, gathered anew with this margin [m] if a vertex has moved too far.
+    /// Candidates within `reach` [m] at `x`, gathered anew with this margin [m] if a vertex has moved too far
+    /// and `x` is not on the last way.
     pub fn at(
         &mut self,
         surface: &ContactSurface,
@@ -272,62 +304,100 @@ impl<const D: usize> CandidateCache<D> {
         margin: f64,
     ) -> &CandidatePairs {
         if !self.is_complete(surface, x) {
-            self.pairs = self.trees.gather(surface, bodies, x, None, reach + 2.0 * margin);
-            self.gathered_at.clear();
-            self.gathered_at.extend_from_slice(x);
-            self.margin = margin;
-            self.gatherings += 1;
+            if self.swept.hold(x, reach) {
+                return &self.swept.pairs;
+            }
+            self.gather_around(surface, bodies, x, reach, margin);
         }
         &self.pairs
     }
 
-    /// Pairs that may come nearer than `reach` [m] on the way from `x` to `x + dx`, flat `(n, D)` [m]; not kept.
+    /// Candidates that hold all pairs that come nearer than `reach` [m] on the way from `x` to `x + dx`, flat
+    /// `(n, D)` [m]; gathered anew where those at hand do not, with this margin [m] if the way is short.
     pub fn on_way(
         &mut self,
         surface: &ContactSurface,
         bodies: &BodyPairs,
         (x, dx): (&[f64], &[f64]),
         reach: f64,
-    ) -> CandidatePairs {
-        self.trees.gather(surface, bodies, x, Some(dx), reach)
-    }
-
-    /// Candidates last gathered.
-    pub fn pairs(&self) -> &CandidatePairs {
-        &self.pairs
-    }
-
-    /// True if no pair can have come nearer by more than twice the margin: bodies have moved as wholes
-    /// relative to each other, and vertices relative to their bodies, by no more than that together.
-    pub fn is_complete(&self, surface: &ContactSurface, x: &[f64]) -> bool {
-        if self.gathered_at.len() != x.len() {
-            return false;
+        margin: f64,
+    ) -> &CandidatePairs {
+        let to: Vec<f64> = x.iter().zip(dx).map(|(x, dx)| x + dx).collect();
+        // A ball about where they were gathered holds straight ways between two of its points.
+        if self.is_complete(surface, x) && self.is_complete(surface, &to) {
+            return &self.pairs;
         }
-        let moved = |v: u32| {
-            let at = v as usize * D;
-            let mut moved = [0.0; D];
-            (0..D).for_each(|k| moved[k] = x[at + k] - self.gathered_at[at + k]);
-            moved
+        if relative_motion::<D>(surface, x, &to) <= SHORT * margin {
+            self.gather_around(surface, bodies, x, reach, margin);
+            return &self.pairs;
+        }
+        // Two primitives may both be beside the way.
+        let around = reach * (1.0 + 4.0 * BESIDE);
+        let pairs = self.trees.gather(surface, bodies, x, Some(dx), around);
+        self.gatherings += 1;
+        self.swept = SweptPairs { from: x.to_vec(), dx: dx.to_vec(), reach, pairs };
+        &self.swept.pairs
+    }
+
+    fn gather_around(
+        &mut self,
+        surface: &ContactSurface,
+        bodies: &BodyPairs,
+        x: &[f64],
+        reach: f64,
+        margin: f64,
+    ) {
+        self.pairs = self.trees.gather(surface, bodies, x, None, reach + 2.0 * margin);
+        self.gathered_at.clear();
+        self.gathered_at.extend_from_slice(x);
+        self.margin = margin;
+        self.gatherings += 1;
+    }
+
+    /// Bytes held by candidates.
+    pub fn bytes(&self) -> usize {
+        let of = |pairs: &CandidatePairs| {
+            let lists = [&pairs.point_triangle, &pairs.edge_edge, &pairs.point_edge, &pairs.point_point];
+            lists.map(|list| size_of_val(&list[..])).iter().sum::<usize>()
         };
-        let body = |v: u32| surface.bodies[v as usize] as usize;
-        let count = surface.vertices.iter().map(|&v| body(v) + 1).max().unwrap_or(0);
-        let (mut means, mut vertices) = (vec![[0.0; D]; count], vec![0.0; count]);
-        for &v in &surface.vertices {
-            let own = moved(v);
-            (0..D).for_each(|k| means[body(v)][k] += own[k]);
-            vertices[body(v)] += 1.0;
-        }
-        let present: Vec<usize> = (0..count).filter(|b| vertices[*b] > 0.0).collect();
-        for &b in &present {
-            means[b].iter_mut().for_each(|m| *m /= vertices[b]);
-        }
-        let distance =
-            |a: &[f64; D], b: &[f64; D]| (0..D).map(|k| (a[k] - b[k]) * (a[k] - b[k])).sum::<f64>().sqrt();
-        let within =
-            surface.vertices.iter().map(|&v| distance(&moved(v), &means[body(v)])).fold(0.0, f64::max);
-        // Any two bodies differ by at most twice what each differs from the first.
-        let first = present.first().map_or([0.0; D], |b| means[*b]);
-        let between = present.iter().map(|b| distance(&means[*b], &first)).fold(0.0, f64::max);
-        within + between <= self.margin
+        let places = [&self.gathered_at, &self.swept.from, &self.swept.dx];
+        of(&self.pairs) + of(&self.swept.pairs) + places.map(|x| size_of_val(&x[..])).iter().sum::<usize>()
     }
+
+    /// True if no pair can have come nearer by more than twice the margin.
+    fn is_complete(&self, surface: &ContactSurface, x: &[f64]) -> bool {
+        self.gathered_at.len() == x.len()
+            && relative_motion::<D>(surface, &self.gathered_at, x) <= self.margin
+    }
+}
+
+/// Bound of half of what two vertices of the surface come nearer to each other by from `from` to `to`, flat
+/// `(n, D)` [m]: the most that bodies move as wholes relative to each other, and vertices relative to their
+/// bodies.
+fn relative_motion<const D: usize>(surface: &ContactSurface, from: &[f64], to: &[f64]) -> f64 {
+    let moved = |v: u32| {
+        let at = v as usize * D;
+        let mut moved = [0.0; D];
+        (0..D).for_each(|k| moved[k] = to[at + k] - from[at + k]);
+        moved
+    };
+    let body = |v: u32| surface.bodies[v as usize] as usize;
+    let count = surface.vertices.iter().map(|&v| body(v) + 1).max().unwrap_or(0);
+    let (mut means, mut vertices) = (vec![[0.0; D]; count], vec![0.0; count]);
+    for &v in &surface.vertices {
+        let own = moved(v);
+        (0..D).for_each(|k| means[body(v)][k] += own[k]);
+        vertices[body(v)] += 1.0;
+    }
+    let present: Vec<usize> = (0..count).filter(|b| vertices[*b] > 0.0).collect();
+    for &b in &present {
+        means[b].iter_mut().for_each(|m| *m /= vertices[b]);
+    }
+    let distance =
+        |a: &[f64; D], b: &[f64; D]| (0..D).map(|k| (a[k] - b[k]) * (a[k] - b[k])).sum::<f64>().sqrt();
+    let within = surface.vertices.iter().map(|&v| distance(&moved(v), &means[body(v)])).fold(0.0, f64::max);
+    // Any two bodies differ by at most twice what each differs from the first.
+    let first = present.first().map_or([0.0; D], |b| means[*b]);
+    let between = present.iter().map(|b| distance(&means[*b], &first)).fold(0.0, f64::max);
+    within + between
 }

@@ -72,20 +72,11 @@ impl<const D: usize> ContactSearch<D> {
         reach: f64,
         visit: impl FnOnce(&CandidatePairs) -> T,
     ) -> T {
-        let to: Vec<f64> = x.iter().zip(dx).map(|(x, dx)| x + dx).collect();
-        // A ball about where they were gathered holds straight ways between two of its points.
-        if self.cache.is_complete(&model.surface, x) && self.cache.is_complete(&model.surface, &to) {
-            return visit(self.cache.pairs());
-        }
-        visit(&self.cache.on_way(&model.surface, &model.pairs, (x, dx), reach))
+        visit(self.cache.on_way(&model.surface, &model.pairs, (x, dx), reach, self.margin))
     }
 
     /// Bytes held.
     pub(crate) fn bytes(&self) -> usize {
-        let pairs = self.cache.pairs();
-        let pairs = [&pairs.point_triangle, &pairs.edge_edge, &pairs.point_edge, &pairs.point_point];
-        8 * (2 * self.at.len() + pairs.iter().map(|list| list.len()).sum::<usize>())
-            + 48 * self.contacts.len()
-            + self.expected.bytes()
+        8 * self.at.len() + self.cache.bytes() + 48 * self.contacts.len() + self.expected.bytes()
     }
 }

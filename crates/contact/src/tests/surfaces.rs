@@ -294,6 +294,43 @@ fn cached_candidates_hold_every_stencil_until_a_vertex_has_moved_too_far() {
     assert_eq!(cache.gatherings, 2);
 }
 
+#[test]
+fn candidates_of_a_way_hold_every_stencil_of_its_places() {
+    let mut random = Random(9);
+    let (surface, x) = crumpled(5, &mut random);
+    let (pairs, margin, reach) = (BodyPairs::all(2), 0.01, 0.05);
+    let mut cache = CandidateCache::<3>::default();
+    let stencils = |candidates: &CandidatePairs, x: &[f64]| {
+        ContactStencils::find::<3>(&surface, candidates, x, reach, Duplicates::Max)
+    };
+    let fresh = |x: &[f64]| stencils(&CandidatePairs::gather::<3>(&surface, &pairs, x, None, reach), x);
+    let place =
+        |part: f64, dx: &[f64]| -> Vec<f64> { x.iter().zip(dx).map(|(x, dx)| x + part * dx).collect() };
+    let far: Vec<f64> = x.iter().map(|_| random.between(-0.1, 0.1)).collect();
+    cache.on_way(&surface, &pairs, (&x, &far), reach, margin);
+    for part in [0.0, 0.3, 0.7, 1.0] {
+        let there = place(part, &far);
+        assert_eq!(stencils(cache.at(&surface, &pairs, &there, reach, margin), &there), fresh(&there));
+    }
+    assert_eq!(cache.gatherings, 1);
+    // Beyond its end, and beside it.
+    for (vertex, part, by) in [(0, 1.1, 0.0), (7, 0.5, 0.01)] {
+        let mut there = place(part, &far);
+        there[vertex] += by;
+        let before = cache.gatherings;
+        assert_eq!(stencils(cache.at(&surface, &pairs, &there, reach, margin), &there), fresh(&there));
+        assert_eq!(cache.gatherings, before + 1);
+    }
+    // A short way is searched around its start, once for what follows.
+    let near: Vec<f64> = far.iter().map(|dx| 0.02 * dx).collect();
+    let before = cache.gatherings;
+    cache.on_way(&surface, &pairs, (&x, &near), reach, margin);
+    let there = place(1.0, &near);
+    assert_eq!(stencils(cache.at(&surface, &pairs, &there, reach, margin), &there), fresh(&there));
+    cache.on_way(&surface, &pairs, (&there, &near), reach, margin);
+    assert_eq!(cache.gatherings, before + 1);
+}
+
 /// A vertex that folds back onto the ring of its own neighbour meets fewer primitives than there are around
 /// it, none of them twice: nothing may be taken off.
 #[test]
