@@ -8,6 +8,7 @@ use crate::closest::Primitives;
 use crate::contacts::rows;
 use crate::pair::{EdgeEdge, PointTriangle};
 use crate::surface::{ContactSurface, VertexKind};
+use crate::vector::are_apart_across;
 use rayon::prelude::*;
 
 /// Primitives whose pairs one task looks for.
@@ -234,7 +235,8 @@ impl<const D: usize> Search<'_, D> {
             let radii = self.surface.radius(vertices[0]) + self.surface.radius(vertices[3]);
             // Distances are rounded.
             let distance = (self.reach + radii) * (1.0 + 1e-9);
-            K::closest(&rows::<3, 4>(self.x, &vertices)).squared_distance < distance * distance
+            let x = rows::<3, 4>(self.x, &vertices);
+            !are_apart_across(&x, K::FIRST, distance) && K::closest(&x).squared_distance < distance * distance
         };
         *pairs = pairs.par_iter().filter(is_near).copied().collect();
     }

@@ -7,8 +7,9 @@ use crate::contacts::Contacts;
 use crate::expected::ExpectedForces;
 use crate::model::ContactModel;
 
-/// Candidates within this part of the largest reach beyond it, at least, are kept for positions to come.
-const LEAST_MARGIN: f64 = 0.5;
+/// Candidates within these parts of the largest reach and of a typical edge beyond the reach, at least, are kept
+/// for positions to come.
+const LEAST_MARGIN: [f64; 2] = [0.5, 0.05];
 /// Candidates are not gathered from farther than this part of a typical edge, however fast things move.
 const LARGEST_MARGIN: f64 = 0.1;
 
@@ -31,9 +32,10 @@ pub(crate) struct ContactSearch<const D: usize> {
 impl<const D: usize> ContactSearch<D> {
     pub(crate) fn new(model: &ContactModel) -> Self {
         let reach = model.surface_reach();
-        let least_margin = LEAST_MARGIN * reach;
         let lengths = &model.surface.squared_lengths;
         let typical = (lengths.iter().sum::<f64>() / lengths.len().max(1) as f64).sqrt();
+        let [of_reach, of_edge] = LEAST_MARGIN;
+        let least_margin = (of_reach * reach).max(of_edge * typical);
         let largest_margin = (LARGEST_MARGIN * typical).max(least_margin);
         ContactSearch {
             cache: CandidateCache::default(),

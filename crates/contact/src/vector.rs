@@ -85,6 +85,68 @@ pub(crate) fn are_apart<const D: usize, const N: usize>(x: &[[f64; D]; N], first
     are_spans_apart::<D, N>(spans, first, reach)
 }
 
+/// True if the first `first` and the other positions are farther than `reach` [m] apart along the direction
+/// between their means.
+#[inline(always)]
+pub(crate) fn are_apart_across<const D: usize, const N: usize>(
+    x: &[[f64; D]; N],
+    first: usize,
+    reach: f64,
+) -> bool {
+    let axis = between_means(x, first);
+    are_projections_apart::<D, N>(|i| [dot(&x[i], &axis); 2], first, reach, &axis)
+}
+
+/// The same on the ways from `x` to `x + dx`.
+#[inline(always)]
+pub(crate) fn stay_apart_across<const D: usize, const N: usize>(
+    x: &[[f64; D]; N],
+    dx: &[[f64; D]; N],
+    first: usize,
+    reach: f64,
+) -> bool {
+    let axis = between_means(x, first);
+    let mean = mean(dx);
+    let span = |i: usize| {
+        let (from, motion) = (dot(&x[i], &axis), dot(&difference(&dx[i], &mean), &axis));
+        [from + motion.min(0.0), from + motion.max(0.0)]
+    };
+    are_projections_apart::<D, N>(span, first, reach, &axis)
+}
+
+/// Mean of the first `first` rows less that of the others.
+#[inline(always)]
+fn between_means<const D: usize, const N: usize>(x: &[[f64; D]; N], first: usize) -> [f64; D] {
+    let mut axis = [0.0; D];
+    for k in 0..D {
+        let sum = |rows: &[[f64; D]]| rows.iter().map(|row| row[k]).sum::<f64>() / rows.len() as f64;
+        axis[k] = sum(&x[..first]) - sum(&x[first..]);
+    }
+    axis
+}
+
+#[inline(always)]
+fn mean<const D: usize, const N: usize>(rows: &[[f64; D]; N]) -> [f64; D] {
+    std::array::from_fn(|k| rows.iter().map(|row| row[k]).sum::<f64>() / N as f64)
+}
+
+/// True if the spans of products with an axis, which need not be of unit length, are farther than `reach` [m]
+/// apart, those of the first above the others.
+#[inline(always)]
+fn are_projections_apart<const D: usize, const N: usize>(
+    span: impl Fn(usize) -> [f64; 2],
+    first: usize,
+    reach: f64,
+    axis: &[f64; D],
+) -> bool {
+    let low = (0..first).map(|i| span(i)[0]).fold(f64::INFINITY, f64::min);
+    let high = (first..N).map(|i| span(i)[1]).fold(f64::NEG_INFINITY, f64::max);
+    let apart = low - high;
+    // Products are rounded beside the positions, which may be large beside their differences.
+    let rounding = 16.0 * f64::EPSILON * (low.abs() + high.abs());
+    apart > rounding && (apart - rounding) * (apart - rounding) > reach * reach * dot(axis, axis)
+}
+
 /// The same of the boxes around the ways from `x` to `x + dx`, seen from the mean of the motions.
 pub(crate) fn stay_apart<const D: usize, const N: usize>(
     x: &[[f64; D]; N],
@@ -92,10 +154,7 @@ pub(crate) fn stay_apart<const D: usize, const N: usize>(
     first: usize,
     reach: f64,
 ) -> bool {
-    let mut mean = [0.0; D];
-    for k in 0..D {
-        mean[k] = dx.iter().map(|d| d[k]).sum::<f64>() / N as f64;
-    }
+    let mean = mean(dx);
     let spans = |i: usize, k: usize| {
         let motion = dx[i][k] - mean[k];
         [x[i][k] + motion.min(0.0), x[i][k] + motion.max(0.0)]

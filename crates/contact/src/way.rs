@@ -9,7 +9,7 @@ use crate::closest::Primitives;
 use crate::contacts::{along_normal, plane_distance, rows};
 use crate::model::{ContactLaw, ContactModel};
 use crate::pair::{EdgeEdge, PointEdge, PointPoint, PointTriangle};
-use crate::vector::stay_apart;
+use crate::vector::{stay_apart, stay_apart_across};
 
 /// Pairs that one task looks at.
 const TASK: usize = 512;
@@ -110,7 +110,8 @@ impl Way<'_> {
                 crossing::<K, D, N>(&x, &dx, near)
             };
         }
-        if stay_apart(&x, &dx, K::FIRST, law.barrier.reach + law.barrier.offset) {
+        let near = law.barrier.reach + law.barrier.offset;
+        if stay_apart(&x, &dx, K::FIRST, near) || stay_apart_across(&x, &dx, K::FIRST, near) {
             return 1.0;
         }
         safe_step::<K, f64, D, N>(&x, &dx, &gap(law), 1.0).time

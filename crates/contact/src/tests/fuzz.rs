@@ -4,6 +4,7 @@ use super::{Random, number, positions};
 use crate::ccd::{GapLimit, MAX_EVALUATIONS, safe_step, safe_step_to_half_space};
 use crate::closest::Primitives;
 use crate::pair::{EdgeEdge, PointEdge, PointTriangle};
+use crate::vector::{are_apart_across, stay_apart_across};
 use pliant::lanes::{InstructionSet, Kernel, Lanes, WIDTH, dispatch_at};
 use serde_json::Value;
 
@@ -221,4 +222,42 @@ fn steps_to_a_half_space_end_a_tenth_of_the_gap_before_it() {
     assert_eq!(safe_step_to_half_space(1.25, -0.5, &gap, 1.0), 1.0);
     assert_eq!(safe_step_to_half_space(1.25, 3.0, &gap, 0.5), 0.5);
     assert_eq!(safe_step_to_half_space(0.25, 3.0, &gap, 1.0), 0.0);
+}
+
+/// What is said to be apart, or to stay apart on its way, is, wherever the scene lies; and what is far apart
+/// is said to be.
+fn assert_apart<K: Primitives<D, N>, const D: usize, const N: usize>(random: &mut Random) -> usize {
+    let mut told = 0;
+    for round in 0..2000 {
+        let far = 10f64.powi(round % 7);
+        let (origin, dx): ([f64; D], [[f64; D]; N]) =
+            (random.vector().map(|c| far * c), std::array::from_fn(|_| random.vector()));
+        let own: [[f64; D]; N] = std::array::from_fn(|_| random.vector());
+        let x = own.map(|row| std::array::from_fn(|k| row[k] + origin[k]));
+        let reach = random.between(0.0, 1.0);
+        let least = |parts: u32, dx: &[[f64; D]; N]| {
+            let at = |i| distance::<K, D, N>(&x, dx, f64::from(i) / f64::from(parts));
+            (0..=parts).map(at).fold(f64::INFINITY, f64::min)
+        };
+        if are_apart_across(&x, K::FIRST, reach) {
+            assert!(least(1, &[[0.0; D]; N]) > reach, "{x:?}, {reach}");
+            told += 1;
+        }
+        if stay_apart_across(&x, &dx, K::FIRST, reach) {
+            assert!(least(50, &dx) > reach, "{x:?}, {dx:?}, {reach}");
+            told += 1;
+        }
+    }
+    told
+}
+
+#[test]
+fn primitives_apart_across_the_direction_between_their_means_are() {
+    let mut random = Random(31);
+    let told = [
+        assert_apart::<PointTriangle, 3, 4>(&mut random),
+        assert_apart::<EdgeEdge, 3, 4>(&mut random),
+        assert_apart::<PointEdge, 2, 3>(&mut random),
+    ];
+    assert!(told.iter().all(|told| *told > 300), "{told:?} of 4,000");
 }
