@@ -112,3 +112,18 @@ fn meshes_are_counted_by_kinds_of_cells_and_pieces() {
     let text = bench.pliant(["check", "scene.toml"]).succeeded().stdout;
     holds(&text, &["`part`: 18 tetrahedra", "in 3 unconnected pieces"]);
 }
+
+/// A deck's materials, supports and loads are not read, in silence least of all.
+#[test]
+fn what_a_deck_says_beside_its_mesh_is_told() {
+    let bench = Bench::new(&SCENE.replace("part.msh", "part.inp"));
+    let deck = "*Node\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n*Element, type=C3D4, elset=all\n1, 1, 2, 3, 4\n";
+    let model = "*Solid section, elset=all, material=steel\n*Material, name=steel\n*Elastic\n210e3, 0.3\n\
+                 *Step\n*Static\n*Boundary\n1, 1, 3\n*Cload\n2, 3, -1.0\n*Cload\n3, 3, -1.0\n*End step\n";
+    std::fs::write(bench.path("part.inp"), format!("{deck}{model}")).unwrap();
+    let told = "the file of `part` holds *MATERIAL, *BOUNDARY, *CLOAD, which are not read";
+    holds(&bench.pliant(["check", "scene.toml"]).succeeded().stderr, &[told]);
+    std::fs::write(bench.path("part.inp"), deck).unwrap();
+    let run = bench.pliant(["check", "scene.toml"]).succeeded();
+    assert!(!run.stderr.contains("not read"), "{}", run.stderr);
+}

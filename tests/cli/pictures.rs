@@ -209,6 +209,10 @@ fn charts_are_drawn_to_files_and_in_the_terminal() {
     bench.pliant(["plot", "scene.mcap", "-o", "a.png", "--quantity", "energy"]).succeeded();
     let svg = std::fs::read_to_string(bench.path("a.svg")).unwrap();
     assert!(svg.contains("linear momentum x") && roxmltree::Document::parse(&svg).is_ok());
+    std::fs::copy(bench.path("scene.mcap"), bench.path("other.mcap")).unwrap();
+    bench.pliant(["plot", "scene.mcap", "other.mcap", "-o", "b.svg"]).succeeded();
+    let both = std::fs::read_to_string(bench.path("b.svg")).unwrap();
+    assert!(both.contains("scene: total") && both.contains("other: total") && !both.contains("kinetic"));
     assert_eq!(pixels(&std::fs::read(bench.path("a.png")).unwrap()).0, 900);
 }
 

@@ -380,6 +380,36 @@ mod tests {
         Bounds { low: middle.map(|c| c - half), high: middle.map(|c| c + half) }
     }
 
+    /// Vertices of a wire at 1 and 3 that go by 5 and -1, less what both share.
+    #[test]
+    fn boxes_of_ways_are_without_the_common_motion() {
+        let (x, dx) = ([1.0, 0.0, 3.0, 2.0], [5.0, -4.0, -1.0, 2.0]);
+        let still = Bounds::<2>::of_vertices(&[0, 1], &x, None);
+        assert_eq!(still, Bounds { low: [1.0, 0.0], high: [3.0, 2.0] });
+        let whole = Bounds::<2>::of_vertices(&[0, 1], &x, Some((&dx, &[0.0; 2])));
+        assert_eq!(whole, Bounds { low: [1.0, -4.0], high: [6.0, 4.0] });
+        let apart = Bounds::<2>::of_vertices(&[0, 1], &x, Some((&dx, &[2.0, -1.0])));
+        assert_eq!(apart, Bounds { low: [0.0, -3.0], high: [4.0, 5.0] });
+    }
+
+    /// Orders are kept while they serve: a lattice that drifts is not ordered anew, one that is shuffled is.
+    #[test]
+    fn trees_are_ordered_anew_where_their_order_is_out_of_date() {
+        let lattice: Vec<_> =
+            (0..4096).map(|i| around([f64::from(i / 64), f64::from(i % 64)], 0.1)).collect();
+        let mut tree = BoundsTree::new(&lattice);
+        let first = tree.order.clone();
+        let drifted: Vec<_> = lattice.iter().map(|b| around([b.low[0] + 3.1, 1.2 * b.low[1]], 0.1)).collect();
+        tree.follow(&drifted);
+        assert_eq!(tree.order, first);
+        let shuffled: Vec<_> = (0..4096usize).map(|i| lattice[i * 1021 % 4096]).collect();
+        tree.follow(&shuffled);
+        assert_ne!(tree.order, first);
+        assert_eq!(tree.order, BoundsTree::new(&shuffled).order);
+        tree.follow(&shuffled[..100]);
+        assert_eq!(tree.len(), 100);
+    }
+
     #[test]
     fn spread_is_half_of_what_surrounds_a_box() {
         let flat = Bounds { low: [1.0, -2.0], high: [4.0, 3.0] };

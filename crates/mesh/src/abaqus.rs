@@ -155,7 +155,29 @@ struct Deck {
     instances: u32,
     /// True between `*ASSEMBLY` and its end: nodes there are points of reference.
     in_assembly: bool,
+    /// Keywords of the model that are no part of a mesh, each once, in their order.
+    passed_over: Vec<String>,
 }
+
+/// Keywords of materials, supports, loads and what joins parts: a scene says them anew.
+const OF_THE_MODEL: [&str; 16] = [
+    "MATERIAL",
+    "SHELL SECTION",
+    "BEAM SECTION",
+    "BOUNDARY",
+    "CLOAD",
+    "DLOAD",
+    "DSLOAD",
+    "TEMPERATURE",
+    "INITIAL CONDITIONS",
+    "AMPLITUDE",
+    "CONTACT PAIR",
+    "TIE",
+    "EQUATION",
+    "MPC",
+    "COUPLING",
+    "RIGID BODY",
+];
 
 /// Reads the whole file.
 pub(super) fn read(input: &MeshInput) -> Result<FileMesh, FileFault> {
@@ -249,6 +271,9 @@ impl Deck {
             "INCLUDE" | "NGEN" | "NFILL" | "NCOPY" | "NMAP" | "ELGEN" | "ELCOPY" => {
                 let found = format!("`*{}`", keyword.name);
                 return Err(unsupported(line, found, "write every node and element into one file"));
+            }
+            name if OF_THE_MODEL.contains(&name) && !self.passed_over.iter().any(|told| told == name) => {
+                self.passed_over.push(name.to_owned());
             }
             _ => {}
         }
@@ -397,7 +422,9 @@ impl Deck {
             }
         }
         cells.merge_repeated();
-        cells.into_file(self.xyz, self.places, &groups.names, input.mid_nodes)
+        let mut file = cells.into_file(self.xyz, self.places, &groups.names, input.mid_nodes)?;
+        file.mesh.passed_over = self.passed_over.iter().map(|name| format!("*{name}")).collect();
+        Ok(file)
     }
 
     /// The faces of one line of a surface.

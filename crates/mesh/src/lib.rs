@@ -144,6 +144,8 @@ pub struct Mesh {
     pub groups: BTreeMap<String, Group>,
     /// Result of each step of cleaning that the scene asked for, in order.
     pub cleaned: Vec<Cleaned>,
+    /// Names of what its file says beside the mesh and was not read, materials and supports of a deck.
+    pub passed_over: Vec<String>,
 }
 
 impl Mesh {

@@ -47,6 +47,9 @@ pub struct Contents {
     pub coincident_vertices: usize,
     /// Result of each step of cleaning that the scene asked for, in order.
     pub cleaned: Vec<Cleaned>,
+    /// Names of what its file says beside the mesh and was not read.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub passed_over: Vec<String>,
 }
 
 impl Mesh {
@@ -63,6 +66,7 @@ impl Mesh {
             pieces: if is_cloud { 0 } else { self.piece_count() },
             coincident_vertices: if is_cloud { 0 } else { self.coincident_count() },
             cleaned: self.cleaned.clone(),
+            passed_over: self.passed_over.clone(),
         }
     }
 

@@ -173,8 +173,9 @@ fn moment(text: &str) -> Result<f64, String> {
 /// `pliant plot`.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct PlotArguments {
-    /// Recording (.mcap)
-    pub(crate) file: PathBuf,
+    /// Recordings (.mcap); of several the lines of all in one chart, of energies the total ones
+    #[arg(value_name = "FILE", required = true)]
+    pub(crate) files: Vec<PathBuf>,
     /// Chart: .svg or .png [default: in the terminal]
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,

@@ -1,4 +1,4 @@
-//! `pliant plot`: charts of a recording over time.
+//! `pliant plot`: charts of recordings over time.
 
 use std::ffi::OsStr;
 
@@ -16,11 +16,12 @@ use crate::text::counted;
 const ROWS: usize = 6;
 
 pub(crate) fn execute(arguments: &PlotArguments, terminal: Terminal) -> Result<ExitStatus, Failure> {
-    Failure::unless_file(&arguments.file)?;
+    arguments.files.iter().try_for_each(|file| Failure::unless_file(file))?;
     if let Some(output) = &arguments.output {
         refuse_existing(output, arguments.force)?;
     }
-    let chart = quantity(arguments.quantity).chart(&arguments.file).map_err(|error| cannot_plot(&error))?;
+    let chart =
+        quantity(arguments.quantity).chart_of_all(&arguments.files).map_err(|error| cannot_plot(&error))?;
     match &arguments.output {
         None if terminal.json => {}
         None => terminal.print(&chart.text(terminal.width(), ROWS))?,

@@ -1,4 +1,4 @@
-//! Warnings about solids that differ from the surfaces that they were made from.
+//! Warnings about bodies that differ from the files that they were made from.
 
 use super::report::BodyReport;
 use pliant::quantity::Rounded;
@@ -6,12 +6,24 @@ use pliant::quantity::Rounded;
 /// Distance of the skin from the solid, in edges of cells, from which on it is told.
 const FAR: f64 = 0.5;
 
-/// One for each body whose skin lies far from its fitted solid.
+/// One for each body whose skin lies far from its fitted solid, or whose file says more than is read.
 pub(super) fn warnings(bodies: &[BodyReport]) -> Vec<String> {
-    bodies.iter().filter_map(warning).collect()
+    bodies.iter().flat_map(|body| [far(body), passed_over(body)]).flatten().collect()
 }
 
-fn warning(body: &BodyReport) -> Option<String> {
+fn passed_over(body: &BodyReport) -> Option<String> {
+    let names = &body.contents.passed_over;
+    (!names.is_empty()).then(|| {
+        format!(
+            "the file of `{}` holds {}, which are not read: materials, supports and loads stand in the scene, on \
+             the sets of the file by their names",
+            body.name,
+            names.join(", ")
+        )
+    })
+}
+
+fn far(body: &BodyReport) -> Option<String> {
     let surface = body.surface.as_ref().filter(|surface| surface.fitted)?;
     // A cube of the lattice is filled by twelve tetrahedra.
     let cell = (12.0 * surface.solid_volume / body.contents.tetrahedra as f64).cbrt();

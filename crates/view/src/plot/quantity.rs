@@ -66,6 +66,28 @@ impl PlotQuantity {
         Ok(TimeChart { title: info.title.unwrap_or(stem), name: self.name().to_owned(), series })
     }
 
+    /// One chart of several recordings, the name of the file before that of each line; of energies the total
+    /// alone.
+    ///
+    /// # Errors
+    /// As [`chart`](Self::chart), of the first that has any.
+    pub fn chart_of_all(self, paths: &[PathBuf]) -> Result<TimeChart, ChartError> {
+        if let [path] = paths {
+            return self.chart(path);
+        }
+        let stem = |path: &PathBuf| path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let title = paths.iter().map(stem).collect::<Vec<_>>().join(", ");
+        let mut all = TimeChart { title, name: self.name().to_owned(), series: vec![] };
+        for path in paths {
+            let TimeChart { series, .. } = self.chart(path)?;
+            let name = stem(path);
+            let compared =
+                series.into_iter().filter(|one| self != PlotQuantity::Energy || one.name == ENERGIES[0]);
+            all.series.extend(compared.map(|one| Series { name: format!("{name}: {}", one.name), ..one }));
+        }
+        Ok(all)
+    }
+
     fn series(self, trajectory: &mut Trajectory, topics: &[&str]) -> Result<Vec<Series>, RecordError> {
         match self {
             PlotQuantity::Reactions if topics.contains(&"/reactions") => {
