@@ -70,9 +70,10 @@ class Pliant:
         """Runs a scene that is a file: the summary of the run."""
         return self._command("run", str(scene), "--no-record", "--json")["summary"]
 
-    def frequencies(self, scene: dict[str, Any], count: int) -> list[float]:
-        """The lowest natural frequencies [Hz]."""
-        report = self._command("modes", self._write(scene), "--count", str(count), "--json")
+    def frequencies(self, scene: dict[str, Any], count: int, equilibrium: bool = False) -> list[float]:
+        """The lowest natural frequencies [Hz]; about the equilibrium under the loads where that is asked."""
+        options = ["--equilibrium"] if equilibrium else []
+        report = self._command("modes", self._write(scene), "--count", str(count), "--json", *options)
         return [mode["frequency"] for mode in report["modes"]["modes"]]
 
     def mesh(self, name: str, text: str) -> dict[str, Any]:

@@ -1,6 +1,7 @@
-"""A beam of 4 m by 1 m of 8 x 2 cells, E = 1 MPa, nu = 0.3, clamped, under gravity: the tip 1 s after it was let go,
-and at rest, for four materials, beside an independent code of the same elements, in time by an integrator of
-order 8 at a tolerance of 1e-13. The mesh is the same, so that the difference is that of the scheme alone.
+"""A beam of 4 m by 1 m of 8 x 2 cells, E = 1 MPa, nu = 0.3, clamped, under gravity: the tip 1 s after it was
+let go, and at rest, for four materials, beside an independent code of the same elements, in time by an
+integrator of order 8 at a tolerance of 1e-13. The mesh is the same, so that the difference is that of the
+scheme alone.
 """
 
 from case import Row

@@ -17,8 +17,8 @@ from case import STATIC, Row
 
 TITLE = "MacNeal and Harder: straight cantilever"
 SOURCES = {
-    "MH": "MacNeal and Harder 1985, table 3 (as quoted in the tests of pyfe3d); extension and bending follow from "
-    "F L / (E A) and F L^3 / (3 E I).",
+    "MH": "MacNeal and Harder 1985, table 3 (as quoted in the tests of pyfe3d); extension and "
+    "bending follow from F L / (E A) and F L^3 / (3 E I).",
     "StV": "S. P. Timoshenko, J. N. Goodier, Theory of Elasticity: torsion of a rectangular bar, "
     "by its series.",
 }
