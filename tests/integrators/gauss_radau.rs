@@ -240,3 +240,37 @@ fn an_elastic_beam_goes_on_in_steps_below_the_limit() {
         assert!(end.elastic > 0.1 && drift < 1e-9, "{part} of {limit} s: {drift:e}, {end:?}");
     }
 }
+
+/// An acceleration that passes through zero, and one that dies down to the rounding of the forces that make it,
+/// say nothing of the step by their last terms.
+#[test]
+fn steps_follow_no_rounding_where_nothing_accelerates() {
+    let build = |duration: f64, more: &str| {
+        let text = format!(
+            "dimension = 2\ntime = {{ integrator = 'ias15', adaptive = {{}}, duration = {duration:?} }}\n{more}"
+        );
+        let scene = pliant_scene::Scene::from_toml(&text).unwrap();
+        scene.assemble(pliant_scene::assembly::UnstableStep::Refuse).unwrap().simulation
+    };
+    // Through the place without force once in each half of a period.
+    let mut spring = build(
+        10.0,
+        "[[body]]\nmesh = { strand = { segments = 1, start = [0, 0], end = [1, 0] } }\n\
+         springs = { stiffness = 100.0 }\nmass = { per_vertex = 1.0 }\npin = [{ vertices = [0] }]\n\
+         velocity = { rigid = { linear = [0.4, 0.0] } }\n",
+    );
+    go_to(&mut spring, 10.0);
+    let expected = 1.0 + 0.04 * (10.0f64 * 10.0).sin();
+    assert!((spring.positions()[2] - expected).abs() < 1e-13, "{} for {expected}", spring.positions()[2]);
+    // A step for each frame.
+    assert!(spring.work().steps <= 600, "{:?}", spring.work());
+    let mut beam = build(
+        3.0,
+        "world = { gravity = [0, -9.81], ether_drag = 5.0 }\n[[body]]\n\
+         mesh = { grid = { cells = [4, 1], spacing = 0.25 } }\n\
+         elastic = { neo-hookean = { young = 1e4, poisson = 0.3 } }\nmass = { density = 100.0 }\n\
+         pin = [{ half_space = { normal = [1, 0], offset = 0 } }]\n",
+    );
+    go_to(&mut beam, 3.0);
+    assert!(beam.work().steps < 2000, "{:?}", beam.work());
+}

@@ -410,6 +410,24 @@ mod tests {
         assert_eq!(tree.len(), 100);
     }
 
+    /// All boxes of a lattice that meet a query, after what was found before.
+    #[test]
+    fn primitives_that_meet_a_query_are_found_ascending() {
+        let at = |i: u32| around([f64::from(i / 40), f64::from(i % 40)], 0.4);
+        let bounds: Vec<_> = (0..1600).map(at).collect();
+        let tree = BoundsTree::new(&bounds);
+        for (middle, half) in
+            [([7.3, 12.0], 2.2), ([39.0, 39.0], 0.1), ([-3.0, 5.0], 1.0), ([20.0, 20.0], 99.0)]
+        {
+            let query = around(middle, half);
+            let mut found = vec![9999];
+            tree.find(&query, &mut found);
+            let expected = (0..1600).filter(|i| bounds[*i as usize].meets(&query));
+            assert_eq!(found, std::iter::once(9999).chain(expected).collect::<Vec<_>>(), "{middle:?}");
+        }
+        assert!(!tree.is_empty() && BoundsTree::<2>::new(&[]).is_empty());
+    }
+
     #[test]
     fn spread_is_half_of_what_surrounds_a_box() {
         let flat = Bounds { low: [1.0, -2.0], high: [4.0, 3.0] };

@@ -73,6 +73,8 @@ pub struct GaussRadau {
     last_term: f64,
     /// Where positions are seen from in this step [m]; zero unless only the bodies act on each other.
     origin: [f64; 3],
+    /// True if there is such a place.
+    has_origin: bool,
 }
 
 /// Memory that a step leaves for the next one.
@@ -162,6 +164,7 @@ impl GaussRadau {
             next: NextState::new(unknowns),
             last_term: 0.0,
             origin: [0.0; 3],
+            has_origin: false,
         }
     }
 
@@ -291,20 +294,34 @@ impl GaussRadau {
         correction <= POSITION_ULPS * f64::EPSILON * reach
     }
 
+    /// Keeps the last term beside the `largest` acceleration, of the end of a step of size `h` where bodies
+    /// act on each other alone; others may have none at any one time, and it is that of the whole step.
+    ///
+    /// None where it moves positions by no more than their rounding: near equilibrium, forces that all but
+    /// cancel leave an acceleration of rounding, whose last term does not shrink with the step. Bodies that are
+    /// seen from a near origin have digits to spare.
+    fn note_last_term(&mut self, h: f64, largest: f64) {
+        let last = self.now.b.iter().fold(0.0f64, |m, b| m.max(b[TERMS - 1].abs()));
+        let is_rounding = !self.has_origin && self.is_rounding_of_positions(h * h * last);
+        self.last_term = if last == 0.0 || is_rounding { 0.0 } else { last / largest };
+    }
+
     /// Iterates until the polynomial goes through the accelerations that it leads to.
     fn iterate(&mut self, system: &mut System, state: &State, h: f64) -> Result<(), StepFault> {
         let wants_velocity =
             system.is_damped() || system.ether_drag() != 0.0 || system.has_prescribed_motion();
         let (mut before, mut least, mut correction) = (f64::INFINITY, f64::INFINITY, f64::INFINITY);
+        let first = self.first.iter().fold(0.0f64, |m, a| m.max(a.abs()));
         for iteration in 1..=MAX_ITERATIONS {
             if system.is_stopped() {
                 return Err(StepFault::stopped());
             }
-            let (mut change, mut largest) = (0.0, 0.0);
+            let (mut change, mut largest, mut in_step) = (0.0, 0.0, first);
             for n in 1..=TERMS {
                 self.advance(state, h, NODES[n], wants_velocity);
                 self.evaluate(system, state.time + NODES[n] * h)?;
                 (change, largest) = self.correct(n);
+                in_step = largest.max(in_step);
             }
             let error = if change == 0.0 { 0.0 } else { change / largest };
             let rounding = if iteration > LONG { LARGE_ROUNDING } else { ROUNDING };
@@ -312,8 +329,7 @@ impl GaussRadau {
             correction = h * h * change;
             let is_rounding = || error < rounding || self.is_rounding_of_positions(correction);
             if error < CONVERGED || stagnates && is_rounding() {
-                let last = self.now.b.iter().fold(0.0f64, |m, b| m.max(b[TERMS - 1].abs()));
-                self.last_term = if last == 0.0 { 0.0 } else { last / largest };
+                self.note_last_term(h, if self.has_origin { largest } else { in_step });
                 return Ok(());
             }
             // The first few need not shrink.
@@ -405,7 +421,8 @@ impl Integrator for GaussRadau {
     fn step(&mut self, system: &mut System, state: &mut State, h: f64) -> Result<(), StepFault> {
         self.dimension = system.dimension();
         self.predict(system, state, h);
-        if self.choose_origin(system, state) {
+        self.has_origin = self.choose_origin(system, state);
+        if self.has_origin {
             self.advance(state, h, 0.0, false);
             if system.evaluate(&self.next.x).is_none() {
                 return Err(StepFault::at(system, state.x(), state.v()));
