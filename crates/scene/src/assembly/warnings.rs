@@ -1,7 +1,7 @@
 //! Warnings of features that work otherwise than one would think.
 
 use super::body::BodyAssembly;
-use crate::Scene;
+use crate::{Body, Load, OverTime, Scene};
 use pliant::energy::SurfaceContact;
 use pliant::quantity::Rounded;
 use pliant::simulation::Simulation;
@@ -21,7 +21,29 @@ pub(super) fn warnings(scene: &Scene, simulation: &Simulation, bodies: &[BodyAss
     let walls = walls(scene).into_iter().chain(behind_walls(simulation));
     let meeting =
         through_each_other(scene, bodies).into_iter().chain(pushed_apart(scene, simulation, bodies));
-    walls.chain(meeting).chain(rougher_than_rubber(scene)).collect()
+    walls.chain(meeting).chain(rougher_than_rubber(scene)).chain(idle(scene)).collect()
+}
+
+/// Loads and muscles of zero: right where a controller sets them while running, otherwise of no use.
+fn idle(scene: &Scene) -> Vec<String> {
+    let named = scene.body.iter().enumerate().map(|(i, body)| (body.name_or_default(i), body));
+    let of_body = |(name, body): (String, &Body)| {
+        let is_zero = |load: &&Load| {
+            let mut vectors = load.vectors().into_iter();
+            vectors.all(|(.., vector)| vector.iter().all(OverTime::is_zero))
+                && load.pressure.as_ref().is_none_or(OverTime::is_zero)
+        };
+        let loads =
+            body.load.iter().filter(is_zero).map(|load| format!("a load of `{name}`, its `{}`,", load.key()));
+        let loads: Vec<String> = loads.collect();
+        let muscles = body.muscle.iter().filter(|muscle| muscle.tension.is_zero());
+        loads
+            .into_iter()
+            .chain(muscles.map(|_| format!("the tension of a muscle of `{name}`")))
+            .collect::<Vec<_>>()
+    };
+    let said = |what: String| format!("{what} is zero, and it does nothing until it is changed");
+    named.flat_map(of_body).map(said).collect()
 }
 
 /// Coefficients of friction of nothing that is known: percents, or angles.

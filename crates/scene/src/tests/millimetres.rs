@@ -91,3 +91,25 @@ fn densities_beside_water_and_moduli_below_their_loads_are_told() {
     assert!(airy.len() == 1 && airy[0].contains("`\"1.0 g/cm^3\"`"), "{airy:?}");
     assert_eq!(beside("{ young = 1e6, poisson = 0.3 }", "10.0", ""), [""; 0]);
 }
+
+/// Zero is what a controller begins with: it is told and taken.
+#[test]
+fn loads_and_muscles_of_zero_are_told() {
+    let told = |more: &str| {
+        let text = format!(
+            "dimension = 2\ntime = {{ integrator = 'implicit-euler', step = 1e-3, duration = 1e-2 }}\n[[body]]\n\
+             name = 'arm'\nmesh = {{ grid = {{ cells = [2, 2], size = [0.1, 0.1] }} }}\n\
+             elastic = {{ stvk = {{ young = 1e6, poisson = 0.3 }} }}\nmass = {{ density = 1000 }}\n{more}"
+        );
+        let scene = Scene::from_toml(&text).unwrap_or_else(|error| panic!("{error}"));
+        let report =
+            scene.assemble(UnstableStep::Accept).map_err(|problems| format!("{problems:?}")).unwrap().report;
+        report.warnings.into_iter().filter(|text| text.contains("is zero")).collect::<Vec<_>>()
+    };
+    let muscle =
+        |tension: &str| format!("muscle = [{{ fibre = {{ direction = [1, 0] }}, tension = {tension} }}]");
+    let load = |force: &str| format!("load = [{{ vertices = [0], force = {force} }}]");
+    assert_eq!(told(&muscle("0")).len(), 1);
+    assert!(told(&load("[0, 0]"))[0].contains("`arm`, its `force`"), "{:?}", told(&load("[0, 0]")));
+    assert_eq!(told(&muscle("1e3")).len() + told(&load("[0, '1*t']")).len(), 0);
+}

@@ -5,7 +5,7 @@ use super::motion;
 use super::pins::{formula, formulas, one_selection};
 use crate::error::Problem;
 use crate::key_path::KeyPath;
-use crate::schema::{Body, OverTime};
+use crate::schema::Body;
 
 pub(super) fn loads(check: &mut Checker, path: &KeyPath, body: &Body, duration: f64) {
     for (index, load) in body.load.iter().enumerate() {
@@ -29,9 +29,6 @@ pub(super) fn loads(check: &mut Checker, path: &KeyPath, body: &Body, duration: 
             let path = path.key(key);
             check.components(&path, vector.len());
             formulas(check, &path, vector, unit, duration);
-            if vector.iter().all(OverTime::is_zero) {
-                check.report(Problem::semantic(path, format!("`{key}` is zero: this load does nothing")));
-            }
         }
         if let Some(pressure) = &load.pressure {
             formula(check, &path.key("pressure"), pressure, "Pa", duration);

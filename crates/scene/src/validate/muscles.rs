@@ -13,11 +13,7 @@ pub(super) fn muscles(check: &mut Checker, path: &KeyPath, body: &Body, duration
     for (index, muscle) in body.muscle.iter().enumerate() {
         let path = path.index(index);
         fibre(check, &path.key("fibre"), &muscle.fibre, duration);
-        let path = path.key("tension");
-        formula(check, &path, &muscle.tension, "Pa", duration);
-        if muscle.tension.is_zero() {
-            check.report(Problem::semantic(path, "`tension` is zero: this muscle does nothing"));
-        }
+        formula(check, &path.key("tension"), &muscle.tension, "Pa", duration);
     }
 }
 
