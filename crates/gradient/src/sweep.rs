@@ -189,7 +189,8 @@ impl<'a> Sweep<'a> {
                 by_x.iter_mut().zip(&*x_bar).for_each(|(by, bar)| *by = bar - *by);
                 by_v.iter_mut().zip(&*v_bar).for_each(|(by, bar)| *by = bar - *by);
                 let (system, x, v) = (self.simulation.system(), &walled.x, &walled.v);
-                self.sums.add_held(&HeldUse { system, x, v, x_bar: &by_x, v_bar: &by_v });
+                let time = time + self.simulation.step_size();
+                self.sums.add_held(&HeldUse { system, time, x, v, x_bar: &by_x, v_bar: &by_v });
             }
             free_only(self.simulation.system(), v_bar);
             let numbering = self.simulation.numbering();
@@ -243,7 +244,8 @@ impl<'a> Sweep<'a> {
         }
         let (x_bar, v_bar) = (numbering.to_internal(&x_bar, d), numbering.to_internal(&v_bar, d));
         let (system, SweepRecord { x, v, .. }) = (self.simulation.system(), record);
-        self.sums.add_held(&HeldUse { system, x, v, x_bar: &x_bar, v_bar: &v_bar });
+        let time = record.time;
+        self.sums.add_held(&HeldUse { system, time, x, v, x_bar: &x_bar, v_bar: &v_bar });
         let Adjoint { x, v, .. } = &mut self.adjoint;
         x.iter_mut().zip(&*x_bar).for_each(|(sum, bar)| *sum += bar);
         let free = v.iter_mut().zip(&*v_bar).zip(self.simulation.system().inverse_mass());

@@ -128,6 +128,7 @@ impl AdjointForces<'_, '_> {
         let of = ForceUse {
             system: self.system,
             step,
+            time: at.time,
             x: at.x,
             v: at.v,
             p,

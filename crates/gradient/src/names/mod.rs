@@ -16,8 +16,8 @@ use pliant::topology::{BodyKind, BodyTopology, Topology};
 use pliant_scene::{Body, MassSpec, OverTime, Scene, SpringsSpec};
 
 use crate::parameter::{
-    BodyDensity, ContactStiffness, Gravity, HeldPlaces, LinearElements, Masses, Modulus, Parameter,
-    RestLengths, SpringStiffness, StepForces, Together, TunedSpring, WeightDensity, Weighted,
+    BodyDensity, ContactStiffness, Gravity, GravityNumber, HeldPlaces, LinearElements, Masses, Modulus,
+    Parameter, RestLengths, SpringStiffness, StepForces, Together, TunedSpring, WeightDensity, Weighted,
 };
 use crate::{GradientError, RunGradient};
 use materials::{by_poisson, young};
@@ -27,6 +27,9 @@ const START: [&str; 2] = ["position", "velocity"];
 
 /// Names of arrays over all steps, or states, and vertices.
 const EACH_STEP: [&str; 2] = ["forces", "pins"];
+
+/// Uniform gravity.
+const GRAVITY: &str = "world.gravity";
 
 /// Beginning of the names of the parameters of an energy that is a formula.
 const OF_FORMULA: &str = "elastic.parameters.";
@@ -92,7 +95,9 @@ impl ParameterSelection {
 pub fn names(scene: &Scene, topology: &Topology) -> Vec<String> {
     let mut names: Vec<String> = START.iter().chain(&EACH_STEP).map(|name| (*name).to_owned()).collect();
     if scene.body.iter().all(|spec| !is_static(scene) || !spec.is_quadratic()) {
-        names.push("world.gravity".into());
+        names.push(GRAVITY.into());
+        let of_formulas = formulas::names(scene.world.gravity.iter().flatten());
+        names.extend(of_formulas.into_iter().map(|name| format!("{GRAVITY}.{}", formulas::key(&name))));
     }
     names.extend(contact::names(scene).map(String::from).chain(motions::names(scene)));
     for (i, (spec, body)) in scene.body.iter().zip(&topology.bodies).enumerate() {
@@ -227,8 +232,16 @@ impl Places<'_> {
             problem: problem.to_owned(),
             known: names(self.scene, self.topology),
         };
-        if name == "world.gravity" && names(self.scene, self.topology).iter().any(|known| known == name) {
-            return Ok(Box::new(Gravity::new(self.topology.dimension)));
+        if let Some(key) = name.strip_prefix(GRAVITY)
+            && names(self.scene, self.topology).iter().any(|known| known == name)
+        {
+            return Ok(match key.strip_prefix('.').and_then(formulas::name) {
+                Some(name) => {
+                    let formulas = self.scene.world.gravity.iter().flatten().cloned().collect();
+                    Box::new(GravityNumber::new(formulas, name))
+                }
+                None => Box::new(Gravity::new(self.topology.dimension)),
+            });
         }
         let (numbering, coordinates) = (self.numbering.clone(), self.topology.rest_positions.len());
         match name {
@@ -239,7 +252,7 @@ impl Places<'_> {
         if let Some(of_contact) = contact::parameter(self.scene, name) {
             return Ok(of_contact);
         }
-        if let Some(of_obstacle) = motions::of_obstacle(self.scene, name) {
+        if let Some(of_obstacle) = motions::of_obstacle(self.scene, name, &self.rest()) {
             return Ok(of_obstacle);
         }
         let (spec, body, key) = self.body(name).ok_or_else(|| unknown("is no parameter of this scene"))?;
@@ -277,7 +290,9 @@ impl Places<'_> {
                 return loads::parameter(spec, &body.name, self.topology.dimension, key);
             }
             _ if key.starts_with("muscle.") => return muscles::parameter(spec, &body.name, key),
-            _ if key.starts_with("pin.") => return motions::parameter(spec, &body.name, key),
+            _ if key.starts_with("pin.") => {
+                return motions::parameter(spec, &body.name, key, &self.rest());
+            }
             _ if key.starts_with("springs.") => {
                 let beta = spec.damping.as_ref().and_then(|damping| damping.stiffness_proportional);
                 return self.of_springs(spec.springs.as_ref()?, beta.unwrap_or(0.0), body, key);
@@ -285,6 +300,11 @@ impl Places<'_> {
             ("damping.dashpot", _) => Box::new(Modulus::new(vec![], vec![(1.0, self.unit_dashpots(body))])),
             _ => return self.of_elements(spec, body, key),
         })
+    }
+
+    /// Places of all vertices at rest, flat, in the order of the simulation [m].
+    fn rest(&self) -> Cow<'_, [f64]> {
+        self.numbering.to_internal(&self.topology.rest_positions, self.topology.dimension)
     }
 
     /// Constant gravity [m/s^2]; zero without any.

@@ -1,5 +1,7 @@
 //! Uniform gravity.
 
+use pliant_scene::OverTime;
+
 use super::{ForceUse, Parameter};
 
 /// Acceleration of uniform gravity [m/s^2], a number for each dimension; that at the time of each force where
@@ -32,5 +34,45 @@ impl Parameter for Gravity {
         for (p, mass) in of.p.chunks_exact(self.dimension).zip(of.system.mass()) {
             derivative.iter_mut().zip(p).for_each(|(derivative, p)| *derivative += mass * p);
         }
+    }
+}
+
+/// A number that the formulas of gravity name after `where`; that of all components where several name it.
+#[derive(Clone, Debug)]
+pub struct GravityNumber {
+    /// Components of gravity [m/s^2].
+    formulas: Vec<OverTime>,
+    name: String,
+}
+
+impl GravityNumber {
+    /// Of this name, in the components of gravity.
+    pub fn new(formulas: Vec<OverTime>, name: String) -> Self {
+        GravityNumber { formulas, name }
+    }
+
+    /// Gravity, and its derivative at the time of a force.
+    fn rates(&self, time: f64) -> (Gravity, Vec<f64>) {
+        let rate = |formula: &OverTime| formula.derivative(&self.name, [0.0; 3], time);
+        (Gravity::new(self.formulas.len()), self.formulas.iter().map(rate).collect())
+    }
+}
+
+impl Parameter for GravityNumber {
+    fn len(&self) -> usize {
+        1
+    }
+
+    fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
+        let (mut gravity, rates) = self.rates(of.time);
+        let change: Vec<f64> = rates.iter().map(|rate| rate * change[0]).collect();
+        gravity.add_change(of, &change, force)
+    }
+
+    fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
+        let (mut gravity, rates) = self.rates(of.time);
+        let mut by_gravity = vec![0.0; rates.len()];
+        gravity.add(of, &mut by_gravity);
+        derivative[0] += by_gravity.iter().zip(&rates).map(|(by, rate)| by * rate).sum::<f64>();
     }
 }

@@ -78,6 +78,7 @@ impl<'p> TangentForces<'p> {
         let of = ForceUse {
             system,
             step: *step,
+            time: at.time,
             x: at.x,
             v: at.v,
             p: &[],
