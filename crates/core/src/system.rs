@@ -509,6 +509,13 @@ impl System {
         self.dissipation.iter_mut().fold(true, |known, term| known & term.add_position_product(x, v, p, y))
     }
 
+    /// `y = d2R/dx dv u` [N] at `(x, v)`, written over `y`; pinned vertices included: the change of `dR/dv`
+    /// with the positions along `u`. False where a dissipative term does not know its part.
+    pub fn position_change(&mut self, x: &[f64], v: &[f64], u: &[f64], y: &mut [f64]) -> bool {
+        y.fill(0.0);
+        self.dissipation.iter_mut().fold(true, |known, term| known & term.add_position_change(x, v, u, y))
+    }
+
     /// The dissipation functions `R(x, v)` [W] together.
     pub(crate) fn dissipation_functions(&mut self, x: &[f64], v: &[f64]) -> f64 {
         self.dissipation.iter_mut().map(|term| term.value(x, v)).sum()

@@ -9,7 +9,8 @@ use pliant_sparse::{Lu, SymbolicLu};
 use crate::adjoint::free_only;
 use crate::krylov::{CorrectedEquations, keep_free, solve};
 
-/// The factors in `A = inertia M + damping d2R/dv2 + stiffness (d2E/dx2 + (d2R/dx dv)^T)`.
+/// The factors in `A = inertia M + damping d2R/dv2 + stiffness (d2E/dx2 + G)`: `G = (d2R/dx dv)^T` on the way
+/// back, `d2R/dx dv` on the way forth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Coefficients {
     pub(crate) inertia: f64,
@@ -31,7 +32,9 @@ impl Coefficients {
 
 /// Products of a direction `p` with derivatives of forces.
 pub(crate) struct Products {
-    /// `(d2E/dx2 + (d2R/dx dv)^T) p` [N].
+    /// True for products of tangents, `G = d2R/dx dv`; false for those of adjoints, the transpose.
+    is_forth: bool,
+    /// `(d2E/dx2 + G) p` [N].
     pub(crate) by_positions: Vec<f64>,
     /// `d2R/dv2 p` [N]; zero where nothing dissipates.
     pub(crate) by_velocities: Vec<f64>,
@@ -39,17 +42,31 @@ pub(crate) struct Products {
 }
 
 impl Products {
-    /// Zero.
-    pub(crate) fn new(unknowns: usize) -> Self {
+    /// Zero, of adjoints.
+    pub(crate) fn back(unknowns: usize) -> Self {
         let zero = || vec![0.0; unknowns];
-        Products { by_positions: zero(), by_velocities: zero(), scratch: zero() }
+        Products {
+            is_forth: false,
+            by_positions: zero(),
+            by_velocities: zero(),
+           
+            scratch: zero(),
+        }
+    }
+
+    /// Zero, of tangents.
+    pub(crate) fn forth(unknowns: usize) -> Self {
+        Products { is_forth: true, ..Products::back(unknowns) }
     }
 
     /// Takes them at positions `x` and velocities `v`, flat.
     pub(crate) fn evaluate(&mut self, system: &mut System, (x, v): (&[f64], &[f64]), p: &[f64]) {
         system.hessian_product(x, p, &mut self.by_positions);
         if system.is_damped() {
-            system.position_product(x, v, p, &mut self.scratch);
+            match self.is_forth {
+                true => system.position_change(x, v, p, &mut self.scratch),
+                false => system.position_product(x, v, p, &mut self.scratch),
+            };
             self.by_positions.iter_mut().zip(&self.scratch).for_each(|(y, part)| *y += part);
             system.damping_product(x, v, p, &mut self.by_velocities);
         }
@@ -134,16 +151,17 @@ fn lu<const D: usize>(assembler: &Assembler<D>) -> Option<Lu> {
     SymbolicLu::new(column_start, row)?.factorize(&entries)
 }
 
-/// Solves `A p = b` at `x` for the free coordinates of a system; held ones of `p` are zero.
-pub(crate) struct TransposedSolver {
+/// Solves `A p = b` at `x` for the free coordinates of a system; held ones of `p` are zero. On the way back `A`
+/// is the transpose of the matrix of the way forth.
+pub(crate) struct CorrectedSolver {
     factorisation: Box<dyn Factorisation>,
     residual: Vec<f64>,
 }
 
-impl TransposedSolver {
+impl CorrectedSolver {
     /// A solver for systems of `dimension` coordinates per vertex.
     pub(crate) fn new(dimension: usize) -> Self {
-        TransposedSolver { factorisation: factorisation(dimension), residual: vec![] }
+        CorrectedSolver { factorisation: factorisation(dimension), residual: vec![] }
     }
 
     /// Writes the solution to `p` and its products to `products`; false where there is none. Held
@@ -165,7 +183,7 @@ impl TransposedSolver {
         if !self.factorisation.factorise(system, at, coefficients) {
             return false;
         }
-        let TransposedSolver { factorisation, residual } = self;
+        let CorrectedSolver { factorisation, residual } = self;
         residual.clear();
         residual.extend_from_slice(b);
         let size = keep_free(system, residual);
@@ -252,9 +270,9 @@ mod tests {
         let mut system = System::new(2, vec![2.0]);
         system.add_dissipation(Box::new(Across(5.0)));
         let coefficients = Coefficients { inertia: 1.0, damping: 1.0, stiffness: 4.0 };
-        let (mut p, mut products) = (vec![0.0; 2], Products::new(2));
+        let (mut p, mut products) = (vec![0.0; 2], Products::back(2));
         let at = (&[1.0, 0.0][..], &[0.0, 0.0][..]);
-        let mut solver = TransposedSolver::new(2);
+        let mut solver = CorrectedSolver::new(2);
         assert!(solver.solve(&mut system, at, coefficients, &[22.0, -18.0], &mut p, &mut products));
         // 2 p_x + 20 p_y = 22, 2 p_y - 20 p_x = -18.
         assert!((p[0] - 1.0).abs() < 1e-14 && (p[1] - 1.0).abs() < 1e-14, "{p:?}");

@@ -3,7 +3,7 @@
 use pliant::system::System;
 
 use super::{AdjointPlace, Singular};
-use crate::linear::{Coefficients, Products, TransposedSolver};
+use crate::linear::{Coefficients, CorrectedSolver, Products};
 use crate::parameter::{ForceUse, HeldUse, Parameter, StateUse};
 use crate::parts::ForceParts;
 
@@ -12,7 +12,7 @@ pub(crate) struct Sums<'a> {
     parameters: &'a mut [Box<dyn Parameter>],
     /// Of each parameter.
     pub(crate) derivatives: Vec<Vec<f64>>,
-    solver: TransposedSolver,
+    solver: CorrectedSolver,
     parts: ForceParts,
     p: Vec<f64>,
     products: Products,
@@ -27,9 +27,9 @@ impl<'a> Sums<'a> {
             derivatives: parameters.iter().map(|parameter| vec![0.0; parameter.len()]).collect(),
             parts: ForceParts::new(parameters),
             parameters,
-            solver: TransposedSolver::new(dimension),
+            solver: CorrectedSolver::new(dimension),
             p: vec![0.0; unknowns],
-            products: Products::new(unknowns),
+            products: Products::back(unknowns),
             step: 0,
         }
     }

@@ -11,7 +11,7 @@ pub(crate) mod collocation;
 mod forces;
 pub(crate) mod runge_kutta;
 pub(crate) mod splitting;
-mod statics;
+pub(crate) mod statics;
 
 use pliant::integrator::{Method, Scheme, bdf2::Bdf2Start, implicit_euler, tr_bdf2};
 use pliant::system::System;
