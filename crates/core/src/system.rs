@@ -485,6 +485,15 @@ impl System {
         }
     }
 
+    /// The same, and the work `p . dE/dx` of each energy term, in their order, where it comes with the
+    /// product, written over `works`.
+    pub fn product_with_works(&mut self, x: &[f64], p: &[f64], y: &mut [f64], works: &mut Vec<Option<f64>>) {
+        self.force = ForceId::NONE;
+        y.fill(0.0);
+        works.clear();
+        works.extend(self.terms.iter_mut().map(|term| term.add_product_with_work(x, p, y)));
+    }
+
     /// `dR/dv` [N] at `(x, v)`, written over `g`; pinned vertices included.
     pub fn dissipative_force(&mut self, x: &[f64], v: &[f64], g: &mut [f64]) {
         g.fill(0.0);

@@ -38,6 +38,8 @@ pub(crate) struct Products {
     pub(crate) by_positions: Vec<f64>,
     /// `d2R/dv2 p` [N]; zero where nothing dissipates.
     pub(crate) by_velocities: Vec<f64>,
+    /// `p . dE/dx` of each energy term, where it comes with the products.
+    pub(crate) works: Vec<Option<f64>>,
     scratch: Vec<f64>,
 }
 
@@ -49,7 +51,7 @@ impl Products {
             is_forth: false,
             by_positions: zero(),
             by_velocities: zero(),
-           
+            works: vec![],
             scratch: zero(),
         }
     }
@@ -61,7 +63,7 @@ impl Products {
 
     /// Takes them at positions `x` and velocities `v`, flat.
     pub(crate) fn evaluate(&mut self, system: &mut System, (x, v): (&[f64], &[f64]), p: &[f64]) {
-        system.hessian_product(x, p, &mut self.by_positions);
+        system.product_with_works(x, p, &mut self.by_positions, &mut self.works);
         if system.is_damped() {
             match self.is_forth {
                 true => system.position_change(x, v, p, &mut self.scratch),
@@ -75,6 +77,7 @@ impl Products {
     fn clear(&mut self) {
         self.by_positions.fill(0.0);
         self.by_velocities.fill(0.0);
+        self.works.clear();
     }
 }
 
@@ -86,7 +89,13 @@ pub(crate) trait Factorisation {
 
     /// Replaces `b` by `A^-1 b`.
     fn solve(&mut self, b: &mut [f64]);
+
+    /// `max_i sum_j |A_ij p_j|`, of the matrix that was factorised.
+    fn largest_sum(&self, p: &[f64]) -> f64;
 }
+
+/// Residuals of solutions as exact as their last digits, over the sums of sizes.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
 /// A factorisation for systems of `dimension` coordinates per vertex.
 pub(crate) fn factorisation(dimension: usize) -> Box<dyn Factorisation> {
@@ -132,6 +141,22 @@ impl<const D: usize> Factorisation for Sparse<D> {
             (None, Some(cholesky)) => cholesky.solve(b),
             (None, None) => {}
         }
+    }
+
+    fn largest_sum(&self, p: &[f64]) -> f64 {
+        let Some(assembler) = &self.assembler else { return 0.0 };
+        let (matrix, p) = (assembler.matrix(), p.as_chunks::<D>().0);
+        let mut largest = 0.0;
+        for vertex in 0..matrix.rows() {
+            let mut sums = [0.0; D];
+            for (other, block) in matrix.row(vertex) {
+                for (sum, row) in sums.iter_mut().zip(block) {
+                    *sum += row.iter().zip(&p[other]).map(|(entry, p)| (entry * p).abs()).sum::<f64>();
+                }
+            }
+            largest = sums.iter().fold(largest, |largest: f64, sum| largest.max(*sum));
+        }
+        largest
     }
 }
 
@@ -224,6 +249,12 @@ impl CorrectedEquations for CorrectedStage<'_> {
             residual[i] = self.b[i] - inertial - damping * by_velocities[i] - stiffness * by_positions[i];
         }
         keep_free(self.system, residual)
+    }
+
+    fn rounding(&self, p: &[f64]) -> f64 {
+        let free = self.b.iter().zip(self.system.inverse_mass()).filter(|(_, weight)| **weight > 0.0);
+        let largest = free.fold(0.0, |largest: f64, (b, _)| largest.max(b.abs()));
+        ROUNDING * (self.factorisation.largest_sum(p) + largest)
     }
 }
 

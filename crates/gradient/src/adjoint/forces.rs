@@ -121,10 +121,12 @@ impl AdjointForces<'_, '_> {
         let step = self.sums.step;
         let Sums { parameters, derivatives, parts, p, products, .. } = &mut *self.sums;
         bars.x.iter_mut().zip(&products.by_positions).for_each(|(bar, y)| *bar -= y);
-        bars.v.iter_mut().zip(&products.by_velocities).for_each(|(bar, y)| *bar -= y);
+        if self.system.is_damped() {
+            bars.v.iter_mut().zip(&products.by_velocities).for_each(|(bar, y)| *bar -= y);
+        }
         parts.evaluate(self.system, at);
         let ForceParts { gradient, contact, friction, .. } = &*parts;
-        let Products { by_positions, by_velocities, .. } = products;
+        let Products { by_positions, by_velocities, works, .. } = products;
         let of = ForceUse {
             system: self.system,
             step,
@@ -137,6 +139,7 @@ impl AdjointForces<'_, '_> {
             friction,
             by_positions,
             by_velocities,
+            works,
         };
         for (parameter, derivative) in parameters.iter_mut().zip(derivatives) {
             parameter.add(&of, derivative);

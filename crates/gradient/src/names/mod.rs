@@ -380,8 +380,11 @@ impl Places<'_> {
         }
         let term = |(factor, material)| (factor, self.term(spec, &material, body));
         let energies = parts.into_iter().map(term).collect();
-        let modulus: Box<dyn Parameter> =
-            Box::new(Modulus::new(energies, self.dissipation(spec, material, body, key)?));
+        let mut modulus = Modulus::new(energies, self.dissipation(spec, material, body, key)?);
+        if key == "elastic.young" {
+            modulus = modulus.of_system();
+        }
+        let modulus: Box<dyn Parameter> = Box::new(modulus);
         if key == "elastic.young" && contact::is_as_stiff(self.scene, spec) {
             let of_contact = ContactStiffness::new(young(material)?);
             return Some(Box::new(Together::new(vec![modulus, Box::new(of_contact)])));

@@ -31,10 +31,20 @@ impl Parameter for Gravity {
     }
 
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
-        for (p, mass) in of.p.chunks_exact(self.dimension).zip(of.system.mass()) {
-            derivative.iter_mut().zip(p).for_each(|(derivative, p)| *derivative += mass * p);
+        match self.dimension {
+            2 => add_weights::<2>(of.p, of.system.mass(), derivative),
+            _ => add_weights::<3>(of.p, of.system.mass(), derivative),
         }
     }
+}
+
+/// Adds `sum_i m_i p_i`.
+fn add_weights<const D: usize>(p: &[f64], mass: &[f64], sum: &mut [f64]) {
+    let mut total = [0.0; D];
+    for (p, mass) in p.as_chunks::<D>().0.iter().zip(mass) {
+        (0..D).for_each(|k| total[k] += mass * p[k]);
+    }
+    sum.iter_mut().zip(total).for_each(|(sum, total)| *sum += total);
 }
 
 /// A number that the formulas of gravity name after `where`; that of all components where several name it.

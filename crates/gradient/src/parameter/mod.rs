@@ -52,6 +52,8 @@ pub struct ForceUse<'a> {
     pub by_positions: &'a [f64],
     /// `d2R/dv2 p`: minus the derivative by the velocities there.
     pub by_velocities: &'a [f64],
+    /// `p . dE/dx` of each energy term of the system, in their order, where it came with these products.
+    pub works: &'a [Option<f64>],
 }
 
 /// A use of a state, of which the places and velocities of held coordinates are a part: by a loss, or by a

@@ -89,6 +89,7 @@ impl<'p> TangentForces<'p> {
             friction,
             by_positions: &[],
             by_velocities: &[],
+            works: &[],
         };
         for (i, (parameter, change)) in parameters.iter_mut().zip(*changes).enumerate() {
             if !parameter.add_change(&of, change, force) {
