@@ -5,6 +5,7 @@
 //! *Classical Mechanics*, section 1.5), and the energy that a term takes away per time is `v . dR/dv >= 0`.
 
 mod at_rest;
+mod expressed;
 mod mass_proportional;
 mod measured;
 mod strain_rate;
@@ -12,6 +13,7 @@ mod strain_rate;
 mod tests;
 
 pub use at_rest::AtRest;
+pub use expressed::{DashpotFormula, DashpotFormulaError, ExpressedDashpots};
 pub use mass_proportional::MassProportional;
 pub use measured::MeasuredRate;
 pub(crate) use strain_rate::simplex_packs;

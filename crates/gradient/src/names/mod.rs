@@ -34,6 +34,9 @@ const GRAVITY: &str = "world.gravity";
 /// Beginning of the names of the parameters of an energy that is a formula.
 const OF_FORMULA: &str = "elastic.parameters.";
 
+/// Beginning of the names of the parameters of dashpots by a formula.
+const OF_DASHPOTS: &str = "damping.expression.parameters.";
+
 /// A number, or numbers, that the gradient is taken by.
 enum NamedQuantity {
     Position,
@@ -175,10 +178,18 @@ fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<Cow<'static, 
     }
     let dashpot = spec.damping.as_ref().and_then(|damping| damping.dashpot);
     keys.extend(dashpot.filter(|_| spec.springs.is_some()).map(|_| "damping.dashpot"));
+    let formula = spec.damping.as_ref().and_then(|damping| damping.expression.as_ref());
+    if let Some(formula) = formula.filter(|_| spec.springs.is_some()) {
+        of_formula.extend(formula.parameters.keys().map(|name| format!("{OF_DASHPOTS}{name}").into()));
+    }
     match &spec.springs {
         Some(SpringsSpec { expression: Some(_), .. }) => {}
         Some(SpringsSpec { young: Some(_), .. }) => keys.push("springs.young"),
-        Some(_) => keys.extend(["springs.stiffness", "springs.rest_length"]),
+        Some(_) => {
+            keys.push("springs.stiffness");
+            // The formula of dashpots may have the rest length in it.
+            keys.extend(formula.is_none().then_some("springs.rest_length"));
+        }
         None => {}
     }
     let all = keys.into_iter().map(Cow::Borrowed).chain(of_formula);
@@ -297,6 +308,10 @@ impl Places<'_> {
                 let beta = spec.damping.as_ref().and_then(|damping| damping.stiffness_proportional);
                 return self.of_springs(spec.springs.as_ref()?, beta.unwrap_or(0.0), body, key);
             }
+            _ if key.starts_with(OF_DASHPOTS) => {
+                let dashpots = self.expressed_dashpots(spec, body, key.strip_prefix(OF_DASHPOTS)?)?;
+                Box::new(Modulus::new(vec![], vec![(1.0, dashpots)]))
+            }
             ("damping.dashpot", _) => Box::new(Modulus::new(vec![], vec![(1.0, self.unit_dashpots(body))])),
             _ => return self.of_elements(spec, body, key),
         })
@@ -338,14 +353,9 @@ impl Places<'_> {
     }
 
     fn springs(&self, spec: &SpringsSpec, body: &BodyTopology) -> Option<Vec<TunedSpring>> {
-        let d = self.topology.dimension;
-        let point = |vertex: u32| &self.topology.rest_positions[vertex as usize * d..][..d];
+        let lengths = self.rest_lengths(spec, body)?;
         let spring = |(i, ends): (usize, &[u32; 2])| {
-            let squares = point(ends[0]).iter().zip(point(ends[1])).map(|(a, b)| (a - b) * (a - b));
-            let rest_length = match &spec.rest_length {
-                Some(lengths) => lengths.get(i)?,
-                None => squares.sum::<f64>().sqrt(),
-            };
+            let rest_length = *lengths.get(i)?;
             let stiffness = match (&spec.stiffness, spec.young) {
                 (Some(stiffness), _) => stiffness.get(i)?,
                 (None, young) => young? * rest_length,
@@ -353,6 +363,20 @@ impl Places<'_> {
             Some(TunedSpring { ends: ends.map(|end| self.numbering.internal(end)), stiffness, rest_length })
         };
         body.edges.iter().enumerate().map(spring).collect()
+    }
+
+    /// Rest lengths of the springs of a body [m].
+    fn rest_lengths(&self, spec: &SpringsSpec, body: &BodyTopology) -> Option<Vec<f64>> {
+        let d = self.topology.dimension;
+        let point = |vertex: u32| &self.topology.rest_positions[vertex as usize * d..][..d];
+        let length = |(i, ends): (usize, &[u32; 2])| {
+            let squares = point(ends[0]).iter().zip(point(ends[1])).map(|(a, b)| (a - b) * (a - b));
+            match &spec.rest_length {
+                Some(lengths) => lengths.get(i),
+                None => Some(squares.sum::<f64>().sqrt()),
+            }
+        };
+        body.edges.iter().enumerate().map(length).collect()
     }
 
     fn of_elements(&self, spec: &Body, body: &BodyTopology, key: &str) -> Option<Box<dyn Parameter>> {

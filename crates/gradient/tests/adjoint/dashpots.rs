@@ -69,3 +69,24 @@ fn numbers_of_dashpots_have_derivatives() {
         compare_number(scheme, of_stiffness, ("body.chain.springs.stiffness", 60.0, 60.0), (30, 1e-7));
     }
 }
+
+/// The chain with dashpots by a formula of their rate and length.
+fn expressed(scheme: &str, c: f64, d: f64) -> Scene {
+    let formula = format!(
+        "expression = {{ dissipation = \"c/2*rate^2 + d*l/l0*rate^4\", parameters = {{ c = {c:?}, d = {d:?} }} }}"
+    );
+    chain(scheme, 60.0, &formula, "")
+}
+
+#[test]
+fn dashpots_by_a_formula_have_derivatives() {
+    let name = |number: &str| format!("body.chain.damping.expression.parameters.{number}");
+    for scheme in ["symplectic-euler", "velocity-verlet", "rk4", "implicit-euler", "bdf2", "gauss2"] {
+        compare_starts(scheme, &expressed(scheme, 0.8, 0.3), (30, 1e-7), |_| true);
+        compare_number(scheme, |c| expressed(scheme, c, 0.3), (&name("c"), 0.8, 0.8), (30, 1e-7));
+        compare_number(scheme, |d| expressed(scheme, 0.8, d), (&name("d"), 0.3, 0.3), (30, 1e-7));
+        if scheme != "gauss2" {
+            compare_with_tangents(scheme, &expressed(scheme, 0.8, 0.3), 30);
+        }
+    }
+}
