@@ -147,7 +147,7 @@ impl<const D: usize> RubbingPlace<D> {
                 let mut unit = [[0.0; D]; 4];
                 unit[i][k] = 1.0;
                 let gradient = self.gradient(law, v, &unit);
-                // Of the others the vertex is the first one again, and no row is asked for.
+                // Slots without a vertex of their own repeat the first: their rows are left out.
                 *entry = (0..count).map(|j| dot(&gradient[j], &u[j])).sum();
             }
         }

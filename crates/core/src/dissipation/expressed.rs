@@ -34,7 +34,7 @@ pub enum DashpotFormulaError {
     Value {
         /// The number.
         value: f64,
-        /// What it is, and what it has to be.
+        /// Its unit and meaning, and a phrase that says which values are right.
         what: &'static str,
         /// The rate [m/s].
         rate: f64,
@@ -472,7 +472,7 @@ mod tests {
         a.iter().zip(b).map(|(a, b)| a * b).sum()
     }
 
-    /// Of fourth order.
+    /// The derivative at 0, by differences of fourth order.
     fn difference(f: impl Fn(f64) -> f64) -> f64 {
         let h = 1e-3;
         (8.0 * (f(h) - f(-h)) - (f(2.0 * h) - f(-2.0 * h))) / (12.0 * h)

@@ -6,14 +6,14 @@ use super::{Number, Rated, function};
 /// Symmetric, by pairs of arguments.
 type SecondPartials = [[f64; 3]; 3];
 
-/// Of a function of one argument.
+/// Second derivatives of a function of one argument.
 fn of_one(second: f64) -> SecondPartials {
     let mut all = [[0.0; 3]; 3];
     all[0][0] = second;
     all
 }
 
-/// Of a function of two arguments: by the first twice, by both, by the second twice.
+/// Second derivatives of a function of two arguments: by the first twice, by both, by the second twice.
 fn of_two(first: f64, mixed: f64, second: f64) -> SecondPartials {
     [[first, mixed, 0.0], [mixed, second, 0.0], [0.0; 3]]
 }
@@ -51,7 +51,7 @@ fn second_partials(function: &Function, [a, b, c]: [f64; 3]) -> SecondPartials {
     }
 }
 
-/// Of `s^2 (3 - 2 s)`, `s = (x - from)/(to - from)`; zero before and after.
+/// Second derivatives of `s^2 (3 - 2 s)`, `s = (x - from)/(to - from)`; zero before and after.
 fn smooth_step([from, to, x]: [f64; 3]) -> SecondPartials {
     let width = to - from;
     let s = (x - from) / width;

@@ -5,11 +5,11 @@ use pliant_scene::{Body, MotionSpec, ObstacleSpec, OverTime, Pin, Scene};
 use super::formulas;
 use crate::parameter::{MotionFactor, MotionNumber, Parameter};
 
-/// Begin of the names of the numbers of obstacles.
+/// Beginning of the names of the numbers of obstacles.
 const OBSTACLE: &str = "obstacle.";
 /// The factor of a motion, after its pin or obstacle.
 const FACTOR: &str = "motion.factor";
-/// Begin of the names that formulas of a motion give.
+/// Beginning of the keys of numbers that formulas of a motion name.
 const OF_FORMULA: &str = "motion.";
 
 /// Keys of a motion that does not turn: `motion.factor`, `motion.parameters.A`.

@@ -56,7 +56,7 @@ pub struct GravityNumber {
 }
 
 impl GravityNumber {
-    /// Of this name, in the components of gravity.
+    /// The number of this name in the components of gravity.
     pub fn new(formulas: Vec<OverTime>, name: String) -> Self {
         GravityNumber { formulas, name }
     }

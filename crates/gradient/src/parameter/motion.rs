@@ -70,7 +70,7 @@ pub struct MotionNumber {
 }
 
 impl MotionNumber {
-    /// Of this name, in the components of the displacement that moves the
+    /// The number of this name in the components of the displacement that moves the
     /// [hold](pliant::constraint::Hold) `hold`; `rest`, flat, are the places of all vertices at rest, in the
     /// order of the simulation [m].
     pub fn new(hold: String, formulas: Vec<OverTime>, name: String, rest: Vec<f64>) -> Self {

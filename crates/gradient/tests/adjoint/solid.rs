@@ -152,7 +152,7 @@ impl Run<'_> {
                     part = free.iter().flat_map(|vertex| part[vertex * d..][..d].to_vec()).collect();
                 }
                 let expected = match *key {
-                    // Of the amplitude, 0.05 m, by which the reference has it.
+                    // The reference has it by the amplitude, 0.05 m.
                     "factor" => vec![0.05 * numbers(&expected["gradient"]["amplitude"])[0]],
                     key => numbers(&expected["gradient"][key]),
                 };
