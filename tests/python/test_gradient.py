@@ -84,6 +84,51 @@ def test_tangents_by_parameters_and_gauss_newton_products() -> None:
         pliant.Simulation(beam()).gauss_newton_product(lambda frame, dx, dv: (dx,), {"world.gravity": [0, 1]}, steps=1)
 
 
+def net(**numbers: float) -> pliant.Scene:
+    """A chain whose end is shaken, its pin, its gravity and its dashpots by formulas of named numbers."""
+    at = {"A": 0.02, "w": 25.0, "g": 9.81, "c": 0.4, "d": 3.0, **numbers}
+    motion = {"displacement": ["0", "A*sin(w*t) where A = {A!r}, w = {w!r}".format(**at)]}
+    formula = {"dissipation": "c/2*rate^2 + d/4*rate^4", "parameters": {"c": at["c"], "d": at["d"]}}
+    return pliant.Scene(
+        dimension=2,
+        time={"integrator": "implicit-euler", "step": 0.01, "duration": 1.0, "solver": {"tolerance": 1e-14}},
+        world={"gravity": ["0", "-g*(1 + t) where g = {g!r}".format(**at)]},
+        body=[
+            {
+                "name": "net",
+                "mesh": {"strand": {"segments": 4, "start": [0, 0], "end": [0.5, 0.2]}},
+                "springs": {"stiffness": 60.0},
+                "mass": {"per_vertex": 0.2},
+                "damping": {"expression": formula},
+                "pin": [{"vertices": [0], "motion": motion}],
+            }
+        ],
+    )
+
+
+def test_numbers_that_formulas_name() -> None:
+    of_pin, of_dashpots = "body.net.pin.0.motion.parameters.", "body.net.damping.expression.parameters."
+    names = {"A": of_pin + "A", "w": of_pin + "w", "g": "world.gravity.parameters.g", "c": of_dashpots + "c", "d": of_dashpots + "d"}
+    start = pliant.Simulation(net())
+    assert set(names.values()) <= set(start.gradient_names())
+    gradient = start.gradient(tip, list(names.values()), steps=20)
+    at = {"A": 0.02, "w": 25.0, "g": 9.81, "c": 0.4, "d": 3.0}
+    for key, value in at.items():
+        heights = []
+        for change in (1e-4 * value, -1e-4 * value):
+            moved = pliant.Simulation(net(**{key: value + change}))
+            moved.step(20)
+            heights.append(moved.positions[-1, 1])
+        difference = (heights[0] - heights[1]) / (2e-4 * value)
+        assert gradient[names[key]] == pytest.approx(difference, rel=1e-5), key
+    # Damping that follows positions has tangents.
+    velocity = np.cos(np.arange(10.0)).reshape(5, 2)
+    velocity[0] = 0.0
+    by_position, _ = pliant.Simulation(net()).jvp(velocity=velocity, parameters={names["d"]: 2.0}, steps=20)
+    back = pliant.Simulation(net()).gradient(tip, ["velocity", names["d"]], steps=20)
+    assert by_position[-1, 1] == pytest.approx(np.sum(back["velocity"] * velocity) + 2.0 * back[names["d"]], rel=1e-10)
+
+
 def test_memory_changes_no_bit() -> None:
     all_states = pliant.Simulation(beam()).gradient(tip, ["position"], steps=20)
     few = pliant.Simulation(beam()).gradient(tip, ["position"], steps=20, memory=2000)

@@ -137,8 +137,36 @@ impl<const D: usize> RubbingPlace<D> {
     }
 }
 
-/// Adds `(d2R/dx dv)^T p` of the contacts that it visits.
+impl<const D: usize> RubbingPlace<D> {
+    /// Changes of the forces on the first `count` vertices [N s/m times the unit of `u`] where the vertices
+    /// move along `u`: each component is the gradient of a unit direction, times `u`.
+    fn change(&self, law: (f64, f64), count: usize, v: &[[f64; D]; 4], u: &[[f64; D]; 4]) -> [[f64; D]; 4] {
+        let mut change = [[0.0; D]; 4];
+        for (i, row) in change.iter_mut().enumerate().take(count) {
+            for (k, entry) in row.iter_mut().enumerate() {
+                let mut unit = [[0.0; D]; 4];
+                unit[i][k] = 1.0;
+                let gradient = self.gradient(law, v, &unit);
+                // Slots without a vertex of their own repeat the first: their rows are left out.
+                *entry = (0..count).map(|j| dot(&gradient[j], &u[j])).sum();
+            }
+        }
+        change
+    }
+}
+
+/// Product with the derivative of the forces of friction by positions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum SlopeProduct {
+    /// `(d2R/dx dv)^T p`.
+    Transposed,
+    /// `d2R/dx dv p`: how forces change along `p`.
+    Change,
+}
+
+/// Adds a product of the contacts that it visits.
 pub(crate) struct FrictionSlopes<'a> {
+    pub(crate) product: SlopeProduct,
     /// Threshold speed [m/s].
     pub(crate) threshold: f64,
     /// Velocities, flat [m/s].
@@ -158,10 +186,14 @@ impl FrictionSlopes<'_> {
         let mut all = [vertices[0]; 4];
         all[..vertices.len()].copy_from_slice(vertices);
         let (v, p) = (rows::<D, 4>(self.v, &all), rows::<D, 4>(self.p, &all));
-        let gradient = place.gradient((friction, self.threshold), &v, &p);
-        for (vertex, gradient) in vertices.iter().zip(gradient) {
+        let law = (friction, self.threshold);
+        let product = match self.product {
+            SlopeProduct::Transposed => place.gradient(law, &v, &p),
+            SlopeProduct::Change => place.change(law, vertices.len(), &v, &p),
+        };
+        for (vertex, product) in vertices.iter().zip(product) {
             let row = &mut self.y[*vertex as usize * D..][..D];
-            row.iter_mut().zip(gradient).for_each(|(y, g)| *y += g);
+            row.iter_mut().zip(product).for_each(|(y, g)| *y += g);
         }
     }
 }

@@ -10,7 +10,7 @@ use pliant::material::Psd;
 
 use crate::energy::{ContactEnergy, SharedSearch, locked};
 use crate::friction::PairFriction;
-use crate::friction_slope::FrictionSlopes;
+use crate::friction_slope::{FrictionSlopes, SlopeProduct};
 use crate::model::ContactModel;
 use crate::report::ContactReport;
 use crate::rows::{StencilLists, TouchedRows};
@@ -142,6 +142,19 @@ impl<const D: usize> FrictionTerm<D> {
     fn all(&self) -> impl Iterator<Item = &RubbingContact<D>> {
         self.contacts.iter().flatten()
     }
+
+    /// Adds a product with the derivative of forces by positions; false, and nothing is added, where
+    /// thresholds are raised: they follow the normal forces, too.
+    fn add_slopes(&self, product: SlopeProduct, x: &[f64], v: &[f64], p: &[f64], y: &mut [f64]) -> bool {
+        if self.borne.is_some() {
+            return false;
+        }
+        let mut slopes = FrictionSlopes { product, threshold: self.model.threshold_speed, v, p, y };
+        let mut search = locked(&self.search);
+        let contacts = search.contacts_at(&self.model, x);
+        (0..contacts.len()).for_each(|i| contacts.visit::<D>(&self.model, x, i, &mut slopes));
+        true
+    }
 }
 
 impl<const D: usize> RubbingContact<D> {
@@ -192,16 +205,12 @@ impl<const D: usize> DissipativeTerm for FrictionTerm<D> {
         }
     }
 
-    /// Not known where thresholds are raised: they follow the normal forces, too.
     fn add_position_product(&mut self, x: &[f64], v: &[f64], p: &[f64], y: &mut [f64]) -> bool {
-        if self.borne.is_some() {
-            return false;
-        }
-        let mut slopes = FrictionSlopes { threshold: self.model.threshold_speed, v, p, y };
-        let mut search = locked(&self.search);
-        let contacts = search.contacts_at(&self.model, x);
-        (0..contacts.len()).for_each(|i| contacts.visit::<D>(&self.model, x, i, &mut slopes));
-        true
+        self.add_slopes(SlopeProduct::Transposed, x, v, p, y)
+    }
+
+    fn add_position_change(&mut self, x: &[f64], v: &[f64], u: &[f64], y: &mut [f64]) -> bool {
+        self.add_slopes(SlopeProduct::Change, x, v, u, y)
     }
 
     fn power(&mut self, x: &[f64], v: &[f64]) -> f64 {

@@ -485,6 +485,15 @@ impl System {
         }
     }
 
+    /// The same, and the work `p . dE/dx` of each energy term, in their order, where it comes with the
+    /// product, written over `works`.
+    pub fn product_with_works(&mut self, x: &[f64], p: &[f64], y: &mut [f64], works: &mut Vec<Option<f64>>) {
+        self.force = ForceId::NONE;
+        y.fill(0.0);
+        works.clear();
+        works.extend(self.terms.iter_mut().map(|term| term.add_product_with_work(x, p, y)));
+    }
+
     /// `dR/dv` [N] at `(x, v)`, written over `g`; pinned vertices included.
     pub fn dissipative_force(&mut self, x: &[f64], v: &[f64], g: &mut [f64]) {
         g.fill(0.0);
@@ -507,6 +516,13 @@ impl System {
     pub fn position_product(&mut self, x: &[f64], v: &[f64], p: &[f64], y: &mut [f64]) -> bool {
         y.fill(0.0);
         self.dissipation.iter_mut().fold(true, |known, term| known & term.add_position_product(x, v, p, y))
+    }
+
+    /// `y = d2R/dx dv u` [N] at `(x, v)`, written over `y`; pinned vertices included: the change of `dR/dv`
+    /// with the positions along `u`. False where a dissipative term does not know its part.
+    pub fn position_change(&mut self, x: &[f64], v: &[f64], u: &[f64], y: &mut [f64]) -> bool {
+        y.fill(0.0);
+        self.dissipation.iter_mut().fold(true, |known, term| known & term.add_position_change(x, v, u, y))
     }
 
     /// The dissipation functions `R(x, v)` [W] together.

@@ -33,7 +33,7 @@ impl CoupledEquations<'_> {
             _ => self.factorise::<3>(system)?,
         };
         let n = b[0].len();
-        let products = self.stages.iter().map(|_| Products::new(n)).collect();
+        let products = self.stages.iter().map(|_| Products::back(n)).collect();
         let (mut p, mut residual) = (vec![0.0; n * b.len()], b.concat());
         let size = keep_free(system, &mut residual);
         let zero = vec![vec![0.0; n]; b.len()];

@@ -57,9 +57,10 @@ pub use gauss_newton::{LossCurvature, gauss_newton_product};
 pub use loss::{Loss, LossFrame};
 pub use names::{ParameterSelection, names};
 pub use parameter::{
-    BodyDensity, ContactStiffness, ForceUse, FormulaNumber, FrictionCoefficient, Gravity, HeldPlaces,
-    HeldUse, LinearElements, LoadFactor, LoadValue, Masses, ModeUse, Modulus, MotionFactor, Parameter,
-    RestLengths, SpringStiffness, StateUse, StepForces, Together, TunedSpring, WeightDensity, Weighted,
+    BodyDensity, ContactStiffness, ForceUse, FormulaNumber, FrictionCoefficient, Gravity, GravityNumber,
+    HeldPlaces, HeldUse, LinearElements, LoadFactor, LoadValue, Masses, ModeUse, Modulus, MotionFactor,
+    MotionNumber, Parameter, RestLengths, SpringStiffness, StateUse, StepForces, Together, TunedSpring,
+    WeightDensity, Weighted,
 };
 pub use support::schemes;
 pub use tangent::{RunDirection, RunTangent, tangent, tangent_along};

@@ -9,7 +9,8 @@ use pliant_sparse::{Lu, SymbolicLu};
 use crate::adjoint::free_only;
 use crate::krylov::{CorrectedEquations, keep_free, solve};
 
-/// The factors in `A = inertia M + damping d2R/dv2 + stiffness (d2E/dx2 + (d2R/dx dv)^T)`.
+/// The factors in `A = inertia M + damping d2R/dv2 + stiffness (d2E/dx2 + G)`: `G = (d2R/dx dv)^T` on the way
+/// back, `d2R/dx dv` on the way forth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Coefficients {
     pub(crate) inertia: f64,
@@ -31,25 +32,43 @@ impl Coefficients {
 
 /// Products of a direction `p` with derivatives of forces.
 pub(crate) struct Products {
-    /// `(d2E/dx2 + (d2R/dx dv)^T) p` [N].
+    /// True for products of tangents, `G = d2R/dx dv`; false for those of adjoints, the transpose.
+    is_forth: bool,
+    /// `(d2E/dx2 + G) p` [N].
     pub(crate) by_positions: Vec<f64>,
     /// `d2R/dv2 p` [N]; zero where nothing dissipates.
     pub(crate) by_velocities: Vec<f64>,
+    /// `p . dE/dx` of each energy term, where it comes with the products.
+    pub(crate) works: Vec<Option<f64>>,
     scratch: Vec<f64>,
 }
 
 impl Products {
-    /// Zero.
-    pub(crate) fn new(unknowns: usize) -> Self {
+    /// Zero, of adjoints.
+    pub(crate) fn back(unknowns: usize) -> Self {
         let zero = || vec![0.0; unknowns];
-        Products { by_positions: zero(), by_velocities: zero(), scratch: zero() }
+        Products {
+            is_forth: false,
+            by_positions: zero(),
+            by_velocities: zero(),
+            works: vec![],
+            scratch: zero(),
+        }
+    }
+
+    /// Zero, of tangents.
+    pub(crate) fn forth(unknowns: usize) -> Self {
+        Products { is_forth: true, ..Products::back(unknowns) }
     }
 
     /// Takes them at positions `x` and velocities `v`, flat.
     pub(crate) fn evaluate(&mut self, system: &mut System, (x, v): (&[f64], &[f64]), p: &[f64]) {
-        system.hessian_product(x, p, &mut self.by_positions);
+        system.product_with_works(x, p, &mut self.by_positions, &mut self.works);
         if system.is_damped() {
-            system.position_product(x, v, p, &mut self.scratch);
+            match self.is_forth {
+                true => system.position_change(x, v, p, &mut self.scratch),
+                false => system.position_product(x, v, p, &mut self.scratch),
+            };
             self.by_positions.iter_mut().zip(&self.scratch).for_each(|(y, part)| *y += part);
             system.damping_product(x, v, p, &mut self.by_velocities);
         }
@@ -58,6 +77,7 @@ impl Products {
     fn clear(&mut self) {
         self.by_positions.fill(0.0);
         self.by_velocities.fill(0.0);
+        self.works.clear();
     }
 }
 
@@ -69,7 +89,13 @@ pub(crate) trait Factorisation {
 
     /// Replaces `b` by `A^-1 b`.
     fn solve(&mut self, b: &mut [f64]);
+
+    /// `max_i sum_j |A_ij p_j|`, of the matrix that was factorised.
+    fn largest_sum(&self, p: &[f64]) -> f64;
 }
+
+/// Residuals of solutions as exact as their last digits, over the sums of sizes.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
 /// A factorisation for systems of `dimension` coordinates per vertex.
 pub(crate) fn factorisation(dimension: usize) -> Box<dyn Factorisation> {
@@ -116,6 +142,22 @@ impl<const D: usize> Factorisation for Sparse<D> {
             (None, None) => {}
         }
     }
+
+    fn largest_sum(&self, p: &[f64]) -> f64 {
+        let Some(assembler) = &self.assembler else { return 0.0 };
+        let (matrix, p) = (assembler.matrix(), p.as_chunks::<D>().0);
+        let mut largest = 0.0;
+        for vertex in 0..matrix.rows() {
+            let mut sums = [0.0; D];
+            for (other, block) in matrix.row(vertex) {
+                for (sum, row) in sums.iter_mut().zip(block) {
+                    *sum += row.iter().zip(&p[other]).map(|(entry, p)| (entry * p).abs()).sum::<f64>();
+                }
+            }
+            largest = sums.iter().fold(largest, |largest: f64, sum| largest.max(*sum));
+        }
+        largest
+    }
 }
 
 /// Factors of the matrix last assembled, which is symmetric: its rows are its columns.
@@ -134,16 +176,17 @@ fn lu<const D: usize>(assembler: &Assembler<D>) -> Option<Lu> {
     SymbolicLu::new(column_start, row)?.factorize(&entries)
 }
 
-/// Solves `A p = b` at `x` for the free coordinates of a system; held ones of `p` are zero.
-pub(crate) struct TransposedSolver {
+/// Solves `A p = b` at `x` for the free coordinates of a system; held ones of `p` are zero. On the way back `A`
+/// is the transpose of the matrix of the way forth.
+pub(crate) struct CorrectedSolver {
     factorisation: Box<dyn Factorisation>,
     residual: Vec<f64>,
 }
 
-impl TransposedSolver {
+impl CorrectedSolver {
     /// A solver for systems of `dimension` coordinates per vertex.
     pub(crate) fn new(dimension: usize) -> Self {
-        TransposedSolver { factorisation: factorisation(dimension), residual: vec![] }
+        CorrectedSolver { factorisation: factorisation(dimension), residual: vec![] }
     }
 
     /// Writes the solution to `p` and its products to `products`; false where there is none. Held
@@ -165,7 +208,7 @@ impl TransposedSolver {
         if !self.factorisation.factorise(system, at, coefficients) {
             return false;
         }
-        let TransposedSolver { factorisation, residual } = self;
+        let CorrectedSolver { factorisation, residual } = self;
         residual.clear();
         residual.extend_from_slice(b);
         let size = keep_free(system, residual);
@@ -206,6 +249,12 @@ impl CorrectedEquations for CorrectedStage<'_> {
             residual[i] = self.b[i] - inertial - damping * by_velocities[i] - stiffness * by_positions[i];
         }
         keep_free(self.system, residual)
+    }
+
+    fn rounding(&self, p: &[f64]) -> f64 {
+        let free = self.b.iter().zip(self.system.inverse_mass()).filter(|(_, weight)| **weight > 0.0);
+        let largest = free.fold(0.0, |largest: f64, (b, _)| largest.max(b.abs()));
+        ROUNDING * (self.factorisation.largest_sum(p) + largest)
     }
 }
 
@@ -252,9 +301,9 @@ mod tests {
         let mut system = System::new(2, vec![2.0]);
         system.add_dissipation(Box::new(Across(5.0)));
         let coefficients = Coefficients { inertia: 1.0, damping: 1.0, stiffness: 4.0 };
-        let (mut p, mut products) = (vec![0.0; 2], Products::new(2));
+        let (mut p, mut products) = (vec![0.0; 2], Products::back(2));
         let at = (&[1.0, 0.0][..], &[0.0, 0.0][..]);
-        let mut solver = TransposedSolver::new(2);
+        let mut solver = CorrectedSolver::new(2);
         assert!(solver.solve(&mut system, at, coefficients, &[22.0, -18.0], &mut p, &mut products));
         // 2 p_x + 20 p_y = 22, 2 p_y - 20 p_x = -18.
         assert!((p[0] - 1.0).abs() < 1e-14 && (p[1] - 1.0).abs() < 1e-14, "{p:?}");

@@ -36,12 +36,6 @@ pub(crate) fn check(simulation: &mut Simulation) -> Result<(), GradientError> {
 pub(crate) fn check_tangent(simulation: &Simulation) -> Result<(), GradientError> {
     let system = simulation.system();
     let refused = |what: String, remedy| Err(GradientError::Unsupported { what, remedy });
-    if let Some(term) = system.dissipation().iter().find(|term| !term.scales_with_mass()) {
-        return refused(
-            format!("tangents with {}", term.name()),
-            "only `mass_proportional` damping and `ether_drag` have them; `gradient` has an adjoint",
-        );
-    }
     if matches!(simulation.method().scheme, Scheme::Collocation(_))
         && (system.is_damped() || system.ether_drag() != 0.0)
     {
@@ -64,8 +58,10 @@ fn obstacle(simulation: &Simulation) -> Option<(String, &'static str)> {
     if !system.walls().is_empty() && simulation.method().is_static() {
         return named("walls in statics", "give the scene `contact = {}`: walls are part of it then");
     }
-    if simulation.method().is_static() && system.is_damped() {
-        return named("damping in statics", "take it out of the scene");
+    let by_masses = system.dissipation().iter().any(|term| term.scales_with_mass());
+    if simulation.method().is_static() && by_masses {
+        // Masses are weights there, and their derivatives know nothing of damping.
+        return named("damping in proportion to masses in statics", "take it out of the scene");
     }
     if system.constraints().iter().any(|hold| hold.motion().is_some_and(|motion| motion.rotation().is_some()))
     {

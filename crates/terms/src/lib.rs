@@ -28,7 +28,9 @@ pub use cells::cells;
 pub use gravity::{direct_gravity, tree_gravity};
 pub use muscle::{FibreSet, muscle};
 pub use pressure::pressure;
-pub use springs::{dashpots, expressed_springs, hinge_dashpots, hinges, joint_dashpots, joints, springs};
+pub use springs::{
+    dashpots, expressed_dashpots, expressed_springs, hinge_dashpots, hinges, joint_dashpots, joints, springs,
+};
 pub use viscous::{ViscousSet, viscous_cells, viscous_linear, viscous_membrane, viscous_quadratic};
 
 use makers::{LinearMaker, MembraneMaker, QuadraticMaker};

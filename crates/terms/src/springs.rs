@@ -1,6 +1,6 @@
 //! Springs, and what resists bending, by the number of dimensions.
 
-use pliant::dissipation::{DissipativeTerm, MeasuredRate};
+use pliant::dissipation::{DashpotFormula, DissipativeTerm, ExpressedDashpots, MeasuredRate};
 use pliant::energy::EnergyTerm;
 use pliant::energy::measure::{Curvature, HingeAngle, Length, ScalarStrainEnergy, StencilConstants};
 use pliant::energy::spring::{ExpressedSprings, SpringFormula, Springs};
@@ -63,6 +63,24 @@ pub fn hinges(
     rest: &[f64],
 ) -> Box<dyn EnergyTerm> {
     Box::new(ScalarStrainEnergy::<HingeAngle, 3, 4>::new(body, hinges, constants, rest))
+}
+
+/// Dashpots along edges whose dissipation is a formula, as [`ExpressedDashpots::new`] has them.
+///
+/// # Panics
+/// As there.
+pub fn expressed_dashpots(
+    dimension: usize,
+    body: &str,
+    formula: DashpotFormula,
+    edges: &[[u32; 2]],
+    rest_length: &[f64],
+    rest: &[f64],
+) -> Box<dyn DissipativeTerm> {
+    match dimension {
+        2 => Box::new(ExpressedDashpots::<2>::new(body, formula, edges, rest_length, rest)),
+        _ => Box::new(ExpressedDashpots::<3>::new(body, formula, edges, rest_length, rest)),
+    }
 }
 
 /// Dashpots along edges, as [`MeasuredRate::new`] has them.

@@ -45,6 +45,10 @@ impl DissipativeTerm for AtRest {
         true
     }
 
+    fn add_position_change(&mut self, _x: &[f64], _v: &[f64], _u: &[f64], _y: &mut [f64]) -> bool {
+        true
+    }
+
     fn stencils(&mut self) -> Stencils {
         self.term.stencils()
     }

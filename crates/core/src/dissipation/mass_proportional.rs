@@ -89,6 +89,10 @@ impl DissipativeTerm for MassProportional {
         true
     }
 
+    fn add_position_change(&mut self, _x: &[f64], _v: &[f64], _u: &[f64], _y: &mut [f64]) -> bool {
+        true
+    }
+
     fn drag(&self, vertex: usize) -> f64 {
         if self.vertices.contains(&vertex) { self.coefficients[vertex - self.vertices.start] } else { 0.0 }
     }

@@ -85,6 +85,28 @@ impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> DissipativeTerm for 
         true
     }
 
+    /// `c (s_v' ds/dx + s_v d2s/dx2 u)`, `s_v'` the change of the rate `s_v = ds/dx . v` along `u`.
+    fn add_position_change(&mut self, x: &[f64], v: &[f64], u: &[f64], y: &mut [f64]) -> bool {
+        for (_, vertices, pack, lane) in self.stencils.patches.stencils() {
+            let (constant, rest) = self.stencils.constants(pack, lane);
+            let [points, velocities, directions] = [x, v, u].map(|rows| points_of::<D, N>(rows, &vertices));
+            let along = std::array::from_fn(|node| {
+                std::array::from_fn(|c| Dual { value: points[node][c], derivative: directions[node][c] })
+            });
+            let slopes: [[Dual<f64>; D]; N] = Q::deviation(&along, &rest.map(Dual::constant)).1;
+            let mut rate = Dual::constant(0.0);
+            for (slope, v) in slopes.as_flattened().iter().zip(velocities.as_flattened()) {
+                rate += *slope * Dual::constant(*v);
+            }
+            for (node, vertex) in vertices.iter().enumerate() {
+                for c in 0..D {
+                    y[*vertex as usize * D + c] += constant * (rate * slopes[node][c]).derivative;
+                }
+            }
+        }
+        true
+    }
+
     fn stencils(&mut self) -> crate::energy::Stencils {
         self.stencils.patches.lanes()
     }

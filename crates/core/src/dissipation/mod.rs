@@ -5,6 +5,7 @@
 //! *Classical Mechanics*, section 1.5), and the energy that a term takes away per time is `v . dR/dv >= 0`.
 
 mod at_rest;
+mod expressed;
 mod mass_proportional;
 mod measured;
 mod strain_rate;
@@ -12,6 +13,7 @@ mod strain_rate;
 mod tests;
 
 pub use at_rest::AtRest;
+pub use expressed::{DashpotFormula, DashpotFormulaError, ExpressedDashpots};
 pub use mass_proportional::MassProportional;
 pub use measured::MeasuredRate;
 pub(crate) use strain_rate::simplex_packs;
@@ -49,6 +51,14 @@ pub trait DissipativeTerm: Send + Sync {
     /// evaluated is lost.
     fn add_position_product(&mut self, x: &[f64], v: &[f64], p: &[f64], y: &mut [f64]) -> bool {
         let _ = (x, v, p, y);
+        false
+    }
+
+    /// Adds the product `d2R/dx dv u` [N] at `(x, v)` to `y`, `u` [m]: the change of `dR/dv` with the positions
+    /// along `u`. False where the term does not know it, and nothing is added. The derivative last evaluated
+    /// is lost.
+    fn add_position_change(&mut self, x: &[f64], v: &[f64], u: &[f64], y: &mut [f64]) -> bool {
+        let _ = (x, v, u, y);
         false
     }
 

@@ -131,6 +131,10 @@ fn check_derivatives((x, mut terms): (Vec<f64>, Vec<Box<dyn DissipativeTerm>>)) 
         // By positions: of p . dR/dv along q, against differences of fourth order.
         let mut by_positions = vec![0.0; x.len()];
         assert!(term.add_position_product(&x, &v, &p, &mut by_positions), "{name}");
+        let mut change = vec![0.0; x.len()];
+        assert!(term.add_position_change(&x, &v, &q, &mut change), "{name}");
+        let error = (dot(&change, &p) - dot(&by_positions, &q)).abs();
+        assert!(error < 1e-13 * power, "{name}: changes with positions are the transpose, but for {error:e}");
         let mut along = |h: f64| {
             let moved: Vec<f64> = x.iter().zip(&q).map(|(x, q)| x + h * q).collect();
             dot(&force(&mut **term, &moved, &v), &p)

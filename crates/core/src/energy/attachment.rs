@@ -350,6 +350,22 @@ impl DissipativeTerm for AttachmentDashpots {
         true
     }
 
+    /// `c [u' (d.w) + d (u'.w)]/|d|^2 - 2 c (d.u') (d.w) d/|d|^4` of each tie, `u'` mixed of `u` as `w` is.
+    fn add_position_change(&mut self, x: &[f64], v: &[f64], u: &[f64], y: &mut [f64]) -> bool {
+        let mut rows = vec![0.0; self.gradient.len()];
+        for i in 0..self.ties.ties.len() {
+            let (d, w, u) = (self.ties.difference(i, x), self.ties.mix(i, v), self.ties.mix(i, u));
+            let squared = dot(d, d);
+            if !self.is_isotropic(squared) {
+                let (by_w, by_u, both) = (dot(d, w) / squared, dot(d, u) / squared, dot(u, w) / squared);
+                let change = [0, 1, 2].map(|c| u[c] * by_w + d[c] * (both - 2.0 * by_u * by_w));
+                self.ties.share_out(i, scaled(change, self.constant), &mut rows);
+            }
+        }
+        add_rows(&self.ties.vertices, &rows, 1.0, 0, y, self.ties.dimension);
+        true
+    }
+
     fn power(&mut self, x: &[f64], v: &[f64]) -> f64 {
         (0..self.ties.ties.len()).map(|i| dot(self.force(i, x, v), self.ties.mix(i, v))).sum()
     }
@@ -436,6 +452,15 @@ mod tests {
             let mut product = vec![0.0; x.len()];
             term.add_damping_product(&x, &v, &v, &mut product);
             assert!((along(&product, &v) - 3.0 * rate * rate).abs() < 1e-9);
+            // Ends of a sequence differ by the same wherever it begins: squares do not.
+            let squares = |seed| scattered(dimension, seed).iter().map(|s| s * s).collect::<Vec<f64>>();
+            let (p, u) = (squares(3), squares(4));
+            let [mut by_positions, mut change] = [vec![0.0; x.len()], vec![0.0; x.len()]];
+            assert!(term.add_position_product(&x, &v, &p, &mut by_positions));
+            assert!(term.add_position_change(&x, &v, &u, &mut change));
+            let size = along(&change, &change).sqrt();
+            let error = (along(&by_positions, &u) - along(&change, &p)).abs();
+            assert!(error < 1e-13 * size && size > 0.1, "{error:e} of {size}");
             // Where the ends meet, every motion parts them.
             for c in 0..dimension {
                 x[2 * dimension + c] = x[6 * dimension + c];

@@ -308,6 +308,13 @@ pub trait EnergyTerm: TermViews + Send + Sync {
     /// lost.
     fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]);
 
+    /// Adds the same product, and gives `p . dE/dx`, the work of the gradient along `p`, where that comes
+    /// with it at no further cost; `None` where it does not.
+    fn add_product_with_work(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) -> Option<f64> {
+        self.add_hessian_product(x, p, y);
+        None
+    }
+
     /// The stencils of the Hessian: groups of vertices, all of the same size, each with a dense Hessian of
     /// its own. Asked for by implicit schemes alone, before [`stencil_hessians`](Self::stencil_hessians).
     /// Stencils that change while a simulation runs are in [`ChangingStencils`] instead.

@@ -7,7 +7,7 @@
 //! threads: the result has the same bits on one thread and on eight, without atomics and without colouring.
 
 use std::ops::Range;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
@@ -103,6 +103,8 @@ fn tasks(patches: usize) -> usize {
 /// One patch.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Patch {
+    /// Its place among the patches.
+    pub number: usize,
     /// Its packs.
     pub packs: Range<usize>,
     /// Its part of [`Patches::vertices`].
@@ -217,6 +219,7 @@ impl<const N: usize> Patches<N> {
         let run0 = self.runs.len();
         self.runs.extend(IndexRun::of(&self.vertices[row0..], 0, u32::MAX));
         self.patches.push(Patch {
+            number: self.patches.len(),
             packs: pack0..self.index.len(),
             vertices: row0..self.vertices.len(),
             runs: run0..self.runs.len(),
@@ -280,6 +283,24 @@ impl<const N: usize> Patches<N> {
             }
         });
         finite.into_inner()
+    }
+
+    /// As [`evaluate`](Self::evaluate) with a `direction`, and the sum, in the order of the patches, of what
+    /// `kernel` gives for each.
+    pub fn evaluate_with_sum<const D: usize>(
+        &self,
+        workspace: &mut Workspace<D>,
+        x: &[f64],
+        direction: &[f64],
+        kernel: impl Fn(&Patch, &mut Scratch<D>) -> f64 + Sync + Send,
+    ) -> f64 {
+        // Numbers by their bits: what threads may write, each its own.
+        let parts: Vec<AtomicU64> = self.patches.iter().map(|_| AtomicU64::new(0)).collect();
+        self.evaluate(workspace, x, Some(direction), |patch, scratch| {
+            let part = kernel(patch, scratch);
+            parts[patch.number].store(part.to_bits(), Ordering::Relaxed);
+        });
+        parts.into_iter().map(|part| f64::from_bits(part.into_inner())).sum()
     }
 
     /// Adds rows of the gradient last evaluated to `g`, as many as it has, from vertex `first` on: for each

@@ -51,7 +51,7 @@ macro_rules! functions {
 }
 
 /// `power log(base)`; zero where the power is, at a base of zero too.
-fn logarithm_times(power: f64, base: f64) -> f64 {
+pub(super) fn logarithm_times(power: f64, base: f64) -> f64 {
     if power == 0.0 { 0.0 } else { power * libm::log(base) }
 }
 

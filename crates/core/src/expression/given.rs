@@ -3,7 +3,8 @@
 use std::ops::Range;
 
 use super::function;
-use super::{Expression, ExpressionError, FormulaSymbol, Rated};
+use super::second::TwiceRated;
+use super::{Expression, ExpressionError, FormulaSymbol, Number, Rated, Variable};
 use crate::quantity::number_length;
 
 /// The word that begins them.
@@ -44,6 +45,33 @@ impl Expression {
             }
         };
         self.run(of, |_, _| {}).rate
+    }
+
+    /// The derivative of the [rate](Self::rate) by a number that the formula names, there and then, `d2f/dt
+    /// dA`; zero by one that it does not.
+    ///
+    /// ```
+    /// use pliant::expression::{Expression, Variable};
+    /// let wave = Expression::parse("A*sin(w*t) where A = 2, w = 12", Variable::TIME)?;
+    /// // w cos(w t) and A cos(w t) - A w t sin(w t) at t = 0.
+    /// let by = |name| wave.rate_derivative(name, [0.0; 3], 0.0);
+    /// assert_eq!((by("A"), by("w")), (12.0, 2.0));
+    /// # Ok::<(), pliant::expression::ExpressionError>(())
+    /// ```
+    pub fn rate_derivative(&self, name: &str, x: [f64; 3], t: f64) -> f64 {
+        let of = |symbol| match symbol {
+            FormulaSymbol::Variable(variable) => {
+                let rate = if variable == Variable::T { 1.0 } else { 0.0 };
+                let by_time = Rated { value: variable.of(x, t), rate };
+                TwiceRated { by_time, by_number: 0.0, mixed: 0.0 }
+            }
+            FormulaSymbol::Given(i) => {
+                let given = &self.given[i];
+                let by_number = if given.name == name { 1.0 } else { 0.0 };
+                TwiceRated { by_number, ..TwiceRated::constant(given.value) }
+            }
+        };
+        self.run(of, |_, _| {}).mixed
     }
 }
 
@@ -148,7 +176,6 @@ fn is_name(c: char) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::expression::Variable;
 
     fn parsed(text: &str) -> Result<Expression, ExpressionError> {
         Expression::parse(text, Variable::AT_REST)
@@ -168,6 +195,10 @@ mod tests {
         close(at("k"), 25.0 * t * decay);
         close(at("n"), -25.0 * x.powi(3) * x.ln());
         close(formula.rate([x, 0.0, 0.0], t), 12.5 * decay);
+        let rate = |name| formula.rate_derivative(name, [x, 0.0, 0.0], t);
+        close(rate("A"), -0.5 * decay);
+        close(rate("k"), 25.0 * (1.0 - 0.5 * t) * decay);
+        assert_eq!((rate("n"), rate("B")), (0.0, 0.0));
         assert_eq!(at("B"), 0.0);
         // 0^n is 0 for all n above 0.
         assert_eq!(formula.derivative("n", [0.0; 3], t), 0.0);

@@ -18,6 +18,7 @@ mod given;
 mod graph;
 mod parse;
 mod program;
+mod second;
 #[cfg(test)]
 mod tests;
 

@@ -38,7 +38,7 @@ pub fn autodiff_hessian<const D: usize, M: Material<D> + ?Sized>(
         for l in 0..D {
             let mut direction = Mat::zero();
             direction[k][l] = 1.0;
-            let dp = stress_along(material, f, &direction);
+            let (_, dp) = stress_along(material, f, &direction);
             for i in 0..D {
                 for j in 0..D {
                     tangent.0[i][j][k][l] = dp[i][j];
@@ -52,12 +52,12 @@ pub fn autodiff_hessian<const D: usize, M: Material<D> + ?Sized>(
     }
 }
 
-/// `dP = dP/dF : dF` [Pa]; one function for all that work on one `F` at a time.
+/// `P` and `dP = dP/dF : dF` [Pa]; one function for all that work on one `F` at a time.
 #[inline(never)]
 pub(crate) fn stress_along<const D: usize, M: Material<D> + ?Sized>(
     material: &M,
     f: &Mat<f64, D>,
     df: &Mat<f64, D>,
-) -> Mat<f64, D> {
-    Dual::parts(&material.pk1(&Dual::along(f, df))).1
+) -> (Mat<f64, D>, Mat<f64, D>) {
+    Dual::parts(&material.pk1(&Dual::along(f, df)))
 }

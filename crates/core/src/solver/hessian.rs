@@ -9,6 +9,7 @@ mod changing;
 mod tests;
 
 use std::collections::HashMap;
+use std::hash::{BuildHasherDefault, Hasher};
 use std::ops::Range;
 
 use rayon::prelude::*;
@@ -28,6 +29,29 @@ const MAX_TASKS: usize = 32;
 const TASK_ROWS: usize = 512;
 /// A block that belongs to a held vertex.
 const NOWHERE: u32 = u32::MAX;
+
+/// Numbers of pairs by their keys: that of the standard library is against attacks, and takes the greater
+/// part of making a structure.
+type PairNumbers = HashMap<u64, usize, BuildHasherDefault<PairHasher>>;
+
+/// Fibonacci's: Knuth 1998, *The Art of Computer Programming*, volume 3, section 6.4.
+#[derive(Clone, Copy, Debug, Default)]
+struct PairHasher(u64);
+
+impl Hasher for PairHasher {
+    fn write(&mut self, bytes: &[u8]) {
+        bytes.iter().for_each(|byte| self.write_u64(u64::from(*byte)));
+    }
+
+    fn write_u64(&mut self, number: u64) {
+        let product = (self.0 ^ number).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+        self.0 = product ^ (product >> 32);
+    }
+
+    fn finish(&self) -> u64 {
+        self.0
+    }
+}
 
 /// The factors in `A = inertia M + stiffness d2E/dx2 + damping d2R/dv2`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -330,7 +354,7 @@ impl<const D: usize> TermPlan<D> {
             let stencils = first..(first + GROUP).min(count);
             let of_stencil = |s: usize| &vertices[s * size..(s + 1) * size];
             let start = keys.len();
-            let (mut own, mut number) = (vec![], HashMap::new());
+            let (mut own, mut number) = (vec![], PairNumbers::default());
             for s in stencils.clone() {
                 for_pairs(of_stencil(s), |a, b| {
                     if is_held(a) || is_held(b) {

@@ -179,6 +179,8 @@ measured! {
     EnergyParameter: PRESSURE | COMPRESSIBILITY | ANGLE | NUMBER;
     /// As the formula of the energy of a spring needs them.
     SpringParameter: STIFFNESS | FORCE | LENGTH | ENERGY | PRESSURE | NUMBER;
+    /// As the formula of the dissipation of a spring needs them.
+    DashpotParameter: DASHPOT | FORCE | LENGTH | VELOCITY | NUMBER;
     /// As of the density.
     BendingStiffness: PLATE_STIFFNESS | BEAM_STIFFNESS;
 }

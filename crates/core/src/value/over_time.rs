@@ -73,6 +73,15 @@ impl OverTime {
         }
     }
 
+    /// The derivative of its [rate](Self::rate) by a number that its formula names, there and then; zero by
+    /// one that it does not.
+    pub fn rate_derivative(&self, name: &str, x: [f64; 3], t: f64) -> f64 {
+        match self {
+            OverTime::Constant(_) => 0.0,
+            OverTime::Formula(formula) => formula.rate_derivative(name, x, t),
+        }
+    }
+
     /// True if it differs from place to place.
     pub fn depends_on_place(&self) -> bool {
         matches!(self, OverTime::Formula(formula) if formula.depends_on_place())

@@ -3,7 +3,7 @@
 use pliant::system::System;
 
 use super::{AdjointPlace, Singular};
-use crate::linear::{Coefficients, Products, TransposedSolver};
+use crate::linear::{Coefficients, CorrectedSolver, Products};
 use crate::parameter::{ForceUse, HeldUse, Parameter, StateUse};
 use crate::parts::ForceParts;
 
@@ -12,7 +12,7 @@ pub(crate) struct Sums<'a> {
     parameters: &'a mut [Box<dyn Parameter>],
     /// Of each parameter.
     pub(crate) derivatives: Vec<Vec<f64>>,
-    solver: TransposedSolver,
+    solver: CorrectedSolver,
     parts: ForceParts,
     p: Vec<f64>,
     products: Products,
@@ -27,9 +27,9 @@ impl<'a> Sums<'a> {
             derivatives: parameters.iter().map(|parameter| vec![0.0; parameter.len()]).collect(),
             parts: ForceParts::new(parameters),
             parameters,
-            solver: TransposedSolver::new(dimension),
+            solver: CorrectedSolver::new(dimension),
             p: vec![0.0; unknowns],
-            products: Products::new(unknowns),
+            products: Products::back(unknowns),
             step: 0,
         }
     }
@@ -121,13 +121,16 @@ impl AdjointForces<'_, '_> {
         let step = self.sums.step;
         let Sums { parameters, derivatives, parts, p, products, .. } = &mut *self.sums;
         bars.x.iter_mut().zip(&products.by_positions).for_each(|(bar, y)| *bar -= y);
-        bars.v.iter_mut().zip(&products.by_velocities).for_each(|(bar, y)| *bar -= y);
+        if self.system.is_damped() {
+            bars.v.iter_mut().zip(&products.by_velocities).for_each(|(bar, y)| *bar -= y);
+        }
         parts.evaluate(self.system, at);
         let ForceParts { gradient, contact, friction, .. } = &*parts;
-        let Products { by_positions, by_velocities, .. } = products;
+        let Products { by_positions, by_velocities, works, .. } = products;
         let of = ForceUse {
             system: self.system,
             step,
+            time: at.time,
             x: at.x,
             v: at.v,
             p,
@@ -136,6 +139,7 @@ impl AdjointForces<'_, '_> {
             friction,
             by_positions,
             by_velocities,
+            works,
         };
         for (parameter, derivative) in parameters.iter_mut().zip(derivatives) {
             parameter.add(&of, derivative);

@@ -4,16 +4,18 @@
 //! drag `d`, and `e = 1`, `k = c h` without. Where forces depend on velocities, a kick of a scheme of order
 //! `p` has `p` stages, `v_k = v + c h/(p + 1 - k) (a(x, v_(k-1)) - d v_(k-1))`, and each is taken back.
 
+use std::borrow::Cow;
+
 use pliant::integrator::splitting::Stage::{self, Drift, Kick};
 use pliant::system::System;
 
 use super::{Adjoint, AdjointForces, AdjointPlace, Bars, Step, add_scaled, free_only};
 
 /// Positions, and the velocities before the kick and after each of its stages but the last.
-pub(crate) struct KickPlace {
+pub(crate) struct KickPlace<'a> {
     pub(crate) time: f64,
-    pub(crate) x: Vec<f64>,
-    pub(crate) v: Vec<Vec<f64>>,
+    pub(crate) x: Cow<'a, [f64]>,
+    pub(crate) v: Vec<Cow<'a, [f64]>>,
 }
 
 /// Takes `adjoint` back by one step of these stages, of a scheme of this order.
@@ -41,7 +43,7 @@ pub(super) fn step_back(
 }
 
 /// Takes `adjoint` back by a kick of `time` [s] under forces that do not depend on velocities.
-fn kick_back(forces: &mut AdjointForces<'_, '_>, place: &KickPlace, time: f64, adjoint: &mut Adjoint) {
+fn kick_back(forces: &mut AdjointForces<'_, '_>, place: &KickPlace<'_>, time: f64, adjoint: &mut Adjoint) {
     let (decay, kick) = kick_of(forces.system, time);
     let Adjoint { x, v, .. } = adjoint;
     let a_bar: Vec<f64> = v.iter().map(|v| kick * v).collect();
@@ -51,7 +53,12 @@ fn kick_back(forces: &mut AdjointForces<'_, '_>, place: &KickPlace, time: f64, a
 }
 
 /// The same under forces that do.
-fn damped_kick_back(forces: &mut AdjointForces<'_, '_>, place: &KickPlace, time: f64, adjoint: &mut Adjoint) {
+fn damped_kick_back(
+    forces: &mut AdjointForces<'_, '_>,
+    place: &KickPlace<'_>,
+    time: f64,
+    adjoint: &mut Adjoint,
+) {
     let (drag, order) = (forces.system.ether_drag(), place.v.len());
     let Adjoint { x, v: of_stage, .. } = adjoint;
     let mut before = vec![0.0; x.len()];
@@ -79,33 +86,35 @@ pub(crate) fn kick_of(system: &System, time: f64) -> (f64, f64) {
 
 /// The places of all kicks. Positions before the first drift and after the last are known; for others, and
 /// for velocities where forces depend on them, the step is taken again.
-pub(crate) fn kick_places(
+pub(crate) fn kick_places<'a>(
     (stages, order): (&[Stage], u32),
     system: &mut System,
-    step: &Step<'_>,
-) -> Vec<KickPlace> {
+    step: &Step<'a>,
+) -> Vec<KickPlace<'a>> {
     let drifts = stages.iter().filter(|stage| matches!(stage, Drift(_))).count();
-    let (mut x, mut v) = (step.from.x.to_vec(), step.from.v.to_vec());
+    let (mut x, mut v) = (Cow::Borrowed(step.from.x), Cow::Borrowed(step.from.v));
     let (mut places, mut drifted, mut done) = (vec![], 0.0, 0);
     for stage in stages {
         match stage {
             Drift(c) => {
                 (done, drifted) = (done + 1, drifted + c);
-                add_scaled(&mut x, c * step.h, &v);
-                system.prescribe(step.from.time + drifted * step.h, &mut x, &mut v);
+                if done < drifts || system.has_prescribed_motion() {
+                    add_scaled(x.to_mut(), c * step.h, &v);
+                    system.prescribe(step.from.time + drifted * step.h, x.to_mut(), v.to_mut());
+                }
                 if done == drifts {
-                    x.copy_from_slice(step.x);
+                    x = Cow::Borrowed(step.x);
                 }
             }
             Kick(c) => {
                 let time = step.from.time + drifted * step.h;
                 let mut place = KickPlace { time, x: x.clone(), v: vec![v.clone()] };
                 if system.is_damped() {
-                    damped_kick(system, &mut place, c * step.h, order, &mut v);
+                    damped_kick(system, &mut place, c * step.h, order, v.to_mut());
                 } else if done + 1 < drifts {
                     let (decay, kick) = kick_of(system, c * step.h);
                     let a = acceleration(system, &place, &v);
-                    v.iter_mut().zip(&a).for_each(|(v, a)| *v = decay * *v + kick * a);
+                    v.to_mut().iter_mut().zip(&a).for_each(|(v, a)| *v = decay * *v + kick * a);
                 }
                 places.push(place);
             }
@@ -115,11 +124,11 @@ pub(crate) fn kick_places(
 }
 
 /// Takes a kick of `time` [s] again, and keeps the velocities of its stages.
-fn damped_kick(system: &mut System, place: &mut KickPlace, time: f64, order: u32, v: &mut [f64]) {
+fn damped_kick(system: &mut System, place: &mut KickPlace<'_>, time: f64, order: u32, v: &mut [f64]) {
     let (drag, before) = (system.ether_drag(), v.to_vec());
     for stage in 1..=order {
         if stage > 1 {
-            place.v.push(v.to_vec());
+            place.v.push(Cow::Owned(v.to_vec()));
         }
         let part = time / f64::from(order + 1 - stage);
         let a = acceleration(system, place, v);
@@ -130,7 +139,7 @@ fn damped_kick(system: &mut System, place: &mut KickPlace, time: f64, order: u32
 }
 
 /// Acceleration by all forces there, without ether drag [m/s^2].
-fn acceleration(system: &mut System, place: &KickPlace, v: &[f64]) -> Vec<f64> {
+fn acceleration(system: &mut System, place: &KickPlace<'_>, v: &[f64]) -> Vec<f64> {
     let mut a = vec![0.0; v.len()];
     system.set_time(place.time);
     system.evaluate(&place.x);

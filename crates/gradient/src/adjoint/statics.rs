@@ -1,9 +1,21 @@
 //! The adjoint of static equilibria: `dE/dx = 0` at the free coordinates, whatever was before.
+//!
+//! What dissipates resists the way from one equilibrium to the next, as friction does: with velocities `v = (x -
+//! x_n)/h` of the free coordinates, those of prescribed motion of the held ones,
+//!
+//! ```text
+//! dE/dx + dR/dv(x, v) = 0      (H + C/h) p = x_bar      x_n_bar = C p / h
+//! ```
+//!
+//! with `H` and `C` as the [forces](super::forces) have them.
+
+use pliant::system::System;
 
 use super::{Adjoint, AdjointForces, AdjointPlace, Bars, Singular, Step};
 use crate::linear::Coefficients;
 
-/// Takes `adjoint` back by one equilibrium: only the places of held coordinates are left of it.
+/// Takes `adjoint` back by one equilibrium: only the places of held coordinates are left of it, and what
+/// dissipates remembers of the free ones.
 ///
 /// # Errors
 /// [`Singular`].
@@ -14,11 +26,26 @@ pub(super) fn step_back(
 ) -> Result<(), Singular> {
     let Adjoint { x, v, .. } = adjoint;
     let mut right = x.clone();
-    let at = AdjointPlace { time: step.from.time + step.h, x: step.x, v: step.v };
-    let stiffness = Coefficients { inertia: 0.0, damping: 0.0, stiffness: 1.0 };
-    forces.solve(at, stiffness, &mut right, Bars { x, v })?;
+    let way = velocities(forces.system, step);
+    let at = AdjointPlace { time: step.from.time + step.h, x: step.x, v: &way };
     v.fill(0.0);
-    let free = x.iter_mut().zip(forces.system.inverse_mass()).filter(|(_, weight)| **weight > 0.0);
-    free.for_each(|(x, _)| *x = 0.0);
+    forces.solve(at, coefficients(step.h), &mut right, Bars { x, v: &mut *v })?;
+    let free = x.iter_mut().zip(v).zip(forces.system.inverse_mass());
+    for ((x, v), weight) in free {
+        *x = if *weight > 0.0 { -*v / step.h } else { *x };
+        *v = 0.0;
+    }
     Ok(())
+}
+
+/// Coefficients of the matrix of an increment of `h` [s].
+pub(crate) fn coefficients(h: f64) -> Coefficients {
+    Coefficients { inertia: 0.0, damping: 1.0 / h, stiffness: 1.0 }
+}
+
+/// Velocities that dissipation sees [m/s].
+pub(crate) fn velocities(system: &System, step: &Step<'_>) -> Vec<f64> {
+    let on_the_way = step.x.iter().zip(step.from.x).map(|(x, before)| (x - before) / step.h);
+    let each = on_the_way.zip(step.v).zip(system.inverse_mass());
+    each.map(|((way, held), weight)| if *weight == 0.0 { *held } else { way }).collect()
 }

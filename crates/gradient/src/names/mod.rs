@@ -16,8 +16,8 @@ use pliant::topology::{BodyKind, BodyTopology, Topology};
 use pliant_scene::{Body, MassSpec, OverTime, Scene, SpringsSpec};
 
 use crate::parameter::{
-    BodyDensity, ContactStiffness, Gravity, HeldPlaces, LinearElements, Masses, Modulus, Parameter,
-    RestLengths, SpringStiffness, StepForces, Together, TunedSpring, WeightDensity, Weighted,
+    BodyDensity, ContactStiffness, Gravity, GravityNumber, HeldPlaces, LinearElements, Masses, Modulus,
+    Parameter, RestLengths, SpringStiffness, StepForces, Together, TunedSpring, WeightDensity, Weighted,
 };
 use crate::{GradientError, RunGradient};
 use materials::{by_poisson, young};
@@ -28,8 +28,14 @@ const START: [&str; 2] = ["position", "velocity"];
 /// Names of arrays over all steps, or states, and vertices.
 const EACH_STEP: [&str; 2] = ["forces", "pins"];
 
+/// Uniform gravity.
+const GRAVITY: &str = "world.gravity";
+
 /// Beginning of the names of the parameters of an energy that is a formula.
 const OF_FORMULA: &str = "elastic.parameters.";
+
+/// Beginning of the names of the parameters of dashpots by a formula.
+const OF_DASHPOTS: &str = "damping.expression.parameters.";
 
 /// A number, or numbers, that the gradient is taken by.
 enum NamedQuantity {
@@ -92,7 +98,9 @@ impl ParameterSelection {
 pub fn names(scene: &Scene, topology: &Topology) -> Vec<String> {
     let mut names: Vec<String> = START.iter().chain(&EACH_STEP).map(|name| (*name).to_owned()).collect();
     if scene.body.iter().all(|spec| !is_static(scene) || !spec.is_quadratic()) {
-        names.push("world.gravity".into());
+        names.push(GRAVITY.into());
+        let of_formulas = formulas::names(scene.world.gravity.iter().flatten());
+        names.extend(of_formulas.into_iter().map(|name| format!("{GRAVITY}.{}", formulas::key(&name))));
     }
     names.extend(contact::names(scene).map(String::from).chain(motions::names(scene)));
     for (i, (spec, body)) in scene.body.iter().zip(&topology.bodies).enumerate() {
@@ -170,10 +178,18 @@ fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<Cow<'static, 
     }
     let dashpot = spec.damping.as_ref().and_then(|damping| damping.dashpot);
     keys.extend(dashpot.filter(|_| spec.springs.is_some()).map(|_| "damping.dashpot"));
+    let formula = spec.damping.as_ref().and_then(|damping| damping.expression.as_ref());
+    if let Some(formula) = formula.filter(|_| spec.springs.is_some()) {
+        of_formula.extend(formula.parameters.keys().map(|name| format!("{OF_DASHPOTS}{name}").into()));
+    }
     match &spec.springs {
         Some(SpringsSpec { expression: Some(_), .. }) => {}
         Some(SpringsSpec { young: Some(_), .. }) => keys.push("springs.young"),
-        Some(_) => keys.extend(["springs.stiffness", "springs.rest_length"]),
+        Some(_) => {
+            keys.push("springs.stiffness");
+            // The formula of dashpots may have the rest length in it.
+            keys.extend(formula.is_none().then_some("springs.rest_length"));
+        }
         None => {}
     }
     let all = keys.into_iter().map(Cow::Borrowed).chain(of_formula);
@@ -227,8 +243,16 @@ impl Places<'_> {
             problem: problem.to_owned(),
             known: names(self.scene, self.topology),
         };
-        if name == "world.gravity" && names(self.scene, self.topology).iter().any(|known| known == name) {
-            return Ok(Box::new(Gravity::new(self.topology.dimension)));
+        if let Some(key) = name.strip_prefix(GRAVITY)
+            && names(self.scene, self.topology).iter().any(|known| known == name)
+        {
+            return Ok(match key.strip_prefix('.').and_then(formulas::name) {
+                Some(name) => {
+                    let formulas = self.scene.world.gravity.iter().flatten().cloned().collect();
+                    Box::new(GravityNumber::new(formulas, name))
+                }
+                None => Box::new(Gravity::new(self.topology.dimension)),
+            });
         }
         let (numbering, coordinates) = (self.numbering.clone(), self.topology.rest_positions.len());
         match name {
@@ -239,7 +263,7 @@ impl Places<'_> {
         if let Some(of_contact) = contact::parameter(self.scene, name) {
             return Ok(of_contact);
         }
-        if let Some(of_obstacle) = motions::of_obstacle(self.scene, name) {
+        if let Some(of_obstacle) = motions::of_obstacle(self.scene, name, &self.rest()) {
             return Ok(of_obstacle);
         }
         let (spec, body, key) = self.body(name).ok_or_else(|| unknown("is no parameter of this scene"))?;
@@ -277,14 +301,25 @@ impl Places<'_> {
                 return loads::parameter(spec, &body.name, self.topology.dimension, key);
             }
             _ if key.starts_with("muscle.") => return muscles::parameter(spec, &body.name, key),
-            _ if key.starts_with("pin.") => return motions::parameter(spec, &body.name, key),
+            _ if key.starts_with("pin.") => {
+                return motions::parameter(spec, &body.name, key, &self.rest());
+            }
             _ if key.starts_with("springs.") => {
                 let beta = spec.damping.as_ref().and_then(|damping| damping.stiffness_proportional);
                 return self.of_springs(spec.springs.as_ref()?, beta.unwrap_or(0.0), body, key);
             }
+            _ if key.starts_with(OF_DASHPOTS) => {
+                let dashpots = self.expressed_dashpots(spec, body, key.strip_prefix(OF_DASHPOTS)?)?;
+                Box::new(Modulus::new(vec![], vec![(1.0, dashpots)]))
+            }
             ("damping.dashpot", _) => Box::new(Modulus::new(vec![], vec![(1.0, self.unit_dashpots(body))])),
             _ => return self.of_elements(spec, body, key),
         })
+    }
+
+    /// Places of all vertices at rest, flat, in the order of the simulation [m].
+    fn rest(&self) -> Cow<'_, [f64]> {
+        self.numbering.to_internal(&self.topology.rest_positions, self.topology.dimension)
     }
 
     /// Constant gravity [m/s^2]; zero without any.
@@ -318,14 +353,9 @@ impl Places<'_> {
     }
 
     fn springs(&self, spec: &SpringsSpec, body: &BodyTopology) -> Option<Vec<TunedSpring>> {
-        let d = self.topology.dimension;
-        let point = |vertex: u32| &self.topology.rest_positions[vertex as usize * d..][..d];
+        let lengths = self.rest_lengths(spec, body)?;
         let spring = |(i, ends): (usize, &[u32; 2])| {
-            let squares = point(ends[0]).iter().zip(point(ends[1])).map(|(a, b)| (a - b) * (a - b));
-            let rest_length = match &spec.rest_length {
-                Some(lengths) => lengths.get(i)?,
-                None => squares.sum::<f64>().sqrt(),
-            };
+            let rest_length = *lengths.get(i)?;
             let stiffness = match (&spec.stiffness, spec.young) {
                 (Some(stiffness), _) => stiffness.get(i)?,
                 (None, young) => young? * rest_length,
@@ -333,6 +363,20 @@ impl Places<'_> {
             Some(TunedSpring { ends: ends.map(|end| self.numbering.internal(end)), stiffness, rest_length })
         };
         body.edges.iter().enumerate().map(spring).collect()
+    }
+
+    /// Rest lengths of the springs of a body [m].
+    fn rest_lengths(&self, spec: &SpringsSpec, body: &BodyTopology) -> Option<Vec<f64>> {
+        let d = self.topology.dimension;
+        let point = |vertex: u32| &self.topology.rest_positions[vertex as usize * d..][..d];
+        let length = |(i, ends): (usize, &[u32; 2])| {
+            let squares = point(ends[0]).iter().zip(point(ends[1])).map(|(a, b)| (a - b) * (a - b));
+            match &spec.rest_length {
+                Some(lengths) => lengths.get(i),
+                None => Some(squares.sum::<f64>().sqrt()),
+            }
+        };
+        body.edges.iter().enumerate().map(length).collect()
     }
 
     fn of_elements(&self, spec: &Body, body: &BodyTopology, key: &str) -> Option<Box<dyn Parameter>> {
@@ -360,8 +404,11 @@ impl Places<'_> {
         }
         let term = |(factor, material)| (factor, self.term(spec, &material, body));
         let energies = parts.into_iter().map(term).collect();
-        let modulus: Box<dyn Parameter> =
-            Box::new(Modulus::new(energies, self.dissipation(spec, material, body, key)?));
+        let mut modulus = Modulus::new(energies, self.dissipation(spec, material, body, key)?);
+        if key == "elastic.young" {
+            modulus = modulus.of_system();
+        }
+        let modulus: Box<dyn Parameter> = Box::new(modulus);
         if key == "elastic.young" && contact::is_as_stiff(self.scene, spec) {
             let of_contact = ContactStiffness::new(young(material)?);
             return Some(Box::new(Together::new(vec![modulus, Box::new(of_contact)])));

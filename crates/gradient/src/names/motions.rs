@@ -1,42 +1,83 @@
 //! Prescribed motion of the pins of a body, by their numbers, and of obstacles, by their names.
 
-use pliant_scene::{Body, MotionSpec, ObstacleSpec, Pin, Scene};
+use pliant_scene::{Body, MotionSpec, ObstacleSpec, OverTime, Pin, Scene};
 
-use crate::parameter::{MotionFactor, Parameter};
+use super::formulas;
+use crate::parameter::{MotionFactor, MotionNumber, Parameter};
 
-/// Keys of the pins of a body that move without turning: `pin.0.motion.factor`.
+/// Beginning of the names of the numbers of obstacles.
+const OBSTACLE: &str = "obstacle.";
+/// The factor of a motion, after its pin or obstacle.
+const FACTOR: &str = "motion.factor";
+/// Beginning of the keys of numbers that formulas of a motion name.
+const OF_FORMULA: &str = "motion.";
+
+/// Keys of a motion that does not turn: `motion.factor`, `motion.parameters.A`.
+fn keys_of(motion: Option<&MotionSpec>) -> Vec<String> {
+    if !goes_straight(motion) {
+        return vec![];
+    }
+    let named = formulas::names(displacement(motion)).into_iter().map(|name| formulas::key(&name));
+    std::iter::once(FACTOR.to_owned()).chain(named.map(|key| format!("{OF_FORMULA}{key}"))).collect()
+}
+
+/// The number of a motion by its key, of what a hold of this name holds; `rest` are the places of all
+/// vertices at rest, flat, in the order of the simulation [m].
+fn number(motion: Option<&MotionSpec>, hold: String, key: &str, rest: &[f64]) -> Option<Box<dyn Parameter>> {
+    if key == FACTOR {
+        return Some(Box::new(MotionFactor::new(hold)));
+    }
+    let name = formulas::name(key.strip_prefix(OF_FORMULA)?)?;
+    Some(Box::new(MotionNumber::new(hold, displacement(motion).to_vec(), name, rest.to_vec())))
+}
+
+/// Keys of the pins of a body that move without turning: `pin.0.motion.factor`, `pin.0.motion.parameters.A`.
 pub(super) fn keys(spec: &Body) -> impl Iterator<Item = String> {
-    let moving = spec.pin.iter().enumerate().filter(|(_, pin)| goes_straight(pin.motion.as_ref()));
-    moving.map(|(i, _)| format!("pin.{i}.motion.factor"))
+    let of_pin = |(i, pin): (usize, &Pin)| {
+        let keys = keys_of(pin.motion.as_ref()).into_iter();
+        keys.map(|key| format!("pin.{i}.{key}")).collect::<Vec<_>>()
+    };
+    spec.pin.iter().enumerate().flat_map(of_pin)
 }
 
-/// The factor of a motion of the body of this name by its key.
-pub(super) fn parameter(spec: &Body, body: &str, key: &str) -> Option<Box<dyn Parameter>> {
-    let index: usize = key.strip_prefix("pin.")?.strip_suffix(".motion.factor")?.parse().ok()?;
-    let pin = spec.pin.get(index)?.name_or_default(index);
-    Some(Box::new(MotionFactor::new(Pin::hold_name(body, &pin))))
+/// The number of a motion of the body of this name by its key; `rest` as above.
+pub(super) fn parameter(spec: &Body, body: &str, key: &str, rest: &[f64]) -> Option<Box<dyn Parameter>> {
+    let (index, key) = key.strip_prefix("pin.")?.split_once('.')?;
+    let index: usize = index.parse().ok()?;
+    let pin = spec.pin.get(index)?;
+    let hold = Pin::hold_name(body, &pin.name_or_default(index));
+    number(pin.motion.as_ref(), hold, key, rest)
 }
 
-/// Names of the obstacles that move without turning, `obstacle.NAME.motion.factor`, and their holds.
-fn of_obstacles(scene: &Scene) -> impl Iterator<Item = (String, String)> {
-    // Without contact they are not there.
-    let obstacles = scene.obstacle.iter().enumerate().filter(|_| scene.contact.is_some());
-    let moving = obstacles.filter(|(_, obstacle)| goes_straight(obstacle.motion.as_ref()));
-    moving.map(|(i, obstacle)| {
-        let name = obstacle.name_or_default(i);
-        (format!("obstacle.{name}.motion.factor"), Pin::hold_name(&name, ObstacleSpec::PIN))
+/// Obstacles, with their names. Without contact they are not there.
+fn obstacles(scene: &Scene) -> impl Iterator<Item = (String, &ObstacleSpec)> {
+    let all = scene.obstacle.iter().enumerate().filter(|_| scene.contact.is_some());
+    all.map(|(i, obstacle)| (obstacle.name_or_default(i), obstacle))
+}
+
+/// Names of the numbers of the motions of obstacles: `obstacle.NAME.motion.factor`.
+pub(super) fn names(scene: &Scene) -> impl Iterator<Item = String> {
+    obstacles(scene).flat_map(|(name, obstacle)| {
+        let keys = keys_of(obstacle.motion.as_ref()).into_iter();
+        keys.map(|key| format!("{OBSTACLE}{name}.{key}")).collect::<Vec<_>>()
     })
 }
 
-/// Names of the motions of obstacles.
-pub(super) fn names(scene: &Scene) -> impl Iterator<Item = String> {
-    of_obstacles(scene).map(|(name, _)| name)
+/// The number of the motion of an obstacle of this name; `rest` as above.
+pub(super) fn of_obstacle(scene: &Scene, name: &str, rest: &[f64]) -> Option<Box<dyn Parameter>> {
+    let asked = name.strip_prefix(OBSTACLE)?;
+    obstacles(scene).find_map(|(name, obstacle)| {
+        let key = asked.strip_prefix(&name)?.strip_prefix('.')?;
+        let motion = obstacle.motion.as_ref();
+        let known = keys_of(motion).iter().any(|known| known == key);
+        let hold = Pin::hold_name(&name, ObstacleSpec::PIN);
+        if known { number(motion, hold, key, rest) } else { None }
+    })
 }
 
-/// The factor of the motion of an obstacle of this name.
-pub(super) fn of_obstacle(scene: &Scene, name: &str) -> Option<Box<dyn Parameter>> {
-    let (_, hold) = of_obstacles(scene).find(|(known, _)| known == name)?;
-    Some(Box::new(MotionFactor::new(hold)))
+/// Components of the displacement that is a formula.
+fn displacement(motion: Option<&MotionSpec>) -> &[OverTime] {
+    motion.and_then(|motion| motion.displacement.as_deref()).unwrap_or_default()
 }
 
 /// True if there is a motion, and no rotation in it.

@@ -56,6 +56,22 @@ impl Places<'_> {
         pliant_terms::dashpots(self.topology.dimension, &body.name, &edges, &constants, &rest)
     }
 
+    /// Dashpots beside the springs of a body whose force is the derivative of theirs by a parameter of their
+    /// formula.
+    pub(super) fn expressed_dashpots(
+        &self,
+        spec: &Body,
+        body: &BodyTopology,
+        parameter: &str,
+    ) -> Option<Box<dyn DissipativeTerm>> {
+        let formula = spec.damping.as_ref()?.expression.as_ref()?.formula().ok()?.derivative(parameter)?;
+        let lengths = self.rest_lengths(spec.springs.as_ref()?, body)?;
+        let edges: Vec<[u32; 2]> =
+            body.edges.iter().map(|ends| ends.map(|end| self.numbering.internal(end))).collect();
+        let (d, rest) = (self.topology.dimension, self.rest());
+        Some(pliant_terms::expressed_dashpots(d, &body.name, formula, &edges, &lengths, &rest))
+    }
+
     /// Damping of all masses of a body at the rate 1/s.
     fn by_masses(&self, body: &BodyTopology) -> Box<dyn DissipativeTerm> {
         // Bodies keep their ranges, in whatever order their vertices are.

@@ -1,5 +1,7 @@
 //! Uniform gravity.
 
+use pliant_scene::OverTime;
+
 use super::{ForceUse, Parameter};
 
 /// Acceleration of uniform gravity [m/s^2], a number for each dimension; that at the time of each force where
@@ -29,8 +31,58 @@ impl Parameter for Gravity {
     }
 
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
-        for (p, mass) in of.p.chunks_exact(self.dimension).zip(of.system.mass()) {
-            derivative.iter_mut().zip(p).for_each(|(derivative, p)| *derivative += mass * p);
+        match self.dimension {
+            2 => add_weights::<2>(of.p, of.system.mass(), derivative),
+            _ => add_weights::<3>(of.p, of.system.mass(), derivative),
         }
+    }
+}
+
+/// Adds `sum_i m_i p_i`.
+fn add_weights<const D: usize>(p: &[f64], mass: &[f64], sum: &mut [f64]) {
+    let mut total = [0.0; D];
+    for (p, mass) in p.as_chunks::<D>().0.iter().zip(mass) {
+        (0..D).for_each(|k| total[k] += mass * p[k]);
+    }
+    sum.iter_mut().zip(total).for_each(|(sum, total)| *sum += total);
+}
+
+/// A number that the formulas of gravity name after `where`; that of all components where several name it.
+#[derive(Clone, Debug)]
+pub struct GravityNumber {
+    /// Components of gravity [m/s^2].
+    formulas: Vec<OverTime>,
+    name: String,
+}
+
+impl GravityNumber {
+    /// The number of this name in the components of gravity.
+    pub fn new(formulas: Vec<OverTime>, name: String) -> Self {
+        GravityNumber { formulas, name }
+    }
+
+    /// Gravity, and its derivative at the time of a force.
+    fn rates(&self, time: f64) -> (Gravity, Vec<f64>) {
+        let rate = |formula: &OverTime| formula.derivative(&self.name, [0.0; 3], time);
+        (Gravity::new(self.formulas.len()), self.formulas.iter().map(rate).collect())
+    }
+}
+
+impl Parameter for GravityNumber {
+    fn len(&self) -> usize {
+        1
+    }
+
+    fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
+        let (mut gravity, rates) = self.rates(of.time);
+        let change: Vec<f64> = rates.iter().map(|rate| rate * change[0]).collect();
+        gravity.add_change(of, &change, force)
+    }
+
+    fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
+        let (mut gravity, rates) = self.rates(of.time);
+        let mut by_gravity = vec![0.0; rates.len()];
+        gravity.add(of, &mut by_gravity);
+        derivative[0] += by_gravity.iter().zip(&rates).map(|(by, rate)| by * rate).sum::<f64>();
     }
 }

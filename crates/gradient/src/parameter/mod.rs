@@ -15,11 +15,11 @@ mod weighted;
 pub use contact::{ContactStiffness, FrictionCoefficient};
 pub use each_step::{HeldPlaces, StepForces};
 pub use elements::LinearElements;
-pub use gravity::Gravity;
+pub use gravity::{Gravity, GravityNumber};
 pub use load::{FormulaNumber, LoadFactor, LoadValue};
 pub use mass::{BodyDensity, Masses, WeightDensity};
 pub use moduli::Modulus;
-pub use motion::MotionFactor;
+pub use motion::{MotionFactor, MotionNumber};
 pub use spring::{RestLengths, SpringStiffness, TunedSpring};
 pub use together::Together;
 pub use weighted::Weighted;
@@ -33,6 +33,8 @@ pub struct ForceUse<'a> {
     pub system: &'a System,
     /// Steps of the run before this one.
     pub step: u64,
+    /// Time [s].
+    pub time: f64,
     /// Positions, flat, vertices in the order of the simulation [m].
     pub x: &'a [f64],
     /// Velocities, likewise [m/s].
@@ -50,6 +52,8 @@ pub struct ForceUse<'a> {
     pub by_positions: &'a [f64],
     /// `d2R/dv2 p`: minus the derivative by the velocities there.
     pub by_velocities: &'a [f64],
+    /// `p . dE/dx` of each energy term of the system, in their order, where it came with these products.
+    pub works: &'a [Option<f64>],
 }
 
 /// A use of a state, of which the places and velocities of held coordinates are a part: by a loss, or by a
@@ -58,6 +62,8 @@ pub struct ForceUse<'a> {
 pub struct HeldUse<'a> {
     /// The equations of motion.
     pub system: &'a System,
+    /// Time [s].
+    pub time: f64,
     /// Positions, flat, vertices in the order of the simulation [m].
     pub x: &'a [f64],
     /// Velocities, likewise [m/s].

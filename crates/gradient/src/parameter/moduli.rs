@@ -13,6 +13,10 @@ use crate::adjoint::{add_scaled, dot};
 /// energies of the same model, of `lambda = 0` and of `lambda = mu`, and the derivatives of forces by Young's
 /// modulus and by Poisson's ratio are exact.
 pub struct Modulus {
+    /// True if the only energy is that of the term of the system that has the same name.
+    is_of_system: bool,
+    /// Place of that term, once it has been found.
+    place: Option<usize>,
     energies: Vec<(f64, Box<dyn EnergyTerm>)>,
     dissipation: Vec<(f64, Box<dyn DissipativeTerm>)>,
     gradient: Vec<f64>,
@@ -24,7 +28,26 @@ impl Modulus {
         energies: Vec<(f64, Box<dyn EnergyTerm>)>,
         dissipation: Vec<(f64, Box<dyn DissipativeTerm>)>,
     ) -> Self {
-        Modulus { energies, dissipation, gradient: vec![] }
+        Modulus { is_of_system: false, place: None, energies, dissipation, gradient: vec![] }
+    }
+
+    /// Says that its only energy is that of the term of the system that has the same name, so that its work
+    /// need not be computed once more where it is known. Factors of terms are those of this energy.
+    #[must_use]
+    pub fn of_system(self) -> Self {
+        Modulus { is_of_system: true, ..self }
+    }
+
+    /// `p` times the derivative of the energies, where the system's term has it already.
+    fn known_work(&mut self, of: &ForceUse<'_>) -> Option<f64> {
+        let [(factor, energy)] = &self.energies[..] else { return None };
+        if !self.is_of_system || of.works.is_empty() {
+            return None;
+        }
+        let find = || of.system.terms().iter().position(|term| term.name() == energy.name());
+        self.place = self.place.or_else(find);
+        let work = of.works.get(self.place?)?;
+        work.map(|work| factor * work)
     }
 }
 
@@ -44,7 +67,7 @@ impl Parameter for Modulus {
     }
 
     fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
-        let Modulus { energies, dissipation, gradient } = self;
+        let Modulus { energies, dissipation, gradient, .. } = self;
         gradient.resize(of.x.len(), 0.0);
         for (factor, term) in energies {
             gradient.fill(0.0);
@@ -61,7 +84,9 @@ impl Parameter for Modulus {
     }
 
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
-        let Modulus { energies, dissipation, gradient } = self;
+        let known = self.known_work(of);
+        derivative[0] -= known.unwrap_or(0.0);
+        let Modulus { energies, dissipation, gradient, .. } = self;
         gradient.resize(of.x.len(), 0.0);
         let mut subtract = |factor: f64, add: &mut dyn FnMut(&mut [f64])| {
             gradient.fill(0.0);
@@ -69,7 +94,7 @@ impl Parameter for Modulus {
             let along = gradient.iter().zip(of.p).map(|(gradient, p)| gradient * p).sum::<f64>();
             derivative[0] -= factor * along;
         };
-        for (factor, term) in energies {
+        for (factor, term) in energies.iter_mut().filter(|_| known.is_none()) {
             subtract(*factor, &mut |gradient| term.add_gradient(of.x, gradient));
         }
         for (factor, term) in dissipation {

@@ -1,6 +1,7 @@
 //! Prescribed motion.
 
 use pliant::system::System;
+use pliant_scene::OverTime;
 
 use super::{ForceUse, HeldUse, Parameter};
 
@@ -50,5 +51,67 @@ impl Parameter for MotionFactor {
         for (i, start) in self.starts(of.system) {
             derivative[0] += of.x_bar[*i] * (of.x[*i] - start) + of.v_bar[*i] * of.v[*i];
         }
+    }
+}
+
+/// A number that the formulas of the prescribed displacement of a pin name after `where`; that of all
+/// components where several name it. A held coordinate is at `x(0) + u(X, t)` and has the velocity `du/dt`:
+/// derivatives by `A` go by `du/dA` and `d2u/dt dA`.
+#[derive(Clone, Debug)]
+pub struct MotionNumber {
+    hold: String,
+    /// Components of the displacement [m].
+    formulas: Vec<OverTime>,
+    name: String,
+    /// Places of all vertices at rest, flat, in the order of the simulation [m].
+    rest: Vec<f64>,
+    /// Held coordinates, once they have been looked up.
+    coordinates: Option<Vec<usize>>,
+}
+
+impl MotionNumber {
+    /// The number of this name in the components of the displacement that moves the
+    /// [hold](pliant::constraint::Hold) `hold`; `rest`, flat, are the places of all vertices at rest, in the
+    /// order of the simulation [m].
+    pub fn new(hold: String, formulas: Vec<OverTime>, name: String, rest: Vec<f64>) -> Self {
+        MotionNumber { hold, formulas, name, rest, coordinates: None }
+    }
+
+    /// Sum over held coordinates of the derivatives by place and by velocity, `by(i)`, times what the number
+    /// makes of these.
+    fn sum(&mut self, system: &System, time: f64, by: impl Fn(usize) -> [f64; 2]) -> f64 {
+        let MotionNumber { hold, formulas, name, rest, coordinates } = self;
+        let d = system.dimension();
+        let coordinates = coordinates.get_or_insert_with(|| {
+            let holds = system.constraints().iter().filter(|held| held.name() == *hold);
+            holds.flat_map(|held| held.coordinates(d)).collect()
+        });
+        let part = |i: &usize| {
+            let (vertex, axis) = (i / d, i % d);
+            let mut place = [0.0; 3];
+            place[..d].copy_from_slice(&rest[vertex * d..][..d]);
+            let [by_place, by_velocity] = by(*i);
+            by_place * formulas[axis].derivative(name, place, time)
+                + by_velocity * formulas[axis].rate_derivative(name, place, time)
+        };
+        coordinates.iter().map(part).sum()
+    }
+}
+
+impl Parameter for MotionNumber {
+    fn len(&self) -> usize {
+        1
+    }
+
+    fn looks_at_held(&self) -> bool {
+        true
+    }
+
+    fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
+        derivative[0] -= self.sum(of.system, of.time, |i| [of.by_positions[i], of.by_velocities[i]]);
+    }
+
+    fn add_held(&mut self, of: &HeldUse<'_>, derivative: &mut [f64]) {
+        derivative[0] += self.sum(of.system, of.time, |i| [of.x_bar[i], of.v_bar[i]]);
     }
 }

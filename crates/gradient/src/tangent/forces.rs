@@ -3,7 +3,7 @@
 use pliant::system::System;
 
 use crate::adjoint::{AdjointPlace, Singular};
-use crate::linear::{Coefficients, Products, TransposedSolver};
+use crate::linear::{Coefficients, CorrectedSolver, Products};
 use crate::parameter::{ForceUse, Parameter};
 use crate::parts::ForceParts;
 
@@ -17,7 +17,7 @@ pub(super) struct TangentForces<'p> {
     pub(super) step: u64,
     /// A parameter whose change of forces is not known.
     pub(super) unknown: Option<usize>,
-    solver: TransposedSolver,
+    solver: CorrectedSolver,
     products: Products,
     by_positions: Vec<f64>,
     by_velocities: Vec<f64>,
@@ -37,8 +37,8 @@ impl<'p> TangentForces<'p> {
             changes,
             step: 0,
             unknown: None,
-            solver: TransposedSolver::new(dimension),
-            products: Products::new(unknowns),
+            solver: CorrectedSolver::new(dimension),
+            products: Products::forth(unknowns),
             by_positions: vec![0.0; unknowns],
             by_velocities: vec![0.0; unknowns],
         }
@@ -56,6 +56,8 @@ impl<'p> TangentForces<'p> {
         system.hessian_product(at.x, x, &mut self.by_positions);
         self.by_velocities.fill(0.0);
         if system.is_damped() {
+            system.position_change(at.x, at.v, x, &mut self.by_velocities);
+            self.by_positions.iter_mut().zip(&self.by_velocities).for_each(|(y, part)| *y += part);
             system.damping_product(at.x, at.v, v, &mut self.by_velocities);
         }
         let (d, drag) = (system.dimension(), system.ether_drag());
@@ -78,6 +80,7 @@ impl<'p> TangentForces<'p> {
         let of = ForceUse {
             system,
             step: *step,
+            time: at.time,
             x: at.x,
             v: at.v,
             p: &[],
@@ -86,6 +89,7 @@ impl<'p> TangentForces<'p> {
             friction,
             by_positions: &[],
             by_velocities: &[],
+            works: &[],
         };
         for (i, (parameter, change)) in parameters.iter_mut().zip(*changes).enumerate() {
             if !parameter.add_change(&of, change, force) {

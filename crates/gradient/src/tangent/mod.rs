@@ -62,9 +62,8 @@ pub struct RunDirection<'a> {
 /// ```
 ///
 /// # Errors
-/// [`GradientError`], as [`gradient`](crate::gradient()); damping that is not in proportion to masses, and
-/// ether drag
-/// in fully implicit schemes, have no tangent.
+/// [`GradientError`], as [`gradient`](crate::gradient()); damping and ether drag in fully implicit schemes have
+/// no tangent.
 ///
 /// # Panics
 /// The change of the start has another length than the state.
@@ -98,7 +97,7 @@ pub fn tangent(
 /// ```
 ///
 /// # Errors
-/// As [`tangent`]; factors of motions and displacements of what is held have none.
+/// As [`tangent`]; numbers of motions and displacements of what is held have none.
 ///
 /// # Panics
 /// The direction has another shape than the state and the parameters.
@@ -181,7 +180,7 @@ fn refuse_unknown(simulation: &mut Simulation, forces: &mut TangentForces<'_>) -
         None => Ok(()),
         Some(number) => Err(GradientError::Unsupported {
             what: format!("tangents by parameter {number} of those given, counted from 0"),
-            remedy: "factors of motions and displacements of pins have none; `gradient` has an adjoint",
+            remedy: "numbers of motions and displacements of pins have none; `gradient` has an adjoint",
         }),
     }
 }

@@ -11,6 +11,7 @@ use super::forces::TangentForces;
 use crate::adjoint::collocation::place;
 use crate::adjoint::runge_kutta::{node, position};
 use crate::adjoint::splitting::{kick_of, kick_places};
+use crate::adjoint::statics::{coefficients, velocities};
 use crate::adjoint::{AdjointPlace, Singular, Step, add_scaled, first_step};
 use crate::coupled::{CoupledEquations, StagePlace};
 use crate::linear::Coefficients;
@@ -222,10 +223,10 @@ fn statics(
 ) -> Result<(), Singular> {
     let StateTangent { x, v, .. } = dots;
     v.fill(0.0);
-    let at = AdjointPlace { time: step.from.time + step.h, x: step.x, v: step.v };
+    let way = velocities(system, step);
+    let at = AdjointPlace { time: step.from.time + step.h, x: step.x, v: &way };
     let right = forces.force(system, at, (x, v));
-    let stiffness = Coefficients { inertia: 0.0, damping: 0.0, stiffness: 1.0 };
-    let moved = forces.solve(system, at, stiffness, &right)?;
+    let moved = forces.solve(system, at, coefficients(step.h), &right)?;
     add_scaled(x, 1.0, &moved);
     Ok(())
 }

@@ -162,6 +162,12 @@ fn tangents_and_adjoints_agree_where_surfaces_touch() {
         compare_with_tangents(scheme, &slope(scheme, ""), steps);
     }
     compare_with_tangents("cubes", &cubes("trapezoid", ""), 12);
+    let law = "friction = 0.4\nthreshold_speed = 0.02";
+    for scheme in ["implicit-euler", "bdf2", "tr-bdf2"] {
+        compare_with_tangents(&format!("friction, {scheme}"), &dragged_cubes(scheme, law), 12);
+        compare_with_tangents(&format!("slope, {scheme}"), &slope(scheme, law), 20);
+    }
+    compare_with_tangents("friction, velocity-verlet", &slope("velocity-verlet", law), 200);
     // They part before the end: the matrices of the way back gain the pairs that touch.
     compare_with_tangents("cubes that part", &cubes("implicit-euler", ""), 36);
 }
@@ -294,6 +300,48 @@ fn friction_has_the_derivatives_of_its_steps() {
         let law = "friction = 0.4\nthreshold_speed = 0.2";
         compare(&format!("slope, {scheme}"), &slope(scheme, law), 200, 1e-6);
     }
+}
+
+/// The pressed block that rubs.
+fn pressed(threshold: f64) -> Scene {
+    let law = format!("stiffness = 1e5\n    friction = 0.3\n    threshold_speed = {threshold:?}");
+    Scene::from_toml(&PRESSED.replacen("stiffness = 1e5", &law, 1)).unwrap()
+}
+
+// The force of friction in an equilibrium is that of the way from the last one: it remembers.
+#[test]
+fn friction_in_statics_has_the_derivatives_of_its_increments() {
+    for (what, threshold) in [("sticks", 2e-2), ("slides", 2e-4)] {
+        let scene = pressed(threshold);
+        let found = compare_starts(what, &scene, (2, 1e-6), |simulation| touching(simulation) > 0);
+        assert!(found.position.iter().any(|by| by.abs() > 1e-6), "{what}: nothing is remembered");
+        compare_with_tangents(what, &scene, 2);
+    }
+    let mut viscous = Scene::from_toml(PRESSED).unwrap();
+    let damping = serde_json::json!({ "stiffness_proportional": 0.5 });
+    viscous.body[0].damping = Some(serde_json::from_value(damping).unwrap());
+    compare("viscous", &viscous, 2, 1e-7);
+    compare_with_tangents("viscous", &viscous, 2);
+    let damping = serde_json::json!({ "mass_proportional": 0.5 });
+    viscous.body[0].damping = Some(serde_json::from_value(damping).unwrap());
+    let mut nothing = |_: &LossFrame<'_>, _: &mut [f64], _: &mut [f64]| 0.0;
+    let error = gradient(&mut assembled(&viscous).0, 1, &mut nothing, &mut [], UNLIMITED).unwrap_err();
+    assert!(error.to_string().contains("in proportion to masses in statics"), "{error}");
+    let of = |change: &dyn Fn(&mut Scene)| {
+        let mut scene = pressed(2e-3);
+        change(&mut scene);
+        scene
+    };
+    let friction = |mu| of(&|scene| scene.contact.as_mut().unwrap().friction = mu);
+    compare_number("statics", friction, ("contact.friction", 0.3, 0.3), (2, 1e-6));
+    let motion = |a: f64| {
+        of(&|scene| {
+            let displacement = [format!("A*t^2 where A = {a:?}"), format!("-A*t where A = {a:?}")];
+            let motion = serde_json::json!({ "displacement": displacement });
+            scene.body[0].pin[0].motion = Some(serde_json::from_value(motion).unwrap());
+        })
+    };
+    compare_number("statics", motion, ("body.block.pin.0.motion.parameters.A", 1e-3, 1e-3), (2, 1e-6));
 }
 
 #[test]

@@ -4,6 +4,7 @@ use pliant_scene::Scene;
 
 use crate::differences::{compare_number, compare_starts};
 use crate::support::method;
+use crate::tangents::compare_with_tangents;
 
 /// A chain that swings, its springs damped.
 fn chain(scheme: &str, stiffness: f64, damping: &str, further: &str) -> Scene {
@@ -52,6 +53,10 @@ fn damped_springs_and_joints_have_derivatives() {
                     dashpot = 1.5";
         let tied = chain(scheme, 60.0, both, tied);
         compare_starts(&format!("{scheme}, tied"), &tied, (30, 1e-7), |_| true);
+        if scheme != "gauss2" {
+            compare_with_tangents(&format!("{scheme}, joints"), &bent, 30);
+            compare_with_tangents(&format!("{scheme}, tied"), &tied, 30);
+        }
     }
 }
 
@@ -62,5 +67,26 @@ fn numbers_of_dashpots_have_derivatives() {
         compare_number(scheme, of_dashpot, ("body.chain.damping.dashpot", 0.8, 0.8), (30, 1e-7));
         let of_stiffness = |k| chain(scheme, k, "dashpot = 0.3, stiffness_proportional = 0.01", "");
         compare_number(scheme, of_stiffness, ("body.chain.springs.stiffness", 60.0, 60.0), (30, 1e-7));
+    }
+}
+
+/// The chain with dashpots by a formula of their rate and length.
+fn expressed(scheme: &str, c: f64, d: f64) -> Scene {
+    let formula = format!(
+        "expression = {{ dissipation = \"c/2*rate^2 + d*l/l0*rate^4\", parameters = {{ c = {c:?}, d = {d:?} }} }}"
+    );
+    chain(scheme, 60.0, &formula, "")
+}
+
+#[test]
+fn dashpots_by_a_formula_have_derivatives() {
+    let name = |number: &str| format!("body.chain.damping.expression.parameters.{number}");
+    for scheme in ["symplectic-euler", "velocity-verlet", "rk4", "implicit-euler", "bdf2", "gauss2"] {
+        compare_starts(scheme, &expressed(scheme, 0.8, 0.3), (30, 1e-7), |_| true);
+        compare_number(scheme, |c| expressed(scheme, c, 0.3), (&name("c"), 0.8, 0.8), (30, 1e-7));
+        compare_number(scheme, |d| expressed(scheme, 0.8, d), (&name("d"), 0.3, 0.3), (30, 1e-7));
+        if scheme != "gauss2" {
+            compare_with_tangents(scheme, &expressed(scheme, 0.8, 0.3), 30);
+        }
     }
 }

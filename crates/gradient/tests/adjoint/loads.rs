@@ -1,6 +1,7 @@
 //! Loads and prescribed motion of a beam: derivatives by what the scene gives, against differences.
 
-use pliant_scene::Scene;
+use pliant::expression::Variable;
+use pliant_scene::{OverTime, Scene};
 use serde_json::{Value, json};
 
 use crate::differences::compare_number;
@@ -97,4 +98,46 @@ fn factors_of_motions_have_derivatives() {
     let of_statics =
         |f: f64| moved("quasi-static", json!({ "displacement": [format!("{f:?}*0.1*t"), "0"] }), |_| {});
     compare_number("statics", of_statics, factor, (2, 1e-7));
+}
+
+// By a number of one component or of both, of time, of place; in statics, and of gravity.
+#[test]
+fn numbers_in_formulas_of_motions_and_of_gravity_have_derivatives() {
+    let name = |number: &str| format!("body.beam.pin.0.motion.parameters.{number}");
+    for scheme in ["velocity-verlet", "rk4", "sdirk2", "bdf2", "newmark(.3025,.6)", "gauss2"] {
+        let of_motion = |a: f64, end: f64, n: f64| {
+            let x = format!("A*smoothstep(0, T, t) where A = {a:?}, T = {end:?}");
+            let y = format!("A*t*(1 + Y)^n where n = {n:?}, A = {a:?}");
+            moved(scheme, json!({ "velocity": [0.1, 0.0], "displacement": [x, y] }), |scene| {
+                let damping = json!({ "stiffness_proportional": 0.004 });
+                scene.body[0].damping = Some(serde_json::from_value(damping).unwrap());
+            })
+        };
+        compare_number(scheme, |a| of_motion(a, 0.33, 1.5), (&name("A"), 0.1, 0.1), (20, 1e-7));
+        compare_number(scheme, |end| of_motion(0.1, end, 1.5), (&name("T"), 0.33, 0.1), (20, 1e-7));
+        compare_number(scheme, |n| of_motion(0.1, 0.33, n), (&name("n"), 1.5, 1.5), (20, 1e-7));
+        let of_gravity = |a: f64, w: f64| {
+            let mut weighed = scene(&case("beam")["setup"], "neo-hookean", scheme, 20, Further::default());
+            let [x, y] = [format!("A*sin(w*t) where A = {a:?}, w = {w:?}"), format!("-A where A = {a:?}")];
+            weighed.world.gravity = Some([x, y].map(|text| over_time(&text)).to_vec());
+            weighed
+        };
+        let name = |number: &str| format!("world.gravity.parameters.{number}");
+        compare_number(scheme, |a| of_gravity(a, 30.0), (&name("A"), 9.81, 9.81), (20, 1e-7));
+        compare_number(scheme, |w| of_gravity(9.81, w), (&name("w"), 30.0, 30.0), (20, 1e-7));
+    }
+    let of_statics = |a: f64, g: f64| {
+        moved("quasi-static", json!({ "displacement": [format!("A*t where A = {a:?}"), "0"] }), |scene| {
+            let weight = over_time(&format!("-A*(1 + t) where A = {g:?}"));
+            scene.world.gravity = Some(vec![OverTime::Constant(0.0), weight]);
+        })
+    };
+    compare_number("statics", |a| of_statics(a, 9.81), (&name("A"), 0.1, 0.1), (2, 1e-7));
+    let weight = ("world.gravity.parameters.A", 9.81, 9.81);
+    compare_number("statics", |g| of_statics(0.1, g), weight, (2, 1e-7));
+}
+
+/// A formula of time.
+fn over_time(text: &str) -> OverTime {
+    OverTime::parse(&[], Variable::TIME, text).unwrap()
 }

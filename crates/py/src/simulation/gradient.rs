@@ -289,8 +289,8 @@ impl PySimulation {
     /// Raises
     /// ------
     /// ValueError
-    ///     The scheme, or something in the scene, has no derivative: as for `gradient`, and damping but that in
-    ///     proportion to masses; the changes overflow; an array has another shape.
+    ///     The scheme, or something in the scene, has no derivative: as for `gradient`, and damping in fully
+    ///     implicit schemes; the changes overflow; an array has another shape.
     /// KeyError
     ///     A parameter has no derivative.
     /// StepError

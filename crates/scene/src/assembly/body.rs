@@ -100,6 +100,10 @@ impl BodyAssembly {
             || (vec![], vec![]),
             |s| spring_constants(s, &mesh, &springs, &path.key("springs"), &mut problems),
         );
+        if let Some(formula) = spec.damping.as_ref().and_then(|damping| damping.expression.as_ref()) {
+            let path = path.key("damping").key("expression");
+            problems.extend(crate::validate::dashpot_problem(&path, formula, &rest_length));
+        }
         let bends = spec.bending.as_ref().map_or_else(BendingPlan::default, |bending| {
             BendingPlan::new(bending, &mesh, &springs, &path.key("bending"), &mut problems)
         });

@@ -2,7 +2,7 @@
 
 use super::body::{BodyAssembly, renumbered};
 use crate::Body;
-use crate::DampingSpec;
+use crate::{DampingSpec, DashpotExpressionSpec};
 use pliant::dissipation::{AtRest, DissipativeTerm, MassProportional, Viscosity};
 use pliant::energy::measure::StencilConstants;
 use pliant::material::{MaterialSpec, Plane};
@@ -64,6 +64,11 @@ impl BodyAssembly {
         if constants.iter().any(|c| c.stiffness != 0.0) {
             let edges: Vec<[u32; 2]> = self.springs.iter().map(|e| renumbered(e, first, numbering)).collect();
             system.add_dissipation(pliant_terms::dashpots(D, name, &edges, &constants, rest));
+        }
+        if let Some(Ok(formula)) = damping.expression.as_ref().map(DashpotExpressionSpec::formula) {
+            let edges: Vec<[u32; 2]> = self.springs.iter().map(|e| renumbered(e, first, numbering)).collect();
+            let lengths = &self.rest_length;
+            system.add_dissipation(pliant_terms::expressed_dashpots(D, name, formula, &edges, lengths, rest));
         }
         if beta != 0.0 {
             self.bends.add_damping(beta, self, rest, numbering, system);

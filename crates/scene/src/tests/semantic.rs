@@ -636,6 +636,19 @@ fn damping_and_bending() {
             &["15:23 body.0.damping.dashpot: `dashpot` must be 0 or more, and finite, got -1.0 [N s/m]"],
         ),
         (
+            "damping = { expression = { dissipation = 'c*rate', parameters = { c = 2.0 } } }",
+            &[
+                "15:42 body.0.damping.expression.dissipation: `dissipation` is 2.0 N as the force, which must be 0, \
+                 at rate = 0.0 m/s, l = l0 = 1.0 m",
+            ],
+        ),
+        (
+            "damping = { expression = { dissipation = 'rate^2', parameters = { c = 2.0 } } }",
+            &[
+                "15:71 body.0.damping.expression.parameters.c: `c` is not in the formula: remove it, or use it there",
+            ],
+        ),
+        (
             "damping = { strain_rate = { shear = 1.0 } }",
             &[
                 "15:13 body.0.damping.strain_rate: `strain_rate` damps finite elements, and this body does not have `elastic`",

@@ -3,14 +3,17 @@
 use super::check::Checker;
 use crate::error::Problem;
 use crate::key_path::KeyPath;
-use crate::schema::{Body, DampingSpec};
+use crate::schema::{Body, DampingSpec, DashpotExpressionSpec};
+use crate::text::expression_problem;
+use pliant::dissipation::DashpotFormulaError;
 
 /// `damping` at `path` of `body`.
 pub(super) fn damping(check: &mut Checker, path: &KeyPath, damping: &DampingSpec, body: &Body) {
     if *damping == DampingSpec::default() {
         let problem = Problem::semantic(path.clone(), "`damping` names no kind of damping").at_key();
         check.report(problem.with_help(
-            "give `strain_rate`, `dashpot`, `stiffness_proportional` or `mass_proportional`, or remove `damping`",
+            "give `strain_rate`, `dashpot`, `expression`, `stiffness_proportional` or `mass_proportional`, or remove \
+             `damping`",
         ));
     }
     if let Some(rate) = &damping.strain_rate {
@@ -23,6 +26,16 @@ pub(super) fn damping(check: &mut Checker, path: &KeyPath, damping: &DampingSpec
         let path = path.key("dashpot");
         check.number(&path, dashpot, "N s/m");
         needs(check, &path, body.springs.is_some(), "`dashpot` damps springs", "`springs`");
+    }
+    if let Some(formula) = &damping.expression {
+        let path = path.key("expression");
+        needs(check, &path, body.springs.is_some(), "`expression` damps springs", "`springs`");
+        // Rest lengths of the mesh are checked when it is there.
+        let given = body.springs.as_ref().and_then(|springs| springs.rest_length.as_ref());
+        let lengths = given.map_or(&[1.0][..], |lengths| lengths.as_slice());
+        if let Some(problem) = dashpot_problem(&path, formula, lengths) {
+            check.report(problem);
+        }
     }
     if let Some(beta) = damping.stiffness_proportional {
         let path = path.key("stiffness_proportional");
@@ -49,6 +62,25 @@ pub(super) fn damping(check: &mut Checker, path: &KeyPath, damping: &DampingSpec
     if let Some(alpha) = damping.mass_proportional {
         check.number(&path.key("mass_proportional"), alpha, "1/s");
     }
+}
+
+/// The mistake in the formula of dashpots at `path`, of springs of these rest lengths [m].
+pub(crate) fn dashpot_problem(
+    path: &KeyPath,
+    spec: &DashpotExpressionSpec,
+    lengths: &[f64],
+) -> Option<Problem> {
+    let mut positive = lengths.iter().filter(|length| length.is_finite() && **length > 0.0);
+    let result = spec.formula().and_then(|formula| positive.try_for_each(|length| formula.check(*length)));
+    let (path, parameters) = (path.key("dissipation"), path.key("parameters"));
+    let error = result.err()?;
+    Some(match &error {
+        DashpotFormulaError::Formula(error) => expression_problem(path, &spec.dissipation, error),
+        DashpotFormulaError::Parameter { name, .. } => {
+            Problem::semantic(parameters.key(name), error.to_string())
+        }
+        other => Problem::semantic(path, format!("`dissipation` {other}")),
+    })
 }
 
 /// Damping of something that the body does not have.

@@ -26,6 +26,7 @@ mod study;
 mod surroundings;
 mod transform;
 
+pub(crate) use damping::dashpot_problem;
 pub(crate) use expression::spring_problem;
 
 use std::collections::BTreeMap;

@@ -27,7 +27,7 @@ fn introduction() -> String {
          - functions: {}\n\
          - constant: `pi`\n\
          - numbers with names, in SI units, after `where`: `\"A*sin(w*t) where A = 2, w = 12\"`; gradients of runs can be taken by those\n\
-         \x20 of loads and of muscles\n\n\
+         \x20 of loads, of muscles, of gravity and of prescribed displacements\n\n\
          **Choices** are a table with exactly one key, `mesh = {{ grid = {{ cells = [2, 3], spacing = 0.1 }} }}`; a choice without\n\
          parameters is a word, `\"rk4\"`.\n",
         list(&with_prefixes),

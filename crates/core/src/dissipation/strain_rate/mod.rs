@@ -133,6 +133,28 @@ impl<const D: usize, const N: usize, E> StrainRate<D, N, E> {
     }
 }
 
+impl<const D: usize, const N: usize, E: ViscousElements<D, N>> StrainRate<D, N, E> {
+    /// Adds half the difference of the forces at the configurations `x + u` and `x - u` and the velocities
+    /// `v`: the part that is linear in `u`.
+    fn add_half_of_difference(&mut self, x: &[f64], u: &[f64], v: &[f64], y: &mut [f64]) {
+        let largest = |rows: &[f64]| rows.iter().fold(0.0, |largest: f64, row| largest.max(row.abs()));
+        let (size, along) = (largest(x), largest(u));
+        if size == 0.0 || along == 0.0 {
+            return;
+        }
+        // Of one size, neither is lost beside the other.
+        let scale = size / along;
+        let mut force = vec![0.0; x.len()];
+        for sign in [1.0, -1.0] {
+            let at: Vec<f64> = x.iter().zip(u).map(|(x, u)| x + sign * scale * u).collect();
+            self.evaluate(&at, v);
+            force.fill(0.0);
+            self.add_rows(0, &mut force);
+            y.iter_mut().zip(&force).for_each(|(y, force)| *y += 0.5 * sign / scale * force);
+        }
+    }
+}
+
 impl<const D: usize, const N: usize, E: ViscousElements<D, N>> DissipativeTerm for StrainRate<D, N, E> {
     fn name(&self) -> String {
         format!("strain-rate damping of `{}`", self.body)
@@ -159,21 +181,13 @@ impl<const D: usize, const N: usize, E: ViscousElements<D, N>> DissipativeTerm f
     /// `v + p` and the velocities `x` that is linear in `p`: half the difference of those at `v + p` and
     /// `v - p`, exactly, since the force is a quadratic form of the configuration.
     fn add_position_product(&mut self, x: &[f64], v: &[f64], p: &[f64], y: &mut [f64]) -> bool {
-        let largest = |rows: &[f64]| rows.iter().fold(0.0, |largest: f64, row| largest.max(row.abs()));
-        let (size, along) = (largest(v), largest(p));
-        if size == 0.0 || along == 0.0 {
-            return true;
-        }
-        // Of one size, neither is lost beside the other.
-        let scale = size / along;
-        let mut force = vec![0.0; x.len()];
-        for sign in [1.0, -1.0] {
-            let at: Vec<f64> = v.iter().zip(p).map(|(v, p)| v + sign * scale * p).collect();
-            self.evaluate(&at, x);
-            force.fill(0.0);
-            self.add_rows(0, &mut force);
-            y.iter_mut().zip(&force).for_each(|(y, force)| *y += 0.5 * sign / scale * force);
-        }
+        self.add_half_of_difference(v, p, x, y);
+        true
+    }
+
+    /// Half the difference of the forces at the configurations `x + u` and `x - u`, exactly, likewise.
+    fn add_position_change(&mut self, x: &[f64], v: &[f64], u: &[f64], y: &mut [f64]) -> bool {
+        self.add_half_of_difference(x, u, v, y);
         true
     }
 

@@ -95,8 +95,9 @@ pub(super) trait BlockMaterial<const D: usize>: Send + Sync {
     /// Overwrites each `F` by `P` [Pa].
     fn stress(&self, how: Stress, f: &mut [Block<D>]);
     /// Overwrites each `dF` by `dP = dP/dF : dF` [Pa] at the `F` of the same index, from dual numbers:
-    /// exact, without a Hessian.
-    fn derivative(&self, f: &[Block<D>], df: &mut [Block<D>]);
+    /// exact, without a Hessian. Writes `P : dF` [J/m^3] too, where it is asked for the work of the stress;
+    /// false where it is not known.
+    fn derivative(&self, f: &[Block<D>], df: &mut [Block<D>], work: Option<&mut [[f64; WIDTH]]>) -> bool;
     /// Writes the energy densities [J/m^3].
     fn density(&self, f: &[Block<D>], psi: &mut [[f64; WIDTH]]);
     /// The eigenvalues of `dP/dF` at these signed singular values; `None` for a model that does not know
@@ -146,8 +147,9 @@ impl<M: Material<D> + Material<3>, const D: usize> BlockMaterial<D> for M {
         }
     }
 
-    fn derivative(&self, f: &[Block<D>], df: &mut [Block<D>]) {
-        dispatch_compact(DerivativeKernel { material: self, f, df });
+    fn derivative(&self, f: &[Block<D>], df: &mut [Block<D>], work: Option<&mut [[f64; WIDTH]]>) -> bool {
+        dispatch_compact(DerivativeKernel { material: self, f, df, work });
+        true
     }
 
     fn density(&self, f: &[Block<D>], psi: &mut [[f64; WIDTH]]) {
@@ -234,6 +236,7 @@ struct DerivativeKernel<'a, M, const D: usize> {
     material: &'a M,
     f: &'a [Block<D>],
     df: &'a mut [Block<D>],
+    work: Option<&'a mut [[f64; WIDTH]]>,
 }
 
 impl<M: Material<D>, const D: usize> Kernel for DerivativeKernel<'_, M, D> {
@@ -241,14 +244,24 @@ impl<M: Material<D>, const D: usize> Kernel for DerivativeKernel<'_, M, D> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
+        let mut work = self.work.into_iter().flatten();
         for (f, df) in self.f.iter().zip(self.df) {
-            if L::BY_LANE {
+            let along = df.load::<L>();
+            let stress = if L::BY_LANE {
+                let mut stress = Block::ZERO;
                 for l in 0..WIDTH {
-                    df.set_lane(l, &stress_along(self.material, &f.lane(l), &df.lane(l)));
+                    let (p, dp) = stress_along(self.material, &f.lane(l), &df.lane(l));
+                    stress.set_lane(l, &p);
+                    df.set_lane(l, &dp);
                 }
+                stress.load::<L>()
             } else {
-                let (f, along) = (f.load::<L>(), df.load::<L>());
-                df.store(&Dual::parts(&self.material.pk1(&Dual::along(&f, &along))).1);
+                let (p, dp) = Dual::parts(&self.material.pk1(&Dual::along(&f.load::<L>(), &along)));
+                df.store(&dp);
+                p
+            };
+            if let Some(work) = work.next() {
+                stress.dot(&along).store(work);
             }
         }
     }

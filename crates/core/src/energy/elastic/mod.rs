@@ -15,6 +15,7 @@ mod solid;
 
 use std::ops::Range;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 pub(crate) use mean_dilatation::{CellPacks, PointPack, cell_gradient, gradient_of_lane};
 pub use mean_dilatation::{Dilatation, MeanDilatation};
@@ -293,11 +294,34 @@ impl<const D: usize, const N: usize> EnergyTerm for Elastic<D, N> {
             for piece @ (rest, index) in (Pieces { patches, rest, patch }).iter() {
                 let f = deform(piece, &scratch.position, &mut f);
                 let df = deform(piece, &scratch.direction, &mut df);
-                material.derivative(f, df);
+                material.derivative(f, df, None);
                 dispatch(ForceKernel { rest, index, stress: df, gradient: &mut scratch.gradient });
             }
         });
         patches.add_rows(workspace, 0, y);
+    }
+
+    /// `p . dE/dx = sum_q w_q P : dF`, of the stresses that the product is made of.
+    fn add_product_with_work(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) -> Option<f64> {
+        let Elastic { patches, rest, material, workspace, .. } = self;
+        let is_known = AtomicBool::new(true);
+        let along = patches.evaluate_with_sum(workspace, x, p, |patch, scratch| {
+            let (mut f, mut df) = ([Block::ZERO; BLOCKS], [Block::ZERO; BLOCKS]);
+            let (mut work, mut sum) = ([[0.0; WIDTH]; BLOCKS], [0.0; WIDTH]);
+            for piece @ (rest, index) in (Pieces { patches, rest, patch }).iter() {
+                let f = deform(piece, &scratch.position, &mut f);
+                let df = deform(piece, &scratch.direction, &mut df);
+                let work = &mut work[..f.len()];
+                if !material.derivative(f, df, Some(work)) {
+                    is_known.store(false, Ordering::Relaxed);
+                }
+                dispatch_compact(EnergyKernel { rest, psi: work, sum: &mut sum });
+                dispatch(ForceKernel { rest, index, stress: df, gradient: &mut scratch.gradient });
+            }
+            Portable::load(&sum).horizontal_sum()
+        });
+        patches.add_rows(workspace, 0, y);
+        is_known.into_inner().then_some(along)
     }
 
     fn stencils(&mut self) -> Stencils {

@@ -82,6 +82,13 @@ fn agrees_with_the_plain_sum<const D: usize, const N: usize>(cells: [usize; D]) 
         assert!(term.evaluate(&x));
         term.add_rows(0, &mut g);
         term.add_hessian_product(&x, &p, &mut k);
+        let mut with_work = vec![0.0; x.len()];
+        let work = term.add_product_with_work(&x, &p, &mut with_work).unwrap();
+        assert_eq!(with_work, k, "{D}D, {stress:?}");
+        let parts: Vec<f64> = gradient.iter().zip(&p).map(|(g, p)| g * p).collect();
+        let size: f64 = parts.iter().map(|part| part.abs()).sum();
+        let error = (work - parts.iter().sum::<f64>()).abs();
+        assert!(error < 1e-13 * size, "{D}D, {stress:?}: the work {work:e} is off by {error:e}");
         for (found, expected) in [(&g, &gradient), (&k, &product)] {
             let scale = expected.iter().fold(0.0, |m: f64, e| m.max(e.abs()));
             let error = found.iter().zip(expected).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));

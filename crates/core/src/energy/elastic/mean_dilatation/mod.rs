@@ -240,7 +240,7 @@ impl<const D: usize, const N: usize> EnergyTerm for MeanDilatation<D, N> {
                 deform::<D, N, true>(points, scratch, &mut work, &mut change);
                 (work.p, change.p) = (work.f, change.f);
                 material.stress(Stress::Analytic, &mut work.p[..count]);
-                material.derivative(&work.f[..count], &mut change.p[..count]);
+                material.derivative(&work.f[..count], &mut change.p[..count], None);
                 add_forces::<D, N, true>(points, &work, &change, scratch);
             }
         });

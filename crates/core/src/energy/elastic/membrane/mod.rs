@@ -209,7 +209,7 @@ impl EnergyTerm for Membrane {
                 let (q, dq, g, dg) = (&mut q[..n], &mut dq[..n], &mut g[..n], &mut dg[..n]);
                 let (position, direction) = (&*scratch.position, &*scratch.direction);
                 dispatch_compact(FactorRateKernel { rest, index, position, direction, q, dq, g, dg });
-                material.derivative(g, dg);
+                material.derivative(g, dg, None);
                 material.stress(Stress::Analytic, g);
                 let gradient = &mut *scratch.gradient;
                 dispatch(SheetForceKernel { rest, index, q: dq, stress: g, gradient });

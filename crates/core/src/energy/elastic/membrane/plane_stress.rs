@@ -56,7 +56,7 @@ impl PlaneStress {
             stress[..n].copy_from_slice(&f[..n]);
             self.solid.stress(how, &mut stress[..n]);
             slope[..n].fill(across());
-            self.solid.derivative(&f[..n], &mut slope[..n]);
+            self.solid.derivative(&f[..n], &mut slope[..n], None);
             let mut all_close = true;
             for b in 0..n {
                 for l in 0..WIDTH {
@@ -163,7 +163,7 @@ impl BlockMaterial<2> for PlaneStress {
         }
     }
 
-    fn derivative(&self, f: &[Block<2>], df: &mut [Block<2>]) {
+    fn derivative(&self, f: &[Block<2>], df: &mut [Block<2>], _: Option<&mut [[f64; WIDTH]]>) -> bool {
         for (f, df) in f.chunks(BLOCKS).zip(df.chunks_mut(BLOCKS)) {
             let n = f.len();
             let Solved { f, .. } = self.solve::<BLOCKS>(Stress::Analytic, f);
@@ -173,8 +173,8 @@ impl BlockMaterial<2> for PlaneStress {
                     along.set_lane(l, &in_space(&df.lane(l), 0.0));
                 }
             }
-            self.solid.derivative(&f[..n], &mut along[..n]);
-            self.solid.derivative(&f[..n], &mut slope[..n]);
+            self.solid.derivative(&f[..n], &mut along[..n], None);
+            self.solid.derivative(&f[..n], &mut slope[..n], None);
             for b in 0..n {
                 for l in 0..WIDTH {
                     let (p, k) = (along[b].lane(l), slope[b].lane(l));
@@ -183,6 +183,7 @@ impl BlockMaterial<2> for PlaneStress {
                 flatten(&along[b], &mut df[b]);
             }
         }
+        false
     }
 
     fn density(&self, f: &[Block<2>], psi: &mut [[f64; WIDTH]]) {

@@ -260,7 +260,7 @@ impl<const D: usize> EnergyTerm for Nodal<D> {
             let mut blocks = [Block::ZERO; BLOCKS];
             let df = &mut blocks[..f.len()];
             dispatch(Deform { rings, nodes, x: p, f: df });
-            material.derivative(f, df);
+            material.derivative(f, df, None);
             f.copy_from_slice(df);
         });
         self.gather();
