@@ -218,3 +218,46 @@ fn log_near_one<S: Scalar>(q: S, z: S) -> S {
     let near = log * (z / S::select(rounded_away, S::one(), w));
     S::select(far, log, S::select(rounded_away, z, near))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn close(found: f64, expected: f64) -> bool {
+        (found - expected).abs() <= 1e-14 * expected.abs()
+    }
+
+    /// `E = 2/3 kappa w dhat (1 - s)^3` with `1 - s = (dhat + xi - d)/dhat`, by hand.
+    #[test]
+    fn the_cubic_law_is_its_formula() {
+        let law = Barrier { form: PotentialForm::Cubic, stiffness: 3.0, reach: 0.2, offset: 0.1 };
+        let half = law.at(0.2 * 0.2, 0.5);
+        assert!(close(half.energy, 0.025), "{half:?}");
+        assert!(close(half.slope, -0.75 / 0.4), "{half:?}");
+        assert!(close(half.curvature, (15.0 + 0.75 / 0.2) / 0.16), "{half:?}");
+        let touching = law.at(0.0, 0.5);
+        assert!(close(touching.energy, 0.675) && touching.slope == 0.0, "{touching:?}");
+        let apart = law.at(0.31 * 0.31, 0.5);
+        assert_eq!((apart.energy, apart.curvature), (0.0, 0.0));
+        let inside = law.at_signed(-0.1, 0.5);
+        assert!(close(inside.energy, 1.6) && close(inside.slope, -12.0), "{inside:?}");
+        assert!(close(inside.curvature, 60.0), "{inside:?}");
+        let outside = law.at_signed(0.2, 0.5);
+        assert!(close(outside.energy, 0.025) && close(outside.slope, -0.75), "{outside:?}");
+        assert!(close(outside.curvature, 15.0), "{outside:?}");
+        assert_eq!(law.at_signed(0.4, 0.5).slope, 0.0);
+    }
+
+    /// By the gap the slopes of a barrier are those by its square, times `2 d`, and so on.
+    #[test]
+    fn a_barrier_by_its_gap_is_that_by_its_square() {
+        let law = Barrier { form: PotentialForm::Barrier, stiffness: 3.0, reach: 0.2, offset: 0.1 };
+        let (d, h) = (0.17, 1e-5);
+        let [below, there, above] = [d - h, d, d + h].map(|d| law.at_signed(d, 0.5));
+        let slope = (above.energy - below.energy) / (2.0 * h);
+        let curvature = (above.slope - below.slope) / (2.0 * h);
+        assert!((there.slope / slope - 1.0).abs() < 1e-6, "{there:?}, {slope}");
+        assert!((there.curvature / curvature - 1.0).abs() < 1e-6, "{there:?}, {curvature}");
+        assert_eq!(law.at_signed(-0.01, 0.5).energy, f64::INFINITY);
+    }
+}
