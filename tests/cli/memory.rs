@@ -22,7 +22,9 @@ fn promised_and_taken(scene: &str) -> (f64, f64) {
     let check = bench.pliant(["check", "scene.toml", "--json"]).succeeded().json();
     let run = bench.pliant(["run", "scene.toml", "--json", "--threads", "2"]).succeeded().json();
     let promised = check["report"]["bytes"].as_f64().unwrap();
-    assert_eq!(run["summary"]["predicted_memory_bytes"].as_f64().unwrap(), promised);
+    // Where `check` looked for contact, lists of it are held.
+    let at_start = run["summary"]["predicted_memory_bytes"].as_f64().unwrap();
+    assert!(at_start == promised || (scene.contains("[contact]") && at_start < promised));
     (promised, run["summary"]["peak_memory_bytes"].as_f64().unwrap())
 }
 
@@ -54,6 +56,21 @@ fn implicit_steps_take_the_memory_that_check_promises() {
             "{dimension}D, order {order}, {time}: {promised:e} B promised, {taken:e} B taken"
         );
     }
+}
+
+/// A block that comes to lie on a table. Its matrix gets blocks of contact on the way, so that it is analysed
+/// anew: the factor of before is given back first, where two of them took twice the memory promised.
+#[cfg(target_os = "linux")]
+#[test]
+fn contact_takes_the_memory_that_check_promises() {
+    let time = "integrator = 'implicit-euler'";
+    let (_, own) = promised_and_taken(&block(2, "[2, 1]", 1, time));
+    let falling = "velocity = { rigid = { linear = [0, -10] } }\n[contact]\ndistance = 1e-3\n[[obstacle]]\n\
+                   name = 'table'\nshape = { half_space = { normal = [0, 1], offset = -2.5e-3 } }\n";
+    let scene = block(2, "[200, 130]", 1, time).replace("e-5", "e-4").replace("rate = 1e5", "rate = 1e4");
+    let (promised, peak) = promised_and_taken(&(scene + falling));
+    let taken = peak - own;
+    assert!(taken > 0.8 * promised && taken < 1.2 * promised, "{promised:e} B promised, {taken:e} B taken");
 }
 
 /// A run that does not fit is refused before it is allocated: in a shell with a limit, in words, not by an

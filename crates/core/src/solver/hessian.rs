@@ -281,6 +281,11 @@ impl<const D: usize> Assembler<D> {
         }
     }
 
+    /// Bytes more that are held once stencils that change, those of contact, are found.
+    pub fn further_bytes(&self, system: &System) -> usize {
+        self.changing.further_bytes(system, &self.matrix)
+    }
+
     /// Bytes held.
     pub fn bytes(&self) -> usize {
         let plans = self.terms.iter().map(|t| {

@@ -30,6 +30,9 @@ const BYTES_PER_MUSCLE_CELL: [u64; 2] = [500, 1300];
 const BYTES_PER_SPRING: u64 = 100;
 /// Bytes per coordinate: state, scratch states of the scheme, gradients, masses.
 const BYTES_PER_COORDINATE: u64 = 120;
+/// Bytes from which on a prediction is no number: not even the structure of the matrices, by which they are
+/// counted, fits memory, and solvers predict a half or a quarter of all that can be addressed.
+const UNCOUNTED: u64 = 1 << 61;
 
 /// Refuses a scene that asks for more memory than there is.
 pub(super) fn check(scene: &Scene) -> Result<(), Vec<Problem>> {
@@ -84,8 +87,8 @@ pub(super) fn check_steps(scene: &Scene, simulation: &mut Simulation) -> Result<
 
 fn too_large(scene: &Scene, simulation: &Simulation, further: u64, available: u64) -> Problem {
     let message = format!(
-        "implicit steps of this scene need about {} for their matrices ({}), {} are available",
-        human(further),
+        "implicit steps of this scene need {} for their matrices ({}), {} are available",
+        need(further, available),
         simulation.linear_solver(),
         human(available)
     );
@@ -94,6 +97,15 @@ fn too_large(scene: &Scene, simulation: &Simulation, further: u64, available: u6
     Problem::semantic(path, message)
         .with_help("`solver = { linear = \"multigrid\" }` takes less than a factorisation, \"matrix-free\" next to nothing")
         .with_help("or fewer cells, an explicit scheme, or a machine with more memory")
+}
+
+/// Amount in words: `about 462.447 MB`, or what there is where it could not be counted.
+fn need(further: u64, available: u64) -> String {
+    if further < UNCOUNTED {
+        format!("about {}", human(further))
+    } else {
+        format!("more than {}", human(available))
+    }
 }
 
 /// Bytes that the mutual gravity of this many particles takes, roughly. The sum over all pairs has an array
@@ -171,6 +183,15 @@ pub(crate) fn human(bytes: u64) -> String {
 mod tests {
     use super::*;
     use crate::assembly::UnstableStep;
+
+    /// Solvers predict half of what can be addressed, or a quarter, less what is held, where they cannot count.
+    #[test]
+    fn what_could_not_be_counted_is_more_than_there_is() {
+        assert_eq!(need(462_447_000, 151_994_000), "about 462.447 MB");
+        for uncounted in [usize::MAX / 2 - (1 << 40), usize::MAX / 4 - (1 << 40)] {
+            assert_eq!(need(uncounted as u64, 73_261_000), "more than 73.261 MB");
+        }
+    }
 
     /// A muscle holds less than was predicted, by the lists of the assembly, and more than a fifth of it.
     #[test]

@@ -155,6 +155,14 @@ impl<const D: usize> Changing<D> {
         }
     }
 
+    /// Bytes more that are held as soon as a stencil is found, without its own: the whole matrix, and where
+    /// the blocks of the fixed one are in it.
+    pub(super) fn further_bytes(&self, system: &System, fixed: &BlockMatrix<D>) -> usize {
+        let energies = system.terms().iter().any(|term| term.changing().is_some());
+        let may_change = energies || system.dissipation().iter().any(|term| term.changing().is_some());
+        if may_change && self.whole.is_none() { fixed.bytes() + 4 * fixed.column.len() } else { 0 }
+    }
+
     /// Bytes held.
     pub(super) fn bytes(&self) -> usize {
         let plan = |plan: &ListPlan<D>| {

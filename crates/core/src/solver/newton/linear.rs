@@ -98,7 +98,8 @@ impl<const D: usize> Newton<D> {
             self.work.fallbacks += 1;
         }
         if self.cholesky.is_none() || self.factor_pattern != pattern {
-            self.work.analyses += u64::from(self.cholesky.is_some());
+            // Given back before: two factors at a time would be the most that a run with contact holds.
+            self.work.analyses += u64::from(self.cholesky.take().is_some());
             self.cholesky = Cholesky::new(matrix, system.ordering_positions(x));
             self.factor_pattern = pattern;
         }

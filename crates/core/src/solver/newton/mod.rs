@@ -264,6 +264,6 @@ impl<const D: usize> super::Minimizer for Newton<D> {
                 .map_or(usize::MAX / 2, |levels| levels.bytes() + conjugate_gradients::bytes(x.len())),
             LinearSolver::Cholesky | LinearSolver::Auto | LinearSolver::MatrixFree => factor(x),
         };
-        (solver.bytes() + vectors).saturating_add(linear)
+        (solver.bytes() + vectors + assembler.further_bytes(system)).saturating_add(linear)
     }
 }
