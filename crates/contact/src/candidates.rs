@@ -288,6 +288,8 @@ pub struct CandidateCache<const D: usize> {
     trees: SurfaceTrees<D>,
     pairs: CandidatePairs,
     gathered_at: Vec<f64>,
+    /// That they were gathered for, and beyond it half of how far they reach [m].
+    reach: f64,
     margin: f64,
     swept: SweptPairs,
     /// Number of gatherings so far.
@@ -305,7 +307,7 @@ impl<const D: usize> CandidateCache<D> {
         reach: f64,
         margin: f64,
     ) -> &CandidatePairs {
-        if !self.is_complete(surface, x) {
+        if !self.is_complete(surface, x, reach) {
             if self.swept.hold(x, reach) {
                 return &self.swept.pairs;
             }
@@ -314,19 +316,20 @@ impl<const D: usize> CandidateCache<D> {
         &self.pairs
     }
 
-    /// Candidates that hold all pairs that come nearer than `reach` [m] on the way from `x` to `x + dx`, flat
-    /// `(n, D)` [m]; gathered anew where those at hand do not, with this margin [m] if the way is short.
+    /// Candidates that hold all pairs that come nearer than `near` [m] on the way from `x` to `x + dx`, flat
+    /// `(n, D)` [m]; gathered anew where those at hand do not, if the way is short as [`at`](Self::at) gathers
+    /// them.
     pub fn on_way(
         &mut self,
         surface: &ContactSurface,
         bodies: &BodyPairs,
         (x, dx): (&[f64], &[f64]),
-        reach: f64,
-        margin: f64,
+        near: f64,
+        (reach, margin): (f64, f64),
     ) -> &CandidatePairs {
         let to: Vec<f64> = x.iter().zip(dx).map(|(x, dx)| x + dx).collect();
         // A ball about where they were gathered holds straight ways between two of its points.
-        if self.is_complete(surface, x) && self.is_complete(surface, &to) {
+        if self.is_complete(surface, x, near) && self.is_complete(surface, &to, near) {
             return &self.pairs;
         }
         if relative_motion::<D>(surface, x, &to) <= SHORT * margin {
@@ -334,10 +337,10 @@ impl<const D: usize> CandidateCache<D> {
             return &self.pairs;
         }
         // Two primitives may both be beside the way.
-        let around = reach * (1.0 + 4.0 * BESIDE);
+        let around = near * (1.0 + 4.0 * BESIDE);
         let pairs = self.trees.gather(surface, bodies, x, Some(dx), around);
         self.gatherings += 1;
-        self.swept = SweptPairs { from: x.to_vec(), dx: dx.to_vec(), reach, pairs };
+        self.swept = SweptPairs { from: x.to_vec(), dx: dx.to_vec(), reach: near, pairs };
         &self.swept.pairs
     }
 
@@ -352,7 +355,7 @@ impl<const D: usize> CandidateCache<D> {
         self.pairs = self.trees.gather(surface, bodies, x, None, reach + 2.0 * margin);
         self.gathered_at.clear();
         self.gathered_at.extend_from_slice(x);
-        self.margin = margin;
+        (self.reach, self.margin) = (reach, margin);
         self.gatherings += 1;
     }
 
@@ -366,9 +369,10 @@ impl<const D: usize> CandidateCache<D> {
         of(&self.pairs) + of(&self.swept.pairs) + places.map(|x| size_of_val(&x[..])).iter().sum::<usize>()
     }
 
-    /// True if no pair can have come nearer by more than twice the margin.
-    fn is_complete(&self, surface: &ContactSurface, x: &[f64]) -> bool {
+    /// True if no pair within `reach` can be missing: none has come nearer by more than twice the margin.
+    fn is_complete(&self, surface: &ContactSurface, x: &[f64], reach: f64) -> bool {
         self.gathered_at.len() == x.len()
+            && reach <= self.reach
             && relative_motion::<D>(surface, &self.gathered_at, x) <= self.margin
     }
 }

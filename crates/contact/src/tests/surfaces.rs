@@ -307,7 +307,7 @@ fn candidates_of_a_way_hold_every_stencil_of_its_places() {
     let place =
         |part: f64, dx: &[f64]| -> Vec<f64> { x.iter().zip(dx).map(|(x, dx)| x + part * dx).collect() };
     let far: Vec<f64> = x.iter().map(|_| random.between(-0.1, 0.1)).collect();
-    cache.on_way(&surface, &pairs, (&x, &far), reach, margin);
+    cache.on_way(&surface, &pairs, (&x, &far), reach, (reach, margin));
     for part in [0.0, 0.3, 0.7, 1.0] {
         let there = place(part, &far);
         assert_eq!(stencils(cache.at(&surface, &pairs, &there, reach, margin), &there), fresh(&there));
@@ -324,11 +324,17 @@ fn candidates_of_a_way_hold_every_stencil_of_its_places() {
     // A short way is searched around its start, once for what follows.
     let near: Vec<f64> = far.iter().map(|dx| 0.02 * dx).collect();
     let before = cache.gatherings;
-    cache.on_way(&surface, &pairs, (&x, &near), reach, margin);
+    cache.on_way(&surface, &pairs, (&x, &near), reach, (reach, margin));
     let there = place(1.0, &near);
     assert_eq!(stencils(cache.at(&surface, &pairs, &there, reach, margin), &there), fresh(&there));
-    cache.on_way(&surface, &pairs, (&there, &near), reach, margin);
+    cache.on_way(&surface, &pairs, (&there, &near), reach, (reach, margin));
     assert_eq!(cache.gatherings, before + 1);
+    // What comes near alone is less than what acts: explicit steps ask for crossings on their ways.
+    for dx in [&near, &far] {
+        let mut cache = CandidateCache::<3>::default();
+        cache.on_way(&surface, &pairs, (&x, dx), 0.0, (reach, margin));
+        assert_eq!(stencils(cache.at(&surface, &pairs, &x, reach, margin), &x), fresh(&x));
+    }
 }
 
 /// A vertex that folds back onto the ring of its own neighbour meets fewer primitives than there are around
