@@ -241,8 +241,8 @@ fn an_elastic_beam_goes_on_in_steps_below_the_limit() {
     }
 }
 
-/// An acceleration that passes through zero, and one that dies down to the rounding of the forces that make it,
-/// say nothing of the step by their last terms.
+/// An acceleration that passes through zero, and one that dies down to the rounding of the forces that make
+/// it, say nothing of the step by their last terms.
 #[test]
 fn steps_follow_no_rounding_where_nothing_accelerates() {
     let build = |duration: f64, more: &str| {

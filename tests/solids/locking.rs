@@ -226,7 +226,7 @@ fn whole_cells_narrow_along_what_bends_are_said_to_be_too_soft() {
     let ring = |around: usize| {
         let place = |i: usize| {
             let turn = (i / 2) as f64 * std::f64::consts::TAU / around as f64;
-            let radius = if i % 2 == 0 { 0.9 } else { 1.1 };
+            let radius = if i.is_multiple_of(2) { 0.9 } else { 1.1 };
             [radius * turn.cos(), radius * turn.sin()]
         };
         let points: Vec<[f64; 2]> = (0..2 * around).map(place).collect();

@@ -317,8 +317,8 @@ impl<const D: usize> CandidateCache<D> {
     }
 
     /// Candidates that hold all pairs that come nearer than `near` [m] on the way from `x` to `x + dx`, flat
-    /// `(n, D)` [m]; gathered anew where those at hand do not, if the way is short as [`at`](Self::at) gathers
-    /// them.
+    /// `(n, D)` [m]; gathered anew where those at hand do not, if the way is short as [`at`](Self::at)
+    /// gathers them.
     pub fn on_way(
         &mut self,
         surface: &ContactSurface,

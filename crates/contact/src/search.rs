@@ -7,8 +7,8 @@ use crate::contacts::Contacts;
 use crate::expected::ExpectedForces;
 use crate::model::ContactModel;
 
-/// Candidates within these parts of the largest reach and of a typical edge beyond the reach, at least, are kept
-/// for positions to come.
+/// Candidates within these parts of the largest reach and of a typical edge beyond the reach, at least, are
+/// kept for positions to come.
 const LEAST_MARGIN: [f64; 2] = [0.5, 0.05];
 /// Candidates are not gathered from farther than this part of a typical edge, however fast things move.
 const LARGEST_MARGIN: f64 = 0.1;
@@ -65,8 +65,8 @@ impl<const D: usize> ContactSearch<D> {
         &self.contacts
     }
 
-    /// Shows `visit` candidates that hold all pairs within `near` [m] on the way from `x` to `x + dx`: those at
-    /// hand where they do.
+    /// Shows `visit` candidates that hold all pairs within `near` [m] on the way from `x` to `x + dx`: those
+    /// at hand where they do.
     pub(crate) fn on_way<T>(
         &mut self,
         model: &ContactModel,

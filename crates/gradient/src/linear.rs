@@ -176,8 +176,8 @@ fn lu<const D: usize>(assembler: &Assembler<D>) -> Option<Lu> {
     SymbolicLu::new(column_start, row)?.factorize(&entries)
 }
 
-/// Solves `A p = b` at `x` for the free coordinates of a system; held ones of `p` are zero. On the way back `A`
-/// is the transpose of the matrix of the way forth.
+/// Solves `A p = b` at `x` for the free coordinates of a system; held ones of `p` are zero. On the way back
+/// `A` is the transpose of the matrix of the way forth.
 pub(crate) struct CorrectedSolver {
     factorisation: Box<dyn Factorisation>,
     residual: Vec<f64>,

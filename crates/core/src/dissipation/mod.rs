@@ -54,9 +54,9 @@ pub trait DissipativeTerm: Send + Sync {
         false
     }
 
-    /// Adds the product `d2R/dx dv u` [N] at `(x, v)` to `y`, `u` [m]: the change of `dR/dv` with the positions
-    /// along `u`. False where the term does not know it, and nothing is added. The derivative last evaluated
-    /// is lost.
+    /// Adds the product `d2R/dx dv u` [N] at `(x, v)` to `y`, `u` [m]: the change of `dR/dv` with the
+    /// positions along `u`. False where the term does not know it, and nothing is added. The derivative last
+    /// evaluated is lost.
     fn add_position_change(&mut self, x: &[f64], v: &[f64], u: &[f64], y: &mut [f64]) -> bool {
         let _ = (x, v, u, y);
         false

@@ -298,8 +298,8 @@ impl GaussRadau {
     /// act on each other alone; others may have none at any one time, and it is that of the whole step.
     ///
     /// None where it moves positions by no more than their rounding: near equilibrium, forces that all but
-    /// cancel leave an acceleration of rounding, whose last term does not shrink with the step. Bodies that are
-    /// seen from a near origin have digits to spare.
+    /// cancel leave an acceleration of rounding, whose last term does not shrink with the step. Bodies that
+    /// are seen from a near origin have digits to spare.
     fn note_last_term(&mut self, h: f64, largest: f64) {
         let last = self.now.b.iter().fold(0.0f64, |m, b| m.max(b[TERMS - 1].abs()));
         let is_rounding = !self.has_origin && self.is_rounding_of_positions(h * h * last);

@@ -62,8 +62,8 @@ pub struct RunDirection<'a> {
 /// ```
 ///
 /// # Errors
-/// [`GradientError`], as [`gradient`](crate::gradient()); damping and ether drag in fully implicit schemes have
-/// no tangent.
+/// [`GradientError`], as [`gradient`](crate::gradient()); damping and ether drag in fully implicit schemes
+/// have no tangent.
 ///
 /// # Panics
 /// The change of the start has another length than the state.

@@ -184,7 +184,8 @@ mod tests {
     use super::*;
     use crate::assembly::UnstableStep;
 
-    /// Solvers predict half of what can be addressed, or a quarter, less what is held, where they cannot count.
+    /// Solvers predict half of what can be addressed, or a quarter, less what is held, where they cannot
+    /// count.
     #[test]
     fn what_could_not_be_counted_is_more_than_there_is() {
         assert_eq!(need(462_447_000, 151_994_000), "about 462.447 MB");

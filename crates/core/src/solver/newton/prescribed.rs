@@ -60,7 +60,8 @@ impl<const D: usize> Newton<D> {
     }
 
     /// Lets free coordinates go towards their minimum while held ones wait. A way that ends at a contact has
-    /// used up most of its gap: pushed on at once, barriers become so stiff that nothing is left but rounding.
+    /// used up most of its gap: pushed on at once, barriers become so stiff that nothing is left but
+    /// rounding.
     fn yield_to_held(&mut self, solve: &mut NewtonSolve<'_>) -> Result<(), SolveFailure> {
         // What dissipative terms hold is renewed, and what is loose is told, on the way to the end alone.
         let (renewals, loose) = (std::mem::take(&mut solve.renewals), self.work.loose);
