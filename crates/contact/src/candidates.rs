@@ -111,7 +111,7 @@ impl<const D: usize> SurfaceTrees<D> {
 }
 
 impl CandidatePairs {
-    /// Those of one search, see [`SurfaceTrees::gather`].
+    /// Pairs of one search, see [`SurfaceTrees::gather`].
     ///
     /// # Panics
     /// If the surface is of another dimension.
@@ -259,7 +259,7 @@ const SHORT: f64 = 0.5;
 struct SweptPairs {
     from: Vec<f64>,
     dx: Vec<f64>,
-    /// Of what comes nearer than this [m].
+    /// Distance that pairs come nearer than [m].
     reach: f64,
     pairs: CandidatePairs,
 }

@@ -114,7 +114,7 @@ impl<const D: usize> ContactEnergy<D> {
         let way = Way { x, dx, ends };
         let mut search = locked(&self.search);
         let reach = if ends == WayEnd::Crossing { 0.0 } else { search.reach };
-        search.on_way(&self.model, (x, dx), reach, |pairs| way.first::<D>(&self.model, pairs))
+        way.first::<D>(&self.model, search.on_way(&self.model, (x, dx), reach))
     }
 
     /// Two primitives by name.

@@ -65,16 +65,15 @@ impl<const D: usize> ContactSearch<D> {
         &self.contacts
     }
 
-    /// Shows `visit` candidates that hold all pairs within `near` [m] on the way from `x` to `x + dx`: those
-    /// at hand where they do.
-    pub(crate) fn on_way<T>(
+    /// Candidates that hold all pairs within `near` [m] on the way from `x` to `x + dx`: those at hand where
+    /// they do.
+    pub(crate) fn on_way(
         &mut self,
         model: &ContactModel,
-        (x, dx): (&[f64], &[f64]),
+        way: (&[f64], &[f64]),
         near: f64,
-        visit: impl FnOnce(&CandidatePairs) -> T,
-    ) -> T {
-        visit(self.cache.on_way(&model.surface, &model.pairs, (x, dx), near, (self.reach, self.margin)))
+    ) -> &CandidatePairs {
+        self.cache.on_way(&model.surface, &model.pairs, way, near, (self.reach, self.margin))
     }
 
     /// Bytes held.

@@ -152,7 +152,6 @@ fn crossing_triangles(model: &ContactModel, x: &[f64]) -> Vec<BadStart> {
     for edge in &surface.edges {
         near.clear();
         tree.find(&Bounds::of_vertices(edge, x, None), &mut near);
-        near.sort_unstable();
         for &t in &near {
             let triangle = surface.triangles[t as usize];
             let shares = edge.iter().any(|v| triangle.contains(v));
@@ -198,7 +197,6 @@ fn crossing_edges(model: &ContactModel, x: &[f64]) -> Vec<BadStart> {
     for (i, edge) in (0..).zip(&surface.edges) {
         near.clear();
         tree.find(&bounds[i as usize], &mut near);
-        near.sort_unstable();
         for &j in near.iter().filter(|&&j| j > i) {
             let other = surface.edges[j as usize];
             let shares = edge.iter().any(|v| other.contains(v));

@@ -1,6 +1,6 @@
 //! The adjoint of static equilibria: `dE/dx = 0` at the free coordinates, whatever was before.
 //!
-//! What dissipates resists the way from one equilibrium to the next, as friction does: with velocities `v =
+//! Dissipation resists the way from one equilibrium to the next, as friction does: with velocities `v =
 //! (x - x_n)/h` of the free coordinates, those of prescribed motion of the held ones,
 //!
 //! ```text

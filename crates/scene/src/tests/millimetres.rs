@@ -66,7 +66,7 @@ fn other_soft_light_and_large_things_are_not() {
     }
 }
 
-/// What a scene has beside its solid: gravity, a load.
+/// Warnings of the solid of a scene with gravity and, say, a load.
 fn beside(elastic: &str, density: &str, more: &str) -> Vec<String> {
     let text = format!(
         "dimension = 3\ntime = {{ integrator = 'implicit-euler', step = 1e-3, duration = 1e-2 }}\n\
