@@ -38,7 +38,12 @@ def main() -> None:
     arguments = parser.parse_args()
 
     found: Found = {}
-    for name in arguments.names or sorted(path.stem for path in (HERE / "problems").glob("[a-z]*.py")):
+    all_names = sorted(path.stem for path in (HERE / "problems").glob("[a-z]*.py"))
+    if unknown := [name for name in arguments.names if name not in all_names]:
+        parser.error(f"no problem {', '.join(unknown)}; there are {', '.join(all_names)}")
+    if not arguments.program.is_file():
+        parser.error(f"no program {arguments.program}: `cargo build --release` makes it")
+    for name in arguments.names or all_names:
         problem = importlib.import_module(f"problems.{name}")
         started = time.perf_counter()
         rows = list(problem.rows(Pliant(arguments.program.resolve()), arguments.quick))
