@@ -38,6 +38,12 @@ def blocks(parts: Sequence[tuple[Map, Sequence[int]]], element: str = "simplex")
     return "\n".join([*lines, "$EndElements", ""])
 
 
+def described(count: Sequence[int], element: str) -> str:
+    """Elements in space and their numbers, for a row."""
+    size = " x ".join(map(str, count))
+    return f"10-node tetrahedra, {size} boxes" if element == "simplex" else f"hexahedra, {size}"
+
+
 def vertices(parts: Sequence[tuple[Map, Sequence[int]]], chosen: Callable[..., bool]) -> list[int]:
     """Numbers of the vertices at chosen places, in the mesh of second order."""
     return [number for number, point in enumerate(built(parts, "simplex")[0]) if chosen(*point)]

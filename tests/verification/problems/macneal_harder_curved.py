@@ -30,8 +30,7 @@ def rows(pliant, quick):
     for count, elements, within in MESHES:
         if quick and count[0] > 24:
             continue
-        kind = "10-node tetrahedra" if elements == "simplex" else "hexahedra"
-        mesh = f"{kind}, {' x '.join(map(str, count))}" + (" boxes" if elements == "simplex" else "")
+        mesh = meshes.described(count, elements)
         shape = pliant.mesh("curved.msh", meshes.blocks([(place, count)], elements))
         for axis, (load, published) in enumerate(PUBLISHED.items(), 1):
             traction = [0.0, 0.0, 0.0]

@@ -23,8 +23,7 @@ def rows(pliant, quick):
     for count, elements, within in MESHES:
         if quick and count[0] > 12:
             continue
-        kind = "10-node tetrahedra" if elements == "simplex" else "hexahedra"
-        mesh = f"{kind}, {' x '.join(map(str, count))}" + (" boxes" if elements == "simplex" else "")
+        mesh = meshes.described(count, elements)
         shape = pliant.mesh("twisted.msh", meshes.blocks([(place, count)], elements))
         for load, (axis, published, limit) in PUBLISHED.items():
             traction = [0.0, 0.0, 0.0]
