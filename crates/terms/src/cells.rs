@@ -1,9 +1,10 @@
 //! Cells that are no simplices.
 
+use pliant::algebra::Mat;
 use pliant::element::{CellKind, CellVisitor, Isoparametric};
 use pliant::energy::EnergyTerm;
 use pliant::energy::elastic::{Dilatation, MeanDilatation};
-use pliant::material::{Material, MaterialSpec, MaterialVisitor};
+use pliant::material::{Material, MaterialSpec, MaterialVisitor, Psd, Tangent};
 
 use crate::ElementSet;
 
@@ -12,12 +13,27 @@ use crate::ElementSet;
 /// # Panics
 /// As there, and if the cells are not whole ones.
 pub fn cells(material: &MaterialSpec, kind: &CellKind, elements: &ElementSet<'_>) -> Box<dyn EnergyTerm> {
-    kind.visit(CellsMaker { material, elements })
+    kind.visit(CellsMaker { material, about: None, elements })
+}
+
+/// The change of the energy of cells of the material `about` with a parameter, by which its energy density
+/// changes by that of `material`.
+///
+/// # Panics
+/// As [`cells`].
+pub fn change_of_cells(
+    material: &MaterialSpec,
+    about: &MaterialSpec,
+    kind: &CellKind,
+    elements: &ElementSet<'_>,
+) -> Box<dyn EnergyTerm> {
+    kind.visit(CellsMaker { material, about: Some(about), elements })
 }
 
 /// Maker of cells of whatever kind is visited.
 struct CellsMaker<'a> {
     material: &'a MaterialSpec,
+    about: Option<&'a MaterialSpec>,
     elements: &'a ElementSet<'a>,
 }
 
@@ -25,8 +41,20 @@ impl CellVisitor for CellsMaker<'_> {
     type Output = Box<dyn EnergyTerm>;
 
     fn visit<const D: usize, const N: usize>(self, cell: &'static Isoparametric<D, N>) -> Self::Output {
-        let dilatation = Dilatation::of(self.material);
-        self.material.visit::<D, _>(MeanDilatationMaker { elements: self.elements, cell, dilatation })
+        let dilatation = Dilatation::of(self.about.unwrap_or(self.material));
+        let about = self.about.map(|about| about.visit::<D, _>(TangentMaker));
+        self.material.visit::<D, _>(MeanDilatationMaker { elements: self.elements, cell, dilatation, about })
+    }
+}
+
+/// Maker of the tangent at rest of whatever material is visited.
+struct TangentMaker;
+
+impl<const D: usize> MaterialVisitor<D> for TangentMaker {
+    type Output = Tangent<D>;
+
+    fn visit<M: Material<D> + Material<3> + Clone>(self, material: M) -> Tangent<D> {
+        Material::<D>::hessian(&material, &Mat::identity(), Psd::Exact)
     }
 }
 
@@ -35,6 +63,7 @@ struct MeanDilatationMaker<'a, const D: usize, const N: usize> {
     elements: &'a ElementSet<'a>,
     cell: &'static Isoparametric<D, N>,
     dilatation: Dilatation,
+    about: Option<Tangent<D>>,
 }
 
 impl<const D: usize, const N: usize> MaterialVisitor<D> for MeanDilatationMaker<'_, D, N> {
@@ -43,6 +72,10 @@ impl<const D: usize, const N: usize> MaterialVisitor<D> for MeanDilatationMaker<
     fn visit<M: Material<D> + Material<3> + Clone>(self, material: M) -> Box<dyn EnergyTerm> {
         let ElementSet { body, rest, stress, .. } = *self.elements;
         let how = (stress, self.dilatation);
-        Box::new(MeanDilatation::new(body, material, how, self.cell, self.elements.of(), rest))
+        let cells = MeanDilatation::new(body, material, how, self.cell, self.elements.of(), rest);
+        Box::new(match &self.about {
+            Some(tangent) => cells.as_change_of(tangent, rest),
+            None => cells,
+        })
     }
 }

@@ -71,6 +71,19 @@ impl<const D: usize> Tangent<D> {
         t
     }
 
+    /// Hooke's law, `C : dF = lambda tr(dF) I + mu (dF + dF^T)` [Pa].
+    pub(crate) fn isotropic(lambda: f64, mu: f64) -> Self {
+        let mut t = Self::zero();
+        for i in 0..D {
+            for j in 0..D {
+                t.0[i][i][j][j] += lambda;
+                t.0[i][j][i][j] += mu;
+                t.0[i][j][j][i] += mu;
+            }
+        }
+        t
+    }
+
     /// `s C`.
     pub fn scale(mut self, s: f64) -> Self {
         for i in 0..D {

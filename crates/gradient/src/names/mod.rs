@@ -402,7 +402,7 @@ impl Places<'_> {
         if key.ends_with("_per_element") && !key.starts_with(OF_FORMULA) {
             return Some(elements.moduli(&parts));
         }
-        let term = |(factor, material)| (factor, self.term(spec, &material, body));
+        let term = |(factor, change)| (factor, self.term(spec, (material, &change), body));
         let energies = parts.into_iter().map(term).collect();
         let mut modulus = Modulus::new(energies, self.dissipation(spec, material, body, key)?);
         if key == "elastic.young" {

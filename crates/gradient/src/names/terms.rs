@@ -105,11 +105,11 @@ impl Places<'_> {
         }
     }
 
-    /// The elements of a body, filled with another material.
+    /// The elements of a body of the material `about`, filled with the change of it.
     pub(super) fn term(
         &self,
         spec: &Body,
-        material: &MaterialSpec,
+        (about, material): (&MaterialSpec, &MaterialSpec),
         body: &BodyTopology,
     ) -> Box<dyn EnergyTerm> {
         let d = self.topology.dimension;
@@ -125,7 +125,7 @@ impl Places<'_> {
             factors: factors.as_deref(),
         };
         match body.blocks.first() {
-            Some(CellBlock { kind, .. }) => pliant_terms::cells(material, kind, &elements),
+            Some(CellBlock { kind, .. }) => pliant_terms::change_of_cells(material, about, kind, &elements),
             None if body.triangle_middles.is_empty() && body.tetrahedron_middles.is_empty() => {
                 pliant_terms::linear(material, &elements)
             }

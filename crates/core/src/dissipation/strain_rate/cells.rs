@@ -4,17 +4,23 @@ use super::{StrainRate, Viscosity, ViscousElements};
 use crate::algebra::Mat;
 use crate::element::Isoparametric;
 use crate::energy::elastic::{
-    CellPacks, PointPack, cell_gradient, gather, gradient_of_lane, points_of, scatter,
+    BendingPack, BendingSolid, CellBending, CellPacks, Dilatation, PointPack, cell_gradient, gather,
+    gradient_of_lane, points_of, scatter,
 };
 use crate::energy::patch::{Patch, Patches, Scratch};
 use crate::lanes::{Kernel, Lanes, dispatch_compact};
+use crate::material::Tangent;
 
 /// Cells with a dashpot at every quadrature point that sees the mean of the rates of volume:
 /// `R = sum_e sum_q w_q (eta E'_q : E'_q + 1/2 zeta m^2)`, `m` the mean of `tr Edot_q` over the
-/// cell and `E'_q = Edot_q + (m - tr Edot_q)/D I`. At rest, with `eta = beta mu` and `zeta = beta
-/// lambda`, it is `beta` times the stiffness of
+/// cell and `E'_q = Edot_q + (m - tr Edot_q)/D I`, and the dissipation of bending that cells lack. At
+/// rest, with `eta = beta mu` and `zeta = beta lambda`, it is `beta` times the stiffness of
 /// [`MeanDilatation`](crate::energy::elastic::MeanDilatation) of the linear material.
-pub struct ViscousCells<const D: usize, const N: usize>(CellPacks<D, N>);
+pub struct ViscousCells<const D: usize, const N: usize> {
+    packs: CellPacks<D, N>,
+    /// `None` where no cell lacks any.
+    bending: Option<CellBending<D, N>>,
+}
 
 impl<const D: usize, const N: usize> StrainRate<D, N, ViscousCells<D, N>> {
     /// Cells `cells` (global vertex indices) of `body`, at rest at `rest` (flat, all vertices of the system)
@@ -29,8 +35,14 @@ impl<const D: usize, const N: usize> StrainRate<D, N, ViscousCells<D, N>> {
         cells: &[[u32; N]],
         rest: &[f64],
     ) -> Self {
-        let packs = |patches: &Patches<N>| ViscousCells(CellPacks::new(body, cell, patches, rest));
-        Self::new(body, viscosity, cells, rest, packs)
+        let of_patches = |patches: &Patches<N>| {
+            let packs = CellPacks::new(body, cell, patches, rest);
+            let tangent = &Tangent::isotropic(viscosity.second, viscosity.shear);
+            let solid = BendingSolid { tangent, change: None, dilatation: Dilatation::Small };
+            let bending = CellBending::new(cell, patches, &packs, solid, rest);
+            ViscousCells { packs, bending }
+        };
+        Self::new(body, viscosity, cells, rest, of_patches)
     }
 }
 
@@ -42,7 +54,7 @@ impl<const D: usize, const N: usize> ViscousElements<D, N> for ViscousCells<D, N
         patch: &Patch,
         scratch: &mut Scratch<D>,
     ) -> f64 {
-        dispatch_compact(CellViscousKernel { viscosity, patches, packs: &self.0, patch, scratch })
+        dispatch_compact(CellViscousKernel { viscosity, patches, cells: self, patch, scratch })
     }
 
     fn add_blocks(
@@ -58,9 +70,9 @@ impl<const D: usize, const N: usize> ViscousElements<D, N> for ViscousCells<D, N
         let of_shear = Viscosity { shear, second: -2.0 * shear / D as f64 };
         let of_volume = Viscosity { shear: 0.0, second: second + 2.0 * shear / D as f64 };
         let nodes = points_of::<D, N>(x, vertices);
-        let volume = self.0.volume[pack][lane];
+        let volume = self.packs.volume[pack][lane];
         let mut mean = [[0.0; D]; N];
-        for rest in self.0.rest(pack) {
+        for rest in self.packs.rest(pack) {
             let (gradient, part) = rest.lane(lane);
             let f = gradient_of_lane(&nodes, &gradient);
             of_shear.add_blocks(volume * part, &gradient, &f.0, out);
@@ -70,10 +82,13 @@ impl<const D: usize, const N: usize> ViscousElements<D, N> for ViscousCells<D, N
             }
         }
         of_volume.add_blocks(volume, &mean, &Mat::identity().0, out);
+        if let Some(bending) = &self.bending {
+            bending.add_damping(&nodes, (pack, lane), out);
+        }
     }
 
     fn bytes(&self) -> usize {
-        self.0.bytes()
+        self.packs.bytes() + self.bending.as_ref().map_or(0, CellBending::bytes)
     }
 }
 
@@ -81,7 +96,7 @@ impl<const D: usize, const N: usize> ViscousElements<D, N> for ViscousCells<D, N
 struct CellViscousKernel<'a, const D: usize, const N: usize> {
     viscosity: Viscosity,
     patches: &'a Patches<N>,
-    packs: &'a CellPacks<D, N>,
+    cells: &'a ViscousCells<D, N>,
     patch: &'a Patch,
     scratch: &'a mut Scratch<D>,
 }
@@ -92,6 +107,7 @@ impl<const D: usize, const N: usize> Kernel for CellViscousKernel<'_, D, N> {
     #[inline(always)]
     fn run<L: Lanes>(self) -> f64 {
         let Scratch { position, direction, gradient } = self.scratch;
+        let ViscousCells { packs, bending } = self.cells;
         let two_eta = L::splat(2.0 * self.viscosity.shear);
         let zeta = L::splat(self.viscosity.second);
         let mut power = L::zero();
@@ -99,14 +115,14 @@ impl<const D: usize, const N: usize> Kernel for CellViscousKernel<'_, D, N> {
             let index = &self.patches.index[pack];
             let x = gather::<L, D, N>(position, index);
             let v = gather::<L, D, N>(direction, index);
-            let volume = L::load(&self.packs.volume[pack]);
+            let volume = L::load(&packs.volume[pack]);
             let mut mean = L::zero();
-            for rest in self.packs.rest(pack) {
+            for rest in packs.rest(pack) {
                 let (_, rate) = rate(&x, &v, rest);
                 mean = rest.part::<L>().mul_add(rate.trace(), mean);
             }
             let mut gradients = [[L::zero(); D]; N];
-            for rest in self.packs.rest(pack) {
+            for rest in packs.rest(pack) {
                 let weight = volume * rest.part::<L>();
                 let (f, rate) = rate(&x, &v, rest);
                 let rate = rate + Mat::scalar((mean - rate.trace()) * L::splat(1.0 / D as f64));
@@ -122,6 +138,10 @@ impl<const D: usize, const N: usize> Kernel for CellViscousKernel<'_, D, N> {
                         }
                     }
                 }
+            }
+            if let Some(bending) = bending {
+                let pack = BendingPack { bending, index, pack, turns: true };
+                power += pack.add_viscous(&x, &v, &mut gradients);
             }
             scatter(gradient, index, gradients);
         }

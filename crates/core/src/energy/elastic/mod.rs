@@ -17,7 +17,9 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-pub(crate) use mean_dilatation::{CellPacks, PointPack, cell_gradient, gradient_of_lane};
+pub(crate) use mean_dilatation::{
+    BendingPack, BendingSolid, CellBending, CellPacks, PointPack, cell_gradient, gradient_of_lane,
+};
 pub use mean_dilatation::{Dilatation, MeanDilatation};
 pub use membrane::flattened;
 pub use membrane::{Membrane, Sheet};

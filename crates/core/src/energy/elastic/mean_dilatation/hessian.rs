@@ -56,6 +56,10 @@ pub(super) fn fill<const D: usize, const N: usize>(
         let predicted =
             from.map(|from| predict(term, &self::points(term, from, &vertices, pack, lane), &points));
         add(term, (&points, term.packs.volume[pack][lane]), predicted, &mut matrix);
+        if let Some(bending) = &term.bending {
+            let turns = term.dilatation != Dilatation::Small;
+            bending.add_hessian(&points_of(x, &vertices), (pack, lane), turns, &mut matrix);
+        }
         if psd == Psd::Projected {
             project_positive(&mut matrix, n);
         }
@@ -221,7 +225,7 @@ fn combined<const D: usize, const N: usize>(
 }
 
 /// Adds `factor u v^T`.
-fn add_product<const D: usize, const N: usize>(
+pub(super) fn add_product<const D: usize, const N: usize>(
     u: &[[f64; D]; N],
     v: &[[f64; D]; N],
     factor: f64,

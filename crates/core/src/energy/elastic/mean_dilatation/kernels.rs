@@ -109,6 +109,21 @@ impl<L: Lanes> PackScalar<L> for Dual<L> {
     }
 }
 
+/// Positions with their change along a direction.
+#[inline(always)]
+pub(super) fn with_change<L: Lanes, const D: usize, const N: usize>(
+    x: &[[L; D]; N],
+    dx: &[[L; D]; N],
+) -> [[Dual<L>; D]; N] {
+    let mut both = [[Dual::constant(L::zero()); D]; N];
+    for a in 0..N {
+        for c in 0..D {
+            both[a][c] = Dual { value: x[a][c], derivative: dx[a][c] };
+        }
+    }
+    both
+}
+
 /// `F = sum_a x_a b_a^T` at a point.
 #[inline(always)]
 fn deformation<L: Lanes, S: PackScalar<L>, const D: usize, const N: usize>(
@@ -243,13 +258,7 @@ impl<const D: usize, const N: usize, const ALONG: bool> Kernel for CellDeformati
             return self.fill::<L, L>(&x);
         }
         let dx = gather::<L, D, N>(self.direction, self.points.index);
-        let mut both = [[Dual::constant(L::zero()); D]; N];
-        for a in 0..N {
-            for c in 0..D {
-                both[a][c] = Dual { value: x[a][c], derivative: dx[a][c] };
-            }
-        }
-        self.fill::<L, Dual<L>>(&both);
+        self.fill::<L, Dual<L>>(&with_change(&x, &dx));
     }
 }
 

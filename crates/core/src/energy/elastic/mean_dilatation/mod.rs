@@ -20,8 +20,9 @@
 //! linear in `F` stays so: there `Fb_q = F_q + (tm - tr F_q)/D I` with the mean `tm` of the traces, and
 //! `P*_q = P + (pm - p_q) I`, `p_q = tr P / D`. A material without a Poisson's ratio does not lock: it
 //! sees `F_q` itself. In [`packs`] stands of what nodes `F_q` is made, so that bending does not lock
-//! either.
+//! either, and in [`bending`] the energy that makes up for what is then too soft.
 
+mod bending;
 mod hessian;
 mod kernels;
 mod packs;
@@ -42,8 +43,10 @@ use crate::energy::{
     StepLimit, TermProperties,
 };
 use crate::lanes::{Lanes, Portable, WIDTH, dispatch_compact};
-use crate::material::{Domain, Material, MaterialSpec, Psd, Stress};
+use crate::material::{Domain, Material, MaterialSpec, Psd, Stress, Tangent};
 use crate::numbering::along_curve;
+use bending::{BendingEnergyKernel, BendingForceKernel};
+pub(crate) use bending::{BendingPack, BendingSolid, CellBending};
 use kernels::{CellDeformationKernel, CellEnergyKernel, CellForceKernel, MOST_POINTS, PointWork, Points};
 pub(crate) use kernels::{cell_gradient, gradient_of_lane};
 pub(crate) use packs::{CellPacks, PointPack};
@@ -79,6 +82,8 @@ pub struct MeanDilatation<const D: usize, const N: usize> {
     cell: &'static Isoparametric<D, N>,
     patches: Patches<N>,
     packs: CellPacks<D, N>,
+    /// `None` where no cell lacks stiffness.
+    bending: Option<CellBending<D, N>>,
     /// Nodes at rest of every cell, in the order of the mesh [m].
     nodes: Vec<[[f64; D]; N]>,
     workspace: Workspace<D>,
@@ -101,17 +106,33 @@ impl<const D: usize, const N: usize> MeanDilatation<D, N> {
         assert!(cell.points.len() <= MOST_POINTS, "a {} has too many points", cell.kind.name);
         let order = along_curve::<D>(&centroids(cells, rest));
         let patches = Patches::new::<D>(cells, &order, rest.len() / D);
+        let packs = CellPacks::new(body, cell, &patches, rest);
+        let material: Box<dyn BlockMaterial<D>> = Box::new(material);
+        let tangent = &material.tangent(&Mat::identity(), Psd::Exact);
+        let solid = BendingSolid { tangent, change: None, dilatation };
         MeanDilatation {
             body: body.into(),
-            material: Box::new(material),
+            material,
             stress,
             dilatation,
             cell,
-            packs: CellPacks::new(body, cell, &patches, rest),
+            bending: CellBending::new(cell, &patches, &packs, solid, rest),
+            packs,
             nodes: cells.iter().map(|cell| points_of(rest, cell)).collect(),
             workspace: Workspace::new(&patches),
             patches,
         }
+    }
+
+    /// The change of the energy of cells with a parameter: of a solid with this `tangent` [Pa] at rest, whose
+    /// energy changes by that of the material of `self`. The stiffness in bending that cells lack is no
+    /// linear function of the material, as all else is.
+    #[must_use]
+    pub fn as_change_of(mut self, tangent: &Tangent<D>, rest: &[f64]) -> Self {
+        let change = Some(&self.material.tangent(&Mat::identity(), Psd::Exact));
+        let solid = BendingSolid { tangent, change, dilatation: self.dilatation };
+        self.bending = CellBending::new(self.cell, &self.patches, &self.packs, solid, rest);
+        self
     }
 
     /// The cells with their global vertices: `(element, vertices, pack, lane)`.
@@ -163,13 +184,30 @@ impl<const D: usize, const N: usize> MeanDilatation<D, N> {
 struct PatchInputs<'a, const D: usize, const N: usize> {
     patches: &'a Patches<N>,
     packs: &'a CellPacks<D, N>,
+    bending: Option<&'a CellBending<D, N>>,
     dilatation: Dilatation,
 }
 
 impl<'a, const D: usize, const N: usize> PatchInputs<'a, D, N> {
+    /// The packs of a patch that lack stiffness in bending.
+    fn bending(&self, patch: &Patch) -> impl Iterator<Item = BendingPack<'a, D, N>> {
+        let PatchInputs { patches, bending, dilatation, .. } = *self;
+        let of_pack = move |(bending, pack)| BendingPack {
+            bending,
+            index: &patches.index[pack],
+            pack,
+            turns: dilatation != Dilatation::Small,
+        };
+        let packs = patch.packs.clone();
+        bending
+            .into_iter()
+            .flat_map(move |bending| packs.clone().map(move |pack| (bending, pack)))
+            .map(of_pack)
+    }
+
     /// The packs of a patch.
     fn packs(&self, patch: &Patch) -> impl Iterator<Item = Points<'a, D, N>> {
-        let PatchInputs { patches, packs, dilatation } = *self;
+        let PatchInputs { patches, packs, dilatation, .. } = *self;
         patch.packs.clone().map(move |pack| Points {
             rest: packs.rest(pack),
             volume: &packs.volume[pack],
@@ -182,9 +220,9 @@ impl<'a, const D: usize, const N: usize> PatchInputs<'a, D, N> {
 /// The parts of a term, its workspace and its material.
 macro_rules! parts {
     ($term:ident) => {{
-        let MeanDilatation { patches, packs, workspace, material, dilatation, .. } = $term;
-        let dilatation = *dilatation;
-        (PatchInputs { patches, packs, dilatation }, workspace, &**material)
+        let MeanDilatation { patches, packs, bending, workspace, material, dilatation, .. } = $term;
+        let (dilatation, bending) = (*dilatation, bending.as_ref());
+        (PatchInputs { patches, packs, bending, dilatation }, workspace, &**material)
     }};
 }
 
@@ -209,6 +247,10 @@ impl<const D: usize, const N: usize> EnergyTerm for MeanDilatation<D, N> {
                 material.density(&work.f[..points.rest.len()], psi);
                 dispatch_compact(CellEnergyKernel { points, work: &work, psi, sum: &mut sum });
             }
+            for pack in parts.bending(patch) {
+                let position = &*scratch.position;
+                dispatch_compact(BendingEnergyKernel { pack, position, sum: &mut sum });
+            }
             Portable::load(&sum).horizontal_sum()
         })
     }
@@ -224,6 +266,7 @@ impl<const D: usize, const N: usize> EnergyTerm for MeanDilatation<D, N> {
                 material.stress(how, &mut work.p[..points.rest.len()]);
                 add_forces::<D, N, false>(points, &work, &change, scratch);
             }
+            parts.bending(patch).for_each(|pack| bend::<D, N, false>(pack, scratch));
         })
     }
 
@@ -243,6 +286,7 @@ impl<const D: usize, const N: usize> EnergyTerm for MeanDilatation<D, N> {
                 material.derivative(&work.f[..count], &mut change.p[..count], None);
                 add_forces::<D, N, true>(points, &work, &change, scratch);
             }
+            parts.bending(patch).for_each(|pack| bend::<D, N, true>(pack, scratch));
         });
         self.add_rows(0, y);
     }
@@ -275,7 +319,9 @@ impl<const D: usize, const N: usize> EnergyTerm for MeanDilatation<D, N> {
     }
 
     fn bytes(&self) -> usize {
-        self.patches.bytes() + self.packs.bytes() + size_of_val(&self.nodes[..]) + self.workspace.bytes()
+        let bending = self.bending.as_ref().map_or(0, CellBending::bytes);
+        let elements = self.packs.bytes() + bending + size_of_val(&self.nodes[..]);
+        self.patches.bytes() + elements + self.workspace.bytes()
     }
 }
 
@@ -366,4 +412,13 @@ fn add_forces<const D: usize, const N: usize, const ALONG: bool>(
 ) {
     let gradient = &mut scratch.gradient;
     dispatch_compact(CellForceKernel::<D, N, ALONG> { points, work, change, gradient });
+}
+
+/// Adds the gradients in bending of a pack, or `ALONG` the direction their change.
+fn bend<const D: usize, const N: usize, const ALONG: bool>(
+    pack: BendingPack<'_, D, N>,
+    scratch: &mut Scratch<D>,
+) {
+    let Scratch { position, direction, gradient } = scratch;
+    dispatch_compact(BendingForceKernel::<D, N, ALONG> { pack, position, direction, gradient });
 }

@@ -148,7 +148,10 @@ fn gradients<const D: usize, const N: usize>(
 }
 
 /// Lengths of a cell along its axes, twice the lengths of the columns of `J` in its middle [m].
-fn lengths<const D: usize, const N: usize>(cell: &Isoparametric<D, N>, nodes: &[[f64; D]; N]) -> [f64; D] {
+pub(super) fn lengths<const D: usize, const N: usize>(
+    cell: &Isoparametric<D, N>,
+    nodes: &[[f64; D]; N],
+) -> [f64; D] {
     let j = cell.jacobian(nodes, &[0.0; D]);
     let mut lengths = [0.0; D];
     for (k, length) in lengths.iter_mut().enumerate() {

@@ -1,0 +1,776 @@
+//! Stiffness in bending that a cell lacks.
+//!
+//! In bending about its middle a cell moves by `u = s xi_k xi_l n_k`: fibres along `k`, of length `h_k`,
+//! are stretched by `eps xi_l`, `eps = 2 s / h_k`. A body that bends across `l`, by `eps_k` along `k` and in
+//! space by `eps_m` along `m`, has the energy `V/6 eps^T T eps`, `T` the moduli where its size across `l` is
+//! free: in the plane `E/(1 - nu^2)`, in space `E/(1 - nu^2) [[1, nu], [nu, 1]]`. A cell with one volume and
+//! slopes of [`packs`](super::packs) has other moduli `A` there: a row of cubes bends by `15/14/(1 + nu)` of
+//! `E` in space and by `1 - nu` of `T` in the plane, cells that are narrower than high by a part that falls
+//! with `(h_k/h_l)^2`. So a cell gets the energy
+//!
+//! ```text
+//! E_b = sum_l V/6 eps^T (B - A) eps,   eps_k = 2 s_kl / h_k,
+//! s_kl = q_kl . f_k / |f_k|,   q_kl = sum_a g_a x_a,   f_k = sum_a x_a dN_a/dxi_k(0)
+//! ```
+//!
+//! where `g_a = (xi_k xi_l|_a - sum_i (sum_b xi_k xi_l|_b X_bi) b_ai) / N` is zero on every linear field, `b`
+//! the mean gradients: Flanagan, Belytschko 1981, "A uniform strain hexahedron and quadrilateral with
+//! orthogonal hourglass control", Int. J. Numer. Meth. Eng. 17, 679. So the patch test is passed as before.
+//! `f_k` turns with the cell; for a material that is linear in `F` it stays at rest. Moduli are those of
+//! the material at rest.
+//!
+//! `B = T` where `T - A` is positive semi-definite. Of cubes in space it is not: they are sheared where they
+//! bend to a saddle. Nothing is ever taken away; `B - A` is then the matrix of rank one with which a cell
+//! that is free along `m` bends by the modulus `E` along `k`, and likewise along `m`.
+
+use super::super::kernels::{gather, scatter};
+use super::hessian::add_product;
+use super::kernels::{PackScalar, with_change};
+use super::packs::{CellPacks, lengths};
+use super::{Dilatation, gradient_of_lane};
+use crate::algebra::{Dual, Mat};
+use crate::element::Isoparametric;
+use crate::energy::elastic::points_of;
+use crate::energy::patch::{PackIndex, Patches};
+use crate::lanes::{Kernel, Lanes, RowSlice, WIDTH};
+use crate::material::Tangent;
+use crate::scalar::Scalar;
+
+/// Part of a modulus below which a difference is rounding.
+const ROUNDING: f64 = 1e-12;
+
+/// Pairs of axes of a cell in `D` dimensions.
+const fn axes(d: usize) -> &'static [[usize; 2]] {
+    if d == 2 { &[[0, 1]] } else { &[[0, 1], [0, 2], [1, 2]] }
+}
+
+/// Pairs of axes at most.
+const MOST_PAIRS: usize = 3;
+
+/// The mode along axis `k` across `l`: its pair and its side there.
+const fn place(k: usize, l: usize) -> (usize, usize) {
+    if k < l { (k + l - 1, 0) } else { (k + l - 1, 1) }
+}
+
+/// Modes along two axes across the third, of which one stretches what the other shrinks.
+const COUPLED: [[(usize, usize); 2]; 3] =
+    [[place(1, 0), place(2, 0)], [place(0, 1), place(2, 1)], [place(0, 2), place(1, 2)]];
+
+/// Bending in the plane of two axes, of a pack of cells.
+#[derive(Clone)]
+#[repr(align(64))]
+struct PairPack<const N: usize> {
+    /// `g` of every node.
+    weight: [[f64; WIDTH]; N],
+    /// Stiffness along the first axis and along the second [N/m in space].
+    stiffness: [[f64; WIDTH]; 2],
+}
+
+/// What all pairs of axes of a pack have in common.
+#[derive(Clone)]
+#[repr(align(64))]
+struct Common<const D: usize> {
+    /// `f_k` at rest [m].
+    rest: [[[f64; WIDTH]; D]; D],
+    /// Stiffness that couples the modes across every axis [N/m].
+    coupling: [[f64; WIDTH]; 3],
+}
+
+/// Displacement `s` of a mode of bending and its slopes.
+#[derive(Clone, Copy)]
+struct Mode<S, const D: usize> {
+    s: S,
+    /// `ds/dq = f/|f|`.
+    of_q: [S; D],
+    /// `ds/df = (q - s f/|f|)/|f|`, zero where `f` stays at rest.
+    of_f: [S; D],
+}
+
+impl<S: Scalar, const D: usize> Mode<S, D> {
+    #[inline(always)]
+    fn zero() -> Self {
+        Mode { s: S::zero(), of_q: [S::zero(); D], of_f: [S::zero(); D] }
+    }
+
+    #[inline(always)]
+    fn new(q: &[S; D], f: &[S; D], turns: bool) -> Self {
+        let inverse = S::one() / dot(f, f).sqrt();
+        let mut mode = Mode::zero();
+        for i in 0..D {
+            mode.of_q[i] = f[i] * inverse;
+        }
+        mode.s = dot(q, &mode.of_q);
+        if turns {
+            for i in 0..D {
+                mode.of_f[i] = (q[i] - mode.s * mode.of_q[i]) * inverse;
+            }
+        }
+        mode
+    }
+}
+
+#[inline(always)]
+fn dot<S: Scalar, const D: usize>(a: &[S; D], b: &[S; D]) -> S {
+    let mut sum = S::zero();
+    for i in 0..D {
+        sum = a[i].mul_add(b[i], sum);
+    }
+    sum
+}
+
+/// `sum_a w_a x_a` for weights that add up to zero.
+#[inline(always)]
+fn weighted<S: Scalar, const D: usize, const N: usize>(x: &[[S; D]; N], weight: &[S; N]) -> [S; D] {
+    let mut sum = [S::zero(); D];
+    for a in 1..N {
+        for i in 0..D {
+            // Measured from the first node: what is far from the origin loses no digits.
+            sum[i] = (x[a][i] - x[0][i]).mul_add(weight[a], sum[i]);
+        }
+    }
+    sum
+}
+
+/// Solid of which cells lack stiffness in bending.
+#[derive(Clone, Copy)]
+pub(crate) struct BendingSolid<'a, const D: usize> {
+    /// `dP/dF` at rest [Pa].
+    pub(crate) tangent: &'a Tangent<D>,
+    /// Its change with a parameter, where the change of the stiffness is wanted.
+    pub(crate) change: Option<&'a Tangent<D>>,
+    pub(crate) dilatation: Dilatation,
+}
+
+/// Stiffnesses in bending of packs of cells.
+#[derive(Clone)]
+pub(crate) struct CellBending<const D: usize, const N: usize> {
+    /// `dN_a/dxi_k` in the middle.
+    slopes: [[f64; D]; N],
+    /// Pairs of axes of every pack, one after the other.
+    pairs: Vec<PairPack<N>>,
+    /// Of every pack.
+    common: Vec<Common<D>>,
+}
+
+impl<const D: usize, const N: usize> CellBending<D, N> {
+    /// Stiffnesses that cells of `packs` lack of a solid, or their change, at rest at `rest` (flat, all
+    /// vertices of the system) [m]; `None` where none lacks any.
+    pub(crate) fn new(
+        cell: &Isoparametric<D, N>,
+        patches: &Patches<N>,
+        packs: &CellPacks<D, N>,
+        solid: BendingSolid<'_, D>,
+        rest: &[f64],
+    ) -> Option<Self> {
+        let pair = PairPack { weight: [[0.0; WIDTH]; N], stiffness: [[0.0; WIDTH]; 2] };
+        let common = Common { rest: [[[0.0; WIDTH]; D]; D], coupling: [[0.0; WIDTH]; 3] };
+        let packs_count = patches.index.len();
+        let mut bending = CellBending {
+            slopes: (cell.slopes)(&[0.0; D]),
+            pairs: vec![pair; packs_count * axes(D).len()],
+            common: vec![common; packs_count],
+        };
+        let mut lacks = false;
+        for (_, vertices, pack, lane) in patches.stencils() {
+            let nodes = points_of::<D, N>(rest, &vertices);
+            let points: Vec<_> = packs.rest(pack).iter().map(|point| point.lane(lane)).collect();
+            let lacking = Lacking { cell, nodes: &nodes, points: &points, solid };
+            let volume = packs.volume[pack][lane];
+            let (pairs, common) = (&mut bending.pairs[pack * axes(D).len()..], &mut bending.common[pack]);
+            let middle = cell.jacobian(&nodes, &[0.0; D]);
+            for l in 0..D {
+                (0..D).for_each(|i| common.rest[l][i][lane] = middle[i][l]);
+                let wanted = |number: Dual<f64>| {
+                    volume / 3.0 * if solid.change.is_some() { number.derivative } else { number.value }
+                };
+                let Stiffness { own, coupling } = lacking.across(l);
+                for (k, number) in (0..D).filter(|k| *k != l).zip(own) {
+                    let (pair, side) = place(k, l);
+                    pairs[pair].stiffness[side][lane] = wanted(number);
+                    lacks |= wanted(number) != 0.0;
+                }
+                common.coupling[l][lane] = wanted(coupling);
+            }
+            for (pair, axes) in pairs.iter_mut().zip(axes(D)) {
+                let weights = pair.weight.iter_mut().zip(lacking.weights(*axes));
+                weights.for_each(|(lanes, weight)| lanes[lane] = weight);
+            }
+        }
+        // Lanes that fill up have directions, too: those of a real cell.
+        for (common, stencils) in bending.common.iter_mut().zip(&patches.stencil) {
+            let used = stencils.iter().flatten().count();
+            for lanes in common.rest.as_flattened_mut() {
+                (used..WIDTH).for_each(|lane| lanes[lane] = lanes[used - 1]);
+            }
+        }
+        lacks.then_some(bending)
+    }
+
+    /// `dN_a/dxi_k` of every node in the middle.
+    #[inline(always)]
+    fn slopes<S: Scalar>(&self, k: usize) -> [S; N] {
+        let mut slopes = [S::zero(); N];
+        for a in 0..N {
+            slopes[a] = S::splat(self.slopes[a][k]);
+        }
+        slopes
+    }
+
+    /// The modes of a cell with its nodes at `x`, by pairs and sides.
+    fn modes_of_lane(
+        &self,
+        x: &[[f64; D]; N],
+        (pack, lane): (usize, usize),
+        turns: bool,
+    ) -> Vec<[LaneMode<D, N>; 2]> {
+        let of_pair = |(pair, axes): (&PairPack<N>, &[usize; 2])| {
+            let weight = pair.weight.map(|lanes| lanes[lane]);
+            let q = weighted(x, &weight);
+            [0, 1].map(|side| {
+                let slopes = self.slopes(axes[side]);
+                let rest = self.common[pack].rest[axes[side]].map(|lanes| lanes[lane]);
+                let f = if turns { weighted(x, &slopes) } else { rest };
+                LaneMode { weight, slopes, q, f, rest, stiffness: pair.stiffness[side][lane] }
+            })
+        };
+        self.pairs[pack * axes(D).len()..].iter().zip(axes(D)).map(of_pair).collect()
+    }
+
+    /// Adds the Hessian of a cell to `matrix`, row by row: with the stiffnesses `K` of the modes, their
+    /// forces `F = K s` and for each mode
+    ///
+    /// ```text
+    /// ds_a = g_a n + c_a t / |f|,   n = f / |f|,   t = q - s n,
+    /// d2s_ab = (g_a c_b + c_a g_b) (I - n n^T) / |f| - c_a c_b (t n^T + n t^T + s (I - n n^T)) / |f|^2
+    /// ```
+    ///
+    /// it is `sum K ds ds^T + sum F d2s`.
+    pub(super) fn add_hessian(
+        &self,
+        x: &[[f64; D]; N],
+        (pack, lane): (usize, usize),
+        turns: bool,
+        matrix: &mut [f64],
+    ) {
+        let lanes = self.modes_of_lane(x, (pack, lane), turns);
+        let each = |pair: &[LaneMode<D, N>; 2]| [0, 1].map(|side| pair[side].mode(turns));
+        let modes: Vec<[Mode<f64, D>; 2]> = lanes.iter().map(each).collect();
+        for (pair, modes) in lanes.iter().zip(&modes) {
+            for (of_lane, mode) in pair.iter().zip(modes) {
+                let slope = of_lane.slope(mode);
+                add_product(&slope, &slope, of_lane.stiffness, matrix);
+                of_lane.add_second(mode, of_lane.stiffness * mode.s, turns, matrix);
+            }
+        }
+        for (coupling, [one, other]) in self.coupled(pack, lane) {
+            let (a, b) = (&modes[one.0][one.1], &modes[other.0][other.1]);
+            let (of_a, of_b) = (&lanes[one.0][one.1], &lanes[other.0][other.1]);
+            let (slope_a, slope_b) = (of_a.slope(a), of_b.slope(b));
+            add_product(&slope_a, &slope_b, coupling, matrix);
+            add_product(&slope_b, &slope_a, coupling, matrix);
+            of_a.add_second(a, coupling * b.s, turns, matrix);
+            of_b.add_second(b, coupling * a.s, turns, matrix);
+        }
+    }
+
+    /// Couplings of one cell and the modes that they couple; none in the plane.
+    fn coupled(&self, pack: usize, lane: usize) -> impl Iterator<Item = (f64, [(usize, usize); 2])> {
+        let couplings = self.common[pack].coupling.iter().map(move |lanes| lanes[lane]);
+        couplings.zip(COUPLED).take(if D == 3 { 3 } else { 0 })
+    }
+
+    /// Adds the blocks of the damping matrix of a cell with its nodes at `x`, for each pair `a <= b`.
+    pub(crate) fn add_damping(&self, x: &[[f64; D]; N], (pack, lane): (usize, usize), out: &mut [f64]) {
+        let lanes = self.modes_of_lane(x, (pack, lane), true);
+        let mut add = |(a, b): (&LaneMode<D, N>, &LaneMode<D, N>), factor: f64| {
+            let (slope_a, slope_b) = (a.rate_slope(), b.rate_slope());
+            let pairs = (0..N).flat_map(|a| (a..N).map(move |b| (a, b)));
+            for ((a, b), block) in pairs.zip(out.chunks_exact_mut(D * D)) {
+                for (i, row) in block.chunks_exact_mut(D).enumerate() {
+                    let columns = row.iter_mut().zip(&slope_b[b]);
+                    columns.for_each(|(entry, slope)| *entry += factor * slope_a[a][i] * slope);
+                }
+            }
+        };
+        lanes.as_flattened().iter().for_each(|mode| add((mode, mode), mode.stiffness));
+        for (coupling, [one, other]) in self.coupled(pack, lane) {
+            let (a, b) = (&lanes[one.0][one.1], &lanes[other.0][other.1]);
+            add((a, b), coupling);
+            add((b, a), coupling);
+        }
+    }
+
+    /// Bytes held.
+    pub(crate) fn bytes(&self) -> usize {
+        size_of_val(&self.pairs[..]) + size_of_val(&self.common[..])
+    }
+}
+
+/// A cell at rest, to find the stiffness that it lacks.
+struct Lacking<'a, const D: usize, const N: usize> {
+    cell: &'a Isoparametric<D, N>,
+    nodes: &'a [[f64; D]; N],
+    /// `b` of every node and the part of the volume, at the quadrature points.
+    points: &'a [([[f64; D]; N], f64)],
+    solid: BendingSolid<'a, D>,
+}
+
+impl<const D: usize, const N: usize> Lacking<'_, D, N> {
+    /// `a : C : b` and its change.
+    fn work(&self, a: &Mat<f64, D>, b: &Mat<f64, D>) -> Dual<f64> {
+        let BendingSolid { tangent, change, .. } = self.solid;
+        let of = |tangent: &Tangent<D>| tangent.apply(b).dot(a);
+        Dual { value: of(tangent), derivative: change.map_or(0.0, of) }
+    }
+
+    /// `xi_k xi_l` at the nodes.
+    fn signs(&self, [k, l]: [usize; 2]) -> [f64; N] {
+        self.cell.nodes.map(|node| node[k] * node[l])
+    }
+
+    /// `g` of every node.
+    fn weights(&self, axes: [usize; 2]) -> [f64; N] {
+        let signs = self.signs(axes);
+        let mut along = [0.0; D];
+        for (sign, node) in signs.iter().zip(self.nodes) {
+            (0..D).for_each(|i| along[i] += sign * (node[i] - self.nodes[0][i]));
+        }
+        let mut weights = signs;
+        for (gradient, part) in self.points {
+            for (weight, b) in weights.iter_mut().zip(gradient) {
+                *weight -= part * dot(&along, b);
+            }
+        }
+        weights.map(|weight| weight / N as f64)
+    }
+
+    /// Unit vectors along the axes, made orthogonal one after the other.
+    fn frame(&self) -> [[f64; D]; D] {
+        let j = self.cell.jacobian(self.nodes, &[0.0; D]);
+        let mut frame = [[0.0; D]; D];
+        for k in 0..D {
+            let mut e = [0.0; D];
+            (0..D).for_each(|i| e[i] = j[i][k]);
+            for of_before in &frame[..k] {
+                let part = dot(&e, of_before);
+                (0..D).for_each(|i| e[i] -= part * of_before[i]);
+            }
+            let length = dot(&e, &e).sqrt();
+            frame[k] = e.map(|e| e / length);
+        }
+        frame
+    }
+
+    /// Moduli `T` of what is free to change its size across axis `l`, along two others.
+    fn free(&self, frame: &[[f64; D]; D], l: usize, [k, m]: [usize; 2]) -> Dual<f64> {
+        let normal =
+            |a: usize, b: usize| self.work(&outer(&frame[a], &frame[a]), &outer(&frame[b], &frame[b]));
+        normal(k, m) - normal(k, l) * normal(l, m) / normal(l, l)
+    }
+
+    /// `dFb` at a point in the bending `xi_k xi_l n_k` by the strain 1 at the surface.
+    fn bent(&self, [k, l]: [usize; 2], direction: &[f64; D], lengths: &[f64; D]) -> Vec<Mat<f64, D>> {
+        let signs = self.signs([k, l]);
+        let bent = |(gradient, _): &([[f64; D]; N], f64)| {
+            let nodes = signs.map(|sign| direction.map(|n| 0.5 * lengths[k] * sign * n));
+            gradient_of_lane(&nodes, gradient)
+        };
+        let mut bent: Vec<Mat<f64, D>> = self.points.iter().map(bent).collect();
+        if self.solid.dilatation != Dilatation::Own {
+            let mean: f64 = bent.iter().zip(self.points).map(|(f, (_, part))| part * f.trace()).sum();
+            for f in &mut bent {
+                *f = *f + Mat::scalar((mean - f.trace()) / D as f64);
+            }
+        }
+        bent
+    }
+
+    /// `3 sum_q w_q a_q : C : b_q / V`, of a box the modulus in bending.
+    fn product(&self, a: &[Mat<f64, D>], b: &[Mat<f64, D>]) -> Dual<f64> {
+        let points = a.iter().zip(b).zip(self.points);
+        points.fold(Dual::splat(0.0), |sum, ((a, b), (_, part))| {
+            sum + Dual::splat(3.0 * part) * self.work(a, b)
+        })
+    }
+
+    /// `4/(h_k h_m) (B - A)` across axis `l` and its change.
+    fn across(&self, l: usize) -> Stiffness {
+        let (lengths, frame) = (lengths(self.cell, self.nodes), self.frame());
+        let bent = |k: usize| self.bent([k, l], &frame[k], &lengths);
+        let per_length = |k: usize| Dual::splat(2.0 / lengths[k]);
+        let mut along = (0..D).filter(|k| *k != l);
+        let (Some(k), m) = (along.next(), along.next()) else { return Stiffness::NONE };
+        let (first, wanted) = (bent(k), self.free(&frame, l, [k, k]));
+        let own = self.product(&first, &first);
+        let Some(m) = m else {
+            let lacks = lacking(wanted, own) * per_length(k) * per_length(k);
+            return Stiffness { own: [lacks, Dual::splat(0.0)], coupling: Dual::splat(0.0) };
+        };
+        let second = bent(m);
+        let moduli =
+            Stiffness { own: [own, self.product(&second, &second)], coupling: self.product(&first, &second) };
+        let target =
+            Stiffness { own: [wanted, self.free(&frame, l, [m, m])], coupling: self.free(&frame, l, [k, m]) };
+        moduli.lacking(&target).scaled([per_length(k), per_length(m)])
+    }
+}
+
+/// `wanted - own`, zero where the cell is stiff enough or the solid has no stiffness across.
+fn lacking(wanted: Dual<f64>, own: Dual<f64>) -> Dual<f64> {
+    let lacks = wanted - own;
+    // Not a number without stiffness across.
+    if lacks.value > ROUNDING * wanted.value { lacks } else { Dual::splat(0.0) }
+}
+
+/// Symmetric matrix of two modes.
+#[derive(Clone, Copy)]
+struct Stiffness {
+    own: [Dual<f64>; 2],
+    coupling: Dual<f64>,
+}
+
+impl Stiffness {
+    const NONE: Self = {
+        let zero = Dual { value: 0.0, derivative: 0.0 };
+        Stiffness { own: [zero; 2], coupling: zero }
+    };
+
+    /// `S A S` with the diagonal matrix `S`.
+    fn scaled(self, by: [Dual<f64>; 2]) -> Self {
+        let [a, b] = self.own;
+        Stiffness { own: [a * by[0] * by[0], b * by[1] * by[1]], coupling: self.coupling * by[0] * by[1] }
+    }
+
+    /// `B - A` of the moduli `A` of a cell, for the moduli `T`.
+    fn lacking(self, target: &Stiffness) -> Self {
+        let [t, u] = target.own;
+        // Of what is free along the other axis.
+        let free = |a: Dual<f64>, b: Dual<f64>| a - target.coupling * target.coupling / b;
+        let roots = [free(t, u).sqrt(), free(u, t).sqrt()];
+        if !roots.iter().all(|root| root.value > 0.0) {
+            return Self::NONE;
+        }
+        let lacks = [t - self.own[0], u - self.own[1]];
+        let coupling = target.coupling - self.coupling;
+        let determinant = lacks[0] * lacks[1] - coupling * coupling;
+        if lacks.iter().all(|lack| lack.value >= 0.0) && determinant.value >= 0.0 {
+            return Stiffness { own: lacks, coupling };
+        }
+        let unit = self.scaled(roots.map(|root| Dual::splat(1.0) / root));
+        unit.of_rank_one().unwrap_or_else(|| unit.diagonal()).scaled(roots)
+    }
+
+    /// The matrix `[[d, o], [o, e]]` with `o^2 = d e` that makes both `A + d - (c + o)^2 / (B + e)` and the
+    /// same of the other 1: both are then `x`, `o = (p x - r) / (2 c)`, `p = A + B - 1`, `r = A B + c^2` and
+    /// `4 c^2 (x - A) (x - B) = (p x - r)^2`. `None` where none has `d, e, o >= 0`.
+    fn of_rank_one(&self) -> Option<Self> {
+        let ([a, b], c, two) = (self.own, self.coupling, Dual::splat(2.0));
+        let (p, r) = (a + b - Dual::splat(1.0), a * b + c * c);
+        let second = p * p - two * two * c * c;
+        let first = p * r - two * c * c * (a + b);
+        let root = (first * first - second * (r * r - two * two * c * c * a * b)).sqrt();
+        [-root, root].into_iter().find_map(|root| {
+            let x = (first + root) / second;
+            let (own, coupling) = ([x - a, x - b], (p * x - r) / (two * c));
+            (own.iter().chain([&coupling]).all(|entry| entry.value >= 0.0))
+                .then_some(Stiffness { own, coupling })
+        })
+    }
+
+    /// The diagonal matrix that does the same, or less where one is stiff enough.
+    fn diagonal(&self) -> Self {
+        let squared = Dual::splat(4.0) * self.coupling * self.coupling;
+        let wanted = Dual::splat(0.5) * (Dual::splat(1.0) + (Dual::splat(1.0) + squared).sqrt());
+        Stiffness { own: self.own.map(|own| lacking(wanted, own)), coupling: Dual::splat(0.0) }
+    }
+}
+
+fn outer<const D: usize>(a: &[f64; D], b: &[f64; D]) -> Mat<f64, D> {
+    Mat(a.map(|a| b.map(|b| a * b)))
+}
+
+/// A mode of bending of one cell.
+struct LaneMode<const D: usize, const N: usize> {
+    /// `g` of every node.
+    weight: [f64; N],
+    /// `c_a = dN_a/dxi_k(0)`.
+    slopes: [f64; N],
+    q: [f64; D],
+    f: [f64; D],
+    /// `f` at rest.
+    rest: [f64; D],
+    stiffness: f64,
+}
+
+impl<const D: usize, const N: usize> LaneMode<D, N> {
+    fn mode(&self, turns: bool) -> Mode<f64, D> {
+        Mode::new(&self.q, &self.f, turns)
+    }
+
+    /// `ds/dx`.
+    fn slope(&self, mode: &Mode<f64, D>) -> [[f64; D]; N] {
+        self.spread(&mode.of_q, &mode.of_f)
+    }
+
+    /// The slope of the rate of `q . f / |f_rest|`.
+    fn rate_slope(&self) -> [[f64; D]; N] {
+        let inverse = 1.0 / dot(&self.rest, &self.rest).sqrt();
+        self.spread(&self.f.map(|f| inverse * f), &self.q.map(|q| inverse * q))
+    }
+
+    /// `g_a q + c_a f`.
+    fn spread(&self, q: &[f64; D], f: &[f64; D]) -> [[f64; D]; N] {
+        let mut nodes = [[0.0; D]; N];
+        for (a, node) in nodes.iter_mut().enumerate() {
+            (0..D).for_each(|i| node[i] = self.weight[a] * q[i] + self.slopes[a] * f[i]);
+        }
+        nodes
+    }
+
+    /// Adds `force d2s`.
+    fn add_second(&self, mode: &Mode<f64, D>, force: f64, turns: bool, matrix: &mut [f64]) {
+        if !turns {
+            return;
+        }
+        let Mode { s, of_q: n, of_f: t } = mode;
+        let inverse = 1.0 / dot(&self.f, &self.f).sqrt();
+        for a in 0..N {
+            for b in 0..N {
+                let crossed = self.weight[a] * self.slopes[b] + self.slopes[a] * self.weight[b];
+                let along = self.slopes[a] * self.slopes[b];
+                for i in 0..D {
+                    for k in 0..D {
+                        let across = f64::from(u8::from(i == k)) - n[i] * n[k];
+                        // `t` of the mode is over `|f|`.
+                        let turned = t[i] * n[k] + n[i] * t[k] + inverse * s * across;
+                        matrix[(a * D + i) * N * D + b * D + k] +=
+                            force * inverse * (crossed * across - along * turned);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// A pack of cells that bend.
+#[derive(Clone, Copy)]
+pub(crate) struct BendingPack<'a, const D: usize, const N: usize> {
+    pub(crate) bending: &'a CellBending<D, N>,
+    pub(crate) index: &'a PackIndex<N>,
+    /// Its number.
+    pub(crate) pack: usize,
+    /// Directions `f_k` are those of now, not of rest.
+    pub(crate) turns: bool,
+}
+
+impl<'a, const D: usize, const N: usize> BendingPack<'a, D, N> {
+    #[inline(always)]
+    fn pairs(&self) -> &'a [PairPack<N>] {
+        &self.bending.pairs[self.pack * axes(D).len()..][..axes(D).len()]
+    }
+
+    /// `f_k` of all axes.
+    #[inline(always)]
+    fn directions<S: Scalar>(&self, x: &[[S; D]; N]) -> [[S; D]; D] {
+        let mut f = [[S::zero(); D]; D];
+        for k in 0..D {
+            f[k] = weighted(x, &self.bending.slopes(k));
+        }
+        f
+    }
+
+    /// `f_k` at rest.
+    #[inline(always)]
+    fn at_rest<L: Lanes, S: PackScalar<L>>(&self) -> [[S; D]; D] {
+        let mut f = [[S::zero(); D]; D];
+        for k in 0..D {
+            for i in 0..D {
+                f[k][i] = S::constant(<L as Lanes>::load(&self.bending.common[self.pack].rest[k][i]));
+            }
+        }
+        f
+    }
+
+    /// `q` of all pairs.
+    #[inline(always)]
+    fn hourglass<L: Lanes, S: PackScalar<L>>(&self, x: &[[S; D]; N]) -> [[S; D]; MOST_PAIRS] {
+        let mut q = [[S::zero(); D]; MOST_PAIRS];
+        for (q, pair) in q.iter_mut().zip(self.pairs()) {
+            let mut weight = [S::zero(); N];
+            for a in 0..N {
+                weight[a] = S::constant(<L as Lanes>::load(&pair.weight[a]));
+            }
+            *q = weighted(x, &weight);
+        }
+        q
+    }
+
+    /// The modes of all pairs, and their `s`.
+    #[inline(always)]
+    fn modes<L: Lanes, S: PackScalar<L>>(
+        &self,
+        x: &[[S; D]; N],
+    ) -> ([[Mode<S, D>; 2]; MOST_PAIRS], [[S; 2]; MOST_PAIRS]) {
+        let f = if self.turns { self.directions(x) } else { self.at_rest::<L, S>() };
+        let q = self.hourglass::<L, S>(x);
+        let (mut modes, mut s) = ([[Mode::zero(); 2]; MOST_PAIRS], [[S::zero(); 2]; MOST_PAIRS]);
+        for p in 0..axes(D).len() {
+            for side in 0..2 {
+                modes[p][side] = Mode::new(&q[p], &f[axes(D)[p][side]], self.turns);
+                s[p][side] = modes[p][side].s;
+            }
+        }
+        (modes, s)
+    }
+
+    /// Forces of displacements, or of rates, of the modes.
+    #[inline(always)]
+    fn forces<L: Lanes, S: PackScalar<L>>(&self, s: &[[S; 2]; MOST_PAIRS]) -> [[S; 2]; MOST_PAIRS] {
+        let mut forces = [[S::zero(); 2]; MOST_PAIRS];
+        for (p, pair) in self.pairs().iter().enumerate() {
+            for side in 0..2 {
+                forces[p][side] = s[p][side] * S::constant(<L as Lanes>::load(&pair.stiffness[side]));
+            }
+        }
+        if D == 3 {
+            for l in 0..3 {
+                let [one, other] = COUPLED[l];
+                let coupling = &self.bending.common[self.pack].coupling[l];
+                let coupling = S::constant(<L as Lanes>::load(coupling));
+                forces[one.0][one.1] += coupling * s[other.0][other.1];
+                forces[other.0][other.1] += coupling * s[one.0][one.1];
+            }
+        }
+        forces
+    }
+
+    /// Adds to the nodes these `q` times their weights and `f` times their slopes.
+    #[inline(always)]
+    fn spread<L: Lanes>(&self, q: &[[L; D]; MOST_PAIRS], f: &[[L; D]; D], gradients: &mut [[L; D]; N]) {
+        for (q, pair) in q.iter().zip(self.pairs()) {
+            for a in 0..N {
+                let weight = L::load(&pair.weight[a]);
+                for i in 0..D {
+                    gradients[a][i] = q[i].mul_add(weight, gradients[a][i]);
+                }
+            }
+        }
+        for k in 0..D {
+            for a in 0..N {
+                let slope = L::splat(self.bending.slopes[a][k]);
+                for i in 0..D {
+                    gradients[a][i] = f[k][i].mul_add(slope, gradients[a][i]);
+                }
+            }
+        }
+    }
+
+    /// Adds viscous forces to the nodes; gives their power. With the stiffnesses of a solid of the
+    /// viscosities `R` is of the rates of `q . f` over `|f|` at rest what the energy is of `s`: like Green's
+    /// strain `q . f` is quadratic in the positions.
+    #[inline(always)]
+    pub(crate) fn add_viscous<L: Lanes>(
+        &self,
+        x: &[[L; D]; N],
+        v: &[[L; D]; N],
+        gradients: &mut [[L; D]; N],
+    ) -> L {
+        let (f, rates_of_f, rest) = (self.directions(x), self.directions(v), self.at_rest::<L, L>());
+        let (q, rates_of_q) = (self.hourglass::<L, L>(x), self.hourglass::<L, L>(v));
+        let (mut of_q, mut of_f) = ([[L::zero(); D]; MOST_PAIRS], [[L::zero(); D]; D]);
+        let mut rates = [[L::zero(); 2]; MOST_PAIRS];
+        let mut inverse = [L::zero(); D];
+        for k in 0..D {
+            inverse[k] = L::one() / dot(&rest[k], &rest[k]).sqrt();
+        }
+        for p in 0..axes(D).len() {
+            for side in 0..2 {
+                let k = axes(D)[p][side];
+                rates[p][side] = (dot(&rates_of_q[p], &f[k]) + dot(&q[p], &rates_of_f[k])) * inverse[k];
+            }
+        }
+        let forces = self.forces::<L, L>(&rates);
+        let mut power = L::zero();
+        for p in 0..axes(D).len() {
+            for side in 0..2 {
+                let k = axes(D)[p][side];
+                power = forces[p][side].mul_add(rates[p][side], power);
+                let force = forces[p][side] * inverse[k];
+                for i in 0..D {
+                    of_q[p][i] = force.mul_add(f[k][i], of_q[p][i]);
+                    of_f[k][i] = force.mul_add(q[p][i], of_f[k][i]);
+                }
+            }
+        }
+        self.spread(&of_q, &of_f, gradients);
+        power
+    }
+}
+
+/// Adds the energy in bending of a pack to one sum per lane.
+pub(super) struct BendingEnergyKernel<'a, const D: usize, const N: usize> {
+    pub(super) pack: BendingPack<'a, D, N>,
+    pub(super) position: &'a RowSlice<D>,
+    pub(super) sum: &'a mut [f64; WIDTH],
+}
+
+impl<const D: usize, const N: usize> Kernel for BendingEnergyKernel<'_, D, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let x = gather::<L, D, N>(self.position, self.pack.index);
+        let (_, s) = self.pack.modes::<L, L>(&x);
+        let forces = self.pack.forces::<L, L>(&s);
+        let mut sum = <L as Lanes>::load(self.sum);
+        for p in 0..axes(D).len() {
+            for side in 0..2 {
+                sum = (L::splat(0.5) * forces[p][side]).mul_add(s[p][side], sum);
+            }
+        }
+        <L as Lanes>::store(sum, self.sum);
+    }
+}
+
+/// Adds the gradients of the energy in bending at the vertices of a pack, or their change `ALONG` a direction.
+pub(super) struct BendingForceKernel<'a, const D: usize, const N: usize, const ALONG: bool> {
+    pub(super) pack: BendingPack<'a, D, N>,
+    pub(super) position: &'a RowSlice<D>,
+    pub(super) direction: &'a RowSlice<D>,
+    pub(super) gradient: &'a mut RowSlice<D>,
+}
+
+impl<const D: usize, const N: usize, const ALONG: bool> BendingForceKernel<'_, D, N, ALONG> {
+    #[inline(always)]
+    fn add<L: Lanes, S: PackScalar<L>>(self, x: &[[S; D]; N]) {
+        let (modes, s) = self.pack.modes::<L, S>(x);
+        let forces = self.pack.forces::<L, S>(&s);
+        let (mut of_q, mut of_f) = ([[L::zero(); D]; MOST_PAIRS], [[L::zero(); D]; D]);
+        for p in 0..axes(D).len() {
+            for side in 0..2 {
+                let (mode, force, k) = (&modes[p][side], forces[p][side], axes(D)[p][side]);
+                for i in 0..D {
+                    of_q[p][i] += (force * mode.of_q[i]).last();
+                    of_f[k][i] += (force * mode.of_f[i]).last();
+                }
+            }
+        }
+        let mut gradients = [[L::zero(); D]; N];
+        self.pack.spread(&of_q, &of_f, &mut gradients);
+        scatter(self.gradient, self.pack.index, gradients);
+    }
+}
+
+impl<const D: usize, const N: usize, const ALONG: bool> Kernel for BendingForceKernel<'_, D, N, ALONG> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let x = gather::<L, D, N>(self.position, self.pack.index);
+        if !ALONG {
+            return self.add::<L, L>(&x);
+        }
+        let dx = gather::<L, D, N>(self.direction, self.pack.index);
+        self.add::<L, Dual<L>>(&with_change(&x, &dx));
+    }
+}
