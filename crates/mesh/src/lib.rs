@@ -66,7 +66,6 @@ mod size;
 mod skin;
 pub mod spec;
 mod sphere;
-mod stacks;
 mod stl;
 mod strand;
 mod surface;
@@ -95,7 +94,6 @@ pub use quadratic::MidNodes;
 pub use quality::{CurvedQuality, ElementQuality, Quality};
 pub use select::select;
 pub use size::{MeshSize, predicted_body_size, predicted_size};
-pub use stacks::{CellRun, CellStack};
 pub use surface::{SurfaceError, SurfaceReport};
 pub use thickness::Chord;
 
