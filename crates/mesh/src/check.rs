@@ -11,6 +11,7 @@ pub(super) const DEGENERATE: f64 = 1e-12;
 
 mod blocks;
 
+pub use blocks::FoldedNodes;
 pub(super) use blocks::flat_cells;
 
 /// Checks coordinates, then indices, then shapes, then that every vertex is used and no element twice; the

@@ -196,9 +196,9 @@ pub enum MeshError {
         /// Their kind.
         cells: &'static str,
     },
-    /// A cell with `det J <= 0` at a node or a quadrature point.
+    /// A cell with `det J <= 0` at a quadrature point.
     #[error(
-        "{cell} is folded: det J is {least:.3} of its mean at one of its nodes, and must be positive at all; \
+        "{cell} is folded: det J is {least:.3} of its mean where it is integrated, and must be positive there; \
          move its vertices until all its angles are below 180 degrees"
     )]
     FoldedCell {

@@ -85,6 +85,7 @@ mod vtu;
 
 pub use build::{build, build_body};
 pub use cell::{Cell, FileTag};
+pub use check::FoldedNodes;
 pub use clean::Cleaned;
 pub use error::MeshError;
 pub use file::{files, read};

@@ -130,11 +130,20 @@ impl<const D: usize, const N: usize> Isoparametric<D, N> {
     /// Least `det J` at the nodes and quadrature points, as a fraction of its mean: 1 for parallelepipeds,
     /// not positive for folded cells; NaN without volume.
     pub fn least_jacobian(&self, nodes: &[[f64; D]; N]) -> f64 {
+        let at_points = self.least_at_points(nodes);
+        self.nodes.iter().fold(at_points, |least, xi| least.min(self.relative_jacobian(nodes, xi)))
+    }
+
+    /// Least `det J` at the quadrature points alone, as a fraction of its mean; NaN without volume.
+    pub fn least_at_points(&self, nodes: &[[f64; D]; N]) -> f64 {
+        let at_points = self.points.iter().map(|(xi, _)| self.relative_jacobian(nodes, xi));
+        at_points.reduce(f64::min).unwrap_or(f64::NAN)
+    }
+
+    fn relative_jacobian(&self, nodes: &[[f64; D]; N], xi: &[f64; D]) -> f64 {
         let reference: f64 = self.points.iter().map(|(_, weight)| weight).sum();
         let mean = self.volume(nodes) / reference;
-        let places = self.nodes.iter().chain(self.points.iter().map(|(xi, _)| xi));
-        let least = places.map(|xi| self.jacobian(nodes, xi).determinant()).fold(f64::INFINITY, f64::min);
-        if mean.is_nan() || mean == 0.0 { f64::NAN } else { least / mean.abs() }
+        if mean == 0.0 { f64::NAN } else { self.jacobian(nodes, xi).determinant() / mean.abs() }
     }
 
     /// Shape of the cell between 0, flat at a node, and 1: the harmonic mean over its nodes of

@@ -94,6 +94,42 @@ impl CellVisitor for Flat<'_> {
     }
 }
 
+/// Cells that are folded at a node, though not where they are integrated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FoldedNodes {
+    /// The number of cells.
+    pub count: usize,
+    /// The most folded one.
+    pub worst: usize,
+    /// Its least `det J`, as a fraction of its mean.
+    pub least: f64,
+}
+
+impl Mesh {
+    /// Cells of the dimension of the mesh that are folded at a node; `None` without any.
+    pub fn folded_nodes(&self) -> Option<FoldedNodes> {
+        let block = self.block().filter(|block| block.kind.dimension == self.dimension)?;
+        let least = block.kind.visit(LeastJacobians { mesh: self, block });
+        let folded = || least.iter().enumerate().filter(|(_, least)| **least <= 0.0);
+        let (worst, least) = folded().min_by(|a, b| a.1.total_cmp(b.1))?;
+        Some(FoldedNodes { count: folded().count(), worst, least: *least })
+    }
+}
+
+struct LeastJacobians<'a> {
+    mesh: &'a Mesh,
+    block: &'a CellBlock,
+}
+
+impl CellVisitor for LeastJacobians<'_> {
+    type Output = Vec<f64>;
+
+    fn visit<const D: usize, const N: usize>(self, kind: &'static Isoparametric<D, N>) -> Vec<f64> {
+        let cells = self.block.of::<N>().iter();
+        cells.map(|cell| kind.least_jacobian(&self.mesh.nodes::<D, N>(cell))).collect()
+    }
+}
+
 struct Shapes<'a> {
     mesh: &'a Mesh,
     block: &'a CellBlock,
@@ -111,7 +147,7 @@ impl CellVisitor for Shapes<'_> {
             if relative.is_nan() || relative.abs() <= super::DEGENERATE {
                 return Err(MeshError::Degenerate { cell, volume, size });
             }
-            let least = kind.least_jacobian(&nodes);
+            let least = kind.least_at_points(&nodes);
             if relative < 0.0 {
                 return Err(MeshError::Inverted { cell, volume, size });
             }
@@ -120,5 +156,29 @@ impl CellVisitor for Shapes<'_> {
             }
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::error::MeshError;
+    use crate::test_support::build_inline;
+
+    /// A unit square whose last corner is drawn along its diagonal, to `at`.
+    fn drawn(at: f64) -> Result<crate::Mesh, MeshError> {
+        let points = serde_json::json!([[0.0, 0.0], [1.0, 0.0], [at, at], [0.0, 1.0]]);
+        let spec = serde_json::json!({ "points": points, "quadrilaterals": [[0, 1, 2, 3]] });
+        build_inline(&serde_json::from_value(spec).unwrap(), 2)
+    }
+
+    // The angle is 180 degrees at 1/2; `det J` there is `(2 at - 1) / at` of its mean, at the quadrature point
+    // near it 0.29 of it at 0.45 and -0.73 at 0.25.
+    #[test]
+    fn cells_folded_at_a_corner_alone_are_counted_and_those_folded_inside_refused() {
+        assert_eq!(drawn(0.51).unwrap().folded_nodes(), None);
+        let folded = drawn(0.45).unwrap().folded_nodes().unwrap();
+        assert_eq!((folded.count, folded.worst), (1, 0));
+        assert!((folded.least - (2.0 * 0.45 - 1.0) / 0.45).abs() < 1e-12, "{folded:?}");
+        assert!(matches!(drawn(0.25), Err(MeshError::FoldedCell { least, .. }) if least < 0.0));
     }
 }

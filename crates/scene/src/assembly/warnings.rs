@@ -5,6 +5,7 @@ use crate::{Body, Load, OverTime, Scene};
 use pliant::energy::SurfaceContact;
 use pliant::quantity::Rounded;
 use pliant::simulation::Simulation;
+use pliant_mesh::FoldedNodes;
 
 /// Vertices are behind a wall where they are farther behind it than this part of the size of the scene.
 const BEHIND: f64 = 1e-9;
@@ -21,7 +22,21 @@ pub(super) fn warnings(scene: &Scene, simulation: &Simulation, bodies: &[BodyAss
     let walls = walls(scene).into_iter().chain(behind_walls(simulation));
     let meeting =
         through_each_other(scene, bodies).into_iter().chain(pushed_apart(scene, simulation, bodies));
-    walls.chain(meeting).chain(rougher_than_rubber(scene)).chain(idle(scene)).collect()
+    let folded = bodies.iter().filter_map(folded);
+    walls.chain(meeting).chain(rougher_than_rubber(scene)).chain(idle(scene)).chain(folded).collect()
+}
+
+/// Cells with an angle above 180 degrees, which compute, and badly.
+fn folded(body: &BodyAssembly) -> Option<String> {
+    let (FoldedNodes { count, worst, least }, block) = (body.mesh.folded_nodes()?, body.mesh.block()?);
+    let are = if count == 1 { "is" } else { "are" };
+    Some(format!(
+        "`{}`: {count} of {} {} {are} folded at a corner, the most element {worst}, where det J is {least:.3} \
+         of its mean: answers are poor there; move vertices until all angles are below 180 degrees",
+        body.name,
+        block.cells().len(),
+        block.kind.plural,
+    ))
 }
 
 /// Loads and muscles of zero: right where a controller sets them while running, otherwise of no use.
