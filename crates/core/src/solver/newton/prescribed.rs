@@ -29,7 +29,7 @@ impl<const D: usize> Newton<D> {
     /// [`SolveFailure::Obstructed`] where the way is blocked, and failures of the linear solver.
     pub(super) fn go_to_goal(&mut self, solve: &mut NewtonSolve<'_>) -> Result<(), SolveFailure> {
         let Some(goal) = solve.objective.goal else { return Ok(()) };
-        let (mut stuck, mut iterations) = (0, 0);
+        let (mut stuck, mut iterations, mut has_yielded) = (0, 0, false);
         loop {
             let way = rest_of_way(solve.system, goal, &solve.at.x);
             if way.iter().all(|way| *way == 0.0) {
@@ -42,6 +42,11 @@ impl<const D: usize> Newton<D> {
             if solve.system.is_stopped() {
                 return Err(SolveFailure::Stopped);
             }
+            // Near their minimum free coordinates follow, and no more: what is left of their forces would be
+            // the longer part of the direction, and what stops it would stop a way of rounding alone.
+            if has_yielded {
+                self.residual.fill(0.0);
+            }
             self.direction_along(solve, &way)?;
             self.work.newton_iterations += 1;
             let part = self.move_with_held(solve.system, solve.objective, solve.at)?;
@@ -53,7 +58,8 @@ impl<const D: usize> Newton<D> {
             if stuck == STUCK_MOST {
                 return Err(SolveFailure::Obstructed);
             }
-            if part < 1.0 {
+            has_yielded = part < 1.0;
+            if has_yielded {
                 self.yield_to_held(solve)?;
             }
         }
