@@ -66,9 +66,10 @@ class Pliant:
         """Runs a scene: the last line of its probes."""
         return {name: column[-1] for name, column in self.run(scene).items()}
 
-    def summary(self, scene: Path) -> dict[str, Any]:
-        """Runs a scene that is a file: the summary of the run."""
-        return self._command("run", str(scene), "--no-record", "--json")["summary"]
+    def summary(self, scene: Path | dict[str, Any]) -> dict[str, Any]:
+        """Runs a scene, which may be a file: the summary of the run."""
+        path = str(scene) if isinstance(scene, Path) else self._write(scene)
+        return self._command("run", path, "--no-record", "--json")["summary"]
 
     def frequencies(self, scene: dict[str, Any], count: int, equilibrium: bool = False) -> list[float]:
         """The lowest natural frequencies [Hz]; about the equilibrium under the loads where that is asked."""
