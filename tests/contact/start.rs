@@ -94,6 +94,8 @@ fn schemes_and_tables_that_contact_cannot_take_are_refused() {
     let pair = scene
         .replace("contact = {}", "contact = { pairs = [{ between = ['low', 'hihg'], friction = 0.1 }] }");
     let empty = scene.replace("contact = {}", "contact = { pairs = [{ between = ['low', 'high'] }] }");
+    let twice = "contact = { pairs = [{ between = ['low', 'high'], friction = 0.1 }, \
+                 { between = ['high', 'low'], friction = 0.2 }] }";
     let friction = scene.replace("contact = {}", "contact = { friction = -0.1 }");
     let without = scene.replace("contact = {}\n", "")
         + "[[obstacle]]\nname = 'floor'\nshape = { half_space = { normal = [0, 1], offset = -1 } }\n";
@@ -101,6 +103,7 @@ fn schemes_and_tables_that_contact_cannot_take_are_refused() {
         (midpoint, "end elsewhere"),
         (pair, "did you mean `high`"),
         (empty, "says nothing"),
+        (scene.replace("contact = {}", twice), "has an entry already, `pairs[0]`"),
         (friction, "0 or more"),
         (without, "has no `[contact]`"),
     ];

@@ -66,6 +66,21 @@ def test_what_cannot_be_is_told_with_names() -> None:
         pliant.Simulation(scene)
 
 
+def test_positions_in_each_other_are_refused_and_change_nothing() -> None:
+    simulation = pliant.Simulation(block())
+    before = simulation.positions
+    for step in ([0.0, -0.05], [0.03, 0.0]):
+        with pytest.raises(ValueError, match="`floor`|`pusher`.*move them apart"):
+            simulation.positions = before + [step if i < 15 else [0.0, 0.0] for i in range(len(before))]
+        np.testing.assert_array_equal(simulation.positions, before)
+    simulation.positions = before + [[0.0, 0.02] if i < 15 else [0.0, 0.0] for i in range(len(before))]
+    simulation.step(1)
+    batch = pliant.Batch(pliant.Simulation(block()), 2)
+    below = np.stack([before, before - [0.0, 0.05]])
+    with pytest.raises(ValueError, match="`floor`"):
+        batch.reset(positions=below)
+
+
 def test_contacts_are_recorded_frame_by_frame(tmp_path: Path) -> None:
     simulation = pliant.Simulation(block(output={"rate": 100.0, "channels": ["state", "contacts"]}))
     simulation.run(0.1, record=tmp_path / "a.mcap")

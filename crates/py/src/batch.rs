@@ -18,7 +18,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::{self, Doubles};
-use crate::simulation::{Inner, PySimulation};
+use crate::simulation::{Inner, PySimulation, place};
 use crate::{errors, threads};
 use workers::Workers;
 
@@ -304,13 +304,13 @@ impl PyBatch {
             let row = |rows: &Option<Vec<f64>>| {
                 rows.as_ref().map(|rows| rows[member.number * width..][..width].to_vec())
             };
-            row(&x).into_iter().for_each(|x| simulation.set_positions(&x));
+            let placed = row(&x).map_or(Ok(()), |x| place(simulation, &x));
             row(&v).into_iter().for_each(|v| simulation.set_velocities(&v));
             member.show();
-            resumed
+            resumed.map_err(|error| PyValueError::new_err(error.to_string())).and(placed)
         };
         for (_, resumed) in self.each(py, &mut members, &mask, work)? {
-            resumed.map_err(|error| PyValueError::new_err(error.to_string()))?;
+            resumed?;
         }
         Ok(())
     }

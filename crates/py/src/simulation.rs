@@ -25,6 +25,7 @@ use crate::scene::PyScene;
 use crate::{arrays, errors, threads};
 pub(crate) use measure::{contacts_table, energies, measure_named};
 pub(crate) use parameters::{Additions, Raised};
+pub(crate) use state::place;
 pub(crate) use vibration::PySuperposition;
 
 /// Steps are taken in batches of about this long; Ctrl-C is looked for between them.

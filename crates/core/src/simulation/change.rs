@@ -18,9 +18,25 @@ pub struct AdoptError {
 /// The name of the term of [`Simulation::set_external_forces`].
 const EXTERNAL: &str = "forces from outside";
 
+/// Surfaces that cannot be at `x`, in the order of the simulation, in words.
+fn conflict(simulation: &Simulation, x: &[f64]) -> Option<String> {
+    let mut touching = simulation.system.terms().iter().filter_map(|term| term.touching());
+    touching.find_map(|term| term.conflict(x))
+}
+
 impl Simulation {
+    /// Surfaces that shall touch and would cross or overlap with the vertices, in the order of the scene, at
+    /// `x`, flat `(n, dimension)` [m], in words; `None` where bodies can be there.
+    ///
+    /// # Panics
+    /// If `x` has not the length of the state's.
+    pub fn conflict_at(&self, x: &[f64]) -> Option<String> {
+        conflict(self, &self.numbering.to_internal(x, self.system.dimension()))
+    }
+
     /// Puts the vertices, in the order of the scene, at `x`, flat `(n, dimension)` [m], but for coordinates
-    /// on prescribed motion. What is held is held where it is put.
+    /// on prescribed motion. What is held is held where it is put. Where surfaces touch, ask
+    /// [`conflict_at`](Self::conflict_at) first: of steps from within each other nothing can be said.
     ///
     /// # Panics
     /// If `x` has not the length of the state's.
@@ -64,8 +80,7 @@ impl Simulation {
     pub fn adopt(&mut self, other: Simulation) -> Result<(), AdoptError> {
         assert_eq!(other.state.x().len(), self.state.x().len(), "the same vertices");
         assert_eq!(other.numbering, self.numbering, "numbered likewise");
-        let touching = other.system.terms().iter().filter_map(|term| term.touching()).collect::<Vec<_>>();
-        if let Some(conflict) = touching.iter().find_map(|term| term.conflict(self.state.x())) {
+        if let Some(conflict) = conflict(&other, self.state.x()) {
             return Err(AdoptError { conflict, time: self.state.time });
         }
         let (step, time) = (self.state.step, self.state.time);

@@ -56,7 +56,8 @@ impl PySimulation {
 
     /// ndarray of float64, shape (n, dim): Positions [m]: a copy, read only. What is assigned must have this
     /// shape; prescribed motion keeps its own, and what is pinned is held where it is put. To change some,
-    /// change a copy and assign it: ``x = simulation.positions.copy()``.
+    /// change a copy and assign it: ``x = simulation.positions.copy()``. ValueError where surfaces of
+    /// ``[contact]`` would cross or overlap: nothing is changed then.
     #[getter]
     fn positions<'py>(&self, py: Python<'py>) -> PyResult<Doubles<'py>> {
         let positions = self.lock()?.simulation.positions().into_owned();
@@ -67,7 +68,7 @@ impl PySimulation {
     fn set_positions(&self, py: Python<'_>, positions: &Bound<'_, PyAny>) -> PyResult<()> {
         let x = arrays::finite_rows(positions, &self.shape(), "positions")?;
         let mut inner = self.lock()?;
-        inner.simulation.set_positions(&x);
+        place(&mut inner.simulation, &x)?;
         inner.publish(py)
     }
 
@@ -325,5 +326,19 @@ impl Inner {
         self.apply_additions(py)?;
         let resumed = self.simulation.resume(checkpoint);
         resumed.map_err(|error| PyValueError::new_err(error.to_string()))
+    }
+}
+
+/// Puts the vertices at `x`, flat [m].
+///
+/// # Errors
+/// ValueError where surfaces would cross or overlap.
+pub(crate) fn place(simulation: &mut Core, x: &[f64]) -> PyResult<()> {
+    match simulation.conflict_at(x) {
+        Some(conflict) => Err(PyValueError::new_err(format!("{conflict} at these positions: move them apart"))),
+        None => {
+            simulation.set_positions(x);
+            Ok(())
+        }
     }
 }

@@ -193,8 +193,8 @@ impl ContactSpec {
             return None;
         }
         Some(format!(
-            "the steps of `{}` end elsewhere than at the configuration that they solve for, which may lie behind \
-             an obstacle",
+            "`{}` cannot hold contact: steps that end elsewhere than at a configuration that is solved for, and \
+             stages that are solved all at once, without a limit on their way, may lie behind an obstacle",
             method.documentation.name
         ))
     }

@@ -63,8 +63,16 @@ fn table(check: &mut Checker, path: &KeyPath, contact: &ContactSpec, scene: &Sce
         check.count(&path.key("friction_iterations"), *iterations as usize);
     }
     let names = names(scene);
+    let mut seen = BTreeMap::new();
     for (index, pair) in pairs.iter().enumerate() {
-        self::pair(check, &path.key("pairs").index(index), pair, &names);
+        let path = path.key("pairs").index(index);
+        self::pair(check, &path, pair, &names);
+        let mut between = pair.between.clone();
+        between.sort_unstable();
+        if let Some(first) = seen.insert(between, index) {
+            let message = format!("this pair has an entry already, `pairs[{first}]`");
+            check.report(Problem::semantic(path.key("between"), message).with_help("make one of both"));
+        }
     }
 }
 

@@ -68,11 +68,11 @@ impl<'a> Closing<'a> {
         }
     }
 
-    /// Warnings that the user should see even without reading the numbers. A run that failed says what is
-    /// wrong already.
+    /// Warnings that the user should see even without reading the numbers. Of a run that failed they are
+    /// those of the scene: causes, of which numbers at its end are effects.
     pub(crate) fn warnings(&self) -> Vec<String> {
         if self.status() == ExitStatus::Failed {
-            return vec![];
+            return self.report.warnings.clone();
         }
         let found = [
             self.inverted(),
