@@ -1,6 +1,6 @@
 //! Runs that cannot go on.
 
-use super::{Bench, logged};
+use super::{Bench, SPRING, logged};
 
 /// A tetrahedron that two steps turn inside out: its tip flies through its base.
 const PIERCED: &str = r#"
@@ -135,4 +135,18 @@ fn standard_output_that_takes_nothing_is_reported() {
     let output =
         Command::new("sh").args(["-c", &script]).current_dir(bench.directory.path()).output().unwrap();
     super::Ended::from(output).ended_with(1).says(&["cannot write to standard output"]);
+}
+
+/// Energies of 5e309 J are no numbers, and nothing is said in parts of them.
+#[test]
+fn energies_beyond_all_numbers_are_told_in_words() {
+    let heavy = SPRING.replace("per_vertex = 1.0", "per_vertex = 1e300");
+    let bench =
+        Bench::new(&heavy.replace("[output]", "velocity = { rigid = { linear = [1e5, 0.0] } }\n[output]"));
+    let ended = bench.pliant(["run", "scene.toml"]);
+    ended.says(&[]).prints(&["more than 1.797e308 J", "drift cannot be told"]);
+    let ended = bench.pliant(["run", "scene.toml", "--force"]);
+    for told in [&ended.stdout, &ended.stderr] {
+        assert!(!told.contains("inf J") && !told.contains("NaN"), "{told}");
+    }
 }

@@ -73,6 +73,84 @@ fn contact_takes_the_memory_that_check_promises() {
     assert!(taken > 0.8 * promised && taken < 1.2 * promised, "{promised:e} B promised, {taken:e} B taken");
 }
 
+/// Two bars that collide, a gap apart.
+fn crossed_bars(gap: f64) -> String {
+    let bar = |cells: &str, size: &str, origin: &str, speed: f64| {
+        format!(
+            "[[body]]\nmesh = {{ grid = {{ cells = {cells}, size = {size}, origin = {origin} }} }}\n\
+             elastic = {{ neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}\nmass = {{ density = 1000.0 }}\n\
+             velocity = {{ rigid = {{ linear = [0, 0, {speed:?}] }} }}\n"
+        )
+    };
+    let along = bar("[24, 6, 6]", "[0.4, 0.1, 0.1]", "[-0.2, -0.05, 0.0]", -2.0);
+    let across = bar("[6, 24, 6]", "[0.1, 0.4, 0.1]", &format!("[-0.05, -0.2, {:?}]", -0.1 - gap), 2.0);
+    format!(
+        "dimension = 3\ntime = {{ integrator = 'implicit-euler', step = 1e-3, duration = 8e-3 }}\n\
+         output = {{ rate = 1e3, channels = ['energy'] }}\ncontact = {{ distance = 5e-4 }}\n{along}{across}"
+    )
+}
+
+/// Bars that come to touch share a factor, larger than the two of before: it is foreseen from how near their
+/// surfaces are.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_collision_takes_the_memory_that_check_promises() {
+    let (_, own) = promised_and_taken(&block(2, "[2, 1]", 1, "integrator = 'implicit-euler'"));
+    for solver in ["cholesky", "multigrid"] {
+        let linear = format!("'implicit-euler', solver = {{ linear = '{solver}' }}");
+        let scene = crossed_bars(2e-3).replace("'implicit-euler'", &linear);
+        let (promised, peak) = promised_and_taken(&scene);
+        let taken = peak - own;
+        let is_right = promised > own && taken > 0.8 * promised && taken < 1.2 * promised;
+        assert!(is_right, "{solver}: {promised:e} B promised, {taken:e} B taken");
+    }
+}
+
+/// The same bars an edge and a half apart are not said to share one.
+#[cfg(target_os = "linux")]
+#[test]
+fn surfaces_that_are_near_promise_a_larger_factor() {
+    let promised = |gap: f64| {
+        let by_factor = "'implicit-euler', solver = { linear = 'cholesky' }";
+        let bench = Bench::new(&crossed_bars(gap).replace("'implicit-euler'", by_factor));
+        let check = bench.pliant(["check", "scene.toml", "--json"]).succeeded().json();
+        check["report"]["bytes"].as_f64().unwrap()
+    };
+    let (near, far) = (promised(2e-3), promised(4e-2));
+    assert!(near > 1.2 * far, "{near:e} and {far:e} B");
+}
+
+/// The whole promise, program and recording included, for scenes of every kind: explicit steps, particles,
+/// statics, gravity by trees, contact with and without friction.
+#[cfg(target_os = "linux")]
+#[test]
+fn scenes_take_the_memory_that_check_promises() {
+    for (name, duration) in [
+        ("kepler", None),
+        ("galaxy", Some("0.5")),
+        ("bunny", Some("0.2")),
+        ("incompressible_block", None),
+        ("hertz_2d", None),
+        ("falling_jelly_2d", None),
+        ("cloth_on_ball", Some("0.4")),
+        ("soft_stack", Some("0.3")),
+    ] {
+        let scene = super::reference::root().join("scenes").join(name).with_extension("toml");
+        let bench = Bench::new("");
+        let ask = |command: &str, more: &[&str]| {
+            let mut arguments = vec![command.to_owned(), scene.display().to_string(), "--json".to_owned()];
+            arguments.extend(more.iter().map(|argument| (*argument).to_owned()));
+            arguments.extend(duration.map(|duration| format!("--set=time.duration={duration}")));
+            bench.pliant(arguments).succeeded().json()
+        };
+        let promised = ask("check", &[])["memory"]["run"].as_f64().unwrap();
+        let run = ask("run", &["--threads", "2", "-o", "out.mcap"]);
+        let taken = run["summary"]["peak_memory_bytes"].as_f64().unwrap();
+        let is_right = taken > 0.8 * promised && taken < 1.2 * promised;
+        assert!(is_right, "{name}: {promised:e} B promised, {taken:e} B taken");
+    }
+}
+
 /// A run that does not fit is refused before it is allocated: in a shell with a limit, in words, not by an
 /// abort.
 #[cfg(target_os = "linux")]

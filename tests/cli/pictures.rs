@@ -154,6 +154,7 @@ fn what_cannot_be_drawn_is_said_with_what_can() {
     render(&["-o", "a.png", "--colour-by", "heat"])
         .ended_with(2)
         .says(&["heat", "body, speed, displacement"]);
+    render(&["-o", "f%04d.png"]).ended_with(2).says(&["f%04d.png", "--frames N", "--at TIME"]);
     render(&["-o", "a.svg", "--frames", "3"]).ended_with(2).says(&["one frame", "--at"]);
     render(&["-o", "a.png", "--size", "9x9"]).ended_with(2).says(&["640x480", "32 to 4096"]);
     render(&["-o", "a.png", "--range", "2,1"]).ended_with(2).says(&["the lower first"]);
@@ -167,6 +168,22 @@ fn what_cannot_be_drawn_is_said_with_what_can() {
         .says(&["no numbers of elements"]);
     bench.pliant(["plot", "scene.mcap", "--quantity", "probes"]).ended_with(2).says(&["[[probe]]"]);
     assert_eq!(bench.files(), ["a.png", "scene.mcap"]);
+    // No pattern.
+    render(&["-o", "at 50%.png", "-q"]).succeeded();
+}
+
+#[test]
+fn a_measure_of_several_numbers_is_told_with_their_names() {
+    let bench = recorded(
+        "dimension = 2\ntime = { integrator = 'velocity-verlet', step = 1e-4, duration = 1e-3 }\n\
+         output = { rate = 1e3, channels = ['state', 'principal-stretches'] }\n[[body]]\n\
+         mesh = { grid = { cells = [2, 2], size = [1, 1] } }\nmass = { density = 1.0 }\n\
+         elastic = { neo-hookean = { young = 1e3, poisson = 0.3 } }\n",
+    );
+    let render = |by: &str| bench.pliant(["render", "scene.mcap", "-q", "-o", "a.png", "--colour-by", by]);
+    let told = ["more than one number", "`principal-stretches 1`, `principal-stretches 2`"];
+    render("principal-stretches").ended_with(2).says(&told);
+    render("principal-stretches 1").succeeded();
 }
 
 #[test]

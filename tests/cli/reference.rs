@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use super::{Bench, SPRING};
 
-fn root() -> std::path::PathBuf {
+pub(super) fn root() -> std::path::PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 

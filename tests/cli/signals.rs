@@ -90,6 +90,12 @@ fn what_a_killed_run_leaves_can_be_recovered() {
     assert_eq!(bench.info("scene.mcap.part")["state"], "unfinished");
     bench.pliant(["scene.toml"]).ended_with(2).says(&["pliant recover scene.mcap.part"]);
     bench.pliant(["recover", "scene.mcap"]).ended_with(2).says(&["scene.mcap.part"]);
+    for command in ["info", "plot"] {
+        let part = "scene.mcap.part is there";
+        bench.pliant([command, "scene.mcap"]).ended_with(2).says(&[part, "pliant recover scene.mcap.part"]);
+        let ended = bench.pliant([command, "other.mcap"]).ended_with(2);
+        assert!(!ended.stderr.contains(".part"), "{}", ended.stderr);
+    }
 
     let ended = bench.pliant(["recover", "scene.mcap.part"]).succeeded();
     ended.prints(&["recovered ", "scene.mcap", "scene.mcap.part is no longer needed"]);

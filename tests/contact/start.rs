@@ -19,6 +19,29 @@ fn bodies_that_cross_at_the_start_are_told_with_the_place() {
     assert!(told.contains("edge ") && told.contains("(0."), "{told}");
 }
 
+/// An override of where a body is, or of how near it may come, and none of what it is made of.
+#[test]
+fn an_overlap_comes_from_overrides_of_places_alone() {
+    let source = pliant_scene::Source::new("scene.toml", two_boxes("[0.05, 0.1999]"));
+    let note = |sets: &[[&str; 2]]| {
+        let sets: Vec<(String, String)> =
+            sets.iter().map(|set| (set[0].to_owned(), set[1].to_owned())).collect();
+        let source = source.with_overrides(&sets).unwrap();
+        let problems =
+            source.scene().unwrap().assemble(pliant_scene::assembly::UnstableStep::Refuse).err().unwrap();
+        source.error(problems).problems()[0].note.clone()
+    };
+    let young = ["body.0.elastic.neo-hookean.young", "2e5"];
+    let origin = ["body.1.mesh.grid.origin", "[0.05, 0.15]"];
+    assert_eq!(note(&[young]), None);
+    assert_eq!(note(&[["body.1.velocity.rigid.linear", "[0, 1]"], young]), None);
+    for sets in [[origin, young], [young, origin]] {
+        assert_eq!(note(&sets), Some("from `--set body.1.mesh.grid.origin=[0.05, 0.15]`".to_owned()));
+    }
+    let apart = ["contact.distance", "1e-3"];
+    assert_eq!(note(&[young, apart]), Some("from `--set contact.distance=1e-3`".to_owned()));
+}
+
 #[test]
 fn bodies_that_touch_at_no_distance_overlap() {
     let told = super::problems(&two_boxes("[0.05, 0.2]"));

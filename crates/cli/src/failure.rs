@@ -78,7 +78,7 @@ impl Failure {
             _ => false,
         };
         let status = if avoidable { ExitStatus::Invalid } else { ExitStatus::Failed };
-        Failure { status, ..Failure::failed("recording", error.to_string()) }
+        Failure { status, ..Failure::failed("recording", error.to_string() + &unfinished_beside(error)) }
     }
 
     /// A checkpoint could not be written or gone on from; only a disk that fails is no mistake of the user.
@@ -146,4 +146,17 @@ pub(crate) fn label(label: &str, message: &str, color: bool) -> String {
     let message = printable::plain(message);
     let code = if label == "error" { "1;91" } else { "1;33" };
     if color { format!("\x1b[{code}m{label}\x1b[0m: {message}") } else { format!("{label}: {message}") }
+}
+/// Hint at a recording that is not finished, where the one that could not be read is not there.
+fn unfinished_beside(error: &RecordError) -> String {
+    let RecordError::Read { path, .. } = error else { return String::new() };
+    let [_, part, _] = pliant_record::files(path);
+    if path.exists() || !part.is_file() {
+        return String::new();
+    }
+    let part = part.display();
+    format!(
+        "; {part} is there: its run goes on or was killed; `pliant info {part}` tells what it holds, \
+         `pliant recover {part}` makes a recording of it"
+    )
 }

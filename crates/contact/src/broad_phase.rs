@@ -178,6 +178,11 @@ impl<const D: usize> BoundsTree<D> {
         self.levels.iter().flatten().map(|node| spread(&node.bounds())).sum()
     }
 
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.order[..]) + self.levels.iter().map(|level| size_of_val(&level[..])).sum::<usize>()
+    }
+
     /// Number of primitives.
     pub fn len(&self) -> usize {
         self.order.len()

@@ -64,6 +64,11 @@ pub struct SurfaceTrees<const D: usize> {
 }
 
 impl<const D: usize> SurfaceTrees<D> {
+    /// Bytes held.
+    fn bytes(&self) -> usize {
+        [&self.vertices, &self.edges, &self.triangles].map(BoundsTree::bytes).iter().sum()
+    }
+
     /// Pairs of the surface at `x`, flat `(n, D)` [m], whose radii may come nearer to each other than `reach`
     /// [m] on the way to `x + dx`, or at `x` where nothing moves.
     ///
@@ -123,6 +128,21 @@ impl CandidatePairs {
         reach: f64,
     ) -> Self {
         SurfaceTrees::<D>::default().gather(surface, bodies, x, dx, reach)
+    }
+
+    /// Pairs of a vertex of the one primitive and one of the other, of all pairs of primitives.
+    pub(crate) fn vertex_pairs(&self, surface: &ContactSurface) -> Vec<[u32; 2]> {
+        let mut pairs = self.point_point.clone();
+        let mut add = |first: &[u32], second: &[u32]| {
+            pairs.extend(first.iter().flat_map(|a| second.iter().map(|b| [*a, *b])));
+        };
+        let edge = |e: &u32| &surface.edges[*e as usize];
+        self.point_triangle.iter().for_each(|[p, t]| add(&[*p], &surface.triangles[*t as usize]));
+        self.point_edge.iter().for_each(|[p, e]| add(&[*p], edge(e)));
+        self.edge_edge.iter().for_each(|[a, b]| add(edge(a), edge(b)));
+        pairs.sort_unstable();
+        pairs.dedup();
+        pairs
     }
 }
 
@@ -359,14 +379,17 @@ impl<const D: usize> CandidateCache<D> {
         self.gatherings += 1;
     }
 
-    /// Bytes held by candidates.
+    /// Bytes held.
     pub fn bytes(&self) -> usize {
         let of = |pairs: &CandidatePairs| {
             let lists = [&pairs.point_triangle, &pairs.edge_edge, &pairs.point_edge, &pairs.point_point];
             lists.map(|list| size_of_val(&list[..])).iter().sum::<usize>()
         };
         let places = [&self.gathered_at, &self.swept.from, &self.swept.dx];
-        of(&self.pairs) + of(&self.swept.pairs) + places.map(|x| size_of_val(&x[..])).iter().sum::<usize>()
+        self.trees.bytes()
+            + of(&self.pairs)
+            + of(&self.swept.pairs)
+            + places.map(|x| size_of_val(&x[..])).iter().sum::<usize>()
     }
 
     /// True if no pair within `reach` can be missing: none has come nearer by more than twice the margin.

@@ -12,6 +12,7 @@ use pliant::material::Psd;
 use rayon::prelude::*;
 
 use crate::barrier::PotentialForm;
+use crate::candidates::CandidatePairs;
 use crate::contacts::{ContactVisitor, Contacts, PlaneGeometry};
 use crate::expected::{ExpectedForces, ForceForecast};
 use crate::explicit::{self, SurfaceMobility};
@@ -22,7 +23,7 @@ use crate::mollifier::mollified_inner_pair;
 use crate::pair::PairGeometry;
 use crate::report::ContactReport;
 use crate::rows::{StencilLists, TouchedRows};
-use crate::search::ContactSearch;
+use crate::search::{ContactSearch, typical_edge};
 use crate::way::{Obstruction, Way, WayEnd};
 
 /// Contacts that one task takes.
@@ -446,6 +447,16 @@ impl<const D: usize> ChangingStencils for ContactEnergy<D> {
             self.contacts.visit::<D>(&self.model, x, i, &mut forecast);
         }
         search.expected = Arc::new(forecast.end());
+    }
+
+    /// Those of primitives of different bodies that are nearer to each other at `x` than a typical edge is
+    /// long. Bodies farther apart, and one that folds, have none.
+    fn likely_pairs(&self, x: &[f64]) -> Vec<[u32; 2]> {
+        let (model, surface) = (&self.model, &self.model.surface);
+        let mut different = model.pairs.clone();
+        (0..model.names.len() as u32).for_each(|body| different.set(body, body, false));
+        let found = CandidatePairs::gather::<D>(surface, &different, x, None, typical_edge(surface));
+        found.vertex_pairs(surface)
     }
 
     fn forget(&mut self) {

@@ -6,6 +6,7 @@ use crate::candidates::{CandidateCache, CandidatePairs};
 use crate::contacts::Contacts;
 use crate::expected::ExpectedForces;
 use crate::model::ContactModel;
+use crate::surface::ContactSurface;
 
 /// Candidates within these parts of the largest reach and of a typical edge beyond the reach, at least, are
 /// kept for positions to come.
@@ -29,11 +30,16 @@ pub(crate) struct ContactSearch<const D: usize> {
     pub(crate) expected: Arc<ExpectedForces>,
 }
 
+/// Root of the mean squared length of the edges of a surface at rest [m].
+pub(crate) fn typical_edge(surface: &ContactSurface) -> f64 {
+    let lengths = &surface.squared_lengths;
+    (lengths.iter().sum::<f64>() / lengths.len().max(1) as f64).sqrt()
+}
+
 impl<const D: usize> ContactSearch<D> {
     pub(crate) fn new(model: &ContactModel) -> Self {
         let reach = model.surface_reach();
-        let lengths = &model.surface.squared_lengths;
-        let typical = (lengths.iter().sum::<f64>() / lengths.len().max(1) as f64).sqrt();
+        let typical = typical_edge(&model.surface);
         let [of_reach, of_edge] = LEAST_MARGIN;
         let least_margin = (of_reach * reach).max(of_edge * typical);
         let largest_margin = (LARGEST_MARGIN * typical).max(least_margin);

@@ -29,6 +29,12 @@ pub fn peak() -> Option<u64> {
     kibibytes(&fs::read_to_string("/proc/self/status").ok()?, "VmHWM:")
 }
 
+/// Bytes of files that this process has in memory now, above all its own program: pages of it are read where
+/// they are first run. `None` where the system does not say.
+pub fn of_files() -> Option<u64> {
+    kibibytes(&fs::read_to_string("/proc/self/status").ok()?, "RssFile:")
+}
+
 /// The number of kB after `name`, in bytes.
 fn kibibytes(text: &str, name: &str) -> Option<u64> {
     let line = text.lines().find_map(|line| line.strip_prefix(name))?;

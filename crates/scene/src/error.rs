@@ -88,6 +88,9 @@ pub struct Problem {
     /// Which bytes of the text at `path` are meant, if that is a text and not all of it.
     #[serde(skip)]
     pub(super) inside: Option<Range<usize>>,
+    /// Values that it can come from; empty: that at `path`.
+    #[serde(skip)]
+    pub(super) causes: Vec<KeyPath>,
 }
 
 impl Problem {
@@ -104,6 +107,7 @@ impl Problem {
             span: None,
             underline: Underline::Value,
             inside: None,
+            causes: Vec::new(),
         }
     }
 
@@ -132,6 +136,13 @@ impl Problem {
     #[must_use]
     pub fn with_help(mut self, help: impl Into<String>) -> Problem {
         self.help.push(help.into());
+        self
+    }
+
+    /// Names the values that it can come from, where that is not all of the value at its path.
+    #[must_use]
+    pub(super) fn caused_by(mut self, causes: Vec<KeyPath>) -> Problem {
+        self.causes = causes;
         self
     }
 

@@ -148,7 +148,12 @@ impl Source {
             };
             problem.span = span.map(|span| document::clamped(&self.text, span));
             if problem.note.is_none() {
-                problem.note = self.override_of(&problem.path).map(|text| format!("from {text}"));
+                let causes = if problem.causes.is_empty() {
+                    std::slice::from_ref(&problem.path)
+                } else {
+                    &problem.causes
+                };
+                problem.note = self.override_of(causes).map(|text| format!("from {text}"));
             }
             problem
         });
@@ -169,16 +174,13 @@ impl Source {
         SceneError::located(located, self.clone())
     }
 
-    /// The last override of the value at `path`, of what holds it, or of a part of it.
-    fn override_of(&self, path: &KeyPath) -> Option<&str> {
-        if path.segments().is_empty() {
-            return None;
-        }
-        self.overrides
-            .iter()
-            .rev()
-            .find(|(set, _)| path.starts_with(set) || set.starts_with(path))
-            .map(|(_, text)| text.as_str())
+    /// The last override of a value at any of `paths`, of what holds it, or of a part of it.
+    fn override_of(&self, paths: &[KeyPath]) -> Option<&str> {
+        let of = |set: &KeyPath| {
+            let mut paths = paths.iter().filter(|path| !path.segments().is_empty());
+            paths.any(|path| path.starts_with(set) || set.starts_with(path))
+        };
+        self.overrides.iter().rev().find(|(set, _)| of(set)).map(|(_, text)| text.as_str())
     }
 }
 

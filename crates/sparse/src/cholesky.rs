@@ -75,7 +75,7 @@ impl CholeskyStructure {
     pub fn negative_eigenvalues(&self, entries: &[f64]) -> Option<usize> {
         let scratch = self.symbolic.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, Default::default());
         let mut memory = MemBuffer::try_new(scratch).ok()?;
-        let mut factor = zeros(self.symbolic.len_val())?;
+        let mut factor = zeros(vec![], self.symbolic.len_val())?;
         let a = SparseColMatRef::new(self.pattern(), entries);
         let stack = MemStack::new(&mut memory);
         let no_help = LdltRegularization::default();
@@ -126,6 +126,16 @@ impl CholeskyStructure {
     }
 }
 
+/// Memory of a factorisation for the next one.
+///
+/// A structure that changes again and again has factors of ever other sizes. Where each is allocated anew,
+/// the allocator is left with holes that fit none of those to come.
+#[derive(Default)]
+pub struct FactorMemory {
+    entries: Vec<f64>,
+    factor: Vec<f64>,
+}
+
 /// `A = L L^T`.
 pub struct SparseCholesky {
     structure: CholeskyStructure,
@@ -137,9 +147,21 @@ pub struct SparseCholesky {
 impl SparseCholesky {
     /// Memory for a matrix of this structure and its factor; `None` where there is too little.
     pub fn new(structure: CholeskyStructure) -> Option<Self> {
+        Self::in_memory_of(FactorMemory::default(), structure)
+    }
+
+    /// Memory for a matrix of this structure and its factor, which is that of `last` as far as it goes;
+    /// `None` where there is too little.
+    pub fn in_memory_of(last: FactorMemory, structure: CholeskyStructure) -> Option<Self> {
+        let entries = zeros(last.entries, structure.row.len())?;
+        let factor = zeros(last.factor, structure.symbolic.len_val())?;
         let memory = MemBuffer::try_new(structure.scratch).ok()?;
-        let (entries, factor) = (zeros(structure.row.len())?, zeros(structure.symbolic.len_val())?);
         Some(SparseCholesky { structure, entries, factor, memory })
+    }
+
+    /// The memory of the matrix and of its factor, without their structure.
+    pub fn into_memory(self) -> FactorMemory {
+        FactorMemory { entries: self.entries, factor: self.factor }
     }
 
     /// Structure of the matrix and of its factor.
@@ -181,21 +203,28 @@ impl SparseCholesky {
     }
 }
 
-/// So many zeros; `None` where they do not fit memory.
-fn zeros(count: usize) -> Option<Vec<f64>> {
-    let mut zeros = Vec::new();
-    zeros.try_reserve_exact(count).ok()?;
-    zeros.resize(count, 0.0);
-    Some(zeros)
+/// So many zeros, in the memory of `numbers` where it is enough; `None` where they do not fit memory.
+fn zeros(mut numbers: Vec<f64>, count: usize) -> Option<Vec<f64>> {
+    numbers.clear();
+    if numbers.capacity() < count {
+        // Given back before: nothing of it is to be copied.
+        numbers = Vec::new();
+        numbers.try_reserve_exact(count).ok()?;
+    }
+    numbers.resize(count, 0.0);
+    Some(numbers)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// `tridiag(-1, diagonal, -1)` of 40 rows, eliminated from both ends to the middle.
     fn structure() -> CholeskyStructure {
-        let n = 40;
+        chain(40)
+    }
+
+    /// `tridiag(-1, diagonal, -1)` of `n` rows, eliminated from both ends to the middle.
+    fn chain(n: usize) -> CholeskyStructure {
         let column_start: Vec<usize> = (0..=n).map(|j| if j == n { 2 * n - 1 } else { 2 * j }).collect();
         let row = (0..n).flat_map(|j| [j, j + 1]).filter(|i| *i < n).collect();
         let order: Vec<usize> = (0..n).map(|k| if k % 2 == 0 { k / 2 } else { n - 1 - k / 2 }).collect();
@@ -222,6 +251,26 @@ mod tests {
         assert_eq!(cholesky.factorize(), Err(NotPositiveDefinite));
         cholesky.entries_mut().copy_from_slice(&of(f64::NAN));
         assert_eq!(cholesky.factorize(), Err(NotPositiveDefinite));
+    }
+
+    /// A shorter chain is factorised in the memory of a longer one, a longer one in memory of its own: the
+    /// factor is that of a chain that nothing went before.
+    #[test]
+    fn another_structure_is_factorised_in_the_memory_of_the_last() {
+        let factorised = |n: usize, last: FactorMemory| {
+            let mut cholesky = SparseCholesky::in_memory_of(last, chain(n)).unwrap();
+            let of_chain = entries(cholesky.structure(), 2.0);
+            cholesky.entries_mut().copy_from_slice(&of_chain);
+            cholesky.factorize().unwrap();
+            cholesky
+        };
+        let mut last = factorised(40, FactorMemory::default());
+        for n in [24, 40, 80] {
+            let before = last.factor.as_ptr();
+            last = factorised(n, last.into_memory());
+            assert_eq!(last.factor.as_ptr() == before, n <= 40, "{n}");
+            assert_eq!(last.factor, factorised(n, FactorMemory::default()).factor, "{n}");
+        }
     }
 
     /// Eigenvalues are `diagonal - 2 cos(j pi / 41)`: negative up to `j < 41/pi acos(diagonal / 2)`.

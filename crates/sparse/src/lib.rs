@@ -21,6 +21,6 @@ mod cholesky;
 mod lu;
 mod symmetric;
 
-pub use cholesky::{CholeskyStructure, NotPositiveDefinite, SparseCholesky};
+pub use cholesky::{CholeskyStructure, FactorMemory, NotPositiveDefinite, SparseCholesky};
 pub use lu::{Lu, SymbolicLu};
 pub use symmetric::{SymmetricEigen, symmetric_eigen};

@@ -1,5 +1,6 @@
 //! `pliant check`: the assembled problem in numbers, without running it.
 
+use pliant::available_memory;
 use pliant::energy::nbody::ForceError;
 use pliant_mesh::{BlockCount, Cleaned, Contents, SurfaceReport};
 use pliant_scene::assembly::{Assembly, BodyReport, Report, UnstableStep};
@@ -43,27 +44,29 @@ struct RunMemory {
     simulation: usize,
     /// Encoders, frames that wait, the compressor.
     recording: usize,
-    /// The program itself, see [`PROGRAM_BYTES`].
+    /// The program itself.
     program: usize,
     /// All of them.
     run: usize,
 }
 
-/// Pages of the program itself, its threads, and what the allocator keeps: 10 to 17 MB in runs of 20 kinds of
-/// scenes on Linux, after what [`RunMemory`] counts.
-const PROGRAM_BYTES: usize = 14_000_000;
+/// Bytes of the program's pages that a run reads after those that a check of the same scene has read: 1.1 to
+/// 4 MB in runs of 8 kinds of scenes on Linux.
+const FURTHER_PAGES: usize = 2_500_000;
+/// Bytes of these pages altogether where the system does not say.
+const ALL_PAGES: usize = 18_000_000;
+/// Bytes that the program writes to, its threads, and what the allocator keeps: 0.5 to 4 MB in runs of 47
+/// scenes without contact, after what [`RunMemory`] counts.
+const PROGRAM_BYTES: usize = 2_000_000;
 
 impl RunMemory {
     fn of(input: &Input, assembly: &Assembly) -> Self {
         let options = recording::options(input, assembly, false);
         let recording = pliant_record::predicted_bytes(&options, &assembly.topology, assembly.report.frames);
         let simulation = assembly.report.bytes;
-        RunMemory {
-            simulation,
-            recording,
-            program: PROGRAM_BYTES,
-            run: simulation + recording + PROGRAM_BYTES,
-        }
+        let pages = available_memory::of_files().map_or(ALL_PAGES, |read| read as usize + FURTHER_PAGES);
+        let program = pages + PROGRAM_BYTES;
+        RunMemory { simulation, recording, program, run: simulation + recording + program }
     }
 
     fn describe(&self) -> String {

@@ -23,6 +23,7 @@ const MOST: usize = 600;
 
 pub(crate) fn execute(arguments: &RenderArguments, terminal: Terminal) -> Result<ExitStatus, Failure> {
     let format = PictureFormat::of(&arguments.output)?;
+    refuse_pattern(&arguments.output)?;
     refuse_existing(&arguments.output, arguments.force)?;
     let mut drawing = open(&arguments.file)?;
     let frames = frames(arguments, format, drawing.times());
@@ -70,6 +71,20 @@ impl PictureFormat {
     fn moves(self) -> bool {
         matches!(self, PictureFormat::Apng | PictureFormat::Gif | PictureFormat::WebP)
     }
+}
+
+/// Refuses a pattern of names, as programs have it that write a file for each frame: `f%04d.png`.
+fn refuse_pattern(path: &Path) -> Result<(), Failure> {
+    let name = path.file_name().and_then(OsStr::to_str).unwrap_or("");
+    let is_number = |rest: &str| rest.trim_start_matches(|c: char| c.is_ascii_digit()).starts_with('d');
+    if !name.split('%').skip(1).any(is_number) {
+        return Ok(());
+    }
+    Err(Failure::usage(format!(
+        "{} names a file for each frame; all frames go into one: `--frames N` puts N side by side into a \
+         .png, one after the other into an .apng, .gif or .webp, and `--at TIME` draws a single one",
+        path.display()
+    )))
 }
 
 /// Opens a recording to be drawn.
@@ -166,6 +181,16 @@ fn colouring(drawing: &Drawing, name: &str) -> Result<Colouring, Failure> {
     found.copied().ok_or_else(|| {
         let names: Vec<String> = possible.iter().map(ToString::to_string).collect();
         let file = drawing.path().display();
+        let parts: Vec<String> = names
+            .iter()
+            .filter(|part| plain(part).strip_prefix(&plain(name)).is_some_and(|rest| rest.starts_with('-')))
+            .map(|part| format!("`{part}`"))
+            .collect();
+        if !parts.is_empty() {
+            let parts = parts.join(", ");
+            let message = format!("`{name}` of {file} is more than one number: colour by {parts}");
+            return Failure::usage(message);
+        }
         Failure::usage(format!(
             "{file} cannot be coloured by `{name}`, only by {}; measures of elements are drawn that the run recorded: \
              [output] `channels`",

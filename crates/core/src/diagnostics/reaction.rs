@@ -13,8 +13,10 @@ use crate::system::{System, WallImpulses};
 /// velocities that it takes back: its impulse on the vertices that it has stopped, along its normal alone,
 /// over the size of the step. Times `h`, summed over all steps, it is the change of momentum less the
 /// impulse of all other forces; a blow is in the step in which it falls. A step that was taken in parts has
-/// that of the last part. Before any step, after the state was changed by hand, and in statics, a wall
-/// carries `n . (dE/dx + dR/dv + c m v)` of each vertex that touches it and is pressed against it now.
+/// that of the last part. By forward Euler, which moves by old velocities, what rests on a wall falls for a
+/// step before it is put back: twice its weight and nothing, in turn. Before any step, after the state was
+/// changed by hand, and in statics, a wall carries `n . (dE/dx + dR/dv + c m v)` of each vertex that touches
+/// it and is pressed against it now.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Reaction {
     /// `body/pin`, or `wall0`, `wall1`, ... in the order of the scene.

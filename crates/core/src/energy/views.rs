@@ -251,6 +251,13 @@ pub trait ChangingStencils: Sync {
     /// Ends that: blocks are second derivatives again.
     fn forget(&mut self) {}
 
+    /// Pairs of vertices that stencils are likely to have in steps from `x` on, for a prediction of what a
+    /// matrix takes: a guess, which no result depends on.
+    fn likely_pairs(&self, x: &[f64]) -> Vec<[u32; 2]> {
+        let _ = x;
+        vec![]
+    }
+
     /// The stencils last found, lists of one size each; the vertices of a stencil are distinct.
     fn lists(&self) -> &[Stencils];
 

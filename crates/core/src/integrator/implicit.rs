@@ -249,8 +249,8 @@ impl NextState {
         h: f64,
         force: ForceId,
     ) -> Result<(), StepFault> {
-        // To the order of the scheme: where steps are solved, walls of scenes are contact and none are left
-        // here.
+        // To the order of the scheme. Only walls that are no contact see it: the step was solved without
+        // them, and they put back what it has left behind them.
         end_step(system, state, h, (&mut self.x, &mut self.v), force, &exact_response)
     }
 

@@ -14,7 +14,10 @@ pub struct Cholesky(pliant_sparse::SparseCholesky);
 /// entries. `None` where not even that fits memory.
 pub fn structure<const D: usize>(matrix: &BlockMatrix<D>, x: &[f64]) -> Option<CholeskyStructure> {
     let n = matrix.rows() * D;
-    let (mut column_start, mut row) = (Vec::with_capacity(n + 1), vec![]);
+    // Half of the blocks beside the diagonal, and the lower half of those on it.
+    let beside = (matrix.column.len() - matrix.rows()) / 2;
+    let entries = beside * D * D + matrix.rows() * D * (D + 1) / 2;
+    let (mut column_start, mut row) = (Vec::with_capacity(n + 1), Vec::with_capacity(entries));
     column_start.push(0);
     for vertex in 0..matrix.rows() {
         for k in 0..D {
@@ -55,6 +58,13 @@ impl Cholesky {
     /// not fit memory.
     pub fn new<const D: usize>(matrix: &BlockMatrix<D>, x: &[f64]) -> Option<Self> {
         pliant_sparse::SparseCholesky::new(structure(matrix, x)?).map(Cholesky)
+    }
+
+    /// The same for a matrix of another structure, in the memory of this one, whose structure is given back
+    /// first.
+    pub fn analyse_again<const D: usize>(self, matrix: &BlockMatrix<D>, x: &[f64]) -> Option<Self> {
+        let memory = self.0.into_memory();
+        pliant_sparse::SparseCholesky::in_memory_of(memory, structure(matrix, x)?).map(Cholesky)
     }
 
     /// Factorises `matrix`, which has the structure that was analysed.

@@ -227,6 +227,12 @@ impl<const D: usize> Assembler<D> {
         self.changing.include(system, &self.matrix, &self.held);
     }
 
+    /// Makes room in the matrix for stencils that are likely to be found from `x` on, flat [m], for a
+    /// prediction of what it takes.
+    pub(crate) fn expect_stencils(&mut self, system: &System, x: &[f64]) {
+        self.changing.expect(system, x, &self.matrix, &self.held);
+    }
+
     /// Assembles `A = inertia M + stiffness d2E/dx2 + damping d2R/dv2`; of stencils that change, those that
     /// terms have found last.
     pub fn assemble(&mut self, system: &System, at: At<'_>, weights: Weights) {
@@ -279,11 +285,6 @@ impl<const D: usize> Assembler<D> {
         if let Some(whole) = self.changing.matrix_mut() {
             shift(whole, &self.held, part * largest);
         }
-    }
-
-    /// Bytes more that are held once stencils that change, those of contact, are found.
-    pub fn further_bytes(&self, system: &System) -> usize {
-        self.changing.further_bytes(system, &self.matrix)
     }
 
     /// Bytes held.

@@ -532,6 +532,9 @@ fn shrink(
     shrunk
 }
 
+/// Keys of a body that say where its surface is at the start.
+const CAUSES_OF_OVERLAP: [&str; 6] = ["mesh", "transform", "repeat", "position", "order", "contact"];
+
 /// Starts that are none.
 fn overlaps(
     model: &ContactModel,
@@ -540,23 +543,31 @@ fn overlaps(
     dimension: usize,
 ) -> Result<(), Vec<Problem>> {
     let StartFaults { pairs: found, enclosed } = terms::start_faults(dimension, model, position);
-    let path = |body: u32| {
-        let bodies = parties.iter().filter(|party| !party.is_obstacle()).count();
-        let root = KeyPath::root();
-        let body = body as usize;
-        if body < bodies { root.key("body").index(body) } else { root.key("contact") }
+    let root = KeyPath::root();
+    let bodies = parties.iter().filter(|party| !party.is_obstacle()).count();
+    let own = |body: u32| ((body as usize) < bodies).then(|| root.key("body").index(body as usize));
+    let path = |body: u32| own(body).unwrap_or_else(|| root.key("contact"));
+    // Of all that a body is, its place and its thickness.
+    let causes = |pair: [u32; 2]| -> Vec<KeyPath> {
+        let of = |body: u32| match own(body) {
+            Some(path) => CAUSES_OF_OVERLAP.map(|key| path.key(key)).to_vec(),
+            None => vec![root.key("obstacle")],
+        };
+        let of_contact = ["distance", "pairs"].map(|key| root.key("contact").key(key));
+        pair.into_iter().flat_map(of).chain(of_contact).collect()
     };
     let help = "move them apart by `transform` or `position`, or let them pass: [contact] `pairs = [{ between \
                 = [...], contact = false }]`";
     let mut problems = vec![];
     for (bad, words) in found.iter().take(MOST_TOLD) {
         let message = format!("{words} before anything has moved");
-        problems.push(Problem::semantic(path(model.body(bad.primitives[0][0])), message));
+        let [first, second] = [0, 1].map(|side| model.body(bad.primitives[side][0]));
+        problems.push(Problem::semantic(path(first), message).caused_by(causes([first, second])));
     }
     for [inner, outer] in enclosed {
         let (inner_name, outer_name) = (&model.names[inner as usize], &model.names[outer as usize]);
         let message = format!("`{inner_name}` lies inside `{outer_name}`");
-        problems.push(Problem::semantic(path(inner), message));
+        problems.push(Problem::semantic(path(inner), message).caused_by(causes([inner, outer])));
     }
     if let Some(last) = problems.last_mut() {
         if found.len() > MOST_TOLD {

@@ -14,6 +14,7 @@ use crate::key_path::KeyPath;
 pub(super) struct ReadFailure(Box<FailureKind>);
 
 #[derive(Debug)]
+#[expect(clippy::large_enum_variant, reason = "it is boxed as a whole")]
 enum FailureKind {
     /// Said by serde, which does not know where it is.
     Said(FailureReason),

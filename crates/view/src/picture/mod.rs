@@ -29,7 +29,7 @@ pub use legend::ColorScale;
 pub(crate) use legend::ticks;
 pub use space::Vec3;
 pub use stage::Style;
-pub(crate) use text::{Anchor as TextAnchor, stroke, write as write_text};
+pub(crate) use text::{Anchor as TextAnchor, stroke, width as text_width, write as write_text};
 pub use theme::Theme;
 pub use write::{
     Animation, PictureError, write_apng, write_gif, write_png, write_svg, write_webp, write_webp_animation,

@@ -4,12 +4,14 @@ use std::fmt::Write as _;
 
 use super::chart::{ChartAxes, TimeChart};
 use crate::colour::Rgb;
-use crate::picture::{Image, TextAnchor, Theme, stroke, ticks, write_text};
+use crate::picture::{Image, TextAnchor, Theme, stroke, text_width, ticks, write_text};
 
 /// Width and height [pixel].
 const SIZE: [usize; 2] = [900, 480];
-/// Left, top, right and bottom of the axes [pixel].
+/// Left, top, right and bottom of the axes [pixel]; the left is farther right where labels are longer.
 const FRAME: [f32; 4] = [84.0, 48.0, 700.0, 430.0];
+/// Space between the axis and its labels, and to the left of these [pixel].
+const LABEL_GAP: f32 = 8.0;
 /// Height of capitals [pixel].
 const LETTERS: f32 = 9.5;
 /// Colours that people who do not see all colours can tell apart; Okabe, Ito 2008, *Color universal design*.
@@ -58,8 +60,8 @@ impl TimeChart {
     }
 
     fn shapes(&self, theme: Theme) -> Vec<ChartShape> {
-        let axes = self.axes();
-        let mut shapes = grid(&axes, theme);
+        let frame = ChartFrame::of(self.axes());
+        let mut shapes = frame.grid(theme);
         let words = |words: &str, at: [f32; 2], color: Rgb| ChartShape::Words {
             words: words.to_owned(),
             at,
@@ -71,7 +73,7 @@ impl TimeChart {
         for (i, series) in self.series.iter().enumerate() {
             let color = COLORS[i % COLORS.len()];
             for points in series.points.split(|point| !point[1].is_finite()) {
-                let points = points.iter().map(|point| place(&axes, *point)).collect();
+                let points = points.iter().map(|point| frame.place(*point)).collect();
                 shapes.push(ChartShape::Line { points: thinned(points), width: 1.8, color });
             }
             if i < NAMES {
@@ -93,31 +95,48 @@ impl TimeChart {
     }
 }
 
-/// Grid lines with their numbers.
-fn grid(axes: &ChartAxes, theme: Theme) -> Vec<ChartShape> {
-    let [left, top, right, bottom] = FRAME;
-    let mut shapes = Vec::new();
-    let mut line = |points: [[f32; 2]; 2], words: String, at: [f32; 2], anchor: TextAnchor| {
-        shapes.push(ChartShape::Line { points: points.to_vec(), width: 1.0, color: theme.grid() });
-        shapes.push(ChartShape::Words { words, at, anchor, color: theme.ink() });
-    };
-    for (value, label) in ticks(axes.value[0], axes.value[1]) {
-        let y = place(axes, [axes.time[0], value])[1];
-        line([[left, y], [right, y]], label, [left - 8.0, y + 4.5], TextAnchor::Right);
-    }
-    for (time, label) in ticks(axes.time[0], axes.time[1]) {
-        let x = place(axes, [time, axes.value[0]])[0];
-        line([[x, top], [x, bottom]], label, [x, bottom + 18.0], TextAnchor::Middle);
-    }
-    let at = [0.5 * (left + right), bottom + 38.0];
-    let words = "time [s]".to_owned();
-    shapes.push(ChartShape::Words { words, at, anchor: TextAnchor::Middle, color: theme.faint() });
-    shapes
+/// Axes and their left end in the chart.
+struct ChartFrame {
+    axes: ChartAxes,
+    /// [pixel].
+    left: f32,
 }
 
-fn place(axes: &ChartAxes, point: [f64; 2]) -> [f32; 2] {
-    let [x, y] = axes.share(point).map(|share| share as f32);
-    [FRAME[0] + x * (FRAME[2] - FRAME[0]), FRAME[3] + y * (FRAME[1] - FRAME[3])]
+impl ChartFrame {
+    /// As wide as the longest label leaves it.
+    fn of(axes: ChartAxes) -> Self {
+        let labels = ticks(axes.value[0], axes.value[1]);
+        let longest = labels.iter().map(|(_, label)| text_width(label, LETTERS)).fold(0.0, f32::max);
+        ChartFrame { axes, left: FRAME[0].max(longest + 2.0 * LABEL_GAP) }
+    }
+
+    /// Grid lines with their numbers.
+    fn grid(&self, theme: Theme) -> Vec<ChartShape> {
+        let ChartFrame { axes, left } = self;
+        let [_, top, right, bottom] = FRAME;
+        let mut shapes = Vec::new();
+        let mut line = |points: [[f32; 2]; 2], words: String, at: [f32; 2], anchor: TextAnchor| {
+            shapes.push(ChartShape::Line { points: points.to_vec(), width: 1.0, color: theme.grid() });
+            shapes.push(ChartShape::Words { words, at, anchor, color: theme.ink() });
+        };
+        for (value, label) in ticks(axes.value[0], axes.value[1]) {
+            let y = self.place([axes.time[0], value])[1];
+            line([[*left, y], [right, y]], label, [left - LABEL_GAP, y + 4.5], TextAnchor::Right);
+        }
+        for (time, label) in ticks(axes.time[0], axes.time[1]) {
+            let x = self.place([time, axes.value[0]])[0];
+            line([[x, top], [x, bottom]], label, [x, bottom + 18.0], TextAnchor::Middle);
+        }
+        let at = [0.5 * (left + right), bottom + 38.0];
+        let words = "time [s]".to_owned();
+        shapes.push(ChartShape::Words { words, at, anchor: TextAnchor::Middle, color: theme.faint() });
+        shapes
+    }
+
+    fn place(&self, point: [f64; 2]) -> [f32; 2] {
+        let [x, y] = self.axes.share(point).map(|share| share as f32);
+        [self.left + x * (FRAME[2] - self.left), FRAME[3] + y * (FRAME[1] - FRAME[3])]
+    }
 }
 
 /// Of more points than pixels the lowest and the highest in each half pixel, in their order.

@@ -37,6 +37,19 @@ fn lines_rise_from_the_lower_left_to_the_upper_right() {
     assert!(!rows.is_empty() && rows.iter().all(|row| row.abs_diff(239) < 4), "{rows:?}");
 }
 
+/// Values that differ little are told apart by many digits, and none of these lies outside the picture.
+#[test]
+fn the_longest_label_is_inside() {
+    let chart = chart((0..100).map(|i| [f64::from(i), -4.999_94e-7 + 1e-13 * f64::from(i)]).collect());
+    let svg = chart.svg();
+    let labels = svg.lines().filter(|line| line.contains("text-anchor=\"end\""));
+    let longest = labels.map(|line| line.split('>').nth(1).unwrap().len()).max().unwrap();
+    assert!(longest >= "-4.99994e-7</text".len(), "{svg}");
+    let image = chart.image(Theme::Light);
+    let is_blank = |column: usize| (60..420).all(|row| image.pixel(column, row) == image.pixel(0, 0));
+    assert!((0..7).all(is_blank) && (7..12).any(|column| !is_blank(column)));
+}
+
 #[test]
 fn charts_in_terminals_have_the_size_asked_for() {
     let text = chart((0..500).map(|i| [f64::from(i), f64::from(i).sin()]).collect()).text(60, 6);

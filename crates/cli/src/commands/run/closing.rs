@@ -204,10 +204,9 @@ impl<'a> Closing<'a> {
     fn energy_gained(&self) -> Option<String> {
         let gain = self.summary.relative_energy_gain().filter(|gain| *gain > ENERGY_ERROR_BOUND)?;
         Some(format!(
-            "the total energy grew by up to {} of the {} J in play, although nothing in the scene brought it in; {} would be more \
-             accurate",
-            share(gain),
-            number(self.summary.energy_scale),
+            "the total energy grew by up to {}, although nothing in the scene brought it in; {} would be \
+             more accurate",
+            self.in_play(gain),
             self.finer(),
         ))
     }
@@ -222,7 +221,6 @@ impl<'a> Closing<'a> {
         if !known || drift <= ENERGY_DRIFT_BOUND && error <= ENERGY_ERROR_BOUND {
             return None;
         }
-        let scale = self.summary.energy_scale;
         let method = self.scene.time.integrator.method();
         // Many implicit schemes take energy out of motion by design, and more of it the larger the step.
         let damps = method.documentation.solves > 0
@@ -230,10 +228,9 @@ impl<'a> Closing<'a> {
         let gained = self.summary.relative_energy_gain() > Some(ENERGY_DRIFT_BOUND);
         if damps && !gained && self.summary.end.total < self.summary.start.total {
             return Some(format!(
-                "the scheme `{}` damps motion by itself: it took up to {} of the {} J in play, {}; {} takes less{}",
+                "the scheme `{}` damps motion by itself: it took up to {}, {}; {} takes less{}",
                 method.documentation.name,
-                share(error),
-                number(scale),
+                self.in_play(error),
                 match self.takes_energy() {
                     true => "beside what is counted",
                     false => "although nothing in the scene takes energy",
@@ -248,10 +245,9 @@ impl<'a> Closing<'a> {
             ));
         }
         Some(format!(
-            "the total energy was off by up to {} of the {} J in play, and by {} at the end, although nothing in the scene \
-             {}; {} would be more accurate",
-            share(error),
-            number(scale),
+            "the total energy was off by up to {}, and by {} at the end, although nothing in the scene {}; \
+             {} would be more accurate",
+            self.in_play(error),
             share(drift),
             match self.summary.end.balance {
                 Some(_) => "accounts for it",
@@ -330,7 +326,7 @@ impl<'a> Closing<'a> {
             text::count(self.steps_per_second().round() as u64),
         );
         let mut line = |name: &str, fact: String| out += &entry(name, &fact, 2, 10, width);
-        line("energy", format!("{} J at the end{}", number(end.total), self.energy_errors()));
+        line("energy", self.energy());
         if !self.summary.is_static {
             let change = number(self.summary.momentum_change());
             line("momentum", format!("changed by {change} kg m/s{}", self.forces_from_outside()));
@@ -494,17 +490,30 @@ impl<'a> Closing<'a> {
         })
     }
 
+    /// Energy at the end, and its fault.
+    fn energy(&self) -> String {
+        let (total, scale) = (self.summary.end.total, self.summary.energy_scale);
+        if !(total.is_finite() && scale.is_finite()) {
+            return "more than 1.797e308 J, the largest number there is: its drift cannot be told".to_owned();
+        }
+        format!("{} J at the end{}", number(total), self.energy_errors())
+    }
+
     /// Fault of the energy at the end; nothing in statics, where none has to be kept.
     fn energy_errors(&self) -> String {
         let (drift, error) = (self.summary.relative_energy_drift(), self.summary.relative_energy_error());
         let (Some(drift), Some(error)) = (drift, error) else { return String::new() };
-        let scale = number(self.summary.energy_scale);
         let unaccounted = self.unaccounted();
-        format!(
-            "; drift {}, largest error {} of the {scale} J in play{unaccounted}",
-            share(drift),
-            share(error)
-        )
+        format!("; drift {}, largest error {}{unaccounted}", share(drift), self.in_play(error))
+    }
+
+    /// A part of the energy in play, in words.
+    fn in_play(&self, ratio: f64) -> String {
+        let scale = self.summary.energy_scale;
+        match (ratio * scale).is_finite() {
+            true => format!("{} of the {} J in play", share(ratio), number(scale)),
+            false => "beyond all numbers".to_owned(),
+        }
     }
 
     /// Parts that the drift of the energy is without, or holds beside the errors of the scheme.
@@ -600,6 +609,8 @@ fn solver_work(work: &SolverWork) -> String {
 /// A part of a whole: `1.2e-5`, or in per cent where that is more telling.
 fn share(ratio: f64) -> String {
     match ratio {
+        // Of energies beyond all numbers, and of their differences.
+        r if !r.is_finite() => "beyond all numbers".to_owned(),
         r if r < 1e-3 => format!("{r:.1e}"),
         r if r < 10.0 => format!("{}%", number(100.0 * r)),
         r => format!("{} times", number(r)),

@@ -81,8 +81,7 @@ impl<const D: usize> Changing<D> {
         let is_held = |v: u32| held[v as usize * D..][..D].iter().all(|held| *held);
         let fits = self.whole.as_ref().is_some_and(|whole| self.place_all(&whole.matrix, is_held).is_some());
         if !fits {
-            self.whole = Some(self.with_room(fixed, is_held));
-            self.patterns += 1;
+            self.make_room(vec![], fixed, is_held);
         }
         let Some(whole) = &self.whole else { return };
         let slots = self.place_all(&whole.matrix, is_held).expect("the pattern was made for them");
@@ -98,19 +97,29 @@ impl<const D: usize> Changing<D> {
         self.plans.iter().map(|plan| place(&plan.stencils, matrix, &is_held)).collect()
     }
 
-    /// A matrix with room for the blocks of the fixed one, of all stencils, and of those before, unless these
-    /// are many.
-    fn with_room(&self, fixed: &BlockMatrix<D>, is_held: impl Fn(u32) -> bool) -> ExtendedMatrix<D> {
-        let mut keys = vec![];
+    /// Makes the matrix that a system with stencils that change is likely to have, before they are found:
+    /// with room for those at hand and for the [pairs](ChangingStencils::likely_pairs) that are expected from
+    /// `x` on.
+    pub(super) fn expect(&mut self, system: &System, x: &[f64], fixed: &BlockMatrix<D>, held: &[bool]) {
+        let energies = system.terms().iter().filter_map(|term| term.changing());
+        let terms = energies.chain(system.dissipation().iter().filter_map(|term| term.changing()));
+        let pairs = terms.flat_map(|term| term.likely_pairs(x)).collect();
+        if system.changing_structure().is_some() {
+            self.plans = plans(system);
+            self.make_room(pairs, fixed, |v| held[v as usize * D..][..D].iter().all(|held| *held));
+        }
+    }
+
+    /// Makes a matrix with room for the blocks of the fixed one, of these pairs, of all stencils, and of
+    /// those before, unless these are many.
+    fn make_room(&mut self, mut pairs: Vec<[u32; 2]>, fixed: &BlockMatrix<D>, is_held: impl Fn(u32) -> bool) {
         for plan in &self.plans {
             for stencil in plan.stencils.vertices.chunks_exact(plan.stencils.size) {
-                for_pairs(stencil, |a, b| {
-                    if !(is_held(a) || is_held(b)) {
-                        keys.extend([(a, b), (b, a)]);
-                    }
-                });
+                for_pairs(stencil, |a, b| pairs.push([a, b]));
             }
         }
+        let free = pairs.iter().filter(|pair| !pair.iter().any(|v| is_held(*v)));
+        let mut keys: Vec<(u32, u32)> = free.flat_map(|[a, b]| [(*a, *b), (*b, *a)]).collect();
         keys.sort_unstable();
         keys.dedup();
         let earlier = self.matrix().filter(|m| m.column.len() < fixed.column.len() + SPARE * keys.len());
@@ -126,13 +135,16 @@ impl<const D: usize> Changing<D> {
             dedup_from(&mut column, first);
             row_start.push(column.len() as u32);
         }
+        // Given back before: of two such matrices at a time one would be for nothing.
+        self.whole = None;
         let matrix = BlockMatrix::zero(row_start, column);
         let mut place = Vec::with_capacity(fixed.column.len());
         for row in 0..fixed.rows() {
             let columns = fixed.column[blocks_of(fixed, row)].iter();
             place.extend(columns.map(|c| find(&matrix, row as u32, *c).expect("all blocks of it are there")));
         }
-        ExtendedMatrix { matrix, place }
+        self.whole = Some(ExtendedMatrix { matrix, place });
+        self.patterns += 1;
     }
 
     /// Fills the whole matrix: the fixed one, and the blocks of all stencils, each times its factor.
@@ -153,14 +165,6 @@ impl<const D: usize> Changing<D> {
             plan.fill(system, at);
             plan.add(matrix, factor, held);
         }
-    }
-
-    /// Bytes more that are held as soon as a stencil is found, without its own: the whole matrix, and where
-    /// the blocks of the fixed one are in it.
-    pub(super) fn further_bytes(&self, system: &System, fixed: &BlockMatrix<D>) -> usize {
-        let energies = system.terms().iter().any(|term| term.changing().is_some());
-        let may_change = energies || system.dissipation().iter().any(|term| term.changing().is_some());
-        if may_change && self.whole.is_none() { fixed.bytes() + 4 * fixed.column.len() } else { 0 }
     }
 
     /// Bytes held.

@@ -98,9 +98,16 @@ impl<const D: usize> Newton<D> {
             self.work.fallbacks += 1;
         }
         if self.cholesky.is_none() || self.factor_pattern != pattern {
-            // Given back before: two factors at a time would be the most that a run with contact holds.
-            self.work.analyses += u64::from(self.cholesky.take().is_some());
-            self.cholesky = Cholesky::new(matrix, system.ordering_positions(x));
+            let places = system.ordering_positions(x);
+            // In the memory of the last one: two factors at a time would be the most that a run with contact
+            // holds.
+            self.cholesky = match self.cholesky.take() {
+                Some(last) => {
+                    self.work.analyses += 1;
+                    last.analyse_again(matrix, places)
+                }
+                None => Cholesky::new(matrix, places),
+            };
             self.factor_pattern = pattern;
         }
         let Some(cholesky) = &mut self.cholesky else { return Direction::Failed };

@@ -248,6 +248,11 @@ impl<const D: usize> super::Minimizer for Newton<D> {
         solver.prepare(system, x);
         let vectors = 8 * x.len() * usize::from(system.is_damped());
         let linear = solver.options.linear.choose(system);
+        // Lists of contact are held as long as steps are taken; those at the start are much like later ones.
+        system.find_stencils(x);
+        if let Some(assembler) = &mut solver.assembler {
+            assembler.expect_stencils(system, x);
+        }
         let Some(assembler) = &solver.assembler else {
             // Of the products with damping, and what is held.
             return solver.bytes() + vectors + conjugate_gradients::bytes(x.len()) + 9 * x.len();
@@ -260,10 +265,12 @@ impl<const D: usize> super::Minimizer for Newton<D> {
         };
         let linear = match linear {
             LinearSolver::Cg => Iterative::<D>::jacobi_bytes(matrix),
-            LinearSolver::Multigrid => Iterative::multigrid(matrix, rest, assembler.held(), &Stop::default())
-                .map_or(usize::MAX / 2, |levels| levels.bytes() + conjugate_gradients::bytes(x.len())),
+            LinearSolver::Multigrid => {
+                Iterative::multigrid(assembler.fixed(), rest, assembler.held(), &Stop::default())
+                    .map_or(usize::MAX / 2, |levels| levels.bytes() + conjugate_gradients::bytes(x.len()))
+            }
             LinearSolver::Cholesky | LinearSolver::Auto | LinearSolver::MatrixFree => factor(x),
         };
-        (solver.bytes() + vectors + assembler.further_bytes(system)).saturating_add(linear)
+        (solver.bytes() + vectors).saturating_add(linear)
     }
 }
