@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pliant
 import pytest
+from pliant._pliant import Batch
 
 
 def block(**more: Any) -> pliant.Scene:
@@ -75,7 +76,7 @@ def test_positions_in_each_other_are_refused_and_change_nothing() -> None:
         np.testing.assert_array_equal(simulation.positions, before)
     simulation.positions = before + [[0.0, 0.02] if i < 15 else [0.0, 0.0] for i in range(len(before))]
     simulation.step(1)
-    batch = pliant.Batch(pliant.Simulation(block()), 2)
+    batch = Batch(pliant.Simulation(block()), 2, 1)
     below = np.stack([before, before - [0.0, 0.05]])
     with pytest.raises(ValueError, match="`floor`"):
         batch.reset(positions=below)

@@ -5,8 +5,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use pliant::algebra::Mat;
 use pliant::energy::{
-    ChangingStencils, ContactExtremes, EnergyKind, EnergyTerm, Fault, Measurements, Stencils, StepLimit,
-    SurfaceContact, TermProperties, TermViews, TouchingSurfaces, WatchedContacts,
+    ChangingStencils, ContactExtremes, EnergyKind, EnergyTerm, Fault, LeastGap, Measurements, Stencils,
+    StepLimit, SurfaceContact, TermProperties, TermViews, TouchingSurfaces, WatchedContacts,
 };
 use pliant::material::Psd;
 use rayon::prelude::*;
@@ -21,7 +21,7 @@ use crate::merge::MollifiedPair;
 use crate::model::{ContactLaw, ContactModel};
 use crate::mollifier::mollified_inner_pair;
 use crate::pair::PairGeometry;
-use crate::report::ContactReport;
+use crate::report::{ContactReport, NearestContact};
 use crate::rows::{StencilLists, TouchedRows};
 use crate::search::{ContactSearch, typical_edge};
 use crate::way::{Obstruction, Way, WayEnd};
@@ -414,6 +414,18 @@ impl<const D: usize> TouchingSurfaces for ContactEnergy<D> {
             report.described(&self.model, x, v)
         };
         (0..contacts.len()).map(described).collect()
+    }
+
+    fn nearest(&self, x: &[f64], time: f64) -> Option<LeastGap> {
+        let mut search = locked(&self.search);
+        let contacts = search.contacts_at(&self.model, x);
+        let mut nearest = NearestContact::default();
+        for i in 0..contacts.len() {
+            let mut report = ContactReport::<D>::default();
+            contacts.visit::<D>(&self.model, x, i, &mut report);
+            nearest.look_at(&report, &self.model);
+        }
+        nearest.described(&self.model, time)
     }
 
     fn conflict(&self, x: &[f64]) -> Option<String> {

@@ -5,7 +5,7 @@ use pliant::energy::{Approach, ContactExtremes, Penetration};
 
 use crate::contacts::Contacts;
 use crate::model::ContactModel;
-use crate::report::ContactReport;
+use crate::report::{ContactReport, NearestContact};
 use crate::surface::{ContactSurface, VertexKind};
 
 /// How easily the surfaces of bodies are set in motion: areas over masses [m^2/kg] of their vertices.
@@ -123,7 +123,7 @@ struct Share {
     bodies: [u32; 2],
 }
 
-/// Deepest contact, and the approach that takes most of what contact can stop, at `x` [m] and `v` [m/s].
+/// Least gap, deepest contact, and the approach that takes most of what contact can stop, at `x` [m] and `v` [m/s].
 pub(crate) fn extremes<const D: usize>(
     (model, areas): (&ContactModel, &[f64]),
     contacts: &Contacts,
@@ -136,16 +136,13 @@ pub(crate) fn extremes<const D: usize>(
     let mobility = |v: u32| inverse_mass[v as usize * D..][..D].iter().copied().fold(0.0, f64::max);
     let mut shares: Vec<Share> = vec![];
     let mut deepest: Option<([u32; 2], f64)> = None;
+    let mut nearest = NearestContact::default();
     for i in 0..contacts.len() {
         let mut report = ContactReport::<D>::default();
         contacts.visit::<D>(model, x, i, &mut report);
         let vertices = &report.vertices[..report.count];
-        let [Some(a), Some(b)] = [1.0, -1.0].map(|side| {
-            let of_side = |i: &usize| report.coefficients[*i] * side > 0.0;
-            (0..report.count).find(of_side).map(|i| model.body(vertices[i]))
-        }) else {
-            continue;
-        };
+        nearest.look_at(&report, model);
+        let Some([a, b]) = report.bodies(model) else { continue };
         if report.gap < 0.0 && deepest.is_none_or(|(_, gap)| report.gap < gap) {
             deepest = Some(([a, b], report.gap));
         }
@@ -174,6 +171,7 @@ pub(crate) fn extremes<const D: usize>(
             }
         }
     }
+    found.least = nearest.described(model, time);
     found.deepest = deepest.map(|(bodies, gap)| Penetration { bodies: names(bodies), depth: -gap, time });
     // Stable: sums are in the order of the contacts.
     shares.sort_by_key(|share| share.vertex);

@@ -1,6 +1,6 @@
 //! Description of one contact: where it is, how near, and the forces.
 
-use pliant::energy::SurfaceContact;
+use pliant::energy::{LeastGap, SurfaceContact};
 use pliant::material::Psd;
 
 use crate::closest::InnerKind;
@@ -59,7 +59,42 @@ impl<const D: usize> ContactReport<D> {
     }
 }
 
+/// The contact that has the least part of its distance left, of those that are looked at.
+#[derive(Debug, Default)]
+pub(crate) struct NearestContact {
+    least: Option<([u32; 2], f64, f64)>,
+    count: u64,
+}
+
+impl NearestContact {
+    /// Looks at one more.
+    pub(crate) fn look_at<const D: usize>(&mut self, report: &ContactReport<D>, model: &ContactModel) {
+        self.count += 1;
+        let Some([a, b]) = report.bodies(model) else { return };
+        let relative = report.gap / model.laws.of(a, b).barrier.reach;
+        if self.least.is_none_or(|(.., least)| relative < least) {
+            self.least = Some(([a, b], report.gap, relative));
+        }
+    }
+
+    /// Its description at `time` [s].
+    pub(crate) fn described(self, model: &ContactModel, time: f64) -> Option<LeastGap> {
+        let (bodies, gap, relative) = self.least?;
+        let bodies = bodies.map(|body| model.names[body as usize].clone());
+        Some(LeastGap { bodies, gap, relative, time, most: self.count })
+    }
+}
+
 impl<const D: usize> ContactReport<D> {
+    /// Bodies of the first primitive and of the second.
+    pub(crate) fn bodies(&self, model: &ContactModel) -> Option<[u32; 2]> {
+        let body = |side: f64| {
+            let first = (0..self.count).find(|i| self.coefficients[*i] * side > 0.0)?;
+            Some(model.body(self.vertices[first]))
+        };
+        Some([body(1.0)?, body(-1.0)?])
+    }
+
     /// Its friction with the present normal force, below `threshold` [m/s] smooth; `None` where nothing rubs.
     pub fn rubbing(&self, threshold: f64) -> Option<PairFriction<f64, D, 4>> {
         // Weights below zero take off what others count twice: they would push, not rub.

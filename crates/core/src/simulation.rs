@@ -281,17 +281,22 @@ impl Simulation {
         self.contact_extremes = ContactExtremes::default();
     }
 
-    /// The worst contacts at the ends of the steps so far, where forces alone keep surfaces apart.
+    /// The worst contacts at the ends of the steps so far.
     pub fn contact_extremes(&self) -> &ContactExtremes {
         &self.contact_extremes
     }
 
     /// Looks at the contacts where a step has ended.
     fn note_contacts(&mut self) {
+        let State { time, .. } = self.state;
         if self.system.is_watched() {
-            let State { time, .. } = self.state;
             let worst = self.system.contact_extremes(self.state.x(), self.state.v(), time);
             self.contact_extremes.merge(worst);
+            return;
+        }
+        for touching in self.system.terms().iter().filter_map(|term| term.touching()) {
+            let least = touching.nearest(self.state.x(), time);
+            self.contact_extremes.merge(ContactExtremes { least, ..ContactExtremes::default() });
         }
     }
 

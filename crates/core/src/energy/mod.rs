@@ -19,8 +19,9 @@ use std::ops::Range;
 
 use crate::material::Psd;
 pub use views::{
-    Approach, ChangingStencils, ContactExtremes, Driven, ElementTerm, ForceLayout, LoadTerm, Measurements,
-    MovablePlaces, Penetration, StepLimit, SurfaceContact, TermViews, TouchingSurfaces, WatchedContacts,
+    Approach, ChangingStencils, ContactExtremes, Driven, ElementTerm, ForceLayout, LeastGap, LoadTerm,
+    Measurements, MovablePlaces, Penetration, StepLimit, SurfaceContact, TermViews, TouchingSurfaces,
+    WatchedContacts,
 };
 
 /// Which sum of the diagnostics an energy belongs to. Every kind is part of the total.

@@ -303,6 +303,25 @@ pub trait TouchingSurfaces {
 
     /// What cannot be at `x`, flat [m], in words: surfaces that cross or overlap.
     fn conflict(&self, x: &[f64]) -> Option<String>;
+
+    /// The contact at `x`, flat [m], at `time` [s] that has the least part of its distance left; `None` where
+    /// nothing touches.
+    fn nearest(&self, x: &[f64], time: f64) -> Option<LeastGap>;
+}
+
+/// Surfaces that were nearest to each other for the distance from which on they push.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct LeastGap {
+    /// Names of the two bodies.
+    pub bodies: [String; 2],
+    /// Distance less the radii [m].
+    pub gap: f64,
+    /// Its part of the distance from which on they push.
+    pub relative: f64,
+    /// When [s].
+    pub time: f64,
+    /// Most pairs of primitives that touched at a time.
+    pub most: u64,
 }
 
 /// A contact whose gap was closed.
@@ -329,9 +348,11 @@ pub struct Approach {
     pub time: f64,
 }
 
-/// The worst of contact that forces alone keep apart.
+/// The worst of contact: the least gap, and of surfaces that forces alone keep apart what they bore.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct ContactExtremes {
+    /// Least gap; `None` where nothing touched.
+    pub least: Option<LeastGap>,
     /// Deepest contact; `None` where no gap was closed.
     pub deepest: Option<Penetration>,
     /// Approach that took the largest part of what contact stops; `None` where nothing touched.
@@ -344,6 +365,14 @@ pub struct ContactExtremes {
 impl ContactExtremes {
     /// Takes the worse of both; of those that are equal the first.
     pub fn merge(&mut self, other: ContactExtremes) {
+        self.least = match (self.least.take(), other.least) {
+            (Some(one), Some(other)) => {
+                let most = one.most.max(other.most);
+                let least = if other.relative < one.relative { other } else { one };
+                Some(LeastGap { most, ..least })
+            }
+            (one, other) => one.or(other),
+        };
         let depth = |p: &Option<Penetration>| p.as_ref().map_or(0.0, |p| p.depth);
         if depth(&other.deepest) > depth(&self.deepest) {
             self.deepest = other.deepest;

@@ -335,7 +335,9 @@ impl Inner {
 /// ValueError where surfaces would cross or overlap.
 pub(crate) fn place(simulation: &mut Core, x: &[f64]) -> PyResult<()> {
     match simulation.conflict_at(x) {
-        Some(conflict) => Err(PyValueError::new_err(format!("{conflict} at these positions: move them apart"))),
+        Some(conflict) => {
+            Err(PyValueError::new_err(format!("{conflict} at these positions: move them apart")))
+        }
         None => {
             simulation.set_positions(x);
             Ok(())

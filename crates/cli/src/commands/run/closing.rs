@@ -128,7 +128,7 @@ impl<'a> Closing<'a> {
 
     /// Surfaces that were pressed together until little of the gap between them was left.
     fn overloaded(&self) -> Option<String> {
-        let least = self.statistics.least_gap.as_ref().filter(|least| least.relative < OVERLOAD)?;
+        let least = self.summary.contact.least.as_ref().filter(|least| least.relative < OVERLOAD)?;
         // Explicit steps have a law without a pole.
         if !self.report.is_implicit {
             return None;
@@ -390,7 +390,7 @@ impl<'a> Closing<'a> {
         if let Some(solver) = &self.summary.work.solver {
             line("solver", solver_work(solver));
         }
-        if let Some(least) = &self.statistics.least_gap {
+        if let Some(least) = &self.summary.contact.least {
             let [a, b] = &least.bodies;
             let part = share(least.relative);
             let most = counted(least.most, "pair", "pairs");
@@ -478,7 +478,7 @@ impl<'a> Closing<'a> {
                 "motion_jumps": self.summary.motion_jumps,
                 "reactions": self.summary.reactions,
                 "min_j": self.statistics.min_j.or(end.min_j),
-                "least_gap": self.statistics.least_gap,
+                "least_gap": self.summary.contact.least,
                 "deepest_contact": self.summary.contact.deepest,
                 "hardest_approach": self.summary.contact.hardest,
                 "most_inverted": self.statistics.most_inverted.or(end.inverted),
