@@ -188,3 +188,29 @@ fn the_tuning_fork_rings_a_little_below_a_clamped_prong() {
 fn frequency(mode: &Value) -> f64 {
     mode["frequency"].as_f64().unwrap()
 }
+
+/// What friction holds creeps for ever, slower than its threshold speed.
+#[test]
+fn modes_about_an_equilibrium_that_friction_holds() {
+    let scene = r#"
+dimension = 2
+time = { integrator = "implicit-euler", step = 2e-4, duration = 0.1 }
+world = { gravity = [0.0, -9.81] }
+contact = { distance = 1e-3, friction = 0.3 }
+[[body]]
+name = "block"
+mesh = { grid = { cells = [2, 2], size = [0.2, 0.2], origin = [0.0, 0.0002] } }
+elastic = { neo-hookean = { young = 1e5, poisson = 0.3 } }
+mass = { density = 1000.0 }
+[[obstacle]]
+name = "floor"
+shape = { half_space = { normal = [0.0, 1.0], offset = 0.0 } }
+"#;
+    let lowest = |text: &str| {
+        let arguments = ["modes", "scene.toml", "--count", "3", "--json", "--equilibrium"];
+        let found = Bench::new(text).pliant(arguments).succeeded().json();
+        found["modes"]["modes"][2]["frequency"].as_f64().unwrap()
+    };
+    let (held, free) = (lowest(scene), lowest(&scene.replace(", friction = 0.3", "")));
+    assert!((held / free - 1.0).abs() < 0.05, "{held} Hz, {free} Hz without friction");
+}
