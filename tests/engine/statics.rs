@@ -74,12 +74,13 @@ fn a_nearly_incompressible_beam_bends_far_in_a_few_iterations() {
     }
 }
 
-// Loads so large that whole steps lead nowhere: what is watched is taken back, and the equilibrium is that
-// of small increments.
+// Loads so large that whole steps lead nowhere: what is watched is taken back, and the equilibrium is that of
+// small increments. A search that goes on from where the watch ends finds it too, after 117 iterations.
 #[test]
 fn steps_that_lead_nowhere_are_taken_back() {
-    let (at_once, _) = bent(0.3, 3000.0, 1);
-    let (slowly, _) = bent(0.3, 3000.0, 4);
+    let (at_once, iterations) = bent(0.45, 3000.0, 1);
+    assert!(iterations <= 75, "{iterations} iterations");
+    let (slowly, _) = bent(0.45, 3000.0, 4);
     for (a, b) in at_once.iter().zip(&slowly) {
         assert!((a - b).abs() < 1e-7, "{at_once:?}, {slowly:?}");
     }
