@@ -1,4 +1,4 @@
-//! Stiffness in bending that a cell lacks.
+//! BendingModuli in bending that a cell lacks.
 //!
 //! In bending about its middle a cell moves by `u = s xi_k xi_l n_k`: fibres along `k`, of length `h_k`,
 //! are stretched by `eps xi_l`, `eps = 2 s / h_k`. A body that bends across `l`, by `eps_k` along `k` and in
@@ -19,14 +19,22 @@
 //! `f_k` turns with the cell; for a material that is linear in `F` it stays at rest. Moduli are those of
 //! the material at rest.
 //!
-//! `B = T` where `T - A` is positive semi-definite. Of cubes in space it is not: they are sheared where they
-//! bend to a saddle. Nothing is ever taken away; `B - A` is then the matrix of rank one with which a cell
-//! that is free along `m` bends by the modulus `E` along `k`, and likewise along `m`.
+//! In the plane `B = T`. In space `T - A` is not positive semi-definite even of cubes, which are sheared where
+//! they bend to a saddle, and nothing is ever taken away: of `B - A` the positive part is added. `B` is there
+//!
+//! - of cells that are alone through a thickness, both sides of them on the surface, `A` of a cube and the
+//!   matrix of rank one with which a cube that is free along `m` bends by the modulus `E` along `k`, and
+//!   likewise along `m`;
+//! - of others, of whose rows a body that bends has `eps_m = -nu eps_k`, `A` of a cube less the multiple of
+//!   `[[1, 1], [1, 1]]` that makes this cost `E`, if it costs more. Long cells of a beam widen and narrow
+//!   along it, `eps_k = eps_m`, for nothing.
+
+use std::collections::HashMap;
 
 use super::super::kernels::{gather, scatter};
 use super::hessian::add_product;
 use super::kernels::{PackScalar, with_change};
-use super::packs::{CellPacks, lengths};
+use super::packs::{CellPacks, exact_gradients, lengths};
 use super::{Dilatation, gradient_of_lane};
 use crate::algebra::{Dual, Mat};
 use crate::element::Isoparametric;
@@ -59,26 +67,26 @@ const COUPLED: [[(usize, usize); 2]; 3] =
 /// Bending in the plane of two axes, of a pack of cells.
 #[derive(Clone)]
 #[repr(align(64))]
-struct PairPack<const N: usize> {
+struct BendingPair<const N: usize> {
     /// `g` of every node.
     weight: [[f64; WIDTH]; N],
-    /// Stiffness along the first axis and along the second [N/m in space].
+    /// BendingModuli along the first axis and along the second [N/m in space].
     stiffness: [[f64; WIDTH]; 2],
 }
 
 /// What all pairs of axes of a pack have in common.
 #[derive(Clone)]
 #[repr(align(64))]
-struct Common<const D: usize> {
+struct BendingCommon<const D: usize> {
     /// `f_k` at rest [m].
     rest: [[[f64; WIDTH]; D]; D],
-    /// Stiffness that couples the modes across every axis [N/m].
+    /// BendingModuli that couples the modes across every axis [N/m].
     coupling: [[f64; WIDTH]; 3],
 }
 
 /// Displacement `s` of a mode of bending and its slopes.
 #[derive(Clone, Copy)]
-struct Mode<S, const D: usize> {
+struct BendingMode<S, const D: usize> {
     s: S,
     /// `ds/dq = f/|f|`.
     of_q: [S; D],
@@ -86,16 +94,16 @@ struct Mode<S, const D: usize> {
     of_f: [S; D],
 }
 
-impl<S: Scalar, const D: usize> Mode<S, D> {
+impl<S: Scalar, const D: usize> BendingMode<S, D> {
     #[inline(always)]
     fn zero() -> Self {
-        Mode { s: S::zero(), of_q: [S::zero(); D], of_f: [S::zero(); D] }
+        BendingMode { s: S::zero(), of_q: [S::zero(); D], of_f: [S::zero(); D] }
     }
 
     #[inline(always)]
     fn new(q: &[S; D], f: &[S; D], turns: bool) -> Self {
         let inverse = S::one() / dot(f, f).sqrt();
-        let mut mode = Mode::zero();
+        let mut mode = BendingMode::zero();
         for i in 0..D {
             mode.of_q[i] = f[i] * inverse;
         }
@@ -147,9 +155,9 @@ pub(crate) struct CellBending<const D: usize, const N: usize> {
     /// `dN_a/dxi_k` in the middle.
     slopes: [[f64; D]; N],
     /// Pairs of axes of every pack, one after the other.
-    pairs: Vec<PairPack<N>>,
+    pairs: Vec<BendingPair<N>>,
     /// Of every pack.
-    common: Vec<Common<D>>,
+    common: Vec<BendingCommon<D>>,
 }
 
 impl<const D: usize, const N: usize> CellBending<D, N> {
@@ -162,8 +170,8 @@ impl<const D: usize, const N: usize> CellBending<D, N> {
         solid: BendingSolid<'_, D>,
         rest: &[f64],
     ) -> Option<Self> {
-        let pair = PairPack { weight: [[0.0; WIDTH]; N], stiffness: [[0.0; WIDTH]; 2] };
-        let common = Common { rest: [[[0.0; WIDTH]; D]; D], coupling: [[0.0; WIDTH]; 3] };
+        let pair = BendingPair { weight: [[0.0; WIDTH]; N], stiffness: [[0.0; WIDTH]; 2] };
+        let common = BendingCommon { rest: [[[0.0; WIDTH]; D]; D], coupling: [[0.0; WIDTH]; 3] };
         let packs_count = patches.index.len();
         let mut bending = CellBending {
             slopes: (cell.slopes)(&[0.0; D]),
@@ -171,10 +179,11 @@ impl<const D: usize, const N: usize> CellBending<D, N> {
             common: vec![common; packs_count],
         };
         let mut lacks = false;
+        let surface = CellSides::of(cell, patches);
         for (_, vertices, pack, lane) in patches.stencils() {
             let nodes = points_of::<D, N>(rest, &vertices);
             let points: Vec<_> = packs.rest(pack).iter().map(|point| point.lane(lane)).collect();
-            let lacking = Lacking { cell, nodes: &nodes, points: &points, solid };
+            let lacking = LackingCell { cell, nodes: &nodes, points: &points, solid };
             let volume = packs.volume[pack][lane];
             let (pairs, common) = (&mut bending.pairs[pack * axes(D).len()..], &mut bending.common[pack]);
             let middle = cell.jacobian(&nodes, &[0.0; D]);
@@ -183,7 +192,7 @@ impl<const D: usize, const N: usize> CellBending<D, N> {
                 let wanted = |number: Dual<f64>| {
                     volume / 3.0 * if solid.change.is_some() { number.derivative } else { number.value }
                 };
-                let Stiffness { own, coupling } = lacking.across(l);
+                let BendingModuli { own, coupling } = lacking.across(l, surface.is_alone(cell, &vertices, l));
                 for (k, number) in (0..D).filter(|k| *k != l).zip(own) {
                     let (pair, side) = place(k, l);
                     pairs[pair].stiffness[side][lane] = wanted(number);
@@ -222,15 +231,15 @@ impl<const D: usize, const N: usize> CellBending<D, N> {
         x: &[[f64; D]; N],
         (pack, lane): (usize, usize),
         turns: bool,
-    ) -> Vec<[LaneMode<D, N>; 2]> {
-        let of_pair = |(pair, axes): (&PairPack<N>, &[usize; 2])| {
+    ) -> Vec<[BendingLane<D, N>; 2]> {
+        let of_pair = |(pair, axes): (&BendingPair<N>, &[usize; 2])| {
             let weight = pair.weight.map(|lanes| lanes[lane]);
             let q = weighted(x, &weight);
             [0, 1].map(|side| {
                 let slopes = self.slopes(axes[side]);
                 let rest = self.common[pack].rest[axes[side]].map(|lanes| lanes[lane]);
                 let f = if turns { weighted(x, &slopes) } else { rest };
-                LaneMode { weight, slopes, q, f, rest, stiffness: pair.stiffness[side][lane] }
+                BendingLane { weight, slopes, q, f, rest, stiffness: pair.stiffness[side][lane] }
             })
         };
         self.pairs[pack * axes(D).len()..].iter().zip(axes(D)).map(of_pair).collect()
@@ -253,8 +262,8 @@ impl<const D: usize, const N: usize> CellBending<D, N> {
         matrix: &mut [f64],
     ) {
         let lanes = self.modes_of_lane(x, (pack, lane), turns);
-        let each = |pair: &[LaneMode<D, N>; 2]| [0, 1].map(|side| pair[side].mode(turns));
-        let modes: Vec<[Mode<f64, D>; 2]> = lanes.iter().map(each).collect();
+        let each = |pair: &[BendingLane<D, N>; 2]| [0, 1].map(|side| pair[side].mode(turns));
+        let modes: Vec<[BendingMode<f64, D>; 2]> = lanes.iter().map(each).collect();
         for (pair, modes) in lanes.iter().zip(&modes) {
             for (of_lane, mode) in pair.iter().zip(modes) {
                 let slope = of_lane.slope(mode);
@@ -282,7 +291,7 @@ impl<const D: usize, const N: usize> CellBending<D, N> {
     /// Adds the blocks of the damping matrix of a cell with its nodes at `x`, for each pair `a <= b`.
     pub(crate) fn add_damping(&self, x: &[[f64; D]; N], (pack, lane): (usize, usize), out: &mut [f64]) {
         let lanes = self.modes_of_lane(x, (pack, lane), true);
-        let mut add = |(a, b): (&LaneMode<D, N>, &LaneMode<D, N>), factor: f64| {
+        let mut add = |(a, b): (&BendingLane<D, N>, &BendingLane<D, N>), factor: f64| {
             let (slope_a, slope_b) = (a.rate_slope(), b.rate_slope());
             let pairs = (0..N).flat_map(|a| (a..N).map(move |b| (a, b)));
             for ((a, b), block) in pairs.zip(out.chunks_exact_mut(D * D)) {
@@ -306,8 +315,41 @@ impl<const D: usize, const N: usize> CellBending<D, N> {
     }
 }
 
+/// Sides of cells by their vertices, ascending, with how many cells have each.
+struct CellSides(HashMap<Vec<u32>, u32>);
+
+impl CellSides {
+    fn of<const D: usize, const N: usize>(cell: &Isoparametric<D, N>, patches: &Patches<N>) -> Self {
+        let mut sides = HashMap::new();
+        for (_, vertices, ..) in patches.stencils() {
+            for side in cell.kind.sides {
+                *sides.entry(side_of(side, &vertices)).or_default() += 1;
+            }
+        }
+        CellSides(sides)
+    }
+
+    /// True if both sides of a cell across axis `l` are on the surface.
+    fn is_alone<const D: usize, const N: usize>(
+        &self,
+        cell: &Isoparametric<D, N>,
+        vertices: &[u32; N],
+        l: usize,
+    ) -> bool {
+        let across = |side: &&&[usize]| side.iter().all(|a| cell.nodes[*a][l] == cell.nodes[side[0]][l]);
+        cell.kind.sides.iter().filter(across).all(|side| self.0[&side_of(side, vertices)] == 1)
+    }
+}
+
+/// Vertices of a side of a cell, ascending.
+fn side_of<const N: usize>(side: &[usize], vertices: &[u32; N]) -> Vec<u32> {
+    let mut side: Vec<u32> = side.iter().map(|a| vertices[*a]).collect();
+    side.sort_unstable();
+    side
+}
+
 /// A cell at rest, to find the stiffness that it lacks.
-struct Lacking<'a, const D: usize, const N: usize> {
+struct LackingCell<'a, const D: usize, const N: usize> {
     cell: &'a Isoparametric<D, N>,
     nodes: &'a [[f64; D]; N],
     /// `b` of every node and the part of the volume, at the quadrature points.
@@ -315,7 +357,7 @@ struct Lacking<'a, const D: usize, const N: usize> {
     solid: BendingSolid<'a, D>,
 }
 
-impl<const D: usize, const N: usize> Lacking<'_, D, N> {
+impl<const D: usize, const N: usize> LackingCell<'_, D, N> {
     /// `a : C : b` and its change.
     fn work(&self, a: &Mat<f64, D>, b: &Mat<f64, D>) -> Dual<f64> {
         let BendingSolid { tangent, change, .. } = self.solid;
@@ -368,16 +410,16 @@ impl<const D: usize, const N: usize> Lacking<'_, D, N> {
         normal(k, m) - normal(k, l) * normal(l, m) / normal(l, l)
     }
 
-    /// `dFb` at a point in the bending `xi_k xi_l n_k` by the strain 1 at the surface.
-    fn bent(&self, [k, l]: [usize; 2], direction: &[f64; D], lengths: &[f64; D]) -> Vec<Mat<f64, D>> {
-        let signs = self.signs([k, l]);
+    /// `dFb` at the points in the bending `xi_k xi_l n_k` by the strain 1 at the surface.
+    fn bent(&self, [k, l]: [usize; 2], direction: &[f64; D]) -> Vec<Mat<f64, D>> {
+        let (signs, points, lengths) = (self.signs([k, l]), self.points, lengths(self.cell, self.nodes));
         let bent = |(gradient, _): &([[f64; D]; N], f64)| {
             let nodes = signs.map(|sign| direction.map(|n| 0.5 * lengths[k] * sign * n));
             gradient_of_lane(&nodes, gradient)
         };
-        let mut bent: Vec<Mat<f64, D>> = self.points.iter().map(bent).collect();
+        let mut bent: Vec<Mat<f64, D>> = points.iter().map(bent).collect();
         if self.solid.dilatation != Dilatation::Own {
-            let mean: f64 = bent.iter().zip(self.points).map(|(f, (_, part))| part * f.trace()).sum();
+            let mean: f64 = bent.iter().zip(points).map(|(f, (_, part))| part * f.trace()).sum();
             for f in &mut bent {
                 *f = *f + Mat::scalar((mean - f.trace()) / D as f64);
             }
@@ -393,25 +435,48 @@ impl<const D: usize, const N: usize> Lacking<'_, D, N> {
         })
     }
 
-    /// `4/(h_k h_m) (B - A)` across axis `l` and its change.
-    fn across(&self, l: usize) -> Stiffness {
+    /// Moduli in bending across axis `l` along two others.
+    fn moduli(&self, frame: &[[f64; D]; D], l: usize, [k, m]: [usize; 2]) -> BendingModuli {
+        let [first, second] = [k, m].map(|k| self.bent([k, l], &frame[k]));
+        BendingModuli {
+            own: [self.product(&first, &first), self.product(&second, &second)],
+            coupling: self.product(&first, &second),
+        }
+    }
+
+    /// A cube of these directions.
+    fn cube(&self, frame: &[[f64; D]; D]) -> [[f64; D]; N] {
+        self.cell.nodes.map(|xi| {
+            let mut node = [0.0; D];
+            for (e, xi) in frame.iter().zip(&xi) {
+                (0..D).for_each(|i| node[i] += xi * e[i]);
+            }
+            node
+        })
+    }
+
+    /// `4/(h_k h_m) (B - A)` across axis `l`, along which the cell may be alone, and its change.
+    fn across(&self, l: usize, is_alone: bool) -> BendingModuli {
         let (lengths, frame) = (lengths(self.cell, self.nodes), self.frame());
-        let bent = |k: usize| self.bent([k, l], &frame[k], &lengths);
         let per_length = |k: usize| Dual::splat(2.0 / lengths[k]);
         let mut along = (0..D).filter(|k| *k != l);
-        let (Some(k), m) = (along.next(), along.next()) else { return Stiffness::NONE };
-        let (first, wanted) = (bent(k), self.free(&frame, l, [k, k]));
-        let own = self.product(&first, &first);
+        let (Some(k), m) = (along.next(), along.next()) else { return BendingModuli::NONE };
+        let wanted = self.free(&frame, l, [k, k]);
         let Some(m) = m else {
+            let own = self.moduli(&frame, l, [k, k]).own[0];
             let lacks = lacking(wanted, own) * per_length(k) * per_length(k);
-            return Stiffness { own: [lacks, Dual::splat(0.0)], coupling: Dual::splat(0.0) };
+            return BendingModuli { own: [lacks, Dual::splat(0.0)], coupling: Dual::splat(0.0) };
         };
-        let second = bent(m);
-        let moduli =
-            Stiffness { own: [own, self.product(&second, &second)], coupling: self.product(&first, &second) };
-        let target =
-            Stiffness { own: [wanted, self.free(&frame, l, [m, m])], coupling: self.free(&frame, l, [k, m]) };
-        moduli.lacking(&target).scaled([per_length(k), per_length(m)])
+        let target = BendingModuli {
+            own: [wanted, self.free(&frame, l, [m, m])],
+            coupling: self.free(&frame, l, [k, m]),
+        };
+        let nodes = self.cube(&frame);
+        let cube = LackingCell { nodes: &nodes, points: &exact_gradients(self.cell, &nodes), ..*self };
+        let (own, of_cube) = (self.moduli(&frame, l, [k, m]), cube.moduli(&frame, l, [k, m]));
+        let more = if is_alone { of_cube.lacking(&target) } else { of_cube.over(&target) };
+        let lacks = of_cube.plus(&more, 1.0).plus(&own, -1.0).positive_part(wanted.value);
+        lacks.scaled([per_length(k), per_length(m)])
     }
 }
 
@@ -424,37 +489,86 @@ fn lacking(wanted: Dual<f64>, own: Dual<f64>) -> Dual<f64> {
 
 /// Symmetric matrix of two modes.
 #[derive(Clone, Copy)]
-struct Stiffness {
+struct BendingModuli {
     own: [Dual<f64>; 2],
     coupling: Dual<f64>,
 }
 
-impl Stiffness {
+impl BendingModuli {
     const NONE: Self = {
         let zero = Dual { value: 0.0, derivative: 0.0 };
-        Stiffness { own: [zero; 2], coupling: zero }
+        BendingModuli { own: [zero; 2], coupling: zero }
     };
 
     /// `S A S` with the diagonal matrix `S`.
     fn scaled(self, by: [Dual<f64>; 2]) -> Self {
         let [a, b] = self.own;
-        Stiffness { own: [a * by[0] * by[0], b * by[1] * by[1]], coupling: self.coupling * by[0] * by[1] }
+        BendingModuli { own: [a * by[0] * by[0], b * by[1] * by[1]], coupling: self.coupling * by[0] * by[1] }
+    }
+
+    /// `self + factor other`.
+    fn plus(self, other: &BendingModuli, factor: f64) -> Self {
+        let plus = |a: Dual<f64>, b: Dual<f64>| a + Dual::splat(factor) * b;
+        let [a, b] = self.own;
+        BendingModuli {
+            own: [plus(a, other.own[0]), plus(b, other.own[1])],
+            coupling: plus(self.coupling, other.coupling),
+        }
+    }
+
+    /// The part with positive eigenvalues, of moduli of this size.
+    fn positive_part(self, size: f64) -> Self {
+        let [a, b] = self.own;
+        let (half, o) = (Dual::splat(0.5), self.coupling);
+        let (mean, apart) = (half * (a + b), half * (a - b));
+        let radius = (apart * apart + o * o).sqrt();
+        let largest = mean + radius;
+        // Not a number where the solid has no stiffness across.
+        if largest.value.is_nan() || largest.value <= ROUNDING * size {
+            return Self::NONE;
+        }
+        if (mean - radius).value >= -ROUNDING * size {
+            return self;
+        }
+        let part = half * largest / radius;
+        BendingModuli { own: [part * (radius + apart), part * (radius - apart)], coupling: part * o }
+    }
+
+    /// `sqrt(E)` along both axes of what is free along the other; `None` where it has no stiffness.
+    fn roots(&self) -> Option<[Dual<f64>; 2]> {
+        let [t, u] = self.own;
+        let free = |a: Dual<f64>, b: Dual<f64>| a - self.coupling * self.coupling / b;
+        let roots = [free(t, u).sqrt(), free(u, t).sqrt()];
+        roots.iter().all(|root| root.value > 0.0).then_some(roots)
+    }
+
+    /// The multiple of `[[1, 1], [1, 1]]`, not positive, that makes the bending `(1, -nu)` of a body of the
+    /// moduli `T` cost `E`, where it costs more by the moduli of `self`, which stay positive.
+    fn over(self, target: &BendingModuli) -> Self {
+        let Some(roots) = target.roots() else { return Self::NONE };
+        let (inverse, one) = (roots.map(|root| Dual::splat(1.0) / root), Dual::splat(1.0));
+        let (unit, free) = (self.scaled(inverse), target.scaled(inverse));
+        let nu = free.coupling / free.own[0];
+        let [a, b] = unit.own;
+        let costs = a + nu * (nu * b - Dual::splat(2.0) * unit.coupling);
+        let over = (costs - one) / ((one - nu) * (one - nu));
+        let most = Dual::splat(0.25) * (a + b + Dual::splat(2.0) * unit.coupling);
+        let over = if over.value < most.value { over } else { most };
+        if over.value.is_nan() || over.value <= 0.0 {
+            return Self::NONE;
+        }
+        BendingModuli { own: [-over, -over], coupling: -over }.scaled(roots)
     }
 
     /// `B - A` of the moduli `A` of a cell, for the moduli `T`.
-    fn lacking(self, target: &Stiffness) -> Self {
+    fn lacking(self, target: &BendingModuli) -> Self {
+        let Some(roots) = target.roots() else { return Self::NONE };
         let [t, u] = target.own;
-        // Of what is free along the other axis.
-        let free = |a: Dual<f64>, b: Dual<f64>| a - target.coupling * target.coupling / b;
-        let roots = [free(t, u).sqrt(), free(u, t).sqrt()];
-        if !roots.iter().all(|root| root.value > 0.0) {
-            return Self::NONE;
-        }
         let lacks = [t - self.own[0], u - self.own[1]];
         let coupling = target.coupling - self.coupling;
         let determinant = lacks[0] * lacks[1] - coupling * coupling;
         if lacks.iter().all(|lack| lack.value >= 0.0) && determinant.value >= 0.0 {
-            return Stiffness { own: lacks, coupling };
+            return BendingModuli { own: lacks, coupling };
         }
         let unit = self.scaled(roots.map(|root| Dual::splat(1.0) / root));
         unit.of_rank_one().unwrap_or_else(|| unit.diagonal()).scaled(roots)
@@ -473,7 +587,7 @@ impl Stiffness {
             let x = (first + root) / second;
             let (own, coupling) = ([x - a, x - b], (p * x - r) / (two * c));
             (own.iter().chain([&coupling]).all(|entry| entry.value >= 0.0))
-                .then_some(Stiffness { own, coupling })
+                .then_some(BendingModuli { own, coupling })
         })
     }
 
@@ -481,7 +595,7 @@ impl Stiffness {
     fn diagonal(&self) -> Self {
         let squared = Dual::splat(4.0) * self.coupling * self.coupling;
         let wanted = Dual::splat(0.5) * (Dual::splat(1.0) + (Dual::splat(1.0) + squared).sqrt());
-        Stiffness { own: self.own.map(|own| lacking(wanted, own)), coupling: Dual::splat(0.0) }
+        BendingModuli { own: self.own.map(|own| lacking(wanted, own)), coupling: Dual::splat(0.0) }
     }
 }
 
@@ -490,7 +604,7 @@ fn outer<const D: usize>(a: &[f64; D], b: &[f64; D]) -> Mat<f64, D> {
 }
 
 /// A mode of bending of one cell.
-struct LaneMode<const D: usize, const N: usize> {
+struct BendingLane<const D: usize, const N: usize> {
     /// `g` of every node.
     weight: [f64; N],
     /// `c_a = dN_a/dxi_k(0)`.
@@ -502,13 +616,13 @@ struct LaneMode<const D: usize, const N: usize> {
     stiffness: f64,
 }
 
-impl<const D: usize, const N: usize> LaneMode<D, N> {
-    fn mode(&self, turns: bool) -> Mode<f64, D> {
-        Mode::new(&self.q, &self.f, turns)
+impl<const D: usize, const N: usize> BendingLane<D, N> {
+    fn mode(&self, turns: bool) -> BendingMode<f64, D> {
+        BendingMode::new(&self.q, &self.f, turns)
     }
 
     /// `ds/dx`.
-    fn slope(&self, mode: &Mode<f64, D>) -> [[f64; D]; N] {
+    fn slope(&self, mode: &BendingMode<f64, D>) -> [[f64; D]; N] {
         self.spread(&mode.of_q, &mode.of_f)
     }
 
@@ -528,11 +642,11 @@ impl<const D: usize, const N: usize> LaneMode<D, N> {
     }
 
     /// Adds `force d2s`.
-    fn add_second(&self, mode: &Mode<f64, D>, force: f64, turns: bool, matrix: &mut [f64]) {
+    fn add_second(&self, mode: &BendingMode<f64, D>, force: f64, turns: bool, matrix: &mut [f64]) {
         if !turns {
             return;
         }
-        let Mode { s, of_q: n, of_f: t } = mode;
+        let BendingMode { s, of_q: n, of_f: t } = mode;
         let inverse = 1.0 / dot(&self.f, &self.f).sqrt();
         for a in 0..N {
             for b in 0..N {
@@ -565,7 +679,7 @@ pub(crate) struct BendingPack<'a, const D: usize, const N: usize> {
 
 impl<'a, const D: usize, const N: usize> BendingPack<'a, D, N> {
     #[inline(always)]
-    fn pairs(&self) -> &'a [PairPack<N>] {
+    fn pairs(&self) -> &'a [BendingPair<N>] {
         &self.bending.pairs[self.pack * axes(D).len()..][..axes(D).len()]
     }
 
@@ -610,13 +724,13 @@ impl<'a, const D: usize, const N: usize> BendingPack<'a, D, N> {
     fn modes<L: Lanes, S: PackScalar<L>>(
         &self,
         x: &[[S; D]; N],
-    ) -> ([[Mode<S, D>; 2]; MOST_PAIRS], [[S; 2]; MOST_PAIRS]) {
+    ) -> ([[BendingMode<S, D>; 2]; MOST_PAIRS], [[S; 2]; MOST_PAIRS]) {
         let f = if self.turns { self.directions(x) } else { self.at_rest::<L, S>() };
         let q = self.hourglass::<L, S>(x);
-        let (mut modes, mut s) = ([[Mode::zero(); 2]; MOST_PAIRS], [[S::zero(); 2]; MOST_PAIRS]);
+        let (mut modes, mut s) = ([[BendingMode::zero(); 2]; MOST_PAIRS], [[S::zero(); 2]; MOST_PAIRS]);
         for p in 0..axes(D).len() {
             for side in 0..2 {
-                modes[p][side] = Mode::new(&q[p], &f[axes(D)[p][side]], self.turns);
+                modes[p][side] = BendingMode::new(&q[p], &f[axes(D)[p][side]], self.turns);
                 s[p][side] = modes[p][side].s;
             }
         }

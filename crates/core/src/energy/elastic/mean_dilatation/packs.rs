@@ -118,7 +118,6 @@ fn gradients<const D: usize, const N: usize>(
     cell: &Isoparametric<D, N>,
     nodes: &[[f64; D]; N],
 ) -> Vec<([[f64; D]; N], f64)> {
-    let volume = cell.volume(nodes);
     let mut lengths = lengths(cell, nodes);
     let is_folded = |(xi, _): &([f64; D], f64)| {
         let j = jacobian(nodes, &drawn_slopes(cell, xi, &lengths));
@@ -129,9 +128,7 @@ fn gradients<const D: usize, const N: usize>(
     }
     let mut mean = [[0.0; D]; N];
     let mut points = vec![];
-    for (xi, weight) in cell.points {
-        let part = weight * cell.jacobian(nodes, xi).determinant() / volume;
-        let exact = physical(nodes, &(cell.slopes)(xi));
+    for ((xi, _), (exact, part)) in cell.points.iter().zip(exact_gradients(cell, nodes)) {
         let drawn = physical(nodes, &drawn_slopes(cell, xi, &lengths));
         for ((mean, exact), drawn) in
             mean.as_flattened_mut().iter_mut().zip(exact.as_flattened()).zip(drawn.as_flattened())
@@ -145,6 +142,19 @@ fn gradients<const D: usize, const N: usize>(
         entries.zip(mean.as_flattened()).for_each(|(entry, mean)| *entry += mean);
     }
     points
+}
+
+/// Gradients of the shape functions at the quadrature points of a cell, and their parts of its volume.
+pub(super) fn exact_gradients<const D: usize, const N: usize>(
+    cell: &Isoparametric<D, N>,
+    nodes: &[[f64; D]; N],
+) -> Vec<([[f64; D]; N], f64)> {
+    let volume = cell.volume(nodes);
+    let of_point = |(xi, weight): &([f64; D], f64)| {
+        let part = weight * cell.jacobian(nodes, xi).determinant() / volume;
+        (physical(nodes, &(cell.slopes)(xi)), part)
+    };
+    cell.points.iter().map(of_point).collect()
 }
 
 /// Lengths of a cell along its axes, twice the lengths of the columns of `J` in its middle [m].
