@@ -54,14 +54,6 @@ fn obstacle(simulation: &Simulation) -> Option<(String, &'static str)> {
     if simulation.path().is_some() {
         return named("paths by arc length", "give a fixed `step` in place of `arc_length`");
     }
-    if !system.walls().is_empty() && simulation.method().is_static() {
-        return named("walls in statics", "give the scene `contact = {}`: walls are part of it then");
-    }
-    let by_masses = system.dissipation().iter().any(|term| term.scales_with_mass());
-    if simulation.method().is_static() && by_masses {
-        // Masses are weights there, and their derivatives know nothing of damping.
-        return named("damping in proportion to masses in statics", "take it out of the scene");
-    }
     if system.constraints().iter().any(|hold| hold.motion().is_some_and(|motion| motion.rotation().is_some()))
     {
         return named("prescribed rotation", "move the vertices along a path, or hold them where they are");

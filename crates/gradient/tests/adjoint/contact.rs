@@ -4,7 +4,7 @@ use pliant::integrator::IntegratorSpec;
 use pliant::material::MaterialSpec;
 use pliant::simulation::Simulation;
 use pliant_gradient::{LossFrame, ParameterSelection, UNLIMITED, gradient, names, schemes};
-use pliant_scene::{MassSpec, Scene};
+use pliant_scene::{MassSpec, OverTime, Scene};
 
 use crate::differences::{compare_number, compare_starts};
 use crate::solid::assembled;
@@ -322,11 +322,21 @@ fn friction_in_statics_has_the_derivatives_of_its_increments() {
     viscous.body[0].damping = Some(serde_json::from_value(damping).unwrap());
     compare("viscous", &viscous, 2, 1e-7);
     compare_with_tangents("viscous", &viscous, 2);
-    let damping = serde_json::json!({ "mass_proportional": 0.5 });
-    viscous.body[0].damping = Some(serde_json::from_value(damping).unwrap());
-    let mut nothing = |_: &LossFrame<'_>, _: &mut [f64], _: &mut [f64]| 0.0;
-    let error = gradient(&mut assembled(&viscous).0, 1, &mut nothing, &mut [], UNLIMITED).unwrap_err();
-    assert!(error.to_string().contains("in proportion to masses in statics"), "{error}");
+    // Masses resist the way, too.
+    let by_masses = |alpha: f64, density: f64| {
+        let mut scene = Scene::from_toml(PRESSED).unwrap();
+        scene.world.gravity = Some([1.0, -9.81].map(OverTime::Constant).to_vec());
+        let damping = serde_json::json!({ "mass_proportional": alpha });
+        scene.body[0].damping = Some(serde_json::from_value(damping).unwrap());
+        scene.body[0].mass = MassSpec::Density(density.into());
+        scene
+    };
+    compare("by masses", &by_masses(9.0, 1e3), 2, 1e-7);
+    compare_with_tangents("by masses", &by_masses(9.0, 1e3), 2);
+    let alpha = |alpha| by_masses(alpha, 1e3);
+    compare_number("statics", alpha, ("body.block.damping.mass_proportional", 9.0, 9.0), (2, 1e-6));
+    let density = |density| by_masses(9.0, density);
+    compare_number("statics", density, ("body.block.mass.density", 1e3, 1e3), (2, 1e-6));
     let of = |change: &dyn Fn(&mut Scene)| {
         let mut scene = pressed(2e-3);
         change(&mut scene);
