@@ -379,7 +379,7 @@ impl<const D: usize, const N: usize> Lacking<'_, D, N> {
         if self.solid.dilatation != Dilatation::Own {
             let mean: f64 = bent.iter().zip(self.points).map(|(f, (_, part))| part * f.trace()).sum();
             for f in &mut bent {
-                *f = *f + Mat::scalar((mean - f.trace()) / D as f64);
+                *f += Mat::scalar((mean - f.trace()) / D as f64);
             }
         }
         bent
