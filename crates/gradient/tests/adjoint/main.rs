@@ -11,6 +11,7 @@ mod differences;
 mod each_step;
 mod fit;
 mod frequencies;
+mod hessians;
 mod kepler;
 mod loads;
 mod muscle;
