@@ -84,6 +84,44 @@ def test_tangents_by_parameters_and_gauss_newton_products() -> None:
         pliant.Simulation(beam()).gauss_newton_product(lambda frame, dx, dv: (dx,), {"world.gravity": [0, 1]}, steps=1)
 
 
+def test_products_with_the_hessian_are_symmetric_and_differences_of_gradients() -> None:
+    def squares(frame: pliant.Frame) -> tuple[float, np.ndarray] | None:
+        return None if frame.index < 20 else (np.sum(frame.positions**2), 2.0 * frame.positions)
+
+    young, gravity = "body.beam.elastic.young", "world.gravity"
+    velocities = [np.sin(np.arange(20.0) + seed).reshape(10, 2) for seed in (1, 2)]
+    first = {young: 1e5, "velocity": velocities[0], gravity: [1.0, -2.0]}
+    second = {young: -2e5, "velocity": velocities[1], gravity: [0.5, 3.0]}
+    simulation = pliant.Simulation(beam())
+    of_first, of_second = (simulation.hessian_product(squares, direction, steps=20) for direction in (first, second))
+    assert simulation.steps == 0 and list(of_first) == list(first)
+    assert isinstance(of_first[young], float) and of_first["velocity"].shape == (10, 2)
+    one = sum(np.sum(of_first[name] * np.asarray(change)) for name, change in second.items())
+    other = sum(np.sum(of_second[name] * np.asarray(change)) for name, change in first.items())
+    assert one == pytest.approx(other, rel=1e-7)
+    assert of_first.value == pytest.approx(sum(np.sum(of_first[name] * np.asarray(first[name])) for name in first))
+    # The length of the direction does not matter.
+    longer = simulation.hessian_product(squares, {name: 1e3 * np.asarray(change) for name, change in first.items()}, steps=20)
+    assert longer.value == pytest.approx(1e6 * of_first.value, rel=1e-7)
+    by = []
+    for change in (1e3, -1e3):
+        other_modulus = pliant.Simulation(beam())
+        value = other_modulus.scene._value(other_modulus.scene._path(young))
+        other_modulus.set({other_modulus.scene._path(young): value + change})
+        by.append(other_modulus.gradient(squares, [young], steps=20)[young])
+    found = simulation.hessian_product(squares, {young: 1.0}, steps=20)
+    assert found[young] == pytest.approx((by[0] - by[1]) / 2e3, rel=1e-5)
+    assert found.errors[young] < 1e-6 * abs(found[young])
+    with pytest.raises(KeyError, match="no_such"):
+        simulation.hessian_product(squares, {"no_such": 1.0}, steps=1)
+    with pytest.raises(KeyError, match="could be changed"):
+        simulation.hessian_product(squares, {"forces": np.zeros((1, 10, 2))}, steps=1)
+    with pytest.raises(ValueError, match=r"world.gravity must have shape \(2,\)"):
+        simulation.hessian_product(squares, {gravity: 1.0}, steps=1)
+    with pytest.raises(ValueError, match="reach must be above zero"):
+        simulation.hessian_product(squares, {young: 1.0}, steps=1, reach=0.0)
+
+
 def net(**numbers: float) -> pliant.Scene:
     """A chain whose end is shaken, its pin, its gravity and its dashpots by formulas of named numbers."""
     at = {"A": 0.02, "w": 25.0, "g": 9.81, "c": 0.4, "d": 3.0, **numbers}

@@ -143,11 +143,14 @@ impl<const D: usize> FrictionTerm<D> {
         self.contacts.iter().flatten()
     }
 
-    /// Adds a product with the derivative of forces by positions; false, and nothing is added, where
-    /// thresholds are raised: they follow the normal forces, too.
+    /// Adds a product with the derivative of forces by positions, which is zero while they are held; false,
+    /// and nothing is added, where thresholds are raised: they follow the normal forces, too.
     fn add_slopes(&self, product: SlopeProduct, x: &[f64], v: &[f64], p: &[f64], y: &mut [f64]) -> bool {
         if self.borne.is_some() {
             return false;
+        }
+        if self.frozen {
+            return true;
         }
         let mut slopes = FrictionSlopes { product, threshold: self.model.threshold_speed, v, p, y };
         let mut search = locked(&self.search);

@@ -38,6 +38,7 @@ mod coupled;
 mod error;
 mod frequencies;
 mod gauss_newton;
+mod hessian;
 mod krylov;
 mod linear;
 mod loss;
@@ -54,6 +55,7 @@ use pliant::simulation::Simulation;
 pub use error::GradientError;
 pub use frequencies::{FrequencyGradient, frequency_gradient};
 pub use gauss_newton::{LossCurvature, gauss_newton_product};
+pub use hessian::{HessianProduct, hessian_product};
 pub use loss::{Loss, LossFrame};
 pub use names::{ParameterSelection, names};
 pub use parameter::{

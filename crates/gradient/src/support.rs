@@ -1,6 +1,5 @@
 //! Refusal of what has no adjoint.
 
-use pliant::dissipation::DissipativeTerm;
 use pliant::integrator::{IntegratorSpec, Scheme};
 use pliant::simulation::Simulation;
 
@@ -55,14 +54,6 @@ fn obstacle(simulation: &Simulation) -> Option<(String, &'static str)> {
     if simulation.path().is_some() {
         return named("paths by arc length", "give a fixed `step` in place of `arc_length`");
     }
-    if !system.walls().is_empty() && simulation.method().is_static() {
-        return named("walls in statics", "give the scene `contact = {}`: walls are part of it then");
-    }
-    let by_masses = system.dissipation().iter().any(|term| term.scales_with_mass());
-    if simulation.method().is_static() && by_masses {
-        // Masses are weights there, and their derivatives know nothing of damping.
-        return named("damping in proportion to masses in statics", "take it out of the scene");
-    }
     if system.constraints().iter().any(|hold| hold.motion().is_some_and(|motion| motion.rotation().is_some()))
     {
         return named("prescribed rotation", "move the vertices along a path, or hold them where they are");
@@ -93,20 +84,19 @@ fn obstacle_among_terms(simulation: &Simulation) -> Option<(String, &'static str
     })
 }
 
-/// The first dissipative term whose force changes with positions in a way that is not known, or is that of
-/// other positions.
-fn obstacle_among_dissipation(simulation: &mut Simulation) -> Option<(String, &'static str)> {
-    let solves = simulation.method().documentation.solves > 0;
-    let once = |term: &mut Box<dyn DissipativeTerm>| {
-        let most = term.frozen()?.most_renewals();
-        (solves && most < 2).then(|| format!("{} by the normal forces of other positions", term.name()))
+/// True if what dissipative terms take from positions, as friction does its normal forces, is held throughout
+/// solves as it is where the step begins.
+pub(crate) fn holds_start(simulation: &mut Simulation) -> bool {
+    let solves_stages = match simulation.method().scheme {
+        Scheme::Dirk(_) | Scheme::Alpha(_) | Scheme::Bdf2(_) | Scheme::QuasiStatic => true,
+        Scheme::Splitting(_) | Scheme::RungeKutta(_) | Scheme::Collocation(_) => false,
+        Scheme::Linearised(_) | Scheme::GaussRadau(_) => false,
     };
-    if let Some(what) = simulation.system_mut().dissipation_mut().find_map(once) {
-        return Some((
-            what,
-            "give more `friction_iterations`, or none: they are then renewed until they agree",
-        ));
-    }
+    solves_stages && simulation.system_mut().most_renewals() == Some(1)
+}
+
+/// The first dissipative term whose force changes with positions in a way that is not known.
+fn obstacle_among_dissipation(simulation: &mut Simulation) -> Option<(String, &'static str)> {
     let (x, zero) = (simulation.state().x().to_vec(), vec![0.0; simulation.state().x().len()]);
     let mut y = zero.clone();
     let mut terms = simulation.system_mut().dissipation_mut();

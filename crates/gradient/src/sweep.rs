@@ -2,7 +2,9 @@
 
 use pliant::simulation::{Simulation, Snapshot};
 
-use crate::adjoint::{Adjoint, AdjointForces, AdjointPlace, Step, Sums, free_only, has_memory, step_back};
+use crate::adjoint::{
+    Adjoint, AdjointForces, AdjointPlace, HeldStart, Step, Sums, add_scaled, free_only, has_memory, step_back,
+};
 use crate::checkpoints::split;
 use crate::loss::{Loss, LossFrame};
 use crate::parameter::{HeldUse, Parameter, StateUse};
@@ -213,9 +215,16 @@ impl<'a> Sweep<'a> {
             is_first: record.moment.as_ref().map_or(step == self.first, |moment| !moment.remembers()),
         };
         self.sums.step = step - self.first;
-        let mut forces = AdjointForces { system: self.simulation.system_mut(), sums: &mut self.sums };
+        let held = support::holds_start(self.simulation).then(|| HeldStart::new(&record.x));
+        let mut forces = AdjointForces { system: self.simulation.system_mut(), sums: &mut self.sums, held };
         let singular = |_| GradientError::Singular { step: step + 1, time: time + h };
         step_back(&method, &mut forces, &taken, &mut self.adjoint).map_err(singular)?;
+        if let Some(HeldStart { x_bar, .. }) = forces.held {
+            let (system, still) = (self.simulation.system(), vec![0.0; x_bar.len()]);
+            let SweepRecord { x, v, .. } = record;
+            self.sums.add_held(&HeldUse { system, time, x, v, x_bar: &x_bar, v_bar: &still });
+            add_scaled(&mut self.adjoint.x, 1.0, &x_bar);
+        }
         if !self.adjoint.is_finite() {
             return Err(GradientError::Overflow { step, time, growth: self.growth(time) });
         }

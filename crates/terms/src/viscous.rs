@@ -69,12 +69,28 @@ pub fn viscous_cells(
     kind: &CellKind,
     set: &ViscousSet<'_>,
 ) -> Box<dyn DissipativeTerm> {
-    kind.visit(ViscousCellsMaker { viscosity, set })
+    kind.visit(ViscousCellsMaker { viscosity, about: None, set })
+}
+
+/// The change of the dissipation of cells of the viscosity `about` with a parameter, by which that changes by
+/// `viscosity`. From none at all it is the dissipation of cells of that.
+///
+/// # Panics
+/// If the cells are not whole ones.
+pub fn change_of_viscous_cells(
+    viscosity: Viscosity,
+    about: Viscosity,
+    kind: &CellKind,
+    set: &ViscousSet<'_>,
+) -> Box<dyn DissipativeTerm> {
+    let about = (about != Viscosity::default()).then_some(about);
+    kind.visit(ViscousCellsMaker { viscosity, about, set })
 }
 
 /// Maker of the viscosity of cells of whatever kind is visited.
 struct ViscousCellsMaker<'a> {
     viscosity: Viscosity,
+    about: Option<Viscosity>,
     set: &'a ViscousSet<'a>,
 }
 
@@ -83,6 +99,10 @@ impl CellVisitor for ViscousCellsMaker<'_> {
 
     fn visit<const D: usize, const N: usize>(self, cell: &'static Isoparametric<D, N>) -> Self::Output {
         let ViscousSet { body, cells, rest, .. } = *self.set;
-        Box::new(StrainRate::cells(body, self.viscosity, cell, whole_cells(cells), rest))
+        let cells = StrainRate::cells(body, self.viscosity, cell, whole_cells(cells), rest);
+        Box::new(match self.about {
+            Some(about) => cells.as_change_of(about, rest),
+            None => cells,
+        })
     }
 }

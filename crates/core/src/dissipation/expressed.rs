@@ -10,7 +10,7 @@ use crate::energy::elastic::points_of;
 use crate::energy::measure::{Length, MeasuredStencils, ScalarStrain, StencilConstants, gather, scatter};
 use crate::energy::patch::{Patch, Scratch, Workspace};
 use crate::energy::{Fault, Stencils};
-use crate::expression::{ExpressionError, Formula, Graph, NodeId, Program};
+use crate::expression::{ExpressionError, Formula, FormulaError, Graph, NodeId, Program};
 use crate::lanes::{Kernel, Lanes, dispatch_compact};
 use crate::scalar::Scalar;
 
@@ -18,17 +18,9 @@ use crate::scalar::Scalar;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum DashpotFormulaError {
-    /// The text is no formula of `rate`, `l`, `l0` and the parameters; places are in bytes of it.
+    /// The text is no formula of `rate`, `l`, `l0` and the parameters.
     #[error(transparent)]
-    Formula(#[from] ExpressionError),
-    /// A parameter that cannot be one.
-    #[error("`{name}` {problem}")]
-    Parameter {
-        /// Its name.
-        name: String,
-        /// The mistake.
-        problem: &'static str,
-    },
+    Formula(#[from] FormulaError),
     /// A number that is not what it has to be.
     #[error("is {value:?} {what} at rate = {rate:?} m/s, l = l0 = {length:?} m")]
     Value {
@@ -77,7 +69,7 @@ impl DashpotPrograms {
         formula: &Formula,
         parameters: &[(&str, f64)],
         by: Option<usize>,
-    ) -> Result<Self, ExpressionError> {
+    ) -> Result<Self, FormulaError> {
         let (mut graph, last) = (Graph::default(), VARIABLES.len() as u16);
         let mut values: Vec<NodeId> = (0..last).map(|variable| graph.variable(variable)).collect();
         for (index, (_, value)) in parameters.iter().enumerate() {
@@ -124,11 +116,6 @@ impl DashpotPrograms {
     }
 }
 
-/// Names in a formula of these parameters.
-fn names<'n>(parameters: &[(&'n str, f64)]) -> Vec<&'n str> {
-    VARIABLES.into_iter().chain(parameters.iter().map(|(name, _)| *name)).collect()
-}
-
 /// Names of the variables, in the order of the inputs of programs.
 const VARIABLES: [&str; 3] = ["rate", "l", "l0"];
 /// Parts of the slowest power of the list that are rounding.
@@ -142,22 +129,7 @@ impl DashpotFormula {
     /// # Errors
     /// [`DashpotFormulaError`]: the text is no formula, or a parameter cannot be one.
     pub fn new(text: &str, parameters: &[(&str, f64)]) -> Result<DashpotFormula, DashpotFormulaError> {
-        let wrong =
-            |name: &str, problem| Err(DashpotFormulaError::Parameter { name: name.to_owned(), problem });
-        for (name, value) in parameters {
-            if *name == "pi" || VARIABLES.contains(name) {
-                return wrong(name, "has a meaning of its own in the formula: choose another name");
-            }
-            if !value.is_finite() {
-                return wrong(name, "must be a finite number");
-            }
-        }
-        let formula = Formula::parse(text, &names(parameters))?;
-        for (index, (name, _)) in parameters.iter().enumerate() {
-            if !formula.has(VARIABLES.len() + index) {
-                return wrong(name, "is not in the formula: remove it, or use it there");
-            }
-        }
+        let formula = Formula::with_parameters(text, &VARIABLES, parameters)?;
         let own = |(name, value): &(&str, f64)| ((*name).to_owned(), *value);
         Ok(DashpotFormula {
             programs: Arc::new(DashpotPrograms::new(text, &formula, parameters, None)?),
@@ -172,7 +144,7 @@ impl DashpotFormula {
         let by = self.parameters.iter().position(|(name, _)| name == parameter)?;
         let parameters: Vec<(&str, f64)> =
             self.parameters.iter().map(|(name, value)| (name.as_str(), *value)).collect();
-        let formula = Formula::parse(&self.text, &names(&parameters)).ok()?;
+        let formula = Formula::with_parameters(&self.text, &VARIABLES, &parameters).ok()?;
         let programs = DashpotPrograms::new(&self.text, &formula, &parameters, Some(by)).ok()?;
         Some(DashpotFormula { programs: Arc::new(programs), ..self.clone() })
     }

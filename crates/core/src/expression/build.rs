@@ -3,7 +3,7 @@
 use super::function::Function;
 use super::graph::{Graph, NodeId};
 use super::parse::{self, PlacedOperation};
-use super::{ExpressionError, Operation};
+use super::{ExpressionError, FormulaError, Operation};
 
 /// A formula of names that its reader chooses, as it was written, not yet a [`Graph`].
 #[derive(Clone, Debug)]
@@ -28,6 +28,34 @@ impl Formula {
             error => error,
         })?;
         Ok(Formula { steps })
+    }
+
+    /// Reads a formula of `variables` and of `parameters`, in this order.
+    ///
+    /// # Errors
+    /// As [`parse`](Self::parse), and where a parameter has the name of something else, is not finite, or is not
+    /// in the formula.
+    pub(crate) fn with_parameters(
+        text: &str,
+        variables: &[&str],
+        parameters: &[(&str, f64)],
+    ) -> Result<Formula, FormulaError> {
+        let wrong = |name: &str, problem| Err(FormulaError::Parameter { name: name.to_owned(), problem });
+        for (name, value) in parameters {
+            if *name == "pi" || variables.contains(name) {
+                return wrong(name, "has a meaning of its own in the formula: choose another name");
+            }
+            if !value.is_finite() {
+                return wrong(name, "must be a finite number");
+            }
+        }
+        let of_parameters = parameters.iter().map(|(name, _)| *name);
+        let names: Vec<&str> = variables.iter().copied().chain(of_parameters).collect();
+        let formula = Formula::parse(text, &names)?;
+        match parameters.iter().enumerate().find(|(index, _)| !formula.has(variables.len() + index)) {
+            Some((_, (name, _))) => wrong(name, "is not in the formula: remove it, or use it there"),
+            None => Ok(formula),
+        }
     }
 
     /// True if the name of this index is in it.

@@ -99,3 +99,20 @@ impl ExpressionError {
         }
     }
 }
+
+/// A text is no formula of its variables and of parameters with values.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum FormulaError {
+    /// The text is none; places are in bytes of it.
+    #[error(transparent)]
+    Text(#[from] ExpressionError),
+    /// A parameter that cannot be one.
+    #[error("`{name}` {problem}")]
+    Parameter {
+        /// Its name.
+        name: String,
+        /// The mistake.
+        problem: &'static str,
+    },
+}

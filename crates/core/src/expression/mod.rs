@@ -25,7 +25,7 @@ mod tests;
 use std::fmt;
 
 pub(crate) use build::Formula;
-pub use error::ExpressionError;
+pub use error::{ExpressionError, FormulaError};
 use function::Function;
 pub use function::signatures;
 use given::GivenNumber;

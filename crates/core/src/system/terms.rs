@@ -155,9 +155,17 @@ impl System {
         any
     }
 
-    /// How often a solve may renew what dissipative terms hold; `None` where none takes anything from
-    /// positions.
-    pub(crate) fn most_renewals(&mut self) -> Option<u32> {
+    /// Makes dissipative terms hold what they take from the positions `x`, flat [m], until
+    /// [`thaw`](Self::thaw), as solves do that [renew it once](Self::most_renewals); their blocks are then
+    /// exact at velocities `v`, flat [m/s], and their forces do not depend on positions.
+    pub fn freeze_at(&mut self, x: &[f64], v: &[f64]) {
+        self.freeze(x);
+        self.follow(v, &vec![0.0; v.len()]);
+    }
+
+    /// How often a solve may take what dissipative terms hold from positions: once is from those at the start
+    /// of its step. `None` where no term takes anything from positions.
+    pub fn most_renewals(&mut self) -> Option<u32> {
         self.dissipation.iter_mut().filter_map(|term| Some(term.frozen()?.most_renewals())).max()
     }
 
@@ -185,8 +193,8 @@ impl System {
         self.dissipation.iter_mut().filter_map(|term| term.frozen()).for_each(|term| term.follow(v, dv));
     }
 
-    /// Ends that.
-    pub(crate) fn thaw(&mut self) {
+    /// Ends that: dissipative terms take from positions what they are asked about.
+    pub fn thaw(&mut self) {
         self.dissipation.iter_mut().filter_map(|term| term.frozen()).for_each(|term| term.thaw());
     }
 

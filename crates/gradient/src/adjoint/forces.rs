@@ -2,7 +2,7 @@
 
 use pliant::system::System;
 
-use super::{AdjointPlace, Singular};
+use super::{AdjointPlace, Singular, add_scaled};
 use crate::linear::{Coefficients, CorrectedSolver, Products};
 use crate::parameter::{ForceUse, HeldUse, Parameter, StateUse};
 use crate::parts::ForceParts;
@@ -60,6 +60,23 @@ impl Sums<'_> {
 pub(crate) struct AdjointForces<'a, 'b> {
     pub(crate) system: &'a mut System,
     pub(crate) sums: &'a mut Sums<'b>,
+    pub(crate) held: Option<HeldStart<'a>>,
+}
+
+/// The start of a step whose solves hold what dissipative terms take from positions as it is there, see
+/// [`System::freeze_at`].
+pub(crate) struct HeldStart<'a> {
+    /// Its positions, flat.
+    x: &'a [f64],
+    /// Derivatives by them, through what is held.
+    pub(crate) x_bar: Vec<f64>,
+}
+
+impl<'a> HeldStart<'a> {
+    /// At positions `x`, flat; of no derivative yet.
+    pub(crate) fn new(x: &'a [f64]) -> Self {
+        HeldStart { x, x_bar: vec![0.0; x.len()] }
+    }
 }
 
 /// Derivatives by the positions and velocities of a place.
@@ -102,17 +119,32 @@ impl AdjointForces<'_, '_> {
         right: &mut [f64],
         bars: Bars<'_>,
     ) -> Result<(), Singular> {
+        if let Some(start) = &self.held {
+            self.system.freeze_at(start.x, at.v);
+        }
         let Sums { p, products, solver, .. } = &mut *self.sums;
         self.system.set_time(at.time);
-        if !solver.solve(self.system, (at.x, at.v), coefficients, right, p, products) {
-            return Err(Singular);
+        let is_solved = solver.solve(self.system, (at.x, at.v), coefficients, right, p, products);
+        if is_solved {
+            let d = self.system.dimension();
+            for (i, right) in right.iter_mut().enumerate() {
+                *right = self.system.mass()[i / d] * p[i];
+            }
+            self.pass_on(at, bars);
         }
-        let d = self.system.dimension();
-        for (i, right) in right.iter_mut().enumerate() {
-            *right = self.system.mass()[i / d] * p[i];
+        self.release(at.v);
+        if is_solved { Ok(()) } else { Err(Singular) }
+    }
+
+    /// Lets go of what is held of the start of the step, and passes the derivatives on to its positions.
+    fn release(&mut self, v: &[f64]) {
+        let Some(HeldStart { x, x_bar }) = &mut self.held else { return };
+        self.system.thaw();
+        let (p, mut product) = (&self.sums.p, vec![0.0; x.len()]);
+        for term in self.system.dissipation_mut().filter(|term| term.changing().is_some()) {
+            term.add_position_product(x, v, p, &mut product);
         }
-        self.pass_on(at, bars);
-        Ok(())
+        add_scaled(x_bar, -1.0, &product);
     }
 
     /// Subtracts the products with `p` from the derivatives, and lets parameters add what this use of the

@@ -17,7 +17,7 @@ use pliant::integrator::{Method, Scheme, bdf2::Bdf2Start, implicit_euler, tr_bdf
 use pliant::system::System;
 
 use forces::Bars;
-pub(crate) use forces::{AdjointForces, Sums};
+pub(crate) use forces::{AdjointForces, HeldStart, Sums};
 
 /// One step as it was taken, vertices in the order of the simulation.
 pub(crate) struct Step<'a> {
@@ -79,7 +79,8 @@ impl Adjoint {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Singular;
 
-/// Takes `adjoint` from the end of a step by `method` to its beginning.
+/// Takes `adjoint` from the end of a step by `method` to its beginning. What solves hold of its start is left
+/// with the `forces`.
 pub(crate) fn step_back(
     method: &Method,
     forces: &mut AdjointForces<'_, '_>,

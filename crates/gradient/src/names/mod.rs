@@ -10,6 +10,7 @@ mod terms;
 
 use std::borrow::Cow;
 
+use pliant::dissipation::Viscosity;
 use pliant::material::MaterialSpec;
 use pliant::numbering::Numbering;
 use pliant::topology::{BodyKind, BodyTopology, Topology};
@@ -142,10 +143,13 @@ fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<Cow<'static, 
     };
     let mut keys: Vec<&str> = by_mass.into_iter().filter(|_| has_weight).collect();
     let mut of_formula = vec![];
-    let known = is_plain_solid(spec, body) && (body.blocks.is_empty() || !is_viscous(spec));
-    if let Some(material) = spec.elastic.as_ref().filter(|_| known) {
-        let viscous = is_viscous(spec);
-        let linear = has_linear_elements(body) && !viscous;
+    let is_plain = is_plain_solid(spec, body);
+    if let Some(material) = spec.elastic.as_ref().filter(|_| is_plain) {
+        // No viscosity that follows from the material.
+        let has_own_viscosity = spec.damping.as_ref().is_none_or(|damping| {
+            damping.proportional_viscosity(material, material.plane()) == Viscosity::default()
+        });
+        let linear = has_linear_elements(body) && has_own_viscosity;
         let each = |key, of_element| [key].into_iter().chain(linear.then_some(of_element));
         if young(material).is_some() {
             keys.extend(each("elastic.young", "elastic.young_per_element"));
@@ -155,26 +159,28 @@ fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<Cow<'static, 
             let each_or_all = each("elastic.poisson", "elastic.poisson_per_element");
             keys.extend(each_or_all.take(if spec.elastic_factor.is_some() { 1 } else { 2 }));
         }
-        if let (MaterialSpec::ExpressedEnergy(energy), false) = (material, viscous) {
+        if let (MaterialSpec::ExpressedEnergy(energy), true) = (material, has_own_viscosity) {
             of_formula.extend(energy.parameters().keys().map(|name| format!("{OF_FORMULA}{name}").into()));
         }
         let is_even = spec.elastic_factor.is_none() && spec.springs.is_none() && spec.bending.is_none();
-        if linear && is_even && !is_static && !is_at_rest_elsewhere(scene, spec) {
+        if linear && is_even && !is_static && !is_viscous(spec) && !is_at_rest_elsewhere(scene, spec) {
             keys.push("rest");
         }
     }
-    if let (Some(damping), true) = (&spec.damping, known) {
-        keys.extend(damping.mass_proportional.map(|_| "damping.mass_proportional"));
+    let by_masses = spec.damping.as_ref().and_then(|damping| damping.mass_proportional);
+    keys.extend(by_masses.map(|_| "damping.mass_proportional"));
+    if let (Some(damping), true) = (&spec.damping, is_plain) {
+        let Viscosity { shear, second } = damping.strain_rate_viscosity();
+        // Of cells that are viscous to changes of volume alone the stiffness in bending has a kink.
+        let has_kink = !body.blocks.is_empty() && shear == 0.0 && second != 0.0;
         // That of springs and of hinges goes by their stiffness.
         let of_elements = damping.stiffness_proportional.filter(|_| spec.springs.is_none());
-        let of_elements = of_elements.filter(|_| spec.bending.is_none());
+        let of_elements = of_elements.filter(|beta| spec.bending.is_none() && !(has_kink && *beta == 0.0));
         keys.extend(of_elements.map(|_| "damping.stiffness_proportional"));
-        keys.extend(
-            damping
-                .strain_rate
-                .iter()
-                .flat_map(|_| ["damping.strain_rate.shear", "damping.strain_rate.second"]),
-        );
+        if damping.strain_rate.is_some() {
+            keys.extend((!has_kink).then_some("damping.strain_rate.shear"));
+            keys.push("damping.strain_rate.second");
+        }
     }
     let dashpot = spec.damping.as_ref().and_then(|damping| damping.dashpot);
     keys.extend(dashpot.filter(|_| spec.springs.is_some()).map(|_| "damping.dashpot"));
@@ -311,6 +317,9 @@ impl Places<'_> {
             _ if key.starts_with(OF_DASHPOTS) => {
                 let dashpots = self.expressed_dashpots(spec, body, key.strip_prefix(OF_DASHPOTS)?)?;
                 Box::new(Modulus::new(vec![], vec![(1.0, dashpots)]))
+            }
+            ("damping.mass_proportional", _) => {
+                Box::new(Modulus::new(vec![], vec![(1.0, self.by_masses(body))]))
             }
             ("damping.dashpot", _) => Box::new(Modulus::new(vec![], vec![(1.0, self.unit_dashpots(body))])),
             _ => return self.of_elements(spec, body, key),

@@ -1,14 +1,13 @@
 //! Terms of a body with other constants.
 
-use pliant::dissipation::{AtRest, DissipativeTerm, MassProportional, StrainRate, Viscosity};
+use pliant::dissipation::{AtRest, DissipativeTerm, MassProportional, Viscosity};
 use pliant::element::CellBlock;
 use pliant::energy::EnergyTerm;
-use pliant::energy::elastic::points_of;
 use pliant::energy::measure::StencilConstants;
-use pliant::material::{Lame, MaterialSpec};
+use pliant::material::{MaterialSpec, Plane};
 use pliant::topology::BodyTopology;
-use pliant_scene::{Body, OneOrMany};
-use pliant_terms::ElementSet;
+use pliant_scene::{Body, DampingSpec, OneOrMany};
+use pliant_terms::{ElementSet, ViscousSet};
 
 use super::materials::{isotropic, rates_by_poisson, young};
 use super::{Places, has_linear_elements};
@@ -23,25 +22,32 @@ impl Places<'_> {
         key: &str,
     ) -> Option<Vec<(f64, Box<dyn DissipativeTerm>)>> {
         let Some(damping) = &spec.damping else { return Some(vec![]) };
-        let beta = damping.stiffness_proportional.unwrap_or(0.0);
-        let Lame { lambda, mu } =
-            material.lame().filter(|_| beta != 0.0).unwrap_or(Lame { lambda: 0.0, mu: 0.0 });
-        let proportional = |factor: f64, shear: f64, second: f64| {
-            let term = self.viscous(Viscosity { shear, second }, body);
-            (factor, self.about(material, term))
+        let (rate, plane) = (damping.strain_rate_viscosity(), material.plane());
+        let proportional = damping.proportional_viscosity(material, plane);
+        // That of the material `linear` stays at rest, and is a term of its own.
+        let is_apart = matches!(material, MaterialSpec::Linear(_));
+        let whole = rate.plus(proportional);
+        let of_rate = |shear, second| {
+            let about = if is_apart { rate } else { whole };
+            vec![(1.0, self.viscous(Viscosity { shear, second }, about, body))]
         };
-        let viscous = |shear, second| (1.0, self.viscous(Viscosity { shear, second }, body));
+        let of_stiffness = |factor, change| {
+            let term = self.viscous(change, if is_apart { proportional } else { whole }, body);
+            vec![(factor, self.about(material, term))]
+        };
         Some(match key {
-            "damping.mass_proportional" => vec![(1.0, self.by_masses(body))],
-            "damping.strain_rate.shear" => vec![viscous(1.0, 0.0)],
-            "damping.strain_rate.second" => vec![viscous(0.0, 1.0)],
-            "damping.stiffness_proportional" => vec![proportional(1.0 / beta, beta * mu, beta * lambda)],
-            _ if beta == 0.0 => vec![],
-            "elastic.young" => vec![proportional(1.0 / young(material)?, beta * mu, beta * lambda)],
+            "damping.strain_rate.shear" => of_rate(1.0, 0.0),
+            "damping.strain_rate.second" => of_rate(0.0, 1.0),
+            "damping.stiffness_proportional" => {
+                let of_second = DampingSpec { stiffness_proportional: Some(1.0), ..damping.clone() };
+                of_stiffness(1.0, of_second.proportional_viscosity(material, plane))
+            }
+            _ if proportional == Viscosity::default() => vec![],
+            "elastic.young" => of_stiffness(1.0 / young(material)?, proportional),
             _ => {
-                let (solid, _) = isotropic(material)?;
-                let (mu_rate, lambda_rate) = rates_by_poisson(&solid, false);
-                vec![proportional(1.0, beta * mu_rate, beta * lambda_rate)]
+                let in_plane_stress = self.topology.dimension == 2 && plane == Some(Plane::Stress);
+                let (shear, second) = rates_by_poisson(&isotropic(material)?.0, in_plane_stress);
+                of_stiffness(damping.stiffness_proportional?, Viscosity { shear, second })
             }
         })
     }
@@ -73,7 +79,7 @@ impl Places<'_> {
     }
 
     /// Damping of all masses of a body at the rate 1/s.
-    fn by_masses(&self, body: &BodyTopology) -> Box<dyn DissipativeTerm> {
+    pub(super) fn by_masses(&self, body: &BodyTopology) -> Box<dyn DissipativeTerm> {
         // Bodies keep their ranges, in whatever order their vertices are.
         let vertices = body.vertices.start as usize..body.vertices.end as usize;
         let masses = self.numbering.to_internal(&self.topology.masses, 1)[vertices.clone()].to_vec();
@@ -89,19 +95,14 @@ impl Places<'_> {
         }
     }
 
-    /// Viscous simplices of a body.
-    fn viscous(&self, viscosity: Viscosity, body: &BodyTopology) -> Box<dyn DissipativeTerm> {
-        let rest = self.numbering.to_internal(&self.topology.rest_positions, self.topology.dimension);
-        let (cells, name) = (self.cells(body), &body.name);
-        match (self.topology.dimension, has_linear_elements(body)) {
-            (2, true) => linear_viscosity::<2, 3>(name, viscosity, &cells, &rest),
-            (2, false) => {
-                Box::new(StrainRate::<2, 6, _>::quadratic(name, viscosity, cells.as_chunks().0, &rest))
-            }
-            (_, true) => linear_viscosity::<3, 4>(name, viscosity, &cells, &rest),
-            (_, false) => {
-                Box::new(StrainRate::<3, 10, _>::quadratic(name, viscosity, cells.as_chunks().0, &rest))
-            }
+    /// The change of the dissipation of elements of a body, of the viscosity `about` that changes by `change`.
+    fn viscous(&self, change: Viscosity, about: Viscosity, body: &BodyTopology) -> Box<dyn DissipativeTerm> {
+        let (cells, rest, dimension) = (self.cells(body), self.rest(), self.topology.dimension);
+        let set = ViscousSet { body: &body.name, dimension, cells: &cells, rest: &rest };
+        match body.blocks.first() {
+            Some(block) => pliant_terms::change_of_viscous_cells(change, about, block.kind, &set),
+            None if has_linear_elements(body) => pliant_terms::viscous_linear(change, &set),
+            None => pliant_terms::viscous_quadratic(change, &set),
         }
     }
 
@@ -155,17 +156,6 @@ impl Places<'_> {
         };
         cells.into_iter().map(|vertex| self.numbering.internal(vertex)).collect()
     }
-}
-
-/// Viscous triangles in the plane or tetrahedra in space.
-fn linear_viscosity<const D: usize, const N: usize>(
-    name: &str,
-    viscosity: Viscosity,
-    cells: &[u32],
-    rest: &[f64],
-) -> Box<dyn DissipativeTerm> {
-    let shape = |element: &[u32; N]| points_of::<D, N>(rest, element);
-    Box::new(StrainRate::<D, N, _>::linear(name, viscosity, cells.as_chunks().0, rest, shape))
 }
 
 /// Corners and middles of each cell; of middles there are none, or as many rows.

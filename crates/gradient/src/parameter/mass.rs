@@ -105,7 +105,8 @@ impl Parameter for BodyDensity {
     }
 }
 
-/// BodyDensity of a body in statics [kg/m^3], where it has weight and no inertia.
+/// BodyDensity of a body in statics [kg/m^3], where it has weight and no inertia: `m g` and what damping in
+/// proportion to masses resists, `-alpha m v`, are in proportion to it.
 #[derive(Clone, Debug)]
 pub struct WeightDensity {
     of: BodyDensity,
@@ -126,23 +127,29 @@ impl Parameter for WeightDensity {
     }
 
     fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
-        let d = of.system.dimension();
-        for vertex in &self.of.vertices {
-            let weight = of.system.mass()[*vertex as usize] / self.of.density * change[0];
-            let row = &mut force[*vertex as usize * d..][..d];
-            row.iter_mut().zip(&self.gravity).for_each(|(force, g)| *force += weight * g);
+        for i in self.coordinates(of.system) {
+            force[i] += self.by_density(of, i) * change[0];
         }
         true
     }
 
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
-        let d = of.system.dimension();
-        let each = |vertex: &u32| {
-            let p = &of.p[*vertex as usize * d..][..d];
-            let along = p.iter().zip(&self.gravity).map(|(p, g)| p * g).sum::<f64>();
-            of.system.mass()[*vertex as usize] / self.of.density * along
-        };
-        derivative[0] += self.of.vertices.iter().map(each).sum::<f64>();
+        derivative[0] += self.coordinates(of.system).map(|i| of.p[i] * self.by_density(of, i)).sum::<f64>();
+    }
+}
+
+impl WeightDensity {
+    fn coordinates(&self, system: &System) -> impl Iterator<Item = usize> {
+        let d = system.dimension();
+        self.of.vertices.iter().flat_map(move |vertex| *vertex as usize * d..(*vertex as usize + 1) * d)
+    }
+
+    /// Derivative of the force along a coordinate.
+    fn by_density(&self, of: &ForceUse<'_>, i: usize) -> f64 {
+        let (vertex, axis) = (i / of.system.dimension(), i % of.system.dimension());
+        let damping = of.system.dissipation().iter().filter(|term| term.scales_with_mass());
+        let drag: f64 = damping.map(|term| term.drag(vertex)).sum();
+        (of.system.mass()[vertex] * self.gravity[axis] - drag * of.v[i]) / self.of.density
     }
 }
 

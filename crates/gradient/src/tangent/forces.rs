@@ -2,7 +2,7 @@
 
 use pliant::system::System;
 
-use crate::adjoint::{AdjointPlace, Singular};
+use crate::adjoint::{AdjointPlace, Singular, add_scaled};
 use crate::linear::{Coefficients, CorrectedSolver, Products};
 use crate::parameter::{ForceUse, Parameter};
 use crate::parts::ForceParts;
@@ -15,6 +15,9 @@ pub(super) struct TangentForces<'p> {
     parts: ForceParts,
     /// Steps of the run before the one that is taken.
     pub(super) step: u64,
+    /// The positions of the start of the step and their change, where its solves hold what dissipative terms
+    /// take from positions as it is there, see [`System::freeze_at`].
+    pub(super) held: Option<[Vec<f64>; 2]>,
     /// A parameter whose change of forces is not known.
     pub(super) unknown: Option<usize>,
     solver: CorrectedSolver,
@@ -36,6 +39,7 @@ impl<'p> TangentForces<'p> {
             parameters,
             changes,
             step: 0,
+            held: None,
             unknown: None,
             solver: CorrectedSolver::new(dimension),
             products: Products::forth(unknowns),
@@ -66,6 +70,27 @@ impl<'p> TangentForces<'p> {
         let mut force: Vec<f64> = (0..x.len()).map(change).collect();
         self.add_parameters(system, at, &mut force);
         self.keep_free(system, &mut force);
+        force
+    }
+
+    /// The same of a force that is solved for.
+    pub(super) fn solved_force(
+        &mut self,
+        system: &mut System,
+        at: AdjointPlace<'_>,
+        by: (&[f64], &[f64]),
+    ) -> Vec<f64> {
+        let Some([start, change]) = self.held.take() else { return self.force(system, at, by) };
+        system.freeze_at(&start, at.v);
+        let mut force = self.force(system, at, by);
+        system.thaw();
+        let mut of_start = vec![0.0; force.len()];
+        for term in system.dissipation_mut().filter(|term| term.changing().is_some()) {
+            term.add_position_change(&start, at.v, &change, &mut of_start);
+        }
+        add_scaled(&mut force, -1.0, &of_start);
+        self.keep_free(system, &mut force);
+        self.held = Some([start, change]);
         force
     }
 
@@ -120,10 +145,13 @@ impl<'p> TangentForces<'p> {
     ) -> Result<Vec<f64>, Singular> {
         let mut p = vec![0.0; right.len()];
         system.set_time(at.time);
-        match self.solver.solve(system, (at.x, at.v), coefficients, right, &mut p, &mut self.products) {
-            true => Ok(p),
-            false => Err(Singular),
+        if let Some([start, _]) = &self.held {
+            system.freeze_at(start, at.v);
         }
+        let is_solved =
+            self.solver.solve(system, (at.x, at.v), coefficients, right, &mut p, &mut self.products);
+        system.thaw();
+        if is_solved { Ok(p) } else { Err(Singular) }
     }
 
     /// Makes held components zero.

@@ -140,7 +140,7 @@ fn runge_kutta(
             forces.acceleration(system, at, (&x, &v))
         } else {
             add_scaled(&mut x, g, &v);
-            let right = forces.force(system, at, (&x, &v));
+            let right = forces.solved_force(system, at, (&x, &v));
             let coefficients = Coefficients { inertia: 1.0 + g * drag, damping: g, stiffness: g * g };
             forces.solve(system, at, coefficients, &right)?
         };
@@ -178,7 +178,7 @@ fn alpha(
     system.prescribe(time, &mut at_x, &mut at_v);
     let at = AdjointPlace { time, x: &at_x, v: &at_v };
     let (part_x, part_v) = (sum(&[(new_f, &known_x), (alpha_f, x)]), sum(&[(new_f, &known_v), (alpha_f, v)]));
-    let mut right = forces.force(system, at, (&part_x, &part_v));
+    let mut right = forces.solved_force(system, at, (&part_x, &part_v));
     for (i, right) in right.iter_mut().enumerate() {
         *right -= alpha_m * system.mass()[i / d] * a[i];
     }
@@ -205,7 +205,7 @@ fn bdf2(
     let known_v = sum(&[(4.0 / 3.0, v), (-1.0 / 3.0, &older[1])]);
     let at = AdjointPlace { time: step.from.time + step.h, x: step.x, v: step.v };
     let foreseen = sum(&[(1.0, &known_x), (g, &known_v)]);
-    let right = forces.force(system, at, (&foreseen, &known_v));
+    let right = forces.solved_force(system, at, (&foreseen, &known_v));
     let coefficients = Coefficients { inertia: 1.0 + g * drag, damping: g, stiffness: g * g };
     let a = forces.solve(system, at, coefficients, &right)?;
     *v = sum(&[(1.0, &known_v), (g, &a)]);
@@ -225,7 +225,7 @@ fn statics(
     v.fill(0.0);
     let way = velocities(system, step);
     let at = AdjointPlace { time: step.from.time + step.h, x: step.x, v: &way };
-    let right = forces.force(system, at, (x, v));
+    let right = forces.solved_force(system, at, (x, v));
     let moved = forces.solve(system, at, coefficients(step.h), &right)?;
     add_scaled(x, 1.0, &moved);
     Ok(())

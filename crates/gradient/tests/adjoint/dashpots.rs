@@ -33,6 +33,14 @@ fn chain(scheme: &str, stiffness: f64, damping: &str, further: &str) -> Scene {
 }
 
 #[test]
+fn the_rate_of_damping_by_masses_has_a_derivative_of_springs_too() {
+    for scheme in ["velocity-verlet", "implicit-euler"] {
+        let of_rate = |alpha: f64| chain(scheme, 60.0, &format!("mass_proportional = {alpha:?}"), "");
+        compare_number(scheme, of_rate, ("body.chain.damping.mass_proportional", 1.5, 1.5), (30, 1e-7));
+    }
+}
+
+#[test]
 fn damped_springs_and_joints_have_derivatives() {
     for scheme in ["symplectic-euler", "velocity-verlet", "rk4", "implicit-euler", "bdf2", "gauss2"] {
         let both = "dashpot = 0.8, stiffness_proportional = 0.004";

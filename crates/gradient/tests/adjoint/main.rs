@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a panic is what a test fails by")]
 
 mod by_parameters;
+mod cells;
 mod chain;
 mod contact;
 mod dashpots;
@@ -10,6 +11,7 @@ mod differences;
 mod each_step;
 mod fit;
 mod frequencies;
+mod hessians;
 mod kepler;
 mod loads;
 mod muscle;

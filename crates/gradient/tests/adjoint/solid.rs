@@ -8,6 +8,7 @@ use pliant_scene::Scene;
 use pliant_scene::assembly::UnstableStep;
 use serde_json::Value;
 
+use crate::differences::compare_number;
 use crate::support::{case, compare, method, numbers};
 
 /// Rows of `width` numbers, as a scene has them.
@@ -324,6 +325,69 @@ fn numbers_of_a_formula_have_the_derivatives_of_the_model() {
             }
         }
     }
+}
+
+// Viscosities that are given do not depend on the material: its numbers are parameters as they are without.
+#[test]
+fn numbers_of_a_material_have_derivatives_beside_viscosities() {
+    let body = "damping = { strain_rate = { shear = 20.0, second = 10.0 } }";
+    let viscous = || {
+        let further = Further { body, ..Further::default() };
+        scene(&case("beam")["setup"], "neo-hookean", "implicit-euler", 20, further)
+    };
+    let (mut simulation, topology) = assembled(&viscous());
+    let keys = ["young", "young_per_element", "poisson", "poisson_per_element"];
+    let keys = keys.map(|key| format!("body.beam.elastic.{key}"));
+    let mut selection =
+        ParameterSelection::new(&viscous(), &topology, simulation.numbering(), &keys).unwrap();
+    let mut loss = loss("tip_y", 20, 2, 7);
+    let found = gradient(&mut simulation, 20, &mut loss, selection.parameters(), UNLIMITED).unwrap();
+    let parts = selection.parts(&found);
+    for whole in [0, 2] {
+        let sum: f64 = parts[whole + 1].iter().sum();
+        assert!((sum / parts[whole][0] - 1.0).abs() < 1e-12, "{}: {sum:e}, {:?}", keys[whole], parts[whole]);
+    }
+    let psi = "mu/2*(I1 - 3 - 2*log(J)) + lambda/2*log(J)^2";
+    let of_formula = |mu: f64| {
+        let mut scene = viscous();
+        let formula = EnergyExpression::new(psi, [("mu", mu), ("lambda", 4e4)], &[]);
+        scene.body[0].elastic = Some(MaterialSpec::ExpressedEnergy(formula));
+        scene
+    };
+    compare_number("formula", of_formula, ("body.beam.elastic.parameters.mu", 2e4, 2e4), (20, 1e-7));
+}
+
+// The second viscosity of a sheet that is free to change its thickness is not that of plane strain.
+#[test]
+fn viscosity_in_plane_stress_has_derivatives() {
+    let of = |young: f64, poisson: f64, beta: f64| {
+        let mut sheet = scene(&case("beam")["setup"], "linear", "implicit-euler", 20, Further::default());
+        let material =
+            serde_json::json!({ "linear": { "young": young, "poisson": poisson, "plane": "stress" } });
+        sheet.body[0].elastic = Some(serde_json::from_value(material).unwrap());
+        let damping = serde_json::json!({ "stiffness_proportional": beta });
+        sheet.body[0].damping = Some(serde_json::from_value(damping).unwrap());
+        sheet
+    };
+    let key = |key: &str| format!("body.beam.{key}");
+    let young = |young| of(young, 0.35, 0.02);
+    compare_number("sheet", young, (&key("elastic.young"), 5e4, 5e4), (20, 1e-7));
+    let poisson = |poisson| of(5e4, poisson, 0.02);
+    compare_number("sheet", poisson, (&key("elastic.poisson"), 0.35, 0.1), (20, 1e-7));
+    let beta = |beta| of(5e4, 0.35, beta);
+    compare_number("sheet", beta, (&key("damping.stiffness_proportional"), 0.02, 0.02), (20, 1e-7));
+    // Of none it is that of next to none.
+    let [none, next] = [0.0, 1e-7].map(|beta| {
+        let sheet = of(5e4, 0.35, beta);
+        let (mut simulation, topology) = assembled(&sheet);
+        let name = [key("damping.stiffness_proportional")];
+        let mut selection =
+            ParameterSelection::new(&sheet, &topology, simulation.numbering(), &name).unwrap();
+        let mut loss = loss("tip_y", 20, 2, 7);
+        let found = gradient(&mut simulation, 20, &mut loss, selection.parameters(), UNLIMITED).unwrap();
+        selection.parts(&found)[0][0]
+    });
+    assert!((none / next - 1.0).abs() < 1e-4, "{none:e}, {next:e}");
 }
 
 // Sums are in fixed order, and what threads share has the same bits.

@@ -23,7 +23,7 @@ from .actions import ForceAction, FunctionAction, PinAction, ValueAction
 from .batch import Outcome, combinations, rollout, sweep
 from .catalogue import catalogue
 from .environments import VectorEnvironment, vector
-from .gradients import FrequencyGradient, Gradient, WallEvent
+from .gradients import FrequencyGradient, Gradient, HessianProduct, WallEvent
 from .material import Material
 from .reports import Stability, StabilityMap, Stress, Study, stability, stress, study
 from .tables import Table
@@ -38,6 +38,7 @@ __all__ = [
     "FrequencyGradient",
     "FunctionAction",
     "Gradient",
+    "HessianProduct",
     "LiveView",
     "Material",
     "Modes",

@@ -8,7 +8,7 @@ import numpy.typing as npt
 from scipy.sparse import csr_array
 
 from ._run import Summary
-from .gradients import FrequencyGradient, Gradient
+from .gradients import FrequencyGradient, Gradient, HessianProduct
 from .material import Material
 from .view import LiveView, View
 
@@ -205,6 +205,15 @@ class Simulation:
         steps: int | None = None,
         memory: int | None = None,
     ) -> Gradient: ...
+    def hessian_product(
+        self,
+        loss: Callable[[Frame], tuple[Any, ...] | None],
+        direction: dict[str, npt.ArrayLike],
+        *,
+        steps: int | None = None,
+        memory: int | None = None,
+        reach: float = 1e-2,
+    ) -> HessianProduct: ...
     def frequency_gradient(self, with_respect_to: Sequence[str], count: int = 1) -> FrequencyGradient: ...
     def gradient_names(self) -> list[str]: ...
     @overload

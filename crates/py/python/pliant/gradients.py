@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import numpy.typing as npt
+
+if TYPE_CHECKING:
+    from ._pliant import Frame, Scene, Simulation
 
 
 @dataclass(frozen=True)
@@ -97,3 +101,123 @@ class FrequencyGradient(Mapping[str, "npt.NDArray[Any]"]):
 
     def __len__(self) -> int:
         return len(self.derivatives)
+
+
+@dataclass(frozen=True, eq=False)
+class HessianProduct(Mapping[str, "float | npt.NDArray[Any]"]):
+    """Product of the Hessian of a loss with a direction, by name, found by differences of gradients.
+
+    Attributes
+    ----------
+    value : float
+        ``d . H d`` with the direction ``d``.
+    derivatives : dict of str to float or ndarray
+        The product by each name, of the shapes of the direction.
+    errors : dict of str to float or ndarray
+        Estimates of its errors, likewise, no bounds: what the last extrapolation of each number has changed, or
+        how far smaller changes lead away. Where one is large, the loss is not smooth so far, or steps are solved
+        too coarsely.
+    """
+
+    value: float
+    derivatives: dict[str, float | npt.NDArray[Any]]
+    errors: dict[str, float | npt.NDArray[Any]]
+
+    def __getitem__(self, name: str) -> float | npt.NDArray[Any]:
+        return self.derivatives[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.derivatives)
+
+    def __len__(self) -> int:
+        return len(self.derivatives)
+
+
+class _MovedRuns:
+    """Gradients of a loss over runs whose start and numbers are changed by parts of a direction."""
+
+    def __init__(
+        self,
+        simulation: Simulation,
+        loss: Callable[[Frame], tuple[Any, ...] | None],
+        direction: Mapping[str, npt.ArrayLike],
+        steps: int | None,
+        memory: int | None,
+    ) -> None:
+        self.simulation, self.loss = simulation, loss
+        self.run = {"steps": steps, "memory": memory}
+        self.direction = {name: np.asarray(change, dtype=np.float64) for name, change in direction.items()}
+        known = simulation.gradient_names()
+        for name in self.direction:
+            if name not in known:
+                raise KeyError(f"`{name}` has no derivative; these have one: {', '.join(known)}")
+        scene = simulation.scene
+        # Quantities are numbers there.
+        numbers = type(scene).from_toml(scene.to_toml())
+        self.paths = {name: _path(scene, name) for name in direction if name not in ("position", "velocity")}
+        self.values: dict[str, npt.NDArray[np.float64]] = {
+            name: np.asarray(numbers._value(path), dtype=np.float64) for name, path in self.paths.items()
+        }
+        self.values |= {"position": simulation.positions, "velocity": simulation.velocities}
+        for name, change in self.direction.items():
+            if change.shape != self.values[name].shape:
+                raise ValueError(f"{name} must have shape {self.values[name].shape}; got {change.shape}")
+        parts = [_largest(change) / self._size(name) for name, change in self.direction.items()]
+        #: Length of the direction, in parts of what it changes.
+        self.length = max(parts, default=0.0) or 1.0
+
+    def _size(self, name: str) -> float:
+        """What changes of this name are measured by."""
+        extent = float(np.ptp(self.values["position"], axis=0).max())
+        if name == "position":
+            return extent or 1.0
+        of_values = _largest(self.values[name])
+        if name == "velocity":
+            duration = self.simulation.scene.duration
+            return max(of_values, extent / duration) if duration else of_values or 1.0
+        return of_values or 1.0
+
+    def gradient(self, part: float) -> list[float]:
+        """All derivatives, where the largest change is this part of what it changes."""
+        at = {name: self.values[name] + part / self.length * change for name, change in self.direction.items()}
+        moved = self.simulation.clone()
+        if self.paths:
+            moved.set({path: at[name].tolist() for name, path in self.paths.items()})
+        if "position" in at:
+            moved.positions = at["position"]
+        if "velocity" in at:
+            moved.velocities = at["velocity"]
+        found = moved.gradient(self.loss, list(self.direction), **self.run)
+        rows = [np.ravel(found[name]) for name in self.direction]
+        numbers: list[float] = np.concatenate(rows).tolist() if rows else []
+        return numbers
+
+    def shown(self, product: Sequence[float], errors: Sequence[float]) -> HessianProduct:
+        """The product by name, from that with a direction of length 1."""
+        sizes = [change.size for change in self.direction.values()]
+
+        def by_name(numbers: Sequence[float]) -> dict[str, float | npt.NDArray[Any]]:
+            parts = np.split(self.length * np.asarray(numbers), np.cumsum(sizes)[:-1])
+            shaped = zip(self.direction.items(), parts, strict=True)
+            return {
+                name: part.reshape(change.shape) if change.ndim else float(part[0])
+                for (name, change), part in shaped
+            }
+
+        found = by_name(product)
+        value = sum(float(np.sum(change * found[name])) for name, change in self.direction.items())
+        return HessianProduct(value, found, by_name(errors))
+
+
+def _largest(numbers: npt.NDArray[np.float64]) -> float:
+    """The largest size of any of them."""
+    return float(np.abs(numbers).max(initial=0.0))
+
+
+def _path(scene: Scene, name: str) -> str:
+    """The path of a number in the scene by its name among the derivatives."""
+    from ._differentiable import _may_be_a_key, _path
+
+    if not _may_be_a_key(name):
+        raise KeyError(f"`{name}` is no number of the scene that could be changed")
+    return _path(scene, name)

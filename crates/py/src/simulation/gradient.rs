@@ -5,8 +5,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use numpy::{IntoPyArray, PyArrayMethods};
 use pliant_gradient::{
-    GradientError, Loss, LossCurvature, LossFrame, ParameterSelection, RunDirection, RunGradient, RunTangent,
-    UNLIMITED, WallEvent, frequency_gradient, gauss_newton_product, tangent_along,
+    GradientError, HessianProduct, Loss, LossCurvature, LossFrame, ParameterSelection, RunDirection,
+    RunGradient, RunTangent, UNLIMITED, WallEvent, frequency_gradient, gauss_newton_product, hessian_product,
+    tangent_along,
 };
 use pyo3::exceptions::{PyKeyError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -430,6 +431,75 @@ impl PySimulation {
         }
         let found = found?.map_err(|fault| inner.failed(py, error(&fault)))?;
         self.shown(py, &names, &selection, &found)
+    }
+
+    /// Product of the Hessian of a loss with a direction, by differences of gradients.
+    ///
+    /// Runs from the present state, changed by parts of the direction, give exact gradients; their central
+    /// differences are extrapolated to no change by Richardson's rule. It is no exact derivative as
+    /// `gradient` is, and says how far it may be off. The simulation takes no step.
+    ///
+    /// Parameters
+    /// ----------
+    /// loss : callable
+    ///     As for `gradient`.
+    /// direction : dict of str to float or array_like
+    ///     Changes by name: ``"position"``, ``"velocity"``, and keys of the scene that `gradient` knows and
+    ///     that are one number or a vector. Their size does not matter. The product has the same names.
+    /// steps : int, optional
+    ///     How many steps a run has; as many as are left of the scene's duration without it.
+    /// memory : int, optional
+    ///     Bytes for states, as for `gradient`.
+    /// reach : float, default 0.01
+    ///     The largest change, as a part of what is changed: of the size of the scene, of velocities, of
+    ///     numbers. The loss has to be smooth so far.
+    ///
+    /// Returns
+    /// -------
+    /// HessianProduct
+    ///     The product by name, with estimates of its errors; its ``value`` is ``d . H d``.
+    ///
+    /// Raises
+    /// ------
+    /// KeyError
+    ///     A name has no derivative, or is no number of the scene.
+    /// ValueError
+    ///     As for `gradient`; an array has another shape; `reach` is not above zero.
+    /// StepError
+    ///     A step cannot be taken.
+    /// KeyboardInterrupt
+    ///     Ctrl-C.
+    ///
+    /// Notes
+    /// -----
+    /// It takes two gradients for each of at most five sizes of change. Implicit steps are to be solved to a
+    /// small ``tolerance``, whose noise is divided by the change.
+    ///
+    /// Examples
+    /// --------
+    /// >>> def square_of_the_last(frame):
+    /// ...     return (np.sum(frame.positions**2), 2 * frame.positions) if frame.index == 20 else None
+    /// >>> young = "body.beam.elastic.young"
+    /// >>> found = simulation.hessian_product(square_of_the_last, {young: 1e5}, steps=20)
+    /// >>> bool(found.errors[young] < 1e-3 * abs(found[young]))
+    /// True
+    #[pyo3(signature = (loss, direction, *, steps = None, memory = None, reach = 1e-2))]
+    fn hessian_product<'py>(
+        slf: &Bound<'py, Self>,
+        loss: Py<PyAny>,
+        direction: &Bound<'py, PyDict>,
+        steps: Option<u64>,
+        memory: Option<usize>,
+        reach: f64,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        if !(reach > 0.0 && reach.is_finite()) {
+            return Err(PyValueError::new_err(format!("reach must be above zero; got {reach}")));
+        }
+        let runs = slf.py().import("pliant.gradients")?.getattr("_MovedRuns")?;
+        let runs = runs.call1((slf, loss, direction, steps, memory))?;
+        let gradient_at = |h: f64| -> PyResult<Vec<f64>> { runs.call_method1("gradient", (h,))?.extract() };
+        let HessianProduct { product, errors } = hessian_product(reach, gradient_at)?;
+        runs.call_method1("shown", (product, errors))
     }
 
     /// The lowest natural frequencies about the present state, and their derivatives.

@@ -10,23 +10,25 @@ use pliant::numbering::Numbering;
 use pliant::system::System;
 use pliant_terms::{ViscousSet, viscous_cells, viscous_linear, viscous_membrane, viscous_quadratic};
 
-/// Viscosities of the elements of a body by `strain_rate`.
-fn strain_rate(damping: &DampingSpec) -> Viscosity {
-    let rate = damping.strain_rate.as_ref();
-    rate.map_or_else(Viscosity::default, |rate| Viscosity { shear: rate.shear, second: rate.second })
-}
+impl DampingSpec {
+    /// Viscosities of elements by `strain_rate`.
+    pub fn strain_rate_viscosity(&self) -> Viscosity {
+        let rate = self.strain_rate.as_ref();
+        rate.map_or_else(Viscosity::default, |rate| Viscosity { shear: rate.shear, second: rate.second })
+    }
 
-/// Viscosities of the elements of a body by `stiffness_proportional`.
-fn stiffness_proportional(damping: &DampingSpec, material: &MaterialSpec, plane: Option<Plane>) -> Viscosity {
-    let (Some(beta), Some(lame)) = (damping.stiffness_proportional, material.lame()) else {
-        return Viscosity::default();
-    };
-    // In plane stress the sheet is free to change its thickness.
-    let lambda = match plane {
-        Some(Plane::Stress) => 2.0 * lame.mu * lame.lambda / (lame.lambda + 2.0 * lame.mu),
-        _ => lame.lambda,
-    };
-    Viscosity { shear: beta * lame.mu, second: beta * lambda }
+    /// Viscosities by `stiffness_proportional`, of elements of this material; in the plane as `plane` says.
+    pub fn proportional_viscosity(&self, material: &MaterialSpec, plane: Option<Plane>) -> Viscosity {
+        let (Some(beta), Some(lame)) = (self.stiffness_proportional, material.lame()) else {
+            return Viscosity::default();
+        };
+        // In plane stress the sheet is free to change its thickness.
+        let lambda = match plane {
+            Some(Plane::Stress) => 2.0 * lame.mu * lame.lambda / (lame.lambda + 2.0 * lame.mu),
+            _ => lame.lambda,
+        };
+        Viscosity { shear: beta * lame.mu, second: beta * lambda }
+    }
 }
 
 impl BodyAssembly {
@@ -44,8 +46,8 @@ impl BodyAssembly {
         if let Some(material) = &spec.elastic {
             let plane =
                 spec.membrane.as_ref().map(|membrane| membrane.plane_or_default()).or(material.plane());
-            let rate = strain_rate(damping);
-            let proportional = stiffness_proportional(damping, material, plane);
+            let rate = damping.strain_rate_viscosity();
+            let proportional = damping.proportional_viscosity(material, plane);
             let viscous = |viscosity| self.viscous::<D, N>(viscosity, rest, numbering);
             if let MaterialSpec::Linear(_) = material {
                 viscous(rate).into_iter().for_each(|term| system.add_dissipation(term));

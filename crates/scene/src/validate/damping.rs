@@ -1,10 +1,10 @@
 //! Damping of a body.
 
 use super::check::Checker;
+use super::expression::formula_problem;
 use crate::error::Problem;
 use crate::key_path::KeyPath;
 use crate::schema::{Body, DampingSpec, DashpotExpressionSpec};
-use crate::text::expression_problem;
 use pliant::dissipation::DashpotFormulaError;
 
 /// `damping` at `path` of `body`.
@@ -72,14 +72,11 @@ pub(crate) fn dashpot_problem(
 ) -> Option<Problem> {
     let mut positive = lengths.iter().filter(|length| length.is_finite() && **length > 0.0);
     let result = spec.formula().and_then(|formula| positive.try_for_each(|length| formula.check(*length)));
-    let (path, parameters) = (path.key("dissipation"), path.key("parameters"));
-    let error = result.err()?;
-    Some(match &error {
-        DashpotFormulaError::Formula(error) => expression_problem(path, &spec.dissipation, error),
-        DashpotFormulaError::Parameter { name, .. } => {
-            Problem::semantic(parameters.key(name), error.to_string())
+    Some(match result.err()? {
+        DashpotFormulaError::Formula(error) => {
+            formula_problem(path, "dissipation", &spec.dissipation, &error)
         }
-        other => Problem::semantic(path, format!("`dissipation` {other}")),
+        other => Problem::semantic(path.key("dissipation"), format!("`dissipation` {other}")),
     })
 }
 

@@ -6,6 +6,7 @@ use crate::key_path::KeyPath;
 use crate::schema::{Body, SpringsSpec};
 use crate::text::expression_problem;
 use pliant::energy::spring::SpringFormulaError;
+use pliant::expression::FormulaError;
 use pliant::material::{EnergyExpression, EnergyMistake, MaterialSpec, ParameterError};
 
 /// `elastic.expression` at `path` of `body`.
@@ -72,10 +73,18 @@ pub(super) fn springs(check: &mut Checker, path: &KeyPath, springs: &SpringsSpec
 /// The mistake in the formula `text` of springs at `path`.
 pub(crate) fn spring_problem(path: &KeyPath, text: &str, error: &SpringFormulaError) -> Problem {
     match error {
-        SpringFormulaError::Formula(error) => expression_problem(path.key("expression"), text, error),
-        SpringFormulaError::Parameter { name, .. } => {
+        SpringFormulaError::Formula(error) => formula_problem(path, "expression", text, error),
+        other => Problem::semantic(path.key("expression"), format!("`expression` {other}")),
+    }
+}
+
+/// The mistake in the formula `text` at `key` of `path`, or in the `parameters` beside it.
+pub(super) fn formula_problem(path: &KeyPath, key: &str, text: &str, error: &FormulaError) -> Problem {
+    match error {
+        FormulaError::Text(error) => expression_problem(path.key(key), text, error),
+        FormulaError::Parameter { name, .. } => {
             Problem::semantic(path.key("parameters").key(name), error.to_string())
         }
-        other => Problem::semantic(path.key("expression"), format!("`expression` {other}")),
+        other => Problem::semantic(path.key(key), other.to_string()),
     }
 }

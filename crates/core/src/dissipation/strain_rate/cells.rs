@@ -17,6 +17,7 @@ use crate::material::Tangent;
 /// rest, with `eta = beta mu` and `zeta = beta lambda`, it is `beta` times the stiffness of
 /// [`MeanDilatation`](crate::energy::elastic::MeanDilatation) of the linear material.
 pub struct ViscousCells<const D: usize, const N: usize> {
+    cell: &'static Isoparametric<D, N>,
     packs: CellPacks<D, N>,
     /// `None` where no cell lacks any.
     bending: Option<CellBending<D, N>>,
@@ -40,9 +41,21 @@ impl<const D: usize, const N: usize> StrainRate<D, N, ViscousCells<D, N>> {
             let tangent = &Tangent::isotropic(viscosity.second, viscosity.shear);
             let solid = BendingSolid { tangent, change: None, dilatation: Dilatation::Small };
             let bending = CellBending::new(cell, patches, &packs, solid, rest);
-            ViscousCells { packs, bending }
+            ViscousCells { cell, packs, bending }
         };
         Self::new(body, viscosity, cells, rest, of_patches)
+    }
+
+    /// The change of the dissipation of cells with a parameter: of cells of this `viscosity`, which changes by
+    /// that of `self`. What cells lack in bending is no linear function of the viscosities, as all else is.
+    #[must_use]
+    pub fn as_change_of(mut self, viscosity: Viscosity, rest: &[f64]) -> Self {
+        let tangent = &Tangent::isotropic(viscosity.second, viscosity.shear);
+        let change = Some(&Tangent::isotropic(self.viscosity.second, self.viscosity.shear));
+        let solid = BendingSolid { tangent, change, dilatation: Dilatation::Small };
+        let ViscousCells { cell, packs, bending } = &mut self.elements;
+        *bending = CellBending::new(cell, &self.patches, packs, solid, rest);
+        self
     }
 }
 
@@ -107,7 +120,7 @@ impl<const D: usize, const N: usize> Kernel for CellViscousKernel<'_, D, N> {
     #[inline(always)]
     fn run<L: Lanes>(self) -> f64 {
         let Scratch { position, direction, gradient } = self.scratch;
-        let ViscousCells { packs, bending } = self.cells;
+        let ViscousCells { packs, bending, .. } = self.cells;
         let two_eta = L::splat(2.0 * self.viscosity.shear);
         let zeta = L::splat(self.viscosity.second);
         let mut power = L::zero();

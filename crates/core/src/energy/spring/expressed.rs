@@ -9,7 +9,7 @@ use crate::energy::elastic::points_of;
 use crate::energy::measure::{Length, MeasuredStencils, ScalarStrain, StencilConstants, gather, scatter};
 use crate::energy::patch::{Patch, Scratch, Workspace};
 use crate::energy::{EnergyKind, EnergyTerm, Fault, Stencils, TermProperties, TermViews};
-use crate::expression::{ExpressionError, Formula, Graph, NodeId, Program};
+use crate::expression::{ExpressionError, Formula, FormulaError, Graph, NodeId, Program};
 use crate::lanes::{Kernel, Lanes, dispatch_compact};
 use crate::material::Psd;
 use crate::scalar::Scalar;
@@ -18,17 +18,9 @@ use crate::scalar::Scalar;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SpringFormulaError {
-    /// The text is no formula of `l`, `l0` and the parameters; places are in bytes of it.
+    /// The text is no formula of `l`, `l0` and the parameters.
     #[error(transparent)]
-    Formula(#[from] ExpressionError),
-    /// A parameter that cannot be one.
-    #[error("`{name}` {problem}")]
-    Parameter {
-        /// Its name.
-        name: String,
-        /// The mistake.
-        problem: &'static str,
-    },
+    Formula(#[from] FormulaError),
     /// A number at the rest length that is not what it has to be.
     #[error("is {value:?} {what} at the rest length l = l0 = {length:?} m")]
     Rest {
@@ -63,33 +55,8 @@ struct SpringPrograms {
     stiffness: Program,
 }
 
-/// Parts of what a spring resists its rest length with that are rounding.
-const ROUNDING: f64 = 1e-10;
-
-impl SpringFormula {
-    /// Reads the formula `text` of `l`, `l0` [m] and `parameters`, in SI units.
-    ///
-    /// # Errors
-    /// [`SpringFormulaError`]: the text is no formula, or a parameter cannot be one.
-    pub fn new(text: &str, parameters: &[(&str, f64)]) -> Result<SpringFormula, SpringFormulaError> {
-        let wrong =
-            |name: &str, problem| Err(SpringFormulaError::Parameter { name: name.to_owned(), problem });
-        for (name, value) in parameters {
-            if ["l", "l0", "pi"].contains(name) {
-                return wrong(name, "has a meaning of its own in the formula: choose another name");
-            }
-            if !value.is_finite() {
-                return wrong(name, "must be a finite number");
-            }
-        }
-        let names: Vec<&str> =
-            ["l", "l0"].into_iter().chain(parameters.iter().map(|(name, _)| *name)).collect();
-        let formula = Formula::parse(text, &names)?;
-        for (index, (name, _)) in parameters.iter().enumerate() {
-            if !formula.has(index + 2) {
-                return wrong(name, "is not in the formula: remove it, or use it there");
-            }
-        }
+impl SpringPrograms {
+    fn new(text: &str, formula: &Formula, parameters: &[(&str, f64)]) -> Result<Self, FormulaError> {
         let mut graph = Graph::default();
         let mut values = vec![graph.variable(0), graph.variable(1)];
         values.extend(parameters.iter().map(|(_, value)| graph.number(*value)));
@@ -100,12 +67,25 @@ impl SpringFormula {
             Program::new(&graph, &[root], &HashMap::new(), 2)
                 .map_err(|[found, most]| ExpressionError::TooLong { found, most, place: 0..text.len() })
         };
-        let programs = SpringPrograms {
+        Ok(SpringPrograms {
             energy: program(energy)?,
             tension: program(tension)?,
             stiffness: program(stiffness)?,
-        };
-        Ok(SpringFormula { programs: Arc::new(programs) })
+        })
+    }
+}
+
+/// Parts of what a spring resists its rest length with that are rounding.
+const ROUNDING: f64 = 1e-10;
+
+impl SpringFormula {
+    /// Reads the formula `text` of `l`, `l0` [m] and `parameters`, in SI units.
+    ///
+    /// # Errors
+    /// [`SpringFormulaError`]: the text is no formula, or a parameter cannot be one.
+    pub fn new(text: &str, parameters: &[(&str, f64)]) -> Result<SpringFormula, SpringFormulaError> {
+        let formula = Formula::with_parameters(text, &["l", "l0"], parameters)?;
+        Ok(SpringFormula { programs: Arc::new(SpringPrograms::new(text, &formula, parameters)?) })
     }
 
     /// Checks that a spring of the rest length `length` [m] has neither energy nor tension there, and

@@ -191,9 +191,10 @@ impl<const D: usize> super::Minimizer for Newton<D> {
     ) -> Result<(), StepFault> {
         self.prepare(system, &at.x);
         // Where nothing is held at the start, as before bodies meet, it may be on the way. A single iteration
-        // sees what there is where it starts.
-        system.freeze(&at.x);
+        // sees what there is where it starts; what is never renewed is of the start of the step, not of a
+        // guess.
         let most = system.most_renewals().filter(|_| !objective.single_iteration);
+        system.freeze(if most == Some(1) { objective.velocity.origin } else { &at.x });
         let end = match most {
             Some(most) => self.minimize_frozen(system, objective, at, most),
             None => self.solve(system, objective, at, (Begin::Anywhere, 0)).map(|_| ()),

@@ -1,4 +1,4 @@
-//! BendingModuli in bending that a cell lacks.
+//! Stiffness in bending that a cell lacks.
 //!
 //! In bending about its middle a cell moves by `u = s xi_k xi_l n_k`: fibres along `k`, of length `h_k`,
 //! are stretched by `eps xi_l`, `eps = 2 s / h_k`. A body that bends across `l`, by `eps_k` along `k` and in
@@ -70,7 +70,7 @@ const COUPLED: [[(usize, usize); 2]; 3] =
 struct BendingPair<const N: usize> {
     /// `g` of every node.
     weight: [[f64; WIDTH]; N],
-    /// BendingModuli along the first axis and along the second [N/m in space].
+    /// Stiffness along the first axis and along the second [N/m in space].
     stiffness: [[f64; WIDTH]; 2],
 }
 
@@ -80,7 +80,7 @@ struct BendingPair<const N: usize> {
 struct BendingCommon<const D: usize> {
     /// `f_k` at rest [m].
     rest: [[[f64; WIDTH]; D]; D],
-    /// BendingModuli that couples the modes across every axis [N/m].
+    /// Stiffness that couples the modes across every axis [N/m].
     coupling: [[f64; WIDTH]; 3],
 }
 
@@ -421,7 +421,7 @@ impl<const D: usize, const N: usize> LackingCell<'_, D, N> {
         if self.solid.dilatation != Dilatation::Own {
             let mean: f64 = bent.iter().zip(points).map(|(f, (_, part))| part * f.trace()).sum();
             for f in &mut bent {
-                *f = *f + Mat::scalar((mean - f.trace()) / D as f64);
+                *f += Mat::scalar((mean - f.trace()) / D as f64);
             }
         }
         bent
