@@ -32,10 +32,10 @@
 use std::collections::HashMap;
 
 use super::super::kernels::{gather, scatter};
+use super::Dilatation;
 use super::hessian::add_product;
 use super::kernels::{PackScalar, with_change};
-use super::packs::{CellPacks, exact_gradients, lengths};
-use super::{Dilatation, gradient_of_lane};
+use super::packs::{CellPacks, lengths};
 use crate::algebra::{Dual, Mat};
 use crate::element::Isoparametric;
 use crate::energy::elastic::points_of;
@@ -180,10 +180,17 @@ impl<const D: usize, const N: usize> CellBending<D, N> {
         };
         let mut lacks = false;
         let surface = CellSides::of(cell, patches);
+        // Of neighbours in a grid it is the same.
+        let mut frame: Option<CellFrame<D>> = None;
         for (_, vertices, pack, lane) in patches.stencils() {
             let nodes = points_of::<D, N>(rest, &vertices);
             let points: Vec<_> = packs.rest(pack).iter().map(|point| point.lane(lane)).collect();
-            let lacking = LackingCell { cell, nodes: &nodes, points: &points, solid };
+            let lacking = LackingCell { cell, nodes: &nodes, points: &points };
+            let directions = lacking.directions();
+            let frame = match frame.take().filter(|frame| frame.directions == directions) {
+                Some(same) => frame.insert(same),
+                None => frame.insert(CellFrame::new(cell, directions, solid)),
+            };
             let volume = packs.volume[pack][lane];
             let (pairs, common) = (&mut bending.pairs[pack * axes(D).len()..], &mut bending.common[pack]);
             let middle = cell.jacobian(&nodes, &[0.0; D]);
@@ -192,7 +199,8 @@ impl<const D: usize, const N: usize> CellBending<D, N> {
                 let wanted = |number: Dual<f64>| {
                     volume / 3.0 * if solid.change.is_some() { number.derivative } else { number.value }
                 };
-                let BendingModuli { own, coupling } = lacking.across(l, surface.is_alone(cell, &vertices, l));
+                let BendingModuli { own, coupling } =
+                    lacking.across(l, surface.is_alone(cell, &vertices, l), frame);
                 for (k, number) in (0..D).filter(|k| *k != l).zip(own) {
                     let (pair, side) = place(k, l);
                     pairs[pair].stiffness[side][lane] = wanted(number);
@@ -316,7 +324,10 @@ impl<const D: usize, const N: usize> CellBending<D, N> {
 }
 
 /// Sides of cells by their vertices, ascending, with how many cells have each.
-struct CellSides(HashMap<Vec<u32>, u32>);
+struct CellSides(HashMap<[u32; MOST_OF_SIDE], u32>);
+
+/// Vertices of a side at most.
+const MOST_OF_SIDE: usize = 4;
 
 impl CellSides {
     fn of<const D: usize, const N: usize>(cell: &Isoparametric<D, N>, patches: &Patches<N>) -> Self {
@@ -341,11 +352,139 @@ impl CellSides {
     }
 }
 
-/// Vertices of a side of a cell, ascending.
-fn side_of<const N: usize>(side: &[usize], vertices: &[u32; N]) -> Vec<u32> {
-    let mut side: Vec<u32> = side.iter().map(|a| vertices[*a]).collect();
-    side.sort_unstable();
-    side
+/// Vertices of a side of a cell, ascending; numbers of none behind them.
+fn side_of<const N: usize>(side: &[usize], vertices: &[u32; N]) -> [u32; MOST_OF_SIDE] {
+    let mut sorted = [u32::MAX; MOST_OF_SIDE];
+    sorted.iter_mut().zip(side).for_each(|(vertex, a)| *vertex = vertices[*a]);
+    sorted.sort_unstable();
+    sorted
+}
+
+/// Gradient at a quadrature point and the part of the volume that it stands for.
+type Slope<const D: usize> = ([f64; D], f64);
+
+/// Directions of a cell, and of the solid what bending along them asks for.
+struct CellFrame<const D: usize> {
+    /// Unit vectors `n_k`.
+    directions: [[f64; D]; D],
+    /// `n_a_i C_ijkl n_b_k` [Pa].
+    acoustic: [[Mat<Dual<f64>, D>; D]; D],
+    /// `n_a_i C_ijkk` [Pa].
+    volume: [[Dual<f64>; D]; D],
+    /// `C_iikk` [Pa].
+    bulk: Dual<f64>,
+    /// True if all points have one ratio of volumes.
+    is_mean: bool,
+    /// `T` across every axis, and `B` of cells that are alone across it and of others.
+    wanted: [[BendingModuli; 3]; D],
+}
+
+impl<const D: usize> CellFrame<D> {
+    fn new<const N: usize>(
+        cell: &Isoparametric<D, N>,
+        directions: [[f64; D]; D],
+        solid: BendingSolid<'_, D>,
+    ) -> Self {
+        let entry = |i: usize, j: usize, k: usize, l: usize| Dual {
+            value: solid.tangent.0[i][j][k][l],
+            derivative: solid.change.map_or(0.0, |change| change.0[i][j][k][l]),
+        };
+        let zero = Dual::splat(0.0);
+        let mut frame = CellFrame {
+            directions,
+            acoustic: [[Mat::zero(); D]; D],
+            volume: [[zero; D]; D],
+            bulk: zero,
+            is_mean: solid.dilatation != Dilatation::Own,
+            wanted: [[BendingModuli::NONE; 3]; D],
+        };
+        for (i, j) in (0..D).flat_map(|i| (0..D).map(move |j| (i, j))) {
+            for (k, l) in (0..D).flat_map(|k| (0..D).map(move |l| (k, l))) {
+                let entry = entry(i, j, k, l);
+                for a in 0..D {
+                    let along = Dual::splat(directions[a][i]) * entry;
+                    (0..D).for_each(|b| frame.acoustic[a][b][j][l] += along * Dual::splat(directions[b][k]));
+                    frame.volume[a][j] += if k == l { along } else { zero };
+                }
+                frame.bulk += if i == j && k == l { entry } else { zero };
+            }
+        }
+        for l in 0..D {
+            frame.wanted[l] = frame.asked(cell, l);
+        }
+        frame
+    }
+
+    /// `T` across axis `l`, and `B` of cells that are alone across it and of others.
+    fn asked<const N: usize>(&self, cell: &Isoparametric<D, N>, l: usize) -> [BendingModuli; 3] {
+        let [k, m] = others::<D>(l);
+        let normal = |a: usize, b: usize| {
+            self.acoustic[a][b]
+                .mul_vec(&self.directions[b].map(Dual::splat))
+                .iter()
+                .zip(&self.directions[a])
+                .fold(Dual::splat(0.0), |sum, (along, n)| sum + *along * Dual::splat(*n))
+        };
+        let free = |a: usize, b: usize| normal(a, b) - normal(a, l) * normal(l, b) / normal(l, l);
+        let target = BendingModuli { own: [free(k, k), free(m, m)], coupling: free(k, m) };
+        if D == 2 {
+            return [target; 3];
+        }
+        let reference: f64 = cell.points.iter().map(|(_, weight)| weight).sum();
+        // In a cube of edges 2 the slope of `xi_k xi_l` is `xi_l n_k + xi_k n_l`.
+        let slopes = |k: usize| -> Vec<Slope<D>> {
+            let slope = |(xi, weight): &([f64; D], f64)| {
+                let mut slope = [0.0; D];
+                for i in 0..D {
+                    slope[i] = xi[l] * self.directions[k][i] + xi[k] * self.directions[l][i];
+                }
+                (slope, weight / reference)
+            };
+            cell.points.iter().map(slope).collect()
+        };
+        let cube = self.moduli([k, m], &[slopes(k), slopes(m)]);
+        [target, cube.plus(&cube.lacking(&target), 1.0), cube.plus(&cube.over(&target), 1.0)]
+    }
+
+    /// Moduli of the modes along axes `k` and `m` whose amplitudes have these slopes where the strain is 1 at
+    /// the surface.
+    fn moduli(&self, [k, m]: [usize; 2], slopes: &[Vec<Slope<D>>; 2]) -> BendingModuli {
+        let [first, second] = slopes;
+        let of = |a, b| self.product(a, b);
+        BendingModuli {
+            own: [of((k, first), (k, first)), of((m, second), (m, second))],
+            coupling: of((k, first), (m, second)),
+        }
+    }
+
+    /// `3 sum_q w_q dFb_q : C : dFb_q / V` of two modes, of a box the modulus in bending; with the slopes `g`
+    /// of their amplitudes `dFb = n g^T + t I`, `t = (mean(n . g) - n . g)/D`.
+    fn product(&self, (k, a): (usize, &[Slope<D>]), (m, b): (usize, &[Slope<D>])) -> Dual<f64> {
+        let trace = |k: usize, slope: &[f64; D]| dot(&self.directions[k], slope);
+        let mean = |k: usize, slopes: &[Slope<D>]| -> f64 {
+            slopes.iter().map(|(slope, part)| part * trace(k, slope)).sum()
+        };
+        let (mean_a, mean_b) = (mean(k, a), mean(m, b));
+        let dilated = |mean: f64, trace: f64| if self.is_mean { (mean - trace) / D as f64 } else { 0.0 };
+        let mut sum = Dual::splat(0.0);
+        for ((a, part), (b, _)) in a.iter().zip(b) {
+            let (t, u) = (dilated(mean_a, trace(k, a)), dilated(mean_b, trace(m, b)));
+            let mut work = Dual::splat(t * u) * self.bulk;
+            for j in 0..D {
+                work += Dual::splat(a[j] * u) * self.volume[k][j] + Dual::splat(b[j] * t) * self.volume[m][j];
+                (0..D).for_each(|l| work += Dual::splat(a[j] * b[l]) * self.acoustic[k][m][j][l]);
+            }
+            sum += Dual::splat(3.0 * part) * work;
+        }
+        sum
+    }
+}
+
+/// The axes beside `l`, ascending; in the plane the other one, twice.
+fn others<const D: usize>(l: usize) -> [usize; 2] {
+    let mut beside = (0..D).filter(|k| *k != l);
+    let first = beside.next().unwrap_or(l);
+    [first, beside.next().unwrap_or(first)]
 }
 
 /// A cell at rest, to find the stiffness that it lacks.
@@ -354,17 +493,9 @@ struct LackingCell<'a, const D: usize, const N: usize> {
     nodes: &'a [[f64; D]; N],
     /// `b` of every node and the part of the volume, at the quadrature points.
     points: &'a [([[f64; D]; N], f64)],
-    solid: BendingSolid<'a, D>,
 }
 
 impl<const D: usize, const N: usize> LackingCell<'_, D, N> {
-    /// `a : C : b` and its change.
-    fn work(&self, a: &Mat<f64, D>, b: &Mat<f64, D>) -> Dual<f64> {
-        let BendingSolid { tangent, change, .. } = self.solid;
-        let of = |tangent: &Tangent<D>| tangent.apply(b).dot(a);
-        Dual { value: of(tangent), derivative: change.map_or(0.0, of) }
-    }
-
     /// `xi_k xi_l` at the nodes.
     fn signs(&self, [k, l]: [usize; 2]) -> [f64; N] {
         self.cell.nodes.map(|node| node[k] * node[l])
@@ -387,7 +518,7 @@ impl<const D: usize, const N: usize> LackingCell<'_, D, N> {
     }
 
     /// Unit vectors along the axes, made orthogonal one after the other.
-    fn frame(&self) -> [[f64; D]; D] {
+    fn directions(&self) -> [[f64; D]; D] {
         let j = self.cell.jacobian(self.nodes, &[0.0; D]);
         let mut frame = [[0.0; D]; D];
         for k in 0..D {
@@ -403,80 +534,34 @@ impl<const D: usize, const N: usize> LackingCell<'_, D, N> {
         frame
     }
 
-    /// Moduli `T` of what is free to change its size across axis `l`, along two others.
-    fn free(&self, frame: &[[f64; D]; D], l: usize, [k, m]: [usize; 2]) -> Dual<f64> {
-        let normal =
-            |a: usize, b: usize| self.work(&outer(&frame[a], &frame[a]), &outer(&frame[b], &frame[b]));
-        normal(k, m) - normal(k, l) * normal(l, m) / normal(l, l)
-    }
-
-    /// `dFb` at the points in the bending `xi_k xi_l n_k` by the strain 1 at the surface.
-    fn bent(&self, [k, l]: [usize; 2], direction: &[f64; D]) -> Vec<Mat<f64, D>> {
-        let (signs, points, lengths) = (self.signs([k, l]), self.points, lengths(self.cell, self.nodes));
-        let bent = |(gradient, _): &([[f64; D]; N], f64)| {
-            let nodes = signs.map(|sign| direction.map(|n| 0.5 * lengths[k] * sign * n));
-            gradient_of_lane(&nodes, gradient)
-        };
-        let mut bent: Vec<Mat<f64, D>> = points.iter().map(bent).collect();
-        if self.solid.dilatation != Dilatation::Own {
-            let mean: f64 = bent.iter().zip(points).map(|(f, (_, part))| part * f.trace()).sum();
-            for f in &mut bent {
-                *f += Mat::scalar((mean - f.trace()) / D as f64);
+    /// Slopes of `h_k/2 xi_k xi_l` at the quadrature points, as the cell takes them.
+    fn slopes(&self, [k, l]: [usize; 2], length: f64) -> Vec<Slope<D>> {
+        let signs = self.signs([k, l]);
+        let slope = |(gradient, part): &([[f64; D]; N], f64)| {
+            let mut slope = [0.0; D];
+            for (sign, gradient) in signs.iter().zip(gradient) {
+                (0..D).for_each(|i| slope[i] += 0.5 * length * sign * gradient[i]);
             }
-        }
-        bent
+            (slope, *part)
+        };
+        self.points.iter().map(slope).collect()
     }
 
-    /// `3 sum_q w_q a_q : C : b_q / V`, of a box the modulus in bending.
-    fn product(&self, a: &[Mat<f64, D>], b: &[Mat<f64, D>]) -> Dual<f64> {
-        let points = a.iter().zip(b).zip(self.points);
-        points.fold(Dual::splat(0.0), |sum, ((a, b), (_, part))| {
-            sum + Dual::splat(3.0 * part) * self.work(a, b)
-        })
-    }
-
-    /// Moduli in bending across axis `l` along two others.
-    fn moduli(&self, frame: &[[f64; D]; D], l: usize, [k, m]: [usize; 2]) -> BendingModuli {
-        let [first, second] = [k, m].map(|k| self.bent([k, l], &frame[k]));
-        BendingModuli {
-            own: [self.product(&first, &first), self.product(&second, &second)],
-            coupling: self.product(&first, &second),
-        }
-    }
-
-    /// A cube of these directions.
-    fn cube(&self, frame: &[[f64; D]; D]) -> [[f64; D]; N] {
-        self.cell.nodes.map(|xi| {
-            let mut node = [0.0; D];
-            for (e, xi) in frame.iter().zip(&xi) {
-                (0..D).for_each(|i| node[i] += xi * e[i]);
+    /// `4/(h_k h_m) (B - A)` across axis `l`, across which the cell may be alone, and its change.
+    fn across(&self, l: usize, is_alone: bool, frame: &CellFrame<D>) -> BendingModuli {
+        let (lengths, [k, m]) = (lengths(self.cell, self.nodes), others::<D>(l));
+        let own = frame.moduli([k, m], &[k, m].map(|k| self.slopes([k, l], lengths[k])));
+        let [target, alone, one_of_many] = &frame.wanted[l];
+        let lacks = if D == 2 {
+            BendingModuli {
+                own: [lacking(target.own[0], own.own[0]), Dual::splat(0.0)],
+                ..BendingModuli::NONE
             }
-            node
-        })
-    }
-
-    /// `4/(h_k h_m) (B - A)` across axis `l`, along which the cell may be alone, and its change.
-    fn across(&self, l: usize, is_alone: bool) -> BendingModuli {
-        let (lengths, frame) = (lengths(self.cell, self.nodes), self.frame());
-        let per_length = |k: usize| Dual::splat(2.0 / lengths[k]);
-        let mut along = (0..D).filter(|k| *k != l);
-        let (Some(k), m) = (along.next(), along.next()) else { return BendingModuli::NONE };
-        let wanted = self.free(&frame, l, [k, k]);
-        let Some(m) = m else {
-            let own = self.moduli(&frame, l, [k, k]).own[0];
-            let lacks = lacking(wanted, own) * per_length(k) * per_length(k);
-            return BendingModuli { own: [lacks, Dual::splat(0.0)], coupling: Dual::splat(0.0) };
+        } else {
+            let wanted = if is_alone { alone } else { one_of_many };
+            wanted.plus(&own, -1.0).positive_part(target.own[0].value)
         };
-        let target = BendingModuli {
-            own: [wanted, self.free(&frame, l, [m, m])],
-            coupling: self.free(&frame, l, [k, m]),
-        };
-        let nodes = self.cube(&frame);
-        let cube = LackingCell { nodes: &nodes, points: &exact_gradients(self.cell, &nodes), ..*self };
-        let (own, of_cube) = (self.moduli(&frame, l, [k, m]), cube.moduli(&frame, l, [k, m]));
-        let more = if is_alone { of_cube.lacking(&target) } else { of_cube.over(&target) };
-        let lacks = of_cube.plus(&more, 1.0).plus(&own, -1.0).positive_part(wanted.value);
-        lacks.scaled([per_length(k), per_length(m)])
+        lacks.scaled([k, m].map(|k| Dual::splat(2.0 / lengths[k])))
     }
 }
 
@@ -507,7 +592,7 @@ impl BendingModuli {
     }
 
     /// `self + factor other`.
-    fn plus(self, other: &BendingModuli, factor: f64) -> Self {
+    fn plus(&self, other: &BendingModuli, factor: f64) -> Self {
         let plus = |a: Dual<f64>, b: Dual<f64>| a + Dual::splat(factor) * b;
         let [a, b] = self.own;
         BendingModuli {
@@ -597,10 +682,6 @@ impl BendingModuli {
         let wanted = Dual::splat(0.5) * (Dual::splat(1.0) + (Dual::splat(1.0) + squared).sqrt());
         BendingModuli { own: self.own.map(|own| lacking(wanted, own)), coupling: Dual::splat(0.0) }
     }
-}
-
-fn outer<const D: usize>(a: &[f64; D], b: &[f64; D]) -> Mat<f64, D> {
-    Mat(a.map(|a| b.map(|b| a * b)))
 }
 
 /// A mode of bending of one cell.

@@ -145,7 +145,7 @@ fn gradients<const D: usize, const N: usize>(
 }
 
 /// Gradients of the shape functions at the quadrature points of a cell, and their parts of its volume.
-pub(super) fn exact_gradients<const D: usize, const N: usize>(
+fn exact_gradients<const D: usize, const N: usize>(
     cell: &Isoparametric<D, N>,
     nodes: &[[f64; D]; N],
 ) -> Vec<([[f64; D]; N], f64)> {
