@@ -180,37 +180,31 @@ impl<const D: usize, const N: usize> CellBending<D, N> {
         };
         let mut lacks = false;
         let surface = CellSides::of(cell, patches);
-        // Of neighbours in a grid it is the same.
-        let mut frame: Option<CellFrame<D>> = None;
+        let mut last: Option<CellFound<D, N>> = None;
         for (_, vertices, pack, lane) in patches.stencils() {
             let nodes = points_of::<D, N>(rest, &vertices);
-            let points: Vec<_> = packs.rest(pack).iter().map(|point| point.lane(lane)).collect();
-            let lacking = LackingCell { cell, nodes: &nodes, points: &points };
-            let directions = lacking.directions();
-            let frame = match frame.take().filter(|frame| frame.directions == directions) {
-                Some(same) => frame.insert(same),
-                None => frame.insert(CellFrame::new(cell, directions, solid)),
-            };
-            let volume = packs.volume[pack][lane];
-            let (pairs, common) = (&mut bending.pairs[pack * axes(D).len()..], &mut bending.common[pack]);
-            let middle = cell.jacobian(&nodes, &[0.0; D]);
-            for l in 0..D {
-                (0..D).for_each(|i| common.rest[l][i][lane] = middle[i][l]);
-                let wanted = |number: Dual<f64>| {
-                    volume / 3.0 * if solid.change.is_some() { number.derivative } else { number.value }
-                };
-                let BendingModuli { own, coupling } =
-                    lacking.across(l, surface.is_alone(cell, &vertices, l), frame);
-                for (k, number) in (0..D).filter(|k| *k != l).zip(own) {
-                    let (pair, side) = place(k, l);
-                    pairs[pair].stiffness[side][lane] = wanted(number);
-                    lacks |= wanted(number) != 0.0;
+            let mut alone = [true; D];
+            (0..D).for_each(|l| alone[l] = surface.is_alone(cell, &vertices, l));
+            let found = match last.take().filter(|last| last.is_of(&nodes, alone)) {
+                Some(same) => last.insert(same),
+                None => {
+                    let points: Vec<_> = packs.rest(pack).iter().map(|point| point.lane(lane)).collect();
+                    let lacking = LackingCell { cell, nodes: &nodes, points: &points };
+                    last.insert(lacking.find(alone, packs.volume[pack][lane], solid))
                 }
-                common.coupling[l][lane] = wanted(coupling);
+            };
+            lacks |= found.stiffness.as_flattened().iter().any(|stiffness| *stiffness != 0.0);
+            let pairs = bending.pairs[pack * axes(D).len()..].iter_mut();
+            for (pair, (stiffness, weight)) in
+                pairs.zip(found.stiffness.iter().zip(&found.weight)).take(axes(D).len())
+            {
+                pair.stiffness.iter_mut().zip(stiffness).for_each(|(lanes, of_side)| lanes[lane] = *of_side);
+                pair.weight.iter_mut().zip(weight).for_each(|(lanes, weight)| lanes[lane] = *weight);
             }
-            for (pair, axes) in pairs.iter_mut().zip(axes(D)) {
-                let weights = pair.weight.iter_mut().zip(lacking.weights(*axes));
-                weights.for_each(|(lanes, weight)| lanes[lane] = weight);
+            let common = &mut bending.common[pack];
+            for l in 0..D {
+                (0..D).for_each(|i| common.rest[l][i][lane] = found.middle[i][l]);
+                common.coupling[l][lane] = found.coupling[l];
             }
         }
         // Lanes that fill up have directions, too: those of a real cell.
@@ -359,6 +353,36 @@ fn side_of<const N: usize>(side: &[usize], vertices: &[u32; N]) -> [u32; MOST_OF
     sorted.sort_unstable();
     sorted
 }
+
+/// What a cell lacks.
+struct CellFound<const D: usize, const N: usize> {
+    /// Places of its nodes from the first one on [m].
+    offsets: [[f64; D]; N],
+    /// Axes across which it is alone.
+    alone: [bool; D],
+    /// `J` in its middle [m].
+    middle: Mat<f64, D>,
+    /// Of every pair of axes and side.
+    stiffness: [[f64; 2]; MOST_PAIRS],
+    /// Across every axis.
+    coupling: [f64; MOST_PAIRS],
+    /// `g` of every pair of axes.
+    weight: [[f64; N]; MOST_PAIRS],
+}
+
+impl<const D: usize, const N: usize> CellFound<D, N> {
+    /// True if it is that of a cell with these nodes but for rounding: neighbours in a grid are congruent.
+    fn is_of(&self, nodes: &[[f64; D]; N], alone: [bool; D]) -> bool {
+        let size = self.middle.norm_squared().sqrt();
+        let is_near = |(node, offset): (&[f64; D], &[f64; D])| {
+            (0..D).all(|i| (node[i] - nodes[0][i] - offset[i]).abs() <= CONGRUENT * size)
+        };
+        self.alone == alone && nodes.iter().zip(&self.offsets).all(is_near)
+    }
+}
+
+/// Part of the size of a cell by which congruent ones may differ.
+const CONGRUENT: f64 = 1e-11;
 
 /// Gradient at a quadrature point and the part of the volume that it stands for.
 type Slope<const D: usize> = ([f64; D], f64);
@@ -547,9 +571,42 @@ impl<const D: usize, const N: usize> LackingCell<'_, D, N> {
         self.points.iter().map(slope).collect()
     }
 
+    /// What the cell of this volume lacks of a solid, or its change.
+    fn find(&self, alone: [bool; D], volume: f64, solid: BendingSolid<'_, D>) -> CellFound<D, N> {
+        let frame = CellFrame::new(self.cell, self.directions(), solid);
+        let lengths = lengths(self.cell, self.nodes);
+        let mut found = CellFound {
+            offsets: self.nodes.map(|node| {
+                let mut offset = node;
+                (0..D).for_each(|i| offset[i] -= self.nodes[0][i]);
+                offset
+            }),
+            alone,
+            middle: self.cell.jacobian(self.nodes, &[0.0; D]),
+            stiffness: [[0.0; 2]; MOST_PAIRS],
+            coupling: [0.0; MOST_PAIRS],
+            weight: [[0.0; N]; MOST_PAIRS],
+        };
+        let wanted = |number: Dual<f64>| {
+            volume / 3.0 * if solid.change.is_some() { number.derivative } else { number.value }
+        };
+        for (l, is_alone) in alone.into_iter().enumerate() {
+            let BendingModuli { own, coupling } = self.across(l, is_alone, &frame, &lengths);
+            for (k, number) in (0..D).filter(|k| *k != l).zip(own) {
+                let (pair, side) = place(k, l);
+                found.stiffness[pair][side] = wanted(number);
+            }
+            found.coupling[l] = wanted(coupling);
+        }
+        for (weight, axes) in found.weight.iter_mut().zip(axes(D)) {
+            *weight = self.weights(*axes);
+        }
+        found
+    }
+
     /// `4/(h_k h_m) (B - A)` across axis `l`, across which the cell may be alone, and its change.
-    fn across(&self, l: usize, is_alone: bool, frame: &CellFrame<D>) -> BendingModuli {
-        let (lengths, [k, m]) = (lengths(self.cell, self.nodes), others::<D>(l));
+    fn across(&self, l: usize, is_alone: bool, frame: &CellFrame<D>, lengths: &[f64; D]) -> BendingModuli {
+        let [k, m] = others::<D>(l);
         let own = frame.moduli([k, m], &[k, m].map(|k| self.slopes([k, l], lengths[k])));
         let [target, alone, one_of_many] = &frame.wanted[l];
         let lacks = if D == 2 {
