@@ -175,8 +175,8 @@ fn what_is_named_in_place_does_not_lock() {
     }
 }
 
-// Whole cells bend as a beam does, in single rows and whatever their width along it is: deflections over
-// theory. Two rows of cubes in space are sheared where they bend to a saddle.
+// Whole cells bend as a beam does, in single rows whatever their width along it is: deflections over theory.
+// Rows side by side in space are sheared where they bend to a saddle.
 #[test]
 fn whole_cells_bend_as_a_beam_does() {
     let plane = |poisson: f64| 1e7 / (1.0 - poisson * poisson);
@@ -189,7 +189,7 @@ fn whole_cells_bend_as_a_beam_does() {
         (vec![60, 2], stress, 1e7, 5e-3),
         (vec![30, 1, 1], isotropic("linear", 1e7, 0.3), 1e7, 5e-3),
         (vec![60, 1, 1], isotropic("linear", 1e7, 0.49), 1e7, 5e-3),
-        (vec![60, 2, 1], isotropic("stable-neo-hookean", 1e7, 0.3), 1e7, 5e-3),
+        (vec![60, 2, 1], isotropic("stable-neo-hookean", 1e7, 0.3), 1e7, 3e-2),
         (vec![60, 2, 2], isotropic("linear", 1e7, 0.3), 1e7, 5e-2),
     ] {
         let (d, size) = (cells.len(), [6.0, 0.2, 0.2]);

@@ -92,7 +92,8 @@ fn settle(assembly: &mut Assembly) -> Result<Option<f64>, Failure> {
     let start = simulation.state().x().to_vec();
     // What friction holds creeps by less than its threshold speed, and would for ever.
     let creep = assembly.report.contact.as_ref().and_then(|contact| contact.threshold_speed);
-    let still = creep.map_or(0.0, |speed| speed * simulation.step_size()).max(1e-9 * simulation.length_scale());
+    let still =
+        creep.map_or(0.0, |speed| speed * simulation.step_size()).max(1e-9 * simulation.length_scale());
     for _ in 0..STATIC_STEPS {
         let before = simulation.state().x().to_vec();
         match simulation.step() {

@@ -19,8 +19,12 @@
 //! `f_k` turns with the cell; for a material that is linear in `F` it stays at rest. Moduli are those of
 //! the material at rest.
 //!
-//! In the plane `B = T`. In space `T - A` is not positive semi-definite even of cubes, which are sheared where
-//! they bend to a saddle, and nothing is ever taken away: of `B - A` the positive part is added. `B` is there
+//! In the plane `B = T`, but for cells that are not alone between two sides of the surface and narrower than
+//! high: theirs is `A_1 + (h_k/h_l)^2 (T - A_1)` with `A_1` of a square, for the cells of a beam widen and
+//! narrow along it, too, and should for little.
+//!
+//! In space `T - A` is not positive semi-definite even of cubes, which are sheared where they bend to a
+//! saddle, and nothing is ever taken away: of `B - A` the positive part is added. `B` is there
 //!
 //! - of cells that are alone through a thickness, both sides of them on the surface, `A` of a cube and the
 //!   matrix of rank one with which a cube that is free along `m` bends by the modulus `E` along `k`, and
@@ -451,9 +455,6 @@ impl<const D: usize> CellFrame<D> {
         };
         let free = |a: usize, b: usize| normal(a, b) - normal(a, l) * normal(l, b) / normal(l, l);
         let target = BendingModuli { own: [free(k, k), free(m, m)], coupling: free(k, m) };
-        if D == 2 {
-            return [target; 3];
-        }
         let reference: f64 = cell.points.iter().map(|(_, weight)| weight).sum();
         // In a cube of edges 2 the slope of `xi_k xi_l` is `xi_l n_k + xi_k n_l`.
         let slopes = |k: usize| -> Vec<Slope<D>> {
@@ -467,7 +468,10 @@ impl<const D: usize> CellFrame<D> {
             cell.points.iter().map(slope).collect()
         };
         let cube = self.moduli([k, m], &[slopes(k), slopes(m)]);
-        [target, cube.plus(&cube.lacking(&target), 1.0), cube.plus(&cube.over(&target), 1.0)]
+        match D {
+            2 => [target, target, cube],
+            _ => [target, cube.plus(&cube.lacking(&target), 1.0), cube.plus(&cube.over(&target), 1.0)],
+        }
     }
 
     /// Moduli of the modes along axes `k` and `m` whose amplitudes have these slopes where the strain is 1 at
@@ -610,8 +614,10 @@ impl<const D: usize, const N: usize> LackingCell<'_, D, N> {
         let own = frame.moduli([k, m], &[k, m].map(|k| self.slopes([k, l], lengths[k])));
         let [target, alone, one_of_many] = &frame.wanted[l];
         let lacks = if D == 2 {
+            let part = if is_alone { 1.0 } else { (lengths[k] / lengths[l]).min(1.0).powi(2) };
+            let wanted = one_of_many.plus(&one_of_many.plus(target, -1.0), -part);
             BendingModuli {
-                own: [lacking(target.own[0], own.own[0]), Dual::splat(0.0)],
+                own: [lacking(wanted.own[0], own.own[0]), Dual::splat(0.0)],
                 ..BendingModuli::NONE
             }
         } else {
