@@ -29,7 +29,7 @@ fn rise(cells: [usize; 2], poisson: f64) -> f64 {
 #[test]
 fn a_bent_beam_of_two_quadrilaterals_through_its_thickness_does_not_lock() {
     for poisson in [0.3, 0.49, 0.4999] {
-        for (cells, within) in [([20, 2], 0.03), ([10, 2], 0.05), ([5, 2], 0.1), ([40, 4], 0.01)] {
+        for (cells, within) in [([20, 2], 0.03), ([10, 2], 0.05), ([5, 2], 0.1), ([40, 4], 0.015)] {
             let part = rise(cells, poisson);
             assert!(part < 1.0 && 1.0 - part < within, "nu = {poisson}, {cells:?}: {part}");
         }
