@@ -176,7 +176,8 @@ fn what_is_named_in_place_does_not_lock() {
 }
 
 // Whole cells bend as a beam does, in single rows whatever their width along it is: deflections over theory.
-// Rows side by side in space are sheared where they bend to a saddle.
+// Of two rows cells know less than all of their own bending, and in space are sheared where they bend to a
+// saddle.
 #[test]
 fn whole_cells_bend_as_a_beam_does() {
     let plane = |poisson: f64| 1e7 / (1.0 - poisson * poisson);
@@ -186,7 +187,7 @@ fn whole_cells_bend_as_a_beam_does() {
         (vec![60, 1], isotropic("linear", 1e7, 0.0), 1e7, 2e-3),
         (vec![60, 1], isotropic("neo-hookean", 1e7, 0.49), plane(0.49), 2e-3),
         (vec![90, 1], isotropic("corotated", 1e7, 0.3), plane(0.3), 2e-3),
-        (vec![60, 2], stress, 1e7, 5e-3),
+        (vec![60, 2], stress, 1e7, 7e-2),
         (vec![30, 1, 1], isotropic("linear", 1e7, 0.3), 1e7, 5e-3),
         (vec![60, 1, 1], isotropic("linear", 1e7, 0.49), 1e7, 5e-3),
         (vec![60, 2, 1], isotropic("stable-neo-hookean", 1e7, 0.3), 1e7, 3e-2),

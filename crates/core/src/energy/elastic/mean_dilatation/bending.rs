@@ -19,16 +19,14 @@
 //! `f_k` turns with the cell; for a material that is linear in `F` it stays at rest. Moduli are those of
 //! the material at rest.
 //!
-//! In the plane `B = T`, but for cells that are not alone between two sides of the surface and narrower than
-//! high: theirs is `A_1 + (h_k/h_l)^2 (T - A_1)` with `A_1` of a square, for the cells of a beam widen and
-//! narrow along it, too, and should for little.
+//! In the plane `B` is `T` of cells that are alone through a thickness, both sides of them on the surface, and
+//! `A` of a square of others: of `n` rows bending is the cells' own by a part of `1/n^2` alone.
 //!
 //! In space `T - A` is not positive semi-definite even of cubes, which are sheared where they bend to a
 //! saddle, and nothing is ever taken away: of `B - A` the positive part is added. `B` is there
 //!
-//! - of cells that are alone through a thickness, both sides of them on the surface, `A` of a cube and the
-//!   matrix of rank one with which a cube that is free along `m` bends by the modulus `E` along `k`, and
-//!   likewise along `m`;
+//! - of cells that are alone `A` of a cube and the matrix of rank one with which a cube that is free along `m`
+//!   bends by the modulus `E` along `k`, and likewise along `m`;
 //! - of others, of whose rows a body that bends has `eps_m = -nu eps_k`, `A` of a cube less the multiple of
 //!   `[[1, 1], [1, 1]]` that makes this cost `E`, if it costs more. Long cells of a beam widen and narrow
 //!   along it, `eps_k = eps_m`, for nothing.
@@ -613,15 +611,13 @@ impl<const D: usize, const N: usize> LackingCell<'_, D, N> {
         let [k, m] = others::<D>(l);
         let own = frame.moduli([k, m], &[k, m].map(|k| self.slopes([k, l], lengths[k])));
         let [target, alone, one_of_many] = &frame.wanted[l];
+        let wanted = if is_alone { alone } else { one_of_many };
         let lacks = if D == 2 {
-            let part = if is_alone { 1.0 } else { (lengths[k] / lengths[l]).min(1.0).powi(2) };
-            let wanted = one_of_many.plus(&one_of_many.plus(target, -1.0), -part);
             BendingModuli {
                 own: [lacking(wanted.own[0], own.own[0]), Dual::splat(0.0)],
                 ..BendingModuli::NONE
             }
         } else {
-            let wanted = if is_alone { alone } else { one_of_many };
             wanted.plus(&own, -1.0).positive_part(target.own[0].value)
         };
         lacks.scaled([k, m].map(|k| Dual::splat(2.0 / lengths[k])))
