@@ -77,7 +77,8 @@ def test_positions_in_each_other_are_refused_and_change_nothing() -> None:
     simulation.positions = before + [[0.0, 0.02] if i < 15 else [0.0, 0.0] for i in range(len(before))]
     simulation.step(1)
     batch = Batch(pliant.Simulation(block()), 2, 1)
-    below = np.stack([before, before - [0.0, 0.05]])
+    # Of the vertices only those of the block: the floor has one, too.
+    below = np.stack([before, before + [[0.0, -0.05] if i < 15 else [0.0, 0.0] for i in range(len(before))]])
     with pytest.raises(ValueError, match="`floor`"):
         batch.reset(positions=below)
 

@@ -123,7 +123,8 @@ struct Share {
     bodies: [u32; 2],
 }
 
-/// Least gap, deepest contact, and the approach that takes most of what contact can stop, at `x` [m] and `v` [m/s].
+/// Least gap, deepest contact, and the approach that takes most of what contact can stop, at `x` [m] and `v`
+/// [m/s].
 pub(crate) fn extremes<const D: usize>(
     (model, areas): (&ContactModel, &[f64]),
     contacts: &Contacts,
