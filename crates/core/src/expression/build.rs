@@ -33,8 +33,8 @@ impl Formula {
     /// Reads a formula of `variables` and of `parameters`, in this order.
     ///
     /// # Errors
-    /// As [`parse`](Self::parse), and where a parameter has the name of something else, is not finite, or is not
-    /// in the formula.
+    /// As [`parse`](Self::parse), and where a parameter has the name of something else, is not finite, or is
+    /// not in the formula.
     pub(crate) fn with_parameters(
         text: &str,
         variables: &[&str],

@@ -95,7 +95,8 @@ impl Places<'_> {
         }
     }
 
-    /// The change of the dissipation of elements of a body, of the viscosity `about` that changes by `change`.
+    /// The change of the dissipation of elements of a body, of the viscosity `about` that changes by
+    /// `change`.
     fn viscous(&self, change: Viscosity, about: Viscosity, body: &BodyTopology) -> Box<dyn DissipativeTerm> {
         let (cells, rest, dimension) = (self.cells(body), self.rest(), self.topology.dimension);
         let set = ViscousSet { body: &body.name, dimension, cells: &cells, rest: &rest };

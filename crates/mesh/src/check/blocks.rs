@@ -171,8 +171,8 @@ mod tests {
         build_inline(&serde_json::from_value(spec).unwrap(), 2)
     }
 
-    // The angle is 180 degrees at 1/2; `det J` there is `(2 at - 1) / at` of its mean, at the quadrature point
-    // near it 0.29 of it at 0.45 and -0.73 at 0.25.
+    // The angle is 180 degrees at 1/2; `det J` there is `(2 at - 1) / at` of its mean, at the quadrature
+    // point near it 0.29 of it at 0.45 and -0.73 at 0.25.
     #[test]
     fn cells_folded_at_a_corner_alone_are_counted_and_those_folded_inside_refused() {
         assert_eq!(drawn(0.51).unwrap().folded_nodes(), None);

@@ -46,8 +46,9 @@ impl<const D: usize, const N: usize> StrainRate<D, N, ViscousCells<D, N>> {
         Self::new(body, viscosity, cells, rest, of_patches)
     }
 
-    /// The change of the dissipation of cells with a parameter: of cells of this `viscosity`, which changes by
-    /// that of `self`. What cells lack in bending is no linear function of the viscosities, as all else is.
+    /// The change of the dissipation of cells with a parameter: of cells of this `viscosity`, which changes
+    /// by that of `self`. What cells lack in bending is no linear function of the viscosities, as all else
+    /// is.
     #[must_use]
     pub fn as_change_of(mut self, viscosity: Viscosity, rest: &[f64]) -> Self {
         let tangent = &Tangent::isotropic(viscosity.second, viscosity.shear);

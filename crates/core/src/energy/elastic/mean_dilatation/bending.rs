@@ -19,14 +19,14 @@
 //! `f_k` turns with the cell; for a material that is linear in `F` it stays at rest. Moduli are those of
 //! the material at rest.
 //!
-//! In the plane `B` is `T` of cells that are alone through a thickness, both sides of them on the surface, and
-//! `A` of a square of others: of `n` rows bending is the cells' own by a part of `1/n^2` alone.
+//! In the plane `B` is `T` of cells that are alone through a thickness, both sides of them on the surface,
+//! and `A` of a square of others: of `n` rows bending is the cells' own by a part of `1/n^2` alone.
 //!
 //! In space `T - A` is not positive semi-definite even of cubes, which are sheared where they bend to a
 //! saddle, and nothing is ever taken away: of `B - A` the positive part is added. `B` is there
 //!
-//! - of cells that are alone `A` of a cube and the matrix of rank one with which a cube that is free along `m`
-//!   bends by the modulus `E` along `k`, and likewise along `m`;
+//! - of cells that are alone `A` of a cube and the matrix of rank one with which a cube that is free along
+//!   `m` bends by the modulus `E` along `k`, and likewise along `m`;
 //! - of others, of whose rows a body that bends has `eps_m = -nu eps_k`, `A` of a cube less the multiple of
 //!   `[[1, 1], [1, 1]]` that makes this cost `E`, if it costs more. Long cells of a beam widen and narrow
 //!   along it, `eps_k = eps_m`, for nothing.

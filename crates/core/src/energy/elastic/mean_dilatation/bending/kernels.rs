@@ -188,7 +188,8 @@ impl<const D: usize, const N: usize> Kernel for BendingEnergyKernel<'_, D, N> {
     }
 }
 
-/// Adds the gradients of the energy in bending at the vertices of a pack, or their change `ALONG` a direction.
+/// Adds the gradients of the energy in bending at the vertices of a pack, or their change `ALONG` a
+/// direction.
 pub(in super::super) struct BendingForceKernel<'a, const D: usize, const N: usize, const ALONG: bool> {
     pub(in super::super) pack: BendingPack<'a, D, N>,
     pub(in super::super) position: &'a RowSlice<D>,
