@@ -189,7 +189,7 @@ fn frequency(mode: &Value) -> f64 {
     mode["frequency"].as_f64().unwrap()
 }
 
-/// What friction holds creeps for ever, slower than its threshold speed.
+/// Bodies that friction holds creep for ever, slower than its threshold speed.
 #[test]
 fn modes_about_an_equilibrium_that_friction_holds() {
     let scene = r#"

@@ -308,8 +308,9 @@ pub struct CandidateCache<const D: usize> {
     trees: SurfaceTrees<D>,
     pairs: CandidatePairs,
     gathered_at: Vec<f64>,
-    /// That they were gathered for, and beyond it half of how far they reach [m].
+    /// Distance that they were gathered for [m].
     reach: f64,
+    /// Half of how far they reach beyond it [m].
     margin: f64,
     swept: SweptPairs,
     /// Number of gatherings so far.

@@ -461,7 +461,7 @@ impl<const D: usize> ChangingStencils for ContactEnergy<D> {
         search.expected = Arc::new(forecast.end());
     }
 
-    /// Those of primitives of different bodies that are nearer to each other at `x` than a typical edge is
+    /// Pairs of primitives of different bodies that are nearer to each other at `x` than a typical edge is
     /// long. Bodies farther apart, and one that folds, have none.
     fn likely_pairs(&self, x: &[f64]) -> Vec<[u32; 2]> {
         let (model, surface) = (&self.model, &self.model.surface);

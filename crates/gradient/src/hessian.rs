@@ -43,7 +43,7 @@ const LEVELS: usize = 5;
 /// ```
 ///
 /// # Errors
-/// Those of `gradient_at`, which gives `g(h)`; it is called ten times at most.
+/// Errors of `gradient_at`, which gives `g(h)`; it is called ten times at most.
 ///
 /// # Panics
 /// If gradients are of different lengths.

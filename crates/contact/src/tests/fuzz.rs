@@ -224,8 +224,8 @@ fn steps_to_a_half_space_end_a_tenth_of_the_gap_before_it() {
     assert_eq!(safe_step_to_half_space(0.25, 3.0, &gap, 1.0), 0.0);
 }
 
-/// Primitives that are said to be apart, or to stay apart on their way, are, wherever the scene lies; and some
-/// are said to be.
+/// Primitives that are said to be apart, or to stay apart on their way, are, wherever the scene lies; and
+/// some are said to be.
 fn assert_apart<K: Primitives<D, N>, const D: usize, const N: usize>(random: &mut Random) -> usize {
     let mut told = 0;
     for round in 0..2000 {

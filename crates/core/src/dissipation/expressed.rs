@@ -58,7 +58,7 @@ struct DashpotPrograms {
     dissipation: Program,
     /// `dR/d rate` [N].
     force: Program,
-    /// That parameter; zero without any.
+    /// The parameter's value; zero without any.
     number: f64,
 }
 

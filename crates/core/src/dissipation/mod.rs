@@ -145,7 +145,7 @@ pub trait FrozenParts {
         None
     }
 
-    /// How often a solve may take them: so often, less one, on its way and again once it has converged. A
-    /// solve that takes them once has those of the start of its step.
+    /// The most times that a solve takes them: so often, less one, on its way and again once it has
+    /// converged. A solve that takes them once has those of the start of its step.
     fn most_renewals(&self) -> u32;
 }

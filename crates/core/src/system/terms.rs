@@ -163,8 +163,8 @@ impl System {
         self.follow(v, &vec![0.0; v.len()]);
     }
 
-    /// How often a solve may take what dissipative terms hold from positions: once is from those at the start
-    /// of its step. `None` where no term takes anything from positions.
+    /// The most times that a solve takes what dissipative terms hold from positions: once is from those at
+    /// the start of its step. `None` where no term takes anything from positions.
     pub fn most_renewals(&mut self) -> Option<u32> {
         self.dissipation.iter_mut().filter_map(|term| Some(term.frozen()?.most_renewals())).max()
     }

@@ -114,9 +114,9 @@ class HessianProduct(Mapping[str, "float | npt.NDArray[Any]"]):
     derivatives : dict of str to float or ndarray
         The product by each name, of the shapes of the direction.
     errors : dict of str to float or ndarray
-        Estimates of its errors, likewise, no bounds: what the last extrapolation of each number has changed, or
-        how far smaller changes lead away. Where one is large, the loss is not smooth so far, or steps are solved
-        too coarsely.
+        Estimates of its errors, likewise, no bounds: what the last extrapolation of each number has changed,
+        or how far smaller changes lead away. Where one is large, the loss is not smooth so far, or steps are
+        solved too coarsely.
     """
 
     value: float
@@ -179,7 +179,8 @@ class _MovedRuns:
 
     def gradient(self, part: float) -> list[float]:
         """All derivatives, where the largest change is this part of what it changes."""
-        at = {name: self.values[name] + part / self.length * change for name, change in self.direction.items()}
+        scale = part / self.length
+        at = {name: self.values[name] + scale * change for name, change in self.direction.items()}
         moved = self.simulation.clone()
         if self.paths:
             moved.set({path: at[name].tolist() for name, path in self.paths.items()})

@@ -74,7 +74,7 @@ struct BendingPair<const N: usize> {
     stiffness: [[f64; WIDTH]; 2],
 }
 
-/// What all pairs of axes of a pack have in common.
+/// Data that all pairs of axes of a pack have in common.
 #[derive(Clone)]
 #[repr(align(64))]
 struct BendingCommon<const D: usize> {
@@ -156,7 +156,7 @@ pub(crate) struct CellBending<const D: usize, const N: usize> {
     slopes: [[f64; D]; N],
     /// Pairs of axes of every pack, one after the other.
     pairs: Vec<BendingPair<N>>,
-    /// Of every pack.
+    /// Data of every pack.
     common: Vec<BendingCommon<D>>,
 }
 

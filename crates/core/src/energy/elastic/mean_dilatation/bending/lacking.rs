@@ -1,4 +1,4 @@
-//! What a cell lacks: its moduli in bending, and those that it should have.
+//! Moduli in bending that a cell has, and those that it should have.
 
 use std::collections::HashMap;
 
@@ -53,7 +53,7 @@ fn side_of<const N: usize>(side: &[usize], vertices: &[u32; N]) -> [u32; MOST_OF
     sorted
 }
 
-/// What a cell lacks.
+/// Stiffness in bending that a cell lacks.
 pub(super) struct CellFound<const D: usize, const N: usize> {
     /// Places of its nodes from the first one on [m].
     offsets: [[f64; D]; N],
@@ -61,7 +61,7 @@ pub(super) struct CellFound<const D: usize, const N: usize> {
     alone: [bool; D],
     /// `J` in its middle [m].
     pub(super) middle: Mat<f64, D>,
-    /// Of every pair of axes and side.
+    /// Stiffness of every pair of axes and side.
     pub(super) stiffness: [[f64; 2]; MOST_PAIRS],
     /// Across every axis.
     pub(super) coupling: [f64; MOST_PAIRS],
@@ -270,7 +270,7 @@ impl<const D: usize, const N: usize> LackingCell<'_, D, N> {
         self.points.iter().map(slope).collect()
     }
 
-    /// What the cell of this volume lacks of a solid, or its change.
+    /// Stiffness that the cell of this volume lacks of a solid, or its change.
     pub(super) fn find(&self, alone: [bool; D], volume: f64, solid: BendingSolid<'_, D>) -> CellFound<D, N> {
         let frame = CellFrame::new(self.cell, self.directions(), solid);
         let lengths = lengths(self.cell, self.nodes);
