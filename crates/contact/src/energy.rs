@@ -461,14 +461,20 @@ impl<const D: usize> ChangingStencils for ContactEnergy<D> {
         search.expected = Arc::new(forecast.end());
     }
 
-    /// Pairs of primitives of different bodies that are nearer to each other at `x` than a typical edge is
-    /// long. Bodies farther apart, and one that folds, have none.
+    /// Pairs of primitives of different pieces that are nearer to touching at `x` than a typical edge is long.
+    /// Pieces farther apart, and one that folds, have none.
     fn likely_pairs(&self, x: &[f64]) -> Vec<[u32; 2]> {
         let (model, surface) = (&self.model, &self.model.surface);
-        let mut different = model.pairs.clone();
-        (0..model.names.len() as u32).for_each(|body| different.set(body, body, false));
-        let found = CandidatePairs::gather::<D>(surface, &different, x, None, typical_edge(surface));
-        found.vertex_pairs(surface)
+        let piece = surface.pieces();
+        let mut allowed = model.pairs.clone();
+        for (body, divided) in (0..).zip(surface.divided(&piece, model.names.len())) {
+            allowed.set(body, body, divided && allowed.touch(body, body));
+        }
+        let near = typical_edge(surface) + model.surface_reach();
+        let found = CandidatePairs::gather::<D>(surface, &allowed, x, None, near);
+        let mut pairs = found.vertex_pairs(surface);
+        pairs.retain(|pair| piece[pair[0] as usize] != piece[pair[1] as usize]);
+        pairs
     }
 
     fn forget(&mut self) {

@@ -1,5 +1,7 @@
 //! Surfaces that touch: their vertices, edges and triangles, and the area that each stands for.
 
+use pliant::topology::Pieces;
+
 /// Primitives that a surface consists of, by the numbers of their vertices.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SurfacePrimitives<'a> {
@@ -68,7 +70,7 @@ pub struct ContactSurface {
     pub radii: Vec<f64>,
 }
 
-/// IncidenceLists of numbers, one after the other.
+/// Lists of numbers, one after the other.
 #[derive(Clone, Debug, Default)]
 pub struct IncidenceLists {
     starts: Vec<u32>,
@@ -210,6 +212,23 @@ impl ContactSurface {
             let area = if self.dimension == 3 { 0.25 * std::f64::consts::PI * t * t } else { t };
             self.vertex_areas[p as usize] = area;
         }
+    }
+
+    /// Number of the piece of each vertex of the system, see [`Pieces::numbered`]: edges hold them together.
+    pub(crate) fn pieces(&self) -> Vec<u32> {
+        let mut pieces = Pieces::new(self.bodies.len());
+        self.edges.iter().for_each(|edge| pieces.connect(edge));
+        pieces.numbered().0
+    }
+
+    /// True for each of `count` bodies that its `pieces` are more than one.
+    pub(crate) fn divided(&self, pieces: &[u32], count: usize) -> Vec<bool> {
+        let (mut first, mut divided) = (vec![None; count], vec![false; count]);
+        for &v in &self.vertices {
+            let (body, piece) = (self.bodies[v as usize] as usize, pieces[v as usize]);
+            divided[body] |= *first[body].get_or_insert(piece) != piece;
+        }
+        divided
     }
 
     /// Radius around a vertex of the system [m].

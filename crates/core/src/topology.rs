@@ -158,3 +158,54 @@ pub struct Topology {
     /// The bodies, by ascending vertex range.
     pub bodies: Vec<BodyTopology>,
 }
+
+/// Sets of things that links hold together, by joining trees; Tarjan 1975, "Efficiency of a good but not
+/// linear set union algorithm".
+#[derive(Clone, Debug)]
+pub struct Pieces {
+    /// Another thing of the same piece with a lower number, or the thing itself.
+    above: Vec<u32>,
+}
+
+impl Pieces {
+    /// As many pieces as things.
+    pub fn new(things: usize) -> Self {
+        Pieces { above: (0..things as u32).collect() }
+    }
+
+    /// Joins the pieces of all members of a link.
+    pub fn connect(&mut self, link: &[u32]) {
+        for pair in link.windows(2) {
+            let (a, b) = (self.first(pair[0]), self.first(pair[1]));
+            self.above[a.max(b) as usize] = a.min(b);
+        }
+    }
+
+    /// The first thing of the piece that this one is in.
+    pub fn first(&mut self, mut thing: u32) -> u32 {
+        while self.above[thing as usize] != thing {
+            // Paths are halved on the way.
+            let next = self.above[self.above[thing as usize] as usize];
+            self.above[thing as usize] = next;
+            thing = next;
+        }
+        thing
+    }
+
+    /// Number of pieces.
+    pub fn count(&self) -> usize {
+        (0..).zip(&self.above).filter(|(thing, above)| thing == *above).count()
+    }
+
+    /// Number of the piece of each thing, from 0 in the order of their first things, and the number of
+    /// pieces.
+    pub fn numbered(mut self) -> (Vec<u32>, usize) {
+        let (mut numbers, mut count) = (vec![0; self.above.len()], 0);
+        for thing in 0..self.above.len() as u32 {
+            let first = self.first(thing);
+            numbers[thing as usize] = if first == thing { count as u32 } else { numbers[first as usize] };
+            count += usize::from(first == thing);
+        }
+        (numbers, count)
+    }
+}

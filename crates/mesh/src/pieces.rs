@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use super::{Cleaned, Mesh};
 use pliant::element::CellBlock;
+use pliant::topology::Pieces;
 
 /// Number of cells of a kind.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -73,31 +74,16 @@ impl Mesh {
     /// Number of sets of vertices that no element and no edge connects with each other. Vertices that
     /// belong to none count as one each.
     fn piece_count(&self) -> usize {
-        let mut roots: Vec<u32> = (0..self.vertex_count() as u32).collect();
-        let mut pieces = self.vertex_count();
-        let mut connect = |cell: &[u32]| {
-            for pair in cell.windows(2) {
-                let (a, b) = (root(&mut roots, pair[0]), root(&mut roots, pair[1]));
-                // The lower one stays: trees grow from the first vertex of a piece.
-                roots[a.max(b) as usize] = a.min(b);
-                pieces -= usize::from(a != b);
-            }
-        };
-        self.edges.iter().for_each(|cell| connect(cell));
+        let mut pieces = Pieces::new(self.vertex_count());
+        self.edges.iter().for_each(|cell| pieces.connect(cell));
         if let Some(block) = self.block() {
-            block.cells().for_each(&mut connect);
+            block.cells().for_each(|cell| pieces.connect(cell));
         } else if self.tetrahedra.is_empty() {
-            self.triangles.iter().for_each(|cell| connect(cell));
-            self.triangles
-                .iter()
-                .zip(&self.triangle_middles)
-                .for_each(|(cell, m)| connect(&[&cell[..1], m].concat()));
+            connect_cells(&mut pieces, &self.triangles, &self.triangle_middles);
         } else {
-            self.tetrahedra.iter().for_each(|cell| connect(cell));
-            let curved = self.tetrahedra.iter().zip(&self.tetrahedron_middles);
-            curved.for_each(|(cell, m)| connect(&[&cell[..1], m].concat()));
+            connect_cells(&mut pieces, &self.tetrahedra, &self.tetrahedron_middles);
         }
-        pieces
+        pieces.count()
     }
 
     /// Number of vertices that lie exactly where one with a lower number does.
@@ -114,34 +100,17 @@ impl Mesh {
     }
 }
 
-/// For each of `count` things the number of the piece that it is in, from 0 in the order of their first
-/// things, and the number of pieces. The members of a link hang together.
-pub(super) fn labels<'a>(count: usize, links: impl Iterator<Item = &'a [u32]>) -> (Vec<u32>, usize) {
-    let mut roots: Vec<u32> = (0..count as u32).collect();
-    for link in links {
-        for pair in link.windows(2) {
-            let (a, b) = (root(&mut roots, pair[0]), root(&mut roots, pair[1]));
-            roots[a.max(b) as usize] = a.min(b);
-        }
-    }
-    let (mut labels, mut pieces) = (vec![0; count], 0);
-    for i in 0..count as u32 {
-        // The root of a piece is its first member.
-        let root = root(&mut roots, i);
-        labels[i as usize] = if root == i { pieces as u32 } else { labels[root as usize] };
-        pieces += usize::from(root == i);
-    }
-    (labels, pieces)
-}
-
-/// The vertex that stands for the piece of this one. Paths are halved on the way.
-fn root(roots: &mut [u32], mut vertex: u32) -> u32 {
-    while roots[vertex as usize] != vertex {
-        let above = roots[roots[vertex as usize] as usize];
-        roots[vertex as usize] = above;
-        vertex = above;
-    }
-    vertex
+/// Connects the corners of each cell, and the nodes in the middle of its edges where there are any.
+fn connect_cells<const N: usize, const M: usize>(
+    pieces: &mut Pieces,
+    cells: &[[u32; N]],
+    middles: &[[u32; M]],
+) {
+    cells.iter().for_each(|cell| pieces.connect(cell));
+    cells.iter().zip(middles).for_each(|(cell, middles)| {
+        pieces.connect(&[cell[0], middles[0]]);
+        pieces.connect(middles);
+    });
 }
 
 #[cfg(test)]

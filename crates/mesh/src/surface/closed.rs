@@ -9,6 +9,7 @@ use super::tree::{self, BoxCorners, BoxTree};
 use crate::facets::for_each_equal;
 use crate::geometry::{cross, dot, subtract};
 use crate::{Mesh, MeshError};
+use pliant::topology::Pieces;
 
 /// A closed surface of triangles, counter-clockwise seen from outside.
 pub(super) struct ClosedSurface {
@@ -97,8 +98,9 @@ impl ClosedSurface {
 
     /// Volumes of its pieces [m^3], negative where they bound a cavity.
     pub(super) fn pieces(&self) -> Vec<f64> {
-        let (of_vertex, count) =
-            crate::pieces::labels(self.points.len(), self.triangles.iter().map(|t| &t[..]));
+        let mut pieces = Pieces::new(self.points.len());
+        self.triangles.iter().for_each(|triangle| pieces.connect(triangle));
+        let (of_vertex, count) = pieces.numbered();
         let mut volumes = vec![0.0; count];
         for (i, triangle) in self.triangles.iter().enumerate() {
             volumes[of_vertex[triangle[0] as usize] as usize] += self.volume_below(i);

@@ -26,6 +26,7 @@ use crate::spec::{SolidElement, SurfaceSpec};
 use crate::{Mesh, MeshError, MeshSize};
 use closed::ClosedSurface;
 use lattice::CubicLattice;
+use pliant::topology::Pieces;
 
 /// Distance of the skin from the solid, in edges of cells, from which on a part is missing. Sharp edges are
 /// cut off by up to one.
@@ -214,7 +215,9 @@ fn pieces(mesh: &Mesh) -> (Vec<u32>, usize) {
         };
         link(4 * mesh.tetrahedra.len(), face, |i| i / 4, &mut links);
     }
-    crate::pieces::labels(mesh.element_count(), links.iter().map(|pair| &pair[..]))
+    let mut pieces = Pieces::new(mesh.element_count());
+    links.iter().for_each(|pair| pieces.connect(pair));
+    pieces.numbered()
 }
 
 /// Adds the pairs of cells that share a facet.
