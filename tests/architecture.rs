@@ -238,3 +238,54 @@ fn types_are_found_by_their_keywords() {
                 struct $name;";
     assert_eq!(types_defined(text), ["Patch", "Layout", "Term", "Lane", "Bits"]);
 }
+
+/// Methods of a trait: doors are narrow.
+const MOST_METHODS: usize = 12;
+
+/// Traits that a formatted text defines, each with the number of its methods.
+fn traits_defined(text: &str) -> Vec<(String, usize)> {
+    let mut found = vec![];
+    // Indentation, name and methods of the one that is being read.
+    let mut open: Option<(usize, String, usize)> = None;
+    for line in text.lines() {
+        let item = line.trim_start();
+        let indent = line.len() - item.len();
+        open = match open {
+            Some((own, name, methods)) if indent == own && item.starts_with('}') => {
+                found.push((name, methods));
+                None
+            }
+            Some((own, name, methods)) => {
+                let is_method =
+                    indent == own + 4 && ["fn ", "unsafe fn "].iter().any(|f| item.starts_with(f));
+                Some((own, name, methods + usize::from(is_method)))
+            }
+            None => {
+                let words: Vec<&str> = item.split([' ', ':', '<']).collect();
+                let starts = ["pub", "pub(crate)", "pub(super)", "unsafe", "trait"];
+                let at = words.iter().position(|word| *word == "trait");
+                let name = at.filter(|at| words[..*at].iter().all(|word| starts.contains(word)));
+                let is_open = !item.ends_with("{}");
+                name.filter(|_| is_open).and_then(|at| Some((indent, (*words.get(at + 1)?).to_owned(), 0)))
+            }
+        };
+    }
+    found
+}
+
+#[test]
+fn traits_have_few_methods() {
+    let mut files = vec![];
+    sources(&root().join("crates"), &mut files);
+    let all: Vec<(String, usize)> = files.iter().flat_map(|file| traits_defined(&product(file))).collect();
+    assert!(all.len() > 50, "only {} traits are found", all.len());
+    let wide: Vec<_> = all.iter().filter(|(_, methods)| *methods > MOST_METHODS).collect();
+    assert!(wide.is_empty(), "more than {MOST_METHODS} methods: {wide:?}");
+}
+
+#[test]
+fn methods_of_traits_are_counted() {
+    let text = "pub trait Wide<T>:\n    Send\n{\n    fn a();\n    /// b\n    fn b() {\n        fn inner() {}\n    }\n}\n\
+                mod m {\n    pub(crate) trait Narrow {\n        unsafe fn c();\n    }\n}\nfn trait_of() {}\n";
+    assert_eq!(traits_defined(text), [("Wide".to_owned(), 2), ("Narrow".to_owned(), 1)]);
+}

@@ -2,7 +2,9 @@
 
 use std::ops::Range;
 
-use pliant::dissipation::{DissipativeTerm, MassProportional, MeasuredRate};
+use pliant::dissipation::{
+    DissipationViews, DissipativeTerm, MassProportional, MeasuredRate, PositionProducts,
+};
 use pliant::energy::Stencils;
 use pliant::energy::measure::{Length, StencilConstants};
 use pliant::energy::spring::Springs;
@@ -458,6 +460,10 @@ impl DissipativeTerm for Sliding {
         0
     }
 }
+
+impl DissipationViews for Sliding {}
+
+impl PositionProducts for Sliding {}
 
 // The objective of a step has R itself: with half the power in its place, no step along the direction would
 // lower it as its slope says.

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use pliant::dissipation::DissipativeTerm;
+use pliant::dissipation::{DissipationViews, DissipativeTerm, PositionProducts};
 use pliant::energy::{
     ChangingStencils, EnergyKind, EnergyTerm, Fault, Stencils, StepLimit, TermProperties, TermViews,
 };
@@ -316,16 +316,21 @@ impl DissipativeTerm for Rubbing {
         self.evaluate(x, v);
         self.gradient.iter().zip(v).map(|(g, v)| g * v).sum()
     }
+    fn bytes(&self) -> usize {
+        0
+    }
+}
+
+impl DissipationViews for Rubbing {
     fn changing(&self) -> Option<&dyn ChangingStencils> {
         self.pairs.changing().map(|_| self as &dyn ChangingStencils)
     }
     fn changing_mut(&mut self) -> Option<&mut dyn ChangingStencils> {
         if self.pairs.changing().is_some() { Some(self) } else { None }
     }
-    fn bytes(&self) -> usize {
-        0
-    }
 }
+
+impl PositionProducts for Rubbing {}
 
 impl ChangingStencils for Rubbing {
     fn find(&mut self, x: &[f64]) -> bool {

@@ -4,7 +4,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use pliant::dissipation::{DissipativeTerm, FrozenParts};
+use pliant::dissipation::{DissipationViews, DissipativeTerm, FrozenParts, PositionProducts};
 use pliant::energy::{ChangingStencils, Stencils};
 use pliant::material::Psd;
 
@@ -208,14 +208,6 @@ impl<const D: usize> DissipativeTerm for FrictionTerm<D> {
         }
     }
 
-    fn add_position_product(&mut self, x: &[f64], v: &[f64], p: &[f64], y: &mut [f64]) -> bool {
-        self.add_slopes(SlopeProduct::Transposed, x, v, p, y)
-    }
-
-    fn add_position_change(&mut self, x: &[f64], v: &[f64], u: &[f64], y: &mut [f64]) -> bool {
-        self.add_slopes(SlopeProduct::Change, x, v, u, y)
-    }
-
     fn power(&mut self, x: &[f64], v: &[f64]) -> f64 {
         self.look(x);
         self.all().fold(0.0, |sum, contact| sum + contact.pair.power(&contact.velocities(v)))
@@ -226,6 +218,13 @@ impl<const D: usize> DissipativeTerm for FrictionTerm<D> {
         self.all().fold(0.0, |sum, contact| sum + contact.pair.value(&contact.velocities(v)))
     }
 
+    fn bytes(&self) -> usize {
+        let contacts: usize = self.contacts.iter().map(|list| size_of_val(&list[..])).sum();
+        self.gradient.bytes() + contacts + size_of_val(&self.velocity[..])
+    }
+}
+
+impl<const D: usize> DissipationViews for FrictionTerm<D> {
     fn changing(&self) -> Option<&dyn ChangingStencils> {
         Some(self)
     }
@@ -237,10 +236,15 @@ impl<const D: usize> DissipativeTerm for FrictionTerm<D> {
     fn frozen(&mut self) -> Option<&mut dyn FrozenParts> {
         Some(self)
     }
+}
 
-    fn bytes(&self) -> usize {
-        let contacts: usize = self.contacts.iter().map(|list| size_of_val(&list[..])).sum();
-        self.gradient.bytes() + contacts + size_of_val(&self.velocity[..])
+impl<const D: usize> PositionProducts for FrictionTerm<D> {
+    fn add_position_product(&mut self, x: &[f64], v: &[f64], p: &[f64], y: &mut [f64]) -> bool {
+        self.add_slopes(SlopeProduct::Transposed, x, v, p, y)
+    }
+
+    fn add_position_change(&mut self, x: &[f64], v: &[f64], u: &[f64], y: &mut [f64]) -> bool {
+        self.add_slopes(SlopeProduct::Change, x, v, u, y)
     }
 }
 

@@ -23,29 +23,25 @@ impl Mask for bool {
     }
 }
 
-/// A real number, a pack of real numbers, or a real number with derivatives.
-pub trait Scalar:
-    Copy
-    + Debug
-    + Send
-    + Sync
-    + 'static
-    + Add<Output = Self>
-    + Sub<Output = Self>
-    + Mul<Output = Self>
-    + Div<Output = Self>
-    + Neg<Output = Self>
-    + AddAssign
-    + SubAssign
-    + MulAssign
-{
+/// Order and sign of numbers, lane by lane.
+pub trait Compared: Copy {
     /// Result of a comparison.
     type Mask: Mask;
 
-    /// The constant `x` in every lane.
-    fn splat(x: f64) -> Self;
-    /// `self * b + c` with a single rounding.
-    fn mul_add(self, b: Self, c: Self) -> Self;
+    /// Absolute value.
+    fn abs(self) -> Self;
+    /// The larger of the two; `o` where `self` is NaN.
+    fn max(self, o: Self) -> Self;
+    /// `|self|` with the sign of `sign`.
+    fn copysign(self, sign: Self) -> Self;
+    /// `self < o`; false where either is NaN.
+    fn lt(self, o: Self) -> Self::Mask;
+    /// `mask ? a : b`, lane by lane.
+    fn select(mask: Self::Mask, a: Self, b: Self) -> Self;
+}
+
+/// Elementary functions.
+pub trait Elementary: Copy + Mul<Output = Self> {
     /// Square root.
     fn sqrt(self) -> Self;
     /// Natural logarithm; NaN for negative arguments, `-inf` at zero, see [`crate::lanes::ln`].
@@ -59,19 +55,34 @@ pub trait Scalar:
     }
     /// The angle of the point `(x, self)` in `(-pi, pi]`, see [`crate::lanes::atan2`].
     #[inline(always)]
-    fn atan2(self, x: Self) -> Self {
+    fn atan2(self, x: Self) -> Self
+    where
+        Self: Scalar,
+    {
         crate::lanes::atan2(self, x)
     }
-    /// Absolute value.
-    fn abs(self) -> Self;
-    /// The larger of the two; `o` where `self` is NaN.
-    fn max(self, o: Self) -> Self;
-    /// `|self|` with the sign of `sign`.
-    fn copysign(self, sign: Self) -> Self;
-    /// `self < o`; false where either is NaN.
-    fn lt(self, o: Self) -> Self::Mask;
-    /// `mask ? a : b`, lane by lane.
-    fn select(mask: Self::Mask, a: Self, b: Self) -> Self;
+}
+
+/// A real number, a pack of real numbers, or a real number with derivatives.
+pub trait Scalar:
+    Compared
+    + Elementary
+    + Debug
+    + Send
+    + Sync
+    + 'static
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+    + SubAssign
+    + MulAssign
+{
+    /// The constant `x` in every lane.
+    fn splat(x: f64) -> Self;
+    /// `self * b + c` with a single rounding.
+    fn mul_add(self, b: Self, c: Self) -> Self;
 
     /// The rotation of the signed polar decomposition `F = R S`, see [`algebra::rotation`].
     ///
@@ -138,29 +149,9 @@ pub trait Real: Scalar {
     fn inverse_sqrt_seed(self) -> Self;
 }
 
-impl Scalar for f64 {
+impl Compared for f64 {
     type Mask = bool;
 
-    #[inline(always)]
-    fn splat(x: f64) -> f64 {
-        x
-    }
-    #[inline(always)]
-    fn mul_add(self, b: f64, c: f64) -> f64 {
-        f64::mul_add(self, b, c)
-    }
-    #[inline(always)]
-    fn sqrt(self) -> f64 {
-        f64::sqrt(self)
-    }
-    #[inline(always)]
-    fn ln(self) -> f64 {
-        crate::lanes::ln(self)
-    }
-    #[inline(always)]
-    fn exp(self) -> f64 {
-        crate::lanes::exp(self)
-    }
     #[inline(always)]
     fn abs(self) -> f64 {
         f64::abs(self)
@@ -180,6 +171,32 @@ impl Scalar for f64 {
     #[inline(always)]
     fn select(mask: bool, a: f64, b: f64) -> f64 {
         if mask { a } else { b }
+    }
+}
+
+impl Elementary for f64 {
+    #[inline(always)]
+    fn sqrt(self) -> f64 {
+        f64::sqrt(self)
+    }
+    #[inline(always)]
+    fn ln(self) -> f64 {
+        crate::lanes::ln(self)
+    }
+    #[inline(always)]
+    fn exp(self) -> f64 {
+        crate::lanes::exp(self)
+    }
+}
+
+impl Scalar for f64 {
+    #[inline(always)]
+    fn splat(x: f64) -> f64 {
+        x
+    }
+    #[inline(always)]
+    fn mul_add(self, b: f64, c: f64) -> f64 {
+        f64::mul_add(self, b, c)
     }
 }
 

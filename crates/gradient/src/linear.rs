@@ -260,7 +260,7 @@ impl CorrectedEquations for CorrectedStage<'_> {
 
 #[cfg(test)]
 mod tests {
-    use pliant::dissipation::DissipativeTerm;
+    use pliant::dissipation::{DissipationViews, DissipativeTerm, PositionProducts};
 
     use super::*;
 
@@ -280,18 +280,22 @@ mod tests {
 
         fn add_damping_product(&mut self, _: &[f64], _: &[f64], _: &[f64], _: &mut [f64]) {}
 
-        fn add_position_product(&mut self, _: &[f64], _: &[f64], p: &[f64], y: &mut [f64]) -> bool {
-            y[0] += self.0 * p[1];
-            y[1] -= self.0 * p[0];
-            true
-        }
-
         fn power(&mut self, _: &[f64], _: &[f64]) -> f64 {
             0.0
         }
 
         fn bytes(&self) -> usize {
             0
+        }
+    }
+
+    impl DissipationViews for Across {}
+
+    impl PositionProducts for Across {
+        fn add_position_product(&mut self, _: &[f64], _: &[f64], p: &[f64], y: &mut [f64]) -> bool {
+            y[0] += self.0 * p[1];
+            y[1] -= self.0 * p[0];
+            true
         }
     }
 

@@ -35,7 +35,7 @@ impl ForceParts {
         if *needs_force {
             gradient.resize(at.x.len(), 0.0);
             system.gradient(at.x, gradient);
-            for term in system.dissipation_mut().filter(|term| !term.scales_with_mass()) {
+            for term in system.dissipation_mut().filter(|term| term.vertex_drag().is_none()) {
                 term.evaluate(at.x, at.v);
                 term.add_rows(0, gradient);
             }

@@ -4,7 +4,7 @@ use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
 use super::isotropic::isotropic_gradient_along;
 use super::{IsotropicFunction, Mat, Vect};
-use crate::scalar::Scalar;
+use crate::scalar::{Compared, Elementary, Scalar};
 
 /// Sums of two singular values below this are raised to it, in derivatives of the rotation only: where
 /// `sigma_i + sigma_j = 0` the rotation jumps and has no derivative.
@@ -133,39 +133,9 @@ impl<S: Scalar> MulAssign for Dual<S> {
     }
 }
 
-impl<S: Scalar> Scalar for Dual<S> {
+impl<S: Scalar> Compared for Dual<S> {
     type Mask = S::Mask;
 
-    #[inline(always)]
-    fn splat(x: f64) -> Self {
-        Self::constant(S::splat(x))
-    }
-    #[inline(always)]
-    fn mul_add(self, b: Self, c: Self) -> Self {
-        let derivative = self.derivative.mul_add(b.value, b.derivative.mul_add(self.value, c.derivative));
-        Dual { value: self.value.mul_add(b.value, c.value), derivative }
-    }
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        let root = self.value.sqrt();
-        self.chain(root, S::splat(0.5) / root)
-    }
-    #[inline(always)]
-    fn ln(self) -> Self {
-        self.chain(self.value.ln(), S::one() / self.value)
-    }
-    #[inline(always)]
-    fn exp(self) -> Self {
-        let value = self.value.exp();
-        self.chain(value, value)
-    }
-    /// `(x dy - y dx) / (x^2 + y^2)`.
-    #[inline(always)]
-    fn atan2(self, x: Self) -> Self {
-        let square = self.value.mul_add(self.value, x.value * x.value) + S::splat(f64::MIN_POSITIVE);
-        let cross = x.value * self.derivative - self.value * x.derivative;
-        Dual { value: self.value.atan2(x.value), derivative: cross / square }
-    }
     #[inline(always)]
     fn abs(self) -> Self {
         self.chain(self.value.abs(), S::one().copysign(self.value))
@@ -190,7 +160,42 @@ impl<S: Scalar> Scalar for Dual<S> {
             derivative: S::select(mask, a.derivative, b.derivative),
         }
     }
+}
 
+impl<S: Scalar> Elementary for Dual<S> {
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        let root = self.value.sqrt();
+        self.chain(root, S::splat(0.5) / root)
+    }
+    #[inline(always)]
+    fn ln(self) -> Self {
+        self.chain(self.value.ln(), S::one() / self.value)
+    }
+    #[inline(always)]
+    fn exp(self) -> Self {
+        let value = self.value.exp();
+        self.chain(value, value)
+    }
+    /// `(x dy - y dx) / (x^2 + y^2)`.
+    #[inline(always)]
+    fn atan2(self, x: Self) -> Self {
+        let square = self.value.mul_add(self.value, x.value * x.value) + S::splat(f64::MIN_POSITIVE);
+        let cross = x.value * self.derivative - self.value * x.derivative;
+        Dual { value: self.value.atan2(x.value), derivative: cross / square }
+    }
+}
+
+impl<S: Scalar> Scalar for Dual<S> {
+    #[inline(always)]
+    fn splat(x: f64) -> Self {
+        Self::constant(S::splat(x))
+    }
+    #[inline(always)]
+    fn mul_add(self, b: Self, c: Self) -> Self {
+        let derivative = self.derivative.mul_add(b.value, b.derivative.mul_add(self.value, c.derivative));
+        Dual { value: self.value.mul_add(b.value, c.value), derivative }
+    }
     /// With `F = R S`: `R^T dR` is antisymmetric, with the axial vector `(tr(S) I - S)^-1 axial(R^T dF -
     /// dF^T R)`; in two dimensions `R^T dR = (R^T dF - dF^T R) / tr S`.
     ///
@@ -205,7 +210,6 @@ impl<S: Scalar> Scalar for Dual<S> {
         let spin = cross(&inverse.mul_vec(&axial(&r.transpose_mul(&df))));
         Self::along(&r, &(r * spin))
     }
-
     /// `d psi = (d psi / dF) : dF`.
     #[inline(always)]
     fn isotropic_value<const D: usize, I: IsotropicFunction<D>>(function: &I, f: &Mat<Self, D>) -> Self {
@@ -213,7 +217,6 @@ impl<S: Scalar> Scalar for Dual<S> {
         let derivative = S::isotropic_gradient(function, &f).dot(&df);
         Dual { value: S::isotropic_value(function, &f), derivative }
     }
-
     #[inline(always)]
     fn isotropic_gradient<const D: usize, I: IsotropicFunction<D>>(
         function: &I,

@@ -1,7 +1,7 @@
 //! A rigid half-space.
 use super::motion::cross;
 use crate::lanes::{Kernel, Lanes, WIDTH, dispatch};
-use crate::scalar::{Mask, Scalar};
+use crate::scalar::{Compared, Mask};
 
 /// Keeps vertices in `normal . x >= offset`, as the lecture's cantilever does (lecture 21): a vertex that
 /// has crossed is put back on the plane and its velocity into the wall is zeroed. Inelastic, without
@@ -188,7 +188,7 @@ impl<const D: usize> Kernel for BehindWallKernel<'_, D> {
                 height += L::splat(self.normal[c]) * x[c];
             }
             // In this order what is NaN hides nothing.
-            depth = Scalar::max(offset - height, depth);
+            depth = Compared::max(offset - height, depth);
         }
         let behind = L::zero().lt(depth).any();
         rest.iter().fold(behind, |any, x| any | (self.offset - dot(self.normal, x) > 0.0))

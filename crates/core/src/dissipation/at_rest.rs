@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::DissipativeTerm;
+use super::{DissipationViews, DissipativeTerm, PositionProducts};
 use crate::energy::{Fault, Stencils};
 
 /// A dissipation function taken at the rest positions `x_0`, wherever the vertices are: `R(x_0, v)`, whose
@@ -41,14 +41,6 @@ impl DissipativeTerm for AtRest {
         self.term.add_damping_product(&self.rest, v, p, y);
     }
 
-    fn add_position_product(&mut self, _x: &[f64], _v: &[f64], _p: &[f64], _y: &mut [f64]) -> bool {
-        true
-    }
-
-    fn add_position_change(&mut self, _x: &[f64], _v: &[f64], _u: &[f64], _y: &mut [f64]) -> bool {
-        true
-    }
-
     fn stencils(&mut self) -> Stencils {
         self.term.stencils()
     }
@@ -67,5 +59,17 @@ impl DissipativeTerm for AtRest {
 
     fn bytes(&self) -> usize {
         8 * self.rest.len() + self.term.bytes()
+    }
+}
+
+impl DissipationViews for AtRest {}
+
+impl PositionProducts for AtRest {
+    fn add_position_product(&mut self, _x: &[f64], _v: &[f64], _p: &[f64], _y: &mut [f64]) -> bool {
+        true
+    }
+
+    fn add_position_change(&mut self, _x: &[f64], _v: &[f64], _u: &[f64], _y: &mut [f64]) -> bool {
+        true
     }
 }

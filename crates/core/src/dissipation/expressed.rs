@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::DissipativeTerm;
+use super::{DissipationViews, DissipativeTerm, PositionProducts};
 use crate::algebra::Dual;
 use crate::energy::elastic::points_of;
 use crate::energy::measure::{Length, MeasuredStencils, ScalarStrain, StencilConstants, gather, scatter};
@@ -326,49 +326,6 @@ impl<const D: usize> DissipativeTerm for ExpressedDashpots<D> {
         });
     }
 
-    /// `(n . p) (f_rate dn.v + f_l n) + f dn.p`, with `f = dR/d rate` and `dn.v` the change of `n` along `v`.
-    fn add_position_product(&mut self, x: &[f64], v: &[f64], p: &[f64], y: &mut [f64]) -> bool {
-        let programs = &*self.formula.programs;
-        self.each(x, |vertices, rest, points| {
-            let [of_v, of_p] = [v, p].map(|rows| {
-                let directions = points_of::<D, 2>(rows, vertices);
-                let (length, gradient) = length(&along(points, &directions));
-                (length, gradient)
-            });
-            let (length, rest) = (of_v.0.value, Dual::constant(rest));
-            // Rates are the derivatives of lengths.
-            let (rate, by_p) = (of_v.0.derivative, of_p.0.derivative);
-            let inputs = |rate, length| [rate, length, rest];
-            let moving = |value| Dual { value, derivative: 1.0 };
-            let by_rate = programs.force(inputs(moving(rate), Dual::constant(length)));
-            let by_length = programs.force(inputs(Dual::constant(rate), moving(length))).derivative;
-            for (node, vertex) in vertices.iter().enumerate() {
-                let row = &mut y[*vertex as usize * D..][..D];
-                for (c, y) in row.iter_mut().enumerate() {
-                    let (of_v, of_p) = (&of_v.1[node][c], &of_p.1[node][c]);
-                    let bent = by_rate.derivative * of_v.derivative + by_length * of_v.value;
-                    *y += by_p * bent + by_rate.value * of_p.derivative;
-                }
-            }
-        });
-        true
-    }
-
-    /// The change of `f n` along `u`.
-    fn add_position_change(&mut self, x: &[f64], v: &[f64], u: &[f64], y: &mut [f64]) -> bool {
-        let programs = &*self.formula.programs;
-        self.each(x, |vertices, rest, points| {
-            let (length, gradient) = length(&along(points, &points_of::<D, 2>(u, vertices)));
-            let velocities = points_of::<D, 2>(v, vertices).map(|row| row.map(Dual::constant));
-            let force = programs.force([rate(&gradient, &velocities), length, Dual::constant(rest)]);
-            for (vertex, gradient) in vertices.iter().zip(&gradient) {
-                let row = &mut y[*vertex as usize * D..][..D];
-                row.iter_mut().zip(gradient).for_each(|(y, slope)| *y += (force * *slope).derivative);
-            }
-        });
-        true
-    }
-
     fn stencils(&mut self) -> Stencils {
         self.stencils.patches.lanes()
     }
@@ -412,6 +369,53 @@ impl<const D: usize> DissipativeTerm for ExpressedDashpots<D> {
 
     fn bytes(&self) -> usize {
         self.stencils.bytes() + self.workspace.bytes()
+    }
+}
+
+impl<const D: usize> DissipationViews for ExpressedDashpots<D> {}
+
+impl<const D: usize> PositionProducts for ExpressedDashpots<D> {
+    /// `(n . p) (f_rate dn.v + f_l n) + f dn.p`, with `f = dR/d rate` and `dn.v` the change of `n` along `v`.
+    fn add_position_product(&mut self, x: &[f64], v: &[f64], p: &[f64], y: &mut [f64]) -> bool {
+        let programs = &*self.formula.programs;
+        self.each(x, |vertices, rest, points| {
+            let [of_v, of_p] = [v, p].map(|rows| {
+                let directions = points_of::<D, 2>(rows, vertices);
+                let (length, gradient) = length(&along(points, &directions));
+                (length, gradient)
+            });
+            let (length, rest) = (of_v.0.value, Dual::constant(rest));
+            // Rates are the derivatives of lengths.
+            let (rate, by_p) = (of_v.0.derivative, of_p.0.derivative);
+            let inputs = |rate, length| [rate, length, rest];
+            let moving = |value| Dual { value, derivative: 1.0 };
+            let by_rate = programs.force(inputs(moving(rate), Dual::constant(length)));
+            let by_length = programs.force(inputs(Dual::constant(rate), moving(length))).derivative;
+            for (node, vertex) in vertices.iter().enumerate() {
+                let row = &mut y[*vertex as usize * D..][..D];
+                for (c, y) in row.iter_mut().enumerate() {
+                    let (of_v, of_p) = (&of_v.1[node][c], &of_p.1[node][c]);
+                    let bent = by_rate.derivative * of_v.derivative + by_length * of_v.value;
+                    *y += by_p * bent + by_rate.value * of_p.derivative;
+                }
+            }
+        });
+        true
+    }
+
+    /// The change of `f n` along `u`.
+    fn add_position_change(&mut self, x: &[f64], v: &[f64], u: &[f64], y: &mut [f64]) -> bool {
+        let programs = &*self.formula.programs;
+        self.each(x, |vertices, rest, points| {
+            let (length, gradient) = length(&along(points, &points_of::<D, 2>(u, vertices)));
+            let velocities = points_of::<D, 2>(v, vertices).map(|row| row.map(Dual::constant));
+            let force = programs.force([rate(&gradient, &velocities), length, Dual::constant(rest)]);
+            for (vertex, gradient) in vertices.iter().zip(&gradient) {
+                let row = &mut y[*vertex as usize * D..][..D];
+                row.iter_mut().zip(gradient).for_each(|(y, slope)| *y += (force * *slope).derivative);
+            }
+        });
+        true
     }
 }
 

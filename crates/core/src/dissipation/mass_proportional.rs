@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::DissipativeTerm;
+use super::{DissipationViews, DissipativeTerm, PositionProducts, VertexDrag};
 use crate::energy::Stencils;
 
 /// `R = 1/2 alpha sum_i m_i |v_i|^2` over the vertices of a body: the force `-alpha m_i v_i` slows every
@@ -85,22 +85,6 @@ impl DissipativeTerm for MassProportional {
         }
     }
 
-    fn add_position_product(&mut self, _x: &[f64], _v: &[f64], _p: &[f64], _y: &mut [f64]) -> bool {
-        true
-    }
-
-    fn add_position_change(&mut self, _x: &[f64], _v: &[f64], _u: &[f64], _y: &mut [f64]) -> bool {
-        true
-    }
-
-    fn drag(&self, vertex: usize) -> f64 {
-        if self.vertices.contains(&vertex) { self.coefficients[vertex - self.vertices.start] } else { 0.0 }
-    }
-
-    fn scales_with_mass(&self) -> bool {
-        true
-    }
-
     fn stencils(&mut self) -> Stencils {
         Stencils { size: 1, vertices: (self.vertices.start as u32..self.vertices.end as u32).collect() }
     }
@@ -119,5 +103,27 @@ impl DissipativeTerm for MassProportional {
 
     fn bytes(&self) -> usize {
         8 * (self.coefficients.len() + self.gradient.len())
+    }
+}
+
+impl DissipationViews for MassProportional {
+    fn vertex_drag(&self) -> Option<&dyn VertexDrag> {
+        Some(self)
+    }
+}
+
+impl PositionProducts for MassProportional {
+    fn add_position_product(&mut self, _x: &[f64], _v: &[f64], _p: &[f64], _y: &mut [f64]) -> bool {
+        true
+    }
+
+    fn add_position_change(&mut self, _x: &[f64], _v: &[f64], _u: &[f64], _y: &mut [f64]) -> bool {
+        true
+    }
+}
+
+impl VertexDrag for MassProportional {
+    fn drag(&self, vertex: usize) -> f64 {
+        if self.vertices.contains(&vertex) { self.coefficients[vertex - self.vertices.start] } else { 0.0 }
     }
 }

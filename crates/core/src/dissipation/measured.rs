@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::DissipativeTerm;
+use super::{DissipationViews, DissipativeTerm, PositionProducts};
 use crate::algebra::Dual;
 use crate::energy::Fault;
 use crate::energy::elastic::points_of;
@@ -53,6 +53,36 @@ impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> DissipativeTerm for 
         self.add_rows(0, y);
     }
 
+    fn stencils(&mut self) -> crate::energy::Stencils {
+        self.stencils.patches.lanes()
+    }
+
+    fn stencil_dampings(&self, stencils: Range<usize>, x: &[f64], _v: &[f64], out: &mut [f64]) {
+        fill(&self.stencils, stencils, x, MatrixOutput::Rate, out);
+    }
+
+    fn power(&mut self, x: &[f64], v: &[f64]) -> f64 {
+        let MeasuredRate { stencils, workspace, .. } = self;
+        stencils.patches.sum_along(workspace, x, v, |patch, scratch| {
+            dispatch_compact(RateKernel { stencils, patch, scratch })
+        })
+    }
+
+    fn fault(&self, x: &[f64], _v: &[f64]) -> Option<Fault> {
+        let sum = |points: &[[f64; D]; N], rest: &[f64; 2]| {
+            Q::deviation(points, rest).1.as_flattened().iter().sum::<f64>()
+        };
+        self.stencils.fault(&self.body, sum, x)
+    }
+
+    fn bytes(&self) -> usize {
+        self.stencils.bytes() + self.workspace.bytes()
+    }
+}
+
+impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> DissipationViews for MeasuredRate<Q, D, N> {}
+
+impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> PositionProducts for MeasuredRate<Q, D, N> {
     /// `c (s_p d2s/dx2 v + s_v d2s/dx2 p)` with the rates `s_p = ds/dx . p`, `s_v` of each stencil.
     fn add_position_product(&mut self, x: &[f64], v: &[f64], p: &[f64], y: &mut [f64]) -> bool {
         for (_, vertices, pack, lane) in self.stencils.patches.stencils() {
@@ -105,31 +135,5 @@ impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> DissipativeTerm for 
             }
         }
         true
-    }
-
-    fn stencils(&mut self) -> crate::energy::Stencils {
-        self.stencils.patches.lanes()
-    }
-
-    fn stencil_dampings(&self, stencils: Range<usize>, x: &[f64], _v: &[f64], out: &mut [f64]) {
-        fill(&self.stencils, stencils, x, MatrixOutput::Rate, out);
-    }
-
-    fn power(&mut self, x: &[f64], v: &[f64]) -> f64 {
-        let MeasuredRate { stencils, workspace, .. } = self;
-        stencils.patches.sum_along(workspace, x, v, |patch, scratch| {
-            dispatch_compact(RateKernel { stencils, patch, scratch })
-        })
-    }
-
-    fn fault(&self, x: &[f64], _v: &[f64]) -> Option<Fault> {
-        let sum = |points: &[[f64; D]; N], rest: &[f64; 2]| {
-            Q::deviation(points, rest).1.as_flattened().iter().sum::<f64>()
-        };
-        self.stencils.fault(&self.body, sum, x)
-    }
-
-    fn bytes(&self) -> usize {
-        self.stencils.bytes() + self.workspace.bytes()
     }
 }

@@ -29,7 +29,7 @@ use crate::energy::{ChangingStencils, Fault, Stencils};
 ///
 /// As of an [`EnergyTerm`](crate::energy::EnergyTerm): flat arrays `(n, dimension)`, scratch memory of its
 /// own, nothing allocated in a step, and the same bits for any number of threads.
-pub trait DissipativeTerm: Send + Sync {
+pub trait DissipativeTerm: DissipationViews + PositionProducts + Send + Sync {
     /// Name for reports, e.g. `strain-rate damping of beam`.
     fn name(&self) -> String;
 
@@ -45,34 +45,6 @@ pub trait DissipativeTerm: Send + Sync {
     /// semi-definite; where `R` is quadratic in `v` it is the damping matrix `C(x)`, whatever `v`. The
     /// derivative last evaluated is lost.
     fn add_damping_product(&mut self, x: &[f64], v: &[f64], p: &[f64], y: &mut [f64]);
-
-    /// Adds the product `(d2R/dx dv)^T p` [N] at `(x, v)` to `y`, `p` [m/s]: the derivative of `p . dR/dv` by
-    /// the positions. False where the term does not know it, and nothing is added. The derivative last
-    /// evaluated is lost.
-    fn add_position_product(&mut self, x: &[f64], v: &[f64], p: &[f64], y: &mut [f64]) -> bool {
-        let _ = (x, v, p, y);
-        false
-    }
-
-    /// Adds the product `d2R/dx dv u` [N] at `(x, v)` to `y`, `u` [m]: the change of `dR/dv` with the
-    /// positions along `u`. False where the term does not know it, and nothing is added. The derivative last
-    /// evaluated is lost.
-    fn add_position_change(&mut self, x: &[f64], v: &[f64], u: &[f64], y: &mut [f64]) -> bool {
-        let _ = (x, v, u, y);
-        false
-    }
-
-    /// Coefficient of drag against what does not move on a vertex [N s/m]: its force there is minus that
-    /// times the velocity. Zero of forces between vertices.
-    fn drag(&self, vertex: usize) -> f64 {
-        let _ = vertex;
-        0.0
-    }
-
-    /// True if its force on a vertex is in proportion to the mass there.
-    fn scales_with_mass(&self) -> bool {
-        false
-    }
 
     /// The stencils of the damping matrix, as [`EnergyTerm::stencils`](crate::energy::EnergyTerm::stencils)
     /// has them of the Hessian.
@@ -97,6 +69,18 @@ pub trait DissipativeTerm: Send + Sync {
         0.5 * self.power(x, v)
     }
 
+    /// The first place where `(x, v)` gives no finite force; called only after something went wrong.
+    fn fault(&self, x: &[f64], v: &[f64]) -> Option<Fault> {
+        let _ = (x, v);
+        None
+    }
+
+    /// Bytes held, for the memory report.
+    fn bytes(&self) -> usize;
+}
+
+/// The further traits that a dissipation function has; none, if it overrides nothing.
+pub trait DissipationViews {
     /// Its stencils that change from one matrix to the next.
     fn changing(&self) -> Option<&dyn ChangingStencils> {
         None
@@ -112,14 +96,35 @@ pub trait DissipativeTerm: Send + Sync {
         None
     }
 
-    /// The first place where `(x, v)` gives no finite force; called only after something went wrong.
-    fn fault(&self, x: &[f64], v: &[f64]) -> Option<Fault> {
-        let _ = (x, v);
+    /// Its drag on each vertex, where it is one in proportion to masses.
+    fn vertex_drag(&self) -> Option<&dyn VertexDrag> {
         None
     }
+}
 
-    /// Bytes held, for the memory report.
-    fn bytes(&self) -> usize;
+/// Drag of vertices against what does not move, in proportion to their masses.
+pub trait VertexDrag {
+    /// Coefficient of a vertex [N s/m]: the force on it is minus that times its velocity.
+    fn drag(&self, vertex: usize) -> f64;
+}
+
+/// Derivatives of a dissipation function by positions.
+pub trait PositionProducts {
+    /// Adds the product `(d2R/dx dv)^T p` [N] at `(x, v)` to `y`, `p` [m/s]: the derivative of `p . dR/dv` by
+    /// the positions. False where the term does not know it, and nothing is added. The derivative last
+    /// evaluated is lost.
+    fn add_position_product(&mut self, x: &[f64], v: &[f64], p: &[f64], y: &mut [f64]) -> bool {
+        let _ = (x, v, p, y);
+        false
+    }
+
+    /// Adds the product `d2R/dx dv u` [N] at `(x, v)` to `y`, `u` [m]: the change of `dR/dv` with the
+    /// positions along `u`. False where the term does not know it, and nothing is added. The derivative last
+    /// evaluated is lost.
+    fn add_position_change(&mut self, x: &[f64], v: &[f64], u: &[f64], y: &mut [f64]) -> bool {
+        let _ = (x, v, u, y);
+        false
+    }
 }
 
 /// A dissipation function whose dependence on positions is held while its minimum is sought, and renewed

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::load::add_rows;
 use super::{EnergyKind, EnergyTerm, Fault, MovablePlaces, Stencils, TermProperties, TermViews};
-use crate::dissipation::DissipativeTerm;
+use crate::dissipation::{DissipationViews, DissipativeTerm, PositionProducts};
 use crate::material::Psd;
 
 /// One tie: a mixture of vertices less a place, `d = sum_i w_i x_i - a`. To a place the weights add up to 1;
@@ -333,6 +333,23 @@ impl DissipativeTerm for AttachmentDashpots {
         self.add_rows(0, y);
     }
 
+    fn power(&mut self, x: &[f64], v: &[f64]) -> f64 {
+        (0..self.ties.ties.len()).map(|i| dot(self.force(i, x, v), self.ties.mix(i, v))).sum()
+    }
+
+    fn fault(&self, x: &[f64], v: &[f64]) -> Option<Fault> {
+        let finite = |i: &usize| self.force(*i, x, v).iter().all(|f| f.is_finite());
+        (0..self.ties.ties.len()).find(|i| !finite(i)).map(|i| self.ties.fault(i))
+    }
+
+    fn bytes(&self) -> usize {
+        self.ties.bytes() + 8 * self.gradient.len()
+    }
+}
+
+impl DissipationViews for AttachmentDashpots {}
+
+impl PositionProducts for AttachmentDashpots {
     /// `c [p (d.w) + w (d.p)]/|d|^2 - 2 c (d.p) (d.w) d/|d|^4` by `d` of each tie, with `p` and `w` mixed as
     /// it mixes.
     fn add_position_product(&mut self, x: &[f64], v: &[f64], p: &[f64], y: &mut [f64]) -> bool {
@@ -364,19 +381,6 @@ impl DissipativeTerm for AttachmentDashpots {
         }
         add_rows(&self.ties.vertices, &rows, 1.0, 0, y, self.ties.dimension);
         true
-    }
-
-    fn power(&mut self, x: &[f64], v: &[f64]) -> f64 {
-        (0..self.ties.ties.len()).map(|i| dot(self.force(i, x, v), self.ties.mix(i, v))).sum()
-    }
-
-    fn fault(&self, x: &[f64], v: &[f64]) -> Option<Fault> {
-        let finite = |i: &usize| self.force(*i, x, v).iter().all(|f| f.is_finite());
-        (0..self.ties.ties.len()).find(|i| !finite(i)).map(|i| self.ties.fault(i))
-    }
-
-    fn bytes(&self) -> usize {
-        self.ties.bytes() + 8 * self.gradient.len()
     }
 }
 

@@ -20,8 +20,8 @@ use std::ops::Range;
 use crate::material::Psd;
 pub use views::{
     Approach, ChangingStencils, ContactExtremes, Driven, ElementTerm, ForceLayout, LeastGap, LoadTerm,
-    Measurements, MovablePlaces, Penetration, StepLimit, SurfaceContact, TermViews, TouchingSurfaces,
-    WatchedContacts,
+    Measurements, MovablePlaces, Penetration, PredictedStresses, StepLimit, SurfaceContact, TermViews,
+    TouchingSurfaces, WatchedContacts,
 };
 
 /// Which sum of the diagnostics an energy belongs to. Every kind is part of the total.
@@ -331,21 +331,6 @@ pub trait EnergyTerm: TermViews + Send + Sync {
     /// `dimension x dimension` by rows. Called from several threads.
     fn stencil_hessians(&self, stencils: Range<usize>, x: &[f64], psd: Psd, out: &mut [f64]) {
         let _ = (stencils, x, psd, out);
-    }
-
-    /// Writes Hessians as [`stencil_hessians`](Self::stencil_hessians) does, exact but for the stresses that
-    /// turn with `x`: they are those that the linearisation at `from` predicts there, `S = S(from) + dS/dx (x
-    /// - from)`.
-    ///
-    /// Pressures of what is nearly incompressible are the bulk modulus times a small change of volume. After
-    /// a step of Newton's method it is off by the square of the step, and the pressure by that times the bulk
-    /// modulus, which makes the exact Hessian indefinite, or points far away. The predicted one has no such
-    /// part, and is the same to second order: Magisano, Leonetti, Garcea 2017, "How to improve efficiency and
-    /// robustness of the Newton method in geometrically non-linear structural problem discretized via
-    /// displacement-based finite elements", Comput. Meth. Appl. Mech. Eng. 313, section 3.
-    fn predicted_hessians(&self, stencils: Range<usize>, from: &[f64], x: &[f64], out: &mut [f64]) {
-        let _ = from;
-        self.stencil_hessians(stencils, x, Psd::Exact, out);
     }
 
     /// The first place where `x` has no finite energy or force; called only after something went wrong.

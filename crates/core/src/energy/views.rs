@@ -53,6 +53,11 @@ pub trait TermViews {
         None
     }
 
+    /// Its Hessians by predicted stresses; `None` where the exact ones are as good.
+    fn predicted(&self) -> Option<&dyn PredictedStresses> {
+        None
+    }
+
     /// Its stencils that change from one matrix to the next.
     fn changing(&self) -> Option<&dyn ChangingStencils> {
         None
@@ -134,6 +139,21 @@ pub trait StepLimit {
         let _ = (x, dx);
         None
     }
+}
+
+/// Elements whose stresses after a step of Newton's method are better predicted than taken.
+pub trait PredictedStresses {
+    /// Writes Hessians as [`stencil_hessians`](EnergyTerm::stencil_hessians) does, exact but for the stresses that
+    /// turn with `x`: they are those that the linearisation at `from` predicts there, `S = S(from) + dS/dx (x
+    /// - from)`.
+    ///
+    /// Pressures of what is nearly incompressible are the bulk modulus times a small change of volume. After
+    /// a step of Newton's method it is off by the square of the step, and the pressure by that times the bulk
+    /// modulus, which makes the exact Hessian indefinite, or points far away. The predicted one has no such
+    /// part, and is the same to second order: Magisano, Leonetti, Garcea 2017, "How to improve efficiency and
+    /// robustness of the Newton method in geometrically non-linear structural problem discretized via
+    /// displacement-based finite elements", Comput. Meth. Appl. Mech. Eng. 313, section 3.
+    fn predicted_hessians(&self, stencils: Range<usize>, from: &[f64], x: &[f64], out: &mut [f64]);
 }
 
 /// A potential that depends on time, or a force that brings energy in.

@@ -5,7 +5,7 @@ use std::ops::Range;
 use num_complex::Complex64 as c64;
 
 use super::Method;
-use crate::dissipation::{DissipativeTerm, MassProportional};
+use crate::dissipation::{DissipationViews, DissipativeTerm, MassProportional, PositionProducts};
 use crate::energy::{EnergyKind, EnergyTerm, Fault, Stencils, TermProperties, TermViews};
 use crate::material::Psd;
 use crate::solver::SolverOptions;
@@ -127,23 +127,32 @@ impl DissipativeTerm for Dashpot {
     fn name(&self) -> String {
         "dashpot".into()
     }
+
     fn evaluate(&mut self, _x: &[f64], v: &[f64]) -> bool {
         self.gradient = self.force(v);
         v.iter().all(|v| v.is_finite())
     }
+
     fn add_rows(&self, _: usize, g: &mut [f64]) {
         g.iter_mut().zip(self.gradient).for_each(|(g, own)| *g += own);
     }
+
     fn add_damping_product(&mut self, _x: &[f64], _v: &[f64], p: &[f64], y: &mut [f64]) {
         y.iter_mut().zip(self.force(p)).for_each(|(y, force)| *y += force);
     }
+
     fn power(&mut self, _x: &[f64], v: &[f64]) -> f64 {
         self.force(v).iter().zip(v).map(|(force, v)| force * v).sum()
     }
+
     fn bytes(&self) -> usize {
         0
     }
 }
+
+impl DissipationViews for Dashpot {}
+
+impl PositionProducts for Dashpot {}
 
 /// `E = 1/2 |x|^2` of the coordinates before `free_from`.
 struct UnitOscillator {

@@ -8,7 +8,8 @@ use super::operators::{assigning_operators, binary_operator, register};
 use super::{Lanes, RowSlice, RowSource, WIDTH};
 use crate::algebra::{self, Mat};
 use crate::scalar::{
-    EXPONENT_BIAS, INVERSE_SQRT_BITS, MANTISSA_BITS, Mask, Real, SPLIT_OFFSET, SQRT_HALF_BITS, Scalar, TWO_52,
+    Compared, EXPONENT_BIAS, Elementary, INVERSE_SQRT_BITS, MANTISSA_BITS, Mask, Real, SPLIT_OFFSET,
+    SQRT_HALF_BITS, Scalar, TWO_52,
 };
 
 /// Lanes 0 to 3 and lanes 4 to 7.
@@ -53,42 +54,9 @@ impl Mask for Avx2Mask {
     }
 }
 
-impl Scalar for Avx2 {
+impl Compared for Avx2 {
     type Mask = Avx2Mask;
 
-    #[inline(always)]
-    fn rotation_by_svd_where<const D: usize>(_: Avx2Mask, f: &Mat<Self, D>) -> Mat<Self, D> {
-        /// Not inlined: the branch is rare and its code large.
-        #[inline(never)]
-        #[target_feature(enable = "avx2,fma")]
-        fn outlined<const D: usize>(f: &Mat<Avx2, D>) -> Mat<Avx2, D> {
-            algebra::rotation_by_svd(f)
-        }
-        // SAFETY: a value of this type exists, so the processor has the instructions.
-        unsafe { outlined(f) }
-    }
-
-    #[inline(always)]
-    fn splat(x: f64) -> Self {
-        let v = register!(_mm256_set1_pd(x));
-        Avx2(v, v)
-    }
-    #[inline(always)]
-    fn mul_add(self, b: Self, c: Self) -> Self {
-        both!(Avx2, _mm256_fmadd_pd, self, b, c)
-    }
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        both!(Avx2, _mm256_sqrt_pd, self)
-    }
-    #[inline(always)]
-    fn ln(self) -> Self {
-        super::ln(self)
-    }
-    #[inline(always)]
-    fn exp(self) -> Self {
-        super::exp(self)
-    }
     #[inline(always)]
     fn abs(self) -> Self {
         both!(Avx2, _mm256_andnot_pd, Avx2::splat(-0.0), self)
@@ -111,6 +79,44 @@ impl Scalar for Avx2 {
     #[inline(always)]
     fn select(mask: Avx2Mask, a: Self, b: Self) -> Self {
         both!(Avx2, _mm256_blendv_pd, b, a, mask)
+    }
+}
+
+impl Elementary for Avx2 {
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        both!(Avx2, _mm256_sqrt_pd, self)
+    }
+    #[inline(always)]
+    fn ln(self) -> Self {
+        super::ln(self)
+    }
+    #[inline(always)]
+    fn exp(self) -> Self {
+        super::exp(self)
+    }
+}
+
+impl Scalar for Avx2 {
+    #[inline(always)]
+    fn rotation_by_svd_where<const D: usize>(_: Avx2Mask, f: &Mat<Self, D>) -> Mat<Self, D> {
+        /// Not inlined: the branch is rare and its code large.
+        #[inline(never)]
+        #[target_feature(enable = "avx2,fma")]
+        fn outlined<const D: usize>(f: &Mat<Avx2, D>) -> Mat<Avx2, D> {
+            algebra::rotation_by_svd(f)
+        }
+        // SAFETY: a value of this type exists, so the processor has the instructions.
+        unsafe { outlined(f) }
+    }
+    #[inline(always)]
+    fn splat(x: f64) -> Self {
+        let v = register!(_mm256_set1_pd(x));
+        Avx2(v, v)
+    }
+    #[inline(always)]
+    fn mul_add(self, b: Self, c: Self) -> Self {
+        both!(Avx2, _mm256_fmadd_pd, self, b, c)
     }
 }
 

@@ -9,7 +9,8 @@ use super::operators::{assigning_operators, register};
 use super::{Lanes, RowSlice, RowSource, WIDTH};
 use crate::algebra::{self, Mat};
 use crate::scalar::{
-    EXPONENT_BIAS, INVERSE_SQRT_BITS, MANTISSA_BITS, Mask, Real, SPLIT_OFFSET, SQRT_HALF_BITS, Scalar, TWO_52,
+    Compared, EXPONENT_BIAS, Elementary, INVERSE_SQRT_BITS, MANTISSA_BITS, Mask, Real, SPLIT_OFFSET,
+    SQRT_HALF_BITS, Scalar, TWO_52,
 };
 
 /// All lanes.
@@ -70,41 +71,9 @@ impl Mask for Avx512Mask {
     }
 }
 
-impl Scalar for Avx512 {
+impl Compared for Avx512 {
     type Mask = Avx512Mask;
 
-    #[inline(always)]
-    fn rotation_by_svd_where<const D: usize>(_: Avx512Mask, f: &Mat<Self, D>) -> Mat<Self, D> {
-        /// Not inlined: the branch is rare and its code large.
-        #[inline(never)]
-        #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
-        fn outlined<const D: usize>(f: &Mat<Avx512, D>) -> Mat<Avx512, D> {
-            algebra::rotation_by_svd(f)
-        }
-        // SAFETY: a value of this type exists, so the processor has the instructions.
-        unsafe { outlined(f) }
-    }
-
-    #[inline(always)]
-    fn splat(x: f64) -> Self {
-        Avx512(register!(_mm512_set1_pd(x)))
-    }
-    #[inline(always)]
-    fn mul_add(self, b: Self, c: Self) -> Self {
-        Avx512(register!(_mm512_fmadd_pd(self.0, b.0, c.0)))
-    }
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        Avx512(register!(_mm512_sqrt_pd(self.0)))
-    }
-    #[inline(always)]
-    fn ln(self) -> Self {
-        super::ln(self)
-    }
-    #[inline(always)]
-    fn exp(self) -> Self {
-        super::exp(self)
-    }
     #[inline(always)]
     fn abs(self) -> Self {
         Avx512(register!(_mm512_andnot_pd(_mm512_set1_pd(-0.0), self.0)))
@@ -129,6 +98,43 @@ impl Scalar for Avx512 {
     #[inline(always)]
     fn select(mask: Avx512Mask, a: Self, b: Self) -> Self {
         Avx512(register!(_mm512_mask_blend_pd(mask.0, b.0, a.0)))
+    }
+}
+
+impl Elementary for Avx512 {
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Avx512(register!(_mm512_sqrt_pd(self.0)))
+    }
+    #[inline(always)]
+    fn ln(self) -> Self {
+        super::ln(self)
+    }
+    #[inline(always)]
+    fn exp(self) -> Self {
+        super::exp(self)
+    }
+}
+
+impl Scalar for Avx512 {
+    #[inline(always)]
+    fn rotation_by_svd_where<const D: usize>(_: Avx512Mask, f: &Mat<Self, D>) -> Mat<Self, D> {
+        /// Not inlined: the branch is rare and its code large.
+        #[inline(never)]
+        #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
+        fn outlined<const D: usize>(f: &Mat<Avx512, D>) -> Mat<Avx512, D> {
+            algebra::rotation_by_svd(f)
+        }
+        // SAFETY: a value of this type exists, so the processor has the instructions.
+        unsafe { outlined(f) }
+    }
+    #[inline(always)]
+    fn splat(x: f64) -> Self {
+        Avx512(register!(_mm512_set1_pd(x)))
+    }
+    #[inline(always)]
+    fn mul_add(self, b: Self, c: Self) -> Self {
+        Avx512(register!(_mm512_fmadd_pd(self.0, b.0, c.0)))
     }
 }
 

@@ -123,11 +123,6 @@ pub trait Lanes: Real {
         let a = self.to_array();
         ((a[0] + a[4]) + (a[2] + a[6])) + ((a[1] + a[5]) + (a[3] + a[7]))
     }
-    /// The smallest lane; NaN if any lane is NaN.
-    #[inline(always)]
-    fn horizontal_min(self) -> f64 {
-        -(-self).horizontal_max()
-    }
     /// The largest lane; NaN if any lane is NaN.
     #[inline(always)]
     fn horizontal_max(self) -> f64 {

@@ -11,7 +11,8 @@ use super::operators::{assigning_operators, binary_operator, register};
 use super::{Lanes, RowSlice, RowSource, WIDTH};
 use crate::algebra::{self, Mat};
 use crate::scalar::{
-    EXPONENT_BIAS, INVERSE_SQRT_BITS, MANTISSA_BITS, Mask, Real, SPLIT_OFFSET, SQRT_HALF_BITS, Scalar, TWO_52,
+    Compared, EXPONENT_BIAS, Elementary, INVERSE_SQRT_BITS, MANTISSA_BITS, Mask, Real, SPLIT_OFFSET,
+    SQRT_HALF_BITS, Scalar, TWO_52,
 };
 
 /// Registers in a pack.
@@ -96,40 +97,9 @@ impl Mask for NeonMask {
     }
 }
 
-impl Scalar for Neon {
+impl Compared for Neon {
     type Mask = NeonMask;
 
-    #[inline(always)]
-    fn rotation_by_svd_where<const D: usize>(_: NeonMask, f: &Mat<Self, D>) -> Mat<Self, D> {
-        /// Not inlined: the branch is rare and its code large.
-        #[inline(never)]
-        fn outlined<const D: usize>(f: &Mat<Neon, D>) -> Mat<Neon, D> {
-            algebra::rotation_by_svd(f)
-        }
-        outlined(f)
-    }
-
-    #[inline(always)]
-    fn splat(x: f64) -> Self {
-        Neon([register!(vdupq_n_f64(x)); REGISTERS])
-    }
-    #[inline(always)]
-    fn mul_add(self, b: Self, c: Self) -> Self {
-        // The instruction adds to its first operand.
-        each!(Neon, vfmaq_f64, c, self, b)
-    }
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        each!(Neon, vsqrtq_f64, self)
-    }
-    #[inline(always)]
-    fn ln(self) -> Self {
-        super::ln(self)
-    }
-    #[inline(always)]
-    fn exp(self) -> Self {
-        super::exp(self)
-    }
     #[inline(always)]
     fn abs(self) -> Self {
         each!(Neon, vabsq_f64, self)
@@ -150,6 +120,42 @@ impl Scalar for Neon {
     #[inline(always)]
     fn select(mask: NeonMask, a: Self, b: Self) -> Self {
         each!(Neon, vbslq_f64, mask, a, b)
+    }
+}
+
+impl Elementary for Neon {
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        each!(Neon, vsqrtq_f64, self)
+    }
+    #[inline(always)]
+    fn ln(self) -> Self {
+        super::ln(self)
+    }
+    #[inline(always)]
+    fn exp(self) -> Self {
+        super::exp(self)
+    }
+}
+
+impl Scalar for Neon {
+    #[inline(always)]
+    fn rotation_by_svd_where<const D: usize>(_: NeonMask, f: &Mat<Self, D>) -> Mat<Self, D> {
+        /// Not inlined: the branch is rare and its code large.
+        #[inline(never)]
+        fn outlined<const D: usize>(f: &Mat<Neon, D>) -> Mat<Neon, D> {
+            algebra::rotation_by_svd(f)
+        }
+        outlined(f)
+    }
+    #[inline(always)]
+    fn splat(x: f64) -> Self {
+        Neon([register!(vdupq_n_f64(x)); REGISTERS])
+    }
+    #[inline(always)]
+    fn mul_add(self, b: Self, c: Self) -> Self {
+        // The instruction adds to its first operand.
+        each!(Neon, vfmaq_f64, c, self, b)
     }
 }
 

@@ -4,7 +4,7 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 
 use super::operators::assigning_operators;
 use crate::algebra::Mat;
-use crate::scalar::{Mask, Real, Scalar};
+use crate::scalar::{Compared, Elementary, Mask, Real, Scalar};
 
 /// Two scalars side by side; the mask of a pair is a pair of masks.
 ///
@@ -48,41 +48,9 @@ impl<M: Mask> Mask for Pair<M> {
     }
 }
 
-impl<S: Scalar> Scalar for Pair<S> {
+impl<S: Scalar> Compared for Pair<S> {
     type Mask = Pair<S::Mask>;
 
-    #[inline(always)]
-    fn rotation_by_svd_where<const D: usize>(mask: Self::Mask, f: &Mat<Self, D>) -> Mat<Self, D> {
-        let (mut a, mut b) = Self::unzip_rows(&f.0);
-        if mask.0.any() {
-            a = S::rotation_by_svd_where(mask.0, &Mat(a)).0;
-        }
-        if mask.1.any() {
-            b = S::rotation_by_svd_where(mask.1, &Mat(b)).0;
-        }
-        Mat(Self::zip_rows(&a, &b))
-    }
-
-    #[inline(always)]
-    fn splat(x: f64) -> Self {
-        Pair(S::splat(x), S::splat(x))
-    }
-    #[inline(always)]
-    fn mul_add(self, b: Self, c: Self) -> Self {
-        Pair(self.0.mul_add(b.0, c.0), self.1.mul_add(b.1, c.1))
-    }
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        Pair(self.0.sqrt(), self.1.sqrt())
-    }
-    #[inline(always)]
-    fn ln(self) -> Self {
-        Pair(self.0.ln(), self.1.ln())
-    }
-    #[inline(always)]
-    fn exp(self) -> Self {
-        Pair(self.0.exp(), self.1.exp())
-    }
     #[inline(always)]
     fn abs(self) -> Self {
         Pair(self.0.abs(), self.1.abs())
@@ -102,6 +70,43 @@ impl<S: Scalar> Scalar for Pair<S> {
     #[inline(always)]
     fn select(mask: Self::Mask, a: Self, b: Self) -> Self {
         Pair(S::select(mask.0, a.0, b.0), S::select(mask.1, a.1, b.1))
+    }
+}
+
+impl<S: Scalar> Elementary for Pair<S> {
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Pair(self.0.sqrt(), self.1.sqrt())
+    }
+    #[inline(always)]
+    fn ln(self) -> Self {
+        Pair(self.0.ln(), self.1.ln())
+    }
+    #[inline(always)]
+    fn exp(self) -> Self {
+        Pair(self.0.exp(), self.1.exp())
+    }
+}
+
+impl<S: Scalar> Scalar for Pair<S> {
+    #[inline(always)]
+    fn rotation_by_svd_where<const D: usize>(mask: Self::Mask, f: &Mat<Self, D>) -> Mat<Self, D> {
+        let (mut a, mut b) = Self::unzip_rows(&f.0);
+        if mask.0.any() {
+            a = S::rotation_by_svd_where(mask.0, &Mat(a)).0;
+        }
+        if mask.1.any() {
+            b = S::rotation_by_svd_where(mask.1, &Mat(b)).0;
+        }
+        Mat(Self::zip_rows(&a, &b))
+    }
+    #[inline(always)]
+    fn splat(x: f64) -> Self {
+        Pair(S::splat(x), S::splat(x))
+    }
+    #[inline(always)]
+    fn mul_add(self, b: Self, c: Self) -> Self {
+        Pair(self.0.mul_add(b.0, c.0), self.1.mul_add(b.1, c.1))
     }
 }
 

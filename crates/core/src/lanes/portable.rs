@@ -12,7 +12,7 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 
 use super::operators::assigning_operators;
 use super::{Lanes, RowSlice, RowSource, WIDTH};
-use crate::scalar::{Mask, Real, Scalar};
+use crate::scalar::{Compared, Elementary, Mask, Real, Scalar};
 
 /// Eight numbers in an array.
 #[derive(Clone, Copy, Debug)]
@@ -78,31 +78,9 @@ impl Mask for PortableMask {
     }
 }
 
-impl Scalar for Portable {
+impl Compared for Portable {
     type Mask = PortableMask;
 
-    #[inline(always)]
-    fn splat(x: f64) -> Self {
-        Portable([x; WIDTH])
-    }
-    #[cfg_attr(any(target_arch = "x86_64", target_arch = "aarch64"), inline(never))]
-    #[cfg_attr(not(any(target_arch = "x86_64", target_arch = "aarch64")), inline(always))]
-    fn mul_add(self, b: Self, c: Self) -> Self {
-        lanewise!(f64::mul_add, self, b, c)
-    }
-    #[cfg_attr(any(target_arch = "x86_64", target_arch = "aarch64"), inline(never))]
-    #[cfg_attr(not(any(target_arch = "x86_64", target_arch = "aarch64")), inline(always))]
-    fn sqrt(self) -> Self {
-        lanewise!(f64::sqrt, self)
-    }
-    #[inline(always)]
-    fn ln(self) -> Self {
-        super::ln(self)
-    }
-    #[inline(always)]
-    fn exp(self) -> Self {
-        super::exp(self)
-    }
     #[cfg_attr(any(target_arch = "x86_64", target_arch = "aarch64"), inline(never))]
     #[cfg_attr(not(any(target_arch = "x86_64", target_arch = "aarch64")), inline(always))]
     fn abs(self) -> Self {
@@ -111,7 +89,7 @@ impl Scalar for Portable {
     #[cfg_attr(any(target_arch = "x86_64", target_arch = "aarch64"), inline(never))]
     #[cfg_attr(not(any(target_arch = "x86_64", target_arch = "aarch64")), inline(always))]
     fn max(self, o: Self) -> Self {
-        lanewise!(Scalar::max, self, o)
+        lanewise!(Compared::max, self, o)
     }
     #[cfg_attr(any(target_arch = "x86_64", target_arch = "aarch64"), inline(never))]
     #[cfg_attr(not(any(target_arch = "x86_64", target_arch = "aarch64")), inline(always))]
@@ -137,6 +115,34 @@ impl Scalar for Portable {
             }
         }
         Portable(r)
+    }
+}
+
+impl Elementary for Portable {
+    #[cfg_attr(any(target_arch = "x86_64", target_arch = "aarch64"), inline(never))]
+    #[cfg_attr(not(any(target_arch = "x86_64", target_arch = "aarch64")), inline(always))]
+    fn sqrt(self) -> Self {
+        lanewise!(f64::sqrt, self)
+    }
+    #[inline(always)]
+    fn ln(self) -> Self {
+        super::ln(self)
+    }
+    #[inline(always)]
+    fn exp(self) -> Self {
+        super::exp(self)
+    }
+}
+
+impl Scalar for Portable {
+    #[inline(always)]
+    fn splat(x: f64) -> Self {
+        Portable([x; WIDTH])
+    }
+    #[cfg_attr(any(target_arch = "x86_64", target_arch = "aarch64"), inline(never))]
+    #[cfg_attr(not(any(target_arch = "x86_64", target_arch = "aarch64")), inline(always))]
+    fn mul_add(self, b: Self, c: Self) -> Self {
+        lanewise!(f64::mul_add, self, b, c)
     }
 }
 

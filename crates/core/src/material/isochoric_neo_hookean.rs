@@ -2,7 +2,7 @@ use super::barrier::{admissible, infinite_outside};
 use super::spectrum::{InvariantDerivatives, Spectrum, out_of_plane};
 use super::{Domain, Isotropic, Material, MaterialDescription, Model};
 use crate::algebra::{Mat, Vect};
-use crate::scalar::Scalar;
+use crate::scalar::{Elementary, Scalar};
 
 /// Neo-Hookean elasticity that separates change of shape from change of volume.
 ///
@@ -62,7 +62,7 @@ impl<const D: usize> Material<D> for IsochoricNeoHookean {
     fn spectrum(&self, sigma: &Vect<f64, D>) -> Option<Spectrum<D>> {
         let j: f64 = admissible(sigma.iter().product());
         let stretch = sigma.iter().map(|s| s * s).sum::<f64>() + out_of_plane::<D>();
-        let shear = self.mu * Scalar::powf(j, -2.0 / 3.0);
+        let shear = self.mu * Elementary::powf(j, -2.0 / 3.0);
         let derivatives = InvariantDerivatives {
             i1: 0.5 * shear,
             j: self.bulk * (j - 1.0) - shear * stretch / (3.0 * j),

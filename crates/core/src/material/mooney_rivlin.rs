@@ -8,7 +8,7 @@ use super::parameters::{check_poisson, check_positive};
 use super::spectrum::{InvariantDerivatives, Spectrum, out_of_plane};
 use super::{Domain, Lame, Material, MaterialDescription, Model, ParameterError, Parameters};
 use crate::algebra::{Mat, Vect};
-use crate::scalar::Scalar;
+use crate::scalar::{Elementary, Scalar};
 use crate::value::{As, Compressibility, KeyRange, Pressure};
 
 /// Mooney-Rivlin elasticity of compressible rubber: both invariants of the change of shape.
@@ -228,7 +228,7 @@ impl<const D: usize> Material<D> for MooneyRivlin {
         let diagonal = Mat::diagonal(sigma);
         let j: f64 = admissible(sigma.iter().product());
         let (i1, i2) = invariants(&diagonal, &diagonal.cofactor(), j);
-        let c = Scalar::powf(j, -2.0 / 3.0);
+        let c = Elementary::powf(j, -2.0 / 3.0);
         let (first, second) = (self.c10 * c, self.c01 * c * c);
         let derivatives = InvariantDerivatives {
             i1: first,

@@ -1,7 +1,7 @@
 use super::spectrum::{Derivatives, Spectrum};
 use super::{Domain, Isotropic, Lame, Material, MaterialDescription, Model};
 use crate::algebra::{Mat, Vect};
-use crate::scalar::Scalar;
+use crate::scalar::{Elementary, Scalar};
 
 /// Compressible neo-Hookean elasticity with a logarithmic barrier.
 ///
@@ -64,7 +64,7 @@ impl<const D: usize> Material<D> for NeoHookean {
         let Lame { lambda, mu } = self.lame;
         let j: f64 = sigma.iter().product();
         // Not the platform's logarithm, which has other bits on other machines.
-        let g = lambda * Scalar::ln(j) - mu;
+        let g = lambda * Elementary::ln(j) - mu;
         let a = Derivatives { first: 0.5 * mu, second: 0.0 };
         let b = Derivatives { first: g / j, second: (lambda - g) / (j * j) };
         Some(Spectrum::from_invariants(sigma, a, b))

@@ -74,7 +74,7 @@ pub struct At<'a> {
     /// Form of the element Hessians, exact or projected.
     pub psd: Psd,
     /// Positions from which pressures here are predicted, where Hessians are exact: see
-    /// [`predicted_hessians`](crate::energy::EnergyTerm::predicted_hessians).
+    /// [`predicted_hessians`](crate::energy::PredictedStresses::predicted_hessians).
     pub predicted_from: Option<&'a [f64]>,
 }
 
@@ -409,8 +409,9 @@ impl<const D: usize> TermPlan<D> {
                     system.dissipation()[term].stencil_dampings(stencils, at.x, at.v, out);
                 } else {
                     let term = &system.terms()[term];
-                    match at.predicted_from.filter(|_| at.psd == Psd::Exact) {
-                        Some(from) => term.predicted_hessians(stencils, from, at.x, out),
+                    let from = at.predicted_from.filter(|_| at.psd == Psd::Exact);
+                    match from.zip(term.predicted()) {
+                        Some((from, term)) => term.predicted_hessians(stencils, from, at.x, out),
                         None => term.stencil_hessians(stencils, at.x, at.psd, out),
                     }
                 }

@@ -72,7 +72,12 @@ impl System {
         for stops in stops.chunk_by_mut(|a, b| a.vertex == b.vertex) {
             let vertex = stops[0].vertex;
             let (mass, rows) = (self.mass[vertex], vertex * d..(vertex + 1) * d);
-            let drag: f64 = self.dissipation.iter().map(|term| term.drag(vertex)).sum();
+            let drag: f64 = self
+                .dissipation
+                .iter()
+                .filter_map(|term| term.vertex_drag())
+                .map(|term| term.drag(vertex))
+                .sum();
             let rate = self.ether_drag + drag / mass;
             if rate != 0.0 {
                 step.add_drag(stops, d, rate);

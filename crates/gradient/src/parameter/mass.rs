@@ -147,7 +147,7 @@ impl WeightDensity {
     /// Derivative of the force along a coordinate.
     fn by_density(&self, of: &ForceUse<'_>, i: usize) -> f64 {
         let (vertex, axis) = (i / of.system.dimension(), i % of.system.dimension());
-        let damping = of.system.dissipation().iter().filter(|term| term.scales_with_mass());
+        let damping = of.system.dissipation().iter().filter_map(|term| term.vertex_drag());
         let drag: f64 = damping.map(|term| term.drag(vertex)).sum();
         (of.system.mass()[vertex] * self.gravity[axis] - drag * of.v[i]) / self.of.density
     }

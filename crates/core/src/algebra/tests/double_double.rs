@@ -3,7 +3,7 @@
 
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
-use crate::scalar::Scalar;
+use crate::scalar::{Compared, Elementary, Scalar};
 
 #[derive(Clone, Copy, Debug)]
 pub(super) struct DoubleDouble(pub(super) f64, pub(super) f64);
@@ -74,27 +74,8 @@ impl MulAssign for DoubleDouble {
     }
 }
 
-impl Scalar for DoubleDouble {
+impl Compared for DoubleDouble {
     type Mask = bool;
-    fn splat(x: f64) -> Self {
-        DoubleDouble(x, 0.0)
-    }
-    fn mul_add(self, b: Self, c: Self) -> Self {
-        self * b + c
-    }
-    fn sqrt(self) -> Self {
-        if self.0 == 0.0 {
-            return self;
-        }
-        let q = DoubleDouble(self.0.sqrt(), 0.0);
-        q + (self - q * q) / (q + q)
-    }
-    fn ln(self) -> Self {
-        unreachable!("not needed by the decompositions")
-    }
-    fn exp(self) -> Self {
-        unreachable!("not needed by the decompositions")
-    }
     fn abs(self) -> Self {
         if self.0 < 0.0 { -self } else { self }
     }
@@ -109,5 +90,30 @@ impl Scalar for DoubleDouble {
     }
     fn select(mask: bool, a: Self, b: Self) -> Self {
         if mask { a } else { b }
+    }
+}
+
+impl Elementary for DoubleDouble {
+    fn sqrt(self) -> Self {
+        if self.0 == 0.0 {
+            return self;
+        }
+        let q = DoubleDouble(self.0.sqrt(), 0.0);
+        q + (self - q * q) / (q + q)
+    }
+    fn ln(self) -> Self {
+        unreachable!("not needed by the decompositions")
+    }
+    fn exp(self) -> Self {
+        unreachable!("not needed by the decompositions")
+    }
+}
+
+impl Scalar for DoubleDouble {
+    fn splat(x: f64) -> Self {
+        DoubleDouble(x, 0.0)
+    }
+    fn mul_add(self, b: Self, c: Self) -> Self {
+        self * b + c
     }
 }

@@ -11,7 +11,7 @@ pub use quadratic::QuadraticSimplices;
 pub use simplices::ViscousSimplices;
 pub(crate) use simplices::simplex_packs;
 
-use super::DissipativeTerm;
+use super::{DissipationViews, DissipativeTerm, PositionProducts};
 use crate::energy::Stencils;
 use crate::energy::elastic::centroids;
 use crate::energy::patch::{Patch, Patches, Scratch, Workspace};
@@ -176,21 +176,6 @@ impl<const D: usize, const N: usize, E: ViscousElements<D, N>> DissipativeTerm f
         self.add_rows(0, y);
     }
 
-    /// `Edot(x, v) = sym(F(x)^T F(v))` is bilinear and symmetric, so that `p . dR/dv` is a symmetric form of
-    /// `Edot(x, v)` and `Edot(x, p)`. Its derivative by `x` is the part of the force at the configuration
-    /// `v + p` and the velocities `x` that is linear in `p`: half the difference of those at `v + p` and
-    /// `v - p`, exactly, since the force is a quadratic form of the configuration.
-    fn add_position_product(&mut self, x: &[f64], v: &[f64], p: &[f64], y: &mut [f64]) -> bool {
-        self.add_half_of_difference(v, p, x, y);
-        true
-    }
-
-    /// Half the difference of the forces at the configurations `x + u` and `x - u`, exactly, likewise.
-    fn add_position_change(&mut self, x: &[f64], v: &[f64], u: &[f64], y: &mut [f64]) -> bool {
-        self.add_half_of_difference(x, u, v, y);
-        true
-    }
-
     fn stencils(&mut self) -> Stencils {
         self.patches.lanes()
     }
@@ -213,6 +198,25 @@ impl<const D: usize, const N: usize, E: ViscousElements<D, N>> DissipativeTerm f
 
     fn bytes(&self) -> usize {
         self.patches.bytes() + self.elements.bytes() + self.workspace.bytes()
+    }
+}
+
+impl<const D: usize, const N: usize, E: ViscousElements<D, N>> DissipationViews for StrainRate<D, N, E> {}
+
+impl<const D: usize, const N: usize, E: ViscousElements<D, N>> PositionProducts for StrainRate<D, N, E> {
+    /// `Edot(x, v) = sym(F(x)^T F(v))` is bilinear and symmetric, so that `p . dR/dv` is a symmetric form of
+    /// `Edot(x, v)` and `Edot(x, p)`. Its derivative by `x` is the part of the force at the configuration
+    /// `v + p` and the velocities `x` that is linear in `p`: half the difference of those at `v + p` and
+    /// `v - p`, exactly, since the force is a quadratic form of the configuration.
+    fn add_position_product(&mut self, x: &[f64], v: &[f64], p: &[f64], y: &mut [f64]) -> bool {
+        self.add_half_of_difference(v, p, x, y);
+        true
+    }
+
+    /// Half the difference of the forces at the configurations `x + u` and `x - u`, exactly, likewise.
+    fn add_position_change(&mut self, x: &[f64], v: &[f64], u: &[f64], y: &mut [f64]) -> bool {
+        self.add_half_of_difference(x, u, v, y);
+        true
     }
 }
 

@@ -186,6 +186,6 @@ impl<const D: usize, const N: usize> Kernel for ExtremesKernel<'_, D, N> {
             }
             inverted += u64::from((real & !upright).count_ones());
         }
-        DeformationExtremes { min_j: min_j.horizontal_min(), inverted }
+        DeformationExtremes { min_j: -(-min_j).horizontal_max(), inverted }
     }
 }

@@ -35,7 +35,7 @@ use solid::extremes;
 use super::patch::{Patch, Patches, Scratch, Workspace};
 use super::{
     DeformationExtremes, ElementTerm, EnergyKind, EnergyTerm, Fault, ForceLayout, Measurements,
-    ShapeProducts, Stencils, StepLimit, TermProperties,
+    PredictedStresses, ShapeProducts, Stencils, StepLimit, TermProperties,
 };
 use crate::algebra::Mat;
 use crate::element::ElementState;
@@ -334,11 +334,6 @@ impl<const D: usize, const N: usize> EnergyTerm for Elastic<D, N> {
         hessian::fill(self, stencils, x, (psd, None), out);
     }
 
-    fn predicted_hessians(&self, stencils: Range<usize>, from: &[f64], x: &[f64], out: &mut [f64]) {
-        let from = Some(from).filter(|_| self.nearly_incompressible);
-        hessian::fill(self, stencils, x, (Psd::Exact, from), out);
-    }
-
     /// Of elements with several quadrature points, `J` at the first that is at fault.
     fn fault(&self, x: &[f64]) -> Option<Fault> {
         self.elements().find_map(|(element, vertices, pack, lane)| {
@@ -350,6 +345,13 @@ impl<const D: usize, const N: usize> EnergyTerm for Elastic<D, N> {
 
     fn bytes(&self) -> usize {
         self.patches.bytes() + size_of_val(&self.rest[..]) + 8 * self.factors.len() + self.workspace.bytes()
+    }
+}
+
+impl<const D: usize, const N: usize> PredictedStresses for Elastic<D, N> {
+    fn predicted_hessians(&self, stencils: Range<usize>, from: &[f64], x: &[f64], out: &mut [f64]) {
+        let from = Some(from).filter(|_| self.nearly_incompressible);
+        hessian::fill(self, stencils, x, (Psd::Exact, from), out);
     }
 }
 

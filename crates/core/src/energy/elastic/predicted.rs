@@ -1,5 +1,5 @@
 //! Stresses that a linearisation predicts: see
-//! [`predicted_hessians`](crate::energy::EnergyTerm::predicted_hessians).
+//! [`predicted_hessians`](crate::energy::PredictedStresses::predicted_hessians).
 //!
 //! The stress that works on `F` is split in a pressure `p`, which turns with `cof F`, and what is left, which
 //! turns with `F`. With the stress `P` of the material at `Fb = s F` and `q = P : Fb / D`,

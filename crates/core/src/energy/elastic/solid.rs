@@ -1,10 +1,14 @@
 //! Answers that all terms of solid elements give alike.
 
 use super::super::patch::{Patch, Patches, Scratch, Workspace};
-use super::super::{DeformationExtremes, ElementTerm, ForceLayout, Measurements, StepLimit, TermViews};
+use super::super::{
+    DeformationExtremes, ElementTerm, ForceLayout, Measurements, PredictedStresses, StepLimit, TermViews,
+};
 
 /// Solid elements whose gradient lies in patches.
-pub trait SolidElements: ElementTerm + ForceLayout + StepLimit + Measurements + Sized {
+pub trait SolidElements:
+    ElementTerm + ForceLayout + StepLimit + Measurements + PredictedStresses + Sized
+{
     /// True where any deformation has a finite energy: steps then have no limit.
     fn is_finite_everywhere(&self) -> bool;
 }
@@ -20,6 +24,10 @@ impl<T: SolidElements> TermViews for T {
 
     fn limit(&self) -> Option<&dyn StepLimit> {
         if self.is_finite_everywhere() { None } else { Some(self) }
+    }
+
+    fn predicted(&self) -> Option<&dyn PredictedStresses> {
+        Some(self)
     }
 
     fn measurements(&mut self) -> Option<&mut dyn Measurements> {

@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::neighbours::Neighbours;
 use super::slots::Slots;
 use crate::lanes::{Kernel, Lanes, WIDTH};
-use crate::scalar::Scalar;
+use crate::scalar::Compared;
 
 /// Keeps the reciprocal of a length finite; no spring of the scale of things is as short.
 const TINY: f64 = 1e-300;
@@ -31,7 +31,7 @@ fn square<L: Lanes, const D: usize>(d: &[L; D]) -> L {
 /// `k (l - l0) / l` [N/m], the force of a spring over the difference `d` of its ends.
 #[inline(always)]
 pub(super) fn tension<L: Lanes, const D: usize>((stiffness, rest_length): (L, L), d: &[L; D]) -> L {
-    let l = Scalar::max(square(d), L::splat(TINY)).sqrt();
+    let l = Compared::max(square(d), L::splat(TINY)).sqrt();
     stiffness * ((l - rest_length) / l)
 }
 
@@ -98,7 +98,7 @@ impl<const D: usize, N: Neighbours<D>> Kernel for SpringHessianKernel<'_, D, N> 
             for slot in slots.of(block) {
                 let d = neighbours.difference(position, &own, block, slot);
                 let dp = neighbours.difference(self.direction, &own_p, block, slot);
-                let l = Scalar::max(square(&d), L::splat(TINY)).sqrt();
+                let l = Compared::max(square(&d), L::splat(TINY)).sqrt();
                 let reciprocal = L::one() / l;
                 let mut n = d;
                 let mut along = L::zero();

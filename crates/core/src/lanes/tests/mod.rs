@@ -9,7 +9,7 @@ use rand_pcg::rand_core::{Rng, SeedableRng};
 
 use super::*;
 use crate::algebra::Mat;
-use crate::scalar::{Mask, Scalar};
+use crate::scalar::Mask;
 
 /// Uniform in `[0, 1)`.
 fn uniform(random: &mut Pcg64Mcg) -> f64 {
@@ -169,7 +169,7 @@ impl Kernel for Reductions {
     #[inline(always)]
     fn run<L: Lanes>(self) -> [f64; 3] {
         let x = L::load(&self.0);
-        [x.horizontal_sum(), x.horizontal_min(), x.horizontal_max()]
+        [x.horizontal_sum(), -(-x).horizontal_max(), x.horizontal_max()]
     }
 }
 

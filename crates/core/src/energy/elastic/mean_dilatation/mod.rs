@@ -39,8 +39,8 @@ use crate::algebra::Mat;
 use crate::element::{Barycentric, ElementState, Isoparametric};
 use crate::energy::patch::{Patch, Patches, Scratch, Workspace};
 use crate::energy::{
-    DeformationExtremes, ElementTerm, EnergyKind, EnergyTerm, Fault, ForceLayout, Measurements, Stencils,
-    StepLimit, TermProperties,
+    DeformationExtremes, ElementTerm, EnergyKind, EnergyTerm, Fault, ForceLayout, Measurements,
+    PredictedStresses, Stencils, StepLimit, TermProperties,
 };
 use crate::lanes::{Lanes, Portable, WIDTH, dispatch_compact};
 use crate::material::{Domain, Material, MaterialSpec, Psd, Stress, Tangent};
@@ -299,11 +299,6 @@ impl<const D: usize, const N: usize> EnergyTerm for MeanDilatation<D, N> {
         hessian::fill(self, stencils, x, (psd, None), out);
     }
 
-    fn predicted_hessians(&self, stencils: Range<usize>, from: &[f64], x: &[f64], out: &mut [f64]) {
-        let from = Some(from).filter(|_| self.dilatation == Dilatation::Finite);
-        hessian::fill(self, stencils, x, (Psd::Exact, from), out);
-    }
-
     /// `J` at the first quadrature point that is at fault.
     fn fault(&self, x: &[f64]) -> Option<Fault> {
         self.elements().find_map(|(element, vertices, pack, lane)| {
@@ -322,6 +317,13 @@ impl<const D: usize, const N: usize> EnergyTerm for MeanDilatation<D, N> {
         let bending = self.bending.as_ref().map_or(0, CellBending::bytes);
         let elements = self.packs.bytes() + bending + size_of_val(&self.nodes[..]);
         self.patches.bytes() + elements + self.workspace.bytes()
+    }
+}
+
+impl<const D: usize, const N: usize> PredictedStresses for MeanDilatation<D, N> {
+    fn predicted_hessians(&self, stencils: Range<usize>, from: &[f64], x: &[f64], out: &mut [f64]) {
+        let from = Some(from).filter(|_| self.dilatation == Dilatation::Finite);
+        hessian::fill(self, stencils, x, (Psd::Exact, from), out);
     }
 }
 

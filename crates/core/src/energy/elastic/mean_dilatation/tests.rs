@@ -114,7 +114,9 @@ fn by_prediction(
     p: &[f64],
     d: usize,
 ) -> (Vec<f64>, f64) {
-    times(term, p, d, |term, stencils, out| term.predicted_hessians(stencils, from, x, out))
+    times(term, p, d, |term, stencils, out| {
+        term.predicted().unwrap().predicted_hessians(stencils, from, x, out);
+    })
 }
 
 fn times(

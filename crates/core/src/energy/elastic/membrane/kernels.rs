@@ -173,6 +173,6 @@ impl Kernel for AreaKernel<'_> {
             let j = dot(&normal, &normal).sqrt();
             min_j = L::select(min_j.lt(j), min_j, j);
         }
-        DeformationExtremes { min_j: min_j.horizontal_min(), inverted: 0 }
+        DeformationExtremes { min_j: -(-min_j).horizontal_max(), inverted: 0 }
     }
 }

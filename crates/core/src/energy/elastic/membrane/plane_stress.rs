@@ -7,7 +7,7 @@ use crate::energy::elastic::kernels::BLOCKS;
 use crate::lanes::WIDTH;
 use crate::material::Stress;
 use crate::material::{Domain, Psd, Spectrum, Tangent};
-use crate::scalar::Scalar;
+use crate::scalar::Elementary;
 
 /// Relative change of the thickness below which one more step of Newton's method is exact to rounding.
 const CLOSE: f64 = 1e-8;
@@ -48,7 +48,7 @@ impl PlaneStress {
         for (f, g) in f.iter_mut().zip(sheet) {
             for l in 0..WIDTH {
                 let g = g.lane(l);
-                f.set_lane(l, &in_space(&g, Scalar::powf(g.determinant(), -self.narrowing)));
+                f.set_lane(l, &in_space(&g, Elementary::powf(g.determinant(), -self.narrowing)));
             }
         }
         let (mut stress, mut slope) = ([Block::ZERO; B], [Block::ZERO; B]);

@@ -32,7 +32,9 @@ use super::collapse::{MARGIN, first_root};
 use super::kernels::BLOCKS;
 use crate::algebra::Mat;
 use crate::element::ElementState;
-use crate::energy::{EnergyKind, EnergyTerm, Fault, Stencils, StepLimit, TermProperties, TermViews};
+use crate::energy::{
+    EnergyKind, EnergyTerm, Fault, PredictedStresses, Stencils, StepLimit, TermProperties, TermViews,
+};
 use crate::lanes::{WIDTH, dispatch};
 use crate::material::Stress;
 use crate::material::{Domain, Material, MaterialSpec, MaterialVisitor, Psd};
@@ -277,10 +279,6 @@ impl<const D: usize> EnergyTerm for Nodal<D> {
         hessian::fill(self, stencils, x, (psd, None), out);
     }
 
-    fn predicted_hessians(&self, stencils: Range<usize>, from: &[f64], x: &[f64], out: &mut [f64]) {
-        hessian::fill(self, stencils, x, (Psd::Exact, Some(from)), out);
-    }
-
     fn fault(&self, x: &[f64]) -> Option<Fault> {
         let mut nodes = self.deformation_gradients(x).enumerate();
         let (node, f) = nodes.find(|(_, f)| self.material.is_at_fault(f))?;
@@ -297,7 +295,17 @@ impl<const D: usize> EnergyTerm for Nodal<D> {
     }
 }
 
+impl<const D: usize> PredictedStresses for Nodal<D> {
+    fn predicted_hessians(&self, stencils: Range<usize>, from: &[f64], x: &[f64], out: &mut [f64]) {
+        hessian::fill(self, stencils, x, (Psd::Exact, Some(from)), out);
+    }
+}
+
 impl<const D: usize> TermViews for Nodal<D> {
+    fn predicted(&self) -> Option<&dyn PredictedStresses> {
+        Some(self)
+    }
+
     fn limit(&self) -> Option<&dyn StepLimit> {
         match self.material.domain() {
             Domain::Everywhere => None,

@@ -8,7 +8,7 @@ use super::{BendingSolid, MOST_PAIRS, axes, dot, place};
 use crate::algebra::{Dual, Mat};
 use crate::element::Isoparametric;
 use crate::energy::patch::Patches;
-use crate::scalar::Scalar;
+use crate::scalar::{Elementary, Scalar};
 
 /// Part of a modulus below which a difference is rounding.
 const ROUNDING: f64 = 1e-12;
