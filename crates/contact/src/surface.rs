@@ -1,6 +1,6 @@
 //! Surfaces that touch: their vertices, edges and triangles, and the area that each stands for.
 
-use pliant::topology::Pieces;
+use pliant::topology::DisjointSets;
 
 /// Primitives that a surface consists of, by the numbers of their vertices.
 #[derive(Clone, Copy, Debug, Default)]
@@ -214,9 +214,9 @@ impl ContactSurface {
         }
     }
 
-    /// Number of the piece of each vertex of the system, see [`Pieces::numbered`]: edges hold them together.
+    /// Number of the piece of each vertex of the system, see [`DisjointSets::numbered`]: edges hold them together.
     pub(crate) fn pieces(&self) -> Vec<u32> {
-        let mut pieces = Pieces::new(self.bodies.len());
+        let mut pieces = DisjointSets::new(self.bodies.len());
         self.edges.iter().for_each(|edge| pieces.connect(edge));
         pieces.numbered().0
     }

@@ -162,15 +162,15 @@ pub struct Topology {
 /// Sets of things that links hold together, by joining trees; Tarjan 1975, "Efficiency of a good but not
 /// linear set union algorithm".
 #[derive(Clone, Debug)]
-pub struct Pieces {
+pub struct DisjointSets {
     /// Another thing of the same piece with a lower number, or the thing itself.
     above: Vec<u32>,
 }
 
-impl Pieces {
+impl DisjointSets {
     /// As many pieces as things.
     pub fn new(things: usize) -> Self {
-        Pieces { above: (0..things as u32).collect() }
+        DisjointSets { above: (0..things as u32).collect() }
     }
 
     /// Joins the pieces of all members of a link.

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::{Cleaned, Mesh};
 use pliant::element::CellBlock;
-use pliant::topology::Pieces;
+use pliant::topology::DisjointSets;
 
 /// Number of cells of a kind.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -74,7 +74,7 @@ impl Mesh {
     /// Number of sets of vertices that no element and no edge connects with each other. Vertices that
     /// belong to none count as one each.
     fn piece_count(&self) -> usize {
-        let mut pieces = Pieces::new(self.vertex_count());
+        let mut pieces = DisjointSets::new(self.vertex_count());
         self.edges.iter().for_each(|cell| pieces.connect(cell));
         if let Some(block) = self.block() {
             block.cells().for_each(|cell| pieces.connect(cell));
@@ -102,7 +102,7 @@ impl Mesh {
 
 /// Connects the corners of each cell, and the nodes in the middle of its edges where there are any.
 fn connect_cells<const N: usize, const M: usize>(
-    pieces: &mut Pieces,
+    pieces: &mut DisjointSets,
     cells: &[[u32; N]],
     middles: &[[u32; M]],
 ) {

@@ -9,7 +9,7 @@ use super::tree::{self, BoxCorners, BoxTree};
 use crate::facets::for_each_equal;
 use crate::geometry::{cross, dot, subtract};
 use crate::{Mesh, MeshError};
-use pliant::topology::Pieces;
+use pliant::topology::DisjointSets;
 
 /// A closed surface of triangles, counter-clockwise seen from outside.
 pub(super) struct ClosedSurface {
@@ -98,7 +98,7 @@ impl ClosedSurface {
 
     /// Volumes of its pieces [m^3], negative where they bound a cavity.
     pub(super) fn pieces(&self) -> Vec<f64> {
-        let mut pieces = Pieces::new(self.points.len());
+        let mut pieces = DisjointSets::new(self.points.len());
         self.triangles.iter().for_each(|triangle| pieces.connect(triangle));
         let (of_vertex, count) = pieces.numbered();
         let mut volumes = vec![0.0; count];

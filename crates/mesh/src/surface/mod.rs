@@ -26,7 +26,7 @@ use crate::spec::{SolidElement, SurfaceSpec};
 use crate::{Mesh, MeshError, MeshSize};
 use closed::ClosedSurface;
 use lattice::CubicLattice;
-use pliant::topology::Pieces;
+use pliant::topology::DisjointSets;
 
 /// Distance of the skin from the solid, in edges of cells, from which on a part is missing. Sharp edges are
 /// cut off by up to one.
@@ -215,7 +215,7 @@ fn pieces(mesh: &Mesh) -> (Vec<u32>, usize) {
         };
         link(4 * mesh.tetrahedra.len(), face, |i| i / 4, &mut links);
     }
-    let mut pieces = Pieces::new(mesh.element_count());
+    let mut pieces = DisjointSets::new(mesh.element_count());
     links.iter().for_each(|pair| pieces.connect(pair));
     pieces.numbered()
 }
