@@ -134,6 +134,7 @@ fn scenes_take_the_memory_that_check_promises() {
         ("falling_jelly_2d", None),
         ("cloth_on_ball", Some("0.4")),
         ("soft_stack", Some("0.3")),
+        ("hair_on_head", Some("0.5")),
     ] {
         let scene = super::reference::root().join("scenes").join(name).with_extension("toml");
         let bench = Bench::new("");
