@@ -71,6 +71,8 @@ pub struct Simulation {
     integrator: Box<dyn Integrator>,
     solver: SolverOptions,
     step_size: f64,
+    /// Size of the step that led to the present state [s]; zero before the first.
+    last_step_size: f64,
     /// Steps that were taken in parts.
     retried: RetriedSteps,
     /// Work in solvers before the last checkpoint.
@@ -133,6 +135,7 @@ impl Simulation {
             integrator,
             solver,
             step_size,
+            last_step_size: 0.0,
             retried: RetriedSteps::default(),
             earlier_solver_work: SolverWork::default(),
             controller: None,
@@ -226,6 +229,7 @@ impl Simulation {
         let end = (self.state.step + 1) as f64 * h;
         self.step_in_parts(h, end).map_err(|(fault, retried)| self.not_finite(fault, retried))?;
         self.state.step += 1;
+        self.last_step_size = h;
         Ok(())
     }
 
@@ -476,6 +480,12 @@ impl Simulation {
     /// [`numbering`](Self::numbering); see [`Integrator::stage_velocities`].
     pub fn stage_velocities(&self) -> &[Vec<f64>] {
         self.integrator.stage_velocities()
+    }
+
+    /// Accelerations of the stages of the last step, likewise [m/s^2]; see
+    /// [`Integrator::stage_accelerations`].
+    pub fn stage_accelerations(&self) -> Vec<Vec<f64>> {
+        self.integrator.stage_accelerations()
     }
 
     /// Step size [s]; where it follows the error, that to be tried next.

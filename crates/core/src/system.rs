@@ -485,13 +485,14 @@ impl System {
         }
     }
 
-    /// The same, and the work `p . dE/dx` of each energy term, in their order, where it comes with the
-    /// product, written over `works`.
-    pub fn product_with_works(&mut self, x: &[f64], p: &[f64], y: &mut [f64], works: &mut Vec<Option<f64>>) {
+    /// The product with the transpose, and the work `p . dE/dx` of each energy term, in their order, where it
+    /// comes with the product, written over `works`. Forces without an energy have a Hessian that is not
+    /// symmetric.
+    pub fn transposed_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64], works: &mut Vec<Option<f64>>) {
         self.force = ForceId::NONE;
         y.fill(0.0);
         works.clear();
-        works.extend(self.terms.iter_mut().map(|term| term.add_product_with_work(x, p, y)));
+        works.extend(self.terms.iter_mut().map(|term| term.add_transposed_product(x, p, y)));
     }
 
     /// `dR/dv` [N] at `(x, v)`, written over `g`; pinned vertices included.

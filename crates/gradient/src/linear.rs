@@ -63,7 +63,10 @@ impl Products {
 
     /// Takes them at positions `x` and velocities `v`, flat.
     pub(crate) fn evaluate(&mut self, system: &mut System, (x, v): (&[f64], &[f64]), p: &[f64]) {
-        system.product_with_works(x, p, &mut self.by_positions, &mut self.works);
+        match self.is_forth {
+            true => system.hessian_product(x, p, &mut self.by_positions),
+            false => system.transposed_product(x, p, &mut self.by_positions, &mut self.works),
+        }
         if system.is_damped() {
             match self.is_forth {
                 true => system.position_change(x, v, p, &mut self.scratch),

@@ -216,6 +216,23 @@ impl Hold {
         sum == 0.0
     }
 
+    /// Adds to `starts` the derivatives by the places where its vertices start, of what has the derivatives `x`
+    /// by its coordinates at `time` [s] and `v` by their velocities: the transpose of its motion. All are flat;
+    /// held coordinates alone are looked at.
+    pub fn add_by_starts(&self, time: f64, dimension: usize, (x, v): (&[f64], &[f64]), starts: &mut [f64]) {
+        let moment = self.motion().map(|motion| motion.at(time));
+        for vertex in &self.vertices {
+            let row = |rows: &[f64]| {
+                let held = |c: usize| c < dimension && self.axes[c];
+                [0, 1, 2].map(|c| if held(c) { rows[*vertex as usize * dimension + c] } else { 0.0 })
+            };
+            let (x, v) = (row(x), row(v));
+            let by_start = moment.as_ref().map_or(x, |moment| moment.by_start(x, v));
+            let starts = &mut starts[*vertex as usize * dimension..][..dimension];
+            starts.iter_mut().zip(by_start).for_each(|(sum, by)| *sum += by);
+        }
+    }
+
     /// Goes on with its motion from where its vertices are in `x` at `time` [s], flat `(n, dimension)` [m].
     /// Nothing changes for those that are where the motion has them.
     pub(crate) fn go_on_from(&mut self, time: f64, dimension: usize, x: &[f64]) {

@@ -192,6 +192,15 @@ impl Moment<'_> {
         Some(Waypoint { pose, velocity: velocity.into(), angular_velocity: spin })
     }
 
+    /// Derivatives by the start of a vertex of what has the derivatives `x` by its place and `v` by its
+    /// velocity: `R^T x + R'^T v`.
+    pub(super) fn by_start(&self, x: [f64; 3], v: [f64; 3]) -> [f64; 3] {
+        let Some(rotation) = &self.rotation else { return x };
+        // R' = rate [a] R, and R'^T v = -rate R^T (a x v).
+        let turned = cross(rotation.axis, v).map(|v| -rotation.rate * v);
+        Turned { point: [0.0; 3], ..rotation.back() }.place(add(x, turned)).0
+    }
+
     /// The start from which the vertex that is at `rest` in the rest shape is at `place` now: `x(0) = c + R^T
     /// (x - sum u - c)`.
     pub(super) fn start(&self, place: [f64; 3], rest: [f64; 3]) -> [f64; 3] {
@@ -254,6 +263,25 @@ mod tests {
         for c in 0..3 {
             let (coarse, fine) = (error(2e-3, c), error(1e-3, c));
             assert!((coarse / fine - 4.0).abs() < 0.05, "{c}: {coarse} {fine}");
+        }
+    }
+
+    // Places and velocities are affine in the start: differences are exact.
+    #[test]
+    fn derivatives_by_starts_are_the_transpose_of_the_motion() {
+        let rotation = Rotation::new([0.1, -0.2, 0.3], [1.0, 2.0, -0.5], |t| (3.0 * t, 3.0));
+        let motion = Motion::new().turning(rotation).along(|t| ([t, 0.0, -t], [1.0, 0.0, -1.0]));
+        let (start, rest, x, v) = ([0.7, 0.4, -0.6], [0.0; 3], [0.3, -1.1, 0.4], [0.8, 0.2, -0.5]);
+        let moment = motion.at(0.8);
+        let value = |start: [f64; 3]| {
+            let (place, velocity) = moment.place(start, rest);
+            dot(x, place) + dot(v, velocity)
+        };
+        let by_start = moment.by_start(x, v);
+        for c in 0..3 {
+            let moved = [0, 1, 2].map(|k| start[k] + if k == c { 0.5 } else { 0.0 });
+            let difference = (value(moved) - value(start)) / 0.5;
+            assert!((by_start[c] - difference).abs() < 1e-14, "{c}: {} {difference}", by_start[c]);
         }
     }
 

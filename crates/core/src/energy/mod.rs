@@ -309,9 +309,10 @@ pub trait EnergyTerm: TermViews + Send + Sync {
     /// lost.
     fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]);
 
-    /// Adds the same product, and gives `p . dE/dx`, the work of the gradient along `p`, where that comes
-    /// with it at no further cost; `None` where it does not.
-    fn add_product_with_work(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) -> Option<f64> {
+    /// Adds the product with its transpose, which is the same where the term is
+    /// [conservative](TermProperties::is_conservative), and gives `p . dE/dx`, the work of the gradient along
+    /// `p`, where that comes with it at no further cost; `None` where it does not.
+    fn add_transposed_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) -> Option<f64> {
         self.add_hessian_product(x, p, y);
         None
     }

@@ -12,10 +12,10 @@ use crate::state::State;
 use crate::system::{ForceId, System};
 
 /// Terms of the polynomial after the constant one.
-pub(super) const TERMS: usize = 7;
+pub const TERMS: usize = 7;
 /// The nodes: zeros of `(P_7 + P_8)(2 s - 1)`; Rein, Spiegel 2015, section 2.1, in more digits.
 #[allow(clippy::excessive_precision, reason = "the digits of the reference")]
-const NODES: [f64; TERMS + 1] = [
+pub const NODES: [f64; TERMS + 1] = [
     0.0,
     0.056_262_560_536_922_146_465_652_191,
     0.180_240_691_736_892_364_987_579_942_8,
@@ -451,6 +451,13 @@ impl Integrator for GaussRadau {
     fn judge(&mut self, _: &mut System, _: &State, h: f64, _: &Tolerances) -> Option<Judgement> {
         let ratio = self.parameters.epsilon / self.last_term;
         Some(Judgement::Step(if self.last_term == 0.0 { f64::INFINITY } else { h * ratio.powf(1.0 / 7.0) }))
+    }
+
+    fn stage_accelerations(&self) -> Vec<Vec<f64>> {
+        let at =
+            |s: f64, (first, b): (&f64, &Terms)| first + s * b.iter().rev().fold(0.0, |sum, b| b + s * sum);
+        let row = |s: &f64| self.first.iter().zip(&self.now.b).map(|each| at(*s, each)).collect();
+        NODES.iter().map(row).collect()
     }
 
     fn undo(&mut self, state: &mut State) {

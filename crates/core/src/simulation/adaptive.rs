@@ -64,6 +64,46 @@ impl Simulation {
         end
     }
 
+    /// Size of the step that led to the present state [s]; zero before the first.
+    pub fn last_step_size(&self) -> f64 {
+        self.last_step_size
+    }
+
+    /// Takes one step of `h` [s] to the time `end` [s], whatever its error: a step that was
+    /// [chosen](Self::step_towards) in a run, taken again from the same state. What follows the error goes on
+    /// as if there had been none.
+    ///
+    /// ```
+    /// use pliant::integrator::IntegratorSpec;
+    /// use pliant::{simulation::Simulation, state::State, system::System};
+    ///
+    /// let thrown = State::new(vec![0.0; 3], vec![1.0, 2.0, 3.0]);
+    /// let mut simulation =
+    ///     Simulation::new(System::new(3, vec![1.0]), thrown, IntegratorSpec::Rk4.method(), 0.5);
+    /// simulation.repeat_step(0.25, 0.25)?;
+    /// assert_eq!((simulation.state().time, simulation.last_step_size()), (0.25, 0.25));
+    /// assert_eq!(simulation.positions()[..], [0.25, 0.5, 0.75]);
+    /// # Ok::<(), pliant::simulation::StepError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`step`](Self::step); the state is then what it was before.
+    pub fn repeat_step(&mut self, h: f64, end: f64) -> Result<(), StepError> {
+        let time = self.state.time;
+        // Steps that follow the error land on the times at which holds end.
+        let ahead = match self.controller {
+            Some(_) => SAME_TIME_ULPS * f64::EPSILON * time.abs().max(h),
+            None => 0.5 * h,
+        };
+        let released = self.system.change_pins(|pins| pins.release(time + ahead));
+        self.ensure_force(time)?;
+        self.open_ledger(released);
+        self.single_step(h, end).map_err(|fault| self.not_finite(fault, None))?;
+        self.state.step += 1;
+        self.last_step_size = h;
+        Ok(())
+    }
+
     /// The norm of the error that the scheme estimates for a step of `h` [s] from here, 1 being what is
     /// allowed; the step is not taken. `None` where there is no estimate, or no such step.
     pub fn estimate_of_a_step(&mut self, h: f64) -> Option<f64> {
@@ -113,6 +153,7 @@ impl Simulation {
                         judged if self.state.ensure_force(&mut self.system, end) => {
                             self.state.step += 1;
                             self.state.time = end;
+                            self.last_step_size = h;
                             controller.accept(h, judged.unwrap_or(Judgement::Step(h)));
                             self.note_in_ledger(time, h);
                             return Ok(());

@@ -107,7 +107,7 @@ impl Simulation {
     }
 
     /// One step of the scheme, or a part of one, of `h` [s] to the time `end` [s], and the force there.
-    fn single_step(&mut self, h: f64, end: f64) -> Result<(), StepFault> {
+    pub(super) fn single_step(&mut self, h: f64, end: f64) -> Result<(), StepFault> {
         self.attempt(h)?;
         if !self.state.ensure_force(&mut self.system, end) {
             let fault = StepFault::at(&self.system, self.state.x(), self.state.v());

@@ -195,8 +195,9 @@ impl Simulation {
         end
     }
 
-    /// Holds what is held after `step` steps, at `time` [s].
-    pub(super) fn hold_as_after(&mut self, step: u64, time: f64) {
+    /// Holds what is held after `step` steps, at `time` [s]: before the next step lets go of anything. State
+    /// and schemes stay as they are.
+    pub fn hold_as_after(&mut self, step: u64, time: f64) {
         let seen = match self.controller {
             _ if step == 0 => f64::NEG_INFINITY,
             // The last step looked for what ends half a step before its end.

@@ -304,7 +304,7 @@ impl<const D: usize, const N: usize> EnergyTerm for Elastic<D, N> {
     }
 
     /// `p . dE/dx = sum_q w_q P : dF`, of the stresses that the product is made of.
-    fn add_product_with_work(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) -> Option<f64> {
+    fn add_transposed_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) -> Option<f64> {
         let Elastic { patches, rest, material, workspace, .. } = self;
         let is_known = AtomicBool::new(true);
         let along = patches.evaluate_with_sum(workspace, x, p, |patch, scratch| {

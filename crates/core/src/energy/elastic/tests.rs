@@ -83,7 +83,7 @@ fn agrees_with_the_plain_sum<const D: usize, const N: usize>(cells: [usize; D]) 
         term.add_rows(0, &mut g);
         term.add_hessian_product(&x, &p, &mut k);
         let mut with_work = vec![0.0; x.len()];
-        let work = term.add_product_with_work(&x, &p, &mut with_work).unwrap();
+        let work = term.add_transposed_product(&x, &p, &mut with_work).unwrap();
         assert_eq!(with_work, k, "{D}D, {stress:?}");
         let parts: Vec<f64> = gradient.iter().zip(&p).map(|(g, p)| g * p).collect();
         let size: f64 = parts.iter().map(|part| part.abs()).sum();

@@ -292,6 +292,11 @@ impl<const D: usize, const N: usize> EnergyTerm for Pressure<D, N> {
         self.add_product(x, p, 1.0, false, y);
     }
 
+    fn add_transposed_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) -> Option<f64> {
+        self.add_product(x, p, 1.0, true, y);
+        None
+    }
+
     fn stencils(&mut self) -> Stencils {
         self.face_stencils()
     }
