@@ -9,11 +9,7 @@ from conftest import beam
 
 def tip(frame: pliant.Frame) -> tuple[float, np.ndarray] | None:
     """Height of the last vertex after 20 steps."""
-    if frame.index < 20:
-        return None
-    by = np.zeros_like(frame.positions)
-    by[-1, 1] = 1.0
-    return frame.positions[-1, 1], by
+    return tip_at(frame, 20)
 
 
 def test_derivatives_are_those_of_differences() -> None:
@@ -171,6 +167,38 @@ def test_memory_changes_no_bit() -> None:
     all_states = pliant.Simulation(beam()).gradient(tip, ["position"], steps=20)
     few = pliant.Simulation(beam()).gradient(tip, ["position"], steps=20, memory=2000)
     np.testing.assert_array_equal(all_states["position"], few["position"])
+
+
+def test_steps_that_follow_the_error_land_on_times() -> None:
+    scene = beam(**{"time": {"integrator": "dormand-prince5", "adaptive": {"tolerance": 1e-5}, "duration": 0.1}})
+    times = []
+
+    def last(frame: pliant.Frame) -> tuple[float, np.ndarray] | None:
+        times.append(frame.time)
+        if frame.time < 0.02:
+            return None
+        return frame.positions[-1, 1], np.eye(10, 2, k=-8) * [0, 1]
+
+    simulation = pliant.Simulation(scene)
+    found = simulation.gradient(last, ["velocity"], times=[0.01, 0.02])
+    assert simulation.time == 0.02 and 0.01 in times and found.value == simulation.positions[-1, 1]
+    change = np.cos(np.arange(20.0)).reshape(10, 2)
+    by_position, _ = pliant.Simulation(scene).jvp(velocity=change, steps=5)
+    back = pliant.Simulation(scene).gradient(lambda frame: tip_at(frame, 5), ["velocity"], steps=5)
+    assert by_position[-1, 1] == pytest.approx(np.sum(back["velocity"] * change), rel=1e-10)
+    with pytest.raises(ValueError, match="give `steps`: the sizes of steps follow the error"):
+        pliant.Simulation(scene).jvp(velocity=change)
+    with pytest.raises(ValueError, match=r"give `steps` or `times`, not both"):
+        simulation.gradient(last, ["velocity"], steps=1, times=[0.01])
+    with pytest.raises(ValueError, match=r"times must ascend; got 0.2 before 0.1"):
+        simulation.gradient(last, ["velocity"], times=[0.2, 0.1])
+
+
+def tip_at(frame: pliant.Frame, index: int) -> tuple[float, np.ndarray] | None:
+    """Height of the last vertex after `index` steps."""
+    by = np.zeros_like(frame.positions)
+    by[-1, 1] = 1.0
+    return (frame.positions[-1, 1], by) if frame.index == index else None
 
 
 def test_walls_and_what_happens_at_each_step() -> None:

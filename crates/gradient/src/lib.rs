@@ -45,12 +45,15 @@ mod loss;
 mod names;
 mod parameter;
 mod parts;
+mod schedule;
 mod support;
 mod sweep;
 mod tangent;
 mod walls;
 
 use pliant::simulation::Simulation;
+
+use schedule::{RunLength, Schedule};
 
 pub use error::GradientError;
 pub use frequencies::{FrequencyGradient, frequency_gradient};
@@ -104,6 +107,9 @@ pub struct RunGradient {
 /// taken again from a few states that are kept: explicit schemes with the same bits, implicit ones to the
 /// tolerance of their solver.
 ///
+/// Where step sizes follow the error, a run before finds them, and derivatives are those at these sizes: what
+/// a change of the start or of a parameter would make of the sizes themselves is no part of them.
+///
 /// # Errors
 /// [`GradientError`]: a scheme or a term without adjoint, a step that fails, a loss that is not finite, a
 /// gradient that overflows.
@@ -114,7 +120,59 @@ pub fn gradient(
     parameters: &mut [Box<dyn Parameter>],
     budget: usize,
 ) -> Result<RunGradient, GradientError> {
+    gradient_over(simulation, RunLength::Steps(steps), loss, parameters, budget)
+}
+
+/// The same of steps that land on each of the `times`, ascending [s], and end at the last. Of fixed sizes are
+/// as many as come nearest to that.
+///
+/// ```
+/// use pliant::control::StepControl;
+/// use pliant::energy::gravity::UniformGravity;
+/// use pliant::integrator::{IntegratorSpec, estimate::Tolerances};
+/// use pliant::{simulation::Simulation, state::State, system::System};
+/// use pliant_gradient::{LossFrame, UNLIMITED, gradient_to};
+///
+/// let mut system = System::new(2, vec![2.0]);
+/// system.add_term(Box::new(UniformGravity::new(&[0.0, -10.0], &[2.0])));
+/// let state = State::new(vec![0.0, 5.0], vec![1.0, 0.0]);
+/// let mut simulation = Simulation::new(system, state, IntegratorSpec::DormandPrince5.method(), 0.125);
+/// let tolerances = Tolerances { relative: 1e-6, position: 1e-6, velocity: 1e-6 };
+/// simulation.set_step_control(StepControl { tolerances, first: None, smallest: 0.0, largest: 0.3 });
+/// let mut height = |frame: &LossFrame<'_>, x_bar: &mut [f64], _: &mut [f64]| {
+///     if frame.time != 1.0 {
+///         return 0.0;
+///     }
+///     x_bar[1] = 1.0;
+///     frame.x[1]
+/// };
+/// // y = y_0 + v_0 t - g t^2/2 at t = 1.
+/// let found = gradient_to(&mut simulation, &[0.5, 1.0], &mut height, &mut [], UNLIMITED)?;
+/// assert!((found.value).abs() < 1e-14 && (found.velocity[1] - 1.0).abs() < 1e-14);
+/// # Ok::<(), pliant_gradient::GradientError>(())
+/// ```
+///
+/// # Errors
+/// As [`gradient`].
+pub fn gradient_to(
+    simulation: &mut Simulation,
+    times: &[f64],
+    loss: &mut dyn Loss,
+    parameters: &mut [Box<dyn Parameter>],
+    budget: usize,
+) -> Result<RunGradient, GradientError> {
+    gradient_over(simulation, RunLength::Times(times), loss, parameters, budget)
+}
+
+fn gradient_over(
+    simulation: &mut Simulation,
+    length: RunLength<'_>,
+    loss: &mut dyn Loss,
+    parameters: &mut [Box<dyn Parameter>],
+    budget: usize,
+) -> Result<RunGradient, GradientError> {
     support::check(simulation)?;
-    parameters.iter_mut().for_each(|parameter| parameter.begin(steps));
-    sweep::Sweep::new(simulation, loss, parameters, budget).run(steps)
+    let schedule = Schedule::of(simulation, length)?;
+    parameters.iter_mut().for_each(|parameter| parameter.begin(schedule.steps));
+    sweep::Sweep::new(simulation, loss, parameters, budget, &schedule).run()
 }

@@ -46,11 +46,8 @@ pub(crate) fn check_tangent(simulation: &Simulation) -> Result<(), GradientError
 
 /// The first thing in the way, and how to do without it.
 fn obstacle(simulation: &Simulation) -> Option<(String, &'static str)> {
-    let (system, work) = (simulation.system(), simulation.work());
+    let system = simulation.system();
     let named = |what: &str, remedy| Some((what.to_owned(), remedy));
-    if work.rejected_steps.is_some() {
-        return named("steps that follow the error", "give a fixed `step`, without `adaptive`");
-    }
     if simulation.path().is_some() {
         return named("paths by arc length", "give a fixed `step` in place of `arc_length`");
     }

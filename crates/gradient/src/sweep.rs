@@ -8,6 +8,7 @@ use crate::adjoint::{
 use crate::checkpoints::split;
 use crate::loss::{Loss, LossFrame};
 use crate::parameter::{HeldUse, Parameter, StateUse};
+use crate::schedule::Schedule;
 use crate::walls::{self, Touching, WallEvent, WalledEnd};
 use crate::{GradientError, RunGradient, support};
 
@@ -27,6 +28,7 @@ struct SweepRecord {
 pub(crate) struct Sweep<'a> {
     simulation: &'a mut Simulation,
     loss: &'a mut dyn Loss,
+    schedule: &'a Schedule,
     sums: Sums<'a>,
     adjoint: Adjoint,
     value: f64,
@@ -56,6 +58,7 @@ impl<'a> Sweep<'a> {
         loss: &'a mut dyn Loss,
         parameters: &'a mut [Box<dyn Parameter>],
         budget: usize,
+        schedule: &'a Schedule,
     ) -> Self {
         let (unknowns, d) = (simulation.state().x().len(), simulation.system().dimension());
         // As many rows as schemes have stages at most, beside the state.
@@ -78,19 +81,20 @@ impl<'a> Sweep<'a> {
             wall_events: vec![],
             simulation,
             loss,
+            schedule,
         }
     }
 
-    /// Takes `steps` steps, and goes back; the simulation ends where the steps have led.
-    pub(crate) fn run(mut self, steps: u64) -> Result<RunGradient, GradientError> {
+    /// Takes the steps, and goes back; the simulation ends where the steps have led.
+    pub(crate) fn run(mut self) -> Result<RunGradient, GradientError> {
         if has_memory(self.simulation.method().scheme) {
             let KeptState { step, time, x, v } = KeptState::of(self.simulation);
             self.simulation.restore(&Snapshot::new(step, time, x, v))?;
         }
         self.unsettled = unsettled(self.simulation);
         let from = self.first;
-        self.back(from, from + steps, self.slots)?;
-        if let Some(last) = &self.last {
+        self.back(from, from + self.schedule.steps, self.slots)?;
+        if let Some(last) = self.schedule.end().or(self.last.as_ref()) {
             self.simulation.restore(last)?;
         }
         let (numbering, d) = (self.simulation.numbering(), self.simulation.system().dimension());
@@ -133,7 +137,7 @@ impl<'a> Sweep<'a> {
     fn advance(&mut self, to: u64) -> Result<(), GradientError> {
         while self.simulation.state().step < to {
             self.look_for_stop(self.simulation.state().step)?;
-            self.simulation.step()?;
+            self.schedule.step(self.simulation)?;
         }
         Ok(())
     }
@@ -144,7 +148,7 @@ impl<'a> Sweep<'a> {
         while self.simulation.state().step < to {
             let mut record = SweepRecord::of(self.simulation);
             self.look_for_stop(record.step)?;
-            self.simulation.step()?;
+            self.schedule.step(self.simulation)?;
             record.stage_velocities = self.simulation.stage_velocities().to_vec();
             records.push(record);
         }
@@ -175,11 +179,12 @@ impl<'a> Sweep<'a> {
     /// Takes the derivatives back by the step from `record` to the state `after` it.
     fn step_back(&mut self, record: &SweepRecord, after: &SweepRecord) -> Result<(), GradientError> {
         let SweepRecord { step, time, .. } = *record;
+        let (h, method) = (self.schedule.step_size(self.simulation, step), self.simulation.method());
         let walled = match self.simulation.system().walls() {
             [] => None,
             _ => {
                 let start = record.moment.clone().unwrap_or_else(|| record.snapshot(self.simulation));
-                Some(WalledEnd::of_step(self.simulation, &start)?)
+                Some(WalledEnd::of_step(self.simulation, &start, self.schedule)?)
             }
         };
         let (mut x, mut v) = (&after.x, &after.v);
@@ -191,7 +196,7 @@ impl<'a> Sweep<'a> {
                 by_x.iter_mut().zip(&*x_bar).for_each(|(by, bar)| *by = bar - *by);
                 by_v.iter_mut().zip(&*v_bar).for_each(|(by, bar)| *by = bar - *by);
                 let (system, x, v) = (self.simulation.system(), &walled.x, &walled.v);
-                let time = time + self.simulation.step_size();
+                let time = time + h;
                 self.sums.add_held(&HeldUse { system, time, x, v, x_bar: &by_x, v_bar: &by_v });
             }
             free_only(self.simulation.system(), v_bar);
@@ -205,7 +210,6 @@ impl<'a> Sweep<'a> {
             }
             (x, v) = (&walled.x, &walled.v);
         }
-        let (h, method) = (self.simulation.step_size(), self.simulation.method());
         let taken = Step {
             from: AdjointPlace { time, x: &record.x, v: &record.v },
             x,

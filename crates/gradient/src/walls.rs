@@ -12,6 +12,7 @@ use pliant::simulation::{Simulation, Snapshot};
 use pliant::system::System;
 
 use crate::GradientError;
+use crate::schedule::Schedule;
 
 /// A vertex that has come to a wall, or left one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -54,10 +55,14 @@ impl WalledEnd {
     ///
     /// # Errors
     /// The step fails, or `start` is no state of the simulation.
-    pub(crate) fn of_step(simulation: &mut Simulation, start: &Snapshot) -> Result<Self, GradientError> {
+    pub(crate) fn of_step(
+        simulation: &mut Simulation,
+        start: &Snapshot,
+        schedule: &Schedule,
+    ) -> Result<Self, GradientError> {
         simulation.restore(start)?;
         let walls = simulation.system_mut().replace_walls(vec![]);
-        let end = simulation.step();
+        let end = schedule.step(simulation);
         simulation.system_mut().replace_walls(walls);
         end?;
         let (x, v) = (simulation.state().x().to_vec(), simulation.state().v().to_vec());

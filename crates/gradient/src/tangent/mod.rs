@@ -11,6 +11,7 @@ use pliant::simulation::{Simulation, Snapshot};
 
 use crate::adjoint::{AdjointPlace, Step, has_memory};
 use crate::parameter::Parameter;
+use crate::schedule::{RunLength, Schedule};
 use crate::sweep::may_forget;
 use crate::walls::WalledEnd;
 use crate::{GradientError, LossFrame, support};
@@ -110,6 +111,7 @@ pub fn tangent_along(
 ) -> Result<RunTangent, GradientError> {
     support::check(simulation)?;
     support::check_tangent(simulation)?;
+    let schedule = Schedule::of(simulation, RunLength::Steps(steps))?;
     let RunDirection { position, velocity, parameters: changes } = direction;
     parameters.iter_mut().for_each(|parameter| parameter.begin(steps));
     let counts = parameters.iter().map(|parameter| parameter.len());
@@ -139,11 +141,11 @@ pub fn tangent_along(
         };
         let walled = match simulation.system().walls() {
             [] => None,
-            _ => Some(unwalled(simulation)?),
+            _ => Some(unwalled(simulation, &schedule)?),
         };
-        simulation.step()?;
+        schedule.step(simulation)?;
         support::check_run(simulation)?;
-        let (h, method) = (simulation.step_size(), simulation.method());
+        let (h, method) = (schedule.step_size(simulation, step), simulation.method());
         let stage_velocities = simulation.stage_velocities().to_vec();
         let (after_x, after_v) = (simulation.state().x().to_vec(), simulation.state().v().to_vec());
         let taken = Step {
@@ -167,6 +169,9 @@ pub fn tangent_along(
         }
         show(simulation, &dots, watch);
     }
+    if let Some(end) = schedule.end() {
+        simulation.restore(end)?;
+    }
     Ok(outside(simulation, &dots))
 }
 
@@ -187,9 +192,9 @@ fn refuse_unknown(simulation: &mut Simulation, forces: &mut TangentForces<'_>) -
 }
 
 /// The next step as it is without walls; the simulation stays where it is.
-fn unwalled(simulation: &mut Simulation) -> Result<WalledEnd, GradientError> {
+fn unwalled(simulation: &mut Simulation, schedule: &Schedule) -> Result<WalledEnd, GradientError> {
     let start = simulation.snapshot();
-    let walled = WalledEnd::of_step(simulation, &start)?;
+    let walled = WalledEnd::of_step(simulation, &start, schedule)?;
     simulation.restore(&start)?;
     Ok(walled)
 }

@@ -12,11 +12,23 @@ struct ScatteredLoss {
     steps: u64,
     w_x: Vec<f64>,
     w_v: Vec<f64>,
+    /// Sizes of the steps [s] and times at their ends [s], where they follow the error.
+    chosen: Option<Vec<[f64; 2]>>,
 }
 
 impl ScatteredLoss {
-    fn new(steps: u64, coordinates: usize) -> Self {
-        ScatteredLoss { steps, w_x: scattered(coordinates, 3.0), w_v: scattered(coordinates, 4.0) }
+    /// Of runs of so many steps, of the sizes that they have from the start of `simulation`.
+    fn new(steps: u64, mut simulation: Simulation) -> Self {
+        let coordinates = simulation.state().x().len();
+        let chosen = simulation.step_control().is_some().then(|| {
+            let mut step = |_: u64| {
+                simulation.step().unwrap();
+                [simulation.last_step_size(), simulation.state().time]
+            };
+            (0..steps).map(&mut step).collect()
+        });
+        let [w_x, w_v] = [3.0, 4.0].map(|seed| scattered(coordinates, seed));
+        ScatteredLoss { steps, w_x, w_v, chosen }
     }
 
     /// The loss of a run of `simulation`; `seen` is shown its states.
@@ -24,7 +36,13 @@ impl ScatteredLoss {
         let mut value = 0.0;
         for step in 0..=self.steps {
             if step > 0 {
-                simulation.step().unwrap();
+                match &self.chosen {
+                    Some(chosen) => {
+                        let [size, end] = chosen[step as usize - 1];
+                        simulation.repeat_step(size, end).unwrap();
+                    }
+                    None => simulation.step().unwrap(),
+                }
                 seen(simulation);
             }
             let (x, v) = (simulation.positions(), simulation.velocities());
@@ -68,7 +86,7 @@ pub(crate) fn compare_starts(
         // Where a pin is comes from its motion, not from the state.
         x_dot.iter_mut().zip(&weights).filter(|(_, weight)| **weight == 0.0).for_each(|(dot, _)| *dot = 0.0);
     }
-    let mut loss = ScatteredLoss::new(steps, n);
+    let mut loss = ScatteredLoss::new(steps, start());
     let mut simulation = start();
     let found = gradient(&mut simulation, steps, &mut loss, &mut [], UNLIMITED).unwrap();
     assert_eq!(found.unsettled, 0, "{what}");
@@ -107,7 +125,7 @@ pub(crate) fn compare_number(
     let (mut simulation, topology) = assembled(&scene);
     let mut selection = ParameterSelection::new(&scene, &topology, simulation.numbering(), &[name])
         .unwrap_or_else(|error| panic!("{what}: {error}"));
-    let mut loss = ScatteredLoss::new(steps, simulation.state().x().len());
+    let mut loss = ScatteredLoss::new(steps, assembled(&scene).0);
     let found = gradient(&mut simulation, steps, &mut loss, selection.parameters(), UNLIMITED).unwrap();
     let by = size * selection.parts(&found)[0][0];
     compare_with_differences(&format!("{what}, by {name}"), (by, by.abs()), (1e-2, tolerance), |h| {

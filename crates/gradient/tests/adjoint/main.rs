@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a panic is what a test fails by")]
 
+mod adaptive;
 mod by_parameters;
 mod cells;
 mod chain;

@@ -187,6 +187,7 @@ class Simulation:
         with_respect_to: Sequence[str],
         *,
         steps: int | None = None,
+        times: Sequence[float] | None = None,
         memory: int | None = None,
     ) -> Gradient: ...
     def jvp(

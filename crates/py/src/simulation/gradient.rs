@@ -172,10 +172,13 @@ impl Inner {
             .map_err(|fault| error(&fault))
     }
 
-    /// Steps that are left of the duration of the scene.
-    fn steps_left(&self) -> u64 {
+    /// Steps that are left of the duration of the scene, where all are of one size.
+    fn steps_left(&self) -> PyResult<u64> {
+        if self.simulation.step_control().is_some() {
+            return Err(PyValueError::new_err("give `steps`: the sizes of steps follow the error"));
+        }
         let left = self.scene.scene.time.duration - self.simulation.state().time;
-        (left / self.simulation.step_size()).round().max(0.0) as u64
+        Ok((left / self.simulation.step_size()).round().max(0.0) as u64)
     }
 }
 
@@ -200,6 +203,9 @@ impl PySimulation {
     ///     A name that is none is answered with all that are.
     /// steps : int, optional
     ///     How many steps to take; as many as are left of the scene's duration without it.
+    /// times : sequence of float, optional
+    ///     In place of `steps`: times, ascending [s], that steps land on; the run ends at the last. Of fixed
+    ///     sizes are as many as come nearest to that.
     /// memory : int, optional
     ///     Bytes for states: where they do not fit, parts of the run are taken twice or more. All of them
     ///     without it.
@@ -214,11 +220,16 @@ impl PySimulation {
     /// KeyError
     ///     A name has no derivative.
     /// ValueError
-    ///     The scheme, or something in the scene, has none; the loss is not finite; the derivatives overflow.
+    ///     The scheme, or something in the scene, has none; the loss is not finite; the derivatives overflow;
+    ///     both `steps` and `times` are given.
     /// StepError
     ///     A step cannot be taken.
     /// KeyboardInterrupt
     ///     Ctrl-C.
+    ///
+    /// Notes
+    /// -----
+    /// Where step sizes follow the error, a run before finds them, and derivatives are those at these sizes.
     ///
     /// Examples
     /// --------
@@ -231,18 +242,27 @@ impl PySimulation {
     /// >>> found = simulation.gradient(height_of_the_tip, ["body.beam.elastic.young"], steps=20)
     /// >>> list(found), found["body.beam.elastic.young"] != 0.0
     /// (['body.beam.elastic.young'], True)
-    #[pyo3(signature = (loss, with_respect_to, *, steps = None, memory = None))]
+    #[pyo3(signature = (loss, with_respect_to, *, steps = None, times = None, memory = None))]
     fn gradient<'py>(
         &self,
         py: Python<'py>,
         loss: Py<PyAny>,
         with_respect_to: Vec<String>,
         steps: Option<u64>,
+        times: Option<Vec<f64>>,
         memory: Option<usize>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let mut inner = self.lock()?;
         let mut selection = inner.selection(&with_respect_to)?;
-        let (steps, first) = (steps.unwrap_or_else(|| inner.steps_left()), inner.simulation.state().step);
+        if steps.is_some() && times.is_some() {
+            return Err(PyValueError::new_err("give `steps` or `times`, not both"));
+        }
+        let times = times.unwrap_or_else(|| vec![inner.scene.scene.time.duration]);
+        if let Some(pair) = times.windows(2).find(|pair| pair[0] >= pair[1]) {
+            let message = format!("times must ascend; got {} before {}", pair[0], pair[1]);
+            return Err(PyValueError::new_err(message));
+        }
+        let first = inner.simulation.state().step;
         let stop = Arc::new(AtomicBool::new(false));
         let simulation = &mut inner.simulation;
         simulation.set_stop(Some(Arc::clone(&stop)));
@@ -251,7 +271,10 @@ impl PySimulation {
         let (loss_used, parameters) = (&mut loss, selection.parameters());
         let work = move || {
             let memory = memory.unwrap_or(UNLIMITED);
-            pliant_gradient::gradient(simulation, steps, loss_used, parameters, memory)
+            match steps {
+                Some(steps) => pliant_gradient::gradient(simulation, steps, loss_used, parameters, memory),
+                None => pliant_gradient::gradient_to(simulation, &times, loss_used, parameters, memory),
+            }
         };
         let found = threads::interruptible(py, &stop, &mut signal, work);
         let raised = loss.raised.take();
@@ -324,7 +347,7 @@ impl PySimulation {
             change(velocity, &shape, "change of velocities")?,
         );
         let mut inner = self.lock()?;
-        let steps = steps.unwrap_or_else(|| inner.steps_left());
+        let steps = steps.map_or_else(|| inner.steps_left(), Ok)?;
         let names: Vec<String> =
             parameters.map(|given| given.keys().extract()).transpose()?.unwrap_or_default();
         let mut selection = inner.selection(&names)?;
@@ -409,7 +432,7 @@ impl PySimulation {
         let (x, v) = (start("position")?, start("velocity")?);
         let mut inner = self.lock()?;
         let mut selection = inner.selection(&names)?;
-        let (steps, first) = (steps.unwrap_or_else(|| inner.steps_left()), inner.simulation.state().step);
+        let (steps, first) = (steps.map_or_else(|| inner.steps_left(), Ok)?, inner.simulation.state().step);
         let changes = changes(&mut selection, steps, &names, Some(direction))?;
         let stop = Arc::new(AtomicBool::new(false));
         let simulation = &mut inner.simulation;

@@ -1,0 +1,124 @@
+//! Runs whose step sizes follow the error: derivatives at the sizes that were chosen, against differences of
+//! runs of these sizes.
+
+use pliant_gradient::{LossFrame, RunGradient, UNLIMITED, gradient, gradient_to};
+use pliant_scene::Scene;
+
+use crate::differences::{compare_number, compare_starts};
+use crate::solid::assembled;
+use crate::support::method;
+use crate::tangents::compare_with_tangents;
+
+/// A beam that falls; further tables.
+fn beam(scheme: &str, young: f64, further: &str) -> Scene {
+    let solver = if method(scheme).documentation.solves > 0 { "solver = { tolerance = 1e-14 }" } else { "" };
+    let tolerance = if method(scheme).has_own_criterion() { "" } else { "tolerance = 1e-5, first = 0.2" };
+    let text = format!(
+        "dimension = 2
+         [time]
+         integrator = \"{scheme}\"
+         duration = 1.0
+         adaptive = {{ {tolerance} }}
+         {solver}
+         [world]
+         gravity = [0.7, -9.81]
+         {further}
+         [[body]]
+         name = \"beam\"
+         mesh = {{ grid = {{ cells = [3, 1], size = [1.5, 0.5] }} }}
+         elastic = {{ neo-hookean = {{ young = {young:?}, poisson = 0.35 }} }}
+         mass = {{ density = 1000.0 }}
+         velocity = {{ rigid = {{ linear = [0.3, -0.8] }} }}
+         damping = {{ mass_proportional = 0.4, stiffness_proportional = 2e-3 }}
+         pin = [{{ half_space = {{ normal = [1, 0], offset = 0 }} }}]"
+    );
+    Scene::from_toml(&text).unwrap()
+}
+
+/// Rejected steps of a run of so many accepted ones.
+fn rejected(scene: &Scene, steps: u64) -> u64 {
+    let mut simulation = assembled(scene).0;
+    (0..steps).for_each(|_| simulation.step().unwrap());
+    simulation.work().rejected_steps.unwrap()
+}
+
+#[test]
+fn steps_of_chosen_sizes_have_derivatives() {
+    for (scheme, steps) in
+        [("dormand-prince5", 20), ("bogacki-shampine3", 20), ("sdirk2", 12), ("tr-bdf2", 12)]
+    {
+        let scene = beam(scheme, 5e4, "");
+        compare_starts(scheme, &scene, (steps, 1e-6), |_| true);
+        compare_with_tangents(scheme, &scene, steps);
+        let young = |young| beam(scheme, young, "");
+        compare_number(scheme, young, ("body.beam.elastic.young", 5e4, 5e4), (steps, 1e-6));
+    }
+    let rejected =
+        ["dormand-prince5", "bogacki-shampine3"].map(|scheme| rejected(&beam(scheme, 5e4, ""), 20));
+    assert!(rejected.iter().sum::<u64>() > 0, "no step was taken back");
+}
+
+#[test]
+fn increments_of_statics_have_derivatives() {
+    let beam = |young| beam("quasi-static", young, "");
+    compare_number("increments", beam, ("body.beam.elastic.young", 2e5, 2e5), (2, 1e-6));
+}
+
+#[test]
+fn walls_act_in_steps_of_chosen_sizes() {
+    let walls = "walls = [{ normal = [0, 1], offset = -0.05 }]";
+    let scene = beam("dormand-prince5", 5e4, walls);
+    let found = compare_starts("walls", &scene, (40, 1e-6), |_| true);
+    assert!(!found.wall_events.is_empty(), "nothing came to a wall");
+}
+
+/// The height of the last vertex at the end of a run, where it ends.
+fn height(end: f64) -> impl FnMut(&LossFrame<'_>, &mut [f64], &mut [f64]) -> f64 {
+    move |frame: &LossFrame<'_>, x_bar: &mut [f64], _: &mut [f64]| {
+        if frame.time != end {
+            return 0.0;
+        }
+        *x_bar.last_mut().unwrap() = 1.0;
+        frame.x[frame.x.len() - 1]
+    }
+}
+
+#[test]
+fn runs_land_on_times_and_checkpoints_have_the_bits_of_none() {
+    let scene = beam("dormand-prince5", 5e4, "");
+    let run = |budget: usize| -> RunGradient {
+        let mut simulation = assembled(&scene).0;
+        let found = gradient_to(&mut simulation, &[0.03, 0.07], &mut height(0.07), &mut [], budget).unwrap();
+        let mut alone = assembled(&scene).0;
+        for time in [0.03, 0.07] {
+            while alone.state().time < time {
+                alone.step_towards(time).unwrap();
+            }
+        }
+        assert_eq!(found.value, alone.positions()[alone.positions().len() - 1], "the run itself");
+        // What comes after has the sizes that it would have had.
+        simulation.step().unwrap();
+        alone.step().unwrap();
+        assert_eq!(simulation.state().time, alone.state().time);
+        found
+    };
+    assert_eq!(run(UNLIMITED), run(0));
+}
+
+#[test]
+fn fixed_steps_end_nearest_to_the_last_time() {
+    let text = "dimension = 2
+        [time]
+        integrator = \"velocity-verlet\"
+        step = 0.01
+        duration = 1.0
+        [[body]]
+        name = \"dust\"
+        mesh = { inline = { points = [[0, 1]] } }
+        mass = { per_vertex = 1.0 }";
+    let start = || assembled(&Scene::from_toml(text).unwrap()).0;
+    let end = 7.0 * 0.01;
+    let found = gradient_to(&mut start(), &[0.072], &mut height(end), &mut [], UNLIMITED).unwrap();
+    assert_eq!(found, gradient(&mut start(), 7, &mut height(end), &mut [], UNLIMITED).unwrap());
+    assert_eq!(found.value, 1.0);
+}
