@@ -19,6 +19,8 @@ pub(crate) struct StagePlace {
 /// `H_k` and `C_k` second derivatives at stage `k`, `c` the ether drag.
 pub(crate) struct CoupledEquations<'a> {
     pub(crate) stages: &'a [StagePlace],
+    /// True for those of tangents, with `H_k` as they are; false for those of adjoints, with the transposed.
+    pub(crate) is_forth: bool,
     /// `d_ik` [s].
     pub(crate) damping: &'a [Vec<f64>],
     /// `k_ik` [s^2].
@@ -33,7 +35,8 @@ impl CoupledEquations<'_> {
             _ => self.factorise::<3>(system)?,
         };
         let n = b[0].len();
-        let products = self.stages.iter().map(|_| Products::back(n)).collect();
+        let of_stage = if self.is_forth { Products::forth } else { Products::back };
+        let products = self.stages.iter().map(|_| of_stage(n)).collect();
         let (mut p, mut residual) = (vec![0.0; n * b.len()], b.concat());
         let size = keep_free(system, &mut residual);
         let zero = vec![vec![0.0; n]; b.len()];

@@ -121,6 +121,10 @@ struct Sparse<const D: usize> {
 impl<const D: usize> Factorisation for Sparse<D> {
     fn factorise(&mut self, system: &mut System, at: (&[f64], &[f64]), coefficients: Coefficients) -> bool {
         let ((x, v), Coefficients { inertia, damping, stiffness }) = (at, coefficients);
+        // Pins that let go change what is held.
+        if self.assembler.as_ref().is_some_and(|assembler| !assembler.fits(system)) {
+            (self.assembler, self.cholesky) = (None, None);
+        }
         let assembler = self.assembler.get_or_insert_with(|| Assembler::new(system));
         let weights = Weights { inertia, stiffness, damping };
         system.find_stencils(x);

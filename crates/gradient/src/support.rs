@@ -1,5 +1,6 @@
 //! Refusal of what has no adjoint.
 
+use pliant::constraint::Hold;
 use pliant::integrator::{IntegratorSpec, Scheme};
 use pliant::simulation::Simulation;
 
@@ -35,6 +36,9 @@ pub(crate) fn check(simulation: &mut Simulation) -> Result<(), GradientError> {
 pub(crate) fn check_tangent(simulation: &Simulation) -> Result<(), GradientError> {
     let system = simulation.system();
     let refused = |what: String, remedy| Err(GradientError::Unsupported { what, remedy });
+    if system.constraints().iter().any(turns) {
+        return refused("tangents with prescribed rotation".into(), "`gradient` has an adjoint");
+    }
     if matches!(simulation.method().scheme, Scheme::Collocation(_))
         && (system.is_damped() || system.ether_drag() != 0.0)
     {
@@ -44,6 +48,11 @@ pub(crate) fn check_tangent(simulation: &Simulation) -> Result<(), GradientError
     Ok(())
 }
 
+/// True if the vertices of a hold turn.
+pub(crate) fn turns(hold: &Hold) -> bool {
+    hold.motion().is_some_and(|motion| motion.rotation().is_some())
+}
+
 /// The first thing in the way, and how to do without it.
 fn obstacle(simulation: &Simulation) -> Option<(String, &'static str)> {
     let system = simulation.system();
@@ -51,15 +60,12 @@ fn obstacle(simulation: &Simulation) -> Option<(String, &'static str)> {
     if simulation.path().is_some() {
         return named("paths by arc length", "give a fixed `step` in place of `arc_length`");
     }
-    if system.constraints().iter().any(|hold| hold.motion().is_some_and(|motion| motion.rotation().is_some()))
-    {
-        return named("prescribed rotation", "move the vertices along a path, or hold them where they are");
+    let axes = |hold: &&Hold| hold.axes()[..system.dimension()].iter().all(|held| *held);
+    if system.constraints().iter().filter(|hold| turns(hold)).any(|hold| !axes(&hold)) {
+        return named("prescribed rotation of some coordinates alone", "leave out `axes` of the pin");
     }
     if system.constraints().iter().any(|hold| hold.drive().is_some()) {
         return named("pins that are steered", "give them a motion in the scene");
-    }
-    if let Some(hold) = system.constraints().iter().find(|hold| hold.end().is_finite()) {
-        return Some((format!("pin `{}`, which lets go", hold.name()), "leave out its `until`"));
     }
     obstacle_among_terms(simulation)
 }
@@ -68,9 +74,7 @@ fn obstacle_among_terms(simulation: &Simulation) -> Option<(String, &'static str
     let is_implicit = simulation.method().documentation.solves > 0;
     simulation.system().terms().iter().find_map(|term| {
         let properties = term.properties();
-        let why = if !properties.is_conservative {
-            "forces without an energy are left out"
-        } else if properties.approximates {
+        let why = if properties.approximates {
             "take the direct sum, without `tree`"
         } else if is_implicit && properties.couples_all {
             "take an explicit scheme"

@@ -43,6 +43,8 @@ pub(crate) struct Sweep<'a> {
     last: Option<Snapshot>,
     /// Largest component of the derivatives after the last step.
     size_at_end: f64,
+    /// True if pins let go at their time.
+    releases: bool,
     /// Solves that friction did not settle in: before the run, then in it.
     unsettled: u64,
     /// Vertices that touch walls after the step that comes after the one that is taken back next, where there
@@ -63,10 +65,12 @@ impl<'a> Sweep<'a> {
         let (unknowns, d) = (simulation.state().x().len(), simulation.system().dimension());
         // As many rows as schemes have stages at most, beside the state.
         let moment = if may_forget(simulation) { 6 } else { 0 };
+        let releases = simulation.system().constraints().iter().any(|hold| hold.end().is_finite());
         let record = 8 * unknowns * (2 + stages(simulation) + moment);
         let state = 8 * unknowns * 4;
         Sweep {
-            sums: Sums::new(d, unknowns, parameters),
+            sums: Sums::new(d, unknowns, parameters).turning(simulation.system()),
+            releases,
             adjoint: Adjoint::zero(unknowns),
             value: 0.0,
             first: simulation.state().step,
@@ -94,6 +98,7 @@ impl<'a> Sweep<'a> {
         self.unsettled = unsettled(self.simulation);
         let from = self.first;
         self.back(from, from + self.schedule.steps, self.slots)?;
+        self.sums.place_turning(self.simulation.system(), self.start, &mut self.adjoint.x);
         if let Some(last) = self.schedule.end().or(self.last.as_ref()) {
             self.simulation.restore(last)?;
         }
@@ -180,6 +185,7 @@ impl<'a> Sweep<'a> {
     fn step_back(&mut self, record: &SweepRecord, after: &SweepRecord) -> Result<(), GradientError> {
         let SweepRecord { step, time, .. } = *record;
         let (h, method) = (self.schedule.step_size(self.simulation, step), self.simulation.method());
+        let lets_go = self.releases && self.lets_go(record, after);
         let walled = match self.simulation.system().walls() {
             [] => None,
             _ => {
@@ -216,7 +222,8 @@ impl<'a> Sweep<'a> {
             v,
             stage_velocities: &record.stage_velocities,
             h,
-            is_first: record.moment.as_ref().map_or(step == self.first, |moment| !moment.remembers()),
+            is_first: lets_go
+                || record.moment.as_ref().map_or(step == self.first, |moment| !moment.remembers()),
         };
         self.sums.step = step - self.first;
         let held = support::holds_start(self.simulation).then(|| HeldStart::new(&record.x));
@@ -233,7 +240,36 @@ impl<'a> Sweep<'a> {
             return Err(GradientError::Overflow { step, time, growth: self.growth(time) });
         }
         self.later = walled.map(|walled| walled.touching);
+        if lets_go {
+            self.hold_again(record);
+        }
         Ok(())
+    }
+
+    /// True if pins let go at the beginning of the step from `record` to the state `after` it, for which the
+    /// simulation holds what it held then.
+    fn lets_go(&mut self, record: &SweepRecord, after: &SweepRecord) -> bool {
+        self.simulation.hold_as_after(record.step, record.time);
+        let held = self.simulation.system().structure();
+        self.simulation.hold_as_after(after.step, after.time);
+        self.simulation.system().structure() != held
+    }
+
+    /// Holds what let go at `record`. Until then places and velocities were prescribed.
+    fn hold_again(&mut self, record: &SweepRecord) {
+        let was_held = |weights: &[f64]| weights.iter().map(|weight| *weight == 0.0).collect::<Vec<_>>();
+        let after = was_held(self.simulation.system().inverse_mass());
+        let SweepRecord { step, time, x, v, .. } = record;
+        self.simulation.hold_as_after(*step, *time);
+        let system = self.simulation.system();
+        let Adjoint { x: x_bar, v: v_bar, .. } = &mut self.adjoint;
+        let (mut by_x, mut by_v) = (vec![0.0; x_bar.len()], vec![0.0; x_bar.len()]);
+        for (i, before) in was_held(system.inverse_mass()).into_iter().enumerate() {
+            if before && !after[i] {
+                (by_x[i], by_v[i]) = (x_bar[i], std::mem::take(&mut v_bar[i]));
+            }
+        }
+        self.sums.add_held(&HeldUse { system, time: *time, x, v, x_bar: &by_x, v_bar: &by_v });
     }
 
     /// Adds the derivatives of the loss at a state.

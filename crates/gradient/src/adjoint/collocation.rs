@@ -41,7 +41,8 @@ pub(super) fn step_back(
         rows.map(|(x, v)| h * b[i] * v + by_positions * x).collect::<Vec<f64>>()
     };
     let rights: Vec<Vec<f64>> = s.clone().map(right).collect();
-    let equations = CoupledEquations { stages: &stages, damping: &damping, stiffness: &stiffness };
+    let equations =
+        CoupledEquations { stages: &stages, is_forth: false, damping: &damping, stiffness: &stiffness };
     let p = equations.solve(forces.system, &rights).ok_or(Singular)?;
     pass_on(tableau, forces, step, (&stages, &p), adjoint);
     Ok(())

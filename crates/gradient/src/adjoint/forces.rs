@@ -1,11 +1,14 @@
 //! Uses of forces, backwards: products with Hessians, solves, and what parameters add.
 
+use std::mem::take;
+
 use pliant::system::System;
 
-use super::{AdjointPlace, Singular, add_scaled};
+use super::{AdjointPlace, Singular, add_scaled, dot};
 use crate::linear::{Coefficients, CorrectedSolver, Products};
 use crate::parameter::{ForceUse, HeldUse, Parameter, StateUse};
 use crate::parts::ForceParts;
+use crate::support::turns;
 
 /// Derivatives by parameters, and memory of solvers, for the length of a sweep.
 pub(crate) struct Sums<'a> {
@@ -18,6 +21,26 @@ pub(crate) struct Sums<'a> {
     products: Products,
     /// Steps of the run before the one that is taken back.
     pub(crate) step: u64,
+    /// By the places where vertices start that are held and turn.
+    turning: Option<TurningStarts>,
+}
+
+/// Derivatives by the places where vertices start that are held and turn: places later are turned from there.
+struct TurningStarts {
+    /// Flat; at rest at the time 0.
+    by_starts: Vec<f64>,
+    /// Scratch: minus products.
+    x_bar: Vec<f64>,
+    v_bar: Vec<f64>,
+}
+
+impl TurningStarts {
+    /// Adds what derivatives by places and velocities at `time` [s] are of those.
+    fn add(&mut self, system: &System, time: f64, (x_bar, v_bar): (&[f64], &[f64])) {
+        for hold in system.constraints().iter().filter(|hold| turns(hold)) {
+            hold.add_by_starts(time, system.dimension(), (x_bar, v_bar), &mut self.by_starts);
+        }
+    }
 }
 
 impl<'a> Sums<'a> {
@@ -31,14 +54,43 @@ impl<'a> Sums<'a> {
             p: vec![0.0; unknowns],
             products: Products::back(unknowns),
             step: 0,
+            turning: None,
         }
+    }
+
+    /// The same with derivatives by the starts of what `system` holds and turns.
+    pub(crate) fn turning(self, system: &System) -> Self {
+        let zero = || vec![0.0; system.inverse_mass().len()];
+        let some = system.constraints().iter().any(turns);
+        let turning = some.then(|| TurningStarts { by_starts: zero(), x_bar: zero(), v_bar: zero() });
+        Sums { turning, ..self }
     }
 }
 
 impl Sums<'_> {
     /// True if any parameter looks at held coordinates.
     pub(crate) fn look_at_held(&self) -> bool {
-        self.parameters.iter().any(|parameter| parameter.looks_at_held())
+        self.turning.is_some() || self.parameters.iter().any(|parameter| parameter.looks_at_held())
+    }
+
+    /// Replaces derivatives by places that turn, in `x_bar`, by those by where they are at `time` [s], from
+    /// which they go on.
+    pub(crate) fn place_turning(&self, system: &System, time: f64, x_bar: &mut [f64]) {
+        let (Some(turning), d) = (&self.turning, system.dimension()) else { return };
+        // x(0) = c + R^T (x - ..): component k by R_k . d x(0).
+        for k in 0..d {
+            let (zero, mut axis, mut row) = (vec![0.0; x_bar.len()], vec![0.0; x_bar.len()], vec![]);
+            axis.iter_mut().skip(k).step_by(d).for_each(|entry| *entry = 1.0);
+            for hold in system.constraints().iter().filter(|hold| turns(hold)) {
+                row.clear();
+                row.resize(x_bar.len(), 0.0);
+                hold.add_by_starts(time, d, (&axis, &zero), &mut row);
+                for vertex in hold.vertices() {
+                    let at = *vertex as usize * d;
+                    x_bar[at + k] = dot(&row[at..at + d], &turning.by_starts[at..at + d]);
+                }
+            }
+        }
     }
 
     /// Lets parameters take what they have of a state.
@@ -50,6 +102,9 @@ impl Sums<'_> {
 
     /// Lets parameters add what this use of held coordinates has of them.
     pub(crate) fn add_held(&mut self, of: &HeldUse<'_>) {
+        if let Some(turning) = &mut self.turning {
+            turning.add(of.system, of.time, (of.x_bar, of.v_bar));
+        }
         for (parameter, derivative) in self.parameters.iter_mut().zip(&mut self.derivatives) {
             parameter.add_held(of, derivative);
         }
@@ -151,7 +206,15 @@ impl AdjointForces<'_, '_> {
     /// force has of them.
     fn pass_on(&mut self, at: AdjointPlace<'_>, bars: Bars<'_>) {
         let step = self.sums.step;
-        let Sums { parameters, derivatives, parts, p, products, .. } = &mut *self.sums;
+        let Sums { parameters, derivatives, parts, p, products, turning, .. } = &mut *self.sums;
+        if let Some(turning) = turning {
+            let negative = |to: &mut [f64], of: &[f64]| to.iter_mut().zip(of).for_each(|(to, of)| *to = -of);
+            let (mut x_bar, mut v_bar) = (take(&mut turning.x_bar), take(&mut turning.v_bar));
+            negative(&mut x_bar, &products.by_positions);
+            negative(&mut v_bar, &products.by_velocities);
+            turning.add(self.system, at.time, (&x_bar, &v_bar));
+            (turning.x_bar, turning.v_bar) = (x_bar, v_bar);
+        }
         bars.x.iter_mut().zip(&products.by_positions).for_each(|(bar, y)| *bar -= y);
         if self.system.is_damped() {
             bars.v.iter_mut().zip(&products.by_velocities).for_each(|(bar, y)| *bar -= y);

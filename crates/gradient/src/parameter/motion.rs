@@ -5,6 +5,11 @@ use pliant_scene::OverTime;
 
 use super::{ForceUse, HeldUse, Parameter};
 
+/// True if the hold of this name has not let go.
+fn acts(system: &System, name: &str) -> bool {
+    system.constraints().iter().any(|hold| hold.name() == name)
+}
+
 /// A factor of the prescribed motion of a pin, 1 as the scene has it: places `x(0) + f u(t)`, velocities `f
 /// u'(t)`.
 #[derive(Clone, Debug)]
@@ -20,7 +25,11 @@ impl MotionFactor {
         MotionFactor { hold, starts: None }
     }
 
+    /// None after the hold has let go.
     fn starts(&mut self, system: &System) -> &[(usize, f64)] {
+        if !acts(system, &self.hold) {
+            return &[];
+        }
         self.starts.get_or_insert_with(|| {
             let (d, n) = (system.dimension(), system.inverse_mass().len());
             let (mut x, mut v) = (vec![0.0; n], vec![0.0; n]);
@@ -81,6 +90,9 @@ impl MotionNumber {
     /// makes of these.
     fn sum(&mut self, system: &System, time: f64, by: impl Fn(usize) -> [f64; 2]) -> f64 {
         let MotionNumber { hold, formulas, name, rest, coordinates } = self;
+        if !acts(system, hold) {
+            return 0.0;
+        }
         let d = system.dimension();
         let coordinates = coordinates.get_or_insert_with(|| {
             let holds = system.constraints().iter().filter(|held| held.name() == *hold);

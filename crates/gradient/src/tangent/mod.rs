@@ -143,7 +143,10 @@ pub fn tangent_along(
             [] => None,
             _ => Some(unwalled(simulation, &schedule)?),
         };
+        let held = simulation.system().structure();
         schedule.step(simulation)?;
+        // Where pins let go schemes begin anew, and velocities were prescribed: they do not change.
+        let begins = begins || simulation.system().structure() != held;
         support::check_run(simulation)?;
         let (h, method) = (schedule.step_size(simulation, step), simulation.method());
         let stage_velocities = simulation.stage_velocities().to_vec();

@@ -260,7 +260,8 @@ fn collocation(
     let rights: Vec<Vec<f64>> = s.clone().map(right).collect();
     let stiffness: Vec<Vec<f64>> = s.clone().map(|i| s.clone().map(|l| twice(i, l)).collect()).collect();
     let damping = vec![vec![0.0; b.len()]; b.len()];
-    let equations = CoupledEquations { stages: &stages, damping: &damping, stiffness: &stiffness };
+    let equations =
+        CoupledEquations { stages: &stages, is_forth: true, damping: &damping, stiffness: &stiffness };
     let moved = equations.solve(system, &rights).ok_or(Singular)?;
     let mut accelerations = vec![];
     for (stage, moved) in stages.iter().zip(&moved) {

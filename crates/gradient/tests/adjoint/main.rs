@@ -17,6 +17,8 @@ mod kepler;
 mod loads;
 mod muscle;
 mod oscillator;
+mod pins;
+mod pressure;
 mod solid;
 mod support;
 mod tangents;
