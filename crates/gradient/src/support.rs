@@ -39,7 +39,7 @@ pub(crate) fn check_tangent(simulation: &Simulation) -> Result<(), GradientError
     if system.constraints().iter().any(turns) {
         return refused("tangents with prescribed rotation".into(), "`gradient` has an adjoint");
     }
-    if matches!(simulation.method().scheme, Scheme::Collocation(_))
+    if matches!(simulation.method().scheme, Scheme::Collocation(_) | Scheme::GaussRadau(_))
         && (system.is_damped() || system.ether_drag() != 0.0)
     {
         let remedy = "take another scheme; `gradient` has an adjoint";

@@ -20,6 +20,7 @@ struct SweepRecord {
     v: Vec<f64>,
     /// Of the step that begins here.
     stage_velocities: Vec<Vec<f64>>,
+    stage_accelerations: Vec<Vec<f64>>,
     /// The same with what the scheme remembers, where it does and walls may make it forget.
     moment: Option<Snapshot>,
 }
@@ -155,6 +156,7 @@ impl<'a> Sweep<'a> {
             self.look_for_stop(record.step)?;
             self.schedule.step(self.simulation)?;
             record.stage_velocities = self.simulation.stage_velocities().to_vec();
+            record.stage_accelerations = self.simulation.stage_accelerations();
             records.push(record);
         }
         let end = SweepRecord::of(self.simulation);
@@ -221,6 +223,7 @@ impl<'a> Sweep<'a> {
             x,
             v,
             stage_velocities: &record.stage_velocities,
+            stage_accelerations: &record.stage_accelerations,
             h,
             is_first: lets_go
                 || record.moment.as_ref().map_or(step == self.first, |moment| !moment.remembers()),
@@ -350,6 +353,7 @@ impl SweepRecord {
             x: state.x().to_vec(),
             v: state.v().to_vec(),
             stage_velocities: vec![],
+            stage_accelerations: vec![],
             moment: may_forget(simulation).then(|| simulation.snapshot()),
         }
     }
@@ -372,12 +376,13 @@ fn unsettled(simulation: &Simulation) -> u64 {
     simulation.work().solver.map_or(0, |solver| solver.unsettled)
 }
 
-/// Stages of a step whose velocities are kept.
+/// Stages of a step whose velocities or accelerations are kept.
 fn stages(simulation: &Simulation) -> usize {
-    use pliant::integrator::Scheme;
+    use pliant::integrator::{Scheme, gauss_radau::NODES};
     match simulation.method().scheme {
         Scheme::RungeKutta(tableau) | Scheme::Dirk(tableau) => tableau.b.len(),
         Scheme::Collocation(tableau) => tableau.b.len(),
+        Scheme::GaussRadau(_) => NODES.len(),
         _ => 0,
     }
 }

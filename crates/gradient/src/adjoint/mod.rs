@@ -7,10 +7,11 @@
 
 mod alpha;
 mod bdf2;
-pub(crate) mod collocation;
+mod collocation;
 mod forces;
 pub(crate) mod runge_kutta;
 pub(crate) mod splitting;
+mod stages;
 pub(crate) mod statics;
 
 use pliant::integrator::{Method, Scheme, bdf2::Bdf2Start, implicit_euler, tr_bdf2};
@@ -18,6 +19,7 @@ use pliant::system::System;
 
 use forces::Bars;
 pub(crate) use forces::{AdjointForces, HeldStart, Sums};
+pub(crate) use stages::StageTables;
 
 /// One step as it was taken, vertices in the order of the simulation.
 pub(crate) struct Step<'a> {
@@ -28,6 +30,8 @@ pub(crate) struct Step<'a> {
     pub(crate) v: &'a [f64],
     /// Velocities of its stages, flat [m/s]; none for schemes without any.
     pub(crate) stage_velocities: &'a [Vec<f64>],
+    /// Accelerations of its stages, flat [m/s^2], of the Gauss-Radau method; none for others.
+    pub(crate) stage_accelerations: &'a [Vec<f64>],
     /// Step size [s].
     pub(crate) h: f64,
     /// True if no step was before.
@@ -98,8 +102,11 @@ pub(crate) fn step_back(
         Scheme::Alpha(coefficients) => alpha::step_back(&coefficients, forces, step, adjoint),
         Scheme::Bdf2(start) => bdf2::step_back(first_step(start), forces, step, adjoint),
         Scheme::QuasiStatic => statics::step_back(forces, step, adjoint),
-        Scheme::Collocation(tableau) => collocation::step_back(&tableau, forces, step, adjoint),
-        Scheme::Linearised(_) | Scheme::GaussRadau(_) => Err(Singular),
+        Scheme::Collocation(tableau) => {
+            collocation::step_back(&StageTables::of_tableau(&tableau), forces, step, adjoint)
+        }
+        Scheme::GaussRadau(_) => collocation::step_back(&StageTables::gauss_radau(), forces, step, adjoint),
+        Scheme::Linearised(_) => Err(Singular),
     }
 }
 
@@ -116,7 +123,8 @@ pub(crate) fn has_adjoint(scheme: Scheme) -> bool {
     match scheme {
         Scheme::Splitting(_) | Scheme::RungeKutta(_) | Scheme::Dirk(_) => true,
         Scheme::Alpha(_) | Scheme::Bdf2(_) | Scheme::Collocation(_) | Scheme::QuasiStatic => true,
-        Scheme::Linearised(_) | Scheme::GaussRadau(_) => false,
+        Scheme::GaussRadau(_) => true,
+        Scheme::Linearised(_) => false,
     }
 }
 

@@ -156,6 +156,7 @@ pub fn tangent_along(
             x: walled.as_ref().map_or(&after_x, |walled| &walled.x),
             v: walled.as_ref().map_or(&after_v, |walled| &walled.v),
             stage_velocities: &stage_velocities,
+            stage_accelerations: &simulation.stage_accelerations(),
             h,
             is_first: begins,
         };

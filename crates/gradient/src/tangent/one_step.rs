@@ -1,18 +1,16 @@
 //! Tangents of single steps: one for each engine, with the formulas that its adjoint documents.
 
 use pliant::integrator::alpha::AlphaCoefficients;
-use pliant::integrator::collocation::CollocationTableau;
 use pliant::integrator::splitting::Stage;
 use pliant::integrator::tableau::Tableau;
 use pliant::integrator::{Method, Scheme};
 use pliant::system::System;
 
 use super::forces::TangentForces;
-use crate::adjoint::collocation::place;
 use crate::adjoint::runge_kutta::{node, position};
 use crate::adjoint::splitting::{kick_of, kick_places};
 use crate::adjoint::statics::{coefficients, velocities};
-use crate::adjoint::{AdjointPlace, Singular, Step, add_scaled, first_step};
+use crate::adjoint::{AdjointPlace, Singular, StageTables, Step, add_scaled, first_step};
 use crate::coupled::{CoupledEquations, StagePlace};
 use crate::linear::Coefficients;
 
@@ -74,8 +72,11 @@ pub(super) fn advance(
             Ok(())
         }
         Scheme::QuasiStatic => statics(forces, system, step, dots),
-        Scheme::Collocation(tableau) => collocation(&tableau, forces, system, step, dots),
-        Scheme::Linearised(_) | Scheme::GaussRadau(_) => Err(Singular),
+        Scheme::Collocation(tableau) => {
+            collocation(&StageTables::of_tableau(&tableau), forces, system, step, dots)
+        }
+        Scheme::GaussRadau(_) => collocation(&StageTables::gauss_radau(), forces, system, step, dots),
+        Scheme::Linearised(_) => Err(Singular),
     }
 }
 
@@ -231,50 +232,44 @@ fn statics(
     Ok(())
 }
 
-/// With `X_i = x + y_i`: `M y_i + h^2 sum_l (A^2)_il H_l y_l = h c_i M v - h^2 sum_l (A^2)_il H_l x`, all
-/// dots, without damping.
+/// With `X_i = x + y_i` and [tables](StageTables) `t`, `b`, `e`: `M y_i + h^2 sum_l t_il H_l y_l = h c_i M v -
+/// h^2 sum_l t_il H_l x`, all dots, without damping.
 fn collocation(
-    tableau: &CollocationTableau,
+    tables: &StageTables,
     forces: &mut TangentForces<'_>,
     system: &mut System,
     step: &Step<'_>,
     dots: &mut StateTangent,
 ) -> Result<(), Singular> {
-    let CollocationTableau { a, b } = *tableau;
-    let (h, s, d) = (step.h, 0..b.len(), system.dimension());
-    let stages: Vec<StagePlace> = a.iter().enumerate().map(|(i, row)| place(system, step, i, row)).collect();
+    let StageTables { nodes, twice, end_once, end_twice, .. } = tables;
+    let (h, s, d) = (step.h, 0..tables.count(), system.dimension());
+    let stages = tables.places(system, step);
     let still = vec![0.0; dots.x.len()];
     let mut force = |system: &mut System, stage: &StagePlace, x: &[f64]| {
         let at = AdjointPlace { time: stage.time, x: &stage.x, v: &stage.v };
         forces.force(system, at, (x, &still))
     };
     let pulled: Vec<Vec<f64>> = stages.iter().map(|stage| force(system, stage, &dots.x)).collect();
-    let twice = |i: usize, l: usize| h * h * s.clone().map(|j| a[i][j] * a[j][l]).sum::<f64>();
     let right = |i: usize| {
-        let node: f64 = a[i].iter().sum();
-        let inertial = |(k, v): (usize, &f64)| h * node * system.mass()[k / d] * v;
+        let inertial = |(k, v): (usize, &f64)| h * nodes[i] * system.mass()[k / d] * v;
         let mut right: Vec<f64> = dots.v.iter().enumerate().map(inertial).collect();
-        s.clone().for_each(|l| add_scaled(&mut right, twice(i, l), &pulled[l]));
+        s.clone().for_each(|l| add_scaled(&mut right, h * h * twice[i][l], &pulled[l]));
         right
     };
     let rights: Vec<Vec<f64>> = s.clone().map(right).collect();
-    let stiffness: Vec<Vec<f64>> = s.clone().map(|i| s.clone().map(|l| twice(i, l)).collect()).collect();
-    let damping = vec![vec![0.0; b.len()]; b.len()];
+    let stiffness: Vec<Vec<f64>> =
+        twice.iter().map(|row| row.iter().map(|entry| h * h * entry).collect()).collect();
+    let damping = vec![vec![0.0; tables.count()]; tables.count()];
     let equations =
         CoupledEquations { stages: &stages, is_forth: true, damping: &damping, stiffness: &stiffness };
     let moved = equations.solve(system, &rights).ok_or(Singular)?;
-    let mut accelerations = vec![];
-    for (stage, moved) in stages.iter().zip(&moved) {
+    let total: f64 = end_once.iter().sum();
+    let mut x = sum(&[(1.0, &dots.x), (h * total, &dots.v)]);
+    for (l, (stage, moved)) in stages.iter().zip(&moved).enumerate() {
         let mut acceleration = force(system, stage, &sum(&[(1.0, &dots.x), (1.0, moved)]));
         acceleration.iter_mut().zip(system.inverse_mass()).for_each(|(a, weight)| *a *= weight);
-        accelerations.push(acceleration);
-    }
-    let total: f64 = b.iter().sum();
-    let mut x = sum(&[(1.0, &dots.x), (h * total, &dots.v)]);
-    for (l, acceleration) in accelerations.iter().enumerate() {
-        let weight: f64 = s.clone().map(|i| b[i] * a[i][l]).sum();
-        add_scaled(&mut x, h * h * weight, acceleration);
-        add_scaled(&mut dots.v, h * b[l], acceleration);
+        add_scaled(&mut x, h * h * end_twice[l], &acceleration);
+        add_scaled(&mut dots.v, h * end_once[l], &acceleration);
     }
     dots.x = x;
     Ok(())

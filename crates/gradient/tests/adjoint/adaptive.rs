@@ -6,7 +6,7 @@ use pliant_scene::Scene;
 
 use crate::differences::{compare_number, compare_starts};
 use crate::solid::assembled;
-use crate::support::method;
+use crate::support::{compare, method};
 use crate::tangents::compare_with_tangents;
 
 /// A beam that falls; further tables.
@@ -56,6 +56,37 @@ fn steps_of_chosen_sizes_have_derivatives() {
     let rejected =
         ["dormand-prince5", "bogacki-shampine3"].map(|scheme| rejected(&beam(scheme, 5e4, ""), 20));
     assert!(rejected.iter().sum::<u64>() > 0, "no step was taken back");
+}
+
+// A close encounter: steps of many sizes. The exact flow has one derivative, whatever the steps.
+#[test]
+fn steps_of_the_own_choice_of_ias15_have_the_derivative_of_the_flow() {
+    let text = |step: &str| {
+        format!(
+            "dimension = 2
+             [time]
+             integrator = \"ias15\"
+             duration = 2.0
+             {step}
+             [world]
+             nbody = {{ constant = 1.0 }}
+             [[body]]
+             name = \"three\"
+             mesh = {{ inline = {{ points = [[1, 3], [-2, -1], [1, -1]] }} }}
+             mass = {{ per_vertex = [3.0, 4.0, 5.0] }}"
+        )
+    };
+    let run = |step: &str| {
+        let mut simulation = assembled(&Scene::from_toml(&text(step)).unwrap()).0;
+        let found = gradient_to(&mut simulation, &[1.75], &mut height(1.75), &mut [], UNLIMITED).unwrap();
+        (found, simulation.state().step)
+    };
+    let (chosen, steps) = run("adaptive = {}");
+    let (fixed, _) = run("step = 0.00125");
+    assert!(steps < 400, "fewer than the 1400 fixed ones: {steps}");
+    for (found, expected) in [(&chosen.position, &fixed.position), (&chosen.velocity, &fixed.velocity)] {
+        compare("ias15", found, expected, 1e-10);
+    }
 }
 
 #[test]

@@ -36,7 +36,7 @@ fn beam(scheme: &str, young: f64, pin: &str, further: &str) -> Scene {
     Scene::from_toml(&text).unwrap()
 }
 
-const SCHEMES: [&str; 8] = [
+const SCHEMES: [&str; 9] = [
     "velocity-verlet",
     "rk4",
     "implicit-euler",
@@ -45,6 +45,7 @@ const SCHEMES: [&str; 8] = [
     "generalised-alpha",
     "gauss2",
     "dormand-prince5",
+    "ias15",
 ];
 
 const YOUNG: &str = "body.beam.elastic.young";
@@ -55,7 +56,7 @@ fn pins_let_go_in_runs_that_have_derivatives() {
         let still = |young| beam(scheme, young, "until = 0.1", "");
         let let_go = |simulation: &Simulation| simulation.system().constraints().is_empty();
         compare_starts(scheme, &still(5e4), (20, 1e-6), let_go);
-        if !scheme.starts_with("gauss") {
+        if !["gauss2", "ias15"].contains(&scheme) {
             compare_with_tangents(scheme, &still(5e4), 20);
         }
         compare_number(scheme, still, (YOUNG, 5e4, 5e4), (20, 1e-6));
