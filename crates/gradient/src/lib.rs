@@ -62,10 +62,10 @@ pub use hessian::{HessianProduct, hessian_product};
 pub use loss::{Loss, LossFrame};
 pub use names::{ParameterSelection, names};
 pub use parameter::{
-    BodyDensity, ContactStiffness, ForceUse, FormulaNumber, FrictionCoefficient, Gravity, GravityNumber,
-    HeldPlaces, HeldUse, LinearElements, LoadFactor, LoadValue, Masses, ModeUse, Modulus, MotionFactor,
-    MotionNumber, Parameter, RestLengths, SpringStiffness, StateUse, StepForces, Together, TunedSpring,
-    WeightDensity, Weighted,
+    AttractingMasses, BodyDensity, Concatenated, ContactStiffness, EtherDrag, ForceUse, FormulaNumber,
+    FrictionCoefficient, Gravity, GravityNumber, HeldPlaces, HeldUse, LinearElements, LoadFactor, LoadValue,
+    Masses, ModeUse, Modulus, MotionFactor, MotionNumber, Parameter, RestLengths, SpringStiffness, StateUse,
+    StepForces, TermFactor, Together, TunedSpring, WeightDensity, Weighted,
 };
 pub use support::schemes;
 pub use tangent::{RunDirection, RunTangent, tangent, tangent_along};

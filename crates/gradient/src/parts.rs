@@ -15,12 +15,18 @@ pub(crate) struct ForceParts {
     /// Gradient of contact, and of friction [N].
     pub(crate) contact: Vec<f64>,
     pub(crate) friction: Vec<f64>,
+    /// Gradients of terms by their names [N].
+    pub(crate) terms: Vec<(String, Vec<f64>)>,
 }
 
 impl ForceParts {
     /// Parts that these parameters look at.
     pub(crate) fn new(parameters: &[Box<dyn Parameter>]) -> Self {
+        let mut names: Vec<&str> = parameters.iter().flat_map(|parameter| parameter.needs_terms()).collect();
+        names.sort_unstable();
+        names.dedup();
         ForceParts {
+            terms: names.into_iter().map(|name| (name.to_owned(), vec![])).collect(),
             needs_force: parameters.iter().any(|parameter| parameter.needs_force()),
             needs_contact: parameters.iter().any(|parameter| parameter.needs_contact()),
             gradient: vec![],
@@ -31,7 +37,19 @@ impl ForceParts {
 
     /// Takes them at a place, whose time the system has.
     pub(crate) fn evaluate(&mut self, system: &mut System, at: AdjointPlace<'_>) {
-        let ForceParts { needs_force, needs_contact, gradient, contact, friction } = self;
+        let ForceParts { needs_force, needs_contact, gradient, contact, friction, terms } = self;
+        for (name, rows) in terms {
+            rows.clear();
+            rows.resize(at.x.len(), 0.0);
+            system
+                .terms_mut()
+                .filter(|term| term.name() == *name)
+                .for_each(|term| term.add_gradient(at.x, rows));
+            for term in system.dissipation_mut().filter(|term| term.name() == *name) {
+                term.evaluate(at.x, at.v);
+                term.add_rows(0, rows);
+            }
+        }
         if *needs_force {
             gradient.resize(at.x.len(), 0.0);
             system.gradient(at.x, gradient);

@@ -93,6 +93,17 @@ impl Sums<'_> {
         }
     }
 
+    /// True if one of the parameters is the ether drag.
+    pub(crate) fn has_ether_drag(&self) -> bool {
+        self.parameters.iter().any(|parameter| parameter.is_ether_drag())
+    }
+
+    /// Adds a part to the derivative by the ether drag.
+    pub(crate) fn add_ether_drag(&mut self, part: f64) {
+        let each = self.parameters.iter().zip(&mut self.derivatives);
+        each.filter(|(parameter, _)| parameter.is_ether_drag()).for_each(|(_, by)| by[0] += part);
+    }
+
     /// Lets parameters take what they have of a state.
     pub(crate) fn add_state(&mut self, of: &StateUse<'_>) {
         for (parameter, derivative) in self.parameters.iter_mut().zip(&mut self.derivatives) {
@@ -220,7 +231,7 @@ impl AdjointForces<'_, '_> {
             bars.v.iter_mut().zip(&products.by_velocities).for_each(|(bar, y)| *bar -= y);
         }
         parts.evaluate(self.system, at);
-        let ForceParts { gradient, contact, friction, .. } = &*parts;
+        let ForceParts { gradient, contact, friction, terms, .. } = &*parts;
         let Products { by_positions, by_velocities, works, .. } = products;
         let of = ForceUse {
             system: self.system,
@@ -232,6 +243,7 @@ impl AdjointForces<'_, '_> {
             gradient,
             contact,
             friction,
+            terms,
             by_positions,
             by_velocities,
             works,

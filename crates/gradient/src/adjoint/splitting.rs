@@ -46,6 +46,14 @@ pub(super) fn step_back(
 fn kick_back(forces: &mut AdjointForces<'_, '_>, place: &KickPlace<'_>, time: f64, adjoint: &mut Adjoint) {
     let (decay, kick) = kick_of(forces.system, time);
     let Adjoint { x, v, .. } = adjoint;
+    if forces.system.ether_drag() != 0.0 && forces.sums.has_ether_drag() {
+        let a = acceleration(forces.system, place, &place.v[0]);
+        // de/dd = -t e and dk/dd = (t e - k)/d, beside the force -d M v in the acceleration, which is -k v.
+        let (by_decay, by_kick) = (kick - time * decay, (time * decay - kick) / forces.system.ether_drag());
+        let each = v.iter().zip(&*place.v[0]).zip(&a);
+        let part = each.map(|((bar, v), a)| bar * (by_decay * v + by_kick * a)).sum();
+        forces.sums.add_ether_drag(part);
+    }
     let a_bar: Vec<f64> = v.iter().map(|v| kick * v).collect();
     v.iter_mut().for_each(|v| *v *= decay);
     let at = AdjointPlace { time: place.time, x: &place.x, v: &place.v[0] };
@@ -85,7 +93,7 @@ pub(crate) fn kick_of(system: &System, time: f64) -> (f64, f64) {
 }
 
 /// The places of all kicks. Positions before the first drift and after the last are known; for others, and
-/// for velocities where forces depend on them, the step is taken again.
+/// for velocities where forces depend on them or drag does, the step is taken again.
 pub(crate) fn kick_places<'a>(
     (stages, order): (&[Stage], u32),
     system: &mut System,
@@ -111,7 +119,7 @@ pub(crate) fn kick_places<'a>(
                 let mut place = KickPlace { time, x: x.clone(), v: vec![v.clone()] };
                 if system.is_damped() {
                     damped_kick(system, &mut place, c * step.h, order, v.to_mut());
-                } else if done + 1 < drifts {
+                } else if done + 1 < drifts || system.ether_drag() != 0.0 {
                     let (decay, kick) = kick_of(system, c * step.h);
                     let a = acceleration(system, &place, &v);
                     v.to_mut().iter_mut().zip(&a).for_each(|(v, a)| *v = decay * *v + kick * a);

@@ -2,6 +2,7 @@
 
 use pliant_scene::{Body, Scene};
 
+use super::constants::MaterialConstants;
 use crate::parameter::{ContactStiffness, FrictionCoefficient, Parameter};
 
 const STIFFNESS: &str = "contact.stiffness";
@@ -33,7 +34,9 @@ pub(super) fn is_as_stiff(scene: &Scene, spec: &Body) -> bool {
         return false;
     };
     let mut others = scene.body.iter().filter(|body| !std::ptr::eq(*body, spec));
-    collides(&spec)
+    let is_plain = spec.membrane.is_none() && spec.nodal_integration.is_none();
+    is_plain
+        && collides(&spec)
         && !others.any(|body| collides(&body))
         && !contact.has_explicit_law(scene.time.integrator)
         && spec.elastic.as_ref().is_some_and(|material| material.lame().is_some())
@@ -49,6 +52,9 @@ pub(super) fn obstacle(scene: &Scene, spec: &Body, key: &str) -> Option<&'static
     if spec.contact.as_ref().and_then(|contact| contact.collides) == Some(false) {
         return None;
     }
+    if key == "membrane.thickness" {
+        return Some("has no derivative where surfaces touch: contact keeps half of it away");
+    }
     if key == "rest" {
         return Some("has no derivative where surfaces touch: contact is made of the shape at rest");
     }
@@ -60,8 +66,11 @@ pub(super) fn obstacle(scene: &Scene, spec: &Body, key: &str) -> Option<&'static
     let decides = match key.split_once('.') {
         Some(("mass", _)) => by_masses,
         Some(("springs", _)) => true,
-        Some(("elastic", "young")) => !is_as_stiff(scene, spec),
-        Some(("elastic", key)) => key.starts_with("parameters."),
+        Some(("elastic", key)) => {
+            let constants = spec.elastic.as_ref().and_then(MaterialConstants::of);
+            let is_constant = constants.is_some_and(|constants| constants.keys().any(|known| known == key));
+            is_constant || key == "young" && !is_as_stiff(scene, spec)
+        }
         _ => false,
     };
     (decides && contact.stiffness.is_none())

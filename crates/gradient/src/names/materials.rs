@@ -10,6 +10,16 @@ pub(super) fn young(material: &MaterialSpec) -> Option<f64> {
     }
 }
 
+/// Stiffness of a model that has this constant alone, and is in proportion to it [Pa].
+pub(super) fn stiffness(material: &MaterialSpec) -> Option<f64> {
+    match material {
+        MaterialSpec::Dirichlet(parameters) | MaterialSpec::DisplacementGradient(parameters) => {
+            Some(parameters.stiffness)
+        }
+        _ => None,
+    }
+}
+
 /// Factors and materials whose energies make the derivative of the energy by Poisson's ratio.
 pub(super) fn by_poisson(material: &MaterialSpec, dimension: usize) -> Option<[(f64, MaterialSpec); 2]> {
     let (solid, plane) = isotropic(material)?;

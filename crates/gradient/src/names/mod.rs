@@ -1,27 +1,30 @@
 //! Parameters of a scene by their names: its keys, bodies by name or by number.
 
+mod constants;
 mod contact;
 mod formulas;
 mod loads;
 mod materials;
 mod motions;
 mod muscles;
+mod proportional;
 mod terms;
 
 use std::borrow::Cow;
 
 use pliant::dissipation::Viscosity;
-use pliant::material::MaterialSpec;
 use pliant::numbering::Numbering;
 use pliant::topology::{BodyKind, BodyTopology, Topology};
 use pliant_scene::{Body, MassSpec, OverTime, Scene, SpringsSpec};
 
 use crate::parameter::{
-    BodyDensity, ContactStiffness, Gravity, GravityNumber, HeldPlaces, LinearElements, Masses, Modulus,
-    Parameter, RestLengths, SpringStiffness, StepForces, Together, TunedSpring, WeightDensity, Weighted,
+    AttractingMasses, BodyDensity, Concatenated, ContactStiffness, Gravity, GravityNumber, HeldPlaces,
+    LinearElements, Masses, Modulus, Parameter, RestLengths, SpringStiffness, StepForces, TermFactor,
+    Together, TunedSpring, WeightDensity, Weighted,
 };
 use crate::{GradientError, RunGradient};
-use materials::{by_poisson, young};
+use constants::MaterialConstants;
+use materials::{by_poisson, stiffness, young};
 
 /// Names of positions and of velocities at the start.
 const START: [&str; 2] = ["position", "velocity"];
@@ -32,8 +35,8 @@ const EACH_STEP: [&str; 2] = ["forces", "pins"];
 /// Uniform gravity.
 const GRAVITY: &str = "world.gravity";
 
-/// Beginning of the names of the parameters of an energy that is a formula.
-const OF_FORMULA: &str = "elastic.parameters.";
+/// Beginning of the keys of a material.
+const OF_MATERIAL: &str = "elastic.";
 
 /// Beginning of the names of the parameters of dashpots by a formula.
 const OF_DASHPOTS: &str = "damping.expression.parameters.";
@@ -104,6 +107,7 @@ pub fn names(scene: &Scene, topology: &Topology) -> Vec<String> {
         names.extend(of_formulas.into_iter().map(|name| format!("{GRAVITY}.{}", formulas::key(&name))));
     }
     names.extend(contact::names(scene).map(String::from).chain(motions::names(scene)));
+    names.extend(proportional::names(scene, topology));
     for (i, (spec, body)) in scene.body.iter().zip(&topology.bodies).enumerate() {
         let keys = of_body(scene, spec, body);
         let name = spec.name_or_default(i);
@@ -136,11 +140,8 @@ fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<Cow<'static, 
         MassSpec::Total(_) => Some("mass.total"),
         MassSpec::PerVertex(_) => (!is_static).then_some("mass.per_vertex"),
     };
-    // Mutual gravity pulls at masses, too, and is not known as a function of them.
-    let has_weight = match &scene.world.nbody {
-        Some(_) if body.kind == BodyKind::Particles => false,
-        _ => !is_static || !scene.world.gravity_changes() && !spec.is_quadratic(),
-    };
+    let attracts = scene.world.nbody.is_some() && body.kind == BodyKind::Particles;
+    let has_weight = !is_static || !attracts && !scene.world.gravity_changes() && !spec.is_quadratic();
     let mut keys: Vec<&str> = by_mass.into_iter().filter(|_| has_weight).collect();
     let mut of_formula = vec![];
     let is_plain = is_plain_solid(spec, body);
@@ -159,8 +160,11 @@ fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<Cow<'static, 
             let each_or_all = each("elastic.poisson", "elastic.poisson_per_element");
             keys.extend(each_or_all.take(if spec.elastic_factor.is_some() { 1 } else { 2 }));
         }
-        if let (MaterialSpec::ExpressedEnergy(energy), true) = (material, has_own_viscosity) {
-            of_formula.extend(energy.parameters().keys().map(|name| format!("{OF_FORMULA}{name}").into()));
+        if let (Some(constants), true) = (MaterialConstants::of(material), has_own_viscosity) {
+            of_formula.extend(constants.keys().map(|key| format!("{OF_MATERIAL}{key}").into()));
+        }
+        if stiffness(material).is_some() && has_own_viscosity {
+            keys.push("elastic.stiffness");
         }
         let is_even = spec.elastic_factor.is_none() && spec.springs.is_none() && spec.bending.is_none();
         if linear && is_even && !is_static && !is_viscous(spec) && !is_at_rest_elsewhere(scene, spec) {
@@ -198,6 +202,7 @@ fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<Cow<'static, 
         }
         None => {}
     }
+    keys.extend(proportional::of_body(scene, spec, body).into_iter().map(|factor| factor.key));
     let all = keys.into_iter().map(Cow::Borrowed).chain(of_formula);
     let by_index = loads::keys(spec).chain(muscles::keys(spec)).chain(motions::keys(spec));
     let all = all.chain(by_index.map(Cow::Owned));
@@ -272,6 +277,9 @@ impl Places<'_> {
         if let Some(of_obstacle) = motions::of_obstacle(self.scene, name, &self.rest()) {
             return Ok(of_obstacle);
         }
+        if let Some(factor) = proportional::parameter(self.scene, self.topology, name) {
+            return Ok(factor);
+        }
         let (spec, body, key) = self.body(name).ok_or_else(|| unknown("is no parameter of this scene"))?;
         if !of_body(self.scene, spec, body).iter().any(|known| known == key) {
             return Err(unknown(contact::obstacle(self.scene, spec, key).unwrap_or("has no derivative")));
@@ -294,15 +302,34 @@ impl Places<'_> {
         let internal = |vertex| self.numbering.internal(vertex);
         let whole = |number| -> Box<dyn Parameter> {
             let density = BodyDensity::new(number, body.vertices.clone(), internal);
-            match is_static(self.scene) {
-                true => Box::new(WeightDensity::new(density, self.gravity())),
-                false => Box::new(density),
+            if is_static(self.scene) {
+                return Box::new(WeightDensity::new(density, self.gravity()));
             }
+            let Some(attracting) = self.attracting(body) else { return Box::new(density) };
+            let shares =
+                self.topology.masses[body.vertices.start as usize..body.vertices.end as usize].iter();
+            let attracting = Weighted::new(attracting, shares.map(|mass| mass / number).collect());
+            Box::new(Together::new(vec![Box::new(density), Box::new(attracting)]))
         };
+        if let Some(factor) =
+            proportional::of_body(self.scene, spec, body).into_iter().find(|factor| factor.key == key)
+        {
+            let terms: Box<dyn Parameter> = Box::new(TermFactor::new(factor.parts));
+            return Some(match factor.of_masses {
+                Some(value) => Box::new(Together::new(vec![terms, whole(value)])),
+                None => terms,
+            });
+        }
         Some(match (key, &spec.mass) {
             ("mass.density", mass) => whole(density(mass)?),
             ("mass.total", MassSpec::Total(total)) => whole(*total),
-            ("mass.per_vertex", _) => Box::new(Masses::new(body.vertices.clone().map(internal).collect())),
+            ("mass.per_vertex", _) => {
+                let masses = Box::new(Masses::new(body.vertices.clone().map(internal).collect()));
+                match self.attracting(body) {
+                    Some(attracting) => Box::new(Together::new(vec![masses, attracting])),
+                    None => masses,
+                }
+            }
             _ if key.starts_with("load.") => {
                 return loads::parameter(spec, &body.name, self.topology.dimension, key);
             }
@@ -324,6 +351,15 @@ impl Places<'_> {
             ("damping.dashpot", _) => Box::new(Modulus::new(vec![], vec![(1.0, self.unit_dashpots(body))])),
             _ => return self.of_elements(spec, body, key),
         })
+    }
+
+    /// Masses of a body as those that attract others and each other; `None` where they do not.
+    fn attracting(&self, body: &BodyTopology) -> Option<Box<dyn Parameter>> {
+        let nbody = self.scene.world.nbody.as_ref().filter(|_| body.kind == BodyKind::Particles)?;
+        let internal = |vertex| self.numbering.internal(vertex);
+        let all = proportional::attracting(self.topology).map(internal).collect();
+        let numbers = body.vertices.clone().map(internal).collect();
+        Some(Box::new(AttractingMasses::new(numbers, all, nbody.constant, nbody.softening)))
     }
 
     /// Places of all vertices at rest, flat, in the order of the simulation [m].
@@ -390,6 +426,15 @@ impl Places<'_> {
 
     fn of_elements(&self, spec: &Body, body: &BodyTopology, key: &str) -> Option<Box<dyn Parameter>> {
         let (material, dimension) = (spec.elastic.as_ref()?, self.topology.dimension);
+        let term = |(factor, change)| (factor, self.term(spec, (material, &change), body));
+        if let Some(constants) = MaterialConstants::of(material)
+            && let Some(derivatives) =
+                key.strip_prefix(OF_MATERIAL).and_then(|key| constants.derivatives(key))
+        {
+            let modulus =
+                |change| -> Box<dyn Parameter> { Box::new(Modulus::new(vec![term((1.0, change))], vec![])) };
+            return Some(Box::new(Concatenated::new(derivatives.into_iter().map(modulus).collect())));
+        }
         let (cells, rest) =
             (self.cells(body), self.numbering.to_internal(&self.topology.rest_positions, dimension));
         let elements = LinearElements { dimension, cells: &cells, rest: &rest };
@@ -401,17 +446,14 @@ impl Places<'_> {
                     body.vertices.clone().map(|vertex| self.numbering.internal(vertex)).collect();
                 return Some(elements.rest_shape(material, density(&spec.mass), &vertices));
             }
-            _ => match (key.strip_prefix(OF_FORMULA), material) {
-                (Some(name), MaterialSpec::ExpressedEnergy(energy)) => {
-                    vec![(1.0, MaterialSpec::ExpressedEnergy(energy.derivative(name)?))]
-                }
-                _ => vec![],
-            },
+            "elastic.stiffness" => vec![(1.0 / stiffness(material)?, material.clone())],
+            // Damping has parameters of its own.
+            _ => vec![],
         };
-        if key.ends_with("_per_element") && !key.starts_with(OF_FORMULA) {
+        let is_per_element = ["elastic.young_per_element", "elastic.poisson_per_element"].contains(&key);
+        if is_per_element {
             return Some(elements.moduli(&parts));
         }
-        let term = |(factor, change)| (factor, self.term(spec, (material, &change), body));
         let energies = parts.into_iter().map(term).collect();
         let mut modulus = Modulus::new(energies, self.dissipation(spec, material, body, key)?);
         if key == "elastic.young" {

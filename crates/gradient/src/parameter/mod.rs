@@ -8,6 +8,8 @@ mod load;
 mod mass;
 mod moduli;
 mod motion;
+mod mutual_gravity;
+mod proportional;
 mod spring;
 mod together;
 mod weighted;
@@ -20,8 +22,10 @@ pub use load::{FormulaNumber, LoadFactor, LoadValue};
 pub use mass::{BodyDensity, Masses, WeightDensity};
 pub use moduli::Modulus;
 pub use motion::{MotionFactor, MotionNumber};
+pub use mutual_gravity::AttractingMasses;
+pub use proportional::{EtherDrag, TermFactor};
 pub use spring::{RestLengths, SpringStiffness, TunedSpring};
-pub use together::Together;
+pub use together::{Concatenated, Together};
 pub use weighted::Weighted;
 
 use pliant::system::System;
@@ -48,12 +52,26 @@ pub struct ForceUse<'a> {
     pub contact: &'a [f64],
     /// `dR/dv` of friction there [N], likewise.
     pub friction: &'a [f64],
+    /// `dE/dx` or `dR/dv` of terms there [N], by their names, of those that a parameter
+    /// [asked for](Parameter::needs_terms).
+    pub terms: &'a [(String, Vec<f64>)],
     /// `(d2E/dx2 + (d2R/dx dv)^T) p`: minus the derivative by the positions there, held ones included.
     pub by_positions: &'a [f64],
     /// `d2R/dv2 p`: minus the derivative by the velocities there.
     pub by_velocities: &'a [f64],
     /// `p . dE/dx` of each energy term of the system, in their order, where it came with these products.
     pub works: &'a [Option<f64>],
+}
+
+impl ForceUse<'_> {
+    /// The gradient of the terms of this name [N], which some parameter [asked for](Parameter::needs_terms).
+    ///
+    /// # Panics
+    /// If none has.
+    pub fn rows_of(&self, name: &str) -> &[f64] {
+        let (_, rows) = self.terms.iter().find(|(known, _)| known == name).expect("it is asked for");
+        rows
+    }
 }
 
 /// A use of a state, of which the places and velocities of held coordinates are a part: by a loss, or by a
@@ -120,6 +138,17 @@ pub trait Parameter: Send {
 
     /// True if it looks at the forces of contact.
     fn needs_contact(&self) -> bool {
+        false
+    }
+
+    /// Names of the terms of the system, energies or dissipation functions, whose gradients it looks at.
+    fn needs_terms(&self) -> Vec<&str> {
+        vec![]
+    }
+
+    /// True if it is the ether drag. Kicks under it have closed forms, whose further part is added to its
+    /// derivative.
+    fn is_ether_drag(&self) -> bool {
         false
     }
 

@@ -1,4 +1,4 @@
-//! Numbers that forces depend on in several ways.
+//! Numbers that forces depend on in several ways, and numbers one after the other.
 
 use super::{ForceUse, HeldUse, ModeUse, Parameter, StateUse};
 
@@ -35,6 +35,10 @@ impl Parameter for Together {
         self.parts.iter().any(|part| part.needs_contact())
     }
 
+    fn needs_terms(&self) -> Vec<&str> {
+        self.parts.iter().flat_map(|part| part.needs_terms()).collect()
+    }
+
     fn looks_at_held(&self) -> bool {
         self.parts.iter().any(|part| part.looks_at_held())
     }
@@ -53,5 +57,82 @@ impl Parameter for Together {
 
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
         self.parts.iter_mut().for_each(|part| part.add(of, derivative));
+    }
+}
+
+/// Numbers of several parameters, one after the other.
+pub struct Concatenated {
+    parts: Vec<Box<dyn Parameter>>,
+}
+
+impl Concatenated {
+    /// The numbers of these parts, in their order.
+    pub fn new(parts: Vec<Box<dyn Parameter>>) -> Self {
+        Concatenated { parts }
+    }
+
+    /// Calls `each` with every part and its numbers among these; whether that is true of all.
+    fn all(&mut self, mut each: impl FnMut(&mut dyn Parameter, std::ops::Range<usize>) -> bool) -> bool {
+        let mut first = 0;
+        self.parts.iter_mut().all(|part| {
+            let numbers = first..first + part.len();
+            first = numbers.end;
+            each(&mut **part, numbers)
+        })
+    }
+}
+
+impl Parameter for Concatenated {
+    fn begin(&mut self, steps: u64) {
+        self.parts.iter_mut().for_each(|part| part.begin(steps));
+    }
+
+    fn add_state(&mut self, of: &StateUse<'_>, derivative: &mut [f64]) {
+        self.all(|part, numbers| {
+            part.add_state(of, &mut derivative[numbers]);
+            true
+        });
+    }
+
+    fn len(&self) -> usize {
+        self.parts.iter().map(|part| part.len()).sum()
+    }
+
+    fn needs_force(&self) -> bool {
+        self.parts.iter().any(|part| part.needs_force())
+    }
+
+    fn needs_contact(&self) -> bool {
+        self.parts.iter().any(|part| part.needs_contact())
+    }
+
+    fn needs_terms(&self) -> Vec<&str> {
+        self.parts.iter().flat_map(|part| part.needs_terms()).collect()
+    }
+
+    fn looks_at_held(&self) -> bool {
+        self.parts.iter().any(|part| part.looks_at_held())
+    }
+
+    fn add_held(&mut self, of: &HeldUse<'_>, derivative: &mut [f64]) {
+        self.all(|part, numbers| {
+            part.add_held(of, &mut derivative[numbers]);
+            true
+        });
+    }
+
+    fn add_mode(&mut self, of: &ModeUse<'_>, derivative: &mut [f64]) -> bool {
+        self.all(|part, numbers| part.add_mode(of, &mut derivative[numbers]))
+    }
+
+    fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
+        self.all(|part, numbers| part.add_change(of, &change[numbers], force))
+    }
+
+    fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
+        self.all(|part, numbers| {
+            part.add(of, &mut derivative[numbers]);
+            true
+        });
     }
 }

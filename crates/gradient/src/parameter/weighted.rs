@@ -38,6 +38,10 @@ impl Parameter for Weighted {
         self.of.needs_contact()
     }
 
+    fn needs_terms(&self) -> Vec<&str> {
+        self.of.needs_terms()
+    }
+
     fn looks_at_held(&self) -> bool {
         self.of.looks_at_held()
     }

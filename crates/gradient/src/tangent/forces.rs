@@ -101,7 +101,7 @@ impl<'p> TangentForces<'p> {
             return;
         }
         parts.evaluate(system, at);
-        let ForceParts { gradient, contact, friction, .. } = &*parts;
+        let ForceParts { gradient, contact, friction, terms, .. } = &*parts;
         let of = ForceUse {
             system,
             step: *step,
@@ -112,6 +112,7 @@ impl<'p> TangentForces<'p> {
             gradient,
             contact,
             friction,
+            terms,
             by_positions: &[],
             by_velocities: &[],
             works: &[],

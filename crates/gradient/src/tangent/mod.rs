@@ -98,7 +98,7 @@ pub fn tangent(
 /// ```
 ///
 /// # Errors
-/// As [`tangent`]; numbers of motions and displacements of what is held have none.
+/// As [`tangent`]; numbers of motions, displacements of what is held and the ether drag have none.
 ///
 /// # Panics
 /// The direction has another shape than the state and the parameters.
@@ -190,7 +190,8 @@ fn refuse_unknown(simulation: &mut Simulation, forces: &mut TangentForces<'_>) -
         None => Ok(()),
         Some(number) => Err(GradientError::Unsupported {
             what: format!("tangents by parameter {number} of those given, counted from 0"),
-            remedy: "numbers of motions and displacements of pins have none; `gradient` has an adjoint",
+            remedy: "numbers of motions, displacements of pins and the ether drag have none; \
+                     `gradient` has an adjoint",
         }),
     }
 }

@@ -11,7 +11,7 @@ use crate::solid::{Further, assembled, scene};
 use crate::support::{case, dot, scattered, solve_exactly};
 
 /// Compares `w . (S u) = (S^T w) . u` for changes `u` of each of the numbers of these names.
-fn compare(what: &str, scene: &Scene, names: &[&str], steps: u64) {
+pub(crate) fn compare(what: &str, scene: &Scene, names: &[&str], steps: u64) {
     let start = || {
         let (mut simulation, topology) = assembled(scene);
         solve_exactly(&mut simulation);

@@ -113,6 +113,33 @@ pub(crate) fn compare_starts(
     found
 }
 
+/// Compares the derivatives by each of the numbers of this name, of scenes that are made of them, where they
+/// are `values`; changes of each are measured by its own part of `sizes`.
+pub(crate) fn compare_numbers(
+    what: &str,
+    scene_of: impl Fn(&[f64]) -> Scene,
+    (name, values, sizes): (&str, &[f64], &[f64]),
+    (steps, tolerance): (u64, f64),
+) {
+    let scene = scene_of(values);
+    let (mut simulation, topology) = assembled(&scene);
+    let mut selection = ParameterSelection::new(&scene, &topology, simulation.numbering(), &[name])
+        .unwrap_or_else(|error| panic!("{what}: {error}"));
+    let mut loss = ScatteredLoss::new(steps, assembled(&scene).0);
+    let found = gradient(&mut simulation, steps, &mut loss, selection.parameters(), UNLIMITED).unwrap();
+    let parts = &selection.parts(&found)[0];
+    assert_eq!(parts.len(), values.len(), "{what}, by {name}");
+    for (i, (part, size)) in parts.iter().zip(sizes).enumerate() {
+        let by = size * part;
+        let what = format!("{what}, by number {i} of {name}");
+        compare_with_differences(&what, (by, by.abs()), (1e-2, tolerance), |h| {
+            let mut changed = values.to_vec();
+            changed[i] += h * size;
+            loss.of_run(&mut assembled(&scene_of(&changed)).0, |_| {})
+        });
+    }
+}
+
 /// Compares the derivative by the first of the numbers of this name, of scenes that are made of it, where it
 /// is `value`; changes of it are measured by a `size`.
 pub(crate) fn compare_number(

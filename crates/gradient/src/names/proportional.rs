@@ -1,0 +1,170 @@
+//! Numbers that terms are in proportion to: of attachments, membranes, bending, mutual gravity.
+
+use pliant::dissipation::Viscosity;
+use pliant::material::MaterialSpec;
+use pliant::topology::{BodyKind, BodyTopology, Topology};
+use pliant_scene::{AttachmentSpec, Body, MassSpec, Scene};
+
+use super::is_static;
+use super::materials::young;
+use crate::parameter::{EtherDrag, Parameter, TermFactor};
+
+/// Gravitational constant of mutual gravity.
+const CONSTANT: &str = "world.nbody.constant";
+/// Drag of all that moves.
+const DRAG: &str = "world.ether_drag";
+/// Beginning of the names of numbers of attachments.
+const ATTACHMENT: &str = "attachment.";
+
+/// Factors of terms, by their names.
+type Parts = Vec<(f64, String)>;
+
+/// Names of the numbers of a scene that are none of its bodies.
+pub(super) fn names(scene: &Scene, topology: &Topology) -> impl Iterator<Item = String> {
+    let of_world = [CONSTANT, DRAG].map(String::from).into_iter();
+    let of_attachments = scene.attachment.iter().enumerate().flat_map(|(i, spec)| {
+        let name = spec.name_or_default(i);
+        numbers(spec).into_iter().map(move |(key, ..)| format!("{ATTACHMENT}{name}.{key}"))
+    });
+    of_world.chain(of_attachments).filter(|name| parameter(scene, topology, name).is_some())
+}
+
+/// The number of a scene of this name.
+pub(super) fn parameter(scene: &Scene, topology: &Topology, name: &str) -> Option<Box<dyn Parameter>> {
+    let factor = |parts: Parts| -> Option<Box<dyn Parameter>> { Some(Box::new(TermFactor::new(parts))) };
+    match name {
+        DRAG => {
+            let acts = scene.world.ether_drag.is_some_and(|drag| drag != 0.0) && !is_static(scene);
+            acts.then(|| -> Box<dyn Parameter> { Box::new(EtherDrag) })
+        }
+        CONSTANT => {
+            let nbody = scene.world.nbody.as_ref().filter(|nbody| nbody.tree.is_none())?;
+            let count = attracting(topology).count();
+            factor(vec![(1.0 / nbody.constant, format!("mutual gravity of {count} particles"))])
+        }
+        _ => {
+            let asked = name.strip_prefix(ATTACHMENT)?;
+            scene.attachment.iter().enumerate().find_map(|(i, spec)| {
+                let name = spec.name_or_default(i);
+                let key = asked.strip_prefix(&name)?.strip_prefix('.')?;
+                let (_, value, term) = numbers(spec).into_iter().find(|(known, ..)| *known == key)?;
+                factor(vec![(1.0 / value, format!("{term}attachment `{name}`"))])
+            })
+        }
+    }
+}
+
+/// Vertices that attract each other where there is mutual gravity.
+pub(super) fn attracting(topology: &Topology) -> impl Iterator<Item = u32> {
+    let particles = topology.bodies.iter().filter(|body| body.kind == BodyKind::Particles);
+    particles.flat_map(|body| body.vertices.clone())
+}
+
+/// Numbers of an attachment that are not zero, and beginnings of the names of their terms.
+fn numbers(spec: &AttachmentSpec) -> Vec<(&'static str, f64, &'static str)> {
+    let AttachmentSpec { stiffness, total_stiffness, dashpot, .. } = spec;
+    let all = [
+        ("stiffness", stiffness, ""),
+        ("total_stiffness", total_stiffness, ""),
+        ("dashpot", dashpot, "damping of "),
+    ];
+    let given = all.into_iter().filter_map(|(key, value, term)| Some((key, (*value)?, term)));
+    given.filter(|(_, value, _)| *value != 0.0).collect()
+}
+
+/// Factors that are the derivatives of terms of a body by a number.
+pub(super) struct BodyFactor {
+    /// Its key.
+    pub(super) key: &'static str,
+    /// Of terms.
+    pub(super) parts: Parts,
+    /// Its value, where masses are in proportion to it.
+    pub(super) of_masses: Option<f64>,
+}
+
+/// Numbers of a body that its terms are in proportion to, or to a power of.
+pub(super) fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<BodyFactor> {
+    let is_membrane = body.kind == BodyKind::Membrane;
+    let mut factors = vec![];
+    if let (Some(material), true) = (&spec.elastic, is_membrane || spec.nodal_integration.is_some()) {
+        factors.extend(of_young(spec, material, body, is_membrane));
+    }
+    if let Some(membrane) = spec.membrane.as_ref().filter(|_| is_membrane) {
+        let h = membrane.thickness;
+        let terms = [format!("membrane of `{}`", body.name), viscosity_of(body)];
+        let per_area = |density: &pliant::quantity::Quantity| {
+            density.dimension == Some(pliant::quantity::Kind::AREA_DENSITY.dimension)
+        };
+        let weighs = match &spec.mass {
+            MassSpec::Density(density) => !per_area(density),
+            MassSpec::Preset(_) => true,
+            MassSpec::PerVertex(_) | MassSpec::Total(_) => false,
+        };
+        factors.push(BodyFactor {
+            key: "membrane.thickness",
+            parts: terms.map(|term| (1.0 / h, term)).to_vec(),
+            of_masses: weighs.then_some(h),
+        });
+    }
+    factors.extend(of_bending(scene, spec, body));
+    factors
+}
+
+/// Young's modulus of elements of which no others with another one are made.
+fn of_young(
+    spec: &Body,
+    material: &MaterialSpec,
+    body: &BodyTopology,
+    is_membrane: bool,
+) -> Option<BodyFactor> {
+    let young = young(material).or(match material {
+        MaterialSpec::MooneyRivlin(constants) => constants.young,
+        MaterialSpec::Ogden(terms) => terms.young,
+        _ => None,
+    })?;
+    let mut parts: Parts = match is_membrane {
+        true => vec![(1.0 / young, format!("membrane of `{}`", body.name))],
+        false => {
+            ["elements", "nodes"].map(|part| (1.0 / young, format!("{part} of `{}`", body.name))).to_vec()
+        }
+    };
+    if let Some(damping) = &spec.damping
+        && damping.stiffness_proportional.is_some_and(|beta| beta != 0.0)
+    {
+        // One term has both viscosities, but of the material `linear`.
+        if damping.strain_rate_viscosity() != Viscosity::default()
+            || matches!(material, MaterialSpec::Linear(_))
+        {
+            return None;
+        }
+        parts.push((1.0 / young, viscosity_of(body)));
+    }
+    Some(BodyFactor { key: "elastic.young", parts, of_masses: None })
+}
+
+/// Numbers of `D = E h^3/(12 (1 - nu^2))`, `B = E h^3/12`, `B = pi E h^4/64`.
+fn of_bending(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<BodyFactor> {
+    let Some(bending) = &spec.bending else { return vec![] };
+    let is_strand = !matches!(body.kind, BodyKind::Membrane | BodyKind::Cloth);
+    let power = if is_strand && scene.dimension == 3 { 4.0 } else { 3.0 };
+    let numbers = [
+        ("bending.stiffness", bending.stiffness.map(|stiffness| 1.0 / stiffness.value)),
+        ("bending.young", bending.young.map(|young| 1.0 / young)),
+        ("bending.thickness", bending.thickness.map(|h| power / h)),
+        ("bending.poisson", bending.poisson.map(|nu| 2.0 * nu / (1.0 - nu * nu))),
+    ];
+    let terms = ["hinges", "joints"].map(|what| [format!("{what} of"), format!("damping of the {what} of")]);
+    let part = |factor: f64| {
+        let name = |term: &String| (factor, format!("{term} `{}`", body.name));
+        terms.as_flattened().iter().map(name).collect::<Parts>()
+    };
+    let factor = |(key, factor): (&'static str, Option<f64>)| {
+        Some(BodyFactor { key, parts: part(factor?), of_masses: None })
+    };
+    numbers.into_iter().filter_map(factor).collect()
+}
+
+/// Name of the term of the viscosity of elements.
+fn viscosity_of(body: &BodyTopology) -> String {
+    format!("strain-rate damping of `{}`", body.name)
+}

@@ -1,0 +1,64 @@
+//! Masses that attract each other.
+
+use super::{ForceUse, Parameter};
+
+/// Attraction between all pairs by masses of some of them [kg]: the derivative of `p . dE/dx` by `m_k` is
+/// `sum_i m_i (p_i - p_k) . g_ik`, `g_ik = G (x_i - x_k) / (|x_i - x_k|^2 + softening^2)^(3/2)`. Inertia is
+/// another part, see [`Masses`](super::Masses).
+#[derive(Clone, Debug)]
+pub struct AttractingMasses {
+    /// Vertices whose masses are the numbers.
+    numbers: Vec<u32>,
+    /// All that attract.
+    vertices: Vec<u32>,
+    constant: f64,
+    softening: f64,
+}
+
+impl AttractingMasses {
+    /// Masses of the vertices `numbers`, which are among the `vertices` that attract each other with the
+    /// gravitational `constant` [m^3/(kg s^2)] and this `softening` [m].
+    pub fn new(numbers: Vec<u32>, vertices: Vec<u32>, constant: f64, softening: f64) -> Self {
+        AttractingMasses { numbers, vertices, constant, softening }
+    }
+
+    /// Calls `visit(number, i, k, m_i g_ik)` with the coordinates of every vertex `i` that attracts another,
+    /// `k`, whose mass is a number.
+    fn each(&self, of: &ForceUse<'_>, mut visit: impl FnMut(usize, usize, usize, [f64; 3])) {
+        let d = of.system.dimension();
+        for (number, k) in self.numbers.iter().enumerate() {
+            for i in self.vertices.iter().filter(|i| *i != k) {
+                let (row, other) = (*i as usize * d, *k as usize * d);
+                let mut apart = [0.0; 3];
+                (0..d).for_each(|c| apart[c] = of.x[row + c] - of.x[other + c]);
+                let square = apart.iter().map(|a| a * a).sum::<f64>() + self.softening * self.softening;
+                let factor = of.system.mass()[*i as usize] * self.constant / (square * square.sqrt());
+                visit(number, row, other, apart.map(|a| factor * a));
+            }
+        }
+    }
+}
+
+impl Parameter for AttractingMasses {
+    fn len(&self) -> usize {
+        self.numbers.len()
+    }
+
+    fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
+        let d = of.system.dimension();
+        self.each(of, |number, row, other, pull| {
+            for c in 0..d {
+                force[row + c] -= change[number] * pull[c];
+                force[other + c] += change[number] * pull[c];
+            }
+        });
+        true
+    }
+
+    fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
+        let d = of.system.dimension();
+        self.each(of, |number, row, other, pull| {
+            derivative[number] -= (0..d).map(|c| (of.p[row + c] - of.p[other + c]) * pull[c]).sum::<f64>();
+        });
+    }
+}

@@ -1,0 +1,60 @@
+//! Numbers that whole terms are in proportion to, or to a power of.
+
+use super::{ForceUse, Parameter};
+use crate::adjoint::{add_scaled, dot};
+
+/// A number `theta` with `dE/d theta = sum_i c_i E_i` and `dR/d theta = sum_i c_i R_i`, energies and
+/// dissipation functions of terms of the system: `c = n/theta` of one in proportion to `theta^n`.
+#[derive(Clone, Debug)]
+pub struct TermFactor {
+    /// Of each term, by its name.
+    parts: Vec<(f64, String)>,
+}
+
+impl TermFactor {
+    /// The number of these parts: factors, and names of terms. Terms that are not there are zero.
+    pub fn new(parts: Vec<(f64, String)>) -> Self {
+        TermFactor { parts }
+    }
+}
+
+impl Parameter for TermFactor {
+    fn len(&self) -> usize {
+        1
+    }
+
+    fn needs_terms(&self) -> Vec<&str> {
+        self.parts.iter().map(|(_, name)| &name[..]).collect()
+    }
+
+    fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
+        for (factor, name) in &self.parts {
+            add_scaled(force, -factor * change[0], of.rows_of(name));
+        }
+        true
+    }
+
+    fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
+        derivative[0] -= self.parts.iter().map(|(c, name)| c * dot(of.rows_of(name), of.p)).sum::<f64>();
+    }
+}
+
+/// Ether drag `c` [1/s]: the force `-c M v`.
+#[derive(Clone, Copy, Debug)]
+pub struct EtherDrag;
+
+impl Parameter for EtherDrag {
+    fn len(&self) -> usize {
+        1
+    }
+
+    fn is_ether_drag(&self) -> bool {
+        true
+    }
+
+    fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
+        let (d, mass) = (of.system.dimension(), of.system.mass());
+        let each = of.p.iter().zip(of.v).enumerate();
+        derivative[0] -= each.map(|(i, (p, v))| mass[i / d] * p * v).sum::<f64>();
+    }
+}
