@@ -67,7 +67,7 @@ pub use parameter::{
     Masses, ModeUse, Modulus, MotionFactor, MotionNumber, Parameter, RestLengths, SpringStiffness, StateUse,
     StepForces, TermFactor, Together, TunedSpring, WeightDensity, Weighted,
 };
-pub use support::schemes;
+pub use support::{check, schemes};
 pub use tangent::{RunDirection, RunTangent, tangent, tangent_along};
 pub use walls::WallEvent;
 

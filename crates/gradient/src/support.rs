@@ -13,11 +13,11 @@ pub fn schemes() -> Vec<&'static str> {
     methods.filter(|method| has_adjoint(method.scheme)).map(|method| method.documentation.name).collect()
 }
 
-/// Refuses a simulation whose steps have no adjoint.
+/// Refuses a simulation whose steps have no adjoint: what [`gradient`](crate::gradient()) begins with.
 ///
 /// # Errors
 /// [`GradientError::Scheme`], [`GradientError::Unsupported`].
-pub(crate) fn check(simulation: &mut Simulation) -> Result<(), GradientError> {
+pub fn check(simulation: &mut Simulation) -> Result<(), GradientError> {
     let method = simulation.method();
     if !has_adjoint(method.scheme) {
         let scheme = method.documentation.name;

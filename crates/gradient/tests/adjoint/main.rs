@@ -21,6 +21,7 @@ mod oscillator;
 mod pins;
 mod pressure;
 mod proportional;
+mod scenes;
 mod solid;
 mod support;
 mod tangents;

@@ -603,14 +603,18 @@ impl PySimulation {
     /// -------
     /// list of str
     ///     Keys of the scene, with the names of its bodies; ``"position"`` and ``"velocity"`` are those of the
-    ///     present state.
+    ///     present state. None where the scheme, or something in the scene, has no derivative: `gradient` says
+    ///     what.
     ///
     /// Examples
     /// --------
     /// >>> "body.beam.elastic.young" in simulation.gradient_names()
     /// True
     fn gradient_names(&self) -> PyResult<Vec<String>> {
-        let inner = self.lock()?;
+        let mut inner = self.lock()?;
+        if pliant_gradient::check(&mut inner.simulation).is_err() {
+            return Ok(vec![]);
+        }
         Ok(pliant_gradient::names(&inner.scene.scene, &inner.topology))
     }
 }
