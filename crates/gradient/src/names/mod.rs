@@ -13,14 +13,15 @@ mod terms;
 use std::borrow::Cow;
 
 use pliant::dissipation::Viscosity;
+use pliant::material::MaterialSpec;
 use pliant::numbering::Numbering;
 use pliant::topology::{BodyKind, BodyTopology, Topology};
 use pliant_scene::{Body, MassSpec, OverTime, Scene, SpringsSpec};
 
 use crate::parameter::{
     AttractingMasses, BodyDensity, Concatenated, ContactStiffness, Gravity, GravityNumber, HeldPlaces,
-    LinearElements, Masses, Modulus, Parameter, RestLengths, SpringStiffness, StepForces, TermFactor,
-    Together, TunedSpring, WeightDensity, Weighted,
+    LinearElements, Masses, Modulus, Parameter, RestLengths, ShapedElements, SpringStiffness, StepForces,
+    TermFactor, Together, TunedSpring, WeightDensity, Weighted,
 };
 use crate::{GradientError, RunGradient};
 use constants::MaterialConstants;
@@ -166,8 +167,7 @@ fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<Cow<'static, 
         if stiffness(material).is_some() && has_own_viscosity {
             keys.push("elastic.stiffness");
         }
-        let is_even = spec.elastic_factor.is_none() && spec.springs.is_none() && spec.bending.is_none();
-        if linear && is_even && !is_static && !is_viscous(spec) && !is_at_rest_elsewhere(scene, spec) {
+        if has_shape(scene, spec, material, body) && !is_at_rest_elsewhere(scene, spec) {
             keys.push("rest");
         }
     }
@@ -219,11 +219,15 @@ fn is_plain_solid(spec: &Body, body: &BodyTopology) -> bool {
     body.kind == BodyKind::Solid && spec.nodal_integration.is_none() && spec.membrane.is_none()
 }
 
-/// True if its elements are damped by their rate of strain.
-fn is_viscous(spec: &Body) -> bool {
-    spec.damping.as_ref().is_some_and(|damping| {
-        damping.strain_rate.is_some() || damping.stiffness_proportional.is_some_and(|beta| beta != 0.0)
-    })
+/// True if all that is made of the shape of its elements at rest is known as a function of it.
+fn has_shape(scene: &Scene, spec: &Body, material: &MaterialSpec, body: &BodyTopology) -> bool {
+    let damping = spec.damping.as_ref();
+    let beta = damping.and_then(|damping| damping.stiffness_proportional).unwrap_or(0.0);
+    // Viscosity of the material `linear` stays at rest.
+    let is_at_rest = matches!(material, MaterialSpec::Linear(_)) && beta != 0.0;
+    let by_masses = damping.and_then(|damping| damping.mass_proportional).unwrap_or(0.0) != 0.0;
+    let weighs = !is_static(scene) || !by_masses && !scene.world.gravity_changes();
+    body.blocks.is_empty() && spec.springs.is_none() && spec.bending.is_none() && !is_at_rest && weighs
 }
 
 /// True if they are triangles of three vertices or tetrahedra of four.
@@ -424,6 +428,34 @@ impl Places<'_> {
         body.edges.iter().enumerate().map(length).collect()
     }
 
+    /// Rest positions of a body of simplices.
+    fn rest_shape(&self, spec: &Body, material: &MaterialSpec, body: &BodyTopology) -> Box<dyn Parameter> {
+        let (cells, rest) = (self.cells(body), self.rest());
+        let viscosity = spec.damping.as_ref().map_or(Viscosity::default(), |damping| {
+            damping.strain_rate_viscosity().plus(damping.proportional_viscosity(material, material.plane()))
+        });
+        let factors = spec.elastic_factor.as_ref().map(|factor| self.each(factor, body));
+        let weight = is_static(self.scene).then(|| {
+            let mut weight = [0.0; 3];
+            weight.iter_mut().zip(self.gravity()).for_each(|(weight, gravity)| *weight = gravity);
+            weight
+        });
+        let shaped = ShapedElements {
+            dimension: self.topology.dimension,
+            order: if has_linear_elements(body) { 1 } else { 2 },
+            cells: &cells,
+            rest: &rest,
+            material,
+            factors: factors.as_deref().unwrap_or_default(),
+            viscosity,
+            density: density(&spec.mass),
+            weight,
+        };
+        let vertices: Vec<u32> =
+            body.vertices.clone().map(|vertex| self.numbering.internal(vertex)).collect();
+        shaped.parameter(&vertices)
+    }
+
     fn of_elements(&self, spec: &Body, body: &BodyTopology, key: &str) -> Option<Box<dyn Parameter>> {
         let (material, dimension) = (spec.elastic.as_ref()?, self.topology.dimension);
         let term = |(factor, change)| (factor, self.term(spec, (material, &change), body));
@@ -441,11 +473,7 @@ impl Places<'_> {
         let parts = match key {
             "elastic.young" | "elastic.young_per_element" => vec![(1.0 / young(material)?, material.clone())],
             "elastic.poisson" | "elastic.poisson_per_element" => by_poisson(material, dimension)?.to_vec(),
-            "rest" => {
-                let vertices: Vec<u32> =
-                    body.vertices.clone().map(|vertex| self.numbering.internal(vertex)).collect();
-                return Some(elements.rest_shape(material, density(&spec.mass), &vertices));
-            }
+            "rest" => return Some(self.rest_shape(spec, material, body)),
             "elastic.stiffness" => vec![(1.0 / stiffness(material)?, material.clone())],
             // Damping has parameters of its own.
             _ => vec![],

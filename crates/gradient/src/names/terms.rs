@@ -136,7 +136,7 @@ impl Places<'_> {
     }
 
     /// One number for each element.
-    fn each(&self, factor: &OneOrMany, body: &BodyTopology) -> Vec<f64> {
+    pub(super) fn each(&self, factor: &OneOrMany, body: &BodyTopology) -> Vec<f64> {
         match factor {
             OneOrMany::One(factor) => {
                 let count =

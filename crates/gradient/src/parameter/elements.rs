@@ -1,18 +1,16 @@
 //! Linear triangles in the plane and linear tetrahedra in space, one by one.
 //!
 //! An element of rest volume `w` with edges `D_m` at rest has `E = w psi(F)`, `F = D_s D_m^-1`. With `G`
-//! made of `p` as `F` is of the positions, `p . dE/dx = w P(F) : G`: linear in `psi`, and a function of
-//! `D_m`.
+//! made of `p` as `F` is of the positions, `p . dE/dx = w P(F) : G`: linear in `psi`.
 
 use pliant::algebra::Mat;
 use pliant::element::simplex_rest;
 use pliant::material::{Material, MaterialSpec, MaterialVisitor, Psd};
 
-use super::mass::{add_by_mass, by_mass, mode_by_mass, uniform_gravity};
 use super::{ForceUse, ModeUse, Parameter};
 
 /// Stress and its derivative in a direction, of whatever material.
-trait ElementEnergy<const D: usize>: Send {
+pub(super) trait ElementEnergy<const D: usize>: Send {
     /// `P(F)` [Pa].
     fn stress(&self, f: &Mat<f64, D>) -> Mat<f64, D>;
 
@@ -34,7 +32,7 @@ impl<const D: usize, M: Material<D>> ElementEnergy<D> for Of<M> {
 }
 
 /// Maker of it.
-struct Maker;
+pub(super) struct Maker;
 
 impl<const D: usize> MaterialVisitor<D> for Maker {
     type Output = Box<dyn ElementEnergy<D>>;
@@ -145,104 +143,6 @@ impl<const D: usize, const N: usize> Parameter for ElementModuli<D, N> {
     }
 }
 
-/// Rest positions of the vertices of a body.
-struct RestShape<const D: usize, const N: usize> {
-    elements: ModulusElements<D, N>,
-    psi: Box<dyn ElementEnergy<D>>,
-    /// ElementEnergy [kg/m^3]; zero where masses do not go by volumes.
-    density: f64,
-    /// Place of each vertex of the simulation among those of the body.
-    place: Vec<u32>,
-    vertices: usize,
-}
-
-impl<const D: usize, const N: usize> RestShape<D, N> {
-    /// `K` of `d(p . dE/dx) = w K : dD_m D_m^-1` of element `i`.
-    fn rate(&self, i: usize, of: &ForceUse<'_>) -> Mat<f64, D> {
-        let [f, g] = self.elements.deformation(i, (of.x, of.p));
-        let (stress, along) = (self.psi.stress(&f), self.psi.stress_along(&f, &g));
-        Mat::scalar(stress.dot(&g)) - f.transpose_mul(&along) - g.transpose_mul(&stress)
-    }
-}
-
-impl<const D: usize, const N: usize> Parameter for RestShape<D, N> {
-    fn len(&self) -> usize {
-        D * self.vertices
-    }
-
-    fn needs_force(&self) -> bool {
-        self.density != 0.0
-    }
-
-    /// The state goes with the shape at rest: `F` stays, and `G` of a mode changes by `-G dD_m D_m^-1`.
-    fn add_mode(&mut self, of: &ModeUse<'_>, derivative: &mut [f64]) -> bool {
-        let rate = |i: usize| {
-            let [f, g] = self.elements.deformation(i, (of.x, of.shape));
-            let along = self.psi.stress_along(&f, &g);
-            Mat::scalar(along.dot(&g)) - g.transpose_mul(&along).scale(2.0)
-        };
-        self.spread(rate, |vertex| mode_by_mass(of, vertex), derivative);
-        of.is_lumped
-    }
-
-    /// With `B = dD_m D_m^-1`: `dP = P tr B - dP/dF : F B - P B^T`.
-    fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
-        let gravity = uniform_gravity(of.system);
-        for (element, rest) in self.elements.vertices.iter().zip(&self.elements.rest) {
-            let moved = element.map(|vertex| {
-                let mut moved = [0.0; D];
-                moved.copy_from_slice(&change[self.place[vertex as usize] as usize * D..][..D]);
-                moved
-            });
-            let b = edges(&moved).mul(&rest.0);
-            let f = edges(&points::<D, N>(of.x, element)).mul(&rest.0);
-            let (stress, growth) = (self.psi.stress(&f), b.trace());
-            let along = self.psi.stress_along(&f, &f.mul(&b));
-            let by_shape = stress.mul_transpose(&b) + along - stress.scale(growth);
-            add_at(element, rest, &by_shape, force);
-            if self.density != 0.0 {
-                let mass = self.density / N as f64 * rest.1 * growth;
-                element.iter().for_each(|vertex| {
-                    add_by_mass(of, &gravity, *vertex as usize, mass, force);
-                });
-            }
-        }
-        true
-    }
-
-    fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
-        let gravity = uniform_gravity(of.system);
-        self.spread(|i| -self.rate(i, of), |vertex| by_mass(of, &gravity, vertex), derivative);
-    }
-}
-
-impl<const D: usize, const N: usize> RestShape<D, N> {
-    /// Adds what rest positions make of `w K : dD_m D_m^-1` with `K` of each element, and of masses, by a
-    /// derivative at each vertex.
-    fn spread(
-        &self,
-        rate: impl Fn(usize) -> Mat<f64, D>,
-        by_mass: impl Fn(usize) -> f64,
-        derivative: &mut [f64],
-    ) {
-        for (i, element) in self.elements.vertices.iter().enumerate() {
-            let mut rate = rate(i);
-            if self.density != 0.0 {
-                let masses = element.iter().map(|vertex| by_mass(*vertex as usize));
-                rate += Mat::scalar(self.density / N as f64 * masses.sum::<f64>());
-            }
-            let (inverse, volume) = &self.elements.rest[i];
-            let by_edges = rate.mul_transpose(inverse).scale(*volume);
-            for (a, vertex) in element[1..].iter().enumerate() {
-                for (end, sign) in [(*vertex, 1.0), (element[0], -1.0)] {
-                    let place = self.place[end as usize] as usize * D;
-                    (0..D).for_each(|k| derivative[place + k] += sign * by_edges[k][a]);
-                }
-            }
-        }
-    }
-}
-
 /// Linear elements of a body at rest, and where they are.
 #[derive(Clone, Copy, Debug)]
 pub struct LinearElements<'a> {
@@ -268,34 +168,5 @@ impl LinearElements<'_> {
         let parts = parts.iter().map(|(factor, material)| (*factor, material.visit::<D, _>(Maker)));
         let elements = ModulusElements::<D, N>::new(self.cells, self.rest);
         Box::new(ElementModuli { elements, parts: parts.collect() })
-    }
-
-    /// Rest positions of `vertices`, by their numbers in the simulation: all that the elements have, and no
-    /// others. They change deformation, volumes, and masses of the `density` [kg/m^3], where there is one;
-    /// the start of the run stays as it is.
-    pub fn rest_shape(
-        &self,
-        material: &MaterialSpec,
-        density: Option<f64>,
-        vertices: &[u32],
-    ) -> Box<dyn Parameter> {
-        let density = density.unwrap_or(0.0);
-        match self.dimension {
-            2 => self.rest_shape_of::<2, 3>(material, density, vertices),
-            _ => self.rest_shape_of::<3, 4>(material, density, vertices),
-        }
-    }
-
-    fn rest_shape_of<const D: usize, const N: usize>(
-        &self,
-        material: &MaterialSpec,
-        density: f64,
-        vertices: &[u32],
-    ) -> Box<dyn Parameter> {
-        let mut place = vec![0; self.rest.len() / D];
-        vertices.iter().zip(0..).for_each(|(vertex, i)| place[*vertex as usize] = i);
-        let (elements, psi) =
-            (ModulusElements::<D, N>::new(self.cells, self.rest), material.visit::<D, _>(Maker));
-        Box::new(RestShape { elements, psi, density, place, vertices: vertices.len() })
     }
 }

@@ -113,6 +113,41 @@ pub(crate) fn compare_starts(
     found
 }
 
+/// Compares the derivative by the shape at rest along its change with a number, of scenes that are made of it
+/// and start where that leaves them; changes of it are measured by a `size`.
+pub(crate) fn compare_shape(
+    what: &str,
+    scene_of: impl Fn(f64) -> Scene,
+    (body, size): (&str, f64),
+    (steps, tolerance): (u64, f64),
+) {
+    let scene = scene_of(0.0);
+    let (mut simulation, topology) = assembled(&scene);
+    let names = [&format!("body.{body}.rest"), "position", "velocity"];
+    let mut selection = ParameterSelection::new(&scene, &topology, simulation.numbering(), &names)
+        .unwrap_or_else(|error| panic!("{what}: {error}"));
+    let mut loss = ScatteredLoss::new(steps, assembled(&scene).0);
+    let found = gradient(&mut simulation, steps, &mut loss, selection.parameters(), UNLIMITED).unwrap();
+    let parts = selection.parts(&found);
+    // Velocities that go by the shape are no linear functions of it.
+    let part = 1e-3;
+    let [(ahead, shape_ahead), (behind, shape_behind)] =
+        [part * size, -part * size].map(|h| assembled(&scene_of(h)));
+    let half = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| 0.5 * (a - b) / part).collect::<Vec<_>>();
+    let shape = half(&shape_ahead.rest_positions, &shape_behind.rest_positions);
+    let by_shape = dot(&parts[0], &shape);
+    let by_start = dot(&parts[1], &half(&ahead.positions(), &behind.positions()))
+        + dot(&parts[2], &half(&ahead.velocities(), &behind.velocities()));
+    let by = by_shape + by_start;
+    assert!(by_shape.abs() > 1e-2 * by.abs(), "{what}: nothing to compare");
+    compare_with_differences(
+        &format!("{what}, by rest"),
+        (by, by.abs() + by_shape.abs()),
+        (1e-1, tolerance),
+        |h| loss.of_run(&mut assembled(&scene_of(h * size)).0, |_| {}),
+    );
+}
+
 /// Compares the derivatives by each of the numbers of this name, of scenes that are made of them, where they
 /// are `values`; changes of each are measured by its own part of `sizes`.
 pub(crate) fn compare_numbers(

@@ -22,6 +22,7 @@ mod pins;
 mod pressure;
 mod proportional;
 mod scenes;
+mod shapes;
 mod solid;
 mod support;
 mod tangents;

@@ -1,0 +1,316 @@
+//! Shapes at rest of simplices of first and second order.
+//!
+//! At a quadrature point of weight `w` with gradients `b_a` of the shape functions, `F = sum_a x_a b_a^T`, and
+//! `G` and `L` are made so of `p` and of the velocities. Where rest positions move by `d_a`, with `B = sum_a d_a
+//! b_a^T`,
+//!
+//! ```text
+//! dw = w tr B      dF = -F B      dG = -G B      dL = -L B
+//! ```
+//!
+//! so that the derivative of `w P(F) : G` is `w K : B`, `K = (P : G) I - F^T (dP/dF : G) - G^T P`. Of the viscous
+//! stress `F S`, `S = S(sym A)` with `A = F^T L`, and with `S_p = S(sym C)`, `C = F^T G`, it is `K = (S : C) I -
+//! (A + A^T) S_p - (C + C^T) S`. Masses are functions of the `w` at points of their own.
+
+use pliant::algebra::Mat;
+use pliant::dissipation::Viscosity;
+use pliant::element::{
+    QuadraturePoint, mass_rule, order, quadrature_count, quadrature_points, shape_functions,
+};
+use pliant::material::MaterialSpec;
+
+use super::elements::{ElementEnergy, Maker};
+use super::mass::{add_by_mass, by_mass, mode_by_mass, uniform_gravity};
+use super::{ForceUse, ModeUse, Parameter};
+
+/// Simplices of a body at rest, and what is made of their shape.
+#[derive(Clone, Copy, Debug)]
+pub struct ShapedElements<'a> {
+    /// 2 or 3.
+    pub dimension: usize,
+    /// 1 or 2.
+    pub order: u32,
+    /// Vertices, by their numbers in the simulation, flat: corners, then middles of edges, of each element.
+    pub cells: &'a [u32],
+    /// Rest positions of all vertices of the simulation, flat [m].
+    pub rest: &'a [f64],
+    /// Their energy density.
+    pub material: &'a MaterialSpec,
+    /// Factors of it, one for each element; none if all are 1.
+    pub factors: &'a [f64],
+    /// How they are damped, whatever their stiffness.
+    pub viscosity: Viscosity,
+    /// Density [kg/m^3]; `None` where masses do not go by volumes.
+    pub density: Option<f64>,
+    /// Gravity where masses are weights alone, in statics [m/s^2]; `None` where they are inertia.
+    pub weight: Option<[f64; 3]>,
+}
+
+impl ShapedElements<'_> {
+    /// Rest positions of `vertices`, by their numbers in the simulation: all that the elements have, and no
+    /// others. They change deformation, volumes and masses; the start of the run stays as it is.
+    pub fn parameter(&self, vertices: &[u32]) -> Box<dyn Parameter> {
+        match (self.dimension, self.order) {
+            (2, 1) => Box::new(RestShape::<2, 3>::new(self, vertices)),
+            (2, _) => Box::new(RestShape::<2, 6>::new(self, vertices)),
+            (_, 1) => Box::new(RestShape::<3, 4>::new(self, vertices)),
+            _ => Box::new(RestShape::<3, 10>::new(self, vertices)),
+        }
+    }
+}
+
+/// Rest positions of the vertices of a body.
+struct RestShape<const D: usize, const N: usize> {
+    /// Vertices of each element, by their numbers in the simulation.
+    elements: Vec<[u32; N]>,
+    /// Points at which energies are summed, those of one element after those of another.
+    points: Vec<QuadraturePoint<D, N>>,
+    /// Points at which masses are; none where they do not go by volumes.
+    masses: Vec<QuadraturePoint<D, N>>,
+    /// Values of the shape functions at these points, the same in all elements.
+    values: Vec<[f64; N]>,
+    psi: Box<dyn ElementEnergy<D>>,
+    /// Of the energy of each element.
+    factors: Vec<f64>,
+    viscosity: Viscosity,
+    density: f64,
+    weight: Option<[f64; 3]>,
+    /// Place of each vertex of the simulation among those of the body.
+    place: Vec<u32>,
+    vertices: usize,
+}
+
+/// `sum_a x_a b_a^T` of rows of these vertices.
+fn gradient<const D: usize, const N: usize>(
+    rows: &[f64],
+    element: &[u32; N],
+    point: &QuadraturePoint<D, N>,
+) -> Mat<f64, D> {
+    let nodes = element.map(|vertex| {
+        let mut node = [0.0; D];
+        node.copy_from_slice(&rows[vertex as usize * D..][..D]);
+        node
+    });
+    point.deformation_gradient(&nodes)
+}
+
+/// `2 eta sym(A) + zeta tr(A) I`.
+fn viscous<const D: usize>(viscosity: Viscosity, a: &Mat<f64, D>) -> Mat<f64, D> {
+    a.symmetric().scale(2.0 * viscosity.shear) + Mat::scalar(viscosity.second * a.trace())
+}
+
+impl<const D: usize, const N: usize> RestShape<D, N> {
+    fn new(of: &ShapedElements<'_>, vertices: &[u32]) -> Self {
+        let mut place = vec![0; of.rest.len() / D];
+        vertices.iter().zip(0..).for_each(|(vertex, i)| place[*vertex as usize] = i);
+        let elements = of.cells.as_chunks::<N>().0.to_vec();
+        let nodes = |element: &[u32; N]| {
+            element.map(|vertex| {
+                let mut node = [0.0; D];
+                node.copy_from_slice(&of.rest[vertex as usize * D..][..D]);
+                node
+            })
+        };
+        let centre = [1.0 / (D + 1) as f64; 4];
+        let rule = if order::<D, N>() == 1 { vec![(centre, 1.0)] } else { mass_rule::<D>() };
+        let density = of.density.unwrap_or(0.0);
+        let mass_points = |element: &[u32; N]| -> Vec<QuadraturePoint<D, N>> {
+            rule.iter().map(|(at, part)| QuadraturePoint::new(&nodes(element), at, *part)).collect()
+        };
+        let points = |element: &[u32; N]| -> Vec<QuadraturePoint<D, N>> {
+            quadrature_points(&nodes(element)).collect()
+        };
+        RestShape {
+            points: elements.iter().flat_map(points).collect(),
+            masses: elements.iter().filter(|_| density != 0.0).flat_map(mass_points).collect(),
+            values: rule.iter().map(|(at, _)| shape_functions::<D, N>(at)).collect(),
+            psi: of.material.visit::<D, _>(Maker),
+            factors: if of.factors.is_empty() { vec![1.0; elements.len()] } else { of.factors.to_vec() },
+            viscosity: of.viscosity,
+            weight: of.weight,
+            vertices: vertices.len(),
+            density,
+            elements,
+            place,
+        }
+    }
+
+    /// Elements with their numbers and their points.
+    fn each(&self) -> impl Iterator<Item = (usize, &[u32; N], &[QuadraturePoint<D, N>])> {
+        let points = self.points.chunks_exact(quadrature_count::<D, N>());
+        self.elements.iter().zip(points).enumerate().map(|(i, (element, points))| (i, element, points))
+    }
+
+    /// `K` of the energy of element `i` and of its viscosity at a point.
+    fn rate(
+        &self,
+        (i, element): (usize, &[u32; N]),
+        point: &QuadraturePoint<D, N>,
+        of: &ForceUse<'_>,
+    ) -> Mat<f64, D> {
+        let [f, g, l] = [of.x, of.p, of.v].map(|rows| gradient(rows, element, point));
+        let (stress, along) = (self.psi.stress(&f), self.psi.stress_along(&f, &g));
+        let rate = Mat::scalar(stress.dot(&g)) - f.transpose_mul(&along) - g.transpose_mul(&stress);
+        let rate = rate.scale(self.factors[i]);
+        if self.viscosity == Viscosity::default() {
+            return rate;
+        }
+        let (a, c) = (f.transpose_mul(&l), f.transpose_mul(&g));
+        let [s, s_p] = [&a, &c].map(|rate| viscous(self.viscosity, rate));
+        let twice = |m: &Mat<f64, D>| m.symmetric().scale(2.0);
+        rate + Mat::scalar(s.dot(&c)) - twice(&a).mul(&s_p) - twice(&c).mul(&s)
+    }
+
+    /// Adds `-w dP/dB : B b_a` at the nodes of element `i`: the transpose of its [`rate`](Self::rate).
+    fn add_rate(
+        &self,
+        (i, element): (usize, &[u32; N]),
+        point: &QuadraturePoint<D, N>,
+        (of, b): (&ForceUse<'_>, &Mat<f64, D>),
+        force: &mut [f64],
+    ) {
+        let [f, l] = [of.x, of.v].map(|rows| gradient(rows, element, point));
+        let (stress, growth) = (self.psi.stress(&f), b.trace());
+        let along = self.psi.stress_along(&f, &f.mul(b));
+        let mut by_shape = (stress.mul_transpose(b) + along - stress.scale(growth)).scale(self.factors[i]);
+        if self.viscosity != Viscosity::default() {
+            let a = f.transpose_mul(&l);
+            let s = viscous(self.viscosity, &a);
+            let change = viscous(self.viscosity, &(b.transpose_mul(&a) + a.mul(b)));
+            let whole = f.mul(&s);
+            by_shape += whole.mul_transpose(b) + f.mul(b).mul(&s) + f.mul(&change) - whole.scale(growth);
+        }
+        for (vertex, gradient) in element.iter().zip(&point.gradients) {
+            let row = by_shape.mul_vec(gradient);
+            let force = &mut force[*vertex as usize * D..][..D];
+            force.iter_mut().zip(row).for_each(|(force, by)| *force += point.weight * by);
+        }
+    }
+
+    /// Adds what rest positions make of `w K : B` at a point.
+    fn spread(
+        &self,
+        element: &[u32; N],
+        point: &QuadraturePoint<D, N>,
+        rate: &Mat<f64, D>,
+        derivative: &mut [f64],
+    ) {
+        for (vertex, gradient) in element.iter().zip(&point.gradients) {
+            let row = rate.mul_vec(gradient);
+            let derivative = &mut derivative[self.place[*vertex as usize] as usize * D..][..D];
+            derivative.iter_mut().zip(row).for_each(|(by, row)| *by += point.weight * row);
+        }
+    }
+
+    /// Points of the mass of an element; none where masses do not go by volumes.
+    fn masses_of(&self, i: usize) -> &[QuadraturePoint<D, N>] {
+        let count = self.values.len();
+        if self.masses.is_empty() { &[] } else { &self.masses[i * count..][..count] }
+    }
+
+    /// Derivatives of the masses of nodes by the volume of each point, `visit(q, node, dm/dw)`: in statics
+    /// weights `rho sum_q w N_a`; shares alike of first order; of second order `m_a = rho V t_a / T`, `t_a =
+    /// sum_q w N_a^2`, `T = sum_a t_a`.
+    fn each_mass(&self, i: usize, mut visit: impl FnMut(usize, usize, f64)) {
+        let points = self.masses_of(i);
+        let (mut squares, mut volume) = ([0.0; N], 0.0);
+        for (point, values) in points.iter().zip(&self.values) {
+            volume += point.weight;
+            squares.iter_mut().zip(values).for_each(|(sum, n)| *sum += point.weight * n * n);
+        }
+        let trace: f64 = squares.iter().sum();
+        for (q, values) in self.values.iter().enumerate().take(points.len()) {
+            let both: f64 = values.iter().map(|n| n * n).sum();
+            for (a, n) in values.iter().enumerate() {
+                let by_volume = match (self.weight, order::<D, N>()) {
+                    (Some(_), _) | (None, 1) => *n,
+                    _ => (squares[a] + volume * (n * n - squares[a] * both / trace)) / trace,
+                };
+                visit(q, a, self.density * by_volume);
+            }
+        }
+    }
+
+    /// Adds what masses make of rest positions, by a derivative at each vertex.
+    fn spread_masses(&self, by_mass: impl Fn(usize) -> f64, derivative: &mut [f64]) {
+        for (i, element) in self.elements.iter().enumerate() {
+            let at_nodes =
+                element.map(|vertex| if self.masses.is_empty() { 0.0 } else { by_mass(vertex as usize) });
+            let mut rates = vec![0.0; self.masses_of(i).len()];
+            self.each_mass(i, |q, a, by_volume| rates[q] += by_volume * at_nodes[a]);
+            for (point, rate) in self.masses_of(i).iter().zip(rates) {
+                self.spread(element, point, &Mat::scalar(rate), derivative);
+            }
+        }
+    }
+}
+
+impl<const D: usize, const N: usize> Parameter for RestShape<D, N> {
+    fn len(&self) -> usize {
+        D * self.vertices
+    }
+
+    fn needs_force(&self) -> bool {
+        self.density != 0.0 && self.weight.is_none()
+    }
+
+    /// The state goes with the shape at rest: `F` stays, and `G` of a mode changes by `-G B`.
+    fn add_mode(&mut self, of: &ModeUse<'_>, derivative: &mut [f64]) -> bool {
+        for (i, element, points) in self.each() {
+            for point in points {
+                let [f, g] = [of.x, of.shape].map(|rows| gradient(rows, element, point));
+                let along = self.psi.stress_along(&f, &g);
+                let rate = Mat::scalar(along.dot(&g)) - g.transpose_mul(&along).scale(2.0);
+                self.spread(element, point, &rate.scale(self.factors[i]), derivative);
+            }
+        }
+        self.spread_masses(|vertex| mode_by_mass(of, vertex), derivative);
+        of.is_lumped
+    }
+
+    fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
+        let gravity = self.weight.unwrap_or_else(|| uniform_gravity(of.system));
+        for (i, element, points) in self.each() {
+            let moved = element.map(|vertex| {
+                let mut moved = [0.0; D];
+                moved.copy_from_slice(&change[self.place[vertex as usize] as usize * D..][..D]);
+                moved
+            });
+            for point in points {
+                self.add_rate((i, element), point, (of, &point.deformation_gradient(&moved)), force);
+            }
+            let growths: Vec<f64> = self
+                .masses_of(i)
+                .iter()
+                .map(|point| point.weight * point.deformation_gradient(&moved).trace())
+                .collect();
+            let mut masses = [0.0; N];
+            self.each_mass(i, |q, a, by_volume| masses[a] += by_volume * growths[q]);
+            for (vertex, mass) in element.iter().zip(masses).filter(|_| !growths.is_empty()) {
+                match self.weight {
+                    Some(_) => {
+                        let force = &mut force[*vertex as usize * D..][..D];
+                        force.iter_mut().zip(gravity).for_each(|(force, g)| *force += mass * g);
+                    }
+                    None => add_by_mass(of, &gravity, *vertex as usize, mass, force),
+                }
+            }
+        }
+        true
+    }
+
+    fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
+        for (i, element, points) in self.each() {
+            for point in points {
+                let rate = self.rate((i, element), point, of).scale(-1.0);
+                self.spread(element, point, &rate, derivative);
+            }
+        }
+        let gravity = self.weight.unwrap_or_else(|| uniform_gravity(of.system));
+        let by_weight = |vertex: usize| of.p[vertex * D..][..D].iter().zip(gravity).map(|(p, g)| p * g).sum();
+        match self.weight {
+            Some(_) => self.spread_masses(by_weight, derivative),
+            None => self.spread_masses(|vertex| by_mass(of, &gravity, vertex), derivative),
+        }
+    }
+}

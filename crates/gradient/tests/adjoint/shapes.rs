@@ -1,0 +1,136 @@
+//! Shapes at rest: elements of second order, viscosities, factors of elements, statics.
+
+use pliant_gradient::names;
+use pliant_scene::Scene;
+
+use crate::by_parameters::compare;
+use crate::differences::compare_shape;
+use crate::solid::{assembled, rows};
+use crate::support::{method, scattered};
+
+/// A block of four triangles or six tetrahedra whose corners at rest have moved by `h` along a direction, held
+/// at one end; further keys of the body, and the element's material.
+fn block(scheme: &str, (dimension, order): (usize, u32), h: f64, further: &str) -> Scene {
+    let solves = method(scheme).documentation.solves > 0;
+    let (step, solver) = if solves { (0.01, "solver = { tolerance = 1e-14 }") } else { (1e-3, "") };
+    let (corners, cells, gravity, held): (Vec<f64>, _, _, _) = match dimension {
+        2 => (
+            vec![0.0, 0.0, 0.4, 0.05, 0.9, 0.0, 0.0, 0.3, 0.5, 0.35, 0.85, 0.25],
+            "triangles = [[0, 1, 3], [1, 4, 3], [1, 2, 4], [2, 5, 4]]",
+            "[2.7, -9.81]",
+            "[0, 3]",
+        ),
+        _ => (
+            vec![
+                0.0, 0.0, 0.0, 0.5, 0.0, 0.05, 0.0, 0.3, 0.0, 0.45, 0.35, 0.0, 0.0, 0.0, 0.4, 0.5, 0.05,
+                0.35, 0.05, 0.3, 0.4, 0.5, 0.3, 0.45,
+            ],
+            "tetrahedra = [[0, 1, 3, 7], [0, 3, 2, 7], [0, 2, 6, 7], [0, 6, 4, 7], [0, 4, 5, 7], [0, 5, 1, 7]]",
+            "[2.7, -9.81, 2.0]",
+            "[0, 2, 4, 6]",
+        ),
+    };
+    let moved: Vec<f64> = corners.iter().zip(scattered(corners.len(), 7.0)).map(|(x, d)| x + h * d).collect();
+    let text = format!(
+        "dimension = {dimension}
+         [time]
+         integrator = \"{scheme}\"
+         duration = 1.0
+         step = {step:?}
+         {solver}
+         [world]
+         gravity = {gravity}
+         [[body]]
+         name = \"block\"
+         order = {order}
+         mesh = {{ inline = {{ points = {}, {cells} }} }}
+         pin = [{{ vertices = {held} }}]
+         {further}",
+        rows(&moved, dimension)
+    );
+    Scene::from_toml(&text).unwrap()
+}
+
+const KINDS: [(usize, u32); 4] = [(2, 1), (2, 2), (3, 1), (3, 2)];
+
+const RUNS: [(&str, u64); 4] =
+    [("velocity-verlet", 40), ("implicit-euler", 10), ("generalised-alpha", 10), ("quasi-static", 2)];
+
+/// Materials, masses and damping.
+fn further(material: &str, more: &str) -> String {
+    format!("elastic = {{ {material} = {{ young = 4e4, poisson = 0.35 }} }}\n{more}")
+}
+
+const MASS: &str = "mass = { density = 1000.0 }";
+
+#[test]
+fn shapes_at_rest_have_derivatives() {
+    for (kind, (scheme, steps)) in KINDS.into_iter().flat_map(|kind| RUNS.map(|run| (kind, run))) {
+        for (material, more) in [
+            ("neo-hookean", MASS),
+            ("corotated", "mass = { total = 150.0 }"),
+            ("stable-neo-hookean", "mass = { density = 1000.0 }\nload = [{ pressure = 300.0 }]"),
+        ] {
+            let of = |h: f64| block(scheme, kind, h, &further(material, more));
+            compare_shape(&format!("{scheme}, {kind:?}, {material}"), of, ("block", 0.02), (steps, 1e-6));
+        }
+    }
+}
+
+#[test]
+fn shapes_at_rest_of_damped_elements_have_derivatives() {
+    let runs = RUNS.into_iter().filter(|(scheme, _)| *scheme != "quasi-static");
+    for (kind, (scheme, steps)) in runs.flat_map(|run| KINDS.map(|kind| (kind, run))) {
+        for damping in [
+            "strain_rate = { shear = 30.0, second = 20.0 }, mass_proportional = 0.5",
+            "stiffness_proportional = 5e-3",
+        ] {
+            let velocity = match kind.0 {
+                2 => "velocity = { rigid = { linear = [0.5, 0.2], angular = 2.0 } }",
+                _ => "velocity = { rigid = { linear = [0.5, 0.2, 0.1], angular = [0.5, 1.0, 2.0] } }",
+            };
+            let more = format!("{MASS}\ndamping = {{ {damping} }}\n{velocity}");
+            let of = |h: f64| block(scheme, kind, h, &further("neo-hookean", &more));
+            compare_shape(&format!("{scheme}, {kind:?}, {damping}"), of, ("block", 0.02), (steps, 1e-6));
+        }
+    }
+}
+
+#[test]
+fn shapes_at_rest_of_elements_with_factors_have_derivatives() {
+    for (scheme, steps) in RUNS {
+        for (kind, factors) in [((2, 1), "[0.5, 2.0, 1.0, 3.0]"), ((3, 2), "[0.5, 2.0, 1.0, 3.0, 0.8, 1.4]")]
+        {
+            let more = format!("{MASS}\nelastic_factor = {factors}");
+            let of = |h: f64| block(scheme, kind, h, &further("neo-hookean", &more));
+            compare_shape(&format!("{scheme}, {kind:?}"), of, ("block", 0.02), (steps, 1e-6));
+        }
+    }
+}
+
+#[test]
+fn tangents_by_shapes_are_the_transpose_of_gradients() {
+    let more = "mass = { density = 1000.0 }
+                elastic_factor = 1.3
+                damping = { strain_rate = { shear = 30.0, second = 20.0 } }";
+    for kind in KINDS {
+        for (scheme, steps) in RUNS.into_iter().filter(|(scheme, _)| *scheme != "quasi-static") {
+            let scene = block(scheme, kind, 0.0, &further("neo-hookean", more));
+            compare(&format!("{scheme}, {kind:?}"), &scene, &["body.block.rest"], steps);
+        }
+        let scene = block("quasi-static", kind, 0.0, &further("neo-hookean", MASS));
+        compare(&format!("statics, {kind:?}"), &scene, &["body.block.rest"], 2);
+    }
+}
+
+#[test]
+fn shapes_of_which_more_is_made_are_not_offered() {
+    let has = |scheme: &str, material: &str, more: &str| {
+        let scene = block(scheme, (2, 1), 0.0, &further(material, more));
+        names(&scene, &assembled(&scene).1).iter().any(|name| name == "body.block.rest")
+    };
+    let proportional = format!("{MASS}\ndamping = {{ stiffness_proportional = 1e-3 }}");
+    assert!(has("rk4", "neo-hookean", &proportional) && !has("rk4", "linear", &proportional));
+    let by_masses = format!("{MASS}\ndamping = {{ mass_proportional = 1.0 }}");
+    assert!(has("rk4", "linear", &by_masses) && !has("quasi-static", "linear", &by_masses));
+}
