@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use pliant::algebra::Mat;
 use pliant::energy::{
     ChangingStencils, ContactExtremes, EnergyKind, EnergyTerm, Fault, LeastGap, Measurements, Stencils,
-    StepLimit, SurfaceContact, TermProperties, TermViews, TouchingSurfaces, WatchedContacts,
+    StepLimit, SurfaceContact, TermProperties, TermViews, TouchingPair, TouchingSurfaces, WatchedContacts,
 };
 use pliant::material::Psd;
 use rayon::prelude::*;
@@ -405,6 +405,19 @@ impl<const D: usize> WatchedContacts for ContactEnergy<D> {
 }
 
 impl<const D: usize> TouchingSurfaces for ContactEnergy<D> {
+    fn pairs(&self, x: &[f64], v: &[f64]) -> Vec<TouchingPair> {
+        let mut search = locked(&self.search);
+        let contacts = search.contacts_at(&self.model, x);
+        let pair = |i| {
+            let mut report = ContactReport::<D>::default();
+            contacts.visit::<D>(&self.model, x, i, &mut report);
+            let mut vertices = [u32::MAX; 4];
+            vertices[..report.count].copy_from_slice(&report.vertices[..report.count]);
+            TouchingPair { vertices, slides: report.slides(self.model.threshold_speed, v) }
+        };
+        (0..contacts.len()).map(pair).collect()
+    }
+
     fn contacts(&self, x: &[f64], v: &[f64]) -> Vec<SurfaceContact> {
         let mut search = locked(&self.search);
         let contacts = search.contacts_at(&self.model, x);

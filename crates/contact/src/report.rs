@@ -103,6 +103,13 @@ impl<const D: usize> ContactReport<D> {
         (limit > 0.0).then_some(PairFriction { coefficients, normal, limit, threshold })
     }
 
+    /// True if it slides at the velocities `v`, flat [m/s], at the speed `threshold` [m/s] or above; `None`
+    /// where nothing rubs.
+    pub(crate) fn slides(&self, threshold: f64, v: &[f64]) -> Option<bool> {
+        let slip = self.rubbing(threshold)?.slip(&rows::<D, 4>(v, &self.vertices));
+        Some(slip.iter().map(|component| component * component).sum::<f64>() >= threshold * threshold)
+    }
+
     /// Force of friction on the first primitive at the velocities `v`, flat [m/s]; third component 0 in 2D
     /// [N].
     fn friction_force(&self, threshold: f64, v: &[f64]) -> [f64; 3] {

@@ -34,6 +34,7 @@
 
 mod adjoint;
 mod checkpoints;
+mod contact_events;
 mod coupled;
 mod error;
 mod frequencies;
@@ -55,6 +56,7 @@ use pliant::simulation::Simulation;
 
 use schedule::{RunLength, Schedule};
 
+pub use contact_events::ContactEvents;
 pub use error::GradientError;
 pub use frequencies::{FrequencyGradient, frequency_gradient};
 pub use gauss_newton::{LossCurvature, gauss_newton_product};
@@ -97,6 +99,8 @@ pub struct RunGradient {
     /// just so comes there; the one given is that of the side on which the run was. A gradient of many such
     /// events says little about changes that are large enough to shift them.
     pub wall_events: Vec<WallEvent>,
+    /// Changes of the pairs that touch, in scenes with contact.
+    pub contact_events: ContactEvents,
 }
 
 /// Takes `steps` steps of `simulation` from where it is, and gives the derivatives of `loss` over the

@@ -6,6 +6,7 @@ use crate::adjoint::{
     Adjoint, AdjointForces, AdjointPlace, HeldStart, Step, Sums, add_scaled, free_only, has_memory, step_back,
 };
 use crate::checkpoints::split;
+use crate::contact_events::{ContactEvents, TouchingPairs};
 use crate::loss::{Loss, LossFrame};
 use crate::parameter::{HeldUse, Parameter, StateUse};
 use crate::schedule::Schedule;
@@ -52,6 +53,9 @@ pub(crate) struct Sweep<'a> {
     /// are any walls, and those that have come to them or left them since.
     later: Option<Touching>,
     wall_events: Vec<WallEvent>,
+    /// Pairs that touch in the state after the step that is taken back next, where any can.
+    touching: Option<TouchingPairs>,
+    contact_events: ContactEvents,
 }
 
 impl<'a> Sweep<'a> {
@@ -84,6 +88,8 @@ impl<'a> Sweep<'a> {
             unsettled: 0,
             later: None,
             wall_events: vec![],
+            touching: None,
+            contact_events: ContactEvents::default(),
             simulation,
             loss,
             schedule,
@@ -114,6 +120,7 @@ impl<'a> Sweep<'a> {
             growth,
             unsettled: self.unsettled,
             wall_events: self.wall_events,
+            contact_events: self.contact_events,
         })
     }
 
@@ -187,6 +194,7 @@ impl<'a> Sweep<'a> {
     fn step_back(&mut self, record: &SweepRecord, after: &SweepRecord) -> Result<(), GradientError> {
         let SweepRecord { step, time, .. } = *record;
         let (h, method) = (self.schedule.step_size(self.simulation, step), self.simulation.method());
+        self.note_contacts(record, after);
         let lets_go = self.releases && self.lets_go(record, after);
         let walled = match self.simulation.system().walls() {
             [] => None,
@@ -247,6 +255,16 @@ impl<'a> Sweep<'a> {
             self.hold_again(record);
         }
         Ok(())
+    }
+
+    /// Counts what the step from `record` to the state `after` it has changed of contacts.
+    fn note_contacts(&mut self, record: &SweepRecord, after: &SweepRecord) {
+        let system = self.simulation.system();
+        let later = self.touching.take().or_else(|| TouchingPairs::of(system, &after.x, &after.v));
+        self.touching = later.as_ref().and_then(|_| TouchingPairs::of(system, &record.x, &record.v));
+        if let (Some(before), Some(later)) = (&self.touching, &later) {
+            self.contact_events.add(before, later);
+        }
     }
 
     /// True if pins let go at the beginning of the step from `record` to the state `after` it, for which the

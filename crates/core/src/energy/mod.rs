@@ -21,7 +21,7 @@ use crate::material::Psd;
 pub use views::{
     Approach, ChangingStencils, ContactExtremes, Driven, ElementTerm, ForceLayout, LeastGap, LoadTerm,
     Measurements, MovablePlaces, Penetration, PredictedStresses, StepLimit, SurfaceContact, TermViews,
-    TouchingSurfaces, WatchedContacts,
+    TouchingPair, TouchingSurfaces, WatchedContacts,
 };
 
 /// Which sum of the diagnostics an energy belongs to. Every kind is part of the total.

@@ -316,8 +316,21 @@ pub struct SurfaceContact {
     pub friction: [f64; 3],
 }
 
+/// A pair of closest primitives that touch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct TouchingPair {
+    /// Its vertices in the system, at most four; the rest is the largest number.
+    pub vertices: [u32; 4],
+    /// True if it slides, at the threshold speed of friction or above; false where it sticks, `None` where
+    /// nothing rubs.
+    pub slides: Option<bool>,
+}
+
 /// A term in which surfaces touch.
 pub trait TouchingSurfaces {
+    /// All pairs that touch at `x` and how they rub at `v`, flat [m] and [m/s], in a fixed order.
+    fn pairs(&self, x: &[f64], v: &[f64]) -> Vec<TouchingPair>;
+
     /// All contacts at `x` and `v`, flat [m] and [m/s], in a fixed order.
     fn contacts(&self, x: &[f64], v: &[f64]) -> Vec<SurfaceContact>;
 

@@ -1,16 +1,16 @@
 //! Shapes at rest of simplices of first and second order.
 //!
-//! At a quadrature point of weight `w` with gradients `b_a` of the shape functions, `F = sum_a x_a b_a^T`, and
-//! `G` and `L` are made so of `p` and of the velocities. Where rest positions move by `d_a`, with `B = sum_a d_a
-//! b_a^T`,
+//! At a quadrature point of weight `w` with gradients `b_a` of the shape functions, `F = sum_a x_a b_a^T`,
+//! and `G` and `L` are made so of `p` and of the velocities. Where rest positions move by `d_a`, with `B =
+//! sum_a d_a b_a^T`,
 //!
 //! ```text
 //! dw = w tr B      dF = -F B      dG = -G B      dL = -L B
 //! ```
 //!
-//! so that the derivative of `w P(F) : G` is `w K : B`, `K = (P : G) I - F^T (dP/dF : G) - G^T P`. Of the viscous
-//! stress `F S`, `S = S(sym A)` with `A = F^T L`, and with `S_p = S(sym C)`, `C = F^T G`, it is `K = (S : C) I -
-//! (A + A^T) S_p - (C + C^T) S`. Masses are functions of the `w` at points of their own.
+//! so that the derivative of `w P(F) : G` is `w K : B`, `K = (P : G) I - F^T (dP/dF : G) - G^T P`. Of the
+//! viscous stress `F S`, `S = S(sym A)` with `A = F^T L`, and with `S_p = S(sym C)`, `C = F^T G`, it is `K =
+//! (S : C) I - (A + A^T) S_p - (C + C^T) S`. Masses are functions of the `w` at points of their own.
 
 use pliant::algebra::Mat;
 use pliant::dissipation::Viscosity;

@@ -1,9 +1,10 @@
 //! Surfaces that touch: gradients against central differences of the program's own runs.
 
+use pliant::energy::TouchingPair;
 use pliant::integrator::IntegratorSpec;
 use pliant::material::MaterialSpec;
 use pliant::simulation::Simulation;
-use pliant_gradient::{LossFrame, ParameterSelection, UNLIMITED, gradient, names, schemes};
+use pliant_gradient::{ContactEvents, LossFrame, ParameterSelection, UNLIMITED, gradient, names, schemes};
 use pliant_scene::{MassSpec, OverTime, Scene};
 
 use crate::differences::{compare_number, compare_starts};
@@ -556,4 +557,43 @@ fn gradients_of_mirror_images_are_mirror_images() {
             compare_numbers(scheme, &mirrored, right, 1e-10);
         }
     }
+}
+
+// A block that falls on a slope, slides and comes to rest; the pairs of each state, and how they rub.
+#[test]
+fn changes_of_contacts_are_counted() {
+    let scene = slope("implicit-euler", "friction = 0.6");
+    let steps = 60;
+    let pairs = |simulation: &Simulation| {
+        let state = simulation.state();
+        let terms = simulation.system().terms().iter().filter_map(|term| term.touching());
+        terms.flat_map(|term| term.pairs(state.x(), state.v())).collect::<Vec<_>>()
+    };
+    let mut simulation = assembled(&scene).0;
+    let mut counts = [0; 4];
+    let mut before = pairs(&simulation);
+    for _ in 0..steps {
+        simulation.step().unwrap();
+        let after = pairs(&simulation);
+        let of = |pairs: &[TouchingPair], pair: &TouchingPair| {
+            pairs.iter().find(|other| other.vertices == pair.vertices).map(|other| other.slides)
+        };
+        counts[0] += after.iter().filter(|pair| of(&before, pair).is_none()).count() as u64;
+        counts[1] += before.iter().filter(|pair| of(&after, pair).is_none()).count() as u64;
+        for (i, slides) in [true, false].into_iter().enumerate() {
+            let changed = |pair: &&TouchingPair| of(&before, pair) == Some(Some(!slides));
+            counts[2 + i] += after.iter().filter(|p| p.slides == Some(slides)).filter(changed).count() as u64;
+        }
+        assert_eq!(after.len(), touching(&simulation));
+        before = after;
+    }
+    let count = |budget: usize| {
+        let mut nothing = |_: &LossFrame<'_>, _: &mut [f64], _: &mut [f64]| 0.0;
+        let found = gradient(&mut assembled(&scene).0, steps, &mut nothing, &mut [], budget).unwrap();
+        let ContactEvents { come, left, slid, stuck } = found.contact_events;
+        [come, left, slid, stuck]
+    };
+    assert_eq!(count(UNLIMITED), counts);
+    assert_eq!(count(0), counts);
+    assert!(counts[0] > 0 && counts[1] > 0 && counts[2] + counts[3] > 0, "{counts:?}");
 }

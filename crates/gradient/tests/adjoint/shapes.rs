@@ -8,8 +8,8 @@ use crate::differences::compare_shape;
 use crate::solid::{assembled, rows};
 use crate::support::{method, scattered};
 
-/// A block of four triangles or six tetrahedra whose corners at rest have moved by `h` along a direction, held
-/// at one end; further keys of the body, and the element's material.
+/// A block of four triangles or six tetrahedra whose corners at rest have moved by `h` along a direction,
+/// held at one end; further keys of the body.
 fn block(scheme: &str, (dimension, order): (usize, u32), h: f64, further: &str) -> Scene {
     let solves = method(scheme).documentation.solves > 0;
     let (step, solver) = if solves { (0.01, "solver = { tolerance = 1e-14 }") } else { (1e-3, "") };
@@ -25,7 +25,8 @@ fn block(scheme: &str, (dimension, order): (usize, u32), h: f64, further: &str) 
                 0.0, 0.0, 0.0, 0.5, 0.0, 0.05, 0.0, 0.3, 0.0, 0.45, 0.35, 0.0, 0.0, 0.0, 0.4, 0.5, 0.05,
                 0.35, 0.05, 0.3, 0.4, 0.5, 0.3, 0.45,
             ],
-            "tetrahedra = [[0, 1, 3, 7], [0, 3, 2, 7], [0, 2, 6, 7], [0, 6, 4, 7], [0, 4, 5, 7], [0, 5, 1, 7]]",
+            "tetrahedra = [[0, 1, 3, 7], [0, 3, 2, 7], [0, 2, 6, 7], [0, 6, 4, 7], [0, 4, 5, 7], \
+             [0, 5, 1, 7]]",
             "[2.7, -9.81, 2.0]",
             "[0, 2, 4, 6]",
         ),

@@ -23,7 +23,7 @@ from .actions import ForceAction, FunctionAction, PinAction, ValueAction
 from .batch import Outcome, combinations, rollout, sweep
 from .catalogue import catalogue
 from .environments import VectorEnvironment, vector
-from .gradients import FrequencyGradient, Gradient, HessianProduct, WallEvent
+from .gradients import ContactEvents, FrequencyGradient, Gradient, HessianProduct, WallEvent
 from .material import Material
 from .reports import Stability, StabilityMap, Stress, Study, stability, stress, study
 from .tables import Table
@@ -32,6 +32,7 @@ from .vibration import Modes, Sound, modes, sound
 from .view import LiveView, View
 
 __all__ = [
+    "ContactEvents",
     "ForceAction",
     "Frame",
     "Frames",

@@ -35,6 +35,28 @@ class WallEvent:
     has_come: bool
 
 
+@dataclass(frozen=True)
+class ContactEvents:
+    """Changes of the pairs of closest primitives that touch, counted from each state of a run to the next.
+
+    Attributes
+    ----------
+    come : int
+        Pairs that have come within reach.
+    left : int
+        Pairs that have left it.
+    slid : int
+        Pairs that stuck and slide now, by the velocities of states; statics has none.
+    stuck : int
+        Pairs that slid and stick now.
+    """
+
+    come: int
+    left: int
+    slid: int
+    stuck: int
+
+
 @dataclass(frozen=True, eq=False)
 class Gradient(Mapping[str, "float | npt.NDArray[Any]"]):
     """Derivatives of a loss by name: ``gradient["body.beam.elastic.young"]``.
@@ -55,6 +77,9 @@ class Gradient(Mapping[str, "float | npt.NDArray[Any]"]):
     wall_events : tuple of WallEvent
         Vertices that came to a wall, or left one, in a scene without contact, by steps: the derivatives do not see changes that shift
         such an event to another step.
+    contact_events : ContactEvents
+        How often pairs of surfaces came within reach, left it, began to slide or to stick. Derivatives are exact there; what they say of
+        larger changes is less the more there are.
     """
 
     value: float
@@ -62,6 +87,7 @@ class Gradient(Mapping[str, "float | npt.NDArray[Any]"]):
     growth: float
     unsettled: int = 0
     wall_events: tuple[WallEvent, ...] = ()
+    contact_events: ContactEvents = ContactEvents(0, 0, 0, 0)
 
     def __getitem__(self, name: str) -> float | npt.NDArray[Any]:
         return self.derivatives[name]

@@ -5,9 +5,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use numpy::{IntoPyArray, PyArrayMethods};
 use pliant_gradient::{
-    GradientError, HessianProduct, Loss, LossCurvature, LossFrame, ParameterSelection, RunDirection,
-    RunGradient, RunTangent, UNLIMITED, WallEvent, frequency_gradient, gauss_newton_product, hessian_product,
-    tangent_along,
+    ContactEvents, GradientError, HessianProduct, Loss, LossCurvature, LossFrame, ParameterSelection,
+    RunDirection, RunGradient, RunTangent, UNLIMITED, WallEvent, frequency_gradient, gauss_newton_product,
+    hessian_product, tangent_along,
 };
 use pyo3::exceptions::{PyKeyError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -651,6 +651,9 @@ impl PySimulation {
             .iter()
             .map(|WallEvent { step, vertex, wall, has_come }| event.call1((step, vertex, wall, has_come)));
         let events = PyTuple::new(py, events.collect::<PyResult<Vec<_>>>()?)?;
-        gradients.getattr("Gradient")?.call1((found.value, by, found.growth, found.unsettled, events))
+        let ContactEvents { come, left, slid, stuck } = found.contact_events;
+        let of_contact = gradients.getattr("ContactEvents")?.call1((come, left, slid, stuck))?;
+        let parts = (found.value, by, found.growth, found.unsettled, events, of_contact);
+        gradients.getattr("Gradient")?.call1(parts)
     }
 }
