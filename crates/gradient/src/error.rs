@@ -8,14 +8,6 @@ use pliant::simulation::{SnapshotError, StepError};
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum GradientError {
-    /// The scheme has no adjoint.
-    #[error("the scheme `{scheme}` has no adjoint; these have one: {}", known.join(", "))]
-    Scheme {
-        /// Its name.
-        scheme: &'static str,
-        /// Schemes that have one.
-        known: Vec<&'static str>,
-    },
     /// Something in the simulation has no adjoint.
     #[error("there is no derivative of {what}: {remedy}")]
     Unsupported {

@@ -69,7 +69,7 @@ pub use parameter::{
     Masses, ModeUse, Modulus, MotionFactor, MotionNumber, Parameter, RestLengths, ShapedElements,
     SpringStiffness, StateUse, StepForces, TermFactor, Together, TunedSpring, WeightDensity, Weighted,
 };
-pub use support::{check, schemes};
+pub use support::check;
 pub use tangent::{RunDirection, RunTangent, tangent, tangent_along};
 pub use walls::WallEvent;
 
@@ -115,7 +115,7 @@ pub struct RunGradient {
 /// a change of the start or of a parameter would make of the sizes themselves is no part of them.
 ///
 /// # Errors
-/// [`GradientError`]: a scheme or a term without adjoint, a step that fails, a loss that is not finite, a
+/// [`GradientError`]: a term without adjoint, a step that fails, a loss that is not finite, a
 /// gradient that overflows.
 pub fn gradient(
     simulation: &mut Simulation,

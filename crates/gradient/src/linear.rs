@@ -93,6 +93,9 @@ pub(crate) trait Factorisation {
     /// Replaces `b` by `A^-1 b`.
     fn solve(&mut self, b: &mut [f64]);
 
+    /// True if the matrix that was factorised is positive definite.
+    fn is_definite(&self) -> bool;
+
     /// `max_i sum_j |A_ij p_j|`, of the matrix that was factorised.
     fn largest_sum(&self, p: &[f64]) -> f64;
 }
@@ -150,6 +153,10 @@ impl<const D: usize> Factorisation for Sparse<D> {
         }
     }
 
+    fn is_definite(&self) -> bool {
+        self.lu.is_none()
+    }
+
     fn largest_sum(&self, p: &[f64]) -> f64 {
         let Some(assembler) = &self.assembler else { return 0.0 };
         let (matrix, p) = (assembler.matrix(), p.as_chunks::<D>().0);
@@ -194,6 +201,11 @@ impl CorrectedSolver {
     /// A solver for systems of `dimension` coordinates per vertex.
     pub(crate) fn new(dimension: usize) -> Self {
         CorrectedSolver { factorisation: factorisation(dimension), residual: vec![] }
+    }
+
+    /// True if the matrix of the last solve is positive definite, without its part that is not symmetric.
+    pub(crate) fn is_definite(&self) -> bool {
+        self.factorisation.is_definite()
     }
 
     /// Writes the solution to `p` and its products to `products`; false where there is none. Held

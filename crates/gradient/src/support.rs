@@ -1,29 +1,18 @@
 //! Refusal of what has no adjoint.
 
 use pliant::constraint::Hold;
-use pliant::integrator::{IntegratorSpec, Scheme};
+use pliant::integrator::{Method, Scheme};
 use pliant::simulation::Simulation;
 
 use crate::GradientError;
-use crate::adjoint::has_adjoint;
-
-/// Names of the schemes whose steps have an adjoint.
-pub fn schemes() -> Vec<&'static str> {
-    let methods = IntegratorSpec::ALL.iter().map(|spec| spec.method());
-    methods.filter(|method| has_adjoint(method.scheme)).map(|method| method.documentation.name).collect()
-}
 
 /// Refuses a simulation whose steps have no adjoint: what [`gradient`](crate::gradient()) begins with.
 ///
 /// # Errors
-/// [`GradientError::Scheme`], [`GradientError::Unsupported`].
+/// [`GradientError::Unsupported`].
 pub fn check(simulation: &mut Simulation) -> Result<(), GradientError> {
-    let method = simulation.method();
-    if !has_adjoint(method.scheme) {
-        let scheme = method.documentation.name;
-        return Err(GradientError::Scheme { scheme, known: schemes() });
-    }
-    match obstacle(simulation).or_else(|| obstacle_among_dissipation(simulation)) {
+    let found = obstacle(simulation).or_else(|| obstacle_among_dissipation(simulation));
+    match found.or_else(|| obstacle_to_linearisation(simulation)) {
         Some((what, remedy)) => Err(GradientError::Unsupported { what, remedy }),
         None => Ok(()),
     }
@@ -85,6 +74,30 @@ fn obstacle_among_terms(simulation: &Simulation) -> Option<(String, &'static str
     })
 }
 
+/// Part of a linearised step whose derivative is not known: its matrix is to be that of exact products.
+fn obstacle_to_linearisation(simulation: &mut Simulation) -> Option<(String, &'static str)> {
+    if !matches!(simulation.method().scheme, Scheme::Linearised(_)) {
+        return None;
+    }
+    const REMEDY: &str = "take `implicit-euler`";
+    let system = simulation.system();
+    if system.is_damped() && system.has_prescribed_motion() {
+        return Some(("linearised steps with damping and prescribed motion".into(), REMEDY));
+    }
+    // No pattern, and no symmetry.
+    let x = simulation.state().x().to_vec();
+    let p: Vec<f64> = (0..x.len()).map(|i| (12.9898 * (i as f64 + 1.0)).sin()).collect();
+    let unknown = simulation.system_mut().terms_mut().find_map(|term| {
+        let mut product = vec![0.0; x.len()];
+        term.add_hessian_product(&x, &p, &mut product);
+        let is_curved = product.iter().any(|y| *y != 0.0);
+        let is_whole = !term.stencils().vertices.is_empty() && term.properties().is_conservative;
+        let is_contact = term.touching().is_some() || term.changing().is_some();
+        (is_contact || is_curved && !is_whole).then(|| term.name())
+    });
+    Some((format!("linearised steps with {}", unknown?), REMEDY))
+}
+
 /// True if what dissipative terms take from positions, as friction does its normal forces, is held throughout
 /// solves as it is where the step begins.
 pub(crate) fn holds_start(simulation: &mut Simulation) -> bool {
@@ -108,6 +121,19 @@ fn obstacle_among_dissipation(simulation: &mut Simulation) -> Option<(String, &'
     let remedy = "damping of elements and of springs, in proportion to masses, `ether_drag`, and friction of a \
                   given `threshold_speed` have one";
     Some((unknown?, remedy))
+}
+
+/// Error of a step to `time` [s] whose equations cannot be taken back.
+pub(crate) fn singular(method: &Method, step: u64, time: f64) -> GradientError {
+    match method.scheme {
+        Scheme::Linearised(_) => GradientError::Unsupported {
+            what: format!(
+                "the linearised step {step}, whose matrix is not positive definite and was projected"
+            ),
+            remedy: "take `implicit-euler`, or a smaller `step`",
+        },
+        _ => GradientError::Singular { step, time },
+    }
 }
 
 /// Refuses a run in which steps were taken in parts.

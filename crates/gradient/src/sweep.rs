@@ -239,7 +239,7 @@ impl<'a> Sweep<'a> {
         self.sums.step = step - self.first;
         let held = support::holds_start(self.simulation).then(|| HeldStart::new(&record.x));
         let mut forces = AdjointForces { system: self.simulation.system_mut(), sums: &mut self.sums, held };
-        let singular = |_| GradientError::Singular { step: step + 1, time: time + h };
+        let singular = |_| support::singular(&method, step + 1, time + h);
         step_back(&method, &mut forces, &taken, &mut self.adjoint).map_err(singular)?;
         if let Some(HeldStart { x_bar, .. }) = forces.held {
             let (system, still) = (self.simulation.system(), vec![0.0; x_bar.len()]);

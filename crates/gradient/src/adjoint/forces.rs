@@ -93,6 +93,16 @@ impl Sums<'_> {
         }
     }
 
+    /// The direction of the last use of a force.
+    pub(crate) fn direction(&self) -> &[f64] {
+        &self.p
+    }
+
+    /// True if the matrix of the last solve is positive definite.
+    pub(crate) fn is_definite(&self) -> bool {
+        self.solver.is_definite()
+    }
+
     /// True if one of the parameters is the ether drag.
     pub(crate) fn has_ether_drag(&self) -> bool {
         self.parameters.iter().any(|parameter| parameter.is_ether_drag())

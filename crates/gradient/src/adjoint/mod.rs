@@ -9,6 +9,7 @@ mod alpha;
 mod bdf2;
 mod collocation;
 mod forces;
+pub(crate) mod linearised;
 pub(crate) mod runge_kutta;
 pub(crate) mod splitting;
 mod stages;
@@ -106,7 +107,7 @@ pub(crate) fn step_back(
             collocation::step_back(&StageTables::of_tableau(&tableau), forces, step, adjoint)
         }
         Scheme::GaussRadau(_) => collocation::step_back(&StageTables::gauss_radau(), forces, step, adjoint),
-        Scheme::Linearised(_) => Err(Singular),
+        Scheme::Linearised(_) => linearised::step_back(forces, step, adjoint),
     }
 }
 
@@ -115,16 +116,6 @@ pub(crate) fn first_step(start: Bdf2Start) -> Method {
     match start {
         Bdf2Start::TrBdf2 => tr_bdf2::METHOD,
         Bdf2Start::ImplicitEuler => implicit_euler::METHOD,
-    }
-}
-
-/// True if steps by `scheme` have an adjoint.
-pub(crate) fn has_adjoint(scheme: Scheme) -> bool {
-    match scheme {
-        Scheme::Splitting(_) | Scheme::RungeKutta(_) | Scheme::Dirk(_) => true,
-        Scheme::Alpha(_) | Scheme::Bdf2(_) | Scheme::Collocation(_) | Scheme::QuasiStatic => true,
-        Scheme::GaussRadau(_) => true,
-        Scheme::Linearised(_) => false,
     }
 }
 

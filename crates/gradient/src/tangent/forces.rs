@@ -155,6 +155,11 @@ impl<'p> TangentForces<'p> {
         if is_solved { Ok(p) } else { Err(Singular) }
     }
 
+    /// True if the matrix of the last solve is positive definite.
+    pub(super) fn is_definite(&self) -> bool {
+        self.solver.is_definite()
+    }
+
     /// Makes held components zero.
     pub(super) fn keep_free(&self, system: &System, rows: &mut [f64]) {
         let held = rows.iter_mut().zip(system.inverse_mass()).filter(|(_, weight)| **weight == 0.0);

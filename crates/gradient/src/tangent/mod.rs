@@ -162,7 +162,7 @@ pub fn tangent_along(
         };
         forces.step = step - first;
         forces.held = support::holds_start(simulation).then(|| [x.clone(), dots.x.clone()]);
-        let singular = |_| GradientError::Singular { step: step + 1, time: time + h };
+        let singular = |_| support::singular(&method, step + 1, time + h);
         advance(&method, &mut forces, simulation.system_mut(), &taken, &mut dots).map_err(singular)?;
         if let Some(walled) = &walled {
             walled.forth(simulation.system(), &mut dots.x, &mut dots.v);

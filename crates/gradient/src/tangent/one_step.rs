@@ -7,6 +7,7 @@ use pliant::integrator::{Method, Scheme};
 use pliant::system::System;
 
 use super::forces::TangentForces;
+use crate::adjoint::linearised::LinearisedPlaces;
 use crate::adjoint::runge_kutta::{node, position};
 use crate::adjoint::splitting::{kick_of, kick_places};
 use crate::adjoint::statics::{coefficients, velocities};
@@ -76,7 +77,7 @@ pub(super) fn advance(
             collocation(&StageTables::of_tableau(&tableau), forces, system, step, dots)
         }
         Scheme::GaussRadau(_) => collocation(&StageTables::gauss_radau(), forces, system, step, dots),
-        Scheme::Linearised(_) => Err(Singular),
+        Scheme::Linearised(_) => linearised(forces, system, step, dots),
     }
 }
 
@@ -272,5 +273,34 @@ fn collocation(
         add_scaled(&mut dots.v, h * end_once[l], &acceleration);
     }
     dots.x = x;
+    Ok(())
+}
+
+/// With the places and weights that the [adjoint](LinearisedPlaces) has, `X = x + d`: `A d = h M v - h^2 f`, all
+/// dots, `f` the force there without the change of `d` itself.
+fn linearised(
+    forces: &mut TangentForces<'_>,
+    system: &mut System,
+    step: &Step<'_>,
+    dots: &mut StateTangent,
+) -> Result<(), Singular> {
+    let places = LinearisedPlaces::of(system, step);
+    let coefficients = LinearisedPlaces::coefficients(system, step.h);
+    let (h, d, still) = (step.h, system.dimension(), vec![0.0; dots.x.len()]);
+    let at = AdjointPlace { time: places.time, x: &places.x, v: &places.v };
+    let mut right = forces.force(system, at, (&dots.x, &still));
+    for (weight, [x, v]) in &places.beside {
+        let beside = forces.force(system, AdjointPlace { time: places.time, x, v }, (&dots.x, &still));
+        add_scaled(&mut right, *weight, &beside);
+    }
+    for (i, right) in right.iter_mut().enumerate() {
+        *right = h * h * *right + h * system.mass()[i / d] * dots.v[i];
+    }
+    let way = forces.solve(system, at, coefficients, &right)?;
+    if !forces.is_definite() {
+        return Err(Singular);
+    }
+    add_scaled(&mut dots.x, 1.0, &way);
+    dots.v = way.iter().map(|way| way / h).collect();
     Ok(())
 }

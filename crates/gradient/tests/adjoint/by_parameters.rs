@@ -3,12 +3,12 @@
 use pliant::simulation::Simulation;
 use pliant_gradient::{
     GradientError, LossFrame, ParameterSelection, RunDirection, RunGradient, RunTangent, UNLIMITED,
-    gauss_newton_product, gradient, names, schemes, tangent_along,
+    gauss_newton_product, gradient, names, tangent_along,
 };
 use pliant_scene::Scene;
 
 use crate::solid::{Further, assembled, scene};
-use crate::support::{case, dot, scattered, solve_exactly};
+use crate::support::{case, dot, scattered, schemes, solve_exactly};
 
 /// Compares `w . (S u) = (S^T w) . u` for changes `u` of each of the numbers of these names.
 pub(crate) fn compare(what: &str, scene: &Scene, names: &[&str], steps: u64) {

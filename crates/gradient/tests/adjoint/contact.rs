@@ -4,12 +4,12 @@ use pliant::energy::TouchingPair;
 use pliant::integrator::IntegratorSpec;
 use pliant::material::MaterialSpec;
 use pliant::simulation::Simulation;
-use pliant_gradient::{ContactEvents, LossFrame, ParameterSelection, UNLIMITED, gradient, names, schemes};
+use pliant_gradient::{ContactEvents, LossFrame, ParameterSelection, UNLIMITED, gradient, names};
 use pliant_scene::{MassSpec, OverTime, Scene};
 
 use crate::differences::{compare_number, compare_starts};
 use crate::solid::assembled;
-use crate::support::{compare as compare_numbers, compare_with_differences, dot, method, scattered};
+use crate::support::{compare as compare_numbers, compare_with_differences, dot, method, scattered, schemes};
 use crate::tangents::compare_with_tangents;
 
 /// A square of rubber that falls on a slope and slides down it; without friction unless `contact` says more.

@@ -15,6 +15,7 @@ mod fit;
 mod frequencies;
 mod hessians;
 mod kepler;
+mod linearised;
 mod loads;
 mod muscle;
 mod oscillator;

@@ -1,12 +1,12 @@
 //! Muscles, whose stiffness changes with time: against differences of runs.
 
 use pliant::simulation::Simulation;
-use pliant_gradient::{LossFrame, ParameterSelection, UNLIMITED, gradient, names, schemes, tangent};
+use pliant_gradient::{LossFrame, ParameterSelection, UNLIMITED, gradient, names, tangent};
 use pliant_scene::Scene;
 
 use crate::differences::compare_number;
 use crate::solid::{Further, assembled, scene};
-use crate::support::{case, solve_exactly};
+use crate::support::{case, schemes, solve_exactly};
 
 /// About a third of Young's modulus of the beam at its height, all over it and at an angle to it.
 const MUSCLE: &str =

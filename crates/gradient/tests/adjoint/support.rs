@@ -39,6 +39,11 @@ pub(crate) fn method(name: &str) -> Method {
     all.into_iter().find(|method| method.documentation.name == name).unwrap_or_else(|| panic!("{name}"))
 }
 
+/// Names of all schemes.
+pub(crate) fn schemes() -> Vec<&'static str> {
+    IntegratorSpec::ALL.iter().map(|spec| spec.method().documentation.name).collect()
+}
+
 /// Newton's method to the last bits: derivatives of implicit steps are as exact as their solutions.
 pub(crate) fn solve_exactly(simulation: &mut Simulation) {
     simulation.set_solver(SolverOptions { tolerance: Some(1e-15), ..SolverOptions::default() });
