@@ -66,8 +66,9 @@ pub use names::{ParameterSelection, names};
 pub use parameter::{
     AttractingMasses, BodyDensity, Concatenated, ContactStiffness, EtherDrag, ForceUse, FormulaNumber,
     FrictionCoefficient, Gravity, GravityNumber, HeldPlaces, HeldUse, LinearElements, LoadFactor, LoadValue,
-    Masses, ModeUse, Modulus, MotionFactor, MotionNumber, Parameter, RestLengths, ShapedElements,
-    SpringStiffness, StateUse, StepForces, TermFactor, Together, TunedSpring, WeightDensity, Weighted,
+    Masses, ModeUse, Modulus, MotionFactor, MotionNumber, Parameter, ParameterNeeds, RestLengths,
+    ShapedElements, SpringStiffness, StateUse, StepForces, TermFactor, Together, TunedSpring, WeightDensity,
+    Weighted,
 };
 pub use support::check;
 pub use tangent::{RunDirection, RunTangent, tangent, tangent_along};

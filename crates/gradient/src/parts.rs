@@ -4,9 +4,9 @@ use pliant::energy::EnergyKind;
 use pliant::system::System;
 
 use crate::adjoint::AdjointPlace;
-use crate::parameter::Parameter;
+use crate::parameter::{Parameter, ParameterNeeds};
 
-/// Forces of a place that some parameter [asks for](Parameter::needs_force); the others stay empty.
+/// Forces of a place that some parameter [asks for](Parameter::needs); the others stay empty.
 pub(crate) struct ForceParts {
     needs_force: bool,
     needs_contact: bool,
@@ -22,13 +22,14 @@ pub(crate) struct ForceParts {
 impl ForceParts {
     /// Parts that these parameters look at.
     pub(crate) fn new(parameters: &[Box<dyn Parameter>]) -> Self {
-        let mut names: Vec<&str> = parameters.iter().flat_map(|parameter| parameter.needs_terms()).collect();
+        let needs = ParameterNeeds::of_all(parameters.iter().map(|parameter| parameter.needs()));
+        let mut names = needs.terms;
         names.sort_unstable();
         names.dedup();
         ForceParts {
             terms: names.into_iter().map(|name| (name.to_owned(), vec![])).collect(),
-            needs_force: parameters.iter().any(|parameter| parameter.needs_force()),
-            needs_contact: parameters.iter().any(|parameter| parameter.needs_contact()),
+            needs_force: needs.force,
+            needs_contact: needs.contact,
             gradient: vec![],
             contact: vec![],
             friction: vec![],

@@ -70,7 +70,7 @@ impl<'a> Sums<'a> {
 impl Sums<'_> {
     /// True if any parameter looks at held coordinates.
     pub(crate) fn look_at_held(&self) -> bool {
-        self.turning.is_some() || self.parameters.iter().any(|parameter| parameter.looks_at_held())
+        self.turning.is_some() || self.parameters.iter().any(|parameter| parameter.needs().held)
     }
 
     /// Replaces derivatives by places that turn, in `x_bar`, by those by where they are at `time` [s], from
@@ -105,13 +105,13 @@ impl Sums<'_> {
 
     /// True if one of the parameters is the ether drag.
     pub(crate) fn has_ether_drag(&self) -> bool {
-        self.parameters.iter().any(|parameter| parameter.is_ether_drag())
+        self.parameters.iter().any(|parameter| parameter.needs().ether_drag)
     }
 
     /// Adds a part to the derivative by the ether drag.
     pub(crate) fn add_ether_drag(&mut self, part: f64) {
         let each = self.parameters.iter().zip(&mut self.derivatives);
-        each.filter(|(parameter, _)| parameter.is_ether_drag()).for_each(|(_, by)| by[0] += part);
+        each.filter(|(parameter, _)| parameter.needs().ether_drag).for_each(|(_, by)| by[0] += part);
     }
 
     /// Lets parameters take what they have of a state.

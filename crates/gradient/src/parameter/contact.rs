@@ -1,6 +1,6 @@
 //! Constants of contact.
 
-use super::{ForceUse, Parameter};
+use super::{ForceUse, Parameter, ParameterNeeds};
 use crate::adjoint::{add_scaled, dot};
 
 /// Stiffness `kappa` of contact [Pa], the same of all pairs: energies and normal forces are in proportion to
@@ -22,8 +22,8 @@ impl Parameter for ContactStiffness {
         1
     }
 
-    fn needs_contact(&self) -> bool {
-        true
+    fn needs(&self) -> ParameterNeeds<'_> {
+        ParameterNeeds { contact: true, ..ParameterNeeds::default() }
     }
 
     fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
@@ -55,8 +55,8 @@ impl Parameter for FrictionCoefficient {
         1
     }
 
-    fn needs_contact(&self) -> bool {
-        true
+    fn needs(&self) -> ParameterNeeds<'_> {
+        ParameterNeeds { contact: true, ..ParameterNeeds::default() }
     }
 
     fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use pliant::system::System;
 
-use super::{ForceUse, ModeUse, Parameter};
+use super::{ForceUse, ModeUse, Parameter, ParameterNeeds};
 
 /// Lumped masses of vertices [kg]. Uniform gravity pulls at the mass that it accelerates, and damping in
 /// proportion to masses grows with them; no other force depends on them, as mutual gravity would.
@@ -26,8 +26,8 @@ impl Parameter for Masses {
         self.vertices.len()
     }
 
-    fn needs_force(&self) -> bool {
-        true
+    fn needs(&self) -> ParameterNeeds<'_> {
+        ParameterNeeds { force: true, ..ParameterNeeds::default() }
     }
 
     fn add_mode(&mut self, of: &ModeUse<'_>, derivative: &mut [f64]) -> bool {
@@ -73,8 +73,8 @@ impl Parameter for BodyDensity {
         1
     }
 
-    fn needs_force(&self) -> bool {
-        true
+    fn needs(&self) -> ParameterNeeds<'_> {
+        ParameterNeeds { force: true, ..ParameterNeeds::default() }
     }
 
     fn add_mode(&mut self, of: &ModeUse<'_>, derivative: &mut [f64]) -> bool {

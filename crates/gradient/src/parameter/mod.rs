@@ -48,14 +48,14 @@ pub struct ForceUse<'a> {
     /// `M^-1` times the derivative of the loss by the acceleration; zero at held coordinates.
     pub p: &'a [f64],
     /// `dE/dx + dR/dv` there [N], without damping in proportion to masses, where a parameter
-    /// [asked for it](Parameter::needs_force); else empty.
+    /// [asked for it](ParameterNeeds::force); else empty.
     pub gradient: &'a [f64],
-    /// `dE/dx` of contact there [N], where a parameter [asked for it](Parameter::needs_contact); else empty.
+    /// `dE/dx` of contact there [N], where a parameter [asked for it](ParameterNeeds::contact); else empty.
     pub contact: &'a [f64],
     /// `dR/dv` of friction there [N], likewise.
     pub friction: &'a [f64],
     /// `dE/dx` or `dR/dv` of terms there [N], by their names, of those that a parameter
-    /// [asked for](Parameter::needs_terms).
+    /// [asked for](ParameterNeeds::terms).
     pub terms: &'a [(String, Vec<f64>)],
     /// `(d2E/dx2 + (d2R/dx dv)^T) p`: minus the derivative by the positions there, held ones included.
     pub by_positions: &'a [f64],
@@ -66,7 +66,7 @@ pub struct ForceUse<'a> {
 }
 
 impl ForceUse<'_> {
-    /// The gradient of the terms of this name [N], which some parameter [asked for](Parameter::needs_terms).
+    /// The gradient of the terms of this name [N], which some parameter [asked for](ParameterNeeds::terms).
     ///
     /// # Panics
     /// If none has.
@@ -121,6 +121,36 @@ pub struct ModeUse<'a> {
     pub is_lumped: bool,
 }
 
+/// What a parameter looks at beside the state and the direction of a use.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct ParameterNeeds<'a> {
+    /// [`ForceUse::gradient`].
+    pub force: bool,
+    /// [`ForceUse::contact`] and [`ForceUse::friction`].
+    pub contact: bool,
+    /// Uses of [held coordinates](Parameter::add_held), which depend on it.
+    pub held: bool,
+    /// The ether drag, which it is. Kicks under it have closed forms, whose further part is added to its
+    /// derivative.
+    pub ether_drag: bool,
+    /// [`ForceUse::rows_of`] terms of the system, energies or dissipation functions, of these names.
+    pub terms: Vec<&'a str>,
+}
+
+impl<'a> ParameterNeeds<'a> {
+    /// What any of these needs.
+    pub fn of_all(each: impl IntoIterator<Item = ParameterNeeds<'a>>) -> Self {
+        each.into_iter().fold(ParameterNeeds::default(), |mut all, one| {
+            all.force |= one.force;
+            all.contact |= one.contact;
+            all.held |= one.held;
+            all.ether_drag |= one.ether_drag;
+            all.terms.extend(one.terms);
+            all
+        })
+    }
+}
+
 /// Numbers that forces or masses depend on.
 ///
 /// Each use of a force adds `-p . d(M a + dE/dx + dR/dv)/d theta` to the derivative by the number `theta`.
@@ -133,25 +163,9 @@ pub trait Parameter: Send {
         self.len() == 0
     }
 
-    /// True if it looks at the force.
-    fn needs_force(&self) -> bool {
-        false
-    }
-
-    /// True if it looks at the forces of contact.
-    fn needs_contact(&self) -> bool {
-        false
-    }
-
-    /// Names of the terms of the system, energies or dissipation functions, whose gradients it looks at.
-    fn needs_terms(&self) -> Vec<&str> {
-        vec![]
-    }
-
-    /// True if it is the ether drag. Kicks under it have closed forms, whose further part is added to its
-    /// derivative.
-    fn is_ether_drag(&self) -> bool {
-        false
+    /// What it looks at beside the state and the direction of a use.
+    fn needs(&self) -> ParameterNeeds<'_> {
+        ParameterNeeds::default()
     }
 
     /// Says how many steps a run has, before anything else is asked.
@@ -162,11 +176,6 @@ pub trait Parameter: Send {
     /// Takes what it has of a state; called for each, from the last to the first.
     fn add_state(&mut self, of: &StateUse<'_>, derivative: &mut [f64]) {
         let _ = (of, derivative);
-    }
-
-    /// True if held coordinates depend on it.
-    fn looks_at_held(&self) -> bool {
-        false
     }
 
     /// Adds the part of one use of held coordinates in a state to the derivative by each number.

@@ -3,7 +3,7 @@
 use pliant::system::System;
 use pliant_scene::OverTime;
 
-use super::{ForceUse, HeldUse, Parameter};
+use super::{ForceUse, HeldUse, Parameter, ParameterNeeds};
 
 /// True if the hold of this name has not let go.
 fn acts(system: &System, name: &str) -> bool {
@@ -46,8 +46,8 @@ impl Parameter for MotionFactor {
         1
     }
 
-    fn looks_at_held(&self) -> bool {
-        true
+    fn needs(&self) -> ParameterNeeds<'_> {
+        ParameterNeeds { held: true, ..ParameterNeeds::default() }
     }
 
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
@@ -115,8 +115,8 @@ impl Parameter for MotionNumber {
         1
     }
 
-    fn looks_at_held(&self) -> bool {
-        true
+    fn needs(&self) -> ParameterNeeds<'_> {
+        ParameterNeeds { held: true, ..ParameterNeeds::default() }
     }
 
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {

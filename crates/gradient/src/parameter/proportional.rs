@@ -1,6 +1,6 @@
 //! Numbers that whole terms are in proportion to, or to a power of.
 
-use super::{ForceUse, Parameter};
+use super::{ForceUse, Parameter, ParameterNeeds};
 use crate::adjoint::{add_scaled, dot};
 
 /// A number `theta` with `dE/d theta = sum_i c_i E_i` and `dR/d theta = sum_i c_i R_i`, energies and
@@ -23,8 +23,9 @@ impl Parameter for TermFactor {
         1
     }
 
-    fn needs_terms(&self) -> Vec<&str> {
-        self.parts.iter().map(|(_, name)| &name[..]).collect()
+    fn needs(&self) -> ParameterNeeds<'_> {
+        let terms = self.parts.iter().map(|(_, name)| &name[..]).collect();
+        ParameterNeeds { terms, ..ParameterNeeds::default() }
     }
 
     fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
@@ -48,8 +49,8 @@ impl Parameter for EtherDrag {
         1
     }
 
-    fn is_ether_drag(&self) -> bool {
-        true
+    fn needs(&self) -> ParameterNeeds<'_> {
+        ParameterNeeds { ether_drag: true, ..ParameterNeeds::default() }
     }
 
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {

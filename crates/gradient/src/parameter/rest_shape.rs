@@ -21,7 +21,7 @@ use pliant::material::MaterialSpec;
 
 use super::elements::{ElementEnergy, Maker};
 use super::mass::{add_by_mass, by_mass, mode_by_mass, uniform_gravity};
-use super::{ForceUse, ModeUse, Parameter};
+use super::{ForceUse, ModeUse, Parameter, ParameterNeeds};
 
 /// Simplices of a body at rest, and what is made of their shape.
 #[derive(Clone, Copy, Debug)]
@@ -250,8 +250,9 @@ impl<const D: usize, const N: usize> Parameter for RestShape<D, N> {
         D * self.vertices
     }
 
-    fn needs_force(&self) -> bool {
-        self.density != 0.0 && self.weight.is_none()
+    fn needs(&self) -> ParameterNeeds<'_> {
+        let force = self.density != 0.0 && self.weight.is_none();
+        ParameterNeeds { force, ..ParameterNeeds::default() }
     }
 
     /// The state goes with the shape at rest: `F` stays, and `G` of a mode changes by `-G B`.

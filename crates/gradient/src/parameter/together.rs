@@ -1,6 +1,6 @@
 //! Numbers that forces depend on in several ways, and numbers one after the other.
 
-use super::{ForceUse, HeldUse, ModeUse, Parameter, StateUse};
+use super::{ForceUse, HeldUse, ModeUse, Parameter, ParameterNeeds, StateUse};
 
 /// Numbers whose derivatives are sums of those by the same numbers of other parameters.
 pub struct Together {
@@ -27,20 +27,8 @@ impl Parameter for Together {
         self.parts.first().map_or(0, |part| part.len())
     }
 
-    fn needs_force(&self) -> bool {
-        self.parts.iter().any(|part| part.needs_force())
-    }
-
-    fn needs_contact(&self) -> bool {
-        self.parts.iter().any(|part| part.needs_contact())
-    }
-
-    fn needs_terms(&self) -> Vec<&str> {
-        self.parts.iter().flat_map(|part| part.needs_terms()).collect()
-    }
-
-    fn looks_at_held(&self) -> bool {
-        self.parts.iter().any(|part| part.looks_at_held())
+    fn needs(&self) -> ParameterNeeds<'_> {
+        ParameterNeeds::of_all(self.parts.iter().map(|part| part.needs()))
     }
 
     fn add_held(&mut self, of: &HeldUse<'_>, derivative: &mut [f64]) {
@@ -98,20 +86,8 @@ impl Parameter for Concatenated {
         self.parts.iter().map(|part| part.len()).sum()
     }
 
-    fn needs_force(&self) -> bool {
-        self.parts.iter().any(|part| part.needs_force())
-    }
-
-    fn needs_contact(&self) -> bool {
-        self.parts.iter().any(|part| part.needs_contact())
-    }
-
-    fn needs_terms(&self) -> Vec<&str> {
-        self.parts.iter().flat_map(|part| part.needs_terms()).collect()
-    }
-
-    fn looks_at_held(&self) -> bool {
-        self.parts.iter().any(|part| part.looks_at_held())
+    fn needs(&self) -> ParameterNeeds<'_> {
+        ParameterNeeds::of_all(self.parts.iter().map(|part| part.needs()))
     }
 
     fn add_held(&mut self, of: &HeldUse<'_>, derivative: &mut [f64]) {

@@ -1,6 +1,6 @@
 //! One number that several depend on.
 
-use super::{ForceUse, HeldUse, ModeUse, Parameter, StateUse};
+use super::{ForceUse, HeldUse, ModeUse, Parameter, ParameterNeeds, StateUse};
 use crate::adjoint::dot;
 
 /// A number `theta` that the numbers of another parameter grow with, `d theta_i = w_i d theta`.
@@ -30,20 +30,8 @@ impl Parameter for Weighted {
         1
     }
 
-    fn needs_force(&self) -> bool {
-        self.of.needs_force()
-    }
-
-    fn needs_contact(&self) -> bool {
-        self.of.needs_contact()
-    }
-
-    fn needs_terms(&self) -> Vec<&str> {
-        self.of.needs_terms()
-    }
-
-    fn looks_at_held(&self) -> bool {
-        self.of.looks_at_held()
+    fn needs(&self) -> ParameterNeeds<'_> {
+        self.of.needs()
     }
 
     fn add_held(&mut self, of: &HeldUse<'_>, derivative: &mut [f64]) {
