@@ -4,8 +4,8 @@
 //! of predictions are central differences: two runs a parameter, all at once on the cores that there are. A
 //! sweep of the adjoint ([`pliant_gradient::gradient`]) would give one residual's derivatives by all
 //! parameters, and there are many more residuals than parameters; it would also leave out what has no
-//! adjoint, contact, frequencies, adaptive steps. Least squares need no more: errors of derivatives make
-//! steps a little longer, not the fit worse.
+//! adjoint, as paths by arc length. Least squares need no more: errors of derivatives make steps a little
+//! longer, not the fit worse.
 //!
 //! ```
 //! use std::sync::{Arc, atomic::AtomicBool};
