@@ -8,9 +8,9 @@ use pliant::system::System;
 /// Changes of the pairs of closest primitives that touch, counted from each state of a run to the next.
 ///
 /// The energy of contact is smooth where a pair comes within reach, and so is friction where it begins to
-/// slide: derivatives are those of the run, on both sides. Their second derivatives jump there, also where the
-/// closest point goes from one primitive to the next, which is another pair. A gradient of many such changes
-/// says little about changes that are large enough to shift them.
+/// slide: derivatives are those of the run, on both sides. Their second derivatives jump there, also where
+/// the closest point goes from one primitive to the next, which is another pair. A gradient of many such
+/// changes says little about changes that are large enough to shift them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ContactEvents {
     /// Pairs that have come within reach.

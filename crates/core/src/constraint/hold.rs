@@ -216,9 +216,9 @@ impl Hold {
         sum == 0.0
     }
 
-    /// Adds to `starts` the derivatives by the places where its vertices start, of what has the derivatives `x`
-    /// by its coordinates at `time` [s] and `v` by their velocities: the transpose of its motion. All are flat;
-    /// held coordinates alone are looked at.
+    /// Adds to `starts` the derivatives by the places where its vertices start, of what has the derivatives
+    /// `x` by its coordinates at `time` [s] and `v` by their velocities: the transpose of its motion. All are
+    /// flat; held coordinates alone are looked at.
     pub fn add_by_starts(&self, time: f64, dimension: usize, (x, v): (&[f64], &[f64]), starts: &mut [f64]) {
         let moment = self.motion().map(|motion| motion.at(time));
         for vertex in &self.vertices {

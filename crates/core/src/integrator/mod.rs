@@ -290,8 +290,8 @@ pub trait Integrator: Send + Sync {
         &[]
     }
 
-    /// Accelerations of the stages of the last step, flat [m/s^2], where the scheme makes a polynomial of them:
-    /// at the nodes of the Gauss-Radau method, the beginning of the step first. None elsewhere.
+    /// Accelerations of the stages of the last step, flat [m/s^2], where the scheme makes a polynomial of
+    /// them: at the nodes of the Gauss-Radau method, the beginning of the step first. None elsewhere.
     fn stage_accelerations(&self) -> Vec<Vec<f64>> {
         vec![]
     }

@@ -1,6 +1,6 @@
 //! The adjoint of implicit Euler with one Newton step.
 //!
-//! From `X`, the old positions with the held ones at their new places, a step is `x' = X + d`, `v' = d/h` with
+//! From `X`, the old positions with the held ones at their new places, a step is `x' = X + d`, `v' = d/h`,
 //!
 //! ```text
 //! (1 + h c) M d - h M v + h^2 (dE/dx(X) + H(X) d) + h^2 (dR/dv(X, V) + C(X, V) d/h) = 0
@@ -13,9 +13,9 @@
 //! H(X) d = sum_k w_k/e (dE/dx(X + k e d) - dE/dx(X - k e d))    k = 1, 2, 3
 //! ```
 //!
-//! with `e d` so small a part of the shortest edge that both the next term and rounding are some 1e-13 of the
-//! third derivative. Parameters are in it too, and are seen by their forces at these places. Viscous forces are
-//! differentiated so along velocities.
+//! with `e d` so small a part of the shortest edge that both the next term and rounding are some 1e-13 of
+//! the third derivative. Parameters are in it too, and are seen by their forces at these places. Viscous
+//! forces are differentiated so along velocities.
 
 use pliant::system::System;
 

@@ -233,8 +233,8 @@ fn statics(
     Ok(())
 }
 
-/// With `X_i = x + y_i` and [tables](StageTables) `t`, `b`, `e`: `M y_i + h^2 sum_l t_il H_l y_l = h c_i M v -
-/// h^2 sum_l t_il H_l x`, all dots, without damping.
+/// With `X_i = x + y_i` and [tables](StageTables) `t`, `b`, `e`: `M y_i + h^2 sum_l t_il H_l y_l = h c_i M v
+/// - h^2 sum_l t_il H_l x`, all dots, without damping.
 fn collocation(
     tables: &StageTables,
     forces: &mut TangentForces<'_>,
@@ -276,8 +276,8 @@ fn collocation(
     Ok(())
 }
 
-/// With the places and weights that the [adjoint](LinearisedPlaces) has, `X = x + d`: `A d = h M v - h^2 f`, all
-/// dots, `f` the force there without the change of `d` itself.
+/// With the places and weights that the [adjoint](LinearisedPlaces) has, `x' = x + d`: `A d = h M v + h^2 f`,
+/// all dots, `f` the force there without the change of `d` itself.
 fn linearised(
     forces: &mut TangentForces<'_>,
     system: &mut System,
