@@ -112,7 +112,7 @@ fn a_block_slides_to_rest_where_coulomb_says() {
         let fastest = simulation.state().v().iter().fold(0.0, |m: f64, v| m.max(v.abs()));
         assert!(fastest < 1e-7, "{fastest:e}");
         assert_eq!(simulation.work().solver.unwrap().unsettled, 0);
-        let friction = simulation.diagnostics().balance.unwrap().damping.unwrap();
+        let friction = simulation.diagnostics().balance.unwrap().friction.unwrap();
         // The books integrate the power over time: `mu m g` along the way of the speeds as they are at the
         // ends of steps, of which Euler leaves out `h v / 2`.
         let expected = 0.3 * 20.0 * 9.81 * (way + 0.5 * h);

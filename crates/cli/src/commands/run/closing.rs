@@ -354,9 +354,12 @@ impl<'a> Closing<'a> {
         };
         let work =
             [(balance.motion, "prescribed motion"), (by_loads, "loads"), (by_gravity, "changing gravity")];
-        let damping = if self.rubs() { "damping and friction" } else { "damping" };
-        let losses =
-            [(balance.ether_drag, "ether drag"), (balance.damping, damping), (balance.walls, "walls")];
+        let losses = [
+            (balance.ether_drag, "ether drag"),
+            (balance.damping, "damping"),
+            (balance.friction, "friction"),
+            (balance.walls, "walls"),
+        ];
         for (name, said) in [("work", parts("by", &work)), ("lost", parts("to", &losses))] {
             if !said.is_empty() {
                 line(name, said);
@@ -520,7 +523,7 @@ impl<'a> Closing<'a> {
     fn unaccounted(&self) -> &'static str {
         let takes = self.takes_energy() && !self.loses_known();
         match takes {
-            true => ", what damping, drag and walls took included: no `energy` among the channels",
+            true => ", what damping, drag, friction and walls took included: no `energy` among the channels",
             false => "",
         }
     }
@@ -544,8 +547,7 @@ impl<'a> Closing<'a> {
         if !self.scene.output.channels.contains(&Channel::Energy) {
             return false;
         }
-        let balance = self.summary.end.balance;
-        balance.is_some_and(|b| b.ether_drag.or(b.damping).or(b.walls).is_some())
+        self.summary.end.balance.is_some_and(|balance| balance.counts_losses())
     }
 
     /// Kind of failure, in a word, for programs.
