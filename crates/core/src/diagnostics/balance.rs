@@ -39,6 +39,9 @@ pub struct Balance {
 }
 
 impl Balance {
+    /// Names of the fields of what was taken out.
+    pub const LOSSES: [&str; 4] = ["ether_drag", "damping", "friction", "walls"];
+
     /// Energy that came in, less that which went out [J].
     pub fn net(&self) -> f64 {
         sum([self.motion, self.loads, self.gravity]) - self.lost()
