@@ -55,6 +55,72 @@ fn bodies_apart_are_assembled_and_their_distance_is_told() {
     // A thousandth of the diagonal of 0.2 sqrt(2).
     assert!((contact.distance - 0.2e-3 * 2f64.sqrt()).abs() < 1e-12, "{contact:?}");
     assert_eq!(contact.pairs.len(), 3, "{contact:?}");
+    let facts = contact.facts(Some(0.01)).join("\n");
+    assert!(facts.contains("m on, a thousandth of the size of `low`"), "{facts}");
+    // Of two with one modulus the first is named.
+    assert!(facts.contains("low-low, low-high: 100000 Pa, Young's modulus of `low`"), "{facts}");
+    // Looked for by `check` alone.
+    assert!(contact.start.is_none() && !facts.contains("at the start"), "{facts}");
+    let fine = two_boxes("[0.05, 0.21]")
+        .replace("cells = [2, 2], size = [0.2, 0.2] }", "cells = [400, 1], size = [0.2, 0.2] }");
+    let contact = super::assembled(&fine).report.contact.unwrap();
+    let facts = contact.facts(None).join("\n");
+    assert!((contact.distance - 0.25 * 0.2 / 400.0).abs() < 1e-12, "{facts}");
+    assert!(facts.contains("a quarter of the shortest edge, of `low`"), "{facts}");
+    let soft = two_boxes("[0.05, 0.21]").replacen("young = 1e5", "young = 3e5", 1);
+    let facts = super::assembled(&soft).report.contact.unwrap().facts(None).join("\n");
+    assert!(facts.contains("low-high, high-high: 100000 Pa, Young's modulus of `high`"), "{facts}");
+}
+
+/// Gap at the start, and between what, as `check` has them.
+fn start_gap(text: &str) -> (usize, Option<(f64, [String; 2])>) {
+    let assembly = super::scene(text).assemble(pliant_scene::assembly::UnstableStep::Accept);
+    let start = assembly.unwrap_or_else(|problems| panic!("{problems:?}")).report.contact.unwrap().start;
+    let start = start.unwrap();
+    (start.candidates, start.least.map(|least| (least.gap, least.between)))
+}
+
+/// Faces beside each other, corners across a gap, slants whose boxes overlap, and a floor that is nearer.
+#[test]
+fn the_least_gap_of_a_start_is_that_of_its_nearest_primitives() {
+    let near = |text: &str, expected: f64, names: [&str; 2]| {
+        let (_, least) = start_gap(text);
+        let (gap, between) = least.unwrap();
+        assert!((gap - expected).abs() < 1e-12, "{gap} m, not {expected} m");
+        for name in names {
+            assert!(between.concat().contains(name), "{between:?} without {name}");
+        }
+    };
+    near(&two_boxes("[0.05, 0.21]"), 0.01, ["`low`", "`high`"]);
+    near(&two_boxes("[0.35, 0.3]"), 0.15f64.hypot(0.1), ["vertex 8 of `low`", "`high`"]);
+    near(&small_box(0.05, "[0.6, 0.1, 0.1]"), 0.2, ["`big`", "`small`"]);
+    let floor =
+        "[[obstacle]]\nname = 'floor'\nshape = { half_space = { normal = [0, 1], offset = -0.004 } }\n";
+    near(&(two_boxes("[0.05, 0.21]") + floor), 0.004, ["vertex 0 of `low`", "`floor`"]);
+    let triangle = |name: &str, points: &str| {
+        format!(
+            "[[body]]\nname = '{name}'\nmesh = {{ inline = {{ points = {points}, triangles = [[0, 1, 2]] }} }}\n\
+             elastic = {{ neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}\nmass = {{ density = 1000 }}\n"
+        )
+    };
+    let slants = format!("{BODIES}contact = {{ distance = 1e-3 }}\n")
+        + &triangle("one", "[[0, 0], [1, 0], [0, 1]]")
+        + &triangle("other", "[[1, 1], [0.6, 1], [1, 0.6]]");
+    near(&slants, 0.6 / 2f64.sqrt(), ["edge 1-2 of `one`", "vertex 1 of `other`"]);
+}
+
+/// What the first search looks at: nothing of boxes apart, all that is within the distance of others.
+#[test]
+fn candidates_of_a_start_are_counted() {
+    let count = |origin: &str, contact: &str| {
+        let text = two_boxes(origin).replace("contact = {}", contact);
+        start_gap(&text).0
+    };
+    let alone = "contact = { distance = 1e-3, pairs = [{ between = ['low', 'low'], contact = false }, \
+                 { between = ['high', 'high'], contact = false }] }";
+    assert_eq!(count("[0.05, 0.21]", alone), 0);
+    // Two vertices of each side are over an edge of the other.
+    assert_eq!(count("[0.05, 0.2005]", alone), 4);
 }
 
 /// A block of 40 kg/m on a floor: at rest it is held with its weight, and what starts deeper is thrown.
