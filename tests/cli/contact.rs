@@ -44,9 +44,16 @@ fn a_run_ends_with_the_least_gap_and_what_friction_took() {
     // That of the steps, whichever of them are recorded.
     let seldom = DROP.replace("rate = 200.0", "rate = 5.0");
     let seldom = Bench::new(&seldom).pliant(["run", "scene.toml", "--json"]).succeeded().json();
+    let longest = summary["solver"]["longest_limited"].as_u64().unwrap();
+    assert!((1..10).contains(&longest), "{summary}");
     assert_eq!(seldom["summary"]["least_gap"], *least);
     let ended = bench.pliant(["run", "scene.toml", "--force"]).succeeded();
-    ended.prints(&["contact   least gap ", " between block and floor at t = ", "J to friction"]);
+    ended.prints(&[
+        "contact   least gap ",
+        " between block and floor at t = ",
+        "J to friction",
+        "Newton iterations in a row short",
+    ]);
     let info = bench.pliant(["info", "scene.mcap"]).succeeded();
     info.prints(&["/contacts ", "pliant.Contacts"]);
 }

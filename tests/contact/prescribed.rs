@@ -25,6 +25,8 @@ fn a_plate_pushed_into_a_block_in_one_step_arrives() {
         // The first vertex of the plate after the block and the floor.
         let plate = x.chunks(2).skip(26).map(|x| x[1]).fold(f64::MAX, f64::min);
         assert!((plate - (0.202 - depth)).abs() < 1e-12, "depth {depth}: the plate is at {plate}");
+        let limited = simulation.work().solver.unwrap().longest_limited;
+        assert!(limited > 0, "the block cut no way short");
         assert!(bottom > 0.0 && top < plate, "depth {depth}: {bottom} to {top} below {plate}");
     }
 }

@@ -424,7 +424,7 @@ impl<'a> Closing<'a> {
             line(
                 "contact",
                 format!(
-                    "least gap {} m, {part} of its distance, between {a} and {b} at t = {} s; up to {most} at a time",
+                    "least gap {} m, {part} of its distance, between {a} and {b} at t = {} s; up to {most} at a time{limited}",
                     number(least.gap),
                     number(least.time),
                 ),
@@ -433,6 +433,14 @@ impl<'a> Closing<'a> {
         if let Some(Penetration { bodies: [a, b], depth, time }) = &self.summary.contact.deepest {
             let depth = number(*depth);
             line("entered", format!("{a} and {b}, {depth} m deep at t = {} s", number(*time)));
+            let limited = self.summary.work.solver.map_or(0, |solver| solver.longest_limited);
+            let limited = match limited {
+                0 => String::new(),
+                n => {
+                    let iterations = counted(n, "Newton iteration", "Newton iterations");
+                    format!("; it cut up to {iterations} in a row short")
+                }
+            };
         }
         if let Some(Approach { bodies: [a, b], speed, stopped, time }) = &self.summary.contact.hardest {
             line(

@@ -53,6 +53,8 @@ pub(super) struct NewtonSolve<'a> {
     /// Iterations in a row that began with it renewed.
     fresh: u32,
     /// True if the step before was whole.
+    /// Iterations in a row whose ways were cut short.
+    limited: u64,
     went_whole: bool,
     /// True if it is that of the end, as far as the tolerance goes.
     settled: bool,
@@ -107,6 +109,7 @@ impl<'a> NewtonSolve<'a> {
             negligible: 0.0,
             renewals: 0,
             fresh: 0,
+            limited: 0,
             went_whole: false,
             settled: false,
             watchdog: Watchdog::new(),
@@ -374,6 +377,7 @@ impl<const D: usize> Newton<D> {
         accepted: &Accepted,
     ) -> Result<SolveProgress, SolveFailure> {
         self.work.halvings += u64::from(accepted.halvings);
+        self.note_limited(solve, accepted.shortened);
         let steady = solve.keep && accepted.halvings == 0 && solve.psd == Psd::Exact;
         solve.keep = accepted.halvings == 0;
         if solve.keep && solve.correction <= NEAR * self.size {
@@ -412,6 +416,12 @@ impl<const D: usize> Newton<D> {
             solve.set_forcing(found.truncated);
         }
         Ok(Continues)
+    }
+
+    /// Counts iterations in a row whose ways were cut short.
+    pub(super) fn note_limited(&mut self, solve: &mut NewtonSolve<'_>, shortened: bool) {
+        solve.limited = if shortened { solve.limited + 1 } else { 0 };
+        self.work.longest_limited = self.work.longest_limited.max(solve.limited);
     }
 
     /// Tells terms that guard ways where the direction leads, and dissipative ones that hold what they take
