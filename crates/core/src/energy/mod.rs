@@ -21,7 +21,7 @@ use crate::material::Psd;
 pub use views::{
     Approach, ChangingStencils, ContactExtremes, Driven, ElementTerm, ForceLayout, LeastGap, LoadTerm,
     Measurements, MovablePlaces, Penetration, PredictedStresses, StepLimit, SurfaceContact, TermViews,
-    TouchingSurfaces, WatchedContacts,
+    TouchingSurfaces, WatchedContacts, WayObstruction,
 };
 
 /// Which sum of the diagnostics an energy belongs to. Every kind is part of the total.
@@ -103,10 +103,7 @@ pub enum Fault {
         gap: f64,
     },
     /// Prescribed motion leads through what cannot yield.
-    Obstructed {
-        /// The two primitives that are in each other's way, and their bodies.
-        pair: String,
-    },
+    Obstructed(Box<ObstructedMotion>),
     /// Surfaces without an inside passed through each other.
     Crossing {
         /// The two primitives and their bodies.
@@ -124,6 +121,17 @@ pub enum Fault {
         /// Index of the second vertex.
         second: usize,
     },
+}
+
+/// Prescribed motion that is obstructed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ObstructedMotion {
+    /// Name of the pin whose motion it is.
+    pub pin: Option<String>,
+    /// The two primitives that are in each other's way, and their bodies.
+    pub pair: String,
+    /// Two further ones, that keep the bodies of these from yielding.
+    pub behind: Option<String>,
 }
 
 impl std::fmt::Display for Fault {
@@ -153,7 +161,14 @@ impl std::fmt::Display for Fault {
             }
             Fault::Motion { hold } => write!(f, "the motion of pin `{hold}` has no finite value"),
             Fault::Overlap { pair, gap } => write!(f, "{pair} are {gap} m apart", gap = Rounded::<4>(*gap)),
-            Fault::Obstructed { pair } => write!(f, "{pair} are in each other's way"),
+            Fault::Obstructed(motion) => {
+                let ObstructedMotion { pin, pair, behind } = &**motion;
+                if let Some(pin) = pin {
+                    write!(f, "the motion of pin `{pin}` cannot go on: ")?;
+                }
+                write!(f, "{pair} are in each other's way")?;
+                behind.as_ref().map_or(Ok(()), |behind| write!(f, ", and behind them {behind}"))
+            }
             Fault::Crossing { pair } => write!(f, "{pair} pass through each other on the way"),
             Fault::Way { term } => write!(f, "the way of the step leads through what {term} keeps apart"),
             Fault::Pair { first, second } => {

@@ -8,7 +8,6 @@ use super::watchdog::Watchdog;
 use super::{
     CONTRACTION, FORCING, FORCING_PART, GUARDED_ENERGY, GUARDED_FORCING, NEAR, Newton, RUNAWAY, ULPS,
 };
-use crate::energy::Fault;
 use crate::material::Psd;
 use crate::solver::conjugate_gradients::{CgTolerance, dot};
 use crate::solver::iterative::CG_TOLERANCE;
@@ -53,9 +52,9 @@ pub(super) struct NewtonSolve<'a> {
     /// Iterations in a row that began with it renewed.
     fresh: u32,
     /// True if the step before was whole.
+    went_whole: bool,
     /// Iterations in a row whose ways were cut short.
     limited: u64,
-    went_whole: bool,
     /// True if it is that of the end, as far as the tolerance goes.
     settled: bool,
     /// Watch over steps that raise the objective at first.
@@ -109,8 +108,8 @@ impl<'a> NewtonSolve<'a> {
             negligible: 0.0,
             renewals: 0,
             fresh: 0,
-            limited: 0,
             went_whole: false,
+            limited: 0,
             settled: false,
             watchdog: Watchdog::new(),
             system,
@@ -131,8 +130,7 @@ impl<'a> NewtonSolve<'a> {
         let solve = Some(SolveError { verdict, iterations, correction, left });
         if let (SolveFailure::Obstructed, Some(goal)) = (verdict, self.objective.goal) {
             let way = rest_of_way(self.system, goal, &self.at.x);
-            let fault = self.system.obstruction(&self.at.x, &way).map(|pair| Fault::Obstructed { pair });
-            return StepFault { fault, vertex: None, solve };
+            return StepFault { fault: self.system.obstruction(&self.at.x, &way), vertex: None, solve };
         }
         StepFault { solve, ..StepFault::at(self.system, &self.at.x, &self.at.x) }
     }
