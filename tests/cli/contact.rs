@@ -218,3 +218,40 @@ fn what_a_scheme_takes_beside_a_moving_obstacle_is_the_scheme_s() {
     assert!(long.contains("the scheme `implicit-euler` damps motion by itself"), "{long}");
     assert!(short.contains("does not see blows that are shorter than a step"), "{short}");
 }
+
+/// Two blocks that fly through each other: boxes that meet at the start are told then, on the way at the end.
+#[test]
+fn bodies_that_meet_under_way_without_contact_are_told() {
+    let block = |name: &str, x: f64, v: f64| {
+        format!(
+            "[[body]]\nname = \"{name}\"\nmesh = {{ grid = {{ cells = [2, 2], size = [0.1, 0.1], origin = [{x}, 0] }} }}\n\
+             elastic = {{ neo-hookean = {{ young = 1e6, poisson = 0.3 }} }}\nmass = {{ density = 1000 }}\n\
+             velocity = {{ rigid = {{ linear = [{v}, 0] }} }}\n"
+        )
+    };
+    let head = "dimension = 2\ntime = { integrator = \"velocity-verlet\", step = 1e-4, duration = 0.1 }\n\
+                output = { rate = 100, channels = [\"energy\"] }\n";
+    let warned = |text: &str, arguments: &[&str]| {
+        let bench = Bench::new(text);
+        let ended = bench.pliant([&["run", "scene.toml", "--json"], arguments].concat()).succeeded();
+        ended.json()["warnings"].to_string()
+    };
+    // 0.1 m apart at 2 m/s: together after 0.05 s.
+    let flies = format!("{head}{}{}", block("still", 0.0, 0.0), block("flies", 0.2, -2.0));
+    let told = warned(&flies, &[]);
+    assert!(told.contains("the boxes around `still` and `flies` meet from t = 0.05 s on"), "{told}");
+    // Noted at checkpoints.
+    let bench = Bench::new(&flies);
+    bench.pliant(["run", "scene.toml", "--until", "0.07", "--checkpoint", "1e-9"]).succeeded();
+    let rest = bench.pliant(["resume", "scene.checkpoint", "--until", "0.1", "--json"]).succeeded().json();
+    assert!(rest["warnings"].to_string().contains("meet from t = 0.05 s on"), "{rest}");
+    let beside = format!("{head}{}{}", block("still", 0.0, 0.0), block("flies", 0.2, 2.0));
+    assert!(!warned(&beside, &[]).contains("meet"));
+    assert!(!warned(&format!("{head}{}", block("still", 0.0, 0.0)), &[]).contains("meet"));
+    let through = format!("{head}{}{}", block("still", 0.0, 0.0), block("flies", 0.05, 2.0));
+    let told = warned(&through, &[]);
+    assert!(told.contains("`flies` meet, and nothing") && !told.contains("meet from"), "{told}");
+    let touches = flies.replace("dimension = 2", "dimension = 2\ncontact = {}");
+    let touches = touches.replace("velocity-verlet", "implicit-euler").replace("step = 1e-4", "step = 5e-3");
+    assert!(!warned(&touches, &[]).contains("meet"));
+}

@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 
 use super::statics;
 use crate::failure::ExitStatus;
-use crate::statistics::Statistics;
+use crate::statistics::{Meeting, Statistics};
 use crate::text::{self, counted, entry, number};
 
 /// A scene should have its energy back at the end this well, but for what is known to have come in and gone
@@ -84,6 +84,7 @@ impl<'a> Closing<'a> {
             self.overloaded(),
             self.entered(),
             self.slipped(),
+            self.met(),
             self.energy_off().or_else(|| self.energy_gained()),
         ];
         self.report.warnings.iter().cloned().chain(found.into_iter().flatten()).collect()
@@ -187,6 +188,17 @@ impl<'a> Closing<'a> {
         })
     }
 
+    /// Bodies that came together while nothing makes them collide.
+    fn met(&self) -> Option<String> {
+        let Meeting { bodies, time } = self.statistics.meeting()?;
+        let [a, b] = bodies.map(|body| &self.report.bodies[body].name);
+        Some(format!(
+            "the boxes around `{a}` and `{b}` meet from t = {} s on, and nothing makes bodies collide: `contact = {{}}` in the scene \
+             does",
+            number(*time),
+        ))
+    }
+
     /// Prescribed motion that jumped.
     fn jumped(&self) -> Option<String> {
         let MotionJumps { pin, time, size, count } = self.summary.motion_jumps.as_ref()?;
@@ -210,22 +222,10 @@ impl<'a> Closing<'a> {
              more accurate{}",
             self.in_play(gain),
             self.finer(),
+            self.gains_in_impacts() + self.misses_blows(),
         ))
     }
 
-    /// Energy that is not what it was, where all losses are known.
-    fn energy_off(&self) -> Option<String> {
-        // What a scene brings in and takes away is known, but for losses that were not asked for.
-        let known = !self.takes_energy() || self.loses_known();
-        let (error, drift) = (self.summary.relative_energy_error()?, self.summary.relative_energy_drift()?);
-        // The energy of a symplectic scheme oscillates and comes back; what is lost for good is held to a
-        // closer bound.
-        if !known || drift <= ENERGY_DRIFT_BOUND && error <= ENERGY_ERROR_BOUND {
-            return None;
-            self.gains_in_impacts() + self.misses_blows(),
-        }
-        let method = self.scene.time.integrator.method();
-        // Many implicit schemes take energy out of motion by design, and more of it the larger the step.
     /// Continuation of a sentence on energy that has grown: of work that the books may not have seen.
     fn misses_blows(&self) -> &'static str {
         let is_moved = self.summary.end.balance.is_some_and(|balance| balance.motion.is_some());
@@ -245,6 +245,18 @@ impl<'a> Closing<'a> {
         advice.map_or(String::new(), |advice| format!("; {advice}"))
     }
 
+    /// Energy that is not what it was, where all losses are known.
+    fn energy_off(&self) -> Option<String> {
+        // What a scene brings in and takes away is known, but for losses that were not asked for.
+        let known = !self.takes_energy() || self.loses_known();
+        let (error, drift) = (self.summary.relative_energy_error()?, self.summary.relative_energy_drift()?);
+        // The energy of a symplectic scheme oscillates and comes back; what is lost for good is held to a
+        // closer bound.
+        if !known || drift <= ENERGY_DRIFT_BOUND && error <= ENERGY_ERROR_BOUND {
+            return None;
+        }
+        let method = self.scene.time.integrator.method();
+        // Many implicit schemes take energy out of motion by design, and more of it the larger the step.
         let damps = method.documentation.solves > 0
             && amplification(&method, 1.0, 0.0, 0.0).spectral_radius() < 1.0 - 1e-9;
         // Work of prescribed motion is known as well as a step is small beside its forces.
@@ -277,6 +289,7 @@ impl<'a> Closing<'a> {
                 None => "takes or gives energy",
             },
             self.finer(),
+            if gained { self.gains_in_impacts() + self.misses_blows() } else { String::new() },
         ))
     }
 
@@ -289,7 +302,6 @@ impl<'a> Closing<'a> {
             Some(control) => format!("a smaller `tolerance` than {:e}", control.tolerances.relative),
             None => format!("a smaller step than {} s", number(self.report.step)),
         }
-            if gained { self.gains_in_impacts() + self.misses_blows() } else { String::new() },
     }
 
     /// One line on an end that is not the planned one; `None` if it is. `file` is what was recorded to.
@@ -421,6 +433,14 @@ impl<'a> Closing<'a> {
             let [a, b] = &least.bodies;
             let part = share(least.relative);
             let most = counted(least.most, "pair", "pairs");
+            let limited = self.summary.work.solver.map_or(0, |solver| solver.longest_limited);
+            let limited = match limited {
+                0 => String::new(),
+                n => {
+                    let iterations = counted(n, "Newton iteration", "Newton iterations");
+                    format!("; it cut up to {iterations} in a row short")
+                }
+            };
             line(
                 "contact",
                 format!(
@@ -433,14 +453,6 @@ impl<'a> Closing<'a> {
         if let Some(Penetration { bodies: [a, b], depth, time }) = &self.summary.contact.deepest {
             let depth = number(*depth);
             line("entered", format!("{a} and {b}, {depth} m deep at t = {} s", number(*time)));
-            let limited = self.summary.work.solver.map_or(0, |solver| solver.longest_limited);
-            let limited = match limited {
-                0 => String::new(),
-                n => {
-                    let iterations = counted(n, "Newton iteration", "Newton iterations");
-                    format!("; it cut up to {iterations} in a row short")
-                }
-            };
         }
         if let Some(Approach { bodies: [a, b], speed, stopped, time }) = &self.summary.contact.hardest {
             line(
