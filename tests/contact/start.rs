@@ -205,6 +205,42 @@ fn schemes_and_tables_that_contact_cannot_take_are_refused() {
     }
 }
 
+/// Walls rub where a pair says so, and let through what it lets through; they have names of their own.
+#[test]
+fn pairs_may_name_walls() {
+    let slides = |pairs: &str| {
+        format!(
+            "dimension = 2\ntime = {{ integrator = 'implicit-euler', step = 0.01, duration = 1.0 }}\n\
+             contact = {{ distance = 1e-3, friction = 0.9, pairs = [{pairs}] }}\n\
+             world = {{ gravity = [0, -10], walls = [{{ normal = [0, 1], offset = 0 }}] }}\n\
+             [[body]]\nname = 'block'\nmesh = {{ grid = {{ cells = [2, 2], size = [0.2, 0.1], origin = [0, 0.99e-3] }} }}\n\
+             elastic = {{ neo-hookean = {{ young = 1e6, poisson = 0.3 }} }}\nmass = {{ density = 1000 }}\n\
+             velocity = {{ rigid = {{ linear = [1, 0] }} }}\n"
+        )
+    };
+    let end = |pairs: &str| {
+        let mut simulation = super::assembled(&slides(pairs)).simulation;
+        super::advance(&mut simulation, 20);
+        let mean = |rows: &[f64], k: usize| rows.chunks(2).take(9).map(|row| row[k]).sum::<f64>() / 9.0;
+        (mean(&simulation.velocities(), 0), mean(&simulation.positions(), 1))
+    };
+    let (speed, height) = end("");
+    assert!((speed - 1.0).abs() < 1e-6 && height > 0.04, "a wall rubs by itself: {speed} m/s at {height} m");
+    let (speed, height) = end("{ between = ['block', 'wall0'], friction = 0.3 }");
+    assert!((speed - (1.0 - 0.3 * 10.0 * 0.2)).abs() < 0.05 && height > 0.04, "{speed} m/s at {height} m");
+    // Switched on again it has no friction still.
+    let (speed, _) = end("{ between = ['wall0', 'block'], contact = true }");
+    assert!((speed - 1.0).abs() < 1e-6, "{speed}");
+    let (_, height) = end("{ between = ['block', 'wall0'], contact = false }");
+    assert!(height < -0.1, "it lies on a wall that is switched off, at {height} m");
+    let told = |text: &str| pliant_scene::Scene::from_toml(text).unwrap_err().to_string();
+    let unknown = told(&slides("{ between = ['block', 'wall1'], friction = 0.3 }"));
+    assert!(unknown.contains("there is no body, obstacle or wall \"wall1\""), "{unknown}");
+    assert!(unknown.contains("`wall0`"), "{unknown}");
+    let twice = told(&slides("").replace("name = 'block'", "name = 'wall0'"));
+    assert!(twice.contains("the name of this wall in contact, is that of something else"), "{twice}");
+}
+
 /// Two solids in space, or one of them an obstacle: the scene.
 fn in_space(second: &str) -> String {
     format!(

@@ -457,7 +457,7 @@ fn model<const D: usize>(choice: &StiffnessChoice<'_>, surface: ContactSurface) 
             let (one, other) = (&parties[a], &parties[b]);
             let touch = one.collides && other.collides && !(one.is_obstacle() && other.is_obstacle());
             pairs.set(a as u32, b as u32, touch && (a != b || one.with_itself));
-            // Walls have no friction.
+            // Walls have no friction by themselves.
             if is_wall(a) || is_wall(b) {
                 friction[a * parties.len() + b] = 0.0;
             }
@@ -469,7 +469,8 @@ fn model<const D: usize>(choice: &StiffnessChoice<'_>, surface: ContactSurface) 
             pairs.set(a as u32, b as u32, touch);
         }
         for (a, b) in [(a, b), (b, a)] {
-            friction[a * parties.len() + b] = pair.friction.unwrap_or(contact.friction);
+            let friction = &mut friction[a * parties.len() + b];
+            *friction = pair.friction.unwrap_or(*friction);
         }
     }
     let laws = ContactLaws::new(parties.len(), |a, b| {
@@ -609,9 +610,9 @@ fn report(
     let touching = all.filter(|(a, b)| model.touch(*a as u32, *b as u32));
     ContactSummary {
         explicit: None,
-        size: size_of_bodies(parties, surface.dimension),
         impacts: None,
         start: None,
+        size: size_of_bodies(parties, surface.dimension),
         distance: choice.distance,
         distance_origin,
         pairs: touching.map(|(a, b)| law(a, b)).collect(),
