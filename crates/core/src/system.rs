@@ -571,6 +571,11 @@ impl System {
         self.terms.iter().find_map(|t| t.fault(x))
     }
 
+    /// The first place where a material is about to leave its domain at `x`.
+    pub(crate) fn near_fault(&self, x: &[f64]) -> Option<Fault> {
+        self.terms.iter().find_map(|term| term.near_fault(x))
+    }
+
     /// Why `(x, v)` has no finite dissipative force.
     pub fn dissipative_fault(&self, x: &[f64], v: &[f64]) -> Option<Fault> {
         self.dissipation.iter().find_map(|t| t.fault(x, v))

@@ -60,6 +60,15 @@ pub enum Fault {
         /// Determinant of the mean deformation gradient.
         j: f64,
     },
+    /// A sheet with free faces is stretched as far as its material has a thickness at which they are free.
+    Sheet {
+        /// Name of the body.
+        body: String,
+        /// Index of the element in the body.
+        element: usize,
+        /// Largest stretch in its plane.
+        stretch: f64,
+    },
     /// A spring's force is not finite.
     Spring {
         /// Name of the body.
@@ -145,6 +154,15 @@ impl std::fmt::Display for Fault {
                     f,
                     "the mean of the elements of `{body}` at vertex {vertex} has J = {j}",
                     j = Rounded::<7>(*j)
+                )
+            }
+            Fault::Sheet { body, element, stretch } => {
+                write!(
+                    f,
+                    "element {element} of `{body}` is stretched {stretch} times, beyond which its material gets so thin \
+                     that it bears no load: sheets of `stvk` and `corotated` do, those of `neo-hookean` and \
+                     `stable-neo-hookean` bear any stretch",
+                    stretch = Rounded::<4>(*stretch)
                 )
             }
             Fault::Spring { body, spring, length } => {
@@ -350,6 +368,13 @@ pub trait EnergyTerm: TermViews + Send + Sync {
 
     /// The first place where `x` has no finite energy or force; called only after something went wrong.
     fn fault(&self, x: &[f64]) -> Option<Fault>;
+
+    /// The first place where a material is about to leave its domain at `x`, where energies and forces still
+    /// are finite; called only after something went wrong.
+    fn near_fault(&self, x: &[f64]) -> Option<Fault> {
+        let _ = x;
+        None
+    }
 
     /// Bytes held, for the memory report.
     fn bytes(&self) -> usize;

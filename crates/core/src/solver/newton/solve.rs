@@ -132,7 +132,9 @@ impl<'a> NewtonSolve<'a> {
             let way = rest_of_way(self.system, goal, &self.at.x);
             return StepFault { fault: self.system.obstruction(&self.at.x, &way), vertex: None, solve };
         }
-        StepFault { solve, ..StepFault::at(self.system, &self.at.x, &self.at.x) }
+        let at = StepFault::at(self.system, &self.at.x, &self.at.x);
+        let near = || self.system.near_fault(&self.at.x).filter(|_| verdict == SolveFailure::Indefinite);
+        StepFault { solve, fault: at.fault.clone().or_else(near), ..at }
     }
 
     /// # Errors
