@@ -107,6 +107,18 @@ fn the_least_gap_of_a_start_is_that_of_its_nearest_primitives() {
         + &triangle("one", "[[0, 0], [1, 0], [0, 1]]")
         + &triangle("other", "[[1, 1], [0.6, 1], [1, 0.6]]");
     near(&slants, 0.6 / 2f64.sqrt(), ["edge 1-2 of `one`", "vertex 1 of `other`"]);
+    // Slanted faces far apart, whose bodies' boxes overlap: found by looking farther and farther.
+    let tetrahedron = |name: &str, points: &str, order: &str| {
+        format!(
+            "[[body]]\nname = '{name}'\nmesh = {{ inline = {{ points = {points}, tetrahedra = [{order}] }} }}\n\
+             elastic = {{ neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}\nmass = {{ density = 1000 }}\n"
+        )
+    };
+    let faces = BODIES.replace("dimension = 2", "dimension = 3")
+        + "contact = { distance = 1e-3 }\n"
+        + &tetrahedron("one", "[[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]", "[0, 1, 2, 3]")
+        + &tetrahedron("other", "[[1, 1, 1], [0.2, 1, 1], [1, 0.2, 1], [1, 1, 0.2]]", "[0, 2, 1, 3]");
+    near(&faces, 1.2 / 3f64.sqrt(), ["`one`", "`other`"]);
 }
 
 /// What the first search looks at: nothing of boxes apart, all that is within the distance of others.
