@@ -138,8 +138,8 @@ fn an_explicit_run_says_its_hardest_approach_and_how_deep_it_went() {
     ended.prints(&["entered   block and floor, ", "approach  "]);
 }
 
-/// The lightest vertex is the corner of one triangle, 0.4167 kg on 0.05 m^2: its contact lasts `pi sqrt(m dhat
-/// / (8 kappa w))`.
+/// The lightest vertex is the corner of one triangle, 0.4167 kg on 0.05 m^2: its contact lasts `pi sqrt(m
+/// dhat / (8 kappa w))`.
 #[test]
 fn a_check_says_how_long_contact_lasts_and_where_its_numbers_come_from() {
     let bench = Bench::new(DROP);

@@ -75,17 +75,12 @@ impl Statistics {
         if self.meeting.is_some() || self.bodies.len() < 2 {
             return;
         }
-        let bounds = |(_, body): &(usize, Range<usize>)| {
-            let d = frame.dimension;
-            let mut bounds = vec![[f64::INFINITY, f64::NEG_INFINITY]; d];
-            for row in frame.x[body.start * d..body.end * d].chunks_exact(d) {
-                for (bounds, x) in bounds.iter_mut().zip(row) {
-                    *bounds = [bounds[0].min(*x), bounds[1].max(*x)];
-                }
-            }
-            bounds
+        let d = frame.dimension;
+        let of_body = |(_, body): &(usize, Range<usize>)| {
+            let x = &frame.x[body.start * d..body.end * d];
+            if d == 2 { bounds::<2>(x) } else { bounds::<3>(x) }
         };
-        let boxes: Vec<Vec<[f64; 2]>> = self.bodies.iter().map(bounds).collect();
+        let boxes: Vec<[[f64; 2]; 3]> = self.bodies.iter().map(of_body).collect();
         let meet = |(a, b): &(usize, usize)| {
             boxes[*a].iter().zip(&boxes[*b]).all(|(a, b)| a[0] <= b[1] && b[0] <= a[1])
         };
@@ -95,6 +90,21 @@ impl Statistics {
             Meeting { bodies, time: frame.time }
         });
     }
+}
+
+/// Least and largest coordinate of points, flat `(n, D)`, along each axis; in the plane all alike along the
+/// third.
+fn bounds<const D: usize>(x: &[f64]) -> [[f64; 2]; 3] {
+    let (mut least, mut largest) = ([f64::INFINITY; D], [f64::NEG_INFINITY; D]);
+    for row in x.as_chunks::<D>().0 {
+        for k in 0..D {
+            least[k] = if row[k] < least[k] { row[k] } else { least[k] };
+            largest[k] = if row[k] > largest[k] { row[k] } else { largest[k] };
+        }
+    }
+    let mut bounds = [[0.0; 2]; 3];
+    (0..D).for_each(|k| bounds[k] = [least[k], largest[k]]);
+    bounds
 }
 
 impl Observer for Statistics {

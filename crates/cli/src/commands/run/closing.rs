@@ -193,8 +193,8 @@ impl<'a> Closing<'a> {
         let Meeting { bodies, time } = self.statistics.meeting()?;
         let [a, b] = bodies.map(|body| &self.report.bodies[body].name);
         Some(format!(
-            "the boxes around `{a}` and `{b}` meet from t = {} s on, and nothing makes bodies collide: `contact = {{}}` in the scene \
-             does",
+            "the boxes around `{a}` and `{b}` meet from t = {} s on, and nothing makes bodies collide: \
+             `contact = {{}}` in the scene does",
             number(*time),
         ))
     }
@@ -231,8 +231,8 @@ impl<'a> Closing<'a> {
         let is_moved = self.summary.end.balance.is_some_and(|balance| balance.motion.is_some());
         match is_moved && self.scene.contact.is_some() {
             true => {
-                "; the work of prescribed motion is known from its power at the ends of steps, which does not see blows \
-                 that are shorter than a step"
+                "; the work of prescribed motion is known from its power at the ends of steps, which does not \
+                 see blows that are shorter than a step"
             }
             false => "",
         }

@@ -92,8 +92,8 @@ impl ImpactDurations {
     pub(super) fn described(&self) -> String {
         let ImpactDuration { body, time, .. } = &self.vertex;
         format!(
-            "contact of the lightest vertex, of `{body}`, lasts {} s{}: steps up to {} s keep the energy of impacts with \
-             tr-bdf2, in longer ones {NONE_GAINED}",
+            "contact of the lightest vertex, of `{body}`, lasts {} s{}: steps up to {} s keep the energy of \
+             impacts with tr-bdf2, in longer ones {NONE_GAINED}",
             Rounded::<3>(*time),
             self.vertex.in_steps(),
             Rounded::<3>(PART_OF_CONTACT * time),
@@ -111,8 +111,8 @@ impl ImpactDurations {
         let ImpactDuration { body, time, steps } = impact;
         (part * (*steps)? < 1.0).then(|| {
             format!(
-                "`{scheme}` may gain energy in impacts: {what} `{body}`, lasts {} s{}, and in steps of more than {} s it has gained \
-                 several times what there was; {NONE_GAINED}",
+                "`{scheme}` may gain energy in impacts: {what} `{body}`, lasts {} s{}, and in steps of more \
+                 than {} s it has gained several times what there was; {NONE_GAINED}",
                 Rounded::<3>(*time),
                 impact.in_steps(),
                 Rounded::<3>(part * time),

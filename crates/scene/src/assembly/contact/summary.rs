@@ -156,7 +156,8 @@ impl ContactSummary {
         facts.extend(self.described_pairs());
         facts.extend(self.with_itself.iter().map(|SelfContact { body, gap, least, between: [a, b] }| {
             format!(
-                "`{body}` touches itself from {} m on, half of its least distance at rest {} m, between {a} and {b}",
+                "`{body}` touches itself from {} m on, half of its least distance at rest {} m, between \
+                 {a} and {b}",
                 Rounded::<4>(*gap),
                 Rounded::<4>(*least)
             )
@@ -279,7 +280,8 @@ impl ExplicitContactSummary {
         });
         let raised = self.raises_threshold.then(|| {
             format!(
-                "the threshold of friction is raised to what a step bears, {} m/s where a vertex carries its own weight",
+                "the threshold of friction is raised to what a step bears, {} m/s where a vertex \
+                 carries its own weight",
                 Rounded::<4>(self.borne_threshold)
             )
         });
