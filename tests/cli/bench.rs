@@ -4,7 +4,7 @@ use serde_json::Value;
 
 use super::{Bench, SPRING};
 
-const ROWS: [&str; 22] = [
+const ROWS: [&str; 23] = [
     "tet-stable-neo-hookean",
     "tet-corotated",
     "tri-corotated",
@@ -19,6 +19,7 @@ const ROWS: [&str; 22] = [
     "hessian-stable-neo-hookean",
     "implicit-euler",
     "cloth-implicit",
+    "contact-kernels",
     "contact-cloth",
     "contact-bars",
     "contact-stack",

@@ -44,9 +44,16 @@ fn a_run_ends_with_the_least_gap_and_what_friction_took() {
     // That of the steps, whichever of them are recorded.
     let seldom = DROP.replace("rate = 200.0", "rate = 5.0");
     let seldom = Bench::new(&seldom).pliant(["run", "scene.toml", "--json"]).succeeded().json();
+    let longest = summary["solver"]["longest_limited"].as_u64().unwrap();
+    assert!((1..10).contains(&longest), "{summary}");
     assert_eq!(seldom["summary"]["least_gap"], *least);
     let ended = bench.pliant(["run", "scene.toml", "--force"]).succeeded();
-    ended.prints(&["contact   least gap ", " between block and floor at t = ", "J to damping and friction"]);
+    ended.prints(&[
+        "contact   least gap ",
+        " between block and floor at t = ",
+        "J to friction",
+        "Newton iterations in a row short",
+    ]);
     let info = bench.pliant(["info", "scene.mcap"]).succeeded();
     info.prints(&["/contacts ", "pliant.Contacts"]);
 }
@@ -129,4 +136,122 @@ fn an_explicit_run_says_its_hardest_approach_and_how_deep_it_went() {
     assert!(warnings.contains("`block` and `floor` entered each other"), "{warnings}");
     let ended = bench.pliant(["run", "scene.toml", "--force"]).succeeded();
     ended.prints(&["entered   block and floor, ", "approach  "]);
+}
+
+/// The lightest vertex is the corner of one triangle, 0.4167 kg on 0.05 m^2: its contact lasts `pi sqrt(m
+/// dhat / (8 kappa w))`.
+#[test]
+fn a_check_says_how_long_contact_lasts_and_where_its_numbers_come_from() {
+    let bench = Bench::new(DROP);
+    let report = bench.pliant(["check", "scene.toml", "--json"]).succeeded().json()["report"].clone();
+    let contact = &report["contact"];
+    let vertex = &contact["impacts"]["vertex"];
+    let expected = std::f64::consts::PI * (0.05_f64 * 0.05 / 6.0 * 1000.0 / 0.05 * 1e-3 / (8.0 * 1e6)).sqrt();
+    let time = vertex["time"].as_f64().unwrap();
+    assert!((time / expected - 1.0).abs() < 1e-12, "{time}, not {expected}");
+    assert!((vertex["steps"].as_f64().unwrap() * 5e-3 / expected - 1.0).abs() < 1e-12, "{vertex}");
+    // Waves of sqrt(E / rho) = 31.6 m/s through 0.1 m and back.
+    let body = contact["impacts"]["body"]["time"].as_f64().unwrap();
+    assert!((body / (0.2 / 1000f64.sqrt()) - 1.0).abs() < 1e-12, "{body}");
+    assert!((contact["start"]["least"]["gap"].as_f64().unwrap() - 0.05).abs() < 1e-12, "{contact}");
+    let size = report["size"].as_array().unwrap();
+    assert_eq!(size.len(), 2);
+    let checked = bench.pliant(["check", "scene.toml"]).succeeded();
+    checked.prints(&[
+        "surfaces push each other from a gap of 0.001 m on, given",
+        "block-block, block-floor: 1e6 Pa, given, mu 0.3",
+        "what sticks creeps at less than 1.414e-4 m/s, 7.071e-7 m in a step",
+        "contact of the lightest vertex, of `block`, lasts 1.01e-4 s, 0.02 steps",
+        "0 pairs are candidates at the start; the least gap is 0.05 m, between vertex 0 of `block` and",
+    ]);
+    let by_modulus = DROP.replace("stiffness = \"1 MPa\"\n", "").replace("distance = \"1 mm\"\n", "");
+    Bench::new(&by_modulus).pliant(["check", "scene.toml"]).succeeded().prints(&[
+        "a thousandth of the size of `block`",
+        "block-block, block-floor: 1e6 Pa, Young's modulus of `block`",
+    ]);
+}
+
+/// Schemes that gain energy where steps are long beside an impact are told before, and named after.
+#[test]
+fn a_scheme_that_gains_energy_in_impacts_is_named() {
+    let of = |command: &str, scheme: &str, step: &str| {
+        let text = DROP.replace("\"implicit-euler\"", scheme).replace("5e-3", step);
+        let ended = Bench::new(&text).pliant([command, "scene.toml", "--json"]).succeeded().json();
+        let document = if command == "check" { &ended["report"] } else { &ended };
+        document["warnings"].to_string()
+    };
+    for scheme in ["\"sdirk4\"", "\"trapezoid\""] {
+        let before = of("check", scheme, "1e-3");
+        assert!(before.contains("may gain energy in impacts") && before.contains("0.1 steps"), "{before}");
+        let after = of("run", scheme, "1e-3");
+        assert!(after.contains("gains energy in impacts that last few steps"), "{after}");
+        assert!(after.contains("implicit-euler and generalised-alpha"), "{after}");
+        // A quarter of the contact of a vertex.
+        assert!(!of("check", scheme, "2.5e-5").contains("may gain energy"));
+    }
+    for command in ["check", "run"] {
+        let told = of(command, "\"implicit-euler\"", "1e-3");
+        assert!(!told.contains("gain energy") && !told.contains("gains energy"), "{told}");
+    }
+    // Half of the time that waves take through the block and back.
+    assert!(of("check", "\"tr-bdf2\"", "4e-3").contains("an impact of `block`, lasts 0.00632 s"));
+    assert!(!of("check", "\"tr-bdf2\"", "2.5e-3").contains("may gain energy"));
+}
+
+/// Energy that an obstacle brings in at a constant velocity does not hide what the scheme takes. Where it
+/// strikes, its power at the ends of steps is not all that it does, and that is told.
+#[test]
+fn what_a_scheme_takes_beside_a_moving_obstacle_is_the_scheme_s() {
+    let told = |step: &str| {
+        let text = DROP
+            .replace("[0.0, -9.81]", "[0.0, 0.0]")
+            .replace("linear = [0.4, 0.0]", "linear = [0.0, 0.0]")
+            .replace("5e-3", step)
+            .replace("offset = 0.0 } }", "offset = 0.0 } }\nmotion = { velocity = [0.0, 0.5] }");
+        let document = Bench::new(&text).pliant(["run", "scene.toml", "--json"]).succeeded().json();
+        let summary = &document["summary"];
+        let total = |when: &str| summary[when]["total"].as_f64().unwrap();
+        assert!(total("end") > total("start") + 1.0, "the floor takes the block along: {summary}");
+        document["warnings"].to_string()
+    };
+    let (long, short) = (told("1e-2"), told("2e-3"));
+    assert!(long.contains("the scheme `implicit-euler` damps motion by itself"), "{long}");
+    assert!(short.contains("does not see blows that are shorter than a step"), "{short}");
+}
+
+/// Two blocks that fly through each other: boxes that meet at the start are told then, on the way at the end.
+#[test]
+fn bodies_that_meet_under_way_without_contact_are_told() {
+    let block = |name: &str, x: f64, v: f64| {
+        format!(
+            "[[body]]\nname = \"{name}\"\nmesh = {{ grid = {{ cells = [2, 2], size = [0.1, 0.1], origin = [{x}, 0] }} }}\n\
+             elastic = {{ neo-hookean = {{ young = 1e6, poisson = 0.3 }} }}\nmass = {{ density = 1000 }}\n\
+             velocity = {{ rigid = {{ linear = [{v}, 0] }} }}\n"
+        )
+    };
+    let head = "dimension = 2\ntime = { integrator = \"velocity-verlet\", step = 1e-4, duration = 0.1 }\n\
+                output = { rate = 100, channels = [\"energy\"] }\n";
+    let warned = |text: &str, arguments: &[&str]| {
+        let bench = Bench::new(text);
+        let ended = bench.pliant([&["run", "scene.toml", "--json"], arguments].concat()).succeeded();
+        ended.json()["warnings"].to_string()
+    };
+    // 0.1 m apart at 2 m/s: together after 0.05 s.
+    let flies = format!("{head}{}{}", block("still", 0.0, 0.0), block("flies", 0.2, -2.0));
+    let told = warned(&flies, &[]);
+    assert!(told.contains("the boxes around `still` and `flies` meet from t = 0.05 s on"), "{told}");
+    // Noted at checkpoints.
+    let bench = Bench::new(&flies);
+    bench.pliant(["run", "scene.toml", "--until", "0.07", "--checkpoint", "1e-9"]).succeeded();
+    let rest = bench.pliant(["resume", "scene.checkpoint", "--until", "0.1", "--json"]).succeeded().json();
+    assert!(rest["warnings"].to_string().contains("meet from t = 0.05 s on"), "{rest}");
+    let beside = format!("{head}{}{}", block("still", 0.0, 0.0), block("flies", 0.2, 2.0));
+    assert!(!warned(&beside, &[]).contains("meet"));
+    assert!(!warned(&format!("{head}{}", block("still", 0.0, 0.0)), &[]).contains("meet"));
+    let through = format!("{head}{}{}", block("still", 0.0, 0.0), block("flies", 0.05, 2.0));
+    let told = warned(&through, &[]);
+    assert!(told.contains("`flies` meet, and nothing") && !told.contains("meet from"), "{told}");
+    let touches = flies.replace("dimension = 2", "dimension = 2\ncontact = {}");
+    let touches = touches.replace("velocity-verlet", "implicit-euler").replace("step = 1e-4", "step = 5e-3");
+    assert!(!warned(&touches, &[]).contains("meet"));
 }

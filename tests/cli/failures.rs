@@ -150,3 +150,30 @@ fn energies_beyond_all_numbers_are_told_in_words() {
         assert!(!told.contains("inf J") && !told.contains("NaN"), "{told}");
     }
 }
+
+/// A sheet that its weight stretches to twice its length, and no advice to hold it better.
+#[test]
+fn a_sheet_that_gets_too_thin_is_told_with_materials_that_do_not() {
+    let hangs = |material: &str, integrator: &str| {
+        format!(
+            "dimension = 3\ntime = {{ integrator = \"{integrator}\", step = 0.02, duration = 1.0 }}\n\
+             world = {{ gravity = [\"400*t\", 0, -1] }}\n\
+             [[body]]\nname = \"sheet\"\n\
+             mesh = {{ cloth = {{ cells = [4, 4], origin = [0, 0, 0], u = [1, 0, 0], v = [0, 1, 0] }} }}\n\
+             membrane = {{ thickness = 1e-3 }}\nelastic = {{ {material} = {{ young = 1e5, poisson = 0.3 }} }}\n\
+             mass = {{ density = 1000 }}\npin = [{{ half_space = {{ normal = [1, 0, 0], offset = 0.001 }} }}]\n"
+        )
+    };
+    for (material, integrator) in
+        [("stvk", "implicit-euler"), ("stvk", "quasi-static"), ("corotated", "implicit-euler")]
+    {
+        let ended = Bench::new(&hangs(material, integrator)).pliant(["run", "scene.toml"]).ended_with(1);
+        let ended = ended.says(&[
+            "of `sheet` is stretched",
+            "`stable-neo-hookean` bear any stretch",
+            "take a material",
+        ]);
+        assert!(!ended.stderr.contains("hold every body"), "{}", ended.stderr);
+    }
+    Bench::new(&hangs("stable-neo-hookean", "implicit-euler")).pliant(["run", "scene.toml"]).succeeded();
+}

@@ -32,6 +32,24 @@ fn what_sticks_creeps_at_the_speed_of_the_law() {
     }
 }
 
+/// An incline of 1 in 2 holds with a coefficient a ten-thousandth above one half, and lets go as far below.
+#[test]
+fn friction_holds_from_the_slope_of_the_incline_on() {
+    let speed_after = |mu: f64| {
+        let mut simulation = on_incline(mu).simulation(&IntegratorSpec::ImplicitEuler, 0.01);
+        super::advance(&mut simulation, 3000);
+        simulation.state().v()[0]
+    };
+    let (e, normal) = (1e-3, 9.81 * 2.0 / 5f64.sqrt());
+    let creeps = e * (1.0 - (1.0 - 0.5 / 0.5001f64).sqrt());
+    let found = speed_after(0.5001);
+    assert!((found - creeps).abs() < 1e-10, "{found:e}, not {creeps:e}");
+    // What is left of its weight speeds it up, from the creep on.
+    let found = speed_after(0.4999);
+    let slides = 1e-4 * normal * 30.0;
+    assert!(found > slides && found < slides + 2.0 * e, "{found}, not {slides}");
+}
+
 /// Below the threshold it slides: `v' = v + h (g sin - mu g cos f1(v'))` of a rigid particle.
 #[test]
 fn what_slides_follows_the_recursion_of_a_rigid_particle() {
@@ -112,7 +130,7 @@ fn a_block_slides_to_rest_where_coulomb_says() {
         let fastest = simulation.state().v().iter().fold(0.0, |m: f64, v| m.max(v.abs()));
         assert!(fastest < 1e-7, "{fastest:e}");
         assert_eq!(simulation.work().solver.unwrap().unsettled, 0);
-        let friction = simulation.diagnostics().balance.unwrap().damping.unwrap();
+        let friction = simulation.diagnostics().balance.unwrap().friction.unwrap();
         // The books integrate the power over time: `mu m g` along the way of the speeds as they are at the
         // ends of steps, of which Euler leaves out `h v / 2`.
         let expected = 0.3 * 20.0 * 9.81 * (way + 0.5 * h);

@@ -116,6 +116,65 @@ fn a_particle_bounces_as_the_quadrature_says() {
     }
 }
 
+/// How a particle falls on a floor: speed at contact, least gap, duration of contact, speed after it.
+fn impact(particle: &FallingParticle, h: f64) -> [f64; 4] {
+    let mut simulation = particle.simulation(&IntegratorSpec::TrBdf2, h);
+    let (reach, fall) = (particle.reach, -particle.gravity[1]);
+    let state = |simulation: &Simulation| {
+        let state = simulation.state();
+        (state.time, state.x()[1], state.v()[1])
+    };
+    // Of free flight through the border of the layer, from a place above it: its speed, and when.
+    let border = |(time, y, v): (f64, f64, f64)| {
+        let speed = (v * v + 2.0 * fall * (y - reach)).sqrt();
+        // 2 (y - reach) / (speed + |v|) is the time between both, whatever the fall.
+        (speed, time - v.signum() * 2.0 * (y - reach) / (speed + v.abs()))
+    };
+    let (mut least, mut before) = (f64::INFINITY, state(&simulation));
+    while before.1 > reach {
+        let last = before;
+        super::advance(&mut simulation, 1);
+        before = state(&simulation);
+        if before.1 <= reach {
+            let (speed, start) = border(last);
+            let mut now = before;
+            while now.1 <= reach {
+                least = least.min(now.1);
+                super::advance(&mut simulation, 1);
+                now = state(&simulation);
+            }
+            let (after, end) = border(now);
+            return [speed, least, end - start, after];
+        }
+    }
+    panic!("it starts in contact")
+}
+
+/// By quadrature of the energy: under gravity, and without.
+#[test]
+fn an_impact_lasts_and_turns_as_the_quadrature_says() {
+    let falls = falls_from_half_a_metre();
+    let flies = FallingParticle {
+        mass: 0.2,
+        stiffness: 50.0,
+        reach: 0.002,
+        gravity: [0.0, 0.0],
+        height: 0.01,
+        velocity: [0.0, -1.5],
+        ..falls_from_half_a_metre()
+    };
+    let expected = [
+        (&falls, [3.132091952673, 0.005753795388865, 0.0038582926376, 3.132091952673]),
+        (&flies, [1.5, f64::NAN, 0.0027644200689, 1.5]),
+    ];
+    for (particle, expected) in expected {
+        let found = impact(particle, 1e-5);
+        for (found, expected) in found.into_iter().zip(expected).filter(|(_, expected)| !expected.is_nan()) {
+            assert!((found / expected - 1.0).abs() < 1e-5, "{found}, not {expected}");
+        }
+    }
+}
+
 #[test]
 fn a_particle_at_rest_is_where_the_barrier_carries_it() {
     let falls = FallingParticle { height: 0.0099, ..falls_from_half_a_metre() };

@@ -55,6 +55,84 @@ fn bodies_apart_are_assembled_and_their_distance_is_told() {
     // A thousandth of the diagonal of 0.2 sqrt(2).
     assert!((contact.distance - 0.2e-3 * 2f64.sqrt()).abs() < 1e-12, "{contact:?}");
     assert_eq!(contact.pairs.len(), 3, "{contact:?}");
+    let facts = contact.facts(Some(0.01)).join("\n");
+    assert!(facts.contains("m on, a thousandth of the size of `low`"), "{facts}");
+    // Of two with one modulus the first is named.
+    assert!(facts.contains("low-low, low-high: 100000 Pa, Young's modulus of `low`"), "{facts}");
+    // Looked for by `check` alone.
+    assert!(contact.start.is_none() && !facts.contains("at the start"), "{facts}");
+    let fine = two_boxes("[0.05, 0.21]")
+        .replace("cells = [2, 2], size = [0.2, 0.2] }", "cells = [400, 1], size = [0.2, 0.2] }");
+    let contact = super::assembled(&fine).report.contact.unwrap();
+    let facts = contact.facts(None).join("\n");
+    assert!((contact.distance - 0.25 * 0.2 / 400.0).abs() < 1e-12, "{facts}");
+    assert!(facts.contains("a quarter of the shortest edge, of `low`"), "{facts}");
+    let soft = two_boxes("[0.05, 0.21]").replacen("young = 1e5", "young = 3e5", 1);
+    let facts = super::assembled(&soft).report.contact.unwrap().facts(None).join("\n");
+    assert!(facts.contains("low-high, high-high: 100000 Pa, Young's modulus of `high`"), "{facts}");
+}
+
+/// Gap at the start, and between what, as `check` has them.
+fn start_gap(text: &str) -> (usize, Option<(f64, [String; 2])>) {
+    let assembly = super::scene(text).assemble(pliant_scene::assembly::UnstableStep::Accept);
+    let start = assembly.unwrap_or_else(|problems| panic!("{problems:?}")).report.contact.unwrap().start;
+    let start = start.unwrap();
+    (start.candidates, start.least.map(|least| (least.gap, least.between)))
+}
+
+/// Faces beside each other, corners across a gap, slants whose boxes overlap, and a floor that is nearer.
+#[test]
+fn the_least_gap_of_a_start_is_that_of_its_nearest_primitives() {
+    let near = |text: &str, expected: f64, names: [&str; 2]| {
+        let (_, least) = start_gap(text);
+        let (gap, between) = least.unwrap();
+        assert!((gap - expected).abs() < 1e-12, "{gap} m, not {expected} m");
+        for name in names {
+            assert!(between.concat().contains(name), "{between:?} without {name}");
+        }
+    };
+    near(&two_boxes("[0.05, 0.21]"), 0.01, ["`low`", "`high`"]);
+    near(&two_boxes("[0.35, 0.3]"), 0.15f64.hypot(0.1), ["vertex 8 of `low`", "`high`"]);
+    near(&small_box(0.05, "[0.6, 0.1, 0.1]"), 0.2, ["`big`", "`small`"]);
+    let floor =
+        "[[obstacle]]\nname = 'floor'\nshape = { half_space = { normal = [0, 1], offset = -0.004 } }\n";
+    near(&(two_boxes("[0.05, 0.21]") + floor), 0.004, ["vertex 0 of `low`", "`floor`"]);
+    let triangle = |name: &str, points: &str| {
+        format!(
+            "[[body]]\nname = '{name}'\nmesh = {{ inline = {{ points = {points}, triangles = [[0, 1, 2]] }} }}\n\
+             elastic = {{ neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}\nmass = {{ density = 1000 }}\n"
+        )
+    };
+    let slants = format!("{BODIES}contact = {{ distance = 1e-3 }}\n")
+        + &triangle("one", "[[0, 0], [1, 0], [0, 1]]")
+        + &triangle("other", "[[1, 1], [0.6, 1], [1, 0.6]]");
+    near(&slants, 0.6 / 2f64.sqrt(), ["edge 1-2 of `one`", "vertex 1 of `other`"]);
+    // Slanted faces far apart, whose bodies' boxes overlap: found by looking farther and farther.
+    let tetrahedron = |name: &str, points: &str, order: &str| {
+        format!(
+            "[[body]]\nname = '{name}'\nmesh = {{ inline = {{ points = {points}, tetrahedra = [{order}] }} }}\n\
+             elastic = {{ neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}\nmass = {{ density = 1000 }}\n"
+        )
+    };
+    let faces = BODIES.replace("dimension = 2", "dimension = 3")
+        + "contact = { distance = 1e-3 }\n"
+        + &tetrahedron("one", "[[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]", "[0, 1, 2, 3]")
+        + &tetrahedron("other", "[[1, 1, 1], [0.2, 1, 1], [1, 0.2, 1], [1, 1, 0.2]]", "[0, 2, 1, 3]");
+    near(&faces, 1.2 / 3f64.sqrt(), ["`one`", "`other`"]);
+}
+
+/// What the first search looks at: nothing of boxes apart, all that is within the distance of others.
+#[test]
+fn candidates_of_a_start_are_counted() {
+    let count = |origin: &str, contact: &str| {
+        let text = two_boxes(origin).replace("contact = {}", contact);
+        start_gap(&text).0
+    };
+    let alone = "contact = { distance = 1e-3, pairs = [{ between = ['low', 'low'], contact = false }, \
+                 { between = ['high', 'high'], contact = false }] }";
+    assert_eq!(count("[0.05, 0.21]", alone), 0);
+    // Two vertices of each side are over an edge of the other.
+    assert_eq!(count("[0.05, 0.2005]", alone), 4);
 }
 
 /// A block of 40 kg/m on a floor: at rest it is held with its weight, and what starts deeper is thrown.
@@ -137,6 +215,42 @@ fn schemes_and_tables_that_contact_cannot_take_are_refused() {
         };
         assert!(told.contains(expected), "{told}");
     }
+}
+
+/// Walls rub where a pair says so, and let through what it lets through; they have names of their own.
+#[test]
+fn pairs_may_name_walls() {
+    let slides = |pairs: &str| {
+        format!(
+            "dimension = 2\ntime = {{ integrator = 'implicit-euler', step = 0.01, duration = 1.0 }}\n\
+             contact = {{ distance = 1e-3, friction = 0.9, pairs = [{pairs}] }}\n\
+             world = {{ gravity = [0, -10], walls = [{{ normal = [0, 1], offset = 0 }}] }}\n\
+             [[body]]\nname = 'block'\nmesh = {{ grid = {{ cells = [2, 2], size = [0.2, 0.1], origin = [0, 0.99e-3] }} }}\n\
+             elastic = {{ neo-hookean = {{ young = 1e6, poisson = 0.3 }} }}\nmass = {{ density = 1000 }}\n\
+             velocity = {{ rigid = {{ linear = [1, 0] }} }}\n"
+        )
+    };
+    let end = |pairs: &str| {
+        let mut simulation = super::assembled(&slides(pairs)).simulation;
+        super::advance(&mut simulation, 20);
+        let mean = |rows: &[f64], k: usize| rows.chunks(2).take(9).map(|row| row[k]).sum::<f64>() / 9.0;
+        (mean(&simulation.velocities(), 0), mean(&simulation.positions(), 1))
+    };
+    let (speed, height) = end("");
+    assert!((speed - 1.0).abs() < 1e-6 && height > 0.04, "a wall rubs by itself: {speed} m/s at {height} m");
+    let (speed, height) = end("{ between = ['block', 'wall0'], friction = 0.3 }");
+    assert!((speed - (1.0 - 0.3 * 10.0 * 0.2)).abs() < 0.05 && height > 0.04, "{speed} m/s at {height} m");
+    // Switched on again it has no friction still.
+    let (speed, _) = end("{ between = ['wall0', 'block'], contact = true }");
+    assert!((speed - 1.0).abs() < 1e-6, "{speed}");
+    let (_, height) = end("{ between = ['block', 'wall0'], contact = false }");
+    assert!(height < -0.1, "it lies on a wall that is switched off, at {height} m");
+    let told = |text: &str| pliant_scene::Scene::from_toml(text).unwrap_err().to_string();
+    let unknown = told(&slides("{ between = ['block', 'wall1'], friction = 0.3 }"));
+    assert!(unknown.contains("there is no body, obstacle or wall \"wall1\""), "{unknown}");
+    assert!(unknown.contains("`wall0`"), "{unknown}");
+    let twice = told(&slides("").replace("name = 'block'", "name = 'wall0'"));
+    assert!(twice.contains("the name of this wall in contact, is that of something else"), "{twice}");
 }
 
 /// Two solids in space, or one of them an obstacle: the scene.

@@ -1,11 +1,15 @@
 //! Facts of a run that are remembered beside its end.
 
+use std::ops::Range;
+
 use pliant::observer::{Frame, Notes, Observer, ObserverError, Quantities};
+use pliant::topology::{BodyKind, BodyTopology};
 use pliant_scene::{Channel, Scene};
 
 /// Names of its notes at a checkpoint.
 const MIN_J: &str = "statistics.min_j";
 const MOST_INVERTED: &str = "statistics.most_inverted";
+const MEETING: &str = "statistics.meeting";
 
 /// Extremes over the frames of a run.
 pub(crate) struct Statistics {
@@ -14,13 +18,43 @@ pub(crate) struct Statistics {
     pub(crate) min_j: Option<f64>,
     /// Most elements with `det F <= 0` at any frame that was measured.
     pub(crate) most_inverted: Option<u64>,
+    /// Number and vertices of the bodies whose boxes are looked at; none where contact or an attachment says
+    /// what they do.
+    bodies: Vec<(usize, Range<usize>)>,
+    /// First meeting of two of them.
+    meeting: Option<Meeting>,
+}
+
+/// Boxes of two bodies that meet while nothing makes bodies collide.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Meeting {
+    /// Numbers of both in the scene.
+    pub(crate) bodies: [usize; 2],
+    /// Time of the first frame at which they do [s].
+    pub(crate) time: f64,
 }
 
 impl Statistics {
     /// Frames are measured if the scene records energies: so that a run without a file is the same run.
-    pub(crate) fn new(scene: &Scene) -> Statistics {
+    pub(crate) fn new(scene: &Scene, bodies: &[BodyTopology]) -> Statistics {
         let measures = scene.output.channels.contains(&Channel::Energy);
-        Statistics { quantities: Quantities::DIAGNOSTICS.only_if(measures), min_j: None, most_inverted: None }
+        let is_told = scene.contact.is_some() || !scene.attachment.is_empty();
+        let solid = bodies.iter().enumerate();
+        let solid = solid.filter(|(_, body)| !is_told && body.kind != BodyKind::Particles);
+        let vertices = |body: &BodyTopology| body.vertices.start as usize..body.vertices.end as usize;
+        let bodies = solid.map(|(i, body)| (i, vertices(body)));
+        Statistics {
+            quantities: Quantities::DIAGNOSTICS.only_if(measures),
+            min_j: None,
+            most_inverted: None,
+            bodies: bodies.collect(),
+            meeting: None,
+        }
+    }
+
+    /// First meeting of two bodies under way: of those that meet at the start a check warns.
+    pub(crate) fn meeting(&self) -> Option<&Meeting> {
+        self.meeting.as_ref().filter(|meeting| meeting.time > 0.0)
     }
 
     /// Goes on from what was noted at a checkpoint.
@@ -28,7 +62,49 @@ impl Statistics {
         let number = |name: &str| notes.get(name)?.as_slice().try_into().ok();
         self.min_j = number(MIN_J).map(f64::from_le_bytes);
         self.most_inverted = number(MOST_INVERTED).map(u64::from_le_bytes);
+        self.meeting = notes.get(MEETING).and_then(|bytes| {
+            let (numbers, rest) = bytes.as_chunks::<8>();
+            let &[a, b, time] = numbers else { return None };
+            let bodies = [a, b].map(|body| u64::from_le_bytes(body) as usize);
+            rest.is_empty().then(|| Meeting { bodies, time: f64::from_le_bytes(time) })
+        });
     }
+
+    /// Looks whether boxes of bodies meet, until any have.
+    fn look_for_meeting(&mut self, frame: &Frame<'_>) {
+        if self.meeting.is_some() || self.bodies.len() < 2 {
+            return;
+        }
+        let d = frame.dimension;
+        let of_body = |(_, body): &(usize, Range<usize>)| {
+            let x = &frame.x[body.start * d..body.end * d];
+            if d == 2 { bounds::<2>(x) } else { bounds::<3>(x) }
+        };
+        let boxes: Vec<[[f64; 2]; 3]> = self.bodies.iter().map(of_body).collect();
+        let meet = |(a, b): &(usize, usize)| {
+            boxes[*a].iter().zip(&boxes[*b]).all(|(a, b)| a[0] <= b[1] && b[0] <= a[1])
+        };
+        let mut pairs = (0..boxes.len()).flat_map(|b| (0..b).map(move |a| (a, b)));
+        self.meeting = pairs.find(meet).map(|(a, b)| {
+            let bodies = [a, b].map(|body| self.bodies[body].0);
+            Meeting { bodies, time: frame.time }
+        });
+    }
+}
+
+/// Least and largest coordinate of points, flat `(n, D)`, along each axis; in the plane all alike along the
+/// third.
+fn bounds<const D: usize>(x: &[f64]) -> [[f64; 2]; 3] {
+    let (mut least, mut largest) = ([f64::INFINITY; D], [f64::NEG_INFINITY; D]);
+    for row in x.as_chunks::<D>().0 {
+        for k in 0..D {
+            least[k] = if row[k] < least[k] { row[k] } else { least[k] };
+            largest[k] = if row[k] > largest[k] { row[k] } else { largest[k] };
+        }
+    }
+    let mut bounds = [[0.0; 2]; 3];
+    (0..D).for_each(|k| bounds[k] = [least[k], largest[k]]);
+    bounds
 }
 
 impl Observer for Statistics {
@@ -43,12 +119,17 @@ impl Observer for Statistics {
             }
             self.most_inverted = self.most_inverted.max(diagnostics.inverted);
         }
+        self.look_for_meeting(frame);
         Ok(())
     }
 
     fn checkpoint(&mut self, notes: &mut Notes) -> Result<(), ObserverError> {
         notes.extend(self.min_j.map(|j| (MIN_J.to_owned(), j.to_le_bytes().to_vec())));
         notes.extend(self.most_inverted.map(|n| (MOST_INVERTED.to_owned(), n.to_le_bytes().to_vec())));
+        notes.extend(self.meeting.map(|Meeting { bodies: [a, b], time }| {
+            let numbers = [(a as u64).to_le_bytes(), (b as u64).to_le_bytes(), time.to_le_bytes()];
+            (MEETING.to_owned(), numbers.concat())
+        }));
         Ok(())
     }
 }

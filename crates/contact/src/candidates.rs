@@ -47,6 +47,14 @@ impl BodyPairs {
         self.touch[b * self.count + a] = touch;
     }
 
+    /// The same without contact of bodies with themselves.
+    #[must_use]
+    pub fn of_different_bodies(&self) -> Self {
+        let mut pairs = self.clone();
+        (0..self.count as u32).for_each(|body| pairs.set(body, body, false));
+        pairs
+    }
+
     /// True if the two bodies touch.
     #[inline]
     pub fn touch(&self, a: u32, b: u32) -> bool {
@@ -116,6 +124,12 @@ impl<const D: usize> SurfaceTrees<D> {
 }
 
 impl CandidatePairs {
+    /// Number of pairs of all kinds.
+    pub fn count(&self) -> usize {
+        let lists = [&self.point_triangle, &self.edge_edge, &self.point_edge, &self.point_point];
+        lists.iter().map(|list| list.len()).sum()
+    }
+
     /// Pairs of one search, see [`SurfaceTrees::gather`].
     ///
     /// # Panics

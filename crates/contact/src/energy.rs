@@ -7,6 +7,7 @@ use pliant::algebra::Mat;
 use pliant::energy::{
     ChangingStencils, ContactExtremes, EnergyKind, EnergyTerm, Fault, LeastGap, Measurements, Stencils,
     StepLimit, SurfaceContact, TermProperties, TermViews, TouchingPair, TouchingSurfaces, WatchedContacts,
+    WayObstruction,
 };
 use pliant::material::Psd;
 use rayon::prelude::*;
@@ -116,6 +117,22 @@ impl<const D: usize> ContactEnergy<D> {
         let mut search = locked(&self.search);
         let reach = if ends == WayEnd::Crossing { 0.0 } else { search.reach };
         way.first::<D>(&self.model, search.on_way(&self.model, (x, dx), reach))
+    }
+
+    /// The contact at `x` of one of these two bodies with a third that has the least part of its distance
+    /// left.
+    fn nearest_beside(&self, bodies: [u32; 2], x: &[f64]) -> Option<[Vec<u32>; 2]> {
+        let mut search = locked(&self.search);
+        let contacts = search.contacts_at(&self.model, x);
+        let part = |i: usize| {
+            let mut report = ContactReport::<D>::default();
+            contacts.visit::<D>(&self.model, x, i, &mut report);
+            let [a, b] = report.bodies(&self.model)?;
+            let is_beside = bodies.contains(&a) != bodies.contains(&b);
+            is_beside.then(|| (report.gap / self.model.laws.of(a, b).barrier.reach, report.sides()))
+        };
+        let nearest = (0..contacts.len()).filter_map(part).min_by(|a, b| a.0.total_cmp(&b.0));
+        nearest.map(|(_, sides)| sides)
     }
 
     /// Two primitives by name.
@@ -366,8 +383,14 @@ impl<const D: usize> StepLimit for ContactEnergy<D> {
         true
     }
 
-    fn obstruction(&self, x: &[f64], dx: &[f64]) -> Option<String> {
-        self.first_on_way(x, dx, WayEnd::Gap).map(|first| self.named_pair(&first.primitives))
+    fn obstruction(&self, x: &[f64], dx: &[f64]) -> Option<WayObstruction> {
+        let first = self.first_on_way(x, dx, WayEnd::Gap)?;
+        let bodies = first.primitives.each_ref().map(|primitive| self.model.body(primitive[0]));
+        Some(WayObstruction {
+            pair: self.named_pair(&first.primitives),
+            vertices: first.primitives.concat(),
+            behind: self.nearest_beside(bodies, x).map(|sides| self.named_pair(&sides)),
+        })
     }
 }
 

@@ -208,6 +208,10 @@ impl<const D: usize> DissipativeTerm for FrictionTerm<D> {
         }
     }
 
+    fn is_friction(&self) -> bool {
+        true
+    }
+
     fn power(&mut self, x: &[f64], v: &[f64]) -> f64 {
         self.look(x);
         self.all().fold(0.0, |sum, contact| sum + contact.pair.power(&contact.velocities(v)))

@@ -55,7 +55,7 @@ pub mod start;
 pub mod surface;
 pub mod terms;
 mod vector;
-mod way;
+pub mod way;
 
 #[cfg(test)]
 mod tests;

@@ -7,6 +7,7 @@ use crate::contacts::{plane_distance, rows};
 use crate::model::ContactModel;
 use crate::pair::{EdgeEdge, PointEdge, PointPoint, PointTriangle};
 use crate::vector::{cross, difference, dot};
+use pliant::algebra::scene_size;
 use pliant::quantity::Rounded;
 
 /// Two primitives that are where they cannot both be.
@@ -100,33 +101,41 @@ fn overlaps<const D: usize>(model: &ContactModel, x: &[f64]) -> Vec<BadStart> {
     let place = |v: u32| padded::<D>(x, v);
     let reach = model.surface_reach();
     let candidates = CandidatePairs::gather::<D>(&model.surface, &model.pairs, x, None, reach);
-    each_distance::<D>(model, &candidates, x, |primitives, squared| {
-        let law = model.law(primitives[0][0], primitives[1][0]);
-        let gap = squared.sqrt() - law.barrier.offset;
+    let mut add = |primitives: [&[u32]; 2], gap: f64| {
         if gap <= 0.0 {
             let primitives = primitives.map(<[u32]>::to_vec);
             found.push(BadStart { place: place(primitives[0][0]), primitives, gap: Some(gap) });
         }
+    };
+    each_distance::<D>(model, &candidates, x, |primitives, squared| {
+        add(primitives, squared.sqrt() - model.law(primitives[0][0], primitives[1][0]).barrier.offset);
     });
+    each_obstacle_gap::<D>(model, x, add);
+    found
+}
+
+/// Calls `visit` with every primitive of a surface, the vertex of every half-space and ball that it may
+/// touch, and the gap between both [m].
+fn each_obstacle_gap<const D: usize>(
+    model: &ContactModel,
+    x: &[f64],
+    mut visit: impl FnMut([&[u32]; 2], f64),
+) {
+    let surface = &model.surface;
     for half_space in &model.half_spaces {
-        for &p in model.surface.vertices.iter().filter(|p| model.touch(model.body(**p), half_space.body)) {
+        for &p in surface.vertices.iter().filter(|p| model.touch(model.body(**p), half_space.body)) {
             let law = model.law(p, half_space.vertex);
             let gap = plane_distance::<D>(&half_space.normal, x, [p, half_space.vertex]) - law.barrier.offset;
-            if gap <= 0.0 {
-                let primitives = [vec![p], vec![half_space.vertex]];
-                found.push(BadStart { place: place(p), primitives, gap: Some(gap) });
-            }
+            visit([&[p], &[half_space.vertex]], gap);
         }
     }
     for ball in &model.balls {
         let mut add = |vertices: &[u32], squared: f64| {
-            let gap = squared.sqrt() - model.law(vertices[0], ball.vertex).barrier.offset;
-            if gap <= 0.0 && model.touch(model.body(vertices[0]), ball.body) {
-                let primitives = [vertices.to_vec(), vec![ball.vertex]];
-                found.push(BadStart { place: place(vertices[0]), primitives, gap: Some(gap) });
+            if model.touch(model.body(vertices[0]), ball.body) {
+                let gap = squared.sqrt() - model.law(vertices[0], ball.vertex).barrier.offset;
+                visit([vertices, &[ball.vertex]], gap);
             }
         };
-        let surface = &model.surface;
         for &[a, b, c] in &surface.triangles {
             let closest = PointTriangle::closest(&rows::<3, 4>(x, &[ball.vertex, a, b, c]));
             add(&[a, b, c], closest.squared_distance);
@@ -140,7 +149,75 @@ fn overlaps<const D: usize>(model: &ContactModel, x: &[f64]) -> Vec<BadStart> {
             add(&[p], closest.squared_distance);
         }
     }
-    found
+}
+
+/// Contact at a start.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StartSurvey {
+    /// Number of pairs of primitives whose distances the first search looks at.
+    pub candidates: usize,
+    /// Least gap of two bodies, or of a body and an obstacle [m], and the vertices of the two primitives;
+    /// `None` where no two may touch.
+    pub least: Option<(f64, [Vec<u32>; 2])>,
+}
+
+/// Growth of the distance within which the nearest bodies are looked for.
+const WIDER: f64 = 1.5;
+
+/// Candidates and the least gap at `x`, flat `(n, D)` [m].
+pub fn survey<const D: usize>(model: &ContactModel, x: &[f64]) -> StartSurvey {
+    let gather = |pairs, reach| CandidatePairs::gather::<D>(&model.surface, pairs, x, None, reach);
+    let candidates = gather(&model.pairs, model.surface_reach()).count();
+    let mut least: Option<(f64, [Vec<u32>; 2])> = None;
+    let look = |least: &mut Option<(f64, [Vec<u32>; 2])>, primitives: [&[u32]; 2], gap: f64| {
+        if least.as_ref().is_none_or(|(least, _)| gap < *least) {
+            *least = Some((gap, primitives.map(<[u32]>::to_vec)));
+        }
+    };
+    each_obstacle_gap::<D>(model, x, |primitives, gap| look(&mut least, primitives, gap));
+    let Some(apart) = least_gap_of_boxes::<D>(model, x) else { return StartSurvey { candidates, least } };
+    let different = model.pairs.of_different_bodies();
+    // Faces of boxes that are parallel are as far apart as their boxes.
+    let (mut reach, most) = (1.01 * model.surface_reach().max(apart), WIDER * scene_size(x, D));
+    loop {
+        each_distance::<D>(model, &gather(&different, reach), x, |primitives, squared| {
+            let law = model.law(primitives[0][0], primitives[1][0]);
+            look(&mut least, primitives, squared.sqrt() - law.barrier.offset);
+        });
+        // All pairs nearer than the reach have been found: one that is farther may not be the nearest.
+        if reach > most || least.as_ref().is_some_and(|(gap, _)| *gap <= reach) {
+            break;
+        }
+        reach *= WIDER;
+    }
+    StartSurvey { candidates, least }
+}
+
+/// Least gap of the boxes of two bodies whose surfaces may touch [m]: a bound of that of the surfaces.
+fn least_gap_of_boxes<const D: usize>(model: &ContactModel, x: &[f64]) -> Option<f64> {
+    let count = model.names.len();
+    let mut boxes = vec![[[f64::INFINITY; D], [f64::NEG_INFINITY; D]]; count];
+    for &v in &model.surface.vertices {
+        let of_body = &mut boxes[model.body(v) as usize];
+        for k in 0..D {
+            let x = x[v as usize * D + k];
+            of_body[0][k] = of_body[0][k].min(x);
+            of_body[1][k] = of_body[1][k].max(x);
+        }
+    }
+    let mut least: Option<f64> = None;
+    for a in 0..count {
+        for b in (a + 1..count).filter(|b| model.touch(a as u32, *b as u32)) {
+            let along = |k: usize| (boxes[b][0][k] - boxes[a][1][k]).max(boxes[a][0][k] - boxes[b][1][k]);
+            let squares = (0..D).map(|k| along(k).max(0.0).powi(2));
+            let gap = squares.sum::<f64>().sqrt() - model.laws.of(a as u32, b as u32).barrier.offset;
+            // Bodies without a surface have no box.
+            if gap.is_finite() && least.is_none_or(|least| gap < least) {
+                least = Some(gap);
+            }
+        }
+    }
+    least
 }
 
 /// Edges that pass through triangles.

@@ -8,7 +8,7 @@ use pliant::energy::EnergyTerm;
 use crate::energy::ContactEnergy;
 use crate::friction_term::FrictionTerm;
 use crate::model::ContactModel;
-use crate::start::{self, BadStart, LeastDistance};
+use crate::start::{self, BadStart, LeastDistance, StartSurvey};
 
 /// Terms of the contacts of one model.
 pub struct ContactTerms {
@@ -79,6 +79,14 @@ fn start_faults_in<const D: usize>(model: &ContactModel, x: &[f64]) -> StartFaul
     let pairs: Vec<_> = start::bad_starts::<D>(model, x).into_iter().map(described).collect();
     let enclosed = if pairs.is_empty() { start::enclosed_bodies::<D>(model, x) } else { vec![] };
     StartFaults { pairs, enclosed }
+}
+
+/// Candidates and the least gap at `x`, flat `(n, dimension)` [m], as [`start::survey`] finds them.
+pub fn survey(dimension: usize, model: &ContactModel, x: &[f64]) -> StartSurvey {
+    match dimension {
+        2 => start::survey::<2>(model, x),
+        _ => start::survey::<3>(model, x),
+    }
 }
 
 /// Least distances of bodies from themselves at rest, as [`start::least_distances`] has them.

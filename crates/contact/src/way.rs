@@ -44,6 +44,16 @@ pub(crate) struct Obstruction {
     pub(crate) primitives: [Vec<u32>; 2],
 }
 
+/// Part of the straight ways of all vertices from `x` to `x + dx`, flat `(n, D)` [m], that these pairs,
+/// half-spaces and balls leave free: to where a tenth to a twentieth of a gap is left.
+pub fn free_part<const D: usize>(
+    model: &ContactModel,
+    pairs: &CandidatePairs,
+    (x, dx): (&[f64], &[f64]),
+) -> f64 {
+    Way { x, dx, ends: WayEnd::Gap }.first::<D>(model, pairs).map_or(1.0, |first| first.part)
+}
+
 impl Way<'_> {
     /// Obstruction that leaves the least of the way free; `None` where all of it is. The same for any number
     /// of threads.

@@ -504,6 +504,18 @@ impl System {
         }
     }
 
+    /// The same of damping and of friction, written over both of `parts`.
+    pub(crate) fn dissipative_forces(&mut self, x: &[f64], v: &[f64], parts: &mut [Vec<f64>; 2]) {
+        for part in parts.iter_mut() {
+            part.clear();
+            part.resize(x.len(), 0.0);
+        }
+        for term in &mut self.dissipation {
+            term.evaluate(x, v);
+            term.add_rows(0, &mut parts[usize::from(term.is_friction())]);
+        }
+    }
+
     /// `y = d2R/dv2 p` [N] at `(x, v)`, written over `y`; pinned vertices included.
     pub fn damping_product(&mut self, x: &[f64], v: &[f64], p: &[f64], y: &mut [f64]) {
         y.fill(0.0);
@@ -534,7 +546,16 @@ impl System {
     /// Energy that the dissipative terms take away per time at `(x, v)`, `v . dR/dv` [W]; ether drag and
     /// walls are not among them.
     pub fn dissipated_power(&mut self, x: &[f64], v: &[f64]) -> f64 {
-        self.dissipation.iter_mut().map(|term| term.power(x, v)).sum()
+        self.dissipated_powers(x, v).iter().sum()
+    }
+
+    /// The same of damping and of friction.
+    pub(crate) fn dissipated_powers(&mut self, x: &[f64], v: &[f64]) -> [f64; 2] {
+        let mut powers = [0.0; 2];
+        for term in &mut self.dissipation {
+            powers[usize::from(term.is_friction())] += term.power(x, v);
+        }
+        powers
     }
 
     /// Extremes of `det F` over all elements; `None` without elements.
@@ -549,6 +570,11 @@ impl System {
             return Some(Fault::Motion { hold: hold.name().to_owned() });
         }
         self.terms.iter().find_map(|t| t.fault(x))
+    }
+
+    /// The first place where a material is about to leave its domain at `x`.
+    pub(crate) fn near_fault(&self, x: &[f64]) -> Option<Fault> {
+        self.terms.iter().filter_map(|term| term.elements()).find_map(|elements| elements.near_fault(x))
     }
 
     /// Why `(x, v)` has no finite dissipative force.

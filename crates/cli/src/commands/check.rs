@@ -111,7 +111,10 @@ pub(crate) fn describe(input: &Input, assembly: &Assembly, width: usize) -> Stri
     out.push('\n');
     out += &bodies(report);
     out += &meshes(report, width);
-    for (title, entries) in [("uses", &report.uses), ("left out", &report.left_out)] {
+    let step = Some(report.step).filter(|_| report.steps.is_some());
+    let of_contact = report.contact.as_ref().map_or(vec![], |contact| contact.facts(step));
+    let lists = [("contact", &of_contact), ("uses", &report.uses), ("left out", &report.left_out)];
+    for (title, entries) in lists.into_iter().filter(|(_, entries)| !entries.is_empty()) {
         out += &format!("\n{title}\n");
         for entry in entries {
             out += &crate::text::entry("-", entry, 2, 2, width);

@@ -83,7 +83,7 @@ pub fn closing(
     report: &Report,
     summary: &Summary,
 ) -> (Vec<(pliant_record::LogLevel, String)>, pliant_record::RecordedOutcome) {
-    let statistics = Statistics::new(scene);
+    let statistics = Statistics::new(scene, &[]);
     let closing = Closing::new(scene, report, summary, &statistics, None, Duration::ZERO);
     (closing.messages(), closing.recorded_outcome())
 }

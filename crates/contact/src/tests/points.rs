@@ -11,6 +11,7 @@ use crate::hessian::PairBlocks;
 use crate::model::ContactLaw;
 use crate::mollifier::{mollified_pair, mollifier, parallel_limit, squared_cross};
 use crate::pair::{EdgeEdge, PairGeometry, PairKind, PointEdge, PointPoint, PointTriangle};
+use crate::vector::{along, cross, dot, scaled};
 use pliant::material::Psd;
 use serde_json::Value;
 
@@ -180,6 +181,123 @@ fn energies_gradients_and_hessians_of_pairs() {
     }
     point_triangle("P_T", &reference["with_offset_0.05"]["P_T"], &with_radii);
     edge_edge("EA_EB", &reference["with_offset_0.05"]["EA_EB"], &with_radii);
+}
+
+/// Distance and its gradient by all coordinates, by the pair that the closest points lie inside of.
+fn distance_by_region<const D: usize>(x: &[[f64; D]], inner: &InnerPair) -> (f64, Vec<f64>) {
+    fn of<K: PairKind<N, P>, const D: usize, const N: usize, const P: usize>(
+        x: &[[f64; D]],
+        slots: &[usize],
+    ) -> (f64, Vec<f64>) {
+        let rows: [[f64; D]; N] = std::array::from_fn(|i| x[slots[i]]);
+        let pair = PairGeometry::<f64, D, N, P>::of::<K>(&rows);
+        let mut gradient = vec![0.0; D * x.len()];
+        for (i, slot) in slots.iter().enumerate() {
+            (0..D).for_each(|k| gradient[D * slot + k] = pair.coefficients[i] * pair.normal[k]);
+        }
+        (pair.distance, gradient)
+    }
+    let slots = &inner.slots[..inner.vertices()];
+    match inner.kind {
+        InnerKind::PointPoint => of::<PointPoint, D, 2, 0>(x, slots),
+        InnerKind::PointEdge => of::<PointEdge, D, 3, 1>(x, slots),
+        InnerKind::PointTriangle => of::<PointTriangle, D, 4, 2>(x, slots),
+        InnerKind::EdgeEdge => of::<EdgeEdge, D, 4, 2>(x, slots),
+    }
+}
+
+/// Fails unless the pair changes from one of these kinds to the other where the first `moved` vertices step
+/// over a border of regions, and distance and gradient do not; the jump of the gradient.
+fn assert_continuous<const D: usize>(
+    kinds: [InnerKind; 2],
+    x: &[[f64; D]],
+    (moved, across): (usize, [f64; D]),
+    inner: impl Fn(&[[f64; D]]) -> InnerPair,
+) -> f64 {
+    let at = |step: f64| {
+        let mut x = x.to_vec();
+        x[..moved].iter_mut().for_each(|row| (0..D).for_each(|k| row[k] += step * across[k]));
+        let inner = inner(&x);
+        (inner.kind, distance_by_region(&x, &inner))
+    };
+    // By bisection, to the last bits of the positions.
+    let (mut before, mut after) = (-1e-5, 1e-5);
+    assert_eq!([at(before).0, at(after).0], kinds, "{x:?}");
+    while after - before > 1e-15 {
+        let middle = 0.5 * (before + after);
+        *(if at(middle).0 == kinds[0] { &mut before } else { &mut after }) = middle;
+    }
+    let [(d, gradient), (other, others)] = [at(before).1, at(after).1];
+    assert_near(d, other, 1e-12, "distance");
+    let jumps = gradient.iter().zip(&others).map(|(one, other)| (one - other).abs());
+    jumps.fold(0.0, f64::max)
+}
+
+/// Points above a triangle go over its edges and past its corners, and along an edge past its end, in space
+/// and in the plane; edges go past each other's ends, on one side and on both.
+#[test]
+fn regions_meet_continuously() {
+    use InnerKind::{EdgeEdge as EE, PointEdge as PE, PointPoint as PP, PointTriangle as PT};
+    let mut random = Random(7);
+    let mut most = [0.0; 5];
+    let plus = |a: &[f64; 3], s: f64, b: &[f64; 3]| along(a, s, b);
+    let unit = |a: &[f64; 3]| scaled(1.0 / dot(a, a).sqrt(), a);
+    let of_triangle = |x: &[[f64; 3]]| {
+        let x: [[f64; 3]; 4] = x.try_into().unwrap();
+        InnerPair::of_point_triangle(&PointTriangle::closest(&x).coefficients)
+    };
+    let of_edges = |x: &[[f64; 3]]| {
+        let x: [[f64; 3]; 4] = x.try_into().unwrap();
+        InnerPair::of_edge_edge(&EdgeEdge::closest(&x).coefficients)
+    };
+    for _ in 0..200 {
+        // An equilateral triangle, turned at random: angles below 90 degrees at all corners.
+        let (u, w) = (unit(&random.vector::<3>()), random.vector::<3>());
+        let n = unit(&cross(&u, &w));
+        let v = cross(&n, &u);
+        let a = random.vector::<3>();
+        let b = plus(&a, 1.0, &u);
+        let c = plus(&plus(&a, 0.5, &u), 0.75f64.sqrt(), &v);
+        let (s, height) = (random.between(0.1, 0.9), random.between(0.1, 0.5));
+        let over = |foot: &[f64; 3]| plus(foot, height, &n);
+        let outward = scaled(-1.0, &v);
+        // Over the edge from a to b, out of the triangle.
+        let p = over(&plus(&a, s, &u));
+        most[0] = f64::max(most[0], assert_continuous([PT, PE], &[p, a, b, c], (1, outward), of_triangle));
+        // Outside of that edge past its end b.
+        let p = over(&plus(&b, random.between(0.1, 0.3), &outward));
+        most[1] = f64::max(most[1], assert_continuous([PE, PP], &[p, a, b, c], (1, u), of_triangle));
+        // An edge above that of a and b, at an angle: its closest point goes past its own end.
+        let turn = random.between(0.3, 1.2);
+        let way = plus(&scaled(turn.cos(), &u), turn.sin(), &v);
+        let length = random.between(0.3, 0.8);
+        let end = over(&plus(&a, s, &u));
+        let other = plus(&end, -length, &way);
+        most[2] = f64::max(
+            most[2],
+            assert_continuous([EE, PE], &[other, end, a, b], (2, scaled(-1.0, &way)), of_edges),
+        );
+        // From there past the end of the other edge too: nearest to a before, to its inside after.
+        let end = over(&plus(&a, -0.1, &v));
+        let other = plus(&plus(&end, -0.5, &u), -0.2, &v);
+        most[3] = f64::max(most[3], assert_continuous([PP, PE], &[other, end, a, b], (2, u), of_edges));
+    }
+    let of_plane = |x: &[[f64; 2]]| {
+        let x: [[f64; 2]; 3] = x.try_into().unwrap();
+        InnerPair::of_point_edge(&PointEdge::closest(&x).coefficients)
+    };
+    for _ in 0..200 {
+        let (a, angle) = (random.vector::<2>(), random.between(0.0, std::f64::consts::TAU));
+        let u = [f64::cos(angle), f64::sin(angle)];
+        let b = [a[0] + u[0], a[1] + u[1]];
+        let height = random.between(-0.5, -0.1);
+        let p = [b[0] - height * u[1], b[1] + height * u[0]];
+        most[4] = f64::max(most[4], assert_continuous([PE, PP], &[p, a, b], (1, u), of_plane));
+    }
+    // In the plane a parameter tells regions apart, in space the smaller of squared distances: their rounding
+    // hides steps of the root of its size.
+    let hidden = (16.0 * f64::EPSILON).sqrt() / 0.1;
+    assert!(most[..4].iter().all(|jump| *jump < hidden) && most[4] < 1e-12, "{most:?}");
 }
 
 #[test]

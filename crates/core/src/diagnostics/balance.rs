@@ -29,6 +29,9 @@ pub struct Balance {
     /// Taken out by damping: the integral of `v . dR/dv`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub damping: Option<f64>,
+    /// Taken out by friction of surfaces that touch: the integral of `v . dR/dv` of friction alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub friction: Option<f64>,
     /// Taken out by walls: the energy with which vertices arrive at a wall, in the motion that it ends.
     /// Never negative; nothing for what rests or slides.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -36,14 +39,27 @@ pub struct Balance {
 }
 
 impl Balance {
+    /// Names of the fields of what was taken out.
+    pub const LOSSES: [&str; 4] = ["ether_drag", "damping", "friction", "walls"];
+
     /// Energy that came in, less that which went out [J].
     pub fn net(&self) -> f64 {
         sum([self.motion, self.loads, self.gravity]) - self.lost()
     }
 
-    /// Energy taken out by drag, damping and walls [J].
+    /// Energy taken out by drag, damping, friction and walls [J].
     pub fn lost(&self) -> f64 {
-        sum([self.ether_drag, self.damping, self.walls])
+        sum(self.losses())
+    }
+
+    /// Each of them [J].
+    fn losses(&self) -> [Option<f64>; 4] {
+        [self.ether_drag, self.damping, self.friction, self.walls]
+    }
+
+    /// True if any loss is counted.
+    pub fn counts_losses(&self) -> bool {
+        self.losses().iter().any(Option::is_some)
     }
 
     /// The sizes of what was brought in, added up [J].
@@ -52,6 +68,6 @@ impl Balance {
     }
 }
 
-fn sum(parts: [Option<f64>; 3]) -> f64 {
+fn sum<const N: usize>(parts: [Option<f64>; N]) -> f64 {
     parts.into_iter().flatten().sum()
 }

@@ -20,6 +20,8 @@ pub(crate) struct EnergyLedger {
     changing: [f64; 2],
     ether_drag: Option<Integral>,
     damping: Option<Integral>,
+    #[serde(default)]
+    friction: Option<Integral>,
     walls: Option<Walls>,
     looked: PowerSelection,
     /// The last state of a quasi-static run.
@@ -53,9 +55,10 @@ impl EnergyLedger {
             PowerSelection { loads: any(system, feeds), gravity: any(system, is_changing_gravity), losses };
         let walls = losses && !system.walls().is_empty();
         let drags = losses && system.ether_drag() != 0.0;
-        let damped = losses && system.is_damped();
+        let dissipates = |friction| system.dissipation().iter().any(|term| term.is_friction() == friction);
+        let [damped, rubs] = [false, true].map(|friction| losses && dissipates(friction));
         let moves = system.has_prescribed_motion();
-        if !(looked.loads || looked.gravity || walls || drags || damped || moves) {
+        if !(looked.loads || looked.gravity || walls || drags || damped || rubs || moves) {
             return None;
         }
         system.books_mut().count_walls(walls);
@@ -71,6 +74,7 @@ impl EnergyLedger {
             changing: changing(system, x),
             ether_drag: drags.then(|| Integral::new(flows.ether_drag)),
             damping: damped.then(|| Integral::new(flows.damping)),
+            friction: rubs.then(|| Integral::new(flows.friction)),
             walls: walls.then(Walls::default),
             looked,
             equilibrium: None,
@@ -153,9 +157,9 @@ impl EnergyLedger {
 
     /// Each integral there is, with its part of `flows`.
     fn each(&mut self, flows: Powers, mut go: impl FnMut(&mut Integral, f64)) {
-        let EnergyLedger { loads, gravity, ether_drag, damping, .. } = self;
-        let rates = [flows.loads, flows.gravity, flows.ether_drag, flows.damping];
-        for (integral, rate) in [loads, gravity, ether_drag, damping].into_iter().zip(rates) {
+        let EnergyLedger { loads, gravity, ether_drag, damping, friction, .. } = self;
+        let rates = [flows.loads, flows.gravity, flows.ether_drag, flows.damping, flows.friction];
+        for (integral, rate) in [loads, gravity, ether_drag, damping, friction].into_iter().zip(rates) {
             if let Some(integral) = integral {
                 go(integral, rate);
             }
@@ -176,6 +180,7 @@ impl EnergyLedger {
             gravity: fed(&self.gravity, 1),
             ether_drag: value(&self.ether_drag),
             damping: value(&self.damping),
+            friction: value(&self.friction),
             walls: self.walls.as_ref().map(|walls| walls.lost),
         }
     }

@@ -55,6 +55,17 @@ fn energy(total: f64, loads: f64, damping: f64, walls: f64) -> Energy {
     Energy { total, balance: Some(parts) }
 }
 
+/// Recordings of before friction was told from damping are read as ever.
+#[test]
+fn balances_without_friction_are_read() {
+    let old = serde_json::json!({ "motion": 3.0, "damping": 2.0, "walls": 0.5 });
+    let read: Balance = serde_json::from_value(old).unwrap();
+    assert_eq!((read.friction, read.lost(), read.net()), (None, 2.5, 0.5));
+    let now = Balance { friction: Some(1.0), ..read };
+    assert_eq!((now.lost(), now.net()), (3.5, -0.5));
+    assert_eq!(serde_json::from_value::<Balance>(serde_json::to_value(now).unwrap()).unwrap(), now);
+}
+
 /// From 10 J of which 3 were brought in and 1 was lost before.
 #[test]
 fn no_loss_excuses_a_gain() {

@@ -46,6 +46,11 @@ pub trait DissipativeTerm: DissipationViews + PositionProducts + Send + Sync {
     /// derivative last evaluated is lost.
     fn add_damping_product(&mut self, x: &[f64], v: &[f64], p: &[f64], y: &mut [f64]);
 
+    /// True if the energy that it takes is lost to friction of surfaces, not to damping, in the balance.
+    fn is_friction(&self) -> bool {
+        false
+    }
+
     /// The stencils of the damping matrix, as [`EnergyTerm::stencils`](crate::energy::EnergyTerm::stencils)
     /// has them of the Hessian.
     fn stencils(&mut self) -> Stencils {

@@ -21,7 +21,7 @@ use crate::material::Psd;
 pub use views::{
     Approach, ChangingStencils, ContactExtremes, Driven, ElementTerm, ForceLayout, LeastGap, LoadTerm,
     Measurements, MovablePlaces, Penetration, PredictedStresses, StepLimit, SurfaceContact, TermViews,
-    TouchingPair, TouchingSurfaces, WatchedContacts,
+    TouchingPair, TouchingSurfaces, WatchedContacts, WayObstruction,
 };
 
 /// Which sum of the diagnostics an energy belongs to. Every kind is part of the total.
@@ -59,6 +59,15 @@ pub enum Fault {
         vertex: usize,
         /// Determinant of the mean deformation gradient.
         j: f64,
+    },
+    /// A sheet with free faces is stretched as far as its material has a thickness at which they are free.
+    Sheet {
+        /// Name of the body.
+        body: String,
+        /// Index of the element in the body.
+        element: usize,
+        /// Largest stretch in its plane.
+        stretch: f64,
     },
     /// A spring's force is not finite.
     Spring {
@@ -103,10 +112,7 @@ pub enum Fault {
         gap: f64,
     },
     /// Prescribed motion leads through what cannot yield.
-    Obstructed {
-        /// The two primitives that are in each other's way, and their bodies.
-        pair: String,
-    },
+    Obstructed(Box<ObstructedMotion>),
     /// Surfaces without an inside passed through each other.
     Crossing {
         /// The two primitives and their bodies.
@@ -126,6 +132,17 @@ pub enum Fault {
     },
 }
 
+/// Prescribed motion that is obstructed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ObstructedMotion {
+    /// Name of the pin whose motion it is.
+    pub pin: Option<String>,
+    /// The two primitives that are in each other's way, and their bodies.
+    pub pair: String,
+    /// Two further ones, that keep the bodies of these from yielding.
+    pub behind: Option<String>,
+}
+
 impl std::fmt::Display for Fault {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
@@ -137,6 +154,15 @@ impl std::fmt::Display for Fault {
                     f,
                     "the mean of the elements of `{body}` at vertex {vertex} has J = {j}",
                     j = Rounded::<7>(*j)
+                )
+            }
+            Fault::Sheet { body, element, stretch } => {
+                write!(
+                    f,
+                    "element {element} of `{body}` is stretched {stretch} times, beyond which its material gets so thin \
+                     that it bears no load: sheets of `stvk` and `corotated` do, those of `neo-hookean` and \
+                     `stable-neo-hookean` bear any stretch",
+                    stretch = Rounded::<4>(*stretch)
                 )
             }
             Fault::Spring { body, spring, length } => {
@@ -153,7 +179,14 @@ impl std::fmt::Display for Fault {
             }
             Fault::Motion { hold } => write!(f, "the motion of pin `{hold}` has no finite value"),
             Fault::Overlap { pair, gap } => write!(f, "{pair} are {gap} m apart", gap = Rounded::<4>(*gap)),
-            Fault::Obstructed { pair } => write!(f, "{pair} are in each other's way"),
+            Fault::Obstructed(motion) => {
+                let ObstructedMotion { pin, pair, behind } = &**motion;
+                if let Some(pin) = pin {
+                    write!(f, "the motion of pin `{pin}` cannot go on: ")?;
+                }
+                write!(f, "{pair} are in each other's way")?;
+                behind.as_ref().map_or(Ok(()), |behind| write!(f, ", and behind them {behind}"))
+            }
             Fault::Crossing { pair } => write!(f, "{pair} pass through each other on the way"),
             Fault::Way { term } => write!(f, "the way of the step leads through what {term} keeps apart"),
             Fault::Pair { first, second } => {

@@ -97,6 +97,13 @@ pub trait ElementTerm {
     /// no such element.
     fn state_at(&self, x: &[f64], element: usize, at: &Barycentric) -> Option<ElementState>;
 
+    /// The first element whose material is about to leave its domain at `x`, where energies and forces still
+    /// are finite; called only after something went wrong.
+    fn near_fault(&self, x: &[f64]) -> Option<Fault> {
+        let _ = x;
+        None
+    }
+
     /// Products of the shape functions of solid elements of second order, whose consistent masses are more
     /// accurate than lumped ones; `None` for all other elements.
     fn shape_products(&self) -> Option<ShapeProducts> {
@@ -122,6 +129,17 @@ pub trait ForceLayout: Sync {
     }
 }
 
+/// Two primitives that leave the least of a way free.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WayObstruction {
+    /// Both in words.
+    pub pair: String,
+    /// Their vertices.
+    pub vertices: Vec<u32>,
+    /// The nearest contact of one of their bodies with a third, in words.
+    pub behind: Option<String>,
+}
+
 /// A bound on how far vertices may move at once.
 pub trait StepLimit {
     /// The largest part of the step from `x` to `x + dx` that stays where the energy is finite: in (0, 1].
@@ -134,8 +152,8 @@ pub trait StepLimit {
         false
     }
 
-    /// What leaves the least of the way from `x` to `x + dx` free, in words; `None` where all of it is.
-    fn obstruction(&self, x: &[f64], dx: &[f64]) -> Option<String> {
+    /// What leaves the least of the way from `x` to `x + dx` free; `None` where all of it is.
+    fn obstruction(&self, x: &[f64], dx: &[f64]) -> Option<WayObstruction> {
         let _ = (x, dx);
         None
     }

@@ -39,7 +39,7 @@ pub enum StepError {
          {}",
         moment(*.time, .statics.as_deref()), nor_in_parts(.retried.as_deref()),
         left_over(.statics.as_ref().and_then(|statics| statics.left)), place(.fault),
-        remedy(*.verdict, .statics.as_deref(), *.step_size, .retried.as_deref()),
+        remedy(*.verdict, .fault, .statics.as_deref(), *.step_size, .retried.as_deref()),
         correction = Rounded::<4>(*.correction)
     )]
     Unsolved {
@@ -191,6 +191,7 @@ fn parts(is_implicit: bool, retried: Option<&Retried>) -> &'static str {
 /// Advice where a step is not solved.
 fn remedy(
     verdict: SolveFailure,
+    fault: &Option<Fault>,
     statics: Option<&UnsolvedStatics>,
     step_size: f64,
     retried: Option<&Retried>,
@@ -207,6 +208,9 @@ fn remedy(
                   arc_length, or look what gives way there"
                 .into(),
         };
+    }
+    if matches!(fault, Some(Fault::Sheet { .. })) {
+        return "take a material that bears more, or smaller loads".into();
     }
     if statics.is_some() && verdict == SolveFailure::Indefinite {
         return "statics has no inertia: hold every body by pins or attachments, or look what gives way there".into();
@@ -298,6 +302,9 @@ fn advice(fault: &Option<Fault>, step: f64, stable: Option<f64>, parts: &str) ->
         return "; point masses need a distance: give [world] nbody a `softening` length, or let `ias15` with `adaptive` resolve close \
                 encounters of masses that start apart"
             .into();
+    }
+    if matches!(fault, Some(Fault::Sheet { .. })) {
+        return "; take a material that bears more, or smaller loads and motions".into();
     }
     if matches!(fault, Some(Fault::Element { j, .. } | Fault::Node { j, .. }) if *j <= 0.0) {
         advice += ", or a material that can be inverted, such as stable-neo-hookean";

@@ -138,6 +138,10 @@ pub struct SolverWork {
     /// Solves that ended while friction still changed with the contact forces; zero without friction.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub unsettled: u64,
+    /// Most Newton iterations in a row of one solve that a term which guards ways cut short; zero where none
+    /// was.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub longest_limited: u64,
     /// Iterations of conjugate gradients.
     pub cg_iterations: u64,
     /// Solves by conjugate gradients that stalled and were left to a factorisation.
@@ -187,6 +191,7 @@ impl SolverWork {
             factorizations: self.factorizations + other.factorizations,
             analyses: self.analyses + other.analyses,
             unsettled: self.unsettled + other.unsettled,
+            longest_limited: self.longest_limited.max(other.longest_limited),
             cg_iterations: self.cg_iterations + other.cg_iterations,
             fallbacks: self.fallbacks + other.fallbacks,
             loose: self.loose.or(other.loose).map(|_| self.loose.unwrap_or(0) + other.loose.unwrap_or(0)),

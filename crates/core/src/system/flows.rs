@@ -11,6 +11,7 @@ pub(crate) struct Powers {
     pub(crate) gravity: f64,
     pub(crate) ether_drag: f64,
     pub(crate) damping: f64,
+    pub(crate) friction: f64,
 }
 
 /// Which flows are looked at.
@@ -51,19 +52,26 @@ impl Powers {
             flows.ether_drag = 2.0 * system.ether_drag() * system.kinetic(v);
         }
         if looked.losses && system.is_damped() {
-            flows.damping = system.dissipated_power(x, v);
+            [flows.damping, flows.friction] = system.dissipated_powers(x, v);
         }
         flows
     }
 
     /// Work of forces at `x` along the `way` [J], not at a rate: those of loads and gravity, and what was
-    /// dragged and damped.
-    pub(crate) fn along(system: &mut System, x: &[f64], way: &[f64], ether_drag: f64, damping: f64) -> Self {
+    /// dragged, and damped and rubbed.
+    pub(crate) fn along(
+        system: &mut System,
+        x: &[f64],
+        way: &[f64],
+        ether_drag: f64,
+        [damping, friction]: [f64; 2],
+    ) -> Self {
         Powers {
             loads: system.power(feeds, x, way),
             gravity: system.power(is_changing_gravity, x, way),
             ether_drag,
             damping,
+            friction,
         }
     }
 }

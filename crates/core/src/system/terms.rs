@@ -1,7 +1,10 @@
 //! Terms that come and go, that guard ways, and whose stencils change.
 
 use super::{ForceId, System, fresh};
-use crate::energy::{ChangingStencils, ContactExtremes, EnergyTerm, Fault, WatchedContacts};
+use crate::constraint::Hold;
+use crate::energy::{
+    ChangingStencils, ContactExtremes, EnergyTerm, Fault, ObstructedMotion, WatchedContacts, WayObstruction,
+};
 
 /// Tells one term from any other in this process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -100,9 +103,22 @@ impl System {
         least.filter(|(part, _)| *part < 1.0)
     }
 
-    /// What leaves the least of the way from `x` to `x + dx` free, in words.
-    pub(crate) fn obstruction(&self, x: &[f64], dx: &[f64]) -> Option<String> {
-        self.terms.iter().filter_map(|term| term.limit()).find_map(|limit| limit.obstruction(x, dx))
+    /// Fault of held coordinates at `x` that cannot go on along `way`, which is zero where nothing is held;
+    /// `None` where all of it is free.
+    pub(crate) fn obstruction(&self, x: &[f64], way: &[f64]) -> Option<Fault> {
+        let mut limits = self.terms.iter().filter_map(|term| term.limit());
+        let WayObstruction { pair, vertices, behind } = limits.find_map(|limit| limit.obstruction(x, way))?;
+        let d = self.dimension();
+        let longest = |hold: &Hold| hold.coordinates(d).map(|i| way[i].abs()).fold(0.0, f64::max);
+        // The one that is in the way itself; behind what yields, the one that has farthest to go.
+        let touches = |hold: &&&Hold| hold.vertices().iter().any(|v| vertices.contains(v));
+        let moving: Vec<&Hold> = self.constraints().iter().filter(|hold| longest(hold) > 0.0).collect();
+        let farthest = || moving.iter().max_by(|a, b| longest(a).total_cmp(&longest(b)));
+        let pin = moving.iter().find(touches).or_else(farthest);
+        let yields = |v: &u32| self.inverse_mass()[*v as usize * d..][..d].iter().any(|w| *w > 0.0);
+        let behind = behind.filter(|_| vertices.iter().any(yields));
+        let pin = pin.map(|hold| hold.name().to_owned());
+        Some(Fault::Obstructed(Box::new(ObstructedMotion { pin, pair, behind })))
     }
 
     /// Fault of the straight way `from` one configuration `to` another, where a term guards it.

@@ -46,8 +46,8 @@ pub(crate) struct WallLosses {
     /// Positions and velocities before the walls act, flat; then, in `x`, the ways that were not gone.
     x: Vec<f64>,
     v: Vec<f64>,
-    /// `dR/dv` there [N], where something dissipates.
-    dissipative: Vec<f64>,
+    /// `dR/dv` of damping and of friction there [N], where something dissipates.
+    dissipative: [Vec<f64>; 2],
     flows: Powers,
     motion: f64,
     /// Of the last step, until it is taken.
@@ -89,8 +89,7 @@ impl WallLosses {
             self.motion = power_of_motion(system, x, v).0;
         }
         if system.is_damped() {
-            self.dissipative.resize(x.len(), 0.0);
-            system.dissipative_force(x, v, &mut self.dissipative);
+            system.dissipative_forces(x, v, &mut self.dissipative);
         }
         for (kept, now) in [(&mut self.x, x), (&mut self.v, v)] {
             kept.resize(now.len(), 0.0);
@@ -121,8 +120,9 @@ impl WallLosses {
             }
             energy += m * lost;
         }
-        let damped = self.dissipative.iter().zip(&self.x).map(|(force, way)| force * way).sum();
-        let not_done = Powers::along(system, x, &self.x, system.ether_drag() * dragged, damped);
+        let along = |force: &Vec<f64>| force.iter().zip(&self.x).map(|(force, way)| force * way).sum();
+        let dissipated = self.dissipative.each_ref().map(along);
+        let not_done = Powers::along(system, x, &self.x, system.ether_drag() * dragged, dissipated);
         self.last = Some(WallLoss { energy, flows: self.flows, motion: self.motion, not_done });
     }
 }

@@ -10,6 +10,7 @@ mod autodiff;
 mod beam;
 mod cloth_implicit;
 mod contact;
+mod contact_kernels;
 mod expression;
 mod gradient;
 mod hessian_stable_neo_hookean;
@@ -58,6 +59,7 @@ pub fn rows() -> Vec<BenchmarkRow> {
         hessian_stable_neo_hookean::ROW,
         implicit_euler::ROW,
         cloth_implicit::ROW,
+        contact_kernels::ROW,
         contact::CLOTH,
         contact::BARS,
         contact::STACK,
@@ -129,6 +131,13 @@ pub enum Metric {
     },
     /// Microseconds a repetition takes.
     StepTime,
+    /// Microseconds that each of the `items` of a repetition takes.
+    ItemTime {
+        /// How many a repetition has.
+        items: f64,
+        /// For example `us/stencil`.
+        unit: &'static str,
+    },
     /// Milliseconds a repetition takes, where it is no step.
     Time,
     /// How many times as long the first part takes as the second, where that is to be large.
@@ -143,7 +152,7 @@ impl Metric {
     /// The unit of the number.
     pub fn unit(self) -> &'static str {
         match self {
-            Metric::Rate { unit, .. } => unit,
+            Metric::Rate { unit, .. } | Metric::ItemTime { unit, .. } => unit,
             Metric::StepTime => "us/step",
             Metric::Time => "ms",
             Metric::Speedup | Metric::Slowdown => "times",
@@ -156,6 +165,7 @@ impl Metric {
         match self {
             Metric::Rate { per_repetition, scale, .. } => scale * per_repetition / seconds[0],
             Metric::StepTime => 1e6 * seconds[0],
+            Metric::ItemTime { items, .. } => 1e6 * seconds[0] / items,
             Metric::Time => 1e3 * seconds[0],
             Metric::Speedup | Metric::Slowdown => seconds[0] / seconds[1],
             Metric::Share => 100.0 * (1.0 - seconds[1] / seconds[0]),

@@ -64,7 +64,7 @@ impl PySimulation {
     ///     ``kinetic``, ``elastic``, ``gravitational``, ``loads`` (where there are any), ``total`` [J], and what
     ///     came in and went out since the start, or since the state or the scene was last changed:
     ///     ``balance.motion``, ``balance.loads``, ``balance.gravity``, ``balance.ether_drag``,
-    ///     ``balance.damping``, ``balance.walls``.
+    ///     ``balance.damping``, ``balance.friction``, ``balance.walls``.
     ///
     /// Examples
     /// --------

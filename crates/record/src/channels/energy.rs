@@ -50,6 +50,7 @@ impl ChannelEncoder for EnergyChannel {
             gravity: some,
             ether_drag: some,
             damping: some,
+            friction: some,
             walls: some,
         };
         let full = Diagnostics {

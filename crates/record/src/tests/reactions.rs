@@ -91,7 +91,9 @@ fn reactions_and_the_balance_come_back_bit_by_bit_from_the_recording() {
         if expected.len() == 2 {
             assert!(column(&reactions, "bar/pin1.force[0]")[i].is_nan(), "who has let go holds nothing");
         }
-        let Balance { motion, loads, gravity, ether_drag, damping, walls } = *balance;
+        let Balance { motion, loads, gravity, ether_drag, damping, friction, walls } = *balance;
+        // Nothing touches anything but walls, which do not rub.
+        assert_eq!(friction, None);
         let parts = [
             ("motion", motion),
             ("loads", loads),

@@ -1,6 +1,8 @@
 //! From `[contact]` and obstacles to the terms of contact.
 
-use pliant::quantity::Rounded;
+mod impacts;
+mod summary;
+
 use std::sync::Arc;
 
 use super::body::BodyAssembly;
@@ -19,6 +21,14 @@ use pliant_contact::start::LeastDistance;
 use pliant_contact::surface::{ContactSurface, SurfacePrimitives};
 use pliant_contact::terms::{self, ContactTerms, ExplicitOptions, StartFaults};
 
+use impacts::ImpactDurations;
+pub use impacts::advice_on_gain;
+pub use summary::ContactSummary;
+use summary::{
+    ContactStart, DistanceOrigin, ExplicitContactSummary, PairLaw, SelfContact, StartGap, StiffnessOrigin,
+    StoppedApproach,
+};
+
 /// Reach of contact, as a part of the size of the smallest body.
 const PART_OF_BODY: f64 = 1e-3;
 /// And at most this part of the shortest edge.
@@ -34,54 +44,6 @@ const PART_OF_REST: f64 = 0.5;
 const PART_OF_CRITICAL: f64 = 0.3;
 /// Bad starts that are told one by one.
 const MOST_TOLD: usize = 3;
-
-/// Contact of a scene, in numbers.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
-pub struct ContactSummary {
-    /// `dhat`: gap at which surfaces begin to push [m].
-    pub distance: f64,
-    /// True if the scene gives it.
-    pub distance_given: bool,
-    /// `kappa` of every pair that can touch: names, pressure [Pa], coefficient of friction.
-    pub pairs: Vec<(String, String, f64, f64)>,
-    /// Gap below which bodies touch themselves, where it is less: body, gap [m], least distance at rest [m].
-    pub with_itself: Vec<(String, f64, f64)>,
-    /// Threshold speed of friction [m/s]; `None` without friction.
-    pub threshold_speed: Option<f64>,
-    /// Contact in steps that are not solved; `None` where they are.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub explicit: Option<ExplicitContactSummary>,
-    /// Size of all bodies without obstacles [m]: what tolerances go by.
-    pub size: f64,
-    /// Vertices of the surfaces.
-    pub vertices: usize,
-    /// Triangles, in the plane edges.
-    pub faces: usize,
-}
-
-/// What contact can stop in steps that are not solved.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
-pub struct ExplicitContactSummary {
-    /// Step that stiffness and friction go by [s]; `None` where it follows the error.
-    pub step: Option<f64>,
-    /// Every pair that can touch.
-    pub pairs: Vec<StoppedApproach>,
-    /// True if friction has a threshold speed that is raised to what a step bears.
-    pub raises_threshold: bool,
-    /// Least threshold speed that a step bears where a vertex carries its own weight alone [m/s].
-    pub borne_threshold: f64,
-}
-
-/// Speeds at which two bodies may approach each other.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
-pub struct StoppedApproach {
-    /// Their names.
-    pub bodies: [String; 2],
-    /// Largest that is stopped before a gap is closed [m/s].
-    pub stopped: f64,
-    /// Fastest motion of vertices of one relative to the other at the start [m/s].
-    pub at_start: f64,
-}
 
 /// What explicit steps ask of contact.
 struct ExplicitDesign {
@@ -173,7 +135,7 @@ impl ExplicitDesign {
     }
 }
 
-/// Adds contact to `system`.
+/// Adds contact to `system`; `surveys` where it is looked at how near bodies are at the start.
 ///
 /// # Errors
 /// Bodies that overlap or cross at the start, strands and particles without a thickness that would meet,
@@ -184,18 +146,24 @@ pub(super) fn add<const D: usize>(
     numbering: &Numbering,
     (rest, position, velocity): (&[f64], &[f64], &[f64]),
     system: &mut System,
+    surveys: bool,
 ) -> Result<Option<ContactSummary>, Vec<Problem>> {
     let Some(contact) = &scene.contact else { return Ok(None) };
     let parties: Vec<ContactParty> =
         bodies.iter().zip(&scene.body).map(|(body, spec)| ContactParty::new::<D>(body, spec)).collect();
     without_thickness(contact, &parties)?;
     let mut surface = surface::<D>(&parties, numbering, rest, system.mass().len());
-    let distance = contact.distance.unwrap_or_else(|| reach::<D>(&parties, &surface));
+    let (distance, distance_origin) = match contact.distance {
+        Some(distance) => (distance, DistanceOrigin::Given),
+        None => reach::<D>(&parties, &surface),
+    };
     surface.thicken(parties.iter().map(|party| party.radius + party.obstacle_radius()).collect(), distance);
     let design = ExplicitDesign::new(scene, contact, &parties, &surface, system.mass())?;
-    let mut model = model::<D>(scene, contact, &parties, numbering, (surface, design.as_ref()), distance);
+    let (parties, explicit) = (&parties[..], design.as_ref());
+    let choice = StiffnessChoice { scene, contact, parties, numbering, explicit, distance };
+    let mut model = model::<D>(&choice, surface);
     let least = terms::least_distances(D, &model, rest);
-    let with_itself = shrink(&mut model, &parties, &least);
+    let with_itself = shrink(&mut model, parties, &least);
     if let (Some(design), None) = (&design, contact.stiffness) {
         for i in 0..parties.len() as u32 {
             let barrier = &mut model.laws.of_mut(i, i).barrier;
@@ -203,8 +171,19 @@ pub(super) fn add<const D: usize>(
             barrier.stiffness = barrier.stiffness.min(most);
         }
     }
-    overlaps(&model, &parties, position, D)?;
-    let mut report = report(contact, &model, &parties, distance, with_itself);
+    overlaps(&model, parties, position, D)?;
+    let mut report = report(&choice, &model, distance_origin, with_itself);
+    if design.is_none() && !scene.time.integrator.method().is_static() {
+        report.impacts = ImpactDurations::new(&model, parties, system, scene.time.step);
+    }
+    report.start = surveys.then(|| {
+        let survey = terms::survey(D, &model, position);
+        let least = survey.least.map(|(gap, primitives)| StartGap {
+            gap,
+            between: primitives.each_ref().map(|primitive| model.named(primitive)),
+        });
+        ContactStart { candidates: survey.candidates, least }
+    });
     let model = Arc::new(model);
     let step = design.as_ref().and_then(|design| design.step).filter(|_| contact.threshold_speed.is_none());
     let options = ExplicitOptions {
@@ -410,24 +389,64 @@ fn size_of_bodies(parties: &[ContactParty<'_>], dimension: usize) -> f64 {
     scene_size(&points, dimension)
 }
 
-/// Reach where the scene gives none.
-fn reach<const D: usize>(parties: &[ContactParty<'_>], surface: &ContactSurface) -> f64 {
-    let sizes = parties.iter().filter(|party| party.collides && !party.is_obstacle());
-    let smallest = sizes.map(|party| scene_size(&party.body.mesh.points, D)).fold(f64::INFINITY, f64::min);
-    let of_body = |edge: &&[u32; 2]| !parties[surface.bodies[edge[0] as usize] as usize].is_obstacle();
-    let edges = surface.edges.iter().zip(&surface.squared_lengths).filter(|(edge, _)| of_body(edge));
-    let shortest = edges.map(|(_, squared)| squared.sqrt()).fold(f64::INFINITY, f64::min);
-    (PART_OF_BODY * smallest).min(PART_OF_EDGE * shortest)
+/// Reach where the scene gives none [m], and where it comes from.
+fn reach<const D: usize>(parties: &[ContactParty<'_>], surface: &ContactSurface) -> (f64, DistanceOrigin) {
+    let least = |lengths: &mut dyn Iterator<Item = (f64, usize)>| {
+        lengths.fold((f64::INFINITY, 0), |least, one| if one.0 < least.0 { one } else { least })
+    };
+    let is_body = |i: usize| !parties[i].is_obstacle();
+    let bodies = (0..parties.len()).filter(|i| parties[*i].collides && is_body(*i));
+    let smallest = least(&mut bodies.map(|i| (scene_size(&parties[i].body.mesh.points, D), i)));
+    let edges = surface.edges.iter().zip(&surface.squared_lengths);
+    let of_body = edges.map(|(edge, squared)| (squared.sqrt(), surface.bodies[edge[0] as usize] as usize));
+    let shortest = least(&mut of_body.filter(|(_, i)| is_body(*i)));
+    let name = |i: usize| parties.get(i).map_or(String::new(), |party| party.body.name.clone());
+    if PART_OF_BODY * smallest.0 <= PART_OF_EDGE * shortest.0 {
+        (PART_OF_BODY * smallest.0, DistanceOrigin::SmallestBody(name(smallest.1)))
+    } else {
+        (PART_OF_EDGE * shortest.0, DistanceOrigin::ShortestEdge(name(shortest.1)))
+    }
 }
 
-fn model<const D: usize>(
-    scene: &Scene,
-    contact: &ContactSpec,
-    parties: &[ContactParty<'_>],
-    numbering: &Numbering,
-    (surface, explicit): (ContactSurface, Option<&ExplicitDesign>),
+/// Choice of the stiffness of contact.
+struct StiffnessChoice<'a> {
+    scene: &'a Scene,
+    contact: &'a ContactSpec,
+    parties: &'a [ContactParty<'a>],
+    numbering: &'a Numbering,
+    explicit: Option<&'a ExplicitDesign>,
+    /// `dhat` [m].
     distance: f64,
-) -> ContactModel {
+}
+
+impl StiffnessChoice<'_> {
+    /// Stiffness of two bodies [Pa], and where it comes from.
+    fn of(&self, surface: &ContactSurface, a: usize, b: usize) -> (f64, StiffnessOrigin) {
+        if let Some(given) = self.contact.stiffness {
+            return (given, StiffnessOrigin::Given);
+        }
+        let both = [a, b].map(|i| &self.parties[i]);
+        let moduli = both.into_iter().filter_map(|party| Some((party.young?, party)));
+        let softer = moduli.reduce(|a, b| if b.0 < a.0 { b } else { a });
+        let softer = softer.map(|(young, party)| (young, StiffnessOrigin::Modulus(party.body.name.clone())));
+        let Some(design) = self.explicit else {
+            return softer.unwrap_or_else(|| {
+                let time = &self.scene.time;
+                let h = self.contact.designed_step.or(time.step).unwrap_or(time.duration);
+                let densest = both.map(|party| party.densest(surface, self.numbering));
+                (self.distance * densest[0].max(densest[1]) / (h * h), StiffnessOrigin::Masses)
+            });
+        };
+        let by_step = design.stiffness(self.distance, a as u32, b as u32);
+        let by_step = by_step.map(|stiffness| (stiffness, StiffnessOrigin::ExplicitStep));
+        let least = softer.into_iter().chain(by_step).reduce(|a, b| if b.0 < a.0 { b } else { a });
+        // Two that do not move never touch.
+        least.unwrap_or((1.0, StiffnessOrigin::Nothing))
+    }
+}
+
+fn model<const D: usize>(choice: &StiffnessChoice<'_>, surface: ContactSurface) -> ContactModel {
+    let StiffnessChoice { scene, contact, parties, numbering, explicit, distance } = *choice;
     let names: Vec<String> = parties.iter().map(|party| party.body.name.clone()).collect();
     let index = |name: &String| names.iter().position(|other| other == name);
     let mut pairs = BodyPairs::all(parties.len());
@@ -438,7 +457,7 @@ fn model<const D: usize>(
             let (one, other) = (&parties[a], &parties[b]);
             let touch = one.collides && other.collides && !(one.is_obstacle() && other.is_obstacle());
             pairs.set(a as u32, b as u32, touch && (a != b || one.with_itself));
-            // Walls have no friction.
+            // Walls have no friction by themselves.
             if is_wall(a) || is_wall(b) {
                 friction[a * parties.len() + b] = 0.0;
             }
@@ -450,26 +469,13 @@ fn model<const D: usize>(
             pairs.set(a as u32, b as u32, touch);
         }
         for (a, b) in [(a, b), (b, a)] {
-            friction[a * parties.len() + b] = pair.friction.unwrap_or(contact.friction);
+            let friction = &mut friction[a * parties.len() + b];
+            *friction = pair.friction.unwrap_or(*friction);
         }
     }
-    let h = contact.designed_step.or(scene.time.step).unwrap_or(scene.time.duration);
     let laws = ContactLaws::new(parties.len(), |a, b| {
         let (one, other) = (&parties[a], &parties[b]);
-        let softer = one.young.into_iter().chain(other.young).reduce(f64::min);
-        let by_mass = || {
-            let densest = [one, other].map(|party| party.densest(&surface, numbering));
-            distance * densest[0].max(densest[1]) / (h * h)
-        };
-        let stiffness = match explicit {
-            None => contact.stiffness.or(softer).unwrap_or_else(by_mass),
-            Some(design) => {
-                let by_step = design.stiffness(distance, a as u32, b as u32);
-                let least = softer.into_iter().chain(by_step).reduce(f64::min);
-                // Two that do not move never touch.
-                contact.stiffness.or(least).unwrap_or(1.0)
-            }
-        };
+        let (stiffness, _) = choice.of(&surface, a, b);
         let form = if explicit.is_some() { PotentialForm::Cubic } else { PotentialForm::Barrier };
         let offset = one.radius + other.radius + one.obstacle_radius() + other.obstacle_radius();
         let barrier = Barrier { form, stiffness, reach: distance, offset };
@@ -517,16 +523,18 @@ fn shrink(
     model: &mut ContactModel,
     parties: &[ContactParty<'_>],
     least: &[Option<LeastDistance>],
-) -> Vec<(String, f64, f64)> {
+) -> Vec<SelfContact> {
     let mut shrunk = vec![];
     for (i, party) in parties.iter().enumerate() {
-        let Some(LeastDistance { distance, .. }) = &least[i] else { continue };
+        let Some(LeastDistance { distance, primitives }) = &least[i] else { continue };
+        let between = primitives.each_ref().map(|primitive| model.named(primitive));
         let barrier = &mut model.laws.of_mut(i as u32, i as u32).barrier;
         let part = PART_OF_REST * distance / (barrier.reach + barrier.offset);
         if part < 1.0 && party.with_itself {
             barrier.reach *= part;
             barrier.offset *= part;
-            shrunk.push((party.body.name.clone(), barrier.reach, *distance));
+            let (body, gap, least) = (party.body.name.clone(), barrier.reach, *distance);
+            shrunk.push(SelfContact { body, gap, least, between });
         }
     }
     shrunk
@@ -580,128 +588,37 @@ fn overlaps(
 }
 
 fn report(
-    contact: &ContactSpec,
+    choice: &StiffnessChoice<'_>,
     model: &ContactModel,
-    parties: &[ContactParty<'_>],
-    distance: f64,
-    with_itself: Vec<(String, f64, f64)>,
+    distance_origin: DistanceOrigin,
+    with_itself: Vec<SelfContact>,
 ) -> ContactSummary {
-    let mut pairs = vec![];
-    for a in 0..parties.len() {
-        for b in a..parties.len() {
-            if model.touch(a as u32, b as u32) {
-                let law = model.laws.of(a as u32, b as u32);
-                let names = (model.names[a].clone(), model.names[b].clone());
-                pairs.push((names.0, names.1, law.barrier.stiffness, law.friction));
-            }
+    let (parties, surface) = (choice.parties, &model.surface);
+    let law = |a: usize, b: usize| {
+        let law = model.laws.of(a as u32, b as u32);
+        let (stiffness, origin) = choice.of(surface, a, b);
+        // Bodies that are near themselves at rest bear less in explicit steps.
+        let lowered = law.barrier.stiffness < stiffness;
+        PairLaw {
+            bodies: [a, b].map(|body| model.names[body].clone()),
+            stiffness: law.barrier.stiffness,
+            origin: if lowered { StiffnessOrigin::ExplicitStep } else { origin },
+            friction: law.friction,
         }
-    }
-    let surface = &model.surface;
+    };
+    let all = (0..parties.len()).flat_map(|a| (a..parties.len()).map(move |b| (a, b)));
+    let touching = all.filter(|(a, b)| model.touch(*a as u32, *b as u32));
     ContactSummary {
         explicit: None,
+        impacts: None,
+        start: None,
         size: size_of_bodies(parties, surface.dimension),
-        distance,
-        distance_given: contact.distance.is_some(),
-        pairs,
+        distance: choice.distance,
+        distance_origin,
+        pairs: touching.map(|(a, b)| law(a, b)).collect(),
         with_itself,
         threshold_speed: model.laws.has_friction().then_some(model.threshold_speed),
         vertices: surface.vertices.len(),
         faces: if surface.dimension == 2 { surface.edges.len() } else { surface.triangles.len() },
-    }
-}
-
-impl ContactSummary {
-    /// Sentence for the list of what a scene uses.
-    pub(super) fn described(&self) -> String {
-        let origin = if self.distance_given { "given" } else { "by the size of the bodies" };
-        let pairs: Vec<String> = self
-            .pairs
-            .iter()
-            .map(|(a, b, stiffness, friction)| {
-                let rub = if *friction > 0.0 { format!(", mu {friction}") } else { String::new() };
-                format!("{a}-{b} {stiffness} Pa{rub}", stiffness = Rounded::<4>(*stiffness))
-            })
-            .collect();
-        let shrunk: Vec<String> = self
-            .with_itself
-            .iter()
-            .map(|(name, gap, least)| {
-                format!(
-                    "; `{name}` touches itself from {gap} m on, half of its least distance at rest \
-                     {least} m",
-                    gap = Rounded::<4>(*gap),
-                    least = Rounded::<4>(*least)
-                )
-            })
-            .collect();
-        let creep = self.threshold_speed.map_or(String::new(), |e| {
-            format!("; what sticks creeps at less than {e} m/s", e = Rounded::<4>(e))
-        });
-        let explicit = self.explicit.as_ref().map_or(String::new(), ExplicitContactSummary::described);
-        format!(
-            "contact from a gap of {} m on ({origin}), {} vertices and {} faces: {}{}{creep}{explicit}",
-            Rounded::<4>(self.distance),
-            self.vertices,
-            self.faces,
-            pairs.join(", "),
-            shrunk.concat()
-        )
-    }
-}
-
-impl ContactSummary {
-    /// What explicit steps may not stop.
-    pub(super) fn warnings(&self) -> Vec<String> {
-        let Some(explicit) = &self.explicit else { return vec![] };
-        let fast = |pair: &&StoppedApproach| pair.at_start > pair.stopped;
-        let worst = explicit
-            .pairs
-            .iter()
-            .filter(fast)
-            .max_by(|a, b| (a.at_start * b.stopped).total_cmp(&(b.at_start * a.stopped)));
-        let passes = worst.map(|StoppedApproach { bodies: [a, b], stopped, at_start }| {
-            format!(
-                "`{a}` and `{b}` move at up to {at_start} m/s relative to each other, and contact in \
-                 explicit steps stops {stopped} m/s: they may enter each other; a smaller step or a larger \
-                 [contact] `distance` stops more, an implicit scheme lets nothing pass",
-                at_start = Rounded::<4>(*at_start),
-                stopped = Rounded::<4>(*stopped)
-            )
-        });
-        let slips =
-            self.threshold_speed.filter(|e| !explicit.raises_threshold && *e < explicit.borne_threshold);
-        let slips = slips.map(|e| {
-            format!(
-                "friction with a `threshold_speed` of {e} m/s is too stiff for these steps: what carries \
-                 no more than its own weight needs {} m/s; leave it out, and it is raised where it must be",
-                Rounded::<4>(explicit.borne_threshold),
-                e = Rounded::<4>(e)
-            )
-        });
-        passes.into_iter().chain(slips).collect()
-    }
-}
-
-impl ExplicitContactSummary {
-    /// Continuation of the sentence on contact.
-    fn described(&self) -> String {
-        let slowest = self.pairs.iter().min_by(|a, b| a.stopped.total_cmp(&b.stopped));
-        let stops = slowest.map_or(String::new(), |StoppedApproach { bodies: [a, b], stopped, .. }| {
-            format!(
-                "; explicit steps: forces without a pole, which stop approaches up to {stopped} m/s \
-                 ({a}-{b})",
-                stopped = Rounded::<4>(*stopped)
-            )
-        });
-        let raised = if self.raises_threshold {
-            format!(
-                "; its threshold is raised to what a step bears, {} m/s where a vertex carries its own \
-                 weight",
-                Rounded::<4>(self.borne_threshold)
-            )
-        } else {
-            String::new()
-        };
-        stops + &raised
     }
 }

@@ -47,7 +47,7 @@ use pliant::system::System;
 use pliant::topology::Topology;
 use pliant_terms::{direct_gravity, tree_gravity};
 
-pub use contact::ContactSummary;
+pub use contact::{ContactSummary, advice_on_gain};
 pub use places::{LoadedVertices, PinnedVertices, ScenePlaces};
 pub use report::{BodyReport, Report};
 
@@ -159,7 +159,15 @@ fn assemble<const D: usize, const N: usize>(
     for wall in &scene.world.walls {
         system.add_wall(Wall::new(&wall.normal, wall.offset));
     }
-    let contact = contact::add::<D>(scene, &bodies, &numbering, (&rest, &position, &velocity), &mut system)?;
+    let contact = contact::add::<D>(
+        scene,
+        &bodies,
+        &numbering,
+        (&rest, &position, &velocity),
+        &mut system,
+        // Who runs it need not know.
+        unstable == UnstableStep::Accept,
+    )?;
     system.set_ether_drag(scene.world.ether_drag.unwrap_or(0.0));
 
     let method = scene.time.integrator.method();

@@ -25,7 +25,7 @@ fn among_bodies(scene: &Scene) -> Scene {
     let mut whole = scene.clone();
     for (i, wall) in whole.world.walls.drain(..).enumerate() {
         let shape = ObstacleShape::HalfSpace(wall);
-        let spec = ObstacleSpec { name: Some(format!("wall{i}")), shape, motion: None };
+        let spec = ObstacleSpec { name: Some(ObstacleSpec::name_of_wall(i)), shape, motion: None };
         whole.body.push(body(scene, &spec, i));
     }
     for (i, obstacle) in scene.obstacle.iter().enumerate() {

@@ -162,7 +162,7 @@ impl Report {
         match &contact {
             Some(contact) => {
                 self.uses.push(contact.described());
-                self.warnings.extend(contact.warnings());
+                self.warnings.extend(contact.warnings(self.integrator));
             }
             None => self.left_out.push("contact: no [contact], and bodies pass through each other".into()),
         }

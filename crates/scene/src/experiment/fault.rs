@@ -32,7 +32,7 @@ impl StepFailure {
 
     fn at(self, fault: Option<&Fault>) -> StepFailure {
         match fault {
-            Some(Fault::Element { body, element, .. }) => {
+            Some(Fault::Element { body, element, .. } | Fault::Sheet { body, element, .. }) => {
                 StepFailure { element: Some(*element), body: Some(body.clone()), ..self }
             }
             Some(Fault::Node { body, vertex, .. }) => {

@@ -57,12 +57,13 @@ pub struct ContactSpec {
     #[serde(skip)]
     #[schemars(skip)]
     pub counts_duplicates: bool,
-    /// Pairs of bodies or obstacles with other rules.
+    /// Pairs of bodies, obstacles or walls (`wall0`, `wall1`, ..) with other rules. Walls have no friction
+    /// but what they are given here.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub pairs: Vec<ContactPairSpec>,
 }
 
-/// Rules for two bodies, a body and an obstacle, or a body and itself.
+/// Rules for two bodies, a body and an obstacle or a wall, or a body and itself.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[serde(rename = "ContactPair")]
@@ -70,7 +71,7 @@ pub struct ContactPairSpec {
     /// Their names; the same twice for contact of a body with itself.
     #[schemars(length(min = 2, max = 2))]
     pub between: Vec<String>,
-    /// Their coefficient of friction; that of the scene without it.
+    /// Their coefficient of friction; that of the scene without it, none of a wall.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub friction: Option<f64>,
@@ -161,6 +162,11 @@ pub struct ObstacleBall {
 impl ObstacleSpec {
     /// Name of the pin that holds an obstacle.
     pub const PIN: &str = "motion";
+
+    /// Name of a wall of `world.walls` that contact makes an obstacle, by its index there.
+    pub fn name_of_wall(index: usize) -> String {
+        format!("wall{index}")
+    }
 
     /// The name, or `obstacle0`, `obstacle1`, ... by the index in the scene.
     pub fn name_or_default(&self, index: usize) -> String {

@@ -45,6 +45,17 @@ fn names(scene: &Scene) -> Vec<String> {
     bodies.chain(obstacles).collect()
 }
 
+/// Walls that contact makes obstacles have names of their own.
+fn names_of_walls(check: &mut Checker, scene: &Scene, names: &[String]) -> Vec<String> {
+    let walls: Vec<String> = (0..scene.world.walls.len()).map(ObstacleSpec::name_of_wall).collect();
+    for (index, wall) in walls.iter().enumerate().filter(|(_, wall)| names.contains(wall)) {
+        let path = KeyPath::root().key("world").key("walls").index(index);
+        let message = format!("{wall:?}, the name of this wall in contact, is that of something else");
+        check.report(Problem::semantic(path, message).with_help("give that another name"));
+    }
+    walls
+}
+
 fn table(check: &mut Checker, path: &KeyPath, contact: &ContactSpec, scene: &Scene) {
     let ContactSpec { distance, stiffness, friction, threshold_speed, friction_iterations, pairs, .. } =
         contact;
@@ -62,7 +73,8 @@ fn table(check: &mut Checker, path: &KeyPath, contact: &ContactSpec, scene: &Sce
     if let Some(iterations) = friction_iterations {
         check.count(&path.key("friction_iterations"), *iterations as usize);
     }
-    let names = names(scene);
+    let mut names = names(scene);
+    names.extend(names_of_walls(check, scene, &names));
     let mut seen = BTreeMap::new();
     for (index, pair) in pairs.iter().enumerate() {
         let path = path.key("pairs").index(index);
@@ -85,9 +97,9 @@ fn pair(check: &mut Checker, path: &KeyPath, pair: &ContactPairSpec, names: &[St
     for (i, name) in pair.between.iter().enumerate() {
         if !names.contains(name) {
             let known: Vec<&str> = names.iter().map(String::as_str).collect();
-            let message = format!("there is no body or obstacle {name:?}");
+            let message = format!("there is no body, obstacle or wall {name:?}");
             let mut problem = Problem::semantic(path.key("between").index(i), message);
-            problem.help.extend(suggest::help(name, &known, "bodies and obstacles"));
+            problem.help.extend(suggest::help(name, &known, "bodies, obstacles and walls"));
             check.report(problem);
         }
     }

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use pliant::diagnostics::Balance;
 use pliant_record::RecordError;
 use pliant_record::read::{Column, Trajectory, info};
 
@@ -108,7 +109,7 @@ impl PlotQuantity {
                 let one = |name: &&str| chosen(&columns, "", |column| column == *name);
                 Ok(ENERGIES.iter().flat_map(one).collect())
             }
-            PlotQuantity::Balance => balance(&trajectory.energy()?),
+            PlotQuantity::Balance => Ok(balance(&trajectory.energy()?)),
             PlotQuantity::Momentum => {
                 Ok(chosen(&trajectory.energy()?, "", |name| name.starts_with("linear_momentum[")))
             }
@@ -142,10 +143,14 @@ impl PlotQuantity {
 }
 
 /// What was brought in by each, and `total - total(0) - sum`: the error of the scheme.
-fn balance(columns: &[Column]) -> Result<Vec<Series>, RecordError> {
+fn balance(columns: &[Column]) -> Vec<Series> {
     let mut series = chosen(columns, "", |name| name.starts_with("balance."));
     for one in &mut series {
         one.name = one.name.replace("balance.", "");
+        // A recording holds what was lost as a positive number.
+        if Balance::LOSSES.iter().any(|loss| spoken(loss) == one.name) {
+            one.points.iter_mut().for_each(|point| point[1] = -point[1]);
+        }
     }
     let total = chosen(columns, "", |name| name == "total");
     let error = total.first().map(|total| {
@@ -156,7 +161,7 @@ fn balance(columns: &[Column]) -> Result<Vec<Series>, RecordError> {
         Series { name: "error of the sum".to_owned(), points: points.collect() }
     });
     series.extend(error);
-    Ok(series)
+    series
 }
 
 /// Series of the columns whose names are wanted, over the column `time`.
@@ -175,4 +180,26 @@ fn chosen(columns: &[Column], before: &str, wanted: impl Fn(&str) -> bool) -> Ve
 fn spoken(name: &str) -> String {
     let axes = [("[0]", " x"), ("[1]", " y"), ("[2]", " z")];
     axes.iter().fold(name.replace('_', " "), |name, (index, axis)| name.replace(index, axis))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Books that close leave no error: motion brought 5 J in, damping and friction took 2 J and 1 J out.
+    #[test]
+    fn losses_are_taken_off_in_the_balance() {
+        let column = |name: &str, end: f64| Column { name: name.to_owned(), values: vec![0.0, end] };
+        let columns = [
+            column("time", 1.0),
+            column("total", 2.0),
+            column("balance.motion", 5.0),
+            column("balance.damping", 2.0),
+            column("balance.friction", 1.0),
+        ];
+        let ends: Vec<(String, f64)> =
+            balance(&columns).into_iter().map(|one| (one.name, one.points[1][1])).collect();
+        let expected = [("motion", 5.0), ("damping", -2.0), ("friction", -1.0), ("error of the sum", 0.0)];
+        assert_eq!(ends, expected.map(|(name, end)| (name.to_owned(), end)));
+    }
 }

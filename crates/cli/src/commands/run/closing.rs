@@ -9,13 +9,13 @@ use pliant::run::{Outcome, Summary};
 use pliant::simulation::{MotionJumps, RetriedSteps, StaticState};
 use pliant::solver::SolverWork;
 use pliant_record::{LogLevel, Recorded, RecordedOutcome, RecordedStatus};
-use pliant_scene::assembly::Report;
+use pliant_scene::assembly::{Report, advice_on_gain};
 use pliant_scene::{Channel, Scene};
 use serde_json::{Value, json};
 
 use super::statics;
 use crate::failure::ExitStatus;
-use crate::statistics::Statistics;
+use crate::statistics::{Meeting, Statistics};
 use crate::text::{self, counted, entry, number};
 
 /// A scene should have its energy back at the end this well, but for what is known to have come in and gone
@@ -23,6 +23,8 @@ use crate::text::{self, counted, entry, number};
 const ENERGY_DRIFT_BOUND: f64 = 1e-3;
 /// And should never be farther off on the way.
 const ENERGY_ERROR_BOUND: f64 = 1e-2;
+/// A gain below this part of the largest error beside it is not what the error is.
+const MINOR_GAIN: f64 = 0.1;
 /// Contact is overloaded where less than this part of its distance is left.
 const OVERLOAD: f64 = 0.05;
 /// The part that would be left with the stiffness that is advised.
@@ -82,6 +84,7 @@ impl<'a> Closing<'a> {
             self.overloaded(),
             self.entered(),
             self.slipped(),
+            self.met(),
             self.energy_off().or_else(|| self.energy_gained()),
         ];
         self.report.warnings.iter().cloned().chain(found.into_iter().flatten()).collect()
@@ -135,9 +138,9 @@ impl<'a> Closing<'a> {
         }
         let pairs = &self.report.contact.as_ref()?.pairs;
         let [a, b] = &least.bodies;
-        let is_theirs = |(one, other): (&String, &String)| (one, other) == (a, b) || (one, other) == (b, a);
-        let (.., stiffness, _) = pairs.iter().find(|(one, other, ..)| is_theirs((one, other)))?;
-        let enough = stiffness * relative_pressure(least.relative) / relative_pressure(COMFORT);
+        let is_theirs = |[one, other]: &[String; 2]| (one, other) == (a, b) || (one, other) == (b, a);
+        let law = pairs.iter().find(|pair| is_theirs(&pair.bodies))?;
+        let enough = law.stiffness * relative_pressure(least.relative) / relative_pressure(COMFORT);
         Some(format!(
             "contact of `{a}` and `{b}` was pressed to {} of its distance at t = {} s: solves become hard there, and the gap means \
              little; a `stiffness` of {} Pa would have kept half of it",
@@ -185,6 +188,17 @@ impl<'a> Closing<'a> {
         })
     }
 
+    /// Bodies that came together while nothing makes them collide.
+    fn met(&self) -> Option<String> {
+        let Meeting { bodies, time } = self.statistics.meeting()?;
+        let [a, b] = bodies.map(|body| &self.report.bodies[body].name);
+        Some(format!(
+            "the boxes around `{a}` and `{b}` meet from t = {} s on, and nothing makes bodies collide: \
+             `contact = {{}}` in the scene does",
+            number(*time),
+        ))
+    }
+
     /// Prescribed motion that jumped.
     fn jumped(&self) -> Option<String> {
         let MotionJumps { pin, time, size, count } = self.summary.motion_jumps.as_ref()?;
@@ -205,10 +219,30 @@ impl<'a> Closing<'a> {
         let gain = self.summary.relative_energy_gain().filter(|gain| *gain > ENERGY_ERROR_BOUND)?;
         Some(format!(
             "the total energy grew by up to {}, although nothing in the scene brought it in; {} would be \
-             more accurate",
+             more accurate{}",
             self.in_play(gain),
             self.finer(),
+            self.gains_in_impacts() + self.misses_blows(),
         ))
+    }
+
+    /// Continuation of a sentence on energy that has grown: of work that the books may not have seen.
+    fn misses_blows(&self) -> &'static str {
+        let is_moved = self.summary.end.balance.is_some_and(|balance| balance.motion.is_some());
+        match is_moved && self.scene.contact.is_some() {
+            true => {
+                "; the work of prescribed motion is known from its power at the ends of steps, which does not \
+                 see blows that are shorter than a step"
+            }
+            false => "",
+        }
+    }
+
+    /// Continuation of a sentence on energy that has grown: of schemes that do so in impacts.
+    fn gains_in_impacts(&self) -> String {
+        let scheme = self.scene.time.integrator.method().documentation.name;
+        let advice = self.scene.contact.as_ref().and_then(|_| advice_on_gain(scheme));
+        advice.map_or(String::new(), |advice| format!("; {advice}"))
     }
 
     /// Energy that is not what it was, where all losses are known.
@@ -225,8 +259,9 @@ impl<'a> Closing<'a> {
         // Many implicit schemes take energy out of motion by design, and more of it the larger the step.
         let damps = method.documentation.solves > 0
             && amplification(&method, 1.0, 0.0, 0.0).spectral_radius() < 1.0 - 1e-9;
-        let gained = self.summary.relative_energy_gain() > Some(ENERGY_DRIFT_BOUND);
-        if damps && !gained && self.summary.end.total < self.summary.start.total {
+        // Work of prescribed motion is known as well as a step is small beside its forces.
+        let gained = self.summary.relative_energy_gain() > Some(ENERGY_DRIFT_BOUND.max(MINOR_GAIN * error));
+        if damps && !gained && self.summary.end.conserved() < self.summary.start.conserved() {
             return Some(format!(
                 "the scheme `{}` damps motion by itself: it took up to {}, {}; {} takes less{}",
                 method.documentation.name,
@@ -246,7 +281,7 @@ impl<'a> Closing<'a> {
         }
         Some(format!(
             "the total energy was off by up to {}, and by {} at the end, although nothing in the scene {}; \
-             {} would be more accurate",
+             {} would be more accurate{}",
             self.in_play(error),
             share(drift),
             match self.summary.end.balance {
@@ -254,6 +289,7 @@ impl<'a> Closing<'a> {
                 None => "takes or gives energy",
             },
             self.finer(),
+            if gained { self.gains_in_impacts() + self.misses_blows() } else { String::new() },
         ))
     }
 
@@ -354,9 +390,12 @@ impl<'a> Closing<'a> {
         };
         let work =
             [(balance.motion, "prescribed motion"), (by_loads, "loads"), (by_gravity, "changing gravity")];
-        let damping = if self.rubs() { "damping and friction" } else { "damping" };
-        let losses =
-            [(balance.ether_drag, "ether drag"), (balance.damping, damping), (balance.walls, "walls")];
+        let losses = [
+            (balance.ether_drag, "ether drag"),
+            (balance.damping, "damping"),
+            (balance.friction, "friction"),
+            (balance.walls, "walls"),
+        ];
         for (name, said) in [("work", parts("by", &work)), ("lost", parts("to", &losses))] {
             if !said.is_empty() {
                 line(name, said);
@@ -394,10 +433,18 @@ impl<'a> Closing<'a> {
             let [a, b] = &least.bodies;
             let part = share(least.relative);
             let most = counted(least.most, "pair", "pairs");
+            let limited = self.summary.work.solver.map_or(0, |solver| solver.longest_limited);
+            let limited = match limited {
+                0 => String::new(),
+                n => {
+                    let iterations = counted(n, "Newton iteration", "Newton iterations");
+                    format!("; it cut up to {iterations} in a row short")
+                }
+            };
             line(
                 "contact",
                 format!(
-                    "least gap {} m, {part} of its distance, between {a} and {b} at t = {} s; up to {most} at a time",
+                    "least gap {} m, {part} of its distance, between {a} and {b} at t = {} s; up to {most} at a time{limited}",
                     number(least.gap),
                     number(least.time),
                 ),
@@ -520,7 +567,7 @@ impl<'a> Closing<'a> {
     fn unaccounted(&self) -> &'static str {
         let takes = self.takes_energy() && !self.loses_known();
         match takes {
-            true => ", what damping, drag and walls took included: no `energy` among the channels",
+            true => ", what damping, drag, friction and walls took included: no `energy` among the channels",
             false => "",
         }
     }
@@ -544,8 +591,7 @@ impl<'a> Closing<'a> {
         if !self.scene.output.channels.contains(&Channel::Energy) {
             return false;
         }
-        let balance = self.summary.end.balance;
-        balance.is_some_and(|b| b.ether_drag.or(b.damping).or(b.walls).is_some())
+        self.summary.end.balance.is_some_and(|balance| balance.counts_losses())
     }
 
     /// Kind of failure, in a word, for programs.

@@ -44,7 +44,7 @@ impl Session {
     /// # Errors
     /// The checkpoint is one of another scene; the recording or standard output cannot be written.
     pub(crate) fn run(mut self, terminal: Terminal) -> Result<ExitStatus, Failure> {
-        let mut statistics = Statistics::new(&self.input.scene);
+        let mut statistics = Statistics::new(&self.input.scene, &self.assembly.topology.bodies);
         let mut progress = self.progress(terminal);
         let started = Instant::now();
         let summary = self.take_steps(&mut statistics, progress.as_mut())?;

@@ -60,11 +60,15 @@ impl EnergyLedger {
         let now = Equilibrium::of(system, self.looked, time, x);
         let dx: Vec<f64> = x.iter().zip(&last.x).map(|(x, last)| x - last).collect();
         let rate: Vec<f64> = dx.iter().map(|dx| dx / h).collect();
+        let lost = self.damping.is_some() || self.friction.is_some();
+        let [damping, friction] =
+            if lost { system.dissipated_powers(x, &rate).map(|power| h * power) } else { [0.0; 2] };
         let works = Powers {
             loads: -mean_work(&last.loads, &now.loads, &dx),
             gravity: self.work_of_gravity(system, (&last, &now), &dx),
             ether_drag: 0.0,
-            damping: if self.damping.is_some() { h * system.dissipated_power(x, &rate) } else { 0.0 },
+            damping,
+            friction,
         };
         self.each(works, |integral, work| integral.add(work));
         if let Some(own) = &mut self.motion {

@@ -50,7 +50,11 @@ impl<const D: usize> Newton<D> {
             self.direction_along(solve, &way)?;
             self.work.newton_iterations += 1;
             let part = self.move_with_held(solve.system, solve.objective, solve.at)?;
-            stuck = if part < STUCK_PART { stuck + 1 } else { 0 };
+            self.note_limited(solve, part < 1.0);
+            // A way that ends where a gap is closed is cut short to the last bit, each time by most of it.
+            let is_rounding = way.iter().all(|way| way.abs() <= f64::EPSILON * self.size);
+            let leads_nowhere = part < STUCK_PART || part < 1.0 && is_rounding;
+            stuck = if leads_nowhere { stuck + 1 } else { 0 };
             std::mem::swap(solve.at, &mut self.trial);
             if !self.residual(solve.system, solve.objective, solve.at) {
                 return Err(SolveFailure::Infeasible);

@@ -8,7 +8,6 @@ use super::watchdog::Watchdog;
 use super::{
     CONTRACTION, FORCING, FORCING_PART, GUARDED_ENERGY, GUARDED_FORCING, NEAR, Newton, RUNAWAY, ULPS,
 };
-use crate::energy::Fault;
 use crate::material::Psd;
 use crate::solver::conjugate_gradients::{CgTolerance, dot};
 use crate::solver::iterative::CG_TOLERANCE;
@@ -54,6 +53,8 @@ pub(super) struct NewtonSolve<'a> {
     fresh: u32,
     /// True if the step before was whole.
     went_whole: bool,
+    /// Iterations in a row whose ways were cut short.
+    limited: u64,
     /// True if it is that of the end, as far as the tolerance goes.
     settled: bool,
     /// Watch over steps that raise the objective at first.
@@ -108,6 +109,7 @@ impl<'a> NewtonSolve<'a> {
             renewals: 0,
             fresh: 0,
             went_whole: false,
+            limited: 0,
             settled: false,
             watchdog: Watchdog::new(),
             system,
@@ -128,10 +130,11 @@ impl<'a> NewtonSolve<'a> {
         let solve = Some(SolveError { verdict, iterations, correction, left });
         if let (SolveFailure::Obstructed, Some(goal)) = (verdict, self.objective.goal) {
             let way = rest_of_way(self.system, goal, &self.at.x);
-            let fault = self.system.obstruction(&self.at.x, &way).map(|pair| Fault::Obstructed { pair });
-            return StepFault { fault, vertex: None, solve };
+            return StepFault { fault: self.system.obstruction(&self.at.x, &way), vertex: None, solve };
         }
-        StepFault { solve, ..StepFault::at(self.system, &self.at.x, &self.at.x) }
+        let at = StepFault::at(self.system, &self.at.x, &self.at.x);
+        let near = || self.system.near_fault(&self.at.x).filter(|_| verdict == SolveFailure::Indefinite);
+        StepFault { solve, fault: at.fault.clone().or_else(near), ..at }
     }
 
     /// # Errors
@@ -374,6 +377,7 @@ impl<const D: usize> Newton<D> {
         accepted: &Accepted,
     ) -> Result<SolveProgress, SolveFailure> {
         self.work.halvings += u64::from(accepted.halvings);
+        self.note_limited(solve, accepted.shortened);
         let steady = solve.keep && accepted.halvings == 0 && solve.psd == Psd::Exact;
         solve.keep = accepted.halvings == 0;
         if solve.keep && solve.correction <= NEAR * self.size {
@@ -412,6 +416,12 @@ impl<const D: usize> Newton<D> {
             solve.set_forcing(found.truncated);
         }
         Ok(Continues)
+    }
+
+    /// Counts iterations in a row whose ways were cut short.
+    pub(super) fn note_limited(&mut self, solve: &mut NewtonSolve<'_>, shortened: bool) {
+        solve.limited = if shortened { solve.limited + 1 } else { 0 };
+        self.work.longest_limited = self.work.longest_limited.max(solve.limited);
     }
 
     /// Tells terms that guard ways where the direction leads, and dissipative ones that hold what they take

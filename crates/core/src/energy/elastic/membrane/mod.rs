@@ -14,7 +14,7 @@ use super::block::{Block, BlockMaterial};
 use super::kernels::{BLOCKS, EnergyKernel};
 use super::solid::extremes;
 use super::{centroids, points_of};
-use crate::algebra::Mat;
+use crate::algebra::{Mat, signed_svd};
 use crate::dissipation::simplex_packs;
 use crate::element::ElementState;
 use crate::element::{Barycentric, SimplexPack, Tangents, cross, times};
@@ -37,6 +37,9 @@ pub fn flattened(corners: &[[f64; 3]; 3]) -> ([[f64; 2]; 3], Tangents<f64, 3, 2>
     let (axes, g) = factors(&edges);
     ([[0.0; 2], [g[0][0], g[1][0]], [g[0][1], g[1][1]]], axes)
 }
+
+/// Further stretch at which a sheet near the limit of its material is looked at.
+const NEAR_LIMIT: f64 = 1.1;
 
 /// What a membrane is besides its material.
 #[derive(Clone, Copy, Debug)]
@@ -67,6 +70,8 @@ pub struct Sheet {
 /// stress).
 pub struct Membrane {
     body: String,
+    /// True in plane stress.
+    frees_faces: bool,
     material: Box<dyn BlockMaterial<2>>,
     stress: Stress,
     patches: Patches<3>,
@@ -110,7 +115,35 @@ impl Membrane {
         }
         let axes = elements.iter().map(|triangle| flattened(&points_of(rest, triangle)).1).collect();
         let workspace = Workspace::new(&patches);
-        Membrane { body: body.into(), material, stress, workspace, patches, rest: packs, axes }
+        Membrane {
+            body: body.into(),
+            frees_faces: plane == Plane::Stress,
+            material,
+            stress,
+            workspace,
+            patches,
+            rest: packs,
+            axes,
+        }
+    }
+
+    /// The first triangle that is at fault once it is stretched by so much more.
+    fn fault_beyond(&self, x: &[f64], further: f64) -> Option<Fault> {
+        self.patches.stencils().find_map(|(element, vertices, pack, lane)| {
+            let g = factors(&self.deformation_gradient(x, &vertices, pack, lane)).1;
+            let j = g.determinant();
+            let body = || self.body.clone();
+            if j.is_nan() || j <= 0.0 {
+                return Some(Fault::Element { body: body(), element, j });
+            }
+            let stretch = signed_svd(&g).sigma[0];
+            let fault = self.material.is_at_fault(&Mat(g.0.map(|row| row.map(|entry| further * entry))));
+            match self.frees_faces && stretch > 1.0 {
+                _ if !fault => None,
+                true => Some(Fault::Sheet { body: body(), element, stretch }),
+                false => Some(Fault::Element { body: body(), element, j }),
+            }
+        })
     }
 
     /// `F` of one triangle.
@@ -222,12 +255,7 @@ impl EnergyTerm for Membrane {
 
     /// `J` there is the ratio of areas.
     fn fault(&self, x: &[f64]) -> Option<Fault> {
-        self.patches.stencils().find_map(|(element, vertices, pack, lane)| {
-            let g = factors(&self.deformation_gradient(x, &vertices, pack, lane)).1;
-            let j = g.determinant();
-            let fault = j.is_nan() || j <= 0.0 || self.material.is_at_fault(&g);
-            fault.then(|| Fault::Element { body: self.body.clone(), element, j })
-        })
+        self.fault_beyond(x, 1.0)
     }
 
     fn stencils(&mut self) -> Stencils {
@@ -273,6 +301,10 @@ impl ElementTerm for Membrane {
     fn state_at(&self, x: &[f64], element: usize, _at: &Barycentric) -> Option<ElementState> {
         let stencil = self.patches.stencils().find(|(number, ..)| *number == element)?;
         Some(self.state(x, &stencil))
+    }
+
+    fn near_fault(&self, x: &[f64]) -> Option<Fault> {
+        self.fault_beyond(x, NEAR_LIMIT)
     }
 }
 

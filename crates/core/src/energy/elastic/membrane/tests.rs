@@ -337,3 +337,48 @@ fn a_triangle_without_area_is_named() {
         }
     }
 }
+
+/// In plane stress some materials get thinner to nothing at a stretch that is not large, and are named just
+/// before; those that the message names as better bear twenty times their length.
+#[test]
+fn sheets_stretched_beyond_their_material_are_told_with_their_stretch() {
+    let (points, elements) = plate();
+    let turn = turn();
+    let rest = placed(&points, &turn);
+    let stretched = |s: f64| {
+        let points: Vec<[f64; 2]> = points.iter().map(|&[x, y]| [s * x, y]).collect();
+        placed(&points, &turn)
+    };
+    let named = std::cell::Cell::new(0);
+    with_every_material(&elements, &rest, |name, term| {
+        assert_eq!((term.fault(&rest), term.near_fault(&rest)), (None, None), "{name}");
+        let frees_faces = name.contains("Stress");
+        // Uniaxial strain `(s^2 - 1) / 2 = (1 - nu) / (2 nu)`, and `s - 1 = (1 - nu) / nu`.
+        let ends = match name.split(',').next().unwrap() {
+            "stvk" if frees_faces => true,
+            "corotated" if frees_faces => true,
+            "neo-hookean" | "stable-neo-hookean" => false,
+            _ => return,
+        };
+        named.set(named.get() + 1);
+        let at_end = term.fault(&stretched(20.0));
+        if !ends {
+            assert_eq!((at_end, term.near_fault(&stretched(20.0))), (None, None), "{name}");
+            return;
+        }
+        let stretch = |fault: Option<Fault>| match fault {
+            Some(Fault::Sheet { stretch, .. }) => stretch,
+            other => panic!("{name}: {other:?}"),
+        };
+        let largest = stretch(at_end);
+        assert!((largest - 20.0).abs() < 1e-9, "{name}: {largest}");
+        // From where it is no more than near its end, to where it is beyond.
+        let nearest =
+            (100..2000).map(|i| 0.01 * f64::from(i)).find(|s| term.near_fault(&stretched(*s)).is_some());
+        let x = stretched(nearest.unwrap());
+        assert!(term.fault(&x).is_none() && term.evaluate(&x), "{name} at {nearest:?}");
+        stretch(term.near_fault(&x));
+    });
+    // Two ways to stresses, in plane strain too where a sheet bears both.
+    assert_eq!(named.get(), 2 * 2 + 2 * 4);
+}

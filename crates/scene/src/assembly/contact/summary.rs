@@ -1,0 +1,290 @@
+//! Report of contact: what touches, by which laws, where numbers come from, and what stands out.
+
+use pliant::quantity::Rounded;
+
+use super::impacts::ImpactDurations;
+
+/// Contact of a scene, in numbers.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct ContactSummary {
+    /// `dhat`: gap at which surfaces begin to push [m].
+    pub distance: f64,
+    /// Origin of it.
+    pub distance_origin: DistanceOrigin,
+    /// Laws of every pair that can touch.
+    pub pairs: Vec<PairLaw>,
+    /// Bodies that touch themselves from a smaller gap on.
+    pub with_itself: Vec<SelfContact>,
+    /// Threshold speed of friction [m/s]; `None` without friction.
+    pub threshold_speed: Option<f64>,
+    /// Contact in steps that are not solved; `None` where they are.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub explicit: Option<ExplicitContactSummary>,
+    /// Durations of impacts; `None` in statics, and in steps that are not solved.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub impacts: Option<ImpactDurations>,
+    /// Contact at the start; `None` where nobody looks.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub start: Option<ContactStart>,
+    /// Size of all bodies without obstacles [m]: what tolerances go by.
+    pub size: f64,
+    /// Vertices of the surfaces.
+    pub vertices: usize,
+    /// Triangles, in the plane edges.
+    pub faces: usize,
+}
+
+/// Origin of the gap at which surfaces begin to push.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum DistanceOrigin {
+    /// The scene gives it.
+    Given,
+    /// A thousandth of the size of this body, the smallest.
+    SmallestBody(String),
+    /// A quarter of the shortest edge, which this body has.
+    ShortestEdge(String),
+}
+
+/// Law of two bodies that can touch, or of one with itself.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct PairLaw {
+    /// Their names.
+    pub bodies: [String; 2],
+    /// `kappa` [Pa].
+    pub stiffness: f64,
+    /// Origin of it.
+    pub origin: StiffnessOrigin,
+    /// Coefficient of friction.
+    pub friction: f64,
+}
+
+/// Origin of the stiffness of a pair.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum StiffnessOrigin {
+    /// The scene gives it.
+    Given,
+    /// Young's modulus of this body, the softer.
+    Modulus(String),
+    /// Masses and the step: neither has a modulus.
+    Masses,
+    /// Part of the largest stable step that explicit steps are.
+    ExplicitStep,
+    /// Nothing: neither moves.
+    Nothing,
+}
+
+/// Contact of a body with itself that begins at a smaller gap than that with others, so that nothing pushes
+/// at rest.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct SelfContact {
+    /// The body.
+    pub body: String,
+    /// Gap [m].
+    pub gap: f64,
+    /// Least distance of two of its primitives at rest [m].
+    pub least: f64,
+    /// The two.
+    pub between: [String; 2],
+}
+
+/// Contact at the start.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct ContactStart {
+    /// Number of pairs of primitives whose distances the first search looks at.
+    pub candidates: usize,
+    /// Least gap of two bodies; `None` where no two may touch.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub least: Option<StartGap>,
+}
+
+/// Least gap of two bodies at the start.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct StartGap {
+    /// Distance less the radii [m].
+    pub gap: f64,
+    /// The two primitives.
+    pub between: [String; 2],
+}
+
+/// What contact can stop in steps that are not solved.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct ExplicitContactSummary {
+    /// Step that stiffness and friction go by [s]; `None` where it follows the error.
+    pub step: Option<f64>,
+    /// Every pair that can touch.
+    pub pairs: Vec<StoppedApproach>,
+    /// True if friction has a threshold speed that is raised to what a step bears.
+    pub raises_threshold: bool,
+    /// Least threshold speed that a step bears where a vertex carries its own weight alone [m/s].
+    pub borne_threshold: f64,
+}
+
+/// Speeds at which two bodies may approach each other.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct StoppedApproach {
+    /// Their names.
+    pub bodies: [String; 2],
+    /// Largest that is stopped before a gap is closed [m/s].
+    pub stopped: f64,
+    /// Fastest motion of vertices of one relative to the other at the start [m/s].
+    pub at_start: f64,
+}
+
+/// Pairs of one law that are named one by one.
+const MOST_NAMED: usize = 8;
+
+impl ContactSummary {
+    /// Sentence for the list of what a scene uses.
+    pub(in crate::assembly) fn described(&self) -> String {
+        format!(
+            "contact from a gap of {} m on, {} vertices and {} faces",
+            Rounded::<4>(self.distance),
+            self.vertices,
+            self.faces
+        )
+    }
+
+    /// Everything about it, a sentence for each fact; `step` [s] where it is fixed.
+    pub fn facts(&self, step: Option<f64>) -> Vec<String> {
+        let mut facts = vec![format!(
+            "surfaces push each other from a gap of {} m on, {}",
+            Rounded::<4>(self.distance),
+            self.distance_origin.described()
+        )];
+        facts.extend(self.described_pairs());
+        facts.extend(self.with_itself.iter().map(|SelfContact { body, gap, least, between: [a, b] }| {
+            format!(
+                "`{body}` touches itself from {} m on, half of its least distance at rest {} m, between \
+                 {a} and {b}",
+                Rounded::<4>(*gap),
+                Rounded::<4>(*least)
+            )
+        }));
+        facts.extend(self.threshold_speed.map(|e| {
+            let way = step.map_or(String::new(), |h| format!(", {} m in a step", Rounded::<4>(e * h)));
+            format!("what sticks creeps at less than {} m/s{way}", Rounded::<4>(e))
+        }));
+        facts.extend(self.impacts.as_ref().map(ImpactDurations::described));
+        facts.extend(self.explicit.iter().flat_map(ExplicitContactSummary::facts));
+        facts.extend(self.start.as_ref().map(ContactStart::described));
+        facts
+    }
+
+    /// Pairs with one law each, together.
+    fn described_pairs(&self) -> Vec<String> {
+        let mut laws: Vec<(&PairLaw, Vec<String>)> = vec![];
+        for pair in &self.pairs {
+            let name = pair.bodies.join("-");
+            let same = laws.iter_mut().find(|(law, _)| {
+                (law.stiffness, &law.origin, law.friction) == (pair.stiffness, &pair.origin, pair.friction)
+            });
+            match same {
+                Some((_, names)) => names.push(name),
+                None => laws.push((pair, vec![name])),
+            }
+        }
+        let described = |(law, names): (&PairLaw, Vec<String>)| {
+            let shown = names[..names.len().min(MOST_NAMED)].join(", ");
+            let more = match names.len().saturating_sub(MOST_NAMED) {
+                0 => String::new(),
+                more => format!(" and {more} more"),
+            };
+            let rub = match law.friction > 0.0 {
+                true => format!(", mu {}", law.friction),
+                false => String::new(),
+            };
+            format!("{shown}{more}: {} Pa, {}{rub}", Rounded::<4>(law.stiffness), law.origin.described())
+        };
+        laws.into_iter().map(described).collect()
+    }
+
+    /// Things that explicit steps may not stop, and impacts in which a scheme may gain energy.
+    pub(in crate::assembly) fn warnings(&self, scheme: &str) -> Vec<String> {
+        let gains = self.impacts.as_ref().and_then(|impacts| impacts.warning(scheme));
+        gains.into_iter().chain(self.explicit_warnings()).collect()
+    }
+
+    fn explicit_warnings(&self) -> Vec<String> {
+        let Some(explicit) = &self.explicit else { return vec![] };
+        let fast = |pair: &&StoppedApproach| pair.at_start > pair.stopped;
+        let worst = explicit
+            .pairs
+            .iter()
+            .filter(fast)
+            .max_by(|a, b| (a.at_start * b.stopped).total_cmp(&(b.at_start * a.stopped)));
+        let passes = worst.map(|StoppedApproach { bodies: [a, b], stopped, at_start }| {
+            format!(
+                "`{a}` and `{b}` move at up to {at_start} m/s relative to each other, and contact in \
+                 explicit steps stops {stopped} m/s: they may enter each other; a smaller step or a larger \
+                 [contact] `distance` stops more, an implicit scheme lets nothing pass",
+                at_start = Rounded::<4>(*at_start),
+                stopped = Rounded::<4>(*stopped)
+            )
+        });
+        let slips =
+            self.threshold_speed.filter(|e| !explicit.raises_threshold && *e < explicit.borne_threshold);
+        let slips = slips.map(|e| {
+            format!(
+                "friction with a `threshold_speed` of {e} m/s is too stiff for these steps: what carries \
+                 no more than its own weight needs {} m/s; leave it out, and it is raised where it must be",
+                Rounded::<4>(explicit.borne_threshold),
+                e = Rounded::<4>(e)
+            )
+        });
+        passes.into_iter().chain(slips).collect()
+    }
+}
+
+impl DistanceOrigin {
+    fn described(&self) -> String {
+        match self {
+            DistanceOrigin::Given => "given".into(),
+            DistanceOrigin::SmallestBody(body) => format!("a thousandth of the size of `{body}`"),
+            DistanceOrigin::ShortestEdge(body) => format!("a quarter of the shortest edge, of `{body}`"),
+        }
+    }
+}
+
+impl StiffnessOrigin {
+    fn described(&self) -> String {
+        match self {
+            StiffnessOrigin::Given => "given".into(),
+            StiffnessOrigin::Modulus(body) => format!("Young's modulus of `{body}`"),
+            StiffnessOrigin::Masses => "by masses and the step, for neither has a modulus".into(),
+            StiffnessOrigin::ExplicitStep => "by what an explicit step bears".into(),
+            StiffnessOrigin::Nothing => "of two that do not move".into(),
+        }
+    }
+}
+
+impl ContactStart {
+    fn described(&self) -> String {
+        let least = self.least.as_ref().map_or(String::new(), |StartGap { gap, between: [a, b] }| {
+            format!("; the least gap is {} m, between {a} and {b}", Rounded::<4>(*gap))
+        });
+        let pairs = if self.candidates == 1 { "pair is a candidate" } else { "pairs are candidates" };
+        format!("{} {pairs} at the start{least}", self.candidates)
+    }
+}
+
+impl ExplicitContactSummary {
+    fn facts(&self) -> Vec<String> {
+        let slowest = self.pairs.iter().min_by(|a, b| a.stopped.total_cmp(&b.stopped));
+        let stops = slowest.map(|StoppedApproach { bodies: [a, b], stopped, .. }| {
+            format!(
+                "explicit steps: forces without a pole, which stop approaches up to {stopped} m/s ({a}-{b})",
+                stopped = Rounded::<4>(*stopped)
+            )
+        });
+        let raised = self.raises_threshold.then(|| {
+            format!(
+                "the threshold of friction is raised to what a step bears, {} m/s where a vertex \
+                 carries its own weight",
+                Rounded::<4>(self.borne_threshold)
+            )
+        });
+        stops.into_iter().chain(raised).collect()
+    }
+}
