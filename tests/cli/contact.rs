@@ -172,6 +172,20 @@ fn a_check_says_how_long_contact_lasts_and_where_its_numbers_come_from() {
 }
 
 /// Schemes that gain energy where steps are long beside an impact are told before, and named after.
+/// Contact of a body with itself comes with the motion: a prediction that leaves it out says so.
+#[test]
+fn memory_is_said_to_grow_where_a_body_folds_onto_itself() {
+    let said = "more where a body folds onto itself";
+    let check = |scene: &str| {
+        let text = Bench::new(scene).pliant(["check", "scene.toml"]).succeeded().stdout;
+        text.split_whitespace().collect::<Vec<_>>().join(" ")
+    };
+    assert!(check(DROP).contains(said));
+    let apart = DROP.replace("velocity =", "contact = { self = false }\nvelocity =");
+    assert!(!check(&apart).contains(said));
+    assert!(!check(&DROP.replace("implicit-euler", "verlet").replace("5e-3", "5e-6")).contains(said));
+}
+
 #[test]
 fn a_scheme_that_gains_energy_in_impacts_is_named() {
     let of = |command: &str, scheme: &str, step: &str| {

@@ -48,6 +48,10 @@ struct RunMemory {
     program: usize,
     /// All of them.
     run: usize,
+    /// True where a body may fold onto itself in steps that are solved: how many of its contacts a matrix will
+    /// have depends on the motion, and none of them are counted.
+    #[serde(skip)]
+    may_fold: bool,
 }
 
 /// Bytes of the program's pages that a run reads after those that a check of the same scene has read: 1.1 to
@@ -66,14 +70,18 @@ impl RunMemory {
         let simulation = assembly.report.bytes;
         let pages = available_memory::of_files().map_or(ALL_PAGES, |read| read as usize + FURTHER_PAGES);
         let program = pages + PROGRAM_BYTES;
-        RunMemory { simulation, recording, program, run: simulation + recording + program }
+        let solved = assembly.report.contact.as_ref().filter(|contact| contact.explicit.is_none());
+        let may_fold =
+            solved.is_some_and(|contact| contact.pairs.iter().any(|pair| pair.bodies[0] == pair.bodies[1]));
+        RunMemory { simulation, recording, program, run: simulation + recording + program, may_fold }
     }
 
     fn describe(&self) -> String {
         let [run, simulation, recording] =
             [self.run, self.simulation, self.recording].map(|n| bytes(n as u64));
+        let more = if self.may_fold { "; more where a body folds onto itself" } else { "" };
         format!(
-            "{run} while running: {simulation} of the simulation, {recording} of the recording, the program"
+            "{run} while running: {simulation} of the simulation, {recording} of the recording, the program{more}"
         )
     }
 }
