@@ -497,8 +497,8 @@ impl<const D: usize> ChangingStencils for ContactEnergy<D> {
         search.expected = Arc::new(forecast.end());
     }
 
-    /// Pairs of primitives of different pieces that are nearer to touching at `x` than a typical edge is long.
-    /// Pieces farther apart, and one that folds, have none.
+    /// Pairs of primitives of different pieces that are nearer to touching at `x` than a typical edge is
+    /// long. Pieces farther apart, and one that folds, have none.
     fn likely_pairs(&self, x: &[f64]) -> Vec<[u32; 2]> {
         let (model, surface) = (&self.model, &self.model.surface);
         let piece = surface.pieces();

@@ -214,7 +214,8 @@ impl ContactSurface {
         }
     }
 
-    /// Number of the piece of each vertex of the system, see [`DisjointSets::numbered`]: edges hold them together.
+    /// Number of the piece of each vertex of the system, see [`DisjointSets::numbered`]: edges hold them
+    /// together.
     pub(crate) fn pieces(&self) -> Vec<u32> {
         let mut pieces = DisjointSets::new(self.bodies.len());
         self.edges.iter().for_each(|edge| pieces.connect(edge));

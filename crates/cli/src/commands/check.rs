@@ -48,8 +48,8 @@ struct RunMemory {
     program: usize,
     /// All of them.
     run: usize,
-    /// True where a body may fold onto itself in steps that are solved: how many of its contacts a matrix will
-    /// have depends on the motion, and none of them are counted.
+    /// True where a body may fold onto itself in steps that are solved: how many of its contacts a matrix
+    /// will have depends on the motion, and none of them are counted.
     #[serde(skip)]
     may_fold: bool,
 }

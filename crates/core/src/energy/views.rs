@@ -161,8 +161,9 @@ pub trait StepLimit {
 
 /// Elements whose stresses after a step of Newton's method are better predicted than taken.
 pub trait PredictedStresses {
-    /// Writes Hessians as [`stencil_hessians`](EnergyTerm::stencil_hessians) does, exact but for the stresses that
-    /// turn with `x`: they are those that the linearisation at `from` predicts there, `S = S(from) + dS/dx (x
+    /// Writes Hessians as [`stencil_hessians`](EnergyTerm::stencil_hessians) does, exact but for the
+    /// stresses that turn with `x`: they are those that the linearisation at `from` predicts there, `S =
+    /// S(from) + dS/dx (x
     /// - from)`.
     ///
     /// Pressures of what is nearly incompressible are the bulk modulus times a small change of volume. After

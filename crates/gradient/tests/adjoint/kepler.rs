@@ -33,8 +33,8 @@ fn row(scheme: &str, component: usize) -> [f64; 4] {
     [found.position[2], found.position[3], found.velocity[2], found.velocity[3]]
 }
 
-// That of ias15 is the exact flow, to rounding. Relative to the largest entry; the flow has stretched some directions by 50 and more after most of an
-// orbit.
+// That of ias15 is the exact flow, to rounding. Relative to the largest entry; the flow has stretched some
+// directions by 50 and more after most of an orbit.
 #[test]
 fn explicit_schemes_have_the_derivative_of_their_flow() {
     for (scheme, expected) in case("kepler").as_object().unwrap() {
