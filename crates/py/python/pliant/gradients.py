@@ -171,7 +171,7 @@ class _MovedRuns:
         memory: int | None,
     ) -> None:
         self.simulation, self.loss = simulation, loss
-        self.run = {"steps": steps, "memory": memory}
+        self.steps, self.memory = steps, memory
         self.direction = {name: np.asarray(change, dtype=np.float64) for name, change in direction.items()}
         known = simulation.gradient_names()
         for name in self.direction:
@@ -214,7 +214,7 @@ class _MovedRuns:
             moved.positions = at["position"]
         if "velocity" in at:
             moved.velocities = at["velocity"]
-        found = moved.gradient(self.loss, list(self.direction), **self.run)
+        found = moved.gradient(self.loss, list(self.direction), steps=self.steps, memory=self.memory)
         rows = [np.ravel(found[name]) for name in self.direction]
         numbers: list[float] = np.concatenate(rows).tolist() if rows else []
         return numbers
