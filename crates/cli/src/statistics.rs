@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use pliant::observer::{Frame, Notes, Observer, ObserverError, Quantities};
 use pliant::topology::{BodyKind, BodyTopology};
+use pliant_scene::assembly::{first_meeting, passes_through};
 use pliant_scene::{Channel, Scene};
 
 /// Names of its notes at a checkpoint.
@@ -38,9 +39,9 @@ impl Statistics {
     /// Frames are measured if the scene records energies: so that a run without a file is the same run.
     pub(crate) fn new(scene: &Scene, bodies: &[BodyTopology]) -> Statistics {
         let measures = scene.output.channels.contains(&Channel::Energy);
-        let is_told = scene.contact.is_some() || !scene.attachment.is_empty();
+        let looks = passes_through(scene);
         let solid = bodies.iter().enumerate();
-        let solid = solid.filter(|(_, body)| !is_told && body.kind != BodyKind::Particles);
+        let solid = solid.filter(|(_, body)| looks && body.kind != BodyKind::Particles);
         let vertices = |body: &BodyTopology| body.vertices.start as usize..body.vertices.end as usize;
         let bodies = solid.map(|(i, body)| (i, vertices(body)));
         Statistics {
@@ -76,35 +77,12 @@ impl Statistics {
             return;
         }
         let d = frame.dimension;
-        let of_body = |(_, body): &(usize, Range<usize>)| {
-            let x = &frame.x[body.start * d..body.end * d];
-            if d == 2 { bounds::<2>(x) } else { bounds::<3>(x) }
-        };
-        let boxes: Vec<[[f64; 2]; 3]> = self.bodies.iter().map(of_body).collect();
-        let meet = |(a, b): &(usize, usize)| {
-            boxes[*a].iter().zip(&boxes[*b]).all(|(a, b)| a[0] <= b[1] && b[0] <= a[1])
-        };
-        let mut pairs = (0..boxes.len()).flat_map(|b| (0..b).map(move |a| (a, b)));
-        self.meeting = pairs.find(meet).map(|(a, b)| {
-            let bodies = [a, b].map(|body| self.bodies[body].0);
+        let places = self.bodies.iter().map(|(_, body)| &frame.x[body.start * d..body.end * d]);
+        self.meeting = first_meeting(places, d).map(|both| {
+            let bodies = both.map(|body| self.bodies[body].0);
             Meeting { bodies, time: frame.time }
         });
     }
-}
-
-/// Least and largest coordinate of points, flat `(n, D)`, along each axis; in the plane all alike along the
-/// third.
-fn bounds<const D: usize>(x: &[f64]) -> [[f64; 2]; 3] {
-    let (mut least, mut largest) = ([f64::INFINITY; D], [f64::NEG_INFINITY; D]);
-    for row in x.as_chunks::<D>().0 {
-        for k in 0..D {
-            least[k] = if row[k] < least[k] { row[k] } else { least[k] };
-            largest[k] = if row[k] > largest[k] { row[k] } else { largest[k] };
-        }
-    }
-    let mut bounds = [[0.0; 2]; 3];
-    (0..D).for_each(|k| bounds[k] = [least[k], largest[k]]);
-    bounds
 }
 
 impl Observer for Statistics {

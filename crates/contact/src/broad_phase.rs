@@ -63,7 +63,14 @@ impl<const D: usize> Bounds<D> {
         (0..D).all(|k| self.low[k] <= other.high[k] && other.low[k] <= self.high[k])
     }
 
-    fn include(&mut self, other: &Self) {
+    /// Distance between the boxes [m], zero where they meet; infinite of nothing.
+    pub(crate) fn distance(&self, other: &Self) -> f64 {
+        let along = |k: usize| (other.low[k] - self.high[k]).max(self.low[k] - other.high[k]).max(0.0);
+        (0..D).map(|k| along(k) * along(k)).sum::<f64>().sqrt()
+    }
+
+    /// Grows the box until the other is in it.
+    pub(crate) fn include(&mut self, other: &Self) {
         for k in 0..D {
             self.low[k] = self.low[k].min(other.low[k]);
             self.high[k] = self.high[k].max(other.high[k]);

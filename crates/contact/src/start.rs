@@ -196,28 +196,16 @@ pub fn survey<const D: usize>(model: &ContactModel, x: &[f64]) -> StartSurvey {
 /// Least gap of the boxes of two bodies whose surfaces may touch [m]: a bound of that of the surfaces.
 fn least_gap_of_boxes<const D: usize>(model: &ContactModel, x: &[f64]) -> Option<f64> {
     let count = model.names.len();
-    let mut boxes = vec![[[f64::INFINITY; D], [f64::NEG_INFINITY; D]]; count];
+    let mut boxes = vec![Bounds::<D>::EMPTY; count];
     for &v in &model.surface.vertices {
-        let of_body = &mut boxes[model.body(v) as usize];
-        for k in 0..D {
-            let x = x[v as usize * D + k];
-            of_body[0][k] = of_body[0][k].min(x);
-            of_body[1][k] = of_body[1][k].max(x);
-        }
+        boxes[model.body(v) as usize].include(&Bounds::of_vertices(&[v], x, None));
     }
-    let mut least: Option<f64> = None;
-    for a in 0..count {
-        for b in (a + 1..count).filter(|b| model.touch(a as u32, *b as u32)) {
-            let along = |k: usize| (boxes[b][0][k] - boxes[a][1][k]).max(boxes[a][0][k] - boxes[b][1][k]);
-            let squares = (0..D).map(|k| along(k).max(0.0).powi(2));
-            let gap = squares.sum::<f64>().sqrt() - model.laws.of(a as u32, b as u32).barrier.offset;
-            // Bodies without a surface have no box.
-            if gap.is_finite() && least.is_none_or(|least| gap < least) {
-                least = Some(gap);
-            }
-        }
-    }
-    least
+    let pairs = (0..count).flat_map(|a| (a + 1..count).map(move |b| (a, b)));
+    let touching = pairs.filter(|(a, b)| model.touch(*a as u32, *b as u32));
+    let gaps = touching
+        .map(|(a, b)| boxes[a].distance(&boxes[b]) - model.laws.of(a as u32, b as u32).barrier.offset);
+    // Bodies without a surface have no box.
+    gaps.filter(|gap| gap.is_finite()).reduce(f64::min)
 }
 
 /// Edges that pass through triangles.

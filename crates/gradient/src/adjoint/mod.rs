@@ -106,7 +106,7 @@ pub(crate) fn step_back(
         Scheme::Collocation(tableau) => {
             collocation::step_back(&StageTables::of_tableau(&tableau), forces, step, adjoint)
         }
-        Scheme::GaussRadau(_) => collocation::step_back(&StageTables::gauss_radau(), forces, step, adjoint),
+        Scheme::GaussRadau(_) => collocation::step_back(StageTables::gauss_radau(), forces, step, adjoint),
         Scheme::Linearised(_) => linearised::step_back(forces, step, adjoint),
     }
 }

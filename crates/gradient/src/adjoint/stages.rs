@@ -1,5 +1,7 @@
 //! Stages of methods in which each looks at all: fully implicit Runge-Kutta ones, and the Gauss-Radau method.
 
+use std::sync::LazyLock;
+
 use pliant::integrator::collocation::CollocationTableau;
 use pliant::integrator::gauss_radau::NODES;
 use pliant::system::System;
@@ -54,7 +56,12 @@ impl StageTables {
 
     /// Those of the Gauss-Radau method: integrals of the polynomial through the accelerations at its nodes,
     /// `a_ij` that of Lagrange's `L_j` up to `c_i`, `t_ij` that of `(c_i - s) L_j`.
-    pub(crate) fn gauss_radau() -> Self {
+    pub(crate) fn gauss_radau() -> &'static Self {
+        static TABLES: LazyLock<StageTables> = LazyLock::new(StageTables::integrated);
+        &TABLES
+    }
+
+    fn integrated() -> Self {
         let lagrange = |j: usize, s: f64| -> f64 {
             let others = NODES.iter().enumerate().filter(|(k, _)| *k != j);
             others.map(|(_, node)| (s - node) / (NODES[j] - node)).product()

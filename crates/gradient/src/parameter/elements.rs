@@ -5,6 +5,7 @@
 
 use pliant::algebra::Mat;
 use pliant::element::simplex_rest;
+use pliant::energy::elastic::points_of;
 use pliant::material::{Material, MaterialSpec, MaterialVisitor, Psd};
 
 use super::{ForceUse, ModeUse, Parameter};
@@ -54,14 +55,14 @@ struct ModulusElements<const D: usize, const N: usize> {
 impl<const D: usize, const N: usize> ModulusElements<D, N> {
     fn new(cells: &[u32], rest: &[f64]) -> Self {
         let vertices = cells.as_chunks::<N>().0.to_vec();
-        let rest = vertices.iter().map(|element| simplex_rest(&points(rest, element))).collect();
+        let rest = vertices.iter().map(|element| simplex_rest(&points_of(rest, element))).collect();
         ModulusElements { vertices, rest }
     }
 
     /// `F` of the positions and `G` of the direction of element `i`.
     fn deformation(&self, i: usize, (x, p): (&[f64], &[f64])) -> [Mat<f64, D>; 2] {
         let (inverse, _) = &self.rest[i];
-        [x, p].map(|rows| edges(&points::<D, N>(rows, &self.vertices[i])).mul(inverse))
+        [x, p].map(|rows| edges(&points_of::<D, N>(rows, &self.vertices[i])).mul(inverse))
     }
 }
 
@@ -80,15 +81,6 @@ fn add_at<const D: usize, const N: usize>(
             (0..D).for_each(|k| row[k] += sign * by_edges[k][a]);
         }
     }
-}
-
-/// Rows of these vertices in a flat array.
-fn points<const D: usize, const N: usize>(rows: &[f64], vertices: &[u32; N]) -> [[f64; D]; N] {
-    let mut points = [[0.0; D]; N];
-    for (point, vertex) in points.iter_mut().zip(vertices) {
-        point.copy_from_slice(&rows[*vertex as usize * D..][..D]);
-    }
-    points
 }
 
 /// `[x_1 - x_0, .., x_D - x_0]`, by columns.

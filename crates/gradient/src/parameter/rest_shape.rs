@@ -17,6 +17,7 @@ use pliant::dissipation::Viscosity;
 use pliant::element::{
     QuadraturePoint, mass_rule, order, quadrature_count, quadrature_points, shape_functions,
 };
+use pliant::energy::elastic::points_of;
 use pliant::material::MaterialSpec;
 
 use super::elements::{ElementEnergy, Maker};
@@ -86,12 +87,7 @@ fn gradient<const D: usize, const N: usize>(
     element: &[u32; N],
     point: &QuadraturePoint<D, N>,
 ) -> Mat<f64, D> {
-    let nodes = element.map(|vertex| {
-        let mut node = [0.0; D];
-        node.copy_from_slice(&rows[vertex as usize * D..][..D]);
-        node
-    });
-    point.deformation_gradient(&nodes)
+    point.deformation_gradient(&points_of(rows, element))
 }
 
 /// `2 eta sym(A) + zeta tr(A) I`.
@@ -104,13 +100,7 @@ impl<const D: usize, const N: usize> RestShape<D, N> {
         let mut place = vec![0; of.rest.len() / D];
         vertices.iter().zip(0..).for_each(|(vertex, i)| place[*vertex as usize] = i);
         let elements = of.cells.as_chunks::<N>().0.to_vec();
-        let nodes = |element: &[u32; N]| {
-            element.map(|vertex| {
-                let mut node = [0.0; D];
-                node.copy_from_slice(&of.rest[vertex as usize * D..][..D]);
-                node
-            })
-        };
+        let nodes = |element: &[u32; N]| points_of(of.rest, element);
         let centre = [1.0 / (D + 1) as f64; 4];
         let rule = if order::<D, N>() == 1 { vec![(centre, 1.0)] } else { mass_rule::<D>() };
         let density = of.density.unwrap_or(0.0);
@@ -272,11 +262,7 @@ impl<const D: usize, const N: usize> Parameter for RestShape<D, N> {
     fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
         let gravity = self.weight.unwrap_or_else(|| uniform_gravity(of.system));
         for (i, element, points) in self.each() {
-            let moved = element.map(|vertex| {
-                let mut moved = [0.0; D];
-                moved.copy_from_slice(&change[self.place[vertex as usize] as usize * D..][..D]);
-                moved
-            });
+            let moved = points_of(change, &element.map(|vertex| self.place[vertex as usize]));
             for point in points {
                 self.add_rate((i, element), point, (of, &point.deformation_gradient(&moved)), force);
             }

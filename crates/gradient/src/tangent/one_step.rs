@@ -76,7 +76,7 @@ pub(super) fn advance(
         Scheme::Collocation(tableau) => {
             collocation(&StageTables::of_tableau(&tableau), forces, system, step, dots)
         }
-        Scheme::GaussRadau(_) => collocation(&StageTables::gauss_radau(), forces, system, step, dots),
+        Scheme::GaussRadau(_) => collocation(StageTables::gauss_radau(), forces, system, step, dots),
         Scheme::Linearised(_) => linearised(forces, system, step, dots),
     }
 }

@@ -6,33 +6,13 @@ use pliant_scene::Scene;
 
 use crate::differences::{compare_number, compare_starts};
 use crate::solid::assembled;
-use crate::support::{compare, method};
+use crate::support::{compare, falling_beam, method};
 use crate::tangents::compare_with_tangents;
 
 /// A beam that falls; further tables.
 fn beam(scheme: &str, young: f64, further: &str) -> Scene {
-    let solver = if method(scheme).documentation.solves > 0 { "solver = { tolerance = 1e-14 }" } else { "" };
     let tolerance = if method(scheme).has_own_criterion() { "" } else { "tolerance = 1e-5, first = 0.2" };
-    let text = format!(
-        "dimension = 2
-         [time]
-         integrator = \"{scheme}\"
-         duration = 1.0
-         adaptive = {{ {tolerance} }}
-         {solver}
-         [world]
-         gravity = [0.7, -9.81]
-         {further}
-         [[body]]
-         name = \"beam\"
-         mesh = {{ grid = {{ cells = [3, 1], size = [1.5, 0.5] }} }}
-         elastic = {{ neo-hookean = {{ young = {young:?}, poisson = 0.35 }} }}
-         mass = {{ density = 1000.0 }}
-         velocity = {{ rigid = {{ linear = [0.3, -0.8] }} }}
-         damping = {{ mass_proportional = 0.4, stiffness_proportional = 2e-3 }}
-         pin = [{{ half_space = {{ normal = [1, 0], offset = 0 }} }}]"
-    );
-    Scene::from_toml(&text).unwrap()
+    falling_beam(scheme, young, [&format!("adaptive = {{ {tolerance} }}"), further, ""])
 }
 
 /// Rejected steps of a run of so many accepted ones.

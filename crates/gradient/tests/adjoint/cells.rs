@@ -4,15 +4,13 @@
 use pliant_scene::Scene;
 
 use crate::differences::{compare_number, compare_starts};
-use crate::support::method;
+use crate::support::scene;
 
 /// Sizes of cells along a beam, which is 0.1 m high: as long as high, and narrower.
 const LENGTHS: [f64; 2] = [0.1, 0.04];
 
 /// A beam of cells, held at one end, that falls and bends; `material` and further keys of the body.
 fn beam(scheme: &str, dimension: usize, length: f64, material: &str, body: &str) -> Scene {
-    let solves = method(scheme).documentation.solves > 0;
-    let (step, solver) = if solves { (5e-3, "solver = { tolerance = 1e-14 }") } else { (5e-4, "") };
     let (cells, size, element, gravity, velocity) = match dimension {
         2 => ("[3, 2]", format!("[{:?}, 0.2]", 3.0 * length), "quadrilateral", "[0.5, -9.81]", "[0.1, -0.4]"),
         _ => (
@@ -25,13 +23,7 @@ fn beam(scheme: &str, dimension: usize, length: f64, material: &str, body: &str)
     };
     let held = if dimension == 2 { "[1, 0]" } else { "[1, 0, 0]" };
     let text = format!(
-        "dimension = {dimension}
-         [time]
-         integrator = \"{scheme}\"
-         duration = 1.0
-         step = {step:?}
-         {solver}
-         [world]
+        "[world]
          gravity = {gravity}
          [[body]]
          name = \"beam\"
@@ -42,7 +34,7 @@ fn beam(scheme: &str, dimension: usize, length: f64, material: &str, body: &str)
          pin = [{{ half_space = {{ normal = {held}, offset = 0 }} }}]
          {body}"
     );
-    Scene::from_toml(&text).unwrap()
+    scene(scheme, dimension, [5e-3, 5e-4], &text)
 }
 
 /// The material of this name and of these constants.

@@ -4,12 +4,10 @@ use pliant_scene::Scene;
 
 use crate::by_parameters::compare;
 use crate::differences::{compare_number, compare_numbers};
-use crate::support::method;
+use crate::support::scene;
 
 /// A stretched block that falls and turns, held at one end; of elements of this kind, of this material.
 fn block(scheme: &str, (dimension, order, element): (usize, u32, &str), material: &str) -> Scene {
-    let solves = method(scheme).documentation.solves > 0;
-    let (step, solver) = if solves { (0.01, "solver = { tolerance = 1e-14 }") } else { (1e-3, "") };
     let (cells, size, gravity, held, start) = match dimension {
         2 => ("[2, 1]", "[0.6, 0.3]", "[2.7, -9.81]", "[1, 0]", "[[1.4, 0.1], [-0.1, 0.8]]"),
         _ => (
@@ -23,13 +21,7 @@ fn block(scheme: &str, (dimension, order, element): (usize, u32, &str), material
     let element = if element.is_empty() { String::new() } else { format!(", element = \"{element}\"") };
     let order = if element.is_empty() { format!("order = {order}") } else { String::new() };
     let text = format!(
-        "dimension = {dimension}
-         [time]
-         integrator = \"{scheme}\"
-         duration = 1.0
-         step = {step:?}
-         {solver}
-         [world]
+        "[world]
          gravity = {gravity}
          [[body]]
          name = \"block\"
@@ -40,7 +32,7 @@ fn block(scheme: &str, (dimension, order, element): (usize, u32, &str), material
          position = {{ affine = {{ matrix = {start} }} }}
          pin = [{{ half_space = {{ normal = {held}, offset = 0 }} }}]"
     );
-    Scene::from_toml(&text).unwrap()
+    scene(scheme, dimension, [0.01, 1e-3], &text)
 }
 
 const KINDS: [(usize, u32, &str); 5] =

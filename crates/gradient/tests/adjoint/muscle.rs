@@ -6,7 +6,7 @@ use pliant_scene::Scene;
 
 use crate::differences::compare_number;
 use crate::solid::{Further, assembled, scene};
-use crate::support::{case, schemes, solve_exactly};
+use crate::support::{case, dot, scattered, schemes, solve_exactly};
 
 /// About a third of Young's modulus of the beam at its height, all over it and at an angle to it.
 const MUSCLE: &str =
@@ -26,15 +26,6 @@ fn start(scheme: &str, steps: u64) -> Simulation {
     let mut simulation = assembled(&beam(scheme, steps)).0;
     solve_exactly(&mut simulation);
     simulation
-}
-
-/// Numbers without a pattern.
-fn scattered(count: usize, seed: f64) -> Vec<f64> {
-    (0..count).map(|i| (12.9898 * (i as f64 + seed)).sin()).collect()
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// A loss at the end of a run, `weights . x`.

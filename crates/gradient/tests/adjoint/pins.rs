@@ -6,34 +6,13 @@ use pliant_scene::Scene;
 
 use crate::differences::{compare_number, compare_starts};
 use crate::solid::assembled;
-use crate::support::{compare_with_differences, dot, method, scattered};
+use crate::support::{compare_with_differences, dot, falling_beam, scattered};
 use crate::tangents::compare_with_tangents;
 
 /// A beam, damped, its left end held by a pin of these further keys.
 fn beam(scheme: &str, young: f64, pin: &str, further: &str) -> Scene {
-    let method = method(scheme).documentation;
-    let solver = if method.solves > 0 { "solver = { tolerance = 1e-14 }" } else { "" };
     let step = if scheme == "dormand-prince5" { "adaptive = { tolerance = 1e-5 }" } else { "step = 0.01" };
-    let text = format!(
-        "dimension = 2
-         [time]
-         integrator = \"{scheme}\"
-         duration = 1.0
-         {step}
-         {solver}
-         [world]
-         gravity = [0.7, -9.81]
-         {further}
-         [[body]]
-         name = \"beam\"
-         mesh = {{ grid = {{ cells = [3, 1], size = [1.5, 0.5] }} }}
-         elastic = {{ neo-hookean = {{ young = {young:?}, poisson = 0.35 }} }}
-         mass = {{ density = 1000.0 }}
-         velocity = {{ rigid = {{ linear = [0.3, -0.8] }} }}
-         damping = {{ mass_proportional = 0.4, stiffness_proportional = 2e-3 }}
-         pin = [{{ half_space = {{ normal = [1, 0], offset = 0 }}, {pin} }}]"
-    );
-    Scene::from_toml(&text).unwrap()
+    falling_beam(scheme, young, [step, further, pin])
 }
 
 const SCHEMES: [&str; 9] = [

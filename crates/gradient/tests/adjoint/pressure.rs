@@ -5,13 +5,11 @@ use pliant_scene::Scene;
 
 use crate::differences::{compare_number, compare_starts};
 use crate::solid::assembled;
-use crate::support::method;
+use crate::support::scene;
 use crate::tangents::compare_with_tangents;
 
 /// A block, held at one end, pressed from above by `pressure`; in 2D or in 3D, of elements of this order.
 fn pressed(scheme: &str, dimension: usize, order: u32, young: f64, pressure: &str) -> Scene {
-    let solves = method(scheme).documentation.solves > 0;
-    let (step, solver) = if solves { (0.01, "solver = { tolerance = 1e-14 }") } else { (1e-3, "") };
     let (cells, size, gravity, held, above) = match dimension {
         2 => ("[3, 1]", "[0.9, 0.3]", "[0.7, -9.81]", "[1, 0]", "{ normal = [0, -1], offset = -0.29 }"),
         _ => (
@@ -23,13 +21,7 @@ fn pressed(scheme: &str, dimension: usize, order: u32, young: f64, pressure: &st
         ),
     };
     let text = format!(
-        "dimension = {dimension}
-         [time]
-         integrator = \"{scheme}\"
-         duration = 1.0
-         step = {step:?}
-         {solver}
-         [world]
+        "[world]
          gravity = {gravity}
          [[body]]
          name = \"block\"
@@ -40,7 +32,7 @@ fn pressed(scheme: &str, dimension: usize, order: u32, young: f64, pressure: &st
          pin = [{{ half_space = {{ normal = {held}, offset = 0 }} }}]
          load = [{{ half_space = {above}, pressure = {pressure} }}]"
     );
-    Scene::from_toml(&text).unwrap()
+    scene(scheme, dimension, [0.01, 1e-3], &text)
 }
 
 #[test]

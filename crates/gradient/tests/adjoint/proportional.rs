@@ -6,22 +6,11 @@ use pliant_scene::Scene;
 use crate::by_parameters::compare;
 use crate::differences::{compare_number, compare_numbers};
 use crate::solid::assembled;
-use crate::support::method;
+use crate::support;
 
 /// A scene of this scheme with these further tables.
 fn scene(scheme: &str, dimension: usize, text: &str) -> Scene {
-    let solves = method(scheme).documentation.solves > 0;
-    let (step, solver) = if solves { (5e-3, "solver = { tolerance = 1e-14 }") } else { (1e-3, "") };
-    let text = format!(
-        "dimension = {dimension}
-         [time]
-         integrator = \"{scheme}\"
-         duration = 1.0
-         step = {step:?}
-         {solver}
-         {text}"
-    );
-    Scene::from_toml(&text).unwrap()
+    support::scene(scheme, dimension, [5e-3, 1e-3], text)
 }
 
 /// Schemes and steps; splitting with and without closed forms of kicks, stages, all of them, statics.

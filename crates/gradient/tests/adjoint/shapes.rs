@@ -6,13 +6,11 @@ use pliant_scene::Scene;
 use crate::by_parameters::compare;
 use crate::differences::compare_shape;
 use crate::solid::{assembled, rows};
-use crate::support::{method, scattered};
+use crate::support::{scattered, scene};
 
 /// A block of four triangles or six tetrahedra whose corners at rest have moved by `h` along a direction,
 /// held at one end; further keys of the body.
 fn block(scheme: &str, (dimension, order): (usize, u32), h: f64, further: &str) -> Scene {
-    let solves = method(scheme).documentation.solves > 0;
-    let (step, solver) = if solves { (0.01, "solver = { tolerance = 1e-14 }") } else { (1e-3, "") };
     let (corners, cells, gravity, held): (Vec<f64>, _, _, _) = match dimension {
         2 => (
             vec![0.0, 0.0, 0.4, 0.05, 0.9, 0.0, 0.0, 0.3, 0.5, 0.35, 0.85, 0.25],
@@ -33,13 +31,7 @@ fn block(scheme: &str, (dimension, order): (usize, u32), h: f64, further: &str) 
     };
     let moved: Vec<f64> = corners.iter().zip(scattered(corners.len(), 7.0)).map(|(x, d)| x + h * d).collect();
     let text = format!(
-        "dimension = {dimension}
-         [time]
-         integrator = \"{scheme}\"
-         duration = 1.0
-         step = {step:?}
-         {solver}
-         [world]
+        "[world]
          gravity = {gravity}
          [[body]]
          name = \"block\"
@@ -49,7 +41,7 @@ fn block(scheme: &str, (dimension, order): (usize, u32), h: f64, further: &str) 
          {further}",
         rows(&moved, dimension)
     );
-    Scene::from_toml(&text).unwrap()
+    scene(scheme, dimension, [0.01, 1e-3], &text)
 }
 
 const KINDS: [(usize, u32); 4] = [(2, 1), (2, 2), (3, 1), (3, 2)];

@@ -5,6 +5,7 @@ use pliant::integrator::newmark::NewmarkParameters;
 use pliant::integrator::{IntegratorSpec, Method};
 use pliant::simulation::Simulation;
 use pliant::solver::SolverOptions;
+use pliant_scene::Scene;
 use serde_json::Value;
 
 /// The reference numbers of a case.
@@ -61,6 +62,51 @@ pub(crate) fn compare(what: &str, found: &[f64], expected: &[f64], tolerance: f6
         );
     }
 }
+
+/// A scene of this scheme with these further tables, in steps of one size where they are solved, of the other
+/// where they are explicit [s].
+pub(crate) fn scene(scheme: &str, dimension: usize, [solved, explicit]: [f64; 2], text: &str) -> Scene {
+    let solves = method(scheme).documentation.solves > 0;
+    let (step, solver) = if solves { (solved, EXACT) } else { (explicit, "") };
+    let text = format!(
+        "dimension = {dimension}
+         [time]
+         integrator = \"{scheme}\"
+         duration = 1.0
+         step = {step:?}
+         {solver}
+         {text}"
+    );
+    Scene::from_toml(&text).unwrap()
+}
+
+/// A damped beam that falls, held at one end: this key of its steps, further keys of the world and of the pin.
+pub(crate) fn falling_beam(scheme: &str, young: f64, [step, world, pin]: [&str; 3]) -> Scene {
+    let solver = if method(scheme).documentation.solves > 0 { EXACT } else { "" };
+    let text = format!(
+        "dimension = 2
+         [time]
+         integrator = \"{scheme}\"
+         duration = 1.0
+         {step}
+         {solver}
+         [world]
+         gravity = [0.7, -9.81]
+         {world}
+         [[body]]
+         name = \"beam\"
+         mesh = {{ grid = {{ cells = [3, 1], size = [1.5, 0.5] }} }}
+         elastic = {{ neo-hookean = {{ young = {young:?}, poisson = 0.35 }} }}
+         mass = {{ density = 1000.0 }}
+         velocity = {{ rigid = {{ linear = [0.3, -0.8] }} }}
+         damping = {{ mass_proportional = 0.4, stiffness_proportional = 2e-3 }}
+         pin = [{{ half_space = {{ normal = [1, 0], offset = 0 }}, {pin} }}]"
+    );
+    Scene::from_toml(&text).unwrap()
+}
+
+/// Tolerance of solves whose derivatives are compared.
+const EXACT: &str = "solver = { tolerance = 1e-14 }";
 
 /// Numbers without a pattern.
 pub(crate) fn scattered(count: usize, seed: f64) -> Vec<f64> {

@@ -14,6 +14,7 @@ mod initial;
 mod loads;
 mod locking;
 mod mass;
+mod meeting;
 mod memory;
 mod millimetres;
 mod muscles;
@@ -48,6 +49,7 @@ use pliant::topology::Topology;
 use pliant_terms::{direct_gravity, tree_gravity};
 
 pub use contact::{ContactSummary, advice_on_gain};
+pub use meeting::{first_meeting, passes_through};
 pub use places::{LoadedVertices, PinnedVertices, ScenePlaces};
 pub use report::{BodyReport, Report};
 

@@ -1,6 +1,7 @@
 //! Warnings of features that work otherwise than one would think.
 
 use super::body::BodyAssembly;
+use super::meeting::{first_meeting, passes_through};
 use crate::{Body, Load, OverTime, Scene};
 use pliant::energy::SurfaceContact;
 use pliant::quantity::Rounded;
@@ -123,32 +124,15 @@ fn pushed_apart(scene: &Scene, simulation: &Simulation, bodies: &[BodyAssembly])
 /// Bodies whose boxes meet at the start pass through each other, unless contact or an attachment says what
 /// they do.
 fn through_each_other(scene: &Scene, bodies: &[BodyAssembly]) -> Option<String> {
-    if scene.contact.is_some() || !scene.attachment.is_empty() {
+    if !passes_through(scene) {
         return None;
     }
-    let solid: Vec<(&str, Vec<[f64; 2]>)> = bodies
-        .iter()
-        .filter(|body| !body.is_particles())
-        .map(|body| (body.name.as_str(), bounds(&body.position, body.mesh.dimension)))
-        .collect();
-    let meet = |a: &[[f64; 2]], b: &[[f64; 2]]| a.iter().zip(b).all(|(a, b)| a[0] <= b[1] && b[0] <= a[1]);
-    for (i, (name, own)) in solid.iter().enumerate() {
-        if let Some((other, _)) = solid[..i].iter().find(|(_, others)| meet(own, others)) {
-            return Some(format!(
-                "the boxes around `{other}` and `{name}` meet, and nothing makes bodies collide: `contact = {{}}` in the \
-                 scene does"
-            ));
-        }
-    }
-    None
-}
-
-/// Least and largest coordinate along each axis.
-fn bounds(x: &[f64], dimension: usize) -> Vec<[f64; 2]> {
-    let along = |axis: usize| x.iter().skip(axis).step_by(dimension).copied();
-    let of =
-        |axis| [along(axis).fold(f64::INFINITY, f64::min), along(axis).fold(f64::NEG_INFINITY, f64::max)];
-    (0..dimension).map(of).collect()
+    let solid: Vec<&BodyAssembly> = bodies.iter().filter(|body| !body.is_particles()).collect();
+    let [a, b] = first_meeting(solid.iter().map(|body| &body.position[..]), scene.dimension)?;
+    Some(format!(
+        "the boxes around `{}` and `{}` meet, and nothing makes bodies collide: `contact = {{}}` in the scene does",
+        solid[a].name, solid[b].name
+    ))
 }
 
 /// A vertex that starts behind a wall is put back in the first step, which is no motion, and stores energy

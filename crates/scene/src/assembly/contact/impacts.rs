@@ -155,11 +155,8 @@ impl ContactParty<'_> {
         let is_solid = self.spec.elastic.is_some() && mesh.element_dimension() == mesh.dimension;
         let young = self.young.filter(|_| is_solid)?;
         let density = self.body.mass.iter().sum::<f64>() / mesh.lumped_measure().iter().sum::<f64>();
-        let along = |axis: usize| {
-            let x = || mesh.points.iter().skip(axis).step_by(mesh.dimension);
-            x().fold(f64::NEG_INFINITY, |m, x| m.max(*x)) - x().fold(f64::INFINITY, |m, x| m.min(*x))
-        };
-        let thinnest = (0..mesh.dimension).map(along).fold(f64::INFINITY, f64::min);
+        let (lower, upper) = mesh.bounding_box();
+        let thinnest = lower.iter().zip(&upper).map(|(low, high)| high - low).fold(f64::INFINITY, f64::min);
         Some(2.0 * thinnest * (density / young).sqrt())
     }
 }
