@@ -116,7 +116,7 @@ fn a_particle_bounces_as_the_quadrature_says() {
     }
 }
 
-/// How a particle falls on a floor: speed at contact, least gap, duration of contact, speed after it.
+/// Fall of a particle on a floor: speed at contact, least gap, duration of contact, speed after it.
 fn impact(particle: &FallingParticle, h: f64) -> [f64; 4] {
     let mut simulation = particle.simulation(&IntegratorSpec::TrBdf2, h);
     let (reach, fall) = (particle.reach, -particle.gravity[1]);

@@ -121,7 +121,7 @@ fn the_least_gap_of_a_start_is_that_of_its_nearest_primitives() {
     near(&faces, 1.2 / 3f64.sqrt(), ["`one`", "`other`"]);
 }
 
-/// What the first search looks at: nothing of boxes apart, all that is within the distance of others.
+/// Pairs that the first search looks at: none of boxes apart, all that is within the distance of others.
 #[test]
 fn candidates_of_a_start_are_counted() {
     let count = |origin: &str, contact: &str| {

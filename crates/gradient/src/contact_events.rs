@@ -42,7 +42,7 @@ impl ContactEvents {
 pub(crate) struct TouchingPairs(BTreeMap<[u32; 4], Option<bool>>);
 
 impl TouchingPairs {
-    /// Those at `x` and `v`, flat; `None` where nothing can touch.
+    /// Pairs at `x` and `v`, flat; `None` where nothing can touch.
     pub(crate) fn of(system: &System, x: &[f64], v: &[f64]) -> Option<Self> {
         let mut terms = system.terms().iter().filter_map(|term| term.touching()).peekable();
         terms.peek()?;

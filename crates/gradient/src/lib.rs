@@ -112,8 +112,8 @@ pub struct RunGradient {
 /// taken again from a few states that are kept: explicit schemes with the same bits, implicit ones to the
 /// tolerance of their solver.
 ///
-/// Where step sizes follow the error, a run before finds them, and derivatives are those at these sizes: what
-/// a change of the start or of a parameter would make of the sizes themselves is no part of them.
+/// Derivatives where step sizes follow the error are those at the sizes that a run before has found: what a
+/// change of the start or of a parameter would make of the sizes themselves is no part of them.
 ///
 /// # Errors
 /// [`GradientError`]: a term without adjoint, a step that fails, a loss that is not finite, a

@@ -1,6 +1,6 @@
 //! Sizes of the steps of a run.
 //!
-//! Where step sizes follow the error they are found in a run of their own, and every later pass over it takes
+//! Step sizes that follow the error are found in a run of their own, and every later pass over it takes
 //! the same steps: derivatives are those of the run at the sizes that were chosen, which do not change with
 //! what they are taken by.
 
@@ -21,9 +21,9 @@ pub(crate) enum RunLength<'a> {
 pub(crate) struct Schedule {
     /// Steps before the run.
     first: u64,
-    /// How many it has.
+    /// Number of steps of the run.
     pub(crate) steps: u64,
-    /// Those that were chosen, and where they led to; none where all are of the fixed size.
+    /// Steps that were chosen, and where they led to; none where all are of the fixed size.
     chosen: Option<(Vec<ChosenStep>, Snapshot)>,
 }
 

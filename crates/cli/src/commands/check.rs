@@ -81,7 +81,8 @@ impl RunMemory {
             [self.run, self.simulation, self.recording].map(|n| bytes(n as u64));
         let more = if self.may_fold { "; more where a body folds onto itself" } else { "" };
         format!(
-            "{run} while running: {simulation} of the simulation, {recording} of the recording, the program{more}"
+            "{run} while running: {simulation} of the simulation, {recording} of the recording, the \
+             program{more}"
         )
     }
 }

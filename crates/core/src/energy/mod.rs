@@ -159,9 +159,9 @@ impl std::fmt::Display for Fault {
             Fault::Sheet { body, element, stretch } => {
                 write!(
                     f,
-                    "element {element} of `{body}` is stretched {stretch} times, beyond which its material gets so thin \
-                     that it bears no load: sheets of `stvk` and `corotated` do, those of `neo-hookean` and \
-                     `stable-neo-hookean` bear any stretch",
+                    "element {element} of `{body}` is stretched {stretch} times, beyond which its material \
+                     gets so thin that it bears no load: sheets of `stvk` and `corotated` do, those of \
+                     `neo-hookean` and `stable-neo-hookean` bear any stretch",
                     stretch = Rounded::<4>(*stretch)
                 )
             }

@@ -152,7 +152,7 @@ pub trait StepLimit {
         false
     }
 
-    /// What leaves the least of the way from `x` to `x + dx` free; `None` where all of it is.
+    /// Obstruction that leaves the least of the way from `x` to `x + dx` free; `None` where all of it is.
     fn obstruction(&self, x: &[f64], dx: &[f64]) -> Option<WayObstruction> {
         let _ = (x, dx);
         None

@@ -21,7 +21,7 @@ pub(crate) struct Sums<'a> {
     products: Products,
     /// Steps of the run before the one that is taken back.
     pub(crate) step: u64,
-    /// By the places where vertices start that are held and turn.
+    /// Derivatives by the places where vertices start that are held and turn.
     turning: Option<TurningStarts>,
 }
 

@@ -34,12 +34,12 @@ pub(crate) struct LinearisedPlaces {
     pub(crate) v: Vec<f64>,
     /// End of the step [s].
     pub(crate) time: f64,
-    /// Those of differences, with their weights.
+    /// Places of differences, with their weights.
     pub(crate) beside: Vec<(f64, [Vec<f64>; 2])>,
 }
 
 impl LinearisedPlaces {
-    /// Those of a step.
+    /// Places of a step.
     pub(crate) fn of(system: &mut System, step: &Step<'_>) -> Self {
         let time = step.from.time + step.h;
         let (mut x, mut v) = (step.from.x.to_vec(), vec![0.0; step.x.len()]);

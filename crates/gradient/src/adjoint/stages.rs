@@ -38,7 +38,7 @@ const GAUSS: [(f64, f64); 5] = [
 ];
 
 impl StageTables {
-    /// Those of a fully implicit method, `t = A^2`, `e = b^T A`.
+    /// Tables of a fully implicit method, `t = A^2`, `e = b^T A`.
     pub(crate) fn of_tableau(tableau: &CollocationTableau) -> Self {
         let CollocationTableau { a, b } = *tableau;
         let count = b.len();
@@ -54,7 +54,7 @@ impl StageTables {
         }
     }
 
-    /// Those of the Gauss-Radau method: integrals of the polynomial through the accelerations at its nodes,
+    /// Tables of the Gauss-Radau method: integrals of the polynomial through the accelerations at its nodes,
     /// `a_ij` that of Lagrange's `L_j` up to `c_i`, `t_ij` that of `(c_i - s) L_j`.
     pub(crate) fn gauss_radau() -> &'static Self {
         static TABLES: LazyLock<StageTables> = LazyLock::new(StageTables::integrated);
@@ -86,7 +86,7 @@ impl StageTables {
         self.nodes.len()
     }
 
-    /// Where the stages of a step were.
+    /// Places of the stages of a step.
     pub(crate) fn places(&self, system: &mut System, step: &Step<'_>) -> Vec<StagePlace> {
         let place = |i: usize| {
             let mut x = step.from.x.to_vec();

@@ -12,7 +12,7 @@ pub(super) struct MaterialConstants {
 }
 
 impl MaterialConstants {
-    /// Those of a material; `None` of one whose constants are found elsewhere.
+    /// Constants of a material; `None` of one whose constants are found elsewhere.
     pub(super) fn of(material: &MaterialSpec) -> Option<Self> {
         match material {
             MaterialSpec::MooneyRivlin(constants) => Some(mooney_rivlin(constants)),
@@ -39,7 +39,7 @@ impl MaterialConstants {
         names.iter().map(by).collect()
     }
 
-    /// With these numbers, by key, name in the formula and value.
+    /// Constants of these numbers, by key, name in the formula and value.
     fn new(psi: &str, numbers: &[(&str, String, f64)]) -> Self {
         let mut keys: Vec<(String, Vec<String>)> = vec![];
         for (key, name, _) in numbers {
@@ -58,7 +58,7 @@ fn named(key: &'static str, value: f64) -> (&'static str, String, f64) {
     (key, key.to_owned(), value)
 }
 
-/// Without a `young` given, it is `4 (1 + nu) (c10 + c01)`.
+/// Energy of Mooney and Rivlin; without a `young` given, it is `4 (1 + nu) (c10 + c01)`.
 fn mooney_rivlin(constants: &TwoConstants) -> MaterialConstants {
     let TwoConstants { young, poisson, c10, c01 } = *constants;
     let (modulus, scale) = match young {
@@ -73,7 +73,7 @@ fn mooney_rivlin(constants: &TwoConstants) -> MaterialConstants {
     MaterialConstants::new(&psi, &young.into_iter().chain(numbers).collect::<Vec<_>>())
 }
 
-/// Without a `young` given, it is `(1 + nu) sum mu alpha`.
+/// Energy of Ogden; without a `young` given, it is `(1 + nu) sum mu alpha`.
 fn ogden(terms: &OgdenTerms) -> MaterialConstants {
     let OgdenTerms { young, poisson, mu, alpha } = terms;
     let each = |term: &dyn Fn(usize) -> String| (0..mu.len()).map(term).collect::<Vec<_>>().join(" + ");

@@ -76,7 +76,7 @@ fn numbers(spec: &AttachmentSpec) -> Vec<(&'static str, f64, &'static str)> {
 pub(super) struct BodyFactor {
     /// Its key.
     pub(super) key: &'static str,
-    /// Of terms.
+    /// Factors of terms, by their names.
     pub(super) parts: Parts,
     /// Its value, where masses are in proportion to it.
     pub(super) of_masses: Option<f64>,

@@ -121,7 +121,7 @@ pub struct ModeUse<'a> {
     pub is_lumped: bool,
 }
 
-/// What a parameter looks at beside the state and the direction of a use.
+/// Quantities that a parameter looks at beside the state and the direction of a use.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ParameterNeeds<'a> {
     /// [`ForceUse::gradient`].
@@ -138,7 +138,7 @@ pub struct ParameterNeeds<'a> {
 }
 
 impl<'a> ParameterNeeds<'a> {
-    /// What any of these needs.
+    /// Union of what these need.
     pub fn of_all(each: impl IntoIterator<Item = ParameterNeeds<'a>>) -> Self {
         each.into_iter().fold(ParameterNeeds::default(), |mut all, one| {
             all.force |= one.force;
@@ -163,7 +163,7 @@ pub trait Parameter: Send {
         self.len() == 0
     }
 
-    /// What it looks at beside the state and the direction of a use.
+    /// Quantities that it looks at beside the state and the direction of a use.
     fn needs(&self) -> ParameterNeeds<'_> {
         ParameterNeeds::default()
     }

@@ -7,7 +7,7 @@ use crate::adjoint::{add_scaled, dot};
 /// dissipation functions of terms of the system: `c = n/theta` of one in proportion to `theta^n`.
 #[derive(Clone, Debug)]
 pub struct TermFactor {
-    /// Of each term, by its name.
+    /// Factor of each term, by its name.
     parts: Vec<(f64, String)>,
 }
 

@@ -39,7 +39,7 @@ pub struct ShapedElements<'a> {
     pub material: &'a MaterialSpec,
     /// Factors of it, one for each element; none if all are 1.
     pub factors: &'a [f64],
-    /// How they are damped, whatever their stiffness.
+    /// Viscosity, whatever their stiffness.
     pub viscosity: Viscosity,
     /// Density [kg/m^3]; `None` where masses do not go by volumes.
     pub density: Option<f64>,
@@ -71,7 +71,7 @@ struct RestShape<const D: usize, const N: usize> {
     /// Values of the shape functions at these points, the same in all elements.
     values: Vec<[f64; N]>,
     psi: Box<dyn ElementEnergy<D>>,
-    /// Of the energy of each element.
+    /// Factor of the energy of each element.
     factors: Vec<f64>,
     viscosity: Viscosity,
     density: f64,

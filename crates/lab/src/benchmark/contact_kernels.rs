@@ -201,7 +201,7 @@ impl Workload for Ways {
 mod tests {
     use super::*;
 
-    /// What times are divided by.
+    /// Counts that times are divided by.
     #[test]
     fn stencils_and_pairs_of_the_sheets_are_as_many_as_are_counted() {
         let contacts = Hessians::new(Psd::Exact).lists().iter().map(|list| list.len()).sum::<usize>();

@@ -133,7 +133,7 @@ pub enum Metric {
     StepTime,
     /// Microseconds that each of the `items` of a repetition takes.
     ItemTime {
-        /// How many a repetition has.
+        /// Number in a repetition.
         items: f64,
         /// For example `us/stencil`.
         unit: &'static str,

@@ -78,8 +78,8 @@ class Gradient(Mapping[str, "float | npt.NDArray[Any]"]):
         Vertices that came to a wall, or left one, in a scene without contact, by steps: the derivatives do not see changes that shift
         such an event to another step.
     contact_events : ContactEvents
-        How often pairs of surfaces came within reach, left it, began to slide or to stick. Derivatives are exact there; what they say of
-        larger changes is less the more there are.
+        Number of pairs of surfaces that came within reach, left it, began to slide or to stick. Derivatives
+        are exact there; what they say of larger changes is less the more there are.
     """
 
     value: float

@@ -603,8 +603,8 @@ impl PySimulation {
     /// -------
     /// list of str
     ///     Keys of the scene, with the names of its bodies; ``"position"`` and ``"velocity"`` are those of the
-    ///     present state. None where the scheme, or something in the scene, has no derivative: `gradient` says
-    ///     what.
+    ///     present state. None where the scheme, or something in the scene, has no derivative: `gradient`
+    ///     says what.
     ///
     /// Examples
     /// --------

@@ -130,7 +130,8 @@ fn through_each_other(scene: &Scene, bodies: &[BodyAssembly]) -> Option<String> 
     let solid: Vec<&BodyAssembly> = bodies.iter().filter(|body| !body.is_particles()).collect();
     let [a, b] = first_meeting(solid.iter().map(|body| &body.position[..]), scene.dimension)?;
     Some(format!(
-        "the boxes around `{}` and `{}` meet, and nothing makes bodies collide: `contact = {{}}` in the scene does",
+        "the boxes around `{}` and `{}` meet, and nothing makes bodies collide: `contact = {{}}` in the scene \
+         does",
         solid[a].name, solid[b].name
     ))
 }

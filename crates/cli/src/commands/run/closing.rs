@@ -231,8 +231,8 @@ impl<'a> Closing<'a> {
         let is_moved = self.summary.end.balance.is_some_and(|balance| balance.motion.is_some());
         match is_moved && self.scene.contact.is_some() {
             true => {
-                "; the work of prescribed motion is known from its power at the ends of steps, which does not \
-                 see blows that are shorter than a step"
+                "; the work of prescribed motion is known from its power at the ends of steps, which does \
+                 not see blows that are shorter than a step"
             }
             false => "",
         }
@@ -444,7 +444,8 @@ impl<'a> Closing<'a> {
             line(
                 "contact",
                 format!(
-                    "least gap {} m, {part} of its distance, between {a} and {b} at t = {} s; up to {most} at a time{limited}",
+                    "least gap {} m, {part} of its distance, between {a} and {b} at t = {} s; up to {most} \
+                     at a time{limited}",
                     number(least.gap),
                     number(least.time),
                 ),

@@ -108,7 +108,7 @@ pub struct StartGap {
     pub between: [String; 2],
 }
 
-/// What contact can stop in steps that are not solved.
+/// Speeds that contact can stop in steps that are not solved.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct ExplicitContactSummary {
     /// Step that stiffness and friction go by [s]; `None` where it follows the error.
