@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use crate::barrier::PotentialForm;
 use crate::candidates::CandidatePairs;
 use crate::contacts::{ContactVisitor, Contacts, PlaneGeometry};
-use crate::expected::{ExpectedForces, ForceForecast};
+use crate::expected::{self, ExpectedForces, ForceForecast};
 use crate::explicit::{self, SurfaceMobility};
 use crate::hessian::PairBlocks;
 use crate::merge::MollifiedPair;
@@ -125,8 +125,7 @@ impl<const D: usize> ContactEnergy<D> {
         let mut search = locked(&self.search);
         let contacts = search.contacts_at(&self.model, x);
         let part = |i: usize| {
-            let mut report = ContactReport::<D>::default();
-            contacts.visit::<D>(&self.model, x, i, &mut report);
+            let report = ContactReport::<D>::of(contacts, &self.model, x, i);
             let [a, b] = report.bodies(&self.model)?;
             let is_beside = bodies.contains(&a) != bodies.contains(&b);
             is_beside.then(|| (report.gap / self.model.laws.of(a, b).barrier.reach, report.sides()))
@@ -338,8 +337,7 @@ impl<const D: usize> EnergyTerm for ContactEnergy<D> {
             !term.energy.is_finite()
         };
         let first = (0..contacts.len()).find(infinite)?;
-        let mut gap = ContactReport::<D>::default();
-        contacts.visit::<D>(&self.model, x, first, &mut gap);
+        let gap = ContactReport::<D>::of(contacts, &self.model, x, first);
         Some(Fault::Overlap { pair: self.named_pair(&gap.sides()), gap: gap.gap })
     }
 
@@ -432,10 +430,8 @@ impl<const D: usize> TouchingSurfaces for ContactEnergy<D> {
         let mut search = locked(&self.search);
         let contacts = search.contacts_at(&self.model, x);
         let pair = |i| {
-            let mut report = ContactReport::<D>::default();
-            contacts.visit::<D>(&self.model, x, i, &mut report);
-            let mut vertices = [u32::MAX; 4];
-            vertices[..report.count].copy_from_slice(&report.vertices[..report.count]);
+            let report = ContactReport::<D>::of(contacts, &self.model, x, i);
+            let vertices = expected::key(&report.vertices[..report.count]);
             TouchingPair { vertices, slides: report.slides(self.model.threshold_speed, v) }
         };
         (0..contacts.len()).map(pair).collect()
@@ -445,8 +441,7 @@ impl<const D: usize> TouchingSurfaces for ContactEnergy<D> {
         let mut search = locked(&self.search);
         let contacts = search.contacts_at(&self.model, x);
         let described = |i| {
-            let mut report = ContactReport::<D>::default();
-            contacts.visit::<D>(&self.model, x, i, &mut report);
+            let report = ContactReport::<D>::of(contacts, &self.model, x, i);
             report.described(&self.model, x, v)
         };
         (0..contacts.len()).map(described).collect()
@@ -457,8 +452,7 @@ impl<const D: usize> TouchingSurfaces for ContactEnergy<D> {
         let contacts = search.contacts_at(&self.model, x);
         let mut nearest = NearestContact::default();
         for i in 0..contacts.len() {
-            let mut report = ContactReport::<D>::default();
-            contacts.visit::<D>(&self.model, x, i, &mut report);
+            let report = ContactReport::<D>::of(contacts, &self.model, x, i);
             nearest.look_at(&report, &self.model);
         }
         nearest.described(&self.model, time)

@@ -22,9 +22,10 @@ use crate::vector::{difference, dot};
 const SAME_GAP: f64 = 1e-4;
 
 /// Vertices of a contact, filled up with `u32::MAX`.
-type ContactKey = [u32; 4];
+pub(crate) type ContactKey = [u32; 4];
 
-fn key(vertices: &[u32]) -> ContactKey {
+/// Vertices of a contact as its key.
+pub(crate) fn key(vertices: &[u32]) -> ContactKey {
     let mut key = [u32::MAX; 4];
     key[..vertices.len()].copy_from_slice(vertices);
     key

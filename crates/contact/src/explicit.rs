@@ -139,8 +139,7 @@ pub(crate) fn extremes<const D: usize>(
     let mut deepest: Option<([u32; 2], f64)> = None;
     let mut nearest = NearestContact::default();
     for i in 0..contacts.len() {
-        let mut report = ContactReport::<D>::default();
-        contacts.visit::<D>(model, x, i, &mut report);
+        let report = ContactReport::<D>::of(contacts, model, x, i);
         let vertices = &report.vertices[..report.count];
         nearest.look_at(&report, model);
         let Some([a, b]) = report.bodies(model) else { continue };

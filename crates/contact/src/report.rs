@@ -4,7 +4,7 @@ use pliant::energy::{LeastGap, SurfaceContact};
 use pliant::material::Psd;
 
 use crate::closest::InnerKind;
-use crate::contacts::{ContactVisitor, PlaneGeometry, rows};
+use crate::contacts::{ContactVisitor, Contacts, PlaneGeometry, rows};
 use crate::friction::PairFriction;
 use crate::merge::MollifiedPair;
 use crate::model::{ContactLaw, ContactModel};
@@ -46,6 +46,13 @@ impl<const D: usize> Default for ContactReport<D> {
 }
 
 impl<const D: usize> ContactReport<D> {
+    /// Report of contact `i` at `x`, flat [m].
+    pub(crate) fn of(contacts: &Contacts, model: &ContactModel, x: &[f64], i: usize) -> Self {
+        let mut report = ContactReport::default();
+        contacts.visit::<D>(model, x, i, &mut report);
+        report
+    }
+
     /// Vertices of the first primitive, and of the second.
     pub fn sides(&self) -> [Vec<u32>; 2] {
         let of = |first: bool| {
