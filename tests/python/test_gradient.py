@@ -192,6 +192,11 @@ def test_steps_that_follow_the_error_land_on_times() -> None:
         simulation.gradient(last, ["velocity"], steps=1, times=[0.01])
     with pytest.raises(ValueError, match=r"times must ascend; got 0.2 before 0.1"):
         simulation.gradient(last, ["velocity"], times=[0.2, 0.1])
+    with pytest.raises(ValueError, match=r"at least one time"):
+        simulation.gradient(last, ["velocity"], times=[])
+    for times in ([float("nan")], [0.1, float("inf")], [-0.1, 0.2]):
+        with pytest.raises(ValueError, match=r"times must be finite, and not before the present one"):
+            simulation.gradient(last, ["velocity"], times=times)
 
 
 def tip_at(frame: pliant.Frame, index: int) -> tuple[float, np.ndarray] | None:

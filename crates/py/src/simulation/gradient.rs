@@ -221,7 +221,7 @@ impl PySimulation {
     ///     A name has no derivative.
     /// ValueError
     ///     The scheme, or something in the scene, has none; the loss is not finite; the derivatives overflow;
-    ///     both `steps` and `times` are given.
+    ///     both `steps` and `times` are given; times do not ascend, or are not after the present one.
     /// StepError
     ///     A step cannot be taken.
     /// KeyboardInterrupt
@@ -257,11 +257,10 @@ impl PySimulation {
         if steps.is_some() && times.is_some() {
             return Err(PyValueError::new_err("give `steps` or `times`, not both"));
         }
-        let times = times.unwrap_or_else(|| vec![inner.scene.scene.time.duration]);
-        if let Some(pair) = times.windows(2).find(|pair| pair[0] >= pair[1]) {
-            let message = format!("times must ascend; got {} before {}", pair[0], pair[1]);
-            return Err(PyValueError::new_err(message));
+        if let Some(times) = &times {
+            check_times(times, inner.simulation.state().time)?;
         }
+        let times = times.unwrap_or_else(|| vec![inner.scene.scene.time.duration]);
         let first = inner.simulation.state().step;
         let stop = Arc::new(AtomicBool::new(false));
         let simulation = &mut inner.simulation;
@@ -656,4 +655,18 @@ impl PySimulation {
         let parts = (found.value, by, found.growth, found.unsettled, events, of_contact);
         gradients.getattr("Gradient")?.call1(parts)
     }
+}
+
+/// Refuses times that no run ends at which goes on from `now` [s].
+fn check_times(times: &[f64], now: f64) -> PyResult<()> {
+    let problem = if times.is_empty() {
+        Some("`times` must name at least one time".to_owned())
+    } else if let Some(pair) = times.windows(2).find(|pair| pair[0] >= pair[1]) {
+        Some(format!("times must ascend; got {} before {}", pair[0], pair[1]))
+    } else {
+        let outside = times.iter().find(|time| !(time.is_finite() && **time >= now));
+        outside
+            .map(|time| format!("times must be finite, and not before the present one, {now} s; got {time}"))
+    };
+    problem.map_or(Ok(()), |problem| Err(PyValueError::new_err(problem)))
 }
