@@ -38,6 +38,11 @@ def test_copies_are_copies(simulation: pliant.Simulation) -> None:
     np.testing.assert_array_equal(simulation.positions, changed)
 
 
+def test_a_path_is_no_scene_and_says_what_reads_one() -> None:
+    with pytest.raises(TypeError, match=r"of a `Scene`, got `str`; `Scene.from_toml\(path\)` reads one"):
+        pliant.Simulation("scenes/cantilever_fem_2d.toml")  # type: ignore[arg-type]
+
+
 def test_views_follow_and_outlive_the_simulation() -> None:
     # Not the fixture, which pytest would keep.
     simulation = pliant.Simulation(beam())

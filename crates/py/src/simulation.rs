@@ -16,7 +16,7 @@ use pliant::probe::Probe;
 use pliant::simulation::{Simulation as Core, Snapshot, StepError};
 use pliant::topology::Topology;
 use pliant_scene::assembly::{Assembly, Report};
-use pyo3::exceptions::PyRuntimeError;
+use pyo3::exceptions::{PyRuntimeError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -173,8 +173,8 @@ impl PySimulation {
 impl PySimulation {
     #[new]
     #[pyo3(signature = (scene, *, materials = None))]
-    fn new(py: Python<'_>, scene: &PyScene, materials: Option<Bound<'_, PyDict>>) -> PyResult<Self> {
-        let simulation = PySimulation::assembled(py, scene.clone())?;
+    fn new(py: Python<'_>, scene: &Bound<'_, PyAny>, materials: Option<Bound<'_, PyDict>>) -> PyResult<Self> {
+        let simulation = PySimulation::assembled(py, given(scene)?)?;
         if let Some(materials) = materials {
             let mut inner = simulation.lock()?;
             inner.additions.set_materials(&materials)?;
@@ -298,4 +298,19 @@ fn step(py: Python<'_>, simulation: &mut Core, n: u64) -> Result<PyResult<()>, S
         }
     }
     Ok(Ok(()))
+}
+
+/// The scene that a simulation is made of.
+///
+/// # Errors
+/// `TypeError`, with what reads files, of anything but a scene.
+fn given(scene: &Bound<'_, PyAny>) -> PyResult<PyScene> {
+    let no_scene = |_| {
+        let message = match scene.get_type().name() {
+            Ok(name) => format!("a simulation is of a `Scene`, got `{name}`"),
+            Err(error) => return error,
+        };
+        PyTypeError::new_err(message + "; `Scene.from_toml(path)` reads one")
+    };
+    Ok(scene.cast::<PyScene>().map_err(no_scene)?.get().clone())
 }
