@@ -67,7 +67,7 @@ fn contact_that_is_far_too_soft_is_warned_of_with_what_would_do() {
     let warnings = document["warnings"].to_string();
     assert!(warnings.contains("contact of `block` and `floor` was pressed to"), "{warnings}");
     let advised: f64 = warnings
-        .split("a `stiffness` of ")
+        .split("a [contact] `stiffness` of ")
         .nth(1)
         .and_then(|rest| rest.split(" Pa").next())
         .and_then(|number| number.parse().ok())

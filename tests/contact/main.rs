@@ -21,6 +21,7 @@ mod statics;
 mod thin;
 mod torture;
 mod units;
+mod walls;
 
 use pliant::simulation::Simulation;
 use pliant_scene::Scene;

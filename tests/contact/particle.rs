@@ -56,7 +56,7 @@ impl FallingParticle {
         };
         let model = ContactModel {
             surface,
-            half_spaces: vec![SolidHalfSpace { vertex: 1, normal: [0.0, 1.0, 0.0], body: 1 }],
+            half_spaces: vec![SolidHalfSpace { vertex: 1, normal: [0.0, 1.0, 0.0], depth: 0.0, body: 1 }],
             balls: vec![],
             pairs: BodyPairs::all(2),
             laws: ContactLaws::new(2, |_, _| law),

@@ -18,7 +18,8 @@ pin = [{ name = 'left', vertices = [0] }, { name = 'top', vertices = [1], until 
 ";
 
 fn beam(integrator: &str) -> Simulation {
-    let scene = Scene::from_toml(&BEAM.replace("INTEGRATOR", integrator)).unwrap();
+    let mut scene = Scene::from_toml(&BEAM.replace("INTEGRATOR", integrator)).unwrap();
+    scene.world.puts_back = true;
     scene.assemble(UnstableStep::Refuse).ok().unwrap().simulation
 }
 

@@ -17,7 +17,9 @@ use crate::support::{
 const G: f64 = 10.0;
 
 fn assembled(text: &str) -> Simulation {
-    let scene = Scene::from_toml(text).unwrap_or_else(|e| panic!("{e}\n{text}"));
+    let mut scene = Scene::from_toml(text).unwrap_or_else(|e| panic!("{e}\n{text}"));
+    // As by studies, which compare all schemes: those that hold contact would solve for walls.
+    scene.world.puts_back = true;
     let mut simulation = scene.assemble(UnstableStep::Accept).map_err(SceneError::new).unwrap().simulation;
     solve_to_rounding(&mut simulation);
     simulation

@@ -41,7 +41,8 @@ impl Statistics {
         let measures = scene.output.channels.contains(&Channel::Energy);
         let looks = passes_through(scene);
         let solid = bodies.iter().enumerate();
-        let solid = solid.filter(|(_, body)| looks && body.kind != BodyKind::Particles);
+        let solid =
+            solid.filter(|(_, body)| looks && !matches!(body.kind, BodyKind::Particles | BodyKind::Obstacle));
         let vertices = |body: &BodyTopology| body.vertices.start as usize..body.vertices.end as usize;
         let bodies = solid.map(|(i, body)| (i, vertices(body)));
         Statistics {

@@ -60,6 +60,14 @@ impl BodyPairs {
     pub fn touch(&self, a: u32, b: u32) -> bool {
         self.touch[a as usize * self.count + b as usize]
     }
+
+    /// True if any two bodies of a surface touch, or any itself: half-spaces may be all that they touch.
+    fn touch_on(&self, surface: &ContactSurface) -> bool {
+        let mut own: Vec<u32> = surface.vertices.iter().map(|v| surface.bodies[*v as usize]).collect();
+        own.sort_unstable();
+        own.dedup();
+        own.iter().enumerate().any(|(i, a)| own[i..].iter().any(|b| self.touch(*a, *b)))
+    }
 }
 
 /// Trees of a surface's primitives that are gathered from again and again. What they find does not depend on
@@ -91,6 +99,9 @@ impl<const D: usize> SurfaceTrees<D> {
         reach: f64,
     ) -> CandidatePairs {
         assert_eq!(surface.dimension, D, "dimension of the surface");
+        if !bodies.touch_on(surface) {
+            return CandidatePairs::default();
+        }
         let shift = dx.map_or([0.0; D], |dx| mean::<D>(&surface.vertices, dx));
         let search = Search { surface, pairs: bodies, x, dx, shift, reach };
         let mut found = CandidatePairs { point_point: search.particles(), ..CandidatePairs::default() };

@@ -32,8 +32,10 @@ pub struct Contacts {
 pub struct PlaneGeometry<const D: usize> {
     /// Out of the half-space.
     pub normal: [f64; D],
-    /// `d = n . (x_p - x_o)`, negative inside [m].
+    /// `d = n . (x_p - x_o) + s`, negative inside [m].
     pub distance: f64,
+    /// `s`: part of it that lies behind the vertex of the half-space [m].
+    pub depth: f64,
 }
 
 /// Something to be done with every contact.
@@ -68,13 +70,6 @@ pub(crate) fn rows<const D: usize, const N: usize>(x: &[f64], vertices: &[u32; N
 #[inline]
 pub(crate) fn along_normal<const D: usize>(normal: &[f64; 3], r: &[f64; D]) -> f64 {
     (0..D).map(|k| normal[k] * r[k]).sum()
-}
-
-/// Signed distance of a vertex from the plane of a half-space [m].
-#[inline]
-pub(crate) fn plane_distance<const D: usize>(normal: &[f64; 3], x: &[f64], [p, o]: [u32; 2]) -> f64 {
-    let [p, o] = rows::<D, 2>(x, &[p, o]);
-    (0..D).map(|k| normal[k] * (p[k] - o[k])).sum()
 }
 
 impl Contacts {
@@ -182,9 +177,10 @@ fn visit_plane<const D: usize>(
     let half_space = &model.half_spaces[contact.half_space as usize];
     let mut normal = [0.0; D];
     normal.copy_from_slice(&half_space.normal[..D]);
-    let distance = plane_distance::<D>(&half_space.normal, x, contact.vertices);
+    let distance = half_space.distance::<D>(x, contact.vertices[0]);
+    let geometry = PlaneGeometry { normal, distance, depth: half_space.depth };
     let law = model.law(contact.vertices[0], contact.vertices[1]);
-    visitor.plane(&contact.vertices, &PlaneGeometry { normal, distance }, law, contact.weight);
+    visitor.plane(&contact.vertices, &geometry, law, contact.weight);
 }
 
 fn visit_mollified<const D: usize>(
@@ -217,7 +213,7 @@ fn planes<const D: usize>(model: &ContactModel, x: &[f64]) -> Vec<PlaneContact> 
             }
             let law = model.laws.of(body, half_space.body);
             let vertices = [p, half_space.vertex];
-            if plane_distance::<D>(&half_space.normal, x, vertices) < law.barrier.reach + law.barrier.offset {
+            if half_space.distance::<D>(x, p) < law.barrier.reach + law.barrier.offset {
                 let weight = model.surface.vertex_areas[p as usize];
                 found.push(PlaneContact { vertices, half_space: i, weight });
             }

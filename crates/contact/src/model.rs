@@ -3,19 +3,31 @@
 
 use crate::barrier::Barrier;
 use crate::candidates::BodyPairs;
+use crate::contacts::rows;
 use crate::merge::Duplicates;
 use crate::surface::ContactSurface;
 
-/// Half-space that nothing enters, `n . (x - x_o) >= 0` with `x_o` a vertex of the system: it goes where that
-/// vertex goes, and does not turn.
+/// Half-space that nothing enters, `n . (x - x_o) + s >= 0` with `x_o` a vertex of the system: it goes where
+/// that vertex goes, and does not turn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SolidHalfSpace {
-    /// The vertex on its plane.
+    /// The vertex that carries it.
     pub vertex: u32,
     /// Unit normal out of it.
     pub normal: [f64; 3],
+    /// `s`: depth of its plane behind that vertex [m].
+    pub depth: f64,
     /// Its body.
     pub body: u32,
+}
+
+impl SolidHalfSpace {
+    /// Signed distance [m] of vertex `p` from its plane at `x`, flat `(n, D)` [m].
+    #[inline]
+    pub(crate) fn distance<const D: usize>(&self, x: &[f64], p: u32) -> f64 {
+        let [p, o] = rows::<D, 2>(x, &[p, self.vertex]);
+        (0..D).map(|k| self.normal[k] * (p[k] - o[k])).sum::<f64>() + self.depth
+    }
 }
 
 /// Ball about a vertex of the system; its radius is part of the laws of its body.

@@ -25,6 +25,8 @@ pub struct ContactReport<const D: usize> {
     pub normal: [f64; D],
     /// Distance less the radii [m].
     pub gap: f64,
+    /// Part of it that lies behind the plane at which a half-space begins to push [m].
+    pub depth: f64,
     /// Normal force, `-dE/dd` [N].
     pub force: f64,
     /// Coefficient of friction.
@@ -39,6 +41,7 @@ impl<const D: usize> Default for ContactReport<D> {
             coefficients: [0.0; 4],
             normal: [0.0; D],
             gap: 0.0,
+            depth: 0.0,
             force: 0.0,
             friction: 0.0,
         }
@@ -80,7 +83,7 @@ impl NearestContact {
         let Some([a, b]) = report.bodies(model) else { return };
         let relative = report.gap / model.laws.of(a, b).barrier.reach;
         if self.least.is_none_or(|(.., least)| relative < least) {
-            self.least = Some(([a, b], report.gap, relative));
+            self.least = Some(([a, b], report.gap - report.depth, relative));
         }
     }
 
@@ -149,7 +152,7 @@ impl<const D: usize> ContactReport<D> {
             let is_plane = model.half_spaces.iter().any(|h| h.body == of_side);
             if is_plane || model.balls.iter().any(|ball| ball.body == of_side) {
                 let towards = if side == 0 { 1.0 } else { -1.0 };
-                let distance = self.gap;
+                let distance = self.gap - self.depth;
                 (0..3).for_each(|k| {
                     points[side][k] = points[1 - side][k] + towards * distance * normal[k];
                 });
@@ -159,7 +162,7 @@ impl<const D: usize> ContactReport<D> {
             bodies: [a, b].map(|body| model.names[body as usize].clone()),
             points,
             normal,
-            gap: self.gap,
+            gap: self.gap - self.depth,
             relative_gap: self.gap / barrier.reach,
             force: self.force,
             friction: self.friction_force(model.threshold_speed, v),
@@ -190,7 +193,7 @@ impl<const D: usize> ContactVisitor<D> for ContactReport<D> {
         self.vertices[..2].copy_from_slice(vertices);
         self.coefficients[..2].copy_from_slice(&[1.0, -1.0]);
         self.normal = plane.normal;
-        self.gap = plane.distance - law.barrier.offset;
+        (self.gap, self.depth) = (plane.distance - law.barrier.offset, plane.depth);
         self.force = -law.barrier.at_signed(plane.distance, weight).slope;
         self.friction = law.friction;
     }

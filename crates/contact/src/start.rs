@@ -3,7 +3,7 @@
 use crate::broad_phase::{Bounds, BoundsTree};
 use crate::candidates::CandidatePairs;
 use crate::closest::Primitives;
-use crate::contacts::{plane_distance, rows};
+use crate::contacts::rows;
 use crate::model::ContactModel;
 use crate::pair::{EdgeEdge, PointEdge, PointPoint, PointTriangle};
 use crate::vector::{cross, difference, dot};
@@ -101,39 +101,40 @@ fn overlaps<const D: usize>(model: &ContactModel, x: &[f64]) -> Vec<BadStart> {
     let place = |v: u32| padded::<D>(x, v);
     let reach = model.surface_reach();
     let candidates = CandidatePairs::gather::<D>(&model.surface, &model.pairs, x, None, reach);
-    let mut add = |primitives: [&[u32]; 2], gap: f64| {
+    let mut add = |primitives: [&[u32]; 2], gap: f64, depth: f64| {
         if gap <= 0.0 {
-            let primitives = primitives.map(<[u32]>::to_vec);
-            found.push(BadStart { place: place(primitives[0][0]), primitives, gap: Some(gap) });
+            let (primitives, gap) = (primitives.map(<[u32]>::to_vec), Some(gap - depth));
+            found.push(BadStart { place: place(primitives[0][0]), primitives, gap });
         }
     };
     each_distance::<D>(model, &candidates, x, |primitives, squared| {
-        add(primitives, squared.sqrt() - model.law(primitives[0][0], primitives[1][0]).barrier.offset);
+        let law = model.law(primitives[0][0], primitives[1][0]);
+        add(primitives, squared.sqrt() - law.barrier.offset, 0.0);
     });
     each_obstacle_gap::<D>(model, x, add);
     found
 }
 
 /// Calls `visit` with every primitive of a surface, the vertex of every half-space and ball that it may
-/// touch, and the gap between both [m].
+/// touch, the gap between both, and the part of it that lies behind where a half-space begins to push [m].
 fn each_obstacle_gap<const D: usize>(
     model: &ContactModel,
     x: &[f64],
-    mut visit: impl FnMut([&[u32]; 2], f64),
+    mut visit: impl FnMut([&[u32]; 2], f64, f64),
 ) {
     let surface = &model.surface;
     for half_space in &model.half_spaces {
         for &p in surface.vertices.iter().filter(|p| model.touch(model.body(**p), half_space.body)) {
             let law = model.law(p, half_space.vertex);
-            let gap = plane_distance::<D>(&half_space.normal, x, [p, half_space.vertex]) - law.barrier.offset;
-            visit([&[p], &[half_space.vertex]], gap);
+            let gap = half_space.distance::<D>(x, p) - law.barrier.offset;
+            visit([&[p], &[half_space.vertex]], gap, half_space.depth);
         }
     }
     for ball in &model.balls {
         let mut add = |vertices: &[u32], squared: f64| {
             if model.touch(model.body(vertices[0]), ball.body) {
                 let gap = squared.sqrt() - model.law(vertices[0], ball.vertex).barrier.offset;
-                visit([vertices, &[ball.vertex]], gap);
+                visit([vertices, &[ball.vertex]], gap, 0.0);
             }
         };
         for &[a, b, c] in &surface.triangles {
@@ -174,7 +175,7 @@ pub fn survey<const D: usize>(model: &ContactModel, x: &[f64]) -> StartSurvey {
             *least = Some((gap, primitives.map(<[u32]>::to_vec)));
         }
     };
-    each_obstacle_gap::<D>(model, x, |primitives, gap| look(&mut least, primitives, gap));
+    each_obstacle_gap::<D>(model, x, |primitives, gap, depth| look(&mut least, primitives, gap - depth));
     let Some(apart) = least_gap_of_boxes::<D>(model, x) else { return StartSurvey { candidates, least } };
     let different = model.pairs.of_different_bodies();
     // Faces of boxes that are parallel are as far apart as their boxes.

@@ -6,7 +6,7 @@ use crate::broad_phase::Bounds;
 use crate::candidates::CandidatePairs;
 use crate::ccd::{GapLimit, safe_step, safe_step_to_half_space};
 use crate::closest::Primitives;
-use crate::contacts::{along_normal, plane_distance, rows};
+use crate::contacts::{along_normal, rows};
 use crate::model::{ContactLaw, ContactModel};
 use crate::pair::{EdgeEdge, PointEdge, PointPoint, PointTriangle};
 use crate::vector::{stay_apart, stay_apart_across};
@@ -136,7 +136,7 @@ impl Way<'_> {
             for &p in model.surface.vertices.iter().filter(|&&p| model.touch(model.body(p), half_space.body))
             {
                 let vertices = [p, half_space.vertex];
-                let distance = plane_distance::<D>(&half_space.normal, self.x, vertices);
+                let distance = half_space.distance::<D>(self.x, p);
                 let [dp, d_o] = rows::<D, 2>(self.dx, &vertices);
                 let mut away = dp;
                 (0..D).for_each(|k| away[k] -= d_o[k]);

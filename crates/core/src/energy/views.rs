@@ -323,7 +323,7 @@ pub struct SurfaceContact {
     pub points: [[f64; 3]; 2],
     /// Unit vector from the second to the first.
     pub normal: [f64; 3],
-    /// Their distance less the radii [m].
+    /// Their distance less the radii [m]; below zero behind a wall that pushes from its plane on.
     pub gap: f64,
     /// The part of the reach that the gap is: 1 where they begin to push.
     pub relative_gap: f64,
@@ -366,7 +366,7 @@ pub trait TouchingSurfaces {
 pub struct LeastGap {
     /// Names of the two bodies.
     pub bodies: [String; 2],
-    /// Distance less the radii [m].
+    /// Distance less the radii [m]; below zero behind a wall that pushes from its plane on.
     pub gap: f64,
     /// Its part of the distance from which on they push.
     pub relative: f64,

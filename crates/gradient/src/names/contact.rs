@@ -30,7 +30,7 @@ pub(super) fn parameter(scene: &Scene, name: &str) -> Option<Box<dyn Parameter>>
 /// collides, with itself and with obstacles, in steps that are solved.
 pub(super) fn is_as_stiff(scene: &Scene, spec: &Body) -> bool {
     let collides = |body: &&Body| body.contact.as_ref().and_then(|contact| contact.collides) != Some(false);
-    let Some(contact) = scene.contact.as_ref().filter(|contact| contact.stiffness.is_none()) else {
+    let Some(contact) = scene.acting_contact().filter(|contact| contact.stiffness.is_none()) else {
         return false;
     };
     let mut others = scene.body.iter().filter(|body| !std::ptr::eq(*body, spec));
@@ -48,11 +48,11 @@ pub(super) fn is_as_stiff(scene: &Scene, spec: &Body) -> bool {
 /// `kappa` is the modulus of the softer body, or goes by masses: in the steps of explicit schemes, and of
 /// bodies without a modulus.
 pub(super) fn obstacle(scene: &Scene, spec: &Body, key: &str) -> Option<&'static str> {
-    let contact = scene.contact.as_ref()?;
+    let contact = scene.acting_contact()?;
     if spec.contact.as_ref().and_then(|contact| contact.collides) == Some(false) {
         return None;
     }
-    if key == "membrane.thickness" {
+    if key == "membrane.thickness" && !contact.of_walls {
         return Some("has no derivative where surfaces touch: contact keeps half of it away");
     }
     if key == "rest" {

@@ -185,7 +185,7 @@ impl Study<'_> {
     /// Why a scheme is not compared with others on the energy of contact that they have in common.
     fn refusal(&self, scene: &Scene, contender: &Contender) -> Option<RefusedScheme> {
         let mut scene = scene.clone();
-        scene.contact = scene.contact.map(|contact| contact.kept(&scene.time, 1.0));
+        scene.keep_contact(1.0);
         RefusedScheme::by_contact(&scene, contender.spec)
     }
 

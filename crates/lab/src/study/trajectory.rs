@@ -76,7 +76,7 @@ impl Runner<'_> {
     fn paced(&self, scene: &Scene, scheme: Contender, pace: TimeStepping) -> Scene {
         let mut scene = scene.clone();
         // All schemes have one energy of contact: that of the scene's own, in its own steps.
-        scene.contact = scene.contact.map(|contact| contact.kept(&scene.time, self.grid.step(1)));
+        scene.keep_contact(self.grid.step(1));
         scene.time.integrator = scheme.spec;
         scene.time.arc_length = None;
         (scene.time.step, scene.time.adaptive) = match pace {

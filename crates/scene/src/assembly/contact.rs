@@ -42,6 +42,9 @@ const PART_OF_REST: f64 = 0.5;
 /// Part of the largest stable step of contact alone that explicit steps are, where nothing says how stiff it
 /// is: `f` in `kappa = f^2 dhat / (h^2 R)`.
 const PART_OF_CRITICAL: f64 = 0.3;
+/// Part of the reach of walls without `[contact]` that lies before their planes: what starts on one is held
+/// from the first iteration on, as stiffly as a body of a thousand reaches is, and hardly pushed.
+const PART_BEFORE_WALL: f64 = 1e-4;
 /// Bad starts that are told one by one.
 const MOST_TOLD: usize = 3;
 
@@ -151,7 +154,9 @@ pub(super) fn add<const D: usize>(
     let Some(contact) = &scene.contact else { return Ok(None) };
     let parties: Vec<ContactParty> =
         bodies.iter().zip(&scene.body).map(|(body, spec)| ContactParty::new::<D>(body, spec)).collect();
-    without_thickness(contact, &parties)?;
+    if !contact.of_walls {
+        without_thickness(contact, &parties)?;
+    }
     let mut surface = surface::<D>(&parties, numbering, rest, system.mass().len());
     let (distance, distance_origin) = match contact.distance {
         Some(distance) => (distance, DistanceOrigin::Given),
@@ -171,7 +176,7 @@ pub(super) fn add<const D: usize>(
             barrier.stiffness = barrier.stiffness.min(most);
         }
     }
-    overlaps(&model, parties, position, D)?;
+    overlaps(scene, &model, parties, position)?;
     let mut report = report(&choice, &model, distance_origin, with_itself);
     if design.is_none() && !scene.time.integrator.method().is_static() {
         report.impacts = ImpactDurations::new(&model, parties, system, scene.time.step);
@@ -455,7 +460,12 @@ fn model<const D: usize>(choice: &StiffnessChoice<'_>, surface: ContactSurface) 
     for a in 0..parties.len() {
         for b in 0..parties.len() {
             let (one, other) = (&parties[a], &parties[b]);
-            let touch = one.collides && other.collides && !(one.is_obstacle() && other.is_obstacle());
+            let meets = if contact.of_walls {
+                one.is_obstacle() != other.is_obstacle()
+            } else {
+                !(one.is_obstacle() && other.is_obstacle())
+            };
+            let touch = one.collides && other.collides && meets;
             pairs.set(a as u32, b as u32, touch && (a != b || one.with_itself));
             // Walls have no friction by themselves.
             if is_wall(a) || is_wall(b) {
@@ -477,7 +487,9 @@ fn model<const D: usize>(choice: &StiffnessChoice<'_>, surface: ContactSurface) 
         let (one, other) = (&parties[a], &parties[b]);
         let (stiffness, _) = choice.of(&surface, a, b);
         let form = if explicit.is_some() { PotentialForm::Cubic } else { PotentialForm::Barrier };
-        let offset = one.radius + other.radius + one.obstacle_radius() + other.obstacle_radius();
+        let radii = one.radius + other.radius + one.obstacle_radius() + other.obstacle_radius();
+        // Vertices, not skins, stop at walls, as where these put them back.
+        let offset = if contact.of_walls { 0.0 } else { radii };
         let barrier = Barrier { form, stiffness, reach: distance, offset };
         ContactLaw { barrier, friction: friction[a * parties.len() + b] }
     });
@@ -489,7 +501,8 @@ fn model<const D: usize>(choice: &StiffnessChoice<'_>, surface: ContactSurface) 
                 let wall = Wall::new(&half_space.normal, half_space.offset);
                 let mut normal = [0.0; 3];
                 normal.iter_mut().zip(wall.normal()).for_each(|(n, unit)| *n = *unit);
-                half_spaces.push(SolidHalfSpace { vertex: at(0), normal, body });
+                let depth = if contact.of_walls { (1.0 - PART_BEFORE_WALL) * distance } else { 0.0 };
+                half_spaces.push(SolidHalfSpace { vertex: at(0), normal, depth, body });
             }
             // The centre comes last.
             Some(ObstacleShape::Ball(_)) => {
@@ -545,12 +558,12 @@ const CAUSES_OF_OVERLAP: [&str; 6] = ["mesh", "transform", "repeat", "position",
 
 /// Starts that are none.
 fn overlaps(
+    scene: &Scene,
     model: &ContactModel,
     parties: &[ContactParty<'_>],
     position: &[f64],
-    dimension: usize,
 ) -> Result<(), Vec<Problem>> {
-    let StartFaults { pairs: found, enclosed } = terms::start_faults(dimension, model, position);
+    let StartFaults { pairs: found, enclosed } = terms::start_faults(scene.dimension, model, position);
     let root = KeyPath::root();
     let bodies = parties.iter().filter(|party| !party.is_obstacle()).count();
     let own = |body: u32| ((body as usize) < bodies).then(|| root.key("body").index(body as usize));
@@ -559,13 +572,18 @@ fn overlaps(
     let causes = |pair: [u32; 2]| -> Vec<KeyPath> {
         let of = |body: u32| match own(body) {
             Some(path) => CAUSES_OF_OVERLAP.map(|key| path.key(key)).to_vec(),
-            None => vec![root.key("obstacle")],
+            None => vec![root.key("obstacle"), root.key("world").key("walls")],
         };
         let of_contact = ["distance", "pairs"].map(|key| root.key("contact").key(key));
         pair.into_iter().flat_map(of).chain(of_contact).collect()
     };
-    let help = "move them apart by `transform` or `position`, or let them pass: [contact] `pairs = [{ between \
-                = [...], contact = false }]`";
+    let help = match scene.contact.as_ref().is_some_and(|contact| contact.of_walls) {
+        true => "move the body out of the wall by `transform` or `position`, or the wall by its `offset`",
+        false => {
+            "move them apart by `transform` or `position`, or let them pass: [contact] `pairs = [{ between \
+             = [...], contact = false }]`"
+        }
+    };
     let mut problems = vec![];
     for (bad, words) in found.iter().take(MOST_TOLD) {
         let message = format!("{words} before anything has moved");
@@ -609,6 +627,7 @@ fn report(
     let all = (0..parties.len()).flat_map(|a| (a..parties.len()).map(move |b| (a, b)));
     let touching = all.filter(|(a, b)| model.touch(*a as u32, *b as u32));
     ContactSummary {
+        of_walls: choice.contact.of_walls,
         explicit: None,
         impacts: None,
         start: None,

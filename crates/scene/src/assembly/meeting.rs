@@ -4,7 +4,7 @@ use crate::Scene;
 
 /// True if nothing in the scene says what bodies do that meet: neither contact nor an attachment.
 pub fn passes_through(scene: &Scene) -> bool {
-    scene.contact.is_none() && scene.attachment.is_empty()
+    scene.contact.as_ref().is_none_or(|contact| contact.of_walls) && scene.attachment.is_empty()
 }
 
 /// The first two of these bodies whose boxes meet, by their numbers, the lower first; each body by its points,

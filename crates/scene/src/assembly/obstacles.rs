@@ -16,7 +16,10 @@ const CELLS: usize = 10;
 impl Scene {
     /// The scene with its obstacles among the bodies, where contact makes them act.
     pub(super) fn with_obstacles(&self) -> Cow<'_, Scene> {
-        if self.contact.is_none() { Cow::Borrowed(self) } else { Cow::Owned(among_bodies(self)) }
+        let Some(contact) = self.acting_contact() else { return Cow::Borrowed(self) };
+        let mut whole = among_bodies(self);
+        whole.contact = Some(contact.into_owned());
+        Cow::Owned(whole)
     }
 }
 
@@ -26,7 +29,10 @@ fn among_bodies(scene: &Scene) -> Scene {
     for (i, wall) in whole.world.walls.drain(..).enumerate() {
         let shape = ObstacleShape::HalfSpace(wall);
         let spec = ObstacleSpec { name: Some(ObstacleSpec::name_of_wall(i)), shape, motion: None };
-        whole.body.push(body(scene, &spec, i));
+        let mut wall = body(scene, &spec, i);
+        // A reaction has the name of its wall, as where vertices are put back.
+        wall.pin[0].name = Some(String::new());
+        whole.body.push(wall);
     }
     for (i, obstacle) in scene.obstacle.iter().enumerate() {
         whole.body.push(body(scene, obstacle, i));

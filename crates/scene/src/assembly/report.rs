@@ -6,10 +6,7 @@ use serde::Serialize;
 use super::attachments::AttachmentPlan;
 use super::body::BodyAssembly;
 use super::contact::ContactSummary;
-use crate::Channel;
-use crate::MassSpec;
-use crate::Scene;
-use crate::Stress;
+use crate::{Body, Channel, MassSpec, ObstacleShape, Scene, Stress};
 use pliant::control::StepControl;
 use pliant::diagnostics::{MEASURES, StabilityLimit};
 use pliant::energy::nbody::ForceError;
@@ -159,12 +156,12 @@ impl Report {
 impl Report {
     /// Adds what contact is.
     pub(super) fn add_contact(&mut self, contact: Option<ContactSummary>) {
-        match &contact {
-            Some(contact) => {
-                self.uses.push(contact.described());
-                self.warnings.extend(contact.warnings(self.integrator));
-            }
-            None => self.left_out.push("contact: no [contact], and bodies pass through each other".into()),
+        if let Some(contact) = &contact {
+            self.uses.push(contact.described());
+            self.warnings.extend(contact.warnings(self.integrator));
+        }
+        if contact.as_ref().is_none_or(|contact| contact.of_walls) {
+            self.left_out.push("contact: no [contact], and bodies pass through each other".into());
         }
         self.contact = contact;
     }
@@ -294,7 +291,8 @@ fn uses(
     };
     say(gravity.is_some(), uniform.into(), "uniform gravity: none given");
     say(scene.world.nbody.is_some(), mutual_gravity(scene), "mutual gravity: no [world] nbody");
-    let pins = bodies.iter().map(|b| b.pinned().len()).sum::<usize>();
+    let held = bodies.iter().filter(|body| !body.is_obstacle);
+    let pins = held.map(|body| body.pinned().len()).sum::<usize>();
     say(pins > 0, format!("{pins} pinned vertices"), "pins: no vertex is held");
     let moving: Vec<String> = super::pins::described(bodies, |held| held.motion());
     say(!moving.is_empty(), moving.join("; "), "prescribed motion: no pin moves");
@@ -311,7 +309,11 @@ fn uses(
     let ties: Vec<String> = attachments.iter().map(AttachmentPlan::described).collect();
     say(!ties.is_empty(), ties.join("; "), "attachments: nothing is tied to a place or to another body");
     let walls = simulation.system().walls().len();
-    say(walls > 0, plural(walls, "wall"), "walls: none, and no test for crossing them");
+    let is_half_space = |body: &Body| matches!(body.obstacle, Some(ObstacleShape::HalfSpace(_)));
+    // The entry of contact says so of those that are obstacles.
+    if !scene.body.iter().any(is_half_space) {
+        say(walls > 0, plural(walls, "wall"), "walls: none, and no test for crossing them");
+    }
     let drag = simulation.system().ether_drag();
     say(drag != 0.0, format!("ether drag {drag} 1/s"), "ether drag: none");
     let damping: Vec<String> = simulation.system().dissipation().iter().map(|term| term.name()).collect();

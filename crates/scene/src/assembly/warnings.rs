@@ -127,7 +127,8 @@ fn through_each_other(scene: &Scene, bodies: &[BodyAssembly]) -> Option<String> 
     if !passes_through(scene) {
         return None;
     }
-    let solid: Vec<&BodyAssembly> = bodies.iter().filter(|body| !body.is_particles()).collect();
+    let solid: Vec<&BodyAssembly> =
+        bodies.iter().filter(|body| !(body.is_particles() || body.is_obstacle)).collect();
     let [a, b] = first_meeting(solid.iter().map(|body| &body.position[..]), scene.dimension)?;
     Some(format!(
         "the boxes around `{}` and `{}` meet, and nothing makes bodies collide: `contact = {{}}` in the scene \
@@ -160,24 +161,16 @@ fn behind_walls(simulation: &Simulation) -> Option<String> {
     ))
 }
 
-/// Walls act on the end of a step. A step that is solved has found its end without them.
+/// Walls without contact act on the end of a step. A step that is solved has found its end without them.
 fn walls(scene: &Scene) -> Option<String> {
     let method = scene.time.integrator.method().documentation;
-    if scene.world.walls.is_empty() || method.solves == 0 {
-        return None;
-    }
-    let name = method.name;
-    Some(if method.order == 0 {
+    let are_put_back = scene.acting_contact().is_none() && method.solves > 0;
+    (are_put_back && !scene.world.walls.is_empty()).then(|| {
         format!(
-            "`{name}` looks for equilibrium as if there were no walls, and vertices are put back afterwards: what it \
-             finds is no equilibrium of bodies that touch one; an explicit scheme with damping, `velocity-verlet`, \
-             comes to rest there; or say `contact = {{}}`, and walls are part of the solve"
-        )
-    } else {
-        format!(
-            "`{name}` solves a step as if there were no walls, and vertices are put back afterwards: what rests on a \
-             wall is too soft there, and sinks in, the more the larger the step; an explicit scheme, \
-             `velocity-verlet`, does better; or say `contact = {{}}`, and walls are part of the solve"
+            "`{}` solves a step as if there were no walls, and vertices are put back afterwards: what rests on a \
+             wall is too soft there, and sinks in, the more the larger the step; `implicit-euler`, `bdf2`, \
+             `tr-bdf2` and `sdirk2` hold walls in the solve",
+            method.name
         )
     })
 }

@@ -1,5 +1,7 @@
 //! Contact: what touches what, by which law, and obstacles.
 
+use std::borrow::Cow;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -57,6 +59,11 @@ pub struct ContactSpec {
     #[serde(skip)]
     #[schemars(skip)]
     pub counts_duplicates: bool,
+    /// True: bodies touch walls alone, and these from their planes on, with the whole distance behind them:
+    /// of scenes without `[contact]`.
+    #[serde(skip)]
+    #[schemars(skip)]
+    pub of_walls: bool,
     /// Pairs of bodies, obstacles or walls (`wall0`, `wall1`, ..) with other rules. Walls have no friction
     /// but what they are given here.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -203,6 +210,30 @@ impl ContactSpec {
              stages that are solved all at once, without a limit on their way, may lie behind an obstacle",
             method.documentation.name
         ))
+    }
+}
+
+impl super::Scene {
+    /// Contact that acts: that of the scene, or without it that of walls alone, where steps are solved that
+    /// hold it.
+    pub fn acting_contact(&self) -> Option<Cow<'_, ContactSpec>> {
+        if let Some(contact) = &self.contact {
+            return Some(Cow::Borrowed(contact));
+        }
+        let of_walls = ContactSpec { of_walls: true, ..ContactSpec::default() };
+        let acts = !self.world.walls.is_empty()
+            && !self.world.puts_back
+            && self.time.integrator.method().holds_contact();
+        acts.then_some(Cow::Owned(of_walls))
+    }
+
+    /// Keeps what acts at walls and between bodies by the scheme and the step of this scene, whatever others
+    /// it is run by; `step` [s] where it names none.
+    pub fn keep_contact(&mut self, step: f64) {
+        match self.acting_contact() {
+            Some(contact) => self.contact = Some(contact.kept(&self.time, step)),
+            None => self.world.puts_back = true,
+        }
     }
 }
 

@@ -172,9 +172,14 @@ pub struct World {
     )]
     #[schemars(length(min = 2, max = 3))]
     pub gravity: Option<Vec<OverTime>>,
-    /// Rigid half-spaces that vertices cannot enter.
+    /// Rigid half-spaces without friction that vertices cannot enter. Steps that are solved hold surfaces off
+    /// by contact, from the plane on; vertices that other steps take behind one are put back.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub walls: Vec<HalfSpace>,
+    /// True: vertices are put back whatever the scheme: of scenes that are run by several.
+    #[serde(skip)]
+    #[schemars(skip)]
+    pub puts_back: bool,
     /// Newtonian attraction between all vertices of bodies without elements and springs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub nbody: Option<NBodySpec>,

@@ -133,7 +133,7 @@ impl Pin {
 
     /// Name of the hold of a pin of this name, of a body of that one.
     pub fn hold_name(body: &str, pin: &str) -> String {
-        format!("{body}/{pin}")
+        if pin.is_empty() { body.to_owned() } else { format!("{body}/{pin}") }
     }
 
     /// Which of x, y, z are held.

@@ -67,7 +67,7 @@ fn refuse(check: &mut Checker, scene: &Scene) {
         no(root.key("contact"), message, by_increments);
     }
     if !scene.world.walls.is_empty() {
-        let message = "arc length knows no walls: vertices that are put back are on no path of equilibria";
+        let message = "arc length knows no walls: where they are met the path of equilibria has kinks";
         no(root.key("world").key("walls"), message, by_increments);
     }
     if scene.world.ether_drag.is_some() {

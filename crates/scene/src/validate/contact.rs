@@ -25,6 +25,9 @@ pub(super) fn contact(check: &mut Checker, scene: &Scene) {
         table(check, &root.key("contact"), contact, scene);
         scheme(check, scene);
     }
+    if scene.acting_contact().is_some() {
+        names_of_walls(check, scene);
+    }
 }
 
 fn body_contact(check: &mut Checker, path: &KeyPath, spec: &BodyContactSpec, used: bool) {
@@ -46,14 +49,18 @@ fn names(scene: &Scene) -> Vec<String> {
 }
 
 /// Walls that contact makes obstacles have names of their own.
-fn names_of_walls(check: &mut Checker, scene: &Scene, names: &[String]) -> Vec<String> {
-    let walls: Vec<String> = (0..scene.world.walls.len()).map(ObstacleSpec::name_of_wall).collect();
-    for (index, wall) in walls.iter().enumerate().filter(|(_, wall)| names.contains(wall)) {
+fn names_of_walls(check: &mut Checker, scene: &Scene) {
+    let names = names(scene);
+    for (index, wall) in walls(scene).enumerate().filter(|(_, wall)| names.contains(wall)) {
         let path = KeyPath::root().key("world").key("walls").index(index);
         let message = format!("{wall:?}, the name of this wall in contact, is that of something else");
         check.report(Problem::semantic(path, message).with_help("give that another name"));
     }
-    walls
+}
+
+/// Names of the walls.
+fn walls(scene: &Scene) -> impl Iterator<Item = String> {
+    (0..scene.world.walls.len()).map(ObstacleSpec::name_of_wall)
 }
 
 fn table(check: &mut Checker, path: &KeyPath, contact: &ContactSpec, scene: &Scene) {
@@ -74,7 +81,7 @@ fn table(check: &mut Checker, path: &KeyPath, contact: &ContactSpec, scene: &Sce
         check.count(&path.key("friction_iterations"), *iterations as usize);
     }
     let mut names = names(scene);
-    names.extend(names_of_walls(check, scene, &names));
+    names.extend(walls(scene));
     let mut seen = BTreeMap::new();
     for (index, pair) in pairs.iter().enumerate() {
         let path = path.key("pairs").index(index);

@@ -127,7 +127,7 @@ pub(super) fn output(check: &mut Checker, path: &KeyPath, scene: &Scene) {
             let problem = Problem::semantic(path.key("channels").index(index), message);
             check.report(problem.with_help("leave it out, or give a body a `pin` or the world a wall"));
         }
-        if *channel == Channel::Contacts && scene.contact.is_none() {
+        if *channel == Channel::Contacts && scene.acting_contact().is_none() {
             let message = "channel `contacts` is about surfaces that touch, and the scene has no `[contact]`";
             let problem = Problem::semantic(path.key("channels").index(index), message);
             check.report(problem.with_help("leave it out, or add `contact = {}` to the scene"));

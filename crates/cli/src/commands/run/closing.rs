@@ -143,7 +143,7 @@ impl<'a> Closing<'a> {
         let enough = law.stiffness * relative_pressure(least.relative) / relative_pressure(COMFORT);
         Some(format!(
             "contact of `{a}` and `{b}` was pressed to {} of its distance at t = {} s: solves become hard there, and the gap means \
-             little; a `stiffness` of {} Pa would have kept half of it",
+             little; a [contact] `stiffness` of {} Pa would have kept half of it",
             share(least.relative),
             number(least.time),
             number(enough),
@@ -241,7 +241,7 @@ impl<'a> Closing<'a> {
     /// Continuation of a sentence on energy that has grown: of schemes that do so in impacts.
     fn gains_in_impacts(&self) -> String {
         let scheme = self.scene.time.integrator.method().documentation.name;
-        let advice = self.scene.contact.as_ref().and_then(|_| advice_on_gain(scheme));
+        let advice = self.report.contact.as_ref().and_then(|_| advice_on_gain(scheme));
         advice.map_or(String::new(), |advice| format!("; {advice}"))
     }
 
@@ -273,7 +273,7 @@ impl<'a> Closing<'a> {
                 self.finer(),
                 // Contact does not hold with the midpoint rule, and schemes that take less may give energy in
                 // impacts.
-                match self.scene.contact.is_some() {
+                match self.report.contact.is_some() {
                     true => "",
                     false => ", `implicit-midpoint` next to nothing",
                 },
@@ -432,6 +432,16 @@ impl<'a> Closing<'a> {
         if let Some(least) = &self.summary.contact.least {
             let [a, b] = &least.bodies;
             let part = share(least.relative);
+            // Walls of a scene without `[contact]` begin to push at their planes.
+            let place = match least.gap < 0.0 {
+                true => format!(
+                    "{a} came {} m behind {b}, where {part} of its distance was left,",
+                    number(-least.gap)
+                ),
+                false => {
+                    format!("least gap {} m, {part} of its distance, between {a} and {b}", number(least.gap))
+                }
+            };
             let most = counted(least.most, "pair", "pairs");
             let limited = self.summary.work.solver.map_or(0, |solver| solver.longest_limited);
             let limited = match limited {
@@ -443,12 +453,7 @@ impl<'a> Closing<'a> {
             };
             line(
                 "contact",
-                format!(
-                    "least gap {} m, {part} of its distance, between {a} and {b} at t = {} s; up to {most} \
-                     at a time{limited}",
-                    number(least.gap),
-                    number(least.time),
-                ),
+                format!("{place} at t = {} s; up to {most} at a time{limited}", number(least.time)),
             );
         }
         if let Some(Penetration { bodies: [a, b], depth, time }) = &self.summary.contact.deepest {
@@ -578,7 +583,7 @@ impl<'a> Closing<'a> {
         let world = &self.scene.world;
         let dashpots = self.scene.attachment.iter().any(|attachment| attachment.dashpot.is_some());
         let damped = dashpots || self.scene.body.iter().any(|body| body.damping.is_some());
-        damped || self.rubs() || !world.walls.is_empty() || world.ether_drag.unwrap_or(0.0) != 0.0
+        damped || self.rubs() || self.report.walls > 0 || world.ether_drag.unwrap_or(0.0) != 0.0
     }
 
     /// True if any contact has friction.

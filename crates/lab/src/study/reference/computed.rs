@@ -36,8 +36,8 @@ pub(super) fn reference(search: &mut ReferenceSearch<'_, '_>) -> Result<Referenc
     let damped = search.scene.world.ether_drag.is_some()
         || search.scene.body.iter().any(|body| body.damping.is_some())
         || !search.scene.world.walls.is_empty();
-    let touches = search.scene.contact.as_ref();
-    let rubs = touches.is_some_and(|contact| {
+    let touches = search.scene.acting_contact();
+    let rubs = touches.as_ref().is_some_and(|contact| {
         contact.friction > 0.0 || contact.pairs.iter().any(|pair| pair.friction > Some(0.0))
     });
     let damped = damped || rubs;

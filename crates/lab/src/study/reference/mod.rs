@@ -59,7 +59,7 @@ impl ReferenceSearch<'_, '_> {
         let key = key(self.scene, &self.grid());
         // Contact is neither two bodies under gravity nor linear, even where nothing touches at a time of
         // comparison.
-        if self.choice != ReferenceChoice::Computed && self.scene.contact.is_none() {
+        if self.choice != ReferenceChoice::Computed && self.scene.acting_contact().is_none() {
             for exact in [kepler::solution, linear::solution] {
                 if let Some(mut reference) = exact(self)? {
                     reference.id = format!("{}-{key}", reference.id);

@@ -34,14 +34,14 @@ fn problem(scene: &Scene, grid: &TimeGrid) -> String {
     let reads = |body: &Body| body.mesh.file().is_some();
     let directory = plain.body.iter().any(reads).then_some(&plain.directory);
     let TimeGrid { duration, times } = grid;
-    let scene = plain.to_toml().unwrap_or_default();
+    let text = plain.to_toml().unwrap_or_default();
     // The energy of contact is that of the scene's own scheme and step.
-    let contact = plain.contact.as_ref().map(|contact| contact.kept(&time, grid.step(1)));
+    let contact = scene.acting_contact().map(|contact| contact.kept(&time, grid.step(1)));
     let contact = contact.map_or(String::new(), |contact| {
         format!("Contact {{ explicit: {:?}, step: {:?} }}\n", contact.explicit_law, contact.designed_step)
     });
     // References are kept under the hash of this text: it is part of their format.
-    format!("{scene}\n{contact}Grid {{ duration: {duration:?}, times: {times:?} }}\n{directory:?}")
+    format!("{text}\n{contact}Grid {{ duration: {duration:?}, times: {times:?} }}\n{directory:?}")
 }
 
 /// A folder of references; none without a folder.

@@ -11,6 +11,8 @@ pub struct ContactSummary {
     pub distance: f64,
     /// Origin of it.
     pub distance_origin: DistanceOrigin,
+    /// True if walls of a scene without `[contact]` are all that bodies touch, from their planes on.
+    pub of_walls: bool,
     /// Laws of every pair that can touch.
     pub pairs: Vec<PairLaw>,
     /// Bodies that touch themselves from a smaller gap on.
@@ -138,21 +140,20 @@ const MOST_NAMED: usize = 8;
 impl ContactSummary {
     /// Sentence for the list of what a scene uses.
     pub(in crate::assembly) fn described(&self) -> String {
-        format!(
-            "contact from a gap of {} m on, {} vertices and {} faces",
-            Rounded::<4>(self.distance),
-            self.vertices,
-            self.faces
-        )
+        let surface = format!("{} vertices and {} faces", self.vertices, self.faces);
+        match self.of_walls {
+            true => format!("walls that push what comes behind them, {surface}"),
+            false => format!("contact from a gap of {} m on, {surface}", Rounded::<4>(self.distance)),
+        }
     }
 
     /// Everything about it, a sentence for each fact; `step` [s] where it is fixed.
     pub fn facts(&self, step: Option<f64>) -> Vec<String> {
-        let mut facts = vec![format!(
-            "surfaces push each other from a gap of {} m on, {}",
-            Rounded::<4>(self.distance),
-            self.distance_origin.described()
-        )];
+        let (distance, origin) = (Rounded::<4>(self.distance), self.distance_origin.described());
+        let mut facts = vec![match self.of_walls {
+            true => format!("walls push what comes behind them, and let nothing farther than {distance} m, {origin}"),
+            false => format!("surfaces push each other from a gap of {distance} m on, {origin}"),
+        }];
         facts.extend(self.described_pairs());
         facts.extend(self.with_itself.iter().map(|SelfContact { body, gap, least, between: [a, b] }| {
             format!(
