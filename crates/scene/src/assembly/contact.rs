@@ -43,8 +43,8 @@ const PART_OF_REST: f64 = 0.5;
 /// is: `f` in `kappa = f^2 dhat / (h^2 R)`.
 const PART_OF_CRITICAL: f64 = 0.3;
 /// Part of the reach of walls without `[contact]` that lies before their planes: what starts on one is held
-/// from the first iteration on, as stiffly as a body of a thousand reaches is, and hardly pushed.
-const PART_BEFORE_WALL: f64 = 1e-4;
+/// from the first iteration on, by a hundredth of the stiffness of a body of a thousand reaches.
+const PART_BEFORE_WALL: f64 = 1e-6;
 /// Bad starts that are told one by one.
 const MOST_TOLD: usize = 3;
 
