@@ -249,6 +249,8 @@ fn pairs_may_name_walls() {
     let unknown = told(&slides("{ between = ['block', 'wall1'], friction = 0.3 }"));
     assert!(unknown.contains("there is no body, obstacle or wall \"wall1\""), "{unknown}");
     assert!(unknown.contains("`wall0`"), "{unknown}");
+    let idle = told(&slides("{ between = ['wall0', 'wall0'], friction = 0.3 }"));
+    assert!(idle.contains("obstacles and walls do not touch each other"), "{idle}");
     let twice = told(&slides("").replace("name = 'block'", "name = 'wall0'"));
     assert!(twice.contains("the name of this wall in contact, is that of something else"), "{twice}");
 }

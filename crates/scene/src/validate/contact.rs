@@ -82,10 +82,11 @@ fn table(check: &mut Checker, path: &KeyPath, contact: &ContactSpec, scene: &Sce
     }
     let mut names = names(scene);
     names.extend(walls(scene));
+    let bodies = scene.body.len();
     let mut seen = BTreeMap::new();
     for (index, pair) in pairs.iter().enumerate() {
         let path = path.key("pairs").index(index);
-        self::pair(check, &path, pair, &names);
+        self::pair(check, &path, pair, (&names, bodies));
         let mut between = pair.between.clone();
         between.sort_unstable();
         if let Some(first) = seen.insert(between, index) {
@@ -95,7 +96,8 @@ fn table(check: &mut Checker, path: &KeyPath, contact: &ContactSpec, scene: &Sce
     }
 }
 
-fn pair(check: &mut Checker, path: &KeyPath, pair: &ContactPairSpec, names: &[String]) {
+/// Checks a pair of two of these names, those of bodies first.
+fn pair(check: &mut Checker, path: &KeyPath, pair: &ContactPairSpec, (names, bodies): (&[String], usize)) {
     if pair.between.len() != 2 {
         let message = format!("`between` names the two that touch, got {}", pair.between.len());
         let problem = Problem::semantic(path.key("between"), message);
@@ -109,6 +111,11 @@ fn pair(check: &mut Checker, path: &KeyPath, pair: &ContactPairSpec, names: &[St
             problem.help.extend(suggest::help(name, &known, "bodies, obstacles and walls"));
             check.report(problem);
         }
+    }
+    let is_obstacle = |name: &String| names[bodies..].contains(name);
+    if pair.between.len() == 2 && pair.between.iter().all(is_obstacle) {
+        let message = "neither of these is a body, and obstacles and walls do not touch each other";
+        check.report(Problem::semantic(path.key("between"), message).with_help("name a body, or remove it"));
     }
     if let Some(friction) = pair.friction {
         check.number(&path.key("friction"), friction, "");
