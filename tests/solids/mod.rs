@@ -1,5 +1,6 @@
 //! Finite elements against exact identities and independent codes.
 
+mod axes;
 mod axial;
 mod bar;
 mod beam;

@@ -10,7 +10,7 @@
 //!
 //! let rest = [0.0, 0.0, 1.0, 0.0, 0.0, 1.0];
 //! let elements = ElementSet { body: "corner", dimension: 2, cells: &[0, 1, 2], rest: &rest, stress: Stress::Analytic,
-//!     factors: None };
+//!     factors: None, axes: None };
 //! let rubber = MaterialSpec::NeoHookean(Isotropic { young: 1e5, poisson: 0.4, preset: None });
 //! let mut term = linear(&rubber, &elements);
 //! assert_eq!(term.energy(&rest), 0.0);
@@ -36,6 +36,7 @@ pub use viscous::{
 };
 
 use makers::{LinearMaker, MembraneMaker, QuadraticMaker};
+use pliant::algebra::Mat;
 use pliant::energy::EnergyTerm;
 use pliant::energy::elastic::{Sheet, nodal_integration};
 use pliant::material::{MaterialSpec, Stress};
@@ -56,6 +57,9 @@ pub struct ElementSet<'a> {
     /// Factor of the energy density of each element, of linear and quadratic simplices: see
     /// [`Elastic::with_factors`](pliant::energy::elastic::Elastic::with_factors). All others leave it out.
     pub factors: Option<&'a [f64]>,
+    /// Rotation from the axes of the material to those of space in each element, likewise: see
+    /// [`Elastic::with_axes`](pliant::energy::elastic::Elastic::with_axes).
+    pub axes: Option<&'a [Mat<f64, 3>]>,
 }
 
 impl<'a> ElementSet<'a> {

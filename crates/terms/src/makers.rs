@@ -6,14 +6,18 @@ use pliant::material::{Material, MaterialVisitor};
 
 use crate::ElementSet;
 
-fn with_factors<const D: usize, const N: usize>(
-    elements: Elastic<D, N>,
-    factors: Option<&[f64]>,
+/// The term of elements with the factors and axes of a set.
+fn finished<const D: usize, const N: usize>(
+    mut elements: Elastic<D, N>,
+    set: &ElementSet<'_>,
 ) -> Box<dyn EnergyTerm> {
-    Box::new(match factors {
-        Some(factors) => elements.with_factors(factors),
-        None => elements,
-    })
+    if let Some(factors) = set.factors {
+        elements = elements.with_factors(factors);
+    }
+    if let Some(axes) = set.axes {
+        elements = elements.with_axes(axes);
+    }
+    Box::new(elements)
 }
 
 /// Maker of linear elements.
@@ -23,8 +27,8 @@ impl<const D: usize, const N: usize> MaterialVisitor<D> for LinearMaker<'_, N> {
     type Output = Box<dyn EnergyTerm>;
 
     fn visit<M: Material<D> + Material<3> + Clone>(self, material: M) -> Box<dyn EnergyTerm> {
-        let ElementSet { body, rest, stress, factors, .. } = *self.0;
-        with_factors(Elastic::<D, N>::linear(body, material, stress, self.0.of(), rest), factors)
+        let ElementSet { body, rest, stress, .. } = *self.0;
+        finished(Elastic::<D, N>::linear(body, material, stress, self.0.of(), rest), self.0)
     }
 }
 
@@ -35,8 +39,8 @@ impl<const D: usize, const N: usize> MaterialVisitor<D> for QuadraticMaker<'_, N
     type Output = Box<dyn EnergyTerm>;
 
     fn visit<M: Material<D> + Material<3> + Clone>(self, material: M) -> Box<dyn EnergyTerm> {
-        let ElementSet { body, rest, stress, factors, .. } = *self.0;
-        with_factors(Elastic::<D, N>::quadratic(body, material, stress, self.0.of(), rest), factors)
+        let ElementSet { body, rest, stress, .. } = *self.0;
+        finished(Elastic::<D, N>::quadratic(body, material, stress, self.0.of(), rest), self.0)
     }
 }
 

@@ -77,6 +77,12 @@ impl<const D: usize> SimplexPack<D> {
         self.weight[lane] *= factor;
     }
 
+    /// Turns the element of one lane before it is deformed: `F R` in the place of `F`.
+    pub fn turn(&mut self, lane: usize, rotation: &Mat<f64, D>) {
+        let (inverse_rest, weight) = self.lane(lane);
+        self.set(lane, &inverse_rest.mul(rotation), weight);
+    }
+
     /// Lanes from `used` on repeat the last one before them with weight zero: their `J` is that of a real
     /// element.
     pub fn fill_up(&mut self, used: usize) {

@@ -236,6 +236,10 @@ impl Parameters for DispersedFibres {
         false
     }
 
+    fn has_axes(&self) -> bool {
+        true
+    }
+
     fn example() -> Self {
         let fibres = vec![vec![0.8, 0.6, 0.0], vec![0.8, -0.6, 0.0]];
         DispersedFibres { shear: 4e5, bulk: 8e5, k1: 2e5, k2: 0.1, dispersion: 0.1, fibres }

@@ -1,6 +1,7 @@
 //! Hyperelastic energy densities: one model, one file, one line in the registry below.
 
 mod autodiff;
+mod axes;
 mod barrier;
 mod constants;
 mod parameters;
@@ -13,6 +14,7 @@ mod stretches;
 pub use arap::WithoutPoisson;
 pub(crate) use autodiff::stress_along;
 pub use autodiff::{autodiff_hessian, autodiff_stress};
+pub use axes::material_axes;
 pub use expressed::{EnergyExpression, EnergyMistake};
 pub use holzapfel_gasser_ogden::DispersedFibres;
 pub use linear::PlaneIsotropic;

@@ -62,6 +62,12 @@ pub trait Parameters {
         true
     }
 
+    /// True if it has directions that go by axes of the material, which elements may turn: its energy is one
+    /// of `C` and not isotropic.
+    fn has_axes(&self) -> bool {
+        false
+    }
+
     /// Parameters of two materials of this model whose energy densities add up to that of `self` for every
     /// `F`: first the rest, then the `part` (between 0 and 1) of the shear modulus, with a Poisson's ratio of
     /// at most 1/3. `None` where the model knows no Poisson's ratio. Both keep their rest shape, as their sum

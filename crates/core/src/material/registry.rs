@@ -96,6 +96,11 @@ macro_rules! register_materials {
                 match self { $(Self::$model(parameters) => Parameters::is_isotropic(parameters),)+ }
             }
 
+            /// True if it has directions that go by axes of the material, see [`Parameters::has_axes`].
+            pub fn has_axes(&self) -> bool {
+                match self { $(Self::$model(parameters) => Parameters::has_axes(parameters),)+ }
+            }
+
             /// Two materials of the same model whose energy densities add up to this one's, see
             /// [`Parameters::split`].
             pub fn split(&self, part: f64) -> Option<[MaterialSpec; 2]> {

@@ -19,9 +19,9 @@ use pliant::topology::{BodyKind, BodyTopology, Topology};
 use pliant_scene::{Body, MassSpec, OverTime, Scene, SpringsSpec};
 
 use crate::parameter::{
-    AttractingMasses, BodyDensity, Concatenated, ContactStiffness, Gravity, GravityNumber, HeldPlaces,
-    LinearElements, Masses, Modulus, Parameter, RestLengths, ShapedElements, SpringStiffness, StepForces,
-    TermFactor, Together, TunedSpring, WeightDensity, Weighted,
+    AttractingMasses, AxisDirections, BodyDensity, Concatenated, ContactStiffness, Gravity, GravityNumber,
+    HeldPlaces, LinearElements, Masses, Modulus, Parameter, RestLengths, ShapedElements, SpringStiffness,
+    StepForces, TermFactor, Together, TunedSpring, WeightDensity, Weighted,
 };
 use crate::{GradientError, RunGradient};
 use constants::MaterialConstants;
@@ -38,6 +38,10 @@ const GRAVITY: &str = "world.gravity";
 
 /// Beginning of the keys of a material.
 const OF_MATERIAL: &str = "elastic.";
+
+/// Directions of the axes of a material in each element.
+const FIRST_AXIS: &str = "elastic_axes.first_per_element";
+const SECOND_AXIS: &str = "elastic_axes.second_per_element";
 
 /// Beginning of the names of the parameters of dashpots by a formula.
 const OF_DASHPOTS: &str = "damping.expression.parameters.";
@@ -118,7 +122,7 @@ pub fn names(scene: &Scene, topology: &Topology) -> Vec<String> {
 }
 
 /// True if more than the elements is made of the shape at rest: loads on volumes, areas and places,
-/// prescribed motion by places, fibres of muscles, ties to the nearest point.
+/// prescribed motion by places, fibres of muscles, axes of materials, ties to the nearest point.
 fn is_at_rest_elsewhere(scene: &Scene, spec: &Body) -> bool {
     let by_place = |formulas: &[OverTime]| formulas.iter().any(OverTime::depends_on_place);
     let loads = spec.load.iter().any(|load| {
@@ -130,7 +134,7 @@ fn is_at_rest_elsewhere(scene: &Scene, spec: &Body) -> bool {
     let moved = motions.filter_map(|motion| motion.displacement.as_deref()).any(by_place);
     let mut targets = scene.attachment.iter().filter_map(|tie| tie.target.as_ref());
     let tied = targets.any(|target| target.nearest_point.is_some());
-    loads || moved || tied || !spec.muscle.is_empty()
+    loads || moved || tied || !spec.muscle.is_empty() || spec.elastic_axes.is_some()
 }
 
 /// Keys of a body that the gradient can be taken by.
@@ -166,6 +170,10 @@ fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<Cow<'static, 
         }
         if stiffness(material).is_some() && has_own_viscosity {
             keys.push("elastic.stiffness");
+        }
+        if let Some(axes) = spec.elastic_axes.as_ref().filter(|_| has_linear_elements(body)) {
+            keys.push(FIRST_AXIS);
+            keys.extend(axes.second.is_some().then_some(SECOND_AXIS));
         }
         if has_shape(scene, spec, material, body) && !is_at_rest_elsewhere(scene, spec) {
             keys.push("rest");
@@ -474,6 +482,13 @@ impl Places<'_> {
             "elastic.young" | "elastic.young_per_element" => vec![(1.0 / young(material)?, material.clone())],
             "elastic.poisson" | "elastic.poisson_per_element" => by_poisson(material, dimension)?.to_vec(),
             "rest" => return Some(self.rest_shape(spec, material, body)),
+            FIRST_AXIS | SECOND_AXIS => {
+                let (first, second) = self.axis_directions(spec, body)?;
+                let by_second = key == SECOND_AXIS;
+                let directions = AxisDirections { first: &first, second: second.as_deref(), by_second };
+                let factors = spec.elastic_factor.as_ref().map(|factor| self.each(factor, body));
+                return Some(elements.axes(material, &factors.unwrap_or_default(), directions));
+            }
             "elastic.stiffness" => vec![(1.0 / stiffness(material)?, material.clone())],
             // Damping has parameters of its own.
             _ => vec![],

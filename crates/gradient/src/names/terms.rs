@@ -4,13 +4,16 @@ use pliant::dissipation::{AtRest, DissipativeTerm, MassProportional, Viscosity};
 use pliant::element::CellBlock;
 use pliant::energy::EnergyTerm;
 use pliant::energy::measure::StencilConstants;
-use pliant::material::{MaterialSpec, Plane};
+use pliant::material::{MaterialSpec, Plane, material_axes};
 use pliant::topology::BodyTopology;
 use pliant_scene::{Body, DampingSpec, OneOrMany};
 use pliant_terms::{ElementSet, ViscousSet};
 
 use super::materials::{isotropic, rates_by_poisson, young};
 use super::{Places, has_linear_elements};
+
+/// Directions of first axes, and of second ones.
+type AxisVectors = (Vec<[f64; 3]>, Option<Vec<[f64; 3]>>);
 
 impl Places<'_> {
     /// Dissipation that makes the derivative of a body's by a number.
@@ -118,6 +121,11 @@ impl Places<'_> {
         let rest = self.numbering.to_internal(&self.topology.rest_positions, d);
         let cells = self.cells(body);
         let factors = spec.elastic_factor.as_ref().map(|factor| self.each(factor, body));
+        let axes = self.axis_directions(spec, body).map(|(first, second)| {
+            let second = |element: usize| second.as_ref().map(|second| &second[element]);
+            let each = first.iter().enumerate();
+            each.map(|(element, first)| material_axes(first, second(element))).collect::<Vec<_>>()
+        });
         let elements = ElementSet {
             body: &body.name,
             dimension: d,
@@ -125,6 +133,7 @@ impl Places<'_> {
             rest: &rest,
             stress: Default::default(),
             factors: factors.as_deref(),
+            axes: axes.as_deref(),
         };
         match body.blocks.first() {
             Some(CellBlock { kind, .. }) => pliant_terms::change_of_cells(material, about, kind, &elements),
@@ -133,6 +142,26 @@ impl Places<'_> {
             }
             None => pliant_terms::quadratic(material, &elements),
         }
+    }
+
+    /// Directions of the axes of the material in each element as they are given, where the scene gives them:
+    /// of the first, and of the second where there are any.
+    pub(super) fn axis_directions(&self, spec: &Body, body: &BodyTopology) -> Option<AxisVectors> {
+        let axes = spec.elastic_axes.as_ref()?;
+        let d = self.topology.dimension;
+        let centre = |corners: &[u32]| {
+            let mut centre = [0.0; 3];
+            for corner in corners {
+                let point = &self.topology.rest_positions[*corner as usize * d..][..d];
+                centre.iter_mut().zip(point).for_each(|(c, x)| *c += x / corners.len() as f64);
+            }
+            centre
+        };
+        let centres: Vec<[f64; 3]> = match d {
+            2 => body.triangles.iter().map(|cell| centre(cell)).collect(),
+            _ => body.tetrahedra.iter().map(|cell| centre(cell)).collect(),
+        };
+        Some((axes.first.vectors(&centres), axes.second.as_ref().map(|second| second.vectors(&centres))))
     }
 
     /// One number for each element.

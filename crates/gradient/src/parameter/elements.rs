@@ -43,9 +43,9 @@ impl<const D: usize> MaterialVisitor<D> for Maker {
     }
 }
 
-/// ModulusElements at rest.
+/// Linear elements at rest.
 #[derive(Clone)]
-struct ModulusElements<const D: usize, const N: usize> {
+pub(super) struct ModulusElements<const D: usize, const N: usize> {
     /// Vertices, by their numbers in the simulation.
     vertices: Vec<[u32; N]>,
     /// `D_m^-1` and `w`.
@@ -53,32 +53,33 @@ struct ModulusElements<const D: usize, const N: usize> {
 }
 
 impl<const D: usize, const N: usize> ModulusElements<D, N> {
-    fn new(cells: &[u32], rest: &[f64]) -> Self {
+    pub(super) fn new(cells: &[u32], rest: &[f64]) -> Self {
         let vertices = cells.as_chunks::<N>().0.to_vec();
         let rest = vertices.iter().map(|element| simplex_rest(&points_of(rest, element))).collect();
         ModulusElements { vertices, rest }
     }
 
     /// `F` of the positions and `G` of the direction of element `i`.
-    fn deformation(&self, i: usize, (x, p): (&[f64], &[f64])) -> [Mat<f64, D>; 2] {
+    pub(super) fn deformation(&self, i: usize, (x, p): (&[f64], &[f64])) -> [Mat<f64, D>; 2] {
         let (inverse, _) = &self.rest[i];
         [x, p].map(|rows| edges(&points_of::<D, N>(rows, &self.vertices[i])).mul(inverse))
     }
-}
 
-/// Adds `w T D_m^-T` at the vertices of an element: what `w T : G` is the product of with the direction that
-/// `G` is made of.
-fn add_at<const D: usize, const N: usize>(
-    element: &[u32; N],
-    (inverse, volume): &(Mat<f64, D>, f64),
-    stress: &Mat<f64, D>,
-    rows: &mut [f64],
-) {
-    let by_edges = stress.mul_transpose(inverse).scale(*volume);
-    for (a, vertex) in element[1..].iter().enumerate() {
-        for (end, sign) in [(*vertex, 1.0), (element[0], -1.0)] {
-            let row = &mut rows[end as usize * D..][..D];
-            (0..D).for_each(|k| row[k] += sign * by_edges[k][a]);
+    /// Volume of element `i` at rest.
+    pub(super) fn volume(&self, i: usize) -> f64 {
+        self.rest[i].1
+    }
+
+    /// Adds `w T D_m^-T` at the vertices of element `i`: what `w T : G` is the product of with the direction
+    /// that `G` is made of.
+    pub(super) fn add_at(&self, i: usize, stress: &Mat<f64, D>, rows: &mut [f64]) {
+        let (element, (inverse, volume)) = (&self.vertices[i], &self.rest[i]);
+        let by_edges = stress.mul_transpose(inverse).scale(*volume);
+        for (a, vertex) in element[1..].iter().enumerate() {
+            for (end, sign) in [(*vertex, 1.0), (element[0], -1.0)] {
+                let row = &mut rows[end as usize * D..][..D];
+                (0..D).for_each(|k| row[k] += sign * by_edges[k][a]);
+            }
         }
     }
 }
@@ -121,7 +122,7 @@ impl<const D: usize, const N: usize> Parameter for ElementModuli<D, N> {
             let [f, _] = self.elements.deformation(i, (of.x, of.x));
             let mut stress = Mat::zero();
             self.parts.iter().for_each(|(factor, psi)| stress += psi.stress(&f).scale(-factor * change));
-            add_at(&self.elements.vertices[i], &self.elements.rest[i], &stress, force);
+            self.elements.add_at(i, &stress, force);
         }
         true
     }

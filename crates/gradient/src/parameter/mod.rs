@@ -1,5 +1,6 @@
 //! Parameters of the forces: derivatives of forces by them, one type for each kind.
 
+mod axes;
 mod contact;
 mod each_step;
 mod elements;
@@ -15,6 +16,7 @@ mod spring;
 mod together;
 mod weighted;
 
+pub use axes::AxisDirections;
 pub use contact::{ContactStiffness, FrictionCoefficient};
 pub use each_step::{HeldPlaces, StepForces};
 pub use elements::LinearElements;

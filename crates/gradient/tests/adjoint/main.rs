@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a panic is what a test fails by")]
 
 mod adaptive;
+mod axes;
 mod by_parameters;
 mod cells;
 mod chain;

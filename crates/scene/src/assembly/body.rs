@@ -6,8 +6,9 @@ use super::bending::BendingPlan;
 use super::loads::{self, LoadPlan};
 use super::muscles::{self, MusclePlan};
 use super::pins::{self, PinPlan};
-use super::{initial, mass};
+use super::{axes, initial, mass};
 use crate::{Body, KeyPath, ObstacleShape, OneOrMany, Problem};
+use pliant::algebra::Mat;
 use pliant::element::{CellBlock, CellVisitor, Isoparametric};
 use pliant::numbering::{Numbering, is_local};
 use pliant::system::System;
@@ -27,6 +28,9 @@ pub(super) struct BodyAssembly {
     pub(super) elastic: bool,
     /// Factor of the energy density of every element; empty where the scene names none.
     pub(super) factors: Vec<f64>,
+    /// Rotation from the axes of the material to those of space of every element; empty where the scene names
+    /// none.
+    pub(super) axes: Vec<Mat<f64, 3>>,
     /// True if it stands for an obstacle.
     pub(super) is_obstacle: bool,
     /// How thick it is, if it is a membrane [m].
@@ -92,6 +96,7 @@ impl BodyAssembly {
             problems.extend(one("nodal_integration", message));
         }
         let factors = factors(spec, &mesh, path, &mut problems);
+        let axes = axes::axes(spec, &mesh, path, &mut problems);
         let springs = if spec.springs.is_some() { mesh.spring_edges() } else { vec![] };
         if spec.springs.is_some() && springs.is_empty() {
             problems.extend(one("springs", "the mesh has no edges for springs".into()));
@@ -129,6 +134,7 @@ impl BodyAssembly {
             has_skin: matches!(&spec.mesh, MeshSpec::Surface(surface) if surface.skin),
             elastic: spec.elastic.is_some(),
             factors,
+            axes,
             is_obstacle: spec.obstacle.is_some(),
             thickness,
             springs,

@@ -4,6 +4,7 @@
 //! terms.
 
 mod attachments;
+mod axes;
 mod bending;
 mod body;
 mod contact;

@@ -26,37 +26,29 @@ pub(super) fn placed(
     for (i, muscle) in spec.muscle.iter().enumerate() {
         let path = path.key("muscle").index(i).key("fibre");
         let tension = muscle.tension.clone();
-        let found = directions(&muscle.fibre, mesh, &path, problems);
+        let found = directions((&muscle.fibre, "fibres"), mesh, &path, problems);
         placed.extend(found.map(|directions| MusclePlan { directions, tension }));
     }
     placed
 }
 
-/// Unit vector along the fibres of each element of `mesh`; `None` with a problem where one has none.
-fn directions(
-    fibre: &FibreSpec,
+/// Unit vector along the fibres of each element of `mesh`, or along what else has directions; `None` with a
+/// problem where one has none.
+pub(super) fn directions(
+    (fibre, what): (&FibreSpec, &str),
     mesh: &Mesh,
     path: &KeyPath,
     problems: &mut Vec<Problem>,
 ) -> Option<Vec<[f64; 3]>> {
     let centres = centres(mesh);
-    let (path, vectors): (KeyPath, Vec<[f64; 3]>) = match fibre {
-        FibreSpec::Direction(formulas) => {
-            let at = |centre: &[f64; 3]| components(formulas, |formula| formula.value(*centre, 0.0));
-            (path.key("direction"), centres.iter().map(at).collect())
-        }
-        FibreSpec::PerElement(rows) => {
-            let path = path.key("per_element");
-            if rows.len() != centres.len() {
-                let counts = (rows.len(), centres.len());
-                let message =
-                    format!("the list has {} directions, the body has {} elements", counts.0, counts.1);
-                problems.push(Problem::semantic(path, message));
-                return None;
-            }
-            (path, rows.iter().map(|row| components(row, |number| *number)).collect())
-        }
-    };
+    let (key, vectors) = (fibre.key(), fibre.vectors(&centres));
+    let path = path.key(key);
+    if vectors.len() != centres.len() {
+        let counts = (vectors.len(), centres.len());
+        let message = format!("the list has {} directions, the body has {} elements", counts.0, counts.1);
+        problems.push(Problem::semantic(path, message));
+        return None;
+    }
     // Lengths by the largest component: squares of small numbers are zero.
     let scaled = |v: &[f64; 3]| {
         let largest = v.iter().fold(0.0, |largest: f64, c| largest.max(c.abs()));
@@ -69,7 +61,7 @@ fn directions(
     if let Some(element) = units.iter().position(is_none) {
         let d = mesh.dimension;
         let message = format!(
-            "fibres of element {element}, whose centre is at {:?} m at rest, have the direction {:?}",
+            "{what} of element {element}, whose centre is at {:?} m at rest, have the direction {:?}",
             &centres[element][..d],
             &vectors[element][..d],
         );
@@ -80,15 +72,8 @@ fn directions(
     Some(units)
 }
 
-/// A vector of two or three components.
-fn components<T>(given: &[T], value: impl Fn(&T) -> f64) -> [f64; 3] {
-    let mut vector = [0.0; 3];
-    vector.iter_mut().zip(given).for_each(|(component, given)| *component = value(given));
-    vector
-}
-
 /// Mean of the corners of each element [m].
-fn centres(mesh: &Mesh) -> Vec<[f64; 3]> {
+pub(super) fn centres(mesh: &Mesh) -> Vec<[f64; 3]> {
     let centre = |corners: &[u32]| {
         let mut centre = [0.0; 3];
         for corner in corners {

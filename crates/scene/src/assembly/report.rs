@@ -301,6 +301,9 @@ fn uses(
         held.release(fixed.then(|| simulation.step_size()))
     });
     say(!released.is_empty(), released.join("; "), "release: no pin lets go");
+    for body in bodies.iter().filter(|body| !body.axes.is_empty()) {
+        say(true, format!("axes of the material of `{}` in {} elements", body.name, body.axes.len()), "");
+    }
     let muscles: Vec<String> = bodies.iter().flat_map(BodyAssembly::described_muscles).collect();
     say(!muscles.is_empty(), muscles.join("; "), "muscles: no body contracts by itself");
     let loads: Vec<String> =

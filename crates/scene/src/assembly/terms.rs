@@ -49,7 +49,9 @@ impl BodyAssembly {
         let stress = spec.stress.unwrap_or_default();
         let factors = Some(&self.factors[..]).filter(|factors| !factors.is_empty());
         let cells = self.element_vertices::<D, N>(numbering);
-        let elements = ElementSet { body: &self.name, dimension: D, cells: &cells, rest, stress, factors };
+        let axes = Some(&self.axes[..]).filter(|axes| !axes.is_empty());
+        let body = &self.name;
+        let elements = ElementSet { body, dimension: D, cells: &cells, rest, stress, factors, axes };
         if let Some(nodal) = &spec.nodal_integration {
             let terms = pliant_terms::nodal(material, &elements, nodal.stabilisation_or_default());
             return terms.into_iter().flatten().collect();

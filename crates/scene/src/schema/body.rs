@@ -6,8 +6,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    BendingSpec, BodyContactSpec, BodyMesh, DampingSpec, Load, MembraneSpec, MeshSpec, MuscleSpec,
-    NodalIntegrationSpec, ObstacleShape, OneOrMany, Pin, RepeatSpec, TransformSpec,
+    BendingSpec, BodyContactSpec, BodyMesh, DampingSpec, Load, MaterialAxesSpec, MembraneSpec, MeshSpec,
+    MuscleSpec, NodalIntegrationSpec, ObstacleShape, OneOrMany, Pin, RepeatSpec, TransformSpec,
 };
 use pliant::energy::spring::{SpringFormula, SpringFormulaError};
 use pliant::material::{MaterialSpec, Preset, Stress};
@@ -40,6 +40,10 @@ pub struct Body {
     #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<OneOrManyOf<Number>>>")]
     #[schemars(extend("exclusiveMinimum" = 0.0, "items" = { "exclusiveMinimum": 0.0 }))]
     pub elastic_factor: Option<OneOrMany>,
+    /// Axes of `elastic` in each element, by which its fibres and its components `C11`, `E12` go; those of
+    /// the scene without it. For materials with directions, in triangles and tetrahedra.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub elastic_axes: Option<MaterialAxesSpec>,
     /// Makes a sheet in 3D of finite elements: how thick it is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub membrane: Option<MembraneSpec>,
@@ -247,6 +251,7 @@ impl Body {
             repeat: None,
             elastic: None,
             elastic_factor: None,
+            elastic_axes: None,
             membrane: None,
             order: None,
             nodal_integration: None,

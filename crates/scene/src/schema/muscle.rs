@@ -27,7 +27,8 @@ impl MuscleSpec {
     }
 }
 
-/// Direction of fibres at rest, one for each element of `elastic`, after `transform` and `repeat`.
+/// Direction of fibres, or of an axis of a material, at rest, one for each element of `elastic`, after
+/// `transform` and `repeat`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 #[serde(rename = "Fibre")]
@@ -42,4 +43,32 @@ pub enum FibreSpec {
     ),
     /// A vector of any length but zero for each element, in the order of the mesh.
     PerElement(#[serde(with = "As::<Vec<Vec<Number>>>")] Vec<Vec<f64>>),
+}
+
+impl FibreSpec {
+    /// Its key in a scene.
+    pub fn key(&self) -> &'static str {
+        match self {
+            FibreSpec::Direction(_) => "direction",
+            FibreSpec::PerElement(_) => "per_element",
+        }
+    }
+
+    /// Directions as given, third component 0 in 2D, of elements whose corners have these means at rest [m].
+    pub fn vectors(&self, centres: &[[f64; 3]]) -> Vec<[f64; 3]> {
+        match self {
+            FibreSpec::Direction(formulas) => {
+                let at = |centre: &[f64; 3]| components(formulas, |formula| formula.value(*centre, 0.0));
+                centres.iter().map(at).collect()
+            }
+            FibreSpec::PerElement(rows) => rows.iter().map(|row| components(row, |number| *number)).collect(),
+        }
+    }
+}
+
+/// A vector of two or three components.
+fn components<T>(given: &[T], value: impl Fn(&T) -> f64) -> [f64; 3] {
+    let mut vector = [0.0; 3];
+    vector.iter_mut().zip(given).for_each(|(component, given)| *component = value(given));
+    vector
 }

@@ -448,6 +448,45 @@ fn loads() {
 }
 
 #[test]
+fn axes_of_materials() {
+    let fibres = "holzapfel-gasser-ogden = { shear = 1e4, bulk = 1e5, k1 = 1e4, k2 = 1, fibres = [[1, 0]] }";
+    let case = |material: &str, axes: &str, underlined: &str, expected: &str| {
+        let text = changed(PIN, &format!("[]\nelastic = {{ {material} }}\nelastic_axes = {{ {axes} }}"));
+        let error = error(&text);
+        let [problem] = error.problems() else { panic!("{axes}: {error}") };
+        assert_eq!(format!("{}: {}", problem.path, problem.message), expected, "{axes}");
+        assert_eq!(&text[problem.span.clone().unwrap()], underlined, "{axes}");
+    };
+    let along = "first = { direction = [1, 0] }";
+    case(
+        "corotated = { young = 1e5, poisson = 0.3 }",
+        along,
+        "elastic_axes",
+        "body.0.elastic_axes: `elastic_axes` has no effect on a material without directions, and none is known \
+         on one of `F11 ..`",
+    );
+    case(
+        "expression = { psi = '3e4*(F11 - 1)^2 + 3e4*(I1 - 3) - 6e4*log(J)' }",
+        along,
+        "elastic_axes",
+        "body.0.elastic_axes: `elastic_axes` has no effect on a material without directions, and none is known \
+         on one of `F11 ..`",
+    );
+    case(
+        fibres,
+        "first = { per_element = [[1, 0], [0, 0]] }",
+        "[0, 0]",
+        "body.0.elastic_axes.first.per_element.1: `per_element` is zero: it needs a direction",
+    );
+    case(
+        fibres,
+        &format!("{along}, second = {{ direction = [0, 1] }}"),
+        "second",
+        "body.0.elastic_axes.second: in two dimensions the second axis is across the first",
+    );
+}
+
+#[test]
 fn muscles() {
     let case = |muscle: &str, underlined: &str, expected: &str| {
         let elastic = "elastic = { corotated = { young = 1e5, poisson = 0.3 } }";
@@ -471,7 +510,7 @@ fn muscles() {
     case(
         "fibre = { direction = ['X', 't'] }, tension = 1",
         "'t'",
-        "body.0.muscle.0.fibre.direction.1: this changes with time, and the fibres are those of the body at rest",
+        "body.0.muscle.0.fibre.direction.1: this changes with time, and the direction is one of the body at rest",
     );
     case(
         "fibre = { per_element = [[1, 0], [0, 0]] }, tension = 1",

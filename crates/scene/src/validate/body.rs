@@ -69,6 +69,9 @@ pub(super) fn body(check: &mut Checker, path: &KeyPath, body: &Body, attracted: 
     if let Some(factor) = &body.elastic_factor {
         elastic_factor(check, &path.key("elastic_factor"), factor, body);
     }
+    if let Some(axes) = &body.elastic_axes {
+        muscles::axes(check, &path.key("elastic_axes"), axes, body, duration);
+    }
     muscles::muscles(check, &path.key("muscle"), body, duration);
     if body.stress.is_some() && body.elastic.is_none() {
         let problem =

@@ -4,7 +4,8 @@ use super::check::Checker;
 use super::pins::{formula, formulas};
 use crate::error::Problem;
 use crate::key_path::KeyPath;
-use crate::schema::{Body, FibreSpec, OverTime};
+use crate::schema::{Body, FibreSpec, MaterialAxesSpec, OverTime};
+use pliant::material::MaterialSpec;
 
 pub(super) fn muscles(check: &mut Checker, path: &KeyPath, body: &Body, duration: f64) {
     if !body.muscle.is_empty() {
@@ -33,6 +34,34 @@ fn of_solid(check: &mut Checker, path: &KeyPath, body: &Body) {
     }
 }
 
+/// Checks the axes of a material, but for the number of elements, which the assembly knows.
+pub(super) fn axes(check: &mut Checker, path: &KeyPath, axes: &MaterialAxesSpec, body: &Body, duration: f64) {
+    let has_axes = body.elastic.as_ref().is_none_or(MaterialSpec::has_axes);
+    let refused = [
+        (
+            body.elastic.is_none(),
+            "is one of finite elements, and this body has no `elastic`",
+            "add `elastic`",
+        ),
+        (
+            !has_axes,
+            "has no effect on a material without directions, and none is known on one of `F11 ..`",
+            "remove it, or take `holzapfel-gasser-ogden`, or a formula of `I4`, `C11 ..` or `E11 ..`",
+        ),
+    ];
+    for (_, message, help) in refused.into_iter().filter(|(is_refused, ..)| *is_refused) {
+        let problem = Problem::semantic(path.clone(), format!("`elastic_axes` {message}")).at_key();
+        check.report(problem.with_help(help));
+    }
+    fibre(check, &path.key("first"), &axes.first, duration);
+    let Some(second) = &axes.second else { return };
+    fibre(check, &path.key("second"), second, duration);
+    if check.dimension == Some(2) {
+        let message = "in two dimensions the second axis is across the first";
+        check.report(Problem::semantic(path.key("second"), message).at_key().with_help("remove it"));
+    }
+}
+
 /// Checks a direction of fibres, but for the number of elements, which the assembly knows.
 fn fibre(check: &mut Checker, path: &KeyPath, fibre: &FibreSpec, duration: f64) {
     match fibre {
@@ -47,7 +76,7 @@ fn fibre(check: &mut Checker, path: &KeyPath, fibre: &FibreSpec, duration: f64) 
                 formulas(check, &path, direction, "", duration);
             }
             if let Some(changing) = direction.iter().position(OverTime::depends_on_time) {
-                let message = "this changes with time, and the fibres are those of the body at rest";
+                let message = "this changes with time, and the direction is one of the body at rest";
                 let problem = Problem::semantic(path.index(changing), message);
                 check.report(problem.with_help("give a formula of `X`, `Y` and `Z`"));
             }

@@ -1,6 +1,7 @@
 //! Hyperelastic elements: the energy `sum_e sum_q w_q Psi(F_q)` over the quadrature points of each, one for
 //! linear ones.
 
+mod axes;
 mod block;
 mod collapse;
 mod factors;
@@ -64,6 +65,9 @@ pub struct Elastic<const D: usize, const N: usize> {
     /// Factor of the energy density of each element, in the order of the mesh; empty where all are 1. It is
     /// in the weights of `rest` already.
     factors: Vec<f64>,
+    /// Rotation from the axes of the material to those of space of each element, likewise; empty where they
+    /// are the same. It is in the inverses of `rest` already.
+    axes: Vec<Mat<f64, 3>>,
     /// True if pressures are worth a prediction.
     nearly_incompressible: bool,
 }
@@ -127,6 +131,7 @@ impl<const D: usize, const N: usize> Elastic<D, N> {
             rest: packs,
             nodes: None,
             factors: vec![],
+            axes: vec![],
         }
     }
 
@@ -151,7 +156,7 @@ impl<const D: usize, const N: usize> Elastic<D, N> {
     /// Deformation and stress of an element with this deformation gradient.
     fn state(&self, f: &Mat<f64, D>, element: usize, vertices: &[u32; N], x: &[f64]) -> ElementState {
         match &self.nodes {
-            None => self.with_its_factor(element, self.material.state(f)),
+            None => self.in_space(element, self.with_its_factor(element, self.material.state(f))),
             Some(nodes) => nodes.state(f, vertices, x),
         }
     }
@@ -344,7 +349,7 @@ impl<const D: usize, const N: usize> EnergyTerm for Elastic<D, N> {
     }
 
     fn bytes(&self) -> usize {
-        self.patches.bytes() + size_of_val(&self.rest[..]) + 8 * self.factors.len() + self.workspace.bytes()
+        self.patches.bytes() + size_of_val(&self.rest[..]) + self.bytes_by_element() + self.workspace.bytes()
     }
 }
 
@@ -415,7 +420,7 @@ impl<const D: usize, const N: usize> ElementTerm for Elastic<D, N> {
             dx += at_point.scale(weight);
             j += inverse.inverse().scale(weight);
         }
-        Some(self.with_its_factor(element, self.material.state(&dx.mul(&j.inverse()))))
+        Some(self.state(&dx.mul(&j.inverse()), element, &vertices, x))
     }
 }
 

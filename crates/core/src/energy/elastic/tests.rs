@@ -4,7 +4,9 @@ use super::*;
 use crate::algebra::tests::sample::Random;
 use crate::element::{QuadraturePoint, least_jacobian, quadrature_points};
 use crate::energy::EnergyTerm;
-use crate::material::{Isotropic, Model, NeoHookean, Parameters, Psd};
+use crate::material::{
+    DispersedFibres, HolzapfelGasserOgden, Isotropic, Model, NeoHookean, Parameters, Psd, material_axes,
+};
 
 /// A grid of curved elements: nodes in the middle of edges off their edge. Rest positions, flat, and the
 /// elements.
@@ -238,4 +240,47 @@ fn collapse<const D: usize, const N: usize>(cells: [usize; D]) {
 fn steps_end_before_the_first_element_without_volume() {
     collapse::<2, 3>([5, 3]);
     collapse::<3, 4>([3, 2, 2]);
+}
+
+/// Fibres along the axes of the material, which elements turn, and the same fibres by their directions in
+/// space: energies, forces, products and states.
+fn turned_axes_turn_fibres<const D: usize, const N: usize>(cells: [usize; D]) {
+    let (rest, elements) = curved::<D, N>(cells);
+    let axes = match D {
+        2 => material_axes(&[-0.6, 0.7, 0.0], None),
+        _ => material_axes(&[-0.6, 0.7, 0.4], Some(&[0.2, 0.5, 1.0])),
+    };
+    let families = [[0.8, 0.6, 0.0], [0.8, -0.6, 0.0]];
+    let of = |families: [[f64; 3]; 2]| {
+        let fibres = families.map(|fibre| fibre.to_vec()).to_vec();
+        let material = HolzapfelGasserOgden::new(&DispersedFibres { fibres, ..DispersedFibres::example() });
+        Elastic::<D, N>::quadratic("body", material, Stress::Analytic, &elements, &rest)
+    };
+    let mut turned = of(families).with_axes(&vec![axes; elements.len()]);
+    let mut plain = of(families.map(|fibre| axes.mul_vec(&fibre)));
+    let (x, p) = (deformed::<D>(&rest), rest.iter().map(|x| (50.0 * x).sin()).collect::<Vec<_>>());
+    let rows = |term: &mut Elastic<D, N>| {
+        let (mut gradient, mut product) = (vec![0.0; x.len()], vec![0.0; x.len()]);
+        term.add_gradient(&x, &mut gradient);
+        term.add_hessian_product(&x, &p, &mut product);
+        let mut states = vec![];
+        term.each_state(&x, &mut |_, state: ElementState| {
+            states.extend(state.deformation_gradient.0.as_flattened().iter().copied());
+            states.extend(state.first_piola.0.as_flattened().iter().map(|p| 1e-6 * p));
+        });
+        let within = term.state_at(&x, 1, &[0.5, 0.2, 0.2, 0.1]).unwrap();
+        states.extend(within.first_piola.0.as_flattened().iter().map(|p| 1e-6 * p));
+        [vec![term.energy(&x)], gradient, product, states]
+    };
+    for (found, expected) in rows(&mut turned).iter().zip(rows(&mut plain)) {
+        let largest = expected.iter().fold(0.0, |largest: f64, e| largest.max(e.abs()));
+        let off = found.iter().zip(&expected).fold(0.0, |off: f64, (a, b)| off.max((a - b).abs()));
+        assert!(largest > 0.0 && off < 1e-12 * largest, "{off:e} of {largest:e}");
+    }
+}
+
+#[test]
+fn fibres_turn_with_the_axes_of_the_material() {
+    turned_axes_turn_fibres::<2, 6>([3, 2]);
+    turned_axes_turn_fibres::<3, 10>([2, 1, 1]);
 }

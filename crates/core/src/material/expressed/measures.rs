@@ -45,6 +45,8 @@ pub(super) struct Compiled {
     pub(super) has_second: bool,
     /// True if it is not linear in the first two invariants.
     pub(super) bends: bool,
+    /// True if a component of `F` itself is in it.
+    pub(super) has_gradient: bool,
     pub(super) domain: Domain,
 }
 
@@ -114,7 +116,8 @@ impl Compiled {
             bends = is_bent;
             Measures::Invariants(programs)
         };
-        Ok(Compiled { measures, has_second: formula.has(1), bends, domain: Domain::Everywhere })
+        let has_gradient = has(GRADIENT..CAUCHY_GREEN).is_some();
+        Ok(Compiled { measures, has_second: formula.has(1), bends, has_gradient, domain: Domain::Everywhere })
     }
 }
 

@@ -267,6 +267,10 @@ impl Parameters for EnergyExpression {
         self.is_isotropic()
     }
 
+    fn has_axes(&self) -> bool {
+        self.compiled.as_ref().is_ok_and(|compiled| !compiled.is_isotropic() && !compiled.has_gradient)
+    }
+
     /// The energy of [`StableNeoHookean`](super::super::StableNeoHookean).
     fn example() -> Self {
         let Lame { lambda, mu } = Lame::new(1e6, 0.3);

@@ -1,0 +1,42 @@
+//! Axes of the material in each element.
+
+use super::Elastic;
+use crate::algebra::Mat;
+use crate::element::{ElementState, quadrature_count};
+
+impl<const D: usize, const N: usize> Elastic<D, N> {
+    /// The same elements, the material of each turned by the rotation `R` from its axes to those of space, in
+    /// the order of the mesh: energy densities are `psi(F R)`, stresses `P(F R) R^T`. See
+    /// [`material_axes`](crate::material::material_axes). In the plane rotations are about its normal.
+    ///
+    /// # Panics
+    /// If there is not one rotation for each element.
+    #[must_use]
+    pub fn with_axes(mut self, axes: &[Mat<f64, 3>]) -> Self {
+        let points = quadrature_count::<D, N>();
+        let places: Vec<(usize, usize, usize)> =
+            self.elements().map(|(element, _, pack, lane)| (element, pack, lane)).collect();
+        assert_eq!(places.len(), axes.len(), "one rotation for each element");
+        for (element, pack, lane) in places {
+            let mut rotation = Mat::zero();
+            (0..D).for_each(|i| rotation[i].copy_from_slice(&axes[element][i][..D]));
+            for point in &mut self.rest[pack * points..(pack + 1) * points] {
+                point.turn(lane, &rotation);
+            }
+        }
+        self.axes = axes.to_vec();
+        self
+    }
+
+    /// The state in the axes of space, of an element whose state in those of its material is given.
+    pub(super) fn in_space(&self, element: usize, state: ElementState) -> ElementState {
+        match self.axes.get(element) {
+            None => state,
+            Some(axes) => ElementState {
+                deformation_gradient: state.deformation_gradient.mul_transpose(axes),
+                first_piola: state.first_piola.mul_transpose(axes),
+                ..state
+            },
+        }
+    }
+}

@@ -1,0 +1,121 @@
+//! Axes of the material in linear elements.
+//!
+//! Of an element of rest volume `w` whose material is turned by the rotation `R`, with `F` of the positions
+//! and `G` of `p`, `p . dE/dx = w P(F R) : G R`. Where `R` changes by `dR`, so does that by `w K : dR`, `K =
+//! F^T (dP/dF : G R) + G^T P(F R)`.
+
+use pliant::algebra::{Dual, Mat};
+use pliant::material::{MaterialSpec, material_axes};
+
+use super::elements::{ElementEnergy, LinearElements, Maker, ModulusElements};
+use super::{ForceUse, Parameter};
+
+/// Directions of the axes of a material in each element, third components 0 in 2D, as
+/// [`material_axes`] has them.
+#[derive(Clone, Copy, Debug)]
+pub struct AxisDirections<'a> {
+    /// Along the first axis, one for each element.
+    pub first: &'a [[f64; 3]],
+    /// In the plane of the first two, where there is one for each element.
+    pub second: Option<&'a [[f64; 3]]>,
+    /// True for derivatives by the second ones.
+    pub by_second: bool,
+}
+
+impl AxisDirections<'_> {
+    /// The rotation of element `i` and its derivative by component `c` of the direction.
+    fn axes(&self, i: usize, c: usize) -> (Mat<f64, 3>, Mat<f64, 3>) {
+        let moved = |direction: &[f64; 3], is_by: bool| {
+            let mut dual = direction.map(Dual::constant);
+            dual[c].derivative = if is_by { 1.0 } else { 0.0 };
+            dual
+        };
+        let first = moved(&self.first[i], !self.by_second);
+        let second = self.second.map(|second| moved(&second[i], self.by_second));
+        Dual::parts(&material_axes(&first, second.as_ref()))
+    }
+}
+
+/// Components of a direction in each element.
+struct ElementAxes<const D: usize, const N: usize> {
+    elements: ModulusElements<D, N>,
+    energy: Box<dyn ElementEnergy<D>>,
+    /// Factor of the energy density of each element.
+    factors: Vec<f64>,
+    /// Rotation of each element, and its derivatives by the components of the direction.
+    axes: Vec<(Mat<f64, D>, [Mat<f64, D>; D])>,
+}
+
+impl<const D: usize, const N: usize> Parameter for ElementAxes<D, N> {
+    fn len(&self) -> usize {
+        D * self.axes.len()
+    }
+
+    fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
+        for (i, (change, (axes, by))) in change.as_chunks::<D>().0.iter().zip(&self.axes).enumerate() {
+            let [f, _] = self.elements.deformation(i, (of.x, of.x));
+            let turn =
+                by.iter().zip(change).fold(Mat::zero(), |turn, (by, change)| by.scale_add(*change, &turn));
+            let turned = f.mul(axes);
+            let along = self.energy.stress_along(&turned, &f.mul(&turn)).mul_transpose(axes);
+            let stress = along + self.energy.stress(&turned).mul_transpose(&turn);
+            self.elements.add_at(i, &stress.scale(-self.factors[i]), force);
+        }
+        true
+    }
+
+    fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
+        let each = derivative.as_chunks_mut::<D>().0.iter_mut().zip(&self.axes);
+        for (i, (derivative, (axes, by))) in each.enumerate() {
+            let [f, g] = self.elements.deformation(i, (of.x, of.p));
+            let (turned, along) = (f.mul(axes), g.mul(axes));
+            let by_axes = f.transpose_mul(&self.energy.stress_along(&turned, &along))
+                + g.transpose_mul(&self.energy.stress(&turned));
+            let weight = self.elements.volume(i) * self.factors[i];
+            derivative.iter_mut().zip(by).for_each(|(d, by)| *d -= weight * by_axes.dot(by));
+        }
+    }
+}
+
+impl LinearElements<'_> {
+    /// Components of the directions that the axes of `material` have in each element, flat `(elements,
+    /// dimension)`; energy densities are times `factors`, which are 1 where they are empty.
+    pub fn axes(
+        &self,
+        material: &MaterialSpec,
+        factors: &[f64],
+        directions: AxisDirections<'_>,
+    ) -> Box<dyn Parameter> {
+        match self.dimension {
+            2 => Box::new(self.axes_of::<2, 3>(material, factors, directions)),
+            _ => Box::new(self.axes_of::<3, 4>(material, factors, directions)),
+        }
+    }
+
+    fn axes_of<const D: usize, const N: usize>(
+        &self,
+        material: &MaterialSpec,
+        factors: &[f64],
+        directions: AxisDirections<'_>,
+    ) -> ElementAxes<D, N> {
+        let count = directions.first.len();
+        let of_element = |i: usize| {
+            let mut by = [Mat::zero(); D];
+            (0..D).for_each(|c| by[c] = in_dimension(&directions.axes(i, c).1));
+            (in_dimension(&directions.axes(i, 0).0), by)
+        };
+        ElementAxes {
+            elements: ModulusElements::new(self.cells, self.rest),
+            energy: material.visit::<D, _>(Maker),
+            factors: if factors.is_empty() { vec![1.0; count] } else { factors.to_vec() },
+            axes: (0..count).map(of_element).collect(),
+        }
+    }
+}
+
+/// A rotation in the plane, or the whole of it.
+fn in_dimension<const D: usize>(axes: &Mat<f64, 3>) -> Mat<f64, D> {
+    let mut part = Mat::zero();
+    (0..D).for_each(|i| part[i].copy_from_slice(&axes[i][..D]));
+    part
+}

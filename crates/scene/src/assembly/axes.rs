@@ -1,0 +1,50 @@
+//! From the axes of a material in a scene to a rotation of each element.
+
+use super::muscles::{centres, directions};
+use crate::{Body, KeyPath, Problem};
+use pliant::algebra::Mat;
+use pliant::material::material_axes;
+use pliant_mesh::Mesh;
+
+/// Rotations from the axes of the material to those of space of the elements of a body; empty where the scene
+/// names none, or has a problem.
+pub(super) fn axes(
+    spec: &Body,
+    mesh: &Mesh,
+    path: &KeyPath,
+    problems: &mut Vec<Problem>,
+) -> Vec<Mat<f64, 3>> {
+    let Some(axes) = &spec.elastic_axes else { return vec![] };
+    let path = path.key("elastic_axes");
+    if let Some(block) = mesh.block() {
+        let message =
+            format!("`elastic_axes` is for triangles and tetrahedra, and these are {}", block.kind.plural);
+        let help = "remove `element` of the mesh, with `order = 2` against locking";
+        problems.push(Problem::semantic(path, message).with_help(help));
+        return vec![];
+    }
+    let mut unit = |key: &str, spec| directions((spec, "axes"), mesh, &path.key(key), problems);
+    let first = unit("first", &axes.first);
+    let second = axes.second.as_ref().map(|second| unit("second", second));
+    let (Some(first), false) = (first, matches!(second, Some(None))) else { return vec![] };
+    let second = second.flatten();
+    if let Some(element) = second.as_ref().and_then(|second| first_parallel(&first, second)) {
+        let message = format!(
+            "axes of element {element}, whose centre is at {:?} m at rest: `second` is parallel to `first`",
+            centres(mesh)[element]
+        );
+        let help = "a direction in the plane of the first two axes, along neither";
+        problems.push(Problem::semantic(path.key("second"), message).with_help(help));
+        return vec![];
+    }
+    let of_element = |i: usize| material_axes(&first[i], second.as_ref().map(|second| &second[i]));
+    (0..first.len()).map(of_element).collect()
+}
+
+/// The first element whose unit vectors are parallel, to rounding.
+fn first_parallel(first: &[[f64; 3]], second: &[[f64; 3]]) -> Option<usize> {
+    let is_parallel = |(a, b): (&[f64; 3], &[f64; 3])| {
+        [(1, 2), (2, 0), (0, 1)].iter().all(|&(i, j)| (a[i] * b[j] - a[j] * b[i]).abs() < 1e-12)
+    };
+    first.iter().zip(second).position(is_parallel)
+}
