@@ -8,7 +8,7 @@ fn block((dimension, order): (usize, u32), fibres: &str, axes: &str) -> Scene {
     let (cells, size) = (&[3, 2, 1][..dimension], &[0.3, 0.2, 0.2][..dimension]);
     let start = match dimension {
         2 => "[[1.2, 0.1], [-0.1, 1.1]]",
-        _ => "[[1.2, 0.1, 0], [-0.1, 1.1, 0.1], [0.1, 0, 1.2]]",
+        _ => "[[1.2, 0.1, 0], [-0.1, 1.1, 0.1], [0.1, 0, 0.9]]",
     };
     let text = format!(
         "dimension = {dimension}
@@ -89,16 +89,8 @@ fn axes_that_no_element_can_have_are_mistakes() {
         "{parallel}"
     );
     let mut cells = of(2, "first = { direction = [1, 0] }");
-    cells.body[0].mesh = Scene::from_toml(
-        "dimension = 2\ntime = { integrator = \"velocity-verlet\", step = 1e-4, duration = 1.0 }\n[[body]]\n\
-         mesh = { grid = { cells = [1, 1], size = [1, 1], element = \"quadrilateral\" } }\n\
-         mass = { density = 1.0 }",
-    )
-    .unwrap()
-    .body[0]
-        .mesh
-        .clone();
-    cells.body[0].order = None;
+    let grid = r#"{ "grid": { "cells": [1, 1], "size": [1, 1], "element": "quadrilateral" } }"#;
+    (cells.body[0].mesh, cells.body[0].order) = (serde_json::from_str(grid).unwrap(), None);
     assert_eq!(
         problem(&cells),
         "body.0.elastic_axes: `elastic_axes` is for triangles and tetrahedra, and these are quadrilaterals"

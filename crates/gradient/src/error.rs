@@ -93,6 +93,15 @@ pub enum GradientError {
         /// Number of the step.
         step: u64,
     },
+    /// A parameter is a number of a term that the simulation does not have.
+    #[error(
+        "a parameter is a number of {name}, and the simulation has no such term: take the parameters of the \
+         scene that it was assembled from"
+    )]
+    Term {
+        /// Name of the term.
+        name: String,
+    },
     /// There is no such parameter, or it has no derivative.
     #[error("`{name}` {problem}; the gradient can be taken with respect to: {}", known.join(", "))]
     Parameter {

@@ -67,8 +67,8 @@ pub use parameter::{
     AttractingMasses, AxisDirections, BodyDensity, Concatenated, ContactStiffness, EtherDrag, ForceUse,
     FormulaNumber, FrictionCoefficient, Gravity, GravityNumber, HeldPlaces, HeldUse, LinearElements,
     LoadFactor, LoadValue, Masses, ModeUse, Modulus, MotionFactor, MotionNumber, Parameter, ParameterNeeds,
-    RestLengths, ShapedElements, SpringStiffness, StateUse, StepForces, TermFactor, Together, TunedSpring,
-    WeightDensity, Weighted,
+    RestLengths, ShapedElements, Softening, SpringStiffness, StateUse, StepForces, TermFactor, TieRestLength,
+    Together, TunedSpring, WeightDensity, Weighted,
 };
 pub use support::check;
 pub use tangent::{RunDirection, RunTangent, tangent, tangent_along};
@@ -177,6 +177,7 @@ fn gradient_over(
     budget: usize,
 ) -> Result<RunGradient, GradientError> {
     support::check(simulation)?;
+    parts::check_terms(simulation.system_mut(), parameters)?;
     let schedule = Schedule::of(simulation, length)?;
     parameters.iter_mut().for_each(|parameter| parameter.begin(schedule.steps));
     sweep::Sweep::new(simulation, loss, parameters, budget, &schedule).run()

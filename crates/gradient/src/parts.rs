@@ -1,8 +1,9 @@
 //! Forces by their kinds, as parameters look at them.
 
-use pliant::energy::EnergyKind;
+use pliant::energy::{EnergyKind, EnergyTerm};
 use pliant::system::System;
 
+use crate::GradientError;
 use crate::adjoint::AdjointPlace;
 use crate::parameter::{Parameter, ParameterNeeds};
 
@@ -17,6 +18,11 @@ pub(crate) struct ForceParts {
     pub(crate) friction: Vec<f64>,
     /// Gradients of terms by their names [N].
     pub(crate) terms: Vec<(String, Vec<f64>)>,
+    /// Derivatives of the gradients of terms by their rest lengths [N/m].
+    pub(crate) rest_lengths: Vec<(String, Vec<f64>)>,
+    /// Places of `terms` among the energies and among the dissipative terms of the system, once they have been
+    /// looked up.
+    places: Vec<[Vec<usize>; 2]>,
 }
 
 impl ForceParts {
@@ -28,6 +34,8 @@ impl ForceParts {
         names.dedup();
         ForceParts {
             terms: names.into_iter().map(|name| (name.to_owned(), vec![])).collect(),
+            rest_lengths: needs.rest_lengths.into_iter().map(|name| (name.to_owned(), vec![])).collect(),
+            places: vec![],
             needs_force: needs.force,
             needs_contact: needs.contact,
             gradient: vec![],
@@ -38,17 +46,28 @@ impl ForceParts {
 
     /// Takes them at a place, whose time the system has.
     pub(crate) fn evaluate(&mut self, system: &mut System, at: AdjointPlace<'_>) {
-        let ForceParts { needs_force, needs_contact, gradient, contact, friction, terms } = self;
-        for (name, rows) in terms {
+        let ForceParts { needs_force, needs_contact, gradient, contact, friction, .. } = self;
+        let (terms, places) = (&mut self.terms, &mut self.places);
+        if places.is_empty() {
+            places.extend(terms.iter().map(|(name, _)| places_of(system, name)));
+        }
+        for ((_, rows), [energies, dissipation]) in terms.iter_mut().zip(places) {
             rows.clear();
             rows.resize(at.x.len(), 0.0);
-            system
-                .terms_mut()
-                .filter(|term| term.name() == *name)
-                .for_each(|term| term.add_gradient(at.x, rows));
-            for term in system.dissipation_mut().filter(|term| term.name() == *name) {
+            for (_, term) in system.terms_mut().enumerate().filter(|(i, _)| energies.contains(i)) {
+                term.add_gradient(at.x, rows);
+            }
+            for (_, term) in system.dissipation_mut().enumerate().filter(|(i, _)| dissipation.contains(i)) {
                 term.evaluate(at.x, at.v);
                 term.add_rows(0, rows);
+            }
+        }
+        for (name, rows) in &mut self.rest_lengths {
+            rows.clear();
+            rows.resize(at.x.len(), 0.0);
+            let mut tied = system.terms_mut().filter(|term| term.name() == *name);
+            if let Some(ties) = tied.find_map(|term| term.ties()) {
+                ties.add_gradient_by_rest_length(at.x, rows);
             }
         }
         if *needs_force {
@@ -73,4 +92,36 @@ impl ForceParts {
             }
         }
     }
+}
+
+/// Places of the terms of this name, among the energies and among the dissipative terms.
+fn places_of(system: &System, name: &str) -> [Vec<usize>; 2] {
+    let energies = system.terms().iter().map(|term| term.name());
+    let dissipation = system.dissipation().iter().map(|term| term.name());
+    let of_name = |(i, found): (usize, String)| (found == name).then_some(i);
+    [
+        energies.enumerate().filter_map(of_name).collect(),
+        dissipation.enumerate().filter_map(of_name).collect(),
+    ]
+}
+
+/// Refuses parameters of terms that the system does not have: their derivatives would be zero.
+///
+/// # Errors
+/// [`GradientError::Term`].
+pub(crate) fn check_terms(
+    system: &mut System,
+    parameters: &[Box<dyn Parameter>],
+) -> Result<(), GradientError> {
+    let needs = ParameterNeeds::of_all(parameters.iter().map(|parameter| parameter.needs()));
+    let mut has = |name: &str, is_such: fn(&mut dyn EnergyTerm) -> bool| {
+        system.terms_mut().any(|term| term.name() == name && is_such(&mut **term))
+    };
+    let is_no_load = |name: &&str| !has(name, |term| term.load().is_some());
+    let missing = needs.loads.into_iter().find(is_no_load);
+    let is_no_tie = |name: &&str| !has(name, |term| term.ties().is_some());
+    let missing = missing.or_else(|| needs.rest_lengths.into_iter().find(is_no_tie));
+    let is_unknown = |name: &&str| places_of(system, name).iter().all(Vec::is_empty);
+    let missing = missing.or_else(|| needs.terms.into_iter().find(is_unknown));
+    missing.map_or(Ok(()), |name| Err(GradientError::Term { name: name.to_owned() }))
 }

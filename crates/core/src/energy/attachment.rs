@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::load::add_rows;
-use super::{EnergyKind, EnergyTerm, Fault, MovablePlaces, Stencils, TermProperties, TermViews};
+use super::{EnergyKind, EnergyTerm, Fault, Stencils, TermProperties, TermViews, TieTerm};
 use crate::dissipation::{DissipationViews, DissipativeTerm, PositionProducts};
 use crate::material::Psd;
 
@@ -238,14 +238,27 @@ impl EnergyTerm for Attachment {
 }
 
 impl TermViews for Attachment {
-    fn places(&mut self) -> Option<&mut dyn MovablePlaces> {
+    fn ties(&mut self) -> Option<&mut dyn TieTerm> {
         Some(self)
     }
 }
 
-impl MovablePlaces for Attachment {
+impl TieTerm for Attachment {
     fn move_places(&mut self, place: [f64; 3]) {
         self.ties.ties.iter_mut().for_each(|(_, of_tie)| *of_tie = place);
+    }
+
+    /// `-k d/|d|` of each tie.
+    fn add_gradient_by_rest_length(&self, x: &[f64], rows: &mut [f64]) {
+        let mut by_slot = vec![0.0; self.gradient.len()];
+        for i in 0..self.ties.ties.len() {
+            let d = self.ties.difference(i, x);
+            let length = dot(d, d).sqrt();
+            if length > 0.0 {
+                self.ties.share_out(i, scaled(d, -self.stiffness / length), &mut by_slot);
+            }
+        }
+        add_rows(&self.ties.vertices, &by_slot, 1.0, 0, rows, self.ties.dimension);
     }
 }
 

@@ -20,7 +20,7 @@ use std::ops::Range;
 use crate::material::Psd;
 pub use views::{
     Approach, ChangingStencils, ContactExtremes, Driven, ElementTerm, ForceLayout, LeastGap, LoadTerm,
-    Measurements, MovablePlaces, Penetration, PredictedStresses, StepLimit, SurfaceContact, TermViews,
+    Measurements, Penetration, PredictedStresses, StepLimit, SurfaceContact, TermViews, TieTerm,
     TouchingPair, TouchingSurfaces, WatchedContacts, WayObstruction,
 };
 

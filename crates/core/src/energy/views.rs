@@ -38,8 +38,8 @@ pub trait TermViews {
         None
     }
 
-    /// Its places, where it ties vertices to places that move.
-    fn places(&mut self) -> Option<&mut dyn MovablePlaces> {
+    /// Its ties, where it ties vertices to places or to one another.
+    fn ties(&mut self) -> Option<&mut dyn TieTerm> {
         None
     }
 
@@ -307,10 +307,14 @@ pub trait ChangingStencils: Sync {
     fn blocks(&self, list: usize, stencils: Range<usize>, at: (&[f64], &[f64]), psd: Psd, out: &mut [f64]);
 }
 
-/// A term that ties vertices to places.
-pub trait MovablePlaces {
+/// A term that ties vertices to places, or to one another, at one rest length.
+pub trait TieTerm {
     /// Moves all of its places to `place` [m].
     fn move_places(&mut self, place: [f64; 3]);
+
+    /// Adds the derivative of `dE/dx` at the positions `x`, flat, by the rest length [N/m]; nothing where the
+    /// length is zero, which has no direction.
+    fn add_gradient_by_rest_length(&self, x: &[f64], rows: &mut [f64]);
 }
 
 /// Two primitives of surfaces that touch.

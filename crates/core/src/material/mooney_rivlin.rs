@@ -46,6 +46,10 @@ pub struct TwoConstants {
     pub c10: f64,
     /// Weight of the second invariant [Pa]; not both may be zero, and their sum must be positive.
     pub c01: f64,
+    /// Compressibility D1 = 2 / kappa [1/Pa] that `poisson` follows from, where it was given in its place.
+    /// Derivatives by `c10` and `c01` hold it then.
+    #[serde(skip_serializing)]
+    pub d1: Option<f64>,
 }
 
 /// As a scene has them.
@@ -93,7 +97,7 @@ impl<'de> Deserialize<'de> for TwoConstants {
                 return Err(D::Error::custom(problem));
             }
         };
-        Ok(TwoConstants { young, poisson, c10, c01 })
+        Ok(TwoConstants { young, poisson, c10, c01, d1 })
     }
 }
 
@@ -162,13 +166,16 @@ impl Parameters for TwoConstants {
         let [rest, stabiliser] = Lame::split(young, self.poisson, part);
         let scaled = |scale: f64, (young, poisson): (f64, f64)| match self.young {
             Some(_) => TwoConstants { young: Some(young), poisson, ..*self },
-            None => TwoConstants { young: None, poisson, c10: scale * self.c10, c01: scale * self.c01 },
+            None => {
+                let [c10, c01] = [self.c10, self.c01].map(|c| scale * c);
+                TwoConstants { young: None, poisson, c10, c01, d1: None }
+            }
         };
         Some([scaled(1.0 - part, rest), scaled(part, stabiliser)])
     }
 
     fn example() -> Self {
-        TwoConstants { young: Some(1e6), poisson: 0.3, c10: 0.4, c01: 0.1 }
+        TwoConstants { young: Some(1e6), poisson: 0.3, c10: 0.4, c01: 0.1, d1: None }
     }
 }
 

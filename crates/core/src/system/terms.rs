@@ -69,8 +69,8 @@ impl System {
     /// Moves the places of a term that ties vertices to them; its structure stays.
     pub(crate) fn move_places(&mut self, id: TermId, place: [f64; 3]) {
         let found = self.ids.iter().position(|other| *other == id);
-        if let Some(places) = found.and_then(|i| self.terms[i].places()) {
-            places.move_places(place);
+        if let Some(ties) = found.and_then(|i| self.terms[i].ties()) {
+            ties.move_places(place);
             self.force = ForceId::NONE;
             self.books.energies.clear();
         }

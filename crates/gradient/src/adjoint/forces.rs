@@ -241,7 +241,7 @@ impl AdjointForces<'_, '_> {
             bars.v.iter_mut().zip(&products.by_velocities).for_each(|(bar, y)| *bar -= y);
         }
         parts.evaluate(self.system, at);
-        let ForceParts { gradient, contact, friction, terms, .. } = &*parts;
+        let ForceParts { gradient, contact, friction, terms, rest_lengths, .. } = &*parts;
         let Products { by_positions, by_velocities, works, .. } = products;
         let of = ForceUse {
             system: self.system,
@@ -254,6 +254,7 @@ impl AdjointForces<'_, '_> {
             contact,
             friction,
             terms,
+            rest_lengths,
             by_positions,
             by_velocities,
             works,

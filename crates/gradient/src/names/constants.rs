@@ -58,9 +58,14 @@ fn named(key: &'static str, value: f64) -> (&'static str, String, f64) {
     (key, key.to_owned(), value)
 }
 
-/// Energy of Mooney and Rivlin; without a `young` given, it is `4 (1 + nu) (c10 + c01)`.
+/// Energy of Mooney and Rivlin by the constants that are given: the compressibility, or Poisson's ratio;
+/// without a `young` given, it is `4 (1 + nu) (c10 + c01)`.
 fn mooney_rivlin(constants: &TwoConstants) -> MaterialConstants {
-    let TwoConstants { young, poisson, c10, c01 } = *constants;
+    let TwoConstants { young, poisson, c10, c01, d1 } = *constants;
+    if let Some(d1) = d1 {
+        let psi = "c10*(J^(-2/3)*I1 - 3) + c01*(J^(-4/3)*I2 - 3) + (J - 1)^2/d1";
+        return MaterialConstants::new(psi, &[named("d1", d1), named("c10", c10), named("c01", c01)]);
+    }
     let (modulus, scale) = match young {
         Some(_) => ("young", "young/(4*(1 + poisson)*(c10 + c01))"),
         None => ("4*(1 + poisson)*(c10 + c01)", "1"),
@@ -155,6 +160,7 @@ mod tests {
         for material in [
             MaterialSpec::MooneyRivlin(two),
             MaterialSpec::MooneyRivlin(TwoConstants { young: None, ..two }),
+            serde_json::from_str(r#"{ "mooney-rivlin": { "c10": 3e5, "c01": 1e5, "d1": 2e-6 } }"#).unwrap(),
             MaterialSpec::Ogden(OgdenTerms { young: None, mu: vec![2e5, 3e3, -1e4], ..ogden.clone() }),
             MaterialSpec::Ogden(ogden),
             MaterialSpec::HolzapfelGasserOgden(DispersedFibres { fibres: spatial, ..fibres.clone() }),

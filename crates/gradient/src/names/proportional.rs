@@ -7,10 +7,14 @@ use pliant_scene::{AttachmentSpec, Body, MassSpec, Scene};
 
 use super::is_static;
 use super::materials::young;
-use crate::parameter::{EtherDrag, Parameter, TermFactor};
+use crate::parameter::{EtherDrag, Parameter, Softening, TermFactor, TieRestLength};
 
 /// Gravitational constant of mutual gravity.
 const CONSTANT: &str = "world.nbody.constant";
+/// Softening of mutual gravity.
+const SOFTENING: &str = "world.nbody.softening";
+/// Key of the rest length of an attachment.
+const REST_LENGTH: &str = "rest_length";
 /// Drag of all that moves.
 const DRAG: &str = "world.ether_drag";
 /// Beginning of the names of numbers of attachments.
@@ -21,10 +25,12 @@ type Parts = Vec<(f64, String)>;
 
 /// Names of the numbers of a scene that are none of its bodies.
 pub(super) fn names(scene: &Scene, topology: &Topology) -> impl Iterator<Item = String> {
-    let of_world = [CONSTANT, DRAG].map(String::from).into_iter();
+    let of_world = [CONSTANT, SOFTENING, DRAG].map(String::from).into_iter();
     let of_attachments = scene.attachment.iter().enumerate().flat_map(|(i, spec)| {
         let name = spec.name_or_default(i);
-        numbers(spec).into_iter().map(move |(key, ..)| format!("{ATTACHMENT}{name}.{key}"))
+        let length = (spec.rest_length != 0.0).then_some(REST_LENGTH);
+        let keys = numbers(spec).into_iter().map(|(key, ..)| key).chain(length);
+        keys.map(move |key| format!("{ATTACHMENT}{name}.{key}"))
     });
     of_world.chain(of_attachments).filter(|name| parameter(scene, topology, name).is_some())
 }
@@ -42,11 +48,20 @@ pub(super) fn parameter(scene: &Scene, topology: &Topology, name: &str) -> Optio
             let count = attracting(topology).count();
             factor(vec![(1.0 / nbody.constant, format!("mutual gravity of {count} particles"))])
         }
+        SOFTENING => {
+            let nbody =
+                scene.world.nbody.as_ref().filter(|nbody| nbody.tree.is_none() && nbody.softening != 0.0)?;
+            // Bodies without cells are not renumbered.
+            Some(Box::new(Softening::new(attracting(topology).collect(), nbody.constant, nbody.softening)))
+        }
         _ => {
             let asked = name.strip_prefix(ATTACHMENT)?;
             scene.attachment.iter().enumerate().find_map(|(i, spec)| {
                 let name = spec.name_or_default(i);
                 let key = asked.strip_prefix(&name)?.strip_prefix('.')?;
+                if key == REST_LENGTH && spec.rest_length != 0.0 {
+                    return Some(Box::new(TieRestLength::new(format!("attachment `{name}`"))) as _);
+                }
                 let (_, value, term) = numbers(spec).into_iter().find(|(known, ..)| *known == key)?;
                 factor(vec![(1.0 / value, format!("{term}attachment `{name}`"))])
             })
@@ -91,7 +106,7 @@ pub(super) fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<Bo
     }
     if let Some(membrane) = spec.membrane.as_ref().filter(|_| is_membrane) {
         let h = membrane.thickness;
-        let terms = [format!("membrane of `{}`", body.name), viscosity_of(body)];
+        let terms = std::iter::once(format!("membrane of `{}`", body.name)).chain(viscosity_of(spec, body));
         let per_area = |density: &pliant::quantity::Quantity| {
             density.dimension == Some(pliant::quantity::Kind::AREA_DENSITY.dimension)
         };
@@ -102,7 +117,7 @@ pub(super) fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<Bo
         };
         factors.push(BodyFactor {
             key: "membrane.thickness",
-            parts: terms.map(|term| (1.0 / h, term)).to_vec(),
+            parts: terms.map(|term| (1.0 / h, term)).collect(),
             of_masses: weighs.then_some(h),
         });
     }
@@ -137,7 +152,7 @@ fn of_young(
         {
             return None;
         }
-        parts.push((1.0 / young, viscosity_of(body)));
+        parts.extend(viscosity_of(spec, body).map(|term| (1.0 / young, term)));
     }
     Some(BodyFactor { key: "elastic.young", parts, of_masses: None })
 }
@@ -153,10 +168,13 @@ fn of_bending(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<BodyFactor
         ("bending.thickness", bending.thickness.map(|h| power / h)),
         ("bending.poisson", bending.poisson.map(|nu| 2.0 * nu / (1.0 - nu * nu))),
     ];
-    let terms = ["hinges", "joints"].map(|what| [format!("{what} of"), format!("damping of the {what} of")]);
+    let what = if is_strand { "joints" } else { "hinges" };
+    let is_damped =
+        spec.damping.as_ref().and_then(|damping| damping.stiffness_proportional).unwrap_or(0.0) != 0.0;
+    let damping = is_damped.then_some("damping of the ");
     let part = |factor: f64| {
-        let name = |term: &String| (factor, format!("{term} `{}`", body.name));
-        terms.as_flattened().iter().map(name).collect::<Parts>()
+        let name = |of: &str| (factor, format!("{of}{what} of `{}`", body.name));
+        std::iter::once("").chain(damping).map(name).collect::<Parts>()
     };
     let factor = |(key, factor): (&'static str, Option<f64>)| {
         Some(BodyFactor { key, parts: part(factor?), of_masses: None })
@@ -164,7 +182,10 @@ fn of_bending(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<BodyFactor
     numbers.into_iter().filter_map(factor).collect()
 }
 
-/// Name of the term of the viscosity of elements.
-fn viscosity_of(body: &BodyTopology) -> String {
-    format!("strain-rate damping of `{}`", body.name)
+/// Name of the term of the viscosity of elements, where they have any.
+fn viscosity_of(spec: &Body, body: &BodyTopology) -> Option<String> {
+    let (damping, material) = (spec.damping.as_ref()?, spec.elastic.as_ref()?);
+    let proportional = damping.proportional_viscosity(material, material.plane());
+    let is_viscous = damping.strain_rate_viscosity().plus(proportional) != Viscosity::default();
+    is_viscous.then(|| format!("strain-rate damping of `{}`", body.name))
 }

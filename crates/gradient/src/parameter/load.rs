@@ -4,7 +4,7 @@ use pliant::energy::LoadTerm;
 use pliant::system::System;
 use pliant_scene::OverTime;
 
-use super::{ForceUse, Parameter};
+use super::{ForceUse, Parameter, ParameterNeeds};
 use crate::adjoint::add_scaled;
 
 /// The value of a load, a vector, a pressure or the tension of a muscle: derivatives by what is added to each
@@ -44,6 +44,10 @@ impl NamedLoad {
         NamedLoad { name, place: None }
     }
 
+    fn needs(&self) -> ParameterNeeds<'_> {
+        ParameterNeeds { loads: vec![&self.name], ..ParameterNeeds::default() }
+    }
+
     fn find<'s>(&mut self, system: &'s System) -> Option<&'s dyn LoadTerm> {
         let place = || system.terms().iter().position(|term| term.name() == self.name);
         self.place = self.place.or_else(place);
@@ -77,6 +81,10 @@ impl Parameter for FormulaNumber {
         1
     }
 
+    fn needs(&self) -> ParameterNeeds<'_> {
+        self.term.needs()
+    }
+
     fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
         let FormulaNumber { term, formulas, name } = self;
         if let Some(load) = term.find(of.system) {
@@ -107,6 +115,10 @@ impl Parameter for LoadValue {
         self.components
     }
 
+    fn needs(&self) -> ParameterNeeds<'_> {
+        self.term.needs()
+    }
+
     fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
         if let Some(load) = self.term.find(of.system) {
             load.add_force_by(change, of.x, force);
@@ -124,6 +136,10 @@ impl Parameter for LoadValue {
 impl Parameter for LoadFactor {
     fn len(&self) -> usize {
         1
+    }
+
+    fn needs(&self) -> ParameterNeeds<'_> {
+        self.term.needs()
     }
 
     fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {

@@ -13,6 +13,7 @@ mod mutual_gravity;
 mod proportional;
 mod rest_shape;
 mod spring;
+mod tie;
 mod together;
 mod weighted;
 
@@ -25,10 +26,11 @@ pub use load::{FormulaNumber, LoadFactor, LoadValue};
 pub use mass::{BodyDensity, Masses, WeightDensity};
 pub use moduli::Modulus;
 pub use motion::{MotionFactor, MotionNumber};
-pub use mutual_gravity::AttractingMasses;
+pub use mutual_gravity::{AttractingMasses, Softening};
 pub use proportional::{EtherDrag, TermFactor};
 pub use rest_shape::ShapedElements;
 pub use spring::{RestLengths, SpringStiffness, TunedSpring};
+pub use tie::TieRestLength;
 pub use together::{Concatenated, Together};
 pub use weighted::Weighted;
 
@@ -59,6 +61,9 @@ pub struct ForceUse<'a> {
     /// `dE/dx` or `dR/dv` of terms there [N], by their names, of those that a parameter
     /// [asked for](ParameterNeeds::terms).
     pub terms: &'a [(String, Vec<f64>)],
+    /// Derivatives of `dE/dx` by the rest lengths of terms there [N/m], by their names, of those that a parameter
+    /// [asked for](ParameterNeeds::rest_lengths).
+    pub rest_lengths: &'a [(String, Vec<f64>)],
     /// `(d2E/dx2 + (d2R/dx dv)^T) p`: minus the derivative by the positions there, held ones included.
     pub by_positions: &'a [f64],
     /// `d2R/dv2 p`: minus the derivative by the velocities there.
@@ -73,9 +78,23 @@ impl ForceUse<'_> {
     /// # Panics
     /// If none has.
     pub fn rows_of(&self, name: &str) -> &[f64] {
-        let (_, rows) = self.terms.iter().find(|(known, _)| known == name).expect("it is asked for");
-        rows
+        found(self.terms, name)
     }
+
+    /// The derivative of the gradient of the term of this name by its rest length [N/m], which some parameter
+    /// [asked for](ParameterNeeds::rest_lengths).
+    ///
+    /// # Panics
+    /// If none has.
+    pub fn by_rest_length(&self, name: &str) -> &[f64] {
+        found(self.rest_lengths, name)
+    }
+}
+
+/// Rows of this name.
+fn found<'a>(all: &'a [(String, Vec<f64>)], name: &str) -> &'a [f64] {
+    let (_, rows) = all.iter().find(|(known, _)| known == name).expect("it is asked for");
+    rows
 }
 
 /// A use of a state, of which the places and velocities of held coordinates are a part: by a loss, or by a
@@ -137,6 +156,10 @@ pub struct ParameterNeeds<'a> {
     pub ether_drag: bool,
     /// [`ForceUse::rows_of`] terms of the system, energies or dissipation functions, of these names.
     pub terms: Vec<&'a str>,
+    /// Loads of the system, of these names, that it looks at itself.
+    pub loads: Vec<&'a str>,
+    /// [`ForceUse::by_rest_length`] of terms of these names.
+    pub rest_lengths: Vec<&'a str>,
 }
 
 impl<'a> ParameterNeeds<'a> {
@@ -148,6 +171,8 @@ impl<'a> ParameterNeeds<'a> {
             all.held |= one.held;
             all.ether_drag |= one.ether_drag;
             all.terms.extend(one.terms);
+            all.loads.extend(one.loads);
+            all.rest_lengths.extend(one.rest_lengths);
             all
         })
     }

@@ -12,7 +12,7 @@ pub struct TermFactor {
 }
 
 impl TermFactor {
-    /// The number of these parts: factors, and names of terms. Terms that are not there are zero.
+    /// The number of these parts: factors, and names of terms, all of which the system has.
     pub fn new(parts: Vec<(f64, String)>) -> Self {
         TermFactor { parts }
     }

@@ -101,7 +101,7 @@ impl<'p> TangentForces<'p> {
             return;
         }
         parts.evaluate(system, at);
-        let ForceParts { gradient, contact, friction, terms, .. } = &*parts;
+        let ForceParts { gradient, contact, friction, terms, rest_lengths, .. } = &*parts;
         let of = ForceUse {
             system,
             step: *step,
@@ -113,6 +113,7 @@ impl<'p> TangentForces<'p> {
             contact,
             friction,
             terms,
+            rest_lengths,
             by_positions: &[],
             by_velocities: &[],
             works: &[],

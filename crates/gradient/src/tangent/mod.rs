@@ -11,6 +11,7 @@ use pliant::simulation::{Simulation, Snapshot};
 
 use crate::adjoint::{AdjointPlace, Step, has_memory};
 use crate::parameter::Parameter;
+use crate::parts::check_terms;
 use crate::schedule::{RunLength, Schedule};
 use crate::sweep::may_forget;
 use crate::walls::WalledEnd;
@@ -111,6 +112,7 @@ pub fn tangent_along(
 ) -> Result<RunTangent, GradientError> {
     support::check(simulation)?;
     support::check_tangent(simulation)?;
+    check_terms(simulation.system_mut(), parameters)?;
     let schedule = Schedule::of(simulation, RunLength::Steps(steps))?;
     let RunDirection { position, velocity, parameters: changes } = direction;
     parameters.iter_mut().for_each(|parameter| parameter.begin(steps));

@@ -57,6 +57,17 @@ fn constants_of_mooney_and_rivlin_have_derivatives() {
         compare_number(&what, |c10| taken(c10, 3e3, 0.4), (&name("c10"), 9e3, 9e3), (steps, 1e-6));
         compare_number(&what, |c01| taken(9e3, c01, 0.4), (&name("c01"), 3e3, 3e3), (steps, 1e-6));
         compare_number(&what, |nu| taken(9e3, 3e3, nu), (&name("poisson"), 0.4, 0.1), (steps, 1e-6));
+        // The bulk modulus held, or changed.
+        let pressed = |c10: f64, c01: f64, d1: f64| {
+            block(
+                scheme,
+                kind,
+                &format!("{{ mooney-rivlin = {{ c10 = {c10:?}, c01 = {c01:?}, d1 = {d1:?} }} }}"),
+            )
+        };
+        compare_number(&what, |c10| pressed(c10, 3e3, 2e-5), (&name("c10"), 9e3, 9e3), (steps, 1e-6));
+        compare_number(&what, |c01| pressed(9e3, c01, 2e-5), (&name("c01"), 3e3, 3e3), (steps, 1e-6));
+        compare_number(&what, |d1| pressed(9e3, 3e3, d1), (&name("d1"), 2e-5, 2e-5), (steps, 1e-6));
         let scaled = |young: f64, c10: f64| {
             let further = format!("young = {young:?}, c10 = {c10:?}");
             let material = format!("{{ mooney-rivlin = {{ {further}, c01 = 0.2, poisson = 0.4 }} }}");

@@ -1,6 +1,9 @@
 //! Numbers that terms are in proportion to, or to a power of, and masses that attract: against differences.
 
-use pliant_gradient::names;
+use pliant_gradient::{
+    GradientError, LoadFactor, LossFrame, Parameter, RunDirection, TermFactor, UNLIMITED, gradient, names,
+    tangent_along,
+};
 use pliant_scene::Scene;
 
 use crate::by_parameters::compare;
@@ -24,7 +27,12 @@ const RUNS: [(&str, u64); 6] = [
 ];
 
 /// A beam tied to places and to itself; stiffness, total stiffness, dashpot.
-fn tied(scheme: &str, [stiffness, total, dashpot]: [f64; 3]) -> Scene {
+fn tied(scheme: &str, numbers: [f64; 3]) -> Scene {
+    tied_at(scheme, numbers, 0.05)
+}
+
+/// The same of ties of this rest length to places.
+fn tied_at(scheme: &str, [stiffness, total, dashpot]: [f64; 3], rest_length: f64) -> Scene {
     let text = format!(
         "[world]
          gravity = [0.3, -9.81]
@@ -40,7 +48,7 @@ fn tied(scheme: &str, [stiffness, total, dashpot]: [f64; 3]) -> Scene {
          points = [[1.0, 0.1], [1.1, 0.4]]
          stiffness = {stiffness:?}
          dashpot = {dashpot:?}
-         rest_length = 0.05
+         rest_length = {rest_length:?}
          [[attachment]]
          name = \"sides\"
          vertices = [1, 2]
@@ -64,8 +72,12 @@ fn numbers_of_attachments_have_derivatives() {
             compare_number(scheme, of, (&format!("attachment.{key}"), at[i], at[i]), (steps, 1e-6));
         }
     }
-    let keys = ["attachment.attachment0.stiffness", "attachment.attachment0.dashpot"];
-    compare("attachments", &tied("bdf2", at), &keys, 12);
+    for (scheme, steps) in RUNS {
+        let of = |length: f64| tied_at(scheme, at, length);
+        compare_number(scheme, of, ("attachment.attachment0.rest_length", 0.05, 0.05), (steps, 1e-6));
+    }
+    let keys = ["stiffness", "dashpot", "rest_length"].map(|key| format!("attachment.attachment0.{key}"));
+    compare("attachments", &tied("bdf2", at), &keys.each_ref().map(|key| &key[..]), 12);
 }
 
 /// A sheet in space that is a membrane and bends, damped; further keys of the body.
@@ -190,9 +202,14 @@ fn the_modulus_of_nodal_integration_has_a_derivative() {
 
 /// Particles that attract each other, and others that do not, under drag.
 fn particles(scheme: &str, constant: f64, mass: &str, drag: f64) -> Scene {
+    softened(scheme, constant, 0.1, mass, drag)
+}
+
+/// The same of this softening.
+fn softened(scheme: &str, constant: f64, softening: f64, mass: &str, drag: f64) -> Scene {
     let text = format!(
         "[world]
-         nbody = {{ constant = {constant:?}, softening = 0.1 }}
+         nbody = {{ constant = {constant:?}, softening = {softening:?} }}
          ether_drag = {drag:?}
          gravity = [0.2, -0.3]
          [[body]]
@@ -223,10 +240,17 @@ fn attraction_has_derivatives_by_its_constant_and_by_masses() {
         let of_masses = |masses: &[f64]| particles(scheme, 2.0, &format!("per_vertex = {masses:?}"), 0.0);
         let values = [3.0, 4.0, 5.0];
         compare_numbers(scheme, of_masses, ("body.three.mass.per_vertex", &values, &values), (60, 1e-6));
+        let of_softening = |softening: f64| softened(scheme, 2.0, softening, mass, 0.0);
+        compare_number(scheme, of_softening, ("world.nbody.softening", 0.3, 0.3), (60, 1e-6));
         let of_total = |total: f64| particles(scheme, 2.0, &format!("total = {total:?}"), 0.0);
         compare_number(scheme, of_total, ("body.three.mass.total", 9.0, 9.0), (60, 1e-6));
     }
-    let names = ["world.nbody.constant", "body.three.mass.per_vertex", "body.one.mass.total"];
+    let names = [
+        "world.nbody.constant",
+        "world.nbody.softening",
+        "body.three.mass.per_vertex",
+        "body.one.mass.total",
+    ];
     compare("attraction", &particles("rk4", 2.0, "per_vertex = [3.0, 4.0, 5.0]", 0.0), &names, 100);
 }
 
@@ -278,4 +302,29 @@ fn what_is_zero_or_touches_is_not_offered() {
     let names = offered(&touching);
     assert!(!names.iter().any(|name| name.ends_with("thickness") || name.ends_with("young")), "{names:?}");
     assert!(names.iter().any(|name| name == "body.sheet.bending.stiffness"), "{names:?}");
+}
+
+/// Derivatives by numbers of what is not there would be zero.
+#[test]
+fn parameters_of_terms_that_are_not_there_are_refused() {
+    let (mut simulation, _) = assembled(&tied("velocity-verlet", [3e3, 5e3, 40.0]));
+    let mut loss = |_: &LossFrame<'_>, _: &mut [f64], _: &mut [f64]| 0.0;
+    let named = |name: &str| GradientError::Term { name: name.to_owned() };
+    let factor =
+        |name: &str| TermFactor::new(vec![(1.0, "attachment `sides`".into()), (1.0, name.to_owned())]);
+    for (parameter, expected) in [
+        (Box::new(factor("attachment `side`")) as Box<dyn Parameter>, Some("attachment `side`")),
+        (Box::new(factor("damping of attachment `attachment0`")), None),
+        // An energy, and no load.
+        (Box::new(LoadFactor::new("attachment `sides`".into())), Some("attachment `sides`")),
+    ] {
+        let expected = expected.map(named);
+        let mut parameters = [parameter];
+        let found = gradient(&mut simulation, 1, &mut loss, &mut parameters, UNLIMITED);
+        assert_eq!(found.err(), expected);
+        let zero = vec![0.0; simulation.state().x().len()];
+        let direction = RunDirection { position: &zero, velocity: &zero, parameters: &[vec![1.0]] };
+        let found = tangent_along(&mut simulation, 1, direction, &mut parameters, &mut |_, _| {});
+        assert_eq!(found.err(), expected);
+    }
 }

@@ -67,7 +67,7 @@ fn invariants_give_the_models_that_are_written_by_hand() {
     );
     // tr E^2 = (tr C^2 - 2 tr C + 3)/4, tr C^2 = I1^2 - 2 I2: not linear in I1.
     equals!("mu/4*(I1^2 - 2*I2 - 2*I1 + 3) + lambda/8*(I1 - 3)^2", Stvk::new(&SOLID));
-    let rubber = TwoConstants { young: Some(1e6), poisson: 0.3, c10: 0.4, c01: 0.1 };
+    let rubber = TwoConstants { young: Some(1e6), poisson: 0.3, c10: 0.4, c01: 0.1, d1: None };
     equals!(
         "0.8*mu/2*(J^(-2/3)*I1 - 3) + 0.2*mu/2*(I3^(-2/3)*I2 - 3) + kappa/2*(sqrt(I3) - 1)^2",
         MooneyRivlin::new(&rubber)

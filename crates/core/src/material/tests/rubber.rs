@@ -25,7 +25,7 @@ fn ogden(young: Option<f64>, mu: &[f64], alpha: &[f64]) -> MaterialSpec {
 }
 
 fn mooney(young: Option<f64>, c10: f64, c01: f64) -> MaterialSpec {
-    MaterialSpec::MooneyRivlin(TwoConstants { young, poisson: 0.3, c10, c01 })
+    MaterialSpec::MooneyRivlin(TwoConstants { young, poisson: 0.3, c10, c01, d1: None })
 }
 
 /// The shear modulus of E = 1e6, nu = 0.3.

@@ -20,7 +20,13 @@ fn specs() -> Vec<MaterialSpec> {
     }
     let solid = Isotropic::new(1e6, 0.4999);
     specs.push(MaterialSpec::Linear(PlaneIsotropic { solid, plane: Some(Plane::Stress) }));
-    specs.push(MaterialSpec::MooneyRivlin(TwoConstants { young: None, poisson: 0.49, c10: 1e5, c01: 4e4 }));
+    specs.push(MaterialSpec::MooneyRivlin(TwoConstants {
+        young: None,
+        poisson: 0.49,
+        c10: 1e5,
+        c01: 4e4,
+        d1: None,
+    }));
     let (mu, alpha) = (vec![6e5, 1e3, -1e4], vec![1.3, 5.0, -2.0]);
     specs.push(MaterialSpec::Ogden(OgdenTerms { young: None, poisson: 0.49, mu, alpha }));
     specs
