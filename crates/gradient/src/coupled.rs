@@ -5,6 +5,7 @@ use pliant::solver::hessian::{Assembler, At, Weights};
 use pliant::system::System;
 use pliant_sparse::{Lu, SymbolicLu};
 
+use crate::adjoint::add_scaled;
 use crate::krylov::{CorrectedEquations, keep_free, solve};
 use crate::linear::Products;
 
@@ -15,11 +16,15 @@ pub(crate) struct StagePlace {
     pub(crate) v: Vec<f64>,
 }
 
-/// The equations `M p_i + sum_k [d_ik (C_k + c M) + k_ik (H_k + (d2R/dx dv)_k^T)] p_k = b_i` of stages `i`,
-/// `H_k` and `C_k` second derivatives at stage `k`, `c` the ether drag.
+/// The equations of the stages `i` of a step, `H` and `C` second derivatives, `c` the ether drag:
+///
+/// ```text
+/// M p_i + sum_k [d_ik (C_k + c M) + k_ik (H_k + (d2R/dx dv)_k^T)] p_k = b_i           of an adjoint
+/// M p_i + (C_i + c M) sum_k d_ik p_k + (H_i + (d2R/dx dv)_i) sum_k k_ik p_k = b_i     of a tangent
+/// ```
 pub(crate) struct CoupledEquations<'a> {
     pub(crate) stages: &'a [StagePlace],
-    /// True for those of tangents, with `H_k` as they are; false for those of adjoints, with the transposed.
+    /// True for those of tangents.
     pub(crate) is_forth: bool,
     /// `d_ik` [s].
     pub(crate) damping: &'a [Vec<f64>],
@@ -51,20 +56,23 @@ impl CoupledEquations<'_> {
         let (count, drag) = (self.stages.len(), system.ether_drag());
         let mut assembler = Assembler::<D>::new(system);
         let n = system.inverse_mass().len();
-        let (mut column_start, mut row, mut entries) = (vec![0], vec![], vec![]);
-        for (k, stage) in self.stages.iter().enumerate() {
+        let mut of_stage = |stage: &StagePlace| {
             let at = At { x: &stage.x, v: &stage.v, psd: Psd::Exact, predicted_from: None };
             system.set_time(stage.time);
             system.find_stencils(&stage.x);
-            let mut part = |stiffness, damping| {
+            [(1.0, 0.0), (0.0, 1.0)].map(|(stiffness, damping)| {
                 assembler.assemble(system, at, Weights { inertia: 0.0, stiffness, damping });
                 assembler.matrix().clone()
-            };
-            let (hessian, damping) = (part(1.0, 0.0), part(0.0, 1.0));
+            })
+        };
+        let matrices: Vec<_> = self.stages.iter().map(&mut of_stage).collect();
+        let (mut column_start, mut row, mut entries) = (vec![0], vec![], vec![]);
+        for k in 0..count {
             for column in 0..n {
                 let (vertex, axis) = (column / D, column % D);
                 let held = assembler.held()[column];
                 for i in 0..count {
+                    let [hessian, damping] = &matrices[if self.is_forth { i } else { k }];
                     let blocks = hessian.row(vertex).zip(damping.row(vertex));
                     for ((other, hessian), (_, damping)) in blocks {
                         for l in 0..D {
@@ -102,9 +110,24 @@ struct FactorisedEquations<'a> {
 impl FactorisedEquations<'_> {
     /// Writes `b - A p`, or `-A p`; gives its largest free component.
     fn less_product(&mut self, has_right: bool, p: &[f64], residual: &mut [f64]) -> f64 {
-        let FactorisedEquations { equations, system, b, zero, products, .. } = self;
+        let FactorisedEquations { equations, system, b, zero, .. } = self;
         let (b, n, d) = (if has_right { *b } else { &zero[..] }, zero[0].len(), system.dimension());
-        let drag = system.ether_drag();
+        for (i, residual) in residual.chunks_exact_mut(n).enumerate() {
+            for (row, residual) in residual.iter_mut().enumerate() {
+                *residual = b[i][row] - system.mass()[row / d] * p[i * n + row];
+            }
+        }
+        match equations.is_forth {
+            true => self.subtract_forth(p, residual),
+            false => self.subtract_back(p, residual),
+        }
+        keep_free(self.system, residual)
+    }
+
+    /// Subtracts the products of forces of an adjoint.
+    fn subtract_back(&mut self, p: &[f64], residual: &mut [f64]) {
+        let FactorisedEquations { equations, system, zero, products, .. } = self;
+        let (n, d, drag) = (zero[0].len(), system.dimension(), system.ether_drag());
         for ((stage, p), products) in equations.stages.iter().zip(p.chunks_exact(n)).zip(products.iter_mut())
         {
             system.set_time(stage.time);
@@ -113,16 +136,38 @@ impl FactorisedEquations<'_> {
         for (i, residual) in residual.chunks_exact_mut(n).enumerate() {
             for (row, residual) in residual.iter_mut().enumerate() {
                 let mass = system.mass()[row / d];
-                let mut sum = b[i][row] - mass * p[i * n + row];
                 for (k, products) in products.iter().enumerate() {
                     let damping = products.by_velocities[row] + drag * mass * p[k * n + row];
                     let stiffness = equations.stiffness[i][k] * products.by_positions[row];
-                    sum -= equations.damping[i][k] * damping + stiffness;
+                    *residual -= equations.damping[i][k] * damping + stiffness;
                 }
-                *residual = sum;
             }
         }
-        keep_free(system, residual)
+    }
+
+    /// Subtracts the products of forces of a tangent.
+    fn subtract_forth(&mut self, p: &[f64], residual: &mut [f64]) {
+        let FactorisedEquations { equations, system, zero, products, .. } = self;
+        let (n, d, drag) = (zero[0].len(), system.dimension(), system.ether_drag());
+        let is_damped = system.is_damped() || drag != 0.0;
+        for (i, (stage, residual)) in equations.stages.iter().zip(residual.chunks_exact_mut(n)).enumerate() {
+            let sum = |row: &[f64]| {
+                let mut sum = vec![0.0; n];
+                row.iter().zip(p.chunks_exact(n)).for_each(|(factor, p)| add_scaled(&mut sum, *factor, p));
+                sum
+            };
+            let (moved, at) = (sum(&equations.stiffness[i]), (&stage.x[..], &stage.v[..]));
+            system.set_time(stage.time);
+            products[i].evaluate(system, at, &moved);
+            add_scaled(residual, -1.0, &products[i].by_positions);
+            if is_damped {
+                let faster = sum(&equations.damping[i]);
+                products[i].evaluate(system, at, &faster);
+                add_scaled(residual, -1.0, &products[i].by_velocities);
+                let of_drag = residual.iter_mut().zip(&faster).enumerate();
+                of_drag.for_each(|(row, (residual, v))| *residual -= drag * system.mass()[row / d] * v);
+            }
+        }
     }
 }
 

@@ -18,25 +18,6 @@ pub fn check(simulation: &mut Simulation) -> Result<(), GradientError> {
     }
 }
 
-/// Refuses what has an adjoint but no tangent.
-///
-/// # Errors
-/// [`GradientError::Unsupported`].
-pub(crate) fn check_tangent(simulation: &Simulation) -> Result<(), GradientError> {
-    let system = simulation.system();
-    let refused = |what: String, remedy| Err(GradientError::Unsupported { what, remedy });
-    if system.constraints().iter().any(turns) {
-        return refused("tangents with prescribed rotation".into(), "`gradient` has an adjoint");
-    }
-    if matches!(simulation.method().scheme, Scheme::Collocation(_) | Scheme::GaussRadau(_))
-        && (system.is_damped() || system.ether_drag() != 0.0)
-    {
-        let remedy = "take another scheme; `gradient` has an adjoint";
-        return refused("tangents with damping of fully implicit schemes".into(), remedy);
-    }
-    Ok(())
-}
-
 /// True if the vertices of a hold turn.
 pub(crate) fn turns(hold: &Hold) -> bool {
     hold.motion().is_some_and(|motion| motion.rotation().is_some())

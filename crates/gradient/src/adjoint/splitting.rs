@@ -9,7 +9,7 @@ use std::borrow::Cow;
 use pliant::integrator::splitting::Stage::{self, Drift, Kick};
 use pliant::system::System;
 
-use super::{Adjoint, AdjointForces, AdjointPlace, Bars, Step, add_scaled, free_only};
+use super::{Adjoint, AdjointForces, AdjointPlace, Bars, Step, add_scaled, dot, free_only};
 
 /// Positions, and the velocities before the kick and after each of its stages but the last.
 pub(crate) struct KickPlace<'a> {
@@ -47,11 +47,7 @@ fn kick_back(forces: &mut AdjointForces<'_, '_>, place: &KickPlace<'_>, time: f6
     let (decay, kick) = kick_of(forces.system, time);
     let Adjoint { x, v, .. } = adjoint;
     if forces.system.ether_drag() != 0.0 && forces.sums.has_ether_drag() {
-        let a = acceleration(forces.system, place, &place.v[0]);
-        // de/dd = -t e and dk/dd = (t e - k)/d, beside the force -d M v in the acceleration, which is -k v.
-        let (by_decay, by_kick) = (kick - time * decay, (time * decay - kick) / forces.system.ether_drag());
-        let each = v.iter().zip(&*place.v[0]).zip(&a);
-        let part = each.map(|((bar, v), a)| bar * (by_decay * v + by_kick * a)).sum();
+        let part = dot(v, &kick_by_drag(forces.system, place, time));
         forces.sums.add_ether_drag(part);
     }
     let a_bar: Vec<f64> = v.iter().map(|v| kick * v).collect();
@@ -90,6 +86,15 @@ pub(crate) fn kick_of(system: &System, time: f64) -> (f64, f64) {
     }
     let decay = -drag * time;
     (decay.exp(), -decay.exp_m1() / drag)
+}
+
+/// The derivative of the velocity after a kick of `time` [s] by the ether drag, without that by the force `-d
+/// M v` in the acceleration, which is `-k v`: `de/dd = -t e` and `dk/dd = (t e - k)/d`.
+pub(crate) fn kick_by_drag(system: &mut System, place: &KickPlace<'_>, time: f64) -> Vec<f64> {
+    let (decay, kick) = kick_of(system, time);
+    let (by_velocity, by_acceleration) = (kick - time * decay, (time * decay - kick) / system.ether_drag());
+    let a = acceleration(system, place, &place.v[0]);
+    place.v[0].iter().zip(&a).map(|(v, a)| by_velocity * v + by_acceleration * a).collect()
 }
 
 /// The places of all kicks. Positions before the first drift and after the last are known; for others, and

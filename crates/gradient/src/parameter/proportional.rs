@@ -53,6 +53,13 @@ impl Parameter for EtherDrag {
         ParameterNeeds { ether_drag: true, ..ParameterNeeds::default() }
     }
 
+    fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
+        let (d, mass) = (of.system.dimension(), of.system.mass());
+        let each = force.iter_mut().zip(of.v).enumerate();
+        each.for_each(|(i, (force, v))| *force -= change[0] * mass[i / d] * v);
+        true
+    }
+
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
         let (d, mass) = (of.system.dimension(), of.system.mass());
         let each = of.p.iter().zip(of.v).enumerate();

@@ -2,10 +2,11 @@
 
 use pliant::system::System;
 
-use crate::adjoint::{AdjointPlace, Singular, add_scaled};
+use crate::adjoint::{AdjointPlace, Singular, add_scaled, dot};
 use crate::linear::{Coefficients, CorrectedSolver, Products};
 use crate::parameter::{ForceUse, Parameter};
 use crate::parts::ForceParts;
+use crate::support::turns;
 
 /// Memory of solves and of products, and the parameters that change.
 pub(super) struct TangentForces<'p> {
@@ -20,6 +21,8 @@ pub(super) struct TangentForces<'p> {
     pub(super) held: Option<[Vec<f64>; 2]>,
     /// A parameter whose change of forces is not known.
     pub(super) unknown: Option<usize>,
+    /// Change of where vertices start that are held and turn, flat; empty where none does.
+    starts: Vec<f64>,
     solver: CorrectedSolver,
     products: Products,
     by_positions: Vec<f64>,
@@ -41,6 +44,7 @@ impl<'p> TangentForces<'p> {
             step: 0,
             held: None,
             unknown: None,
+            starts: vec![],
             solver: CorrectedSolver::new(dimension),
             products: Products::forth(unknowns),
             by_positions: vec![0.0; unknowns],
@@ -57,6 +61,8 @@ impl<'p> TangentForces<'p> {
         (x, v): (&[f64], &[f64]),
     ) -> Vec<f64> {
         system.set_time(at.time);
+        let turned = self.turned(system, at.time, (x, v));
+        let (x, v) = turned.as_ref().map_or((x, v), |[x, v]| (x, v));
         system.hessian_product(at.x, x, &mut self.by_positions);
         self.by_velocities.fill(0.0);
         if system.is_damped() {
@@ -71,6 +77,45 @@ impl<'p> TangentForces<'p> {
         self.add_parameters(system, at, &mut force);
         self.keep_free(system, &mut force);
         force
+    }
+
+    /// Sets where vertices start that are held and turn, from the change `x` of where they are at `time` [s].
+    pub(super) fn start_turning(&mut self, system: &System, time: f64, x: &[f64]) {
+        let zero = vec![0.0; x.len()];
+        for hold in system.constraints().iter().filter(|hold| turns(hold)) {
+            self.starts.resize(x.len(), 0.0);
+            hold.add_by_starts(time, system.dimension(), (x, &zero), &mut self.starts);
+        }
+    }
+
+    /// The change `(x, v)` of a place at `time` [s] with that of the vertices that are held and turn: places
+    /// and velocities are linear in where they start. `None` where none does.
+    pub(super) fn turned(
+        &self,
+        system: &System,
+        time: f64,
+        (x, v): (&[f64], &[f64]),
+    ) -> Option<[Vec<f64>; 2]> {
+        if self.starts.is_empty() {
+            return None;
+        }
+        let (d, zero, mut turned) = (system.dimension(), vec![0.0; x.len()], [x.to_vec(), v.to_vec()]);
+        for k in 0..d {
+            let mut axis = zero.clone();
+            axis.iter_mut().skip(k).step_by(d).for_each(|entry| *entry = 1.0);
+            for ((x, v), turned) in [(&axis, &zero), (&zero, &axis)].into_iter().zip(&mut turned) {
+                for hold in system.constraints().iter().filter(|hold| turns(hold)) {
+                    // Row k of the matrix of the motion.
+                    let mut row = zero.clone();
+                    hold.add_by_starts(time, d, (x, v), &mut row);
+                    for vertex in hold.vertices() {
+                        let at = *vertex as usize * d;
+                        turned[at + k] = dot(&row[at..at + d], &self.starts[at..at + d]);
+                    }
+                }
+            }
+        }
+        Some(turned)
     }
 
     /// The same of a force that is solved for.
@@ -123,6 +168,12 @@ impl<'p> TangentForces<'p> {
                 unknown.get_or_insert(i);
             }
         }
+    }
+
+    /// Change of the ether drag [1/s].
+    pub(super) fn ether_drag_change(&self) -> f64 {
+        let each = self.parameters.iter().zip(self.changes);
+        each.filter(|(parameter, _)| parameter.needs().ether_drag).map(|(_, change)| change[0]).sum()
     }
 
     /// The same of the acceleration [m/s^2].

@@ -64,8 +64,7 @@ pub struct RunDirection<'a> {
 /// ```
 ///
 /// # Errors
-/// [`GradientError`], as [`gradient`](crate::gradient()); damping and ether drag in fully implicit schemes
-/// have no tangent.
+/// [`GradientError`], as [`gradient`](crate::gradient()).
 ///
 /// # Panics
 /// The change of the start has another length than the state.
@@ -99,7 +98,7 @@ pub fn tangent(
 /// ```
 ///
 /// # Errors
-/// As [`tangent`]; numbers of motions, displacements of what is held and the ether drag have none.
+/// As [`tangent`]; numbers of motions and displacements of what is held have none.
 ///
 /// # Panics
 /// The direction has another shape than the state and the parameters.
@@ -111,7 +110,6 @@ pub fn tangent_along(
     watch: &mut dyn FnMut(&LossFrame<'_>, &RunTangent),
 ) -> Result<RunTangent, GradientError> {
     support::check(simulation)?;
-    support::check_tangent(simulation)?;
     check_terms(simulation.system_mut(), parameters)?;
     let schedule = Schedule::of(simulation, RunLength::Steps(steps))?;
     let RunDirection { position, velocity, parameters: changes } = direction;
@@ -128,9 +126,10 @@ pub fn tangent_along(
     let mut dots = StateTangent::new(inside(position), inside(velocity));
     let mut forces = TangentForces::new(d, dots.x.len(), parameters, changes);
     forces.keep_free(simulation.system(), &mut dots.v);
+    forces.start_turning(simulation.system(), simulation.state().time, &dots.x);
     refuse_unknown(simulation, &mut forces)?;
     let first = simulation.state().step;
-    show(simulation, &dots, watch);
+    show(simulation, &forces, &dots, watch);
     for step in first..first + steps {
         let state = simulation.state();
         let (time, x, v) = (state.time, state.x().to_vec(), state.v().to_vec());
@@ -146,9 +145,16 @@ pub fn tangent_along(
             _ => Some(unwalled(simulation, &schedule)?),
         };
         let held = simulation.system().structure();
+        let turned = forces.turned(simulation.system(), time, (&dots.x, &dots.v));
         schedule.step(simulation)?;
-        // Where pins let go schemes begin anew, and velocities were prescribed: they do not change.
-        let begins = begins || simulation.system().structure() != held;
+        // Where pins let go schemes begin anew, and velocities were prescribed: those of what turns go by its
+        // places, all others do not change.
+        let lets_go = simulation.system().structure() != held;
+        if let Some([_, v]) = turned.filter(|_| lets_go) {
+            dots.v = v;
+            forces.keep_free(simulation.system(), &mut dots.v);
+        }
+        let begins = begins || lets_go;
         support::check_run(simulation)?;
         let (h, method) = (schedule.step_size(simulation, step), simulation.method());
         let stage_velocities = simulation.stage_velocities().to_vec();
@@ -170,15 +176,18 @@ pub fn tangent_along(
             walled.forth(simulation.system(), &mut dots.x, &mut dots.v);
             forces.keep_free(simulation.system(), &mut dots.v);
         }
+        if let Some([x, _]) = forces.turned(simulation.system(), time + h, (&dots.x, &dots.v)) {
+            dots.x = x;
+        }
         if !dots.is_finite() {
             return Err(GradientError::TangentOverflow { step: step + 1, time: time + h });
         }
-        show(simulation, &dots, watch);
+        show(simulation, &forces, &dots, watch);
     }
     if let Some(end) = schedule.end() {
         simulation.restore(end)?;
     }
-    Ok(outside(simulation, &dots))
+    Ok(outside(simulation, &forces, &dots))
 }
 
 /// Refuses parameters that do not say how forces change with them.
@@ -192,8 +201,7 @@ fn refuse_unknown(simulation: &mut Simulation, forces: &mut TangentForces<'_>) -
         None => Ok(()),
         Some(number) => Err(GradientError::Unsupported {
             what: format!("tangents by parameter {number} of those given, counted from 0"),
-            remedy: "numbers of motions, displacements of pins and the ether drag have none; \
-                     `gradient` has an adjoint",
+            remedy: "numbers of motions and displacements of pins have none; `gradient` has an adjoint",
         }),
     }
 }
@@ -207,14 +215,25 @@ fn unwalled(simulation: &mut Simulation, schedule: &Schedule) -> Result<WalledEn
 }
 
 /// In the order of the scene.
-fn outside(simulation: &Simulation, dots: &StateTangent) -> RunTangent {
+fn outside(simulation: &Simulation, forces: &TangentForces<'_>, dots: &StateTangent) -> RunTangent {
     let (numbering, d) = (simulation.numbering(), simulation.system().dimension());
     let rows = |rows: &[f64]| numbering.to_original(rows, d).into_owned();
-    RunTangent { position: rows(&dots.x), velocity: rows(&dots.v) }
+    // What turns has velocities by its places, which no step takes along.
+    let turned = forces.turned(simulation.system(), simulation.state().time, (&dots.x, &dots.v));
+    let (x, v) = turned.as_ref().map_or((&dots.x, &dots.v), |[x, v]| (x, v));
+    RunTangent { position: rows(x), velocity: rows(v) }
 }
 
-fn show(simulation: &Simulation, dots: &StateTangent, watch: &mut dyn FnMut(&LossFrame<'_>, &RunTangent)) {
+fn show(
+    simulation: &Simulation,
+    forces: &TangentForces<'_>,
+    dots: &StateTangent,
+    watch: &mut dyn FnMut(&LossFrame<'_>, &RunTangent),
+) {
     let (x, v) = (simulation.positions(), simulation.velocities());
     let state = simulation.state();
-    watch(&LossFrame { step: state.step, time: state.time, x: &x, v: &v }, &outside(simulation, dots));
+    watch(
+        &LossFrame { step: state.step, time: state.time, x: &x, v: &v },
+        &outside(simulation, forces, dots),
+    );
 }

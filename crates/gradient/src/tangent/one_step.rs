@@ -9,7 +9,7 @@ use pliant::system::System;
 use super::forces::TangentForces;
 use crate::adjoint::linearised::LinearisedPlaces;
 use crate::adjoint::runge_kutta::{node, position};
-use crate::adjoint::splitting::{kick_of, kick_places};
+use crate::adjoint::splitting::{kick_by_drag, kick_of, kick_places};
 use crate::adjoint::statics::{coefficients, velocities};
 use crate::adjoint::{AdjointPlace, Singular, StageTables, Step, add_scaled, first_step};
 use crate::coupled::{CoupledEquations, StagePlace};
@@ -101,6 +101,11 @@ fn splitting(
                     let still = vec![0.0; dots.x.len()];
                     let a = forces.acceleration(system, at, (&dots.x, &still));
                     dots.v.iter_mut().zip(&a).for_each(|(v, a)| *v = decay * *v + kick * a);
+                    let change = forces.ether_drag_change();
+                    if change != 0.0 && system.ether_drag() != 0.0 {
+                        add_scaled(&mut dots.v, change, &kick_by_drag(system, &place, time));
+                        forces.keep_free(system, &mut dots.v);
+                    }
                     continue;
                 }
                 let before = dots.v.clone();
@@ -233,8 +238,8 @@ fn statics(
     Ok(())
 }
 
-/// With `X_i = x + y_i` and [tables](StageTables) `t`, `b`, `e`: `M y_i + h^2 sum_l t_il H_l y_l = h c_i M v
-/// - h^2 sum_l t_il H_l x`, all dots, without damping.
+/// With [tables](StageTables) `a`, `t` of the stages, all dots: `M A_i + (C_i + c M) h sum_j a_ij A_j + H_i h^2
+/// sum_j t_ij A_j = f_i`, `f_i` the change of the force of stage `i` at `x + c_i h v` and `v`.
 fn collocation(
     tables: &StageTables,
     forces: &mut TangentForces<'_>,
@@ -242,37 +247,26 @@ fn collocation(
     step: &Step<'_>,
     dots: &mut StateTangent,
 ) -> Result<(), Singular> {
-    let StageTables { nodes, twice, end_once, end_twice, .. } = tables;
-    let (h, s, d) = (step.h, 0..tables.count(), system.dimension());
+    let StageTables { nodes, once, twice, end_once, end_twice } = tables;
+    let h = step.h;
     let stages = tables.places(system, step);
-    let still = vec![0.0; dots.x.len()];
-    let mut force = |system: &mut System, stage: &StagePlace, x: &[f64]| {
+    let mut force = |(stage, node): (&StagePlace, &f64)| {
         let at = AdjointPlace { time: stage.time, x: &stage.x, v: &stage.v };
-        forces.force(system, at, (x, &still))
+        forces.force(system, at, (&sum(&[(1.0, &dots.x), (node * h, &dots.v)]), &dots.v))
     };
-    let pulled: Vec<Vec<f64>> = stages.iter().map(|stage| force(system, stage, &dots.x)).collect();
-    let right = |i: usize| {
-        let inertial = |(k, v): (usize, &f64)| h * nodes[i] * system.mass()[k / d] * v;
-        let mut right: Vec<f64> = dots.v.iter().enumerate().map(inertial).collect();
-        s.clone().for_each(|l| add_scaled(&mut right, h * h * twice[i][l], &pulled[l]));
-        right
+    let rights: Vec<Vec<f64>> = stages.iter().zip(nodes).map(&mut force).collect();
+    let times = |factor: f64, table: &[Vec<f64>]| -> Vec<Vec<f64>> {
+        table.iter().map(|row| row.iter().map(|entry| factor * entry).collect()).collect()
     };
-    let rights: Vec<Vec<f64>> = s.clone().map(right).collect();
-    let stiffness: Vec<Vec<f64>> =
-        twice.iter().map(|row| row.iter().map(|entry| h * h * entry).collect()).collect();
-    let damping = vec![vec![0.0; tables.count()]; tables.count()];
+    let (damping, stiffness) = (times(h, once), times(h * h, twice));
     let equations =
         CoupledEquations { stages: &stages, is_forth: true, damping: &damping, stiffness: &stiffness };
-    let moved = equations.solve(system, &rights).ok_or(Singular)?;
-    let total: f64 = end_once.iter().sum();
-    let mut x = sum(&[(1.0, &dots.x), (h * total, &dots.v)]);
-    for (l, (stage, moved)) in stages.iter().zip(&moved).enumerate() {
-        let mut acceleration = force(system, stage, &sum(&[(1.0, &dots.x), (1.0, moved)]));
-        acceleration.iter_mut().zip(system.inverse_mass()).for_each(|(a, weight)| *a *= weight);
-        add_scaled(&mut x, h * h * end_twice[l], &acceleration);
-        add_scaled(&mut dots.v, h * end_once[l], &acceleration);
+    let accelerations = equations.solve(system, &rights).ok_or(Singular)?;
+    add_scaled(&mut dots.x, h * end_once.iter().sum::<f64>(), &dots.v);
+    for (l, acceleration) in accelerations.iter().enumerate() {
+        add_scaled(&mut dots.x, h * h * end_twice[l], acceleration);
+        add_scaled(&mut dots.v, h * end_once[l], acceleration);
     }
-    dots.x = x;
     Ok(())
 }
 

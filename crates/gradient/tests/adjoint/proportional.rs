@@ -280,7 +280,12 @@ fn ether_drag_has_a_derivative() {
                 scene(scheme, 2, &text)
             };
             compare_number(scheme, of_drag, drag, (steps, 1e-6));
+            compare(scheme, &of_drag(0.8), &["world.ether_drag"], steps);
         }
+    }
+    for scheme in ["velocity-verlet", "yoshida4", "ias15"] {
+        let mass = "per_vertex = [3.0, 4.0, 5.0]";
+        compare(scheme, &particles(scheme, 2.0, mass, 0.8), &["world.ether_drag"], 60);
     }
 }
 
