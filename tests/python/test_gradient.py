@@ -108,6 +108,10 @@ def test_products_with_the_hessian_are_symmetric_and_differences_of_gradients() 
     found = simulation.hessian_product(squares, {young: 1.0}, steps=20)
     assert found[young] == pytest.approx((by[0] - by[1]) / 2e3, rel=1e-5)
     assert found.errors[young] < 1e-6 * abs(found[young])
+    end = 20 * simulation.scene._value("time.step")
+    assert simulation.hessian_product(squares, {young: 1.0}, times=[0.5 * end, end])[young] == found[young]
+    with pytest.raises(ValueError, match="not both"):
+        simulation.hessian_product(squares, {young: 1.0}, steps=20, times=[end])
     with pytest.raises(KeyError, match="no_such"):
         simulation.hessian_product(squares, {"no_such": 1.0}, steps=1)
     with pytest.raises(KeyError, match="could be changed"):

@@ -40,19 +40,13 @@ fn obstacle(simulation: &Simulation) -> Option<(String, &'static str)> {
     obstacle_among_terms(simulation)
 }
 
+/// A force that is the gradient of no energy, with products that are no derivatives of it.
 fn obstacle_among_terms(simulation: &Simulation) -> Option<(String, &'static str)> {
-    let is_implicit = simulation.method().documentation.solves > 0;
-    simulation.system().terms().iter().find_map(|term| {
-        let properties = term.properties();
-        let why = if properties.approximates {
-            "take the direct sum, without `tree`"
-        } else if is_implicit && properties.couples_all {
-            "take an explicit scheme"
-        } else {
-            return None;
-        };
-        Some((term.name(), why))
-    })
+    let mut terms = simulation.system().terms().iter();
+    let found = terms.find(|term| term.properties().approximates)?;
+    let remedy = "the force of a tree jumps where a particle comes into another cell, and by cells it is the gradient \
+                  of no energy; take the direct sum, without `tree`";
+    Some((found.name(), remedy))
 }
 
 /// Part of a linearised step whose derivative is not known: its matrix is to be that of exact products.

@@ -10,6 +10,7 @@ use crate::by_parameters::compare;
 use crate::differences::{compare_number, compare_numbers};
 use crate::solid::assembled;
 use crate::support;
+use crate::tangents::compare_with_tangents;
 
 /// A scene of this scheme with these further tables.
 fn scene(scheme: &str, dimension: usize, text: &str) -> Scene {
@@ -233,7 +234,7 @@ fn softened(scheme: &str, constant: f64, softening: f64, mass: &str, drag: f64) 
 
 #[test]
 fn attraction_has_derivatives_by_its_constant_and_by_masses() {
-    for scheme in ["velocity-verlet", "yoshida4", "rk4", "ias15"] {
+    for scheme in ["velocity-verlet", "yoshida4", "rk4", "ias15", "implicit-euler", "bdf2", "gauss2"] {
         let mass = "per_vertex = [3.0, 4.0, 5.0]";
         let of_constant = |g: f64| particles(scheme, g, mass, 0.0);
         compare_number(scheme, of_constant, ("world.nbody.constant", 2.0, 2.0), (60, 1e-6));
@@ -251,7 +252,10 @@ fn attraction_has_derivatives_by_its_constant_and_by_masses() {
         "body.three.mass.per_vertex",
         "body.one.mass.total",
     ];
-    compare("attraction", &particles("rk4", 2.0, "per_vertex = [3.0, 4.0, 5.0]", 0.0), &names, 100);
+    for scheme in ["rk4", "implicit-euler", "sdirk2"] {
+        compare("attraction", &particles(scheme, 2.0, "per_vertex = [3.0, 4.0, 5.0]", 0.0), &names, 100);
+    }
+    compare_with_tangents("attraction", &particles("bdf2", 2.0, "per_vertex = [3.0, 4.0, 5.0]", 0.3), 60);
 }
 
 #[test]

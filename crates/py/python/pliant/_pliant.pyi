@@ -212,6 +212,7 @@ class Simulation:
         direction: dict[str, npt.ArrayLike],
         *,
         steps: int | None = None,
+        times: Sequence[float] | None = None,
         memory: int | None = None,
         reach: float = 1e-2,
     ) -> HessianProduct: ...

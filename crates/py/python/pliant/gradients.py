@@ -168,10 +168,11 @@ class _MovedRuns:
         loss: Callable[[Frame], tuple[Any, ...] | None],
         direction: Mapping[str, npt.ArrayLike],
         steps: int | None,
+        times: Sequence[float] | None,
         memory: int | None,
     ) -> None:
         self.simulation, self.loss = simulation, loss
-        self.steps, self.memory = steps, memory
+        self.run: dict[str, Any] = {"steps": steps, "times": times, "memory": memory}
         self.direction = {name: np.asarray(change, dtype=np.float64) for name, change in direction.items()}
         known = simulation.gradient_names()
         for name in self.direction:
@@ -214,7 +215,7 @@ class _MovedRuns:
             moved.positions = at["position"]
         if "velocity" in at:
             moved.velocities = at["velocity"]
-        found = moved.gradient(self.loss, list(self.direction), steps=self.steps, memory=self.memory)
+        found = moved.gradient(self.loss, list(self.direction), **self.run)
         rows = [np.ravel(found[name]) for name in self.direction]
         numbers: list[float] = np.concatenate(rows).tolist() if rows else []
         return numbers

@@ -470,6 +470,9 @@ impl PySimulation {
     ///     that are one number or a vector. Their size does not matter. The product has the same names.
     /// steps : int, optional
     ///     How many steps a run has; as many as are left of the scene's duration without it.
+    /// times : sequence of float, optional
+    ///     In place of `steps`: times, ascending [s], that steps land on, as for `gradient`. Where steps follow
+    ///     the error, each run chooses its own, and the errors are larger.
     /// memory : int, optional
     ///     Bytes for states, as for `gradient`.
     /// reach : float, default 0.01
@@ -505,12 +508,13 @@ impl PySimulation {
     /// >>> found = simulation.hessian_product(square_of_the_last, {young: 1e5}, steps=20)
     /// >>> bool(found.errors[young] < 1e-3 * abs(found[young]))
     /// True
-    #[pyo3(signature = (loss, direction, *, steps = None, memory = None, reach = 1e-2))]
+    #[pyo3(signature = (loss, direction, *, steps = None, times = None, memory = None, reach = 1e-2))]
     fn hessian_product<'py>(
         slf: &Bound<'py, Self>,
         loss: Py<PyAny>,
         direction: &Bound<'py, PyDict>,
         steps: Option<u64>,
+        times: Option<Vec<f64>>,
         memory: Option<usize>,
         reach: f64,
     ) -> PyResult<Bound<'py, PyAny>> {
@@ -518,7 +522,7 @@ impl PySimulation {
             return Err(PyValueError::new_err(format!("reach must be above zero; got {reach}")));
         }
         let runs = slf.py().import("pliant.gradients")?.getattr("_MovedRuns")?;
-        let runs = runs.call1((slf, loss, direction, steps, memory))?;
+        let runs = runs.call1((slf, loss, direction, steps, times, memory))?;
         let gradient_at = |h: f64| -> PyResult<Vec<f64>> { runs.call_method1("gradient", (h,))?.extract() };
         let HessianProduct { product, errors } = hessian_product(reach, gradient_at)?;
         runs.call_method1("shown", (product, errors))
