@@ -64,11 +64,11 @@ pub use hessian::{HessianProduct, hessian_product};
 pub use loss::{Loss, LossFrame};
 pub use names::{ParameterSelection, names};
 pub use parameter::{
-    AttractingMasses, AxisDirections, BodyDensity, Concatenated, ContactStiffness, EtherDrag, ForceUse,
-    FormulaNumber, FrictionCoefficient, Gravity, GravityNumber, HeldPlaces, HeldUse, LinearElements,
-    LoadFactor, LoadValue, Masses, ModeUse, Modulus, MotionFactor, MotionNumber, Parameter, ParameterNeeds,
-    RestLengths, ShapedElements, Softening, SpringStiffness, StateUse, StepForces, TermFactor, TieRestLength,
-    Together, TunedSpring, WeightDensity, Weighted,
+    AttractingMasses, AxisDirections, BodyDensity, Concatenated, ContactStiffness, EtherDrag, FibreTension,
+    ForceUse, FormulaNumber, FrictionCoefficient, Gravity, GravityNumber, HeldPlaces, HeldUse,
+    LinearElements, LoadFactor, LoadValue, Masses, ModeUse, Modulus, MotionFactor, MotionNumber, Parameter,
+    ParameterNeeds, RestLengths, ShapedElements, Softening, SpringStiffness, StateUse, StepForces,
+    TermFactor, TieRestLength, Together, TunedSpring, WeightDensity, Weighted,
 };
 pub use support::check;
 pub use tangent::{RunDirection, RunTangent, tangent, tangent_along};

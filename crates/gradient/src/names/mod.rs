@@ -16,12 +16,12 @@ use pliant::dissipation::Viscosity;
 use pliant::material::MaterialSpec;
 use pliant::numbering::Numbering;
 use pliant::topology::{BodyKind, BodyTopology, Topology};
-use pliant_scene::{Body, MassSpec, OverTime, Scene, SpringsSpec};
+use pliant_scene::{Body, FibreSpec, MassSpec, MuscleSpec, OverTime, Scene, SpringsSpec};
 
 use crate::parameter::{
-    AttractingMasses, AxisDirections, BodyDensity, Concatenated, ContactStiffness, Gravity, GravityNumber,
-    HeldPlaces, LinearElements, Masses, Modulus, Parameter, RestLengths, ShapedElements, SpringStiffness,
-    StepForces, TermFactor, Together, TunedSpring, WeightDensity, Weighted,
+    AttractingMasses, AxisDirections, BodyDensity, Concatenated, ContactStiffness, FibreTension, Gravity,
+    GravityNumber, HeldPlaces, LinearElements, Masses, Modulus, Parameter, RestLengths, ShapedElements,
+    SpringStiffness, StepForces, TermFactor, Together, TunedSpring, WeightDensity, Weighted,
 };
 use crate::{GradientError, RunGradient};
 use constants::MaterialConstants;
@@ -121,12 +121,12 @@ pub fn names(scene: &Scene, topology: &Topology) -> Vec<String> {
     names
 }
 
-/// True if more than the elements is made of the shape at rest: loads on volumes, areas and places,
-/// prescribed motion by places, fibres of muscles, axes of materials, ties to the nearest point.
+/// True if more than the elements is made of the shape at rest: loads on parts of volumes, on areas and places,
+/// prescribed motion by places, muscles and axes of materials by places, ties to the nearest point.
 fn is_at_rest_elsewhere(scene: &Scene, spec: &Body) -> bool {
     let by_place = |formulas: &[OverTime]| formulas.iter().any(OverTime::depends_on_place);
     let loads = spec.load.iter().any(|load| {
-        let by_size = load.body_force.is_some() || load.traction.is_some();
+        let by_size = load.traction.is_some() || load.body_force.is_some() && !load.selections().is_empty();
         let pressed = load.pressure.as_ref().is_some_and(OverTime::depends_on_place);
         by_size || pressed || load.vectors().into_iter().any(|(.., vector)| by_place(vector))
     });
@@ -134,7 +134,13 @@ fn is_at_rest_elsewhere(scene: &Scene, spec: &Body) -> bool {
     let moved = motions.filter_map(|motion| motion.displacement.as_deref()).any(by_place);
     let mut targets = scene.attachment.iter().filter_map(|tie| tie.target.as_ref());
     let tied = targets.any(|target| target.nearest_point.is_some());
-    loads || moved || tied || !spec.muscle.is_empty() || spec.elastic_axes.is_some()
+    let goes_by_place = |fibre: &FibreSpec| match fibre {
+        FibreSpec::Direction(formulas) => by_place(formulas),
+        FibreSpec::PerElement(_) => false,
+    };
+    let contracts = spec.muscle.iter().any(|m| m.tension.depends_on_place() || goes_by_place(&m.fibre));
+    let mut axes = spec.elastic_axes.iter().flat_map(|axes| std::iter::once(&axes.first).chain(&axes.second));
+    loads || moved || tied || contracts || axes.any(goes_by_place)
 }
 
 /// Keys of a body that the gradient can be taken by.
@@ -448,6 +454,14 @@ impl Places<'_> {
             weight.iter_mut().zip(self.gravity()).for_each(|(weight, gravity)| *weight = gravity);
             weight
         });
+        let axes = self.axes(spec, body).unwrap_or_default();
+        let of_muscle = |muscle: &MuscleSpec| FibreTension {
+            directions: muscle.fibre.vectors(&self.centres(body)),
+            tension: muscle.tension.clone(),
+        };
+        let muscles: Vec<FibreTension> = spec.muscle.iter().map(of_muscle).collect();
+        let body_forces: Vec<Vec<OverTime>> =
+            spec.load.iter().filter_map(|load| load.body_force.clone()).collect();
         let shaped = ShapedElements {
             dimension: self.topology.dimension,
             order: if has_linear_elements(body) { 1 } else { 2 },
@@ -455,6 +469,9 @@ impl Places<'_> {
             rest: &rest,
             material,
             factors: factors.as_deref().unwrap_or_default(),
+            axes: &axes,
+            muscles: &muscles,
+            body_forces: &body_forces,
             viscosity,
             density: density(&spec.mass),
             weight,

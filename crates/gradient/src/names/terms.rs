@@ -1,5 +1,6 @@
 //! Terms of a body with other constants.
 
+use pliant::algebra::Mat;
 use pliant::dissipation::{AtRest, DissipativeTerm, MassProportional, Viscosity};
 use pliant::element::CellBlock;
 use pliant::energy::EnergyTerm;
@@ -121,11 +122,7 @@ impl Places<'_> {
         let rest = self.numbering.to_internal(&self.topology.rest_positions, d);
         let cells = self.cells(body);
         let factors = spec.elastic_factor.as_ref().map(|factor| self.each(factor, body));
-        let axes = self.axis_directions(spec, body).map(|(first, second)| {
-            let second = |element: usize| second.as_ref().map(|second| &second[element]);
-            let each = first.iter().enumerate();
-            each.map(|(element, first)| material_axes(first, second(element))).collect::<Vec<_>>()
-        });
+        let axes = self.axes(spec, body);
         let elements = ElementSet {
             body: &body.name,
             dimension: d,
@@ -147,7 +144,20 @@ impl Places<'_> {
     /// Directions of the axes of the material in each element as they are given, where the scene gives them:
     /// of the first, and of the second where there are any.
     pub(super) fn axis_directions(&self, spec: &Body, body: &BodyTopology) -> Option<AxisVectors> {
-        let axes = spec.elastic_axes.as_ref()?;
+        let (axes, centres) = (spec.elastic_axes.as_ref()?, self.centres(body));
+        Some((axes.first.vectors(&centres), axes.second.as_ref().map(|second| second.vectors(&centres))))
+    }
+
+    /// Rotation from the axes of the material to those of space in each element, where the scene gives any.
+    pub(super) fn axes(&self, spec: &Body, body: &BodyTopology) -> Option<Vec<Mat<f64, 3>>> {
+        let (first, second) = self.axis_directions(spec, body)?;
+        let second = |element: usize| second.as_ref().map(|second| &second[element]);
+        let each = first.iter().enumerate();
+        Some(each.map(|(element, first)| material_axes(first, second(element))).collect())
+    }
+
+    /// Means of the corners of the elements of a body at rest [m].
+    pub(super) fn centres(&self, body: &BodyTopology) -> Vec<[f64; 3]> {
         let d = self.topology.dimension;
         let centre = |corners: &[u32]| {
             let mut centre = [0.0; 3];
@@ -157,11 +167,10 @@ impl Places<'_> {
             }
             centre
         };
-        let centres: Vec<[f64; 3]> = match d {
+        match d {
             2 => body.triangles.iter().map(|cell| centre(cell)).collect(),
             _ => body.tetrahedra.iter().map(|cell| centre(cell)).collect(),
-        };
-        Some((axes.first.vectors(&centres), axes.second.as_ref().map(|second| second.vectors(&centres))))
+        }
     }
 
     /// One number for each element.

@@ -114,7 +114,7 @@ impl LinearElements<'_> {
 }
 
 /// A rotation in the plane, or the whole of it.
-fn in_dimension<const D: usize>(axes: &Mat<f64, 3>) -> Mat<f64, D> {
+pub(super) fn in_dimension<const D: usize>(axes: &Mat<f64, 3>) -> Mat<f64, D> {
     let mut part = Mat::zero();
     (0..D).for_each(|i| part[i].copy_from_slice(&axes[i][..D]));
     part

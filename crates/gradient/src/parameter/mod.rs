@@ -28,7 +28,7 @@ pub use moduli::Modulus;
 pub use motion::{MotionFactor, MotionNumber};
 pub use mutual_gravity::{AttractingMasses, Softening};
 pub use proportional::{EtherDrag, TermFactor};
-pub use rest_shape::ShapedElements;
+pub use rest_shape::{FibreTension, ShapedElements};
 pub use spring::{RestLengths, SpringStiffness, TunedSpring};
 pub use tie::TieRestLength;
 pub use together::{Concatenated, Together};

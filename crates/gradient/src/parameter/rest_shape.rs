@@ -18,11 +18,22 @@ use pliant::element::{
     QuadraturePoint, mass_rule, order, quadrature_count, quadrature_points, shape_functions,
 };
 use pliant::energy::elastic::points_of;
-use pliant::material::MaterialSpec;
+use pliant::material::{MaterialSpec, material_axes};
+use pliant_scene::OverTime;
 
+use super::axes::in_dimension;
 use super::elements::{ElementEnergy, Maker};
 use super::mass::{add_by_mass, by_mass, mode_by_mass, uniform_gravity};
 use super::{ForceUse, ModeUse, Parameter, ParameterNeeds};
+
+/// Tension along fibres whose directions do not go by the shape.
+#[derive(Clone, Debug)]
+pub struct FibreTension {
+    /// Direction of any length in each element, third component 0 in 2D.
+    pub directions: Vec<[f64; 3]>,
+    /// The same everywhere [Pa].
+    pub tension: OverTime,
+}
 
 /// Simplices of a body at rest, and what is made of their shape.
 #[derive(Clone, Copy, Debug)]
@@ -39,6 +50,13 @@ pub struct ShapedElements<'a> {
     pub material: &'a MaterialSpec,
     /// Factors of it, one for each element; none if all are 1.
     pub factors: &'a [f64],
+    /// Rotation from the axes of the material to those of space in each element, whatever its shape; none if
+    /// all are the same.
+    pub axes: &'a [Mat<f64, 3>],
+    /// Tensions along fibres.
+    pub muscles: &'a [FibreTension],
+    /// Components of forces per volume on all elements [N/m^d], the same everywhere.
+    pub body_forces: &'a [Vec<OverTime>],
     /// Viscosity, whatever their stiffness.
     pub viscosity: Viscosity,
     /// Density [kg/m^3]; `None` where masses do not go by volumes.
@@ -66,13 +84,18 @@ struct RestShape<const D: usize, const N: usize> {
     elements: Vec<[u32; N]>,
     /// Points at which energies are summed, those of one element after those of another.
     points: Vec<QuadraturePoint<D, N>>,
-    /// Points at which masses are; none where they do not go by volumes.
+    /// Points at which masses and forces per volume are; none where there is neither by volumes.
     masses: Vec<QuadraturePoint<D, N>>,
     /// Values of the shape functions at these points, the same in all elements.
     values: Vec<[f64; N]>,
     psi: Box<dyn ElementEnergy<D>>,
     /// Factor of the energy of each element.
     factors: Vec<f64>,
+    /// Rotation of the material of each, none where there is none.
+    axes: Vec<Mat<f64, D>>,
+    /// Tensions, and `a a^T` of the unit vector `a` in each element.
+    muscles: Vec<(OverTime, Vec<Mat<f64, D>>)>,
+    body_forces: Vec<Vec<OverTime>>,
     viscosity: Viscosity,
     density: f64,
     weight: Option<[f64; 3]>,
@@ -90,6 +113,18 @@ fn gradient<const D: usize, const N: usize>(
     point.deformation_gradient(&points_of(rows, element))
 }
 
+/// `a a^T` of the unit vectors `a` along these directions.
+fn along<const D: usize>(directions: &[[f64; 3]]) -> Vec<Mat<f64, D>> {
+    let of_element = |direction: &[f64; 3]| {
+        // A rotation's first column is the unit vector.
+        let axes = material_axes(direction, None);
+        let mut both = Mat::zero();
+        (0..D).for_each(|i| (0..D).for_each(|j| both[i][j] = axes[i][0] * axes[j][0]));
+        both
+    };
+    directions.iter().map(of_element).collect()
+}
+
 /// `2 eta sym(A) + zeta tr(A) I`.
 fn viscous<const D: usize>(viscosity: Viscosity, a: &Mat<f64, D>) -> Mat<f64, D> {
     a.symmetric().scale(2.0 * viscosity.shear) + Mat::scalar(viscosity.second * a.trace())
@@ -104,6 +139,7 @@ impl<const D: usize, const N: usize> RestShape<D, N> {
         let centre = [1.0 / (D + 1) as f64; 4];
         let rule = if order::<D, N>() == 1 { vec![(centre, 1.0)] } else { mass_rule::<D>() };
         let density = of.density.unwrap_or(0.0);
+        let has_volumes = density != 0.0 || !of.body_forces.is_empty();
         let mass_points = |element: &[u32; N]| -> Vec<QuadraturePoint<D, N>> {
             rule.iter().map(|(at, part)| QuadraturePoint::new(&nodes(element), at, *part)).collect()
         };
@@ -112,10 +148,17 @@ impl<const D: usize, const N: usize> RestShape<D, N> {
         };
         RestShape {
             points: elements.iter().flat_map(points).collect(),
-            masses: elements.iter().filter(|_| density != 0.0).flat_map(mass_points).collect(),
+            masses: elements.iter().filter(|_| has_volumes).flat_map(mass_points).collect(),
             values: rule.iter().map(|(at, _)| shape_functions::<D, N>(at)).collect(),
             psi: of.material.visit::<D, _>(Maker),
             factors: if of.factors.is_empty() { vec![1.0; elements.len()] } else { of.factors.to_vec() },
+            axes: of.axes.iter().map(in_dimension).collect(),
+            muscles: of
+                .muscles
+                .iter()
+                .map(|muscle| (muscle.tension.clone(), along(&muscle.directions)))
+                .collect(),
+            body_forces: of.body_forces.to_vec(),
             viscosity: of.viscosity,
             weight: of.weight,
             vertices: vertices.len(),
@@ -131,6 +174,41 @@ impl<const D: usize, const N: usize> RestShape<D, N> {
         self.elements.iter().zip(points).enumerate().map(|(i, (element, points))| (i, element, points))
     }
 
+    /// `P` of element `i`.
+    fn stress(&self, i: usize, f: &Mat<f64, D>, time: f64) -> Mat<f64, D> {
+        let stress = match self.axes.get(i) {
+            None => self.psi.stress(f),
+            Some(axes) => self.psi.stress(&f.mul(axes)).mul_transpose(axes),
+        };
+        stress.scale(self.factors[i]) + self.tension(i, f, time)
+    }
+
+    /// `dP/dF : G` of element `i` without muscles.
+    fn passive_along(&self, i: usize, f: &Mat<f64, D>, g: &Mat<f64, D>) -> Mat<f64, D> {
+        let along = match self.axes.get(i) {
+            None => self.psi.stress_along(f, g),
+            Some(axes) => self.psi.stress_along(&f.mul(axes), &g.mul(axes)).mul_transpose(axes),
+        };
+        along.scale(self.factors[i])
+    }
+
+    /// `T F a a^T` of all muscles, linear in `F`.
+    fn tension(&self, i: usize, f: &Mat<f64, D>, time: f64) -> Mat<f64, D> {
+        let of_muscle = |(tension, both): &(OverTime, Vec<Mat<f64, D>>)| {
+            f.mul(&both[i]).scale(tension.value([0.0; 3], time))
+        };
+        self.muscles.iter().map(of_muscle).fold(Mat::zero(), |sum, stress| sum + stress)
+    }
+
+    /// Forces per volume at a time [N/m^d].
+    fn body_force(&self, time: f64) -> [f64; D] {
+        let mut sum = [0.0; D];
+        for force in &self.body_forces {
+            sum.iter_mut().zip(force).for_each(|(sum, component)| *sum += component.value([0.0; 3], time));
+        }
+        sum
+    }
+
     /// `K` of the energy of element `i` and of its viscosity at a point.
     fn rate(
         &self,
@@ -139,9 +217,9 @@ impl<const D: usize, const N: usize> RestShape<D, N> {
         of: &ForceUse<'_>,
     ) -> Mat<f64, D> {
         let [f, g, l] = [of.x, of.p, of.v].map(|rows| gradient(rows, element, point));
-        let (stress, along) = (self.psi.stress(&f), self.psi.stress_along(&f, &g));
+        let stress = self.stress(i, &f, of.time);
+        let along = self.passive_along(i, &f, &g) + self.tension(i, &g, of.time);
         let rate = Mat::scalar(stress.dot(&g)) - f.transpose_mul(&along) - g.transpose_mul(&stress);
-        let rate = rate.scale(self.factors[i]);
         if self.viscosity == Viscosity::default() {
             return rate;
         }
@@ -160,9 +238,9 @@ impl<const D: usize, const N: usize> RestShape<D, N> {
         force: &mut [f64],
     ) {
         let [f, l] = [of.x, of.v].map(|rows| gradient(rows, element, point));
-        let (stress, growth) = (self.psi.stress(&f), b.trace());
-        let along = self.psi.stress_along(&f, &f.mul(b));
-        let mut by_shape = (stress.mul_transpose(b) + along - stress.scale(growth)).scale(self.factors[i]);
+        let (stress, growth, changed) = (self.stress(i, &f, of.time), b.trace(), f.mul(b));
+        let along = self.passive_along(i, &f, &changed) + self.tension(i, &changed, of.time);
+        let mut by_shape = stress.mul_transpose(b) + along - stress.scale(growth);
         if self.viscosity != Viscosity::default() {
             let a = f.transpose_mul(&l);
             let s = viscous(self.viscosity, &a);
@@ -221,11 +299,24 @@ impl<const D: usize, const N: usize> RestShape<D, N> {
         }
     }
 
+    /// Adds what forces per volume make of rest positions, by the work of a force on each vertex.
+    fn spread_forces(&self, work: impl Fn(usize) -> f64, derivative: &mut [f64]) {
+        for (i, element) in self.elements.iter().enumerate() {
+            let works = element.map(|vertex| work(vertex as usize));
+            for (point, values) in self.masses_of(i).iter().zip(&self.values) {
+                let rate = values.iter().zip(works).map(|(n, work)| n * work).sum();
+                self.spread(element, point, &Mat::scalar(rate), derivative);
+            }
+        }
+    }
+
     /// Adds what masses make of rest positions, by a derivative at each vertex.
     fn spread_masses(&self, by_mass: impl Fn(usize) -> f64, derivative: &mut [f64]) {
+        if self.density == 0.0 {
+            return;
+        }
         for (i, element) in self.elements.iter().enumerate() {
-            let at_nodes =
-                element.map(|vertex| if self.masses.is_empty() { 0.0 } else { by_mass(vertex as usize) });
+            let at_nodes = element.map(|vertex| by_mass(vertex as usize));
             let mut rates = vec![0.0; self.masses_of(i).len()];
             self.each_mass(i, |q, a, by_volume| rates[q] += by_volume * at_nodes[a]);
             for (point, rate) in self.masses_of(i).iter().zip(rates) {
@@ -250,9 +341,10 @@ impl<const D: usize, const N: usize> Parameter for RestShape<D, N> {
         for (i, element, points) in self.each() {
             for point in points {
                 let [f, g] = [of.x, of.shape].map(|rows| gradient(rows, element, point));
-                let along = self.psi.stress_along(&f, &g);
+                // Where no force acts muscles have no tension.
+                let along = self.passive_along(i, &f, &g);
                 let rate = Mat::scalar(along.dot(&g)) - g.transpose_mul(&along).scale(2.0);
-                self.spread(element, point, &rate.scale(self.factors[i]), derivative);
+                self.spread(element, point, &rate, derivative);
             }
         }
         self.spread_masses(|vertex| mode_by_mass(of, vertex), derivative);
@@ -261,6 +353,7 @@ impl<const D: usize, const N: usize> Parameter for RestShape<D, N> {
 
     fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
         let gravity = self.weight.unwrap_or_else(|| uniform_gravity(of.system));
+        let body_force = self.body_force(of.time);
         for (i, element, points) in self.each() {
             let moved = points_of(change, &element.map(|vertex| self.place[vertex as usize]));
             for point in points {
@@ -271,9 +364,18 @@ impl<const D: usize, const N: usize> Parameter for RestShape<D, N> {
                 .iter()
                 .map(|point| point.weight * point.deformation_gradient(&moved).trace())
                 .collect();
+            for (growth, values) in growths.iter().zip(&self.values) {
+                for (vertex, n) in element.iter().zip(values) {
+                    let force = &mut force[*vertex as usize * D..][..D];
+                    force.iter_mut().zip(body_force).for_each(|(force, b)| *force += n * growth * b);
+                }
+            }
+            if self.density == 0.0 {
+                continue;
+            }
             let mut masses = [0.0; N];
             self.each_mass(i, |q, a, by_volume| masses[a] += by_volume * growths[q]);
-            for (vertex, mass) in element.iter().zip(masses).filter(|_| !growths.is_empty()) {
+            for (vertex, mass) in element.iter().zip(masses) {
                 match self.weight {
                     Some(_) => {
                         let force = &mut force[*vertex as usize * D..][..D];
@@ -295,6 +397,12 @@ impl<const D: usize, const N: usize> Parameter for RestShape<D, N> {
         }
         let gravity = self.weight.unwrap_or_else(|| uniform_gravity(of.system));
         let by_weight = |vertex: usize| of.p[vertex * D..][..D].iter().zip(gravity).map(|(p, g)| p * g).sum();
+        let body_force = self.body_force(of.time);
+        if body_force != [0.0; D] {
+            let work =
+                |vertex: usize| of.p[vertex * D..][..D].iter().zip(body_force).map(|(p, b)| p * b).sum();
+            self.spread_forces(work, derivative);
+        }
         match self.weight {
             Some(_) => self.spread_masses(by_weight, derivative),
             None => self.spread_masses(|vertex| by_mass(of, &gravity, vertex), derivative),

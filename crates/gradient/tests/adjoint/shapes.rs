@@ -101,6 +101,51 @@ fn shapes_at_rest_of_elements_with_factors_have_derivatives() {
     }
 }
 
+/// A force per volume, muscles and a material with fibres whose axes turn: all by the shape, in directions that
+/// do not go by it.
+const FURTHER: &str = "mass = { total = 150.0 }
+    load = [{ body_force = ['900*cos(30*t)', '-400 - 3e4*t'] }, { body_force = [200.0, 100.0] }]
+    muscle = [
+        { fibre = { direction = [2, 1] }, tension = '3e3*(1 + sin(20*t))' },
+        { fibre = { per_element = [[1, 0], [0, 1], [1, 1], [1, -2]] }, tension = 2e3 },
+    ]
+    elastic_factor = [0.5, 2.0, 1.0, 3.0]
+    elastic_axes = { first = { per_element = [[1, 0.2], [0.3, 1], [1, 1], [-1, 2]] } }
+    [body.elastic.expression]
+    psi = 'mu/2*(I1 - 3) - mu*log(J) + k/2*(I4 - 1)^2 + 2*k*E12^2'
+    parameters = { mu = 2e4, k = 9e3 }
+    fibres = [[1, 0.5]]";
+
+/// The same in space: six elements.
+fn in_space() -> String {
+    FURTHER
+        .replace("'-400 - 3e4*t']", "'-400 - 3e4*t', 500]")
+        .replace("[200.0, 100.0]", "[200.0, 100.0, -300.0]")
+        .replace("[2, 1]", "[2, 1, 0.5]")
+        .replace(
+            "[[1, 0], [0, 1], [1, 1], [1, -2]]",
+            "[[1, 0, 0], [0, 1, 0], [1, 1, 1], [1, -2, 0], [0, 0, 1], [1, 0, 1]]",
+        )
+        .replace("[0.5, 2.0, 1.0, 3.0]", "[0.5, 2.0, 1.0, 3.0, 0.8, 1.4]")
+        .replace(
+            "[[1, 0.2], [0.3, 1], [1, 1], [-1, 2]]",
+            "[[1, 0.2, 0], [0.3, 1, 1], [1, 1, 1], [-1, 2, 0], [0, 0, 1], [1, 0, 1]]",
+        )
+}
+
+#[test]
+fn shapes_with_body_forces_muscles_and_axes_have_derivatives() {
+    for (kind, (scheme, steps)) in KINDS.into_iter().flat_map(|kind| RUNS.map(|run| (kind, run))) {
+        let more = if kind.0 == 2 { FURTHER.to_owned() } else { in_space() };
+        for more in [more.clone(), more.replace("total = 150.0", "density = 1000.0")] {
+            let of = |h: f64| block(scheme, kind, h, &more);
+            compare_shape(&format!("{scheme}, {kind:?}"), of, ("block", 0.02), (steps, 1e-6));
+            let steps = if scheme == "quasi-static" { 1 } else { steps };
+            compare(&format!("{scheme}, {kind:?}"), &of(0.0), &["body.block.rest"], steps);
+        }
+    }
+}
+
 #[test]
 fn tangents_by_shapes_are_the_transpose_of_gradients() {
     let more = "mass = { density = 1000.0 }
@@ -124,6 +169,17 @@ fn shapes_of_which_more_is_made_are_not_offered() {
     };
     let proportional = format!("{MASS}\ndamping = {{ stiffness_proportional = 1e-3 }}");
     assert!(has("rk4", "neo-hookean", &proportional) && !has("rk4", "linear", &proportional));
+    for (more, is_offered) in [
+        ("load = [{ body_force = [1.0, 2.0] }]", true),
+        ("load = [{ body_force = [1.0, '2.0*X'] }]", false),
+        ("load = [{ body_force = [1.0, 2.0], vertices = [1] }]", false),
+        ("load = [{ traction = [1.0, 2.0] }]", false),
+        ("muscle = [{ fibre = { direction = [1, 'X'] }, tension = 1.0 }]", false),
+        ("muscle = [{ fibre = { direction = [1, 0] }, tension = '1 + X' }]", false),
+        ("muscle = [{ fibre = { direction = [1, 0] }, tension = '1 + t' }]", true),
+    ] {
+        assert_eq!(has("rk4", "neo-hookean", &format!("{MASS}\n{more}")), is_offered, "{more}");
+    }
     let by_masses = format!("{MASS}\ndamping = {{ mass_proportional = 1.0 }}");
     assert!(has("rk4", "linear", &by_masses) && !has("quasi-static", "linear", &by_masses));
 }

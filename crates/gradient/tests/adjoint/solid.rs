@@ -278,7 +278,7 @@ fn the_shape_at_rest_is_a_parameter_where_elements_alone_are_made_of_it() {
         ("load = [{ force = [1.0, 't'] }]", "", true),
         ("load = [{ pressure = '10*t' }]", "", true),
         ("load = [{ force = [1.0, 'X'] }]", "", false),
-        ("load = [{ body_force = [1.0, 0.0] }]", "", false),
+        ("load = [{ body_force = [1.0, 0.0] }]", "", true),
         ("load = [{ traction = [1.0, 0.0] }]", "", false),
         ("load = [{ pressure = '10*X' }]", "", false),
         ("", BY_PLACE, false),
