@@ -218,7 +218,11 @@ fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<Cow<'static, 
     }
     keys.extend(proportional::of_body(scene, spec, body).into_iter().map(|factor| factor.key));
     let all = keys.into_iter().map(Cow::Borrowed).chain(of_formula);
-    let by_index = loads::keys(spec).chain(muscles::keys(spec)).chain(motions::keys(spec));
+    let muscles = 0..if has_linear_elements(body) { spec.muscle.len() } else { 0 };
+    let by_index = loads::keys(spec)
+        .chain(muscles::keys(spec))
+        .chain(muscles.map(muscles::of_fibres))
+        .chain(motions::keys(spec));
     let all = all.chain(by_index.map(Cow::Owned));
     all.filter(|key| contact::obstacle(scene, spec, key).is_none()).collect()
 }
@@ -351,7 +355,13 @@ impl Places<'_> {
             _ if key.starts_with("load.") => {
                 return loads::parameter(spec, &body.name, self.topology.dimension, key);
             }
-            _ if key.starts_with("muscle.") => return muscles::parameter(spec, &body.name, key),
+            _ if key.starts_with("muscle.") => {
+                let mut each = spec.muscle.iter().enumerate();
+                return match each.find(|(i, _)| muscles::of_fibres(*i) == key) {
+                    Some((_, muscle)) => Some(self.fibres(muscle, body)),
+                    None => muscles::parameter(spec, &body.name, key),
+                };
+            }
             _ if key.starts_with("pin.") => {
                 return motions::parameter(spec, &body.name, key, &self.rest());
             }
@@ -479,6 +489,13 @@ impl Places<'_> {
         let vertices: Vec<u32> =
             body.vertices.clone().map(|vertex| self.numbering.internal(vertex)).collect();
         shaped.parameter(&vertices)
+    }
+
+    /// Directions of the fibres of a muscle in linear elements.
+    fn fibres(&self, muscle: &MuscleSpec, body: &BodyTopology) -> Box<dyn Parameter> {
+        let (cells, rest, centres) = (self.cells(body), self.rest(), self.centres(body));
+        let elements = LinearElements { dimension: self.topology.dimension, cells: &cells, rest: &rest };
+        elements.fibres(&muscle.fibre.vectors(&centres), muscle.tension.clone(), centres)
     }
 
     fn of_elements(&self, spec: &Body, body: &BodyTopology, key: &str) -> Option<Box<dyn Parameter>> {

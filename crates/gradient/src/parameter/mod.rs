@@ -4,6 +4,7 @@ mod axes;
 mod contact;
 mod each_step;
 mod elements;
+mod fibre;
 mod gravity;
 mod load;
 mod mass;

@@ -4,7 +4,8 @@ use pliant::simulation::Simulation;
 use pliant_gradient::{LossFrame, ParameterSelection, UNLIMITED, gradient, names, tangent};
 use pliant_scene::Scene;
 
-use crate::differences::compare_number;
+use crate::by_parameters::compare;
+use crate::differences::{compare_number, compare_numbers};
 use crate::solid::{Further, assembled, scene};
 use crate::support::{case, dot, scattered, schemes, solve_exactly};
 
@@ -121,6 +122,32 @@ fn numbers_of_a_muscle_are_parameters() {
         compare_number(scheme, factor, (&name("factor"), 1.0, 1.0), (12, 1e-7));
         let more = |more: f64| with(format!("4e3*(1 + Y)*sin(9*t) + {more:?}"));
         compare_number(scheme, more, (&name("tension"), 0.0, 4e3), (12, 1e-7));
+    }
+}
+
+/// Of any length, one for each element.
+#[test]
+fn directions_of_fibres_in_each_element_have_derivatives() {
+    for (setup, scheme, steps) in [
+        ("beam", "velocity-verlet", 20),
+        ("beam", "implicit-euler", 12),
+        ("beam", "quasi-static", 1),
+        ("box", "velocity-verlet", 12),
+    ] {
+        let d = if setup == "beam" { 2 } else { 3 };
+        let count = if setup == "beam" { 6 } else { 12 };
+        let directions: Vec<f64> = scattered(count * d, 3.0).iter().map(|c| 1.0 + 1.5 * c).collect();
+        let of = |directions: &[f64]| {
+            let mut scene = scene(&case(setup)["setup"], "neo-hookean", scheme, steps, Further::default());
+            let rows: Vec<&[f64]> = directions.chunks(d).collect();
+            let muscle =
+                serde_json::json!({ "fibre": { "per_element": rows }, "tension": "6e3*(1 + Y)*cos(9*t)" });
+            scene.body[0].muscle = vec![serde_json::from_value(muscle).unwrap()];
+            scene
+        };
+        let name = format!("body.{}.muscle.0.fibre.per_element", of(&directions).body[0].name_or_default(0));
+        compare_numbers(setup, of, (&name, &directions, &vec![1.0; count * d]), (steps, 1e-6));
+        compare(setup, &of(&directions), &[&name], steps);
     }
 }
 

@@ -1,0 +1,102 @@
+//! Directions of the fibres of a muscle in linear elements.
+//!
+//! Of an element of rest volume `w` with the tension `T` along the unit vector `a`, `p . dE/dx = w T G a . F a`,
+//! whose derivative by `a` is `w T (F^T G + G^T F) a`.
+
+use pliant::algebra::{Mat, Vect};
+use pliant_scene::OverTime;
+
+use super::elements::{LinearElements, ModulusElements};
+use super::{ForceUse, Parameter};
+
+/// Components of the direction of each element.
+struct FibreDirections<const D: usize, const N: usize> {
+    elements: ModulusElements<D, N>,
+    tension: OverTime,
+    /// Means of the corners at rest [m].
+    centres: Vec<[f64; 3]>,
+    /// Unit vectors, and the lengths of the directions that are given.
+    directions: Vec<(Vect<f64, D>, f64)>,
+}
+
+impl<const D: usize, const N: usize> FibreDirections<D, N> {
+    /// `w T` of element `i`.
+    fn pull(&self, i: usize, time: f64) -> f64 {
+        self.elements.volume(i) * self.tension.value(self.centres[i], time)
+    }
+}
+
+/// `(I - a a^T) v / l`: how a unit vector changes with a vector of length `l` along it, and its transpose.
+fn across<const D: usize>((a, length): &(Vect<f64, D>, f64), v: Vect<f64, D>) -> Vect<f64, D> {
+    let along: f64 = a.iter().zip(v).map(|(a, v)| a * v).sum();
+    let mut across = v;
+    across.iter_mut().zip(a).for_each(|(v, a)| *v = (*v - along * a) / length);
+    across
+}
+
+impl<const D: usize, const N: usize> Parameter for FibreDirections<D, N> {
+    fn len(&self) -> usize {
+        D * self.directions.len()
+    }
+
+    fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
+        for (i, (change, direction)) in change.as_chunks::<D>().0.iter().zip(&self.directions).enumerate() {
+            let [f, _] = self.elements.deformation(i, (of.x, of.x));
+            let (a, turn) = (direction.0, across(direction, *change));
+            let mut both = Mat::zero();
+            (0..D).for_each(|r| (0..D).for_each(|c| both[r][c] = turn[r] * a[c] + a[r] * turn[c]));
+            let tension = self.tension.value(self.centres[i], of.time);
+            self.elements.add_at(i, &f.mul(&both).scale(-tension), force);
+        }
+        true
+    }
+
+    fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
+        let each = derivative.as_chunks_mut::<D>().0.iter_mut().zip(&self.directions);
+        for (i, (derivative, direction)) in each.enumerate() {
+            let [f, g] = self.elements.deformation(i, (of.x, of.p));
+            let by_unit = (f.transpose_mul(&g) + g.transpose_mul(&f)).mul_vec(&direction.0);
+            let pull = self.pull(i, of.time);
+            derivative.iter_mut().zip(across(direction, by_unit)).for_each(|(d, by)| *d -= pull * by);
+        }
+    }
+}
+
+impl LinearElements<'_> {
+    /// Components of the directions of the fibres of a muscle of this `tension`, flat `(elements, dimension)`:
+    /// as given, third component 0 in 2D, in elements whose corners have the means `centres` at rest [m].
+    pub fn fibres(
+        &self,
+        directions: &[[f64; 3]],
+        tension: OverTime,
+        centres: Vec<[f64; 3]>,
+    ) -> Box<dyn Parameter> {
+        match self.dimension {
+            2 => Box::new(self.fibres_of::<2, 3>(directions, tension, centres)),
+            _ => Box::new(self.fibres_of::<3, 4>(directions, tension, centres)),
+        }
+    }
+
+    fn fibres_of<const D: usize, const N: usize>(
+        &self,
+        directions: &[[f64; 3]],
+        tension: OverTime,
+        centres: Vec<[f64; 3]>,
+    ) -> FibreDirections<D, N> {
+        let unit = |direction: &[f64; 3]| {
+            // Squares of small numbers are zero.
+            let largest = direction.iter().fold(0.0, |largest: f64, c| largest.max(c.abs()));
+            let scaled = direction.map(|c| c / largest);
+            let length = scaled.iter().map(|c| c * c).sum::<f64>().sqrt();
+            let mut unit = [0.0; D];
+            unit.iter_mut().zip(scaled).for_each(|(unit, c)| *unit = c / length);
+            (unit, largest * length)
+        };
+        FibreDirections {
+            elements: ModulusElements::new(self.cells, self.rest),
+            directions: directions.iter().map(unit).collect(),
+            tension,
+            centres,
+        }
+    }
+}
