@@ -25,7 +25,7 @@ use crate::parameter::{
 };
 use crate::{GradientError, RunGradient};
 use constants::MaterialConstants;
-use materials::{by_poisson, stiffness, young};
+use materials::{by_poisson, split_by_poisson, stiffness, young};
 
 /// Names of positions and of velocities at the start.
 const START: [&str; 2] = ["position", "velocity"];
@@ -38,6 +38,9 @@ const GRAVITY: &str = "world.gravity";
 
 /// Beginning of the keys of a material.
 const OF_MATERIAL: &str = "elastic.";
+
+/// Poisson's ratio.
+const POISSON: &str = "elastic.poisson";
 
 /// Directions of the axes of a material in each element.
 const FIRST_AXIS: &str = "elastic_axes.first_per_element";
@@ -184,6 +187,10 @@ fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<Cow<'static, 
         if has_shape(scene, spec, material, body) && !is_at_rest_elsewhere(scene, spec) {
             keys.push("rest");
         }
+    }
+    if let (Some(material), Some(nodal)) = (&spec.elastic, &spec.nodal_integration) {
+        let part = nodal.stabilisation_or_default();
+        keys.extend(split_by_poisson(material, part).map(|_| POISSON));
     }
     let by_masses = spec.damping.as_ref().and_then(|damping| damping.mass_proportional);
     keys.extend(by_masses.map(|_| "damping.mass_proportional"));
@@ -500,6 +507,10 @@ impl Places<'_> {
 
     fn of_elements(&self, spec: &Body, body: &BodyTopology, key: &str) -> Option<Box<dyn Parameter>> {
         let (material, dimension) = (spec.elastic.as_ref()?, self.topology.dimension);
+        if spec.nodal_integration.is_some() && key == POISSON {
+            let energies = self.nodal_by_poisson(spec, material, body)?;
+            return Some(Box::new(Modulus::new(energies, self.dissipation(spec, material, body, key)?)));
+        }
         let term = |(factor, change)| (factor, self.term(spec, (material, &change), body));
         if let Some(constants) = MaterialConstants::of(material)
             && let Some(derivatives) =
