@@ -66,9 +66,9 @@ pub use names::{ParameterSelection, names};
 pub use parameter::{
     AttractingMasses, AxisDirections, BodyDensity, Concatenated, ContactStiffness, EtherDrag, FibreTension,
     ForceUse, FormulaNumber, FrictionCoefficient, Gravity, GravityNumber, HeldPlaces, HeldUse,
-    LinearElements, LoadFactor, LoadValue, Masses, ModeUse, Modulus, MotionFactor, MotionNumber, Parameter,
-    ParameterNeeds, RestLengths, ShapedElements, Softening, SpringStiffness, StateUse, StepForces,
-    TermFactor, TieRestLength, Together, TunedSpring, WeightDensity, Weighted,
+    LinearElements, LoadFactor, LoadValue, Masses, MembraneElements, ModeUse, Modulus, MotionFactor,
+    MotionNumber, Parameter, ParameterNeeds, RestLengths, ShapedElements, Softening, SpringStiffness,
+    StateUse, StepForces, TermFactor, TieRestLength, Together, TunedSpring, WeightDensity, Weighted,
 };
 pub use support::check;
 pub use tangent::{RunDirection, RunTangent, tangent, tangent_along};

@@ -13,19 +13,20 @@ mod terms;
 use std::borrow::Cow;
 
 use pliant::dissipation::Viscosity;
-use pliant::material::MaterialSpec;
+use pliant::material::{MaterialSpec, Plane};
 use pliant::numbering::Numbering;
 use pliant::topology::{BodyKind, BodyTopology, Topology};
-use pliant_scene::{Body, FibreSpec, MassSpec, MuscleSpec, OverTime, Scene, SpringsSpec};
+use pliant_scene::{Body, FibreSpec, MassSpec, MembraneSpec, MuscleSpec, OverTime, Scene, SpringsSpec};
+use pliant_terms::ViscousSet;
 
 use crate::parameter::{
     AttractingMasses, AxisDirections, BodyDensity, Concatenated, ContactStiffness, FibreTension, Gravity,
-    GravityNumber, HeldPlaces, LinearElements, Masses, Modulus, Parameter, RestLengths, ShapedElements,
-    SpringStiffness, StepForces, TermFactor, Together, TunedSpring, WeightDensity, Weighted,
+    GravityNumber, HeldPlaces, LinearElements, Masses, MembraneElements, Modulus, Parameter, RestLengths,
+    ShapedElements, SpringStiffness, StepForces, TermFactor, Together, TunedSpring, WeightDensity, Weighted,
 };
 use crate::{GradientError, RunGradient};
 use constants::MaterialConstants;
-use materials::{by_poisson, split_by_poisson, stiffness, young};
+use materials::{by_poisson, isotropic, rates_by_poisson, split_by_poisson, stiffness, young};
 
 /// Names of positions and of velocities at the start.
 const START: [&str; 2] = ["position", "velocity"];
@@ -191,6 +192,9 @@ fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<Cow<'static, 
     if let (Some(material), Some(nodal)) = (&spec.elastic, &spec.nodal_integration) {
         let part = nodal.stabilisation_or_default();
         keys.extend(split_by_poisson(material, part).map(|_| POISSON));
+    }
+    if let (Some(material), Some(_)) = (&spec.elastic, &spec.membrane) {
+        keys.extend(by_poisson(material, 3).map(|_| POISSON));
     }
     let by_masses = spec.damping.as_ref().and_then(|damping| damping.mass_proportional);
     keys.extend(by_masses.map(|_| "damping.mass_proportional"));
@@ -505,8 +509,41 @@ impl Places<'_> {
         elements.fibres(&muscle.fibre.vectors(&centres), muscle.tension.clone(), centres)
     }
 
+    /// Poisson's ratio of a membrane and of its viscosity.
+    fn membrane_by_poisson(
+        &self,
+        spec: &Body,
+        membrane: &MembraneSpec,
+        body: &BodyTopology,
+    ) -> Option<Box<dyn Parameter>> {
+        let (material, rest) = (spec.elastic.as_ref()?, self.rest());
+        let triangles = body.triangles.as_flattened().iter();
+        let cells: Vec<u32> = triangles.map(|vertex| self.numbering.internal(*vertex)).collect();
+        let frees_faces = membrane.plane_or_default() == Plane::Stress;
+        let elements = MembraneElements {
+            cells: &cells,
+            rest: &rest,
+            thickness: membrane.thickness,
+            frees_faces,
+            material,
+        };
+        let energy = elements.modulus(&by_poisson(material, 3)?);
+        let beta = spec.damping.as_ref().and_then(|damping| damping.stiffness_proportional).unwrap_or(0.0);
+        if beta == 0.0 {
+            return Some(energy);
+        }
+        let (mu, lambda) = rates_by_poisson(&isotropic(material)?.0, frees_faces);
+        let [shear, second] = [mu, lambda].map(|rate| membrane.thickness * beta * rate);
+        let set = ViscousSet { body: &body.name, dimension: 3, cells: &cells, rest: &rest };
+        let viscous = pliant_terms::viscous_membrane(Viscosity { shear, second }, &set);
+        Some(Box::new(Together::new(vec![energy, Box::new(Modulus::new(vec![], vec![(1.0, viscous)]))])))
+    }
+
     fn of_elements(&self, spec: &Body, body: &BodyTopology, key: &str) -> Option<Box<dyn Parameter>> {
         let (material, dimension) = (spec.elastic.as_ref()?, self.topology.dimension);
+        if let (Some(membrane), POISSON) = (&spec.membrane, key) {
+            return self.membrane_by_poisson(spec, membrane, body);
+        }
         if spec.nodal_integration.is_some() && key == POISSON {
             let energies = self.nodal_by_poisson(spec, material, body)?;
             return Some(Box::new(Modulus::new(energies, self.dissipation(spec, material, body, key)?)));

@@ -129,6 +129,24 @@ fn numbers_of_sheets_have_derivatives() {
             };
             compare_number(scheme, of_young, ("body.sheet.elastic.young", 2e5, 2e5), (steps, 1e-6));
         }
+        for (plane, material, damping) in [
+            ("strain", "neo-hookean", "stiffness_proportional = 2e-3"),
+            ("stress", "neo-hookean", "stiffness_proportional = 2e-3"),
+            ("stress", "corotated", "mass_proportional = 0.2"),
+            ("stress", "hencky", "strain_rate = { shear = 20.0 }"),
+        ] {
+            let of_poisson = |poisson: f64| {
+                let further = format!(
+                    "elastic = {{ {material} = {{ young = 2e5, poisson = {poisson:?} }} }}
+                     mass = {{ density = 1000.0 }}
+                     damping = {{ {damping} }}"
+                );
+                sheet(scheme, &format!("thickness = 2e-3, plane = \"{plane}\""), bending, &further)
+            };
+            let what = format!("{scheme}, {plane}, {material}");
+            compare_number(&what, of_poisson, ("body.sheet.elastic.poisson", 0.35, 0.1), (steps, 1e-6));
+            compare(&what, &of_poisson(0.35), &["body.sheet.elastic.poisson"], steps);
+        }
         let further = "elastic = { neo-hookean = { young = 2e4, poisson = 0.35 } }
                        mass = { density = 1000.0 }
                        damping = { stiffness_proportional = 2e-3 }";
