@@ -75,6 +75,8 @@ pub struct Simulation {
     last_step_size: f64,
     /// Steps that were taken in parts.
     retried: RetriedSteps,
+    /// Parts of the last step: their sizes and the times at their ends [s]; none where it was taken as a whole.
+    last_parts: Vec<[f64; 2]>,
     /// Work in solvers before the last checkpoint.
     earlier_solver_work: SolverWork,
     /// Controller of step sizes, where they follow the error; `step_size` is then that to be tried next.
@@ -137,6 +139,7 @@ impl Simulation {
             step_size,
             last_step_size: 0.0,
             retried: RetriedSteps::default(),
+            last_parts: vec![],
             earlier_solver_work: SolverWork::default(),
             controller: None,
             path: None,

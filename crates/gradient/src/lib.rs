@@ -179,6 +179,6 @@ fn gradient_over(
     support::check(simulation)?;
     parts::check_terms(simulation.system_mut(), parameters)?;
     let schedule = Schedule::of(simulation, length)?;
-    parameters.iter_mut().for_each(|parameter| parameter.begin(schedule.steps));
+    parameters.iter_mut().for_each(|parameter| parameter.begin(schedule.frames()));
     sweep::Sweep::new(simulation, loss, parameters, budget, &schedule).run()
 }

@@ -1,12 +1,14 @@
 //! Sizes of the steps of a run.
 //!
-//! Step sizes that follow the error are found in a run of their own, and every later pass over it takes
-//! the same steps: derivatives are those of the run at the sizes that were chosen, which do not change with
-//! what they are taken by.
+//! Step sizes that follow the error, and steps that are taken in parts, are found in a run of their own, and
+//! every later pass over it takes the same steps: derivatives are those of the run at the sizes that were
+//! chosen, which do not change with what they are taken by. Parts are steps of their own there, between whose
+//! ends nothing is looked at.
 
 use pliant::simulation::{Simulation, Snapshot, StepError};
 
 use crate::GradientError;
+use crate::adjoint::has_memory;
 
 /// End of a run.
 #[derive(Clone, Copy, Debug)]
@@ -21,7 +23,7 @@ pub(crate) enum RunLength<'a> {
 pub(crate) struct Schedule {
     /// Steps before the run.
     first: u64,
-    /// Number of steps of the run.
+    /// Number of steps of the run, each part of one counted.
     pub(crate) steps: u64,
     /// Steps that were chosen, and where they led to; none where all are of the fixed size.
     chosen: Option<(Vec<ChosenStep>, Snapshot)>,
@@ -34,6 +36,10 @@ struct ChosenStep {
     size: f64,
     /// Time at its end [s].
     end: f64,
+    /// Steps of the run before it, or before that which it is a part of.
+    whole: u64,
+    /// True but for parts that others of the same step follow.
+    is_last: bool,
 }
 
 impl Schedule {
@@ -43,42 +49,52 @@ impl Schedule {
     /// A step that fails, or a run that is told to stop.
     pub(crate) fn of(simulation: &mut Simulation, length: RunLength<'_>) -> Result<Self, GradientError> {
         let first = simulation.state().step;
-        if simulation.step_control().is_none() {
-            let steps = match length {
-                RunLength::Steps(steps) => steps,
-                RunLength::Times(times) => {
-                    let span = times.last().map_or(0.0, |last| last - simulation.state().time);
-                    (span / simulation.step_size()).round().max(0.0) as u64
-                }
-            };
-            return Ok(Schedule { first, steps, chosen: None });
+        let is_fixed = simulation.step_control().is_none();
+        let count = match length {
+            RunLength::Steps(steps) => steps,
+            RunLength::Times(times) => {
+                let span = times.last().map_or(0.0, |last| last - simulation.state().time);
+                (span / simulation.step_size()).round().max(0.0) as u64
+            }
+        };
+        if is_fixed && simulation.work().retried.is_none() {
+            return Ok(Schedule { first, steps: count, chosen: None });
         }
         // What a solver has learnt may decide whether a step is solved: each run begins without.
         let start = simulation.snapshot();
         simulation.restore(&start)?;
         let mut chosen = vec![];
-        let mut step_towards = |simulation: &mut Simulation, target: f64| {
+        let mut step_towards = |simulation: &mut Simulation, target: f64| -> Result<(), GradientError> {
             if simulation.system().is_stopped() {
                 return Err(GradientError::Stopped { step: simulation.state().step });
             }
             simulation.step_towards(target)?;
-            chosen.push(ChosenStep { size: simulation.last_step_size(), end: simulation.state().time });
+            let whole = chosen.last().map_or(0, |last: &ChosenStep| last.whole + 1);
+            let end = simulation.state().time;
+            match simulation.last_parts() {
+                [] => {
+                    chosen.push(ChosenStep { size: simulation.last_step_size(), end, whole, is_last: true })
+                }
+                parts => chosen.extend(parts.iter().map(|&[size, part_end]| ChosenStep {
+                    size,
+                    end: part_end,
+                    whole,
+                    is_last: part_end == end,
+                })),
+            }
             Ok(())
         };
         match length {
-            RunLength::Steps(steps) => {
-                for _ in 0..steps {
-                    step_towards(simulation, f64::INFINITY)?;
-                }
-            }
-            RunLength::Times(times) => {
+            RunLength::Times(times) if !is_fixed => {
                 for time in times {
                     while simulation.state().time < *time {
                         step_towards(simulation, *time)?;
                     }
                 }
             }
+            _ => (0..count).try_for_each(|_| step_towards(simulation, f64::INFINITY))?,
         }
+        refuse_parts(simulation, &chosen)?;
         let end = simulation.snapshot();
         simulation.restore(&start)?;
         Ok(Schedule { first, steps: chosen.len() as u64, chosen: Some((chosen, end)) })
@@ -87,6 +103,24 @@ impl Schedule {
     fn chosen(&self, step: u64) -> Option<ChosenStep> {
         let (chosen, _) = self.chosen.as_ref()?;
         chosen.get((step - self.first) as usize).copied()
+    }
+
+    /// Steps of the run before the one after so many, parts of one counted once.
+    pub(crate) fn whole(&self, step: u64) -> u64 {
+        self.chosen(step).map_or(step - self.first, |chosen| chosen.whole)
+    }
+
+    /// Number of the state after so many steps, as losses see it; `None` within a step.
+    pub(crate) fn frame(&self, step: u64) -> Option<u64> {
+        match step.checked_sub(self.first + 1).and_then(|last| self.chosen(self.first + last)) {
+            Some(ChosenStep { whole, is_last, .. }) => is_last.then_some(self.first + whole + 1),
+            None => Some(step),
+        }
+    }
+
+    /// Number of steps of the run, parts of one counted once.
+    pub(crate) fn frames(&self) -> u64 {
+        self.steps.checked_sub(1).map_or(0, |last| self.whole(self.first + last) + 1)
     }
 
     /// Size of the step after so many [s].
@@ -100,7 +134,7 @@ impl Schedule {
     /// The step fails.
     pub(crate) fn step(&self, simulation: &mut Simulation) -> Result<(), StepError> {
         match self.chosen(simulation.state().step) {
-            Some(ChosenStep { size, end }) => simulation.repeat_step(size, end),
+            Some(ChosenStep { size, end, .. }) => simulation.repeat_step(size, end),
             None => simulation.step(),
         }
     }
@@ -109,4 +143,21 @@ impl Schedule {
     pub(crate) fn end(&self) -> Option<&Snapshot> {
         self.chosen.as_ref().map(|(_, end)| end)
     }
+}
+
+/// Refuses parts of steps whose derivative is not known: of schemes that remember earlier steps, which begin
+/// anew after a step that was not solved, and where pins let go, which is where steps begin.
+fn refuse_parts(simulation: &Simulation, chosen: &[ChosenStep]) -> Result<(), GradientError> {
+    if chosen.iter().all(|step| step.is_last) {
+        return Ok(());
+    }
+    let refused = |what: &str, remedy| Err(GradientError::Unsupported { what: what.to_owned(), remedy });
+    if has_memory(simulation.method().scheme) {
+        let what = "steps that were taken in parts by a scheme that remembers earlier ones";
+        return refused(what, "take `implicit-euler` or `tr-bdf2`, or a smaller `step`");
+    }
+    if simulation.system().constraints().iter().any(|hold| hold.end().is_finite()) {
+        return refused("steps that were taken in parts where pins let go", "take a smaller `step`");
+    }
+    Ok(())
 }

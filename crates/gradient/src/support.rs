@@ -110,13 +110,3 @@ pub(crate) fn singular(method: &Method, step: u64, time: f64) -> GradientError {
         _ => GradientError::Singular { step, time },
     }
 }
-
-/// Refuses a run in which steps were taken in parts.
-pub(crate) fn check_run(simulation: &Simulation) -> Result<(), GradientError> {
-    let in_parts = simulation.work().retried.is_some_and(|retried| retried != Default::default());
-    if in_parts {
-        let what = "steps that were taken in parts".to_owned();
-        return Err(GradientError::Unsupported { what, remedy: "take a smaller `step`, without `retries`" });
-    }
-    Ok(())
-}

@@ -169,7 +169,6 @@ impl<'a> Sweep<'a> {
         let end = SweepRecord::of(self.simulation);
         if self.last.is_none() {
             // The first time that the simulation comes to the end of the run.
-            support::check_run(self.simulation)?;
             self.last = Some(self.simulation.snapshot());
             self.unsettled = unsettled(self.simulation) - self.unsettled;
             self.end = end.time;
@@ -217,12 +216,14 @@ impl<'a> Sweep<'a> {
             }
             free_only(self.simulation.system(), v_bar);
             let numbering = self.simulation.numbering();
+            let number = |step: u64| self.first + self.schedule.whole(step) + 1;
             if let Some(later) = &self.later {
-                self.wall_events.extend(walls::events(numbering, step + 2, &walled.touching, later));
+                let next = number(step + 1);
+                self.wall_events.extend(walls::events(numbering, next, &walled.touching, later));
             }
             if step == self.first {
                 let before = walls::touching(self.simulation.system(), &record.x);
-                self.wall_events.extend(walls::events(numbering, step + 1, &before, &walled.touching));
+                self.wall_events.extend(walls::events(numbering, number(step), &before, &walled.touching));
             }
             (x, v) = (&walled.x, &walled.v);
         }
@@ -236,7 +237,7 @@ impl<'a> Sweep<'a> {
             is_first: lets_go
                 || record.moment.as_ref().map_or(step == self.first, |moment| !moment.remembers()),
         };
-        self.sums.step = step - self.first;
+        self.sums.step = self.schedule.whole(step);
         let held = support::holds_start(self.simulation).then(|| HeldStart::new(&record.x));
         let mut forces = AdjointForces { system: self.simulation.system_mut(), sums: &mut self.sums, held };
         let singular = |_| support::singular(&method, step + 1, time + h);
@@ -295,7 +296,8 @@ impl<'a> Sweep<'a> {
 
     /// Adds the derivatives of the loss at a state.
     fn add_loss(&mut self, record: &SweepRecord) -> Result<(), GradientError> {
-        let SweepRecord { step, time, x, v, .. } = record;
+        let SweepRecord { time, x, v, .. } = record;
+        let Some(step) = &self.schedule.frame(record.step) else { return Ok(()) };
         let (numbering, d) = (self.simulation.numbering(), self.simulation.system().dimension());
         let (mut x_bar, mut v_bar) = (vec![0.0; x.len()], vec![0.0; x.len()]);
         let (x, v) = (numbering.to_original(x, d), numbering.to_original(v, d));

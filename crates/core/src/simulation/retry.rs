@@ -41,6 +41,7 @@ impl Simulation {
         h: f64,
         end: f64,
     ) -> Result<(), (StepFault, Option<Box<Retried>>)> {
+        self.last_parts.clear();
         let fault = match self.single_step(h, end) {
             Ok(()) => return Ok(()),
             Err(fault) => fault,
@@ -69,6 +70,7 @@ impl Simulation {
                 Ok(()) => {
                     at += part;
                     parts.parts += 1;
+                    self.last_parts.push([part * h, goal]);
                     parts.halvings = parts.halvings.max(halvings);
                 }
                 Err(_) if halvings < most && !self.system.is_stopped() => left.extend([halvings + 1; 2]),
@@ -80,12 +82,19 @@ impl Simulation {
                     self.state.time = start;
                     self.integrator.recall(&memory, &self.system, &self.state);
                     self.set_ledger(ledger);
+                    self.last_parts.clear();
                     return Err((fault, Some(Box::new(retried))));
                 }
             }
         }
         self.retried = self.retried.plus(parts);
         Ok(())
+    }
+
+    /// Parts that the last [`step`](Self::step) was taken in: size and time at the end of each [s]; none where
+    /// it was taken as a whole. [`repeat_step`](Self::repeat_step) takes each of them again.
+    pub fn last_parts(&self) -> &[[f64; 2]] {
+        &self.last_parts
     }
 
     /// One step of the scheme, of `h` [s]: what every step begins and ends with, whatever the scheme. Where a

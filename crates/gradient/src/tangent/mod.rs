@@ -129,8 +129,8 @@ pub fn tangent_along(
     forces.start_turning(simulation.system(), simulation.state().time, &dots.x);
     refuse_unknown(simulation, &mut forces)?;
     let first = simulation.state().step;
-    show(simulation, &forces, &dots, watch);
-    for step in first..first + steps {
+    show(simulation, &schedule, &forces, &dots, watch);
+    for step in first..first + schedule.steps {
         let state = simulation.state();
         let (time, x, v) = (state.time, state.x().to_vec(), state.v().to_vec());
         if simulation.system().is_stopped() {
@@ -155,7 +155,6 @@ pub fn tangent_along(
             forces.keep_free(simulation.system(), &mut dots.v);
         }
         let begins = begins || lets_go;
-        support::check_run(simulation)?;
         let (h, method) = (schedule.step_size(simulation, step), simulation.method());
         let stage_velocities = simulation.stage_velocities().to_vec();
         let (after_x, after_v) = (simulation.state().x().to_vec(), simulation.state().v().to_vec());
@@ -168,7 +167,7 @@ pub fn tangent_along(
             h,
             is_first: begins,
         };
-        forces.step = step - first;
+        forces.step = schedule.whole(step);
         forces.held = support::holds_start(simulation).then(|| [x.clone(), dots.x.clone()]);
         let singular = |_| support::singular(&method, step + 1, time + h);
         advance(&method, &mut forces, simulation.system_mut(), &taken, &mut dots).map_err(singular)?;
@@ -182,7 +181,7 @@ pub fn tangent_along(
         if !dots.is_finite() {
             return Err(GradientError::TangentOverflow { step: step + 1, time: time + h });
         }
-        show(simulation, &forces, &dots, watch);
+        show(simulation, &schedule, &forces, &dots, watch);
     }
     if let Some(end) = schedule.end() {
         simulation.restore(end)?;
@@ -224,16 +223,16 @@ fn outside(simulation: &Simulation, forces: &TangentForces<'_>, dots: &StateTang
     RunTangent { position: rows(x), velocity: rows(v) }
 }
 
+/// Shows the state where a step ends.
 fn show(
     simulation: &Simulation,
+    schedule: &Schedule,
     forces: &TangentForces<'_>,
     dots: &StateTangent,
     watch: &mut dyn FnMut(&LossFrame<'_>, &RunTangent),
 ) {
     let (x, v) = (simulation.positions(), simulation.velocities());
-    let state = simulation.state();
-    watch(
-        &LossFrame { step: state.step, time: state.time, x: &x, v: &v },
-        &outside(simulation, forces, dots),
-    );
+    let Some(step) = schedule.frame(simulation.state().step) else { return };
+    let time = simulation.state().time;
+    watch(&LossFrame { step, time, x: &x, v: &v }, &outside(simulation, forces, dots));
 }

@@ -1,7 +1,7 @@
 //! Runs whose step sizes follow the error: derivatives at the sizes that were chosen, against differences of
 //! runs of these sizes.
 
-use pliant_gradient::{LossFrame, RunGradient, UNLIMITED, gradient, gradient_to};
+use pliant_gradient::{LossFrame, ParameterSelection, RunGradient, UNLIMITED, gradient, gradient_to};
 use pliant_scene::Scene;
 
 use crate::differences::{compare_number, compare_starts};
@@ -132,4 +132,77 @@ fn fixed_steps_end_nearest_to_the_last_time() {
     let found = gradient_to(&mut start(), &[0.072], &mut height(end), &mut [], UNLIMITED).unwrap();
     assert_eq!(found, gradient(&mut start(), 7, &mut height(end), &mut [], UNLIMITED).unwrap());
     assert_eq!(found.value, 1.0);
+}
+
+/// A block between two plates, one of which comes nearer by more than a row of elements in a step: its
+/// material does not survive that, and the step is taken in parts. Further keys of the upper pin.
+fn pressed(scheme: &str, young: f64, pin: &str) -> Scene {
+    // Inertia carries a block of elements further than equilibrium does.
+    let (way, steps) = if scheme == "quasi-static" { (0.024, 2.5) } else { (0.05, 1.1) };
+    let text = format!(
+        "dimension = 2
+         [time]
+         integrator = \"{scheme}\"
+         step = 0.1
+         duration = 1.0
+         solver = {{ tolerance = 1e-13, retries = 5 }}
+         [world]
+         gravity = [0.0, -9.81]
+         [[body]]
+         name = \"block\"
+         mesh = {{ grid = {{ cells = [2, 8], size = [0.06, 0.1] }} }}
+         elastic = {{ neo-hookean = {{ young = {young:?}, poisson = 0.4 }} }}
+         mass = {{ density = 1100.0 }}
+         pin = [
+             {{ half_space = {{ normal = [0, 1], offset = 0 }} }},
+             {{ half_space = {{ normal = [0, -1], offset = -0.1 }}, {pin}
+                motion = {{ displacement = [\"0.1*t\", \"-{way}*min(10*t, {steps})\"] }} }},
+         ]"
+    );
+    Scene::from_toml(&text).unwrap()
+}
+
+#[test]
+fn steps_that_were_taken_in_parts_have_derivatives() {
+    for scheme in ["quasi-static", "implicit-euler", "tr-bdf2"] {
+        let scene = pressed(scheme, 1e6, "");
+        let mut simulation = assembled(&scene).0;
+        (0..4).for_each(|_| simulation.step().unwrap());
+        let (retried, end) = (simulation.work().retried.unwrap(), simulation.state().time);
+        assert!(retried.steps > 0, "{scheme}: {retried:?}");
+        let young = |young| pressed(scheme, young, "");
+        compare_number(scheme, young, ("body.block.elastic.young", 1e6, 1e6), (4, 1e-6));
+        compare_with_tangents(scheme, &scene, 4);
+        // Frames are those of whole steps, and so are the forces of each.
+        let (mut simulation, topology) = assembled(&scene);
+        let mut chosen =
+            ParameterSelection::new(&scene, &topology, simulation.numbering(), &["forces", "pins"]).unwrap();
+        let mut frames = vec![];
+        let mut loss = |frame: &LossFrame<'_>, x_bar: &mut [f64], _: &mut [f64]| {
+            frames.push((frame.step, frame.time));
+            x_bar.fill(1.0);
+            frame.x.iter().sum()
+        };
+        let found = gradient(&mut simulation, 4, &mut loss, chosen.parameters(), 0).unwrap();
+        let n = found.position.len();
+        assert_eq!(chosen.parts(&found).iter().map(Vec::len).collect::<Vec<_>>(), [4 * n, 5 * n]);
+        frames.sort_by(|a, b| a.0.cmp(&b.0));
+        assert_eq!(frames.iter().map(|frame| frame.0).collect::<Vec<_>>(), [0, 1, 2, 3, 4], "{scheme}");
+        assert_eq!(frames[4].1, end);
+        assert_eq!((simulation.state().step, simulation.state().time), (4, end));
+    }
+}
+
+#[test]
+fn parts_of_steps_that_look_further_back_or_let_go_are_refused() {
+    let mut nothing = |_: &LossFrame<'_>, _: &mut [f64], _: &mut [f64]| 0.0;
+    for (scheme, pin, what) in [
+        ("bdf2", "", "remembers"),
+        ("generalised-alpha", "", "remembers"),
+        ("implicit-euler", "until = 0.9,", "let go"),
+    ] {
+        let mut simulation = assembled(&pressed(scheme, 1e6, pin)).0;
+        let refused = gradient(&mut simulation, 4, &mut nothing, &mut [], UNLIMITED).unwrap_err();
+        assert!(refused.to_string().contains(what), "{refused}");
+    }
 }
