@@ -186,7 +186,7 @@ fn steps_that_were_taken_in_parts_have_derivatives() {
         let found = gradient(&mut simulation, 4, &mut loss, chosen.parameters(), 0).unwrap();
         let n = found.position.len();
         assert_eq!(chosen.parts(&found).iter().map(Vec::len).collect::<Vec<_>>(), [4 * n, 5 * n]);
-        frames.sort_by(|a, b| a.0.cmp(&b.0));
+        frames.sort_by_key(|frame| frame.0);
         assert_eq!(frames.iter().map(|frame| frame.0).collect::<Vec<_>>(), [0, 1, 2, 3, 4], "{scheme}");
         assert_eq!(frames[4].1, end);
         assert_eq!((simulation.state().step, simulation.state().time), (4, end));
