@@ -260,6 +260,17 @@ impl System {
         self.dissipation.iter_mut()
     }
 
+    /// Puts other terms in the place of those there, which do the same: to look at them as they work.
+    pub fn wrap_terms(
+        &mut self,
+        energy: impl FnMut(Box<dyn EnergyTerm>) -> Box<dyn EnergyTerm>,
+        dissipation: impl FnMut(Box<dyn DissipativeTerm>) -> Box<dyn DissipativeTerm>,
+    ) {
+        self.force = ForceId::NONE;
+        self.terms = std::mem::take(&mut self.terms).into_iter().map(energy).collect();
+        self.dissipation = std::mem::take(&mut self.dissipation).into_iter().map(dissipation).collect();
+    }
+
     /// True if any force depends on velocities, ether drag excepted.
     pub fn is_damped(&self) -> bool {
         !self.dissipation.is_empty()

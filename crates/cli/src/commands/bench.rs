@@ -126,6 +126,7 @@ fn document(machine: &Machine, measured: &[MeasuredCase]) -> Value {
             "rounds": m.measurement.rounds,
             "repetitions": seconds,
             "share_of_stream": m.share_of_stream,
+            "share_of_contact": m.measurement.share_of_contact,
             "reference": reference,
         })
     };

@@ -3,6 +3,7 @@
 
 use std::time::{Duration, Instant};
 
+use super::contact_share::ContactClock;
 use super::stepping::{SavedState, assemble};
 use super::{BenchmarkCase, BenchmarkError, BenchmarkPart, BenchmarkRow, Metric, Workload, goal};
 use pliant::simulation::Simulation;
@@ -76,6 +77,8 @@ struct FirstSteps {
     simulation: Simulation,
     start: SavedState,
     steps: u32,
+    /// Clock of its contact, and the part of the last time that it took.
+    contact: Option<(ContactClock, f64)>,
 }
 
 impl FirstSteps {
@@ -83,26 +86,36 @@ impl FirstSteps {
         let mut simulation = assemble(&Scene::from_toml(text)?)?.simulation;
         simulation.count_losses(false);
         let start = SavedState::of(&simulation);
-        Ok(FirstSteps { simulation, start, steps })
+        let contact = ContactClock::of(&mut simulation).map(|clock| (clock, 0.0));
+        Ok(FirstSteps { simulation, start, steps, contact })
     }
 }
 
 impl Workload for FirstSteps {
     fn time(&mut self, repetitions: u64) -> Result<Duration, BenchmarkError> {
-        let mut elapsed = Duration::ZERO;
+        let (mut elapsed, mut of_contact) = (Duration::ZERO, Duration::ZERO);
         for _ in 0..repetitions {
             self.start.restore(&mut self.simulation);
+            self.contact.iter().for_each(|(clock, _)| clock.reset());
             let start = Instant::now();
             for _ in 0..self.steps {
                 self.simulation.step()?;
             }
             elapsed += start.elapsed();
+            self.contact.iter().for_each(|(clock, _)| of_contact += clock.elapsed());
+        }
+        if let Some((_, share)) = &mut self.contact {
+            *share = of_contact.as_secs_f64() / elapsed.as_secs_f64();
         }
         Ok(elapsed)
     }
 
     fn bytes(&self) -> usize {
         self.simulation.bytes()
+    }
+
+    fn share_of_contact(&self) -> Option<f64> {
+        self.contact.as_ref().map(|(_, share)| *share)
     }
 }
 
@@ -240,6 +253,8 @@ fn apart(contact: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Workload;
+
     /// Scenes are read and bodies start apart.
     #[test]
     fn bodies_of_contact_start_apart() {
@@ -257,6 +272,22 @@ mod tests {
         assert_eq!(mesh.system().mass().len(), 2_353 + 1);
         let volume = mesh.system().mass().iter().sum::<f64>() / 1000.0;
         assert!((volume - 5.818e-3).abs() < 1e-6, "{volume} m^3");
+    }
+
+    /// Contact takes a part of the time of a step, and none without contact; its clock changes no bit.
+    #[test]
+    fn the_share_of_contact_is_measured_and_changes_nothing() {
+        let share = |text: &str| {
+            let mut run = super::FirstSteps::new(text, 2).unwrap();
+            run.time(1).unwrap();
+            (run.share_of_contact(), run.simulation.state().x().to_vec())
+        };
+        let (resting, x) = share(&super::stack());
+        assert!(resting.unwrap() > 0.0);
+        assert_eq!(share(&super::apart("")).0, None);
+        let mut untimed = super::assemble(&super::Scene::from_toml(&super::stack()).unwrap()).unwrap();
+        (0..2).for_each(|_| untimed.simulation.step().unwrap());
+        assert_eq!(untimed.simulation.state().x(), x);
     }
 
     /// Bars that bend far apart never touch, or the ratio would say nothing.

@@ -43,10 +43,12 @@ pub struct Measurement {
     pub seconds: Vec<f64>,
     /// Bytes that a repetition of the first part passes through, 0 where they are not counted.
     pub bytes: usize,
+    /// Part of the time of the first part that went into contact, where that is known.
+    pub share_of_contact: Option<f64>,
 }
 
 impl Measurement {
-    fn new(figure: Metric, rounds: &[Vec<f64>], bytes: usize) -> Measurement {
+    fn new(figure: Metric, rounds: &[Vec<f64>], first: Option<&dyn Workload>) -> Measurement {
         let values: Vec<f64> = rounds.iter().map(|seconds| figure.value(seconds)).collect();
         let better = if figure.more_is_better() { f64::max } else { f64::min };
         let parts = rounds.first().map_or(0, Vec::len);
@@ -55,7 +57,8 @@ impl Measurement {
             best: values.iter().copied().fold(f64::NAN, better),
             rounds: rounds.len(),
             seconds: (0..parts).map(|part| median(rounds.iter().map(|seconds| seconds[part]))).collect(),
-            bytes,
+            bytes: first.map_or(0, Workload::bytes),
+            share_of_contact: first.and_then(Workload::share_of_contact),
         }
     }
 }
@@ -147,8 +150,8 @@ pub fn measure(
     if rounds.is_empty() {
         return Ok(None);
     }
-    let bytes = parts.first().map_or(0, |part| part.workload.bytes());
-    Ok(Some(Measurement::new(case.figure, &rounds, bytes)))
+    let first = parts.first().map(|part| &*part.workload);
+    Ok(Some(Measurement::new(case.figure, &rounds, first)))
 }
 
 #[cfg(test)]
@@ -159,17 +162,17 @@ mod tests {
     fn the_median_and_the_best_are_those_of_the_figure() {
         let rounds = [vec![2.0, 1.0], vec![9.0, 3.0], vec![4.0, 4.0], vec![5.0, 2.0]];
         // Of 2, 3, 1 and 2.5.
-        let speedup = Measurement::new(Metric::Speedup, &rounds, 0);
+        let speedup = Measurement::new(Metric::Speedup, &rounds, None);
         assert_eq!((speedup.median, speedup.best, speedup.rounds), (2.25, 3.0, 4));
         assert_eq!(speedup.seconds, [4.5, 2.5]);
-        assert_eq!(Measurement::new(Metric::Slowdown, &rounds, 0).best, 1.0);
+        assert_eq!(Measurement::new(Metric::Slowdown, &rounds, None).best, 1.0);
         // Of 50 %, 200/3 %, 0 and 60 %.
-        let share = Measurement::new(Metric::Share, &rounds, 0);
+        let share = Measurement::new(Metric::Share, &rounds, None);
         assert!((share.median - 55.0).abs() < 1e-12 && share.best == 0.0, "{share:?}");
         let rate = Metric::Rate { per_repetition: 8.0, scale: 0.5, unit: "" };
         // Of 2, 4/9, 1 and 0.8.
-        assert_eq!(Measurement::new(rate, &rounds, 0).median, 0.9);
-        assert_eq!(Measurement::new(Metric::StepTime, &rounds, 0).median, 4.5e6);
+        assert_eq!(Measurement::new(rate, &rounds, None).median, 0.9);
+        assert_eq!(Measurement::new(Metric::StepTime, &rounds, None).median, 4.5e6);
     }
 
     struct Sleepless {

@@ -11,6 +11,7 @@ mod beam;
 mod cloth_implicit;
 mod contact;
 mod contact_kernels;
+mod contact_share;
 mod expression;
 mod gradient;
 mod hessian_stable_neo_hookean;
@@ -230,6 +231,11 @@ pub trait Workload: Send {
     /// Bytes that a repetition passes through at least once; 0 where they are not counted.
     fn bytes(&self) -> usize {
         0
+    }
+
+    /// Part of the time last taken that went into contact; `None` where there is none, or it is not known.
+    fn share_of_contact(&self) -> Option<f64> {
+        None
     }
 }
 

@@ -19,7 +19,7 @@ pub(super) fn render(machine: &Machine, measured: &[MeasuredCase], width: usize)
         out += &format!("memory delivers {:.1} GB/s to {threads} (triad)\n", 1e-9 * bandwidth);
     }
     out.push('\n');
-    let header = ["", "median", "best", "unit", "threads", "reference", "of it", "memory"];
+    let header = ["", "median", "best", "unit", "threads", "reference", "of it", "memory", "contact"];
     let mut rows = vec![header.map(str::to_owned).to_vec()];
     let mut last = "";
     for m in measured {
@@ -35,7 +35,8 @@ pub(super) fn render(machine: &Machine, measured: &[MeasuredCase], width: usize)
         &format!(
             "Rates and times are of whole steps. References are figures to reach, or what was reached, on {REFERENCE_MACHINE}; \
              \"of it\" is the median over the reference. \"memory\" is, for work larger than caches, what the work holds over \
-             the time of a step, as a share of the triad's bandwidth."
+             the time of a step, as a share of the triad's bandwidth. \"contact\" is the part of the time that goes into contact: search, \
+             forces, blocks of matrices, ways, of all threads together."
         ),
         0,
         width,
@@ -53,8 +54,14 @@ fn line(m: &MeasuredCase) -> Vec<String> {
         m.case.threads().to_string(),
         reference.map_or_else(String::new, |r| short(r.value)),
         reference.map_or_else(String::new, |r| format!("{:.2}", m.measurement.median / r.value)),
-        m.share_of_stream.map_or_else(String::new, |share| format!("{:.0}%", 100.0 * share)),
+        percent(m.share_of_stream),
+        percent(m.measurement.share_of_contact),
     ]
+}
+
+/// A part in percent; nothing where it is not known.
+fn percent(share: Option<f64>) -> String {
+    share.map_or_else(String::new, |share| format!("{:.0}%", 100.0 * share))
 }
 
 /// `98,304 tets, mild`.
