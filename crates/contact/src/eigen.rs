@@ -5,6 +5,10 @@ use pliant::scalar::{Mask, Scalar};
 /// Sweeps after which off-diagonal entries are at rounding: convergence is quadratic.
 const MAX_SWEEPS: usize = 16;
 
+/// Entries beside the diagonal are zero where their squares are below this part of the squared matrix: what
+/// they add to an eigenvalue is below its rounding.
+const NEGLIGIBLE: f64 = 1e-31;
+
 /// The rows and columns `0..n` of `a` with their negative eigenvalues set to zero.
 ///
 /// Cyclic Jacobi rotations (Golub and Van Loan, "Matrix computations", section 8.5). A lane whose entry is at
@@ -19,7 +23,7 @@ pub(crate) fn positive_part<S: Scalar, const K: usize>(a: &mut [[S; K]; K], n: u
             size += a[i][j] * a[i][j];
         }
     }
-    let negligible = size * S::splat(1e-34);
+    let negligible = size * S::splat(NEGLIGIBLE);
     for _ in 0..MAX_SWEEPS {
         if !sweep(a, &mut vectors, n, negligible) {
             break;

@@ -1,6 +1,8 @@
 //! How far all vertices may go along straight ways before anything touches.
 
+use pliant::lanes::{Kernel, Lanes, WIDTH, dispatch};
 use rayon::prelude::*;
+use std::marker::PhantomData;
 
 use crate::broad_phase::Bounds;
 use crate::candidates::CandidatePairs;
@@ -64,34 +66,36 @@ impl Way<'_> {
     ) -> Option<Obstruction> {
         let surface = &model.surface;
         let edge = |e: u32| surface.edges[e as usize];
-        let of_points = |&[p, q]: &[u32; 2]| self.pair::<PointPoint, D, 2>(model, [p, q]);
-        let at_point = least(&pairs.point_point, of_points).map(|(part, i)| {
-            let [p, q] = pairs.point_point[i];
-            Obstruction { part, primitives: [vec![p], vec![q]] }
-        });
-        let of_edge = |&[p, e]: &[u32; 2]| {
+        let at_point =
+            self.least::<PointPoint, D, 2>(model, &pairs.point_point, |pair| pair).map(|(part, i)| {
+                let [p, q] = pairs.point_point[i];
+                Obstruction { part, primitives: [vec![p], vec![q]] }
+            });
+        let of_edge = |[p, e]: [u32; 2]| {
             let [a, b] = edge(e);
-            self.pair::<PointEdge, D, 3>(model, [p, a, b])
+            [p, a, b]
         };
-        let at_lone_edge = least(&pairs.point_edge, of_edge).map(|(part, i)| {
-            let [p, e] = pairs.point_edge[i];
-            Obstruction { part, primitives: [vec![p], edge(e).to_vec()] }
-        });
+        let at_lone_edge =
+            self.least::<PointEdge, D, 3>(model, &pairs.point_edge, of_edge).map(|(part, i)| {
+                let [p, e] = pairs.point_edge[i];
+                Obstruction { part, primitives: [vec![p], edge(e).to_vec()] }
+            });
         let mut by_pairs = nearest(at_point, at_lone_edge);
         if D == 3 {
-            let of_triangle = |&[p, t]: &[u32; 2]| {
+            let of_triangle = |[p, t]: [u32; 2]| {
                 let [a, b, c] = surface.triangles[t as usize];
-                self.pair::<PointTriangle, 3, 4>(model, [p, a, b, c])
+                [p, a, b, c]
             };
-            let of_edges = |&[e, f]: &[u32; 2]| {
+            let of_edges = |[e, f]: [u32; 2]| {
                 let ([a, b], [c, d]) = (edge(e), edge(f));
-                self.pair::<EdgeEdge, 3, 4>(model, [a, b, c, d])
+                [a, b, c, d]
             };
-            let at_triangle = least(&pairs.point_triangle, of_triangle).map(|(part, i)| {
+            let at_triangle = self.least::<PointTriangle, 3, 4>(model, &pairs.point_triangle, of_triangle);
+            let at_triangle = at_triangle.map(|(part, i)| {
                 let [p, t] = pairs.point_triangle[i];
                 Obstruction { part, primitives: [vec![p], surface.triangles[t as usize].to_vec()] }
             });
-            let at_edge = least(&pairs.edge_edge, of_edges).map(|(part, i)| {
+            let at_edge = self.least::<EdgeEdge, 3, 4>(model, &pairs.edge_edge, of_edges).map(|(part, i)| {
                 let [e, f] = pairs.edge_edge[i];
                 Obstruction { part, primitives: [edge(e).to_vec(), edge(f).to_vec()] }
             });
@@ -100,31 +104,59 @@ impl Way<'_> {
         nearest(nearest(by_pairs, self.planes::<D>(model)), self.balls::<D>(model))
     }
 
-    fn pair<K: Primitives<D, N>, const D: usize, const N: usize>(
+    /// The least part below 1 over all pairs, `vertices` those of one, and the number of the pair, the first
+    /// of those that are equal.
+    fn least<K: Primitives<D, N>, const D: usize, const N: usize>(
         &self,
         model: &ContactModel,
-        vertices: [u32; N],
-    ) -> f64 {
-        let dx = rows::<D, N>(self.dx, &vertices);
+        pairs: &[[u32; 2]],
+        vertices: impl Fn([u32; 2]) -> [u32; N] + Sync,
+    ) -> Option<(f64, usize)> {
+        let of_task = |(task, pairs): (usize, &[[u32; 2]])| {
+            let numbered = (task * TASK..).zip(pairs).map(|(i, pair)| (i, vertices(*pair)));
+            let near: Vec<_> = numbered.filter(|(_, v)| self.may_meet::<K, D, N>(model, v)).collect();
+            if self.ends == WayEnd::Crossing {
+                let part = |v: &[u32; N]| {
+                    let near = self.near(model.law(v[0], v[N - 1]));
+                    crossing::<K, D, N>(&rows(self.x, v), &rows(self.dx, v), near)
+                };
+                return smallest(near.iter().map(|(i, v)| (part(v), *i)));
+            }
+            let mut parts = Vec::with_capacity(near.len());
+            let law = |v: &[u32; N]| gap(model.law(v[0], v[N - 1]));
+            for near in near.chunk_by(|a, b| law(&a.1) == law(&b.1)) {
+                let gap = law(&near[0].1);
+                let way = *self;
+                dispatch(Collisions::<K, D, N> { way, near, gap, parts: &mut parts, of: PhantomData });
+            }
+            smallest(parts.into_iter().zip(near).map(|(part, (i, _))| (part, i)))
+        };
+        let tasks: Vec<_> = pairs.par_chunks(TASK).enumerate().map(of_task).collect();
+        smallest(tasks.into_iter().flatten())
+    }
+
+    /// False where a pair is shown in short not to meet on the way.
+    fn may_meet<K: Primitives<D, N>, const D: usize, const N: usize>(
+        &self,
+        model: &ContactModel,
+        vertices: &[u32; N],
+    ) -> bool {
+        let dx = rows::<D, N>(self.dx, vertices);
         // What moves as one never meets.
         if dx.iter().all(|d| *d == dx[0]) {
-            return 1.0;
+            return false;
         }
-        let law = model.law(vertices[0], vertices[N - 1]);
-        let x = rows::<D, N>(self.x, &vertices);
-        if self.ends == WayEnd::Crossing {
-            let near = CROSSED * law.barrier.reach;
-            return if stay_apart(&x, &dx, K::FIRST, near) {
-                1.0
-            } else {
-                crossing::<K, D, N>(&x, &dx, near)
-            };
+        let (x, near) = (rows::<D, N>(self.x, vertices), self.near(model.law(vertices[0], vertices[N - 1])));
+        let crosses = self.ends == WayEnd::Crossing;
+        !(stay_apart(&x, &dx, K::FIRST, near) || !crosses && stay_apart_across(&x, &dx, K::FIRST, near))
+    }
+
+    /// Distance at which a pair is looked at [m].
+    fn near(&self, law: &ContactLaw) -> f64 {
+        match self.ends {
+            WayEnd::Crossing => CROSSED * law.barrier.reach,
+            WayEnd::Gap => law.barrier.reach + law.barrier.offset,
         }
-        let near = law.barrier.reach + law.barrier.offset;
-        if stay_apart(&x, &dx, K::FIRST, near) || stay_apart_across(&x, &dx, K::FIRST, near) {
-            return 1.0;
-        }
-        safe_step::<K, f64, D, N>(&x, &dx, &gap(law), 1.0).time
     }
 
     fn planes<const D: usize>(&self, model: &ContactModel) -> Option<Obstruction> {
@@ -165,22 +197,32 @@ impl Way<'_> {
                     .grown(barrier.reach + barrier.offset);
                 model.touch(model.body(vertices[0]), ball.body) && reached.meets(&centre)
             };
-            let mut stop = |part: f64, vertices: &[u32]| {
-                if part < 1.0 {
-                    let primitives = [vertices.to_vec(), vec![ball.vertex]];
-                    least = nearest(least.take(), Some(Obstruction { part, primitives }));
-                }
-            };
             let surface = &model.surface;
-            for &[a, b, c] in surface.triangles.iter().filter(|t| meets(*t)) {
-                stop(self.pair::<PointTriangle, 3, 4>(model, [ball.vertex, a, b, c]), &[a, b, c]);
-            }
-            for [a, b] in surface.lone_edges().map(|e| surface.edges[e as usize]).filter(|e| meets(e)) {
-                stop(self.pair::<PointEdge, D, 3>(model, [ball.vertex, a, b]), &[a, b]);
-            }
-            for &p in surface.particles.iter().filter(|p| meets(&[**p])) {
-                stop(self.pair::<PointPoint, D, 2>(model, [ball.vertex, p]), &[p]);
-            }
+            let at = |part: f64, vertices: &[u32]| {
+                Some(Obstruction { part, primitives: [vertices.to_vec(), vec![ball.vertex]] })
+            };
+            let triangles = (0..surface.triangles.len() as u32).map(|t| (t, surface.triangles[t as usize]));
+            let near: Vec<_> = triangles.filter(|(_, t)| meets(t)).map(|(t, _)| [ball.vertex, t]).collect();
+            let of_triangle = |[ball, t]: [u32; 2]| {
+                let [a, b, c] = surface.triangles[t as usize];
+                [ball, a, b, c]
+            };
+            let first = self.least::<PointTriangle, 3, 4>(model, &near, of_triangle);
+            let triangle = |i: usize| &surface.triangles[near[i][1] as usize];
+            least = nearest(least, first.and_then(|(part, i)| at(part, triangle(i))));
+            let edge = |e: u32| surface.edges[e as usize];
+            let near: Vec<_> =
+                surface.lone_edges().filter(|e| meets(&edge(*e))).map(|e| [ball.vertex, e]).collect();
+            let of_edge = |[ball, e]: [u32; 2]| {
+                let [a, b] = edge(e);
+                [ball, a, b]
+            };
+            let first = self.least::<PointEdge, D, 3>(model, &near, of_edge);
+            least = nearest(least, first.and_then(|(part, i)| at(part, &edge(near[i][1]))));
+            let particles = surface.particles.iter().filter(|p| meets(&[**p]));
+            let near: Vec<_> = particles.map(|p| [ball.vertex, *p]).collect();
+            let first = self.least::<PointPoint, D, 2>(model, &near, |pair| pair);
+            least = nearest(least, first.and_then(|(part, i)| at(part, &near[i][1..])));
         }
         least
     }
@@ -213,18 +255,52 @@ fn crossing<K: Primitives<D, N>, const D: usize, const N: usize>(
     time
 }
 
-/// The least part below 1 over all pairs and the number of the pair, the first of those that are equal.
-fn least<T: Sync>(pairs: &[T], part: impl Fn(&T) -> f64 + Sync) -> Option<(f64, usize)> {
-    let smaller = |a: Option<(f64, usize)>, b: (f64, usize)| match a {
-        Some(a) if a.0 <= b.0 => Some(a),
-        _ => Some(b),
-    };
-    let of_task = |(task, pairs): (usize, &[T])| {
-        let parts = pairs.iter().enumerate().map(|(i, pair)| (part(pair), task * TASK + i));
-        parts.filter(|(part, _)| *part < 1.0).fold(None, smaller)
-    };
-    let tasks: Vec<_> = pairs.par_chunks(TASK).enumerate().map(of_task).collect();
-    tasks.into_iter().flatten().fold(None, smaller)
+/// The least part below 1, the first of those that are equal.
+fn smallest(parts: impl Iterator<Item = (f64, usize)>) -> Option<(f64, usize)> {
+    let below = parts.filter(|(part, _)| *part < 1.0);
+    below.reduce(|least, next| if next.0 < least.0 { next } else { least })
+}
+
+/// Collision of pairs of one law on a way, pack by pack.
+struct Collisions<'a, K, const D: usize, const N: usize> {
+    way: Way<'a>,
+    /// Pairs that may meet, with their numbers.
+    near: &'a [(usize, [u32; N])],
+    gap: GapLimit,
+    /// Gains the free part of each.
+    parts: &'a mut Vec<f64>,
+    of: PhantomData<K>,
+}
+
+impl<K: Primitives<D, N>, const D: usize, const N: usize> Kernel for Collisions<'_, K, D, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        for pack in self.near.chunks(WIDTH) {
+            let (mut places, mut ways) = ([[[0.0; WIDTH]; D]; N], [[[0.0; WIDTH]; D]; N]);
+            for lane in 0..WIDTH {
+                // The last one fills up.
+                let (_, vertices) = &pack[lane.min(pack.len() - 1)];
+                for n in 0..N {
+                    for c in 0..D {
+                        let at = vertices[n] as usize * D + c;
+                        (places[n][c][lane], ways[n][c][lane]) = (self.way.x[at], self.way.dx[at]);
+                    }
+                }
+            }
+            let (mut x, mut dx) = ([[L::zero(); D]; N], [[L::zero(); D]; N]);
+            for n in 0..N {
+                for c in 0..D {
+                    (x[n][c], dx[n][c]) = (L::load(&places[n][c]), L::load(&ways[n][c]));
+                }
+            }
+            let time = safe_step::<K, L, D, N>(&x, &dx, &self.gap, L::splat(1.0)).time;
+            let mut parts = [0.0; WIDTH];
+            time.store(&mut parts);
+            self.parts.extend_from_slice(&parts[..pack.len()]);
+        }
+    }
 }
 
 fn gap(law: &ContactLaw) -> GapLimit {

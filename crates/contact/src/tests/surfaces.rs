@@ -6,9 +6,11 @@ use crate::broad_phase::Bounds;
 use crate::candidates::{BodyPairs, CandidateCache, CandidatePairs, SurfaceTrees};
 use crate::hessian::PairBlocks;
 use crate::merge::{ContactStencils, Duplicates, WeightedPair};
+use crate::model::{ContactLaw, ContactLaws, ContactModel};
 use crate::mollifier::mollified_inner_pair;
 use crate::pair::{EdgeEdge, PairGeometry, PairKind, PointEdge, PointPoint, PointTriangle};
 use crate::surface::{ContactSurface, SurfacePrimitives};
+use crate::way::free_part;
 use pliant::material::Psd;
 use serde_json::Value;
 
@@ -419,4 +421,51 @@ fn weights_of_a_flat_contact_in_the_plane_add_up_to_its_length() {
     // Five vertices over five, half of a quarter each from each side; every one is an end of two edges.
     assert!((weight(Duplicates::Max) - 1.25).abs() < 1e-14);
     assert!((weight(Duplicates::Sum) - 2.5).abs() < 1e-14, "{}", weight(Duplicates::Sum));
+}
+
+/// Many pairs together leave free what the least of them leaves alone, to the last bit, whatever pack it is in.
+#[test]
+fn ways_of_many_pairs_are_free_as_far_as_that_of_the_least() {
+    let mut random = Random(11);
+    let (surface, mut x) = crumpled(4, &mut random);
+    // Nothing touches at the start.
+    let half = x.len() / 2;
+    x[half..].iter_mut().skip(2).step_by(3).for_each(|z| *z += 0.15);
+    let pairs = BodyPairs::all(2);
+    let law = |a: usize, b: usize| {
+        let reach = if a == b { 0.01 } else { 0.02 };
+        let barrier = Barrier { form: PotentialForm::Barrier, stiffness: 1.0, reach, offset: 0.0 };
+        ContactLaw { barrier, friction: 0.0 }
+    };
+    let model = ContactModel {
+        half_spaces: vec![],
+        balls: vec![],
+        pairs: pairs.clone(),
+        laws: ContactLaws::new(2, law),
+        duplicates: Duplicates::Max,
+        threshold_speed: 1e-3,
+        friction_iterations: 1,
+        names: vec!["a".into(), "b".into()],
+        labels: vec![0; surface.bodies.len()],
+        surface,
+    };
+    let mut parts = vec![];
+    for round in 0..20 {
+        let length = 0.02 * f64::from(round + 1);
+        let dx: Vec<f64> = x.iter().map(|_| random.between(-length, length)).collect();
+        let found = CandidatePairs::gather::<3>(&model.surface, &pairs, &x, Some(&dx), 0.02);
+        let alone = |pairs: CandidatePairs| free_part::<3>(&model, &pairs, (&x, &dx));
+        let of_points = found
+            .point_triangle
+            .iter()
+            .map(|pair| alone(CandidatePairs { point_triangle: vec![*pair], ..CandidatePairs::default() }));
+        let of_edges = found
+            .edge_edge
+            .iter()
+            .map(|pair| alone(CandidatePairs { edge_edge: vec![*pair], ..CandidatePairs::default() }));
+        let least = of_points.chain(of_edges).fold(1.0, f64::min);
+        assert_eq!(free_part::<3>(&model, &found, (&x, &dx)), least, "round {round}");
+        parts.push(least);
+    }
+    assert!(parts.iter().filter(|part| **part > 0.0 && **part < 1.0).count() > 10, "{parts:?}");
 }
