@@ -11,8 +11,8 @@ use crate::material::Psd;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum MatrixOutput {
     /// `k (grad s grad s^T + (s - s_0) grad grad s)`, by dual numbers; projected without its negative
-    /// eigenvalues. What is left of it by `k grad s grad s^T` alone would not do: a joint that is bent
-    /// resists being turned out of its plane by the second part only.
+    /// eigenvalues, or by what bounds it in closed form. What is left of it by `k grad s grad s^T` alone would
+    /// not do: a joint that is bent resists being turned out of its plane by the second part only.
     Hessian(Psd),
     /// `k grad s grad s^T`: the damping matrix of a dashpot.
     Rate,
@@ -88,6 +88,20 @@ impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> StencilBlocksKernel<
                 for column in 0..(N - 1) * D {
                     matrix[row][column] =
                         gradient[1 + row / D][row % D] * gradient[1 + column / D][column % D];
+                }
+            }
+            return matrix;
+        }
+        if self.blocks == MatrixOutput::Hessian(Psd::Projected)
+            && let Some(parts) = Q::positive_parts(x, rest)
+        {
+            for row in 0..(N - 1) * D {
+                for column in row..(N - 1) * D {
+                    let mut sum = L::zero();
+                    for part in &parts {
+                        sum = part[1 + row / D][row % D].mul_add(part[1 + column / D][column % D], sum);
+                    }
+                    (matrix[row][column], matrix[column][row]) = (sum, sum);
                 }
             }
             return matrix;

@@ -1,6 +1,6 @@
 //! The angle between two triangles that share an edge.
 
-use super::ScalarStrain;
+use super::{PARTS, ScalarStrain};
 use crate::scalar::Scalar;
 
 /// Added to squares that are divided by: what has collapsed has no direction.
@@ -44,6 +44,70 @@ fn difference<S: Scalar>(a: &[S; 3], b: &[S; 3]) -> [S; 3] {
     r
 }
 
+#[inline(always)]
+fn scaled<S: Scalar>(factor: S, a: &[S; 3]) -> [S; 3] {
+    let mut r = *a;
+    for c in 0..3 {
+        r[c] = factor * a[c];
+    }
+    r
+}
+
+/// Frame of one triangle of a hinge.
+struct HingeSide<S> {
+    /// Unit vector in the triangle from the edge to the vertex across, and its normal `e x t`.
+    across: [S; 3],
+    normal: [S; 3],
+    /// Inverse of the height [1/m].
+    inverse_height: S,
+    /// Coefficients of what moves the vertex across against the foot of its height: of both ends of the edge.
+    /// Its own is 1.
+    foot: [S; 2],
+}
+
+impl<S: Scalar> HingeSide<S> {
+    /// The triangle of the edge from the origin to `e` and the vertex at `a`; `e_squared = |e|^2`.
+    #[inline(always)]
+    fn new(e: &[S; 3], e_squared: S, a: &[S; 3]) -> Self {
+        let normal = cross(e, a);
+        let inverse = S::one() / (dot(&normal, &normal) + S::splat(TINY)).sqrt();
+        let length = e_squared.sqrt();
+        let normal = scaled(inverse, &normal);
+        let across = scaled(S::one() / length, &cross(&normal, e));
+        let part = dot(a, e) / e_squared;
+        HingeSide { across, normal, inverse_height: length * inverse, foot: [part - S::one(), -part] }
+    }
+
+    /// `c (x) d`: along `d`, the way of the vertex across against the foot of its height; `across` the place
+    /// of that vertex.
+    #[inline(always)]
+    fn spread(&self, d: &[S; 3], across: usize) -> [[S; 3]; 4] {
+        let mut spread = [[S::zero(); 3]; 4];
+        spread[0] = scaled(self.foot[0], d);
+        spread[1] = scaled(self.foot[1], d);
+        spread[across] = *d;
+        spread
+    }
+}
+
+/// `a u + b v`.
+#[inline(always)]
+fn combined<S: Scalar>(a: S, u: &[[S; 3]; 4], b: S, v: &[[S; 3]; 4]) -> [[S; 3]; 4] {
+    let mut sum = *u;
+    for n in 0..4 {
+        for c in 0..3 {
+            sum[n][c] = a.mul_add(u[n][c], b * v[n][c]);
+        }
+    }
+    sum
+}
+
+/// Change of the edge along `d`, as a vector over the vertices.
+#[inline(always)]
+fn of_edge<S: Scalar>(d: &[S; 3]) -> [[S; 3]; 4] {
+    [scaled(-S::one(), d), *d, [S::zero(); 3], [S::zero(); 3]]
+}
+
 impl ScalarStrain<3, 4> for HingeAngle {
     const OF: &'static str = "hinge";
 
@@ -72,5 +136,54 @@ impl ScalarStrain<3, 4> for HingeAngle {
             gradient[0][c] = -(at_a + at_b + gradient[1][c]);
         }
         (angle, gradient)
+    }
+
+    /// `theta = phi_A - phi_B`, each the angle of a triangle about the edge. With `y = x_2 - foot` of a
+    /// triangle of height `h`, `e` the edge of length `L`, its unit vector and `t`, `n` as axes:
+    ///
+    /// `dx^T grad grad phi dx = -2 dy_n dy_t / h^2 - 2 de_n dy_e / (h L) - de_n de_t / L^2`.
+    ///
+    /// `2 a b <= (r a + b / r)^2 / 2` bounds a product, with equal lengths of both by its positive part; the
+    /// last terms of both triangles together are `sin (phi_A - phi_B) / L^2` times a difference of squares
+    /// along the two lines that halve the angle.
+    #[inline(always)]
+    fn positive_parts<S: Scalar>(x: &[[S; 3]; 4], rest: &[S; 2]) -> Option<[[[S; 3]; 4]; PARTS]> {
+        let (angle, gradient) = Self::deviation(x, rest);
+        let e = difference(&x[1], &x[0]);
+        let square = dot(&e, &e) + S::splat(TINY);
+        let (length, half) = (square.sqrt(), S::splat(0.5));
+        let unit = scaled(S::one() / length, &e);
+        let sides = [
+            HingeSide::new(&e, square, &difference(&x[2], &x[0])),
+            HingeSide::new(&e, square, &difference(&x[3], &x[0])),
+        ];
+        let mut parts = [gradient; PARTS];
+        for k in 0..2 {
+            let (side, v) = (&sides[k], 2 + k);
+            // Minus that of the angle for the first, whose angle grows with the whole, that for the second.
+            let sign = S::one().copysign(if k == 0 { -angle } else { angle });
+            let first = side.inverse_height * (half * angle.abs()).sqrt();
+            let up = side.spread(&side.normal, v);
+            parts[1 + 2 * k] = combined(first, &up, sign * first, &side.spread(&side.across, v));
+            // Squares of the lengths of `de_n` and `dy_e`: 2 and |c|^2.
+            let [a, b] = side.foot;
+            let ratio = (half * (S::one() + a * a + b * b)).sqrt();
+            let second = (angle.abs() * half * side.inverse_height / length).sqrt();
+            let (root, turned) = (ratio.sqrt(), of_edge(&side.normal));
+            parts[2 + 2 * k] = combined(second * root, &turned, sign * second / root, &side.spread(&unit, v));
+        }
+        let [a, b] = &sides;
+        let curvature = angle * dot(&b.normal, &a.across) / square;
+        let line = difference(&a.across, &b.across);
+        let inverse = S::one() / (dot(&line, &line) + S::splat(TINY)).sqrt();
+        let line = scaled(inverse, &line);
+        let beside = cross(&unit, &line);
+        let is_up = S::zero().lt(curvature);
+        let mut along = line;
+        for c in 0..3 {
+            along[c] = curvature.abs().sqrt() * S::select(is_up, beside[c], line[c]);
+        }
+        parts[5] = of_edge(&along);
+        Some(parts)
     }
 }

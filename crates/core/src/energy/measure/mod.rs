@@ -34,7 +34,17 @@ pub trait ScalarStrain<const D: usize, const N: usize>: Send + Sync + 'static {
     /// The deviation `s(x) - s_0` from rest, which is what `rest` says, and `ds/dx`. Written once, generic
     /// over the scalar: it runs on lanes and on dual numbers.
     fn deviation<S: Scalar>(x: &[[S; D]; N], rest: &[S; 2]) -> (S, [[S; D]; N]);
+
+    /// Vectors `u` whose products `sum u u^T` are nowhere less than `ds/dx ds/dx^T + (s - s_0) d2s/dx2`, and
+    /// near it, where the measure knows them in closed form: its projected Hessian.
+    fn positive_parts<S: Scalar>(x: &[[S; D]; N], rest: &[S; 2]) -> Option<[[[S; D]; N]; PARTS]> {
+        let _ = (x, rest);
+        None
+    }
 }
+
+/// Vectors that a projected Hessian in closed form is made of.
+pub const PARTS: usize = 6;
 
 /// `E = sum 1/2 k (s(x) - s_0)^2` over stencils of `N` vertices.
 pub struct ScalarStrainEnergy<Q, const D: usize, const N: usize> {

@@ -134,6 +134,58 @@ fn projected_hessians_are_positive_and_lose_nothing_that_resists() {
     projected::<Curvature, 3, 3>([3.0, 0.0]);
 }
 
+/// The closed form of a hinge is the Hessian itself where nothing is bent, off by a part of the bend, and
+/// nowhere below it.
+#[test]
+fn projected_hessians_of_hinges_bound_the_exact_ones() {
+    let (x, _) = stencils::<3, 4>();
+    let mut points = [[0.0; 3]; 4];
+    points.as_flattened_mut().copy_from_slice(&x[..12]);
+    let angle = HingeAngle::deviation(&points, &[1.0, 0.0]).0;
+    let matrix = |rest: f64, psd| {
+        let constants = [StencilConstants { stiffness: 2.0, rest: [rest.cos(), rest.sin()] }];
+        let term = ScalarStrainEnergy::<HingeAngle, 3, 4>::new("a", &[[0, 1, 2, 3]], &constants, &x);
+        let mut blocks = vec![0.0; 90];
+        term.stencil_hessians(0..1, &x, psd, &mut blocks);
+        let mut matrix = [[0.0; 12]; 12];
+        let pairs = (0..4).flat_map(|a| (a..4).map(move |b| (a, b)));
+        for ((a, b), block) in pairs.zip(blocks.chunks_exact(9)) {
+            for (ij, entry) in block.iter().enumerate() {
+                let (row, column) = (3 * a + ij / 3, 3 * b + ij % 3);
+                (matrix[row][column], matrix[column][row]) = (*entry, *entry);
+            }
+        }
+        matrix
+    };
+    // What is added to the exact Hessian, as a part of its norm.
+    let added = |bend: f64| {
+        let [exact, mut above] = [Psd::Exact, Psd::Projected].map(|psd| matrix(angle - bend, psd));
+        let size = exact.as_flattened().iter().map(|e| e * e).sum::<f64>().sqrt();
+        for (above, exact) in above.as_flattened_mut().iter_mut().zip(exact.as_flattened()) {
+            *above = (*above - exact) / size;
+        }
+        above
+    };
+    let norm = |matrix: [[f64; 12]; 12]| matrix.as_flattened().iter().map(|e| e * e).sum::<f64>().sqrt();
+    assert!(norm(added(0.0)) < 1e-14);
+    let (small, large) = (norm(added(1e-3)), norm(added(2e-3)));
+    assert!(small > 1e-5 && small < 1e-2 && (large / small - 2.0).abs() < 0.01, "{small} and {large}");
+    for bend in [-1.5, -0.3, 0.3, 1.5] {
+        // Powers of what is left of a multiple of one lead to the least eigenvalue.
+        let (added, mut p) = (added(bend), [0.0; 12]);
+        (0..12).for_each(|i| p[i] = number(i));
+        let mut least = 0.0;
+        for _ in 0..2000 {
+            let product = added.map(|row| dot(&row, &p));
+            least = dot(&product, &p) / dot(&p, &p);
+            (0..12).for_each(|i| p[i] = 2.0 * p[i] - product[i]);
+            let length = dot(&p, &p).sqrt();
+            p.iter_mut().for_each(|p| *p /= length);
+        }
+        assert!(least.abs() < 1e-12 || least > 0.0, "{least} at a bend of {bend}");
+    }
+}
+
 /// A hinge of unit height whose second wing is turned up by `angle`.
 fn folded(angle: f64) -> [[f64; 3]; 4] {
     [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.3, 1.0, 0.0], [0.6, -angle.cos(), angle.sin()]]
