@@ -311,3 +311,44 @@ fn a_floor_of_triangles_pushes_little_sideways() {
     // An independent program found 0.5 % at equal normal forces.
     assert!(squares.sqrt() < 0.01 && largest < 0.0166, "{} and {largest}", squares.sqrt());
 }
+
+/// A membrane of so many unknowns in contact is solved by conjugate gradients in steps of time, without a
+/// factorisation, and ends where factors lead; one without contact and one of fewer unknowns have factors.
+#[test]
+fn membranes_in_contact_are_solved_by_iterations() {
+    let solved = |cells: u32, contact: &str, linear: &str| {
+        let ball = "[[obstacle]]\nshape = { ball = { centre = [0, 0, 0], radius = 0.3 } }";
+        let obstacle = if contact.is_empty() { "" } else { ball };
+        let text = format!(
+            "dimension = 3
+            time = {{ integrator = 'implicit-euler', step = 0.01, duration = 1.0,
+                      solver = {{ tolerance = 1e-7{linear} }} }}
+            world = {{ gravity = [0, 0, -9.81] }}
+            {contact}
+            [[body]]
+            mesh = {{ cloth = {{ cells = [{cells}, {cells}], origin = [-0.5, -0.5, 0.3015], u = [1, 0, 0],
+                                 v = [0, 1, 0] }} }}
+            elastic = {{ stable-neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}
+            membrane = {{ thickness = 1e-3 }}
+            mass = {{ density = '0.2 kg/m^2' }}
+            velocity = {{ rigid = {{ linear = [0, 0, -0.1] }} }}
+            {obstacle}"
+        );
+        let mut run = super::assembled(&text).simulation;
+        (0..2).for_each(|_| run.step().unwrap());
+        let work = run.work().solver.unwrap();
+        (run.state().x().to_vec(), work.factorizations, work.cg_iterations, run.contacts().len())
+    };
+    let contact = "contact = { distance = 1e-3 }";
+    let (by_iterations, factors, iterations, contacts) = solved(45, contact, "");
+    assert!(factors == 0 && iterations > 0 && contacts > 0, "{factors}, {iterations}, {contacts}");
+    let (by_factors, factors, iterations, _) = solved(45, contact, ", linear = 'cholesky'");
+    assert!(factors > 0 && iterations == 0, "{factors}, {iterations}");
+    // Either ends within its tolerance of the minimum.
+    let apart = by_iterations.iter().zip(&by_factors).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
+    assert!(apart < 2e-7, "{apart:e} m");
+    for (cells, contact) in [(45, ""), (40, contact)] {
+        let (_, factors, iterations, _) = solved(cells, contact, "");
+        assert!(factors > 0 && iterations == 0, "{cells}: {factors}, {iterations}");
+    }
+}

@@ -42,8 +42,8 @@ pub(super) struct Iterative<const D: usize> {
 }
 
 enum PreconditionerKind<const D: usize> {
-    /// Computed anew for every matrix.
-    Jacobi(BlockJacobi<D>),
+    /// Computed anew for every matrix; with the most iterations of a solve, where there is one.
+    Jacobi(BlockJacobi<D>, Option<u64>),
     /// Computed anew where it no longer fits.
     Multigrid {
         levels: Box<Multigrid<D>>,
@@ -56,9 +56,10 @@ enum PreconditionerKind<const D: usize> {
 }
 
 impl<const D: usize> Iterative<D> {
-    pub(super) fn jacobi() -> Self {
+    /// With the inverse diagonal blocks, for at most so many iterations.
+    pub(super) fn jacobi(most: Option<u64>) -> Self {
         Iterative {
-            kind: PreconditionerKind::Jacobi(BlockJacobi::default()),
+            kind: PreconditionerKind::Jacobi(BlockJacobi::default(), most),
             cg: ConjugateGradients::default(),
         }
     }
@@ -89,11 +90,11 @@ impl<const D: usize> Iterative<D> {
         let indefinite = CgReport { end: CgEnd::Indefinite, iterations: 0, relative_residual: 1.0 };
         let mut corrected;
         let (preconditioner, most): (&mut dyn Preconditioner<D>, u64) = match &mut self.kind {
-            PreconditionerKind::Jacobi(jacobi) => {
+            PreconditionerKind::Jacobi(jacobi, most) => {
                 if jacobi.update(matrix).is_err() {
                     return indefinite;
                 }
-                (jacobi, 10 * right.len() as u64 + 1000)
+                (jacobi, most.unwrap_or(10 * right.len() as u64 + 1000))
             }
             PreconditionerKind::Multigrid { levels, subspace, made_for, first_rate } => {
                 let of = Some((weights, psd, pattern));
@@ -135,7 +136,7 @@ impl<const D: usize> Iterative<D> {
     /// Bytes held.
     pub(super) fn bytes(&self) -> usize {
         let preconditioner = match &self.kind {
-            PreconditionerKind::Jacobi(jacobi) => jacobi.bytes(),
+            PreconditionerKind::Jacobi(jacobi, _) => jacobi.bytes(),
             PreconditionerKind::Multigrid { levels, subspace, .. } => levels.bytes() + subspace.bytes(),
         };
         self.cg.bytes() + preconditioner

@@ -36,7 +36,7 @@ impl<const D: usize> Newton<D> {
     ) -> Direction {
         let weights = weights(objective);
         let x = &at.x;
-        let linear = self.options.linear.choose(system);
+        let linear = self.options.linear.choose_for(system, objective.inertia);
         if system.is_damped() {
             self.velocity_at(system, objective, at);
         }
@@ -71,7 +71,7 @@ impl<const D: usize> Newton<D> {
                         let rest = system.rest_positions().unwrap_or(x);
                         Iterative::multigrid(fixed, rest, assembler.held(), &system.stop())
                     }
-                    _ => Some(Iterative::jacobi()),
+                    _ => Some(Iterative::jacobi(self.options.linear.most_iterations(matrix.rows()))),
                 };
             }
             let Some(iterative) = &mut self.iterative else { return Direction::Failed };

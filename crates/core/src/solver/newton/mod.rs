@@ -270,6 +270,7 @@ impl<const D: usize> super::Minimizer for Newton<D> {
                 Iterative::multigrid(assembler.fixed(), rest, assembler.held(), &Stop::default())
                     .map_or(usize::MAX / 2, |levels| levels.bytes() + conjugate_gradients::bytes(x.len()))
             }
+            // Where iterations are tried first, the factor of those that take too many is counted.
             LinearSolver::Cholesky | LinearSolver::Auto | LinearSolver::MatrixFree => factor(x),
         };
         (solver.bytes() + vectors).saturating_add(linear)

@@ -216,7 +216,7 @@ impl<const D: usize> Newton<D> {
         solve.changes = solve.system.is_damped() || !self.follower.is_empty();
         // What a matrix costs beside a solve by conjugate gradients does not pay for an old one, but within
         // one minimisation.
-        let linear = self.options.linear.choose(solve.system);
+        let linear = self.options.linear.choose_for(solve.system, solve.objective.inertia);
         solve.inexact = !solve.objective.single_iteration && linear.is_iterative();
         if solve.inexact {
             self.at_hand = None;
