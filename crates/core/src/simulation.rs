@@ -75,7 +75,8 @@ pub struct Simulation {
     last_step_size: f64,
     /// Steps that were taken in parts.
     retried: RetriedSteps,
-    /// Parts of the last step: their sizes and the times at their ends [s]; none where it was taken as a whole.
+    /// Parts of the last step: their sizes and the times at their ends [s]; none where it was taken as a
+    /// whole.
     last_parts: Vec<[f64; 2]>,
     /// Work in solvers before the last checkpoint.
     earlier_solver_work: SolverWork,

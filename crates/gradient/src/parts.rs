@@ -20,8 +20,8 @@ pub(crate) struct ForceParts {
     pub(crate) terms: Vec<(String, Vec<f64>)>,
     /// Derivatives of the gradients of terms by their rest lengths [N/m].
     pub(crate) rest_lengths: Vec<(String, Vec<f64>)>,
-    /// Places of `terms` among the energies and among the dissipative terms of the system, once they have been
-    /// looked up.
+    /// Places of `terms` among the energies and among the dissipative terms of the system, once they have
+    /// been looked up.
     places: Vec<[Vec<usize>; 2]>,
 }
 

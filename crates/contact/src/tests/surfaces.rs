@@ -423,7 +423,8 @@ fn weights_of_a_flat_contact_in_the_plane_add_up_to_its_length() {
     assert!((weight(Duplicates::Sum) - 2.5).abs() < 1e-14, "{}", weight(Duplicates::Sum));
 }
 
-/// Many pairs together leave free what the least of them leaves alone, to the last bit, whatever pack it is in.
+/// Many pairs together leave free what the least of them leaves alone, to the last bit, whatever pack it is
+/// in.
 #[test]
 fn ways_of_many_pairs_are_free_as_far_as_that_of_the_least() {
     let mut random = Random(11);

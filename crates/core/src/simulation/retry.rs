@@ -91,8 +91,8 @@ impl Simulation {
         Ok(())
     }
 
-    /// Parts that the last [`step`](Self::step) was taken in: size and time at the end of each [s]; none where
-    /// it was taken as a whole. [`repeat_step`](Self::repeat_step) takes each of them again.
+    /// Parts that the last [`step`](Self::step) was taken in: size and time at the end of each [s]; none
+    /// where it was taken as a whole. [`repeat_step`](Self::repeat_step) takes each of them again.
     pub fn last_parts(&self) -> &[[f64; 2]] {
         &self.last_parts
     }

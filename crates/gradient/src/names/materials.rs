@@ -41,8 +41,8 @@ pub(super) fn unit_materials(material: &MaterialSpec) -> Option<[MaterialSpec; 2
     Some([shear?, both?])
 }
 
-/// Derivatives of `mu` and of `lambda` by Poisson's ratio of what nodal integration leaves to the nodes and to
-/// the elements, the `part` of the shear modulus.
+/// Derivatives of `mu` and of `lambda` by Poisson's ratio of what nodal integration leaves to the nodes and
+/// to the elements, the `part` of the shear modulus.
 pub(super) fn split_by_poisson(material: &MaterialSpec, part: f64) -> Option<[(f64, f64); 2]> {
     let (solid, plane) = isotropic(material)?;
     let [_, in_elements] = material.split(part)?;

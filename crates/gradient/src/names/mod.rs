@@ -125,8 +125,8 @@ pub fn names(scene: &Scene, topology: &Topology) -> Vec<String> {
     names
 }
 
-/// True if more than the elements is made of the shape at rest: loads on parts of volumes, on areas and places,
-/// prescribed motion by places, muscles and axes of materials by places, ties to the nearest point.
+/// True if more than the elements is made of the shape at rest: loads on parts of volumes, on areas and
+/// places, prescribed motion by places, muscles and axes of materials by places, ties to the nearest point.
 fn is_at_rest_elsewhere(scene: &Scene, spec: &Body) -> bool {
     let by_place = |formulas: &[OverTime]| formulas.iter().any(OverTime::depends_on_place);
     let loads = spec.load.iter().any(|load| {

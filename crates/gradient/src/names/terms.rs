@@ -141,8 +141,8 @@ impl Places<'_> {
         }
     }
 
-    /// Energies that make the derivative of one with nodal integration by Poisson's ratio: both of its terms are
-    /// linear in their Lame parameters, `mu` and `lambda`.
+    /// Energies that make the derivative of one with nodal integration by Poisson's ratio: both of its terms
+    /// are linear in their Lame parameters, `mu` and `lambda`.
     pub(super) fn nodal_by_poisson(
         &self,
         spec: &Body,

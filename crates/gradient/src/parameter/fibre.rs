@@ -1,7 +1,7 @@
 //! Directions of the fibres of a muscle in linear elements.
 //!
-//! Of an element of rest volume `w` with the tension `T` along the unit vector `a`, `p . dE/dx = w T G a . F a`,
-//! whose derivative by `a` is `w T (F^T G + G^T F) a`.
+//! Of an element of rest volume `w` with the tension `T` along the unit vector `a`, `p . dE/dx = w T G a . F
+//! a`, whose derivative by `a` is `w T (F^T G + G^T F) a`.
 
 use pliant::algebra::{Mat, Vect};
 use pliant_scene::OverTime;
@@ -63,8 +63,9 @@ impl<const D: usize, const N: usize> Parameter for FibreDirections<D, N> {
 }
 
 impl LinearElements<'_> {
-    /// Components of the directions of the fibres of a muscle of this `tension`, flat `(elements, dimension)`:
-    /// as given, third component 0 in 2D, in elements whose corners have the means `centres` at rest [m].
+    /// Components of the directions of the fibres of a muscle of this `tension`, flat `(elements,
+    /// dimension)`: as given, third component 0 in 2D, in elements whose corners have the means `centres` at
+    /// rest [m].
     pub fn fibres(
         &self,
         directions: &[[f64; 3]],

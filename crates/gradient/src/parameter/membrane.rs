@@ -1,9 +1,9 @@
 //! Poisson's ratio of membranes.
 //!
-//! A triangle in space of volume `w` maps its plane at rest by `F = Q G`, `G` two by two in its own plane. The
-//! solid stretches by `s` across it: 1 in plane strain, in plane stress so that `P_33(G, s) = 0`. With `H` made
-//! of `p` as `F` is of the positions, `p . dE/dx = w P : Q^T H`. Where the solid's stress changes by `P'`, `P`
-//! does by `P' + s' dP/ds`, `s' = -P'_33 / (dP_33/ds)`, which is 0 in plane strain.
+//! A triangle in space of volume `w` maps its plane at rest by `F = Q G`, `G` two by two in its own plane.
+//! The solid stretches by `s` across it: 1 in plane strain, in plane stress so that `P_33(G, s) = 0`. With
+//! `H` made of `p` as `F` is of the positions, `p . dE/dx = w P : Q^T H`. Where the solid's stress changes
+//! by `P'`, `P` does by `P' + s' dP/ds`, `s' = -P'_33 / (dP_33/ds)`, which is 0 in plane strain.
 
 use pliant::algebra::Mat;
 use pliant::element::simplex_rest;
@@ -29,8 +29,8 @@ pub struct MembraneElements<'a> {
 }
 
 impl MembraneElements<'_> {
-    /// A number of which the energy density of the solid has the derivative `sum c_i psi_i`, factors first: see
-    /// [`Modulus`](super::Modulus).
+    /// A number of which the energy density of the solid has the derivative `sum c_i psi_i`, factors first:
+    /// see [`Modulus`](super::Modulus).
     pub fn modulus(&self, parts: &[(f64, MaterialSpec)]) -> Box<dyn Parameter> {
         let triangles = self.cells.as_chunks::<3>().0.to_vec();
         let rest = triangles.iter().map(|triangle| {

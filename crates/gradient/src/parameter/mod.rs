@@ -64,8 +64,8 @@ pub struct ForceUse<'a> {
     /// `dE/dx` or `dR/dv` of terms there [N], by their names, of those that a parameter
     /// [asked for](ParameterNeeds::terms).
     pub terms: &'a [(String, Vec<f64>)],
-    /// Derivatives of `dE/dx` by the rest lengths of terms there [N/m], by their names, of those that a parameter
-    /// [asked for](ParameterNeeds::rest_lengths).
+    /// Derivatives of `dE/dx` by the rest lengths of terms there [N/m], by their names, of those that a
+    /// parameter [asked for](ParameterNeeds::rest_lengths).
     pub rest_lengths: &'a [(String, Vec<f64>)],
     /// `(d2E/dx2 + (d2R/dx dv)^T) p`: minus the derivative by the positions there, held ones included.
     pub by_positions: &'a [f64],

@@ -238,8 +238,8 @@ fn statics(
     Ok(())
 }
 
-/// With [tables](StageTables) `a`, `t` of the stages, all dots: `M A_i + (C_i + c M) h sum_j a_ij A_j + H_i h^2
-/// sum_j t_ij A_j = f_i`, `f_i` the change of the force of stage `i` at `x + c_i h v` and `v`.
+/// With [tables](StageTables) `a`, `t` of the stages, all dots: `M A_i + (C_i + c M) h sum_j a_ij A_j + H_i
+/// h^2 sum_j t_ij A_j = f_i`, `f_i` the change of the force of stage `i` at `x + c_i h v` and `v`.
 fn collocation(
     tables: &StageTables,
     forces: &mut TangentForces<'_>,

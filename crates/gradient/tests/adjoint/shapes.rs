@@ -101,8 +101,8 @@ fn shapes_at_rest_of_elements_with_factors_have_derivatives() {
     }
 }
 
-/// A force per volume, muscles and a material with fibres whose axes turn: all by the shape, in directions that
-/// do not go by it.
+/// A force per volume, muscles and a material with fibres whose axes turn: all by the shape, in directions
+/// that do not go by it.
 const FURTHER: &str = "mass = { total = 150.0 }
     load = [{ body_force = ['900*cos(30*t)', '-400 - 3e4*t'] }, { body_force = [200.0, 100.0] }]
     muscle = [

@@ -80,7 +80,8 @@ pub(crate) fn scene(scheme: &str, dimension: usize, [solved, explicit]: [f64; 2]
     Scene::from_toml(&text).unwrap()
 }
 
-/// A damped beam that falls, held at one end: this key of its steps, further keys of the world and of the pin.
+/// A damped beam that falls, held at one end: this key of its steps, further keys of the world and of the
+/// pin.
 pub(crate) fn falling_beam(scheme: &str, young: f64, [step, world, pin]: [&str; 3]) -> Scene {
     let solver = if method(scheme).documentation.solves > 0 { EXACT } else { "" };
     let text = format!(

@@ -49,8 +49,8 @@ fn walls_have_the_derivatives_of_their_steps() {
         let found = compare_starts(scheme, &thrown(scheme, "", ""), (200, 1e-7), is_held);
         assert!(!found.wall_events.is_empty(), "{scheme}");
     }
-    // Of schemes that hold no contact walls act at the end of solved steps, too; of all others where a scene is
-    // compared in several.
+    // Of schemes that hold no contact walls act at the end of solved steps, too; of all others where a scene
+    // is compared in several.
     for scheme in ["implicit-euler", "tr-bdf2", "gauss2", "bdf2", "newmark", "generalised-alpha"] {
         let mut solved = thrown(scheme, "", "");
         solved.world.puts_back = true;

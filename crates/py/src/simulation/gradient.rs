@@ -471,8 +471,8 @@ impl PySimulation {
     /// steps : int, optional
     ///     How many steps a run has; as many as are left of the scene's duration without it.
     /// times : sequence of float, optional
-    ///     In place of `steps`: times, ascending [s], that steps land on, as for `gradient`. Where steps follow
-    ///     the error, each run chooses its own, and the errors are larger.
+    ///     In place of `steps`: times, ascending [s], that steps land on, as for `gradient`. Where steps
+    ///     follow the error, each run chooses its own, and the errors are larger.
     /// memory : int, optional
     ///     Bytes for states, as for `gradient`.
     /// reach : float, default 0.01

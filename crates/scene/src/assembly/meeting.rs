@@ -7,8 +7,8 @@ pub fn passes_through(scene: &Scene) -> bool {
     scene.contact.as_ref().is_none_or(|contact| contact.of_walls) && scene.attachment.is_empty()
 }
 
-/// The first two of these bodies whose boxes meet, by their numbers, the lower first; each body by its points,
-/// flat `(n, dimension)` [m].
+/// The first two of these bodies whose boxes meet, by their numbers, the lower first; each body by its
+/// points, flat `(n, dimension)` [m].
 pub fn first_meeting<'a>(bodies: impl Iterator<Item = &'a [f64]>, dimension: usize) -> Option<[usize; 2]> {
     let of_body = |x: &[f64]| if dimension == 2 { bounds::<2>(x) } else { bounds::<3>(x) };
     let boxes: Vec<[[f64; 2]; 3]> = bodies.map(of_body).collect();

@@ -11,8 +11,8 @@ use crate::material::Psd;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum MatrixOutput {
     /// `k (grad s grad s^T + (s - s_0) grad grad s)`, by dual numbers; projected without its negative
-    /// eigenvalues, or by what bounds it in closed form. What is left of it by `k grad s grad s^T` alone would
-    /// not do: a joint that is bent resists being turned out of its plane by the second part only.
+    /// eigenvalues, or by what bounds it in closed form. What is left of it by `k grad s grad s^T` alone
+    /// would not do: a joint that is bent resists being turned out of its plane by the second part only.
     Hessian(Psd),
     /// `k grad s grad s^T`: the damping matrix of a dashpot.
     Rate,

@@ -151,7 +151,9 @@ impl ContactSummary {
     pub fn facts(&self, step: Option<f64>) -> Vec<String> {
         let (distance, origin) = (Rounded::<4>(self.distance), self.distance_origin.described());
         let mut facts = vec![match self.of_walls {
-            true => format!("walls push what comes behind them, and let nothing farther than {distance} m, {origin}"),
+            true => format!(
+                "walls push what comes behind them, and let nothing farther than {distance} m, {origin}"
+            ),
             false => format!("surfaces push each other from a gap of {distance} m on, {origin}"),
         }];
         facts.extend(self.described_pairs());
