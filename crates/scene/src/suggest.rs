@@ -57,6 +57,7 @@ const SYNONYMS: &[(&str, &[&str])] = &[
     ("membrane", &["shell", "sheet", "clothmaterial"]),
     ("thickness", &["t", "shellthickness"]),
     ("cells", &["resolution", "n", "elements", "divisions", "subdivisions"]),
+    ("height", &["length", "depth"]),
     ("size", &["extent", "extents", "dimensions", "lengths"]),
     ("origin", &["corner", "offset", "center", "centre"]),
     ("translate", &["move", "translation", "shift"]),

@@ -3,8 +3,9 @@
 use pliant_scene::Scene;
 
 use crate::by_parameters::compare;
+use crate::constants;
 use crate::differences::compare_numbers;
-use crate::support::{scattered, scene};
+use crate::support::scattered;
 
 const SCHEMES: [(&str, u64); 3] = [("velocity-verlet", 40), ("implicit-euler", 12), ("quasi-static", 2)];
 
@@ -20,30 +21,8 @@ const FORMULA: &str =
 
 /// A stretched block that falls and turns, held at one end, its elements turned to these directions.
 fn block(scheme: &str, dimension: usize, material: &str, axes: &str) -> Scene {
-    let (cells, size, gravity, held, start) = match dimension {
-        2 => ("[2, 1]", "[0.6, 0.3]", "[2.7, -9.81]", "[1, 0]", "[[1.4, 0.1], [-0.1, 0.8]]"),
-        _ => (
-            "[1, 1, 1]",
-            "[0.5, 0.3, 0.4]",
-            "[2.7, -9.81, 2.0]",
-            "[1, 0, 0]",
-            "[[1.4, 0.1, 0], [-0.1, 0.8, 0.1], [0, 0, 0.9]]",
-        ),
-    };
-    let text = format!(
-        "[world]
-         gravity = {gravity}
-         [[body]]
-         name = \"block\"
-         mesh = {{ grid = {{ cells = {cells}, size = {size} }} }}
-         elastic = {material}
-         elastic_axes = {axes}
-         elastic_factor = 1.3
-         mass = {{ density = 1000.0 }}
-         position = {{ affine = {{ matrix = {start} }} }}
-         pin = [{{ half_space = {{ normal = {held}, offset = 0 }} }}]"
-    );
-    scene(scheme, dimension, [0.01, 1e-3], &text)
+    let material = format!("{material}\nelastic_axes = {axes}\nelastic_factor = 1.3");
+    constants::block(scheme, (dimension, 1, ""), &material)
 }
 
 /// Directions near this one, one for each element.

@@ -7,7 +7,7 @@ use crate::differences::{compare_number, compare_numbers};
 use crate::support::scene;
 
 /// A stretched block that falls and turns, held at one end; of elements of this kind, of this material.
-fn block(scheme: &str, (dimension, order, element): (usize, u32, &str), material: &str) -> Scene {
+pub(crate) fn block(scheme: &str, (dimension, order, element): (usize, u32, &str), material: &str) -> Scene {
     let (cells, size, gravity, held, start) = match dimension {
         2 => ("[2, 1]", "[0.6, 0.3]", "[2.7, -9.81]", "[1, 0]", "[[1.4, 0.1], [-0.1, 0.8]]"),
         _ => (
