@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import signal
 import sys
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,9 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 SCENES = ROOT / "scenes"
+
+# What a shell starts in the background ignores it, and tests that interrupt runs would not end.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def beam(**changes: Any) -> pliant.Scene:
