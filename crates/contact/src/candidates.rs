@@ -299,6 +299,37 @@ const BESIDE: f64 = 1e-3;
 /// that follow.
 const SHORT: f64 = 0.5;
 
+/// The margin grows by this factor after each search that found fewer than one candidate for so many
+/// vertices, up to the largest factor in all: surfaces that are far apart are searched seldom.
+const GROWTH: f64 = 1.5;
+const FEW: usize = 16;
+const MOST_GROWTH: f64 = 8.0;
+
+/// Factor of the margin. What is found within reach is the same by any.
+#[derive(Clone, Copy, Debug)]
+struct Widening {
+    factor: f64,
+    /// The largest that is not known to find many.
+    largest: f64,
+}
+
+impl Default for Widening {
+    fn default() -> Self {
+        Widening { factor: 1.0, largest: MOST_GROWTH }
+    }
+}
+
+impl Widening {
+    /// Adapts to the candidates of a search, so many around so many vertices.
+    fn adapt(&mut self, candidates: usize, vertices: usize) {
+        if candidates * FEW < vertices {
+            self.factor = (GROWTH * self.factor).min(self.largest);
+        } else {
+            *self = Widening { factor: 1.0, largest: (self.factor / GROWTH).max(1.0) };
+        }
+    }
+}
+
 /// Candidates of a whole way, and so of every place on it.
 #[derive(Clone, Debug, Default)]
 struct SweptPairs {
@@ -325,9 +356,9 @@ impl SweptPairs {
 
 /// Candidates that stay complete while vertices move little.
 ///
-/// Gathered with the reach and twice the `margin`, they hold all pairs within reach of their radii until
-/// bodies, relative to each other, and vertices, relative to their bodies, have moved by more than the
-/// margin.
+/// Gathered with the reach and twice the `margin`, wider where there are few, they hold all pairs within
+/// reach of their radii until bodies, relative to each other, and vertices, relative to their bodies, have
+/// moved by more than the margin.
 #[derive(Clone, Debug, Default)]
 pub struct CandidateCache<const D: usize> {
     trees: SurfaceTrees<D>,
@@ -338,13 +369,14 @@ pub struct CandidateCache<const D: usize> {
     /// Half of how far they reach beyond it [m].
     margin: f64,
     swept: SweptPairs,
+    widening: Widening,
     /// Number of gatherings so far.
     pub gatherings: u64,
 }
 
 impl<const D: usize> CandidateCache<D> {
-    /// Candidates within `reach` [m] at `x`, gathered anew with this margin [m] if a vertex has moved too far
-    /// and `x` is not on the last way.
+    /// Candidates within `reach` [m] at `x`, gathered anew with this margin [m] at least if a vertex has moved
+    /// too far and `x` is not on the last way.
     pub fn at(
         &mut self,
         surface: &ContactSurface,
@@ -378,7 +410,7 @@ impl<const D: usize> CandidateCache<D> {
         if self.is_complete(surface, x, near) && self.is_complete(surface, &to, near) {
             return &self.pairs;
         }
-        if relative_motion::<D>(surface, x, &to) <= SHORT * margin {
+        if relative_motion::<D>(surface, x, &to) <= SHORT * self.widening.factor * margin {
             self.gather_around(surface, bodies, x, reach, margin);
             return &self.pairs;
         }
@@ -398,7 +430,9 @@ impl<const D: usize> CandidateCache<D> {
         reach: f64,
         margin: f64,
     ) {
+        let margin = self.widening.factor * margin;
         self.pairs = self.trees.gather(surface, bodies, x, None, reach + 2.0 * margin);
+        self.widening.adapt(self.pairs.count(), surface.vertices.len());
         self.gathered_at.clear();
         self.gathered_at.extend_from_slice(x);
         (self.reach, self.margin) = (reach, margin);
