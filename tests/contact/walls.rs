@@ -99,3 +99,13 @@ fn other_schemes_put_vertices_back() {
     let assembly = kept.assemble(UnstableStep::Accept).unwrap();
     assert!(assembly.simulation.system().walls().is_empty());
 }
+
+/// Where a study keeps walls as contact, a start behind one is not told as one that is too near.
+#[test]
+fn a_start_behind_a_kept_wall_is_pushed_out() {
+    let mut scene = super::scene(&column("integrator = 'implicit-euler'", -1e-4));
+    scene.keep_contact(0.01);
+    let assembly = scene.assemble(UnstableStep::Refuse).unwrap_or_else(|problems| panic!("{problems:?}"));
+    let said = assembly.report.warnings.join("\n");
+    assert!(said.contains("`column` starts 1e-4 m behind `wall0`: it is pushed out with"), "{said}");
+}

@@ -8,7 +8,7 @@ use super::{
     measure_limit, nominal_step,
 };
 use pliant::integrator::{IntegratorSpec, Scheme};
-use pliant_scene::{RefusedScheme, SceneError, Source};
+use pliant_scene::{RefusedScheme, Scene, SceneError, Source, Time};
 
 /// Steps of the run whose drift is measured, at most.
 const DRIFT_STEPS: f64 = 2000.0;
@@ -90,8 +90,12 @@ impl StabilitySurvey {
         }
         let own = nominal_step(&scene);
         let largest = scene.time.duration.max(100.0 * own);
-        // Contact turns walls into obstacles.
-        let walls = if scene.contact.is_some() { 0 } else { scene.world.walls.len() };
+        // Contact turns walls into obstacles, and so do schemes that hold them.
+        let puts_back = |spec: &IntegratorSpec| {
+            let time = Time { integrator: *spec, ..scene.time.clone() };
+            Scene { time, ..scene.clone() }.acting_contact().is_none()
+        };
+        let walls = if integrators.iter().any(puts_back) { scene.world.walls.len() } else { 0 };
         let mut found = StabilitySurvey { walls, refused: all_refused, ..StabilitySurvey::default() };
         for integrator in &integrators {
             if stopped() {

@@ -111,6 +111,15 @@ fn pushed_apart(scene: &Scene, simulation: &Simulation, bodies: &[BodyAssembly])
         true => format!("{} times its weight of {} N", Rounded::<3>(force / weight), Rounded::<3>(weight)),
         false => "and nothing holds it there".to_owned(),
     };
+    if contact.gap < 0.0 {
+        // Of walls, which bodies may start on.
+        return Some(format!(
+            "`{}` starts {} m behind `{other}`: it is pushed out with {} N, {beside}; start it on the wall",
+            body.name,
+            Rounded::<3>(-contact.gap),
+            Rounded::<4>(force)
+        ));
+    }
     Some(format!(
         "`{}` starts {} m from `{other}`, {}% of the distance at which they begin to push: contact pushes it \
          with {} N, {beside}; start it farther away, or give [contact] a smaller `distance`",

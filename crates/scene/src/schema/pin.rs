@@ -131,7 +131,8 @@ impl Pin {
         self.name.clone().unwrap_or_else(|| format!("pin{index}"))
     }
 
-    /// Name of the hold of a pin of this name, of a body of that one.
+    /// Name of the hold of a pin of this name, of a body of that one: of the body alone without a name of the
+    /// pin, as walls hold.
     pub fn hold_name(body: &str, pin: &str) -> String {
         if pin.is_empty() { body.to_owned() } else { format!("{body}/{pin}") }
     }
