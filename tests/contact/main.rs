@@ -16,6 +16,7 @@ mod prescribed;
 mod pressed;
 mod scenes;
 mod sharp;
+mod solvers;
 mod start;
 mod statics;
 mod thin;

@@ -20,6 +20,10 @@ const MULTIGRID_ITERATIONS: u64 = 300;
 /// them lets expect, and one more.
 const WORN_OUT: f64 = 1.2;
 
+/// Iterations that solves with an allowance may have left for later ones, in those of one; as many are there
+/// at the beginning, and after a solve that did without.
+const MOST_LEFT: u64 = 3;
+
 /// A matrix, its part whose structure stays, and the version of its pattern.
 #[derive(Clone, Copy)]
 pub(super) struct AssembledMatrix<'a, const D: usize> {
@@ -42,8 +46,8 @@ pub(super) struct Iterative<const D: usize> {
 }
 
 enum PreconditionerKind<const D: usize> {
-    /// Computed anew for every matrix; with the most iterations of a solve, where there is one.
-    Jacobi(BlockJacobi<D>, Option<u64>),
+    /// Computed anew for every matrix; with the iterations that a solve may take, where they are limited.
+    Jacobi(BlockJacobi<D>, Option<Allowance>),
     /// Computed anew where it no longer fits.
     Multigrid {
         levels: Box<Multigrid<D>>,
@@ -55,12 +59,41 @@ enum PreconditionerKind<const D: usize> {
     },
 }
 
+/// Iterations that a solve may take: what each may in the mean, and what those before it have left.
+#[derive(Clone, Copy, Debug)]
+struct Allowance {
+    each: u64,
+    left: u64,
+}
+
+impl Allowance {
+    fn new(each: u64) -> Self {
+        Allowance { each, left: MOST_LEFT * each }
+    }
+
+    fn most(&self) -> u64 {
+        self.each + self.left
+    }
+
+    fn spend(&mut self, report: &CgReport) {
+        let left = if report.end == CgEnd::Converged { self.most() - report.iterations } else { u64::MAX };
+        self.left = left.min(MOST_LEFT * self.each);
+    }
+}
+
 impl<const D: usize> Iterative<D> {
-    /// With the inverse diagonal blocks, for at most so many iterations.
-    pub(super) fn jacobi(most: Option<u64>) -> Self {
+    /// With the inverse diagonal blocks.
+    pub(super) fn jacobi() -> Self {
         Iterative {
-            kind: PreconditionerKind::Jacobi(BlockJacobi::default(), most),
+            kind: PreconditionerKind::Jacobi(BlockJacobi::default(), None),
             cg: ConjugateGradients::default(),
+        }
+    }
+
+    /// Limits solves with the inverse diagonal blocks to so many iterations in the mean.
+    pub(super) fn allow(&mut self, each: u64) {
+        if let PreconditionerKind::Jacobi(_, allowance @ None) = &mut self.kind {
+            *allowance = Some(Allowance::new(each));
         }
     }
 
@@ -90,11 +123,12 @@ impl<const D: usize> Iterative<D> {
         let indefinite = CgReport { end: CgEnd::Indefinite, iterations: 0, relative_residual: 1.0 };
         let mut corrected;
         let (preconditioner, most): (&mut dyn Preconditioner<D>, u64) = match &mut self.kind {
-            PreconditionerKind::Jacobi(jacobi, most) => {
+            PreconditionerKind::Jacobi(jacobi, allowance) => {
                 if jacobi.update(matrix).is_err() {
                     return indefinite;
                 }
-                (jacobi, most.unwrap_or(10 * right.len() as u64 + 1000))
+                let most = allowance.map_or(10 * right.len() as u64 + 1000, |a| a.most());
+                (jacobi, most)
             }
             PreconditionerKind::Multigrid { levels, subspace, made_for, first_rate } => {
                 let of = Some((weights, psd, pattern));
@@ -117,12 +151,17 @@ impl<const D: usize> Iterative<D> {
         };
         let product = |p: &[f64], q: &mut [f64]| matrix.multiply(p, q);
         let report = self.cg.solve(product, preconditioner, right, solution, tolerance, most);
-        if let PreconditionerKind::Multigrid { made_for, first_rate, .. } = &mut self.kind {
-            let (count, gained) = (report.iterations as f64, -report.relative_residual.ln());
-            let first = *first_rate.get_or_insert(count / gained);
-            let worn_out = count > WORN_OUT * first * gained + 1.0;
-            if worn_out || report.end != CgEnd::Converged {
-                *made_for = None;
+        match &mut self.kind {
+            PreconditionerKind::Jacobi(_, allowance) => {
+                allowance.iter_mut().for_each(|allowance| allowance.spend(&report));
+            }
+            PreconditionerKind::Multigrid { made_for, first_rate, .. } => {
+                let (count, gained) = (report.iterations as f64, -report.relative_residual.ln());
+                let first = *first_rate.get_or_insert(count / gained);
+                let worn_out = count > WORN_OUT * first * gained + 1.0;
+                if worn_out || report.end != CgEnd::Converged {
+                    *made_for = None;
+                }
             }
         }
         report

@@ -144,7 +144,8 @@ pub struct SolverWork {
     pub longest_limited: u64,
     /// Iterations of conjugate gradients.
     pub cg_iterations: u64,
-    /// Solves by conjugate gradients that stalled and were left to a factorisation.
+    /// Solves by conjugate gradients that stalled, or took more iterations than another solver is worth, and
+    /// were left to that: multigrid or a factorisation.
     pub fallbacks: u64,
     /// Solves that the scene's own tolerance ended while a correction was more than a tenth of the motion of
     /// the step, and more than a millionth of the size of the scene; `None` where the scene names no

@@ -653,7 +653,8 @@ fn solver_work(work: &SolverWork) -> String {
     facts.extend(counts.into_iter().filter(|(n, ..)| *n > 0).map(|(n, one, many)| counted(n, one, many)));
     if work.fallbacks > 0 {
         let solves = counted(work.fallbacks, "solve", "solves");
-        facts.push(format!("{solves} by conjugate gradients stalled and fell back to a factorisation"));
+        let to = if work.factorizations > 0 { "a factorisation" } else { "multigrid" };
+        facts.push(format!("{solves} by conjugate gradients took too many and fell back to {to}"));
     }
     facts.join(", ")
 }

@@ -24,6 +24,40 @@ pub(super) enum Direction {
     Failed,
 }
 
+/// One of the solvers by iterations that a minimisation may go through before a factorisation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum IterativeSolver {
+    /// Conjugate gradients with inverse diagonal blocks, for a few iterations.
+    First,
+    /// The one that the options choose.
+    Chosen,
+}
+
+/// Minimisations that leave a solver out because it stalled: twice as many after each time.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Pause {
+    left: u64,
+    last: u64,
+}
+
+impl Pause {
+    /// True if the solver is to be tried.
+    pub(super) fn is_over(self) -> bool {
+        self.left == 0
+    }
+
+    /// Leaves it out from now on.
+    fn begin(&mut self) {
+        self.last = 2 * self.last.max(1);
+        self.left = self.last;
+    }
+
+    /// Counts a minimisation that begins.
+    pub(super) fn count(&mut self) {
+        self.left = self.left.saturating_sub(1);
+    }
+}
+
 impl<const D: usize> Newton<D> {
     /// Solves `A d = -residual` for the direction; by conjugate gradients to the tolerance `forcing`.
     pub(super) fn solve_linear(
@@ -36,7 +70,7 @@ impl<const D: usize> Newton<D> {
     ) -> Direction {
         let weights = weights(objective);
         let x = &at.x;
-        let linear = self.options.linear.choose_for(system, objective.inertia);
+        let linear = self.options.linear.choose(system);
         if system.is_damped() {
             self.velocity_at(system, objective, at);
         }
@@ -44,8 +78,11 @@ impl<const D: usize> Newton<D> {
         if linear == LinearSolver::MatrixFree {
             return self.matrix_free(system, weights, x);
         }
-        let by_iterations = linear != LinearSolver::Cholesky && self.direct.0 == 0;
-        if let Some(cholesky) = self.cholesky.as_mut().filter(|_| old_matrix && !by_iterations) {
+        let first = self.options.linear.first_iterations(system, objective.inertia, x.len() / D);
+        let first = first.filter(|_| self.pause_of_first.is_over());
+        let by_iterations = linear.is_iterative() && self.pause_of_iterations.is_over();
+        let by_factor = first.is_none() && !by_iterations;
+        if let Some(cholesky) = self.cholesky.as_mut().filter(|_| old_matrix && by_factor) {
             cholesky.solve(&mut self.direction);
             return Direction::Descent;
         }
@@ -62,40 +99,51 @@ impl<const D: usize> Newton<D> {
         }
         let matrices @ AssembledMatrix { whole: matrix, fixed, pattern } = AssembledMatrix::of(assembler);
         self.at_hand = None;
-        if by_iterations {
-            if self.iterative.is_none() {
-                self.iterative = match linear {
-                    LinearSolver::Multigrid => {
-                        // Where vertices are at the start may be anything; the lattices are for where they
-                        // belong.
-                        let rest = system.rest_positions().unwrap_or(x);
-                        Iterative::multigrid(fixed, rest, assembler.held(), &system.stop())
+        let made_for = (weights, psd, &x[..]);
+        for solver in [IterativeSolver::First, IterativeSolver::Chosen] {
+            let (iterative, pause) = match solver {
+                IterativeSolver::First => {
+                    let Some(each) = first else { continue };
+                    let iterative = self.first.get_or_insert_with(Iterative::jacobi);
+                    iterative.allow(each);
+                    (iterative, &mut self.pause_of_first)
+                }
+                IterativeSolver::Chosen if !by_iterations => continue,
+                IterativeSolver::Chosen => {
+                    if self.iterative.is_none() {
+                        self.iterative = match linear {
+                            LinearSolver::Multigrid => {
+                                // Where vertices are at the start may be anything; the lattices are for where
+                                // they belong.
+                                let rest = system.rest_positions().unwrap_or(x);
+                                Iterative::multigrid(fixed, rest, assembler.held(), &system.stop())
+                            }
+                            _ => Some(Iterative::jacobi()),
+                        };
                     }
-                    _ => Some(Iterative::jacobi(self.options.linear.most_iterations(matrix.rows()))),
-                };
-            }
-            let Some(iterative) = &mut self.iterative else { return Direction::Failed };
+                    let Some(iterative) = &mut self.iterative else { return Direction::Failed };
+                    (iterative, &mut self.pause_of_iterations)
+                }
+            };
             iterative.set_stop(system.stop());
-            let made_for = (weights, psd, &x[..]);
             let report = iterative.solve(matrices, made_for, &self.direction, &mut self.solution, forcing);
             self.work.cg_iterations += report.iterations;
-            if report.end == CgEnd::Converged {
-                self.at_hand = (psd == Psd::Exact).then_some(weights);
-                self.by_iterations = true;
-                std::mem::swap(&mut self.direction, &mut self.solution);
-                return Direction::Descent;
+            match report.end {
+                CgEnd::Converged => {
+                    self.at_hand = (psd == Psd::Exact).then_some(weights);
+                    self.solved_by = Some(solver);
+                    std::mem::swap(&mut self.direction, &mut self.solution);
+                    return Direction::Descent;
+                }
+                CgEnd::Stopped => return Direction::Failed,
+                // Before anything else the negative eigenvalues of elements are removed.
+                CgEnd::Indefinite if psd == Psd::Exact => return Direction::Indefinite,
+                CgEnd::Indefinite | CgEnd::Stalled => {
+                    // The rest of this solve, and the next ones.
+                    pause.begin();
+                    self.work.fallbacks += 1;
+                }
             }
-            if report.end == CgEnd::Stopped {
-                return Direction::Failed;
-            }
-            // Before anything else the negative eigenvalues of elements are removed.
-            if report.end == CgEnd::Indefinite && psd == Psd::Exact {
-                return Direction::Indefinite;
-            }
-            // The rest of this solve, and the next ones.
-            let pause = 2 * self.direct.1.max(1);
-            self.direct = (pause, pause);
-            self.work.fallbacks += 1;
         }
         if self.cholesky.is_none() || self.factor_pattern != pattern {
             let places = system.ordering_positions(x);
@@ -118,7 +166,7 @@ impl<const D: usize> Newton<D> {
         // A projected matrix is too stiff somewhere: corrections by it that are small need not be near a
         // minimum.
         self.at_hand = (psd == Psd::Exact).then_some(weights);
-        self.by_iterations = false;
+        self.solved_by = None;
         cholesky.solve(&mut self.direction);
         Direction::Descent
     }

@@ -8,6 +8,7 @@ mod solve;
 mod tolerance;
 mod watchdog;
 
+use self::linear::{IterativeSolver, Pause};
 use self::solve::Begin;
 use super::cholesky::{self, Cholesky};
 use super::conjugate_gradients::{self, CgEnd, ConjugateGradients};
@@ -55,12 +56,13 @@ pub(crate) struct Newton<const D: usize> {
     /// The weights of the matrix that `cholesky` last factorised, or that is at hand for conjugate gradients;
     /// none if it is projected.
     at_hand: Option<Weights>,
+    /// Conjugate gradients that are tried before anything else.
+    first: Option<Iterative<D>>,
+    pause_of_first: Pause,
     iterative: Option<Iterative<D>>,
-    /// True if what is at hand was last solved with by conjugate gradients.
-    by_iterations: bool,
-    /// Solves that are left to the factorisation because conjugate gradients stalled, and how many were at
-    /// the last time: they are tried again after twice as many.
-    direct: (u64, u64),
+    pause_of_iterations: Pause,
+    /// The solver by iterations that the last system was solved by; `None` after a factorisation.
+    solved_by: Option<IterativeSolver>,
     /// Memory of the matrix-free solver.
     cg: ConjugateGradients,
     /// Size of the scene when the first objective was met [m].
@@ -89,9 +91,11 @@ impl<const D: usize> Newton<D> {
             cholesky: None,
             factor_pattern: 0,
             at_hand: None,
+            first: None,
+            pause_of_first: Pause::default(),
             iterative: None,
-            by_iterations: false,
-            direct: (0, 0),
+            pause_of_iterations: Pause::default(),
+            solved_by: None,
             cg: ConjugateGradients::default(),
             size: 0.0,
             threshold_speed: f64::INFINITY,
@@ -175,9 +179,10 @@ impl<const D: usize> Newton<D> {
         if !matrix_free && !self.assembler.as_ref().is_some_and(|a| a.fits(system)) {
             self.assembler = Some(Assembler::new(system));
             (self.cholesky, self.at_hand) = (None, None);
-            self.iterative = None;
+            (self.first, self.iterative) = (None, None);
         }
-        self.direct.0 = self.direct.0.saturating_sub(1);
+        self.pause_of_first.count();
+        self.pause_of_iterations.count();
         self.threshold_speed = system.threshold_speed();
     }
 }
@@ -211,8 +216,12 @@ impl<const D: usize> super::Minimizer for Newton<D> {
     fn solve_last(&mut self, right: &mut [f64]) -> bool {
         // A projected matrix is none of the Jacobian.
         let Some(weights) = self.at_hand else { return false };
-        if self.by_iterations {
-            let (Some(iterative), Some(assembler)) = (&mut self.iterative, &self.assembler) else {
+        if let Some(solver) = self.solved_by {
+            let iterative = match solver {
+                IterativeSolver::First => &mut self.first,
+                IterativeSolver::Chosen => &mut self.iterative,
+            };
+            let (Some(iterative), Some(assembler)) = (iterative, &self.assembler) else {
                 return false;
             };
             // Where the pattern is still that of the last solve, places say nothing.
@@ -240,7 +249,7 @@ impl<const D: usize> super::Minimizer for Newton<D> {
             + self.trial.bytes()
             + self.assembler.as_ref().map_or(0, Assembler::bytes)
             + self.cholesky.as_ref().map_or(0, Cholesky::bytes)
-            + self.iterative.as_ref().map_or(0, Iterative::bytes)
+            + [&self.first, &self.iterative].into_iter().flatten().map(Iterative::bytes).sum::<usize>()
             + self.cg.bytes()
     }
 
@@ -273,6 +282,9 @@ impl<const D: usize> super::Minimizer for Newton<D> {
             // Where iterations are tried first, the factor of those that take too many is counted.
             LinearSolver::Cholesky | LinearSolver::Auto | LinearSolver::MatrixFree => factor(x),
         };
-        (solver.bytes() + vectors).saturating_add(linear)
+        // Iterations that are tried first may take too many: what comes after them is counted beside them.
+        let first = solver.options.linear.first_iterations(system, 1.0, matrix.rows());
+        let first = first.map_or(0, |_| Iterative::<D>::jacobi_bytes(matrix));
+        (solver.bytes() + vectors + first).saturating_add(linear)
     }
 }

@@ -216,8 +216,10 @@ impl<const D: usize> Newton<D> {
         solve.changes = solve.system.is_damped() || !self.follower.is_empty();
         // What a matrix costs beside a solve by conjugate gradients does not pay for an old one, but within
         // one minimisation.
-        let linear = self.options.linear.choose_for(solve.system, solve.objective.inertia);
-        solve.inexact = !solve.objective.single_iteration && linear.is_iterative();
+        let linear = self.options.linear;
+        let first = linear.first_iterations(solve.system, solve.objective.inertia, solve.at.x.len() / D);
+        let by_iterations = first.is_some() || linear.choose(solve.system).is_iterative();
+        solve.inexact = !solve.objective.single_iteration && by_iterations;
         if solve.inexact {
             self.at_hand = None;
             solve.forcing = solve.least_forcing();

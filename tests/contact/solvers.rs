@@ -1,0 +1,37 @@
+//! Linear solvers of solids in contact, in steps of time.
+
+use pliant::simulation::Simulation;
+
+/// A block of 3,000 unknowns that has fallen onto a floor with friction for 8 steps.
+fn fallen(young: f64, linear: &str) -> Simulation {
+    let text = format!(
+        "dimension = 3\n\
+         time = {{ integrator = 'implicit-euler', step = 0.01, duration = 1.0, \
+           solver = {{ tolerance = 1e-9, linear = '{linear}' }} }}\n\
+         world = {{ gravity = [0, 0, -9.81] }}\ncontact = {{ distance = 1e-3, friction = 0.3 }}\n\
+         [[body]]\nmesh = {{ grid = {{ cells = [9, 9, 9], size = [0.2, 0.2, 0.2], origin = [0, 0, 2e-3] }} }}\n\
+         elastic = {{ neo-hookean = {{ young = {young:e}, poisson = 0.3 }} }}\nmass = {{ density = 1000 }}\n\
+         velocity = {{ rigid = {{ linear = [0.2, 0, -0.5] }} }}\n\
+         [[obstacle]]\nshape = {{ half_space = {{ normal = [0, 0, 1], offset = 0 }} }}\n"
+    );
+    let mut simulation = super::assembled(&text).simulation;
+    super::advance(&mut simulation, 8);
+    simulation
+}
+
+/// Soft blocks take conjugate gradients with inverse diagonal blocks alone. Stiff ones would take hundreds of
+/// iterations: multigrid takes over, for longer after each time, and all end at the same place.
+#[test]
+fn conjugate_gradients_without_levels_come_first_while_they_are_quick() {
+    for (young, are_quick) in [(1e5, true), (1e9, false)] {
+        let [auto, multigrid, exact] = ["auto", "multigrid", "cholesky"].map(|linear| fallen(young, linear));
+        let [work, levels] = [&auto, &multigrid].map(|simulation| simulation.work().solver.unwrap());
+        assert_eq!(work.factorizations, 0, "{young:e}: {work:?}");
+        assert_eq!(work.fallbacks == 0, are_quick, "{young:e}: {work:?}");
+        assert!(work.cg_iterations > 3 * levels.cg_iterations, "{young:e}: {work:?} and {levels:?}");
+        let (found, expected) = (auto.positions(), exact.positions());
+        let apart = found.iter().zip(expected.iter()).map(|(a, b)| (a - b).abs());
+        let apart = apart.fold(0.0, f64::max);
+        assert!(apart < 1e-7, "{young:e}: {apart:e} m");
+    }
+}
