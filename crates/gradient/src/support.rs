@@ -44,8 +44,8 @@ fn obstacle(simulation: &Simulation) -> Option<(String, &'static str)> {
 fn obstacle_among_terms(simulation: &Simulation) -> Option<(String, &'static str)> {
     let mut terms = simulation.system().terms().iter();
     let found = terms.find(|term| term.properties().approximates)?;
-    let remedy = "the force of a tree jumps where a particle comes into another cell, and by cells it is the gradient \
-                  of no energy; take the direct sum, without `tree`";
+    let remedy = "the force of a tree jumps where a particle comes into another cell, and by cells it is the \
+                  gradient of no energy; take the direct sum, without `tree`";
     Some((found.name(), remedy))
 }
 
@@ -93,8 +93,8 @@ fn obstacle_among_dissipation(simulation: &mut Simulation) -> Option<(String, &'
         let known = term.add_position_product(&x, &zero, &zero, &mut y);
         (!known).then(|| term.name())
     });
-    let remedy = "damping of elements and of springs, in proportion to masses, `ether_drag`, and friction of a \
-                  given `threshold_speed` have one";
+    let remedy = "damping of elements and of springs, in proportion to masses, `ether_drag`, and friction of \
+                  a given `threshold_speed` have one";
     Some((unknown?, remedy))
 }
 

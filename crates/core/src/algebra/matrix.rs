@@ -225,6 +225,19 @@ impl<S: Scalar, const D: usize> Mat<S, D> {
         s
     }
 
+    /// The first `E` rows and columns.
+    ///
+    /// # Panics
+    /// If there are fewer.
+    #[inline(always)]
+    pub fn leading<const E: usize>(&self) -> Mat<S, E> {
+        let mut part = Mat::zero();
+        for i in 0..E {
+            part[i].copy_from_slice(&self[i][..E]);
+        }
+        part
+    }
+
     /// Symmetric part `(A + A^T) / 2`.
     #[inline(always)]
     pub fn symmetric(&self) -> Self {

@@ -1,4 +1,26 @@
-//! Flat arrays of vectors, `(n, dimension)`.
+//! Vectors, and flat arrays of them, `(n, dimension)`.
+
+use super::Vect;
+use crate::scalar::Scalar;
+
+/// The mean of some points [m], third component 0 in 2D; `points` are flat `(n, dimension)`.
+pub fn centre(points: &[f64], dimension: usize, corners: &[u32]) -> [f64; 3] {
+    let mut centre = [0.0; 3];
+    for corner in corners {
+        let point = &points[*corner as usize * dimension..][..dimension];
+        centre.iter_mut().zip(point).for_each(|(c, x)| *c += x / corners.len() as f64);
+    }
+    centre
+}
+
+/// A vector over its length, and its length; of zero the first is not a number. The length is that by the
+/// largest component, times it: squares of small numbers are zero, those of large ones infinite.
+pub fn unit<S: Scalar, const D: usize>(vector: &Vect<S, D>) -> (Vect<S, D>, S) {
+    let largest = vector.iter().fold(S::zero(), |largest, component| largest.max(component.abs()));
+    let scaled = vector.map(|component| component / largest);
+    let length = scaled.iter().fold(S::zero(), |sum, component| sum + *component * *component).sqrt();
+    (scaled.map(|component| component / length), largest * length)
+}
 
 /// True if all are finite; a sum instead of a test for each, so that it vectorises.
 pub(crate) fn all_finite(values: &[f64]) -> bool {
@@ -45,4 +67,25 @@ fn bounding_diagonal(x: &[f64], dimension: usize) -> f64 {
         }
     }
     sum.sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_centre_is_the_mean_of_its_corners() {
+        let points = [9.0, 9.0, 0.0, 0.0, 3.0, 0.0, 0.0, 6.0];
+        assert_eq!(centre(&points, 2, &[1, 2, 3]), [1.0, 2.0, 0.0]);
+    }
+
+    #[test]
+    fn units_of_tiny_and_huge_vectors_have_the_length_one() {
+        for size in [1e-300, 1.0, 1e300] {
+            let (along, length) = unit(&[3.0 * size, -4.0 * size]);
+            assert!((along[0] - 0.6).abs() < 1e-15 && (along[1] + 0.8).abs() < 1e-15, "{along:?}");
+            assert!((length / size - 5.0).abs() < 1e-14, "{length}");
+        }
+        assert!(unit(&[0.0; 3]).0.iter().all(|component| component.is_nan()));
+    }
 }

@@ -1,6 +1,6 @@
 //! Axes of materials that have directions, from one element to the next.
 
-use crate::algebra::{Mat, Vect};
+use crate::algebra::{Mat, Vect, unit};
 use crate::scalar::Scalar;
 
 /// The rotation `R` from the axes of a material to those of space, its axes by columns: the energy density of
@@ -17,7 +17,7 @@ use crate::scalar::Scalar;
 /// assert_eq!(axes.0, [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]);
 /// ```
 pub fn material_axes<S: Scalar>(first: &Vect<S, 3>, second: Option<&Vect<S, 3>>) -> Mat<S, 3> {
-    let first = unit(*first);
+    let (first, _) = unit(first);
     let Some(second) = second else {
         let backwards = first[0].lt(S::zero());
         let sign = S::select(backwards, -S::one(), S::one());
@@ -31,7 +31,7 @@ pub fn material_axes<S: Scalar>(first: &Vect<S, 3>, second: Option<&Vect<S, 3>>)
         return smallest.mul(&Mat([[sign, zero, zero], [zero, sign, zero], [zero, zero, S::one()]]));
     };
     let along = dot(&first, second);
-    let second = unit([0, 1, 2].map(|i| second[i] - along * first[i]));
+    let (second, _) = unit(&[0, 1, 2].map(|i| second[i] - along * first[i]));
     let third = [(1, 2), (2, 0), (0, 1)].map(|(i, j)| first[i] * second[j] - first[j] * second[i]);
     let mut axes = Mat::zero();
     for i in 0..3 {
@@ -42,14 +42,6 @@ pub fn material_axes<S: Scalar>(first: &Vect<S, 3>, second: Option<&Vect<S, 3>>)
 
 fn dot<S: Scalar>(a: &Vect<S, 3>, b: &Vect<S, 3>) -> S {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-/// A vector over its length; by its largest component first, since squares of small numbers are zero.
-fn unit<S: Scalar>(vector: Vect<S, 3>) -> Vect<S, 3> {
-    let largest = vector.iter().fold(S::zero(), |largest, component| largest.max(component.abs()));
-    let scaled = vector.map(|component| component / largest);
-    let length = dot(&scaled, &scaled).sqrt();
-    scaled.map(|component| component / length)
 }
 
 #[cfg(test)]
@@ -67,7 +59,7 @@ mod tests {
                 let off = axes.transpose_mul(&axes) - Mat::identity();
                 assert!(off.norm_squared() < 1e-30 && (axes.determinant() - 1.0).abs() < 1e-15, "{axes:?}");
                 let column = |j: usize| [axes[0][j], axes[1][j], axes[2][j]];
-                let along = unit(first);
+                let (along, _) = unit(&first);
                 assert!((0..3).all(|i| (column(0)[i] - along[i]).abs() < 1e-15), "{first:?} {axes:?}");
                 if let Some(second) = second {
                     assert!(dot(&column(1), second) > 0.0 && dot(&column(2), second).abs() < 1e-15);

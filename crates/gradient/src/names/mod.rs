@@ -250,13 +250,23 @@ fn is_plain_solid(spec: &Body, body: &BodyTopology) -> bool {
 
 /// True if all that is made of the shape of its elements at rest is known as a function of it.
 fn has_shape(scene: &Scene, spec: &Body, material: &MaterialSpec, body: &BodyTopology) -> bool {
-    let damping = spec.damping.as_ref();
-    let beta = damping.and_then(|damping| damping.stiffness_proportional).unwrap_or(0.0);
     // Viscosity of the material `linear` stays at rest.
-    let is_at_rest = matches!(material, MaterialSpec::Linear(_)) && beta != 0.0;
-    let by_masses = damping.and_then(|damping| damping.mass_proportional).unwrap_or(0.0) != 0.0;
+    let is_at_rest = matches!(material, MaterialSpec::Linear(_)) && stiffness_proportional(spec) != 0.0;
+    let by_masses = spec.damping.as_ref().and_then(|damping| damping.mass_proportional).unwrap_or(0.0) != 0.0;
     let weighs = !is_static(scene) || !by_masses && !scene.world.gravity_changes();
     body.blocks.is_empty() && spec.springs.is_none() && spec.bending.is_none() && !is_at_rest && weighs
+}
+
+/// Damping in proportion to the stiffness of a body [s].
+fn stiffness_proportional(spec: &Body) -> f64 {
+    spec.damping.as_ref().and_then(|damping| damping.stiffness_proportional).unwrap_or(0.0)
+}
+
+/// Viscosity of elements of this material, that in proportion to their stiffness included.
+fn viscosity(spec: &Body, material: &MaterialSpec) -> Viscosity {
+    spec.damping.as_ref().map_or(Viscosity::default(), |damping| {
+        damping.strain_rate_viscosity().plus(damping.proportional_viscosity(material, material.plane()))
+    })
 }
 
 /// True if they are triangles of three vertices or tetrahedra of four.
@@ -377,8 +387,7 @@ impl Places<'_> {
                 return motions::parameter(spec, &body.name, key, &self.rest());
             }
             _ if key.starts_with("springs.") => {
-                let beta = spec.damping.as_ref().and_then(|damping| damping.stiffness_proportional);
-                return self.of_springs(spec.springs.as_ref()?, beta.unwrap_or(0.0), body, key);
+                return self.of_springs(spec.springs.as_ref()?, stiffness_proportional(spec), body, key);
             }
             _ if key.starts_with(OF_DASHPOTS) => {
                 let dashpots = self.expressed_dashpots(spec, body, key.strip_prefix(OF_DASHPOTS)?)?;
@@ -466,9 +475,6 @@ impl Places<'_> {
     /// Rest positions of a body of simplices.
     fn rest_shape(&self, spec: &Body, material: &MaterialSpec, body: &BodyTopology) -> Box<dyn Parameter> {
         let (cells, rest) = (self.cells(body), self.rest());
-        let viscosity = spec.damping.as_ref().map_or(Viscosity::default(), |damping| {
-            damping.strain_rate_viscosity().plus(damping.proportional_viscosity(material, material.plane()))
-        });
         let factors = spec.elastic_factor.as_ref().map(|factor| self.each(factor, body));
         let weight = is_static(self.scene).then(|| {
             let mut weight = [0.0; 3];
@@ -476,8 +482,9 @@ impl Places<'_> {
             weight
         });
         let axes = self.axes(spec, body).unwrap_or_default();
+        let centres = if spec.muscle.is_empty() { vec![] } else { self.centres(body) };
         let of_muscle = |muscle: &MuscleSpec| FibreTension {
-            directions: muscle.fibre.vectors(&self.centres(body)),
+            directions: muscle.fibre.vectors(&centres),
             tension: muscle.tension.clone(),
         };
         let muscles: Vec<FibreTension> = spec.muscle.iter().map(of_muscle).collect();
@@ -493,7 +500,7 @@ impl Places<'_> {
             axes: &axes,
             muscles: &muscles,
             body_forces: &body_forces,
-            viscosity,
+            viscosity: viscosity(spec, material),
             density: density(&spec.mass),
             weight,
         };
@@ -528,7 +535,7 @@ impl Places<'_> {
             material,
         };
         let energy = elements.modulus(&by_poisson(material, 3)?);
-        let beta = spec.damping.as_ref().and_then(|damping| damping.stiffness_proportional).unwrap_or(0.0);
+        let beta = stiffness_proportional(spec);
         if beta == 0.0 {
             return Some(energy);
         }

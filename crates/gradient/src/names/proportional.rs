@@ -5,8 +5,8 @@ use pliant::material::MaterialSpec;
 use pliant::topology::{BodyKind, BodyTopology, Topology};
 use pliant_scene::{AttachmentSpec, Body, MassSpec, Scene};
 
-use super::is_static;
 use super::materials::young;
+use super::{is_static, stiffness_proportional, viscosity};
 use crate::parameter::{EtherDrag, Parameter, Softening, TermFactor, TieRestLength};
 
 /// Gravitational constant of mutual gravity.
@@ -144,7 +144,7 @@ fn of_young(
         }
     };
     if let Some(damping) = &spec.damping
-        && damping.stiffness_proportional.is_some_and(|beta| beta != 0.0)
+        && stiffness_proportional(spec) != 0.0
     {
         // One term has both viscosities, but of the material `linear`.
         if damping.strain_rate_viscosity() != Viscosity::default()
@@ -169,9 +169,7 @@ fn of_bending(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<BodyFactor
         ("bending.poisson", bending.poisson.map(|nu| 2.0 * nu / (1.0 - nu * nu))),
     ];
     let what = if is_strand { "joints" } else { "hinges" };
-    let is_damped =
-        spec.damping.as_ref().and_then(|damping| damping.stiffness_proportional).unwrap_or(0.0) != 0.0;
-    let damping = is_damped.then_some("damping of the ");
+    let damping = (stiffness_proportional(spec) != 0.0).then_some("damping of the ");
     let part = |factor: f64| {
         let name = |of: &str| (factor, format!("{of}{what} of `{}`", body.name));
         std::iter::once("").chain(damping).map(name).collect::<Parts>()
@@ -184,8 +182,6 @@ fn of_bending(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<BodyFactor
 
 /// Name of the term of the viscosity of elements, where they have any.
 fn viscosity_of(spec: &Body, body: &BodyTopology) -> Option<String> {
-    let (damping, material) = (spec.damping.as_ref()?, spec.elastic.as_ref()?);
-    let proportional = damping.proportional_viscosity(material, material.plane());
-    let is_viscous = damping.strain_rate_viscosity().plus(proportional) != Viscosity::default();
+    let is_viscous = viscosity(spec, spec.elastic.as_ref()?) != Viscosity::default();
     is_viscous.then(|| format!("strain-rate damping of `{}`", body.name))
 }

@@ -1,6 +1,6 @@
 //! Terms of a body with other constants.
 
-use pliant::algebra::Mat;
+use pliant::algebra::{self, Mat};
 use pliant::dissipation::{AtRest, DissipativeTerm, MassProportional, Viscosity};
 use pliant::element::CellBlock;
 use pliant::energy::EnergyTerm;
@@ -191,14 +191,7 @@ impl Places<'_> {
     /// Means of the corners of the elements of a body at rest [m].
     pub(super) fn centres(&self, body: &BodyTopology) -> Vec<[f64; 3]> {
         let d = self.topology.dimension;
-        let centre = |corners: &[u32]| {
-            let mut centre = [0.0; 3];
-            for corner in corners {
-                let point = &self.topology.rest_positions[*corner as usize * d..][..d];
-                centre.iter_mut().zip(point).for_each(|(c, x)| *c += x / corners.len() as f64);
-            }
-            centre
-        };
+        let centre = |corners: &[u32]| algebra::centre(&self.topology.rest_positions, d, corners);
         match d {
             2 => body.triangles.iter().map(|cell| centre(cell)).collect(),
             _ => body.tetrahedra.iter().map(|cell| centre(cell)).collect(),

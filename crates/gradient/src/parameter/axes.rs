@@ -101,8 +101,8 @@ impl LinearElements<'_> {
         let count = directions.first.len();
         let of_element = |i: usize| {
             let mut by = [Mat::zero(); D];
-            (0..D).for_each(|c| by[c] = in_dimension(&directions.axes(i, c).1));
-            (in_dimension(&directions.axes(i, 0).0), by)
+            (0..D).for_each(|c| by[c] = directions.axes(i, c).1.leading());
+            (directions.axes(i, 0).0.leading(), by)
         };
         ElementAxes {
             elements: ModulusElements::new(self.cells, self.rest),
@@ -111,11 +111,4 @@ impl LinearElements<'_> {
             axes: (0..count).map(of_element).collect(),
         }
     }
-}
-
-/// A rotation in the plane, or the whole of it.
-pub(super) fn in_dimension<const D: usize>(axes: &Mat<f64, 3>) -> Mat<f64, D> {
-    let mut part = Mat::zero();
-    (0..D).for_each(|i| part[i].copy_from_slice(&axes[i][..D]));
-    part
 }

@@ -3,7 +3,7 @@
 //! Of an element of rest volume `w` with the tension `T` along the unit vector `a`, `p . dE/dx = w T G a . F
 //! a`, whose derivative by `a` is `w T (F^T G + G^T F) a`.
 
-use pliant::algebra::{Mat, Vect};
+use pliant::algebra::{Mat, Vect, unit};
 use pliant_scene::OverTime;
 
 use super::elements::{LinearElements, ModulusElements};
@@ -84,18 +84,10 @@ impl LinearElements<'_> {
         tension: OverTime,
         centres: Vec<[f64; 3]>,
     ) -> FibreDirections<D, N> {
-        let unit = |direction: &[f64; 3]| {
-            // Squares of small numbers are zero.
-            let largest = direction.iter().fold(0.0, |largest: f64, c| largest.max(c.abs()));
-            let scaled = direction.map(|c| c / largest);
-            let length = scaled.iter().map(|c| c * c).sum::<f64>().sqrt();
-            let mut unit = [0.0; D];
-            unit.iter_mut().zip(scaled).for_each(|(unit, c)| *unit = c / length);
-            (unit, largest * length)
-        };
+        let of_element = |direction: &[f64; 3]| unit(&std::array::from_fn(|c| direction[c]));
         FibreDirections {
             elements: ModulusElements::new(self.cells, self.rest),
-            directions: directions.iter().map(unit).collect(),
+            directions: directions.iter().map(of_element).collect(),
             tension,
             centres,
         }

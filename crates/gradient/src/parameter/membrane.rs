@@ -24,7 +24,7 @@ pub struct MembraneElements<'a> {
     pub thickness: f64,
     /// True in plane stress, false in plane strain.
     pub frees_faces: bool,
-    /// What fills them.
+    /// The material that they are filled with.
     pub material: &'a MaterialSpec,
 }
 
@@ -101,7 +101,7 @@ impl MembraneModulus {
             let by_stretch = self.solid.stress_along(&f, &across());
             rate = by_stretch.scale_add(-rate[2][2] / by_stretch[2][2], &rate);
         }
-        (axes, Mat([[rate[0][0], rate[0][1]], [rate[1][0], rate[1][1]]]))
+        (axes, rate.leading())
     }
 }
 

@@ -21,7 +21,6 @@ use pliant::energy::elastic::points_of;
 use pliant::material::{MaterialSpec, material_axes};
 use pliant_scene::OverTime;
 
-use super::axes::in_dimension;
 use super::elements::{ElementEnergy, Maker};
 use super::mass::{add_by_mass, by_mass, mode_by_mass, uniform_gravity};
 use super::{ForceUse, ModeUse, Parameter, ParameterNeeds};
@@ -152,7 +151,7 @@ impl<const D: usize, const N: usize> RestShape<D, N> {
             values: rule.iter().map(|(at, _)| shape_functions::<D, N>(at)).collect(),
             psi: of.material.visit::<D, _>(Maker),
             factors: if of.factors.is_empty() { vec![1.0; elements.len()] } else { of.factors.to_vec() },
-            axes: of.axes.iter().map(in_dimension).collect(),
+            axes: of.axes.iter().map(Mat::leading).collect(),
             muscles: of
                 .muscles
                 .iter()

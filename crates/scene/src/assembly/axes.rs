@@ -1,6 +1,6 @@
 //! From the axes of a material in a scene to a rotation of each element.
 
-use super::muscles::{centres, directions};
+use super::muscles::{centres, directions, rounded};
 use crate::{Body, KeyPath, Problem};
 use pliant::algebra::Mat;
 use pliant::material::material_axes;
@@ -30,8 +30,8 @@ pub(super) fn axes(
     let second = second.flatten();
     if let Some(element) = second.as_ref().and_then(|second| first_parallel(&first, second)) {
         let message = format!(
-            "axes of element {element}, whose centre is at {:?} m at rest: `second` is parallel to `first`",
-            centres(mesh)[element]
+            "axes of element {element}, whose centre is at {} m at rest: `second` is parallel to `first`",
+            rounded(&centres(mesh)[element])
         );
         let help = "a direction in the plane of the first two axes, along neither";
         problems.push(Problem::semantic(path.key("second"), message).with_help(help));

@@ -2,8 +2,10 @@
 
 use super::body::BodyAssembly;
 use crate::{Body, FibreSpec, KeyPath, MuscleSpec, OverTime, Problem};
+use pliant::algebra::{self, unit};
 use pliant::energy::muscle::TensionField;
 use pliant::numbering::Numbering;
+use pliant::quantity::Rounded;
 use pliant::system::System;
 use pliant_mesh::Mesh;
 use pliant_terms::FibreSet;
@@ -49,21 +51,14 @@ pub(super) fn directions(
         problems.push(Problem::semantic(path, message));
         return None;
     }
-    // Lengths by the largest component: squares of small numbers are zero.
-    let scaled = |v: &[f64; 3]| {
-        let largest = v.iter().fold(0.0, |largest: f64, c| largest.max(c.abs()));
-        let v = v.map(|c| c / largest);
-        let length = v.iter().map(|c| c * c).sum::<f64>().sqrt();
-        v.map(|c| c / length)
-    };
-    let units: Vec<[f64; 3]> = vectors.iter().map(scaled).collect();
+    let units: Vec<[f64; 3]> = vectors.iter().map(|vector| unit(vector).0).collect();
     let is_none = |v: &[f64; 3]| !v.iter().all(|c| c.is_finite());
     if let Some(element) = units.iter().position(is_none) {
         let d = mesh.dimension;
         let message = format!(
-            "{what} of element {element}, whose centre is at {:?} m at rest, have the direction {:?}",
-            &centres[element][..d],
-            &vectors[element][..d],
+            "{what} of element {element}, whose centre is at {} m at rest, have the direction {}",
+            rounded(&centres[element][..d]),
+            rounded(&vectors[element][..d]),
         );
         let help = "a direction is a vector of finite numbers that are not all zero";
         problems.push(Problem::semantic(path, message).with_help(help));
@@ -72,16 +67,15 @@ pub(super) fn directions(
     Some(units)
 }
 
+/// A vector as messages have it.
+pub(super) fn rounded(vector: &[f64]) -> String {
+    let components: Vec<String> = vector.iter().map(|c| Rounded::<6>(*c).to_string()).collect();
+    format!("[{}]", components.join(", "))
+}
+
 /// Mean of the corners of each element [m].
 pub(super) fn centres(mesh: &Mesh) -> Vec<[f64; 3]> {
-    let centre = |corners: &[u32]| {
-        let mut centre = [0.0; 3];
-        for corner in corners {
-            let point = mesh.point(*corner as usize);
-            centre.iter_mut().zip(point).for_each(|(c, x)| *c += x / corners.len() as f64);
-        }
-        centre
-    };
+    let centre = |corners: &[u32]| algebra::centre(&mesh.points, mesh.dimension, corners);
     match (mesh.block(), mesh.dimension) {
         (Some(block), _) => block.cells().map(centre).collect(),
         (None, 2) => mesh.triangles.iter().map(|cell| centre(cell)).collect(),

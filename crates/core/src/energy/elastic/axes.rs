@@ -18,8 +18,7 @@ impl<const D: usize, const N: usize> Elastic<D, N> {
             self.elements().map(|(element, _, pack, lane)| (element, pack, lane)).collect();
         assert_eq!(places.len(), axes.len(), "one rotation for each element");
         for (element, pack, lane) in places {
-            let mut rotation = Mat::zero();
-            (0..D).for_each(|i| rotation[i].copy_from_slice(&axes[element][i][..D]));
+            let rotation = axes[element].leading();
             for point in &mut self.rest[pack * points..(pack + 1) * points] {
                 point.turn(lane, &rotation);
             }
