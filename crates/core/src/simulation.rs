@@ -78,6 +78,8 @@ pub struct Simulation {
     /// Parts of the last step: their sizes and the times at their ends [s]; none where it was taken as a
     /// whole.
     last_parts: Vec<[f64; 2]>,
+    /// True if one that was solved was taken back on the way.
+    took_back: bool,
     /// Work in solvers before the last checkpoint.
     earlier_solver_work: SolverWork,
     /// Controller of step sizes, where they follow the error; `step_size` is then that to be tried next.
@@ -141,6 +143,7 @@ impl Simulation {
             last_step_size: 0.0,
             retried: RetriedSteps::default(),
             last_parts: vec![],
+            took_back: false,
             earlier_solver_work: SolverWork::default(),
             controller: None,
             path: None,

@@ -75,6 +75,14 @@ impl Schedule {
                 [] => {
                     chosen.push(ChosenStep { size: simulation.last_step_size(), end, whole, is_last: true })
                 }
+                _ if simulation.took_solved_part_back() && has_memory(simulation.method().scheme) => {
+                    return Err(GradientError::Unsupported {
+                        what: "steps in parts, one of which was taken back once it was solved, by a scheme that \
+                               remembers earlier ones"
+                            .into(),
+                        remedy: "take `implicit-euler` or `tr-bdf2`, or a smaller `step`",
+                    });
+                }
                 parts => chosen.extend(parts.iter().map(|&[size, part_end]| ChosenStep {
                     size,
                     end: part_end,
@@ -94,7 +102,6 @@ impl Schedule {
             }
             _ => (0..count).try_for_each(|_| step_towards(simulation, f64::INFINITY))?,
         }
-        refuse_parts(simulation, &chosen)?;
         let end = simulation.snapshot();
         simulation.restore(&start)?;
         Ok(Schedule { first, steps: chosen.len() as u64, chosen: Some((chosen, end)) })
@@ -128,6 +135,12 @@ impl Schedule {
         self.chosen(step).map_or(simulation.step_size(), |chosen| chosen.size)
     }
 
+    /// Size of the step after so many over that of the one before; 1 for the first.
+    pub(crate) fn growth(&self, simulation: &Simulation, step: u64) -> f64 {
+        let before = if step > self.first { step - 1 } else { step };
+        self.step_size(simulation, step) / self.step_size(simulation, before)
+    }
+
     /// Takes the next step of `simulation`.
     ///
     /// # Errors
@@ -143,21 +156,4 @@ impl Schedule {
     pub(crate) fn end(&self) -> Option<&Snapshot> {
         self.chosen.as_ref().map(|(_, end)| end)
     }
-}
-
-/// Refuses parts of steps whose derivative is not known: of schemes that remember earlier steps, which begin
-/// anew after a step that was not solved, and where pins let go, which is where steps begin.
-fn refuse_parts(simulation: &Simulation, chosen: &[ChosenStep]) -> Result<(), GradientError> {
-    if chosen.iter().all(|step| step.is_last) {
-        return Ok(());
-    }
-    let refused = |what: &str, remedy| Err(GradientError::Unsupported { what: what.to_owned(), remedy });
-    if has_memory(simulation.method().scheme) {
-        let what = "steps that were taken in parts by a scheme that remembers earlier ones";
-        return refused(what, "take `implicit-euler` or `tr-bdf2`, or a smaller `step`");
-    }
-    if simulation.system().constraints().iter().any(|hold| hold.end().is_finite()) {
-        return refused("steps that were taken in parts where pins let go", "take a smaller `step`");
-    }
-    Ok(())
 }

@@ -234,6 +234,7 @@ impl<'a> Sweep<'a> {
             stage_velocities: &record.stage_velocities,
             stage_accelerations: &record.stage_accelerations,
             h,
+            growth: self.schedule.growth(self.simulation, step),
             is_first: lets_go
                 || record.moment.as_ref().map_or(step == self.first, |moment| !moment.remembers()),
         };

@@ -70,8 +70,8 @@ impl Simulation {
     }
 
     /// Takes one step of `h` [s] to the time `end` [s], whatever its error: a step that was
-    /// [chosen](Self::step_towards) in a run, taken again from the same state. What follows the error goes on
-    /// as if there had been none.
+    /// [chosen](Self::step_towards) in a run, or one of the [parts](Self::last_parts) of a step, taken again
+    /// from the same state. What follows the error goes on as if there had been none.
     ///
     /// ```
     /// use pliant::integrator::IntegratorSpec;
@@ -90,12 +90,13 @@ impl Simulation {
     /// As [`step`](Self::step); the state is then what it was before.
     pub fn repeat_step(&mut self, h: f64, end: f64) -> Result<(), StepError> {
         let time = self.state.time;
-        // Steps that follow the error land on the times at which holds end.
-        let ahead = match self.controller {
-            Some(_) => SAME_TIME_ULPS * f64::EPSILON * time.abs().max(h),
-            None => 0.5 * h,
+        // Steps that follow the error land on the times at which holds end; parts of others let go of what
+        // the whole did.
+        let until = match self.controller {
+            Some(_) => time + SAME_TIME_ULPS * f64::EPSILON * time.abs().max(h),
+            None => self.released_until(time).unwrap_or(time + 0.5 * self.step_size),
         };
-        let released = self.system.change_pins(|pins| pins.release(time + ahead));
+        let released = self.system.change_pins(|pins| pins.release(until));
         self.ensure_force(time)?;
         self.open_ledger(released);
         self.single_step(h, end).map_err(|fault| self.not_finite(fault, None))?;

@@ -42,6 +42,7 @@ impl Simulation {
         end: f64,
     ) -> Result<(), (StepFault, Option<Box<Retried>>)> {
         self.last_parts.clear();
+        self.took_back = false;
         let fault = match self.single_step(h, end) {
             Ok(()) => return Ok(()),
             Err(fault) => fault,
@@ -97,6 +98,13 @@ impl Simulation {
         &self.last_parts
     }
 
+    /// True if a step or part was taken back after it had been solved, because of what it led to or through,
+    /// in the course of the last [`step`](Self::step): schemes that remember earlier steps then know less of
+    /// them than where its parts are taken again.
+    pub fn took_solved_part_back(&self) -> bool {
+        self.took_back
+    }
+
     /// One step of the scheme, of `h` [s]: what every step begins and ends with, whatever the scheme. Where a
     /// term guards the ways of vertices, a scheme whose solves do not end at its new positions must have come
     /// there straight; where forces alone keep surfaces apart, its straight way must not lead through them.
@@ -112,6 +120,7 @@ impl Simulation {
         };
         let Some(fault) = before.and_then(fault) else { return Ok(()) };
         integrator.undo(state);
+        self.took_back = true;
         Err(StepFault { fault: Some(fault), vertex: None, solve: None })
     }
 
@@ -121,6 +130,7 @@ impl Simulation {
         if !self.state.ensure_force(&mut self.system, end) {
             let fault = StepFault::at(&self.system, self.state.x(), self.state.v());
             self.integrator.undo(&mut self.state);
+            self.took_back = true;
             return Err(fault);
         }
         let from = std::mem::replace(&mut self.state.time, end);

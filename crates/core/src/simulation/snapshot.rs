@@ -200,12 +200,21 @@ impl Simulation {
     pub fn hold_as_after(&mut self, step: u64, time: f64) {
         let seen = match self.controller {
             _ if step == 0 => f64::NEG_INFINITY,
-            // The last step looked for what ends half a step before its end.
-            None => time - 0.5 * self.step_size,
+            // The last step looked for what ends half a step before its end, and so did that of which this is
+            // within.
+            None => self.released_until(time).unwrap_or(time - 0.5 * self.step_size),
             // Or landed on it, for the next to find.
             Some(_) => time * (1.0 - ROUNDING),
         };
         self.system.change_pins(|pins| pins.act_as_at(seen));
+    }
+
+    /// Time up to which holds let go at the beginning of the step of the fixed size within which `time` [s]
+    /// is; `None` where it is at its beginning.
+    pub(super) fn released_until(&self, time: f64) -> Option<f64> {
+        let steps = time / self.step_size;
+        let is_between = (steps - steps.round()).abs() > ROUNDING * steps.abs();
+        is_between.then(|| (steps.floor() + 0.5) * self.step_size)
     }
 
     pub(super) fn pace(&self) -> Option<StepHistory> {

@@ -9,7 +9,9 @@
 //!     = a_bar + h^2 beta x_bar + h gamma v_bar
 //! ```
 //!
-//! with the bars of the new state on the right, `H` and `C` as the [forces](super::forces) have them.
+//! with the bars of the new state on the right, `H` and `C` as the [forces](super::forces) have them. Where a
+//! step has `r` times the size of the one before, `a_n + s (a_n - a_(n-1))`, `s = (alpha_m - alpha_f) (r -
+//! 1)`, stands for `a_n`.
 
 use pliant::integrator::alpha::AlphaCoefficients;
 
@@ -27,10 +29,22 @@ pub(super) fn step_back(
     adjoint: &mut Adjoint,
 ) -> Result<(), Singular> {
     advance_back(coefficients, forces, step, adjoint)?;
+    let Adjoint { a, older_a, .. } = &mut *adjoint;
+    a.iter_mut().zip(&mut *older_a).for_each(|(a, older)| *a += std::mem::take(older));
     if step.is_first {
         start_back(forces, step, adjoint);
+        return Ok(());
+    }
+    let moved = moved(coefficients, step.growth);
+    if moved != 0.0 {
+        a.iter_mut().zip(older_a).for_each(|(a, older)| (*a, *older) = ((1.0 + moved) * *a, -moved * *a));
     }
     Ok(())
+}
+
+/// `s` of a step of `growth` times the size of the one before.
+pub(crate) fn moved(coefficients: &AlphaCoefficients, growth: f64) -> f64 {
+    (coefficients.alpha_m - coefficients.alpha_f) * (growth - 1.0)
 }
 
 fn advance_back(

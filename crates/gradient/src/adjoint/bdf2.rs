@@ -21,7 +21,8 @@ pub(super) fn step_back(
     step: &Step<'_>,
     adjoint: &mut Adjoint,
 ) -> Result<(), Singular> {
-    if !step.is_first {
+    // A step of another size begins anew.
+    if !step.is_first && step.growth == 1.0 {
         return advance_back(forces, step, adjoint);
     }
     step_back_by(&start, forces, step, adjoint)?;

@@ -5,7 +5,7 @@
 //! take one solve each, with the exact Hessian at their solution, which is symmetric: the solve is its own
 //! transpose.
 
-mod alpha;
+pub(crate) mod alpha;
 mod bdf2;
 mod collocation;
 mod forces;
@@ -35,6 +35,8 @@ pub(crate) struct Step<'a> {
     pub(crate) stage_accelerations: &'a [Vec<f64>],
     /// Step size [s].
     pub(crate) h: f64,
+    /// Its size over that of the step before; 1 where there is none.
+    pub(crate) growth: f64,
     /// True if no step was before.
     pub(crate) is_first: bool,
 }
@@ -55,6 +57,8 @@ pub(crate) struct Adjoint {
     pub(crate) v: Vec<f64>,
     /// By the acceleration that schemes with memory carry along.
     a: Vec<f64>,
+    /// By the one before it.
+    older_a: Vec<f64>,
     /// By positions and velocities of the state before, which schemes of two steps look at.
     older: [Vec<f64>; 2],
 }
@@ -63,7 +67,7 @@ impl Adjoint {
     /// No derivative at all.
     pub(crate) fn zero(unknowns: usize) -> Self {
         let zero = || vec![0.0; unknowns];
-        Adjoint { x: zero(), v: zero(), a: zero(), older: [zero(), zero()] }
+        Adjoint { x: zero(), v: zero(), a: zero(), older_a: zero(), older: [zero(), zero()] }
     }
 
     /// True if the derivatives by the state are numbers.

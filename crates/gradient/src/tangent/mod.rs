@@ -165,6 +165,7 @@ pub fn tangent_along(
             stage_velocities: &stage_velocities,
             stage_accelerations: &simulation.stage_accelerations(),
             h,
+            growth: schedule.growth(simulation, step),
             is_first: begins,
         };
         forces.step = schedule.whole(step);

@@ -7,6 +7,7 @@ use pliant::integrator::{Method, Scheme};
 use pliant::system::System;
 
 use super::forces::TangentForces;
+use crate::adjoint::alpha::moved;
 use crate::adjoint::linearised::LinearisedPlaces;
 use crate::adjoint::runge_kutta::{node, position};
 use crate::adjoint::splitting::{kick_by_drag, kick_of, kick_places};
@@ -22,6 +23,8 @@ pub(super) struct StateTangent {
     pub(super) v: Vec<f64>,
     /// Of the acceleration that schemes with memory carry along.
     a: Vec<f64>,
+    /// Of the one before it.
+    older_a: Vec<f64>,
     /// Of the positions and velocities before, which schemes of two steps look at.
     older: [Vec<f64>; 2],
 }
@@ -29,7 +32,8 @@ pub(super) struct StateTangent {
 impl StateTangent {
     /// Of the state that a run begins with.
     pub(super) fn new(x: Vec<f64>, v: Vec<f64>) -> Self {
-        StateTangent { a: vec![0.0; x.len()], older: [x.clone(), v.clone()], x, v }
+        let zero = || vec![0.0; x.len()];
+        StateTangent { a: zero(), older_a: zero(), older: [x.clone(), v.clone()], x, v }
     }
 
     /// True if all numbers are finite.
@@ -64,7 +68,7 @@ pub(super) fn advance(
         Scheme::Alpha(coefficients) => alpha(&coefficients, forces, system, step, dots),
         Scheme::Bdf2(start) => {
             let old = [dots.x.clone(), dots.v.clone()];
-            if step.is_first {
+            if step.is_first || step.growth != 1.0 {
                 advance(&first_step(start), forces, system, step, dots)?;
             } else {
                 bdf2(forces, system, step, dots)?;
@@ -175,7 +179,12 @@ fn alpha(
     if step.is_first {
         dots.a = forces.acceleration(system, step.from, (&dots.x, &dots.v));
     }
-    let StateTangent { x, v, a, .. } = dots;
+    let StateTangent { x, v, a, older_a, .. } = dots;
+    if !step.is_first {
+        let moved = moved(coefficients, step.growth);
+        a.iter_mut().zip(&*older_a).for_each(|(a, older)| *a += moved * (*a - older));
+    }
+    older_a.clone_from(a);
     let known_x = sum(&[(1.0, x), (h, v), (h * h * (0.5 - beta), a)]);
     let known_v = sum(&[(1.0, v), (h * (1.0 - gamma), a)]);
     let between = |(new, old): (&f64, &f64)| new_f * new + alpha_f * old;
