@@ -12,11 +12,11 @@ AXES = np.array([[1.0, 0.2], [0.3, 1.0], [1.0, 1.0], [-1.0, 2.0]])
 FIBRES = {"shear": 1e4, "bulk": 1e5, "k1": 2e4, "k2": 1.3, "fibres": [[1.0, 0.4]]}
 
 
-def block(axes: Any) -> pliant.Scene:
-    """Four stretched triangles of fibres, held at one end."""
+def block(axes: Any, cells: tuple[int, int] = (2, 1), **grid: str) -> pliant.Scene:
+    """Four stretched triangles of fibres, or other elements, held at one end."""
     body = {
         "name": "block",
-        "mesh": {"grid": {"cells": [2, 1], "spacing": 0.1}},
+        "mesh": {"grid": {"cells": cells, "spacing": 0.1, **grid}},
         "elastic": {"holzapfel-gasser-ogden": FIBRES},
         "elastic_axes": {"first": axes},
         "mass": {"density": 1000.0},
@@ -31,14 +31,19 @@ def last(frame: pliant.Frame) -> tuple[float, np.ndarray] | None:
     return (frame.positions.sum(), np.ones_like(frame.positions)) if frame.index == 20 else None
 
 
-def test_an_array_of_directions_has_derivatives() -> None:
+TRIANGLES: dict[str, Any] = {}
+QUADRILATERALS = {"cells": (4, 1), "element": "quadrilateral"}
+
+
+@pytest.mark.parametrize("grid", [TRIANGLES, QUADRILATERALS], ids=["triangles", "quadrilaterals"])
+def test_an_array_of_directions_has_derivatives(grid: dict[str, Any]) -> None:
     name = "body.block.elastic_axes.first_per_element"
-    simulation = pliant.Simulation(block({"per_element": AXES}))
+    simulation = pliant.Simulation(block({"per_element": AXES}, **grid))
     assert name in simulation.gradient_names()
     found = np.asarray(simulation.gradient(last, [name], steps=20)[name]).reshape(AXES.shape)
 
     def value(axes: np.ndarray) -> float:
-        moved = pliant.Simulation(block({"per_element": axes}))
+        moved = pliant.Simulation(block({"per_element": axes}, **grid))
         moved.step(20)
         return float(moved.positions.sum())
 

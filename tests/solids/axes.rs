@@ -3,8 +3,14 @@
 use pliant_scene::assembly::UnstableStep;
 use pliant_scene::{Scene, SceneError};
 
-/// A block of fibres that is stretched and let go, its material of these fibres, with these axes.
+/// A block of fibres that is stretched and let go, its material of these fibres, with these axes; of
+/// simplices of an order, of other cells where that is 0.
 fn block((dimension, order): (usize, u32), fibres: &str, axes: &str) -> Scene {
+    let element = match (order, dimension) {
+        (0, 2) => ", element = \"quadrilateral\" } }".to_owned(),
+        (0, _) => ", element = \"hexahedron\" } }".to_owned(),
+        _ => format!(" }} }}\norder = {order}"),
+    };
     let (cells, size) = (&[3, 2, 1][..dimension], &[0.3, 0.2, 0.2][..dimension]);
     let start = match dimension {
         2 => "[[1.2, 0.1], [-0.1, 1.1]]",
@@ -14,8 +20,7 @@ fn block((dimension, order): (usize, u32), fibres: &str, axes: &str) -> Scene {
         "dimension = {dimension}
          time = {{ integrator = \"velocity-verlet\", step = 1e-4, duration = 1.0 }}
          [[body]]
-         mesh = {{ grid = {{ cells = {cells:?}, size = {size:?} }} }}
-         order = {order}
+         mesh = {{ grid = {{ cells = {cells:?}, size = {size:?}{element}
          mass = {{ density = 1000.0 }}
          position = {{ affine = {{ matrix = {start} }} }}
          {axes}
@@ -42,7 +47,7 @@ fn off(a: &[f64], b: &[f64]) -> f64 {
 
 #[test]
 fn fibres_along_turned_axes_are_those_in_the_same_directions() {
-    for element in [(2, 1), (2, 2), (3, 1), (3, 2)] {
+    for element in [(2, 1), (2, 2), (2, 0), (3, 1), (3, 2), (3, 0)] {
         let axes = match element.0 {
             2 => "first = { direction = [3, 4] }",
             _ => "first = { direction = [3, 4, 0] }, second = { direction = [1, 2, 0] }",
@@ -88,11 +93,9 @@ fn axes_that_no_element_can_have_are_mistakes() {
         parallel.starts_with("body.0.elastic_axes.second: axes of element 0, whose centre"),
         "{parallel}"
     );
-    let mut cells = of(2, "first = { direction = [1, 0] }");
-    let grid = r#"{ "grid": { "cells": [1, 1], "size": [1, 1], "element": "quadrilateral" } }"#;
-    (cells.body[0].mesh, cells.body[0].order) = (serde_json::from_str(grid).unwrap(), None);
+    let cells = block((2, 0), "[[1.0, 0.0]]", "elastic_axes = { first = { per_element = [[1, 0]] } }");
     assert_eq!(
         problem(&cells),
-        "body.0.elastic_axes: `elastic_axes` is for triangles and tetrahedra, and these are quadrilaterals"
+        "body.0.elastic_axes.first.per_element: the list has 1 directions, the body has 6 elements"
     );
 }

@@ -69,6 +69,7 @@ pub use parameter::{
     LinearElements, LoadFactor, LoadValue, Masses, MembraneElements, ModeUse, Modulus, MotionFactor,
     MotionNumber, Parameter, ParameterNeeds, RestLengths, ShapedElements, Softening, SpringStiffness,
     StateUse, StepForces, TermFactor, TieRestLength, Together, TunedSpring, WeightDensity, Weighted,
+    cell_axes,
 };
 pub use support::check;
 pub use tangent::{RunDirection, RunTangent, tangent, tangent_along};

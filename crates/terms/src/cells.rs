@@ -3,7 +3,7 @@
 use pliant::algebra::Mat;
 use pliant::element::{CellKind, CellVisitor, Isoparametric};
 use pliant::energy::EnergyTerm;
-use pliant::energy::elastic::{Dilatation, MeanDilatation};
+use pliant::energy::elastic::{CellTurns, Dilatation, MeanDilatation};
 use pliant::material::{Material, MaterialSpec, MaterialVisitor, Psd, Tangent};
 
 use crate::ElementSet;
@@ -28,6 +28,53 @@ pub fn change_of_cells(
     elements: &ElementSet<'_>,
 ) -> Box<dyn EnergyTerm> {
     kind.visit(CellsMaker { material, about: Some(about), elements })
+}
+
+/// Cells of the material turned by axes that change by `turns` with the components of a direction of each:
+/// see [`TurningCells`](pliant::energy::elastic::TurningCells).
+///
+/// # Panics
+/// As [`cells`], and if there are no axes or not as many turns.
+pub fn turning_cells(
+    material: &MaterialSpec,
+    kind: &CellKind,
+    elements: &ElementSet<'_>,
+    turns: &[[Mat<f64, 3>; 3]],
+) -> Box<dyn CellTurns> {
+    kind.visit(TurningMaker { material, elements, turns })
+}
+
+/// Maker of turning cells of whatever kind is visited, and of whatever material then.
+#[derive(Clone, Copy)]
+struct TurningMaker<'a> {
+    material: &'a MaterialSpec,
+    elements: &'a ElementSet<'a>,
+    turns: &'a [[Mat<f64, 3>; 3]],
+}
+
+impl CellVisitor for TurningMaker<'_> {
+    type Output = Box<dyn CellTurns>;
+
+    fn visit<const D: usize, const N: usize>(self, cell: &'static Isoparametric<D, N>) -> Self::Output {
+        self.material.visit::<D, _>(TurningCellsMaker::<D, N> { of: self, cell })
+    }
+}
+
+struct TurningCellsMaker<'a, const D: usize, const N: usize> {
+    of: TurningMaker<'a>,
+    cell: &'static Isoparametric<D, N>,
+}
+
+impl<const D: usize, const N: usize> MaterialVisitor<D> for TurningCellsMaker<'_, D, N> {
+    type Output = Box<dyn CellTurns>;
+
+    fn visit<M: Material<D> + Material<3> + Clone>(self, material: M) -> Self::Output {
+        let ElementSet { body, rest, stress, axes, .. } = *self.of.elements;
+        let how = (stress, Dilatation::of(self.of.material));
+        let cells = MeanDilatation::new(body, material, how, self.cell, self.of.elements.of(), rest);
+        let turns = self.of.turns.iter().map(|turns| std::array::from_fn(|c| turns[c].leading())).collect();
+        Box::new(cells.with_axes(axes.unwrap_or_default(), rest).turning(turns, rest))
+    }
 }
 
 /// Maker of cells of whatever kind is visited.
@@ -73,6 +120,10 @@ impl<const D: usize, const N: usize> MaterialVisitor<D> for MeanDilatationMaker<
         let ElementSet { body, rest, stress, .. } = *self.elements;
         let how = (stress, self.dilatation);
         let cells = MeanDilatation::new(body, material, how, self.cell, self.elements.of(), rest);
+        let cells = match self.elements.axes {
+            Some(axes) => cells.with_axes(axes, rest),
+            None => cells,
+        };
         Box::new(match &self.about {
             Some(tangent) => cells.as_change_of(tangent, rest),
             None => cells,

@@ -24,7 +24,7 @@ mod pressure;
 mod springs;
 mod viscous;
 
-pub use cells::{cells, change_of_cells};
+pub use cells::{cells, change_of_cells, turning_cells};
 pub use gravity::{direct_gravity, tree_gravity};
 pub use muscle::{FibreSet, muscle};
 pub use pressure::pressure;
@@ -57,8 +57,8 @@ pub struct ElementSet<'a> {
     /// Factor of the energy density of each element, of linear and quadratic simplices: see
     /// [`Elastic::with_factors`](pliant::energy::elastic::Elastic::with_factors). All others leave it out.
     pub factors: Option<&'a [f64]>,
-    /// Rotation from the axes of the material to those of space in each element, likewise: see
-    /// [`Elastic::with_axes`](pliant::energy::elastic::Elastic::with_axes).
+    /// Rotation from the axes of the material to those of space in each element, of these and of other cells:
+    /// see [`Elastic::with_axes`](pliant::energy::elastic::Elastic::with_axes).
     pub axes: Option<&'a [Mat<f64, 3>]>,
 }
 

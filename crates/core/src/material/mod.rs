@@ -96,6 +96,36 @@ impl<const D: usize> Tangent<D> {
         self
     }
 
+    /// The tensor of a material turned by the rotation `R` from its axes to those of space: `C' : G = R (C :
+    /// R^T G R) R^T`.
+    pub fn turned(&self, axes: &Mat<f64, D>) -> Self {
+        let mut turned = Self::zero();
+        turned.add_turned(self, [axes; 4]);
+        turned
+    }
+
+    /// How [that](Self::turned) changes where `R` changes by `turn`.
+    pub fn turned_along(&self, axes: &Mat<f64, D>, turn: &Mat<f64, D>) -> Self {
+        let mut change = Self::zero();
+        for turning in 0..4 {
+            change.add_turned(self, [0, 1, 2, 3].map(|i| if i == turning { turn } else { axes }));
+        }
+        change
+    }
+
+    /// Adds the tensor that takes `G` to `a (T : b^T G c) d^T`, with the tensor `T` that is `of` a material.
+    fn add_turned(&mut self, of: &Self, [a, b, c, d]: [&Mat<f64, D>; 4]) {
+        for (k, l) in (0..D).flat_map(|k| (0..D).map(move |l| (k, l))) {
+            let mut unit = Mat::zero();
+            unit[k][l] = 1.0;
+            let stress = of.apply(&b.transpose_mul(&unit).mul(c));
+            let in_space = a.mul(&stress).mul_transpose(d);
+            for (i, j) in (0..D).flat_map(|i| (0..D).map(move |j| (i, j))) {
+                self.0[i][j][k][l] += in_space[i][j];
+            }
+        }
+    }
+
     /// `dP = C : dF`, that is `dP_ij = sum_kl C_ijkl dF_kl`.
     pub fn apply(&self, d: &Mat<f64, D>) -> Mat<f64, D> {
         let mut r = Mat::zero();

@@ -17,12 +17,13 @@ use pliant::material::{MaterialSpec, Plane};
 use pliant::numbering::Numbering;
 use pliant::topology::{BodyKind, BodyTopology, Topology};
 use pliant_scene::{Body, FibreSpec, MassSpec, MembraneSpec, MuscleSpec, OverTime, Scene, SpringsSpec};
-use pliant_terms::ViscousSet;
+use pliant_terms::{ElementSet, ViscousSet};
 
 use crate::parameter::{
     AttractingMasses, AxisDirections, BodyDensity, Concatenated, ContactStiffness, FibreTension, Gravity,
     GravityNumber, HeldPlaces, LinearElements, Masses, MembraneElements, Modulus, Parameter, RestLengths,
     ShapedElements, SpringStiffness, StepForces, TermFactor, Together, TunedSpring, WeightDensity, Weighted,
+    cell_axes,
 };
 use crate::{GradientError, RunGradient};
 use constants::MaterialConstants;
@@ -181,7 +182,8 @@ fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<Cow<'static, 
         if stiffness(material).is_some() && has_own_viscosity {
             keys.push("elastic.stiffness");
         }
-        if let Some(axes) = spec.elastic_axes.as_ref().filter(|_| has_linear_elements(body)) {
+        let has_turns = has_linear_elements(body) || !body.blocks.is_empty();
+        if let Some(axes) = spec.elastic_axes.as_ref().filter(|_| has_turns) {
             keys.push(FIRST_AXIS);
             keys.extend(axes.second.is_some().then_some(SECOND_AXIS));
         }
@@ -575,6 +577,19 @@ impl Places<'_> {
                 let (first, second) = self.axis_directions(spec, body)?;
                 let by_second = key == SECOND_AXIS;
                 let directions = AxisDirections { first: &first, second: second.as_deref(), by_second };
+                if let Some(block) = body.blocks.first() {
+                    let axes = self.axes(spec, body);
+                    let elements = ElementSet {
+                        body: &body.name,
+                        dimension,
+                        cells: &cells,
+                        rest: &rest,
+                        stress: spec.stress.unwrap_or_default(),
+                        factors: None,
+                        axes: axes.as_deref(),
+                    };
+                    return Some(cell_axes(material, block.kind, &elements, directions));
+                }
                 let factors = spec.elastic_factor.as_ref().map(|factor| self.each(factor, body));
                 return Some(elements.axes(material, &factors.unwrap_or_default(), directions));
             }

@@ -192,8 +192,9 @@ impl Places<'_> {
     pub(super) fn centres(&self, body: &BodyTopology) -> Vec<[f64; 3]> {
         let d = self.topology.dimension;
         let centre = |corners: &[u32]| algebra::centre(&self.topology.rest_positions, d, corners);
-        match d {
-            2 => body.triangles.iter().map(|cell| centre(cell)).collect(),
+        match (body.blocks.first(), d) {
+            (Some(block), _) => block.cells().map(centre).collect(),
+            (None, 2) => body.triangles.iter().map(|cell| centre(cell)).collect(),
             _ => body.tetrahedra.iter().map(|cell| centre(cell)).collect(),
         }
     }

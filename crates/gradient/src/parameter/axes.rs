@@ -1,14 +1,18 @@
-//! Axes of the material in linear elements.
+//! Axes of the material in linear elements and in cells that are no simplices.
 //!
 //! Of an element of rest volume `w` whose material is turned by the rotation `R`, with `F` of the positions
 //! and `G` of `p`, `p . dE/dx = w P(F R) : G R`. Where `R` changes by `dR`, so does that by `w K : dR`, `K =
-//! F^T (dP/dF : G R) + G^T P(F R)`.
+//! F^T (dP/dF : G R) + G^T P(F R)`. Cells do it themselves.
 
 use pliant::algebra::{Dual, Mat};
+use pliant::element::CellKind;
+use pliant::energy::elastic::CellTurns;
 use pliant::material::{MaterialSpec, material_axes};
+use pliant_terms::ElementSet;
 
 use super::elements::{ElementEnergy, LinearElements, Maker, ModulusElements};
 use super::{ForceUse, Parameter};
+use crate::adjoint::add_scaled;
 
 /// Directions of the axes of a material in each element, third components 0 in 2D, as
 /// [`material_axes`] has them.
@@ -75,6 +79,46 @@ impl<const D: usize, const N: usize> Parameter for ElementAxes<D, N> {
             derivative.iter_mut().zip(by).for_each(|(d, by)| *d -= weight * by_axes.dot(by));
         }
     }
+}
+
+/// Components of a direction in each of cells that are no simplices.
+struct CellAxes {
+    cells: Box<dyn CellTurns>,
+    components: usize,
+}
+
+impl Parameter for CellAxes {
+    fn len(&self) -> usize {
+        self.components
+    }
+
+    fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
+        let opposite: Vec<f64> = change.iter().map(|change| -change).collect();
+        self.cells.add_gradients(of.x, &opposite, force);
+        true
+    }
+
+    fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
+        let mut works = vec![0.0; self.components];
+        self.cells.add_works(of.x, of.p, &mut works);
+        add_scaled(derivative, -1.0, &works);
+    }
+}
+
+/// Components of the directions that the axes of `material` have in each cell of a kind, flat `(cells,
+/// dimension)`; the axes of `elements` are those of these directions.
+pub fn cell_axes(
+    material: &MaterialSpec,
+    kind: &CellKind,
+    elements: &ElementSet<'_>,
+    directions: AxisDirections<'_>,
+) -> Box<dyn Parameter> {
+    let count = directions.first.len();
+    // Of the third component in the plane there is none.
+    let turns = |i: usize| std::array::from_fn(|c| directions.axes(i, c).1);
+    let turns: Vec<[Mat<f64, 3>; 3]> = (0..count).map(turns).collect();
+    let cells = pliant_terms::turning_cells(material, kind, elements, &turns);
+    Box::new(CellAxes { cells, components: elements.dimension * count })
 }
 
 impl LinearElements<'_> {

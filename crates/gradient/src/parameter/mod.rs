@@ -19,7 +19,7 @@ mod tie;
 mod together;
 mod weighted;
 
-pub use axes::AxisDirections;
+pub use axes::{AxisDirections, cell_axes};
 pub use contact::{ContactStiffness, FrictionCoefficient};
 pub use each_step::{HeldPlaces, StepForces};
 pub use elements::LinearElements;

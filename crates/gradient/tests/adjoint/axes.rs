@@ -25,9 +25,18 @@ fn block(scheme: &str, dimension: usize, material: &str, axes: &str) -> Scene {
     constants::block(scheme, (dimension, 1, ""), &material)
 }
 
-/// Directions near this one, one for each element.
+/// The same of quadrilaterals or hexahedra.
+fn cells(scheme: &str, dimension: usize, material: &str, axes: &str) -> Scene {
+    let kind = if dimension == 2 { "quadrilateral" } else { "hexahedron" };
+    constants::block(scheme, (dimension, 1, kind), &format!("{material}\nelastic_axes = {axes}"))
+}
+
+/// Directions near this one, one for each simplex.
 fn directions(dimension: usize, about: [f64; 3], seed: f64) -> Vec<f64> {
-    let count = if dimension == 2 { 4 } else { 6 };
+    directions_of(if dimension == 2 { 4 } else { 6 }, dimension, about, seed)
+}
+
+fn directions_of(count: usize, dimension: usize, about: [f64; 3], seed: f64) -> Vec<f64> {
     let off = scattered(dimension * count, seed);
     off.chunks(dimension)
         .flat_map(|off| off.iter().zip(about).map(|(off, about)| about + 0.4 * off))
@@ -74,10 +83,37 @@ fn directions_of_axes_in_each_element_have_derivatives() {
 }
 
 #[test]
+fn directions_of_axes_in_each_cell_have_derivatives() {
+    for (dimension, (scheme, steps)) in [2, 3].into_iter().flat_map(|d| SCHEMES.map(|run| (d, run))) {
+        let materials = if scheme == "quasi-static" { &[FORMULA][..] } else { &[FIBRES, FORMULA] };
+        for (i, material) in materials.iter().enumerate() {
+            let what = format!("{scheme}, {dimension}D, {i}");
+            let count = if dimension == 2 { 2 } else { 1 };
+            let first = directions_of(count, dimension, [1.2, 0.4, 0.3], 1.0);
+            let size = vec![1.0; first.len()];
+            let of_first = |first: &[f64]| {
+                cells(scheme, dimension, material, &format!("{{ first = {} }}", listed(dimension, first)))
+            };
+            compare_numbers(&what, of_first, (&name("first"), &first, &size), (steps, 1e-6));
+            if dimension == 3 {
+                let second = directions_of(count, 3, [0.3, 1.0, -0.5], 2.0);
+                let of = |first: &[f64], second: &[f64]| {
+                    let axes = format!("{{ first = {}, second = {} }}", listed(3, first), listed(3, second));
+                    cells(scheme, 3, material, &axes)
+                };
+                compare_numbers(&what, |a| of(a, &second), (&name("first"), &first, &size), (steps, 1e-6));
+                compare_numbers(&what, |b| of(&first, b), (&name("second"), &second, &size), (steps, 1e-6));
+            }
+        }
+    }
+}
+
+#[test]
 fn tangents_by_directions_of_axes_are_the_transpose_of_gradients() {
     let axes = "{ first = { direction = ['cos(X)', 'sin(X)', 0.2] }, second = { direction = [0, 0, 1] } }";
     for material in [FIBRES, FORMULA] {
         compare("axes", &block("bdf2", 3, material, axes), &[&name("first"), &name("second")], 12);
+        compare("cells", &cells("bdf2", 3, material, axes), &[&name("first"), &name("second")], 12);
     }
 }
 
@@ -88,6 +124,9 @@ fn constants_of_turned_materials_have_derivatives() {
     for (scheme, steps) in SCHEMES {
         let of =
             |k1: &[f64]| block(scheme, 2, &FIBRES.replace("k1 = 1e4", &format!("k1 = {:?}", k1[0])), axes);
+        compare_numbers(scheme, of, ("body.block.elastic.k1", &[1e4], &[1e4]), (steps, 1e-6));
+        let of =
+            |k1: &[f64]| cells(scheme, 2, &FIBRES.replace("k1 = 1e4", &format!("k1 = {:?}", k1[0])), axes);
         compare_numbers(scheme, of, ("body.block.elastic.k1", &[1e4], &[1e4]), (steps, 1e-6));
     }
 }

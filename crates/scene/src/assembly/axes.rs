@@ -16,13 +16,6 @@ pub(super) fn axes(
 ) -> Vec<Mat<f64, 3>> {
     let Some(axes) = &spec.elastic_axes else { return vec![] };
     let path = path.key("elastic_axes");
-    if let Some(block) = mesh.block() {
-        let message =
-            format!("`elastic_axes` is for triangles and tetrahedra, and these are {}", block.kind.plural);
-        let help = "remove `element` of the mesh, with `order = 2` against locking";
-        problems.push(Problem::semantic(path, message).with_help(help));
-        return vec![];
-    }
     let mut unit = |key: &str, spec| directions((spec, "axes"), mesh, &path.key(key), problems);
     let first = unit("first", &axes.first);
     let second = axes.second.as_ref().map(|second| unit("second", second));

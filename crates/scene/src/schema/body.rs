@@ -41,7 +41,7 @@ pub struct Body {
     #[schemars(extend("exclusiveMinimum" = 0.0, "items" = { "exclusiveMinimum": 0.0 }))]
     pub elastic_factor: Option<OneOrMany>,
     /// Axes of `elastic` in each element, by which its fibres and its components `C11`, `E12` go; those of
-    /// the scene without it. For materials with directions, in triangles and tetrahedra.
+    /// the scene without it. For materials with directions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub elastic_axes: Option<MaterialAxesSpec>,
     /// Makes a sheet in 3D of finite elements: how thick it is.

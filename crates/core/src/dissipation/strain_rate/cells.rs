@@ -39,7 +39,13 @@ impl<const D: usize, const N: usize> StrainRate<D, N, ViscousCells<D, N>> {
         let of_patches = |patches: &Patches<N>| {
             let packs = CellPacks::new(body, cell, patches, rest);
             let tangent = &Tangent::isotropic(viscosity.second, viscosity.shear);
-            let solid = BendingSolid { tangent, change: None, dilatation: Dilatation::Small };
+            let solid = BendingSolid {
+                tangent,
+                change: None,
+                axes: &[],
+                turning: None,
+                dilatation: Dilatation::Small,
+            };
             let bending = CellBending::new(cell, patches, &packs, solid, rest);
             ViscousCells { cell, packs, bending }
         };
@@ -53,7 +59,7 @@ impl<const D: usize, const N: usize> StrainRate<D, N, ViscousCells<D, N>> {
     pub fn as_change_of(mut self, viscosity: Viscosity, rest: &[f64]) -> Self {
         let tangent = &Tangent::isotropic(viscosity.second, viscosity.shear);
         let change = Some(&Tangent::isotropic(self.viscosity.second, self.viscosity.shear));
-        let solid = BendingSolid { tangent, change, dilatation: Dilatation::Small };
+        let solid = BendingSolid { tangent, change, axes: &[], turning: None, dilatation: Dilatation::Small };
         let ViscousCells { cell, packs, bending } = &mut self.elements;
         *bending = CellBending::new(cell, &self.patches, packs, solid, rest);
         self

@@ -29,13 +29,18 @@ impl<const D: usize, const N: usize> Elastic<D, N> {
 
     /// The state in the axes of space, of an element whose state in those of its material is given.
     pub(super) fn in_space(&self, element: usize, state: ElementState) -> ElementState {
-        match self.axes.get(element) {
-            None => state,
-            Some(axes) => ElementState {
-                deformation_gradient: state.deformation_gradient.mul_transpose(axes),
-                first_piola: state.first_piola.mul_transpose(axes),
-                ..state
-            },
-        }
+        in_space(self.axes.get(element), state)
+    }
+}
+
+/// The state in the axes of space, of an element whose state in these axes of its material is given.
+pub(super) fn in_space(axes: Option<&Mat<f64, 3>>, state: ElementState) -> ElementState {
+    match axes {
+        None => state,
+        Some(axes) => ElementState {
+            deformation_gradient: state.deformation_gradient.mul_transpose(axes),
+            first_piola: state.first_piola.mul_transpose(axes),
+            ..state
+        },
     }
 }

@@ -37,6 +37,7 @@ mod lacking;
 use super::Dilatation;
 use super::hessian::add_product;
 use super::packs::CellPacks;
+use crate::algebra::Mat;
 use crate::element::Isoparametric;
 use crate::energy::elastic::points_of;
 use crate::energy::patch::Patches;
@@ -126,6 +127,11 @@ fn dot<S: Scalar, const D: usize>(a: &[S; D], b: &[S; D]) -> S {
     sum
 }
 
+/// `sum_a a_a . b_a`.
+fn dot_all<const D: usize, const N: usize>(a: &[[f64; D]; N], b: &[[f64; D]; N]) -> f64 {
+    a.as_flattened().iter().zip(b.as_flattened()).map(|(a, b)| a * b).sum()
+}
+
 /// `sum_a w_a x_a` for weights that add up to zero.
 #[inline(always)]
 fn weighted<S: Scalar, const D: usize, const N: usize>(x: &[[S; D]; N], weight: &[S; N]) -> [S; D] {
@@ -146,6 +152,11 @@ pub(crate) struct BendingSolid<'a, const D: usize> {
     pub(crate) tangent: &'a Tangent<D>,
     /// Its change with a parameter, where the change of the stiffness is wanted.
     pub(crate) change: Option<&'a Tangent<D>>,
+    /// Rotation from its axes to those of space in each cell, whose packs are in these axes; none where there
+    /// is none.
+    pub(crate) axes: &'a [Mat<f64, D>],
+    /// Change of each rotation, where that of the stiffness with it is wanted.
+    pub(crate) turning: Option<&'a [Mat<f64, D>]>,
     pub(crate) dilatation: Dilatation,
 }
 
@@ -181,16 +192,37 @@ impl<const D: usize, const N: usize> CellBending<D, N> {
         let mut lacks = false;
         let surface = CellSides::of(cell, patches);
         let mut last: Option<CellFound<D, N>> = None;
-        for (_, vertices, pack, lane) in patches.stencils() {
+        let mut turned: Option<(&Mat<f64, D>, [Tangent<D>; 2])> = None;
+        for (element, vertices, pack, lane) in patches.stencils() {
+            let rotation = solid.axes.get(element);
+            if let Some(rotation) = rotation
+                .filter(|rotation| solid.turning.is_some() || turned.is_none_or(|(of, _)| of != *rotation))
+            {
+                let change = match solid.turning {
+                    Some(turning) => solid.tangent.turned_along(rotation, &turning[element]),
+                    None => solid.change.unwrap_or(solid.tangent).turned(rotation),
+                };
+                turned = Some((rotation, [solid.tangent.turned(rotation), change]));
+                last = None;
+            }
             let nodes = points_of::<D, N>(rest, &vertices);
             let mut alone = [true; D];
             (0..D).for_each(|l| alone[l] = surface.is_alone(cell, &vertices, l));
             let found = match last.take().filter(|last| last.is_of(&nodes, alone)) {
                 Some(same) => last.insert(same),
                 None => {
-                    let points: Vec<_> = packs.rest(pack).iter().map(|point| point.lane(lane)).collect();
+                    let mut points: Vec<_> = packs.rest(pack).iter().map(|point| point.lane(lane)).collect();
+                    let mut of_cell = solid;
+                    if let Some((rotation, [tangent, change])) = &turned {
+                        for b in points.iter_mut().flat_map(|(gradient, _)| gradient) {
+                            *b = rotation.mul_vec(b);
+                        }
+                        of_cell.tangent = tangent;
+                        let changes = solid.change.is_some() || solid.turning.is_some();
+                        of_cell.change = changes.then_some(change);
+                    }
                     let lacking = LackingCell { cell, nodes: &nodes, points: &points };
-                    last.insert(lacking.find(alone, packs.volume[pack][lane], solid))
+                    last.insert(lacking.find(alone, packs.volume[pack][lane], of_cell))
                 }
             };
             lacks |= found.stiffness.as_flattened().iter().any(|stiffness| *stiffness != 0.0);
@@ -282,6 +314,30 @@ impl<const D: usize, const N: usize> CellBending<D, N> {
             of_a.add_second(a, coupling * b.s, turns, matrix);
             of_b.add_second(b, coupling * a.s, turns, matrix);
         }
+    }
+
+    /// `p . dE/dx` of a cell with its nodes at `x`.
+    pub(super) fn work_of_lane(
+        &self,
+        (x, p): (&[[f64; D]; N], &[[f64; D]; N]),
+        (pack, lane): (usize, usize),
+        turns: bool,
+    ) -> f64 {
+        let lanes = self.modes_of_lane(x, (pack, lane), turns);
+        // `s` and its change along `p`.
+        let along = |of_lane: &BendingLane<D, N>| {
+            let mode = of_lane.mode(turns);
+            (mode.s, dot_all(&of_lane.slope(&mode), p))
+        };
+        let modes: Vec<[(f64, f64); 2]> =
+            lanes.iter().map(|pair| [along(&pair[0]), along(&pair[1])]).collect();
+        let own = lanes.as_flattened().iter().zip(modes.as_flattened());
+        let own: f64 = own.map(|(of_lane, (s, ds))| of_lane.stiffness * s * ds).sum();
+        let coupled = self.coupled(pack, lane).map(|(coupling, [one, other])| {
+            let ((a, da), (b, db)) = (modes[one.0][one.1], modes[other.0][other.1]);
+            coupling * (a * db + b * da)
+        });
+        own + coupled.sum::<f64>()
     }
 
     /// Couplings of one cell and the modes that they couple; none in the plane.

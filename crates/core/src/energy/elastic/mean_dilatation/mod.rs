@@ -22,6 +22,7 @@
 //! sees `F_q` itself. In [`packs`] stands of what nodes `F_q` is made, so that bending does not lock
 //! either, and in [`bending`] the energy that makes up for what is then too soft.
 
+mod axes;
 mod bending;
 mod hessian;
 mod kernels;
@@ -29,8 +30,10 @@ mod packs;
 #[cfg(test)]
 pub(super) mod tests;
 
+pub use axes::{CellTurns, TurningCells};
 use std::ops::Range;
 
+use super::axes::in_space;
 use super::block::BlockMaterial;
 use super::collapse::{MARGIN, first_root};
 use super::solid::{SolidElements, extremes};
@@ -84,6 +87,8 @@ pub struct MeanDilatation<const D: usize, const N: usize> {
     packs: CellPacks<D, N>,
     /// `None` where no cell lacks stiffness.
     bending: Option<CellBending<D, N>>,
+    /// Rotation of the material of every cell; none where there is none.
+    axes: Vec<Mat<f64, 3>>,
     /// Nodes at rest of every cell, in the order of the mesh [m].
     nodes: Vec<[[f64; D]; N]>,
     workspace: Workspace<D>,
@@ -109,7 +114,7 @@ impl<const D: usize, const N: usize> MeanDilatation<D, N> {
         let packs = CellPacks::new(body, cell, &patches, rest);
         let material: Box<dyn BlockMaterial<D>> = Box::new(material);
         let tangent = &material.tangent(&Mat::identity(), Psd::Exact);
-        let solid = BendingSolid { tangent, change: None, dilatation };
+        let solid = BendingSolid { tangent, change: None, axes: &[], turning: None, dilatation };
         MeanDilatation {
             body: body.into(),
             material,
@@ -118,6 +123,7 @@ impl<const D: usize, const N: usize> MeanDilatation<D, N> {
             cell,
             bending: CellBending::new(cell, &patches, &packs, solid, rest),
             packs,
+            axes: vec![],
             nodes: cells.iter().map(|cell| points_of(rest, cell)).collect(),
             workspace: Workspace::new(&patches),
             patches,
@@ -129,9 +135,8 @@ impl<const D: usize, const N: usize> MeanDilatation<D, N> {
     /// linear function of the material, as all else is.
     #[must_use]
     pub fn as_change_of(mut self, tangent: &Tangent<D>, rest: &[f64]) -> Self {
-        let change = Some(&self.material.tangent(&Mat::identity(), Psd::Exact));
-        let solid = BendingSolid { tangent, change, dilatation: self.dilatation };
-        self.bending = CellBending::new(self.cell, &self.patches, &self.packs, solid, rest);
+        let change = self.material.tangent(&Mat::identity(), Psd::Exact);
+        self.bending = self.lacking((tangent, Some(&change)), rest);
         self
     }
 
@@ -315,7 +320,8 @@ impl<const D: usize, const N: usize> EnergyTerm for MeanDilatation<D, N> {
 
     fn bytes(&self) -> usize {
         let bending = self.bending.as_ref().map_or(0, CellBending::bytes);
-        let elements = self.packs.bytes() + bending + size_of_val(&self.nodes[..]);
+        let elements =
+            self.packs.bytes() + bending + size_of_val(&self.nodes[..]) + size_of_val(&self.axes[..]);
         self.patches.bytes() + elements + self.workspace.bytes()
     }
 }
@@ -342,7 +348,7 @@ impl<const D: usize, const N: usize> ElementTerm for MeanDilatation<D, N> {
     fn each_state(&self, x: &[f64], visit: &mut dyn FnMut(usize, ElementState)) {
         for (element, vertices, pack, lane) in self.elements() {
             let mean = |at_points: &_| self.mean(at_points, pack, lane);
-            visit(element, self.state(x, (vertices, pack, lane), mean));
+            visit(element, in_space(self.axes.get(element), self.state(x, (vertices, pack, lane), mean)));
         }
     }
 
@@ -356,7 +362,9 @@ impl<const D: usize, const N: usize> ElementTerm for MeanDilatation<D, N> {
         xi.copy_from_slice(&at[..D]);
         let j = self.cell.jacobian(&self.nodes[element], &xi);
         let f = self.cell.jacobian(&points_of(x, &vertices), &xi).mul(&j.inverse());
-        Some(self.state(x, (vertices, pack, lane), |_| f))
+        let axes = self.axes.get(element);
+        let turned = axes.map_or(f, |axes| f.mul(&axes.leading()));
+        Some(in_space(axes, self.state(x, (vertices, pack, lane), |_| turned)))
     }
 }
 

@@ -101,6 +101,15 @@ impl<const D: usize, const N: usize> CellPacks<D, N> {
         packs
     }
 
+    /// Turns a cell into axes of its own, from which `rotation` leads to those of space: `R^T b`.
+    pub(super) fn turn(&mut self, pack: usize, lane: usize, rotation: &Mat<f64, D>) {
+        let turned = rotation.transpose();
+        for point in &mut self.rest[pack * self.points..][..self.points] {
+            let (gradient, part) = point.lane(lane);
+            point.set(lane, &gradient.map(|b| turned.mul_vec(&b)), part);
+        }
+    }
+
     /// Rest data of a pack at its quadrature points.
     #[inline(always)]
     pub(crate) fn rest(&self, pack: usize) -> &[PointPack<D, N>] {

@@ -3,7 +3,9 @@
 use super::*;
 use crate::algebra::tests::sample::Random;
 use crate::element::{CellKind, CellVisitor, HEXAHEDRON};
-use crate::material::{MaterialSpec, MaterialVisitor};
+use crate::material::{
+    DispersedFibres, EnergyExpression, MaterialSpec, MaterialVisitor, Parameters, material_axes,
+};
 
 /// A grid of bent cells: rest positions, flat, and the cells.
 fn bent<const D: usize, const N: usize>(
@@ -449,4 +451,65 @@ fn the_least_volume_is_that_of_all_points() {
         assert!((found.min_j - least).abs() < 1e-12 * least.abs().max(1.0), "{found:?}, not {least}");
         assert_eq!(found.inverted, inverted);
     }
+}
+
+struct TurnedAxes;
+
+impl CellVisitor for TurnedAxes {
+    type Output = ();
+
+    /// Fibres along the axes of the material, which cells turn, and the same fibres by their directions in
+    /// space: energies, forces, products, Hessians and states. The formula has moduli at rest that go by its
+    /// fibres, and so has its stiffness in bending.
+    fn visit<const D: usize, const N: usize>(self, cell: &'static Isoparametric<D, N>) {
+        let (mut rest, cells) = bent(cell, [2; D]);
+        // Longer than high: cells lack stiffness in bending.
+        rest.chunks_exact_mut(D).for_each(|row| row[0] *= 2.0);
+        let axes = match D {
+            2 => material_axes(&[-0.6, 0.7, 0.0], None),
+            _ => material_axes(&[-0.6, 0.7, 0.4], Some(&[0.2, 0.5, 1.0])),
+        };
+        let families = [[0.8, 0.6, 0.0], [0.8, -0.6, 0.0]];
+        let dispersed = |families: [[f64; 3]; 2]| {
+            let fibres = families.map(|fibre| fibre.to_vec()).to_vec();
+            MaterialSpec::HolzapfelGasserOgden(DispersedFibres { fibres, ..DispersedFibres::example() })
+        };
+        let expressed = |families: [[f64; 3]; 2]| {
+            let psi = "mu/2*(I1 - 3) - mu*log(J) + k/2*log(J)^2 + 3*k*(I4 - 1)^2 + k*(I6 - 1)^2";
+            let fibres = families.map(|fibre| fibre[..D].to_vec());
+            MaterialSpec::ExpressedEnergy(EnergyExpression::new(psi, [("mu", 4e5), ("k", 3e5)], &fibres))
+        };
+        let (x, p) = (deformed::<D>(&rest, 1.0), rest.iter().map(|x| (50.0 * x).sin()).collect::<Vec<_>>());
+        let rows = |term: &mut MeanDilatation<D, N>| {
+            let mut product = vec![0.0; x.len()];
+            term.add_hessian_product(&x, &p, &mut product);
+            let mut states = vec![];
+            term.each_state(&x, &mut |_, state: ElementState| {
+                states.extend(state.deformation_gradient.0.as_flattened().iter().copied());
+                states.extend(state.first_piola.0.as_flattened().iter().map(|p| 1e-6 * p));
+            });
+            let within = term.state_at(&x, 1, &[0.5, 0.2, 0.2, 0.1]).unwrap();
+            states.extend(within.first_piola.0.as_flattened().iter().map(|p| 1e-6 * p));
+            let (by_stencils, _) = by_stencils(term, &x, &p, Psd::Exact, D);
+            [vec![term.energy(&x)], gradient(term, &x), product, by_stencils, states]
+        };
+        for of in [&dispersed as &dyn Fn([[f64; 3]; 2]) -> MaterialSpec, &expressed] {
+            let of = |families| made(cell, &of(families), Stress::Analytic, &cells, &rest);
+            let turned = of(families).with_axes(&vec![axes; cells.len()], &rest);
+            assert!(turned.bending.is_some(), "{}", cell.kind.name);
+            let [found, expected, other] =
+                [turned, of(families.map(|fibre| axes.mul_vec(&fibre))), of(families)]
+                    .map(|mut term| rows(&mut term));
+            for ((found, expected), other) in found.iter().zip(&expected).zip(&other) {
+                let (scale, off) = (largest(expected), difference(found, expected));
+                assert!(off < 1e-12 * scale, "{}: {off:e} of {scale:e}", cell.kind.name);
+                assert!(difference(other, expected) > 1e-4 * scale, "{}", cell.kind.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn fibres_in_cells_turn_with_the_axes_of_the_material() {
+    every(|kind| kind.visit(TurnedAxes));
 }
