@@ -224,6 +224,20 @@ pub trait LoadTerm {
         self.add_force_of(&|_, _| value, x, force);
     }
 
+    /// Adds to `rows`, flat of all vertices, how the work of its force along `p` changes with rest positions,
+    /// at the time last said; false where this is not known.
+    fn add_work_by_shape(&self, p: &[f64], rows: &mut [f64]) -> bool {
+        let _ = (p, rows);
+        false
+    }
+
+    /// Adds to `force` what is added to its force where rest positions move by `change`, flat of all
+    /// vertices: the transpose; false where this is not known.
+    fn add_force_by_shape(&self, change: &[f64], force: &mut [f64]) -> bool {
+        let _ = (change, force);
+        false
+    }
+
     /// The work along `p` of the force [of such a value](Self::add_force_of).
     fn work_of(&self, value: &dyn Fn([f64; 3], f64) -> [f64; 3], x: &[f64], p: &[f64]) -> f64 {
         let mut force = vec![0.0; x.len()];

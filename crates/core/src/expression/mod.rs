@@ -191,6 +191,17 @@ impl Expression {
         result.rate
     }
 
+    /// The derivative with respect to the coordinates of `x` at a fixed time; where the formula jumps or has
+    /// a kink, that of one side.
+    pub fn slope(&self, x: [f64; 3], t: f64) -> [f64; 3] {
+        [0, 1, 2].map(|axis| {
+            let mut unit = [0.0; 3];
+            unit[axis] = 1.0;
+            let rated = |variable: Variable| Rated { value: variable.of(x, t), rate: variable.of(unit, 0.0) };
+            self.evaluate(rated).rate
+        })
+    }
+
     /// True if it depends on the place.
     pub fn depends_on_place(&self) -> bool {
         self.variables().any(|variable| variable != Variable::T)

@@ -56,6 +56,14 @@ impl OverTime {
         }
     }
 
+    /// Its derivative with respect to the coordinates of `x`, there and then.
+    pub fn slope(&self, x: [f64; 3], t: f64) -> [f64; 3] {
+        match self {
+            OverTime::Constant(_) => [0.0; 3],
+            OverTime::Formula(formula) => formula.slope(x, t),
+        }
+    }
+
     /// Numbers that its formula names, and their values.
     pub fn parameters(&self) -> impl Iterator<Item = (&str, f64)> {
         let formula = match self {

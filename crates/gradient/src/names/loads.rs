@@ -33,6 +33,12 @@ pub(super) fn parameter(spec: &Body, body: &str, dimension: usize, key: &str) ->
     })
 }
 
+/// True if the shape at rest says what its force is: by areas, or by the places of a formula.
+pub(super) fn goes_by_shape(load: &Load) -> bool {
+    let by_place = |vector: &[OverTime]| vector.iter().any(OverTime::depends_on_place);
+    load.traction.is_some() || load.vectors().into_iter().any(|(.., vector)| by_place(vector))
+}
+
 /// Components of its value.
 fn components(load: &Load) -> Vec<OverTime> {
     let vector = load.vectors().first().map(|(.., vector)| vector.to_vec());

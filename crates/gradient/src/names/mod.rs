@@ -16,14 +16,14 @@ use pliant::dissipation::Viscosity;
 use pliant::material::{MaterialSpec, Plane};
 use pliant::numbering::Numbering;
 use pliant::topology::{BodyKind, BodyTopology, Topology};
-use pliant_scene::{Body, FibreSpec, MassSpec, MembraneSpec, MuscleSpec, OverTime, Scene, SpringsSpec};
+use pliant_scene::{Body, FibreSpec, Load, MassSpec, MembraneSpec, MuscleSpec, OverTime, Scene, SpringsSpec};
 use pliant_terms::{ElementSet, ViscousSet};
 
 use crate::parameter::{
     AttractingMasses, AxisDirections, BodyDensity, Concatenated, ContactStiffness, FibreTension, Gravity,
-    GravityNumber, HeldPlaces, LinearElements, Masses, MembraneElements, Modulus, Parameter, RestLengths,
-    ShapedElements, SpringStiffness, StepForces, TermFactor, Together, TunedSpring, WeightDensity, Weighted,
-    cell_axes,
+    GravityNumber, HeldPlaces, LinearElements, LoadShape, Masses, MembraneElements, Modulus, Parameter,
+    RestLengths, ShapedElements, SpringStiffness, StepForces, TermFactor, Together, TunedSpring,
+    WeightDensity, Weighted, cell_axes,
 };
 use crate::{GradientError, RunGradient};
 use constants::MaterialConstants;
@@ -126,14 +126,15 @@ pub fn names(scene: &Scene, topology: &Topology) -> Vec<String> {
     names
 }
 
-/// True if more than the elements is made of the shape at rest: loads on parts of volumes, on areas and
-/// places, prescribed motion by places, muscles and axes of materials by places, ties to the nearest point.
+/// True if the shape at rest is more than that of elements and of loads on areas and places: loads by parts
+/// of volumes, pressure and prescribed motion by places, muscles and axes of materials by places, ties to
+/// the nearest point.
 fn is_at_rest_elsewhere(scene: &Scene, spec: &Body) -> bool {
     let by_place = |formulas: &[OverTime]| formulas.iter().any(OverTime::depends_on_place);
     let loads = spec.load.iter().any(|load| {
-        let by_size = load.traction.is_some() || load.body_force.is_some() && !load.selections().is_empty();
-        let pressed = load.pressure.as_ref().is_some_and(OverTime::depends_on_place);
-        by_size || pressed || load.vectors().into_iter().any(|(.., vector)| by_place(vector))
+        let by_volume =
+            load.body_force.as_deref().is_some_and(|force| !load.selections().is_empty() || by_place(force));
+        by_volume || load.pressure.as_ref().is_some_and(OverTime::depends_on_place)
     });
     let motions = spec.pin.iter().filter_map(|pin| pin.motion.as_ref());
     let moved = motions.filter_map(|motion| motion.displacement.as_deref()).any(by_place);
@@ -508,7 +509,16 @@ impl Places<'_> {
         };
         let vertices: Vec<u32> =
             body.vertices.clone().map(|vertex| self.numbering.internal(vertex)).collect();
-        shaped.parameter(&vertices)
+        let elements = shaped.parameter(&vertices);
+        let loads = spec.load.iter().enumerate().filter(|(_, load)| loads::goes_by_shape(load));
+        let of_load = |(i, load): (usize, &Load)| -> Box<dyn Parameter> {
+            Box::new(LoadShape::new(load.term_name(i, &body.name), self.topology.dimension, vertices.clone()))
+        };
+        let loads: Vec<Box<dyn Parameter>> = loads.map(of_load).collect();
+        if loads.is_empty() {
+            return elements;
+        }
+        Box::new(Together::new(std::iter::once(elements).chain(loads).collect()))
     }
 
     /// Directions of the fibres of a muscle in linear elements.

@@ -31,6 +31,16 @@ pub struct FormulaNumber {
     name: String,
 }
 
+/// Rest positions of vertices of a body as loads go by them: by areas of faces, and by the places of
+/// formulas.
+#[derive(Clone, Debug)]
+pub struct LoadShape {
+    term: NamedLoad,
+    dimension: usize,
+    /// Numbers of the vertices in the simulation.
+    vertices: Vec<u32>,
+}
+
 /// A load of a system by the name of its term.
 #[derive(Clone, Debug)]
 struct NamedLoad {
@@ -73,6 +83,44 @@ impl FormulaNumber {
     /// Of this name, in the components of the value of the load `term`.
     pub fn new(term: String, formulas: Vec<OverTime>, name: String) -> Self {
         FormulaNumber { term: NamedLoad::new(term), formulas, name }
+    }
+}
+
+impl LoadShape {
+    /// Of the load of this name, which [knows of its shape](LoadTerm::add_work_by_shape), on the body of
+    /// these vertices, by their numbers in the simulation, in `dimension` dimensions.
+    pub fn new(term: String, dimension: usize, vertices: Vec<u32>) -> Self {
+        LoadShape { term: NamedLoad::new(term), dimension, vertices }
+    }
+}
+
+impl Parameter for LoadShape {
+    fn len(&self) -> usize {
+        self.vertices.len() * self.dimension
+    }
+
+    fn needs(&self) -> ParameterNeeds<'_> {
+        self.term.needs()
+    }
+
+    fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
+        let d = self.dimension;
+        let mut rows = vec![0.0; force.len()];
+        for (vertex, change) in self.vertices.iter().zip(change.chunks_exact(d)) {
+            rows[*vertex as usize * d..][..d].copy_from_slice(change);
+        }
+        self.term.find(of.system).is_some_and(|load| load.add_force_by_shape(&rows, force))
+    }
+
+    fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
+        let d = self.dimension;
+        let mut rows = vec![0.0; of.p.len()];
+        if let Some(load) = self.term.find(of.system) {
+            load.add_work_by_shape(of.p, &mut rows);
+        }
+        for (vertex, derivative) in self.vertices.iter().zip(derivative.chunks_exact_mut(d)) {
+            add_scaled(derivative, 1.0, &rows[*vertex as usize * d..][..d]);
+        }
     }
 }
 

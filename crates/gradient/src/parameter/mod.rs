@@ -24,7 +24,7 @@ pub use contact::{ContactStiffness, FrictionCoefficient};
 pub use each_step::{HeldPlaces, StepForces};
 pub use elements::LinearElements;
 pub use gravity::{Gravity, GravityNumber};
-pub use load::{FormulaNumber, LoadFactor, LoadValue};
+pub use load::{FormulaNumber, LoadFactor, LoadShape, LoadValue};
 pub use mass::{BodyDensity, Masses, WeightDensity};
 pub use membrane::MembraneElements;
 pub use moduli::Modulus;

@@ -146,6 +146,28 @@ fn shapes_with_body_forces_muscles_and_axes_have_derivatives() {
     }
 }
 
+/// Forces on areas and at places that go by formulas of these.
+#[test]
+fn shapes_with_loads_on_areas_and_places_have_derivatives() {
+    let plane = "load = [
+        { traction = ['900*cos(30*t) + 2e3*X*Y', -400.0], half_space = { normal = [-1, 0], offset = -0.7 } },
+        { force = ['30*X^2', '20*sin(4*X*Y)'] },
+        { force_per_vertex = ['5*Y', 3.0], vertices = [2, 4] },
+    ]";
+    let space = plane
+        .replace("-400.0]", "-400.0, '600*Z']")
+        .replace("normal = [-1, 0], offset = -0.7", "normal = [0, 0, -1], offset = -0.3")
+        .replace("'20*sin(4*X*Y)'", "'20*sin(4*X*Z)', 3.0")
+        .replace("'5*Y', 3.0", "'5*Y', 3.0, 'Z'");
+    for (kind, (scheme, steps)) in KINDS.into_iter().flat_map(|kind| RUNS.map(|run| (kind, run))) {
+        let loads = if kind.0 == 2 { plane } else { &space };
+        let of = |h: f64| block(scheme, kind, h, &further("neo-hookean", &format!("{MASS}\n{loads}")));
+        compare_shape(&format!("{scheme}, {kind:?}"), of, ("block", 0.02), (steps, 1e-6));
+        let steps = if scheme == "quasi-static" { 1 } else { steps };
+        compare(&format!("{scheme}, {kind:?}"), &of(0.0), &["body.block.rest"], steps);
+    }
+}
+
 #[test]
 fn tangents_by_shapes_are_the_transpose_of_gradients() {
     let more = "mass = { density = 1000.0 }
@@ -173,7 +195,8 @@ fn shapes_of_which_more_is_made_are_not_offered() {
         ("load = [{ body_force = [1.0, 2.0] }]", true),
         ("load = [{ body_force = [1.0, '2.0*X'] }]", false),
         ("load = [{ body_force = [1.0, 2.0], vertices = [1] }]", false),
-        ("load = [{ traction = [1.0, 2.0] }]", false),
+        ("load = [{ traction = ['X*Y', 2.0] }, { force = ['Y', 0] }]", true),
+        ("load = [{ pressure = 'X' }]", false),
         ("muscle = [{ fibre = { direction = [1, 'X'] }, tension = 1.0 }]", false),
         ("muscle = [{ fibre = { direction = [1, 0] }, tension = '1 + X' }]", false),
         ("muscle = [{ fibre = { direction = [1, 0] }, tension = '1 + t' }]", true),

@@ -9,7 +9,9 @@ use crate::Problem;
 use crate::Selection;
 use pliant::element::{face_points, vector_area};
 use pliant::energy::EnergyTerm;
-use pliant::energy::load::{DeadLoad, PressureField, Sample, VectorField, image, nodes, rim};
+use pliant::energy::load::{
+    DeadLoad, LoadedShape, LoadedVertex, PressureField, Sample, VectorField, VectorSlope, image, nodes, rim,
+};
 use pliant::numbering::Numbering;
 use pliant_mesh::{Mesh, select};
 
@@ -154,8 +156,22 @@ impl LoadPlan {
                 };
                 let mut samples: Vec<(u32, Vec<(u32, f64)>)> = vertices.iter().map(sample).collect();
                 samples.sort_unstable_by_key(|(v, _)| *v);
+                let share = |(v, shares): &(u32, Vec<(u32, f64)>)| LoadedVertex {
+                    vertex: *v,
+                    point: point(rest, *v, d),
+                    share: shares[0].1,
+                };
+                // Shares of volumes go by the shape in ways of their own.
+                let shape = (self.key != "body_force").then(|| {
+                    let vertices = if self.differs() { samples.iter().map(share).collect() } else { vec![] };
+                    LoadedShape::vertices(d, vertices, self.slope())
+                });
                 let at = |(v, shares)| (point(rest, v, d), shares);
-                self.dead(samples.into_iter().map(at).collect(), rest, d)
+                let load = self.dead(samples.into_iter().map(at).collect(), rest, d);
+                Box::new(match shape {
+                    Some(shape) => load.with_shape(shape),
+                    None => load,
+                })
             }
             LoadTarget::Edges(faces) => self.on_faces::<2, 2>(faces, global, held, rest),
             LoadTarget::Triangles(faces) => self.on_faces::<3, 3>(faces, global, held, rest),
@@ -191,19 +207,39 @@ impl LoadPlan {
                 samples.push((image(&at_rest, q), shares));
             }
         }
-        self.dead(samples, rest, D)
+        let shape = LoadedShape::faces::<D, N>(&global, rest, self.slope());
+        Box::new(self.dead(samples, rest, D).with_shape(shape))
+    }
+
+    /// Components of its value.
+    fn components(&self) -> Vec<OverTime> {
+        self.spec.vectors().first().map_or_else(Vec::new, |(_, _, vector)| vector.to_vec())
+    }
+
+    /// True if its value differs from place to place.
+    fn differs(&self) -> bool {
+        self.components().iter().any(OverTime::depends_on_place)
+    }
+
+    /// Slopes of its components.
+    fn slope(&self) -> VectorSlope {
+        let components = self.components();
+        Box::new(move |x, t| {
+            let mut slope = [[0.0; 3]; 3];
+            slope.iter_mut().zip(&components).for_each(|(slope, component)| *slope = component.slope(x, t));
+            slope
+        })
     }
 
     /// A dead load with these points and their shares by global vertex. What is the same everywhere needs
     /// one point.
-    fn dead(&self, mut samples: Vec<Shared>, rest: &[f64], dimension: usize) -> Box<dyn EnergyTerm> {
-        let components: Vec<OverTime> =
-            self.spec.vectors().first().map_or_else(Vec::new, |(_, _, vector)| vector.to_vec());
+    fn dead(&self, mut samples: Vec<Shared>, rest: &[f64], dimension: usize) -> DeadLoad {
+        let components = self.components();
         let mut vertices: Vec<u32> =
             samples.iter().flat_map(|(_, shares)| shares.iter().map(|(v, _)| *v)).collect();
         vertices.sort_unstable();
         vertices.dedup();
-        if !components.iter().any(OverTime::depends_on_place) {
+        if !self.differs() {
             let mut sums = vec![0.0; vertices.len()];
             for (v, share) in samples.iter().flat_map(|(_, shares)| shares) {
                 sums[vertices.partition_point(|w| w < v)] += share;
@@ -223,7 +259,7 @@ impl LoadPlan {
             }
             force
         });
-        Box::new(DeadLoad::new(self.name.clone(), dimension, vertices, rest, samples, field, self.changes()))
+        DeadLoad::new(self.name.clone(), dimension, vertices, rest, samples, field, self.changes())
     }
 }
 

@@ -1,6 +1,6 @@
 //! Loads that do not turn with the body.
 
-use super::{VectorField, add_rows};
+use super::{LoadedShape, VectorField, add_rows};
 use crate::energy::{
     Driven, EnergyKind, EnergyTerm, Fault, LoadTerm, Measurements, TermProperties, TermViews,
 };
@@ -17,6 +17,8 @@ pub struct DeadLoad {
     /// Rest positions of `vertices`, flat [m].
     rest: Vec<f64>,
     samples: Vec<Sample>,
+    /// What of the rest shape goes into it, where that is known.
+    shape: Option<LoadedShape>,
     field: VectorField,
     changes: bool,
     time: f64,
@@ -52,10 +54,27 @@ impl DeadLoad {
         let rest: Vec<f64> = rows.copied().collect();
         let now = vec![0.0; rest.len()];
         let held = if changes { now.clone() } else { vec![] };
-        let mut load =
-            DeadLoad { name, dimension, vertices, rest, samples, field, changes, time: 0.0, now, held };
+        let mut load = DeadLoad {
+            name,
+            dimension,
+            vertices,
+            rest,
+            samples,
+            shape: None,
+            field,
+            changes,
+            time: 0.0,
+            now,
+            held,
+        };
         load.sample(0.0);
         load
+    }
+
+    /// The same, which knows how it goes by this shape.
+    #[must_use]
+    pub fn with_shape(self, shape: LoadedShape) -> Self {
+        DeadLoad { shape: Some(shape), ..self }
     }
 
     /// The forces at the time `time` [s].
@@ -115,6 +134,7 @@ impl EnergyTerm for DeadLoad {
             + 8 * (self.rest.len() + self.now.len() + self.held.len())
             + size_of_val(&self.samples[..])
             + shares
+            + self.shape.as_ref().map_or(0, LoadedShape::bytes)
     }
 }
 
@@ -171,6 +191,16 @@ impl LoadTerm for DeadLoad {
                 row[..self.dimension].iter_mut().zip(value).for_each(|(f, value)| *f += share * value);
             }
         }
+    }
+
+    fn add_work_by_shape(&self, p: &[f64], rows: &mut [f64]) -> bool {
+        self.shape.iter().for_each(|shape| shape.add_work(&self.field, self.time, p, rows));
+        self.shape.is_some()
+    }
+
+    fn add_force_by_shape(&self, change: &[f64], force: &mut [f64]) -> bool {
+        self.shape.iter().for_each(|shape| shape.add_force(&self.field, self.time, change, force));
+        self.shape.is_some()
     }
 
     fn add_force(&self, _x: &[f64], force: &mut [f64]) {

@@ -3,6 +3,7 @@
 mod dead;
 mod external;
 mod pressure;
+mod shape;
 #[cfg(test)]
 mod tests;
 
@@ -10,10 +11,14 @@ pub use dead::{DeadLoad, Sample};
 pub use external::{ExternalForce, ExternalForces, ForceFunction};
 pub use pressure::{Pressure, PressureField, rim};
 pub use pressure::{image, nodes};
+pub use shape::{LoadedShape, LoadedVertex};
 
 /// A vector that differs from place to place and changes with time, by the rest position `X` [m] and the
 /// time `t` [s].
 pub type VectorField = Box<dyn Fn([f64; 3], f64) -> [f64; 3] + Send + Sync>;
+
+/// The derivatives of the components of a [`VectorField`] by the coordinates of `X`.
+pub type VectorSlope = Box<dyn Fn([f64; 3], f64) -> [[f64; 3]; 3] + Send + Sync>;
 
 /// The places in `vertices`, ascending, of those from `first` on that have rows in an array of `count` rows.
 fn slots(vertices: &[u32], first: usize, count: usize) -> std::ops::Range<usize> {
