@@ -21,6 +21,8 @@ const CORRECTIONS: u32 = 40;
 const ROUNDING: f64 = 1e-13;
 /// Residuals above this part are no solution.
 const NO_SOLUTION: f64 = 1e-9;
+/// A correction by conjugate gradients that leaves more of the residual than this costs more than factors.
+const ROUGH: f64 = 0.02;
 /// A correction that leaves more of the residual than this makes the next one span a space.
 const SLOW: f64 = 0.5;
 
@@ -35,6 +37,11 @@ pub(crate) trait CorrectedEquations {
     /// Writes `b - A p`, zero where held; gives its largest component, infinite where one is no number.
     fn residual(&mut self, p: &[f64], residual: &mut [f64]) -> f64;
 
+    /// True if `B` is made by conjugate gradients, and factors may take their place.
+    fn is_iterative(&self) -> bool {
+        false
+    }
+
     /// The largest residual that the rounding of a solution `p` to the precision of numbers alone can leave,
     /// zero where that is not known: `epsilon max_i (sum_j |A_ij p_j| + |b_i|)` times a small number.
     /// Corrections of the same precision lead no further; Arioli, Demmel, Duff 1989, "Solving sparse linear
@@ -46,7 +53,8 @@ pub(crate) trait CorrectedEquations {
 }
 
 /// Adds the solution to `p`, zero before, of the `residual` `b` whose largest component is `size`; false
-/// where there is none. The residual that is written last is that of the solution.
+/// where there is none, or conjugate gradients lead there slowly. The residual that is written last is that
+/// of the solution.
 pub(crate) fn solve(
     equations: &mut dyn CorrectedEquations,
     size: f64,
@@ -66,7 +74,8 @@ pub(crate) fn solve(
         if is_rounding || (left <= NO_SOLUTION * size && left >= SLOW * last) {
             return true;
         }
-        if is_slow && left >= SLOW * last {
+        let is_waste = equations.is_iterative() && (left >= ROUGH * last || !left.is_finite());
+        if is_slow && left >= SLOW * last || is_waste && left > NO_SOLUTION * size {
             break;
         }
         is_slow |= left >= SLOW * last;

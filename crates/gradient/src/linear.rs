@@ -1,8 +1,12 @@
-//! Linear equations of implicit steps with the exact Hessian: one factorisation for each solve of the run.
+//! Linear equations of implicit steps with the exact Hessian: one factorisation for each solve of the run, or
+//! conjugate gradients where the run's own steps take them.
 
 use pliant::material::Psd;
+use pliant::solver::LinearSolver;
 use pliant::solver::cholesky::Cholesky;
+use pliant::solver::conjugate_gradients::{CgEnd, ConjugateGradients, Preconditioner};
 use pliant::solver::hessian::{Assembler, At, Weights};
+use pliant::solver::multigrid::Multigrid;
 use pliant::system::System;
 use pliant_sparse::{Lu, SymbolicLu};
 
@@ -90,11 +94,18 @@ pub(crate) trait Factorisation {
     /// flat; false where it is singular.
     fn factorise(&mut self, system: &mut System, at: (&[f64], &[f64]), coefficients: Coefficients) -> bool;
 
-    /// Replaces `b` by `A^-1 b`.
+    /// Replaces `b` by `A^-1 b`, or by what is no number where conjugate gradients do not end.
     fn solve(&mut self, b: &mut [f64]);
 
-    /// True if the matrix that was factorised is positive definite.
-    fn is_definite(&self) -> bool;
+    /// True if there are no factors, but conjugate gradients.
+    fn is_iterative(&self) -> bool;
+
+    /// Factorises the matrix last assembled, as those that follow are; false where it is singular.
+    fn factorise_instead(&mut self) -> bool;
+
+    /// True if the matrix last assembled is positive definite: of conjugate gradients only factors know,
+    /// which then take their place.
+    fn is_definite(&mut self) -> bool;
 
     /// `max_i sum_j |A_ij p_j|`, of the matrix that was factorised.
     fn largest_sum(&self, p: &[f64]) -> f64;
@@ -111,14 +122,71 @@ pub(crate) fn factorisation(dimension: usize) -> Box<dyn Factorisation> {
     }
 }
 
-/// Cholesky's, its structure kept as long as it fits; LU where the exact matrix is not positive definite.
+/// Cholesky's, its structure kept as long as it fits; LU where the exact matrix is not positive definite. In
+/// their place conjugate gradients with multigrid, of systems whose steps take them, as long as they end.
 #[derive(Default)]
 struct Sparse<const D: usize> {
     assembler: Option<Assembler<D>>,
+    iterative: Option<MultigridSolver<D>>,
+    /// True once conjugate gradients have not ended.
+    is_factorised: bool,
     cholesky: Option<Cholesky>,
     /// Version of the pattern that Cholesky's structure is of: contact changes it.
     pattern: u64,
     lu: Option<Lu>,
+    /// Places of the vertices in the matrix last assembled, flat [m].
+    x: Vec<f64>,
+}
+
+/// Conjugate gradients, their levels kept from one matrix to the next.
+struct MultigridSolver<const D: usize> {
+    levels: Multigrid<D>,
+    cg: ConjugateGradients,
+    /// Iterations of the first solve with the levels as they are; `None` where they are to be computed anew.
+    first: Option<u64>,
+    solution: Vec<f64>,
+}
+
+/// Residual of conjugate gradients over the right-hand side: what rounding leaves of factors.
+const CG_RESIDUAL: f64 = 1e-13;
+/// Iterations that cost more than factors.
+const MOST_ITERATIONS: u64 = 200;
+/// Levels are computed anew where a solve takes so many times the iterations of the first with them.
+const WORN_OUT: f64 = 1.2;
+
+impl<const D: usize> MultigridSolver<D> {
+    /// For matrices of the structure of that last assembled; `None` where steps of such a system do not take
+    /// them, where the matrix lacks a part that is not symmetric, or where its pattern changes.
+    fn new(system: &System, assembler: &Assembler<D>, x: &[f64]) -> Option<Self> {
+        let is_wanted = LinearSolver::Auto.choose(system) == LinearSolver::Multigrid
+            && !system.is_damped()
+            && system.terms().iter().all(|term| term.changing().is_none());
+        let held: Vec<bool> = system.inverse_mass().iter().map(|weight| *weight == 0.0).collect();
+        let levels = is_wanted.then(|| Multigrid::new(assembler.matrix(), x, &held)).flatten()?;
+        Some(MultigridSolver {
+            levels,
+            cg: ConjugateGradients::default(),
+            first: None,
+            solution: vec![0.0; x.len()],
+        })
+    }
+
+    /// Replaces `b` by `A^-1 b`; false where conjugate gradients do not end.
+    fn solve(&mut self, assembler: &Assembler<D>, b: &mut [f64]) -> bool {
+        let matrix = assembler.matrix();
+        if self.first.is_none() && self.levels.update(matrix).is_err() {
+            return false;
+        }
+        let MultigridSolver { levels, cg, first, solution } = self;
+        let product = |p: &[f64], q: &mut [f64]| matrix.multiply(p, q);
+        let report = cg.solve(product, levels, b, solution, CG_RESIDUAL, MOST_ITERATIONS);
+        b.copy_from_slice(solution);
+        let expected = *first.get_or_insert(report.iterations);
+        if report.iterations as f64 > WORN_OUT * expected as f64 + 1.0 {
+            *first = None;
+        }
+        report.end == CgEnd::Converged
+    }
 }
 
 impl<const D: usize> Factorisation for Sparse<D> {
@@ -126,18 +194,34 @@ impl<const D: usize> Factorisation for Sparse<D> {
         let ((x, v), Coefficients { inertia, damping, stiffness }) = (at, coefficients);
         // Pins that let go change what is held.
         if self.assembler.as_ref().is_some_and(|assembler| !assembler.fits(system)) {
-            (self.assembler, self.cholesky) = (None, None);
+            (self.assembler, self.iterative, self.cholesky) = (None, None, None);
         }
         let assembler = self.assembler.get_or_insert_with(|| Assembler::new(system));
         let weights = Weights { inertia, stiffness, damping };
         system.find_stencils(x);
         assembler.assemble(system, At { x, v, psd: Psd::Exact, predicted_from: None }, weights);
-        let matrix = assembler.matrix();
-        if self.cholesky.is_none() || self.pattern != assembler.pattern() {
-            self.cholesky = Cholesky::new(matrix, x);
-            self.pattern = assembler.pattern();
+        self.x.clear();
+        self.x.extend_from_slice(x);
+        if !self.is_factorised {
+            self.iterative = self.iterative.take().or_else(|| MultigridSolver::new(system, assembler, x));
+            self.is_factorised = self.iterative.is_none();
         }
         self.lu = None;
+        self.iterative.is_some() || self.factorise_instead()
+    }
+
+    fn is_iterative(&self) -> bool {
+        self.iterative.is_some()
+    }
+
+    fn factorise_instead(&mut self) -> bool {
+        (self.iterative, self.is_factorised) = (None, true);
+        let Some(assembler) = &self.assembler else { return false };
+        let matrix = assembler.matrix();
+        if self.cholesky.is_none() || self.pattern != assembler.pattern() {
+            self.cholesky = Cholesky::new(matrix, &self.x);
+            self.pattern = assembler.pattern();
+        }
         if self.cholesky.as_mut().is_some_and(|cholesky| cholesky.factorize(matrix).is_ok()) {
             return true;
         }
@@ -146,6 +230,12 @@ impl<const D: usize> Factorisation for Sparse<D> {
     }
 
     fn solve(&mut self, b: &mut [f64]) {
+        if let (Some(iterative), Some(assembler)) = (&mut self.iterative, &self.assembler) {
+            if !iterative.solve(assembler, b) {
+                b.fill(f64::NAN);
+            }
+            return;
+        }
         match (&self.lu, &mut self.cholesky) {
             (Some(lu), _) => lu.solve(b),
             (None, Some(cholesky)) => cholesky.solve(b),
@@ -153,8 +243,8 @@ impl<const D: usize> Factorisation for Sparse<D> {
         }
     }
 
-    fn is_definite(&self) -> bool {
-        self.lu.is_none()
+    fn is_definite(&mut self) -> bool {
+        (self.iterative.is_none() || self.factorise_instead()) && self.lu.is_none()
     }
 
     fn largest_sum(&self, p: &[f64]) -> f64 {
@@ -204,7 +294,7 @@ impl CorrectedSolver {
     }
 
     /// True if the matrix of the last solve is positive definite, without its part that is not symmetric.
-    pub(crate) fn is_definite(&self) -> bool {
+    pub(crate) fn is_definite(&mut self) -> bool {
         self.factorisation.is_definite()
     }
 
@@ -228,12 +318,20 @@ impl CorrectedSolver {
             return false;
         }
         let CorrectedSolver { factorisation, residual } = self;
-        residual.clear();
-        residual.extend_from_slice(b);
-        let size = keep_free(system, residual);
-        let mut equations =
-            CorrectedStage { system, at, coefficients, b, products, factorisation: &mut **factorisation };
-        solve(&mut equations, size, residual, p)
+        loop {
+            residual.clear();
+            residual.extend_from_slice(b);
+            let size = keep_free(system, residual);
+            let factorisation = &mut **factorisation;
+            let mut equations = CorrectedStage { system, at, coefficients, b, products, factorisation };
+            if solve(&mut equations, size, residual, p) {
+                return true;
+            }
+            if !factorisation.is_iterative() || !factorisation.factorise_instead() {
+                return false;
+            }
+            p.fill(0.0);
+        }
     }
 }
 
@@ -270,6 +368,10 @@ impl CorrectedEquations for CorrectedStage<'_> {
         keep_free(self.system, residual)
     }
 
+    fn is_iterative(&self) -> bool {
+        self.factorisation.is_iterative()
+    }
+
     fn rounding(&self, p: &[f64]) -> f64 {
         let free = self.b.iter().zip(self.system.inverse_mass()).filter(|(_, weight)| **weight > 0.0);
         let largest = free.fold(0.0, |largest: f64, (b, _)| largest.max(b.abs()));
@@ -280,6 +382,8 @@ impl CorrectedEquations for CorrectedStage<'_> {
 #[cfg(test)]
 mod tests {
     use pliant::dissipation::{DissipationViews, DissipativeTerm, PositionProducts};
+    use pliant::simulation::Simulation;
+    use pliant_scene::{Scene, assembly::UnstableStep};
 
     use super::*;
 
@@ -315,6 +419,50 @@ mod tests {
             y[0] += self.0 * p[1];
             y[1] -= self.0 * p[0];
             true
+        }
+    }
+
+    /// A block of 3,267 unknowns that are not held.
+    fn block() -> Simulation {
+        let text = "dimension = 3
+            time = { integrator = 'implicit-euler', step = 0.01, duration = 1.0 }
+            [[body]]
+            mesh = { grid = { cells = [10, 10, 9], size = [1.0, 1.0, 0.9] } }
+            elastic = { neo-hookean = { young = 1e5, poisson = 0.3 } }
+            mass = { density = 1000.0 }
+            pin = [{ half_space = { normal = [0, 0, 1], offset = 0 } }]";
+        let scene = Scene::from_toml(text).unwrap();
+        scene.assemble(UnstableStep::Accept).unwrap().simulation
+    }
+
+    /// The solution for a right-hand side, and whether it came from conjugate gradients.
+    fn solved(system: &mut System, x: &[f64], is_factorised: bool, b: &[f64]) -> (Vec<f64>, bool) {
+        let factorisation = Box::new(Sparse::<3> { is_factorised, ..Sparse::default() });
+        let mut solver = CorrectedSolver { factorisation, residual: vec![] };
+        let (mut p, mut products) = (vec![0.0; x.len()], Products::back(x.len()));
+        let (still, coefficients) =
+            (vec![0.0; x.len()], Coefficients { inertia: 1.0, damping: 0.01, stiffness: 1e-4 });
+        assert!(solver.solve(system, (x, &still), coefficients, b, &mut p, &mut products));
+        let is_iterative = solver.factorisation.is_iterative();
+        (p, is_iterative)
+    }
+
+    #[test]
+    fn conjugate_gradients_and_factors_have_one_solution() {
+        let mut simulation = block();
+        let rest = simulation.state().x().to_vec();
+        let system = simulation.system_mut();
+        let b: Vec<f64> = (0..rest.len()).map(|i| (12.9898 * (i as f64 + 1.0)).sin()).collect();
+        // As it is at rest, and pressed to a third, where the exact matrix is indefinite.
+        for (press, is_definite) in [(1.0, true), (0.3, false)] {
+            let x: Vec<f64> =
+                rest.iter().enumerate().map(|(i, x)| if i % 3 == 2 { press * x } else { *x }).collect();
+            let (found, is_iterative) = solved(system, &x, false, &b);
+            let (expected, _) = solved(system, &x, true, &b);
+            assert_eq!(is_iterative, is_definite, "{press}");
+            let largest = expected.iter().fold(0.0, |largest: f64, p| largest.max(p.abs()));
+            let off = found.iter().zip(&expected).fold(0.0, |off: f64, (p, q)| off.max((p - q).abs()));
+            assert!(off <= 1e-11 * largest, "{press}: {off:e} of {largest:e}");
         }
     }
 

@@ -77,8 +77,8 @@ impl Schedule {
                 }
                 _ if simulation.took_solved_part_back() && has_memory(simulation.method().scheme) => {
                     return Err(GradientError::Unsupported {
-                        what: "steps in parts, one of which was taken back once it was solved, by a scheme that \
-                               remembers earlier ones"
+                        what: "steps in parts, of which one was taken back once it was solved, by a scheme \
+                               that remembers earlier ones"
                             .into(),
                         remedy: "take `implicit-euler` or `tr-bdf2`, or a smaller `step`",
                     });

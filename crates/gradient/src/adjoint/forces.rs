@@ -99,7 +99,7 @@ impl Sums<'_> {
     }
 
     /// True if the matrix of the last solve is positive definite.
-    pub(crate) fn is_definite(&self) -> bool {
+    pub(crate) fn is_definite(&mut self) -> bool {
         self.solver.is_definite()
     }
 

@@ -208,7 +208,7 @@ impl<'p> TangentForces<'p> {
     }
 
     /// True if the matrix of the last solve is positive definite.
-    pub(super) fn is_definite(&self) -> bool {
+    pub(super) fn is_definite(&mut self) -> bool {
         self.solver.is_definite()
     }
 
