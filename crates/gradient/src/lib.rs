@@ -67,9 +67,9 @@ pub use parameter::{
     AttractingMasses, AxisDirections, BodyDensity, Concatenated, ContactStiffness, EtherDrag, FibreTension,
     ForceUse, FormulaNumber, FrictionCoefficient, Gravity, GravityNumber, HeldPlaces, HeldUse,
     LinearElements, LoadFactor, LoadShape, LoadValue, Masses, MembraneElements, ModeUse, Modulus,
-    MotionFactor, MotionNumber, Parameter, ParameterNeeds, RestLengths, ShapedElements, Softening,
-    SpringStiffness, StateUse, StepForces, TermFactor, TieRestLength, Together, TunedSpring, WeightDensity,
-    Weighted, cell_axes,
+    MotionFactor, MotionNumber, NumberLink, Parameter, ParameterNeeds, RestLengths, ShapedElements,
+    Softening, SpringStiffness, StateUse, StepForces, TermFactor, TieRestLength, Together, TunedSpring,
+    WeightDensity, Weighted, cell_axes,
 };
 pub use support::check;
 pub use tangent::{RunDirection, RunTangent, tangent, tangent_along};

@@ -21,8 +21,8 @@ use pliant_terms::{ElementSet, ViscousSet};
 
 use crate::parameter::{
     AttractingMasses, AxisDirections, BodyDensity, Concatenated, ContactStiffness, FibreTension, Gravity,
-    GravityNumber, HeldPlaces, LinearElements, LoadShape, Masses, MembraneElements, Modulus, Parameter,
-    RestLengths, ShapedElements, SpringStiffness, StepForces, TermFactor, Together, TunedSpring,
+    GravityNumber, HeldPlaces, LinearElements, LoadShape, Masses, MembraneElements, Modulus, NumberLink,
+    Parameter, RestLengths, ShapedElements, SpringStiffness, StepForces, TermFactor, Together, TunedSpring,
     WeightDensity, Weighted, cell_axes,
 };
 use crate::{GradientError, RunGradient};
@@ -127,9 +127,9 @@ pub fn names(scene: &Scene, topology: &Topology) -> Vec<String> {
 }
 
 /// True if the shape at rest is more than that of elements and of loads on areas and places: loads by parts
-/// of volumes, pressure and prescribed motion by places, muscles and axes of materials by places, ties to
-/// the nearest point.
-fn is_at_rest_elsewhere(scene: &Scene, spec: &Body) -> bool {
+/// of volumes, pressure and prescribed motion by places, muscles and axes of materials by places in elements
+/// of second order, ties to the nearest point.
+fn is_at_rest_elsewhere(scene: &Scene, spec: &Body, body: &BodyTopology) -> bool {
     let by_place = |formulas: &[OverTime]| formulas.iter().any(OverTime::depends_on_place);
     let loads = spec.load.iter().any(|load| {
         let by_volume =
@@ -146,7 +146,7 @@ fn is_at_rest_elsewhere(scene: &Scene, spec: &Body) -> bool {
     };
     let contracts = spec.muscle.iter().any(|m| m.tension.depends_on_place() || goes_by_place(&m.fibre));
     let mut axes = spec.elastic_axes.iter().flat_map(|axes| std::iter::once(&axes.first).chain(&axes.second));
-    loads || moved || tied || contracts || axes.any(goes_by_place)
+    loads || moved || tied || !has_linear_elements(body) && (contracts || axes.any(goes_by_place))
 }
 
 /// Keys of a body that the gradient can be taken by.
@@ -188,7 +188,7 @@ fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<Cow<'static, 
             keys.push(FIRST_AXIS);
             keys.extend(axes.second.is_some().then_some(SECOND_AXIS));
         }
-        if has_shape(scene, spec, material, body) && !is_at_rest_elsewhere(scene, spec) {
+        if has_shape(scene, spec, material, body) && !is_at_rest_elsewhere(scene, spec, body) {
             keys.push("rest");
         }
     }
@@ -489,6 +489,7 @@ impl Places<'_> {
         let of_muscle = |muscle: &MuscleSpec| FibreTension {
             directions: muscle.fibre.vectors(&centres),
             tension: muscle.tension.clone(),
+            places: if muscle.tension.depends_on_place() { centres.clone() } else { vec![[0.0; 3]] },
         };
         let muscles: Vec<FibreTension> = spec.muscle.iter().map(of_muscle).collect();
         let body_forces: Vec<Vec<OverTime>> =
@@ -514,11 +515,69 @@ impl Places<'_> {
         let of_load = |(i, load): (usize, &Load)| -> Box<dyn Parameter> {
             Box::new(LoadShape::new(load.term_name(i, &body.name), self.topology.dimension, vertices.clone()))
         };
-        let loads: Vec<Box<dyn Parameter>> = loads.map(of_load).collect();
-        if loads.is_empty() {
-            return elements;
+        let mut all: Vec<Box<dyn Parameter>> = std::iter::once(elements).chain(loads.map(of_load)).collect();
+        all.extend(self.by_places(spec, material, body));
+        if all.len() == 1 { all.swap_remove(0) } else { Box::new(Together::new(all)) }
+    }
+
+    /// Rest positions of a body of linear elements as formulas go by the middles of elements: tensions and
+    /// directions of muscles, axes of the material.
+    fn by_places(
+        &self,
+        spec: &Body,
+        material: &MaterialSpec,
+        body: &BodyTopology,
+    ) -> Vec<Box<dyn Parameter>> {
+        let (cells, rest) = (self.cells(body), self.rest());
+        let elements = LinearElements { dimension: self.topology.dimension, cells: &cells, rest: &rest };
+        let mut all = vec![];
+        for muscle in &spec.muscle {
+            let centres = self.centres(body);
+            if muscle.tension.depends_on_place() {
+                let directions = muscle.fibre.vectors(&centres);
+                let places = elements.tension_places(&directions, muscle.tension.clone(), centres.clone());
+                let itself = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+                all.push(self.by_middles(places, &vec![itself; centres.len()], body));
+            }
+            if let Some(slopes) = muscle.fibre.slopes(&centres) {
+                all.push(self.by_middles(self.fibres(muscle, body), &slopes, body));
+            }
         }
-        Box::new(Together::new(std::iter::once(elements).chain(loads).collect()))
+        let axes = spec
+            .elastic_axes
+            .iter()
+            .flat_map(|axes| [(FIRST_AXIS, Some(&axes.first)), (SECOND_AXIS, axes.second.as_ref())]);
+        for (key, fibre) in axes {
+            let slopes = fibre.and_then(|fibre| fibre.slopes(&self.centres(body)));
+            let directions = slopes.and_then(|slopes| Some((slopes, self.of_elements(spec, body, key)?)));
+            all.extend(directions.map(|(slopes, directions)| self.by_middles(directions, &slopes, body)));
+        }
+        all
+    }
+
+    /// Rest positions of a body of linear elements that the numbers of a parameter, as many in each element
+    /// as there are dimensions, go by through the middles of elements, with these slopes.
+    fn by_middles(
+        &self,
+        of: Box<dyn Parameter>,
+        slopes: &[[[f64; 3]; 3]],
+        body: &BodyTopology,
+    ) -> Box<dyn Parameter> {
+        let d = self.topology.dimension;
+        let simplices = match d {
+            2 => body.triangles.as_flattened(),
+            _ => body.tetrahedra.as_flattened(),
+        };
+        let mut links = vec![];
+        for (element, (corners, slope)) in simplices.chunks_exact(d + 1).zip(slopes).enumerate() {
+            for (corner, (c, k)) in corners.iter().flat_map(|v| (0..d * d).map(move |i| (v, (i / d, i % d))))
+            {
+                let with = (corner - body.vertices.start) as usize * d + k;
+                let weight = slope[c][k] / (d + 1) as f64;
+                links.push(NumberLink { number: element * d + c, with, weight });
+            }
+        }
+        Box::new(Weighted::linked(of, links, body.vertices.len() * d))
     }
 
     /// Directions of the fibres of a muscle in linear elements.

@@ -1,4 +1,4 @@
-//! Directions of the fibres of a muscle in linear elements.
+//! Fibres of a muscle in linear elements: their directions, and the places that their tension goes by.
 //!
 //! Of an element of rest volume `w` with the tension `T` along the unit vector `a`, `p . dE/dx = w T G a . F
 //! a`, whose derivative by `a` is `w T (F^T G + G^T F) a`.
@@ -62,7 +62,58 @@ impl<const D: usize, const N: usize> Parameter for FibreDirections<D, N> {
     }
 }
 
+/// Middles of elements at rest as tension goes by them.
+struct TensionPlaces<const D: usize, const N: usize>(FibreDirections<D, N>);
+
+impl<const D: usize, const N: usize> TensionPlaces<D, N> {
+    /// Slope of the tension in element `i`.
+    fn slope(&self, i: usize, time: f64) -> [f64; 3] {
+        self.0.tension.slope(self.0.centres[i], time)
+    }
+}
+
+impl<const D: usize, const N: usize> Parameter for TensionPlaces<D, N> {
+    fn len(&self) -> usize {
+        D * self.0.directions.len()
+    }
+
+    fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
+        let each = change.as_chunks::<D>().0.iter().zip(&self.0.directions);
+        for (i, (change, (a, _))) in each.enumerate() {
+            let [f, _] = self.0.elements.deformation(i, (of.x, of.x));
+            let growth: f64 = change.iter().zip(self.slope(i, of.time)).map(|(c, slope)| c * slope).sum();
+            let stress = Mat(f.mul_vec(a).map(|along| a.map(|a| -growth * along * a)));
+            self.0.elements.add_at(i, &stress, force);
+        }
+        true
+    }
+
+    fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
+        let each = derivative.as_chunks_mut::<D>().0.iter_mut().zip(&self.0.directions);
+        for (i, (derivative, (a, _))) in each.enumerate() {
+            let [f, g] = self.0.elements.deformation(i, (of.x, of.p)).map(|m| m.mul_vec(a));
+            let along: f64 = f.iter().zip(g).map(|(f, g)| f * g).sum();
+            let work = self.0.elements.volume(i) * along;
+            derivative.iter_mut().zip(self.slope(i, of.time)).for_each(|(d, slope)| *d -= work * slope);
+        }
+    }
+}
+
 impl LinearElements<'_> {
+    /// Coordinates of the middles of elements at rest as the `tension` of a muscle goes by them, flat
+    /// `(elements, dimension)`; its fibres and the middles as [`fibres`](Self::fibres) has them.
+    pub fn tension_places(
+        &self,
+        directions: &[[f64; 3]],
+        tension: OverTime,
+        centres: Vec<[f64; 3]>,
+    ) -> Box<dyn Parameter> {
+        match self.dimension {
+            2 => Box::new(TensionPlaces(self.fibres_of::<2, 3>(directions, tension, centres))),
+            _ => Box::new(TensionPlaces(self.fibres_of::<3, 4>(directions, tension, centres))),
+        }
+    }
+
     /// Components of the directions of the fibres of a muscle of this `tension`, flat `(elements,
     /// dimension)`: as given, third component 0 in 2D, in elements whose corners have the means `centres` at
     /// rest [m].

@@ -35,7 +35,7 @@ pub use rest_shape::{FibreTension, ShapedElements};
 pub use spring::{RestLengths, SpringStiffness, TunedSpring};
 pub use tie::TieRestLength;
 pub use together::{Concatenated, Together};
-pub use weighted::Weighted;
+pub use weighted::{NumberLink, Weighted};
 
 use pliant::system::System;
 

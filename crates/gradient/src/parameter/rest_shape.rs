@@ -25,13 +25,15 @@ use super::elements::{ElementEnergy, Maker};
 use super::mass::{add_by_mass, by_mass, mode_by_mass, uniform_gravity};
 use super::{ForceUse, ModeUse, Parameter, ParameterNeeds};
 
-/// Tension along fibres whose directions do not go by the shape.
+/// Tension along fibres.
 #[derive(Clone, Debug)]
 pub struct FibreTension {
     /// Direction of any length in each element, third component 0 in 2D.
     pub directions: Vec<[f64; 3]>,
-    /// The same everywhere [Pa].
+    /// By the place of the middle of the element [Pa].
     pub tension: OverTime,
+    /// Middle of each element at rest, or one of all where the tension is the same everywhere [m].
+    pub places: Vec<[f64; 3]>,
 }
 
 /// Simplices of a body at rest, and what is made of their shape.
@@ -66,7 +68,8 @@ pub struct ShapedElements<'a> {
 
 impl ShapedElements<'_> {
     /// Rest positions of `vertices`, by their numbers in the simulation: all that the elements have, and no
-    /// others. They change deformation, volumes and masses; the start of the run stays as it is.
+    /// others. They change deformation, volumes and masses; the start of the run stays as it is, and so do
+    /// axes, fibres and the tension along them in each element.
     pub fn parameter(&self, vertices: &[u32]) -> Box<dyn Parameter> {
         match (self.dimension, self.order) {
             (2, 1) => Box::new(RestShape::<2, 3>::new(self, vertices)),
@@ -93,7 +96,7 @@ struct RestShape<const D: usize, const N: usize> {
     /// Rotation of the material of each, none where there is none.
     axes: Vec<Mat<f64, D>>,
     /// Tensions, and `a a^T` of the unit vector `a` in each element.
-    muscles: Vec<(OverTime, Vec<Mat<f64, D>>)>,
+    muscles: Vec<(FibreTension, Vec<Mat<f64, D>>)>,
     body_forces: Vec<Vec<OverTime>>,
     viscosity: Viscosity,
     density: f64,
@@ -152,11 +155,7 @@ impl<const D: usize, const N: usize> RestShape<D, N> {
             psi: of.material.visit::<D, _>(Maker),
             factors: if of.factors.is_empty() { vec![1.0; elements.len()] } else { of.factors.to_vec() },
             axes: of.axes.iter().map(Mat::leading).collect(),
-            muscles: of
-                .muscles
-                .iter()
-                .map(|muscle| (muscle.tension.clone(), along(&muscle.directions)))
-                .collect(),
+            muscles: of.muscles.iter().map(|muscle| (muscle.clone(), along(&muscle.directions))).collect(),
             body_forces: of.body_forces.to_vec(),
             viscosity: of.viscosity,
             weight: of.weight,
@@ -193,8 +192,9 @@ impl<const D: usize, const N: usize> RestShape<D, N> {
 
     /// `T F a a^T` of all muscles, linear in `F`.
     fn tension(&self, i: usize, f: &Mat<f64, D>, time: f64) -> Mat<f64, D> {
-        let of_muscle = |(tension, both): &(OverTime, Vec<Mat<f64, D>>)| {
-            f.mul(&both[i]).scale(tension.value([0.0; 3], time))
+        let of_muscle = |(muscle, both): &(FibreTension, Vec<Mat<f64, D>>)| {
+            let place = muscle.places[i.min(muscle.places.len() - 1)];
+            f.mul(&both[i]).scale(muscle.tension.value(place, time))
         };
         self.muscles.iter().map(of_muscle).fold(Mat::zero(), |sum, stress| sum + stress)
     }

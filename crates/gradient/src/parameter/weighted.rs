@@ -1,13 +1,24 @@
-//! One number that several depend on.
+//! Numbers that those of another parameter depend on.
 
 use super::{ForceUse, HeldUse, ModeUse, Parameter, ParameterNeeds, StateUse};
-use crate::adjoint::dot;
 
-/// A number `theta` that the numbers of another parameter grow with, `d theta_i = w_i d theta`.
+/// Numbers `theta_j` that the numbers of another parameter grow with, `d theta_i = sum_j w_ij d theta_j`.
 pub struct Weighted {
     of: Box<dyn Parameter>,
-    weights: Vec<f64>,
+    links: Vec<NumberLink>,
+    numbers: usize,
     derivative: Vec<f64>,
+}
+
+/// How a number grows with one that it depends on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NumberLink {
+    /// Index of the number.
+    pub number: usize,
+    /// Index of that which it depends on.
+    pub with: usize,
+    /// Its derivative by that.
+    pub weight: f64,
 }
 
 impl Weighted {
@@ -17,7 +28,32 @@ impl Weighted {
     /// If there are more or fewer weights than numbers.
     pub fn new(of: Box<dyn Parameter>, weights: Vec<f64>) -> Self {
         assert_eq!(of.len(), weights.len(), "one weight for each number");
-        Weighted { derivative: vec![0.0; weights.len()], of, weights }
+        let link = |(number, weight)| NumberLink { number, with: 0, weight };
+        Weighted::linked(of, weights.into_iter().enumerate().map(link).collect(), 1)
+    }
+
+    /// So many `numbers` that those `of` a parameter grow with.
+    ///
+    /// # Panics
+    /// If a link is to a number that there is not.
+    pub fn linked(of: Box<dyn Parameter>, links: Vec<NumberLink>, numbers: usize) -> Self {
+        let is_known = |link: &NumberLink| link.number < of.len() && link.with < numbers;
+        assert!(links.iter().all(is_known), "links are between numbers");
+        Weighted { derivative: vec![0.0; of.len()], of, links, numbers }
+    }
+
+    /// Adds what `add` makes of the numbers of the other parameter to the derivatives by these.
+    fn add_by<T>(
+        &mut self,
+        derivative: &mut [f64],
+        add: impl FnOnce(&mut dyn Parameter, &mut [f64]) -> T,
+    ) -> T {
+        self.derivative.fill(0.0);
+        let added = add(&mut *self.of, &mut self.derivative);
+        for link in &self.links {
+            derivative[link.with] += link.weight * self.derivative[link.number];
+        }
+        added
     }
 }
 
@@ -27,7 +63,7 @@ impl Parameter for Weighted {
     }
 
     fn len(&self) -> usize {
-        1
+        self.numbers
     }
 
     fn needs(&self) -> ParameterNeeds<'_> {
@@ -35,32 +71,24 @@ impl Parameter for Weighted {
     }
 
     fn add_held(&mut self, of: &HeldUse<'_>, derivative: &mut [f64]) {
-        self.derivative.fill(0.0);
-        self.of.add_held(of, &mut self.derivative);
-        derivative[0] += dot(&self.derivative, &self.weights);
+        self.add_by(derivative, |parameter, derivative| parameter.add_held(of, derivative));
     }
 
     fn add_state(&mut self, of: &StateUse<'_>, derivative: &mut [f64]) {
-        self.derivative.fill(0.0);
-        self.of.add_state(of, &mut self.derivative);
-        derivative[0] += dot(&self.derivative, &self.weights);
+        self.add_by(derivative, |parameter, derivative| parameter.add_state(of, derivative));
     }
 
     fn add_mode(&mut self, of: &ModeUse<'_>, derivative: &mut [f64]) -> bool {
-        self.derivative.fill(0.0);
-        let is_known = self.of.add_mode(of, &mut self.derivative);
-        derivative[0] += dot(&self.derivative, &self.weights);
-        is_known
+        self.add_by(derivative, |parameter, derivative| parameter.add_mode(of, derivative))
     }
 
     fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
-        let changes: Vec<f64> = self.weights.iter().map(|weight| weight * change[0]).collect();
+        let mut changes = vec![0.0; self.of.len()];
+        self.links.iter().for_each(|link| changes[link.number] += link.weight * change[link.with]);
         self.of.add_change(of, &changes, force)
     }
 
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
-        self.derivative.fill(0.0);
-        self.of.add(of, &mut self.derivative);
-        derivative[0] += dot(&self.derivative, &self.weights);
+        self.add_by(derivative, |parameter, derivative| parameter.add(of, derivative));
     }
 }

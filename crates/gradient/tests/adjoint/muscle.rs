@@ -1,7 +1,7 @@
 //! Muscles, whose stiffness changes with time: against differences of runs.
 
 use pliant::simulation::Simulation;
-use pliant_gradient::{LossFrame, ParameterSelection, UNLIMITED, gradient, names, tangent};
+use pliant_gradient::{LossFrame, ParameterSelection, UNLIMITED, gradient, tangent};
 use pliant_scene::Scene;
 
 use crate::by_parameters::compare;
@@ -149,17 +149,4 @@ fn directions_of_fibres_in_each_element_have_derivatives() {
         compare_numbers(setup, of, (&name, &directions, &vec![1.0; count * d]), (steps, 1e-6));
         compare(setup, &of(&directions), &[&name], steps);
     }
-}
-
-/// Its fibres are of the rest shape, and what they do to a derivative by it is not known.
-#[test]
-fn the_rest_shape_of_a_muscle_is_no_parameter() {
-    let names_of = |body| {
-        let further = Further { body, ..Further::default() };
-        let scene = scene(&case("beam")["setup"], "neo-hookean", "velocity-verlet", 1, further);
-        names(&scene, &assembled(&scene).1)
-    };
-    let has = |body, name: &str| names_of(body).iter().any(|known| known == name);
-    assert!(has("", "body.beam.rest") && !has(MUSCLE, "body.beam.rest"));
-    assert!(has(MUSCLE, "body.beam.elastic.young"));
 }

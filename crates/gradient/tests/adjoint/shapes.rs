@@ -146,6 +146,31 @@ fn shapes_with_body_forces_muscles_and_axes_have_derivatives() {
     }
 }
 
+/// Tension, fibres and axes of the material by formulas of the place.
+#[test]
+fn shapes_with_fibres_by_places_have_derivatives() {
+    let plane = "mass = { total = 150.0 }
+        muscle = [
+            { fibre = { direction = ['1 + X', 'Y - 0.3'] }, tension = '3e3*(1 + 2*X*Y)*(1 + sin(20*t))' },
+            { fibre = { direction = [1, 0] }, tension = '2e3*exp(Y)' },
+        ]
+        elastic_axes = { first = { direction = ['cos(X + Y)', 'sin(2*X)'] } }
+        [body.elastic.expression]
+        psi = 'mu/2*(I1 - 3) - mu*log(J) + k/2*(I4 - 1)^2 + 2*k*E12^2'
+        parameters = { mu = 2e4, k = 9e3 }
+        fibres = [[1, 0.5]]";
+    let space = plane
+        .replace("'Y - 0.3']", "'Y - 0.3', 'Z']")
+        .replace("[1, 0] }, tension", "[1, 0, 0.2] }, tension")
+        .replace("'sin(2*X)'] }", "'sin(2*X)', 'Z'] }, second = { direction = ['Y', 1, 'X*Z'] }");
+    for (dimension, (scheme, steps)) in [2, 3].into_iter().flat_map(|d| RUNS.map(|run| (d, run))) {
+        let of = |h: f64| block(scheme, (dimension, 1), h, if dimension == 2 { plane } else { &space });
+        compare_shape(&format!("{scheme}, {dimension}D"), of, ("block", 0.02), (steps, 1e-6));
+        let steps = if scheme == "quasi-static" { 1 } else { steps };
+        compare(&format!("{scheme}, {dimension}D"), &of(0.0), &["body.block.rest"], steps);
+    }
+}
+
 /// Forces on areas and at places that go by formulas of these.
 #[test]
 fn shapes_with_loads_on_areas_and_places_have_derivatives() {
@@ -197,12 +222,17 @@ fn shapes_of_which_more_is_made_are_not_offered() {
         ("load = [{ body_force = [1.0, 2.0], vertices = [1] }]", false),
         ("load = [{ traction = ['X*Y', 2.0] }, { force = ['Y', 0] }]", true),
         ("load = [{ pressure = 'X' }]", false),
-        ("muscle = [{ fibre = { direction = [1, 'X'] }, tension = 1.0 }]", false),
-        ("muscle = [{ fibre = { direction = [1, 0] }, tension = '1 + X' }]", false),
+        ("muscle = [{ fibre = { direction = [1, 'X'] }, tension = '1 + X' }]", true),
         ("muscle = [{ fibre = { direction = [1, 0] }, tension = '1 + t' }]", true),
     ] {
         assert_eq!(has("rk4", "neo-hookean", &format!("{MASS}\n{more}")), is_offered, "{more}");
     }
+    let quadratic = |more: &str| {
+        let scene = block("rk4", (2, 2), 0.0, &further("neo-hookean", &format!("{MASS}\n{more}")));
+        names(&scene, &assembled(&scene).1).iter().any(|name| name == "body.block.rest")
+    };
+    assert!(quadratic("muscle = [{ fibre = { direction = [1, 0] }, tension = '1 + t' }]"));
+    assert!(!quadratic("muscle = [{ fibre = { direction = [1, 'X'] }, tension = 1.0 }]"));
     let by_masses = format!("{MASS}\ndamping = {{ mass_proportional = 1.0 }}");
     assert!(has("rk4", "linear", &by_masses) && !has("quasi-static", "linear", &by_masses));
 }

@@ -64,6 +64,19 @@ impl FibreSpec {
             FibreSpec::PerElement(rows) => rows.iter().map(|row| components(row, |number| *number)).collect(),
         }
     }
+
+    /// Derivatives of the components of these directions by the coordinates of the means; `None` where they
+    /// do not go by places.
+    pub fn slopes(&self, centres: &[[f64; 3]]) -> Option<Vec<[[f64; 3]; 3]>> {
+        let FibreSpec::Direction(formulas) = self else { return None };
+        let at = |centre: &[f64; 3]| {
+            let mut slopes = [[0.0; 3]; 3];
+            let each = slopes.iter_mut().zip(formulas);
+            each.for_each(|(slope, formula)| *slope = formula.slope(*centre, 0.0));
+            slopes
+        };
+        formulas.iter().any(OverTime::depends_on_place).then(|| centres.iter().map(at).collect())
+    }
 }
 
 /// A vector of two or three components.
