@@ -28,7 +28,11 @@ fn obstacle(simulation: &Simulation) -> Option<(String, &'static str)> {
     let system = simulation.system();
     let named = |what: &str, remedy| Some((what.to_owned(), remedy));
     if simulation.path().is_some() {
-        return named("paths by arc length", "give a fixed `step` in place of `arc_length`");
+        return named(
+            "paths by arc length",
+            "the load of a state is one of its unknowns there, found at a distance that depends on the solves \
+             before, and no adjoint has it; give a fixed `step` in place of `arc_length`",
+        );
     }
     let axes = |hold: &&Hold| hold.axes()[..system.dimension()].iter().all(|held| *held);
     if system.constraints().iter().filter(|hold| turns(hold)).any(|hold| !axes(&hold)) {

@@ -516,18 +516,13 @@ impl Places<'_> {
             Box::new(LoadShape::new(load.term_name(i, &body.name), self.topology.dimension, vertices.clone()))
         };
         let mut all: Vec<Box<dyn Parameter>> = std::iter::once(elements).chain(loads.map(of_load)).collect();
-        all.extend(self.by_places(spec, material, body));
+        all.extend(self.by_places(spec, body));
         if all.len() == 1 { all.swap_remove(0) } else { Box::new(Together::new(all)) }
     }
 
     /// Rest positions of a body of linear elements as formulas go by the middles of elements: tensions and
     /// directions of muscles, axes of the material.
-    fn by_places(
-        &self,
-        spec: &Body,
-        material: &MaterialSpec,
-        body: &BodyTopology,
-    ) -> Vec<Box<dyn Parameter>> {
+    fn by_places(&self, spec: &Body, body: &BodyTopology) -> Vec<Box<dyn Parameter>> {
         let (cells, rest) = (self.cells(body), self.rest());
         let elements = LinearElements { dimension: self.topology.dimension, cells: &cells, rest: &rest };
         let mut all = vec![];

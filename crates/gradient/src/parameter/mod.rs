@@ -118,6 +118,14 @@ pub struct HeldUse<'a> {
     pub v_bar: &'a [f64],
 }
 
+/// Change of places [m] and of velocities [m/s], flat, vertices in the order of the simulation.
+pub struct HeldChange<'a> {
+    /// Of the places.
+    pub x: &'a mut [f64],
+    /// Of the velocities.
+    pub v: &'a mut [f64],
+}
+
 /// A state on the way back, with all that comes after it.
 #[derive(Clone, Copy)]
 pub struct StateUse<'a> {
@@ -211,6 +219,12 @@ pub trait Parameter: Send {
     /// Adds the part of one use of held coordinates in a state to the derivative by each number.
     fn add_held(&mut self, of: &HeldUse<'_>, derivative: &mut [f64]) {
         let _ = (of, derivative);
+    }
+
+    /// Adds to the change of places and of velocities, flat, what a change of its numbers makes of those of
+    /// held coordinates at a time [s]: the transpose of [`add_held`](Self::add_held).
+    fn add_held_change(&mut self, system: &System, time: f64, change: &[f64], place: HeldChange<'_>) {
+        let _ = (system, time, change, place);
     }
 
     /// Adds the derivative of `omega^2` of a mode by each number, `phi^T (dK - omega^2 dM) phi`; false where

@@ -3,7 +3,7 @@
 use pliant::system::System;
 use pliant_scene::OverTime;
 
-use super::{ForceUse, HeldUse, Parameter, ParameterNeeds};
+use super::{ForceUse, HeldChange, HeldUse, Parameter, ParameterNeeds};
 
 /// True if the hold of this name has not let go.
 fn acts(system: &System, name: &str) -> bool {
@@ -56,6 +56,21 @@ impl Parameter for MotionFactor {
         }
     }
 
+    /// Forces see it through places and velocities alone.
+    fn add_change(&mut self, _: &ForceUse<'_>, _: &[f64], _: &mut [f64]) -> bool {
+        true
+    }
+
+    fn add_held_change(&mut self, system: &System, time: f64, change: &[f64], place: HeldChange<'_>) {
+        let n = place.x.len();
+        let (mut x, mut v) = (vec![0.0; n], vec![0.0; n]);
+        system.prescribe(time, &mut x, &mut v);
+        for (i, start) in self.starts(system) {
+            place.x[*i] += change[0] * (x[*i] - start);
+            place.v[*i] += change[0] * v[*i];
+        }
+    }
+
     fn add_held(&mut self, of: &HeldUse<'_>, derivative: &mut [f64]) {
         for (i, start) in self.starts(of.system) {
             derivative[0] += of.x_bar[*i] * (of.x[*i] - start) + of.v_bar[*i] * of.v[*i];
@@ -86,27 +101,36 @@ impl MotionNumber {
         MotionNumber { hold, formulas, name, rest, coordinates: None }
     }
 
-    /// Sum over held coordinates of the derivatives by place and by velocity, `by(i)`, times what the number
-    /// makes of these.
-    fn sum(&mut self, system: &System, time: f64, by: impl Fn(usize) -> [f64; 2]) -> f64 {
+    /// Calls `visit` with the held coordinates and the derivatives of their places and velocities by the
+    /// number.
+    fn each(&mut self, system: &System, time: f64, mut visit: impl FnMut(usize, [f64; 2])) {
         let MotionNumber { hold, formulas, name, rest, coordinates } = self;
         if !acts(system, hold) {
-            return 0.0;
+            return;
         }
         let d = system.dimension();
         let coordinates = coordinates.get_or_insert_with(|| {
             let holds = system.constraints().iter().filter(|held| held.name() == *hold);
             holds.flat_map(|held| held.coordinates(d)).collect()
         });
-        let part = |i: &usize| {
-            let (vertex, axis) = (i / d, i % d);
+        for i in coordinates {
+            let (vertex, axis) = (*i / d, *i % d);
             let mut place = [0.0; 3];
             place[..d].copy_from_slice(&rest[vertex * d..][..d]);
-            let [by_place, by_velocity] = by(*i);
-            by_place * formulas[axis].derivative(name, place, time)
-                + by_velocity * formulas[axis].rate_derivative(name, place, time)
-        };
-        coordinates.iter().map(part).sum()
+            let formula = &formulas[axis];
+            visit(*i, [formula.derivative(name, place, time), formula.rate_derivative(name, place, time)]);
+        }
+    }
+
+    /// Sum over held coordinates of the derivatives by place and by velocity, `by(i)`, times what the number
+    /// makes of these.
+    fn sum(&mut self, system: &System, time: f64, by: impl Fn(usize) -> [f64; 2]) -> f64 {
+        let mut sum = 0.0;
+        self.each(system, time, |i, [place, velocity]| {
+            let [by_place, by_velocity] = by(i);
+            sum += by_place * place + by_velocity * velocity;
+        });
+        sum
     }
 }
 
@@ -121,6 +145,18 @@ impl Parameter for MotionNumber {
 
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
         derivative[0] -= self.sum(of.system, of.time, |i| [of.by_positions[i], of.by_velocities[i]]);
+    }
+
+    /// Forces see it through places and velocities alone.
+    fn add_change(&mut self, _: &ForceUse<'_>, _: &[f64], _: &mut [f64]) -> bool {
+        true
+    }
+
+    fn add_held_change(&mut self, system: &System, time: f64, change: &[f64], place: HeldChange<'_>) {
+        self.each(system, time, |i, [by_place, by_velocity]| {
+            place.x[i] += change[0] * by_place;
+            place.v[i] += change[0] * by_velocity;
+        });
     }
 
     fn add_held(&mut self, of: &HeldUse<'_>, derivative: &mut [f64]) {

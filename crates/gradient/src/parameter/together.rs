@@ -1,6 +1,8 @@
 //! Numbers that forces depend on in several ways, and numbers one after the other.
 
-use super::{ForceUse, HeldUse, ModeUse, Parameter, ParameterNeeds, StateUse};
+use pliant::system::System;
+
+use super::{ForceUse, HeldChange, HeldUse, ModeUse, Parameter, ParameterNeeds, StateUse};
 
 /// Numbers whose derivatives are sums of those by the same numbers of other parameters.
 pub struct Together {
@@ -33,6 +35,13 @@ impl Parameter for Together {
 
     fn add_held(&mut self, of: &HeldUse<'_>, derivative: &mut [f64]) {
         self.parts.iter_mut().for_each(|part| part.add_held(of, derivative));
+    }
+
+    fn add_held_change(&mut self, system: &System, time: f64, change: &[f64], place: HeldChange<'_>) {
+        let HeldChange { x, v } = place;
+        for part in &mut self.parts {
+            part.add_held_change(system, time, change, HeldChange { x: &mut *x, v: &mut *v });
+        }
     }
 
     fn add_mode(&mut self, of: &ModeUse<'_>, derivative: &mut [f64]) -> bool {
@@ -93,6 +102,14 @@ impl Parameter for Concatenated {
     fn add_held(&mut self, of: &HeldUse<'_>, derivative: &mut [f64]) {
         self.all(|part, numbers| {
             part.add_held(of, &mut derivative[numbers]);
+            true
+        });
+    }
+
+    fn add_held_change(&mut self, system: &System, time: f64, change: &[f64], place: HeldChange<'_>) {
+        let HeldChange { x, v } = place;
+        self.all(|part, numbers| {
+            part.add_held_change(system, time, &change[numbers], HeldChange { x: &mut *x, v: &mut *v });
             true
         });
     }

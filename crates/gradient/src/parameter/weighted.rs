@@ -1,6 +1,8 @@
 //! Numbers that those of another parameter depend on.
 
-use super::{ForceUse, HeldUse, ModeUse, Parameter, ParameterNeeds, StateUse};
+use pliant::system::System;
+
+use super::{ForceUse, HeldChange, HeldUse, ModeUse, Parameter, ParameterNeeds, StateUse};
 
 /// Numbers `theta_j` that the numbers of another parameter grow with, `d theta_i = sum_j w_ij d theta_j`.
 pub struct Weighted {
@@ -40,6 +42,13 @@ impl Weighted {
         let is_known = |link: &NumberLink| link.number < of.len() && link.with < numbers;
         assert!(links.iter().all(is_known), "links are between numbers");
         Weighted { derivative: vec![0.0; of.len()], of, links, numbers }
+    }
+
+    /// Changes of the numbers of the other parameter with those of these.
+    fn changes(&self, change: &[f64]) -> Vec<f64> {
+        let mut changes = vec![0.0; self.of.len()];
+        self.links.iter().for_each(|link| changes[link.number] += link.weight * change[link.with]);
+        changes
     }
 
     /// Adds what `add` makes of the numbers of the other parameter to the derivatives by these.
@@ -83,9 +92,13 @@ impl Parameter for Weighted {
     }
 
     fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
-        let mut changes = vec![0.0; self.of.len()];
-        self.links.iter().for_each(|link| changes[link.number] += link.weight * change[link.with]);
+        let changes = self.changes(change);
         self.of.add_change(of, &changes, force)
+    }
+
+    fn add_held_change(&mut self, system: &System, time: f64, change: &[f64], place: HeldChange<'_>) {
+        let changes = self.changes(change);
+        self.of.add_held_change(system, time, &changes, place);
     }
 
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {

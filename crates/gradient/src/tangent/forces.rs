@@ -4,7 +4,7 @@ use pliant::system::System;
 
 use crate::adjoint::{AdjointPlace, Singular, add_scaled, dot};
 use crate::linear::{Coefficients, CorrectedSolver, Products};
-use crate::parameter::{ForceUse, Parameter};
+use crate::parameter::{ForceUse, HeldChange, Parameter};
 use crate::parts::ForceParts;
 use crate::support::turns;
 
@@ -23,6 +23,9 @@ pub(super) struct TangentForces<'p> {
     pub(super) unknown: Option<usize>,
     /// Change of where vertices start that are held and turn, flat; empty where none does.
     starts: Vec<f64>,
+    /// Change of where the run begins, flat, of whose held coordinates numbers of motions change more; empty
+    /// where no parameter is one.
+    moved: Vec<f64>,
     solver: CorrectedSolver,
     products: Products,
     by_positions: Vec<f64>,
@@ -45,6 +48,7 @@ impl<'p> TangentForces<'p> {
             held: None,
             unknown: None,
             starts: vec![],
+            moved: vec![],
             solver: CorrectedSolver::new(dimension),
             products: Products::forth(unknowns),
             by_positions: vec![0.0; unknowns],
@@ -61,8 +65,8 @@ impl<'p> TangentForces<'p> {
         (x, v): (&[f64], &[f64]),
     ) -> Vec<f64> {
         system.set_time(at.time);
-        let turned = self.turned(system, at.time, (x, v));
-        let (x, v) = turned.as_ref().map_or((x, v), |[x, v]| (x, v));
+        let held = self.held_change(system, at.time, (x, v));
+        let (x, v) = held.as_ref().map_or((x, v), |[x, v]| (x, v));
         system.hessian_product(at.x, x, &mut self.by_positions);
         self.by_velocities.fill(0.0);
         if system.is_damped() {
@@ -79,31 +83,51 @@ impl<'p> TangentForces<'p> {
         force
     }
 
-    /// Sets where vertices start that are held and turn, from the change `x` of where they are at `time` [s].
-    pub(super) fn start_turning(&mut self, system: &System, time: f64, x: &[f64]) {
+    /// Sets where vertices start that are held and move, from the change `x` of where they are at `time` [s].
+    pub(super) fn start_moving(&mut self, system: &System, time: f64, x: &[f64]) {
         let zero = vec![0.0; x.len()];
         for hold in system.constraints().iter().filter(|hold| turns(hold)) {
             self.starts.resize(x.len(), 0.0);
             hold.add_by_starts(time, system.dimension(), (x, &zero), &mut self.starts);
         }
+        if self.parameters.iter().any(|parameter| parameter.needs().held) {
+            self.moved = x.to_vec();
+        }
     }
 
-    /// The change `(x, v)` of a place at `time` [s] with that of the vertices that are held and turn: places
-    /// and velocities are linear in where they start. `None` where none does.
-    pub(super) fn turned(
-        &self,
+    /// The change `(x, v)` of a place at `time` [s] with that of the vertices that are held and move: places
+    /// and velocities of what turns are linear in where they start, and numbers of motions change others.
+    /// `None` where none does.
+    pub(super) fn held_change(
+        &mut self,
         system: &System,
         time: f64,
         (x, v): (&[f64], &[f64]),
     ) -> Option<[Vec<f64>; 2]> {
-        if self.starts.is_empty() {
+        if self.starts.is_empty() && self.moved.is_empty() {
             return None;
         }
-        let (d, zero, mut turned) = (system.dimension(), vec![0.0; x.len()], [x.to_vec(), v.to_vec()]);
+        let mut change = [x.to_vec(), v.to_vec()];
+        for (i, start) in self.moved.iter().enumerate().filter(|(i, _)| system.inverse_mass()[*i] == 0.0) {
+            (change[0][i], change[1][i]) = (*start, 0.0);
+        }
+        if !self.starts.is_empty() {
+            self.turn(system, time, &mut change);
+        }
+        let [x, v] = &mut change;
+        for (parameter, numbers) in self.parameters.iter_mut().zip(self.changes) {
+            parameter.add_held_change(system, time, numbers, HeldChange { x, v });
+        }
+        Some(change)
+    }
+
+    /// Sets the change of what turns at `time` [s].
+    fn turn(&self, system: &System, time: f64, turned: &mut [Vec<f64>; 2]) {
+        let (d, zero) = (system.dimension(), vec![0.0; self.starts.len()]);
         for k in 0..d {
             let mut axis = zero.clone();
             axis.iter_mut().skip(k).step_by(d).for_each(|entry| *entry = 1.0);
-            for ((x, v), turned) in [(&axis, &zero), (&zero, &axis)].into_iter().zip(&mut turned) {
+            for ((x, v), turned) in [(&axis, &zero), (&zero, &axis)].into_iter().zip(&mut *turned) {
                 for hold in system.constraints().iter().filter(|hold| turns(hold)) {
                     // Row k of the matrix of the motion.
                     let mut row = zero.clone();
@@ -115,7 +139,6 @@ impl<'p> TangentForces<'p> {
                 }
             }
         }
-        Some(turned)
     }
 
     /// The same of a force that is solved for.

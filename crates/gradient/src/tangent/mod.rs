@@ -98,7 +98,7 @@ pub fn tangent(
 /// ```
 ///
 /// # Errors
-/// As [`tangent`]; numbers of motions and displacements of what is held have none.
+/// As [`tangent`]; displacements of what is held have none.
 ///
 /// # Panics
 /// The direction has another shape than the state and the parameters.
@@ -126,10 +126,14 @@ pub fn tangent_along(
     let mut dots = StateTangent::new(inside(position), inside(velocity));
     let mut forces = TangentForces::new(d, dots.x.len(), parameters, changes);
     forces.keep_free(simulation.system(), &mut dots.v);
-    forces.start_turning(simulation.system(), simulation.state().time, &dots.x);
+    let start = simulation.state().time;
+    forces.start_moving(simulation.system(), start, &dots.x);
+    if let Some([x, _]) = forces.held_change(simulation.system(), start, (&dots.x, &dots.v)) {
+        dots.x = x;
+    }
     refuse_unknown(simulation, &mut forces)?;
     let first = simulation.state().step;
-    show(simulation, &schedule, &forces, &dots, watch);
+    show(simulation, &schedule, &mut forces, &dots, watch);
     for step in first..first + schedule.steps {
         let state = simulation.state();
         let (time, x, v) = (state.time, state.x().to_vec(), state.v().to_vec());
@@ -145,7 +149,7 @@ pub fn tangent_along(
             _ => Some(unwalled(simulation, &schedule)?),
         };
         let held = simulation.system().structure();
-        let turned = forces.turned(simulation.system(), time, (&dots.x, &dots.v));
+        let turned = forces.held_change(simulation.system(), time, (&dots.x, &dots.v));
         schedule.step(simulation)?;
         // Where pins let go schemes begin anew, and velocities were prescribed: those of what turns go by its
         // places, all others do not change.
@@ -173,21 +177,25 @@ pub fn tangent_along(
         let singular = |_| support::singular(&method, step + 1, time + h);
         advance(&method, &mut forces, simulation.system_mut(), &taken, &mut dots).map_err(singular)?;
         if let Some(walled) = &walled {
+            // A vertex that is held in part takes what moves it along to the wall.
+            if let Some([x, v]) = forces.held_change(simulation.system(), time + h, (&dots.x, &dots.v)) {
+                (dots.x, dots.v) = (x, v);
+            }
             walled.forth(simulation.system(), &mut dots.x, &mut dots.v);
             forces.keep_free(simulation.system(), &mut dots.v);
         }
-        if let Some([x, _]) = forces.turned(simulation.system(), time + h, (&dots.x, &dots.v)) {
+        if let Some([x, _]) = forces.held_change(simulation.system(), time + h, (&dots.x, &dots.v)) {
             dots.x = x;
         }
         if !dots.is_finite() {
             return Err(GradientError::TangentOverflow { step: step + 1, time: time + h });
         }
-        show(simulation, &schedule, &forces, &dots, watch);
+        show(simulation, &schedule, &mut forces, &dots, watch);
     }
     if let Some(end) = schedule.end() {
         simulation.restore(end)?;
     }
-    Ok(outside(simulation, &forces, &dots))
+    Ok(outside(simulation, &mut forces, &dots))
 }
 
 /// Refuses parameters that do not say how forces change with them.
@@ -201,7 +209,7 @@ fn refuse_unknown(simulation: &mut Simulation, forces: &mut TangentForces<'_>) -
         None => Ok(()),
         Some(number) => Err(GradientError::Unsupported {
             what: format!("tangents by parameter {number} of those given, counted from 0"),
-            remedy: "numbers of motions and displacements of pins have none; `gradient` has an adjoint",
+            remedy: "displacements of pins in each step have none; `gradient` has an adjoint",
         }),
     }
 }
@@ -215,11 +223,11 @@ fn unwalled(simulation: &mut Simulation, schedule: &Schedule) -> Result<WalledEn
 }
 
 /// In the order of the scene.
-fn outside(simulation: &Simulation, forces: &TangentForces<'_>, dots: &StateTangent) -> RunTangent {
+fn outside(simulation: &Simulation, forces: &mut TangentForces<'_>, dots: &StateTangent) -> RunTangent {
     let (numbering, d) = (simulation.numbering(), simulation.system().dimension());
     let rows = |rows: &[f64]| numbering.to_original(rows, d).into_owned();
     // What turns has velocities by its places, which no step takes along.
-    let turned = forces.turned(simulation.system(), simulation.state().time, (&dots.x, &dots.v));
+    let turned = forces.held_change(simulation.system(), simulation.state().time, (&dots.x, &dots.v));
     let (x, v) = turned.as_ref().map_or((&dots.x, &dots.v), |[x, v]| (x, v));
     RunTangent { position: rows(x), velocity: rows(v) }
 }
@@ -228,7 +236,7 @@ fn outside(simulation: &Simulation, forces: &TangentForces<'_>, dots: &StateTang
 fn show(
     simulation: &Simulation,
     schedule: &Schedule,
-    forces: &TangentForces<'_>,
+    forces: &mut TangentForces<'_>,
     dots: &StateTangent,
     watch: &mut dyn FnMut(&LossFrame<'_>, &RunTangent),
 ) {

@@ -4,9 +4,10 @@ use pliant::expression::Variable;
 use pliant_scene::{OverTime, Scene};
 use serde_json::{Value, json};
 
+use crate::by_parameters::compare;
 use crate::differences::compare_number;
 use crate::solid::{Further, scene};
-use crate::support::case;
+use crate::support::{case, schemes};
 
 /// The beam of the reference under this load.
 fn loaded(scheme: &str, load: Value) -> Scene {
@@ -98,6 +99,35 @@ fn factors_of_motions_have_derivatives() {
     let of_statics =
         |f: f64| moved("quasi-static", json!({ "displacement": [format!("{f:?}*0.1*t"), "0"] }), |_| {});
     compare_number("statics", of_statics, factor, (2, 1e-7));
+}
+
+#[test]
+fn tangents_by_numbers_of_motions_are_the_transpose_of_gradients() {
+    let motion = json!({
+        "velocity": [0.1, 0.2],
+        "displacement": ["A*smoothstep(0, T, t) where A = 0.1, T = 0.33", "A*t*(1 + Y)^n where n = 1.5, A = 0.1"],
+    });
+    let damping = json!({ "stiffness_proportional": 0.004, "mass_proportional": 0.5 });
+    let names = ["factor", "parameters.A", "parameters.T", "parameters.n"];
+    let names = names.map(|key| format!("body.beam.pin.0.motion.{key}"));
+    let names: Vec<&str> = names.iter().map(|name| &name[..]).collect();
+    for scheme in schemes() {
+        let scene = moved(scheme, motion.clone(), |scene| {
+            if scheme != "quasi-static" && scheme != "linearised-implicit-euler" {
+                scene.body[0].damping = Some(serde_json::from_value(damping.clone()).unwrap());
+            }
+        });
+        let steps = if scheme == "quasi-static" { 2 } else { 12 };
+        compare(scheme, &scene, &names, steps);
+    }
+    // One coordinate moves, and the others are put back by a wall as it goes.
+    let motion = json!({ "displacement": ["0", "-A*t where A = 0.5"] });
+    let at_wall = moved("velocity-verlet", motion, |scene| {
+        scene.body[0].pin[0].axes = Some(serde_json::from_value(json!(["y"])).unwrap());
+        let wall = json!({ "normal": [1.0, 0.4], "offset": 0.02 });
+        scene.world.walls = vec![serde_json::from_value(wall).unwrap()];
+    });
+    compare("at a wall", &at_wall, &names[..2], 20);
 }
 
 // By a number of one component or of both, of time, of place; in statics, and of gravity.
