@@ -65,7 +65,7 @@ impl ContactClock {
 /// A term with the clock that its time is added to.
 struct Timed<T: ?Sized> {
     term: Box<T>,
-    /// What its frozen parts say of themselves: speed and renewals.
+    /// Speed and renewals of its frozen parts.
     frozen: Option<(Option<f64>, u32)>,
     clock: ContactClock,
 }
@@ -177,7 +177,7 @@ impl DissipativeTerm for TimedFriction {
     }
 }
 
-/// Of gradients, which no benchmark of steps asks for.
+/// Products for gradients, which no benchmark of steps asks for.
 impl PositionProducts for TimedFriction {}
 
 impl DissipationViews for TimedFriction {
