@@ -9,12 +9,12 @@ use std::ops::Range;
 
 use super::Membrane;
 use super::kernels::factors;
-use crate::algebra::{Dual, Mat, Svd, Vect, project_positive, signed_svd, symmetric_eigen};
-use crate::element::{Tangents, cross};
+use crate::algebra::{Dual, Mat, Vect, project_positive, signed_svd, symmetric_eigen_of_lanes};
+use crate::element::Tangents;
 use crate::energy::elastic::block::{Block, BlockMaterial, SpectrumBlock};
-use crate::lanes::WIDTH;
-use crate::material::Stress;
-use crate::material::{Psd, Spectrum};
+use crate::lanes::{Kernel, Lanes, WIDTH, dispatch};
+use crate::material::{Psd, Stress};
+use crate::scalar::Scalar;
 
 /// Blocks of the three pairs of two vertices after the first, and more.
 const PAIRS: usize = 6;
@@ -23,85 +23,165 @@ const BLOCK: usize = 9;
 /// Stretches of a sheet that every model of it has a state at.
 const REST: Vect<f64, 2> = [1.0, 1.0];
 
-/// Writes the Hessians of `stencils`: spectra of as many at a time as a pack has lanes.
+/// Writes the Hessians of `stencils`, as many at a time as a pack has lanes.
 pub(super) fn fill(sheet: &Membrane, stencils: Range<usize>, x: &[f64], psd: Psd, out: &mut [f64]) {
     let has_spectrum = sheet.material.spectrum(&REST).is_some();
     let mut lanes = sheet.patches.lanes_in(stencils);
     for out in out.chunks_mut(WIDTH * PAIRS * BLOCK) {
-        let mut states = [None; WIDTH];
-        // Sheets that fill up are at rest.
-        let mut sigma = [[1.0; WIDTH]; 2];
+        let mut triangles = Triangles::AT_REST;
         // Lanes of the mesh last: none is taken for which there is no room.
-        let room = states.iter_mut().take(out.len() / (PAIRS * BLOCK)).enumerate();
-        for ((slot, state), (vertices, pack, lane)) in room.zip(lanes.by_ref()) {
+        let room = out.chunks_exact_mut(PAIRS * BLOCK).enumerate();
+        for ((slot, out), (vertices, pack, lane)) in room.zip(lanes.by_ref()) {
             let f = sheet.deformation_gradient(x, &vertices, pack, lane);
-            let (q, g) = factors(&f);
-            let svd = signed_svd(&g);
-            (sigma[0][slot], sigma[1][slot]) = (svd.sigma[0], svd.sigma[1]);
-            *state = Some((sheet.rest[pack].lane(lane), f, q, svd));
-        }
-        let mut spectra = SpectrumBlock::ZERO;
-        if has_spectrum {
-            sheet.material.spectra(&sigma, &mut spectra);
-        }
-        let states = states.iter().flatten().enumerate();
-        for ((lane, ((inverse_rest, weight), f, q, svd)), out) in
-            states.zip(out.chunks_exact_mut(PAIRS * BLOCK))
-        {
+            let (inverse_rest, weight) = sheet.rest[pack].lane(lane);
             if has_spectrum {
-                let spectrum = Spectrum {
-                    scaling: spectra.scaling.lane(lane),
-                    twist: spectra.twist.lane(lane),
-                    flip: spectra.flip.lane(lane),
-                };
-                let frame = TangentFrame::new(&spectrum, &svd.sigma, psd);
-                write_in_frame(&frame, q, svd, inverse_rest, *weight, out);
+                triangles.set(slot, &f, &inverse_rest, weight);
             } else {
-                let tangent = tangent(sheet.material.as_ref(), f, psd);
-                write_blocks(&tangent, *weight, &gradients(inverse_rest), out);
+                let tangent = tangent(sheet.material.as_ref(), &f, psd);
+                write_blocks(&tangent, weight, &gradients(&inverse_rest), out);
             }
+        }
+        if has_spectrum {
+            let (mut frames, mut spectra) = (StretchFrames::ZERO, SpectrumBlock::ZERO);
+            dispatch(StretchKernel { triangles: &triangles, frames: &mut frames });
+            sheet.material.spectra(&frames.sigma, &mut spectra);
+            dispatch(BlocksKernel { triangles: &triangles, frames: &frames, spectra: &spectra, psd, out });
         }
     }
 }
 
-/// Writes the blocks of one triangle by its tangent in the frame of `U`, `n` and `V`.
-fn write_in_frame(
-    frame: &TangentFrame,
-    q: &Tangents<f64, 3, 2>,
-    svd: &Svd<f64, 2>,
-    inverse_rest: &Mat<f64, 2>,
-    weight: f64,
-    out: &mut [f64],
-) {
-    // The columns of U = Q U_2, and the normal.
-    let column = |j: usize| [0, 1, 2].map(|i| q[i][0] * svd.u[0][j] + q[i][1] * svd.u[1][j]);
-    let (u, v) = (column(0), column(1));
-    let axes = [u, v, cross(u, v)];
-    // In the frame of V.
-    let gradient = gradients(&inverse_rest.mul(&svd.v));
-    let mut blocks = out.chunks_exact_mut(BLOCK);
-    for a in 0..3 {
-        for b in a..3 {
-            let block = blocks.next().expect("a block for each pair");
-            let local = frame.block(&gradient[a], &gradient[b]);
+/// Triangles, one in each lane; those that fill up are at rest and weigh nothing.
+struct Triangles {
+    /// `F`, `[row][column][lane]`.
+    f: [[[f64; WIDTH]; 2]; 3],
+    inverse_rest: Block<2>,
+    weight: [f64; WIDTH],
+}
+
+impl Triangles {
+    const AT_REST: Self = Triangles {
+        f: [[[1.0; WIDTH], [0.0; WIDTH]], [[0.0; WIDTH], [1.0; WIDTH]], [[0.0; WIDTH]; 2]],
+        inverse_rest: Block::ZERO,
+        weight: [0.0; WIDTH],
+    };
+
+    fn set(&mut self, lane: usize, f: &Tangents<f64, 3, 2>, inverse_rest: &Mat<f64, 2>, weight: f64) {
+        for i in 0..3 {
+            for j in 0..2 {
+                self.f[i][j][lane] = f[i][j];
+            }
+        }
+        self.inverse_rest.set_lane(lane, inverse_rest);
+        self.weight[lane] = weight;
+    }
+}
+
+/// Decomposition of the `F` of each lane.
+struct StretchFrames {
+    /// The columns of `U`, and the normal, `[axis][row][lane]`.
+    axes: [[[f64; WIDTH]; 3]; 3],
+    sigma: [[f64; WIDTH]; 2],
+    v: Block<2>,
+}
+
+impl StretchFrames {
+    const ZERO: Self =
+        StretchFrames { axes: [[[0.0; WIDTH]; 3]; 3], sigma: [[0.0; WIDTH]; 2], v: Block::ZERO };
+}
+
+/// Decomposes `F = Q G` of packs of triangles by that of `G`.
+struct StretchKernel<'a> {
+    triangles: &'a Triangles,
+    frames: &'a mut StretchFrames,
+}
+
+impl Kernel for StretchKernel<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let mut f = [[L::zero(); 2]; 3];
+        for i in 0..3 {
+            for j in 0..2 {
+                f[i][j] = L::load(&self.triangles.f[i][j]);
+            }
+        }
+        let (q, g) = factors(&f);
+        let svd = signed_svd(&g);
+        let mut columns = [[L::zero(); 3]; 2];
+        for j in 0..2 {
             for i in 0..3 {
-                for k in 0..3 {
-                    let mut sum = 0.0;
-                    for (r, row) in axes.iter().enumerate() {
-                        for (c, col) in axes.iter().enumerate() {
-                            sum += local[r][c] * row[i] * col[k];
-                        }
+                columns[j][i] = q[i][0] * svd.u[0][j] + q[i][1] * svd.u[1][j];
+            }
+            svd.sigma[j].store(&mut self.frames.sigma[j]);
+        }
+        let [u, v] = columns;
+        let normal = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+        for (axis, out) in [columns[0], columns[1], normal].iter().zip(&mut self.frames.axes) {
+            for i in 0..3 {
+                axis[i].store(&mut out[i]);
+            }
+        }
+        self.frames.v.store(&svd.v);
+    }
+}
+
+/// Writes the blocks of packs of triangles by their tangents in the frame of `U`, `n` and `V`.
+struct BlocksKernel<'a> {
+    triangles: &'a Triangles,
+    frames: &'a StretchFrames,
+    spectra: &'a SpectrumBlock<2>,
+    psd: Psd,
+    /// As many as there is room for.
+    out: &'a mut [f64],
+}
+
+impl Kernel for BlocksKernel<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let BlocksKernel { triangles, frames, spectra, psd, out } = self;
+        let sigma = [L::load(&frames.sigma[0]), L::load(&frames.sigma[1])];
+        let frame = TangentFrame::new(spectra, &sigma, psd);
+        let mut axes = [[L::zero(); 3]; 3];
+        for (axis, from) in axes.iter_mut().zip(&frames.axes) {
+            for i in 0..3 {
+                axis[i] = L::load(&from[i]);
+            }
+        }
+        // In the frame of V.
+        let gradient = gradients(&triangles.inverse_rest.load::<L>().mul(&frames.v.load::<L>()));
+        let weight = L::load(&triangles.weight);
+        let mut entries = [[0.0; WIDTH]; PAIRS * BLOCK];
+        let mut blocks = entries.as_chunks_mut::<BLOCK>().0.iter_mut();
+        for a in 0..3 {
+            for b in a..3 {
+                let Some(block) = blocks.next() else { return };
+                let (plane, tension) = frame.block(&gradient[a], &gradient[b]);
+                for i in 0..3 {
+                    let along =
+                        [0, 1].map(|c| weight * plane[1][c].mul_add(axes[1][i], plane[0][c] * axes[0][i]));
+                    let across = weight * (tension * axes[2][i]);
+                    for k in 0..3 {
+                        let sum = along[1].mul_add(axes[1][k], along[0] * axes[0][k]);
+                        across.mul_add(axes[2][k], sum).store(&mut block[3 * i + k]);
                     }
-                    block[3 * i + k] = weight * sum;
                 }
+            }
+        }
+        for (lane, out) in out.chunks_exact_mut(PAIRS * BLOCK).enumerate() {
+            for (out, entry) in out.iter_mut().zip(&entries) {
+                *out = entry[lane];
             }
         }
     }
 }
 
 /// Rows: `grad N_a`, that of the first vertex minus the sum of the others.
-fn gradients(others: &Mat<f64, 2>) -> [[f64; 2]; 3] {
-    let mut gradient = [[0.0; 2]; 3];
+#[inline(always)]
+fn gradients<S: Scalar>(others: &Mat<S, 2>) -> [[S; 2]; 3] {
+    let mut gradient = [[S::zero(); 2]; 3];
     for j in 0..2 {
         (gradient[1][j], gradient[2][j]) = (others[0][j], others[1][j]);
         gradient[0][j] = -others[0][j] - others[1][j];
@@ -156,45 +236,48 @@ fn write_blocks(tangent: &[f64], weight: f64, gradient: &[[f64; 2]; 3], out: &mu
 }
 
 /// `dP/dF` in the frame of `U`, `n` and `V`.
-struct TangentFrame {
-    scaling: Mat<f64, 2>,
-    same: f64,
-    swapped: f64,
+struct TangentFrame<S> {
+    scaling: Mat<S, 2>,
+    same: S,
+    swapped: S,
     /// Tension along the two stretches.
-    tension: [f64; 2],
+    tension: [S; 2],
 }
 
-impl TangentFrame {
-    fn new(spectrum: &Spectrum<2>, sigma: &Vect<f64, 2>, psd: Psd) -> Self {
-        let clamp = |e: f64| if psd == Psd::Projected && e < 0.0 { 0.0 } else { e };
+impl<L: Lanes> TangentFrame<L> {
+    #[inline(always)]
+    fn new(spectra: &SpectrumBlock<2>, sigma: &[L; 2], psd: Psd) -> Self {
+        let projected = psd == Psd::Projected;
+        let clamp = |e: L| if projected { L::select(e.lt(L::zero()), L::zero(), e) } else { e };
+        let (twist, flip) = (L::load(spectra.twist.entry(0, 1)), L::load(spectra.flip.entry(0, 1)));
         // twist = (psi_0 + psi_1)/(sigma_0 + sigma_1), flip = (psi_0 - psi_1)/(sigma_0 - sigma_1)
-        let (sum, difference) =
-            (spectrum.twist[0][1] * (sigma[0] + sigma[1]), spectrum.flip[0][1] * (sigma[0] - sigma[1]));
-        let slopes = [0.5 * (sum + difference), 0.5 * (sum - difference)];
-        let (twist, flip) = (clamp(spectrum.twist[0][1]), clamp(spectrum.flip[0][1]));
-        let mut scaling = spectrum.scaling;
-        if psd == Psd::Projected {
-            let (lambda, vectors) = symmetric_eigen(&scaling);
-            if lambda.iter().any(|e| *e < 0.0) {
-                scaling = vectors.transpose_mul(&Mat::diagonal(&lambda.map(clamp))).mul(&vectors);
-            }
+        let (sum, difference) = (twist * (sigma[0] + sigma[1]), flip * (sigma[0] - sigma[1]));
+        let half = L::splat(0.5);
+        let slopes = [half * (sum + difference), half * (sum - difference)];
+        let (twist, flip) = (clamp(twist), clamp(flip));
+        let mut scaling = spectra.scaling.load::<L>();
+        if projected {
+            let (lambda, vectors) = symmetric_eigen_of_lanes(&scaling);
+            let diagonal = Mat::diagonal(&[clamp(lambda[0]), clamp(lambda[1])]);
+            scaling = vectors.transpose_mul(&diagonal).mul(&vectors);
         }
         TangentFrame {
             scaling,
-            same: 0.5 * (flip + twist),
-            swapped: 0.5 * (flip - twist),
-            tension: [0, 1].map(|j| clamp(slopes[j] / sigma[j])),
+            same: half * (flip + twist),
+            swapped: half * (flip - twist),
+            tension: [clamp(slopes[0] / sigma[0]), clamp(slopes[1] / sigma[1])],
         }
     }
 
-    fn block(&self, a: &[f64; 2], b: &[f64; 2]) -> [[f64; 3]; 3] {
-        let mut k = [[0.0; 3]; 3];
+    /// The block in the plane, and that along the normal.
+    #[inline(always)]
+    fn block(&self, a: &[L; 2], b: &[L; 2]) -> ([[L; 2]; 2], L) {
+        let mut plane = [[L::zero(); 2]; 2];
         for i in 0..2 {
             let j = 1 - i;
-            k[i][i] = self.scaling[i][i] * a[i] * b[i] + self.same * a[j] * b[j];
-            k[i][j] = self.scaling[i][j] * a[i] * b[j] + self.swapped * a[j] * b[i];
-            k[2][2] += self.tension[i] * a[i] * b[i];
+            plane[i][i] = self.scaling[i][i] * a[i] * b[i] + self.same * a[j] * b[j];
+            plane[i][j] = self.scaling[i][j] * a[i] * b[j] + self.swapped * a[j] * b[i];
         }
-        k
+        (plane, self.tension[0] * a[0] * b[0] + self.tension[1] * a[1] * b[1])
     }
 }

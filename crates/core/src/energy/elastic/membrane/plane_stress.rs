@@ -4,10 +4,10 @@ use crate::algebra::{Mat, Vect, signed_svd};
 use crate::element::ElementState;
 use crate::energy::elastic::block::{Block, BlockMaterial, SpectrumBlock};
 use crate::energy::elastic::kernels::BLOCKS;
-use crate::lanes::WIDTH;
+use crate::lanes::{Kernel, Lanes, WIDTH, dispatch};
 use crate::material::Stress;
 use crate::material::{Domain, Psd, Spectrum, Tangent};
-use crate::scalar::Elementary;
+use crate::scalar::{Mask, Scalar};
 
 /// Relative change of the thickness below which one more step of Newton's method is exact to rounding.
 const CLOSE: f64 = 1e-8;
@@ -45,50 +45,19 @@ impl PlaneStress {
     fn solve<const B: usize>(&self, how: Stress, sheet: &[Block<2>]) -> Solved<B> {
         let n = sheet.len();
         let mut f = [Block::ZERO; B];
-        for (f, g) in f.iter_mut().zip(sheet) {
-            for l in 0..WIDTH {
-                let g = g.lane(l);
-                f.set_lane(l, &in_space(&g, Elementary::powf(g.determinant(), -self.narrowing)));
-            }
-        }
+        dispatch(GuessKernel { sheet, narrowing: self.narrowing, solid: &mut f[..n] });
         let (mut stress, mut slope) = ([Block::ZERO; B], [Block::ZERO; B]);
         for round in 0..MOST_STEPS {
             stress[..n].copy_from_slice(&f[..n]);
             self.solid.stress(how, &mut stress[..n]);
             slope[..n].fill(across());
             self.solid.derivative(&f[..n], &mut slope[..n], None);
-            let mut all_close = true;
-            for b in 0..n {
-                for l in 0..WIDTH {
-                    let (old, p, k) = (f[b].lane(l)[2][2], stress[b].lane(l)[2][2], slope[b].lane(l)[2][2]);
-                    let step = -p / k;
-                    let close = step.abs() <= CLOSE * old && k > 0.0;
-                    if !close && round + 1 < MOST_STEPS {
-                        all_close = false;
-                        // Where the energy is not convex, downhill; never through zero, and not far at once.
-                        let step = if k > 0.0 { step } else { -p.signum() * old };
-                        let new = old + step;
-                        let new = if new < 0.5 * old { 0.5 * old } else { new };
-                        f[b].set(2, 2, l, if new > 2.0 * old { 2.0 * old } else { new });
-                    }
-                }
-            }
-            if all_close {
+            let (f, stress, slope) = (&mut f[..n], &stress[..n], &slope[..n]);
+            if round + 1 == MOST_STEPS || dispatch(AcrossKernel { f, stress, slope }) {
                 break;
             }
         }
-        for b in 0..n {
-            for l in 0..WIDTH {
-                let (p, k) = (stress[b].lane(l), slope[b].lane(l));
-                let old = f[b].lane(l)[2][2];
-                let step = -p[2][2] / k[2][2];
-                let found = step.abs() <= CLOSE * old && k[2][2] > 0.0;
-                // The last step, to first order.
-                let step = if found { step } else { f64::NAN };
-                f[b].set(2, 2, l, old + step);
-                stress[b].set_lane(l, &k.scale_add(step, &p));
-            }
-        }
+        dispatch(LastStepKernel { f: &mut f[..n], stress: &mut stress[..n], slope: &slope[..n] });
         Solved { f, stress }
     }
 
@@ -99,6 +68,86 @@ impl PlaneStress {
             block.set_lane(l, g);
         }
         self.solve::<1>(Stress::Analytic, &[block]).f[0].lane(0)
+    }
+}
+
+/// Writes the states of sheets with the stretch across of a Hencky material.
+struct GuessKernel<'a> {
+    sheet: &'a [Block<2>],
+    narrowing: f64,
+    solid: &'a mut [Block<3>],
+}
+
+impl Kernel for GuessKernel<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        for (solid, sheet) in self.solid.iter_mut().zip(self.sheet) {
+            let g = sheet.load::<L>();
+            solid.store(&in_space(&g, g.determinant().powf(L::splat(-self.narrowing))));
+        }
+    }
+}
+
+/// The step `-P_33 / C_3333` of the stretch across, and whether it is the last.
+#[inline(always)]
+fn step_across<L: Lanes>(old: L, stress: &Block<3>, slope: &Block<3>) -> (L, L::Mask) {
+    let (p, k) = (L::load(stress.entry(2, 2)), L::load(slope.entry(2, 2)));
+    let step = -p / k;
+    // Where the energy is not convex, downhill.
+    let downhill = -old.copysign(p);
+    let is_convex = L::zero().lt(k);
+    let close = step.abs().lt(L::splat(CLOSE) * old) & is_convex;
+    (L::select(is_convex, step, downhill), close)
+}
+
+/// Changes the stretches across of those lanes that are not close yet; true if all are.
+struct AcrossKernel<'a> {
+    f: &'a mut [Block<3>],
+    stress: &'a [Block<3>],
+    slope: &'a [Block<3>],
+}
+
+impl Kernel for AcrossKernel<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> bool {
+        let mut all_close = true;
+        for (f, (stress, slope)) in self.f.iter_mut().zip(self.stress.iter().zip(self.slope)) {
+            let old = L::load(f.entry(2, 2));
+            let (step, close) = step_across(old, stress, slope);
+            let (new, least, most) = (old + step, L::splat(0.5) * old, L::splat(2.0) * old);
+            // Never through zero, and not far at once.
+            let new = L::select(new.lt(least), least, new);
+            let new = L::select(most.lt(new), most, new);
+            L::select(close, old, new).store(f.entry_mut(2, 2));
+            all_close &= !L::zero().lt(L::select(close, L::zero(), L::one())).any();
+        }
+        all_close
+    }
+}
+
+/// The last step, to first order; nothing is finite where it is not close.
+struct LastStepKernel<'a> {
+    f: &'a mut [Block<3>],
+    stress: &'a mut [Block<3>],
+    slope: &'a [Block<3>],
+}
+
+impl Kernel for LastStepKernel<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        for (f, (stress, slope)) in self.f.iter_mut().zip(self.stress.iter_mut().zip(self.slope)) {
+            let old = L::load(f.entry(2, 2));
+            let (step, close) = step_across(old, stress, slope);
+            let step = L::select(close, step, L::splat(f64::NAN));
+            (old + step).store(f.entry_mut(2, 2));
+            stress.store(&slope.load::<L>().scale_add(step, &stress.load()));
+        }
     }
 }
 
@@ -215,7 +264,8 @@ fn eliminated(solid: &Mat<f64, 3>) -> Mat<f64, 2> {
 }
 
 /// `G + s e_3 e_3^T`.
-fn in_space(g: &Mat<f64, 2>, s: f64) -> Mat<f64, 3> {
+#[inline(always)]
+fn in_space<S: Scalar>(g: &Mat<S, 2>, s: S) -> Mat<S, 3> {
     let mut f = Mat::zero();
     for i in 0..2 {
         f[i][..2].copy_from_slice(&g[i]);
@@ -235,8 +285,9 @@ fn across() -> Block<3> {
 
 /// The part in the plane.
 fn flatten(solid: &Block<3>, sheet: &mut Block<2>) {
-    for l in 0..WIDTH {
-        let p = solid.lane(l);
-        sheet.set_lane(l, &Mat([[p[0][0], p[0][1]], [p[1][0], p[1][1]]]));
+    for i in 0..2 {
+        for j in 0..2 {
+            *sheet.entry_mut(i, j) = *solid.entry(i, j);
+        }
     }
 }
