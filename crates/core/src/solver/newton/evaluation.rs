@@ -53,16 +53,29 @@ impl<const D: usize> Newton<D> {
             if weight[i] == 0.0 { 0.0 } else { mass[i / d] * away * away }
         };
         let inertia: f64 = if objective.inertia == 0.0 { 0.0 } else { (0..at.u.len()).map(square).sum() };
-        let work = |(i, g): (usize, &f64)| if weight[i] == 0.0 { 0.0 } else { g * (at.u[i] - last.u[i]) };
-        let work: f64 = self.follower.iter().enumerate().map(work).sum();
         self.work.energies += 1;
-        let mut potential = system.potential_energy(&at.x) + work;
+        let potential = system.potential_energy(&at.x);
+        self.conservative = 0.5 * objective.inertia * inertia + objective.stiffness * potential;
+        self.conservative + self.changing_part(system, objective, last, at)
+    }
+
+    /// The part of the objective at `at` that is another one for each iterate `last` that it is seen from.
+    pub(super) fn changing_part(
+        &mut self,
+        system: &mut System,
+        objective: &Objective<'_>,
+        last: &Iterate,
+        at: &Iterate,
+    ) -> f64 {
+        let weight = system.inverse_mass();
+        let work = |(i, g): (usize, &f64)| if weight[i] == 0.0 { 0.0 } else { g * (at.u[i] - last.u[i]) };
+        let mut part: f64 = self.follower.iter().enumerate().map(work).sum();
         if system.is_damped() {
             self.velocity_at(system, objective, at);
             let dissipation = system.dissipation_functions(&last.x, &self.velocity);
-            potential += 1.0 / objective.velocity.rate * dissipation;
+            part += 1.0 / objective.velocity.rate * dissipation;
         }
-        0.5 * objective.inertia * inertia + objective.stiffness * potential
+        objective.stiffness * part
     }
 
     /// Makes `trial` the iterate a part of the direction away from `at`.

@@ -80,6 +80,8 @@ pub(crate) struct Newton<const D: usize> {
     velocity: Vec<f64>,
     /// Gradient of the terms that have no energy, at the last iterate; empty where there are none.
     follower: Vec<f64>,
+    /// The part of the last value of the objective that is the same from every iterate.
+    conservative: f64,
     work: SolverWork,
 }
 
@@ -106,6 +108,7 @@ impl<const D: usize> Newton<D> {
             solution: vec![],
             velocity: vec![],
             follower: vec![],
+            conservative: 0.0,
             work: SolverWork::none(&options),
         }
     }

@@ -48,6 +48,8 @@ pub(super) struct Slope {
 pub(super) struct Accepted {
     /// The objective there.
     pub(super) value: f64,
+    /// Its part there that is the same from every iterate.
+    pub(super) conservative: f64,
     /// How often it was halved.
     pub(super) halvings: u32,
     /// True if the force there is finite, where the residual is that of the trial already.
@@ -78,8 +80,9 @@ impl<const D: usize> Newton<D> {
             let trial = std::mem::take(&mut self.trial);
             let there = self.value(system, objective, at, &trial);
             self.trial = trial;
-            let (finite, part, watched) = (None, step, false);
-            let accepted = Accepted { value: there, halvings, finite, shortened, part, watched };
+            let (conservative, finite, part, watched) = (self.conservative, None, step, false);
+            let accepted =
+                Accepted { value: there, conservative, halvings, finite, shortened, part, watched };
             if there <= start + ARMIJO * step * slope {
                 let may_go_on = projected && system.has_guards() && self.follower.is_empty();
                 if may_go_on && halvings == 0 && !shortened {
@@ -145,7 +148,7 @@ impl<const D: usize> Newton<D> {
                 break;
             }
             step = longer;
-            accepted = Accepted { value: there, part: step, ..accepted };
+            accepted = Accepted { value: there, conservative: self.conservative, part: step, ..accepted };
         }
         self.move_along(system, objective, at, step);
         accepted

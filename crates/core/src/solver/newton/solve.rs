@@ -31,6 +31,8 @@ pub(super) struct NewtonSolve<'a> {
     before: f64,
     /// The objective at the iterate, where the line search left it.
     value: Option<f64>,
+    /// Its part there that is the same from every iterate.
+    conservative: Option<f64>,
     /// Treatment of element Hessians.
     pub(super) psd: Psd,
     /// True if a matrix at hand may serve again.
@@ -97,6 +99,7 @@ impl<'a> NewtonSolve<'a> {
             correction: f64::INFINITY,
             before: f64::INFINITY,
             value: None,
+            conservative: None,
             psd: Psd::Exact,
             // The textbook's single iteration is one with the Hessian where it starts.
             keep: !objective.single_iteration,
@@ -121,7 +124,7 @@ impl<'a> NewtonSolve<'a> {
     /// Forgets what corrections were like: the iterate is another one, of this value where that is known.
     pub(super) fn start_anew(&mut self, value: Option<f64>) {
         (self.correction, self.before) = (f64::INFINITY, f64::INFINITY);
-        (self.keep, self.psd, self.value) = (false, Psd::Exact, value);
+        (self.keep, self.psd, self.value, self.conservative) = (false, Psd::Exact, value, None);
     }
 
     fn fault(&self, verdict: SolveFailure, residual: &[f64]) -> StepFault {
@@ -328,8 +331,9 @@ impl<const D: usize> Newton<D> {
     /// The objective along a correction.
     fn slope(&mut self, solve: &mut NewtonSolve<'_>, found: Correction) -> Slope {
         let NewtonSolve { correction, negligible, .. } = *solve;
-        let start = match solve.value {
-            Some(value) if !solve.changes => value,
+        let start = match (solve.value, solve.conservative) {
+            (Some(value), _) if !solve.changes => value,
+            (_, Some(same)) => same + self.changing_part(solve.system, solve.objective, solve.at, solve.at),
             _ => self.value(solve.system, solve.objective, solve.at, solve.at),
         };
         // In a step of time a part of the direction of an earlier matrix is worth less than a new
@@ -386,7 +390,7 @@ impl<const D: usize> Newton<D> {
             // Near a minimum the exact Hessian is positive definite, and converges quadratically.
             solve.psd = Psd::Exact;
         }
-        solve.value = Some(accepted.value);
+        (solve.value, solve.conservative) = (Some(accepted.value), Some(accepted.conservative));
         self.tell_of_direction(solve);
         let fresh = solve.fresh;
         let renewed = self.renew(solve, accepted);

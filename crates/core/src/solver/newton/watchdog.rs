@@ -89,7 +89,9 @@ impl<const D: usize> Newton<D> {
         if value <= watch.value + ARMIJO * watch.slope {
             solve.watchdog.watch = None;
         }
-        Some(Accepted { value, halvings: 0, finite: None, shortened: false, part: 1.0, watched: false })
+        let conservative = self.conservative;
+        let (halvings, shortened) = (0, false);
+        Some(Accepted { value, conservative, halvings, finite: None, shortened, part: 1.0, watched: false })
     }
 
     /// Goes back to the place that a watch kept, and on from there.
