@@ -160,8 +160,10 @@ impl Kernel for BlocksKernel<'_> {
                 let Some(block) = blocks.next() else { return };
                 let (plane, tension) = frame.block(&gradient[a], &gradient[b]);
                 for i in 0..3 {
-                    let along =
-                        [0, 1].map(|c| weight * plane[1][c].mul_add(axes[1][i], plane[0][c] * axes[0][i]));
+                    let mut along = [L::zero(); 2];
+                    for c in 0..2 {
+                        along[c] = weight * plane[1][c].mul_add(axes[1][i], plane[0][c] * axes[0][i]);
+                    }
                     let across = weight * (tension * axes[2][i]);
                     for k in 0..3 {
                         let sum = along[1].mul_add(axes[1][k], along[0] * axes[0][k]);
@@ -244,28 +246,34 @@ struct TangentFrame<S> {
     tension: [S; 2],
 }
 
+/// An eigenvalue, zero for a negative one where they are projected. No closure: those of lanes are outlined
+/// without the instructions of their caller.
+#[inline(always)]
+fn clamp<L: Lanes>(eigenvalue: L, projected: bool) -> L {
+    if projected { L::select(eigenvalue.lt(L::zero()), L::zero(), eigenvalue) } else { eigenvalue }
+}
+
 impl<L: Lanes> TangentFrame<L> {
     #[inline(always)]
     fn new(spectra: &SpectrumBlock<2>, sigma: &[L; 2], psd: Psd) -> Self {
         let projected = psd == Psd::Projected;
-        let clamp = |e: L| if projected { L::select(e.lt(L::zero()), L::zero(), e) } else { e };
         let (twist, flip) = (L::load(spectra.twist.entry(0, 1)), L::load(spectra.flip.entry(0, 1)));
         // twist = (psi_0 + psi_1)/(sigma_0 + sigma_1), flip = (psi_0 - psi_1)/(sigma_0 - sigma_1)
         let (sum, difference) = (twist * (sigma[0] + sigma[1]), flip * (sigma[0] - sigma[1]));
         let half = L::splat(0.5);
         let slopes = [half * (sum + difference), half * (sum - difference)];
-        let (twist, flip) = (clamp(twist), clamp(flip));
+        let (twist, flip) = (clamp(twist, projected), clamp(flip, projected));
         let mut scaling = spectra.scaling.load::<L>();
         if projected {
             let (lambda, vectors) = symmetric_eigen_of_lanes(&scaling);
-            let diagonal = Mat::diagonal(&[clamp(lambda[0]), clamp(lambda[1])]);
+            let diagonal = Mat::diagonal(&[clamp(lambda[0], projected), clamp(lambda[1], projected)]);
             scaling = vectors.transpose_mul(&diagonal).mul(&vectors);
         }
         TangentFrame {
             scaling,
             same: half * (flip + twist),
             swapped: half * (flip - twist),
-            tension: [clamp(slopes[0] / sigma[0]), clamp(slopes[1] / sigma[1])],
+            tension: [clamp(slopes[0] / sigma[0], projected), clamp(slopes[1] / sigma[1], projected)],
         }
     }
 
