@@ -9,7 +9,8 @@ fn fallen(young: f64, linear: &str) -> Simulation {
          time = {{ integrator = 'implicit-euler', step = 0.01, duration = 1.0, \
            solver = {{ tolerance = 1e-9, linear = '{linear}' }} }}\n\
          world = {{ gravity = [0, 0, -9.81] }}\ncontact = {{ distance = 1e-3, friction = 0.3 }}\n\
-         [[body]]\nmesh = {{ grid = {{ cells = [9, 9, 9], size = [0.2, 0.2, 0.2], origin = [0, 0, 2e-3] }} }}\n\
+         [[body]]\n\
+         mesh = {{ grid = {{ cells = [9, 9, 9], size = [0.2, 0.2, 0.2], origin = [0, 0, 2e-3] }} }}\n\
          elastic = {{ neo-hookean = {{ young = {young:e}, poisson = 0.3 }} }}\nmass = {{ density = 1000 }}\n\
          velocity = {{ rigid = {{ linear = [0.2, 0, -0.5] }} }}\n\
          [[obstacle]]\nshape = {{ half_space = {{ normal = [0, 0, 1], offset = 0 }} }}\n"

@@ -100,7 +100,7 @@ fn other_schemes_put_vertices_back() {
     assert!(assembly.simulation.system().walls().is_empty());
 }
 
-/// Where a study keeps walls as contact, a start behind one is not told as one that is too near.
+/// A start behind a wall that a study keeps as contact is not told as one that is too near.
 #[test]
 fn a_start_behind_a_kept_wall_is_pushed_out() {
     let mut scene = super::scene(&column("integrator = 'implicit-euler'", -1e-4));

@@ -375,8 +375,8 @@ pub struct CandidateCache<const D: usize> {
 }
 
 impl<const D: usize> CandidateCache<D> {
-    /// Candidates within `reach` [m] at `x`, gathered anew with this margin [m] at least if a vertex has moved
-    /// too far and `x` is not on the last way.
+    /// Candidates within `reach` [m] at `x`, gathered anew with this margin [m] at least if a vertex has
+    /// moved too far and `x` is not on the last way.
     pub fn at(
         &mut self,
         surface: &ContactSurface,

@@ -158,8 +158,8 @@ impl<S: Scalar, const D: usize, const N: usize> PairFriction<S, D, N> {
         let across = self.limit * f1_over_y(y, self.threshold);
         let direction = scaled(inverse_or_zero(y), &slip);
         let half = S::splat(-0.5) * across * self.g_slope(y);
-        // Entry by entry, each with its mirror image: rows filled one after the other were compiled to a matrix
-        // that is not symmetric in loops over contacts (rustc 1.95 without link-time optimisation).
+        // Entry by entry, each with its mirror image: rows filled one after the other were compiled to a
+        // matrix that is not symmetric in loops over contacts (rustc 1.95 without link-time optimisation).
         let mut m = Mat::scalar(across);
         for k in 0..D {
             for l in k..D {

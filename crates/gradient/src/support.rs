@@ -30,8 +30,8 @@ fn obstacle(simulation: &Simulation) -> Option<(String, &'static str)> {
     if simulation.path().is_some() {
         return named(
             "paths by arc length",
-            "the load of a state is one of its unknowns there, found at a distance that depends on the solves \
-             before, and no adjoint has it; give a fixed `step` in place of `arc_length`",
+            "the load of a state is one of its unknowns there, found at a distance that depends on the \
+             solves before, and no adjoint has it; give a fixed `step` in place of `arc_length`",
         );
     }
     let axes = |hold: &&Hold| hold.axes()[..system.dimension()].iter().all(|held| *held);

@@ -104,7 +104,7 @@ impl<const D: usize> Tangent<D> {
         turned
     }
 
-    /// How [that](Self::turned) changes where `R` changes by `turn`.
+    /// Change of [that](Self::turned) where `R` changes by `turn`.
     pub fn turned_along(&self, axes: &Mat<f64, D>, turn: &Mat<f64, D>) -> Self {
         let mut change = Self::zero();
         for turning in 0..4 {

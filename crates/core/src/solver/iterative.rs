@@ -82,18 +82,11 @@ impl Allowance {
 }
 
 impl<const D: usize> Iterative<D> {
-    /// With the inverse diagonal blocks.
-    pub(super) fn jacobi() -> Self {
+    /// With the inverse diagonal blocks, for at most so many iterations a solve in the mean.
+    pub(super) fn jacobi(each: Option<u64>) -> Self {
         Iterative {
-            kind: PreconditionerKind::Jacobi(BlockJacobi::default(), None),
+            kind: PreconditionerKind::Jacobi(BlockJacobi::default(), each.map(Allowance::new)),
             cg: ConjugateGradients::default(),
-        }
-    }
-
-    /// Limits solves with the inverse diagonal blocks to so many iterations in the mean.
-    pub(super) fn allow(&mut self, each: u64) {
-        if let PreconditionerKind::Jacobi(_, allowance @ None) = &mut self.kind {
-            *allowance = Some(Allowance::new(each));
         }
     }
 
@@ -127,8 +120,7 @@ impl<const D: usize> Iterative<D> {
                 if jacobi.update(matrix).is_err() {
                     return indefinite;
                 }
-                let most = allowance.map_or(10 * right.len() as u64 + 1000, |a| a.most());
-                (jacobi, most)
+                (jacobi, allowance.map_or(10 * right.len() as u64 + 1000, |allowance| allowance.most()))
             }
             PreconditionerKind::Multigrid { levels, subspace, made_for, first_rate } => {
                 let of = Some((weights, psd, pattern));

@@ -88,8 +88,8 @@ const MEMBRANE_FROM: usize = 6_000;
 /// Iterations of conjugate gradients over the root of the rows of blocks that factorising a sheet takes as
 /// long as: measured on a square of 4,225 vertices.
 const QUICK: f64 = 4.0;
-/// Iterations of conjugate gradients that a solve with multigrid takes as long as, with levels and subspace of
-/// contact: on five cubes of 729 vertices in contact a solve took 10.3 ms, an iteration 0.15 ms.
+/// Iterations of conjugate gradients that a solve with multigrid takes as long as, with levels and subspace
+/// of contact: on five cubes of 729 vertices in contact a solve took 10.3 ms, an iteration 0.15 ms.
 const QUICK_OF_SOLIDS: u64 = 70;
 
 impl LinearSolver {

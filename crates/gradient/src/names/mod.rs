@@ -12,6 +12,7 @@ mod terms;
 
 use std::borrow::Cow;
 
+use pliant::algebra::Mat;
 use pliant::dissipation::Viscosity;
 use pliant::material::{MaterialSpec, Plane};
 use pliant::numbering::Numbering;
@@ -523,16 +524,17 @@ impl Places<'_> {
     /// Rest positions of a body of linear elements as formulas go by the middles of elements: tensions and
     /// directions of muscles, axes of the material.
     fn by_places(&self, spec: &Body, body: &BodyTopology) -> Vec<Box<dyn Parameter>> {
-        let (cells, rest) = (self.cells(body), self.rest());
+        if spec.muscle.is_empty() && spec.elastic_axes.is_none() {
+            return vec![];
+        }
+        let (cells, rest, centres) = (self.cells(body), self.rest(), self.centres(body));
         let elements = LinearElements { dimension: self.topology.dimension, cells: &cells, rest: &rest };
         let mut all = vec![];
         for muscle in &spec.muscle {
-            let centres = self.centres(body);
             if muscle.tension.depends_on_place() {
                 let directions = muscle.fibre.vectors(&centres);
                 let places = elements.tension_places(&directions, muscle.tension.clone(), centres.clone());
-                let itself = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-                all.push(self.by_middles(places, &vec![itself; centres.len()], body));
+                all.push(self.by_middles(places, &vec![Mat::identity().0; centres.len()], body));
             }
             if let Some(slopes) = muscle.fibre.slopes(&centres) {
                 all.push(self.by_middles(self.fibres(muscle, body), &slopes, body));
@@ -543,7 +545,7 @@ impl Places<'_> {
             .iter()
             .flat_map(|axes| [(FIRST_AXIS, Some(&axes.first)), (SECOND_AXIS, axes.second.as_ref())]);
         for (key, fibre) in axes {
-            let slopes = fibre.and_then(|fibre| fibre.slopes(&self.centres(body)));
+            let slopes = fibre.and_then(|fibre| fibre.slopes(&centres));
             let directions = slopes.and_then(|slopes| Some((slopes, self.of_elements(spec, body, key)?)));
             all.extend(directions.map(|(slopes, directions)| self.by_middles(directions, &slopes, body)));
         }

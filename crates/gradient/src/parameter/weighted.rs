@@ -12,7 +12,7 @@ pub struct Weighted {
     derivative: Vec<f64>,
 }
 
-/// How a number grows with one that it depends on.
+/// Growth of a number with one that it depends on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NumberLink {
     /// Index of the number.

@@ -105,7 +105,10 @@ fn factors_of_motions_have_derivatives() {
 fn tangents_by_numbers_of_motions_are_the_transpose_of_gradients() {
     let motion = json!({
         "velocity": [0.1, 0.2],
-        "displacement": ["A*smoothstep(0, T, t) where A = 0.1, T = 0.33", "A*t*(1 + Y)^n where n = 1.5, A = 0.1"],
+        "displacement": [
+            "A*smoothstep(0, T, t) where A = 0.1, T = 0.33",
+            "A*t*(1 + Y)^n where n = 1.5, A = 0.1",
+        ],
     });
     let damping = json!({ "stiffness_proportional": 0.004, "mass_proportional": 0.5 });
     let names = ["factor", "parameters.A", "parameters.T", "parameters.n"];

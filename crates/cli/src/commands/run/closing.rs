@@ -654,7 +654,7 @@ fn solver_work(work: &SolverWork) -> String {
     if work.fallbacks > 0 {
         let solves = counted(work.fallbacks, "solve", "solves");
         let to = if work.factorizations > 0 { "a factorisation" } else { "multigrid" };
-        facts.push(format!("{solves} by conjugate gradients took too many and fell back to {to}"));
+        facts.push(format!("{solves} by conjugate gradients took too many iterations and fell back to {to}"));
     }
     facts.join(", ")
 }

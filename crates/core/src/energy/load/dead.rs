@@ -17,7 +17,7 @@ pub struct DeadLoad {
     /// Rest positions of `vertices`, flat [m].
     rest: Vec<f64>,
     samples: Vec<Sample>,
-    /// What of the rest shape goes into it, where that is known.
+    /// Dependence on the rest shape, where that is known.
     shape: Option<LoadedShape>,
     field: VectorField,
     changes: bool,

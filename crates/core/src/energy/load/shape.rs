@@ -1,10 +1,11 @@
-//! How a dead load goes by the rest shape.
+//! Dependence of a dead load on the rest shape.
 //!
 //! On a face the field `f(X, t)` gives a vertex `w N_i m f(X, t)` at a point of weight `w` with shape
 //! functions `N_i`, `m` the area `|A|` and `X = sum_i N_i X_i`. Where rest positions move by `d_j`, `dm = A
 //! / m . sum_j dA/dX_j d_j` and `df = df/dX sum_j N_j d_j`.
 
 use super::{VectorField, VectorSlope, image, nodes};
+use crate::algebra::unit;
 use crate::element::{FacePoint, area_rate, face_points, vector_area};
 
 /// Places of a load at rest that its forces follow from, and how its field differs from one to the next.
@@ -26,7 +27,7 @@ struct FieldAt<'a> {
 pub struct LoadedVertex {
     /// Its number in the system.
     pub vertex: u32,
-    /// Where it is at rest, third component 0 in 2D [m].
+    /// Its position at rest, third component 0 in 2D [m].
     pub point: [f64; 3],
     /// Part of the field there that it gets as a force.
     pub share: f64,
@@ -98,9 +99,7 @@ impl<const D: usize, const N: usize> LoadedFaces<D, N> {
         let points = face_points::<D, N>();
         for (face, nodes) in &self.0 {
             for point in &points {
-                let vector = vector_area(nodes, point);
-                let area = dot(&vector, &vector).sqrt();
-                let normal = vector.map(|component| component / area);
+                let (normal, area) = unit(&vector_area(nodes, point));
                 let growth = std::array::from_fn(|j| area_rate(nodes, point, j, normal, true));
                 visit(&FaceAtRest { face, point, place: image(nodes, point), area, growth });
             }

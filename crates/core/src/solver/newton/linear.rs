@@ -104,8 +104,7 @@ impl<const D: usize> Newton<D> {
             let (iterative, pause) = match solver {
                 IterativeSolver::First => {
                     let Some(each) = first else { continue };
-                    let iterative = self.first.get_or_insert_with(Iterative::jacobi);
-                    iterative.allow(each);
+                    let iterative = self.first.get_or_insert_with(|| Iterative::jacobi(Some(each)));
                     (iterative, &mut self.pause_of_first)
                 }
                 IterativeSolver::Chosen if !by_iterations => continue,
@@ -118,7 +117,7 @@ impl<const D: usize> Newton<D> {
                                 let rest = system.rest_positions().unwrap_or(x);
                                 Iterative::multigrid(fixed, rest, assembler.held(), &system.stop())
                             }
-                            _ => Some(Iterative::jacobi()),
+                            _ => Some(Iterative::jacobi(None)),
                         };
                     }
                     let Some(iterative) = &mut self.iterative else { return Direction::Failed };
