@@ -19,33 +19,6 @@ pub trait Preconditioner<const D: usize>: Send + Sync {
     fn bytes(&self) -> usize;
 }
 
-/// Inverts the diagonal blocks.
-#[derive(Default)]
-pub struct BlockJacobi<const D: usize> {
-    inverse: Vec<Block<D>>,
-}
-
-impl<const D: usize> Preconditioner<D> for BlockJacobi<D> {
-    fn update(&mut self, matrix: &BlockMatrix<D>) -> Result<(), NotPositiveDefinite> {
-        self.inverse.clear();
-        self.inverse.extend(matrix.diagonal.iter().map(|at| inverse(&matrix.value[*at as usize])));
-        Ok(())
-    }
-
-    fn apply(&mut self, r: &[f64], z: &mut [f64]) {
-        let rows = r.as_chunks::<D>().0.iter().zip(z.as_chunks_mut::<D>().0);
-        for ((r, z), block) in rows.zip(&self.inverse) {
-            for k in 0..D {
-                z[k] = (0..D).map(|l| block[k][l] * r[l]).sum();
-            }
-        }
-    }
-
-    fn bytes(&self) -> usize {
-        size_of_val(&self.inverse[..])
-    }
-}
-
 /// The inverse of a positive definite block by Cholesky; where it is none, of its diagonal.
 pub(super) fn inverse<const D: usize>(a: &Block<D>) -> Block<D> {
     let mut l = [[0.0; D]; D];
@@ -81,6 +54,23 @@ fn diagonal_inverse<const D: usize>(a: &Block<D>) -> Block<D> {
         r[i][i] = if a[i][i] > 0.0 { 1.0 / a[i][i] } else { 1.0 };
     }
     r
+}
+
+/// No preconditioner.
+pub(super) struct NoPreconditioner;
+
+impl<const D: usize> Preconditioner<D> for NoPreconditioner {
+    fn update(&mut self, _: &BlockMatrix<D>) -> Result<(), NotPositiveDefinite> {
+        Ok(())
+    }
+
+    fn apply(&mut self, r: &[f64], z: &mut [f64]) {
+        z.copy_from_slice(r);
+    }
+
+    fn bytes(&self) -> usize {
+        0
+    }
 }
 
 /// Where conjugate gradients end: one of the two is enough.

@@ -2,9 +2,8 @@
 //! computed anew.
 
 use super::block_matrix::BlockMatrix;
-use super::conjugate_gradients::{
-    self, BlockJacobi, CgEnd, CgReport, CgTolerance, ConjugateGradients, Preconditioner,
-};
+use super::conjugate_gradients::{CgEnd, CgReport, CgTolerance, ConjugateGradients, Preconditioner};
+use super::gauss_seidel::{self, GaussSeidel};
 use super::hessian::{Assembler, Weights};
 use super::multigrid::Multigrid;
 use super::subspace::{Corrected, Subspace};
@@ -40,28 +39,28 @@ impl<'a, const D: usize> AssembledMatrix<'a, D> {
 }
 
 /// Conjugate gradients with a preconditioner, kept from one matrix to the next.
-pub(super) struct Iterative<const D: usize> {
-    kind: PreconditionerKind<D>,
-    cg: ConjugateGradients,
+pub(super) enum Iterative<const D: usize> {
+    /// Symmetric Gauss-Seidel of every matrix; with the iterations that a solve may take, where they are
+    /// limited.
+    GaussSeidel(Box<GaussSeidel<D>>, Option<Allowance>),
+    /// Levels that are computed anew where they no longer fit.
+    Multigrid(Box<Levels<D>>),
 }
 
-enum PreconditionerKind<const D: usize> {
-    /// Computed anew for every matrix; with the iterations that a solve may take, where they are limited.
-    Jacobi(BlockJacobi<D>, Option<Allowance>),
-    /// Computed anew where it no longer fits.
-    Multigrid {
-        levels: Box<Multigrid<D>>,
-        /// Vertices of stencils that change, which the levels do not see.
-        subspace: Box<Subspace<D>>,
-        made_for: Option<(Weights, Psd, u64)>,
-        /// Iterations of the first solve for each factor `e` of the residual.
-        first_rate: Option<f64>,
-    },
+/// Conjugate gradients with multigrid.
+pub(super) struct Levels<const D: usize> {
+    levels: Multigrid<D>,
+    /// Vertices of stencils that change, which the levels do not see.
+    subspace: Subspace<D>,
+    made_for: Option<(Weights, Psd, u64)>,
+    /// Iterations of the first solve for each factor `e` of the residual.
+    first_rate: Option<f64>,
+    cg: ConjugateGradients,
 }
 
 /// Iterations that a solve may take: what each may in the mean, and what those before it have left.
 #[derive(Clone, Copy, Debug)]
-struct Allowance {
+pub(super) struct Allowance {
     each: u64,
     left: u64,
 }
@@ -82,30 +81,77 @@ impl Allowance {
 }
 
 impl<const D: usize> Iterative<D> {
-    /// With the inverse diagonal blocks, for at most so many iterations a solve in the mean.
-    pub(super) fn jacobi(each: Option<u64>) -> Self {
-        Iterative {
-            kind: PreconditionerKind::Jacobi(BlockJacobi::default(), each.map(Allowance::new)),
-            cg: ConjugateGradients::default(),
-        }
+    /// With symmetric Gauss-Seidel, for at most so many iterations a solve in the mean.
+    pub(super) fn gauss_seidel(each: Option<u64>) -> Self {
+        Iterative::GaussSeidel(Box::default(), each.map(Allowance::new))
     }
 
     /// Arguments and result as those of [`Multigrid::until`].
     pub(super) fn multigrid(matrix: &BlockMatrix<D>, x: &[f64], held: &[bool], stop: &Stop) -> Option<Self> {
-        let levels = Box::new(Multigrid::until(matrix, x, held, stop)?);
-        let subspace = Box::new(Subspace::new());
-        let kind = PreconditionerKind::Multigrid { levels, subspace, made_for: None, first_rate: None };
-        Some(Iterative { kind, cg: ConjugateGradients::default() })
+        let levels = Levels {
+            levels: Multigrid::until(matrix, x, held, stop)?,
+            subspace: Subspace::new(),
+            made_for: None,
+            first_rate: None,
+            cg: ConjugateGradients::default(),
+        };
+        Some(Iterative::Multigrid(Box::new(levels)))
     }
 
     /// Ends solves while the flag is set.
     pub(super) fn set_stop(&mut self, stop: Stop) {
-        self.cg.set_stop(stop);
+        match self {
+            Iterative::GaussSeidel(sweeps, _) => sweeps.set_stop(stop),
+            Iterative::Multigrid(levels) => levels.cg.set_stop(stop),
+        }
     }
 
     /// Solves `whole solution = right` to a `tolerance`; the matrix was made with these
     /// weights and this treatment of elements, for vertices at `x`, flat [m].
     pub(super) fn solve(
+        &mut self,
+        matrices: AssembledMatrix<'_, D>,
+        made: (Weights, Psd, &[f64]),
+        right: &[f64],
+        solution: &mut [f64],
+        tolerance: CgTolerance,
+    ) -> CgReport {
+        match self {
+            Iterative::GaussSeidel(sweeps, allowance) => {
+                if sweeps.update(matrices.whole).is_err() {
+                    return INDEFINITE;
+                }
+                let most = allowance.map_or(10 * right.len() as u64 + 1000, |allowance| allowance.most());
+                let report = sweeps.solve(right, solution, tolerance, most);
+                allowance.iter_mut().for_each(|allowance| allowance.spend(&report));
+                report
+            }
+            Iterative::Multigrid(levels) => levels.solve(matrices, made, right, solution, tolerance),
+        }
+    }
+
+    /// Bytes that one with symmetric Gauss-Seidel holds for `matrix`.
+    pub(super) fn gauss_seidel_bytes(matrix: &BlockMatrix<D>) -> usize {
+        gauss_seidel::bytes(matrix)
+    }
+
+    /// Bytes held.
+    pub(super) fn bytes(&self) -> usize {
+        match self {
+            Iterative::GaussSeidel(sweeps, _) => sweeps.bytes(),
+            Iterative::Multigrid(levels) => {
+                levels.levels.bytes() + levels.subspace.bytes() + levels.cg.bytes()
+            }
+        }
+    }
+}
+
+/// Report of a matrix that was seen not to be positive definite before the first iteration.
+const INDEFINITE: CgReport = CgReport { end: CgEnd::Indefinite, iterations: 0, relative_residual: 1.0 };
+
+impl<const D: usize> Levels<D> {
+    /// As [`Iterative::solve`].
+    fn solve(
         &mut self,
         AssembledMatrix { whole: matrix, fixed, pattern }: AssembledMatrix<'_, D>,
         (weights, psd, x): (Weights, Psd, &[f64]),
@@ -113,63 +159,32 @@ impl<const D: usize> Iterative<D> {
         solution: &mut [f64],
         tolerance: CgTolerance,
     ) -> CgReport {
-        let indefinite = CgReport { end: CgEnd::Indefinite, iterations: 0, relative_residual: 1.0 };
+        let Levels { levels, subspace, made_for, first_rate, cg } = self;
+        let of = Some((weights, psd, pattern));
+        if *made_for != of {
+            (*made_for, *first_rate) = (None, None);
+            if levels.update_parts(fixed, matrix, pattern).is_err() {
+                return INDEFINITE;
+            }
+            *made_for = of;
+        }
         let mut corrected;
-        let (preconditioner, most): (&mut dyn Preconditioner<D>, u64) = match &mut self.kind {
-            PreconditionerKind::Jacobi(jacobi, allowance) => {
-                if jacobi.update(matrix).is_err() {
-                    return indefinite;
-                }
-                (jacobi, allowance.map_or(10 * right.len() as u64 + 1000, |allowance| allowance.most()))
+        let preconditioner: &mut dyn Preconditioner<D> = match subspace.update(matrix, fixed, (pattern, x)) {
+            Ok(false) => levels,
+            Ok(true) => {
+                corrected = Corrected { matrix, subspace, inner: levels };
+                &mut corrected
             }
-            PreconditionerKind::Multigrid { levels, subspace, made_for, first_rate } => {
-                let of = Some((weights, psd, pattern));
-                if *made_for != of {
-                    (*made_for, *first_rate) = (None, None);
-                    if levels.update_parts(fixed, matrix, pattern).is_err() {
-                        return indefinite;
-                    }
-                    *made_for = of;
-                }
-                match subspace.update(matrix, fixed, (pattern, x)) {
-                    Ok(false) => (&mut **levels, MULTIGRID_ITERATIONS),
-                    Ok(true) => {
-                        corrected = Corrected { matrix, subspace, inner: &mut **levels };
-                        (&mut corrected, MULTIGRID_ITERATIONS)
-                    }
-                    Err(_) => return indefinite,
-                }
-            }
+            Err(_) => return INDEFINITE,
         };
         let product = |p: &[f64], q: &mut [f64]| matrix.multiply(p, q);
-        let report = self.cg.solve(product, preconditioner, right, solution, tolerance, most);
-        match &mut self.kind {
-            PreconditionerKind::Jacobi(_, allowance) => {
-                allowance.iter_mut().for_each(|allowance| allowance.spend(&report));
-            }
-            PreconditionerKind::Multigrid { made_for, first_rate, .. } => {
-                let (count, gained) = (report.iterations as f64, -report.relative_residual.ln());
-                let first = *first_rate.get_or_insert(count / gained);
-                let worn_out = count > WORN_OUT * first * gained + 1.0;
-                if worn_out || report.end != CgEnd::Converged {
-                    *made_for = None;
-                }
-            }
+        let report = cg.solve(product, preconditioner, right, solution, tolerance, MULTIGRID_ITERATIONS);
+        let (count, gained) = (report.iterations as f64, -report.relative_residual.ln());
+        let first = *first_rate.get_or_insert(count / gained);
+        let worn_out = count > WORN_OUT * first * gained + 1.0;
+        if worn_out || report.end != CgEnd::Converged {
+            *made_for = None;
         }
         report
-    }
-
-    /// Bytes that one with the diagonal blocks of `matrix` as its preconditioner holds.
-    pub(super) fn jacobi_bytes(matrix: &BlockMatrix<D>) -> usize {
-        8 * matrix.rows() * D * D + conjugate_gradients::bytes(matrix.rows() * D)
-    }
-
-    /// Bytes held.
-    pub(super) fn bytes(&self) -> usize {
-        let preconditioner = match &self.kind {
-            PreconditionerKind::Jacobi(jacobi, _) => jacobi.bytes(),
-            PreconditionerKind::Multigrid { levels, subspace, .. } => levels.bytes() + subspace.bytes(),
-        };
-        self.cg.bytes() + preconditioner
     }
 }

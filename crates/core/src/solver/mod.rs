@@ -5,6 +5,7 @@ pub mod cholesky;
 pub mod conjugate_gradients;
 pub(crate) mod coupled;
 mod fault;
+mod gauss_seidel;
 pub mod hessian;
 mod iterative;
 pub mod multigrid;

@@ -67,7 +67,7 @@ pub enum LinearSolver {
     Auto,
     /// Sparse Cholesky factorisation.
     Cholesky,
-    /// Conjugate gradients on the assembled matrix, preconditioned by its diagonal blocks.
+    /// Conjugate gradients on the assembled matrix, preconditioned by symmetric Gauss-Seidel.
     Cg,
     /// Conjugate gradients on the assembled matrix, preconditioned by multigrid: coarser lattices over the
     /// bodies.
@@ -124,7 +124,7 @@ impl LinearSolver {
         }
     }
 
-    /// Iterations of conjugate gradients with inverse diagonal blocks, for `rows` of blocks, that are tried
+    /// Iterations of conjugate gradients with symmetric Gauss-Seidel, for `rows` of blocks, that are tried
     /// before the solver of [`choose`](Self::choose), for an objective with this factor of the `inertia`: as
     /// many as cost about as much as a solve by that; `None` where none are tried.
     pub(super) fn first_iterations(self, system: &System, inertia: f64, rows: usize) -> Option<u64> {
@@ -150,7 +150,7 @@ impl LinearSolver {
     pub fn explain(self, system: &System) -> String {
         let what = match self.choose(system) {
             LinearSolver::Multigrid => "conjugate gradients with multigrid preconditioner",
-            LinearSolver::Cg => "conjugate gradients with block-Jacobi preconditioner",
+            LinearSolver::Cg => "conjugate gradients with symmetric Gauss-Seidel preconditioner",
             LinearSolver::MatrixFree => "matrix-free conjugate gradients",
             LinearSolver::Cholesky | LinearSolver::Auto => "sparse Cholesky",
         };

@@ -3,9 +3,8 @@
 use super::evaluation::weights;
 use super::{Newton, STATIC_SHIFT};
 use crate::material::Psd;
-use crate::solver::block_matrix::BlockMatrix;
-use crate::solver::cholesky::{Cholesky, NotPositiveDefinite};
-use crate::solver::conjugate_gradients::{CgEnd, CgTolerance, Preconditioner};
+use crate::solver::cholesky::Cholesky;
+use crate::solver::conjugate_gradients::{CgEnd, CgTolerance, NoPreconditioner};
 use crate::solver::hessian::{At, Weights};
 use crate::solver::iterative::{AssembledMatrix, CG_TOLERANCE, Iterative};
 use crate::solver::options::LinearSolver;
@@ -27,7 +26,7 @@ pub(super) enum Direction {
 /// One of the solvers by iterations that a minimisation may go through before a factorisation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum IterativeSolver {
-    /// Conjugate gradients with inverse diagonal blocks, for a few iterations.
+    /// Conjugate gradients with symmetric Gauss-Seidel, for a few iterations.
     First,
     /// The one that the options choose.
     Chosen,
@@ -104,7 +103,7 @@ impl<const D: usize> Newton<D> {
             let (iterative, pause) = match solver {
                 IterativeSolver::First => {
                     let Some(each) = first else { continue };
-                    let iterative = self.first.get_or_insert_with(|| Iterative::jacobi(Some(each)));
+                    let iterative = self.first.get_or_insert_with(|| Iterative::gauss_seidel(Some(each)));
                     (iterative, &mut self.pause_of_first)
                 }
                 IterativeSolver::Chosen if !by_iterations => continue,
@@ -117,7 +116,7 @@ impl<const D: usize> Newton<D> {
                                 let rest = system.rest_positions().unwrap_or(x);
                                 Iterative::multigrid(fixed, rest, assembler.held(), &system.stop())
                             }
-                            _ => Some(Iterative::jacobi(None)),
+                            _ => Some(Iterative::gauss_seidel(None)),
                         };
                     }
                     let Some(iterative) = &mut self.iterative else { return Direction::Failed };
@@ -211,22 +210,5 @@ impl<const D: usize> Newton<D> {
             CgEnd::Indefinite => Direction::Truncated,
             CgEnd::Stalled | CgEnd::Stopped => Direction::Failed,
         }
-    }
-}
-
-/// No preconditioner.
-struct NoPreconditioner;
-
-impl<const D: usize> Preconditioner<D> for NoPreconditioner {
-    fn update(&mut self, _: &BlockMatrix<D>) -> Result<(), NotPositiveDefinite> {
-        Ok(())
-    }
-
-    fn apply(&mut self, r: &[f64], z: &mut [f64]) {
-        z.copy_from_slice(r);
-    }
-
-    fn bytes(&self) -> usize {
-        0
     }
 }

@@ -277,7 +277,7 @@ impl<const D: usize> super::Minimizer for Newton<D> {
             structure.map_or(usize::MAX / 2, |structure| structure.bytes())
         };
         let linear = match linear {
-            LinearSolver::Cg => Iterative::<D>::jacobi_bytes(matrix),
+            LinearSolver::Cg => Iterative::<D>::gauss_seidel_bytes(matrix),
             LinearSolver::Multigrid => {
                 Iterative::multigrid(assembler.fixed(), rest, assembler.held(), &Stop::default())
                     .map_or(usize::MAX / 2, |levels| levels.bytes() + conjugate_gradients::bytes(x.len()))
@@ -287,7 +287,7 @@ impl<const D: usize> super::Minimizer for Newton<D> {
         };
         // Iterations that are tried first may take too many: what comes after them is counted beside them.
         let first = solver.options.linear.first_iterations(system, 1.0, matrix.rows());
-        let first = first.map_or(0, |_| Iterative::<D>::jacobi_bytes(matrix));
+        let first = first.map_or(0, |_| Iterative::<D>::gauss_seidel_bytes(matrix));
         (solver.bytes() + vectors + first).saturating_add(linear)
     }
 }

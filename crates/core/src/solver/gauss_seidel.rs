@@ -1,0 +1,522 @@
+//! Conjugate gradients with symmetric Gauss-Seidel as their preconditioner, for the work of one product.
+//!
+//! With the diagonal blocks `D = C C^T` of a matrix, the system is solved for `y = C^T x`: `A = C^-1 (...)
+//! C^-T` has ones on its diagonal, and `A = I + L + L^T`. The preconditioner is `P = (I + L) (I + L)^T`. In
+//! `y^ = (I + L)^T y` and `r^ = (I + L)^-1 r` the system is `(I + L)^-1 A (I + L)^-T y^ = (I + L)^-1 b`, and
+//! with `t = (I + L)^-T p` the product is
+//!
+//! ```text
+//! (I + L)^-1 A t = t + (I + L)^-1 (L^T t),   L^T t = p - t
+//! ```
+//!
+//! (Eisenstat 1981, *Efficient implementation of a class of preconditioned conjugate gradient methods*, SIAM
+//! Journal on Scientific and Statistical Computing 2(1)): each block is read once, as in a product with the
+//! matrix, and the iterations are about half of those with inverse diagonal blocks. Rows wait for each other
+//! in a sweep: without the diagonal blocks, by half as long.
+//!
+//! Rows are taken in parts whose length depends on nothing but their number, so that threads take parts of
+//! their own and the bits are the same for any number of them: what couples rows of two parts, `R`, is left
+//! out of `L`, and `A t` has `R t` besides.
+
+use rayon::prelude::*;
+
+use super::block_matrix::{Block, BlockMatrix};
+use super::cholesky::NotPositiveDefinite;
+use super::conjugate_gradients::{CgReport, CgTolerance, ConjugateGradients, NoPreconditioner};
+use crate::deadline::Stop;
+use crate::lanes::{Kernel, Lanes, dispatch_compact};
+
+/// Most rows of a part.
+const PART_ROWS: usize = 4096;
+/// Numbers in a row of a vector that sweeps go over; what is beyond `D` is not looked at.
+const PADDED: usize = 4;
+
+type PaddedRow = [f64; PADDED];
+
+/// Conjugate gradients with symmetric Gauss-Seidel, and their memory.
+#[derive(Default)]
+pub(super) struct GaussSeidel<const D: usize> {
+    /// `C^-1` of every row, lower triangles.
+    scale: Vec<Block<D>>,
+    parts: Vec<Part>,
+    cg: ConjugateGradients,
+    vectors: SweepVectors,
+    right: Vec<f64>,
+}
+
+/// Vectors of sweeps.
+#[derive(Default)]
+struct SweepVectors {
+    p: Vec<PaddedRow>,
+    /// `t = (I + L)^-T p`.
+    t: Vec<PaddedRow>,
+    /// `L^T t`, and `R t` besides.
+    rest: Vec<PaddedRow>,
+    /// `(I + L)^-1` of that.
+    w: Vec<PaddedRow>,
+}
+
+/// Scaled blocks of some rows that follow each other.
+#[derive(Default)]
+struct Part {
+    first: usize,
+    rows: usize,
+    /// Blocks of `L`, of `L^T`, and of `R`.
+    below: ScaledRows,
+    above: ScaledRows,
+    outside: ScaledRows,
+}
+
+/// Rows of blocks, each by columns, side by side.
+#[derive(Default)]
+struct ScaledRows {
+    start: Vec<u32>,
+    column: Vec<u32>,
+    /// Entries, and room for the loads of the last.
+    value: Vec<f64>,
+}
+
+impl ScaledRows {
+    fn clear(&mut self) {
+        self.start.clear();
+        self.start.push(0);
+        self.column.clear();
+        self.value.clear();
+    }
+
+    #[inline(always)]
+    fn push<const D: usize>(&mut self, column: usize, block: &Block<D>) {
+        self.column.push(column as u32);
+        for l in 0..D {
+            for k in 0..D {
+                self.value.push(block[k][l]);
+            }
+        }
+    }
+
+    fn end_row(&mut self) {
+        self.start.push(self.column.len() as u32);
+    }
+
+    /// The sum over the blocks of row `i` of their products with rows of `x`, whose first is `first`.
+    #[inline(always)]
+    fn row_product<const D: usize>(&self, i: usize, x: &[PaddedRow], first: usize) -> PaddedRow {
+        let (from, to) = (self.start[i] as usize, self.start[i + 1] as usize);
+        let values = &self.value[D * D * from..D * D * to + (PADDED - D)];
+        let mut sums = [[0.0; PADDED]; D];
+        for (j, column) in self.column[from..to].iter().enumerate() {
+            let block = &values[D * D * j..][..D * D - D + PADDED];
+            let x = &x[*column as usize - first];
+            // Columns are loaded with what follows them: it ends in the numbers that are not looked at.
+            for l in 0..D {
+                for k in 0..PADDED {
+                    sums[l][k] += block[D * l + k] * x[l];
+                }
+            }
+        }
+        let mut sum = sums[0];
+        for column in &sums[1..] {
+            for k in 0..PADDED {
+                sum[k] += column[k];
+            }
+        }
+        sum
+    }
+
+    fn bytes(&self) -> usize {
+        4 * (self.start.len() + self.column.len()) + 8 * self.value.len()
+    }
+}
+
+/// Rows of each part of so many.
+fn rows_of_part(rows: usize) -> usize {
+    rows.div_ceil(rows.div_ceil(PART_ROWS).max(1)).max(1)
+}
+
+/// `C^-1`, lower triangle, of a block `C C^T`; `None` where it is not positive definite.
+fn scale_of<const D: usize>(a: &Block<D>) -> Option<Block<D>> {
+    let mut c = [[0.0; D]; D];
+    let mut inverse = [[0.0; D]; D];
+    for i in 0..D {
+        for j in 0..=i {
+            let sum = a[i][j] - (0..j).map(|k| c[i][k] * c[j][k]).sum::<f64>();
+            if i == j && (sum.is_nan() || sum <= 1e-14 * a[i][i]) {
+                return None;
+            }
+            c[i][j] = if i == j { sum.sqrt() } else { sum / c[j][j] };
+        }
+        inverse[i][i] = 1.0 / c[i][i];
+        for j in 0..i {
+            let sum = (j..i).map(|k| c[i][k] * inverse[k][j]).sum::<f64>();
+            inverse[i][j] = -sum / c[i][i];
+        }
+    }
+    Some(inverse)
+}
+
+impl<const D: usize> GaussSeidel<D> {
+    /// Ends solves while the flag is set.
+    pub(super) fn set_stop(&mut self, stop: Stop) {
+        self.cg.set_stop(stop);
+    }
+
+    /// Takes note of a new matrix.
+    ///
+    /// # Errors
+    /// A diagonal block is not positive definite.
+    pub(super) fn update(&mut self, matrix: &BlockMatrix<D>) -> Result<(), NotPositiveDefinite> {
+        let GaussSeidel { scale, parts, vectors: SweepVectors { p, t, rest, w }, .. } = self;
+        scale.clear();
+        for at in &matrix.diagonal {
+            scale.push(scale_of(&matrix.value[*at as usize]).ok_or(NotPositiveDefinite)?);
+        }
+        let rows = matrix.rows();
+        let each = rows_of_part(rows);
+        parts.resize_with(rows.div_ceil(each), Part::default);
+        for (number, part) in parts.iter_mut().enumerate() {
+            part.first = number * each;
+            part.rows = each.min(rows - part.first);
+        }
+        parts.par_iter_mut().for_each(|part| dispatch_compact(Scaling { part, matrix, scale }));
+        for vector in [p, t, rest, w] {
+            vector.resize(rows, [0.0; PADDED]);
+        }
+        Ok(())
+    }
+
+    /// Solves the system of the matrix last taken note of for the right side `b`, from `x = 0`. The residual
+    /// of the tolerance is `sqrt(r^T P^-1 r)`, as a part of the first.
+    pub(super) fn solve(
+        &mut self,
+        b: &[f64],
+        x: &mut [f64],
+        tolerance: CgTolerance,
+        max_iterations: u64,
+    ) -> CgReport {
+        let GaussSeidel { scale, parts, cg, vectors, right } = self;
+        let SweepVectors { p, t, rest, w } = vectors;
+        for ((rest, b), scale) in rest.iter_mut().zip(b.as_chunks::<D>().0).zip(&*scale) {
+            for k in 0..D {
+                rest[k] = (0..=k).map(|l| scale[k][l] * b[l]).sum();
+            }
+        }
+        t.fill([0.0; PADDED]);
+        forward::<D>(parts, t, rest, w);
+        right.clear();
+        right.extend(w.iter().flat_map(|row| &row[..D]));
+        let product = |from: &[f64], to: &mut [f64]| {
+            for (p, from) in p.iter_mut().zip(from.as_chunks::<D>().0) {
+                p[..D].copy_from_slice(from);
+            }
+            backward::<D>(parts, p, t, rest);
+            forward::<D>(parts, t, rest, w);
+            for ((to, t), w) in to.as_chunks_mut::<D>().0.iter_mut().zip(&*t).zip(&*w) {
+                for k in 0..D {
+                    to[k] = t[k] + w[k];
+                }
+            }
+        };
+        let report = cg.solve::<D>(product, &mut NoPreconditioner, right, x, tolerance, max_iterations);
+        for (p, x) in p.iter_mut().zip(x.as_chunks::<D>().0) {
+            p[..D].copy_from_slice(x);
+        }
+        backward::<D>(parts, p, t, rest);
+        for ((x, t), scale) in x.as_chunks_mut::<D>().0.iter_mut().zip(&*t).zip(&*scale) {
+            for k in 0..D {
+                x[k] = (k..D).map(|l| scale[l][k] * t[l]).sum();
+            }
+        }
+        report
+    }
+
+    /// Bytes held.
+    pub(super) fn bytes(&self) -> usize {
+        let SweepVectors { p, t, rest, w } = &self.vectors;
+        let parts = self.parts.iter().flat_map(|part| [&part.below, &part.above, &part.outside]);
+        self.cg.bytes()
+            + size_of_val(&self.scale[..])
+            + parts.map(ScaledRows::bytes).sum::<usize>()
+            + [p, t, rest, w].map(|vector| size_of_val(&vector[..])).iter().sum::<usize>()
+            + 8 * self.right.len()
+    }
+}
+
+/// Bytes that one holds for a matrix.
+pub(super) fn bytes<const D: usize>(matrix: &BlockMatrix<D>) -> usize {
+    let (rows, blocks) = (matrix.rows(), matrix.column.len() - matrix.rows());
+    let of_rows = 8 * D * D + 3 * 4 + 4 * size_of::<PaddedRow>() + 8 * D;
+    super::conjugate_gradients::bytes(rows * D) + rows * of_rows + blocks * (8 * D * D + 4)
+}
+
+/// Scales the blocks of a part: `C_i^-1 A_ij C_j^-T`.
+struct Scaling<'a, const D: usize> {
+    part: &'a mut Part,
+    matrix: &'a BlockMatrix<D>,
+    scale: &'a [Block<D>],
+}
+
+impl<const D: usize> Kernel for Scaling<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Scaling { part: Part { first, rows, below, above, outside }, matrix, scale } = self;
+        for rows in [&mut *below, above, outside] {
+            rows.clear();
+        }
+        for i in *first..*first + *rows {
+            for (j, block) in matrix.row(i) {
+                if i == j {
+                    continue;
+                }
+                let scaled = scaled(&scale[i], block, &scale[j]);
+                if j < *first || j >= *first + *rows {
+                    outside.push(j, &scaled);
+                } else if j < i {
+                    below.push(j, &scaled);
+                } else {
+                    above.push(j, &scaled);
+                }
+            }
+            for rows in [&mut *below, above, outside] {
+                rows.end_row();
+            }
+        }
+        for rows in [below, above, outside] {
+            rows.value.extend([0.0; PADDED]);
+        }
+    }
+}
+
+/// `a B c^T` of lower triangles `a` and `c`.
+#[inline(always)]
+fn scaled<const D: usize>(a: &Block<D>, b: &Block<D>, c: &Block<D>) -> Block<D> {
+    let mut half = [[0.0; D]; D];
+    for k in 0..D {
+        for m in 0..=k {
+            for l in 0..D {
+                half[k][l] += a[k][m] * b[m][l];
+            }
+        }
+    }
+    let mut whole = [[0.0; D]; D];
+    for k in 0..D {
+        for l in 0..D {
+            for m in 0..=l {
+                whole[k][l] += half[k][m] * c[l][m];
+            }
+        }
+    }
+    whole
+}
+
+/// `t = (I + L)^-T p`, and `rest = L^T t`.
+fn backward<const D: usize>(parts: &[Part], p: &[PaddedRow], t: &mut [PaddedRow], rest: &mut [PaddedRow]) {
+    if let [part] = parts {
+        return dispatch_compact(Backward::<D> { part, p, t, rest });
+    }
+    let each = parts.first().map_or(1, |part| part.rows);
+    let vectors = p.par_chunks(each).zip(t.par_chunks_mut(each)).zip(rest.par_chunks_mut(each));
+    parts.par_iter().zip(vectors).for_each(|(part, ((p, t), rest))| {
+        dispatch_compact(Backward::<D> { part, p, t, rest });
+    });
+}
+
+/// `w = (I + L)^-1 (rest + R t)`.
+fn forward<const D: usize>(parts: &[Part], t: &[PaddedRow], rest: &[PaddedRow], w: &mut [PaddedRow]) {
+    if let [part] = parts {
+        return dispatch_compact(Forward::<D> { part, t, rest, w });
+    }
+    let each = parts.first().map_or(1, |part| part.rows);
+    let vectors = rest.par_chunks(each).zip(w.par_chunks_mut(each));
+    parts.par_iter().zip(vectors).for_each(|(part, (rest, w))| {
+        dispatch_compact(Forward::<D> { part, t, rest, w });
+    });
+}
+
+/// One part of [`backward`].
+struct Backward<'a, const D: usize> {
+    part: &'a Part,
+    p: &'a [PaddedRow],
+    t: &'a mut [PaddedRow],
+    rest: &'a mut [PaddedRow],
+}
+
+impl<const D: usize> Kernel for Backward<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Backward { part: Part { first, rows, above, .. }, p, t, rest } = self;
+        for i in (0..*rows).rev() {
+            let sum = above.row_product::<D>(i, t, *first);
+            let mut left = p[i];
+            for k in 0..PADDED {
+                left[k] -= sum[k];
+            }
+            (rest[i], t[i]) = (sum, left);
+        }
+    }
+}
+
+/// One part of [`forward`].
+struct Forward<'a, const D: usize> {
+    part: &'a Part,
+    t: &'a [PaddedRow],
+    rest: &'a [PaddedRow],
+    w: &'a mut [PaddedRow],
+}
+
+impl<const D: usize> Kernel for Forward<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Forward { part: Part { first, rows, below, outside, .. }, t, rest, w } = self;
+        let alone = outside.column.is_empty();
+        for i in 0..*rows {
+            let sum = below.row_product::<D>(i, w, *first);
+            let mut left = rest[i];
+            if !alone {
+                let coupled = outside.row_product::<D>(i, t, 0);
+                for k in 0..PADDED {
+                    left[k] += coupled[k];
+                }
+            }
+            for k in 0..PADDED {
+                left[k] -= sum[k];
+            }
+            w[i] = left;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::solver::conjugate_gradients::{CgEnd, Preconditioner, inverse};
+
+    /// Rows of three parts, of which each meets the next.
+    const ROWS: usize = 2 * PART_ROWS + 100;
+    /// Rows between those that are coupled beside neighbours: from part to part.
+    const FAR: usize = 3000;
+
+    /// Springs between neighbours, stiffer along one axis than across, and between rows farther apart, on a
+    /// ground of stiffness `ground`.
+    fn lattice(rows: usize, ground: f64) -> BlockMatrix<2> {
+        let linked = |i: usize| {
+            let near = [i.checked_sub(FAR), i.checked_sub(1), Some(i), Some(i + 1), Some(i + FAR)];
+            near.into_iter().flatten().filter(move |j| *j < rows)
+        };
+        let (mut row_start, mut column) = (vec![0], vec![]);
+        for i in 0..rows {
+            column.extend(linked(i).map(|j| j as u32));
+            row_start.push(column.len() as u32);
+        }
+        let mut matrix = BlockMatrix::zero(row_start, column);
+        for i in 0..rows {
+            for at in matrix.row_start[i] as usize..matrix.row_start[i + 1] as usize {
+                let j = matrix.column[at] as usize;
+                if i == j {
+                    continue;
+                }
+                let stiffness = 1.0 + 0.5 * ((i + j) as f64).sin();
+                let spring = [[stiffness, 0.3], [0.3, 4.0]];
+                matrix.value[at] = spring.map(|row| row.map(|k| -k));
+                let diagonal = &mut matrix.value[matrix.diagonal[i] as usize];
+                (0..2).for_each(|k| (0..2).for_each(|l| diagonal[k][l] += spring[k][l]));
+            }
+            let diagonal = &mut matrix.value[matrix.diagonal[i] as usize];
+            (0..2).for_each(|k| diagonal[k][k] += ground);
+        }
+        matrix
+    }
+
+    fn load(rows: usize) -> Vec<f64> {
+        (0..2 * rows).map(|i| (0.7 * i as f64).sin() + (0.01 * i as f64).cos()).collect()
+    }
+
+    fn solved(matrix: &BlockMatrix<2>, residual: f64) -> (Vec<f64>, CgReport) {
+        let (b, mut solver) = (load(matrix.rows()), GaussSeidel::<2>::default());
+        solver.update(matrix).unwrap();
+        let mut x = vec![0.0; b.len()];
+        let report = solver.solve(&b, &mut x, residual.into(), 10_000);
+        (x, report)
+    }
+
+    /// Inverse diagonal blocks.
+    struct Jacobi(Vec<Block<2>>);
+
+    impl Preconditioner<2> for Jacobi {
+        fn update(&mut self, _: &BlockMatrix<2>) -> Result<(), NotPositiveDefinite> {
+            Ok(())
+        }
+
+        fn apply(&mut self, r: &[f64], z: &mut [f64]) {
+            for (i, block) in self.0.iter().enumerate() {
+                (0..2).for_each(|k| z[2 * i + k] = block[k][0] * r[2 * i] + block[k][1] * r[2 * i + 1]);
+            }
+        }
+
+        fn bytes(&self) -> usize {
+            0
+        }
+    }
+
+    #[test]
+    fn solutions_solve_the_system_in_one_part_and_in_three() {
+        for rows in [FAR + 1, ROWS] {
+            let (matrix, b) = (lattice(rows, 0.02), load(rows));
+            let (x, report) = solved(&matrix, 1e-12);
+            assert_eq!(report.end, CgEnd::Converged, "{report:?}");
+            let mut product = vec![0.0; b.len()];
+            matrix.multiply(&x, &mut product);
+            let left = product.iter().zip(&b).fold(0.0, |m: f64, (p, b)| m.max((p - b).abs()));
+            assert!(left < 1e-9, "{rows} rows: {left:e} is left");
+        }
+    }
+
+    /// Iterations to the same error in the energy norm are well below those with inverse diagonal blocks.
+    #[test]
+    fn iterations_are_fewer_than_with_diagonal_blocks() {
+        let (matrix, b) = (lattice(ROWS, 0.02), load(ROWS));
+        let (exact, _) = solved(&matrix, 1e-13);
+        let error = |x: &[f64]| {
+            let off: Vec<f64> = x.iter().zip(&exact).map(|(x, e)| x - e).collect();
+            let mut product = vec![0.0; off.len()];
+            matrix.multiply(&off, &mut product);
+            crate::solver::conjugate_gradients::dot(&off, &product).sqrt()
+        };
+        let (x, report) = solved(&matrix, 1e-6);
+        let blocks = matrix.diagonal.iter().map(|at| inverse(&matrix.value[*at as usize])).collect();
+        let mut jacobi = Jacobi(blocks);
+        let mut by_blocks = |iterations: u64| {
+            let mut x = vec![0.0; b.len()];
+            let product = |p: &[f64], q: &mut [f64]| matrix.multiply(p, q);
+            let mut cg = ConjugateGradients::default();
+            cg.solve(product, &mut jacobi, &b, &mut x, CgTolerance::from(0.0), iterations);
+            error(&x)
+        };
+        let same = 3 * report.iterations / 2;
+        assert!(by_blocks(same) > error(&x), "{report:?}: as good after {same} iterations");
+    }
+
+    #[test]
+    fn bits_do_not_depend_on_threads() {
+        let matrix = lattice(ROWS, 0.02);
+        let with = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| solved(&matrix, 1e-8))
+        };
+        assert_eq!(with(1), with(3));
+    }
+
+    #[test]
+    fn indefinite_matrices_are_seen() {
+        let matrix = lattice(200, -0.5);
+        assert_eq!(solved(&matrix, 1e-8).1.end, CgEnd::Indefinite);
+        let mut negative = lattice(200, 0.02);
+        negative.value[negative.diagonal[70] as usize] = [[1.0, 2.0], [2.0, 1.0]];
+        assert!(GaussSeidel::<2>::default().update(&negative).is_err());
+    }
+}
