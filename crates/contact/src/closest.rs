@@ -19,6 +19,23 @@ pub struct ClosestPoints<S, const D: usize, const N: usize> {
     pub squared_distance: S,
 }
 
+/// Squared distances that differ by this part, for each vertex more or less that takes part, may be the same.
+const SAME_DISTANCE: f64 = 64.0 * f64::EPSILON;
+/// Coefficients up to here are zero but for rounding: the point lies on the border.
+const ON_BORDER: f64 = 16.0 * f64::EPSILON;
+
+impl<S: Scalar> ClosestPoints<S, 3, 4> {
+    /// Number of vertices that take part, by more than rounding.
+    #[inline(always)]
+    fn vertices(&self) -> S {
+        let mut count = S::zero();
+        for c in &self.coefficients {
+            count += S::select(S::splat(ON_BORDER).lt(c.abs()), S::one(), S::zero());
+        }
+        count
+    }
+}
+
 /// A kind of pair of primitives in `D` dimensions.
 pub trait Primitives<const D: usize, const N: usize> {
     /// Vertices of the first primitive.
@@ -68,8 +85,8 @@ impl Primitives<3, 4> for PointTriangle {
         best = nearer(&point_and_edge(x, 0, 2, 3), &best);
         best = nearer(&point_and_edge(x, 0, 3, 1), &best);
         let pair = PairGeometry::of::<PointTriangle>(x);
-        let (inner, zero) = (&pair.coefficients, S::zero());
-        let inside = inner[1].lt(zero) & inner[2].lt(zero) & inner[3].lt(zero);
+        let (inner, border) = (&pair.coefficients, S::splat(-ON_BORDER));
+        let inside = inner[1].lt(border) & inner[2].lt(border) & inner[3].lt(border);
         nearer_where(inside, x, &pair, &best)
     }
 }
@@ -85,8 +102,8 @@ impl Primitives<3, 4> for EdgeEdge {
         best = nearer(&opposite(&point_and_edge(x, 2, 0, 1)), &best);
         best = nearer(&opposite(&point_and_edge(x, 3, 0, 1)), &best);
         let pair = PairGeometry::of::<EdgeEdge>(x);
-        let (inner, zero) = (&pair.coefficients, S::zero());
-        let inside = zero.lt(inner[0]) & zero.lt(inner[1]) & inner[2].lt(zero) & inner[3].lt(zero);
+        let (inner, border) = (&pair.coefficients, S::splat(ON_BORDER));
+        let inside = border.lt(inner[0]) & border.lt(inner[1]) & inner[2].lt(-border) & inner[3].lt(-border);
         nearer_where(inside, x, &pair, &best)
     }
 }
@@ -116,12 +133,16 @@ fn opposite<S: Scalar>(points: &ClosestPoints<S, 3, 4>) -> ClosestPoints<S, 3, 4
     }
 }
 
+/// The nearer of two. Across a border of regions the squared distances differ by the square of the way to
+/// it, which rounding hides up to a hundred-millionth of the distance: of two that are as near as that, points
+/// inside an edge are taken before a corner, so that regions change where the parameter does.
 #[inline(always)]
 fn nearer<S: Scalar>(a: &ClosestPoints<S, 3, 4>, b: &ClosestPoints<S, 3, 4>) -> ClosestPoints<S, 3, 4> {
-    chosen(a.squared_distance.lt(b.squared_distance), a, b)
+    let more = S::splat(SAME_DISTANCE) * (a.vertices() - b.vertices());
+    chosen(a.squared_distance.lt(b.squared_distance * (S::one() + more)), a, b)
 }
 
-/// The inner points of the pair where they lie inside and are nearer than `best`. Their distance is that of
+/// The inner points of the pair where they lie inside and are not farther than `best`. Their distance is that of
 /// the points, their direction is at right angles to both primitives to the last digit.
 #[inline(always)]
 fn nearer_where<S: Scalar>(
@@ -134,7 +155,7 @@ fn nearer_where<S: Scalar>(
     let squared_distance = dot(&r, &r);
     let difference = scaled(squared_distance.sqrt(), &pair.normal);
     let inner = ClosestPoints { coefficients: pair.coefficients, difference, squared_distance };
-    chosen(inside & squared_distance.lt(best.squared_distance), &inner, best)
+    chosen(inside & squared_distance.lt(best.squared_distance * S::splat(1.0 + SAME_DISTANCE)), &inner, best)
 }
 
 #[inline(always)]
