@@ -18,7 +18,24 @@ pub(super) const CLOTH: BenchmarkRow = BenchmarkRow {
 pub(super) const BARS: BenchmarkRow = BenchmarkRow {
     name: "contact-bars",
     summary: "the first 100 steps of 2 ms of two bars of 12,288 tetrahedra each that collide at right angles",
-    cases: |threads| cases(threads, 24_576, "tets", 100, f64::NAN, bars),
+    cases: |threads| {
+        let mut cases = cases(threads, 24_576, "tets", 100, f64::NAN, bars);
+        let part = |name: &'static str, contact: &'static str| {
+            let text = bars().replace(CONTACT_OF_BARS, contact);
+            BenchmarkPart::new(name, threads.unwrap_or(1), move || {
+                FirstSteps::new(&text, 100).map(PerIteration)
+            })
+        };
+        cases.push(BenchmarkCase {
+            size: 24_576,
+            items: "tets",
+            case: "a Newton iteration, over one without contact".into(),
+            figure: Metric::Slowdown,
+            parts: vec![part("with contact", CONTACT_OF_BARS), part("without", "")],
+            reference: goal(1.5),
+        });
+        cases
+    },
 };
 
 pub(super) const STACK: BenchmarkRow = BenchmarkRow {
@@ -72,11 +89,33 @@ fn cases(
     }]
 }
 
+/// Contact of the two bars.
+const CONTACT_OF_BARS: &str = "contact = { distance = 2e-4 }";
+
+/// The first steps of a run, by the seconds that a Newton iteration takes.
+struct PerIteration(FirstSteps);
+
+impl Workload for PerIteration {
+    fn time(&mut self, repetitions: u64) -> Result<Duration, BenchmarkError> {
+        self.0.time(repetitions)
+    }
+
+    fn quantity(&self, seconds: f64) -> f64 {
+        seconds / self.0.iterations as f64
+    }
+
+    fn bytes(&self) -> usize {
+        self.0.bytes()
+    }
+}
+
 /// The first steps of a run, from the beginning every time.
 struct FirstSteps {
     simulation: Simulation,
     start: SavedState,
     steps: u32,
+    /// Newton iterations of the last repetition.
+    iterations: u64,
     /// Clock of its contact, and the part of the last time that it took.
     contact: Option<(ContactClock, f64)>,
 }
@@ -87,7 +126,11 @@ impl FirstSteps {
         simulation.count_losses(false);
         let start = SavedState::of(&simulation);
         let contact = ContactClock::of(&mut simulation).map(|clock| (clock, 0.0));
-        Ok(FirstSteps { simulation, start, steps, contact })
+        Ok(FirstSteps { simulation, start, steps, iterations: 0, contact })
+    }
+
+    fn newton_iterations(&self) -> u64 {
+        self.simulation.work().solver.map_or(0, |work| work.newton_iterations)
     }
 }
 
@@ -97,11 +140,13 @@ impl Workload for FirstSteps {
         for _ in 0..repetitions {
             self.start.restore(&mut self.simulation);
             self.contact.iter().for_each(|(clock, _)| clock.reset());
+            let before = self.newton_iterations();
             let start = Instant::now();
             for _ in 0..self.steps {
                 self.simulation.step()?;
             }
             elapsed += start.elapsed();
+            self.iterations = self.newton_iterations() - before;
             self.contact.iter().for_each(|(clock, _)| of_contact += clock.elapsed());
         }
         if let Some((_, share)) = &mut self.contact {
@@ -153,7 +198,7 @@ fn bars() -> String {
     format!(
         "dimension = 3
         time = {{ integrator = 'implicit-euler', step = 2e-3, duration = 1.0, {SOLVER} }}
-        contact = {{ distance = 2e-4 }}
+        {CONTACT_OF_BARS}
         {}{}",
         bar("[32, 8, 8]", "[0.4, 0.1, 0.1]", "[-0.2, -0.05, 0.0004]", -1.0),
         bar("[8, 32, 8]", "[0.1, 0.4, 0.1]", "[-0.05, -0.2, -0.1]", 1.0),
