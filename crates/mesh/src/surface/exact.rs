@@ -5,7 +5,7 @@ use robust::{Coord, Coord3D};
 use crate::geometry::{cross, dot, subtract};
 
 /// Corners of a triangle.
-pub(super) type Corners = [[f64; 3]; 3];
+pub(crate) type Corners = [[f64; 3]; 3];
 
 fn point(x: &[f64; 3]) -> Coord3D<f64> {
     Coord3D { x: x[0], y: x[1], z: x[2] }
@@ -18,7 +18,7 @@ pub(super) fn side([a, b, c]: &Corners, d: &[f64; 3]) -> f64 {
 }
 
 /// `(b - a) x (c - a)` of plane points, its sign exact.
-pub(super) fn turn(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
+pub(crate) fn turn(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
     let point = |x: [f64; 2]| Coord { x: x[0], y: x[1] };
     robust::orient2d(point(a), point(b), point(c))
 }
@@ -50,7 +50,7 @@ fn is_through([a, b, c]: &Corners, p: &[f64; 3], q: &[f64; 3], included: bool) -
 }
 
 /// True if an edge goes through the inside of a triangle, from strictly one side of it to the other.
-pub(super) fn pierces(triangle: &Corners, p: &[f64; 3], q: &[f64; 3]) -> bool {
+pub(crate) fn pierces(triangle: &Corners, p: &[f64; 3], q: &[f64; 3]) -> bool {
     let (start, end) = (side(triangle, p), side(triangle, q));
     (start < 0.0 && end > 0.0 || start > 0.0 && end < 0.0) && is_through(triangle, p, q, false)
 }

@@ -3,7 +3,7 @@
 mod bind;
 mod closed;
 mod error;
-mod exact;
+pub(crate) mod exact;
 mod groups;
 mod hexahedra;
 mod inside;
