@@ -28,6 +28,31 @@ fn a_row_of_the_suite_is_a_table_json_csv_and_a_page() {
 }
 
 #[test]
+fn long_cases_are_cut_short_by_a_budget_and_taken_from_an_earlier_run() {
+    let bench = Bench::new(SPRING);
+    let name = "an arch of 25 stones 1 mm apart stands";
+    let arguments = ["stress", "--only", name, "--budget", "500 ms", "-o", "out", "--json"];
+    let first = bench.pliant(arguments).succeeded().json();
+    let case = &first["cases"][0];
+    assert_eq!((&case["verdict"], &case["cut_short"]), (&"flagged".into(), &true.into()), "{case}");
+    assert!(case["notes"][0].as_str().unwrap().starts_with("cut short: arch with mu = 0.5, sound for "));
+    let again = [&arguments[..], &["--resume", "--markdown", "page.md"]].concat();
+    let second = bench.pliant(again.clone()).succeeded().json();
+    assert_eq!(second["cases"], first["cases"], "the seconds too");
+    let page = std::fs::read_to_string(bench.path("page.md")).unwrap();
+    assert!(page.contains("Printed by `pliant stress --long --markdown"), "{page}");
+    assert!(
+        page.contains("Every step must be solved") && page.contains("| worst step | least gap |"),
+        "{page}"
+    );
+    let file = bench.path("out/stress.json");
+    let other = std::fs::read_to_string(&file).unwrap().replace("\"commit\": \"", "\"commit\": \"not ");
+    std::fs::write(&file, other).unwrap();
+    bench.pliant(again).ended_with(1).says(&["stress.json", "they are of commit", "leave out --resume"]);
+    bench.pliant(["stress", "--resume"]).ended_with(2).says(&["--output"]);
+}
+
+#[test]
 fn a_choice_of_nothing_is_a_mistake() {
     let bench = Bench::new(SPRING);
     bench.pliant(["stress", "--only", "D99"]).ended_with(2).says(&["no case is of these rows"]);

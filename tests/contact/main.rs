@@ -1,10 +1,13 @@
 //! Contact and friction against independent references: quadratures, closed forms, and trajectories of
-//! programs that share nothing with this one.
+//! programs that share nothing with this one. Scenes of the long cases of `pliant stress` are here in small
+//! sizes.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 #![allow(clippy::excessive_precision, reason = "references keep the digits they were computed to")]
 
 mod arch;
+#[path = "../../crates/lab/src/stress/rows/long/chain.rs"]
+mod chain;
 mod collision;
 mod conservation;
 mod dynamics;
@@ -15,6 +18,8 @@ mod particle;
 mod prescribed;
 mod pressed;
 mod scenes;
+#[path = "../../crates/lab/src/stress/rows/long/setups.rs"]
+mod setups;
 mod sharp;
 mod solvers;
 mod start;

@@ -1,7 +1,6 @@
 //! Scenes of the repository in which things touch: nothing passes through anything, and each does what it
 //! is for.
 
-use std::collections::BTreeSet;
 use std::path::Path;
 
 use pliant_scene::assembly::{Assembly, UnstableStep};
@@ -18,120 +17,9 @@ pub(crate) fn opened(name: &str) -> Assembly {
 
 type Point = [f64; 3];
 
-fn minus(a: Point, b: Point) -> Point {
-    [0, 1, 2].map(|k| a[k] - b[k])
-}
-
-/// Volume of the tetrahedron, times six, with its sign.
-pub(crate) fn volume(a: Point, b: Point, c: Point, d: Point) -> f64 {
-    let [u, v, w] = [minus(b, a), minus(c, a), minus(d, a)];
-    u[0] * (v[1] * w[2] - v[2] * w[1]) - u[1] * (v[0] * w[2] - v[2] * w[0])
-        + u[2] * (v[0] * w[1] - v[1] * w[0])
-}
-
-/// Orientation of four points, by exact arithmetic.
-fn side(a: Point, b: Point, c: Point, d: Point) -> f64 {
-    let coord = |[x, y, z]: Point| robust::Coord3D { x, y, z };
-    robust::orient3d(coord(a), coord(b), coord(c), coord(d))
-}
-
-/// Whether a segment passes through a triangle.
-fn crosses([p, q]: [Point; 2], [a, b, c]: [Point; 3]) -> bool {
-    let apart = [side(a, b, c, p), side(a, b, c, q)];
-    let around = [side(p, q, a, b), side(p, q, b, c), side(p, q, c, a)];
-    let [above, below] = apart.map(|side| side > 0.0);
-    let through = above != below && apart.iter().all(|side| *side != 0.0);
-    through && (around.iter().all(|v| *v > 0.0) || around.iter().all(|v| *v < 0.0))
-}
-
-/// Orientation of three points in the plane, by exact arithmetic.
-fn turn(a: Point, b: Point, c: Point) -> f64 {
-    let coord = |[x, y, _]: Point| robust::Coord { x, y };
-    robust::orient2d(coord(a), coord(b), coord(c))
-}
-
-/// Whether two segments in the plane pass through each other.
-fn cut([a, b]: [Point; 2], [c, d]: [Point; 2]) -> bool {
-    let opposite = |one: f64, other: f64| one != 0.0 && other != 0.0 && (one > 0.0) != (other > 0.0);
-    opposite(turn(a, b, c), turn(a, b, d)) && opposite(turn(c, d, a), turn(c, d, b))
-}
-
-/// Indices of primitives of two lists whose boxes overlap, by a sweep along the first axis.
-fn meeting<const M: usize, const N: usize>(a: &[[Point; M]], b: &[[Point; N]]) -> Vec<[usize; 2]> {
-    let bounds = |points: &[Point]| -> [Point; 2] {
-        let of = |f: fn(f64, f64) -> f64, start: f64| {
-            [0, 1, 2].map(|k| points.iter().fold(start, |m, p| f(m, p[k])))
-        };
-        [of(f64::min, f64::INFINITY), of(f64::max, f64::NEG_INFINITY)]
-    };
-    let mut boxes: Vec<([Point; 2], usize)> = b.iter().enumerate().map(|(i, p)| (bounds(p), i)).collect();
-    boxes.sort_by(|(a, _), (b, _)| a[0][0].total_cmp(&b[0][0]));
-    let widest = boxes.iter().fold(0.0, |m: f64, ([low, high], _)| m.max(high[0] - low[0]));
-    let mut found = vec![];
-    for (i, points) in a.iter().enumerate() {
-        let [low, high] = bounds(points);
-        let first = boxes.partition_point(|([other, _], _)| other[0] < low[0] - widest);
-        let near = boxes[first..].iter().take_while(|([other, _], _)| other[0] <= high[0]);
-        let meets = near.filter(|([l, h], _)| (0..3).all(|k| l[k] <= high[k] && low[k] <= h[k]));
-        found.extend(meets.map(|(_, j)| [i, *j]));
-    }
-    found
-}
-
-/// Primitives that pass through each other: edges through triangles of the surfaces of all bodies, in the
-/// plane edges through edges of their outlines.
+/// Primitives that pass through each other.
 pub(crate) fn crossings(assembly: &Assembly) -> Vec<(Vec<u32>, Vec<u32>)> {
-    let d = assembly.topology.dimension;
-    let x = assembly.simulation.positions();
-    let point = |v: u32| -> Point { [0, 1, 2].map(|k| if k < d { x[d * v as usize + k] } else { 0.0 }) };
-    let bodies = &assembly.topology.bodies;
-    // Springs of sheets and solids are no surfaces.
-    let thin = bodies.iter().filter(|body| body.triangles.is_empty() && body.surface.is_empty());
-    let strands = thin.flat_map(|body| body.edges.iter().copied());
-    if d == 2 {
-        let edges: Vec<[u32; 2]> =
-            bodies.iter().flat_map(|body| outline(&body.triangles)).chain(strands).collect();
-        let places: Vec<_> = edges.iter().map(|edge| edge.map(point)).collect();
-        let apart = |[i, j]: &[usize; 2]| i < j && !edges[*i].iter().any(|v| edges[*j].contains(v));
-        let pairs = meeting(&places, &places).into_iter().filter(apart);
-        let crossing = pairs.filter(|[i, j]| cut(places[*i], places[*j]));
-        return crossing.map(|[i, j]| (edges[i].to_vec(), edges[j].to_vec())).collect();
-    }
-    let triangles: Vec<[u32; 3]> = bodies.iter().flat_map(|body| body.surface.iter().copied()).collect();
-    let sides = triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
-    let edges: BTreeSet<[u32; 2]> = sides.chain(strands).map(|[a, b]| [a.min(b), a.max(b)]).collect();
-    let edges: Vec<[u32; 2]> = edges.into_iter().collect();
-    let segments: Vec<_> = edges.iter().map(|edge| edge.map(point)).collect();
-    let places: Vec<_> = triangles.iter().map(|triangle| triangle.map(point)).collect();
-    let apart = |[i, j]: &[usize; 2]| !edges[*i].iter().any(|v| triangles[*j].contains(v));
-    let pairs = meeting(&segments, &places).into_iter().filter(apart);
-    let crossing = pairs.filter(|[i, j]| crosses(segments[*i], places[*j]));
-    crossing.map(|[i, j]| (edges[i].to_vec(), triangles[j].to_vec())).collect()
-}
-
-/// Edges with one triangle beside them.
-fn outline(triangles: &[[u32; 3]]) -> Vec<[u32; 2]> {
-    let sides = triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
-    let mut sides: Vec<[u32; 2]> = sides.map(|[a, b]| [a.min(b), a.max(b)]).collect();
-    sides.sort_unstable();
-    sides.chunk_by(|a, b| a == b).filter(|same| same.len() == 1).map(|same| same[0]).collect()
-}
-
-/// The test sees what crosses: a spike in a sheet, two strokes in the plane.
-#[test]
-fn crossings_are_seen() {
-    let triangle = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
-    let spike = |z: f64| [[0.2, 0.2, 1.0], [0.2, 0.2, z]];
-    assert!(crosses(spike(-1.0), triangle) && !crosses(spike(0.5), triangle));
-    // By less than the volumes and areas of double precision can tell.
-    let hair = 1e-200;
-    assert!(crosses([[0.2, 0.2, 1.0], [0.2, 0.2, -hair]], triangle) && !crosses(spike(hair), triangle));
-    let low = [[0.5, -1.0, 0.0], [0.5, hair, 0.0]];
-    assert!(cut(low, [triangle[0], triangle[1]]));
-    let stroke = |x: f64| [[x, -1.0, 0.0], [x, 1.0, 0.0]];
-    assert!(cut(stroke(0.5), [triangle[0], triangle[1]]) && !cut(stroke(1.5), [triangle[0], triangle[1]]));
-    let beside = [[5.0, 0.0, 0.0], [6.0, 0.0, 0.0], [5.0, 1.0, 0.0]];
-    assert_eq!(meeting(&[spike(-1.0), spike(0.5), stroke(0.5)], &[beside, triangle]), [[0, 1], [2, 1]]);
+    pliant_mesh::crossings(&assembly.topology, &assembly.simulation.positions())
 }
 
 /// Takes `steps` steps and looks for crossings `looks` times on the way.

@@ -1,10 +1,10 @@
 //! Scenes that break programs of contact: nothing passes through anything, all ends by itself, no energy
-//! comes from nowhere. Those that take longer than seconds are run by
-//! `cargo test --release --locked -p pliant-scene --test contact -- --ignored`.
+//! comes from nowhere. Those that take longer than seconds are cases of `pliant stress --long`.
 
 use pliant_scene::assembly::Assembly;
 
 use super::scenes::crossings;
+use super::setups::{grid, head, sheet_at_sheet, solid};
 
 /// Energy from nowhere may be so large, as a part of what prescribed motion turned over: its work is
 /// integrated over steps at whose ends its rate is known. And as a part of the energy in play, which solves
@@ -55,28 +55,6 @@ pub(crate) fn vertices(assembly: &Assembly, name: &str) -> std::ops::Range<usize
     body.vertices.start as usize..body.vertices.end as usize
 }
 
-pub(crate) fn solid(name: &str, mesh: &str, young: f64, density: f64, more: &str) -> String {
-    format!(
-        "[[body]]\nname = '{name}'\nmesh = {{ {mesh} }}\n\
-         elastic = {{ neo-hookean = {{ young = {young:?}, poisson = 0.4 }} }}\n\
-         mass = {{ density = {density:?} }}\n{more}\n"
-    )
-}
-
-pub(crate) fn grid(cells: [usize; 3], size: [f64; 3], origin: [f64; 3]) -> String {
-    format!("grid = {{ cells = {cells:?}, size = {size:?}, origin = {origin:?} }}")
-}
-
-pub(crate) fn head(step: f64, gravity: f64, contact: &str) -> String {
-    format!(
-        "dimension = 3\ntime = {{ integrator = 'implicit-euler', step = {step:?}, duration = 100.0 }}\n\
-         world = {{ gravity = [0, 0, {gravity:?}] }}\ncontact = {{ {contact} }}\n"
-    )
-}
-
-pub(crate) const FLOOR: &str =
-    "[[obstacle]]\nname = 'floor'\nshape = { half_space = { normal = [0, 0, 1], offset = 0 } }\n";
-
 /// Mean height of the vertices of a body [m].
 fn height(assembly: &Assembly, name: &str) -> f64 {
     let body = assembly.topology.bodies.iter().find(|body| body.name == name).unwrap();
@@ -88,22 +66,8 @@ fn height(assembly: &Assembly, name: &str) -> f64 {
 /// A sheet of 0.3 m that flies at another at 100 m/s, a metre in a step, with thickness and almost without.
 #[test]
 fn a_sheet_at_100_metres_a_second_does_not_pass_another() {
-    for (thickness, radius) in [("1e-3", "5e-4"), ("1e-3", "1e-6")] {
-        let sheet = |name: &str, z: f64, turn: &str, velocity: f64| {
-            format!(
-                "[[body]]\nname = '{name}'\n\
-                 mesh = {{ cloth = {{ cells = [6, 6], origin = [-0.15, -0.15, {z:?}], u = [0.3, 0, 0], v = [0, 0.3, 0] }} }}\n\
-                 {turn}\nmembrane = {{ thickness = {thickness} }}\ncontact = {{ radius = {radius} }}\n\
-                 elastic = {{ stable-neo-hookean = {{ young = 1e6, poisson = 0.3 }} }}\nmass = {{ density = 1.0 }}\n\
-                 velocity = {{ rigid = {{ linear = [0, 0, {velocity:?}] }} }}\n"
-            )
-        };
-        let turn = "transform = { rotate = { axis = [0, 0, 1], angle = 0.3 } }";
-        let text = head(0.01, 0.0, "distance = 1e-3")
-            .replace("duration = 100.0", "duration = 100.0, solver = { retries = 8 }")
-            + &sheet("still", 0.0, "", 0.0)
-            + &sheet("flies", 0.45, turn, -100.0);
-        let assembly = tortured("sheets", &text, 4, 4);
+    for radius in [5e-4, 1e-6] {
+        let assembly = tortured("sheets", &sheet_at_sheet(6, radius), 4, 4);
         assert!(height(&assembly, "flies") > height(&assembly, "still"), "radius {radius}");
     }
 }
@@ -197,73 +161,6 @@ fn stiffnesses_and_reaches_of_many_decades_hold_a_block() {
         let middle = x.chunks(2).take(25).map(|x| x[1]).sum::<f64>() / 25.0;
         assert!((0.12..0.3).contains(&middle), "{ratio} E, {distance} m: {middle} m");
     }
-}
-
-/// Stiff cubes stand. Soft ones fall over, and must: a column of 0.2 x 0.2 m bears its own weight up to
-/// `(7.84 E I / (rho g A))^(1/3)` (Greenhill 1881), 0.64 m at 1e5 Pa, 14 m at 1e9 Pa.
-#[test]
-#[ignore = "minutes: cargo test --release -p pliant-scene --test contact -- --ignored"]
-fn torture_a_stack_of_ten_cubes_stands_if_it_is_stiff() {
-    for young in [1e5, 1e9] {
-        let mut text = head(0.01, -9.81, "distance = 1e-3, friction = 0.5") + FLOOR;
-        for k in 0..10 {
-            let place = [0.01 * f64::from(k % 2), 0.007 * f64::from(k % 3), 0.001 + 0.201 * f64::from(k)];
-            text += &solid(&format!("cube{k}"), &grid([2, 2, 2], [0.2; 3], place), young, 1000.0, "");
-        }
-        let assembly = tortured("stack", &text, 1000, 20);
-        let heights: Vec<f64> = (0..10).map(|k| height(&assembly, &format!("cube{k}"))).collect();
-        let greenhill = (7.84 * young * 0.2 * 0.2 / 12.0 / (1000.0 * 9.81)).cbrt();
-        if greenhill > 2.0 {
-            assert!(heights.windows(2).all(|h| h[1] > h[0] + 0.1), "E = {young:e}: {heights:?}");
-            assert!((heights[9] - 1.91).abs() < 0.02, "E = {young:e}: {heights:?}");
-        } else {
-            assert!(heights[9] < greenhill, "E = {young:e}: {heights:?}");
-        }
-    }
-}
-
-/// Four rods side by side whose ends turn against each other, up to the time `until` [s]: stored energy [J].
-fn twisted_rods(h: f64, until: f64) -> f64 {
-    let mut text = head(h, 0.0, "");
-    for k in 0..4 {
-        let place = [-0.5, 0.03 * f64::from(k % 2) - 0.025, 0.03 * f64::from(k / 2) - 0.025];
-        let pin = "pin = [{ half_space = { normal = [1, 0, 0], offset = -0.4999 }, \
-            motion = { rotation = { axis = [1, 0, 0], point = [0, 0, 0], speed = '72 deg/s' } } }, \
-            { half_space = { normal = [-1, 0, 0], offset = -0.4999 }, \
-            motion = { rotation = { axis = [1, 0, 0], point = [0, 0, 0], speed = '-72 deg/s' } } }]";
-        text += &solid(&format!("rod{k}"), &grid([40, 2, 2], [1.0, 0.02, 0.02], place), 1e4, 1000.0, pin);
-    }
-    let mut assembly = tortured(&format!("rods at h = {h}"), &text, (until / h).round() as usize, 5);
-    assembly.simulation.diagnostics().elastic
-}
-
-#[test]
-#[ignore = "minutes: cargo test --release -p pliant-scene --test contact -- --ignored"]
-fn torture_four_rods_are_twisted() {
-    for (h, until) in [(2.0, 10.0), (0.5, 5.0), (0.1, 5.0)] {
-        twisted_rods(h, until);
-    }
-    let energies = [0.025, 0.0125, 0.00625].map(|h| twisted_rods(h, 2.5));
-    for pair in energies.windows(2) {
-        assert!((pair[1] / pair[0] - 1.0).abs() < 0.05, "half the step changes the energy: {energies:?} J");
-    }
-}
-
-#[test]
-#[ignore = "a minute: cargo test --release -p pliant-scene --test contact -- --ignored"]
-fn torture_a_large_cube_on_a_small_one() {
-    let text = head(0.025, -9.81, "friction = 0.5")
-        + FLOOR
-        + &solid("small", &grid([3, 3, 3], [0.1; 3], [-0.05, -0.05, 1e-4]), 1e6, 1000.0, "")
-        + &solid("large", &grid([3, 3, 3], [1.0; 3], [-0.5, -0.5, 0.1002]), 1e8, 1e4, "");
-    let assembly = tortured("large on small", &text, 40, 40);
-    assert!(height(&assembly, "small") < height(&assembly, "large"));
-}
-
-#[test]
-#[ignore = "minutes: cargo test --release -p pliant-scene --test contact -- --ignored"]
-fn torture_a_mat_is_wrung_to_the_end() {
-    super::scenes::watched("twisted_mat.toml", 200, 40);
 }
 
 /// Layers stop the way of the ends again and again: in the 50th step the rest of it was rounding, and free

@@ -154,7 +154,7 @@ pub(crate) fn _stress<'py>(
         })
     };
     let solvers = solvers.iter().map(solver).collect::<PyResult<_>>()?;
-    let choice = CaseFilter { only, materials, integrators, solvers, quick };
+    let choice = CaseFilter { only, materials, integrators, solvers, quick, long: false };
     let cases = match scene {
         Some(scene) => {
             stress::scene_cases(&scene.source, &choice).map_err(|error| errors::scene(py, &error))?
@@ -163,7 +163,9 @@ pub(crate) fn _stress<'py>(
     };
     if cases.is_empty() {
         let what = "no case is of these rows, materials, integrators and solvers";
-        return Err(PyValueError::new_err(format!("{what}; rows are \"torture\" and \"D1\" to \"D13\"")));
+        return Err(PyValueError::new_err(format!(
+            "{what}; rows are \"torture\", \"D1\" to \"D13\", \"K18\" and \"K18-long\""
+        )));
     }
     let results = watched(py, function, |watch| {
         let mut results: Vec<(Case, CaseResult)> = vec![];

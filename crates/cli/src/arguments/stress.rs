@@ -15,7 +15,7 @@ pub(crate) struct StressArguments {
     /// Change a value of the scene, for example time.step=1e-3; repeatable
     #[arg(long, value_name = "PATH=VALUE", requires = "scene")]
     pub(crate) set: Vec<String>,
-    /// Only these rows: torture, D1 to D13, K18
+    /// Only these rows: torture, D1 to D13, K18, K18-long; or cases of these names
     #[arg(long, value_name = "ROW", value_delimiter = ',', conflicts_with = "scene")]
     pub(crate) only: Vec<String>,
     /// Only these materials; those without numbers of an independent program run if they are named
@@ -31,13 +31,21 @@ pub(crate) struct StressArguments {
     /// Cases that take a tenth of a second or less
     #[arg(long)]
     pub(crate) quick: bool,
-    /// Wall time for everything, for example 60s or "5 min": runs of a scene are cut short where it is over,
-    /// and say so, cases of the suite left out [default: 60s for a scene]
+    /// Long cases as well, row K18-long: contact through hundreds and thousands of steps, in scenes that take
+    /// from seconds to many hours each
+    #[arg(long, conflicts_with_all = ["scene", "quick"])]
+    pub(crate) long: bool,
+    /// Wall time for everything, for example 60s or "5 min": runs of a scene and long cases are cut short
+    /// where it is over, and say so, other cases of the suite left out [default: 60s for a scene]
     #[arg(long, value_name = "TIME", value_parser = time_span)]
     pub(crate) budget: Option<f64>,
     /// Also write stress.csv, stress.json and stress.html with pictures of the end states into this folder
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: Option<PathBuf>,
+    /// Take results of long cases from stress.json in the folder of --output, which a program of the same
+    /// commit wrote, in place of running them again; it is written after each of them
+    #[arg(long, requires = "output", conflicts_with = "scene")]
+    pub(crate) resume: bool,
     /// Also write a page of Markdown, with its pictures in a folder beside it
     #[arg(long, value_name = "FILE")]
     pub(crate) markdown: Option<PathBuf>,

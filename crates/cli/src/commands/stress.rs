@@ -23,6 +23,11 @@ use crate::text::{counted, duration};
 /// Seconds for a scene, which may be of any size.
 const SCENE_BUDGET: f64 = 60.0;
 
+/// Name of the file of results.
+const DOCUMENT: &str = "stress.json";
+/// State of the sources of this program.
+const COMMIT: &str = env!("PLIANT_COMMIT");
+
 /// A case and what came of it.
 type Outcome = (Case, CaseResult);
 
@@ -33,6 +38,7 @@ pub(crate) fn execute(arguments: &StressArguments, terminal: Terminal) -> Result
         integrators: arguments.integrators.clone(),
         solvers: arguments.solvers.clone(),
         quick: arguments.quick,
+        long: arguments.long,
     };
     let cases = match &arguments.scene {
         Some(scene) => stress::scene_cases(&Input::read(scene, &arguments.set, None)?.source, &choice)?,
@@ -40,17 +46,25 @@ pub(crate) fn execute(arguments: &StressArguments, terminal: Terminal) -> Result
     };
     if cases.is_empty() {
         return Err(Failure::usage(
-            "no case is of these rows, materials, integrators and solvers; rows are torture, D1 to D13 and K18, `pliant list` has materials and integrators",
+            "no case is of these rows, materials, integrators and solvers; rows are torture, D1 to D13, K18 and K18-long, `pliant list` has materials and integrators",
         ));
     }
     if let Some(folder) = &arguments.output {
         output::folder(folder)?;
     }
+    let file = arguments.output.as_ref().map(|folder| folder.join(DOCUMENT));
+    let earlier = match &file {
+        Some(file) if arguments.resume && file.exists() => earlier_results(file)?,
+        _ => vec![],
+    };
     let interrupted = interrupt::flag()?;
     let count = cases.len();
     let budget = arguments.budget.or(arguments.scene.as_ref().map(|_| SCENE_BUDGET));
     let bar = spinner(terminal);
-    let results = stress::run_all(cases, budget, interrupted, &mut |progress, findings| {
+    let known = |case: &Case| find(&earlier, case);
+    // Those that cost hours are not lost with those after them.
+    let (mut kept, mut written) = (earlier.clone(), Ok(()));
+    let results = stress::run_all(cases, budget, interrupted, &known, &mut |progress, findings| {
         let Progress { case, finished, left, .. } = progress;
         match (findings, &bar) {
             (None, Some(bar)) => {
@@ -74,13 +88,23 @@ pub(crate) fn execute(arguments: &StressArguments, terminal: Terminal) -> Result
             }
             _ => {}
         }
+        if let (Some(file), Some(findings)) = (&file, findings)
+            && case.is_long
+            && !interrupted.load(Ordering::Relaxed)
+        {
+            kept.retain(|earlier| !is_of(earlier, case));
+            kept.push(stress_case(case, findings));
+            let so_far = json!({ "status": ExitStatus::Interrupted, "commit": COMMIT, "cases": kept });
+            written = keep(file, &so_far);
+        }
     });
+    written?;
     if let Some(bar) = bar {
         bar.finish_and_clear();
     }
     terminal.report(&rows::describe(&results, arguments.scene.is_some(), terminal.width()))?;
     if let Some(folder) = &arguments.output {
-        write(folder, &results)?;
+        write(folder, &results, &earlier)?;
         terminal.note(&format!("wrote stress.html, stress.csv and stress.json to {}", folder.display()));
     }
     if let Some(file) = &arguments.markdown {
@@ -106,15 +130,21 @@ pub(crate) fn execute(arguments: &StressArguments, terminal: Terminal) -> Result
     Ok(status)
 }
 
-fn write(folder: &Path, results: &[Outcome]) -> Result<(), Failure> {
+/// Writes the reports, with `earlier` results of cases that were not asked for in that for programs.
+fn write(folder: &Path, results: &[Outcome], earlier: &[Value]) -> Result<(), Failure> {
+    let mut all = document(ExitStatus::Done, results);
+    let others = earlier.iter().filter(|other| !results.iter().any(|(case, _)| is_of(other, case)));
+    if let Some(cases) = all["cases"].as_array_mut() {
+        cases.extend(others.cloned());
+    }
     output::file(&folder.join("stress.csv"), &rows::csv(results))?;
-    output::file(&folder.join("stress.json"), &format!("{:#}\n", document(ExitStatus::Done, results)))?;
+    output::file(&folder.join(DOCUMENT), &format!("{all:#}\n"))?;
     output::file(&folder.join("stress.html"), &page::html(results))
 }
 
 fn document(status: ExitStatus, results: &[Outcome]) -> Value {
     let cases: Vec<Value> = results.iter().map(|(case, findings)| stress_case(case, findings)).collect();
-    json!({ "status": status, "counts": counts(results), "cases": cases })
+    json!({ "status": status, "commit": COMMIT, "counts": counts(results), "cases": cases })
 }
 
 /// A case and what came of it, for programs.
@@ -132,6 +162,48 @@ pub fn stress_case(case: &Case, findings: &CaseResult) -> Value {
         value.extend(findings);
     }
     value
+}
+
+/// Cases of an earlier run by a program of the same commit.
+fn earlier_results(file: &Path) -> Result<Vec<Value>, Failure> {
+    let refused = |why: String| {
+        let what = format!(
+            "cannot take results from {}: {why}; leave out --resume to run all cases",
+            file.display()
+        );
+        Failure::failed("output", what)
+    };
+    let text = std::fs::read_to_string(file).map_err(|error| refused(error.to_string()))?;
+    let document: Value = serde_json::from_str(&text).map_err(|error| refused(error.to_string()))?;
+    if document["commit"] != COMMIT {
+        return Err(refused(format!("they are of commit {}, not of {COMMIT}", document["commit"])));
+    }
+    let cases =
+        document["cases"].as_array().cloned().ok_or_else(|| refused("there are no cases in it".into()))?;
+    for case in &cases {
+        serde_json::from_value::<CaseResult>(case.clone())
+            .map_err(|error| refused(format!("of {}: {error}", case["name"])))?;
+    }
+    Ok(cases)
+}
+
+/// Writes results so far, the old ones or the new ones at every moment.
+fn keep(file: &Path, so_far: &Value) -> Result<(), Failure> {
+    pliant_files::durable_file::replace(file, format!("{so_far:#}\n").as_bytes())
+        .map_err(|error| Failure::failed("output", format!("cannot write {}: {error}", file.display())))
+}
+
+/// True if results are of this case.
+fn is_of(results: &Value, case: &Case) -> bool {
+    let own = stress_case(case, &CaseResult::default());
+    let keys = ["row", "name", "dimension", "material", "poisson", "integrator", "solver"];
+    keys.iter().all(|key| own[key] == results[key])
+}
+
+/// Results of a long case; others are run again: they cost nothing, and pages draw their end states.
+fn find(earlier: &[Value], case: &Case) -> Option<CaseResult> {
+    let own = earlier.iter().find(|results| case.is_long && is_of(results, case))?;
+    serde_json::from_value(own.clone()).ok()
 }
 
 /// How many passed, were flagged, failed.

@@ -26,7 +26,18 @@ pub use scene::scene_cases;
 pub use starts::Start;
 
 /// Outcome of a case.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, schemars::JsonSchema)]
+#[derive(
+    Clone,
+    Copy,
+    Debug,
+    PartialEq,
+    Eq,
+    PartialOrd,
+    Ord,
+    serde::Serialize,
+    serde::Deserialize,
+    schemars::JsonSchema,
+)]
 #[serde(rename_all = "kebab-case")]
 #[schemars(rename = "Verdict")]
 pub enum CaseVerdict {
@@ -62,7 +73,7 @@ pub struct Picture {
 }
 
 /// The outcome of one case.
-#[derive(Clone, Debug, PartialEq, serde::Serialize, schemars::JsonSchema)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[schemars(rename = "Findings")]
 pub struct CaseResult {
     /// Whether it is what it should be.
@@ -73,6 +84,12 @@ pub struct CaseResult {
     pub iterations: Option<u64>,
     /// How many there may be.
     pub bar: Option<u64>,
+    /// Time steps taken, of long cases.
+    pub steps: Option<u64>,
+    /// Most Newton iterations of one step, of long cases.
+    pub worst_step: Option<u64>,
+    /// Least gap of all steps over the distance from which on surfaces push, of long cases.
+    pub least_gap: Option<f64>,
     /// Smallest `det F` at the end.
     pub min_j: Option<f64>,
     /// Total energy at the end over that at the start.
@@ -99,6 +116,9 @@ impl Default for CaseResult {
             notes: vec![],
             iterations: None,
             bar: None,
+            steps: None,
+            worst_step: None,
+            least_gap: None,
             min_j: None,
             energy_ratio: None,
             error: None,
@@ -146,8 +166,8 @@ impl CaseResult {
 
 /// One case of the suite.
 pub struct Case {
-    /// `D1` to `D13` as in the list of extreme cases, `K18` of those of contact, `torture` for the table of
-    /// starts.
+    /// `D1` to `D13` as in the list of extreme cases, `K18` and `K18-long` of those of contact, `torture` for
+    /// the table of starts.
     pub row: &'static str,
     /// Its work, in a few words.
     pub name: String,
@@ -163,6 +183,8 @@ pub struct Case {
     pub solver: LinearSolver,
     /// True if it takes about a tenth of a second or less.
     pub quick: bool,
+    /// True if it takes minutes to hours: it runs only if it is asked for.
+    pub is_long: bool,
     run: Box<dyn Fn(&Limits<'_>) -> CaseResult + Send + Sync>,
 }
 
@@ -172,8 +194,8 @@ impl Case {
         self.run_within(None, &AtomicBool::new(false))
     }
 
-    /// The same, in so much time at most where it is a case of a [scene](scene_cases), and until `interrupt`
-    /// is set.
+    /// The same, in so much time at most where it is a case of a [scene](scene_cases) or a long one, and
+    /// until `interrupt` is set.
     pub fn run_within(&self, time: Option<Duration>, interrupt: &AtomicBool) -> CaseResult {
         let start = Instant::now();
         let findings = (self.run)(&Limits { deadline: time.map(|time| start + time), interrupt });
@@ -209,14 +231,20 @@ pub fn row_title(row: &str) -> &str {
         "D12" => "D12: free spin",
         "D13" => "D13: a column under twice its buckling load",
         "K18" => "K18: contact, too soft and too stiff, between bodies of other masses and stiffnesses",
+        "K18-long" => "K18, long: contact through hundreds and thousands of steps",
         row => row,
     }
+}
+
+/// Criteria of a row that its title does not say, and what its cases are, in a paragraph of Markdown.
+pub fn row_description(row: &str) -> Option<&'static str> {
+    (row == "K18-long").then_some(rows::ABOUT_LONG)
 }
 
 /// Which cases to run: those that match every list that is not empty.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CaseFilter {
-    /// Rows.
+    /// Rows, and names of cases.
     pub only: Vec<String>,
     /// Materials. Those without numbers of their own join the table of starts if they are named here.
     pub materials: Vec<String>,
@@ -227,6 +255,8 @@ pub struct CaseFilter {
     pub solvers: Vec<LinearSolver>,
     /// Quick cases alone.
     pub quick: bool,
+    /// Long cases too, where `only` does not name them.
+    pub long: bool,
 }
 
 impl CaseFilter {
@@ -234,7 +264,8 @@ impl CaseFilter {
         let listed = |list: &[String], name: &str| {
             list.is_empty() || list.iter().any(|l| l.eq_ignore_ascii_case(name))
         };
-        listed(&self.only, case.row)
+        let named = !self.only.is_empty() && (listed(&self.only, case.row) || listed(&self.only, &case.name));
+        (named || self.only.is_empty() && (self.long || !case.is_long))
             && listed(&self.materials, &case.material)
             && listed(&self.integrators, &case.integrator)
             && (self.solvers.is_empty() || self.solvers.contains(&case.solver))

@@ -174,6 +174,7 @@ impl Trial {
             integrator: self.integrator.method().documentation.name.into(),
             solver: self.solver,
             quick: true,
+            is_long: false,
             run: Box::new(move |limits| self.run(limits)),
         }
     }

@@ -170,23 +170,59 @@ fn a_run_that_is_out_of_time_says_how_far_it_came() {
 fn a_suite_keeps_its_budget_and_stops_when_it_is_told_to() {
     let count = scene(BLOCK, &["implicit-euler"], &[]).len();
     let mut begun = vec![];
-    let all =
-        run_all(scene(BLOCK, &["implicit-euler"], &[]), Some(600.0), &AtomicBool::new(false), &mut |p, f| {
+    let all = run_all(
+        scene(BLOCK, &["implicit-euler"], &[]),
+        Some(600.0),
+        &AtomicBool::new(false),
+        &|_| None,
+        &mut |p, f| {
             if f.is_none() {
                 begun.push((p.finished, p.count, p.left.is_some()));
             }
-        });
+        },
+    );
     assert_eq!(all.len(), count);
     // The time it takes is unknown before the first case.
     assert_eq!((begun[0], begun[1]), ((0, count, false), (1, count, true)));
-    assert!(run_all(scene(BLOCK, &[], &[]), Some(0.0), &AtomicBool::new(false), &mut |_, _| {}).is_empty());
+    assert!(
+        run_all(scene(BLOCK, &[], &[]), Some(0.0), &AtomicBool::new(false), &|_| None, &mut |_, _| {})
+            .is_empty()
+    );
     let interrupt = AtomicBool::new(false);
-    let some = run_all(scene(BLOCK, &["implicit-euler"], &[]), None, &interrupt, &mut |p, f| {
+    let some = run_all(scene(BLOCK, &["implicit-euler"], &[]), None, &interrupt, &|_| None, &mut |p, f| {
         if p.finished == 1 && f.is_none() {
             interrupt.store(true, std::sync::atomic::Ordering::Relaxed);
         }
     });
     assert_eq!(some.len(), 1, "what was interrupted does not count");
+}
+
+#[test]
+fn results_that_are_known_are_not_found_again() {
+    let known = CaseResult { seconds: 3.0, notes: vec!["of yesterday".into()], ..CaseResult::default() };
+    let found = |known: &CaseResult, budget: Option<f64>| {
+        let cases = scene(BLOCK, &["implicit-euler"], &[]).into_iter().take(1).collect();
+        let all = run_all(cases, budget, &AtomicBool::new(false), &|_| Some(known.clone()), &mut |_, _| {});
+        all.into_iter().map(|(_, result)| result).next().unwrap()
+    };
+    assert_eq!(found(&known, None), known);
+    // What was cut short came no farther in less time, and may in more.
+    let cut = CaseResult { cut_short: true, ..known };
+    assert_eq!(found(&cut, Some(2.0)), cut);
+    assert_ne!(found(&cut, Some(100.0)), cut);
+    assert_ne!(found(&cut, None), cut);
+    // Of two that are cut short the farther one counts.
+    let run = |known: &CaseResult| {
+        let cases = cases(&CaseFilter {
+            only: vec!["an arch of 25 stones 1 mm apart stands".into()],
+            ..CaseFilter::default()
+        });
+        let all =
+            run_all(cases, Some(1e-3), &AtomicBool::new(false), &|_| Some(known.clone()), &mut |_, _| {});
+        all.into_iter().map(|(_, result)| result.steps).collect::<Vec<_>>()
+    };
+    assert_eq!(run(&CaseResult { seconds: 0.0, steps: Some(7), ..cut.clone() }), [Some(7)]);
+    assert_eq!(run(&CaseResult { seconds: 0.0, steps: None, ..cut }), [Some(0)]);
 }
 
 // A criterion that cannot fail is none.

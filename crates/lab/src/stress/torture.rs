@@ -149,6 +149,7 @@ impl TortureCell {
             integrator: self.integrator.method().documentation.name.into(),
             solver: self.solver,
             quick: self.dimension == 2 || (1..20).contains(&known),
+            is_long: false,
             run: Box::new(move |_| self.run()),
         }
     }

@@ -397,7 +397,9 @@ def stress(
     scene : Scene, optional
         What is put out of shape in place of the suite's own scenes.
     only : sequence of str, optional
-        Rows of the suite: ``"torture"``, ``"D1"`` to ``"D13"``; all without it.
+        Rows of the suite, and names of cases: ``"torture"``, ``"D1"`` to ``"D13"``, ``"K18"``; all these without
+        it. ``"K18-long"``, contact through hundreds and thousands of steps, takes hours, and runs only if it or
+        one of its cases is named.
     materials : sequence of str, optional
         Materials of the suite.
     integrators : sequence of str, optional

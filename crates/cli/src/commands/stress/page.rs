@@ -7,7 +7,7 @@ use pliant_lab::stress::{self, Case, CaseVerdict};
 use pliant_lab::study::page::{Look, Page, TableCell};
 
 use super::picture::{sheet, svg};
-use super::rows::{numbers, title};
+use super::rows::{any_is_long, numbers, numbers_of_long, title};
 use super::{Outcome, counts};
 use crate::failure::Failure;
 use crate::output;
@@ -16,7 +16,7 @@ use crate::output;
 const LEGEND: &str = "Elements in 2D: red where J <= 0, blue where J < 0.95, yellow where J > 1.25.";
 
 /// Columns of the table.
-const HEADER: [(&str, Look); 16] = [
+const HEADER: [(&str, Look); 19] = [
     ("case", Look::Text),
     ("dim", Look::Number),
     ("material", Look::Text),
@@ -30,6 +30,9 @@ const HEADER: [(&str, Look); 16] = [
     ("energy", Look::Number),
     ("error", Look::Number),
     ("may be", Look::Number),
+    ("steps", Look::Number),
+    ("worst step", Look::Number),
+    ("least gap", Look::Number),
     ("time [s]", Look::Number),
     ("end", Look::Number),
     ("remarks", Look::Long),
@@ -62,7 +65,7 @@ fn row(result: &Outcome) -> Vec<TableCell> {
         cell(case.solver.name()),
         TableCell::new(&f.verdict.to_string().to_lowercase(), verdict),
     ];
-    cells.extend(numbers(f).iter().map(|number| cell(number)));
+    cells.extend(numbers(f).iter().chain(&numbers_of_long(f)).map(|number| cell(number)));
     cells.push(cell(&format!("{:.2}", f.seconds)));
     cells.push(
         f.picture.as_ref().map_or_else(TableCell::default, |picture| TableCell::picture(svg(picture, 90.0))),
@@ -91,11 +94,12 @@ pub(super) fn write(file: &Path, results: &[Outcome]) -> Result<(), Failure> {
     let folder = file.with_file_name(&stem);
     output::folder(&folder)?;
     let mut out = format!(
-        "# What breaks simulators\n\nPrinted by `pliant stress --markdown docs/stress.md`: {}. \"its\" are Newton iterations, of the case or of its worst \
+        "# What breaks simulators\n\nPrinted by `pliant stress{} --markdown docs/stress.md`: {}. \"its\" are Newton iterations, of the case or of its worst \
          step, and \"bar\" how many there may be: three times those of an independent program. \"energy\" is that at the end over \
          that at the start; \"error\" is compared with \"may be\": the gradient that is left in the table of starts, and elsewhere the \
          difference from a closed form or from an independent code.\n\nFlagged is what is allowed, but what a user must be told: \
          equilibria away from rest, inverted elements, steps that nobody solves, each with its reason below.\n",
+        if any_is_long(results) { " --long" } else { "" },
         sums(results),
     );
     for dimension in [2, 3] {
@@ -114,17 +118,25 @@ pub(super) fn write(file: &Path, results: &[Outcome]) -> Result<(), Failure> {
         }
     }
     for row in rows {
+        let _ = write!(out, "\n## {}\n", stress::row_title(row));
+        if let Some(about) = stress::row_description(row) {
+            let _ = write!(out, "\n{about}\n");
+        }
+        let of_row: Vec<&Outcome> = results.iter().filter(|(case, _)| case.row == row).collect();
+        let long = of_row.iter().any(|(_, f)| f.steps.is_some());
+        let columns = if long { [" steps | worst step | least gap |", "---|---|---|"] } else { ["", ""] };
         let _ = write!(
             out,
-            "\n## {}\n\n| case | dim | material | nu | integrator | solver | | its | bar | min J | energy | error | may be |\n\
-             |---|---|---|---|---|---|---|---|---|---|---|---|---|\n",
-            stress::row_title(row),
+            "\n| case | dim | material | nu | integrator | solver | | its | bar | min J | energy | error | may be |{}\n\
+             |---|---|---|---|---|---|---|---|---|---|---|---|---|{}\n",
+            columns[0], columns[1],
         );
-        for (case, f) in results.iter().filter(|(case, _)| case.row == row) {
+        for (case, f) in of_row {
             let nu = case.poisson.map_or_else(String::new, |nu| nu.to_string());
+            let more = if long { format!(" {} |", numbers_of_long(f).join(" | ")) } else { String::new() };
             let _ = writeln!(
                 out,
-                "| {} | {} | {} | {nu} | {} | {} | {} | {} |",
+                "| {} | {} | {} | {nu} | {} | {} | {} | {} |{more}",
                 case.name,
                 case.dimension,
                 case.material,

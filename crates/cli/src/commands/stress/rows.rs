@@ -6,6 +6,17 @@ use super::Outcome;
 use crate::output::csv_line;
 use crate::text::{counted, number, table, wrap};
 
+/// Numbers that only long cases have, as texts: steps, iterations of the worst of them, least gap.
+pub(super) fn numbers_of_long(findings: &CaseResult) -> [String; 3] {
+    let c = |x: Option<u64>| x.map_or_else(String::new, |x| x.to_string());
+    [c(findings.steps), c(findings.worst_step), findings.least_gap.map_or_else(String::new, number)]
+}
+
+/// True if any case has these.
+pub(super) fn any_is_long(results: &[Outcome]) -> bool {
+    results.iter().any(|(_, f)| f.steps.is_some())
+}
+
 /// Numbers of a case, as texts.
 pub(super) fn numbers(findings: &CaseResult) -> [String; 6] {
     let n = |x: Option<f64>| x.map_or_else(String::new, number);
@@ -44,7 +55,11 @@ pub(super) fn describe(results: &[Outcome], is_scene: bool, width: usize) -> Str
         "may be",
         "time [s]",
     ];
+    let long = any_is_long(results);
     let mut rows = vec![header.map(str::to_owned).to_vec()];
+    if long {
+        rows[0].extend(["steps", "worst", "least gap"].map(str::to_owned));
+    }
     for result in results {
         let (case, f) = result;
         let mut row = vec![
@@ -58,6 +73,9 @@ pub(super) fn describe(results: &[Outcome], is_scene: bool, width: usize) -> Str
         ];
         row.extend(numbers(f));
         row.push(format!("{:.2}", f.seconds));
+        if long {
+            row.extend(numbers_of_long(f));
+        }
         rows.push(row);
     }
     let mut out = table(&rows, 0);
@@ -162,6 +180,9 @@ pub(super) fn csv(results: &[Outcome]) -> String {
         "notes",
         "advice",
         "cut_short",
+        "steps",
+        "worst_step",
+        "least_gap",
     ]);
     for (case, f) in results {
         let n = |x: Option<f64>| x.map_or_else(String::new, |x| format!("{x:?}"));
@@ -185,6 +206,9 @@ pub(super) fn csv(results: &[Outcome]) -> String {
             &f.notes.join("; "),
             f.advice.as_deref().unwrap_or_default(),
             if f.cut_short { "true" } else { "false" },
+            &c(f.steps),
+            &c(f.worst_step),
+            &n(f.least_gap),
         ]);
     }
     out

@@ -10,7 +10,7 @@ use crate::stress::{Case, CaseResult, CaseVerdict};
 /// Newton iterations may be three times as many as those of an independent program.
 const BAR: f64 = 3.0;
 /// Less of its distance left is an overload.
-const OVERLOAD: f64 = 0.05;
+pub(super) const OVERLOAD: f64 = 0.05;
 
 /// A block of 0.2 m that falls at 3 m/s on a layer of 0.5 m x 0.1 m.
 #[derive(Clone, Copy)]

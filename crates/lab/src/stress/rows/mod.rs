@@ -6,6 +6,7 @@ mod dt_sweep;
 mod explicit_guard;
 mod impossible;
 mod incompressible;
+mod long;
 mod ratios;
 mod release;
 mod sliver;
@@ -14,6 +15,7 @@ mod twist;
 mod units;
 
 use super::{Case, CaseResult};
+pub(super) use long::ABOUT as ABOUT_LONG;
 use pliant::solver::LinearSolver;
 
 /// Adds all of them.
@@ -30,6 +32,7 @@ pub(super) fn add(cases: &mut Vec<Case>) {
     spin::add(cases);
     column::add(cases);
     contact::add(cases);
+    long::add(cases);
 }
 
 /// Subject of a case.
@@ -55,6 +58,7 @@ impl CaseDescription<'_> {
             integrator: integrator.into(),
             solver: LinearSolver::Auto,
             quick,
+            is_long: false,
             run: Box::new(move |_| run()),
         }
     }
