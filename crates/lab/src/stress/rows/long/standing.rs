@@ -109,6 +109,7 @@ pub(super) fn stack(run: &mut LongRun<'_>, young: f64, steps: u64) -> Option<()>
         (0..CUBES).map(|k| scene.centre(&format!("cube{k}"))).collect()
     };
     let mut scene = run.begin("stack", &text, steps);
+    scene.expect_rounding(f64::from(CUBES) * young * 0.2_f64.powi(3));
     let start = centres(&scene);
     run.take(&mut scene, steps)?;
     let end = centres(&scene);
