@@ -16,7 +16,7 @@ use rayon::prelude::*;
 
 use super::block_matrix::{Block, BlockMatrix};
 use crate::energy::Stencils;
-use crate::lanes::{Kernel, Lanes, dispatch};
+use crate::lanes::{Kernel, Lanes, dispatch, prefetch};
 use crate::material::Psd;
 use crate::system::System;
 use changing::Changing;
@@ -27,6 +27,8 @@ const GROUP: usize = 512;
 const MAX_TASKS: usize = 32;
 /// Rows of the matrix that a thread takes at once.
 const TASK_ROWS: usize = 512;
+/// Sums that are asked for before they are added.
+const SOURCES_AHEAD: usize = 24;
 /// A block that belongs to a held vertex.
 const NOWHERE: u32 = u32::MAX;
 
@@ -95,6 +97,8 @@ pub struct Assembler<const D: usize> {
     held: Vec<bool>,
     /// Version of the structure of the system.
     structure: u64,
+    /// For every row, the block that its next transpose goes to, while the matrix is filled.
+    next_transpose: Vec<u32>,
     /// The matrix with the blocks of stencils that change.
     changing: Changing<D>,
 }
@@ -192,6 +196,7 @@ impl<const D: usize> Assembler<D> {
             source,
             held,
             structure: system.structure(),
+            next_transpose: vec![0; vertices],
             changing: Changing::default(),
         }
     }
@@ -244,15 +249,17 @@ impl<const D: usize> Assembler<D> {
         for plan in &mut self.terms {
             plan.sum(system, at, weights, &mut self.sums);
         }
-        let Assembler { matrix, sums, upper, source_start, source, held, .. } = self;
+        let Assembler { matrix, sums, upper, source_start, source, held, next_transpose, .. } = self;
         let BlockMatrix { row_start, column, value, .. } = matrix;
         let (row_start, column, mass) = (&*row_start, &*column, system.mass());
         let (sums, upper, source_start, source, held) = (&*sums, &*upper, &*source_start, &*source, &*held);
+        let is_alone = rayon::current_num_threads() == 1;
         // A task takes so many rows, and all their blocks.
-        let starts: Vec<u32> = row_start.iter().copied().step_by(TASK_ROWS).collect();
+        let most = if is_alone { next_transpose.len().max(1) } else { TASK_ROWS };
+        let starts: Vec<u32> = row_start.iter().copied().step_by(most).collect();
         let end = row_start[row_start.len() - 1];
-        let task = |(task, blocks): (usize, &mut [Block<D>])| {
-            let rows = task * TASK_ROWS..((task + 1) * TASK_ROWS).min(row_start.len() - 1);
+        let task = |(task, (blocks, next_transpose)): (usize, (&mut [Block<D>], &mut [u32]))| {
+            let rows = task * most..task * most + next_transpose.len();
             let inertia = weights.inertia;
             dispatch(AddGroups {
                 rows,
@@ -265,13 +272,15 @@ impl<const D: usize> Assembler<D> {
                 held,
                 mass,
                 inertia,
+                next_transpose,
                 blocks,
             });
         };
-        let tasks = split(&starts, end, value);
-        if tasks.len() == 1 || rayon::current_num_threads() == 1 {
-            tasks.into_iter().enumerate().for_each(task);
+        let tasks = split(&starts, end, value).into_iter();
+        if is_alone {
+            tasks.zip(next_transpose.chunks_mut(most)).enumerate().for_each(task);
         } else {
+            let tasks: Vec<_> = tasks.zip(next_transpose.chunks_mut(most)).collect();
             tasks.into_par_iter().enumerate().for_each(task);
         }
     }
@@ -298,7 +307,7 @@ impl<const D: usize> Assembler<D> {
         self.matrix.bytes()
             + self.changing.bytes()
             + size_of_val(&self.sums[..])
-            + 4 * lists
+            + 4 * (lists + self.next_transpose.len())
             + self.held.len()
             + plans.sum::<usize>()
     }
@@ -446,6 +455,9 @@ fn add_transposes<const D: usize>(repeated: &[usize], first: usize, hessians: &m
 }
 
 /// Rows of the matrix from the sums of groups.
+///
+/// The groups are looked up for the blocks from the diagonal on: a block below it is the transpose of one of
+/// a row before. Columns before the first of the rows have theirs elsewhere, and are summed here as well.
 struct AddGroups<'a, const D: usize> {
     rows: Range<usize>,
     row_start: &'a [u32],
@@ -457,8 +469,39 @@ struct AddGroups<'a, const D: usize> {
     held: &'a [bool],
     mass: &'a [f64],
     inertia: f64,
+    /// For each of these rows, overwritten.
+    next_transpose: &'a mut [u32],
     /// The blocks of these rows.
     blocks: &'a mut [Block<D>],
+}
+
+impl<const D: usize> AddGroups<'_, D> {
+    /// Block `at` of the matrix, in row `row`, of which a coordinate may be held, without inertia.
+    #[inline(always)]
+    fn sum(&self, (row, is_row_held): (usize, bool), at: usize) -> Block<D> {
+        let (col, upper) = (self.column[at] as usize, self.upper[at] as usize);
+        let sources = self.source_start[upper] as usize..self.source_start[upper + 1] as usize;
+        let mut block = [[0.0; D]; D];
+        for at in sources {
+            // The sums of the blocks to come, in the order of the upper triangle.
+            if let Some(s) = self.source.get(at + SOURCES_AHEAD) {
+                prefetch(self.sums, (s / 2) as usize);
+            }
+            let s = self.source[at];
+            add(&mut block, &self.sums[(s / 2) as usize], (s % 2 == 1) != (col < row));
+        }
+        let (held, others) = (&self.held[row * D..][..D], &self.held[col * D..][..D]);
+        if is_row_held || others.contains(&true) {
+            for k in 0..D {
+                for l in 0..D {
+                    if held[k] || others[l] {
+                        block[k][l] = 0.0;
+                    }
+                }
+            }
+        }
+        block
+    }
 }
 
 impl<const D: usize> Kernel for AddGroups<'_, D> {
@@ -466,38 +509,42 @@ impl<const D: usize> Kernel for AddGroups<'_, D> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let first = self.row_start[self.rows.start] as usize;
-        for row in self.rows {
-            let range = self.row_start[row] as usize..self.row_start[row + 1] as usize;
-            let held = &self.held[row * D..][..D];
-            let row_held = held.contains(&true);
-            let blocks = &mut self.blocks[range.start - first..range.end - first];
-            for ((block, col), upper) in
-                blocks.iter_mut().zip(&self.column[range.clone()]).zip(&self.upper[range])
-            {
-                let (col, upper) = (*col as usize, *upper as usize);
-                let sources =
-                    &self.source[self.source_start[upper] as usize..self.source_start[upper + 1] as usize];
-                *block = [[0.0; D]; D];
-                for s in sources {
-                    add(block, &self.sums[(s / 2) as usize], (s % 2 == 1) != (col < row));
-                }
-                let others = &self.held[col * D..][..D];
-                if row_held || others.contains(&true) {
+        let (start, end) = (self.rows.start, self.rows.end);
+        let first = self.row_start[start] as usize;
+        for row in start..end {
+            let blocks = self.row_start[row] as usize..self.row_start[row + 1] as usize;
+            let before = self.column[blocks.clone()].partition_point(|col| (*col as usize) < start);
+            let held = self.held[row * D..][..D].contains(&true);
+            for at in blocks.start..blocks.start + before {
+                self.blocks[at - first] = self.sum((row, held), at);
+            }
+            self.next_transpose[row - start] = (blocks.start + before) as u32;
+        }
+        for row in start..end {
+            // All blocks below the diagonal are there.
+            let diagonal = self.next_transpose[row - start] as usize;
+            let held = self.held[row * D..][..D].contains(&true);
+            for at in diagonal..self.row_start[row + 1] as usize {
+                let col = self.column[at] as usize;
+                let mut block = self.sum((row, held), at);
+                if col > row && col < end {
+                    let next = &mut self.next_transpose[col - start];
+                    let transpose = &mut self.blocks[*next as usize - first];
                     for k in 0..D {
                         for l in 0..D {
-                            if held[k] || others[l] {
-                                block[k][l] = 0.0;
-                            }
+                            transpose[k][l] = block[l][k];
                         }
                     }
+                    *next += 1;
                 }
                 if row == col {
                     for k in 0..D {
                         // Any positive number would do for a held coordinate.
-                        block[k][k] += if held[k] { 1.0 } else { self.inertia * self.mass[row] };
+                        let held = self.held[row * D + k];
+                        block[k][k] += if held { 1.0 } else { self.inertia * self.mass[row] };
                     }
                 }
+                self.blocks[at - first] = block;
             }
         }
     }

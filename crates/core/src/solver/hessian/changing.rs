@@ -79,12 +79,12 @@ impl<const D: usize> Changing<D> {
             return;
         }
         let is_held = |v: u32| held[v as usize * D..][..D].iter().all(|held| *held);
-        let fits = self.whole.as_ref().is_some_and(|whole| self.place_all(&whole.matrix, is_held).is_some());
-        if !fits {
+        let mut slots = self.whole.as_ref().and_then(|whole| self.place_all(&whole.matrix, is_held));
+        if slots.is_none() {
             self.make_room(vec![], fixed, is_held);
+            slots = self.whole.as_ref().and_then(|whole| self.place_all(&whole.matrix, is_held));
         }
-        let Some(whole) = &self.whole else { return };
-        let slots = self.place_all(&whole.matrix, is_held).expect("the pattern was made for them");
+        let slots = slots.expect("the pattern was made for them");
         self.plans.iter_mut().zip(slots).for_each(|(plan, slot)| plan.slot = slot);
     }
 
@@ -158,8 +158,17 @@ impl<const D: usize> Changing<D> {
     ) {
         self.include(system, fixed, held);
         let Some(ExtendedMatrix { matrix, place }) = &mut self.whole else { return };
-        matrix.value.fill([[0.0; D]; D]);
-        place.iter().zip(&fixed.value).for_each(|(place, block)| matrix.value[*place as usize] = *block);
+        let mut next = 0;
+        for (place, block) in place.iter().zip(&fixed.value) {
+            // Few places are between those of the fixed matrix.
+            while next < *place as usize {
+                matrix.value[next] = [[0.0; D]; D];
+                next += 1;
+            }
+            matrix.value[next] = *block;
+            next += 1;
+        }
+        matrix.value[next..].fill([[0.0; D]; D]);
         for plan in &mut self.plans {
             let factor = if plan.term.1 { weights.damping } else { weights.stiffness };
             plan.fill(system, at);

@@ -82,3 +82,34 @@ fn a_stencil_may_name_a_vertex_at_two_places() {
         assert!((assembled - exact).abs() < 160.0 * f64::EPSILON, "{assembled} and {exact}");
     }
 }
+
+/// Blocks below the diagonal are transposes of those above it, in every task; tasks are as many as threads
+/// ask for, and their rows more than one task has.
+#[test]
+fn matrices_are_symmetric_and_the_same_on_any_number_of_threads() {
+    let assembled = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let mut system = System::new(2, vec![1.0; COUNT as usize + 1]);
+            system.add_term(Box::new(Folded));
+            let x = vec![0.0; 2 * (COUNT as usize + 1)];
+            let mut assembler = Assembler::<2>::new(&mut system);
+            let weights = Weights { inertia: 3.0, stiffness: 0.7, damping: 0.0 };
+            let at = At { x: &x, v: &[], psd: Psd::Exact, predicted_from: None };
+            // What is filled anew does not depend on what was there.
+            (0..2).for_each(|_| assembler.assemble(&system, at, weights));
+            assembler.matrix().clone()
+        })
+    };
+    let alone = assembled(1);
+    assert_eq!(assembled(3), alone);
+    let mut below = 0;
+    for row in 0..alone.rows() {
+        for (column, block) in alone.row(row).filter(|(column, _)| *column < row) {
+            let (_, above) = alone.row(column).find(|(other, _)| *other == row).unwrap();
+            assert_eq!([[block[0][0], block[1][0]], [block[0][1], block[1][1]]], *above);
+            below += 1;
+        }
+    }
+    assert_eq!(below, COUNT);
+}
