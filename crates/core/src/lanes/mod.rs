@@ -34,6 +34,7 @@ mod pair;
 mod portable;
 mod prefetch;
 mod rows;
+mod spread;
 
 pub use aligned::{Aligned, Columns, ColumnsView, Numbers, VertexRows};
 pub use dispatch::{InstructionSet, Kernel, dispatch, dispatch_at, dispatch_compact, level};
@@ -43,6 +44,7 @@ pub use pair::Pair;
 pub use portable::{Portable, PortableMask};
 pub use prefetch::{prefetch, prefetch_all, prefetch_early};
 pub use rows::{RowSlice, RowSource, Rows};
+pub use spread::spread;
 
 /// Lanes in a pack, on every instruction set.
 pub const WIDTH: usize = 8;

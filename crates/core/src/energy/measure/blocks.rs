@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::{MeasuredStencils, ScalarStrain};
 use crate::algebra::{Dual, PackedMatrix, project_positive_packed};
-use crate::lanes::{Kernel, Lanes, WIDTH, dispatch};
+use crate::lanes::{Kernel, Lanes, WIDTH, dispatch, spread};
 use crate::material::Psd;
 
 /// Output for each stencil.
@@ -134,41 +134,64 @@ impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> StencilBlocksKernel<
         matrix
     }
 
-    /// The block of the points `a` and `b` in lane `lane`, times `stiffness`, by rows.
+    /// Blocks of the pairs `a <= b` of all points by rows, times `stiffness`, in `packs` one entry after the
+    /// other.
     #[inline(always)]
-    fn write_block(
-        matrix: &[[[f64; WIDTH]; MOST]; MOST],
-        a: usize,
-        b: usize,
-        lane: usize,
-        stiffness: f64,
-        out: &mut [f64],
-    ) {
-        for i in 0..D {
-            for l in 0..D {
-                let entry = |a: usize, b: usize| matrix[(a - 1) * D + i][(b - 1) * D + l][lane];
-                let sum_over_rows = |b: usize| (1..N).map(|a| entry(a, b)).sum::<f64>();
-                let value = match (a, b) {
-                    (0, 0) => (1..N).map(sum_over_rows).sum(),
-                    (0, b) => -sum_over_rows(b),
-                    (a, b) => entry(a, b),
-                };
-                // Lanes that fill up have no stiffness.
-                out[i * D + l] = if stiffness == 0.0 { 0.0 } else { stiffness * value };
+    fn write_blocks<L: Lanes>(matrix: &PackedMatrix<L>, stiffness: L, packs: &mut [L]) {
+        // Lanes that fill up have no stiffness.
+        let counts = L::zero().lt(stiffness.abs());
+        let mut next = 0;
+        for a in 0..N {
+            for b in a..N {
+                for i in 0..D {
+                    for l in 0..D {
+                        let value = Self::entry(matrix, a, b, i, l);
+                        packs[next] = L::select(counts, stiffness * value, L::zero());
+                        next += 1;
+                    }
+                }
             }
         }
+    }
+
+    /// Entry `(i, l)` of the block of the points `a <= b`; those of the first make translations change
+    /// nothing.
+    #[inline(always)]
+    fn entry<L: Lanes>(matrix: &PackedMatrix<L>, a: usize, b: usize, i: usize, l: usize) -> L {
+        if a > 0 {
+            return matrix[(a - 1) * D + i][(b - 1) * D + l];
+        }
+        if b > 0 {
+            return -Self::sum_over_rows(matrix, b, i, l);
+        }
+        let mut sum = Self::sum_over_rows(matrix, 1, i, l);
+        for b in 2..N {
+            sum += Self::sum_over_rows(matrix, b, i, l);
+        }
+        sum
+    }
+
+    #[inline(always)]
+    fn sum_over_rows<L: Lanes>(matrix: &PackedMatrix<L>, b: usize, i: usize, l: usize) -> L {
+        let mut sum = matrix[i][(b - 1) * D + l];
+        for a in 2..N {
+            sum += matrix[(a - 1) * D + i][(b - 1) * D + l];
+        }
+        sum
     }
 }
 
 /// Rows of the largest matrix.
 const MOST: usize = PackedMatrix::<f64>::ROWS;
+/// Entries of the blocks of all pairs of points, at most: of four points in space.
+const MOST_ENTRIES: usize = 10 * 9;
 
 impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> Kernel for StencilBlocksKernel<'_, Q, D, N> {
     type Output = ();
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        const { assert!((N - 1) * D <= MOST) };
+        const { assert!((N - 1) * D <= MOST && N * (N + 1) / 2 * D * D <= MOST_ENTRIES) };
         let per_stencil = N * (N + 1) / 2 * D * D;
         let packs = self.range.start / WIDTH..self.range.end.div_ceil(WIDTH);
         let mut lanes = self.stencils.patches.lanes_in(packs.start * WIDTH..packs.end * WIDTH);
@@ -190,28 +213,13 @@ impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> Kernel for StencilBl
             }
             let constants = &self.stencils.packs[pack];
             let matrix = self.matrix::<L>(&x, &constants.rest());
-            let mut entries = [[[0.0; WIDTH]; MOST]; MOST];
-            for row in 0..(N - 1) * D {
-                for column in 0..(N - 1) * D {
-                    matrix[row][column].store(&mut entries[row][column]);
-                }
-            }
-            for lane in 0..WIDTH {
-                let stencil = pack * WIDTH + lane;
-                if !self.range.contains(&stencil) {
-                    continue;
-                }
-                let (stiffness, _) = self.stencils.constants(pack, lane);
-                let first = (stencil - self.range.start) * per_stencil;
-                let mut block = first;
-                for a in 0..N {
-                    for b in a..N {
-                        let out = &mut self.out[block..block + D * D];
-                        Self::write_block(&entries, a, b, lane, stiffness, out);
-                        block += D * D;
-                    }
-                }
-            }
+            let mut packs = [L::zero(); MOST_ENTRIES];
+            let packs = &mut packs[..per_stencil];
+            Self::write_blocks(&matrix, constants.stiffness(), packs);
+            let first = pack * WIDTH;
+            let stencils = self.range.start.max(first)..self.range.end.min(first + WIDTH);
+            let out = &mut self.out[(stencils.start - self.range.start) * per_stencil..];
+            spread(packs, stencils.start - first..stencils.end - first, out);
         }
     }
 }

@@ -302,3 +302,40 @@ fn numbers_begin_at_a_cache_line_and_are_as_many_as_asked_for() {
     let given = [1.0, -2.0, 3.5];
     assert_eq!(*Numbers::from(&given[..]), given);
 }
+
+/// Spreads packs whose lane `l` of pack `i` is `100 l + i`.
+struct SpreadPacks<'a> {
+    count: usize,
+    lanes: std::ops::Range<usize>,
+    out: &'a mut [f64],
+}
+impl Kernel for SpreadPacks<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let mut packs = [L::zero(); 20];
+        for i in 0..self.count {
+            let mut numbers = [0.0; WIDTH];
+            for l in 0..WIDTH {
+                numbers[l] = 100.0 * l as f64 + i as f64;
+            }
+            packs[i] = L::load(&numbers);
+        }
+        spread(&packs[..self.count], self.lanes, self.out);
+    }
+}
+
+#[test]
+fn packs_are_spread_lane_by_lane() {
+    for level in InstructionSet::ALL {
+        for count in [1, 7, 8, 9, 16, 19] {
+            for lanes in [0..8, 0..3, 5..8, 2..2] {
+                let mut out = vec![-1.0; count * lanes.len() + 2];
+                dispatch_at(level, SpreadPacks { count, lanes: lanes.clone(), out: &mut out });
+                let numbers = lanes.flat_map(|l| (0..count).map(move |i| (100 * l + i) as f64));
+                let expected: Vec<f64> = numbers.chain([-1.0; 2]).collect();
+                assert_eq!(out, expected, "{level:?}, {count} packs");
+            }
+        }
+    }
+}
