@@ -51,13 +51,13 @@ pub struct EnergyOfDistance<S> {
 
 /// An energy as a function of a distance `d`, with its derivatives.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EnergyOfGap {
+pub struct EnergyOfGap<S = f64> {
     /// `E` [J].
-    pub energy: f64,
+    pub energy: S,
     /// `dE/dd` [N].
-    pub slope: f64,
+    pub slope: S,
     /// `d2E/dd2` [N/m].
-    pub curvature: f64,
+    pub curvature: S,
 }
 
 impl Barrier {
@@ -134,12 +134,20 @@ impl Barrier {
         if distance <= 0.0 {
             return EnergyOfGap { energy: f64::INFINITY, slope: 0.0, curvature: 0.0 };
         }
+        self.by_gap(distance, weight)
+    }
+
+    /// The energy of a pair of weight `w` [m^2] by its distance `d > 0` [m], `dE/dd = 2 d dE/dD`, `d2E/dd2 =
+    /// 4 d^2 d2E/dD2 + 2 dE/dD`.
+    #[inline(always)]
+    pub(crate) fn by_gap<S: Scalar>(&self, distance: S, weight: S) -> EnergyOfGap<S> {
+        let c = S::splat;
         let law = self.at(distance * distance, weight);
         EnergyOfGap {
             energy: law.energy,
-            slope: 2.0 * law.slope * distance,
-            // The energy is convex in the distance.
-            curvature: 4.0 * law.curvature * distance * distance + 2.0 * law.slope,
+            slope: c(2.0) * law.slope * distance,
+            // The energy of a barrier is convex in the distance.
+            curvature: c(4.0) * law.curvature * distance * distance + c(2.0) * law.slope,
         }
     }
 

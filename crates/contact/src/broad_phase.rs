@@ -65,8 +65,14 @@ impl<const D: usize> Bounds<D> {
 
     /// Distance between the boxes [m], zero where they meet; infinite of nothing.
     pub(crate) fn distance(&self, other: &Self) -> f64 {
+        self.squared_distance(other).sqrt()
+    }
+
+    /// The square of the distance [m^2].
+    #[inline]
+    pub(crate) fn squared_distance(&self, other: &Self) -> f64 {
         let along = |k: usize| (other.low[k] - self.high[k]).max(self.low[k] - other.high[k]).max(0.0);
-        (0..D).map(|k| along(k) * along(k)).sum::<f64>().sqrt()
+        (0..D).map(|k| along(k) * along(k)).sum::<f64>()
     }
 
     /// Grows the box until the other is in it.
@@ -95,6 +101,7 @@ impl<const D: usize> BoundsNode<D> {
         }
     }
 
+    #[inline(always)]
     fn bounds(&self) -> Bounds<D> {
         let mut all = Bounds::EMPTY;
         for child in 0..WIDE {
@@ -107,16 +114,24 @@ impl<const D: usize> BoundsNode<D> {
     }
 
     /// The boxes grown by `distance` on every side.
+    #[inline(always)]
     fn grown(mut self, distance: f64) -> Self {
         for k in 0..D {
-            self.low[k] = self.low[k].map(|low| low - distance);
-            self.high[k] = self.high[k].map(|high| high + distance);
+            for child in 0..WIDE {
+                self.low[k][child] -= distance;
+                self.high[k][child] += distance;
+            }
         }
         self
     }
 
+    #[inline(always)]
     fn child(&self, child: usize) -> Bounds<D> {
-        Bounds { low: self.low.map(|low| low[child]), high: self.high.map(|high| high[child]) }
+        let mut bounds = Bounds::EMPTY;
+        for k in 0..D {
+            (bounds.low[k], bounds.high[k]) = (self.low[k][child], self.high[k][child]);
+        }
+        bounds
     }
 
     /// Bit `child` is set where its box meets another.

@@ -6,6 +6,7 @@
 use crate::broad_phase::{Bounds, BoundsTree};
 use crate::closest::Primitives;
 use crate::contacts::rows;
+use crate::packs::closest_points;
 use crate::pair::{EdgeEdge, PointTriangle};
 use crate::surface::{ContactSurface, VertexKind};
 use crate::vector::are_apart_across;
@@ -13,6 +14,9 @@ use rayon::prelude::*;
 
 /// Primitives whose pairs one task looks for.
 const PLACES: usize = 256;
+
+/// Pairs whose distances one task computes.
+const NEAR_TASK: usize = 1024;
 
 /// Candidates of a surface with itself.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -275,15 +279,24 @@ impl<const D: usize> Search<'_, D> {
         pairs: &mut Vec<[u32; 2]>,
         vertices: impl Fn([u32; 2]) -> [u32; 4] + Sync,
     ) {
-        let is_near = |pair: &&[u32; 2]| {
-            let vertices = vertices(**pair);
+        let reach = |vertices: &[u32; 4]| {
             let radii = self.surface.radius(vertices[0]) + self.surface.radius(vertices[3]);
             // Distances are rounded.
-            let distance = (self.reach + radii) * (1.0 + 1e-9);
-            let x = rows::<3, 4>(self.x, &vertices);
-            !are_apart_across(&x, K::FIRST, distance) && K::closest(&x).squared_distance < distance * distance
+            (self.reach + radii) * (1.0 + 1e-9)
         };
-        *pairs = pairs.par_iter().filter(is_near).copied().collect();
+        let near = |pairs: &[[u32; 2]]| {
+            let may_be_near = |vertices: &[u32; 4]| {
+                !are_apart_across(&rows::<3, 4>(self.x, vertices), K::FIRST, reach(vertices))
+            };
+            let numbered = pairs.iter().map(|pair| (*pair, vertices(*pair)));
+            let (mut near, at_hand): (Vec<_>, Vec<_>) = numbered.filter(|(_, v)| may_be_near(v)).unzip();
+            let closest = closest_points::<K, 3, 4>(self.x, &at_hand);
+            let mut is_near =
+                at_hand.iter().zip(closest).map(|(v, (_, squared))| squared < reach(v) * reach(v));
+            near.retain(|_| is_near.next() == Some(true));
+            near
+        };
+        *pairs = pairs.par_chunks(NEAR_TASK).map(near).collect::<Vec<_>>().concat();
     }
 
     #[inline]
@@ -466,27 +479,35 @@ impl<const D: usize> CandidateCache<D> {
 fn relative_motion<const D: usize>(surface: &ContactSurface, from: &[f64], to: &[f64]) -> f64 {
     let moved = |v: u32| {
         let at = v as usize * D;
+        let (to, from) = (&to[at..][..D], &from[at..][..D]);
         let mut moved = [0.0; D];
-        (0..D).for_each(|k| moved[k] = to[at + k] - from[at + k]);
+        (0..D).for_each(|k| moved[k] = to[k] - from[k]);
         moved
     };
     let body = |v: u32| surface.bodies[v as usize] as usize;
-    let count = surface.vertices.iter().map(|&v| body(v) + 1).max().unwrap_or(0);
-    let (mut means, mut vertices) = (vec![[0.0; D]; count], vec![0.0; count]);
+    // Sums of motions, and numbers of vertices.
+    let mut means: Vec<([f64; D], f64)> = vec![];
     for &v in &surface.vertices {
-        let own = moved(v);
-        (0..D).for_each(|k| means[body(v)][k] += own[k]);
-        vertices[body(v)] += 1.0;
+        if means.len() <= body(v) {
+            means.resize(body(v) + 1, ([0.0; D], 0.0));
+        }
+        let (own, (sum, count)) = (moved(v), &mut means[body(v)]);
+        (0..D).for_each(|k| sum[k] += own[k]);
+        *count += 1.0;
     }
-    let present: Vec<usize> = (0..count).filter(|b| vertices[*b] > 0.0).collect();
-    for &b in &present {
-        means[b].iter_mut().for_each(|m| *m /= vertices[b]);
+    for (mean, count) in means.iter_mut().filter(|(_, count)| *count > 0.0) {
+        mean.iter_mut().for_each(|m| *m /= *count);
     }
-    let distance =
-        |a: &[f64; D], b: &[f64; D]| (0..D).map(|k| (a[k] - b[k]) * (a[k] - b[k])).sum::<f64>().sqrt();
-    let within = surface.vertices.iter().map(|&v| distance(&moved(v), &means[body(v)])).fold(0.0, f64::max);
+    let squared = |a: &[f64; D], b: &[f64; D]| {
+        let mut sum = 0.0;
+        (0..D).for_each(|k| sum += (a[k] - b[k]) * (a[k] - b[k]));
+        sum
+    };
+    let within = surface.vertices.iter().map(|&v| squared(&moved(v), &means[body(v)].0));
+    let within = within.fold(0.0, f64::max).sqrt();
     // Any two bodies differ by at most twice what each differs from the first.
-    let first = present.first().map_or([0.0; D], |b| means[*b]);
-    let between = present.iter().map(|b| distance(&means[*b], &first)).fold(0.0, f64::max);
+    let present = means.iter().filter(|(_, count)| *count > 0.0).map(|(mean, _)| mean);
+    let first = present.clone().next().copied().unwrap_or([0.0; D]);
+    let between = present.map(|mean| squared(mean, &first)).fold(0.0, f64::max).sqrt();
     within + between
 }

@@ -1,10 +1,13 @@
 //! Contacts of one configuration, and visits of them in a fixed order.
 
+use crate::broad_phase::Bounds;
 use crate::candidates::CandidatePairs;
 use crate::closest::{InnerKind, InnerPair, Primitives};
 use crate::merge::{ContactStencils, MollifiedPair, WeightedPair};
 use crate::model::{ContactLaw, ContactModel};
+use crate::packs::{PackVisitor, closest_points, visit_pairs};
 use crate::pair::{EdgeEdge, PairGeometry, PairKind, PointEdge, PointPoint, PointTriangle};
+use std::ops::Range;
 
 /// Vertex within reach of a half-space.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -130,6 +133,37 @@ impl Contacts {
         [two.collect(), three.collect(), four.collect()]
     }
 
+    /// Shows the contacts of these numbers at the positions `x`, in their order.
+    pub(crate) fn visit_packs<const D: usize>(
+        &self,
+        model: &ContactModel,
+        x: &[f64],
+        numbers: Range<usize>,
+        visitor: &mut impl PackVisitor<D>,
+    ) {
+        let s = &self.stencils;
+        let mut first = 0;
+        for (kind, count) in self.counts().into_iter().enumerate() {
+            let within = |i: usize| i.clamp(first, first + count) - first;
+            let own = within(numbers.start)..within(numbers.end.max(numbers.start));
+            first += count;
+            match kind {
+                0 => visit_pairs::<PointPoint, D, 2, 0>(model, x, &s.point_point[own], visitor),
+                1 => self.planes[own].iter().for_each(|contact| {
+                    let (geometry, law) = plane_geometry(model, x, contact);
+                    visitor.plane(&contact.vertices, &geometry, law, contact.weight);
+                }),
+                2 => visit_pairs::<PointEdge, D, 3, 1>(model, x, &s.point_edge[own], visitor),
+                3 => visit_pairs::<PointTriangle, D, 4, 2>(model, x, &s.point_triangle[own], visitor),
+                4 => visit_pairs::<EdgeEdge, D, 4, 2>(model, x, &s.edge_edge[own], visitor),
+                _ => s.mollified[own].iter().for_each(|pair| {
+                    let law = model.law(pair.vertices[0], pair.vertices[3]);
+                    visitor.mollified(pair, &in_space(x, D, &pair.vertices), law);
+                }),
+            }
+        }
+    }
+
     /// Shows contact `i` at the positions `x`.
     pub(crate) fn visit<const D: usize>(
         &self,
@@ -174,13 +208,22 @@ fn visit_plane<const D: usize>(
     contact: &PlaneContact,
     visitor: &mut impl ContactVisitor<D>,
 ) {
+    let (geometry, law) = plane_geometry(model, x, contact);
+    visitor.plane(&contact.vertices, &geometry, law, contact.weight);
+}
+
+/// Place of a contact with a half-space, and its law.
+fn plane_geometry<'a, const D: usize>(
+    model: &'a ContactModel,
+    x: &[f64],
+    contact: &PlaneContact,
+) -> (PlaneGeometry<D>, &'a ContactLaw) {
     let half_space = &model.half_spaces[contact.half_space as usize];
     let mut normal = [0.0; D];
     normal.copy_from_slice(&half_space.normal[..D]);
     let distance = half_space.distance::<D>(x, contact.vertices[0]);
     let geometry = PlaneGeometry { normal, distance, depth: half_space.depth };
-    let law = model.law(contact.vertices[0], contact.vertices[1]);
-    visitor.plane(&contact.vertices, &geometry, law, contact.weight);
+    (geometry, model.law(contact.vertices[0], contact.vertices[1]))
 }
 
 fn visit_mollified<const D: usize>(
@@ -245,12 +288,27 @@ fn balls<const D: usize>(model: &ContactModel, x: &[f64], stencils: &mut Contact
                 stencils.push(&[ball.vertex, a, b, 0], &inner, surface.edge_areas[e as usize]);
             }
         }
+        if D == 2 {
+            continue;
+        }
+        // Most triangles of a scene are far from a ball: boxes tell.
+        let centre = Bounds::<3>::of_vertices(&[ball.vertex], x, None);
+        let mut at_hand: Vec<[u32; 4]> = vec![];
+        let mut areas = vec![];
         for (&[a, b, c], area) in surface.triangles.iter().zip(&surface.triangle_areas) {
-            let vertices = [ball.vertex, a, b, c];
-            let closest = PointTriangle::closest(&in_space(x, D, &vertices));
-            if near(a, closest.squared_distance) {
-                let inner = InnerPair::of_point_triangle(&closest.coefficients);
-                stencils.push(&vertices, &inner, *area);
+            let body = model.body(a);
+            let reach = model.laws.of(body, ball.body).barrier.squared_reach();
+            let apart = Bounds::of_vertices(&[a, b, c], x, None).squared_distance(&centre);
+            // Distances are rounded.
+            if model.touch(body, ball.body) && apart < reach * (1.0 + 1e-9) {
+                at_hand.push([ball.vertex, a, b, c]);
+                areas.push(*area);
+            }
+        }
+        let closest = closest_points::<PointTriangle, 3, 4>(x, &at_hand);
+        for ((vertices, area), (coefficients, squared_distance)) in at_hand.iter().zip(areas).zip(closest) {
+            if near(vertices[1], squared_distance) {
+                stencils.push(vertices, &InnerPair::of_point_triangle(&coefficients), area);
             }
         }
     }

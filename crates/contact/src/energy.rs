@@ -3,24 +3,25 @@
 use std::ops::Range;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use pliant::algebra::Mat;
 use pliant::energy::{
     ChangingStencils, ContactExtremes, EnergyKind, EnergyTerm, Fault, LeastGap, Measurements, Stencils,
     StepLimit, SurfaceContact, TermProperties, TermViews, TouchingPair, TouchingSurfaces, WatchedContacts,
     WayObstruction,
 };
+use pliant::lanes::{Lanes, spread};
 use pliant::material::Psd;
 use rayon::prelude::*;
 
 use crate::barrier::PotentialForm;
 use crate::candidates::CandidatePairs;
-use crate::contacts::{ContactVisitor, Contacts, PlaneGeometry};
+use crate::contacts::{Contacts, PlaneGeometry};
 use crate::expected::{self, ExpectedForces, ForceForecast};
 use crate::explicit::{self, SurfaceMobility};
 use crate::hessian::PairBlocks;
-use crate::merge::MollifiedPair;
+use crate::merge::{MollifiedPair, WeightedPair};
 use crate::model::{ContactLaw, ContactModel};
 use crate::mollifier::mollified_inner_pair;
+use crate::packs::{PackVisitor, store_rows};
 use crate::pair::PairGeometry;
 use crate::report::{ContactReport, NearestContact};
 use crate::rows::{StencilLists, TouchedRows};
@@ -97,12 +98,9 @@ impl<const D: usize> ContactEnergy<D> {
         let contacts = search.contacts_at(&self.model, x);
         let task = |task: usize| {
             let numbers = task * TASK..((task + 1) * TASK).min(contacts.len());
-            let term = |i| {
-                let mut term = ContactTerm { with_gradient, ..ContactTerm::default() };
-                contacts.visit::<D>(&self.model, x, i, &mut term);
-                term
-            };
-            numbers.map(term).collect::<Vec<_>>()
+            let mut terms = EvaluatedContacts { with_gradient, terms: Vec::with_capacity(numbers.len()) };
+            contacts.visit_packs::<D>(&self.model, x, numbers, &mut terms);
+            terms.terms
         };
         let tasks = contacts.len().div_ceil(TASK);
         if tasks < 2 {
@@ -143,121 +141,132 @@ impl<const D: usize> ContactEnergy<D> {
 /// Energy of one contact, and its gradient.
 #[derive(Clone, Copy)]
 struct ContactTerm<const D: usize> {
-    with_gradient: bool,
     energy: f64,
     count: usize,
     vertices: [u32; 4],
     gradient: [[f64; D]; 4],
 }
 
-impl<const D: usize> Default for ContactTerm<D> {
-    fn default() -> Self {
-        ContactTerm { with_gradient: false, energy: 0.0, count: 0, vertices: [0; 4], gradient: [[0.0; D]; 4] }
+impl<const D: usize> ContactTerm<D> {
+    /// A term without gradient.
+    fn of(energy: f64) -> Self {
+        ContactTerm { energy, count: 0, vertices: [0; 4], gradient: [[0.0; D]; 4] }
     }
 }
 
-impl<const D: usize> ContactVisitor<D> for ContactTerm<D> {
-    fn pair<const N: usize, const P: usize>(
+/// Terms of contacts, one after the other.
+struct EvaluatedContacts<const D: usize> {
+    with_gradient: bool,
+    terms: Vec<ContactTerm<D>>,
+}
+
+impl<const D: usize> PackVisitor<D> for EvaluatedContacts<D> {
+    #[inline(always)]
+    fn pack<L: Lanes, const N: usize, const P: usize>(
         &mut self,
-        vertices: &[u32; N],
-        pair: &PairGeometry<f64, D, N, P>,
+        pairs: &[WeightedPair<N>],
+        geometry: &PairGeometry<L, D, N, P>,
         law: &ContactLaw,
-        weight: f64,
+        weight: L,
     ) {
-        let law = law.barrier.at(pair.squared_distance, weight);
-        self.energy = law.energy;
-        if self.with_gradient {
-            self.count = N;
-            self.vertices[..N].copy_from_slice(vertices);
-            self.gradient[..N].copy_from_slice(&pair.gradient(law.slope));
+        let of_distance = law.barrier.at(geometry.squared_distance, weight);
+        let energies = of_distance.energy.to_array();
+        if !self.with_gradient {
+            for lane in 0..pairs.len() {
+                self.terms.push(ContactTerm::of(energies[lane]));
+            }
+            return;
+        }
+        let gradients = store_rows(&geometry.gradient(of_distance.slope));
+        for lane in 0..pairs.len() {
+            let mut term = ContactTerm { count: N, ..ContactTerm::of(energies[lane]) };
+            for n in 0..N {
+                term.vertices[n] = pairs[lane].vertices[n];
+                for k in 0..D {
+                    term.gradient[n][k] = gradients[n][k][lane];
+                }
+            }
+            self.terms.push(term);
         }
     }
 
     fn plane(&mut self, vertices: &[u32; 2], plane: &PlaneGeometry<D>, law: &ContactLaw, weight: f64) {
         let law = law.barrier.at_signed(plane.distance, weight);
-        self.energy = law.energy;
+        let mut term = ContactTerm::of(law.energy);
         if self.with_gradient && law.energy.is_finite() {
-            self.count = 2;
-            self.vertices[..2].copy_from_slice(vertices);
+            term.count = 2;
+            term.vertices[..2].copy_from_slice(vertices);
             let force = plane.normal.map(|n| law.slope * n);
-            (self.gradient[0], self.gradient[1]) = (force, force.map(|f| -f));
+            (term.gradient[0], term.gradient[1]) = (force, force.map(|f| -f));
         }
+        self.terms.push(term);
     }
 
     fn mollified(&mut self, pair: &MollifiedPair, x: &[[f64; 3]; 4], law: &ContactLaw) {
         let found = mollified_inner_pair(x, &pair.inner, &law.barrier, pair.weight, pair.limit, Psd::Exact);
-        self.energy = found.value;
+        let mut term = ContactTerm::of(found.value);
         if self.with_gradient {
-            self.count = 4;
-            self.vertices = pair.vertices;
+            (term.count, term.vertices) = (4, pair.vertices);
             for i in 0..4 {
-                self.gradient[i].copy_from_slice(&found.gradient[i][..D]);
+                term.gradient[i].copy_from_slice(&found.gradient[i][..D]);
             }
         }
+        self.terms.push(term);
     }
 }
 
-/// Blocks `d2E/dx_i dx_j` of one contact.
+/// Blocks `d2E/dx_i dx_j` of the contacts of a list, those of `a <= b` by rows.
 struct ContactBlocks<'a, const D: usize> {
     psd: Psd,
     /// Forces expected of contacts; none where tangents are wanted.
     expected: Option<&'a ExpectedForces>,
-    vertices: [u32; 4],
-    count: usize,
-    blocks: [[Mat<f64, D>; 4]; 4],
+    /// Memory of the contacts to come.
+    out: &'a mut [f64],
 }
+
+/// Entries of the blocks of a contact, at most: of four vertices in space.
+const MOST_ENTRIES: usize = 10 * 9;
 
 impl<'a, const D: usize> ContactBlocks<'a, D> {
-    fn new(psd: Psd, expected: Option<&'a ExpectedForces>) -> Self {
-        ContactBlocks { psd, expected, vertices: [0; 4], count: 0, blocks: [[Mat::zero(); 4]; 4] }
-    }
-
-    /// Writes the blocks `a <= b` by rows.
-    fn write(&self, out: &mut [f64]) {
-        let mut next = out.chunks_exact_mut(D * D);
-        for a in 0..self.count {
-            for b in a..self.count {
-                let Some(out) = next.next() else { return };
-                for k in 0..D {
-                    out[k * D..][..D].copy_from_slice(&self.blocks[a][b][k]);
-                }
-            }
-        }
-    }
-
-    /// Adds the product with `p` to `y`, flat `(n, D)`.
-    fn add_product(&self, p: &[f64], y: &mut [f64]) {
-        for a in 0..self.count {
-            for b in 0..self.count {
-                let (row, column) = (self.vertices[a] as usize * D, self.vertices[b] as usize * D);
-                for k in 0..D {
-                    y[row + k] += (0..D).map(|l| self.blocks[a][b][k][l] * p[column + l]).sum::<f64>();
-                }
-            }
-        }
+    /// Memory of the next contacts, for so many numbers.
+    fn take(&mut self, numbers: usize) -> &'a mut [f64] {
+        let (out, rest) = std::mem::take(&mut self.out).split_at_mut(numbers);
+        self.out = rest;
+        out
     }
 }
 
-impl<const D: usize> ContactVisitor<D> for ContactBlocks<'_, D> {
-    fn pair<const N: usize, const P: usize>(
+impl<const D: usize> PackVisitor<D> for ContactBlocks<'_, D> {
+    #[inline(always)]
+    fn pack<L: Lanes, const N: usize, const P: usize>(
         &mut self,
-        vertices: &[u32; N],
-        pair: &PairGeometry<f64, D, N, P>,
+        pairs: &[WeightedPair<N>],
+        geometry: &PairGeometry<L, D, N, P>,
         law: &ContactLaw,
-        weight: f64,
+        weight: L,
     ) {
-        let mut of_distance = law.barrier.at(pair.squared_distance, weight);
+        let mut of_distance = law.barrier.at(geometry.squared_distance, weight);
         if let Some(expected) = self.expected {
-            let stiffness = expected.stiffness(vertices, &law.barrier, pair.distance, weight);
+            let of_gap = law.barrier.by_gap(geometry.distance, weight);
+            let stiffness = expected.stiffnesses(pairs, &law.barrier, geometry.distance, &of_gap);
             // E'' by the distance is 4 d^2 E'' + 2 E' by its square.
-            of_distance.curvature = (stiffness - 2.0 * of_distance.slope) / (4.0 * pair.squared_distance);
+            let (c, squared) = (L::splat, geometry.squared_distance);
+            of_distance.curvature = (stiffness - c(2.0) * of_distance.slope) / (c(4.0) * squared);
         }
-        let blocks: PairBlocks<f64, D, N> = pair.hessian(&of_distance, self.psd);
-        self.count = N;
-        self.vertices[..N].copy_from_slice(vertices);
-        for i in 0..N {
-            self.blocks[i][..N].copy_from_slice(&blocks[i]);
+        let blocks: PairBlocks<L, D, N> = geometry.hessian(&of_distance, self.psd);
+        let mut packs = [L::zero(); MOST_ENTRIES];
+        let mut count = 0;
+        for a in 0..N {
+            for b in a..N {
+                for k in 0..D {
+                    for l in 0..D {
+                        packs[count] = blocks[a][b][k][l];
+                        count += 1;
+                    }
+                }
+            }
         }
+        spread(&packs[..count], 0..pairs.len(), self.take(count * pairs.len()));
     }
 
     fn plane(&mut self, vertices: &[u32; 2], plane: &PlaneGeometry<D>, law: &ContactLaw, weight: f64) {
@@ -265,13 +274,11 @@ impl<const D: usize> ContactVisitor<D> for ContactBlocks<'_, D> {
             Some(expected) => expected.stiffness(vertices, &law.barrier, plane.distance, weight),
             None => law.barrier.at_signed(plane.distance, weight).curvature,
         };
-        self.count = 2;
-        self.vertices[..2].copy_from_slice(vertices);
-        for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
-            let sign = if i == j { curvature } else { -curvature };
+        let blocks = self.take(3 * D * D).chunks_exact_mut(D * D).zip([curvature, -curvature, curvature]);
+        for (out, curvature) in blocks {
             for k in 0..D {
                 for l in 0..D {
-                    self.blocks[i][j][k][l] = sign * plane.normal[k] * plane.normal[l];
+                    out[k * D + l] = curvature * plane.normal[k] * plane.normal[l];
                 }
             }
         }
@@ -279,11 +286,31 @@ impl<const D: usize> ContactVisitor<D> for ContactBlocks<'_, D> {
 
     fn mollified(&mut self, pair: &MollifiedPair, x: &[[f64; 3]; 4], law: &ContactLaw) {
         let found = mollified_inner_pair(x, &pair.inner, &law.barrier, pair.weight, pair.limit, self.psd);
-        (self.count, self.vertices) = (4, pair.vertices);
+        let mut rows = self.take(10 * D * D).chunks_exact_mut(D);
         for i in 0..4 {
-            for j in 0..4 {
+            for j in i..4 {
                 for k in 0..D {
-                    self.blocks[i][j][k].copy_from_slice(&found.hessian[3 * i + k][3 * j..][..D]);
+                    let Some(row) = rows.next() else { return };
+                    row.copy_from_slice(&found.hessian[3 * i + k][3 * j..][..D]);
+                }
+            }
+        }
+    }
+}
+
+/// Adds the product of the blocks `a <= b` of some vertices with `p` to `y`, flat `(n, D)`.
+fn add_product<const D: usize>(vertices: &[u32], blocks: &[f64], p: &[f64], y: &mut [f64]) {
+    let mut blocks = blocks.chunks_exact(D * D);
+    for (i, a) in vertices.iter().enumerate() {
+        for b in &vertices[i..] {
+            let Some(block) = blocks.next() else { return };
+            let (row, column) = (*a as usize * D, *b as usize * D);
+            for k in 0..D {
+                for l in 0..D {
+                    y[row + k] += block[k * D + l] * p[column + l];
+                    if a != b {
+                        y[column + l] += block[k * D + l] * p[row + k];
+                    }
                 }
             }
         }
@@ -321,22 +348,24 @@ impl<const D: usize> EnergyTerm for ContactEnergy<D> {
     fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) {
         let mut search = locked(&self.search);
         let contacts = search.contacts_at(&self.model, x);
-        for i in 0..contacts.len() {
-            let mut blocks = ContactBlocks::<D>::new(Psd::Exact, None);
-            contacts.visit::<D>(&self.model, x, i, &mut blocks);
-            blocks.add_product(p, y);
+        for (range, vertices) in contacts.ranges().into_iter().zip(contacts.vertices()) {
+            let size = vertices.len() / range.len().max(1);
+            let each = (size * (size + 1) / 2 * D * D).max(1);
+            let mut blocks = vec![0.0; range.len() * each];
+            let mut visitor = ContactBlocks::<D> { psd: Psd::Exact, expected: None, out: &mut blocks };
+            contacts.visit_packs::<D>(&self.model, x, range, &mut visitor);
+            for (vertices, blocks) in vertices.chunks_exact(size.max(1)).zip(blocks.chunks_exact(each)) {
+                add_product::<D>(vertices, blocks, p, y);
+            }
         }
     }
 
     fn fault(&self, x: &[f64]) -> Option<Fault> {
         let mut search = locked(&self.search);
         let contacts = search.contacts_at(&self.model, x);
-        let infinite = |i: &usize| {
-            let mut term = ContactTerm::<D>::default();
-            contacts.visit::<D>(&self.model, x, *i, &mut term);
-            !term.energy.is_finite()
-        };
-        let first = (0..contacts.len()).find(infinite)?;
+        let mut terms = EvaluatedContacts { with_gradient: false, terms: vec![] };
+        contacts.visit_packs::<D>(&self.model, x, 0..contacts.len(), &mut terms);
+        let first = terms.terms.iter().position(|term| !term.energy.is_finite())?;
         let gap = ContactReport::<D>::of(contacts, &self.model, x, first);
         Some(Fault::Overlap { pair: self.named_pair(&gap.sides()), gap: gap.gap })
     }
@@ -485,9 +514,7 @@ impl<const D: usize> ChangingStencils for ContactEnergy<D> {
         }
         let mut search = locked(&self.search);
         let mut forecast = ForceForecast::new(&search.expected, step);
-        for i in 0..self.contacts.len() {
-            self.contacts.visit::<D>(&self.model, x, i, &mut forecast);
-        }
+        self.contacts.visit_packs::<D>(&self.model, x, 0..self.contacts.len(), &mut forecast);
         search.expected = Arc::new(forecast.end());
     }
 
@@ -523,15 +550,11 @@ impl<const D: usize> ChangingStencils for ContactEnergy<D> {
         psd: Psd,
         out: &mut [f64],
     ) {
-        let size = list + 2;
         let first = self.contacts.ranges()[list].start;
-        let each = size * (size + 1) / 2 * D * D;
         let expected = locked(&self.search).expected.clone();
         let expected = (!expected.is_empty()).then_some(expected.as_ref());
-        for (stencil, out) in stencils.zip(out.chunks_exact_mut(each)) {
-            let mut blocks = ContactBlocks::<D>::new(psd, expected);
-            self.contacts.visit::<D>(&self.model, x, first + stencil, &mut blocks);
-            blocks.write(out);
-        }
+        let mut blocks = ContactBlocks::<D> { psd, expected, out };
+        let numbers = first + stencils.start..first + stencils.end;
+        self.contacts.visit_packs::<D>(&self.model, x, numbers, &mut blocks);
     }
 }

@@ -11,10 +11,13 @@
 //! *Numerical optimization*, chapter 19), of which the energy and its gradient know nothing: where the
 //! solution is, and whether a step lowers the energy, they alone say.
 
+use pliant::lanes::{Lanes, WIDTH};
+
 use crate::barrier::{Barrier, EnergyOfGap};
-use crate::contacts::{ContactVisitor, PlaneGeometry, rows};
-use crate::merge::MollifiedPair;
+use crate::contacts::{PlaneGeometry, rows};
+use crate::merge::{MollifiedPair, WeightedPair};
 use crate::model::ContactLaw;
+use crate::packs::{PackVisitor, load_rows};
 use crate::pair::PairGeometry;
 use crate::vector::{difference, dot};
 
@@ -69,6 +72,26 @@ impl ExpectedForces {
         if (end - gap).abs() <= least { law.curvature } else { (force + law.slope) / (gap - end) }
     }
 
+    /// `K` [N/m] of a pack of pairs at the distances `d` [m], where their laws are known.
+    #[inline(always)]
+    pub(crate) fn stiffnesses<L: Lanes, const N: usize>(
+        &self,
+        pairs: &[WeightedPair<N>],
+        barrier: &Barrier,
+        distance: L,
+        law: &EnergyOfGap<L>,
+    ) -> L {
+        let distance = distance.to_array();
+        let [energy, slope] = [law.energy.to_array(), law.slope.to_array()];
+        let mut curvature = law.curvature.to_array();
+        for lane in 0..pairs.len() {
+            let WeightedPair { vertices, weight } = &pairs[lane];
+            let law = EnergyOfGap { energy: energy[lane], slope: slope[lane], curvature: curvature[lane] };
+            curvature[lane] = self.chord(vertices, barrier, (distance[lane], *weight), &law);
+        }
+        L::load(&curvature)
+    }
+
     /// True if no force is expected of any contact.
     pub(crate) fn is_empty(&self) -> bool {
         self.0.is_empty()
@@ -107,18 +130,30 @@ impl<'a> ForceForecast<'a> {
     }
 }
 
-impl<const D: usize> ContactVisitor<D> for ForceForecast<'_> {
-    fn pair<const N: usize, const P: usize>(
+impl<const D: usize> PackVisitor<D> for ForceForecast<'_> {
+    #[inline(always)]
+    fn pack<L: Lanes, const N: usize, const P: usize>(
         &mut self,
-        vertices: &[u32; N],
-        pair: &PairGeometry<f64, D, N, P>,
+        pairs: &[WeightedPair<N>],
+        geometry: &PairGeometry<L, D, N, P>,
         law: &ContactLaw,
-        weight: f64,
+        weight: L,
     ) {
-        let step = rows::<D, N>(self.step, vertices);
-        let along = |i: usize| dot(&pair.normal, &step[i]);
-        let change = (0..N).map(|i| pair.coefficients[i] * along(i)).sum();
-        self.note(vertices, &law.barrier, (pair.distance, change), weight);
+        let mut vertices = [pairs[pairs.len() - 1].vertices; WIDTH];
+        for lane in 0..pairs.len() {
+            vertices[lane] = pairs[lane].vertices;
+        }
+        let step = load_rows::<L, D, N>(self.step, &vertices);
+        let mut change = geometry.coefficients[0] * dot(&geometry.normal, &step[0]);
+        for i in 1..N {
+            change += geometry.coefficients[i] * dot(&geometry.normal, &step[i]);
+        }
+        let of_gap = law.barrier.by_gap(geometry.distance, weight);
+        let stiffness = self.before.stiffnesses(pairs, &law.barrier, geometry.distance, &of_gap);
+        let forces = (-of_gap.slope - stiffness * change).to_array();
+        for lane in 0..pairs.len() {
+            self.found.push((key(&vertices[lane]), forces[lane]));
+        }
     }
 
     fn plane(&mut self, vertices: &[u32; 2], plane: &PlaneGeometry<D>, law: &ContactLaw, weight: f64) {

@@ -104,8 +104,7 @@ impl<const D: usize> FrictionTerm<D> {
         let expected = search.expected.clone();
         let contacts = search.contacts_at(&self.model, x);
         self.contacts.iter_mut().for_each(Vec::clear);
-        for i in 0..contacts.len() {
-            let mut report = ContactReport::<D>::of(contacts, &self.model, x, i);
+        for mut report in ContactReport::<D>::of_all(contacts, &self.model, x) {
             // On the way a barrier may push a thousand times as hard as it will in the end.
             let force = expected.of(&report.vertices[..report.count]).filter(|_| report.force > 0.0);
             report.force = force.unwrap_or(report.force);

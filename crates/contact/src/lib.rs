@@ -47,6 +47,7 @@ pub mod hessian;
 pub mod merge;
 pub mod model;
 pub mod mollifier;
+mod packs;
 pub mod pair;
 pub mod report;
 mod rows;

@@ -14,6 +14,7 @@ use crate::candidates::CandidatePairs;
 use crate::closest::{InnerKind, InnerPair, Primitives};
 use crate::contacts::rows;
 use crate::mollifier::{parallel_limit, squared_cross};
+use crate::packs::closest_points;
 use crate::pair::{EdgeEdge, PointEdge, PointTriangle};
 use crate::surface::{ContactSurface, VertexKind};
 use crate::vector::are_apart;
@@ -87,11 +88,18 @@ impl ContactStencils {
             finder.point_and_edge::<D>(p, e, max);
         }
         if D == 3 {
-            for &[p, t] in &candidates.point_triangle {
-                finder.point_triangle(p, t, max);
+            let of_triangle = |[p, t]: [u32; 2]| {
+                let [a, b, c] = surface.triangles[t as usize];
+                [p, a, b, c]
+            };
+            for (pair, _, coefficients) in
+                finder.near::<PointTriangle>(&candidates.point_triangle, of_triangle)
+            {
+                finder.point_triangle(pair, &coefficients, max);
             }
-            for &[a, b] in &candidates.edge_edge {
-                finder.edge_edge(a, b, max);
+            let of_edges = |[a, b]: [u32; 2]| ends_of(surface, a, b);
+            for (pair, vertices, coefficients) in finder.near::<EdgeEdge>(&candidates.edge_edge, of_edges) {
+                finder.edge_edge(pair, &vertices, &coefficients, max);
             }
         }
         let mut found = finder.stencils;
@@ -152,6 +160,12 @@ fn merge<const N: usize>(pairs: &mut Vec<WeightedPair<N>>) {
     pairs.truncate(merged);
 }
 
+/// Ends of two edges, the edge of the lower number first.
+fn ends_of(surface: &ContactSurface, a: u32, b: u32) -> [u32; 4] {
+    let [[p, q], [r, s]] = [a.min(b), a.max(b)].map(|e| surface.edges[e as usize]);
+    [p, q, r, s]
+}
+
 struct Finder<'a> {
     surface: &'a ContactSurface,
     x: &'a [f64],
@@ -170,11 +184,34 @@ impl Finder<'_> {
         self.reach + (self.surface.radius(a) + self.surface.radius(b))
     }
 
-    /// True if the boxes around the first `first` vertices and the others are that far apart.
-    #[inline]
-    fn apart<const N: usize>(&self, x: &[[f64; 3]; N], first: usize, distance: f64) -> bool {
-        // Boxes are rounded as distances are.
-        are_apart(x, first, distance * (1.0 + 1e-9))
+    /// The pairs of primitives within reach, with their vertices and the coefficients of their closest
+    /// points.
+    fn near<K: Primitives<3, 4>>(
+        &self,
+        pairs: &[[u32; 2]],
+        vertices: impl Fn([u32; 2]) -> [u32; 4],
+    ) -> Vec<([u32; 2], [u32; 4], [f64; 4])> {
+        let (mut numbers, mut at_hand) = (vec![], vec![]);
+        for pair in pairs {
+            let vertices = vertices(*pair);
+            let distance = self.distance(vertices[0], vertices[3]);
+            // Boxes are rounded as distances are.
+            if !are_apart(&self.rows::<3, 4>(&vertices), K::FIRST, distance * (1.0 + 1e-9)) {
+                numbers.push(*pair);
+                at_hand.push(vertices);
+            }
+        }
+        let closest = closest_points::<K, 3, 4>(self.x, &at_hand);
+        let mut near = vec![];
+        for ((pair, vertices), (coefficients, squared_distance)) in
+            numbers.into_iter().zip(at_hand).zip(closest)
+        {
+            let distance = self.distance(vertices[0], vertices[3]);
+            if squared_distance < distance * distance {
+                near.push((pair, vertices, coefficients));
+            }
+        }
+        near
     }
 
     /// Point and edge, in the plane of any kind, in space a wire; its inner vertices once for all of their
@@ -207,7 +244,7 @@ impl Finder<'_> {
     }
 
     /// Point and triangle, its inner edges and vertices once for all of their triangles.
-    fn point_triangle(&mut self, p: u32, t: u32, max: bool) {
+    fn point_triangle(&mut self, [p, t]: [u32; 2], coefficients: &[f64; 4], max: bool) {
         let surface = self.surface;
         let part = match surface.kinds[p as usize] {
             VertexKind::Face => 0.25,
@@ -216,16 +253,7 @@ impl Finder<'_> {
         };
         let weight = part * surface.vertex_areas[p as usize];
         let [a, b, c] = surface.triangles[t as usize];
-        let x = self.rows::<3, 4>(&[p, a, b, c]);
-        let distance = self.distance(p, a);
-        if self.apart(&x, 1, distance) {
-            return;
-        }
-        let closest = PointTriangle::closest(&x);
-        if closest.squared_distance >= distance * distance {
-            return;
-        }
-        self.add(&[p, a, b, c], &InnerPair::of_point_triangle(&closest.coefficients), weight);
+        self.add(&[p, a, b, c], &InnerPair::of_point_triangle(coefficients), weight);
         if !max {
             return;
         }
@@ -246,25 +274,15 @@ impl Finder<'_> {
         }
     }
 
-    fn edge_edge(&mut self, a: u32, b: u32, max: bool) {
+    fn edge_edge(&mut self, [a, b]: [u32; 2], vertices: &[u32; 4], coefficients: &[f64; 4], max: bool) {
         let surface = self.surface;
-        let vertices = self.ends(a, b);
-        let x = self.rows::<3, 4>(&vertices);
-        let distance = self.distance(vertices[0], vertices[2]);
-        if self.apart(&x, 2, distance) {
-            return;
-        }
-        let closest = EdgeEdge::closest(&x);
-        if closest.squared_distance >= distance * distance {
-            return;
-        }
         let limit = self.parallel_limit(a, b);
         let weight = self.share(a, b) + self.share(b, a);
-        let inner = InnerPair::of_edge_edge(&closest.coefficients);
-        if squared_cross(&x) < limit {
-            self.stencils.mollified.push(MollifiedPair { vertices, inner, weight, limit });
+        let inner = InnerPair::of_edge_edge(coefficients);
+        if squared_cross(&self.rows::<3, 4>(vertices)) < limit {
+            self.stencils.mollified.push(MollifiedPair { vertices: *vertices, inner, weight, limit });
         } else {
-            self.add(&vertices, &inner, weight);
+            self.add(vertices, &inner, weight);
         }
         if max {
             surface.edges[b as usize].iter().for_each(|&p| self.edges_at(a, p, b));
@@ -294,7 +312,7 @@ impl Finder<'_> {
         for &f in others.iter().filter(|&&f| !touches(f)) {
             let kind = usize::from(surface.is_wire(f));
             shares[kind] = self.share(e, f);
-            let (vertices, limit) = (self.ends(e, f), self.parallel_limit(e, f));
+            let (vertices, limit) = (ends_of(surface, e, f), self.parallel_limit(e, f));
             if squared_cross(&self.rows::<3, 4>(&vertices)) < limit {
                 let inner = InnerPair { slots: self.slots(&vertices, &[p, q, r], &inner), ..inner };
                 self.stencils.mollified.push(MollifiedPair { vertices, inner, weight: -shares[kind], limit });
@@ -317,12 +335,6 @@ impl Finder<'_> {
             _ => 0.25,
         };
         part * self.surface.edge_areas[e as usize]
-    }
-
-    /// Ends of two edges, the edge of the lower number first.
-    fn ends(&self, a: u32, b: u32) -> [u32; 4] {
-        let [[p, q], [r, s]] = [a.min(b), a.max(b)].map(|e| self.surface.edges[e as usize]);
-        [p, q, r, s]
     }
 
     /// Places among `vertices` of those that `inner` names by their places in `own`.

@@ -1,14 +1,16 @@
 //! Description of one contact: where it is, how near, and the forces.
 
 use pliant::energy::{LeastGap, SurfaceContact};
+use pliant::lanes::{Lanes, WIDTH};
 use pliant::material::Psd;
 
 use crate::closest::InnerKind;
 use crate::contacts::{ContactVisitor, Contacts, PlaneGeometry, rows};
 use crate::friction::PairFriction;
-use crate::merge::MollifiedPair;
+use crate::merge::{MollifiedPair, WeightedPair};
 use crate::model::{ContactLaw, ContactModel};
 use crate::mollifier::mollified_inner_pair;
+use crate::packs::PackVisitor;
 use crate::pair::PairGeometry;
 
 /// One contact.
@@ -54,6 +56,13 @@ impl<const D: usize> ContactReport<D> {
         let mut report = ContactReport::default();
         contacts.visit::<D>(model, x, i, &mut report);
         report
+    }
+
+    /// Reports of all contacts at `x`, flat [m], in their order.
+    pub(crate) fn of_all(contacts: &Contacts, model: &ContactModel, x: &[f64]) -> Vec<Self> {
+        let mut reports = ContactReports(Vec::with_capacity(contacts.len()));
+        contacts.visit_packs::<D>(model, x, 0..contacts.len(), &mut reports);
+        reports.0
     }
 
     /// Vertices of the first primitive, and of the second.
@@ -224,6 +233,55 @@ impl<const D: usize> ContactVisitor<D> for ContactReport<D> {
         let whole = law.barrier.at(distance * distance, pair.weight);
         let part = if whole.energy != 0.0 { found.value / whole.energy } else { 0.0 };
         self.force = -2.0 * distance * whole.slope * part;
+    }
+}
+
+/// Reports of contacts, one after the other.
+struct ContactReports<const D: usize>(Vec<ContactReport<D>>);
+
+impl<const D: usize> PackVisitor<D> for ContactReports<D> {
+    #[inline(always)]
+    fn pack<L: Lanes, const N: usize, const P: usize>(
+        &mut self,
+        pairs: &[WeightedPair<N>],
+        geometry: &PairGeometry<L, D, N, P>,
+        law: &ContactLaw,
+        weight: L,
+    ) {
+        let of_distance = law.barrier.at(geometry.squared_distance, weight);
+        let gaps = (geometry.distance - L::splat(law.barrier.offset)).to_array();
+        let forces = (L::splat(-2.0) * geometry.distance * of_distance.slope).to_array();
+        let (mut coefficients, mut normal) = ([[0.0; WIDTH]; N], [[0.0; WIDTH]; D]);
+        for n in 0..N {
+            geometry.coefficients[n].store(&mut coefficients[n]);
+        }
+        for k in 0..D {
+            geometry.normal[k].store(&mut normal[k]);
+        }
+        for lane in 0..pairs.len() {
+            let mut report = ContactReport { count: N, friction: law.friction, ..ContactReport::default() };
+            (report.gap, report.force) = (gaps[lane], forces[lane]);
+            for n in 0..N {
+                report.vertices[n] = pairs[lane].vertices[n];
+                report.coefficients[n] = coefficients[n][lane];
+            }
+            for k in 0..D {
+                report.normal[k] = normal[k][lane];
+            }
+            self.0.push(report);
+        }
+    }
+
+    fn plane(&mut self, vertices: &[u32; 2], plane: &PlaneGeometry<D>, law: &ContactLaw, weight: f64) {
+        let mut report = ContactReport::default();
+        report.plane(vertices, plane, law, weight);
+        self.0.push(report);
+    }
+
+    fn mollified(&mut self, pair: &MollifiedPair, x: &[[f64; 3]; 4], law: &ContactLaw) {
+        let mut report = ContactReport::default();
+        report.mollified(pair, x, law);
+        self.0.push(report);
     }
 }
 

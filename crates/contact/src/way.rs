@@ -193,9 +193,10 @@ impl Way<'_> {
             let centre = Bounds::<D>::of_vertices(&[ball.vertex], self.x, Some((self.dx, &[0.0; D])));
             let meets = |vertices: &[u32]| {
                 let barrier = &model.law(vertices[0], ball.vertex).barrier;
-                let reached = Bounds::<D>::of_vertices(vertices, self.x, Some((self.dx, &[0.0; D])))
-                    .grown(barrier.reach + barrier.offset);
-                model.touch(model.body(vertices[0]), ball.body) && reached.meets(&centre)
+                let reached = Bounds::<D>::of_vertices(vertices, self.x, Some((self.dx, &[0.0; D])));
+                // Distances are rounded.
+                let near = reached.squared_distance(&centre) <= barrier.squared_reach() * (1.0 + 1e-9);
+                near && model.touch(model.body(vertices[0]), ball.body)
             };
             let surface = &model.surface;
             let at = |part: f64, vertices: &[u32]| {

@@ -4,15 +4,21 @@ use super::{Random, number, numbers};
 use crate::barrier::{Barrier, PotentialForm};
 use crate::broad_phase::Bounds;
 use crate::candidates::{BodyPairs, CandidateCache, CandidatePairs, SurfaceTrees};
+use crate::closest::Primitives;
+use crate::contacts::{ContactVisitor, Contacts, PlaneGeometry};
+use crate::energy::ContactEnergy;
 use crate::hessian::PairBlocks;
-use crate::merge::{ContactStencils, Duplicates, WeightedPair};
-use crate::model::{ContactLaw, ContactLaws, ContactModel};
+use crate::merge::{ContactStencils, Duplicates, MollifiedPair, WeightedPair};
+use crate::model::{ContactLaw, ContactLaws, ContactModel, SolidBall};
 use crate::mollifier::mollified_inner_pair;
 use crate::pair::{EdgeEdge, PairGeometry, PairKind, PointEdge, PointPoint, PointTriangle};
+use crate::report::ContactReport;
 use crate::surface::{ContactSurface, SurfacePrimitives};
 use crate::way::free_part;
+use pliant::energy::ChangingStencils;
 use pliant::material::Psd;
 use serde_json::Value;
+use std::sync::Arc;
 
 /// Totals of all stencils.
 #[derive(Default)]
@@ -423,6 +429,117 @@ fn weights_of_a_flat_contact_in_the_plane_add_up_to_its_length() {
     assert!((weight(Duplicates::Sum) - 2.5).abs() < 1e-14, "{}", weight(Duplicates::Sum));
 }
 
+/// Bodies that reach farther to each other than to themselves, and to balls of 0.3 m.
+fn model_of(surface: ContactSurface, bodies: usize, balls: Vec<SolidBall>) -> ContactModel {
+    let is_ball = |body: usize| balls.iter().any(|ball| ball.body as usize == body);
+    let law = |a: usize, b: usize| {
+        let reach = if a == b { 0.01 } else { 0.02 };
+        let offset = if is_ball(a) || is_ball(b) { 0.3 } else { 0.0 };
+        let barrier = Barrier { form: PotentialForm::Barrier, stiffness: 1.0, reach, offset };
+        ContactLaw { barrier, friction: 0.5 }
+    };
+    ContactModel {
+        half_spaces: vec![],
+        pairs: BodyPairs::all(bodies),
+        laws: ContactLaws::new(bodies, law),
+        duplicates: Duplicates::Max,
+        threshold_speed: 1e-3,
+        friction_iterations: 1,
+        names: (0..bodies).map(|body| body.to_string()).collect(),
+        labels: vec![0; surface.bodies.len()],
+        balls,
+        surface,
+    }
+}
+
+/// Blocks of single contacts, by rows.
+struct SingleBlocks {
+    psd: Psd,
+    blocks: Vec<f64>,
+}
+
+impl ContactVisitor<3> for SingleBlocks {
+    fn pair<const N: usize, const P: usize>(
+        &mut self,
+        _: &[u32; N],
+        pair: &PairGeometry<f64, 3, N, P>,
+        law: &ContactLaw,
+        weight: f64,
+    ) {
+        let blocks = pair.hessian(&law.barrier.at(pair.squared_distance, weight), self.psd);
+        for a in 0..N {
+            (a..N).for_each(|b| self.blocks.extend(blocks[a][b].0.as_flattened()));
+        }
+    }
+
+    fn plane(&mut self, _: &[u32; 2], _: &PlaneGeometry<3>, _: &ContactLaw, _: f64) {}
+
+    fn mollified(&mut self, pair: &MollifiedPair, x: &[[f64; 3]; 4], law: &ContactLaw) {
+        let MollifiedPair { inner, weight, limit, .. } = pair;
+        let found = mollified_inner_pair(x, inner, &law.barrier, *weight, *limit, self.psd);
+        for (i, j) in (0..4).flat_map(|i| (i..4).map(move |j| (i, j))) {
+            (0..3).for_each(|k| self.blocks.extend(&found.hessian[3 * i + k][3 * j..][..3]));
+        }
+    }
+}
+
+/// Reports and blocks of contacts of several kinds and laws, to the last bit, whatever pack they are in, and
+/// wherever a range of them begins.
+#[test]
+fn contacts_in_packs_are_those_that_they_are_alone() {
+    let mut random = Random(5);
+    let (surface, mut x) = crumpled(8, &mut random);
+    let half = x.len() / 2;
+    x[half..].iter_mut().skip(2).step_by(3).for_each(|z| *z -= 0.09);
+    let model = model_of(surface, 2, vec![]);
+    let found = CandidatePairs::gather::<3>(&model.surface, &model.pairs, &x, None, 0.02);
+    let contacts = Contacts::find::<3>(&model, &found, &x, 0.02);
+    let s = &contacts.stencils;
+    assert!(s.point_edge.len() > 20 && s.point_triangle.len() > 20 && s.edge_edge.len() > 20);
+    let alone: Vec<_> =
+        (0..contacts.len()).map(|i| ContactReport::<3>::of(&contacts, &model, &x, i)).collect();
+    assert_eq!(ContactReport::of_all(&contacts, &model, &x), alone);
+    let ranges = contacts.ranges();
+    let mut energy = ContactEnergy::<3>::new(Arc::new(model.clone()));
+    energy.find(&x);
+    for psd in [Psd::Exact, Psd::Projected] {
+        for (list, range) in ranges.iter().enumerate() {
+            let first = range.len() / 3;
+            let mut single = SingleBlocks { psd, blocks: vec![] };
+            for i in range.start + first..range.end {
+                contacts.visit::<3>(&model, &x, i, &mut single);
+            }
+            let mut out = vec![0.0; single.blocks.len()];
+            energy.blocks(list, first..range.len(), (&x, &x), psd, &mut out);
+            assert_eq!(out, single.blocks, "{psd:?} of list {list}");
+        }
+    }
+}
+
+/// A ball touches every triangle that is near enough, however few boxes say so.
+#[test]
+fn a_ball_touches_what_is_within_its_reach() {
+    let mut random = Random(7);
+    let (ContactSurface { triangles, mut bodies, .. }, mut x) = crumpled(12, &mut random);
+    x.extend([0.4, 0.5, 0.35]);
+    bodies.push(2);
+    let ball = SolidBall { vertex: bodies.len() as u32 - 1, body: 2 };
+    let model = model_of(in_space(&triangles, &x, &bodies), 3, vec![ball]);
+    let contacts = Contacts::find::<3>(&model, &CandidatePairs::default(), &x, 0.02);
+    let s = &contacts.stencils;
+    let found: f64 = s.point_point.iter().map(|pair| pair.weight).sum::<f64>()
+        + s.point_edge.iter().map(|pair| pair.weight).sum::<f64>()
+        + s.point_triangle.iter().map(|pair| pair.weight).sum::<f64>();
+    let near = |t: &[u32; 3]| {
+        let rows = [ball.vertex, t[0], t[1], t[2]].map(|v| x[3 * v as usize..][..3].try_into().unwrap());
+        PointTriangle::closest(&rows).squared_distance < 0.32 * 0.32
+    };
+    let near: Vec<usize> = (0..triangles.len()).filter(|t| near(&triangles[*t])).collect();
+    let area: f64 = near.iter().map(|t| model.surface.triangle_areas[*t]).sum();
+    assert!(near.len() > 50 && near.len() < triangles.len() / 2, "{}", near.len());
+    assert!((found - area).abs() < 1e-12 * area, "{found} and {area}");
+}
+
 /// Many pairs together leave free what the least of them leaves alone, to the last bit, whatever pack it is
 /// in.
 #[test]
@@ -432,24 +549,8 @@ fn ways_of_many_pairs_are_free_as_far_as_that_of_the_least() {
     // Nothing touches at the start.
     let half = x.len() / 2;
     x[half..].iter_mut().skip(2).step_by(3).for_each(|z| *z += 0.15);
-    let pairs = BodyPairs::all(2);
-    let law = |a: usize, b: usize| {
-        let reach = if a == b { 0.01 } else { 0.02 };
-        let barrier = Barrier { form: PotentialForm::Barrier, stiffness: 1.0, reach, offset: 0.0 };
-        ContactLaw { barrier, friction: 0.0 }
-    };
-    let model = ContactModel {
-        half_spaces: vec![],
-        balls: vec![],
-        pairs: pairs.clone(),
-        laws: ContactLaws::new(2, law),
-        duplicates: Duplicates::Max,
-        threshold_speed: 1e-3,
-        friction_iterations: 1,
-        names: vec!["a".into(), "b".into()],
-        labels: vec![0; surface.bodies.len()],
-        surface,
-    };
+    let model = model_of(surface, 2, vec![]);
+    let pairs = model.pairs.clone();
     let mut parts = vec![];
     for round in 0..20 {
         let length = 0.02 * f64::from(round + 1);
