@@ -63,6 +63,7 @@ impl FallingParticle {
             duplicates: Duplicates::Max,
             threshold_speed: self.threshold,
             friction_iterations: 20,
+            shortened: vec![],
             names: vec!["particle".into(), "floor".into()],
             labels: vec![0, 0],
         };

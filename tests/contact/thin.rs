@@ -2,13 +2,14 @@
 
 use std::sync::Arc;
 
-use pliant::energy::EnergyTerm;
+use pliant::energy::{ContactPlace, EnergyTerm};
 use pliant_contact::barrier::{Barrier, PotentialForm};
 use pliant_contact::candidates::BodyPairs;
 use pliant_contact::energy::ContactEnergy;
 use pliant_contact::merge::Duplicates;
-use pliant_contact::model::{ContactLaw, ContactLaws, ContactModel};
+use pliant_contact::model::{ContactLaw, ContactLaws, ContactModel, SolidBall, SolidHalfSpace};
 use pliant_contact::surface::{ContactSurface, SurfacePrimitives, VertexKind};
+use pliant_contact::terms::{ContactTerms, ExplicitOptions, contact_terms};
 
 use super::{advance, assembled, conserved, problems};
 
@@ -24,8 +25,12 @@ impl Numbers {
 
 /// Bodies of two triangles, of two wires that meet, of three particles, and of a wire, all near the origin.
 fn mixed() -> ContactModel {
-    let bodies = [0, 0, 0, 0, 1, 1, 1, 2, 2, 2, 3, 3];
-    let rest: Vec<f64> = [
+    mixed_at(&mixed_rest(), 0.0)
+}
+
+/// Their places at rest, flat.
+fn mixed_rest() -> Vec<f64> {
+    [
         [0.0, 0.0, 0.0],
         [1.0, 0.0, 0.0],
         [0.0, 1.0, 0.0],
@@ -39,13 +44,18 @@ fn mixed() -> ContactModel {
         [0.5, -0.2, 0.3],
         [0.5, 1.2, 0.3],
     ]
-    .concat();
+    .concat()
+}
+
+/// The same at rest elsewhere, with this coefficient of friction.
+fn mixed_at(rest: &[f64], friction: f64) -> ContactModel {
+    let bodies = [0, 0, 0, 0, 1, 1, 1, 2, 2, 2, 3, 3];
     let primitives = SurfacePrimitives {
         triangles: &[[0, 1, 2], [1, 3, 2]],
         edges: &[[4, 5], [5, 6], [10, 11]],
         particles: &[7, 8, 9],
     };
-    let mut surface = ContactSurface::in_space(&primitives, &rest, &bodies);
+    let mut surface = ContactSurface::in_space(&primitives, rest, &bodies);
     assert_eq!(surface.wires.len(), 3);
     assert_eq!(
         [0, 5, 8].map(|v| surface.kinds[v]),
@@ -56,7 +66,7 @@ fn mixed() -> ContactModel {
     let law = |a: usize, b: usize| {
         let barrier =
             Barrier { form: PotentialForm::Barrier, stiffness: 1e3, reach: 0.5, offset: radii[a] + radii[b] };
-        ContactLaw { barrier, friction: 0.0 }
+        ContactLaw { barrier, friction }
     };
     ContactModel {
         surface,
@@ -67,6 +77,7 @@ fn mixed() -> ContactModel {
         duplicates: Duplicates::Max,
         threshold_speed: 1e-3,
         friction_iterations: 20,
+        shortened: vec![],
         names: ["sheet", "strand", "grains", "bar"].map(String::from).to_vec(),
         labels: vec![0; 12],
     }
@@ -92,6 +103,76 @@ fn scattered(numbers: &mut Numbers) -> Vec<f64> {
     let row = |(place, height): (&[f64; 2], &f64)| [place[0], place[1], *height];
     let rows: Vec<f64> = places.iter().zip(&heights).flat_map(row).collect();
     rows.iter().map(|x| x + 0.01 * numbers.next()).collect()
+}
+
+/// The mixed bodies between an inclined plane and a ball.
+fn mixed_with_obstacles(rest: &[f64]) -> ContactModel {
+    let mut model = mixed_at(rest, 0.3);
+    let (plane, ball) = (12, 13);
+    model.surface.bodies.extend([4, 5]);
+    model.surface.vertex_areas.extend([0.0; 2]);
+    let names = ["sheet", "strand", "grains", "bar", "plane", "ball"];
+    let radii = [0.0, 0.03, 0.02, 0.03, 0.0, 0.2];
+    model.names = names.map(String::from).to_vec();
+    model.laws = ContactLaws::new(6, |a, b| {
+        let offset = radii[a] + radii[b];
+        let barrier = Barrier { form: PotentialForm::Barrier, stiffness: 1e3, reach: 0.5, offset };
+        ContactLaw { barrier, friction: 0.3 }
+    });
+    model.pairs = BodyPairs::all(6);
+    model.pairs.set(4, 5, false);
+    model.half_spaces = vec![SolidHalfSpace { vertex: plane, normal: [0.0, 0.0, 1.0], depth: 0.0, body: 4 }];
+    model.balls = vec![SolidBall { vertex: ball, body: 5 }];
+    model.labels.extend([0; 2]);
+    model
+}
+
+/// Forces of contact and of friction, whose normal forces are those of `held` where there is any, go by the
+/// shape at rest as those of models at rest elsewhere differ.
+#[test]
+fn forces_of_all_kinds_of_primitives_go_by_the_shape_at_rest() {
+    let mut numbers = Numbers(11);
+    for round in 0..6 {
+        let mut x = scattered(&mut numbers);
+        x.extend([0.0, 0.0, -0.2, 0.5, 0.6, 0.95]);
+        let mut random = |size: f64| x.iter().map(|_| size * numbers.next()).collect::<Vec<f64>>();
+        let [p, v, moved] = [1.0, 1e-3, 3e-3].map(&mut random);
+        let (change, rest) = (random(1.0)[..36].to_vec(), mixed_rest());
+        let held: Option<Vec<f64>> =
+            (round % 2 == 1).then(|| x.iter().zip(&moved).map(|(x, moved)| x + moved).collect());
+        let at_rest = |h: f64| -> Vec<f64> { rest.iter().zip(&change).map(|(x, d)| x + h * d).collect() };
+        let terms = |h: f64| {
+            let model = Arc::new(mixed_with_obstacles(&at_rest(h)));
+            contact_terms(3, model, ExplicitOptions::default())
+        };
+        let force = |h: f64| {
+            let ContactTerms { mut energy, friction } = terms(h);
+            let (mut rows, mut friction) = (vec![0.0; x.len()], friction.unwrap());
+            assert!(energy.evaluate(&x));
+            energy.add_rows(0, &mut rows);
+            if let Some(held) = &held {
+                friction.frozen().unwrap().freeze(held);
+            }
+            friction.evaluate(&x, &v);
+            let mut rubs = vec![0.0; x.len()];
+            friction.add_rows(0, &mut rubs);
+            assert!(rubs.iter().any(|force| force.abs() > 1e-3));
+            rows.iter().zip(rubs).map(|(row, rubs)| row + rubs).collect::<Vec<f64>>()
+        };
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let ContactTerms { energy, .. } = terms(0.0);
+        let shaped = energy.touching().and_then(|touching| touching.shaped()).unwrap();
+        let place = ContactPlace { x: &x, v: &v, held: held.as_deref() };
+        let (mut by_rest, mut forces) = (vec![0.0; x.len()], vec![0.0; x.len()]);
+        shaped.add_work_by_shape(place, &p, &rest, &mut by_rest);
+        shaped.add_gradient_by_shape(place, &change, &rest, &mut forces);
+        let found = dot(&by_rest, &change);
+        assert!((found - dot(&forces, &p)).abs() < 1e-11 * found.abs(), "{found}, {}", dot(&forces, &p));
+        let h = 1e-4;
+        let differences = |h: f64| (dot(&force(h), &p) - dot(&force(-h), &p)) / (2.0 * h);
+        let expected = (4.0 * differences(0.5 * h) - differences(h)) / 3.0;
+        assert!((found - expected).abs() < 1e-8 * expected.abs(), "{round}: {found}, {expected}");
+    }
 }
 
 fn gradient(energy: &mut ContactEnergy<3>, x: &[f64]) -> Vec<f64> {

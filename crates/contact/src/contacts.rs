@@ -3,7 +3,9 @@
 use crate::broad_phase::Bounds;
 use crate::candidates::CandidatePairs;
 use crate::closest::{InnerKind, InnerPair, Primitives};
-use crate::merge::{ContactStencils, MollifiedPair, WeightedPair};
+use crate::merge::{
+    AreaOf, AreaPart, ContactStencils, MollifiedPair, PairSink, WeightedPair, WeightedPairs, find_pairs,
+};
 use crate::model::{ContactLaw, ContactModel};
 use crate::packs::{PackVisitor, closest_points, visit_pairs};
 use crate::pair::{EdgeEdge, PairGeometry, PairKind, PointEdge, PointPoint, PointTriangle};
@@ -87,10 +89,25 @@ impl Contacts {
         let (surface, duplicates) = (&model.surface, model.duplicates);
         let mut stencils = ContactStencils::find::<D>(surface, candidates, x, reach, duplicates);
         if !model.balls.is_empty() {
-            balls::<D>(model, x, &mut stencils);
+            let mut pairs = WeightedPairs { surface, stencils };
+            balls::<D>(model, x, &mut pairs);
+            stencils = pairs.stencils;
             stencils.merge();
         }
         Contacts { stencils, planes: planes::<D>(model, x) }
+    }
+
+    /// Shows `sink` the pairs of [`find`](Self::find) one by one, and gives the vertices at half-spaces.
+    pub(crate) fn find_each<const D: usize>(
+        model: &ContactModel,
+        candidates: &CandidatePairs,
+        x: &[f64],
+        reach: f64,
+        sink: &mut impl PairSink,
+    ) -> Vec<PlaneContact> {
+        find_pairs::<D>(&model.surface, candidates, x, (reach, model.duplicates), sink);
+        balls::<D>(model, x, sink);
+        planes::<D>(model, x)
     }
 
     /// Number of contacts in the list of each kind, in their order.
@@ -109,6 +126,12 @@ impl Contacts {
     /// Number of all contacts.
     pub fn len(&self) -> usize {
         self.counts().iter().sum()
+    }
+
+    /// Removes all.
+    pub(crate) fn clear(&mut self) {
+        self.stencils.clear();
+        self.planes.clear();
     }
 
     /// True if nothing touches.
@@ -265,8 +288,8 @@ fn planes<const D: usize>(model: &ContactModel, x: &[f64]) -> Vec<PlaneContact> 
     found
 }
 
-/// Adds the triangles, wires and particles within reach of balls, at the weight of their own area.
-fn balls<const D: usize>(model: &ContactModel, x: &[f64], stencils: &mut ContactStencils) {
+/// Shows the triangles, wires and particles within reach of balls, at the weight of their own area.
+fn balls<const D: usize>(model: &ContactModel, x: &[f64], sink: &mut impl PairSink) {
     let surface = &model.surface;
     for ball in &model.balls {
         let near = |v: u32, squared: f64| {
@@ -277,7 +300,7 @@ fn balls<const D: usize>(model: &ContactModel, x: &[f64], stencils: &mut Contact
             let closest = PointPoint::closest(&rows::<D, 2>(x, &[ball.vertex, p]));
             if near(p, closest.squared_distance) {
                 let inner = InnerPair { kind: InnerKind::PointPoint, slots: [0, 1, 0, 0] };
-                stencils.push(&[ball.vertex, p, 0, 0], &inner, surface.vertex_areas[p as usize]);
+                sink.pair(&[ball.vertex, p, 0, 0], &inner, &[AreaPart::of_vertex(p, 1.0)]);
             }
         }
         for e in surface.lone_edges() {
@@ -285,7 +308,8 @@ fn balls<const D: usize>(model: &ContactModel, x: &[f64], stencils: &mut Contact
             let closest = PointEdge::closest(&rows::<D, 3>(x, &[ball.vertex, a, b]));
             if near(a, closest.squared_distance) {
                 let inner = InnerPair::of_point_edge(&closest.coefficients);
-                stencils.push(&[ball.vertex, a, b, 0], &inner, surface.edge_areas[e as usize]);
+                let whole = AreaPart { of: AreaOf::Edge(e), part: 1.0 };
+                sink.pair(&[ball.vertex, a, b, 0], &inner, &[whole]);
             }
         }
         if D == 2 {
@@ -295,20 +319,20 @@ fn balls<const D: usize>(model: &ContactModel, x: &[f64], stencils: &mut Contact
         let centre = Bounds::<3>::of_vertices(&[ball.vertex], x, None);
         let mut at_hand: Vec<[u32; 4]> = vec![];
         let mut areas = vec![];
-        for (&[a, b, c], area) in surface.triangles.iter().zip(&surface.triangle_areas) {
+        for (t, &[a, b, c]) in (0..).zip(&surface.triangles) {
             let body = model.body(a);
             let reach = model.laws.of(body, ball.body).barrier.squared_reach();
             let apart = Bounds::of_vertices(&[a, b, c], x, None).squared_distance(&centre);
             // Distances are rounded.
             if model.touch(body, ball.body) && apart < reach * (1.0 + 1e-9) {
                 at_hand.push([ball.vertex, a, b, c]);
-                areas.push(*area);
+                areas.push(AreaPart { of: AreaOf::Triangle(t), part: 1.0 });
             }
         }
         let closest = closest_points::<PointTriangle, 3, 4>(x, &at_hand);
         for ((vertices, area), (coefficients, squared_distance)) in at_hand.iter().zip(areas).zip(closest) {
             if near(vertices[1], squared_distance) {
-                stencils.push(vertices, &InnerPair::of_point_triangle(&coefficients), area);
+                sink.pair(vertices, &InnerPair::of_point_triangle(&coefficients), &[area]);
             }
         }
     }

@@ -4,9 +4,9 @@ use std::ops::Range;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use pliant::energy::{
-    ChangingStencils, ContactExtremes, EnergyKind, EnergyTerm, Fault, LeastGap, Measurements, Stencils,
-    StepLimit, SurfaceContact, TermProperties, TermViews, TouchingPair, TouchingSurfaces, WatchedContacts,
-    WayObstruction,
+    ChangingStencils, ContactExtremes, ContactPlace, EnergyKind, EnergyTerm, Fault, LeastGap, Measurements,
+    ShapedContact, Stencils, StepLimit, SurfaceContact, TermProperties, TermViews, TouchingPair,
+    TouchingSurfaces, WatchedContacts, WayObstruction,
 };
 use pliant::lanes::{Lanes, spread};
 use pliant::material::Psd;
@@ -26,6 +26,7 @@ use crate::pair::PairGeometry;
 use crate::report::{ContactReport, NearestContact};
 use crate::rows::{StencilLists, TouchedRows};
 use crate::search::{ContactSearch, typical_edge};
+use crate::shape::{AreaRates, ForceOfContact, ShapeSink, ShapedPair};
 use crate::way::{Obstruction, Way, WayEnd};
 
 /// Contacts that one task takes.
@@ -140,7 +141,7 @@ impl<const D: usize> ContactEnergy<D> {
 
 /// Energy of one contact, and its gradient.
 #[derive(Clone, Copy)]
-struct ContactTerm<const D: usize> {
+pub(crate) struct ContactTerm<const D: usize> {
     energy: f64,
     count: usize,
     vertices: [u32; 4],
@@ -154,10 +155,17 @@ impl<const D: usize> ContactTerm<D> {
     }
 }
 
+impl<const D: usize> ContactTerm<D> {
+    /// Its vertices, and the gradient by each [N].
+    pub(crate) fn gradient(&self) -> (&[u32], [[f64; D]; 4]) {
+        (&self.vertices[..self.count], self.gradient)
+    }
+}
+
 /// Terms of contacts, one after the other.
-struct EvaluatedContacts<const D: usize> {
-    with_gradient: bool,
-    terms: Vec<ContactTerm<D>>,
+pub(crate) struct EvaluatedContacts<const D: usize> {
+    pub(crate) with_gradient: bool,
+    pub(crate) terms: Vec<ContactTerm<D>>,
 }
 
 impl<const D: usize> PackVisitor<D> for EvaluatedContacts<D> {
@@ -489,6 +497,50 @@ impl<const D: usize> TouchingSurfaces for ContactEnergy<D> {
 
     fn conflict(&self, x: &[f64]) -> Option<String> {
         crate::start::conflict::<D>(&self.model, x)
+    }
+
+    fn shaped(&self) -> Option<&dyn ShapedContact> {
+        Some(self)
+    }
+}
+
+impl<const D: usize> ContactEnergy<D> {
+    /// Shows every contact, and what rubs, as the shape at rest decides on it.
+    fn each_shaped(&self, at: ContactPlace<'_>, visit: &mut dyn FnMut(&ShapedPair<'_, D>)) {
+        let mut search = locked(&self.search);
+        let reach = search.reach;
+        let mut show = |search: &mut ContactSearch<D>, x: &[f64], of: ForceOfContact<'_>| {
+            let one = Contacts::default();
+            let mut sink = ShapeSink { model: &self.model, x, of, one, visit: &mut *visit };
+            let candidates = search.candidates_at(&self.model, x);
+            let planes = Contacts::find_each::<D>(&self.model, candidates, x, reach, &mut sink);
+            sink.planes(&planes);
+        };
+        show(&mut search, at.x, ForceOfContact::Energy);
+        if self.model.laws.has_friction() {
+            let x = at.held.unwrap_or(at.x);
+            let contacts = search.contacts_at(&self.model, x).clone();
+            show(&mut search, x, ForceOfContact::Friction(at.v, &contacts));
+        }
+    }
+}
+
+impl<const D: usize> ShapedContact for ContactEnergy<D> {
+    fn is_near_itself(&self, body: &str) -> bool {
+        self.model.shortened.iter().any(|shortened| self.model.names[*shortened as usize] == body)
+    }
+
+    fn add_work_by_shape(&self, at: ContactPlace<'_>, p: &[f64], rest: &[f64], rows: &mut [f64]) {
+        let surface = &self.model.surface;
+        let mut by = AreaRates::zero(surface);
+        self.each_shaped(at, &mut |pair| pair.add_work(surface, p, &mut by));
+        surface.add_by_rest(&by, rest, rows);
+    }
+
+    fn add_gradient_by_shape(&self, at: ContactPlace<'_>, change: &[f64], rest: &[f64], rows: &mut [f64]) {
+        let surface = &self.model.surface;
+        let mut changes = surface.area_changes(change, rest);
+        self.each_shaped(at, &mut |pair| pair.add_change(surface, &mut changes, rows));
     }
 }
 

@@ -52,6 +52,7 @@ pub mod pair;
 pub mod report;
 mod rows;
 mod search;
+mod shape;
 pub mod start;
 pub mod surface;
 pub mod terms;

@@ -65,6 +65,82 @@ pub struct ContactStencils {
     pub mollified: Vec<MollifiedPair>,
 }
 
+/// Primitive that stands for an area.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum AreaOf {
+    /// Vertex of the system.
+    Vertex(u32),
+    /// Edge by its number.
+    Edge(u32),
+    /// Triangle by its number.
+    Triangle(u32),
+}
+
+/// Part of an area that a weight has.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct AreaPart {
+    pub(crate) of: AreaOf,
+    pub(crate) part: f64,
+}
+
+impl AreaPart {
+    /// Part of the area of a vertex of the system.
+    pub(crate) fn of_vertex(vertex: u32, part: f64) -> Self {
+        AreaPart { of: AreaOf::Vertex(vertex), part }
+    }
+
+    /// Its multiple.
+    fn times(self, factor: f64) -> Self {
+        AreaPart { part: self.part * factor, ..self }
+    }
+}
+
+/// Receiver of the pairs that a search comes upon, those that are alike one by one.
+pub(crate) trait PairSink {
+    /// Takes the inner pair of these vertices, of a weight that is the sum of these parts.
+    fn pair(&mut self, vertices: &[u32; 4], inner: &InnerPair, parts: &[AreaPart]);
+
+    /// Takes two edges that are nearly parallel, by their numbers.
+    fn parallel(&mut self, edges: [u32; 2], inner: &InnerPair, parts: &[AreaPart]);
+}
+
+/// Collector of stencils with their weights.
+pub(crate) struct WeightedPairs<'a> {
+    pub(crate) surface: &'a ContactSurface,
+    pub(crate) stencils: ContactStencils,
+}
+
+impl PairSink for WeightedPairs<'_> {
+    fn pair(&mut self, vertices: &[u32; 4], inner: &InnerPair, parts: &[AreaPart]) {
+        self.stencils.push(vertices, inner, self.surface.weight(parts));
+    }
+
+    fn parallel(&mut self, edges: [u32; 2], inner: &InnerPair, parts: &[AreaPart]) {
+        let pair = self.surface.parallel_pair(edges, inner, self.surface.weight(parts));
+        self.stencils.mollified.push(pair);
+    }
+}
+
+impl ContactSurface {
+    /// Sum of parts of areas [m^2].
+    #[inline]
+    pub(crate) fn weight(&self, parts: &[AreaPart]) -> f64 {
+        let area = |of: AreaOf| match of {
+            AreaOf::Vertex(v) => self.vertex_areas[v as usize],
+            AreaOf::Edge(e) => self.edge_areas[e as usize],
+            AreaOf::Triangle(t) => self.triangle_areas[t as usize],
+        };
+        parts.iter().fold(0.0, |sum, part| sum + part.part * area(part.of))
+    }
+
+    /// Nearly parallel edges `a < b` of this weight [m^2].
+    pub(crate) fn parallel_pair(&self, [a, b]: [u32; 2], inner: &InnerPair, weight: f64) -> MollifiedPair {
+        let [[p, q], [r, s]] = [a, b].map(|e| self.edges[e as usize]);
+        let [of_a, of_b] = [a, b].map(|e| self.squared_lengths[e as usize]);
+        MollifiedPair { vertices: [p, q, r, s], inner: *inner, weight, limit: parallel_limit(of_a, of_b) }
+    }
+}
+
 /// Weights that cancel to less than this part of what was added are none.
 const CANCELLED: f64 = 1e-12;
 
@@ -78,31 +154,9 @@ impl ContactStencils {
         reach: f64,
         duplicates: Duplicates,
     ) -> Self {
-        let mut finder = Finder { surface, x, reach, stencils: Self::default() };
-        let max = duplicates == Duplicates::Max;
-        for &[p, q] in &candidates.point_point {
-            let areas = [p, q].map(|v| surface.vertex_areas[v as usize]);
-            finder.point_point::<D>(p, q, 0.5 * (areas[0] + areas[1]));
-        }
-        for &[p, e] in &candidates.point_edge {
-            finder.point_and_edge::<D>(p, e, max);
-        }
-        if D == 3 {
-            let of_triangle = |[p, t]: [u32; 2]| {
-                let [a, b, c] = surface.triangles[t as usize];
-                [p, a, b, c]
-            };
-            for (pair, _, coefficients) in
-                finder.near::<PointTriangle>(&candidates.point_triangle, of_triangle)
-            {
-                finder.point_triangle(pair, &coefficients, max);
-            }
-            let of_edges = |[a, b]: [u32; 2]| ends_of(surface, a, b);
-            for (pair, vertices, coefficients) in finder.near::<EdgeEdge>(&candidates.edge_edge, of_edges) {
-                finder.edge_edge(pair, &vertices, &coefficients, max);
-            }
-        }
-        let mut found = finder.stencils;
+        let mut pairs = WeightedPairs { surface, stencils: Self::default() };
+        find_pairs::<D>(surface, candidates, x, (reach, duplicates), &mut pairs);
+        let mut found = pairs.stencils;
         found.merge();
         found
     }
@@ -114,6 +168,27 @@ impl ContactStencils {
         merge(&mut self.point_triangle);
         merge(&mut self.edge_edge);
         self.mollified.sort_by_key(|pair| (pair.vertices, pair.inner.slots));
+    }
+
+    /// True if the one pair of `one` is among these, merged, with a weight above zero.
+    pub(crate) fn has_like(&self, one: &Self) -> bool {
+        fn has<const N: usize>(all: &[WeightedPair<N>], one: &[WeightedPair<N>]) -> bool {
+            let found = one.first().map(|one| all.binary_search_by_key(&one.vertices, |pair| pair.vertices));
+            matches!(found, Some(Ok(at)) if all[at].weight > 0.0)
+        }
+        has(&self.point_point, &one.point_point)
+            || has(&self.point_edge, &one.point_edge)
+            || has(&self.point_triangle, &one.point_triangle)
+            || has(&self.edge_edge, &one.edge_edge)
+    }
+
+    /// Removes all.
+    pub(crate) fn clear(&mut self) {
+        self.point_point.clear();
+        self.point_edge.clear();
+        self.point_triangle.clear();
+        self.edge_edge.clear();
+        self.mollified.clear();
     }
 
     /// Adds the inner pair of these vertices, in the order that tells those that are alike.
@@ -166,14 +241,45 @@ fn ends_of(surface: &ContactSurface, a: u32, b: u32) -> [u32; 4] {
     [p, q, r, s]
 }
 
-struct Finder<'a> {
+/// Shows `sink` the pairs of [`ContactStencils::find`] before those that are alike are merged.
+pub(crate) fn find_pairs<const D: usize>(
+    surface: &ContactSurface,
+    candidates: &CandidatePairs,
+    x: &[f64],
+    (reach, duplicates): (f64, Duplicates),
+    sink: &mut impl PairSink,
+) {
+    let mut finder = Finder { surface, x, reach, sink };
+    let max = duplicates == Duplicates::Max;
+    for &[p, q] in &candidates.point_point {
+        finder.point_point::<D>(p, q, &[p, q].map(|v| AreaPart::of_vertex(v, 0.5)));
+    }
+    for &[p, e] in &candidates.point_edge {
+        finder.point_and_edge::<D>(p, e, max);
+    }
+    if D == 3 {
+        let of_triangle = |[p, t]: [u32; 2]| {
+            let [a, b, c] = surface.triangles[t as usize];
+            [p, a, b, c]
+        };
+        for (pair, _, coefficients) in finder.near::<PointTriangle>(&candidates.point_triangle, of_triangle) {
+            finder.point_triangle(pair, &coefficients, max);
+        }
+        let of_edges = |[a, b]: [u32; 2]| ends_of(surface, a, b);
+        for (pair, vertices, coefficients) in finder.near::<EdgeEdge>(&candidates.edge_edge, of_edges) {
+            finder.edge_edge(pair, &vertices, &coefficients, max);
+        }
+    }
+}
+
+struct Finder<'a, S> {
     surface: &'a ContactSurface,
     x: &'a [f64],
     reach: f64,
-    stencils: ContactStencils,
+    sink: &'a mut S,
 }
 
-impl Finder<'_> {
+impl<S: PairSink> Finder<'_, S> {
     fn rows<const D: usize, const N: usize>(&self, vertices: &[u32; N]) -> [[f64; D]; N] {
         rows(self.x, vertices)
     }
@@ -223,9 +329,9 @@ impl Finder<'_> {
             _ if D == 2 => 0.5,
             _ => 0.25,
         };
-        let weight = part * surface.vertex_areas[p as usize];
+        let part = AreaPart::of_vertex(p, part);
         let edge = surface.edges[e as usize];
-        self.point_edge::<D>(p, edge, weight);
+        self.point_edge::<D>(p, edge, part);
         for v in edge.into_iter().filter(|_| max) {
             let meets = |f: &&u32| {
                 let is_other = !surface.edges[**f as usize].contains(&p);
@@ -238,7 +344,7 @@ impl Finder<'_> {
             // An edge that ends at the point itself has told nothing.
             let twice = others.count();
             if twice > 0 {
-                self.point_point::<D>(p, v, -weight * twice as f64);
+                self.point_point::<D>(p, v, &[part.times(-(twice as f64))]);
             }
         }
     }
@@ -251,9 +357,9 @@ impl Finder<'_> {
             VertexKind::Wire => 0.5,
             VertexKind::Particle => 1.0,
         };
-        let weight = part * surface.vertex_areas[p as usize];
+        let part = AreaPart::of_vertex(p, part);
         let [a, b, c] = surface.triangles[t as usize];
-        self.add(&[p, a, b, c], &InnerPair::of_point_triangle(coefficients), weight);
+        self.sink.pair(&[p, a, b, c], &InnerPair::of_point_triangle(coefficients), &[part]);
         if !max {
             return;
         }
@@ -264,25 +370,24 @@ impl Finder<'_> {
         };
         for e in surface.triangle_edges[t as usize] {
             if surface.is_inner_edge(e) && is_first(&surface.edge_triangles[e as usize]) {
-                self.point_edge::<3>(p, surface.edges[e as usize], -weight);
+                self.point_edge::<3>(p, surface.edges[e as usize], part.times(-1.0));
             }
         }
         for v in [a, b, c] {
             if surface.inner_vertices[v as usize] && is_first(surface.vertex_triangles.of(v)) {
-                self.point_point::<3>(p, v, weight);
+                self.point_point::<3>(p, v, &[part]);
             }
         }
     }
 
     fn edge_edge(&mut self, [a, b]: [u32; 2], vertices: &[u32; 4], coefficients: &[f64; 4], max: bool) {
         let surface = self.surface;
-        let limit = self.parallel_limit(a, b);
-        let weight = self.share(a, b) + self.share(b, a);
+        let parts = [self.share(a, b), self.share(b, a)];
         let inner = InnerPair::of_edge_edge(coefficients);
-        if squared_cross(&self.rows::<3, 4>(vertices)) < limit {
-            self.stencils.mollified.push(MollifiedPair { vertices: *vertices, inner, weight, limit });
+        if squared_cross(&self.rows::<3, 4>(vertices)) < self.parallel_limit(a, b) {
+            self.sink.parallel([a.min(b), a.max(b)], &inner, &parts);
         } else {
-            self.add(vertices, &inner, weight);
+            self.sink.pair(vertices, &inner, &parts);
         }
         if max {
             surface.edges[b as usize].iter().for_each(|&p| self.edges_at(a, p, b));
@@ -308,33 +413,34 @@ impl Finder<'_> {
         }
         let inner = InnerPair::of_point_edge(&closest.coefficients);
         // Of faces and of wires: the share of `e` in a pair, and how many tell of it; one is kept.
-        let (mut shares, mut counts) = ([0.0; 2], [0.0; 2]);
+        let mut shares = [AreaPart { of: AreaOf::Edge(e), part: 0.0 }; 2];
+        let mut counts = [0.0; 2];
         for &f in others.iter().filter(|&&f| !touches(f)) {
             let kind = usize::from(surface.is_wire(f));
             shares[kind] = self.share(e, f);
-            let (vertices, limit) = (ends_of(surface, e, f), self.parallel_limit(e, f));
-            if squared_cross(&self.rows::<3, 4>(&vertices)) < limit {
+            let vertices = ends_of(surface, e, f);
+            if squared_cross(&self.rows::<3, 4>(&vertices)) < self.parallel_limit(e, f) {
                 let inner = InnerPair { slots: self.slots(&vertices, &[p, q, r], &inner), ..inner };
-                self.stencils.mollified.push(MollifiedPair { vertices, inner, weight: -shares[kind], limit });
+                self.sink.parallel([e.min(f), e.max(f)], &inner, &[shares[kind].times(-1.0)]);
             } else {
                 counts[kind] += 1.0;
             }
         }
-        counts[usize::from(shares[1] > shares[0])] -= 1.0;
-        let weight = shares[0] * counts[0] + shares[1] * counts[1];
-        if weight != 0.0 {
-            self.add(&[p, q, r, 0], &inner, -weight);
+        counts[usize::from(shares[1].part > shares[0].part)] -= 1.0;
+        let parts = [0, 1].map(|kind| shares[kind].times(-counts[kind]));
+        if surface.weight(&parts) != 0.0 {
+            self.sink.pair(&[p, q, r, 0], &inner, &parts);
         }
     }
 
-    /// Weight that the edge `e` has in its pair with `f` [m^2].
-    fn share(&self, e: u32, f: u32) -> f64 {
+    /// Part of its area that the edge `e` has in its pair with `f`.
+    fn share(&self, e: u32, f: u32) -> AreaPart {
         let part = match [e, f].map(|edge| self.surface.is_wire(edge)) {
             [true, false] => 0.5,
             [false, true] => 0.0,
             _ => 0.25,
         };
-        part * self.surface.edge_areas[e as usize]
+        AreaPart { of: AreaOf::Edge(e), part }
     }
 
     /// Places among `vertices` of those that `inner` names by their places in `own`.
@@ -352,25 +458,21 @@ impl Finder<'_> {
         parallel_limit(squared[a as usize], squared[b as usize])
     }
 
-    fn point_edge<const D: usize>(&mut self, p: u32, [a, b]: [u32; 2], weight: f64) {
+    fn point_edge<const D: usize>(&mut self, p: u32, [a, b]: [u32; 2], part: AreaPart) {
         let closest = PointEdge::closest(&self.rows::<D, 3>(&[p, a, b]));
         let distance = self.distance(p, a);
         if closest.squared_distance < distance * distance {
-            self.add(&[p, a, b, 0], &InnerPair::of_point_edge(&closest.coefficients), weight);
+            self.sink.pair(&[p, a, b, 0], &InnerPair::of_point_edge(&closest.coefficients), &[part]);
         }
     }
 
-    fn point_point<const D: usize>(&mut self, p: u32, v: u32, weight: f64) {
+    fn point_point<const D: usize>(&mut self, p: u32, v: u32, parts: &[AreaPart]) {
         let [a, b] = self.rows::<D, 2>(&[p, v]);
         let squared: f64 = (0..D).map(|k| (a[k] - b[k]) * (a[k] - b[k])).sum();
         let distance = self.distance(p, v);
         if squared < distance * distance {
             let inner = InnerPair { kind: InnerKind::PointPoint, slots: [0, 1, 0, 0] };
-            self.add(&[p, v, 0, 0], &inner, weight);
+            self.sink.pair(&[p, v, 0, 0], &inner, parts);
         }
-    }
-
-    fn add(&mut self, vertices: &[u32; 4], inner: &InnerPair, weight: f64) {
-        self.stencils.push(vertices, inner, weight);
     }
 }

@@ -98,6 +98,8 @@ pub struct ContactModel {
     pub threshold_speed: f64,
     /// Number of times that a solve takes the normal forces of friction anew.
     pub friction_iterations: u32,
+    /// Bodies that touch themselves from nearer on than others, because they are near themselves at rest.
+    pub shortened: Vec<u32>,
     /// Names of the bodies.
     pub names: Vec<String>,
     /// Number of each vertex of the system in its body.

@@ -7,8 +7,9 @@
 use crate::barrier::Barrier;
 use crate::closest::{InnerKind, InnerPair, Primitives};
 use crate::eigen::positive_part;
+use crate::merge::MollifiedPair;
 use crate::pair::{EdgeEdge, PairGeometry, PointEdge, PointPoint};
-use crate::vector::{cross, difference, dot, scaled};
+use crate::vector::{along, cross, difference, dot, scaled};
 use pliant::algebra::Mat;
 use pliant::material::Psd;
 
@@ -44,6 +45,34 @@ pub fn mollifier(c: f64, limit: f64) -> [f64; 3] {
     }
     let y = c / limit;
     [(2.0 - y) * y, 2.0 * (1.0 - y) / limit, -2.0 / (limit * limit)]
+}
+
+/// Derivatives of `m` and of `m'` by `eps`.
+pub(crate) fn mollifier_by_limit(c: f64, limit: f64) -> [f64; 2] {
+    if c >= limit {
+        return [0.0; 2];
+    }
+    let y = c / limit;
+    [-2.0 * (1.0 - y) * y / limit, 2.0 * (2.0 * y - 1.0) / (limit * limit)]
+}
+
+/// Derivative of the gradient of the energy `m E` of two edges at `x` by `eps`, by vertex [N/m^4].
+pub(crate) fn mollified_by_limit(
+    x: &[[f64; 3]; 4],
+    pair: &MollifiedPair,
+    barrier: &Barrier,
+) -> [[f64; 3]; 4] {
+    let energy = barrier_of_inner_pair(x, &pair.inner, barrier, pair.weight);
+    let (a, b) = (difference(&x[1], &x[0]), difference(&x[3], &x[2]));
+    let u = cross(&a, &b);
+    let [by_limit, slope_by_limit] = mollifier_by_limit(dot(&u, &u), pair.limit);
+    let by_edge = slopes_of_cross(&a, &b, &u);
+    let mut gradient = energy.gradient.map(|row| scaled(by_limit, &row));
+    for (i, row) in gradient.iter_mut().enumerate() {
+        let sign = if i % 2 == 0 { -1.0 } else { 1.0 };
+        *row = along(row, sign * energy.value * slope_by_limit, &by_edge[i / 2]);
+    }
+    gradient
 }
 
 /// Energy `m E` of two edges [J] with its derivatives: exact, or with the nearest positive semidefinite
@@ -94,8 +123,8 @@ pub(crate) fn mollifier_of_edges(x: &[[f64; 3]; 4], limit: f64) -> MollifiedEner
     let (a, b) = (difference(&x[1], &x[0]), difference(&x[3], &x[2]));
     let u = cross(&a, &b);
     let [value, slope, curvature] = mollifier(dot(&u, &u), limit);
-    // Derivatives of c by a and by b; a vertex is the end of its edge, or with a minus its start.
-    let by_edge = [scaled(2.0, &cross(&b, &u)), scaled(2.0, &cross(&u, &a))];
+    // A vertex is the end of its edge, or with a minus its start.
+    let by_edge = slopes_of_cross(&a, &b, &u);
     let second = second_derivatives_of_cross(&a, &b);
     let mut f = MollifiedEnergy { value, gradient: [[0.0; 3]; 4], hessian: [[0.0; 12]; 12] };
     for i in 0..12 {
@@ -109,6 +138,11 @@ pub(crate) fn mollifier_of_edges(x: &[[f64; 3]; 4], limit: f64) -> MollifiedEner
         }
     }
     f
+}
+
+/// Derivatives of `c` by the edges `a` and `b`, of which `u` is the product.
+fn slopes_of_cross(a: &[f64; 3], b: &[f64; 3], u: &[f64; 3]) -> [[f64; 3]; 2] {
+    [scaled(2.0, &cross(b, u)), scaled(2.0, &cross(u, a))]
 }
 
 /// `d2c` by `(a, a)`, `(a, b)`, `(b, a)`, `(b, b)`.

@@ -63,12 +63,18 @@ impl<const D: usize> ContactSearch<D> {
     /// Contacts at `x`, flat `(n, D)` [m].
     pub(crate) fn contacts_at(&mut self, model: &ContactModel, x: &[f64]) -> &Contacts {
         if self.at != x {
-            let candidates = self.cache.at(&model.surface, &model.pairs, x, self.reach, self.margin);
-            self.contacts = Contacts::find::<D>(model, candidates, x, self.reach);
+            let reach = self.reach;
+            let candidates = self.candidates_at(model, x);
+            self.contacts = Contacts::find::<D>(model, candidates, x, reach);
             self.at.clear();
             self.at.extend_from_slice(x);
         }
         &self.contacts
+    }
+
+    /// Candidates for contacts at `x`, flat `(n, D)` [m].
+    pub(crate) fn candidates_at(&mut self, model: &ContactModel, x: &[f64]) -> &CandidatePairs {
+        self.cache.at(&model.surface, &model.pairs, x, self.reach, self.margin)
     }
 
     /// Candidates that hold all pairs within `near` [m] on the way from `x` to `x + dx`: those at hand where

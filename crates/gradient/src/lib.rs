@@ -64,10 +64,10 @@ pub use hessian::{HessianProduct, hessian_product};
 pub use loss::{Loss, LossFrame};
 pub use names::{ParameterSelection, names};
 pub use parameter::{
-    AttractingMasses, AxisDirections, BodyDensity, Concatenated, ContactStiffness, EtherDrag, FibreTension,
-    ForceUse, FormulaNumber, FrictionCoefficient, Gravity, GravityNumber, HeldChange, HeldPlaces, HeldUse,
-    LinearElements, LoadFactor, LoadShape, LoadValue, Masses, MembraneElements, ModeUse, Modulus,
-    MotionFactor, MotionNumber, NumberLink, Parameter, ParameterNeeds, RestLengths, ShapedElements,
+    AttractingMasses, AxisDirections, BodyDensity, Concatenated, ContactShape, ContactStiffness, EtherDrag,
+    FibreTension, ForceUse, FormulaNumber, FrictionCoefficient, Gravity, GravityNumber, HeldChange,
+    HeldPlaces, HeldUse, LinearElements, LoadFactor, LoadShape, LoadValue, Masses, MembraneElements, ModeUse,
+    Modulus, MotionFactor, MotionNumber, NumberLink, Parameter, ParameterNeeds, RestLengths, ShapedElements,
     Softening, SpringStiffness, StateUse, StepForces, TermFactor, TieRestLength, Together, TunedSpring,
     WeightDensity, Weighted, cell_axes,
 };

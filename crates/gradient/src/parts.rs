@@ -5,7 +5,7 @@ use pliant::system::System;
 
 use crate::GradientError;
 use crate::adjoint::AdjointPlace;
-use crate::parameter::{Parameter, ParameterNeeds};
+use crate::parameter::{Parameter, ParameterNeeds, shaped};
 
 /// Forces of a place that some parameter [asks for](Parameter::needs); the others stay empty.
 pub(crate) struct ForceParts {
@@ -121,6 +121,20 @@ pub(crate) fn check_terms(
     let missing = needs.loads.into_iter().find(is_no_load);
     let is_no_tie = |name: &&str| !has(name, |term| term.ties().is_some());
     let missing = missing.or_else(|| needs.rest_lengths.into_iter().find(is_no_tie));
+    let of_contact = shaped(system);
+    for body in needs.touching_shapes {
+        match of_contact {
+            None => return Err(GradientError::Term { name: "contact".into() }),
+            Some(contact) if contact.is_near_itself(body) => {
+                return Err(GradientError::Unsupported {
+                    what: format!("contact of `{body}` with itself by its shape, by which its distance goes"),
+                    remedy: "it is near itself at rest: give a smaller `distance` in [contact], or `contact = \
+                             { self = false }` in the body",
+                });
+            }
+            Some(_) => {}
+        }
+    }
     let is_unknown = |name: &&str| places_of(system, name).iter().all(Vec::is_empty);
     let missing = missing.or_else(|| needs.terms.into_iter().find(is_unknown));
     missing.map_or(Ok(()), |name| Err(GradientError::Term { name: name.to_owned() }))

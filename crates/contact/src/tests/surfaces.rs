@@ -445,6 +445,7 @@ fn model_of(surface: ContactSurface, bodies: usize, balls: Vec<SolidBall>) -> Co
         duplicates: Duplicates::Max,
         threshold_speed: 1e-3,
         friction_iterations: 1,
+        shortened: vec![],
         names: (0..bodies).map(|body| body.to_string()).collect(),
         labels: vec![0; surface.bodies.len()],
         balls,

@@ -19,9 +19,9 @@ use std::ops::Range;
 
 use crate::material::Psd;
 pub use views::{
-    Approach, ChangingStencils, ContactExtremes, Driven, ElementTerm, ForceLayout, LeastGap, LoadTerm,
-    Measurements, Penetration, PredictedStresses, StepLimit, SurfaceContact, TermViews, TieTerm,
-    TouchingPair, TouchingSurfaces, WatchedContacts, WayObstruction,
+    Approach, ChangingStencils, ContactExtremes, ContactPlace, Driven, ElementTerm, ForceLayout, LeastGap,
+    LoadTerm, Measurements, Penetration, PredictedStresses, ShapedContact, StepLimit, SurfaceContact,
+    TermViews, TieTerm, TouchingPair, TouchingSurfaces, WatchedContacts, WayObstruction,
 };
 
 /// Which sum of the diagnostics an energy belongs to. Every kind is part of the total.

@@ -377,6 +377,37 @@ pub trait TouchingSurfaces {
     /// The contact at `x`, flat [m], at `time` [s] that has the least part of its distance left; `None` where
     /// nothing touches.
     fn nearest(&self, x: &[f64], time: f64) -> Option<LeastGap>;
+
+    /// Its dependence on the shape at rest, where that is known.
+    fn shaped(&self) -> Option<&dyn ShapedContact> {
+        None
+    }
+}
+
+/// Place where contact is looked at.
+#[derive(Clone, Copy, Debug)]
+pub struct ContactPlace<'a> {
+    /// Positions, flat [m].
+    pub x: &'a [f64],
+    /// Velocities, flat [m/s].
+    pub v: &'a [f64],
+    /// Positions whose normal forces and closest points friction has, where these are others.
+    pub held: Option<&'a [f64]>,
+}
+
+/// Contact that goes by the shape at rest: by the areas that its primitives stand for.
+pub trait ShapedContact {
+    /// True if a body is so near itself at rest that it touches itself at a distance that goes by its shape,
+    /// as nothing here does.
+    fn is_near_itself(&self, body: &str) -> bool;
+
+    /// Adds to `rows`, flat of all vertices, the derivatives by rest positions, at `rest`, of the work along
+    /// `p` of the gradients `dE/dx + dR/dv` of contact and of its friction.
+    fn add_work_by_shape(&self, at: ContactPlace<'_>, p: &[f64], rest: &[f64], rows: &mut [f64]);
+
+    /// Adds to `rows` what is added to these gradients where rest positions move by `change`, flat: the
+    /// transpose.
+    fn add_gradient_by_shape(&self, at: ContactPlace<'_>, change: &[f64], rest: &[f64], rows: &mut [f64]);
 }
 
 /// Surfaces that were nearest to each other for the distance from which on they push.

@@ -171,7 +171,7 @@ impl AdjointForces<'_, '_> {
         }
         self.system.set_time(at.time);
         products.evaluate(self.system, (at.x, at.v), p);
-        self.pass_on(at, bars);
+        self.pass_on(at, None, bars);
     }
 
     /// The same where the direction `p` is known, zero where held.
@@ -179,7 +179,7 @@ impl AdjointForces<'_, '_> {
         self.sums.p.copy_from_slice(p);
         self.system.set_time(at.time);
         self.sums.products.evaluate(self.system, (at.x, at.v), p);
-        self.pass_on(at, bars);
+        self.pass_on(at, None, bars);
     }
 
     /// The adjoint of an equation that a stage solves, `A p = right` at a place, with `A` of these
@@ -206,7 +206,8 @@ impl AdjointForces<'_, '_> {
             for (i, right) in right.iter_mut().enumerate() {
                 *right = self.system.mass()[i / d] * p[i];
             }
-            self.pass_on(at, bars);
+            let held = self.held.as_ref().map(|start| start.x);
+            self.pass_on(at, held, bars);
         }
         self.release(at.v);
         if is_solved { Ok(()) } else { Err(Singular) }
@@ -224,8 +225,8 @@ impl AdjointForces<'_, '_> {
     }
 
     /// Subtracts the products with `p` from the derivatives, and lets parameters add what this use of the
-    /// force has of them.
-    fn pass_on(&mut self, at: AdjointPlace<'_>, bars: Bars<'_>) {
+    /// force has of them, its normal forces of friction those of `held` where they are held.
+    fn pass_on(&mut self, at: AdjointPlace<'_>, held: Option<&[f64]>, bars: Bars<'_>) {
         let step = self.sums.step;
         let Sums { parameters, derivatives, parts, p, products, turning, .. } = &mut *self.sums;
         if let Some(turning) = turning {
@@ -249,6 +250,7 @@ impl AdjointForces<'_, '_> {
             time: at.time,
             x: at.x,
             v: at.v,
+            held,
             p,
             gradient,
             contact,

@@ -29,34 +29,45 @@ pub(super) fn parameter(scene: &Scene, name: &str) -> Option<Box<dyn Parameter>>
 /// True if the stiffness of contact is Young's modulus of this body, of all pairs that touch: it alone
 /// collides, with itself and with obstacles, in steps that are solved.
 pub(super) fn is_as_stiff(scene: &Scene, spec: &Body) -> bool {
-    let collides = |body: &&Body| body.contact.as_ref().and_then(|contact| contact.collides) != Some(false);
     let Some(contact) = scene.acting_contact().filter(|contact| contact.stiffness.is_none()) else {
         return false;
     };
     let mut others = scene.body.iter().filter(|body| !std::ptr::eq(*body, spec));
     let is_plain = spec.membrane.is_none() && spec.nodal_integration.is_none();
     is_plain
-        && collides(&spec)
-        && !others.any(|body| collides(&body))
+        && collides(spec)
+        && !others.any(collides)
         && !contact.has_explicit_law(scene.time.integrator)
         && spec.elastic.as_ref().is_some_and(|material| material.lame().is_some())
 }
 
+/// True if contact goes by the shape of this body at rest.
+pub(super) fn goes_by_shape(scene: &Scene, spec: &Body) -> bool {
+    collides(spec) && scene.acting_contact().is_some()
+}
+
+/// True unless the body says that it touches nothing.
+fn collides(spec: &Body) -> bool {
+    spec.contact.as_ref().and_then(|contact| contact.collides) != Some(false)
+}
+
 /// Why contact leaves the derivative by this key of a body unknown; `None` where it does not.
 ///
-/// Areas that contact stands for are those of the shape at rest. Without a `stiffness` in `[contact]` its
-/// `kappa` is the modulus of the softer body, or goes by masses: in the steps of explicit schemes, and of
-/// bodies without a modulus.
+/// Without a `distance` in `[contact]` that goes by the shape of the smallest body at rest. Without a
+/// `stiffness` its `kappa` is the modulus of the softer body, or goes by masses and areas: in the steps of
+/// explicit schemes, and of bodies without a modulus.
 pub(super) fn obstacle(scene: &Scene, spec: &Body, key: &str) -> Option<&'static str> {
     let contact = scene.acting_contact()?;
-    if spec.contact.as_ref().and_then(|contact| contact.collides) == Some(false) {
+    if !collides(spec) {
         return None;
     }
     if key == "membrane.thickness" && !contact.of_walls {
         return Some("has no derivative where surfaces touch: contact keeps half of it away");
     }
-    if key == "rest" {
-        return Some("has no derivative where surfaces touch: contact is made of the shape at rest");
+    if key == "rest" && contact.distance.is_none() {
+        return Some(
+            "has no derivative where it decides how near surfaces touch: give a `distance` in [contact]",
+        );
     }
     let has_modulus = match &spec.elastic {
         Some(material) => material.lame().is_some(),
@@ -64,6 +75,7 @@ pub(super) fn obstacle(scene: &Scene, spec: &Body, key: &str) -> Option<&'static
     };
     let by_masses = contact.has_explicit_law(scene.time.integrator) || !has_modulus;
     let decides = match key.split_once('.') {
+        None => key == "rest" && by_masses,
         Some(("mass", _)) => by_masses,
         Some(("springs", _)) => true,
         Some(("elastic", key)) => {

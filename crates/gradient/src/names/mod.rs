@@ -21,10 +21,10 @@ use pliant_scene::{Body, FibreSpec, Load, MassSpec, MembraneSpec, MuscleSpec, Ov
 use pliant_terms::{ElementSet, ViscousSet};
 
 use crate::parameter::{
-    AttractingMasses, AxisDirections, BodyDensity, Concatenated, ContactStiffness, FibreTension, Gravity,
-    GravityNumber, HeldPlaces, LinearElements, LoadShape, Masses, MembraneElements, Modulus, NumberLink,
-    Parameter, RestLengths, ShapedElements, SpringStiffness, StepForces, TermFactor, Together, TunedSpring,
-    WeightDensity, Weighted, cell_axes,
+    AttractingMasses, AxisDirections, BodyDensity, Concatenated, ContactShape, ContactStiffness,
+    FibreTension, Gravity, GravityNumber, HeldPlaces, LinearElements, LoadShape, Masses, MembraneElements,
+    Modulus, NumberLink, Parameter, RestLengths, ShapedElements, SpringStiffness, StepForces, TermFactor,
+    Together, TunedSpring, WeightDensity, Weighted, cell_axes,
 };
 use crate::{GradientError, RunGradient};
 use constants::MaterialConstants;
@@ -518,6 +518,10 @@ impl Places<'_> {
         };
         let mut all: Vec<Box<dyn Parameter>> = std::iter::once(elements).chain(loads.map(of_load)).collect();
         all.extend(self.by_places(spec, body));
+        if contact::goes_by_shape(self.scene, spec) {
+            let (name, d) = (body.name.clone(), self.topology.dimension);
+            all.push(Box::new(ContactShape::new(name, d, vertices.clone(), rest.to_vec())));
+        }
         if all.len() == 1 { all.swap_remove(0) } else { Box::new(Together::new(all)) }
     }
 

@@ -1,6 +1,9 @@
 //! Constants of contact.
 
-use super::{ForceUse, Parameter, ParameterNeeds};
+use pliant::energy::{ContactPlace, ShapedContact};
+use pliant::system::System;
+
+use super::{ForceUse, ModeUse, Parameter, ParameterNeeds};
 use crate::adjoint::{add_scaled, dot};
 
 /// Stiffness `kappa` of contact [Pa], the same of all pairs: energies and normal forces are in proportion to
@@ -66,5 +69,74 @@ impl Parameter for FrictionCoefficient {
 
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
         derivative[0] -= dot(of.friction, of.p) / self.coefficient;
+    }
+}
+
+/// Rest positions of the vertices of a body as contact goes by them: by the areas of surfaces.
+#[derive(Clone, Debug)]
+pub struct ContactShape {
+    body: String,
+    dimension: usize,
+    /// Numbers of the vertices in the simulation.
+    vertices: Vec<u32>,
+    /// Rest positions of all vertices of the simulation, flat [m].
+    rest: Vec<f64>,
+}
+
+/// Contact of a system that goes by the shape at rest.
+pub(crate) fn shaped(system: &System) -> Option<&dyn ShapedContact> {
+    system.terms().iter().find_map(|term| term.touching()?.shaped())
+}
+
+impl ContactShape {
+    /// Of the body of this name and of these vertices, by their numbers in the simulation, in `dimension`
+    /// dimensions; `rest` are the rest positions of all vertices, flat, likewise [m].
+    pub fn new(body: String, dimension: usize, vertices: Vec<u32>, rest: Vec<f64>) -> Self {
+        ContactShape { body, dimension, vertices, rest }
+    }
+
+    /// Ranges of the rows of its vertices.
+    fn rows(&self) -> impl Iterator<Item = std::ops::Range<usize>> + '_ {
+        self.vertices.iter().map(|vertex| *vertex as usize * self.dimension).map(|at| at..at + self.dimension)
+    }
+}
+
+/// Place of a use of forces.
+fn place<'a>(of: &ForceUse<'a>) -> ContactPlace<'a> {
+    ContactPlace { x: of.x, v: of.v, held: of.held }
+}
+
+impl Parameter for ContactShape {
+    fn len(&self) -> usize {
+        self.vertices.len() * self.dimension
+    }
+
+    fn needs(&self) -> ParameterNeeds<'_> {
+        ParameterNeeds { touching_shapes: vec![&self.body], ..ParameterNeeds::default() }
+    }
+
+    /// Nothing touches where no force acts.
+    fn add_mode(&mut self, _: &ModeUse<'_>, _: &mut [f64]) -> bool {
+        true
+    }
+
+    fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
+        let Some(contact) = shaped(of.system) else { return false };
+        let (mut moved, mut gradient) = (vec![0.0; force.len()], vec![0.0; force.len()]);
+        for (range, change) in self.rows().zip(change.chunks_exact(self.dimension)) {
+            moved[range].copy_from_slice(change);
+        }
+        contact.add_gradient_by_shape(place(of), &moved, &self.rest, &mut gradient);
+        add_scaled(force, -1.0, &gradient);
+        true
+    }
+
+    fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
+        let Some(contact) = shaped(of.system) else { return };
+        let mut rows = vec![0.0; of.p.len()];
+        contact.add_work_by_shape(place(of), of.p, &self.rest, &mut rows);
+        for (range, derivative) in self.rows().zip(derivative.chunks_exact_mut(self.dimension)) {
+            add_scaled(derivative, -1.0, &rows[range]);
+        }
     }
 }

@@ -20,7 +20,8 @@ mod together;
 mod weighted;
 
 pub use axes::{AxisDirections, cell_axes};
-pub use contact::{ContactStiffness, FrictionCoefficient};
+pub(crate) use contact::shaped;
+pub use contact::{ContactShape, ContactStiffness, FrictionCoefficient};
 pub use each_step::{HeldPlaces, StepForces};
 pub use elements::LinearElements;
 pub use gravity::{Gravity, GravityNumber};
@@ -52,6 +53,9 @@ pub struct ForceUse<'a> {
     pub x: &'a [f64],
     /// Velocities, likewise [m/s].
     pub v: &'a [f64],
+    /// Positions that friction has its normal forces of, where these are held as they are at the beginning of
+    /// the step.
+    pub held: Option<&'a [f64]>,
     /// `M^-1` times the derivative of the loss by the acceleration; zero at held coordinates.
     pub p: &'a [f64],
     /// `dE/dx + dR/dv` there [N], without damping in proportion to masses, where a parameter
@@ -171,6 +175,8 @@ pub struct ParameterNeeds<'a> {
     pub loads: Vec<&'a str>,
     /// [`ForceUse::by_rest_length`] of terms of these names.
     pub rest_lengths: Vec<&'a str>,
+    /// Contact of the system as it goes by the shapes at rest of these bodies, that it looks at itself.
+    pub touching_shapes: Vec<&'a str>,
 }
 
 impl<'a> ParameterNeeds<'a> {
@@ -184,6 +190,7 @@ impl<'a> ParameterNeeds<'a> {
             all.terms.extend(one.terms);
             all.loads.extend(one.loads);
             all.rest_lengths.extend(one.rest_lengths);
+            all.touching_shapes.extend(one.touching_shapes);
             all
         })
     }

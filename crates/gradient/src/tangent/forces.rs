@@ -62,6 +62,17 @@ impl<'p> TangentForces<'p> {
         &mut self,
         system: &mut System,
         at: AdjointPlace<'_>,
+        by: (&[f64], &[f64]),
+    ) -> Vec<f64> {
+        self.force_with(system, at, None, by)
+    }
+
+    /// The same with normal forces of friction of the positions `held`, where they are held.
+    fn force_with(
+        &mut self,
+        system: &mut System,
+        at: AdjointPlace<'_>,
+        held_at: Option<&[f64]>,
         (x, v): (&[f64], &[f64]),
     ) -> Vec<f64> {
         system.set_time(at.time);
@@ -78,7 +89,7 @@ impl<'p> TangentForces<'p> {
         let change =
             |i: usize| -self.by_positions[i] - self.by_velocities[i] - drag * system.mass()[i / d] * v[i];
         let mut force: Vec<f64> = (0..x.len()).map(change).collect();
-        self.add_parameters(system, at, &mut force);
+        self.add_parameters(system, at, held_at, &mut force);
         self.keep_free(system, &mut force);
         force
     }
@@ -150,7 +161,7 @@ impl<'p> TangentForces<'p> {
     ) -> Vec<f64> {
         let Some([start, change]) = self.held.take() else { return self.force(system, at, by) };
         system.freeze_at(&start, at.v);
-        let mut force = self.force(system, at, by);
+        let mut force = self.force_with(system, at, Some(&start), by);
         system.thaw();
         let mut of_start = vec![0.0; force.len()];
         for term in system.dissipation_mut().filter(|term| term.changing().is_some()) {
@@ -163,7 +174,13 @@ impl<'p> TangentForces<'p> {
     }
 
     /// Adds what the parameters change of the force at a place.
-    fn add_parameters(&mut self, system: &mut System, at: AdjointPlace<'_>, force: &mut [f64]) {
+    fn add_parameters(
+        &mut self,
+        system: &mut System,
+        at: AdjointPlace<'_>,
+        held: Option<&[f64]>,
+        force: &mut [f64],
+    ) {
         let TangentForces { parameters, changes, parts, step, unknown, .. } = self;
         if parameters.is_empty() {
             return;
@@ -176,6 +193,7 @@ impl<'p> TangentForces<'p> {
             time: at.time,
             x: at.x,
             v: at.v,
+            held,
             p: &[],
             gradient,
             contact,

@@ -7,7 +7,8 @@ use pliant::simulation::Simulation;
 use pliant_gradient::{ContactEvents, LossFrame, ParameterSelection, UNLIMITED, gradient, names};
 use pliant_scene::{MassSpec, OverTime, Scene};
 
-use crate::differences::{compare_number, compare_starts};
+use crate::by_parameters;
+use crate::differences::{compare_number, compare_shape, compare_starts};
 use crate::solid::assembled;
 use crate::support::{compare as compare_numbers, compare_with_differences, dot, method, scattered, schemes};
 use crate::tangents::compare_with_tangents;
@@ -119,8 +120,8 @@ const PRESSED: &str = "
     mesh = { grid = { cells = [2, 2], size = [0.1, 0.1], origin = [0.0, 0.0015] } }
     elastic = { neo-hookean = { young = 1e5, poisson = 0.3 } }
     mass = { density = 1000.0 }
-    pin = [{ half_space = { normal = [-1.0, 0.0], offset = -0.001 } }]
-    load = [{ half_space = { normal = [0.0, -1.0], offset = -0.1 }, force = [20.0, \"-100*t\"] }]
+    pin = [{ half_space = { normal = [-1.0, 0.0], offset = -0.02 } }]
+    load = [{ half_space = { normal = [0.0, -1.0], offset = -0.09 }, force = [20.0, \"-100*t\"] }]
     [[obstacle]]
     name = \"slope\"
     shape = { half_space = { normal = [0.05, 1.0], offset = 0.0 } }";
@@ -188,7 +189,11 @@ fn numbers_that_contact_is_made_of_are_no_parameters() {
         assert!(has(&given, "elastic.poisson") && has(&free, "elastic.poisson"), "{scheme}");
         assert!(has(&given, "mass.density"), "{scheme}");
         assert_eq!(has(&free, "mass.density"), scheme == "implicit-euler", "{scheme}");
-        assert!(!has(&given, "rest"), "{scheme}");
+        assert!(has(&given, "rest"), "{scheme}");
+        assert_eq!(has(&free, "rest"), scheme == "implicit-euler", "{scheme}");
+        let mut near = given.clone();
+        near.contact.as_mut().unwrap().distance = None;
+        assert!(!has(&near, "rest"), "{scheme}");
     }
     let mut both = cubes("implicit-euler", "");
     both.contact.as_mut().unwrap().stiffness = None;
@@ -431,6 +436,103 @@ fn friction_that_does_not_settle_is_counted_or_refused() {
     let mut loss = |_: &LossFrame<'_>, _: &mut [f64], _: &mut [f64]| 0.0;
     let error = gradient(&mut simulation, 1, &mut loss, &mut [], UNLIMITED).unwrap_err();
     assert!(error.to_string().contains("friction of a given `threshold_speed`"), "{error}");
+}
+
+/// The same scene with a grid of another size and of an origin that goes with it as its first body.
+fn sized<const D: usize>(mut scene: Scene, cells: [u32; D], size: [f64; D], origin: [f64; D]) -> Scene {
+    let grid = serde_json::json!({
+        "grid": { "cells": cells.to_vec(), "size": size.to_vec(), "origin": origin.to_vec() }
+    });
+    scene.body[0].mesh = serde_json::from_value(grid).unwrap();
+    scene
+}
+
+/// The block of [`slope`] or of [`PRESSED`], its shape changed by `h`.
+fn stretched(scene: Scene, h: f64) -> Scene {
+    sized(scene, [2, 2], [0.1 + h, 0.1 - 0.4 * h], [-0.3 * h, 0.0015])
+}
+
+/// The upper cube of [`cubes`], its shape changed by `h`.
+fn stretched_cube(scene: Scene, h: f64) -> Scene {
+    sized(scene, [1; 3], [0.1 + h, 0.1 + 0.5 * h, 0.1 - 0.7 * h], [0.0, 0.0, 0.7 * h])
+}
+
+// Areas that contact stands for are those of the shape at rest.
+#[test]
+fn shapes_at_rest_have_derivatives_where_surfaces_touch() {
+    let law = "friction = 0.4\nthreshold_speed = 0.2";
+    let once = "friction = 0.4\nfriction_iterations = 1\nthreshold_speed = 0.2";
+    for (scheme, law, steps) in [
+        ("implicit-euler", "", 20),
+        ("implicit-euler", law, 20),
+        ("bdf2", once, 20),
+        ("tr-bdf2", law, 20),
+        ("velocity-verlet", law, 200),
+    ] {
+        let of = |h: f64| stretched(slope(scheme, law), h);
+        compare_shape(&format!("slope, {scheme}, {law}"), of, ("block", 0.02), (steps, 1e-6));
+        by_parameters::compare(&format!("{scheme}, {law}"), &of(0.0), &["body.block.rest"], steps);
+    }
+    for (scheme, law) in [("implicit-euler", law), ("tr-bdf2", once)] {
+        let of = |h: f64| stretched_cube(dragged_cubes(scheme, law), h);
+        compare_shape(&format!("cubes, {scheme}, {law}"), of, ("upper", 0.01), (12, 1e-6));
+        by_parameters::compare(&format!("cubes, {scheme}, {law}"), &of(0.0), &["body.upper.rest"], 12);
+    }
+    for threshold in [2e-2, 2e-4] {
+        let of = |h: f64| stretched(pressed(threshold), h);
+        compare_shape(&format!("statics, {threshold}"), of, ("block", 0.02), (2, 1e-6));
+    }
+    // Walls, whose reach is given.
+    let walls = |h: f64| {
+        let mut scene = stretched(slope("implicit-euler", ""), h);
+        scene.obstacle.clear();
+        let wall = serde_json::json!({ "normal": [0.05, 1.0], "offset": 0.0 });
+        scene.world.walls = serde_json::from_value(serde_json::json!([wall])).unwrap();
+        scene
+    };
+    compare_shape("walls", walls, ("block", 0.02), (20, 1e-6));
+}
+
+// A body that is nearer to itself at rest than surfaces touch does so from nearer on, by its shape.
+#[test]
+fn a_body_near_itself_has_no_derivative_by_its_shape() {
+    let of = |more: &str| {
+        let text = format!(
+            "dimension = 2
+             [time]
+             integrator = \"implicit-euler\"
+             duration = 0.1
+             step = 2e-3
+             [contact]
+             distance = 4e-3
+             stiffness = 1e5
+             [[body]]
+             name = \"clip\"
+             mesh = {{ inline = {{ points = [
+                 [0, 0], [0.05, 0], [0.054, 0], [0.1, 0], [0, 0.02], [0.05, 0.02], [0.054, 0.02], [0.1, 0.02],
+                 [0, 0.1], [0.05, 0.1], [0.054, 0.1], [0.1, 0.1],
+             ], triangles = [
+                 [0, 1, 5], [0, 5, 4], [1, 2, 6], [1, 6, 5], [2, 3, 7], [2, 7, 6], [4, 5, 9], [4, 9, 8],
+                 [6, 7, 11], [6, 11, 10],
+             ] }} }}
+             elastic = {{ neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}
+             mass = {{ density = 1000.0 }}
+             {more}"
+        );
+        let scene = Scene::from_toml(&text).unwrap();
+        let (mut simulation, topology) = assembled(&scene);
+        let name = ["body.clip.rest"];
+        let mut selection =
+            ParameterSelection::new(&scene, &topology, simulation.numbering(), &name).unwrap();
+        let mut loss = |_: &LossFrame<'_>, _: &mut [f64], _: &mut [f64]| 0.0;
+        gradient(&mut simulation, 1, &mut loss, selection.parameters(), UNLIMITED)
+    };
+    let error = of("").unwrap_err().to_string();
+    assert!(
+        error.contains("contact of `clip` with itself") && error.contains("a smaller `distance`"),
+        "{error}"
+    );
+    assert!(of("contact = { self = false }").is_ok());
 }
 
 // Derivatives by numbers of bodies in contact, and by those of contact itself.

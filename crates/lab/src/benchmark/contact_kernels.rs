@@ -98,6 +98,7 @@ impl Sheets {
             duplicates: Duplicates::Max,
             threshold_speed: 1e-3,
             friction_iterations: 1,
+            shortened: vec![],
             names: vec!["low".into(), "high".into()],
             labels: vec![0; bodies.len()],
         };

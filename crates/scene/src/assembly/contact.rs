@@ -526,6 +526,7 @@ fn model<const D: usize>(choice: &StiffnessChoice<'_>, surface: ContactSurface) 
         duplicates: if contact.counts_duplicates { Duplicates::Sum } else { Duplicates::Max },
         threshold_speed: contact.threshold_speed.unwrap_or(THRESHOLD * size_of_bodies(parties, D)),
         friction_iterations: contact.friction_iterations.unwrap_or(FRICTION_ITERATIONS),
+        shortened: vec![],
         names,
         labels,
     }
@@ -548,6 +549,7 @@ fn shrink(
             barrier.offset *= part;
             let (body, gap, least) = (party.body.name.clone(), barrier.reach, *distance);
             shrunk.push(SelfContact { body, gap, least, between });
+            model.shortened.push(i as u32);
         }
     }
     shrunk
