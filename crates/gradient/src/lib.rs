@@ -67,9 +67,9 @@ pub use parameter::{
     AttractingMasses, AxisDirections, BodyDensity, Concatenated, ContactShape, ContactStiffness, EtherDrag,
     FibreTension, ForceUse, FormulaNumber, FrictionCoefficient, Gravity, GravityNumber, HeldChange,
     HeldPlaces, HeldUse, LinearElements, LoadFactor, LoadShape, LoadValue, Masses, MembraneElements, ModeUse,
-    Modulus, MotionFactor, MotionNumber, NumberLink, Parameter, ParameterNeeds, RestLengths, ShapedElements,
-    Softening, SpringStiffness, StateUse, StepForces, TermFactor, TieRestLength, Together, TunedSpring,
-    WeightDensity, Weighted, cell_axes,
+    Modulus, MotionFactor, MotionNumber, MotionShape, NumberLink, Parameter, ParameterNeeds, RestLengths,
+    ShapedElements, Softening, SpringStiffness, StateUse, StepForces, TermFactor, TieRestLength, Together,
+    TunedSpring, WeightDensity, Weighted, cell_axes,
 };
 pub use support::check;
 pub use tangent::{RunDirection, RunTangent, tangent, tangent_along};

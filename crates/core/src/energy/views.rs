@@ -224,17 +224,17 @@ pub trait LoadTerm {
         self.add_force_of(&|_, _| value, x, force);
     }
 
-    /// Adds to `rows`, flat of all vertices, how the work of its force along `p` changes with rest positions,
-    /// at the time last said; false where this is not known.
-    fn add_work_by_shape(&self, p: &[f64], rows: &mut [f64]) -> bool {
-        let _ = (p, rows);
+    /// Adds to `rows`, flat of all vertices, how the work of its force at `x` along `p` changes with rest
+    /// positions, at the time last said; false where this is not known.
+    fn add_work_by_shape(&self, x: &[f64], p: &[f64], rows: &mut [f64]) -> bool {
+        let _ = (x, p, rows);
         false
     }
 
-    /// Adds to `force` what is added to its force where rest positions move by `change`, flat of all
+    /// Adds to `force` what is added to its force at `x` where rest positions move by `change`, flat of all
     /// vertices: the transpose; false where this is not known.
-    fn add_force_by_shape(&self, change: &[f64], force: &mut [f64]) -> bool {
-        let _ = (change, force);
+    fn add_force_by_shape(&self, x: &[f64], change: &[f64], force: &mut [f64]) -> bool {
+        let _ = (x, change, force);
         false
     }
 

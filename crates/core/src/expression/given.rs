@@ -73,6 +73,31 @@ impl Expression {
         };
         self.run(of, |_, _| {}).mixed
     }
+
+    /// The derivatives of the [rate](Self::rate) by the coordinates of the point, there and then, `d2f/dt dx`.
+    ///
+    /// ```
+    /// use pliant::expression::{Expression, Variable};
+    /// let wave = Expression::parse("X^2*sin(3*t) + Y*t", Variable::AT_REST)?;
+    /// // 6 x cos(3 t) and 1 at x = 2, t = 0.
+    /// assert_eq!(wave.rate_slope([2.0, 0.5, 0.0], 0.0), [12.0, 1.0, 0.0]);
+    /// # Ok::<(), pliant::expression::ExpressionError>(())
+    /// ```
+    pub fn rate_slope(&self, x: [f64; 3], t: f64) -> [f64; 3] {
+        [0, 1, 2].map(|axis| {
+            let mut unit = [0.0; 3];
+            unit[axis] = 1.0;
+            let of = |symbol| match symbol {
+                FormulaSymbol::Variable(variable) => {
+                    let rate = if variable == Variable::T { 1.0 } else { 0.0 };
+                    let by_time = Rated { value: variable.of(x, t), rate };
+                    TwiceRated { by_time, by_number: variable.of(unit, 0.0), mixed: 0.0 }
+                }
+                FormulaSymbol::Given(i) => TwiceRated::constant(self.given[i].value),
+            };
+            self.run(of, |_, _| {}).mixed
+        })
+    }
 }
 
 /// A text without its numbers after `where`, and these.

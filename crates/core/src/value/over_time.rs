@@ -90,6 +90,14 @@ impl OverTime {
         }
     }
 
+    /// The derivatives of its [rate](Self::rate) by the coordinates of `x`, there and then.
+    pub fn rate_slope(&self, x: [f64; 3], t: f64) -> [f64; 3] {
+        match self {
+            OverTime::Constant(_) => [0.0; 3],
+            OverTime::Formula(formula) => formula.rate_slope(x, t),
+        }
+    }
+
     /// True if it differs from place to place.
     pub fn depends_on_place(&self) -> bool {
         matches!(self, OverTime::Formula(formula) if formula.depends_on_place())

@@ -33,10 +33,17 @@ pub(super) fn parameter(spec: &Body, body: &str, dimension: usize, key: &str) ->
     })
 }
 
-/// True if the shape at rest says what its force is: by areas, or by the places of a formula.
+/// True if the shape at rest says what its force is: by areas, or by the places of a formula. Forces per
+/// volume are those of the elements.
 pub(super) fn goes_by_shape(load: &Load) -> bool {
     let by_place = |vector: &[OverTime]| vector.iter().any(OverTime::depends_on_place);
-    load.traction.is_some() || load.vectors().into_iter().any(|(.., vector)| by_place(vector))
+    let presses_by_place = load.pressure.as_ref().is_some_and(OverTime::depends_on_place);
+    if load.body_force.is_some() {
+        return false;
+    }
+    presses_by_place
+        || load.traction.is_some()
+        || load.vectors().into_iter().any(|(.., vector)| by_place(vector))
 }
 
 /// Components of its value.

@@ -127,18 +127,15 @@ pub fn names(scene: &Scene, topology: &Topology) -> Vec<String> {
     names
 }
 
-/// True if the shape at rest is more than that of elements and of loads on areas and places: loads by parts
-/// of volumes, pressure and prescribed motion by places, muscles and axes of materials by places in elements
-/// of second order, ties to the nearest point.
+/// True if the shape at rest is more than that of elements, of loads and motions by places, and of loads on
+/// areas: loads by parts of volumes, turning motion by places, muscles and axes of materials by places in
+/// elements of second order, ties to the nearest point.
 fn is_at_rest_elsewhere(scene: &Scene, spec: &Body, body: &BodyTopology) -> bool {
     let by_place = |formulas: &[OverTime]| formulas.iter().any(OverTime::depends_on_place);
-    let loads = spec.load.iter().any(|load| {
-        let by_volume =
-            load.body_force.as_deref().is_some_and(|force| !load.selections().is_empty() || by_place(force));
-        by_volume || load.pressure.as_ref().is_some_and(OverTime::depends_on_place)
-    });
-    let motions = spec.pin.iter().filter_map(|pin| pin.motion.as_ref());
-    let moved = motions.filter_map(|motion| motion.displacement.as_deref()).any(by_place);
+    let loads = spec.load.iter().any(|load| load.body_force.is_some() && !load.selections().is_empty());
+    let turning =
+        spec.pin.iter().filter_map(|pin| pin.motion.as_ref()).filter(|motion| motion.rotation.is_some());
+    let turned = turning.filter_map(|motion| motion.displacement.as_deref()).any(by_place);
     let mut targets = scene.attachment.iter().filter_map(|tie| tie.target.as_ref());
     let tied = targets.any(|target| target.nearest_point.is_some());
     let goes_by_place = |fibre: &FibreSpec| match fibre {
@@ -147,7 +144,7 @@ fn is_at_rest_elsewhere(scene: &Scene, spec: &Body, body: &BodyTopology) -> bool
     };
     let contracts = spec.muscle.iter().any(|m| m.tension.depends_on_place() || goes_by_place(&m.fibre));
     let mut axes = spec.elastic_axes.iter().flat_map(|axes| std::iter::once(&axes.first).chain(&axes.second));
-    loads || moved || tied || !has_linear_elements(body) && (contracts || axes.any(goes_by_place))
+    loads || turned || tied || !has_linear_elements(body) && (contracts || axes.any(goes_by_place))
 }
 
 /// Keys of a body that the gradient can be taken by.
@@ -518,6 +515,7 @@ impl Places<'_> {
         };
         let mut all: Vec<Box<dyn Parameter>> = std::iter::once(elements).chain(loads.map(of_load)).collect();
         all.extend(self.by_places(spec, body));
+        all.extend(motions::by_shape(spec, &body.name, &vertices, &rest));
         if contact::goes_by_shape(self.scene, spec) {
             let (name, d) = (body.name.clone(), self.topology.dimension);
             all.push(Box::new(ContactShape::new(name, d, vertices.clone(), rest.to_vec())));

@@ -3,7 +3,7 @@
 use pliant_scene::{Body, MotionSpec, ObstacleSpec, OverTime, Pin, Scene};
 
 use super::formulas;
-use crate::parameter::{MotionFactor, MotionNumber, Parameter};
+use crate::parameter::{MotionFactor, MotionNumber, MotionShape, Parameter};
 
 /// Beginning of the names of the numbers of obstacles.
 const OBSTACLE: &str = "obstacle.";
@@ -47,6 +47,19 @@ pub(super) fn parameter(spec: &Body, body: &str, key: &str, rest: &[f64]) -> Opt
     let pin = spec.pin.get(index)?;
     let hold = Pin::hold_name(body, &pin.name_or_default(index));
     number(pin.motion.as_ref(), hold, key, rest)
+}
+
+/// Rest positions of the body of this name as displacements of its pins go by them; its `vertices` by their
+/// numbers in the simulation, `rest` as above.
+pub(super) fn by_shape(spec: &Body, body: &str, vertices: &[u32], rest: &[f64]) -> Vec<Box<dyn Parameter>> {
+    let of_pin = |(i, pin): (usize, &Pin)| -> Option<Box<dyn Parameter>> {
+        let formulas = displacement(pin.motion.as_ref());
+        let differs = formulas.iter().any(OverTime::depends_on_place);
+        let hold = Pin::hold_name(body, &pin.name_or_default(i));
+        let shape = || MotionShape::new(hold, formulas.to_vec(), vertices.to_vec(), rest.to_vec());
+        differs.then(|| Box::new(shape()) as Box<dyn Parameter>)
+    };
+    spec.pin.iter().enumerate().filter_map(of_pin).collect()
 }
 
 /// Obstacles, with their names. Without contact they are not there.

@@ -109,14 +109,14 @@ impl Parameter for LoadShape {
         for (vertex, change) in self.vertices.iter().zip(change.chunks_exact(d)) {
             rows[*vertex as usize * d..][..d].copy_from_slice(change);
         }
-        self.term.find(of.system).is_some_and(|load| load.add_force_by_shape(&rows, force))
+        self.term.find(of.system).is_some_and(|load| load.add_force_by_shape(of.x, &rows, force))
     }
 
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
         let d = self.dimension;
         let mut rows = vec![0.0; of.p.len()];
         if let Some(load) = self.term.find(of.system) {
-            load.add_work_by_shape(of.p, &mut rows);
+            load.add_work_by_shape(of.x, of.p, &mut rows);
         }
         for (vertex, derivative) in self.vertices.iter().zip(derivative.chunks_exact_mut(d)) {
             add_scaled(derivative, 1.0, &rows[*vertex as usize * d..][..d]);

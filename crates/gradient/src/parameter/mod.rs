@@ -29,7 +29,7 @@ pub use load::{FormulaNumber, LoadFactor, LoadShape, LoadValue};
 pub use mass::{BodyDensity, Masses, WeightDensity};
 pub use membrane::MembraneElements;
 pub use moduli::Modulus;
-pub use motion::{MotionFactor, MotionNumber};
+pub use motion::{MotionFactor, MotionNumber, MotionShape};
 pub use mutual_gravity::{AttractingMasses, Softening};
 pub use proportional::{EtherDrag, TermFactor};
 pub use rest_shape::{FibreTension, ShapedElements};

@@ -3,7 +3,7 @@
 use pliant::system::System;
 use pliant_scene::OverTime;
 
-use super::{ForceUse, HeldChange, HeldUse, Parameter, ParameterNeeds};
+use super::{ForceUse, HeldChange, HeldUse, ModeUse, Parameter, ParameterNeeds};
 
 /// True if the hold of this name has not let go.
 fn acts(system: &System, name: &str) -> bool {
@@ -75,6 +75,108 @@ impl Parameter for MotionFactor {
         for (i, start) in self.starts(of.system) {
             derivative[0] += of.x_bar[*i] * (of.x[*i] - start) + of.v_bar[*i] * of.v[*i];
         }
+    }
+}
+
+/// Rest positions of the vertices of a body as the prescribed displacement of a pin goes by them: a held
+/// coordinate is at `x(0) + u(X, t)` and has the velocity `du/dt`; where it starts stays.
+#[derive(Clone, Debug)]
+pub struct MotionShape {
+    hold: String,
+    /// Components of the displacement [m].
+    formulas: Vec<OverTime>,
+    /// Numbers of the vertices of the body in the simulation.
+    vertices: Vec<u32>,
+    /// Places of all vertices at rest, flat, in the order of the simulation [m].
+    rest: Vec<f64>,
+    /// Held coordinates and the places of their vertices among those of the body, once they have been looked
+    /// up.
+    coordinates: Option<Vec<(usize, usize)>>,
+}
+
+impl MotionShape {
+    /// Of the displacement that moves the [hold](pliant::constraint::Hold) `hold`, on the body of these
+    /// vertices, by their numbers in the simulation; `rest`, flat, are the places of all vertices at rest,
+    /// likewise [m].
+    pub fn new(hold: String, formulas: Vec<OverTime>, vertices: Vec<u32>, rest: Vec<f64>) -> Self {
+        MotionShape { hold, formulas, vertices, rest, coordinates: None }
+    }
+
+    /// Calls `visit` with the held coordinates, the numbers of the rest position of their vertex, and the
+    /// slopes of their places and velocities.
+    fn each(
+        &mut self,
+        system: &System,
+        time: f64,
+        mut visit: impl FnMut(usize, std::ops::Range<usize>, [[f64; 3]; 2]),
+    ) {
+        let MotionShape { hold, formulas, vertices, rest, coordinates } = self;
+        if !acts(system, hold) {
+            return;
+        }
+        let d = system.dimension();
+        let coordinates = coordinates.get_or_insert_with(|| {
+            let holds = system.constraints().iter().filter(|held| held.name() == *hold);
+            let mut numbers = vec![None; rest.len() / d];
+            (0..).zip(&*vertices).for_each(|(number, vertex)| numbers[*vertex as usize] = Some(number));
+            let of_body = |i: usize| Some((i, numbers[i / d]?));
+            holds.flat_map(|held| held.coordinates(d)).filter_map(of_body).collect()
+        });
+        for (i, number) in coordinates {
+            let mut place = [0.0; 3];
+            place[..d].copy_from_slice(&rest[*i / d * d..][..d]);
+            let formula = &formulas[*i % d];
+            let slopes = [formula.slope(place, time), formula.rate_slope(place, time)];
+            visit(*i, *number * d..(*number + 1) * d, slopes);
+        }
+    }
+
+    /// Adds to the derivatives the sum over held coordinates of those by place and by velocity, `by(i)`, times
+    /// the slopes of these.
+    fn add_by(&mut self, system: &System, time: f64, by: impl Fn(usize) -> [f64; 2], derivative: &mut [f64]) {
+        self.each(system, time, |i, numbers, [place, velocity]| {
+            let [by_place, by_velocity] = by(i);
+            for (k, derivative) in derivative[numbers].iter_mut().enumerate() {
+                *derivative += by_place * place[k] + by_velocity * velocity[k];
+            }
+        });
+    }
+}
+
+impl Parameter for MotionShape {
+    fn len(&self) -> usize {
+        self.vertices.len() * self.formulas.len()
+    }
+
+    fn needs(&self) -> ParameterNeeds<'_> {
+        ParameterNeeds { held: true, ..ParameterNeeds::default() }
+    }
+
+    fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
+        self.add_by(of.system, of.time, |i| [-of.by_positions[i], -of.by_velocities[i]], derivative);
+    }
+
+    /// Forces see it through places and velocities alone.
+    fn add_change(&mut self, _: &ForceUse<'_>, _: &[f64], _: &mut [f64]) -> bool {
+        true
+    }
+
+    /// What is held where nothing moves has no part in a mode.
+    fn add_mode(&mut self, _: &ModeUse<'_>, _: &mut [f64]) -> bool {
+        true
+    }
+
+    fn add_held_change(&mut self, system: &System, time: f64, change: &[f64], place: HeldChange<'_>) {
+        self.each(system, time, |i, numbers, [by_place, by_velocity]| {
+            for (k, change) in change[numbers].iter().enumerate() {
+                place.x[i] += change * by_place[k];
+                place.v[i] += change * by_velocity[k];
+            }
+        });
+    }
+
+    fn add_held(&mut self, of: &HeldUse<'_>, derivative: &mut [f64]) {
+        self.add_by(of.system, of.time, |i| [of.x_bar[i], of.v_bar[i]], derivative);
     }
 }
 

@@ -56,7 +56,8 @@ pub struct ShapedElements<'a> {
     pub axes: &'a [Mat<f64, 3>],
     /// Tensions along fibres.
     pub muscles: &'a [FibreTension],
-    /// Components of forces per volume on all elements [N/m^d], the same everywhere.
+    /// Components of forces per volume on all elements [N/m^d], by the places of vertices, between which they
+    /// are interpolated.
     pub body_forces: &'a [Vec<OverTime>],
     /// Viscosity, whatever their stiffness.
     pub viscosity: Viscosity,
@@ -86,10 +87,12 @@ struct RestShape<const D: usize, const N: usize> {
     elements: Vec<[u32; N]>,
     /// Points at which energies are summed, those of one element after those of another.
     points: Vec<QuadraturePoint<D, N>>,
-    /// Points at which masses and forces per volume are; none where there is neither by volumes.
-    masses: Vec<QuadraturePoint<D, N>>,
-    /// Values of the shape functions at these points, the same in all elements.
-    values: Vec<[f64; N]>,
+    /// Points at which masses are; none where they do not go by volumes.
+    masses: VolumePoints<D, N>,
+    /// Points at which forces per volume are; none where there are none.
+    volumes: VolumePoints<D, N>,
+    /// Rest positions of the vertices of the body, third component 0 in 2D, where there are such forces [m].
+    places: Vec<[f64; 3]>,
     psi: Box<dyn ElementEnergy<D>>,
     /// Factor of the energy of each element.
     factors: Vec<f64>,
@@ -104,6 +107,74 @@ struct RestShape<const D: usize, const N: usize> {
     /// Place of each vertex of the simulation among those of the body.
     place: Vec<u32>,
     vertices: usize,
+}
+
+/// Points of a rule in every element, those of one element after those of another.
+struct VolumePoints<const D: usize, const N: usize> {
+    points: Vec<QuadraturePoint<D, N>>,
+    /// Values of the shape functions at these points, the same in all elements.
+    values: Vec<[f64; N]>,
+}
+
+impl<const D: usize, const N: usize> VolumePoints<D, N> {
+    /// Of no element.
+    fn none() -> Self {
+        VolumePoints { points: vec![], values: vec![] }
+    }
+
+    /// Of elements at rest at `rest`, flat [m], by a rule of places and of parts of the volume.
+    fn new(elements: &[[u32; N]], rest: &[f64], rule: &[([f64; 4], f64)]) -> Self {
+        let of_element = |element: &[u32; N]| {
+            let nodes = points_of(rest, element);
+            rule.iter().map(|(at, part)| QuadraturePoint::new(&nodes, at, *part)).collect::<Vec<_>>()
+        };
+        VolumePoints {
+            points: elements.iter().flat_map(of_element).collect(),
+            values: rule.iter().map(|(at, _)| shape_functions::<D, N>(at)).collect(),
+        }
+    }
+
+    /// Points of element `i` with the values of the shape functions.
+    fn of(&self, i: usize) -> impl Iterator<Item = (&QuadraturePoint<D, N>, &[f64; N])> {
+        let count = self.values.len();
+        let own = if count == 0 { &[][..] } else { &self.points[i * count..][..count] };
+        own.iter().zip(&self.values)
+    }
+}
+
+/// Rule of `D + 1` points, each nearer to one corner, that is exact to degree 2: products of linear shape
+/// functions. Hammer, Stroud 1956, "Numerical integration over simplexes", Mathematical Tables and Other Aids
+/// to Computation 10, 137.
+fn corner_rule<const D: usize>() -> Vec<([f64; 4], f64)> {
+    let corners = (D + 1) as f64;
+    let far = (1.0 - 1.0 / (corners + 1.0).sqrt()) / corners;
+    let point = |near: usize| {
+        let mut at = [0.0; 4];
+        at[..=D].fill(far);
+        at[near] = 1.0 - D as f64 * far;
+        (at, 1.0 / corners)
+    };
+    (0..=D).map(point).collect()
+}
+
+/// `sum_a n_a r_a` of the rows of the nodes of an element.
+fn mean<const D: usize, const N: usize>(rows: &[[f64; D]; N], values: &[f64; N]) -> [f64; D] {
+    let mut sum = [0.0; D];
+    for (row, n) in rows.iter().zip(values) {
+        sum.iter_mut().zip(row).for_each(|(sum, row)| *sum += n * row);
+    }
+    sum
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// Forces per volume at the vertices of a body, and their slopes.
+struct BodyForces<const D: usize> {
+    values: Vec<[f64; D]>,
+    /// Derivatives of each component by the coordinates.
+    slopes: Vec<[[f64; 3]; D]>,
 }
 
 /// `sum_a x_a b_a^T` of rows of these vertices.
@@ -138,20 +209,29 @@ impl<const D: usize, const N: usize> RestShape<D, N> {
         vertices.iter().zip(0..).for_each(|(vertex, i)| place[*vertex as usize] = i);
         let elements = of.cells.as_chunks::<N>().0.to_vec();
         let nodes = |element: &[u32; N]| points_of(of.rest, element);
-        let centre = [1.0 / (D + 1) as f64; 4];
-        let rule = if order::<D, N>() == 1 { vec![(centre, 1.0)] } else { mass_rule::<D>() };
+        let is_linear = order::<D, N>() == 1;
         let density = of.density.unwrap_or(0.0);
-        let has_volumes = density != 0.0 || !of.body_forces.is_empty();
-        let mass_points = |element: &[u32; N]| -> Vec<QuadraturePoint<D, N>> {
-            rule.iter().map(|(at, part)| QuadraturePoint::new(&nodes(element), at, *part)).collect()
+        let volume_points = |is_some: bool, linear: &[([f64; 4], f64)]| match (is_some, is_linear) {
+            (false, _) => VolumePoints::none(),
+            (true, true) => VolumePoints::new(&elements, of.rest, linear),
+            (true, false) => VolumePoints::new(&elements, of.rest, &mass_rule::<D>()),
+        };
+        let centre = [1.0 / (D + 1) as f64; 4];
+        let masses = volume_points(density != 0.0, &[(centre, 1.0)]);
+        let volumes = volume_points(!of.body_forces.is_empty(), &corner_rule::<D>());
+        let corner = |vertex: &u32| {
+            let mut corner = [0.0; 3];
+            corner[..D].copy_from_slice(&of.rest[*vertex as usize * D..][..D]);
+            corner
         };
         let points = |element: &[u32; N]| -> Vec<QuadraturePoint<D, N>> {
             quadrature_points(&nodes(element)).collect()
         };
         RestShape {
             points: elements.iter().flat_map(points).collect(),
-            masses: elements.iter().filter(|_| has_volumes).flat_map(mass_points).collect(),
-            values: rule.iter().map(|(at, _)| shape_functions::<D, N>(at)).collect(),
+            places: vertices.iter().filter(|_| !of.body_forces.is_empty()).map(corner).collect(),
+            masses,
+            volumes,
             psi: of.material.visit::<D, _>(Maker),
             factors: if of.factors.is_empty() { vec![1.0; elements.len()] } else { of.factors.to_vec() },
             axes: of.axes.iter().map(Mat::leading).collect(),
@@ -199,13 +279,26 @@ impl<const D: usize, const N: usize> RestShape<D, N> {
         self.muscles.iter().map(of_muscle).fold(Mat::zero(), |sum, stress| sum + stress)
     }
 
-    /// Forces per volume at a time [N/m^d].
-    fn body_force(&self, time: f64) -> [f64; D] {
-        let mut sum = [0.0; D];
-        for force in &self.body_forces {
-            sum.iter_mut().zip(force).for_each(|(sum, component)| *sum += component.value([0.0; 3], time));
+    /// Forces per volume at a time [N/m^d]; `None` where there are none.
+    fn forces_at(&self, time: f64) -> Option<BodyForces<D>> {
+        let (mut values, mut slopes) = (vec![], vec![]);
+        for place in &self.places {
+            let (mut value, mut slope) = ([0.0; D], [[0.0; 3]; D]);
+            for force in &self.body_forces {
+                for (c, component) in force.iter().enumerate().take(D) {
+                    value[c] += component.value(*place, time);
+                    slope[c].iter_mut().zip(component.slope(*place, time)).for_each(|(sum, by)| *sum += by);
+                }
+            }
+            values.push(value);
+            slopes.push(slope);
         }
-        sum
+        (!values.is_empty()).then_some(BodyForces { values, slopes })
+    }
+
+    /// Places of the nodes of element `i` among the vertices of the body.
+    fn places_of(&self, i: usize) -> [usize; N] {
+        self.elements[i].map(|vertex| self.place[vertex as usize] as usize)
     }
 
     /// `K` of the energy of element `i` and of its viscosity at a point.
@@ -269,24 +362,17 @@ impl<const D: usize, const N: usize> RestShape<D, N> {
         }
     }
 
-    /// Points of the mass of an element; none where masses do not go by volumes.
-    fn masses_of(&self, i: usize) -> &[QuadraturePoint<D, N>] {
-        let count = self.values.len();
-        if self.masses.is_empty() { &[] } else { &self.masses[i * count..][..count] }
-    }
-
     /// Derivatives of the masses of nodes by the volume of each point, `visit(q, node, dm/dw)`: in statics
     /// weights `rho sum_q w N_a`; shares alike of first order; of second order `m_a = rho V t_a / T`, `t_a =
     /// sum_q w N_a^2`, `T = sum_a t_a`.
     fn each_mass(&self, i: usize, mut visit: impl FnMut(usize, usize, f64)) {
-        let points = self.masses_of(i);
         let (mut squares, mut volume) = ([0.0; N], 0.0);
-        for (point, values) in points.iter().zip(&self.values) {
+        for (point, values) in self.masses.of(i) {
             volume += point.weight;
             squares.iter_mut().zip(values).for_each(|(sum, n)| *sum += point.weight * n * n);
         }
         let trace: f64 = squares.iter().sum();
-        for (q, values) in self.values.iter().enumerate().take(points.len()) {
+        for (q, (_, values)) in self.masses.of(i).enumerate() {
             let both: f64 = values.iter().map(|n| n * n).sum();
             for (a, n) in values.iter().enumerate() {
                 let by_volume = match (self.weight, order::<D, N>()) {
@@ -298,13 +384,51 @@ impl<const D: usize, const N: usize> RestShape<D, N> {
         }
     }
 
-    /// Adds what forces per volume make of rest positions, by the work of a force on each vertex.
-    fn spread_forces(&self, work: impl Fn(usize) -> f64, derivative: &mut [f64]) {
+    /// Adds what rest positions make of the work of forces per volume along `p`, flat: that of a point is
+    /// `w N_a p_a . N_b f(X_b)`.
+    fn spread_forces(&self, forces: &BodyForces<D>, p: &[f64], derivative: &mut [f64]) {
         for (i, element) in self.elements.iter().enumerate() {
-            let works = element.map(|vertex| work(vertex as usize));
-            for (point, values) in self.masses_of(i).iter().zip(&self.values) {
-                let rate = values.iter().zip(works).map(|(n, work)| n * work).sum();
-                self.spread(element, point, &Mat::scalar(rate), derivative);
+            let (places, along) = (self.places_of(i), points_of::<D, N>(p, element));
+            let values = places.map(|place| forces.values[place]);
+            for (point, n) in self.volumes.of(i) {
+                let (along, force) = (mean(&along, n), mean(&values, n));
+                self.spread(element, point, &Mat::scalar(dot(&along, &force)), derivative);
+                for (place, n) in places.iter().zip(n) {
+                    let slope = &forces.slopes[*place];
+                    let derivative = &mut derivative[place * D..][..D];
+                    for (k, by) in derivative.iter_mut().enumerate() {
+                        let changed: f64 = along.iter().zip(slope).map(|(p, slope)| p * slope[k]).sum();
+                        *by += point.weight * n * changed;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Adds the change of these forces where rest positions move by `change`, flat by the vertices of the
+    /// body: the transpose.
+    fn add_change_of_forces(&self, forces: &BodyForces<D>, change: &[f64], rows: &mut [f64]) {
+        for (i, element) in self.elements.iter().enumerate() {
+            let places = self.places_of(i);
+            let moved = places.map(|place| {
+                let mut moved = [0.0; D];
+                moved.copy_from_slice(&change[place * D..][..D]);
+                moved
+            });
+            let values = places.map(|place| forces.values[place]);
+            let mut changed = [[0.0; D]; N];
+            for ((changed, place), moved) in changed.iter_mut().zip(places).zip(&moved) {
+                let slopes = &forces.slopes[place];
+                changed.iter_mut().zip(slopes).for_each(|(changed, slope)| *changed = dot(slope, moved));
+            }
+            for (point, n) in self.volumes.of(i) {
+                let growth = point.deformation_gradient(&moved).trace();
+                let (force, changed) = (mean(&values, n), mean(&changed, n));
+                for (vertex, n) in element.iter().zip(n) {
+                    let row = rows[*vertex as usize * D..][..D].iter_mut();
+                    row.zip(force.iter().zip(changed))
+                        .for_each(|(row, (f, df))| *row += point.weight * n * (growth * f + df));
+                }
             }
         }
     }
@@ -316,9 +440,9 @@ impl<const D: usize, const N: usize> RestShape<D, N> {
         }
         for (i, element) in self.elements.iter().enumerate() {
             let at_nodes = element.map(|vertex| by_mass(vertex as usize));
-            let mut rates = vec![0.0; self.masses_of(i).len()];
+            let mut rates = vec![0.0; self.masses.values.len()];
             self.each_mass(i, |q, a, by_volume| rates[q] += by_volume * at_nodes[a]);
-            for (point, rate) in self.masses_of(i).iter().zip(rates) {
+            for ((point, _), rate) in self.masses.of(i).zip(rates) {
                 self.spread(element, point, &Mat::scalar(rate), derivative);
             }
         }
@@ -352,26 +476,20 @@ impl<const D: usize, const N: usize> Parameter for RestShape<D, N> {
 
     fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
         let gravity = self.weight.unwrap_or_else(|| uniform_gravity(of.system));
-        let body_force = self.body_force(of.time);
+        if let Some(forces) = self.forces_at(of.time) {
+            self.add_change_of_forces(&forces, change, force);
+        }
         for (i, element, points) in self.each() {
             let moved = points_of(change, &element.map(|vertex| self.place[vertex as usize]));
             for point in points {
                 self.add_rate((i, element), point, (of, &point.deformation_gradient(&moved)), force);
             }
-            let growths: Vec<f64> = self
-                .masses_of(i)
-                .iter()
-                .map(|point| point.weight * point.deformation_gradient(&moved).trace())
-                .collect();
-            for (growth, values) in growths.iter().zip(&self.values) {
-                for (vertex, n) in element.iter().zip(values) {
-                    let force = &mut force[*vertex as usize * D..][..D];
-                    force.iter_mut().zip(body_force).for_each(|(force, b)| *force += n * growth * b);
-                }
-            }
             if self.density == 0.0 {
                 continue;
             }
+            let growth =
+                |point: &QuadraturePoint<D, N>| point.weight * point.deformation_gradient(&moved).trace();
+            let growths: Vec<f64> = self.masses.of(i).map(|(point, _)| growth(point)).collect();
             let mut masses = [0.0; N];
             self.each_mass(i, |q, a, by_volume| masses[a] += by_volume * growths[q]);
             for (vertex, mass) in element.iter().zip(masses) {
@@ -396,11 +514,8 @@ impl<const D: usize, const N: usize> Parameter for RestShape<D, N> {
         }
         let gravity = self.weight.unwrap_or_else(|| uniform_gravity(of.system));
         let by_weight = |vertex: usize| of.p[vertex * D..][..D].iter().zip(gravity).map(|(p, g)| p * g).sum();
-        let body_force = self.body_force(of.time);
-        if body_force != [0.0; D] {
-            let work =
-                |vertex: usize| of.p[vertex * D..][..D].iter().zip(body_force).map(|(p, b)| p * b).sum();
-            self.spread_forces(work, derivative);
+        if let Some(forces) = self.forces_at(of.time) {
+            self.spread_forces(&forces, of.p, derivative);
         }
         match self.weight {
             Some(_) => self.spread_masses(by_weight, derivative),

@@ -104,7 +104,8 @@ fn shapes_at_rest_of_elements_with_factors_have_derivatives() {
 /// A force per volume, muscles and a material with fibres whose axes turn: all by the shape, in directions
 /// that do not go by it.
 const FURTHER: &str = "mass = { total = 150.0 }
-    load = [{ body_force = ['900*cos(30*t)', '-400 - 3e4*t'] }, { body_force = [200.0, 100.0] }]
+    load = [{ body_force = ['900*cos(30*t)', '-400 - 3e4*t'] }, { body_force = [200.0, 100.0] },
+        { body_force = ['2e3*X*Y', '900*sin(3*X)*(1 + 20*t)'] }]
     muscle = [
         { fibre = { direction = [2, 1] }, tension = '3e3*(1 + sin(20*t))' },
         { fibre = { per_element = [[1, 0], [0, 1], [1, 1], [1, -2]] }, tension = 2e3 },
@@ -121,6 +122,7 @@ fn in_space() -> String {
     FURTHER
         .replace("'-400 - 3e4*t']", "'-400 - 3e4*t', 500]")
         .replace("[200.0, 100.0]", "[200.0, 100.0, -300.0]")
+        .replace("*(1 + 20*t)']", "*(1 + 20*t)', '1e3*Z^2']")
         .replace("[2, 1]", "[2, 1, 0.5]")
         .replace(
             "[[1, 0], [0, 1], [1, 1], [1, -2]]",
@@ -178,6 +180,7 @@ fn shapes_with_loads_on_areas_and_places_have_derivatives() {
         { traction = ['900*cos(30*t) + 2e3*X*Y', -400.0], half_space = { normal = [-1, 0], offset = -0.7 } },
         { force = ['30*X^2', '20*sin(4*X*Y)'] },
         { force_per_vertex = ['5*Y', 3.0], vertices = [2, 4] },
+        { pressure = '600*X^2*(1 + 10*t) + 300*Y' },
     ]";
     let space = plane
         .replace("-400.0]", "-400.0, '600*Z']")
@@ -187,6 +190,28 @@ fn shapes_with_loads_on_areas_and_places_have_derivatives() {
     for (kind, (scheme, steps)) in KINDS.into_iter().flat_map(|kind| RUNS.map(|run| (kind, run))) {
         let loads = if kind.0 == 2 { plane } else { &space };
         let of = |h: f64| block(scheme, kind, h, &further("neo-hookean", &format!("{MASS}\n{loads}")));
+        compare_shape(&format!("{scheme}, {kind:?}"), of, ("block", 0.02), (steps, 1e-6));
+        let steps = if scheme == "quasi-static" { 1 } else { steps };
+        compare(&format!("{scheme}, {kind:?}"), &of(0.0), &["body.block.rest"], steps);
+    }
+}
+
+/// Pins whose displacement goes by the place, under damping.
+#[test]
+fn shapes_with_motion_by_places_have_derivatives() {
+    for (kind, (scheme, steps)) in KINDS.into_iter().flat_map(|kind| RUNS.map(|run| (kind, run))) {
+        let displacement = match kind.0 {
+            2 => vec!["0.3*t*(1 + 2*Y + X)", "t^2*Y"],
+            _ => vec!["0.3*t*(1 + 2*Y + X)", "t^2*Y*Z", "0.2*t*Z^2"],
+        };
+        let damping =
+            if scheme == "quasi-static" { "" } else { "damping = { stiffness_proportional = 5e-3 }" };
+        let of = |h: f64| {
+            let mut scene = block(scheme, kind, h, &further("neo-hookean", &format!("{MASS}\n{damping}")));
+            let motion = serde_json::json!({ "displacement": displacement });
+            scene.body[0].pin[0].motion = Some(serde_json::from_value(motion).unwrap());
+            scene
+        };
         compare_shape(&format!("{scheme}, {kind:?}"), of, ("block", 0.02), (steps, 1e-6));
         let steps = if scheme == "quasi-static" { 1 } else { steps };
         compare(&format!("{scheme}, {kind:?}"), &of(0.0), &["body.block.rest"], steps);
@@ -218,10 +243,10 @@ fn shapes_of_which_more_is_made_are_not_offered() {
     assert!(has("rk4", "neo-hookean", &proportional) && !has("rk4", "linear", &proportional));
     for (more, is_offered) in [
         ("load = [{ body_force = [1.0, 2.0] }]", true),
-        ("load = [{ body_force = [1.0, '2.0*X'] }]", false),
+        ("load = [{ body_force = [1.0, '2.0*X'] }]", true),
         ("load = [{ body_force = [1.0, 2.0], vertices = [1] }]", false),
         ("load = [{ traction = ['X*Y', 2.0] }, { force = ['Y', 0] }]", true),
-        ("load = [{ pressure = 'X' }]", false),
+        ("load = [{ pressure = 'X' }]", true),
         ("muscle = [{ fibre = { direction = [1, 'X'] }, tension = '1 + X' }]", true),
         ("muscle = [{ fibre = { direction = [1, 0] }, tension = '1 + t' }]", true),
     ] {

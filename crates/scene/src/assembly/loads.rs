@@ -192,8 +192,10 @@ impl LoadPlan {
         if let Some(pressure) = self.spec.pressure.clone() {
             let rim_stays = rim::<D, N>(faces).iter().all(|v| held.binary_search(v).is_ok());
             let (changes, varies) = (self.changes(), pressure.depends_on_place());
+            let of_slope = pressure.clone();
             let field = Box::new(move |x, t| pressure.value(x, t));
-            let pressure = PressureField { field, changes, varies };
+            let slope = Box::new(move |x, t| of_slope.slope(x, t));
+            let pressure = PressureField { field, slope, changes, varies };
             let (name, faces) = (self.name.clone(), global.as_flattened());
             return pliant_terms::pressure((D, N), name, faces, rest, rim_stays, pressure);
         }

@@ -193,12 +193,12 @@ impl LoadTerm for DeadLoad {
         }
     }
 
-    fn add_work_by_shape(&self, p: &[f64], rows: &mut [f64]) -> bool {
+    fn add_work_by_shape(&self, _x: &[f64], p: &[f64], rows: &mut [f64]) -> bool {
         self.shape.iter().for_each(|shape| shape.add_work(&self.field, self.time, p, rows));
         self.shape.is_some()
     }
 
-    fn add_force_by_shape(&self, change: &[f64], force: &mut [f64]) -> bool {
+    fn add_force_by_shape(&self, _x: &[f64], change: &[f64], force: &mut [f64]) -> bool {
         self.shape.iter().for_each(|shape| shape.add_force(&self.field, self.time, change, force));
         self.shape.is_some()
     }

@@ -9,7 +9,7 @@ mod tests;
 
 pub use dead::{DeadLoad, Sample};
 pub use external::{ExternalForce, ExternalForces, ForceFunction};
-pub use pressure::{Pressure, PressureField, rim};
+pub use pressure::{Pressure, PressureField, ScalarSlope, rim};
 pub use pressure::{image, nodes};
 pub use shape::{LoadedShape, LoadedVertex};
 

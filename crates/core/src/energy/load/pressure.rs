@@ -11,10 +11,16 @@ use crate::energy::{
 };
 use crate::material::Psd;
 
+/// The derivatives of a number that differs from place to place by the coordinates of the rest position `X`
+/// [m], at the time `t` [s].
+pub type ScalarSlope = Box<dyn Fn([f64; 3], f64) -> [f64; 3] + Send + Sync>;
+
 /// A pressure that may change with time and differ from place to place.
 pub struct PressureField {
     /// Its value [Pa] by the rest position `X` [m] and the time `t` [s].
     pub field: Box<dyn Fn([f64; 3], f64) -> f64 + Send + Sync>,
+    /// Its derivatives by the coordinates of `X` [Pa/m].
+    pub slope: ScalarSlope,
     /// True if it depends on time.
     pub changes: bool,
     /// True if it differs from place to place.
@@ -150,6 +156,21 @@ impl<const D: usize, const N: usize> Pressure<D, N> {
             let now = &rows[if uniform { 0 } else { i * count }..][..count];
             (face.map(|slot| self.vertices[slot as usize]), self.areas.iter().zip(now))
         })
+    }
+
+    /// Calls `visit` with each face, its vector area that the point `q` of the quadrature counts with where
+    /// nodes are at `x`, the point, and the slope of the pressure there; not at all where that is uniform.
+    fn each_slope(&self, x: &[f64], mut visit: impl FnMut([u32; N], [f64; D], &FacePoint<N>, [f64; 3])) {
+        let count = self.quadrature.len();
+        for (local, points) in self.faces.iter().zip(self.points.chunks_exact(count)) {
+            let face = local.map(|slot| self.vertices[slot as usize]);
+            let at = nodes::<D, N>(x, face);
+            for (q, (place, point)) in points.iter().zip(&self.quadrature).enumerate() {
+                // Where there is one vector area, it takes all.
+                let area = vector_area(&at, &self.areas[q.min(self.areas.len() - 1)]);
+                visit(face, area, point, (self.pressure.slope)(*place, self.time));
+            }
+        }
     }
 
     #[cfg(test)]
@@ -388,6 +409,31 @@ impl<const D: usize, const N: usize> LoadTerm for Pressure<D, N> {
 
     fn add_force(&self, x: &[f64], force: &mut [f64]) {
         self.add_force_by_rows(&self.now, x, force);
+    }
+
+    /// The pressure goes by places at rest, the area that it acts on by `x` alone.
+    fn add_work_by_shape(&self, x: &[f64], p: &[f64], rows: &mut [f64]) -> bool {
+        self.each_slope(x, |face, area, point, slope| {
+            let along = image(&nodes::<D, N>(p, face), point);
+            let work: f64 = area.iter().zip(along).map(|(area, p)| area * p).sum();
+            for (vertex, shape) in face.iter().zip(&point.shape) {
+                let row = rows[*vertex as usize * D..][..D].iter_mut();
+                row.zip(slope).for_each(|(row, slope)| *row -= point.weight * shape * work * slope);
+            }
+        });
+        true
+    }
+
+    fn add_force_by_shape(&self, x: &[f64], change: &[f64], force: &mut [f64]) -> bool {
+        self.each_slope(x, |face, area, point, slope| {
+            let way = image(&nodes::<D, N>(change, face), point);
+            let changed: f64 = slope.iter().zip(way).map(|(slope, way)| slope * way).sum();
+            for (vertex, shape) in face.iter().zip(&point.shape) {
+                let row = force[*vertex as usize * D..][..D].iter_mut();
+                row.zip(area).for_each(|(f, area)| *f -= point.weight * shape * changed * area);
+            }
+        });
+        true
     }
 
     fn add_unit_works(&self, x: &[f64], p: &[f64], works: &mut [f64]) {

@@ -60,12 +60,14 @@ fn faces<const D: usize, const N: usize>(mesh: &Mesh) -> Vec<[u32; N]> {
 }
 
 fn steady(p: f64) -> PressureField {
-    PressureField { field: Box::new(move |_, _| p), changes: false, varies: false }
+    let slope = Box::new(|_, _| [0.0; 3]);
+    PressureField { field: Box::new(move |_, _| p), slope, changes: false, varies: false }
 }
 
 fn varying() -> PressureField {
     let field = |x: [f64; 3], t: f64| (1.0 + x[0]) * (2.0 + x[1] * x[1]) + t;
-    PressureField { field: Box::new(field), changes: true, varies: true }
+    let slope = |x: [f64; 3], _: f64| [2.0 + x[1] * x[1], (1.0 + x[0]) * 2.0 * x[1], 0.0];
+    PressureField { field: Box::new(field), slope: Box::new(slope), changes: true, varies: true }
 }
 
 /// `term` must have the gradient of its energy, if it has one.
