@@ -134,16 +134,16 @@ fn opposite<S: Scalar>(points: &ClosestPoints<S, 3, 4>) -> ClosestPoints<S, 3, 4
 }
 
 /// The nearer of two. Across a border of regions the squared distances differ by the square of the way to
-/// it, which rounding hides up to a hundred-millionth of the distance: of two that are as near as that, points
-/// inside an edge are taken before a corner, so that regions change where the parameter does.
+/// it, which rounding hides up to a hundred-millionth of the distance: of two that are as near as that,
+/// points inside an edge are taken before a corner, so that regions change where the parameter does.
 #[inline(always)]
 fn nearer<S: Scalar>(a: &ClosestPoints<S, 3, 4>, b: &ClosestPoints<S, 3, 4>) -> ClosestPoints<S, 3, 4> {
     let more = S::splat(SAME_DISTANCE) * (a.vertices() - b.vertices());
     chosen(a.squared_distance.lt(b.squared_distance * (S::one() + more)), a, b)
 }
 
-/// The inner points of the pair where they lie inside and are not farther than `best`. Their distance is that of
-/// the points, their direction is at right angles to both primitives to the last digit.
+/// The inner points of the pair where they lie inside and are not farther than `best`. Their distance is that
+/// of the points, their direction is at right angles to both primitives to the last digit.
 #[inline(always)]
 fn nearer_where<S: Scalar>(
     inside: S::Mask,

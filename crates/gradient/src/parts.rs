@@ -128,8 +128,8 @@ pub(crate) fn check_terms(
             Some(contact) if contact.is_near_itself(body) => {
                 return Err(GradientError::Unsupported {
                     what: format!("contact of `{body}` with itself by its shape, by which its distance goes"),
-                    remedy: "it is near itself at rest: give a smaller `distance` in [contact], or `contact = \
-                             { self = false }` in the body",
+                    remedy: "it is near itself at rest: give a smaller `distance` in [contact], or \
+                             `contact = { self = false }` in the body",
                 });
             }
             Some(_) => {}

@@ -74,7 +74,8 @@ impl Expression {
         self.run(of, |_, _| {}).mixed
     }
 
-    /// The derivatives of the [rate](Self::rate) by the coordinates of the point, there and then, `d2f/dt dx`.
+    /// The derivatives of the [rate](Self::rate) by the coordinates of the point, there and then, `d2f/dt
+    /// dx`.
     ///
     /// ```
     /// use pliant::expression::{Expression, Variable};

@@ -131,8 +131,8 @@ impl MotionShape {
         }
     }
 
-    /// Adds to the derivatives the sum over held coordinates of those by place and by velocity, `by(i)`, times
-    /// the slopes of these.
+    /// Adds to the derivatives the sum over held coordinates of those by place and by velocity, `by(i)`,
+    /// times the slopes of these.
     fn add_by(&mut self, system: &System, time: f64, by: impl Fn(usize) -> [f64; 2], derivative: &mut [f64]) {
         self.each(system, time, |i, numbers, [place, velocity]| {
             let [by_place, by_velocity] = by(i);
