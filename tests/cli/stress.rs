@@ -40,7 +40,7 @@ fn long_cases_are_cut_short_by_a_budget_and_taken_from_an_earlier_run() {
     let second = bench.pliant(again.clone()).succeeded().json();
     assert_eq!(second["cases"], first["cases"], "the seconds too");
     let page = std::fs::read_to_string(bench.path("page.md")).unwrap();
-    assert!(page.contains("Printed by `pliant stress --long --markdown"), "{page}");
+    assert!(page.contains("Printed by `pliant stress --long --resume -o results --markdown"), "{page}");
     assert!(
         page.contains("Every step must be solved") && page.contains("| worst step | least gap |"),
         "{page}"
