@@ -29,7 +29,7 @@ fn conjugate_gradients_without_levels_come_first_while_they_are_quick() {
         let [work, levels] = [&auto, &multigrid].map(|simulation| simulation.work().solver.unwrap());
         assert_eq!(work.factorizations, 0, "{young:e}: {work:?}");
         assert_eq!(work.fallbacks == 0, are_quick, "{young:e}: {work:?}");
-        assert!(work.cg_iterations > levels.cg_iterations, "{young:e}: {work:?} and {levels:?}");
+        assert!(2 * work.cg_iterations > 3 * levels.cg_iterations, "{young:e}: {work:?} and {levels:?}");
         let (found, expected) = (auto.positions(), exact.positions());
         let apart = found.iter().zip(expected.iter()).map(|(a, b)| (a - b).abs());
         let apart = apart.fold(0.0, f64::max);

@@ -25,7 +25,7 @@ pub(crate) struct AreaRates {
     vertices: Vec<f64>,
     edges: Vec<f64>,
     triangles: Vec<f64>,
-    /// Of those that the mollifier goes by.
+    /// Numbers of the squared lengths that the mollifier goes by.
     squared_lengths: Vec<f64>,
 }
 

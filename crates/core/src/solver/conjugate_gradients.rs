@@ -19,18 +19,24 @@ pub trait Preconditioner<const D: usize>: Send + Sync {
     fn bytes(&self) -> usize;
 }
 
-/// The inverse of a positive definite block by Cholesky; where it is none, of its diagonal.
-pub(super) fn inverse<const D: usize>(a: &Block<D>) -> Block<D> {
+/// The factor `L` of a block `L L^T`; `None` where it is not positive definite.
+pub(super) fn factor<const D: usize>(a: &Block<D>) -> Option<Block<D>> {
     let mut l = [[0.0; D]; D];
     for i in 0..D {
         for j in 0..=i {
             let sum = a[i][j] - (0..j).map(|k| l[i][k] * l[j][k]).sum::<f64>();
             if i == j && (sum.is_nan() || sum <= 1e-14 * a[i][i]) {
-                return diagonal_inverse(a);
+                return None;
             }
             l[i][j] = if i == j { sum.sqrt() } else { sum / l[j][j] };
         }
     }
+    Some(l)
+}
+
+/// The inverse of a positive definite block by Cholesky; where it is none, of its diagonal.
+pub(super) fn inverse<const D: usize>(a: &Block<D>) -> Block<D> {
+    let Some(l) = factor(a) else { return diagonal_inverse(a) };
     let mut r = [[0.0; D]; D];
     for column in 0..D {
         let mut y = [0.0; D];

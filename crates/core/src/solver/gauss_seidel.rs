@@ -22,7 +22,7 @@ use rayon::prelude::*;
 
 use super::block_matrix::{Block, BlockMatrix};
 use super::cholesky::NotPositiveDefinite;
-use super::conjugate_gradients::{CgReport, CgTolerance, ConjugateGradients, NoPreconditioner};
+use super::conjugate_gradients::{CgReport, CgTolerance, ConjugateGradients, NoPreconditioner, factor};
 use crate::deadline::Stop;
 use crate::lanes::{Kernel, Lanes, dispatch_compact};
 
@@ -135,16 +135,9 @@ fn rows_of_part(rows: usize) -> usize {
 
 /// `C^-1`, lower triangle, of a block `C C^T`; `None` where it is not positive definite.
 fn scale_of<const D: usize>(a: &Block<D>) -> Option<Block<D>> {
-    let mut c = [[0.0; D]; D];
+    let c = factor(a)?;
     let mut inverse = [[0.0; D]; D];
     for i in 0..D {
-        for j in 0..=i {
-            let sum = a[i][j] - (0..j).map(|k| c[i][k] * c[j][k]).sum::<f64>();
-            if i == j && (sum.is_nan() || sum <= 1e-14 * a[i][i]) {
-                return None;
-            }
-            c[i][j] = if i == j { sum.sqrt() } else { sum / c[j][j] };
-        }
         inverse[i][i] = 1.0 / c[i][i];
         for j in 0..i {
             let sum = (j..i).map(|k| c[i][k] * inverse[k][j]).sum::<f64>();

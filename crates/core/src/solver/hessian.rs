@@ -97,6 +97,8 @@ pub struct Assembler<const D: usize> {
     held: Vec<bool>,
     /// Version of the structure of the system.
     structure: u64,
+    /// Version of the entries of the matrix.
+    entries: u64,
     /// For every row, the block that its next transpose goes to, while the matrix is filled.
     next_transpose: Vec<u32>,
     /// The matrix with the blocks of stencils that change.
@@ -196,6 +198,7 @@ impl<const D: usize> Assembler<D> {
             source,
             held,
             structure: system.structure(),
+            entries: 0,
             next_transpose: vec![0; vertices],
             changing: Changing::default(),
         }
@@ -227,6 +230,12 @@ impl<const D: usize> Assembler<D> {
         self.changing.pattern()
     }
 
+    /// Version of the entries of [`matrix`](Self::matrix), for this assembler: those of one version are the
+    /// same.
+    pub(crate) fn entries(&self) -> u64 {
+        self.entries
+    }
+
     /// Makes room in the matrix for the stencils that terms have found last.
     pub(crate) fn include_stencils(&mut self, system: &System) {
         self.changing.include(system, &self.matrix, &self.held);
@@ -241,6 +250,7 @@ impl<const D: usize> Assembler<D> {
     /// Assembles `A = inertia M + stiffness d2E/dx2 + damping d2R/dv2`; of stencils that change, those that
     /// terms have found last.
     pub fn assemble(&mut self, system: &System, at: At<'_>, weights: Weights) {
+        self.entries += 1;
         self.assemble_fixed(system, at, weights);
         self.changing.assemble(system, at, weights, &self.matrix, &self.held);
     }
@@ -287,6 +297,7 @@ impl<const D: usize> Assembler<D> {
 
     /// Adds `part` of the largest diagonal entry to the diagonal of the free coordinates.
     pub fn shift(&mut self, part: f64) {
+        self.entries += 1;
         let matrix = self.matrix();
         let entries = |at: &u32| (0..D).fold(0.0, |m: f64, k| m.max(matrix.value[*at as usize][k][k]));
         let largest = matrix.diagonal.iter().fold(0.0, |m: f64, at| m.max(entries(at)));

@@ -23,26 +23,37 @@ const WORN_OUT: f64 = 1.2;
 /// at the beginning, and after a solve that did without.
 const MOST_LEFT: u64 = 3;
 
-/// A matrix, its part whose structure stays, and the version of its pattern.
+/// A matrix, its part whose structure stays, and the versions of its pattern and of its entries.
 #[derive(Clone, Copy)]
 pub(super) struct AssembledMatrix<'a, const D: usize> {
     pub(super) whole: &'a BlockMatrix<D>,
     pub(super) fixed: &'a BlockMatrix<D>,
     pub(super) pattern: u64,
+    pub(super) entries: u64,
 }
 
 impl<'a, const D: usize> AssembledMatrix<'a, D> {
     /// The matrices last assembled.
     pub(super) fn of(assembler: &'a Assembler<D>) -> Self {
-        AssembledMatrix { whole: assembler.matrix(), fixed: assembler.fixed(), pattern: assembler.pattern() }
+        AssembledMatrix {
+            whole: assembler.matrix(),
+            fixed: assembler.fixed(),
+            pattern: assembler.pattern(),
+            entries: assembler.entries(),
+        }
     }
 }
 
 /// Conjugate gradients with a preconditioner, kept from one matrix to the next.
 pub(super) enum Iterative<const D: usize> {
-    /// Symmetric Gauss-Seidel of every matrix; with the iterations that a solve may take, where they are
-    /// limited.
-    GaussSeidel(Box<GaussSeidel<D>>, Option<Allowance>),
+    /// Symmetric Gauss-Seidel of every matrix.
+    GaussSeidel {
+        sweeps: Box<GaussSeidel<D>>,
+        /// Versions of pattern and entries of the matrix that they are for.
+        made_for: Option<[u64; 2]>,
+        /// Iterations that a solve may take, where they are limited.
+        allowance: Option<Allowance>,
+    },
     /// Levels that are computed anew where they no longer fit.
     Multigrid(Box<Levels<D>>),
 }
@@ -83,7 +94,7 @@ impl Allowance {
 impl<const D: usize> Iterative<D> {
     /// With symmetric Gauss-Seidel, for at most so many iterations a solve in the mean.
     pub(super) fn gauss_seidel(each: Option<u64>) -> Self {
-        Iterative::GaussSeidel(Box::default(), each.map(Allowance::new))
+        Iterative::GaussSeidel { sweeps: Box::default(), made_for: None, allowance: each.map(Allowance::new) }
     }
 
     /// Arguments and result as those of [`Multigrid::until`].
@@ -101,7 +112,7 @@ impl<const D: usize> Iterative<D> {
     /// Ends solves while the flag is set.
     pub(super) fn set_stop(&mut self, stop: Stop) {
         match self {
-            Iterative::GaussSeidel(sweeps, _) => sweeps.set_stop(stop),
+            Iterative::GaussSeidel { sweeps, .. } => sweeps.set_stop(stop),
             Iterative::Multigrid(levels) => levels.cg.set_stop(stop),
         }
     }
@@ -117,9 +128,14 @@ impl<const D: usize> Iterative<D> {
         tolerance: CgTolerance,
     ) -> CgReport {
         match self {
-            Iterative::GaussSeidel(sweeps, allowance) => {
-                if sweeps.update(matrices.whole).is_err() {
-                    return INDEFINITE;
+            Iterative::GaussSeidel { sweeps, made_for, allowance } => {
+                let of = Some([matrices.pattern, matrices.entries]);
+                if *made_for != of {
+                    *made_for = None;
+                    if sweeps.update(matrices.whole).is_err() {
+                        return INDEFINITE;
+                    }
+                    *made_for = of;
                 }
                 let most = allowance.map_or(10 * right.len() as u64 + 1000, |allowance| allowance.most());
                 let report = sweeps.solve(right, solution, tolerance, most);
@@ -138,7 +154,7 @@ impl<const D: usize> Iterative<D> {
     /// Bytes held.
     pub(super) fn bytes(&self) -> usize {
         match self {
-            Iterative::GaussSeidel(sweeps, _) => sweeps.bytes(),
+            Iterative::GaussSeidel { sweeps, .. } => sweeps.bytes(),
             Iterative::Multigrid(levels) => {
                 levels.levels.bytes() + levels.subspace.bytes() + levels.cg.bytes()
             }
@@ -153,7 +169,7 @@ impl<const D: usize> Levels<D> {
     /// As [`Iterative::solve`].
     fn solve(
         &mut self,
-        AssembledMatrix { whole: matrix, fixed, pattern }: AssembledMatrix<'_, D>,
+        AssembledMatrix { whole: matrix, fixed, pattern, .. }: AssembledMatrix<'_, D>,
         (weights, psd, x): (Weights, Psd, &[f64]),
         right: &[f64],
         solution: &mut [f64],

@@ -89,8 +89,8 @@ pub(crate) fn shaped(system: &System) -> Option<&dyn ShapedContact> {
 }
 
 impl ContactShape {
-    /// Of the body of this name and of these vertices, by their numbers in the simulation, in `dimension`
-    /// dimensions; `rest` are the rest positions of all vertices, flat, likewise [m].
+    /// Shape of the body of this name and of these vertices, by their numbers in the simulation, in
+    /// `dimension` dimensions; `rest` are the rest positions of all vertices, flat, likewise [m].
     pub fn new(body: String, dimension: usize, vertices: Vec<u32>, rest: Vec<f64>) -> Self {
         ContactShape { body, dimension, vertices, rest }
     }

@@ -124,9 +124,9 @@ pub struct HeldUse<'a> {
 
 /// Change of places [m] and of velocities [m/s], flat, vertices in the order of the simulation.
 pub struct HeldChange<'a> {
-    /// Of the places.
+    /// Places.
     pub x: &'a mut [f64],
-    /// Of the velocities.
+    /// Velocities.
     pub v: &'a mut [f64],
 }
 

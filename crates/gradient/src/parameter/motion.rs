@@ -95,9 +95,9 @@ pub struct MotionShape {
 }
 
 impl MotionShape {
-    /// Of the displacement that moves the [hold](pliant::constraint::Hold) `hold`, on the body of these
-    /// vertices, by their numbers in the simulation; `rest`, flat, are the places of all vertices at rest,
-    /// likewise [m].
+    /// Shape for the displacement that moves the [hold](pliant::constraint::Hold) `hold`, on the body of
+    /// these vertices, by their numbers in the simulation; `rest`, flat, are the places of all vertices at
+    /// rest, likewise [m].
     pub fn new(hold: String, formulas: Vec<OverTime>, vertices: Vec<u32>, rest: Vec<f64>) -> Self {
         MotionShape { hold, formulas, vertices, rest, coordinates: None }
     }
@@ -161,7 +161,7 @@ impl Parameter for MotionShape {
         true
     }
 
-    /// What is held where nothing moves has no part in a mode.
+    /// Nothing: coordinates that are held where nothing moves have no part in a mode.
     fn add_mode(&mut self, _: &ModeUse<'_>, _: &mut [f64]) -> bool {
         true
     }

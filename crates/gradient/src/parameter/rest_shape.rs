@@ -117,12 +117,12 @@ struct VolumePoints<const D: usize, const N: usize> {
 }
 
 impl<const D: usize, const N: usize> VolumePoints<D, N> {
-    /// Of no element.
+    /// Points of no element.
     fn none() -> Self {
         VolumePoints { points: vec![], values: vec![] }
     }
 
-    /// Of elements at rest at `rest`, flat [m], by a rule of places and of parts of the volume.
+    /// Points of elements at rest at `rest`, flat [m], by a rule of places and of parts of the volume.
     fn new(elements: &[[u32; N]], rest: &[f64], rule: &[([f64; 4], f64)]) -> Self {
         let of_element = |element: &[u32; N]| {
             let nodes = points_of(rest, element);

@@ -96,7 +96,7 @@ impl<const D: usize> Newton<D> {
             }
             self.work.hessians += 1;
         }
-        let matrices @ AssembledMatrix { whole: matrix, fixed, pattern } = AssembledMatrix::of(assembler);
+        let matrices @ AssembledMatrix { whole: matrix, fixed, pattern, .. } = AssembledMatrix::of(assembler);
         self.at_hand = None;
         let made_for = (weights, psd, &x[..]);
         for solver in [IterativeSolver::First, IterativeSolver::Chosen] {

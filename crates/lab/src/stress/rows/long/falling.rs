@@ -1,4 +1,4 @@
-//! What falls: a ball on points, a sheet on knives and at a sheet, rings that hang in each other.
+//! Scenes that fall: a ball on points, a sheet on knives and at a sheet, rings that hang in each other.
 
 use super::LongCase;
 use super::chain::LinkedRings;

@@ -1,4 +1,4 @@
-//! What stands by friction: cards, cubes, an arch; and falls where there is too little of it.
+//! Structures that stand by friction: cards, cubes, an arch; and falls where there is too little of it.
 
 use std::fmt::Write;
 

@@ -1,4 +1,4 @@
-//! What is wrung: a mat, four rods, by ends that turn against each other.
+//! Bodies that are wrung: a mat, four rods, by ends that turn against each other.
 
 use super::LongCase;
 use super::run::LongRun;
