@@ -21,7 +21,8 @@ struct RubbingContact<const D: usize> {
     count: usize,
     vertices: [u32; 4],
     pair: PairFriction<f64, D, 4>,
-    /// Part of the limit that its force is, as a solve goes on; none where only the velocities say.
+    /// Part of the limit that its force is, as a solve goes on; none where velocities say, of what is not
+    /// held.
     part: Option<[f64; D]>,
 }
 
@@ -46,8 +47,6 @@ pub struct FrictionTerm<const D: usize> {
     lists: StencilLists,
     gradient: TouchedRows<D>,
     frozen: bool,
-    /// Velocities at the beginning of the step, flat [m/s]: the direction of the first forces of a solve.
-    velocity: Vec<f64>,
 }
 
 impl BorneThreshold {
@@ -84,7 +83,6 @@ impl<const D: usize> FrictionTerm<D> {
             lists: StencilLists::new(),
             gradient: TouchedRows::new(energy.model().surface.bodies.len()),
             frozen: false,
-            velocity: vec![],
         }
     }
 
@@ -222,7 +220,7 @@ impl<const D: usize> DissipativeTerm for FrictionTerm<D> {
 
     fn bytes(&self) -> usize {
         let contacts: usize = self.contacts.iter().map(|list| size_of_val(&list[..])).sum();
-        self.gradient.bytes() + contacts + size_of_val(&self.velocity[..])
+        self.gradient.bytes() + contacts
     }
 }
 
@@ -256,11 +254,12 @@ impl<const D: usize> FrozenParts for FrictionTerm<D> {
         let held = self.frozen && self.all().next().is_some();
         self.take(x);
         self.frozen = true;
-        let velocity = (self.velocity.len() == x.len()).then_some(&self.velocity);
         for contact in self.contacts.iter_mut().flatten() {
+            // The matrix of a new contact is `mu lambda / g (I - n n^T)`, which bounds that of any part: by one
+            // along the slip a vertex that comes to rest would slide on for many times its way.
             contact.part = match known.binary_search_by_key(&contact.vertices, |(vertices, _)| *vertices) {
                 Ok(at) => Some(contact.pair.in_plane(&known[at].1)),
-                Err(_) => velocity.map(|v| contact.pair.part_of_limit(&contact.velocities(v))),
+                Err(_) => Some([0.0; D]),
             };
         }
         held || self.all().next().is_some()
@@ -288,12 +287,6 @@ impl<const D: usize> FrozenParts for FrictionTerm<D> {
 }
 
 impl<const D: usize> ChangingStencils for FrictionTerm<D> {
-    fn begin_step(&mut self, _: &[f64], v: &[f64], _: f64) -> bool {
-        self.velocity.clear();
-        self.velocity.extend_from_slice(v);
-        false
-    }
-
     fn find(&mut self, x: &[f64]) -> bool {
         self.look(x);
         let vertices = |contacts: &Vec<RubbingContact<D>>| {
