@@ -382,6 +382,9 @@ pub struct CandidateCache<const D: usize> {
     /// Half of how far they reach beyond it [m].
     margin: f64,
     swept: SweptPairs,
+    /// Places where they were last seen to be complete, flat [m], and what the margin has left there [m].
+    seen_at: Vec<f64>,
+    left: f64,
     widening: Widening,
     /// Number of gatherings so far.
     pub gatherings: u64,
@@ -448,7 +451,8 @@ impl<const D: usize> CandidateCache<D> {
         self.widening.adapt(self.pairs.count(), surface.vertices.len());
         self.gathered_at.clear();
         self.gathered_at.extend_from_slice(x);
-        (self.reach, self.margin) = (reach, margin);
+        self.seen_at.clone_from(&self.gathered_at);
+        (self.reach, self.margin, self.left) = (reach, margin, margin);
         self.gatherings += 1;
     }
 
@@ -458,7 +462,7 @@ impl<const D: usize> CandidateCache<D> {
             let lists = [&pairs.point_triangle, &pairs.edge_edge, &pairs.point_edge, &pairs.point_point];
             lists.map(|list| size_of_val(&list[..])).iter().sum::<usize>()
         };
-        let places = [&self.gathered_at, &self.swept.from, &self.swept.dx];
+        let places = [&self.gathered_at, &self.seen_at, &self.swept.from, &self.swept.dx];
         self.trees.bytes()
             + of(&self.pairs)
             + of(&self.swept.pairs)
@@ -466,11 +470,39 @@ impl<const D: usize> CandidateCache<D> {
     }
 
     /// True if no pair within `reach` can be missing: none has come nearer by more than twice the margin.
-    fn is_complete(&self, surface: &ContactSurface, x: &[f64], reach: f64) -> bool {
-        self.gathered_at.len() == x.len()
-            && reach <= self.reach
-            && relative_motion::<D>(surface, &self.gathered_at, x) <= self.margin
+    fn is_complete(&mut self, surface: &ContactSurface, x: &[f64], reach: f64) -> bool {
+        if self.gathered_at.len() != x.len() || reach > self.reach {
+            return false;
+        }
+        // Four times as far as a vertex moves from there, the bound moves at most: by the vertex and by the
+        // mean of its body, within the body and between two of them.
+        let moved = (D as f64).sqrt() * largest_difference(x, &self.seen_at);
+        if 4.0 * moved <= self.left {
+            return true;
+        }
+        let left = self.margin - relative_motion::<D>(surface, &self.gathered_at, x);
+        if left >= 0.0 {
+            self.seen_at.clear();
+            self.seen_at.extend_from_slice(x);
+            self.left = left;
+        }
+        left >= 0.0
     }
+}
+
+/// The largest absolute difference of two numbers at the same place of both, in the order of machine vectors.
+fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
+    const LANES: usize = 8;
+    let ((a, of_a), (b, of_b)) = (a.as_chunks::<LANES>(), b.as_chunks::<LANES>());
+    let mut most = [0.0; LANES];
+    for (a, b) in a.iter().zip(b) {
+        for k in 0..LANES {
+            let difference = (a[k] - b[k]).abs();
+            most[k] = if difference > most[k] { difference } else { most[k] };
+        }
+    }
+    let rest = of_a.iter().zip(of_b).map(|(a, b)| (a - b).abs());
+    most.into_iter().chain(rest).fold(0.0, f64::max)
 }
 
 /// Bound of half of what two vertices of the surface come nearer to each other by from `from` to `to`, flat

@@ -302,6 +302,27 @@ fn cached_candidates_hold_every_stencil_until_a_vertex_has_moved_too_far() {
     assert_eq!(cache.gatherings, 2);
 }
 
+/// Ways that are too short to look at closely add up.
+#[test]
+fn cached_candidates_hold_every_stencil_of_what_moves_little_by_little() {
+    let (surface, x) = crumpled(5, &mut Random(11));
+    let (pairs, margin, reach) = (BodyPairs::all(2), 0.01, 0.05);
+    let mut cache = CandidateCache::<3>::default();
+    cache.at(&surface, &pairs, &x, reach, margin);
+    let half = x.len() / 2;
+    for step in 1..=100 {
+        let moved = 0.05 * f64::from(step) * margin;
+        let there: Vec<f64> =
+            x.iter().enumerate().map(|(i, x)| if i < half { *x } else { x - moved }).collect();
+        let stencils = |candidates: &CandidatePairs| {
+            ContactStencils::find::<3>(&surface, candidates, &there, reach, Duplicates::Max)
+        };
+        let fresh = stencils(&CandidatePairs::gather::<3>(&surface, &pairs, &there, None, reach));
+        assert_eq!(stencils(cache.at(&surface, &pairs, &there, reach, margin)), fresh, "step {step}");
+    }
+    assert!((2..20).contains(&cache.gatherings), "{}", cache.gatherings);
+}
+
 #[test]
 fn candidates_of_a_way_hold_every_stencil_of_its_places() {
     let mut random = Random(9);
