@@ -38,6 +38,8 @@ type PaddedRow = [f64; PADDED];
 pub(super) struct GaussSeidel<const D: usize> {
     /// `C^-1` of every row, lower triangles.
     scale: Vec<Block<D>>,
+    /// Version of the pattern that the parts are for.
+    pattern: Option<u64>,
     parts: Vec<Part>,
     cg: ConjugateGradients,
     vectors: SweepVectors,
@@ -65,6 +67,8 @@ struct Part {
     below: ScaledRows,
     above: ScaledRows,
     outside: ScaledRows,
+    /// For every row, the block of `L` that its next transpose goes to, while blocks are scaled.
+    next_transpose: Vec<u32>,
 }
 
 /// Rows of blocks, each by columns, side by side.
@@ -81,21 +85,22 @@ impl ScaledRows {
         self.start.clear();
         self.start.push(0);
         self.column.clear();
-        self.value.clear();
-    }
-
-    #[inline(always)]
-    fn push<const D: usize>(&mut self, column: usize, block: &Block<D>) {
-        self.column.push(column as u32);
-        for l in 0..D {
-            for k in 0..D {
-                self.value.push(block[k][l]);
-            }
-        }
     }
 
     fn end_row(&mut self) {
         self.start.push(self.column.len() as u32);
+    }
+
+    /// Makes room for the entries of all blocks.
+    fn end<const D: usize>(&mut self) {
+        self.value.clear();
+        self.value.resize(D * D * self.column.len() + PADDED, 0.0);
+    }
+
+    /// Entries of block `at`.
+    #[inline(always)]
+    fn block_mut<const D: usize>(&mut self, at: usize) -> &mut [f64] {
+        &mut self.value[D * D * at..][..D * D]
     }
 
     /// The sum over the blocks of row `i` of their products with rows of `x`, whose first is `first`.
@@ -153,22 +158,30 @@ impl<const D: usize> GaussSeidel<D> {
         self.cg.set_stop(stop);
     }
 
-    /// Takes note of a new matrix.
+    /// Takes note of a new matrix, whose pattern is of this version.
     ///
     /// # Errors
     /// A diagonal block is not positive definite.
-    pub(super) fn update(&mut self, matrix: &BlockMatrix<D>) -> Result<(), NotPositiveDefinite> {
-        let GaussSeidel { scale, parts, vectors: SweepVectors { p, t, rest, w }, .. } = self;
+    pub(super) fn update(
+        &mut self,
+        matrix: &BlockMatrix<D>,
+        pattern: u64,
+    ) -> Result<(), NotPositiveDefinite> {
+        let GaussSeidel { scale, pattern: of, parts, vectors: SweepVectors { p, t, rest, w }, .. } = self;
         scale.clear();
         for at in &matrix.diagonal {
             scale.push(scale_of(&matrix.value[*at as usize]).ok_or(NotPositiveDefinite)?);
         }
         let rows = matrix.rows();
-        let each = rows_of_part(rows);
-        parts.resize_with(rows.div_ceil(each), Part::default);
-        for (number, part) in parts.iter_mut().enumerate() {
-            part.first = number * each;
-            part.rows = each.min(rows - part.first);
+        if *of != Some(pattern) {
+            let each = rows_of_part(rows);
+            parts.resize_with(rows.div_ceil(each), Part::default);
+            for (number, part) in parts.iter_mut().enumerate() {
+                part.first = number * each;
+                part.rows = each.min(rows - part.first);
+                part.lay_out(matrix);
+            }
+            *of = Some(pattern);
         }
         parts.par_iter_mut().for_each(|part| dispatch_compact(Scaling { part, matrix, scale }));
         for vector in [p, t, rest, w] {
@@ -186,7 +199,7 @@ impl<const D: usize> GaussSeidel<D> {
         tolerance: CgTolerance,
         max_iterations: u64,
     ) -> CgReport {
-        let GaussSeidel { scale, parts, cg, vectors, right } = self;
+        let GaussSeidel { scale, parts, cg, vectors, right, .. } = self;
         let SweepVectors { p, t, rest, w } = vectors;
         for ((rest, b), scale) in rest.iter_mut().zip(b.as_chunks::<D>().0).zip(&*scale) {
             for k in 0..D {
@@ -229,6 +242,7 @@ impl<const D: usize> GaussSeidel<D> {
         self.cg.bytes()
             + size_of_val(&self.scale[..])
             + parts.map(ScaledRows::bytes).sum::<usize>()
+            + self.parts.iter().map(|part| 4 * part.next_transpose.len()).sum::<usize>()
             + [p, t, rest, w].map(|vector| size_of_val(&vector[..])).iter().sum::<usize>()
             + 8 * self.right.len()
     }
@@ -237,11 +251,41 @@ impl<const D: usize> GaussSeidel<D> {
 /// Bytes that one holds for a matrix.
 pub(super) fn bytes<const D: usize>(matrix: &BlockMatrix<D>) -> usize {
     let (rows, blocks) = (matrix.rows(), matrix.column.len() - matrix.rows());
-    let of_rows = 8 * D * D + 3 * 4 + 4 * size_of::<PaddedRow>() + 8 * D;
+    let of_rows = 8 * D * D + 4 * 4 + 4 * size_of::<PaddedRow>() + 8 * D;
     super::conjugate_gradients::bytes(rows * D) + rows * of_rows + blocks * (8 * D * D + 4)
 }
 
-/// Scales the blocks of a part: `C_i^-1 A_ij C_j^-T`.
+impl Part {
+    /// Makes room for the blocks of its rows of `matrix`.
+    fn lay_out<const D: usize>(&mut self, matrix: &BlockMatrix<D>) {
+        let Part { first, rows, below, above, outside, next_transpose } = self;
+        let own = *first..*first + *rows;
+        for rows in [&mut *below, above, outside] {
+            rows.clear();
+        }
+        for i in own.clone() {
+            for (j, _) in matrix.row(i).filter(|(j, _)| *j != i) {
+                let rows = if !own.contains(&j) {
+                    &mut *outside
+                } else if j < i {
+                    &mut *below
+                } else {
+                    &mut *above
+                };
+                rows.column.push(j as u32);
+            }
+            for rows in [&mut *below, above, outside] {
+                rows.end_row();
+            }
+        }
+        for rows in [below, above, outside] {
+            rows.end::<D>();
+        }
+        next_transpose.resize(*rows, 0);
+    }
+}
+
+/// Scales the blocks of a part: `C_i^-1 A_ij C_j^-T`, one below the diagonal as the transpose of that above.
 struct Scaling<'a, const D: usize> {
     part: &'a mut Part,
     matrix: &'a BlockMatrix<D>,
@@ -253,30 +297,36 @@ impl<const D: usize> Kernel for Scaling<'_, D> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let Scaling { part: Part { first, rows, below, above, outside }, matrix, scale } = self;
-        for rows in [&mut *below, above, outside] {
-            rows.clear();
-        }
-        for i in *first..*first + *rows {
+        let Scaling { part: Part { first, rows, below, above, outside, next_transpose }, matrix, scale } =
+            self;
+        let (first, end) = (*first, *first + *rows);
+        next_transpose.copy_from_slice(&below.start[..*rows]);
+        let (mut at_above, mut at_outside) = (0, 0);
+        for i in first..end {
             for (j, block) in matrix.row(i) {
-                if i == j {
+                let is_own = j >= first && j < end;
+                if is_own && j <= i {
                     continue;
                 }
                 let scaled = scaled(&scale[i], block, &scale[j]);
-                if j < *first || j >= *first + *rows {
-                    outside.push(j, &scaled);
-                } else if j < i {
-                    below.push(j, &scaled);
+                let out = if is_own {
+                    at_above += 1;
+                    above.block_mut::<D>(at_above - 1)
                 } else {
-                    above.push(j, &scaled);
+                    at_outside += 1;
+                    outside.block_mut::<D>(at_outside - 1)
+                };
+                for l in 0..D {
+                    for k in 0..D {
+                        out[D * l + k] = scaled[k][l];
+                    }
+                }
+                if is_own {
+                    let next = &mut next_transpose[j - first];
+                    below.block_mut::<D>(*next as usize).copy_from_slice(scaled.as_flattened());
+                    *next += 1;
                 }
             }
-            for rows in [&mut *below, above, outside] {
-                rows.end_row();
-            }
-        }
-        for rows in [below, above, outside] {
-            rows.value.extend([0.0; PADDED]);
         }
     }
 }
@@ -431,7 +481,7 @@ mod tests {
 
     fn solved(matrix: &BlockMatrix<2>, residual: f64) -> (Vec<f64>, CgReport) {
         let (b, mut solver) = (load(matrix.rows()), GaussSeidel::<2>::default());
-        solver.update(matrix).unwrap();
+        solver.update(matrix, 0).unwrap();
         let mut x = vec![0.0; b.len()];
         let report = solver.solve(&b, &mut x, residual.into(), 10_000);
         (x, report)
@@ -510,6 +560,6 @@ mod tests {
         assert_eq!(solved(&matrix, 1e-8).1.end, CgEnd::Indefinite);
         let mut negative = lattice(200, 0.02);
         negative.value[negative.diagonal[70] as usize] = [[1.0, 2.0], [2.0, 1.0]];
-        assert!(GaussSeidel::<2>::default().update(&negative).is_err());
+        assert!(GaussSeidel::<2>::default().update(&negative, 0).is_err());
     }
 }

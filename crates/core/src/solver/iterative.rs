@@ -132,7 +132,7 @@ impl<const D: usize> Iterative<D> {
                 let of = Some([matrices.pattern, matrices.entries]);
                 if *made_for != of {
                     *made_for = None;
-                    if sweeps.update(matrices.whole).is_err() {
+                    if sweeps.update(matrices.whole, matrices.pattern).is_err() {
                         return INDEFINITE;
                     }
                     *made_for = of;
