@@ -255,8 +255,8 @@ impl<const D: usize> FrozenParts for FrictionTerm<D> {
         self.take(x);
         self.frozen = true;
         for contact in self.contacts.iter_mut().flatten() {
-            // The matrix of a new contact is `mu lambda / g (I - n n^T)`, which bounds that of any part: by one
-            // along the slip a vertex that comes to rest would slide on for many times its way.
+            // The matrix of a new contact is `mu lambda / g (I - n n^T)`, stiff along its slip, too: with the
+            // little stiffness of what slides, a vertex that comes to rest goes on for many times its way.
             contact.part = match known.binary_search_by_key(&contact.vertices, |(vertices, _)| *vertices) {
                 Ok(at) => Some(contact.pair.in_plane(&known[at].1)),
                 Err(_) => Some([0.0; D]),
