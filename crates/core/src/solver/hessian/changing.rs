@@ -7,11 +7,14 @@ use rayon::prelude::*;
 
 use super::{At, GROUP, NOWHERE, Weights, add, for_pairs};
 use crate::energy::{ChangingStencils, Stencils};
+use crate::lanes::prefetch;
 use crate::solver::block_matrix::{Block, BlockMatrix};
 use crate::system::System;
 
 /// The pattern forgets places of earlier stencils where they are so many times those that are needed.
 const SPARE: usize = 8;
+/// Blocks that are asked for before they are added to.
+const SLOTS_AHEAD: usize = 12;
 
 /// The matrix of a system whose stencils change.
 #[derive(Default)]
@@ -268,15 +271,26 @@ impl<const D: usize> ListPlan<D> {
 
     /// Adds the blocks in the order of the stencils, without rows and columns of held coordinates.
     fn add(&self, matrix: &mut BlockMatrix<D>, factor: f64, held: &[bool]) {
-        let mut next = self.slot.iter().zip(&self.blocks);
-        for stencil in self.stencils.vertices.chunks_exact(self.stencils.size) {
+        let of_vertex = |v: u32| &held[v as usize * D..][..D];
+        let pairs = self.pairs();
+        let numbered = self.stencils.vertices.chunks_exact(self.stencils.size).enumerate();
+        for (number, stencil) in numbered {
+            let is_free = !stencil.iter().any(|v| of_vertex(*v).contains(&true));
+            let mut at = number * pairs;
             for_pairs(stencil, |a, b| {
-                let Some((slot, block)) = next.next().filter(|(slot, _)| slot[0] != NOWHERE) else { return };
-                let mut block = *block;
-                let (rows, columns) = (&held[a as usize * D..][..D], &held[b as usize * D..][..D]);
-                for k in 0..D {
-                    for l in 0..D {
-                        block[k][l] = if rows[k] || columns[l] { 0.0 } else { factor * block[k][l] };
+                if let Some(slot) = self.slot.get(at + SLOTS_AHEAD) {
+                    slot.iter().for_each(|place| prefetch(&matrix.value, *place as usize));
+                }
+                let (slot, mut block) = (self.slot[at], self.blocks[at]);
+                at += 1;
+                if slot[0] == NOWHERE {
+                    return;
+                }
+                block.as_flattened_mut().iter_mut().for_each(|entry| *entry *= factor);
+                if !is_free {
+                    let (rows, columns) = (of_vertex(a), of_vertex(b));
+                    for k in 0..D {
+                        (0..D).filter(|l| rows[k] || columns[*l]).for_each(|l| block[k][l] = 0.0);
                     }
                 }
                 add(&mut matrix.value[slot[0] as usize], &block, false);
