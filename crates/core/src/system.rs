@@ -225,14 +225,14 @@ impl System {
     }
 
     /// Positions of vertices at rest, where given.
-    pub(crate) fn rest_positions(&self) -> Option<&[f64]> {
+    pub fn rest_positions(&self) -> Option<&[f64]> {
         self.rest_positions.as_deref()
     }
 
     /// Positions that orders of elimination cut by planes: those at rest, where given, or `x`. Planes through
     /// a lattice at rest are clean; moved by a step they are ragged, and the factor has up to twice as many
     /// entries. Vertices in contact are near each other at `x` alone.
-    pub(crate) fn ordering_positions<'a>(&'a self, x: &'a [f64]) -> &'a [f64] {
+    pub fn ordering_positions<'a>(&'a self, x: &'a [f64]) -> &'a [f64] {
         match &self.rest_positions {
             Some(rest) if self.changing_structure().is_none() => rest,
             _ => x,

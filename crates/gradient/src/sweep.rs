@@ -175,12 +175,22 @@ impl<'a> Sweep<'a> {
             self.add_loss(&end)?;
             self.size_at_end = self.adjoint.norm();
         }
+        // The run begins anew from a state that it goes back to, and needs no matrix until then.
+        let lent = self.simulation.exchange_matrix_structure(None);
+        let is_lent = lent.is_some();
+        if is_lent {
+            self.sums.exchange_structure(self.simulation.system(), lent);
+        }
         let mut after = end;
         while let Some(record) = records.pop() {
             self.look_for_stop(record.step)?;
             self.step_back(&record, &after)?;
             self.add_loss(&record)?;
             after = record;
+        }
+        if is_lent {
+            let lent = self.sums.exchange_structure(self.simulation.system(), None);
+            self.simulation.exchange_matrix_structure(lent);
         }
         Ok(())
     }

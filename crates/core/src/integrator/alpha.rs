@@ -4,6 +4,7 @@ use super::Integrator;
 use super::equations::acceleration;
 use super::implicit::{ImplicitSolve, NextState, StageSolver};
 use crate::solver::StepFault;
+use crate::solver::structure::LentStructure;
 use crate::solver::{SolverOptions, SolverWork, Velocity};
 use crate::state::State;
 use crate::system::{ForceId, System};
@@ -125,6 +126,10 @@ impl Integrator for Alpha {
             self.after.v.copy_from_slice(state.v());
             system.structure()
         });
+    }
+
+    fn exchange_structure(&mut self, system: &System, lent: Option<LentStructure>) -> Option<LentStructure> {
+        self.solver.exchange_structure(system, lent)
     }
 
     fn work(&self) -> SolverWork {

@@ -7,6 +7,7 @@ use super::dirk::Dirk;
 use super::implicit::{NextState, StageEquations, StageSolver, guess_acceleration};
 use super::{BadParameter, Documentation, Integrator, Method, Scheme, implicit_euler, tr_bdf2};
 use crate::solver::StepFault;
+use crate::solver::structure::LentStructure;
 use crate::solver::{SolverOptions, SolverWork};
 use crate::state::State;
 use crate::system::{ForceId, System};
@@ -175,6 +176,10 @@ impl Integrator for Bdf2 {
             self.started = false;
             self.remember(system, state, *h);
         }
+    }
+
+    fn exchange_structure(&mut self, system: &System, lent: Option<LentStructure>) -> Option<LentStructure> {
+        self.solver.exchange_structure(system, lent)
     }
 
     fn work(&self) -> SolverWork {

@@ -7,6 +7,7 @@ use super::tableau::{Stages, Tableau};
 use super::{Integrator, node};
 use crate::lanes::Numbers;
 use crate::solver::StepFault;
+use crate::solver::structure::LentStructure;
 use crate::solver::{SolverOptions, SolverWork};
 use crate::state::State;
 use crate::system::{ForceId, System};
@@ -160,6 +161,10 @@ impl Integrator for Dirk {
 
     fn undo(&mut self, state: &mut State) {
         state.swap(&mut self.next.x, &mut self.next.v, ForceId::NONE);
+    }
+
+    fn exchange_structure(&mut self, system: &System, lent: Option<LentStructure>) -> Option<LentStructure> {
+        self.solver.exchange_structure(system, lent)
     }
 
     fn work(&self) -> SolverWork {

@@ -3,6 +3,7 @@
 use super::equations::{end_step, exact_response};
 use crate::lanes::Numbers;
 use crate::solver::StepFault;
+use crate::solver::structure::LentStructure;
 use crate::solver::{Iterate, Minimizer, Objective, SolverOptions, SolverWork, Velocity, minimizer};
 use crate::state::State;
 use crate::system::{ForceId, System};
@@ -40,6 +41,8 @@ pub(super) struct ImplicitSolve<'a> {
 pub(super) struct StageSolver {
     options: SolverOptions,
     minimizer: Option<Box<dyn Minimizer>>,
+    /// What the minimiser is to go on with, until there is one.
+    lent: Option<LentStructure>,
     target: Vec<f64>,
     at: Iterate,
     guess: Iterate,
@@ -53,6 +56,7 @@ impl StageSolver {
         StageSolver {
             options,
             minimizer: None,
+            lent: None,
             target: vec![],
             at: Iterate::default(),
             guess: Iterate::default(),
@@ -143,11 +147,14 @@ impl StageSolver {
     ) -> Result<(), StepFault> {
         let ImplicitSolve { inertia, stiffness, time, velocity, acceleration, single_iteration } = *solve;
         system.set_time(time);
-        let StageSolver { options, minimizer: kept, target, at, guess, goal } = self;
+        let StageSolver { options, minimizer: kept, lent, target, at, guess, goal } = self;
         let goal = (!goal.is_empty()).then_some(&goal[..]);
         let objective =
             Objective { inertia, target, stiffness, velocity, held_velocity: v, goal, single_iteration };
         let minimizer = kept.get_or_insert_with(|| minimizer(system.dimension(), *options));
+        if let Some(lent) = lent.take() {
+            minimizer.exchange_structure(system, Some(lent));
+        }
         for buffer in [&mut at.x, &mut at.u, &mut guess.x, &mut guess.u] {
             buffer.resize(x.len(), 0.0);
         }
@@ -184,6 +191,18 @@ impl StageSolver {
         self.minimizer.as_mut().is_some_and(|minimizer| minimizer.solve_last(right))
     }
 
+    /// Gives the structure of its matrices away, and goes on with the one `lent`.
+    pub(super) fn exchange_structure(
+        &mut self,
+        system: &System,
+        lent: Option<LentStructure>,
+    ) -> Option<LentStructure> {
+        match &mut self.minimizer {
+            Some(minimizer) => minimizer.exchange_structure(system, lent),
+            None => std::mem::replace(&mut self.lent, lent),
+        }
+    }
+
     /// Distance of the last minimum from the old positions, more exactly than its own positions say; flat
     /// [m].
     pub(super) fn increments(&self) -> &[f64] {
@@ -199,6 +218,7 @@ impl StageSolver {
             + self.at.bytes()
             + self.guess.bytes()
             + self.minimizer.as_ref().map_or(0, |m| m.bytes())
+            + self.lent.as_ref().map_or(0, LentStructure::bytes)
     }
 
     /// Bytes beyond [`bytes`](Self::bytes) once a stage near `x` has been solved.

@@ -21,6 +21,7 @@ mod tests;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::solver::structure::LentStructure;
 use crate::solver::{SolverOptions, SolverWork, StepFault};
 use crate::state::State;
 use crate::system::System;
@@ -294,6 +295,13 @@ pub trait Integrator: Send + Sync {
     /// them: at the nodes of the Gauss-Radau method, the beginning of the step first. None elsewhere.
     fn stage_accelerations(&self) -> Vec<Vec<f64>> {
         vec![]
+    }
+
+    /// Gives the structure of the matrices of its solver away, and goes on with the one `lent`; without a
+    /// solver that has one, that is lost.
+    fn exchange_structure(&mut self, system: &System, lent: Option<LentStructure>) -> Option<LentStructure> {
+        let _ = (system, lent);
+        None
     }
 
     /// Work done in solvers so far; nothing for explicit schemes.

@@ -9,6 +9,7 @@ use super::estimate::{Judgement, Tolerances};
 use super::implicit::{ImplicitSolve, NextState, StageSolver};
 use super::{Documentation, Integrator, Method, Scheme};
 use crate::solver::StepFault;
+use crate::solver::structure::LentStructure;
 use crate::solver::{SolverOptions, SolverWork, Velocity};
 use crate::state::State;
 use crate::system::{ForceId, System};
@@ -88,6 +89,10 @@ impl Integrator for QuasiStatic {
 
     fn judge(&mut self, _: &mut System, _: &State, _: f64, _: &Tolerances) -> Option<Judgement> {
         Some(Judgement::Matrices(self.matrices))
+    }
+
+    fn exchange_structure(&mut self, system: &System, lent: Option<LentStructure>) -> Option<LentStructure> {
+        self.solver.exchange_structure(system, lent)
     }
 
     fn work(&self) -> SolverWork {

@@ -5,6 +5,7 @@ use super::{Simulation, StepError};
 use crate::control::StepHistory;
 use crate::diagnostics::EnergyLedger;
 use crate::solver::SolverWork;
+use crate::solver::structure::LentStructure;
 use crate::system::{ForceId, Pins};
 
 /// Relative; a time that a step landed on is within it.
@@ -124,6 +125,12 @@ impl Simulation {
         Ok(())
     }
 
+    /// Gives the structure of the matrices of implicit steps away, where the scheme has made it, and goes on
+    /// with the one `lent`; neither changes a bit of what the steps find.
+    pub fn exchange_matrix_structure(&mut self, lent: Option<LentStructure>) -> Option<LentStructure> {
+        self.integrator.exchange_structure(&self.system, lent)
+    }
+
     /// Refuses a snapshot of another number of coordinates, or with one that is not finite.
     pub(super) fn ensure_fits(&self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
         let (expected, d) = (self.state.x().len(), self.system.dimension());
@@ -152,7 +159,9 @@ impl Simulation {
     /// Begins the scheme anew from the state of `snapshot`, with its memory, balance of energy and size of
     /// the next step.
     pub(super) fn begin_from(&mut self, snapshot: &Snapshot) {
+        let structure = self.exchange_matrix_structure(None);
         self.integrator = self.method.build(self.state.x().len(), self.solver);
+        self.exchange_matrix_structure(structure);
         self.integrator.recall(&snapshot.memory, &self.system, &self.state);
         self.set_ledger(snapshot.ledger.clone());
         self.set_pace(snapshot.pace);

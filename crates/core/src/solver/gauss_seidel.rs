@@ -35,7 +35,7 @@ type PaddedRow = [f64; PADDED];
 
 /// Conjugate gradients with symmetric Gauss-Seidel, and their memory.
 #[derive(Default)]
-pub(super) struct GaussSeidel<const D: usize> {
+pub struct GaussSeidel<const D: usize> {
     /// `C^-1` of every row, lower triangles.
     scale: Vec<Block<D>>,
     /// Version of the pattern that the parts are for.
@@ -162,11 +162,7 @@ impl<const D: usize> GaussSeidel<D> {
     ///
     /// # Errors
     /// A diagonal block is not positive definite.
-    pub(super) fn update(
-        &mut self,
-        matrix: &BlockMatrix<D>,
-        pattern: u64,
-    ) -> Result<(), NotPositiveDefinite> {
+    pub fn update(&mut self, matrix: &BlockMatrix<D>, pattern: u64) -> Result<(), NotPositiveDefinite> {
         let GaussSeidel { scale, pattern: of, parts, vectors: SweepVectors { p, t, rest, w }, .. } = self;
         scale.clear();
         for at in &matrix.diagonal {
@@ -192,7 +188,7 @@ impl<const D: usize> GaussSeidel<D> {
 
     /// Solves the system of the matrix last taken note of for the right side `b`, from `x = 0`. The residual
     /// of the tolerance is `sqrt(r^T P^-1 r)`, as a part of the first.
-    pub(super) fn solve(
+    pub fn solve(
         &mut self,
         b: &[f64],
         x: &mut [f64],

@@ -209,6 +209,11 @@ impl<const D: usize> Assembler<D> {
         self.structure == system.structure()
     }
 
+    /// True if no stencils that change have been met: the pattern is that of the mesh.
+    pub(crate) fn is_fixed(&self) -> bool {
+        self.changing.pattern() == 0
+    }
+
     /// Whether each coordinate is held: its row and column are zero but for the diagonal.
     pub fn held(&self) -> &[bool] {
         &self.held

@@ -97,16 +97,24 @@ impl<const D: usize> Iterative<D> {
         Iterative::GaussSeidel { sweeps: Box::default(), made_for: None, allowance: each.map(Allowance::new) }
     }
 
-    /// Arguments and result as those of [`Multigrid::until`].
-    pub(super) fn multigrid(matrix: &BlockMatrix<D>, x: &[f64], held: &[bool], stop: &Stop) -> Option<Self> {
+    /// With these levels of multigrid.
+    pub(super) fn multigrid(levels: Multigrid<D>) -> Self {
         let levels = Levels {
-            levels: Multigrid::until(matrix, x, held, stop)?,
+            levels,
             subspace: Subspace::new(),
             made_for: None,
             first_rate: None,
             cg: ConjugateGradients::default(),
         };
-        Some(Iterative::Multigrid(Box::new(levels)))
+        Iterative::Multigrid(Box::new(levels))
+    }
+
+    /// Its levels of multigrid.
+    pub(super) fn into_levels(self) -> Option<Multigrid<D>> {
+        match self {
+            Iterative::GaussSeidel { .. } => None,
+            Iterative::Multigrid(levels) => Some(levels.levels),
+        }
     }
 
     /// Ends solves while the flag is set.

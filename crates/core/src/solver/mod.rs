@@ -5,13 +5,14 @@ pub mod cholesky;
 pub mod conjugate_gradients;
 pub(crate) mod coupled;
 mod fault;
-mod gauss_seidel;
+pub mod gauss_seidel;
 pub mod hessian;
 mod iterative;
 pub mod multigrid;
 mod newton;
 mod options;
 pub mod ordering;
+pub mod structure;
 mod subspace;
 pub(crate) mod tangent;
 
@@ -20,6 +21,7 @@ pub use options::{LinearSolver, PART_OF_STEP_ERROR, SolverOptions};
 
 use crate::system::System;
 use newton::Newton;
+use structure::LentStructure;
 
 /// The velocities `v = rate (u - drift)`, `u = x - origin`, that a scheme gives a configuration at the end
 /// of a stage.
@@ -97,6 +99,10 @@ pub(crate) trait Minimizer: Send + Sync {
     /// Replaces `right` by the solution with the matrix that the last minimisation ended with, by conjugate
     /// gradients to a thousandth; false where there is none, as where it was projected, or never made.
     fn solve_last(&mut self, right: &mut [f64]) -> bool;
+
+    /// Gives its structure away, and goes on with the one `lent`, as if it were its own. What was learnt with
+    /// it is forgotten.
+    fn exchange_structure(&mut self, system: &System, lent: Option<LentStructure>) -> Option<LentStructure>;
 
     /// Work done so far.
     fn work(&self) -> SolverWork;

@@ -2,6 +2,7 @@
 
 use std::mem::take;
 
+use pliant::solver::structure::LentStructure;
 use pliant::system::System;
 
 use super::{AdjointPlace, Singular, add_scaled, dot};
@@ -101,6 +102,15 @@ impl Sums<'_> {
     /// True if the matrix of the last solve is positive definite.
     pub(crate) fn is_definite(&mut self) -> bool {
         self.solver.is_definite()
+    }
+
+    /// Gives the structure of the matrices of its solver away, and goes on with the one `lent`.
+    pub(crate) fn exchange_structure(
+        &mut self,
+        system: &System,
+        lent: Option<LentStructure>,
+    ) -> Option<LentStructure> {
+        self.solver.exchange_structure(system, lent)
     }
 
     /// True if one of the parameters is the ether drag.

@@ -7,6 +7,7 @@ use crate::solver::cholesky::Cholesky;
 use crate::solver::conjugate_gradients::{CgEnd, CgTolerance, NoPreconditioner};
 use crate::solver::hessian::{At, Weights};
 use crate::solver::iterative::{AssembledMatrix, CG_TOLERANCE, Iterative};
+use crate::solver::multigrid::Multigrid;
 use crate::solver::options::LinearSolver;
 use crate::solver::{Iterate, Objective};
 use crate::system::System;
@@ -114,7 +115,8 @@ impl<const D: usize> Newton<D> {
                                 // Where vertices are at the start may be anything; the lattices are for where
                                 // they belong.
                                 let rest = system.rest_positions().unwrap_or(x);
-                                Iterative::multigrid(fixed, rest, assembler.held(), &system.stop())
+                                let new = || Multigrid::until(fixed, rest, assembler.held(), &system.stop());
+                                self.levels.take().or_else(new).map(Iterative::multigrid)
                             }
                             _ => Some(Iterative::gauss_seidel(None)),
                         };

@@ -11,12 +11,13 @@ mod watchdog;
 use self::linear::{IterativeSolver, Pause};
 use self::solve::Begin;
 use super::cholesky::{self, Cholesky};
-use super::conjugate_gradients::{self, CgEnd, ConjugateGradients};
+use super::conjugate_gradients::{self, CgEnd, ConjugateGradients, Preconditioner};
 use super::hessian::{Assembler, Weights};
 use super::iterative::{AssembledMatrix, Iterative};
+use super::multigrid::Multigrid;
 use super::options::{LinearSolver, SolverOptions};
+use super::structure::{LentStructure, MatrixStructure};
 use super::{Iterate, Objective, SolverWork, scene_size};
-use crate::deadline::Stop;
 use crate::material::Psd;
 use crate::solver::StepFault;
 use crate::system::System;
@@ -60,6 +61,8 @@ pub(crate) struct Newton<const D: usize> {
     first: Option<Iterative<D>>,
     pause_of_first: Pause,
     iterative: Option<Iterative<D>>,
+    /// Levels of multigrid that were lent, until they are first used.
+    levels: Option<Multigrid<D>>,
     pause_of_iterations: Pause,
     /// The solver by iterations that the last system was solved by; `None` after a factorisation.
     solved_by: Option<IterativeSolver>,
@@ -96,6 +99,7 @@ impl<const D: usize> Newton<D> {
             first: None,
             pause_of_first: Pause::default(),
             iterative: None,
+            levels: None,
             pause_of_iterations: Pause::default(),
             solved_by: None,
             cg: ConjugateGradients::default(),
@@ -182,7 +186,7 @@ impl<const D: usize> Newton<D> {
         if !matrix_free && !self.assembler.as_ref().is_some_and(|a| a.fits(system)) {
             self.assembler = Some(Assembler::new(system));
             (self.cholesky, self.at_hand) = (None, None);
-            (self.first, self.iterative) = (None, None);
+            (self.first, self.iterative, self.levels) = (None, None, None);
         }
         self.pause_of_first.count();
         self.pause_of_iterations.count();
@@ -242,6 +246,18 @@ impl<const D: usize> super::Minimizer for Newton<D> {
         true
     }
 
+    fn exchange_structure(&mut self, system: &System, lent: Option<LentStructure>) -> Option<LentStructure> {
+        let used = self.iterative.take().and_then(Iterative::into_levels);
+        // Over other positions than those at rest they are of one run alone.
+        let levels = used.or(self.levels.take()).filter(|_| system.rest_positions().is_some());
+        let own = self.assembler.take().map(|assembler| MatrixStructure { assembler, levels });
+        (self.cholesky, self.at_hand, self.first) = (None, None, None);
+        if let Some(MatrixStructure { assembler, levels }) = lent.and_then(|lent| lent.taken(system)) {
+            (self.assembler, self.levels) = (Some(assembler), levels);
+        }
+        own.and_then(MatrixStructure::lent)
+    }
+
     fn work(&self) -> SolverWork {
         self.work
     }
@@ -252,6 +268,7 @@ impl<const D: usize> super::Minimizer for Newton<D> {
             + self.trial.bytes()
             + self.assembler.as_ref().map_or(0, Assembler::bytes)
             + self.cholesky.as_ref().map_or(0, Cholesky::bytes)
+            + self.levels.as_ref().map_or(0, Preconditioner::bytes)
             + [&self.first, &self.iterative].into_iter().flatten().map(Iterative::bytes).sum::<usize>()
             + self.cg.bytes()
     }
@@ -278,10 +295,8 @@ impl<const D: usize> super::Minimizer for Newton<D> {
         };
         let linear = match linear {
             LinearSolver::Cg => Iterative::<D>::gauss_seidel_bytes(matrix),
-            LinearSolver::Multigrid => {
-                Iterative::multigrid(assembler.fixed(), rest, assembler.held(), &Stop::default())
-                    .map_or(usize::MAX / 2, |levels| levels.bytes() + conjugate_gradients::bytes(x.len()))
-            }
+            LinearSolver::Multigrid => Multigrid::new(assembler.fixed(), rest, assembler.held())
+                .map_or(usize::MAX / 2, |levels| levels.bytes() + conjugate_gradients::bytes(x.len())),
             // Where iterations are tried first, the factor of those that take too many is counted.
             LinearSolver::Cholesky | LinearSolver::Auto | LinearSolver::MatrixFree => factor(x),
         };
