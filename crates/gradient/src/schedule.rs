@@ -8,7 +8,6 @@
 use pliant::simulation::{Simulation, Snapshot, StepError};
 
 use crate::GradientError;
-use crate::adjoint::has_memory;
 
 /// End of a run.
 #[derive(Clone, Copy, Debug)]
@@ -74,14 +73,6 @@ impl Schedule {
             match simulation.last_parts() {
                 [] => {
                     chosen.push(ChosenStep { size: simulation.last_step_size(), end, whole, is_last: true })
-                }
-                _ if simulation.took_solved_part_back() && has_memory(simulation.method().scheme) => {
-                    return Err(GradientError::Unsupported {
-                        what: "steps in parts, of which one was taken back once it was solved, by a scheme \
-                               that remembers earlier ones"
-                            .into(),
-                        remedy: "take `implicit-euler` or `tr-bdf2`, or a smaller `step`",
-                    });
                 }
                 parts => chosen.extend(parts.iter().map(|&[size, part_end]| ChosenStep {
                     size,

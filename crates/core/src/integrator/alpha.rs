@@ -39,9 +39,19 @@ pub struct Alpha {
     size: f64,
     /// The version of the structure that it belongs to; `None` where there is no history.
     known: Option<u64>,
+    /// History at the beginning of the last step.
+    earlier: AlphaHistory,
     /// How far the vertices would go without the velocity of the stage.
     drift: Vec<f64>,
     next: NextState,
+}
+
+/// Accelerations of the last two steps, the size of the last [s], and the version of the structure.
+struct AlphaHistory {
+    acceleration: Vec<f64>,
+    before: Vec<f64>,
+    size: f64,
+    known: Option<u64>,
 }
 
 impl Alpha {
@@ -55,6 +65,12 @@ impl Alpha {
             before: vec![0.0; unknowns],
             size: 0.0,
             known: None,
+            earlier: AlphaHistory {
+                acceleration: vec![0.0; unknowns],
+                before: vec![0.0; unknowns],
+                size: 0.0,
+                known: None,
+            },
             drift: vec![0.0; unknowns],
             next: NextState::new(unknowns),
         }
@@ -70,17 +86,28 @@ impl Alpha {
     }
 }
 
+impl Alpha {
+    /// Makes the history that of the beginning of the last step.
+    fn go_back(&mut self) {
+        let Alpha { acceleration, before, size, known, earlier, .. } = self;
+        std::mem::swap(acceleration, &mut earlier.acceleration);
+        std::mem::swap(before, &mut earlier.before);
+        (*size, *known) = (earlier.size, earlier.known.take());
+    }
+}
+
 impl Integrator for Alpha {
     fn step(&mut self, system: &mut System, state: &mut State, h: f64) -> Result<(), StepFault> {
         let known = self.known.take().filter(|set| {
             *set == system.structure() && *self.after.x == *state.x() && *self.after.v == *state.v()
         });
+        self.earlier.acceleration.copy_from_slice(&self.acceleration);
+        self.earlier.before.copy_from_slice(&self.before);
+        (self.earlier.size, self.earlier.known) = (self.size, known);
         if known.is_none() {
             self.start(system, state)?;
         }
-        let resized = known.is_some() && h != self.size;
-        let memory = resized.then(|| self.acceleration.clone());
-        if resized {
+        if known.is_some() && h != self.size {
             self.resize(h);
         }
         let end = self.advance(system, state, h);
@@ -93,17 +120,14 @@ impl Integrator for Alpha {
             self.size = h;
         } else {
             // A step that fails leaves the memory as it was.
-            self.known = known;
-            memory.into_iter().for_each(|memory| self.acceleration = memory);
+            self.go_back();
         }
         end
     }
 
     fn undo(&mut self, state: &mut State) {
         state.swap(&mut self.next.x, &mut self.next.v, ForceId::NONE);
-        std::mem::swap(&mut self.acceleration, &mut self.before);
-        // The same difference, of an earlier step.
-        self.before.iter_mut().zip(&self.acceleration).for_each(|(b, a)| *b = 2.0 * a - *b);
+        self.go_back();
         self.after.x.copy_from_slice(state.x());
         self.after.v.copy_from_slice(state.v());
     }
@@ -137,7 +161,7 @@ impl Integrator for Alpha {
     }
 
     fn bytes(&self) -> usize {
-        24 * self.acceleration.len() + self.next.bytes() + self.after.bytes() + self.solver.bytes()
+        40 * self.acceleration.len() + self.next.bytes() + self.after.bytes() + self.solver.bytes()
     }
 
     fn predicted_bytes(&self, system: &mut System, x: &[f64]) -> usize {
@@ -209,10 +233,7 @@ impl Alpha {
             self.next.v[i] = q + h * gamma * acceleration;
             self.acceleration[i] = acceleration;
         }
-        if let Err(fault) = self.next.commit(system, state, h, force) {
-            std::mem::swap(&mut self.acceleration, &mut self.before);
-            return Err(fault);
-        }
+        self.next.commit(system, state, h, force)?;
         self.after.x.copy_from_slice(state.x());
         self.after.v.copy_from_slice(state.v());
         Ok(())

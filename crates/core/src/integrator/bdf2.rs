@@ -77,6 +77,8 @@ pub struct Bdf2 {
     after: NextState,
     /// The step, and the version of the structure.
     step: Option<(f64, u64)>,
+    /// What `step` was before the last step, where the state that it began with was the one it had led to.
+    earlier: Option<(f64, u64)>,
     /// True if walls put vertices back at its end: history that has velocities before and after makes them
     /// bounce.
     jumped: bool,
@@ -102,6 +104,7 @@ impl Bdf2 {
             before: NextState::new(unknowns),
             after: NextState::new(unknowns),
             step: None,
+            earlier: None,
             jumped: false,
             z: vec![0.0; unknowns],
             w: vec![0.0; unknowns],
@@ -128,13 +131,14 @@ impl Bdf2 {
 
 impl Integrator for Bdf2 {
     fn step(&mut self, system: &mut System, state: &mut State, h: f64) -> Result<(), StepFault> {
-        let known = self.step == Some((h, system.structure())) && self.has_led_to(state);
+        let earlier = self.step.filter(|_| self.has_led_to(state));
+        let known = earlier == Some((h, system.structure()));
         std::mem::swap(&mut self.before, &mut self.older);
         self.before.x.copy_from_slice(state.x());
         self.before.v.copy_from_slice(state.v());
         let end = if known { self.advance(system, state, h) } else { self.start.step(system, state, h) };
         if end.is_ok() {
-            self.started = !known;
+            (self.started, self.earlier) = (!known, earlier);
             self.remember(system, state, h);
             self.jumped = system.walls_have_acted();
         } else {
@@ -155,11 +159,9 @@ impl Integrator for Bdf2 {
             state.swap(&mut self.next.x, &mut self.next.v, ForceId::NONE);
         }
         std::mem::swap(&mut self.before, &mut self.older);
-        let step = self.step;
         self.after.x.copy_from_slice(state.x());
         self.after.v.copy_from_slice(state.v());
-        self.step = if self.started { None } else { step };
-        self.jumped = false;
+        (self.step, self.jumped) = (self.earlier.take(), false);
     }
 
     fn memory(&self, system: &System, state: &State) -> Vec<f64> {

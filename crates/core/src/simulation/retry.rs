@@ -99,8 +99,7 @@ impl Simulation {
     }
 
     /// True if a step or part was taken back after it had been solved, because of what it led to or through,
-    /// in the course of the last [`step`](Self::step): schemes that remember earlier steps then know less of
-    /// them than where its parts are taken again.
+    /// in the course of the last [`step`](Self::step).
     pub fn took_solved_part_back(&self) -> bool {
         self.took_back
     }

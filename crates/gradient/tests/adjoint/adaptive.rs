@@ -1,6 +1,8 @@
 //! Runs whose step sizes follow the error: derivatives at the sizes that were chosen, against differences of
 //! runs of these sizes.
 
+use pliant::solver::SolverOptions;
+use pliant::state::State;
 use pliant_gradient::{LossFrame, ParameterSelection, RunGradient, UNLIMITED, gradient, gradient_to};
 use pliant_scene::Scene;
 use serde_json::json;
@@ -219,5 +221,34 @@ fn parts_let_go_of_what_the_whole_step_does() {
         assert!(is_parted, "{scheme}: it lets go in a whole step");
         compare_number(scheme, scene_of, ("body.block.elastic.young", 1e6, 1e6), (4, 1e-6));
         compare_with_tangents(scheme, &scene, 4);
+    }
+}
+
+/// A step that is taken back once it was solved, the first, one of the size of the last, or one of another,
+/// leaves what the scheme knows as it was: the next one is that of a run without it.
+#[test]
+fn steps_that_are_taken_back_leave_the_memory_of_a_scheme() {
+    for scheme in ["bdf2", "newmark", "generalised-alpha"] {
+        for (first, taken_back) in [(0, 0.01), (3, 0.01), (3, 0.02), (3, 0.005)] {
+            let run = |takes_back: bool| {
+                let mut simulation = assembled(&falling_beam(scheme, 5e4, ["step = 0.01", "", ""])).0;
+                let (n, options) = (simulation.state().x().len(), SolverOptions::default());
+                let mut state = State::new(simulation.state().x().to_vec(), simulation.state().v().to_vec());
+                let mut integrator = simulation.method().build(n, options);
+                let system = simulation.system_mut();
+                for h in std::iter::repeat_n(0.01, first).chain(takes_back.then_some(taken_back)) {
+                    integrator.step(system, &mut state, h).unwrap();
+                    state.time += h;
+                }
+                if takes_back {
+                    integrator.undo(&mut state);
+                    state.time -= taken_back;
+                }
+                let memory = integrator.memory(system, &state);
+                (memory, state.x().to_vec())
+            };
+            assert_eq!(run(true), run(false), "{scheme}, {first} steps, then {taken_back}");
+            assert_eq!(run(true).0.is_empty(), first == 0, "{scheme}");
+        }
     }
 }
