@@ -64,12 +64,12 @@ pub use hessian::{HessianProduct, hessian_product};
 pub use loss::{Loss, LossFrame};
 pub use names::{ParameterSelection, names};
 pub use parameter::{
-    AttractingMasses, AxisDirections, BodyDensity, Concatenated, ContactShape, ContactStiffness, EtherDrag,
-    FibreTension, ForceUse, FormulaNumber, FrictionCoefficient, Gravity, GravityNumber, HeldChange,
-    HeldPlaces, HeldUse, LinearElements, LoadFactor, LoadShape, LoadValue, Masses, MembraneElements, ModeUse,
-    Modulus, MotionFactor, MotionNumber, MotionShape, NumberLink, Parameter, ParameterNeeds, RestLengths,
-    ShapedElements, Softening, SpringStiffness, StateUse, StepForces, TermFactor, TieRestLength, Together,
-    TunedSpring, WeightDensity, Weighted, cell_axes,
+    AttractingMasses, AxisDirections, BodyDensity, BodySimplices, Concatenated, ContactShape,
+    ContactStiffness, EtherDrag, FibreTension, ForceUse, FormulaNumber, FrictionCoefficient, Gravity,
+    GravityNumber, HeldChange, HeldPlaces, HeldUse, LoadFactor, LoadShape, LoadValue, Masses,
+    MembraneElements, ModeUse, Modulus, MotionFactor, MotionNumber, MotionShape, NumberLink, Parameter,
+    ParameterNeeds, RestLengths, ShapedElements, Softening, SpringStiffness, StateUse, StepForces,
+    TermFactor, TieRestLength, Together, TunedSpring, VolumeForce, WeightDensity, Weighted, cell_axes,
 };
 pub use support::check;
 pub use tangent::{RunDirection, RunTangent, tangent, tangent_along};

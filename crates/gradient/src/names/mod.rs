@@ -12,19 +12,18 @@ mod terms;
 
 use std::borrow::Cow;
 
-use pliant::algebra::Mat;
 use pliant::dissipation::Viscosity;
 use pliant::material::{MaterialSpec, Plane};
 use pliant::numbering::Numbering;
 use pliant::topology::{BodyKind, BodyTopology, Topology};
-use pliant_scene::{Body, FibreSpec, Load, MassSpec, MembraneSpec, MuscleSpec, OverTime, Scene, SpringsSpec};
+use pliant_scene::{Body, Load, MassSpec, MembraneSpec, MuscleSpec, Scene, SpringsSpec};
 use pliant_terms::{ElementSet, ViscousSet};
 
 use crate::parameter::{
-    AttractingMasses, AxisDirections, BodyDensity, Concatenated, ContactShape, ContactStiffness,
-    FibreTension, Gravity, GravityNumber, HeldPlaces, LinearElements, LoadShape, Masses, MembraneElements,
+    AttractingMasses, AxisDirections, BodyDensity, BodySimplices, Concatenated, ContactShape,
+    ContactStiffness, FibreTension, Gravity, GravityNumber, HeldPlaces, LoadShape, Masses, MembraneElements,
     Modulus, NumberLink, Parameter, RestLengths, ShapedElements, SpringStiffness, StepForces, TermFactor,
-    Together, TunedSpring, WeightDensity, Weighted, cell_axes,
+    Together, TunedSpring, VolumeForce, WeightDensity, Weighted, cell_axes,
 };
 use crate::{GradientError, RunGradient};
 use constants::MaterialConstants;
@@ -127,24 +126,10 @@ pub fn names(scene: &Scene, topology: &Topology) -> Vec<String> {
     names
 }
 
-/// True if the shape at rest is more than that of elements, of loads and motions by places, and of loads on
-/// areas: loads by parts of volumes, turning motion by places, muscles and axes of materials by places in
-/// elements of second order, ties to the nearest point.
-fn is_at_rest_elsewhere(scene: &Scene, spec: &Body, body: &BodyTopology) -> bool {
-    let by_place = |formulas: &[OverTime]| formulas.iter().any(OverTime::depends_on_place);
-    let loads = spec.load.iter().any(|load| load.body_force.is_some() && !load.selections().is_empty());
-    let turning =
-        spec.pin.iter().filter_map(|pin| pin.motion.as_ref()).filter(|motion| motion.rotation.is_some());
-    let turned = turning.filter_map(|motion| motion.displacement.as_deref()).any(by_place);
+/// True if the nearest points of ties go by the shape at rest.
+fn is_at_rest_elsewhere(scene: &Scene) -> bool {
     let mut targets = scene.attachment.iter().filter_map(|tie| tie.target.as_ref());
-    let tied = targets.any(|target| target.nearest_point.is_some());
-    let goes_by_place = |fibre: &FibreSpec| match fibre {
-        FibreSpec::Direction(formulas) => by_place(formulas),
-        FibreSpec::PerElement(_) => false,
-    };
-    let contracts = spec.muscle.iter().any(|m| m.tension.depends_on_place() || goes_by_place(&m.fibre));
-    let mut axes = spec.elastic_axes.iter().flat_map(|axes| std::iter::once(&axes.first).chain(&axes.second));
-    loads || turned || tied || !has_linear_elements(body) && (contracts || axes.any(goes_by_place))
+    targets.any(|target| target.nearest_point.is_some())
 }
 
 /// Keys of a body that the gradient can be taken by.
@@ -165,8 +150,8 @@ fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<Cow<'static, 
         let has_own_viscosity = spec.damping.as_ref().is_none_or(|damping| {
             damping.proportional_viscosity(material, material.plane()) == Viscosity::default()
         });
-        let linear = has_linear_elements(body) && has_own_viscosity;
-        let each = |key, of_element| [key].into_iter().chain(linear.then_some(of_element));
+        let is_one_by_one = body.blocks.is_empty() && has_own_viscosity;
+        let each = |key, of_element| [key].into_iter().chain(is_one_by_one.then_some(of_element));
         if young(material).is_some() {
             keys.extend(each("elastic.young", "elastic.young_per_element"));
         }
@@ -181,12 +166,11 @@ fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<Cow<'static, 
         if stiffness(material).is_some() && has_own_viscosity {
             keys.push("elastic.stiffness");
         }
-        let has_turns = has_linear_elements(body) || !body.blocks.is_empty();
-        if let Some(axes) = spec.elastic_axes.as_ref().filter(|_| has_turns) {
+        if let Some(axes) = &spec.elastic_axes {
             keys.push(FIRST_AXIS);
             keys.extend(axes.second.is_some().then_some(SECOND_AXIS));
         }
-        if has_shape(scene, spec, material, body) && !is_at_rest_elsewhere(scene, spec, body) {
+        if has_shape(scene, spec, material, body) && !is_at_rest_elsewhere(scene) {
             keys.push("rest");
         }
     }
@@ -230,7 +214,7 @@ fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<Cow<'static, 
     }
     keys.extend(proportional::of_body(scene, spec, body).into_iter().map(|factor| factor.key));
     let all = keys.into_iter().map(Cow::Borrowed).chain(of_formula);
-    let muscles = 0..if has_linear_elements(body) { spec.muscle.len() } else { 0 };
+    let muscles = 0..if body.blocks.is_empty() { spec.muscle.len() } else { 0 };
     let by_index = loads::keys(spec)
         .chain(muscles::keys(spec))
         .chain(muscles.map(muscles::of_fibres))
@@ -273,6 +257,11 @@ fn viscosity(spec: &Body, material: &MaterialSpec) -> Viscosity {
 /// True if they are triangles of three vertices or tetrahedra of four.
 fn has_linear_elements(body: &BodyTopology) -> bool {
     body.blocks.is_empty() && body.triangle_middles.is_empty() && body.tetrahedron_middles.is_empty()
+}
+
+/// Order of the elements of a body of simplices.
+fn order(body: &BodyTopology) -> u32 {
+    if has_linear_elements(body) { 1 } else { 2 }
 }
 
 /// BodyDensity that the masses of a body go by.
@@ -473,8 +462,35 @@ impl Places<'_> {
         body.edges.iter().enumerate().map(length).collect()
     }
 
+    /// Forces per volume on a body, and where they act; `None` where that is not found.
+    fn body_forces(&self, spec: &Body, body: &BodyTopology) -> Option<Vec<VolumeForce>> {
+        let mut places = None;
+        let mut forces = vec![];
+        for (i, load) in spec.load.iter().enumerate() {
+            let Some(components) = load.body_force.clone() else { continue };
+            let name = load.term_name(i, &body.name);
+            let vertices = if load.selections().is_empty() {
+                body.vertices.clone().collect()
+            } else {
+                if places.is_none() {
+                    places = Some(self.scene.places().ok()?);
+                }
+                let on = places.iter().flat_map(|places| &places.loads).find(|on| on.name == name)?;
+                on.on.concat()
+            };
+            let vertices = vertices.into_iter().map(|vertex| self.numbering.internal(vertex)).collect();
+            forces.push(VolumeForce { components, vertices });
+        }
+        Some(forces)
+    }
+
     /// Rest positions of a body of simplices.
-    fn rest_shape(&self, spec: &Body, material: &MaterialSpec, body: &BodyTopology) -> Box<dyn Parameter> {
+    fn rest_shape(
+        &self,
+        spec: &Body,
+        material: &MaterialSpec,
+        body: &BodyTopology,
+    ) -> Option<Box<dyn Parameter>> {
         let (cells, rest) = (self.cells(body), self.rest());
         let factors = spec.elastic_factor.as_ref().map(|factor| self.each(factor, body));
         let weight = is_static(self.scene).then(|| {
@@ -487,14 +503,12 @@ impl Places<'_> {
         let of_muscle = |muscle: &MuscleSpec| FibreTension {
             directions: muscle.fibre.vectors(&centres),
             tension: muscle.tension.clone(),
-            places: if muscle.tension.depends_on_place() { centres.clone() } else { vec![[0.0; 3]] },
         };
         let muscles: Vec<FibreTension> = spec.muscle.iter().map(of_muscle).collect();
-        let body_forces: Vec<Vec<OverTime>> =
-            spec.load.iter().filter_map(|load| load.body_force.clone()).collect();
+        let body_forces = self.body_forces(spec, body)?;
         let shaped = ShapedElements {
             dimension: self.topology.dimension,
-            order: if has_linear_elements(body) { 1 } else { 2 },
+            order: order(body),
             cells: &cells,
             rest: &rest,
             material,
@@ -520,23 +534,25 @@ impl Places<'_> {
             let (name, d) = (body.name.clone(), self.topology.dimension);
             all.push(Box::new(ContactShape::new(name, d, vertices.clone(), rest.to_vec())));
         }
-        if all.len() == 1 { all.swap_remove(0) } else { Box::new(Together::new(all)) }
+        Some(if all.len() == 1 { all.swap_remove(0) } else { Box::new(Together::new(all)) })
     }
 
-    /// Rest positions of a body of linear elements as formulas go by the middles of elements: tensions and
+    /// Rest positions of a body of simplices as formulas go by the middles of elements: tensions and
     /// directions of muscles, axes of the material.
     fn by_places(&self, spec: &Body, body: &BodyTopology) -> Vec<Box<dyn Parameter>> {
         if spec.muscle.is_empty() && spec.elastic_axes.is_none() {
             return vec![];
         }
         let (cells, rest, centres) = (self.cells(body), self.rest(), self.centres(body));
-        let elements = LinearElements { dimension: self.topology.dimension, cells: &cells, rest: &rest };
+        let (dimension, order) = (self.topology.dimension, order(body));
+        let elements = BodySimplices { dimension, order, cells: &cells, rest: &rest };
+        let vertices: Vec<u32> =
+            body.vertices.clone().map(|vertex| self.numbering.internal(vertex)).collect();
         let mut all = vec![];
         for muscle in &spec.muscle {
             if muscle.tension.depends_on_place() {
                 let directions = muscle.fibre.vectors(&centres);
-                let places = elements.tension_places(&directions, muscle.tension.clone(), centres.clone());
-                all.push(self.by_middles(places, &vec![Mat::identity().0; centres.len()], body));
+                all.push(elements.tension_places(&directions, muscle.tension.clone(), &vertices));
             }
             if let Some(slopes) = muscle.fibre.slopes(&centres) {
                 all.push(self.by_middles(self.fibres(muscle, body), &slopes, body));
@@ -554,7 +570,7 @@ impl Places<'_> {
         all
     }
 
-    /// Rest positions of a body of linear elements that the numbers of a parameter, as many in each element
+    /// Rest positions of a body of simplices that the numbers of a parameter, as many in each element
     /// as there are dimensions, go by through the middles of elements, with these slopes.
     fn by_middles(
         &self,
@@ -579,11 +595,12 @@ impl Places<'_> {
         Box::new(Weighted::linked(of, links, body.vertices.len() * d))
     }
 
-    /// Directions of the fibres of a muscle in linear elements.
+    /// Directions of the fibres of a muscle in simplices.
     fn fibres(&self, muscle: &MuscleSpec, body: &BodyTopology) -> Box<dyn Parameter> {
         let (cells, rest, centres) = (self.cells(body), self.rest(), self.centres(body));
-        let elements = LinearElements { dimension: self.topology.dimension, cells: &cells, rest: &rest };
-        elements.fibres(&muscle.fibre.vectors(&centres), muscle.tension.clone(), centres)
+        let (dimension, order) = (self.topology.dimension, order(body));
+        let elements = BodySimplices { dimension, order, cells: &cells, rest: &rest };
+        elements.fibres(&muscle.fibre.vectors(&centres), muscle.tension.clone())
     }
 
     /// Poisson's ratio of a membrane and of its viscosity.
@@ -636,11 +653,11 @@ impl Places<'_> {
         }
         let (cells, rest) =
             (self.cells(body), self.numbering.to_internal(&self.topology.rest_positions, dimension));
-        let elements = LinearElements { dimension, cells: &cells, rest: &rest };
+        let elements = BodySimplices { dimension, order: order(body), cells: &cells, rest: &rest };
         let parts = match key {
             "elastic.young" | "elastic.young_per_element" => vec![(1.0 / young(material)?, material.clone())],
             "elastic.poisson" | "elastic.poisson_per_element" => by_poisson(material, dimension)?.to_vec(),
-            "rest" => return Some(self.rest_shape(spec, material, body)),
+            "rest" => return self.rest_shape(spec, material, body),
             FIRST_AXIS | SECOND_AXIS => {
                 let (first, second) = self.axis_directions(spec, body)?;
                 let by_second = key == SECOND_AXIS;

@@ -1,6 +1,6 @@
-//! Axes of the material in linear elements and in cells that are no simplices.
+//! Axes of the material in simplices and in cells that are none.
 //!
-//! Of an element of rest volume `w` whose material is turned by the rotation `R`, with `F` of the positions
+//! Of a point of rest volume `w` whose material is turned by the rotation `R`, with `F` of the positions
 //! and `G` of `p`, `p . dE/dx = w P(F R) : G R`. Where `R` changes by `dR`, so does that by `w K : dR`, `K =
 //! F^T (dP/dF : G R) + G^T P(F R)`. Cells do it themselves.
 
@@ -10,7 +10,7 @@ use pliant::energy::elastic::CellTurns;
 use pliant::material::{MaterialSpec, material_axes};
 use pliant_terms::ElementSet;
 
-use super::elements::{ElementEnergy, LinearElements, Maker, ModulusElements};
+use super::elements::{BodySimplices, ElementEnergy, Maker, ModulusElements};
 use super::{ForceUse, Parameter};
 use crate::adjoint::add_scaled;
 
@@ -57,13 +57,15 @@ impl<const D: usize, const N: usize> Parameter for ElementAxes<D, N> {
 
     fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
         for (i, (change, (axes, by))) in change.as_chunks::<D>().0.iter().zip(&self.axes).enumerate() {
-            let [f, _] = self.elements.deformation(i, (of.x, of.x));
             let turn =
                 by.iter().zip(change).fold(Mat::zero(), |turn, (by, change)| by.scale_add(*change, &turn));
-            let turned = f.mul(axes);
-            let along = self.energy.stress_along(&turned, &f.mul(&turn)).mul_transpose(axes);
-            let stress = along + self.energy.stress(&turned).mul_transpose(&turn);
-            self.elements.add_at(i, &stress.scale(-self.factors[i]), force);
+            for at in self.elements.at(i) {
+                let [f, _] = at.deformation((of.x, of.x));
+                let turned = f.mul(axes);
+                let along = self.energy.stress_along(&turned, &f.mul(&turn)).mul_transpose(axes);
+                let stress = along + self.energy.stress(&turned).mul_transpose(&turn);
+                at.add(&stress.scale(-self.factors[i]), force);
+            }
         }
         true
     }
@@ -71,12 +73,14 @@ impl<const D: usize, const N: usize> Parameter for ElementAxes<D, N> {
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
         let each = derivative.as_chunks_mut::<D>().0.iter_mut().zip(&self.axes);
         for (i, (derivative, (axes, by))) in each.enumerate() {
-            let [f, g] = self.elements.deformation(i, (of.x, of.p));
-            let (turned, along) = (f.mul(axes), g.mul(axes));
-            let by_axes = f.transpose_mul(&self.energy.stress_along(&turned, &along))
-                + g.transpose_mul(&self.energy.stress(&turned));
-            let weight = self.elements.volume(i) * self.factors[i];
-            derivative.iter_mut().zip(by).for_each(|(d, by)| *d -= weight * by_axes.dot(by));
+            for at in self.elements.at(i) {
+                let [f, g] = at.deformation((of.x, of.p));
+                let (turned, along) = (f.mul(axes), g.mul(axes));
+                let by_axes = f.transpose_mul(&self.energy.stress_along(&turned, &along))
+                    + g.transpose_mul(&self.energy.stress(&turned));
+                let weight = at.volume() * self.factors[i];
+                derivative.iter_mut().zip(by).for_each(|(d, by)| *d -= weight * by_axes.dot(by));
+            }
         }
     }
 }
@@ -121,7 +125,7 @@ pub fn cell_axes(
     Box::new(CellAxes { cells, components: elements.dimension * count })
 }
 
-impl LinearElements<'_> {
+impl BodySimplices<'_> {
     /// Components of the directions that the axes of `material` have in each element, flat `(elements,
     /// dimension)`; energy densities are times `factors`, which are 1 where they are empty.
     pub fn axes(
@@ -130,9 +134,11 @@ impl LinearElements<'_> {
         factors: &[f64],
         directions: AxisDirections<'_>,
     ) -> Box<dyn Parameter> {
-        match self.dimension {
-            2 => Box::new(self.axes_of::<2, 3>(material, factors, directions)),
-            _ => Box::new(self.axes_of::<3, 4>(material, factors, directions)),
+        match (self.dimension, self.order) {
+            (2, 1) => Box::new(self.axes_of::<2, 3>(material, factors, directions)),
+            (2, _) => Box::new(self.axes_of::<2, 6>(material, factors, directions)),
+            (_, 1) => Box::new(self.axes_of::<3, 4>(material, factors, directions)),
+            _ => Box::new(self.axes_of::<3, 10>(material, factors, directions)),
         }
     }
 

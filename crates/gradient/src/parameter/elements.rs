@@ -1,10 +1,13 @@
-//! Linear triangles in the plane and linear tetrahedra in space, one by one.
+//! Triangles in the plane and tetrahedra in space, of first and second order, one by one.
 //!
-//! An element of rest volume `w` with edges `D_m` at rest has `E = w psi(F)`, `F = D_s D_m^-1`. With `G`
-//! made of `p` as `F` is of the positions, `p . dE/dx = w P(F) : G`: linear in `psi`.
+//! An element has `E = sum_q w psi(F)` over its points of rest volumes `w` with gradients `b_a` of the shape
+//! functions, `F = sum_a x_a b_a^T`. With `G` made of `p` as `F` is of the positions, `p . dE/dx = sum_q w
+//! P(F) : G`: linear in `psi`.
 
 use pliant::algebra::Mat;
-use pliant::element::simplex_rest;
+use pliant::element::{
+    QuadraturePoint, quadrature_count, quadrature_points, quadrature_position, shape_functions,
+};
 use pliant::energy::elastic::points_of;
 use pliant::material::{Material, MaterialSpec, MaterialVisitor, Psd};
 
@@ -43,56 +46,81 @@ impl<const D: usize> MaterialVisitor<D> for Maker {
     }
 }
 
-/// Linear elements at rest.
+/// Simplices of first or second order at rest.
 #[derive(Clone)]
 pub(super) struct ModulusElements<const D: usize, const N: usize> {
     /// Vertices, by their numbers in the simulation.
     vertices: Vec<[u32; N]>,
-    /// `D_m^-1` and `w`.
-    rest: Vec<(Mat<f64, D>, f64)>,
+    /// Points at which energies are summed, those of one element after those of another.
+    points: Vec<QuadraturePoint<D, N>>,
 }
 
 impl<const D: usize, const N: usize> ModulusElements<D, N> {
     pub(super) fn new(cells: &[u32], rest: &[f64]) -> Self {
         let vertices = cells.as_chunks::<N>().0.to_vec();
-        let rest = vertices.iter().map(|element| simplex_rest(&points_of(rest, element))).collect();
-        ModulusElements { vertices, rest }
+        let of_element = |element: &[u32; N]| -> Vec<QuadraturePoint<D, N>> {
+            quadrature_points(&points_of(rest, element)).collect()
+        };
+        ModulusElements { points: vertices.iter().flat_map(of_element).collect(), vertices }
     }
 
-    /// `F` of the positions and `G` of the direction of element `i`.
-    pub(super) fn deformation(&self, i: usize, (x, p): (&[f64], &[f64])) -> [Mat<f64, D>; 2] {
-        let (inverse, _) = &self.rest[i];
-        [x, p].map(|rows| edges(&points_of::<D, N>(rows, &self.vertices[i])).mul(inverse))
+    /// Element `i` at each of its points.
+    pub(super) fn at(&self, i: usize) -> impl Iterator<Item = ElementPoint<'_, D, N>> {
+        let count = quadrature_count::<D, N>();
+        let element = &self.vertices[i];
+        let numbers = i * count..;
+        let points = self.points[i * count..][..count].iter().zip(numbers);
+        points.map(move |(point, number)| ElementPoint { element, point, number })
     }
 
-    /// Volume of element `i` at rest.
-    pub(super) fn volume(&self, i: usize) -> f64 {
-        self.rest[i].1
+    /// Nodes of the element of every point, by their numbers in the simulation, and shape functions there.
+    pub(super) fn nodes(&self) -> impl Iterator<Item = (&[u32; N], [f64; N])> {
+        let of_point = |q| shape_functions::<D, N>(&quadrature_position::<D, N>(q));
+        let values: Vec<[f64; N]> = (0..quadrature_count::<D, N>()).map(of_point).collect();
+        self.vertices.iter().flat_map(move |element| values.clone().into_iter().map(move |n| (element, n)))
     }
 
-    /// Adds `w T D_m^-T` at the vertices of element `i`: what `w T : G` is the product of with the direction
-    /// that `G` is made of.
-    pub(super) fn add_at(&self, i: usize, stress: &Mat<f64, D>, rows: &mut [f64]) {
-        let (element, (inverse, volume)) = (&self.vertices[i], &self.rest[i]);
-        let by_edges = stress.mul_transpose(inverse).scale(*volume);
-        for (a, vertex) in element[1..].iter().enumerate() {
-            for (end, sign) in [(*vertex, 1.0), (element[0], -1.0)] {
-                let row = &mut rows[end as usize * D..][..D];
-                (0..D).for_each(|k| row[k] += sign * by_edges[k][a]);
+    /// Places of all points at rest, third component 0 in 2D; `rest` flat [m].
+    pub(super) fn places(&self, rest: &[f64]) -> Vec<[f64; 3]> {
+        let place = |(element, values): (&[u32; N], [f64; N])| {
+            let mut place = [0.0; 3];
+            for (node, n) in points_of::<D, N>(rest, element).iter().zip(values) {
+                place.iter_mut().zip(node).for_each(|(sum, x)| *sum += n * x);
             }
-        }
+            place
+        };
+        self.nodes().map(place).collect()
     }
 }
 
-/// `[x_1 - x_0, .., x_D - x_0]`, by columns.
-fn edges<const D: usize, const N: usize>(points: &[[f64; D]; N]) -> Mat<f64, D> {
-    let mut edges = Mat::zero();
-    for i in 0..D {
-        for a in 0..D {
-            edges[i][a] = points[a + 1][i] - points[0][i];
+/// A point of an element.
+#[derive(Clone, Copy)]
+pub(super) struct ElementPoint<'a, const D: usize, const N: usize> {
+    element: &'a [u32; N],
+    point: &'a QuadraturePoint<D, N>,
+    /// Its number among all points.
+    pub(super) number: usize,
+}
+
+impl<const D: usize, const N: usize> ElementPoint<'_, D, N> {
+    /// `F` of the positions and `G` of the direction.
+    pub(super) fn deformation(&self, (x, p): (&[f64], &[f64])) -> [Mat<f64, D>; 2] {
+        [x, p].map(|rows| self.point.deformation_gradient(&points_of(rows, self.element)))
+    }
+
+    /// Volume at rest that it stands for.
+    pub(super) fn volume(&self) -> f64 {
+        self.point.weight
+    }
+
+    /// Adds `w T b_a` at the nodes: what `w T : G` is the product of with the direction that `G` is made of.
+    pub(super) fn add(&self, stress: &Mat<f64, D>, rows: &mut [f64]) {
+        for (vertex, gradient) in self.element.iter().zip(&self.point.gradients) {
+            let row = stress.mul_vec(gradient);
+            let rows = &mut rows[*vertex as usize * D..][..D];
+            rows.iter_mut().zip(row).for_each(|(sum, row)| *sum += self.point.weight * row);
         }
     }
-    edges
 }
 
 /// A number of each element, with `d psi/d theta = sum_i c_i psi_i` as [`Modulus`](super::Modulus) has it
@@ -109,51 +137,62 @@ impl<const D: usize, const N: usize> Parameter for ElementModuli<D, N> {
 
     fn add_mode(&mut self, of: &ModeUse<'_>, derivative: &mut [f64]) -> bool {
         for (i, derivative) in derivative.iter_mut().enumerate() {
-            let [f, g] = self.elements.deformation(i, (of.x, of.shape));
-            let along =
-                |(factor, psi): &(f64, Box<dyn ElementEnergy<D>>)| factor * psi.stress_along(&f, &g).dot(&g);
-            *derivative += self.elements.rest[i].1 * self.parts.iter().map(along).sum::<f64>();
+            for at in self.elements.at(i) {
+                let [f, g] = at.deformation((of.x, of.shape));
+                let along = |(factor, psi): &(f64, Box<dyn ElementEnergy<D>>)| {
+                    factor * psi.stress_along(&f, &g).dot(&g)
+                };
+                *derivative += at.volume() * self.parts.iter().map(along).sum::<f64>();
+            }
         }
         true
     }
 
     fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
         for (i, change) in change.iter().enumerate() {
-            let [f, _] = self.elements.deformation(i, (of.x, of.x));
-            let mut stress = Mat::zero();
-            self.parts.iter().for_each(|(factor, psi)| stress += psi.stress(&f).scale(-factor * change));
-            self.elements.add_at(i, &stress, force);
+            for at in self.elements.at(i) {
+                let [f, _] = at.deformation((of.x, of.x));
+                let mut stress = Mat::zero();
+                self.parts.iter().for_each(|(factor, psi)| stress += psi.stress(&f).scale(-factor * change));
+                at.add(&stress, force);
+            }
         }
         true
     }
 
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
         for (i, derivative) in derivative.iter_mut().enumerate() {
-            let [f, g] = self.elements.deformation(i, (of.x, of.p));
-            let along: f64 = self.parts.iter().map(|(factor, psi)| factor * psi.stress(&f).dot(&g)).sum();
-            *derivative -= self.elements.rest[i].1 * along;
+            for at in self.elements.at(i) {
+                let [f, g] = at.deformation((of.x, of.p));
+                let along: f64 = self.parts.iter().map(|(factor, psi)| factor * psi.stress(&f).dot(&g)).sum();
+                *derivative -= at.volume() * along;
+            }
         }
     }
 }
 
-/// Linear elements of a body at rest, and where they are.
+/// Simplices of a body at rest, and where they are.
 #[derive(Clone, Copy, Debug)]
-pub struct LinearElements<'a> {
+pub struct BodySimplices<'a> {
     /// 2 or 3.
     pub dimension: usize,
-    /// Vertices, by their numbers in the simulation, flat: three of each triangle, four of each tetrahedron.
+    /// 1 or 2.
+    pub order: u32,
+    /// Vertices, by their numbers in the simulation, flat: corners, then middles of edges, of each element.
     pub cells: &'a [u32],
     /// Rest positions of all vertices of the simulation, flat [m].
     pub rest: &'a [f64],
 }
 
-impl LinearElements<'_> {
+impl BodySimplices<'_> {
     /// A number of each element whose energy densities are these, factors first: see
     /// [`Modulus`](super::Modulus).
     pub fn moduli(&self, parts: &[(f64, MaterialSpec)]) -> Box<dyn Parameter> {
-        match self.dimension {
-            2 => self.moduli_of::<2, 3>(parts),
-            _ => self.moduli_of::<3, 4>(parts),
+        match (self.dimension, self.order) {
+            (2, 1) => self.moduli_of::<2, 3>(parts),
+            (2, _) => self.moduli_of::<2, 6>(parts),
+            (_, 1) => self.moduli_of::<3, 4>(parts),
+            _ => self.moduli_of::<3, 10>(parts),
         }
     }
 

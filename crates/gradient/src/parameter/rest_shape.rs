@@ -21,7 +21,7 @@ use pliant::energy::elastic::points_of;
 use pliant::material::{MaterialSpec, material_axes};
 use pliant_scene::OverTime;
 
-use super::elements::{ElementEnergy, Maker};
+use super::elements::{ElementEnergy, Maker, ModulusElements};
 use super::mass::{add_by_mass, by_mass, mode_by_mass, uniform_gravity};
 use super::{ForceUse, ModeUse, Parameter, ParameterNeeds};
 
@@ -30,10 +30,17 @@ use super::{ForceUse, ModeUse, Parameter, ParameterNeeds};
 pub struct FibreTension {
     /// Direction of any length in each element, third component 0 in 2D.
     pub directions: Vec<[f64; 3]>,
-    /// By the place of the middle of the element [Pa].
+    /// By the places of the points of an element at which its energy is summed [Pa].
     pub tension: OverTime,
-    /// Middle of each element at rest, or one of all where the tension is the same everywhere [m].
-    pub places: Vec<[f64; 3]>,
+}
+
+/// Force per volume on elements, between whose vertices it is interpolated.
+#[derive(Clone, Debug)]
+pub struct VolumeForce {
+    /// Components, by the places of vertices [N/m^d].
+    pub components: Vec<OverTime>,
+    /// Vertices at which it has this value, by their numbers in the simulation; it is zero at others.
+    pub vertices: Vec<u32>,
 }
 
 /// Simplices of a body at rest, and what is made of their shape.
@@ -56,9 +63,8 @@ pub struct ShapedElements<'a> {
     pub axes: &'a [Mat<f64, 3>],
     /// Tensions along fibres.
     pub muscles: &'a [FibreTension],
-    /// Components of forces per volume on all elements [N/m^d], by the places of vertices, between which they
-    /// are interpolated.
-    pub body_forces: &'a [Vec<OverTime>],
+    /// Forces per volume.
+    pub body_forces: &'a [VolumeForce],
     /// Viscosity, whatever their stiffness.
     pub viscosity: Viscosity,
     /// Density [kg/m^3]; `None` where masses do not go by volumes.
@@ -100,7 +106,9 @@ struct RestShape<const D: usize, const N: usize> {
     axes: Vec<Mat<f64, D>>,
     /// Tensions, and `a a^T` of the unit vector `a` in each element.
     muscles: Vec<(FibreTension, Vec<Mat<f64, D>>)>,
-    body_forces: Vec<Vec<OverTime>>,
+    /// Places at rest of the points at which energies are summed, where there are muscles [m].
+    point_places: Vec<[f64; 3]>,
+    body_forces: Vec<VolumeForce>,
     viscosity: Viscosity,
     density: f64,
     weight: Option<[f64; 3]>,
@@ -227,7 +235,13 @@ impl<const D: usize, const N: usize> RestShape<D, N> {
         let points = |element: &[u32; N]| -> Vec<QuadraturePoint<D, N>> {
             quadrature_points(&nodes(element)).collect()
         };
+        let point_places = if of.muscles.is_empty() {
+            vec![]
+        } else {
+            ModulusElements::<D, N>::new(of.cells, of.rest).places(of.rest)
+        };
         RestShape {
+            point_places,
             points: elements.iter().flat_map(points).collect(),
             places: vertices.iter().filter(|_| !of.body_forces.is_empty()).map(corner).collect(),
             masses,
@@ -252,13 +266,13 @@ impl<const D: usize, const N: usize> RestShape<D, N> {
         self.elements.iter().zip(points).enumerate().map(|(i, (element, points))| (i, element, points))
     }
 
-    /// `P` of element `i`.
-    fn stress(&self, i: usize, f: &Mat<f64, D>, time: f64) -> Mat<f64, D> {
+    /// `P` of element `i` at its point `q`.
+    fn stress(&self, (i, q): (usize, usize), f: &Mat<f64, D>, time: f64) -> Mat<f64, D> {
         let stress = match self.axes.get(i) {
             None => self.psi.stress(f),
             Some(axes) => self.psi.stress(&f.mul(axes)).mul_transpose(axes),
         };
-        stress.scale(self.factors[i]) + self.tension(i, f, time)
+        stress.scale(self.factors[i]) + self.tension((i, q), f, time)
     }
 
     /// `dP/dF : G` of element `i` without muscles.
@@ -271,9 +285,9 @@ impl<const D: usize, const N: usize> RestShape<D, N> {
     }
 
     /// `T F a a^T` of all muscles, linear in `F`.
-    fn tension(&self, i: usize, f: &Mat<f64, D>, time: f64) -> Mat<f64, D> {
+    fn tension(&self, (i, q): (usize, usize), f: &Mat<f64, D>, time: f64) -> Mat<f64, D> {
         let of_muscle = |(muscle, both): &(FibreTension, Vec<Mat<f64, D>>)| {
-            let place = muscle.places[i.min(muscle.places.len() - 1)];
+            let place = self.point_places[i * quadrature_count::<D, N>() + q];
             f.mul(&both[i]).scale(muscle.tension.value(place, time))
         };
         self.muscles.iter().map(of_muscle).fold(Mat::zero(), |sum, stress| sum + stress)
@@ -281,17 +295,16 @@ impl<const D: usize, const N: usize> RestShape<D, N> {
 
     /// Forces per volume at a time [N/m^d]; `None` where there are none.
     fn forces_at(&self, time: f64) -> Option<BodyForces<D>> {
-        let (mut values, mut slopes) = (vec![], vec![]);
-        for place in &self.places {
-            let (mut value, mut slope) = ([0.0; D], [[0.0; 3]; D]);
-            for force in &self.body_forces {
-                for (c, component) in force.iter().enumerate().take(D) {
-                    value[c] += component.value(*place, time);
-                    slope[c].iter_mut().zip(component.slope(*place, time)).for_each(|(sum, by)| *sum += by);
+        let count = self.places.len();
+        let (mut values, mut slopes) = (vec![[0.0; D]; count], vec![[[0.0; 3]; D]; count]);
+        for VolumeForce { components, vertices } in self.body_forces.iter().filter(|_| count > 0) {
+            for at in vertices.iter().map(|vertex| self.place[*vertex as usize] as usize) {
+                let (place, value, slope) = (self.places[at], &mut values[at], &mut slopes[at]);
+                for (c, component) in components.iter().enumerate().take(D) {
+                    value[c] += component.value(place, time);
+                    slope[c].iter_mut().zip(component.slope(place, time)).for_each(|(sum, by)| *sum += by);
                 }
             }
-            values.push(value);
-            slopes.push(slope);
         }
         (!values.is_empty()).then_some(BodyForces { values, slopes })
     }
@@ -301,16 +314,16 @@ impl<const D: usize, const N: usize> RestShape<D, N> {
         self.elements[i].map(|vertex| self.place[vertex as usize] as usize)
     }
 
-    /// `K` of the energy of element `i` and of its viscosity at a point.
+    /// `K` of the energy of element `i` and of its viscosity at its point `q`.
     fn rate(
         &self,
-        (i, element): (usize, &[u32; N]),
+        ((i, q), element): ((usize, usize), &[u32; N]),
         point: &QuadraturePoint<D, N>,
         of: &ForceUse<'_>,
     ) -> Mat<f64, D> {
         let [f, g, l] = [of.x, of.p, of.v].map(|rows| gradient(rows, element, point));
-        let stress = self.stress(i, &f, of.time);
-        let along = self.passive_along(i, &f, &g) + self.tension(i, &g, of.time);
+        let stress = self.stress((i, q), &f, of.time);
+        let along = self.passive_along(i, &f, &g) + self.tension((i, q), &g, of.time);
         let rate = Mat::scalar(stress.dot(&g)) - f.transpose_mul(&along) - g.transpose_mul(&stress);
         if self.viscosity == Viscosity::default() {
             return rate;
@@ -324,14 +337,14 @@ impl<const D: usize, const N: usize> RestShape<D, N> {
     /// Adds `-w dP/dB : B b_a` at the nodes of element `i`: the transpose of its [`rate`](Self::rate).
     fn add_rate(
         &self,
-        (i, element): (usize, &[u32; N]),
+        ((i, q), element): ((usize, usize), &[u32; N]),
         point: &QuadraturePoint<D, N>,
         (of, b): (&ForceUse<'_>, &Mat<f64, D>),
         force: &mut [f64],
     ) {
         let [f, l] = [of.x, of.v].map(|rows| gradient(rows, element, point));
-        let (stress, growth, changed) = (self.stress(i, &f, of.time), b.trace(), f.mul(b));
-        let along = self.passive_along(i, &f, &changed) + self.tension(i, &changed, of.time);
+        let (stress, growth, changed) = (self.stress((i, q), &f, of.time), b.trace(), f.mul(b));
+        let along = self.passive_along(i, &f, &changed) + self.tension((i, q), &changed, of.time);
         let mut by_shape = stress.mul_transpose(b) + along - stress.scale(growth);
         if self.viscosity != Viscosity::default() {
             let a = f.transpose_mul(&l);
@@ -481,8 +494,8 @@ impl<const D: usize, const N: usize> Parameter for RestShape<D, N> {
         }
         for (i, element, points) in self.each() {
             let moved = points_of(change, &element.map(|vertex| self.place[vertex as usize]));
-            for point in points {
-                self.add_rate((i, element), point, (of, &point.deformation_gradient(&moved)), force);
+            for (q, point) in points.iter().enumerate() {
+                self.add_rate(((i, q), element), point, (of, &point.deformation_gradient(&moved)), force);
             }
             if self.density == 0.0 {
                 continue;
@@ -507,8 +520,8 @@ impl<const D: usize, const N: usize> Parameter for RestShape<D, N> {
 
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
         for (i, element, points) in self.each() {
-            for point in points {
-                let rate = self.rate((i, element), point, of).scale(-1.0);
+            for (q, point) in points.iter().enumerate() {
+                let rate = self.rate(((i, q), element), point, of).scale(-1.0);
                 self.spread(element, point, &rate, derivative);
             }
         }

@@ -25,6 +25,12 @@ fn block(scheme: &str, dimension: usize, material: &str, axes: &str) -> Scene {
     constants::block(scheme, (dimension, 1, ""), &material)
 }
 
+/// The same of second order.
+fn quadratic(scheme: &str, dimension: usize, material: &str, axes: &str) -> Scene {
+    let material = format!("{material}\nelastic_axes = {axes}\nelastic_factor = 1.3");
+    constants::block(scheme, (dimension, 2, ""), &material)
+}
+
 /// The same of quadrilaterals or hexahedra.
 fn cells(scheme: &str, dimension: usize, material: &str, axes: &str) -> Scene {
     let kind = if dimension == 2 { "quadrilateral" } else { "hexahedron" };
@@ -83,6 +89,18 @@ fn directions_of_axes_in_each_element_have_derivatives() {
 }
 
 #[test]
+fn directions_of_axes_in_each_element_of_second_order_have_derivatives() {
+    for (dimension, (scheme, steps)) in [2, 3].into_iter().flat_map(|d| SCHEMES.map(|run| (d, run))) {
+        let first = directions(dimension, [1.2, 0.4, 0.3], 1.0);
+        let of = |first: &[f64]| {
+            quadratic(scheme, dimension, FORMULA, &format!("{{ first = {} }}", listed(dimension, first)))
+        };
+        let (what, size) = (format!("{scheme}, {dimension}D"), vec![1.0; first.len()]);
+        compare_numbers(&what, of, (&name("first"), &first, &size), (steps, 1e-6));
+    }
+}
+
+#[test]
 fn directions_of_axes_in_each_cell_have_derivatives() {
     for (dimension, (scheme, steps)) in [2, 3].into_iter().flat_map(|d| SCHEMES.map(|run| (d, run))) {
         let materials = if scheme == "quasi-static" { &[FORMULA][..] } else { &[FIBRES, FORMULA] };
@@ -113,6 +131,7 @@ fn tangents_by_directions_of_axes_are_the_transpose_of_gradients() {
     let axes = "{ first = { direction = ['cos(X)', 'sin(X)', 0.2] }, second = { direction = [0, 0, 1] } }";
     for material in [FIBRES, FORMULA] {
         compare("axes", &block("bdf2", 3, material, axes), &[&name("first"), &name("second")], 12);
+        compare("quadratic", &quadratic("bdf2", 3, material, axes), &[&name("first"), &name("second")], 12);
         compare("cells", &cells("bdf2", 3, material, axes), &[&name("first"), &name("second")], 12);
     }
 }

@@ -4,7 +4,7 @@ use pliant_gradient::names;
 use pliant_scene::Scene;
 
 use crate::by_parameters::compare;
-use crate::differences::compare_shape;
+use crate::differences::{compare_numbers, compare_shape};
 use crate::solid::{assembled, rows};
 use crate::support::{scattered, scene};
 
@@ -165,11 +165,60 @@ fn shapes_with_fibres_by_places_have_derivatives() {
         .replace("'Y - 0.3']", "'Y - 0.3', 'Z']")
         .replace("[1, 0] }, tension", "[1, 0, 0.2] }, tension")
         .replace("'sin(2*X)'] }", "'sin(2*X)', 'Z'] }, second = { direction = ['Y', 1, 'X*Z'] }");
-    for (dimension, (scheme, steps)) in [2, 3].into_iter().flat_map(|d| RUNS.map(|run| (d, run))) {
-        let of = |h: f64| block(scheme, (dimension, 1), h, if dimension == 2 { plane } else { &space });
-        compare_shape(&format!("{scheme}, {dimension}D"), of, ("block", 0.02), (steps, 1e-6));
+    for (kind, (scheme, steps)) in KINDS.into_iter().flat_map(|kind| RUNS.map(|run| (kind, run))) {
+        let of = |h: f64| block(scheme, kind, h, if kind.0 == 2 { plane } else { &space });
+        compare_shape(&format!("{scheme}, {kind:?}"), of, ("block", 0.02), (steps, 1e-6));
         let steps = if scheme == "quasi-static" { 1 } else { steps };
-        compare(&format!("{scheme}, {dimension}D"), &of(0.0), &["body.block.rest"], steps);
+        compare(&format!("{scheme}, {kind:?}"), &of(0.0), &["body.block.rest"], steps);
+    }
+}
+
+/// Young's modulus and fibres of each element of second order.
+#[test]
+fn numbers_of_single_elements_of_second_order_have_derivatives() {
+    for (d, (scheme, steps)) in [2, 3].into_iter().flat_map(|d| RUNS.map(|run| (d, run))) {
+        let (what, count) = (format!("{scheme}, {d}D"), if d == 2 { 4 } else { 6 });
+        let of = |young: &[f64], directions: &[f64]| {
+            let factors: Vec<f64> = young.iter().map(|young| young / 4e4).collect();
+            let fibres: Vec<&[f64]> = directions.chunks(d).collect();
+            let more = format!(
+                "{MASS}
+                 elastic_factor = {factors:?}
+                 muscle = [{{ fibre = {{ per_element = {fibres:?} }}, tension = '6e3*(1 + Y)*cos(9*t)' }}]"
+            );
+            block(scheme, (d, 2), 0.0, &further("neo-hookean", &more))
+        };
+        let young: Vec<f64> = scattered(count, 2.0).iter().map(|c| 4e4 * (1.0 + 0.5 * c)).collect();
+        let directions: Vec<f64> = scattered(count * d, 3.0).iter().map(|c| 1.0 + 1.5 * c).collect();
+        let names = ["body.block.elastic.young_per_element", "body.block.muscle.0.fibre.per_element"];
+        compare_numbers(&what, |young| of(young, &directions), (names[0], &young, &young), (steps, 1e-6));
+        let sizes = vec![1.0; directions.len()];
+        let of_fibres = |directions: &[f64]| of(&young, directions);
+        compare_numbers(&what, of_fibres, (names[1], &directions, &sizes), (steps, 1e-6));
+        let steps = if scheme == "quasi-static" { 1 } else { steps };
+        compare(&what, &of(&young, &directions), &names, steps);
+    }
+}
+
+/// Forces per volume at some vertices, of which elements have two corners, one or none.
+#[test]
+fn shapes_with_body_forces_on_parts_have_derivatives() {
+    let plane = "load = [
+        { body_force = ['900*cos(30*t)', '-400 - 3e4*t'], vertices = [1, 2] },
+        { body_force = ['2e3*X*Y', '900*sin(3*X)'], half_space = { normal = [-1, 0], offset = -0.47 } },
+        { body_force = [200.0, 100.0] },
+    ]";
+    let space = plane
+        .replace("3e4*t']", "3e4*t', 500]")
+        .replace("sin(3*X)']", "sin(3*X)', '1e3*Z^2']")
+        .replace("normal = [-1, 0], offset = -0.47", "normal = [-1, 0, 0], offset = -0.2")
+        .replace("100.0]", "100.0, -300.0]");
+    for (kind, (scheme, steps)) in KINDS.into_iter().flat_map(|kind| RUNS.map(|run| (kind, run))) {
+        let loads = if kind.0 == 2 { plane } else { &space };
+        let of = |h: f64| block(scheme, kind, h, &further("neo-hookean", &format!("{MASS}\n{loads}")));
+        compare_shape(&format!("{scheme}, {kind:?}"), of, ("block", 0.02), (steps, 1e-6));
+        let steps = if scheme == "quasi-static" { 1 } else { steps };
+        compare(&format!("{scheme}, {kind:?}"), &of(0.0), &["body.block.rest"], steps);
     }
 }
 
@@ -196,7 +245,7 @@ fn shapes_with_loads_on_areas_and_places_have_derivatives() {
     }
 }
 
-/// Pins whose displacement goes by the place, under damping.
+/// Pins whose displacement goes by the place, under damping, and that turn besides.
 #[test]
 fn shapes_with_motion_by_places_have_derivatives() {
     for (kind, (scheme, steps)) in KINDS.into_iter().flat_map(|kind| RUNS.map(|run| (kind, run))) {
@@ -206,15 +255,25 @@ fn shapes_with_motion_by_places_have_derivatives() {
         };
         let damping =
             if scheme == "quasi-static" { "" } else { "damping = { stiffness_proportional = 5e-3 }" };
-        let of = |h: f64| {
-            let mut scene = block(scheme, kind, h, &further("neo-hookean", &format!("{MASS}\n{damping}")));
-            let motion = serde_json::json!({ "displacement": displacement });
-            scene.body[0].pin[0].motion = Some(serde_json::from_value(motion).unwrap());
-            scene
-        };
-        compare_shape(&format!("{scheme}, {kind:?}"), of, ("block", 0.02), (steps, 1e-6));
-        let steps = if scheme == "quasi-static" { 1 } else { steps };
-        compare(&format!("{scheme}, {kind:?}"), &of(0.0), &["body.block.rest"], steps);
+        for turns in [false, true] {
+            let of = |h: f64| {
+                let mut scene =
+                    block(scheme, kind, h, &further("neo-hookean", &format!("{MASS}\n{damping}")));
+                let mut motion = serde_json::json!({ "displacement": displacement });
+                if turns {
+                    motion["rotation"] = match kind.0 {
+                        2 => serde_json::json!({ "point": [0.1, 0.2], "speed": 2.0 }),
+                        _ => serde_json::json!({ "point": [0.1, 0.2, 0.1], "axis": [1, 2, 0], "speed": 2.0 }),
+                    };
+                }
+                scene.body[0].pin[0].motion = Some(serde_json::from_value(motion).unwrap());
+                scene
+            };
+            let what = format!("{scheme}, {kind:?}, {turns}");
+            compare_shape(&what, of, ("block", 0.02), (steps, 1e-6));
+            let steps = if scheme == "quasi-static" { 1 } else { steps };
+            compare(&what, &of(0.0), &["body.block.rest"], steps);
+        }
     }
 }
 
@@ -241,23 +300,23 @@ fn shapes_of_which_more_is_made_are_not_offered() {
     };
     let proportional = format!("{MASS}\ndamping = {{ stiffness_proportional = 1e-3 }}");
     assert!(has("rk4", "neo-hookean", &proportional) && !has("rk4", "linear", &proportional));
-    for (more, is_offered) in [
-        ("load = [{ body_force = [1.0, 2.0] }]", true),
-        ("load = [{ body_force = [1.0, '2.0*X'] }]", true),
-        ("load = [{ body_force = [1.0, 2.0], vertices = [1] }]", false),
-        ("load = [{ traction = ['X*Y', 2.0] }, { force = ['Y', 0] }]", true),
-        ("load = [{ pressure = 'X' }]", true),
-        ("muscle = [{ fibre = { direction = [1, 'X'] }, tension = '1 + X' }]", true),
-        ("muscle = [{ fibre = { direction = [1, 0] }, tension = '1 + t' }]", true),
-    ] {
-        assert_eq!(has("rk4", "neo-hookean", &format!("{MASS}\n{more}")), is_offered, "{more}");
-    }
-    let quadratic = |more: &str| {
-        let scene = block("rk4", (2, 2), 0.0, &further("neo-hookean", &format!("{MASS}\n{more}")));
-        names(&scene, &assembled(&scene).1).iter().any(|name| name == "body.block.rest")
+    // Which point of a shape at rest is nearest changes with it.
+    let tied = |target: &str| {
+        let mut tied = block("rk4", (2, 1), 0.0, &further("neo-hookean", MASS));
+        let mut dust = tied.body[0].clone();
+        dust.name = Some("dust".into());
+        tied.body.push(dust);
+        let value = if target == "vertices" { serde_json::json!([2]) } else { serde_json::json!(0.1) };
+        let tie = serde_json::json!({
+            "body": "dust",
+            "vertices": [2],
+            "stiffness": 10.0,
+            "target": { "body": "block", target: value },
+        });
+        tied.attachment.push(serde_json::from_value(tie).unwrap());
+        names(&tied, &assembled(&tied).1).iter().any(|name| name == "body.block.rest")
     };
-    assert!(quadratic("muscle = [{ fibre = { direction = [1, 0] }, tension = '1 + t' }]"));
-    assert!(!quadratic("muscle = [{ fibre = { direction = [1, 'X'] }, tension = 1.0 }]"));
+    assert!(tied("vertices") && !tied("nearest_point"));
     let by_masses = format!("{MASS}\ndamping = {{ mass_proportional = 1.0 }}");
     assert!(has("rk4", "linear", &by_masses) && !has("quasi-static", "linear", &by_masses));
 }
