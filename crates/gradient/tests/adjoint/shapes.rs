@@ -56,6 +56,23 @@ fn further(material: &str, more: &str) -> String {
 
 const MASS: &str = "mass = { density = 1000.0 }";
 
+/// Compares derivatives by the shape at rest with differences over its steps, and then with tangents: of one
+/// step in statics.
+fn compare_rest(what: &str, of: impl Fn(f64) -> Scene + Copy, (scheme, steps): (&str, u64)) {
+    compare_shape(what, of, ("block", 0.02), (steps, 1e-6));
+    let steps = if scheme == "quasi-static" { 1 } else { steps };
+    compare(what, &of(0.0), &["body.block.rest"], steps);
+}
+
+/// Compares them under these loads in the plane and in space, for all kinds of elements and all schemes.
+fn compare_loads([plane, space]: [&str; 2]) {
+    for (kind, (scheme, steps)) in KINDS.into_iter().flat_map(|kind| RUNS.map(|run| (kind, run))) {
+        let loads = if kind.0 == 2 { plane } else { space };
+        let of = |h: f64| block(scheme, kind, h, &further("neo-hookean", &format!("{MASS}\n{loads}")));
+        compare_rest(&format!("{scheme}, {kind:?}"), of, (scheme, steps));
+    }
+}
+
 #[test]
 fn shapes_at_rest_have_derivatives() {
     for (kind, (scheme, steps)) in KINDS.into_iter().flat_map(|kind| RUNS.map(|run| (kind, run))) {
@@ -141,9 +158,7 @@ fn shapes_with_body_forces_muscles_and_axes_have_derivatives() {
         let more = if kind.0 == 2 { FURTHER.to_owned() } else { in_space() };
         for more in [more.clone(), more.replace("total = 150.0", "density = 1000.0")] {
             let of = |h: f64| block(scheme, kind, h, &more);
-            compare_shape(&format!("{scheme}, {kind:?}"), of, ("block", 0.02), (steps, 1e-6));
-            let steps = if scheme == "quasi-static" { 1 } else { steps };
-            compare(&format!("{scheme}, {kind:?}"), &of(0.0), &["body.block.rest"], steps);
+            compare_rest(&format!("{scheme}, {kind:?}"), of, (scheme, steps));
         }
     }
 }
@@ -167,9 +182,7 @@ fn shapes_with_fibres_by_places_have_derivatives() {
         .replace("'sin(2*X)'] }", "'sin(2*X)', 'Z'] }, second = { direction = ['Y', 1, 'X*Z'] }");
     for (kind, (scheme, steps)) in KINDS.into_iter().flat_map(|kind| RUNS.map(|run| (kind, run))) {
         let of = |h: f64| block(scheme, kind, h, if kind.0 == 2 { plane } else { &space });
-        compare_shape(&format!("{scheme}, {kind:?}"), of, ("block", 0.02), (steps, 1e-6));
-        let steps = if scheme == "quasi-static" { 1 } else { steps };
-        compare(&format!("{scheme}, {kind:?}"), &of(0.0), &["body.block.rest"], steps);
+        compare_rest(&format!("{scheme}, {kind:?}"), of, (scheme, steps));
     }
 }
 
@@ -213,13 +226,7 @@ fn shapes_with_body_forces_on_parts_have_derivatives() {
         .replace("sin(3*X)']", "sin(3*X)', '1e3*Z^2']")
         .replace("normal = [-1, 0], offset = -0.47", "normal = [-1, 0, 0], offset = -0.2")
         .replace("100.0]", "100.0, -300.0]");
-    for (kind, (scheme, steps)) in KINDS.into_iter().flat_map(|kind| RUNS.map(|run| (kind, run))) {
-        let loads = if kind.0 == 2 { plane } else { &space };
-        let of = |h: f64| block(scheme, kind, h, &further("neo-hookean", &format!("{MASS}\n{loads}")));
-        compare_shape(&format!("{scheme}, {kind:?}"), of, ("block", 0.02), (steps, 1e-6));
-        let steps = if scheme == "quasi-static" { 1 } else { steps };
-        compare(&format!("{scheme}, {kind:?}"), &of(0.0), &["body.block.rest"], steps);
-    }
+    compare_loads([plane, &space]);
 }
 
 /// Forces on areas and at places that go by formulas of these.
@@ -236,13 +243,7 @@ fn shapes_with_loads_on_areas_and_places_have_derivatives() {
         .replace("normal = [-1, 0], offset = -0.7", "normal = [0, 0, -1], offset = -0.3")
         .replace("'20*sin(4*X*Y)'", "'20*sin(4*X*Z)', 3.0")
         .replace("'5*Y', 3.0", "'5*Y', 3.0, 'Z'");
-    for (kind, (scheme, steps)) in KINDS.into_iter().flat_map(|kind| RUNS.map(|run| (kind, run))) {
-        let loads = if kind.0 == 2 { plane } else { &space };
-        let of = |h: f64| block(scheme, kind, h, &further("neo-hookean", &format!("{MASS}\n{loads}")));
-        compare_shape(&format!("{scheme}, {kind:?}"), of, ("block", 0.02), (steps, 1e-6));
-        let steps = if scheme == "quasi-static" { 1 } else { steps };
-        compare(&format!("{scheme}, {kind:?}"), &of(0.0), &["body.block.rest"], steps);
-    }
+    compare_loads([plane, &space]);
 }
 
 /// Pins whose displacement goes by the place, under damping, and that turn besides.
@@ -270,9 +271,7 @@ fn shapes_with_motion_by_places_have_derivatives() {
                 scene
             };
             let what = format!("{scheme}, {kind:?}, {turns}");
-            compare_shape(&what, of, ("block", 0.02), (steps, 1e-6));
-            let steps = if scheme == "quasi-static" { 1 } else { steps };
-            compare(&what, &of(0.0), &["body.block.rest"], steps);
+            compare_rest(&what, of, (scheme, steps));
         }
     }
 }
