@@ -590,7 +590,7 @@ mod tests {
         }
     }
 
-    /// What one solver lends another finds what its own would have, to the last bit.
+    /// A solver that goes on with what another lends finds what it would by its own, to the last bit.
     #[test]
     fn lent_structures_leave_the_bits() {
         let (mut lender, mut fresh) = (block(), block());

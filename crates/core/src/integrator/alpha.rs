@@ -172,9 +172,9 @@ impl Integrator for Alpha {
 impl Alpha {
     /// Makes the acceleration that of a step of `h` [s]. Where `alpha_m` is not `alpha_f`, it is that of
     /// another time: `a_n = x''(t_n + (alpha_m - alpha_f) h) + O(h^2)`, as the equation of motion shows for a
-    /// solution that goes on so, and with another step it moves along the difference of the last two: `a_n +
-    /// (alpha_m - alpha_f) (h / h_last - 1) (a_n - a_(n-1))`. Without that, steps that change in size would be
-    /// of order 1.
+    /// solution that goes on so, and with another step it moves along the difference of the last two:
+    /// `a_n + (alpha_m - alpha_f) (h / h_last - 1) (a_n - a_(n-1))`. Without that, steps that change in size
+    /// would be of order 1.
     fn resize(&mut self, h: f64) {
         let AlphaCoefficients { alpha_m, alpha_f, .. } = self.coefficients;
         let factor = (alpha_m - alpha_f) * (h / self.size - 1.0);

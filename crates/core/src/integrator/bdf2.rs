@@ -77,7 +77,8 @@ pub struct Bdf2 {
     after: NextState,
     /// The step, and the version of the structure.
     step: Option<(f64, u64)>,
-    /// What `step` was before the last step, where the state that it began with was the one it had led to.
+    /// The value of `step` before the last step, where the state that it began with was the one it had led
+    /// to.
     earlier: Option<(f64, u64)>,
     /// True if walls put vertices back at its end: history that has velocities before and after makes them
     /// bounce.

@@ -41,7 +41,7 @@ pub(super) struct ImplicitSolve<'a> {
 pub(super) struct StageSolver {
     options: SolverOptions,
     minimizer: Option<Box<dyn Minimizer>>,
-    /// What the minimiser is to go on with, until there is one.
+    /// Structure of matrices that the minimiser is to go on with, until there is one.
     lent: Option<LentStructure>,
     target: Vec<f64>,
     at: Iterate,

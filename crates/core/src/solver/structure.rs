@@ -38,8 +38,8 @@ impl LentStructure {
 }
 
 impl<const D: usize> MatrixStructure<D> {
-    /// Itself, for others; `None` where the pattern has grown with what vertices met on their way, which
-    /// another solver has not met.
+    /// The structure, for others; `None` where the pattern has grown with what vertices met on their way,
+    /// which another solver has not met.
     pub fn lent(self) -> Option<LentStructure> {
         let bytes = self.assembler.bytes() + self.levels.as_ref().map_or(0, Preconditioner::bytes);
         self.assembler.is_fixed().then(|| LentStructure { of: Box::new(self), bytes })
