@@ -1,9 +1,10 @@
 //! Cells that are no simplices.
 
 use pliant::algebra::Mat;
+use pliant::dissipation::Viscosity;
 use pliant::element::{CellKind, CellVisitor, Isoparametric};
 use pliant::energy::EnergyTerm;
-use pliant::energy::elastic::{CellTurns, Dilatation, MeanDilatation};
+use pliant::energy::elastic::{CellShapes, CellTurns, Dilatation, MeanDilatation};
 use pliant::material::{Material, MaterialSpec, MaterialVisitor, Psd, Tangent};
 
 use crate::ElementSet;
@@ -42,6 +43,57 @@ pub fn turning_cells(
     turns: &[[Mat<f64, 3>; 3]],
 ) -> Box<dyn CellTurns> {
     kind.visit(TurningMaker { material, elements, turns })
+}
+
+/// Cells of the material and of a viscosity whose shape at rest changes: see
+/// [`ShapedCells`](pliant::energy::elastic::ShapedCells).
+///
+/// # Panics
+/// As [`cells`].
+pub fn shaped_cells(
+    material: &MaterialSpec,
+    kind: &CellKind,
+    elements: &ElementSet<'_>,
+    viscosity: Viscosity,
+) -> Box<dyn CellShapes> {
+    kind.visit(ShapedMaker { material, elements, viscosity })
+}
+
+/// Maker of shaped cells of whatever kind is visited, and of whatever material then.
+#[derive(Clone, Copy)]
+struct ShapedMaker<'a> {
+    material: &'a MaterialSpec,
+    elements: &'a ElementSet<'a>,
+    viscosity: Viscosity,
+}
+
+impl CellVisitor for ShapedMaker<'_> {
+    type Output = Box<dyn CellShapes>;
+
+    fn visit<const D: usize, const N: usize>(self, cell: &'static Isoparametric<D, N>) -> Self::Output {
+        self.material.visit::<D, _>(ShapedCellsMaker::<D, N> { of: self, cell })
+    }
+}
+
+struct ShapedCellsMaker<'a, const D: usize, const N: usize> {
+    of: ShapedMaker<'a>,
+    cell: &'static Isoparametric<D, N>,
+}
+
+impl<const D: usize, const N: usize> MaterialVisitor<D> for ShapedCellsMaker<'_, D, N> {
+    type Output = Box<dyn CellShapes>;
+
+    fn visit<M: Material<D> + Material<3> + Clone>(self, material: M) -> Self::Output {
+        let ElementSet { body, rest, stress, axes, .. } = *self.of.elements;
+        let how = (stress, Dilatation::of(self.of.material));
+        let cells = MeanDilatation::new(body, material, how, self.cell, self.of.elements.of(), rest);
+        let cells = match axes {
+            Some(axes) => cells.with_axes(axes, rest),
+            None => cells,
+        };
+        let Viscosity { shear, second } = self.of.viscosity;
+        Box::new(cells.shaped((shear, second)))
+    }
 }
 
 /// Maker of turning cells of whatever kind is visited, and of whatever material then.

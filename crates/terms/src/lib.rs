@@ -24,7 +24,7 @@ mod pressure;
 mod springs;
 mod viscous;
 
-pub use cells::{cells, change_of_cells, turning_cells};
+pub use cells::{cells, change_of_cells, shaped_cells, turning_cells};
 pub use gravity::{direct_gravity, tree_gravity};
 pub use muscle::{FibreSet, muscle};
 pub use pressure::pressure;

@@ -50,6 +50,7 @@ pub const HEXAHEDRON: Isoparametric<3, 8> = Isoparametric {
     nodes: &CORNERS,
     shape: |xi| multilinear::shape(&CORNERS, xi),
     slopes: |xi| multilinear::slopes(&CORNERS, xi),
+    moving_slopes: |xi| multilinear::slopes(&CORNERS, xi),
     points: &[
         ([-G, -G, -G], 1.0),
         ([G, -G, -G], 1.0),

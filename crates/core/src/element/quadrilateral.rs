@@ -38,5 +38,6 @@ pub const QUADRILATERAL: Isoparametric<2, 4> = Isoparametric {
     nodes: &CORNERS,
     shape: |xi| multilinear::shape(&CORNERS, xi),
     slopes: |xi| multilinear::slopes(&CORNERS, xi),
+    moving_slopes: |xi| multilinear::slopes(&CORNERS, xi),
     points: &[([-G, -G], 1.0), ([G, -G], 1.0), ([G, G], 1.0), ([-G, G], 1.0)],
 };

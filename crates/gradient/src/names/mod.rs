@@ -239,7 +239,11 @@ fn has_shape(scene: &Scene, spec: &Body, material: &MaterialSpec, body: &BodyTop
     let is_at_rest = matches!(material, MaterialSpec::Linear(_)) && stiffness_proportional(spec) != 0.0;
     let by_masses = spec.damping.as_ref().and_then(|damping| damping.mass_proportional).unwrap_or(0.0) != 0.0;
     let weighs = !is_static(scene) || !by_masses && !scene.world.gravity_changes();
-    body.blocks.is_empty() && spec.springs.is_none() && spec.bending.is_none() && !is_at_rest && weighs
+    // Of muscles in cells no dependence on places is known.
+    let by_place =
+        |muscle: &MuscleSpec| muscle.tension.depends_on_place() || muscle.fibre.slopes(&[]).is_some();
+    let pulls_alike = body.blocks.is_empty() || !spec.muscle.iter().any(by_place);
+    pulls_alike && spec.springs.is_none() && spec.bending.is_none() && !is_at_rest && weighs
 }
 
 /// Damping in proportion to the stiffness of a body [s].
@@ -484,7 +488,7 @@ impl Places<'_> {
         Some(forces)
     }
 
-    /// Rest positions of a body of simplices.
+    /// Rest positions of a body.
     fn rest_shape(
         &self,
         spec: &Body,
@@ -509,6 +513,7 @@ impl Places<'_> {
         let shaped = ShapedElements {
             dimension: self.topology.dimension,
             order: order(body),
+            kind: body.blocks.first().map(|block| block.kind),
             cells: &cells,
             rest: &rest,
             material,
@@ -537,7 +542,7 @@ impl Places<'_> {
         Some(if all.len() == 1 { all.swap_remove(0) } else { Box::new(Together::new(all)) })
     }
 
-    /// Rest positions of a body of simplices as formulas go by the middles of elements: tensions and
+    /// Rest positions of a body as formulas go by the middles of elements: tensions and
     /// directions of muscles, axes of the material.
     fn by_places(&self, spec: &Body, body: &BodyTopology) -> Vec<Box<dyn Parameter>> {
         if spec.muscle.is_empty() && spec.elastic_axes.is_none() {
@@ -570,7 +575,7 @@ impl Places<'_> {
         all
     }
 
-    /// Rest positions of a body of simplices that the numbers of a parameter, as many in each element
+    /// Rest positions of a body that the numbers of a parameter, as many in each element
     /// as there are dimensions, go by through the middles of elements, with these slopes.
     fn by_middles(
         &self,
@@ -579,16 +584,17 @@ impl Places<'_> {
         body: &BodyTopology,
     ) -> Box<dyn Parameter> {
         let d = self.topology.dimension;
-        let simplices = match d {
-            2 => body.triangles.as_flattened(),
-            _ => body.tetrahedra.as_flattened(),
+        let (cells, count) = match (body.blocks.first(), d) {
+            (Some(block), _) => (&block.vertices[..], block.kind.nodes),
+            (None, 2) => (body.triangles.as_flattened(), 3),
+            _ => (body.tetrahedra.as_flattened(), 4),
         };
         let mut links = vec![];
-        for (element, (corners, slope)) in simplices.chunks_exact(d + 1).zip(slopes).enumerate() {
+        for (element, (corners, slope)) in cells.chunks_exact(count).zip(slopes).enumerate() {
             for (corner, (c, k)) in corners.iter().flat_map(|v| (0..d * d).map(move |i| (v, (i / d, i % d))))
             {
                 let with = (corner - body.vertices.start) as usize * d + k;
-                let weight = slope[c][k] / (d + 1) as f64;
+                let weight = slope[c][k] / count as f64;
                 links.push(NumberLink { number: element * d + c, with, weight });
             }
         }

@@ -1,4 +1,4 @@
-//! Shapes at rest of simplices of first and second order.
+//! Shapes at rest of simplices of first and second order, and of cells that are none.
 //!
 //! At a quadrature point of weight `w` with gradients `b_a` of the shape functions, `F = sum_a x_a b_a^T`,
 //! and `G` and `L` are made so of `p` and of the velocities. Where rest positions move by `d_a`, with `B =
@@ -10,20 +10,24 @@
 //!
 //! so that the derivative of `w P(F) : G` is `w K : B`, `K = (P : G) I - F^T (dP/dF : G) - G^T P`. Of the
 //! viscous stress `F S`, `S = S(sym A)` with `A = F^T L`, and with `S_p = S(sym C)`, `C = F^T G`, it is `K =
-//! (S : C) I - (A + A^T) S_p - (C + C^T) S`. Masses are functions of the `w` at points of their own.
+//! (S : C) I - (A + A^T) S_p - (C + C^T) S`. Masses are functions of the `w` at points of their own. Of cells
+//! muscles, masses and forces per volume have these points, too; stresses are
+//! [theirs](pliant::energy::elastic::ShapedCells).
 
 use pliant::algebra::Mat;
 use pliant::dissipation::Viscosity;
 use pliant::element::{
-    QuadraturePoint, mass_rule, order, quadrature_count, quadrature_points, shape_functions,
+    CellKind, CellVisitor, Isoparametric, QuadraturePoint, mass_rule, order, quadrature_count,
+    quadrature_points, quadrature_position, shape_functions,
 };
-use pliant::energy::elastic::points_of;
+use pliant::energy::elastic::{CellShapes, points_of};
 use pliant::material::{MaterialSpec, material_axes};
 use pliant_scene::OverTime;
+use pliant_terms::ElementSet;
 
-use super::elements::{ElementEnergy, Maker, ModulusElements};
+use super::elements::{ElementEnergy, Maker};
 use super::mass::{add_by_mass, by_mass, mode_by_mass, uniform_gravity};
-use super::{ForceUse, ModeUse, Parameter, ParameterNeeds};
+use super::{ForceUse, ModeUse, Parameter, ParameterNeeds, Together};
 
 /// Tension along fibres.
 #[derive(Clone, Debug)]
@@ -43,13 +47,15 @@ pub struct VolumeForce {
     pub vertices: Vec<u32>,
 }
 
-/// Simplices of a body at rest, and what is made of their shape.
+/// Elements of a body at rest, and what is made of their shape.
 #[derive(Clone, Copy, Debug)]
 pub struct ShapedElements<'a> {
     /// 2 or 3.
     pub dimension: usize,
-    /// 1 or 2.
+    /// 1 or 2, of simplices.
     pub order: u32,
+    /// Kind of cells that are none.
+    pub kind: Option<&'a CellKind>,
     /// Vertices, by their numbers in the simulation, flat: corners, then middles of edges, of each element.
     pub cells: &'a [u32],
     /// Rest positions of all vertices of the simulation, flat [m].
@@ -78,12 +84,82 @@ impl ShapedElements<'_> {
     /// others. They change deformation, volumes and masses; the start of the run stays as it is, and so do
     /// axes, fibres and the tension along them in each element.
     pub fn parameter(&self, vertices: &[u32]) -> Box<dyn Parameter> {
-        match (self.dimension, self.order) {
-            (2, 1) => Box::new(RestShape::<2, 3>::new(self, vertices)),
-            (2, _) => Box::new(RestShape::<2, 6>::new(self, vertices)),
-            (_, 1) => Box::new(RestShape::<3, 4>::new(self, vertices)),
-            _ => Box::new(RestShape::<3, 10>::new(self, vertices)),
+        if let Some(kind) = self.kind {
+            let volumes = kind.visit(CellVolumes { of: self, vertices });
+            return Box::new(Together::new(vec![Box::new(self.cells(kind, vertices)), volumes]));
         }
+        match (self.dimension, self.order) {
+            (2, 1) => Box::new(RestShape::<2, 3>::simplices(self, vertices)),
+            (2, _) => Box::new(RestShape::<2, 6>::simplices(self, vertices)),
+            (_, 1) => Box::new(RestShape::<3, 4>::simplices(self, vertices)),
+            _ => Box::new(RestShape::<3, 10>::simplices(self, vertices)),
+        }
+    }
+
+    /// Stresses of cells of a kind as functions of the rest positions of `vertices`.
+    fn cells(&self, kind: &CellKind, vertices: &[u32]) -> CellShape {
+        let elements = ElementSet {
+            body: "",
+            dimension: self.dimension,
+            cells: self.cells,
+            rest: self.rest,
+            stress: Default::default(),
+            factors: None,
+            axes: (!self.axes.is_empty()).then_some(self.axes),
+        };
+        let cells = pliant_terms::shaped_cells(self.material, kind, &elements, self.viscosity);
+        let coordinate = |vertex: &u32| {
+            let first = *vertex as usize * self.dimension;
+            first..first + self.dimension
+        };
+        CellShape { cells, coordinates: vertices.iter().flat_map(coordinate).collect() }
+    }
+}
+
+/// Rest positions of the vertices of a body of cells, as their stresses go by them.
+struct CellShape {
+    cells: Box<dyn CellShapes>,
+    /// Place of each coordinate among those of the simulation.
+    coordinates: Vec<usize>,
+}
+
+impl Parameter for CellShape {
+    fn len(&self) -> usize {
+        self.coordinates.len()
+    }
+
+    fn add_mode(&mut self, of: &ModeUse<'_>, derivative: &mut [f64]) -> bool {
+        let mut rows = vec![0.0; of.x.len()];
+        self.cells.add_curvatures(of.x, of.shape, &mut rows);
+        derivative.iter_mut().zip(&self.coordinates).for_each(|(by, place)| *by += rows[*place]);
+        true
+    }
+
+    fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
+        let mut opposite = vec![0.0; of.x.len()];
+        self.coordinates.iter().zip(change).for_each(|(place, change)| opposite[*place] = -change);
+        self.cells.add_gradients((of.x, of.v), &opposite, force);
+        true
+    }
+
+    fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
+        let mut rows = vec![0.0; of.x.len()];
+        self.cells.add_works((of.x, of.v), of.p, &mut rows);
+        derivative.iter_mut().zip(&self.coordinates).for_each(|(by, place)| *by -= rows[*place]);
+    }
+}
+
+/// Maker of what cells of whatever kind is visited have beside their stresses.
+struct CellVolumes<'a> {
+    of: &'a ShapedElements<'a>,
+    vertices: &'a [u32],
+}
+
+impl CellVisitor for CellVolumes<'_> {
+    type Output = Box<dyn Parameter>;
+
+    fn visit<const D: usize, const N: usize>(self, cell: &'static Isoparametric<D, N>) -> Self::Output {
+        Box::new(RestShape::<D, N>::cells(self.of, self.vertices, cell))
     }
 }
 
@@ -91,15 +167,16 @@ impl ShapedElements<'_> {
 struct RestShape<const D: usize, const N: usize> {
     /// Vertices of each element, by their numbers in the simulation.
     elements: Vec<[u32; N]>,
-    /// Points at which energies are summed, those of one element after those of another.
-    points: Vec<QuadraturePoint<D, N>>,
+    /// Points at which energies are summed.
+    points: VolumePoints<D, N>,
     /// Points at which masses are; none where they do not go by volumes.
     masses: VolumePoints<D, N>,
     /// Points at which forces per volume are; none where there are none.
     volumes: VolumePoints<D, N>,
     /// Rest positions of the vertices of the body, third component 0 in 2D, where there are such forces [m].
     places: Vec<[f64; 3]>,
-    psi: Box<dyn ElementEnergy<D>>,
+    /// `None` of cells, which have it themselves.
+    psi: Option<Box<dyn ElementEnergy<D>>>,
     /// Factor of the energy of each element.
     factors: Vec<f64>,
     /// Rotation of the material of each, none where there is none.
@@ -112,12 +189,15 @@ struct RestShape<const D: usize, const N: usize> {
     viscosity: Viscosity,
     density: f64,
     weight: Option<[f64; 3]>,
+    /// True if masses go by squares of the shape functions, with inertia.
+    by_squares: bool,
     /// Place of each vertex of the simulation among those of the body.
     place: Vec<u32>,
     vertices: usize,
 }
 
 /// Points of a rule in every element, those of one element after those of another.
+#[derive(Clone)]
 struct VolumePoints<const D: usize, const N: usize> {
     points: Vec<QuadraturePoint<D, N>>,
     /// Values of the shape functions at these points, the same in all elements.
@@ -142,11 +222,58 @@ impl<const D: usize, const N: usize> VolumePoints<D, N> {
         }
     }
 
+    /// Points of cells that are no simplices, at rest at `rest`, at which their energy is summed.
+    fn of_cells(elements: &[[u32; N]], rest: &[f64], cell: &Isoparametric<D, N>) -> Self {
+        let of_cell = |vertices: &[u32; N]| {
+            let nodes = points_of(rest, vertices);
+            let point = move |(xi, weight): &([f64; D], f64)| {
+                let j = cell.jacobian(&nodes, xi);
+                let transposed = j.inverse().transpose();
+                let gradients = (cell.slopes)(xi).map(|slope| transposed.mul_vec(&slope));
+                QuadraturePoint { weight: weight * j.determinant(), gradients }
+            };
+            cell.points.iter().map(point).collect::<Vec<_>>()
+        };
+        VolumePoints {
+            points: elements.iter().flat_map(of_cell).collect(),
+            values: cell.points.iter().map(|(xi, _)| (cell.shape)(xi)).collect(),
+        }
+    }
+
+    /// Points of simplices at which their energy is summed.
+    fn of_energy(elements: &[[u32; N]], rest: &[f64]) -> Self {
+        let of_element =
+            |element: &[u32; N]| quadrature_points(&points_of(rest, element)).collect::<Vec<_>>();
+        let values = |q| shape_functions::<D, N>(&quadrature_position::<D, N>(q));
+        VolumePoints {
+            points: elements.iter().flat_map(of_element).collect(),
+            values: (0..quadrature_count::<D, N>()).map(values).collect(),
+        }
+    }
+
+    /// Places of all points at rest, third component 0 in 2D [m].
+    fn places(&self, elements: &[[u32; N]], rest: &[f64]) -> Vec<[f64; 3]> {
+        let of_element = |element: &[u32; N]| {
+            let nodes = points_of::<D, N>(rest, element);
+            let place = move |values: &[f64; N]| {
+                let mut place = [0.0; 3];
+                place[..D].copy_from_slice(&mean(&nodes, values));
+                place
+            };
+            self.values.iter().map(place).collect::<Vec<_>>()
+        };
+        elements.iter().flat_map(of_element).collect()
+    }
+
     /// Points of element `i` with the values of the shape functions.
     fn of(&self, i: usize) -> impl Iterator<Item = (&QuadraturePoint<D, N>, &[f64; N])> {
+        self.all_of(i).iter().zip(&self.values)
+    }
+
+    /// Points of element `i`.
+    fn all_of(&self, i: usize) -> &[QuadraturePoint<D, N>] {
         let count = self.values.len();
-        let own = if count == 0 { &[][..] } else { &self.points[i * count..][..count] };
-        own.iter().zip(&self.values)
+        if count == 0 { &[] } else { &self.points[i * count..][..count] }
     }
 }
 
@@ -212,49 +339,62 @@ fn viscous<const D: usize>(viscosity: Viscosity, a: &Mat<f64, D>) -> Mat<f64, D>
 }
 
 impl<const D: usize, const N: usize> RestShape<D, N> {
-    fn new(of: &ShapedElements<'_>, vertices: &[u32]) -> Self {
+    fn simplices(of: &ShapedElements<'_>, vertices: &[u32]) -> Self {
+        let elements = of.cells.as_chunks::<N>().0;
+        let is_linear = order::<D, N>() == 1;
+        let volume_points = |is_some: bool, linear: &[([f64; 4], f64)]| match (is_some, is_linear) {
+            (false, _) => VolumePoints::none(),
+            (true, true) => VolumePoints::new(elements, of.rest, linear),
+            (true, false) => VolumePoints::new(elements, of.rest, &mass_rule::<D>()),
+        };
+        let centre = [1.0 / (D + 1) as f64; 4];
+        RestShape {
+            masses: volume_points(of.density.is_some(), &[(centre, 1.0)]),
+            volumes: volume_points(!of.body_forces.is_empty(), &corner_rule::<D>()),
+            psi: Some(of.material.visit::<D, _>(Maker)),
+            viscosity: of.viscosity,
+            by_squares: of.weight.is_none() && !is_linear,
+            ..Self::of_points(of, vertices, VolumePoints::of_energy(elements, of.rest))
+        }
+    }
+
+    /// Of cells muscles, masses and forces per volume alone.
+    fn cells(of: &ShapedElements<'_>, vertices: &[u32], cell: &Isoparametric<D, N>) -> Self {
+        let points = VolumePoints::of_cells(of.cells.as_chunks::<N>().0, of.rest, cell);
+        let points_if = |is_some: bool| if is_some { points.clone() } else { VolumePoints::none() };
+        RestShape {
+            masses: points_if(of.density.is_some()),
+            volumes: points_if(!of.body_forces.is_empty()),
+            ..Self::of_points(of, vertices, points_if(!of.muscles.is_empty()))
+        }
+    }
+
+    /// Elements without energy, masses and forces per volume.
+    fn of_points(of: &ShapedElements<'_>, vertices: &[u32], points: VolumePoints<D, N>) -> Self {
         let mut place = vec![0; of.rest.len() / D];
         vertices.iter().zip(0..).for_each(|(vertex, i)| place[*vertex as usize] = i);
         let elements = of.cells.as_chunks::<N>().0.to_vec();
-        let nodes = |element: &[u32; N]| points_of(of.rest, element);
-        let is_linear = order::<D, N>() == 1;
-        let density = of.density.unwrap_or(0.0);
-        let volume_points = |is_some: bool, linear: &[([f64; 4], f64)]| match (is_some, is_linear) {
-            (false, _) => VolumePoints::none(),
-            (true, true) => VolumePoints::new(&elements, of.rest, linear),
-            (true, false) => VolumePoints::new(&elements, of.rest, &mass_rule::<D>()),
-        };
-        let centre = [1.0 / (D + 1) as f64; 4];
-        let masses = volume_points(density != 0.0, &[(centre, 1.0)]);
-        let volumes = volume_points(!of.body_forces.is_empty(), &corner_rule::<D>());
         let corner = |vertex: &u32| {
             let mut corner = [0.0; 3];
             corner[..D].copy_from_slice(&of.rest[*vertex as usize * D..][..D]);
             corner
         };
-        let points = |element: &[u32; N]| -> Vec<QuadraturePoint<D, N>> {
-            quadrature_points(&nodes(element)).collect()
-        };
-        let point_places = if of.muscles.is_empty() {
-            vec![]
-        } else {
-            ModulusElements::<D, N>::new(of.cells, of.rest).places(of.rest)
-        };
         RestShape {
-            point_places,
-            points: elements.iter().flat_map(points).collect(),
+            point_places: if of.muscles.is_empty() { vec![] } else { points.places(&elements, of.rest) },
+            points,
             places: vertices.iter().filter(|_| !of.body_forces.is_empty()).map(corner).collect(),
-            masses,
-            volumes,
-            psi: of.material.visit::<D, _>(Maker),
+            masses: VolumePoints::none(),
+            volumes: VolumePoints::none(),
+            psi: None,
             factors: if of.factors.is_empty() { vec![1.0; elements.len()] } else { of.factors.to_vec() },
             axes: of.axes.iter().map(Mat::leading).collect(),
             muscles: of.muscles.iter().map(|muscle| (muscle.clone(), along(&muscle.directions))).collect(),
             body_forces: of.body_forces.to_vec(),
-            viscosity: of.viscosity,
+            viscosity: Viscosity::default(),
             weight: of.weight,
+            by_squares: false,
             vertices: vertices.len(),
-            density,
+            density: of.density.unwrap_or(0.0),
             elements,
             place,
         }
@@ -262,24 +402,25 @@ impl<const D: usize, const N: usize> RestShape<D, N> {
 
     /// Elements with their numbers and their points.
     fn each(&self) -> impl Iterator<Item = (usize, &[u32; N], &[QuadraturePoint<D, N>])> {
-        let points = self.points.chunks_exact(quadrature_count::<D, N>());
-        self.elements.iter().zip(points).enumerate().map(|(i, (element, points))| (i, element, points))
+        self.elements.iter().enumerate().map(|(i, element)| (i, element, self.points.all_of(i)))
     }
 
     /// `P` of element `i` at its point `q`.
     fn stress(&self, (i, q): (usize, usize), f: &Mat<f64, D>, time: f64) -> Mat<f64, D> {
-        let stress = match self.axes.get(i) {
-            None => self.psi.stress(f),
-            Some(axes) => self.psi.stress(&f.mul(axes)).mul_transpose(axes),
+        let stress = match (&self.psi, self.axes.get(i)) {
+            (None, _) => Mat::zero(),
+            (Some(psi), None) => psi.stress(f),
+            (Some(psi), Some(axes)) => psi.stress(&f.mul(axes)).mul_transpose(axes),
         };
         stress.scale(self.factors[i]) + self.tension((i, q), f, time)
     }
 
     /// `dP/dF : G` of element `i` without muscles.
     fn passive_along(&self, i: usize, f: &Mat<f64, D>, g: &Mat<f64, D>) -> Mat<f64, D> {
-        let along = match self.axes.get(i) {
-            None => self.psi.stress_along(f, g),
-            Some(axes) => self.psi.stress_along(&f.mul(axes), &g.mul(axes)).mul_transpose(axes),
+        let along = match (&self.psi, self.axes.get(i)) {
+            (None, _) => Mat::zero(),
+            (Some(psi), None) => psi.stress_along(f, g),
+            (Some(psi), Some(axes)) => psi.stress_along(&f.mul(axes), &g.mul(axes)).mul_transpose(axes),
         };
         along.scale(self.factors[i])
     }
@@ -287,7 +428,7 @@ impl<const D: usize, const N: usize> RestShape<D, N> {
     /// `T F a a^T` of all muscles, linear in `F`.
     fn tension(&self, (i, q): (usize, usize), f: &Mat<f64, D>, time: f64) -> Mat<f64, D> {
         let of_muscle = |(muscle, both): &(FibreTension, Vec<Mat<f64, D>>)| {
-            let place = self.point_places[i * quadrature_count::<D, N>() + q];
+            let place = self.point_places[i * self.points.values.len() + q];
             f.mul(&both[i]).scale(muscle.tension.value(place, time))
         };
         self.muscles.iter().map(of_muscle).fold(Mat::zero(), |sum, stress| sum + stress)
@@ -376,7 +517,7 @@ impl<const D: usize, const N: usize> RestShape<D, N> {
     }
 
     /// Derivatives of the masses of nodes by the volume of each point, `visit(q, node, dm/dw)`: in statics
-    /// weights `rho sum_q w N_a`; shares alike of first order; of second order `m_a = rho V t_a / T`, `t_a =
+    /// and of cells `rho sum_q w N_a`; shares alike of first order; of second order `m_a = rho V t_a / T`, `t_a =
     /// sum_q w N_a^2`, `T = sum_a t_a`.
     fn each_mass(&self, i: usize, mut visit: impl FnMut(usize, usize, f64)) {
         let (mut squares, mut volume) = ([0.0; N], 0.0);
@@ -388,9 +529,10 @@ impl<const D: usize, const N: usize> RestShape<D, N> {
         for (q, (_, values)) in self.masses.of(i).enumerate() {
             let both: f64 = values.iter().map(|n| n * n).sum();
             for (a, n) in values.iter().enumerate() {
-                let by_volume = match (self.weight, order::<D, N>()) {
-                    (Some(_), _) | (None, 1) => *n,
-                    _ => (squares[a] + volume * (n * n - squares[a] * both / trace)) / trace,
+                let by_volume = if self.by_squares {
+                    (squares[a] + volume * (n * n - squares[a] * both / trace)) / trace
+                } else {
+                    *n
                 };
                 visit(q, a, self.density * by_volume);
             }

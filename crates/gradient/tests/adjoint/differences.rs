@@ -148,6 +148,47 @@ pub(crate) fn compare_shape(
     );
 }
 
+/// Compares the derivatives by these coordinates of the shape at rest, of scenes that are made of it and start
+/// at rest; changes of each are measured by a `size`. Coordinates of which little is made are left out.
+pub(crate) fn compare_coordinates(
+    what: &str,
+    scene_of: impl Fn(&[f64]) -> Scene,
+    (body, rest, size): (&str, &[f64], f64),
+    coordinates: impl Iterator<Item = usize>,
+    (steps, tolerance): (u64, f64),
+) {
+    let scene = scene_of(rest);
+    let (mut simulation, topology) = assembled(&scene);
+    assert_eq!(topology.rest_positions, rest, "{what}");
+    let names = [&format!("body.{body}.rest"), "position"];
+    let mut selection = ParameterSelection::new(&scene, &topology, simulation.numbering(), &names)
+        .unwrap_or_else(|error| panic!("{what}: {error}"));
+    let mut loss = ScatteredLoss::new(steps, assembled(&scene).0);
+    let found = gradient(&mut simulation, steps, &mut loss, selection.parameters(), UNLIMITED).unwrap();
+    let parts = selection.parts(&found);
+    let largest = parts[0].iter().fold(0.0, |largest: f64, by| largest.max(by.abs()));
+    let (mut compared, mut all) = (0, 0);
+    for i in coordinates {
+        let by = parts[0][i] + parts[1][i];
+        all += 1;
+        if parts[0][i].abs() < 0.1 * largest || by.abs() < 0.1 * largest {
+            continue;
+        }
+        compared += 1;
+        compare_with_differences(
+            &format!("{what}, coordinate {i}"),
+            (size * by, size * largest),
+            (1e-1, tolerance),
+            |h| {
+                let mut moved = rest.to_vec();
+                moved[i] += h * size;
+                loss.of_run(&mut assembled(&scene_of(&moved)).0, |_| {})
+            },
+        );
+    }
+    assert!(4 * compared >= all, "{what}: {compared} of {all} coordinates compared");
+}
+
 /// Compares the derivatives by each of the numbers of this name, of scenes that are made of them, where they
 /// are `values`; changes of each are measured by its own part of `sizes`.
 pub(crate) fn compare_numbers(

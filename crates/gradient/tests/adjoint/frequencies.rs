@@ -168,3 +168,44 @@ fn frequencies_under_a_load_and_by_what_is_unknown_are_refused() {
     let error = found(&at_rest(&setup, pin, ""), 100, by_young).unwrap_err();
     assert!(matches!(error, GradientError::Modes(_)), "{error}");
 }
+
+/// A free block of two cells at rest, its nodes moved by `h` along a direction.
+fn cells(h: f64) -> Scene {
+    let direction = crate::support::scattered(36, 2.0);
+    let node = |i: usize| [(i % 3) as f64 * 0.3, (i / 3 % 2) as f64 * 0.2, (i / 6) as f64 * 0.25];
+    let bend = crate::support::scattered(36, 5.0);
+    let places: Vec<f64> = (0..12).flat_map(node).collect();
+    let places: Vec<f64> = (0..36).map(|i| places[i] + 0.03 * bend[i] + h * direction[i]).collect();
+    let text = format!(
+        "dimension = 3
+         [time]
+         duration = 0.1
+         step = 1e-4
+         integrator = \"symplectic-euler\"
+         [[body]]
+         name = \"beam\"
+         mass = {{ density = 900.0 }}
+         elastic = {{ neo-hookean = {{ young = 6e4, poisson = 0.35 }} }}
+         mesh = {{ inline = {{ points = {}, hexahedra = [[0, 1, 4, 3, 6, 7, 10, 9], [1, 2, 5, 4, 7, 8, 11, 10]] }} }}
+         {}",
+        rows(&places, 3),
+        "pin = [{ vertices = [0, 3, 6, 9] }]",
+    );
+    Scene::from_toml(&text).unwrap()
+}
+
+#[test]
+fn frequencies_of_cells_have_derivatives_by_their_shape() {
+    let found = found(&cells(0.0), 3, &["body.beam.rest"]).unwrap();
+    let direction = crate::support::scattered(36, 2.0);
+    for i in 0..3 {
+        let square = |h: f64| assembled(&cells(h)).0.modes(3).unwrap().modes[i].omega.powi(2);
+        let by = dot(&found.squares[i][0], &direction);
+        let size = found.omega[i].powi(2);
+        let difference = |h: f64| (square(h) - square(-h)) / (2.0 * h);
+        let [near, far] = [1e-3, 2e-3].map(difference);
+        let error = ((4.0 * near - far) / 3.0 - by).abs();
+        assert!(by.abs() > 0.1 * size, "mode {i}: nothing to compare");
+        assert!(error <= 1e-7 * by.abs(), "mode {i}: {by:e}, off by {:e}", error / by.abs());
+    }
+}

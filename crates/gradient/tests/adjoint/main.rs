@@ -5,6 +5,7 @@
 mod adaptive;
 mod axes;
 mod by_parameters;
+mod cell_shapes;
 mod cells;
 mod chain;
 mod constants;

@@ -36,8 +36,9 @@ mod lacking;
 
 use super::Dilatation;
 use super::hessian::add_product;
-use super::packs::CellPacks;
-use crate::algebra::Mat;
+use super::packs::{CellPacks, RestPoint};
+use super::shape::number::RestNumber;
+use crate::algebra::{Dual, Mat};
 use crate::element::Isoparametric;
 use crate::energy::elastic::points_of;
 use crate::energy::patch::Patches;
@@ -46,15 +47,16 @@ use crate::material::Tangent;
 use crate::scalar::Scalar;
 pub(crate) use kernels::BendingPack;
 pub(super) use kernels::{BendingEnergyKernel, BendingForceKernel};
-use lacking::{CellFound, CellSides, LackingCell};
+use lacking::CellFound;
+pub(super) use lacking::{BendingStiffness, CellSides, LackingCell};
 
 /// Pairs of axes of a cell in `D` dimensions.
-const fn axes(d: usize) -> &'static [[usize; 2]] {
+pub(super) const fn axes(d: usize) -> &'static [[usize; 2]] {
     if d == 2 { &[[0, 1]] } else { &[[0, 1], [0, 2], [1, 2]] }
 }
 
 /// Pairs of axes at most.
-const MOST_PAIRS: usize = 3;
+pub(super) const MOST_PAIRS: usize = 3;
 
 /// The mode along axis `k` across `l`: its pair and its side there.
 const fn place(k: usize, l: usize) -> (usize, usize) {
@@ -62,7 +64,7 @@ const fn place(k: usize, l: usize) -> (usize, usize) {
 }
 
 /// Modes along two axes across the third, of which one stretches what the other shrinks.
-const COUPLED: [[(usize, usize); 2]; 3] =
+pub(super) const COUPLED: [[(usize, usize); 2]; 3] =
     [[place(1, 0), place(2, 0)], [place(0, 1), place(2, 1)], [place(0, 2), place(1, 2)]];
 
 /// Bending in the plane of two axes, of a pack of cells.
@@ -87,12 +89,12 @@ struct BendingCommon<const D: usize> {
 
 /// Displacement `s` of a mode of bending and its slopes.
 #[derive(Clone, Copy)]
-struct BendingMode<S, const D: usize> {
-    s: S,
+pub(super) struct BendingMode<S, const D: usize> {
+    pub(super) s: S,
     /// `ds/dq = f/|f|`.
-    of_q: [S; D],
+    pub(super) of_q: [S; D],
     /// `ds/df = (q - s f/|f|)/|f|`, zero where `f` stays at rest.
-    of_f: [S; D],
+    pub(super) of_f: [S; D],
 }
 
 impl<S: Scalar, const D: usize> BendingMode<S, D> {
@@ -102,7 +104,7 @@ impl<S: Scalar, const D: usize> BendingMode<S, D> {
     }
 
     #[inline(always)]
-    fn new(q: &[S; D], f: &[S; D], turns: bool) -> Self {
+    pub(super) fn new(q: &[S; D], f: &[S; D], turns: bool) -> Self {
         let inverse = S::one() / dot(f, f).sqrt();
         let mut mode = BendingMode::zero();
         for i in 0..D {
@@ -119,7 +121,7 @@ impl<S: Scalar, const D: usize> BendingMode<S, D> {
 }
 
 #[inline(always)]
-fn dot<S: Scalar, const D: usize>(a: &[S; D], b: &[S; D]) -> S {
+pub(super) fn dot<S: Scalar, const D: usize>(a: &[S; D], b: &[S; D]) -> S {
     let mut sum = S::zero();
     for i in 0..D {
         sum = a[i].mul_add(b[i], sum);
@@ -134,7 +136,10 @@ fn dot_all<const D: usize, const N: usize>(a: &[[f64; D]; N], b: &[[f64; D]; N])
 
 /// `sum_a w_a x_a` for weights that add up to zero.
 #[inline(always)]
-fn weighted<S: Scalar, const D: usize, const N: usize>(x: &[[S; D]; N], weight: &[S; N]) -> [S; D] {
+pub(super) fn weighted<S: Scalar, const D: usize, const N: usize>(
+    x: &[[S; D]; N],
+    weight: &[S; N],
+) -> [S; D] {
     let mut sum = [S::zero(); D];
     for a in 1..N {
         for i in 0..D {
@@ -181,17 +186,46 @@ impl<const D: usize, const N: usize> CellBending<D, N> {
         solid: BendingSolid<'_, D>,
         rest: &[f64],
     ) -> Option<Self> {
+        let mut bending = CellBending::empty(cell, patches.index.len());
+        let lacks = if solid.change.is_some() || solid.turning.is_some() {
+            bending.fill::<Dual<f64>>(cell, patches, packs, solid, rest, Dual::rate)
+        } else {
+            bending.fill::<f64>(cell, patches, packs, solid, rest, f64::value)
+        };
+        // Lanes that fill up have directions, too: those of a real cell.
+        for (common, stencils) in bending.common.iter_mut().zip(&patches.stencil) {
+            let used = stencils.iter().flatten().count();
+            for lanes in common.rest.as_flattened_mut() {
+                (used..WIDTH).for_each(|lane| lanes[lane] = lanes[used - 1]);
+            }
+        }
+        lacks.then_some(bending)
+    }
+
+    /// Packs of cells that lack nothing.
+    fn empty(cell: &Isoparametric<D, N>, packs: usize) -> Self {
         let pair = BendingPair { weight: [[0.0; WIDTH]; N], stiffness: [[0.0; WIDTH]; 2] };
         let common = BendingCommon { rest: [[[0.0; WIDTH]; D]; D], coupling: [[0.0; WIDTH]; 3] };
-        let packs_count = patches.index.len();
-        let mut bending = CellBending {
+        CellBending {
             slopes: (cell.slopes)(&[0.0; D]),
-            pairs: vec![pair; packs_count * axes(D).len()],
-            common: vec![common; packs_count],
-        };
+            pairs: vec![pair; packs * axes(D).len()],
+            common: vec![common; packs],
+        }
+    }
+
+    /// Fills lanes of cells by `wanted` of what they lack; false where that is nothing.
+    fn fill<S: RestNumber>(
+        &mut self,
+        cell: &Isoparametric<D, N>,
+        patches: &Patches<N>,
+        packs: &CellPacks<D, N>,
+        solid: BendingSolid<'_, D>,
+        rest: &[f64],
+        wanted: fn(S) -> f64,
+    ) -> bool {
         let mut lacks = false;
         let surface = CellSides::of(cell, patches);
-        let mut last: Option<CellFound<D, N>> = None;
+        let mut last: Option<CellFound<S, D, N>> = None;
         let mut turned: Option<(&Mat<f64, D>, [Tangent<D>; 2])> = None;
         for (element, vertices, pack, lane) in patches.stencils() {
             let rotation = solid.axes.get(element);
@@ -206,8 +240,7 @@ impl<const D: usize, const N: usize> CellBending<D, N> {
                 last = None;
             }
             let nodes = points_of::<D, N>(rest, &vertices);
-            let mut alone = [true; D];
-            (0..D).for_each(|l| alone[l] = surface.is_alone(cell, &vertices, l));
+            let alone = surface.alone(cell, &vertices);
             let found = match last.take().filter(|last| last.is_of(&nodes, alone)) {
                 Some(same) => last.insert(same),
                 None => {
@@ -221,32 +254,31 @@ impl<const D: usize, const N: usize> CellBending<D, N> {
                         let changes = solid.change.is_some() || solid.turning.is_some();
                         of_cell.change = changes.then_some(change);
                     }
+                    let points: Vec<RestPoint<S, D, N>> = points
+                        .into_iter()
+                        .map(|(gradient, part)| (gradient.map(|b| b.map(S::splat)), S::splat(part)))
+                        .collect();
+                    let nodes = nodes.map(|node| node.map(S::splat));
                     let lacking = LackingCell { cell, nodes: &nodes, points: &points };
-                    last.insert(lacking.find(alone, packs.volume[pack][lane], of_cell))
+                    last.insert(lacking.find(alone, S::splat(packs.volume[pack][lane]), of_cell))
                 }
             };
-            lacks |= found.stiffness.as_flattened().iter().any(|stiffness| *stiffness != 0.0);
-            let pairs = bending.pairs[pack * axes(D).len()..].iter_mut();
+            let stiffness = found.stiffness.map(wanted);
+            lacks |= stiffness.own.as_flattened().iter().any(|stiffness| *stiffness != 0.0);
+            let pairs = self.pairs[pack * axes(D).len()..].iter_mut();
             for (pair, (stiffness, weight)) in
-                pairs.zip(found.stiffness.iter().zip(&found.weight)).take(axes(D).len())
+                pairs.zip(stiffness.own.iter().zip(&found.weight)).take(axes(D).len())
             {
                 pair.stiffness.iter_mut().zip(stiffness).for_each(|(lanes, of_side)| lanes[lane] = *of_side);
                 pair.weight.iter_mut().zip(weight).for_each(|(lanes, weight)| lanes[lane] = *weight);
             }
-            let common = &mut bending.common[pack];
+            let common = &mut self.common[pack];
             for l in 0..D {
                 (0..D).for_each(|i| common.rest[l][i][lane] = found.middle[i][l]);
-                common.coupling[l][lane] = found.coupling[l];
+                common.coupling[l][lane] = stiffness.coupling[l];
             }
         }
-        // Lanes that fill up have directions, too: those of a real cell.
-        for (common, stencils) in bending.common.iter_mut().zip(&patches.stencil) {
-            let used = stencils.iter().flatten().count();
-            for lanes in common.rest.as_flattened_mut() {
-                (used..WIDTH).for_each(|lane| lanes[lane] = lanes[used - 1]);
-            }
-        }
-        lacks.then_some(bending)
+        lacks
     }
 
     /// `dN_a/dxi_k` of every node in the middle.

@@ -27,10 +27,12 @@ mod bending;
 mod hessian;
 mod kernels;
 mod packs;
+mod shape;
 #[cfg(test)]
 pub(super) mod tests;
 
 pub use axes::{CellTurns, TurningCells};
+pub use shape::{CellShapes, ShapedCells};
 use std::ops::Range;
 
 use super::axes::in_space;

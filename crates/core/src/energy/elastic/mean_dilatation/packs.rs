@@ -22,6 +22,8 @@ use crate::energy::elastic::points_of;
 use crate::energy::patch::Patches;
 use crate::lanes::{Lanes, WIDTH};
 
+use super::shape::number::RestNumber;
+
 /// One quadrature point of a pack of cells.
 #[derive(Clone)]
 #[repr(align(64))]
@@ -83,9 +85,9 @@ impl<const D: usize, const N: usize> CellPacks<D, N> {
         };
         for (element, vertices, pack, lane) in patches.stencils() {
             let nodes = points_of(rest, &vertices);
-            packs.volume[pack][lane] = cell.volume(&nodes);
-            let of_point = gradients(cell, &nodes).into_iter().zip(&mut packs.rest[pack * points..]);
-            for ((gradient, part), point) in of_point {
+            let RestGradients { points: of_points, volume } = gradients(cell, &nodes);
+            packs.volume[pack][lane] = volume;
+            for ((gradient, part), point) in of_points.into_iter().zip(&mut packs.rest[pack * points..]) {
                 assert!(part > 0.0, "element {element} of {body} has a point of volume {part}");
                 point.set(lane, &gradient, part);
             }
@@ -122,74 +124,106 @@ impl<const D: usize, const N: usize> CellPacks<D, N> {
     }
 }
 
+/// Gradients of the nodes of a cell at a quadrature point, and the part of the volume that it stands for.
+pub(super) type RestPoint<S, const D: usize, const N: usize> = ([[S; D]; N], S);
+
+/// Rest data of a cell at its quadrature points.
+pub(super) struct RestGradients<S, const D: usize, const N: usize> {
+    pub(super) points: Vec<RestPoint<S, D, N>>,
+    /// Area [m^2] or volume [m^3].
+    pub(super) volume: S,
+}
+
 /// `b` at the quadrature points of a cell, and their parts of its volume.
-fn gradients<const D: usize, const N: usize>(
+pub(super) fn gradients<S: RestNumber, const D: usize, const N: usize>(
     cell: &Isoparametric<D, N>,
-    nodes: &[[f64; D]; N],
-) -> Vec<([[f64; D]; N], f64)> {
-    let mut lengths = lengths(cell, nodes);
-    let is_folded = |(xi, _): &([f64; D], f64)| {
-        let j = jacobian(nodes, &drawn_slopes(cell, xi, &lengths));
-        j.determinant() <= 0.0
-    };
-    if cell.points.iter().any(is_folded) {
-        lengths = [1.0; D];
-    }
-    let mut mean = [[0.0; D]; N];
+    nodes: &[[S; D]; N],
+) -> RestGradients<S, D, N> {
+    let lengths = lengths_to_draw(cell, nodes);
+    let RestGradients { points: exact, volume } = exact_gradients(cell, nodes);
+    let mut mean = [[S::zero(); D]; N];
     let mut points = vec![];
-    for ((xi, _), (exact, part)) in cell.points.iter().zip(exact_gradients(cell, nodes)) {
+    for ((xi, _), (exact, part)) in cell.points.iter().zip(exact) {
         let drawn = physical(nodes, &drawn_slopes(cell, xi, &lengths));
         for ((mean, exact), drawn) in
             mean.as_flattened_mut().iter_mut().zip(exact.as_flattened()).zip(drawn.as_flattened())
         {
-            *mean += part * (exact - drawn);
+            *mean += part * (*exact - *drawn);
         }
         points.push((drawn, part));
     }
     for (gradient, _) in &mut points {
         let entries = gradient.as_flattened_mut().iter_mut();
-        entries.zip(mean.as_flattened()).for_each(|(entry, mean)| *entry += mean);
+        entries.zip(mean.as_flattened()).for_each(|(entry, mean)| *entry += *mean);
     }
-    points
+    RestGradients { points, volume }
+}
+
+/// Lengths by which slopes are drawn: those of the cell, equal ones where it folds then.
+pub(super) fn lengths_to_draw<S: RestNumber, const D: usize, const N: usize>(
+    cell: &Isoparametric<D, N>,
+    nodes: &[[S; D]; N],
+) -> [S; D] {
+    let lengths = lengths(cell, nodes);
+    let is_folded = |(xi, _): &([f64; D], f64)| {
+        let j = jacobian(nodes, &drawn_slopes(cell, xi, &lengths));
+        j.determinant().value() <= 0.0
+    };
+    if cell.points.iter().any(is_folded) { [S::one(); D] } else { lengths }
 }
 
 /// Gradients of the shape functions at the quadrature points of a cell, and their parts of its volume.
-fn exact_gradients<const D: usize, const N: usize>(
+pub(super) fn exact_gradients<S: RestNumber, const D: usize, const N: usize>(
     cell: &Isoparametric<D, N>,
-    nodes: &[[f64; D]; N],
-) -> Vec<([[f64; D]; N], f64)> {
-    let volume = cell.volume(nodes);
-    let of_point = |(xi, weight): &([f64; D], f64)| {
-        let part = weight * cell.jacobian(nodes, xi).determinant() / volume;
-        (physical(nodes, &(cell.slopes)(xi)), part)
-    };
-    cell.points.iter().map(of_point).collect()
+    nodes: &[[S; D]; N],
+) -> RestGradients<S, D, N> {
+    let slopes_at = |xi: &[f64; D]| (cell.slopes)(xi).map(|slope| slope.map(S::splat));
+    let mut volume = S::zero();
+    let mut points = vec![];
+    for (xi, weight) in cell.points {
+        let slopes = slopes_at(xi);
+        let part = S::splat(*weight) * jacobian(nodes, &slopes).determinant();
+        volume += part;
+        points.push((physical(nodes, &slopes), part));
+    }
+    points.iter_mut().for_each(|(_, part)| *part = *part / volume);
+    RestGradients { points, volume }
 }
 
 /// Lengths of a cell along its axes, twice the lengths of the columns of `J` in its middle [m].
-pub(super) fn lengths<const D: usize, const N: usize>(
+pub(super) fn lengths<S: RestNumber, const D: usize, const N: usize>(
     cell: &Isoparametric<D, N>,
-    nodes: &[[f64; D]; N],
-) -> [f64; D] {
-    let j = cell.jacobian(nodes, &[0.0; D]);
-    let mut lengths = [0.0; D];
+    nodes: &[[S; D]; N],
+) -> [S; D] {
+    let j = middle(cell, nodes);
+    let mut lengths = [S::zero(); D];
     for (k, length) in lengths.iter_mut().enumerate() {
-        *length = 2.0 * (0..D).map(|i| j[i][k] * j[i][k]).sum::<f64>().sqrt();
+        let mut square = S::zero();
+        (0..D).for_each(|i| square += j[i][k] * j[i][k]);
+        *length = S::splat(2.0) * square.sqrt();
     }
     lengths
 }
 
+/// `J` in the middle of a cell [m].
+pub(super) fn middle<S: RestNumber, const D: usize, const N: usize>(
+    cell: &Isoparametric<D, N>,
+    nodes: &[[S; D]; N],
+) -> Mat<S, D> {
+    jacobian(nodes, &(cell.slopes)(&[0.0; D]).map(|slope| slope.map(S::splat)))
+}
+
 /// Slopes of the shape functions, each at its own point.
-fn drawn_slopes<const D: usize, const N: usize>(
+pub(super) fn drawn_slopes<S: RestNumber, const D: usize, const N: usize>(
     cell: &Isoparametric<D, N>,
     xi: &[f64; D],
-    lengths: &[f64; D],
-) -> [[f64; D]; N] {
-    let mut slopes = [[0.0; D]; N];
+    lengths: &[S; D],
+) -> [[S; D]; N] {
+    let mut slopes = [[S::zero(); D]; N];
     for l in 0..D {
-        let mut at = *xi;
-        (0..D).for_each(|k| at[k] *= (lengths[l] / lengths[k]).min(1.0));
-        for (slope, of_node) in slopes.iter_mut().zip((cell.slopes)(&at)) {
+        let mut at = xi.map(S::splat);
+        (0..D).for_each(|k| at[k] *= (lengths[l] / lengths[k]).at_most_one());
+        for (slope, of_node) in slopes.iter_mut().zip(S::slopes(cell, &at)) {
             slope[l] = of_node[l];
         }
     }
@@ -197,14 +231,20 @@ fn drawn_slopes<const D: usize, const N: usize>(
 }
 
 /// Gradients `J^-T s` from slopes `s` by the coordinates of the cell, `J = sum_a X_a s_a^T`.
-fn physical<const D: usize, const N: usize>(nodes: &[[f64; D]; N], slopes: &[[f64; D]; N]) -> [[f64; D]; N] {
+pub(super) fn physical<S: RestNumber, const D: usize, const N: usize>(
+    nodes: &[[S; D]; N],
+    slopes: &[[S; D]; N],
+) -> [[S; D]; N] {
     let transposed = jacobian(nodes, slopes).inverse().transpose();
     slopes.map(|slope| transposed.mul_vec(&slope))
 }
 
 /// `J = sum_a X_a s_a^T`.
-fn jacobian<const D: usize, const N: usize>(nodes: &[[f64; D]; N], slopes: &[[f64; D]; N]) -> Mat<f64, D> {
-    let mut j = Mat::<f64, D>::zero();
+pub(super) fn jacobian<S: RestNumber, const D: usize, const N: usize>(
+    nodes: &[[S; D]; N],
+    slopes: &[[S; D]; N],
+) -> Mat<S, D> {
+    let mut j = Mat::zero();
     for (node, slope) in nodes.iter().zip(slopes) {
         for r in 0..D {
             (0..D).for_each(|c| j[r][c] += (node[r] - nodes[0][r]) * slope[c]);
