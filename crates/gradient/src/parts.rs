@@ -11,11 +11,14 @@ use crate::parameter::{Parameter, ParameterNeeds, shaped};
 pub(crate) struct ForceParts {
     needs_force: bool,
     needs_contact: bool,
+    needs_stretched: bool,
     /// Gradient of the energy and of damping beside that by masses [N].
     pub(crate) gradient: Vec<f64>,
     /// Gradient of contact, and of friction [N].
     pub(crate) contact: Vec<f64>,
     pub(crate) friction: Vec<f64>,
+    /// Change of both where all places move away from the origin by themselves [N].
+    pub(crate) stretched: Vec<f64>,
     /// Gradients of terms by their names [N].
     pub(crate) terms: Vec<(String, Vec<f64>)>,
     /// Derivatives of the gradients of terms by their rest lengths [N/m].
@@ -38,14 +41,20 @@ impl ForceParts {
             places: vec![],
             needs_force: needs.force,
             needs_contact: needs.contact,
+            needs_stretched: needs.stretched_contact,
             gradient: vec![],
             contact: vec![],
             friction: vec![],
+            stretched: vec![],
         }
     }
 
-    /// Takes them at a place, whose time the system has.
-    pub(crate) fn evaluate(&mut self, system: &mut System, at: AdjointPlace<'_>) {
+    /// Takes them at a place, whose time the system has, with normal forces of friction of the positions
+    /// `held`, where they are held.
+    pub(crate) fn evaluate(&mut self, system: &mut System, at: AdjointPlace<'_>, held: Option<&[f64]>) {
+        if self.needs_stretched {
+            self.stretch(system, at, held);
+        }
         let ForceParts { needs_force, needs_contact, gradient, contact, friction, .. } = self;
         let (terms, places) = (&mut self.terms, &mut self.places);
         if places.is_empty() {
@@ -90,6 +99,25 @@ impl ForceParts {
                 term.evaluate(at.x, at.v);
                 term.add_rows(0, friction);
             }
+        }
+    }
+
+    /// Takes the change of contact and of friction with a stretch about the origin.
+    fn stretch(&mut self, system: &mut System, at: AdjointPlace<'_>, held: Option<&[f64]>) {
+        self.stretched.clear();
+        self.stretched.resize(at.x.len(), 0.0);
+        for term in system.terms_mut().filter(|term| term.properties().kind == EnergyKind::Contact) {
+            term.add_hessian_product(at.x, at.x, &mut self.stretched);
+        }
+        if held.is_some() {
+            system.thaw();
+        }
+        let x = held.unwrap_or(at.x);
+        for term in system.dissipation_mut().filter(|term| term.changing().is_some()) {
+            term.add_position_change(x, at.v, x, &mut self.stretched);
+        }
+        if let Some(held) = held {
+            system.freeze_at(held, at.v);
         }
     }
 }

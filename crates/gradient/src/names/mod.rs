@@ -20,7 +20,7 @@ use pliant_scene::{Body, Load, MassSpec, MembraneSpec, MuscleSpec, Scene, Spring
 use pliant_terms::{ElementSet, ViscousSet};
 
 use crate::parameter::{
-    AttractingMasses, AxisDirections, BodyDensity, BodySimplices, Concatenated, ContactShape,
+    AttractingMasses, AxisDirections, BodyDensity, BodySimplices, Concatenated, ContactReach, ContactShape,
     ContactStiffness, FibreTension, Gravity, GravityNumber, HeldPlaces, LoadShape, Masses, MembraneElements,
     Modulus, NumberLink, Parameter, RestLengths, ShapedElements, SpringStiffness, StepForces, TermFactor,
     Together, TunedSpring, VolumeForce, WeightDensity, Weighted, cell_axes,
@@ -538,6 +538,9 @@ impl Places<'_> {
         if contact::goes_by_shape(self.scene, spec) {
             let (name, d) = (body.name.clone(), self.topology.dimension);
             all.push(Box::new(ContactShape::new(name, d, vertices.clone(), rest.to_vec())));
+            if let Some((reach, slopes)) = contact::reach(self.scene, self.topology, body) {
+                all.push(Box::new(ContactReach::new(reach, slopes, d, rest.to_vec())));
+            }
         }
         Some(if all.len() == 1 { all.swap_remove(0) } else { Box::new(Together::new(all)) })
     }

@@ -140,3 +140,69 @@ impl Parameter for ContactShape {
         }
     }
 }
+
+/// Numbers that the distance `dhat` goes by from which on surfaces push, where nothing has a thickness.
+///
+/// Where all lengths but areas at rest grow by one factor, `dhat` and the square root of the mollifier's `eps`
+/// of edges in proportion to theirs, the energy of contact does, too, and friction stays as it is. So with the
+/// gradients `g`, of the energy and of friction, their change `H x` where places move by themselves, and `c`
+/// the same where rest positions do, which is that of areas, `(D - 1) g`, and of `eps`,
+///
+/// ```text
+/// dhat dg/d dhat = -H x - c + (D - 1) g
+/// ```
+#[derive(Clone, Debug)]
+pub struct ContactReach {
+    /// `dhat` [m].
+    reach: f64,
+    /// Its derivatives by the numbers.
+    slopes: Vec<f64>,
+    dimension: usize,
+    /// Rest positions of all vertices of the simulation, flat [m].
+    rest: Vec<f64>,
+}
+
+impl ContactReach {
+    /// Numbers by which the `reach` [m] has these derivatives, in `dimension` dimensions; `rest` are the rest
+    /// positions of all vertices, flat, in the order of the simulation [m].
+    pub fn new(reach: f64, slopes: Vec<f64>, dimension: usize, rest: Vec<f64>) -> Self {
+        ContactReach { reach, slopes, dimension, rest }
+    }
+
+    /// Derivative of the gradients by the reach [N/m]; `None` where it is not known.
+    fn by_reach(&self, of: &ForceUse<'_>) -> Option<Vec<f64>> {
+        let mut rows = of.stretched.to_vec();
+        shaped(of.system)?.add_gradient_by_shape(place(of), &self.rest, &self.rest, &mut rows);
+        let of_areas = -((self.dimension - 1) as f64);
+        add_scaled(&mut rows, of_areas, of.contact);
+        add_scaled(&mut rows, of_areas, of.friction);
+        rows.iter_mut().for_each(|row| *row /= -self.reach);
+        Some(rows)
+    }
+}
+
+impl Parameter for ContactReach {
+    fn len(&self) -> usize {
+        self.slopes.len()
+    }
+
+    fn needs(&self) -> ParameterNeeds<'_> {
+        ParameterNeeds { contact: true, stretched_contact: true, ..ParameterNeeds::default() }
+    }
+
+    /// Nothing touches where no force acts.
+    fn add_mode(&mut self, _: &ModeUse<'_>, _: &mut [f64]) -> bool {
+        true
+    }
+
+    fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
+        let Some(by_reach) = self.by_reach(of) else { return false };
+        add_scaled(force, -dot(&self.slopes, change), &by_reach);
+        true
+    }
+
+    fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
+        let Some(by_reach) = self.by_reach(of) else { return };
+        add_scaled(derivative, -dot(&by_reach, of.p), &self.slopes);
+    }
+}

@@ -21,7 +21,7 @@ mod weighted;
 
 pub use axes::{AxisDirections, cell_axes};
 pub(crate) use contact::shaped;
-pub use contact::{ContactShape, ContactStiffness, FrictionCoefficient};
+pub use contact::{ContactReach, ContactShape, ContactStiffness, FrictionCoefficient};
 pub use each_step::{HeldPlaces, StepForces};
 pub use elements::BodySimplices;
 pub use gravity::{Gravity, GravityNumber};
@@ -65,6 +65,10 @@ pub struct ForceUse<'a> {
     pub contact: &'a [f64],
     /// `dR/dv` of friction there [N], likewise.
     pub friction: &'a [f64],
+    /// Change of both where all places, those that friction has its normal forces of, move away from the
+    /// origin by themselves [N], where a parameter [asked for it](ParameterNeeds::stretched_contact); else
+    /// empty.
+    pub stretched: &'a [f64],
     /// `dE/dx` or `dR/dv` of terms there [N], by their names, of those that a parameter
     /// [asked for](ParameterNeeds::terms).
     pub terms: &'a [(String, Vec<f64>)],
@@ -164,6 +168,8 @@ pub struct ParameterNeeds<'a> {
     pub force: bool,
     /// [`ForceUse::contact`] and [`ForceUse::friction`].
     pub contact: bool,
+    /// [`ForceUse::stretched`].
+    pub stretched_contact: bool,
     /// Uses of [held coordinates](Parameter::add_held), which depend on it.
     pub held: bool,
     /// The ether drag, which it is. Kicks under it have closed forms, whose further part is added to its
@@ -185,6 +191,7 @@ impl<'a> ParameterNeeds<'a> {
         each.into_iter().fold(ParameterNeeds::default(), |mut all, one| {
             all.force |= one.force;
             all.contact |= one.contact;
+            all.stretched_contact |= one.stretched_contact;
             all.held |= one.held;
             all.ether_drag |= one.ether_drag;
             all.terms.extend(one.terms);

@@ -5,7 +5,7 @@ use pliant::integrator::IntegratorSpec;
 use pliant::material::MaterialSpec;
 use pliant::simulation::Simulation;
 use pliant_gradient::{ContactEvents, LossFrame, ParameterSelection, UNLIMITED, gradient, names};
-use pliant_scene::{MassSpec, OverTime, Scene};
+use pliant_scene::{BodyContactSpec, MassSpec, OverTime, Scene};
 
 use crate::by_parameters;
 use crate::differences::{compare_number, compare_shape, compare_starts};
@@ -193,6 +193,8 @@ fn numbers_that_contact_is_made_of_are_no_parameters() {
         assert_eq!(has(&free, "rest"), scheme == "implicit-euler", "{scheme}");
         let mut near = given.clone();
         near.contact.as_mut().unwrap().distance = None;
+        assert!(has(&near, "rest"), "{scheme}");
+        near.body[0].contact = Some(BodyContactSpec { radius: Some(1e-3), ..BodyContactSpec::default() });
         assert!(!has(&near, "rest"), "{scheme}");
     }
     let mut both = cubes("implicit-euler", "");
@@ -486,6 +488,46 @@ fn shapes_at_rest_have_derivatives_where_surfaces_touch() {
     let walls = |h: f64| {
         let mut scene = stretched(slope("implicit-euler", ""), h);
         scene.obstacle.clear();
+        let wall = serde_json::json!({ "normal": [0.05, 1.0], "offset": 0.0 });
+        scene.world.walls = serde_json::from_value(serde_json::json!([wall])).unwrap();
+        scene
+    };
+    compare_shape("walls", walls, ("block", 0.02), (20, 1e-6));
+}
+
+// Without a `distance` surfaces push from a thousandth of the size of the smallest body on, or from a quarter
+// of the shortest edge.
+#[test]
+fn shapes_at_rest_decide_how_near_surfaces_touch() {
+    let law = "friction = 0.4\nthreshold_speed = 0.2";
+    let once = "friction = 0.4\nfriction_iterations = 1\nthreshold_speed = 0.2";
+    let free = |mut scene: Scene| {
+        scene.contact.as_mut().unwrap().distance = None;
+        scene
+    };
+    for (scheme, law, steps) in [
+        ("implicit-euler", "", 20),
+        ("implicit-euler", law, 20),
+        ("bdf2", once, 20),
+        ("velocity-verlet", law, 200),
+    ] {
+        let of = |h: f64| {
+            let mut scene = free(stretched(slope(scheme, law), h));
+            // Explicit steps bear no more so near.
+            scene.contact.as_mut().unwrap().stiffness = Some(if steps == 20 { 1e5 } else { 1e4 });
+            scene
+        };
+        compare_shape(&format!("slope, {scheme}, {law}"), of, ("block", 0.02), (steps, 1e-6));
+        by_parameters::compare(&format!("{scheme}, {law}"), &of(0.0), &["body.block.rest"], steps);
+    }
+    for (scheme, law) in [("implicit-euler", law), ("tr-bdf2", once)] {
+        let of = |h: f64| free(stretched_cube(dragged_cubes(scheme, law), h));
+        compare_shape(&format!("cubes, {scheme}, {law}"), of, ("upper", 0.01), (12, 1e-6));
+        by_parameters::compare(&format!("cubes, {scheme}, {law}"), &of(0.0), &["body.upper.rest"], 12);
+    }
+    let walls = |h: f64| {
+        let mut scene = stretched(slope("implicit-euler", ""), h);
+        (scene.obstacle, scene.contact) = (vec![], None);
         let wall = serde_json::json!({ "normal": [0.05, 1.0], "offset": 0.0 });
         scene.world.walls = serde_json::from_value(serde_json::json!([wall])).unwrap();
         scene

@@ -30,9 +30,9 @@ use summary::{
 };
 
 /// Reach of contact, as a part of the size of the smallest body.
-const PART_OF_BODY: f64 = 1e-3;
+pub const CONTACT_PART_OF_BODY: f64 = 1e-3;
 /// And at most this part of the shortest edge.
-const PART_OF_EDGE: f64 = 0.25;
+pub const CONTACT_PART_OF_EDGE: f64 = 0.25;
 /// Threshold of friction: this part of the size of the scene in a second.
 const THRESHOLD: f64 = 1e-3;
 /// Number of times that normal forces of friction are renewed, unless the scene says.
@@ -406,10 +406,10 @@ fn reach<const D: usize>(parties: &[ContactParty<'_>], surface: &ContactSurface)
     let of_body = edges.map(|(edge, squared)| (squared.sqrt(), surface.bodies[edge[0] as usize] as usize));
     let shortest = least(&mut of_body.filter(|(_, i)| is_body(*i)));
     let name = |i: usize| parties.get(i).map_or(String::new(), |party| party.body.name.clone());
-    if PART_OF_BODY * smallest.0 <= PART_OF_EDGE * shortest.0 {
-        (PART_OF_BODY * smallest.0, DistanceOrigin::SmallestBody(name(smallest.1)))
+    if CONTACT_PART_OF_BODY * smallest.0 <= CONTACT_PART_OF_EDGE * shortest.0 {
+        (CONTACT_PART_OF_BODY * smallest.0, DistanceOrigin::SmallestBody(name(smallest.1)))
     } else {
-        (PART_OF_EDGE * shortest.0, DistanceOrigin::ShortestEdge(name(shortest.1)))
+        (CONTACT_PART_OF_EDGE * shortest.0, DistanceOrigin::ShortestEdge(name(shortest.1)))
     }
 }
 

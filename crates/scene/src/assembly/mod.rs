@@ -49,7 +49,7 @@ use pliant::system::System;
 use pliant::topology::Topology;
 use pliant_terms::{direct_gravity, tree_gravity};
 
-pub use contact::{ContactSummary, advice_on_gain};
+pub use contact::{CONTACT_PART_OF_BODY, CONTACT_PART_OF_EDGE, ContactSummary, advice_on_gain};
 pub use meeting::{first_meeting, passes_through};
 pub use places::{LoadedVertices, PinnedVertices, ScenePlaces};
 pub use report::{BodyReport, Report};
