@@ -542,6 +542,15 @@ impl<const D: usize> ShapedContact for ContactEnergy<D> {
         let mut changes = surface.area_changes(change, rest);
         self.each_shaped(at, &mut |pair| pair.add_change(surface, &mut changes, rows));
     }
+
+    fn add_scaled_gradient(
+        &self,
+        at: ContactPlace<'_>,
+        factor: &dyn Fn([&str; 2], f64) -> f64,
+        rows: &mut [f64],
+    ) {
+        self.each_shaped(at, &mut |pair| pair.add_scaled(&self.model, factor, rows));
+    }
 }
 
 impl<const D: usize> ChangingStencils for ContactEnergy<D> {

@@ -196,6 +196,19 @@ impl<const D: usize> ShapedPair<'_, D> {
         }
     }
 
+    /// Adds its forces, times a factor by the names of its two bodies and the stiffness between them [Pa].
+    pub(crate) fn add_scaled(
+        &self,
+        model: &ContactModel,
+        factor: &dyn Fn([&str; 2], f64) -> f64,
+        rows: &mut [f64],
+    ) {
+        let ends = [0, self.forces.count - 1].map(|i| model.body(self.forces.vertices[i]));
+        let names = ends.map(|body| &model.names[body as usize][..]);
+        let stiffness = model.laws.of(ends[0], ends[1]).barrier.stiffness;
+        self.forces.add(factor(names, stiffness) * model.surface.weight(self.parts), rows);
+    }
+
     /// Adds the change of its forces with that of areas and squared lengths.
     pub(crate) fn add_change(&self, surface: &ContactSurface, changes: &mut AreaRates, rows: &mut [f64]) {
         let grown: f64 = self.parts.iter().map(|part| part.part * *changes.of(part.of)).sum();

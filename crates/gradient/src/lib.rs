@@ -67,8 +67,8 @@ pub use parameter::{
     AttractingMasses, AxisDirections, BodyDensity, BodySimplices, Concatenated, ContactReach, ContactShape,
     ContactStiffness, EtherDrag, FibreTension, ForceUse, FormulaNumber, FrictionCoefficient, Gravity,
     GravityNumber, HeldChange, HeldPlaces, HeldUse, LoadFactor, LoadShape, LoadValue, Masses,
-    MembraneElements, ModeUse, Modulus, MotionFactor, MotionNumber, MotionShape, NumberLink, Parameter,
-    ParameterNeeds, RestLengths, ShapedElements, Softening, SpringStiffness, StateUse, StepForces,
+    MembraneElements, ModeUse, Modulus, MotionFactor, MotionNumber, MotionShape, NumberLink, PairStiffness,
+    Parameter, ParameterNeeds, RestLengths, ShapedElements, Softening, SpringStiffness, StateUse, StepForces,
     TermFactor, TieRestLength, Together, TunedSpring, VolumeForce, WeightDensity, Weighted, cell_axes,
 };
 pub use support::check;

@@ -408,6 +408,15 @@ pub trait ShapedContact {
     /// Adds to `rows` what is added to these gradients where rest positions move by `change`, flat: the
     /// transpose.
     fn add_gradient_by_shape(&self, at: ContactPlace<'_>, change: &[f64], rest: &[f64], rows: &mut [f64]);
+
+    /// Adds to `rows` these gradients, those of each contact times a factor by the names of its two bodies
+    /// and the stiffness of contact between them [Pa].
+    fn add_scaled_gradient(
+        &self,
+        at: ContactPlace<'_>,
+        factor: &dyn Fn([&str; 2], f64) -> f64,
+        rows: &mut [f64],
+    );
 }
 
 /// Surfaces that were nearest to each other for the distance from which on they push.

@@ -21,9 +21,9 @@ use pliant_terms::{ElementSet, ViscousSet};
 
 use crate::parameter::{
     AttractingMasses, AxisDirections, BodyDensity, BodySimplices, Concatenated, ContactReach, ContactShape,
-    ContactStiffness, FibreTension, Gravity, GravityNumber, HeldPlaces, LoadShape, Masses, MembraneElements,
-    Modulus, NumberLink, Parameter, RestLengths, ShapedElements, SpringStiffness, StepForces, TermFactor,
-    Together, TunedSpring, VolumeForce, WeightDensity, Weighted, cell_axes,
+    FibreTension, Gravity, GravityNumber, HeldPlaces, LoadShape, Masses, MembraneElements, Modulus,
+    NumberLink, Parameter, RestLengths, ShapedElements, SpringStiffness, StepForces, TermFactor, Together,
+    TunedSpring, VolumeForce, WeightDensity, Weighted, cell_axes,
 };
 use crate::{GradientError, RunGradient};
 use constants::MaterialConstants;
@@ -239,11 +239,14 @@ fn has_shape(scene: &Scene, spec: &Body, material: &MaterialSpec, body: &BodyTop
     let is_at_rest = matches!(material, MaterialSpec::Linear(_)) && stiffness_proportional(spec) != 0.0;
     let by_masses = spec.damping.as_ref().and_then(|damping| damping.mass_proportional).unwrap_or(0.0) != 0.0;
     let weighs = !is_static(scene) || !by_masses && !scene.world.gravity_changes();
-    // Of muscles in cells no dependence on places is known.
+    pulls_alike(spec, body) && spec.springs.is_none() && spec.bending.is_none() && !is_at_rest && weighs
+}
+
+/// True unless a muscle in cells that are no simplices goes by places, which no derivative is known of.
+fn pulls_alike(spec: &Body, body: &BodyTopology) -> bool {
     let by_place =
         |muscle: &MuscleSpec| muscle.tension.depends_on_place() || muscle.fibre.slopes(&[]).is_some();
-    let pulls_alike = body.blocks.is_empty() || !spec.muscle.iter().any(by_place);
-    pulls_alike && spec.springs.is_none() && spec.bending.is_none() && !is_at_rest && weighs
+    body.blocks.is_empty() || !spec.muscle.iter().any(by_place)
 }
 
 /// Damping in proportion to the stiffness of a body [s].
@@ -319,7 +322,12 @@ impl Places<'_> {
         }
         let (spec, body, key) = self.body(name).ok_or_else(|| unknown("is no parameter of this scene"))?;
         if !of_body(self.scene, spec, body).iter().any(|known| known == key) {
-            return Err(unknown(contact::obstacle(self.scene, spec, key).unwrap_or("has no derivative")));
+            let of_muscle = (key == "rest" && !pulls_alike(spec, body)).then_some(
+                "has no derivative where a muscle in its cells goes by places: give its tension and \
+                 direction as numbers",
+            );
+            let reason = of_muscle.or_else(|| contact::obstacle(self.scene, spec, key));
+            return Err(unknown(reason.unwrap_or("has no derivative")));
         }
         self.of_body(spec, body, key).ok_or_else(|| unknown("has no derivative"))
     }
@@ -339,14 +347,22 @@ impl Places<'_> {
         let internal = |vertex| self.numbering.internal(vertex);
         let whole = |number| -> Box<dyn Parameter> {
             let density = BodyDensity::new(number, body.vertices.clone(), internal);
-            if is_static(self.scene) {
-                return Box::new(WeightDensity::new(density, self.gravity()));
+            let mut all: Vec<Box<dyn Parameter>> = vec![if is_static(self.scene) {
+                Box::new(WeightDensity::new(density, self.gravity()))
+            } else {
+                Box::new(density)
+            }];
+            if let Some(attracting) = self.attracting(body).filter(|_| !is_static(self.scene)) {
+                let shares =
+                    self.topology.masses[body.vertices.start as usize..body.vertices.end as usize].iter();
+                all.push(Box::new(Weighted::new(attracting, shares.map(|mass| mass / number).collect())));
             }
-            let Some(attracting) = self.attracting(body) else { return Box::new(density) };
-            let shares =
-                self.topology.masses[body.vertices.start as usize..body.vertices.end as usize].iter();
-            let attracting = Weighted::new(attracting, shares.map(|mass| mass / number).collect());
-            Box::new(Together::new(vec![Box::new(density), Box::new(attracting)]))
+            if let Some(of_contact) =
+                contact::by_density(self.scene, self.topology, (spec, &body.name), number)
+            {
+                all.push(Box::new(of_contact));
+            }
+            if all.len() == 1 { all.swap_remove(0) } else { Box::new(Together::new(all)) }
         };
         if let Some(factor) =
             proportional::of_body(self.scene, spec, body).into_iter().find(|factor| factor.key == key)
@@ -701,8 +717,9 @@ impl Places<'_> {
             modulus = modulus.of_system();
         }
         let modulus: Box<dyn Parameter> = Box::new(modulus);
-        if key == "elastic.young" && contact::is_as_stiff(self.scene, spec) {
-            let of_contact = ContactStiffness::new(young(material)?);
+        if key == "elastic.young"
+            && let Some(of_contact) = contact::by_modulus(self.scene, spec, &body.name)
+        {
             return Some(Box::new(Together::new(vec![modulus, Box::new(of_contact)])));
         }
         Some(modulus)

@@ -143,8 +143,8 @@ impl Parameter for ContactShape {
 
 /// Numbers that the distance `dhat` goes by from which on surfaces push, where nothing has a thickness.
 ///
-/// Where all lengths but areas at rest grow by one factor, `dhat` and the square root of the mollifier's `eps`
-/// of edges in proportion to theirs, the energy of contact does, too, and friction stays as it is. So with the
+/// Where all lengths but areas at rest grow by one factor, `dhat` and the fourth root of the mollifier's
+/// `eps` of edges among them, the energy of contact does, too, and friction stays as it is. So with the
 /// gradients `g`, of the energy and of friction, their change `H x` where places move by themselves, and `c`
 /// the same where rest positions do, which is that of areas, `(D - 1) g`, and of `eps`,
 ///
@@ -204,5 +204,46 @@ impl Parameter for ContactReach {
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
         let Some(by_reach) = self.by_reach(of) else { return };
         add_scaled(derivative, -dot(&by_reach, of.p), &self.slopes);
+    }
+}
+
+/// A number that the stiffness `kappa` of contact goes by, another between each two bodies.
+pub struct PairStiffness {
+    /// Relative derivative by the number, of the names of two bodies and the stiffness between them [Pa].
+    rate: Box<dyn Fn([&str; 2], f64) -> f64 + Send>,
+}
+
+impl PairStiffness {
+    /// A number with this derivative of `ln kappa`, by the names of two bodies and `kappa` [Pa].
+    pub fn new(rate: impl Fn([&str; 2], f64) -> f64 + Send + 'static) -> Self {
+        PairStiffness { rate: Box::new(rate) }
+    }
+
+    /// Derivative of the gradients of contact and of friction by the number.
+    fn gradient(&self, of: &ForceUse<'_>) -> Option<Vec<f64>> {
+        let mut rows = vec![0.0; of.x.len()];
+        shaped(of.system)?.add_scaled_gradient(place(of), &self.rate, &mut rows);
+        Some(rows)
+    }
+}
+
+impl Parameter for PairStiffness {
+    fn len(&self) -> usize {
+        1
+    }
+
+    /// Nothing touches where no force acts.
+    fn add_mode(&mut self, _: &ModeUse<'_>, _: &mut [f64]) -> bool {
+        true
+    }
+
+    fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
+        let Some(gradient) = self.gradient(of) else { return false };
+        add_scaled(force, -change[0], &gradient);
+        true
+    }
+
+    fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
+        derivative[0] -= self.gradient(of).map_or(0.0, |gradient| dot(&gradient, of.p));
     }
 }

@@ -21,7 +21,7 @@ mod weighted;
 
 pub use axes::{AxisDirections, cell_axes};
 pub(crate) use contact::shaped;
-pub use contact::{ContactReach, ContactShape, ContactStiffness, FrictionCoefficient};
+pub use contact::{ContactReach, ContactShape, ContactStiffness, FrictionCoefficient, PairStiffness};
 pub use each_step::{HeldPlaces, StepForces};
 pub use elements::BodySimplices;
 pub use gravity::{Gravity, GravityNumber};

@@ -517,8 +517,8 @@ impl<const D: usize, const N: usize> RestShape<D, N> {
     }
 
     /// Derivatives of the masses of nodes by the volume of each point, `visit(q, node, dm/dw)`: in statics
-    /// and of cells `rho sum_q w N_a`; shares alike of first order; of second order `m_a = rho V t_a / T`, `t_a =
-    /// sum_q w N_a^2`, `T = sum_a t_a`.
+    /// and of cells `rho sum_q w N_a`; shares alike of first order; of second order `m_a = rho V t_a / T`,
+    /// `t_a = sum_q w N_a^2`, `T = sum_a t_a`.
     fn each_mass(&self, i: usize, mut visit: impl FnMut(usize, usize, f64)) {
         let (mut squares, mut volume) = ([0.0; N], 0.0);
         for (point, values) in self.masses.of(i) {

@@ -196,6 +196,27 @@ fn steps_that_were_taken_in_parts_have_derivatives() {
     }
 }
 
+/// A scheme whose solves do not end at new positions finds what these lead to once it is there: elements
+/// that are turned inside out.
+#[test]
+fn a_step_of_which_a_solved_part_was_taken_back_has_derivatives() {
+    let scheme = "crouzeix3";
+    let of = |young: f64| {
+        let mut scene = pressed(scheme, young, "");
+        let motion = json!({ "displacement": ["0.1*t", "-0.05*min(10*t, 1.2)"] });
+        scene.body[0].pin[1].motion = Some(serde_json::from_value(motion).unwrap());
+        scene
+    };
+    let mut simulation = assembled(&of(1e6)).0;
+    let mut step = |_| {
+        simulation.step().unwrap();
+        simulation.took_solved_part_back()
+    };
+    assert!((0..4).map(&mut step).filter(|taken_back| *taken_back).count() > 0, "nothing is taken back");
+    compare_number(scheme, of, ("body.block.elastic.young", 1e6, 1e6), (4, 1e-6));
+    compare_with_tangents(scheme, &of(1e6), 4);
+}
+
 /// The middle is held for less than half of a step that is taken in parts: all of that is without.
 #[test]
 fn parts_let_go_of_what_the_whole_step_does() {

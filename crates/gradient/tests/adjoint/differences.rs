@@ -148,8 +148,8 @@ pub(crate) fn compare_shape(
     );
 }
 
-/// Compares the derivatives by these coordinates of the shape at rest, of scenes that are made of it and start
-/// at rest; changes of each are measured by a `size`. Coordinates of which little is made are left out.
+/// Compares the derivatives by these coordinates of the shape at rest, of scenes that are made of it and
+/// start at rest; changes of each are measured by a `size`. Coordinates of which little is made are left out.
 pub(crate) fn compare_coordinates(
     what: &str,
     scene_of: impl Fn(&[f64]) -> Scene,

@@ -186,7 +186,9 @@ fn cells(h: f64) -> Scene {
          name = \"beam\"
          mass = {{ density = 900.0 }}
          elastic = {{ neo-hookean = {{ young = 6e4, poisson = 0.35 }} }}
-         mesh = {{ inline = {{ points = {}, hexahedra = [[0, 1, 4, 3, 6, 7, 10, 9], [1, 2, 5, 4, 7, 8, 11, 10]] }} }}
+         mesh = {{ inline = {{ points = {}, hexahedra = [
+             [0, 1, 4, 3, 6, 7, 10, 9], [1, 2, 5, 4, 7, 8, 11, 10],
+         ] }} }}
          {}",
         rows(&places, 3),
         "pin = [{ vertices = [0, 3, 6, 9] }]",

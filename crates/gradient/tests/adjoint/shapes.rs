@@ -1,10 +1,10 @@
 //! Shapes at rest: elements of second order, viscosities, factors of elements, statics.
 
-use pliant_gradient::names;
+use pliant_gradient::{LossFrame, ParameterSelection, UNLIMITED, gradient, names};
 use pliant_scene::Scene;
 
 use crate::by_parameters::compare;
-use crate::differences::{compare_numbers, compare_shape};
+use crate::differences::{compare_number, compare_numbers, compare_shape};
 use crate::solid::{assembled, rows};
 use crate::support::{scattered, scene};
 
@@ -210,6 +210,67 @@ fn numbers_of_single_elements_of_second_order_have_derivatives() {
         compare_numbers(&what, of_fibres, (names[1], &directions, &sizes), (steps, 1e-6));
         let steps = if scheme == "quasi-static" { 1 } else { steps };
         compare(&what, &of(&young, &directions), &names, steps);
+    }
+}
+
+/// Two elements of second order that nothing holds together: of what becomes of one the other's Poisson's
+/// ratio knows nothing, and its own all that the ratio of the body does.
+#[test]
+fn poissons_ratio_of_single_elements_of_second_order_has_derivatives() {
+    for (d, (scheme, steps)) in [2, 3].into_iter().flat_map(|d| RUNS.map(|run| (d, run))) {
+        let of = |poisson: f64| {
+            let (points, cells, gravity) = match d {
+                2 => (
+                    "[[0, 0], [0.5, 0.05], [0.1, 0.4], [1, 0], [1.4, 0.1], [1.1, 0.5]]",
+                    "triangles = [[0, 1, 2], [3, 4, 5]]",
+                    "[2.7, -9.81]",
+                ),
+                _ => (
+                    "[[0, 0, 0], [0.5, 0.05, 0], [0.1, 0.4, 0], [0.1, 0.1, 0.4], [1, 0, 0], [1.4, 0.1, 0], \
+                     [1.1, 0.5, 0], [1, 0.1, 0.5]]",
+                    "tetrahedra = [[0, 1, 2, 3], [4, 5, 6, 7]]",
+                    "[2.7, -9.81, 2.0]",
+                ),
+            };
+            let held = if d == 2 { "[0, 1, 3, 4]" } else { "[0, 1, 2, 4, 5, 6]" };
+            let text = format!(
+                "[world]
+                 gravity = {gravity}
+                 [[body]]
+                 name = \"pair\"
+                 order = 2
+                 mesh = {{ inline = {{ points = {points}, {cells} }} }}
+                 pin = [{{ vertices = {held} }}]
+                 elastic = {{ neo-hookean = {{ young = 2e4, poisson = {poisson:?} }} }}
+                 mass = {{ density = 1000.0 }}"
+            );
+            scene(scheme, d, [0.01, 1e-3], &text)
+        };
+        let what = format!("{scheme}, {d}D");
+        let names = ["body.pair.elastic.poisson", "body.pair.elastic.poisson_per_element"];
+        compare_number(&what, of, (names[0], 0.35, 0.1), (steps, 1e-6));
+        for element in 0..2 {
+            let (mut simulation, topology) = assembled(&of(0.35));
+            let mut selection =
+                ParameterSelection::new(&of(0.35), &topology, simulation.numbering(), &names).unwrap();
+            // Corners of the elements lie on both sides of x = 0.8 m.
+            let mut loss = |frame: &LossFrame<'_>, x_bar: &mut [f64], _: &mut [f64]| {
+                if frame.step == steps {
+                    let rest = topology.rest_positions.chunks_exact(d).zip(x_bar.chunks_exact_mut(d));
+                    let own = rest.filter(|(rest, _)| (rest[0] > 0.8) == (element == 1));
+                    own.enumerate().for_each(|(i, (_, bar))| bar[d - 1] = 1.0 + 0.3 * i as f64);
+                }
+                0.0
+            };
+            let found =
+                gradient(&mut simulation, steps, &mut loss, selection.parameters(), UNLIMITED).unwrap();
+            let parts = selection.parts(&found);
+            let (whole, own, other) = (parts[0][0], parts[1][element], parts[1][1 - element]);
+            assert!(whole != 0.0 && (own / whole - 1.0).abs() < 1e-11, "{what}: {own:e} of {whole:e}");
+            assert!(other.abs() < 1e-12 * whole.abs(), "{what}: {other:e} of {whole:e}");
+        }
+        let steps = if scheme == "quasi-static" { 1 } else { steps };
+        compare(&what, &of(0.35), &names, steps);
     }
 }
 

@@ -1,10 +1,10 @@
 //! Derivatives of cells by their shape at rest.
 //!
 //! Forces of a cell follow from its rest data: gradients `b` and parts `w` at the quadrature points, the
-//! volume `V`, and of bending the weights `g`, the directions `f_k` at rest and the stiffnesses `K`. What they
-//! do along `p` is `p . dE/dx`; its derivatives by these numbers are taken here, and
-//! [`RestRates`](rest::RestRates) leads from them to the nodes. With `G_q` and `Gb_q` made of `p` as the change
-//! of `F_q` and of `Fb_q`, `P = P(Fb)`, `A = dP/dF : Gb` and `g = cof F : G`,
+//! volume `V`, and of bending the weights `g`, the directions `f_k` at rest and the stiffnesses `K`. What
+//! they do along `p` is `p . dE/dx`; its derivatives by these numbers are taken here, and
+//! [`RestRates`](rest::RestRates) leads from them to the nodes. With `G_q` and `Gb_q` made of `p` as the
+//! change of `F_q` and of `Fb_q`, `P = P(Fb)`, `A = dP/dF : Gb` and `g = cof F : G`,
 //!
 //! ```text
 //! t = (A : Fb + P : Gb) / D,   u = P : Fb / D,   Theta = mean(t)/theta - mean(u) theta'/theta^2,
@@ -14,9 +14,9 @@
 //! Gb = s (G + r F),   r = (theta'/theta - g/J)/D
 //! ```
 //!
-//! Slopes are drawn by `c_lk = min(1, h_l/h_k)`, and stiffness in bending is a positive part: both have a kink
-//! where two lengths of a cell are equal, as in squares and cubes. There the derivative by each coordinate of
-//! a node is the mean of those from both sides, as central differences have it.
+//! Slopes are drawn by `c_lk = min(1, h_l/h_k)`, and stiffness in bending is a positive part: both have a
+//! kink where two lengths of a cell are equal, as in squares and cubes. There the derivative by each
+//! coordinate of a node is the mean of those from both sides, as central differences have it.
 
 pub(crate) mod number;
 mod rest;
@@ -44,8 +44,8 @@ pub trait CellShapes: Send {
     /// Adds what is added to `dE/dx + dR/dv` where rest positions move by `change`: the transpose.
     fn add_gradients(&self, at: (&[f64], &[f64]), change: &[f64], gradient: &mut [f64]);
 
-    /// Adds the derivatives of `p . (d2E/dx2 p)` by rest positions that `x`, at which there is no stress, goes
-    /// along with.
+    /// Adds the derivatives of `p . (d2E/dx2 p)` by rest positions that `x`, at which there is no stress,
+    /// goes along with.
     fn add_curvatures(&self, x: &[f64], p: &[f64], rows: &mut [f64]);
 }
 
