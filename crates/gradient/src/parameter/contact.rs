@@ -207,10 +207,12 @@ impl Parameter for ContactReach {
     }
 }
 
+/// Relative derivative of the stiffness between two bodies of these names, which has this value [Pa].
+type PairRate = dyn Fn([&str; 2], f64) -> f64 + Send;
+
 /// A number that the stiffness `kappa` of contact goes by, another between each two bodies.
 pub struct PairStiffness {
-    /// Relative derivative by the number, of the names of two bodies and the stiffness between them [Pa].
-    rate: Box<dyn Fn([&str; 2], f64) -> f64 + Send>,
+    rate: Box<PairRate>,
 }
 
 impl PairStiffness {

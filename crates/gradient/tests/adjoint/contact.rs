@@ -493,7 +493,7 @@ fn shapes_at_rest_have_derivatives_where_surfaces_touch() {
 }
 
 fn scheme_named(name: &str) -> IntegratorSpec {
-    let mut all = IntegratorSpec::ALL.into_iter();
+    let mut all = IntegratorSpec::ALL.iter();
     *all.find(|spec| spec.method().documentation.name == name).unwrap()
 }
 

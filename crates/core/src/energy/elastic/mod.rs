@@ -21,9 +21,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub(crate) use mean_dilatation::{
     BendingPack, BendingSolid, CellBending, CellPacks, PointPack, cell_gradient, gradient_of_lane,
 };
-pub use mean_dilatation::{
-    CellShapes, CellTurns, Dilatation, MeanDilatation, ShapedCells, TurningCells,
-};
+pub use mean_dilatation::{CellShapes, CellTurns, Dilatation, MeanDilatation, ShapedCells, TurningCells};
 pub use membrane::flattened;
 pub use membrane::{Membrane, Sheet};
 pub use nodal::nodal_integration;

@@ -210,12 +210,7 @@ fn deviator<S: number::RestNumber, const D: usize>(a: &Mat<S, D>) -> Mat<S, D> {
 
 impl<const D: usize, const N: usize> ShapedCells<D, N> {
     /// `P` of a cell at its points, and its change along other deformations, in the axes of space.
-    fn stresses(
-        &self,
-        element: usize,
-        f: &[Mat<f64, D>],
-        along: &[Mat<f64, D>],
-    ) -> (Vec<Mat<f64, D>>, Vec<Mat<f64, D>>) {
+    fn stresses(&self, element: usize, f: &[Mat<f64, D>], along: &[Mat<f64, D>]) -> [Vec<Mat<f64, D>>; 2] {
         let MeanDilatation { material, stress, axes, .. } = &self.cells;
         let axes = axes.get(element).map(Mat::leading::<D>);
         let turned = |f: &Mat<f64, D>| axes.map_or(*f, |axes| f.mul(&axes));
@@ -226,7 +221,7 @@ impl<const D: usize, const N: usize> ShapedCells<D, N> {
             let tangent = material.tangent(f, Psd::Exact);
             back(tangent.apply(&turned(g)))
         });
-        ((0..f.len()).map(|q| back(p.lane(q))).collect(), change.collect())
+        [(0..f.len()).map(|q| back(p.lane(q))).collect(), change.collect()]
     }
 
     /// Derivatives of the elastic forces at the quadrature points along `p` by rest data.
@@ -261,7 +256,7 @@ impl<const D: usize, const N: usize> ShapedCells<D, N> {
             Dilatation::Own => (f[q], g[q]),
         };
         let (fb, gb): (Vec<Mat<f64, D>>, Vec<Mat<f64, D>>) = (0..count).map(dilated).unzip();
-        let (stress, along) = self.stresses(element, &fb, &gb);
+        let [stress, along] = self.stresses(element, &fb, &gb);
         let is_small = dilatation == Dilatation::Small;
         let t = |q: usize| match is_small {
             true => along[q].trace() / d,
@@ -432,13 +427,18 @@ impl<const D: usize, const N: usize> ShapedCells<D, N> {
     }
 
     /// Derivatives of a function of rest data by the nodes of a cell.
-    fn by_nodes(&self, element: usize, mut rates: RestRates<D, N>) -> [[f64; D]; N] {
+    fn by_nodes(
+        &self,
+        element: usize,
+        rest: &RestCell<f64, D, N>,
+        mut rates: RestRates<D, N>,
+    ) -> [[f64; D]; N] {
         let mut rows = [[0.0; D]; N];
         self.elastic.of(element).add(&rates.elastic, &mut rows);
         if let Some(viscous) = &self.viscous {
             viscous.of(element).add(&rates.viscous, &mut rows);
         }
-        rates.add_to_nodes(self.cells.cell, &self.cells.nodes[element], &mut rows);
+        rates.add_to_nodes(self.cells.cell, &self.cells.nodes[element], &rest.points, &mut rows);
         rows
     }
 
@@ -492,7 +492,7 @@ impl<const D: usize, const N: usize> ShapedCells<D, N> {
             self.spread(&rest, (pair, k), (forces[pair][side], &mode.of_q, &mode.of_f), &mut gradient);
         }
         if let Some(viscous) = &self.viscous {
-            self.add_viscous_gradient(&rest, (&x, &v), &mut gradient);
+            self.add_viscous_gradient(&rest, [&x, &v], &mut gradient);
             let stiffness = viscous.of(element).moving(change);
             let (f, f_v) = (self.directions(&x), self.directions(&v));
             let q_v = rest.weights.map(|weights| weighted(&v, &weights));
@@ -552,7 +552,7 @@ impl<const D: usize, const N: usize> ShapedCells<D, N> {
         };
         let fb: Vec<Mat<Dual<f64>, D>> = f.iter().map(dilated).collect();
         let (values, changes): (Vec<_>, Vec<_>) = fb.iter().map(Dual::parts).unzip();
-        let (stress, along) = self.stresses(element, &values, &changes);
+        let [stress, along] = self.stresses(element, &values, &changes);
         let stress: Vec<Mat<Dual<f64>, D>> =
             stress.iter().zip(&along).map(|(p, along)| Dual::along(p, along)).collect();
         let pressure = |q: usize| match is_small {
@@ -578,7 +578,7 @@ impl<const D: usize, const N: usize> ShapedCells<D, N> {
     fn add_viscous_gradient(
         &self,
         rest: &RestCell<Dual<f64>, D, N>,
-        (x, v): (&[[Dual<f64>; D]; N], &[[Dual<f64>; D]; N]),
+        [x, v]: [&[[Dual<f64>; D]; N]; 2],
         gradient: &mut [[Dual<f64>; D]; N],
     ) {
         let (two_eta, of_volume) = (2.0 * self.viscosity.0, self.of_volume());
@@ -597,8 +597,12 @@ impl<const D: usize, const N: usize> ShapedCells<D, N> {
     }
 
     /// Derivatives of `p . (d2E/dx2 p)` of a cell by rest data, where `x` goes along with it.
-    fn curvature_rates(&self, element: usize, x: &[[f64; D]; N], p: &[[f64; D]; N]) -> RestRates<D, N> {
-        let rest = RestCell::new(self.cells.cell, &self.cells.nodes[element]);
+    fn curvature_rates(
+        &self,
+        element: usize,
+        rest: &RestCell<f64, D, N>,
+        (x, p): (&[[f64; D]; N], &[[f64; D]; N]),
+    ) -> RestRates<D, N> {
         let mut rates = RestRates::new(rest.points.len());
         let (dilatation, d, volume) = (self.cells.dilatation, D as f64, rest.volume);
         let [f, g] = [x, p].map(|rows| -> Vec<Mat<f64, D>> {
@@ -614,7 +618,7 @@ impl<const D: usize, const N: usize> ShapedCells<D, N> {
             false => f[q].scale_add((mean_growth - growth(q)) / d, &g[q]),
         };
         let gb: Vec<Mat<f64, D>> = (0..f.len()).map(dilated).collect();
-        let (_, along) = self.stresses(element, &f, &gb);
+        let [_, along] = self.stresses(element, &f, &gb);
         let t = |q: usize| if is_own { 0.0 } else { along[q].dot(&f[q]) / d };
         let mean_t = mean(&t);
         for q in 0..f.len() {
@@ -692,7 +696,7 @@ impl<const D: usize, const N: usize> CellShapes for ShapedCells<D, N> {
                 let stiffness = &viscous.of(element).value;
                 self.add_viscous_bending(stiffness, &rest, (&x, &v), &p, &mut rates);
             }
-            add_rows(&vertices, &self.by_nodes(element, rates), rows);
+            add_rows(&vertices, &self.by_nodes(element, &rest, rates), rows);
         }
     }
 
@@ -707,8 +711,9 @@ impl<const D: usize, const N: usize> CellShapes for ShapedCells<D, N> {
     fn add_curvatures(&self, x: &[f64], p: &[f64], rows: &mut [f64]) {
         for (element, vertices, ..) in self.cells.elements() {
             let [x, p] = [x, p].map(|rows| relative(rows, &vertices));
-            let rates = self.curvature_rates(element, &x, &p);
-            add_rows(&vertices, &self.by_nodes(element, rates), rows);
+            let rest = RestCell::new(self.cells.cell, &self.cells.nodes[element]);
+            let rates = self.curvature_rates(element, &rest, (&x, &p));
+            add_rows(&vertices, &self.by_nodes(element, &rest, rates), rows);
         }
     }
 }

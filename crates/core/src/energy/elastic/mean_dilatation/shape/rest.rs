@@ -2,7 +2,8 @@
 
 use super::super::bending::{BendingSolid, BendingStiffness, LackingCell, MOST_PAIRS, axes};
 use super::super::packs::{
-    RestGradients, drawn_slopes, exact_gradients, gradients, jacobian, lengths, lengths_to_draw, physical,
+    RestGradients, RestPoint, drawn_slopes, exact_gradients, gradients, jacobian, lengths, lengths_to_draw,
+    physical,
 };
 use super::number::below_one;
 use super::{add, dot};
@@ -104,14 +105,16 @@ impl<const D: usize, const N: usize> RestRates<D, N> {
         }
     }
 
-    /// Adds those by the nodes at rest, all but those by way of stiffnesses in bending.
+    /// Adds those by the nodes at rest, with this rest data at the quadrature points, all but those by way of
+    /// stiffnesses in bending.
     pub(super) fn add_to_nodes(
         &mut self,
         cell: &Isoparametric<D, N>,
         nodes: &[[f64; D]; N],
+        points: &[RestPoint<f64, D, N>],
         rows: &mut [[f64; D]; N],
     ) {
-        self.add_by_weights(cell, nodes, rows);
+        self.add_by_weights(cell, nodes, points, rows);
         let drawn_by = lengths_to_draw(cell, nodes);
         // Slopes of a cell that would fold go by no lengths.
         let is_drawn = drawn_by == lengths(cell, nodes);
@@ -155,9 +158,9 @@ impl<const D: usize, const N: usize> RestRates<D, N> {
         &mut self,
         cell: &Isoparametric<D, N>,
         nodes: &[[f64; D]; N],
+        points: &[RestPoint<f64, D, N>],
         rows: &mut [[f64; D]; N],
     ) {
-        let RestGradients { points, .. } = gradients(cell, nodes);
         for ([k, l], weights) in axes(D).iter().zip(self.weights) {
             let signs = cell.nodes.map(|node| node[*k] * node[*l]);
             let mut along = [0.0; D];
