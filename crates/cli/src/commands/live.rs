@@ -5,6 +5,7 @@ use std::path::Path;
 use pliant_live::{LiveError, LiveOptions, LiveServer, LiveSummary};
 use serde_json::json;
 
+use super::run::use_threads;
 use super::view::opened;
 use crate::arguments::LiveArguments;
 use crate::failure::{ExitStatus, Failure};
@@ -13,6 +14,7 @@ use crate::interrupt;
 use crate::terminal::Terminal;
 
 pub(crate) fn execute(arguments: &LiveArguments, terminal: Terminal) -> Result<ExitStatus, Failure> {
+    use_threads(None)?;
     let input = Input::read(&arguments.scene, &arguments.set, None)?;
     let options = LiveOptions {
         address: arguments.bind,

@@ -88,11 +88,20 @@ pub fn closing(
     (closing.messages(), closing.recorded_outcome())
 }
 
-/// Makes this many threads do the work; all cores without a number. The result is the same bits for any.
+/// Makes this many threads do the work, all cores without a number, the one that calls among them: to hand every
+/// loop to others and wait costs a cloth in contact a tenth of its time. The result is the same bits for any.
+///
+/// # Errors
+/// The threads cannot be started.
 pub(super) fn use_threads(threads: Option<NonZeroU16>) -> Result<(), Failure> {
-    let Some(threads) = threads else { return Ok(()) };
-    ThreadPoolBuilder::new()
-        .num_threads(usize::from(threads.get()))
-        .build_global()
-        .map_err(|error| Failure::failed("threads", format!("cannot start {threads} threads: {error}")))
+    if rayon::current_thread_index().is_some() {
+        return Ok(());
+    }
+    // Without a number rayon goes by `RAYON_NUM_THREADS`, and by the cores.
+    let pool = ThreadPoolBuilder::new().use_current_thread();
+    let pool = pool.num_threads(threads.map_or(0, |threads| usize::from(threads.get())));
+    pool.build_global().map_err(|error| {
+        let number = threads.map_or_else(|| "one for each core".to_owned(), |threads| threads.to_string());
+        Failure::failed("threads", format!("cannot start threads ({number}): {error}"))
+    })
 }

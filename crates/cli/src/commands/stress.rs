@@ -11,6 +11,7 @@ use std::time::Duration;
 use pliant_lab::stress::{self, Case, CaseFilter, CaseResult, CaseVerdict, Progress};
 use serde_json::{Value, json};
 
+use super::run::use_threads;
 use crate::arguments::StressArguments;
 use crate::failure::{ExitStatus, Failure};
 use crate::input::Input;
@@ -57,6 +58,7 @@ pub(crate) fn execute(arguments: &StressArguments, terminal: Terminal) -> Result
         Some(file) if arguments.resume && file.exists() => earlier_results(file)?,
         _ => vec![],
     };
+    use_threads(None)?;
     let interrupted = interrupt::flag()?;
     let count = cases.len();
     let budget = arguments.budget.or(arguments.scene.as_ref().map(|_| SCENE_BUDGET));
