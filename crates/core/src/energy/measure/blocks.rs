@@ -77,11 +77,10 @@ fn congruent<L: Lanes, const D: usize>(matrix: &mut PackedMatrix<L>, n: usize, f
 }
 
 impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> StencilBlocksKernel<'_, Q, D, N> {
-    /// `grad s grad s^T + (s - s_0) grad grad s` by the places of all points but the first, or its first part
-    /// alone. The rest follows, for translations change nothing.
+    /// Writes `grad s grad s^T + (s - s_0) grad grad s` by the places of all points but the first, or its first
+    /// part alone. The rest follows, for translations change nothing.
     #[inline(always)]
-    fn matrix<L: Lanes>(&self, x: &[[L; D]; N], rest: &[L; 2]) -> PackedMatrix<L> {
-        let mut matrix = PackedMatrix::<L>::default();
+    fn write_matrix<L: Lanes>(&self, x: &[[L; D]; N], rest: &[L; 2], matrix: &mut PackedMatrix<L>) {
         if self.blocks == MatrixOutput::Rate {
             let (_, gradient) = Q::deviation(x, rest);
             for row in 0..(N - 1) * D {
@@ -90,7 +89,7 @@ impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> StencilBlocksKernel<
                         gradient[1 + row / D][row % D] * gradient[1 + column / D][column % D];
                 }
             }
-            return matrix;
+            return;
         }
         if self.blocks == MatrixOutput::Hessian(Psd::Projected)
             && let Some(parts) = Q::positive_parts(x, rest)
@@ -104,7 +103,7 @@ impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> StencilBlocksKernel<
                     (matrix[row][column], matrix[column][row]) = (sum, sum);
                 }
             }
-            return matrix;
+            return;
         }
         let mut along = [[Dual::constant(L::zero()); D]; N];
         for node in 0..N {
@@ -127,17 +126,16 @@ impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> StencilBlocksKernel<
             // An orthonormal basis of what is no translation is `B^T M^-1`, `B` the differences to the first
             // point: the eigenvalues of `M A M` are those of the whole matrix but for zeros.
             let (there, back) = root_constants(N - 1);
-            congruent::<L, D>(&mut matrix, N - 1, there);
-            project_positive_packed(&mut matrix, (N - 1) * D);
-            congruent::<L, D>(&mut matrix, N - 1, -back);
+            congruent::<L, D>(matrix, N - 1, there);
+            project_positive_packed(matrix, (N - 1) * D);
+            congruent::<L, D>(matrix, N - 1, -back);
         }
-        matrix
     }
 
-    /// Blocks of the pairs `a <= b` of all points by rows, times `stiffness`, in `packs` one entry after the
+    /// Writes the blocks of the pairs `a <= b` of all points by rows, times `stiffness`, one entry after the
     /// other.
     #[inline(always)]
-    fn write_blocks<L: Lanes>(matrix: &PackedMatrix<L>, stiffness: L, packs: &mut [L]) {
+    fn write_blocks<L: Lanes>(matrix: &PackedMatrix<L>, stiffness: L, entries: &mut [L]) {
         // Lanes that fill up have no stiffness.
         let counts = L::zero().lt(stiffness.abs());
         let mut next = 0;
@@ -146,7 +144,7 @@ impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> StencilBlocksKernel<
                 for i in 0..D {
                     for l in 0..D {
                         let value = Self::entry(matrix, a, b, i, l);
-                        packs[next] = L::select(counts, stiffness * value, L::zero());
+                        entries[next] = L::select(counts, stiffness * value, L::zero());
                         next += 1;
                     }
                 }
@@ -195,6 +193,9 @@ impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> Kernel for StencilBl
         let per_stencil = N * (N + 1) / 2 * D * D;
         let packs = self.range.start / WIDTH..self.range.end.div_ceil(WIDTH);
         let mut lanes = self.stencils.patches.lanes_in(packs.start * WIDTH..packs.end * WIDTH);
+        // Made once: every pack writes all entries anew.
+        let (mut matrix, mut entries) = (PackedMatrix::<L>::default(), [L::zero(); MOST_ENTRIES]);
+        let entries = &mut entries[..per_stencil];
         for pack in packs {
             let mut points = [[[0.0; WIDTH]; D]; N];
             for lane in 0..WIDTH {
@@ -212,14 +213,12 @@ impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> Kernel for StencilBl
                 }
             }
             let constants = &self.stencils.packs[pack];
-            let matrix = self.matrix::<L>(&x, &constants.rest());
-            let mut packs = [L::zero(); MOST_ENTRIES];
-            let packs = &mut packs[..per_stencil];
-            Self::write_blocks(&matrix, constants.stiffness(), packs);
+            self.write_matrix::<L>(&x, &constants.rest(), &mut matrix);
+            Self::write_blocks(&matrix, constants.stiffness(), entries);
             let first = pack * WIDTH;
             let stencils = self.range.start.max(first)..self.range.end.min(first + WIDTH);
             let out = &mut self.out[(stencils.start - self.range.start) * per_stencil..];
-            spread(packs, stencils.start - first..stencils.end - first, out);
+            spread(entries, stencils.start - first..stencils.end - first, out);
         }
     }
 }
