@@ -13,6 +13,8 @@ use crate::system::System;
 
 /// The pattern forgets places of earlier stencils where they are so many times those that are needed.
 const SPARE: usize = 8;
+/// Stencils of before among which one is looked for.
+const STENCILS_AHEAD: usize = 64;
 /// Blocks that are asked for before they are added to.
 const SLOTS_AHEAD: usize = 12;
 
@@ -77,27 +79,39 @@ impl<const D: usize> Changing<D> {
             return;
         }
         self.version = version;
-        self.plans = plans(system);
+        let mut before = std::mem::replace(&mut self.plans, plans(system));
         if self.whole.is_none() && self.plans.is_empty() {
             return;
         }
         let is_held = |v: u32| held[v as usize * D..][..D].iter().all(|held| *held);
-        let mut slots = self.whole.as_ref().and_then(|whole| self.place_all(&whole.matrix, is_held));
+        let mut slots = self.whole.as_ref().and_then(|whole| self.place_all(&whole.matrix, &before, is_held));
         if slots.is_none() {
             self.make_room(vec![], fixed, is_held);
-            slots = self.whole.as_ref().and_then(|whole| self.place_all(&whole.matrix, is_held));
+            slots = self.whole.as_ref().and_then(|whole| self.place_all(&whole.matrix, &[], is_held));
         }
         let slots = slots.expect("the pattern was made for them");
-        self.plans.iter_mut().zip(slots).for_each(|(plan, slot)| plan.slot = slot);
+        for (plan, slot) in self.plans.iter_mut().zip(slots) {
+            plan.slot = slot;
+            // Memory of megabytes that is asked for anew has to be cleared.
+            if let Some(before) = before.iter_mut().find(|before| before.is_of(plan)) {
+                plan.blocks = std::mem::take(&mut before.blocks);
+            }
+        }
     }
 
-    /// Places of all blocks in `matrix`, plan by plan; `None` where it has no room for one of them.
+    /// Places of all blocks in `matrix`, plan by plan, those of stencils `before` as they were; `None` where
+    /// it has no room for one of them.
     fn place_all(
         &self,
         matrix: &BlockMatrix<D>,
+        before: &[ListPlan<D>],
         is_held: impl Fn(u32) -> bool,
     ) -> Option<Vec<Vec<[u32; 2]>>> {
-        self.plans.iter().map(|plan| place(&plan.stencils, matrix, &is_held)).collect()
+        let place = |plan: &ListPlan<D>| {
+            let before = before.iter().find(|before| before.is_of(plan));
+            place(&plan.stencils, matrix, before, &is_held)
+        };
+        self.plans.iter().map(place).collect()
     }
 
     /// Makes the matrix that a system with stencils that change is likely to have, before they are found:
@@ -204,14 +218,21 @@ fn plans<const D: usize>(system: &System) -> Vec<ListPlan<D>> {
     plans
 }
 
-/// Places of the blocks of all pairs in `matrix`; `None` where it has no room for one of them.
+/// Places of the blocks of all pairs in `matrix`, those of stencils of `before` as they were there; `None` where
+/// it has no room for one of them.
 fn place<const D: usize>(
     stencils: &Stencils,
     matrix: &BlockMatrix<D>,
+    before: Option<&ListPlan<D>>,
     is_held: impl Fn(u32) -> bool,
 ) -> Option<Vec<[u32; 2]>> {
-    let (mut slot, mut fits) = (vec![], true);
+    let (mut slot, mut fits) = (Vec::with_capacity(before.map_or(0, |before| before.slot.len())), true);
+    let mut known = KnownSlots::new(before);
     for stencil in stencils.vertices.chunks_exact(stencils.size) {
+        if let Some(known) = known.of(stencil) {
+            slot.extend_from_slice(known);
+            continue;
+        }
         for_pairs(stencil, |a, b| {
             let places = if is_held(a) || is_held(b) {
                 Some([NOWHERE; 2])
@@ -223,6 +244,37 @@ fn place<const D: usize>(
         });
     }
     fits.then_some(slot)
+}
+
+/// Places of stencils of before, asked for in their order.
+struct KnownSlots<'a> {
+    /// Vertices and places of those that are left, flat.
+    vertices: &'a [u32],
+    slot: &'a [[u32; 2]],
+    size: usize,
+}
+
+impl<'a> KnownSlots<'a> {
+    fn new<const D: usize>(plan: Option<&'a ListPlan<D>>) -> Self {
+        // Expected stencils have no places yet.
+        match plan.filter(|plan| !plan.slot.is_empty()) {
+            Some(plan) => {
+                KnownSlots { vertices: &plan.stencils.vertices, slot: &plan.slot, size: plan.stencils.size }
+            }
+            None => KnownSlots { vertices: &[], slot: &[], size: 1 },
+        }
+    }
+
+    /// Places of this stencil, if it is among the next ones: most stencils stay, and all keep their order.
+    fn of(&mut self, stencil: &[u32]) -> Option<&'a [[u32; 2]]> {
+        let mut next = self.vertices.chunks_exact(self.size).take(STENCILS_AHEAD);
+        let skipped = next.position(|known| known == stencil)?;
+        let pairs = self.size * (self.size + 1) / 2;
+        self.vertices = &self.vertices[(skipped + 1) * self.size..];
+        let (own, rest) = self.slot[skipped * pairs..].split_at(pairs);
+        self.slot = rest;
+        Some(own)
+    }
 }
 
 /// The blocks of a row.
@@ -250,6 +302,11 @@ fn dedup_from(numbers: &mut Vec<u32>, first: usize) {
 }
 
 impl<const D: usize> ListPlan<D> {
+    /// True if both are of one list.
+    fn is_of(&self, other: &Self) -> bool {
+        (self.term, self.list) == (other.term, other.list)
+    }
+
     /// Pairs of vertices of a stencil.
     fn pairs(&self) -> usize {
         self.stencils.size * (self.stencils.size + 1) / 2

@@ -1,9 +1,9 @@
-//! Matrices of terms whose stencils name a vertex more than once.
+//! Matrices of terms whose stencils name a vertex more than once, or change.
 
 use std::ops::Range;
 
 use super::{Assembler, At, Weights};
-use crate::energy::{EnergyKind, EnergyTerm, Fault, Stencils, TermProperties, TermViews};
+use crate::energy::{ChangingStencils, EnergyKind, EnergyTerm, Fault, Stencils, TermProperties, TermViews};
 use crate::material::Psd;
 use crate::system::System;
 
@@ -112,4 +112,113 @@ fn matrices_are_symmetric_and_the_same_on_any_number_of_threads() {
         }
     }
     assert_eq!(below, COUNT);
+}
+
+/// `E = sum_(a, b) 1/2 k_ab (g . (x_a - x_b))^2`, `k_ab = 1 + a + b / 100`, over pairs that are set from outside.
+struct ChangingSprings {
+    pairs: Vec<[u32; 2]>,
+    lists: [Stencils; 1],
+}
+
+const SPRING: [f64; 2] = [0.5, -2.0];
+
+fn stiffness([a, b]: [u32; 2]) -> f64 {
+    1.0 + f64::from(a) + f64::from(b) / 100.0
+}
+
+impl EnergyTerm for ChangingSprings {
+    fn name(&self) -> String {
+        "changing springs".into()
+    }
+    fn properties(&self) -> TermProperties {
+        TermProperties::of(EnergyKind::Elastic)
+    }
+    fn energy(&mut self, _: &[f64]) -> f64 {
+        0.0
+    }
+    fn evaluate(&mut self, _: &[f64]) -> bool {
+        true
+    }
+    fn add_rows(&self, _: usize, _: &mut [f64]) {}
+    fn add_hessian_product(&mut self, _: &[f64], p: &[f64], y: &mut [f64]) {
+        for pair in &self.pairs {
+            let [a, b] = pair.map(|v| 2 * v as usize);
+            let strain: f64 = (0..2).map(|k| SPRING[k] * (p[a + k] - p[b + k])).sum();
+            for k in 0..2 {
+                y[a + k] += stiffness(*pair) * strain * SPRING[k];
+                y[b + k] -= stiffness(*pair) * strain * SPRING[k];
+            }
+        }
+    }
+    fn fault(&self, _: &[f64]) -> Option<Fault> {
+        None
+    }
+    fn bytes(&self) -> usize {
+        0
+    }
+}
+
+impl TermViews for ChangingSprings {
+    fn changing(&self) -> Option<&dyn ChangingStencils> {
+        Some(self)
+    }
+    fn changing_mut(&mut self) -> Option<&mut dyn ChangingStencils> {
+        Some(self)
+    }
+}
+
+/// Stencils of ever other pairs: at the places `x` whole numbers say which.
+impl ChangingStencils for ChangingSprings {
+    fn find(&mut self, x: &[f64]) -> bool {
+        let round = x[0] as u32;
+        let every = |pair: &[u32; 2]| (7 * pair[0] + 3 * pair[1] + round) % (2 + round % 5) != 0;
+        // Runs of neighbours go and come, too, longer ones than are looked ahead of.
+        let run = |pair: &[u32; 2]| round % 3 != 1 || !(20 * round..20 * round + 90).contains(&pair[0]);
+        let all = (0..300).flat_map(|a| [[a, a + 1], [a, a + 5]]);
+        self.pairs = all.filter(every).filter(run).collect();
+        let vertices = self.pairs.as_flattened().to_vec();
+        let changed = self.lists[0].vertices != vertices;
+        self.lists[0].vertices = vertices;
+        changed
+    }
+    fn lists(&self) -> &[Stencils] {
+        &self.lists
+    }
+    fn blocks(&self, _: usize, stencils: Range<usize>, _: (&[f64], &[f64]), _: Psd, out: &mut [f64]) {
+        for (pair, out) in self.pairs[stencils].iter().zip(out.chunks_exact_mut(12)) {
+            for (block, sign) in out.chunks_exact_mut(4).zip([1.0, -1.0, 1.0]) {
+                for (i, entry) in block.iter_mut().enumerate() {
+                    *entry = sign * stiffness(*pair) * SPRING[i / 2] * SPRING[i % 2];
+                }
+            }
+        }
+    }
+}
+
+/// Places of stencils that stay are those of the matrix before, whatever comes and goes among them.
+#[test]
+fn matrices_of_changing_stencils_are_their_sums() {
+    let count = 400;
+    let mut system = System::new(2, vec![1.0; count]);
+    let lists = [Stencils { size: 2, vertices: vec![] }];
+    system.add_term(Box::new(ChangingSprings { pairs: vec![], lists }));
+    let p: Vec<f64> = (0..2 * count).map(|i| (0.7 * i as f64).sin()).collect();
+    let mut assembler = Assembler::<2>::new(&mut system);
+    let weights = Weights { inertia: 0.0, stiffness: 1.0, damping: 0.0 };
+    let mut patterns = vec![];
+    for round in [0, 1, 2, 3, 3, 9, 4, 7, 1, 12] {
+        let x = vec![f64::from(round); 2 * count];
+        system.find_stencils(&x);
+        assembler.assemble(&system, At { x: &x, v: &[], psd: Psd::Exact, predicted_from: None }, weights);
+        let (mut assembled, mut exact) = (vec![0.0; x.len()], vec![0.0; x.len()]);
+        assembler.matrix().multiply(&p, &mut assembled);
+        system.hessian_product(&x, &p, &mut exact);
+        let size = exact.iter().fold(0.0, |most: f64, y| most.max(y.abs()));
+        for (assembled, exact) in assembled.iter().zip(&exact) {
+            assert!((assembled - exact).abs() < 1e-13 * size, "round {round}: {assembled} and {exact}");
+        }
+        patterns.push(assembler.pattern());
+    }
+    patterns.dedup();
+    assert!((2..9).contains(&patterns.len()), "{patterns:?}: most rounds have the places of others");
 }
