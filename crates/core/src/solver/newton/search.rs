@@ -23,6 +23,9 @@ const FLATTER: f64 = 0.8;
 const DOWNHILL: f64 = 0.5;
 /// Whole steps that one direction may go, a power of two.
 const MOST_LENGTH: f64 = 64.0;
+/// Length of the way that is looked at, over that of the last step, a power of two: the longer the way, the
+/// more lies on it.
+const LOOK_LENGTH: f64 = 4.0;
 /// Halvings of a step before the line search gives up: the direction is then useless to rounding.
 const MAX_HALVINGS: u32 = 50;
 
@@ -134,12 +137,18 @@ impl<const D: usize> Newton<D> {
         }
         // The residual is that of the end of the whole step, not of where the way ends.
         accepted.finite = None;
-        self.direction.iter_mut().for_each(|d| *d *= MOST_LENGTH);
-        let most = MOST_LENGTH * system.max_step(&at.x, &self.direction);
-        self.direction.iter_mut().for_each(|d| *d /= MOST_LENGTH);
         let mut step = 1.0;
-        while 2.0 * step <= most {
+        // Free part of the way, and how far it was looked at.
+        let (mut most, mut seen) = (1.0, 1.0);
+        while 2.0 * step <= MOST_LENGTH {
             let longer = 2.0 * step;
+            if longer > most && most == seen {
+                seen = LOOK_LENGTH * step;
+                most = self.longest(system, at, seen);
+            }
+            if longer > most {
+                break;
+            }
             self.move_along(system, objective, at, longer);
             let trial = std::mem::take(&mut self.trial);
             let there = self.value(system, objective, at, &trial);
@@ -152,5 +161,13 @@ impl<const D: usize> Newton<D> {
         }
         self.move_along(system, objective, at, step);
         accepted
+    }
+
+    /// Whole steps that the direction may go, at most so many.
+    fn longest(&mut self, system: &System, at: &Iterate, most: f64) -> f64 {
+        self.direction.iter_mut().for_each(|d| *d *= most);
+        let part = system.max_step(&at.x, &self.direction);
+        self.direction.iter_mut().for_each(|d| *d /= most);
+        most * part
     }
 }
