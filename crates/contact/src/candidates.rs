@@ -5,11 +5,9 @@
 
 use crate::broad_phase::{Bounds, BoundsTree};
 use crate::closest::Primitives;
-use crate::contacts::rows;
-use crate::packs::closest_points;
+use crate::packs::{Screen, closest_points, screen};
 use crate::pair::{EdgeEdge, PointTriangle};
 use crate::surface::{ContactSurface, VertexKind};
-use crate::vector::are_apart_across;
 use rayon::prelude::*;
 
 /// Primitives whose pairs one task looks for.
@@ -121,17 +119,16 @@ impl<const D: usize> SurfaceTrees<D> {
         found.point_triangle = search.points(&points, &self.vertices, &surface.triangles, &self.triangles);
         found.edge_edge = search.pairs(&surface.edges, &self.edges);
         found.point_edge = search.wires();
-        if dx.is_none() {
-            // Boxes of slanted neighbours meet all over a surface: most of what they find is far apart.
-            search.keep_near::<PointTriangle>(&mut found.point_triangle, |[p, t]| {
-                let [a, b, c] = surface.triangles[t as usize];
-                [p, a, b, c]
-            });
-            search.keep_near::<EdgeEdge>(&mut found.edge_edge, |pair| {
-                let [[a, b], [c, d]] = pair.map(|e| surface.edges[e as usize]);
-                [a, b, c, d]
-            });
-        }
+        // Boxes of slanted neighbours meet all over a surface: most of what they find is far apart, or stays so
+        // on the way.
+        search.keep_near::<PointTriangle>(&mut found.point_triangle, |[p, t]| {
+            let [a, b, c] = surface.triangles[t as usize];
+            [p, a, b, c]
+        });
+        search.keep_near::<EdgeEdge>(&mut found.edge_edge, |pair| {
+            let [[a, b], [c, d]] = pair.map(|e| surface.edges[e as usize]);
+            [a, b, c, d]
+        });
         found.point_triangle.par_sort_unstable();
         found.edge_edge.par_sort_unstable();
         found
@@ -273,7 +270,8 @@ impl<const D: usize> Search<'_, D> {
         blocks.concat()
     }
 
-    /// Keeps the pairs whose radii are nearer to each other than the reach, `vertices` those of a pair.
+    /// Keeps the pairs whose radii are nearer to each other than the reach, or that are not shown in short to
+    /// stay farther apart on the way; `vertices` those of a pair.
     fn keep_near<K: Primitives<3, 4>>(
         &self,
         pairs: &mut Vec<[u32; 2]>,
@@ -285,11 +283,15 @@ impl<const D: usize> Search<'_, D> {
             (self.reach + radii) * (1.0 + 1e-9)
         };
         let near = |pairs: &[[u32; 2]]| {
-            let may_be_near = |vertices: &[u32; 4]| {
-                !are_apart_across(&rows::<3, 4>(self.x, vertices), K::FIRST, reach(vertices))
-            };
-            let numbered = pairs.iter().map(|pair| (*pair, vertices(*pair)));
-            let (mut near, at_hand): (Vec<_>, Vec<_>) = numbered.filter(|(_, v)| may_be_near(v)).unzip();
+            let all: Vec<[u32; 4]> = pairs.iter().map(|pair| vertices(*pair)).collect();
+            let by = Screen { boxes: self.dx.is_some(), across: true, motion: false };
+            let may_be_near = screen::<K, 3, 4>(&all, (self.x, self.dx), reach, by);
+            let numbered = pairs.iter().copied().zip(all).zip(may_be_near);
+            let kept = numbered.filter(|(_, may_be_near)| *may_be_near).map(|(pair, _)| pair);
+            let (mut near, at_hand): (Vec<_>, Vec<_>) = kept.unzip();
+            if self.dx.is_some() {
+                return near;
+            }
             let closest = closest_points::<K, 3, 4>(self.x, &at_hand);
             let mut is_near =
                 at_hand.iter().zip(closest).map(|(v, (_, squared))| squared < reach(v) * reach(v));
@@ -308,6 +310,9 @@ impl<const D: usize> Search<'_, D> {
 
 /// Part of the reach by which a place may be beside a way and still be of it: ways are rounded.
 const BESIDE: f64 = 1e-3;
+/// So many times as far as a vertex moves, the bound of relative motions moves at most: by the vertex and by the
+/// mean of its body, within the body and between two of them.
+const MOTIONS: f64 = 4.0;
 /// A way of at most this part of the margin is searched with the margin around its start, which serves ways
 /// that follow.
 const SHORT: f64 = 0.5;
@@ -343,27 +348,37 @@ impl Widening {
     }
 }
 
-/// Candidates of a whole way, and so of every place on it.
+/// Candidates of a whole way, and so of every place on it, and near it.
 #[derive(Clone, Debug, Default)]
 struct SweptPairs {
     from: Vec<f64>,
     dx: Vec<f64>,
     /// Distance that pairs come nearer than [m].
     reach: f64,
+    /// Half of how far they reach beyond it [m].
+    margin: f64,
     pairs: CandidatePairs,
 }
 
 impl SweptPairs {
-    /// True if all pairs within `reach` at `x` are among them: `x = from + part dx`.
-    fn hold(&self, x: &[f64], reach: f64) -> bool {
-        let longest = self.dx.iter().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
-        let Some((at, longest)) = longest.filter(|_| x.len() == self.from.len() && reach <= self.reach)
-        else {
+    /// True if all pairs within `reach` at `x` are among them: `x` is on the way, or none has come nearer by
+    /// more than twice the margin since `from + part dx`. The same of a straight way between two such places.
+    fn hold<const D: usize>(&self, surface: &ContactSurface, x: &[f64], reach: f64) -> bool {
+        if x.len() != self.from.len() || reach > self.reach {
             return false;
-        };
-        let part = ((x[at] - self.from[at]) / longest).clamp(0.0, 1.0);
-        let way = self.from.iter().zip(&self.dx).map(|(from, dx)| from + part * dx);
-        x.iter().zip(way).all(|(x, on_way)| (x - on_way).abs() <= BESIDE * reach)
+        }
+        // The nearest place of the way.
+        let (mut along, mut squared) = (0.0, 0.0);
+        for ((x, from), dx) in x.iter().zip(&self.from).zip(&self.dx) {
+            along += (x - from) * dx;
+            squared += dx * dx;
+        }
+        let part = if squared > 0.0 { (along / squared).clamp(0.0, 1.0) } else { 0.0 };
+        let way: Vec<f64> = self.from.iter().zip(&self.dx).map(|(from, dx)| from + part * dx).collect();
+        let beside = largest_difference(x, &way);
+        beside <= BESIDE * reach
+            || MOTIONS * (D as f64).sqrt() * beside <= self.margin
+            || relative_motion::<D>(surface, &way, x) <= self.margin
     }
 }
 
@@ -402,7 +417,7 @@ impl<const D: usize> CandidateCache<D> {
         margin: f64,
     ) -> &CandidatePairs {
         if !self.is_complete(surface, x, reach) {
-            if self.swept.hold(x, reach) {
+            if self.swept.hold::<D>(surface, x, reach) {
                 return &self.swept.pairs;
             }
             self.gather_around(surface, bodies, x, reach, margin);
@@ -426,15 +441,18 @@ impl<const D: usize> CandidateCache<D> {
         if self.is_complete(surface, x, near) && self.is_complete(surface, &to, near) {
             return &self.pairs;
         }
+        if self.swept.hold::<D>(surface, x, near) && self.swept.hold::<D>(surface, &to, near) {
+            return &self.swept.pairs;
+        }
         if relative_motion::<D>(surface, x, &to) <= SHORT * self.widening.factor * margin {
             self.gather_around(surface, bodies, x, reach, margin);
             return &self.pairs;
         }
-        // Two primitives may both be beside the way.
-        let around = near * (1.0 + 4.0 * BESIDE);
+        // Short ways come after a long one. Two primitives may both be beside it.
+        let around = near * (1.0 + 4.0 * BESIDE) + 2.0 * margin;
         let pairs = self.trees.gather(surface, bodies, x, Some(dx), around);
         self.gatherings += 1;
-        self.swept = SweptPairs { from: x.to_vec(), dx: dx.to_vec(), reach: near, pairs };
+        self.swept = SweptPairs { from: x.to_vec(), dx: dx.to_vec(), reach: near, margin, pairs };
         &self.swept.pairs
     }
 
@@ -474,10 +492,8 @@ impl<const D: usize> CandidateCache<D> {
         if self.gathered_at.len() != x.len() || reach > self.reach {
             return false;
         }
-        // Four times as far as a vertex moves from there, the bound moves at most: by the vertex and by the
-        // mean of its body, within the body and between two of them.
         let moved = (D as f64).sqrt() * largest_difference(x, &self.seen_at);
-        if 4.0 * moved <= self.left {
+        if MOTIONS * moved <= self.left {
             return true;
         }
         let left = self.margin - relative_motion::<D>(surface, &self.gathered_at, x);

@@ -7,7 +7,7 @@ use crate::merge::{
     AreaOf, AreaPart, ContactStencils, MollifiedPair, PairSink, WeightedPair, WeightedPairs, find_pairs,
 };
 use crate::model::{ContactLaw, ContactModel};
-use crate::packs::{PackVisitor, closest_points, visit_pairs};
+use crate::packs::{PackVisitor, closest_points, near_box, visit_pairs};
 use crate::pair::{EdgeEdge, PairGeometry, PairKind, PointEdge, PointPoint, PointTriangle};
 use std::ops::Range;
 
@@ -315,16 +315,12 @@ fn balls<const D: usize>(model: &ContactModel, x: &[f64], sink: &mut impl PairSi
         if D == 2 {
             continue;
         }
-        // Most triangles of a scene are far from a ball: boxes tell.
         let centre = Bounds::<3>::of_vertices(&[ball.vertex], x, None);
         let mut at_hand: Vec<[u32; 4]> = vec![];
         let mut areas = vec![];
-        for (t, &[a, b, c]) in (0..).zip(&surface.triangles) {
-            let body = model.body(a);
-            let reach = model.laws.of(body, ball.body).barrier.squared_reach();
-            let apart = Bounds::of_vertices(&[a, b, c], x, None).squared_distance(&centre);
-            // Distances are rounded.
-            if model.touch(body, ball.body) && apart < reach * (1.0 + 1e-9) {
+        for t in near_box(&surface.triangles, (x, None), &centre, model.squared_reach_of(ball)) {
+            let [a, b, c] = surface.triangles[t as usize];
+            if model.touch(model.body(a), ball.body) {
                 at_hand.push([ball.vertex, a, b, c]);
                 areas.push(AreaPart { of: AreaOf::Triangle(t), part: 1.0 });
             }

@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use crate::barrier::PotentialForm;
 use crate::candidates::CandidatePairs;
 use crate::contacts::{Contacts, PlaneGeometry};
-use crate::expected::{self, ExpectedForces, ForceForecast};
+use crate::expected::{self, ExpectedInTurn, ForceForecast};
 use crate::explicit::{self, SurfaceMobility};
 use crate::hessian::PairBlocks;
 use crate::merge::{MollifiedPair, WeightedPair};
@@ -227,7 +227,7 @@ impl<const D: usize> PackVisitor<D> for EvaluatedContacts<D> {
 struct ContactBlocks<'a, const D: usize> {
     psd: Psd,
     /// Forces expected of contacts; none where tangents are wanted.
-    expected: Option<&'a ExpectedForces>,
+    expected: Option<ExpectedInTurn<'a>>,
     /// Memory of the contacts to come.
     out: &'a mut [f64],
 }
@@ -254,7 +254,7 @@ impl<const D: usize> PackVisitor<D> for ContactBlocks<'_, D> {
         weight: L,
     ) {
         let mut of_distance = law.barrier.at(geometry.squared_distance, weight);
-        if let Some(expected) = self.expected {
+        if let Some(expected) = &mut self.expected {
             let of_gap = law.barrier.by_gap(geometry.distance, weight);
             let stiffness = expected.stiffnesses(pairs, &law.barrier, geometry.distance, &of_gap);
             // E'' by the distance is 4 d^2 E'' + 2 E' by its square.
@@ -278,7 +278,7 @@ impl<const D: usize> PackVisitor<D> for ContactBlocks<'_, D> {
     }
 
     fn plane(&mut self, vertices: &[u32; 2], plane: &PlaneGeometry<D>, law: &ContactLaw, weight: f64) {
-        let curvature = match self.expected {
+        let curvature = match &mut self.expected {
             Some(expected) => expected.stiffness(vertices, &law.barrier, plane.distance, weight),
             None => law.barrier.at_signed(plane.distance, weight).curvature,
         };
@@ -613,7 +613,7 @@ impl<const D: usize> ChangingStencils for ContactEnergy<D> {
     ) {
         let first = self.contacts.ranges()[list].start;
         let expected = locked(&self.search).expected.clone();
-        let expected = (!expected.is_empty()).then_some(expected.as_ref());
+        let expected = (!expected.is_empty()).then(|| ExpectedInTurn::new(&expected));
         let mut blocks = ContactBlocks::<D> { psd, expected, out };
         let numbers = first + stencils.start..first + stencils.end;
         self.contacts.visit_packs::<D>(&self.model, x, numbers, &mut blocks);

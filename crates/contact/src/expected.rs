@@ -40,22 +40,70 @@ pub(crate) fn key(vertices: &[u32]) -> ContactKey {
 pub(crate) struct ExpectedForces(Vec<(ContactKey, f64)>);
 
 impl ExpectedForces {
+    /// These forces, one for each contact.
+    pub(crate) fn of_contacts(mut forces: Vec<(ContactKey, f64)>) -> Self {
+        // A few ascending runs, which a stable sort merges.
+        forces.sort_by_key(|(key, _)| *key);
+        ExpectedForces(forces)
+    }
+
+    /// True if no force is expected of any contact.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// Bytes held.
+    pub(crate) fn bytes(&self) -> usize {
+        size_of_val(&self.0[..])
+    }
+}
+
+/// Expected forces of contacts that are asked for in turn: those of one kind ascend, and the next is near.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ExpectedInTurn<'a> {
+    forces: &'a [(ContactKey, f64)],
+    /// Place at or after the last one.
+    next: usize,
+}
+
+impl<'a> ExpectedInTurn<'a> {
+    pub(crate) fn new(forces: &'a ExpectedForces) -> Self {
+        ExpectedInTurn { forces: &forces.0, next: 0 }
+    }
+
     /// The force that is expected of a contact, at least zero [N].
-    pub(crate) fn of(&self, vertices: &[u32]) -> Option<f64> {
-        let key = key(vertices);
-        let found = self.0.binary_search_by_key(&key, |(key, _)| *key).ok()?;
-        Some(self.0[found].1.max(0.0))
+    pub(crate) fn of(&mut self, vertices: &[u32]) -> Option<f64> {
+        let (all, key) = (self.forces, key(vertices));
+        let is_before = |at: usize| all.get(at).is_some_and(|(other, _)| *other < key);
+        let (mut low, mut width) = (self.next, 1);
+        if low > 0 && !is_before(low - 1) {
+            low = 0;
+        }
+        while is_before(low + width - 1) {
+            low += width;
+            width *= 2;
+        }
+        let end = (low + width).min(all.len());
+        self.next = low + all[low..end].partition_point(|(other, _)| *other < key);
+        let found = all.get(self.next).filter(|(other, _)| *other == key);
+        found.map(|(_, force)| force.max(0.0))
     }
 
     /// `K` [N/m] of a contact of weight `w` [m^2] at the distance `d` [m]: by the chord where a force is
     /// expected of it, else `E''(d)`.
-    pub(crate) fn stiffness(&self, vertices: &[u32], barrier: &Barrier, distance: f64, weight: f64) -> f64 {
+    pub(crate) fn stiffness(
+        &mut self,
+        vertices: &[u32],
+        barrier: &Barrier,
+        distance: f64,
+        weight: f64,
+    ) -> f64 {
         self.chord(vertices, barrier, (distance, weight), &barrier.at_signed(distance, weight))
     }
 
     /// The same, where the `law` at that distance is known.
     fn chord(
-        &self,
+        &mut self,
         vertices: &[u32],
         barrier: &Barrier,
         (distance, weight): (f64, f64),
@@ -75,7 +123,7 @@ impl ExpectedForces {
     /// `K` [N/m] of a pack of pairs at the distances `d` [m], where their laws are known.
     #[inline(always)]
     pub(crate) fn stiffnesses<L: Lanes, const N: usize>(
-        &self,
+        &mut self,
         pairs: &[WeightedPair<N>],
         barrier: &Barrier,
         distance: L,
@@ -91,22 +139,12 @@ impl ExpectedForces {
         }
         L::load(&curvature)
     }
-
-    /// True if no force is expected of any contact.
-    pub(crate) fn is_empty(&self) -> bool {
-        self.0.is_empty()
-    }
-
-    /// Bytes held.
-    pub(crate) fn bytes(&self) -> usize {
-        size_of_val(&self.0[..])
-    }
 }
 
 /// Visit of the contacts of a matrix, to take down what its solution makes of their forces.
 pub(crate) struct ForceForecast<'a> {
     /// Forces that were expected when the matrix was made.
-    before: &'a ExpectedForces,
+    before: ExpectedInTurn<'a>,
     /// The solution, flat `(n, D)` [m].
     step: &'a [f64],
     found: Vec<(ContactKey, f64)>,
@@ -114,13 +152,12 @@ pub(crate) struct ForceForecast<'a> {
 
 impl<'a> ForceForecast<'a> {
     pub(crate) fn new(before: &'a ExpectedForces, step: &'a [f64]) -> Self {
-        ForceForecast { before, step, found: vec![] }
+        ForceForecast { before: ExpectedInTurn::new(before), step, found: vec![] }
     }
 
     /// The forces of all contacts visited.
-    pub(crate) fn end(mut self) -> ExpectedForces {
-        self.found.sort_unstable_by_key(|(key, _)| *key);
-        ExpectedForces(self.found)
+    pub(crate) fn end(self) -> ExpectedForces {
+        ExpectedForces::of_contacts(self.found)
     }
 
     fn note(&mut self, vertices: &[u32], barrier: &Barrier, (distance, change): (f64, f64), weight: f64) {

@@ -9,6 +9,7 @@ use pliant::energy::{ChangingStencils, Stencils};
 use pliant::material::Psd;
 
 use crate::energy::{ContactEnergy, SharedSearch, locked};
+use crate::expected::ExpectedInTurn;
 use crate::friction::PairFriction;
 use crate::friction_slope::{FrictionSlopes, SlopeProduct};
 use crate::model::ContactModel;
@@ -100,6 +101,7 @@ impl<const D: usize> FrictionTerm<D> {
     fn take(&mut self, x: &[f64]) {
         let mut search = locked(&self.search);
         let expected = search.expected.clone();
+        let mut expected = ExpectedInTurn::new(&expected);
         let contacts = search.contacts_at(&self.model, x);
         self.contacts.iter_mut().for_each(Vec::clear);
         for mut report in ContactReport::<D>::of_all(contacts, &self.model, x) {

@@ -14,10 +14,9 @@ use crate::candidates::CandidatePairs;
 use crate::closest::{InnerKind, InnerPair, Primitives};
 use crate::contacts::rows;
 use crate::mollifier::{parallel_limit, squared_cross};
-use crate::packs::closest_points;
+use crate::packs::{Screen, closest_points, screen};
 use crate::pair::{EdgeEdge, PointEdge, PointTriangle};
 use crate::surface::{ContactSurface, VertexKind};
-use crate::vector::are_apart;
 
 /// Counting of pairs that share closest points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -297,16 +296,14 @@ impl<S: PairSink> Finder<'_, S> {
         pairs: &[[u32; 2]],
         vertices: impl Fn([u32; 2]) -> [u32; 4],
     ) -> Vec<([u32; 2], [u32; 4], [f64; 4])> {
-        let (mut numbers, mut at_hand) = (vec![], vec![]);
-        for pair in pairs {
-            let vertices = vertices(*pair);
-            let distance = self.distance(vertices[0], vertices[3]);
-            // Boxes are rounded as distances are.
-            if !are_apart(&self.rows::<3, 4>(&vertices), K::FIRST, distance * (1.0 + 1e-9)) {
-                numbers.push(*pair);
-                at_hand.push(vertices);
-            }
-        }
+        let all: Vec<[u32; 4]> = pairs.iter().map(|pair| vertices(*pair)).collect();
+        // Boxes are rounded as distances are.
+        let reach = |v: &[u32; 4]| self.distance(v[0], v[3]) * (1.0 + 1e-9);
+        let by = Screen { boxes: true, across: false, motion: false };
+        let may_be_near = screen::<K, 3, 4>(&all, (self.x, None), reach, by);
+        let numbered = pairs.iter().copied().zip(all).zip(may_be_near);
+        let kept = numbered.filter(|(_, may_be_near)| *may_be_near).map(|(pair, _)| pair);
+        let (numbers, at_hand): (Vec<[u32; 2]>, Vec<[u32; 4]>) = kept.unzip();
         let closest = closest_points::<K, 3, 4>(self.x, &at_hand);
         let mut near = vec![];
         for ((pair, vertices), (coefficients, squared_distance)) in

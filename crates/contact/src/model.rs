@@ -123,6 +123,14 @@ impl ContactModel {
         largest
     }
 
+    /// The square of the largest distance from the centre of a ball at which what it touches acts on it [m^2],
+    /// and of what rounding adds to that.
+    pub(crate) fn squared_reach_of(&self, ball: &SolidBall) -> f64 {
+        let touched = (0..self.names.len() as u32).filter(|body| self.touch(*body, ball.body));
+        let reach = touched.map(|body| self.laws.of(body, ball.body).barrier.squared_reach());
+        reach.fold(0.0, f64::max) * (1.0 + 1e-9)
+    }
+
     /// Largest distance, radii included, at which any body acts on itself [m].
     pub fn own_reach(&self) -> f64 {
         let own = (0..self.names.len() as u32).filter(|body| self.touch(*body, *body));

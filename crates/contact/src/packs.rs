@@ -4,11 +4,13 @@ use std::marker::PhantomData;
 
 use pliant::lanes::{Kernel, Lanes, WIDTH, dispatch};
 
+use crate::broad_phase::Bounds;
 use crate::closest::Primitives;
 use crate::contacts::PlaneGeometry;
 use crate::merge::{MollifiedPair, WeightedPair};
 use crate::model::{ContactLaw, ContactModel};
 use crate::pair::{PairGeometry, PairKind};
+use crate::vector::{are_apart, are_apart_across, smaller, stay_apart, stay_apart_across};
 
 /// Numbers of every vertex of a pack of pairs, lane by lane.
 pub(crate) type PackRows<const D: usize, const N: usize> = [[[f64; WIDTH]; D]; N];
@@ -161,6 +163,149 @@ impl<K: Primitives<D, N>, const D: usize, const N: usize> Kernel for ClosestPoin
                     own[n] = coefficients[n][lane];
                 }
                 self.found.push((own, squared_distance[lane]));
+            }
+        }
+    }
+}
+
+/// Numbers of the primitives whose boxes are nearer than the root of `squared_reach` [m^2] to `query`, ascending;
+/// those of the ways from `x` to `x + dx` where there is one, flat `(n, D)` [m].
+pub(crate) fn near_box<const D: usize, const N: usize>(
+    primitives: &[[u32; N]],
+    (x, dx): (&[f64], Option<&[f64]>),
+    query: &Bounds<D>,
+    squared_reach: f64,
+) -> Vec<u32> {
+    let mut found = vec![];
+    dispatch(NearBoxKernel { primitives, x, dx, query, squared_reach, found: &mut found });
+    found
+}
+
+struct NearBoxKernel<'a, const D: usize, const N: usize> {
+    primitives: &'a [[u32; N]],
+    x: &'a [f64],
+    dx: Option<&'a [f64]>,
+    query: &'a Bounds<D>,
+    squared_reach: f64,
+    found: &'a mut Vec<u32>,
+}
+
+impl<const D: usize, const N: usize> Kernel for NearBoxKernel<'_, D, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let reach = L::splat(self.squared_reach);
+        let mut first = 0;
+        for pack in self.primitives.chunks(WIDTH) {
+            let mut vertices = [pack[pack.len() - 1]; WIDTH];
+            vertices[..pack.len()].copy_from_slice(pack);
+            let from = load_rows::<L, D, N>(self.x, &vertices);
+            let (mut low, mut high) = (from[0], from[0]);
+            for n in 1..N {
+                for k in 0..D {
+                    (low[k], high[k]) = (smaller(from[n][k], low[k]), high[k].max(from[n][k]));
+                }
+            }
+            if let Some(dx) = self.dx {
+                let way = load_rows::<L, D, N>(dx, &vertices);
+                for n in 0..N {
+                    for k in 0..D {
+                        let to = from[n][k] + way[n][k];
+                        (low[k], high[k]) = (smaller(to, low[k]), high[k].max(to));
+                    }
+                }
+            }
+            let mut squared = L::zero();
+            for k in 0..D {
+                let below = L::splat(self.query.low[k]) - high[k];
+                let along = below.max(low[k] - L::splat(self.query.high[k])).max(L::zero());
+                squared = along.mul_add(along, squared);
+            }
+            let near = L::mask_to_bits(squared.lt(reach));
+            for lane in 0..pack.len() as u32 {
+                if near >> lane & 1 == 1 {
+                    self.found.push(first + lane);
+                }
+            }
+            first += WIDTH as u32;
+        }
+    }
+}
+
+/// Quick tests that drop pairs of primitives that do not come near.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Screen {
+    /// Of boxes.
+    pub(crate) boxes: bool,
+    /// Along the direction between the means of both.
+    pub(crate) across: bool,
+    /// Of motion: what moves as one never meets.
+    pub(crate) motion: bool,
+}
+
+/// For each pair, by its vertices, false where it is shown in short to be farther apart than its `reach` [m] at `x`,
+/// or all of the way from there to `x + dx`, flat `(n, D)` [m].
+pub(crate) fn screen<K: Primitives<D, N>, const D: usize, const N: usize>(
+    pairs: &[[u32; N]],
+    (x, dx): (&[f64], Option<&[f64]>),
+    reach: impl Fn(&[u32; N]) -> f64,
+    by: Screen,
+) -> Vec<bool> {
+    let reach: Vec<f64> = pairs.iter().map(reach).collect();
+    let mut kept = Vec::with_capacity(pairs.len());
+    dispatch(ScreenKernel { pairs, x, dx, reach: &reach, by, kept: &mut kept, kind: PhantomData::<K> });
+    kept
+}
+
+struct ScreenKernel<'a, K, const D: usize, const N: usize> {
+    pairs: &'a [[u32; N]],
+    x: &'a [f64],
+    dx: Option<&'a [f64]>,
+    reach: &'a [f64],
+    by: Screen,
+    kept: &'a mut Vec<bool>,
+    kind: PhantomData<K>,
+}
+
+impl<K: Primitives<D, N>, const D: usize, const N: usize> Kernel for ScreenKernel<'_, K, D, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        for (pack, own) in self.pairs.chunks(WIDTH).zip(self.reach.chunks(WIDTH)) {
+            let (mut vertices, mut reach) = ([pack[pack.len() - 1]; WIDTH], [0.0; WIDTH]);
+            vertices[..pack.len()].copy_from_slice(pack);
+            reach[..own.len()].copy_from_slice(own);
+            let (x, reach) = (load_rows::<L, D, N>(self.x, &vertices), L::load(&reach));
+            let mut apart = 0;
+            if let Some(dx) = self.dx {
+                let dx = load_rows::<L, D, N>(dx, &vertices);
+                if self.by.motion {
+                    let mut motion = L::zero();
+                    for i in 1..N {
+                        for k in 0..D {
+                            motion = motion.max((dx[i][k] - dx[0][k]).abs());
+                        }
+                    }
+                    apart |= !L::mask_to_bits(L::zero().lt(motion));
+                }
+                if self.by.boxes {
+                    apart |= L::mask_to_bits(stay_apart(&x, &dx, K::FIRST, reach));
+                }
+                if self.by.across {
+                    apart |= L::mask_to_bits(stay_apart_across(&x, &dx, K::FIRST, reach));
+                }
+            } else {
+                if self.by.boxes {
+                    apart |= L::mask_to_bits(are_apart(&x, K::FIRST, reach));
+                }
+                if self.by.across {
+                    apart |= L::mask_to_bits(are_apart_across(&x, K::FIRST, reach));
+                }
+            }
+            for lane in 0..pack.len() {
+                self.kept.push(apart >> lane & 1 == 0);
             }
         }
     }

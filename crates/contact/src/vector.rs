@@ -77,106 +77,141 @@ pub(crate) fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// True if the boxes around the first `first` and the other positions are farther than `reach` [m] apart
-/// along an axis: what lies in them is.
+/// True where the boxes around the first `first` and the other positions are farther than `reach` [m] apart along
+/// an axis: what lies in them is.
 #[inline(always)]
-pub(crate) fn are_apart<const D: usize, const N: usize>(x: &[[f64; D]; N], first: usize, reach: f64) -> bool {
-    let spans = |i: usize, k: usize| [x[i][k]; 2];
-    are_spans_apart::<D, N>(spans, first, reach)
+pub(crate) fn are_apart<S: Scalar, const D: usize, const N: usize>(
+    x: &[[S; D]; N],
+    first: usize,
+    reach: S,
+) -> S::Mask {
+    are_boxes_apart(x, x, first, reach)
 }
 
-/// True if the first `first` and the other positions are farther than `reach` [m] apart along the direction
+/// The same of the boxes around the ways from `x` to `x + dx`, seen from the mean of the motions.
+#[inline(always)]
+pub(crate) fn stay_apart<S: Scalar, const D: usize, const N: usize>(
+    x: &[[S; D]; N],
+    dx: &[[S; D]; N],
+    first: usize,
+    reach: S,
+) -> S::Mask {
+    let mean = mean(dx);
+    let (mut low, mut high) = (*x, *x);
+    for i in 0..N {
+        for k in 0..D {
+            let motion = dx[i][k] - mean[k];
+            low[i][k] += smaller(motion, S::zero());
+            high[i][k] += motion.max(S::zero());
+        }
+    }
+    are_boxes_apart(&low, &high, first, reach)
+}
+
+/// True where the first `first` and the other positions are farther than `reach` [m] apart along the direction
 /// between their means.
 #[inline(always)]
-pub(crate) fn are_apart_across<const D: usize, const N: usize>(
-    x: &[[f64; D]; N],
+pub(crate) fn are_apart_across<S: Scalar, const D: usize, const N: usize>(
+    x: &[[S; D]; N],
     first: usize,
-    reach: f64,
-) -> bool {
+    reach: S,
+) -> S::Mask {
     let axis = between_means(x, first);
-    are_projections_apart::<D, N>(|i| [dot(&x[i], &axis); 2], first, reach, &axis)
+    let mut along = [S::zero(); N];
+    for i in 0..N {
+        along[i] = dot(&x[i], &axis);
+    }
+    are_projections_apart(&along, &along, first, reach, &axis)
 }
 
 /// The same on the ways from `x` to `x + dx`.
 #[inline(always)]
-pub(crate) fn stay_apart_across<const D: usize, const N: usize>(
-    x: &[[f64; D]; N],
-    dx: &[[f64; D]; N],
+pub(crate) fn stay_apart_across<S: Scalar, const D: usize, const N: usize>(
+    x: &[[S; D]; N],
+    dx: &[[S; D]; N],
     first: usize,
-    reach: f64,
-) -> bool {
+    reach: S,
+) -> S::Mask {
     let axis = between_means(x, first);
     let mean = mean(dx);
-    let span = |i: usize| {
+    let (mut low, mut high) = ([S::zero(); N], [S::zero(); N]);
+    for i in 0..N {
         let (from, motion) = (dot(&x[i], &axis), dot(&difference(&dx[i], &mean), &axis));
-        [from + motion.min(0.0), from + motion.max(0.0)]
-    };
-    are_projections_apart::<D, N>(span, first, reach, &axis)
+        (low[i], high[i]) = (from + smaller(motion, S::zero()), from + motion.max(S::zero()));
+    }
+    are_projections_apart(&low, &high, first, reach, &axis)
 }
 
 /// Mean of the first `first` rows less that of the others.
 #[inline(always)]
-fn between_means<const D: usize, const N: usize>(x: &[[f64; D]; N], first: usize) -> [f64; D] {
-    let mut axis = [0.0; D];
+fn between_means<S: Scalar, const D: usize, const N: usize>(x: &[[S; D]; N], first: usize) -> [S; D] {
+    let mut axis = [S::zero(); D];
     for k in 0..D {
-        let sum = |rows: &[[f64; D]]| rows.iter().map(|row| row[k]).sum::<f64>() / rows.len() as f64;
-        axis[k] = sum(&x[..first]) - sum(&x[first..]);
+        let (mut of_first, mut of_others) = (S::zero(), S::zero());
+        for row in &x[..first] {
+            of_first += row[k];
+        }
+        for row in &x[first..] {
+            of_others += row[k];
+        }
+        axis[k] = of_first / S::splat(first as f64) - of_others / S::splat((N - first) as f64);
     }
     axis
 }
 
 #[inline(always)]
-fn mean<const D: usize, const N: usize>(rows: &[[f64; D]; N]) -> [f64; D] {
-    std::array::from_fn(|k| rows.iter().map(|row| row[k]).sum::<f64>() / N as f64)
+fn mean<S: Scalar, const D: usize, const N: usize>(rows: &[[S; D]; N]) -> [S; D] {
+    let mut mean = [S::zero(); D];
+    for k in 0..D {
+        for row in rows {
+            mean[k] += row[k];
+        }
+        mean[k] *= S::splat(1.0 / N as f64);
+    }
+    mean
 }
 
-/// True if the spans of products with an axis, which need not be of unit length, are farther than `reach` [m]
+/// True where the spans of products with an axis, which need not be of unit length, are farther than `reach` [m]
 /// apart, those of the first above the others.
 #[inline(always)]
-fn are_projections_apart<const D: usize, const N: usize>(
-    span: impl Fn(usize) -> [f64; 2],
+fn are_projections_apart<S: Scalar, const D: usize, const N: usize>(
+    low: &[S; N],
+    high: &[S; N],
     first: usize,
-    reach: f64,
-    axis: &[f64; D],
-) -> bool {
-    let low = (0..first).map(|i| span(i)[0]).fold(f64::INFINITY, f64::min);
-    let high = (first..N).map(|i| span(i)[1]).fold(f64::NEG_INFINITY, f64::max);
-    let apart = low - high;
+    reach: S,
+    axis: &[S; D],
+) -> S::Mask {
+    let (mut least, mut most) = (low[0], high[first]);
+    for i in 1..first {
+        least = smaller(low[i], least);
+    }
+    for i in first + 1..N {
+        most = most.max(high[i]);
+    }
     // Products are rounded beside the positions, which may be large beside their differences.
-    let rounding = 16.0 * f64::EPSILON * (low.abs() + high.abs());
-    apart > rounding && (apart - rounding) * (apart - rounding) > reach * reach * dot(axis, axis)
+    let rounding = S::splat(16.0 * f64::EPSILON) * (least.abs() + most.abs());
+    let apart = least - most - rounding;
+    S::zero().lt(apart) & (reach * reach * dot(axis, axis)).lt(apart * apart)
 }
 
-/// The same of the boxes around the ways from `x` to `x + dx`, seen from the mean of the motions.
-pub(crate) fn stay_apart<const D: usize, const N: usize>(
-    x: &[[f64; D]; N],
-    dx: &[[f64; D]; N],
-    first: usize,
-    reach: f64,
-) -> bool {
-    let mean = mean(dx);
-    let spans = |i: usize, k: usize| {
-        let motion = dx[i][k] - mean[k];
-        [x[i][k] + motion.min(0.0), x[i][k] + motion.max(0.0)]
-    };
-    are_spans_apart::<D, N>(spans, first, reach)
-}
-
-/// True if the unions of the spans of the first `first` vertices and of the others are farther than `reach`
-/// [m] apart along an axis; `span(i, k)` is that of vertex `i` along axis `k`, lower end first.
+/// True where the unions of the boxes of the first `first` vertices, and of the others, are farther than `reach`
+/// [m] apart along an axis.
 #[inline(always)]
-fn are_spans_apart<const D: usize, const N: usize>(
-    span: impl Fn(usize, usize) -> [f64; 2],
+fn are_boxes_apart<S: Scalar, const D: usize, const N: usize>(
+    low: &[[S; D]; N],
+    high: &[[S; D]; N],
     first: usize,
-    reach: f64,
-) -> bool {
-    (0..D).any(|k| {
-        let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+    reach: S,
+) -> S::Mask {
+    let mut widest = S::splat(f64::NEG_INFINITY);
+    for k in 0..D {
+        let (mut least, mut most) = ([low[0][k], low[first][k]], [high[0][k], high[first][k]]);
         for i in 0..N {
-            let (side, [from, to]) = (usize::from(i >= first), span(i, k));
-            low[side] = low[side].min(from);
-            high[side] = high[side].max(to);
+            let side = usize::from(i >= first);
+            least[side] = smaller(low[i][k], least[side]);
+            most[side] = most[side].max(high[i][k]);
         }
-        low[1] - high[0] > reach || low[0] - high[1] > reach
-    })
+        widest = widest.max((least[1] - most[0]).max(least[0] - most[1]));
+    }
+    reach.lt(widest)
 }

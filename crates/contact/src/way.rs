@@ -10,8 +10,8 @@ use crate::ccd::{GapLimit, safe_step, safe_step_to_half_space};
 use crate::closest::Primitives;
 use crate::contacts::{along_normal, rows};
 use crate::model::{ContactLaw, ContactModel};
+use crate::packs::{Screen, near_box, screen};
 use crate::pair::{EdgeEdge, PointEdge, PointPoint, PointTriangle};
-use crate::vector::{stay_apart, stay_apart_across};
 
 /// Pairs that one task looks at.
 const TASK: usize = 512;
@@ -113,8 +113,12 @@ impl Way<'_> {
         vertices: impl Fn([u32; 2]) -> [u32; N] + Sync,
     ) -> Option<(f64, usize)> {
         let of_task = |(task, pairs): (usize, &[[u32; 2]])| {
-            let numbered = (task * TASK..).zip(pairs).map(|(i, pair)| (i, vertices(*pair)));
-            let near: Vec<_> = numbered.filter(|(_, v)| self.may_meet::<K, D, N>(model, v)).collect();
+            let pairs: Vec<[u32; N]> = pairs.iter().map(|pair| vertices(*pair)).collect();
+            let by = Screen { boxes: true, across: self.ends == WayEnd::Gap, motion: true };
+            let reach = |v: &[u32; N]| self.near(model.law(v[0], v[N - 1]));
+            let may_meet = screen::<K, D, N>(&pairs, (self.x, Some(self.dx)), reach, by);
+            let numbered = (task * TASK..).zip(pairs).zip(may_meet);
+            let near: Vec<_> = numbered.filter(|(_, may_meet)| *may_meet).map(|(pair, _)| pair).collect();
             if self.ends == WayEnd::Crossing {
                 let part = |v: &[u32; N]| {
                     let near = self.near(model.law(v[0], v[N - 1]));
@@ -133,22 +137,6 @@ impl Way<'_> {
         };
         let tasks: Vec<_> = pairs.par_chunks(TASK).enumerate().map(of_task).collect();
         smallest(tasks.into_iter().flatten())
-    }
-
-    /// False where a pair is shown in short not to meet on the way.
-    fn may_meet<K: Primitives<D, N>, const D: usize, const N: usize>(
-        &self,
-        model: &ContactModel,
-        vertices: &[u32; N],
-    ) -> bool {
-        let dx = rows::<D, N>(self.dx, vertices);
-        // What moves as one never meets.
-        if dx.iter().all(|d| *d == dx[0]) {
-            return false;
-        }
-        let (x, near) = (rows::<D, N>(self.x, vertices), self.near(model.law(vertices[0], vertices[N - 1])));
-        let crosses = self.ends == WayEnd::Crossing;
-        !(stay_apart(&x, &dx, K::FIRST, near) || !crosses && stay_apart_across(&x, &dx, K::FIRST, near))
     }
 
     /// Distance at which a pair is looked at [m].
@@ -202,8 +190,10 @@ impl Way<'_> {
             let at = |part: f64, vertices: &[u32]| {
                 Some(Obstruction { part, primitives: [vertices.to_vec(), vec![ball.vertex]] })
             };
-            let triangles = (0..surface.triangles.len() as u32).map(|t| (t, surface.triangles[t as usize]));
-            let near: Vec<_> = triangles.filter(|(_, t)| meets(t)).map(|(t, _)| [ball.vertex, t]).collect();
+            let ways = (self.x, Some(self.dx));
+            let near = near_box::<D, 3>(&surface.triangles, ways, &centre, model.squared_reach_of(ball));
+            let touches = |t: &u32| model.touch(model.body(surface.triangles[*t as usize][0]), ball.body);
+            let near: Vec<_> = near.into_iter().filter(touches).map(|t| [ball.vertex, t]).collect();
             let of_triangle = |[ball, t]: [u32; 2]| {
                 let [a, b, c] = surface.triangles[t as usize];
                 [ball, a, b, c]

@@ -4,7 +4,7 @@ use super::{Random, number, numbers, positions};
 use crate::barrier::{Barrier, PotentialForm, barrier};
 use crate::closest::{ClosestPoints, InnerKind, InnerPair, Primitives};
 use crate::eigen::positive_part;
-use crate::expected::{ExpectedForces, ForceForecast};
+use crate::expected::{ExpectedForces, ExpectedInTurn, ForceForecast, key};
 use crate::friction::{PairFriction, f0, f1, f1_over_y, f1_slope};
 use crate::hessian::PairBlocks;
 use crate::merge::WeightedPair;
@@ -359,12 +359,38 @@ fn a_contact_goes_where_it_has_the_force_that_is_expected() {
         let pair = WeightedPair { vertices: [0, 1], weight };
         visit_pairs_of_law::<PointPoint, 3, 2, 0>(&law, &x, &[pair], &mut forecast);
         let expected = forecast.end();
+        let mut expected = ExpectedInTurn::new(&expected);
         assert_near(expected.of(&[0, 1]).unwrap(), force.max(0.0), 1e-9 * at(gap).slope.abs(), "force");
         assert_eq!(expected.of(&[0, 2]), None);
         let stiffness = expected.stiffness(&[0, 1], &barrier, gap + barrier.offset, weight);
         let lands = gap + (-at(gap).slope - force.max(0.0)) / stiffness;
         assert_near(lands, end.min(barrier.reach), 1e-9, &format!("from {gap}"));
     }
+}
+
+/// Forces are those of their contacts, in whatever order these are asked for: each list of contacts ascends by
+/// itself, and not all have one.
+#[test]
+fn expected_forces_are_found_in_any_order() {
+    let mut random = Random(41);
+    let mut vertex = || (12.0 * random.next()) as u32;
+    let mut keys: Vec<_> =
+        (0..900).map(|i| key(&[vertex(), vertex(), vertex(), vertex()][..2 + i % 3])).collect();
+    keys.sort_unstable();
+    keys.dedup();
+    let known: Vec<_> =
+        (0..).zip(&keys).filter(|(i, _)| i % 4 != 1).map(|(i, key)| (*key, f64::from(i))).collect();
+    let forces = ExpectedForces::of_contacts(known.clone());
+    let force = |key| known.iter().find(|(known, _)| *known == key).map(|(_, force)| *force);
+    let mut in_turn = ExpectedInTurn::new(&forces);
+    for stride in [1, 3, 50, keys.len() - 7] {
+        for i in 0..2 * keys.len() {
+            let key = keys[i * stride % keys.len()];
+            assert_eq!(in_turn.of(&key), force(key), "{key:?}");
+        }
+    }
+    assert_eq!(in_turn.of(&[99, 99]), None);
+    assert_eq!(ExpectedInTurn::new(&ExpectedForces::default()).of(&[0, 1]), None);
 }
 
 #[test]

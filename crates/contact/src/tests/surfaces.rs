@@ -5,7 +5,7 @@ use crate::barrier::{Barrier, PotentialForm};
 use crate::broad_phase::Bounds;
 use crate::candidates::{BodyPairs, CandidateCache, CandidatePairs, SurfaceTrees};
 use crate::closest::Primitives;
-use crate::contacts::{ContactVisitor, Contacts, PlaneGeometry};
+use crate::contacts::{ContactVisitor, Contacts, PlaneGeometry, rows};
 use crate::energy::ContactEnergy;
 use crate::hessian::PairBlocks;
 use crate::merge::{ContactStencils, Duplicates, MollifiedPair, WeightedPair};
@@ -14,6 +14,7 @@ use crate::mollifier::mollified_inner_pair;
 use crate::pair::{EdgeEdge, PairGeometry, PairKind, PointEdge, PointPoint, PointTriangle};
 use crate::report::ContactReport;
 use crate::surface::{ContactSurface, SurfacePrimitives};
+use crate::vector::{stay_apart, stay_apart_across};
 use crate::way::free_part;
 use pliant::energy::ChangingStencils;
 use pliant::material::Psd;
@@ -232,13 +233,29 @@ fn by_force(
     let mut found = CandidatePairs::default();
     for &p in &surface.vertices {
         let near = (0..).zip(&surface.triangles).filter(|(_, t)| allowed(&[p], *t));
+        let near =
+            near.filter(|(_, [a, b, c])| may_come_near::<PointTriangle>(x, dx, &[p, *a, *b, *c], reach));
         found.point_triangle.extend(near.map(|(t, _)| [p, t]));
     }
     for (i, a) in (0..).zip(&surface.edges) {
         let near = (0..).zip(&surface.edges).filter(|(j, b)| *j > i && allowed(a, *b));
+        let near = near.filter(|(_, b)| may_come_near::<EdgeEdge>(x, dx, &[a[0], a[1], b[0], b[1]], reach));
         found.edge_edge.extend(near.map(|(j, _)| [i, j]));
     }
     found
+}
+
+/// False for a pair that is shown to stay farther apart than `reach`; one that comes nearer never is.
+fn may_come_near<K: Primitives<3, 4>>(x: &[f64], dx: &[f64], vertices: &[u32; 4], reach: f64) -> bool {
+    let (x, dx) = (rows::<3, 4>(x, vertices), rows::<3, 4>(dx, vertices));
+    let apart = stay_apart(&x, &dx, K::FIRST, reach) || stay_apart_across(&x, &dx, K::FIRST, reach);
+    let squared_distance = |part: f64| {
+        let at = std::array::from_fn(|i| std::array::from_fn(|k| x[i][k] + part * dx[i][k]));
+        K::closest(&at).squared_distance
+    };
+    let nearest = (0..=20).map(|i| squared_distance(f64::from(i) / 20.0)).fold(f64::INFINITY, f64::min);
+    assert!(!apart || nearest > reach * reach, "{vertices:?} come nearer: {nearest}");
+    !apart
 }
 
 #[test]
@@ -342,8 +359,18 @@ fn candidates_of_a_way_hold_every_stencil_of_its_places() {
         assert_eq!(stencils(cache.at(&surface, &pairs, &there, reach, margin), &there), fresh(&there));
     }
     assert_eq!(cache.gatherings, 1);
-    // Beyond its end, and beside it.
-    for (vertex, part, by) in [(0, 1.1, 0.0), (7, 0.5, 0.01)] {
+    // Near it, and on short ways there.
+    let beside: Vec<f64> = x.iter().map(|_| random.between(-0.2 * margin, 0.2 * margin)).collect();
+    for part in [0.2, 1.0] {
+        let there: Vec<f64> = place(part, &far).iter().zip(&beside).map(|(x, by)| x + by).collect();
+        assert_eq!(stencils(cache.at(&surface, &pairs, &there, reach, margin), &there), fresh(&there));
+        let found =
+            stencils(cache.on_way(&surface, &pairs, (&there, &beside), reach, (reach, margin)), &there);
+        assert_eq!(found, fresh(&there));
+    }
+    assert_eq!(cache.gatherings, 1);
+    // Beyond its end, and too far beside it.
+    for (vertex, part, by) in [(0, 1.5, 0.0), (7, 0.5, 0.05)] {
         let mut there = place(part, &far);
         there[vertex] += by;
         let before = cache.gatherings;
@@ -352,12 +379,12 @@ fn candidates_of_a_way_hold_every_stencil_of_its_places() {
     }
     // A short way is searched around its start, once for what follows.
     let near: Vec<f64> = far.iter().map(|dx| 0.02 * dx).collect();
-    let before = cache.gatherings;
+    let mut cache = CandidateCache::<3>::default();
     cache.on_way(&surface, &pairs, (&x, &near), reach, (reach, margin));
     let there = place(1.0, &near);
     assert_eq!(stencils(cache.at(&surface, &pairs, &there, reach, margin), &there), fresh(&there));
     cache.on_way(&surface, &pairs, (&there, &near), reach, (reach, margin));
-    assert_eq!(cache.gatherings, before + 1);
+    assert_eq!(cache.gatherings, 1);
     // What comes near alone is less than what acts: explicit steps ask for crossings on their ways.
     for dx in [&near, &far] {
         let mut cache = CandidateCache::<3>::default();
