@@ -119,8 +119,8 @@ impl<const D: usize> SurfaceTrees<D> {
         found.point_triangle = search.points(&points, &self.vertices, &surface.triangles, &self.triangles);
         found.edge_edge = search.pairs(&surface.edges, &self.edges);
         found.point_edge = search.wires();
-        // Boxes of slanted neighbours meet all over a surface: most of what they find is far apart, or stays so
-        // on the way.
+        // Boxes of slanted neighbours meet all over a surface: most of what they find is far apart, or stays
+        // so on the way.
         search.keep_near::<PointTriangle>(&mut found.point_triangle, |[p, t]| {
             let [a, b, c] = surface.triangles[t as usize];
             [p, a, b, c]
@@ -310,8 +310,8 @@ impl<const D: usize> Search<'_, D> {
 
 /// Part of the reach by which a place may be beside a way and still be of it: ways are rounded.
 const BESIDE: f64 = 1e-3;
-/// So many times as far as a vertex moves, the bound of relative motions moves at most: by the vertex and by the
-/// mean of its body, within the body and between two of them.
+/// Growth of the bound of relative motions over that of the motion of a vertex, at most: by the vertex and by
+/// the mean of its body, within the body and between two of them.
 const MOTIONS: f64 = 4.0;
 /// A way of at most this part of the margin is searched with the margin around its start, which serves ways
 /// that follow.

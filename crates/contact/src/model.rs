@@ -123,8 +123,8 @@ impl ContactModel {
         largest
     }
 
-    /// The square of the largest distance from the centre of a ball at which what it touches acts on it [m^2],
-    /// and of what rounding adds to that.
+    /// The square of the largest distance from the centre of a ball at which what it touches acts on it
+    /// [m^2], and of what rounding adds to that.
     pub(crate) fn squared_reach_of(&self, ball: &SolidBall) -> f64 {
         let touched = (0..self.names.len() as u32).filter(|body| self.touch(*body, ball.body));
         let reach = touched.map(|body| self.laws.of(body, ball.body).barrier.squared_reach());

@@ -168,8 +168,8 @@ impl<K: Primitives<D, N>, const D: usize, const N: usize> Kernel for ClosestPoin
     }
 }
 
-/// Numbers of the primitives whose boxes are nearer than the root of `squared_reach` [m^2] to `query`, ascending;
-/// those of the ways from `x` to `x + dx` where there is one, flat `(n, D)` [m].
+/// Numbers of the primitives whose boxes are nearer than the root of `squared_reach` [m^2] to `query`,
+/// ascending; those of the ways from `x` to `x + dx` where there is one, flat `(n, D)` [m].
 pub(crate) fn near_box<const D: usize, const N: usize>(
     primitives: &[[u32; N]],
     (x, dx): (&[f64], Option<&[f64]>),
@@ -244,8 +244,8 @@ pub(crate) struct Screen {
     pub(crate) motion: bool,
 }
 
-/// For each pair, by its vertices, false where it is shown in short to be farther apart than its `reach` [m] at `x`,
-/// or all of the way from there to `x + dx`, flat `(n, D)` [m].
+/// Marks of pairs by their vertices: false where one is shown in short to be farther apart than its `reach`
+/// [m] at `x`, or all of the way from there to `x + dx`, flat `(n, D)` [m].
 pub(crate) fn screen<K: Primitives<D, N>, const D: usize, const N: usize>(
     pairs: &[[u32; N]],
     (x, dx): (&[f64], Option<&[f64]>),

@@ -77,8 +77,8 @@ pub(crate) fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// True where the boxes around the first `first` and the other positions are farther than `reach` [m] apart along
-/// an axis: what lies in them is.
+/// True where the boxes around the first `first` and the other positions are farther than `reach` [m] apart
+/// along an axis: what lies in them is.
 #[inline(always)]
 pub(crate) fn are_apart<S: Scalar, const D: usize, const N: usize>(
     x: &[[S; D]; N],
@@ -108,8 +108,8 @@ pub(crate) fn stay_apart<S: Scalar, const D: usize, const N: usize>(
     are_boxes_apart(&low, &high, first, reach)
 }
 
-/// True where the first `first` and the other positions are farther than `reach` [m] apart along the direction
-/// between their means.
+/// True where the first `first` and the other positions are farther than `reach` [m] apart along the
+/// direction between their means.
 #[inline(always)]
 pub(crate) fn are_apart_across<S: Scalar, const D: usize, const N: usize>(
     x: &[[S; D]; N],
@@ -171,8 +171,8 @@ fn mean<S: Scalar, const D: usize, const N: usize>(rows: &[[S; D]; N]) -> [S; D]
     mean
 }
 
-/// True where the spans of products with an axis, which need not be of unit length, are farther than `reach` [m]
-/// apart, those of the first above the others.
+/// True where the spans of products with an axis, which need not be of unit length, are farther than `reach`
+/// [m] apart, those of the first above the others.
 #[inline(always)]
 fn are_projections_apart<S: Scalar, const D: usize, const N: usize>(
     low: &[S; N],
@@ -194,8 +194,8 @@ fn are_projections_apart<S: Scalar, const D: usize, const N: usize>(
     S::zero().lt(apart) & (reach * reach * dot(axis, axis)).lt(apart * apart)
 }
 
-/// True where the unions of the boxes of the first `first` vertices, and of the others, are farther than `reach`
-/// [m] apart along an axis.
+/// True where the unions of the boxes of the first `first` vertices, and of the others, are farther than
+/// `reach` [m] apart along an axis.
 #[inline(always)]
 fn are_boxes_apart<S: Scalar, const D: usize, const N: usize>(
     low: &[[S; D]; N],

@@ -88,8 +88,9 @@ pub fn closing(
     (closing.messages(), closing.recorded_outcome())
 }
 
-/// Makes this many threads do the work, all cores without a number, the one that calls among them: to hand every
-/// loop to others and wait costs a cloth in contact a tenth of its time. The result is the same bits for any.
+/// Makes this many threads do the work, all cores without a number, the one that calls among them: to hand
+/// every loop to others and wait costs a cloth in contact a tenth of its time. The result is the same bits
+/// for any.
 ///
 /// # Errors
 /// The threads cannot be started.

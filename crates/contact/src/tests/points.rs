@@ -368,8 +368,8 @@ fn a_contact_goes_where_it_has_the_force_that_is_expected() {
     }
 }
 
-/// Forces are those of their contacts, in whatever order these are asked for: each list of contacts ascends by
-/// itself, and not all have one.
+/// Forces are those of their contacts, in whatever order these are asked for: each list of contacts ascends
+/// by itself, and not all have one.
 #[test]
 fn expected_forces_are_found_in_any_order() {
     let mut random = Random(41);

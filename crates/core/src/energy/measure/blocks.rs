@@ -77,8 +77,8 @@ fn congruent<L: Lanes, const D: usize>(matrix: &mut PackedMatrix<L>, n: usize, f
 }
 
 impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> StencilBlocksKernel<'_, Q, D, N> {
-    /// Writes `grad s grad s^T + (s - s_0) grad grad s` by the places of all points but the first, or its first
-    /// part alone. The rest follows, for translations change nothing.
+    /// Writes `grad s grad s^T + (s - s_0) grad grad s` by the places of all points but the first, or its
+    /// first part alone. The rest follows, for translations change nothing.
     #[inline(always)]
     fn write_matrix<L: Lanes>(&self, x: &[[L; D]; N], rest: &[L; 2], matrix: &mut PackedMatrix<L>) {
         if self.blocks == MatrixOutput::Rate {

@@ -218,8 +218,8 @@ fn plans<const D: usize>(system: &System) -> Vec<ListPlan<D>> {
     plans
 }
 
-/// Places of the blocks of all pairs in `matrix`, those of stencils of `before` as they were there; `None` where
-/// it has no room for one of them.
+/// Places of the blocks of all pairs in `matrix`, those of stencils of `before` as they were there; `None`
+/// where it has no room for one of them.
 fn place<const D: usize>(
     stencils: &Stencils,
     matrix: &BlockMatrix<D>,

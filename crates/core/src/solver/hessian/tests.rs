@@ -114,7 +114,8 @@ fn matrices_are_symmetric_and_the_same_on_any_number_of_threads() {
     assert_eq!(below, COUNT);
 }
 
-/// `E = sum_(a, b) 1/2 k_ab (g . (x_a - x_b))^2`, `k_ab = 1 + a + b / 100`, over pairs that are set from outside.
+/// `E = sum_(a, b) 1/2 k_ab (g . (x_a - x_b))^2`, `k_ab = 1 + a + b / 100`, over pairs that are set from
+/// outside.
 struct ChangingSprings {
     pairs: Vec<[u32; 2]>,
     lists: [Stencils; 1],
