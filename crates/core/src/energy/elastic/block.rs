@@ -133,10 +133,27 @@ pub(super) fn stresses<const D: usize>(
     how: Stress,
     f: &[Mat<f64, D>],
 ) -> Block<D> {
-    let mut stress = Block::ZERO;
-    (0..WIDTH).for_each(|lane| stress.set_lane(lane, &f[lane.min(f.len() - 1)]));
+    let mut stress = in_lanes(f);
     material.stress(how, std::slice::from_mut(&mut stress));
     stress
+}
+
+/// `dP/dF : dF` at a few deformation gradients along as many others, side by side in the same lanes.
+pub(super) fn stress_changes<const D: usize>(
+    material: &dyn BlockMaterial<D>,
+    f: &[Mat<f64, D>],
+    df: &[Mat<f64, D>],
+) -> Block<D> {
+    let (f, mut change) = (in_lanes(f), in_lanes(df));
+    material.derivative(&[f], std::slice::from_mut(&mut change), None);
+    change
+}
+
+/// Some matrices, the last one in all lanes that are left over.
+fn in_lanes<const D: usize>(matrices: &[Mat<f64, D>]) -> Block<D> {
+    let mut block = Block::ZERO;
+    (0..WIDTH).for_each(|lane| block.set_lane(lane, &matrices[lane.min(matrices.len() - 1)]));
+    block
 }
 
 impl<M: Material<D> + Material<3>, const D: usize> BlockMaterial<D> for M {

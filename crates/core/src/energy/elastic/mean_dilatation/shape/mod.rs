@@ -30,11 +30,15 @@ use super::packs::{RestGradients, RestPoint, gradients, middle};
 use super::{Dilatation, MeanDilatation};
 use crate::algebra::{Dual, Mat};
 use crate::element::Isoparametric;
-use crate::energy::elastic::block::stresses;
+use crate::energy::elastic::block::{stress_changes, stresses};
 use crate::energy::elastic::points_of;
 use crate::material::{Psd, Tangent};
 use crate::scalar::Elementary;
+use rayon::prelude::*;
 use rest::{RestRates, ShapedStiffness};
+
+/// Cells whose rows are at hand before they are added.
+const AT_ONCE: usize = 512;
 
 /// Cells of whatever kind whose shape at rest changes. Rows are flat, of all vertices of the system.
 pub trait CellShapes: Send {
@@ -215,13 +219,9 @@ impl<const D: usize, const N: usize> ShapedCells<D, N> {
         let axes = axes.get(element).map(Mat::leading::<D>);
         let turned = |f: &Mat<f64, D>| axes.map_or(*f, |axes| f.mul(&axes));
         let back = |p: Mat<f64, D>| axes.map_or(p, |axes| p.mul_transpose(&axes));
-        let f: Vec<Mat<f64, D>> = f.iter().map(turned).collect();
-        let p = stresses(&**material, *stress, &f);
-        let change = f.iter().zip(along).map(|(f, g)| {
-            let tangent = material.tangent(f, Psd::Exact);
-            back(tangent.apply(&turned(g)))
-        });
-        [(0..f.len()).map(|q| back(p.lane(q))).collect(), change.collect()]
+        let [f, along] = [f, along].map(|of| of.iter().map(turned).collect::<Vec<_>>());
+        let both = [stresses(&**material, *stress, &f), stress_changes(&**material, &f, &along)];
+        both.map(|of_points| (0..f.len()).map(|q| back(of_points.lane(q))).collect())
     }
 
     /// Derivatives of the elastic forces at the quadrature points along `p` by rest data.
@@ -683,10 +683,23 @@ fn add_rows<const D: usize, const N: usize>(vertices: &[u32; N], of_cell: &[[f64
     }
 }
 
+impl<const D: usize, const N: usize> ShapedCells<D, N> {
+    /// Adds rows of the nodes of every cell to those of all vertices, cells in their order.
+    fn add_each(&self, of_cell: impl Fn(usize, &[u32; N]) -> [[f64; D]; N] + Sync, rows: &mut [f64]) {
+        let cells: Vec<_> =
+            self.cells.elements().map(|(element, vertices, ..)| (element, vertices)).collect();
+        for cells in cells.chunks(AT_ONCE) {
+            let found: Vec<_> =
+                cells.par_iter().map(|(element, vertices)| of_cell(*element, vertices)).collect();
+            cells.iter().zip(found).for_each(|((_, vertices), of_cell)| add_rows(vertices, &of_cell, rows));
+        }
+    }
+}
+
 impl<const D: usize, const N: usize> CellShapes for ShapedCells<D, N> {
     fn add_works(&self, (x, v): (&[f64], &[f64]), p: &[f64], rows: &mut [f64]) {
-        for (element, vertices, ..) in self.cells.elements() {
-            let [x, v, p] = [x, v, p].map(|rows| relative(rows, &vertices));
+        let of_cell = |element: usize, vertices: &[u32; N]| {
+            let [x, v, p] = [x, v, p].map(|rows| relative(rows, vertices));
             let rest = RestCell::new(self.cells.cell, &self.cells.nodes[element]);
             let mut rates = RestRates::new(rest.points.len());
             self.add_elastic(element, &rest, (&x, &p), &mut rates);
@@ -696,24 +709,26 @@ impl<const D: usize, const N: usize> CellShapes for ShapedCells<D, N> {
                 let stiffness = &viscous.of(element).value;
                 self.add_viscous_bending(stiffness, &rest, (&x, &v), &p, &mut rates);
             }
-            add_rows(&vertices, &self.by_nodes(element, &rest, rates), rows);
-        }
+            self.by_nodes(element, &rest, rates)
+        };
+        self.add_each(of_cell, rows);
     }
 
     fn add_gradients(&self, (x, v): (&[f64], &[f64]), change: &[f64], gradient: &mut [f64]) {
-        for (element, vertices, ..) in self.cells.elements() {
-            let [x, v, change] = [x, v, change].map(|rows| relative(rows, &vertices));
-            let of_cell = self.change_of_gradient(element, (&x, &v), &change);
-            add_rows(&vertices, &of_cell, gradient);
-        }
+        let of_cell = |element: usize, vertices: &[u32; N]| {
+            let [x, v, change] = [x, v, change].map(|rows| relative(rows, vertices));
+            self.change_of_gradient(element, (&x, &v), &change)
+        };
+        self.add_each(of_cell, gradient);
     }
 
     fn add_curvatures(&self, x: &[f64], p: &[f64], rows: &mut [f64]) {
-        for (element, vertices, ..) in self.cells.elements() {
-            let [x, p] = [x, p].map(|rows| relative(rows, &vertices));
+        let of_cell = |element: usize, vertices: &[u32; N]| {
+            let [x, p] = [x, p].map(|rows| relative(rows, vertices));
             let rest = RestCell::new(self.cells.cell, &self.cells.nodes[element]);
             let rates = self.curvature_rates(element, &rest, (&x, &p));
-            add_rows(&vertices, &self.by_nodes(element, &rest, rates), rows);
-        }
+            self.by_nodes(element, &rest, rates)
+        };
+        self.add_each(of_cell, rows);
     }
 }
