@@ -101,8 +101,11 @@ pub(super) fn use_threads(threads: Option<NonZeroU16>) -> Result<(), Failure> {
     // Without a number rayon goes by `RAYON_NUM_THREADS`, and by the cores.
     let pool = ThreadPoolBuilder::new().use_current_thread();
     let pool = pool.num_threads(threads.map_or(0, |threads| usize::from(threads.get())));
-    pool.build_global().map_err(|error| {
-        let number = threads.map_or_else(|| "one for each core".to_owned(), |threads| threads.to_string());
-        Failure::failed("threads", format!("cannot start threads ({number}): {error}"))
-    })
+    match (pool.build_global(), threads) {
+        (Err(error), Some(threads)) => {
+            Err(Failure::failed("threads", format!("cannot start {threads} threads: {error}")))
+        }
+        // Where no number is asked for, threads that are there already serve, too.
+        _ => Ok(()),
+    }
 }

@@ -33,6 +33,7 @@ const COMMIT: &str = env!("PLIANT_COMMIT");
 type Outcome = (Case, CaseResult);
 
 pub(crate) fn execute(arguments: &StressArguments, terminal: Terminal) -> Result<ExitStatus, Failure> {
+    use_threads(None)?;
     let choice = CaseFilter {
         only: arguments.only.clone(),
         materials: arguments.materials.clone(),
@@ -58,7 +59,6 @@ pub(crate) fn execute(arguments: &StressArguments, terminal: Terminal) -> Result
         Some(file) if arguments.resume && file.exists() => earlier_results(file)?,
         _ => vec![],
     };
-    use_threads(None)?;
     let interrupted = interrupt::flag()?;
     let count = cases.len();
     let budget = arguments.budget.or(arguments.scene.as_ref().map(|_| SCENE_BUDGET));
