@@ -172,7 +172,7 @@ impl TermViews for ChangingSprings {
 impl ChangingStencils for ChangingSprings {
     fn find(&mut self, x: &[f64]) -> bool {
         let round = x[0] as u32;
-        let every = |pair: &[u32; 2]| !(7 * pair[0] + 3 * pair[1] + round).is_multiple_of(2 + round % 5);
+        let every = |pair: &[u32; 2]| !(7 * pair[0] + 4 * pair[1] + round).is_multiple_of(2 + round % 5);
         // Runs of neighbours go and come, too, longer ones than are looked ahead of.
         let run = |pair: &[u32; 2]| round % 3 != 1 || !(20 * round..20 * round + 90).contains(&pair[0]);
         let all = (0..300).flat_map(|a| [[a, a + 1], [a, a + 5]]);
