@@ -93,7 +93,7 @@ pub fn closing(
 /// for any.
 ///
 /// # Errors
-/// The threads cannot be started.
+/// So many threads cannot be started, or others are there already.
 pub(super) fn use_threads(threads: Option<NonZeroU16>) -> Result<(), Failure> {
     if rayon::current_thread_index().is_some() {
         return Ok(());

@@ -266,7 +266,8 @@ fn goes_by_sizes(scene: &Scene, contact: &ContactSpec) -> bool {
         && !scene.obstacle.iter().any(|obstacle| is_round(&obstacle.shape))
 }
 
-/// That distance [m], and its derivatives by the rest positions of a body, flat, where they decide it.
+/// Default distance of contact [m], and its derivatives by the rest positions of a body, flat, where they
+/// decide it.
 pub(super) fn reach(scene: &Scene, topology: &Topology, body: &BodyTopology) -> Option<(f64, Vec<f64>)> {
     scene.acting_contact().filter(|contact| goes_by_sizes(scene, contact))?;
     let (rest, d) = (&topology.rest_positions[..], topology.dimension);

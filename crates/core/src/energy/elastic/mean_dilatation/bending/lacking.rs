@@ -337,7 +337,7 @@ impl<S: RestNumber, const D: usize, const N: usize> LackingCell<'_, S, D, N> {
         stiffness
     }
 
-    /// That stiffness, and what goes with it.
+    /// Stiffness of a cell, and what goes with it.
     pub(super) fn find(&self, alone: [bool; D], volume: S, solid: BendingSolid<'_, D>) -> CellFound<S, D, N> {
         let nodes = self.nodes.map(|node| node.map(S::value));
         let mut found = CellFound {

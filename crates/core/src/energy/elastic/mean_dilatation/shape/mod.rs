@@ -66,7 +66,7 @@ pub struct ShapedCells<const D: usize, const N: usize> {
 /// Stiffnesses in bending of cells, of congruent neighbours once.
 struct CellStiffnesses<const N: usize> {
     each: Vec<ShapedStiffness<N>>,
-    /// That of each cell, in the order of the mesh.
+    /// Number of the stiffness of each cell, in the order of the mesh.
     of: Vec<u32>,
 }
 

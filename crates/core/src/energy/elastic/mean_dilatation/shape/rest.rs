@@ -18,7 +18,7 @@ pub(super) struct ShapedStiffness<const N: usize> {
 }
 
 impl<const N: usize> ShapedStiffness<N> {
-    /// That of a cell with these nodes at rest, alone across these axes, of a solid.
+    /// Stiffness of a cell with these nodes at rest, alone across these axes, of a solid.
     pub(super) fn new<const D: usize>(
         cell: &Isoparametric<D, N>,
         nodes: &[[f64; D]; N],
@@ -77,7 +77,7 @@ pub(super) struct RestRates<const D: usize, const N: usize> {
 }
 
 impl<const D: usize, const N: usize> RestRates<D, N> {
-    /// Those of a constant.
+    /// Derivatives of a constant.
     pub(super) fn new(points: usize) -> Self {
         RestRates {
             gradients: vec![[[0.0; D]; N]; points],
