@@ -308,8 +308,6 @@ impl<const D: usize> Search<'_, D> {
     }
 }
 
-/// Part of the reach by which a place may be beside a way and still be of it: ways are rounded.
-const BESIDE: f64 = 1e-3;
 /// Growth of the bound of relative motions over that of the motion of a vertex, at most: by the vertex and by
 /// the mean of its body, within the body and between two of them.
 const MOTIONS: f64 = 4.0;
@@ -361,8 +359,8 @@ struct SweptPairs {
 }
 
 impl SweptPairs {
-    /// True if all pairs within `reach` at `x` are among them: `x` is on the way, or none has come nearer by
-    /// more than twice the margin since `from + part dx`. The same of a straight way between two such places.
+    /// True if all pairs within `reach` at `x` are among them: none has come nearer by more than twice the
+    /// margin since `from + part dx`. The same of a straight way between two such places.
     fn hold<const D: usize>(&self, surface: &ContactSurface, x: &[f64], reach: f64) -> bool {
         if x.len() != self.from.len() || reach > self.reach {
             return false;
@@ -375,9 +373,7 @@ impl SweptPairs {
         }
         let part = if squared > 0.0 { (along / squared).clamp(0.0, 1.0) } else { 0.0 };
         let way: Vec<f64> = self.from.iter().zip(&self.dx).map(|(from, dx)| from + part * dx).collect();
-        let beside = largest_difference(x, &way);
-        beside <= BESIDE * reach
-            || MOTIONS * (D as f64).sqrt() * beside <= self.margin
+        MOTIONS * (D as f64).sqrt() * largest_difference(x, &way) <= self.margin
             || relative_motion::<D>(surface, &way, x) <= self.margin
     }
 }
@@ -448,9 +444,8 @@ impl<const D: usize> CandidateCache<D> {
             self.gather_around(surface, bodies, x, reach, margin);
             return &self.pairs;
         }
-        // Short ways come after a long one. Two primitives may both be beside it.
-        let around = near * (1.0 + 4.0 * BESIDE) + 2.0 * margin;
-        let pairs = self.trees.gather(surface, bodies, x, Some(dx), around);
+        // Short ways come after a long one, beside which two primitives may both be.
+        let pairs = self.trees.gather(surface, bodies, x, Some(dx), near + 2.0 * margin);
         self.gatherings += 1;
         self.swept = SweptPairs { from: x.to_vec(), dx: dx.to_vec(), reach: near, margin, pairs };
         &self.swept.pairs

@@ -34,6 +34,14 @@ pub(crate) trait PackVisitor<const D: usize> {
     fn mollified(&mut self, pair: &MollifiedPair, x: &[[f64; 3]; 4], law: &ContactLaw);
 }
 
+/// A pack of a few, filled up with the last one.
+#[inline(always)]
+pub(crate) fn filled<T: Copy>(few: &[T]) -> [T; WIDTH] {
+    let mut pack = [few[few.len() - 1]; WIDTH];
+    pack[..few.len()].copy_from_slice(few);
+    pack
+}
+
 /// Rows of `x`, flat `(n, D)`, of the vertices of a pack.
 #[inline(always)]
 pub(crate) fn load_rows<L: Lanes, const D: usize, const N: usize>(
@@ -149,9 +157,7 @@ impl<K: Primitives<D, N>, const D: usize, const N: usize> Kernel for ClosestPoin
     #[inline(always)]
     fn run<L: Lanes>(self) {
         for pack in self.pairs.chunks(WIDTH) {
-            let mut vertices = [pack[pack.len() - 1]; WIDTH];
-            vertices[..pack.len()].copy_from_slice(pack);
-            let closest = K::closest(&load_rows::<L, D, N>(self.x, &vertices));
+            let closest = K::closest(&load_rows::<L, D, N>(self.x, &filled(pack)));
             let squared_distance = closest.squared_distance.to_array();
             let mut coefficients = [[0.0; WIDTH]; N];
             for n in 0..N {
@@ -198,8 +204,7 @@ impl<const D: usize, const N: usize> Kernel for NearBoxKernel<'_, D, N> {
         let reach = L::splat(self.squared_reach);
         let mut first = 0;
         for pack in self.primitives.chunks(WIDTH) {
-            let mut vertices = [pack[pack.len() - 1]; WIDTH];
-            vertices[..pack.len()].copy_from_slice(pack);
+            let vertices = filled(pack);
             let from = load_rows::<L, D, N>(self.x, &vertices);
             let (mut low, mut high) = (from[0], from[0]);
             for n in 1..N {
@@ -274,10 +279,8 @@ impl<K: Primitives<D, N>, const D: usize, const N: usize> Kernel for ScreenKerne
     #[inline(always)]
     fn run<L: Lanes>(self) {
         for (pack, own) in self.pairs.chunks(WIDTH).zip(self.reach.chunks(WIDTH)) {
-            let (mut vertices, mut reach) = ([pack[pack.len() - 1]; WIDTH], [0.0; WIDTH]);
-            vertices[..pack.len()].copy_from_slice(pack);
-            reach[..own.len()].copy_from_slice(own);
-            let (x, reach) = (load_rows::<L, D, N>(self.x, &vertices), L::load(&reach));
+            let vertices = filled(pack);
+            let (x, reach) = (load_rows::<L, D, N>(self.x, &vertices), L::load(&filled(own)));
             let mut apart = 0;
             if let Some(dx) = self.dx {
                 let dx = load_rows::<L, D, N>(dx, &vertices);

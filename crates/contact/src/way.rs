@@ -10,7 +10,7 @@ use crate::ccd::{GapLimit, safe_step, safe_step_to_half_space};
 use crate::closest::Primitives;
 use crate::contacts::{along_normal, rows};
 use crate::model::{ContactLaw, ContactModel};
-use crate::packs::{Screen, near_box, screen};
+use crate::packs::{Screen, filled, load_rows, near_box, screen};
 use crate::pair::{EdgeEdge, PointEdge, PointPoint, PointTriangle};
 
 /// Pairs that one task looks at.
@@ -269,23 +269,11 @@ impl<K: Primitives<D, N>, const D: usize, const N: usize> Kernel for Collisions<
     #[inline(always)]
     fn run<L: Lanes>(self) {
         for pack in self.near.chunks(WIDTH) {
-            let (mut places, mut ways) = ([[[0.0; WIDTH]; D]; N], [[[0.0; WIDTH]; D]; N]);
+            let (pairs, mut vertices) = (filled(pack), [[0; N]; WIDTH]);
             for lane in 0..WIDTH {
-                // The last one fills up.
-                let (_, vertices) = &pack[lane.min(pack.len() - 1)];
-                for n in 0..N {
-                    for c in 0..D {
-                        let at = vertices[n] as usize * D + c;
-                        (places[n][c][lane], ways[n][c][lane]) = (self.way.x[at], self.way.dx[at]);
-                    }
-                }
+                (_, vertices[lane]) = pairs[lane];
             }
-            let (mut x, mut dx) = ([[L::zero(); D]; N], [[L::zero(); D]; N]);
-            for n in 0..N {
-                for c in 0..D {
-                    (x[n][c], dx[n][c]) = (L::load(&places[n][c]), L::load(&ways[n][c]));
-                }
-            }
+            let (x, dx) = (load_rows(self.way.x, &vertices), load_rows(self.way.dx, &vertices));
             let time = safe_step::<K, L, D, N>(&x, &dx, &self.gap, L::splat(1.0)).time;
             let mut parts = [0.0; WIDTH];
             time.store(&mut parts);
