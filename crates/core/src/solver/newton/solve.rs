@@ -18,6 +18,11 @@ use crate::system::System;
 /// Corrections over the tolerance below which what dissipative terms hold is renewed; above, after two whole
 /// steps in a row.
 const NEAR_END: f64 = 100.0;
+/// Part of the last correction before an exact Hessian that was indefinite, below which the next one is tried.
+///
+/// Where cloth buckles against a body, Hessians are indefinite until shortly before the minimum, and each one
+/// that is tried in vain costs as much as the projected one after it.
+const EXACT_AGAIN: f64 = 0.2;
 
 /// State of one solve.
 pub(super) struct NewtonSolve<'a> {
@@ -35,6 +40,8 @@ pub(super) struct NewtonSolve<'a> {
     conservative: Option<f64>,
     /// Treatment of element Hessians.
     pub(super) psd: Psd,
+    /// Corrections up to which exact element Hessians may be tried again [m].
+    exact_below: f64,
     /// True if a matrix at hand may serve again.
     keep: bool,
     /// Relative residual that is asked of conjugate gradients.
@@ -101,6 +108,7 @@ impl<'a> NewtonSolve<'a> {
             value: None,
             conservative: None,
             psd: Psd::Exact,
+            exact_below: f64::INFINITY,
             // The textbook's single iteration is one with the Hessian where it starts.
             keep: !objective.single_iteration,
             forcing: CG_TOLERANCE,
@@ -125,6 +133,7 @@ impl<'a> NewtonSolve<'a> {
     pub(super) fn start_anew(&mut self, value: Option<f64>) {
         (self.correction, self.before) = (f64::INFINITY, f64::INFINITY);
         (self.keep, self.psd, self.value, self.conservative) = (false, Psd::Exact, value, None);
+        self.exact_below = f64::INFINITY;
     }
 
     fn fault(&self, verdict: SolveFailure, residual: &[f64]) -> StepFault {
@@ -302,8 +311,9 @@ impl<const D: usize> Newton<D> {
                 old_matrix = false;
                 continue;
             }
-            // From here on to the end of this solve: a Hessian that was indefinite once will be again.
+            // A Hessian that was indefinite once will be again, until corrections are well below this one.
             solve.psd = Psd::Projected;
+            solve.exact_below = EXACT_AGAIN * solve.before;
         }
     }
 
@@ -386,7 +396,7 @@ impl<const D: usize> Newton<D> {
         self.note_limited(solve, accepted.shortened);
         let steady = solve.keep && accepted.halvings == 0 && solve.psd == Psd::Exact;
         solve.keep = accepted.halvings == 0;
-        if solve.keep && solve.correction <= NEAR * self.size {
+        if solve.keep && solve.correction <= solve.exact_below.min(NEAR * self.size) {
             // Near a minimum the exact Hessian is positive definite, and converges quadratically.
             solve.psd = Psd::Exact;
         }
