@@ -127,6 +127,36 @@ fn mixed_with_obstacles(rest: &[f64]) -> ContactModel {
     model
 }
 
+/// Friction that is held goes by a part of the way to that at other positions: up from none where nothing
+/// touches, and down again.
+#[test]
+fn held_friction_goes_over_by_a_part() {
+    let mut numbers = Numbers(5);
+    let mut x = scattered(&mut numbers);
+    x.extend([0.0, 0.0, -0.2, 0.5, 0.6, 0.95]);
+    let v: Vec<f64> = x.iter().map(|_| numbers.next()).collect();
+    let apart: Vec<f64> = x.iter().map(|x| 1e3 * x).collect();
+    let model = Arc::new(mixed_with_obstacles(&mixed_rest()));
+    let ContactTerms { friction, .. } = contact_terms(3, model, ExplicitOptions::default());
+    let mut friction = friction.unwrap();
+    let mut after = |held: &[f64], part: f64| {
+        friction.frozen().unwrap().freeze(held, part);
+        friction.evaluate(&x, &v);
+        let mut rubs = vec![0.0; x.len()];
+        friction.add_rows(0, &mut rubs);
+        rubs
+    };
+    let whole = after(&x, 1.0);
+    assert!(whole.iter().any(|force| force.abs() > 1e-3));
+    assert!(after(&apart, 1.0).iter().all(|force| *force == 0.0));
+    for (held, part, expected) in [(&x, 0.25, 0.25), (&apart, 0.5, 0.125), (&x, 0.5, 0.5625)] {
+        let off =
+            after(held, part).iter().zip(&whole).fold(0.0, |m: f64, (f, w)| m.max((f - expected * w).abs()));
+        let largest = whole.iter().fold(0.0, |m: f64, w| m.max(w.abs()));
+        assert!(off < 1e-12 * largest, "{off:e} N of {largest} N for {expected}");
+    }
+}
+
 /// Forces of contact and of friction, whose normal forces are those of `held` where there is any, go by the
 /// shape at rest as those of models at rest elsewhere differ.
 #[test]
@@ -151,7 +181,7 @@ fn forces_of_all_kinds_of_primitives_go_by_the_shape_at_rest() {
             assert!(energy.evaluate(&x));
             energy.add_rows(0, &mut rows);
             if let Some(held) = &held {
-                friction.frozen().unwrap().freeze(held);
+                friction.frozen().unwrap().freeze(held, 1.0);
             }
             friction.evaluate(&x, &v);
             let mut rubs = vec![0.0; x.len()];

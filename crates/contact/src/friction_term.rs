@@ -126,6 +126,30 @@ impl<const D: usize> FrictionTerm<D> {
         }
     }
 
+    /// Makes limits of contacts those `before`, and a `part` of the way to what they are, 0 of those that
+    /// are not there.
+    fn go_from(&mut self, before: [Vec<RubbingContact<D>>; 3], part: f64) {
+        for (now, mut before) in self.contacts.iter_mut().zip(before) {
+            before.sort_unstable_by_key(|contact| contact.vertices);
+            let find =
+                |vertices: &[u32; 4]| before.binary_search_by_key(vertices, |contact| contact.vertices);
+            let mut gone = vec![true; before.len()];
+            for contact in now.iter_mut() {
+                let last = find(&contact.vertices).map_or(0.0, |at| {
+                    gone[at] = false;
+                    before[at].pair.limit
+                });
+                contact.pair.limit = last + part * (contact.pair.limit - last);
+            }
+            for mut contact in
+                before.into_iter().zip(gone).filter_map(|(contact, gone)| gone.then_some(contact))
+            {
+                contact.pair.limit *= 1.0 - part;
+                now.push(contact);
+            }
+        }
+    }
+
     /// Parts of the limit of contacts by their vertices, ascending, while they are held.
     fn known_parts(&self) -> Vec<([u32; 4], [f64; D])> {
         if !self.frozen {
@@ -251,10 +275,14 @@ impl<const D: usize> PositionProducts for FrictionTerm<D> {
 }
 
 impl<const D: usize> FrozenParts for FrictionTerm<D> {
-    fn freeze(&mut self, x: &[f64]) -> bool {
+    fn freeze(&mut self, x: &[f64], part: f64) -> bool {
         let known = self.known_parts();
         let held = self.frozen && self.all().next().is_some();
+        let before = if self.frozen && part < 1.0 { self.contacts.clone() } else { Default::default() };
         self.take(x);
+        if part < 1.0 {
+            self.go_from(before, part);
+        }
         self.frozen = true;
         for contact in self.contacts.iter_mut().flatten() {
             // The matrix of a new contact is `mu lambda / g (I - n n^T)`, stiff along its slip, too: with the

@@ -137,8 +137,9 @@ pub trait PositionProducts {
 /// chase its own target.
 pub trait FrozenParts {
     /// Takes these parts as they are at `x` [m], until [`thaw`](Self::thaw); whether there are any, or were
-    /// among those held until now.
-    fn freeze(&mut self, x: &[f64]) -> bool;
+    /// among those held until now. Forces `f` that are held go by a `part` of the way to those at `x`,
+    /// `f + part (f(x) - f)`, all of it for 1.
+    fn freeze(&mut self, x: &[f64], part: f64) -> bool;
 
     /// Ends that: whatever is asked is about the positions given.
     fn thaw(&mut self);

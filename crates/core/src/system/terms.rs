@@ -161,12 +161,12 @@ impl System {
         of_contact + driven.map(|term| term.stiffening(inverse_mass.numbers())).sum::<f64>()
     }
 
-    /// Makes dissipative terms hold what they take from the positions `x`; false where nothing is held, and
-    /// nothing was.
-    pub(crate) fn freeze(&mut self, x: &[f64]) -> bool {
+    /// Makes dissipative terms hold what they take from the positions `x`, their forces by a `part` of the
+    /// way from those held; false where nothing is held, and nothing was.
+    pub(crate) fn freeze(&mut self, x: &[f64], part: f64) -> bool {
         let mut any = false;
         for term in self.dissipation.iter_mut().filter_map(|term| term.frozen()) {
-            any |= term.freeze(x);
+            any |= term.freeze(x, part);
         }
         any
     }
@@ -175,7 +175,7 @@ impl System {
     /// [`thaw`](Self::thaw), as solves do that [renew it once](Self::most_renewals); their blocks are then
     /// exact at velocities `v`, flat [m/s], and their forces do not depend on positions.
     pub fn freeze_at(&mut self, x: &[f64], v: &[f64]) {
-        self.freeze(x);
+        self.freeze(x, 1.0);
         self.follow(v, &vec![0.0; v.len()]);
     }
 

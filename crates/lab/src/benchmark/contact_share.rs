@@ -195,8 +195,8 @@ impl DissipationViews for TimedFriction {
 }
 
 impl FrozenParts for TimedFriction {
-    fn freeze(&mut self, x: &[f64]) -> bool {
-        self.clock.time(|| self.term.frozen().is_some_and(|parts| parts.freeze(x)))
+    fn freeze(&mut self, x: &[f64], part: f64) -> bool {
+        self.clock.time(|| self.term.frozen().is_some_and(|parts| parts.freeze(x, part)))
     }
 
     fn thaw(&mut self) {

@@ -42,6 +42,11 @@ const GUARDED_ENERGY: f64 = 5e-2;
 const ESTIMATE: f64 = 1e-3;
 /// A full step so short, as a part of the size of the scene, may be near a minimum.
 const NEAR: f64 = 1e-3;
+/// Ways between minima lead round in a circle where they shrink by less than this part of what goes over to
+/// the next: by all of it where minima stay.
+const ROUND: f64 = 0.1;
+/// They lead straight on where they shrink by more than this part.
+const STRAIGHT: f64 = 0.5;
 /// Addition to the diagonal of projected Hessians in statics, as a part of the largest entry.
 const STATIC_SHIFT: f64 = 1e-9;
 /// In statics, a body so many sizes of the scene away from its last equilibrium is one that nothing holds.
@@ -139,7 +144,7 @@ impl<const D: usize> Newton<D> {
             at.clone_from(&start);
             // Nothing of the way that failed is carried on.
             system.thaw();
-            system.freeze(&at.x);
+            system.freeze(&at.x, 1.0);
             end = self.solve(system, objective, at, (Begin::Anywhere, 0));
         }
         if end? { Ok(()) } else { self.settle(system, objective, at, most) }
@@ -148,6 +153,10 @@ impl<const D: usize> Newton<D> {
     /// Goes on from a minimum until what dissipative terms hold is that of the minimum itself, at most `most`
     /// times. Ways between minima shrink by about the same factor each time: the last is not gone where it
     /// would be none.
+    ///
+    /// Where they do not shrink, as of friction that lifts its own load, minima go round in a circle: then
+    /// what is held goes only a part of the way to that of the minimum (Mann 1953, "Mean value methods in
+    /// iteration", Proc. Amer. Math. Soc. 4, no. 3).
     fn settle(
         &mut self,
         system: &mut System,
@@ -155,17 +164,23 @@ impl<const D: usize> Newton<D> {
         at: &mut Iterate,
         most: u32,
     ) -> Result<(), StepFault> {
-        let mut last = f64::INFINITY;
+        let (mut last, mut part, mut most_part) = (f64::INFINITY, 1.0, 1.0);
         for _ in 1..most {
             let before = at.u.clone();
-            if !system.freeze(&at.x) {
+            if !system.freeze(&at.x, part) {
                 return Ok(());
             }
             self.solve(system, objective, at, (Begin::NearMinimum, 0))?;
-            let moved = before.iter().zip(&at.u).fold(0.0, |m: f64, (a, b)| m.max((b - a).abs()));
+            let moved = before.iter().zip(&at.u).fold(0.0, |m: f64, (a, b)| m.max((b - a).abs())) / part;
             let left = if last.is_finite() && moved < last { moved * (moved / last) } else { moved };
             if left <= self.tolerance(system, objective, at) {
                 return Ok(());
+            }
+            let shrunk = (1.0 - moved / last) / part;
+            if shrunk < ROUND {
+                (most_part, part) = (0.75 * part, 0.5 * part);
+            } else if shrunk > STRAIGHT {
+                part = f64::min(1.5 * part, most_part);
             }
             last = moved;
         }
@@ -206,7 +221,7 @@ impl<const D: usize> super::Minimizer for Newton<D> {
         // sees what there is where it starts; what is never renewed is of the start of the step, not of a
         // guess.
         let most = system.most_renewals().filter(|_| !objective.single_iteration);
-        system.freeze(if most == Some(1) { objective.velocity.origin } else { &at.x });
+        system.freeze(if most == Some(1) { objective.velocity.origin } else { &at.x }, 1.0);
         let end = match most {
             Some(most) => self.minimize_frozen(system, objective, at, most),
             None => self.solve(system, objective, at, (Begin::Anywhere, 0)).map(|_| ()),

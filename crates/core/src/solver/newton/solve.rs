@@ -467,7 +467,7 @@ impl<const D: usize> Newton<D> {
         solve.went_whole = whole;
         if renewed {
             solve.renewals -= 1;
-            solve.system.freeze(&self.trial.x);
+            solve.system.freeze(&self.trial.x, 1.0);
         }
         solve.fresh = if renewed { solve.fresh + 1 } else { 0 };
         renewed
