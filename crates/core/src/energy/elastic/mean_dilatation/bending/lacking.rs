@@ -393,7 +393,7 @@ fn lacking<S: RestNumber>(wanted: S, own: S) -> S {
 }
 
 /// Symmetric matrix of two modes.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 struct BendingModuli<S> {
     own: [S; 2],
     coupling: S,
@@ -561,6 +561,42 @@ impl BendingModuli<f64> {
                 s * s * first + 2.0 * c * s * both + c * c * second,
             ],
             coupling: c * s * (first - second) + (c * c - s * s) * both,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::BendingModuli;
+
+    /// Symmetric matrix of these eigenvalues, its first eigenvector at this angle.
+    fn turned([p, q]: [f64; 2], angle: f64) -> BendingModuli<f64> {
+        let (s, c) = angle.sin_cos();
+        BendingModuli { own: [c * c * p + s * s * q, s * s * p + c * c * q], coupling: c * s * (p - q) }
+    }
+
+    // Eigenvalues above zero, at zero and below it, at the kink and away from it; rates that lift both, sink
+    // both, and turn.
+    #[test]
+    fn the_rate_of_a_positive_part_is_its_one_sided_derivative() {
+        let values = [[2.0, 1.0], [1.0, 1.0], [2.0, 0.0], [0.0, 0.0], [0.0, -1.0], [2.0, -1.0], [-1.0, -2.0]];
+        let rates = [([1.0, 0.7], 0.2), ([-1.0, -0.7], 0.2), ([1.0, -0.8], 0.4), ([-0.9, 0.6], 1.1)];
+        for (values, angle) in values.into_iter().flat_map(|v| [0.0, 0.5, 1.3, 1.8, 2.9].map(|a| (v, a))) {
+            let there = turned(values, angle);
+            for rate in rates.map(|(rate, angle)| turned(rate, angle)) {
+                let found = there.positive_rate(&rate, 1.0);
+                let h = 1e-6;
+                let ahead = there.plus(&rate, h).positive_value(1.0);
+                let expected = ahead.plus(&there.positive_value(1.0), -1.0).scaled([h.sqrt().recip(); 2]);
+                for (found, expected) in [
+                    (found.own[0], expected.own[0]),
+                    (found.own[1], expected.own[1]),
+                    (found.coupling, expected.coupling),
+                ] {
+                    let error = (found - expected).abs();
+                    assert!(error < 1e-5, "{values:?} at {angle}, {rate:?}: {found}, {expected}");
+                }
+            }
         }
     }
 }
