@@ -64,7 +64,7 @@ pub use hessian::{HessianProduct, hessian_product};
 pub use loss::{Loss, LossFrame};
 pub use names::{ParameterSelection, names};
 pub use parameter::{
-    AttractingMasses, AxisDirections, BodyDensity, BodySimplices, Concatenated, ContactReach, ContactShape,
+    AttractingMasses, AxisDirections, BodyDensity, BodyElements, Concatenated, ContactReach, ContactShape,
     ContactStiffness, EtherDrag, FibreTension, ForceUse, FormulaNumber, FrictionCoefficient, Gravity,
     GravityNumber, HeldChange, HeldPlaces, HeldUse, LoadFactor, LoadShape, LoadValue, Masses,
     MembraneElements, ModeUse, Modulus, MotionFactor, MotionNumber, MotionShape, NumberLink, PairStiffness,

@@ -20,7 +20,7 @@ use pliant_scene::{Body, Load, MassSpec, MembraneSpec, MuscleSpec, Scene, Spring
 use pliant_terms::{ElementSet, ViscousSet};
 
 use crate::parameter::{
-    AttractingMasses, AxisDirections, BodyDensity, BodySimplices, Concatenated, ContactReach, ContactShape,
+    AttractingMasses, AxisDirections, BodyDensity, BodyElements, Concatenated, ContactReach, ContactShape,
     FibreTension, Gravity, GravityNumber, HeldPlaces, LoadShape, Masses, MembraneElements, Modulus,
     NumberLink, Parameter, RestLengths, ShapedElements, SpringStiffness, StepForces, TermFactor, Together,
     TunedSpring, VolumeForce, WeightDensity, Weighted, cell_axes,
@@ -170,7 +170,7 @@ fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<Cow<'static, 
             keys.push(FIRST_AXIS);
             keys.extend(axes.second.is_some().then_some(SECOND_AXIS));
         }
-        if has_shape(scene, spec, material, body) && !is_at_rest_elsewhere(scene) {
+        if has_shape(scene, spec, material) && !is_at_rest_elsewhere(scene) {
             keys.push("rest");
         }
     }
@@ -214,10 +214,9 @@ fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<Cow<'static, 
     }
     keys.extend(proportional::of_body(scene, spec, body).into_iter().map(|factor| factor.key));
     let all = keys.into_iter().map(Cow::Borrowed).chain(of_formula);
-    let muscles = 0..if body.blocks.is_empty() { spec.muscle.len() } else { 0 };
     let by_index = loads::keys(spec)
         .chain(muscles::keys(spec))
-        .chain(muscles.map(muscles::of_fibres))
+        .chain((0..spec.muscle.len()).map(muscles::of_fibres))
         .chain(motions::keys(spec));
     let all = all.chain(by_index.map(Cow::Owned));
     all.filter(|key| contact::obstacle(scene, spec, key).is_none()).collect()
@@ -234,19 +233,12 @@ fn is_plain_solid(spec: &Body, body: &BodyTopology) -> bool {
 }
 
 /// True if all that is made of the shape of its elements at rest is known as a function of it.
-fn has_shape(scene: &Scene, spec: &Body, material: &MaterialSpec, body: &BodyTopology) -> bool {
+fn has_shape(scene: &Scene, spec: &Body, material: &MaterialSpec) -> bool {
     // Viscosity of the material `linear` stays at rest.
     let is_at_rest = matches!(material, MaterialSpec::Linear(_)) && stiffness_proportional(spec) != 0.0;
     let by_masses = spec.damping.as_ref().and_then(|damping| damping.mass_proportional).unwrap_or(0.0) != 0.0;
     let weighs = !is_static(scene) || !by_masses && !scene.world.gravity_changes();
-    pulls_alike(spec, body) && spec.springs.is_none() && spec.bending.is_none() && !is_at_rest && weighs
-}
-
-/// True unless a muscle in cells that are no simplices goes by places, which no derivative is known of.
-fn pulls_alike(spec: &Body, body: &BodyTopology) -> bool {
-    let by_place =
-        |muscle: &MuscleSpec| muscle.tension.depends_on_place() || muscle.fibre.slopes(&[]).is_some();
-    body.blocks.is_empty() || !spec.muscle.iter().any(by_place)
+    spec.springs.is_none() && spec.bending.is_none() && !is_at_rest && weighs
 }
 
 /// Damping in proportion to the stiffness of a body [s].
@@ -322,11 +314,7 @@ impl Places<'_> {
         }
         let (spec, body, key) = self.body(name).ok_or_else(|| unknown("is no parameter of this scene"))?;
         if !of_body(self.scene, spec, body).iter().any(|known| known == key) {
-            let of_muscle = (key == "rest" && !pulls_alike(spec, body)).then_some(
-                "has no derivative where a muscle in its cells goes by places: give its tension and \
-                 direction as numbers",
-            );
-            let reason = of_muscle.or_else(|| contact::obstacle(self.scene, spec, key));
+            let reason = contact::obstacle(self.scene, spec, key);
             return Err(unknown(reason.unwrap_or("has no derivative")));
         }
         self.of_body(spec, body, key).ok_or_else(|| unknown("has no derivative"))
@@ -568,8 +556,7 @@ impl Places<'_> {
             return vec![];
         }
         let (cells, rest, centres) = (self.cells(body), self.rest(), self.centres(body));
-        let (dimension, order) = (self.topology.dimension, order(body));
-        let elements = BodySimplices { dimension, order, cells: &cells, rest: &rest };
+        let elements = self.elements(body, &cells, &rest);
         let vertices: Vec<u32> =
             body.vertices.clone().map(|vertex| self.numbering.internal(vertex)).collect();
         let mut all = vec![];
@@ -620,11 +607,16 @@ impl Places<'_> {
         Box::new(Weighted::linked(of, links, body.vertices.len() * d))
     }
 
-    /// Directions of the fibres of a muscle in simplices.
+    /// Elements of a body of these cells, all at `rest`.
+    fn elements<'e>(&self, body: &'e BodyTopology, cells: &'e [u32], rest: &'e [f64]) -> BodyElements<'e> {
+        let kind = body.blocks.first().map(|block| block.kind);
+        BodyElements { dimension: self.topology.dimension, order: order(body), kind, cells, rest }
+    }
+
+    /// Directions of the fibres of a muscle.
     fn fibres(&self, muscle: &MuscleSpec, body: &BodyTopology) -> Box<dyn Parameter> {
         let (cells, rest, centres) = (self.cells(body), self.rest(), self.centres(body));
-        let (dimension, order) = (self.topology.dimension, order(body));
-        let elements = BodySimplices { dimension, order, cells: &cells, rest: &rest };
+        let elements = self.elements(body, &cells, &rest);
         elements.fibres(&muscle.fibre.vectors(&centres), muscle.tension.clone())
     }
 
@@ -678,7 +670,7 @@ impl Places<'_> {
         }
         let (cells, rest) =
             (self.cells(body), self.numbering.to_internal(&self.topology.rest_positions, dimension));
-        let elements = BodySimplices { dimension, order: order(body), cells: &cells, rest: &rest };
+        let elements = self.elements(body, &cells, &rest);
         let parts = match key {
             "elastic.young" | "elastic.young_per_element" => vec![(1.0 / young(material)?, material.clone())],
             "elastic.poisson" | "elastic.poisson_per_element" => by_poisson(material, dimension)?.to_vec(),

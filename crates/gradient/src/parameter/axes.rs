@@ -10,7 +10,7 @@ use pliant::energy::elastic::CellTurns;
 use pliant::material::{MaterialSpec, material_axes};
 use pliant_terms::ElementSet;
 
-use super::elements::{BodySimplices, ElementEnergy, Maker, ModulusElements};
+use super::elements::{BodyElements, ElementEnergy, ElementsVisitor, Maker, ModulusElements};
 use super::{ForceUse, Parameter};
 use crate::adjoint::add_scaled;
 
@@ -125,40 +125,45 @@ pub fn cell_axes(
     Box::new(CellAxes { cells, components: elements.dimension * count })
 }
 
-impl BodySimplices<'_> {
-    /// Components of the directions that the axes of `material` have in each element, flat `(elements,
-    /// dimension)`; energy densities are times `factors`, which are 1 where they are empty.
-    pub fn axes(
-        &self,
-        material: &MaterialSpec,
-        factors: &[f64],
-        directions: AxisDirections<'_>,
-    ) -> Box<dyn Parameter> {
-        match (self.dimension, self.order) {
-            (2, 1) => Box::new(self.axes_of::<2, 3>(material, factors, directions)),
-            (2, _) => Box::new(self.axes_of::<2, 6>(material, factors, directions)),
-            (_, 1) => Box::new(self.axes_of::<3, 4>(material, factors, directions)),
-            _ => Box::new(self.axes_of::<3, 10>(material, factors, directions)),
-        }
-    }
+/// Maker of the components of directions of axes.
+struct AxesMaker<'a> {
+    material: &'a MaterialSpec,
+    factors: &'a [f64],
+    directions: AxisDirections<'a>,
+}
 
-    fn axes_of<const D: usize, const N: usize>(
-        &self,
-        material: &MaterialSpec,
-        factors: &[f64],
-        directions: AxisDirections<'_>,
-    ) -> ElementAxes<D, N> {
+impl ElementsVisitor for AxesMaker<'_> {
+    fn visit<const D: usize, const N: usize>(self, elements: ModulusElements<D, N>) -> Box<dyn Parameter> {
+        let AxesMaker { material, factors, directions } = self;
         let count = directions.first.len();
         let of_element = |i: usize| {
             let mut by = [Mat::zero(); D];
             (0..D).for_each(|c| by[c] = directions.axes(i, c).1.leading());
             (directions.axes(i, 0).0.leading(), by)
         };
-        ElementAxes {
-            elements: ModulusElements::new(self.cells, self.rest),
+        Box::new(ElementAxes {
+            elements,
             energy: material.visit::<D, _>(Maker),
             factors: if factors.is_empty() { vec![1.0; count] } else { factors.to_vec() },
             axes: (0..count).map(of_element).collect(),
-        }
+        })
+    }
+}
+
+impl BodyElements<'_> {
+    /// Components of the directions that the axes of `material` have in each simplex, flat `(elements,
+    /// dimension)`; energy densities are times `factors`, which are 1 where they are empty. Cells that are
+    /// none have [`cell_axes`].
+    ///
+    /// # Panics
+    /// If they are such cells.
+    pub fn axes(
+        &self,
+        material: &MaterialSpec,
+        factors: &[f64],
+        directions: AxisDirections<'_>,
+    ) -> Box<dyn Parameter> {
+        assert!(self.kind.is_none(), "cells have stresses of their own");
+        self.visit(AxesMaker { material, factors, directions })
     }
 }

@@ -1,16 +1,16 @@
-//! Triangles in the plane and tetrahedra in space, of first and second order, one by one.
+//! Elements of a body, one by one: triangles in the plane and tetrahedra in space, of first and second order,
+//! and cells that are no simplices as muscles pull at their points.
 //!
 //! An element has `E = sum_q w psi(F)` over its points of rest volumes `w` with gradients `b_a` of the shape
 //! functions, `F = sum_a x_a b_a^T`. With `G` made of `p` as `F` is of the positions, `p . dE/dx = sum_q w
 //! P(F) : G`: linear in `psi`.
 
 use pliant::algebra::Mat;
-use pliant::element::{
-    QuadraturePoint, quadrature_count, quadrature_points, quadrature_position, shape_functions,
-};
+use pliant::element::{CellKind, CellVisitor, Isoparametric, QuadraturePoint};
 use pliant::energy::elastic::points_of;
 use pliant::material::{Material, MaterialSpec, MaterialVisitor, Psd};
 
+use super::points::VolumePoints;
 use super::{ForceUse, ModeUse, Parameter};
 
 /// Stress and its derivative in a direction, of whatever material.
@@ -46,50 +46,43 @@ impl<const D: usize> MaterialVisitor<D> for Maker {
     }
 }
 
-/// Simplices of first or second order at rest.
+/// Elements of a body at rest.
 #[derive(Clone)]
 pub(super) struct ModulusElements<const D: usize, const N: usize> {
     /// Vertices, by their numbers in the simulation.
     vertices: Vec<[u32; N]>,
-    /// Points at which energies are summed, those of one element after those of another.
-    points: Vec<QuadraturePoint<D, N>>,
+    /// Points at which energies are summed.
+    points: VolumePoints<D, N>,
 }
 
 impl<const D: usize, const N: usize> ModulusElements<D, N> {
-    pub(super) fn new(cells: &[u32], rest: &[f64]) -> Self {
+    /// Simplices of first or second order.
+    pub(super) fn simplices(cells: &[u32], rest: &[f64]) -> Self {
         let vertices = cells.as_chunks::<N>().0.to_vec();
-        let of_element = |element: &[u32; N]| -> Vec<QuadraturePoint<D, N>> {
-            quadrature_points(&points_of(rest, element)).collect()
-        };
-        ModulusElements { points: vertices.iter().flat_map(of_element).collect(), vertices }
+        ModulusElements { points: VolumePoints::of_energy(&vertices, rest), vertices }
+    }
+
+    /// Cells that are none.
+    pub(super) fn cells(cells: &[u32], rest: &[f64], cell: &Isoparametric<D, N>) -> Self {
+        let vertices = cells.as_chunks::<N>().0.to_vec();
+        ModulusElements { points: VolumePoints::of_cells(&vertices, rest, cell), vertices }
     }
 
     /// Element `i` at each of its points.
     pub(super) fn at(&self, i: usize) -> impl Iterator<Item = ElementPoint<'_, D, N>> {
-        let count = quadrature_count::<D, N>();
-        let element = &self.vertices[i];
-        let numbers = i * count..;
-        let points = self.points[i * count..][..count].iter().zip(numbers);
-        points.map(move |(point, number)| ElementPoint { element, point, number })
+        let (element, points) = (&self.vertices[i], self.points.all_of(i));
+        let numbers = i * points.len()..;
+        points.iter().zip(numbers).map(move |(point, number)| ElementPoint { element, point, number })
     }
 
     /// Nodes of the element of every point, by their numbers in the simulation, and shape functions there.
-    pub(super) fn nodes(&self) -> impl Iterator<Item = (&[u32; N], [f64; N])> {
-        let of_point = |q| shape_functions::<D, N>(&quadrature_position::<D, N>(q));
-        let values: Vec<[f64; N]> = (0..quadrature_count::<D, N>()).map(of_point).collect();
-        self.vertices.iter().flat_map(move |element| values.clone().into_iter().map(move |n| (element, n)))
+    pub(super) fn nodes(&self) -> impl Iterator<Item = (&[u32; N], &[f64; N])> {
+        self.vertices.iter().flat_map(|element| self.points.values.iter().map(move |n| (element, n)))
     }
 
     /// Places of all points at rest, third component 0 in 2D; `rest` flat [m].
     pub(super) fn places(&self, rest: &[f64]) -> Vec<[f64; 3]> {
-        let place = |(element, values): (&[u32; N], [f64; N])| {
-            let mut place = [0.0; 3];
-            for (node, n) in points_of::<D, N>(rest, element).iter().zip(values) {
-                place.iter_mut().zip(node).for_each(|(sum, x)| *sum += n * x);
-            }
-            place
-        };
-        self.nodes().map(place).collect()
+        self.points.places(&self.vertices, rest)
     }
 }
 
@@ -171,34 +164,73 @@ impl<const D: usize, const N: usize> Parameter for ElementModuli<D, N> {
     }
 }
 
-/// Simplices of a body at rest, and where they are.
+/// Elements of a body at rest, and where they are.
 #[derive(Clone, Copy, Debug)]
-pub struct BodySimplices<'a> {
+pub struct BodyElements<'a> {
     /// 2 or 3.
     pub dimension: usize,
-    /// 1 or 2.
+    /// 1 or 2, of simplices.
     pub order: u32,
+    /// Kind of cells that are none.
+    pub kind: Option<&'a CellKind>,
     /// Vertices, by their numbers in the simulation, flat: corners, then middles of edges, of each element.
     pub cells: &'a [u32],
     /// Rest positions of all vertices of the simulation, flat [m].
     pub rest: &'a [f64],
 }
 
-impl BodySimplices<'_> {
-    /// A number of each element whose energy densities are these, factors first: see
-    /// [`Modulus`](super::Modulus).
-    pub fn moduli(&self, parts: &[(f64, MaterialSpec)]) -> Box<dyn Parameter> {
+/// Something to be made of elements of whatever kind.
+pub(super) trait ElementsVisitor {
+    /// Makes it.
+    fn visit<const D: usize, const N: usize>(self, elements: ModulusElements<D, N>) -> Box<dyn Parameter>;
+}
+
+/// The same of cells.
+struct OfCells<'a, V> {
+    of: &'a BodyElements<'a>,
+    visitor: V,
+}
+
+impl<V: ElementsVisitor> CellVisitor for OfCells<'_, V> {
+    type Output = Box<dyn Parameter>;
+
+    fn visit<const D: usize, const N: usize>(self, cell: &'static Isoparametric<D, N>) -> Self::Output {
+        self.visitor.visit(ModulusElements::<D, N>::cells(self.of.cells, self.of.rest, cell))
+    }
+}
+
+impl BodyElements<'_> {
+    /// Makes something of its elements.
+    pub(super) fn visit(&self, visitor: impl ElementsVisitor) -> Box<dyn Parameter> {
+        let BodyElements { cells, rest, .. } = *self;
+        if let Some(kind) = self.kind {
+            return kind.visit(OfCells { of: self, visitor });
+        }
         match (self.dimension, self.order) {
-            (2, 1) => self.moduli_of::<2, 3>(parts),
-            (2, _) => self.moduli_of::<2, 6>(parts),
-            (_, 1) => self.moduli_of::<3, 4>(parts),
-            _ => self.moduli_of::<3, 10>(parts),
+            (2, 1) => visitor.visit(ModulusElements::<2, 3>::simplices(cells, rest)),
+            (2, _) => visitor.visit(ModulusElements::<2, 6>::simplices(cells, rest)),
+            (_, 1) => visitor.visit(ModulusElements::<3, 4>::simplices(cells, rest)),
+            _ => visitor.visit(ModulusElements::<3, 10>::simplices(cells, rest)),
         }
     }
 
-    fn moduli_of<const D: usize, const N: usize>(&self, parts: &[(f64, MaterialSpec)]) -> Box<dyn Parameter> {
-        let parts = parts.iter().map(|(factor, material)| (*factor, material.visit::<D, _>(Maker)));
-        let elements = ModulusElements::<D, N>::new(self.cells, self.rest);
+    /// A number of each simplex whose energy densities are these, factors first: see
+    /// [`Modulus`](super::Modulus).
+    ///
+    /// # Panics
+    /// If they are cells that are none, whose stresses are others.
+    pub fn moduli(&self, parts: &[(f64, MaterialSpec)]) -> Box<dyn Parameter> {
+        assert!(self.kind.is_none(), "cells have stresses of their own");
+        self.visit(ModuliMaker(parts))
+    }
+}
+
+/// Maker of moduli of single elements.
+struct ModuliMaker<'a>(&'a [(f64, MaterialSpec)]);
+
+impl ElementsVisitor for ModuliMaker<'_> {
+    fn visit<const D: usize, const N: usize>(self, elements: ModulusElements<D, N>) -> Box<dyn Parameter> {
+        let parts = self.0.iter().map(|(factor, material)| (*factor, material.visit::<D, _>(Maker)));
         Box::new(ElementModuli { elements, parts: parts.collect() })
     }
 }

@@ -1,4 +1,4 @@
-//! Fibres of a muscle in simplices: their directions, and the places that their tension goes by.
+//! Fibres of a muscle in elements: their directions, and the places that their tension goes by.
 //!
 //! Of a point of rest volume `w` with the tension `T` along the unit vector `a`, `p . dE/dx = w T G a . F
 //! a`, whose derivative by `a` is `w T (F^T G + G^T F) a`.
@@ -6,7 +6,7 @@
 use pliant::algebra::{Mat, Vect, unit};
 use pliant_scene::OverTime;
 
-use super::elements::{BodySimplices, ModulusElements};
+use super::elements::{BodyElements, ElementsVisitor, ModulusElements};
 use super::{ForceUse, NumberLink, Parameter, Weighted};
 
 /// Components of the direction of each element.
@@ -101,7 +101,60 @@ impl<const D: usize, const N: usize> Parameter for TensionPlaces<D, N> {
     }
 }
 
-impl BodySimplices<'_> {
+/// Maker of the directions of the fibres of a muscle.
+struct FibreMaker<'a> {
+    rest: &'a [f64],
+    directions: &'a [[f64; 3]],
+    tension: OverTime,
+}
+
+impl FibreMaker<'_> {
+    fn fibres<const D: usize, const N: usize>(
+        self,
+        elements: ModulusElements<D, N>,
+    ) -> FibreDirections<D, N> {
+        let of_element = |direction: &[f64; 3]| unit(&std::array::from_fn(|c| direction[c]));
+        FibreDirections {
+            places: elements.places(self.rest),
+            elements,
+            directions: self.directions.iter().map(of_element).collect(),
+            tension: self.tension,
+        }
+    }
+}
+
+impl ElementsVisitor for FibreMaker<'_> {
+    fn visit<const D: usize, const N: usize>(self, elements: ModulusElements<D, N>) -> Box<dyn Parameter> {
+        Box::new(self.fibres(elements))
+    }
+}
+
+/// Maker of the rest positions of vertices as the tension of a muscle goes by the places of points.
+struct TensionPlaceMaker<'a> {
+    fibres: FibreMaker<'a>,
+    /// By their numbers in the simulation.
+    vertices: &'a [u32],
+}
+
+impl ElementsVisitor for TensionPlaceMaker<'_> {
+    fn visit<const D: usize, const N: usize>(self, elements: ModulusElements<D, N>) -> Box<dyn Parameter> {
+        let TensionPlaceMaker { fibres, vertices } = self;
+        let mut number = vec![0; fibres.rest.len() / D];
+        vertices.iter().enumerate().for_each(|(i, vertex)| number[*vertex as usize] = i);
+        let fibres = fibres.fibres(elements);
+        let mut links = vec![];
+        for (point, (element, values)) in fibres.elements.nodes().enumerate() {
+            for (vertex, weight) in element.iter().zip(values) {
+                let with = number[*vertex as usize] * D;
+                let link = |c| NumberLink { number: point * D + c, with: with + c, weight: *weight };
+                links.extend((0..D).map(link));
+            }
+        }
+        Box::new(Weighted::linked(Box::new(TensionPlaces(fibres)), links, vertices.len() * D))
+    }
+}
+
+impl BodyElements<'_> {
     /// Rest positions of `vertices`, by their numbers in the simulation, as the `tension` of a muscle goes by
     /// the places of points of elements; its fibres as [`fibres`](Self::fibres) has them.
     pub fn tension_places(
@@ -110,57 +163,13 @@ impl BodySimplices<'_> {
         tension: OverTime,
         vertices: &[u32],
     ) -> Box<dyn Parameter> {
-        match (self.dimension, self.order) {
-            (2, 1) => self.tension_places_of::<2, 3>(directions, tension, vertices),
-            (2, _) => self.tension_places_of::<2, 6>(directions, tension, vertices),
-            (_, 1) => self.tension_places_of::<3, 4>(directions, tension, vertices),
-            _ => self.tension_places_of::<3, 10>(directions, tension, vertices),
-        }
-    }
-
-    fn tension_places_of<const D: usize, const N: usize>(
-        &self,
-        directions: &[[f64; 3]],
-        tension: OverTime,
-        vertices: &[u32],
-    ) -> Box<dyn Parameter> {
-        let mut number = vec![0; self.rest.len() / D];
-        vertices.iter().enumerate().for_each(|(i, vertex)| number[*vertex as usize] = i);
-        let fibres = self.fibres_of::<D, N>(directions, tension);
-        let mut links = vec![];
-        for (point, (element, values)) in fibres.elements.nodes().enumerate() {
-            for (vertex, weight) in element.iter().zip(values) {
-                let with = number[*vertex as usize] * D;
-                let link = |c| NumberLink { number: point * D + c, with: with + c, weight };
-                links.extend((0..D).map(link));
-            }
-        }
-        Box::new(Weighted::linked(Box::new(TensionPlaces(fibres)), links, vertices.len() * D))
+        let fibres = FibreMaker { rest: self.rest, directions, tension };
+        self.visit(TensionPlaceMaker { fibres, vertices })
     }
 
     /// Components of the directions of the fibres of a muscle of this `tension`, flat `(elements,
     /// dimension)`: as given, third component 0 in 2D.
     pub fn fibres(&self, directions: &[[f64; 3]], tension: OverTime) -> Box<dyn Parameter> {
-        match (self.dimension, self.order) {
-            (2, 1) => Box::new(self.fibres_of::<2, 3>(directions, tension)),
-            (2, _) => Box::new(self.fibres_of::<2, 6>(directions, tension)),
-            (_, 1) => Box::new(self.fibres_of::<3, 4>(directions, tension)),
-            _ => Box::new(self.fibres_of::<3, 10>(directions, tension)),
-        }
-    }
-
-    fn fibres_of<const D: usize, const N: usize>(
-        &self,
-        directions: &[[f64; 3]],
-        tension: OverTime,
-    ) -> FibreDirections<D, N> {
-        let of_element = |direction: &[f64; 3]| unit(&std::array::from_fn(|c| direction[c]));
-        let elements = ModulusElements::new(self.cells, self.rest);
-        FibreDirections {
-            places: elements.places(self.rest),
-            elements,
-            directions: directions.iter().map(of_element).collect(),
-            tension,
-        }
+        self.visit(FibreMaker { rest: self.rest, directions, tension })
     }
 }

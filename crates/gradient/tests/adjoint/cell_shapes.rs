@@ -1,11 +1,10 @@
 //! Shapes at rest of quadrilaterals and hexahedra: distorted and elongated ones along a direction, squares
 //! and cubes, in which slopes and stiffness in bending have their kinks, by each coordinate.
 
-use pliant_gradient::ParameterSelection;
 use pliant_scene::Scene;
 
 use crate::by_parameters::compare;
-use crate::differences::{compare_coordinates, compare_shape};
+use crate::differences::{compare_coordinates, compare_numbers, compare_shape};
 use crate::solid::{assembled, rows};
 use crate::support::{scattered, scene};
 
@@ -245,17 +244,43 @@ fn shapes_of_cells_that_touch_have_derivatives() {
     }
 }
 
+/// Tensions and directions by the places of points and by the middles of cells.
 #[test]
-fn shapes_of_cells_are_not_offered_where_tension_goes_by_places() {
-    let refused = |tension: &str| {
-        let muscle =
-            format!("{MASS}\nmuscle = [{{ fibre = {{ direction = [2, 1] }}, tension = {tension} }}]");
-        let scene = DISTORTED[0].scene("rk4", &DISTORTED[0].nodes(), &filled("neo-hookean", 0.3, &muscle));
-        let (simulation, topology) = assembled(&scene);
-        let select = |name| ParameterSelection::new(&scene, &topology, simulation.numbering(), &[name]);
-        select("body.block.rest").err().map(|error| error.to_string())
-    };
-    assert_eq!(refused("'3e3*sin(t)'"), None);
-    let error = refused("'3e3*X'").unwrap();
-    assert!(error.contains("where a muscle in its cells goes by places: give"), "{error}");
+fn shapes_of_cells_whose_muscles_go_by_places_have_derivatives() {
+    for (cells, run) in all(&DISTORTED) {
+        let direction = match cells.dimension {
+            2 => "['X + 0.3', 'sin(2*Y) + 0.2']",
+            _ => "['X + 0.3', 'sin(2*Y) + 0.2', 'Z - X']",
+        };
+        let muscles = format!(
+            "{MASS}
+             muscle = [
+                 {{ fibre = {{ direction = {direction} }}, tension = '3e3*(1 + X*Y)*(1 + sin(20*t))' }},
+                 {{ fibre = {{ direction = {direction} }}, tension = 2e3 }},
+             ]"
+        );
+        cells.compare(&described(cells, run, "muscles"), run, &filled("neo-hookean", 0.3, &muscles));
+    }
+}
+
+/// Of any length, one for each cell.
+#[test]
+fn directions_of_fibres_in_each_cell_have_derivatives() {
+    for cells in [DISTORTED[0], DISTORTED[3]] {
+        let (d, count) = (cells.dimension, cells.numbers(0).len());
+        let directions: Vec<f64> = scattered(count * d, 3.0).iter().map(|c| 1.0 + 1.5 * c).collect();
+        for (scheme, steps) in RUNS {
+            let of = |directions: &[f64]| {
+                let muscle = format!(
+                    "{MASS}
+                     muscle = [{{ fibre = {{ per_element = {} }}, tension = '6e3*(1 + Y)*cos(9*t)' }}]",
+                    rows(directions, d)
+                );
+                cells.scene(scheme, &cells.nodes(), &filled("neo-hookean", 0.3, &muscle))
+            };
+            let name = "body.block.muscle.0.fibre.per_element";
+            compare_numbers(scheme, of, (name, &directions, &vec![1.0; count * d]), (steps, 1e-6));
+            compare(scheme, &of(&directions), &[name], if scheme == "quasi-static" { 1 } else { steps });
+        }
+    }
 }
