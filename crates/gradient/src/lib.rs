@@ -69,7 +69,8 @@ pub use parameter::{
     GravityNumber, HeldChange, HeldPlaces, HeldUse, LoadFactor, LoadShape, LoadValue, Masses,
     MembraneElements, ModeUse, Modulus, MotionFactor, MotionNumber, MotionShape, NumberLink, PairStiffness,
     Parameter, ParameterNeeds, RestLengths, ShapedElements, Softening, SpringStiffness, StateUse, StepForces,
-    TermFactor, TieRestLength, Together, TunedSpring, VolumeForce, WeightDensity, Weighted, cell_axes,
+    TermFactor, TieConstants, TieRestLength, TieShape, Together, TunedSpring, VolumeForce, WeightDensity,
+    Weighted, cell_axes,
 };
 pub use support::check;
 pub use tangent::{RunDirection, RunTangent, tangent, tangent_along};

@@ -13,17 +13,19 @@ mod terms;
 use std::borrow::Cow;
 
 use pliant::dissipation::Viscosity;
+use pliant::energy::attachment::Tie;
 use pliant::material::{MaterialSpec, Plane};
 use pliant::numbering::Numbering;
 use pliant::topology::{BodyKind, BodyTopology, Topology};
-use pliant_scene::{Body, Load, MassSpec, MembraneSpec, MuscleSpec, Scene, SpringsSpec};
+use pliant_scene::assembly::TiedPoints;
+use pliant_scene::{AttachmentSpec, Body, Load, MassSpec, MembraneSpec, MuscleSpec, Scene, SpringsSpec};
 use pliant_terms::{ElementSet, ViscousSet};
 
 use crate::parameter::{
     AttractingMasses, AxisDirections, BodyDensity, BodyElements, Concatenated, ContactReach, ContactShape,
     FibreTension, Gravity, GravityNumber, HeldPlaces, LoadShape, Masses, MembraneElements, Modulus,
-    NumberLink, Parameter, RestLengths, ShapedElements, SpringStiffness, StepForces, TermFactor, Together,
-    TunedSpring, VolumeForce, WeightDensity, Weighted, cell_axes,
+    NumberLink, Parameter, RestLengths, ShapedElements, SpringStiffness, StepForces, TermFactor,
+    TieConstants, TieShape, Together, TunedSpring, VolumeForce, WeightDensity, Weighted, cell_axes,
 };
 use crate::{GradientError, RunGradient};
 use constants::MaterialConstants;
@@ -126,12 +128,6 @@ pub fn names(scene: &Scene, topology: &Topology) -> Vec<String> {
     names
 }
 
-/// True if the nearest points of ties go by the shape at rest.
-fn is_at_rest_elsewhere(scene: &Scene) -> bool {
-    let mut targets = scene.attachment.iter().filter_map(|tie| tie.target.as_ref());
-    targets.any(|target| target.nearest_point.is_some())
-}
-
 /// Keys of a body that the gradient can be taken by.
 fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<Cow<'static, str>> {
     let (dimension, is_static) = (scene.dimension, is_static(scene));
@@ -170,7 +166,7 @@ fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<Cow<'static, 
             keys.push(FIRST_AXIS);
             keys.extend(axes.second.is_some().then_some(SECOND_AXIS));
         }
-        if has_shape(scene, spec, material) && !is_at_rest_elsewhere(scene) {
+        if has_shape(scene, spec, material) {
             keys.push("rest");
         }
     }
@@ -539,6 +535,7 @@ impl Places<'_> {
         let mut all: Vec<Box<dyn Parameter>> = std::iter::once(elements).chain(loads.map(of_load)).collect();
         all.extend(self.by_places(spec, body));
         all.extend(motions::by_shape(spec, &body.name, &vertices, &rest));
+        all.extend(self.ties(body)?);
         if contact::goes_by_shape(self.scene, spec) {
             let (name, d) = (body.name.clone(), self.topology.dimension);
             all.push(Box::new(ContactShape::new(name, d, vertices.clone(), rest.to_vec())));
@@ -547,6 +544,38 @@ impl Places<'_> {
             }
         }
         Some(if all.len() == 1 { all.swap_remove(0) } else { Box::new(Together::new(all)) })
+    }
+
+    /// Rest positions of a body as ties from it and to it go by nearest points; `None` where these are not
+    /// found.
+    fn ties(&self, body: &BodyTopology) -> Option<Vec<Box<dyn Parameter>>> {
+        let is_own = |tie: &AttachmentSpec| {
+            let target = tie.target.as_ref().filter(|target| target.nearest_point.is_some());
+            let is_from = tie.body.as_ref().is_none_or(|from| *from == body.name);
+            target.is_some_and(|target| is_from || target.body == body.name)
+        };
+        let each = self.scene.attachment.iter().enumerate();
+        let own: Vec<usize> = each.filter(|(_, tie)| is_own(tie)).map(|(i, _)| i).collect();
+        if own.is_empty() {
+            return Some(vec![]);
+        }
+        let all = self.scene.ties().ok()?;
+        let internal = |vertex: u32| self.numbering.internal(vertex);
+        let vertices: Vec<u32> = body.vertices.clone().map(internal).collect();
+        let rest = self.rest();
+        let of_attachment = |i: usize| -> Option<Box<dyn Parameter>> {
+            let TiedPoints { ties, stiffness, rest_length, dashpot } = all.get(i)?;
+            let constants =
+                TieConstants { stiffness: *stiffness, rest_length: *rest_length, dashpot: *dashpot };
+            // The vertex comes first, the point's corners with minus their coordinates after it.
+            let tie = |tie: &Tie| {
+                let corners = tie.shares[1..].iter().map(|(v, weight)| (internal(*v), -weight)).collect();
+                (internal(tie.shares[0].0), corners)
+            };
+            let place = (self.topology.dimension, &rest[..]);
+            Some(Box::new(TieShape::new(ties.iter().map(tie).collect(), constants, place, &vertices)))
+        };
+        own.into_iter().map(of_attachment).collect()
     }
 
     /// Rest positions of a body as formulas go by the middles of elements: tensions and

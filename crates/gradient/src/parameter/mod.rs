@@ -35,7 +35,7 @@ pub use mutual_gravity::{AttractingMasses, Softening};
 pub use proportional::{EtherDrag, TermFactor};
 pub use rest_shape::{FibreTension, ShapedElements, VolumeForce};
 pub use spring::{RestLengths, SpringStiffness, TunedSpring};
-pub use tie::TieRestLength;
+pub use tie::{TieConstants, TieRestLength, TieShape};
 pub use together::{Concatenated, Together};
 pub use weighted::{NumberLink, Weighted};
 

@@ -1,6 +1,6 @@
-//! Rest lengths of attachments.
+//! Rest lengths of attachments, and the points that they tie to.
 
-use super::{ForceUse, Parameter, ParameterNeeds};
+use super::{ForceUse, ModeUse, Parameter, ParameterNeeds};
 use crate::adjoint::{add_scaled, dot};
 
 /// The rest length `l` [m] of the ties of an attachment, `E = sum k/2 (|d| - l)^2`.
@@ -33,5 +33,306 @@ impl Parameter for TieRestLength {
 
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
         derivative[0] -= dot(of.by_rest_length(&self.term), of.p);
+    }
+}
+
+/// A vertex that is tied to the nearest point of a simplex.
+#[derive(Clone, Debug)]
+struct NearestTie {
+    vertex: u32,
+    /// Corners with their barycentric coordinates `l_k` there.
+    corners: Vec<(u32, f64)>,
+    /// Inverse of `e_i . e_j`, `e_i` the edges from the first corner.
+    inverse: Vec<Vec<f64>>,
+    /// `e_i` [m].
+    edges: Vec<[f64; 3]>,
+    /// `r`: way from the nearest point to the vertex [m].
+    away: [f64; 3],
+}
+
+/// Rest positions of vertices of a body as ties to nearest points go by them: by the barycentric coordinates
+/// `l` of these points.
+///
+/// The point is the foot of the perpendicular on the plane, line or corner of a simplex in which it lies, `X -
+/// sum_k l_k X_k = r`, `e_i . r = 0`. Where rest positions move,
+///
+/// ```text
+/// sum_j (e_i . e_j) dl_j = e_i . (dX - sum_k l_k dX_k) + (dX_i - dX_0) . r      dl_0 = -sum_j dl_j
+/// ```
+///
+/// Forces of a tie go by `d = x - sum_k l_k x_k`, and act on corners in parts `l_k`. A point on the border of
+/// its cell moves along that border alone.
+#[derive(Clone, Debug)]
+pub struct TieShape {
+    ties: Vec<NearestTie>,
+    constants: TieConstants,
+    dimension: usize,
+    /// Place of each vertex of the simulation among those of the body.
+    place: Vec<Option<u32>>,
+    vertices: usize,
+}
+
+/// Numbers of the springs and dashpots of ties.
+#[derive(Clone, Copy, Debug)]
+pub struct TieConstants {
+    /// `k` of each [N/m].
+    pub stiffness: f64,
+    /// `l` [m].
+    pub rest_length: f64,
+    /// Constant of the dashpot beside each [N s/m].
+    pub dashpot: f64,
+}
+
+fn product(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// `sum_i c_i a_i`.
+fn combined<'a>(each: impl IntoIterator<Item = (f64, &'a [f64; 3])>) -> [f64; 3] {
+    let mut sum = [0.0; 3];
+    each.into_iter().for_each(|(c, a)| (0..3).for_each(|k| sum[k] += c * a[k]));
+    sum
+}
+
+/// Row of a vertex, third component 0 in 2D.
+fn row(rows: &[f64], d: usize, vertex: u32) -> [f64; 3] {
+    let mut row = [0.0; 3];
+    row[..d].copy_from_slice(&rows[vertex as usize * d..][..d]);
+    row
+}
+
+impl NearestTie {
+    /// Tie of a vertex to the point of these coordinates; `None` where the corners are one.
+    fn new(vertex: u32, corners: Vec<(u32, f64)>, rest: &[f64], d: usize) -> Option<Self> {
+        let at = |vertex: u32| row(rest, d, vertex);
+        let first = at(corners.first()?.0);
+        let edge = |(corner, _): &(u32, f64)| combined([(1.0, &at(*corner)), (-1.0, &first)]);
+        let edges: Vec<[f64; 3]> = corners[1..].iter().map(edge).collect();
+        if edges.is_empty() {
+            return None;
+        }
+        let point: Vec<(f64, [f64; 3])> = corners.iter().map(|(v, l)| (-l, at(*v))).collect();
+        let away = combined(point.iter().map(|(l, x)| (*l, x)).chain([(1.0, &at(vertex))]));
+        let n = edges.len();
+        // Gauss and Jordan, of a positive definite matrix of at most three rows.
+        let mut m: Vec<Vec<f64>> = (0..n)
+            .map(|i| {
+                let unit = (0..n).map(|j| if i == j { 1.0 } else { 0.0 });
+                edges.iter().map(|edge| product(&edges[i], edge)).chain(unit).collect()
+            })
+            .collect();
+        for k in 0..n {
+            let pivot = m[k][k];
+            m[k].iter_mut().for_each(|entry| *entry /= pivot);
+            for i in (0..n).filter(|i| *i != k) {
+                let (factor, of) = (m[i][k], m[k].clone());
+                m[i].iter_mut().zip(of).for_each(|(entry, of)| *entry -= factor * of);
+            }
+        }
+        let inverse = m.into_iter().map(|row| row[n..].to_vec()).collect();
+        Some(NearestTie { vertex, corners, inverse, edges, away })
+    }
+
+    /// `y - sum_k l_k y_k`.
+    fn mixed(&self, rows: &[f64], d: usize) -> [f64; 3] {
+        let of_corners: Vec<(f64, [f64; 3])> =
+            self.corners.iter().map(|(v, l)| (-l, row(rows, d, *v))).collect();
+        combined(of_corners.iter().map(|(l, y)| (*l, y)).chain([(1.0, &row(rows, d, self.vertex))]))
+    }
+
+    /// Changes of the coordinates where rest positions change by `change`.
+    fn coordinate_changes(&self, change: impl Fn(u32) -> [f64; 3]) -> Vec<f64> {
+        let moved: Vec<(f64, [f64; 3])> = self.corners.iter().map(|(v, l)| (-l, change(*v))).collect();
+        let point = combined(moved.iter().map(|(l, dx)| (*l, dx)).chain([(1.0, &change(self.vertex))]));
+        let right = |(edge, (_, dx)): (&[f64; 3], &(f64, [f64; 3]))| {
+            product(edge, &point) + product(&combined([(1.0, dx), (-1.0, &moved[0].1)]), &self.away)
+        };
+        let right: Vec<f64> = self.edges.iter().zip(&moved[1..]).map(right).collect();
+        let others: Vec<f64> = self.inverse.iter().map(|row| dot(row, &right)).collect();
+        std::iter::once(-others.iter().sum::<f64>()).chain(others).collect()
+    }
+
+    /// Calls `add` with vertices and what their rest positions make of these derivatives by the coordinates:
+    /// the transpose.
+    fn spread(&self, by: &[f64], mut add: impl FnMut(u32, [f64; 3])) {
+        let relative: Vec<f64> = by[1..].iter().map(|one| one - by[0]).collect();
+        let each: Vec<f64> = self.inverse.iter().map(|row| dot(row, &relative)).collect();
+        let along = combined(each.iter().copied().zip(&self.edges));
+        add(self.vertex, along);
+        for (k, (v, l)) in self.corners.iter().enumerate() {
+            let turn = if k == 0 { -each.iter().sum::<f64>() } else { each[k - 1] };
+            add(*v, combined([(-l, &along), (turn, &self.away)]));
+        }
+    }
+}
+
+/// Force of a tie and what it changes with `d` and its rate `w`.
+struct TieForce {
+    /// `F` [N].
+    force: [f64; 3],
+    d: [f64; 3],
+    w: [f64; 3],
+    constants: TieConstants,
+}
+
+impl TieForce {
+    /// `F = k (1 - l/|d|) d + c (d . w)/|d|^2 d`; where the ends meet, `k d + c w`.
+    fn new(d: [f64; 3], w: [f64; 3], constants: TieConstants) -> Self {
+        let mut of = TieForce { force: [0.0; 3], d, w, constants };
+        let TieConstants { stiffness, dashpot, .. } = constants;
+        let damped = if of.square() > 0.0 {
+            combined([(dashpot * product(&d, &w) / of.square(), &d)])
+        } else {
+            combined([(dashpot, &w)])
+        };
+        of.force = combined([(stiffness * (1.0 - of.slack()), &d), (1.0, &damped)]);
+        of
+    }
+
+    fn square(&self) -> f64 {
+        product(&self.d, &self.d)
+    }
+
+    /// `l/|d|`.
+    fn slack(&self) -> f64 {
+        if self.constants.rest_length == 0.0 {
+            0.0
+        } else {
+            self.constants.rest_length / self.square().sqrt()
+        }
+    }
+
+    /// Change of the force with `d` along `dd` and with `w` along `dw`.
+    fn change(&self, dd: &[f64; 3], dw: &[f64; 3]) -> [f64; 3] {
+        let TieForce { d, w, constants, .. } = self;
+        let TieConstants { stiffness, dashpot, .. } = *constants;
+        let (square, slack) = (self.square(), self.slack());
+        if square == 0.0 {
+            return combined([(stiffness, dd), (dashpot, dw)]);
+        }
+        let along = product(d, dd) / square;
+        let rate = product(d, w) / square;
+        let of_rate = (product(dd, w) + product(d, dw)) / square - 2.0 * along * rate;
+        combined([
+            (stiffness * (1.0 - slack) + dashpot * rate, dd),
+            (stiffness * slack * along + dashpot * of_rate, d),
+        ])
+    }
+
+    /// Derivatives of the work of the force along `q` by `d` and by `w`: the transpose.
+    fn slopes(&self, q: &[f64; 3]) -> [[f64; 3]; 2] {
+        let TieForce { d, w, constants, .. } = self;
+        let TieConstants { stiffness, dashpot, .. } = *constants;
+        let (square, slack) = (self.square(), self.slack());
+        if square == 0.0 {
+            return [combined([(stiffness, q)]), combined([(dashpot, q)])];
+        }
+        let along = product(d, q) / square;
+        let rate = product(d, w) / square;
+        let by_d = combined([
+            (stiffness * (1.0 - slack) + dashpot * rate, q),
+            (stiffness * slack * along - 2.0 * dashpot * along * rate, d),
+            (dashpot * along, w),
+        ]);
+        [by_d, combined([(dashpot * along, d)])]
+    }
+}
+
+impl TieShape {
+    /// Of ties with these constants: each a vertex, and the corners with their coordinates of the point it is
+    /// tied to; on the shape of the body of `vertices`. All by their numbers in the simulation, at rest at
+    /// `rest`, flat [m].
+    pub fn new(
+        ties: Vec<(u32, Vec<(u32, f64)>)>,
+        constants: TieConstants,
+        (dimension, rest): (usize, &[f64]),
+        vertices: &[u32],
+    ) -> Self {
+        let mut place = vec![None; rest.len() / dimension];
+        vertices.iter().zip(0..).for_each(|(vertex, i)| place[*vertex as usize] = Some(i));
+        let tie = |(vertex, corners)| NearestTie::new(vertex, corners, rest, dimension);
+        let ties = ties.into_iter().filter_map(tie).collect();
+        TieShape { ties, constants, dimension, place, vertices: vertices.len() }
+    }
+
+    /// Derivatives of the work of tie `tie` along `p` by its coordinates.
+    fn works(&self, tie: &NearestTie, of: &ForceUse<'_>) -> Vec<f64> {
+        let d = self.dimension;
+        let [distance, rate, q] = [of.x, of.v, of.p].map(|rows| tie.mixed(rows, d));
+        let force = TieForce::new(distance, rate, self.constants);
+        let [by_d, by_w] = force.slopes(&q);
+        let by = |(v, _): &(u32, f64)| {
+            let [x, v, p] = [of.x, of.v, of.p].map(|rows| row(rows, d, *v));
+            -product(&by_d, &x) - product(&by_w, &v) - product(&force.force, &p)
+        };
+        tie.corners.iter().map(by).collect()
+    }
+}
+
+impl Parameter for TieShape {
+    fn len(&self) -> usize {
+        self.vertices * self.dimension
+    }
+
+    /// Of ties without a rest length, whose force is linear; ends of others are apart where no force acts, and
+    /// change direction with the shape.
+    fn add_mode(&mut self, of: &ModeUse<'_>, derivative: &mut [f64]) -> bool {
+        let d = self.dimension;
+        for tie in &self.ties {
+            let mixed = tie.mixed(of.shape, d);
+            let by = |(v, _): &(u32, f64)| {
+                -2.0 * self.constants.stiffness * product(&mixed, &row(of.shape, d, *v))
+            };
+            let by: Vec<f64> = tie.corners.iter().map(by).collect();
+            tie.spread(&by, |v, by| self.add_to(v, 1.0, &by, derivative));
+        }
+        self.ties.is_empty() || self.constants.rest_length == 0.0
+    }
+
+    fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
+        let d = self.dimension;
+        let moved = |vertex: u32| {
+            let mut moved = [0.0; 3];
+            if let Some(place) = self.place[vertex as usize] {
+                moved[..d].copy_from_slice(&change[place as usize * d..][..d]);
+            }
+            moved
+        };
+        for tie in &self.ties {
+            let changes = tie.coordinate_changes(moved);
+            let [distance, rate] = [of.x, of.v].map(|rows| tie.mixed(rows, d));
+            let of_tie = TieForce::new(distance, rate, self.constants);
+            let [dd, dw] = [of.x, of.v].map(|rows| {
+                let each: Vec<[f64; 3]> = tie.corners.iter().map(|(v, _)| row(rows, d, *v)).collect();
+                combined(changes.iter().map(|dl| -dl).zip(&each))
+            });
+            let turned = of_tie.change(&dd, &dw);
+            let mut add = |vertex: u32, factor: f64, by: &[f64; 3]| {
+                let row = force[vertex as usize * d..][..d].iter_mut();
+                row.zip(by).for_each(|(row, by)| *row -= factor * by);
+            };
+            add(tie.vertex, 1.0, &turned);
+            for ((v, l), dl) in tie.corners.iter().zip(&changes) {
+                add(*v, -l, &turned);
+                add(*v, -dl, &of_tie.force);
+            }
+        }
+        true
+    }
+
+    fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
+        for tie in &self.ties {
+            let works = self.works(tie, of);
+            tie.spread(&works, |v, by| self.add_to(v, -1.0, &by, derivative));
+        }
+    }
+}
+
+impl TieShape {
+    /// Adds a multiple to the derivatives by the rest position of a vertex, if it is one of the body.
+    fn add_to(&self, vertex: u32, factor: f64, by: &[f64; 3], derivative: &mut [f64]) {
+        let Some(place) = self.place[vertex as usize] else { return };
+        let row = derivative[place as usize * self.dimension..][..self.dimension].iter_mut();
+        row.zip(by).for_each(|(row, by)| *row += factor * by);
     }
 }

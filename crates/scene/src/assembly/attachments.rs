@@ -1,6 +1,7 @@
 //! From the attachments of a scene to ties between vertices.
 
 use super::body::{BodyAssembly, distance};
+use super::places::TiedPoints;
 use crate::AttachmentSpec;
 use crate::AttachmentTarget;
 use crate::KeyPath;
@@ -127,6 +128,12 @@ impl AttachmentPlan {
             let dashpots = AttachmentDashpots::new(name.clone(), dimension, ties, *dashpot);
             system.add_dissipation(Box::new(dashpots));
         }
+    }
+
+    /// Its ties and their constants.
+    pub(super) fn into_points(self) -> TiedPoints {
+        let AttachmentPlan { ties, stiffness, rest_length, dashpot, .. } = self;
+        TiedPoints { ties, stiffness, rest_length, dashpot }
     }
 
     /// Its description, in words.

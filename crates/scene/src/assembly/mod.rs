@@ -51,7 +51,7 @@ use pliant_terms::{direct_gravity, tree_gravity};
 
 pub use contact::{CONTACT_PART_OF_BODY, CONTACT_PART_OF_EDGE, ContactSummary, advice_on_gain};
 pub use meeting::{first_meeting, passes_through};
-pub use places::{LoadedVertices, PinnedVertices, ScenePlaces};
+pub use places::{LoadedVertices, PinnedVertices, ScenePlaces, TiedPoints};
 pub use report::{BodyReport, Report};
 
 /// A simulation ready to run, and what it was made of.

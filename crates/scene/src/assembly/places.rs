@@ -1,5 +1,9 @@
 //! Where the pins and loads of a scene are, found from its meshes alone.
 
+use pliant::energy::attachment::Tie;
+use pliant::numbering::Numbering;
+
+use super::attachments::{self, AttachmentPlan};
 use super::{build_bodies, memory};
 use crate::{Load, Problem, Scene};
 
@@ -22,6 +26,19 @@ pub struct LoadedVertices {
     /// Single vertices, or the corners of faces, out of the body as in
     /// [`vector_area`](pliant::element::vector_area); numbered as in recordings.
     pub on: Vec<Vec<u32>>,
+}
+
+/// Ties of one attachment of a scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TiedPoints {
+    /// The ties, their vertices numbered as in recordings.
+    pub ties: Vec<Tie>,
+    /// Spring constant of each [N/m].
+    pub stiffness: f64,
+    /// Rest length of each [m].
+    pub rest_length: f64,
+    /// Constant of the dashpot beside each [N s/m].
+    pub dashpot: f64,
 }
 
 /// Pins and loads of a scene, and the number of vertices that their numbers count.
@@ -57,5 +74,18 @@ impl Scene {
             }));
         }
         Ok(ScenePlaces { pins, loads, vertex_count: bodies.iter().map(|body| body.mass.len()).sum() })
+    }
+
+    /// Finds the ties of all attachments, one after the other; meshes are built for that, terms are not.
+    ///
+    /// # Errors
+    /// Every problem with a mesh, a selection, a mass or an attachment.
+    pub fn ties(&self) -> Result<Vec<TiedPoints>, Vec<Problem>> {
+        memory::check(self)?;
+        let scene = self.with_obstacles();
+        let bodies = build_bodies(&scene, &self.directory)?;
+        let start: Vec<f64> = bodies.iter().flat_map(|body| body.position.iter().copied()).collect();
+        let plans = attachments::attachments(&scene, &bodies, &Numbering::identity(), &start)?;
+        Ok(plans.into_iter().map(AttachmentPlan::into_points).collect())
     }
 }
