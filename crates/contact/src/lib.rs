@@ -31,6 +31,7 @@
 #![allow(clippy::needless_range_loop)]
 
 pub mod barrier;
+pub mod basis;
 pub mod broad_phase;
 pub mod candidates;
 pub mod ccd;

@@ -4,7 +4,7 @@
 //! 1e-3 |A|^2 |B|^2` of the edges at rest (Li et al. 2020). Twice differentiable but at `c = eps`; nothing is
 //! divided by `c`.
 
-use crate::barrier::Barrier;
+use crate::barrier::{Barrier, EnergyOfDistance, LawSlope};
 use crate::closest::{InnerKind, InnerPair, Primitives};
 use crate::eigen::positive_part;
 use crate::merge::MollifiedPair;
@@ -62,7 +62,7 @@ pub(crate) fn mollified_by_limit(
     pair: &MollifiedPair,
     barrier: &Barrier,
 ) -> [[f64; 3]; 4] {
-    let energy = barrier_of_inner_pair(x, &pair.inner, barrier, pair.weight);
+    let energy = energy_of_inner_pair(x, &pair.inner, &|squared| barrier.at(squared, pair.weight));
     let (a, b) = (difference(&x[1], &x[0]), difference(&x[3], &x[2]));
     let u = cross(&a, &b);
     let [by_limit, slope_by_limit] = mollifier_by_limit(dot(&u, &u), pair.limit);
@@ -71,6 +71,26 @@ pub(crate) fn mollified_by_limit(
     for (i, row) in gradient.iter_mut().enumerate() {
         let sign = if i % 2 == 0 { -1.0 } else { 1.0 };
         *row = along(row, sign * energy.value * slope_by_limit, &by_edge[i / 2]);
+    }
+    gradient
+}
+
+/// Derivative of the gradient of the energy `m E` of two edges at `x` by a number of the law, by vertex;
+/// `slope` has that of the energy and of its slope at a squared distance.
+pub(crate) fn mollified_by_law(
+    x: &[[f64; 3]; 4],
+    pair: &MollifiedPair,
+    slope: impl Fn(f64) -> LawSlope,
+) -> [[f64; 3]; 4] {
+    let energy = energy_of_inner_pair(x, &pair.inner, &|squared| {
+        let LawSlope { energy, slope } = slope(squared);
+        // First derivatives alone are looked at.
+        EnergyOfDistance { energy, slope, curvature: 0.0 }
+    });
+    let factor = mollifier_of_edges(x, pair.limit);
+    let mut gradient = energy.gradient.map(|row| scaled(factor.value, &row));
+    for (row, of_factor) in gradient.iter_mut().zip(&factor.gradient) {
+        *row = along(row, energy.value, of_factor);
     }
     gradient
 }
@@ -99,7 +119,7 @@ pub fn mollified_inner_pair(
     limit: f64,
     psd: Psd,
 ) -> MollifiedEnergy {
-    let distance = barrier_of_inner_pair(x, inner, barrier, weight);
+    let distance = energy_of_inner_pair(x, inner, &|squared| barrier.at(squared, weight));
     let factor = mollifier_of_edges(x, limit);
     let (of_energy, of_factor) = (distance.gradient.as_flattened(), factor.gradient.as_flattened());
     let mut product = MollifiedEnergy { value: factor.value * distance.value, ..distance };
@@ -161,27 +181,35 @@ fn second_derivatives_of_cross(a: &[f64; 3], b: &[f64; 3]) -> [[Mat<f64, 3>; 2];
     second
 }
 
+/// The squared distance of a pair of vertices of two edges [m^2].
+pub(crate) fn squared_distance_of_inner(x: &[[f64; 3]; 4], inner: &InnerPair) -> f64 {
+    let [p, q, s, _] = inner.slots;
+    match inner.kind {
+        InnerKind::PointPoint => PairGeometry::of::<PointPoint>(&[x[p], x[q]]).squared_distance,
+        InnerKind::PointEdge => PairGeometry::of::<PointEdge>(&[x[p], x[q], x[s]]).squared_distance,
+        _ => PairGeometry::of::<EdgeEdge>(x).squared_distance,
+    }
+}
+
+/// Energy of a squared distance.
+type EnergyLaw<'a> = dyn Fn(f64) -> EnergyOfDistance<f64> + 'a;
+
 /// The energy of the distance of a pair of vertices of two edges, as a function of all four.
-fn barrier_of_inner_pair(
-    x: &[[f64; 3]; 4],
-    inner: &InnerPair,
-    barrier: &Barrier,
-    weight: f64,
-) -> MollifiedEnergy {
+fn energy_of_inner_pair(x: &[[f64; 3]; 4], inner: &InnerPair, law: &EnergyLaw<'_>) -> MollifiedEnergy {
     let [p, q, s, t] = inner.slots;
     let mut f = MollifiedEnergy { value: 0.0, gradient: [[0.0; 3]; 4], hessian: [[0.0; 12]; 12] };
     match inner.kind {
         InnerKind::PointPoint => {
             let pair = PairGeometry::of::<PointPoint>(&[x[p], x[q]]);
-            add_pair(&pair, &[p, q], barrier, weight, &mut f);
+            add_pair(&pair, &[p, q], law, &mut f);
         }
         InnerKind::PointEdge => {
             let pair = PairGeometry::of::<PointEdge>(&[x[p], x[q], x[s]]);
-            add_pair(&pair, &[p, q, s], barrier, weight, &mut f);
+            add_pair(&pair, &[p, q, s], law, &mut f);
         }
         _ => {
             let pair = PairGeometry::of::<EdgeEdge>(x);
-            add_pair(&pair, &[p, q, s, t], barrier, weight, &mut f);
+            add_pair(&pair, &[p, q, s, t], law, &mut f);
         }
     }
     f
@@ -190,11 +218,10 @@ fn barrier_of_inner_pair(
 fn add_pair<const N: usize, const P: usize>(
     pair: &PairGeometry<f64, 3, N, P>,
     slots: &[usize; N],
-    barrier: &Barrier,
-    weight: f64,
+    law: &EnergyLaw<'_>,
     f: &mut MollifiedEnergy,
 ) {
-    let law = barrier.at(pair.squared_distance, weight);
+    let law = law(pair.squared_distance);
     let (gradient, blocks) = (pair.gradient(law.slope), pair.exact_hessian(&law));
     f.value = law.energy;
     for i in 0..N {

@@ -1,5 +1,6 @@
 //! Starts: whether surfaces cross or overlap before anything has moved.
 
+use crate::basis::ALIKE;
 use crate::broad_phase::{Bounds, BoundsTree};
 use crate::candidates::CandidatePairs;
 use crate::closest::Primitives;
@@ -55,7 +56,7 @@ pub fn least_distances<const D: usize>(model: &ContactModel, rest: &[f64]) -> Ve
     let reach = 2.0 * model.own_reach();
     let mut least: Vec<Option<LeastDistance>> = vec![None; model.names.len()];
     let candidates = CandidatePairs::gather::<D>(&model.surface, &model.pairs, rest, None, reach);
-    each_distance::<D>(model, &candidates, rest, |primitives, squared| {
+    each_distance::<D>(model, &candidates, rest, |primitives, squared, _| {
         let (a, b) = (model.body(primitives[0][0]), model.body(primitives[1][0]));
         let at = &mut least[a as usize];
         let distance = squared.sqrt();
@@ -66,32 +67,61 @@ pub fn least_distances<const D: usize>(model: &ContactModel, rest: &[f64]) -> Ve
     least
 }
 
-/// Calls `visit` with the two primitives of every candidate and their squared distance.
+/// Derivatives of the least distance `least` of a body from itself at rest [m] by coordinates: of all
+/// primitives that are as near the mean.
+pub(crate) fn least_slopes<const D: usize>(
+    model: &ContactModel,
+    rest: &[f64],
+    body: u32,
+    least: f64,
+) -> Vec<(usize, f64)> {
+    let farthest = (1.0 + ALIKE) * least;
+    let candidates = CandidatePairs::gather::<D>(&model.surface, &model.pairs, rest, None, farthest);
+    let (mut slopes, mut count) = (vec![], 0);
+    each_distance::<D>(model, &candidates, rest, |primitives, squared, coefficients| {
+        let (a, b) = (model.body(primitives[0][0]), model.body(primitives[1][0]));
+        let distance = squared.sqrt();
+        if (a, b) != (body, body) || distance > farthest {
+            return;
+        }
+        count += 1;
+        let vertices = || primitives.into_iter().flatten().map(|v| *v as usize * D).zip(coefficients);
+        for k in 0..D {
+            let along: f64 = vertices().map(|(at, c)| c * rest[at + k]).sum();
+            slopes.extend(vertices().map(|(at, c)| (at + k, c * along / distance)));
+        }
+    });
+    slopes.iter_mut().for_each(|(_, slope)| *slope /= f64::from(count.max(1)));
+    slopes
+}
+
+/// Calls `visit` with the two primitives of every candidate, their squared distance, and the coefficients of
+/// their vertices in the shortest way from the second to the first.
 fn each_distance<const D: usize>(
     model: &ContactModel,
     candidates: &CandidatePairs,
     x: &[f64],
-    mut visit: impl FnMut([&[u32]; 2], f64),
+    mut visit: impl FnMut([&[u32]; 2], f64, &[f64]),
 ) {
     let surface = &model.surface;
     for &[p, q] in &candidates.point_point {
         let closest = PointPoint::closest(&rows::<D, 2>(x, &[p, q]));
-        visit([&[p], &[q]], closest.squared_distance);
+        visit([&[p], &[q]], closest.squared_distance, &closest.coefficients);
     }
     for &[p, e] in &candidates.point_edge {
         let edge = surface.edges[e as usize];
         let closest = PointEdge::closest(&rows::<D, 3>(x, &[p, edge[0], edge[1]]));
-        visit([&[p], &edge], closest.squared_distance);
+        visit([&[p], &edge], closest.squared_distance, &closest.coefficients);
     }
     for &[p, t] in &candidates.point_triangle {
         let [a, b, c] = surface.triangles[t as usize];
         let closest = PointTriangle::closest(&rows::<3, 4>(x, &[p, a, b, c]));
-        visit([&[p], &[a, b, c]], closest.squared_distance);
+        visit([&[p], &[a, b, c]], closest.squared_distance, &closest.coefficients);
     }
     for &[e, f] in &candidates.edge_edge {
         let ([a, b], [c, d]) = (surface.edges[e as usize], surface.edges[f as usize]);
         let closest = EdgeEdge::closest(&rows::<3, 4>(x, &[a, b, c, d]));
-        visit([&[a, b], &[c, d]], closest.squared_distance);
+        visit([&[a, b], &[c, d]], closest.squared_distance, &closest.coefficients);
     }
 }
 
@@ -107,7 +137,7 @@ fn overlaps<const D: usize>(model: &ContactModel, x: &[f64]) -> Vec<BadStart> {
             found.push(BadStart { place: place(primitives[0][0]), primitives, gap });
         }
     };
-    each_distance::<D>(model, &candidates, x, |primitives, squared| {
+    each_distance::<D>(model, &candidates, x, |primitives, squared, _| {
         let law = model.law(primitives[0][0], primitives[1][0]);
         add(primitives, squared.sqrt() - law.barrier.offset, 0.0);
     });
@@ -181,7 +211,7 @@ pub fn survey<const D: usize>(model: &ContactModel, x: &[f64]) -> StartSurvey {
     // Faces of boxes that are parallel are as far apart as their boxes.
     let (mut reach, most) = (1.01 * model.surface_reach().max(apart), WIDER * scene_size(x, D));
     loop {
-        each_distance::<D>(model, &gather(&different, reach), x, |primitives, squared| {
+        each_distance::<D>(model, &gather(&different, reach), x, |primitives, squared, _| {
             let law = model.law(primitives[0][0], primitives[1][0]);
             look(&mut least, primitives, squared.sqrt() - law.barrier.offset);
         });

@@ -11,14 +11,11 @@ use crate::parameter::{Parameter, ParameterNeeds, shaped};
 pub(crate) struct ForceParts {
     needs_force: bool,
     needs_contact: bool,
-    needs_stretched: bool,
     /// Gradient of the energy and of damping beside that by masses [N].
     pub(crate) gradient: Vec<f64>,
     /// Gradient of contact, and of friction [N].
     pub(crate) contact: Vec<f64>,
     pub(crate) friction: Vec<f64>,
-    /// Change of both where all places move away from the origin by themselves [N].
-    pub(crate) stretched: Vec<f64>,
     /// Gradients of terms by their names [N].
     pub(crate) terms: Vec<(String, Vec<f64>)>,
     /// Derivatives of the gradients of terms by their rest lengths [N/m].
@@ -41,20 +38,14 @@ impl ForceParts {
             places: vec![],
             needs_force: needs.force,
             needs_contact: needs.contact,
-            needs_stretched: needs.stretched_contact,
             gradient: vec![],
             contact: vec![],
             friction: vec![],
-            stretched: vec![],
         }
     }
 
-    /// Takes them at a place, whose time the system has, with normal forces of friction of the positions
-    /// `held`, where they are held.
-    pub(crate) fn evaluate(&mut self, system: &mut System, at: AdjointPlace<'_>, held: Option<&[f64]>) {
-        if self.needs_stretched {
-            self.stretch(system, at, held);
-        }
+    /// Takes them at a place, whose time the system has.
+    pub(crate) fn evaluate(&mut self, system: &mut System, at: AdjointPlace<'_>) {
         let ForceParts { needs_force, needs_contact, gradient, contact, friction, .. } = self;
         let (terms, places) = (&mut self.terms, &mut self.places);
         if places.is_empty() {
@@ -101,25 +92,6 @@ impl ForceParts {
             }
         }
     }
-
-    /// Takes the change of contact and of friction with a stretch about the origin.
-    fn stretch(&mut self, system: &mut System, at: AdjointPlace<'_>, held: Option<&[f64]>) {
-        self.stretched.clear();
-        self.stretched.resize(at.x.len(), 0.0);
-        for term in system.terms_mut().filter(|term| term.properties().kind == EnergyKind::Contact) {
-            term.add_hessian_product(at.x, at.x, &mut self.stretched);
-        }
-        if held.is_some() {
-            system.thaw();
-        }
-        let x = held.unwrap_or(at.x);
-        for term in system.dissipation_mut().filter(|term| term.changing().is_some()) {
-            term.add_position_change(x, at.v, x, &mut self.stretched);
-        }
-        if let Some(held) = held {
-            system.freeze_at(held, at.v);
-        }
-    }
 }
 
 /// Places of the terms of this name, among the energies and among the dissipative terms.
@@ -149,19 +121,8 @@ pub(crate) fn check_terms(
     let missing = needs.loads.into_iter().find(is_no_load);
     let is_no_tie = |name: &&str| !has(name, |term| term.ties().is_some());
     let missing = missing.or_else(|| needs.rest_lengths.into_iter().find(is_no_tie));
-    let of_contact = shaped(system);
-    for body in needs.touching_shapes {
-        match of_contact {
-            None => return Err(GradientError::Term { name: "contact".into() }),
-            Some(contact) if contact.is_near_itself(body) => {
-                return Err(GradientError::Unsupported {
-                    what: format!("contact of `{body}` with itself by its shape, by which its distance goes"),
-                    remedy: "it is near itself at rest: give a smaller `distance` in [contact], or \
-                             `contact = { self = false }` in the body",
-                });
-            }
-            Some(_) => {}
-        }
+    if needs.shaped_contact && shaped(system).is_none() {
+        return Err(GradientError::Term { name: "contact".into() });
     }
     let is_unknown = |name: &&str| places_of(system, name).iter().all(Vec::is_empty);
     let missing = missing.or_else(|| needs.terms.into_iter().find(is_unknown));

@@ -2,6 +2,7 @@
 
 use super::{Random, number, numbers};
 use crate::barrier::{Barrier, PotentialForm};
+use crate::basis::LawBasis;
 use crate::broad_phase::Bounds;
 use crate::candidates::{BodyPairs, CandidateCache, CandidatePairs, SurfaceTrees};
 use crate::closest::Primitives;
@@ -493,7 +494,7 @@ fn model_of(surface: ContactSurface, bodies: usize, balls: Vec<SolidBall>) -> Co
         duplicates: Duplicates::Max,
         threshold_speed: 1e-3,
         friction_iterations: 1,
-        shortened: vec![],
+        basis: LawBasis::default(),
         names: (0..bodies).map(|body| body.to_string()).collect(),
         labels: vec![0; surface.bodies.len()],
         balls,

@@ -2,6 +2,7 @@
 
 pub mod attachment;
 pub mod batch;
+mod contact_laws;
 pub mod elastic;
 pub mod gravity;
 pub mod gravity_over_time;
@@ -18,6 +19,7 @@ use crate::quantity::Rounded;
 use std::ops::Range;
 
 use crate::material::Psd;
+pub use contact_laws::{ContactLawRates, LawInput, LawInputRates, LawLinks, LawNumber};
 pub use views::{
     Approach, ChangingStencils, ContactExtremes, ContactPlace, Driven, ElementTerm, ForceLayout, LeastGap,
     LoadTerm, Measurements, Penetration, PredictedStresses, ShapedContact, StepLimit, SurfaceContact,

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{DeformationExtremes, EnergyTerm, Fault, ShapeProducts, Stencils};
+use super::{ContactLawRates, DeformationExtremes, EnergyTerm, Fault, LawLinks, ShapeProducts, Stencils};
 use crate::element::{Barycentric, ElementState};
 use crate::material::Psd;
 
@@ -395,26 +395,34 @@ pub struct ContactPlace<'a> {
     pub held: Option<&'a [f64]>,
 }
 
-/// Contact that goes by the shape at rest: by the areas that its primitives stand for.
+/// Contact that goes by the shape at rest: by the areas that its primitives stand for, and by laws that are
+/// made of sizes, masses and moduli.
 pub trait ShapedContact {
-    /// True if a body is so near itself at rest that it touches itself at a distance that goes by its shape,
-    /// as nothing here does.
-    fn is_near_itself(&self, body: &str) -> bool;
+    /// Number of bodies whose laws these are, obstacles included.
+    fn bodies(&self) -> usize;
+
+    /// Derivatives of the laws by what they are made of, at the rest positions `rest`, flat [m], and the
+    /// `masses` of all vertices [kg]. Of a least number that several are alike to it is the mean of theirs.
+    fn law_links(&self, rest: &[f64], masses: &[f64]) -> LawLinks;
 
     /// Adds to `rows`, flat of all vertices, the derivatives by rest positions, at `rest`, of the work along
-    /// `p` of the gradients `dE/dx + dR/dv` of contact and of its friction.
-    fn add_work_by_shape(&self, at: ContactPlace<'_>, p: &[f64], rest: &[f64], rows: &mut [f64]);
-
-    /// Adds to `rows` what is added to these gradients where rest positions move by `change`, flat: the
-    /// transpose.
-    fn add_gradient_by_shape(&self, at: ContactPlace<'_>, change: &[f64], rest: &[f64], rows: &mut [f64]);
-
-    /// Adds to `rows` these gradients, those of each contact times a factor by the names of its two bodies
-    /// and the stiffness of contact between them [Pa].
-    fn add_scaled_gradient(
+    /// `p` of the gradients `dE/dx + dR/dv` of contact and of its friction, laws as they are; and to `laws`,
+    /// where it is given, those by the numbers of the laws.
+    fn add_work_by_shape(
         &self,
         at: ContactPlace<'_>,
-        factor: &dyn Fn([&str; 2], f64) -> f64,
+        p: &[f64],
+        rest: &[f64],
+        to: (&mut [f64], Option<&mut ContactLawRates>),
+    );
+
+    /// Adds to `rows` what is added to these gradients where rest positions move by `change`, flat, and the
+    /// numbers of laws where their changes are given: the transpose.
+    fn add_gradient_by_shape(
+        &self,
+        at: ContactPlace<'_>,
+        change: (&[f64], Option<&ContactLawRates>),
+        rest: &[f64],
         rows: &mut [f64],
     );
 }

@@ -251,8 +251,8 @@ impl AdjointForces<'_, '_> {
         if self.system.is_damped() {
             bars.v.iter_mut().zip(&products.by_velocities).for_each(|(bar, y)| *bar -= y);
         }
-        parts.evaluate(self.system, at, held);
-        let ForceParts { gradient, contact, friction, stretched, terms, rest_lengths, .. } = &*parts;
+        parts.evaluate(self.system, at);
+        let ForceParts { gradient, contact, friction, terms, rest_lengths, .. } = &*parts;
         let Products { by_positions, by_velocities, works, .. } = products;
         let of = ForceUse {
             system: self.system,
@@ -265,7 +265,6 @@ impl AdjointForces<'_, '_> {
             gradient,
             contact,
             friction,
-            stretched,
             terms,
             rest_lengths,
             by_positions,

@@ -22,7 +22,7 @@ use pliant_scene::{AttachmentSpec, Body, Load, MassSpec, MembraneSpec, MuscleSpe
 use pliant_terms::{ElementSet, ViscousSet};
 
 use crate::parameter::{
-    AttractingMasses, AxisDirections, BodyDensity, BodyElements, Concatenated, ContactReach, ContactShape,
+    AttractingMasses, AxisDirections, BodyDensity, BodyElements, Concatenated, ContactBasis, ContactNumbers,
     FibreTension, Gravity, GravityNumber, HeldPlaces, LoadShape, Masses, MembraneElements, Modulus,
     NumberLink, Parameter, RestLengths, ShapedElements, SpringStiffness, StepForces, TermFactor,
     TieConstants, TieShape, Together, TunedSpring, VolumeForce, WeightDensity, Weighted, cell_axes,
@@ -341,10 +341,10 @@ impl Places<'_> {
                     self.topology.masses[body.vertices.start as usize..body.vertices.end as usize].iter();
                 all.push(Box::new(Weighted::new(attracting, shares.map(|mass| mass / number).collect())));
             }
-            if let Some(of_contact) =
-                contact::by_density(self.scene, self.topology, (spec, &body.name), number)
-            {
-                all.push(Box::new(of_contact));
+            if contact::goes_by_numbers(self.scene, spec) {
+                let masses = body.vertices.clone().map(|v| (v, self.topology.masses[v as usize]));
+                let each = masses.map(|(v, mass)| (0, internal(v), mass / number)).collect();
+                all.push(Box::new(ContactNumbers::masses(self.contact_basis(), 1, each)));
             }
             if all.len() == 1 { all.swap_remove(0) } else { Box::new(Together::new(all)) }
         };
@@ -361,11 +361,15 @@ impl Places<'_> {
             ("mass.density", mass) => whole(density(mass)?),
             ("mass.total", MassSpec::Total(total)) => whole(*total),
             ("mass.per_vertex", _) => {
-                let masses = Box::new(Masses::new(body.vertices.clone().map(internal).collect()));
-                match self.attracting(body) {
-                    Some(attracting) => Box::new(Together::new(vec![masses, attracting])),
-                    None => masses,
+                let vertices: Vec<u32> = body.vertices.clone().map(internal).collect();
+                let mut all: Vec<Box<dyn Parameter>> = vec![Box::new(Masses::new(vertices.clone()))];
+                all.extend(self.attracting(body));
+                if contact::goes_by_numbers(self.scene, spec) {
+                    let count = vertices.len();
+                    let each = vertices.into_iter().enumerate().map(|(i, v)| (i, v, 1.0)).collect();
+                    all.push(Box::new(ContactNumbers::masses(self.contact_basis(), count, each)));
                 }
+                if all.len() == 1 { all.swap_remove(0) } else { Box::new(Together::new(all)) }
             }
             _ if key.starts_with("load.") => {
                 return loads::parameter(spec, &body.name, self.topology.dimension, key);
@@ -407,6 +411,15 @@ impl Places<'_> {
     /// Places of all vertices at rest, flat, in the order of the simulation [m].
     fn rest(&self) -> Cow<'_, [f64]> {
         self.numbering.to_internal(&self.topology.rest_positions, self.topology.dimension)
+    }
+
+    /// What contact is made of, in the order of the simulation.
+    fn contact_basis(&self) -> ContactBasis {
+        ContactBasis {
+            dimension: self.topology.dimension,
+            rest: self.rest().into_owned(),
+            masses: self.numbering.to_internal(&self.topology.masses, 1).into_owned(),
+        }
     }
 
     /// Constant gravity [m/s^2]; zero without any.
@@ -537,11 +550,9 @@ impl Places<'_> {
         all.extend(motions::by_shape(spec, &body.name, &vertices, &rest));
         all.extend(self.ties(body)?);
         if contact::goes_by_shape(self.scene, spec) {
-            let (name, d) = (body.name.clone(), self.topology.dimension);
-            all.push(Box::new(ContactShape::new(name, d, vertices.clone(), rest.to_vec())));
-            if let Some((reach, slopes)) = contact::reach(self.scene, self.topology, body) {
-                all.push(Box::new(ContactReach::new(reach, slopes, d, rest.to_vec())));
-            }
+            let masses = contact::goes_by_numbers(self.scene, spec).then(|| shaped.masses(&vertices));
+            let basis = self.contact_basis();
+            all.push(Box::new(ContactNumbers::shape(basis, vertices, masses.flatten())));
         }
         Some(if all.len() == 1 { all.swap_remove(0) } else { Box::new(Together::new(all)) })
     }
@@ -738,9 +749,10 @@ impl Places<'_> {
             modulus = modulus.of_system();
         }
         let modulus: Box<dyn Parameter> = Box::new(modulus);
-        if key == "elastic.young"
-            && let Some(of_contact) = contact::by_modulus(self.scene, spec, &body.name)
-        {
+        if key == "elastic.young" && contact::goes_by_young(self.scene, spec) {
+            let bodies = &self.topology.bodies;
+            let number = bodies.iter().position(|other| other.vertices == body.vertices)? as u32;
+            let of_contact = ContactNumbers::modulus(self.contact_basis(), number);
             return Some(Box::new(Together::new(vec![modulus, Box::new(of_contact)])));
         }
         Some(modulus)

@@ -1,6 +1,6 @@
 //! Constants of contact.
 
-use pliant::energy::{ContactPlace, ShapedContact};
+use pliant::energy::{ContactLawRates, ContactPlace, LawInput, LawInputRates, LawLinks, ShapedContact};
 use pliant::system::System;
 
 use super::{ForceUse, ModeUse, Parameter, ParameterNeeds};
@@ -72,32 +72,137 @@ impl Parameter for FrictionCoefficient {
     }
 }
 
-/// Rest positions of the vertices of a body as contact goes by them: by the areas of surfaces.
-#[derive(Clone, Debug)]
-pub struct ContactShape {
-    body: String,
-    dimension: usize,
-    /// Numbers of the vertices in the simulation.
-    vertices: Vec<u32>,
-    /// Rest positions of all vertices of the simulation, flat [m].
-    rest: Vec<f64>,
-}
-
 /// Contact of a system that goes by the shape at rest.
 pub(crate) fn shaped(system: &System) -> Option<&dyn ShapedContact> {
     system.terms().iter().find_map(|term| term.touching()?.shaped())
 }
 
-impl ContactShape {
-    /// Shape of the body of this name and of these vertices, by their numbers in the simulation, in
-    /// `dimension` dimensions; `rest` are the rest positions of all vertices, flat, likewise [m].
-    pub fn new(body: String, dimension: usize, vertices: Vec<u32>, rest: Vec<f64>) -> Self {
-        ContactShape { body, dimension, vertices, rest }
+/// Masses of vertices that go by the rest positions of a body.
+pub trait MassShape: Send {
+    /// Adds to the derivatives by its rest positions what those by all masses, vertices in the order of the
+    /// simulation, make of them.
+    fn add(&self, by_masses: &[f64], derivative: &mut [f64]);
+
+    /// Adds to masses what a change of its rest positions makes of them: the transpose.
+    fn add_change(&self, change: &[f64], masses: &mut [f64]);
+}
+
+/// Numbers by which contact goes, as those of a parameter make them.
+enum ContactInputs {
+    /// Rest positions of vertices, and the masses that go by them.
+    Shape(Vec<u32>, Option<Box<dyn MassShape>>),
+    /// Masses: number of the parameter, vertex, and the derivative of its mass by it.
+    Masses(usize, Vec<(usize, u32, f64)>),
+    /// Young's modulus of a body.
+    Modulus(u32),
+}
+
+impl ContactInputs {
+    /// Count of the numbers of the parameter.
+    fn len(&self, d: usize) -> usize {
+        match self {
+            ContactInputs::Shape(vertices, _) => vertices.len() * d,
+            ContactInputs::Masses(count, _) => *count,
+            ContactInputs::Modulus(_) => 1,
+        }
     }
 
-    /// Ranges of the rows of its vertices.
-    fn rows(&self) -> impl Iterator<Item = std::ops::Range<usize>> + '_ {
-        self.vertices.iter().map(|vertex| *vertex as usize * self.dimension).map(|at| at..at + self.dimension)
+    /// Adds to the derivatives by numbers of the parameter.
+    fn add(&self, d: usize, by: &LawInputRates, derivative: &mut [f64]) {
+        match self {
+            ContactInputs::Shape(vertices, masses) => {
+                for (vertex, derivative) in vertices.iter().zip(derivative.chunks_exact_mut(d)) {
+                    add_scaled(derivative, 1.0, &by.rest[*vertex as usize * d..][..d]);
+                }
+                if let Some(masses) = masses {
+                    masses.add(&by.masses, derivative);
+                }
+            }
+            ContactInputs::Masses(_, each) => {
+                each.iter().for_each(|(i, v, rate)| derivative[*i] += rate * by.masses[*v as usize]);
+            }
+            ContactInputs::Modulus(body) => derivative[0] += by.moduli[*body as usize],
+        }
+    }
+
+    /// Adds the change that one of the parameter makes: the transpose.
+    fn add_change(&self, d: usize, change: &[f64], to: &mut LawInputRates) {
+        match self {
+            ContactInputs::Shape(vertices, masses) => {
+                for (vertex, change) in vertices.iter().zip(change.chunks_exact(d)) {
+                    add_scaled(&mut to.rest[*vertex as usize * d..][..d], 1.0, change);
+                }
+                if let Some(masses) = masses {
+                    masses.add_change(change, &mut to.masses);
+                }
+            }
+            ContactInputs::Masses(_, each) => {
+                each.iter().for_each(|(i, v, rate)| to.masses[*v as usize] += rate * change[*i]);
+            }
+            ContactInputs::Modulus(body) => to.moduli[*body as usize] += change[0],
+        }
+    }
+}
+
+/// Shape and masses of all bodies, of which contact is made.
+#[derive(Clone, Debug)]
+pub struct ContactBasis {
+    /// 2 or 3.
+    pub dimension: usize,
+    /// Rest positions of all vertices, flat, in the order of the simulation [m].
+    pub rest: Vec<f64>,
+    /// Masses of all vertices, likewise [kg].
+    pub masses: Vec<f64>,
+}
+
+/// Numbers of bodies that contact goes by: by the areas of surfaces, and by its laws, which are made of
+/// sizes, masses and moduli where the scene does not give them.
+pub struct ContactNumbers {
+    basis: ContactBasis,
+    inputs: ContactInputs,
+    /// Once they have been asked for.
+    links: Option<LawLinks>,
+}
+
+impl ContactNumbers {
+    fn new(basis: ContactBasis, inputs: ContactInputs) -> Self {
+        ContactNumbers { basis, inputs, links: None }
+    }
+
+    /// Rest positions of these vertices, by their numbers in the simulation, and the masses that go by them.
+    pub fn shape(basis: ContactBasis, vertices: Vec<u32>, masses: Option<Box<dyn MassShape>>) -> Self {
+        Self::new(basis, ContactInputs::Shape(vertices, masses))
+    }
+
+    /// So many numbers that masses go by: number, vertex in the simulation, and derivative of its mass by it.
+    pub fn masses(basis: ContactBasis, count: usize, each: Vec<(usize, u32, f64)>) -> Self {
+        Self::new(basis, ContactInputs::Masses(count, each))
+    }
+
+    /// Young's modulus of a body, by its number in the scene.
+    pub fn modulus(basis: ContactBasis, body: u32) -> Self {
+        Self::new(basis, ContactInputs::Modulus(body))
+    }
+
+    /// Nothing, for each number that contact goes by.
+    fn zero(&self, contact: &dyn ShapedContact) -> LawInputRates {
+        LawInputRates {
+            rest: vec![0.0; self.basis.rest.len()],
+            masses: vec![0.0; self.basis.masses.len()],
+            moduli: vec![0.0; contact.bodies()],
+        }
+    }
+
+    /// Finds the links of the laws, once; false where neither they nor areas go by its numbers.
+    fn find_links(&mut self, contact: &dyn ShapedContact) -> bool {
+        let ContactBasis { rest, masses, .. } = &self.basis;
+        let links = self.links.get_or_insert_with(|| contact.law_links(rest, masses));
+        let mut inputs = links.pairs.iter().map(|(_, _, input, _)| input);
+        match &self.inputs {
+            ContactInputs::Shape(..) => true,
+            ContactInputs::Masses(..) => inputs.any(|input| matches!(input, LawInput::Mass(_))),
+            ContactInputs::Modulus(body) => inputs.any(|input| *input == LawInput::Modulus(*body)),
+        }
     }
 }
 
@@ -106,13 +211,13 @@ fn place<'a>(of: &ForceUse<'a>) -> ContactPlace<'a> {
     ContactPlace { x: of.x, v: of.v, held: of.held }
 }
 
-impl Parameter for ContactShape {
+impl Parameter for ContactNumbers {
     fn len(&self) -> usize {
-        self.vertices.len() * self.dimension
+        self.inputs.len(self.basis.dimension)
     }
 
     fn needs(&self) -> ParameterNeeds<'_> {
-        ParameterNeeds { touching_shapes: vec![&self.body], ..ParameterNeeds::default() }
+        ParameterNeeds { shaped_contact: true, ..ParameterNeeds::default() }
     }
 
     /// Nothing touches where no force acts.
@@ -122,130 +227,35 @@ impl Parameter for ContactShape {
 
     fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
         let Some(contact) = shaped(of.system) else { return false };
-        let (mut moved, mut gradient) = (vec![0.0; force.len()], vec![0.0; force.len()]);
-        for (range, change) in self.rows().zip(change.chunks_exact(self.dimension)) {
-            moved[range].copy_from_slice(change);
+        if !self.find_links(contact) {
+            return true;
         }
-        contact.add_gradient_by_shape(place(of), &moved, &self.rest, &mut gradient);
+        let mut inputs = self.zero(contact);
+        self.inputs.add_change(self.basis.dimension, change, &mut inputs);
+        let links = self.links.as_ref().filter(|links| !links.is_empty());
+        let laws = links.map(|links| links.changes(&inputs, contact.bodies()));
+        let mut gradient = vec![0.0; force.len()];
+        let changes = (&inputs.rest[..], laws.as_ref());
+        contact.add_gradient_by_shape(place(of), changes, &self.basis.rest, &mut gradient);
         add_scaled(force, -1.0, &gradient);
         true
     }
 
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
         let Some(contact) = shaped(of.system) else { return };
-        let mut rows = vec![0.0; of.p.len()];
-        contact.add_work_by_shape(place(of), of.p, &self.rest, &mut rows);
-        for (range, derivative) in self.rows().zip(derivative.chunks_exact_mut(self.dimension)) {
-            add_scaled(derivative, -1.0, &rows[range]);
+        if !self.find_links(contact) {
+            return;
         }
-    }
-}
-
-/// Numbers that the distance `dhat` goes by from which on surfaces push, where nothing has a thickness.
-///
-/// Where all lengths but areas at rest grow by one factor, `dhat` and the fourth root of the mollifier's
-/// `eps` of edges among them, the energy of contact does, too, and friction stays as it is. So with the
-/// gradients `g`, of the energy and of friction, their change `H x` where places move by themselves, and `c`
-/// the same where rest positions do, which is that of areas, `(D - 1) g`, and of `eps`,
-///
-/// ```text
-/// dhat dg/d dhat = -H x - c + (D - 1) g
-/// ```
-#[derive(Clone, Debug)]
-pub struct ContactReach {
-    /// `dhat` [m].
-    reach: f64,
-    /// Its derivatives by the numbers.
-    slopes: Vec<f64>,
-    dimension: usize,
-    /// Rest positions of all vertices of the simulation, flat [m].
-    rest: Vec<f64>,
-}
-
-impl ContactReach {
-    /// Numbers by which the `reach` [m] has these derivatives, in `dimension` dimensions; `rest` are the rest
-    /// positions of all vertices, flat, in the order of the simulation [m].
-    pub fn new(reach: f64, slopes: Vec<f64>, dimension: usize, rest: Vec<f64>) -> Self {
-        ContactReach { reach, slopes, dimension, rest }
-    }
-
-    /// Derivative of the gradients by the reach [N/m]; `None` where it is not known.
-    fn by_reach(&self, of: &ForceUse<'_>) -> Option<Vec<f64>> {
-        let mut rows = of.stretched.to_vec();
-        shaped(of.system)?.add_gradient_by_shape(place(of), &self.rest, &self.rest, &mut rows);
-        let of_areas = -((self.dimension - 1) as f64);
-        add_scaled(&mut rows, of_areas, of.contact);
-        add_scaled(&mut rows, of_areas, of.friction);
-        rows.iter_mut().for_each(|row| *row /= -self.reach);
-        Some(rows)
-    }
-}
-
-impl Parameter for ContactReach {
-    fn len(&self) -> usize {
-        self.slopes.len()
-    }
-
-    fn needs(&self) -> ParameterNeeds<'_> {
-        ParameterNeeds { contact: true, stretched_contact: true, ..ParameterNeeds::default() }
-    }
-
-    /// Nothing touches where no force acts.
-    fn add_mode(&mut self, _: &ModeUse<'_>, _: &mut [f64]) -> bool {
-        true
-    }
-
-    fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
-        let Some(by_reach) = self.by_reach(of) else { return false };
-        add_scaled(force, -dot(&self.slopes, change), &by_reach);
-        true
-    }
-
-    fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
-        let Some(by_reach) = self.by_reach(of) else { return };
-        add_scaled(derivative, -dot(&by_reach, of.p), &self.slopes);
-    }
-}
-
-/// Relative derivative of the stiffness between two bodies of these names, which has this value [Pa].
-type PairRate = dyn Fn([&str; 2], f64) -> f64 + Send;
-
-/// A number that the stiffness `kappa` of contact goes by, another between each two bodies.
-pub struct PairStiffness {
-    rate: Box<PairRate>,
-}
-
-impl PairStiffness {
-    /// A number with this derivative of `ln kappa`, by the names of two bodies and `kappa` [Pa].
-    pub fn new(rate: impl Fn([&str; 2], f64) -> f64 + Send + 'static) -> Self {
-        PairStiffness { rate: Box::new(rate) }
-    }
-
-    /// Derivative of the gradients of contact and of friction by the number.
-    fn gradient(&self, of: &ForceUse<'_>) -> Option<Vec<f64>> {
-        let mut rows = vec![0.0; of.x.len()];
-        shaped(of.system)?.add_scaled_gradient(place(of), &self.rate, &mut rows);
-        Some(rows)
-    }
-}
-
-impl Parameter for PairStiffness {
-    fn len(&self) -> usize {
-        1
-    }
-
-    /// Nothing touches where no force acts.
-    fn add_mode(&mut self, _: &ModeUse<'_>, _: &mut [f64]) -> bool {
-        true
-    }
-
-    fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
-        let Some(gradient) = self.gradient(of) else { return false };
-        add_scaled(force, -change[0], &gradient);
-        true
-    }
-
-    fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
-        derivative[0] -= self.gradient(of).map_or(0.0, |gradient| dot(&gradient, of.p));
+        let mut by = self.zero(contact);
+        let links = self.links.as_ref().filter(|links| !links.is_empty());
+        let mut laws = links.map(|_| ContactLawRates::zero(contact.bodies()));
+        let to = (&mut by.rest[..], laws.as_mut());
+        contact.add_work_by_shape(place(of), of.p, &self.basis.rest, to);
+        if let (Some(links), Some(laws)) = (links, &laws) {
+            links.add_rates(laws, &mut by);
+        }
+        let opposite = |by: &mut Vec<f64>| by.iter_mut().for_each(|by| *by = -*by);
+        [&mut by.rest, &mut by.masses, &mut by.moduli].into_iter().for_each(opposite);
+        self.inputs.add(self.basis.dimension, &by, derivative);
     }
 }

@@ -22,7 +22,7 @@ mod weighted;
 
 pub use axes::{AxisDirections, cell_axes};
 pub(crate) use contact::shaped;
-pub use contact::{ContactReach, ContactShape, ContactStiffness, FrictionCoefficient, PairStiffness};
+pub use contact::{ContactBasis, ContactNumbers, ContactStiffness, FrictionCoefficient, MassShape};
 pub use each_step::{HeldPlaces, StepForces};
 pub use elements::BodyElements;
 pub use gravity::{Gravity, GravityNumber};
@@ -66,10 +66,6 @@ pub struct ForceUse<'a> {
     pub contact: &'a [f64],
     /// `dR/dv` of friction there [N], likewise.
     pub friction: &'a [f64],
-    /// Change of both where all places, those that friction has its normal forces of, move away from the
-    /// origin by themselves [N], where a parameter [asked for it](ParameterNeeds::stretched_contact); else
-    /// empty.
-    pub stretched: &'a [f64],
     /// `dE/dx` or `dR/dv` of terms there [N], by their names, of those that a parameter
     /// [asked for](ParameterNeeds::terms).
     pub terms: &'a [(String, Vec<f64>)],
@@ -169,8 +165,6 @@ pub struct ParameterNeeds<'a> {
     pub force: bool,
     /// [`ForceUse::contact`] and [`ForceUse::friction`].
     pub contact: bool,
-    /// [`ForceUse::stretched`].
-    pub stretched_contact: bool,
     /// Uses of [held coordinates](Parameter::add_held), which depend on it.
     pub held: bool,
     /// The ether drag, which it is. Kicks under it have closed forms, whose further part is added to its
@@ -182,8 +176,8 @@ pub struct ParameterNeeds<'a> {
     pub loads: Vec<&'a str>,
     /// [`ForceUse::by_rest_length`] of terms of these names.
     pub rest_lengths: Vec<&'a str>,
-    /// Contact of the system as it goes by the shapes at rest of these bodies, that it looks at itself.
-    pub touching_shapes: Vec<&'a str>,
+    /// Contact of the system as it goes by shapes at rest, that it looks at itself.
+    pub shaped_contact: bool,
 }
 
 impl<'a> ParameterNeeds<'a> {
@@ -192,13 +186,12 @@ impl<'a> ParameterNeeds<'a> {
         each.into_iter().fold(ParameterNeeds::default(), |mut all, one| {
             all.force |= one.force;
             all.contact |= one.contact;
-            all.stretched_contact |= one.stretched_contact;
+            all.shaped_contact |= one.shaped_contact;
             all.held |= one.held;
             all.ether_drag |= one.ether_drag;
             all.terms.extend(one.terms);
             all.loads.extend(one.loads);
             all.rest_lengths.extend(one.rest_lengths);
-            all.touching_shapes.extend(one.touching_shapes);
             all
         })
     }

@@ -25,7 +25,7 @@ use pliant_terms::ElementSet;
 use super::elements::{ElementEnergy, Maker};
 use super::mass::{add_by_mass, by_mass, mode_by_mass, uniform_gravity};
 use super::points::{VolumePoints, mean};
-use super::{ForceUse, ModeUse, Parameter, ParameterNeeds, Together};
+use super::{ForceUse, MassShape, ModeUse, Parameter, ParameterNeeds, Together};
 
 /// Tension along fibres.
 #[derive(Clone, Debug)]
@@ -94,6 +94,22 @@ impl ShapedElements<'_> {
         }
     }
 
+    /// Lumped masses as functions of the rest positions of `vertices`; `None` where they do not go by
+    /// volumes.
+    pub fn masses(&self, vertices: &[u32]) -> Option<Box<dyn MassShape>> {
+        self.density?;
+        let lumped = ShapedElements { weight: None, muscles: &[], body_forces: &[], axes: &[], ..*self };
+        if let Some(kind) = self.kind {
+            return Some(kind.visit(CellMasses { of: &lumped, vertices }));
+        }
+        Some(match (self.dimension, self.order) {
+            (2, 1) => Box::new(RestShape::<2, 3>::simplices(&lumped, vertices)),
+            (2, _) => Box::new(RestShape::<2, 6>::simplices(&lumped, vertices)),
+            (_, 1) => Box::new(RestShape::<3, 4>::simplices(&lumped, vertices)),
+            _ => Box::new(RestShape::<3, 10>::simplices(&lumped, vertices)),
+        })
+    }
+
     /// Stresses of cells of a kind as functions of the rest positions of `vertices`.
     fn cells(&self, kind: &CellKind, vertices: &[u32]) -> CellShape {
         let elements = ElementSet {
@@ -155,6 +171,20 @@ struct CellVolumes<'a> {
 
 impl CellVisitor for CellVolumes<'_> {
     type Output = Box<dyn Parameter>;
+
+    fn visit<const D: usize, const N: usize>(self, cell: &'static Isoparametric<D, N>) -> Self::Output {
+        Box::new(RestShape::<D, N>::cells(self.of, self.vertices, cell))
+    }
+}
+
+/// Maker of the masses of cells of whatever kind is visited.
+struct CellMasses<'a> {
+    of: &'a ShapedElements<'a>,
+    vertices: &'a [u32],
+}
+
+impl CellVisitor for CellMasses<'_> {
+    type Output = Box<dyn MassShape>;
 
     fn visit<const D: usize, const N: usize>(self, cell: &'static Isoparametric<D, N>) -> Self::Output {
         Box::new(RestShape::<D, N>::cells(self.of, self.vertices, cell))
@@ -512,6 +542,35 @@ impl<const D: usize, const N: usize> RestShape<D, N> {
     }
 }
 
+impl<const D: usize, const N: usize> RestShape<D, N> {
+    /// Calls `visit` with vertices and changes of their masses where rest positions move by `change`, flat by
+    /// the vertices of the body.
+    fn each_mass_change(&self, change: &[f64], mut visit: impl FnMut(usize, f64)) {
+        if self.density == 0.0 {
+            return;
+        }
+        for (i, element) in self.elements.iter().enumerate() {
+            let moved = points_of(change, &self.places_of(i).map(|place| place as u32));
+            let growth =
+                |point: &QuadraturePoint<D, N>| point.weight * point.deformation_gradient(&moved).trace();
+            let growths: Vec<f64> = self.masses.of(i).map(|(point, _)| growth(point)).collect();
+            let mut masses = [0.0; N];
+            self.each_mass(i, |q, a, by_volume| masses[a] += by_volume * growths[q]);
+            element.iter().zip(masses).for_each(|(vertex, mass)| visit(*vertex as usize, mass));
+        }
+    }
+}
+
+impl<const D: usize, const N: usize> MassShape for RestShape<D, N> {
+    fn add(&self, by_masses: &[f64], derivative: &mut [f64]) {
+        self.spread_masses(|vertex| by_masses[vertex], derivative);
+    }
+
+    fn add_change(&self, change: &[f64], masses: &mut [f64]) {
+        self.each_mass_change(change, |vertex, mass| masses[vertex] += mass);
+    }
+}
+
 impl<const D: usize, const N: usize> Parameter for RestShape<D, N> {
     fn len(&self) -> usize {
         D * self.vertices
@@ -547,24 +606,14 @@ impl<const D: usize, const N: usize> Parameter for RestShape<D, N> {
             for (q, point) in points.iter().enumerate() {
                 self.add_rate(((i, q), element), point, (of, &point.deformation_gradient(&moved)), force);
             }
-            if self.density == 0.0 {
-                continue;
-            }
-            let growth =
-                |point: &QuadraturePoint<D, N>| point.weight * point.deformation_gradient(&moved).trace();
-            let growths: Vec<f64> = self.masses.of(i).map(|(point, _)| growth(point)).collect();
-            let mut masses = [0.0; N];
-            self.each_mass(i, |q, a, by_volume| masses[a] += by_volume * growths[q]);
-            for (vertex, mass) in element.iter().zip(masses) {
-                match self.weight {
-                    Some(_) => {
-                        let force = &mut force[*vertex as usize * D..][..D];
-                        force.iter_mut().zip(gravity).for_each(|(force, g)| *force += mass * g);
-                    }
-                    None => add_by_mass(of, &gravity, *vertex as usize, mass, force),
-                }
-            }
         }
+        self.each_mass_change(change, |vertex, mass| match self.weight {
+            Some(_) => {
+                let force = &mut force[vertex * D..][..D];
+                force.iter_mut().zip(gravity).for_each(|(force, g)| *force += mass * g);
+            }
+            None => add_by_mass(of, &gravity, vertex, mass, force),
+        });
         true
     }
 

@@ -53,8 +53,8 @@ struct NearestTie {
 /// Rest positions of vertices of a body as ties to nearest points go by them: by the barycentric coordinates
 /// `l` of these points.
 ///
-/// The point is the foot of the perpendicular on the plane, line or corner of a simplex in which it lies, `X -
-/// sum_k l_k X_k = r`, `e_i . r = 0`. Where rest positions move,
+/// The point is the foot of the perpendicular on the plane, line or corner of a simplex in which it lies,
+/// `X - sum_k l_k X_k = r`, `e_i . r = 0`. Where rest positions move,
 ///
 /// ```text
 /// sum_j (e_i . e_j) dl_j = e_i . (dX - sum_k l_k dX_k) + (dX_i - dX_0) . r      dl_0 = -sum_j dl_j
@@ -239,9 +239,9 @@ impl TieForce {
 }
 
 impl TieShape {
-    /// Of ties with these constants: each a vertex, and the corners with their coordinates of the point it is
-    /// tied to; on the shape of the body of `vertices`. All by their numbers in the simulation, at rest at
-    /// `rest`, flat [m].
+    /// Rest positions of `vertices` as ties with these constants go by them: each tie a vertex, and the
+    /// corners of the point that it is tied to with their coordinates. All are numbers in the simulation,
+    /// which is at rest at `rest`, flat [m].
     pub fn new(
         ties: Vec<(u32, Vec<(u32, f64)>)>,
         constants: TieConstants,
@@ -274,8 +274,8 @@ impl Parameter for TieShape {
         self.vertices * self.dimension
     }
 
-    /// Of ties without a rest length, whose force is linear; ends of others are apart where no force acts, and
-    /// change direction with the shape.
+    /// Known of ties without a rest length, whose force is linear: ends of others are apart where no force
+    /// acts, and change direction with the shape.
     fn add_mode(&mut self, of: &ModeUse<'_>, derivative: &mut [f64]) -> bool {
         let d = self.dimension;
         for tie in &self.ties {

@@ -185,8 +185,8 @@ impl<'p> TangentForces<'p> {
         if parameters.is_empty() {
             return;
         }
-        parts.evaluate(system, at, held);
-        let ForceParts { gradient, contact, friction, stretched, terms, rest_lengths, .. } = &*parts;
+        parts.evaluate(system, at);
+        let ForceParts { gradient, contact, friction, terms, rest_lengths, .. } = &*parts;
         let of = ForceUse {
             system,
             step: *step,
@@ -198,7 +198,6 @@ impl<'p> TangentForces<'p> {
             gradient,
             contact,
             friction,
-            stretched,
             terms,
             rest_lengths,
             by_positions: &[],

@@ -9,8 +9,10 @@ use pliant_scene::{BodyContactSpec, MassSpec, OverTime, Scene};
 
 use crate::by_parameters;
 use crate::differences::{compare_number, compare_shape, compare_starts};
-use crate::solid::assembled;
-use crate::support::{compare as compare_numbers, compare_with_differences, dot, method, scattered, schemes};
+use crate::solid::{assembled, rows};
+use crate::support::{
+    compare as compare_numbers, compare_with_differences, dot, method, scattered, scene, schemes,
+};
 use crate::tangents::compare_with_tangents;
 
 /// A square of rubber that falls on a slope and slides down it; without friction unless `contact` says more.
@@ -99,6 +101,16 @@ fn touching(simulation: &Simulation) -> usize {
     terms.map(|term| term.contacts(state.x(), state.v()).len()).sum()
 }
 
+/// Fails unless more than `pairs` touch in more than two of these steps.
+fn expect_touching(what: &str, scene: &Scene, (steps, pairs): (u64, usize)) {
+    let mut alone = assembled(scene).0;
+    let touched = (0..steps).filter(|_| {
+        alone.step().unwrap();
+        touching(&alone) > pairs
+    });
+    assert!(touched.count() > 2, "{what}: nothing touches");
+}
+
 /// Compares with differences of runs in which surfaces touch.
 fn compare(what: &str, scene: &Scene, steps: u64, tolerance: f64) {
     compare_starts(what, scene, (steps, tolerance), |simulation| touching(simulation) > 0);
@@ -176,29 +188,28 @@ fn tangents_and_adjoints_agree_where_surfaces_touch() {
 
 // The stiffness of contact follows from moduli, or from masses, unless the scene says it.
 #[test]
-fn numbers_that_contact_is_made_of_are_no_parameters() {
+fn numbers_that_contact_is_made_of_in_other_ways_are_no_parameters() {
     let all = |scene: &Scene| names(scene, &assembled(scene).1);
     let has = |scene: &Scene, key: &str| all(scene).contains(&format!("body.block.{key}"));
     for scheme in ["implicit-euler", "velocity-verlet"] {
         let given = slope(scheme, "");
         let mut free = given.clone();
-        free.contact.as_mut().unwrap().stiffness = None;
-        assert!(has(&given, "elastic.young") && has(&free, "elastic.young"), "{scheme}");
-        assert!(has(&given, "elastic.poisson") && has(&free, "elastic.poisson"), "{scheme}");
-        assert!(has(&given, "mass.density") && has(&free, "mass.density"), "{scheme}");
-        assert!(has(&given, "rest"), "{scheme}");
-        assert_eq!(has(&free, "rest"), scheme == "implicit-euler", "{scheme}");
-        let mut near = given.clone();
-        near.contact.as_mut().unwrap().distance = None;
-        assert!(has(&near, "rest"), "{scheme}");
-        near.body[0].contact = Some(BodyContactSpec { radius: Some(1e-3), ..BodyContactSpec::default() });
-        assert!(!has(&near, "rest"), "{scheme}");
+        (free.contact.as_mut().unwrap().stiffness, free.contact.as_mut().unwrap().distance) = (None, None);
+        let mut thick = free.clone();
+        thick.body[0].contact = Some(BodyContactSpec { radius: Some(1e-3), ..BodyContactSpec::default() });
+        for key in ["elastic.young", "elastic.poisson", "mass.density", "rest"] {
+            let of = [&given, &free, &thick].map(|scene| has(scene, key));
+            assert_eq!(of, [true; 3], "{scheme}, {key}");
+        }
     }
     let mut free = slope("velocity-verlet", "");
+    let material = serde_json::json!({ "mooney-rivlin": { "c10": 2e4, "c01": 1e4, "poisson": 0.4 } });
+    free.body[0].elastic = Some(serde_json::from_value(material).unwrap());
+    assert!(has(&free, "elastic.c10"));
     free.contact.as_mut().unwrap().stiffness = None;
     let (simulation, topology) = assembled(&free);
     let select = |name| ParameterSelection::new(&free, &topology, simulation.numbering(), &[name]);
-    let error = select("body.block.rest").err().unwrap().to_string();
+    let error = select("body.block.elastic.c10").err().unwrap().to_string();
     assert!(error.contains("how stiff contact is: give a `stiffness` in [contact];"), "{error}");
     let mut apart = slope("implicit-euler", "");
     apart.contact = None;
@@ -625,46 +636,229 @@ fn shapes_at_rest_decide_how_near_surfaces_touch() {
     compare_shape("walls", walls, ("block", 0.02), (20, 1e-6));
 }
 
+/// A clip whose prongs are near each other at rest and close, its vertices moved by `h` along a direction
+/// from places of which none are alike; keys of contact, and of the body.
+fn clip(scheme: &str, h: f64, contact: &str, body: &str) -> Scene {
+    let points = [
+        [0.0, 0.0],
+        [0.05, 0.0],
+        [0.058, 0.0],
+        [0.1, 0.0],
+        [0.0, 0.02],
+        [0.05, 0.02],
+        [0.058, 0.021],
+        [0.1, 0.02],
+        [0.0, 0.1],
+        [0.0507, 0.097],
+        [0.0545, 0.1],
+        [0.1, 0.103],
+    ];
+    let moved: Vec<f64> =
+        points.as_flattened().iter().zip(scattered(24, 7.0)).map(|(x, d)| x + (1e-3 + h) * d).collect();
+    let text = format!(
+        "[world]
+         gravity = [1.0, -9.81]
+         [contact]
+         {contact}
+         [[body]]
+         name = \"clip\"
+         mesh = {{ inline = {{ points = {}, triangles = [
+             [0, 1, 5], [0, 5, 4], [1, 2, 6], [1, 6, 5], [2, 3, 7], [2, 7, 6], [4, 5, 9], [4, 9, 8],
+             [6, 7, 11], [6, 11, 10],
+         ] }} }}
+         elastic = {{ neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}
+         mass = {{ density = 1000.0 }}
+         pin = [{{ vertices = [0, 1, 2, 3] }}]
+         velocity = {{ per_vertex = [
+             [0, 0], [0, 0], [0, 0], [0, 0], [0, 0], [0, 0], [0, 0], [0, 0],
+             [0.4, 0.1], [0.4, 0.1], [-0.4, 0], [-0.4, 0],
+         ] }}
+         {body}",
+        rows(&moved, 2)
+    );
+    scene(scheme, 2, [2e-3, 2e-4], &text)
+}
+
 // A body that is nearer to itself at rest than surfaces touch does so from nearer on, by its shape.
 #[test]
-fn a_body_near_itself_has_no_derivative_by_its_shape() {
-    let of = |more: &str| {
-        let text = format!(
-            "dimension = 2
-             [time]
-             integrator = \"implicit-euler\"
-             duration = 0.1
-             step = 2e-3
-             [contact]
-             distance = 4e-3
-             stiffness = 1e5
-             [[body]]
-             name = \"clip\"
-             mesh = {{ inline = {{ points = [
-                 [0, 0], [0.05, 0], [0.054, 0], [0.1, 0], [0, 0.02], [0.05, 0.02], [0.054, 0.02], [0.1, 0.02],
-                 [0, 0.1], [0.05, 0.1], [0.054, 0.1], [0.1, 0.1],
-             ], triangles = [
-                 [0, 1, 5], [0, 5, 4], [1, 2, 6], [1, 6, 5], [2, 3, 7], [2, 7, 6], [4, 5, 9], [4, 9, 8],
-                 [6, 7, 11], [6, 11, 10],
-             ] }} }}
-             elastic = {{ neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}
-             mass = {{ density = 1000.0 }}
-             {more}"
-        );
-        let scene = Scene::from_toml(&text).unwrap();
-        let (mut simulation, topology) = assembled(&scene);
-        let name = ["body.clip.rest"];
-        let mut selection =
-            ParameterSelection::new(&scene, &topology, simulation.numbering(), &name).unwrap();
-        let mut loss = |_: &LossFrame<'_>, _: &mut [f64], _: &mut [f64]| 0.0;
-        gradient(&mut simulation, 1, &mut loss, selection.parameters(), UNLIMITED)
-    };
-    let error = of("").unwrap_err().to_string();
-    assert!(
-        error.contains("contact of `clip` with itself") && error.contains("a smaller `distance`"),
-        "{error}"
+fn shapes_at_rest_of_bodies_near_themselves_have_derivatives() {
+    let law = "friction = 0.4\nthreshold_speed = 0.2";
+    let once = "friction = 0.4\nfriction_iterations = 1\nthreshold_speed = 0.2";
+    let (given, near) = ("distance = 4e-3\nstiffness = 1e5", "distance = 4e-3");
+    for (scheme, contact, body, (size, steps)) in [
+        ("implicit-euler", format!("{given}\n{law}"), "", (1e-3, 12)),
+        ("implicit-euler", format!("{near}\n{law}"), "", (1e-3, 12)),
+        // By radii, with the default distance.
+        ("implicit-euler", law.into(), "contact = { radius = 2e-3 }", (1e-3, 12)),
+        ("tr-bdf2", format!("{given}\n{once}"), "contact = { radius = 2e-3 }", (1e-3, 12)),
+        ("velocity-verlet", format!("{near}\n{law}"), "", (1e-3, 120)),
+        ("velocity-verlet", format!("{near}\n{law}"), "contact = { radius = 1e-3 }", (1e-3, 120)),
+    ] {
+        let what = format!("{scheme}, {contact}, {body}");
+        let of = |h: f64| clip(scheme, h, &contact, body);
+        expect_touching(&what, &of(0.0), (steps, 0));
+        compare_shape(&what, of, ("clip", size), (steps, 1e-6));
+        by_parameters::compare(&what, &of(0.0), &["body.clip.rest"], steps);
+    }
+}
+
+/// A box of tetrahedra of this material, its shape changed by `h`, on which a strand and a particle fall that
+/// have thicknesses.
+fn littered(scheme: &str, h: f64, contact: &str, material: &str) -> Scene {
+    let text = format!(
+        "[world]
+         gravity = [0.5, 0.3, -9.81]
+         [contact]
+         {contact}
+         [[body]]
+         name = \"box\"
+         mesh = {{ grid = {{ cells = [1, 1, 1], size = [{:?}, {:?}, {:?}], origin = [0, 0, {:?}] }} }}
+         elastic = {material}
+         mass = {{ density = 1000.0 }}
+         pin = [{{ half_space = {{ normal = [0, 0, 1], offset = 0.03 }} }}]
+         [[body]]
+         name = \"strand\"
+         mesh = {{ strand = {{ segments = 2, start = [0.02, 0.03, 0.1032], end = [0.07, 0.05, 0.1035] }} }}
+         springs = {{ stiffness = 1e3 }}
+         mass = {{ total = 2e-3 }}
+         contact = {{ radius = 2e-3, self = false }}
+         velocity = {{ rigid = {{ linear = [0.2, 0.1, -0.3] }} }}
+         [[body]]
+         name = \"grain\"
+         mesh = {{ inline = {{ points = [[0.03, 0.07, 0.103]] }} }}
+         mass = {{ per_vertex = [1e-3] }}
+         contact = {{ radius = 2e-3 }}
+         velocity = {{ rigid = {{ linear = [0.1, 0.1, -0.3] }} }}",
+        0.1 + h,
+        0.1 + 0.5 * h,
+        0.1 - 0.7 * h,
+        0.7 * h
     );
-    assert!(of("contact = { self = false }").is_ok());
+    scene(scheme, 3, [2e-3, 1e-4], &text)
+}
+
+// Without a `stiffness` contact is as stiff as explicit steps bear, by masses and areas, which go by shapes;
+// and so it is in solved steps where no material has a modulus.
+#[test]
+fn shapes_at_rest_that_decide_how_stiff_contact_is_have_derivatives() {
+    let law = "friction = 0.4\nthreshold_speed = 0.2";
+    let free = |mut scene: Scene, distance: Option<f64>| {
+        let contact = scene.contact.as_mut().unwrap();
+        (contact.stiffness, contact.distance) = (None, distance);
+        scene
+    };
+    for distance in [Some(2e-3), None] {
+        let of = |h: f64| free(stretched(slope("velocity-verlet", law), h), distance);
+        compare_shape(&format!("slope, {distance:?}"), of, ("block", 0.02), (200, 1e-6));
+        by_parameters::compare("slope", &of(0.0), &["body.block.rest"], 200);
+    }
+    let cubes = |h: f64| {
+        let cubes = free_cubes("velocity-verlet", law, [[1e5, 900.0], [1e5, 1200.0]]);
+        // Faces of different areas: none of the most mobile vertices are alike by chance.
+        let mut scene = free(stretched_cube(cubes, 0.003 + h), Some(4e-3));
+        scene.time.step = Some(2e-4);
+        scene
+    };
+    expect_touching("cubes", &cubes(0.0), (100, 0));
+    compare_shape("cubes", cubes, ("upper", 0.01), (100, 1e-6));
+    by_parameters::compare("cubes", &cubes(0.0), &["body.upper.rest", "body.lower.rest"], 100);
+    let rubber = "{ neo-hookean = { young = 1e5, poisson = 0.3 } }";
+    let shapeless = "{ dirichlet = { stiffness = 2e4 } }";
+    for (scheme, contact, material, steps) in [
+        ("velocity-verlet", "distance = 2e-3", rubber, 200),
+        ("velocity-verlet", "", rubber, 200),
+        ("implicit-euler", "", rubber, 12),
+        ("implicit-euler", "distance = 2e-3", shapeless, 12),
+        ("tr-bdf2", "distance = 2e-3", shapeless, 12),
+    ] {
+        // Friction of impacts that are over in one step does not settle in two stages.
+        let law = if scheme == "tr-bdf2" { "" } else { law };
+        let contact = format!("{contact}\n{law}");
+        let what = format!("littered, {scheme}, {contact}, {material}");
+        let of = |h: f64| littered(scheme, h, &contact, material);
+        expect_touching(&what, &of(0.0), (steps, usize::from(!law.is_empty())));
+        compare_shape(&what, of, ("box", 0.01), (steps, 1e-6));
+        // Of few steps little goes by the mass of what falls.
+        let names = &["body.box.rest", "body.grain.mass.per_vertex"][..if steps > 100 { 2 } else { 1 }];
+        by_parameters::compare(&what, &of(0.0), names, steps);
+    }
+    // Of a material without a modulus on a slope, of second order and in quadrilaterals.
+    for (order, cells) in [(1, "triangle"), (2, "triangle"), (1, "quadrilateral")] {
+        let of = |h: f64| {
+            let distance = (cells != "triangle").then_some(2e-3);
+            let mut scene = free(stretched(slope("implicit-euler", law), h), distance);
+            let material = serde_json::json!({ "dirichlet": { "stiffness": 1e3 } });
+            scene.body[0].elastic = Some(serde_json::from_value(material).unwrap());
+            scene.body[0].order = Some(order);
+            if cells != "triangle" {
+                let grid = serde_json::json!({ "grid": {
+                    "cells": [2, 2], "size": [0.1 + h, 0.1 - 0.4 * h], "origin": [-0.3 * h, 0.0015],
+                    "element": cells
+                } });
+                scene.body[0].mesh = serde_json::from_value(grid).unwrap();
+            }
+            scene
+        };
+        expect_touching(cells, &of(0.0), (20, 0));
+        compare_shape(&format!("slope, {order}, {cells}"), of, ("block", 0.02), (20, 1e-6));
+        by_parameters::compare("slope", &of(0.0), &["body.block.rest", "body.block.mass.density"], 20);
+    }
+}
+
+// Without a `distance` surfaces with a thickness push from a thousandth of the size of the smallest body on.
+#[test]
+fn shapes_at_rest_decide_how_near_thick_surfaces_touch() {
+    let law = "friction = 0.4\nthreshold_speed = 0.2";
+    let thick = |mut scene: Scene| {
+        scene.contact.as_mut().unwrap().distance = None;
+        scene.body[0].contact = Some(BodyContactSpec { radius: Some(1e-3), ..BodyContactSpec::default() });
+        scene
+    };
+    for (scheme, stiffness, steps) in
+        [("implicit-euler", Some(1e5), 20), ("velocity-verlet", None, 200), ("bdf2", None, 20)]
+    {
+        let of = |h: f64| {
+            let mut scene = thick(stretched(slope(scheme, law), h));
+            scene.contact.as_mut().unwrap().stiffness = stiffness;
+            scene
+        };
+        compare_shape(&format!("slope, {scheme}"), of, ("block", 0.02), (steps, 1e-6));
+        by_parameters::compare(scheme, &of(0.0), &["body.block.rest"], steps);
+    }
+    let of = |h: f64| {
+        let mut scene = thick(stretched_cube(dragged_cubes("implicit-euler", law), h));
+        let grid = serde_json::json!({
+            "grid": { "cells": [1, 1, 1], "size": [0.2, 0.2, 0.1], "origin": [-0.05, -0.05, 0.0] }
+        });
+        scene.body[1].mesh = serde_json::from_value(grid).unwrap();
+        scene
+    };
+    compare_shape("cubes", of, ("upper", 0.01), (12, 1e-6));
+}
+
+// Without a `threshold_speed` it is a thousandth of the size of all bodies at rest in a second.
+#[test]
+fn shapes_at_rest_decide_the_threshold_speed_of_friction() {
+    let slowly = PRESSED.replace("duration = 2.0", "duration = 4.0").replace("step = 1.0", "step = 2.0");
+    let slowly =
+        slowly.replace("-100*t", "-50*t").replacen("stiffness = 1e5", "stiffness = 1e5\nfriction = 0.3", 1);
+    let of = |h: f64| stretched(Scene::from_toml(&slowly).unwrap(), h);
+    compare_shape("statics", of, ("block", 0.02), (2, 1e-6));
+    by_parameters::compare("statics", &of(0.0), &["body.block.rest"], 2);
+    let of = |h: f64| {
+        let mut scene = stretched(slope("implicit-euler", "friction = 0.4"), h);
+        // Slower than the threshold, which goes by this body, too.
+        let far = serde_json::json!({
+            "name": "far",
+            "mesh": { "inline": { "points": [[60.0, 90.0]] } },
+            "mass": { "total": 1.0 },
+            "contact": { "collides": false }
+        });
+        scene.body.push(serde_json::from_value(far).unwrap());
+        scene
+    };
+    compare_shape("beside another", of, ("block", 0.02), (20, 1e-6));
+    by_parameters::compare("beside another", &of(0.0), &["body.block.rest"], 20);
 }
 
 // Derivatives by numbers of bodies in contact, and by those of contact itself.

@@ -364,8 +364,8 @@ fn shapes_of_which_more_is_made_are_not_offered() {
     assert!(has("rk4", "linear", &by_masses) && !has("quasi-static", "linear", &by_masses));
 }
 
-/// The block of [`block`], its shape changed by `h`, and what is tied to the nearest points of it and it to the
-/// nearest points of: a strand and dust; further keys of the ties.
+/// The block of [`block`], its shape changed by `h`, tied to the nearest points of a strand and of dust, and
+/// dust tied to its own; further keys of the ties.
 fn tied(scheme: &str, (dimension, order): (usize, u32), h: f64, of_ties: &str) -> Scene {
     let mut scene = block(scheme, (dimension, order), h, &further("neo-hookean", MASS));
     let places = |each: [[f64; 3]; 3]| each.map(|place| place[..dimension].to_vec());
@@ -402,7 +402,7 @@ fn tied(scheme: &str, (dimension, order): (usize, u32), h: f64, of_ties: &str) -
     scene
 }
 
-/// Points of shapes at rest that are nearest move with these: inside of elements, on faces, edges and corners.
+/// Nearest points of shapes at rest move with these: inside of elements, on faces, edges and corners.
 #[test]
 fn shapes_at_rest_that_ties_go_by_have_derivatives() {
     for (kind, (scheme, steps)) in KINDS.into_iter().flat_map(|kind| RUNS.map(|run| (kind, run))) {

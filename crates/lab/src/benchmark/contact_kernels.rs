@@ -8,6 +8,7 @@ use super::{BenchmarkCase, BenchmarkError, BenchmarkPart, BenchmarkRow, Metric, 
 use pliant::energy::ChangingStencils;
 use pliant::material::Psd;
 use pliant_contact::barrier::{Barrier, PotentialForm};
+use pliant_contact::basis::LawBasis;
 use pliant_contact::candidates::{BodyPairs, CandidatePairs};
 use pliant_contact::contacts::Contacts;
 use pliant_contact::energy::ContactEnergy;
@@ -98,7 +99,7 @@ impl Sheets {
             duplicates: Duplicates::Max,
             threshold_speed: 1e-3,
             friction_iterations: 1,
-            shortened: vec![],
+            basis: LawBasis::default(),
             names: vec!["low".into(), "high".into()],
             labels: vec![0; bodies.len()],
         };

@@ -13,6 +13,7 @@ use pliant::constraint::Wall;
 use pliant::numbering::Numbering;
 use pliant::system::System;
 use pliant_contact::barrier::{Barrier, PotentialForm};
+use pliant_contact::basis::{ALIKE, LawBasis, ReachBasis, ShortenedContact, StiffnessBasis};
 use pliant_contact::candidates::BodyPairs;
 use pliant_contact::explicit::SurfaceMobility;
 use pliant_contact::merge::Duplicates;
@@ -158,22 +159,27 @@ pub(super) fn add<const D: usize>(
         without_thickness(contact, &parties)?;
     }
     let mut surface = surface::<D>(&parties, numbering, rest, system.mass().len());
-    let (distance, distance_origin) = match contact.distance {
-        Some(distance) => (distance, DistanceOrigin::Given),
+    let (distance, reach_basis) = match contact.distance {
+        Some(distance) => (distance, ReachBasis::Given),
         None => reach::<D>(&parties, &surface),
     };
+    let distance_origin = DistanceOrigin::new(&reach_basis, &parties, &surface);
     surface.thicken(parties.iter().map(|party| party.radius + party.obstacle_radius()).collect(), distance);
     let design = ExplicitDesign::new(scene, contact, &parties, &surface, system.mass())?;
     let (parties, explicit) = (&parties[..], design.as_ref());
     let choice = StiffnessChoice { scene, contact, parties, numbering, explicit, distance };
     let mut model = model::<D>(&choice, surface);
+    model.basis.reach = reach_basis;
     let least = terms::least_distances(D, &model, rest);
     let with_itself = shrink(&mut model, parties, &least);
     if let (Some(design), None) = (&design, contact.stiffness) {
         for i in 0..parties.len() as u32 {
             let barrier = &mut model.laws.of_mut(i, i).barrier;
             let most = design.stiffness(barrier.reach, i, i).unwrap_or(f64::INFINITY);
-            barrier.stiffness = barrier.stiffness.min(most);
+            if most < barrier.stiffness {
+                barrier.stiffness = most;
+                model.basis.stiffness[i as usize * parties.len() + i as usize] = StiffnessBasis::ExplicitStep;
+            }
         }
     }
     overlaps(scene, &model, parties, position)?;
@@ -267,14 +273,19 @@ impl<'a> ContactParty<'a> {
         !self.is_obstacle() && self.body.mesh.element_dimension() < 2
     }
 
-    /// Most mass of a vertex for its area [kg/m^2], where it has a thickness or the reach `distance` [m]
-    /// gives it one.
-    fn densest(&self, surface: &ContactSurface, numbering: &Numbering) -> f64 {
+    /// Mass for its area of each vertex [kg/m^2], by its number in the simulation, where it has a thickness
+    /// or the reach `distance` [m] gives it one.
+    fn densities<'s>(
+        &'s self,
+        surface: &'s ContactSurface,
+        numbering: &'s Numbering,
+    ) -> impl Iterator<Item = (u32, f64)> + 's {
         let of = |(v, mass): (u32, &f64)| {
-            let area = surface.vertex_areas[numbering.internal(self.body.first_vertex + v) as usize];
-            if area > 0.0 { mass / area } else { 0.0 }
+            let vertex = numbering.internal(self.body.first_vertex + v);
+            let area = surface.vertex_areas[vertex as usize];
+            (vertex, if area > 0.0 { mass / area } else { 0.0 })
         };
-        (0..).zip(&self.body.mass).map(of).fold(0.0, f64::max)
+        (0..).zip(&self.body.mass).map(of)
     }
 }
 
@@ -387,29 +398,62 @@ fn surface<const D: usize>(
     }
 }
 
-/// Size of all bodies where they start, without obstacles [m].
+/// Size at rest of all bodies without obstacles [m].
 fn size_of_bodies(parties: &[ContactParty<'_>], dimension: usize) -> f64 {
     let bodies = parties.iter().filter(|party| !party.is_obstacle());
-    let points: Vec<f64> = bodies.flat_map(|party| party.body.position.iter().copied()).collect();
+    let points: Vec<f64> = bodies.flat_map(|party| party.body.mesh.points.iter().copied()).collect();
     scene_size(&points, dimension)
 }
 
+/// Least of these numbers, and those that are alike to it.
+fn least_of(numbers: &[(f64, u32)]) -> (f64, Vec<u32>) {
+    let least = numbers.iter().map(|(number, _)| *number).fold(f64::INFINITY, f64::min);
+    let alike = numbers.iter().filter(|(number, _)| number - least <= ALIKE * least.abs());
+    (least, alike.map(|(_, of)| *of).collect())
+}
+
 /// Reach where the scene gives none [m], and where it comes from.
-fn reach<const D: usize>(parties: &[ContactParty<'_>], surface: &ContactSurface) -> (f64, DistanceOrigin) {
-    let least = |lengths: &mut dyn Iterator<Item = (f64, usize)>| {
-        lengths.fold((f64::INFINITY, 0), |least, one| if one.0 < least.0 { one } else { least })
-    };
-    let is_body = |i: usize| !parties[i].is_obstacle();
-    let bodies = (0..parties.len()).filter(|i| parties[*i].collides && is_body(*i));
-    let smallest = least(&mut bodies.map(|i| (scene_size(&parties[i].body.mesh.points, D), i)));
-    let edges = surface.edges.iter().zip(&surface.squared_lengths);
-    let of_body = edges.map(|(edge, squared)| (squared.sqrt(), surface.bodies[edge[0] as usize] as usize));
-    let shortest = least(&mut of_body.filter(|(_, i)| is_body(*i)));
-    let name = |i: usize| parties.get(i).map_or(String::new(), |party| party.body.name.clone());
-    if CONTACT_PART_OF_BODY * smallest.0 <= CONTACT_PART_OF_EDGE * shortest.0 {
-        (CONTACT_PART_OF_BODY * smallest.0, DistanceOrigin::SmallestBody(name(smallest.1)))
+fn reach<const D: usize>(parties: &[ContactParty<'_>], surface: &ContactSurface) -> (f64, ReachBasis) {
+    let is_body = |i: &u32| !parties[*i as usize].is_obstacle();
+    let bodies = (0..parties.len() as u32).filter(|i| parties[*i as usize].collides && is_body(i));
+    let size = |i: u32| (scene_size(&parties[i as usize].body.mesh.points, D), i);
+    let (smallest, bodies) = least_of(&bodies.map(size).collect::<Vec<_>>());
+    let edges = (0..).zip(&surface.edges).filter(|(_, edge)| is_body(&surface.bodies[edge[0] as usize]));
+    let length = |(e, _): (u32, &[u32; 2])| (surface.squared_lengths[e as usize].sqrt(), e);
+    let (shortest, edges) = least_of(&edges.map(length).collect::<Vec<_>>());
+    if CONTACT_PART_OF_BODY * smallest <= CONTACT_PART_OF_EDGE * shortest {
+        (CONTACT_PART_OF_BODY * smallest, ReachBasis::Bodies(bodies))
     } else {
-        (CONTACT_PART_OF_EDGE * shortest.0, DistanceOrigin::ShortestEdge(name(shortest.1)))
+        (CONTACT_PART_OF_EDGE * shortest, ReachBasis::Edges(edges))
+    }
+}
+
+impl DistanceOrigin {
+    /// By the first of those that are alike.
+    fn new(basis: &ReachBasis, parties: &[ContactParty<'_>], surface: &ContactSurface) -> Self {
+        let first = |alike: &[u32]| alike.first().copied().unwrap_or_default() as usize;
+        let name = |i: usize| parties.get(i).map_or(String::new(), |party| party.body.name.clone());
+        match basis {
+            ReachBasis::Given => DistanceOrigin::Given,
+            ReachBasis::Bodies(bodies) => DistanceOrigin::SmallestBody(name(first(bodies))),
+            ReachBasis::Edges(edges) => {
+                let edge = surface.edges.get(first(edges)).map_or(0, |edge| edge[0]);
+                DistanceOrigin::ShortestEdge(name(surface.bodies[edge as usize] as usize))
+            }
+        }
+    }
+}
+
+impl StiffnessOrigin {
+    /// By the first of those that are alike.
+    fn new(basis: &StiffnessBasis, choice: &StiffnessChoice<'_>, names: &[String]) -> Self {
+        match basis {
+            StiffnessBasis::Given if choice.contact.stiffness.is_some() => StiffnessOrigin::Given,
+            StiffnessBasis::Given => StiffnessOrigin::Nothing,
+            StiffnessBasis::Modulus(body, _) => StiffnessOrigin::Modulus(names[*body as usize].clone()),
+            StiffnessBasis::Masses(_) => StiffnessOrigin::Masses,
+            StiffnessBasis::ExplicitStep => StiffnessOrigin::ExplicitStep,
+        }
     }
 }
 
@@ -426,27 +470,36 @@ struct StiffnessChoice<'a> {
 
 impl StiffnessChoice<'_> {
     /// Stiffness of two bodies [Pa], and where it comes from.
-    fn of(&self, surface: &ContactSurface, a: usize, b: usize) -> (f64, StiffnessOrigin) {
+    fn of(&self, surface: &ContactSurface, a: usize, b: usize) -> (f64, StiffnessBasis) {
         if let Some(given) = self.contact.stiffness {
-            return (given, StiffnessOrigin::Given);
+            return (given, StiffnessBasis::Given);
         }
-        let both = [a, b].map(|i| &self.parties[i]);
-        let moduli = both.into_iter().filter_map(|party| Some((party.young?, party)));
-        let softer = moduli.reduce(|a, b| if b.0 < a.0 { b } else { a });
-        let softer = softer.map(|(young, party)| (young, StiffnessOrigin::Modulus(party.body.name.clone())));
+        let modulus = |i: usize| self.parties[i].young.map(|young| (young, i as u32));
+        let softer = match (modulus(a), modulus(b)) {
+            (Some(one), Some(other)) if a != b => {
+                let least = one.0.min(other.0);
+                let [one_is, other_is] = [one, other].map(|(young, _)| young - least <= ALIKE * least);
+                let first = if one_is { one.1 } else { other.1 };
+                Some((least, StiffnessBasis::Modulus(first, (one_is && other_is).then_some(other.1))))
+            }
+            (one, other) => one.or(other).map(|(young, i)| (young, StiffnessBasis::Modulus(i, None))),
+        };
         let Some(design) = self.explicit else {
             return softer.unwrap_or_else(|| {
                 let time = &self.scene.time;
                 let h = self.contact.designed_step.or(time.step).unwrap_or(time.duration);
-                let densest = both.map(|party| party.densest(surface, self.numbering));
-                (self.distance * densest[0].max(densest[1]) / (h * h), StiffnessOrigin::Masses)
+                let parties = if a == b { &[a][..] } else { &[a, b] };
+                let each = parties.iter().flat_map(|i| self.parties[*i].densities(surface, self.numbering));
+                // The most is the least of the negative.
+                let (least, alike) = least_of(&each.map(|(v, density)| (-density, v)).collect::<Vec<_>>());
+                (self.distance * -least / (h * h), StiffnessBasis::Masses(alike))
             });
         };
         let by_step = design.stiffness(self.distance, a as u32, b as u32);
-        let by_step = by_step.map(|stiffness| (stiffness, StiffnessOrigin::ExplicitStep));
+        let by_step = by_step.map(|stiffness| (stiffness, StiffnessBasis::ExplicitStep));
         let least = softer.into_iter().chain(by_step).reduce(|a, b| if b.0 < a.0 { b } else { a });
         // Two that do not move never touch.
-        least.unwrap_or((1.0, StiffnessOrigin::Nothing))
+        least.unwrap_or((1.0, StiffnessBasis::Given))
     }
 }
 
@@ -483,9 +536,19 @@ fn model<const D: usize>(choice: &StiffnessChoice<'_>, surface: ContactSurface) 
             *friction = pair.friction.unwrap_or(*friction);
         }
     }
-    let laws = ContactLaws::new(parties.len(), |a, b| {
+    let count = parties.len();
+    let mut stiffness = vec![0.0; count * count];
+    let mut bases = vec![StiffnessBasis::Given; count * count];
+    for a in 0..count {
+        for b in a..count {
+            let (kappa, basis) = choice.of(&surface, a, b);
+            (stiffness[a * count + b], stiffness[b * count + a]) = (kappa, kappa);
+            bases[a * count + b] = basis;
+        }
+    }
+    let laws = ContactLaws::new(count, |a, b| {
         let (one, other) = (&parties[a], &parties[b]);
-        let (stiffness, _) = choice.of(&surface, a, b);
+        let stiffness = stiffness[a * count + b];
         let form = if explicit.is_some() { PotentialForm::Cubic } else { PotentialForm::Barrier };
         let radii = one.radius + other.radius + one.obstacle_radius() + other.obstacle_radius();
         // Vertices, not skins, stop at walls, as where these put them back.
@@ -526,7 +589,15 @@ fn model<const D: usize>(choice: &StiffnessChoice<'_>, surface: ContactSurface) 
         duplicates: if contact.counts_duplicates { Duplicates::Sum } else { Duplicates::Max },
         threshold_speed: contact.threshold_speed.unwrap_or(THRESHOLD * size_of_bodies(parties, D)),
         friction_iterations: contact.friction_iterations.unwrap_or(FRICTION_ITERATIONS),
-        shortened: vec![],
+        basis: LawBasis {
+            distance,
+            stiffness: bases,
+            sized: match contact.threshold_speed {
+                Some(_) => vec![],
+                None => (0..count as u32).filter(|i| !parties[*i as usize].is_obstacle()).collect(),
+            },
+            ..LawBasis::default()
+        },
         names,
         labels,
     }
@@ -549,7 +620,7 @@ fn shrink(
             barrier.offset *= part;
             let (body, gap, least) = (party.body.name.clone(), barrier.reach, *distance);
             shrunk.push(SelfContact { body, gap, least, between });
-            model.shortened.push(i as u32);
+            model.basis.shortened.push(ShortenedContact { body: i as u32, least });
         }
     }
     shrunk
@@ -616,13 +687,10 @@ fn report(
     let (parties, surface) = (choice.parties, &model.surface);
     let law = |a: usize, b: usize| {
         let law = model.laws.of(a as u32, b as u32);
-        let (stiffness, origin) = choice.of(surface, a, b);
-        // Bodies that are near themselves at rest bear less in explicit steps.
-        let lowered = law.barrier.stiffness < stiffness;
         PairLaw {
             bodies: [a, b].map(|body| model.names[body].clone()),
             stiffness: law.barrier.stiffness,
-            origin: if lowered { StiffnessOrigin::ExplicitStep } else { origin },
+            origin: StiffnessOrigin::new(&model.basis.stiffness[a * parties.len() + b], choice, &model.names),
             friction: law.friction,
         }
     };

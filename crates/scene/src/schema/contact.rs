@@ -31,8 +31,8 @@ pub struct ContactSpec {
     #[schemars(range(min = 0.0))]
     pub friction: f64,
     /// Sliding speed below which friction grows smoothly from zero [m/s]: what sticks creeps, but no
-    /// faster. Without it a thousandth of the size of the scene in a second, in explicit schemes raised where
-    /// a step does not bear it.
+    /// faster. Without it a thousandth of the size of all bodies at rest in a second, in explicit schemes
+    /// raised where a step does not bear it.
     #[serde(skip_serializing_if = "Option::is_none", with = "As::<Option<Velocity>>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub threshold_speed: Option<f64>,
