@@ -18,11 +18,15 @@ use crate::system::System;
 /// Corrections over the tolerance below which what dissipative terms hold is renewed; above, after two whole
 /// steps in a row.
 const NEAR_END: f64 = 100.0;
-/// Part of the last correction before an exact Hessian that was indefinite, below which the next one is tried.
+/// Part of the last correction before an exact Hessian that was indefinite, below which the next one is tried
+/// where terms guard ways.
 ///
 /// Where cloth buckles against a body, Hessians are indefinite until shortly before the minimum, and each one
 /// that is tried in vain costs as much as the projected one after it.
 const EXACT_AGAIN: f64 = 0.2;
+/// Whole steps with projected Hessians after which an exact one is tried there in any case, twice as many
+/// after each that was indefinite: projected ones may lead to a minimum ever more slowly.
+const FIRST_WAIT: u32 = 4;
 
 /// State of one solve.
 pub(super) struct NewtonSolve<'a> {
@@ -42,6 +46,10 @@ pub(super) struct NewtonSolve<'a> {
     pub(super) psd: Psd,
     /// Corrections up to which exact element Hessians may be tried again [m].
     exact_below: f64,
+    /// Whole steps with projected Hessians until then in any case.
+    wait: u32,
+    /// Such steps so far.
+    waited: u32,
     /// True if a matrix at hand may serve again.
     keep: bool,
     /// Relative residual that is asked of conjugate gradients.
@@ -109,6 +117,8 @@ impl<'a> NewtonSolve<'a> {
             conservative: None,
             psd: Psd::Exact,
             exact_below: f64::INFINITY,
+            wait: 0,
+            waited: 0,
             // The textbook's single iteration is one with the Hessian where it starts.
             keep: !objective.single_iteration,
             forcing: CG_TOLERANCE,
@@ -133,7 +143,7 @@ impl<'a> NewtonSolve<'a> {
     pub(super) fn start_anew(&mut self, value: Option<f64>) {
         (self.correction, self.before) = (f64::INFINITY, f64::INFINITY);
         (self.keep, self.psd, self.value, self.conservative) = (false, Psd::Exact, value, None);
-        self.exact_below = f64::INFINITY;
+        (self.exact_below, self.wait, self.waited) = (f64::INFINITY, 0, 0);
     }
 
     fn fault(&self, verdict: SolveFailure, residual: &[f64]) -> StepFault {
@@ -313,7 +323,10 @@ impl<const D: usize> Newton<D> {
             }
             // A Hessian that was indefinite once will be again, until corrections are well below this one.
             solve.psd = Psd::Projected;
-            solve.exact_below = EXACT_AGAIN * solve.before;
+            if solve.system.has_guards() {
+                solve.exact_below = EXACT_AGAIN * solve.before;
+                (solve.wait, solve.waited) = (FIRST_WAIT.max(2 * solve.wait), 0);
+            }
         }
     }
 
@@ -396,7 +409,9 @@ impl<const D: usize> Newton<D> {
         self.note_limited(solve, accepted.shortened);
         let steady = solve.keep && accepted.halvings == 0 && solve.psd == Psd::Exact;
         solve.keep = accepted.halvings == 0;
-        if solve.keep && solve.correction <= solve.exact_below.min(NEAR * self.size) {
+        solve.waited += u32::from(solve.keep);
+        let may_be_exact = solve.correction <= solve.exact_below || solve.waited >= solve.wait;
+        if solve.keep && solve.correction <= NEAR * self.size && may_be_exact {
             // Near a minimum the exact Hessian is positive definite, and converges quadratically.
             solve.psd = Psd::Exact;
         }
