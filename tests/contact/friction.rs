@@ -200,17 +200,18 @@ fn a_block_thrown_onto_a_floor_slides_on_by_itself() {
     assert!((along + 0.4 * (across + 6.0) - 8.0).abs() < 2e-3, "{along} m/s");
 }
 
-/// A rod that trails over a sliding floor: friction lifts what presses it down, `N = W - mu tan(a) N`, and for
-/// `mu tan(a) = 2` each normal force from the last would lead ever farther away. Forces at rest are `N = W /
-/// (1 + mu tan(a))`.
+/// A rod that trails over a sliding floor: friction lifts what presses it down, `N = W - mu tan(a) N`, and
+/// for `mu tan(a) = 2` each normal force from the last would lead ever farther away. Forces at rest are
+/// `N = W / (1 + mu tan(a))`.
 #[test]
 fn friction_that_lifts_its_own_load_settles() {
-    let scene = "dimension = 2\nworld = { gravity = [0, -9.81] }\n\
-         time = { integrator = 'implicit-euler', step = 0.01, duration = 1.0, solver = { tolerance = 1e-9 } }\n\
-         contact = { distance = 1e-3, stiffness = 1e5, friction = 1.0, threshold_speed = 1e-3 }\n\
+    let scene = "dimension = 2\nworld = { gravity = [0, -9.81] }\n[time]\nintegrator = 'implicit-euler'\n\
+         step = 0.01\nduration = 1.0\nsolver = { tolerance = 1e-9 }\n\
+         [contact]\ndistance = 1e-3\nstiffness = 1e5\nfriction = 1.0\nthreshold_speed = 1e-3\n\
          [[body]]\nmesh = { strand = { segments = 1, start = [0, 2], end = [1, 0.9e-3] } }\n\
          springs = { stiffness = 1e6 }\nmass = { per_vertex = 1.0 }\npin = [{ vertices = [0] }]\n\
-         [[obstacle]]\nshape = { half_space = { normal = [0, 1], offset = 0 } }\nmotion = { velocity = [1, 0] }\n";
+         [[obstacle]]\nshape = { half_space = { normal = [0, 1], offset = 0 } }\n\
+         motion = { velocity = [1, 0] }\n";
     let mut simulation = super::assembled(scene).simulation;
     super::advance(&mut simulation, 100);
     assert_eq!(simulation.work().solver.unwrap().unsettled, 0);

@@ -63,9 +63,9 @@ pub struct EnergyOfGap<S = f64> {
 /// Derivative of an energy as a function of a squared distance `D`, and of its slope, by a number of the law.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct LawSlope {
-    /// Of `E` [J/m].
+    /// Derivative of `E` [J/m].
     pub(crate) energy: f64,
-    /// Of `dE/dD` [J/m^3].
+    /// Derivative of `dE/dD` [J/m^3].
     pub(crate) slope: f64,
 }
 

@@ -44,7 +44,7 @@ pub enum StiffnessBasis {
 pub struct ShortenedContact {
     /// The body.
     pub body: u32,
-    /// That distance [m].
+    /// Least distance from itself at rest [m].
     pub least: f64,
 }
 

@@ -227,7 +227,7 @@ pub(crate) struct ShapedPair<'a, const D: usize> {
     forces: ForcesOnVertices<D>,
     /// Edges that are nearly parallel, and the derivative of the forces by `eps` [N/m^4].
     parallel: Option<([u32; 2], ForcesOnVertices<D>)>,
-    /// Where they are asked for.
+    /// Derivatives by the numbers of its law, where they are asked for.
     laws: Option<LawForces<D>>,
 }
 

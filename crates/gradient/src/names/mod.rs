@@ -413,7 +413,7 @@ impl Places<'_> {
         self.numbering.to_internal(&self.topology.rest_positions, self.topology.dimension)
     }
 
-    /// What contact is made of, in the order of the simulation.
+    /// Shapes and masses that contact is made of, in the order of the simulation.
     fn contact_basis(&self) -> ContactBasis {
         ContactBasis {
             dimension: self.topology.dimension,

@@ -174,7 +174,7 @@ impl ContactNumbers {
         Self::new(basis, ContactInputs::Shape(vertices, masses))
     }
 
-    /// So many numbers that masses go by: number, vertex in the simulation, and derivative of its mass by it.
+    /// A count of numbers that masses go by: number, vertex in the simulation, derivative of its mass by it.
     pub fn masses(basis: ContactBasis, count: usize, each: Vec<(usize, u32, f64)>) -> Self {
         Self::new(basis, ContactInputs::Masses(count, each))
     }

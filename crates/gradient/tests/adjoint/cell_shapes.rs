@@ -263,7 +263,7 @@ fn shapes_of_cells_whose_muscles_go_by_places_have_derivatives() {
     }
 }
 
-/// Of any length, one for each cell.
+/// Directions of any length, one for each cell.
 #[test]
 fn directions_of_fibres_in_each_cell_have_derivatives() {
     for cells in [DISTORTED[0], DISTORTED[3]] {

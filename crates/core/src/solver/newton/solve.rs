@@ -21,7 +21,7 @@ const NEAR_END: f64 = 100.0;
 /// Part of the last correction before an exact Hessian that was indefinite, below which the next one is tried
 /// where terms guard ways.
 ///
-/// Where cloth buckles against a body, Hessians are indefinite until shortly before the minimum, and each one
+/// Hessians of cloth that buckles against a body are indefinite until shortly before the minimum, and each one
 /// that is tried in vain costs as much as the projected one after it.
 const EXACT_AGAIN: f64 = 0.2;
 /// Whole steps with projected Hessians after which an exact one is tried there in any case, twice as many
