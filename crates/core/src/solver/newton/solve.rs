@@ -21,8 +21,8 @@ const NEAR_END: f64 = 100.0;
 /// Part of the last correction before an exact Hessian that was indefinite, below which the next one is tried
 /// where terms guard ways.
 ///
-/// Hessians of cloth that buckles against a body are indefinite until shortly before the minimum, and each one
-/// that is tried in vain costs as much as the projected one after it.
+/// Hessians of cloth that buckles against a body are indefinite until shortly before the minimum: each that
+/// is tried in vain costs as much as the projected one after it.
 const EXACT_AGAIN: f64 = 0.2;
 /// Whole steps with projected Hessians after which an exact one is tried there in any case, twice as many
 /// after each that was indefinite: projected ones may lead to a minimum ever more slowly.
