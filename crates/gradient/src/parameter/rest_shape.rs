@@ -26,6 +26,7 @@ use super::elements::{ElementEnergy, Maker};
 use super::mass::{add_by_mass, by_mass, mode_by_mass, uniform_gravity};
 use super::points::{VolumePoints, mean};
 use super::{ForceUse, MassShape, ModeUse, Parameter, ParameterNeeds, Together};
+use crate::adjoint::dot;
 
 /// Tension along fibres.
 #[derive(Clone, Debug)]
@@ -82,15 +83,10 @@ impl ShapedElements<'_> {
     /// others. They change deformation, volumes and masses; the start of the run stays as it is, and so do
     /// axes, fibres and the tension along them in each element.
     pub fn parameter(&self, vertices: &[u32]) -> Box<dyn Parameter> {
-        if let Some(kind) = self.kind {
-            let volumes = kind.visit(CellVolumes { of: self, vertices });
-            return Box::new(Together::new(vec![Box::new(self.cells(kind, vertices)), volumes]));
-        }
-        match (self.dimension, self.order) {
-            (2, 1) => Box::new(RestShape::<2, 3>::simplices(self, vertices)),
-            (2, _) => Box::new(RestShape::<2, 6>::simplices(self, vertices)),
-            (_, 1) => Box::new(RestShape::<3, 4>::simplices(self, vertices)),
-            _ => Box::new(RestShape::<3, 10>::simplices(self, vertices)),
+        let shape = self.shape(vertices);
+        match self.kind {
+            Some(kind) => Box::new(Together::new(vec![Box::new(self.cells(kind, vertices)), shape])),
+            None => shape,
         }
     }
 
@@ -99,15 +95,20 @@ impl ShapedElements<'_> {
     pub fn masses(&self, vertices: &[u32]) -> Option<Box<dyn MassShape>> {
         self.density?;
         let lumped = ShapedElements { weight: None, muscles: &[], body_forces: &[], axes: &[], ..*self };
+        Some(lumped.shape(vertices))
+    }
+
+    /// Rest positions of `vertices` as elements of any kind go by them, cells but for their stresses.
+    fn shape(&self, vertices: &[u32]) -> Box<dyn ElementShape> {
         if let Some(kind) = self.kind {
-            return Some(kind.visit(CellMasses { of: &lumped, vertices }));
+            return kind.visit(CellVolumes { of: self, vertices });
         }
-        Some(match (self.dimension, self.order) {
-            (2, 1) => Box::new(RestShape::<2, 3>::simplices(&lumped, vertices)),
-            (2, _) => Box::new(RestShape::<2, 6>::simplices(&lumped, vertices)),
-            (_, 1) => Box::new(RestShape::<3, 4>::simplices(&lumped, vertices)),
-            _ => Box::new(RestShape::<3, 10>::simplices(&lumped, vertices)),
-        })
+        match (self.dimension, self.order) {
+            (2, 1) => Box::new(RestShape::<2, 3>::simplices(self, vertices)),
+            (2, _) => Box::new(RestShape::<2, 6>::simplices(self, vertices)),
+            (_, 1) => Box::new(RestShape::<3, 4>::simplices(self, vertices)),
+            _ => Box::new(RestShape::<3, 10>::simplices(self, vertices)),
+        }
     }
 
     /// Stresses of cells of a kind as functions of the rest positions of `vertices`.
@@ -170,26 +171,17 @@ struct CellVolumes<'a> {
 }
 
 impl CellVisitor for CellVolumes<'_> {
-    type Output = Box<dyn Parameter>;
+    type Output = Box<dyn ElementShape>;
 
     fn visit<const D: usize, const N: usize>(self, cell: &'static Isoparametric<D, N>) -> Self::Output {
         Box::new(RestShape::<D, N>::cells(self.of, self.vertices, cell))
     }
 }
 
-/// Maker of the masses of cells of whatever kind is visited.
-struct CellMasses<'a> {
-    of: &'a ShapedElements<'a>,
-    vertices: &'a [u32],
-}
+/// Rest positions that forces of elements go by, and masses.
+trait ElementShape: Parameter + MassShape {}
 
-impl CellVisitor for CellMasses<'_> {
-    type Output = Box<dyn MassShape>;
-
-    fn visit<const D: usize, const N: usize>(self, cell: &'static Isoparametric<D, N>) -> Self::Output {
-        Box::new(RestShape::<D, N>::cells(self.of, self.vertices, cell))
-    }
-}
+impl<const D: usize, const N: usize> ElementShape for RestShape<D, N> {}
 
 /// Rest positions of the vertices of a body.
 struct RestShape<const D: usize, const N: usize> {
@@ -237,10 +229,6 @@ fn corner_rule<const D: usize>() -> Vec<([f64; 4], f64)> {
         (at, 1.0 / corners)
     };
     (0..=D).map(point).collect()
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// Forces per volume at the vertices of a body, and their slopes.

@@ -1,5 +1,7 @@
 //! Rest lengths of attachments, and the points that they tie to.
 
+use pliant::algebra::Mat;
+
 use super::{ForceUse, ModeUse, Parameter, ParameterNeeds};
 use crate::adjoint::{add_scaled, dot};
 
@@ -42,8 +44,9 @@ struct NearestTie {
     vertex: u32,
     /// Corners with their barycentric coordinates `l_k` there.
     corners: Vec<(u32, f64)>,
-    /// Inverse of `e_i . e_j`, `e_i` the edges from the first corner.
-    inverse: Vec<Vec<f64>>,
+    /// Inverse of `e_i . e_j`, `e_i` the edges from the first corner; rows of the identity where there are
+    /// fewer than three.
+    inverse: Mat<f64, 3>,
     /// `e_i` [m].
     edges: Vec<[f64; 3]>,
     /// `r`: way from the nearest point to the vertex [m].
@@ -113,24 +116,11 @@ impl NearestTie {
         }
         let point: Vec<(f64, [f64; 3])> = corners.iter().map(|(v, l)| (-l, at(*v))).collect();
         let away = combined(point.iter().map(|(l, x)| (*l, x)).chain([(1.0, &at(vertex))]));
-        let n = edges.len();
-        // Gauss and Jordan, of a positive definite matrix of at most three rows.
-        let mut m: Vec<Vec<f64>> = (0..n)
-            .map(|i| {
-                let unit = (0..n).map(|j| if i == j { 1.0 } else { 0.0 });
-                edges.iter().map(|edge| product(&edges[i], edge)).chain(unit).collect()
-            })
-            .collect();
-        for k in 0..n {
-            let pivot = m[k][k];
-            m[k].iter_mut().for_each(|entry| *entry /= pivot);
-            for i in (0..n).filter(|i| *i != k) {
-                let (factor, of) = (m[i][k], m[k].clone());
-                m[i].iter_mut().zip(of).for_each(|(entry, of)| *entry -= factor * of);
-            }
+        let mut products = Mat::identity();
+        for (i, a) in edges.iter().enumerate() {
+            edges.iter().enumerate().for_each(|(j, b)| products[i][j] = product(a, b));
         }
-        let inverse = m.into_iter().map(|row| row[n..].to_vec()).collect();
-        Some(NearestTie { vertex, corners, inverse, edges, away })
+        Some(NearestTie { vertex, corners, inverse: products.inverse(), edges, away })
     }
 
     /// `y - sum_k l_k y_k`.
@@ -147,16 +137,21 @@ impl NearestTie {
         let right = |(edge, (_, dx)): (&[f64; 3], &(f64, [f64; 3]))| {
             product(edge, &point) + product(&combined([(1.0, dx), (-1.0, &moved[0].1)]), &self.away)
         };
-        let right: Vec<f64> = self.edges.iter().zip(&moved[1..]).map(right).collect();
-        let others: Vec<f64> = self.inverse.iter().map(|row| dot(row, &right)).collect();
+        let others = self.solved(self.edges.iter().zip(&moved[1..]).map(right));
         std::iter::once(-others.iter().sum::<f64>()).chain(others).collect()
+    }
+
+    /// Solution of the system of the products `e_i . e_j` for a right side.
+    fn solved(&self, right: impl Iterator<Item = f64>) -> Vec<f64> {
+        let mut padded = [0.0; 3];
+        padded.iter_mut().zip(right).for_each(|(to, from)| *to = from);
+        self.inverse.mul_vec(&padded)[..self.edges.len()].to_vec()
     }
 
     /// Calls `add` with vertices and what their rest positions make of these derivatives by the coordinates:
     /// the transpose.
     fn spread(&self, by: &[f64], mut add: impl FnMut(u32, [f64; 3])) {
-        let relative: Vec<f64> = by[1..].iter().map(|one| one - by[0]).collect();
-        let each: Vec<f64> = self.inverse.iter().map(|row| dot(row, &relative)).collect();
+        let each = self.solved(by[1..].iter().map(|one| one - by[0]));
         let along = combined(each.iter().copied().zip(&self.edges));
         add(self.vertex, along);
         for (k, (v, l)) in self.corners.iter().enumerate() {
