@@ -37,3 +37,35 @@ fn conjugate_gradients_without_levels_come_first_while_they_are_quick() {
         assert!(apart < 1e-7, "{young:e}: {apart:e} m");
     }
 }
+
+/// Solids so slender and soft for the step that solves with multigrid take longer than many iterations of
+/// conjugate gradients without it: once one has shown that, these are given as many, and no others follow.
+#[test]
+fn conjugate_gradients_without_levels_are_given_more_where_levels_are_slow() {
+    let pin = |side: f64, speed: f64| {
+        format!(
+            "{{ half_space = {{ normal = [{side:?}, 0, 0], offset = -0.4999 }}, motion = {{ rotation = \
+             {{ axis = [1, 0, 0], point = [0, 0, 0], speed = '{speed} deg/s' }} }} }}"
+        )
+    };
+    let pins = format!("pin = [{}, {}]", pin(1.0, 144.0), pin(-1.0, -144.0));
+    let mut text = "dimension = 3\n\
+        time = { integrator = 'implicit-euler', step = 0.1, duration = 10.0 }\ncontact = {}\n"
+        .to_owned();
+    for [y, z] in [[-0.025, -0.025], [0.005, -0.025], [-0.025, 0.005], [0.005, 0.005]] {
+        text += &format!(
+            "[[body]]\nmesh = {{ grid = {{ cells = [70, 1, 1], size = [1, 0.02, 0.02], \
+             origin = [-0.5, {y:?}, {z:?}] }} }}\n\
+             elastic = {{ neo-hookean = {{ young = 1e5, poisson = 0.4 }} }}\n\
+             mass = {{ density = 1000 }}\n{pins}\n"
+        );
+    }
+    let mut simulation = super::assembled(&text).simulation;
+    super::advance(&mut simulation, 17);
+    let work = simulation.work().solver.unwrap();
+    assert_eq!(work.factorizations, 0, "{work:?}");
+    // Seventy would not do, and levels had to show that they are slower: a pause after each time would leave
+    // most solves to them.
+    assert!(work.fallbacks > 0 && work.cg_iterations > 70 * work.hessians, "{work:?}");
+    assert!(work.fallbacks < 3, "{work:?}");
+}

@@ -85,6 +85,13 @@ impl Allowance {
         self.each + self.left
     }
 
+    /// Admits so many iterations a solve from now on; whether those are more than before.
+    fn set_each(&mut self, each: u64) -> bool {
+        let is_more = each > self.each;
+        (self.each, self.left) = (each, self.left.min(MOST_LEFT * each));
+        is_more
+    }
+
     fn spend(&mut self, report: &CgReport) {
         let left = if report.end == CgEnd::Converged { self.most() - report.iterations } else { u64::MAX };
         self.left = left.min(MOST_LEFT * self.each);
@@ -151,6 +158,14 @@ impl<const D: usize> Iterative<D> {
                 report
             }
             Iterative::Multigrid(levels) => levels.solve(matrices, made, right, solution, tolerance),
+        }
+    }
+
+    /// Admits so many iterations a solve, where they are limited; whether those are more than before.
+    pub(super) fn set_allowance(&mut self, each: u64) -> bool {
+        match self {
+            Iterative::GaussSeidel { allowance: Some(allowance), .. } => allowance.set_each(each),
+            _ => false,
         }
     }
 

@@ -8,7 +8,7 @@ use crate::solver::conjugate_gradients::{CgEnd, CgTolerance, NoPreconditioner};
 use crate::solver::hessian::{At, Weights};
 use crate::solver::iterative::{AssembledMatrix, CG_TOLERANCE, Iterative};
 use crate::solver::multigrid::Multigrid;
-use crate::solver::options::LinearSolver;
+use crate::solver::options::{LinearSolver, QUICK_OF_CYCLE};
 use crate::solver::{Iterate, Objective};
 use crate::system::System;
 
@@ -78,8 +78,8 @@ impl<const D: usize> Newton<D> {
         if linear == LinearSolver::MatrixFree {
             return self.matrix_free(system, weights, x);
         }
-        let first = self.options.linear.first_iterations(system, objective.inertia, x.len() / D);
-        let first = first.filter(|_| self.pause_of_first.is_over());
+        let first_each = self.options.linear.first_iterations(system, objective.inertia, x.len() / D);
+        let first = first_each.filter(|_| self.pause_of_first.is_over());
         let by_iterations = linear.is_iterative() && self.pause_of_iterations.is_over();
         let by_factor = first.is_none() && !by_iterations;
         if let Some(cholesky) = self.cholesky.as_mut().filter(|_| old_matrix && by_factor) {
@@ -101,11 +101,10 @@ impl<const D: usize> Newton<D> {
         self.at_hand = None;
         let made_for = (weights, psd, &x[..]);
         for solver in [IterativeSolver::First, IterativeSolver::Chosen] {
-            let (iterative, pause) = match solver {
+            let iterative = match solver {
                 IterativeSolver::First => {
                     let Some(each) = first else { continue };
-                    let iterative = self.first.get_or_insert_with(|| Iterative::gauss_seidel(Some(each)));
-                    (iterative, &mut self.pause_of_first)
+                    self.first.get_or_insert_with(|| Iterative::gauss_seidel(Some(each)))
                 }
                 IterativeSolver::Chosen if !by_iterations => continue,
                 IterativeSolver::Chosen => {
@@ -122,12 +121,19 @@ impl<const D: usize> Newton<D> {
                         };
                     }
                     let Some(iterative) = &mut self.iterative else { return Direction::Failed };
-                    (iterative, &mut self.pause_of_iterations)
+                    iterative
                 }
             };
             iterative.set_stop(system.stop());
             let report = iterative.solve(matrices, made_for, &self.direction, &mut self.solution, forcing);
             self.work.cg_iterations += report.iterations;
+            if let (IterativeSolver::Chosen, Some(first), Some(least)) = (solver, &mut self.first, first_each)
+            {
+                // Where solves with levels turn out to be long, longer ones without them pay before.
+                if first.set_allowance(least.max(QUICK_OF_CYCLE * report.iterations)) {
+                    self.pause_of_first = Pause::default();
+                }
+            }
             match report.end {
                 CgEnd::Converged => {
                     self.at_hand = (psd == Psd::Exact).then_some(weights);
@@ -140,7 +146,10 @@ impl<const D: usize> Newton<D> {
                 CgEnd::Indefinite if psd == Psd::Exact => return Direction::Indefinite,
                 CgEnd::Indefinite | CgEnd::Stalled => {
                     // The rest of this solve, and the next ones.
-                    pause.begin();
+                    match solver {
+                        IterativeSolver::First => self.pause_of_first.begin(),
+                        IterativeSolver::Chosen => self.pause_of_iterations.begin(),
+                    }
                     self.work.fallbacks += 1;
                 }
             }
