@@ -172,7 +172,7 @@ impl FactorisedEquations<'_> {
 }
 
 impl CorrectedEquations for FactorisedEquations<'_> {
-    fn approximate(&mut self, b: &mut [f64]) {
+    fn approximate(&mut self, b: &mut [f64], _: f64) {
         self.lu.solve(b);
     }
 

@@ -23,13 +23,18 @@ const ROUNDING: f64 = 1e-13;
 const NO_SOLUTION: f64 = 1e-9;
 /// A correction by conjugate gradients that leaves more of the residual than this costs more than factors.
 const ROUGH: f64 = 0.02;
+/// Part of a residual below its goal that corrections after the first aim at: norms of iterations are not
+/// those of residuals here.
+const AIM: f64 = 0.1;
+/// The largest part of a residual that such a correction may leave.
+const ROUGHEST: f64 = 1e-3;
 /// A correction that leaves more of the residual than this makes the next one span a space.
 const SLOW: f64 = 0.5;
 
 /// Equations `A p = b` and a matrix `B` near `A^-1`.
 pub(crate) trait CorrectedEquations {
-    /// Replaces `b` by `B b`.
-    fn approximate(&mut self, b: &mut [f64]);
+    /// Replaces `b` by `B b`. Iterations may end where this part of `b` is left; 0 asks for all they can.
+    fn approximate(&mut self, b: &mut [f64], left: f64);
 
     /// Writes `A p`, zero where held.
     fn product(&mut self, p: &[f64], y: &mut [f64]);
@@ -61,17 +66,17 @@ pub(crate) fn solve(
     residual: &mut Vec<f64>,
     p: &mut [f64],
 ) -> bool {
-    let (mut last, mut is_slow) = (f64::INFINITY, false);
+    let (mut last, mut is_slow, mut part) = (f64::INFINITY, false, 0.0);
     for _ in 0..CORRECTIONS {
         if is_slow {
             *residual = correction(residual, equations);
         } else {
-            equations.approximate(residual);
+            equations.approximate(residual, part);
         }
         p.iter_mut().zip(&*residual).for_each(|(p, correction)| *p += correction);
         let left = equations.residual(p, residual);
-        let is_rounding = left <= ROUNDING * size || left <= equations.rounding(p);
-        if is_rounding || (left <= NO_SOLUTION * size && left >= SLOW * last) {
+        let goal = (ROUNDING * size).max(equations.rounding(p));
+        if left <= goal || (left <= NO_SOLUTION * size && left >= SLOW * last) {
             return true;
         }
         let is_waste = equations.is_iterative() && (left >= ROUGH * last || !left.is_finite());
@@ -79,7 +84,7 @@ pub(crate) fn solve(
             break;
         }
         is_slow |= left >= SLOW * last;
-        last = left;
+        (last, part) = (left, (AIM * goal / left).min(ROUGHEST));
     }
     false
 }
@@ -104,7 +109,7 @@ fn correction(residual: &[f64], equations: &mut dyn CorrectedEquations) -> Vec<f
     while columns.len() < PRODUCTS.min(n) {
         let k = columns.len();
         direction.copy_from_slice(&basis[k]);
-        equations.approximate(&mut direction);
+        equations.approximate(&mut direction, 0.0);
         let mut next = vec![0.0; n];
         equations.product(&direction, &mut next);
         let mut column = vec![0.0; k + 2];
@@ -142,7 +147,7 @@ fn correction(residual: &[f64], equations: &mut dyn CorrectedEquations) -> Vec<f
         (0..k).for_each(|i| right[i] -= factor * columns[k][i]);
         add_scaled(&mut sum, factor, &basis[k]);
     }
-    equations.approximate(&mut sum);
+    equations.approximate(&mut sum, 0.0);
     sum
 }
 
@@ -168,7 +173,7 @@ mod tests {
     }
 
     impl CorrectedEquations for LowRank {
-        fn approximate(&mut self, _: &mut [f64]) {}
+        fn approximate(&mut self, _: &mut [f64], _: f64) {}
 
         fn product(&mut self, p: &[f64], y: &mut [f64]) {
             self.products += 1;

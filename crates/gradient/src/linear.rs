@@ -97,8 +97,9 @@ pub(crate) trait Factorisation {
     /// flat; false where it is singular.
     fn factorise(&mut self, system: &mut System, at: (&[f64], &[f64]), coefficients: Coefficients) -> bool;
 
-    /// Replaces `b` by `A^-1 b`, or by what is no number where conjugate gradients do not end.
-    fn solve(&mut self, b: &mut [f64]);
+    /// Replaces `b` by `A^-1 b`, or by what is no number where conjugate gradients do not end: they may at
+    /// this part of `b` that is `left`, or at what rounding leaves.
+    fn solve(&mut self, b: &mut [f64], left: f64);
 
     /// Gives the structure of its matrices away, and goes on with the one `lent` by another solver of the
     /// system.
@@ -172,6 +173,10 @@ struct MultigridSolver<const D: usize> {
 
 /// Residual of conjugate gradients over the right-hand side: what rounding leaves of factors.
 const CG_RESIDUAL: f64 = 1e-13;
+/// Over-relaxation of symmetric Gauss-Seidel. Of beams of 3,675 unknowns, 0.4 m long, steps of 1, 3, 10 and
+/// 20 ms took 28, 79, 139 and over 150 iterations without it, 24, 65, 117 and 130 with it; more of it makes
+/// those of small steps more.
+const RELAXATION: f64 = 1.25;
 /// Iterations with symmetric Gauss-Seidel that cost more than a solve with multigrid, by which one takes
 /// about 21: seven cost as much as one of those, of beams of 3,528 and of 14,520 unknowns.
 const GAUSS_SEIDEL_ITERATIONS: u64 = 150;
@@ -184,13 +189,18 @@ const RENEWAL: u64 = 6;
 
 impl<const D: usize> MultigridSolver<D> {
     /// As [`PreconditionedSolver::solve`].
-    fn solve(&mut self, matrix: &BlockMatrix<D>, b: &[f64], solution: &mut [f64]) -> bool {
+    fn solve(&mut self, matrix: &BlockMatrix<D>, b: &[f64], solution: &mut [f64], residual: f64) -> bool {
         let MultigridSolver { levels, cg, made } = self;
-        if made.is_none() && levels.update(matrix).is_err() {
+        // Corrections of a solution are rough, and come after a solve with the same matrix.
+        let is_first = residual <= CG_RESIDUAL;
+        if is_first && made.is_none() && levels.update(matrix).is_err() {
             return false;
         }
         let product = |p: &[f64], q: &mut [f64]| matrix.multiply(p, q);
-        let report = cg.solve(product, levels, b, solution, CG_RESIDUAL, MOST_ITERATIONS);
+        let report = cg.solve(product, levels, b, solution, residual, MOST_ITERATIONS);
+        if !is_first {
+            return report.end == CgEnd::Converged;
+        }
         let [fewest, excess] = made.unwrap_or([report.iterations, 0]);
         let fewest = fewest.min(report.iterations);
         let excess = excess + report.iterations - fewest;
@@ -206,7 +216,8 @@ impl<const D: usize> PreconditionedSolver<D> {
         let is_wanted = LinearSolver::Auto.choose(system) == LinearSolver::Multigrid
             && !system.is_damped()
             && system.terms().iter().all(|term| term.changing().is_none());
-        let preconditioner = SolverPreconditioner::GaussSeidel { sweeps: Box::default(), is_made: false };
+        let sweeps = Box::new(GaussSeidel::relaxed(RELAXATION));
+        let preconditioner = SolverPreconditioner::GaussSeidel { sweeps, is_made: false };
         is_wanted.then(|| PreconditionedSolver { preconditioner, solution: vec![0.0; unknowns] })
     }
 
@@ -225,13 +236,15 @@ impl<const D: usize> PreconditionedSolver<D> {
         }
     }
 
-    /// Replaces `b` by `A^-1 b`; false where conjugate gradients do not end. Where those with Gauss-Seidel
-    /// take too many iterations, multigrid takes over, now and later, with `levels`.
+    /// Replaces `b` by `A^-1 b` to this relative `residual`; false where conjugate gradients do not end.
+    /// Where those with Gauss-Seidel take too many iterations, multigrid takes over, now and later, with
+    /// `levels`.
     fn solve(
         &mut self,
         assembler: &Assembler<D>,
         levels: impl FnOnce() -> Option<Multigrid<D>>,
         b: &mut [f64],
+        residual: f64,
     ) -> bool {
         let (matrix, PreconditionedSolver { preconditioner, solution }) = (assembler.matrix(), self);
         if let SolverPreconditioner::GaussSeidel { sweeps, is_made } = preconditioner {
@@ -239,7 +252,7 @@ impl<const D: usize> PreconditionedSolver<D> {
                 return false;
             }
             *is_made = true;
-            let report = sweeps.solve(b, solution, CG_RESIDUAL.into(), GAUSS_SEIDEL_ITERATIONS);
+            let report = sweeps.solve(b, solution, residual.into(), GAUSS_SEIDEL_ITERATIONS);
             if report.end != CgEnd::Stalled {
                 b.copy_from_slice(solution);
                 return report.end == CgEnd::Converged;
@@ -249,7 +262,7 @@ impl<const D: usize> PreconditionedSolver<D> {
             *preconditioner = SolverPreconditioner::Multigrid(Box::new(multigrid));
         }
         let SolverPreconditioner::Multigrid(multigrid) = preconditioner else { return false };
-        let is_solved = multigrid.solve(matrix, b, solution);
+        let is_solved = multigrid.solve(matrix, b, solution, residual);
         b.copy_from_slice(solution);
         is_solved
     }
@@ -311,11 +324,11 @@ impl<const D: usize> Factorisation for Sparse<D> {
         self.lu.is_some()
     }
 
-    fn solve(&mut self, b: &mut [f64]) {
+    fn solve(&mut self, b: &mut [f64], left: f64) {
         if let (Some(iterative), Some(assembler)) = (&mut self.iterative, &self.assembler) {
             let (levels, places) = (&mut self.levels, &self.places);
             let new = || Multigrid::new(assembler.matrix(), places, assembler.held());
-            if !iterative.solve(assembler, || levels.take().or_else(new), b) {
+            if !iterative.solve(assembler, || levels.take().or_else(new), b, left.max(CG_RESIDUAL)) {
                 b.fill(f64::NAN);
             }
             return;
@@ -443,8 +456,8 @@ struct CorrectedStage<'a> {
 }
 
 impl CorrectedEquations for CorrectedStage<'_> {
-    fn approximate(&mut self, b: &mut [f64]) {
-        self.factorisation.solve(b);
+    fn approximate(&mut self, b: &mut [f64], left: f64) {
+        self.factorisation.solve(b, left);
     }
 
     fn product(&mut self, p: &[f64], y: &mut [f64]) {
@@ -554,11 +567,11 @@ mod tests {
         let mut p = b.to_vec();
         p.iter_mut().zip(system.inverse_mass()).filter(|(_, w)| **w == 0.0).for_each(|(p, _)| *p = 0.0);
         let right = p.clone();
-        sparse.solve(&mut p);
+        sparse.solve(&mut p, 0.0);
         if sparse.iterative.is_some() && p.iter().any(|p| p.is_nan()) {
             assert!(sparse.factorise_instead());
             p.copy_from_slice(&right);
-            sparse.solve(&mut p);
+            sparse.solve(&mut p, 0.0);
         }
         let how = match sparse.iterative.map(|iterative| iterative.preconditioner) {
             Some(SolverPreconditioner::GaussSeidel { .. }) => "gauss-seidel",
@@ -612,7 +625,7 @@ mod tests {
             let coefficients = Coefficients { inertia: 1.0, damping: 0.01, stiffness: 1e2 };
             assert!(sparse.factorise(system, (&x, &vec![0.0; x.len()]), coefficients));
             let mut p = b.clone();
-            sparse.solve(&mut p);
+            sparse.solve(&mut p, 0.0);
             solutions.push(p);
             let back = sparse.exchange_structure(system, None);
             assert!(back.is_some());

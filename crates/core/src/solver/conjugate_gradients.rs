@@ -3,6 +3,7 @@
 use super::block_matrix::{Block, BlockMatrix};
 use super::cholesky::NotPositiveDefinite;
 use crate::deadline::Stop;
+use crate::lanes::{Kernel, Lanes, dispatch_compact};
 
 /// Something that approximates `A^-1`: symmetric and positive definite.
 pub trait Preconditioner<const D: usize>: Send + Sync {
@@ -14,6 +15,11 @@ pub trait Preconditioner<const D: usize>: Send + Sync {
 
     /// `z = P r`.
     fn apply(&mut self, r: &[f64], z: &mut [f64]);
+
+    /// True if `P` is the identity, and need not be applied.
+    fn is_identity(&self) -> bool {
+        false
+    }
 
     /// Bytes held.
     fn bytes(&self) -> usize;
@@ -72,6 +78,10 @@ impl<const D: usize> Preconditioner<D> for NoPreconditioner {
 
     fn apply(&mut self, r: &[f64], z: &mut [f64]) {
         z.copy_from_slice(r);
+    }
+
+    fn is_identity(&self) -> bool {
+        true
     }
 
     fn bytes(&self) -> usize {
@@ -172,9 +182,15 @@ impl ConjugateGradients {
         if length == 0.0 {
             return report(CgEnd::Converged, 0, 0.0);
         }
-        preconditioner.apply(r, z);
-        p.copy_from_slice(z);
-        let mut rz = dot(r, z);
+        let is_identity = preconditioner.is_identity();
+        let mut rz = if is_identity {
+            p.copy_from_slice(r);
+            dot(r, r)
+        } else {
+            preconditioner.apply(r, z);
+            p.copy_from_slice(z);
+            dot(r, z)
+        };
         let least = tolerance.energy * tolerance.energy * rz;
         for iteration in 1..=max_iterations {
             if stop.is_set() {
@@ -190,17 +206,17 @@ impl ConjugateGradients {
                 }
                 return report(end, iteration, residual);
             }
-            let alpha = rz / curvature;
-            for i in 0..x.len() {
-                x[i] += alpha * p[i];
-                r[i] -= alpha * q[i];
-            }
-            let residual = dot(r, r).sqrt();
+            let square = dispatch_compact(IterateUpdate { alpha: rz / curvature, p, q, x, r });
+            let residual = square.sqrt();
             if residual <= tolerance.residual * length {
                 return report(CgEnd::Converged, iteration, residual);
             }
-            preconditioner.apply(r, z);
-            let next = dot(r, z);
+            let next = if is_identity {
+                square
+            } else {
+                preconditioner.apply(r, z);
+                dot(r, z)
+            };
             if next.is_nan() || next <= 0.0 {
                 let end = if next.is_nan() { CgEnd::Stalled } else { CgEnd::Indefinite };
                 return report(end, iteration, residual);
@@ -210,9 +226,7 @@ impl ConjugateGradients {
             }
             let beta = next / rz;
             rz = next;
-            for i in 0..p.len() {
-                p[i] = z[i] + beta * p[i];
-            }
+            dispatch_compact(DirectionUpdate { beta, z: if is_identity { r } else { z }, p });
         }
         let residual = dot(r, r).sqrt();
         report(CgEnd::Stalled, max_iterations, residual)
@@ -229,17 +243,89 @@ pub(super) fn bytes(unknowns: usize) -> usize {
     8 * 4 * unknowns
 }
 
+/// Sums of products in a pass, added up in an order that depends on the length alone.
+const SUMS: usize = 8;
+
 /// The sum of products, in an order that does not depend on the number of threads.
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; 8];
-    let (a, a_rest) = a.as_chunks::<8>();
-    let (b, b_rest) = b.as_chunks::<8>();
-    for (a, b) in a.iter().zip(b) {
-        for k in 0..8 {
-            sums[k] += a[k] * b[k];
+    dispatch_compact(DotProduct { a, b })
+}
+
+struct DotProduct<'a> {
+    a: &'a [f64],
+    b: &'a [f64],
+}
+
+impl Kernel for DotProduct<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> f64 {
+        let mut sums = [0.0; SUMS];
+        let (a, a_rest) = self.a.as_chunks::<SUMS>();
+        let (b, b_rest) = self.b.as_chunks::<SUMS>();
+        for (a, b) in a.iter().zip(b) {
+            for k in 0..SUMS {
+                sums[k] += a[k] * b[k];
+            }
+        }
+        sums.iter().sum::<f64>() + a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum::<f64>()
+    }
+}
+
+/// `x += alpha p`, `r -= alpha q`, and [`dot`] of the new `r` with itself.
+struct IterateUpdate<'a> {
+    alpha: f64,
+    p: &'a [f64],
+    q: &'a [f64],
+    x: &'a mut [f64],
+    r: &'a mut [f64],
+}
+
+impl Kernel for IterateUpdate<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> f64 {
+        let IterateUpdate { alpha, p, q, x, r } = self;
+        let mut sums = [0.0; SUMS];
+        let (p, p_rest) = p.as_chunks::<SUMS>();
+        let (q, q_rest) = q.as_chunks::<SUMS>();
+        let (x, x_rest) = x.as_chunks_mut::<SUMS>();
+        let (r, r_rest) = r.as_chunks_mut::<SUMS>();
+        for ((p, q), (x, r)) in p.iter().zip(q).zip(x.iter_mut().zip(r)) {
+            for k in 0..SUMS {
+                x[k] += alpha * p[k];
+                r[k] -= alpha * q[k];
+                sums[k] += r[k] * r[k];
+            }
+        }
+        let mut rest = 0.0;
+        for ((p, q), (x, r)) in p_rest.iter().zip(q_rest).zip(x_rest.iter_mut().zip(r_rest)) {
+            *x += alpha * p;
+            *r -= alpha * q;
+            rest += *r * *r;
+        }
+        sums.iter().sum::<f64>() + rest
+    }
+}
+
+/// `p = z + beta p`.
+struct DirectionUpdate<'a> {
+    beta: f64,
+    z: &'a [f64],
+    p: &'a mut [f64],
+}
+
+impl Kernel for DirectionUpdate<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        for (p, z) in self.p.iter_mut().zip(self.z) {
+            *p = z + self.beta * *p;
         }
     }
-    sums.iter().sum::<f64>() + a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum::<f64>()
 }
 
 #[cfg(test)]

@@ -9,6 +9,9 @@
 //! (I + L)^-1 A t = t + (I + L)^-1 (L^T t),   L^T t = p - t
 //! ```
 //!
+//! Over-relaxed by `o`, `I / o + L` stands for `I + L`, and `L^T t + (1 - 1 / o) t` for `L^T t`: Young 1971,
+//! *Iterative solution of large linear systems*, chapter 15.
+//!
 //! (Eisenstat 1981, *Efficient implementation of a class of preconditioned conjugate gradient methods*, SIAM
 //! Journal on Scientific and Statistical Computing 2(1)): each block is read once, as in a product with the
 //! matrix, and the iterations are about half of those with inverse diagonal blocks. Rows wait for each other
@@ -41,15 +44,27 @@ pub struct GaussSeidel<const D: usize> {
     /// Version of the pattern that the parts are for.
     pattern: Option<u64>,
     parts: Vec<Part>,
+    /// `o`.
+    relaxation: Relaxation,
     cg: ConjugateGradients,
     vectors: SweepVectors,
     right: Vec<f64>,
 }
 
+/// Factor of over-relaxation.
+#[derive(Clone, Copy, Debug)]
+struct Relaxation(f64);
+
+impl Default for Relaxation {
+    /// None.
+    fn default() -> Self {
+        Relaxation(1.0)
+    }
+}
+
 /// Vectors of sweeps.
 #[derive(Default)]
 struct SweepVectors {
-    p: Vec<PaddedRow>,
     /// `t = (I + L)^-T p`.
     t: Vec<PaddedRow>,
     /// `L^T t`, and `R t` besides.
@@ -153,6 +168,11 @@ fn scale_of<const D: usize>(a: &Block<D>) -> Option<Block<D>> {
 }
 
 impl<const D: usize> GaussSeidel<D> {
+    /// With sweeps over-relaxed by this factor, between 1 and 2.
+    pub fn relaxed(factor: f64) -> Self {
+        GaussSeidel { relaxation: Relaxation(factor), ..GaussSeidel::default() }
+    }
+
     /// Ends solves while the flag is set.
     pub(super) fn set_stop(&mut self, stop: Stop) {
         self.cg.set_stop(stop);
@@ -163,7 +183,7 @@ impl<const D: usize> GaussSeidel<D> {
     /// # Errors
     /// A diagonal block is not positive definite.
     pub fn update(&mut self, matrix: &BlockMatrix<D>, pattern: u64) -> Result<(), NotPositiveDefinite> {
-        let GaussSeidel { scale, pattern: of, parts, vectors: SweepVectors { p, t, rest, w }, .. } = self;
+        let GaussSeidel { scale, pattern: of, parts, vectors: SweepVectors { t, rest, w }, .. } = self;
         scale.clear();
         for at in &matrix.diagonal {
             scale.push(scale_of(&matrix.value[*at as usize]).ok_or(NotPositiveDefinite)?);
@@ -180,7 +200,7 @@ impl<const D: usize> GaussSeidel<D> {
             *of = Some(pattern);
         }
         parts.par_iter_mut().for_each(|part| dispatch_compact(Scaling { part, matrix, scale }));
-        for vector in [p, t, rest, w] {
+        for vector in [t, rest, w] {
             vector.resize(rows, [0.0; PADDED]);
         }
         Ok(())
@@ -195,34 +215,23 @@ impl<const D: usize> GaussSeidel<D> {
         tolerance: CgTolerance,
         max_iterations: u64,
     ) -> CgReport {
-        let GaussSeidel { scale, parts, cg, vectors, right, .. } = self;
-        let SweepVectors { p, t, rest, w } = vectors;
+        let GaussSeidel { scale, parts, relaxation: Relaxation(relaxation), cg, vectors, right, .. } = self;
+        let SweepVectors { t, rest, w } = vectors;
         for ((rest, b), scale) in rest.iter_mut().zip(b.as_chunks::<D>().0).zip(&*scale) {
             for k in 0..D {
                 rest[k] = (0..=k).map(|l| scale[k][l] * b[l]).sum();
             }
         }
         t.fill([0.0; PADDED]);
-        forward::<D>(parts, t, rest, w);
-        right.clear();
-        right.extend(w.iter().flat_map(|row| &row[..D]));
-        let product = |from: &[f64], to: &mut [f64]| {
-            for (p, from) in p.iter_mut().zip(from.as_chunks::<D>().0) {
-                p[..D].copy_from_slice(from);
-            }
-            backward::<D>(parts, p, t, rest);
-            forward::<D>(parts, t, rest, w);
-            for ((to, t), w) in to.as_chunks_mut::<D>().0.iter_mut().zip(&*t).zip(&*w) {
-                for k in 0..D {
-                    to[k] = t[k] + w[k];
-                }
-            }
+        right.resize(b.len(), 0.0);
+        let sweeps = Sweeps::<D> { parts, relaxation: *relaxation };
+        sweeps.forward(t, rest, w, right);
+        let product = |p: &[f64], q: &mut [f64]| {
+            sweeps.backward(p, t, rest);
+            sweeps.forward(t, rest, w, q);
         };
         let report = cg.solve::<D>(product, &mut NoPreconditioner, right, x, tolerance, max_iterations);
-        for (p, x) in p.iter_mut().zip(x.as_chunks::<D>().0) {
-            p[..D].copy_from_slice(x);
-        }
-        backward::<D>(parts, p, t, rest);
+        sweeps.backward(x, t, rest);
         for ((x, t), scale) in x.as_chunks_mut::<D>().0.iter_mut().zip(&*t).zip(&*scale) {
             for k in 0..D {
                 x[k] = (k..D).map(|l| scale[l][k] * t[l]).sum();
@@ -233,13 +242,13 @@ impl<const D: usize> GaussSeidel<D> {
 
     /// Bytes held.
     pub(super) fn bytes(&self) -> usize {
-        let SweepVectors { p, t, rest, w } = &self.vectors;
+        let SweepVectors { t, rest, w } = &self.vectors;
         let parts = self.parts.iter().flat_map(|part| [&part.below, &part.above, &part.outside]);
         self.cg.bytes()
             + size_of_val(&self.scale[..])
             + parts.map(ScaledRows::bytes).sum::<usize>()
             + self.parts.iter().map(|part| 4 * part.next_transpose.len()).sum::<usize>()
-            + [p, t, rest, w].map(|vector| size_of_val(&vector[..])).iter().sum::<usize>()
+            + [t, rest, w].map(|vector| size_of_val(&vector[..])).iter().sum::<usize>()
             + 8 * self.right.len()
     }
 }
@@ -247,7 +256,7 @@ impl<const D: usize> GaussSeidel<D> {
 /// Bytes that one holds for a matrix.
 pub(super) fn bytes<const D: usize>(matrix: &BlockMatrix<D>) -> usize {
     let (rows, blocks) = (matrix.rows(), matrix.column.len() - matrix.rows());
-    let of_rows = 8 * D * D + 4 * 4 + 4 * size_of::<PaddedRow>() + 8 * D;
+    let of_rows = 8 * D * D + 4 * 4 + 3 * size_of::<PaddedRow>() + 8 * D;
     super::conjugate_gradients::bytes(rows * D) + rows * of_rows + blocks * (8 * D * D + 4)
 }
 
@@ -349,34 +358,48 @@ fn scaled<const D: usize>(a: &Block<D>, b: &Block<D>, c: &Block<D>) -> Block<D> 
     whole
 }
 
-/// `t = (I + L)^-T p`, and `rest = L^T t`.
-fn backward<const D: usize>(parts: &[Part], p: &[PaddedRow], t: &mut [PaddedRow], rest: &mut [PaddedRow]) {
-    if let [part] = parts {
-        return dispatch_compact(Backward::<D> { part, p, t, rest });
-    }
-    let each = parts.first().map_or(1, |part| part.rows);
-    let vectors = p.par_chunks(each).zip(t.par_chunks_mut(each)).zip(rest.par_chunks_mut(each));
-    parts.par_iter().zip(vectors).for_each(|(part, ((p, t), rest))| {
-        dispatch_compact(Backward::<D> { part, p, t, rest });
-    });
+/// Sweeps over all parts.
+struct Sweeps<'a, const D: usize> {
+    parts: &'a [Part],
+    /// `o`.
+    relaxation: f64,
 }
 
-/// `w = (I + L)^-1 (rest + R t)`.
-fn forward<const D: usize>(parts: &[Part], t: &[PaddedRow], rest: &[PaddedRow], w: &mut [PaddedRow]) {
-    if let [part] = parts {
-        return dispatch_compact(Forward::<D> { part, t, rest, w });
+impl<const D: usize> Sweeps<'_, D> {
+    /// `t = (I / o + L)^-T p`, `p` flat, and `rest = L^T t + (1 - 1 / o) t`.
+    fn backward(&self, p: &[f64], t: &mut [PaddedRow], rest: &mut [PaddedRow]) {
+        let Sweeps { parts, relaxation } = *self;
+        let p = p.as_chunks::<D>().0;
+        if let [part] = parts {
+            return dispatch_compact(Backward { part, relaxation, p, t, rest });
+        }
+        let each = parts.first().map_or(1, |part| part.rows);
+        let vectors = p.par_chunks(each).zip(t.par_chunks_mut(each)).zip(rest.par_chunks_mut(each));
+        parts.par_iter().zip(vectors).for_each(|(part, ((p, t), rest))| {
+            dispatch_compact(Backward { part, relaxation, p, t, rest });
+        });
     }
-    let each = parts.first().map_or(1, |part| part.rows);
-    let vectors = rest.par_chunks(each).zip(w.par_chunks_mut(each));
-    parts.par_iter().zip(vectors).for_each(|(part, (rest, w))| {
-        dispatch_compact(Forward::<D> { part, t, rest, w });
-    });
+
+    /// `w = (I / o + L)^-1 (rest + R t)`, and `q = t + w`, flat.
+    fn forward(&self, t: &[PaddedRow], rest: &[PaddedRow], w: &mut [PaddedRow], q: &mut [f64]) {
+        let Sweeps { parts, relaxation } = *self;
+        let q = q.as_chunks_mut::<D>().0;
+        if let [part] = parts {
+            return dispatch_compact(Forward { part, relaxation, t, rest, w, q });
+        }
+        let each = parts.first().map_or(1, |part| part.rows);
+        let vectors = rest.par_chunks(each).zip(w.par_chunks_mut(each)).zip(q.par_chunks_mut(each));
+        parts.par_iter().zip(vectors).for_each(|(part, ((rest, w), q))| {
+            dispatch_compact(Forward { part, relaxation, t, rest, w, q });
+        });
+    }
 }
 
-/// One part of [`backward`].
+/// One part of [`Sweeps::backward`].
 struct Backward<'a, const D: usize> {
     part: &'a Part,
-    p: &'a [PaddedRow],
+    relaxation: f64,
+    p: &'a [[f64; D]],
     t: &'a mut [PaddedRow],
     rest: &'a mut [PaddedRow],
 }
@@ -386,24 +409,31 @@ impl<const D: usize> Kernel for Backward<'_, D> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let Backward { part: Part { first, rows, above, .. }, p, t, rest } = self;
+        let Backward { part: Part { first, rows, above, .. }, relaxation, p, t, rest } = self;
+        let beside = 1.0 - 1.0 / relaxation;
         for i in (0..*rows).rev() {
-            let sum = above.row_product::<D>(i, t, *first);
-            let mut left = p[i];
+            let mut sum = above.row_product::<D>(i, t, *first);
+            let (p, mut left) = (&p[i], [0.0; PADDED]);
+            for k in 0..D {
+                left[k] = relaxation * p[k];
+            }
             for k in 0..PADDED {
-                left[k] -= sum[k];
+                left[k] -= relaxation * sum[k];
+                sum[k] += beside * left[k];
             }
             (rest[i], t[i]) = (sum, left);
         }
     }
 }
 
-/// One part of [`forward`].
+/// One part of [`Sweeps::forward`].
 struct Forward<'a, const D: usize> {
     part: &'a Part,
+    relaxation: f64,
     t: &'a [PaddedRow],
     rest: &'a [PaddedRow],
     w: &'a mut [PaddedRow],
+    q: &'a mut [[f64; D]],
 }
 
 impl<const D: usize> Kernel for Forward<'_, D> {
@@ -411,7 +441,7 @@ impl<const D: usize> Kernel for Forward<'_, D> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let Forward { part: Part { first, rows, below, outside, .. }, t, rest, w } = self;
+        let Forward { part: Part { first, rows, below, outside, .. }, relaxation, t, rest, w, q } = self;
         let alone = outside.column.is_empty();
         for i in 0..*rows {
             let sum = below.row_product::<D>(i, w, *first);
@@ -423,9 +453,13 @@ impl<const D: usize> Kernel for Forward<'_, D> {
                 }
             }
             for k in 0..PADDED {
-                left[k] -= sum[k];
+                left[k] = relaxation * (left[k] - sum[k]);
             }
             w[i] = left;
+            let own = &t[*first + i];
+            for k in 0..D {
+                q[i][k] = own[k] + left[k];
+            }
         }
     }
 }
@@ -443,8 +477,13 @@ mod tests {
     /// Springs between neighbours, stiffer along one axis than across, and between rows farther apart, on a
     /// ground of stiffness `ground`.
     fn lattice(rows: usize, ground: f64) -> BlockMatrix<2> {
+        lattice_of(rows, FAR, ground)
+    }
+
+    /// The same with `far` rows between those that are coupled beside neighbours.
+    fn lattice_of(rows: usize, far: usize, ground: f64) -> BlockMatrix<2> {
         let linked = |i: usize| {
-            let near = [i.checked_sub(FAR), i.checked_sub(1), Some(i), Some(i + 1), Some(i + FAR)];
+            let near = [i.checked_sub(far), i.checked_sub(1), Some(i), Some(i + 1), Some(i + far)];
             near.into_iter().flatten().filter(move |j| *j < rows)
         };
         let (mut row_start, mut column) = (vec![0], vec![]);
@@ -476,7 +515,11 @@ mod tests {
     }
 
     fn solved(matrix: &BlockMatrix<2>, residual: f64) -> (Vec<f64>, CgReport) {
-        let (b, mut solver) = (load(matrix.rows()), GaussSeidel::<2>::default());
+        solved_by(GaussSeidel::default(), matrix, residual)
+    }
+
+    fn solved_by(mut solver: GaussSeidel<2>, matrix: &BlockMatrix<2>, residual: f64) -> (Vec<f64>, CgReport) {
+        let b = load(matrix.rows());
         solver.update(matrix, 0).unwrap();
         let mut x = vec![0.0; b.len()];
         let report = solver.solve(&b, &mut x, residual.into(), 10_000);
@@ -512,6 +555,19 @@ mod tests {
             matrix.multiply(&x, &mut product);
             let left = product.iter().zip(&b).fold(0.0, |m: f64, (p, b)| m.max((p - b).abs()));
             assert!(left < 1e-9, "{rows} rows: {left:e} is left");
+        }
+    }
+
+    #[test]
+    fn over_relaxed_sweeps_find_the_solution_in_fewer_iterations() {
+        for (rows, far) in [(1600, 40), (ROWS, 90)] {
+            let matrix = lattice_of(rows, far, 0.002);
+            let (expected, without) = solved(&matrix, 1e-12);
+            let (x, report) = solved_by(GaussSeidel::relaxed(1.25), &matrix, 1e-12);
+            assert_eq!(report.end, CgEnd::Converged, "{report:?}");
+            assert!(10 * report.iterations < 9 * without.iterations, "{report:?}, {without:?}");
+            let off = x.iter().zip(&expected).fold(0.0, |m: f64, (x, e)| m.max((x - e).abs()));
+            assert!(off < 1e-9, "{rows} rows: {off:e} off");
         }
     }
 
