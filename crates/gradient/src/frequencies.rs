@@ -7,6 +7,8 @@
 //! ```
 //!
 //! where `K` is taken at the equilibrium, which is where it is whatever the number is: no force acts there.
+//! Rest shapes take the state with them: `K` is that where vertices are at rest, as `pliant modes` has it,
+//! also where ties to other bodies then pull.
 //! The single ones of modes of one frequency have no derivative, for they turn among each other; their mean
 //! has one, that of all of them.
 

@@ -557,13 +557,15 @@ impl Places<'_> {
         Some(if all.len() == 1 { all.swap_remove(0) } else { Box::new(Together::new(all)) })
     }
 
-    /// Rest positions of a body as ties from it and to it go by nearest points; `None` where these are not
-    /// found.
+    /// Rest positions of a body as ties from it and to it go by nearest points, and as those of a rest length
+    /// change direction in modes of vibration; `None` where these are not found.
     fn ties(&self, body: &BodyTopology) -> Option<Vec<Box<dyn Parameter>>> {
         let is_own = |tie: &AttachmentSpec| {
-            let target = tie.target.as_ref().filter(|target| target.nearest_point.is_some());
+            let target = tie.target.as_ref();
             let is_from = tie.body.as_ref().is_none_or(|from| *from == body.name);
-            target.is_some_and(|target| is_from || target.body == body.name)
+            let goes_by_shape =
+                tie.rest_length > 0.0 || target.is_some_and(|target| target.nearest_point.is_some());
+            goes_by_shape && (is_from || target.is_some_and(|target| target.body == body.name))
         };
         let each = self.scene.attachment.iter().enumerate();
         let own: Vec<usize> = each.filter(|(_, tie)| is_own(tie)).map(|(i, _)| i).collect();
@@ -578,13 +580,13 @@ impl Places<'_> {
             let TiedPoints { ties, stiffness, rest_length, dashpot } = all.get(i)?;
             let constants =
                 TieConstants { stiffness: *stiffness, rest_length: *rest_length, dashpot: *dashpot };
-            // The vertex comes first, the point's corners with minus their coordinates after it.
             let tie = |tie: &Tie| {
-                let corners = tie.shares[1..].iter().map(|(v, weight)| (internal(*v), -weight)).collect();
-                (internal(tie.shares[0].0), corners)
+                let shares = tie.shares.iter().map(|(v, weight)| (internal(*v), *weight)).collect();
+                Tie { shares, ..*tie }
             };
+            let ties: Vec<Tie> = ties.iter().map(tie).collect();
             let place = (self.topology.dimension, &rest[..]);
-            Some(Box::new(TieShape::new(ties.iter().map(tie).collect(), constants, place, &vertices)))
+            Some(Box::new(TieShape::new(&ties, constants, place, &vertices)))
         };
         own.into_iter().map(of_attachment).collect()
     }

@@ -1,6 +1,7 @@
 //! Rest lengths of attachments, and the points that they tie to.
 
 use pliant::algebra::Mat;
+use pliant::energy::attachment::Tie;
 
 use super::{ForceUse, ModeUse, Parameter, ParameterNeeds};
 use crate::adjoint::{add_scaled, dot};
@@ -38,12 +39,14 @@ impl Parameter for TieRestLength {
     }
 }
 
-/// A vertex that is tied to the nearest point of a simplex.
+/// A vertex that is tied to the nearest point of a simplex, to another vertex or to a place.
 #[derive(Clone, Debug)]
-struct NearestTie {
+struct ShapedTie {
     vertex: u32,
-    /// Corners with their barycentric coordinates `l_k` there.
+    /// Corners with their barycentric coordinates `l_k` there; one alone of a vertex, none of a place.
     corners: Vec<(u32, f64)>,
+    /// The place [m], zero of others.
+    place: [f64; 3],
     /// Inverse of `e_i . e_j`, `e_i` the edges from the first corner; rows of the identity where there are
     /// fewer than three.
     inverse: Mat<f64, 3>,
@@ -64,10 +67,11 @@ struct NearestTie {
 /// ```
 ///
 /// Forces of a tie go by `d = x - sum_k l_k x_k`, and act on corners in parts `l_k`. A point on the border of
-/// its cell moves along that border alone.
+/// its cell moves along that border alone. Ties to vertices and to places have no such coordinates: shapes
+/// decide on nothing but their directions in modes of vibration, where these go along with the shape.
 #[derive(Clone, Debug)]
 pub struct TieShape {
-    ties: Vec<NearestTie>,
+    ties: Vec<ShapedTie>,
     constants: TieConstants,
     dimension: usize,
     /// Place of each vertex of the simulation among those of the body.
@@ -104,23 +108,32 @@ fn row(rows: &[f64], d: usize, vertex: u32) -> [f64; 3] {
     row
 }
 
-impl NearestTie {
-    /// Tie of a vertex to the point of these coordinates; `None` where the corners are one.
-    fn new(vertex: u32, corners: Vec<(u32, f64)>, rest: &[f64], d: usize) -> Option<Self> {
+impl ShapedTie {
+    /// A tie, whose first vertex is tied to the point of the others, or to its place.
+    fn new(Tie { shares, place }: &Tie, rest: &[f64], d: usize) -> Self {
+        let (vertex, place) = (shares[0].0, *place);
+        let corners: Vec<(u32, f64)> = shares[1..].iter().map(|(v, weight)| (*v, -weight)).collect();
         let at = |vertex: u32| row(rest, d, vertex);
-        let first = at(corners.first()?.0);
-        let edge = |(corner, _): &(u32, f64)| combined([(1.0, &at(*corner)), (-1.0, &first)]);
-        let edges: Vec<[f64; 3]> = corners[1..].iter().map(edge).collect();
-        if edges.is_empty() {
-            return None;
-        }
+        let edges: Vec<[f64; 3]> = match &corners[..] {
+            [first, others @ ..] => {
+                let first = at(first.0);
+                let edge = |(corner, _): &(u32, f64)| combined([(1.0, &at(*corner)), (-1.0, &first)]);
+                others.iter().map(edge).collect()
+            }
+            [] => vec![],
+        };
         let point: Vec<(f64, [f64; 3])> = corners.iter().map(|(v, l)| (-l, at(*v))).collect();
         let away = combined(point.iter().map(|(l, x)| (*l, x)).chain([(1.0, &at(vertex))]));
         let mut products = Mat::identity();
         for (i, a) in edges.iter().enumerate() {
             edges.iter().enumerate().for_each(|(j, b)| products[i][j] = product(a, b));
         }
-        Some(NearestTie { vertex, corners, inverse: products.inverse(), edges, away })
+        ShapedTie { vertex, corners, place, inverse: products.inverse(), edges, away }
+    }
+
+    /// True if it is tied to a point that moves in its cell.
+    fn has_coordinates(&self) -> bool {
+        !self.edges.is_empty()
     }
 
     /// `y - sum_k l_k y_k`.
@@ -214,6 +227,30 @@ impl TieForce {
         ])
     }
 
+    /// Derivatives by `d` and by `q` of the curvature `q . dF/dd q` where nothing moves: `n = d/|d|`, `s =
+    /// l/|d|`,
+    ///
+    /// ```text
+    /// c = k ((1 - s) |q|^2 + s (n . q)^2)
+    /// dc/dd = k s/|d| ((|q|^2 - (n . q)^2) n + 2 (n . q) (q - (n . q) n))
+    /// dc/dq = 2 k ((1 - s) q + s (n . q) n)
+    /// ```
+    fn curvature_slopes(&self, q: &[f64; 3]) -> [[f64; 3]; 2] {
+        let TieForce { d, constants: TieConstants { stiffness, .. }, .. } = self;
+        let slack = self.slack();
+        if slack == 0.0 {
+            return [[0.0; 3], combined([(2.0 * stiffness, q)])];
+        }
+        let length = self.square().sqrt();
+        let along = product(d, q) / length;
+        let bend = stiffness * slack / length;
+        let by_d =
+            combined([(bend * (product(q, q) - 3.0 * along * along) / length, d), (2.0 * bend * along, q)]);
+        let by_q =
+            combined([(2.0 * stiffness * (1.0 - slack), q), (2.0 * stiffness * slack * along / length, d)]);
+        [by_d, by_q]
+    }
+
     /// Derivatives of the work of the force along `q` by `d` and by `w`: the transpose.
     fn slopes(&self, q: &[f64; 3]) -> [[f64; 3]; 2] {
         let TieForce { d, w, constants, .. } = self;
@@ -234,24 +271,23 @@ impl TieForce {
 }
 
 impl TieShape {
-    /// Rest positions of `vertices` as ties with these constants go by them: each tie a vertex, and the
-    /// corners of the point that it is tied to with their coordinates. All are numbers in the simulation,
-    /// which is at rest at `rest`, flat [m].
+    /// Rest positions of `vertices` as ties with these constants go by them: of each the vertex comes first,
+    /// then the corners of the point that it is tied to, with minus their coordinates; of a place none. All are
+    /// numbers in the simulation, which is at rest at `rest`, flat [m].
     pub fn new(
-        ties: Vec<(u32, Vec<(u32, f64)>)>,
+        ties: &[Tie],
         constants: TieConstants,
         (dimension, rest): (usize, &[f64]),
         vertices: &[u32],
     ) -> Self {
         let mut place = vec![None; rest.len() / dimension];
         vertices.iter().zip(0..).for_each(|(vertex, i)| place[*vertex as usize] = Some(i));
-        let tie = |(vertex, corners)| NearestTie::new(vertex, corners, rest, dimension);
-        let ties = ties.into_iter().filter_map(tie).collect();
+        let ties = ties.iter().map(|tie| ShapedTie::new(tie, rest, dimension)).collect();
         TieShape { ties, constants, dimension, place, vertices: vertices.len() }
     }
 
     /// Derivatives of the work of tie `tie` along `p` by its coordinates.
-    fn works(&self, tie: &NearestTie, of: &ForceUse<'_>) -> Vec<f64> {
+    fn works(&self, tie: &ShapedTie, of: &ForceUse<'_>) -> Vec<f64> {
         let d = self.dimension;
         let [distance, rate, q] = [of.x, of.v, of.p].map(|rows| tie.mixed(rows, d));
         let force = TieForce::new(distance, rate, self.constants);
@@ -269,19 +305,25 @@ impl Parameter for TieShape {
         self.vertices * self.dimension
     }
 
-    /// Known of ties without a rest length, whose force is linear: ends of others are apart where no force
-    /// acts, and change direction with the shape.
+    /// Of ends at their rest length, which change direction and distance as the vertices go along with the
+    /// shape.
     fn add_mode(&mut self, of: &ModeUse<'_>, derivative: &mut [f64]) -> bool {
         let d = self.dimension;
         for tie in &self.ties {
-            let mixed = tie.mixed(of.shape, d);
-            let by = |(v, _): &(u32, f64)| {
-                -2.0 * self.constants.stiffness * product(&mixed, &row(of.shape, d, *v))
-            };
-            let by: Vec<f64> = tie.corners.iter().map(by).collect();
-            tie.spread(&by, |v, by| self.add_to(v, 1.0, &by, derivative));
+            let distance = combined([(1.0, &tie.mixed(of.x, d)), (-1.0, &tie.place)]);
+            let [by_d, by_q] =
+                TieForce::new(distance, [0.0; 3], self.constants).curvature_slopes(&tie.mixed(of.shape, d));
+            self.add_to(tie.vertex, 1.0, &by_d, derivative);
+            tie.corners.iter().for_each(|(v, l)| self.add_to(*v, -l, &by_d, derivative));
+            if tie.has_coordinates() {
+                let by = |(v, _): &(u32, f64)| {
+                    -product(&by_q, &row(of.shape, d, *v)) - product(&by_d, &row(of.x, d, *v))
+                };
+                let by: Vec<f64> = tie.corners.iter().map(by).collect();
+                tie.spread(&by, |v, by| self.add_to(v, 1.0, &by, derivative));
+            }
         }
-        self.ties.is_empty() || self.constants.rest_length == 0.0
+        true
     }
 
     fn add_change(&mut self, of: &ForceUse<'_>, change: &[f64], force: &mut [f64]) -> bool {
@@ -293,7 +335,7 @@ impl Parameter for TieShape {
             }
             moved
         };
-        for tie in &self.ties {
+        for tie in self.ties.iter().filter(|tie| tie.has_coordinates()) {
             let changes = tie.coordinate_changes(moved);
             let [distance, rate] = [of.x, of.v].map(|rows| tie.mixed(rows, d));
             let of_tie = TieForce::new(distance, rate, self.constants);
@@ -316,7 +358,7 @@ impl Parameter for TieShape {
     }
 
     fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
-        for tie in &self.ties {
+        for tie in self.ties.iter().filter(|tie| tie.has_coordinates()) {
             let works = self.works(tie, of);
             tie.spread(&works, |v, by| self.add_to(v, -1.0, &by, derivative));
         }

@@ -211,3 +211,65 @@ fn frequencies_of_cells_have_derivatives_by_their_shape() {
         assert!(error <= 1e-7 * by.abs(), "mode {i}: {by:e}, off by {:e}", error / by.abs());
     }
 }
+
+/// A block held at one side, its vertices moved by `h` along a direction, and a grain that hangs on two
+/// ties to it, one to its nearest point; a corner is tied to a place. All are as long as at rest for `h = 0`.
+fn tied(h: f64) -> Scene {
+    let direction = crate::support::scattered(12, 2.0);
+    let points = [0.0, 0.0, 0.3, 0.0, 0.6, 0.0, 0.0, 0.3, 0.3, 0.3, 0.6, 0.3];
+    let points: Vec<f64> = points.iter().zip(&direction).map(|(x, along)| x + h * along).collect();
+    let text = format!(
+        "dimension = 2
+         [time]
+         duration = 0.1
+         step = 1e-4
+         integrator = \"symplectic-euler\"
+         [[body]]
+         name = \"block\"
+         mass = {{ density = 900.0 }}
+         elastic = {{ neo-hookean = {{ young = 6e4, poisson = 0.35 }} }}
+         mesh = {{ inline = {{ points = {}, triangles = [[0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4]] }} }}
+         pin = [{{ vertices = [0, 3] }}]
+         [[body]]
+         name = \"grain\"
+         mesh = {{ inline = {{ points = [[0.25, 0.4]] }} }}
+         mass = {{ total = 20.0 }}
+         [[attachment]]
+         body = \"grain\"
+         vertices = [0]
+         stiffness = 3e4
+         rest_length = 0.1
+         target = {{ body = \"block\", nearest_point = 1.0 }}
+         [[attachment]]
+         body = \"grain\"
+         vertices = [0]
+         stiffness = 2e4
+         rest_length = {:?}
+         target = {{ body = \"block\", vertices = [5] }}
+         [[attachment]]
+         body = \"block\"
+         vertices = [2]
+         stiffness = 5e4
+         rest_length = 0.5
+         points = [[0.9, -0.4]]",
+        rows(&points, 2),
+        0.35_f64.hypot(0.1),
+    );
+    Scene::from_toml(&text).unwrap()
+}
+
+#[test]
+fn frequencies_have_derivatives_by_shapes_that_ties_of_a_length_go_by() {
+    let found = found(&tied(0.0), 4, &["body.block.rest"]).unwrap();
+    let direction = crate::support::scattered(12, 2.0);
+    for i in 0..4 {
+        let square = |h: f64| assembled(&tied(h)).0.modes(4).unwrap().modes[i].omega.powi(2);
+        let by = dot(&found.squares[i][0], &direction);
+        let size = found.omega[i].powi(2);
+        let difference = |h: f64| (square(h) - square(-h)) / (2.0 * h);
+        let [near, far] = [1e-4, 2e-4].map(difference);
+        let error = ((4.0 * near - far) / 3.0 - by).abs();
+        assert!(by.abs() > 0.1 * size, "mode {i}: nothing to compare");
+        assert!(error <= 1e-7 * by.abs(), "mode {i}: {by:e}, off by {:e}", error / by.abs());
+    }
+}
