@@ -1,5 +1,6 @@
 //! Origins of the laws of a model: what of its bodies decides on them, and their derivatives by that.
 
+use pliant::algebra::scene_size;
 use pliant::energy::{LawInput, LawLinks, LawNumber};
 
 use crate::explicit::SurfaceMobility;
@@ -71,8 +72,9 @@ fn add(to: &mut Slopes, factor: f64, of: &[(LawInput, f64)]) {
     to.extend(of.iter().map(|(input, slope)| (*input, factor * slope)));
 }
 
-/// Size of these vertices at rest, [`scene_size`](pliant::algebra::scene_size), the diagonal of their
-/// bounding box, and its derivatives by coordinates: each side is held by all the vertices in it alike.
+/// Size of these vertices at rest, [`scene_size`], and its derivatives by coordinates: of the diagonal of
+/// their bounding box, each side held by all the vertices in it alike, or of the largest coordinate of a
+/// point.
 fn size_slopes(vertices: &[u32], rest: &[f64], d: usize) -> (f64, Vec<(usize, f64)>) {
     let mut sides = vec![];
     for axis in 0..d {
@@ -87,7 +89,15 @@ fn size_slopes(vertices: &[u32], rest: &[f64], d: usize) -> (f64, Vec<(usize, f6
         }
     }
     // Each axis has two ends.
-    let size = (0.5 * sides.iter().map(|(side, ..)| side * side).sum::<f64>()).sqrt();
+    let diagonal = (0.5 * sides.iter().map(|(side, ..)| side * side).sum::<f64>()).sqrt();
+    let coordinates = || vertices.iter().flat_map(|v| (0..d).map(move |axis| *v as usize * d + axis));
+    let size = scene_size(&coordinates().map(|i| rest[i]).collect::<Vec<_>>(), d);
+    if diagonal < 0.5 * size {
+        // One point, at the origin without any coordinate that decides.
+        let holding: Vec<usize> = coordinates().filter(|i| rest[*i].abs() >= (1.0 - ALIKE) * size).collect();
+        let part = 1.0 / holding.len() as f64;
+        return (size, holding.into_iter().map(|i| (i, part.copysign(rest[i]))).collect());
+    }
     let slopes = sides.into_iter().flat_map(|(side, sign, holding)| {
         let slope = sign * side / size / holding.len() as f64;
         holding.into_iter().map(move |i| (i, slope))
@@ -292,5 +302,38 @@ impl ContactModel {
     fn vertices_of(&self, bodies: &[u32]) -> Vec<u32> {
         let all = (0..).zip(&self.surface.bodies);
         all.filter(|(_, body)| bodies.contains(body)).map(|(v, _)| v).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Sizes of a cloud, of one point, of two at one place and of one at the origin.
+    #[test]
+    fn sizes_have_the_derivatives_of_differences() {
+        let rest = [0.3, -0.1, 0.2, 0.5, 0.4, -0.7, 0.1, -0.9, 0.6, 0.1, -0.9, 0.6, 0.0, 0.0, 0.0];
+        let cases: [(&[u32], &[u32], usize); 4] =
+            [(&[0, 1, 2], &[0], 6), (&[1], &[1], 1), (&[2, 3], &[2, 3], 2), (&[4], &[], 0)];
+        for (vertices, moving, count) in cases {
+            let size = |rest: &[f64]| {
+                let points = vertices.iter().flat_map(|v| &rest[*v as usize * 3..][..3]);
+                scene_size(&points.copied().collect::<Vec<_>>(), 3)
+            };
+            let (found, slopes) = size_slopes(vertices, &rest, 3);
+            assert!((found - size(&rest)).abs() < 1e-15 && slopes.len() == count, "{vertices:?}: {slopes:?}");
+            for axis in 0..3 {
+                let place = |v: &u32| *v as usize * 3 + axis;
+                let moved = |h: f64| {
+                    let mut moved = rest;
+                    moving.iter().for_each(|v| moved[place(v)] += h);
+                    size(&moved)
+                };
+                let own = |i: &usize| moving.iter().any(|v| place(v) == *i);
+                let by: f64 = slopes.iter().filter(|(i, _)| own(i)).map(|(_, slope)| slope).sum();
+                let difference = (moved(1e-6) - moved(-1e-6)) / 2e-6;
+                assert!((by - difference).abs() < 1e-9, "{vertices:?}, {axis}: {by}, {difference}");
+            }
+        }
     }
 }

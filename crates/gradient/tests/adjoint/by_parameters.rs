@@ -49,8 +49,8 @@ pub(crate) fn compare(what: &str, scene: &Scene, names: &[&str], steps: u64) {
                 at_middle.clone_from(&change.position);
             }
         };
-        let forth =
-            tangent_along(&mut simulation, steps, direction, chosen.parameters(), &mut watch).unwrap();
+        let forth = tangent_along(&mut simulation, steps, direction, chosen.parameters(), &mut watch);
+        let forth = forth.unwrap_or_else(|error| panic!("{what}, {name}: {error}"));
         let forwards = dot(&w_x, &forth.position) + dot(&w_v, &forth.velocity) + dot(&w_middle, &at_middle);
         let backwards = dot(&by, &changes[i]);
         let sizes = [&forth.position, &forth.velocity, &at_middle].map(|dots| dot(dots, dots).sqrt());

@@ -702,9 +702,13 @@ fn shapes_at_rest_of_bodies_near_themselves_have_derivatives() {
     }
 }
 
-/// A box of tetrahedra of this material, its shape changed by `h`, on which a strand and a particle fall that
-/// have thicknesses.
-fn littered(scheme: &str, h: f64, contact: &str, material: &str) -> Scene {
+/// Ends of a strand that is smaller than the box of [`littered`], and of one that is larger.
+const SHORT: &str = "start = [0.02, 0.03, 0.1032], end = [0.07, 0.05, 0.1035]";
+const LONG: &str = "start = [-0.05, 0.03, 0.1032], end = [0.15, 0.05, 0.1035]";
+
+/// A box of tetrahedra of this material, its shape changed by `h`, on which a strand with these ends and one
+/// of two particles fall that have thicknesses.
+fn littered(scheme: &str, h: f64, contact: &str, material: &str, strand: &str) -> Scene {
     let text = format!(
         "[world]
          gravity = [0.5, 0.3, -9.81]
@@ -718,15 +722,15 @@ fn littered(scheme: &str, h: f64, contact: &str, material: &str) -> Scene {
          pin = [{{ half_space = {{ normal = [0, 0, 1], offset = 0.03 }} }}]
          [[body]]
          name = \"strand\"
-         mesh = {{ strand = {{ segments = 2, start = [0.02, 0.03, 0.1032], end = [0.07, 0.05, 0.1035] }} }}
+         mesh = {{ strand = {{ segments = 2, {strand} }} }}
          springs = {{ stiffness = 1e3 }}
          mass = {{ total = 2e-3 }}
          contact = {{ radius = 2e-3, self = false }}
          velocity = {{ rigid = {{ linear = [0.2, 0.1, -0.3] }} }}
          [[body]]
          name = \"grain\"
-         mesh = {{ inline = {{ points = [[0.03, 0.07, 0.103]] }} }}
-         mass = {{ per_vertex = [1e-3] }}
+         mesh = {{ inline = {{ points = [[0.03, 0.07, 0.103], [0.3, 0.07, 0.103]] }} }}
+         mass = {{ per_vertex = [2e-5, 4e-3] }}
          contact = {{ radius = 2e-3 }}
          velocity = {{ rigid = {{ linear = [0.1, 0.1, -0.3] }} }}",
         0.1 + h,
@@ -764,18 +768,22 @@ fn shapes_at_rest_that_decide_how_stiff_contact_is_have_derivatives() {
     by_parameters::compare("cubes", &cubes(0.0), &["body.upper.rest", "body.lower.rest"], 100);
     let rubber = "{ neo-hookean = { young = 1e5, poisson = 0.3 } }";
     let shapeless = "{ dirichlet = { stiffness = 2e4 } }";
-    for (scheme, contact, material, steps) in [
-        ("velocity-verlet", "distance = 2e-3", rubber, 200),
-        ("velocity-verlet", "", rubber, 200),
-        ("implicit-euler", "", rubber, 12),
-        ("implicit-euler", "distance = 2e-3", shapeless, 12),
-        ("tr-bdf2", "distance = 2e-3", shapeless, 12),
+    // Widths of wires and particles go by the default distance, and that by the smallest body.
+    for (scheme, contact, material, strand, steps) in [
+        ("velocity-verlet", "distance = 2e-3", rubber, SHORT, 200),
+        ("velocity-verlet", "", rubber, SHORT, 200),
+        ("velocity-verlet", "", rubber, LONG, 200),
+        ("implicit-euler", "", rubber, SHORT, 12),
+        ("implicit-euler", "", rubber, LONG, 12),
+        ("implicit-euler", "", shapeless, LONG, 12),
+        ("implicit-euler", "distance = 2e-3", shapeless, SHORT, 12),
+        ("tr-bdf2", "distance = 2e-3", shapeless, SHORT, 12),
     ] {
         // Friction of impacts that are over in one step does not settle in two stages.
         let law = if scheme == "tr-bdf2" { "" } else { law };
         let contact = format!("{contact}\n{law}");
-        let what = format!("littered, {scheme}, {contact}, {material}");
-        let of = |h: f64| littered(scheme, h, &contact, material);
+        let what = format!("littered, {scheme}, {contact}, {material}, {strand}");
+        let of = |h: f64| littered(scheme, h, &contact, material, strand);
         expect_touching(&what, &of(0.0), (steps, usize::from(!law.is_empty())));
         compare_shape(&what, of, ("box", 0.01), (steps, 1e-6));
         // Of few steps little goes by the mass of what falls.
