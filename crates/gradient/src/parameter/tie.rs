@@ -272,8 +272,8 @@ impl TieForce {
 
 impl TieShape {
     /// Rest positions of `vertices` as ties with these constants go by them: of each the vertex comes first,
-    /// then the corners of the point that it is tied to, with minus their coordinates; of a place none. All are
-    /// numbers in the simulation, which is at rest at `rest`, flat [m].
+    /// then the corners of the point that it is tied to, with minus their coordinates; of a place none. All
+    /// are numbers in the simulation, which is at rest at `rest`, flat [m].
     pub fn new(
         ties: &[Tie],
         constants: TieConstants,
