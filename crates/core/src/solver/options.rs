@@ -91,10 +91,6 @@ const QUICK: f64 = 4.0;
 /// Iterations of conjugate gradients that a solve with multigrid takes as long as, with levels and subspace
 /// of contact: on five cubes of 729 vertices in contact a solve took 10.3 ms, an iteration 0.15 ms.
 const QUICK_OF_SOLIDS: u64 = 70;
-/// Iterations of conjugate gradients without levels that cost less than one with them, subspace of contact
-/// included: in four rods of 909 vertices that are twisted around each other they took 0.3 ms and 4 ms.
-pub(super) const QUICK_OF_CYCLE: u64 = 7;
-
 impl LinearSolver {
     /// All of them.
     pub const ALL: [LinearSolver; 5] = [

@@ -70,6 +70,11 @@ impl<const D: usize> Subspace<D> {
         Ok(true)
     }
 
+    /// Entries of the factor.
+    pub(super) fn factor_entries(&self) -> usize {
+        self.factor.as_ref().map_or(0, Cholesky::factor_entries)
+    }
+
     /// Adds the solution for `r - A z`, restricted to the vertices, to `z`; `A z` where `z` is not zero.
     fn add_solution(&mut self, product: Option<&BlockMatrix<D>>, r: &[f64], z: &mut [f64]) {
         let Some(factor) = &mut self.factor else { return };

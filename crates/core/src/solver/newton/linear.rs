@@ -8,7 +8,7 @@ use crate::solver::conjugate_gradients::{CgEnd, CgTolerance, NoPreconditioner};
 use crate::solver::hessian::{At, Weights};
 use crate::solver::iterative::{AssembledMatrix, CG_TOLERANCE, Iterative};
 use crate::solver::multigrid::Multigrid;
-use crate::solver::options::{LinearSolver, QUICK_OF_CYCLE};
+use crate::solver::options::LinearSolver;
 use crate::solver::{Iterate, Objective};
 use crate::system::System;
 
@@ -78,8 +78,8 @@ impl<const D: usize> Newton<D> {
         if linear == LinearSolver::MatrixFree {
             return self.matrix_free(system, weights, x);
         }
-        let first_each = self.options.linear.first_iterations(system, objective.inertia, x.len() / D);
-        let first = first_each.filter(|_| self.pause_of_first.is_over());
+        let first = self.options.linear.first_iterations(system, objective.inertia, x.len() / D);
+        let first = first.filter(|_| self.pause_of_first.is_over());
         let by_iterations = linear.is_iterative() && self.pause_of_iterations.is_over();
         let by_factor = first.is_none() && !by_iterations;
         if let Some(cholesky) = self.cholesky.as_mut().filter(|_| old_matrix && by_factor) {
@@ -127,10 +127,10 @@ impl<const D: usize> Newton<D> {
             iterative.set_stop(system.stop());
             let report = iterative.solve(matrices, made_for, &self.direction, &mut self.solution, forcing);
             self.work.cg_iterations += report.iterations;
-            if let (IterativeSolver::Chosen, Some(first), Some(least)) = (solver, &mut self.first, first_each)
-            {
+            let cost = report.iterations as f64 * iterative.cost_of_iteration(matrix);
+            if let (IterativeSolver::Chosen, Some(first)) = (solver, &mut self.first) {
                 // Where solves with levels turn out to be long, longer ones without them pay before.
-                if first.set_allowance(least.max(QUICK_OF_CYCLE * report.iterations)) {
+                if first.raise_allowance(cost) {
                     self.pause_of_first = Pause::default();
                 }
             }
