@@ -64,8 +64,8 @@ fn conjugate_gradients_without_levels_are_given_more_where_levels_are_slow() {
     super::advance(&mut simulation, 17);
     let work = simulation.work().solver.unwrap();
     assert_eq!(work.factorizations, 0, "{work:?}");
-    // Seventy would not do, and levels had to show that they are slower: a pause after each time would leave
-    // most solves to them.
+    // Seventy would not do, and a pause after each time would leave most solves to levels.
     assert!(work.fallbacks > 0 && work.cg_iterations > 70 * work.hessians, "{work:?}");
-    assert!(work.fallbacks < 3, "{work:?}");
+    // Each that failed doubled them at least: three lead from 70 to more than any takes.
+    assert!(work.fallbacks < 4, "{work:?}");
 }
