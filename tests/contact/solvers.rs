@@ -39,7 +39,7 @@ fn conjugate_gradients_without_levels_come_first_while_they_are_quick() {
 }
 
 /// Solids so slender and soft for the step that solves with multigrid take longer than many iterations of
-/// conjugate gradients without it: once one has shown that, these are given as many, and no others follow.
+/// conjugate gradients without it: each that has shown that gives these more, and hardly any follow.
 #[test]
 fn conjugate_gradients_without_levels_are_given_more_where_levels_are_slow() {
     let pin = |side: f64, speed: f64| {

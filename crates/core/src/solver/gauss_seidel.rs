@@ -9,13 +9,13 @@
 //! (I + L)^-1 A t = t + (I + L)^-1 (L^T t),   L^T t = p - t
 //! ```
 //!
-//! Over-relaxed by `o`, `I / o + L` stands for `I + L`, and `L^T t + (1 - 1 / o) t` for `L^T t`: Young 1971,
-//! *Iterative solution of large linear systems*, chapter 15.
-//!
 //! (Eisenstat 1981, *Efficient implementation of a class of preconditioned conjugate gradient methods*, SIAM
 //! Journal on Scientific and Statistical Computing 2(1)): each block is read once, as in a product with the
 //! matrix, and the iterations are about half of those with inverse diagonal blocks. Rows wait for each other
 //! in a sweep: without the diagonal blocks, by half as long.
+//!
+//! Over-relaxed by `o`, `I / o + L` stands for `I + L`, and `L^T t + (1 - 1 / o) t` for `L^T t`: Young 1971,
+//! *Iterative solution of large linear systems*, chapter 15.
 //!
 //! Rows are taken in parts whose length depends on nothing but their number, so that threads take parts of
 //! their own and the bits are the same for any number of them: what couples rows of two parts, `R`, is left

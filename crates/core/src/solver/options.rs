@@ -91,6 +91,7 @@ const QUICK: f64 = 4.0;
 /// Iterations of conjugate gradients that a solve with multigrid takes as long as, with levels and subspace
 /// of contact: on five cubes of 729 vertices in contact a solve took 10.3 ms, an iteration 0.15 ms.
 const QUICK_OF_SOLIDS: u64 = 70;
+
 impl LinearSolver {
     /// All of them.
     pub const ALL: [LinearSolver; 5] = [

@@ -169,6 +169,23 @@ fn frequencies_under_a_load_and_by_what_is_unknown_are_refused() {
     assert!(matches!(error, GradientError::Modes(_)), "{error}");
 }
 
+/// Compares the derivatives of the squares of `count` frequencies by a shape of so many coordinates with
+/// differences over `step`, extrapolated, in scenes whose shape goes `h` along a direction.
+fn compare_shape(scene: fn(f64) -> Scene, (name, coordinates): (&str, usize), count: usize, step: f64) {
+    let found = found(&scene(0.0), count, &[name]).unwrap();
+    let direction = crate::support::scattered(coordinates, 2.0);
+    for i in 0..count {
+        let square = |h: f64| assembled(&scene(h)).0.modes(count).unwrap().modes[i].omega.powi(2);
+        let by = dot(&found.squares[i][0], &direction);
+        let size = found.omega[i].powi(2);
+        let difference = |h: f64| (square(h) - square(-h)) / (2.0 * h);
+        let [near, far] = [step, 2.0 * step].map(difference);
+        let error = ((4.0 * near - far) / 3.0 - by).abs();
+        assert!(by.abs() > 0.1 * size, "mode {i}: nothing to compare");
+        assert!(error <= 1e-7 * by.abs(), "mode {i}: {by:e}, off by {:e}", error / by.abs());
+    }
+}
+
 /// A free block of two cells at rest, its nodes moved by `h` along a direction.
 fn cells(h: f64) -> Scene {
     let direction = crate::support::scattered(36, 2.0);
@@ -198,18 +215,7 @@ fn cells(h: f64) -> Scene {
 
 #[test]
 fn frequencies_of_cells_have_derivatives_by_their_shape() {
-    let found = found(&cells(0.0), 3, &["body.beam.rest"]).unwrap();
-    let direction = crate::support::scattered(36, 2.0);
-    for i in 0..3 {
-        let square = |h: f64| assembled(&cells(h)).0.modes(3).unwrap().modes[i].omega.powi(2);
-        let by = dot(&found.squares[i][0], &direction);
-        let size = found.omega[i].powi(2);
-        let difference = |h: f64| (square(h) - square(-h)) / (2.0 * h);
-        let [near, far] = [1e-3, 2e-3].map(difference);
-        let error = ((4.0 * near - far) / 3.0 - by).abs();
-        assert!(by.abs() > 0.1 * size, "mode {i}: nothing to compare");
-        assert!(error <= 1e-7 * by.abs(), "mode {i}: {by:e}, off by {:e}", error / by.abs());
-    }
+    compare_shape(cells, ("body.beam.rest", 36), 3, 1e-3);
 }
 
 /// A block held at one side, its vertices moved by `h` along a direction, and a grain that hangs on two
@@ -260,16 +266,5 @@ fn tied(h: f64) -> Scene {
 
 #[test]
 fn frequencies_have_derivatives_by_shapes_that_ties_of_a_length_go_by() {
-    let found = found(&tied(0.0), 4, &["body.block.rest"]).unwrap();
-    let direction = crate::support::scattered(12, 2.0);
-    for i in 0..4 {
-        let square = |h: f64| assembled(&tied(h)).0.modes(4).unwrap().modes[i].omega.powi(2);
-        let by = dot(&found.squares[i][0], &direction);
-        let size = found.omega[i].powi(2);
-        let difference = |h: f64| (square(h) - square(-h)) / (2.0 * h);
-        let [near, far] = [1e-4, 2e-4].map(difference);
-        let error = ((4.0 * near - far) / 3.0 - by).abs();
-        assert!(by.abs() > 0.1 * size, "mode {i}: nothing to compare");
-        assert!(error <= 1e-7 * by.abs(), "mode {i}: {by:e}, off by {:e}", error / by.abs());
-    }
+    compare_shape(tied, ("body.block.rest", 12), 4, 1e-4);
 }
