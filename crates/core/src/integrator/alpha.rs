@@ -29,16 +29,9 @@ pub struct AlphaCoefficients {
 pub struct Alpha {
     coefficients: AlphaCoefficients,
     solver: StageSolver,
-    /// The state at the end of the last step, and the acceleration that belongs to it: history is good where
-    /// both fit.
+    /// The state at the end of the last step, that `history` belongs to.
     after: NextState,
-    acceleration: Vec<f64>,
-    /// `acceleration` as it was before the last step.
-    before: Vec<f64>,
-    /// The step that led to both [s].
-    size: f64,
-    /// The version of the structure that it belongs to; `None` where there is no history.
-    known: Option<u64>,
+    history: AlphaHistory,
     /// History at the beginning of the last step.
     earlier: AlphaHistory,
     /// How far the vertices would go without the velocity of the stage.
@@ -46,12 +39,28 @@ pub struct Alpha {
     next: NextState,
 }
 
-/// Accelerations of the last two steps, the size of the last [s], and the version of the structure.
+/// Accelerations after the last two steps.
 struct AlphaHistory {
     acceleration: Vec<f64>,
+    /// `acceleration` as it was before the last step.
     before: Vec<f64>,
+    /// The step that led to both [s].
     size: f64,
+    /// The version of the structure that they belong to; `None` where there is no history.
     known: Option<u64>,
+}
+
+impl AlphaHistory {
+    fn none(unknowns: usize) -> Self {
+        let zeros = || vec![0.0; unknowns];
+        AlphaHistory { acceleration: zeros(), before: zeros(), size: 0.0, known: None }
+    }
+
+    fn copy_from(&mut self, other: &AlphaHistory) {
+        self.acceleration.copy_from_slice(&other.acceleration);
+        self.before.copy_from_slice(&other.before);
+        (self.size, self.known) = (other.size, other.known);
+    }
 }
 
 impl Alpha {
@@ -61,16 +70,8 @@ impl Alpha {
             coefficients,
             solver: StageSolver::new(options),
             after: NextState::new(unknowns),
-            acceleration: vec![0.0; unknowns],
-            before: vec![0.0; unknowns],
-            size: 0.0,
-            known: None,
-            earlier: AlphaHistory {
-                acceleration: vec![0.0; unknowns],
-                before: vec![0.0; unknowns],
-                size: 0.0,
-                known: None,
-            },
+            history: AlphaHistory::none(unknowns),
+            earlier: AlphaHistory::none(unknowns),
             drift: vec![0.0; unknowns],
             next: NextState::new(unknowns),
         }
@@ -81,33 +82,32 @@ impl Alpha {
         if !state.ensure_force(system, state.time) {
             return Err(StepFault::at(system, state.x(), state.v()));
         }
-        acceleration(system, state.x(), state.v(), &mut self.acceleration);
+        acceleration(system, state.x(), state.v(), &mut self.history.acceleration);
         Ok(())
     }
-}
 
-impl Alpha {
     /// Makes the history that of the beginning of the last step.
     fn go_back(&mut self) {
-        let Alpha { acceleration, before, size, known, earlier, .. } = self;
-        std::mem::swap(acceleration, &mut earlier.acceleration);
-        std::mem::swap(before, &mut earlier.before);
-        (*size, *known) = (earlier.size, earlier.known.take());
+        std::mem::swap(&mut self.history, &mut self.earlier);
+        self.earlier.known = None;
+    }
+
+    /// True if the history is that of this state.
+    fn is_known(&self, system: &System, state: &State) -> bool {
+        let AlphaHistory { known, .. } = self.history;
+        known == Some(system.structure()) && *self.after.x == *state.x() && *self.after.v == *state.v()
     }
 }
 
 impl Integrator for Alpha {
     fn step(&mut self, system: &mut System, state: &mut State, h: f64) -> Result<(), StepFault> {
-        let known = self.known.take().filter(|set| {
-            *set == system.structure() && *self.after.x == *state.x() && *self.after.v == *state.v()
-        });
-        self.earlier.acceleration.copy_from_slice(&self.acceleration);
-        self.earlier.before.copy_from_slice(&self.before);
-        (self.earlier.size, self.earlier.known) = (self.size, known);
-        if known.is_none() {
+        let is_known = self.is_known(system, state);
+        self.earlier.copy_from(&self.history);
+        self.history.known = None;
+        if !is_known {
+            self.earlier.known = None;
             self.start(system, state)?;
-        }
-        if known.is_some() && h != self.size {
+        } else if h != self.history.size {
             self.resize(h);
         }
         let end = self.advance(system, state, h);
@@ -116,8 +116,8 @@ impl Integrator for Alpha {
             // is of this very time is taken from the force anew.
             let AlphaCoefficients { alpha_m, alpha_f, .. } = self.coefficients;
             let is_elsewhere = system.walls_have_acted() && alpha_m == alpha_f;
-            self.known = (!is_elsewhere).then(|| system.structure());
-            self.size = h;
+            self.history.known = (!is_elsewhere).then(|| system.structure());
+            self.history.size = h;
         } else {
             // A step that fails leaves the memory as it was.
             self.go_back();
@@ -133,19 +133,18 @@ impl Integrator for Alpha {
     }
 
     fn memory(&self, system: &System, state: &State) -> Vec<f64> {
-        let known = self.known == Some(system.structure())
-            && *self.after.x == *state.x()
-            && *self.after.v == *state.v();
-        if known { [&[self.size], &self.acceleration[..], &self.before].concat() } else { vec![] }
+        let AlphaHistory { acceleration, before, size, .. } = &self.history;
+        if self.is_known(system, state) { [&[*size], &acceleration[..], before].concat() } else { vec![] }
     }
 
     fn recall(&mut self, memory: &[f64], system: &System, state: &State) {
-        let n = self.acceleration.len();
+        let AlphaHistory { acceleration, before, size: last, known } = &mut self.history;
+        let n = acceleration.len();
         let memory = memory.split_first().filter(|(_, rows)| rows.len() == 2 * n);
-        self.known = memory.map(|(size, rows)| {
-            self.acceleration.copy_from_slice(&rows[..n]);
-            self.before.copy_from_slice(&rows[n..]);
-            self.size = *size;
+        *known = memory.map(|(size, rows)| {
+            acceleration.copy_from_slice(&rows[..n]);
+            before.copy_from_slice(&rows[n..]);
+            *last = *size;
             self.after.x.copy_from_slice(state.x());
             self.after.v.copy_from_slice(state.v());
             system.structure()
@@ -161,7 +160,7 @@ impl Integrator for Alpha {
     }
 
     fn bytes(&self) -> usize {
-        40 * self.acceleration.len() + self.next.bytes() + self.after.bytes() + self.solver.bytes()
+        40 * self.drift.len() + self.next.bytes() + self.after.bytes() + self.solver.bytes()
     }
 
     fn predicted_bytes(&self, system: &mut System, x: &[f64]) -> usize {
@@ -177,16 +176,17 @@ impl Alpha {
     /// would be of order 1.
     fn resize(&mut self, h: f64) {
         let AlphaCoefficients { alpha_m, alpha_f, .. } = self.coefficients;
-        let factor = (alpha_m - alpha_f) * (h / self.size - 1.0);
+        let AlphaHistory { acceleration, before, size, .. } = &mut self.history;
+        let factor = (alpha_m - alpha_f) * (h / *size - 1.0);
         if factor != 0.0 {
-            self.acceleration.iter_mut().zip(&self.before).for_each(|(a, b)| *a += factor * (*a - b));
+            acceleration.iter_mut().zip(&*before).for_each(|(a, b)| *a += factor * (*a - b));
         }
     }
 
     /// A step from a state whose acceleration is known.
     fn advance(&mut self, system: &mut System, state: &mut State, h: f64) -> Result<(), StepFault> {
         let AlphaCoefficients { alpha_m, alpha_f, beta, gamma } = self.coefficients;
-        let (x, v, a) = (state.x(), state.v(), &self.acceleration);
+        let (x, v, a) = (state.x(), state.v(), &self.history.acceleration);
         let drag = system.ether_drag();
         // With X = x_(n+1-alpha_f), x_(n+1) - x_n = (X - x_n)/(1 - alpha_f), a_(n+1) = (x_(n+1) - x_n -
         // p)/(beta h^2) and v_(n+1) = q + gamma h a_(n+1), the equation of motion is `inertia (X - target) =
@@ -219,20 +219,20 @@ impl Alpha {
         };
         self.solver.minimize(system, &solve, &mut self.next.x, &self.next.v)?;
         let force = if alpha_f == 0.0 { system.force() } else { ForceId::NONE };
-        std::mem::swap(&mut self.acceleration, &mut self.before);
-        let (a, weight) = (&self.before, system.inverse_mass());
+        let AlphaHistory { acceleration, before, .. } = &mut self.history;
+        std::mem::swap(acceleration, before);
+        let (a, weight) = (&*before, system.inverse_mass());
         for i in 0..x.len() {
             if weight[i] == 0.0 {
-                (self.next.v[i], self.acceleration[i]) = (0.0, 0.0);
+                (self.next.v[i], acceleration[i]) = (0.0, 0.0);
                 continue;
             }
             let p = h * v[i] + h * h * (0.5 - beta) * a[i];
             let q = v[i] + h * (1.0 - gamma) * a[i];
             let u = self.solver.increments()[i] / new_f;
-            let acceleration = (u - p) / (beta * h * h);
+            acceleration[i] = (u - p) / (beta * h * h);
             self.next.x[i] = x[i] + u;
-            self.next.v[i] = q + h * gamma * acceleration;
-            self.acceleration[i] = acceleration;
+            self.next.v[i] = q + h * gamma * acceleration[i];
         }
         self.next.commit(system, state, h, force)?;
         self.after.x.copy_from_slice(state.x());
