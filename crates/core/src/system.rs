@@ -496,6 +496,16 @@ impl System {
         }
     }
 
+    /// The part of [`hessian_product`](Self::hessian_product) that is of terms whose stencils stay, written
+    /// over `y`.
+    pub(crate) fn fixed_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) {
+        self.force = ForceId::NONE;
+        y.fill(0.0);
+        for term in self.terms.iter_mut().filter(|term| term.changing().is_none()) {
+            term.add_hessian_product(x, p, y);
+        }
+    }
+
     /// The product with the transpose, and the work `p . dE/dx` of each energy term, in their order, where it
     /// comes with the product, written over `works`. Forces without an energy have a Hessian that is not
     /// symmetric.

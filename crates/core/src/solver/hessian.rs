@@ -300,6 +300,16 @@ impl<const D: usize> Assembler<D> {
         }
     }
 
+    /// `d2E/dx2 p` [N] of a motion `p` of held coordinates, flat [m], written over `y`: of the free
+    /// coordinates, and those of stencils that change by their Hessians in the matrix last assembled.
+    ///
+    /// Projected Hessians hold more stiffness than exact ones: a free vertex between both would follow what
+    /// pushes it by a part of the way only, and the gap between them close.
+    pub(crate) fn held_product(&self, system: &mut System, x: &[f64], p: &[f64], y: &mut [f64]) {
+        system.fixed_hessian_product(x, p, y);
+        self.changing.add_held_product(p, y);
+    }
+
     /// Adds `part` of the largest diagonal entry to the diagonal of the free coordinates.
     pub fn shift(&mut self, part: f64) {
         self.entries += 1;

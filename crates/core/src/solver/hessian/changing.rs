@@ -193,6 +193,23 @@ impl<const D: usize> Changing<D> {
         }
     }
 
+    /// Adds the products of the energies' Hessians, as they were assembled last, with a motion `p` of held
+    /// coordinates, flat [m].
+    pub(super) fn add_held_product(&self, p: &[f64], y: &mut [f64]) {
+        for plan in self.plans.iter().filter(|plan| !plan.term.1) {
+            let mut blocks = plan.blocks.iter();
+            for stencil in plan.stencils.vertices.chunks_exact(plan.stencils.size) {
+                for_pairs(stencil, |a, b| {
+                    let Some(block) = blocks.next() else { return };
+                    add_product(block, false, (b, p), (a, &mut *y));
+                    if a != b {
+                        add_product(block, true, (a, p), (b, &mut *y));
+                    }
+                });
+            }
+        }
+    }
+
     /// Bytes held.
     pub(super) fn bytes(&self) -> usize {
         let plan = |plan: &ListPlan<D>| {
@@ -200,6 +217,21 @@ impl<const D: usize> Changing<D> {
         };
         let whole = self.whole.as_ref().map_or(0, |whole| whole.matrix.bytes() + 4 * whole.place.len());
         whole + self.plans.iter().map(plan).sum::<usize>()
+    }
+}
+
+/// Adds the product of a block, or of its transpose, with the row of one vertex to that of another.
+fn add_product<const D: usize>(
+    block: &Block<D>,
+    is_transposed: bool,
+    (from, p): (u32, &[f64]),
+    (to, y): (u32, &mut [f64]),
+) {
+    let (from, to) = (from as usize * D, to as usize * D);
+    for k in 0..D {
+        for l in 0..D {
+            y[to + k] += if is_transposed { block[l][k] } else { block[k][l] } * p[from + l];
+        }
     }
 }
 

@@ -12,6 +12,19 @@ use crate::solver::options::LinearSolver;
 use crate::solver::{Iterate, Objective};
 use crate::system::System;
 
+/// Request for one linear solve.
+#[derive(Clone, Copy)]
+pub(super) struct LinearRequest<'a> {
+    /// Form of the element Hessians.
+    pub(super) psd: Psd,
+    /// True if the matrix of an earlier iterate may serve.
+    pub(super) old_matrix: bool,
+    /// Tolerance of conjugate gradients.
+    pub(super) tolerance: CgTolerance,
+    /// Motion of held coordinates that free ones follow to first order, flat [m].
+    pub(super) way: Option<&'a [f64]>,
+}
+
 /// Outcome of one linear solve.
 pub(super) enum Direction {
     /// A direction of descent, which solves the linear system.
@@ -59,15 +72,16 @@ impl Pause {
 }
 
 impl<const D: usize> Newton<D> {
-    /// Solves `A d = -residual` for the direction; by conjugate gradients to the tolerance `forcing`.
+    /// Solves `A d = -residual` for the direction, `A_ff d_f = -r_f - A_fp d_p` where free coordinates follow
+    /// a way `d_p` of held ones.
     pub(super) fn solve_linear(
         &mut self,
         system: &mut System,
         objective: &Objective<'_>,
         at: &Iterate,
-        psd: Psd,
-        (old_matrix, forcing): (bool, CgTolerance),
+        request: LinearRequest<'_>,
     ) -> Direction {
+        let LinearRequest { psd, old_matrix, tolerance, way } = request;
         let weights = weights(objective);
         let x = &at.x;
         let linear = self.options.linear.choose(system);
@@ -76,6 +90,10 @@ impl<const D: usize> Newton<D> {
         }
         self.direction.iter_mut().zip(&self.residual).for_each(|(d, r)| *d = -r);
         if linear == LinearSolver::MatrixFree {
+            if let Some(way) = way {
+                system.hessian_product(x, way, &mut self.solution);
+                self.subtract_from_direction(system, weights);
+            }
             return self.matrix_free(system, weights, x);
         }
         let first = self.options.linear.first_iterations(system, objective.inertia, x.len() / D);
@@ -97,6 +115,11 @@ impl<const D: usize> Newton<D> {
             }
             self.work.hessians += 1;
         }
+        if let Some(way) = way {
+            assembler.held_product(system, x, way, &mut self.solution);
+            self.subtract_from_direction(system, weights);
+        }
+        let assembler = self.assembler.as_mut().expect("prepared");
         let matrices @ AssembledMatrix { whole: matrix, fixed, pattern, .. } = AssembledMatrix::of(assembler);
         self.at_hand = None;
         let made_for = (weights, psd, &x[..]);
@@ -125,7 +148,7 @@ impl<const D: usize> Newton<D> {
                 }
             };
             iterative.set_stop(system.stop());
-            let report = iterative.solve(matrices, made_for, &self.direction, &mut self.solution, forcing);
+            let report = iterative.solve(matrices, made_for, &self.direction, &mut self.solution, tolerance);
             self.work.cg_iterations += report.iterations;
             let cost = report.iterations as f64 * iterative.cost_of_iteration(matrix);
             if let (IterativeSolver::Chosen, Some(first)) = (solver, &mut self.first) {
@@ -178,6 +201,14 @@ impl<const D: usize> Newton<D> {
         self.solved_by = None;
         cholesky.solve(&mut self.direction);
         Direction::Descent
+    }
+
+    /// Subtracts the forces in `solution` from the right-hand side in `direction`, of free coordinates.
+    fn subtract_from_direction(&mut self, system: &System, weights: Weights) {
+        let forces = self.direction.iter_mut().zip(&self.solution).zip(system.inverse_mass());
+        for ((right, force), _) in forces.filter(|(_, inverse_mass)| **inverse_mass != 0.0) {
+            *right -= weights.stiffness * force;
+        }
     }
 
     /// Conjugate gradients by products of the exact Hessian, without a preconditioner.

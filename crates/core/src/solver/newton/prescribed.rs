@@ -6,7 +6,7 @@
 //! far as the way is free. Once the way is used up, the search for the minimum goes on as everywhere.
 
 use super::Newton;
-use super::linear::Direction;
+use super::linear::{Direction, LinearRequest};
 use super::solve::{NewtonSolve, SolveProgress};
 use crate::material::Psd;
 use crate::solver::iterative::CG_TOLERANCE;
@@ -88,15 +88,12 @@ impl<const D: usize> Newton<D> {
 
     /// Solves for the direction of the free coordinates, and makes `way` that of the held ones.
     fn direction_along(&mut self, solve: &mut NewtonSolve<'_>, way: &[f64]) -> Result<(), SolveFailure> {
-        let mut follows = vec![0.0; way.len()];
         let (system, objective) = (&mut *solve.system, solve.objective);
-        system.hessian_product(&solve.at.x, way, &mut follows);
         let held: Vec<bool> = system.inverse_mass().iter().map(|w| *w == 0.0).collect();
-        for i in (0..way.len()).filter(|i| !held[*i]) {
-            self.residual[i] += objective.stiffness * follows[i];
-        }
         for psd in [Psd::Exact, Psd::Projected] {
-            let found = self.solve_linear(system, objective, solve.at, psd, (false, CG_TOLERANCE.into()));
+            let tolerance = CG_TOLERANCE.into();
+            let request = LinearRequest { psd, old_matrix: false, tolerance, way: Some(way) };
+            let found = self.solve_linear(system, objective, solve.at, request);
             match found {
                 Direction::Descent | Direction::Truncated => {
                     for i in (0..way.len()).filter(|i| held[*i]) {

@@ -1,7 +1,7 @@
 //! One solve: its iterations, and what one leaves for the next.
 
 use super::evaluation::weights;
-use super::linear::Direction;
+use super::linear::{Direction, LinearRequest};
 use super::prescribed::rest_of_way;
 use super::search::{Accepted, Slope};
 use super::watchdog::Watchdog;
@@ -338,7 +338,8 @@ impl<const D: usize> Newton<D> {
     ) -> Result<(f64, bool), SolveFailure> {
         let tolerance = solve.linear_tolerance();
         let NewtonSolve { system, objective, at, psd, .. } = solve;
-        let found = self.solve_linear(system, objective, at, *psd, (old_matrix, tolerance));
+        let request = LinearRequest { psd: *psd, old_matrix, tolerance, way: None };
+        let found = self.solve_linear(system, objective, at, request);
         let truncated = matches!(found, Direction::Truncated);
         match found {
             Direction::Truncated if objective.single_iteration => Ok((f64::NAN, truncated)),
