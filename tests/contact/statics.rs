@@ -264,3 +264,32 @@ fn columns_whose_duplicates_count_are_those_of_an_independent_program() {
     let top = simulation.positions().chunks(2).map(|x| x[1]).fold(f64::MIN, f64::max);
     assert!((top - 0.611683749079).abs() < 1e-8, "{top:.12} m");
 }
+
+/// A block that sticks to a floor while its top is pushed aside: friction is that of the way to the
+/// equilibrium, after which nothing moves.
+#[test]
+fn friction_of_what_sticks_is_in_reactions_contacts_and_residual() {
+    let scene = "dimension = 2\ntime = { integrator = 'quasi-static', step = 0.1, duration = 1.0 }\n\
+         contact = { distance = 1e-3, friction = 0.5, threshold_speed = 1e-3 }\n\
+         [[body]]\nmesh = { grid = { cells = [8, 4], size = [0.2, 0.1], origin = [0, 0.0005] } }\n\
+         elastic = { neo-hookean = { young = 1e5, poisson = 0.3 } }\nmass = { density = 1000 }\n\
+         pin = [{ half_space = { normal = [0, -1], offset = -0.1 }, \
+         motion = { displacement = ['0.002 * t', '0'] } }]\n\
+         [[obstacle]]\nshape = { box = { min = [-1, -0.1], max = [1, 0] } }\n\
+         motion = { displacement = ['0', '0.01 * smoothstep(0, 0.5, t)'] }\n";
+    let Assembly { mut simulation, topology, .. } = super::assembled(scene);
+    super::advance(&mut simulation, 10);
+    let at_the_end = |simulation: &mut Simulation| {
+        let state = simulation.static_state(&topology).unwrap();
+        let [top, floor] = &simulation.reactions()[..] else { panic!("two pins") };
+        assert!(top.force[0] > 100.0 && top.force[0] < 0.1 * floor.force[1], "{top:?}");
+        assert!((top.force[0] + floor.force[0]).abs() < 1e-6 * top.force[0], "{top:?} {floor:?}");
+        assert!(state.residual < 1e-6 * top.force[0], "{state:?}");
+        let rubbed: f64 = simulation.contacts().iter().map(|contact| contact.friction[0]).sum();
+        assert!((rubbed.abs() - top.force[0]).abs() < 1e-6 * top.force[0], "{rubbed} for {top:?}");
+    };
+    at_the_end(&mut simulation);
+    let checkpoint = simulation.checkpoint();
+    simulation.resume(&checkpoint).unwrap();
+    at_the_end(&mut simulation);
+}

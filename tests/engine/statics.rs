@@ -39,6 +39,28 @@ fn a_pulled_bar_has_the_displacement_the_stress_and_the_reactions_of_the_book() 
     assert!(stress.index < 8 && stress.at[1] < 0.5, "{stress:?}");
 }
 
+/// A heavy block taken along by both its ends, as a rigid body, ever faster: time is a name for the load.
+#[test]
+fn nothing_has_inertia_in_statics() {
+    let motion = "motion = { displacement = ['5 * t^2', '0'] }";
+    let text = format!(
+        "dimension = 2\ntime = {{ integrator = 'quasi-static', step = 0.1, duration = 1.0 }}\n\
+         [[body]]\nmesh = {{ grid = {{ cells = [2, 2], size = [0.1, 0.1] }} }}\n\
+         elastic = {{ neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}\nmass = {{ density = 1e6 }}\n\
+         pin = [{{ half_space = {{ normal = [0, 1], offset = 0.001 }}, {motion} }}, \
+         {{ half_space = {{ normal = [0, -1], offset = -0.099 }}, {motion} }}]\n"
+    );
+    let assembly = Scene::from_toml(&text).unwrap().assemble(UnstableStep::Refuse).ok().unwrap();
+    let mut simulation = assembly.simulation;
+    (0..5).for_each(|_| simulation.step().unwrap());
+    let measured = simulation.diagnostics();
+    assert_eq!((measured.kinetic, measured.linear_momentum), (0.0, [0.0; 3]));
+    assert!(measured.balance.unwrap().motion.unwrap().abs() < 1e-9, "{measured:?}");
+    for reaction in simulation.reactions() {
+        assert!(reaction.force.iter().all(|force| force.abs() < 1e-9), "{reaction:?}");
+    }
+}
+
 /// Place of the end of a cantilever of hexahedra that a traction bends, and iterations of Newton's method.
 fn bent(poisson: f64, traction: f64, increments: u32) -> (Vec<f64>, u64) {
     let text = format!(

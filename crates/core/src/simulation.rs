@@ -35,8 +35,8 @@ use std::sync::atomic::AtomicBool;
 use crate::constraint::Jump;
 use crate::control::Controller;
 use crate::diagnostics::{
-    Balance, Diagnostics, ElementState, Energy, EnergyLedger, Reaction, StabilityLimit, mode_range,
-    reactions, stability_limit,
+    Balance, Diagnostics, ElementState, Energy, EnergyLedger, Reaction, ReactionInputs, StabilityLimit,
+    mode_range, reactions, stability_limit,
 };
 use crate::element::Barycentric;
 pub use crate::energy::ContactExtremes;
@@ -97,6 +97,9 @@ pub struct Simulation {
     contact_extremes: ContactExtremes,
     /// Impulses of walls in the last step that led to the present state.
     wall_impulses: Option<WallImpulses>,
+    /// Velocities that what dissipates saw in the last increment of statics [m/s]: states have none of their
+    /// own but those of prescribed motion.
+    increment_velocities: Option<Vec<f64>>,
     jumps_seen_until: f64,
     /// Points of elements whose state is asked for.
     points: Vec<(usize, Barycentric)>,
@@ -153,6 +156,7 @@ impl Simulation {
             motion_jumps: None,
             contact_extremes: ContactExtremes::default(),
             wall_impulses: None,
+            increment_velocities: None,
             jumps_seen_until: 0.0,
             points: vec![],
             stability: None,
@@ -247,6 +251,9 @@ impl Simulation {
         if !self.system.walls().is_empty() && !self.method.is_static() {
             let last = self.system.books_mut().wall_impulses();
             self.wall_impulses.get_or_insert_default().clone_from(last);
+        }
+        if self.method.is_static() {
+            self.increment_velocities = self.integrator.stage_velocities().first().cloned();
         }
         if let Some(ledger) = &mut self.ledger {
             let State { time, .. } = self.state;
@@ -445,6 +452,7 @@ impl Simulation {
     pub fn state_mut(&mut self) -> &mut State {
         self.close_ledger();
         self.wall_impulses = None;
+        self.increment_velocities = None;
         &mut self.state
     }
 
@@ -500,9 +508,12 @@ impl Simulation {
         self.step_size
     }
 
-    /// Energies, momenta and the worst element, now.
+    /// Energies, momenta and the worst element, now. In statics nothing has inertia, whatever moves.
     pub fn diagnostics(&mut self) -> Diagnostics {
-        let diagnostics = Diagnostics::measure_state(&mut self.system, &self.state);
+        let diagnostics = match self.method.is_static() {
+            true => Diagnostics::measure_at_rest(&mut self.system, &self.state),
+            false => Diagnostics::measure_state(&mut self.system, &self.state),
+        };
         Diagnostics { balance: self.balance(), ..diagnostics }
     }
 
@@ -512,7 +523,9 @@ impl Simulation {
         let State { time, force, .. } = self.state;
         self.system.set_time(time);
         let potential = self.system.potential_with_force(|_| true, self.state.x(), force);
-        let total = self.system.kinetic(self.state.v()) + potential;
+        let is_static = self.method.is_static();
+        let kinetic = if is_static { 0.0 } else { self.system.kinetic(self.state.v()) };
+        let total = kinetic + potential;
         Energy { total, balance: self.balance() }
     }
 
@@ -562,14 +575,24 @@ impl Simulation {
         if none || self.ensure_force(time).is_err() {
             return vec![];
         }
-        let at = (self.state.x(), self.state.v());
-        reactions(&mut self.system, time, self.step_size, at, self.wall_impulses.as_ref())
+        let (x, v) = (self.state.x(), self.state.v());
+        let inputs = ReactionInputs {
+            time,
+            h: self.step_size,
+            x,
+            v,
+            seen: self.increment_velocities.as_deref().unwrap_or(v),
+            has_inertia: !self.method.is_static(),
+            last_step: self.wall_impulses.as_ref(),
+        };
+        reactions(&mut self.system, inputs)
     }
 
     /// Surfaces that touch, now, in a fixed order; empty without contact.
     pub fn contacts(&self) -> Vec<SurfaceContact> {
         let terms = self.system.terms().iter().filter_map(|term| term.touching());
-        terms.flat_map(|term| term.contacts(self.state.x(), self.state.v())).collect()
+        let v = self.increment_velocities.as_deref().unwrap_or(self.state.v());
+        terms.flat_map(|term| term.contacts(self.state.x(), v)).collect()
     }
 
     /// The largest component of the force that is left at a free coordinate, now [N], velocities being what
@@ -578,7 +601,8 @@ impl Simulation {
         self.ensure_force(self.state.time).ok()?;
         let d = self.system.dimension();
         let system = &mut self.system;
-        system.evaluate_dissipation(self.state.x(), self.state.v());
+        let v = self.increment_velocities.as_deref().unwrap_or(self.state.v());
+        system.evaluate_dissipation(self.state.x(), v);
         let mut acceleration = vec![0.0; self.state.x().len()];
         system.accelerations(&mut acceleration);
         let forces = acceleration.iter().enumerate().map(|(i, a)| system.mass()[i / d] * a.abs());

@@ -145,6 +145,7 @@ impl EnergyLedger {
     pub(crate) fn release(&mut self, system: &mut System, x: &[f64], v: &[f64]) {
         if let Some(own) = &mut self.motion {
             let (power, kinetic) = power_of_motion(system, x, v);
+            let kinetic = if self.equilibrium.is_some() { 0.0 } else { kinetic };
             // What flies on takes its energy along.
             own.less -= own.kinetic - kinetic;
             own.kinetic = kinetic;

@@ -53,7 +53,7 @@ pub use balance::Balance;
 pub(crate) use ledger::EnergyLedger;
 pub use measures::{MEASURES, Measure};
 pub use reaction::Reaction;
-pub(crate) use reaction::reactions;
+pub(crate) use reaction::{ReactionInputs, reactions};
 pub use stability::{
     DampedMode, HighestFrequency, ModeRange, StabilityLimit, largest_frequency, mode_range, stability_limit,
 };
@@ -72,6 +72,12 @@ impl Diagnostics {
     /// The same of `state`, without computing again what came with its force.
     pub(crate) fn measure_state(system: &mut System, state: &State) -> Self {
         Self::measure_with_force(system, state.time, state.x(), state.v(), state.force)
+    }
+
+    /// The same without inertia: kinetic energy and momenta are none.
+    pub(crate) fn measure_at_rest(system: &mut System, state: &State) -> Self {
+        let rest = vec![0.0; state.v().len()];
+        Self::measure_with_force(system, state.time, state.x(), &rest, state.force)
     }
 
     fn measure_with_force(system: &mut System, time: f64, x: &[f64], v: &[f64], force: ForceId) -> Self {

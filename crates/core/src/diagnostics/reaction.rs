@@ -7,7 +7,8 @@ use crate::system::{System, WallImpulses};
 /// The force with which a pin holds its vertices or a wall pushes, now.
 ///
 /// Of a pin it is `sum m a + dE/dx + dR/dv + c m v` over its coordinates, which is what is left for it to
-/// carry of the equations of motion (`c` the ether drag), less what walls push at them.
+/// carry of the equations of motion (`c` the ether drag), less what walls push at them. In statics it is
+/// `sum dE/dx + dR/dv`, with the velocities of the way to the equilibrium.
 ///
 /// Of a wall it is the mean over the last step, `sum m (v' - v*) / h` and what drag has taken from the
 /// velocities that it takes back: its impulse on the vertices that it has stopped, along its normal alone,
@@ -34,30 +35,45 @@ pub struct Reaction {
 /// velocities.
 const SPAN: f64 = 1e-3;
 
-/// The reactions of the pins and then of the walls of `system`, which holds the force at `x`, at `time`
-/// [s], after a step of `h` [s] in which walls gave the impulses `last_step`, where they are known;
-/// accelerations of prescribed motion are central differences of its exact velocities. A coordinate in
-/// several pins counts for the first.
-pub(crate) fn reactions(
-    system: &mut System,
-    time: f64,
-    h: f64,
-    (x, v): (&[f64], &[f64]),
-    last_step: Option<&WallImpulses>,
-) -> Vec<Reaction> {
+/// State that reactions are of.
+#[derive(Clone, Copy)]
+pub(crate) struct ReactionInputs<'a> {
+    /// [s]
+    pub(crate) time: f64,
+    /// Size of the last step [s].
+    pub(crate) h: f64,
+    /// Positions, flat [m].
+    pub(crate) x: &'a [f64],
+    /// Velocities, flat [m/s].
+    pub(crate) v: &'a [f64],
+    /// Velocities that what dissipates sees, flat [m/s].
+    pub(crate) seen: &'a [f64],
+    /// False in statics: neither accelerations nor drag count.
+    pub(crate) has_inertia: bool,
+    /// Impulses of walls in the last step, where they are known.
+    pub(crate) last_step: Option<&'a WallImpulses>,
+}
+
+/// The reactions of the pins and then of the walls of `system`, which holds the force at `x`; accelerations
+/// of prescribed motion are central differences of its exact velocities. A coordinate in several pins counts
+/// for the first.
+pub(crate) fn reactions(system: &mut System, inputs: ReactionInputs<'_>) -> Vec<Reaction> {
+    let ReactionInputs { time, h, x, v, seen, has_inertia, last_step } = inputs;
     if system.is_damped() {
-        system.evaluate_dissipation(x, v);
+        system.evaluate_dissipation(x, seen);
     }
     let span = SPAN * h;
     let walls = (!system.walls().is_empty()).then(|| match last_step {
         Some(impulses) => WallForces::of_last_step(system, impulses, x.len()),
         None => WallForces::new(system, h, x, v),
     });
-    let acceleration = accelerations(system, time, span, x, v);
+    let acceleration = if has_inertia { accelerations(system, time, span, x, v) } else { None };
+    let drag = if has_inertia { system.ether_drag() } else { 0.0 };
     let mut counted = vec![false; x.len()];
     let pushed = walls.as_ref().map(|walls| &walls.at_vertices[..]);
     let held = system.constraints().iter();
-    let pins = held.map(|hold| reaction(system, hold, x, v, acceleration.as_deref(), pushed, &mut counted));
+    let pins =
+        held.map(|hold| reaction(system, hold, (x, v, drag), acceleration.as_deref(), pushed, &mut counted));
     let pins: Vec<Reaction> = pins.collect();
     pins.into_iter().chain(walls.into_iter().flat_map(|walls| walls.reactions)).collect()
 }
@@ -77,13 +93,12 @@ fn accelerations(system: &System, time: f64, span: f64, x: &[f64], v: &[f64]) ->
 fn reaction(
     system: &System,
     hold: &Hold,
-    x: &[f64],
-    v: &[f64],
+    (x, v, drag): (&[f64], &[f64], f64),
     acceleration: Option<&[f64]>,
     pushed: Option<&[f64]>,
     counted: &mut [bool],
 ) -> Reaction {
-    let (d, drag, axes) = (system.dimension(), system.ether_drag(), hold.axes());
+    let (d, axes) = (system.dimension(), hold.axes());
     let point = |vertex: usize| {
         let mut point = [0.0; 3];
         point[..d].copy_from_slice(&x[vertex * d..][..d]);

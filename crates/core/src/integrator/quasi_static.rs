@@ -39,6 +39,9 @@ pub struct QuasiStatic {
     drift: Vec<f64>,
     /// Matrices of the last step, iterations where none is made.
     matrices: u64,
+    /// Velocities that what dissipates saw at the end of the last step [m/s]: one vector, none where nothing
+    /// does.
+    seen: Vec<Vec<f64>>,
 }
 
 impl QuasiStatic {
@@ -51,6 +54,7 @@ impl QuasiStatic {
             origin: zero(),
             drift: zero(),
             matrices: 0,
+            seen: vec![],
         }
     }
 }
@@ -80,7 +84,15 @@ impl Integrator for QuasiStatic {
             matrices => matrices,
         };
         let force = system.force();
-        self.next.commit(system, state, h, force)
+        self.next.commit(system, state, h, force)?;
+        self.seen.clear();
+        if system.is_damped() {
+            let on_the_way = state.x().iter().zip(&self.origin).map(|(x, before)| (x - before) / h);
+            let each = on_the_way.zip(state.v()).zip(system.inverse_mass());
+            let seen = each.map(|((way, held), weight)| if *weight == 0.0 { *held } else { way });
+            self.seen.push(seen.collect());
+        }
+        Ok(())
     }
 
     fn undo(&mut self, state: &mut State) {
@@ -89,6 +101,12 @@ impl Integrator for QuasiStatic {
 
     fn judge(&mut self, _: &mut System, _: &State, _: f64, _: &Tolerances) -> Option<Judgement> {
         Some(Judgement::Matrices(self.matrices))
+    }
+
+    /// One stage, the equilibrium: free coordinates have the velocities of the way to it, held ones those of
+    /// prescribed motion.
+    fn stage_velocities(&self) -> &[Vec<f64>] {
+        &self.seen
     }
 
     fn exchange_structure(&mut self, system: &System, lent: Option<LentStructure>) -> Option<LentStructure> {
@@ -100,7 +118,8 @@ impl Integrator for QuasiStatic {
     }
 
     fn bytes(&self) -> usize {
-        16 * self.origin.len() + self.next.bytes() + self.solver.bytes()
+        let seen: usize = self.seen.iter().map(|seen| size_of_val(&seen[..])).sum();
+        16 * self.origin.len() + seen + self.next.bytes() + self.solver.bytes()
     }
 
     fn predicted_bytes(&self, system: &mut System, x: &[f64]) -> usize {

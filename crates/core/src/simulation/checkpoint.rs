@@ -31,6 +31,9 @@ pub struct Checkpoint {
     /// Impulses of walls in the last step.
     #[serde(default)]
     wall_impulses: Option<WallImpulses>,
+    /// Velocities that what dissipates saw in the last increment of statics [m/s].
+    #[serde(default)]
+    increment_velocities: Option<Vec<f64>>,
     /// Time up to which jumps have been looked for [s].
     jumps_seen_until: f64,
 }
@@ -57,6 +60,7 @@ impl Simulation {
             motion_jumps: self.motion_jumps.clone(),
             contact_extremes: self.contact_extremes.clone(),
             wall_impulses: self.wall_impulses.clone(),
+            increment_velocities: self.increment_velocities.clone(),
             jumps_seen_until: self.jumps_seen_until,
         };
         let resumed = self.go_on_from(&checkpoint);
@@ -93,6 +97,7 @@ impl Simulation {
         self.motion_jumps = checkpoint.motion_jumps.clone();
         self.contact_extremes = checkpoint.contact_extremes.clone();
         self.wall_impulses.clone_from(&checkpoint.wall_impulses);
+        self.increment_velocities.clone_from(&checkpoint.increment_velocities);
         self.jumps_seen_until = checkpoint.jumps_seen_until;
         true
     }

@@ -154,6 +154,7 @@ impl Simulation {
         self.state.v_mut().copy_from_slice(&self.numbering.to_internal(&snapshot.v, d));
         self.state.force = ForceId::NONE;
         self.wall_impulses = None;
+        self.increment_velocities = None;
     }
 
     /// Begins the scheme anew from the state of `snapshot`, with its memory, balance of energy and size of
@@ -185,6 +186,7 @@ impl Simulation {
         let (state, ledger, pace) = (self.state.clone(), self.ledger.clone(), self.pace());
         let path = self.path().cloned();
         let wall_impulses = self.wall_impulses.clone();
+        let increment_velocities = self.increment_velocities.clone();
         self.set_positions(x);
         self.set_velocities(v);
         // Its balance is not read.
@@ -196,6 +198,7 @@ impl Simulation {
         }
         self.state = state;
         self.wall_impulses = wall_impulses;
+        self.increment_velocities = increment_velocities;
         self.hold_as_after(self.state.step, self.state.time);
         self.integrator.recall(&memory, &self.system, &self.state);
         self.set_ledger(ledger);

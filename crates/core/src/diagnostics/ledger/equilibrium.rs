@@ -35,10 +35,13 @@ impl Equilibrium {
 
 impl EnergyLedger {
     /// The same for a quasi-static run, whose state at `time` [s] is `x`. Neither drag nor walls take
-    /// anything there: nothing moves.
+    /// anything there, and what moves has no inertia.
     pub(crate) fn between_equilibria(mut self, system: &mut System, time: f64, x: &[f64]) -> Self {
         self.equilibrium = Some(Equilibrium::of(system, self.looked, time, x));
         (self.ether_drag, self.walls) = (None, None);
+        if let Some(own) = &mut self.motion {
+            (own.kinetic, own.less) = (0.0, 0.0);
+        }
         system.books_mut().count_walls(false);
         self
     }
@@ -72,7 +75,7 @@ impl EnergyLedger {
         };
         self.each(works, |integral, work| integral.add(work));
         if let Some(own) = &mut self.motion {
-            let (power, kinetic) = power_of_motion(system, x, v);
+            let (power, _) = power_of_motion(system, x, v);
             // Along a path velocities are none.
             if system.is_damped() || system.load_factor().is_some() {
                 own.power.add(work_of_motion(system, (&last, &now), x, &rate, &dx));
@@ -80,7 +83,6 @@ impl EnergyLedger {
                 // Velocities of what moves are known: the integral of the power is of fourth order.
                 own.power.advance(h, power);
             }
-            own.kinetic = kinetic;
         }
         self.equilibrium = Some(now);
     }
