@@ -293,3 +293,30 @@ fn friction_of_what_sticks_is_in_reactions_contacts_and_residual() {
     simulation.resume(&checkpoint).unwrap();
     at_the_end(&mut simulation);
 }
+
+/// A block between two plates without friction: nothing holds it sideways, and rounding moves it there.
+#[test]
+fn a_block_that_nothing_holds_sideways_is_pressed() {
+    let plate = |name: &str, normal: f64, offset: f64| {
+        format!(
+            "[[obstacle]]\nname = '{name}'\nshape = {{ half_space = {{ normal = [0, {normal}], offset = {offset} }} }}\n"
+        )
+    };
+    let scene = format!(
+        "dimension = 2\ntime = {{ integrator = 'quasi-static', step = 0.1, duration = 1.0 }}\ncontact = {{}}\n\
+         [[body]]\nmesh = {{ grid = {{ cells = [6, 6], size = [0.2, 0.2], origin = [0, 0.0005] }} }}\n\
+         elastic = {{ linear = {{ young = 5e4, poisson = 0 }} }}\nmass = {{ density = 1000 }}\n{}{}\
+         motion = {{ displacement = ['0', '-0.02 * t'] }}\n",
+        plate("floor", 1.0, 0.0),
+        plate("plate", -1.0, -0.201)
+    );
+    let mut simulation = super::assembled(&scene).simulation;
+    super::advance(&mut simulation, 10);
+    let reactions = simulation.reactions();
+    // By 2 cm less the millimetre that was free at the start, and the gaps that are left on both sides.
+    let gap = simulation.contacts().iter().fold(f64::INFINITY, |least, contact| least.min(contact.gap));
+    let expected = 5e4 * 0.2 * (0.02 - 0.001 + 2.0 * gap) / 0.2;
+    assert!((reactions[0].force[1] - expected).abs() < 0.01 * expected, "{reactions:?}, {expected}");
+    let iterations = simulation.work().solver.unwrap().newton_iterations;
+    assert!(iterations < 100, "{iterations}");
+}

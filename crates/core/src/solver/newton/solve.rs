@@ -24,6 +24,9 @@ const NEAR_END: f64 = 100.0;
 /// Hessians of cloth that buckles against a body are indefinite until shortly before the minimum: each that
 /// is tried in vain costs as much as the projected one after it.
 const EXACT_AGAIN: f64 = 0.2;
+/// Forces left in statics, over the largest of all, held coordinates included, that are rounding: positions
+/// have 1e-16 of their own, and contact is stiff.
+const BALANCED: f64 = 1e-11;
 /// Whole steps with projected Hessians after which an exact one is tried there in any case, twice as many
 /// after each that was indefinite: projected ones may lead to a minimum ever more slowly.
 const FIRST_WAIT: u32 = 4;
@@ -489,6 +492,18 @@ impl<const D: usize> Newton<D> {
         renewed
     }
 
+    /// True in statics where forces are in balance to rounding: what nothing holds in some direction has
+    /// corrections of any size there.
+    fn is_balanced(&self, solve: &NewtonSolve<'_>) -> bool {
+        if solve.objective.inertia != 0.0 {
+            return false;
+        }
+        let mut forces = vec![0.0; self.residual.len()];
+        solve.system.terms().iter().for_each(|term| term.add_rows(0, &mut forces));
+        let largest = |forces: &[f64]| forces.iter().fold(0.0, |m: f64, force| m.max(force.abs()));
+        largest(&self.residual) <= BALANCED * largest(&forces)
+    }
+
     /// True if the iterate is the solution to the tolerance, or to rounding; `steady` where matrices were
     /// exact and steps whole.
     fn has_converged(&self, solve: &NewtonSolve<'_>, found: Correction, steady: bool) -> bool {
@@ -496,7 +511,7 @@ impl<const D: usize> Newton<D> {
         // The first correction by a factor of an earlier solve says little about the next.
         let known = (solve.iteration > 0 || !found.old_matrix) && !found.truncated;
         let tolerance = self.tolerance(solve.system, solve.objective, solve.at);
-        let rounding = correction <= solve.floor && correction >= 0.5 * before;
+        let rounding = correction >= 0.5 * before && (correction <= solve.floor || self.is_balanced(solve));
         // A solve with a large residual may leave a small correction where the matrix is ill conditioned: the
         // last one is accurate.
         let left = if steady { self.left(solve.objective, before, correction) } else { correction };
