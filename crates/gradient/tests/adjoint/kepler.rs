@@ -4,7 +4,7 @@ use pliant::energy::nbody::{NBody, TreeGravity};
 use pliant::simulation::Simulation;
 use pliant::state::State;
 use pliant::system::System;
-use pliant_gradient::{LossFrame, UNLIMITED, gradient};
+use pliant_gradient::{LossFrame, Parameter, TermFactor, UNLIMITED, gradient};
 
 use crate::support::{case, method, numbers, solve_exactly};
 
@@ -20,8 +20,9 @@ fn planet(scheme: &str) -> Simulation {
     simulation
 }
 
-/// Derivatives of a component of the last state, `x`, `y`, `u` or `v`, by all of the first.
-fn row(scheme: &str, component: usize) -> [f64; 4] {
+/// Derivatives of a component of the last state, `x`, `y`, `u` or `v`, by all of the first, and by the
+/// gravitational parameter of the sun, 1.
+fn row(scheme: &str, component: usize) -> [f64; 5] {
     let mut loss = |frame: &LossFrame<'_>, x_bar: &mut [f64], v_bar: &mut [f64]| {
         if frame.step < STEPS {
             return 0.0;
@@ -30,8 +31,11 @@ fn row(scheme: &str, component: usize) -> [f64; 4] {
         bar[2 + component % 2] = 1.0;
         rows[2 + component % 2]
     };
-    let found = gradient(&mut planet(scheme), STEPS, &mut loss, &mut [], UNLIMITED).unwrap();
-    [found.position[2], found.position[3], found.velocity[2], found.velocity[3]]
+    let attraction = TermFactor::new(vec![(1.0, "mutual gravity of 2 particles".into())]);
+    let parameters = &mut [Box::new(attraction) as Box<dyn Parameter>];
+    let found = gradient(&mut planet(scheme), STEPS, &mut loss, parameters, UNLIMITED).unwrap();
+    let by_sun = found.parameters[0][0];
+    [found.position[2], found.position[3], found.velocity[2], found.velocity[3], by_sun]
 }
 
 // That of ias15 is the exact flow, to rounding. Relative to the largest entry; the flow has stretched some
@@ -54,11 +58,11 @@ fn schemes_have_the_derivative_of_their_flow() {
 #[test]
 fn symplectic_schemes_keep_areas() {
     for scheme in ["symplectic-euler", "velocity-verlet", "yoshida4", "implicit-midpoint", "gauss2"] {
-        let rows: Vec<[f64; 4]> = (0..4).map(|component| row(scheme, component)).collect();
+        let rows: Vec<[f64; 5]> = (0..4).map(|component| row(scheme, component)).collect();
         let area = |i: usize, j: usize| {
             (0..2).map(|k| rows[k][i] * rows[k + 2][j] - rows[k + 2][i] * rows[k][j]).sum::<f64>()
         };
-        let size = rows.iter().flatten().fold(0.0, |size: f64, e| size.max(e.abs()));
+        let size = rows.iter().flat_map(|row| &row[..4]).fold(0.0, |size: f64, e| size.max(e.abs()));
         for i in 0..4 {
             for j in 0..4 {
                 let exact = f64::from(i8::from(j == i + 2) - i8::from(i == j + 2));

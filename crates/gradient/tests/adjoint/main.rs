@@ -8,6 +8,7 @@ mod by_parameters;
 mod cell_shapes;
 mod cells;
 mod chain;
+mod chaos;
 mod constants;
 mod contact;
 mod dashpots;
