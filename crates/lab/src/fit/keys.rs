@@ -11,6 +11,8 @@ const OF_BODIES: [&str; 9] =
     ["elastic", "mass", "damping", "springs", "bending", "membrane", "load", "velocity", "contact"];
 /// Parts of a scene that do.
 const OF_SCENES: [&str; 3] = ["world", "contact", "attachment"];
+/// Parts of a scene that say how it is computed and looked at: runs must not depend on them.
+const OF_RUNS: [&str; 4] = ["time", "output", "probe", "study"];
 /// Keys that a message lists at most.
 const LISTED: usize = 40;
 
@@ -47,6 +49,11 @@ impl FittedKey {
             Some(Value::Object(_) | Value::Array(_)) => return Err(wrong("is no single number")),
             Some(Value::Bool(_)) => return Err(wrong("is no number")),
             _ => {}
+        }
+        if let Some(KeySegment::Key(part)) = path.segments().first()
+            && OF_RUNS.contains(&&part[..])
+        {
+            return Err(wrong("says how the scene is computed, not what it is made of"));
         }
         // Moduli may be given by others than the scene keeps: `bulk` and `shear`.
         let value = of_text(source, &path).or_else(|| read.and_then(Value::as_f64));
@@ -185,6 +192,7 @@ mod tests {
             ("body.0.mesh.grid.cells.0", "is a whole number"),
             ("body.0.elastic", "is no single number"),
             ("time.integrator", "is a text or a formula"),
+            ("time.duration", "says how the scene is computed"),
         ] {
             let message = find(name).unwrap_err().to_string();
             assert!(message.contains(&format!("`{name}` {problem}")), "{message}");
