@@ -73,6 +73,31 @@ fn a_bar_pushed_against_elements_of_second_order_takes_them_along() {
     assert!(work.longest_limited < 10, "{work:?}");
 }
 
+/// A box lifts a soft cube whose vertices are over the diagonal of its face, where slopes of forces jump:
+/// Newton's method went to and fro over that, and bars of the cube followed the box too slowly.
+#[test]
+fn a_box_lifts_a_cube_that_is_aligned_with_its_edges() {
+    for friction in ["0", "0.3"] {
+        let scene = format!(
+            "dimension = 3\ntime = {{ integrator = 'implicit-euler', step = 0.01, duration = 0.6 }}\n\
+             world = {{ gravity = [0, 0, -9.81] }}\ncontact = {{ friction = {friction} }}\n\
+             [[body]]\nmesh = {{ grid = {{ cells = [3, 3, 3], size = [0.2, 0.2, 0.2], origin = [0, 0, 0.02] }} }}\n\
+             elastic = {{ neo-hookean = {{ young = 5e4, poisson = 0.4 }} }}\nmass = {{ density = 1000 }}\n\
+             [[obstacle]]\nshape = {{ box = {{ min = [-0.1, -0.1, -0.2], max = [0.3, 0.3, 0] }} }}\n\
+             motion = {{ velocity = [0, 0, 0.3] }}\n"
+        );
+        let mut simulation = super::assembled(&scene).simulation;
+        super::advance(&mut simulation, 60);
+        let heights: Vec<f64> = simulation.positions().chunks(3).take(64).map(|x| x[2]).collect();
+        let lowest = heights.iter().copied().fold(f64::MAX, f64::min);
+        let velocities = simulation.velocities();
+        let speed = velocities.chunks(3).take(64).map(|v| v[2]).sum::<f64>() / 64.0;
+        // The top of the box is at 0.18 m.
+        assert!(lowest > 0.18 && lowest < 0.25, "{lowest}");
+        assert!((-0.7..1.0).contains(&speed), "{speed}");
+    }
+}
+
 /// Pins of a body that is not in their way itself: pressed onto a floor from above, and driven into it.
 #[test]
 fn a_pin_driven_into_a_floor_is_named() {

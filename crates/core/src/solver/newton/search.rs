@@ -19,6 +19,9 @@ const DROWNED: f64 = 1e-5;
 /// The slope at the end of such a step may be uphill by this part of that at its beginning; ibid., with
 /// delta = 0.1.
 const FLATTER: f64 = 0.8;
+/// So where corrections have not shrunk for many iterations: forces have a kink on the way, and whole steps
+/// to and fro over it would be as good for ever.
+const FLAT: f64 = 0.0;
 /// A step that ends with this part of the slope at its beginning has ended too early.
 const DOWNHILL: f64 = 0.5;
 /// Whole steps that one direction may go, a power of two.
@@ -45,6 +48,8 @@ pub(super) struct Slope {
     pub(super) projected: bool,
     /// True if a whole step may end above its promise.
     pub(super) may_rise: bool,
+    /// True if corrections have not shrunk for many iterations.
+    pub(super) stagnates: bool,
 }
 
 /// A step that is as good as its slope promises, in `trial`.
@@ -74,7 +79,8 @@ impl<const D: usize> Newton<D> {
         at: &Iterate,
         along: &Slope,
     ) -> Option<Accepted> {
-        let Slope { start, slope, correction, negligible, whole, projected, may_rise } = *along;
+        let Slope { start, slope, correction, negligible, whole, projected, may_rise, stagnates } = *along;
+        let most_uphill = if stagnates { FLAT } else { FLATTER };
         let mut step = system.max_step(&at.x, &self.direction);
         let shortened = step < 1.0 && system.has_guards();
         let mut halvings = 0;
@@ -100,7 +106,7 @@ impl<const D: usize> Newton<D> {
                 let finite = self.residual_at_trial(system, objective);
                 let end = dot(&self.direction, &self.residual);
                 // Downhill at the end is as good: the way to a saddle gets steeper.
-                if finite && (end <= FLATTER * slope.abs() || correction <= negligible) {
+                if finite && (end <= most_uphill * slope.abs() || correction <= negligible) {
                     return Some(Accepted { finite: Some(finite), ..accepted });
                 }
                 // The way on, or back, is from the iterate.

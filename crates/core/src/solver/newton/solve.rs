@@ -24,6 +24,8 @@ const NEAR_END: f64 = 100.0;
 /// Hessians of cloth that buckles against a body are indefinite until shortly before the minimum: each that
 /// is tried in vain costs as much as the projected one after it.
 const EXACT_AGAIN: f64 = 0.2;
+/// Iterations without a smaller correction than before after which steps must not end uphill.
+const STAGNANT: u32 = 30;
 /// Forces left in statics, over the largest of all, held coordinates included, that are rounding: positions
 /// have 1e-16 of their own, and contact is stiff.
 const BALANCED: f64 = 1e-11;
@@ -41,6 +43,9 @@ pub(super) struct NewtonSolve<'a> {
     /// Largest component of the last correction [m], and of the one before.
     pub(super) correction: f64,
     before: f64,
+    /// The least so far, and iterations since then.
+    least: f64,
+    stagnant: u32,
     /// The objective at the iterate, where the line search left it.
     value: Option<f64>,
     /// Its part there that is the same from every iterate.
@@ -116,6 +121,8 @@ impl<'a> NewtonSolve<'a> {
             iteration: 0,
             correction: f64::INFINITY,
             before: f64::INFINITY,
+            least: f64::INFINITY,
+            stagnant: 0,
             value: None,
             conservative: None,
             psd: Psd::Exact,
@@ -145,6 +152,7 @@ impl<'a> NewtonSolve<'a> {
     /// Forgets what corrections were like: the iterate is another one, of this value where that is known.
     pub(super) fn start_anew(&mut self, value: Option<f64>) {
         (self.correction, self.before) = (f64::INFINITY, f64::INFINITY);
+        (self.least, self.stagnant) = (f64::INFINITY, 0);
         (self.keep, self.psd, self.value, self.conservative) = (false, Psd::Exact, value, None);
         (self.exact_below, self.wait, self.waited) = (f64::INFINITY, 0, 0);
     }
@@ -273,6 +281,8 @@ impl<const D: usize> Newton<D> {
         solve.negligible = self.tolerance(solve.system, solve.objective, solve.at).max(solve.floor);
         let Some(found) = self.correction(solve)? else { return Ok(Converged) };
         self.work.newton_iterations += 1;
+        solve.stagnant = if solve.correction < solve.least { 0 } else { solve.stagnant + 1 };
+        solve.least = solve.least.min(solve.correction);
         solve.check_distance(self.size)?;
         if solve.objective.single_iteration {
             self.move_along(solve.system, solve.objective, solve.at, 1.0);
@@ -372,7 +382,8 @@ impl<const D: usize> Newton<D> {
             && (solve.iteration == 0 || !found.old_matrix)
             && !(projected || found.truncated || solve.system.has_guards())
             && self.follower.is_empty();
-        Slope { start, slope: found.slope, correction, negligible, whole, projected, may_rise }
+        let stagnates = solve.stagnant > STAGNANT;
+        Slope { start, slope: found.slope, correction, negligible, whole, projected, may_rise, stagnates }
     }
 
     /// After a correction that lowers the objective nowhere: a better one from the same place, if there is
