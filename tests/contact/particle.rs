@@ -184,6 +184,11 @@ fn a_particle_at_rest_is_where_the_barrier_carries_it() {
     super::advance(&mut simulation, 1);
     let y = simulation.state().x()[1];
     assert!((y - 0.009796444424245).abs() < 1e-12, "{y}");
+    // About that place it oscillates, and explicit steps are bound by it.
+    simulation.set_method(IntegratorSpec::SymplecticEuler.method());
+    let limit = simulation.stability_limit(1.0).unwrap();
+    assert!((limit.frequency / 309.401396 - 1.0).abs() < 1e-8, "{limit:?}");
+    assert!((limit.step / 0.0064640949 - 1.0).abs() < 1e-7, "{limit:?}");
 }
 
 /// Restitution and the largest energy over the first, of the phase `k / 20` of a step.
@@ -224,17 +229,27 @@ fn rebound(scheme: &IntegratorSpec, h: f64, k: usize) -> [f64; 2] {
 #[test]
 fn rebounds_of_every_scheme_are_those_of_an_independent_program() {
     let alpha = IntegratorSpec::GeneralisedAlpha(GeneralisedAlphaParameters { rho: 0.0 });
-    let cases: [(&IntegratorSpec, f64, f64, f64, bool); 10] = [
+    let bdf2 = IntegratorSpec::Bdf2(Default::default());
+    let cases: [(&IntegratorSpec, f64, f64, f64, bool); 19] = [
         (&IntegratorSpec::VelocityVerlet, 1e-4, 1.0, 0.005, false),
         (&IntegratorSpec::SymplecticEuler, 1e-4, 1.0, 0.005, false),
         (&IntegratorSpec::ImplicitEuler, 1e-3, 0.299, 0.002, true),
+        (&IntegratorSpec::ImplicitEuler, 3e-4, 0.646, 0.002, true),
         (&IntegratorSpec::ImplicitEuler, 1e-4, 0.858, 0.002, true),
-        (&IntegratorSpec::Bdf2(Default::default()), 1e-3, 0.821, 0.002, true),
-        (&IntegratorSpec::Bdf2(Default::default()), 1e-4, 0.999, 0.002, true),
+        (&bdf2, 1e-3, 0.821, 0.002, true),
+        (&bdf2, 3e-4, 0.982, 0.002, true),
+        (&bdf2, 1e-4, 0.999, 0.002, true),
         (&IntegratorSpec::TrBdf2, 1e-3, 0.992, 0.002, false),
+        (&IntegratorSpec::TrBdf2, 3e-4, 0.9997, 0.002, false),
+        (&IntegratorSpec::TrBdf2, 1e-4, 1.0, 0.002, false),
         (&IntegratorSpec::Sdirk2, 1e-3, 0.990, 0.002, false),
+        (&IntegratorSpec::Sdirk2, 3e-4, 0.9997, 0.002, false),
         (&IntegratorSpec::Trapezoid, 1e-3, 1.001, 0.02, false),
-        (&alpha, 1e-3, 0.742, 0.02, false),
+        (&IntegratorSpec::Trapezoid, 3e-4, 1.0, 0.002, false),
+        (&IntegratorSpec::Trapezoid, 1e-4, 1.0, 6e-4, false),
+        (&alpha, 1e-3, 0.742, 0.002, false),
+        (&alpha, 3e-4, 0.964, 0.002, false),
+        (&alpha, 1e-4, 0.998, 0.002, false),
     ];
     for (scheme, h, expected, tolerance, never_gains) in cases {
         let all: Vec<[f64; 2]> = (0..20).map(|k| rebound(scheme, h, k)).collect();
