@@ -29,6 +29,7 @@ impl BadStart {
         let place = self.place[..D].iter().map(|x| format!("{x:.6}")).collect::<Vec<_>>().join(", ");
         match self.gap {
             None => format!("{a} crosses {b} at ({place}) m"),
+            Some(0.0) => format!("{a} and {b} touch, without a gap between them, at ({place}) m"),
             Some(gap) => format!("{a} and {b} overlap by {} m at ({place}) m", Rounded::<4>(-gap)),
         }
     }

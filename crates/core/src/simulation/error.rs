@@ -35,12 +35,11 @@ pub enum StepError {
     },
     /// The equations of an implicit step were not solved.
     #[error(
-        "step {step} ({}) was not solved{}: {verdict}; {iterations} iterations, last correction {correction} m{}{}; \
-         {}",
+        "step {step} ({}) was not solved{}: {verdict}{}{}{}; {}",
         moment(*.time, .statics.as_deref()), nor_in_parts(.retried.as_deref()),
+        iterations_taken(*.iterations, *.correction),
         left_over(.statics.as_ref().and_then(|statics| statics.left)), place(.fault),
-        remedy(*.verdict, .fault, .statics.as_deref(), *.step_size, .retried.as_deref()),
-        correction = Rounded::<4>(*.correction)
+        remedy(*.verdict, .fault, .statics.as_deref(), *.step_size, .retried.as_deref())
     )]
     Unsolved {
         /// The step that was tried, from 1.
@@ -222,6 +221,17 @@ fn remedy(
         SolveFailure::LinearSolver => format!("take `linear = \"cholesky\"`, or try {smaller}"),
         _ => format!("try {smaller}"),
     }
+}
+
+/// Iterations of a solve and the correction of the last; nothing where it ended before the first.
+fn iterations_taken(iterations: u32, correction: f64) -> String {
+    if correction.is_infinite() {
+        return String::new();
+    }
+    format!(
+        "; {iterations} iterations, last correction {correction} m",
+        correction = Rounded::<4>(correction)
+    )
 }
 
 /// The largest force that a solve of statics has left.

@@ -119,9 +119,11 @@ fn reactions_without_a_pin_are_a_mistake_where_they_stand() {
     assert_ne!(without_walls, before);
     let source = Source::new("scene.toml", without_walls);
     let text = source.scene().unwrap_err().to_string();
-    for says in
-        ["5:23", "channel `reactions` is about pins and walls, and the scene has none", "give a body a `pin`"]
-    {
+    for says in [
+        "5:23",
+        "channel `reactions` is about pins, obstacles and walls, and the scene has none",
+        "give a body a `pin`",
+    ] {
         assert!(text.contains(says), "{says:?} is not in\n{text}");
     }
 }

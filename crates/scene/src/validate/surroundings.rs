@@ -123,9 +123,11 @@ pub(super) fn output(check: &mut Checker, path: &KeyPath, scene: &Scene) {
             && scene.obstacle.is_empty()
             && scene.body.iter().all(|body| body.pin.is_empty());
         if *channel == Channel::Reactions && nothing_holds {
-            let message = "channel `reactions` is about pins and walls, and the scene has none";
+            let message = "channel `reactions` is about pins, obstacles and walls, and the scene has none";
             let problem = Problem::semantic(path.key("channels").index(index), message);
-            check.report(problem.with_help("leave it out, or give a body a `pin` or the world a wall"));
+            check.report(problem.with_help(
+                "leave it out, or give a body a `pin`, the scene an `[[obstacle]]` or the world a wall",
+            ));
         }
         if *channel == Channel::Contacts && scene.acting_contact().is_none() {
             let message = "channel `contacts` is about surfaces that touch, and the scene has no `[contact]`";

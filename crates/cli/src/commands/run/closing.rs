@@ -433,12 +433,13 @@ impl<'a> Closing<'a> {
             let [a, b] = &least.bodies;
             let part = share(least.relative);
             // Walls of a scene without `[contact]` begin to push at their planes.
-            let place = match least.gap < 0.0 {
-                true => format!(
+            let place = match (least.gap < 0.0, least.relative < 0.0) {
+                (true, true) => format!("{a} came {} m behind {b}", number(-least.gap)),
+                (true, false) => format!(
                     "{a} came {} m behind {b}, where {part} of its distance was left,",
                     number(-least.gap)
                 ),
-                false => {
+                (false, _) => {
                     format!("least gap {} m, {part} of its distance, between {a} and {b}", number(least.gap))
                 }
             };
@@ -461,10 +462,11 @@ impl<'a> Closing<'a> {
             line("entered", format!("{a} and {b}, {depth} m deep at t = {} s", number(*time)));
         }
         if let Some(Approach { bodies: [a, b], speed, stopped, time }) = &self.summary.contact.hardest {
+            let took = if speed > stopped { "was more than" } else { "took most of" };
             line(
                 "approach",
                 format!(
-                    "{} m/s of {a} and {b} at t = {} s took most of what contact stops, {} m/s",
+                    "{} m/s of {a} and {b} at t = {} s {took} what contact stops, {} m/s",
                     number(*speed),
                     number(*time),
                     number(*stopped)
