@@ -202,6 +202,7 @@ impl Simulation {
     pub fn set_method(&mut self, method: Method) {
         self.method = method;
         self.integrator = method.build(self.state.x().len(), self.solver);
+        self.increment_velocities = None;
     }
 
     /// Which linear solver the steps of an implicit scheme take, and why.
