@@ -147,7 +147,7 @@ impl Run<'_> {
             let found =
                 gradient(&mut simulation, steps, &mut loss, selection.parameters(), UNLIMITED).unwrap();
             let what = format!("{material}, {scheme}, {of}");
-            compare(&what, &[found.value], &numbers(&expected["value"]), 1e-11);
+            compare(&what, &[found.value], &numbers(&expected["value"]), 1e-12);
             for ((_, key), mut part) in names.iter().zip(selection.parts(&found)) {
                 if *key == "velocity" {
                     part = free.iter().flat_map(|vertex| part[vertex * d..][..d].to_vec()).collect();
