@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use pliant::energy::{
     ChangingStencils, ContactExtremes, ContactLawRates, ContactPlace, EnergyKind, EnergyTerm, Fault,
     LawLinks, LeastGap, Measurements, ShapedContact, Stencils, StepLimit, SurfaceContact, TermProperties,
-    TermViews, TouchingPair, TouchingSurfaces, WatchedContacts, WayObstruction,
+    TermViews, TouchingPair, TouchingSurfaces, WatchedContacts, WayObstruction, add_stencil_product,
 };
 use pliant::lanes::{Lanes, spread};
 use pliant::material::Psd;
@@ -306,25 +306,6 @@ impl<const D: usize> PackVisitor<D> for ContactBlocks<'_, D> {
     }
 }
 
-/// Adds the product of the blocks `a <= b` of some vertices with `p` to `y`, flat `(n, D)`.
-fn add_product<const D: usize>(vertices: &[u32], blocks: &[f64], p: &[f64], y: &mut [f64]) {
-    let mut blocks = blocks.chunks_exact(D * D);
-    for (i, a) in vertices.iter().enumerate() {
-        for b in &vertices[i..] {
-            let Some(block) = blocks.next() else { return };
-            let (row, column) = (*a as usize * D, *b as usize * D);
-            for k in 0..D {
-                for l in 0..D {
-                    y[row + k] += block[k * D + l] * p[column + l];
-                    if a != b {
-                        y[column + l] += block[k * D + l] * p[row + k];
-                    }
-                }
-            }
-        }
-    }
-}
-
 impl<const D: usize> EnergyTerm for ContactEnergy<D> {
     fn name(&self) -> String {
         "contact".into()
@@ -363,7 +344,7 @@ impl<const D: usize> EnergyTerm for ContactEnergy<D> {
             let mut visitor = ContactBlocks::<D> { psd: Psd::Exact, expected: None, out: &mut blocks };
             contacts.visit_packs::<D>(&self.model, x, range, &mut visitor);
             for (vertices, blocks) in vertices.chunks_exact(size.max(1)).zip(blocks.chunks_exact(each)) {
-                add_product::<D>(vertices, blocks, p, y);
+                add_stencil_product::<D>(vertices, blocks, p, y);
             }
         }
     }

@@ -229,6 +229,27 @@ pub struct Stencils {
     pub vertices: Vec<u32>,
 }
 
+/// Adds the product of a Hessian with `p` to `y`, flat `(n, D)`: of the vertices of a stencil, by its blocks
+/// `d2E/dx_a dx_b` with `a <= b`, those of a row one after the other, as
+/// [`ChangingStencils::blocks`] has them.
+pub fn add_stencil_product<const D: usize>(vertices: &[u32], blocks: &[f64], p: &[f64], y: &mut [f64]) {
+    let mut blocks = blocks.chunks_exact(D * D);
+    for (i, a) in vertices.iter().enumerate() {
+        for b in &vertices[i..] {
+            let Some(block) = blocks.next() else { return };
+            let (row, column) = (*a as usize * D, *b as usize * D);
+            for k in 0..D {
+                for l in 0..D {
+                    y[row + k] += block[k * D + l] * p[column + l];
+                    if a != b {
+                        y[column + l] += block[k * D + l] * p[row + k];
+                    }
+                }
+            }
+        }
+    }
+}
+
 /// `integral of N_a N_b` [m^2, m^3] over each element at rest, of the shape functions of its vertices:
 /// consistent masses for unit density.
 #[derive(Clone, Debug, Default, PartialEq)]

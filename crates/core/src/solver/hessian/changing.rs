@@ -6,7 +6,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::{At, GROUP, NOWHERE, Weights, add, for_pairs};
-use crate::energy::{ChangingStencils, Stencils};
+use crate::energy::{ChangingStencils, Stencils, add_stencil_product};
 use crate::lanes::prefetch;
 use crate::solver::block_matrix::{Block, BlockMatrix};
 use crate::system::System;
@@ -197,15 +197,9 @@ impl<const D: usize> Changing<D> {
     /// coordinates, flat [m].
     pub(super) fn add_held_product(&self, p: &[f64], y: &mut [f64]) {
         for plan in self.plans.iter().filter(|plan| !plan.term.1) {
-            let mut blocks = plan.blocks.iter();
-            for stencil in plan.stencils.vertices.chunks_exact(plan.stencils.size) {
-                for_pairs(stencil, |a, b| {
-                    let Some(block) = blocks.next() else { return };
-                    add_product(block, false, (b, p), (a, &mut *y));
-                    if a != b {
-                        add_product(block, true, (a, p), (b, &mut *y));
-                    }
-                });
+            let stencils = plan.stencils.vertices.chunks_exact(plan.stencils.size);
+            for (stencil, blocks) in stencils.zip(plan.blocks.chunks_exact(plan.pairs())) {
+                add_stencil_product::<D>(stencil, blocks.as_flattened().as_flattened(), p, y);
             }
         }
     }
@@ -217,21 +211,6 @@ impl<const D: usize> Changing<D> {
         };
         let whole = self.whole.as_ref().map_or(0, |whole| whole.matrix.bytes() + 4 * whole.place.len());
         whole + self.plans.iter().map(plan).sum::<usize>()
-    }
-}
-
-/// Adds the product of a block, or of its transpose, with the row of one vertex to that of another.
-fn add_product<const D: usize>(
-    block: &Block<D>,
-    is_transposed: bool,
-    (from, p): (u32, &[f64]),
-    (to, y): (u32, &mut [f64]),
-) {
-    let (from, to) = (from as usize * D, to as usize * D);
-    for k in 0..D {
-        for l in 0..D {
-            y[to + k] += if is_transposed { block[l][k] } else { block[k][l] } * p[from + l];
-        }
     }
 }
 
