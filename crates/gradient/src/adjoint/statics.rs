@@ -9,8 +9,6 @@
 //!
 //! with `H` and `C` as the [forces](super::forces) have them.
 
-use pliant::system::System;
-
 use super::{Adjoint, AdjointForces, AdjointPlace, Bars, Singular, Step};
 use crate::linear::Coefficients;
 
@@ -26,8 +24,7 @@ pub(super) fn step_back(
 ) -> Result<(), Singular> {
     let Adjoint { x, v, .. } = adjoint;
     let mut right = x.clone();
-    let way = velocities(forces.system, step);
-    let at = AdjointPlace { time: step.from.time + step.h, x: step.x, v: &way };
+    let at = AdjointPlace { time: step.from.time + step.h, x: step.x, v: velocities(step) };
     v.fill(0.0);
     forces.solve(at, coefficients(step.h), &mut right, Bars { x, v: &mut *v })?;
     let free = x.iter_mut().zip(v).zip(forces.system.inverse_mass());
@@ -43,9 +40,7 @@ pub(crate) fn coefficients(h: f64) -> Coefficients {
     Coefficients { inertia: 0.0, damping: 1.0 / h, stiffness: 1.0 }
 }
 
-/// Velocities that dissipation sees [m/s].
-pub(crate) fn velocities(system: &System, step: &Step<'_>) -> Vec<f64> {
-    let on_the_way = step.x.iter().zip(step.from.x).map(|(x, before)| (x - before) / step.h);
-    let each = on_the_way.zip(step.v).zip(system.inverse_mass());
-    each.map(|((way, held), weight)| if *weight == 0.0 { *held } else { way }).collect()
+/// Velocities that dissipation sees [m/s]; without any, those of the state.
+pub(crate) fn velocities<'a>(step: &Step<'a>) -> &'a [f64] {
+    step.stage_velocities.first().map_or(step.v, |seen| seen)
 }

@@ -239,8 +239,7 @@ fn statics(
 ) -> Result<(), Singular> {
     let StateTangent { x, v, .. } = dots;
     v.fill(0.0);
-    let way = velocities(system, step);
-    let at = AdjointPlace { time: step.from.time + step.h, x: step.x, v: &way };
+    let at = AdjointPlace { time: step.from.time + step.h, x: step.x, v: velocities(step) };
     let right = forces.solved_force(system, at, (x, v));
     let moved = forces.solve(system, at, coefficients(step.h), &right)?;
     add_scaled(x, 1.0, &moved);
