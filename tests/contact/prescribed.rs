@@ -74,14 +74,15 @@ fn a_bar_pushed_against_elements_of_second_order_takes_them_along() {
 }
 
 /// A box lifts a soft cube whose vertices are over the diagonal of its face, where slopes of forces jump:
-/// Newton's method went to and fro over that, and bars of the cube followed the box too slowly.
+/// Newton's method went to and fro over that, and the face of the cube followed the box too slowly.
 #[test]
 fn a_box_lifts_a_cube_that_is_aligned_with_its_edges() {
     for friction in ["0", "0.3"] {
         let scene = format!(
             "dimension = 3\ntime = {{ integrator = 'implicit-euler', step = 0.01, duration = 0.6 }}\n\
              world = {{ gravity = [0, 0, -9.81] }}\ncontact = {{ friction = {friction} }}\n\
-             [[body]]\nmesh = {{ grid = {{ cells = [3, 3, 3], size = [0.2, 0.2, 0.2], origin = [0, 0, 0.02] }} }}\n\
+             [[body]]\n\
+             mesh = {{ grid = {{ cells = [3, 3, 3], size = [0.2, 0.2, 0.2], origin = [0, 0, 0.02] }} }}\n\
              elastic = {{ neo-hookean = {{ young = 5e4, poisson = 0.4 }} }}\nmass = {{ density = 1000 }}\n\
              [[obstacle]]\nshape = {{ box = {{ min = [-0.1, -0.1, -0.2], max = [0.3, 0.3, 0] }} }}\n\
              motion = {{ velocity = [0, 0, 0.3] }}\n"

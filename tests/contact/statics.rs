@@ -303,12 +303,14 @@ fn friction_of_what_sticks_is_in_reactions_contacts_and_residual() {
 fn a_block_that_nothing_holds_sideways_is_pressed() {
     let plate = |name: &str, normal: f64, offset: f64| {
         format!(
-            "[[obstacle]]\nname = '{name}'\nshape = {{ half_space = {{ normal = [0, {normal}], offset = {offset} }} }}\n"
+            "[[obstacle]]\nname = '{name}'\n\
+             shape = {{ half_space = {{ normal = [0, {normal}], offset = {offset} }} }}\n"
         )
     };
     let scene = format!(
-        "dimension = 2\ntime = {{ integrator = 'quasi-static', step = 0.1, duration = 1.0 }}\ncontact = {{}}\n\
-         [[body]]\nmesh = {{ grid = {{ cells = [6, 6], size = [0.2, 0.2], origin = [0, 0.0005] }} }}\n\
+        "dimension = 2\ntime = {{ integrator = 'quasi-static', step = 0.1, duration = 1.0 }}\n\
+         contact = {{}}\n[[body]]\n\
+         mesh = {{ grid = {{ cells = [6, 6], size = [0.2, 0.2], origin = [0, 0.0005] }} }}\n\
          elastic = {{ linear = {{ young = 5e4, poisson = 0 }} }}\nmass = {{ density = 1000 }}\n{}{}\
          motion = {{ displacement = ['0', '-0.02 * t'] }}\n",
         plate("floor", 1.0, 0.0),

@@ -54,7 +54,7 @@ fn derivatives(scene: &Scene, component: usize, keys: &[&str]) -> (f64, Vec<Vec<
     (found.value, selection.parts(&found))
 }
 
-/// What the scene has by these keys, flat.
+/// Values that the scene has by these keys, flat.
 fn given(scene: &Scene) -> [Vec<f64>; 5] {
     let (simulation, _) = assembled(scene);
     let [x, v] = [simulation.positions(), simulation.velocities()].map(|values| values.to_vec());

@@ -19,8 +19,8 @@ const DROWNED: f64 = 1e-5;
 /// The slope at the end of such a step may be uphill by this part of that at its beginning; ibid., with
 /// delta = 0.1.
 const FLATTER: f64 = 0.8;
-/// So where corrections have not shrunk for many iterations: forces have a kink on the way, and whole steps
-/// to and fro over it would be as good for ever.
+/// The part where corrections have not shrunk for many iterations: forces have a kink on the way, and whole
+/// steps to and fro over it would be as good for ever.
 const FLAT: f64 = 0.0;
 /// A step that ends with this part of the slope at its beginning has ended too early.
 const DOWNHILL: f64 = 0.5;
