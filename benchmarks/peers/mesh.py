@@ -16,8 +16,7 @@ def bar(cells: tuple[int, int, int], size: tuple[float, float, float], kind: str
     points = np.stack([axis.ravel() for axis in grid], axis=1)
     strides = np.array([(cells[1] + 1) * (cells[2] + 1), cells[2] + 1, 1])
     corners = (
-        np.stack(np.meshgrid(*(np.arange(n) for n in cells), indexing="ij"), axis=-1).reshape(-1, 3)
-        @ strides
+        np.stack(np.meshgrid(*(np.arange(n) for n in cells), indexing="ij"), axis=-1).reshape(-1, 3) @ strides
     )
     if kind == "hexahedron":
         ring = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]

@@ -53,9 +53,7 @@ def with_felupe(
             solid = felupe.SolidBody(felupe.NeoHookeCompressible(mu=mu, lmbda=lam), field)
         else:
             field = felupe.FieldContainer([felupe.Field(felupe.RegionHexahedron(mesh), dim=3)])
-            solid = felupe.SolidBodyNearlyIncompressible(
-                felupe.NeoHooke(mu=mu), field, bulk=lam + 2 * mu / 3
-            )
+            solid = felupe.SolidBodyNearlyIncompressible(felupe.NeoHooke(mu=mu), field, bulk=lam + 2 * mu / 3)
         # Points of files are compared with a tolerance.
         clamped = {"left": felupe.Boundary(field[0], fx=lambda x: np.isclose(x, 0.0))}
         dof0, dof1 = felupe.dof.partition(field, clamped)

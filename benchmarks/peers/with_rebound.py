@@ -85,8 +85,7 @@ def with_pliant(system: System, duration: float, name: str, steps: int = 0, **op
 
 def label(name: str, steps: int, options: dict[str, object]) -> str:
     more = [
-        f"{key} {value:g}" if isinstance(value, float) else f"{key} {value}"
-        for key, value in options.items()
+        f"{key} {value:g}" if isinstance(value, float) else f"{key} {value}" for key, value in options.items()
     ]
     return ", ".join([name, *more, *([f"{steps} steps"] if steps else [])])
 
@@ -127,10 +126,7 @@ def kepler() -> None:
             with_rebound(system, duration, "bs", eps_rel=value, eps_abs=value)
             for value in (1e-6, 1e-9, 1e-12)
         ),
-        *(
-            with_pliant(system, duration, "dormand-prince5", tolerance=value)
-            for value in (1e-6, 1e-9, 1e-12)
-        ),
+        *(with_pliant(system, duration, "dormand-prince5", tolerance=value) for value in (1e-6, 1e-9, 1e-12)),
     ]
     for case in cases:
         # Of two bodies it solves Kepler's equation itself.

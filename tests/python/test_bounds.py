@@ -20,7 +20,14 @@ NUMBERS = {"number", "integer"}
 TRIED = [-1.0, 0.0, 0.25, 0.5, 1.0, 2.0, 2.5, 1e3]
 # Words with which the reader refuses a value for itself, and not because of another.
 OF_ITSELF = (
-    *("must be positive", "must be at least", "must be 0 or more", "must be 1 or more", "must be between", "must be above"),
+    *(
+        "must be positive",
+        "must be at least",
+        "must be 0 or more",
+        "must be 1 or more",
+        "must be between",
+        "must be above",
+    ),
     *("makes the bulk modulus", "makes the shear modulus infinite"),
 )
 
@@ -52,7 +59,9 @@ MORE: list[dict[str, Any]] = [
     solid(2, {"tapered_beam": {"cells": [2, 2], "length": 10.0, "heights": [5.0, 1.0]}}),
     solid(2, {"elliptic_membrane": {"cells": [2, 2], "inner": [2.0, 1.0], "outer": [3.25, 2.75]}}),
     solid(2, GRID, study={"steps": [1e-3, 2e-3], "tolerances": [1e-3, 1e-4]}),
-    solid(2, {"notched_beam": {"cells": [2, 2, 2], "length": 4.0, "height": 1.0, "depth": 0.5, "width": 0.5}}),
+    solid(
+        2, {"notched_beam": {"cells": [2, 2, 2], "length": 4.0, "height": 1.0, "depth": 0.5, "width": 0.5}}
+    ),
     solid(2, {"file": {"path": "mesh.obj", "merge": 1e-6}}),
     solid(3, {"surface": {"path": "mesh.obj", "cells": 4, "merge": 1e-6}}),
     solid(3, {"surface": {"path": "mesh.obj", "spacing": 0.1}}),
@@ -60,10 +69,29 @@ MORE: list[dict[str, Any]] = [
     solid(2, GRID, time={**HEADER["time"], "solver": {"iterations": 5}}),
     solid(2, GRID, time={**HEADER["time"], "integrator": {"newmark": {"beta": 0.25, "gamma": 0.5}}}),
     solid(2, GRID, time={**HEADER["time"], "integrator": {"generalised-alpha": {"rho": 0.5}}}),
-    solid(2, GRID, time={"integrator": "dormand-prince5", "duration": 1.0, "adaptive": {"position": 1.0, "velocity": 1.0}}),
+    solid(
+        2,
+        GRID,
+        time={
+            "integrator": "dormand-prince5",
+            "duration": 1.0,
+            "adaptive": {"position": 1.0, "velocity": 1.0},
+        },
+    ),
     made_of({"mooney-rivlin": {"young": 1e5, "poisson": 0.3, "c10": 0.4, "c01": 0.1}}),
     made_of({"ogden": {"young": 1e5, "poisson": 0.3, "mu": [1.0], "alpha": [2.0]}}),
-    made_of({"holzapfel-gasser-ogden": {"shear": 1e4, "bulk": 1e5, "k1": 1e4, "k2": 0.8, "dispersion": 0.1, "fibres": [[1, 0]]}}),
+    made_of(
+        {
+            "holzapfel-gasser-ogden": {
+                "shear": 1e4,
+                "bulk": 1e5,
+                "k1": 1e4,
+                "k2": 0.8,
+                "dispersion": 0.1,
+                "fibres": [[1, 0]],
+            }
+        }
+    ),
     made_of({"arap": {"young": 1e5, "poisson": 0.0}}),
     made_of({"neo-hookean": {"bulk": 1e5, "shear": 5e4}}),
     made_of({"neo-hookean": {"lambda": 1e5, "mu": 5e4}}),
@@ -83,10 +111,25 @@ MORE: list[dict[str, Any]] = [
         ],
     },
     made_of({"dirichlet": {"stiffness": 1e5}}),
-    made_of({"expression": {"psi": "k/2*(I1 - 3) - k*ln(J) + c/8*(I4 - 1)^2", "parameters": {"k": 1e5, "c": 1e4}, "fibres": [[1.0, 1.0]]}}),
+    made_of(
+        {
+            "expression": {
+                "psi": "k/2*(I1 - 3) - k*ln(J) + c/8*(I4 - 1)^2",
+                "parameters": {"k": 1e5, "c": 1e4},
+                "fibres": [[1.0, 1.0]],
+            }
+        }
+    ),
     {
         **solid(2, GRID),
-        "body": [{"mesh": GRID, "springs": {"stiffness": 9.0, "rest_length": 0.1}, "mass": {"total": 1.0}, "damping": {"dashpot": 0.1}}],
+        "body": [
+            {
+                "mesh": GRID,
+                "springs": {"stiffness": 9.0, "rest_length": 0.1},
+                "mass": {"total": 1.0},
+                "damping": {"dashpot": 0.1},
+            }
+        ],
     },
 ]
 
@@ -116,13 +159,17 @@ def kinds(node: Schema) -> set[str]:
     return {kind} if isinstance(kind, str) else set(kind)
 
 
-def numbers(schema: Schema, node: Schema, value: Any, path: tuple[str | int, ...] = (), of: str = "") -> Iterator[Leaf]:
+def numbers(
+    schema: Schema, node: Schema, value: Any, path: tuple[str | int, ...] = (), of: str = ""
+) -> Iterator[Leaf]:
     """Numbers in a value: path in the value, name in the schema."""
     for name, variant in variants(schema, node):
         name = name or of
         if isinstance(value, dict):
             for key in value.keys() & variant.get("properties", {}).keys():
-                yield from numbers(schema, variant["properties"][key], value[key], (*path, key), f"{name}.{key}")
+                yield from numbers(
+                    schema, variant["properties"][key], value[key], (*path, key), f"{name}.{key}"
+                )
         elif isinstance(value, list) and value and isinstance(variant.get("items"), dict):
             for index in {0, len(value) - 1}:
                 yield from numbers(schema, variant["items"], value[index], (*path, index), f"{name}[]")

@@ -51,11 +51,14 @@ def test_what_is_saved_goes_on_with_the_same_bits(scheme: Any, tmp_path: Path) -
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)
-@pytest.mark.parametrize("duplicate", [
-    lambda simulation: simulation.clone(),
-    copy.copy,
-    lambda simulation: pickle.loads(pickle.dumps(simulation)),
-])
+@pytest.mark.parametrize(
+    "duplicate",
+    [
+        lambda simulation: simulation.clone(),
+        copy.copy,
+        lambda simulation: pickle.loads(pickle.dumps(simulation)),
+    ],
+)
 def test_duplicates_go_on_with_the_same_bits(duplicate: Any, scheme: Any) -> None:
     simulation = changed(scheme)
     other = duplicate(simulation)

@@ -11,12 +11,38 @@ from pathlib import Path
 import pliant
 import pytest
 
-#: What numpydoc must not find: no docstring; sections unknown, in the wrong order, or empty; parameters left out, made up, in the wrong
-#: order, without a type or a description; returned values left out or not described.
-CODES = {"GL06", "GL07", "GL08", "SS01", "SS03", "SS05", "PR01", "PR02", "PR03", "PR04", "PR05", "PR06", "PR07", "RT01", "RT03", "RT05", "YD01"}
+#: What numpydoc must not find: no docstring; sections unknown, in the wrong order, or empty; parameters left
+#: out, made up, in the wrong order, without a type or a description; returned values left out or not
+#: described.
+CODES = {
+    "GL06",
+    "GL07",
+    "GL08",
+    "SS01",
+    "SS03",
+    "SS05",
+    "PR01",
+    "PR02",
+    "PR03",
+    "PR04",
+    "PR05",
+    "PR06",
+    "PR07",
+    "RT01",
+    "RT03",
+    "RT05",
+    "YD01",
+}
 #: Arrays of numbers without a unit, or of one that depends on what is asked for.
-UNITLESS = {"Simulation.deformation_gradient", "Simulation.measure", "Trajectory.measure", "Trajectory.probe", "Trajectory.energy", "VectorEnvironment.reset",
-            "VectorEnvironment.step"}
+UNITLESS = {
+    "Simulation.deformation_gradient",
+    "Simulation.measure",
+    "Trajectory.measure",
+    "Trajectory.probe",
+    "Trajectory.energy",
+    "VectorEnvironment.reset",
+    "VectorEnvironment.step",
+}
 
 
 def public() -> Iterator[tuple[str, object]]:
@@ -27,9 +53,16 @@ def public() -> Iterator[tuple[str, object]]:
             continue
         yield name, value
         if inspect.isclass(value):
-            members = {key: member for base in reversed(value.__mro__) if base.__module__.startswith("pliant") for key, member in vars(base).items()}
+            members = {
+                key: member
+                for base in reversed(value.__mro__)
+                if base.__module__.startswith("pliant")
+                for key, member in vars(base).items()
+            }
             for key, member in members.items():
-                if key.startswith("_") or not (callable(getattr(value, key)) or inspect.isdatadescriptor(member)):
+                if key.startswith("_") or not (
+                    callable(getattr(value, key)) or inspect.isdatadescriptor(member)
+                ):
                     continue
                 yield f"{name}.{key}", member if inspect.isdatadescriptor(member) else getattr(value, key)
 
@@ -94,7 +127,9 @@ def test_arrays_have_shapes_and_units() -> None:
             if not re.match(r"(\w+ : )?(ndarray|dict of str to ndarray|scipy)", line):
                 continue
             assert "shape (" in line, f"{name}: {line}"
-            assert name in UNITLESS or re.search(r"\[[^\]]*\b(m|kg|Pa|N|J|s|rad)\b[^\]]*\]", line), f"{name}: {line}"
+            assert name in UNITLESS or re.search(r"\[[^\]]*\b(m|kg|Pa|N|J|s|rad)\b[^\]]*\]", line), (
+                f"{name}: {line}"
+            )
             checked += 1
     assert checked > 25
 
@@ -108,6 +143,8 @@ def test_materials_and_schemes_have_the_words_of_the_library() -> None:
         pliant.Scene(dimension=2, time={"integrator": "none", "step": 1.0, "duration": 1.0}, body=[])
     assert all(f"`{name}`" in caught.value.message for name in schemes)
     channels = pliant.catalogue("channels")
-    assert {"green-strain", "von-mises", "state"} <= set(channels) and all(item["summary"] for item in channels.values())
+    assert {"green-strain", "von-mises", "state"} <= set(channels) and all(
+        item["summary"] for item in channels.values()
+    )
     with pytest.raises(ValueError, match="no family 'colours'; there are channels, elements"):
         pliant.catalogue("colours")  # type: ignore[arg-type]

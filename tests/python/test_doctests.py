@@ -16,12 +16,27 @@ from test_docs import NAMES, docstring
 
 #: Packages that examples of these names stand on.
 NEEDS = {
-    "to_meshio": "meshio", "to_pyvista": "pyvista", "to_pandas": "pandas", "to_rerun": "rerun", "plot": "matplotlib",
-    "render": "matplotlib", "stiffness": "scipy", "damping": "scipy", "mass": "scipy",
+    "to_meshio": "meshio",
+    "to_pyvista": "pyvista",
+    "to_pandas": "pandas",
+    "to_rerun": "rerun",
+    "plot": "matplotlib",
+    "render": "matplotlib",
+    "stiffness": "scipy",
+    "damping": "scipy",
+    "mass": "scipy",
 }
 #: Results of calls, whose examples are those of what they are results of.
-RESULTS = {name for name, value in NAMES.items() if inspect.isclass(value) and "Attributes\n-----" in docstring(name)} | {
-    "Frame", "Frames", "State", "Superposition", "Trajectory", "View", "LiveView",
+RESULTS = {
+    name for name, value in NAMES.items() if inspect.isclass(value) and "Attributes\n-----" in docstring(name)
+} | {
+    "Frame",
+    "Frames",
+    "State",
+    "Superposition",
+    "Trajectory",
+    "View",
+    "LiveView",
 }
 FLAGS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 
@@ -44,7 +59,9 @@ def _is_ours(name: str) -> bool:
 def test_it_has_an_example(name: str) -> None:
     examples = doctest.DocTestParser().get_examples(docstring(name))
     assert examples, f"{name} has no example"
-    assert not any(doctest.SKIP in example.options for example in examples), f"{name} has an example that does not run"
+    assert not any(doctest.SKIP in example.options for example in examples), (
+        f"{name} has an example that does not run"
+    )
 
 
 @pytest.fixture
@@ -55,7 +72,9 @@ def names(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     monkeypatch.setattr("webbrowser.open", lambda url: True)
     scene = beam(probe=[{"name": "tip", "at": [0.4, 0.1]}])
     channels = ["state", "mesh", "energy", "reactions", "contacts", "jacobian"]
-    pliant.Simulation(scene.with_changes({"output.channels": channels, "contact": {"distance": 1e-3}})).run(record="beam.mcap")
+    pliant.Simulation(scene.with_changes({"output.channels": channels, "contact": {"distance": 1e-3}})).run(
+        record="beam.mcap"
+    )
     shutil.copy("beam.mcap", "killed.mcap.part")
     linear = scene.with_changes({"body.0.elastic": {"linear": {"young": 1e5, "poisson": 0.3}}})
     return {
@@ -71,7 +90,9 @@ def names(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
 
 
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")
-@pytest.mark.parametrize("name", ["pliant", *sorted(name for name in NAMES if ">>> " in (inspect.getdoc(NAMES[name]) or ""))])
+@pytest.mark.parametrize(
+    "name", ["pliant", *sorted(name for name in NAMES if ">>> " in (inspect.getdoc(NAMES[name]) or ""))]
+)
 def test_its_example_does_what_it_shows(name: str, names: dict[str, Any]) -> None:
     needed = NEEDS.get(name.rpartition(".")[2])
     if needed is not None:

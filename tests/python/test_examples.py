@@ -83,7 +83,9 @@ def test_a_bar_has_the_frequencies_that_are_asked_for() -> None:
     # As `modes` has them, which knows nothing of derivatives; and no more steel than before.
     frequencies = pliant.modes(example["scene"](shape), 2)["frequency"]
     np.testing.assert_allclose(frequencies, example["WANTED"], rtol=1e-9)
-    weight = [pliant.Simulation(example["scene"](of)).masses.sum() for of in (shape, np.full_like(shape, 0.02))]
+    weight = [
+        pliant.Simulation(example["scene"](of)).masses.sum() for of in (shape, np.full_like(shape, 0.02))
+    ]
     assert weight[0] == pytest.approx(weight[1], rel=1e-10)
     assert shape.min() > 0.01 and shape.max() < 0.03
 
@@ -140,7 +142,8 @@ def test_a_finger_of_a_robot_stands_in_balance(finger: dict[str, Any]) -> None:
     coupled, floor, hand = finger["press"]()
     weight = 9.81 * float(coupled.finger.masses.sum())
     assert floor > 3 * weight
-    # The floor carries the finger and what the hand presses with; walls are known to a few parts of a hundred.
+    # The floor carries the finger and what the hand presses with; walls are known to a few parts of a
+    # hundred.
     assert abs(floor - (weight - hand)) < 0.05 * floor
     # What the hand does on the finger is what comes into the finger.
     given, got = coupled.work, coupled.finger.energy()["balance.motion"]

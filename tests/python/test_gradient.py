@@ -7,6 +7,7 @@ import pliant
 import pytest
 from conftest import beam
 
+
 def tip(frame: pliant.Frame) -> tuple[float, np.ndarray] | None:
     """Height of the last vertex after 20 steps."""
     return tip_at(frame, 20)
@@ -38,7 +39,9 @@ def test_products_with_the_jacobian_are_the_transpose_of_gradients() -> None:
     by_x, by_v = forwards.jvp(x, v, steps=20)
     assert forwards.steps == 20 and by_x.shape == by_v.shape == (10, 2)
     gradient = pliant.Simulation(beam()).gradient(tip, ["position", "velocity"], steps=20)
-    assert np.sum(gradient["position"] * x) + np.sum(gradient["velocity"] * v) == pytest.approx(by_x[-1, 1], rel=1e-11)
+    assert np.sum(gradient["position"] * x) + np.sum(gradient["velocity"] * v) == pytest.approx(
+        by_x[-1, 1], rel=1e-11
+    )
     np.testing.assert_array_equal(by_v[:2], 0.0)
     only_v = pliant.Simulation(beam()).jvp(velocity=v, steps=20)[0]
     np.testing.assert_allclose(only_v + pliant.Simulation(beam()).jvp(x, steps=20)[0], by_x, atol=1e-12)
@@ -49,10 +52,17 @@ def test_products_with_the_jacobian_are_the_transpose_of_gradients() -> None:
 def test_tangents_by_parameters_and_gauss_newton_products() -> None:
     names = ["body.beam.elastic.young", "world.gravity", "forces", "velocity"]
     gradient = pliant.Simulation(beam()).gradient(tip, names, steps=20)
-    along = {"body.beam.elastic.young": 1e3, "world.gravity": [0.2, -0.3], "forces": np.sin(np.arange(400.0)).reshape(20, 10, 2)}
+    along = {
+        "body.beam.elastic.young": 1e3,
+        "world.gravity": [0.2, -0.3],
+        "forces": np.sin(np.arange(400.0)).reshape(20, 10, 2),
+    }
     velocity = np.cos(np.arange(20.0)).reshape(10, 2)
     by_position, _ = pliant.Simulation(beam()).jvp(velocity=velocity, parameters=along, steps=20)
-    expected = sum(np.sum(gradient[name] * np.asarray(change)) for name, change in {**along, "velocity": velocity}.items())
+    expected = sum(
+        np.sum(gradient[name] * np.asarray(change))
+        for name, change in {**along, "velocity": velocity}.items()
+    )
     assert by_position[-1, 1] == pytest.approx(expected, rel=1e-11)
 
     def curvature(frame: pliant.Frame, dx: np.ndarray, dv: np.ndarray) -> np.ndarray | None:
@@ -75,9 +85,13 @@ def test_tangents_by_parameters_and_gauss_newton_products() -> None:
     with pytest.raises(ValueError, match=r"world.gravity must have shape \(2,\)"):
         pliant.Simulation(beam()).jvp(parameters={"world.gravity": 1.0}, steps=1)
     with pytest.raises(ZeroDivisionError):
-        pliant.Simulation(beam()).gauss_newton_product(lambda frame, dx, dv: 1 / 0, {"world.gravity": [0, 1]}, steps=1)
+        pliant.Simulation(beam()).gauss_newton_product(
+            lambda frame, dx, dv: 1 / 0, {"world.gravity": [0, 1]}, steps=1
+        )
     with pytest.raises(TypeError, match="a curvature returns"):
-        pliant.Simulation(beam()).gauss_newton_product(lambda frame, dx, dv: (dx,), {"world.gravity": [0, 1]}, steps=1)
+        pliant.Simulation(beam()).gauss_newton_product(
+            lambda frame, dx, dv: (dx,), {"world.gravity": [0, 1]}, steps=1
+        )
 
 
 def test_products_with_the_hessian_are_symmetric_and_differences_of_gradients() -> None:
@@ -89,15 +103,21 @@ def test_products_with_the_hessian_are_symmetric_and_differences_of_gradients() 
     first = {young: 1e5, "velocity": velocities[0], gravity: [1.0, -2.0]}
     second = {young: -2e5, "velocity": velocities[1], gravity: [0.5, 3.0]}
     simulation = pliant.Simulation(beam())
-    of_first, of_second = (simulation.hessian_product(squares, direction, steps=20) for direction in (first, second))
+    of_first, of_second = (
+        simulation.hessian_product(squares, direction, steps=20) for direction in (first, second)
+    )
     assert simulation.steps == 0 and list(of_first) == list(first)
     assert isinstance(of_first[young], float) and of_first["velocity"].shape == (10, 2)
     one = sum(np.sum(of_first[name] * np.asarray(change)) for name, change in second.items())
     other = sum(np.sum(of_second[name] * np.asarray(change)) for name, change in first.items())
     assert one == pytest.approx(other, rel=1e-7)
-    assert of_first.value == pytest.approx(sum(np.sum(of_first[name] * np.asarray(first[name])) for name in first))
+    assert of_first.value == pytest.approx(
+        sum(np.sum(of_first[name] * np.asarray(first[name])) for name in first)
+    )
     # The length of the direction does not matter.
-    longer = simulation.hessian_product(squares, {name: 1e3 * np.asarray(change) for name, change in first.items()}, steps=20)
+    longer = simulation.hessian_product(
+        squares, {name: 1e3 * np.asarray(change) for name, change in first.items()}, steps=20
+    )
     assert longer.value == pytest.approx(1e6 * of_first.value, rel=1e-7)
     by = []
     for change in (1e3, -1e3):
@@ -146,7 +166,13 @@ def net(**numbers: float) -> pliant.Scene:
 
 def test_numbers_that_formulas_name() -> None:
     of_pin, of_dashpots = "body.net.pin.0.motion.parameters.", "body.net.damping.expression.parameters."
-    names = {"A": of_pin + "A", "w": of_pin + "w", "g": "world.gravity.parameters.g", "c": of_dashpots + "c", "d": of_dashpots + "d"}
+    names = {
+        "A": of_pin + "A",
+        "w": of_pin + "w",
+        "g": "world.gravity.parameters.g",
+        "c": of_dashpots + "c",
+        "d": of_dashpots + "d",
+    }
     start = pliant.Simulation(net())
     assert set(names.values()) <= set(start.gradient_names())
     gradient = start.gradient(tip, list(names.values()), steps=20)
@@ -164,7 +190,9 @@ def test_numbers_that_formulas_name() -> None:
     velocity[0] = 0.0
     by_position, _ = pliant.Simulation(net()).jvp(velocity=velocity, parameters={names["d"]: 2.0}, steps=20)
     back = pliant.Simulation(net()).gradient(tip, ["velocity", names["d"]], steps=20)
-    assert by_position[-1, 1] == pytest.approx(np.sum(back["velocity"] * velocity) + 2.0 * back[names["d"]], rel=1e-10)
+    assert by_position[-1, 1] == pytest.approx(
+        np.sum(back["velocity"] * velocity) + 2.0 * back[names["d"]], rel=1e-10
+    )
 
 
 def test_memory_changes_no_bit() -> None:
@@ -174,7 +202,9 @@ def test_memory_changes_no_bit() -> None:
 
 
 def test_steps_that_follow_the_error_land_on_times() -> None:
-    scene = beam(**{"time": {"integrator": "dormand-prince5", "adaptive": {"tolerance": 1e-5}, "duration": 0.1}})
+    scene = beam(
+        **{"time": {"integrator": "dormand-prince5", "adaptive": {"tolerance": 1e-5}, "duration": 0.1}}
+    )
     times = []
 
     def last(frame: pliant.Frame) -> tuple[float, np.ndarray] | None:
@@ -217,7 +247,9 @@ def test_walls_and_what_happens_at_each_step() -> None:
     found = pliant.Simulation(scene).gradient(tip, names, steps=20)
     assert found["forces"].shape == (20, 10, 2) and found["pins"].shape == (21, 10, 2)
     # A force on every vertex in every step is the load, shared by ten.
-    np.testing.assert_allclose(found["forces"].sum(axis=(0, 1)) / 10, found["body.beam.load.0.force"], rtol=1e-12)
+    np.testing.assert_allclose(
+        found["forces"].sum(axis=(0, 1)) / 10, found["body.beam.load.0.force"], rtol=1e-12
+    )
     assert np.all(found["pins"][:, 2:] == 0.0) and np.any(found["pins"][0, :2] != 0.0)
     assert found.wall_events == () and found.unsettled == 0
     fallen = pliant.Simulation(scene)

@@ -91,7 +91,9 @@ def test_what_a_material_raises_comes_through() -> None:
             raise LookupError("no stress")
         return stress(f)
 
-    simulation = pliant.Simulation(scene("velocity-verlet"), materials={"beam": pliant.Material(density, late)})
+    simulation = pliant.Simulation(
+        scene("velocity-verlet"), materials={"beam": pliant.Material(density, late)}
+    )
     with pytest.raises(LookupError, match="no stress"):
         simulation.step(100)
     assert 0 < simulation.steps < 10 and set(calls) == {8}
@@ -111,7 +113,9 @@ def test_an_element_that_is_at_fault_is_named() -> None:
         p[np.linalg.det(f) <= 0.0] = np.nan
         return p
 
-    simulation = pliant.Simulation(scene("velocity-verlet"), materials={"beam": pliant.Material(density, barrier)})
+    simulation = pliant.Simulation(
+        scene("velocity-verlet"), materials={"beam": pliant.Material(density, barrier)}
+    )
     x = simulation.positions.copy()
     x[9] = [0.2, 0.05]
     simulation.positions = x
@@ -123,7 +127,15 @@ def test_an_element_that_is_at_fault_is_named() -> None:
 def test_only_solids_of_the_scene_have_materials() -> None:
     with pytest.raises(KeyError, match="no body `rope`"):
         pliant.Simulation(scene("rk4"), materials={"rope": STVK})
-    cloth = beam(**{"body.0": {"mesh": {"grid": {"cells": [2, 2], "spacing": 0.1}}, "springs": {"stiffness": 1.0}, "mass": {"total": 1.0}}})
+    cloth = beam(
+        **{
+            "body.0": {
+                "mesh": {"grid": {"cells": [2, 2], "spacing": 0.1}},
+                "springs": {"stiffness": 1.0},
+                "mass": {"total": 1.0},
+            }
+        }
+    )
     with pytest.raises(ValueError, match="no elastic solid"):
         pliant.Simulation(cloth, materials={"body0": STVK})
     with pytest.raises(TypeError, match="Material"):
@@ -146,7 +158,9 @@ def test_a_slow_material_says_so_once() -> None:
 
     material = pliant.Material(density, slow)
     simulation = pliant.Simulation(scene("velocity-verlet"), materials={"beam": material})
-    with pytest.warns(RuntimeWarning, match=r"the material in Python of beam is slow: its functions took \d+ % of the time") as said:
+    with pytest.warns(
+        RuntimeWarning, match=r"the material in Python of beam is slow: its functions took \d+ % of the time"
+    ) as said:
         simulation.step(50)
         simulation.step(50)
     assert len(said) == 1 and said[0].filename == __file__

@@ -30,5 +30,15 @@ def test_extras_and_the_command_are_named() -> None:
 def test_numpy_is_all_that_an_import_needs() -> None:
     code = "import sys, pliant; print(*{name.split('.')[0] for name in sys.modules})"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True, text=True)
-    heavy = {"matplotlib", "pandas", "scipy", "meshio", "pyvista", "dask", "distributed", "torch", "gymnasium"}
+    heavy = {
+        "matplotlib",
+        "pandas",
+        "scipy",
+        "meshio",
+        "pyvista",
+        "dask",
+        "distributed",
+        "torch",
+        "gymnasium",
+    }
     assert not heavy & set(done.stdout.split())

@@ -28,13 +28,21 @@ def test_each_element_has_its_own_stress_and_stiffness(order: int) -> None:
     changes = {"body.0.order": order}
     one, mixed = deformed(**changes), deformed(**changes, **{PATH: YOUNG})
     factor = (YOUNG / 1e5)[:, None, None]
-    np.testing.assert_allclose(mixed.stress("first-piola"), factor * one.stress("first-piola"), rtol=1e-12, atol=1e-9)
-    np.testing.assert_allclose(mixed.measure("energy-density")[:, 0], factor[:, 0, 0] * one.measure("energy-density")[:, 0], rtol=1e-12)
+    np.testing.assert_allclose(
+        mixed.stress("first-piola"), factor * one.stress("first-piola"), rtol=1e-12, atol=1e-9
+    )
+    np.testing.assert_allclose(
+        mixed.measure("energy-density")[:, 0],
+        factor[:, 0, 0] * one.measure("energy-density")[:, 0],
+        rtol=1e-12,
+    )
     # Energies and stiffnesses are sums over elements, and linear in each modulus.
     other = deformed(**changes, **{PATH: 1.5e5 - YOUNG})
     half = deformed(**changes, **{PATH: 5e4})
     for quantity in (lambda each: each.stiffness().toarray(), lambda each: each.energy()["elastic"]):
-        np.testing.assert_allclose(quantity(mixed) + quantity(other), quantity(one) + quantity(half), rtol=1e-11, atol=1e-6)
+        np.testing.assert_allclose(
+            quantity(mixed) + quantity(other), quantity(one) + quantity(half), rtol=1e-11, atol=1e-6
+        )
     force = [each.reactions()["beam/left"][0] for each in (mixed, other, one, half)]
     np.testing.assert_allclose(force[0] + force[1], force[2] + force[3], rtol=1e-11)
 
@@ -112,14 +120,42 @@ HEXAHEDRA = {"body.0.mesh": {"grid": {"cells": [4, 1], "spacing": 0.1, "element"
 @pytest.mark.parametrize(
     ("changes", "error", "message"),
     [
-        ({PATH: YOUNG[:5]}, pliant.SceneError, "body.0.elastic_factor: the list has 5 numbers, the body has 8 elements"),
-        ({PATH: -YOUNG}, ValueError, r"`body.0.elastic.corotated.young` of element 0 is -50000.0: give a positive number \[Pa\]"),
+        (
+            {PATH: YOUNG[:5]},
+            pliant.SceneError,
+            "body.0.elastic_factor: the list has 5 numbers, the body has 8 elements",
+        ),
+        (
+            {PATH: -YOUNG},
+            ValueError,
+            r"`body.0.elastic.corotated.young` of element 0 is -50000.0: give a positive number \[Pa\]",
+        ),
         ({PATH: np.array([])}, ValueError, "is an empty array"),
-        ({"body.0.elastic_factor": [1.0] * 7 + [0.0]}, pliant.SceneError, r"body.0.elastic_factor.7: .* positive and finite, got 0.0"),
-        ({"body.0.elastic.corotated.poisson": np.full(8, 0.3)}, pliant.SceneError, "body.0.elastic.corotated.poisson: .* found a list"),
-        ({PATH: YOUNG, "body.0.damping": {"stiffness_proportional": 1e-4}}, pliant.SceneError, "does not reach `stiffness_proportional`"),
-        ({PATH: YOUNG, "body.0.nodal_integration": {}}, pliant.SceneError, "`elastic_factor` is for elements that have a stress of their own"),
-        ({**HEXAHEDRA, "body.0.elastic_factor": 0.5}, pliant.SceneError, "is for triangles and tetrahedra, and these are quadrilaterals"),
+        (
+            {"body.0.elastic_factor": [1.0] * 7 + [0.0]},
+            pliant.SceneError,
+            r"body.0.elastic_factor.7: .* positive and finite, got 0.0",
+        ),
+        (
+            {"body.0.elastic.corotated.poisson": np.full(8, 0.3)},
+            pliant.SceneError,
+            "body.0.elastic.corotated.poisson: .* found a list",
+        ),
+        (
+            {PATH: YOUNG, "body.0.damping": {"stiffness_proportional": 1e-4}},
+            pliant.SceneError,
+            "does not reach `stiffness_proportional`",
+        ),
+        (
+            {PATH: YOUNG, "body.0.nodal_integration": {}},
+            pliant.SceneError,
+            "`elastic_factor` is for elements that have a stress of their own",
+        ),
+        (
+            {**HEXAHEDRA, "body.0.elastic_factor": 0.5},
+            pliant.SceneError,
+            "is for triangles and tetrahedra, and these are quadrilaterals",
+        ),
         ({"body.rope.elastic.young": YOUNG}, KeyError, "rope"),
     ],
 )

@@ -49,7 +49,17 @@ def test_a_study_is_that_of_the_command_line(programs: list[str], tmp_path: Path
         report=tmp_path / "report.html",
     )
     names = "velocity-verlet,{ newmark = { beta = 0.25, gamma = 0.5 } }"
-    command = [programs[0], "study", CHAIN, "--integrators", names, "--steps", "0.02,0.01", "--vary", f"{young}=100.0,200.0"]
+    command = [
+        programs[0],
+        "study",
+        CHAIN,
+        "--integrators",
+        names,
+        "--steps",
+        "0.02,0.01",
+        "--vary",
+        f"{young}=100.0,200.0",
+    ]
     command += ["--set", "study.tolerances=[]", "--repeats", "1", "-o", tmp_path / "out", "--json"]
     theirs = json.loads(subprocess.run(command, capture_output=True, check=True).stdout)["studies"][0]
     with open(tmp_path / "out" / "rows.csv", newline="") as file:
@@ -78,16 +88,26 @@ def test_a_study_is_that_of_the_command_line(programs: list[str], tmp_path: Path
 # verification E: observed orders, and a reference that is exact.
 def test_a_study_sees_the_order_of_a_scheme() -> None:
     found = pliant.study(
-        pliant.Scene.from_toml(CHAIN), integrators=["velocity-verlet"], steps=[2.5e-3, 1.25e-3], tolerances=[], repeats=1
+        pliant.Scene.from_toml(CHAIN),
+        integrators=["velocity-verlet"],
+        steps=[2.5e-3, 1.25e-3],
+        tolerances=[],
+        repeats=1,
     )
     assert found.references[0]["how"].startswith("exact") and abs(found["obs_order"][1] - 2.0) < 0.05
     np.testing.assert_allclose(found.lines["order_observed"], found["obs_order"][1:], rtol=1e-12)
-    assert "integrator = \"velocity-verlet\"" in found.recommendation and found.front.rows >= 1
+    assert 'integrator = "velocity-verlet"' in found.recommendation and found.front.rows >= 1
     assert "order_observed" in repr(found.lines) and "wall_min_s [s]" in repr(found)
 
 
 def test_a_study_goes_on_from_its_folder(tmp_path: Path) -> None:
-    options: dict[str, Any] = {"integrators": ["velocity-verlet"], "steps": [0.02, 0.01], "tolerances": [], "repeats": 1, "folder": tmp_path}
+    options: dict[str, Any] = {
+        "integrators": ["velocity-verlet"],
+        "steps": [0.02, 0.01],
+        "tolerances": [],
+        "repeats": 1,
+        "folder": tmp_path,
+    }
     rows: list[dict[str, Any]] = []
 
     def enough(row: dict[str, Any]) -> None:
@@ -126,7 +146,11 @@ def test_what_cannot_be_studied_is_said(capsys: pytest.CaptureFixture[str]) -> N
 
 def test_a_run_that_fails_is_a_row() -> None:
     found = pliant.study(
-        pliant.Scene.from_toml(CHAIN), integrators=["velocity-verlet"], steps=[0.05, 0.01], tolerances=[], repeats=1
+        pliant.Scene.from_toml(CHAIN),
+        integrators=["velocity-verlet"],
+        steps=[0.05, 0.01],
+        tolerances=[],
+        repeats=1,
     )
     assert found["status"].tolist() == ["energy-blow-up", "ok"] and np.isnan(found["err_q_rms"][0])
     assert found["message"][1] == "" and "energy" in found["message"][0]
@@ -136,7 +160,9 @@ def test_a_run_that_fails_is_a_row() -> None:
 def test_ctrl_c_ends_a_report(call: str) -> None:
     scene = pliant.Scene.from_toml(SCENES / "study" / "beam.toml")
     long = {
-        "study": lambda callback: pliant.study(scene.with_changes({"time.duration": 1e3}), steps=[1e-3], budget=1e3),
+        "study": lambda callback: pliant.study(
+            scene.with_changes({"time.duration": 1e3}), steps=[1e-3], budget=1e3
+        ),
         "stress": lambda callback: [pliant.stress(only=["D10"], callback=callback) for _ in range(1000)],
         "stability": lambda callback: [
             pliant.stability(scene, integrators=["velocity-verlet"] * 100, quick=True, callback=callback)
@@ -166,7 +192,12 @@ def test_python_goes_on_while_a_study_runs() -> None:
     def go() -> None:
         # Each waits for the other in the middle of its study: that needs both to run.
         found = pliant.study(
-            scene, integrators=["rk4"], steps=[0.02], tolerances=[], repeats=1, callback=lambda row: barrier.wait()
+            scene,
+            integrators=["rk4"],
+            steps=[0.02],
+            tolerances=[],
+            repeats=1,
+            callback=lambda row: barrier.wait(),
         )
         seen.append(found["err_q_rms"][0])
 
@@ -183,11 +214,13 @@ def test_the_torture_suite_is_that_of_the_command_line(programs: list[str]) -> N
     assert ours.counts == theirs["counts"] and ours.rows == len(theirs["cases"]) > 4
     for i, case in enumerate(theirs["cases"]):
         for name in set(ours) - {"seconds", "notes"}:
-            assert case[name] == ours[name][i] or (case[name] is None and cell(ours[name][i]) in ("", "nan")), (i, name)
+            assert case[name] == ours[name][i] or (
+                case[name] is None and cell(ours[name][i]) in ("", "nan")
+            ), (i, name)
         assert "; ".join(case["notes"]) == ours["notes"][i]
     with pytest.raises(ValueError, match="no case is of these"):
         pliant.stress(only=["D99"])
-    with pytest.raises(ValueError, match="no linear solver \"lu\"; there are auto"):
+    with pytest.raises(ValueError, match='no linear solver "lu"; there are auto'):
         pliant.stress(solvers=["lu"])
     with pytest.raises(TypeError, match="only is a list"):
         pliant.stress(only="D10")
@@ -207,14 +240,27 @@ def test_a_scene_is_put_through_it() -> None:
 
 # verification A1b: the limit of symplectic Euler is h omega = 2.
 def test_stability_is_that_of_the_command_line(programs: list[str]) -> None:
-    ours = pliant.stability(pliant.Scene.from_toml(CHAIN), integrators=["velocity-verlet", "implicit-euler"], quick=True)
-    command = [programs[0], "stability", CHAIN, "--integrators", "velocity-verlet,implicit-euler", "--quick", "--json"]
+    ours = pliant.stability(
+        pliant.Scene.from_toml(CHAIN), integrators=["velocity-verlet", "implicit-euler"], quick=True
+    )
+    command = [
+        programs[0],
+        "stability",
+        CHAIN,
+        "--integrators",
+        "velocity-verlet,implicit-euler",
+        "--quick",
+        "--json",
+    ]
     theirs = json.loads(subprocess.run(command, capture_output=True, check=True).stdout)
     for name in ("integrator", "measured", "trials"):
         assert ours[name].tolist() == [limit[name] for limit in theirs["limits"]]
     assert ours["amplitude"].tolist() == [drift["amplitude"] for drift in theirs["energy_drift"]]
     assert ours["predicted"].tolist() == [theirs["limits"][0]["predicted"], float("inf")]
-    assert ours.map.status.tolist() == theirs["map"]["status"] and ours.map.steps.tolist() == theirs["map"]["steps"]
+    assert (
+        ours.map.status.tolist() == theirs["map"]["status"]
+        and ours.map.steps.tolist() == theirs["map"]["steps"]
+    )
     curve = theirs["amplification"][1]
     here = ours.amplification["integrator"] == curve["integrator"]
     assert ours.amplification["measured"][here].tolist() == curve["measured"]
@@ -224,7 +270,9 @@ def test_stability_is_that_of_the_command_line(programs: list[str]) -> None:
     with pytest.raises(ValueError, match="no integrator `rk5` that moves things; there are"):
         pliant.stability(pliant.Scene.from_toml(CHAIN), integrators=["rk5"])
     with pytest.raises(pliant.SceneError, match="Poisson"):
-        pliant.stability(pliant.Scene.from_toml(CHAIN), integrators=["velocity-verlet"], against="poisson", quick=True)
+        pliant.stability(
+            pliant.Scene.from_toml(CHAIN), integrators=["velocity-verlet"], against="poisson", quick=True
+        )
 
 
 def test_reports_go_to_pandas_and_matplotlib(tmp_path: Path) -> None:
@@ -232,10 +280,17 @@ def test_reports_go_to_pandas_and_matplotlib(tmp_path: Path) -> None:
     matplotlib = pytest.importorskip("matplotlib")
     matplotlib.use("agg")
     found = pliant.study(
-        pliant.Scene.from_toml(CHAIN), integrators=["velocity-verlet", "rk4"], steps=[0.05, 0.02, 0.01], tolerances=[], repeats=1
+        pliant.Scene.from_toml(CHAIN),
+        integrators=["velocity-verlet", "rk4"],
+        steps=[0.05, 0.02, 0.01],
+        tolerances=[],
+        repeats=1,
     )
     table = found.to_pandas()
-    assert table.shape == (6, len(found)) and table["integrator"].unique().tolist() == ["velocity-verlet", "rk4"]
+    assert table.shape == (6, len(found)) and table["integrator"].unique().tolist() == [
+        "velocity-verlet",
+        "rk4",
+    ]
     axes = found.plot("step")
     lines = {line.get_label(): line.get_xydata() for line in axes.lines}
     rk4 = found["integrator"] == "rk4"
@@ -261,10 +316,18 @@ def test_reports_go_to_pandas_and_matplotlib(tmp_path: Path) -> None:
 
 def test_columns_have_the_words_of_the_library() -> None:
     """Units and descriptions come from the documentation in Rust; every column has some."""
-    study = pliant.study(pliant.Scene.from_toml(CHAIN), integrators=["rk4"], steps=[0.02], tolerances=[], repeats=1)
-    assert study.units["peak_rss_mb"] == "MB" and study.units["fail_time"] == "s" and study.units["newton_tol"] == "m"
+    study = pliant.study(
+        pliant.Scene.from_toml(CHAIN), integrators=["rk4"], steps=[0.02], tolerances=[], repeats=1
+    )
+    assert (
+        study.units["peak_rss_mb"] == "MB"
+        and study.units["fail_time"] == "s"
+        and study.units["newton_tol"] == "m"
+    )
     described = {name: text for name, text in study.descriptions.items() if text}
     assert set(described) >= set(study) - {"status"}
     for table in (pliant.Study, pliant.Stress, pliant.Stability):
         assert table.__doc__ is not None and table.__doc__.count("``: ") >= 8
-    assert "``measured``: The largest step with which all steps of a trial were taken [s]" in str(pliant.Stability.__doc__)
+    assert "``measured``: The largest step with which all steps of a trial were taken [s]" in str(
+        pliant.Stability.__doc__
+    )

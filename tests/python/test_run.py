@@ -17,7 +17,9 @@ import pytest
 from conftest import ROOT, SCENES, beam
 
 
-@pytest.mark.parametrize("name", ["cantilever_fem_2d", "cloth_implicit", "twisted_bar", "settling_beam_2d", "comet"])
+@pytest.mark.parametrize(
+    "name", ["cantilever_fem_2d", "cloth_implicit", "twisted_bar", "settling_beam_2d", "comet"]
+)
 def test_a_run_writes_the_file_of_the_command_line(name: str, programs: list[str], tmp_path: Path) -> None:
     scene = SCENES / f"{name}.toml"
     simulation = pliant.Simulation(pliant.Scene.from_toml(scene).with_changes({"time.duration": 0.1}))
@@ -35,7 +37,9 @@ def test_a_run_writes_the_file_of_the_command_line(name: str, programs: list[str
         done = subprocess.run(command, cwd=ROOT, capture_output=True, check=True, text=True)
         assert out.read_bytes() == ours, program
         assert json.loads(done.stdout)["status"] == "done"
-    assert summary.frames == len(pliant.load(tmp_path / "python.mcap")) and str(summary.path) == str(tmp_path / "python.mcap")
+    assert summary.frames == len(pliant.load(tmp_path / "python.mcap")) and str(summary.path) == str(
+        tmp_path / "python.mcap"
+    )
 
 
 def test_steps_are_those_of_a_run() -> None:
@@ -84,7 +88,9 @@ def test_frames_are_shown_at_their_rate(simulation: pliant.Simulation) -> None:
     assert frames[4].time == frames[3].time and simulation.steps == 100
 
 
-def test_what_a_callback_raises_ends_the_run_and_the_file(simulation: pliant.Simulation, tmp_path: Path) -> None:
+def test_what_a_callback_raises_ends_the_run_and_the_file(
+    simulation: pliant.Simulation, tmp_path: Path
+) -> None:
     def third(frame: pliant.Frame) -> None:
         if frame.index == 2:
             raise LookupError("enough")
@@ -124,7 +130,9 @@ def test_a_quasi_static_run_ends_with_its_equilibrium() -> None:
     weight = pliant.Simulation(scene).masses.sum() * 0.98
     np.testing.assert_allclose(summary.statics["reactions"], [0.0, weight, 0.0], atol=1e-4 * weight)
     assert summary.statics["residual"] < 1e-4 * weight
-    assert summary.statics["displacement"]["body"] == "beam" and summary.statics["displacement"]["value"] > 1e-5
+    assert (
+        summary.statics["displacement"]["body"] == "beam" and summary.statics["displacement"]["value"] > 1e-5
+    )
     assert summary.statics["von_mises"]["value"] > 100.0
     assert pliant.Simulation(beam()).run().statics is None
 
@@ -149,7 +157,9 @@ def test_ctrl_c_stops_between_steps(call: str, tmp_path: Path) -> None:
         assert pliant._pliant.Recording(path).info()["outcome"]["status"] == "interrupted"
 
 
-def test_progress_goes_to_standard_error(simulation: pliant.Simulation, capsys: pytest.CaptureFixture[str]) -> None:
+def test_progress_goes_to_standard_error(
+    simulation: pliant.Simulation, capsys: pytest.CaptureFixture[str]
+) -> None:
     simulation.run(progress=True)
     out, err = capsys.readouterr()
     assert out == "" and "t = " in err and "s left" in err

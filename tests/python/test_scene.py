@@ -35,7 +35,9 @@ def test_a_scene_from_tables_is_that_of_the_file() -> None:
         body=[
             {
                 "name": "beam",
-                "mesh": {"grid": {"cells": np.array([19, 3]), "spacing": 0.03125, "origin": np.array([0.1, 0.6])}},
+                "mesh": {
+                    "grid": {"cells": np.array([19, 3]), "spacing": 0.03125, "origin": np.array([0.1, 0.6])}
+                },
                 "elastic": {"corotated": {"young": "3 MPa", "poisson": np.float64(0.0)}},
                 "mass": {"per_vertex": 1.0},
                 "pin": [{"box": {"min": [0.1, 0.6], "max": [0.1, 0.7]}}],
@@ -106,13 +108,24 @@ def test_mistakes_in_tables_name_paths_and_no_lines() -> None:
     first = "error: body.0.elastic.neo-hookean.poisson: `poisson` = 0.7: "
     assert first in caught.value.message and "below 0.5" in caught.value.message
     assert "error: time.step: `step` must be positive and finite, got -0.0001" in caught.value.message
-    assert {problem["path"] for problem in caught.value.problems} == {"time.step", "body.0.elastic.neo-hookean.poisson"}
+    assert {problem["path"] for problem in caught.value.problems} == {
+        "time.step",
+        "body.0.elastic.neo-hookean.poisson",
+    }
     # The path is one to be set, and a copy of the scene says the same.
-    for scene in (beam(), pickle.loads(pickle.dumps(beam())), pickle.loads(pickle.dumps(pliant.Simulation(beam()))).scene):
-        with pytest.raises(pliant.SceneError, match="^error: body.0.elastic.corotated.poisson: `poisson` = 0.7") as caught:
+    for scene in (
+        beam(),
+        pickle.loads(pickle.dumps(beam())),
+        pickle.loads(pickle.dumps(pliant.Simulation(beam()))).scene,
+    ):
+        with pytest.raises(
+            pliant.SceneError, match="^error: body.0.elastic.corotated.poisson: `poisson` = 0.7"
+        ) as caught:
             scene.with_changes({"body.0.elastic.corotated.poisson": 0.7})
         assert caught.value.line is None
-    with pytest.raises(pliant.SceneError, match='(?s)world.gravity.1: `gravity`: unknown name `g`.*the value is "-g'):
+    with pytest.raises(
+        pliant.SceneError, match='(?s)world.gravity.1: `gravity`: unknown name `g`.*the value is "-g'
+    ):
         beam(**{"world.gravity": [0.0, "-g * sin(t)"]})
 
 

@@ -10,6 +10,7 @@ import sys
 import threading
 import tracemalloc
 import weakref
+from typing import Any
 
 import numpy as np
 import pliant
@@ -135,12 +136,17 @@ def test_reset_is_the_beginning(simulation: pliant.Simulation) -> None:
     assert simulation.state == end
 
 
-@pytest.mark.parametrize("duplicate", [
-    lambda simulation: simulation.clone(),
-    copy.deepcopy,
-    lambda simulation: pickle.loads(pickle.dumps(simulation)),
-])
-def test_duplicates_go_on_alone_with_all_that_was_changed(duplicate, simulation: pliant.Simulation) -> None:  # type: ignore[no-untyped-def]
+@pytest.mark.parametrize(
+    "duplicate",
+    [
+        lambda simulation: simulation.clone(),
+        copy.deepcopy,
+        lambda simulation: pickle.loads(pickle.dumps(simulation)),
+    ],
+)
+def test_duplicates_go_on_alone_with_all_that_was_changed(
+    duplicate: Any, simulation: pliant.Simulation
+) -> None:
     simulation.step(10)
     simulation.set_material("beam", young=5e4)
     simulation.external_forces = np.full((10, 2), 0.5)
@@ -167,7 +173,7 @@ def test_a_stiffer_beam_hangs_less(simulation: pliant.Simulation) -> None:
     sag, soft_sag = ((each.rest_positions - each.positions)[9, 1] for each in (simulation, soft))
     # Small displacements: in proportion to 1/E, but for what nu does and what large rotations do.
     assert 0.2 < sag / soft_sag < 0.3
-    assert "young = \"400 kPa\"" in simulation.scene.text
+    assert 'young = "400 kPa"' in simulation.scene.text
 
 
 def test_changes_that_cannot_be_change_nothing(simulation: pliant.Simulation) -> None:
@@ -317,18 +323,27 @@ def test_measurements_agree_with_one_another(simulation: pliant.Simulation) -> N
     np.testing.assert_allclose(simulation.angular_momentum(), [0.0, 0.0, spin], atol=1e-12)
     # lecture 18: F = D_s D_m^-1.
     cells, rest = simulation.bodies[0]["triangles"], simulation.rest_positions
-    edges = lambda y: np.stack([y[cells[:, 1]] - y[cells[:, 0]], y[cells[:, 2]] - y[cells[:, 0]]], axis=-1)  # noqa: E731
+
+    def edges(y: np.ndarray) -> np.ndarray:
+        return np.stack([y[cells[:, 1]] - y[cells[:, 0]], y[cells[:, 2]] - y[cells[:, 0]]], axis=-1)
+
     f = simulation.deformation_gradient()
     np.testing.assert_allclose(f, edges(x) @ np.linalg.inv(edges(rest)), atol=1e-12)
     cauchy, piola = simulation.stress(), simulation.stress("first-piola")
     assert cauchy.shape == (8, 3, 3)
     np.testing.assert_allclose(
-        cauchy[:, :2, :2], piola[:, :2, :2] @ f.transpose(0, 2, 1) / np.linalg.det(f)[:, None, None], rtol=1e-9, atol=1e-6
+        cauchy[:, :2, :2],
+        piola[:, :2, :2] @ f.transpose(0, 2, 1) / np.linalg.det(f)[:, None, None],
+        rtol=1e-9,
+        atol=1e-6,
     )
     deviator = cauchy - np.trace(cauchy, axis1=1, axis2=2)[:, None, None] / 3 * np.eye(3)
-    np.testing.assert_allclose(simulation.stress("von-mises"), np.sqrt(1.5 * (deviator**2).sum(axis=(1, 2))), rtol=1e-9)
+    np.testing.assert_allclose(
+        simulation.stress("von-mises"), np.sqrt(1.5 * (deviator**2).sum(axis=(1, 2))), rtol=1e-9
+    )
     np.testing.assert_allclose(simulation.measure("jacobian")[:, 0], np.linalg.det(f), rtol=1e-12)
-    for wrong in (lambda: simulation.stress("mises"), lambda: simulation.measure("mises")):  # type: ignore[arg-type]
+    name: Any = "mises"
+    for wrong in (lambda: simulation.stress(name), lambda: simulation.measure(name)):
         with pytest.raises(ValueError, match="there are"):
             wrong()
 
@@ -418,13 +433,14 @@ def test_memory_does_not_grow() -> None:
         return resident() - before
 
     work(2_000, 200)
-    # A leak of a state of 320 bytes a step would be 6 MB, of a simulation of some 20 kB 20 MB, and that every time. The allocator takes
-    # some for itself now and then, with threads of other tests about.
+    # A leak of a state of 320 bytes a step would be 6 MB, of a simulation of some 20 kB 20 MB, and that every
+    # time. The allocator takes some for itself now and then, with threads of other tests about.
     assert min(growth() for _ in range(3)) < 4_000_000
     assert view.shape == (10, 2)
 
 
-# The overhead of a step is measured by benches/overhead.py; what costs most of it, objects of Python, can be counted.
+# The overhead of a step is measured by benches/overhead.py; what costs most of it, objects of Python, can be
+# counted.
 @pytest.mark.parametrize(("is_shuffled", "count"), [(False, 1000), (True, 5)])
 def test_a_step_makes_no_objects_of_python(is_shuffled: bool, count: int) -> None:
     simulation = pliant.Simulation(shuffled() if is_shuffled else beam())
@@ -474,7 +490,11 @@ def test_work_counts_what_was_tried_again() -> None:
     simulation.run()
     retried = simulation.work["retried"]
     assert retried["steps"] > 0 and retried["parts"] >= 2 * retried["steps"] and retried["halvings"] >= 1
-    adaptive = beam(**{"time.integrator": "bogacki-shampine3"}).to_toml().replace("step = 0.001", "adaptive = { tolerance = 1e-4 }")
+    adaptive = (
+        beam(**{"time.integrator": "bogacki-shampine3"})
+        .to_toml()
+        .replace("step = 0.001", "adaptive = { tolerance = 1e-4 }")
+    )
     scene = pliant.Scene.from_toml(adaptive)
     assert scene.step_size is None
     simulation = pliant.Simulation(scene)
@@ -540,9 +560,7 @@ def test_a_pin_is_steered():
     # A change of the scene does not end it.
     simulation.set_material("arm", young=2e4)
     simulation.step(100)
-    np.testing.assert_allclose(
-        simulation.positions[[0, 3]].mean(axis=0), middle + [0.01, 0.02], atol=1e-12
-    )
+    np.testing.assert_allclose(simulation.positions[[0, 3]].mean(axis=0), middle + [0.01, 0.02], atol=1e-12)
 
 
 def test_what_cannot_be_steered_is_said():

@@ -39,7 +39,16 @@ def test_frames_are_indexed_like_arrays(recorded: tuple[pliant.Trajectory, list[
     assert lazy.shape == (7, 10, 2) and len(lazy) == 7
     whole = np.asarray(lazy)
     assert whole.shape == lazy.shape and whole.dtype == np.float64
-    for index in (0, -1, np.int64(3), slice(None), slice(1, 6, 2), slice(None, None, -1), [0, 5, -1], np.array([2, 2])):
+    for index in (
+        0,
+        -1,
+        np.int64(3),
+        slice(None),
+        slice(1, 6, 2),
+        slice(None, None, -1),
+        [0, 5, -1],
+        np.array([2, 2]),
+    ):
         np.testing.assert_array_equal(lazy[index], whole[index])
     np.testing.assert_array_equal(lazy[2, 3:5], whole[2, 3:5])
     np.testing.assert_array_equal(lazy[:, 9, 1], whole[:, 9, 1])
@@ -61,13 +70,19 @@ def test_a_recording_knows_what_it_is_of(recorded: tuple[pliant.Trajectory, list
     simulation.run()
     np.testing.assert_array_equal(trajectory.positions[-1], simulation.positions)
     assert trajectory.measure("von-mises").shape == (7, 8, 1)
-    np.testing.assert_allclose(trajectory.measure("von-mises")[-1, :, 0], simulation.stress("von-mises"), rtol=1e-12)
-    np.testing.assert_allclose(trajectory.reactions["beam/left.force[1]"][-1], simulation.reactions()["beam/left"][0, 1])
+    np.testing.assert_allclose(
+        trajectory.measure("von-mises")[-1, :, 0], simulation.stress("von-mises"), rtol=1e-12
+    )
+    np.testing.assert_allclose(
+        trajectory.reactions["beam/left.force[1]"][-1], simulation.reactions()["beam/left"][0, 1]
+    )
     again = pickle.loads(pickle.dumps(trajectory))
     np.testing.assert_array_equal(again.positions[3], trajectory.positions[3])
 
 
-def test_what_is_not_there_is_said(recorded: tuple[pliant.Trajectory, list[pliant.Frame]], tmp_path: Path) -> None:
+def test_what_is_not_there_is_said(
+    recorded: tuple[pliant.Trajectory, list[pliant.Frame]], tmp_path: Path
+) -> None:
     with pytest.raises(KeyError, match="green-strain"):
         recorded[0].measure("green-strain")
     with pytest.raises(ValueError, match="there is no measure"):
@@ -83,7 +98,12 @@ def test_what_is_not_there_is_said(recorded: tuple[pliant.Trajectory, list[plian
 
 @pytest.mark.parametrize(
     ("name", "kind", "cells"),
-    [("twisted_bar", "tetra", 4), ("twisted_bar_quadratic", "tetra10", 10), ("strand", "line", 2), ("kepler", "vertex", 1)],
+    [
+        ("twisted_bar", "tetra", 4),
+        ("twisted_bar_quadratic", "tetra10", 10),
+        ("strand", "line", 2),
+        ("kepler", "vertex", 1),
+    ],
 )
 def test_frames_go_to_meshio_and_pyvista(name: str, kind: str, cells: int, tmp_path: Path) -> None:
     meshio = pytest.importorskip("meshio")
@@ -139,7 +159,9 @@ def test_frames_are_exported_as_by_the_command_line(
     command = [programs[0], "export", trajectory.path, "--to", tmp_path / "theirs", "--frames", "1..:2"]
     subprocess.run(command, check=True, capture_output=True)
     assert [file.name for file in files] == ["beam_0001.vtu", "beam_0003.vtu", "beam_0005.vtu", "beam.pvd"]
-    assert sorted(file.name for file in (tmp_path / "theirs").iterdir()) == sorted(file.name for file in files)
+    assert sorted(file.name for file in (tmp_path / "theirs").iterdir()) == sorted(
+        file.name for file in files
+    )
     for file in files:
         assert file.read_bytes() == (tmp_path / "theirs" / file.name).read_bytes()
     assert trajectory.export(tmp_path / "last.obj", -1) == [tmp_path / "last.obj"]
@@ -210,7 +232,10 @@ mass = { total = 1.0 }
     trajectory = pliant.load(tmp_path / "out.mcap")
     for frame in (0, 2):
         trajectory.export(tmp_path / "frame.vtu", frame, overwrite=True)
-        written = {"meshio": meshio.read(tmp_path / "frame.vtu"), "pyvista": pyvista.read(tmp_path / "frame.vtu")}
+        written = {
+            "meshio": meshio.read(tmp_path / "frame.vtu"),
+            "pyvista": pyvista.read(tmp_path / "frame.vtu"),
+        }
         mesh, grid = trajectory.to_meshio(frame), trajectory.to_pyvista(frame)
         assert set(mesh.cell_data) == set(written["meshio"].cell_data) == {"body", *MEASURES}
         assert set(mesh.point_data) == set(written["meshio"].point_data) == {"displacement", "velocity"}
@@ -224,8 +249,15 @@ mass = { total = 1.0 }
             np.testing.assert_array_equal(found, expected)
             np.testing.assert_array_equal(grid.cell_data[name], written["pyvista"].cell_data[name])
         np.testing.assert_array_equal(grid.celltypes, written["pyvista"].celltypes)
-        assert grid.field_data["TimeValue"][0] == written["pyvista"].field_data["TimeValue"][0] == trajectory.times[frame]
-        assert np.isnan(mesh.cell_data["von-mises"][1]).all() and np.isfinite(mesh.cell_data["von-mises"][0]).all()
+        assert (
+            grid.field_data["TimeValue"][0]
+            == written["pyvista"].field_data["TimeValue"][0]
+            == trajectory.times[frame]
+        )
+        assert (
+            np.isnan(mesh.cell_data["von-mises"][1]).all()
+            and np.isfinite(mesh.cell_data["von-mises"][0]).all()
+        )
 
 
 MEASURES = {
@@ -260,7 +292,9 @@ def test_quantities_over_time_are_drawn(recorded: tuple[pliant.Trajectory, list[
 
 def test_recordings_are_drawn(recorded: tuple[pliant.Trajectory, list[pliant.Frame]], tmp_path: Path) -> None:
     trajectory = recorded[0]
-    still = trajectory.render(tmp_path / "still.png", at=0.0, size=(120, 90), colour_by="von-mises", bare=True)
+    still = trajectory.render(
+        tmp_path / "still.png", at=0.0, size=(120, 90), colour_by="von-mises", bare=True
+    )
     content = still.read_bytes()
     assert content.startswith(b"\x89PNG") and int.from_bytes(content[16:20], "big") == 120
     moving = trajectory.render(tmp_path / "moving.gif", frames=3, size=(64, 48))

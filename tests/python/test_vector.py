@@ -77,11 +77,19 @@ def test_a_reset_by_mask_is_the_start_again_and_leaves_others_alone() -> None:
     observations, info = env.reset(seed=7, options={"reset_mask": mask})
     np.testing.assert_array_equal(env.velocities[mask], first[mask])
     np.testing.assert_array_equal(env.positions[~mask], before[~mask])
-    assert (env.elapsed == [0, 6, 6, 0]).all() and (info["time"][mask] == 0.0).all() and (info["_time"] == mask).all()
+    assert (
+        (env.elapsed == [0, 6, 6, 0]).all()
+        and (info["time"][mask] == 0.0).all()
+        and (info["_time"] == mask).all()
+    )
     for path, actions in zip(paths, ACTIONS):
         env.step(actions)
         np.testing.assert_array_equal(env.positions[mask], path[mask])
-    for wrong, error in (([True], TypeError), (np.zeros(4, bool), ValueError), (np.ones(3, bool), ValueError)):
+    for wrong, error in (
+        ([True], TypeError),
+        (np.zeros(4, bool), ValueError),
+        (np.ones(3, bool), ValueError),
+    ):
         with pytest.raises(error, match="reset_mask"):
             env.reset(options={"reset_mask": wrong})
 
@@ -128,7 +136,13 @@ def single(number: int) -> Any:
             self.simulation.step(3)
             self.taken += 1
             height = float(self.simulation.positions[TIP, 1])
-            return self.observation(), height, height < 0.0995, self.taken >= 4, {"time": self.simulation.time}
+            return (
+                self.observation(),
+                height,
+                height < 0.0995,
+                self.taken >= 4,
+                {"time": self.simulation.time},
+            )
 
     return Single()
 
@@ -139,7 +153,14 @@ def test_it_is_what_gymnasium_makes_of_single_environments(mode: str) -> None:
     name = {"next-step": "NextStep", "same-step": "SameStep", "disabled": "Disabled"}[mode]
     theirs = vector.SyncVectorEnv([lambda i=i: single(i) for i in range(4)], autoreset_mode=name)
     ours = pliant.vector(
-        beam(), 4, action=PUSH, reward=tip, terminated=lambda env: tip(env) < 0.0995, start=thrown, substeps=3, max_steps=4,
+        beam(),
+        4,
+        action=PUSH,
+        reward=tip,
+        terminated=lambda env: tip(env) < 0.0995,
+        start=thrown,
+        substeps=3,
+        max_steps=4,
         autoreset=mode,  # type: ignore[arg-type]
     )
     assert isinstance(ours, vector.VectorEnv) and isinstance(ours, pliant.VectorEnvironment)
@@ -160,10 +181,14 @@ def test_it_is_what_gymnasium_makes_of_single_environments(mode: str) -> None:
         ended = mine[2] | mine[3]
         endings.append(int(ended.sum()))
         if mode == "disabled" and ended.any():
-            with pytest.raises(ValueError, match=rf"environments \[{np.flatnonzero(ended)[0]}.* have ended: reset them"):
+            with pytest.raises(
+                ValueError, match=rf"environments \[{np.flatnonzero(ended)[0]}.* have ended: reset them"
+            ):
                 ours.step(actions)
             options = {"reset_mask": ended}
-            np.testing.assert_array_equal(ours.reset(options=dict(options))[0], theirs.reset(options=dict(options))[0])
+            np.testing.assert_array_equal(
+                ours.reset(options=dict(options))[0], theirs.reset(options=dict(options))[0]
+            )
     # Some end before others.
     assert any(0 < count < 4 for count in endings) and sum(endings) > 4
     ours.close()
@@ -221,7 +246,10 @@ def test_a_failure_is_told_and_others_go_on() -> None:
     env = pliant.vector(fragile(), 3, action=STRONG, substeps=4)
     calm = pliant.vector(fragile(), 3, action=STRONG, substeps=4)
     actions = np.array([[0.0], [-1e5], [0.1]])
-    with pytest.warns(RuntimeWarning, match=r"environment 1 has ended: step 3 \(t = 0.002 s\) cannot be taken: element 6 of `beam`"):
+    with pytest.warns(
+        RuntimeWarning,
+        match=r"environment 1 has ended: step 3 \(t = 0.002 s\) cannot be taken: element 6 of `beam`",
+    ):
         _, _, terminated, truncated, info = env.step(actions)
     assert (terminated == [False, True, False]).all() and not truncated.any()
     assert "cannot be taken" in info["failure"][1] and info["failure"][0] is None
@@ -250,7 +278,9 @@ def test_what_has_failed_takes_no_more_steps() -> None:
         calls.append(env.times)
         return forces
 
-    env = pliant.vector(fragile(), 2, action=pliant.FunctionAction(1, once, low=-1e7, high=0.0, every=1), substeps=4)
+    env = pliant.vector(
+        fragile(), 2, action=pliant.FunctionAction(1, once, low=-1e7, high=0.0, every=1), substeps=4
+    )
     env.step([[0.0], [0.0]])
     env.reset()
     with pytest.warns(RuntimeWarning, match="environment 1 has ended: step 1 "):
@@ -263,7 +293,13 @@ def test_what_has_failed_takes_no_more_steps() -> None:
 
 def test_pins_are_steered_as_by_hand() -> None:
     for by, turns in (("position", ""), ("position", "z"), ("velocity", "z")):
-        action = pliant.PinAction("beam/left", turns=turns, by=by, low=-0.2, high=0.2)  # type: ignore[arg-type]
+        action = pliant.PinAction(
+            "beam/left",
+            turns=turns,
+            by=by,  # type: ignore[arg-type]
+            low=-0.2,
+            high=0.2,
+        )
         env = pliant.vector(beam(), 2, action=action, substeps=10)
         alone = pliant.Simulation(beam())
         numbers = np.array([0.01, -0.02, 0.05])[: 2 + len(turns)]
@@ -306,7 +342,9 @@ def test_functions_of_forces_see_where_things_are() -> None:
         seen.append(env.times[0])
         return -numbers[:, :, None] * (env.positions - env.rest_positions)
 
-    env = pliant.vector(beam(), 2, action=pliant.FunctionAction(1, spring, low=0.0, high=50.0, every=2), substeps=4)
+    env = pliant.vector(
+        beam(), 2, action=pliant.FunctionAction(1, spring, low=0.0, high=50.0, every=2), substeps=4
+    )
     env.step([[0.0], [50.0]])
     np.testing.assert_allclose(seen, [0.0, 0.002])
     alone = pliant.Simulation(beam())
@@ -331,10 +369,17 @@ def test_it_observes_what_it_is_asked_for() -> None:
     alone.external_forces = pushed(1.0)
     alone.step(20)
     force, moment = alone.reactions()["beam/left"]
-    expected = np.concatenate([
-        (alone.positions - alone.rest_positions).ravel(), alone.positions[TIP], alone.velocities[TIP], force[:2], moment[2:],
-        [0.0, 0.0, alone.time, 1.0], alone.positions[TIP, 1:],
-    ])
+    expected = np.concatenate(
+        [
+            (alone.positions - alone.rest_positions).ravel(),
+            alone.positions[TIP],
+            alone.velocities[TIP],
+            force[:2],
+            moment[2:],
+            [0.0, 0.0, alone.time, 1.0],
+            alone.positions[TIP, 1:],
+        ]
+    )
     np.testing.assert_allclose(observations[1], expected, rtol=1e-12, atol=1e-15)
     for wrong, error in (("velocity", ValueError), ("probes:none", KeyError), ("reactions:none", KeyError)):
         with pytest.raises(error, match="there is no"):
@@ -363,17 +408,47 @@ def test_forces_of_contact_are_equal_and_opposite() -> None:
     ("make", "error", "message"),
     [
         (lambda: pliant.vector(beam(), 0), ValueError, "at least 1; got 0"),
-        (lambda: pliant.vector(beam(), 1, autoreset="later"), ValueError, "autoreset is one of next-step"),  # type: ignore[arg-type]
-        (lambda: pliant.vector(beam(), 1, action=pliant.PinAction("beam/right")), KeyError, r"no pin 'beam/right'; there are \['beam/left'\]"),
-        (lambda: pliant.vector(beam(), 1, action=pliant.PinAction("beam/left", axes="xx")), ValueError, "letters of 'xy', each once; got 'xx'"),
+        (
+            lambda: pliant.vector(beam(), 1, autoreset="later"),  # type: ignore[arg-type]
+            ValueError,
+            "autoreset is one of next-step",
+        ),
+        (
+            lambda: pliant.vector(beam(), 1, action=pliant.PinAction("beam/right")),
+            KeyError,
+            r"no pin 'beam/right'; there are \['beam/left'\]",
+        ),
+        (
+            lambda: pliant.vector(beam(), 1, action=pliant.PinAction("beam/left", axes="xx")),
+            ValueError,
+            "letters of 'xy', each once; got 'xx'",
+        ),
         (lambda: pliant.vector(beam(), 1, action=pliant.ForceAction([10])), ValueError, "vertices 0 to 9"),
-        (lambda: pliant.vector(beam(), 1, action=pliant.ForceAction([1], low=2.0)), ValueError, "low below high"),
-        (lambda: pliant.vector(beam(), 1, action=PUSH).step(np.zeros((2, 1))), ValueError, r"shape \(1, 1\), got \(2, 1\)"),
-        (lambda: pliant.vector(beam(), 2, action=PUSH).step([[0.0], [np.nan]]), ValueError, "finite, got .*nan.* of environment 1"),
-        (lambda: pliant.vector(beam(), 2, reward=lambda env: env.positions).step(np.zeros((2, 0))), ValueError, r"rewards must have shape \(2,\)"),
+        (
+            lambda: pliant.vector(beam(), 1, action=pliant.ForceAction([1], low=2.0)),
+            ValueError,
+            "low below high",
+        ),
+        (
+            lambda: pliant.vector(beam(), 1, action=PUSH).step(np.zeros((2, 1))),
+            ValueError,
+            r"shape \(1, 1\), got \(2, 1\)",
+        ),
+        (
+            lambda: pliant.vector(beam(), 2, action=PUSH).step([[0.0], [np.nan]]),
+            ValueError,
+            "finite, got .*nan.* of environment 1",
+        ),
+        (
+            lambda: pliant.vector(beam(), 2, reward=lambda env: env.positions).step(np.zeros((2, 0))),
+            ValueError,
+            r"rewards must have shape \(2,\)",
+        ),
     ],
 )
-def test_mistakes_say_what_would_be_right(make: Callable[[], object], error: type[Exception], message: str) -> None:
+def test_mistakes_say_what_would_be_right(
+    make: Callable[[], object], error: type[Exception], message: str
+) -> None:
     with pytest.raises(error, match=message):
         make()
 
@@ -388,7 +463,10 @@ def stepped(env: pliant.VectorEnvironment) -> list[float]:
     return [float(env.step(actions)[0].sum()) for actions in ACTIONS]
 
 
-@pytest.mark.skipif(not hasattr(sys, "getwindowsversion") and "fork" not in multiprocessing.get_all_start_methods(), reason="no fork here")
+@pytest.mark.skipif(
+    not hasattr(sys, "getwindowsversion") and "fork" not in multiprocessing.get_all_start_methods(),
+    reason="no fork here",
+)
 @pytest.mark.filterwarnings("ignore::DeprecationWarning", "ignore::RuntimeWarning")
 def test_a_fork_goes_on_with_threads_of_its_own() -> None:
     env = pliant.vector(beam(), 4, action=PUSH, threads=2)

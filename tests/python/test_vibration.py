@@ -29,7 +29,9 @@ def test_modes_are_those_of_the_matrices(simulation: pliant.Simulation) -> None:
 
 def test_modes_are_those_of_the_command_line(programs: list[str]) -> None:
     scene = SCENES / "beam_3d.toml"
-    done = subprocess.run([programs[0], "modes", scene, "--count", "4", "--json"], capture_output=True, check=True)
+    done = subprocess.run(
+        [programs[0], "modes", scene, "--count", "4", "--json"], capture_output=True, check=True
+    )
     theirs = [mode["frequency"] for mode in json.loads(done.stdout)["modes"]["modes"]]
     ours = pliant.modes(pliant.Scene.from_toml(scene), 4)
     assert ours["frequency"].tolist() == theirs
@@ -74,7 +76,9 @@ def test_superposition_is_what_steps_converge_to() -> None:
     np.testing.assert_allclose(simulation.positions, x, atol=1e-5 * moved)
     np.testing.assert_allclose(simulation.velocities, v, atol=1e-4 * np.abs(v).max())
     k, m = simulation.stiffness().toarray()[4:, 4:], simulation.mass().toarray()[4:, 4:]
-    np.testing.assert_allclose(exact.omega**2, np.linalg.eigvalsh(k / np.sqrt(np.outer(m.diagonal(), m.diagonal()))), rtol=1e-8)
+    np.testing.assert_allclose(
+        exact.omega**2, np.linalg.eigvalsh(k / np.sqrt(np.outer(m.diagonal(), m.diagonal()))), rtol=1e-8
+    )
     shapes = exact.shapes.reshape(16, 20)
     np.testing.assert_allclose(shapes @ simulation.mass().toarray() @ shapes.T, np.eye(16), atol=1e-8)
     few = pliant.Simulation(beam(**linear)).superposition(3)
@@ -90,8 +94,31 @@ def test_superposition_is_what_steps_converge_to() -> None:
 @pytest.mark.parametrize("bits", [16, 24])
 def test_a_sound_is_that_of_the_command_line(bits: Any, programs: list[str], tmp_path: Path) -> None:
     (tmp_path / "scene.toml").write_text(beam().to_toml())
-    options = ["--count", "5", "--strike", "9", "--direction", "0,1", "--listen", "4", "--rayleigh", "1,1e-4", "--bits", str(bits)]
-    command = [programs[0], "modes", tmp_path / "scene.toml", "--sound", tmp_path / "theirs.wav", *options, "--seconds", "0.5", "--json"]
+    options = [
+        "--count",
+        "5",
+        "--strike",
+        "9",
+        "--direction",
+        "0,1",
+        "--listen",
+        "4",
+        "--rayleigh",
+        "1,1e-4",
+        "--bits",
+        str(bits),
+    ]
+    command = [
+        programs[0],
+        "modes",
+        tmp_path / "scene.toml",
+        "--sound",
+        tmp_path / "theirs.wav",
+        *options,
+        "--seconds",
+        "0.5",
+        "--json",
+    ]
     theirs = json.loads(subprocess.run(command, capture_output=True, check=True).stdout)["sound"]
     heard = pliant.sound(beam(), 9, [0.0, 1.0], listen=4, count=5, rayleigh=(1.0, 1e-4), seconds=0.5)
     for name in heard:
@@ -102,7 +129,12 @@ def test_a_sound_is_that_of_the_command_line(bits: Any, programs: list[str], tmp
     # Headers of 24 bits differ, and the module wave reads only one of them.
     assert ours[-bits // 8 * 24_000 :] == theirs[-bits // 8 * 24_000 :] != bytes(bits // 8 * 24_000)
     with wave.open(str(tmp_path / "ours.wav")) as file:
-        assert (file.getnchannels(), file.getsampwidth(), file.getframerate(), file.getnframes()) == (1, bits // 8, 48_000, 24_000)
+        assert (file.getnchannels(), file.getsampwidth(), file.getframerate(), file.getnframes()) == (
+            1,
+            bits // 8,
+            48_000,
+            24_000,
+        )
 
 
 def test_what_makes_no_sound_is_said() -> None:

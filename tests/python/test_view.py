@@ -104,13 +104,24 @@ def test_a_recording_that_is_gone_is_an_error(recorded: pliant.Trajectory, tmp_p
         trajectory.view()
 
 
-@pytest.mark.parametrize(("dimension", "element", "kind"), [(2, "quadrilateral", "quad"), (3, "hexahedron", "hexahedron")])
-def test_cells_that_are_no_simplices_are_read(tmp_path: Path, dimension: int, element: str, kind: str) -> None:
+@pytest.mark.parametrize(
+    ("dimension", "element", "kind"), [(2, "quadrilateral", "quad"), (3, "hexahedron", "hexahedron")]
+)
+def test_cells_that_are_no_simplices_are_read(
+    tmp_path: Path, dimension: int, element: str, kind: str
+) -> None:
     mesh = {"grid": {"cells": [2, 3, 1][:dimension], "spacing": 0.1, "element": element}}
     scene = pliant.Scene(
         dimension=dimension,
         time={"integrator": "symplectic-euler", "step": 1e-4, "duration": 1e-3},
-        body=[{"name": "block", "mesh": mesh, "mass": {"density": 1e3}, "elastic": {"corotated": {"young": 1e4, "poisson": 0.3}}}],
+        body=[
+            {
+                "name": "block",
+                "mesh": mesh,
+                "mass": {"density": 1e3},
+                "elastic": {"corotated": {"young": 1e4, "poisson": 0.3}},
+            }
+        ],
         output={"rate": 1e3, "channels": ["state", "mesh"]},
     )
     pliant.Simulation(scene).run(record=tmp_path / "block.mcap")
@@ -124,10 +135,14 @@ def test_cells_that_are_no_simplices_are_read(tmp_path: Path, dimension: int, el
     grid = trajectory.to_pyvista()
     # Corners in the order that VTK has: a cell with two exchanged has another size.
     sizes = grid.compute_cell_sizes()
-    np.testing.assert_allclose(sizes.cell_data["Area" if dimension == 2 else "Volume"], 0.1**dimension, rtol=1e-6)
+    np.testing.assert_allclose(
+        sizes.cell_data["Area" if dimension == 2 else "Volume"], 0.1**dimension, rtol=1e-6
+    )
 
 
-def test_rerun_is_given_meshes_once_and_vertices_by_frame(recorded: pliant.Trajectory, tmp_path: Path) -> None:
+def test_rerun_is_given_meshes_once_and_vertices_by_frame(
+    recorded: pliant.Trajectory, tmp_path: Path
+) -> None:
     rerun = pytest.importorskip("rerun")
     logged: list[tuple[str, bool, object]] = []
     times: list[float] = []
@@ -162,7 +177,11 @@ def test_a_live_view_runs_a_copy_in_a_page_of_this_machine() -> None:
     simulation.step(20)
     with simulation.view(live=True, height=250) as view:
         [(tag, attributes)] = Tags(view._repr_html_()).found
-        assert tag == "iframe" and attributes["src"] == view.url and "height: 250px" in (attributes["style"] or "")
+        assert (
+            tag == "iframe"
+            and attributes["src"] == view.url
+            and "height: 250px" in (attributes["style"] or "")
+        )
         assert view.url.startswith("http://127.0.0.1:") and view.is_running
         with urllib.request.urlopen(view.url, timeout=10) as answer:
             ancestors = answer.headers["Content-Security-Policy"]

@@ -20,10 +20,13 @@ def numbers(version: str) -> tuple[int, ...]:
 
 def main() -> None:
     command = ["cargo", "metadata", "--format-version=1", "--locked", "--all-features"]
-    packages = json.loads(subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.PIPE).stdout)["packages"]
+    packages = json.loads(subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.PIPE).stdout)[
+        "packages"
+    ]
     (ours,) = {package["rust_version"] for package in packages if not package["source"]}
     rows = [
-        f"{package['name']} {package['version']} needs Rust {package['rust_version']}, the workspace says {ours}"
+        f"{package['name']} {package['version']} needs Rust {package['rust_version']}, "
+        f"the workspace says {ours}"
         for package in packages
         if package["rust_version"] and numbers(package["rust_version"]) > numbers(ours)
     ]

@@ -2,11 +2,11 @@
 
     python tests/tools/elastica.py frame|arch
 
-A beam is r' = (1 + N/EA) t + Q/(5/6 GA) b, theta' = M/EI + k, M' = -(r' x n), N = n . t, Q = n . b with a force n
-that is constant between loads and the curvature k at rest (Reissner 1972; the frame without shear). Shooting from
-one end by the Runge-Kutta method of order 4 must meet what holds at the other; Newton's method on the pseudo arc
-length of (unknowns, load) follows the curve. A limit load is that of the parabola through three points. Printed
-for two numbers of steps and two distances. It needs NumPy.
+A beam is r' = (1 + N/EA) t + Q/(5/6 GA) b, theta' = M/EI + k, M' = -(r' x n), N = n . t, Q = n . b with a
+force n that is constant between loads and the curvature k at rest (Reissner 1972; the frame without shear).
+Shooting from one end by the Runge-Kutta method of order 4 must meet what holds at the other; Newton's method
+on the pseudo arc length of (unknowns, load) follows the curve. A limit load is that of the parabola through
+three points. Printed for two numbers of steps and two distances. It needs NumPy.
 """
 
 import math
@@ -36,9 +36,11 @@ def go(state, length, count, force, ea, ei, curvature=0.0, shear=0.0):
 
 
 class Frame:
-    """Two legs of 1.2 m, EA = 43.2 MN, EI = 1440 N m^2 (E = 72 GPa, 3 cm by 2 cm), hinged at both far ends, joined at
-    a right angle; a dead load P down, 24 cm from the corner: Lee, Manuel, Rossow 1968, "Large deflections and
-    stability of elastic frames", J. Eng. Mech. Div. ASCE 94, 521. Loads in 10 kN.
+    """Frame of two legs of 1.2 m, EA = 43.2 MN, EI = 1440 N m^2 (E = 72 GPa, 3 cm by 2 cm).
+
+    They are hinged at both far ends and joined at a right angle; a dead load P down, 24 cm from the corner:
+    Lee, Manuel, Rossow 1968, "Large deflections and stability of elastic frames", J. Eng. Mech. Div.
+    ASCE 94, 521. Loads in 10 kN.
     """
 
     LENGTH, LOADED, EA, EI = 1.2, 0.24, 7.2e10 * 6e-4, 7.2e10 * 2e-8
@@ -56,8 +58,10 @@ class Frame:
 
 
 class Arch:
-    """Half of a circular arch of radius 1 m and half angle 0.3, 11 mm thick, of E = 1 MPa and 1 m wide, clamped at its
-    foot; the crown moves up and down without turning, pressed by half of the load. Loads in newtons, of the half.
+    """Half of a circular arch of radius 1 m and half angle 0.3, 11 mm thick, of E = 1 MPa and 1 m wide.
+
+    It is clamped at its foot; the crown moves up and down without turning, pressed by half of the load. Loads
+    in newtons, of the half.
     """
 
     ANGLE, THICKNESS, YOUNG = 0.3, 0.011, 1e6

@@ -1,7 +1,7 @@
 """Reads a recording with other people's libraries: pip install numpy mcap mcap-protobuf-support.
 
-Decodes every message of every topic, reads /state without protobuf, checks attachments and metadata, and prints a
-JSON summary. The exit code is not 0 if anything is wrong.
+Decodes every message of every topic, reads /state without protobuf, checks attachments and metadata, and
+prints a JSON summary. The exit code is not 0 if anything is wrong.
 """
 
 import json
@@ -39,7 +39,7 @@ def rows_of_elements(channel, data):
 
 
 def state_without_protobuf(channel, data):
-    """The points of a message as (n, 6) doubles: the field `data` is the last one, so its bytes are the last."""
+    """Points of a message as (n, 6) doubles: the field `data` is the last one, so its bytes are."""
     n = int(channel.metadata["point_count"])
     stride = int(channel.metadata["point_stride"])
     check(stride == 48 and channel.metadata["fields"] == "x,y,z,vx,vy,vz", "unknown layout of /state")
@@ -56,13 +56,18 @@ def main():
         check("pliant" in metadata and "outcome" in metadata, "metadata is missing")
         about = metadata["pliant"]
         vertices, dimension = int(about["vertex_count"]), int(about["dimension"])
-        check(sum(body["vertices"] for body in json.loads(about["bodies"])) == vertices, "bodies do not add up")
+        check(
+            sum(body["vertices"] for body in json.loads(about["bodies"])) == vertices, "bodies do not add up"
+        )
 
         attachments = {attachment.name: attachment.data for attachment in reader.iter_attachments()}
         for name, data in attachments.items():
             if name.startswith("topology/"):
                 cells = np.frombuffer(data, "<u4").reshape(-1, COLUMNS[name.split(".")[-2]])
-                check(cells.size > 0 and cells.max() < vertices, f"{name} refers to a vertex that does not exist")
+                check(
+                    cells.size > 0 and cells.max() < vertices,
+                    f"{name} refers to a vertex that does not exist",
+                )
         if "rest.f64" in attachments:
             rest = np.frombuffer(attachments["rest.f64"], "<f8").reshape(vertices, dimension)
             check(np.isfinite(rest).all(), "rest.f64 is not finite")
@@ -96,8 +101,12 @@ def main():
             decoded += 1
             if channel.topic == "/state":
                 points = np.frombuffer(content.data, "<f8").reshape(-1, 6)
-                check((points == state_without_protobuf(channel, message.data)).all(), "/state reads two ways")
-                check([field.offset for field in content.fields] == list(range(0, 48, 8)), "offsets of /state")
+                check(
+                    (points == state_without_protobuf(channel, message.data)).all(), "/state reads two ways"
+                )
+                check(
+                    [field.offset for field in content.fields] == list(range(0, 48, 8)), "offsets of /state"
+                )
                 check(content.fields[0].type == 8, "/state is not FLOAT64")
             elif channel.topic.startswith(ELEMENTS):
                 rows = rows_of_elements(channel, message.data)
@@ -113,7 +122,11 @@ def main():
             check(counts["/state"] == counts["/energy"], "frames without a row")
         check(sum(counts.values()) == summary.statistics.message_count, "the statistics disagree")
 
-    low, high = (np.min([b[0] for b in bounds], axis=0), np.max([b[1] for b in bounds], axis=0)) if bounds else ([], [])
+    low, high = (
+        (np.min([b[0] for b in bounds], axis=0), np.max([b[1] for b in bounds], axis=0))
+        if bounds
+        else ([], [])
+    )
     report = {
         "messages": counts,
         "encodings": sorted(encoded),

@@ -1,5 +1,7 @@
-"""Writes scenes/meshes/half_disk.msh: the lower half of a disk of radius 1 m about (0, 1), its lowest point the
-origin, with triangles of 5 mm around that point and coarser ones away from it."""
+"""Writes scenes/meshes/half_disk.msh: the lower half of a disk of radius 1 m about (0, 1).
+
+Its lowest point is the origin, with triangles of 5 mm around that point and coarser ones away from it.
+"""
 
 import math
 from pathlib import Path
@@ -15,7 +17,8 @@ def graded(end: float) -> list[float]:
         if len(places) > CELLS:
             size = min(COARSE, size * GROWTH)
     return places[: CELLS + 1] + [
-        FINE * CELLS + (p - FINE * CELLS) * (end - FINE * CELLS) / (places[-1] - FINE * CELLS) for p in places[CELLS + 1 :]
+        FINE * CELLS + (p - FINE * CELLS) * (end - FINE * CELLS) / (places[-1] - FINE * CELLS)
+        for p in places[CELLS + 1 :]
     ]
 
 

@@ -1,6 +1,6 @@
 """Writes scenes/meshes/knot.obj: the closed surface of a tube along a trefoil knot, 0.33 m across.
 
-    python tests/tools/write_knot.py > scenes/meshes/knot.obj
+python tests/tools/write_knot.py > scenes/meshes/knot.obj
 """
 
 from math import cos, hypot, pi, sin

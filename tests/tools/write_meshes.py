@@ -1,9 +1,12 @@
-"""Writes the mesh files of tests/data/meshes with meshio: the same small bodies in every format; and the twisted bar of
-scenes/meshes.
+"""Writes the mesh files of tests/data/meshes with meshio, and the twisted bar of scenes/meshes.
+
+They are the same small bodies in every format.
 
 Usage: write_meshes.py FOLDER
-Needs meshio and numpy. Formats and variants that meshio does not write are written by pyvista (appended arrays, polygonal
-data, METADATA) and by gmsh (binary `.msh`), where these are installed.
+
+Needs meshio and numpy. Formats and variants that meshio does not write are
+written by pyvista (appended arrays, polygonal data, METADATA) and by gmsh (binary `.msh`), where these are
+installed.
 """
 
 import os
@@ -44,7 +47,9 @@ def quadratic():
 
 
 def plane():
-    points = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0.5, 0], [1, 0.5], [0.5, 0.5], [0.5, 1], [0, 0.5]], float)
+    points = np.array(
+        [[0, 0], [1, 0], [1, 1], [0, 1], [0.5, 0], [1, 0.5], [0.5, 0.5], [0.5, 1], [0, 0.5]], float
+    )
     flat = np.column_stack([points, np.zeros(len(points))])
     return meshio.Mesh(flat, [("triangle6", np.array([[0, 1, 2, 4, 5, 6], [0, 2, 3, 6, 7, 8]]))])
 
@@ -95,7 +100,9 @@ def twisted_bar():
                 corners.append(corners[-1] + 2 * np.eye(3, dtype=int)[axis])
             if path in [(0, 2, 1), (1, 0, 2), (2, 1, 0)]:
                 corners[2:] = corners[:1:-1]
-            cells.append([node(c) for c in corners] + [node((corners[a] + corners[b]) // 2) for a, b in EDGES])
+            cells.append(
+                [node(c) for c in corners] + [node((corners[a] + corners[b]) // 2) for a, b in EDGES]
+            )
     points = np.array(list(nodes)) / (2 * np.array(n)) * [0.1, 0.1, height] - [0.05, 0.05, 0]
     turn = np.pi / 2 * points[:, 2] / height
     x = np.cos(turn) * points[:, 0] - np.sin(turn) * points[:, 1]
@@ -108,7 +115,9 @@ def big_endian(little, big):
     with open(little, "rb") as file:
         header, body = file.read().split(b"end_header\n")
     points = np.frombuffer(body[: 4 * 24], "<f8").astype(">f8")
-    faces = np.frombuffer(body[4 * 24 :], [("n", "u1"), ("v", "<i4", 3)]).astype([("n", "u1"), ("v", ">i4", 3)])
+    faces = np.frombuffer(body[4 * 24 :], [("n", "u1"), ("v", "<i4", 3)]).astype(
+        [("n", "u1"), ("v", ">i4", 3)]
+    )
     with open(big, "wb") as file:
         file.write(header.replace(b"little", b"big") + b"end_header\n" + points.tobytes() + faces.tobytes())
 
@@ -299,7 +308,11 @@ def main(folder):
         return
     cells = np.hstack([np.insert(TETRAHEDRA, 0, 4, axis=1).ravel(), np.insert(BASE, 0, 3, axis=1).ravel()])
     grid = pyvista.UnstructuredGrid(cells, np.array([10, 10, 5, 5]), POINTS)
-    for name, raw, compressor in [("raw", True, None), ("base64", False, None), ("raw_zlib", True, vtk.vtkZLibDataCompressor())]:
+    for name, raw, compressor in [
+        ("raw", True, None),
+        ("base64", False, None),
+        ("raw_zlib", True, vtk.vtkZLibDataCompressor()),
+    ]:
         writer = vtk.vtkXMLUnstructuredGridWriter()
         writer.SetFileName(os.path.join(folder, f"solid_appended_{name}.vtu"))
         writer.SetDataModeToAppended()
@@ -307,7 +320,9 @@ def main(folder):
         writer.SetCompressor(compressor)
         writer.SetInputData(grid)
         writer.Write()
-    faces = np.hstack([np.insert(cell, 0, len(cell)) for cell in ([0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3])])
+    faces = np.hstack(
+        [np.insert(cell, 0, len(cell)) for cell in ([0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3])]
+    )
     pyvista.PolyData(POINTS[:4], faces=faces).save(os.path.join(folder, "surface_polydata.vtk"), binary=True)
     with_metadata(vtk, folder, grid)
 

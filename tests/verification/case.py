@@ -54,9 +54,7 @@ class Pliant:
 
     def run(self, scene: dict[str, Any]) -> dict[str, list[float]]:
         """Runs a scene: columns of its probes by name, without units."""
-        self._command(
-            "run", self._write(scene), "--no-record", "--probes", "probes.csv", "--force", "--json"
-        )
+        self._command("run", self._write(scene), "--no-record", "--probes", "probes.csv", "--force", "--json")
         with (self.folder / "probes.csv").open() as table:
             lines = list(csv.reader(table))
         names = [name.split(" ")[0] for name in lines[0]]

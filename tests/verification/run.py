@@ -55,9 +55,7 @@ def main() -> None:
     faults = [f"{name}: off: {row.quantity}, {row.mesh}" for name, row in named if not row.holds]
     if arguments.quick:
         page = PAGE.read_text().splitlines()
-        faults += [
-            f"{name}: not in {PAGE.name}: {line(row)}" for name, row in named if not stands(row, page)
-        ]
+        faults += [f"{name}: not in {PAGE.name}: {line(row)}" for name, row in named if not stands(row, page)]
     elif not arguments.names and not faults:
         PAGE.write_text(written(found))
     if faults:

@@ -1,8 +1,11 @@
-"""What a step costs in Python beyond the step itself: `step()` a hundred thousand times beside `step(100_000)`, a loop in the core.
+"""What a step costs in Python beyond the step itself.
+
+`step()` a hundred thousand times stands beside `step(100_000)`, a loop in the core.
 
     python crates/py/benches/overhead.py
 
-Build the package as it is released (`pip install ./crates/py`) and close what else is running: medians of rounds taken in turn.
+Build the package as it is released (`pip install ./crates/py`) and close what else is running: medians of
+rounds taken in turn.
 """
 
 from __future__ import annotations
@@ -51,4 +54,7 @@ for cells, view in (([1, 1], False), ([1, 1], True), ([19, 3], False), ([19, 3],
             times[one_by_one].append(seconds(simulation, one_by_one))
     python, core = (1e6 * statistics.median(times[key]) / STEPS for key in (True, False))
     kind = "with views" if view else "without views"
-    print(f"{simulation.vertex_count:3} vertices, {kind:13}: {python:.2f} us a step, {core:.2f} in the core, {python - core:.2f} more")
+    print(
+        f"{simulation.vertex_count:3} vertices, {kind:13}: {python:.2f} us a step, {core:.2f} in the core, "
+        f"{python - core:.2f} more"
+    )

@@ -44,7 +44,9 @@ def seconds(env: pliant.VectorEnvironment, actions: np.ndarray, repeats: int) ->
 def threads(rounds: int) -> None:
     """Sixteen environments of 3,000 tetrahedra, 20 steps in each of theirs."""
     of = {
-        count: pliant.vector(scene((20, 5, 5)), 16, action=pliant.ForceAction([0]), observe="time", substeps=20, threads=count)
+        count: pliant.vector(
+            scene((20, 5, 5)), 16, action=pliant.ForceAction([0]), observe="time", substeps=20, threads=count
+        )
         for count in (1, 2)
     }
     actions = np.zeros((16, 3))
@@ -54,7 +56,9 @@ def threads(rounds: int) -> None:
             taken[count].append(seconds(env, actions, 2))
     ratios = [one / two for one, two in zip(taken[1], taken[2])]
     one, two = (statistics.median(taken[count]) for count in (1, 2))
-    print(f"16 environments: {1e3 * one:.2f} ms on one thread, {1e3 * two:.2f} ms on two; {one / two:.2f} times")
+    print(
+        f"16 environments: {1e3 * one:.2f} ms on one thread, {1e3 * two:.2f} ms on two; {one / two:.2f} times"
+    )
     print(f"ratios of turns: {min(ratios):.2f} to {max(ratios):.2f}, median {statistics.median(ratios):.2f}")
     np.testing.assert_array_equal(of[1].positions, of[2].positions)
 
@@ -62,7 +66,9 @@ def threads(rounds: int) -> None:
 def overhead(rounds: int) -> None:
     """Environments of a few tetrahedra and one step: what is left is not the simulation."""
     for n in (1, 16, 256):
-        env = pliant.vector(scene((1, 1, 1)), n, action=pliant.ForceAction([0]), observe="positions", threads=1)
+        env = pliant.vector(
+            scene((1, 1, 1)), n, action=pliant.ForceAction([0]), observe="positions", threads=1
+        )
         alone = pliant.Simulation(scene((1, 1, 1)))
         actions = np.zeros((n, 3))
         of_env, of_step = [], []
@@ -72,7 +78,9 @@ def overhead(rounds: int) -> None:
             alone.step(2000)
             of_step.append((time.perf_counter() - started) / 2000)
         both = statistics.median(of_env), statistics.median(of_step)
-        print(f"{n} environments: {1e6 * both[0]:.2f} us each, a step of the simulation {1e6 * both[1]:.2f} us")
+        print(
+            f"{n} environments: {1e6 * both[0]:.2f} us each, a step of the simulation {1e6 * both[1]:.2f} us"
+        )
 
 
 if __name__ == "__main__":

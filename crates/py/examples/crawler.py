@@ -1,7 +1,8 @@
 """A soft crawler as an environment of Gymnasium: a strip of rubber that crawls by bending.
 
-The strip lies on a slope that resists sliding backwards more than forwards, as the bristles of an earthworm do. A policy contracts its top
-and its bottom fibres, in four muscles, and is rewarded for how far the strip gets.
+The strip lies on a slope that resists sliding backwards more than forwards, as the bristles of an earthworm
+do. A policy contracts its top and its bottom fibres, in four muscles, and is rewarded for how far the strip
+gets.
 
     python crawler.py
 
@@ -52,7 +53,11 @@ def scene() -> pliant.Scene:
 
 
 class Crawler(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
-    """Observations: positions relative to the mean [m], and velocities [m/s]; actions: each muscle, from -1 at rest to 1 contracted."""
+    """The crawler as an environment.
+
+    Observations are positions relative to the mean [m], and velocities [m/s]; actions are those of each
+    muscle, from -1 at rest to 1 contracted.
+    """
 
     metadata = {"render_modes": [], "render_fps": 50}
 
@@ -106,7 +111,13 @@ class Crawler(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
             self._simulation.step(SUBSTEPS // 8)
         self._elapsed += 1
         progress = float(self._x[:, 0].mean()) - before
-        return self._observation(), progress, False, self._elapsed >= self._episode, {"time": self._simulation.time}
+        return (
+            self._observation(),
+            progress,
+            False,
+            self._elapsed >= self._episode,
+            {"time": self._simulation.time},
+        )
 
 
 def wave(step: int) -> npt.NDArray[np.float32]:

@@ -2,8 +2,9 @@
 
     python dataset.py beams.npz --count 32
 
-Nothing but NumPy is needed to read it: ``np.load("beams.npz")`` has ``positions`` (N, F, n, 2), ``velocities``, ``times`` (F,),
-``young`` (N,), ``gravity`` (N, 2) and ``triangles``. All of it is the same for the same seed, whatever the number of threads.
+Nothing but NumPy is needed to read it: ``np.load("beams.npz")`` has ``positions`` (N, F, n, 2),
+``velocities``, ``times`` (F,), ``young`` (N,), ``gravity`` (N, 2) and ``triangles``. All of it is the same
+for the same seed, whatever the number of threads.
 """
 
 from __future__ import annotations
@@ -62,7 +63,9 @@ def generate(count: int, seed: int = 0, threads: int | None = None) -> dict[str,
 
 def main() -> None:
     """Write a file."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("file", type=Path)
     parser.add_argument("--count", type=int, default=32, help="trajectories")
     parser.add_argument("--seed", type=int, default=0)

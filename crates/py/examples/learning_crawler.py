@@ -137,7 +137,9 @@ if __name__ == "__main__":
     learned = [learn_by_gradient(seed) for seed in seeds]
     tried = [learn_by_chance(seed) for seed in seeds]
     for run in range(3, RUNS, 4):
-        pairs = [f"{100 * one[1][run]:13.2f} {100 * other[1][run]:7.2f}" for one, other in zip(learned, tried)]
+        pairs = [
+            f"{100 * one[1][run]:13.2f} {100 * other[1][run]:7.2f}" for one, other in zip(learned, tried)
+        ]
         print(f"{run + 1:4} " + "".join(pairs))
     phases = max(learned, key=lambda one: one[1][-1])[0]
     print("phases of the best, from the tail to the head [rad]:", np.round(phases - phases[0], 2))

@@ -4,10 +4,11 @@
 
 lets an arm of two joints press a finger of rubber on the floor, and prints what each side says of it.
 
-Coupling is staggered. In each interval of MuJoCo's step the arm moves first, under the mean wrench of the interval before; then the
-finger follows, in smaller steps, its base on the cubic way between both poses of the hand (`Simulation.move`: position and velocity are
-continuous). Both wrenches are the same numbers with opposite signs, one interval apart: momentum is conserved but for that delay, an
-error in proportion to the interval. It is stable where the base of the finger is light beside the hand.
+Coupling is staggered. In each interval of MuJoCo's step the arm moves first, under the mean wrench of the
+interval before; then the finger follows, in smaller steps, its base on the cubic way between both poses of
+the hand (`Simulation.move`: position and velocity are continuous). Both wrenches are the same numbers with
+opposite signs, one interval apart: momentum is conserved but for that delay, an error in proportion to the
+interval. It is stable where the base of the finger is light beside the hand.
 """
 
 from __future__ import annotations
@@ -102,7 +103,8 @@ class Coupled:
     substeps : int
         Steps of the finger in an interval.
     wrench : ndarray, shape (2, 3)
-        Mean force [N] and moment [N m], about the middle of the base, of the hand on the finger in the last interval.
+        Mean force [N] and moment [N m], about the middle of the base, of the hand on the finger in the last
+        interval.
     """
 
     model: Any
@@ -130,7 +132,7 @@ class Coupled:
         return float(self.model.opt.timestep)
 
     def pose(self) -> tuple[Array, tuple[Array, Array]]:
-        """Pose of the base from where it started, as `Simulation.move` takes it, its velocity and angular velocity."""
+        """Pose of the base from where it started, as `Simulation.move` takes it, and both velocities."""
         grip = self.data.site("grip")
         pose = np.eye(4)
         # Where the arm starts its axes are those of the world.
@@ -168,7 +170,10 @@ class Coupled:
 
 
 def press(duration: float = 0.6, substeps: int = 5) -> tuple[Coupled, float, float]:
-    """Let the arm lower the finger on the floor and press; means of the last third: forces of the floor and of the hand on it [N]."""
+    """Let the arm lower the finger on the floor and press.
+
+    Means of the last third: forces of the floor and of the hand on it [N].
+    """
     coupled, forces = Coupled.start(substeps=substeps), []
     for _ in range(round(duration / coupled.interval)):
         # The shoulder goes down, and the elbow turns the hand back, so that the finger stays upright.
@@ -196,7 +201,15 @@ def drift(substeps: int, duration: float = 0.1) -> float:
 if __name__ == "__main__":
     coupled, floor, hand = press()
     weight = 9.81 * float(coupled.finger.masses.sum())
-    print(f"the floor carries {floor:.2f} N, the hand presses with {-hand:.2f} N, the finger weighs {weight:.2f} N")
-    print(f"the hand did {coupled.work:.4f} J, the finger got {coupled.finger.energy()['balance.motion']:.4f} J")
+    print(
+        f"the floor carries {floor:.2f} N, the hand presses with {-hand:.2f} N, "
+        f"the finger weighs {weight:.2f} N"
+    )
+    print(
+        f"the hand did {coupled.work:.4f} J, the finger got {coupled.finger.energy()['balance.motion']:.4f} J"
+    )
     for substeps in (20, 10, 5):
-        print(f"an interval of {1e3 * substeps * STEP:.1f} ms loses {100 * drift(substeps):.2f} % of the momentum exchanged")
+        print(
+            f"an interval of {1e3 * substeps * STEP:.1f} ms loses {100 * drift(substeps):.2f} % "
+            f"of the momentum exchanged"
+        )

@@ -53,7 +53,9 @@ def scene(thickness: Array) -> pliant.Scene:
         body=[
             {
                 "name": "bar",
-                "mesh": {"inline": {"points": points(thickness).reshape(-1, 2).tolist(), "triangles": triangles()}},
+                "mesh": {
+                    "inline": {"points": points(thickness).reshape(-1, 2).tolist(), "triangles": triangles()}
+                },
                 "elastic": {"linear": {"young": 210e9, "poisson": 0.3, "plane": "stress"}},
                 "mass": {"density": 7850},
                 "pin": [{"half_space": {"normal": [1, 0], "offset": 0}}],

@@ -25,9 +25,7 @@ def rows(pliant, quick):
     approach = force / (pi * modulus) * (2 * log(4 / a) - 1)
     mesh = "3-node triangles, 5 mm"
     # The middle plane goes down by 8.1 mm less the gap at the start; what is left of the gap is counted.
-    yield Row(
-        "approach", "mm", "Johnson", 1e3 * approach, 8.0 + 1e3 * found["least_gap"]["gap"], mesh, 0.015
-    )
+    yield Row("approach", "mm", "Johnson", 1e3 * approach, 8.0 + 1e3 * found["least_gap"]["gap"], mesh, 0.015)
     stress = found["statics"]["von_mises"]
     yield Row(
         "greatest von Mises stress over p0", "", "Johnson", 0.558, stress["value"] / pressure, mesh, 0.05

@@ -44,9 +44,7 @@ def rows(pliant, quick):
             } | ({"order": 2} if elements == "simplex" else {})
             # Points of the x-axis are corners.
             probe = [{"name": "inner", "at": [3.0, 0.0]}]
-            found = pliant.last({"dimension": 2, "time": STATIC, "body": [body], "probe": probe})[
-                "inner.ux"
-            ]
+            found = pliant.last({"dimension": 2, "time": STATIC, "body": [body], "probe": probe})["inner.ux"]
             mesh = f"{kind}, {count[0]} x {count[1]}"
             lame = (1 + poisson) * 9 / (1000 * 72) * ((1 - 2 * poisson) * 3 + 81 / 3)
             yield Row(f"nu = {poisson}", "m", "MH", published, found, mesh, within)

@@ -33,9 +33,7 @@ def rows(pliant, quick):
                 "elastic": {"linear": {"young": 29e6, "poisson": 0.22}},
                 "mass": {"density": 1.0},
                 "pin": [{"half_space": {"normal": [1, 0, 0], "offset": 1e-6}}],
-                "load": [
-                    {"half_space": {"normal": [-1, 0, 0], "offset": -12 + 1e-6}, "traction": traction}
-                ],
+                "load": [{"half_space": {"normal": [-1, 0, 0], "offset": -12 + 1e-6}, "traction": traction}],
             } | ({"order": 2} if elements == "simplex" else {})
             probe = [{"name": "tip", "at": [12.0, 0.0, 0.0]}]
             found = pliant.last({"dimension": 3, "time": STATIC, "body": [body], "probe": probe})

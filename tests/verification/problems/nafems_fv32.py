@@ -6,8 +6,7 @@ from case import STATIC, Row
 
 TITLE = "NAFEMS FV32: tapered membrane"
 SOURCES = {
-    "NAFEMS": "NAFEMS R0015, Selected Benchmarks for Natural Frequency Analysis, FV32 (as quoted by "
-    "Altair).",
+    "NAFEMS": "NAFEMS R0015, Selected Benchmarks for Natural Frequency Analysis, FV32 (as quoted by Altair).",
     "C8": "independent code, elements of fourth order (section C8 of the set-ups).",
 }
 NAFEMS = [44.623, 130.03, 162.70, 246.05, 379.90, 391.44]

@@ -30,9 +30,7 @@ def rows(pliant, quick):
             "load": [{"vertices": outer(cells), "pressure": -1e7}],
         }
         probe = [{"name": "D", "at": [2.0, 0.0]}]
-        found = (
-            pliant.last({"dimension": 2, "time": STATIC, "body": [body], "probe": probe})["D.syy"] * 1e-6
-        )
+        found = pliant.last({"dimension": 2, "time": STATIC, "body": [body], "probe": probe})["D.syy"] * 1e-6
         mesh = f"6-node triangles, {cells[0]} x {cells[1]} boxes"
         yield Row("stress syy at D", "MPa", "NAFEMS", 92.7, found, mesh, within)
         yield Row("stress syy at D", "MPa", "C8", 92.6576, found, mesh, within)

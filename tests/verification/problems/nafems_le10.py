@@ -36,9 +36,7 @@ def rows(pliant, quick):
             "load": [{"half_space": {"normal": [0, 0, -1], "offset": -0.6 + 1e-6}, "pressure": 1e6}],
         }
         probe = [{"name": "D", "at": [2.0, 0.0, 0.6]}]
-        found = (
-            pliant.last({"dimension": 3, "time": STATIC, "body": [body], "probe": probe})["D.syy"] * 1e-6
-        )
+        found = pliant.last({"dimension": 3, "time": STATIC, "body": [body], "probe": probe})["D.syy"] * 1e-6
         mesh = f"10-node tetrahedra, {' x '.join(map(str, cells))} boxes"
         yield Row("stress syy at D", "MPa", "NAFEMS", -5.38, found, mesh, within)
 

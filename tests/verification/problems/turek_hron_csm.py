@@ -34,9 +34,7 @@ def rows(pliant, quick):
         ]:
             found = pliant.last(flag(shape, young, STATIC, "t"))
             for axis, value in zip("xy", published):
-                yield Row(
-                    f"{name}, u{axis} of A", "mm", "TH", value, 1e3 * found[f"A.u{axis}"], mesh, within
-                )
+                yield Row(f"{name}, u{axis} of A", "mm", "TH", value, 1e3 * found[f"A.u{axis}"], mesh, within)
     if quick:
         return
     shape = pliant.mesh("flag.msh", meshes.blocks([(place, (70, 4))]))
@@ -47,9 +45,7 @@ def rows(pliant, quick):
     last = [i for i, t in enumerate(found["time"]) if t > 10.0 - 1.05 * period]
     for axis, mean, amplitude in [("x", -14.279, 14.280), ("y", -63.541, 65.094)]:
         values = [1e3 * found[f"A.u{axis}"][i] for i in last]
-        yield Row(
-            f"CSM3, u{axis} of A, mean", "mm", "TH", mean, (max(values) + min(values)) / 2, mesh, 0.005
-        )
+        yield Row(f"CSM3, u{axis} of A, mean", "mm", "TH", mean, (max(values) + min(values)) / 2, mesh, 0.005)
         yield Row(
             f"CSM3, u{axis} of A, amplitude",
             "mm",

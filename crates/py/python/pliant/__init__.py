@@ -6,8 +6,8 @@
 >>> pliant.load("cantilever.mcap").positions[:].shape
 (121, 80, 2)
 
-Arrays are float64 of shape (n, dim); everything is in SI units. Steps of large scenes use all processors, or as many threads as
-``RAYON_NUM_THREADS`` says in the environment at the import: the bits are the same.
+Arrays are float64 of shape (n, dim); everything is in SI units. Steps of large scenes use all processors, or
+as many threads as ``RAYON_NUM_THREADS`` says in the environment at the import: the bits are the same.
 """
 
 from __future__ import annotations

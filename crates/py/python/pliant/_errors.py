@@ -11,8 +11,8 @@ class SceneError(ValueError):
     Attributes
     ----------
     message : str
-        All problems as a compiler shows them: place, line of the text, what would be right. Of scenes made from
-        tables in Python the path of the key is the place.
+        All problems as a compiler shows them: place, line of the text, what would be right. Of scenes made
+        from tables in Python the path of the key is the place.
     line : int or None
         Line of the first problem, from 1; None without a text that a user wrote.
     column : int or None

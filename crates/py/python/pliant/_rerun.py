@@ -16,7 +16,7 @@ _Indices = npt.NDArray[np.uint32]
 
 
 def _triangles(cells: dict[str, _Indices]) -> _Indices | None:
-    """What is seen of a body as triangles: its surface, or its cells; the corners of those of second order."""
+    """Triangles that are seen of a body: its surface, or its cells; corners of those of second order."""
     for kind in ("surface", "tri", "tri6"):
         if kind in cells:
             return cells[kind][:, :3]
@@ -28,8 +28,9 @@ def _triangles(cells: dict[str, _Indices]) -> _Indices | None:
 def to_rerun(trajectory: Trajectory, recording: _rerun.RecordingStream | None = None) -> None:
     """Draw a recording in Rerun, which must be installed (``pip install 'pliant[rerun]'``).
 
-    Bodies are entities below ``bodies/``: surfaces are meshes whose triangles are logged once and whose vertices move,
-    springs and strands are lines, particles are points. The time line is ``time`` [s]. In 2D, z is 0.
+    Bodies are entities below ``bodies/``: surfaces are meshes whose triangles are logged once and whose
+    vertices move, springs and strands are lines, particles are points. The time line is ``time`` [s]. In 2D,
+    z is 0.
 
     Parameters
     ----------
@@ -52,7 +53,9 @@ def to_rerun(trajectory: Trajectory, recording: _rerun.RecordingStream | None = 
 
     stream = rr.get_global_data_recording() if recording is None else recording
     if stream is None:
-        raise ValueError("there is no recording of Rerun to draw in; call `rerun.init(...)` before, or give one")
+        raise ValueError(
+            "there is no recording of Rerun to draw in; call `rerun.init(...)` before, or give one"
+        )
     points = np.zeros((trajectory.vertex_count, 3), np.float32)
     stream.log("bodies", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
     bodies = []
@@ -62,7 +65,9 @@ def to_rerun(trajectory: Trajectory, recording: _rerun.RecordingStream | None = 
         name, triangles = f"bodies/{body['name']}", _triangles(cells)
         if triangles is not None:
             # Vertices of the mesh are those of the body alone.
-            stream.log(name, rr.Mesh3D.from_fields(triangle_indices=triangles - np.uint32(first)), static=True)
+            stream.log(
+                name, rr.Mesh3D.from_fields(triangle_indices=triangles - np.uint32(first)), static=True
+            )
         bodies.append((name, own, triangles is not None, cells.get("edge")))
     for frame, time in enumerate(trajectory.times):
         stream.set_time("time", duration=float(time))

@@ -25,19 +25,21 @@ class Summary:
     start, end : dict of str to float
         Energies [J], as `Simulation.energy` has them.
     energy_drift : float or None
-        Change of energy over the energy in play; what is known to have come in from outside and gone out is no drift. None where the
-        scheme is quasi-static: there is no energy of motion to be kept.
+        Change of energy over the energy in play; what is known to have come in from outside and gone out is
+        no drift. None where the scheme is quasi-static: there is no energy of motion to be kept.
     energy_error : float or None
         The largest such change on the way.
     statics : dict or None
-        Of a quasi-static run, the equilibrium at its end: ``displacement``, the largest distance from rest [m], and ``von_mises``, the
-        largest stress [Pa] (where there are elements), each a dict of its ``value``, the ``body``, the ``index`` of the vertex or element
-        in it, and its place ``at`` [m]; ``reactions``, the sum of the forces of all pins [N]; ``residual``, the largest component of the
-        force that is left at a free coordinate [N]. None for other schemes.
+        Of a quasi-static run, the equilibrium at its end: ``displacement``, the largest distance from rest
+        [m], and ``von_mises``, the largest stress [Pa] (where there are elements), each a dict of its
+        ``value``, the ``body``, the ``index`` of the vertex or element in it, and its place ``at`` [m];
+        ``reactions``, the sum of the forces of all pins [N]; ``residual``, the largest component of the force
+        that is left at a free coordinate [N]. None for other schemes.
     path : path or None
         The file that was recorded.
     warnings : list of str
-        What should be known of the result: energy that nothing accounts for, say. They are issued as `RuntimeWarning` too.
+        What should be known of the result: energy that nothing accounts for, say. They are issued as
+        `RuntimeWarning` too.
     """
 
     frames: int
@@ -74,7 +76,11 @@ class Progress:
         done = (frame.time - self._start) / max(self._end - self._start, 1e-300)
         left = (now - self._began) * (1.0 - done) / done if done > 0.0 else float("inf")
         text = f"{100.0 * done:5.1f}% t = {frame.time:.4g} s of {self._end:.4g} s, {left:.0f} s left"
-        print(f"\r{text:60}" if self._interactive else text, end="" if self._interactive else "\n", file=sys.stderr)
+        print(
+            f"\r{text:60}" if self._interactive else text,
+            end="" if self._interactive else "\n",
+            file=sys.stderr,
+        )
 
     def close(self) -> None:
         """End the line."""

@@ -40,10 +40,12 @@ class PinAction:
     axes : str, optional
         Axes along which it is moved, a number for each; all without it.
     turns : str, default ""
-        Axes about which it is turned, a number each: letters of "xyz", in 2D "z". They are the components of a rotation vector.
+        Axes about which it is turned, a number each: letters of "xyz", in 2D "z". They are the components of
+        a rotation vector.
     by : {"position", "velocity"}
-        Whether numbers are displacements [m] and rotations [rad] from where the pin started, which are reached with no velocity at the
-        end of the step of the environment; or velocities [m/s], [rad/s], reached there.
+        Whether numbers are displacements [m] and rotations [rad] from where the pin started, which are
+        reached with no velocity at the end of the step of the environment; or velocities [m/s], [rad/s],
+        reached there.
     low, high : float or array_like
         Bounds of the numbers.
 
@@ -64,7 +66,7 @@ class PinAction:
         high: npt.ArrayLike = 1.0,
     ) -> None:
         if by not in ("position", "velocity"):
-            raise ValueError(f"a pin is steered by \"position\" or by \"velocity\", got {by!r}")
+            raise ValueError(f'a pin is steered by "position" or by "velocity", got {by!r}')
         self.pin, self.axes, self.turns, self.by = pin, axes, turns, by
         self._given = (low, high)
 
@@ -82,7 +84,11 @@ class PinAction:
         full = np.zeros((env.num_envs, 6))
         full[:, self._columns] = numbers
         over = env.step_duration
-        return (self.pin, None, full, over) if self.by == "velocity" else (self.pin, full, np.zeros_like(full), over)
+        return (
+            (self.pin, None, full, over)
+            if self.by == "velocity"
+            else (self.pin, full, np.zeros_like(full), over)
+        )
 
 
 class ForceAction:
@@ -142,11 +148,13 @@ class FunctionAction:
     size : int
         How many numbers.
     function : callable
-        Called with the `VectorEnvironment` and the numbers, shape (n, size); returns forces [N], shape (n, vertices, dim).
+        Called with the `VectorEnvironment` and the numbers, shape (n, size); returns forces [N], shape (n,
+        vertices, dim).
     low, high : float or array_like
         Bounds of the numbers.
     every : int, optional
-        Steps of the simulation after which it is called again; once for each step of the environment without it.
+        Steps of the simulation after which it is called again; once for each step of the environment without
+        it.
 
     Examples
     --------
@@ -191,8 +199,9 @@ class ValueAction:
 
     Notes
     -----
-    A value that changes has its environment assembled anew, one after the other: slow. Pins and forces are steered without. A number
-    replaces a formula of time or place. What a scene refuses raises `SceneError`, as a load or the tension of a muscle that is zero.
+    A value that changes has its environment assembled anew, one after the other: slow. Pins and forces are
+    steered without. A number replaces a formula of time or place. What a scene refuses raises `SceneError`,
+    as a load or the tension of a muscle that is zero.
 
     Examples
     --------
@@ -201,7 +210,9 @@ class ValueAction:
     ('world.gravity.0',)
     """
 
-    def __init__(self, paths: str | Sequence[str], low: npt.ArrayLike = -1.0, high: npt.ArrayLike = 1.0) -> None:
+    def __init__(
+        self, paths: str | Sequence[str], low: npt.ArrayLike = -1.0, high: npt.ArrayLike = 1.0
+    ) -> None:
         self.paths = (paths,) if isinstance(paths, str) else tuple(paths)
         self._given = (low, high)
 

@@ -30,8 +30,8 @@ def rollout(
     Parameters
     ----------
     simulations : iterable of Scene, Simulation or State
-        Scenes start at their beginning, simulations go on from where they are, and are what is returned: none may occur twice. States
-        are those of `scene`, each the start of a simulation of its own.
+        Scenes start at their beginning, simulations go on from where they are, and are what is returned: none
+        may occur twice. States are those of `scene`, each the start of a simulation of its own.
     steps : int
         How many each takes.
     threads : int, optional
@@ -47,7 +47,8 @@ def rollout(
     Raises
     ------
     StepError
-        Of the first simulation that could not take a step; its message says which one. All others have taken theirs.
+        Of the first simulation that could not take a step; its message says which one. All others have taken
+        theirs.
     ValueError
         A simulation occurs twice; a state is of another scene.
 
@@ -183,12 +184,14 @@ def sweep(
     scene : Scene
         What is varied.
     values : mapping of str to sequence, or iterable of mappings
-        Values by their paths, ``{"body.0.elastic.corotated.young": [1e5, 1e6]}``: all combinations; or the combinations themselves.
+        Values by their paths, ``{"body.0.elastic.corotated.young": [1e5, 1e6]}``: all combinations; or the
+        combinations themselves.
     executor : concurrent.futures.Executor, optional
-        Who does the work: a thread pool of as many threads as processors without it. A process pool; that of a cluster of Dask,
-        ``client.get_executor()``: a simulation whose worker dies is run again by another.
+        Who does the work: a thread pool of as many threads as processors without it. A process pool; that of
+        a cluster of Dask, ``client.get_executor()``: a simulation whose worker dies is run again by another.
     measure : callable, optional
-        Called with the `Simulation` at the end of each run; what it returns is `Outcome.result`. Executors of other processes pickle it.
+        Called with the `Simulation` at the end of each run; what it returns is `Outcome.result`. Executors of
+        other processes pickle it.
     record : str or os.PathLike, optional
         A directory, made if need be, for files ``0000.mcap``, ``0001.mcap``, ..., seen by all workers.
     overwrite : bool, default False

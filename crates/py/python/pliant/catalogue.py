@@ -10,7 +10,9 @@ from ._pliant import _catalogue
 def catalogue(
     family: Literal["integrators", "materials", "presets", "elements", "meshes", "channels"],
 ) -> dict[str, dict[str, Any]]:
-    """Members of a family of things that scenes can name, as ``pliant list``: from the documentation of the library itself.
+    """Members of a family of things that scenes can name, as ``pliant list``.
+
+    The texts are those of the documentation of the library itself.
 
     Parameters
     ----------

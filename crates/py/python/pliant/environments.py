@@ -1,4 +1,4 @@
-"""Many copies of one scene that step together: an environment for learning, of Gymnasium where that is installed."""
+"""Many copies of one scene that step together: an environment for learning, of Gymnasium if installed."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ OBSERVED = ("positions", "velocities", "displacements", "probes", "reactions", "
 class VectorEnvironment:
     """Copies of a simulation that step together, as `vector` makes them.
 
-    Where Gymnasium is installed it is a ``gymnasium.vector.VectorEnv``, and its spaces are those of Gymnasium. All arrays have the
-    environments along their first axis, n in what follows.
+    Where Gymnasium is installed it is a ``gymnasium.vector.VectorEnv``, and its spaces are those of
+    Gymnasium. All arrays have the environments along their first axis, n in what follows.
 
     Attributes
     ----------
@@ -55,8 +55,8 @@ class VectorEnvironment:
 
     Notes
     -----
-    Copies step on threads that do not hold the lock of the interpreter, each on one of them at a time: positions have the bits of a
-    simulation on its own, whatever the number of threads.
+    Copies step on threads that do not hold the lock of the interpreter, each on one of them at a time:
+    positions have the bits of a simulation on its own, whatever the number of threads.
 
     Examples
     --------
@@ -101,7 +101,12 @@ class VectorEnvironment:
         self.elapsed = np.zeros(num_envs, np.int64)
         self._start_positions, self._start_velocities = self.positions[0].copy(), self.velocities[0].copy()
         self._reward, self._terminated, self._start = reward, terminated, start
-        self._substeps, self._max_steps, self._mode, self._on_failure = substeps, max_steps, autoreset, on_failure
+        self._substeps, self._max_steps, self._mode, self._on_failure = (
+            substeps,
+            max_steps,
+            autoreset,
+            on_failure,
+        )
         self._generators = [np.random.default_rng() for _ in range(num_envs)]
         self._ended: Mask = np.zeros(num_envs, bool)
         self._forces: Array | None = None
@@ -120,7 +125,9 @@ class VectorEnvironment:
             at += len(low)
             lows.append(low)
             highs.append(high)
-        self._low, self._high = (np.concatenate(bounds) if bounds else np.empty(0) for bounds in (lows, highs))
+        self._low, self._high = (
+            np.concatenate(bounds) if bounds else np.empty(0) for bounds in (lows, highs)
+        )
         self.actions = np.zeros((self.num_envs, at))
         functions = [action for action, _ in self._drivers if isinstance(action, FunctionAction)]
         self._every = min([action.every or self._substeps for action in functions], default=self._substeps)
@@ -132,7 +139,8 @@ class VectorEnvironment:
         kind, _, name = item.partition(":")
         if kind not in OBSERVED or (name and kind not in ("probes", "reactions", "contacts")):
             raise ValueError(
-                f"there is no {item!r} to observe; there are {', '.join(OBSERVED)}, one of the probes, reactions or contacts "
+                f"there is no {item!r} to observe; there are {', '.join(OBSERVED)}, one of the probes, "
+                f"reactions or contacts "
                 "by `reactions:NAME`, and functions of the environment"
             )
         match kind:
@@ -162,10 +170,16 @@ class VectorEnvironment:
         n, m = self.num_envs, self._observation(np.dtype(float)).shape[1]
         self._dtype = dtype
         unbounded = np.full(m, np.inf)
-        boxes, batched = spaces.boxes([(self._low, self._high, np.float32), (-unbounded, unbounded, dtype)], n)
+        boxes, batched = spaces.boxes(
+            [(self._low, self._high, np.float32), (-unbounded, unbounded, dtype)], n
+        )
         self.single_action_space, self.single_observation_space = boxes
         self.action_space, self.observation_space = batched
-        self.metadata = {"render_modes": [], "render_fps": 1.0 / self.step_duration, "autoreset_mode": spaces.autoreset_mode(self._mode)}
+        self.metadata = {
+            "render_modes": [],
+            "render_fps": 1.0 / self.step_duration,
+            "autoreset_mode": spaces.autoreset_mode(self._mode),
+        }
 
     # What is read.
 
@@ -252,8 +266,8 @@ class VectorEnvironment:
         Returns
         -------
         Simulation
-            In the same state, with the same values, pins and forces. Solvers of implicit schemes forget what they have learnt from
-            earlier steps, here as there.
+            In the same state, with the same values, pins and forces. Solvers of implicit schemes forget what
+            they have learnt from earlier steps, here as there.
 
         Examples
         --------
@@ -290,7 +304,8 @@ class VectorEnvironment:
         Parameters
         ----------
         seed : int or list of int, optional
-            Seed of the numbers that `start` gets: environment i has ``seed + i``, or entry i. They go on without it.
+            Seed of the numbers that `start` gets: environment i has ``seed + i``, or entry i. They go on
+            without it.
         options : dict, optional
             ``"reset_mask"``: an array of bool, shape (n,), of the environments to put back; all without it.
 
@@ -308,7 +323,11 @@ class VectorEnvironment:
         array([0., 0.])
         """
         mask = self._reset_mask(options)
-        seeds = [None if seed is None else seed + i for i in range(self.num_envs)] if not isinstance(seed, Sequence) else seed
+        seeds = (
+            [None if seed is None else seed + i for i in range(self.num_envs)]
+            if not isinstance(seed, Sequence)
+            else seed
+        )
         if len(seeds) != self.num_envs:
             raise ValueError(f"there are {self.num_envs} environments, and {len(seeds)} seeds")
         for i in np.flatnonzero(mask):
@@ -322,9 +341,13 @@ class VectorEnvironment:
             return np.ones(self.num_envs, bool)
         mask = options["reset_mask"]
         if not isinstance(mask, np.ndarray) or mask.dtype != bool:
-            raise TypeError(f"`options['reset_mask']` must be an array of bool, got {type(mask).__name__} {mask!r}")
+            raise TypeError(
+                f"`options['reset_mask']` must be an array of bool, got {type(mask).__name__} {mask!r}"
+            )
         if mask.shape != (self.num_envs,) or not mask.any():
-            raise ValueError(f"`options['reset_mask']` must have shape ({self.num_envs},) and a True in it, got {mask}")
+            raise ValueError(
+                f"`options['reset_mask']` must have shape ({self.num_envs},) and a True in it, got {mask}"
+            )
         return mask
 
     def _restart(self, mask: Mask) -> None:
@@ -335,7 +358,9 @@ class VectorEnvironment:
         if self._start is not None:
             x, v = self.positions.copy(), self.velocities.copy()
             for i in np.flatnonzero(mask):
-                x[i], v[i] = self._start(self._generators[i], self._start_positions.copy(), self._start_velocities.copy())
+                x[i], v[i] = self._start(
+                    self._generators[i], self._start_positions.copy(), self._start_velocities.copy()
+                )
         self._batch.reset(mask, x, v)
         self.previous_positions[mask] = self.positions[mask]
         self.actions[mask] = 0.0
@@ -344,9 +369,7 @@ class VectorEnvironment:
         self.elapsed[mask] = 0
         self._ended = self._ended & ~mask
 
-    def step(
-        self, actions: npt.ArrayLike
-    ) -> tuple[npt.NDArray[Any], Array, Mask, Mask, dict[str, Any]]:
+    def step(self, actions: npt.ArrayLike) -> tuple[npt.NDArray[Any], Array, Mask, Mask, dict[str, Any]]:
         """Take a step of every environment: `substeps` steps of its simulation.
 
         Parameters
@@ -365,14 +388,15 @@ class VectorEnvironment:
         truncated : ndarray of bool, shape (n,)
             Where it ended by the number of its steps.
         info : dict
-            ``"time"``, shape (n,). Where a simulation could not take a step ``"failure"``, the text, ``"failure_step"`` and
-            ``"failure_time"``, each of shape (n,), and a mask ``"_failure"``. Where an environment was reset in this step
-            (``"same-step"``) ``"final_obs"`` and ``"final_info"``.
+            ``"time"``, shape (n,). Where a simulation could not take a step ``"failure"``, the text,
+            ``"failure_step"`` and ``"failure_time"``, each of shape (n,), and a mask ``"_failure"``. Where an
+            environment was reset in this step (``"same-step"``) ``"final_obs"`` and ``"final_info"``.
 
         Raises
         ------
         ValueError
-            An action has another shape or is not finite; an environment has ended and was not reset (``"disabled"``).
+            An action has another shape or is not finite; an environment has ended and was not reset
+            (``"disabled"``).
 
         Examples
         --------
@@ -388,7 +412,9 @@ class VectorEnvironment:
             raise ValueError(f"actions must be finite, got {given[first]} of environment {first}")
         anew = self._ended.copy()
         if self._mode == "disabled" and anew.any():
-            raise ValueError(f"environments {np.flatnonzero(anew).tolist()} have ended: reset them by `reset_mask`")
+            raise ValueError(
+                f"environments {np.flatnonzero(anew).tolist()} have ended: reset them by `reset_mask`"
+            )
         if anew.any():
             self._restart(anew)
         moving = ~anew
@@ -396,7 +422,9 @@ class VectorEnvironment:
         np.copyto(self.previous_positions, self.positions)
         failures = self._advance(moving)
         self.elapsed[moving] += 1
-        rewards = np.zeros(self.num_envs) if self._reward is None else self._each(self._reward, float, "rewards")
+        rewards = (
+            np.zeros(self.num_envs) if self._reward is None else self._each(self._reward, float, "rewards")
+        )
         terminated = np.zeros(self.num_envs, bool)
         if self._terminated is not None:
             terminated = self._each(self._terminated, bool, "`terminated`")
@@ -411,13 +439,17 @@ class VectorEnvironment:
             observations, info = self._same_step(observations, info)
         return observations, rewards, terminated, truncated, info
 
-    def _same_step(self, observations: npt.NDArray[Any], info: dict[str, Any]) -> tuple[npt.NDArray[Any], dict[str, Any]]:
+    def _same_step(
+        self, observations: npt.NDArray[Any], info: dict[str, Any]
+    ) -> tuple[npt.NDArray[Any], dict[str, Any]]:
         ended = self._ended.copy()
         final = np.full(self.num_envs, None, object)
         for i in np.flatnonzero(ended):
             final[i] = observations[i]
         final_info = {key: value if key.startswith("_") else value.copy() for key, value in info.items()}
-        final_info = {key: value & ended if key.startswith("_") else value for key, value in final_info.items()}
+        final_info = {
+            key: value & ended if key.startswith("_") else value for key, value in final_info.items()
+        }
         self._restart(ended)
         info = self._info(np.ones(self.num_envs, bool))
         info.update(final_obs=final, _final_obs=ended, final_info=final_info, _final_info=ended.copy())
@@ -521,26 +553,26 @@ def vector(
     action : PinAction, ForceAction, FunctionAction, ValueAction, or a list of them
         What actions drive; the numbers of several follow each other.
     observe : str or callable, or a list of them
-        Names: "positions", "velocities", "displacements" (from rest), "probes" and "reactions" (of pins and walls), "contacts" (the
-        force of contact on each body), each of one by ``"reactions:NAME"``, "time", "actions". Functions of the `VectorEnvironment`
-        return arrays of shape (n, ..).
+        Names: "positions", "velocities", "displacements" (from rest), "probes" and "reactions" (of pins and
+        walls), "contacts" (the force of contact on each body), each of one by ``"reactions:NAME"``, "time",
+        "actions". Functions of the `VectorEnvironment` return arrays of shape (n, ..).
     reward : callable, optional
         Function of the `VectorEnvironment` that returns rewards of shape (n,); zero without it.
     terminated : callable, optional
         Likewise, where an episode has ended: bool of shape (n,).
     start : callable, optional
-        Called for each environment that is reset, with a `numpy.random.Generator` of its own, and positions [m] and velocities [m/s]
-        of the start, shape (vertices, dim); returns those that it starts with.
+        Called for each environment that is reset, with a `numpy.random.Generator` of its own, and positions
+        [m] and velocities [m/s] of the start, shape (vertices, dim); returns those that it starts with.
     substeps : int, default 1
         Steps of the simulation in one of the environment.
     max_steps : int, optional
         Steps of the environment after which an episode is truncated.
     autoreset : {"next-step", "same-step", "disabled"}
-        When an environment that has ended starts anew: in the next step, whose action is not looked at; in the same, whose observation
-        is then that of the start; or by `reset` alone. The modes of Gymnasium.
+        When an environment that has ended starts anew: in the next step, whose action is not looked at; in
+        the same, whose observation is then that of the start; or by `reset` alone. The modes of Gymnasium.
     on_failure : {"terminate", "raise"}
-        Whether an environment whose simulation cannot take a step has ended, with a warning and the reason in ``info``, while others
-        go on; or the `StepError` is raised.
+        Whether an environment whose simulation cannot take a step has ended, with a warning and the reason in
+        ``info``, while others go on; or the `StepError` is raised.
     threads : int, optional
         How many threads; as many as processors without it. Results are the same bits for any number.
     dtype : dtype, default float32
@@ -556,7 +588,8 @@ def vector(
     SceneError
         The scene cannot be simulated.
     ValueError
-        The step follows the error, so that steps of the environment would not take the same time; a number is out of its range.
+        The step follows the error, so that steps of the environment would not take the same time; a number is
+        out of its range.
 
     Examples
     --------
@@ -566,15 +599,25 @@ def vector(
     >>> env.reset(seed=0)[0].shape
     (2, 1)
     """
-    if n < 1 or substeps < 1 or (max_steps is not None and max_steps < 1) or (threads is not None and threads < 1):
-        raise ValueError(f"n, substeps, max_steps and threads are at least 1; got {n}, {substeps}, {max_steps}, {threads}")
+    if (
+        n < 1
+        or substeps < 1
+        or (max_steps is not None and max_steps < 1)
+        or (threads is not None and threads < 1)
+    ):
+        raise ValueError(
+            f"n, substeps, max_steps and threads are at least 1; got {n}, {substeps}, {max_steps}, {threads}"
+        )
     if autoreset not in spaces.MODES:
         raise ValueError(f"autoreset is one of {', '.join(spaces.MODES)}; got {autoreset!r}")
     if on_failure not in ("terminate", "raise"):
-        raise ValueError(f"on_failure is \"terminate\" or \"raise\", got {on_failure!r}")
+        raise ValueError(f'on_failure is "terminate" or "raise", got {on_failure!r}')
     simulation = scene if isinstance(scene, Simulation) else Simulation(scene)
     if simulation.scene.step_size is None:
-        raise ValueError("the step of this scene follows the error; environments need steps of one size: give [time] `step`")
+        raise ValueError(
+            "the step of this scene follows the error; environments need steps of one size: "
+            "give [time] `step`"
+        )
     return spaces.kind_of_gymnasium(VectorEnvironment)(
         simulation,
         n,

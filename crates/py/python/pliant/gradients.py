@@ -20,7 +20,8 @@ class WallEvent:
     Attributes
     ----------
     step : int
-        The step at whose end it is there and at whose beginning it was not, or the other way round, as `Frame.step` counts.
+        The step at whose end it is there and at whose beginning it was not, or the other way round, as
+        `Frame.step` counts.
     vertex : int
         The vertex.
     wall : int
@@ -75,8 +76,8 @@ class Gradient(Mapping[str, "float | npt.NDArray[Any]"]):
     unsettled : int
         Solves after which friction still changed: the derivatives are not exact there.
     wall_events : tuple of WallEvent
-        Vertices that came to a wall, or left one, in a scene without contact, by steps: the derivatives do not see changes that shift
-        such an event to another step.
+        Vertices that came to a wall, or left one, in a scene without contact, by steps: the derivatives do
+        not see changes that shift such an event to another step.
     contact_events : ContactEvents
         Number of pairs of surfaces that came within reach, left it, began to slide or to stick. Derivatives
         are exact there; what they say of larger changes is less the more there are.
@@ -101,18 +102,20 @@ class Gradient(Mapping[str, "float | npt.NDArray[Any]"]):
 
 @dataclass(frozen=True, eq=False)
 class FrequencyGradient(Mapping[str, "npt.NDArray[Any]"]):
-    """Derivatives of squares of natural frequencies by name: ``found["body.beam.rest"][0]`` is that of the lowest.
+    """Derivatives of squares of natural frequencies by name.
+
+    ``found["body.beam.rest"][0]`` is that of the lowest.
 
     Attributes
     ----------
     omega : ndarray of float64, shape (count,)
         Angular frequencies, from the lowest [rad/s]; 0 of rigid motion.
     derivatives : dict of str to ndarray
-        Of ``omega**2`` [rad^2/s^2] by each name: shape (count,) where it is one number, else (count, numbers). Those of ``omega`` are
-        ``1/(2 omega)`` times these, where it is not 0.
+        Of ``omega**2`` [rad^2/s^2] by each name: shape (count,) where it is one number, else (count,
+        numbers). Those of ``omega`` are ``1/(2 omega)`` times these, where it is not 0.
     alike : ndarray of int64, shape (count,)
-        How many modes have the frequency of each, itself included. Where there are several, single ones have no derivative, and those given
-        are those of their mean.
+        How many modes have the frequency of each, itself included. Where there are several, single ones have
+        no derivative, and those given are those of their mean.
     """
 
     omega: npt.NDArray[Any]

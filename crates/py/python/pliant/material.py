@@ -16,32 +16,35 @@ Function = Callable[[Array], npt.ArrayLike]
 class Material:
     """A hyperelastic material given by functions of many deformation gradients at once.
 
-    ``Simulation(scene, materials={"beam": Material(density, stress)})`` evaluates it in place of the material that the scene gives to that
-    body, which has to be a solid: triangles in 2D (plane strain, per metre of thickness), tetrahedra in 3D. It pickles if its functions
-    do.
+    ``Simulation(scene, materials={"beam": Material(density, stress)})`` evaluates it in place of the material
+    that the scene gives to that body, which has to be a solid: triangles in 2D (plane strain, per metre of
+    thickness), tetrahedra in 3D. It pickles if its functions do.
 
     Attributes
     ----------
     density : callable
-        ``density(F)`` with ``F`` of shape (m, dim, dim) returns the energy density ``psi``, of shape (m,) [J/m^3]: ``inf`` where the
-        material is not defined.
+        ``density(F)`` with ``F`` of shape (m, dim, dim) returns the energy density ``psi``, of shape (m,)
+        [J/m^3]: ``inf`` where the material is not defined.
     stress : callable
         ``stress(F)`` returns the first Piola-Kirchhoff stress ``P = dpsi/dF``, of shape (m, dim, dim) [Pa].
     tangent : callable, optional
-        ``tangent(F)`` returns ``dP_ij/dF_kl``, of shape (m, dim, dim, dim, dim) [Pa]. Implicit schemes and stability limits need it;
-        without it, it is found by central differences of `stress`, to about 1e-10 and not to rounding, in ``2 dim**2`` evaluations. What
-        is not positive definite is projected numerically where a solver needs it so.
+        ``tangent(F)`` returns ``dP_ij/dF_kl``, of shape (m, dim, dim, dim, dim) [Pa]. Implicit schemes and
+        stability limits need it; without it, it is found by central differences of `stress`, to about 1e-10
+        and not to rounding, in ``2 dim**2`` evaluations. What is not positive definite is projected
+        numerically where a solver needs it so.
 
     Notes
     -----
-    Slow beside the materials of this library, which are compiled and work on several elements in one instruction: each evaluation of the force
-    goes through NumPy, and holds the lock of the interpreter. Once steps have shown how slow, a `RuntimeWarning` says so. Functions get a
-    fresh array, which they may overwrite.
+    Slow beside the materials of this library, which are compiled and work on several elements in one
+    instruction: each evaluation of the force goes through NumPy, and holds the lock of the interpreter. Once
+    steps have shown how slow, a `RuntimeWarning` says so. Functions get a fresh array, which they may
+    overwrite.
 
-    A stress that is not given cannot be derived from the density here, as it is for materials in Rust: those run on dual numbers, exact to
-    rounding, and differences of a density would leave six digits.
+    A stress that is not given cannot be derived from the density here, as it is for materials in Rust: those
+    run on dual numbers, exact to rounding, and differences of a density would leave six digits.
 
-    In 2D the stress out of the plane is not known, and neither are the von Mises stress and what else depends on it: they are NaN.
+    In 2D the stress out of the plane is not known, and neither are the von Mises stress and what else depends
+    on it: they are NaN.
 
     Examples
     --------
@@ -96,7 +99,9 @@ class Material:
                 for m in range(dimension):
                     change = np.zeros((dimension, dimension))
                     change[k, m] = step
-                    after, before = (np.asarray(function(f + sign * change), dtype=float) for sign in (1.0, -1.0))
+                    after, before = (
+                        np.asarray(function(f + sign * change), dtype=float) for sign in (1.0, -1.0)
+                    )
                     expected[..., k, m] = (after - before) / (2.0 * step)
             scale = max(float(np.abs(expected).max()), float(np.abs(found).max()))
             difference = np.abs(found - expected)

@@ -21,7 +21,14 @@ Array = npt.NDArray[Any]
 Watcher = Callable[[dict[str, Any]], object]
 
 #: How the ways of failing are drawn.
-_COLOURS = {"ok": "#9bd4b5", "pass": "#9bd4b5", "flagged": "#e6c84f", "unsolved": "#e69f00", "diverged": "#d55e00", "fail": "#d55e00"}
+_COLOURS = {
+    "ok": "#9bd4b5",
+    "pass": "#9bd4b5",
+    "flagged": "#e6c84f",
+    "unsolved": "#e69f00",
+    "diverged": "#d55e00",
+    "fail": "#d55e00",
+}
 
 
 def _watching(
@@ -40,7 +47,9 @@ def _watching(
 
 
 class Study(Table):
-    """Error against run time, one row for each run: what `study` returns, with the columns of ``rows.csv`` of ``pliant study``.
+    """Error against run time, one row for each run: what `study` returns.
+
+    Columns are those of ``rows.csv`` of ``pliant study``.
 
     Attributes
     ----------
@@ -49,14 +58,17 @@ class Study(Table):
     title : str
         Of the scene.
     lines : Table
-        One row for each scheme: ``variant``, ``integrator``, ``order_nominal``, ``order_observed``, ``stop``: why it was not refined further.
+        One row for each scheme: ``variant``, ``integrator``, ``order_nominal``, ``order_observed``, ``stop``:
+        why it was not refined further.
     front : Table
-        The runs that no other beats in error and time together: ``variant``, ``integrator``, ``dt``, ``error``, ``wall_min_s``.
+        The runs that no other beats in error and time together: ``variant``, ``integrator``, ``dt``,
+        ``error``, ``wall_min_s``.
     references : list of dict
         What each variant is compared with: ``variant``, ``id``, ``how``, ``error``.
     recommendations : dict of str to str
-        What to write into the scene for the error that is allowed, as TOML, by what was varied of the scene itself: ``path=value``, empty
-        for the scene as it is. What only solves the same in another way is compared.
+        What to write into the scene for the error that is allowed, as TOML, by what was varied of the scene
+        itself: ``path=value``, empty for the scene as it is. What only solves the same in another way is
+        compared.
     recommendation : str
         All of them, one below the other.
     provenance : dict of str to str
@@ -71,19 +83,35 @@ class Study(Table):
         variants = found["variants"]
         self._records = [record for variant in variants for record in variant["rows"]]
         rows = [record["row"] for record in self._records]
-        shown = ["integrator", "dt", "tol", "err_q_rms", "obs_order", "err_energy_max", "n_force", "wall_min_s", "status"]
+        shown = [
+            "integrator",
+            "dt",
+            "tol",
+            "err_q_rms",
+            "obs_order",
+            "err_energy_max",
+            "n_force",
+            "wall_min_s",
+            "status",
+        ]
         super().__init__(
-            {name: [row[name] for row in rows] for name in found["columns"]}, descriptions=_columns("study"), shown=shown
+            {name: [row[name] for row in rows] for name in found["columns"]},
+            descriptions=_columns("study"),
+            shown=shown,
         )
         self.name: str = found["name"]
         self.title: str = found["title"]
-        self.recommendations: dict[str, str] = {item["problem"]: item["settings"] for item in found["recommendations"]}
+        self.recommendations: dict[str, str] = {
+            item["problem"]: item["settings"] for item in found["recommendations"]
+        }
         self.recommendation: str = "\n".join(self.recommendations.values())
         self.provenance: dict[str, str] = found["provenance"]
         self.references: list[dict[str, Any]] = [
             {"variant": variant["variant"], **variant["reference"]} for variant in variants
         ]
-        self.lines = self._listed(variants, "lines", ["integrator", "order_nominal", "order_observed", "stop"])
+        self.lines = self._listed(
+            variants, "lines", ["integrator", "order_nominal", "order_observed", "stop"]
+        )
         self.front = self._listed(variants, "front", ["integrator", "dt", "error", "wall_min_s"])
 
     def _listed(self, variants: list[dict[str, Any]], key: str, names: list[str]) -> Table:
@@ -139,9 +167,13 @@ class Study(Table):
         return Table({"time": record["times"], "energy": record["energy"]}, {"time": "s"})
 
     def plot(
-        self, against: Literal["time", "step"] = "time", *, variant: str | None = None, axes: _Axes | None = None
+        self,
+        against: Literal["time", "step"] = "time",
+        *,
+        variant: str | None = None,
+        axes: _Axes | None = None,
     ) -> _Axes:
-        """Draw error against run time or step, a line for each scheme, by matplotlib, which must be installed.
+        """Draw error against run time or step, a line for each scheme; by matplotlib, if installed.
 
         Parameters
         ----------
@@ -177,7 +209,10 @@ class Study(Table):
         for scheme in dict.fromkeys(self["integrator"].tolist()):
             for follows in (False, True):
                 line = here & (self["integrator"] == scheme) & (adaptive == follows)
-                counts, failed = line & (self["status"] == "ok") & ~self["dropped"], line & (self["status"] != "ok")
+                counts, failed = (
+                    line & (self["status"] == "ok") & ~self["dropped"],
+                    line & (self["status"] != "ok"),
+                )
                 if counts.any():
                     name = f"{scheme} (adaptive)" if follows else scheme
                     [drawn] = axes.plot(x[counts], error[counts], ".-", label=name)
@@ -189,7 +224,9 @@ class Study(Table):
                     axes.plot(x[failed], top, "x", color=colour, transform=axes.get_xaxis_transform())
         axes.axhline(10.0 * reference["error"], color="0.7", linestyle=":", label="as the reference can tell")
         labels = {"time": "run time [s]", "step": "step [s]"}
-        axes.set(xscale="log", yscale="log", xlabel=labels[against], ylabel="error of positions", title=self.title)
+        axes.set(
+            xscale="log", yscale="log", xlabel=labels[against], ylabel="error of positions", title=self.title
+        )
         axes.legend()
         return axes
 
@@ -212,7 +249,9 @@ def study(
     progress: bool = False,
     callback: Watcher | None = None,
 ) -> Study:
-    """Compare schemes and steps on a scene, as ``pliant study``: error against run time, beside a reference of known quality.
+    """Compare schemes and steps on a scene, as ``pliant study``.
+
+    Error stands against run time, beside a reference of known quality.
 
     What is not given here is what the scene says under ``[study]``, or the usual.
 
@@ -225,7 +264,8 @@ def study(
     steps : sequence of float or str, optional
         Steps [s]; chosen by factors of 2 until errors no longer fall, without it.
     tolerances : sequence of float, optional
-        Tolerances of schemes whose steps follow the error; chosen by factors of 10 where no steps are given either.
+        Tolerances of schemes whose steps follow the error; chosen by factors of 10 where no steps are given
+        either.
     vary : mapping of str to sequence, optional
         What is varied beside, ``{"body.0.elastic.neo-hookean.young": [1e5, 1e6]}``: every combination.
     times : int, optional
@@ -241,7 +281,8 @@ def study(
     budget : float, optional
         Wall time of all of it [s]; 60 where steps are chosen, without it.
     folder : str or os.PathLike, optional
-        Where references and finished rows are kept: the same call, or ``pliant study -o``, goes on from there.
+        Where references and finished rows are kept: the same call, or ``pliant study -o``, goes on from
+        there.
     report : str or os.PathLike, optional
         A page of HTML to write, with charts.
     progress : bool, default False
@@ -272,7 +313,13 @@ def study(
     >>> str(found["integrator"][found["err_q_rms"].argmin()])
     'rk4'
     """
-    given = {"integrators": integrators, "steps": steps, "tolerances": tolerances, "times": times, "error": error}
+    given = {
+        "integrators": integrators,
+        "steps": steps,
+        "tolerances": tolerances,
+        "times": times,
+        "error": error,
+    }
     changes = {f"study.{key}": value for key, value in given.items() if value is not None}
     for name, number in (("repeats", repeats), ("threads", threads)):
         if number is not None and number < 1:
@@ -292,35 +339,56 @@ def study(
 
 
 def _row_line(row: dict[str, Any]) -> str:
-    result = row["status"] if row["err_q_rms"] is None else f"error {row['err_q_rms']:.2e} in {row['wall_min_s']:.2e} s"
+    result = (
+        row["status"]
+        if row["err_q_rms"] is None
+        else f"error {row['err_q_rms']:.2e} in {row['wall_min_s']:.2e} s"
+    )
     return f"{row['integrator']}, step {row['dt']:.4g} s: {result}"
 
 
 class Stress(Table):
-    """What stands what breaks simulators, one row for each case: what `stress` returns, with the columns of ``stress.csv`` of ``pliant
-    stress``.
+    """What stands what breaks simulators, one row for each case: what `stress` returns.
+
+    Columns are those of ``stress.csv`` of ``pliant stress``.
 
     Attributes
     ----------
     counts : dict of str to int
         How many cases are ``pass``, ``flagged`` and ``fail``.
     pictures : list of dict or None
-        End states of cases that have one: ``positions``, of shape (n, dim) [m], ``triangles``, of shape (m, 3), elements in 2D and faces
-        in 3D, and ``J``, of shape (m,), ``det F`` of each element; empty in 3D.
+        End states of cases that have one: ``positions``, of shape (n, dim) [m], ``triangles``, of shape (m,
+        3), elements in 2D and faces in 3D, and ``J``, of shape (m,), ``det F`` of each element; empty in 3D.
 
     Notes
     -----
-    Columns: ``row``, ``name``, ``dimension``, ``material``, ``poisson``, ``integrator`` and ``solver`` say what the case is, and
+    Columns: ``row``, ``name``, ``dimension``, ``material``, ``poisson``, ``integrator`` and ``solver`` say
+    what the case is, and
     """
 
     def __init__(self, cases: list[dict[str, Any]], pictures: list[dict[str, Array] | None]) -> None:
-        names = ["row", "name", "dimension", "material", "poisson", "integrator", "solver", "verdict", "iterations", "bar"]
+        names = [
+            "row",
+            "name",
+            "dimension",
+            "material",
+            "poisson",
+            "integrator",
+            "solver",
+            "verdict",
+            "iterations",
+            "bar",
+        ]
         names += ["min_j", "energy_ratio", "error", "tolerance", "seconds", "notes", "advice"]
         flat = [{**case, "notes": "; ".join(case["notes"])} for case in cases]
         super().__init__(
-            {name: [case[name] for case in flat] for name in names}, descriptions=_columns("stress"), shown=names[:8]
+            {name: [case[name] for case in flat] for name in names},
+            descriptions=_columns("stress"),
+            shown=names[:8],
         )
-        self.counts = {verdict: int((self["verdict"] == verdict).sum()) for verdict in ("pass", "flagged", "fail")}
+        self.counts = {
+            verdict: int((self["verdict"] == verdict).sum()) for verdict in ("pass", "flagged", "fail")
+        }
         self.pictures = pictures
 
     def plot(self, case: int | None = None, *, axes: _Axes | None = None) -> _Axes:
@@ -329,7 +397,8 @@ class Stress(Table):
         Parameters
         ----------
         case : int, optional
-            The row whose end state is drawn, projected to x and y, in 2D with ``det F`` in colours; all verdicts without it.
+            The row whose end state is drawn, projected to x and y, in 2D with ``det F`` in colours; all
+            verdicts without it.
         axes : matplotlib.axes.Axes, optional
             Where to; new ones without it.
 
@@ -349,7 +418,9 @@ class Stress(Table):
             return f"{self['row'][i]} {self['name'][i]} {self['dimension'][i]}D"
 
         def setting(i: int) -> str:
-            return f"{self['material'][i]} {self['poisson'][i]:g}\n{self['integrator'][i]}, {self['solver'][i]}"
+            return (
+                f"{self['material'][i]} {self['poisson'][i]:g}\n{self['integrator'][i]}, {self['solver'][i]}"
+            )
 
         labels = list(dict.fromkeys(map(label, range(self.rows))))
         settings = list(dict.fromkeys(map(setting, range(self.rows))))
@@ -371,11 +442,15 @@ class Stress(Table):
         axes = axes_or_new(axes)
         x, y = picture["positions"][:, 0], picture["positions"][:, 1]
         if picture["J"].size:
-            drawn = axes.tripcolor(x, y, picture["triangles"], facecolors=picture["J"], edgecolors="0.3", linewidth=0.3)
+            drawn = axes.tripcolor(
+                x, y, picture["triangles"], facecolors=picture["J"], edgecolors="0.3", linewidth=0.3
+            )
             axes.figure.colorbar(drawn, label="det F")
         else:
             axes.triplot(x, y, picture["triangles"], color="0.3", linewidth=0.5)
-        axes.set(aspect="equal", xlabel="x [m]", ylabel="y [m]", title=f"{self['row'][case]} {self['name'][case]}")
+        axes.set(
+            aspect="equal", xlabel="x [m]", ylabel="y [m]", title=f"{self['row'][case]} {self['name'][case]}"
+        )
         return axes
 
 
@@ -397,9 +472,9 @@ def stress(
     scene : Scene, optional
         What is put out of shape in place of the suite's own scenes.
     only : sequence of str, optional
-        Rows of the suite, and names of cases: ``"torture"``, ``"D1"`` to ``"D13"``, ``"K18"``; all these without
-        it. ``"K18-long"``, contact through hundreds and thousands of steps, takes hours, and runs only if it or
-        one of its cases is named.
+        Rows of the suite, and names of cases: ``"torture"``, ``"D1"`` to ``"D13"``, ``"K18"``; all these
+        without it. ``"K18-long"``, contact through hundreds and thousands of steps, takes hours, and runs
+        only if it or one of its cases is named.
     materials : sequence of str, optional
         Materials of the suite.
     integrators : sequence of str, optional
@@ -438,7 +513,11 @@ def stress(
         if isinstance(value, str):
             raise TypeError(f"{name} is a list of names, got {value!r}")
     options = {**{name: list(value) for name, value in given.items()}, "quick": quick}
-    watch = _watching(progress, callback, lambda case: f"{case['row']} {case['name']}, {case['integrator']}: {case['verdict']}")
+    watch = _watching(
+        progress,
+        callback,
+        lambda case: f"{case['row']} {case['name']}, {case['integrator']}: {case['verdict']}",
+    )
     return Stress(*_stress(scene, options, watch))
 
 
@@ -471,15 +550,17 @@ class StabilityMap:
 
 
 class Stability(Table):
-    """How large a step a scene can take, one row for each scheme: what `stability` returns, with the fields of ``pliant stability --json``.
+    """Largest steps that a scene can take, one row for each scheme: what `stability` returns.
+
+    Fields are those of ``pliant stability --json``.
 
     Attributes
     ----------
     map : StabilityMap
         Which steps the first scheme can take.
     amplification : Table
-        What one step does to an oscillator, by ``integrator`` and ``z``, the step times the angular frequency: the spectral radius
-        ``measured``, and that by the ``formula`` of the scheme.
+        What one step does to an oscillator, by ``integrator`` and ``z``, the step times the angular
+        frequency: the spectral radius ``measured``, and that by the ``formula`` of the scheme.
 
     Notes
     -----
@@ -498,17 +579,23 @@ class Stability(Table):
         self.amplification = Table(
             {
                 "integrator": [curve["integrator"] for curve in curves for _ in curve["z"]],
-                **{name: [value for curve in curves for value in curve[name]] for name in ("z", "measured", "formula")},
+                **{
+                    name: [value for curve in curves for value in curve[name]]
+                    for name in ("z", "measured", "formula")
+                },
             }
         )
         about = found["map"]
         about["predicted"] = _limits(about["predicted"])
         names = ["steps", "values", "predicted", "status"]
-        self.map = StabilityMap(about["integrator"], about["against"], *(np.array(about[name]) for name in names))
+        self.map = StabilityMap(
+            about["integrator"], about["against"], *(np.array(about[name]) for name in names)
+        )
 
     def plot(self, what: Literal["map", "amplification"] = "map", *, axes: _Axes | None = None) -> _Axes:
-        """Draw which steps the first scheme can take, or what a step of each does to an oscillator, by matplotlib, which must be
-        installed.
+        """Draw which steps the first scheme can take, or what a step of each does to an oscillator.
+
+        It is drawn by matplotlib, which must be installed.
 
         Parameters
         ----------
@@ -537,8 +624,16 @@ class Stability(Table):
             axes.invert_yaxis()
             axes.set_xticks(range(len(about.steps)), [f"{step:.0e}" for step in about.steps], rotation=90)
             axes.set_yticks(range(len(about.values)), [f"{value:g}" for value in about.values])
-            rows = {"young": "times the stiffness", "poisson": "Poisson's ratio", "density": "times the density of the first body"}
-            axes.set(xlabel="step [s]", ylabel=rows[about.against], title=f"{about.integrator}: which steps it takes")
+            rows = {
+                "young": "times the stiffness",
+                "poisson": "Poisson's ratio",
+                "density": "times the density of the first body",
+            }
+            axes.set(
+                xlabel="step [s]",
+                ylabel=rows[about.against],
+                title=f"{about.integrator}: which steps it takes",
+            )
             return axes
         curves = self.amplification
         for scheme in dict.fromkeys(curves["integrator"].tolist()):
@@ -559,7 +654,9 @@ def stability(
     progress: bool = False,
     callback: Watcher | None = None,
 ) -> Stability:
-    """Find how large a step a scene can take, as ``pliant stability``: predicted, measured, and against what it is made of.
+    """Find how large a step a scene can take, as ``pliant stability``.
+
+    Limits are predicted, measured, and set against what the scene is made of.
 
     Parameters
     ----------
@@ -568,13 +665,15 @@ def stability(
     integrators : sequence of str, optional
         The schemes; all that move things, the scene's own first, without it. The map is of the first.
     against : {"young", "poisson", "density", "gravity"}, optional
-        What the map has beside the step; without it the stiffness, of scenes without one their mutual gravity, or their masses.
+        What the map has beside the step; without it the stiffness, of scenes without one their mutual
+        gravity, or their masses.
     quick : bool, default False
         A coarse map.
     progress : bool, default False
         Whether to show each scheme on standard error.
     callback : callable, optional
-        Called with ``{"limit": {...}, "drift": {...}}`` of each scheme that is done. What it raises ends the search.
+        Called with ``{"limit": {...}, "drift": {...}}`` of each scheme that is done. What it raises ends the
+        search.
 
     Returns
     -------
@@ -599,7 +698,9 @@ def stability(
     if isinstance(integrators, str):
         raise TypeError(f"integrators is a list of names, got {integrators!r}")
     watch = _watching(
-        progress, callback, lambda found: f"{found['limit']['integrator']}: up to {found['limit']['measured']:.4g} s"
+        progress,
+        callback,
+        lambda found: f"{found['limit']['integrator']}: up to {found['limit']['measured']:.4g} s",
     )
     return Stability(_stability(scene, list(integrators), against, quick, watch))
 

@@ -47,7 +47,9 @@ class Table(Mapping[str, Array]):
         shown: Sequence[str] | None = None,
     ) -> None:
         self._columns = {name: _column(column) for name, column in columns.items()}
-        self.descriptions = {name: text for name, text in (descriptions or {}).items() if name in self._columns}
+        self.descriptions = {
+            name: text for name, text in (descriptions or {}).items() if name in self._columns
+        }
         found = ((name, re.search(r"\[([^\]]+)\]", text)) for name, text in self.descriptions.items())
         self.units = {name: unit[1] for name, unit in found if unit} | dict(units or {})
         self._shown = list(self._columns if shown is None else shown)
@@ -90,10 +92,16 @@ class Table(Mapping[str, Array]):
     def __repr__(self) -> str:
         flat = {name: self[name] for name in self._shown if self[name].ndim == 1}
         heads = [f"{name} [{self.units[name]}]" if name in self.units else name for name in flat]
-        cells = [[f"{value:.6g}" if isinstance(value, float) else str(value) for value in column.tolist()] for column in flat.values()]
+        cells = [
+            [f"{value:.6g}" if isinstance(value, float) else str(value) for value in column.tolist()]
+            for column in flat.values()
+        ]
         widths = [max(map(len, [head, *column])) for head, column in zip(heads, cells)]
         lines = [[head, *column] for head, column in zip(heads, cells)]
-        text = ["  ".join(line[i].rjust(width) for line, width in zip(lines, widths)) for i in range(self.rows + 1)]
+        text = [
+            "  ".join(line[i].rjust(width) for line, width in zip(lines, widths))
+            for i in range(self.rows + 1)
+        ]
         return "\n".join(text)
 
 

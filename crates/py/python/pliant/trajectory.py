@@ -74,8 +74,8 @@ class _Mesh:
 class Frames:
     """Rows of every frame, read when they are asked for: a lazy array.
 
-    An index gives a frame, of shape (rows, columns), a slice or a list of indices several, of shape (frames, rows, columns).
-    ``numpy.asarray`` and ``[:]`` read all.
+    An index gives a frame, of shape (rows, columns), a slice or a list of indices several, of shape (frames,
+    rows, columns). ``numpy.asarray`` and ``[:]`` read all.
 
     Attributes
     ----------
@@ -105,7 +105,9 @@ class Frames:
     @overload
     def __getitem__(self, index: int) -> Array: ...
     @overload
-    def __getitem__(self, index: slice | list[int] | npt.NDArray[np.integer[Any]] | tuple[Any, ...]) -> Array: ...
+    def __getitem__(
+        self, index: slice | list[int] | npt.NDArray[np.integer[Any]] | tuple[Any, ...]
+    ) -> Array: ...
 
     def __getitem__(self, index: Any) -> Array:
         rest: tuple[Any, ...] = ()
@@ -167,7 +169,8 @@ class Trajectory:
         return len(self.times)
 
     def __repr__(self) -> str:
-        return f"<pliant.Trajectory {str(self.path)}: {len(self)} frames of {self.vertex_count} vertices in {self.dimension}D>"
+        size = f"{len(self)} frames of {self.vertex_count} vertices in {self.dimension}D"
+        return f"<pliant.Trajectory {str(self.path)}: {size}>"
 
     def __reduce__(self) -> tuple[type[Trajectory], tuple[str | PathLike[str]]]:
         return (Trajectory, (self.path,))
@@ -213,7 +216,9 @@ class Trajectory:
 
     @property
     def energy(self) -> dict[str, Array]:
-        """dict of str to ndarray of float64, shape (F,): What the channel ``energy`` has: energies [J], momenta, work, by name.
+        """dict of str to ndarray of float64, shape (F,): Energies [J], momenta and work, by name.
+
+        They are those of the channel ``energy``.
 
         Examples
         --------
@@ -224,7 +229,9 @@ class Trajectory:
 
     @property
     def reactions(self) -> dict[str, Array]:
-        """dict of str to ndarray of float64, shape (F,): Forces [N] and moments [N m] of pins, by name; NaN where one has let go.
+        """dict of str to ndarray of float64, shape (F,): Forces [N] and moments [N m] of pins, by name.
+
+        They are NaN where a pin has let go.
 
         Examples
         --------
@@ -244,8 +251,8 @@ class Trajectory:
         Returns
         -------
         dict
-            As :meth:`Simulation.contacts` has them: ``"bodies"``, ``"points"`` [m], ``"normals"``, ``"gaps"`` [m], ``"forces"`` and
-            ``"friction"`` [N]; zero friction in recordings that do not have it.
+            As :meth:`Simulation.contacts` has them: ``"bodies"``, ``"points"`` [m], ``"normals"``, ``"gaps"``
+            [m], ``"forces"`` and ``"friction"`` [N]; zero friction in recordings that do not have it.
 
         Raises
         ------
@@ -275,7 +282,8 @@ class Trajectory:
         Returns
         -------
         dict of str to ndarray of float64, shape (F,)
-            By name, as ``/probe`` channels have them: ``time`` [s], ``position[0]`` [m], ``cauchy_stress[3]`` [Pa], ...
+            By name, as ``/probe`` channels have them: ``time`` [s], ``position[0]`` [m], ``cauchy_stress[3]``
+            [Pa], ...
 
         Examples
         --------
@@ -286,7 +294,7 @@ class Trajectory:
 
     @property
     def metadata(self) -> dict[str, Any]:
-        """dict of str to object: What is in the file and how the run ended, as ``pliant info --json`` prints it."""
+        """dict of str to object: What is in the file and how the run ended, as ``pliant info --json``."""
         if self._info is None:
             self._info = self._recording.info()
         return self._info
@@ -319,7 +327,8 @@ class Trajectory:
     def topology(self) -> dict[str, dict[str, npt.NDArray[np.uint32]]]:
         """dict of str to dict: The cells of each body by its name, rows of vertex numbers.
 
-        Kinds of cells are ``edge``, ``tri``, ``tet``, ``tri6``, ``tet10``, ``quad``, ``hex``, and ``surface``, the triangles of a solid's skin.
+        Kinds of cells are ``edge``, ``tri``, ``tet``, ``tri6``, ``tet10``, ``quad``, ``hex``, and
+        ``surface``, the triangles of a solid's skin.
         """
         topology: dict[str, dict[str, npt.NDArray[np.uint32]]] = {}
         for body in self.metadata["bodies"]:
@@ -332,10 +341,18 @@ class Trajectory:
         return topology
 
     def _blocks(self) -> list[_Block]:
-        """Cells of all bodies as `export` writes them: finite elements and triangles, else springs, else the vertices themselves."""
+        """Cells of all bodies as `export` writes them.
+
+        They are finite elements and triangles, else springs, else the vertices themselves.
+        """
         blocks = []
-        for number, (body, cells) in enumerate(zip(self.metadata["bodies"], self.topology.values(), strict=True)):
-            kind = next((kind for kind in ("tet10", "tet", "hex", "tri6", "tri", "quad", "edge") if kind in cells), "vertex")
+        for number, (body, cells) in enumerate(
+            zip(self.metadata["bodies"], self.topology.values(), strict=True)
+        ):
+            kind = next(
+                (kind for kind in ("tet10", "tet", "hex", "tri6", "tri", "quad", "edge") if kind in cells),
+                "vertex",
+            )
             first = body["first_vertex"]
             vertices = np.arange(first, first + body["vertices"], dtype=np.uint32)[:, None]
             blocks.append(_Block(number, body["name"], kind, cells.get(kind, vertices)))
@@ -380,8 +397,9 @@ class Trajectory:
         Returns
         -------
         meshio.Mesh
-            What `export` writes: as data of points ``velocity`` [m/s] and ``displacement`` [m], as data of cells the number of the
-            ``body`` and every measure of the elements that was recorded, NaN for cells that are none. In 2D, z is 0.
+            What `export` writes: as data of points ``velocity`` [m/s] and ``displacement`` [m], as data of
+            cells the number of the ``body`` and every measure of the elements that was recorded, NaN for
+            cells that are none. In 2D, z is 0.
 
         Examples
         --------
@@ -432,14 +450,16 @@ class Trajectory:
         Parameters
         ----------
         max_bytes : int, default 2000000
-            Bytes of data in the page, before it is encoded. What does not fit is left out: frames first, evenly; the page says so.
+            Bytes of data in the page, before it is encoded. What does not fit is left out: frames first,
+            evenly; the page says so.
         height : int, default 480
             Height in a notebook [pixel].
 
         Returns
         -------
         View
-            Shown by a notebook where it is the last of a cell; ``.save("run.html")`` and ``.open()`` elsewhere.
+            Shown by a notebook where it is the last of a cell; ``.save("run.html")`` and ``.open()``
+            elsewhere.
 
         Raises
         ------
@@ -458,8 +478,8 @@ class Trajectory:
         Parameters
         ----------
         quantity : str, default "energy"
-            ``"energy"`` for what the bodies have, ``"reactions"`` for forces of pins and walls, another name of `energy`, or
-            the name of a probe for its way.
+            ``"energy"`` for what the bodies have, ``"reactions"`` for forces of pins and walls, another name
+            of `energy`, or the name of a probe for its way.
         axes : matplotlib.axes.Axes, optional
             Where; new ones by default.
 
@@ -512,7 +532,8 @@ class Trajectory:
         to : str or os.PathLike
             The picture: ``.png``, ``.apng``, ``.gif``, ``.webp`` or ``.svg``.
         at : float, optional
-            The frame nearest to this time [s] alone; by default the last one for ``.png`` and ``.svg``, an animation else.
+            The frame nearest to this time [s] alone; by default the last one for ``.png`` and ``.svg``, an
+            animation else.
         frames : int, optional
             How many, evenly spread: side by side in a ``.png``, one after the other in an animation.
         fps : int, optional
@@ -577,7 +598,11 @@ class Trajectory:
         """Times, series by name and the label of their axis."""
         topics = {topic["topic"] for topic in self.metadata["topics"]}
         if quantity == "energy" and "/energy" in topics:
-            found, names, label = self.energy, [name for name in _ENERGIES if name in self.energy], "energy [J]"
+            found, names, label = (
+                self.energy,
+                [name for name in _ENERGIES if name in self.energy],
+                "energy [J]",
+            )
         elif quantity == "reactions" and "/reactions" in topics:
             found, label = self.reactions, "force [N]"
             names = [name for name in found if ".force[" in name]
@@ -590,7 +615,9 @@ class Trajectory:
         if not names:
             known = {"energy", "reactions"} & {topic[1:] for topic in topics}
             known |= {topic[len("/probe/") :] for topic in topics if topic.startswith("/probe/")}
-            raise ValueError(f"the recording has no `{quantity}` to draw; it has {', '.join(sorted(known)) or 'nothing'}")
+            raise ValueError(
+                f"the recording has no `{quantity}` to draw; it has {', '.join(sorted(known)) or 'nothing'}"
+            )
         return found["time"], {name: found[name] for name in names}, label
 
     def _repr_mimebundle_(self, include: Any = None, exclude: Any = None) -> dict[str, str]:
@@ -599,13 +626,16 @@ class Trajectory:
     def export(
         self, to: str | PathLike[str], frames: int | slice = slice(None), *, overwrite: bool = False
     ) -> list[Path]:
-        """Write frames for ParaView, PyVista, meshio (``.vtu``), Blender (``.glb``), NumPy (``.npz``), as ``pliant export``.
+        """Write frames for other programs, as ``pliant export``.
+
+        ParaView, PyVista and meshio read ``.vtu``, Blender ``.glb``, NumPy ``.npz``.
 
         Parameters
         ----------
         to : str or os.PathLike
-            A folder, or a file: ``.pvd`` for a series of ``.vtu`` beside it, ``.vtu`` or ``.obj`` for a single frame, ``.html``
-            for a page that plays it, ``.glb`` for an animation, ``.npz`` for arrays, ``.csv`` for energies and reactions.
+            A folder, or a file: ``.pvd`` for a series of ``.vtu`` beside it, ``.vtu`` or ``.obj`` for a
+            single frame, ``.html`` for a page that plays it, ``.glb`` for an animation, ``.npz`` for arrays,
+            ``.csv`` for energies and reactions.
         frames : int or slice, default all
             Which.
         overwrite : bool, default False
@@ -686,7 +716,9 @@ def load(path: str | PathLike[str]) -> Trajectory:
     return Trajectory(path)
 
 
-def recover(part: str | PathLike[str], to: str | PathLike[str] | None = None, *, overwrite: bool = False) -> Trajectory:
+def recover(
+    part: str | PathLike[str], to: str | PathLike[str] | None = None, *, overwrite: bool = False
+) -> Trajectory:
     """Make a complete file of what a killed run left, as ``pliant recover``.
 
     Parameters

@@ -20,8 +20,11 @@ Array = npt.NDArray[Any]
 
 
 class Modes(Table):
-    """Natural modes, by frequency: columns ``frequency`` [Hz], ``omega`` [rad/s], ``residual``, ``mass_x``, ``mass_y``, ``mass_z`` (shares of
-    the mass that is free to move along each axis) and ``shape``, of shape (count, n, dim), with ``shape^T M shape = 1`` [kg^-1/2].
+    """Natural modes, by frequency.
+
+    Columns are ``frequency`` [Hz], ``omega`` [rad/s], ``residual``, ``mass_x``, ``mass_y``, ``mass_z``
+    (shares of the mass that is free to move along each axis) and ``shape``, of shape (count, n, dim), with
+    ``shape^T M shape = 1`` [kg^-1/2].
 
     Attributes
     ----------
@@ -30,7 +33,8 @@ class Modes(Table):
     free_coordinates : int
         Coordinates that are free to move.
     mass_matrix : str
-        ``"consistent"`` with the shape functions of quadratic elements of one density, ``"lumped"`` as in steps without any.
+        ``"consistent"`` with the shape functions of quadratic elements of one density, ``"lumped"`` as in
+        steps without any.
     """
 
     def __init__(self, found: dict[str, Any], shapes: Array, rest: Array) -> None:
@@ -47,7 +51,7 @@ class Modes(Table):
         self.mass_matrix: str = found["mass_matrix"]
 
     def plot(self, mode: int = 0, *, axes: _Axes | None = None, size: float = 0.1) -> _Axes:
-        """Draw a mode shape beside where it is about, projected to x and y, by matplotlib, which must be installed.
+        """Draw a mode shape beside where it is about, projected to x and y; by matplotlib, if installed.
 
         Parameters
         ----------
@@ -111,8 +115,10 @@ def modes(scene: Scene | Simulation, count: int = 10) -> Modes:
 
 
 class Sound(Table):
-    """What is heard of a blow, one row for each tone: columns ``mode``, from 0, ``frequency`` [Hz], ``decay`` [1/s] and ``amplitude`` [1/kg],
-    velocity per impulse.
+    """What is heard of a blow, one row for each tone.
+
+    Columns are ``mode``, from 0, ``frequency`` [Hz], ``decay`` [1/s] and ``amplitude`` [1/kg], velocity per
+    impulse.
 
     Attributes
     ----------
@@ -208,7 +214,9 @@ def sound(
     (24000,)
     """
     if not (0.0 < seconds < 3600.0 and 0 < rate <= 1_000_000):
-        raise ValueError(f"seconds must be between 0 and 3600 and rate between 1 and 1000000, got {seconds} and {rate}")
+        raise ValueError(
+            f"seconds must be between 0 and 3600 and rate between 1 and 1000000, got {seconds} and {rate}"
+        )
     simulation = Simulation(scene) if isinstance(scene, Scene) else scene
     blow = [float(component) for component in np.asarray(direction, dtype=float).ravel()]
     return Sound(*simulation._sound(count, strike, blow, listen, rayleigh, seconds, float(rate)), rate)

@@ -17,8 +17,8 @@ from ._pliant import Simulation, _live, _page, _picture
 class View:
     """A recording as the page that ``pliant view`` makes, with a picture where pages are not shown.
 
-    A notebook shows it where it is the last of a cell: the page in a frame of its own without network, cookies or
-    server; where pages are not shown (GitHub, untrusted notebooks), the picture.
+    A notebook shows it where it is the last of a cell: the page in a frame of its own without network,
+    cookies or server; where pages are not shown (GitHub, untrusted notebooks), the picture.
 
     Attributes
     ----------
@@ -119,9 +119,9 @@ class View:
 class LiveView:
     """A copy of a simulation that runs in a page, as in ``pliant live``.
 
-    A thread of this process serves the page on loopback, at a random port and an address that nobody can guess; pages of other
-    machines are refused, and frames around it that are not of this machine.
-    A notebook shows it where it is the last of a cell.
+    A thread of this process serves the page on loopback, at a random port and an address that nobody can
+    guess; pages of other machines are refused, and frames around it that are not of this machine. A notebook
+    shows it where it is the last of a cell.
 
     Attributes
     ----------
@@ -182,7 +182,8 @@ class LiveView:
         Returns
         -------
         Simulation
-            Where it was, with the parameters that were set in the page; pins that were turned off are on again.
+            Where it was, with the parameters that were set in the page; pins that were turned off are on
+            again.
 
         Raises
         ------
