@@ -66,7 +66,8 @@ pub enum GradientError {
     },
     /// The changes of states are beyond the range of numbers.
     #[error(
-        "the tangent overflows in step {step} (t = {time} s); ask for a shorter run",
+        "the tangent overflows in step {step} (t = {time} s): it has grown by exp({growth:.4} t) from the \
+         start of the run; ask for a shorter run",
         time = Rounded::<9>(*.time)
     )]
     TangentOverflow {
@@ -74,6 +75,8 @@ pub enum GradientError {
         step: u64,
         /// Time at its end [s].
         time: f64,
+        /// Growth of its logarithm per second of the run, from the first state that changes [1/s].
+        growth: f64,
     },
     /// A step has no derivative: its matrix is singular.
     #[error(

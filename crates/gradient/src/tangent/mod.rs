@@ -133,6 +133,7 @@ pub fn tangent_along(
     }
     refuse_unknown(simulation, &mut forces)?;
     let first = simulation.state().step;
+    let mut grown = TangentGrowth { start, size: dots.norm() };
     show(simulation, &schedule, &mut forces, &dots, watch);
     for step in first..first + schedule.steps {
         let state = simulation.state();
@@ -188,7 +189,11 @@ pub fn tangent_along(
             dots.x = x;
         }
         if !dots.is_finite() {
-            return Err(GradientError::TangentOverflow { step: step + 1, time: time + h });
+            let growth = grown.rate(dots.norm(), time + h);
+            return Err(GradientError::TangentOverflow { step: step + 1, time: time + h, growth });
+        }
+        if grown.size == 0.0 {
+            grown = TangentGrowth { start: time + h, size: dots.norm() };
         }
         show(simulation, &schedule, &mut forces, &dots, watch);
     }
@@ -196,6 +201,22 @@ pub fn tangent_along(
         simulation.restore(end)?;
     }
     Ok(outside(simulation, &mut forces, &dots))
+}
+
+/// The first state that changes: what growth is measured from.
+struct TangentGrowth {
+    /// Time there [s].
+    start: f64,
+    /// Largest change of one of its numbers.
+    size: f64,
+}
+
+impl TangentGrowth {
+    /// Growth of the logarithm of changes per second up to `time`, where the largest is `size` [1/s].
+    fn rate(&self, size: f64, time: f64) -> f64 {
+        let grown = (size.min(f64::MAX) / self.size).ln() / (time - self.start);
+        if grown.is_finite() { grown } else { 0.0 }
+    }
 }
 
 /// Refuses parameters that do not say how forces change with them.

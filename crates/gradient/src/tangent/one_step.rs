@@ -40,6 +40,12 @@ impl StateTangent {
     pub(super) fn is_finite(&self) -> bool {
         self.x.iter().chain(&self.v).all(|dot| dot.is_finite())
     }
+
+    /// Largest change of a number; infinite where one is not a number.
+    pub(super) fn norm(&self) -> f64 {
+        let all = self.x.iter().chain(&self.v);
+        all.fold(0.0, |norm: f64, dot| if dot.is_nan() { f64::INFINITY } else { norm.max(dot.abs()) })
+    }
 }
 
 /// A sum of `rows` times numbers.

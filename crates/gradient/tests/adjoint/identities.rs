@@ -1,10 +1,11 @@
 //! Identities of derivatives that hold whatever the numbers are.
 
-use pliant_gradient::{LossFrame, ParameterSelection, UNLIMITED, gradient};
+use pliant::simulation::Snapshot;
+use pliant_gradient::{LossFrame, ParameterSelection, UNLIMITED, gradient, tangent};
 use pliant_scene::Scene;
 
-use crate::solid::{assembled, rows};
-use crate::support::{compare, dot, scattered, scene};
+use crate::solid::{Further, assembled, rows, scene as scene_of};
+use crate::support::{case, compare, compare_with_differences, dot, scattered, scene};
 
 const SCHEMES: [&str; 6] =
     ["velocity-verlet", "rk4", "implicit-euler", "bdf2", "tr-bdf2", "generalised-alpha"];
@@ -22,6 +23,11 @@ fn shape() -> Vec<f64> {
 
 /// A beam that is thrown, bent, and held nowhere; its step [s].
 fn thrown(scheme: &str) -> (Scene, f64) {
+    thrown_in_steps(scheme, 1.0)
+}
+
+/// The same in steps of other size, by a factor.
+fn thrown_in_steps(scheme: &str, factor: f64) -> (Scene, f64) {
     let bent: Vec<f64> = shape().iter().zip(scattered(16, 1.0)).map(|(x, by)| x + 0.03 * by).collect();
     let text = format!(
         "[world]\ngravity = [0.7, -9.81]\n\
@@ -33,8 +39,7 @@ fn thrown(scheme: &str) -> (Scene, f64) {
         rows(&bent, 2),
         rows(&scattered(16, 2.0), 2)
     );
-    let steps = [0.01, 0.002];
-    let scene = scene(scheme, 2, steps, &text);
+    let scene = scene(scheme, 2, [0.01 * factor, 0.002 * factor], &text);
     let step = assembled(&scene).0.step_size();
     (scene, step)
 }
@@ -148,5 +153,67 @@ fn elements_make_up_the_body() {
         }
         let [young, density] = [5e4 * parts[0][0], 1000.0 * parts[4][0]];
         assert!((young + density).abs() < 1e-12 * young.abs(), "{scheme}: {young} and {density}");
+    }
+}
+
+// Time has no scale of its own: what changes with the step changes with velocities, accelerations and stiffness.
+#[test]
+fn steps_are_in_proportion_to_velocities() {
+    for scheme in SCHEMES {
+        let (scene, _) = thrown(scheme);
+        let [_, v, g, _, young] = given(&scene);
+        let (_, parts) = derivatives(&scene, 10, &[VELOCITY, GRAVITY, YOUNG]);
+        let works = [dot(&parts[0], &v), 2.0 * dot(&parts[1], &g), 2.0 * dot(&parts[2], &young)];
+        let size = works.iter().fold(0.0, |size: f64, work| size.max(work.abs()));
+        let place = |change: f64| derivatives(&thrown_in_steps(scheme, 1.0 + change).0, 10, &[]).0;
+        compare_with_differences(scheme, (works.iter().sum(), size), (0.03, 1e-8), place);
+    }
+}
+
+// What goes back the way it came has changed by what it began with.
+#[test]
+fn changes_are_undone_by_the_way_back() {
+    let (mut simulation, _) = assembled(&thrown("velocity-verlet").0);
+    let [dx, dv] = [3.0, 4.0].map(|seed| scattered(16, seed));
+    let backwards = |v: &[f64]| -> Vec<f64> { v.iter().map(|v| -v).collect() };
+    let there = tangent(&mut simulation, 100, (&dx, &dv), &mut |_, _| {}).unwrap();
+    let (x, v) = (simulation.positions().into_owned(), backwards(&simulation.velocities()));
+    simulation.restore(&Snapshot::new(0, 0.0, x, v)).unwrap();
+    let way = (&there.position[..], &backwards(&there.velocity)[..]);
+    let back = tangent(&mut simulation, 100, way, &mut |_, _| {}).unwrap();
+    let grown = there.position.iter().fold(0.0, |m: f64, dot| m.max(dot.abs()));
+    assert!(grown > 0.1 && there.position != dx, "{there:?}");
+    compare("positions", &back.position, &dx, 1e-12);
+    compare("velocities", &backwards(&back.velocity), &dv, 1e-12);
+}
+
+// Forces at equilibrium are a gradient: the compliance is symmetric, and loads over stiffness decide.
+#[test]
+fn compliances_are_symmetric() {
+    let case = case("statics");
+    let body = "load = [{ vertices = [6, 7], force_per_vertex = [300.0, -900.0] }]";
+    let keys = ["body.beam.load.0.force_per_vertex", YOUNG, "body.beam.mass.density"];
+    for material in case["runs"].as_object().unwrap().keys() {
+        let further = Further { body, ..Further::default() };
+        let scene = scene_of(&case["setup"], material, "quasi-static", 1, further);
+        let by = |axis: usize| {
+            let (mut simulation, topology) = assembled(&scene);
+            let mut selection =
+                ParameterSelection::new(&scene, &topology, simulation.numbering(), &keys).unwrap();
+            let mut loss = |frame: &LossFrame<'_>, x_bar: &mut [f64], _: &mut [f64]| {
+                let is_last = f64::from(u8::from(frame.step == 1));
+                for vertex in [6, 7] {
+                    x_bar[2 * vertex + axis] = is_last;
+                }
+                is_last * (frame.x[12 + axis] + frame.x[14 + axis])
+            };
+            let found = gradient(&mut simulation, 1, &mut loss, selection.parameters(), UNLIMITED).unwrap();
+            selection.parts(&found)
+        };
+        let [of_x, of_y] = [by(0), by(1)];
+        compare(&format!("{material}, compliance"), &of_x[0][1..], &of_y[0][..1], 1e-12);
+        let [young, density] = [2e5 * of_y[1][0], 1000.0 * of_y[2][0]];
+        let load = dot(&of_y[0], &[300.0, -900.0]);
+        assert!((young + density + load).abs() < 1e-12 * young.abs(), "{material}: {young} {density} {load}");
     }
 }

@@ -6,7 +6,7 @@ use pliant::state::State;
 use pliant::system::System;
 use pliant_gradient::{
     GradientError, LossFrame, Masses, Parameter, RunGradient, SpringStiffness, TunedSpring, UNLIMITED,
-    gradient,
+    gradient, tangent,
 };
 
 use crate::support::{case, compare, method, numbers, solve_exactly};
@@ -137,4 +137,17 @@ fn a_gradient_that_overflows_says_how_fast_it_grows() {
     let error = gradient(&mut oscillator("forward-euler"), STEPS, &mut huge, &mut [], UNLIMITED).unwrap_err();
     let GradientError::Overflow { step, growth, .. } = error else { panic!("{error}") };
     assert!(step < STEPS && growth > 0.0, "{error}");
+}
+
+#[test]
+fn a_tangent_that_overflows_says_how_fast_it_grows() {
+    let mut simulation = oscillator("forward-euler");
+    let huge = [0.0, 0.0, 1e306, 0.0];
+    let error = tangent(&mut simulation, 2000, (&huge, &[0.0; 4]), &mut |_, _| {}).unwrap_err();
+    let GradientError::TangentOverflow { step, time, growth } = error else { panic!("{error}") };
+    let rate = (1.0 + 0.05 * 0.05 * K / M).ln() / 2.0 / 0.05;
+    // Of a circle that grows one coordinate is looked at: a part of a turn in more than ten.
+    assert!((growth / rate - 1.0).abs() < 0.1, "{error}, expected {rate}");
+    assert!(step > 1000 && (time - 0.05 * step as f64).abs() < 1e-9, "{error}");
+    assert!(error.to_string().contains(&format!("exp({growth:.4} t) from the start")), "{error}");
 }
