@@ -125,4 +125,40 @@ def test_names_that_are_none_are_answered_with_those_that_are(library: str) -> N
     with pytest.raises(ValueError, match="a multiple of every"):
         simulate(beam(), 3, every=2)
     with pytest.raises(ValueError, match="many numbers"):
-        simulate(beam(), 1, parameters={"body.beam.elastic.young_per_element": np.ones(8)})
+        simulate(beam(), 1, parameters={"body.beam.elastic.poisson_per_element": np.ones(8)})
+
+
+@pytest.mark.parametrize("library", ["jax", "torch"])
+def test_a_field_of_moduli_is_an_argument(library: str) -> None:
+    pytest.importorskip(library)
+    simulate = __import__(f"pliant.{library}", fromlist=["simulate"]).simulate
+    name = f"{YOUNG}_per_element"
+    moduli = np.linspace(5e4, 1e5, 8)
+
+    def height(changed: np.ndarray) -> float:
+        simulation = pliant.Simulation(beam(**{"body.0.elastic.corotated.young": changed}))
+        simulation.step(20)
+        return float(simulation.positions[-1, 1])
+
+    if library == "jax":
+        import jax
+
+        jax.config.update("jax_enable_x64", True)
+        take = jax.value_and_grad(lambda each: simulate(beam(), 20, parameters={name: each})[0][-1, -1, 1])
+        found, gradient = (np.asarray(part) for part in take(moduli))
+    else:
+        import torch
+
+        each = torch.tensor(moduli, requires_grad=True)
+        tip = simulate(beam(), 20, parameters={name: each})[0][-1, -1, 1]
+        tip.backward()
+        found, gradient = tip.detach().numpy(), each.grad.numpy()
+    assert float(found) == height(moduli) and gradient.shape == moduli.shape
+    for k in range(8):
+        change = 1e-4 * moduli[k] * np.eye(8)[k]
+        difference = (height(moduli + change) - height(moduli - change)) / (2e-4 * moduli[k])
+        assert gradient[k] == pytest.approx(difference, rel=1e-5, abs=1e-5 * np.abs(gradient).max()), k
+    message = f"`{name}` has one number for each element, got the number 100000"
+    with pytest.raises(Exception, match=message):
+        one = np.array(1e5) if library == "jax" else __import__("torch").tensor(1e5)
+        simulate(beam(), 1, parameters={name: one})

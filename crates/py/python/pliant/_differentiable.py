@@ -12,6 +12,9 @@ from ._pliant import Frame, Scene, Simulation
 
 Array = npt.NDArray[np.float64]
 
+#: Ends the names of moduli that are arrays, one number for each element.
+OF_EACH = ".young_per_element"
+
 
 class Run:
     """Steps of a scene, as a function of how it starts and of numbers in it.
@@ -23,8 +26,8 @@ class Run:
     steps : int
         How many steps are taken.
     names : sequence of str
-        Keys of the scene that are arguments, as `Simulation.gradient_names` has them: each one number, or a
-        vector as `world.gravity`.
+        Keys of the scene that are arguments, as `Simulation.gradient_names` has them: each one number, a
+        vector as `world.gravity`, or Young's modulus of each element.
     every : int
         How many steps lie between states that are returned.
     memory : int, optional
@@ -51,10 +54,11 @@ class Run:
 
     def simulation(self, position: Array, velocity: Array, parameters: Sequence[Array]) -> Simulation:
         """The simulation at its start."""
-        changes = {
-            self.paths[name]: float(value) if value.ndim == 0 else value.tolist()
-            for name, value in zip(self.names, parameters, strict=True)
-        }
+        changes = {}
+        for name, value in zip(self.names, parameters, strict=True):
+            if value.ndim == 0 and name.endswith(OF_EACH):
+                raise ValueError(f"`{name}` has one number for each element, got the number {float(value)}")
+            changes[self.paths[name]] = float(value) if value.ndim == 0 else value.tolist()
         simulation = Simulation(self.scene.with_changes(changes) if changes else self.scene)
         simulation.positions, simulation.velocities = position, velocity
         return simulation
@@ -101,6 +105,8 @@ def _path(scene: Scene, name: str) -> str:
     """The path of a number in the scene by its name among the derivatives."""
     if name == "world.gravity":
         return name
+    if name.endswith(OF_EACH):
+        return scene._path(name.removesuffix("_per_element"))
     if name.endswith((".rest", "_per_element", ".per_vertex")):
         message = f"`{name}` is many numbers, which no key of a scene is; `Simulation.gradient` has them"
         raise ValueError(message)

@@ -42,7 +42,8 @@ def simulate(
         Velocities at the start [m/s], shape (n, dim); those of the scene without it.
     parameters : mapping of str to Tensor, optional
         Numbers of the scene in SI units by their names, ``{"body.beam.elastic.young": young}``, as
-        `Simulation.gradient_names` has them; ``"world.gravity"`` has shape (dim,).
+        `Simulation.gradient_names` has them; ``"world.gravity"`` has shape (dim,), a field of moduli,
+        ``"body.beam.elastic.young_per_element"``, shape (elements,).
     every : int
         How many steps lie between states that are returned.
     memory : int, optional
