@@ -21,6 +21,10 @@ pub(crate) fn project_positive(matrix: &mut [f64], n: usize) {
         return;
     }
     let mut a = matrix.to_vec();
+    if is_positive(&mut a, n) {
+        return;
+    }
+    a.copy_from_slice(matrix);
     // Eigenvectors by rows.
     let mut v: Vec<f64> = (0..n * n).map(|i| f64::from(u8::from(i / n == i % n))).collect();
     let size: f64 = a.iter().map(|entry| entry * entry).sum();
@@ -56,6 +60,32 @@ pub(crate) fn project_positive(matrix: &mut [f64], n: usize) {
             }
         }
     }
+}
+
+/// True if a symmetric matrix of `n` rows has no negative eigenvalue but for rounding: a little larger on its
+/// diagonal it has a Cholesky factor, whose rows take the place of its upper triangle.
+fn is_positive(a: &mut [f64], n: usize) -> bool {
+    /// Part of the largest diagonal entry that rounding makes of a zero.
+    const ROUNDING: f64 = 1e-14;
+    let largest = (0..n).fold(0.0, |largest: f64, k| largest.max(a[k * n + k]));
+    (0..n).for_each(|k| a[k * n + k] += ROUNDING * largest);
+    for k in 0..n {
+        let (above, below) = a.split_at_mut((k + 1) * n);
+        let row = &mut above[k * n + k..];
+        if row[0].is_nan() || row[0] <= 0.0 {
+            return false;
+        }
+        let root = row[0].sqrt();
+        row.iter_mut().for_each(|entry| *entry /= root);
+        for (i, rest) in below.chunks_exact_mut(n).enumerate() {
+            let factor = row[i + 1];
+            rest[k + 1 + i..]
+                .iter_mut()
+                .zip(&row[i + 1..])
+                .for_each(|(entry, of_row)| *entry -= factor * of_row);
+        }
+    }
+    true
 }
 
 /// A square matrix of at most [`PackedMatrix::ROWS`] rows, whose entries may be packs: as many matrices side

@@ -2,7 +2,7 @@
 
 use super::{Elastic, points_of};
 use crate::algebra::Mat;
-use crate::element::{edge_matrix, order};
+use crate::element::{QuadraticPositions, edge_matrix, order, quadrature_count};
 use crate::lanes::{Kernel, Lanes, WIDTH, dispatch};
 use crate::scalar::Scalar;
 
@@ -30,8 +30,9 @@ struct PackWay<const D: usize, const N: usize> {
 impl<const D: usize, const N: usize> PackWay<D, N> {
     const EMPTY: Self = PackWay { from: [[[0.0; WIDTH]; D]; N], motion: [[[0.0; WIDTH]; D]; N], suspects: 0 };
 
-    fn edges_of_lane(points: &[[[f64; WIDTH]; D]; N], lane: usize) -> Mat<f64, D> {
-        edge_matrix(&points.map(|point| point.map(|component| component[lane])))
+    /// `dx/dxi` of one element at quadrature point `q`.
+    fn edges_of_lane(points: &[[[f64; WIDTH]; D]; N], lane: usize, q: usize) -> Mat<f64, D> {
+        edges_at(&points.map(|point| point.map(|component| component[lane])), q)
     }
 }
 
@@ -41,9 +42,6 @@ pub(super) fn step_to_collapse<const D: usize, const N: usize>(
     x: &[f64],
     dx: &[f64],
 ) -> f64 {
-    if order::<D, N>() > 1 {
-        return step_of_points(elements, x, dx);
-    }
     let packs = elements.patches.index.len();
     let mut lanes = elements.patches.lanes_in(0..packs * WIDTH);
     let mut ways = [const { PackWay::<D, N>::EMPTY }; BATCH];
@@ -64,26 +62,21 @@ pub(super) fn step_to_collapse<const D: usize, const N: usize>(
         dispatch(FindSuspects { ways });
         for way in ways.iter().filter(|way| way.suspects != 0) {
             for lane in (0..WIDTH).filter(|lane| way.suspects >> lane & 1 == 1) {
-                let [now, change] =
-                    [&way.from, &way.motion].map(|points| PackWay::edges_of_lane(points, lane));
-                step = step.min(MARGIN * first_root(&now, &change));
+                for q in 0..quadrature_count::<D, N>() {
+                    let [now, change] =
+                        [&way.from, &way.motion].map(|points| PackWay::edges_of_lane(points, lane, q));
+                    step = step.min(MARGIN * first_root(&now, &change));
+                }
             }
         }
     }
     step
 }
 
-/// The same by the quadrature points of each element.
-fn step_of_points<const D: usize, const N: usize>(elements: &Elastic<D, N>, x: &[f64], dx: &[f64]) -> f64 {
-    let mut step: f64 = 1.0;
-    for (_, vertices, pack, lane) in elements.elements() {
-        let now = elements.points(x, &vertices, pack, lane);
-        let change = elements.points(dx, &vertices, pack, lane);
-        for ([now, _], [change, _]) in now.iter().zip(&change) {
-            step = step.min(MARGIN * first_root(now, change));
-        }
-    }
-    step
+/// `dx/dxi` at quadrature point `q`.
+#[inline(always)]
+pub(super) fn edges_at<S: Scalar, const D: usize, const N: usize>(x: &[[S; D]; N], q: usize) -> Mat<S, D> {
+    if order::<D, N>() == 1 { edge_matrix(x) } else { QuadraticPositions::new(*x).at(q) }
 }
 
 /// Marks the elements that may collapse on their way.
@@ -104,9 +97,10 @@ impl<const D: usize, const N: usize> Kernel for FindSuspects<'_, D, N> {
                     motion[node][c] = L::load(&way.motion[node][c]);
                 }
             }
-            let [d0, others @ ..] = volume_polynomial(&edge_matrix(&from), &edge_matrix(&motion));
-            let largest = largest_terms(others);
-            way.suspects = !L::mask_to_bits(largest.lt(L::splat(DOMINANT) * d0));
+            way.suspects = 0;
+            for q in 0..quadrature_count::<D, N>() {
+                way.suspects |= suspects(&edges_at(&from, q), &edges_at(&motion, q));
+            }
         }
     }
 }
@@ -118,6 +112,13 @@ fn volume_polynomial<S: Scalar, const D: usize>(a: &Mat<S, D>, b: &Mat<S, D>) ->
     let (of_a, of_b) = (a.cofactor(), b.cofactor());
     let (d0, d1, last) = (a.determinant(), of_a.dot(b), b.determinant());
     if D == 2 { [d0, d1, last, S::zero()] } else { [d0, d1, of_b.dot(a), last] }
+}
+
+/// Bits of the lanes in which `det(A + t B)` may become zero on the way.
+#[inline(always)]
+pub(super) fn suspects<L: Lanes, const D: usize>(a: &Mat<L, D>, b: &Mat<L, D>) -> u8 {
+    let [d0, others @ ..] = volume_polynomial(a, b);
+    !L::mask_to_bits(largest_terms(others).lt(L::splat(DOMINANT) * d0))
 }
 
 /// Bound of the terms beyond the first over `0 < t <= FAR`.

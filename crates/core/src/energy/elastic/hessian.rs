@@ -15,11 +15,10 @@ use std::ops::Range;
 
 use super::Elastic;
 use super::block::{Block, SpectrumBlock};
+use super::collapse::edges_at;
 use super::predicted::add_excess;
 use crate::algebra::{Mat, signed_svd, symmetric_eigen_of_lanes};
-use crate::element::{
-    SimplexPack, edge_matrix, order, quadrature_count, quadrature_position, reference_gradients,
-};
+use crate::element::{SimplexPack, quadrature_count, quadrature_position, reference_gradients};
 use crate::lanes::{Kernel, Lanes, WIDTH, dispatch};
 use crate::material::{Psd, Tangent};
 
@@ -28,6 +27,9 @@ const BATCH: usize = 4;
 
 /// Numbers in the Hessian of a tetrahedron, rounded up to whole packs.
 const MOST_ENTRIES: usize = 96;
+
+/// The same of a tetrahedron of second order.
+const MOST_QUADRATIC_ENTRIES: usize = 496;
 
 /// Intermediate results of the elements of a pack.
 #[repr(align(64))]
@@ -59,18 +61,21 @@ pub(super) fn fill<const D: usize, const N: usize>(
     out: &mut [f64],
 ) {
     let Elastic { material, patches, rest, .. } = elements;
-    if from.is_some() || order::<D, N>() > 1 || material.spectrum(&[1.0; D]).is_none() {
+    if from.is_some() || material.spectrum(&[1.0; D]).is_none() {
         return fill_by_tangent(elements, stencils, x, (psd, from), out);
     }
+    let count = quadrature_count::<D, N>();
+    // Points of one pack go together, or packs of one point each.
+    let together = if count == 1 { BATCH } else { 1 };
     let x = x.as_chunks::<D>().0;
     let per_stencil = N * (N + 1) / 2 * D * D;
     let mut lanes = patches.lanes_in(stencils.clone());
     let mut work = [const { PackWork::<D, N>::EMPTY }; BATCH];
-    let packs = &rest[stencils.start / WIDTH..stencils.end / WIDTH];
-    let batches = packs.chunks(BATCH).zip(out.chunks_mut(BATCH * WIDTH * per_stencil));
+    let packs = &rest[stencils.start / WIDTH * count..stencils.end / WIDTH * count];
+    let batches = packs.chunks(together * count).zip(out.chunks_mut(together * WIDTH * per_stencil));
     for (packs, out) in batches {
         let work = &mut work[..packs.len()];
-        for pack in &mut *work {
+        for pack in work.iter_mut().step_by(count) {
             for lane in 0..WIDTH {
                 let (vertices, ..) = lanes.next().expect("whole packs");
                 for (node, v) in vertices.into_iter().enumerate() {
@@ -84,7 +89,10 @@ pub(super) fn fill<const D: usize, const N: usize>(
         for pack in &mut *work {
             material.spectra(&pack.sigma, &mut pack.spectrum);
         }
-        dispatch(PairBlocks { packs, work, psd, out });
+        match count {
+            1 => dispatch(PairBlocks { packs, work, psd, out }),
+            _ => dispatch(PointBlocks { packs, work, psd, out }),
+        }
     }
 }
 
@@ -99,14 +107,18 @@ impl<const D: usize, const N: usize> Kernel for Decompose<'_, D, N> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        for (pack, work) in self.packs.iter().zip(self.work) {
-            let mut x = [[L::zero(); D]; N];
-            for node in 0..N {
-                for c in 0..D {
-                    x[node][c] = L::load(&work.points[node][c]);
+        let count = quadrature_count::<D, N>();
+        let mut x = [[L::zero(); D]; N];
+        for (i, (pack, work)) in self.packs.iter().zip(self.work).enumerate() {
+            let q = i % count;
+            if q == 0 {
+                for node in 0..N {
+                    for c in 0..D {
+                        x[node][c] = L::load(&work.points[node][c]);
+                    }
                 }
             }
-            let svd = signed_svd(&edge_matrix(&x).mul(&pack.inverse_rest::<L>()));
+            let svd = signed_svd(&edges_at(&x, q).mul(&pack.inverse_rest::<L>()));
             for i in 0..D {
                 svd.sigma[i].store(&mut work.sigma[i]);
             }
@@ -127,9 +139,20 @@ struct PairBlocks<'a, const D: usize, const N: usize> {
 
 /// The numbers of the Hessians of a pack, in the order in which they are written.
 #[repr(align(64))]
-struct Entries([[f64; WIDTH]; MOST_ENTRIES]);
+struct Entries<const MOST: usize>([[f64; WIDTH]; MOST]);
 
-impl Entries {
+impl<const MOST: usize> Entries<MOST> {
+    #[inline(always)]
+    fn get<L: Lanes, const D: usize>(&self, block: usize) -> Mat<L, D> {
+        let mut k = Mat::zero();
+        for i in 0..D {
+            for j in 0..D {
+                k[i][j] = L::load(&self.0[block * D * D + i * D + j]);
+            }
+        }
+        k
+    }
+
     #[inline(always)]
     fn set<L: Lanes, const D: usize>(&mut self, block: usize, k: &Mat<L, D>) {
         for i in 0..D {
@@ -188,35 +211,64 @@ fn nearest_psd<L: Lanes, const D: usize>(a: &Mat<L, D>) -> Mat<L, D> {
     Mat::select(fine, a, &vectors.transpose_mul(&Mat::diagonal(&clamped)).mul(&vectors))
 }
 
+impl<const D: usize> SpectrumBlock<D> {
+    /// `scaling`, `same` and `swapped`; of the nearest positive semidefinite `dP/dF`, if so wished.
+    #[inline(always)]
+    pub(super) fn in_frame<L: Lanes>(&self, projected: bool) -> (Mat<L, D>, Mat<L, D>, Mat<L, D>) {
+        let half = L::splat(0.5);
+        let mut scaling = self.scaling.load::<L>();
+        if projected {
+            scaling = nearest_psd(&scaling);
+        }
+        let (twist, flip) = (self.twist.load::<L>(), self.flip.load::<L>());
+        let (mut same, mut swapped) = (Mat::<L, D>::zero(), Mat::<L, D>::zero());
+        for i in 0..D {
+            for j in i + 1..D {
+                let twist = clamp(twist[i][j], projected);
+                let flip = clamp(flip[i][j], projected);
+                same[i][j] = half * (flip + twist);
+                swapped[i][j] = half * (flip - twist);
+                same[j][i] = same[i][j];
+                swapped[j][i] = swapped[i][j];
+            }
+        }
+        (scaling, same, swapped)
+    }
+}
+
+/// `U^T K_ab U` without its weight, of vertices with the slopes `g_a` and `g_b` in the frame of `V`.
+#[inline(always)]
+pub(super) fn pair_block<L: Lanes, const D: usize>(
+    (scaling, same, swapped): (&Mat<L, D>, &Mat<L, D>, &Mat<L, D>),
+    (a, b): (&[L; D], &[L; D]),
+) -> Mat<L, D> {
+    let mut k = Mat::zero();
+    for i in 0..D {
+        let mut diagonal = scaling[i][i] * a[i] * b[i];
+        for j in 0..D {
+            if j != i {
+                diagonal = same[i][j].mul_add(a[j] * b[j], diagonal);
+                k[i][j] = scaling[i][j].mul_add(a[i] * b[j], swapped[i][j] * (a[j] * b[i]));
+            }
+        }
+        k[i][i] = diagonal;
+    }
+    k
+}
+
 impl<const D: usize, const N: usize> Kernel for PairBlocks<'_, D, N> {
     type Output = ();
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
         let projected = self.psd == Psd::Projected;
-        let half = L::splat(0.5);
         let count = N * (N + 1) / 2 * D * D;
         // Where the block of a pair `a <= b` is.
         let place = |a: usize, b: usize| a * N - a * (a + 1) / 2 + b;
-        let mut entries = Entries([[0.0; WIDTH]; MOST_ENTRIES]);
+        let mut entries = Entries::<MOST_ENTRIES>([[0.0; WIDTH]; MOST_ENTRIES]);
         let packs = self.packs.iter().zip(self.work).zip(self.out.chunks_exact_mut(WIDTH * count));
         for ((pack, work), out) in packs {
-            let mut scaling = work.spectrum.scaling.load::<L>();
-            if projected {
-                scaling = nearest_psd(&scaling);
-            }
-            let (twist, flip) = (work.spectrum.twist.load::<L>(), work.spectrum.flip.load::<L>());
-            let (mut same, mut swapped) = (Mat::<L, D>::zero(), Mat::<L, D>::zero());
-            for i in 0..D {
-                for j in i + 1..D {
-                    let twist = clamp(twist[i][j], projected);
-                    let flip = clamp(flip[i][j], projected);
-                    same[i][j] = half * (flip + twist);
-                    swapped[i][j] = half * (flip - twist);
-                    same[j][i] = same[i][j];
-                    swapped[j][i] = swapped[i][j];
-                }
-            }
+            let (scaling, same, swapped) = work.spectrum.in_frame::<L>(projected);
             let weight = pack.weight::<L>();
             // Rows: the gradients of the shape functions in the frame of V.
             let g = pack.inverse_rest::<L>().mul(&work.v.load::<L>());
@@ -225,19 +277,7 @@ impl<const D: usize, const N: usize> Kernel for PairBlocks<'_, D, N> {
             let mut first = [Mat::<L, D>::zero(); N];
             for a in 0..D {
                 for b in a..D {
-                    let mut k = Mat::<L, D>::zero();
-                    for i in 0..D {
-                        let mut diagonal = scaling[i][i] * g[a][i] * g[b][i];
-                        for j in 0..D {
-                            if j != i {
-                                diagonal = same[i][j].mul_add(g[a][j] * g[b][j], diagonal);
-                                k[i][j] = weight
-                                    * scaling[i][j]
-                                        .mul_add(g[a][i] * g[b][j], swapped[i][j] * (g[a][j] * g[b][i]));
-                            }
-                        }
-                        k[i][i] = weight * diagonal;
-                    }
+                    let k = pair_block((&scaling, &same, &swapped), (&g[a], &g[b])).scale(weight);
                     let block = u.mul(&k).mul_transpose(&u);
                     entries.set(place(a + 1, b + 1), &block);
                     // K_0b = -sum_a K_ab, with K_ba = K_ab^T; K_00 = -sum_b K_0b^T.
@@ -256,8 +296,70 @@ impl<const D: usize, const N: usize> Kernel for PairBlocks<'_, D, N> {
     }
 }
 
-/// As [`fill`], one quadrature point after another: for models that give the whole tangent, and for elements
-/// with several points.
+/// The blocks of every pair of nodes of a pack of elements of second order, from those of its points.
+struct PointBlocks<'a, const D: usize, const N: usize> {
+    packs: &'a [SimplexPack<D>],
+    work: &'a [PackWork<D, N>],
+    psd: Psd,
+    /// The Hessians, one element after another.
+    out: &'a mut [f64],
+}
+
+impl<const D: usize, const N: usize> Kernel for PointBlocks<'_, D, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let projected = self.psd == Psd::Projected;
+        // Where the block of a pair `a <= b` is.
+        let place = |a: usize, b: usize| a * N - a * (a + 1) / 2 + b;
+        let mut entries = Entries::<MOST_QUADRATIC_ENTRIES>([[0.0; WIDTH]; MOST_QUADRATIC_ENTRIES]);
+        for (q, (pack, work)) in self.packs.iter().zip(self.work).enumerate() {
+            let (scaling, same, swapped) = work.spectrum.in_frame::<L>(projected);
+            let weight = pack.weight::<L>();
+            let (scaling, same, swapped) = (scaling.scale(weight), same.scale(weight), swapped.scale(weight));
+            let u = work.u.load::<L>();
+            // Slopes of the shape functions in the frame of V, `V^T J^-T dN_a/dxi`.
+            let reference = reference_gradients::<D, N>(&quadrature_position::<D, N>(q));
+            let turned = pack.inverse_rest::<L>().mul(&work.v.load::<L>());
+            let mut g = [[L::zero(); D]; N];
+            for a in 1..N {
+                for l in 0..D {
+                    for i in 0..D {
+                        g[a][i] = L::splat(reference[a][l]).mul_add(turned[l][i], g[a][i]);
+                    }
+                }
+            }
+            for a in 1..N {
+                for b in a..N {
+                    let k = pair_block((&scaling, &same, &swapped), (&g[a], &g[b]));
+                    let sum = entries.get::<L, D>(place(a, b)) + u.mul(&k).mul_transpose(&u);
+                    entries.set(place(a, b), &sum);
+                }
+            }
+        }
+        // A translation costs nothing: the blocks of node 0 are minus the sums of the others.
+        let mut first = [Mat::<L, D>::zero(); N];
+        for a in 1..N {
+            for b in a..N {
+                let block = entries.get::<L, D>(place(a, b));
+                first[b] = first[b] - block;
+                if a != b {
+                    first[a] = first[a] - block.transpose();
+                }
+            }
+        }
+        for b in 1..N {
+            first[0] = first[0] - first[b].transpose();
+        }
+        for b in 0..N {
+            entries.set(b, &first[b]);
+        }
+        entries.write::<L>(N * (N + 1) / 2 * D * D, self.out);
+    }
+}
+
+/// As [`fill`], one quadrature point after another: for models that give the whole tangent.
 fn fill_by_tangent<const D: usize, const N: usize>(
     elements: &Elastic<D, N>,
     stencils: Range<usize>,

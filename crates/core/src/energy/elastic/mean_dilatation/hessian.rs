@@ -14,12 +14,14 @@
 
 use std::ops::Range;
 
-use super::{Dilatation, MeanDilatation, PointPack, gradient_of_lane};
+use super::pack_hessian::{self, PackBlocks};
+use super::{Dilatation, MeanDilatation, PointPack, Points, gradient_of_lane, in_lanes};
 use crate::algebra::{Mat, TURNS, project_positive};
 use crate::element::cross;
 use crate::energy::elastic::block::stresses;
 use crate::energy::elastic::points_of;
 use crate::energy::elastic::predicted::Stressed;
+use crate::lanes::WIDTH;
 use crate::material::{Psd, Tangent};
 
 /// A quadrature point of one cell.
@@ -34,7 +36,7 @@ struct CellPoint<const D: usize, const N: usize> {
     slope: [[f64; D]; N],
 }
 
-/// Writes the Hessians of `stencils`; with a place `from`, with the stresses that are predicted from it.
+/// Writes the Hessians of `stencils`, whole packs of them; with a place `from`, with the stresses that are predicted from it.
 pub(super) fn fill<const D: usize, const N: usize>(
     term: &MeanDilatation<D, N>,
     stencils: Range<usize>,
@@ -45,29 +47,54 @@ pub(super) fn fill<const D: usize, const N: usize>(
     let n = N * D;
     let mut matrix = vec![0.0; n * n];
     let pairs = N * (N + 1) / 2;
-    let lanes = term.patches.lanes_in(stencils).zip(out.chunks_exact_mut(pairs * D * D));
-    for ((vertices, pack, lane), out) in lanes {
-        if term.packs.volume[pack][lane] == 0.0 {
-            out.fill(0.0);
-            continue;
+    let has_spectrum = term.material.spectrum(&[1.0; D]).is_some();
+    let on_lanes = from.is_none() && term.dilatation != Dilatation::Small && has_spectrum;
+    let mut of_pack = PackBlocks::ZERO;
+    let packs = stencils.start / WIDTH..stencils.end / WIDTH;
+    let out = out.chunks_exact_mut(WIDTH * pairs * D * D);
+    let mut lanes = term.patches.lanes_in(stencils);
+    for (pack, out) in packs.zip(out) {
+        let cells: Vec<[u32; N]> = lanes.by_ref().take(WIDTH).map(|(vertices, ..)| vertices).collect();
+        if on_lanes {
+            let points = Points {
+                rest: term.packs.rest(pack),
+                volume: &term.packs.volume[pack],
+                index: &term.patches.index[pack],
+                dilatation: term.dilatation,
+            };
+            pack_hessian::blocks((&*term.material, term.stress), points, &in_lanes(x, &cells), &mut of_pack);
         }
-        matrix.fill(0.0);
-        let points = points(term, x, &vertices, pack, lane);
-        let predicted =
-            from.map(|from| predict(term, &self::points(term, from, &vertices, pack, lane), &points));
-        add(term, (&points, term.packs.volume[pack][lane]), predicted, &mut matrix);
-        if let Some(bending) = &term.bending {
-            let turns = term.dilatation != Dilatation::Small;
-            bending.add_hessian(&points_of(x, &vertices), (pack, lane), turns, &mut matrix);
-        }
-        if psd == Psd::Projected {
-            project_positive(&mut matrix, n);
-        }
-        let mut blocks = out.chunks_exact_mut(D * D);
-        for (a, b) in (0..N).flat_map(|a| (a..N).map(move |b| (a, b))) {
-            let Some(block) = blocks.next() else { return };
-            for (i, row) in block.chunks_exact_mut(D).enumerate() {
-                row.copy_from_slice(&matrix[(a * D + i) * n + b * D..][..D]);
+        for ((lane, vertices), out) in cells.iter().enumerate().zip(out.chunks_exact_mut(pairs * D * D)) {
+            let volume = term.packs.volume[pack][lane];
+            if volume == 0.0 {
+                out.fill(0.0);
+                continue;
+            }
+            if on_lanes && term.bending.is_none() && psd == Psd::Exact {
+                of_pack.write_lane(lane, out);
+                continue;
+            }
+            if on_lanes {
+                of_pack.expand_lane::<N>(lane, &mut matrix);
+            } else {
+                matrix.fill(0.0);
+                let points = points(term, x, vertices, pack, lane);
+                let before = from.map(|from| self::points(term, from, vertices, pack, lane));
+                let predicted = before.map(|before| predict(term, &before, &points));
+                add(term, (&points, volume), predicted, &mut matrix);
+            }
+            if let Some(bending) = &term.bending {
+                let turns = term.dilatation != Dilatation::Small;
+                bending.add_hessian(&points_of(x, vertices), (pack, lane), turns, &mut matrix);
+            }
+            if psd == Psd::Projected {
+                project_positive(&mut matrix, n);
+            }
+            let blocks = (0..N).flat_map(|a| (a..N).map(move |b| (a, b))).zip(out.chunks_exact_mut(D * D));
+            for ((a, b), block) in blocks {
+                for (i, row) in block.chunks_exact_mut(D).enumerate() {
+                    row.copy_from_slice(&matrix[(a * D + i) * n + b * D..][..D]);
+                }
             }
         }
     }

@@ -24,8 +24,10 @@
 
 mod axes;
 mod bending;
+mod collapse;
 mod hessian;
 mod kernels;
+mod pack_hessian;
 mod packs;
 mod shape;
 #[cfg(test)]
@@ -37,7 +39,6 @@ use std::ops::Range;
 
 use super::axes::in_space;
 use super::block::BlockMaterial;
-use super::collapse::{MARGIN, first_root};
 use super::solid::{SolidElements, extremes};
 use super::{centroids, points_of};
 use crate::algebra::Mat;
@@ -392,16 +393,19 @@ impl<const D: usize, const N: usize> ForceLayout for MeanDilatation<D, N> {
 
 impl<const D: usize, const N: usize> StepLimit for MeanDilatation<D, N> {
     fn max_step(&self, x: &[f64], dx: &[f64]) -> f64 {
-        let mut step: f64 = 1.0;
-        for (_, vertices, pack, lane) in self.elements() {
-            let now = self.deformations(x, &vertices, pack, lane);
-            let change = self.deformations(dx, &vertices, pack, lane);
-            for (now, change) in now.iter().zip(&change) {
-                step = step.min(MARGIN * first_root(now, change));
-            }
-        }
-        step
+        collapse::step_to_collapse(self, x, dx)
     }
+}
+
+/// Positions of the nodes of a pack of cells.
+fn in_lanes<const D: usize, const N: usize>(x: &[f64], cells: &[[u32; N]]) -> [[[f64; WIDTH]; D]; N] {
+    let mut nodes = [[[0.0; WIDTH]; D]; N];
+    for (lane, vertices) in cells.iter().enumerate() {
+        for (node, at) in nodes.iter_mut().zip(points_of::<D, N>(x, vertices)) {
+            node.iter_mut().zip(at).for_each(|(component, at)| component[lane] = at);
+        }
+    }
+    nodes
 }
 
 /// Writes `Fb` of a pack, and `ALONG` the direction its change.

@@ -2,7 +2,8 @@
 //! incompressible.
 //!
 //! ```text
-//! E = sum_a V_a psi_1(F_a) + sum_e V_e psi_2(F_e),   psi_1 + psi_2 = psi,   F_a = sum_(e at a) V_e/(D + 1) F_e / V_a
+//! E = sum_a V_a psi_1(F_a) + sum_e V_e psi_2(F_e),   psi_1 + psi_2 = psi,
+//! F_a = sum_(e at a) V_e/(D + 1) F_e / V_a
 //! ```
 //!
 //! `psi_1` sees one mean deformation gradient for each node ([`rings`]), of which there are few: its bulk
