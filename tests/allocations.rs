@@ -20,7 +20,8 @@ const BODIES: [(&str, &str); 9] = [
     (
         "tetrahedra",
         "dimension = 3
-        world = { gravity = [0.0, 0.0, -9.8], ether_drag = 0.5, walls = [{ normal = [0.0, 0.0, 1.0], offset = 0.0 }] }
+        world = { gravity = [0.0, 0.0, -9.8], ether_drag = 0.5, walls = [{ normal = [0.0, 0.0, 1.0], offset \
+        = 0.0 }] }
         [[body]]
         mesh = { grid = { cells = [12, 8, 8], size = [0.12, 0.08, 0.08] } }
         elastic = { stable-neo-hookean-log = { young = 1e5, poisson = 0.4 } }
@@ -52,22 +53,27 @@ const BODIES: [(&str, &str); 9] = [
     (
         "springs",
         "dimension = 3
-        world = { gravity = [0.0, 0.0, -9.8], ether_drag = 0.5, walls = [{ normal = [0.0, 0.0, 1.0], offset = 0.0 }] }
+        world = { gravity = [0.0, 0.0, -9.8], ether_drag = 0.5, walls = [{ normal = [0.0, 0.0, 1.0], offset \
+        = 0.0 }] }
         [[body]]
-        mesh = { cloth = { cells = [70, 70], origin = [0.0, 0.0, 0.0], u = [1.0, 0.0, 0.0], v = [0.0, 1.0, 0.0] } }
+        mesh = { cloth = { cells = [70, 70], origin = [0.0, 0.0, 0.0], u = [1.0, 0.0, 0.0], v = [0.0, 1.0, \
+        0.0] } }
         springs = { stiffness = 500.0 }
         mass = { total = 0.3 }
         pin = [
             { vertices = [0, 70] },
-            { vertices = [4970, 5040], axes = ['x', 'y'], motion = { velocity = [0.1, 0, 0], displacement = [0, '1e-3 * X * sin(t)', 0], rotation = { axis = [0, 0, 1], speed = 1.0 } } },
-            { vertices = [5000], motion = { keyframes = { times = [0, 1], displacements = [[0, 0, 0], [0, 0, 1]] } } },
+            { vertices = [4970, 5040], axes = ['x', 'y'], motion = { velocity = [0.1, 0, 0], displacement = \
+            [0, '1e-3 * X * sin(t)', 0], rotation = { axis = [0, 0, 1], speed = 1.0 } } },
+            { vertices = [5000], motion = { keyframes = { times = [0, 1], displacements = [[0, 0, 0], [0, \
+            0, 1]] } } },
         ]",
     ),
     (
         "hinges",
         "dimension = 3
         [[body]]
-        mesh = { cloth = { cells = [9, 9], origin = [0.0, 0.0, 0.0], u = [1.0, 0.0, 0.0], v = [0.0, 1.0, 0.0] } }
+        mesh = { cloth = { cells = [9, 9], origin = [0.0, 0.0, 0.0], u = [1.0, 0.0, 0.0], v = [0.0, 1.0, \
+        0.0] } }
         springs = { stiffness = 50.0 }
         bending = { stiffness = 1e-3 }
         damping = { stiffness_proportional = 1e-5 }
@@ -77,7 +83,8 @@ const BODIES: [(&str, &str); 9] = [
         "membrane",
         "dimension = 3
         [[body]]
-        mesh = { cloth = { cells = [50, 50], origin = [0.0, 0.0, 0.0], u = [1.0, 0.0, 0.0], v = [0.0, 1.0, 0.0] } }
+        mesh = { cloth = { cells = [50, 50], origin = [0.0, 0.0, 0.0], u = [1.0, 0.0, 0.0], v = [0.0, 1.0, \
+        0.0] } }
         elastic = { corotated = { young = 1e5, poisson = 0.3 } }
         membrane = { thickness = 1e-3 }
         damping = { strain_rate = { shear = 1.0, second = 1.0 } }
@@ -101,7 +108,8 @@ const BODIES: [(&str, &str); 9] = [
     (
         "gravitating bodies",
         "dimension = 3
-        world = { nbody = { constant = 1.0, softening = 0.02 }, ether_drag = 0.5, walls = [{ normal = [0.0, 0.0, 1.0], offset = 0.0 }] }
+        world = { nbody = { constant = 1.0, softening = 0.02 }, ether_drag = 0.5, walls = [{ normal = [0.0, \
+        0.0, 1.0], offset = 0.0 }] }
         [[body]]
         mesh = { disk = { count = 520, radius = 1.0, thickness = 0.02, seed = 1 } }
         mass = { total = 1.0 }

@@ -174,7 +174,8 @@ fn crates_use_those_below_them_only() {
 
 #[test]
 fn imports_are_found_wherever_they_stand() {
-    let text = "use crate::mesh::Mesh;\nuse crate::{\n    scene::{Body, Pin}, solver, record::Frame,\n};\nlet x = crate::run::run();";
+    let text = "use crate::mesh::Mesh;\nuse crate::{\n    scene::{Body, Pin}, solver, \
+                record::Frame,\n};\nlet x = crate::run::run();";
     let found: Vec<String> = named(text).into_iter().collect();
     assert_eq!(found, ["mesh", "record", "run", "scene", "solver"]);
 }
@@ -233,8 +234,9 @@ fn type_names_are_unique_in_the_workspace() {
 
 #[test]
 fn types_are_found_by_their_keywords() {
-    let text = "pub(super) struct Patch<'a>(&'a f64);\n    enum Layout {\n        Struct,\n    }\npub trait Term: \
-                Send {}\npub unsafe trait Lane {}\nunion Bits {}\nlet structure = enumerate(trait_of);\n\
+    let text = "pub(super) struct Patch<'a>(&'a f64);\n    enum Layout {\n        Struct,\n    }\npub trait \
+                Term: Send {}\npub unsafe trait Lane {}\nunion Bits {}\nlet structure = \
+                enumerate(trait_of);\n\
                 struct $name;";
     assert_eq!(types_defined(text), ["Patch", "Layout", "Term", "Lane", "Bits"]);
 }
@@ -285,7 +287,8 @@ fn traits_have_few_methods() {
 
 #[test]
 fn methods_of_traits_are_counted() {
-    let text = "pub trait Wide<T>:\n    Send\n{\n    fn a();\n    /// b\n    fn b() {\n        fn inner() {}\n    }\n}\n\
+    let text = "pub trait Wide<T>:\n    Send\n{\n    fn a();\n    /// b\n    fn b() {\n        fn inner() \
+                {}\n    }\n}\n\
                 mod m {\n    pub(crate) trait Narrow {\n        unsafe fn c();\n    }\n}\nfn trait_of() {}\n";
     assert_eq!(traits_defined(text), [("Wide".to_owned(), 2), ("Narrow".to_owned(), 1)]);
 }

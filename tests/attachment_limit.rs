@@ -12,7 +12,8 @@ fn beam(method: Method, dashpot: f64, damping: &str, h: f64) -> Simulation {
     let name = method.documentation.name;
     let text = format!(
         "dimension = 2\ntime = {{ integrator = '{name}', step = {h:?}, duration = 1.0 }}\n[[body]]\n\
-         mesh = {{ grid = {{ cells = [4, 1], spacing = 0.25 }} }}\nelastic = {{ linear = {{ young = 1e4, poisson = 0 }} }}\n\
+         mesh = {{ grid = {{ cells = [4, 1], spacing = 0.25 }} }}\nelastic = {{ linear = {{ young = 1e4, \
+         poisson = 0 }} }}\n\
          mass = {{ per_vertex = 1.0 }}\npin = [{{ half_space = {{ normal = [1, 0], offset = 0 }} }}]\n\
          velocity = {{ rigid = {{ linear = [0.0, 1e-3] }} }}\n{damping}\n\
          [[attachment]]\nvertices = [4]\nstiffness = 1.0\ndashpot = {dashpot:?}\n"

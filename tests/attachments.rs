@@ -58,7 +58,9 @@ fn the_stability_limit_includes_attachments() {
         let scene = json!({
             "dimension": 3,
             "time": { "integrator": "symplectic-euler", "step": 1e-6, "duration": 1.0 },
-            "body": [{ "mesh": { "inline": { "points": [[0.0, 0.0, 0.0]] } }, "mass": { "per_vertex": 2.0 } }],
+            "body": [
+                { "mesh": { "inline": { "points": [[0.0, 0.0, 0.0]] } }, "mass": { "per_vertex": 2.0 } },
+            ],
             "attachment": [{ "vertices": [0], "stiffness": 50.0, "dashpot": dashpot }],
         });
         assembly(&scene).report.stability.unwrap().step
@@ -231,7 +233,9 @@ fn a_tie_of_some_length_that_starts_at_length_zero_is_refused() {
         let scene: Scene = serde_json::from_value(json!({
             "dimension": 3,
             "time": { "integrator": "velocity-verlet", "step": 1e-4, "duration": 1.0 },
-            "body": [{ "mesh": { "inline": { "points": [[0.1, 0.2, 0.3]] } }, "mass": { "per_vertex": 2.0 } }],
+            "body": [
+                { "mesh": { "inline": { "points": [[0.1, 0.2, 0.3]] } }, "mass": { "per_vertex": 2.0 } },
+            ],
             "attachment": [{ "vertices": [0], "stiffness": 50.0, "rest_length": rest_length }],
         }))
         .unwrap();

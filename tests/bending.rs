@@ -19,7 +19,9 @@ fn energy_of_sheet(n: usize, to: impl Fn(f64, f64) -> [f64; 3]) -> f64 {
         "dimension": 3,
         "time": { "integrator": "velocity-verlet", "step": 1e-6, "duration": 1.0 },
         "body": [{
-            "mesh": { "cloth": { "cells": [n, n], "origin": [0.0, 0.0, 0.0], "u": [1.0, 0.0, 0.0], "v": [0.0, 1.0, 0.0] } },
+            "mesh": {
+                "cloth": { "cells": [n, n], "origin": [0, 0, 0], "u": [1, 0, 0], "v": [0, 1, 0] },
+            },
             "springs": { "stiffness": 1e-30 },
             "bending": { "stiffness": 0.3 },
             "mass": { "total": 1.0 },
@@ -206,7 +208,9 @@ fn a_strand_in_space_bends_alike_under_loads_of_every_direction() {
         let load = |along: f64| format!("{} * t", 0.0074 * along);
         let mut simulation = simulation(&json!({
             "dimension": 3,
-            "time": { "integrator": "quasi-static", "step": 0.05, "duration": 1.0, "solver": { "tolerance": 1e-9 } },
+            "time": {
+                "integrator": "quasi-static", "step": 0.05, "duration": 1.0, "solver": { "tolerance": 1e-9 },
+            },
             "body": [{
                 "mesh": { "strand": { "segments": 24, "start": [0.0, 0.0, 0.0], "end": [1.0, 0.0, 0.0] } },
                 "springs": { "stiffness": 1e5 },

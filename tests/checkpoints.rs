@@ -16,7 +16,8 @@ use crate::support::{assert_relative, method};
 /// pins that stay, that let go after 12 ms, that move, that move and jump.
 const BODIES: &str = "dimension = 2
 time = { integrator = 'symplectic-euler', step = 1e-3, duration = 0.04 }
-world = { gravity = ['0.5*sin(200*t)', '-9.8'], ether_drag = 0.5, walls = [{ normal = [0.0, 1.0], offset = -0.001 }] }
+world = { gravity = ['0.5*sin(200*t)', '-9.8'], ether_drag = 0.5, walls = [{ normal = [0.0, 1.0], offset = \
+-0.001 }] }
 [[body]]
 name = 'beam'
 mesh = { grid = { cells = [3, 1], spacing = 0.1 } }

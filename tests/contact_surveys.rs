@@ -17,7 +17,8 @@ fn spec(name: &str) -> IntegratorSpec {
 /// w` = 1000 N/m, 1 kg and a reach of 1 mm, so that `omega^2 = 4 kappa w / (m dhat)` there.
 fn heavy_particle(integrator: &str) -> Scene {
     Scene::from_toml(&format!(
-        "dimension = 2\ntime = {{ integrator = '{integrator}', step = 1e-4, duration = 1.0, allow_unstable = true }}\n\
+        "dimension = 2\ntime = {{ integrator = '{integrator}', step = 1e-4, duration = 1.0, allow_unstable \
+         = true }}\n\
          world = {{ gravity = [0, -2000] }}\ncontact = {{ distance = 1e-3, stiffness = 1e5 }}\n\
          [[body]]\nmesh = {{ inline = {{ points = [[0, 0.0045000001]] }} }}\nmass = {{ per_vertex = 1.0 }}\n\
          contact = {{ radius = 0.0045 }}\n\
@@ -62,7 +63,8 @@ fn schemes_that_do_not_hold_contact_are_left_out_of_a_survey_with_the_reason() {
 fn meeting(integrator: &str) -> String {
     let grain = |name: &str, x: f64, v: f64| {
         format!(
-            "[[body]]\nname = '{name}'\nmesh = {{ inline = {{ points = [[{x}, 0]] }} }}\nmass = {{ per_vertex = 1.0 }}\n\
+            "[[body]]\nname = '{name}'\nmesh = {{ inline = {{ points = [[{x}, 0]] }} }}\nmass = {{ \
+             per_vertex = 1.0 }}\n\
              contact = {{ radius = 0.01 }}\nvelocity = {{ rigid = {{ linear = [{v}, 0] }} }}\n"
         )
     };

@@ -14,8 +14,10 @@ use pliant_scene::assembly::UnstableStep;
 /// Steps that are taken of each scene; fewer where its duration has fewer.
 const STEPS: u64 = 20;
 
-const HEADER: &str = "# Work of solvers in the first steps of every scene whose steps are solved; `tests/counters.rs` compares it.\n\
-    # scene steps newton_iterations energies halvings hessians factorizations cg_iterations fallbacks rejected retried\n";
+const HEADER: &str = "# Work of solvers in the first steps of every scene whose steps are solved; \
+                      `tests/counters.rs` compares it.\n\
+    # scene steps newton_iterations energies halvings hessians factorizations cg_iterations fallbacks \
+    rejected retried\n";
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")

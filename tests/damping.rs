@@ -74,7 +74,9 @@ fn norm(a: &[f64]) -> f64 {
 // README, promise 6: every kind of damping but `mass_proportional`, at once.
 #[test]
 fn a_spinning_falling_body_keeps_momentum_and_spin_while_its_vibration_dies() {
-    let damping = json!({ "strain_rate": { "shear": 500.0, "second": 100.0 }, "dashpot": 50.0, "stiffness_proportional": 1e-2 });
+    let damping = json!({
+        "strain_rate": { "shear": 500.0, "second": 100.0 }, "dashpot": 50.0, "stiffness_proportional": 1e-2,
+    });
     for dimension in [2, 3] {
         for name in ["symplectic-euler", "velocity-verlet", "yoshida4"] {
             let mut simulation = thrown(dimension, method(name), &damping, 2.5e-4);

@@ -91,7 +91,9 @@ fn spinning(damping: bool) -> Simulation {
         "dimension": 3,
         "time": { "integrator": "velocity-verlet", "step": 1e-5, "duration": 1.0 },
         "body": [{
-            "mesh": { "cloth": { "cells": [6, 5], "origin": [0.0, 0.0, 0.0], "u": [0.3, 0.0, 0.0], "v": [0.0, 0.25, 0.0] } },
+            "mesh": {
+                "cloth": { "cells": [6, 5], "origin": [0, 0, 0], "u": [0.3, 0, 0], "v": [0, 0.25, 0] },
+            },
             "elastic": { "stable-neo-hookean": { "young": 1e6, "poisson": 0.4 } },
             "membrane": { "thickness": 2e-3 },
             "bending": { "stiffness": 1e-3 },
@@ -136,7 +138,9 @@ fn mass_of(mass: &Value) -> Result<f64, String> {
         "dimension": 3,
         "time": { "integrator": "velocity-verlet", "step": 1e-6, "duration": 1.0 },
         "body": [{
-            "mesh": { "cloth": { "cells": [2, 2], "origin": [0.0, 0.0, 0.0], "u": [1.0, 0.0, 0.0], "v": [0.0, 1.0, 0.0] } },
+            "mesh": {
+                "cloth": { "cells": [2, 2], "origin": [0, 0, 0], "u": [1, 0, 0], "v": [0, 1, 0] },
+            },
             "elastic": { "stvk": { "young": 1e6, "poisson": 0.4 } },
             "membrane": { "thickness": "3 mm" },
             "mass": mass,

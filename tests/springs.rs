@@ -128,7 +128,8 @@ fn a_triangle_of_springs_is_as_happy_inside_out() {
 fn the_masses_of_sheets_and_strands_are_shared_equally_by_corners() {
     let masses = |body: &str| {
         let text = format!(
-            "dimension = 3\ntime = {{ integrator = 'velocity-verlet', step = 1e-6, duration = 1.0 }}\n[[body]]\n{body}\n"
+            "dimension = 3\ntime = {{ integrator = 'velocity-verlet', step = 1e-6, duration = 1.0 \
+             }}\n[[body]]\n{body}\n"
         );
         Scene::from_toml(&text).unwrap().assemble(UnstableStep::Accept).ok().unwrap().topology.masses
     };

@@ -11,7 +11,8 @@ fn bar(keys: &str, pin: &str) -> Simulation {
     let text = format!(
         "dimension = 3\ntime = {{ {keys}, duration = 1.0 }}\n[[body]]\nname = 'arm'\n\
          mesh = {{ grid = {{ cells = [2, 1, 1], spacing = 0.1 }} }}\n\
-         elastic = {{ stable-neo-hookean = {{ young = 1e4, poisson = 0.3 }} }}\nmass = {{ density = 1000.0 }}\n\
+         elastic = {{ stable-neo-hookean = {{ young = 1e4, poisson = 0.3 }} }}\nmass = {{ density = 1000.0 \
+         }}\n\
          pin = [{{ name = 'clamp', half_space = {{ normal = [1.0, 0.0, 0.0], offset = 1e-9 }}{pin} }}]\n"
     );
     Scene::from_toml(&text).unwrap().assemble(UnstableStep::Refuse).ok().unwrap().simulation

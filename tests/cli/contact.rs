@@ -240,7 +240,8 @@ fn what_a_scheme_takes_beside_a_moving_obstacle_is_the_scheme_s() {
 fn bodies_that_meet_under_way_without_contact_are_told() {
     let block = |name: &str, x: f64, v: f64| {
         format!(
-            "[[body]]\nname = \"{name}\"\nmesh = {{ grid = {{ cells = [2, 2], size = [0.1, 0.1], origin = [{x}, 0] }} }}\n\
+            "[[body]]\nname = \"{name}\"\nmesh = {{ grid = {{ cells = [2, 2], size = [0.1, 0.1], origin = \
+             [{x}, 0] }} }}\n\
              elastic = {{ neo-hookean = {{ young = 1e6, poisson = 0.3 }} }}\nmass = {{ density = 1000 }}\n\
              velocity = {{ rigid = {{ linear = [{v}, 0] }} }}\n"
         )

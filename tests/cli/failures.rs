@@ -11,7 +11,7 @@ step = 1e-3
 duration = 1.0
 [[body]]
 name = "tet"
-mesh = { inline = { points = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], tetrahedra = [[0, 1, 2, 3]] } }
+mesh = { inline = { points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], tetrahedra = [[0, 1, 2, 3]] } }
 elastic = { neo-hookean = { young = 1.0, poisson = 0.3 } }
 mass = { per_vertex = 1.0 }
 velocity = { per_vertex = [[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, -400.0]] }
@@ -160,8 +160,10 @@ fn a_sheet_that_gets_too_thin_is_told_with_materials_that_do_not() {
              world = {{ gravity = [\"400*t\", 0, -1] }}\n\
              [[body]]\nname = \"sheet\"\n\
              mesh = {{ cloth = {{ cells = [4, 4], origin = [0, 0, 0], u = [1, 0, 0], v = [0, 1, 0] }} }}\n\
-             membrane = {{ thickness = 1e-3 }}\nelastic = {{ {material} = {{ young = 1e5, poisson = 0.3 }} }}\n\
-             mass = {{ density = 1000 }}\npin = [{{ half_space = {{ normal = [1, 0, 0], offset = 0.001 }} }}]\n"
+             membrane = {{ thickness = 1e-3 }}\nelastic = {{ {material} = {{ young = 1e5, poisson = 0.3 }} \
+             }}\n\
+             mass = {{ density = 1000 }}\npin = [{{ half_space = {{ normal = [1, 0, 0], offset = 0.001 }} \
+             }}]\n"
         )
     };
     for (material, integrator) in

@@ -10,7 +10,8 @@ fn block(dimension: usize, cells: &str, order: usize, time: &str) -> String {
     };
     format!(
         "dimension = {dimension}\nworld = {{ gravity = {gravity} }}\n\
-         time = {{ {time}, step = 1e-5, duration = 3e-5 }}\noutput = {{ rate = 1e5, channels = ['energy'] }}\n\
+         time = {{ {time}, step = 1e-5, duration = 3e-5 }}\noutput = {{ rate = 1e5, channels = ['energy'] \
+         }}\n\
          [[body]]\norder = {order}\nmesh = {{ grid = {{ cells = {cells}, size = {size} }} }}\n\
          elastic = {{ neo-hookean = {{ young = 1e4, poisson = 0.3 }} }}\nmass = {{ density = 10.0 }}\n"
     )

@@ -21,7 +21,8 @@ pin = [{ vertices = [0] }]
 const PART: &str = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n13\n\
     1 9 9 9\n2 0 0 0\n3 1 0 0\n4 0 1 0\n5 0 0 1\n6 1 0 0\n7 0 1 0\n8 0 0 1\n9 1 1 1\n\
     10 1 0 0\n11 0 1 0\n12 1 1 1\n13 0 0 1\n$EndNodes\n\
-    $Elements\n4\n1 4 2 1 1 2 3 5 4\n2 4 2 1 1 6 7 9 8\n3 4 2 1 1 10 11 12 13\n4 4 2 1 1 6 6 9 8\n$EndElements\n";
+    $Elements\n4\n1 4 2 1 1 2 3 5 4\n2 4 2 1 1 6 7 9 8\n3 4 2 1 1 10 11 12 13\n4 4 2 1 1 6 6 9 \
+    8\n$EndElements\n";
 
 /// The text without its line breaks, which depend on the width of the terminal.
 #[track_caller]
@@ -107,7 +108,8 @@ fn a_tolerance_below_zero_is_refused_where_it_stands() {
 fn meshes_are_counted_by_kinds_of_cells_and_pieces() {
     let bench = Bench::new(&SCENE.replace(
         "mesh = { file = { path = \"part.msh\" } }",
-        "mesh = { grid = { cells = [1, 1, 1], spacing = 1.0 } }\nrepeat = { count = [3, 1, 1], spacing = [2.0, 2.0, 2.0] }",
+        "mesh = { grid = { cells = [1, 1, 1], spacing = 1.0 } }\nrepeat = { count = [3, 1, 1], spacing = \
+         [2.0, 2.0, 2.0] }",
     ));
     let text = bench.pliant(["check", "scene.toml"]).succeeded().stdout;
     holds(&text, &["`part`: 18 tetrahedra", "in 3 unconnected pieces"]);
@@ -117,7 +119,8 @@ fn meshes_are_counted_by_kinds_of_cells_and_pieces() {
 #[test]
 fn what_a_deck_says_beside_its_mesh_is_told() {
     let bench = Bench::new(&SCENE.replace("part.msh", "part.inp"));
-    let deck = "*Node\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n*Element, type=C3D4, elset=all\n1, 1, 2, 3, 4\n";
+    let deck = "*Node\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n*Element, type=C3D4, elset=all\n1, \
+                1, 2, 3, 4\n";
     let model = "*Solid section, elset=all, material=steel\n*Material, name=steel\n*Elastic\n210e3, 0.3\n\
                  *Step\n*Static\n*Boundary\n1, 1, 3\n*Cload\n2, 3, -1.0\n*Cload\n3, 3, -1.0\n*End step\n";
     std::fs::write(bench.path("part.inp"), format!("{deck}{model}")).unwrap();

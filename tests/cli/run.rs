@@ -61,7 +61,8 @@ elastic = { neo-hookean = { young = 1e4, poisson = 0.3 } }
 mass = { density = 10.0 }
 pin = [
   { name = 'foot', half_space = { normal = [0, 1], offset = 0 } },
-  { name = 'head', half_space = { normal = [0, -1], offset = -1 }, motion = { displacement = ['0', '-0.3 * t * (2 - t)'] } },
+  { name = 'head', half_space = { normal = [0, -1], offset = -1 }, motion = { displacement = ['0', '-0.3 * \
+  t * (2 - t)'] } },
 ]
 ";
 
@@ -356,7 +357,8 @@ fn a_tolerance_as_large_as_the_scene_is_refused_and_one_as_large_as_a_step_warne
 fn a_motion_that_jumps_is_refused_at_the_start_and_warned_of_later() {
     let scene = |motion: &str| {
         format!(
-            "{SPRING}\n[[body]]\nname = 'driven'\nmesh = {{ strand = {{ segments = 1, start = [0.0, 1.0], end = [1.0, 1.0] }} }}\n\
+            "{SPRING}\n[[body]]\nname = 'driven'\nmesh = {{ strand = {{ segments = 1, start = [0.0, 1.0], \
+             end = [1.0, 1.0] }} }}\n\
                  springs = {{ stiffness = 100.0 }}\nmass = {{ per_vertex = 1.0 }}\n\
                  pin = [{{ name = 'end', vertices = [0], motion = {{ {motion} }} }}]\n"
         )
@@ -525,7 +527,8 @@ fn a_run_ends_with_what_walls_carry_and_took() {
 #[test]
 fn a_single_mass_falls() {
     let bench = Bench::new(
-        "dimension = 3\ntime = { integrator = 'rk4', step = 1e-2, duration = 1.0 }\nworld = { gravity = [0, 0, -9.81] }\n\
+        "dimension = 3\ntime = { integrator = 'rk4', step = 1e-2, duration = 1.0 }\nworld = { gravity = [0, \
+         0, -9.81] }\n\
          [[body]]\nmesh = { inline = { points = [[0.1, 0, 2]] } }\nmass = { per_vertex = 1.0 }\n",
     );
     // Compared with `m g` over the 2 m to the origin.

@@ -118,8 +118,10 @@ fn what_a_killed_run_leaves_can_be_recovered() {
 /// Two hundred modes of a block, which take seconds at least.
 #[test]
 fn modes_that_are_asked_to_stop_end_with_130() {
-    let scene = "dimension = 3\ntime = { integrator = 'velocity-verlet', step = 1e-6, duration = 1.0 }\n[[body]]\n\
-                 mesh = { grid = { cells = [24, 6, 6], spacing = 0.1 } }\nelastic = { linear = { preset = 'steel' } }\n\
+    let scene = "dimension = 3\ntime = { integrator = 'velocity-verlet', step = 1e-6, duration = 1.0 \
+                 }\n[[body]]\n\
+                 mesh = { grid = { cells = [24, 6, 6], spacing = 0.1 } }\nelastic = { linear = { preset = \
+                 'steel' } }\n\
                  mass = { preset = 'steel' }\n";
     let bench = Bench::new(scene);
     let mut command = Command::new(super::PLIANT);

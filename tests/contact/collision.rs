@@ -142,7 +142,8 @@ fn cubes(reference: &Value, step: f64) -> Simulation {
         )
     };
     let text = format!(
-        "dimension = 3\ntime = {{ integrator = 'tr-bdf2', step = {step}, duration = 0.2, solver = {{ tolerance = 1e-12 }} }}\n\
+        "dimension = 3\ntime = {{ integrator = 'tr-bdf2', step = {step}, duration = 0.2, solver = {{ \
+         tolerance = 1e-12 }} }}\n\
          contact = {{ distance = {}, stiffness = {} }}\n{}{}",
         reference["dhat"],
         reference["kappa"],

@@ -68,7 +68,8 @@ fn a_sheet_that_closes_on_itself_keeps_its_momenta() {
     let text = format!(
         "dimension = 3\ntime = {{ integrator = 'velocity-verlet', step = 2e-5, duration = 0.06 }}\n\
          contact = {{ distance = 2e-3 }}\n\
-         [[body]]\nname = 'sheet'\nmesh = {{ inline = {{ points = {points:?}, triangles = {triangles:?} }} }}\n\
+         [[body]]\nname = 'sheet'\nmesh = {{ inline = {{ points = {points:?}, triangles = {triangles:?} }} \
+         }}\n\
          membrane = {{ thickness = 1e-3 }}\nmass = {{ density = 1000 }}\n\
          elastic = {{ stable-neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}\n\
          velocity = {{ per_vertex = {velocities:?} }}\n"

@@ -22,9 +22,12 @@ fn on_edges(time: &str, distance: f64, block: &str) -> String {
     format!(
         "dimension = 2\ntime = {time}\nworld = {{ gravity = [0, -9.81] }}\n\
          contact = {{ distance = {distance:?}, stiffness = 1e5 }}\n\
-         [[body]]\nname = 'block'\nmesh = {{ grid = {{ cells = [3, 2], size = [0.2, 0.1], origin = [0.213, {:?}] }} }}\n\
-         elastic = {{ neo-hookean = {{ young = 1e6, poisson = 0.3 }} }}\nmass = {{ density = 1000 }}\n{block}\n\
-         [[body]]\nname = 'floor'\nmesh = {{ grid = {{ cells = [20, 1], size = [1.2, 0.05], origin = [0, -0.05] }} }}\n\
+         [[body]]\nname = 'block'\nmesh = {{ grid = {{ cells = [3, 2], size = [0.2, 0.1], origin = [0.213, \
+         {:?}] }} }}\n\
+         elastic = {{ neo-hookean = {{ young = 1e6, poisson = 0.3 }} }}\nmass = {{ density = 1000 \
+         }}\n{block}\n\
+         [[body]]\nname = 'floor'\nmesh = {{ grid = {{ cells = [20, 1], size = [1.2, 0.05], origin = [0, \
+         -0.05] }} }}\n\
          elastic = {{ neo-hookean = {{ young = 1e6, poisson = 0.3 }} }}\nmass = {{ density = 1000 }}\n\
          pin = [{{ box = {{ min = [-1, -1], max = [2, 0] }} }}]\n",
         0.95 * distance
@@ -64,7 +67,8 @@ fn a_floor_of_edges_does_not_hold_a_block_back() {
 /// A rod of springs, 1 m long and with waves of 31.6 m/s, that flies at a wall at 1 m/s.
 fn rod(scheme: &str, h: f64, segments: u32) -> Simulation {
     super::assembled(&format!(
-        "dimension = 2\ntime = {{ integrator = {scheme}, step = {h:?}, duration = 1.0, solver = {{ tolerance = 1e-12 }} }}\n\
+        "dimension = 2\ntime = {{ integrator = {scheme}, step = {h:?}, duration = 1.0, solver = {{ \
+         tolerance = 1e-12 }} }}\n\
          contact = {{ distance = 1e-3, stiffness = 1e8 }}\n\
          [[body]]\nname = 'rod'\n\
          mesh = {{ strand = {{ segments = {segments}, start = [0, 0.002], end = [0, 1.002] }} }}\n\
@@ -169,7 +173,8 @@ fn a_fast_ball_takes_a_hanging_sheet_along() {
 fn a_box_that_turns_pushes_what_it_meets() {
     let text = "dimension = 2\ntime = { integrator = 'implicit-euler', step = 2e-3, duration = 1.0 }\n\
         contact = { distance = 1e-3 }\n\
-        [[body]]\nname = 'block'\nmesh = { grid = { cells = [2, 2], size = [0.05, 0.05], origin = [0.2, 0.03] } }\n\
+        [[body]]\nname = 'block'\nmesh = { grid = { cells = [2, 2], size = [0.05, 0.05], origin = [0.2, \
+        0.03] } }\n\
         elastic = { neo-hookean = { young = 1e5, poisson = 0.3 } }\nmass = { density = 100 }\n\
         [[obstacle]]\nname = 'paddle'\nshape = { box = { min = [-0.3, -0.02], max = [0.3, 0.02] } }\n\
         motion = { rotation = { point = [0, 0], speed = 3.0 } }\n";
@@ -191,7 +196,8 @@ fn a_box_that_turns_pushes_what_it_meets() {
 /// The plane of a half-space does not turn: said, not ignored.
 #[test]
 fn a_half_space_that_shall_turn_is_refused() {
-    let text = "dimension = 2\ntime = { integrator = 'implicit-euler', step = 2e-3, duration = 1.0 }\ncontact = {}\n\
+    let text = "dimension = 2\ntime = { integrator = 'implicit-euler', step = 2e-3, duration = 1.0 \
+                }\ncontact = {}\n\
         [[body]]\nname = 'grain'\nmesh = { inline = { points = [[0, 1]] } }\nmass = { per_vertex = 1 }\n\
         [[obstacle]]\nname = 'floor'\nshape = { half_space = { normal = [0, 1], offset = 0 } }\n\
         motion = { rotation = { point = [0, 0], speed = 3.0 } }\n";
@@ -270,9 +276,11 @@ fn sheet_on_sheet([x, y]: [f64; 2]) -> [f64; 3] {
         let side = 0.05 * f64::from(cells);
         format!(
             "[[body]]\nname = '{name}'\n\
-             mesh = {{ cloth = {{ cells = [{cells}, {cells}], origin = [{x:?}, {y:?}, {z:?}], u = [{side:?}, 0, 0], v = [0, {side:?}, 0] }} }}\n\
+             mesh = {{ cloth = {{ cells = [{cells}, {cells}], origin = [{x:?}, {y:?}, {z:?}], u = \
+             [{side:?}, 0, 0], v = [0, {side:?}, 0] }} }}\n\
              {turn}\nmembrane = {{ thickness = 1e-3 }}\ncontact = {{ radius = 0, self = false }}\n\
-             elastic = {{ stable-neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}\nmass = {{ density = 1000 }}\n"
+             elastic = {{ stable-neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}\nmass = {{ density = \
+             1000 }}\n"
         )
     };
     let [x, y] = [0.15 + x, 0.15 + y];

@@ -230,7 +230,8 @@ fn shot(contact: &str) -> String {
     format!(
         "dimension = 3\ntime = {{ integrator = 'velocity-verlet', step = 1e-3, duration = 1.0 }}\n\
          contact = {contact}\n\
-         [[body]]\nname = 'cloth'\nmesh = {{ cloth = {{ cells = [2, 2], origin = [0, 0, 0], u = [0.2, 0, 0], v = [0, 0.2, 0] }} }}\n\
+         [[body]]\nname = 'cloth'\nmesh = {{ cloth = {{ cells = [2, 2], origin = [0, 0, 0], u = [0.2, 0, \
+         0], v = [0, 0.2, 0] }} }}\n\
          springs = {{ stiffness = 10.0 }}\nmass = {{ total = 0.01 }}\n\
          [[body]]\nname = 'shot'\nmesh = {{ inline = {{ points = [[0.06, 0.03, 0.05]] }} }}\n\
          mass = {{ per_vertex = 0.01 }}\nvelocity = {{ rigid = {{ linear = [0, 0, -30] }} }}\n\
@@ -305,7 +306,8 @@ const SCENES: [(&str, &str); 6] = [
         "a sheet of springs on a ball",
         "dimension = 3\ntime = { integrator = 'velocity-verlet', step = 1e-4, duration = 0.25 }\n\
          world = { gravity = [0, 0, -9.81] }\ncontact = { distance = 2e-3 }\n\
-         [[body]]\nname = 'cloth'\nmesh = { cloth = { cells = [6, 6], origin = [-0.15, -0.15, 0], u = [0.3, 0, 0], v = [0, 0.3, 0] } }\n\
+         [[body]]\nname = 'cloth'\nmesh = { cloth = { cells = [6, 6], origin = [-0.15, -0.15, 0], u = [0.3, \
+         0, 0], v = [0, 0.3, 0] } }\n\
          springs = { stiffness = 20 }\nmass = { total = 0.05 }\ncontact = { radius = 1e-3 }\n\
          [[obstacle]]\nname = 'ball'\nshape = { ball = { centre = [0, 0, -0.11], radius = 0.1 } }\n",
     ),
@@ -313,9 +315,11 @@ const SCENES: [(&str, &str); 6] = [
         "strands across each other",
         "dimension = 3\ntime = { integrator = 'velocity-verlet', step = 1e-4, duration = 0.1 }\n\
          contact = { distance = 2e-3 }\n\
-         [[body]]\nname = 'one'\nmesh = { strand = { segments = 10, start = [-0.2, 0.003, 0], end = [0.2, 0.003, 0] } }\n\
+         [[body]]\nname = 'one'\nmesh = { strand = { segments = 10, start = [-0.2, 0.003, 0], end = [0.2, \
+         0.003, 0] } }\n\
          springs = { stiffness = 200 }\nmass = { total = 0.02 }\ncontact = { radius = 3e-3 }\n\
-         [[body]]\nname = 'other'\nmesh = { strand = { segments = 11, start = [0.01, -0.15, 0.02], end = [0.01, 0.15, 0.02] } }\n\
+         [[body]]\nname = 'other'\nmesh = { strand = { segments = 11, start = [0.01, -0.15, 0.02], end = \
+         [0.01, 0.15, 0.02] } }\n\
          springs = { stiffness = 200 }\nmass = { total = 0.02 }\ncontact = { radius = 3e-3 }\n\
          velocity = { rigid = { linear = [0, 0, -1] } }\n",
     ),
@@ -323,7 +327,8 @@ const SCENES: [(&str, &str); 6] = [
         "grains on a floor and on each other",
         "dimension = 2\ntime = { integrator = 'velocity-verlet', step = 1e-4, duration = 0.3 }\n\
          world = { gravity = [0, -9.81] }\ncontact = { distance = 2e-3 }\n\
-         [[body]]\nname = 'grains'\nmesh = { inline = { points = [[0, 0.02], [0.002, 0.05], [-0.001, 0.09]] } }\n\
+         [[body]]\nname = 'grains'\nmesh = { inline = { points = [[0, 0.02], [0.002, 0.05], [-0.001, 0.09]] \
+         } }\n\
          mass = { per_vertex = 0.1 }\ncontact = { radius = 0.01 }\n\
          [[obstacle]]\nname = 'floor'\nshape = { half_space = { normal = [0, 1], offset = 0 } }\n",
     ),
@@ -331,7 +336,8 @@ const SCENES: [(&str, &str); 6] = [
         "a block that a floor pushes",
         "dimension = 2\ntime = { integrator = 'velocity-verlet', step = 5e-5, duration = 0.1 }\n\
          contact = { distance = 2e-3 }\n\
-         [[body]]\nname = 'block'\nmesh = { grid = { cells = [3, 2], size = [0.2, 0.1], origin = [0, 0.01] } }\n\
+         [[body]]\nname = 'block'\nmesh = { grid = { cells = [3, 2], size = [0.2, 0.1], origin = [0, 0.01] \
+         } }\n\
          elastic = { neo-hookean = { young = 1e5, poisson = 0.3 } }\nmass = { density = 1000 }\n\
          [[obstacle]]\nname = 'floor'\nshape = { half_space = { normal = [0, 1], offset = 0 } }\n\
          motion = { velocity = [0, 0.5] }\n",
@@ -341,7 +347,8 @@ const SCENES: [(&str, &str); 6] = [
         "dimension = 2\ntime = { integrator = 'velocity-verlet', step = 1e-4, duration = 0.1 }\n\
          contact = { distance = 2e-3 }\n\
          [[body]]\nname = 'clip'\n\
-         mesh = { inline = { points = [[0, 0.03], [0.05, 0.03], [0.1, 0.03], [0.12, 0.015], [0.1, 0], [0.05, 0], [0, 0]], edges = [[0, 1], [1, 2], [2, 3], [3, 4], [4, 5], [5, 6]] } }\n\
+         mesh = { inline = { points = [[0, 0.03], [0.05, 0.03], [0.1, 0.03], [0.12, 0.015], [0.1, 0], \
+         [0.05, 0], [0, 0]], edges = [[0, 1], [1, 2], [2, 3], [3, 4], [4, 5], [5, 6]] } }\n\
          springs = { stiffness = 500 }\nmass = { per_vertex = 0.01 }\ncontact = { radius = 3e-3 }\n\
          velocity = { per_vertex = [[0, -1], [0, -1], [0, 0], [0, 0], [0, 0], [0, 1], [0, 1]] }\n",
     ),
@@ -350,10 +357,12 @@ const SCENES: [(&str, &str); 6] = [
         "dimension = 2\ntime = { integrator = 'velocity-verlet', step = 1e-4, duration = 0.3 }\n\
          contact = { distance = 2e-3 }\n\
          [[body]]\nname = 'grain'\nmesh = { inline = { points = [[0.1, 0.2]] } }\n\
-         mass = { per_vertex = 0.1 }\ncontact = { radius = 0.01 }\nvelocity = { rigid = { linear = [-0.4, -1] } }\n\
+         mass = { per_vertex = 0.1 }\ncontact = { radius = 0.01 }\nvelocity = { rigid = { linear = [-0.4, \
+         -1] } }\n\
          [[obstacle]]\nname = 'floor'\nshape = { half_space = { normal = [0, 1], offset = 0 } }\n\
          [[obstacle]]\nname = 'side'\nshape = { half_space = { normal = [1, 0], offset = 0 } }\n\
-         [[obstacle]]\nname = 'bar'\nshape = { capsule = { axis = [[0.2, 0.2], [0.3, 0.1]], radius = 0.02 } }\n",
+         [[obstacle]]\nname = 'bar'\nshape = { capsule = { axis = [[0.2, 0.2], [0.3, 0.1]], radius = 0.02 } \
+         }\n",
     ),
 ];
 
@@ -440,7 +449,8 @@ fn warnings(contact: &str, speed: f64) -> String {
     let text = format!(
         "dimension = 2\ntime = {{ integrator = 'velocity-verlet', step = 1e-4, duration = 0.1 }}\n\
          world = {{ gravity = [0, -9.81] }}\ncontact = {contact}\n\
-         [[body]]\nname = 'grain'\nmesh = {{ inline = {{ points = [[0, 0.03]] }} }}\nmass = {{ per_vertex = 0.1 }}\n\
+         [[body]]\nname = 'grain'\nmesh = {{ inline = {{ points = [[0, 0.03]] }} }}\nmass = {{ per_vertex = \
+         0.1 }}\n\
          contact = {{ radius = 0.01 }}\nvelocity = {{ rigid = {{ linear = [0, -{speed}] }} }}\n\
          [[obstacle]]\nname = 'floor'\nshape = {{ half_space = {{ normal = [0, 1], offset = 0 }} }}\n"
     );
@@ -465,7 +475,8 @@ fn what_moving_obstacles_and_pins_come_with_is_said_before_a_run() {
         let text = format!(
             "dimension = 2\ntime = {{ integrator = 'velocity-verlet', step = 1e-4, duration = 0.1 }}\n\
              contact = {{ distance = 1e-3 }}\n\
-             [[body]]\nname = 'grain'\nmesh = {{ inline = {{ points = [[0, 0.05]] }} }}\nmass = {{ per_vertex = 0.1 }}\n\
+             [[body]]\nname = 'grain'\nmesh = {{ inline = {{ points = [[0, 0.05]] }} }}\nmass = {{ \
+             per_vertex = 0.1 }}\n\
              contact = {{ radius = 0.01 }}\n\
              [[obstacle]]\nname = 'comes'\nshape = {{ {shape} }}\nmotion = {{ velocity = [0, {speed}] }}\n"
         );
@@ -488,9 +499,11 @@ fn what_moving_obstacles_and_pins_come_with_is_said_before_a_run() {
 fn contact_of_masses_in_adaptive_steps_needs_a_stiffness() {
     let text = |contact: &str| {
         format!(
-            "dimension = 2\ntime = {{ integrator = 'dormand-prince5', duration = 0.2, adaptive = {{ tolerance = 1e-6 }} }}\n\
+            "dimension = 2\ntime = {{ integrator = 'dormand-prince5', duration = 0.2, adaptive = {{ \
+             tolerance = 1e-6 }} }}\n\
              contact = {contact}\n\
-             [[body]]\nname = 'grain'\nmesh = {{ inline = {{ points = [[0, 0.03]] }} }}\nmass = {{ per_vertex = 0.1 }}\n\
+             [[body]]\nname = 'grain'\nmesh = {{ inline = {{ points = [[0, 0.03]] }} }}\nmass = {{ \
+             per_vertex = 0.1 }}\n\
              contact = {{ radius = 0.01 }}\nvelocity = {{ rigid = {{ linear = [0, -0.5] }} }}\n\
              [[obstacle]]\nname = 'floor'\nshape = {{ half_space = {{ normal = [0, 1], offset = 0 }} }}\n"
         )

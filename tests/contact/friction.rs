@@ -119,7 +119,8 @@ fn a_block_slides_to_rest_where_coulomb_says() {
     ];
     for (h, renewals, expected) in cases {
         let time = format!(
-            "{{ integrator = 'implicit-euler', step = {h}, duration = 1.0, solver = {{ tolerance = 1e-12 }} }}"
+            "{{ integrator = 'implicit-euler', step = {h}, duration = 1.0, solver = {{ tolerance = 1e-12 }} \
+             }}"
         );
         let contact = format!(
             "{{ distance = 1e-3, stiffness = 1e5, friction = 0.3, threshold_speed = 1e-3, \

@@ -68,10 +68,12 @@ fn block_on_floor(time: &str, contact: &str, velocity: &str, floor: &str) -> Sim
     let scene = |time: &str, contact: &str, pin: &str, velocity: &str, position: &str, floor: &str| {
         format!(
             "dimension = 2\ntime = {time}\nworld = {{ gravity = [0, -9.81] }}\ncontact = {contact}\n\
-             [[body]]\nname = 'block'\nmesh = {{ grid = {{ cells = [3, 2], size = [0.2, 0.1], origin = [0, 0.95e-3] }} }}\n\
+             [[body]]\nname = 'block'\nmesh = {{ grid = {{ cells = [3, 2], size = [0.2, 0.1], origin = [0, \
+             0.95e-3] }} }}\n\
              elastic = {{ neo-hookean = {{ young = 1e6, poisson = 0.3 }} }}\nmass = {{ density = 1000 }}\n\
              {pin}\n{velocity}\n{position}\n\
-             [[obstacle]]\nname = 'floor'\nshape = {{ half_space = {{ normal = [0, 1], offset = 0 }} }}\n{floor}\n"
+             [[obstacle]]\nname = 'floor'\nshape = {{ half_space = {{ normal = [0, 1], offset = 0 }} \
+             }}\n{floor}\n"
         )
     };
     let held = "pin = [{ vertices = [0], axes = ['x'] }]";

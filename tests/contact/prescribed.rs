@@ -5,7 +5,8 @@ fn pressed(depth: f64) -> String {
     format!(
         "dimension = 2\ntime = {{ integrator = 'implicit-euler', step = 0.01, duration = 0.01 }}\n\
          contact = {{ distance = 1e-3 }}\n\
-         [[body]]\nname = 'block'\nmesh = {{ grid = {{ cells = [4, 4], size = [0.2, 0.2], origin = [0, 0.001] }} }}\n\
+         [[body]]\nname = 'block'\nmesh = {{ grid = {{ cells = [4, 4], size = [0.2, 0.2], origin = [0, \
+         0.001] }} }}\n\
          elastic = {{ neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}\nmass = {{ density = 1000 }}\n\
          [[obstacle]]\nname = 'floor'\nshape = {{ half_space = {{ normal = [0, 1], offset = 0 }} }}\n\
          [[obstacle]]\nname = 'plate'\nshape = {{ box = {{ min = [-0.1, 0.202], max = [0.3, 0.25] }} }}\n\
@@ -106,7 +107,8 @@ fn a_pin_driven_into_a_floor_is_named() {
         format!(
             "dimension = 2\ntime = {{ integrator = 'implicit-euler', step = 0.01, duration = 1.0 }}\n\
              contact = {{ distance = 1e-3 }}\n\
-             [[body]]\nname = 'block'\nmesh = {{ grid = {{ cells = [4, 4], size = [0.2, 0.2], origin = [0, 0.01] }} }}\n\
+             [[body]]\nname = 'block'\nmesh = {{ grid = {{ cells = [4, 4], size = [0.2, 0.2], origin = [0, \
+             0.01] }} }}\n\
              elastic = {{ neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}\nmass = {{ density = 1000 }}\n\
              pin = [{{ {pin}, motion = {{ velocity = [0, -1] }} }}]\n\
              [[obstacle]]\nname = 'floor'\nshape = {{ half_space = {{ normal = [0, 1], offset = 0 }} }}\n"

@@ -7,7 +7,8 @@ fn two_boxes(origin: &str) -> String {
         "{BODIES}contact = {{}}\n\
          [[body]]\nname = 'low'\nmesh = {{ grid = {{ cells = [2, 2], size = [0.2, 0.2] }} }}\n\
          elastic = {{ neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}\nmass = {{ density = 1000 }}\n\
-         [[body]]\nname = 'high'\nmesh = {{ grid = {{ cells = [2, 2], size = [0.2, 0.2], origin = {origin} }} }}\n\
+         [[body]]\nname = 'high'\nmesh = {{ grid = {{ cells = [2, 2], size = [0.2, 0.2], origin = {origin} \
+         }} }}\n\
          elastic = {{ neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}\nmass = {{ density = 1000 }}\n"
     )
 }
@@ -99,7 +100,8 @@ fn the_least_gap_of_a_start_is_that_of_its_nearest_primitives() {
     near(&(two_boxes("[0.05, 0.21]") + floor), 0.004, ["vertex 0 of `low`", "`floor`"]);
     let triangle = |name: &str, points: &str| {
         format!(
-            "[[body]]\nname = '{name}'\nmesh = {{ inline = {{ points = {points}, triangles = [[0, 1, 2]] }} }}\n\
+            "[[body]]\nname = '{name}'\nmesh = {{ inline = {{ points = {points}, triangles = [[0, 1, 2]] }} \
+             }}\n\
              elastic = {{ neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}\nmass = {{ density = 1000 }}\n"
         )
     };
@@ -110,7 +112,8 @@ fn the_least_gap_of_a_start_is_that_of_its_nearest_primitives() {
     // Slanted faces far apart, whose bodies' boxes overlap: found by looking farther and farther.
     let tetrahedron = |name: &str, points: &str, order: &str| {
         format!(
-            "[[body]]\nname = '{name}'\nmesh = {{ inline = {{ points = {points}, tetrahedra = [{order}] }} }}\n\
+            "[[body]]\nname = '{name}'\nmesh = {{ inline = {{ points = {points}, tetrahedra = [{order}] }} \
+             }}\n\
              elastic = {{ neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}\nmass = {{ density = 1000 }}\n"
         )
     };
@@ -179,7 +182,8 @@ fn friction_of_no_surface_is_told() {
 fn a_body_below_a_floor_is_told() {
     let text = format!(
         "{BODIES}contact = {{}}\n\
-         [[body]]\nname = 'block'\nmesh = {{ grid = {{ cells = [2, 2], size = [0.2, 0.2], origin = [0, -0.1] }} }}\n\
+         [[body]]\nname = 'block'\nmesh = {{ grid = {{ cells = [2, 2], size = [0.2, 0.2], origin = [0, \
+         -0.1] }} }}\n\
          elastic = {{ neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}\nmass = {{ density = 1000 }}\n\
          [[obstacle]]\nname = 'floor'\nshape = {{ half_space = {{ normal = [0, 1], offset = 0 }} }}\n"
     );
@@ -225,7 +229,8 @@ fn pairs_may_name_walls() {
             "dimension = 2\ntime = {{ integrator = 'implicit-euler', step = 0.01, duration = 1.0 }}\n\
              contact = {{ distance = 1e-3, friction = 0.9, pairs = [{pairs}] }}\n\
              world = {{ gravity = [0, -10], walls = [{{ normal = [0, 1], offset = 0 }}] }}\n\
-             [[body]]\nname = 'block'\nmesh = {{ grid = {{ cells = [2, 2], size = [0.2, 0.1], origin = [0, 0.99e-3] }} }}\n\
+             [[body]]\nname = 'block'\nmesh = {{ grid = {{ cells = [2, 2], size = [0.2, 0.1], origin = [0, \
+             0.99e-3] }} }}\n\
              elastic = {{ neo-hookean = {{ young = 1e6, poisson = 0.3 }} }}\nmass = {{ density = 1000 }}\n\
              velocity = {{ rigid = {{ linear = [1, 0] }} }}\n"
         )
@@ -258,15 +263,18 @@ fn pairs_may_name_walls() {
 /// Two solids in space, or one of them an obstacle: the scene.
 fn in_space(second: &str) -> String {
     format!(
-        "dimension = 3\ntime = {{ integrator = 'implicit-euler', step = 0.01, duration = 1.0 }}\ncontact = {{}}\n\
+        "dimension = 3\ntime = {{ integrator = 'implicit-euler', step = 0.01, duration = 1.0 }}\ncontact = \
+         {{}}\n\
          [[body]]\nname = 'big'\nmesh = {{ grid = {{ cells = [2, 2, 2], size = [0.4, 0.4, 0.4] }} }}\n\
-         elastic = {{ neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}\nmass = {{ density = 1000 }}\n{second}"
+         elastic = {{ neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}\nmass = {{ density = 1000 \
+         }}\n{second}"
     )
 }
 
 fn small_box(size: f64, origin: &str) -> String {
     in_space(&format!(
-        "[[body]]\nname = 'small'\nmesh = {{ grid = {{ cells = [1, 1, 1], size = [{size}, {size}, {size}], origin = {origin} }} }}\n\
+        "[[body]]\nname = 'small'\nmesh = {{ grid = {{ cells = [1, 1, 1], size = [{size}, {size}, {size}], \
+         origin = {origin} }} }}\n\
          elastic = {{ neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}\nmass = {{ density = 1000 }}\n"
     ))
 }
@@ -274,10 +282,12 @@ fn small_box(size: f64, origin: &str) -> String {
 /// What crosses nowhere may still be where it cannot be.
 #[test]
 fn what_lies_inside_is_told() {
-    let square = "dimension = 2\ntime = { integrator = 'implicit-euler', step = 0.01, duration = 1.0 }\ncontact = {}\n\
+    let square = "dimension = 2\ntime = { integrator = 'implicit-euler', step = 0.01, duration = 1.0 \
+                  }\ncontact = {}\n\
         [[body]]\nname = 'big'\nmesh = { grid = { cells = [2, 2], size = [0.4, 0.4] } }\n\
         elastic = { neo-hookean = { young = 1e5, poisson = 0.3 } }\nmass = { density = 1000 }\n";
-    let other = "[[body]]\nname = 'small'\nmesh = { grid = { cells = [1, 1], size = [0.05, 0.05], origin = [0.07, 0.31] } }\n\
+    let other = "[[body]]\nname = 'small'\nmesh = { grid = { cells = [1, 1], size = [0.05, 0.05], origin = \
+                 [0.07, 0.31] } }\n\
         elastic = { neo-hookean = { young = 1e5, poisson = 0.3 } }\nmass = { density = 1000 }\n";
     let ball = |d: &str| {
         format!("[[obstacle]]\nname = 'small'\nshape = {{ ball = {{ centre = {d}, radius = 0.02 }} }}\n")
@@ -318,10 +328,12 @@ fn boxes_that_overlap_by_a_hair_and_vertices_that_coincide_are_told() {
 fn a_triangle_that_is_there_twice_is_told_or_touches() {
     let text = "dimension = 3\ntime = { integrator = 'implicit-euler', step = 0.005, duration = 1.0 }\n\
         world = { gravity = [0, 0, -9.81] }\ncontact = { distance = 1e-3 }\n\
-        [[body]]\nname = 'sheet'\nmesh = { inline = { points = [[0, 0, 0], [1, 0, 0], [0, 1, 0]], triangles = [[0, 1, 2], [0, 1, 2]] } }\n\
+        [[body]]\nname = 'sheet'\nmesh = { inline = { points = [[0, 0, 0], [1, 0, 0], [0, 1, 0]], triangles \
+        = [[0, 1, 2], [0, 1, 2]] } }\n\
         membrane = { thickness = 1e-3 }\nelastic = { stable-neo-hookean = { young = 1e5, poisson = 0.3 } }\n\
         mass = { density = 0.2 }\npin = [{ vertices = [0, 1, 2] }]\n\
-        [[body]]\nname = 'grain'\nmesh = { inline = { points = [[0.3, 0.3, 0.02]] } }\nmass = { per_vertex = 0.01 }\n";
+        [[body]]\nname = 'grain'\nmesh = { inline = { points = [[0.3, 0.3, 0.02]] } }\nmass = { per_vertex \
+        = 0.01 }\n";
     match pliant_scene::Scene::from_toml(text).map_err(|error| error.to_string()).and_then(|scene| {
         scene
             .assemble(pliant_scene::assembly::UnstableStep::Refuse)

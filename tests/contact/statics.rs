@@ -100,7 +100,8 @@ fn quarter_ball(fine: f64) -> (Vec<[f64; 3]>, Vec<[usize; 4]>, usize) {
 /// A ball pressed on a plane by 5 mm of its radius of 1 m, eight elements across the radius of contact: force
 /// and pressure of an axisymmetric program that has converged, and of Hertz.
 #[test]
-#[ignore = "20,000 tetrahedra, half a minute: cargo test -p pliant-scene --test contact -- --ignored hertzian"]
+#[ignore = "20,000 tetrahedra, half a minute: cargo test -p pliant-scene --test contact -- --ignored \
+            hertzian"]
 fn a_ball_on_a_plane_is_hertzian() {
     let (points, tetrahedra, on_sphere) = quarter_ball(0.0707 / 8.0);
     let text = format!(
@@ -109,7 +110,8 @@ fn a_ball_on_a_plane_is_hertzian() {
          [[body]]\nmesh = {{ inline = {{ points = {points:?}, tetrahedra = {tetrahedra:?} }} }}\n\
          transform = {{ translate = [0, 0, 1e-4] }}\ncontact = {{ self = false }}\n\
          elastic = {{ linear = {{ young = 1.0, poisson = 0.3 }} }}\nmass = {{ density = 1.0 }}\n\
-         pin = [{{ half_space = {{ normal = [0, 0, -1], offset = -1.00009 }}, axes = ['z'], motion = {{ velocity = [0, 0, -5.1e-3] }} }},\n\
+         pin = [{{ half_space = {{ normal = [0, 0, -1], offset = -1.00009 }}, axes = ['z'], motion = {{ \
+         velocity = [0, 0, -5.1e-3] }} }},\n\
                 {{ half_space = {{ normal = [1, 0, 0], offset = 0 }}, axes = ['x'] }},\n\
                 {{ half_space = {{ normal = [0, 1, 0], offset = 0 }}, axes = ['y'] }}]\n\
          [[obstacle]]\nshape = {{ half_space = {{ normal = [0, 0, 1], offset = 0 }} }}\n"
@@ -150,12 +152,15 @@ fn a_ball_on_a_plane_is_hertzian() {
 /// Two blocks, one on the other, pressed from above: the scene, `cells` of the lower and of the upper.
 fn blocks(distance: f64) -> String {
     format!(
-        "dimension = 2\ntime = {{ integrator = 'quasi-static', step = 1.0, duration = 1.0, solver = {{ tolerance = 1e-13 }} }}\n\
+        "dimension = 2\ntime = {{ integrator = 'quasi-static', step = 1.0, duration = 1.0, solver = {{ \
+         tolerance = 1e-13 }} }}\n\
          contact = {{ distance = {distance:?}, stiffness = 1e5 }}\n\
          [[body]]\nname = 'low'\nmesh = {{ grid = {{ cells = [8, 4], size = [1.0, 0.5] }} }}\n\
          elastic = {{ linear = {{ young = 1e5, poisson = 0.0 }} }}\nmass = {{ density = 1.0 }}\n\
-         pin = [{{ half_space = {{ normal = [0, 1], offset = 0 }}, axes = ['y'] }}, {{ half_space = {{ normal = [1, 0], offset = 0 }}, axes = ['x'] }}]\n\
-         [[body]]\nname = 'high'\nmesh = {{ grid = {{ cells = [10, 5], size = [1.0, 0.5], origin = [0, {:?}] }} }}\n\
+         pin = [{{ half_space = {{ normal = [0, 1], offset = 0 }}, axes = ['y'] }}, {{ half_space = {{ \
+         normal = [1, 0], offset = 0 }}, axes = ['x'] }}]\n\
+         [[body]]\nname = 'high'\nmesh = {{ grid = {{ cells = [10, 5], size = [1.0, 0.5], origin = [0, \
+         {:?}] }} }}\n\
          elastic = {{ linear = {{ young = 1e5, poisson = 0.0 }} }}\nmass = {{ density = 1.0 }}\n\
          pin = [{{ half_space = {{ normal = [1, 0], offset = 0 }}, axes = ['x'] }}]\n\
          load = [{{ half_space = {{ normal = [0, -1], offset = {:?} }}, traction = [0, -1000] }}]\n",
@@ -205,13 +210,15 @@ fn blocks_that_do_not_match_pass_a_pressure_on() {
 /// Blocks on each other under their weight on a half-space: the scene.
 fn column(count: u32) -> String {
     let mut text = String::from(
-        "dimension = 2\ntime = { integrator = 'quasi-static', step = 1.0, duration = 1.0, solver = { tolerance = 1e-14 } }\n\
+        "dimension = 2\ntime = { integrator = 'quasi-static', step = 1.0, duration = 1.0, solver = { \
+         tolerance = 1e-14 } }\n\
              world = { gravity = [0, -9.81] }\ncontact = { distance = 0.01, stiffness = 1e5 }\n\
              [[obstacle]]\nname = 'floor'\nshape = { half_space = { normal = [0, 1], offset = 0 } }\n",
     );
     for k in 0..count {
         text += &format!(
-            "[[body]]\nname = 'block{k}'\nmesh = {{ grid = {{ cells = [2, 2], size = [0.2, 0.2], origin = [0, {:?}] }} }}\n\
+            "[[body]]\nname = 'block{k}'\nmesh = {{ grid = {{ cells = [2, 2], size = [0.2, 0.2], origin = \
+             [0, {:?}] }} }}\n\
                  elastic = {{ linear = {{ young = 1e5, poisson = 0.0 }} }}\nmass = {{ density = 1000.0 }}\n\
                  pin = [{{ half_space = {{ normal = [1, 0], offset = 0 }}, axes = ['x'] }}]\n",
             0.009 + f64::from(k) * 0.209

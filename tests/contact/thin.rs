@@ -330,8 +330,9 @@ fn grain(text: &str) -> String {
 fn two_particles_of_one_mass_exchange_their_velocities() {
     let body = |name: &str, x: f64, v: f64| {
         format!(
-            "[[body]]\nname = '{name}'\nmesh = {{ inline = {{ points = [[{x}, 0, 0]] }} }}\nmass = {{ per_vertex = \
-             1e-3 }}\ncontact = {{ radius = 0.01 }}\nvelocity = {{ rigid = {{ linear = [{v}, 0, 0] }} }}\n"
+            "[[body]]\nname = '{name}'\nmesh = {{ inline = {{ points = [[{x}, 0, 0]] }} }}\nmass = {{ \
+             per_vertex = 1e-3 }}\ncontact = {{ radius = 0.01 }}\nvelocity = {{ rigid = {{ linear = [{v}, \
+             0, 0] }} }}\n"
         )
     };
     let text = grain(&(body("left", -0.0115, 0.3) + &body("right", 0.0115, -0.1)));
@@ -367,7 +368,8 @@ fn a_strand_hangs_over_a_capsule() {
                 world = { gravity = [0, 0, -9.81] }\ncontact = { distance = 1e-3, friction = 0.4 }\n\
                 [[body]]\nname = 'thread'\n\
                 mesh = { strand = { segments = 24, start = [-0.3, 0, 0.06], end = [0.3, 0, 0.06] } }\n\
-                springs = { stiffness = '500 N/m' }\nmass = { density = '10 g/m' }\ncontact = { radius = 2e-3 }\n\
+                springs = { stiffness = '500 N/m' }\nmass = { density = '10 g/m' }\ncontact = { radius = \
+                2e-3 }\n\
                 [[obstacle]]\nname = 'bar'\n\
                 shape = { capsule = { axis = [[0.013, -0.2, 0], [0.013, 0.2, 0]], radius = 0.05 } }\n";
     let mut assembly = assembled(text);
@@ -392,7 +394,8 @@ fn a_capsule_turns_with_its_motion() {
                 contact = { distance = 1e-3 }\n\
                 [[body]]\nname = 'grain'\nmesh = { inline = { points = [[0.2, 0.03]] } }\n\
                 mass = { per_vertex = 0.01 }\ncontact = { radius = 0.005 }\n\
-                [[obstacle]]\nname = 'bat'\nshape = { capsule = { axis = [[0, 0], [0.3, 0]], radius = 0.02 } }\n\
+                [[obstacle]]\nname = 'bat'\nshape = { capsule = { axis = [[0, 0], [0.3, 0]], radius = 0.02 \
+                } }\n\
                 motion = { rotation = { point = [0, 0], speed = 2.0 } }\n";
     let mut simulation = assembled(text).simulation;
     let y = simulation.positions()[1];
@@ -409,11 +412,14 @@ fn a_strand_falls_on_a_strand_and_stays_above() {
                 world = { gravity = [0, 0, -9.81] }\ncontact = { distance = 1e-3, friction = 0.3 }\n\
                 [[body]]\nname = 'held'\n\
                 mesh = { strand = { segments = 10, start = [-0.2, 0.003, 0], end = [0.2, 0.003, 0] } }\n\
-                springs = { stiffness = '2 kN/m' }\nmass = { density = '10 g/m' }\ncontact = { radius = 2e-3 }\n\
+                springs = { stiffness = '2 kN/m' }\nmass = { density = '10 g/m' }\ncontact = { radius = \
+                2e-3 }\n\
                 pin = [{ vertices = [0, 10] }]\n\
                 [[body]]\nname = 'loose'\n\
-                mesh = { strand = { segments = 11, start = [0.01, -0.15, 0.01], end = [0.01, 0.15, 0.01] } }\n\
-                springs = { stiffness = '2 kN/m' }\nmass = { density = '10 g/m' }\ncontact = { radius = 2e-3 }\n";
+                mesh = { strand = { segments = 11, start = [0.01, -0.15, 0.01], end = [0.01, 0.15, 0.01] } \
+                }\n\
+                springs = { stiffness = '2 kN/m' }\nmass = { density = '10 g/m' }\ncontact = { radius = \
+                2e-3 }\n";
     let mut assembly = assembled(text);
     advance(&mut assembly.simulation, 60);
     let contacts = assembly.simulation.contacts();
@@ -437,7 +443,8 @@ fn strands_and_particles_that_meet_have_a_thickness() {
     assembled(&(strand.to_owned() + "contact = { self = false }\n"));
     assembled(&(strand.to_owned() + "contact = { radius = 1e-3 }\n"));
     let two = strand.to_owned()
-        + "contact = { self = false }\n[[body]]\nname = 'grain'\nmesh = { inline = { points = [[0, 0, 0.2]] } }\n\
+        + "contact = { self = false }\n[[body]]\nname = 'grain'\nmesh = { inline = { points = [[0, 0, 0.2]] \
+           } }\n\
            mass = { per_vertex = 0.01 }\n";
     let told = problems(&two);
     assert!(told.contains("touch those of `grain`"), "{told}");
@@ -452,7 +459,8 @@ fn strands_and_particles_that_meet_have_a_thickness() {
 fn a_capsule_has_two_ends() {
     let scene = |axis: &str| {
         format!(
-            "dimension = 3\ntime = {{ integrator = 'implicit-euler', step = 5e-3, duration = 1.0 }}\ncontact = {{}}\n\
+            "dimension = 3\ntime = {{ integrator = 'implicit-euler', step = 5e-3, duration = 1.0 \
+             }}\ncontact = {{}}\n\
              [[body]]\nmesh = {{ inline = {{ points = [[0, 0, 1]] }} }}\nmass = {{ per_vertex = 0.01 }}\n\
              [[obstacle]]\nshape = {{ capsule = {{ axis = {axis}, radius = 0.1 }} }}\n"
         )

@@ -81,16 +81,16 @@ fn exact_alignments_are_no_trouble() {
         let base = z + up * 0.2;
         let order = if up > 0.0 { "[0, 1, 2, 3]" } else { "[0, 2, 1, 3]" };
         format!(
-            "inline = {{ points = [[0, 0, {tip:?}], [0.1, 0, {base:?}], [0, 0.1, {base:?}], [-0.1, -0.1, {base:?}]], \
-             tetrahedra = [{order}] }}"
+            "inline = {{ points = [[0, 0, {tip:?}], [0.1, 0, {base:?}], [0, 0.1, {base:?}], [-0.1, -0.1, \
+             {base:?}]], tetrahedra = [{order}] }}"
         )
     };
     let wedge = |up: f64, z: f64| {
         let base = z + up * 0.2;
         let order = if up > 0.0 { "[0, 1, 2, 3]" } else { "[0, 2, 1, 3]" };
         format!(
-            "inline = {{ points = [[-0.1, 0, {z:?}], [0.1, 0, {z:?}], [0, 0.1, {base:?}], [0, -0.1, {base:?}]], \
-             tetrahedra = [{order}] }}"
+            "inline = {{ points = [[-0.1, 0, {z:?}], [0.1, 0, {z:?}], [0, 0.1, {base:?}], [0, -0.1, \
+             {base:?}]], tetrahedra = [{order}] }}"
         )
     };
     let cases = [
@@ -140,7 +140,8 @@ fn stiffnesses_and_reaches_of_many_decades_hold_a_block() {
         let text = format!(
             "dimension = 2\ntime = {{ integrator = 'implicit-euler', step = 0.01, duration = 1.0 }}\n\
              world = {{ gravity = [0, -9.81] }}\ncontact = {{ distance = {distance:?}, stiffness = {:?} }}\n\
-             [[body]]\nname = 'block'\nmesh = {{ grid = {{ cells = [4, 4], size = [0.2, 0.2], origin = [0.1, 0.1123] }} }}\n\
+             [[body]]\nname = 'block'\nmesh = {{ grid = {{ cells = [4, 4], size = [0.2, 0.2], origin = \
+             [0.1, 0.1123] }} }}\n\
              elastic = {{ neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}\nmass = {{ density = 1000 }}\n\
              velocity = {{ rigid = {{ linear = [0, -3] }} }}\n\
              [[body]]\nname = 'layer'\nmesh = {{ grid = {{ cells = [9, 2], size = [0.4, 0.1] }} }}\n\

@@ -8,7 +8,8 @@ fn column(time: &str, foot: f64) -> String {
     format!(
         "dimension = 2\ntime = {{ {time}, step = 0.01, duration = 10.0 }}\n\
          world = {{ gravity = [0, -10], walls = [{{ normal = [0, 2], offset = 0 }}] }}\n\
-         [[body]]\nname = 'column'\nmesh = {{ grid = {{ cells = [2, 8], size = [0.1, 0.2], origin = [0, {foot}] }} }}\n\
+         [[body]]\nname = 'column'\nmesh = {{ grid = {{ cells = [2, 8], size = [0.1, 0.2], origin = [0, \
+         {foot}] }} }}\n\
          elastic = {{ stvk = {{ young = 1e6, poisson = 0 }} }}\nmass = {{ density = 1000 }}\n\
          pin = [{{ name = 'side', vertices = [0], axes = ['x'] }}]\n"
     )

@@ -62,8 +62,10 @@ fn beam(dimension: usize, order: usize, integrator: &str) -> Assembly {
         if dimension == 2 { ("[4, 1]", "[0.0, -9.8]") } else { ("[4, 1, 1]", "[0.0, -9.8, 1.0]") };
     let text = format!(
         "dimension = {dimension}\ntime = {{ integrator = '{integrator}', step = 5e-4, duration = 1.0 }}\n\
-         world = {{ gravity = {gravity} }}\n[[body]]\nname = 'beam'\nmesh = {{ grid = {{ cells = {cells}, spacing = 0.1 }} }}\n\
-         order = {order}\nelastic = {{ neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}\nmass = {{ density = 1000.0 }}\n\
+         world = {{ gravity = {gravity} }}\n[[body]]\nname = 'beam'\nmesh = {{ grid = {{ cells = {cells}, \
+         spacing = 0.1 }} }}\n\
+         order = {order}\nelastic = {{ neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}\nmass = {{ density \
+         = 1000.0 }}\n\
          pin = [{{ half_space = {{ normal = {}, offset = 0.0 }} }}]\n",
         if dimension == 2 { "[1.0, 0.0]" } else { "[1.0, 0.0, 0.0]" }
     );

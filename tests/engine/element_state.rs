@@ -10,7 +10,8 @@ fn bar(matrix: &[&[f64]], material: &str) -> Simulation {
     let shift = &[0.5, 0.2, 0.1][..d];
     let cells = &[2, 1, 1][..d];
     let text = format!(
-        "dimension = {d}\ntime = {{ integrator = 'symplectic-euler', step = 1e-6, duration = 1.0 }}\n[[body]]\n\
+        "dimension = {d}\ntime = {{ integrator = 'symplectic-euler', step = 1e-6, duration = 1.0 \
+         }}\n[[body]]\n\
          mesh = {{ grid = {{ cells = {cells:?}, spacing = 0.5 }} }}\nmass = {{ density = 1000.0 }}\n\
          elastic = {{ {material} = {{ young = 1e6, poisson = 0.3 }} }}\n\
          position = {{ affine = {{ matrix = {matrix:?}, translation = {shift:?} }} }}\n"

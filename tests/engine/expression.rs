@@ -93,9 +93,11 @@ fn other_elements_take_formulas_too() {
         let sheet = format!(
             "dimension = 3\ntime = {{ integrator = 'symplectic-euler', step = 1e-4, duration = 1.0 }}\n\
              world = {{ gravity = [0.0, 0.0, -9.8] }}\n[[body]]\nname = 'sheet'\n\
-             mesh = {{ cloth = {{ cells = [4, 4], origin = [0, 0, 0], u = [0.4, 0, 0], v = [0, 0.4, 0] }} }}\n\
+             mesh = {{ cloth = {{ cells = [4, 4], origin = [0, 0, 0], u = [0.4, 0, 0], v = [0, 0.4, 0] }} \
+             }}\n\
              elastic = {{ {elastic} }}\n\
-             membrane = {{ thickness = 0.01 }}\nmass = {{ density = 1000.0 }}\npin = [{{ vertices = [0, 4] }}]\n"
+             membrane = {{ thickness = 0.01 }}\nmass = {{ density = 1000.0 }}\npin = [{{ vertices = [0, 4] \
+             }}]\n"
         );
         [cells, sheet]
     };
@@ -183,7 +185,8 @@ fn fibres_stiffen_their_direction() {
 /// A net of springs, hung at two corners.
 fn net(springs: &str, time: &str) -> String {
     format!(
-        "dimension = 3\ntime = {{ {time}, duration = 1.0 }}\nworld = {{ gravity = [0.0, 0.0, -9.8] }}\n[[body]]\n\
+        "dimension = 3\ntime = {{ {time}, duration = 1.0 }}\nworld = {{ gravity = [0.0, 0.0, -9.8] \
+         }}\n[[body]]\n\
          mesh = {{ cloth = {{ cells = [4, 3], origin = [0, 0, 0], u = [0.4, 0, 0], v = [0, 0.3, 0] }} }}\n\
          springs = {{ {springs} }}\nmass = {{ per_vertex = 0.01 }}\npin = [{{ vertices = [0, 4] }}]\n"
     )

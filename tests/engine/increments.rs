@@ -17,7 +17,8 @@ elastic = { neo-hookean = { young = 1e4, poisson = 0.3 } }
 mass = { density = 10.0 }
 pin = [
   { name = 'foot', half_space = { normal = [0, 1], offset = 0 } },
-  { name = 'head', half_space = { normal = [0, -1], offset = -1 }, motion.displacement = ['0', '-0.35 * min(t, 1.7)'] },
+  { name = 'head', half_space = { normal = [0, -1], offset = -1 }, motion.displacement = ['0', '-0.35 * \
+  min(t, 1.7)'] },
 ]
 load = [{ half_space = { normal = [1, 0], offset = 0 }, pressure = '200 * max(t - 0.3, 0)' }]
 ";

@@ -346,7 +346,9 @@ fn a_free_body_in_small_steps_is_no_worse() {
 #[test]
 fn cloth_and_many_small_bodies_converge() {
     let cloth = json!({
-        "mesh": { "cloth": { "cells": [40, 40], "origin": [0.0, 0.0, 1.0], "u": [0.4, 0.0, 0.0], "v": [0.0, 0.4, 0.0] } },
+        "mesh": {
+            "cloth": { "cells": [40, 40], "origin": [0, 0, 1], "u": [0.4, 0, 0], "v": [0, 0.4, 0] },
+        },
         "springs": { "stiffness": 100.0 },
         "mass": { "total": 0.1 },
     });

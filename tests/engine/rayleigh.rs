@@ -18,7 +18,8 @@ fn damping_and_stiffness(dimension: usize, order: &str, material: &str, beta: f6
     let (cells, size) =
         if dimension == 2 { ("[3, 2]", "[1.0, 0.4]") } else { ("[2, 2, 1]", "[1.0, 0.4, 0.3]") };
     let text = format!(
-        "dimension = {dimension}\ntime = {{ integrator = 'rk4', step = 1e-5, duration = 1.0, allow_unstable = true }}\n\
+        "dimension = {dimension}\ntime = {{ integrator = 'rk4', step = 1e-5, duration = 1.0, allow_unstable \
+         = true }}\n\
          [[body]]\nmesh = {{ grid = {{ cells = {cells}, size = {size}{order}\nelastic = {{ {material} }}\n\
          mass = {{ density = 100.0 }}\ndamping = {{ stiffness_proportional = {beta:?} }}\n"
     );

@@ -117,7 +117,8 @@ elastic = { neo-hookean = { young = 1e6, poisson = 0.45 } }
 mass = { density = 1100.0 }
 pin = [
   { half_space = { normal = [0, 1], offset = 0 } },
-  { half_space = { normal = [0, -1], offset = -0.1 }, motion = { displacement = ['0', '-0.05 * min(t, 1)'] } },
+  { half_space = { normal = [0, -1], offset = -0.1 }, motion = { displacement = ['0', '-0.05 * min(t, 1)'] \
+  } },
 ]
 ";
     for integrator in ["bdf2", "generalised-alpha"] {
@@ -302,7 +303,8 @@ fn a_grabbed_vertex_is_where_it_is_put_until_it_is_let_go() {
 // lecture 1: M x'' = f. A free body under the same force per mass on each vertex falls as under gravity.
 #[test]
 fn forces_from_outside_are_forces() {
-    let text = "dimension = 2\ntime = { integrator = 'velocity-verlet', step = 1e-3, duration = 1.0 }\n[[body]]\n\
+    let text = "dimension = 2\ntime = { integrator = 'velocity-verlet', step = 1e-3, duration = 1.0 \
+                }\n[[body]]\n\
                 mesh = { grid = { cells = [2, 1], spacing = 0.1 } }\nmass = { per_vertex = 0.5 }\n\
                 elastic = { corotated = { young = 1e4, poisson = 0.3 } }\n";
     let assembled =

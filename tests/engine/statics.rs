@@ -10,7 +10,8 @@ fn a_pulled_bar_has_the_displacement_the_stress_and_the_reactions_of_the_book() 
             "[[body]]\nname = '{name}'\n\
              mesh = {{ grid = {{ cells = [4, 1], size = [2, 0.5], origin = [0, {origin}] }} }}\n\
              elastic = {{ linear = {{ young = 1e6, poisson = 0.0 }} }}\nmass = {{ density = 1.0 }}\n\
-             pin = [{{ half_space = {{ normal = [1, 0], offset = 0 }}, axes = ['x'] }}, {{ vertices = [0], axes = ['y'] }}]\n\
+             pin = [{{ half_space = {{ normal = [1, 0], offset = 0 }}, axes = ['x'] }}, {{ vertices = [0], \
+             axes = ['y'] }}]\n\
              load = [{{ half_space = {{ normal = [-1, 0], offset = -2 }}, traction = [{load}, 0] }}]\n"
         )
     };
@@ -70,7 +71,8 @@ fn bent(poisson: f64, traction: f64, increments: u32) -> (Vec<f64>, u64) {
          mesh = {{ grid = {{ cells = [20, 2, 1], size = [1, 0.1, 0.05], element = 'hexahedron' }} }}\n\
          elastic = {{ neo-hookean = {{ young = 1e6, poisson = {poisson} }} }}\nmass = {{ density = 1.0 }}\n\
          pin = [{{ half_space = {{ normal = [1, 0, 0], offset = 0 }} }}]\n\
-         load = [{{ half_space = {{ normal = [-1, 0, 0], offset = -1 }}, traction = [0, '-{traction} * t', 0] }}]\n",
+         load = [{{ half_space = {{ normal = [-1, 0, 0], offset = -1 }}, traction = [0, '-{traction} * t', \
+         0] }}]\n",
         1.0 / f64::from(increments),
     );
     let mut assembly = Scene::from_toml(&text).unwrap().assemble(UnstableStep::Refuse).ok().unwrap();

@@ -11,7 +11,8 @@ use pliant_scene::Scene;
 /// A clamped block of so many cells along x, with these keys of time.
 fn block(cells: usize, time: &str) -> pliant::simulation::Simulation {
     let text = format!(
-        "dimension = 3\ntime = {{ {time}, step = 1e-3, duration = 1.0 }}\nworld = {{ gravity = [0, 0, -9.81] }}\n\
+        "dimension = 3\ntime = {{ {time}, step = 1e-3, duration = 1.0 }}\nworld = {{ gravity = [0, 0, \
+         -9.81] }}\n\
          [[body]]\nmesh = {{ grid = {{ cells = [{cells}, 2, 2], spacing = 0.5 }} }}\n\
          elastic = {{ neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}\nmass = {{ density = 1000.0 }}\n\
          pin = [{{ half_space = {{ normal = [1, 0, 0], offset = 0 }} }}]\n"
@@ -57,7 +58,8 @@ fn a_simulation_that_is_stopped_solves_no_more() {
         ("'bogacki-shampine3'", "adaptive = { tolerance = 1e-3 }"),
     ] {
         let mut simulation = Scene::from_toml(&format!(
-            "dimension = 2\ntime = {{ integrator = {name}, {pace}, duration = 1.0 }}\nworld = {{ gravity = [0, -9.81] }}\n\
+            "dimension = 2\ntime = {{ integrator = {name}, {pace}, duration = 1.0 }}\nworld = {{ gravity = \
+             [0, -9.81] }}\n\
              [[body]]\nmesh = {{ grid = {{ cells = [3, 1], spacing = 0.5 }} }}\n\
              elastic = {{ neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}\nmass = {{ density = 1000.0 }}\n\
              pin = [{{ vertices = [0] }}]\n"

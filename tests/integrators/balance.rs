@@ -10,7 +10,8 @@ use crate::support::{advance, assert_relative, methods};
 /// Block of 2 x 1 m in 2D, of 2 x 1 cells, stretched at the start, in a `world`, with more `keys`.
 pub(super) fn block(integrator: &str, step: f64, world: &str, keys: &str) -> Simulation {
     let text = format!(
-        "dimension = 2\ntime = {{ integrator = '{integrator}', step = {step:?}, duration = 1.0 }}\nworld = {{ {world} }}\n\
+        "dimension = 2\ntime = {{ integrator = '{integrator}', step = {step:?}, duration = 1.0 }}\nworld = \
+         {{ {world} }}\n\
          [[body]]\nmesh = {{ grid = {{ cells = [2, 1], size = [2, 1] }} }}\n\
          elastic = {{ stable-neo-hookean = {{ young = 2e3, poisson = 0.3 }} }}\nmass = {{ density = 10.0 }}\n\
          position = {{ affine = {{ matrix = [[1.1, 0.0], [0.0, 0.95]] }} }}\n{keys}\n"
@@ -72,8 +73,10 @@ fn what_moves_a_mass_through_the_ether_does_the_work_of_the_drag() {
     for method in methods() {
         let name = method.documentation.name;
         let text = format!(
-            "dimension = 2\ntime = {{ integrator = '{name}', step = 0.01, duration = 1.0 }}\nworld = {{ ether_drag = {drag:?} }}\n\
-             [[body]]\nmesh = {{ inline = {{ points = [[0, 0], [1, 0]] }} }}\nmass = {{ per_vertex = {mass:?} }}\n\
+            "dimension = 2\ntime = {{ integrator = '{name}', step = 0.01, duration = 1.0 }}\nworld = {{ \
+             ether_drag = {drag:?} }}\n\
+             [[body]]\nmesh = {{ inline = {{ points = [[0, 0], [1, 0]] }} }}\nmass = {{ per_vertex = \
+             {mass:?} }}\n\
              pin = [{{ vertices = [0], motion = {{ velocity = [0, {speed:?}] }} }}]\n"
         );
         let scene = Scene::from_toml(&text).unwrap_or_else(|e| panic!("{e}\n{text}"));

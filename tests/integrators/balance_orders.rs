@@ -44,7 +44,8 @@ cases! {
         order: WITHOUT,
     },
     body_dropped_on_walls: Case {
-        world: "gravity = [0, -9.81], walls = [{ normal = [0.1, 1], offset = -0.1 }, { normal = [-1, 0], offset = -2.3 }]",
+        world: "gravity = [0, -9.81], walls = [{ normal = [0.1, 1], offset = -0.1 }, { normal = [-1, 0], \
+                offset = -2.3 }]",
         keys: "",
         much: |balance| [balance.walls, None, None],
         order: WITH_WALLS,
@@ -64,21 +65,26 @@ cases! {
     damped_bar_that_is_moved: Case {
         world: "gravity = ['3 * sin(5 * t)', 0]",
         keys: "damping = { strain_rate = { shear = 2.0, second = 3.0 }, mass_proportional = 0.3 }\n\
-               pin = [{ half_space = { normal = [1, 0], offset = 0 }, motion = { displacement = ['0.3 * sin(4*t)', 't^2'] } }]",
+               pin = [{ half_space = { normal = [1, 0], offset = 0 }, motion = { displacement = ['0.3 * \
+               sin(4*t)', 't^2'] } }]",
         much: |balance| [balance.damping, balance.motion, None],
         order: WITHOUT,
     },
     bar_moved_through_the_ether: Case {
         world: "ether_drag = 2.0",
-        keys: "pin = [{ half_space = { normal = [1, 0], offset = 0 }, motion = { displacement = ['2 * sin(3*t)', '-2 * t^2'] } }]",
+        keys: "pin = [{ half_space = { normal = [1, 0], offset = 0 }, motion = { displacement = ['2 * \
+               sin(3*t)', '-2 * t^2'] } }]",
         much: |balance| [balance.ether_drag, balance.motion, None],
         order: WITHOUT,
     },
     bar_under_every_kind_of_load: Case {
         world: "gravity = [0, -9.81]",
-        keys: "load = [{ vertices = [5], force = ['60 * cos(7*t)', '90*t'] }, { vertices = [2], force_per_vertex = [0, -5] },\n\
-               { body_force = ['100 * Y * t', '-60 * cos(3*t)'] }, { half_space = { normal = [-1, 0], offset = -2 }, traction = [0, '-60 * t'] },\n\
-               { half_space = { normal = [0, -1], offset = -1 }, pressure = '200 * sin(4*t)' }, { half_space = { normal = [-1, 0], offset = -2 }, pressure = 80 }]\n\
+        keys: "load = [{ vertices = [5], force = ['60 * cos(7*t)', '90*t'] }, { vertices = [2], \
+               force_per_vertex = [0, -5] },\n\
+               { body_force = ['100 * Y * t', '-60 * cos(3*t)'] }, { half_space = { normal = [-1, 0], \
+               offset = -2 }, traction = [0, '-60 * t'] },\n\
+               { half_space = { normal = [0, -1], offset = -1 }, pressure = '200 * sin(4*t)' }, { \
+               half_space = { normal = [-1, 0], offset = -2 }, pressure = 80 }]\n\
                [[attachment]]\nvertices = [0, 3]\nstiffness = 300.0\ndashpot = 9.0",
         much: |balance| [balance.loads, None, None],
         order: WITHOUT,
@@ -99,14 +105,17 @@ cases! {
     },
     body_pressed_on_a_wall: Case {
         world: "gravity = ['30 * t', '-9.81 - 40 * t'], walls = [{ normal = [0, 1], offset = -0.1 }]",
-        keys: "load = [{ half_space = { normal = [0, -1], offset = -1 }, pressure = '300 * t' }, { force = [0, '-400 * t'] }]",
+        keys: "load = [{ half_space = { normal = [0, -1], offset = -1 }, pressure = '300 * t' }, { force = \
+               [0, '-400 * t'] }]",
         much: |balance| [balance.walls, balance.gravity, None],
         order: WITH_WALLS,
     },
     body_moved_on_walls_with_everything: Case {
-        world: "gravity = [0, '-9.81 - 20 * t'], ether_drag = 0.7, walls = [{ normal = [0, 1], offset = -0.1 }, { normal = [-1, 0.1], offset = -2.2 }]",
+        world: "gravity = [0, '-9.81 - 20 * t'], ether_drag = 0.7, walls = [{ normal = [0, 1], offset = \
+                -0.1 }, { normal = [-1, 0.1], offset = -2.2 }]",
         keys: "damping = { strain_rate = { shear = 2.0, second = 3.0 }, mass_proportional = 0.3 }\n\
-               load = [{ half_space = { normal = [0, -1], offset = -1 }, pressure = '300 * t' }, { vertices = [2], force = [0, '-200 * t'] }]\n\
+               load = [{ half_space = { normal = [0, -1], offset = -1 }, pressure = '300 * t' }, { vertices \
+               = [2], force = [0, '-200 * t'] }]\n\
                pin = [{ vertices = [3], motion = { displacement = ['0.9 * t', '0.1 * sin(9*t)'] } }]\n\
                [[attachment]]\nvertices = [0]\nstiffness = 300.0\ndashpot = 9.0",
         much: |balance| [balance.walls, balance.motion, balance.damping],

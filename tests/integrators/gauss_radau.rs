@@ -247,7 +247,8 @@ fn an_elastic_beam_goes_on_in_steps_below_the_limit() {
 fn steps_follow_no_rounding_where_nothing_accelerates() {
     let build = |duration: f64, more: &str| {
         let text = format!(
-            "dimension = 2\ntime = {{ integrator = 'ias15', adaptive = {{}}, duration = {duration:?} }}\n{more}"
+            "dimension = 2\ntime = {{ integrator = 'ias15', adaptive = {{}}, duration = {duration:?} \
+             }}\n{more}"
         );
         let scene = pliant_scene::Scene::from_toml(&text).unwrap();
         scene.assemble(pliant_scene::assembly::UnstableStep::Refuse).unwrap().simulation

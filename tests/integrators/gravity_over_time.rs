@@ -13,7 +13,8 @@ use crate::support::{advance, distance, methods, methods_of_measurable_order};
 /// One particle of 2 kg at rest at the origin.
 fn particle(method: &str, gravity: &str, step: f64) -> Result<Simulation, Vec<Problem>> {
     let text = format!(
-        "dimension = 2\n[time]\nintegrator = '{method}'\nstep = {step:?}\nduration = 2.0\n[world]\ngravity = {gravity}\n\
+        "dimension = 2\n[time]\nintegrator = '{method}'\nstep = {step:?}\nduration = 2.0\n[world]\ngravity \
+         = {gravity}\n\
          [[body]]\nmesh = {{ inline = {{ points = [[0, 0]] }} }}\nmass = {{ total = 2.0 }}\n"
     );
     Ok(Scene::from_toml(&text).unwrap().assemble(UnstableStep::Accept)?.simulation)

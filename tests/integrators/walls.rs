@@ -30,7 +30,8 @@ fn mass(method: Method, h: f64, [x, v]: [[f64; 2]; 2], world: &str, keys: &str) 
     let name = method.documentation.name;
     assembled(&format!(
         "dimension = 2\ntime = {{ integrator = '{name}', step = {h:?}, duration = 1.0 }}\n\
-         world = {{ gravity = [0, -{G:?}], {world} }}\n[[body]]\nmesh = {{ inline = {{ points = [{x:?}] }} }}\n\
+         world = {{ gravity = [0, -{G:?}], {world} }}\n[[body]]\nmesh = {{ inline = {{ points = [{x:?}] }} \
+         }}\n\
          mass = {{ per_vertex = 2.0 }}\nvelocity = {{ rigid = {{ linear = {v:?} }} }}\n{keys}\n"
     ))
 }
@@ -166,7 +167,8 @@ fn losses_never_shrink_and_do_not_depend_on_the_step_to_first_order() {
         let mut simulation = assembled(&format!(
             "dimension = 2\ntime = {{ integrator = '{name}', step = {h:?}, duration = 1.0 }}\n\
              world = {{ gravity = [0, -{G:?}], {FLOOR} }}\n[[body]]\n\
-             mesh = {{ strand = {{ segments = 7, start = [0, 0.05], end = [0, 0.75] }} }}\nsprings = {{ stiffness = 4e3 }}\n\
+             mesh = {{ strand = {{ segments = 7, start = [0, 0.05], end = [0, 0.75] }} }}\nsprings = {{ \
+             stiffness = 4e3 }}\n\
              mass = {{ per_vertex = 0.2 }}\nvelocity = {{ rigid = {{ linear = [0, -1] }} }}\n"
         ));
         let start = simulation.diagnostics();
@@ -201,7 +203,8 @@ fn walls_carry_what_lies_on_them() {
          { normal = [0, 2], offset = -0.5 }, { normal = [-1, 0], offset = -2 }] }\n\
          [[body]]\nname = 'block'\nmesh = { grid = { cells = [4, 2], size = [2, 1], origin = [0, -0.5] } }\n\
          elastic = { neo-hookean = { young = 1e4, poisson = 0.3 } }\nmass = { density = 10.0 }\n\
-         load = [{ vertices = [10], force = [0, -7] }]\npin = [{ name = 'top', vertices = [14], axes = ['y'] }]\n",
+         load = [{ vertices = [10], force = [0, -7] }]\npin = [{ name = 'top', vertices = [14], axes = \
+         ['y'] }]\n",
     );
     advance(&mut simulation, 10000);
     let names = ["block/top", "wall0", "wall1"];
@@ -323,7 +326,8 @@ fn in_a_corner(name: &str, h: f64, drag: f64) -> Simulation {
     assembled(&format!(
         "dimension = 2\ntime = {{ integrator = '{name}', step = {h:?}, duration = 1.0 }}\n\
          world = {{ ether_drag = {drag:?}, gravity = [2, -{G:?}], \
-         walls = [{{ normal = [0.1, 1], offset = -0.3 }}, {{ normal = [-1, 0], offset = -1.1 }}] }}\n[[body]]\n\
+         walls = [{{ normal = [0.1, 1], offset = -0.3 }}, {{ normal = [-1, 0], offset = -1.1 }}] \
+         }}\n[[body]]\n\
          mesh = {{ strand = {{ segments = 3, start = [0.2, 0.3], end = [1.0, 0.6] }} }}\n\
          springs = {{ stiffness = 400.0 }}\nmass = {{ per_vertex = 0.5 }}\n"
     ))

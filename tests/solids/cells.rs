@@ -221,7 +221,9 @@ fn refused(dimension: usize, mesh: &Value, keys: &Value) -> String {
 
 #[test]
 fn what_cells_cannot_be_is_refused_with_the_reason() {
-    let whole = |element: &str, cells: &[usize]| json!({ "grid": { "cells": cells, "spacing": 1.0, "element": element } });
+    let whole = |element: &str, cells: &[usize]| -> Value {
+        json!({ "grid": { "cells": cells, "spacing": 1.0, "element": element } })
+    };
     let quadrilaterals = |cells: Value| {
         let points = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.7, 0.2], [2.0, 0.0], [2.0, 1.0]];
         json!({ "inline": { "points": points, "quadrilaterals": cells } })

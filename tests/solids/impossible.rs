@@ -9,8 +9,10 @@ const TRIANGLE: &str = "{ inline = { points = [[0, 0], [1, 0], [0, 1]], triangle
 /// The message for one body of `mesh`, with `young`, `poisson`, density and time step.
 fn refused(dimension: usize, mesh: &str, [young, poisson, density, step]: [f64; 4]) -> String {
     let text = format!(
-        "dimension = {dimension}\ntime = {{ integrator = 'velocity-verlet', step = {step:?}, duration = 0.01 }}\n[[body]]\n\
-         mesh = {mesh}\nelastic = {{ stvk = {{ young = {young:?}, poisson = {poisson:?} }} }}\nmass = {{ density = {density:?} }}\n"
+        "dimension = {dimension}\ntime = {{ integrator = 'velocity-verlet', step = {step:?}, duration = \
+         0.01 }}\n[[body]]\n\
+         mesh = {mesh}\nelastic = {{ stvk = {{ young = {young:?}, poisson = {poisson:?} }} }}\nmass = {{ \
+         density = {density:?} }}\n"
     );
     let source = Source::new("scene.toml", text);
     let error = match source.scene() {

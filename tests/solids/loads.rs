@@ -14,7 +14,8 @@ fn assembled(text: &str) -> Assembly {
 fn block(dimension: usize, integrator: &str, step: f64, pin: &str, load: &str) -> String {
     let (cells, size) = if dimension == 2 { ("[4, 2]", "[2, 1]") } else { ("[4, 2, 1]", "[2, 1, 0.5]") };
     format!(
-        "dimension = {dimension}\ntime = {{ integrator = '{integrator}', step = {step:?}, duration = 1.0 }}\n[[body]]\n\
+        "dimension = {dimension}\ntime = {{ integrator = '{integrator}', step = {step:?}, duration = 1.0 \
+         }}\n[[body]]\n\
          mesh = {{ grid = {{ cells = {cells}, size = {size} }} }}\n\
          elastic = {{ neo-hookean = {{ young = 1e4, poisson = 0.3 }} }}\nmass = {{ density = 10.0 }}\n\
          pin = {pin}\nload = {load}\n"

@@ -17,7 +17,8 @@ fn the_torque_of_a_twisted_bar_is_the_reference() {
             "dimension = 3\ntime = {{ integrator = 'symplectic-euler', step = 0.02, duration = 20.0 }}\n\
              world = {{ ether_drag = 4.0 }}\n[[body]]\n\
              mesh = {{ grid = {{ cells = [2, 2, 8], size = [1, 1, 4], origin = [-0.5, -0.5, 0] }} }}\n\
-             elastic = {{ stable-neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}\nmass = {{ density = 1000.0 }}\n\
+             elastic = {{ stable-neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}\nmass = {{ density = \
+             1000.0 }}\n\
              pin = [{{ name = 'foot', half_space = {{ normal = [0, 0, 1], offset = 0 }} }},\n\
              {{ name = 'head', half_space = {{ normal = [0, 0, -1], offset = -4 }}, motion = {{ rotation = \
              {{ axis = [0, 0, 1], angle = '{degrees} * pi/180 * smoothstep(0, 4, t)' }} }} }}]\n"
@@ -46,8 +47,9 @@ fn reactions_are_what_is_left_of_the_rate_of_momentum() {
              mesh = {{ grid = {{ cells = [4, 2], size = [2, 1] }} }}\n\
              elastic = {{ neo-hookean = {{ young = 1e4, poisson = 0.3 }} }}\nmass = {{ density = 10.0 }}\n\
              load = [{{ force = [30, 0] }}]\n\
-             pin = [{{ half_space = {{ normal = [1, 0], offset = 0 }}, motion = {{ displacement = ['0.1 * sin(6*t)', '0.05 * t^2'], \
-             rotation = {{ point = [0, 0.5], angle = '0.2 * sin(4*t)' }} }} }}, {{ vertices = [14], axes = ['y'] }}]\n"
+             pin = [{{ half_space = {{ normal = [1, 0], offset = 0 }}, motion = {{ displacement = ['0.1 * \
+             sin(6*t)', '0.05 * t^2'], rotation = {{ point = [0, 0.5], angle = '0.2 * sin(4*t)' }} }} }}, \
+             {{ vertices = [14], axes = ['y'] }}]\n"
         ));
         let steps = (0.4 / h).round() as usize;
         let step = |simulation: &mut Simulation| {
@@ -78,7 +80,8 @@ fn reactions_are_what_is_left_of_the_rate_of_momentum() {
 fn the_moments_of_a_pin_about_all_three_axes_balance_that_of_the_load() {
     let force = [30.0, -50.0, 20.0];
     let mut simulation = simulation(&format!(
-        "dimension = 3\ntime = {{ integrator = 'quasi-static', step = 1.0, duration = 1.0, solver = {{ tolerance = 1e-12 }} }}\n[[body]]\n\
+        "dimension = 3\ntime = {{ integrator = 'quasi-static', step = 1.0, duration = 1.0, solver = {{ \
+         tolerance = 1e-12 }} }}\n[[body]]\n\
          mesh = {{ grid = {{ cells = [1, 1, 3], size = [1, 1, 3] }} }}\n\
          elastic = {{ stable-neo-hookean = {{ young = 1e4, poisson = 0.3 }} }}\nmass = {{ density = 10.0 }}\n\
          load = [{{ vertices = [15], force = {force:?} }}]\n\

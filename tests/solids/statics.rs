@@ -76,9 +76,11 @@ fn loaded(material: &str, keys: &str, world: &str, steps: usize) -> [Diagnostics
         "pin = [{ half_space = { normal = [1, 0], offset = 0.0 } }]"
     };
     let text = format!(
-        "dimension = 2\ntime = {{ integrator = 'quasi-static', step = {:?}, duration = 1.0, solver = {{ tolerance = 1e-13 }} }}\n\
+        "dimension = 2\ntime = {{ integrator = 'quasi-static', step = {:?}, duration = 1.0, solver = {{ \
+         tolerance = 1e-13 }} }}\n\
          world = {{ {world} }}\n[[body]]\nmesh = {{ grid = {{ cells = [4, 2], size = [2.0, 0.8] }} }}\n\
-         elastic = {{ {material} = {{ young = 2e5, poisson = 0.35 }} }}\nmass = {{ density = 900.0 }}\n{pin}\n{keys}\n",
+         elastic = {{ {material} = {{ young = 2e5, poisson = 0.35 }} }}\nmass = {{ density = 900.0 \
+         }}\n{pin}\n{keys}\n",
         1.0 / steps as f64
     );
     let scene = Scene::from_toml(&text).unwrap_or_else(|e| panic!("{e}\n{text}"));
@@ -112,8 +114,8 @@ fn the_work_of_a_load_on_a_linear_body_is_the_energy_that_it_stores() {
 #[test]
 fn the_work_between_equilibria_is_exact_to_second_order() {
     let pressure = "load = [{ half_space = { normal = [0, -1], offset = -0.8 }, pressure = '2000 * t' }]";
-    let moved = "pin = [{ half_space = { normal = [1, 0], offset = 0 } }, { half_space = { normal = [-1, 0], offset = -2 }, \
-                 motion = { displacement = ['0.2 * t', '-0.5 * t^2'] } }]";
+    let moved = "pin = [{ half_space = { normal = [1, 0], offset = 0 } }, { half_space = { normal = [-1, \
+                 0], offset = -2 }, motion = { displacement = ['0.2 * t', '-0.5 * t^2'] } }]";
     let falling = "gravity = ['3 * t', '-9.81 * t']";
     let all = format!("{moved}\n{pressure}");
     for (what, keys, world) in [

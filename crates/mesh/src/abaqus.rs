@@ -263,8 +263,8 @@ impl Deck {
                 if shape(&name).is_none() {
                     let found = format!("the element type {name:?}");
                     let supported = "read are lines (T3D2, B31), triangles (CPS3, CPE3, S3, M3D3; CPS6, \
-                                     CPE6), quadrilaterals (CPS4, CPE4, S4, M3D4), tetrahedra (C3D4, C3D10) and \
-                                     hexahedra (C3D8), in all their formulations";
+                                     CPE6), quadrilaterals (CPS4, CPE4, S4, M3D4), tetrahedra (C3D4, C3D10) \
+                                     and hexahedra (C3D8), in all their formulations";
                     return Err(unsupported(line, found, supported));
                 }
             }

@@ -68,7 +68,8 @@ pub enum MeshError {
         field: &'static str,
     },
     /// A grid needs exactly one of `spacing` and `size`.
-    #[error("a grid takes exactly one of `spacing` and `size`; {} given", if *both { "both are" } else { "none is" })]
+    #[error("a grid takes exactly one of `spacing` and `size`; {} given", if *both { "both \
+         are" } else { "none is" })]
     SpacingOrSize {
         /// Both were given; otherwise none.
         both: bool,
@@ -198,8 +199,8 @@ pub enum MeshError {
     },
     /// A cell with `det J <= 0` at a quadrature point.
     #[error(
-        "{cell} is folded: det J is {least:.3} of its mean where it is integrated, and must be positive there; \
-         move its vertices until all its angles are below 180 degrees"
+        "{cell} is folded: det J is {least:.3} of its mean where it is integrated, and must be positive \
+         there; move its vertices until all its angles are below 180 degrees"
     )]
     FoldedCell {
         /// The element.
@@ -265,8 +266,8 @@ pub enum MeshError {
     },
     /// An element without area or volume: `|det Dm| <= 1e-12 h^d`.
     #[error(
-        "{cell} is degenerate: its {} is {volume} {} at a longest edge of {size} m; move its vertices apart or remove \
-         it",
+        "{cell} is degenerate: its {} is {volume} {} at a longest edge of {size} m; move its vertices apart \
+         or remove it",
         cell.measure().0, cell.measure().1, volume = Rounded::<4>(*.volume), size = Rounded::<4>(*.size)
     )]
     Degenerate {
@@ -292,9 +293,9 @@ pub enum MeshError {
     },
     /// An element of second order that its curved sides fold.
     #[error(
-        "{cell} is folded by its curved sides: its Jacobian determinant falls to {least:.4} of its mean, and must be \
-             positive everywhere; move the nodes in the middle of its edges (in Gmsh: `Mesh.HighOrderOptimize = 2;`), or use \
-             its corners only (`drop_mid_nodes = true` beside `path`)"
+        "{cell} is folded by its curved sides: its Jacobian determinant falls to {least:.4} of its mean, \
+         and must be positive everywhere; move the nodes in the middle of its edges (in Gmsh: \
+         `Mesh.HighOrderOptimize = 2;`), or use its corners only (`drop_mid_nodes = true` beside `path`)"
     )]
     Folded {
         /// The element.
@@ -314,8 +315,8 @@ pub enum MeshError {
     },
     /// A mesh of which cleaning leaves no element.
     #[error(
-        "all {count} elements are degenerate: `drop_degenerate` would leave none; is the tolerance of `merge` \
-         too large?"
+        "all {count} elements are degenerate: `drop_degenerate` would leave none; is the tolerance of \
+         `merge` too large?"
     )]
     NothingLeft {
         /// How many there were.
@@ -332,8 +333,8 @@ pub enum MeshError {
     },
     /// Vertices that no element and no edge uses would have no mass.
     #[error(
-        "{count} vertices belong to no element and no edge, the first is vertex {vertex}; remove them (Gmsh: give \
-             the bodies physical groups, so that only their vertices are saved)"
+        "{count} vertices belong to no element and no edge, the first is vertex {vertex}; remove them \
+         (Gmsh: give the bodies physical groups, so that only their vertices are saved)"
     )]
     Unreferenced {
         /// The first of them.
@@ -343,8 +344,10 @@ pub enum MeshError {
     },
 
     /// A selection by a name that the mesh does not have.
-    #[error("there is no group `{name}`{}; {}", suggestion.as_ref().map(|s| format!(" (did you mean `{s}`?)")).unwrap_or_default(),
-            if known.is_empty() { "the mesh has no groups".to_string() } else { format!("the mesh has `{}`", known.join("`, `")) })]
+    #[error("there is no group `{name}`{}; {}", suggestion.as_ref().map(|s| format!(" (did you mean \
+         `{s}`?)")).unwrap_or_default(),
+            if known.is_empty() { "the mesh has no groups".to_string() } else { format!("the mesh has \
+                 `{}`", known.join("`, `")) })]
     UnknownGroup {
         /// The name asked for.
         name: String,
@@ -386,7 +389,8 @@ pub enum MeshError {
     },
 
     /// A load on a surface that has no face.
-    #[error("{}", if *whole { "the mesh has no faces for it to act on" } else { "no face of the surface has all its vertices in the selection" })]
+    #[error("{}", if *whole { "the mesh has no faces for it to act on" } else { "no face of the surface has \
+         all its vertices in the selection" })]
     NoFace {
         /// True if the whole surface was meant.
         whole: bool,
@@ -453,7 +457,8 @@ pub enum MeshError {
     },
     /// A Gmsh file of another version.
     #[error(
-        "version {version} of the Gmsh format; supported are 2.2 and 4.1 (in Gmsh: `Mesh.MshFileVersion = 4.1;`)"
+        "version {version} of the Gmsh format; supported are 2.2 and 4.1 (in Gmsh: `Mesh.MshFileVersion = \
+         4.1;`)"
     )]
     GmshVersion {
         /// The version that the file states.
@@ -490,7 +495,8 @@ pub enum MeshError {
     },
     /// An OBJ statement that names a vertex that is not there.
     #[error(
-        "vertex {index} does not exist: {count} vertices stand above this line (1 is the first of them, -1 the last)"
+        "vertex {index} does not exist: {count} vertices stand above this line (1 is the first of them, -1 \
+         the last)"
     )]
     ObjIndex {
         /// The number in the file.

@@ -201,8 +201,8 @@ fn pair(format: Format, path: &Path) -> [PathBuf; 2] {
 /// may be named.
 ///
 /// # Errors
-/// [`MeshError::UnknownFormat`], [`MeshError::Unreadable`], [`MeshError::InFile`] with the line or the byte of whatever
-/// is wrong.
+/// [`MeshError::UnknownFormat`], [`MeshError::Unreadable`], [`MeshError::InFile`] with the line or the byte
+/// of whatever is wrong.
 pub fn read(path: &Path, dimension: usize, mid_nodes: MidNodes) -> Result<Mesh, MeshError> {
     Ok(read_cleaned(path, &FileSpec::default(), dimension, mid_nodes)?.mesh)
 }

@@ -228,7 +228,8 @@ fn faults_of_the_mesh_name_the_numbers_of_the_file() {
     assert!(matches!(error, E::TetrahedraInPlane { count: 2 }), "{error}");
 }
 
-pub(super) const SHEET: &str = "# a sheet\nmtllib none.mtl\no two tiles\nv 0 0 0\nv 1 0 0 1.0\nv 1 1 0\nv 0 1 0\nvn 0 0 1\n\
+pub(super) const SHEET: &str = "# a sheet\nmtllib none.mtl\no two tiles\nv 0 0 0\nv 1 0 0 1.0\nv 1 1 0\nv 0 \
+                                1 0\nvn 0 0 1\n\
 g first all\nusemtl red\nf 1/1/1 2//1 3\ng all # the rest\nf -4 -2 \\\n -1\ng\nl 1 2 3\n";
 
 #[test]

@@ -60,8 +60,9 @@ pub enum FormatError {
     },
     /// A cell with nodes in the middle of its edges where only corners are wanted.
     #[error(
-        "a {name} has nodes in the middle of its edges, and the elements of a body are of first order; set `order = 2` in \
-         the body to use them, or `drop_mid_nodes = true` beside `path` to use the corners only"
+        "a {name} has nodes in the middle of its edges, and the elements of a body are of first order; set \
+         `order = 2` in the body to use them, or `drop_mid_nodes = true` beside `path` to use the corners \
+         only"
     )]
     SecondOrder {
         /// The cell.

@@ -282,7 +282,8 @@ fn references_of_medit_files_are_groups_by_kind() {
     assert_eq!(mesh.groups["tetrahedron_8"].cells, [1]);
     assert_eq!(mesh.groups["triangle_3"].vertices, [0, 1, 2, 3]);
     assert_eq!((mesh.groups["vertex_1"].topological_dimension, mesh.groups["vertex_1"].cells.len()), (0, 5));
-    let plane = "MeshVersionFormatted 1 # as in the report\nDimension 2\nVertices 3\n0 0 0\n1 0 0\n0 1 4\nRidges 1\n1\n\
+    let plane = "MeshVersionFormatted 1 # as in the report\nDimension 2\nVertices 3\n0 0 0\n1 0 0\n0 1 \
+                 4\nRidges 1\n1\n\
                  Edges 1\n1 2 -6\nTriangles 1\n1 2 3 0\nQuadrilaterals 0\nEnd";
     let mesh = with(Format::Medit, plane.as_bytes(), &[], 2, MidNodes::Refuse).unwrap();
     assert_eq!(
@@ -403,8 +404,8 @@ fn promoted_meshes_share_the_nodes_of_their_edges() {
 
 #[test]
 fn mixed_orders_are_refused() {
-    let text = "# vtk DataFile Version 4.2\n\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 7 float\n0 0 0 1 0 0 0 1 0 .5 0 0 .5 .5 0 \
-                0 .5 0 -1 0 0\nCELLS 2 11\n6 0 1 2 3 4 5\n3 0 2 6\nCELL_TYPES 2\n22 5\n";
+    let text = "# vtk DataFile Version 4.2\n\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 7 float\n0 0 0 1 0 0 \
+                0 1 0 .5 0 0 .5 .5 0 0 .5 0 -1 0 0\nCELLS 2 11\n6 0 1 2 3 4 5\n3 0 2 6\nCELL_TYPES 2\n22 5\n";
     let (site, error) = with(Format::Vtk, text.as_bytes(), &[], 2, MidNodes::Keep).unwrap_err();
     assert!(
         matches!(error, MeshError::Format(FormatError::MixedOrder)) && site.line == 9,
@@ -419,7 +420,8 @@ fn mixed_orders_are_refused() {
 fn lines_of_both_orders_are_refused_or_read_by_their_corners() {
     let file = |lines: &str| {
         format!(
-            "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n6\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 .5 0 0\n5 .5 .5 0\n6 0 .5 0\n$EndNodes\n\
+            "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n6\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 .5 0 0\n5 .5 .5 \
+             0\n6 0 .5 0\n$EndNodes\n\
              $Elements\n4\n{lines}4 9 2 3 1 1 2 3 4 5 6\n$EndElements\n"
         )
     };

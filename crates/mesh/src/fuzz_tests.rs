@@ -119,7 +119,8 @@ proptest! {
     #[test]
     fn any_bytes_are_read_without_a_panic(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
         read_all(&bytes);
-        for start in ["$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n", "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Entities "] {
+        for start in ["$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n", "$MeshFormat\n4.1 0 \
+             8\n$EndMeshFormat\n$Entities "] {
             read_all(&[start.as_bytes(), &bytes].concat());
         }
     }

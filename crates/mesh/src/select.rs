@@ -14,8 +14,9 @@ const TOLERANCE: f64 = 1e-9;
 /// 1e-9 of the diagonal of the mesh's bounding box.
 ///
 /// # Errors
-/// [`MeshError::Components`], [`MeshError::NotFinite`], [`MeshError::BoxReversed`], [`MeshError::ZeroNormal`],
-/// [`MeshError::SelectedVertex`], [`MeshError::UnknownGroup`]; [`MeshError::NothingSelected`] if no vertex is selected.
+/// [`MeshError::Components`], [`MeshError::NotFinite`], [`MeshError::BoxReversed`],
+/// [`MeshError::ZeroNormal`], [`MeshError::SelectedVertex`], [`MeshError::UnknownGroup`];
+/// [`MeshError::NothingSelected`] if no vertex is selected.
 pub fn select(mesh: &Mesh, selection: &Selection) -> Result<Vec<u32>, MeshError> {
     let vertices = match selection {
         Selection::Box(selection) => inside_box(mesh, selection)?,

@@ -21,7 +21,8 @@ const OTHERS: &[Signature] = &[
     (
         b"(0 \"",
         "a mesh of ANSYS Fluent",
-        "its `.msh` is another format than Gmsh's: export Gmsh, VTK or Abaqus `.inp`, or convert it (`meshio convert`)",
+        "its `.msh` is another format than Gmsh's: export Gmsh, VTK or Abaqus `.inp`, or convert it \
+         (`meshio convert`)",
     ),
     (
         b"(1 \"",

@@ -163,7 +163,8 @@ impl PySimulation {
     /// Raises
     /// ------
     /// StepError
-    ///     A step cannot be taken, or the energy grows beyond any physical cause; the file is complete up to the last good frame.
+    ///     A step cannot be taken, or the energy grows beyond any physical cause; the file is complete up to
+    ///     the last good frame.
     /// FileExistsError
     ///     `record` is there.
     /// KeyboardInterrupt

@@ -21,14 +21,15 @@ use crate::{document, errors, per_element, threads};
 /// Parameters
 /// ----------
 /// **tables
-///     ``dimension``, ``time``, ``world``, ``body``, ... as in a scene file. Numbers are in SI units, or texts
-///     with a unit: ``"3 MPa"``. ``young`` of a material may be an array, one for each element: the scene then
-///     has the largest, and ``elastic_factor``.
+///     ``dimension``, ``time``, ``world``, ``body``, ... as in a scene file. Numbers are in SI units, or
+///     texts with a unit: ``"3 MPa"``. ``young`` of a material may be an array, one for each element: the
+///     scene then has the largest, and ``elastic_factor``.
 ///
 /// Raises
 /// ------
 /// SceneError
-///     What the tables say cannot be simulated. Lines and columns are those of the scene written as TOML, `text`.
+///     What the tables say cannot be simulated. Lines and columns are those of the scene written as TOML,
+///     `text`.
 ///
 /// Examples
 /// --------
@@ -112,8 +113,8 @@ impl PyScene {
     /// Parameters
     /// ----------
     /// path_or_text : str or os.PathLike
-    ///     A file, or the text itself: a text has more than one line, or an equals sign. Files that a scene names are relative to its
-    ///     own directory, or to the working directory where the text is given.
+    ///     A file, or the text itself: a text has more than one line, or an equals sign. Files that a scene
+    ///     names are relative to its own directory, or to the working directory where the text is given.
     ///
     /// Returns
     /// -------
@@ -145,9 +146,9 @@ impl PyScene {
     /// ----------
     /// changes : dict
     ///     New values by their paths, as ``--set`` of the command line has them: ``{"time.step": 1e-3,
-    ///     "body.0.elastic.corotated.young": "2 MPa"}``. Entries of lists are counted from 0. Moduli may be named
-    ///     as by `Simulation.gradient`, ``"body.beam.elastic.young"``, and ``young`` may be an array, one for each
-    ///     element. One number for ``young`` leaves an ``elastic_factor`` as it is.
+    ///     "body.0.elastic.corotated.young": "2 MPa"}``. Entries of lists are counted from 0. Moduli may be
+    ///     named as by `Simulation.gradient`, ``"body.beam.elastic.young"``, and ``young`` may be an array,
+    ///     one for each element. One number for ``young`` leaves an ``elastic_factor`` as it is.
     ///
     /// Returns
     /// -------
@@ -190,7 +191,8 @@ impl PyScene {
     /// Returns
     /// -------
     /// str
-    ///     A text that reads as an equal scene; comments and order of `text` are lost, quantities are numbers in SI units.
+    ///     A text that reads as an equal scene; comments and order of `text` are lost, quantities are numbers
+    ///     in SI units.
     ///
     /// Examples
     /// --------

@@ -41,7 +41,8 @@ const BATCH: Duration = Duration::from_millis(20);
 /// scene : Scene
 ///     What to simulate.
 /// materials : dict of str to Material, optional
-///     Materials written in Python, by the names of bodies: they take the place of those of the scene. Slower; see `Material`.
+///     Materials written in Python, by the names of bodies: they take the place of those of the scene.
+///     Slower; see `Material`.
 ///
 /// Raises
 /// ------
@@ -159,7 +160,8 @@ impl PySimulation {
             // A step that panicked is not a state to go on from, but one to look at.
             Err(TryLockError::Poisoned(poisoned)) => Ok(poisoned.into_inner()),
             Err(TryLockError::WouldBlock) => Err(PyRuntimeError::new_err(
-                "the simulation is in the middle of a step: it is used by another thread, or by a function that it calls itself",
+                "the simulation is in the middle of a step: it is used by another thread, or by a function \
+                 that it calls itself",
             )),
         }
     }

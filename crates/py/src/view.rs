@@ -72,22 +72,26 @@ impl PySimulation {
     /// Parameters
     /// ----------
     /// live : bool, default False
-    ///     Whether a copy of the simulation runs in the page, as in ``pliant live``: paced to real time, with sliders, and vertices that can be
-    ///     dragged. It is served by a thread of this process on loopback: the browser must be on the same machine.
+    ///     Whether a copy of the simulation runs in the page, as in ``pliant live``: paced to real time, with
+    ///     sliders, and vertices that can be dragged. It is served by a thread of this process on loopback:
+    ///     the browser must be on the same machine.
     /// max_bytes : int, default 2000000
-    ///     Bytes of data in the page, before it is encoded; what does not fit is left out, and the page says so.
+    ///     Bytes of data in the page, before it is encoded; what does not fit is left out, and the page says
+    ///     so.
     /// height : int, default 480
     ///     Height in a notebook [pixel].
     ///
     /// Returns
     /// -------
     /// View or LiveView
-    ///     Shown by a notebook where it is the last of a cell; ``.save("state.html")`` or, of one that is live, ``.open()`` elsewhere.
+    ///     Shown by a notebook where it is the last of a cell; ``.save("state.html")`` or, of one that is
+    ///     live, ``.open()`` elsewhere.
     ///
     /// Raises
     /// ------
     /// ValueError
-    ///     A number is below 1; or the simulation has what no scene says (materials and forces of Python, added pins), and is to run live.
+    ///     A number is below 1; or the simulation has what no scene says (materials and forces of Python,
+    ///     added pins), and is to run live.
     /// OSError
     ///     No port can be listened at.
     ///

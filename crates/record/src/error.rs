@@ -17,8 +17,8 @@ pub enum RecordError {
     },
     /// An earlier run to the same output did not finish.
     #[error(
-        "{0} is left over from a run that did not finish; keep its frames with `pliant recover {0}`, or discard it \
-         with `--force`",
+        "{0} is left over from a run that did not finish; keep its frames with `pliant recover {0}`, or \
+         discard it with `--force`",
         part.display()
     )]
     LeftOver {
@@ -33,8 +33,8 @@ pub enum RecordError {
     },
     /// A recording that is to go on does not have the frames before.
     #[error(
-        "{} {reason}: the frames before the checkpoint are missing; put back the recording that the run wrote, or \
-         go on without one (`--no-record`)",
+        "{} {reason}: the frames before the checkpoint are missing; put back the recording that the run \
+         wrote, or go on without one (`--no-record`)",
         path.display()
     )]
     NoBeginning {
@@ -54,7 +54,8 @@ pub enum RecordError {
         source: io::Error,
     },
     /// The recorder was used after a write had failed.
-    #[error("{0} ends before frame {frame}, which could not be written; `pliant recover {0}` keeps the others", part.display())]
+    #[error("{0} ends before frame {frame}, which could not be written; `pliant recover {0}` keeps the \
+             others", part.display())]
     Incomplete {
         /// The unfinished file.
         part: PathBuf,
@@ -126,7 +127,8 @@ pub enum RecordError {
         source: mcap::McapError,
     },
     /// The file ends early: the run that wrote it is still going, or was killed.
-    #[error("{0} is not finished; once its run has ended, `pliant recover {0}` makes it readable", path.display())]
+    #[error("{0} is not finished; once its run has ended, `pliant recover {0}` makes it \
+             readable", path.display())]
     NotFinished {
         /// The file.
         path: PathBuf,

@@ -1,8 +1,8 @@
 //! Scenes: what a user writes. Text to plain data here; plain data to a simulation in
 //! [`pliant::simulation`].
 //!
-//! [`Scene`] knows nothing of text. A [`Problem`] names its place by a [`KeyPath`]; [`Source`] finds the line and
-//! column of that path when there is an error to show, and only then.
+//! [`Scene`] knows nothing of text. A [`Problem`] names its place by a [`KeyPath`]; [`Source`] finds the line
+//! and column of that path when there is an error to show, and only then.
 //!
 //! ```
 //! use pliant_scene::Scene;

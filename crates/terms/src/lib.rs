@@ -9,8 +9,8 @@
 //! use pliant_terms::{ElementSet, linear};
 //!
 //! let rest = [0.0, 0.0, 1.0, 0.0, 0.0, 1.0];
-//! let elements = ElementSet { body: "corner", dimension: 2, cells: &[0, 1, 2], rest: &rest, stress: Stress::Analytic,
-//!     factors: None, axes: None };
+//! let elements = ElementSet { body: "corner", dimension: 2, cells: &[0, 1, 2], rest: &rest,
+//!     stress: Stress::Analytic, factors: None, axes: None };
 //! let rubber = MaterialSpec::NeoHookean(Isotropic { young: 1e5, poisson: 0.4, preset: None });
 //! let mut term = linear(&rubber, &elements);
 //! assert_eq!(term.energy(&rest), 0.0);

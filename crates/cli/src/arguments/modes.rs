@@ -46,7 +46,10 @@ pub(crate) struct SoundArguments {
     #[arg(long, value_name = "VERTEX_OR_POINT", requires = "sound", allow_hyphen_values = true)]
     pub(crate) strike: Option<VertexChoice>,
     /// The direction of the blow (0,0,-1)
-    #[arg(long, value_name = "X,Y,Z", requires = "sound", allow_hyphen_values = true, value_parser = NumberList::from_str)]
+    #[arg(
+        long, value_name = "X,Y,Z", requires = "sound", allow_hyphen_values = true,
+        value_parser = NumberList::from_str
+    )]
     pub(crate) direction: Option<NumberList>,
     /// What is listened to [default: where it is struck]
     #[arg(long, value_name = "VERTEX_OR_POINT", requires = "sound", allow_hyphen_values = true)]
@@ -55,7 +58,10 @@ pub(crate) struct SoundArguments {
     #[arg(long, value_name = "ALPHA,BETA", requires = "sound", value_parser = rayleigh)]
     pub(crate) rayleigh: Option<(f64, f64)>,
     /// How long
-    #[arg(long, value_name = "SECONDS", default_value = "3", requires = "sound", value_parser = positive_seconds)]
+    #[arg(
+        long, value_name = "SECONDS", default_value = "3", requires = "sound",
+        value_parser = positive_seconds
+    )]
     pub(crate) seconds: f64,
     /// Bits of a sample: 16 or 24
     #[arg(long, value_name = "BITS", default_value = "16", requires = "sound", value_parser = bits)]

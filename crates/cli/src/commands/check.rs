@@ -194,8 +194,8 @@ fn made_from(surface: &SurfaceReport) -> String {
         format!("; angles between faces {least:.1} to {most:.1} degrees")
     });
     format!(
-        "{kind} a closed surface of {} and {}, {} m^3, the solid {} m^3 ({percent:+.2}%), no farther than {} m \
-         from it{dihedral}",
+        "{kind} a closed surface of {} and {}, {} m^3, the solid {} m^3 ({percent:+.2}%), no farther than \
+         {} m from it{dihedral}",
         counted(surface.triangles as u64, "triangle", "triangles"),
         counted(surface.vertices as u64, "vertex", "vertices"),
         number(surface.volume),
@@ -228,7 +228,8 @@ fn walls(report: &Report) -> &'static str {
         (0, _) => "",
         (_, false) => "; walls are left out of this",
         (_, true) => {
-            "; walls are left out of this: a step is solved without them, and vertices are put back after it, which can add energy"
+            "; walls are left out of this: a step is solved without them, and vertices are put back after \
+             it, which can add energy"
         }
     }
 }
@@ -277,7 +278,8 @@ fn stability(report: &Report) -> String {
 
 fn tree(error: &ForceError) -> String {
     format!(
-        "forces of the tree at the start, of {} against the sum over all pairs: relative error {} (rms), {} (largest)",
+        "forces of the tree at the start, of {} against the sum over all pairs: relative error {} (rms), {} \
+         (largest)",
         counted(error.samples as u64, "particle", "particles"),
         number(error.relative_rms),
         number(error.relative_max),

@@ -168,7 +168,8 @@ fn first_comment(text: &str) -> String {
 
 fn page(entries: &[(String, String, String)], folder: &Path) -> String {
     let mut page =
-        "# Gallery\n\nEvery scene of `scenes/`; `pliant SCENE` runs one. `pliant gallery --force` makes this page\n\
+        "# Gallery\n\nEvery scene of `scenes/`; `pliant SCENE` runs one. `pliant gallery --force` makes \
+         this page\n\
          and its pictures again.\n"
             .to_owned();
     let folder = folder.file_name().unwrap_or_default().to_string_lossy();

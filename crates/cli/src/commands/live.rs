@@ -28,8 +28,8 @@ pub(crate) fn execute(arguments: &LiveArguments, terminal: Terminal) -> Result<E
     let stop = interrupt::flag()?;
     if !arguments.bind.is_loopback() {
         terminal.warn(&format!(
-            "listening at {}: all who have the address can steer this run and make recordings in this folder; \
-             nothing is encrypted",
+            "listening at {}: all who have the address can steer this run and make recordings in this \
+             folder; nothing is encrypted",
             arguments.bind
         ));
     }

@@ -192,8 +192,8 @@ fn colouring(drawing: &Drawing, name: &str) -> Result<Colouring, Failure> {
             return Failure::usage(message);
         }
         Failure::usage(format!(
-            "{file} cannot be coloured by `{name}`, only by {}; measures of elements are drawn that the run recorded: \
-             [output] `channels`",
+            "{file} cannot be coloured by `{name}`, only by {}; measures of elements are drawn that the run \
+             recorded: [output] `channels`",
             names.join(", ")
         ))
     })

@@ -48,7 +48,8 @@ pub(crate) fn execute(arguments: &StressArguments, terminal: Terminal) -> Result
     };
     if cases.is_empty() {
         return Err(Failure::usage(
-            "no case is of these rows, materials, integrators and solvers; rows are torture, D1 to D13, K18 and K18-long, `pliant list` has materials and integrators",
+            "no case is of these rows, materials, integrators and solvers; rows are torture, D1 to D13, K18 \
+             and K18-long, `pliant list` has materials and integrators",
         ));
     }
     if let Some(folder) = &arguments.output {
@@ -211,5 +212,7 @@ fn find(earlier: &[Value], case: &Case) -> Option<CaseResult> {
 /// How many passed, were flagged, failed.
 fn counts(results: &[Outcome]) -> Value {
     let of = |verdict| results.iter().filter(|(_, f)| f.verdict == verdict).count();
-    json!({ "pass": of(CaseVerdict::Pass), "flagged": of(CaseVerdict::Flagged), "fail": of(CaseVerdict::Fail) })
+    json!({
+        "pass": of(CaseVerdict::Pass), "flagged": of(CaseVerdict::Flagged), "fail": of(CaseVerdict::Fail),
+    })
 }

@@ -36,11 +36,11 @@ pub(super) fn normalized<S: Scalar, const D: usize>(f: &Mat<S, D>) -> (Mat<S, D>
 /// values. Where `F` has an infinite or NaN entry, or `|F| > 1e154`, everything in the result is NaN. `F =
 /// 0` gives `U = V = I`.
 ///
-/// Jacobi rotations diagonalise `F^T F` (three sweeps, enough for all but the last digits); one sweep of one-sided
-/// Jacobi on `B = F V` (Hestenes; Demmel and Veselic, "Jacobi's method is more accurate than QR", 1992) restores what
-/// squaring lost. `U` follows from the columns of `B`, the last one by the cross product, which puts the sign of
-/// `det F` on the last singular value (convention of Irving, Teran and Fedkiw, "Invertible finite elements for robust
-/// simulation of large deformation", 2004).
+/// Jacobi rotations diagonalise `F^T F` (three sweeps, enough for all but the last digits); one sweep of
+/// one-sided Jacobi on `B = F V` (Hestenes; Demmel and Veselic, "Jacobi's method is more accurate than QR",
+/// 1992) restores what squaring lost. `U` follows from the columns of `B`, the last one by the cross product,
+/// which puts the sign of `det F` on the last singular value (convention of Irving, Teran and Fedkiw,
+/// "Invertible finite elements for robust simulation of large deformation", 2004).
 #[inline(always)]
 pub fn signed_svd<S: Scalar, const D: usize>(f: &Mat<S, D>) -> Svd<S, D> {
     let (g, norm) = normalized(f);

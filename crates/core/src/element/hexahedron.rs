@@ -37,10 +37,12 @@ const KIND: CellKind = CellKind {
         scene: "`elastic` of a body in 3D whose mesh has hexahedra, as `grid` with `element = \
                 \"hexahedron\"`",
         vertices: 8,
-        formula: "E = sum_q w_q psi((theta/J_q)^(1/3) F_q), J_q = det F_q, theta = sum_q w_q J_q / sum_q w_q, \
-                  + sum_l V/6 eps^T (B - A) eps of bending across each axis, B the moduli of the solid, A of the cell",
-        source: "Simo, Taylor, Pister 1985, Variational and projection methods for the volume constraint; Flanagan, \
-                 Belytschko 1981, A uniform strain hexahedron and quadrilateral with orthogonal hourglass control",
+        formula: "E = sum_q w_q psi((theta/J_q)^(1/3) F_q), J_q = det F_q, theta = sum_q w_q J_q / sum_q \
+                  w_q, + sum_l V/6 eps^T (B - A) eps of bending across each axis, B the moduli of the \
+                  solid, A of the cell",
+        source: "Simo, Taylor, Pister 1985, Variational and projection methods for the volume constraint; \
+                 Flanagan, Belytschko 1981, A uniform strain hexahedron and quadrilateral with orthogonal \
+                 hourglass control",
     },
 };
 

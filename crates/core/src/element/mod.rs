@@ -78,15 +78,18 @@ pub const ELEMENTS: &[ElementDescription] = &[
     },
     ElementDescription {
         name: "quadratic triangle",
-        summary: "Triangle of second order in 2D, with straight or curved sides: three evaluations of the material each",
+        summary: "Triangle of second order in 2D, with straight or curved sides: three evaluations of the \
+                  material each",
         scene: "`elastic` with `order = 2` of a body in 2D whose mesh has triangles",
         vertices: 6,
         formula: "E = sum_q w_q psi(F_q), F_q = sum_a x_a (dN_a/dX)^T",
-        source: "Zienkiewicz, Taylor, Zhu 2013, The Finite Element Method, section 6.3.2; rule: Strang, Fix 1973",
+        source: "Zienkiewicz, Taylor, Zhu 2013, The Finite Element Method, section 6.3.2; rule: Strang, Fix \
+                 1973",
     },
     ElementDescription {
         name: "quadratic tetrahedron",
-        summary: "Tetrahedron of second order in 3D, with straight or curved sides: four evaluations of the material each",
+        summary: "Tetrahedron of second order in 3D, with straight or curved sides: four evaluations of the \
+                  material each",
         scene: "`elastic` with `order = 2` of a body in 3D whose mesh has tetrahedra",
         vertices: 10,
         formula: "E = sum_q w_q psi(F_q), F_q = sum_a x_a (dN_a/dX)^T",
@@ -96,23 +99,28 @@ pub const ELEMENTS: &[ElementDescription] = &[
     HEXAHEDRON.kind.about,
     ElementDescription {
         name: "nodally integrated triangle",
-        summary: "Linear triangle that does not lock: the material is evaluated at vertices, but for a part of the shear modulus",
+        summary: "Linear triangle that does not lock: the material is evaluated at vertices, but for a part \
+                  of the shear modulus",
         scene: "`elastic` with `nodal_integration` of a body in 2D whose mesh has triangles",
         vertices: 3,
-        formula: "E = sum_a A_a psi_1(F_a) + sum_e A_e psi_2(F_e), psi_1 + psi_2 = psi, F_a the mean of F_e around vertex a",
+        formula: "E = sum_a A_a psi_1(F_a) + sum_e A_e psi_2(F_e), psi_1 + psi_2 = psi, F_a the mean of F_e \
+                  around vertex a",
         source: "Puso, Solberg 2006, A stabilized nodally integrated tetrahedral",
     },
     ElementDescription {
         name: "nodally integrated tetrahedron",
-        summary: "Linear tetrahedron that does not lock: the material is evaluated at vertices, but for a part of the shear modulus",
+        summary: "Linear tetrahedron that does not lock: the material is evaluated at vertices, but for a \
+                  part of the shear modulus",
         scene: "`elastic` with `nodal_integration` of a body in 3D whose mesh has tetrahedra",
         vertices: 4,
-        formula: "E = sum_a V_a psi_1(F_a) + sum_e V_e psi_2(F_e), psi_1 + psi_2 = psi, F_a the mean of F_e around vertex a",
+        formula: "E = sum_a V_a psi_1(F_a) + sum_e V_e psi_2(F_e), psi_1 + psi_2 = psi, F_a the mean of F_e \
+                  around vertex a",
         source: "Puso, Solberg 2006, A stabilized nodally integrated tetrahedral",
     },
     ElementDescription {
         name: "membrane",
-        summary: "Linear triangle in 3D: a sheet in plane stress or plane strain, which resists stretching and shearing",
+        summary: "Linear triangle in 3D: a sheet in plane stress or plane strain, which resists stretching \
+                  and shearing",
         scene: "`elastic` and `membrane` of a body in 3D whose mesh has triangles",
         vertices: 3,
         formula: "E = h A psi(G), F = D_s D_m^-1 = Q G, Q^T Q = I, h the thickness and A the area at rest",

@@ -25,10 +25,12 @@ const KIND: CellKind = CellKind {
         scene: "`elastic` of a body in 2D whose mesh has quadrilaterals, as `grid` with `element = \
                 \"quadrilateral\"`",
         vertices: 4,
-        formula: "E = sum_q w_q psi((theta/J_q)^(1/2) F_q), J_q = det F_q, theta = sum_q w_q J_q / sum_q w_q, \
-                  + sum_l V/6 eps^T (B - A) eps of bending across each axis, B the moduli of the solid, A of the cell",
-        source: "Simo, Taylor, Pister 1985, Variational and projection methods for the volume constraint; Flanagan, \
-                 Belytschko 1981, A uniform strain hexahedron and quadrilateral with orthogonal hourglass control",
+        formula: "E = sum_q w_q psi((theta/J_q)^(1/2) F_q), J_q = det F_q, theta = sum_q w_q J_q / sum_q \
+                  w_q, + sum_l V/6 eps^T (B - A) eps of bending across each axis, B the moduli of the \
+                  solid, A of the cell",
+        source: "Simo, Taylor, Pister 1985, Variational and projection methods for the volume constraint; \
+                 Flanagan, Belytschko 1981, A uniform strain hexahedron and quadrilateral with orthogonal \
+                 hourglass control",
     },
 };
 

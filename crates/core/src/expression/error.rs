@@ -7,7 +7,10 @@ use std::ops::Range;
 #[non_exhaustive]
 pub enum ExpressionError {
     /// Something else should be there.
-    #[error("expected {expected}, found {}", .found.map_or("the end".to_owned(), |c| format!("`{}`", c.escape_debug())))]
+    #[error(
+        "expected {expected}, found {}",
+        .found.map_or("the end".to_owned(), |c| format!("`{}`", c.escape_debug()))
+    )]
     Unexpected {
         /// The expected token.
         expected: &'static str,
@@ -39,7 +42,8 @@ pub enum ExpressionError {
         place: Range<usize>,
     },
     /// A function with too many or too few arguments.
-    #[error("`{name}` takes {} argument{}, found {found}", signature.matches(',').count() + 1, if signature.contains(',') { "s" } else { "" })]
+    #[error("`{name}` takes {} argument{}, found \
+             {found}", signature.matches(',').count() + 1, if signature.contains(',') { "s" } else { "" })]
     Arguments {
         /// The function.
         name: &'static str,

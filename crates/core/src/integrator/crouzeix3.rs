@@ -1,4 +1,5 @@
-//! Crouzeix's A-stable singly diagonally implicit Runge-Kutta method of two stages and order 3, `gamma = (3 + sqrt 3)/6`.
+//! Crouzeix's A-stable singly diagonally implicit Runge-Kutta method of two stages and order 3, `gamma = (3 +
+//! sqrt 3)/6`.
 //!
 //! Fast motion is damped by the factor `sqrt 3 - 1` a step at most.
 use super::tableau::Tableau;

@@ -403,7 +403,8 @@ fn continued(b: &Terms, ratio: f64) -> Terms {
     out
 }
 
-/// The coefficients of products in powers, and of powers in products; row `j` is that of `s (s - h_1) ... (s - h_j)`, and of `s^(j+1)`.
+/// The coefficients of products in powers, and of powers in products; row `j` is that of `s (s - h_1) ... (s
+/// - h_j)`, and of `s^(j+1)`.
 fn conversions() -> ([Terms; TERMS], [Terms; TERMS]) {
     let (mut to_powers, mut to_products) = ([[0.0; TERMS]; TERMS], [[0.0; TERMS]; TERMS]);
     for j in 0..TERMS {

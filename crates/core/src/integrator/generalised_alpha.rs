@@ -35,14 +35,16 @@ impl GeneralisedAlphaParameters {
         Method {
             documentation: Documentation {
                 name: "generalised-alpha",
-                summary: "Second order, one solve a step, damps fast motion as much as `rho` says and slow motion little",
+                summary: "Second order, one solve a step, damps fast motion as much as `rho` says and slow \
+                          motion little",
                 order: 2,
                 force_evaluations: 0,
                 solves: 1,
                 stability_limit: f64::INFINITY,
                 symplectic: false,
                 conserves: "nothing else",
-                source: "Chung, Hulbert 1993, A time integration algorithm for structural dynamics, eqs. 17 and 25",
+                source: "Chung, Hulbert 1993, A time integration algorithm for structural dynamics, eqs. 17 \
+                         and 25",
             },
             scheme: Scheme::Alpha(AlphaCoefficients {
                 alpha_m,

@@ -58,14 +58,16 @@ impl Ias15Parameters {
         Method {
             documentation: Documentation {
                 name: "ias15",
-                summary: "Gauss-Radau method of order 15 with steps of its own choice: orbits and close encounters to rounding",
+                summary: "Gauss-Radau method of order 15 with steps of its own choice: orbits and close \
+                          encounters to rounding",
                 order: 15,
                 force_evaluations: 0,
                 solves: 0,
                 stability_limit: 0.0,
                 symplectic: false,
                 conserves: "energy and angular momentum to rounding, where its steps are its own",
-                source: "Rein, Spiegel 2015, IAS15: a fast, adaptive, high-order integrator for gravitational dynamics, MNRAS 446, 1424",
+                source: "Rein, Spiegel 2015, IAS15: a fast, adaptive, high-order integrator for \
+                         gravitational dynamics, MNRAS 446, 1424",
             },
             scheme: Scheme::GaussRadau(self),
         }

@@ -8,7 +8,8 @@ pub(super) const TABLEAU: Tableau = Tableau { a: &[&[1.0]], b: &[1.0], companion
 pub const METHOD: Method = Method {
     documentation: Documentation {
         name: "implicit-euler",
-        summary: "First order, damps strongly, stable at any step: each step minimises an incremental potential",
+        summary: "First order, damps strongly, stable at any step: each step minimises an incremental \
+                  potential",
         order: 1,
         force_evaluations: 0,
         solves: 1,

@@ -9,7 +9,8 @@ use super::{Documentation, Method, Scheme};
 pub const METHOD: Method = Method {
     documentation: Documentation {
         name: "implicit-midpoint",
-        summary: "Second order, symplectic, no damping; can gain energy on stiff nonlinear problems at large steps",
+        summary: "Second order, symplectic, no damping; can gain energy on stiff nonlinear problems at \
+                  large steps",
         order: 2,
         force_evaluations: 0,
         solves: 1,

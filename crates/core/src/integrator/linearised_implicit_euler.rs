@@ -9,7 +9,8 @@ use super::{Documentation, Method, Scheme, implicit_euler};
 pub const METHOD: Method = Method {
     documentation: Documentation {
         name: "linearised-implicit-euler",
-        summary: "Implicit Euler with one linear solve a step instead of a nonlinear one, as in the lecture's cloth",
+        summary: "Implicit Euler with one linear solve a step instead of a nonlinear one, as in the \
+                  lecture's cloth",
         order: 1,
         force_evaluations: 0,
         solves: 1,

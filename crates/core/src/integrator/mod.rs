@@ -54,7 +54,8 @@ macro_rules! register {
 
         impl IntegratorSpec {
             /// Every scheme, those with parameters with their default ones.
-            pub const ALL: &[IntegratorSpec] = &[$(IntegratorSpec::$variant $(($module::$parameters::DEFAULT))?),+];
+            pub const ALL: &[IntegratorSpec] =
+                &[$(IntegratorSpec::$variant $(($module::$parameters::DEFAULT))?),+];
 
             /// Checks that the parameters make sense.
             ///

@@ -48,7 +48,8 @@ impl NewmarkParameters {
         Method {
             documentation: Documentation {
                 name: "newmark",
-                summary: "Newmark's method; with the default coefficients the trapezoidal rule in another form",
+                summary: "Newmark's method; with the default coefficients the trapezoidal rule in another \
+                          form",
                 order: if self.gamma == 0.5 { 2 } else { 1 },
                 force_evaluations: 0,
                 solves: 1,

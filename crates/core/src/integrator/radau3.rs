@@ -6,7 +6,8 @@ use super::{Documentation, Method, Scheme};
 pub const METHOD: Method = Method {
     documentation: Documentation {
         name: "radau-iia3",
-        summary: "Fifth order, damps fast motion out: for accurate solutions of stiff problems; one coupled solve of three stages",
+        summary: "Fifth order, damps fast motion out: for accurate solutions of stiff problems; one coupled \
+                  solve of three stages",
         order: 5,
         force_evaluations: 0,
         solves: 1,

@@ -9,7 +9,8 @@ use super::{Documentation, Method, Scheme};
 pub const METHOD: Method = Method {
     documentation: Documentation {
         name: "sdirk4",
-        summary: "Fourth order, five solves; accurate where motion is resolved, can gain energy on stiff nonlinear problems",
+        summary: "Fourth order, five solves; accurate where motion is resolved, can gain energy on stiff \
+                  nonlinear problems",
         order: 4,
         force_evaluations: 0,
         solves: 5,

@@ -8,7 +8,8 @@ use super::{Documentation, Method, Scheme};
 pub const METHOD: Method = Method {
     documentation: Documentation {
         name: "symplectic-euler",
-        summary: "Symplectic Euler, kick then drift: one force a step, no energy drift; the default explicit method",
+        summary: "Symplectic Euler, kick then drift: one force a step, no energy drift; the default \
+                  explicit method",
         order: 1,
         force_evaluations: 1,
         solves: 0,

@@ -26,7 +26,8 @@ impl Model for IsochoricNeoHookean {
     type Parameters = Isotropic;
     const ABOUT: MaterialDescription = MaterialDescription {
         summary: "Neo-Hookean, shape and volume apart: for nearly incompressible rubber, forbids inversion.",
-        formula: "mu/2 (J^(-2/3) I1 - 3) + kappa/2 (J - 1)^2, I1 = tr(F^T F) in 3D, J = det F, kappa = lambda + 2 mu/3",
+        formula: "mu/2 (J^(-2/3) I1 - 3) + kappa/2 (J - 1)^2, I1 = tr(F^T F) in 3D, J = det F, kappa = \
+                  lambda + 2 mu/3",
         source: "Bonet and Wood 2008",
         domain: Domain::PositiveJ,
         frame_indifferent: true,

@@ -109,8 +109,8 @@ impl JsonSchema for PlaneIsotropic {
 
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
         let mut schema = PlaneIsotropicTable::json_schema(generator);
-        let about = "Isotropic elasticity that in two dimensions may be in plane stress. `young` and `poisson` are \
-                     needed, or `bulk` and `shear`, or `lambda` and `mu`, or a `preset`.";
+        let about = "Isotropic elasticity that in two dimensions may be in plane stress. `young` and \
+                     `poisson` are needed, or `bulk` and `shear`, or `lambda` and `mu`, or a `preset`.";
         schema.insert("description".into(), about.into());
         schema
     }

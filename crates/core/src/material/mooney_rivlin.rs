@@ -92,8 +92,8 @@ impl<'de> Deserialize<'de> for TwoConstants {
                 ));
             }
             (None, Some(_), Some(_)) => {
-                let problem = "`young` scales `c10` and `c01`, `d1` is for those that are taken as they are: give \
-                               `poisson` with `young`";
+                let problem = "`young` scales `c10` and `c01`, `d1` is for those that are taken as they \
+                               are: give `poisson` with `young`";
                 return Err(D::Error::custom(problem));
             }
         };
@@ -183,7 +183,8 @@ impl Model for MooneyRivlin {
     type Parameters = TwoConstants;
     const ABOUT: MaterialDescription = MaterialDescription {
         summary: "Mooney-Rivlin: rubber at moderate stretches, forbids inversion.",
-        formula: "C10 (J^(-2/3) I1 - 3) + C01 (J^(-4/3) I2 - 3) + kappa/2 (J - 1)^2, J = det F, mu = 2 (C10 + C01)",
+        formula: "C10 (J^(-2/3) I1 - 3) + C01 (J^(-4/3) I2 - 3) + kappa/2 (J - 1)^2, J = det F, mu = 2 (C10 \
+                  + C01)",
         source: "Bonet and Wood 2008",
         domain: Domain::PositiveJ,
         frame_indifferent: true,

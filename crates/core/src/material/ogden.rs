@@ -14,9 +14,10 @@ use crate::value::{As, KeyRange, Pressure};
 /// `kappa`:
 ///
 /// ```text
-/// psi    = sum_p mu_p/alpha_p (s_1^alpha_p + s_2^alpha_p + s_3^alpha_p - 3) + kappa/2 (J - 1)^2              [J/m^3]
-/// P      = U diag(psi_i) V^T                                                                                [Pa]
-/// psi_i  = (sum_p mu_p (s_i^alpha_p - (s_1^alpha_p + s_2^alpha_p + s_3^alpha_p)/3) + kappa (J - 1) J) / sigma_i
+/// psi    = sum_p mu_p/alpha_p (s_1^alpha_p + s_2^alpha_p + s_3^alpha_p - 3) + kappa/2 (J - 1)^2   [J/m^3]
+/// P      = U diag(psi_i) V^T                                                                      [Pa]
+/// psi_i  = (sum_p mu_p (s_i^alpha_p - m_p) + kappa (J - 1) J) / sigma_i
+/// m_p    = (s_1^alpha_p + s_2^alpha_p + s_3^alpha_p)/3
 /// ```
 ///
 /// For small strains `mu = 1/2 sum_p mu_p alpha_p`. One term with `alpha = 2` is the isochoric neo-Hookean

@@ -224,8 +224,9 @@ impl JsonSchema for Isotropic {
     }
 }
 
-const ISOTROPIC: &str = "Isotropic elasticity. Every model that takes these reduces to linear elasticity with the same `young` and \
-                         `poisson` for small strains. Both are needed, or `bulk` and `shear`, or `lambda` and `mu`, or a `preset`.";
+const ISOTROPIC: &str = "Isotropic elasticity. Every model that takes these reduces to linear elasticity \
+                         with the same `young` and `poisson` for small strains. Both are needed, or `bulk` \
+                         and `shear`, or `lambda` and `mu`, or a `preset`.";
 
 impl Isotropic {
     /// With Young's modulus `young` [Pa].
@@ -313,7 +314,8 @@ pub(super) fn check_poisson(poisson: f64) -> Result<(), ParameterError> {
     } else if poisson > 0.0 {
         "makes the bulk modulus negative; must be below 0.5, for example 0.45 for rubber"
     } else {
-        "makes the shear modulus infinite or negative; must be above -1, and is 0 to 0.5 in ordinary materials"
+        "makes the shear modulus infinite or negative; must be above -1, and is 0 to 0.5 in ordinary \
+         materials"
     };
     Err(ParameterError::new("poisson", poisson, problem))
 }

@@ -54,8 +54,9 @@ pub const PRESETS: [AboutPreset; 8] = [
         young: 5.5e3,
         poisson: 0.49,
         density: 1080.0,
-        source: "E: 5.5 kPa, the mean of healthy livers by transient elastography, Roulot et al. 2008, J. Hepatology 48, 606-613. \
-                 nu and density are typical values, orders of magnitude: nearly incompressible, a little heavier than water",
+        source: "E: 5.5 kPa, the mean of healthy livers by transient elastography, Roulot et al. 2008, J. \
+                 Hepatology 48, 606-613. nu and density are typical values, orders of magnitude: nearly \
+                 incompressible, a little heavier than water",
     },
     AboutPreset {
         preset: Preset::Rubber,
@@ -64,9 +65,9 @@ pub const PRESETS: [AboutPreset; 8] = [
         young: 1.2e6,
         poisson: 0.49,
         density: 930.0,
-        source: "E: three times the shear modulus of about 0.4 MPa, Treloar 1975, The Physics of Rubber Elasticity, chapter 5. \
-                 Technical rubbers are from 1 to 10 MPa. nu = 0.49 stands for nearly incompressible; the density is typical of unfilled \
-                 natural rubber",
+        source: "E: three times the shear modulus of about 0.4 MPa, Treloar 1975, The Physics of Rubber \
+                 Elasticity, chapter 5. Technical rubbers are from 1 to 10 MPa. nu = 0.49 stands for nearly \
+                 incompressible; the density is typical of unfilled natural rubber",
     },
     AboutPreset {
         preset: Preset::Silicone,
@@ -75,8 +76,9 @@ pub const PRESETS: [AboutPreset; 8] = [
         young: 1.32e6,
         poisson: 0.49,
         density: 1030.0,
-        source: "E: 1.32 MPa cured at 25 C, 2.97 MPa at 200 C, Johnston et al. 2014, J. Micromech. Microeng. 24, 035017. Density: data \
-                 sheet of Sylgard 184. nu = 0.49 stands for nearly incompressible",
+        source: "E: 1.32 MPa cured at 25 C, 2.97 MPa at 200 C, Johnston et al. 2014, J. Micromech. \
+                 Microeng. 24, 035017. Density: data sheet of Sylgard 184. nu = 0.49 stands for nearly \
+                 incompressible",
     },
     AboutPreset {
         preset: Preset::Wood,
@@ -85,8 +87,9 @@ pub const PRESETS: [AboutPreset; 8] = [
         young: 11e9,
         poisson: 0.3,
         density: 420.0,
-        source: "E and density: means of class C24, EN 338. Along the grain only: across it wood is some thirty times softer, which no \
-                 isotropic model shows; nu = 0.3 is a typical value, an order of magnitude",
+        source: "E and density: means of class C24, EN 338. Along the grain only: across it wood is some \
+                 thirty times softer, which no isotropic model shows; nu = 0.3 is a typical value, an order \
+                 of magnitude",
     },
     AboutPreset {
         preset: Preset::Concrete,

@@ -104,7 +104,9 @@ macro_rules! register_materials {
             /// Two materials of the same model whose energy densities add up to this one's, see
             /// [`Parameters::split`].
             pub fn split(&self, part: f64) -> Option<[MaterialSpec; 2]> {
-                match self { $(Self::$model(parameters) => Some(parameters.split(part)?.map(Self::$model)),)+ }
+                match self {
+                    $(Self::$model(parameters) => Some(parameters.split(part)?.map(Self::$model)),)+
+                }
             }
 
             /// Calls `visitor` with the model itself, so that what it builds is compiled for that model.

@@ -78,8 +78,8 @@ pub struct Modes {
 pub enum ModesError {
     /// Modes oscillate about an equilibrium that is stable.
     #[error(
-        "the scene starts where its stiffness is not positive: there are motions that grow instead of oscillating; \
-         start it in a stable equilibrium"
+        "the scene starts where its stiffness is not positive: there are motions that grow instead of \
+         oscillating; start it in a stable equilibrium"
     )]
     NotStable,
     /// Nothing holds anything together.
@@ -90,7 +90,8 @@ pub enum ModesError {
     NotFinite,
     /// Particles under mutual gravity have no equilibrium.
     #[error(
-        "the particles of the scene attract each other: they have no stable equilibrium at rest about which they could vibrate"
+        "the particles of the scene attract each other: they have no stable equilibrium at rest about which \
+         they could vibrate"
     )]
     Attraction,
     /// The present state is no place to linearise, or something else than a linear force acts.
@@ -101,8 +102,8 @@ pub enum ModesError {
     },
     /// Modes that damping couples have no solutions of their own.
     #[error(
-        "damping couples the modes ({coupling} of what it does to each alone): superposition needs damping that is \
-         proportional to mass and stiffness in all bodies alike",
+        "damping couples the modes ({coupling} of what it does to each alone): superposition needs damping \
+         that is proportional to mass and stiffness in all bodies alike",
         coupling = Rounded::<2>(*.coupling)
     )]
     Coupled {
@@ -111,7 +112,8 @@ pub enum ModesError {
     },
     /// A dense eigenproblem would not fit.
     #[error(
-        "{free} coordinates are free to move, too many to find all modes (at most {most}): ask for the lowest ones"
+        "{free} coordinates are free to move, too many to find all modes (at most {most}): ask for the \
+         lowest ones"
     )]
     TooManyForAll {
         /// Coordinates that can move.

@@ -75,7 +75,8 @@ pub enum SoundError {
         count: usize,
     },
     /// A vertex that cannot move along the blow.
-    #[error("vertex {vertex} is held: a blow along ({}) does not move it", direction.iter().map(f64::to_string).collect::<Vec<_>>().join(", "))]
+    #[error("vertex {vertex} is held: a blow along ({}) does not move \
+             it", direction.iter().map(f64::to_string).collect::<Vec<_>>().join(", "))]
     Held {
         /// Struck, or listened to.
         vertex: usize,
@@ -96,8 +97,9 @@ pub enum SoundError {
     },
     /// No mode is heard.
     #[error(
-        "nothing is heard: of {modes} modes {} are rigid motion, {} are above half the sample rate, {} are overdamped and {} are at rest \
-         where the body is struck or listened to; ask for more modes, or strike elsewhere",
+        "nothing is heard: of {modes} modes {} are rigid motion, {} are above half the sample rate, {} are \
+         overdamped and {} are at rest where the body is struck or listened to; ask for more modes, or \
+         strike elsewhere",
         silent.rigid, silent.above_nyquist, silent.overdamped, silent.not_struck
     )]
     Silence {

@@ -70,8 +70,8 @@ impl Simulation {
     /// or by the `count` lowest.
     ///
     /// # Errors
-    /// [`ModesError`]; [`NotLinear`](ModesError::NotLinear) where walls, loads that change, follower loads or moving or
-    /// ending pins act, [`Coupled`](ModesError::Coupled) where damping couples modes.
+    /// [`ModesError`]; [`NotLinear`](ModesError::NotLinear) where walls, loads that change, follower loads or
+    /// moving or ending pins act, [`Coupled`](ModesError::Coupled) where damping couples modes.
     pub fn superposition(&mut self, count: Option<usize>) -> Result<Superposition, ModesError> {
         ensure_steady(self.system())?;
         match self.system().dimension() {

@@ -31,7 +31,8 @@ pub enum QuantityError {
         place: Range<usize>,
     },
     /// The text after the number is no unit.
-    #[error("expected {expected} after the number, found {}", .found.map_or("the end".to_owned(), |c| format!("`{}`", c.escape_debug())))]
+    #[error("expected {expected} after the number, found {}", .found.map_or("the \
+         end".to_owned(), |c| format!("`{}`", c.escape_debug())))]
     Malformed {
         /// The expected form.
         expected: &'static str,

@@ -11,7 +11,10 @@ pub enum StepError {
     #[error(
         "step {step} (t = {time} s) cannot be taken{}: {}{}",
         nor_in_parts(.retried.as_deref()), cause(.fault, .vertex),
-        advice(.fault, smallest(*.step_size, .retried.as_deref()), *.stable_step, parts(*.is_implicit, .retried.as_deref())),
+        advice(
+            .fault, smallest(*.step_size, .retried.as_deref()), *.stable_step,
+            parts(*.is_implicit, .retried.as_deref())
+        ),
         time = Rounded::<9>(*.time)
     )]
     NotFinite {
@@ -64,9 +67,10 @@ pub enum StepError {
     },
     /// No step that is large enough to be taken has an error that is allowed.
     #[error(
-        "{what} {step} (t = {time} s) cannot be taken: one of {step_size} s is still too large{}, and the smallest \
-         allowed is {smallest} s{}{}{}",
-        still(*.error), why(.cause.as_deref()), left_over(.cause.as_ref().and_then(|cause| cause.solve?.left)),
+        "{what} {step} (t = {time} s) cannot be taken: one of {step_size} s is still too large{}, and the \
+         smallest allowed is {smallest} s{}{}{}",
+        still(*.error), why(.cause.as_deref()),
+        left_over(.cause.as_ref().and_then(|cause| cause.solve?.left)),
         beyond_limit(*.is_static),
         what = if *.is_static { "increment" } else { "step" },
         step_size = Rounded::<4>(*.step_size), smallest = Rounded::<4>(*.smallest),
@@ -197,14 +201,15 @@ fn remedy(
 ) -> String {
     if statics.is_some_and(|statics| statics.load_factor.is_some()) {
         return match verdict {
-            SolveFailure::Unloaded => "multiply the load or the prescribed motion that is to grow by `t`, which is the load \
-                                       factor: `force = [\"0\", \"-10*t\"]`"
+            SolveFailure::Unloaded => "multiply the load or the prescribed motion that is to grow by `t`, \
+                                       which is the load factor: `force = [\"0\", \"-10*t\"]`"
                 .into(),
-            SolveFailure::Singular => "hold every body by pins or attachments; at a point where paths branch a small load \
-                                       to one side, or a shape that is a little off, leads past it"
+            SolveFailure::Singular => "hold every body by pins or attachments; at a point where paths \
+                                       branch a small load to one side, or a shape that is a little off, \
+                                       leads past it"
                 .into(),
-            _ => "no radius down to a millionth of the first one leads on: give a smaller `first` or `largest` in [time] \
-                  arc_length, or look what gives way there"
+            _ => "no radius down to a millionth of the first one leads on: give a smaller `first` or \
+                  `largest` in [time] arc_length, or look what gives way there"
                 .into(),
         };
     }
@@ -212,7 +217,9 @@ fn remedy(
         return "take a material that bears more, or smaller loads".into();
     }
     if statics.is_some() && verdict == SolveFailure::Indefinite {
-        return "statics has no inertia: hold every body by pins or attachments, or look what gives way there".into();
+        return "statics has no inertia: hold every body by pins or attachments, or look what gives way \
+                there"
+            .into();
     }
     let half = 0.5 * smallest(step_size, retried);
     let smaller = format!("a smaller step, {half} s{}", parts(true, retried), half = Rounded::<5>(half));
@@ -245,8 +252,8 @@ fn left_over(left: Option<ForceLeft>) -> String {
 /// Advice where increments of statics come to an end.
 fn beyond_limit(is_static: bool) -> &'static str {
     if is_static {
-        "; there may be no equilibrium near under more load, beyond a limit point: `arc_length` in [time] in place of \
-         `adaptive` follows the path through it, dynamics with damping jumps to the next"
+        "; there may be no equilibrium near under more load, beyond a limit point: `arc_length` in [time] \
+         in place of `adaptive` follows the path through it, dynamics with damping jumps to the next"
     } else {
         ""
     }
@@ -294,8 +301,8 @@ fn advice(fault: &Option<Fault>, step: f64, stable: Option<f64>, parts: &str) ->
             )
         }
         Some(stable) if stable.is_finite() => format!(
-            "; the step is below the limit of small motion about the start, {stable} s: large deformation, contact, loads or masses \
-             that come near can allow less on the way: try a smaller step, {half} s",
+            "; the step is below the limit of small motion about the start, {stable} s: large deformation, \
+             contact, loads or masses that come near can allow less on the way: try a smaller step, {half} s",
             stable = Rounded::<5>(stable),
             half = Rounded::<5>(half)
         ),
@@ -303,14 +310,15 @@ fn advice(fault: &Option<Fault>, step: f64, stable: Option<f64>, parts: &str) ->
     };
     if matches!(fault, Some(Fault::Crossing { .. })) {
         return format!(
-            "; contact in explicit steps stops only so much: try a smaller step, {half} s, a larger [contact] `distance` or \
-             `stiffness`, an implicit scheme, in whose steps nothing passes through, or say [contact] `allow_penetration = true`",
+            "; contact in explicit steps stops only so much: try a smaller step, {half} s, a larger \
+             [contact] `distance` or `stiffness`, an implicit scheme, in whose steps nothing passes \
+             through, or say [contact] `allow_penetration = true`",
             half = Rounded::<5>(half)
         );
     }
     if matches!(fault, Some(Fault::Pair { .. })) {
-        return "; point masses need a distance: give [world] nbody a `softening` length, or let `ias15` with `adaptive` resolve close \
-                encounters of masses that start apart"
+        return "; point masses need a distance: give [world] nbody a `softening` length, or let `ias15` \
+                with `adaptive` resolve close encounters of masses that start apart"
             .into();
     }
     if matches!(fault, Some(Fault::Sheet { .. })) {

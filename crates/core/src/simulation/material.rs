@@ -31,7 +31,8 @@ pub enum MaterialError {
     },
     /// A material that is given by functions cannot be split in two parts.
     #[error(
-        "`{body}` has `nodal_integration`, which splits a material of this library in two parts: remove it, or use `order = 2`"
+        "`{body}` has `nodal_integration`, which splits a material of this library in two parts: remove it, \
+         or use `order = 2`"
     )]
     NodalIntegration {
         /// The body.

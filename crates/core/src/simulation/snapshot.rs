@@ -43,7 +43,8 @@ pub struct Snapshot {
 pub enum SnapshotError {
     /// It is of another scene.
     #[error(
-        "the state is one of {found} coordinates, the simulation has {expected}: it is a state of another scene"
+        "the state is one of {found} coordinates, the simulation has {expected}: it is a state of another \
+         scene"
     )]
     Size {
         /// Coordinates of the snapshot.

@@ -81,7 +81,8 @@ fn numbers_of_dashpots_have_derivatives() {
 /// The chain with dashpots by a formula of their rate and length.
 fn expressed(scheme: &str, c: f64, d: f64) -> Scene {
     let formula = format!(
-        "expression = {{ dissipation = \"c/2*rate^2 + d*l/l0*rate^4\", parameters = {{ c = {c:?}, d = {d:?} }} }}"
+        "expression = {{ dissipation = \"c/2*rate^2 + d*l/l0*rate^4\", parameters = {{ c = {c:?}, d = {d:?} \
+         }} }}"
     );
     chain(scheme, 60.0, &formula, "")
 }

@@ -6,7 +6,8 @@ use pliant_scene::Scene;
 
 pub(super) const ROW: BenchmarkRow = BenchmarkRow {
     name: "cloth-implicit",
-    summary: "linearised implicit Euler steps of 0.01 s of the lecture's cloth of (N + 1)^2 masses, one linear solve each",
+    summary: "linearised implicit Euler steps of 0.01 s of the lecture's cloth of (N + 1)^2 masses, one \
+              linear solve each",
     cases,
 };
 
@@ -15,10 +16,12 @@ fn cloth(n: usize, linear: &str) -> Result<Scene, BenchmarkError> {
     let last = n * (n + 1);
     Ok(Scene::from_toml(&format!(
         "dimension = 3
-        time = {{ integrator = 'linearised-implicit-euler', step = 0.01, duration = 1.0, solver = {{ linear = '{linear}' }} }}
+        time = {{ integrator = 'linearised-implicit-euler', step = 0.01, duration = 1.0, solver = {{ linear \
+        = '{linear}' }} }}
         world = {{ gravity = [0.0, 0.0, -2.0] }}
         [[body]]
-        mesh = {{ cloth = {{ cells = [{n}, {n}], origin = [0.0, 0.0, 0.0], u = [0.5, 0.0, 0.0], v = [0.0, 0.5, 0.0] }} }}
+        mesh = {{ cloth = {{ cells = [{n}, {n}], origin = [0.0, 0.0, 0.0], u = [0.5, 0.0, 0.0], v = [0.0, \
+        0.5, 0.0] }} }}
         springs = {{ stiffness = 1000.0 }}
         mass = {{ per_vertex = 1.0 }}
         pin = [{{ vertices = [0, {last}] }}]"

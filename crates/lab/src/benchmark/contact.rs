@@ -11,7 +11,8 @@ use pliant_scene::Scene;
 
 pub(super) const CLOTH: BenchmarkRow = BenchmarkRow {
     name: "contact-cloth",
-    summary: "the first 40 steps of 0.01 s of a membrane of 64 x 64 cells that falls on a ball, with friction",
+    summary: "the first 40 steps of 0.01 s of a membrane of 64 x 64 cells that falls on a ball, with \
+              friction",
     cases: |threads| cases(threads, 12_675, "unknowns", 40, 660.0, cloth),
 };
 
@@ -40,20 +41,23 @@ pub(super) const BARS: BenchmarkRow = BenchmarkRow {
 
 pub(super) const STACK: BenchmarkRow = BenchmarkRow {
     name: "contact-stack",
-    summary: "the first 60 steps of 0.01 s of five cubes of 3,072 tetrahedra that settle on each other, with friction",
+    summary: "the first 60 steps of 0.01 s of five cubes of 3,072 tetrahedra that settle on each other, \
+              with friction",
     cases: |threads| cases(threads, 15_360, "tets", 60, 47.0, stack),
 };
 
 pub(super) const BUNNY: BenchmarkRow = BenchmarkRow {
     name: "contact-bunny",
-    summary: "the first 100 steps of 0.01 s of a bunny of 8,061 tetrahedra that falls on a floor, with friction",
+    summary: "the first 100 steps of 0.01 s of a bunny of 8,061 tetrahedra that falls on a floor, with \
+              friction",
     cases: |threads| cases(threads, 8_061, "tets", 100, 40.0, bunny),
 };
 
 /// Cost of contact in a scene where nothing touches: a ratio, on any machine at most 1.05.
 pub(super) const APART: BenchmarkRow = BenchmarkRow {
     name: "contact-apart",
-    summary: "20 steps of 2 ms of two bars of 1,536 tetrahedra each that bend far apart, over the same without contact",
+    summary: "20 steps of 2 ms of two bars of 1,536 tetrahedra each that bend far apart, over the same \
+              without contact",
     cases: |threads| {
         let part = |name: &'static str, contact: &'static str| {
             BenchmarkPart::new(name, threads.unwrap_or(1), move || FirstSteps::new(&apart(contact), 20))

@@ -15,7 +15,8 @@ use super::{PublishedValue, goal};
 pub(super) const EXPLICIT: BenchmarkRow = BenchmarkRow {
     name: "gradient-explicit",
     summary: "100 explicit steps of a wavy beam of tetrahedra and the gradient of the height of a vertex by \
-              Young's modulus, the start and gravity, beside the steps alone: 4 times, of which 3 for the way back",
+              Young's modulus, the start and gravity, beside the steps alone: 4 times, of which 3 for the \
+              way back",
     cases: |threads| cases(threads, tets(CELLS), 100, goal(4.0), || wavy(CELLS, "analytic")),
 };
 

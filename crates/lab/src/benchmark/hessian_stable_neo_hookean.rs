@@ -11,7 +11,8 @@ use pliant::solver::hessian::{Assembler, At, Weights};
 
 pub(super) const ROW: BenchmarkRow = BenchmarkRow {
     name: "hessian-stable-neo-hookean",
-    summary: "the matrix M + h^2 K of a beam of tetrahedra, element Hessians projected, stable neo-Hookean with its log term",
+    summary: "the matrix M + h^2 K of a beam of tetrahedra, element Hessians projected, stable neo-Hookean \
+              with its log term",
     cases,
 };
 

@@ -17,7 +17,8 @@ pub(super) fn galaxy(count: usize) -> Result<Scene, BenchmarkError> {
         time = {{ integrator = 'symplectic-euler', step = 1e-5, duration = 1.0 }}
         world = {{ nbody = {{ constant = 1.0, softening = 0.02 }} }}
         [[body]]
-        mesh = {{ disk = {{ count = {count}, radius = 1.0, inner_radius = 0.1, thickness = 0.02, seed = 1 }} }}
+        mesh = {{ disk = {{ count = {count}, radius = 1.0, inner_radius = 0.1, thickness = 0.02, seed = 1 \
+        }} }}
         mass = {{ total = 1.0 }}
         velocity = {{ tangential = {{ speed = 0.9 }} }}"
     ))?)

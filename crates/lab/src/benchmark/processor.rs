@@ -27,7 +27,8 @@ mod tests {
 
     #[test]
     fn the_model_is_read_where_there_is_one() {
-        let x86 = "processor\t: 0\nvendor_id\t: AuthenticAMD\ncpu family\t: 25\nmodel\t\t: 17\nmodel name\t: AMD EPYC\n";
+        let x86 = "processor\t: 0\nvendor_id\t: AuthenticAMD\ncpu family\t: 25\nmodel\t\t: 17\nmodel \
+                   name\t: AMD EPYC\n";
         assert_eq!(model(x86).unwrap(), "AMD EPYC (family 25, model 17)");
         assert_eq!(model("processor : 0\nModel\t: Raspberry Pi 4\n").unwrap(), "Raspberry Pi 4");
         assert_eq!(model("processor : 0\nCPU part : 0xd0c\n"), None);

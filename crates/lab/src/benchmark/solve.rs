@@ -15,7 +15,8 @@ use pliant::solver::multigrid::Multigrid;
 
 pub(super) const ROW: BenchmarkRow = BenchmarkRow {
     name: "solve",
-    summary: "(M + h^2 K) x = M g of a beam of tetrahedra at rest, h = 0.01 s: conjugate gradients to 1e-6, their set-up, Cholesky",
+    summary: "(M + h^2 K) x = M g of a beam of tetrahedra at rest, h = 0.01 s: conjugate gradients to 1e-6, \
+              their set-up, Cholesky",
     cases,
 };
 

@@ -22,7 +22,8 @@ pub(super) fn cloth(side: usize) -> Result<Scene, BenchmarkError> {
         time = {{ integrator = 'symplectic-euler', step = 1e-5, duration = 1.0 }}
         world = {{ gravity = [0.0, 0.0, -9.81] }}
         [[body]]
-        mesh = {{ cloth = {{ cells = [{cells}, {cells}], origin = [0.0, 0.0, 0.0], u = [1.0, 0.0, 0.0], v = [0.0, 1.0, 0.0] }} }}
+        mesh = {{ cloth = {{ cells = [{cells}, {cells}], origin = [0.0, 0.0, 0.0], u = [1.0, 0.0, 0.0], v = \
+        [0.0, 1.0, 0.0] }} }}
         springs = {{ stiffness = 500.0 }}
         mass = {{ total = 0.3 }}
         pin = [{{ vertices = [0, {cells}] }}]"

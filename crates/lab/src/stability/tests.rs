@@ -12,10 +12,12 @@ fn scene(integrator: &str, step: f64) -> Scene {
 
 fn text(integrator: &str, step: f64) -> String {
     format!(
-        "dimension = 2\ntime = {{ integrator = '{integrator}', step = {step:?}, duration = 1.0, allow_unstable = true }}\n\
+        "dimension = 2\ntime = {{ integrator = '{integrator}', step = {step:?}, duration = 1.0, \
+         allow_unstable = true }}\n\
          [[body]]\nmesh = {{ grid = {{ cells = [3, 1], size = [3.0, 1.0] }} }}\n\
          elastic = {{ linear = {{ young = 1e4, poisson = 0.3 }} }}\nmass = {{ density = 100.0 }}\n\
-         pin = [{{ half_space = {{ normal = [1, 0], offset = 0 }} }}]\nvelocity = {{ rigid = {{ linear = [0.1, 0.2] }} }}\n"
+         pin = [{{ half_space = {{ normal = [1, 0], offset = 0 }} }}]\nvelocity = {{ rigid = {{ linear = \
+         [0.1, 0.2] }} }}\n"
     )
 }
 
@@ -166,9 +168,11 @@ fn a_solve_that_fails_is_told_apart_from_a_run_that_diverges() {
 // A1: forward Euler multiplies the energy of a mode by 1 + z^2 in each step; implicit Euler divides by it.
 #[test]
 fn energy_drifts_as_the_amplification_says() {
-    let source = "dimension = 2\ntime = { integrator = 'rk4', step = 1e-3, duration = 1.0, allow_unstable = true }\n[[body]]\n\
+    let source = "dimension = 2\ntime = { integrator = 'rk4', step = 1e-3, duration = 1.0, allow_unstable = \
+                  true }\n[[body]]\n\
          mesh = { inline = { points = [[0, 0], [1, 0]], edges = [[0, 1]] } }\nsprings = { stiffness = 1.0 }\n\
-         mass = { per_vertex = 1.0 }\npin = [{ vertices = [0] }]\nposition = { displacement = [[0, 0], [0.1, 0]] }\n";
+         mass = { per_vertex = 1.0 }\npin = [{ vertices = [0] }]\nposition = { displacement = [[0, 0], \
+         [0.1, 0]] }\n";
     let scene = Scene::from_toml(source).unwrap();
     let (step, duration) = (1e-3f64, 10.0);
     for (name, sign) in [("forward-euler", 1.0), ("implicit-euler", -1.0)] {

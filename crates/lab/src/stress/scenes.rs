@@ -70,9 +70,11 @@ impl Solid<'_> {
         let origin = if origin.is_empty() { String::new() } else { format!(", origin = {origin:?}") };
         let poisson = if *material == "arap" { String::new() } else { format!(", poisson = {poisson:?}") };
         format!(
-            "dimension = {}\ntime = {{ integrator = {integrator}, step = {step:?}, duration = 1.0{time} }}\nworld = {{ {world} }}\n\
+            "dimension = {}\ntime = {{ integrator = {integrator}, step = {step:?}, duration = 1.0{time} \
+             }}\nworld = {{ {world} }}\n\
              [[body]]\nname = 'body'\nmesh = {{ grid = {{ cells = {cells:?}, size = {size:?}{origin} }} }}\n\
-             elastic = {{ {material} = {{ young = {young:?}{poisson} }} }}\nmass = {{ density = {density:?} }}\n{keys}\n",
+             elastic = {{ {material} = {{ young = {young:?}{poisson} }} }}\nmass = {{ density = {density:?} \
+             }}\n{keys}\n",
             cells.len(),
         )
     }

@@ -111,14 +111,15 @@ pub enum StudyError {
     NoDuration,
     /// There is no closed solution.
     #[error(
-        "no exact solution of this scene is known: it is neither two bodies under gravity nor a linear system without losses; \
-         leave the reference to `auto`"
+        "no exact solution of this scene is known: it is neither two bodies under gravity nor a linear \
+         system without losses; leave the reference to `auto`"
     )]
     NotExact,
     /// Neither scheme came to its end twice.
     #[error(
-        "no reference was found in {seconds:.0} s, by neither an explicit nor an implicit scheme of order 4 ({reached}); give more time by \
-         --budget, a shorter duration by --set time.duration=.., or a coarser mesh"
+        "no reference was found in {seconds:.0} s, by neither an explicit nor an implicit scheme of order 4 \
+         ({reached}); give more time by --budget, a shorter duration by --set time.duration=.., or a \
+         coarser mesh"
     )]
     NoReference {
         /// How long it was looked for [s].

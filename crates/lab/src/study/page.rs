@@ -3,11 +3,13 @@
 use std::fmt::Write;
 
 const STYLE: &str = ":root{color-scheme:light}\
-body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:0 auto;padding:1rem;color:#1a1a1a;background:#fff;overflow-wrap:anywhere}\
+body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:0 \
+auto;padding:1rem;color:#1a1a1a;background:#fff;overflow-wrap:anywhere}\
 h1{font-size:1.6rem;line-height:1.25}h2{font-size:1.25rem;margin-top:2.5rem}\
 .scroll{overflow-x:auto;margin:1rem 0}\
 table{border-collapse:collapse;font-size:.875rem;font-variant-numeric:tabular-nums;overflow-wrap:normal}\
-th,td{padding:.25rem .6rem;text-align:right;vertical-align:top;white-space:nowrap;border-bottom:1px solid #ddd}\
+th,td{padding:.25rem .6rem;text-align:right;vertical-align:top;white-space:nowrap;border-bottom:1px solid \
+#ddd}\
 th{border-bottom:2px solid #999}th:first-child,td:first-child,.text{text-align:left}\
 td:first-child,th:first-child{position:sticky;left:0;background:#fff}\
 .long{white-space:normal;min-width:18rem;max-width:34rem;text-align:left;color:#555}\

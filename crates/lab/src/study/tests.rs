@@ -377,10 +377,10 @@ fn the_table_has_the_columns_of_the_plan_and_its_cells_are_quoted() {
     row.variant = "a={ b, \"c\" }".into();
     let table = csv([&row]);
     let mut lines = table.lines();
-    let planned = "schema,case,commit,host,cpu,threads,rustc,flags,precision,element,material,nu,ndof,mass,integrator,\
-        order_nominal,stages,dt,steps,t_end,newton_tol,lin_solver,err_q_rms,err_q_max,err_v_rms,err_energy_max,\
-        err_momentum,err_angmom,ref_id,ref_err,status,fail_time,n_force,n_hess,n_factor,n_newton,n_linesearch,n_cg,\
-        wall_min_s,wall_median_s,wall_iqr_s,repeats,setup_s,peak_rss_mb,obs_order";
+    let planned = "schema,case,commit,host,cpu,threads,rustc,flags,precision,element,material,nu,ndof,mass,\
+        integrator,order_nominal,stages,dt,steps,t_end,newton_tol,lin_solver,err_q_rms,err_q_max,err_v_rms,\
+        err_energy_max,err_momentum,err_angmom,ref_id,ref_err,status,fail_time,n_force,n_hess,n_factor,n_newton,\
+        n_linesearch,n_cg,wall_min_s,wall_median_s,wall_iqr_s,repeats,setup_s,peak_rss_mb,obs_order";
     assert!(lines.next().unwrap().starts_with(planned));
     assert!(lines.next().unwrap().contains("\"a={ b, \"\"c\"\" }\""));
     assert_eq!(COLUMNS.len(), planned.split(',').count() + 1);

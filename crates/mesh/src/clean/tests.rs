@@ -284,16 +284,14 @@ fn steps_are_taken_in_an_order_in_which_one_needs_no_other() {
 #[test]
 fn refusals_name_the_keys_that_would_mend_them_unless_they_are_given() {
     let unreferenced = MeshError::Unreferenced { vertex: 0, count: 1 };
-    assert!(
-        matches!(&cures(&NOTHING, &unreferenced)[..], [cure] if cure.starts_with("`drop_unused = true` beside `path`"))
-    );
+    assert!(matches!(&cures(&NOTHING, &unreferenced)[..], [cure] if cure.starts_with("`drop_unused = true` \
+             beside `path`")));
     assert!(cures(&DROP_UNUSED, &unreferenced).is_empty());
     let inverted = error(&file(&CORNERS[..4], &[(4, 7, &[1, 3, 2, 4])]), 3);
     assert!(matches!(&cures(&NOTHING, &inverted)[..], [cure] if cure.starts_with("`orient = true`")));
     let short = MeshError::ZeroLengthEdge { edge: 0, vertices: [0, 1] };
-    assert!(
-        matches!(&cures(&NOTHING, &short)[..], [a, b] if a.starts_with("`merge =") && b.starts_with("`drop_degenerate ="))
-    );
+    assert!(matches!(&cures(&NOTHING, &short)[..], [a, b] if a.starts_with("`merge \
+             =") && b.starts_with("`drop_degenerate =")));
     let repeated = MeshError::RepeatedCell { cell: Cell::Triangle(1), first: 0, count: 1 };
     assert!(matches!(&cures(&MERGE, &repeated)[..], [cure] if cure.starts_with("`drop_degenerate = true`")));
     assert!(cures(&NOTHING, &MeshError::Empty).is_empty());
@@ -389,19 +387,23 @@ proptest! {
         let cube = build_grid(&grid(&[1, 1, 2], 1.0), 3).unwrap();
         let faces = cube.surface_triangles();
         let other = faces.iter().map(|t| t.map(|v| v + cube.vertex_count() as u32));
-        let points: Vec<f64> = cube.points.iter().copied().chain(cube.points.iter().map(|x| x + 5.0)).collect();
+        let beside = cube.points.iter().map(|x| x + 5.0);
+        let points: Vec<f64> = cube.points.iter().copied().chain(beside).collect();
         let whole = surface(&points, &faces.iter().copied().chain(other).collect::<Vec<_>>());
         let count = flips.iter().take(whole.triangles.len()).filter(|flip| **flip).count();
         let found = oriented(&flipped(&whole, &flips)).unwrap();
         let normal = |mesh: &Mesh| mesh.triangles.iter().copied().map(cyclic).collect::<Vec<_>>();
         prop_assert_eq!(normal(&found), normal(&whole));
-        prop_assert_eq!(sentences(&found), [format!("oriented {count} of {} triangles", whole.triangles.len())]);
+        prop_assert_eq!(sentences(&found), [format!("oriented {count} of {} \
+                                                     triangles", whole.triangles.len())]);
     }
 
     /// As comparing every vertex with all before it.
     #[test]
     fn merging_finds_what_comparing_all_pairs_finds(
-        points in prop::collection::vec([-3..4_i32, -3..4, -1..2].prop_map(|p| p.map(|x| f64::from(x) * 0.25)), 1..60),
+        points in prop::collection::vec(
+            [-3..4_i32, -3..4, -1..2].prop_map(|p| p.map(|x| f64::from(x) * 0.25)), 1..60
+        ),
         tolerance in prop::sample::select(vec![0.0, 0.1, 0.25, 0.26, 0.36, 0.5, 0.9, 3.0]),
         shift in prop::sample::select(vec![0.0, 1e6, -1024.0]),
     ) {

@@ -192,10 +192,9 @@ impl PySimulation {
     /// Parameters
     /// ----------
     /// loss : callable
-    ///     Called with a `Frame` for each state, from the last to the first. It returns what that state adds to
-    ///     the loss and its derivatives, ``(value, by_positions)`` or
-    ///     ``(value, by_positions, by_velocities)``, arrays of shape (n, dim) or None for zero; or None where
-    ///     the state adds nothing.
+    ///     Called with a `Frame` for each state, from the last to the first. It returns what that state adds
+    ///     to the loss and its derivatives, ``(value, by_positions)`` or ``(value, by_positions,
+    ///     by_velocities)``, arrays of shape (n, dim) or None for zero; or None where the state adds nothing.
     /// with_respect_to : list of str
     ///     Names of what the derivatives are taken by: ``"position"``, ``"velocity"``, ``"world.gravity"``,
     ///     ``"body.NAME.elastic.young"``. ``"forces"`` are forces on the vertices in each step, of shape
@@ -295,8 +294,8 @@ impl PySimulation {
     /// Parameters
     /// ----------
     /// position : array_like, optional
-    ///     Change of the positions, shape (n, dim) [m per unit of whatever changes them]; zero without it. Held
-    ///     vertices change with the places where they are held.
+    ///     Change of the positions, shape (n, dim) [m per unit of whatever changes them]; zero without it.
+    ///     Held vertices change with the places where they are held.
     /// velocity : array_like, optional
     ///     Change of the velocities, shape (n, dim) [m/s per that unit]; zero without it, and where held.
     /// parameters : dict of str to float or array_like, optional
@@ -307,7 +306,8 @@ impl PySimulation {
     /// Returns
     /// -------
     /// tuple of ndarray
-    ///     Change of the last positions [m per unit] and velocities [m/s per unit], float64 of shape (n, dim).
+    ///     Change of the last positions [m per unit] and velocities [m/s per unit], float64 of shape (n,
+    ///     dim).
     ///
     /// Raises
     /// ------
@@ -374,16 +374,16 @@ impl PySimulation {
 
     /// Take steps, twice, and the product of the Gauss-Newton matrix of a loss with a direction.
     ///
-    /// Of a loss ``sum of l_k(x_k, v_k)`` it is ``G d = sum of J_k^T (d2 l_k) J_k d``, with the Jacobians of the
-    /// states: what the Hessian is where residuals are zero, and what solvers of least squares ask for. Second
-    /// derivatives of states are not in it. The simulation is where the steps have led afterwards.
+    /// Of a loss ``sum of l_k(x_k, v_k)`` it is ``G d = sum of J_k^T (d2 l_k) J_k d``, with the Jacobians of
+    /// the states: what the Hessian is where residuals are zero, and what solvers of least squares ask for.
+    /// Second derivatives of states are not in it. The simulation is where the steps have led afterwards.
     ///
     /// Parameters
     /// ----------
     /// curvature : callable
-    ///     Called with a `Frame`, the change of its positions [m per unit] and of its velocities [m/s per unit],
-    ///     shape (n, dim), for each state from the first to the last. It returns the product of the second
-    ///     derivatives of that state's part of the loss with these changes, ``by_positions`` or
+    ///     Called with a `Frame`, the change of its positions [m per unit] and of its velocities [m/s per
+    ///     unit], shape (n, dim), for each state from the first to the last. It returns the product of the
+    ///     second derivatives of that state's part of the loss with these changes, ``by_positions`` or
     ///     ``(by_positions, by_velocities)``; or None where the state adds nothing.
     /// direction : dict of str to float or array_like
     ///     Changes by name, of the names and shapes that `gradient` knows; the product has the same names.
@@ -530,8 +530,8 @@ impl PySimulation {
 
     /// The lowest natural frequencies about the present state, and their derivatives.
     ///
-    /// That state is a shape at rest: no force acts there, neither gravity nor a load. A derivative by the shape
-    /// at rest moves the state with it.
+    /// That state is a shape at rest: no force acts there, neither gravity nor a load. A derivative by the
+    /// shape at rest moves the state with it.
     ///
     /// Parameters
     /// ----------
@@ -569,8 +569,9 @@ impl PySimulation {
     ) -> PyResult<Bound<'py, PyAny>> {
         let none_by = |name: &str| {
             PyKeyError::new_err(format!(
-                "natural frequencies have no derivative by `{name}`: moduli, densities, masses, rest shapes and \
-                 the stiffness of springs have one, masses and shapes where all elements are of first order"
+                "natural frequencies have no derivative by `{name}`: moduli, densities, masses, rest shapes \
+                 and the stiffness of springs have one, masses and shapes where all elements are of first \
+                 order"
             ))
         };
         if let Some(name) = with_respect_to.iter().find(|name| matches!(&name[..], "position" | "velocity")) {
@@ -605,8 +606,8 @@ impl PySimulation {
     /// Returns
     /// -------
     /// list of str
-    ///     Keys of the scene, with the names of its bodies; ``"position"`` and ``"velocity"`` are those of the
-    ///     present state. None where the scheme, or something in the scene, has no derivative: `gradient`
+    ///     Keys of the scene, with the names of its bodies; ``"position"`` and ``"velocity"`` are those of
+    ///     the present state. None where the scheme, or something in the scene, has no derivative: `gradient`
     ///     says what.
     ///
     /// Examples

@@ -61,8 +61,8 @@ impl PySimulation {
     /// Returns
     /// -------
     /// dict of str to float
-    ///     ``kinetic``, ``elastic``, ``gravitational``, ``loads`` (where there are any), ``total`` [J], and what
-    ///     came in and went out since the start, or since the state or the scene was last changed:
+    ///     ``kinetic``, ``elastic``, ``gravitational``, ``loads`` (where there are any), ``total`` [J], and
+    ///     what came in and went out since the start, or since the state or the scene was last changed:
     ///     ``balance.motion``, ``balance.loads``, ``balance.gravity``, ``balance.ether_drag``,
     ///     ``balance.damping``, ``balance.friction``, ``balance.walls``.
     ///
@@ -167,7 +167,8 @@ impl PySimulation {
     /// Parameters
     /// ----------
     /// name : str
-    ///     As in ``[output] channels`` of a scene: ``"green-strain"``, ``"jacobian"``, ``"principal-stretches"``, ...
+    ///     As in ``[output] channels`` of a scene: ``"green-strain"``, ``"jacobian"``,
+    ///     ``"principal-stretches"``, ...
     ///
     /// Returns
     /// -------
@@ -191,9 +192,9 @@ impl PySimulation {
     /// Returns
     /// -------
     /// dict of str to ndarray of float64, shape (2, 3)
-    ///     By name, ``body/pin`` or ``wall0``, the force [N] and the moment [N m]; the moment is about the mean
-    ///     position of the vertices, or the point that the pin turns about, of a wall about its point nearest
-    ///     to the origin.
+    ///     By name, ``body/pin`` or ``wall0``, the force [N] and the moment [N m]; the moment is about the
+    ///     mean position of the vertices, or the point that the pin turns about, of a wall about its point
+    ///     nearest to the origin.
     ///
     /// Examples
     /// --------
@@ -265,8 +266,8 @@ impl PySimulation {
     /// Returns
     /// -------
     /// scipy.sparse.csr_array, shape (n * dim, n * dim)
-    ///     [N/m], coordinate ``vertex * dim + axis``; symmetric, of all coordinates, as if nothing were held. Forces from outside by a function
-    ///     are left out: their derivative is not known.
+    ///     [N/m], coordinate ``vertex * dim + axis``; symmetric, of all coordinates, as if nothing were held.
+    ///     Forces from outside by a function are left out: their derivative is not known.
     ///
     /// Raises
     /// ------

@@ -121,13 +121,15 @@ impl Additions {
         let bodies: Vec<&str> = self.materials.iter().map(|(body, _)| body.as_str()).collect();
         said.then(|| {
             format!(
-                "the material in Python of {} is slow: its functions took {:.0} % of the time of the steps so far ({:.2} of {:.2} s), \
-                 what is compiled the rest; a material of this library would make steps up to {:.0} times as fast",
+                "the material in Python of {} is slow: its functions took {:.0} % of the time of the steps \
+                 so far ({:.2} of {:.2} s), what is compiled the rest; a material of this library would \
+                 make steps up to {:.0} times as fast",
                 bodies.join(", "),
                 100.0 * part,
                 materials.as_secs_f64(),
                 steps.as_secs_f64(),
-                steps.as_secs_f64() / (steps.as_secs_f64() - materials.as_secs_f64()).max(1e-3 * steps.as_secs_f64()),
+                steps.as_secs_f64()
+                    / (steps.as_secs_f64() - materials.as_secs_f64()).max(1e-3 * steps.as_secs_f64()),
             )
         })
     }

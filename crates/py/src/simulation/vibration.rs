@@ -114,7 +114,8 @@ impl PySimulation {
     /// Raises
     /// ------
     /// ValueError
-    ///     Something changes with time or is no linear force: walls, pins that move or let go, loads that change.
+    ///     Something changes with time or is no linear force: walls, pins that move or let go, loads that
+    ///     change.
     /// RuntimeError
     ///     There is no stable equilibrium; damping couples the modes.
     ///

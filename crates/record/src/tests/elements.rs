@@ -34,12 +34,15 @@ fn scene(dimension: usize) -> Scene {
         format!(
             "[[body]]\nname = '{name}'\nmesh = {{ grid = {{ cells = {cells}, spacing = 0.5 }} }}\n\
              mass = {{ density = 1000.0 }}\nelastic = {{ {material} = {{ young = 1e5, poisson = 0.3 }} }}\n\
-             position = {{ affine = {{ matrix = {matrix} }} }}\nvelocity = {{ rigid = {{ linear = {velocity} }} }}\n"
+             position = {{ affine = {{ matrix = {matrix} }} }}\nvelocity = {{ rigid = {{ linear = \
+             {velocity} }} }}\n"
         )
     };
     let text = format!(
-        "dimension = {dimension}\ntime = {{ integrator = 'symplectic-euler', step = 1e-3, duration = 0.02 }}\n\
-         [[body]]\nmesh = {{ {cloth} }}\nsprings = {{ stiffness = 1.0 }}\nmass = {{ per_vertex = 1.0 }}\n{}{}",
+        "dimension = {dimension}\ntime = {{ integrator = 'symplectic-euler', step = 1e-3, duration = 0.02 \
+         }}\n\
+         [[body]]\nmesh = {{ {cloth} }}\nsprings = {{ stiffness = 1.0 }}\nmass = {{ per_vertex = 1.0 \
+         }}\n{}{}",
         solid("a", "corotated"),
         solid("b", "neo-hookean"),
     );

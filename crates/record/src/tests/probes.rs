@@ -212,7 +212,8 @@ fn probes_in_quadratic_elements_are_exact_at_their_point() {
             |place: &[f64; 3], i: usize| format!("[[probe]]\nname = 'p{i}'\nat = {:?}\n", &place[..d]);
         let probes: String = places.iter().enumerate().map(|(i, place)| probe(place, i)).collect();
         let text = format!(
-            "dimension = {d}\ntime = {{ integrator = 'symplectic-euler', step = 1e-6, duration = 1e-6 }}\n[[body]]\n\
+            "dimension = {d}\ntime = {{ integrator = 'symplectic-euler', step = 1e-6, duration = 1e-6 \
+             }}\n[[body]]\n\
              mesh = {{ {mesh} }}\norder = 2\nmass = {{ density = 1000.0 }}\n\
              elastic = {{ stable-neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}\n{probes}"
         );

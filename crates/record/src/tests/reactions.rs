@@ -26,7 +26,8 @@ damping = { mass_proportional = 0.5 }
 mass = { density = 10.0 }
 load = [{ force = [0, '-3 * t'] }]
 pin = [
-    { name = 'left', half_space = { normal = [1, 0], offset = 0 }, motion = { displacement = [0, '0.1 * t'] } },
+    { name = 'left', half_space = { normal = [1, 0], offset = 0 }, motion = { displacement = [0, '0.1 * t'] \
+    } },
     { half_space = { normal = [-1, 0], offset = -2 }, until = 0.05 },
 ]
 ";

@@ -98,7 +98,8 @@ fn one(
         && let Some(i) = ties.iter().position(|tie| starts_at_zero(tie, rest_length, start, d))
     {
         let message = format!(
-            "the tie of vertex {} of `{}` starts at length 0: one of rest length {rest_length:?} m has no direction there",
+            "the tie of vertex {} of `{}` starts at length 0: one of rest length {rest_length:?} m has no \
+             direction there",
             vertices[i], body.name
         );
         let problem = Problem::semantic(path.key("rest_length"), message);
@@ -226,8 +227,8 @@ fn ends(
                 let nearest = search.nearest(&at, f64::INFINITY);
                 let distance = nearest.map_or(f64::INFINITY, |(distance, _)| distance);
                 let message = format!(
-                    "vertex {v} of `{}`, at {:?} at rest, is {distance} m away from the nearest {what} of `{}`, more \
-                     than {within:?} m",
+                    "vertex {v} of `{}`, at {:?} at rest, is {distance} m away from the nearest {what} of \
+                     `{}`, more than {within:?} m",
                     body.name,
                     body.mesh.point(v as usize),
                     other.name,

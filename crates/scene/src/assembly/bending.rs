@@ -47,8 +47,8 @@ impl BendingPlan {
             bends.joints = joints(mesh.vertex_count(), springs);
         }
         if bends.count() == 0 {
-            let message = "`bending` acts between two triangles of a sheet in 3D, or between two edges in a row; \
-                           this body has neither";
+            let message = "`bending` acts between two triangles of a sheet in 3D, or between two edges in a \
+                           row; this body has neither";
             problems.push(Problem::semantic(path.clone(), message));
             return bends;
         }

@@ -361,8 +361,8 @@ fn without_thickness(contact: &ContactSpec, parties: &[ContactParty<'_>]) -> Res
         );
         let problem = Problem::semantic(KeyPath::root().key("body").index(i), message);
         Some(problem.with_help(
-            "give it: `contact = { radius = \"1 mm\" }` in this body; or let them pass, by `contact = { self = \
-             false }` and by [contact] `pairs = [{ between = [...], contact = false }]`",
+            "give it: `contact = { radius = \"1 mm\" }` in this body; or let them pass, by `contact = { \
+             self = false }` and by [contact] `pairs = [{ between = [...], contact = false }]`",
         ))
     };
     let problems: Vec<Problem> = parts.iter().filter_map(problem).collect();

@@ -53,7 +53,8 @@ pub(super) fn warnings(scene: &Scene, simulation: &Simulation, bodies: &[BodyAss
         return vec![];
     }
     vec![format!(
-        "all {steps} steps of {h} s take about {hours:.0} h on two ordinary cores: {what}; `--until` takes a part",
+        "all {steps} steps of {h} s take about {hours:.0} h on two ordinary cores: {what}; `--until` takes \
+         a part",
         h = Rounded::<4>(h)
     )]
 }

@@ -45,18 +45,21 @@ fn of_body(spec: &Body, body: &BodyAssembly) -> Vec<String> {
     if let Some(poisson) = poisson(material, &body.mesh).filter(|nu| *nu >= NEARLY_INCOMPRESSIBLE - ROUNDING)
     {
         warnings.push(format!(
-            "`{name}` locks: with a Poisson's ratio of {poisson:.4} (from {NEARLY_INCOMPRESSIBLE} on) linear elements can hardly deform \
-             without changing their volume, and are too stiff, the more the closer it is to 0.5; {remedy}"
+            "`{name}` locks: with a Poisson's ratio of {poisson:.4} (from {NEARLY_INCOMPRESSIBLE} on) \
+             linear elements can hardly deform without changing their volume, and are too stiff, the more \
+             the closer it is to 0.5; {remedy}"
         ));
     }
     if let Some(SlenderBody { thickness, length, cells }) = thin(&body.mesh) {
         warnings.push(format!(
-            "`{name}` bends too stiffly: {cells:.1} linear elements through its thickness of {thickness} m (from its surface along the \
-             normal to the other side, over half of it or more), {:.1} times longer than thick; with n of them, as long as thick, \
-             bending is about 1 + {STIFFENING}/n^2 times too stiff, here {:.1} times or more; {remedy}",
+            "`{name}` bends too stiffly: {cells:.1} linear elements through its thickness of {thickness} m \
+             (from its surface along the normal to the other side, over half of it or more), {:.1} times \
+             longer than thick; with n of them, as long as thick, bending is about 1 + {STIFFENING}/n^2 \
+             times too stiff, here {:.1} times or more; {remedy}",
             length / thickness,
             1.0 + STIFFENING / (cells * cells),
-        thickness = Rounded::<4>(thickness)));
+            thickness = Rounded::<4>(thickness)
+        ));
     }
     warnings
 }

@@ -101,7 +101,10 @@ fn too_large(scene: &Scene, simulation: &Simulation, further: u64, available: u6
     let path = KeyPath::root().key("time");
     let path = if scene.time.solver.is_some() { path.key("solver") } else { path.key("integrator") };
     Problem::semantic(path, message)
-        .with_help("`solver = { linear = \"multigrid\" }` takes less than a factorisation, \"matrix-free\" next to nothing")
+        .with_help(
+            "`solver = { linear = \"multigrid\" }` takes less than a factorisation, \"matrix-free\" \
+                    next to nothing",
+        )
         .with_help("or fewer cells, an explicit scheme, or a machine with more memory")
 }
 

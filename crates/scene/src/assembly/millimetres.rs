@@ -53,8 +53,8 @@ fn light(spec: &Body, body: &BodyAssembly) -> Option<String> {
     let density = density(spec).filter(|density| *density < LIGHTER_THAN_FOAM)?;
     Some(format!(
         "`{}` has a density of {density:?} kg/m^3, less than any solid: if the number is from a model in \
-         millimetres, write its unit, `\"{density:?} t/mm^3\"` or `\"{density:?} g/mm^3\"`, and those of the moduli \
-         and lengths",
+         millimetres, write its unit, `\"{density:?} t/mm^3\"` or `\"{density:?} g/mm^3\"`, and those of \
+         the moduli and lengths",
         body.name
     ))
 }
@@ -82,8 +82,8 @@ fn crushed(spec: &Body, body: &BodyAssembly) -> Option<String> {
     let most = spec.load.iter().map(of_load).fold(0.0, f64::max);
     (most > CRUSHED * young).then(|| {
         format!(
-            "`{}` has a Young's modulus of {young:.0} Pa and bears {most:.0} Pa: if the modulus is in MPa or GPa, \
-             write its unit, `\"{young:.0} GPa\"`",
+            "`{}` has a Young's modulus of {young:.0} Pa and bears {most:.0} Pa: if the modulus is in MPa \
+             or GPa, write its unit, `\"{young:.0} GPa\"`",
             body.name
         )
     })
@@ -99,8 +99,8 @@ fn soft(spec: &Body, body: &BodyAssembly) -> Option<String> {
     let density = density(spec).filter(|density| *density >= DENSE)?;
     let young = young(spec).filter(|young| *young <= SOFT)?;
     Some(format!(
-        "`{}` is as dense as steel, {density:?} kg/m^3, and as soft as rubber, {young:.0} Pa: if the modulus is in \
-         MPa or N/mm^2, write its unit, `\"{young:.0} MPa\"`",
+        "`{}` is as dense as steel, {density:?} kg/m^3, and as soft as rubber, {young:.0} Pa: if the \
+         modulus is in MPa or N/mm^2, write its unit, `\"{young:.0} MPa\"`",
         body.name
     ))
 }
@@ -112,7 +112,8 @@ fn large(spec: &Body, body: &BodyAssembly) -> Option<String> {
         return None;
     }
     Some(format!(
-        "`{}` is {size:.1} m large: if its file is in millimetres, give the body `transform = {{ scale = 1e-3 }}`",
+        "`{}` is {size:.1} m large: if its file is in millimetres, give the body `transform = {{ scale = \
+         1e-3 }}`",
         body.name
     ))
 }

@@ -227,8 +227,8 @@ fn loose_tolerance(scene: &Scene, size: f64) -> Option<Problem> {
     let tolerance = scene.time.solver.as_ref()?.tolerance.filter(|t| *t > LARGEST_TOLERANCE * size)?;
     let path = KeyPath::root().key("time").key("solver").key("tolerance");
     let message = format!(
-        "Newton's method would end where its next correction is {tolerance} m, and the whole scene is {size} m large: it would \
-         hardly begin",
+        "Newton's method would end where its next correction is {tolerance} m, and the whole scene is \
+         {size} m large: it would hardly begin",
         tolerance = Rounded::<17>(tolerance),
         size = Rounded::<4>(size)
     );
@@ -276,16 +276,16 @@ fn unstable_step(scene: &Scene, step: f64, stability: &StabilityLimit) -> Proble
     let path = KeyPath::root().key("time").key("step");
     let message = if stability.grows_at_any_step {
         format!(
-            "{name} gains energy at any step; with {step} s the fastest motion ({} rad/s) more than doubles in \
-             {} s",
+            "{name} gains energy at any step; with {step} s the fastest motion ({} rad/s) more than doubles \
+             in {} s",
             Rounded::<5>(stability.frequency),
             scene.time.duration,
             step = Rounded::<17>(step)
         )
     } else {
         format!(
-            "a step of {step} s is unstable for {name}: the fastest motion of this scene, {} rad/s{}, allows at \
-             most {limit} s",
+            "a step of {step} s is unstable for {name}: the fastest motion of this scene, {} rad/s{}, \
+             allows at most {limit} s",
             Rounded::<5>(stability.frequency),
             strongest_damping(stability),
             step = Rounded::<17>(step),

@@ -134,8 +134,8 @@ pub(super) fn jumps_at_start(bodies: &[BodyAssembly], dimension: usize) -> Vec<P
             if jump > allowed {
                 let (key, right) = not_zero_at_start(spec);
                 let message = format!(
-                    "pin `{}` would jump by {jump} m before the first step: its motion begins where the body starts, and this \
-                     is not zero at t = 0",
+                    "pin `{}` would jump by {jump} m before the first step: its motion begins where the \
+                     body starts, and this is not zero at t = 0",
                     held.name,
                     jump = Rounded::<7>(jump)
                 );
@@ -158,7 +158,8 @@ fn not_zero_at_start(spec: &MotionSpec) -> (&'static str, String) {
     } else if first.is_some_and(|first| first.iter().any(|u| *u != 0.0)) {
         ("keyframes", "give the displacement 0 at the first of `times`, and go on from there".into())
     } else {
-        let right = "subtract from each formula what it is at t = 0, or let it grow from 0, as by smoothstep(0, 1, t)";
+        let right = "subtract from each formula what it is at t = 0, or let it grow from 0, as by \
+                     smoothstep(0, 1, t)";
         ("displacement", right.into())
     }
 }

@@ -218,13 +218,19 @@ fn uses(
     );
     let cells: Vec<String> = bodies.iter().filter_map(whole_cells).collect();
     say(!cells.is_empty(), cells.join("; "), "quadrilaterals and hexahedra: no body has any");
-    let nodal: Vec<String> = scene.body.iter().zip(bodies).filter_map(|(spec, body)| {
-        let part = spec.nodal_integration.as_ref()?.stabilisation_or_default();
-        Some(format!(
-            "nodal integration of `{}`: the material is evaluated at its vertices, {part} of the shear modulus in the elements",
-            body.name
-        ))
-    }).collect();
+    let nodal: Vec<String> = scene
+        .body
+        .iter()
+        .zip(bodies)
+        .filter_map(|(spec, body)| {
+            let part = spec.nodal_integration.as_ref()?.stabilisation_or_default();
+            Some(format!(
+                "nodal integration of `{}`: the material is evaluated at its vertices, {part} of the shear \
+             modulus in the elements",
+                body.name
+            ))
+        })
+        .collect();
     say(!nodal.is_empty(), nodal.join("; "), "nodal integration: no body asks for it");
     let membranes: Vec<String> = scene
         .body
@@ -328,8 +334,8 @@ fn uses(
     let control = simulation.step_control();
     let along = scene.time.arc_length.as_ref().map(|spec| {
         format!(
-            "the path of equilibria by arc length, the first increment of the load factor {}: `t` in formulas is the \
-             load factor, and time counts steps",
+            "the path of equilibria by arc length, the first increment of the load factor {}: `t` in \
+             formulas is the load factor, and time counts steps",
             spec.first_or_default()
         )
     });
@@ -411,8 +417,8 @@ fn follows(control: &StepControl, simulation: &Simulation) -> String {
     if simulation.method().is_static() {
         let StepControl { first, smallest, largest, .. } = *control;
         return format!(
-            "increments as large as they can be solved, the first {} s, down to {smallest} s and up to {largest} s; every one \
-             that is taken back is counted",
+            "increments as large as they can be solved, the first {} s, down to {smallest} s and up to \
+             {largest} s; every one that is taken back is counted",
             Rounded::<4>(first.unwrap_or(largest)),
             smallest = Rounded::<4>(smallest),
             largest = Rounded::<4>(largest)
@@ -426,8 +432,8 @@ fn follows(control: &StepControl, simulation: &Simulation) -> String {
     }
     let Tolerances { position, velocity, relative } = control.tolerances;
     format!(
-        "step sizes that follow the error: {position} m and {velocity} m/s + {relative} of the speed in every step, steps up to \
-         {} s; every step that is taken back is counted",
+        "step sizes that follow the error: {position} m and {velocity} m/s + {relative} of the speed in \
+         every step, steps up to {} s; every step that is taken back is counted",
         Rounded::<4>(control.largest),
         position = Rounded::<4>(position),
         velocity = Rounded::<4>(velocity),

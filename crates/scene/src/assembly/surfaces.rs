@@ -15,8 +15,8 @@ fn passed_over(body: &BodyReport) -> Option<String> {
     let names = &body.contents.passed_over;
     (!names.is_empty()).then(|| {
         format!(
-            "the file of `{}` holds {}, which are not read: materials, supports and loads stand in the scene, on \
-             the sets of the file by their names",
+            "the file of `{}` holds {}, which are not read: materials, supports and loads stand in the \
+             scene, on the sets of the file by their names",
             body.name,
             names.join(", ")
         )
@@ -31,7 +31,10 @@ fn far(body: &BodyReport) -> Option<String> {
     (cells > FAR).then(|| {
         format!(
             "the surface of `{}` lies up to {} m from its solid, {cells:.2} of a cell: sharp edges are \
-             cut off, or gaps narrower than cells are filled, and what they part is grown together; give more `cells`",
-            body.name, Rounded::<4>(surface.distance))
+             cut off, or gaps narrower than cells are filled, and what they part is grown together; give \
+             more `cells`",
+            body.name,
+            Rounded::<4>(surface.distance)
+        )
     })
 }

@@ -32,8 +32,9 @@ fn folded(body: &BodyAssembly) -> Option<String> {
     let (FoldedNodes { count, worst, least }, block) = (body.mesh.folded_nodes()?, body.mesh.block()?);
     let are = if count == 1 { "is" } else { "are" };
     Some(format!(
-        "`{}`: {count} of {} {} {are} folded at a corner, the most element {worst}, where det J is {least:.3} \
-         of its mean: answers are poor there; move vertices until all angles are below 180 degrees",
+        "`{}`: {count} of {} {} {are} folded at a corner, the most element {worst}, where det J is \
+         {least:.3} of its mean: answers are poor there; move vertices until all angles are below 180 \
+         degrees",
         body.name,
         block.cells().len(),
         block.kind.plural,
@@ -69,8 +70,8 @@ fn rougher_than_rubber(scene: &Scene) -> Option<String> {
     let most = of_pairs.fold(contact.friction, f64::max);
     (most > ROUGHEST).then(|| {
         format!(
-            "a coefficient of friction of {} is of no surface that is known, rubber on rubber has 1 to 2: nothing \
-             will slide",
+            "a coefficient of friction of {} is of no surface that is known, rubber on rubber has 1 to 2: \
+             nothing will slide",
             Rounded::<4>(most)
         )
     })
@@ -140,8 +141,8 @@ fn through_each_other(scene: &Scene, bodies: &[BodyAssembly]) -> Option<String> 
         bodies.iter().filter(|body| !(body.is_particles() || body.is_obstacle)).collect();
     let [a, b] = first_meeting(solid.iter().map(|body| &body.position[..]), scene.dimension)?;
     Some(format!(
-        "the boxes around `{}` and `{}` meet, and nothing makes bodies collide: `contact = {{}}` in the scene \
-         does",
+        "the boxes around `{}` and `{}` meet, and nothing makes bodies collide: `contact = {{}}` in the \
+         scene does",
         solid[a].name, solid[b].name
     ))
 }
@@ -176,9 +177,9 @@ fn walls(scene: &Scene) -> Option<String> {
     let are_put_back = scene.acting_contact().is_none() && method.solves > 0;
     (are_put_back && !scene.world.walls.is_empty()).then(|| {
         format!(
-            "`{}` solves a step as if there were no walls, and vertices are put back afterwards: what rests on a \
-             wall is too soft there, and sinks in, the more the larger the step; `implicit-euler`, `bdf2`, \
-             `tr-bdf2` and `sdirk2` hold walls in the solve",
+            "`{}` solves a step as if there were no walls, and vertices are put back afterwards: what rests \
+             on a wall is too soft there, and sinks in, the more the larger the step; `implicit-euler`, \
+             `bdf2`, `tr-bdf2` and `sdirk2` hold walls in the solve",
             method.name
         )
     })

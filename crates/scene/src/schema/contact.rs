@@ -206,8 +206,9 @@ impl ContactSpec {
             return None;
         }
         Some(format!(
-            "`{}` cannot hold contact: steps that end elsewhere than at a configuration that is solved for, and \
-             stages that are solved all at once, without a limit on their way, may lie behind an obstacle",
+            "`{}` cannot hold contact: steps that end elsewhere than at a configuration that is solved for, \
+             and stages that are solved all at once, without a limit on their way, may lie behind an \
+             obstacle",
             method.documentation.name
         ))
     }

@@ -114,7 +114,8 @@ proptest! {
             let text = changed(MESH, &mesh)
                 .replace("dimension = 2", &format!("dimension = {dimension}"))
                 .replace(SPRINGS, &format!("{{ stiffness = {list}, rest_length = {list} }}"))
-                .replace(PIN, &format!("[{{ vertices = {counts} }}]\nvelocity = {{ rigid = {{ angular = {list} }} }}"));
+                .replace(PIN, &format!("[{{ vertices = {counts} }}]\nvelocity = {{ rigid = {{ angular = \
+                                        {list} }} }}"));
             survive(&text);
         }
     }

@@ -12,7 +12,8 @@ fn warnings(time: &str, body: &str) -> Vec<String> {
 
 const BEAM: &str = "[[body]]\nmesh = { grid = { cells = [50, 20], size = [1.0, 0.4] } }\n\
                     elastic = { corotated = { young = 1e4, poisson = 0.3 } }\nmass = { density = 1000 }";
-const STARS: &str = "world = { nbody = { constant = 1.0, softening = 0.1 } }\n[[body]]\nmass = { total = 1.0 }\n\
+const STARS: &str = "world = { nbody = { constant = 1.0, softening = 0.1 } }\n[[body]]\nmass = { total = \
+                     1.0 }\n\
                      mesh = { disk = { count = 2000, radius = 1.0, seed = 1 } }";
 
 #[test]

@@ -42,9 +42,17 @@ fn files_that_are_no_text() {
 
 #[test]
 fn what_is_written_reads_the_same() {
-    let full = changed("[0.0, -9.8]", "[0.0, -9.8]\nether_drag = 0.1\nwalls = [{ normal = [0, 1], offset = -1 }]")
-        .replace(SPRINGS, "{ young = 5, rest_length = [1, 2, 3] }")
-        .replace(PIN, "[{ vertices = [1, 2] }, { half_space = { normal = [1, 0], offset = 0 } }]\nvelocity = { rigid = { linear = [1, 2], angular = 3 } }");
+    let full = changed(
+        "[0.0, -9.8]",
+        "[0.0, -9.8]\nether_drag = 0.1\nwalls = [{ normal = [0, 1], offset = \
+                                       -1 }]",
+    )
+    .replace(SPRINGS, "{ young = 5, rest_length = [1, 2, 3] }")
+    .replace(
+        PIN,
+        "[{ vertices = [1, 2] }, { half_space = { normal = [1, 0], offset = 0 } }]\nvelocity \
+                       = { rigid = { linear = [1, 2], angular = 3 } }",
+    );
     for text in [GOOD, &full] {
         let scene = read(text).unwrap();
         let written = scene.to_toml().unwrap();

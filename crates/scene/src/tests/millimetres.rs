@@ -71,7 +71,8 @@ fn beside(elastic: &str, density: &str, more: &str) -> Vec<String> {
     let text = format!(
         "dimension = 3\ntime = {{ integrator = 'implicit-euler', step = 1e-3, duration = 1e-2 }}\n\
          world = {{ gravity = [0, 0, -9.81] }}\n[[body]]\nname = 'part'\n\
-         mesh = {{ grid = {{ cells = [4, 4, 4], size = [0.1, 0.1, 0.1] }} }}\nelastic = {{ stvk = {elastic} }}\n\
+         mesh = {{ grid = {{ cells = [4, 4, 4], size = [0.1, 0.1, 0.1] }} }}\nelastic = {{ stvk = {elastic} \
+         }}\n\
          mass = {{ density = {density} }}\n{more}"
     );
     let scene = Scene::from_toml(&text).unwrap_or_else(|error| panic!("{error}"));
@@ -97,7 +98,8 @@ fn densities_beside_water_and_moduli_below_their_loads_are_told() {
 fn loads_and_muscles_of_zero_are_told() {
     let told = |more: &str| {
         let text = format!(
-            "dimension = 2\ntime = {{ integrator = 'implicit-euler', step = 1e-3, duration = 1e-2 }}\n[[body]]\n\
+            "dimension = 2\ntime = {{ integrator = 'implicit-euler', step = 1e-3, duration = 1e-2 \
+             }}\n[[body]]\n\
              name = 'arm'\nmesh = {{ grid = {{ cells = [2, 2], size = [0.1, 0.1] }} }}\n\
              elastic = {{ stvk = {{ young = 1e6, poisson = 0.3 }} }}\nmass = {{ density = 1000 }}\n{more}"
         );

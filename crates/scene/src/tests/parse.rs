@@ -42,7 +42,8 @@ fn unknown_fields_are_reported_together_and_with_what_else_is_wrong() {
         failed.problems()[1].help,
         [
             "did you mean `step`?",
-            "fields here: `integrator`, `solver`, `step`, `adaptive`, `arc_length`, `duration`, `allow_unstable`"
+            "fields here: `integrator`, `solver`, `step`, `adaptive`, `arc_length`, `duration`, \
+             `allow_unstable`"
         ]
     );
     assert_eq!(failed.problems()[0].help.len(), 1, "nothing is near `zoom`");
@@ -86,12 +87,14 @@ fn wrong_types() {
         (
             "{ per_vertex = 1.0 }",
             "1.0",
-            "15:8 body.0.mass: `mass` takes exactly one of `density`, `per_vertex`, `total`, `preset`, found the number 1.0",
+            "15:8 body.0.mass: `mass` takes exactly one of `density`, `per_vertex`, `total`, `preset`, \
+             found the number 1.0",
         ),
         (
             "{ per_vertex = 1.0 }",
             "{ per_vertex = 1.0, total = 2.0 }",
-            "15:8 body.0.mass: `mass` takes exactly one of `density`, `per_vertex`, `total`, `preset`, found `per_vertex` and `total`",
+            "15:8 body.0.mass: `mass` takes exactly one of `density`, `per_vertex`, `total`, `preset`, \
+             found `per_vertex` and `total`",
         ),
         (
             "{ per_vertex = 1.0 }",
@@ -121,9 +124,8 @@ fn lists_are_neither_tables_nor_longer_than_they_should_be() {
     );
     assert_eq!(
         problems("{ stiffness = 100.0 }", "[100.0]"),
-        [
-            "14:11 body.0.springs: `springs` takes a table with `stiffness`, `young`, `expression`, `parameters`, `rest_length`, found a list of 1 entry"
-        ]
+        ["14:11 body.0.springs: `springs` takes a table with `stiffness`, `young`, `expression`, \
+             `parameters`, `rest_length`, found a list of 1 entry"]
     );
 }
 

@@ -84,7 +84,8 @@ error: `dimension` takes a whole number, 0 or more, found the text `ü\u{1F600}\
 1 |     dimension = 'ü\u{1F600}    x'  #ä
   |                 ^^^^^^^^^^
 
-error: `time` takes a table with `integrator`, `solver`, `step`, `adaptive`, `arc_length`, `duration`, `allow_unstable`, found 3
+error: `time` takes a table with `integrator`, `solver`, `step`, `adaptive`, `arc_length`, `duration`, \
+`allow_unstable`, found 3
  --> scene.toml:2:8
   |
 2 | time = 3

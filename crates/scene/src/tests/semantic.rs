@@ -22,9 +22,8 @@ fn surroundings() {
         (
             "1e-3",
             "1e-300",
-            &[
-                "5:8 time.step: 1.0 [s] in steps of 1e-300 [s] are 1.0e300 steps, more than can be counted (2^53)",
-            ],
+            &["5:8 time.step: 1.0 [s] in steps of 1e-300 [s] are 1.0e300 steps, more than can be counted \
+                 (2^53)"],
         ),
         (
             "duration = 1.0",
@@ -74,7 +73,8 @@ fn surroundings() {
             "[0, 0]\nnbody = { constant = 1.0, tree = { opening_angle = 1.5 } }",
             &[
                 "10:9 world.nbody: `nbody` acts on nothing",
-                "10:52 world.nbody.tree.opening_angle: `opening_angle` must be above 0 and at most 1, got 1.5 [rad]",
+                "10:52 world.nbody.tree.opening_angle: `opening_angle` must be above 0 and at most 1, got \
+                 1.5 [rad]",
             ],
         ),
         (
@@ -82,7 +82,8 @@ fn surroundings() {
             "[0, 0]\nnbody = { constant = 1.0, tree = { opening_angle = 0 } }",
             &[
                 "10:9 world.nbody: `nbody` acts on nothing",
-                "10:52 world.nbody.tree.opening_angle: `opening_angle` must be above 0 and at most 1, got 0.0 [rad]",
+                "10:52 world.nbody.tree.opening_angle: `opening_angle` must be above 0 and at most 1, got \
+                 0.0 [rad]",
             ],
         ),
         (
@@ -104,9 +105,11 @@ fn surroundings() {
             r#"["state"]"#,
             "['von-mises', 'state', 'von-mises']",
             &[
-                "20:13 output.channels.0: channel `von-mises` is about finite elements, and no body is `elastic`",
+                "20:13 output.channels.0: channel `von-mises` is about finite elements, and no body is \
+                 `elastic`",
                 "20:35 output.channels.2: channel `von-mises` is listed twice",
-                "20:35 output.channels.2: channel `von-mises` is about finite elements, and no body is `elastic`",
+                "20:35 output.channels.2: channel `von-mises` is about finite elements, and no body is \
+                 `elastic`",
             ],
         ),
     ]);
@@ -116,7 +119,8 @@ fn surroundings() {
 fn a_density_has_the_unit_of_what_the_mesh_is_made_of() {
     let unit = |dimension: usize, mesh: &str, made_of: &str| {
         let text = format!(
-            "dimension = {dimension}\ntime = {{ integrator = 'rk4', step = 1e-3, duration = 1.0 }}\n[[body]]\nmesh = {mesh}\n\
+            "dimension = {dimension}\ntime = {{ integrator = 'rk4', step = 1e-3, duration = 1.0 \
+             }}\n[[body]]\nmesh = {mesh}\n\
              {made_of}\nmass = {{ density = -1.0 }}\n"
         );
         let problems = briefly(&error(&text)).join("\n");
@@ -156,16 +160,14 @@ fn meshes() {
         (
             MESH,
             "{ grid = { cells = [2, 1] } }",
-            &[
-                "13:10 body.0.mesh.grid: a grid takes exactly one of `spacing` [m] and `size` [m], neither is given",
-            ],
+            &["13:10 body.0.mesh.grid: a grid takes exactly one of `spacing` [m] and `size` [m], neither \
+                 is given"],
         ),
         (
             MESH,
             "{ grid = { cells = [2, 1], spacing = 1, size = [1, 1] } }",
-            &[
-                "13:10 body.0.mesh.grid: a grid takes exactly one of `spacing` [m] and `size` [m], both are given",
-            ],
+            &["13:10 body.0.mesh.grid: a grid takes exactly one of `spacing` [m] and `size` [m], both are \
+                 given"],
         ),
         (
             MESH,
@@ -205,9 +207,8 @@ fn meshes() {
         (
             MESH,
             "{ cloth = { cells = [2, 1], origin = [0, 0], u = [1, 0], v = [0, -1] } }",
-            &[
-                "13:69 body.0.mesh.cloth.v: in 2D `v` must be counter-clockwise from `u`, else every triangle is inside out",
-            ],
+            &["13:69 body.0.mesh.cloth.v: in 2D `v` must be counter-clockwise from `u`, else every \
+                 triangle is inside out"],
         ),
         (
             MESH,
@@ -228,9 +229,8 @@ fn meshes() {
         (
             MESH,
             "{ inline = { points = [[0, 0], [1, 0, 0]], edges = [[0, 1]] } }",
-            &[
-                "13:39 body.0.mesh.inline.points.1: `points` has 3 numbers, but `dimension` is 2: 2 are needed",
-            ],
+            &["13:39 body.0.mesh.inline.points.1: `points` has 3 numbers, but `dimension` is 2: 2 are \
+                 needed"],
         ),
         (
             MESH,
@@ -257,7 +257,8 @@ fn bodies() {
         (r#""net""#, "''", &[r#"12:8 body.0.name: "" cannot be the name of a body"#]),
         (
             "[output]",
-            "[[body]]\nname = 'net'\nmesh = { disk = { count = 1, radius = 1 } }\nmass = { total = 1 }\n[output]",
+            "[[body]]\nname = 'net'\nmesh = { disk = { count = 1, radius = 1 } }\nmass = { total = 1 \
+             }\n[output]",
             &[r#"19:8 body.1.name: bodies 0 and 1 are both named "net""#],
         ),
         (
@@ -268,16 +269,14 @@ fn bodies() {
         (
             SPRINGS,
             "{}",
-            &[
-                "14:1 body.0.springs: `springs` take exactly one of `stiffness` [N/m], `young` [N/m^2] and `expression` [J], none is given",
-            ],
+            &["14:1 body.0.springs: `springs` take exactly one of `stiffness` [N/m], `young` [N/m^2] and \
+                 `expression` [J], none is given"],
         ),
         (
             SPRINGS,
             "{ stiffness = 1, young = 1 }",
-            &[
-                "14:1 body.0.springs: `springs` take exactly one of `stiffness` [N/m], `young` [N/m^2] and `expression` [J], two are given",
-            ],
+            &["14:1 body.0.springs: `springs` take exactly one of `stiffness` [N/m], `young` [N/m^2] and \
+                 `expression` [J], two are given"],
         ),
         (
             SPRINGS,
@@ -384,7 +383,8 @@ fn pins() {
     case(
         &moved("rotation = { speed = '1 Hz' }"),
         "'1 Hz'",
-        "body.0.pin.0.motion.rotation.speed: `speed`: `1 Hz` is a rate [1/s], not an angular velocity [rad/s]",
+        "body.0.pin.0.motion.rotation.speed: `speed`: `1 Hz` is a rate [1/s], not an angular velocity \
+         [rad/s]",
     );
     case(
         &moved("rotation = { axis = [0, 0, 1], speed = 1 }"),
@@ -462,15 +462,15 @@ fn axes_of_materials() {
         "corotated = { young = 1e5, poisson = 0.3 }",
         along,
         "elastic_axes",
-        "body.0.elastic_axes: `elastic_axes` has no effect on a material without directions, and none is known \
-         on one of `F11 ..`",
+        "body.0.elastic_axes: `elastic_axes` has no effect on a material without directions, and none is \
+         known on one of `F11 ..`",
     );
     case(
         "expression = { psi = '3e4*(F11 - 1)^2 + 3e4*(I1 - 3) - 6e4*log(J)' }",
         along,
         "elastic_axes",
-        "body.0.elastic_axes: `elastic_axes` has no effect on a material without directions, and none is known \
-         on one of `F11 ..`",
+        "body.0.elastic_axes: `elastic_axes` has no effect on a material without directions, and none is \
+         known on one of `F11 ..`",
     );
     case(
         fibres,
@@ -510,7 +510,8 @@ fn muscles() {
     case(
         "fibre = { direction = ['X', 't'] }, tension = 1",
         "'t'",
-        "body.0.muscle.0.fibre.direction.1: this changes with time, and the direction is one of the body at rest",
+        "body.0.muscle.0.fibre.direction.1: this changes with time, and the direction is one of the body at \
+         rest",
     );
     case(
         "fibre = { per_element = [[1, 0], [0, 0]] }, tension = 1",
@@ -565,9 +566,8 @@ fn motion() {
         (
             PIN,
             "[{ box = { min = [0.0, 2.0], max = [0.0, 1.0] } }]",
-            &[
-                "16:30 body.0.pin.0.box.min.1: `min` must not exceed `max`, got 2.0 and 1.0 [m]: the box is empty",
-            ],
+            &["16:30 body.0.pin.0.box.min.1: `min` must not exceed `max`, got 2.0 and 1.0 [m]: the box is \
+                 empty"],
         ),
         (
             PIN,
@@ -594,16 +594,14 @@ fn motion() {
         (
             PIN,
             "[]\nvelocity = { rigid = { linear = [1] } }",
-            &[
-                "17:33 body.0.velocity.rigid.linear: `linear` has 1 number, but `dimension` is 2: 2 are needed",
-            ],
+            &["17:33 body.0.velocity.rigid.linear: `linear` has 1 number, but `dimension` is 2: 2 are \
+                 needed"],
         ),
         (
             PIN,
             "[]\nvelocity = { rigid = { angular = [1, 2, 3] } }",
-            &[
-                "17:34 body.0.velocity.rigid.angular: `angular` takes one number in 2D, counter-clockwise positive, got 3",
-            ],
+            &["17:34 body.0.velocity.rigid.angular: `angular` takes one number in 2D, counter-clockwise \
+                 positive, got 3"],
         ),
         (
             PIN,
@@ -613,16 +611,16 @@ fn motion() {
         (
             PIN,
             "[]\nvelocity = { per_vertex = [[1, 2]] }",
-            &[
-                "17:27 body.0.velocity.per_vertex: `per_vertex` lists 1 velocities, but the body has 12 vertices",
-            ],
+            &["17:27 body.0.velocity.per_vertex: `per_vertex` lists 1 velocities, but the body has 12 \
+                 vertices"],
         ),
         (
             PIN,
             "[]\nvelocity = { tangential = { speed = nan, centre = [0] } }",
             &[
                 "17:37 body.0.velocity.tangential.speed: `speed` must be finite, got NaN [m/s]",
-                "17:51 body.0.velocity.tangential.centre: `centre` has 1 number, but `dimension` is 2: 2 are needed",
+                "17:51 body.0.velocity.tangential.centre: `centre` has 1 number, but `dimension` is 2: 2 \
+                 are needed",
             ],
         ),
     ]);
@@ -676,22 +674,18 @@ fn damping_and_bending() {
         ),
         (
             "damping = { expression = { dissipation = 'c*rate', parameters = { c = 2.0 } } }",
-            &[
-                "15:42 body.0.damping.expression.dissipation: `dissipation` is 2.0 N as the force, which must be 0, \
-                 at rate = 0.0 m/s, l = l0 = 1.0 m",
-            ],
+            &["15:42 body.0.damping.expression.dissipation: `dissipation` is 2.0 N as the force, which \
+                 must be 0, at rate = 0.0 m/s, l = l0 = 1.0 m"],
         ),
         (
             "damping = { expression = { dissipation = 'rate^2', parameters = { c = 2.0 } } }",
-            &[
-                "15:71 body.0.damping.expression.parameters.c: `c` is not in the formula: remove it, or use it there",
-            ],
+            &["15:71 body.0.damping.expression.parameters.c: `c` is not in the formula: remove it, or use \
+                 it there"],
         ),
         (
             "damping = { strain_rate = { shear = 1.0 } }",
-            &[
-                "15:13 body.0.damping.strain_rate: `strain_rate` damps finite elements, and this body does not have `elastic`",
-            ],
+            &["15:13 body.0.damping.strain_rate: `strain_rate` damps finite elements, and this body does \
+                 not have `elastic`"],
         ),
         (
             "bending = { young = 1e6 }",
@@ -732,12 +726,13 @@ fn orders() {
         (format!("{elastic}\norder = 3"), "15:9 body.0.order: `order` must be 1 or 2, got 3"),
         (
             format!("{springs}\norder = 2"),
-            "15:9 body.0.order: `order` is that of finite elements: it needs `elastic`, which this body does not have",
+            "15:9 body.0.order: `order` is that of finite elements: it needs `elastic`, which this body \
+             does not have",
         ),
         (
             format!("{elastic}\n{springs}\norder = 2"),
-            "16:9 body.0.order: `springs` run from corner to corner and know no nodes in the middle of edges: a body of \
-             `order` 2 has none",
+            "16:9 body.0.order: `springs` run from corner to corner and know no nodes in the middle of \
+             edges: a body of `order` 2 has none",
         ),
     ];
     for (text, expected) in table {
@@ -760,29 +755,34 @@ fn nodal_integration() {
     let good = read(&changed(&springs, &format!("{elastic}\norder = 1\n{part}"))).unwrap();
     assert_eq!(good.body[0].nodal_integration.as_ref().unwrap().stabilisation_or_default(), 0.05);
     let of = |part: &str| format!("{elastic}\nnodal_integration = {{ stabilisation = {part} }}");
-    let place = "15:39 body.0.nodal_integration.stabilisation: `stabilisation` must be between 0 and 1, both excluded, got";
+    let place = "15:39 body.0.nodal_integration.stabilisation: `stabilisation` must be between 0 and 1, \
+                 both excluded, got";
     let table = [
         (of("0.0"), format!("{place} 0.0")),
         (of("1.0"), format!("{place} 1.0")),
         (of("nan"), format!("{place} NaN")),
         (
             format!("{springs}\n{nodal}"),
-            "15:1 body.0.nodal_integration: `nodal_integration` is one of finite elements: it needs `elastic`, which this body does \
-             not have"
+            "15:1 body.0.nodal_integration: `nodal_integration` is one of finite elements: it needs \
+             `elastic`, which this body does not have"
                 .into(),
         ),
         (
             format!("elastic = {{ dirichlet = {{ stiffness = 1e5 }} }}\n{nodal}"),
-            "15:1 body.0.nodal_integration: `dirichlet` knows no Poisson's ratio and does not lock: nothing can be split off".into(),
+            "15:1 body.0.nodal_integration: `dirichlet` knows no Poisson's ratio and does not lock: nothing \
+             can be split off"
+                .into(),
         ),
         (
             format!("elastic = {{ stvk = {{ young = 1e5, poisson = 0.49999999 }} }}\n{nodal}"),
-            "15:1 body.0.nodal_integration: the Poisson's ratio of `stvk` is too close to 0.5 to be split".into(),
+            "15:1 body.0.nodal_integration: the Poisson's ratio of `stvk` is too close to 0.5 to be \
+             split"
+                .into(),
         ),
         (
             format!("{elastic}\norder = 2\n{nodal}"),
-            "16:1 body.0.nodal_integration: `nodal_integration` is for linear elements, and this body is of `order` 2, whose elements \
-             do not lock"
+            "16:1 body.0.nodal_integration: `nodal_integration` is for linear elements, and this body is of \
+             `order` 2, whose elements do not lock"
                 .into(),
         ),
     ];
@@ -791,15 +791,16 @@ fn nodal_integration() {
     assert!(read(&changed(&springs, &rate)).is_ok());
     let table = table.into_iter().chain([(
         damped("stiffness_proportional = 1e-3"),
-        "16:13 body.0.damping.stiffness_proportional: `stiffness_proportional` damps every element in proportion to its own stiffness, \
-         which locks, and not to that of `nodal_integration`"
+        "16:13 body.0.damping.stiffness_proportional: `stiffness_proportional` damps every element in \
+         proportion to its own stiffness, which locks, and not to that of `nodal_integration`"
             .into(),
     )]);
     for (text, expected) in table {
         assert_eq!(briefly(&error(&changed(&springs, &text))), [expected]);
     }
     let sheet = "dimension = 3\ntime = { integrator = 'rk4', step = 1e-6, duration = 1 }\n[[body]]\n\
-                 mesh = { cloth = { cells = [2, 2], origin = [0, 0, 0], u = [1, 0, 0], v = [0, 1, 0] } }\nmembrane = { thickness = 1e-3 }\n\
+                 mesh = { cloth = { cells = [2, 2], origin = [0, 0, 0], u = [1, 0, 0], v = [0, 1, 0] } \
+                 }\nmembrane = { thickness = 1e-3 }\n\
                  mass = { density = 1 }\n";
     assert_eq!(
         briefly(&error(&format!("{sheet}{elastic}\n{nodal}\n"))),
@@ -817,7 +818,8 @@ fn membranes() {
     let scene = |lines: &[&str]| {
         let lines = lines.join("\n");
         format!(
-            "dimension = 3\ntime = {{ integrator = 'rk4', step = 1e-6, duration = 1 }}\n[[body]]\n{lines}\nmass = {{ density = 1 }}\n"
+            "dimension = 3\ntime = {{ integrator = 'rk4', step = 1e-6, duration = 1 \
+             }}\n[[body]]\n{lines}\nmass = {{ density = 1 }}\n"
         )
     };
     assert!(read(&scene(&[cloth, stvk, membrane])).is_ok());
@@ -843,12 +845,13 @@ fn membranes() {
         ),
         (
             &[cloth, "elastic = { linear = { young = 1e5, poisson = 0.3 } }", membrane],
-            "5:13 body.0.elastic.linear: `linear` depends on how an element is turned, and triangles of a sheet have no \
-             direction to be compared with",
+            "5:13 body.0.elastic.linear: `linear` depends on how an element is turned, and triangles of a \
+             sheet have no direction to be compared with",
         ),
         (
             &[cloth, "elastic = { dirichlet = { stiffness = 1e5 } }", membrane],
-            "6:1 body.0.membrane: `dirichlet` has no rest shape: nothing keeps a sheet of it from becoming infinitely thin",
+            "6:1 body.0.membrane: `dirichlet` has no rest shape: nothing keeps a sheet of it from becoming \
+             infinitely thin",
         ),
         (
             &[cloth, stvk, membrane, "order = 2"],
@@ -856,8 +859,8 @@ fn membranes() {
         ),
         (
             &[cloth, stvk, membrane, "muscle = [{ fibre = { direction = [1, 0, 0] }, tension = 1 }]"],
-            "7:1 body.0.muscle: `muscle` is for solids, and triangles of a `membrane` have no direction to be \
-             compared with",
+            "7:1 body.0.muscle: `muscle` is for solids, and triangles of a `membrane` have no direction to \
+             be compared with",
         ),
         (
             &[grid, stvk, membrane],
@@ -880,12 +883,14 @@ fn attachments() {
     let scene = |line: &str| {
         let body = |name: &str, x: f64| {
             format!(
-                "[[body]]\nname = '{name}'\nmesh = {{ grid = {{ cells = [2, 2], spacing = 0.1, origin = [{x:?}, 0] }} }}\n\
+                "[[body]]\nname = '{name}'\nmesh = {{ grid = {{ cells = [2, 2], spacing = 0.1, origin = \
+                 [{x:?}, 0] }} }}\n\
                  elastic = {{ corotated = {{ young = 1e5, poisson = 0.3 }} }}\nmass = {{ density = 1000 }}\n"
             )
         };
         format!(
-            "dimension = 2\ntime = {{ integrator = 'rk4', step = 1e-6, duration = 1 }}\nattachment = [{{ {line} }}]\n"
+            "dimension = 2\ntime = {{ integrator = 'rk4', step = 1e-6, duration = 1 }}\nattachment = [{{ \
+             {line} }}]\n"
         ) + &body("a", 0.0)
             + &body("b", 0.2)
     };
@@ -916,16 +921,19 @@ fn attachments() {
         ),
         (
             "body = 'a', vertices = [0]".to_owned(),
-            "3:15 attachment.0: an attachment takes exactly one of `stiffness` [N/m], of each tie, and `total_stiffness` [N/m]",
+            "3:15 attachment.0: an attachment takes exactly one of `stiffness` [N/m], of each tie, and \
+             `total_stiffness` [N/m]",
         ),
         ("body = 'a', stiffness = 1".to_owned(), "3:15 attachment.0: this says not which vertices are meant"),
         (
             format!("{side}, target = {{ body = 'a', nearest_vertex = 1 }}"),
-            "attachment.0.target.body: a vertex is nearest to itself: `target` is the body whose vertices are tied",
+            "attachment.0.target.body: a vertex is nearest to itself: `target` is the body whose vertices \
+             are tied",
         ),
         (
             format!("{side}, target = {{ body = 'b' }}"),
-            "attachment.0.target: a `target` takes exactly one of `vertices`, `nearest_vertex` and `nearest_point`",
+            "attachment.0.target: a `target` takes exactly one of `vertices`, `nearest_vertex` and \
+             `nearest_point`",
         ),
         (format!("{side}, points = [[0, 0]]"), "attachment.0.points: `points` lists 1 places for 3 vertices"),
         (
@@ -939,8 +947,8 @@ fn attachments() {
         (
             "body = 'a', vertices = [0, 8], stiffness = 1, target = { body = 'b', nearest_point = '1 mm' }"
                 .to_owned(),
-            "attachment.0.target.nearest_point: vertex 0 of `a`, at [0.0, 0.0] at rest, is 0.2 m away from the \
-             nearest point of `b`, more than 0.001 m",
+            "attachment.0.target.nearest_point: vertex 0 of `a`, at [0.0, 0.0] at rest, is 0.2 m away from \
+             the nearest point of `b`, more than 0.001 m",
         ),
     ] {
         let message = assembled(&line).unwrap_err();

@@ -70,7 +70,8 @@ fn mistakes_of_shapes_are_at_their_keys() {
 
 #[test]
 fn mistakes_of_transformations_are_at_their_keys() {
-    let good = "transform = { scale = [1, -2, 3], rotate = { axis = [0, 0, 1], angle = 1.5 }, centre = [0, 0, 1], translate = [1, 2, 3] }\n\
+    let good = "transform = { scale = [1, -2, 3], rotate = { axis = [0, 0, 1], angle = 1.5 }, centre = [0, \
+                0, 1], translate = [1, 2, 3] }\n\
                 repeat = { count = [2, 1, 3], spacing = [3.0, 0.0, 3.0] }";
     assert_eq!(problems(3, BALL, good), []);
     let wrong = |more: &str, path: &str, part: &str| only(3, BALL, more, path, part);
@@ -111,7 +112,8 @@ fn mistakes_of_transformations_are_at_their_keys() {
 #[test]
 fn copies_count() {
     let mesh = "{ strand = { segments = 1, start = [0, 0], end = [1, 0] } }";
-    let repeat = "repeat = { count = [1, 3], spacing = [1, 1] }\nvelocity = { per_vertex = [[0, 0], [0, 0], [0, 0], [0, 0], [0, 0], [0, 0]] }";
+    let repeat = "repeat = { count = [1, 3], spacing = [1, 1] }\nvelocity = { per_vertex = [[0, 0], [0, 0], \
+                  [0, 0], [0, 0], [0, 0], [0, 0]] }";
     assert_eq!(problems(2, mesh, repeat), []);
     let wrong = repeat.replace("[1, 3]", "[1, 2]");
     assert!(problems(2, mesh, &wrong)[0].1.contains('4'), "{:?}", problems(2, mesh, &wrong));

@@ -9,20 +9,42 @@ use crate::ProblemKind;
 fn units_and_plain_numbers_make_the_same_scene() {
     let plain = GOOD
         .replace("step = 1e-3", "step = 1e-4")
-        .replace("[0.0, -9.8]", "[0.0, -9.8]\nether_drag = 0.5\nwalls = [{ normal = [0, 1], offset = -0.25 }]\nnbody = { constant = 6.6743e-11, softening = 0.002 }")
+        .replace(
+            "[0.0, -9.8]",
+            "[0.0, -9.8]\nether_drag = 0.5\nwalls = [{ normal = [0, 1], offset = -0.25 \
+                                 }]\nnbody = { constant = 6.6743e-11, softening = 0.002 }",
+        )
         .replace("cells = [2, 3], spacing = 0.1", "cells = [2, 3], size = [0.03125, 1.5], origin = [0, 1]")
         .replace(SPRINGS, "{ young = 2.5e5, rest_length = [0.1, 0.2] }")
         .replace(MASS, "{ per_vertex = [0.001, 2] }")
-        .replace(PIN, "[{ box = { min = [0, -inf], max = [0.01, 1] } }]\nposition = { displacement = [[0.001, 2]] }\nvelocity = { rigid = { linear = [10, 0], angular = 1 } }");
+        .replace(
+            PIN,
+            "[{ box = { min = [0, -inf], max = [0.01, 1] } }]\nposition = { displacement = \
+                       [[0.001, 2]] }\nvelocity = { rigid = { linear = [10, 0], angular = 1 } }",
+        );
     let units = GOOD
         .replace("step = 1e-3", "step = '0.1 ms'")
         .replace("duration = 1.0", "duration = '1000 ms'")
         .replace("rate = 60.0", "rate = '60 Hz'")
-        .replace("[0.0, -9.8]", "['0', '-9.8 m/s²']\nether_drag = '0.5 1/s'\nwalls = [{ normal = [0, 1], offset = '-25 cm' }]\nnbody = { constant = '6.6743e-11 m^3/(kg s^2)', softening = '2 mm' }")
-        .replace("cells = [2, 3], spacing = 0.1", "cells = [2, 3], size = ['3.125 cm', '15 dm'], origin = ['0 m', 1]")
+        .replace(
+            "[0.0, -9.8]",
+            "['0', '-9.8 m/s²']\nether_drag = '0.5 1/s'\nwalls = [{ normal = [0, 1], \
+                                 offset = '-25 cm' }]\nnbody = { constant = '6.6743e-11 m^3/(kg s^2)', \
+                                 softening = '2 mm' }",
+        )
+        .replace(
+            "cells = [2, 3], spacing = 0.1",
+            "cells = [2, 3], size = ['3.125 cm', '15 dm'], origin = \
+                                                   ['0 m', 1]",
+        )
         .replace(SPRINGS, "{ young = '2.5 bar', rest_length = ['10 cm', 0.2] }")
         .replace(MASS, "{ per_vertex = ['1 g', '2'] }")
-        .replace(PIN, "[{ box = { min = [0, -inf], max = ['10 mm', 1] } }]\nposition = { displacement = [['1000 µm', 2]] }\nvelocity = { rigid = { linear = ['36 km/h', 0], angular = '1 mrad/ms' } }");
+        .replace(
+            PIN,
+            "[{ box = { min = [0, -inf], max = ['10 mm', 1] } }]\nposition = { displacement = \
+                       [['1000 µm', 2]] }\nvelocity = { rigid = { linear = ['36 km/h', 0], angular = '1 \
+                       mrad/ms' } }",
+        );
     let unchecked = |text: &str| Source::new("scene.toml", text).scene_unchecked().unwrap();
     assert_eq!(unchecked(&units), unchecked(&plain));
 }
@@ -183,7 +205,8 @@ fn densities_fit_what_the_body_is_made_of() {
     for (bad, message) in [
         (
             solid_2d("'1 kg/m'"),
-            "`density` is in [kg/m], but this body is made of triangles in 2D: it takes a mass per area [kg/m^2] or a density [kg/m^3]",
+            "`density` is in [kg/m], but this body is made of triangles in 2D: it takes a mass per area \
+             [kg/m^2] or a density [kg/m^3]",
         ),
         (
             solid_3d("'1 kg/m^2'"),
@@ -198,9 +221,8 @@ fn densities_fit_what_the_body_is_made_of() {
     }
     assert_eq!(
         briefly(&error(&solid_2d("'1 kg'"))),
-        [
-            "15:20 body.0.mass.density: `density`: `1 kg` is a mass [kg], not a density [kg/m^3] or a mass per area [kg/m^2] or a mass per length [kg/m]"
-        ]
+        ["15:20 body.0.mass.density: `density`: `1 kg` is a mass [kg], not a density [kg/m^3] or a mass \
+             per area [kg/m^2] or a mass per length [kg/m]"]
     );
 }
 
@@ -221,7 +243,8 @@ fn gravity_takes_formulas_of_time() {
 
 #[test]
 fn mistakes_in_formulas_are_placed_inside_the_text() {
-    let write = "write a quantity, for example \"-9.81 m/s^2\", or a plain number in [m/s^2], or a formula of the time t [s] such as \"2 * sin(pi * t)\"";
+    let write = "write a quantity, for example \"-9.81 m/s^2\", or a plain number in [m/s^2], or a formula \
+                 of the time t [s] such as \"2 * sin(pi * t)\"";
     for (new, expected, help) in [
         (
             "[0, \"-9.81 * sine(t)\"]",
@@ -232,7 +255,9 @@ fn mistakes_in_formulas_are_placed_inside_the_text() {
             "[0, \"-9.81 * x\"]",
             "9:24 world.gravity.1: `gravity`: unknown name `x`",
             Some(
-                "names in a formula: `t`, `pi`, `sin`, `cos`, `tan`, `asin`, `acos`, `atan`, `atan2`, `sinh`, `cosh`, `tanh`, `exp`, `ln`, `log`, `sqrt`, `abs`, `sign`, `floor`, `min`, `max`, `clamp`, `step`, `smoothstep`, `pulse`, `if`",
+                "names in a formula: `t`, `pi`, `sin`, `cos`, `tan`, `asin`, `acos`, `atan`, `atan2`, \
+                 `sinh`, `cosh`, `tanh`, `exp`, `ln`, `log`, `sqrt`, `abs`, `sign`, `floor`, `min`, `max`, \
+                 `clamp`, `step`, `smoothstep`, `pulse`, `if`",
             ),
         ),
         (

@@ -11,7 +11,8 @@ fn particles() {
             .replace(&format!("springs = {SPRINGS}\n"), "")
             .replace(&format!("pin = {PIN}\n"), "")
     };
-    let disk = "{ disk = { count = 3, radius = 2, inner_radius = 1, centre = [0, 1], seed = 18446744073709551615 } }";
+    let disk = "{ disk = { count = 3, radius = 2, inner_radius = 1, centre = [0, 1], seed = \
+                18446744073709551615 } }";
     assert!(read(&lone(disk, MASS)).is_ok());
     assert!(read(&lone("{ inline = { points = [[0, 0]] } }", MASS)).is_ok());
     for (mesh, mass, expected) in [
@@ -28,7 +29,8 @@ fn particles() {
         (
             "{ disk = { count = 1, radius = 1, inner_radius = 1 } }",
             MASS,
-            "13:57 body.0.mesh.disk.inner_radius: `inner_radius` must be less than `radius`, got 1.0 and 1.0 [m]",
+            "13:57 body.0.mesh.disk.inner_radius: `inner_radius` must be less than `radius`, got 1.0 and \
+             1.0 [m]",
         ),
         (
             "{ disk = { count = 1, radius = 1, thickness = 0.5 } }",

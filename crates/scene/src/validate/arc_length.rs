@@ -49,7 +49,8 @@ fn solver(check: &mut Checker, scene: &Scene) {
         let message = format!("`{key}` is not for steps along a path");
         let problem = Problem::semantic(path.key(key), message).at_key();
         check.report(problem.with_help(
-            "remove it: they are solved by sparse LU in 20 iterations at most, or tried with a smaller radius",
+            "remove it: they are solved by sparse LU in 20 iterations at most, or tried with a smaller \
+             radius",
         ));
     }
 }
@@ -62,8 +63,8 @@ fn refuse(check: &mut Checker, scene: &Scene) {
     };
     let by_increments = "take `adaptive = {}` in place of `arc_length`";
     if scene.contact.is_some() {
-        let message = "arc length knows no contact: where surfaces meet the path has kinks, and corrections to a \
-                       given distance may lead through them";
+        let message = "arc length knows no contact: where surfaces meet the path has kinks, and corrections \
+                       to a given distance may lead through them";
         no(root.key("contact"), message, by_increments);
     }
     if !scene.world.walls.is_empty() {
@@ -85,8 +86,8 @@ fn refuse(check: &mut Checker, scene: &Scene) {
                 no(path.key("until"), message, "remove it");
             }
             if pin.motion.as_ref().is_some_and(|motion| motion.keyframes.is_some()) {
-                let message = "keyframes have kinks and ends, and along a path of equilibria the motion goes on with \
-                               the load factor";
+                let message = "keyframes have kinks and ends, and along a path of equilibria the motion \
+                               goes on with the load factor";
                 no(
                     path.key("motion").key("keyframes"),
                     message,

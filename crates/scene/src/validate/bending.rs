@@ -40,7 +40,8 @@ pub(super) fn bending(check: &mut Checker, path: &KeyPath, bending: &BendingSpec
         }
     }
     if body.elastic.is_some() && body.membrane.is_none() {
-        let message = "`bending` is for membranes, and sheets and strands of springs; the elements of a solid resist bending already";
+        let message = "`bending` is for membranes, and sheets and strands of springs; the elements of a \
+                       solid resist bending already";
         check.report(Problem::semantic(path.clone(), message).at_key());
     }
 }

@@ -113,7 +113,8 @@ fn order(check: &mut Checker, path: &KeyPath, body: &Body) {
     } else if order == 2 && body.springs.is_some() {
         let problem = Problem::semantic(
             path.clone(),
-            "`springs` run from corner to corner and know no nodes in the middle of edges: a body of `order` 2 has none",
+            "`springs` run from corner to corner and know no nodes in the middle of edges: a body of \
+             `order` 2 has none",
         );
         check.report(problem.with_help("remove `springs`, or use `order = 1`"));
     }

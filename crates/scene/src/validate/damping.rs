@@ -12,8 +12,8 @@ pub(super) fn damping(check: &mut Checker, path: &KeyPath, damping: &DampingSpec
     if *damping == DampingSpec::default() {
         let problem = Problem::semantic(path.clone(), "`damping` names no kind of damping").at_key();
         check.report(problem.with_help(
-            "give `strain_rate`, `dashpot`, `expression`, `stiffness_proportional` or `mass_proportional`, or remove \
-             `damping`",
+            "give `strain_rate`, `dashpot`, `expression`, `stiffness_proportional` or `mass_proportional`, \
+             or remove `damping`",
         ));
     }
     if let Some(rate) = &damping.strain_rate {
@@ -46,13 +46,14 @@ pub(super) fn damping(check: &mut Checker, path: &KeyPath, damping: &DampingSpec
             && material.lame().is_none()
         {
             let message = format!(
-                "`stiffness_proportional` needs the moduli for small strains, and `{}` is not meant to have any",
+                "`stiffness_proportional` needs the moduli for small strains, and `{}` is not meant to have \
+                 any",
                 material.name()
             );
             check.report(Problem::semantic(path, message).with_help("use `strain_rate`"));
         } else if body.nodal_integration.is_some() {
-            let message = "`stiffness_proportional` damps every element in proportion to its own stiffness, which locks, and not to that of \
-                           `nodal_integration`";
+            let message = "`stiffness_proportional` damps every element in proportion to its own stiffness, \
+                           which locks, and not to that of `nodal_integration`";
             let problem = Problem::semantic(path, message).at_key();
             check.report(
                 problem.with_help("use `strain_rate`, whose viscosities do not depend on the stiffness"),

@@ -29,8 +29,8 @@ pub(super) fn expression(check: &mut Checker, path: &KeyPath, energy: &EnergyExp
         }
     }
     if sheet && !energy.is_isotropic() && energy.check_at_rest(2).is_ok() {
-        let message = "`psi` depends on how an element is turned, and triangles of a sheet have no direction to be compared \
-                       with";
+        let message = "`psi` depends on how an element is turned, and triangles of a sheet have no \
+                       direction to be compared with";
         let problem = Problem::semantic(path.key("psi"), message);
         check.report(problem.with_help("write it with I1, I2 and J, or with l1, l2 and l3"));
     }

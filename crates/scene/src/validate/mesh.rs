@@ -93,7 +93,8 @@ fn grid(check: &mut Checker, path: &KeyPath, grid: &GridSpec) {
             let message = format!("a grid takes exactly one of `spacing` [m] and `size` [m], {how}");
             let problem = Problem::semantic(path.clone(), message).at_key();
             check.report(problem.with_help(
-                "`spacing` is the edge of a cell, a number; `size` is that of the box, one number per dimension",
+                "`spacing` is the edge of a cell, a number; `size` is that of the box, one number per \
+                 dimension",
             ));
         }
     }

@@ -81,7 +81,8 @@ fn bodies(check: &mut Checker, path: &KeyPath, scene: &Scene) {
     if scene.world.nbody.is_some() && !scene.body.is_empty() && !scene.body.iter().any(|b| b.is_particles()) {
         let problem = Problem::semantic(KeyPath::root().key("world").key("nbody"), "`nbody` acts on nothing");
         check.report(problem.with_help(
-            "it attracts the vertices of bodies that have neither `elastic` nor `springs`, and there is no such body",
+            "it attracts the vertices of bodies that have neither `elastic` nor `springs`, and there is no \
+             such body",
         ));
     }
 }

@@ -21,7 +21,9 @@ pub(super) fn nodal(check: &mut Checker, body_path: &KeyPath, nodal: &NodalInteg
     };
     match &body.elastic {
         None => report(
-            "`nodal_integration` is one of finite elements: it needs `elastic`, which this body does not have".into(),
+            "`nodal_integration` is one of finite elements: it needs `elastic`, which this body does not \
+             have"
+                .into(),
             "remove `nodal_integration`, or add `elastic`",
         ),
         Some(material @ MaterialSpec::ExpressedEnergy(_)) => report(
@@ -29,7 +31,11 @@ pub(super) fn nodal(check: &mut Checker, body_path: &KeyPath, nodal: &NodalInteg
             "use `order = 2`, or a material of `pliant list materials` with a Poisson's ratio",
         ),
         Some(material) if material.lame().is_none() => report(
-            format!("`{}` knows no Poisson's ratio and does not lock: nothing can be split off", material.name()),
+            format!(
+                "`{}` knows no Poisson's ratio and does not lock: nothing can be split \
+                     off",
+                material.name()
+            ),
             "remove `nodal_integration`",
         ),
         Some(material) if material.check().is_ok() => {
@@ -52,7 +58,9 @@ pub(super) fn nodal(check: &mut Checker, body_path: &KeyPath, nodal: &NodalInteg
     }
     if body.is_quadratic() {
         report(
-            "`nodal_integration` is for linear elements, and this body is of `order` 2, whose elements do not lock".into(),
+            "`nodal_integration` is for linear elements, and this body is of `order` 2, whose elements do \
+             not lock"
+                .into(),
             "remove it, or use `order = 1`",
         );
     }

@@ -58,7 +58,8 @@ fn retries(check: &mut Checker, path: &KeyPath, retries: u32, time: &Time) {
         let message = "`retries` are for steps of a fixed size";
         let problem = Problem::semantic(path.clone(), message).at_key();
         check.report(problem.with_help(
-            "remove it: steps whose size follows the error are tried at smaller sizes by themselves, down to `smallest`",
+            "remove it: steps whose size follows the error are tried at smaller sizes by themselves, down \
+             to `smallest`",
         ));
     }
 }

@@ -160,7 +160,8 @@ fn loads_act_where_the_scene_says_and_change_with_time() {
 }
 
 /// A cube of half a metre as OBJ, in two pieces of the text of a scene that makes it solid and lets it fall.
-const CUBE: &str = "v 0 0 0\nv 0.5 0 0\nv 0 0.5 0\nv 0.5 0.5 0\nv 0 0 0.5\nv 0.5 0 0.5\nv 0 0.5 0.5\nv 0.5 0.5 0.5\n\
+const CUBE: &str = "v 0 0 0\nv 0.5 0 0\nv 0 0.5 0\nv 0.5 0.5 0\nv 0 0 0.5\nv 0.5 0 0.5\nv 0 0.5 0.5\nv 0.5 \
+                    0.5 0.5\n\
     f 1 5 7 3\nf 2 4 8 6\nf 1 2 6 5\nf 3 7 8 4\nf 1 3 4 2\nf 5 6 8 7\n";
 
 /// A skin is drawn where its elements are, in the colours of its vertices and elements; without it the

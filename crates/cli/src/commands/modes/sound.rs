@@ -81,7 +81,8 @@ fn vertex_at(place: &VertexChoice, option: &str, assembly: &Assembly) -> Result<
             let size = assembly.simulation.length_scale();
             if away > 0.1 * size {
                 return Err(Failure::usage(format!(
-                    "the point of `{option}` is {} m from the nearest vertex, {vertex}, of a scene of {} m: strike the body",
+                    "the point of `{option}` is {} m from the nearest vertex, {vertex}, of a scene of {} m: \
+                     strike the body",
                     number(away),
                     number(size)
                 )));

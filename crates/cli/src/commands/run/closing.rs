@@ -95,9 +95,9 @@ impl<'a> Closing<'a> {
         let (j, inverted) = (self.summary.end.min_j?, self.summary.end.inverted.filter(|n| *n > 0)?);
         let all: usize = self.report.bodies.iter().map(|body| body.elements).sum();
         Some(format!(
-            "{inverted} of {} inverted at the end or without volume (least J {}): what is shown there is no deformation of a body; a \
-             finer mesh, smaller loads or increments, or a material whose energy grows without bound as J goes to 0 (neo-hookean) \
-             keep it from that",
+            "{inverted} of {} inverted at the end or without volume (least J {}): what is shown there is no \
+             deformation of a body; a finer mesh, smaller loads or increments, or a material whose energy \
+             grows without bound as J goes to 0 (neo-hookean) keep it from that",
             counted(all as u64, "element is", "elements are"),
             number(j),
         ))
@@ -109,8 +109,8 @@ impl<'a> Closing<'a> {
         let tolerance = self.scene.time.solver.as_ref()?.tolerance?;
         let extent = self.report.size.iter().map(|length| length * length).sum::<f64>().sqrt();
         Some(format!(
-            "{} ended while Newton's corrections were more than a tenth of the motion of the step: a `tolerance` of {} m is too large \
-             for it; {} m or less, or none, would do",
+            "{} ended while Newton's corrections were more than a tenth of the motion of the step: a \
+             `tolerance` of {} m is too large for it; {} m or less, or none, would do",
             counted(loose, "solve", "solves"),
             number(tolerance),
             number(1e-6 * if extent > 0.0 { extent } else { tolerance }),
@@ -142,8 +142,8 @@ impl<'a> Closing<'a> {
         let law = pairs.iter().find(|pair| is_theirs(&pair.bodies))?;
         let enough = law.stiffness * relative_pressure(least.relative) / relative_pressure(COMFORT);
         Some(format!(
-            "contact of `{a}` and `{b}` was pressed to {} of its distance at t = {} s: solves become hard there, and the gap means \
-             little; a [contact] `stiffness` of {} Pa would have kept half of it",
+            "contact of `{a}` and `{b}` was pressed to {} of its distance at t = {} s: solves become hard \
+             there, and the gap means little; a [contact] `stiffness` of {} Pa would have kept half of it",
             share(least.relative),
             number(least.time),
             number(enough),
@@ -153,8 +153,8 @@ impl<'a> Closing<'a> {
     /// Surfaces that entered each other, or came so fast that they could have.
     fn entered(&self) -> Option<String> {
         let contact = &self.summary.contact;
-        let advice = "a smaller step, a larger [contact] `distance` or `stiffness` stops more, and in implicit schemes \
-                      nothing enters anything";
+        let advice = "a smaller step, a larger [contact] `distance` or `stiffness` stops more, and in \
+                      implicit schemes nothing enters anything";
         if let Some(Penetration { bodies: [a, b], depth, time }) = &contact.deepest {
             return Some(format!(
                 "`{a}` and `{b}` entered each other, {} m deep at t = {} s: {advice}",
@@ -165,8 +165,8 @@ impl<'a> Closing<'a> {
         let Approach { bodies: [a, b], speed, stopped, time } =
             contact.hardest.as_ref().filter(|hardest| hardest.speed > hardest.stopped)?;
         Some(format!(
-            "`{a}` and `{b}` came together at {} m/s at t = {} s, and contact in explicit steps stops {} m/s there: they \
-             might have entered each other; {advice}",
+            "`{a}` and `{b}` came together at {} m/s at t = {} s, and contact in explicit steps stops {} \
+             m/s there: they might have entered each other; {advice}",
             number(*speed),
             number(*time),
             number(*stopped),
@@ -180,8 +180,9 @@ impl<'a> Closing<'a> {
         let (threshold, borne) = (contact.threshold_speed?, explicit.step? * self.summary.contact.friction);
         (threshold < borne).then(|| {
             format!(
-                "friction with a `threshold_speed` of {} m/s was too stiff for the steps, which bear {} m/s where contact \
-                 pressed hardest: what should stick may have trembled; leave it out, and it is raised where it must be",
+                "friction with a `threshold_speed` of {} m/s was too stiff for the steps, which bear {} m/s \
+                 where contact pressed hardest: what should stick may have trembled; leave it out, and it \
+                 is raised where it must be",
                 number(threshold),
                 number(borne),
             )
@@ -207,8 +208,9 @@ impl<'a> Closing<'a> {
             more => format!(", the first of {} jumps", more + 1),
         };
         Some(format!(
-            "the motion of pin `{pin}` jumps by {} m at t = {} s{more}: a single step takes it there, and what that costs, counted as \
-             work of prescribed motion, depends on the step; smoothstep(from, to, t) gets there in a time of its own",
+            "the motion of pin `{pin}` jumps by {} m at t = {} s{more}: a single step takes it there, and \
+             what that costs, counted as work of prescribed motion, depends on the step; smoothstep(from, \
+             to, t) gets there in a time of its own",
             number(*size),
             number(*time),
         ))

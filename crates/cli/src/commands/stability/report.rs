@@ -17,9 +17,10 @@ const HEADER: [&str; 8] =
     ["", "predicted [s]", "measured [s]", "ratio", "above it", "at step [s]", "drift [1/s]", "amplitude"];
 
 /// Meaning of the columns.
-const ABOUT: &str = "Predicted is the limit of the scene linearised at its start, by what a step does to an oscillator; measured the \
-                     largest step with which 1000 steps (100 of an implicit scheme) could be taken. Drift is the slope of the energy, \
-                     amplitude what oscillates about it, both over the energy that there is.";
+const ABOUT: &str = "Predicted is the limit of the scene linearised at its start, by what a step does to an \
+                     oscillator; measured the largest step with which 1000 steps (100 of an implicit \
+                     scheme) could be taken. Drift is the slope of the energy, amplitude what oscillates \
+                     about it, both over the energy that there is.";
 
 /// A row for each scheme.
 fn limits(found: &StabilitySurvey) -> Vec<[String; 8]> {
@@ -57,8 +58,8 @@ pub(super) fn describe(found: &StabilitySurvey, width: usize) -> String {
     out += &wrap(ABOUT, 0, width);
     if found.walls > 0 {
         out += &wrap(
-            "No prediction accounts for walls: vertices are put back after each step, and in an implicit one, which is solved without them, \
-             that can add energy at any size of the step.",
+            "No prediction accounts for walls: vertices are put back after each step, and in an implicit \
+             one, which is solved without them, that can add energy at any size of the step.",
             0,
             width,
         );
@@ -157,7 +158,11 @@ pub(super) fn write(
         output::file(&folder.join("map.csv"), &map_csv(map))?;
         let svg = heat_map(map)?;
         output::file(&folder.join("map.svg"), &svg)?;
-        page.figure(&svg, "Which steps the first scheme takes, row by row, and up to which they are predicted to be stable.");
+        page.figure(
+            &svg,
+            "Which steps the first scheme takes, row by row, and up to which they are \
+                           predicted to be stable.",
+        );
     }
     page.figure(&amplification, &format!("Spectral radius of one step; {}.", agreement(found)));
     output::file(&folder.join("stability.html"), &page.finish())

@@ -94,11 +94,13 @@ pub(super) fn write(file: &Path, results: &[Outcome]) -> Result<(), Failure> {
     let folder = file.with_file_name(&stem);
     output::folder(&folder)?;
     let mut out = format!(
-        "# What breaks simulators\n\nPrinted by `pliant stress{} --markdown docs/stress.md`{}: {}. \"its\" are Newton iterations, of the case or of its worst \
-         step, and \"bar\" how many there may be: three times those of an independent program. \"energy\" is that at the end over \
-         that at the start; \"error\" is compared with \"may be\": the gradient that is left in the table of starts, and elsewhere the \
-         difference from a closed form or from an independent code.\n\nFlagged is what is allowed, but what a user must be told: \
-         equilibria away from rest, inverted elements, steps that nobody solves, each with its reason below.\n",
+        "# What breaks simulators\n\nPrinted by `pliant stress{} --markdown docs/stress.md`{}: {}. \"its\" \
+         are Newton iterations, of the case or of its worst step, and \"bar\" how many there may be: three \
+         times those of an independent program. \"energy\" is that at the end over that at the \
+         start; \"error\" is compared with \"may be\": the gradient that is left in the table of starts, \
+         and elsewhere the difference from a closed form or from an independent code.\n\nFlagged is what is \
+         allowed, but what a user must be told: equilibria away from rest, inverted elements, steps that \
+         nobody solves, each with its reason below.\n",
         if any_is_long(results) { " --long --resume -o results" } else { "" },
         if any_is_long(results) { ", which goes on with the results of runs before" } else { "" },
         sums(results),
@@ -110,8 +112,8 @@ pub(super) fn write(file: &Path, results: &[Outcome]) -> Result<(), Failure> {
             let _ = write!(out, "\n![Static equilibria in {dimension}D]({stem}/{name})\n");
         }
     }
-    out += "\nStatic equilibria that Newton's method finds from each start; red elements are inverted, blue ones compressed, yellow ones \
-            dilated.\n";
+    out += "\nStatic equilibria that Newton's method finds from each start; red elements are inverted, blue \
+            ones compressed, yellow ones dilated.\n";
     let mut rows: Vec<&str> = vec![];
     for (case, _) in results {
         if !rows.contains(&case.row) {
@@ -128,7 +130,8 @@ pub(super) fn write(file: &Path, results: &[Outcome]) -> Result<(), Failure> {
         let columns = if long { [" steps | worst step | least gap |", "---|---|---|"] } else { ["", ""] };
         let _ = write!(
             out,
-            "\n| case | dim | material | nu | integrator | solver | | its | bar | min J | energy | error | may be |{}\n\
+            "\n| case | dim | material | nu | integrator | solver | | its | bar | min J | energy | error | \
+             may be |{}\n\
              |---|---|---|---|---|---|---|---|---|---|---|---|---|{}\n",
             columns[0], columns[1],
         );

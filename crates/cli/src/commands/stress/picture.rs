@@ -86,7 +86,8 @@ fn light([a, b, c]: [[f64; 3]; 3]) -> f64 {
 pub(super) fn svg(picture: &Picture, size: f64) -> String {
     let drawing = draw(picture, (0.0, 0.0), size);
     format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{size}\" height=\"{size}\" viewBox=\"0 0 {size} {size}\">{drawing}</svg>"
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{size}\" height=\"{size}\" viewBox=\"0 0 {size} \
+         {size}\">{drawing}</svg>"
     )
 }
 
@@ -96,8 +97,9 @@ pub(super) fn sheet(columns: &[String], rows: &[(String, Vec<Option<&Picture>>)]
     const TOP: f64 = 26.0;
     let (width, height) = (NAMES + size * columns.len() as f64, TOP + size * rows.len() as f64 + 4.0);
     let mut out = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" \
-         font-family=\"sans-serif\" font-size=\"12\"><rect width=\"{width}\" height=\"{height}\" fill=\"white\"/>"
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 \
+         {width} {height}\" font-family=\"sans-serif\" font-size=\"12\"><rect width=\"{width}\" \
+         height=\"{height}\" fill=\"white\"/>"
     );
     for (c, name) in columns.iter().enumerate() {
         let x = NAMES + size * (c as f64 + 0.5);

@@ -10,11 +10,11 @@ const TINY: f64 = 1e-280;
 /// `(x_1, x_0, x_3)`: 0 where they lie in a plane, positive where both fold to the side that the normals
 /// point to, in `(-pi, pi]`. `rest` is `(cos theta_0, sin theta_0)`; the deviation is in `(-pi, pi]` too.
 ///
-/// With `e = x_1 - x_0` and the normals `n_A = e x (x_2 - x_0)`, `n_B = (x_3 - x_0) x e`:
-/// `theta = atan2(|e| n_A . (x_3 - x_0), n_A . n_B)`, accurate at every angle; `d theta/d x_2 = |e| n_A / |n_A|^2`, the same with B
-/// at `x_3`, and on the edge the opposite of these, shared as the feet of the heights divide it. A triangle without area has no normal, and
-/// nothing acts on it. Where a hinge folds on through `pi` from rest the angle jumps: nothing here keeps a sheet from passing through
-/// itself.
+/// With `e = x_1 - x_0` and the normals `n_A = e x (x_2 - x_0)`, `n_B = (x_3 - x_0) x e`: `theta = atan2(|e|
+/// n_A . (x_3 - x_0), n_A . n_B)`, accurate at every angle; `d theta/d x_2 = |e| n_A / |n_A|^2`, the same
+/// with B at `x_3`, and on the edge the opposite of these, shared as the feet of the heights divide it. A
+/// triangle without area has no normal, and nothing acts on it. Where a hinge folds on through `pi` from rest
+/// the angle jumps: nothing here keeps a sheet from passing through itself.
 ///
 /// Grinspun, Hirani, Desbrun, Schroeder 2003, *Discrete shells*, Symposium on Computer Animation.
 #[derive(Clone, Copy, Debug)]

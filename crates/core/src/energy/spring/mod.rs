@@ -127,7 +127,10 @@ impl<const D: usize> EnergyTerm for Springs<D> {
         let first = self.coordinates.start / D;
         let springs = on!(&self.layout, springs => springs
             .springs()
-            .map(|(_, ends, stiffness, rest_length)| Spring { ends: ends.map(|v| (first + v) as u32), stiffness, rest_length })
+            .map(|(_, ends, stiffness, rest_length)| {
+                let ends = ends.map(|v| (first + v) as u32);
+                Spring { ends, stiffness, rest_length }
+            })
             .collect::<Vec<_>>());
         let vertices = springs.iter().flat_map(|s| s.ends).collect();
         self.pairs = springs;

@@ -22,8 +22,8 @@ pub enum EnergyMistake {
     Formula(#[from] ExpressionError),
     /// Principal stretches stand beside components.
     #[error(
-        "has both {stretch} and {component}: principal stretches have no direction, components have; write the isotropic \
-         part with I1, I2 and J"
+        "has both {stretch} and {component}: principal stretches have no direction, components have; write \
+         the isotropic part with I1, I2 and J"
     )]
     Mixed {
         /// A stretch in it.

@@ -66,8 +66,8 @@ impl ExpressedEnergy {
             return wrong(stiffness, "is the stiffness at rest [Pa]: it must be a positive number");
         }
         if stress.abs() > ROUNDING * stiffness {
-            let problem = "is the stress at rest [Pa], which must be 0: without a load the body would not stay in its \
-                           shape; add a term such as -mu*log(J) or -mu*(J - 1)";
+            let problem = "is the stress at rest [Pa], which must be 0: without a load the body would not \
+                           stay in its shape; add a term such as -mu*log(J) or -mu*(J - 1)";
             return wrong(stress, problem);
         }
         if energy.abs() > ROUNDING * stiffness {
@@ -75,14 +75,14 @@ impl ExpressedEnergy {
             return wrong(energy, problem);
         }
         if !self.compiled.is_symmetric() {
-            let problem = "is by how much the energy changes where two principal stretches are exchanged; it must not: \
-                           write all three alike, as l1^2 + l2^2 + l3^2";
+            let problem = "is by how much the energy changes where two principal stretches are exchanged; \
+                           it must not: write all three alike, as l1^2 + l2^2 + l3^2";
             return wrong(self.asymmetry(), problem);
         }
         let weakest = weakest_wave(&tangent);
         if weakest <= ROUNDING * stiffness {
-            let problem = "is the stiffness at rest against the weakest plane wave [Pa], which must be positive: the \
-                           energy is not elliptic there";
+            let problem = "is the stiffness at rest against the weakest plane wave [Pa], which must be \
+                           positive: the energy is not elliptic there";
             return wrong(weakest, problem);
         }
         match self.lame_at_rest() {

@@ -105,7 +105,8 @@ fn components_give_the_models_that_are_written_by_hand() {
 
 /// Fibres at 30 degrees, in one family and in two, of any length of the direction.
 fn fibred() -> EnergyExpression {
-    let psi = "mu/2*(I1 - 3) - mu*ln(J) + lambda/2*ln(J)^2 + k1/2*max(I4 - 1, 0)^3 + k1/(2*k2)*(exp(k2*(I6 - 1)^2) - 1)";
+    let psi = "mu/2*(I1 - 3) - mu*ln(J) + lambda/2*ln(J)^2 + k1/2*max(I4 - 1, 0)^3 + k1/(2*k2)*(exp(k2*(I6 \
+               - 1)^2) - 1)";
     let numbers = [("mu", LAME.mu), ("lambda", LAME.lambda), ("k1", 2e5), ("k2", 1.5)];
     let angle = std::f64::consts::FRAC_PI_6;
     EnergyExpression::new(psi, numbers, &[vec![3.0 * angle.cos(), 3.0 * angle.sin()], vec![0.0, -2.0, 0.0]])

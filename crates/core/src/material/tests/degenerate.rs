@@ -18,7 +18,8 @@ const INFINITE: f64 = f64::INFINITY;
 #[rustfmt::skip]
 const ENERGIES: [(&str, [f64; 6]); 12] = [
     ("stvk", [0.42879375, 0.437499999999125, 0.0, 0.0, 2.4375, 23889.9375]),
-    // -I in space has the stretches (1, 1, -1): |F - R|^2 = 6 - 2 tr(-R) = 4 and tr(S - I) = -2, with tr R >= -1.
+    // -I in space has the stretches (1, 1, -1): |F - R|^2 = 6 - 2 tr(-R) = 4 and tr(S - I) = -2, with tr R >=
+    // -1.
     ("corotated", [1.4175, 1.74999650000175, 7.0, 7.0, 9.75, 789.75]),
     ("neo-hookean", [5.784008675852844, 156.46675954088152, INFINITE, INFINITE, INFINITE, 177.38005696674705]),
     ("stable-neo-hookean", [1.4175, 1.74999650000175, 7.0, 7.0, 0.75, 1246650.75]),

@@ -39,7 +39,8 @@ fn column(material: &str, push: f64) -> CaseResult {
     let stiffness = YOUNG / (1.0 - 0.09) * WIDTH.powi(3) / 12.0;
     let load = 2.0 * PI * PI * stiffness / (4.0 * LENGTH * LENGTH);
     let keys = format!(
-        "order = 2\npin = [{}]\nload = [{{ half_space = {{ normal = [0, -1], offset = {:?} }}, force = [{:?}, {:?}] }}]",
+        "order = 2\npin = [{}]\nload = [{{ half_space = {{ normal = [0, -1], offset = {:?} }}, force = \
+         [{:?}, {:?}] }}]",
         scenes::clamp(2, 1, 1.0, 0.0, ""),
         -LENGTH,
         push * load,

@@ -96,8 +96,10 @@ fn described(name: &str) -> CaseDescription<'_> {
 fn block(name: &str, cells: [usize; 2], at: [[f64; 2]; 2], [density, young]: [f64; 2], keys: &str) -> String {
     let [origin, size] = at;
     format!(
-        "[[body]]\nname = '{name}'\nmesh = {{ grid = {{ cells = {cells:?}, size = {size:?}, origin = {origin:?} }} }}\n\
-         elastic = {{ neo-hookean = {{ young = {young:?}, poisson = 0.3 }} }}\nmass = {{ density = {density:?} }}\n{keys}\n"
+        "[[body]]\nname = '{name}'\nmesh = {{ grid = {{ cells = {cells:?}, size = {size:?}, origin = \
+         {origin:?} }} }}\n\
+         elastic = {{ neo-hookean = {{ young = {young:?}, poisson = 0.3 }} }}\nmass = {{ density = \
+         {density:?} }}\n{keys}\n"
     )
 }
 
@@ -105,8 +107,10 @@ fn run_fall(fall: &Fall) -> CaseResult {
     let Fall { stiffness, distance, step, steps, ratios, friction, known } = *fall;
     let young = 1e5 * ratios[1].min(1.0);
     let text = format!(
-        "dimension = 2\ntime = {{ integrator = 'implicit-euler', step = {step:?}, duration = 10.0, solver = {{ tolerance = 1e-8 }} }}\n\
-         world = {{ gravity = [0, -9.81] }}\ncontact = {{ distance = {distance:?}, stiffness = {:?}, friction = {friction:?} }}\n{}{}",
+        "dimension = 2\ntime = {{ integrator = 'implicit-euler', step = {step:?}, duration = 10.0, solver = \
+         {{ tolerance = 1e-8 }} }}\n\
+         world = {{ gravity = [0, -9.81] }}\ncontact = {{ distance = {distance:?}, stiffness = {:?}, \
+         friction = {friction:?} }}\n{}{}",
         stiffness * young,
         block(
             "layer",
@@ -142,7 +146,8 @@ fn run_stack(blocks: &[[f64; 2]; 2]) -> CaseResult {
         })
         .collect();
     let text = format!(
-        "dimension = 2\ntime = {{ integrator = 'implicit-euler', step = 0.01, duration = 10.0, solver = {{ tolerance = 1e-8 }} }}\n\
+        "dimension = 2\ntime = {{ integrator = 'implicit-euler', step = 0.01, duration = 10.0, solver = {{ \
+         tolerance = 1e-8 }} }}\n\
          world = {{ gravity = [0, -9.81] }}\ncontact = {{ distance = {distance:?}, friction = 0.5 }}\n{}\
          [[obstacle]]\nname = 'floor'\nshape = {{ half_space = {{ normal = [0, 1], offset = 0 }} }}\n",
         bodies.concat()

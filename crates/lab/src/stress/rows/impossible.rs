@@ -108,8 +108,10 @@ pub(super) fn add(cases: &mut Vec<Case>) {
 
 fn refused(dimension: usize, [time, mesh, material, mass, keys]: [&str; 5], says: &str) -> CaseResult {
     let text = format!(
-        "dimension = {dimension}\ntime = {{ integrator = 'velocity-verlet', {time}, duration = 1.0 }}\n[[body]]\n\
-         mesh = {{ {mesh} }}\nelastic = {{ stable-neo-hookean = {{ {material} }} }}\nmass = {{ {mass} }}\n{keys}\n"
+        "dimension = {dimension}\ntime = {{ integrator = 'velocity-verlet', {time}, duration = 1.0 \
+         }}\n[[body]]\n\
+         mesh = {{ {mesh} }}\nelastic = {{ stable-neo-hookean = {{ {material} }} }}\nmass = {{ {mass} \
+         }}\n{keys}\n"
     );
     let mut findings = CaseResult::default();
     match try_assemble(&text) {

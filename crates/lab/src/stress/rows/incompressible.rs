@@ -40,7 +40,8 @@ pub(super) fn add(cases: &mut Vec<Case>) {
 
 fn cantilever(poisson: f64, order: u8, cells: [usize; 2], known: f64) -> CaseResult {
     let keys = format!(
-        "order = {order}\npin = [{}]\nload = [{{ half_space = {{ normal = [-1, 0], offset = -10 }}, traction = [0, -1] }}]",
+        "order = {order}\npin = [{}]\nload = [{{ half_space = {{ normal = [-1, 0], offset = -10 }}, \
+         traction = [0, -1] }}]",
         scenes::clamp(2, 0, 1.0, 0.0, ""),
     );
     let solid = Solid {

@@ -109,7 +109,8 @@ fn run_chain(chain: &Chain, integrator: &str, errors: &[f64; 2]) -> CaseResult {
         let mass: Vec<f64> = std::iter::once(1.0).chain(chain.mass.iter().copied()).collect();
         let name = scenes::scheme(integrator);
         let mut simulation = assemble(&format!(
-            "dimension = 2\ntime = {{ integrator = {name}, step = {step:?}, duration = 1.0, solver = {{ tolerance = 1e-14 }} }}\n\
+            "dimension = 2\ntime = {{ integrator = {name}, step = {step:?}, duration = 1.0, solver = {{ \
+             tolerance = 1e-14 }} }}\n\
              [[body]]\nmesh = {}\nsprings = {{ stiffness = {:?} }}\nmass = {{ per_vertex = {mass:?} }}\n\
              position = {{ displacement = {displaced:?} }}\npin = [{{ vertices = [0] }}]\n",
             line(n),
@@ -157,9 +158,12 @@ fn bar(ratio: f64, solver: &'static str) -> CaseResult {
     let run = |solver: &str, ratio: f64| {
         let mass = halves(ratio);
         let mut assembly = assemble(&format!(
-            "dimension = 2\ntime = {{ integrator = 'tr-bdf2', step = 0.01, duration = 1.0, solver = {{ linear = '{solver}' }} }}\n\
-             world = {{ gravity = [0, -9.81] }}\n[[body]]\nmesh = {{ grid = {{ cells = [8, 2], size = [4, 1] }} }}\n\
-             elastic = {{ stable-neo-hookean = {{ young = 1e6, poisson = 0.3 }} }}\nmass = {{ per_vertex = {mass:?} }}\n\
+            "dimension = 2\ntime = {{ integrator = 'tr-bdf2', step = 0.01, duration = 1.0, solver = {{ \
+             linear = '{solver}' }} }}\n\
+             world = {{ gravity = [0, -9.81] }}\n[[body]]\nmesh = {{ grid = {{ cells = [8, 2], size = [4, \
+             1] }} }}\n\
+             elastic = {{ stable-neo-hookean = {{ young = 1e6, poisson = 0.3 }} }}\nmass = {{ per_vertex = \
+             {mass:?} }}\n\
              pin = [{}]\n",
             scenes::clamp(2, 0, 1.0, 0.0, ""),
         ));
@@ -199,8 +203,10 @@ fn bar(ratio: f64, solver: &'static str) -> CaseResult {
 fn rod() -> CaseResult {
     let stiffness: Vec<f64> = (0..10).map(|i| if i < 5 { 1e3 } else { 1e9 }).collect();
     let mut simulation = assemble(&format!(
-        "dimension = 2\ntime = {{ integrator = 'quasi-static', step = 1.0, duration = 1.0, solver = {{ tolerance = 1e-14 }} }}\n[[body]]\n\
-         mesh = {}\nsprings = {{ stiffness = {stiffness:?} }}\nmass = {{ per_vertex = 1.0 }}\npin = [{{ vertices = [0] }}]\n\
+        "dimension = 2\ntime = {{ integrator = 'quasi-static', step = 1.0, duration = 1.0, solver = {{ \
+         tolerance = 1e-14 }} }}\n[[body]]\n\
+         mesh = {}\nsprings = {{ stiffness = {stiffness:?} }}\nmass = {{ per_vertex = 1.0 }}\npin = [{{ \
+         vertices = [0] }}]\n\
          load = [{{ vertices = [10], force = [100.0, 0.0] }}]\n",
         line(11),
     ))
@@ -228,13 +234,16 @@ const JOINT: f64 = 1e9;
 fn joined() -> CaseResult {
     let half = |name: &str, origin: f64, young: f64, keys: &str| {
         format!(
-            "[[body]]\nname = '{name}'\nmesh = {{ grid = {{ cells = [4, 1], size = [2, 1], origin = [{origin:?}, 0] }} }}\n\
-             elastic = {{ linear = {{ young = {young:?}, poisson = 0.0 }} }}\nmass = {{ density = 1000.0 }}\n{keys}\n"
+            "[[body]]\nname = '{name}'\nmesh = {{ grid = {{ cells = [4, 1], size = [2, 1], origin = \
+             [{origin:?}, 0] }} }}\n\
+             elastic = {{ linear = {{ young = {young:?}, poisson = 0.0 }} }}\nmass = {{ density = 1000.0 \
+             }}\n{keys}\n"
         )
     };
     let force = 10.0;
     let mut assembly = assemble(&format!(
-        "dimension = 2\ntime = {{ integrator = 'quasi-static', step = 1.0, duration = 1.0, solver = {{ tolerance = 1e-14 }} }}\n{}{}\
+        "dimension = 2\ntime = {{ integrator = 'quasi-static', step = 1.0, duration = 1.0, solver = {{ \
+         tolerance = 1e-14 }} }}\n{}{}\
          [[attachment]]\nbody = 'soft'\nhalf_space = {{ normal = [-1, 0], offset = -2 }}\n\
          target = {{ body = 'stiff', nearest_vertex = 1e-6 }}\nstiffness = {JOINT:?}\n",
         half("soft", 0.0, YOUNG[0], "pin = [{ half_space = { normal = [1, 0], offset = 0 } }]"),

@@ -63,8 +63,10 @@ fn scene(
         (points, "tetrahedra = [[0, 1, 2, 4], [0, 3, 1, 4], [0, 2, 3, 4], [1, 3, 2, 4]]", 4)
     };
     let text = format!(
-        "dimension = {dimension}\n{time}\n[[body]]\nmesh = {{ inline = {{ points = {points:?}, {cells} }} }}\n\
-         elastic = {{ {material} = {{ young = 1e7, poisson = 0.3 }} }}\nmass = {{ density = 1000.0 }}\n{keys}\n"
+        "dimension = {dimension}\n{time}\n[[body]]\nmesh = {{ inline = {{ points = {points:?}, {cells} }} \
+         }}\n\
+         elastic = {{ {material} = {{ young = 1e7, poisson = 0.3 }} }}\nmass = {{ density = 1000.0 \
+         }}\n{keys}\n"
     );
     (text, points, corners)
 }
@@ -116,7 +118,8 @@ fn patch(dimension: usize, height: f64) -> CaseResult {
 fn falling(dimension: usize, height: f64) -> CaseResult {
     let gravity = if dimension == 2 { "[0, -9.81]" } else { "[0, 0, -9.81]" };
     let time = format!(
-        "time = {{ integrator = 'implicit-euler', step = 0.01, duration = 1.0 }}\nworld = {{ gravity = {gravity} }}"
+        "time = {{ integrator = 'implicit-euler', step = 0.01, duration = 1.0 }}\nworld = {{ gravity = \
+         {gravity} }}"
     );
     let (text, ..) = scene(dimension, height, "stable-neo-hookean", &time, "pin = [{ vertices = [2, 3] }]");
     let Assembly { mut simulation, topology, .. } = assemble(&text);

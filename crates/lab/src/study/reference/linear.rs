@@ -108,7 +108,8 @@ pub(super) fn solution(search: &mut ReferenceSearch<'_, '_>) -> Result<Option<Re
     Ok(Some(Reference {
         id: "modes".into(),
         how: format!(
-            "exact: superposition of all {n} modes of a linear system, along which forces are linear to {off_line:.0e}"
+            "exact: superposition of all {n} modes of a linear system, along which forces are linear to \
+             {off_line:.0e}"
         ),
         error,
         trajectory: StateSamples { x, v, ..trajectory },

@@ -59,9 +59,16 @@ pub(super) fn all(
     for kind in kinds {
         let (chart, caption) = match kind {
             FigureKind::Time => (
-                against(variant, "error against run time", "run time, stepping alone [s]", true, |row| row.wall_min_s),
-                "Error against run time: the lower left is better. The label is the smallest step of each scheme, each mark a step \
-                 half as long as the one before."
+                against(
+                    variant,
+                    "error against run time",
+                    "run time, stepping alone \
+                                                            [s]",
+                    true,
+                    |row| row.wall_min_s,
+                ),
+                "Error against run time: the lower left is better. The label is the smallest step of each \
+                 scheme, each mark a step half as long as the one before."
                     .to_owned(),
             ),
             FigureKind::Step => (
@@ -69,7 +76,14 @@ pub(super) fn all(
                 "Error against step. Triangles show the slopes of orders of convergence.".to_owned(),
             ),
             FigureKind::Forces => (
-                against(variant, "error against work: forces", "force evaluations", false, |row| row.n_force as f64),
+                against(
+                    variant,
+                    "error against work: forces",
+                    "force \
+                     evaluations",
+                    false,
+                    |row| row.n_force as f64,
+                ),
                 "Error against evaluations of the force: the same on every machine.".to_owned(),
             ),
             FigureKind::Newton => (

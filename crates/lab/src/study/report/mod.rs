@@ -111,7 +111,8 @@ fn section(
         let what: Vec<&str> =
             [row.material.as_str(), row.element.as_str()].into_iter().filter(|w| !w.is_empty()).collect();
         about.push(format!(
-            "{}, {} coordinates free to move, {} simulated; the largest error of {} common times, relative to the motion.",
+            "{}, {} coordinates free to move, {} simulated; the largest error of {} common times, relative \
+             to the motion.",
             what.join(", "),
             row.ndof,
             seconds(row.t_end),
@@ -170,7 +171,8 @@ fn remarks(variant: &VariantResult) -> Vec<String> {
         if line.falls_short() {
             out.push(format!(
                 "{} shows order {:.1} where {} is documented: its steps do not resolve all motions yet, or \
-                 what limits it is a solver, the reference, or something that is not smooth: walls, loads that jump",
+                 what limits it is a solver, the reference, or something that is not smooth: walls, loads \
+                 that jump",
                 line.integrator,
                 line.order_observed.unwrap_or(f64::NAN),
                 line.order_nominal

@@ -75,7 +75,8 @@ impl LinkedRings {
                 text,
                 "[[body]]\nname = 'link{k}'\n\
                  mesh = {{ inline = {{ points = {points:?}, tetrahedra = {tetrahedra} }} }}\n\
-                 elastic = {{ neo-hookean = {{ young = 1e7, poisson = 0.3 }} }}\nmass = {{ density = 1000 }}\n{pin}\n"
+                 elastic = {{ neo-hookean = {{ young = 1e7, poisson = 0.3 }} }}\nmass = {{ density = 1000 \
+                 }}\n{pin}\n"
             );
         }
         text

@@ -88,7 +88,8 @@ pub(crate) fn needles() -> Vec<[f64; 3]> {
 /// A ball of radius 0.1 m that falls on them at 1 m/s.
 pub(crate) fn ball_on_needles(cells: usize) -> String {
     let needles = format!(
-        "[[body]]\nname = 'needles'\nmesh = {{ inline = {{ points = {:?} }} }}\nmass = {{ per_vertex = 1.0 }}\n\
+        "[[body]]\nname = 'needles'\nmesh = {{ inline = {{ points = {:?} }} }}\nmass = {{ per_vertex = 1.0 \
+         }}\n\
          contact = {{ self = false }}\npin = [{{ box = {{ min = [-1, -1, -1], max = [1, 1, 0.001] }} }}]\n",
         needles()
     );
@@ -126,8 +127,10 @@ pub(crate) fn sheet_on_knives(cells: usize) -> String {
     );
     let sheet = format!(
         "[[body]]\nname = 'sheet'\n\
-         mesh = {{ cloth = {{ cells = [{cells}, {cells}], origin = [-0.5, -0.5, 0.21], u = [1, 0, 0], v = [0, 1, 0] }} }}\n\
-         membrane = {{ thickness = 1e-3 }}\nelastic = {{ stable-neo-hookean = {{ young = 2e4, poisson = 0.3 }} }}\n\
+         mesh = {{ cloth = {{ cells = [{cells}, {cells}], origin = [-0.5, -0.5, 0.21], u = [1, 0, 0], v = \
+         [0, 1, 0] }} }}\n\
+         membrane = {{ thickness = 1e-3 }}\nelastic = {{ stable-neo-hookean = {{ young = 2e4, poisson = 0.3 \
+         }} }}\n\
          mass = {{ density = 1000 }}\n"
     );
     head(0.01, -9.81, "distance = 1e-3, friction = 0.2") + &sheet + &knives
@@ -139,9 +142,11 @@ pub(crate) fn sheet_at_sheet(cells: usize, radius: f64) -> String {
     let sheet = |name: &str, z: f64, turn: &str, velocity: f64| {
         format!(
             "[[body]]\nname = '{name}'\n\
-             mesh = {{ cloth = {{ cells = [{cells}, {cells}], origin = [-0.15, -0.15, {z:?}], u = [0.3, 0, 0], v = [0, 0.3, 0] }} }}\n\
+             mesh = {{ cloth = {{ cells = [{cells}, {cells}], origin = [-0.15, -0.15, {z:?}], u = [0.3, 0, \
+             0], v = [0, 0.3, 0] }} }}\n\
              {turn}\nmembrane = {{ thickness = 1e-3 }}\ncontact = {{ radius = {radius:?} }}\n\
-             elastic = {{ stable-neo-hookean = {{ young = 1e6, poisson = 0.3 }} }}\nmass = {{ density = 1.0 }}\n\
+             elastic = {{ stable-neo-hookean = {{ young = 1e6, poisson = 0.3 }} }}\nmass = {{ density = 1.0 \
+             }}\n\
              velocity = {{ rigid = {{ linear = [0, 0, {velocity:?}] }} }}\n"
         )
     };

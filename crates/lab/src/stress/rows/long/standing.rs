@@ -47,7 +47,8 @@ fn house(cells: usize, friction: f64) -> String {
         let _ = write!(
             text,
             "[[body]]\nname = 'card{k}'\n\
-             mesh = {{ grid = {{ cells = [{cells}, 1], size = [{length:?}, 0.01], origin = [0.0, {low:?}] }} }}\n\
+             mesh = {{ grid = {{ cells = [{cells}, 1], size = [{length:?}, 0.01], origin = [0.0, {low:?}] \
+             }} }}\n\
              transform = {{ rotate = {{ angle = '{angle} deg' }}, translate = {place:?} }}\n\
              elastic = {{ neo-hookean = {{ young = 1e8, poisson = 0.3 }} }}\nmass = {{ density = 1000 }}\n"
         );

@@ -97,8 +97,10 @@ fn what_crosses_is_found_and_ends_a_case() {
 fn energy_from_nowhere_is_found() {
     let gains = |step: f64| {
         let text = format!(
-            "dimension = 2\ntime = {{ integrator = 'velocity-verlet', step = {step:?}, duration = 1.0, allow_unstable = true }}\n\
-             world = {{ gravity = [0, -9.81] }}\n[[body]]\nname = 'block'\nmesh = {{ grid = {{ cells = [3, 2], spacing = 0.3 }} }}\n\
+            "dimension = 2\ntime = {{ integrator = 'velocity-verlet', step = {step:?}, duration = 1.0, \
+             allow_unstable = true }}\n\
+             world = {{ gravity = [0, -9.81] }}\n[[body]]\nname = 'block'\nmesh = {{ grid = {{ cells = [3, \
+             2], spacing = 0.3 }} }}\n\
              elastic = {{ neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}\nmass = {{ density = 1000.0 }}\n\
              pin = [{{ half_space = {{ normal = [1, 0], offset = 0 }} }}]\n"
         );
