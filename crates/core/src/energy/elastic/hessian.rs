@@ -236,6 +236,35 @@ impl<const D: usize> SpectrumBlock<D> {
     }
 }
 
+/// Blocks `K_0b` of the first node of an element. A translation costs nothing: they are minus the sums of the
+/// others.
+pub(super) struct FirstRow<L, const D: usize, const N: usize>([Mat<L, D>; N]);
+
+impl<L: Lanes, const D: usize, const N: usize> FirstRow<L, D, N> {
+    #[inline(always)]
+    pub(super) fn new() -> Self {
+        FirstRow([Mat::zero(); N])
+    }
+
+    /// Takes the block of a pair `0 < a <= b` into account: `K_0b = -sum_a K_ab`, with `K_ba = K_ab^T`.
+    #[inline(always)]
+    pub(super) fn take(&mut self, (a, b): (usize, usize), block: &Mat<L, D>) {
+        self.0[b] = self.0[b] - *block;
+        if a != b {
+            self.0[a] = self.0[a] - block.transpose();
+        }
+    }
+
+    /// The blocks, once all others were taken: `K_00 = -sum_b K_0b^T`.
+    #[inline(always)]
+    pub(super) fn blocks(mut self) -> [Mat<L, D>; N] {
+        for b in 1..N {
+            self.0[0] = self.0[0] - self.0[b].transpose();
+        }
+        self.0
+    }
+}
+
 /// `U^T K_ab U` without its weight, of vertices with the slopes `g_a` and `g_b` in the frame of `V`.
 #[inline(always)]
 pub(super) fn pair_block<L: Lanes, const D: usize>(
@@ -273,21 +302,16 @@ impl<const D: usize, const N: usize> Kernel for PairBlocks<'_, D, N> {
             // Rows: the gradients of the shape functions in the frame of V.
             let g = pack.inverse_rest::<L>().mul(&work.v.load::<L>());
             let u = work.u.load::<L>();
-            // A translation costs nothing: the blocks of vertex 0 are minus the sums of the others.
-            let mut first = [Mat::<L, D>::zero(); N];
+            let mut first = FirstRow::<L, D, N>::new();
             for a in 0..D {
                 for b in a..D {
                     let k = pair_block((&scaling, &same, &swapped), (&g[a], &g[b])).scale(weight);
                     let block = u.mul(&k).mul_transpose(&u);
                     entries.set(place(a + 1, b + 1), &block);
-                    // K_0b = -sum_a K_ab, with K_ba = K_ab^T; K_00 = -sum_b K_0b^T.
-                    first[b + 1] = first[b + 1] - block;
-                    if a != b {
-                        first[a + 1] = first[a + 1] - block.transpose();
-                    }
+                    first.take((a + 1, b + 1), &block);
                 }
-                first[0] = first[0] - first[a + 1].transpose();
             }
+            let first = first.blocks();
             for b in 0..N {
                 entries.set(b, &first[b]);
             }
@@ -338,20 +362,13 @@ impl<const D: usize, const N: usize> Kernel for PointBlocks<'_, D, N> {
                 }
             }
         }
-        // A translation costs nothing: the blocks of node 0 are minus the sums of the others.
-        let mut first = [Mat::<L, D>::zero(); N];
+        let mut first = FirstRow::<L, D, N>::new();
         for a in 1..N {
             for b in a..N {
-                let block = entries.get::<L, D>(place(a, b));
-                first[b] = first[b] - block;
-                if a != b {
-                    first[a] = first[a] - block.transpose();
-                }
+                first.take((a, b), &entries.get(place(a, b)));
             }
         }
-        for b in 1..N {
-            first[0] = first[0] - first[b].transpose();
-        }
+        let first = first.blocks();
         for b in 0..N {
             entries.set(b, &first[b]);
         }

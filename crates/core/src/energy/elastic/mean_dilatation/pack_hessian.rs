@@ -10,7 +10,7 @@
 //! ```
 
 use super::super::block::{Block, BlockMaterial, SpectrumBlock};
-use super::super::hessian::pair_block;
+use super::super::hessian::{FirstRow, pair_block};
 use super::Dilatation;
 use super::kernels::{MOST_POINTS, Points, cell_gradient, root};
 use crate::algebra::{Mat, TURNS, signed_svd};
@@ -330,8 +330,7 @@ impl<const D: usize, const N: usize> Kernel for BlocksKernel<'_, D, N> {
                 }
             }
         }
-        // A translation costs nothing: the blocks of node 0 are minus the sums of the others.
-        let mut first = [Mat::<L, D>::zero(); N];
+        let mut first = FirstRow::<L, D, N>::new();
         let by_mean = -(volume * mean_pressure) / (theta * theta);
         for a in 1..N {
             let mut scaled = [L::zero(); D];
@@ -344,16 +343,10 @@ impl<const D: usize, const N: usize> Kernel for BlocksKernel<'_, D, N> {
                     add_outer(&scaled, &mean_slope[b], &mut block);
                     out.0[place(N, a, b)].store(&block);
                 }
-                // K_0b = -sum_a K_ab, with K_ba = K_ab^T; K_00 = -sum_b K_0b^T.
-                first[b] = first[b] - block;
-                if a != b {
-                    first[a] = first[a] - block.transpose();
-                }
+                first.take((a, b), &block);
             }
         }
-        for b in 1..N {
-            first[0] = first[0] - first[b].transpose();
-        }
+        let first = first.blocks();
         for b in 0..N {
             out.0[b].store(&first[b]);
         }
