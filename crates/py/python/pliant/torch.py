@@ -66,7 +66,7 @@ def simulate(
     """
     given = dict(parameters or {})
     run = Run(scene, steps, list(given), every, memory)
-    start = [torch.as_tensor(part) for part in run.start]
+    start = [torch.tensor(part) for part in run.start]
     x = start[0] if position is None else position
     v = start[1] if velocity is None else velocity
     found: tuple[torch.Tensor, torch.Tensor] = _Simulate.apply(run, x, v, *given.values())

@@ -143,7 +143,7 @@ pub(super) fn blocks<const D: usize, const N: usize>(
         states.stress = states.dilated;
         material.stress(how, &mut states.stress[..count]);
     }
-    dispatch(BlocksKernel { points, states: &states, out });
+    dispatch(CellBlocksKernel { points, states: &states, out });
 }
 
 /// Decompositions at the quadrature points of a pack.
@@ -191,7 +191,7 @@ impl<const D: usize, const N: usize> Kernel for StateKernel<'_, D, N> {
 }
 
 /// Blocks of a pack from its states.
-struct BlocksKernel<'a, const D: usize, const N: usize> {
+struct CellBlocksKernel<'a, const D: usize, const N: usize> {
     points: Points<'a, D, N>,
     states: &'a CellStates<D>,
     out: &'a mut PackBlocks<D>,
@@ -246,12 +246,12 @@ fn add_second<L: Lanes, const D: usize>(
     }
 }
 
-impl<const D: usize, const N: usize> Kernel for BlocksKernel<'_, D, N> {
+impl<const D: usize, const N: usize> Kernel for CellBlocksKernel<'_, D, N> {
     type Output = ();
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let BlocksKernel { points, states, out } = self;
+        let CellBlocksKernel { points, states, out } = self;
         let finite = points.dilatation == Dilatation::Finite;
         let (half, of_d) = (L::splat(0.5), L::splat(1.0 / D as f64));
         let volume = L::load(points.volume);
