@@ -75,7 +75,8 @@ pub enum GradientError {
         step: u64,
         /// Time at its end [s].
         time: f64,
-        /// Growth of its logarithm per second of the run, from the first state that changes [1/s].
+        /// Growth of its logarithm per second of the run, from the first state that changes to the last
+        /// that is a number [1/s].
         growth: f64,
     },
     /// A step has no derivative: its matrix is singular.

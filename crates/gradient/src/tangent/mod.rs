@@ -176,6 +176,7 @@ pub fn tangent_along(
         forces.step = schedule.whole(step);
         forces.held = support::holds_start(simulation).then(|| [x.clone(), dots.x.clone()]);
         let singular = |_| support::singular(&method, step + 1, time + h);
+        let before = dots.norm();
         advance(&method, &mut forces, simulation.system_mut(), &taken, &mut dots).map_err(singular)?;
         if let Some(walled) = &walled {
             // A vertex that is held in part takes what moves it along to the wall.
@@ -189,7 +190,7 @@ pub fn tangent_along(
             dots.x = x;
         }
         if !dots.is_finite() {
-            let growth = grown.rate(dots.norm(), time + h);
+            let growth = grown.rate(before, time);
             return Err(GradientError::TangentOverflow { step: step + 1, time: time + h, growth });
         }
         if grown.size == 0.0 {
@@ -214,7 +215,7 @@ struct TangentGrowth {
 impl TangentGrowth {
     /// Growth of the logarithm of changes per second up to `time`, where the largest is `size` [1/s].
     fn rate(&self, size: f64, time: f64) -> f64 {
-        let grown = (size.min(f64::MAX) / self.size).ln() / (time - self.start);
+        let grown = (size / self.size).ln() / (time - self.start);
         if grown.is_finite() { grown } else { 0.0 }
     }
 }
