@@ -156,7 +156,8 @@ fn elements_make_up_the_body() {
     }
 }
 
-// Time has no scale of its own: what changes with the step changes with velocities, accelerations and stiffness.
+// Time has no scale of its own: what changes with the step changes with velocities, accelerations and
+// stiffness.
 #[test]
 fn steps_are_in_proportion_to_velocities() {
     for scheme in SCHEMES {

@@ -12,8 +12,11 @@ struct SuspectsKernel<'a, const D: usize, const N: usize> {
     motion: &'a [[[f64; WIDTH]; D]; N],
 }
 
+/// Positions of the nodes of a pack in lanes.
 #[inline(always)]
-fn loaded<L: Lanes, const D: usize, const N: usize>(nodes: &[[[f64; WIDTH]; D]; N]) -> [[L; D]; N] {
+pub(super) fn loaded<L: Lanes, const D: usize, const N: usize>(
+    nodes: &[[[f64; WIDTH]; D]; N],
+) -> [[L; D]; N] {
     let mut rows = [[L::zero(); D]; N];
     for a in 0..N {
         for c in 0..D {

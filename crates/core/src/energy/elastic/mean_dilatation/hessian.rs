@@ -36,7 +36,8 @@ struct CellPoint<const D: usize, const N: usize> {
     slope: [[f64; D]; N],
 }
 
-/// Writes the Hessians of `stencils`, whole packs of them; with a place `from`, with the stresses that are predicted from it.
+/// Writes the Hessians of `stencils`, whole packs of them; with a place `from`, with the stresses that are
+/// predicted from it.
 pub(super) fn fill<const D: usize, const N: usize>(
     term: &MeanDilatation<D, N>,
     stencils: Range<usize>,

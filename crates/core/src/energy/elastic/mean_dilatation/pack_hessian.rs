@@ -12,6 +12,7 @@
 use super::super::block::{Block, BlockMaterial, SpectrumBlock};
 use super::super::hessian::{FirstRow, pair_block};
 use super::Dilatation;
+use super::collapse::loaded;
 use super::kernels::{MOST_POINTS, Points, cell_gradient, root};
 use crate::algebra::{Mat, TURNS, signed_svd};
 use crate::lanes::{Kernel, Lanes, WIDTH, dispatch};
@@ -159,12 +160,7 @@ impl<const D: usize, const N: usize> Kernel for StateKernel<'_, D, N> {
     #[inline(always)]
     fn run<L: Lanes>(self) {
         let StateKernel { points, nodes, states } = self;
-        let mut x = [[L::zero(); D]; N];
-        for a in 0..N {
-            for c in 0..D {
-                x[a][c] = L::load(&nodes[a][c]);
-            }
-        }
+        let x = loaded::<L, D, N>(nodes);
         let mut theta = L::zero();
         for (q, rest) in points.rest.iter().enumerate() {
             let f = cell_gradient::<L, D, N>(&x, rest);
