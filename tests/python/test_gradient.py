@@ -286,6 +286,30 @@ def test_names_that_are_none_are_answered_with_those_that_are() -> None:
         simulation.gradient(tip, ["time.step"], steps=1)
 
 
+def test_one_name_needs_no_list() -> None:
+    young = "body.beam.elastic.young"
+    one, several = (pliant.Simulation(beam()).gradient(tip, of, steps=20) for of in (young, [young]))
+    assert list(one) == [young] and one[young] == several[young]
+    with pytest.raises(TypeError, match="a name, or a list of names, is wanted, got int"):
+        pliant.Simulation(beam()).gradient(tip, 3, steps=1)  # type: ignore[arg-type]
+
+
+def test_counts_below_zero_say_what_would_be_right() -> None:
+    simulation = pliant.Simulation(beam())
+    calls = [
+        lambda: simulation.step(-3),
+        lambda: simulation.gradient(tip, "position", steps=-3),
+        lambda: simulation.jvp(steps=-3),
+        lambda: pliant.modes(simulation, -3),
+        lambda: simulation.frequency_gradient("body.beam.elastic.young", -3),
+        lambda: pliant.rollout([beam()], -3),
+    ]
+    for call in calls:
+        with pytest.raises(ValueError, match=r"-3"):
+            call()
+    assert simulation.steps == 0
+
+
 def test_a_loss_that_fails_is_heard() -> None:
     def bad(frame: pliant.Frame) -> None:
         raise ArithmeticError("no such loss")

@@ -19,7 +19,7 @@ use pyo3::types::PyDict;
 
 use crate::arrays::{self, Doubles};
 use crate::simulation::{Inner, PySimulation, place};
-use crate::{errors, threads};
+use crate::{arguments, errors, threads};
 use workers::Workers;
 
 /// Calls that take longer look for Ctrl-C while they run.
@@ -189,7 +189,12 @@ impl PyBatch {
 impl PyBatch {
     /// `count` copies of `simulation`, which starts them all from where it is.
     #[new]
-    fn new(py: Python<'_>, simulation: &PySimulation, count: usize, threads: usize) -> PyResult<Self> {
+    fn new(
+        py: Python<'_>,
+        simulation: &PySimulation,
+        #[pyo3(from_py_with = arguments::count)] count: usize,
+        #[pyo3(from_py_with = arguments::count)] threads: usize,
+    ) -> PyResult<Self> {
         let (scene, start, additions) = simulation.lock()?.parts(py);
         let workers = Workers::new(threads)?;
         let assemble = |_: usize| scene.scene.assemble(UnstableStep::Refuse);
@@ -238,7 +243,7 @@ impl PyBatch {
     fn step<'py>(
         &self,
         py: Python<'py>,
-        n: u64,
+        #[pyo3(from_py_with = arguments::count)] n: u64,
         mask: Option<PyReadonlyArray1<'py, bool>>,
         forces: Option<Bound<'py, PyAny>>,
         moves: Option<Moves<'py>>,

@@ -1,5 +1,6 @@
 //! The compiled half of the Python package `pliant`; the other half is in `python/pliant`.
 
+mod arguments;
 mod arrays;
 mod batch;
 mod document;

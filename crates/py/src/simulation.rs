@@ -22,7 +22,7 @@ use pyo3::types::PyDict;
 
 use crate::arrays::Doubles;
 use crate::scene::PyScene;
-use crate::{arrays, errors, threads};
+use crate::{arguments, arrays, errors, threads};
 pub(crate) use measure::{contacts_table, energies, measure_named};
 pub(crate) use parameters::{Additions, Raised};
 pub(crate) use state::place;
@@ -204,7 +204,7 @@ impl PySimulation {
     /// >>> simulation.steps
     /// 10
     #[pyo3(signature = (n = 1))]
-    fn step(&self, py: Python<'_>, n: u64) -> PyResult<()> {
+    fn step(&self, py: Python<'_>, #[pyo3(from_py_with = arguments::count)] n: u64) -> PyResult<()> {
         let mut inner = self.lock()?;
         let started = Instant::now();
         let end = step(py, &mut inner.simulation, n);

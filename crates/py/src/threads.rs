@@ -10,8 +10,8 @@ use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use crate::errors;
 use crate::simulation::PySimulation;
+use crate::{arguments, errors};
 
 /// How long Ctrl-C waits at most to be seen.
 const BETWEEN_LOOKS: Duration = Duration::from_millis(50);
@@ -60,8 +60,8 @@ pub(crate) fn run<T: Send>(work: impl FnOnce() -> T + Send) -> T {
 pub(crate) fn _rollout(
     py: Python<'_>,
     simulations: Vec<Py<PySimulation>>,
-    steps: u64,
-    threads: usize,
+    #[pyo3(from_py_with = arguments::count)] steps: u64,
+    #[pyo3(from_py_with = arguments::count)] threads: usize,
 ) -> PyResult<Vec<Option<PyErr>>> {
     let pool = ThreadPoolBuilder::new().num_threads(threads).build();
     let pool = pool.map_err(|error| PyRuntimeError::new_err(format!("cannot start threads: {error}")))?;

@@ -185,7 +185,7 @@ class Simulation:
     def gradient(
         self,
         loss: Callable[[Frame], tuple[Any, ...] | None],
-        with_respect_to: Sequence[str],
+        with_respect_to: str | Sequence[str],
         *,
         steps: int | None = None,
         times: Sequence[float] | None = None,
@@ -219,7 +219,9 @@ class Simulation:
         memory: int | None = None,
         reach: float = 1e-2,
     ) -> HessianProduct: ...
-    def frequency_gradient(self, with_respect_to: Sequence[str], count: int = 1) -> FrequencyGradient: ...
+    def frequency_gradient(
+        self, with_respect_to: str | Sequence[str], count: int = 1
+    ) -> FrequencyGradient: ...
     def gradient_names(self) -> list[str]: ...
     @overload
     def view(

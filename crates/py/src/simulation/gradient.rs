@@ -15,7 +15,7 @@ use pyo3::types::{PyDict, PyTuple};
 
 use super::{Inner, PySimulation};
 use crate::run::PyFrame;
-use crate::{arrays, errors, threads};
+use crate::{arguments, arrays, errors, threads};
 
 /// A loss that is a function in Python.
 struct PythonLoss<'a> {
@@ -195,7 +195,7 @@ impl PySimulation {
     ///     Called with a `Frame` for each state, from the last to the first. It returns what that state adds
     ///     to the loss and its derivatives, ``(value, by_positions)`` or ``(value, by_positions,
     ///     by_velocities)``, arrays of shape (n, dim) or None for zero; or None where the state adds nothing.
-    /// with_respect_to : list of str
+    /// with_respect_to : str or list of str
     ///     Names of what the derivatives are taken by: ``"position"``, ``"velocity"``, ``"world.gravity"``,
     ///     ``"body.NAME.elastic.young"``. ``"forces"`` are forces on the vertices in each step, of shape
     ///     (steps, n, dim); ``"pins"`` displacements of what is held from each state on, (steps + 1, n, dim).
@@ -246,10 +246,10 @@ impl PySimulation {
         &self,
         py: Python<'py>,
         loss: Py<PyAny>,
-        with_respect_to: Vec<String>,
-        steps: Option<u64>,
+        #[pyo3(from_py_with = arguments::names)] with_respect_to: Vec<String>,
+        #[pyo3(from_py_with = arguments::optional_count)] steps: Option<u64>,
         times: Option<Vec<f64>>,
-        memory: Option<usize>,
+        #[pyo3(from_py_with = arguments::optional_count)] memory: Option<usize>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let mut inner = self.lock()?;
         let mut selection = inner.selection(&with_respect_to)?;
@@ -338,7 +338,7 @@ impl PySimulation {
         position: Option<&Bound<'py, PyAny>>,
         velocity: Option<&Bound<'py, PyAny>>,
         parameters: Option<&Bound<'py, PyDict>>,
-        steps: Option<u64>,
+        #[pyo3(from_py_with = arguments::optional_count)] steps: Option<u64>,
     ) -> PyResult<Bound<'py, PyTuple>> {
         let shape = self.shape();
         let (x, v) = (
@@ -422,8 +422,8 @@ impl PySimulation {
         py: Python<'py>,
         curvature: Py<PyAny>,
         direction: &Bound<'py, PyDict>,
-        steps: Option<u64>,
-        memory: Option<usize>,
+        #[pyo3(from_py_with = arguments::optional_count)] steps: Option<u64>,
+        #[pyo3(from_py_with = arguments::optional_count)] memory: Option<usize>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let shape = self.shape();
         let names: Vec<String> = direction.keys().extract()?;
@@ -513,9 +513,9 @@ impl PySimulation {
         slf: &Bound<'py, Self>,
         loss: Py<PyAny>,
         direction: &Bound<'py, PyDict>,
-        steps: Option<u64>,
+        #[pyo3(from_py_with = arguments::optional_count)] steps: Option<u64>,
         times: Option<Vec<f64>>,
-        memory: Option<usize>,
+        #[pyo3(from_py_with = arguments::optional_count)] memory: Option<usize>,
         reach: f64,
     ) -> PyResult<Bound<'py, PyAny>> {
         if !(reach > 0.0 && reach.is_finite()) {
@@ -535,7 +535,7 @@ impl PySimulation {
     ///
     /// Parameters
     /// ----------
-    /// with_respect_to : list of str
+    /// with_respect_to : str or list of str
     ///     Names, as for `gradient`, of moduli, densities, masses, rest shapes and stiffnesses of springs.
     /// count : int, default 1
     ///     How many frequencies, from the lowest.
@@ -564,8 +564,8 @@ impl PySimulation {
     fn frequency_gradient<'py>(
         &self,
         py: Python<'py>,
-        with_respect_to: Vec<String>,
-        count: usize,
+        #[pyo3(from_py_with = arguments::names)] with_respect_to: Vec<String>,
+        #[pyo3(from_py_with = arguments::count)] count: usize,
     ) -> PyResult<Bound<'py, PyAny>> {
         let none_by = |name: &str| {
             PyKeyError::new_err(format!(

@@ -9,7 +9,7 @@ use serde_json::json;
 use super::PySimulation;
 use crate::arrays::Doubles;
 use crate::document::from_json;
-use crate::{arrays, threads};
+use crate::{arguments, arrays, threads};
 
 /// A document and an array.
 type Found<'py, A> = (Bound<'py, PyAny>, A);
@@ -125,7 +125,11 @@ impl PySimulation {
     /// >>> motion.omega.shape
     /// (16,)
     #[pyo3(signature = (count = None))]
-    fn superposition(&self, py: Python<'_>, count: Option<usize>) -> PyResult<PySuperposition> {
+    fn superposition(
+        &self,
+        py: Python<'_>,
+        #[pyo3(from_py_with = arguments::optional_count)] count: Option<usize>,
+    ) -> PyResult<PySuperposition> {
         let mut inner = self.lock()?;
         let simulation = &mut inner.simulation;
         let found = py.detach(|| threads::run(|| simulation.superposition(count)));
@@ -133,7 +137,11 @@ impl PySimulation {
     }
 
     /// Natural modes about the present state, as a dictionary of columns, shapes last.
-    fn _modes<'py>(&self, py: Python<'py>, count: usize) -> PyResult<Found<'py, Doubles<'py>>> {
+    fn _modes<'py>(
+        &self,
+        py: Python<'py>,
+        #[pyo3(from_py_with = arguments::count)] count: usize,
+    ) -> PyResult<Found<'py, Doubles<'py>>> {
         let mut inner = self.lock()?;
         let simulation = &mut inner.simulation;
         let found: Modes = py.detach(|| threads::run(|| simulation.modes(count))).map_err(modes_error)?;
