@@ -5,7 +5,7 @@ use std::arch::x86_64::*;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 
 use super::operators::{assigning_operators, binary_operator, register};
-use super::{Lanes, RowSlice, RowSource, WIDTH};
+use super::{HALF, HalfPack, Lanes, RowSlice, RowSource, WIDTH};
 use crate::algebra::{self, Mat};
 use crate::scalar::{
     Compared, EXPONENT_BIAS, Elementary, INVERSE_SQRT_BITS, MANTISSA_BITS, Mask, Real, SPLIT_OFFSET,
@@ -20,6 +20,11 @@ pub(super) struct Avx2(__m256d, __m256d);
 /// All bits of a lane set, or none.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Avx2Mask(__m256d, __m256d);
+
+/// Four numbers.
+#[derive(Clone, Copy, Debug)]
+#[repr(transparent)]
+pub(super) struct Avx2Half(__m256d);
 
 /// The same intrinsic on both registers.
 macro_rules! both {
@@ -165,6 +170,45 @@ impl Real for Avx2 {
     }
 }
 
+/// An intrinsic on the one register.
+macro_rules! one {
+    ($pack:ident, $intrinsic:ident, $a:expr, $b:expr) => {
+        $pack(register!($intrinsic($a.0, $b.0)))
+    };
+}
+
+binary_operator!(one, Avx2Half, Add, add, _mm256_add_pd);
+binary_operator!(one, Avx2Half, Sub, sub, _mm256_sub_pd);
+binary_operator!(one, Avx2Half, Mul, mul, _mm256_mul_pd);
+
+impl HalfPack for Avx2Half {
+    #[inline(always)]
+    fn splat(x: f64) -> Self {
+        Avx2Half(register!(_mm256_set1_pd(x)))
+    }
+    #[inline(always)]
+    fn load(a: &[f64; HALF]) -> Self {
+        // SAFETY: the reference is to four numbers, and the load needs no alignment.
+        Avx2Half(unsafe { _mm256_loadu_pd(a.as_ptr()) })
+    }
+    #[inline(always)]
+    fn store(self, a: &mut [f64; HALF]) {
+        // SAFETY: the reference is to four numbers, and the store needs no alignment.
+        unsafe { _mm256_storeu_pd(a.as_mut_ptr(), self.0) }
+    }
+    #[inline(always)]
+    fn sums([a, b, c, d]: [Self; HALF]) -> Self {
+        register!({
+            // Lanes 0 + 1 of both, 2 + 3 of both.
+            let ab = _mm256_hadd_pd(a.0, b.0);
+            let cd = _mm256_hadd_pd(c.0, d.0);
+            let (low, high) =
+                (_mm256_permute2f128_pd::<0x20>(ab, cd), _mm256_permute2f128_pd::<0x31>(ab, cd));
+            Avx2Half(_mm256_add_pd(low, high))
+        })
+    }
+}
+
 /// Two numbers.
 #[inline(always)]
 pub(super) fn load2(a: &[f64; 2]) -> __m128d {
@@ -254,6 +298,7 @@ fn transpose4([a, b, c, d]: [__m256d; 4]) -> [__m256d; 4] {
 
 impl Lanes for Avx2 {
     const PAIRS_PAY: bool = false;
+    type Half = Avx2Half;
 
     #[inline(always)]
     fn load(a: &[f64; WIDTH]) -> Self {

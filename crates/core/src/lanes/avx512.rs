@@ -4,7 +4,7 @@
 use std::arch::x86_64::*;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 
-use super::avx2::{add2, add4, load2};
+use super::avx2::{Avx2Half, add2, add4, load2};
 use super::operators::{assigning_operators, register};
 use super::{Lanes, RowSlice, RowSource, WIDTH};
 use crate::algebra::{self, Mat};
@@ -203,6 +203,7 @@ fn high_halves(a: __m512d, b: __m512d) -> __m512d {
 
 impl Lanes for Avx512 {
     const PAIRS_PAY: bool = true;
+    type Half = Avx2Half;
 
     #[inline(always)]
     fn load(a: &[f64; WIDTH]) -> Self {

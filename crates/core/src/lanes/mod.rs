@@ -26,6 +26,7 @@ mod avx2;
 mod avx512;
 mod dispatch;
 mod elementary;
+mod half;
 #[cfg(target_arch = "aarch64")]
 mod neon;
 mod operators;
@@ -39,6 +40,7 @@ mod spread;
 pub use aligned::{Aligned, Columns, ColumnsView, Numbers, VertexRows};
 pub use dispatch::{InstructionSet, Kernel, dispatch, dispatch_at, dispatch_compact, level};
 pub use elementary::{atan2, exp, ln, powf};
+pub use half::{HALF, HalfPack, PortableHalf};
 pub use pages::{filled, with_room};
 pub use pair::Pair;
 pub use portable::{Portable, PortableMask};
@@ -59,6 +61,8 @@ pub trait Lanes: Real {
     /// True if a kernel had better call a function of `f64` for each lane than inline its mathematics on
     /// packs: where a pack is no register. The bits are the same.
     const BY_LANE: bool = false;
+    /// Half of a pack.
+    type Half: HalfPack;
 
     /// The numbers of `a`, which need not be aligned (but loads fastest at multiples of 64 bytes).
     fn load(a: &[f64; WIDTH]) -> Self;

@@ -8,7 +8,7 @@ use std::arch::aarch64::*;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 
 use super::operators::{assigning_operators, binary_operator, register};
-use super::{Lanes, RowSlice, RowSource, WIDTH};
+use super::{Lanes, PortableHalf, RowSlice, RowSource, WIDTH};
 use crate::algebra::{self, Mat};
 use crate::scalar::{
     Compared, EXPONENT_BIAS, Elementary, INVERSE_SQRT_BITS, MANTISSA_BITS, Mask, Real, SPLIT_OFFSET,
@@ -223,6 +223,7 @@ fn add_row<const D: usize>(rows: &mut RowSlice<D>, index: u16, xy: float64x2_t, 
 impl Lanes for Neon {
     // A pair would be eight of 32 registers, and kernels hold many packs at once.
     const PAIRS_PAY: bool = false;
+    type Half = PortableHalf;
 
     #[inline(always)]
     fn load(a: &[f64; WIDTH]) -> Self {

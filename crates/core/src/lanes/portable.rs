@@ -11,7 +11,7 @@
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 
 use super::operators::assigning_operators;
-use super::{Lanes, RowSlice, RowSource, WIDTH};
+use super::{Lanes, PortableHalf, RowSlice, RowSource, WIDTH};
 use crate::scalar::{Compared, Elementary, Mask, Real, Scalar};
 
 /// Eight numbers in an array.
@@ -168,6 +168,7 @@ impl Real for Portable {
 impl Lanes for Portable {
     const PAIRS_PAY: bool = false;
     const BY_LANE: bool = cfg!(any(target_arch = "x86_64", target_arch = "aarch64"));
+    type Half = PortableHalf;
 
     #[inline(always)]
     fn load(a: &[f64; WIDTH]) -> Self {

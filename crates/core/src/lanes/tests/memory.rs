@@ -339,3 +339,38 @@ fn packs_are_spread_lane_by_lane() {
         }
     }
 }
+
+/// `(a + b) a - b` of rows, and sums of their lanes.
+struct Halves<'a>(&'a [[f64; HALF]; HALF], f64);
+impl Kernel for Halves<'_> {
+    type Output = [[f64; HALF]; HALF + 1];
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Self::Output {
+        let Halves(rows, b) = self;
+        let b = L::Half::splat(b);
+        let (mut out, mut packs) = ([[0.0; HALF]; HALF + 1], [b; HALF]);
+        for k in 0..HALF {
+            let a = L::Half::load(&rows[k]);
+            packs[k] = (a + b) * a - b;
+            packs[k].store(&mut out[k]);
+        }
+        L::Half::sums(packs).store(&mut out[HALF]);
+        out
+    }
+}
+
+#[test]
+fn halves_of_packs_round_and_sum_alike() {
+    let mut random = Pcg64Mcg::seed_from_u64(12);
+    for _ in 0..if cfg!(miri) { 3 } else { 500 } {
+        let rows: [[f64; HALF]; HALF] =
+            std::array::from_fn(|_| std::array::from_fn(|_| 3.0 * (uniform(&mut random) - 0.5)));
+        let b = uniform(&mut random);
+        let values = rows.map(|row| row.map(|a| (a + b) * a - b));
+        for level in InstructionSet::ALL {
+            let out = dispatch_at(level, Halves(&rows, b));
+            assert_eq!(out[..HALF], values, "{level:?}");
+            assert_eq!(out[HALF], values.map(|[a, b, c, d]| (a + b) + (c + d)), "{level:?}");
+        }
+    }
+}
