@@ -14,6 +14,10 @@
 //! matrix, and the iterations are about half of those with inverse diagonal blocks. Rows wait for each other
 //! in a sweep: without the diagonal blocks, by half as long.
 //!
+//! Blocks of `L^T` alone are held. With `L^T` a row gathers from those after it; with `L` it is spread over
+//! them, as a column of `L`, once it is known. Half of the memory is read again, and in both sweeps a row of a
+//! block meets one register: sums over its entries wait for the end of the row.
+//!
 //! Over-relaxed by `o`, `I / o + L` stands for `I + L`, and `L^T t + (1 - 1 / o) t` for `L^T t`: Young 1971,
 //! *Iterative solution of large linear systems*, chapter 15.
 //!
@@ -27,14 +31,12 @@ use super::block_matrix::{Block, BlockMatrix};
 use super::cholesky::NotPositiveDefinite;
 use super::conjugate_gradients::{CgReport, CgTolerance, ConjugateGradients, NoPreconditioner, factor};
 use crate::deadline::Stop;
-use crate::lanes::{Kernel, Lanes, dispatch_compact};
+use crate::lanes::{HALF, HalfPack, Kernel, Lanes, dispatch_compact};
 
 /// Most rows of a part.
 const PART_ROWS: usize = 4096;
-/// Numbers in a row of a vector that sweeps go over; what is beyond `D` is not looked at.
-const PADDED: usize = 4;
-
-type PaddedRow = [f64; PADDED];
+/// Row of a vector that sweeps go over.
+type PaddedRow = [f64; HALF];
 
 /// Conjugate gradients with symmetric Gauss-Seidel, and their memory.
 #[derive(Default)]
@@ -65,12 +67,10 @@ impl Default for Relaxation {
 /// Vectors of sweeps.
 #[derive(Default)]
 struct SweepVectors {
-    /// `t = (I + L)^-T p`.
+    /// `t = (I + L)^-T p`, zero beyond `D`.
     t: Vec<PaddedRow>,
-    /// `L^T t`, and `R t` besides.
+    /// `L^T t`, and then, with `R t` besides, `(I + L)^-1` of that; without meaning beyond `D`.
     rest: Vec<PaddedRow>,
-    /// `(I + L)^-1` of that.
-    w: Vec<PaddedRow>,
 }
 
 /// Scaled blocks of some rows that follow each other.
@@ -78,15 +78,12 @@ struct SweepVectors {
 struct Part {
     first: usize,
     rows: usize,
-    /// Blocks of `L`, of `L^T`, and of `R`.
-    below: ScaledRows,
+    /// Blocks of `L^T`, columns counted from the first row, and of `R`.
     above: ScaledRows,
     outside: ScaledRows,
-    /// For every row, the block of `L` that its next transpose goes to, while blocks are scaled.
-    next_transpose: Vec<u32>,
 }
 
-/// Rows of blocks, each by columns, side by side.
+/// Rows of blocks, each by rows, side by side.
 #[derive(Default)]
 struct ScaledRows {
     start: Vec<u32>,
@@ -109,7 +106,7 @@ impl ScaledRows {
     /// Makes room for the entries of all blocks.
     fn end<const D: usize>(&mut self) {
         self.value.clear();
-        self.value.resize(D * D * self.column.len() + PADDED, 0.0);
+        self.value.resize(D * D * self.column.len() + HALF, 0.0);
     }
 
     /// Entries of block `at`.
@@ -118,34 +115,65 @@ impl ScaledRows {
         &mut self.value[D * D * at..][..D * D]
     }
 
-    /// The sum over the blocks of row `i` of their products with rows of `x`, whose first is `first`.
+    /// Columns of row `i`, and the entries of its blocks, which those of the rest follow.
     #[inline(always)]
-    fn row_product<const D: usize>(&self, i: usize, x: &[PaddedRow], first: usize) -> PaddedRow {
+    fn row<const D: usize>(&self, i: usize) -> (&[u32], &[f64]) {
         let (from, to) = (self.start[i] as usize, self.start[i + 1] as usize);
-        let values = &self.value[D * D * from..D * D * to + (PADDED - D)];
-        let mut sums = [[0.0; PADDED]; D];
-        for (j, column) in self.column[from..to].iter().enumerate() {
-            let block = &values[D * D * j..][..D * D - D + PADDED];
-            let x = &x[*column as usize - first];
-            // Columns are loaded with what follows them: it ends in the numbers that are not looked at.
-            for l in 0..D {
-                for k in 0..PADDED {
-                    sums[l][k] += block[D * l + k] * x[l];
-                }
+        (&self.column[from..to], &self.value[D * D * from..])
+    }
+
+    /// The sum over the blocks of row `i` of their products with rows of `x`, which are zero beyond `D`, as is
+    /// the sum.
+    #[inline(always)]
+    fn row_product<H: HalfPack, const D: usize>(&self, i: usize, x: &[PaddedRow]) -> H {
+        let (columns, mut values) = self.row::<D>(i);
+        let mut products = [H::splat(0.0); HALF];
+        for column in columns {
+            let x = H::load(&x[*column as usize]);
+            let block = &values[..D * D - D + HALF];
+            for k in 0..D {
+                // What follows a row meets a zero.
+                products[k] = products[k] + row_of::<H, D>(block, k) * x;
             }
+            values = &values[D * D..];
         }
-        let mut sum = sums[0];
-        for column in &sums[1..] {
-            for k in 0..PADDED {
-                sum[k] += column[k];
+        H::sums(products)
+    }
+
+    /// Subtracts the products of the transposes of the blocks of row `i` with `left` from rows of `y`.
+    #[inline(always)]
+    fn subtract_transposed<H: HalfPack, const D: usize>(
+        &self,
+        i: usize,
+        left: &PaddedRow,
+        y: &mut [PaddedRow],
+    ) {
+        let (columns, mut values) = self.row::<D>(i);
+        let mut factors = [H::splat(0.0); D];
+        for k in 0..D {
+            factors[k] = H::splat(left[k]);
+        }
+        for column in columns {
+            let block = &values[..D * D - D + HALF];
+            let mut product = row_of::<H, D>(block, 0) * factors[0];
+            for k in 1..D {
+                product = product + row_of::<H, D>(block, k) * factors[k];
             }
+            let y = &mut y[*column as usize];
+            (H::load(y) - product).store(y);
+            values = &values[D * D..];
         }
-        sum
     }
 
     fn bytes(&self) -> usize {
         4 * (self.start.len() + self.column.len()) + 8 * self.value.len()
     }
+}
+
+/// Row `k` of a block, and what follows it.
+#[inline(always)]
+fn row_of<H: HalfPack, const D: usize>(block: &[f64], k: usize) -> H {
+    H::load(&block[D * k..].as_chunks().0[0])
 }
 
 /// Rows of each part of so many.
@@ -183,7 +211,7 @@ impl<const D: usize> GaussSeidel<D> {
     /// # Errors
     /// A diagonal block is not positive definite.
     pub fn update(&mut self, matrix: &BlockMatrix<D>, pattern: u64) -> Result<(), NotPositiveDefinite> {
-        let GaussSeidel { scale, pattern: of, parts, vectors: SweepVectors { t, rest, w }, .. } = self;
+        let GaussSeidel { scale, pattern: of, parts, vectors: SweepVectors { t, rest }, .. } = self;
         scale.clear();
         for at in &matrix.diagonal {
             scale.push(scale_of(&matrix.value[*at as usize]).ok_or(NotPositiveDefinite)?);
@@ -200,8 +228,8 @@ impl<const D: usize> GaussSeidel<D> {
             *of = Some(pattern);
         }
         parts.par_iter_mut().for_each(|part| dispatch_compact(Scaling { part, matrix, scale }));
-        for vector in [t, rest, w] {
-            vector.resize(rows, [0.0; PADDED]);
+        for vector in [t, rest] {
+            vector.resize(rows, [0.0; HALF]);
         }
         Ok(())
     }
@@ -216,19 +244,19 @@ impl<const D: usize> GaussSeidel<D> {
         max_iterations: u64,
     ) -> CgReport {
         let GaussSeidel { scale, parts, relaxation: Relaxation(relaxation), cg, vectors, right, .. } = self;
-        let SweepVectors { t, rest, w } = vectors;
+        let SweepVectors { t, rest } = vectors;
         for ((rest, b), scale) in rest.iter_mut().zip(b.as_chunks::<D>().0).zip(&*scale) {
             for k in 0..D {
                 rest[k] = (0..=k).map(|l| scale[k][l] * b[l]).sum();
             }
         }
-        t.fill([0.0; PADDED]);
+        t.fill([0.0; HALF]);
         right.resize(b.len(), 0.0);
         let sweeps = Sweeps::<D> { parts, relaxation: *relaxation };
-        sweeps.forward(t, rest, w, right);
+        sweeps.forward(t, rest, right);
         let product = |p: &[f64], q: &mut [f64]| {
             sweeps.backward(p, t, rest);
-            sweeps.forward(t, rest, w, q);
+            sweeps.forward(t, rest, q);
         };
         let report = cg.solve::<D>(product, &mut NoPreconditioner, right, x, tolerance, max_iterations);
         sweeps.backward(x, t, rest);
@@ -242,55 +270,54 @@ impl<const D: usize> GaussSeidel<D> {
 
     /// Bytes held.
     pub(super) fn bytes(&self) -> usize {
-        let SweepVectors { t, rest, w } = &self.vectors;
-        let parts = self.parts.iter().flat_map(|part| [&part.below, &part.above, &part.outside]);
+        let SweepVectors { t, rest } = &self.vectors;
+        let parts = self.parts.iter().flat_map(|part| [&part.above, &part.outside]);
         self.cg.bytes()
             + size_of_val(&self.scale[..])
             + parts.map(ScaledRows::bytes).sum::<usize>()
-            + self.parts.iter().map(|part| 4 * part.next_transpose.len()).sum::<usize>()
-            + [t, rest, w].map(|vector| size_of_val(&vector[..])).iter().sum::<usize>()
+            + [t, rest].map(|vector| size_of_val(&vector[..])).iter().sum::<usize>()
             + 8 * self.right.len()
     }
 }
 
 /// Bytes that one holds for a matrix.
 pub(super) fn bytes<const D: usize>(matrix: &BlockMatrix<D>) -> usize {
-    let (rows, blocks) = (matrix.rows(), matrix.column.len() - matrix.rows());
-    let of_rows = 8 * D * D + 4 * 4 + 3 * size_of::<PaddedRow>() + 8 * D;
+    let rows = matrix.rows();
+    let each = rows_of_part(rows);
+    let is_held = |i: usize, j: usize| j > i || j / each != i / each;
+    let held = |i: usize| matrix.row(i).filter(|(j, _)| is_held(i, *j)).count();
+    let blocks = (0..rows).map(held).sum::<usize>();
+    let of_rows = 8 * D * D + 2 * 4 + 2 * size_of::<PaddedRow>() + 8 * D;
     super::conjugate_gradients::bytes(rows * D) + rows * of_rows + blocks * (8 * D * D + 4)
 }
 
 impl Part {
     /// Makes room for the blocks of its rows of `matrix`.
     fn lay_out<const D: usize>(&mut self, matrix: &BlockMatrix<D>) {
-        let Part { first, rows, below, above, outside, next_transpose } = self;
+        let Part { first, rows, above, outside } = self;
         let own = *first..*first + *rows;
-        for rows in [&mut *below, above, outside] {
+        for rows in [&mut *above, outside] {
             rows.clear();
         }
         for i in own.clone() {
-            for (j, _) in matrix.row(i).filter(|(j, _)| *j != i) {
-                let rows = if !own.contains(&j) {
-                    &mut *outside
-                } else if j < i {
-                    &mut *below
-                } else {
-                    &mut *above
-                };
-                rows.column.push(j as u32);
+            for (j, _) in matrix.row(i) {
+                if !own.contains(&j) {
+                    outside.column.push(j as u32);
+                } else if j > i {
+                    above.column.push((j - *first) as u32);
+                }
             }
-            for rows in [&mut *below, above, outside] {
+            for rows in [&mut *above, outside] {
                 rows.end_row();
             }
         }
-        for rows in [below, above, outside] {
+        for rows in [above, outside] {
             rows.end::<D>();
         }
-        next_transpose.resize(*rows, 0);
     }
 }
 
-/// Scales the blocks of a part: `C_i^-1 A_ij C_j^-T`, one below the diagonal as the transpose of that above.
+/// Scales the blocks of a part: `C_i^-1 A_ij C_j^-T`.
 struct Scaling<'a, const D: usize> {
     part: &'a mut Part,
     matrix: &'a BlockMatrix<D>,
@@ -302,10 +329,8 @@ impl<const D: usize> Kernel for Scaling<'_, D> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let Scaling { part: Part { first, rows, below, above, outside, next_transpose }, matrix, scale } =
-            self;
+        let Scaling { part: Part { first, rows, above, outside }, matrix, scale } = self;
         let (first, end) = (*first, *first + *rows);
-        next_transpose.copy_from_slice(&below.start[..*rows]);
         let (mut at_above, mut at_outside) = (0, 0);
         for i in first..end {
             for (j, block) in matrix.row(i) {
@@ -313,24 +338,11 @@ impl<const D: usize> Kernel for Scaling<'_, D> {
                 if is_own && j <= i {
                     continue;
                 }
+                let (rows, at) =
+                    if is_own { (&mut *above, &mut at_above) } else { (&mut *outside, &mut at_outside) };
                 let scaled = scaled(&scale[i], block, &scale[j]);
-                let out = if is_own {
-                    at_above += 1;
-                    above.block_mut::<D>(at_above - 1)
-                } else {
-                    at_outside += 1;
-                    outside.block_mut::<D>(at_outside - 1)
-                };
-                for l in 0..D {
-                    for k in 0..D {
-                        out[D * l + k] = scaled[k][l];
-                    }
-                }
-                if is_own {
-                    let next = &mut next_transpose[j - first];
-                    below.block_mut::<D>(*next as usize).copy_from_slice(scaled.as_flattened());
-                    *next += 1;
-                }
+                rows.block_mut::<D>(*at).copy_from_slice(scaled.as_flattened());
+                *at += 1;
             }
         }
     }
@@ -380,17 +392,17 @@ impl<const D: usize> Sweeps<'_, D> {
         });
     }
 
-    /// `w = (I / o + L)^-1 (rest + R t)`, and `q = t + w`, flat.
-    fn forward(&self, t: &[PaddedRow], rest: &[PaddedRow], w: &mut [PaddedRow], q: &mut [f64]) {
+    /// `q = t + (I / o + L)^-1 (rest + R t)`, flat; `rest` is overwritten.
+    fn forward(&self, t: &[PaddedRow], rest: &mut [PaddedRow], q: &mut [f64]) {
         let Sweeps { parts, relaxation } = *self;
         let q = q.as_chunks_mut::<D>().0;
         if let [part] = parts {
-            return dispatch_compact(Forward { part, relaxation, t, rest, w, q });
+            return dispatch_compact(Forward { part, relaxation, t, rest, q });
         }
         let each = parts.first().map_or(1, |part| part.rows);
-        let vectors = rest.par_chunks(each).zip(w.par_chunks_mut(each)).zip(q.par_chunks_mut(each));
-        parts.par_iter().zip(vectors).for_each(|(part, ((rest, w), q))| {
-            dispatch_compact(Forward { part, relaxation, t, rest, w, q });
+        let vectors = rest.par_chunks_mut(each).zip(q.par_chunks_mut(each));
+        parts.par_iter().zip(vectors).for_each(|(part, (rest, q))| {
+            dispatch_compact(Forward { part, relaxation, t, rest, q });
         });
     }
 }
@@ -409,19 +421,17 @@ impl<const D: usize> Kernel for Backward<'_, D> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let Backward { part: Part { first, rows, above, .. }, relaxation, p, t, rest } = self;
-        let beside = 1.0 - 1.0 / relaxation;
+        let Backward { part: Part { rows, above, .. }, relaxation, p, t, rest } = self;
+        let (factor, beside) = (L::Half::splat(relaxation), L::Half::splat(1.0 - 1.0 / relaxation));
         for i in (0..*rows).rev() {
-            let mut sum = above.row_product::<D>(i, t, *first);
-            let (p, mut left) = (&p[i], [0.0; PADDED]);
+            let sum: L::Half = above.row_product::<_, D>(i, t);
+            let mut own = [0.0; HALF];
             for k in 0..D {
-                left[k] = relaxation * p[k];
+                own[k] = p[i][k];
             }
-            for k in 0..PADDED {
-                left[k] -= relaxation * sum[k];
-                sum[k] += beside * left[k];
-            }
-            (rest[i], t[i]) = (sum, left);
+            let left = factor * (L::Half::load(&own) - sum);
+            left.store(&mut t[i]);
+            (sum + beside * left).store(&mut rest[i]);
         }
     }
 }
@@ -431,8 +441,7 @@ struct Forward<'a, const D: usize> {
     part: &'a Part,
     relaxation: f64,
     t: &'a [PaddedRow],
-    rest: &'a [PaddedRow],
-    w: &'a mut [PaddedRow],
+    rest: &'a mut [PaddedRow],
     q: &'a mut [[f64; D]],
 }
 
@@ -441,21 +450,17 @@ impl<const D: usize> Kernel for Forward<'_, D> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let Forward { part: Part { first, rows, below, outside, .. }, relaxation, t, rest, w, q } = self;
+        let Forward { part: Part { first, rows, above, outside }, relaxation, t, rest, q } = self;
+        let factor = L::Half::splat(relaxation);
         let alone = outside.column.is_empty();
         for i in 0..*rows {
-            let sum = below.row_product::<D>(i, w, *first);
-            let mut left = rest[i];
+            let mut sum = L::Half::load(&rest[i]);
             if !alone {
-                let coupled = outside.row_product::<D>(i, t, 0);
-                for k in 0..PADDED {
-                    left[k] += coupled[k];
-                }
+                sum = sum + outside.row_product::<_, D>(i, t);
             }
-            for k in 0..PADDED {
-                left[k] = relaxation * (left[k] - sum[k]);
-            }
-            w[i] = left;
+            let mut left = [0.0; HALF];
+            (factor * sum).store(&mut left);
+            above.subtract_transposed::<L::Half, D>(i, &left, rest);
             let own = &t[*first + i];
             for k in 0..D {
                 q[i][k] = own[k] + left[k];
