@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use super::Stencils;
 use super::rows::{CopyKernel, IndexRun};
-use crate::lanes::{Rows, WIDTH, dispatch, filled, prefetch_all, with_room};
+use crate::lanes::{Rows, VertexRows, WIDTH, dispatch, filled, prefetch_all, with_room};
 
 /// Stencils a patch holds at most. 800 to 1,500 tetrahedra worked best: their vertices fit the L1 and L2
 /// caches.
@@ -359,6 +359,24 @@ impl<const N: usize> Patches<N> {
         }
     }
 
+    /// The same into rows of any vertices.
+    pub(crate) fn copy<const D: usize>(&self, patch: &Patch, x: &[f64], rows: &mut VertexRows<D>) {
+        let stride = VertexRows::<D>::STRIDE;
+        for run in &self.runs[patch.runs.clone()] {
+            let rows = rows.as_mut_slice()[run.row as usize * stride..].chunks_exact_mut(stride);
+            let x = x[run.vertex as usize * D..][..run.count as usize * D].as_chunks::<D>().0;
+            for (row, x) in rows.zip(x) {
+                row[..D].copy_from_slice(x);
+            }
+        }
+    }
+
+    /// Global vertices of a lane; the pack is counted from the first of the patch.
+    pub(crate) fn vertices_of(&self, patch: &Patch, pack: usize, lane: usize) -> [u32; N] {
+        let local = &self.vertices[patch.vertices.clone()];
+        self.index[patch.packs.start + pack].map(|rows| local[rows[lane] as usize])
+    }
+
     /// True if what a pass over the stencils reads is not in the caches the next time, so that asking for
     /// it ahead pays.
     pub fn exceed_caches(&self) -> bool {
@@ -472,18 +490,14 @@ impl<const N: usize> Patches<N> {
 
     /// The global vertices, the pack and the lane of each of these.
     pub(crate) fn lanes_in(&self, stencils: Range<usize>) -> impl Iterator<Item = ([u32; N], usize, usize)> {
-        let mut patch = self.patches.partition_point(|p| p.packs.end * WIDTH <= stencils.start);
+        let mut number = self.patches.partition_point(|p| p.packs.end * WIDTH <= stencils.start);
         stencils.map(move |stencil| {
             let (pack, lane) = (stencil / WIDTH, stencil % WIDTH);
-            while self.patches[patch].packs.end <= pack {
-                patch += 1;
+            while self.patches[number].packs.end <= pack {
+                number += 1;
             }
-            let local = &self.vertices[self.patches[patch].vertices.clone()];
-            let mut global = [0; N];
-            for node in 0..N {
-                global[node] = local[self.index[pack][node][lane] as usize];
-            }
-            (global, pack, lane)
+            let patch = &self.patches[number];
+            (self.vertices_of(patch, pack - patch.packs.start, lane), pack, lane)
         })
     }
 

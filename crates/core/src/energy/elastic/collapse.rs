@@ -3,7 +3,8 @@
 use super::{Elastic, points_of};
 use crate::algebra::Mat;
 use crate::element::{QuadraticPositions, edge_matrix, order, quadrature_count};
-use crate::lanes::{Kernel, Lanes, WIDTH, dispatch};
+use crate::energy::patch::PackIndex;
+use crate::lanes::{Kernel, Lanes, VertexRows, WIDTH, dispatch};
 use crate::scalar::Scalar;
 
 /// Part of the way to a collapse that a step takes.
@@ -15,58 +16,27 @@ const FAR: f64 = 2.0;
 /// Part of `det F` that the other terms of the polynomial may reach; the rest is more than their rounding.
 const DOMINANT: f64 = 1.0 - 1e-12;
 
-/// Packs that one call of a kernel looks at.
-const BATCH: usize = 4;
-
-/// Positions of the vertices of a pack, and their motion.
-#[repr(align(64))]
-struct PackWay<const D: usize, const N: usize> {
-    from: [[[f64; WIDTH]; D]; N],
-    motion: [[[f64; WIDTH]; D]; N],
-    /// Bit `l` is set where lane `l` may collapse.
-    suspects: u8,
-}
-
-impl<const D: usize, const N: usize> PackWay<D, N> {
-    const EMPTY: Self = PackWay { from: [[[0.0; WIDTH]; D]; N], motion: [[[0.0; WIDTH]; D]; N], suspects: 0 };
-
-    /// `dx/dxi` of one element at quadrature point `q`.
-    fn edges_of_lane(points: &[[[f64; WIDTH]; D]; N], lane: usize, q: usize) -> Mat<f64, D> {
-        edges_at(&points.map(|point| point.map(|component| component[lane])), q)
-    }
-}
-
 /// How far elements may go towards `x + dx`: most of the way to the first `det F = 0`, in (0, 1].
 pub(super) fn step_to_collapse<const D: usize, const N: usize>(
     elements: &Elastic<D, N>,
     x: &[f64],
     dx: &[f64],
 ) -> f64 {
-    let packs = elements.patches.index.len();
-    let mut lanes = elements.patches.lanes_in(0..packs * WIDTH);
-    let mut ways = [const { PackWay::<D, N>::EMPTY }; BATCH];
+    let patches = &elements.patches;
+    let [mut from, mut motion] = [(); 2].map(|()| VertexRows::<D>::new(patches.stride));
+    let mut suspects = vec![];
     let mut step: f64 = 1.0;
-    for first in (0..packs).step_by(BATCH) {
-        let ways = &mut ways[..BATCH.min(packs - first)];
-        for way in &mut *ways {
-            for (lane, (vertices, ..)) in lanes.by_ref().take(WIDTH).enumerate() {
-                let (from, motion) = (points_of::<D, N>(x, &vertices), points_of::<D, N>(dx, &vertices));
-                for node in 0..N {
-                    for c in 0..D {
-                        way.from[node][c][lane] = from[node][c];
-                        way.motion[node][c][lane] = motion[node][c];
-                    }
-                }
-            }
-        }
-        dispatch(FindSuspects { ways });
-        for way in ways.iter().filter(|way| way.suspects != 0) {
-            for lane in (0..WIDTH).filter(|lane| way.suspects >> lane & 1 == 1) {
-                for q in 0..quadrature_count::<D, N>() {
-                    let [now, change] =
-                        [&way.from, &way.motion].map(|points| PackWay::edges_of_lane(points, lane, q));
-                    step = step.min(MARGIN * first_root(&now, &change));
-                }
+    for patch in &patches.patches {
+        patches.copy(patch, x, &mut from);
+        patches.copy(patch, dx, &mut motion);
+        let packs = &patches.index[patch.packs.clone()];
+        suspects.clear();
+        dispatch(FindSuspects { packs, from: &from, motion: &motion, suspects: &mut suspects });
+        for &(pack, lane) in &suspects {
+            let vertices = patches.vertices_of(patch, pack, lane);
+            let [now, change] = [x, dx].map(|rows| points_of::<D, N>(rows, &vertices));
+            for q in 0..quadrature_count::<D, N>() {
+                step = step.min(MARGIN * first_root(&edges_at(&now, q), &edges_at(&change, q)));
             }
         }
     }
@@ -79,9 +49,14 @@ pub(super) fn edges_at<S: Scalar, const D: usize, const N: usize>(x: &[[S; D]; N
     if order::<D, N>() == 1 { edge_matrix(x) } else { QuadraticPositions::new(*x).at(q) }
 }
 
-/// Marks the elements that may collapse on their way.
+/// Finds the elements of a patch that may collapse on their way.
 struct FindSuspects<'a, const D: usize, const N: usize> {
-    ways: &'a mut [PackWay<D, N>],
+    packs: &'a [PackIndex<N>],
+    /// Positions of the vertices of the patch, and their motions.
+    from: &'a VertexRows<D>,
+    motion: &'a VertexRows<D>,
+    /// Gains pack, counted from the first of the patch, and lane of each.
+    suspects: &'a mut Vec<(usize, usize)>,
 }
 
 impl<const D: usize, const N: usize> Kernel for FindSuspects<'_, D, N> {
@@ -89,20 +64,35 @@ impl<const D: usize, const N: usize> Kernel for FindSuspects<'_, D, N> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        for way in self.ways {
-            let [mut from, mut motion] = [[[L::zero(); D]; N]; 2];
+        let FindSuspects { packs, from, motion, suspects: found } = self;
+        for (pack, index) in packs.iter().enumerate() {
+            let [mut at, mut change] = [[[L::zero(); D]; N]; 2];
             for node in 0..N {
-                for c in 0..D {
-                    from[node][c] = L::load(&way.from[node][c]);
-                    motion[node][c] = L::load(&way.motion[node][c]);
-                }
+                let index = widened(&index[node]);
+                at[node] = L::gather(from, &index);
+                change[node] = L::gather(motion, &index);
             }
-            way.suspects = 0;
+            let mut bits = 0;
             for q in 0..quadrature_count::<D, N>() {
-                way.suspects |= suspects(&edges_at(&from, q), &edges_at(&motion, q));
+                bits |= suspects(&edges_at(&at, q), &edges_at(&change, q));
+            }
+            for lane in 0..WIDTH {
+                if bits >> lane & 1 == 1 {
+                    found.push((pack, lane));
+                }
             }
         }
     }
+}
+
+/// Local numbers of vertices as those of rows.
+#[inline(always)]
+fn widened(index: &[u16; WIDTH]) -> [u32; WIDTH] {
+    let mut rows = [0; WIDTH];
+    for lane in 0..WIDTH {
+        rows[lane] = u32::from(index[lane]);
+    }
+    rows
 }
 
 /// Coefficients of `det(A + t B) = d0 + d1 t + d2 t^2 + d3 t^3`: `det A`, `cof A : B`, `cof B : A` and `det
