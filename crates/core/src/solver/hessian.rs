@@ -623,6 +623,7 @@ fn repeated_pairs(vertices: &[u32], size: usize) -> Vec<usize> {
 
 #[inline(always)]
 fn add<const D: usize>(sum: &mut Block<D>, block: &Block<D>, transposed: bool) {
+    // Numbered loops: calls to iterators stay calls where the compiler keeps to one unit of code.
     if transposed {
         for k in 0..D {
             for l in 0..D {
@@ -630,8 +631,10 @@ fn add<const D: usize>(sum: &mut Block<D>, block: &Block<D>, transposed: bool) {
             }
         }
     } else {
-        for (sum, entry) in sum.as_flattened_mut().iter_mut().zip(block.as_flattened()) {
-            *sum += entry;
+        for k in 0..D {
+            for l in 0..D {
+                sum[k][l] += block[k][l];
+            }
         }
     }
 }
