@@ -170,6 +170,19 @@ impl ScaledRows {
     }
 }
 
+/// A row with zeros beyond `D`.
+#[inline(always)]
+fn padded<const D: usize>(row: &[f64; D]) -> PaddedRow {
+    let mut padded = [0.0; HALF];
+    for k in 0..HALF {
+        // A copy of a slice would go through memory.
+        if k < D {
+            padded[k] = row[k];
+        }
+    }
+    padded
+}
+
 /// Row `k` of a block, and what follows it.
 #[inline(always)]
 fn row_of<H: HalfPack, const D: usize>(block: &[f64], k: usize) -> H {
@@ -425,11 +438,7 @@ impl<const D: usize> Kernel for Backward<'_, D> {
         let (factor, beside) = (L::Half::splat(relaxation), L::Half::splat(1.0 - 1.0 / relaxation));
         for i in (0..*rows).rev() {
             let sum: L::Half = above.row_product::<_, D>(i, t);
-            let mut own = [0.0; HALF];
-            for k in 0..D {
-                own[k] = p[i][k];
-            }
-            let left = factor * (L::Half::load(&own) - sum);
+            let left = factor * (L::Half::load(&padded(&p[i])) - sum);
             left.store(&mut t[i]);
             (sum + beside * left).store(&mut rest[i]);
         }
