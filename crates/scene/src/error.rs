@@ -1,6 +1,7 @@
 //! Mistakes in a scene, and their places.
 
 use std::ops::Range;
+use std::path::Path;
 use std::sync::Arc;
 
 use serde::Serialize;
@@ -165,6 +166,10 @@ impl Problem {
         let what = path.last_key().map_or_else(String::new, |key| format!(" for `{key}`"));
         let mut problem = Problem::new(kind, path, format!("unknown choice {}{what}", quoted(variant)));
         problem.help = suggest::help(variant, expected, "choices");
+        // The name of a file in the place of a choice that reads one.
+        if expected.contains(&"file") && Path::new(variant).extension().is_some() {
+            problem.help.insert(0, format!("a file is read by `{{ file = {{ path = {variant:?} }} }}`"));
+        }
         problem
     }
 

@@ -163,6 +163,8 @@ fn unknown_choices() {
     let failed = error(&changed("grid =", "gird ="));
     assert_eq!(failed.problems()[0].help[0], "did you mean `grid`?");
     assert_eq!(failed.problems()[0].path, "body.0.mesh.gird".parse::<KeyPath>().unwrap());
+    let failed = error(&changed(MESH, "'bunny.msh'"));
+    assert_eq!(failed.problems()[0].help[0], "a file is read by `{ file = { path = \"bunny.msh\" } }`");
 }
 
 #[test]
