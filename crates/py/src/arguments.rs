@@ -4,7 +4,7 @@ use pyo3::exceptions::{PyOverflowError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyString;
 
-/// A number of steps, copies, modes or threads.
+/// A number of steps, copies, modes, threads or bytes.
 ///
 /// # Errors
 /// `ValueError` for one below zero, or beyond what the type holds.

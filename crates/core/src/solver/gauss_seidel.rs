@@ -15,8 +15,8 @@
 //! in a sweep: without the diagonal blocks, by half as long.
 //!
 //! Blocks of `L^T` alone are held. With `L^T` a row gathers from those after it; with `L` it is spread over
-//! them, as a column of `L`, once it is known. Half of the memory is read again, and in both sweeps a row of a
-//! block meets one register: sums over its entries wait for the end of the row.
+//! them, as a column of `L`, once it is known. Half of the memory is read again, and in both sweeps a row of
+//! a block meets one register: sums over its entries wait for the end of the row.
 //!
 //! Over-relaxed by `o`, `I / o + L` stands for `I + L`, and `L^T t + (1 - 1 / o) t` for `L^T t`: Young 1971,
 //! *Iterative solution of large linear systems*, chapter 15.
@@ -122,8 +122,8 @@ impl ScaledRows {
         (&self.column[from..to], &self.value[D * D * from..])
     }
 
-    /// The sum over the blocks of row `i` of their products with rows of `x`, which are zero beyond `D`, as is
-    /// the sum.
+    /// The sum over the blocks of row `i` of their products with rows of `x`, which are zero beyond `D`, as
+    /// is the sum.
     #[inline(always)]
     fn row_product<H: HalfPack, const D: usize>(&self, i: usize, x: &[PaddedRow]) -> H {
         let (columns, mut values) = self.row::<D>(i);
