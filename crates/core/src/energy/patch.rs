@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use super::Stencils;
 use super::rows::{CopyKernel, IndexRun};
-use crate::lanes::{Rows, VertexRows, WIDTH, dispatch, filled, prefetch_all, with_room};
+use crate::lanes::{Rows, VertexRows, WIDTH, copy_points, dispatch, filled, prefetch_all, with_room};
 
 /// Stencils a patch holds at most. 800 to 1,500 tetrahedra worked best: their vertices fit the L1 and L2
 /// caches.
@@ -363,11 +363,8 @@ impl<const N: usize> Patches<N> {
     pub(crate) fn copy<const D: usize>(&self, patch: &Patch, x: &[f64], rows: &mut VertexRows<D>) {
         let stride = VertexRows::<D>::STRIDE;
         for run in &self.runs[patch.runs.clone()] {
-            let rows = rows.as_mut_slice()[run.row as usize * stride..].chunks_exact_mut(stride);
-            let x = x[run.vertex as usize * D..][..run.count as usize * D].as_chunks::<D>().0;
-            for (row, x) in rows.zip(x) {
-                row[..D].copy_from_slice(x);
-            }
+            let points = &x[run.vertex as usize * D..][..run.count as usize * D];
+            copy_points::<D>(points, &mut rows.as_mut_slice()[run.row as usize * stride..]);
         }
     }
 

@@ -45,6 +45,7 @@ pub use pages::{filled, with_room};
 pub use pair::Pair;
 pub use portable::{Portable, PortableMask};
 pub use prefetch::{prefetch, prefetch_all, prefetch_early};
+pub(crate) use rows::copy_points;
 pub use rows::{RowSlice, RowSource, Rows};
 pub use spread::spread;
 

@@ -75,6 +75,14 @@ impl<const D: usize> DerefMut for Rows<D> {
 #[repr(transparent)]
 pub struct RowSlice<const D: usize>([f64; LENGTH]);
 
+/// Copies points, flat, to rows as they lie in memory, from the first on.
+pub(crate) fn copy_points<const D: usize>(points: &[f64], rows: &mut [f64]) {
+    let rows = rows.chunks_exact_mut(RowSlice::<D>::STRIDE);
+    for (row, point) in rows.zip(points.as_chunks::<D>().0) {
+        row[..D].copy_from_slice(point);
+    }
+}
+
 /// Rows of vertices that [`Lanes::gather`](super::Lanes::gather) takes: 2 numbers each in 2D, 4 in 3D.
 pub trait RowSource<const D: usize> {
     /// Name of a row.
@@ -168,12 +176,7 @@ impl<const D: usize> RowSlice<D> {
     /// If there are more points than rows.
     #[inline(always)]
     pub fn load(&mut self, first: usize, points: &[f64]) {
-        let (points, _) = points.as_chunks::<D>();
-        let rows =
-            self.0[first * Self::STRIDE..][..points.len() * Self::STRIDE].chunks_exact_mut(Self::STRIDE);
-        for (row, point) in rows.zip(points) {
-            row[..D].copy_from_slice(point);
-        }
+        copy_points::<D>(points, &mut self.0[first * Self::STRIDE..][..points.len() / D * Self::STRIDE]);
     }
 
     /// The buffer as it lies in memory, [`Rows::STRIDE`] numbers per row.

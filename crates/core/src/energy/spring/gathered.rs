@@ -8,7 +8,7 @@ use super::half_springs::HalfSprings;
 use super::kernels::tension;
 use super::neighbours::{COPIED_AT_ONCE, Neighbours};
 use super::slots::Slots;
-use crate::lanes::{Lanes, VertexRows, WIDTH, with_room};
+use crate::lanes::{Lanes, VertexRows, WIDTH, copy_points, with_room};
 
 /// The other ends in every slot; a vertex itself in lanes without a spring.
 #[derive(Debug)]
@@ -53,9 +53,9 @@ impl<const D: usize> Neighbours<D> for GatheredNeighbours {
         let (per_task, stride) = (COPIED_AT_ONCE * D, COPIED_AT_ONCE * VertexRows::<D>::STRIDE);
         let rows = field.as_mut_slice();
         if x.len() <= per_task || rayon::current_num_threads() == 1 {
-            spread::<D>(x, rows);
+            copy_points::<D>(x, rows);
         } else {
-            x.par_chunks(per_task).zip(rows.par_chunks_mut(stride)).for_each(|(x, r)| spread::<D>(x, r));
+            x.par_chunks(per_task).zip(rows.par_chunks_mut(stride)).for_each(|(x, r)| copy_points::<D>(x, r));
         }
     }
 
@@ -129,13 +129,5 @@ impl<const D: usize> Neighbours<D> for GatheredNeighbours {
 
     fn tensions_bytes(&self) -> usize {
         0
-    }
-}
-
-/// Copies rows of `D` numbers to rows of the stride.
-fn spread<const D: usize>(x: &[f64], rows: &mut [f64]) {
-    let rows = rows.chunks_exact_mut(VertexRows::<D>::STRIDE);
-    for (x, row) in x.as_chunks::<D>().0.iter().zip(rows) {
-        row[..D].copy_from_slice(x);
     }
 }
