@@ -292,3 +292,76 @@ fn methods_of_traits_are_counted() {
                 mod m {\n    pub(crate) trait Narrow {\n        unsafe fn c();\n    }\n}\nfn trait_of() {}\n";
     assert_eq!(traits_defined(text), [("Wide".to_owned(), 2), ("Narrow".to_owned(), 1)]);
 }
+
+/// Comments of a file outside of blocks of code, without what stands in backticks, brackets and parentheses.
+fn prose(text: &str) -> String {
+    let (mut out, mut code, mut quoted, mut depth) = (String::new(), false, false, 0u32);
+    for line in text.lines() {
+        let Some(comment) = line.trim_start().strip_prefix("//") else {
+            (code, quoted, depth) = (false, false, 0);
+            continue;
+        };
+        let comment = comment.trim_start_matches(['/', '!']);
+        if comment.trim_start().starts_with("```") {
+            code = !code;
+            continue;
+        }
+        for c in comment.chars().filter(|_| !code).chain([' ']) {
+            match c {
+                '`' => quoted = !quoted,
+                '[' | '(' => depth += 1,
+                ']' | ')' => depth = depth.saturating_sub(1),
+                c if !quoted && depth == 0 => out.push(c),
+                _ => {}
+            }
+        }
+    }
+    out
+}
+
+// A renaming of types that goes through comments turns words into names.
+#[test]
+fn comments_name_types_in_backticks_only() {
+    let hump = |name: &str| name.chars().skip(1).any(char::is_uppercase) && name.contains(char::is_lowercase);
+    let (mut names, mut files) = (BTreeSet::new(), vec![]);
+    for entry in root().join("crates").read_dir().unwrap() {
+        let crate_folder = entry.unwrap().path();
+        names.extend(types(&crate_folder.join("src")).into_keys().filter(|name| hump(name)));
+        // Comments of the Python package are in the format of numpydoc.
+        if !crate_folder.ends_with("py") {
+            sources(&crate_folder.join("src"), &mut files);
+        }
+    }
+    assert!(names.len() > 300 && files.len() > 300, "{} names, {} files", names.len(), files.len());
+    let mut bare = vec![];
+    for file in &files {
+        let prose = prose(&std::fs::read_to_string(file).unwrap());
+        let words = prose.split(|c: char| !c.is_alphanumeric() && c != ':' && c != '_');
+        bare.extend(words.filter(|word| names.contains(*word)).map(|word| format!("{word}: {file:?}")));
+    }
+    assert!(bare.is_empty(), "types in prose:\n{}", bare.join("\n"));
+    assert_eq!(prose("/// Rest of `A` [B](c).\n/// ```\n/// D\n/// ```\nfn e()").trim(), "Rest of  .");
+    assert_eq!(prose("/// Unclosed (a.\n\n/// B").trim(), "Unclosed  B");
+}
+
+#[test]
+fn commands_that_benchmark_name_the_crate_whose_benches_they_are() {
+    let mut files = vec![];
+    sources(&root().join("crates"), &mut files);
+    files.push(root().join("CONTRIBUTING.md"));
+    let mut commands = 0;
+    for file in files {
+        let text = std::fs::read_to_string(&file).unwrap().replace("//!", "").replace("///", "");
+        let words: Vec<&str> = text.split([' ', '\n', '`', ')']).filter(|word| !word.is_empty()).collect();
+        for command in words.windows(6).filter(|w| w[..3] == ["cargo", "bench", "-p"] && w[4] == "--bench") {
+            let folder = match command[3] {
+                "pliant" => "core",
+                name => name.strip_prefix("pliant-").unwrap_or(name),
+            };
+            let bench = root().join(format!("crates/{folder}/benches/{}.rs", command[5]));
+            assert!(bench.is_file(), "{file:?}: {command:?}");
+            commands += 1;
+        }
+    }
+    assert!(commands >= 5, "{commands}");
+}

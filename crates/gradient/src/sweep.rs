@@ -13,7 +13,7 @@ use crate::schedule::Schedule;
 use crate::walls::{self, Touching, WallEvent, WalledEnd};
 use crate::{GradientError, RunGradient, support};
 
-/// KeptState before a step, and the step.
+/// State before a step, and what the step leaves for the way back.
 struct SweepRecord {
     step: u64,
     time: f64,

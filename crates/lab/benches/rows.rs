@@ -1,4 +1,4 @@
-//! The rows of `pliant bench` as criterion benchmarks: `cargo bench -p pliant --bench rows -- svd`.
+//! The rows of `pliant bench` as criterion benchmarks: `cargo bench -p pliant-lab --bench rows -- svd`.
 
 use std::time::Duration;
 

@@ -103,7 +103,7 @@ struct DeckElement {
     shape: DeckShape,
     nodes: Range<usize>,
     place: Place,
-    /// DeckSets that it is in.
+    /// Numbers of the sets that contain the element.
     groups: Vec<u64>,
 }
 

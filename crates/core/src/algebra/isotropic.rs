@@ -1,4 +1,4 @@
-//! IsotropicFunction functions of a matrix: functions of its signed singular values.
+//! Isotropic functions of a matrix: functions of its signed singular values.
 
 use super::{Dual, Mat, SMALLEST_SUM, Svd, Vect, signed_svd};
 use crate::scalar::Scalar;

@@ -259,7 +259,7 @@ fn order(body: &BodyTopology) -> u32 {
     if has_linear_elements(body) { 1 } else { 2 }
 }
 
-/// BodyDensity that the masses of a body go by.
+/// Density from which the masses of a body are computed [kg/m^3]; `None` where masses are given.
 fn density(mass: &MassSpec) -> Option<f64> {
     match mass {
         MassSpec::Density(density) => Some(density.value),

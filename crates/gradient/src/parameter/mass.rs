@@ -53,7 +53,7 @@ impl Parameter for Masses {
     }
 }
 
-/// BodyDensity of a body [kg/m^3]: all of its masses in one proportion.
+/// Density of a body [kg/m^3]: all of its masses are in proportion to it.
 #[derive(Clone, Debug)]
 pub struct BodyDensity {
     density: f64,
@@ -105,7 +105,7 @@ impl Parameter for BodyDensity {
     }
 }
 
-/// BodyDensity of a body in statics [kg/m^3], where it has weight and no inertia: `m g` and what damping in
+/// Density of a body in statics [kg/m^3], where it has weight and no inertia: `m g` and what damping in
 /// proportion to masses resists, `-alpha m v`, are in proportion to it.
 #[derive(Clone, Debug)]
 pub struct WeightDensity {

@@ -3,8 +3,8 @@
 //! A [`BenchmarkRow`] is one line of the table that `pliant bench` prints: work of one kind, in one
 //! [`BenchmarkCase`] or several. A case has one [`BenchmarkPart`] that is timed, or two that are timed in
 //! turn and compared. Nearly all of them are scenes, assembled as a user's scene is. Adding a row is one file
-//! with its `ROW` and one line in [`rows`]. The same rows are criterion benchmarks (`cargo bench -p pliant
-//! --bench rows`).
+//! with its `ROW` and one line in [`rows`]. The same rows are criterion benchmarks (`cargo bench -p
+//! pliant-lab --bench rows`).
 
 mod autodiff;
 mod beam;

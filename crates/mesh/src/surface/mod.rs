@@ -68,7 +68,7 @@ fn read(
     Ok((file, surface))
 }
 
-/// BoxCorners of the counts: cells inside by the volume, three in place of each that the surface may cut.
+/// Upper bounds of the counts: cells inside by the volume, three in place of each that the surface may cut.
 pub(super) fn size(spec: &SurfaceSpec, dimension: usize, base: &Path) -> Result<MeshSize, MeshError> {
     let (_, surface) = read(spec, dimension, base)?;
     let spacing = spacing(spec, &surface)?;

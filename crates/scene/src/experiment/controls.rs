@@ -27,7 +27,7 @@ pub enum ControlValue {
         minimum: f64,
         /// Upper end.
         maximum: f64,
-        /// SliderScale between them.
+        /// Whether the values between them are spaced evenly or by factors.
         scale: SliderScale,
     },
     /// On or off.
@@ -61,7 +61,7 @@ struct BodyKey {
     range: SliderRange,
 }
 
-/// SliderRange of a key, from its value at the start.
+/// Range of the slider of a key, from the value that the key has at the start.
 enum SliderRange {
     /// From a hundredth to a hundred times the value.
     Decades,

@@ -36,7 +36,7 @@ impl ChartAxes {
 }
 
 impl TimeChart {
-    /// ChartAxes that hold all finite points, with some room above and below.
+    /// Axes that hold all finite points, with some room above and below.
     pub(super) fn axes(&self) -> ChartAxes {
         let finite =
             || self.series.iter().flat_map(|series| &series.points).filter(|point| point[1].is_finite());
