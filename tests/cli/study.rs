@@ -1,5 +1,7 @@
 //! `pliant study`.
 
+use std::path::Path;
+
 use super::{Bench, SPRING};
 
 const STUDY: [&str; 6] =
@@ -21,6 +23,11 @@ fn a_study_leaves_a_table_charts_and_reports_and_says_what_to_take() {
     assert_eq!(table.lines().count(), 5);
     assert!(table.starts_with("schema,case,commit,"));
     let page = read("report.md");
+    assert!(page.contains("error in time, on this mesh"), "{page}");
+    // Of the whole build: the level of one crate says nothing about the kernels.
+    assert!(page.contains("dev profile") && !page.contains("-O"), "{page}");
+    let in_checkout = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../.git").exists();
+    assert!(!in_checkout || !page.contains("commit unknown"), "{page}");
     assert!(page.contains("![") && page.contains("scene-time.svg"), "{page}");
     assert!(page.trim_end().ends_with("```"), "the recommendation is last");
     assert!(page.contains("[time]\nintegrator = \""), "{page}");
@@ -43,6 +50,8 @@ fn a_study_that_makes_no_sense_is_refused_with_what_would_be_right() {
     let study = |more: &[&str]| bench.pliant(["study", "scene.toml"].iter().chain(more)).ended_with(2);
     study(&["--integrators", "rk5"]).says(&["unknown choice `rk5`", "rk4"]);
     study(&["--integrators", "quasi-static"]).says(&["no order"]);
+    let to_statics = "--set=time.integrator=quasi-static";
+    study(&[to_statics, "--integrators", "rk4"]).says(&["quasi-static", "--set time.integrator="]);
     study(&["--steps=-1"]).says(&["must be positive"]);
     study(&["--times", "5"]).says(&["must be 20 or more"]);
     study(&["--budget", "soon"]).says(&["it must be a time"]);
@@ -61,4 +70,15 @@ fn a_study_that_makes_no_sense_is_refused_with_what_would_be_right() {
         "body.0.pin=[{ vertices = [0] }]",
     ])
     .says(&["no exact solution"]);
+}
+
+#[test]
+fn whoever_reads_of_errors_is_told_that_they_are_errors_in_time() {
+    let sentence = "error in time, on this mesh";
+    Bench::new(SPRING).pliant(["study", "--help"]).succeeded().prints(&[sentence]);
+    for page in ["accuracy.md", "scene-format.md", "guide/commands.md", "guide/how-to/integrator.md"] {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs").join(page);
+        let text = std::fs::read_to_string(path).unwrap().replace('\n', " ").replace("errors in", "error in");
+        assert!(text.contains(sentence), "{page}");
+    }
 }

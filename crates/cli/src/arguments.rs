@@ -142,7 +142,7 @@ pub(crate) enum Command {
     Stress(StressArguments),
     /// Find how large a step a scene can take: predicted, measured, and against what it is made of
     Stability(StabilityArguments),
-    /// Compare schemes and steps: error against run time, with a report
+    /// Compare schemes and steps: error in time, on this mesh, against run time, with a report
     Study(StudyArguments),
     /// Find constants of a scene from measurements: a trajectory, curves of a material, frequencies
     Fit(Box<FitArguments>),

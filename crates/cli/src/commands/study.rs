@@ -7,7 +7,7 @@ use std::path::Path;
 
 use pliant_lab::study::report::{FigureKind, StudyReport};
 use pliant_lab::study::{
-    Provenance, ReferenceChoice, Results, Study, StudyError, StudyPlan, WallClock, words,
+    ABOUT_ERRORS, Provenance, ReferenceChoice, Results, Study, StudyError, StudyPlan, WallClock, words,
 };
 use pliant_scene::Source;
 use pliant_scene::vary::VariedKey;
@@ -18,7 +18,7 @@ use crate::failure::{ExitStatus, Failure};
 use crate::input::Input;
 use crate::interrupt;
 use crate::terminal::Terminal;
-use crate::text::table;
+use crate::text::{table, wrap};
 
 use files::Files;
 use progress::StudyProgress;
@@ -73,7 +73,7 @@ pub(crate) fn execute(arguments: &StudyArguments, terminal: Terminal) -> Result<
         .map_err(|error| Failure::failed("report", error.to_string()))?;
     let written = files.write(&report, &studies, &study_document(&studies))?;
     for study in &studies {
-        terminal.report(&describe(study))?;
+        terminal.report(&describe(study, terminal.width()))?;
         if let Some(noise) = study.noise() {
             terminal.warn(&format!("{}: {noise}", study.name));
         }
@@ -151,14 +151,16 @@ fn failure(error: StudyError, source: &Source) -> Failure {
     match error {
         StudyError::Scene(problems) => source.error(problems).into(),
         StudyError::Variant(error) => error.into(),
-        StudyError::NoDuration | StudyError::NotExact => Failure::usage(error.to_string()),
+        StudyError::NoDuration | StudyError::NotExact | StudyError::Static => {
+            Failure::usage(error.to_string())
+        }
         error => Failure::failed("study", error.to_string()),
     }
 }
 
 /// The tables for people.
-fn describe(study: &Results) -> String {
-    let mut out = format!("{}\n", study.title);
+fn describe(study: &Results, width: usize) -> String {
+    let mut out = format!("{}\n\n{}", study.title, wrap(ABOUT_ERRORS, 0, width));
     for variant in &study.variants {
         if !variant.variant.is_empty() {
             out += &format!("\nwith {}\n", variant.variant);
@@ -193,7 +195,7 @@ fn describe(study: &Results) -> String {
         }
         out += &table(&rows, 0);
         out.push('\n');
-        for line in words(variant.rows()) {
+        for line in words(variant.rows(), &variant.reference) {
             out += &format!("{line}\n");
         }
     }
@@ -220,7 +222,8 @@ pub fn study_document(studies: &[Results]) -> Value {
                     let reference = &variant.reference;
                     json!({
                         "variant": variant.variant,
-                        "reference": { "id": reference.id, "how": reference.how, "error": reference.error },
+                        "reference": { "id": reference.id, "how": reference.how, "error": reference.error,
+                            "disagreement": reference.disagreement },
                         "lines": variant.lines,
                         "rows": variant.records,
                         "front": pliant_lab::study::front(variant.rows()).iter().map(|row| json!({

@@ -1,5 +1,6 @@
 //! Which scheme at which step: the rows that no other row beats.
 
+use super::reference::Reference;
 use super::row::Row;
 use super::sweep::ADAPTIVE;
 use pliant::quantity::Rounded;
@@ -25,29 +26,48 @@ pub fn cheapest<'a>(rows: impl IntoIterator<Item = &'a Row>, error: f64) -> Opti
     good.min_by(|a, b| a.wall_min_s.total_cmp(&b.wall_min_s))
 }
 
-/// The front in words: for each of a few errors what to take. Errors that no row reaches are left out.
-pub fn words<'a>(rows: impl IntoIterator<Item = &'a Row> + Clone) -> Vec<String> {
+/// The front in words: for each of a few errors what to take, as long as the reference can tell. Errors that
+/// no row reaches are left out.
+pub fn words<'a>(rows: impl IntoIterator<Item = &'a Row> + Clone, reference: &Reference) -> Vec<String> {
     let mut said = vec![];
     for error in [1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8] {
         let Some(row) = cheapest(rows.clone(), error) else { break };
-        let variant = if row.variant.is_empty() { String::new() } else { format!(" with {}", row.variant) };
+        if error < reference.trusted() {
+            said.push(untold(error, reference));
+            break;
+        }
         let pace =
             row.tol.map_or_else(|| seconds(row.dt), |tolerance| format!("a tolerance of {tolerance:e}"));
         let time = seconds(row.wall_min_s);
-        said.push(format!("for {} error take {} at {pace}{variant}: {time}", percent(error), row.integrator));
+        said.push(format!("for {} error take {} at {pace}: {time}", percent(error), row.integrator));
     }
     said
 }
 
-/// Part of `variant` that makes another problem of the scene, joined as there: changes of `[time]` but for
-/// its duration solve the same problem in another way, and all others are none of a solver's.
-pub(super) fn problem(variant: &str) -> String {
-    let solves = |change: &&str| change.starts_with("time.") && !change.starts_with("time.duration");
-    variant.split("; ").filter(|change| !solves(change)).collect::<Vec<_>>().join("; ")
+/// Why there is no advice for errors of at most `error`.
+fn untold(error: f64, reference: &Reference) -> String {
+    let error = percent(error);
+    match reference.disagreement {
+        Some(distance) => {
+            let known = distance.max(reference.error);
+            format!("no advice for {error} error: the reference is known to {known:.0e} only")
+        }
+        None => format!(
+            "no advice for {error} error: no second scheme confirms the reference, give more time by --budget"
+        ),
+    }
 }
 
-/// Advice for errors of at most `error`, as text of a scene; a remark where no row reaches that.
-pub fn toml<'a>(rows: impl IntoIterator<Item = &'a Row> + Clone, error: f64) -> String {
+/// Advice for errors of at most `error`, as text of a scene; a remark where no row reaches that, or where the
+/// reference cannot tell.
+pub fn toml<'a>(
+    rows: impl IntoIterator<Item = &'a Row> + Clone,
+    reference: &Reference,
+    error: f64,
+) -> String {
+    if error < reference.trusted() {
+        return format!("# {}\n", untold(error, reference));
+    }
     let Some(row) = cheapest(rows.clone(), error) else {
         let best = rows.into_iter().filter_map(|row| Some((row, row.error()?)));
         return match best.min_by(|a, b| a.1.total_cmp(&b.1)) {

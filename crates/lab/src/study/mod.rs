@@ -67,6 +67,10 @@ pub use trajectory::{InvariantSeries, StateSamples};
 
 use pliant_scene::{Problem, RefusedScheme, SceneError};
 
+/// Meaning of the errors of a study, for all reports.
+pub const ABOUT_ERRORS: &str = "Each error is an error in time, on this mesh. The error of the mesh is not in \
+                                it. Errors of variants with references of their own do not compare.";
+
 /// Progress of a study, for its caller.
 #[derive(Clone, Copy, Debug)]
 pub enum Event<'a> {
@@ -109,6 +113,12 @@ pub enum StudyError {
     /// Nothing moves.
     #[error("`duration` is 0: there is no motion to study")]
     NoDuration,
+    /// There is no motion, whatever the duration.
+    #[error(
+        "a quasi-static scene has no motion to study: compare increments by `pliant run --set \
+         time.step=..`, or take another scheme by --set time.integrator=implicit-euler"
+    )]
+    Static,
     /// There is no closed solution.
     #[error(
         "no exact solution of this scene is known: it is neither two bodies under gravity nor a linear \

@@ -3,7 +3,7 @@
 use pliant_scene::RefusedScheme;
 use serde::{Deserialize, Serialize};
 
-use super::advice::{number, problem, seconds, toml};
+use super::advice::{number, seconds, toml};
 use super::errors::TimeError;
 use super::machine::Provenance;
 use super::plan::TimeGrid;
@@ -130,24 +130,26 @@ impl Results {
         self.variants.iter().flat_map(VariantResult::rows)
     }
 
-    /// Changes to write into the scene, as [`toml`] says it: one advice for each problem, which a variant
-    /// makes
-    /// that changes more than how the same is solved. A soft material is no cheaper way to simulate a stiff
-    /// one.
+    /// Changes to write into the scene, as [`toml`] says it: one advice for each reference, for errors beside
+    /// two references do not compare. A coarse mesh is no cheaper way to simulate a fine one.
     pub fn recommendations(&self) -> Vec<Recommendation> {
-        let mut problems: Vec<String> = vec![];
+        let mut problems: Vec<Vec<&VariantResult>> = vec![];
         for variant in &self.variants {
-            let problem = problem(&variant.variant);
-            if !problems.contains(&problem) {
-                problems.push(problem);
+            match problems.iter_mut().find(|same| same[0].reference.id == variant.reference.id) {
+                Some(same) => same.push(variant),
+                None => problems.push(vec![variant]),
             }
         }
-        let of = |name: String| {
-            let variants = self.variants.iter().filter(|variant| problem(&variant.variant) == name);
-            let rows: Vec<&Row> = variants.flat_map(VariantResult::rows).collect();
-            Recommendation { settings: toml(rows.iter().copied(), self.error), problem: name }
+        let advice = |same: Vec<&VariantResult>| {
+            let rows: Vec<&Row> = same.iter().flat_map(|variant| variant.rows()).collect();
+            let common = |change: &&str| same.iter().all(|v| v.variant.split("; ").any(|own| own == *change));
+            let problem: Vec<&str> = same[0].variant.split("; ").filter(common).collect();
+            Recommendation {
+                settings: toml(rows, &same[0].reference, self.error),
+                problem: problem.join("; "),
+            }
         };
-        problems.into_iter().map(of).collect()
+        problems.into_iter().map(advice).collect()
     }
 
     /// Remark on the machine where runs that were repeated differ much in time; `None` on a quiet
@@ -175,7 +177,8 @@ impl Results {
 /// Advice for a scene.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Recommendation {
-    /// Changes of the scene itself: `path=value`, joined by `; `; empty for the scene as it is.
+    /// Changes that all variants with one reference have in common: `path=value`, joined by `; `; empty for
+    /// the scene as it is.
     pub problem: String,
     /// The settings, as TOML with comments.
     pub settings: String,

@@ -14,6 +14,7 @@ use super::results::{LineResult, Record, Results, StopReason, VariantResult};
 use super::row::RowStatus;
 use super::trajectory::Runner;
 use super::{Event, Reference, StudyError, order};
+use pliant::integrator::Scheme;
 use pliant_scene::{RefusedScheme, Scene, Source, vary};
 
 /// Runs of a scheme beyond its largest stable step: one or two, to see it fail.
@@ -148,6 +149,9 @@ impl Study<'_> {
     ) -> Result<Variant, StudyError> {
         let source = self.source.varied(changes)?;
         let scene = source.scene()?;
+        if matches!(scene.time.integrator.method().scheme, Scheme::QuasiStatic) {
+            return Err(StudyError::Static);
+        }
         let runner = Runner { grid, clock: self.clock, interrupt: self.interrupt };
         let located = |problems| StudyError::Variant(source.error(problems));
         let assembly =

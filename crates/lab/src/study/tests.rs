@@ -250,6 +250,8 @@ fn a_failed_run_is_a_cross_in_the_chart_and_a_remark_in_the_report() {
     let report = report::StudyReport::new("A & B <c>", &[results], &report::FigureKind::ALL).unwrap();
     assert!(report.sections[0].figures[0].svg.contains("the run failed"));
     let (page, html) = (report.markdown("charts/"), report.html());
+    assert!(page.starts_with("# A & B \\<c\\>\n"), "{page}");
+    assert!(page.contains(ABOUT_ERRORS) && html.contains(ABOUT_ERRORS));
     assert!(page.contains("velocity-verlet failed with steps of 25 ms (diverged at t ="), "{page}");
     assert!(html.contains("A &amp; B &lt;c&gt;") && !html.contains("<c>"));
     for (file, svg) in report.charts() {
@@ -347,6 +349,38 @@ fn what_is_varied_has_rows_and_a_reference_of_its_own() {
     let results = made(&text, &plan);
     assert_eq!(results.variants[0].reference, results.variants[1].reference);
     assert_eq!(results.recommendations().len(), 1, "the cheaper solver");
+    // Whatever changed: errors beside two references do not compare.
+    let mut apart = results;
+    apart.variants[1].reference.id = "another".into();
+    let problems: Vec<String> = apart.recommendations().into_iter().map(|advice| advice.problem).collect();
+    assert_eq!(problems, ["time.solver.linear=cholesky", "time.solver.linear=cg"]);
+}
+
+#[test]
+fn advice_is_no_finer_than_the_reference_is_confirmed() {
+    let results = made(PENDULUM, &plan(PENDULUM, &[IntegratorSpec::Rk4], &[0.01]));
+    let [variant] = &results.variants[..] else { panic!("one variant") };
+    let (row, sure) = (variant.rows().next().unwrap(), &variant.reference);
+    assert!(row.error().unwrap() < 1e-7 && sure.trusted() < 1e-9, "{row:?} {}", sure.how);
+    assert_eq!(words([row], sure).len(), 5);
+    let weak = Reference { disagreement: Some(5e-4), ..sure.clone() };
+    let said = words([row], &weak);
+    assert!(said.len() == 3 && said[1].starts_with("for 1 % error take rk4"), "{said:?}");
+    assert_eq!(said[2], "no advice for 0.1 % error: the reference is known to 5e-4 only");
+    assert!(toml([row], &weak, 1e-2).contains("rk4") && !toml([row], &weak, 1e-3).contains("rk4"));
+    let alone = Reference { disagreement: None, ..sure.clone() };
+    let [said] = &words([row], &alone)[..] else { panic!("one line") };
+    assert!(said.starts_with("no advice for 10 % error: no second scheme confirms the reference"), "{said}");
+    assert!(toml([row], &alone, 1e-2).starts_with("# no advice"));
+}
+
+#[test]
+fn a_quasi_static_scene_is_refused() {
+    let text = SQUARE.replace("'velocity-verlet'", "'quasi-static'");
+    let made = make(&text, &plan(&text, &[IntegratorSpec::Rk4], &[0.01]), None, usize::MAX);
+    let error = made.results.unwrap_err();
+    assert!(matches!(error, StudyError::Static), "{error}");
+    assert!(error.to_string().contains("time.step") && error.to_string().contains("time.integrator"));
 }
 
 #[test]
@@ -398,9 +432,16 @@ fn the_front_is_what_nothing_beats() {
     let rows = [of("a", 1e-1, 1.0), of("b", 1e-2, 3.0), of("c", 2e-2, 4.0), of("d", 1e-3, 5.0)];
     let names: Vec<&str> = front(&rows).iter().map(|row| row.integrator.as_str()).collect();
     assert_eq!(names, ["a", "b", "d"]);
-    assert_eq!(words(&rows)[1], "for 1 % error take b at 10 ms: 3 s");
-    assert!(toml(&rows, 1e-2).contains("integrator = \"b\""));
-    assert!(toml(&rows, 1e-5).contains("no setting reaches"));
+    let exact = Reference {
+        id: String::new(),
+        how: String::new(),
+        error: 1e-12,
+        disagreement: Some(0.0),
+        trajectory: StateSamples::default(),
+    };
+    assert_eq!(words(&rows, &exact)[1], "for 1 % error take b at 10 ms: 3 s");
+    assert!(toml(&rows, &exact, 1e-2).contains("integrator = \"b\""));
+    assert!(toml(&rows, &exact, 1e-5).contains("no setting reaches"));
 }
 
 #[test]
@@ -414,5 +455,8 @@ fn steps_that_follow_the_error_land_on_the_times_of_comparison() {
     let errors: Vec<f64> = rows.iter().map(|row| row.err_q_rms.unwrap()).collect();
     // Twenty frames between are steps of their own: even the coarse tolerance is met well.
     assert!(errors[1] < 1e-2 * errors[0] && errors[1] < 1e-7, "{errors:?}");
-    assert!(toml(results.rows(), 1e-7).contains("adaptive = { tolerance = 1e-8 }"));
+    assert!(
+        toml(results.rows(), &results.variants[0].reference, 1e-7)
+            .contains("adaptive = { tolerance = 1e-8 }")
+    );
 }

@@ -15,7 +15,7 @@ fn entries_below_one(schema: &mut Schema) {
     }
 }
 
-/// What `pliant study` compares. A run takes no notice of it.
+/// What `pliant study` compares: errors in time, on this mesh. A run takes no notice of it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct StudySpec {

@@ -16,6 +16,8 @@ const ROUNDING: f64 = 2e-14;
 
 /// Errors below this no longer fall because of rounding alone.
 const RESOLVED: f64 = 1e-7;
+/// Solutions that are farther apart than this do not agree: ten times it is the whole motion.
+const AGREEMENT: f64 = 0.1;
 
 /// Solution by one scheme.
 struct SchemeResult {
@@ -25,8 +27,8 @@ struct SchemeResult {
     error: f64,
 }
 
-/// The better of two schemes of order 4: one explicit, one that solves two coupled stages, with contact one
-/// after another.
+/// The better of two schemes of order 4, and how far the other is from it: one is explicit, one solves two
+/// coupled stages, with contact one after another.
 ///
 /// Global extrapolation after Richardson and Romberg; Hairer, Norsett, Wanner 1993, *Solving ordinary
 /// differential equations I*, section II.9.
@@ -64,17 +66,25 @@ pub(super) fn reference(search: &mut ReferenceSearch<'_, '_>) -> Result<Referenc
         let seconds = search.runner.clock.now() - start;
         return Err(StudyError::NoReference { seconds, reached: reached.join("; ") });
     };
-    let mut error = best.error;
-    let mut how = format!("computed: {} in up to {} steps, extrapolated", best.name, best.steps);
-    if let Some(other) = other {
-        let difference = distance(search, &other.trajectory, &best.trajectory);
-        // As far apart as they say themselves, or one of them is wrong about itself.
-        if difference > 10.0 * (best.error + other.error) {
-            error = difference;
-        }
-        how += &format!("; {} agrees to {difference:.0e}", other.name);
+    let disagreement = other.as_ref().map(|other| distance(search, &other.trajectory, &best.trajectory));
+    let (error, confirmation) = confirmed(&best, other.as_ref().zip(disagreement));
+    let how = format!("computed: {} in up to {} steps, extrapolated; {confirmation}", best.name, best.steps);
+    let id = format!("{}-extrapolated", best.name);
+    Ok(Reference { id, how, error, disagreement, trajectory: best.trajectory })
+}
+
+/// The error of a solution whose second opinion is so far away, and what that says about it.
+fn confirmed(best: &SchemeResult, other: Option<(&SchemeResult, f64)>) -> (f64, String) {
+    let Some((other, distance)) = other else {
+        return (best.error, "no second scheme confirms it".to_owned());
+    };
+    if distance > AGREEMENT {
+        let away = format!("no two schemes agree, {} is {distance:.0e} of the motion away", other.name);
+        return (distance, away);
     }
-    Ok(Reference { id: format!("{}-extrapolated", best.name), how, error, trajectory: best.trajectory })
+    // As far apart as they say themselves, or one of them is wrong about itself.
+    let error = if distance > 10.0 * (best.error + other.error) { distance } else { best.error };
+    (error, format!("{} agrees to {distance:.0e}", other.name))
 }
 
 /// The larger of the relative errors of positions and velocities.
@@ -213,5 +223,29 @@ impl ReferenceSearch<'_, '_> {
             true => Err(StudyError::Interrupted),
             false => Ok(()),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn solution(name: &'static str, error: f64) -> SchemeResult {
+        SchemeResult { name, steps: 100, trajectory: StateSamples::default(), error }
+    }
+
+    // A second scheme that is far off by its own account confirms nothing.
+    #[test]
+    fn a_reference_is_confirmed_by_a_scheme_that_agrees_alone() {
+        let best = solution("rk4", 4e-3);
+        let (error, how) = confirmed(&best, Some((&solution("sdirk4", 0.5), 1.2)));
+        assert!(error == 1.2 && how.starts_with("no two schemes agree"), "{error} {how}");
+        let (error, how) = confirmed(&best, Some((&solution("sdirk4", 5e-3), 8e-3)));
+        assert!(error == 4e-3 && how == "sdirk4 agrees to 8e-3", "{error} {how}");
+        // Both are sure of themselves, and one of them is wrong.
+        let (error, how) = confirmed(&solution("rk4", 1e-9), Some((&solution("sdirk4", 1e-9), 1e-6)));
+        assert!(error == 1e-6 && how == "sdirk4 agrees to 1e-6", "{error} {how}");
+        let (error, how) = confirmed(&best, None);
+        assert!(error == 4e-3 && how == "no second scheme confirms it", "{error} {how}");
     }
 }

@@ -143,7 +143,13 @@ pub(super) fn solution(search: &mut ReferenceSearch<'_, '_>) -> Result<Option<Re
     // it.
     let revolutions = orbit.motion(axis) * grid.duration;
     let error = f64::EPSILON * (10.0 + 10.0 * revolutions);
-    Ok(Some(Reference { id: "kepler".into(), how: "exact: Kepler's equation".into(), error, trajectory }))
+    Ok(Some(Reference {
+        id: "kepler".into(),
+        how: "exact: Kepler's equation".into(),
+        error,
+        disagreement: Some(0.0),
+        trajectory,
+    }))
 }
 
 #[cfg(test)]

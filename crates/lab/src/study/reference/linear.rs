@@ -112,6 +112,7 @@ pub(super) fn solution(search: &mut ReferenceSearch<'_, '_>) -> Result<Option<Re
              {off_line:.0e}"
         ),
         error,
+        disagreement: Some(0.0),
         trajectory: StateSamples { x, v, ..trajectory },
     }))
 }

@@ -25,6 +25,10 @@ pub struct Reference {
     /// Its own error, estimated, relative as [`Errors`](super::Errors) are: of positions and of velocities,
     /// the larger.
     pub error: f64,
+    /// Distance of the solution by a second scheme of another family, relative as `error` is: 0 beside an
+    /// exact solution, `None` where no second scheme came to its end.
+    #[serde(default)]
+    pub disagreement: Option<f64>,
     /// The states.
     pub trajectory: StateSamples,
 }
@@ -33,6 +37,12 @@ impl Reference {
     /// Errors below this say more about the reference than about a scheme.
     pub fn floor(&self) -> f64 {
         10.0 * self.error
+    }
+
+    /// The least error that advice may speak of: ten times the error and the disagreement; infinite where
+    /// nothing confirms the reference.
+    pub fn trusted(&self) -> f64 {
+        10.0 * self.disagreement.map_or(f64::INFINITY, |distance| distance.max(self.error))
     }
 }
 

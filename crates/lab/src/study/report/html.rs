@@ -1,10 +1,12 @@
 //! HTML.
 
+use super::super::ABOUT_ERRORS;
 use super::super::page::{Look, Page, TableCell};
 use super::StudyReport;
 
 pub(super) fn page(report: &StudyReport) -> String {
     let mut page = Page::new(&report.title);
+    page.paragraph(ABOUT_ERRORS);
     page.paragraph(&report.machine);
     page.list(report.noise.iter().map(String::as_str));
     for section in &report.sections {

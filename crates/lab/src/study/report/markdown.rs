@@ -2,10 +2,11 @@
 
 use std::fmt::Write;
 
+use super::super::ABOUT_ERRORS;
 use super::StudyReport;
 
 pub(super) fn page(report: &StudyReport, folder: &str) -> String {
-    let mut out = format!("# {}\n\n{}.\n", report.title, text(&report.machine));
+    let mut out = format!("# {}\n\n{ABOUT_ERRORS}\n\n{}.\n", text(&report.title), text(&report.machine));
     for noise in &report.noise {
         let _ = write!(out, "\n{}.\n", text(noise));
     }

@@ -40,7 +40,7 @@ pub struct StudyReport {
     pub noise: Vec<String>,
     /// The parts.
     pub sections: Vec<Section>,
-    /// Advice for each scene, once for every problem that was made of it: its name and TOML.
+    /// Advice for each scene, once for every reference: its name and TOML.
     pub recommendations: Vec<(String, String)>,
 }
 
@@ -131,7 +131,7 @@ fn section(
         about,
         figures: figures::all(&prefix, &study.title, variant, kinds)?,
         table,
-        words: words(front(variant.rows())),
+        words: words(front(variant.rows()), &variant.reference),
         remarks: refused.chain(remarks(variant)).collect(),
     })
 }
