@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::{AttemptStatus, attempt, nominal_step, with_step};
+use pliant::diagnostics::StabilityLimit;
 use pliant::integrator::IntegratorSpec;
 use pliant::run::energy_scale;
 use pliant_scene::{Scene, SceneError};
@@ -21,11 +22,12 @@ const ACCURACY: f64 = 1e-3;
 pub struct MeasuredLimit {
     /// The scheme.
     pub integrator: String,
-    /// The limit of the scene linearised at its start [s]; `None`: any step.
+    /// The limit of the scene linearised at its start [s]; `None`: any step. 0: none, the scheme gains energy
+    /// at any step.
     pub predicted: Option<f64>,
-    /// True if the scheme gains energy at any step: what is predicted is then the step at which the fastest
-    /// motion doubles over the duration.
-    pub grows_at_any_step: bool,
+    /// Step at which the fastest motion doubles over the duration [s], of a scheme that gains energy at any
+    /// step; else `None`.
+    pub doubles_at: Option<f64>,
     /// The largest step with which all steps of a trial were taken [s]; zero where none was found.
     pub measured: f64,
     /// Failure above it; `None` where the largest step tried was fine.
@@ -55,8 +57,8 @@ pub fn measure_limit(
     let steps = if about.solves > 0 { IMPLICIT_STEPS } else { EXPLICIT_STEPS };
     let mut found = MeasuredLimit {
         integrator: about.name.into(),
-        predicted: limit.step.is_finite().then_some(limit.step),
-        grows_at_any_step: limit.grows_at_any_step,
+        predicted: predicted(&limit),
+        doubles_at: limit.grows_at_any_step.then_some(limit.step),
         measured: 0.0,
         above: None,
         trials: 0,
@@ -109,6 +111,11 @@ pub fn measure_limit(
     }
     (found.measured, found.above) = (low, Some(above));
     Ok(Some(found))
+}
+
+/// The limit [s], 0 of a scheme that gains energy at any step; `None`: any step is stable.
+pub(super) fn predicted(limit: &StabilityLimit) -> Option<f64> {
+    if limit.grows_at_any_step { Some(0.0) } else { limit.step.is_finite().then_some(limit.step) }
 }
 
 /// How energy drifts.

@@ -4,6 +4,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use super::limit::predicted;
 use super::{AttemptStatus, attempt, with_step};
 use pliant::integrator::IntegratorSpec;
 use pliant_scene::{Body, KeyPath, MassSpec, NBodySpec, OneOrMany, Problem, Scene, SceneError, Source};
@@ -65,10 +66,22 @@ pub struct Map {
     pub steps: Vec<f64>,
     /// Of the rows, ascending: the factor of what is varied, or Poisson's ratio.
     pub values: Vec<f64>,
-    /// The limit of each row, linearised at its start [s]; `None`: any step.
+    /// The limit of each row, linearised at its start [s]; `None`: any step, 0: none.
     pub predicted: Vec<Option<f64>>,
     /// `[row][column]`.
     pub status: Vec<Vec<AttemptStatus>>,
+}
+
+impl Map {
+    /// Number of steps that failed although they are below the limit that is predicted.
+    pub fn failed_below_limit(&self) -> usize {
+        let failed = |(row, predicted): (&Vec<AttemptStatus>, &Option<f64>)| {
+            let below = |step: &f64| predicted.is_some_and(|limit| *step <= limit);
+            let cells = row.iter().zip(&self.steps);
+            cells.filter(|(status, step)| **status != AttemptStatus::Ok && below(step)).count()
+        };
+        self.status.iter().zip(&self.predicted).map(failed).sum()
+    }
 }
 
 /// Runs `integrator` with steps around those of the scene, 500 each (50 of an implicit scheme), for every
@@ -118,7 +131,7 @@ pub fn map(
         let varied = source.varied(&changes)?.scene()?;
         let limit = with_step(&varied, integrator, around, stop)?.stability_limit(scene.time.duration);
         let Ok(limit) = limit else { return Ok(None) };
-        found.predicted.push(limit.step.is_finite().then_some(limit.step));
+        found.predicted.push(predicted(&limit));
         let mut row = vec![];
         for step in &found.steps {
             row.push(attempt(&mut with_step(&varied, integrator, *step, stop)?, runs));

@@ -62,6 +62,12 @@ pub enum SurveyError {
         /// The known ones.
         known: Vec<&'static str>,
     },
+    /// There is no motion.
+    #[error(
+        "a quasi-static scene has no motion that a step could make unstable: `adaptive = {{}}` in [time] \
+         finds increments that can be solved; for motion add --set time.integrator=velocity-verlet"
+    )]
+    Static,
     /// No scheme that is asked for holds the contact of the scene.
     #[error("{}", .0.iter().map(|refused| refused.reason.as_str()).collect::<Vec<_>>().join("; "))]
     Refused(Vec<RefusedScheme>),
@@ -81,6 +87,9 @@ impl StabilitySurvey {
     ) -> Result<StabilitySurvey, SurveyError> {
         let stopped = || interrupt.load(Ordering::Relaxed);
         let scene = source.scene()?;
+        if matches!(scene.time.integrator.method().scheme, Scheme::QuasiStatic) {
+            return Err(SurveyError::Static);
+        }
         let mut integrators = chosen(&choice.integrators, scene.time.integrator)?;
         let refused = |spec: &IntegratorSpec| RefusedScheme::by_contact(&scene, *spec);
         let all_refused: Vec<RefusedScheme> = integrators.iter().filter_map(refused).collect();

@@ -40,6 +40,38 @@ fn measured_limits_of_a_linear_body_are_those_predicted() {
     }
 }
 
+// In steps that a survey would take minutes to look for: there are none.
+#[test]
+fn a_quasi_static_scene_is_refused() {
+    let source = Source::new("test", text("quasi-static", 0.1));
+    let options = SurveyOptions { integrators: vec![], against: None, quick: true };
+    let error = StabilitySurvey::of(&source, &options, &Arc::default(), &mut |_, _| {}).unwrap_err();
+    assert!(matches!(error, SurveyError::Static), "{error}");
+    assert!(error.to_string().contains("adaptive = {}"), "{error}");
+}
+
+#[test]
+fn a_scheme_that_gains_energy_at_any_step_has_no_limit() {
+    let found = measure_limit(&scene("forward-euler", 1e-3), spec("forward-euler"), 1.0, &Arc::default());
+    let found = found.unwrap().unwrap();
+    assert_eq!(found.predicted, Some(spec("forward-euler").method().documentation.stability_limit));
+    assert!(found.doubles_at.is_some_and(|step| step > 0.0), "{found:?}");
+}
+
+#[test]
+fn steps_that_fail_below_their_limit_are_counted() {
+    use AttemptStatus::{Diverged, Ok};
+    let map = Map {
+        integrator: String::new(),
+        against: Against::Young,
+        steps: vec![1.0, 2.0, 4.0],
+        values: vec![1.0, 2.0, 3.0],
+        predicted: vec![Some(2.0), Some(0.0), None],
+        status: vec![vec![Ok, Diverged, Diverged], vec![Diverged; 3], vec![Ok, Ok, Diverged]],
+    };
+    assert_eq!(map.failed_below_limit(), 1);
+}
+
 // A1: spectral radii at h omega = 1, 10, 1000.
 #[test]
 fn amplification_is_that_of_the_table() {

@@ -10,7 +10,7 @@ use serde_json::Value;
 
 use crate::failure::Failure;
 use crate::output::{self, csv_line};
-use crate::text::{number, table, wrap};
+use crate::text::{counted, number, table, wrap};
 
 /// Columns of the table of limits.
 const HEADER: [&str; 8] =
@@ -22,18 +22,51 @@ const ABOUT: &str = "Predicted is the limit of the scene linearised at its start
                      scheme) could be taken. Drift is the slope of the energy, amplitude what oscillates \
                      about it, both over the energy that there is.";
 
+/// A limit that is predicted, in the words of `pliant list`.
+fn predicted_limit(limit: Option<f64>) -> String {
+    match limit {
+        None => "any".into(),
+        Some(0.0) => "none".into(),
+        Some(step) => number(step),
+    }
+}
+
+/// What a reader of the table has to know of this scene.
+fn remarks(found: &StabilitySurvey) -> Vec<String> {
+    let mut out = vec![];
+    for limit in &found.limits {
+        out.extend(limit.doubles_at.map(|step| {
+            let step = number(step);
+            format!(
+                "{}: none, it gains energy at any step; at {step} s the fastest motion would double by the \
+                 end.",
+                limit.integrator
+            )
+        }));
+    }
+    let early = found.map.as_ref().map_or(0, Map::failed_below_limit);
+    if early > 0 {
+        out.push(format!(
+            "{} of the map failed below the limit that is predicted. That limit is of small motion about the \
+             start; there the motion became large.",
+            counted(early as u64, "step", "steps")
+        ));
+    }
+    out
+}
+
 /// A row for each scheme.
 fn limits(found: &StabilitySurvey) -> Vec<[String; 8]> {
     let mut rows = vec![];
     for (limit, drift) in found.limits.iter().zip(&found.drifts) {
-        let predicted = limit.predicted.map_or_else(|| "any".into(), number);
+        let predicted = predicted_limit(limit.predicted);
         let measured = match limit.above {
             Some(_) => number(limit.measured),
             None => format!(">= {}", number(limit.measured)),
         };
         let ratio = limit
             .predicted
-            .filter(|_| limit.above.is_some())
+            .filter(|_| limit.above.is_some() && limit.doubles_at.is_none())
             .map_or_else(String::new, |p| format!("{:.3}", limit.measured / p));
         let ok = drift.status == AttemptStatus::Ok;
         rows.push([
@@ -71,6 +104,9 @@ pub(super) fn describe(found: &StabilitySurvey, width: usize) -> String {
         out.push('\n');
         out += &text_map(map);
     }
+    for remark in remarks(found) {
+        out += &wrap(&remark, 0, width);
+    }
     out.push('\n');
     out + &format!("{}\n", agreement(found))
 }
@@ -105,7 +141,7 @@ fn text_map(map: &Map) -> String {
                 AttemptStatus::Unsolved => " !",
             })
             .collect();
-        let limit = map.predicted[row].map_or_else(|| "any".into(), number);
+        let limit = predicted_limit(map.predicted[row]);
         rows.push(vec![row_name(map, row), line, limit]);
     }
     let (first, last) = (map.steps.first().copied().unwrap_or(0.0), map.steps.last().copied().unwrap_or(0.0));
@@ -132,6 +168,7 @@ pub(super) fn write(
         "drift_status",
         "drift_per_s",
         "amplitude",
+        "doubles_at_s",
     ]);
     for (limit, drift) in found.limits.iter().zip(&found.drifts) {
         csv += &csv_line(&[
@@ -143,6 +180,7 @@ pub(super) fn write(
             drift.status.name(),
             &n(drift.per_second),
             &n(drift.amplitude),
+            &limit.doubles_at.map_or_else(String::new, n),
         ]);
     }
     output::file(&folder.join("stability.csv"), &csv)?;
@@ -154,14 +192,15 @@ pub(super) fn write(
     let header = HEADER.map(|name| (if name.is_empty() { "scheme" } else { name }, Look::Number));
     page.table(&header, &limits(found).into_iter().map(cells).collect::<Vec<_>>());
     page.note(ABOUT);
+    page.list(remarks(found).iter().map(String::as_str));
     if let Some(map) = &found.map {
         output::file(&folder.join("map.csv"), &map_csv(map))?;
         let svg = heat_map(map)?;
         output::file(&folder.join("map.svg"), &svg)?;
         page.figure(
             &svg,
-            "Which steps the first scheme takes, row by row, and up to which they are \
-                           predicted to be stable.",
+            "Which steps the first scheme takes, row by row. \"limit\" is the last step below the limit that \
+             is predicted for small motion about the start; larger motion can fail below it.",
         );
     }
     page.figure(&amplification, &format!("Spectral radius of one step; {}.", agreement(found)));
@@ -206,7 +245,7 @@ fn heat_map(map: &Map) -> Result<String, Failure> {
     let colors = [(0x9b, 0xd4, 0xb5), (0xd5, 0x5e, 0x00), (0xe6, 0x9f, 0x00)];
     let svg = HeatMap {
         title: format!("{}: which steps it takes", map.integrator),
-        x: "step [s]; \"limit\": the last one below what is predicted".into(),
+        x: "step [s]; \"limit\": the last one below what is predicted for small motion".into(),
         y: what.into(),
         columns: map.steps.iter().map(|s| format!("{s:.0e}")).collect(),
         rows: order.iter().map(|row| number(map.values[*row])).collect(),
