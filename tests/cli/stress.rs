@@ -1,6 +1,10 @@
 //! `pliant stress` and `pliant stability`: what they print, write and return. What they find is tested in
 //! the library.
 
+use std::path::Path;
+
+use pliant_lab::stress::CaseFilter;
+
 use super::{Bench, SPRING};
 
 #[test]
@@ -82,6 +86,11 @@ fn a_scene_is_told_what_it_does_not_survive_and_what_would_have_worked() {
         cases.iter().find(|c| c["name"] == name && c["integrator"] == integrator).unwrap()
     };
     assert_eq!(of("as it is", "implicit-euler")["verdict"], "pass");
+    assert_eq!(of("as it is", "implicit-euler")["step_size"], 0.02);
+    assert_eq!(of("100 times the step", "tr-bdf2")["step_size"], 2.0);
+    // An explicit scheme does not go in the step of another.
+    let limited = &of("100 times the step", "velocity-verlet")["step_size"];
+    assert!(limited.as_f64().unwrap() < 0.02, "{limited}");
     let failed = of("as it is", "velocity-verlet");
     assert_eq!(failed["verdict"], "fail");
     let advice = failed["advice"].as_str().unwrap();
@@ -92,6 +101,7 @@ fn a_scene_is_told_what_it_does_not_survive_and_what_would_have_worked() {
     let arguments = ["stress", "scene.toml", "--quick", "--integrators", "implicit-euler"];
     // What is flagged is not said to survive.
     let ended = bench.pliant(arguments).prints(&["implicit-euler, auto: passes ", "; flagged at "]);
+    let ended = ended.prints(&["implicit-euler at 0.02 s", "implicit-euler at 2 s"]);
     assert!(!ended.stdout.contains("survives everything"), "{}", ended.stdout);
     let nothing = ["stress", "scene.toml", "--quick", "--budget", "1 ns"];
     bench.pliant(nothing).succeeded().says(&["the time was over: ", " cases were left out", "--budget"]);
@@ -105,6 +115,62 @@ fn a_scene_is_told_what_it_does_not_survive_and_what_would_have_worked() {
         .pliant(["stress", "--solvers", "lu"])
         .ended_with(2)
         .says(&["the linear solvers are auto, cholesky, cg"]);
+}
+
+// A limit is one thing in the list of integrators and in a survey.
+#[test]
+fn a_scheme_without_a_limit_has_none_in_the_list_and_in_a_survey() {
+    let bench = Bench::new(BLOCK);
+    bench.pliant(["list", "integrators"]).succeeded().prints(&["none: gains energy at any step"]);
+    let arguments = ["stability", "scene.toml", "--quick", "--integrators", "forward-euler"];
+    let remark = "forward-euler: none, it gains energy at any step; at ";
+    let ended = bench.pliant(arguments).succeeded().prints(&[remark]);
+    let row = ended.stdout.lines().find(|line| line.starts_with("forward-euler ")).unwrap();
+    assert_eq!(row.split_whitespace().nth(1), Some("none"), "{row}");
+    let to_statics = "--set=time.integrator=quasi-static";
+    bench.pliant(["stability", "scene.toml", to_statics]).ended_with(2).says(&["quasi-static", "adaptive"]);
+}
+
+fn page(name: &str) -> String {
+    std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs").join(name)).unwrap()
+}
+
+// The page is printed by hours of runs; the number of its cases is that of the suite, and no other page has
+// one.
+#[test]
+fn the_page_of_the_suite_has_all_cases_with_verdicts_by_one_definition() {
+    let text = page("stress.md");
+    let rows: Vec<Vec<&str>> = text
+        .lines()
+        .filter(|line| line.starts_with("| ") && !line.starts_with("| case "))
+        .map(|line| line.split('|').map(str::trim).collect())
+        .collect();
+    let count = pliant_lab::stress::cases(&CaseFilter { long: true, ..CaseFilter::default() }).len();
+    assert_eq!(rows.len(), count);
+    let of = |verdict: &str| rows.iter().filter(|row| row[7] == verdict).count();
+    let sums =
+        format!("{count} cases: {} passed, {} flagged, {} failed", of("pass"), of("flagged"), of("FAIL"));
+    assert!(text.contains(&sums), "{sums}");
+    for row in &rows {
+        let inverted = row[10].parse::<f64>().is_ok_and(|least| least <= 0.0);
+        assert!(!inverted || row[7] != "pass", "inverted elements are flagged: {row:?}");
+    }
+    let compared = page("guide/compared.md");
+    let after = compared.split("the torture suite](../stress.md)").nth(1).unwrap();
+    let sentence = after.split('.').next().unwrap();
+    assert!(!sentence.contains(|c: char| c.is_ascii_digit()), "{sentence}");
+}
+
+// The committed map is what the program draws today: no cell is red below a limit that it does not have.
+#[test]
+fn the_map_of_the_guide_is_that_of_the_scene() {
+    let bench = Bench::new(SPRING);
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/cantilever_fem_2d.toml");
+    let scheme = "symplectic-euler";
+    let arguments = ["--against", "young", "--integrators", scheme, "-o", "out"];
+    bench.pliant(["stability", scene.to_str().unwrap()].iter().chain(&arguments)).succeeded();
+    let drawn = std::fs::read_to_string(bench.path("out/map.svg")).unwrap();
+    assert!(drawn == page("stability/map.svg"), "draw docs/stability/map.svg anew: `pliant stability`");
 }
 
 #[test]

@@ -10,7 +10,8 @@ use super::values::time_span;
 /// `pliant stress`.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct StressArguments {
-    /// Scene file (TOML), to be put out of shape in place of the suite's own
+    /// Scene file (TOML), to be put out of shape in place of the suite's own; implicit schemes go in the
+    /// step of the scene, explicit ones in that of their own stability limit where it is smaller
     pub(crate) scene: Option<PathBuf>,
     /// Change a value of the scene, for example time.step=1e-3; repeatable
     #[arg(long, value_name = "PATH=VALUE", requires = "scene")]

@@ -19,6 +19,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use limits::Limits;
+use pliant::diagnostics::Diagnostics;
 use pliant::solver::LinearSolver;
 
 pub use limits::{Progress, run_all};
@@ -84,6 +85,8 @@ pub struct CaseResult {
     pub iterations: Option<u64>,
     /// How many there may be.
     pub bar: Option<u64>,
+    /// Size of the time step, of cases of a scene [s].
+    pub step_size: Option<f64>,
     /// Time steps taken, of long cases.
     pub steps: Option<u64>,
     /// Most Newton iterations of one step, of long cases.
@@ -116,6 +119,7 @@ impl Default for CaseResult {
             notes: vec![],
             iterations: None,
             bar: None,
+            step_size: None,
             steps: None,
             worst_step: None,
             least_gap: None,
@@ -143,6 +147,19 @@ impl CaseResult {
     pub(crate) fn demand(&mut self, holds: bool, otherwise: impl FnOnce() -> String) {
         if !holds {
             self.note(CaseVerdict::Fail, otherwise());
+        }
+    }
+
+    /// Notes the smallest `det F`. A state with an inverted element is one that a user must be told of, in
+    /// equilibrium as in motion.
+    pub(crate) fn note_inversion(&mut self, diagnostics: &Diagnostics) {
+        self.min_j = diagnostics.min_j;
+        let inverted = diagnostics.inverted.unwrap_or(0);
+        if inverted > 0 {
+            let least = diagnostics.min_j.filter(|j| j.is_finite());
+            let least = least.map_or_else(String::new, |j| format!(", the least {j:.3}"));
+            let plural = if inverted == 1 { "element has" } else { "elements have" };
+            self.note(CaseVerdict::Flagged, format!("inverted: {inverted} {plural} J <= 0{least}"));
         }
     }
 

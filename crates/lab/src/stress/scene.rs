@@ -12,7 +12,7 @@ use pliant::material::{Isotropic, MaterialSpec};
 use pliant::run::{energy_growth, energy_scale};
 use pliant::simulation::StepError;
 use pliant::solver::LinearSolver;
-use pliant_scene::assembly::UnstableStep;
+use pliant_scene::assembly::{Assembly, UnstableStep};
 use pliant_scene::{KeyPath, Problem, RefusedScheme, Scene, SceneError, Solver, Source};
 
 /// Steps of a run.
@@ -20,6 +20,8 @@ const IMPLICIT_STEPS: u64 = 20;
 const EXPLICIT_STEPS: u64 = 200;
 /// Largest growth of energy over the energy at the start.
 const GROWTH: f64 = 10.0;
+/// Part of its limit that an explicit scheme takes in steps that are not its own.
+const PART_OF_LIMIT: f64 = 0.9;
 
 /// Treatment of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,7 +57,8 @@ impl Perturbation {
 }
 
 /// The cases of a scene: everything that is done to it, with its own scheme and robust ones, or those that
-/// are chosen; implicit Euler with every linear solver.
+/// are chosen; implicit Euler with every linear solver. Implicit schemes go in the step of the scene, explicit
+/// ones in that of their own limit where it is smaller: the results say in which.
 ///
 /// # Errors
 /// The mistakes in the scene, or a scheme that there is not.
@@ -180,11 +183,18 @@ impl Trial {
     }
 
     fn run(&self, limits: &Limits<'_>) -> CaseResult {
-        let mut findings = until(|| limits.are_over(), |stop| self.attempt(stop));
+        let (trial, mut findings) = until(
+            || limits.are_over(),
+            |stop| {
+                let trial = self.at_own_step(stop);
+                let findings = trial.attempt(stop);
+                (trial, findings)
+            },
+        );
         let reported =
             findings.verdict == CaseVerdict::Fail || findings.notes.iter().any(|n| n.starts_with("reported"));
         if reported && !findings.cut_short {
-            findings.advice = until(|| limits.are_over(), |stop| self.advice(stop));
+            findings.advice = until(|| limits.are_over(), |stop| trial.advice(self.step, stop));
             if limits.are_over() {
                 let and_so_far =
                     findings.advice.take().map_or_else(String::new, |advice| format!("{advice}; "));
@@ -195,19 +205,51 @@ impl Trial {
         findings
     }
 
-    fn attempt(&self, stop: &Arc<AtomicBool>) -> CaseResult {
-        let about = self.integrator.method().documentation;
+    /// The scene with the scheme, step and solver of the trial, put where it starts.
+    fn assemble(&self, stop: &Arc<AtomicBool>) -> Result<Assembly, Vec<Problem>> {
         let mut scene = self.scene.clone();
         scene.time.integrator = self.integrator;
         scene.time.allow_unstable = true;
         let own = scene.time.solver.take().unwrap_or_default();
-        if about.solves > 0 {
+        if self.is_implicit() {
             let linear = if self.solver == LinearSolver::Auto { own.linear } else { self.solver };
             scene.time.solver = Some(Solver { linear, ..own });
         }
         (scene.time.step, scene.time.adaptive, scene.time.arc_length) = (Some(self.step), None, None);
-        let mut findings = CaseResult::default();
-        let mut assembly = match scene.assemble(UnstableStep::Refuse) {
+        let mut assembly = scene.assemble(UnstableStep::Refuse)?;
+        if let Perturbation::Start(start) = self.perturbation {
+            scenes::put(&mut assembly.simulation, start);
+        }
+        assembly.simulation.system_mut().set_stop(Some(Arc::clone(stop)));
+        Ok(assembly)
+    }
+
+    fn is_implicit(&self) -> bool {
+        self.integrator.method().documentation.solves > 0
+    }
+
+    /// The trial in steps that its scheme can take: an explicit scheme goes by its own limit at the start where
+    /// that is smaller. The scheme of the scene keeps the step of the scene, unless the limit was moved.
+    fn at_own_step(&self, stop: &Arc<AtomicBool>) -> Trial {
+        let is_own = self.integrator == self.scene.time.integrator;
+        let keeps_limit = matches!(self.perturbation, Perturbation::AsItIs | Perturbation::Start(_));
+        let mut trial = self.clone();
+        if self.is_implicit() || is_own && keeps_limit {
+            return trial;
+        }
+        let limit = self.assemble(stop).ok().and_then(|mut assembly| {
+            let limit = assembly.simulation.stability_limit(self.scene.time.duration).ok()?;
+            Some(PART_OF_LIMIT * limit.step)
+        });
+        if let Some(limit) = limit.filter(|limit| limit.is_finite() && *limit > 0.0) {
+            trial.step = self.step.min(limit);
+        }
+        trial
+    }
+
+    fn attempt(&self, stop: &Arc<AtomicBool>) -> CaseResult {
+        let mut findings = CaseResult { step_size: Some(self.step), ..CaseResult::default() };
+        let mut assembly = match self.assemble(stop) {
             Ok(assembly) => assembly,
             Err(problems) => {
                 findings.note(CaseVerdict::Fail, SceneError::new(problems).to_string());
@@ -215,14 +257,10 @@ impl Trial {
             }
         };
         let simulation = &mut assembly.simulation;
-        if let Perturbation::Start(start) = self.perturbation {
-            scenes::put(simulation, start);
-        }
         simulation.count_losses(false);
-        simulation.system_mut().set_stop(Some(Arc::clone(stop)));
         let start = simulation.diagnostics();
         let scale = energy_scale(simulation, &start);
-        let steps = if about.solves > 0 { IMPLICIT_STEPS } else { EXPLICIT_STEPS };
+        let steps = if self.is_implicit() { IMPLICIT_STEPS } else { EXPLICIT_STEPS };
         let (mut most, mut before) = (0, 0);
         for step in 1..=steps {
             let taken = if stop.load(Ordering::Relaxed) { None } else { Some(simulation.step()) };
@@ -255,24 +293,21 @@ impl Trial {
                 break;
             }
         }
-        if about.solves > 0 {
+        if self.is_implicit() {
             findings.count(most, None);
         }
         let end = simulation.diagnostics();
-        findings.min_j = end.min_j;
+        findings.note_inversion(&end);
         if start.total > 0.0 {
             findings.energy_ratio = Some(end.total / start.total);
-        }
-        if findings.verdict == CaseVerdict::Pass && end.inverted.is_some_and(|n| n > 0) {
-            let n = end.inverted.unwrap_or(0);
-            findings.note(CaseVerdict::Flagged, format!("{n} elements are inverted after {steps} steps"));
         }
         findings.picture = Some(scenes::picture(simulation, &assembly.topology));
         findings
     }
 
-    /// Changes that would have worked, each alone: the nearest step, a material, a solver, a scheme.
-    fn advice(&self, stop: &Arc<AtomicBool>) -> Option<String> {
+    /// Changes that would have worked, each alone: the nearest step, a material, a solver, an implicit scheme
+    /// in steps of the scene, `scene_step` [s].
+    fn advice(&self, scene_step: f64, stop: &Arc<AtomicBool>) -> Option<String> {
         let works = |trial: &Trial| {
             let findings = trial.attempt(stop);
             let stood = !findings.notes.first().is_some_and(|note| note.starts_with("reported"));
@@ -290,7 +325,7 @@ impl Trial {
         if let Some((name, _)) = models.into_iter().find(survives) {
             advice.push(format!("the material {name}"));
         }
-        if self.integrator.method().documentation.solves > 0 {
+        if self.is_implicit() {
             use LinearSolver::{Cg, Cholesky, MatrixFree, Multigrid};
             let mut others = [Cholesky, Multigrid, Cg, MatrixFree].into_iter().filter(|s| *s != self.solver);
             if let Some(solver) = others.find(|solver| works(&Trial { solver: *solver, ..self.clone() })) {
@@ -301,6 +336,7 @@ impl Trial {
             let robust = Trial {
                 integrator: IntegratorSpec::ImplicitEuler,
                 solver: LinearSolver::Auto,
+                step: scene_step,
                 ..self.clone()
             };
             if works(&robust) {

@@ -206,15 +206,9 @@ pub(super) fn picture(simulation: &Simulation, topology: &Topology) -> Picture {
 /// Says what kind of state this is where it is not what it was at rest; nothing where it is at rest.
 pub(super) fn name_end(findings: &mut CaseResult, simulation: &mut Simulation, energy_density: f64) {
     let diagnostics = simulation.diagnostics();
+    findings.note_inversion(&diagnostics);
     let Some(min_j) = diagnostics.min_j else { return };
-    findings.min_j = Some(min_j);
-    let inverted = diagnostics.inverted.unwrap_or(0);
-    if inverted > 0 {
-        findings.note(
-            CaseVerdict::Flagged,
-            format!("inverted: {inverted} elements have J <= 0, the least {min_j:.3}"),
-        );
-    } else if energy_density > 1e-8 {
+    if diagnostics.inverted.unwrap_or(0) == 0 && energy_density > 1e-8 {
         let what = if min_j < 1e-3 { "collapsed" } else { "entangled" };
         findings.note(
             CaseVerdict::Flagged,

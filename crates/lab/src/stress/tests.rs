@@ -155,6 +155,46 @@ fn a_failure_is_told_the_nearest_stable_step_a_material_and_a_scheme() {
     assert!(findings.advice.unwrap().contains("the material stable-neo-hookean"));
 }
 
+// A step of one scheme is no trial of another: explicit ones go by their own limits, which softer and lighter
+// parts move.
+#[test]
+fn explicit_schemes_are_tried_in_steps_that_they_can_take() {
+    let text = BLOCK.replace("'velocity-verlet', step = 0.02", "'implicit-euler', step = 0.1");
+    let cases = scene(&text, &["implicit-euler", "velocity-verlet"], &[]);
+    let step_of = |integrator: &str, name: &str| {
+        let case = cases.iter().find(|case| case.name == name && case.integrator == integrator).unwrap();
+        let result = case.run();
+        assert_eq!(result.verdict, CaseVerdict::Pass, "{integrator}, {name}: {result:?}");
+        result.step_size.unwrap()
+    };
+    assert_eq!(step_of("implicit-euler", "as it is"), 0.1);
+    let verlet = pliant::integrator::IntegratorSpec::VelocityVerlet;
+    let limit = |text: &str| {
+        let scene = pliant_scene::Scene::from_toml(text).unwrap();
+        let limit = crate::stability::measure_limit(&scene, verlet, 1.0, &Default::default());
+        limit.unwrap().unwrap().predicted.unwrap()
+    };
+    let own = step_of("velocity-verlet", "as it is") / limit(&text);
+    assert!((0.5..1.0).contains(&own), "{own} of the limit");
+    // A million times the stiffness is a thousandth of the step.
+    let stiff = step_of("velocity-verlet", "stiffness ratio 1e6") / limit(&text);
+    assert!((stiff / own / 1e-3 - 1.0).abs() < 1e-2, "{stiff}");
+}
+
+// One definition in the table of starts and in a scene of a user: in motion, too.
+#[test]
+fn an_inverted_element_is_flagged_wherever_it_is() {
+    let text = BLOCK.replace("neo-hookean", "stvk").replace("step = 0.02", "step = 1e-4");
+    let of_scene = find(&scene(&text, &["implicit-euler"], &[]), "inverted").run();
+    let choice = CaseFilter { materials: vec!["stvk".into()], quick: true, ..rows(&["torture"]) };
+    let mut table = cases(&choice).into_iter();
+    let of_table = table.find(|case| case.name == "inverted" && case.integrator == "implicit-euler");
+    for result in [of_scene, of_table.unwrap().run()] {
+        assert!(result.min_j.unwrap() < 0.0 && result.verdict == CaseVerdict::Flagged, "{result:?}");
+        assert!(result.notes[0].starts_with("inverted: "), "{result:?}");
+    }
+}
+
 #[test]
 fn a_run_that_is_out_of_time_says_how_far_it_came() {
     let cases = scene(BLOCK, &["implicit-euler"], &[]);

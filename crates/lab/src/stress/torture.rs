@@ -258,8 +258,7 @@ impl TortureCell {
             findings.measure("gradient over E L^(d-1)", gradient / YOUNG, 1e-8);
         }
         if !is_static {
-            // In motion: what it looks like on the way is no end.
-            findings.min_j = diagnostics.min_j;
+            findings.note_inversion(&diagnostics);
             return findings;
         }
         scenes::name_end(&mut findings, simulation, diagnostics.elastic / YOUNG);

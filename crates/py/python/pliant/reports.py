@@ -64,11 +64,12 @@ class Study(Table):
         The runs that no other beats in error and time together: ``variant``, ``integrator``, ``dt``,
         ``error``, ``wall_min_s``.
     references : list of dict
-        What each variant is compared with: ``variant``, ``id``, ``how``, ``error``.
+        What each variant is compared with: ``variant``, ``id``, ``how``, ``error``, ``disagreement``: how far
+        a second scheme is from it, None where there is none.
     recommendations : dict of str to str
         What to write into the scene for the error that is allowed, as TOML, by what was varied of the scene
-        itself: ``path=value``, empty for the scene as it is. What only solves the same in another way is
-        compared.
+        itself: ``path=value``, empty for the scene as it is. Variants that have one reference are compared:
+        what only solves the same in another way.
     recommendation : str
         All of them, one below the other.
     provenance : dict of str to str
@@ -253,7 +254,8 @@ def study(
 
     Error stands against run time, beside a reference of known quality.
 
-    What is not given here is what the scene says under ``[study]``, or the usual.
+    Each error is an error in time, on this mesh. What is not given here is what the scene says under
+    ``[study]``, or the usual.
 
     Parameters
     ----------
@@ -300,7 +302,7 @@ def study(
     SceneError
         The scene, or a variant of it, cannot be simulated; it has no such scheme.
     ValueError
-        Nothing moves; an exact reference is asked for where none is known.
+        Nothing moves, or the scene is quasi-static; an exact reference is asked for where none is known.
     RuntimeError
         No reference was found in the time given.
     KeyboardInterrupt
@@ -379,7 +381,7 @@ class Stress(Table):
             "iterations",
             "bar",
         ]
-        names += ["min_j", "energy_ratio", "error", "tolerance", "seconds", "notes", "advice"]
+        names += ["step_size", "min_j", "energy_ratio", "error", "tolerance", "seconds", "notes", "advice"]
         flat = [{**case, "notes": "; ".join(case["notes"])} for case in cases]
         super().__init__(
             {name: [case[name] for case in flat] for name in names},
@@ -536,7 +538,8 @@ class StabilityMap:
     values : ndarray of float64, shape (v,)
         Of the rows: the factor of the stiffness, the density or gravity, or Poisson's ratio.
     predicted : ndarray of float64, shape (v,)
-        The limit of each row, linearised at its start [s]; infinite where any step is stable.
+        The limit of each row, linearised at its start [s]; infinite where any step is stable, 0 where none
+        is.
     status : ndarray of str, shape (v, s)
         What came of each step: ``"ok"``, ``"diverged"``, ``"unsolved"``.
     """
@@ -569,7 +572,7 @@ class Stability(Table):
 
     def __init__(self, found: dict[str, Any]) -> None:
         rows = [{**limit, **drift} for limit, drift in zip(found["limits"], found["energy_drift"])]
-        names = ["integrator", "predicted", "measured", "above", "grows_at_any_step", "trials"]
+        names = ["integrator", "predicted", "measured", "above", "doubles_at", "trials"]
         names += ["step", "status", "per_second", "amplitude"]
         columns = {name: [row[name] for row in rows] for name in names}
         columns["predicted"] = _limits(columns["predicted"])
@@ -685,7 +688,7 @@ def stability(
     SceneError
         The scene cannot be simulated; nothing in it can be varied so.
     ValueError
-        There is no such scheme.
+        There is no such scheme; the scene is quasi-static.
     KeyboardInterrupt
         Ctrl-C, between two schemes.
 

@@ -7,7 +7,7 @@ use pliant_lab::stress::{self, Case, CaseVerdict};
 use pliant_lab::study::page::{Look, Page, TableCell};
 
 use super::picture::{sheet, svg};
-use super::rows::{any_is_long, numbers, numbers_of_long, title};
+use super::rows::{any_is_long, numbers, numbers_of_long, scheme, title};
 use super::{Outcome, counts};
 use crate::failure::Failure;
 use crate::output;
@@ -61,7 +61,7 @@ fn row(result: &Outcome) -> Vec<TableCell> {
         cell(&case.dimension.to_string()),
         cell(&case.material),
         cell(&case.poisson.map_or_else(String::new, |nu| nu.to_string())),
-        cell(&case.integrator),
+        cell(&scheme(result)),
         cell(case.solver.name()),
         TableCell::new(&f.verdict.to_string().to_lowercase(), verdict),
     ];

@@ -31,6 +31,14 @@ pub(super) fn numbers(findings: &CaseResult) -> [String; 6] {
     ]
 }
 
+/// The scheme of a case, and of one of a scene the size of its steps.
+pub(super) fn scheme((case, findings): &Outcome) -> String {
+    match findings.step_size {
+        Some(step) => format!("{} at {} s", case.integrator, number(step)),
+        None => case.integrator.clone(),
+    }
+}
+
 /// Title of a case: its row and its name.
 pub(super) fn title(result: &Outcome) -> String {
     let (case, _) = result;
@@ -67,7 +75,7 @@ pub(super) fn describe(results: &[Outcome], is_scene: bool, width: usize) -> Str
             case.dimension.to_string(),
             case.material.clone(),
             case.poisson.map_or_else(String::new, |nu| nu.to_string()),
-            case.integrator.clone(),
+            scheme(result),
             case.solver.name().into(),
             f.verdict.to_string(),
         ];
@@ -90,7 +98,7 @@ pub(super) fn describe(results: &[Outcome], is_scene: bool, width: usize) -> Str
             title(result),
             case.dimension,
             case.material,
-            case.integrator,
+            scheme(result),
             case.solver.name(),
             f.notes.join("; "),
         );
@@ -183,6 +191,7 @@ pub(super) fn csv(results: &[Outcome]) -> String {
         "steps",
         "worst_step",
         "least_gap",
+        "step_size",
     ]);
     for (case, f) in results {
         let n = |x: Option<f64>| x.map_or_else(String::new, |x| format!("{x:?}"));
@@ -209,6 +218,7 @@ pub(super) fn csv(results: &[Outcome]) -> String {
             &c(f.steps),
             &c(f.worst_step),
             &n(f.least_gap),
+            &n(f.step_size),
         ]);
     }
     out

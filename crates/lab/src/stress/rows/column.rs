@@ -65,7 +65,7 @@ fn column(material: &str, push: f64) -> CaseResult {
     }
     findings.count(scenes::iterations(simulation), Some(500));
     let diagnostics = simulation.diagnostics();
-    findings.min_j = diagnostics.min_j;
+    findings.note_inversion(&diagnostics);
     let finite = simulation.state().x().iter().all(|x| x.is_finite());
     findings.demand(finite, || "the state is not finite".into());
     let gradient = scenes::gradient(simulation, None);

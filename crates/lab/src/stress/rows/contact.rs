@@ -216,7 +216,7 @@ fn run(
     findings.note(verdict, if verdict == CaseVerdict::Pass { told } else { format!("overload: {told}") });
     let diagnostics = simulation.diagnostics();
     findings.demand(diagnostics.total.is_finite(), || "the energy is not finite".into());
-    findings.min_j = diagnostics.min_j;
+    findings.note_inversion(&diagnostics);
     if solver.unsettled == 0 {
         check(simulation, &mut findings);
     }

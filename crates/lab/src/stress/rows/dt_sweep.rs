@@ -73,7 +73,7 @@ fn sweep(dimension: usize, integrator: &str, step: f64) -> CaseResult {
     findings.count(most, Some(BAR));
     let diagnostics = simulation.diagnostics();
     findings.demand(diagnostics.total.is_finite(), || "the energy is not finite".into());
-    findings.min_j = diagnostics.min_j;
+    findings.note_inversion(&diagnostics);
     findings.picture = Some(scenes::picture(simulation, &assembly.topology));
     findings
 }
@@ -94,7 +94,7 @@ fn to_rest(material: &str, tip: [f64; 2]) -> CaseResult {
         before = scenes::iterations(simulation);
     }
     findings.count(most, Some(BAR));
-    findings.min_j = simulation.diagnostics().min_j;
+    findings.note_inversion(&simulation.diagnostics());
     let x = simulation.positions();
     let n = x.len();
     let error = (x[n - 2] - rest[n - 2] - tip[0]).abs().max((x[n - 1] - rest[n - 1] - tip[1]).abs());

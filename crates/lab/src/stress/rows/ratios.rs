@@ -194,7 +194,7 @@ fn bar(ratio: f64, solver: &'static str) -> CaseResult {
             format!("{} Newton iterations, {usual} without the ratio", work.newton_iterations)
         });
     }
-    findings.min_j = assembly.simulation.diagnostics().min_j;
+    findings.note_inversion(&assembly.simulation.diagnostics());
     findings.picture = Some(scenes::picture(&assembly.simulation, &assembly.topology));
     findings
 }
@@ -263,7 +263,7 @@ fn joined() -> CaseResult {
         return findings;
     }
     findings.count(scenes::iterations(&assembly.simulation), None);
-    findings.min_j = assembly.simulation.diagnostics().min_j;
+    findings.note_inversion(&assembly.simulation.diagnostics());
     let x = assembly.simulation.positions();
     let moved: Vec<f64> = x.iter().zip(&rest).map(|(x, rest)| x - rest).collect();
     let n = moved.len();

@@ -58,7 +58,7 @@ fn release(dimension: usize, material: &str, integrator: &str) -> CaseResult {
     }
     findings.count(most, None);
     let diagnostics = simulation.diagnostics();
-    findings.min_j = diagnostics.min_j;
+    findings.note_inversion(&diagnostics);
     findings.energy_ratio = Some(diagnostics.total / start);
     findings.demand(diagnostics.total.is_finite(), || "the energy is not finite".into());
     if is_euler {

@@ -135,7 +135,7 @@ fn falling(dimension: usize, height: f64) -> CaseResult {
     }
     findings.count(most, Some(50));
     let diagnostics = simulation.diagnostics();
-    findings.min_j = diagnostics.min_j;
+    findings.note_inversion(&diagnostics);
     findings.demand(diagnostics.total.is_finite(), || "the energy is not finite".into());
     findings.picture = Some(scenes::picture(&simulation, &topology));
     findings

@@ -61,7 +61,7 @@ fn spin(integrator: &str, momentum: f64, energy: Option<f64>) -> CaseResult {
     }
     let end = simulation.diagnostics();
     findings.count(scenes::iterations(&simulation), None);
-    findings.min_j = end.min_j;
+    findings.note_inversion(&end);
     findings.energy_ratio = Some(end.total / start.total);
     let lost = end.angular_momentum[2] / start.angular_momentum[2] - 1.0;
     findings.note(CaseVerdict::Pass, format!("angular momentum changes by {lost:.3e}"));
