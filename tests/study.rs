@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, OnceLock};
 
 use pliant::integrator::IntegratorSpec;
-use pliant_lab::study::{Provenance, Results, Row, Study, StudyPlan, TimeGrid, WallClock};
+use pliant_lab::study::{Provenance, Results, Row, Study, StudyPlan, TimeGrid, WallClock, cheapest, fit};
 use pliant_scene::Source;
 use tempfile::TempDir;
 
@@ -175,6 +175,90 @@ fn cells(line: &str) -> Vec<String> {
     }
     cells.push(cell);
     cells
+}
+
+/// The committed rows as a study has them.
+fn committed_rows() -> Vec<Row> {
+    const TEXTS: [&str; 16] = [
+        "case",
+        "commit",
+        "host",
+        "cpu",
+        "rustc",
+        "flags",
+        "precision",
+        "element",
+        "material",
+        "mass",
+        "integrator",
+        "lin_solver",
+        "ref_id",
+        "status",
+        "variant",
+        "message",
+    ];
+    let value = |(name, cell): (String, String)| {
+        let value = match &cell[..] {
+            "" if name != "material" && name != "variant" => serde_json::Value::Null,
+            text if TEXTS.contains(&&name[..]) => text.into(),
+            number => serde_json::from_str(number).unwrap(),
+        };
+        (name, value)
+    };
+    let row = |cells: HashMap<String, String>| {
+        serde_json::from_value(serde_json::Value::Object(cells.into_iter().map(value).collect())).unwrap()
+    };
+    committed().into_iter().map(row).collect()
+}
+
+/// What the guide to integrators prints of the report: the fastest at each error, and an order that stiffness
+/// reduces.
+fn fastest_of_the_report() -> String {
+    let rows = committed_rows();
+    let mut problems: Vec<[&str; 2]> = vec![];
+    for row in &rows {
+        let problem = [row.case.as_str(), row.material.as_str()];
+        if !problems.contains(&problem) {
+            problems.push(problem);
+        }
+    }
+    let implicit = |name: &str| spec(name.trim_end_matches(" (adaptive)")).method().documentation.solves > 0;
+    let mut out = String::from("| problem | coordinates | 10 % | 1 % | 0.1 % | 0.01 % | 1e-6 | 1e-8 |\n");
+    out += "|---|--:|---|---|---|---|---|---|\n";
+    let (mut explicit, mut all) = (0, 0);
+    for [case, material] in problems {
+        let of = || rows.iter().filter(move |row| row.case == case && row.material == material);
+        let name = if material.is_empty() { case.to_owned() } else { format!("{case}, {material}") };
+        out += &format!("| {name} | {} |", of().next().unwrap().ndof);
+        for error in [1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8] {
+            out += &match cheapest(of(), error).map(|row| row.integrator.as_str()) {
+                Some(name) if implicit(name) => format!(" **{name}** |"),
+                Some(name) => format!(" {name} |"),
+                None => " - |".to_owned(),
+            };
+            all += usize::from(cheapest(of(), error).is_some());
+            explicit += usize::from(cheapest(of(), error).is_some_and(|row| !implicit(&row.integrator)));
+        }
+        out.push('\n');
+    }
+    out +=
+        &format!("\nAn explicit integrator is the fastest in {explicit} of {all} entries, in bold are the");
+    let order = |case: &str| {
+        let of = rows.iter().filter(|row| row.case == case && row.integrator == "radau-iia3");
+        format!("{:.1} on `{case}`", fit(of).unwrap())
+    };
+    let [beam, chain, pendulum] = ["stiff_beam", "stiff_chain", "stiff_pendulum"].map(order);
+    out + &format!(
+        " others.\nThe observed order of `radau-iia3`, 5 in theory, is {beam}, {chain},\n{pendulum}.\n"
+    )
+}
+
+// The guide advises by what was measured: its table is the committed report's.
+#[test]
+fn the_guide_to_integrators_says_what_the_report_measured() {
+    let page = std::fs::read_to_string(root().join("docs/guide/how-to/integrator.md")).unwrap();
+    let measured = fastest_of_the_report();
+    assert!(page.contains(&measured), "integrator.md has to say:\n{measured}");
 }
 
 /// How much a row may cost to be computed again: evaluations of the force and, ten times as much each,
