@@ -47,6 +47,7 @@ pub(super) fn reference(search: &mut ReferenceSearch<'_, '_>) -> Result<Referenc
     let implicit = if touches.is_some() { IntegratorSpec::Sdirk4 } else { IntegratorSpec::Gauss2 };
     let explicit = if damped { IntegratorSpec::Rk4 } else { IntegratorSpec::Yoshida4 };
     let (mut found, mut reached): (Vec<SchemeResult>, Vec<String>) = (vec![], vec![]);
+    let mut absent = "";
     for (spec, until) in [(explicit, 0.5), (implicit, 1.0)] {
         let scheme = Contender::from(spec);
         let symmetric = spec != IntegratorSpec::Rk4 && !damped && touches.is_none();
@@ -57,7 +58,10 @@ pub(super) fn reference(search: &mut ReferenceSearch<'_, '_>) -> Result<Referenc
         }
         match extrapolate(search, scheme, symmetric, deadlines)? {
             Ok(scheme) => found.push(scheme),
-            Err(how_far) => reached.push(how_far),
+            Err(how_far) => {
+                reached.push(how_far);
+                absent = scheme.name();
+            }
         }
     }
     found.sort_by(|a, b| a.error.total_cmp(&b.error));
@@ -67,16 +71,21 @@ pub(super) fn reference(search: &mut ReferenceSearch<'_, '_>) -> Result<Referenc
         return Err(StudyError::NoReference { seconds, reached: reached.join("; ") });
     };
     let disagreement = other.as_ref().map(|other| distance(search, &other.trajectory, &best.trajectory));
-    let (error, confirmation) = confirmed(&best, other.as_ref().zip(disagreement));
+    let (error, confirmation) = confirmed(&best, other.as_ref().zip(disagreement).ok_or(absent));
     let how = format!("computed: {} in up to {} steps, extrapolated; {confirmation}", best.name, best.steps);
     let id = format!("{}-extrapolated", best.name);
     Ok(Reference { id, how, error, disagreement, trajectory: best.trajectory })
 }
 
-/// The error of a solution whose second opinion is so far away, and what that says about it.
-fn confirmed(best: &SchemeResult, other: Option<(&SchemeResult, f64)>) -> (f64, String) {
-    let Some((other, distance)) = other else {
-        return (best.error, "no second scheme confirms it".to_owned());
+/// The error of a solution whose second opinion is so far away, and what that says about it; the other is the
+/// name of a scheme that has none.
+fn confirmed(best: &SchemeResult, other: Result<(&SchemeResult, f64), &str>) -> (f64, String) {
+    let (other, distance) = match other {
+        Ok(other) => other,
+        Err(name) => {
+            let none = format!("no second scheme confirms it, {name} did not come to its end in time");
+            return (best.error, none);
+        }
     };
     if distance > AGREEMENT {
         let away = format!("no two schemes agree, {} is {distance:.0e} of the motion away", other.name);
@@ -238,14 +247,14 @@ mod tests {
     #[test]
     fn a_reference_is_confirmed_by_a_scheme_that_agrees_alone() {
         let best = solution("rk4", 4e-3);
-        let (error, how) = confirmed(&best, Some((&solution("sdirk4", 0.5), 1.2)));
+        let (error, how) = confirmed(&best, Ok((&solution("sdirk4", 0.5), 1.2)));
         assert!(error == 1.2 && how.starts_with("no two schemes agree"), "{error} {how}");
-        let (error, how) = confirmed(&best, Some((&solution("sdirk4", 5e-3), 8e-3)));
+        let (error, how) = confirmed(&best, Ok((&solution("sdirk4", 5e-3), 8e-3)));
         assert!(error == 4e-3 && how == "sdirk4 agrees to 8e-3", "{error} {how}");
         // Both are sure of themselves, and one of them is wrong.
-        let (error, how) = confirmed(&solution("rk4", 1e-9), Some((&solution("sdirk4", 1e-9), 1e-6)));
+        let (error, how) = confirmed(&solution("rk4", 1e-9), Ok((&solution("sdirk4", 1e-9), 1e-6)));
         assert!(error == 1e-6 && how == "sdirk4 agrees to 1e-6", "{error} {how}");
-        let (error, how) = confirmed(&best, None);
-        assert!(error == 4e-3 && how == "no second scheme confirms it", "{error} {how}");
+        let (error, how) = confirmed(&best, Err("sdirk4"));
+        assert!(error == 4e-3 && how.starts_with("no second scheme confirms it, sdirk4"), "{error} {how}");
     }
 }
