@@ -79,7 +79,8 @@ fn what_slides_follows_the_recursion_of_a_rigid_particle() {
 }
 
 /// Friction acts in the step in which something lands, where nothing touched before: what the floor takes
-/// from the speed along it is `mu` times what it takes from the fall, in that step and in all others.
+/// from the speed along it is `mu` times what it takes from the fall, in that step and in all others. The
+/// balance has the work of that force, along the way of each step.
 #[test]
 fn what_lands_is_rubbed_in_the_same_step() {
     let (h, mu) = (0.01, 0.3);
@@ -91,17 +92,45 @@ fn what_lands_is_rubbed_in_the_same_step() {
         ..on_incline(mu)
     };
     let mut simulation = falls.simulation(&IntegratorSpec::ImplicitEuler, h);
-    let mut pushed = 0;
+    let (mut pushed, mut work) = (0, 0.0);
     for step in 0..20 {
-        let before = simulation.state().v().to_vec();
+        let (before, x) = (simulation.state().v().to_vec(), simulation.state().x()[0]);
         super::advance(&mut simulation, 1);
         let v = simulation.state().v();
+        work += falls.mass / h * (before[0] - v[0]) * (simulation.state().x()[0] - x);
         let normal = v[1] - before[1] + 9.81 * h;
         let along = before[0] - v[0];
         assert!((along - mu * normal).abs() < 1e-10, "step {step}: {along} m/s for {normal} m/s");
         pushed += usize::from(normal > 0.1);
     }
     assert!(pushed > 0, "it did not land");
+    let counted = simulation.diagnostics().balance.and_then(|balance| balance.friction).unwrap();
+    assert!((counted - work).abs() < 1e-9 * work, "{counted} J, not {work} J");
+}
+
+/// What slides from the start on has lost `mu m g` times its way to friction, in steps of any size: what the
+/// scheme takes beside that is not friction.
+#[test]
+fn friction_takes_its_force_times_the_way() {
+    for h in [0.05, 0.02, 0.01] {
+        let slides = FallingParticle {
+            stiffness: 1e5,
+            gravity: [0.0, -9.81],
+            velocity: [2.3, 0.0],
+            ..on_incline(0.45)
+        };
+        let mut settled = FallingParticle { friction: 0.0, velocity: [0.0; 2], ..slides }
+            .simulation(&IntegratorSpec::QuasiStatic, 0.1);
+        super::advance(&mut settled, 1);
+        let mut simulation = FallingParticle { height: settled.state().x()[1], ..slides }
+            .simulation(&IntegratorSpec::ImplicitEuler, h);
+        let start = simulation.state().x()[0];
+        super::advance(&mut simulation, (0.4 / h) as usize);
+        let (work, end) = (simulation.diagnostics().balance.unwrap().friction.unwrap(), simulation.state());
+        assert!(end.v()[0] > 0.1, "it still slides");
+        let expected = 0.45 * 9.81 * (end.x()[0] - start);
+        assert!((work - expected).abs() < 1e-6 * expected, "h = {h}: {work} J, not {expected} J");
+    }
 }
 
 /// A block that slides to rest, from the equilibrium in which the floor carries it. Coulomb's way is `v^2 /

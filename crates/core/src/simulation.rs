@@ -324,7 +324,8 @@ impl Simulation {
         let (system, state) = (&mut self.system, &self.state);
         if self.opens_ledger {
             self.opens_ledger = false;
-            let ledger = EnergyLedger::new(system, self.counts_losses, state.x(), state.v());
+            let counted = (self.counts_losses, self.method.is_backward_euler());
+            let ledger = EnergyLedger::new(system, counted, state.x(), state.v());
             let time = system.load_factor().unwrap_or(state.time);
             self.ledger = match self.method.is_static() {
                 true => ledger.map(|ledger| ledger.between_equilibria(system, time, state.x())),

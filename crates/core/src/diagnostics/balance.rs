@@ -29,7 +29,8 @@ pub struct Balance {
     /// Taken out by damping: the integral of `v . dR/dv`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub damping: Option<f64>,
-    /// Taken out by friction of surfaces that touch: the integral of `v . dR/dv` of friction alone.
+    /// Taken out by friction of surfaces that touch: the integral of `v . dR/dv` of friction alone; in steps
+    /// of backward Euler, whose force is that at the end, `(x_(n+1) - x_n) . dR/dv`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub friction: Option<f64>,
     /// Taken out by walls: the energy with which vertices arrive at a wall, in the motion that it ends.

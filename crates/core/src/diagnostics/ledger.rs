@@ -1,6 +1,7 @@
 //! Keeps the balance of energy beside the steps.
 
 mod equilibrium;
+mod friction;
 
 use super::Balance;
 use super::integral::Integral;
@@ -9,6 +10,7 @@ use crate::system::{
     ForceId, PowerSelection, Powers, System, WallLoss, feeds, is_changing_gravity, power_of_motion,
 };
 use equilibrium::Equilibrium;
+use friction::StepFriction;
 
 /// Keeps a [`Balance`].
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -22,6 +24,9 @@ pub(crate) struct EnergyLedger {
     damping: Option<Integral>,
     #[serde(default)]
     friction: Option<Integral>,
+    /// Friction of a scheme that has one force in a step; its power is then in no integral.
+    #[serde(default)]
+    of_steps: Option<StepFriction>,
     walls: Option<Walls>,
     looked: PowerSelection,
     /// The last state of a quasi-static run.
@@ -46,8 +51,14 @@ struct Walls {
 
 impl EnergyLedger {
     /// A ledger for `system`, which holds the force at `x`, at its beginning, with what is lost where
-    /// `losses` are asked for; `None` where nothing would be written into it.
-    pub(crate) fn new(system: &mut System, losses: bool, x: &[f64], v: &[f64]) -> Option<Self> {
+    /// `losses` are asked for; `None` where nothing would be written into it. `backward` is true if the
+    /// scheme has one force in a step, that at its end.
+    pub(crate) fn new(
+        system: &mut System,
+        (losses, backward): (bool, bool),
+        x: &[f64],
+        v: &[f64],
+    ) -> Option<Self> {
         let any = |system: &System, asked: fn(&dyn EnergyTerm) -> bool| {
             system.terms().iter().any(|term| asked(term.as_ref()))
         };
@@ -61,10 +72,12 @@ impl EnergyLedger {
         if !(looked.loads || looked.gravity || walls || drags || damped || rubs || moves) {
             return None;
         }
+        let of_steps = (backward && dissipates(true)).then(|| StepFriction::from(x));
         system.books_mut().count_walls(walls);
         let motion = moves.then(|| {
             let (power, kinetic) = power_of_motion(system, x, v);
-            MotionEnergy { power: Integral::new(power), kinetic, less: kinetic }
+            let rubbed = of_steps.as_ref().map_or(0.0, |_| friction::power_of_motion(system, x, v));
+            MotionEnergy { power: Integral::new(power - rubbed), kinetic, less: kinetic }
         });
         let flows = Powers::of(system, looked, x, v);
         Some(EnergyLedger {
@@ -75,6 +88,7 @@ impl EnergyLedger {
             ether_drag: drags.then(|| Integral::new(flows.ether_drag)),
             damping: damped.then(|| Integral::new(flows.damping)),
             friction: rubs.then(|| Integral::new(flows.friction)),
+            of_steps,
             walls: walls.then(Walls::default),
             looked,
             equilibrium: None,
@@ -94,9 +108,19 @@ impl EnergyLedger {
     /// Goes on by a step of `h` [s] to the state `x`, `v`, at whose positions `system` holds the force.
     pub(crate) fn advance(&mut self, system: &mut System, h: f64, x: &[f64], v: &[f64]) {
         let wall_loss = system.books_mut().take_wall_loss();
+        let rubbed = self.of_steps.as_mut().map(|of_steps| of_steps.advance(system, h, x));
+        if let (Some(friction), Some(rubbed)) = (&mut self.friction, &rubbed) {
+            friction.add(rubbed.lost);
+        }
         if let Some(own) = &mut self.motion {
-            let (power, kinetic) = power_of_motion(system, x, v);
-            own.power.advance(h, wall_loss.map_or(power, |loss| loss.motion));
+            let (mut power, kinetic) = power_of_motion(system, x, v);
+            let mut before = wall_loss.map_or(power, |loss| loss.motion);
+            if let Some(rubbed) = &rubbed {
+                own.power.add(rubbed.by_motion);
+                let now = friction::power_of_motion(system, x, v);
+                (power, before) = (power - now, before - now);
+            }
+            own.power.advance(h, before);
             if wall_loss.is_some() {
                 own.power.jump(power);
             }
@@ -144,7 +168,10 @@ impl EnergyLedger {
     /// Goes on from the same state after some of what was held has been let go.
     pub(crate) fn release(&mut self, system: &mut System, x: &[f64], v: &[f64]) {
         if let Some(own) = &mut self.motion {
-            let (power, kinetic) = power_of_motion(system, x, v);
+            let (mut power, kinetic) = power_of_motion(system, x, v);
+            if self.of_steps.is_some() {
+                power -= friction::power_of_motion(system, x, v);
+            }
             let kinetic = if self.equilibrium.is_some() { 0.0 } else { kinetic };
             // What flies on takes its energy along.
             own.less -= own.kinetic - kinetic;
@@ -156,11 +183,13 @@ impl EnergyLedger {
         self.each(flows, Integral::jump);
     }
 
-    /// Each integral there is, with its part of `flows`.
+    /// Visits each integral there is with its part of `flows`; friction of steps is in none.
     fn each(&mut self, flows: Powers, mut go: impl FnMut(&mut Integral, f64)) {
-        let EnergyLedger { loads, gravity, ether_drag, damping, friction, .. } = self;
-        let rates = [flows.loads, flows.gravity, flows.ether_drag, flows.damping, flows.friction];
-        for (integral, rate) in [loads, gravity, ether_drag, damping, friction].into_iter().zip(rates) {
+        let EnergyLedger { loads, gravity, ether_drag, damping, friction, of_steps, .. } = self;
+        let friction = friction.as_mut().filter(|_| of_steps.is_none());
+        let rates = [flows.loads, flows.gravity, flows.ether_drag, flows.damping];
+        let integrals = [loads, gravity, ether_drag, damping].map(Option::as_mut);
+        for (integral, rate) in integrals.into_iter().zip(rates).chain([(friction, flows.friction)]) {
             if let Some(integral) = integral {
                 go(integral, rate);
             }

@@ -211,6 +211,14 @@ impl Method {
         }
     }
 
+    /// True if a step has one force, that at its end, and ends at `x_(n+1) = x_n + h v_(n+1)`.
+    pub fn is_backward_euler(&self) -> bool {
+        match self.scheme {
+            Scheme::Dirk(tableau) => tableau.a.len() == 1 && tableau.is_stiffly_accurate(),
+            _ => false,
+        }
+    }
+
     /// True if contact holds in its steps: they end at minima, on the way to which nothing is passed through.
     pub fn holds_contact(&self) -> bool {
         self.ends_at_solution() && !matches!(self.scheme, Scheme::Collocation(_))
