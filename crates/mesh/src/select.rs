@@ -3,6 +3,7 @@
 use super::build::{finite, vector};
 use super::{Mesh, MeshError};
 use crate::spec::{BoxSelection, HalfSpace, Selection};
+use pliant::algebra::direction;
 
 /// A vertex this fraction of the body's diagonal outside a box or half-space is inside.
 const TOLERANCE: f64 = 1e-9;
@@ -72,12 +73,9 @@ fn inside_box(mesh: &Mesh, selection: &BoxSelection) -> Result<Vec<u32>, MeshErr
 fn below(mesh: &Mesh, wall: &HalfSpace) -> Result<Vec<u32>, MeshError> {
     vector("normal", &wall.normal, mesh.dimension)?;
     finite("offset", wall.offset)?;
-    let length = wall.normal.iter().fold(0.0_f64, |sum, n| sum.hypot(*n));
-    if length == 0.0 {
-        return Err(MeshError::ZeroNormal);
-    }
+    let normal = direction(&wall.normal).ok_or(MeshError::ZeroNormal)?;
     let bound = wall.offset + TOLERANCE * mesh.diagonal();
-    let height = |x: &[f64]| x.iter().zip(&wall.normal).map(|(x, n)| x * (n / length)).sum::<f64>();
+    let height = |x: &[f64]| x.iter().zip(&normal).map(|(x, n)| x * n).sum::<f64>();
     Ok(filter(mesh, |x| height(x) <= bound))
 }
 
@@ -148,7 +146,10 @@ mod tests {
         assert_eq!(half_space(&[-1.0, 0.0], -0.1).unwrap(), [2, 3, 4, 5]);
         assert_eq!(half_space(&[1.0, 0.0], 0.1 - 2.2e-10).unwrap(), [0, 1, 2, 3]);
         assert_eq!(half_space(&[1.0, 0.0], 0.1 - 2.3e-10).unwrap(), [0, 1]);
-        assert_eq!(half_space(&[3.0, 3.0], 0.1 / 2.0_f64.sqrt()).unwrap(), [0, 1, 2]);
+        for size in [f64::from_bits(1), 1e-300, 3.0, 1e300, f64::MAX] {
+            let found = half_space(&[size, size], 0.1 / 2.0_f64.sqrt()).unwrap();
+            assert_eq!(found, [0, 1, 2], "{size:e}");
+        }
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use super::build::{finite, vector};
 use super::{Mesh, MeshError, turn};
 use crate::spec::{RotateSpec, TransformSpec};
+use pliant::algebra::direction;
 use pliant::value::OneOrMany;
 
 /// Moves every vertex to `centre + R S (X - centre) + translate`: scaled along the axes first, then rotated,
@@ -61,14 +62,7 @@ fn rotation(spec: &RotateSpec, dimension: usize) -> Result<[[f64; 3]; 3], MeshEr
         (Some(axis), _) => axis.clone(),
     };
     vector("axis", &axis, 3)?;
-    let largest = axis.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
-    if largest == 0.0 {
-        return Err(MeshError::Zero { field: "axis" });
-    }
-    // Divided first: squares of very long or short axes leave the range of numbers.
-    let scaled = [axis[0] / largest, axis[1] / largest, axis[2] / largest];
-    let length = scaled.iter().map(|x| x * x).sum::<f64>().sqrt();
-    let a = scaled.map(|x| x / length);
+    let a = direction(&axis).ok_or(MeshError::Zero { field: "axis" })?;
     let [c, s] = turn::of_angle(spec.angle);
     let cross = [[0.0, -a[2], a[1]], [a[2], 0.0, -a[0]], [-a[1], a[0], 0.0]];
     let mut rows = [[0.0; 3]; 3];

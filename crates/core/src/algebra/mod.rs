@@ -22,7 +22,7 @@ pub use polar::{rotation, rotation_by_svd};
 pub(crate) use projection::{PackedMatrix, project_positive, project_positive_packed};
 pub use svd::{Svd, signed_svd};
 pub(crate) use vector::all_finite;
-pub use vector::{centre, scene_size, unit};
+pub use vector::{centre, direction, scene_size, unit};
 pub use views::{columns, columns_mut};
 
 #[cfg(test)]

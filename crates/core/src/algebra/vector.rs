@@ -22,6 +22,15 @@ pub fn unit<S: Scalar, const D: usize>(vector: &Vect<S, D>) -> (Vect<S, D>, S) {
     (scaled.map(|component| component / length), largest * length)
 }
 
+/// The unit vector along two or three components of any size, the third 0 in 2D; `None` of zero, and where a
+/// component is not finite.
+pub fn direction(components: &[f64]) -> Option<[f64; 3]> {
+    let mut vector = [0.0; 3];
+    vector.iter_mut().zip(components).for_each(|(own, component)| *own = *component);
+    let (along, _) = unit(&vector);
+    along.iter().all(|component| component.is_finite()).then_some(along)
+}
+
 /// True if all are finite; a sum instead of a test for each, so that it vectorises.
 pub(crate) fn all_finite(values: &[f64]) -> bool {
     let mut sums = [0.0; 8];
@@ -87,5 +96,18 @@ mod tests {
             assert!((length / size - 5.0).abs() < 1e-14, "{length}");
         }
         assert!(unit(&[0.0; 3]).0.iter().all(|component| component.is_nan()));
+    }
+
+    #[test]
+    fn directions_are_those_of_vectors_of_any_size() {
+        let smallest = f64::from_bits(1);
+        for size in [smallest, 1e-310, 1e-300, 1.0, 1e300, 0.25 * f64::MAX] {
+            let along = direction(&[3.0 * size, -4.0 * size]).unwrap();
+            let [x, y, z] = along;
+            assert!((x - 0.6).abs() < 1e-13 && (y + 0.8).abs() < 1e-13 && z == 0.0, "{size:e}: {along:?}");
+        }
+        for none in [[0.0; 3], [f64::NAN, 1.0, 0.0], [f64::INFINITY, 1.0, 0.0]] {
+            assert_eq!(direction(&none), None, "{none:?}");
+        }
     }
 }

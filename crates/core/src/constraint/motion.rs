@@ -5,6 +5,7 @@ use std::fmt;
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::Waypoint;
+use crate::algebra::unit;
 
 /// A vector that changes with time: its value and its rate at the time `t` [s].
 pub type Path = Box<dyn Fn(f64) -> ([f64; 3], [f64; 3]) + Send + Sync>;
@@ -44,9 +45,9 @@ impl Rotation {
         axis: [f64; 3],
         angle: impl Fn(f64) -> (f64, f64) + Send + Sync + 'static,
     ) -> Self {
-        let length = dot(axis, axis).sqrt();
+        let (axis, length) = unit(&axis);
         assert!(length > 0.0, "an axis has a direction");
-        Rotation { point, axis: axis.map(|a| a / length), angle: Box::new(angle) }
+        Rotation { point, axis, angle: Box::new(angle) }
     }
 
     /// The point that stays [m].

@@ -1,5 +1,6 @@
 //! A rigid half-space.
 use super::motion::cross;
+use crate::algebra::direction;
 use crate::lanes::{Kernel, Lanes, WIDTH, dispatch};
 use crate::scalar::{Compared, Mask};
 
@@ -27,12 +28,13 @@ impl Wall {
     /// unit normal.
     ///
     /// # Panics
-    /// If the normal is zero or has not two or three components; scenes are checked before.
+    /// If the normal is zero or not finite, or has not two or three components; scenes are checked before.
     pub fn new(normal: &[f64], offset: f64) -> Self {
         assert!(matches!(normal.len(), 2 | 3), "a wall is in two or three dimensions");
-        let length = normal.iter().map(|c| c * c).sum::<f64>().sqrt();
-        assert!(length > 0.0, "a wall has a direction");
-        Wall { normal: normal.iter().map(|c| c / length).collect(), offset }
+        let unit = direction(normal);
+        assert!(unit.is_some(), "a wall has a direction");
+        let unit = unit.into_iter().flatten().take(normal.len());
+        Wall { normal: unit.collect(), offset }
     }
 
     /// Unit normal, out of the wall.
@@ -230,6 +232,15 @@ mod tests {
         let (mut x, mut v) = (vec![-1.0, -1.0], vec![-2.0, 0.0]);
         assert!(!Wall::new(&[1.0, 0.0], 0.0).apply(&[0.0, 1.0], &mut x, &mut v, |_, _| {}));
         assert_eq!((x, v), (vec![-1.0, -1.0], vec![-2.0, 0.0]));
+    }
+
+    #[test]
+    fn a_normal_may_be_of_any_size() {
+        for size in [f64::from_bits(1), 1e-300, 1e-163, 1e155, 1e300] {
+            let wall = Wall::new(&[0.0, -size], 1.0);
+            assert_eq!((wall.normal(), wall.depth(&[0.0, -3.0])), (&[0.0, -1.0][..], -2.0), "{size:e}");
+            assert_eq!(Wall::new(&[size, 0.0, 0.0], 1.0).foot(), [1.0, 0.0, 0.0], "{size:e}");
+        }
     }
 
     // lecture 21: vertices are looked at eight at a time, and one that is lost hides no other.

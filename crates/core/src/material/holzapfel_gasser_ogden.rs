@@ -6,7 +6,7 @@ use super::barrier::{admissible, infinite_outside};
 use super::parameters::check_positive;
 use super::spectrum::out_of_plane;
 use super::{Domain, Lame, Material, MaterialDescription, Model, ParameterError, Parameters};
-use crate::algebra::Mat;
+use crate::algebra::{Mat, direction};
 use crate::scalar::Scalar;
 use crate::value::{Angle, As, KeyRange, Pressure};
 
@@ -179,21 +179,8 @@ impl DispersedFibres {
 
     /// Unit vectors of the families.
     fn directions(&self) -> Vec<[f64; 3]> {
-        let unit = |fibre: &Vec<f64>| {
-            let length = length_of(fibre);
-            let mut unit = [0.0; 3];
-            for (unit, x) in unit.iter_mut().zip(fibre) {
-                *unit = x / length;
-            }
-            unit
-        };
-        self.fibres.iter().map(unit).collect()
+        self.fibres.iter().filter_map(|fibre| direction(fibre)).collect()
     }
-}
-
-/// Length of a direction.
-fn length_of(fibre: &[f64]) -> f64 {
-    fibre.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
 impl Parameters for DispersedFibres {
@@ -218,8 +205,8 @@ impl Parameters for DispersedFibres {
                 let problem = "is the number of components: a direction has two or three";
                 return Err(ParameterError::new("fibres", fibre.len() as f64, problem).at(index));
             }
-            let length = length_of(fibre);
-            if !(length.is_finite() && length > 0.0) {
+            if direction(fibre).is_none() {
+                let length = fibre.iter().map(|x| x.abs()).sum();
                 let problem = "is the length of the direction, which must be finite and not zero";
                 return Err(ParameterError::new("fibres", length, problem).at(index));
             }

@@ -2,6 +2,7 @@
 
 use super::ModesError;
 use super::eigen::Eigen;
+use crate::algebra::direction;
 use crate::simulation::Simulation;
 
 /// A blow, and where it is heard.
@@ -135,11 +136,11 @@ fn sound<const D: usize>(
     strike: &Strike,
     sample_rate: f64,
 ) -> Result<Sound, SoundError> {
-    let length = strike.direction.iter().map(|c| c * c).sum::<f64>().sqrt();
-    if strike.direction.len() != D || !(length > 0.0 && length.is_finite()) {
-        return Err(SoundError::Direction { found: strike.direction.len(), expected: D, length });
-    }
-    let normal: Vec<f64> = strike.direction.iter().map(|c| c / length).collect();
+    let found = strike.direction.len();
+    let Some(normal) = direction(&strike.direction).filter(|_| found == D) else {
+        let length = strike.direction.iter().map(|c| c.abs()).sum();
+        return Err(SoundError::Direction { found, expected: D, length });
+    };
     let place = |vertex: usize| {
         let vertices = simulation.system().mass().len();
         if vertex >= vertices {

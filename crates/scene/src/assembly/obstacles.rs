@@ -6,6 +6,7 @@ use crate::schema::{
     Body, BoxSelection, GridSpec, InlineSpec, MassSpec, MeshSpec, ObstacleShape, ObstacleSpec, OneOrMany,
     Pin, Scene, SphereSpec,
 };
+use pliant::algebra::unit;
 use pliant::constraint::Wall;
 
 /// Corners of the polygon that a disk is drawn as, and of round ends.
@@ -105,9 +106,7 @@ fn beyond(p: [f64; 3], s: f64, u: [f64; 3]) -> [f64; 3] {
 
 /// Unit vector from `a` to `b`.
 fn direction(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    let way = beyond(b, -1.0, a);
-    let length = way.iter().map(|c| c * c).sum::<f64>().sqrt();
-    way.map(|c| c / length)
+    unit(&beyond(b, -1.0, a)).0
 }
 
 /// Strip with round ends, its axis last.

@@ -5,6 +5,7 @@ use super::shapes;
 use crate::error::Problem;
 use crate::key_path::KeyPath;
 use crate::schema::{ClothSpec, DiskSpec, FileSpec, GridSpec, InlineSpec, MeshSpec, StrandSpec};
+use pliant::algebra::direction;
 use pliant_mesh::spec::{SurfaceSpec, WholeCell};
 
 /// Vertex indices are 32 bits wide.
@@ -142,15 +143,9 @@ fn cloth(check: &mut Checker, path: &KeyPath, cloth: &ClothSpec) {
 /// Of the angle from `u` to `v`: signed in 2D, not negative in 3D.
 fn sine_of_angle(u: &[f64], v: &[f64]) -> f64 {
     // By unit vectors: squares of very long or short sides leave the range of numbers.
-    let unit = |w: &[f64]| {
-        let largest = w.iter().fold(0.0_f64, |m, c| m.max(c.abs()));
-        let scaled: Vec<f64> = w.iter().map(|c| c / largest).collect();
-        let length = scaled.iter().map(|c| c * c).sum::<f64>().sqrt();
-        scaled.into_iter().map(|c| c / length).collect::<Vec<f64>>()
-    };
-    let (a, b) = (unit(u), unit(v));
+    let [a, b] = [u, v].map(|side| direction(side).unwrap_or([f64::NAN; 3]));
     let cross = |i: usize, j: usize| a[i] * b[j] - a[j] * b[i];
-    match a.len() {
+    match u.len() {
         2 => cross(0, 1),
         _ => (cross(1, 2).powi(2) + cross(2, 0).powi(2) + cross(0, 1).powi(2)).sqrt(),
     }

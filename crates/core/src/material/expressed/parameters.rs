@@ -9,6 +9,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 use super::ExpressedEnergy;
 use super::measures::{Compiled, FormulaSource, NAMES};
+use crate::algebra::direction;
 use crate::expression::{ExpressionError, signatures};
 use crate::material::{Lame, ParameterError, Parameters};
 use crate::value::{As, EnergyParameter};
@@ -211,19 +212,15 @@ fn compile(
     }
     let mut units = Vec::new();
     for (index, fibre) in fibres.iter().enumerate() {
-        let mut unit = [0.0; 3];
-        let length = fibre.iter().map(|x| x * x).sum::<f64>().sqrt();
         if !(2..=3).contains(&fibre.len()) {
             let problem = "is the number of components: a direction has two or three".to_owned();
             return Err(ParameterError::new("fibres", fibre.len() as f64, problem).at(index).into());
         }
-        if !(length.is_finite() && length > 0.0) {
+        let Some(unit) = direction(fibre) else {
+            let length = fibre.iter().map(|x| x.abs()).sum();
             let problem = "is the length of the direction, which must be finite and not zero".to_owned();
             return Err(ParameterError::new("fibres", length, problem).at(index).into());
-        }
-        for (unit, x) in unit.iter_mut().zip(fibre) {
-            *unit = x / length;
-        }
+        };
         units.push(unit);
     }
     let names: Vec<&str> = parameters.keys().map(String::as_str).collect();
