@@ -50,7 +50,7 @@ fn a_refused_file_is_mended_by_the_keys_that_the_messages_name() {
     for (key, fault) in [
         ("drop_degenerate = true", "tetrahedron 3 uses vertex 5 more than once"),
         ("orient = true", "tetrahedron 0 is inverted"),
-        ("drop_unused = true", "1 vertices belong to no element and no edge, the first is vertex 0"),
+        ("drop_unused = true", "1 vertex belongs to no element and no edge, the first is vertex 0"),
     ] {
         holds(&check(&keys).ended_with(2).stderr, &[fault, &format!("`{key}` beside `path`")]);
         keys += &format!(", {key}");
@@ -59,8 +59,8 @@ fn a_refused_file_is_mended_by_the_keys_that_the_messages_name() {
     let counted = [
         "`part`: 3 tetrahedra in 3 unconnected pieces",
         "7 vertices at the place of another, unjoined",
-        "dropped 1 tetrahedra without a volume",
-        "dropped 1 vertices that no element and no edge uses",
+        "dropped 1 tetrahedron without a volume",
+        "dropped 1 vertex that no element and no edge uses",
         "oriented 3 of 3 tetrahedra",
         "numbers of vertices from 0 on are not those of the file",
     ];

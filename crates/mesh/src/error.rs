@@ -1,6 +1,6 @@
 //! Mistakes in meshes. Every message says where, what was found, and what would be right.
 
-use pliant::quantity::Rounded;
+use pliant::quantity::{Rounded, counted};
 use std::path::PathBuf;
 
 use super::{Cell, FileTag, FormatError, SurfaceError};
@@ -233,7 +233,8 @@ pub enum MeshError {
         value: f64,
     },
     /// A cell names a vertex that is not there.
-    #[error("{cell} uses vertex {vertex}, but the mesh has {count} vertices, numbered from 0")]
+    #[error("{cell} uses vertex {vertex}, but the mesh has {}, numbered from 0",
+        counted(*.count as u64, "vertex", "vertices"))]
     IndexOutOfRange {
         /// The cell.
         cell: Cell,
@@ -254,7 +255,12 @@ pub enum MeshError {
     #[error(
         "{cell} has the same vertices as {} {first}{}; every element counts once: remove the repeated",
         cell.noun(),
-        if *count > 1 { format!(", and {} more elements repeat others", count - 1) } else { String::new() }
+        if *count > 1 {
+            let others = counted(*count as u64 - 1, "more element repeats", "more elements repeat");
+            format!(", and {others} others")
+        } else {
+            String::new()
+        }
     )]
     RepeatedCell {
         /// The second of them.
@@ -333,8 +339,9 @@ pub enum MeshError {
     },
     /// Vertices that no element and no edge uses would have no mass.
     #[error(
-        "{count} vertices belong to no element and no edge, the first is vertex {vertex}; remove them \
-         (Gmsh: give the bodies physical groups, so that only their vertices are saved)"
+        "{} to no element and no edge, the first is vertex {vertex}; remove what does not \
+         belong there (Gmsh: give the bodies physical groups, so that only their vertices are saved)",
+        counted(*.count as u64, "vertex belongs", "vertices belong")
     )]
     Unreferenced {
         /// The first of them.
@@ -357,7 +364,8 @@ pub enum MeshError {
         suggestion: Option<String>,
     },
     /// A selection by an index that is not there.
-    #[error("the selection names vertex {vertex}, but the body has {count} vertices, numbered from 0")]
+    #[error("the selection names vertex {vertex}, but the body has {}, numbered from 0",
+        counted(*.count as u64, "vertex", "vertices"))]
     SelectedVertex {
         /// The index.
         vertex: u32,

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use pliant::quantity::counted;
 use pliant_lab::fit::key_path;
 use pliant_scene::assembly::{Assembly, UnstableStep};
 use pliant_scene::{self as core, SceneError, Source};
@@ -251,9 +252,9 @@ impl PyScene {
     fn __repr__(&self) -> String {
         let title = self.scene.title.as_deref().map_or(String::new(), |title| format!(", {title:?}"));
         format!(
-            "<pliant.Scene {}: {} bodies in {}D{title}>",
+            "<pliant.Scene {}: {} in {}D{title}>",
             self.name(),
-            self.scene.body.len(),
+            counted(self.scene.body.len() as u64, "body", "bodies"),
             self.scene.dimension
         )
     }

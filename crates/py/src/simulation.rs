@@ -13,6 +13,7 @@ use std::time::{Duration, Instant};
 use numpy::{PyArray2, PyArrayMethods};
 use pliant::numbering::Numbering;
 use pliant::probe::Probe;
+use pliant::quantity::counted;
 use pliant::simulation::{Simulation as Core, Snapshot, StepError};
 use pliant::topology::Topology;
 use pliant_scene::assembly::{Assembly, Report};
@@ -268,12 +269,12 @@ impl PySimulation {
         let inner = self.lock()?;
         let state = inner.simulation.state();
         Ok(format!(
-            "<pliant.Simulation of {}: {} vertices in {}D, t = {} s after {} steps>",
+            "<pliant.Simulation of {}: {} in {}D, t = {} s after {}>",
             inner.scene.source.name(),
-            self.vertices,
+            counted(self.vertices as u64, "vertex", "vertices"),
             self.dimension,
             state.time,
-            state.step
+            counted(state.step, "step", "steps")
         ))
     }
 }

@@ -1,5 +1,6 @@
 //! Moments of a simulation.
 
+use pliant::quantity::counted;
 use pliant::simulation::Snapshot;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -46,7 +47,9 @@ impl PyState {
 
     fn __repr__(&self) -> String {
         let Snapshot { step, time, x, .. } = &self.snapshot;
-        format!("<pliant.State after {step} steps, t = {time} s, {} vertices>", x.len() / self.dimension)
+        let steps = counted(*step, "step", "steps");
+        let vertices = counted((x.len() / self.dimension) as u64, "vertex", "vertices");
+        format!("<pliant.State after {steps}, t = {time} s, {vertices}>")
     }
 
     fn __eq__(&self, other: &Self) -> bool {

@@ -208,7 +208,7 @@ fn made_from(surface: &SurfaceReport) -> String {
 fn cleaned(step: &Cleaned) -> String {
     let of = step.total.map_or(String::new(), |total| format!(" of {}", count(total as u64)));
     let why = if step.why.is_empty() { String::new() } else { format!(" {}", step.why) };
-    format!("{} {}{of} {}{why}", step.verb, count(step.count as u64), step.what)
+    format!("{} {}{of} {}{why}", step.verb, count(step.count as u64), step.noun())
 }
 
 /// The scheme and its steps.

@@ -12,6 +12,7 @@ use crate::failure::{ExitStatus, Failure};
 use crate::input::Input;
 use crate::interrupt;
 use crate::terminal::Terminal;
+use crate::text::counted;
 
 pub(crate) fn execute(arguments: &LiveArguments, terminal: Terminal) -> Result<ExitStatus, Failure> {
     use_threads(None)?;
@@ -54,7 +55,11 @@ fn announce(server: &LiveServer, open: bool, terminal: Terminal) -> Result<(), F
 
 fn report(summary: &LiveSummary, terminal: Terminal) -> Result<(), Failure> {
     for recorded in &summary.recorded {
-        terminal.report(&format!("recorded {} ({} frames)", recorded.path.display(), recorded.frames))?;
+        terminal.report(&format!(
+            "recorded {} ({})",
+            recorded.path.display(),
+            counted(recorded.frames, "frame", "frames")
+        ))?;
     }
     let recorded: Vec<_> = summary.recorded.iter().map(|recorded| &recorded.path).collect();
     let live = json!({ "steps": summary.steps, "time": summary.time, "recorded": recorded });

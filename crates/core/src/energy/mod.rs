@@ -52,6 +52,8 @@ pub enum Fault {
         element: usize,
         /// `det F` there.
         j: f64,
+        /// True if a material that can be inverted would have an energy there.
+        material_would_help: bool,
     },
     /// The mean of the elements at a vertex left the domain of their material, or its stress is not finite.
     Node {
@@ -61,6 +63,8 @@ pub enum Fault {
         vertex: usize,
         /// Determinant of the mean deformation gradient.
         j: f64,
+        /// True if a material that can be inverted would have an energy there.
+        material_would_help: bool,
     },
     /// A sheet with free faces is stretched as far as its material has a thickness at which they are free.
     Sheet {
@@ -145,18 +149,22 @@ pub struct ObstructedMotion {
     pub behind: Option<String>,
 }
 
+/// The determinant `j` of a deformation gradient in a message.
+fn in_words(j: f64) -> String {
+    match j.is_finite() {
+        true => format!("J = {}", Rounded::<7>(j)),
+        false => "a J beyond all numbers".into(),
+    }
+}
+
 impl std::fmt::Display for Fault {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Fault::Element { body, element, j } => {
-                write!(f, "element {element} of `{body}` has J = {j}", j = Rounded::<7>(*j))
+            Fault::Element { body, element, j, .. } => {
+                write!(f, "element {element} of `{body}` has {}", in_words(*j))
             }
-            Fault::Node { body, vertex, j } => {
-                write!(
-                    f,
-                    "the mean of the elements of `{body}` at vertex {vertex} has J = {j}",
-                    j = Rounded::<7>(*j)
-                )
+            Fault::Node { body, vertex, j, .. } => {
+                write!(f, "the mean of the elements of `{body}` at vertex {vertex} has {}", in_words(*j))
             }
             Fault::Sheet { body, element, stretch } => {
                 write!(

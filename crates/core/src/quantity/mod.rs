@@ -9,6 +9,7 @@
 //! A decimal unit moves the decimal point of the text before it becomes binary: `"0.1 ms"` has the same bits
 //! as `1e-4`.
 
+mod counted;
 mod dimension;
 mod error;
 mod kind;
@@ -18,6 +19,7 @@ mod rounded;
 mod tests;
 mod unit;
 
+pub use counted::{count, counted};
 pub use dimension::Dimension;
 pub use error::QuantityError;
 pub use kind::Kind;

@@ -3,7 +3,7 @@
 use std::fmt;
 
 /// A number as people write it: rounded to `DIGITS` significant digits, without trailing zeros, and with a
-/// power of ten below 1e-3 and from 1e6 on.
+/// power of ten below 1e-3 and from 1e6 on. What is beyond all numbers, or none, is said in words.
 ///
 /// ```
 /// use pliant::quantity::Rounded;
@@ -16,9 +16,17 @@ pub struct Rounded<const DIGITS: usize>(pub f64);
 
 impl<const DIGITS: usize> fmt::Display for Rounded<DIGITS> {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if !self.0.is_finite() {
+            let words = match self.0 {
+                x if x.is_nan() => "not a number",
+                x if x > 0.0 => "more than 1.797e308",
+                _ => "less than -1.797e308",
+            };
+            return formatter.write_str(words);
+        }
         // Rounded first, so that 9999.96 is 10000 and not 9999.96 cut short.
         let rounded: f64 = format!("{:.*e}", DIGITS - 1, self.0).parse().unwrap_or(self.0);
-        let plain = rounded == 0.0 || !rounded.is_finite() || (1e-3..1e6).contains(&rounded.abs());
+        let plain = rounded == 0.0 || (1e-3..1e6).contains(&rounded.abs());
         // Of zero nothing but the digit: its sign says nothing.
         let shown = if rounded == 0.0 { 0.0 } else { rounded };
         if plain { write!(formatter, "{shown}") } else { write!(formatter, "{shown:e}") }
@@ -41,8 +49,9 @@ mod tests {
             (999_949.0, "999900"),
             (999_951.0, "1e6"),
             (-1.5e9, "-1.5e9"),
-            (f64::INFINITY, "inf"),
-            (f64::NAN, "NaN"),
+            (f64::INFINITY, "more than 1.797e308"),
+            (f64::NEG_INFINITY, "less than -1.797e308"),
+            (f64::NAN, "not a number"),
             (5e-324, "5e-324"),
         ] {
             assert_eq!(Rounded::<4>(number).to_string(), text);

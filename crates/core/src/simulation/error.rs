@@ -1,7 +1,7 @@
 //! Why a step could not be taken.
 
 use crate::energy::Fault;
-use crate::quantity::Rounded;
+use crate::quantity::{Rounded, counted};
 use crate::solver::{ForceLeft, SolveError, SolveFailure, StepFault};
 
 /// A step could not be taken; the state is still the last good one.
@@ -232,11 +232,12 @@ fn remedy(
 
 /// Iterations of a solve and the correction of the last; nothing where it ended before the first.
 fn iterations_taken(iterations: u32, correction: f64) -> String {
-    if correction.is_infinite() {
+    if !correction.is_finite() {
         return String::new();
     }
     format!(
-        "; {iterations} iterations, last correction {correction} m",
+        "; {}, last correction {correction} m",
+        counted(iterations.into(), "iteration", "iterations"),
         correction = Rounded::<4>(correction)
     )
 }
@@ -324,7 +325,13 @@ fn advice(fault: &Option<Fault>, step: f64, stable: Option<f64>, parts: &str) ->
     if matches!(fault, Some(Fault::Sheet { .. })) {
         return "; take a material that bears more, or smaller loads and motions".into();
     }
-    if matches!(fault, Some(Fault::Element { j, .. } | Fault::Node { j, .. }) if *j <= 0.0) {
+    let helps = |fault: &Fault| match fault {
+        Fault::Element { j, material_would_help, .. } | Fault::Node { j, material_would_help, .. } => {
+            *material_would_help && *j <= 0.0
+        }
+        _ => false,
+    };
+    if fault.as_ref().is_some_and(helps) {
         advice += ", or a material that can be inverted, such as stable-neo-hookean";
     }
     advice

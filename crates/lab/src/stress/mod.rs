@@ -20,6 +20,7 @@ use std::time::{Duration, Instant};
 
 use limits::Limits;
 use pliant::diagnostics::Diagnostics;
+use pliant::quantity::counted;
 use pliant::solver::LinearSolver;
 
 pub use limits::{Progress, run_all};
@@ -158,8 +159,8 @@ impl CaseResult {
         if inverted > 0 {
             let least = diagnostics.min_j.filter(|j| j.is_finite());
             let least = least.map_or_else(String::new, |j| format!(", the least {j:.3}"));
-            let plural = if inverted == 1 { "element has" } else { "elements have" };
-            self.note(CaseVerdict::Flagged, format!("inverted: {inverted} {plural} J <= 0{least}"));
+            let have = counted(inverted, "element has", "elements have");
+            self.note(CaseVerdict::Flagged, format!("inverted: {have} J <= 0{least}"));
         }
     }
 
@@ -177,7 +178,10 @@ impl CaseResult {
             (self.error, self.tolerance) = (Some(error), Some(tolerance));
         }
         let holds = error <= tolerance;
-        self.demand(holds, || format!("{what}: off by {error:.3e}, may be {tolerance:.1e}"));
+        self.demand(holds, || match error.is_finite() {
+            true => format!("{what}: off by {error:.3e}, may be {tolerance:.1e}"),
+            false => format!("{what}: off by more than any number, may be {tolerance:.1e}"),
+        });
     }
 }
 
@@ -216,7 +220,15 @@ impl Case {
     pub fn run_within(&self, time: Option<Duration>, interrupt: &AtomicBool) -> CaseResult {
         let start = Instant::now();
         let findings = (self.run)(&Limits { deadline: time.map(|time| start + time), interrupt });
-        CaseResult { seconds: start.elapsed().as_secs_f64(), ..findings }
+        // What is no number, or beyond all, is in the notes, in words.
+        let finite = |x: Option<f64>| x.filter(|x| x.is_finite());
+        CaseResult {
+            seconds: start.elapsed().as_secs_f64(),
+            min_j: finite(findings.min_j),
+            energy_ratio: finite(findings.energy_ratio),
+            error: finite(findings.error),
+            ..findings
+        }
     }
 }
 

@@ -286,10 +286,11 @@ impl Trial {
             let now = simulation.diagnostics();
             let grown = energy_growth(simulation, &start, &now, scale);
             if grown.is_nan() || grown > GROWTH {
-                findings.note(
-                    CaseVerdict::Fail,
-                    format!("unstable: at step {step} the energy has grown {grown:.1e} times"),
-                );
+                let told = match grown.is_finite() {
+                    true => format!("the energy has grown {grown:.1e} times"),
+                    false => "the energy is beyond all numbers".into(),
+                };
+                findings.note(CaseVerdict::Fail, format!("unstable: at step {step} {told}"));
                 break;
             }
         }

@@ -57,6 +57,16 @@ impl Cleaned {
     fn new(key: &'static str, verb: &'static str, count: usize, what: &'static str) -> Cleaned {
         Cleaned { key, verb, count, total: None, what, why: "", first_vertex: None }
     }
+
+    /// The noun of the last of its counts: `vertices`, and `vertex` of one.
+    pub fn noun(&self) -> String {
+        match (self.total.unwrap_or(self.count), self.what) {
+            (1, "vertices") => "vertex".into(),
+            (1, what) if what.ends_with("hedra") => what.replace("hedra", "hedron"),
+            (1, what) => what.strip_suffix('s').unwrap_or(what).into(),
+            (_, what) => what.into(),
+        }
+    }
 }
 
 /// Takes the steps that the scene asks for; what they counted is in [`Mesh::cleaned`](super::Mesh::cleaned).

@@ -60,7 +60,7 @@ fn file(points: &[[f64; 3]], cells: &[(u64, u64, &[u64])]) -> String {
 const CORNERS: [[f64; 3]; 5] = [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [0., 0., 1.], [1., 1., 1.]];
 
 fn sentence(cleaned: &Cleaned) -> String {
-    let Cleaned { verb, count, what, why, .. } = cleaned;
+    let (Cleaned { verb, count, why, .. }, what) = (cleaned, cleaned.noun());
     let of = cleaned.total.map_or(String::new(), |total| format!(" of {total}"));
     format!("{verb} {count}{of} {what} {why}").trim().to_string()
 }

@@ -1,6 +1,6 @@
 //! Surfaces that cannot be made solid.
 
-use pliant::quantity::Rounded;
+use pliant::quantity::{Rounded, counted};
 /// Why a surface cannot be made a solid. Triangles and vertices count from 0.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -182,7 +182,10 @@ fn at(place: &[f64; 3]) -> String {
 }
 
 fn more(count: usize) -> String {
-    if count > 1 { format!(", and {} more pairs do", count - 1) } else { String::new() }
+    match count {
+        0 | 1 => String::new(),
+        count => format!(", and {}", counted(count as u64 - 1, "more pair does", "more pairs do")),
+    }
 }
 
 fn away(distance: f64) -> String {

@@ -2,6 +2,7 @@
 
 use numpy::{IntoPyArray, PyArray1};
 use pliant::modes::{Modes, ModesError, Oscillator, SoundError, Strike, Superposition as Core};
+use pliant::quantity::counted;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use serde_json::json;
@@ -91,8 +92,9 @@ impl PySuperposition {
     }
 
     fn __repr__(&self) -> String {
-        let (modes, d) = (self.core.oscillators().len(), self.core.dimension());
-        format!("<pliant.Superposition of {modes} modes of {} vertices in {d}D>", self.vertices)
+        let modes = counted(self.core.oscillators().len() as u64, "mode", "modes");
+        let vertices = counted(self.vertices as u64, "vertex", "vertices");
+        format!("<pliant.Superposition of {modes} of {vertices} in {}D>", self.core.dimension())
     }
 }
 

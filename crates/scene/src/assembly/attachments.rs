@@ -10,7 +10,7 @@ use crate::Scene;
 use crate::Selection;
 use pliant::energy::attachment::{Attachment, AttachmentDashpots, Tie};
 use pliant::numbering::Numbering;
-use pliant::quantity::Rounded;
+use pliant::quantity::{Rounded, counted};
 use pliant::system::System;
 use pliant_mesh::{Mesh, select};
 
@@ -70,7 +70,11 @@ fn one(
         (Some(points), _) => {
             if points.len() != vertices.len() {
                 let (given, needed) = (points.len(), vertices.len());
-                let message = format!("`points` lists {given} places for {needed} vertices");
+                let message = format!(
+                    "`points` lists {} for {}",
+                    counted(given as u64, "place", "places"),
+                    counted(needed as u64, "vertex", "vertices")
+                );
                 return Err(fail(path.key("points"), message));
             }
             let tie = |(v, point): (&u32, &Vec<f64>)| to_place(global(body, *v), point);
@@ -140,7 +144,8 @@ impl AttachmentPlan {
     /// Its description, in words.
     pub(super) fn described(&self) -> String {
         let AttachmentPlan { name, ties, stiffness, to, .. } = self;
-        format!("`{name}`: {} vertices {to}, {stiffness} N/m each", ties.len())
+        let vertices = counted(ties.len() as u64, "vertex", "vertices");
+        format!("`{name}`: {vertices} {to}, {stiffness} N/m each")
     }
 }
 

@@ -64,7 +64,8 @@ impl BendingPlan {
             problems.push(Problem::semantic(path.key("poisson"), message));
         }
         let stiffness = stiffness(spec, sheet, mesh.dimension);
-        let (count, what) = (bends.count(), if sheet { "hinges" } else { "joints" });
+        let what = if sheet { ["hinge", "hinges"] } else { ["joint", "joints"] };
+        let count = bends.count();
         let angles = match &spec.rest {
             Some(BendingRest::Angle(angles)) => {
                 Some(spread(angles, count, what, path.key("rest").key("angle"), problems))

@@ -11,6 +11,7 @@ use crate::{Body, KeyPath, ObstacleShape, OneOrMany, Problem};
 use pliant::algebra::Mat;
 use pliant::element::{CellBlock, CellVisitor, Isoparametric};
 use pliant::numbering::{Numbering, is_local};
+use pliant::quantity::counted;
 use pliant::system::System;
 use pliant::topology::{BodyKind, BodyTopology, Skin};
 use pliant_mesh::spec::MeshSpec;
@@ -304,10 +305,7 @@ fn no_elements(mesh: &Mesh, path: KeyPath) -> Problem {
         let message = format!("the mesh has no {needs}; finite elements need {what} mesh");
         return Problem::semantic(path, message);
     }
-    let triangles = match mesh.triangles.len() {
-        1 => "1 triangle".to_owned(),
-        count => format!("{count} triangles"),
-    };
+    let triangles = counted(mesh.triangles.len() as u64, "triangle", "triangles");
     let message = format!(
         "the mesh has no tetrahedra, it is a surface of {triangles}; finite elements need a solid mesh"
     );
@@ -340,7 +338,7 @@ pub(super) fn renumbered<const N: usize, const M: usize>(
 pub(super) fn spread(
     value: &OneOrMany,
     count: usize,
-    what: &str,
+    [one, many]: [&str; 2],
     path: KeyPath,
     problems: &mut Vec<Problem>,
 ) -> Vec<f64> {
@@ -348,7 +346,8 @@ pub(super) fn spread(
         OneOrMany::One(v) => vec![*v; count],
         OneOrMany::Many(values) if values.len() == count => values.clone(),
         OneOrMany::Many(values) => {
-            let message = format!("the list has {} numbers, the body has {count} {what}", values.len());
+            let listed = counted(values.len() as u64, "number", "numbers");
+            let message = format!("the list has {listed}, the body has {}", counted(count as u64, one, many));
             problems.push(Problem::semantic(path, message));
             vec![1.0; count]
         }
@@ -365,7 +364,7 @@ fn factors(spec: &Body, mesh: &Mesh, path: &KeyPath, problems: &mut Vec<Problem>
         problems.push(Problem::semantic(path, message).with_help("make a body of each stiffness"));
         return vec![];
     }
-    spread(factor, mesh.element_count(), "elements", path, problems)
+    spread(factor, mesh.element_count(), ["element", "elements"], path, problems)
 }
 
 /// Stiffness `k` [N/m] and rest length [m] of every spring.
@@ -377,7 +376,9 @@ fn spring_constants(
     problems: &mut Vec<Problem>,
 ) -> (Vec<f64>, Vec<f64>) {
     let rest = match &spec.rest_length {
-        Some(length) => spread(length, springs.len(), "springs", path.key("rest_length"), problems),
+        Some(length) => {
+            spread(length, springs.len(), ["spring", "springs"], path.key("rest_length"), problems)
+        }
         None => {
             springs.iter().map(|&[a, b]| distance(mesh.point(a as usize), mesh.point(b as usize))).collect()
         }
@@ -391,7 +392,7 @@ fn spring_constants(
         return (stiffness, rest);
     }
     let stiffness = match (&spec.stiffness, spec.young) {
-        (Some(k), _) => spread(k, springs.len(), "springs", path.key("stiffness"), problems),
+        (Some(k), _) => spread(k, springs.len(), ["spring", "springs"], path.key("stiffness"), problems),
         // k = Y l0, as the lecture's program has it (lecture 9).
         (None, young) => rest.iter().map(|l0| young.unwrap_or(0.0) * l0).collect(),
     };

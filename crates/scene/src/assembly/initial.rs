@@ -6,6 +6,7 @@ use crate::OneOrMany;
 use crate::PositionSpec;
 use crate::Problem;
 use crate::VelocitySpec;
+use pliant::quantity::counted;
 use pliant_mesh::Mesh;
 
 /// Initial positions, flat.
@@ -49,7 +50,11 @@ fn flat(rows: &[Vec<f64>], mesh: &Mesh, path: KeyPath, what: &str, problems: &mu
     if rows.len() == n {
         return rows.iter().flatten().copied().collect();
     }
-    let message = format!("the list has {} {what}, the body has {n} vertices", rows.len());
+    let message = format!(
+        "the list has {} {what}, the body has {}",
+        rows.len(),
+        counted(n as u64, "vertex", "vertices")
+    );
     problems.push(Problem::semantic(path, message));
     vec![0.0; n * mesh.dimension]
 }

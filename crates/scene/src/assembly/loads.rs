@@ -13,6 +13,7 @@ use pliant::energy::load::{
     DeadLoad, LoadedShape, LoadedVertex, PressureField, Sample, VectorField, VectorSlope, image, nodes, rim,
 };
 use pliant::numbering::Numbering;
+use pliant::quantity::counted;
 use pliant_mesh::{Mesh, select};
 
 /// A load whose place is known; vertices from 0 in the body.
@@ -88,7 +89,10 @@ impl LoadPlan {
     pub(super) fn described(&self, held: &[u32]) -> String {
         let changes = if self.changes() { ", changes with time" } else { "" };
         match &self.on {
-            LoadTarget::Vertices(vertices) => format!("{}: {} vertices{changes}", self.name, vertices.len()),
+            LoadTarget::Vertices(vertices) => {
+                let vertices = counted(vertices.len() as u64, "vertex", "vertices");
+                format!("{}: {vertices}{changes}", self.name)
+            }
             LoadTarget::Edges(faces) => self.described_faces::<2, 2>(faces, held) + changes,
             LoadTarget::Triangles(faces) => self.described_faces::<3, 3>(faces, held) + changes,
             LoadTarget::Quadrilaterals(faces) => self.described_faces::<3, 4>(faces, held) + changes,
@@ -106,7 +110,7 @@ impl LoadPlan {
             }
             Some(_) => ", follows the surface, no potential (its rim is free to move)",
         };
-        format!("{}: {} faces{kind}", self.name, faces.len())
+        format!("{}: {}{kind}", self.name, counted(faces.len() as u64, "face", "faces"))
     }
 
     /// The load as the scene has it.

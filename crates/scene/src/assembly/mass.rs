@@ -18,7 +18,9 @@ pub(super) fn masses(
 ) -> Vec<f64> {
     let n = mesh.vertex_count();
     match spec {
-        MassSpec::PerVertex(mass) => spread(mass, n, "vertices", path.key("per_vertex"), problems),
+        MassSpec::PerVertex(mass) => {
+            spread(mass, n, ["vertex", "vertices"], path.key("per_vertex"), problems)
+        }
         MassSpec::Total(total) => vec![total / n as f64; n],
         MassSpec::Density(density) => {
             filled(*density, mesh, thickness, springs, &path.key("density"), problems)

@@ -5,7 +5,7 @@ use crate::{Body, FibreSpec, KeyPath, MuscleSpec, OverTime, Problem};
 use pliant::algebra::{self, unit};
 use pliant::energy::muscle::TensionField;
 use pliant::numbering::Numbering;
-use pliant::quantity::Rounded;
+use pliant::quantity::{Rounded, counted};
 use pliant::system::System;
 use pliant_mesh::Mesh;
 use pliant_terms::FibreSet;
@@ -46,8 +46,12 @@ pub(super) fn directions(
     let (key, vectors) = (fibre.key(), fibre.vectors(&centres));
     let path = path.key(key);
     if vectors.len() != centres.len() {
-        let counts = (vectors.len(), centres.len());
-        let message = format!("the list has {} directions, the body has {} elements", counts.0, counts.1);
+        let counts = (vectors.len() as u64, centres.len() as u64);
+        let message = format!(
+            "the list has {}, the body has {}",
+            counted(counts.0, "direction", "directions"),
+            counted(counts.1, "element", "elements")
+        );
         problems.push(Problem::semantic(path, message));
         return None;
     }
@@ -120,7 +124,8 @@ impl BodyAssembly {
         self.muscles.iter().enumerate().map(|(i, muscle)| {
             let changes =
                 if muscle.tension.depends_on_time() { ", changes with time: it does work" } else { "" };
-            format!("muscle {i} of `{}`: {} elements{changes}", self.name, muscle.directions.len())
+            let elements = counted(muscle.directions.len() as u64, "element", "elements");
+            format!("muscle {i} of `{}`: {elements}{changes}", self.name)
         })
     }
 }

@@ -1,6 +1,6 @@
 //! From the pins of a scene to what holds vertices.
 
-use pliant::quantity::Rounded;
+use pliant::quantity::{Rounded, counted};
 use std::collections::HashMap;
 
 use super::body::BodyAssembly;
@@ -34,18 +34,23 @@ impl PinPlan {
             (keyframes.is_some(), "keyframes"),
         ];
         let parts: Vec<&str> = parts.into_iter().filter_map(|(has, name)| has.then_some(name)).collect();
-        Some(format!("{} vertices on prescribed motion by {}", self.vertices.len(), parts.join(" and ")))
+        Some(format!("{} on prescribed motion by {}", self.counted(), parts.join(" and ")))
+    }
+
+    fn counted(&self) -> String {
+        counted(self.vertices.len() as u64, "vertex", "vertices")
     }
 
     /// When it lets go with steps of a fixed size `h` [s], or exactly then, in words.
     pub(super) fn release(&self, h: Option<f64>) -> Option<String> {
         let until = self.spec.until?;
         let Some(h) = h else {
-            return Some(format!("{} vertices let go at t = {until} s", self.vertices.len()));
+            return Some(format!("{} let go at t = {until} s", self.counted()));
         };
         // The first step that begins at `until - h/2` or later.
         let step = ((until - 0.5 * h) / h).ceil().max(0.0);
-        Some(format!("{} vertices let go at t = {} s, after {step} steps", self.vertices.len(), step * h))
+        let steps = counted(step as u64, "step", "steps");
+        Some(format!("{} let go at t = {} s, after {steps}", self.counted(), step * h))
     }
 
     /// Hold of its vertices in a simulation, `vertices` being their numbers there, `start` and `rest` the

@@ -9,6 +9,7 @@ use crate::schema::{
     AffinePosition, BoxSelection, OneOrMany, PositionSpec, RigidVelocity, Selection, TangentialVelocity,
     VelocitySpec,
 };
+use pliant::quantity::counted;
 
 pub(super) fn selection(
     check: &mut Checker,
@@ -105,7 +106,10 @@ fn one_per_vertex(
     let listed = rows.len() as u64;
     if let Some(count) = vertex_count.filter(|&count| count != listed) {
         let key = path.last_key().unwrap_or_default();
-        let message = format!("`{key}` lists {listed} {what}, but the body has {count} vertices");
+        let message = format!(
+            "`{key}` lists {listed} {what}, but the body has {}",
+            counted(count, "vertex", "vertices")
+        );
         check.report(Problem::semantic(path.clone(), message));
     }
 }

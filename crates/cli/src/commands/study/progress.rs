@@ -8,7 +8,7 @@ use pliant_lab::study::Event;
 use crate::printable;
 use crate::progress::spinner;
 use crate::terminal::Terminal;
-use crate::text::{duration, number};
+use crate::text::{counted, duration, number};
 
 /// Shows on standard error what is being run.
 pub(super) struct StudyProgress {
@@ -40,7 +40,7 @@ impl StudyProgress {
                     format!(", about {} left", duration(Duration::from_secs_f64(left)))
                 });
                 let variant = if variant.is_empty() { String::new() } else { format!(", {variant}") };
-                let rows = format!("{finished} rows in {elapsed}{left}");
+                let rows = format!("{} in {elapsed}{left}", counted(*finished as u64, "row", "rows"));
                 format!("{}: {scheme}, {what} {}{variant} ({rows})", self.name, number(*size))
             }
             Event::Finished(row) => {

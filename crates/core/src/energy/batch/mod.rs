@@ -243,7 +243,8 @@ impl<const D: usize, const N: usize> EnergyTerm for BatchElastic<D, N> {
         let found = points.map(|((f, p), psi)| (f, all_finite(p) && psi.is_finite()));
         let (i, (f, _)) = found.enumerate().find(|(_, (_, good))| !good)?;
         let element = i / quadrature_count::<D, N>();
-        Some(Fault::Element { body: self.body.clone(), element, j: determinant::<D>(f) })
+        let j = determinant::<D>(f);
+        Some(Fault::Element { body: self.body.clone(), element, j, material_would_help: true })
     }
 
     fn bytes(&self) -> usize {

@@ -344,7 +344,8 @@ impl<const D: usize, const N: usize> EnergyTerm for Elastic<D, N> {
         self.elements().find_map(|(element, vertices, pack, lane)| {
             let f = self.points(x, &vertices, pack, lane).into_iter().map(|[dx, inverse]| dx.mul(&inverse));
             let fault = f.filter(|f| self.material.is_at_fault(f)).map(|f| f.determinant()).next();
-            fault.map(|j| Fault::Element { body: self.body.clone(), element, j })
+            let material_would_help = self.material.domain() == Domain::PositiveJ;
+            fault.map(|j| Fault::Element { body: self.body.clone(), element, j, material_would_help })
         })
     }
 

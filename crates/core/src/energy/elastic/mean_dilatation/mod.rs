@@ -317,7 +317,8 @@ impl<const D: usize, const N: usize> EnergyTerm for MeanDilatation<D, N> {
                 folded || self.material.is_at_fault(&self.dilated(f, &at_points, pack, lane))
             };
             let j = at_points.iter().find(is_at_fault)?.determinant();
-            Some(Fault::Element { body: self.body.clone(), element, j })
+            // Of those that can be inverted volumes are averaged as well, and a mean needs positive ones.
+            Some(Fault::Element { body: self.body.clone(), element, j, material_would_help: false })
         })
     }
 

@@ -25,7 +25,7 @@ use crate::energy::{
 };
 use crate::lanes::{Lanes, Portable, WIDTH, dispatch, dispatch_compact};
 use crate::material::Stress;
-use crate::material::{Lame, Material, Plane, Psd};
+use crate::material::{Domain, Lame, Material, Plane, Psd};
 use crate::numbering::along_curve;
 
 /// The shape of a triangle in its own plane, the first edge along the first axis, and the axes in space.
@@ -133,15 +133,16 @@ impl Membrane {
             let g = factors(&self.deformation_gradient(x, &vertices, pack, lane)).1;
             let j = g.determinant();
             let body = || self.body.clone();
+            let material_would_help = self.material.domain() == Domain::PositiveJ;
             if j.is_nan() || j <= 0.0 {
-                return Some(Fault::Element { body: body(), element, j });
+                return Some(Fault::Element { body: body(), element, j, material_would_help });
             }
             let stretch = signed_svd(&g).sigma[0];
             let fault = self.material.is_at_fault(&Mat(g.0.map(|row| row.map(|entry| further * entry))));
             match self.frees_faces && stretch > 1.0 {
                 _ if !fault => None,
                 true => Some(Fault::Sheet { body: body(), element, stretch }),
-                false => Some(Fault::Element { body: body(), element, j }),
+                false => Some(Fault::Element { body: body(), element, j, material_would_help }),
             }
         })
     }

@@ -284,7 +284,8 @@ impl<const D: usize> EnergyTerm for Nodal<D> {
         let mut nodes = self.deformation_gradients(x).enumerate();
         let (node, f) = nodes.find(|(_, f)| self.material.is_at_fault(f))?;
         let vertex = self.nodes.rings.vertices[node] as usize;
-        Some(Fault::Node { body: self.body.clone(), vertex, j: f.determinant() })
+        let material_would_help = self.material.domain() == Domain::PositiveJ;
+        Some(Fault::Node { body: self.body.clone(), vertex, j: f.determinant(), material_would_help })
     }
 
     fn bytes(&self) -> usize {
