@@ -33,3 +33,4 @@ mod solids;
 mod springs;
 mod steering;
 mod study;
+mod warnings;

@@ -272,3 +272,71 @@ fn bodies_that_meet_under_way_without_contact_are_told() {
     let touches = touches.replace("velocity-verlet", "implicit-euler").replace("step = 5e-4", "step = 5e-3");
     assert!(!warned(&touches, &[]).contains("meet"));
 }
+
+/// Penalty and barrier are two laws, with two answers.
+#[test]
+fn the_law_of_contact_is_said_before_and_after_a_run() {
+    let explicit = DROP.replace("implicit-euler", "velocity-verlet").replace("5e-3", "1e-4");
+    let explicit = explicit.replace("1 MPa", "0.1 MPa");
+    for (scene, law) in
+        [(DROP, "implicit steps have a barrier"), (&explicit, "explicit steps have a penalty")]
+    {
+        let bench = Bench::new(scene);
+        bench.pliant(["check", "scene.toml"]).succeeded().prints(&[law]);
+        bench.pliant(["run", "scene.toml", "--until", "0.02"]).succeeded().prints(&[law]);
+    }
+}
+
+/// A particle slides to rest: what implicit Euler takes beside friction is said to be the scheme's.
+#[test]
+fn damping_of_the_scheme_is_told_from_friction() {
+    let slide = r#"
+dimension = 2
+contact = { distance = "1 mm", stiffness = "10 MPa", friction = 0.45, threshold_speed = "2 mm/s" }
+time = { integrator = "implicit-euler", step = 0.02, duration = 0.7, solver = { tolerance = 1e-13 } }
+world = { gravity = [0, -9.81] }
+output = { channels = ["state", "energy"] }
+[[body]]
+name = "p"
+mesh = { inline = { points = [[0.0, 0.000993601]] } }
+mass = { per_vertex = 1.0 }
+velocity = { per_vertex = [[2.3, 0.0]] }
+[[obstacle]]
+name = "f"
+shape = { half_space = { normal = [0, 1], offset = 0 } }
+"#;
+    let ended = Bench::new(slide).pliant(["run", "scene.toml", "--json"]).succeeded().json();
+    let friction = ended["summary"]["end"]["balance"]["friction"].as_f64().unwrap();
+    // Less than the 2.645 J that it has: it goes 0.02 * 2.3 / 2 m less far than Coulomb says.
+    assert!((friction - 2.544).abs() < 2e-3, "{friction}");
+    let warnings = ended["warnings"].to_string();
+    assert!(warnings.contains("the scheme `implicit-euler` damps motion by itself"), "{warnings}");
+}
+
+/// Between two half-spaces that close, an element is left with little of its volume.
+#[test]
+fn elements_that_have_all_but_collapsed_are_told() {
+    let press = r#"
+dimension = 2
+contact = { distance = "1 mm" }
+time = { integrator = "quasi-static", step = 0.02, duration = 1.0 }
+[[body]]
+name = "cube"
+mesh = { grid = { cells = [1, 1], size = [0.1, 0.1], origin = [0, 0.002] } }
+elastic = { neo-hookean = { young = 1e6, poisson = 0.0 } }
+mass = { density = 1000 }
+pin = [{ box = { min = [0, 0], max = [1, 1] }, axes = ["x"] }]
+[[obstacle]]
+shape = { half_space = { normal = [0, 1], offset = 0 } }
+[[obstacle]]
+shape = { half_space = { normal = [0, -1], offset = -0.104 } }
+motion = { displacement = ["0", "-0.1005*t"] }
+"#;
+    let of = |press: &str| {
+        Bench::new(press).pliant(["run", "scene.toml", "--json"]).succeeded().json()["warnings"].to_string()
+    };
+    let told = of(press);
+    assert!(told.contains("of its volume left at the end"), "{told}");
+    let told = of(&press.replace("-0.1005", "-0.05"));
+    assert!(!told.contains("of its volume left at the end"), "{told}");
+}

@@ -21,6 +21,7 @@ mod deserialize;
 mod document;
 mod error;
 pub mod experiment;
+mod formulas;
 mod json_schema;
 mod key_path;
 mod overrides;

@@ -12,6 +12,7 @@
 
 mod branches;
 mod build;
+mod degenerate;
 mod error;
 mod function;
 mod given;

@@ -405,6 +405,14 @@ fn size_of_bodies(parties: &[ContactParty<'_>], dimension: usize) -> f64 {
     scene_size(&points, dimension)
 }
 
+/// The smallest body that collides and is no cloud of points, and its size [m].
+fn smallest(parties: &[ContactParty<'_>], dimension: usize) -> Option<(String, f64)> {
+    let bodies = parties.iter().filter(|party| party.collides && !party.is_obstacle());
+    let solid = bodies.filter(|party| party.body.mesh.element_dimension() > 0);
+    let sizes = solid.map(|party| (&party.body.name, scene_size(&party.body.mesh.points, dimension)));
+    sizes.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(name, size)| (name.clone(), size))
+}
+
 /// Least of these numbers, and those that are alike to it.
 fn least_of(numbers: &[(f64, u32)]) -> (f64, Vec<u32>) {
     let least = numbers.iter().map(|(number, _)| *number).fold(f64::INFINITY, f64::min);
@@ -702,6 +710,7 @@ fn report(
         impacts: None,
         start: None,
         size: size_of_bodies(parties, surface.dimension),
+        smallest: smallest(parties, surface.dimension),
         distance: choice.distance,
         distance_origin,
         pairs: touching.map(|(a, b)| law(a, b)).collect(),

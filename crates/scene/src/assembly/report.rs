@@ -1,6 +1,6 @@
 //! Report of `pliant check`: the assembled problem in numbers.
 
-use pliant::quantity::Rounded;
+use pliant::quantity::{Rounded, counted};
 use serde::Serialize;
 
 use super::attachments::AttachmentPlan;
@@ -117,7 +117,7 @@ impl Report {
         let (h, control) = (simulation.step_size(), simulation.step_control().copied());
         let (uses, left_out) = uses(scene, bodies, attachments, simulation);
         let of_bodies: Vec<BodyReport> = bodies.iter().map(BodyReport::new).collect();
-        let of_surfaces = super::surfaces::warnings(&of_bodies);
+        let of_surfaces = super::surfaces::warnings(scene, &of_bodies);
         Report {
             title: scene.title.clone(),
             dimension: d,
@@ -147,6 +147,8 @@ impl Report {
                 super::locking::warnings(scene, bodies),
                 super::millimetres::warnings(scene, bodies),
                 super::duration::warnings(scene, simulation, bodies),
+                super::formulas::warnings(scene, simulation, bodies),
+                super::rounding::warnings(scene, simulation),
             ]
             .concat(),
         }
@@ -213,7 +215,11 @@ fn uses(
     let points = if simulation.system().dimension() == 2 { 3 } else { 4 };
     say(
         quadratic,
-        format!("quadratic elements: the material is evaluated at {points} points in each{}", curved(bodies)),
+        format!(
+            "quadratic elements: the material is evaluated at {} in each{}",
+            counted(points as u64, "point", "points"),
+            curved(bodies)
+        ),
         "quadratic elements: no body has `order = 2`",
     );
     let cells: Vec<String> = bodies.iter().filter_map(whole_cells).collect();
@@ -299,7 +305,8 @@ fn uses(
     say(scene.world.nbody.is_some(), mutual_gravity(scene), "mutual gravity: no [world] nbody");
     let held = bodies.iter().filter(|body| !body.is_obstacle);
     let pins = held.map(|body| body.pinned().len()).sum::<usize>();
-    say(pins > 0, format!("{pins} pinned vertices"), "pins: no vertex is held");
+    let pinned = counted(pins as u64, "pinned vertex", "pinned vertices");
+    say(pins > 0, pinned, "pins: no vertex is held");
     let moving: Vec<String> = super::pins::described(bodies, |held| held.motion());
     say(!moving.is_empty(), moving.join("; "), "prescribed motion: no pin moves");
     let released: Vec<String> = super::pins::described(bodies, |held| {
@@ -308,7 +315,15 @@ fn uses(
     });
     say(!released.is_empty(), released.join("; "), "release: no pin lets go");
     for body in bodies.iter().filter(|body| !body.axes.is_empty()) {
-        say(true, format!("axes of the material of `{}` in {} elements", body.name, body.axes.len()), "");
+        say(
+            true,
+            format!(
+                "axes of the material of `{}` in {}",
+                body.name,
+                counted(body.axes.len() as u64, "element", "elements")
+            ),
+            "",
+        );
     }
     let muscles: Vec<String> = bodies.iter().flat_map(BodyAssembly::described_muscles).collect();
     say(!muscles.is_empty(), muscles.join("; "), "muscles: no body contracts by itself");
@@ -321,7 +336,7 @@ fn uses(
     let is_half_space = |body: &Body| matches!(body.obstacle, Some(ObstacleShape::HalfSpace(_)));
     // The entry of contact says so of those that are obstacles.
     if !scene.body.iter().any(is_half_space) {
-        say(walls > 0, plural(walls, "wall"), "walls: none, and no test for crossing them");
+        say(walls > 0, counted(walls as u64, "wall", "walls"), "walls: none, and no test for crossing them");
     }
     let drag = simulation.system().ether_drag();
     say(drag != 0.0, format!("ether drag {drag} 1/s"), "ether drag: none");
@@ -360,7 +375,11 @@ fn uses(
         "output /elements: no deformation, strain or stress of elements is computed",
     );
     let probes = scene.probe.len();
-    say(probes > 0, format!("{} on /probe", plural(probes, "probe")), "probes: no [[probe]]");
+    say(
+        probes > 0,
+        format!("{} on /probe", counted(probes as u64, "probe", "probes")),
+        "probes: no [[probe]]",
+    );
     let by_path = scene.time.arc_length.is_some();
     let solver = (method.solves > 0).then(|| match by_path {
         true => "sparse LU of the exact tangent, definite or not".to_owned(),
@@ -445,8 +464,8 @@ fn follows(control: &StepControl, simulation: &Simulation) -> String {
 fn cost(method: &Documentation) -> String {
     match method.solves {
         0 if method.force_evaluations == 0 => "some iterations of seven force evaluations".into(),
-        0 => plural(method.force_evaluations as usize, "force evaluation"),
-        solves => plural(solves as usize, "nonlinear solve"),
+        0 => counted(method.force_evaluations.into(), "force evaluation", "force evaluations"),
+        solves => counted(solves.into(), "nonlinear solve", "nonlinear solves"),
     }
 }
 
@@ -455,8 +474,9 @@ fn whole_cells(body: &BodyAssembly) -> Option<String> {
     let block = body.mesh.block().filter(|_| body.elastic)?;
     let (cells, points) = (block.kind.plural, block.kind.quadrature_points());
     Some(format!(
-        "{cells} in `{}`: the material is evaluated at {points} points in each, with one change of volume",
-        body.name
+        "{cells} in `{}`: the material is evaluated at {} in each, with one change of volume",
+        body.name,
+        counted(points as u64, "point", "points")
     ))
 }
 
@@ -481,8 +501,4 @@ fn mutual_gravity(scene: &Scene) -> String {
         }
         None => "mutual gravity of particles, every pair".into(),
     }
-}
-
-fn plural(count: usize, noun: &str) -> String {
-    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }

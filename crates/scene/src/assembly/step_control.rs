@@ -4,7 +4,6 @@ use crate::{Adaptive, ArcLengthSpec, Scene};
 use pliant::control::StepControl;
 use pliant::integrator::estimate::Tolerances;
 use pliant::simulation::{ArcLength, Simulation};
-use pliant::value::OverTime;
 
 /// First increment of statics, in parts of the duration.
 const FIRST_INCREMENT: f64 = 0.1;
@@ -68,19 +67,9 @@ fn increments(scene: &Scene, adaptive: &Adaptive, largest: f64, simulation: &mut
 /// Times [s] at which formulas of loads, muscles, gravity and prescribed motion take other branches,
 /// ascending.
 fn breaks(scene: &Scene) -> Vec<f64> {
-    let loads = scene.body.iter().flat_map(|body| &body.load).flat_map(|load| {
-        let vectors = load.vectors().into_iter().flat_map(|(.., vector)| vector);
-        vectors.chain(&load.pressure).collect::<Vec<_>>()
-    });
-    let motions = scene.body.iter().flat_map(|body| &body.pin).filter_map(|pin| pin.motion.as_ref());
-    let moved = motions.flat_map(|motion| {
-        let angle = motion.rotation.iter().filter_map(|rotation| rotation.angle.as_ref());
-        motion.displacement.iter().flatten().chain(angle)
-    });
-    let tensions = scene.body.iter().flat_map(|body| &body.muscle).map(|muscle| &muscle.tension);
-    let all = scene.world.gravity.iter().flatten().chain(loads).chain(tensions).chain(moved);
-    let times = |formula: &OverTime| formula.branch_times(0.0, scene.time.duration);
-    let mut breaks: Vec<f64> = all.flat_map(times).collect();
+    let formulas = scene.formulas().into_iter().map(|(_, formula)| formula);
+    let mut breaks: Vec<f64> =
+        formulas.flat_map(|formula| formula.branch_times(0.0, scene.time.duration)).collect();
     breaks.sort_by(f64::total_cmp);
     breaks.dedup();
     breaks

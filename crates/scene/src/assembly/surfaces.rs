@@ -1,14 +1,40 @@
-//! Warnings about bodies that differ from the files that they were made from.
+//! Warnings about bodies that differ from the files that they were made from, or are of several pieces.
 
 use super::report::BodyReport;
-use pliant::quantity::Rounded;
+use crate::{Body, MeshSpec, Scene};
+use pliant::quantity::{Rounded, counted};
 
 /// Distance of the skin from the solid, in edges of cells, from which on it is told.
 const FAR: f64 = 0.5;
 
 /// One for each body whose skin lies far from its fitted solid, or whose file says more than is read.
-pub(super) fn warnings(bodies: &[BodyReport]) -> Vec<String> {
-    bodies.iter().flat_map(|body| [far(body), passed_over(body)]).flatten().collect()
+pub(super) fn warnings(scene: &Scene, bodies: &[BodyReport]) -> Vec<String> {
+    let all = scene.body.iter().zip(bodies);
+    all.flat_map(|(spec, body)| [parted(spec, body), far(body), passed_over(body)]).flatten().collect()
+}
+
+/// An elastic body whose mesh is cut: by vertices at one place that are not joined, or into pieces. Shapes
+/// that the scene names are of several pieces because it says so.
+fn parted(spec: &Body, body: &BodyReport) -> Option<String> {
+    let is_given = matches!(spec.mesh, MeshSpec::File(_) | MeshSpec::Surface(_) | MeshSpec::Inline(_));
+    if !is_given || spec.elastic.is_none() || spec.repeat.is_some() {
+        return None;
+    }
+    let name = &body.name;
+    match (body.contents.coincident_vertices as u64, body.contents.pieces as u64) {
+        (0, 0 | 1) => None,
+        (0, pieces) => Some(format!(
+            "`{name}` is of {} that nothing connects: they move apart; give each a body of its own, or join \
+             them",
+            counted(pieces, "piece", "pieces")
+        )),
+        (vertices, _) => Some(format!(
+            "{} at the place of another and {} not joined to it: `{name}` is open there; `merge` joins them \
+             in a file",
+            counted(vertices, "vertex lies", "vertices lie"),
+            if vertices == 1 { "is" } else { "are" }
+        )),
+    }
 }
 
 fn passed_over(body: &BodyReport) -> Option<String> {

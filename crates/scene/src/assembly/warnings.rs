@@ -4,12 +4,12 @@ use super::body::BodyAssembly;
 use super::meeting::{first_meeting, passes_through};
 use crate::{Body, Load, OverTime, Scene};
 use pliant::energy::SurfaceContact;
-use pliant::quantity::Rounded;
+use pliant::quantity::{Rounded, counted};
 use pliant::simulation::Simulation;
 use pliant_mesh::FoldedNodes;
 
 /// Vertices are behind a wall where they are farther behind it than this part of the size of the scene.
-const BEHIND: f64 = 1e-9;
+pub(super) const BEHIND: f64 = 1e-9;
 
 /// Times its weight with which contact may push a body at the start: in equilibrium it is its weight, and
 /// that of what stands on it is pushed back.
@@ -24,6 +24,7 @@ pub(super) fn warnings(scene: &Scene, simulation: &Simulation, bodies: &[BodyAss
     let meeting =
         through_each_other(scene, bodies).into_iter().chain(pushed_apart(scene, simulation, bodies));
     let folded = bodies.iter().filter_map(folded);
+    let walls = walls.chain(super::driven::warning(scene, simulation, bodies));
     walls.chain(meeting).chain(rougher_than_rubber(scene)).chain(idle(scene)).chain(folded).collect()
 }
 
@@ -85,6 +86,8 @@ fn pushed_apart(scene: &Scene, simulation: &Simulation, bodies: &[BodyAssembly])
     }
     let contacts = simulation.contacts();
     let (system, numbering) = (simulation.system(), simulation.numbering());
+    let gravity = super::gravity::strength_at_start(scene);
+    let weight_of_all = gravity * bodies.iter().flat_map(|body| &body.mass).sum::<f64>();
     let of_body = |i: usize| {
         let (body, spec) = (&bodies[i], &scene.body[i]);
         let mut vertices = body.vertices();
@@ -92,18 +95,23 @@ fn pushed_apart(scene: &Scene, simulation: &Simulation, bodies: &[BodyAssembly])
         if spec.obstacle.is_some() || !vertices.any(moves) {
             return None;
         }
-        let mut force = [0.0; 3];
+        let (mut force, mut total) = ([0.0; 3], 0.0);
         let mut least: Option<&SurfaceContact> = None;
         for contact in contacts.iter().filter(|contact| contact.bodies[0] != contact.bodies[1]) {
             let Some(side) = contact.bodies.iter().position(|name| *name == body.name) else { continue };
             let sign = if side == 0 { 1.0 } else { -1.0 };
             (0..3).for_each(|k| force[k] += sign * contact.force * contact.normal[k]);
+            total += contact.force;
             least = least.filter(|least| least.relative_gap <= contact.relative_gap).or(Some(contact));
         }
         let contact = least?;
         let force = force.iter().map(|f| f * f).sum::<f64>().sqrt();
-        let weight = body.mass.iter().sum::<f64>() * super::gravity::strength_at_start(scene);
-        (force > PUSHED * weight).then_some((force, weight, body, contact))
+        let weight = body.mass.iter().sum::<f64>() * gravity;
+        if force > PUSHED * weight {
+            return Some((force, weight, body, contact));
+        }
+        // From several sides forces cancel, and squeeze it; what rests carries no more than all there is.
+        (total > PUSHED * weight_of_all).then_some((total, weight, body, contact))
     };
     let pushed = (0..bodies.len()).filter_map(of_body);
     let (force, weight, body, contact) = pushed.max_by(|a, b| (a.0 * b.1).total_cmp(&(b.0 * a.1)))?;
@@ -162,10 +170,7 @@ fn behind_walls(simulation: &Simulation) -> Option<String> {
     Some(format!(
         "{} behind a wall, vertex {} by {depth} m behind wall {wall}: the first step puts them back there, \
          and the energy that this takes is not in the balance; move the bodies or the wall",
-        match behind.len() {
-            1 => "1 vertex starts".to_owned(),
-            count => format!("{count} vertices start"),
-        },
+        counted(behind.len() as u64, "vertex starts", "vertices start"),
         simulation.numbering().original(vertex as u32),
         depth = Rounded::<4>(depth)
     ))

@@ -3,7 +3,7 @@
 use super::check::Checker;
 use crate::error::Problem;
 use crate::key_path::KeyPath;
-use crate::schema::{ArcLengthSpec, OverTime, Scene};
+use crate::schema::{ArcLengthSpec, Scene};
 
 /// The part `[time] arc_length` of a scene.
 pub(super) fn arc_length(check: &mut Checker, path: &KeyPath, scene: &Scene) {
@@ -106,35 +106,12 @@ fn refuse(check: &mut Checker, scene: &Scene) {
 
 /// Formulas that change with the load factor: there is one at least, and none jumps.
 fn loads(check: &mut Checker, path: &KeyPath, scene: &Scene) {
-    let root = KeyPath::root();
-    let mut formulas: Vec<(KeyPath, &OverTime)> = vec![];
-    let gravity = root.key("world").key("gravity");
-    formulas.extend(scene.world.gravity.iter().flatten().map(|formula| (gravity.clone(), formula)));
-    let mut moves = false;
-    for (b, body) in scene.body.iter().enumerate() {
-        let path = root.key("body").index(b);
-        for (l, load) in body.load.iter().enumerate() {
-            let path = path.key("load").index(l);
-            for (key, _, vector) in load.vectors() {
-                formulas.extend(vector.iter().map(|formula| (path.key(key), formula)));
-            }
-            formulas.extend(load.pressure.iter().map(|formula| (path.key("pressure"), formula)));
-        }
-        for (m, muscle) in body.muscle.iter().enumerate() {
-            formulas.push((path.key("muscle").index(m).key("tension"), &muscle.tension));
-        }
-        for (p, pin) in body.pin.iter().enumerate() {
-            let Some(motion) = &pin.motion else { continue };
-            let path = path.key("pin").index(p).key("motion");
-            let displacement = motion.displacement.iter().flatten();
-            formulas.extend(displacement.map(|formula| (path.key("displacement"), formula)));
-            if let Some(rotation) = &motion.rotation {
-                formulas.extend(rotation.angle.iter().map(|formula| (path.key("rotation"), formula)));
-                moves |= rotation.speed.is_some_and(|speed| speed != 0.0);
-            }
-            moves |= motion.velocity.iter().flatten().any(|velocity| *velocity != 0.0);
-        }
-    }
+    let formulas = scene.formulas();
+    let mut motions = scene.body.iter().flat_map(|body| &body.pin).filter_map(|pin| pin.motion.as_ref());
+    let moves = motions.any(|motion| {
+        let turns = motion.rotation.as_ref().and_then(|rotation| rotation.speed);
+        turns.is_some_and(|speed| speed != 0.0) || motion.velocity.iter().flatten().any(|v| *v != 0.0)
+    });
     if !moves && !formulas.iter().any(|(_, formula)| formula.depends_on_time()) {
         let message = "nothing in the scene grows with the load factor";
         let problem = Problem::semantic(path.clone(), message).at_key();

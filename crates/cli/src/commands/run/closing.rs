@@ -9,7 +9,7 @@ use pliant::run::{Outcome, Summary};
 use pliant::simulation::{MotionJumps, RetriedSteps, StaticState};
 use pliant::solver::SolverWork;
 use pliant_record::{LogLevel, Recorded, RecordedOutcome, RecordedStatus};
-use pliant_scene::assembly::{Report, advice_on_gain};
+use pliant_scene::assembly::{ContactSummary, Report, advice_on_gain};
 use pliant_scene::{Channel, Scene};
 use serde_json::{Value, json};
 
@@ -29,6 +29,8 @@ const MINOR_GAIN: f64 = 0.1;
 const OVERLOAD: f64 = 0.05;
 /// The part that would be left with the stiffness that is advised.
 const COMFORT: f64 = 0.5;
+/// Part of its volume below which an element has all but collapsed: foams are pressed to a tenth.
+const COLLAPSED: f64 = 0.05;
 
 /// Pressure of the contact barrier at the part `s` of its distance, in parts of its stiffness: `-2 s B'(s^2)`
 /// with `B(q) = -(q - 1)^2 ln q`.
@@ -77,7 +79,7 @@ impl<'a> Closing<'a> {
             return self.report.warnings.clone();
         }
         let found = [
-            self.inverted(),
+            self.inverted().or_else(|| self.collapsed()),
             self.loose(),
             self.jumped(),
             self.unsettled(),
@@ -99,6 +101,17 @@ impl<'a> Closing<'a> {
              deformation of a body; a finer mesh, smaller loads or increments, or a material whose energy \
              grows without bound as J goes to 0 (neo-hookean) keep it from that",
             counted(all as u64, "element is", "elements are"),
+            number(j),
+        ))
+    }
+
+    /// Elements that have little of their volume left at the end.
+    fn collapsed(&self) -> Option<String> {
+        let j = self.summary.end.min_j.filter(|j| (0.0..COLLAPSED).contains(j))?;
+        Some(format!(
+            "an element has {} of its volume left at the end (least J {}): materials do not hold so far, and \
+             what stands there is hardly a deformation of a body; look what presses it",
+            share(j),
             number(j),
         ))
     }
@@ -459,6 +472,9 @@ impl<'a> Closing<'a> {
                 format!("{place} at t = {} s; up to {most} at a time{limited}", number(least.time)),
             );
         }
+        if let Some(law) = self.report.contact.as_ref().and_then(ContactSummary::law) {
+            line("law", law);
+        }
         if let Some(Penetration { bodies: [a, b], depth, time }) = &self.summary.contact.deepest {
             let depth = number(*depth);
             line("entered", format!("{a} and {b}, {depth} m deep at t = {} s", number(*time)));
@@ -575,7 +591,8 @@ impl<'a> Closing<'a> {
 
     /// Parts that the drift of the energy is without, or holds beside the errors of the scheme.
     fn unaccounted(&self) -> &'static str {
-        let takes = self.takes_energy() && !self.loses_known();
+        // Without a step nothing was taken.
+        let takes = self.takes_energy() && !self.loses_known() && self.summary.work.steps > 0;
         match takes {
             true => ", what damping, drag, friction and walls took included: no `energy` among the channels",
             false => "",

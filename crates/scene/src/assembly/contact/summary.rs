@@ -1,6 +1,6 @@
 //! Report of contact: what touches, by which laws, where numbers come from, and what stands out.
 
-use pliant::quantity::Rounded;
+use pliant::quantity::{Rounded, counted};
 
 use super::impacts::ImpactDurations;
 
@@ -30,6 +30,9 @@ pub struct ContactSummary {
     pub start: Option<ContactStart>,
     /// Size of all bodies without obstacles [m]: what tolerances go by.
     pub size: f64,
+    /// The smallest body that has a size, and that [m].
+    #[serde(skip)]
+    pub(in crate::assembly) smallest: Option<(String, f64)>,
     /// Vertices of the surfaces.
     pub vertices: usize,
     /// Triangles, in the plane edges.
@@ -134,17 +137,36 @@ pub struct StoppedApproach {
     pub at_start: f64,
 }
 
+/// Part of the smallest body that a distance which the scene gives may be.
+const LARGE_DISTANCE: f64 = 0.25;
+
 /// Pairs of one law that are named one by one.
 const MOST_NAMED: usize = 8;
 
 impl ContactSummary {
     /// Sentence for the list of what a scene uses.
     pub(in crate::assembly) fn described(&self) -> String {
-        let surface = format!("{} vertices and {} faces", self.vertices, self.faces);
+        let surface = format!(
+            "{} and {}",
+            counted(self.vertices as u64, "vertex", "vertices"),
+            counted(self.faces as u64, "face", "faces")
+        );
         match self.of_walls {
             true => format!("walls that push what comes behind them, {surface}"),
             false => format!("contact from a gap of {} m on, {surface}", Rounded::<4>(self.distance)),
         }
+    }
+
+    /// Potential of contact in steps of this kind, and what follows from there being two; `None` in statics,
+    /// and where walls alone are touched.
+    pub fn law(&self) -> Option<String> {
+        let (own, others) = match (&self.explicit, &self.impacts) {
+            _ if self.of_walls => return None,
+            (Some(_), _) => ("explicit steps have a penalty", "implicit ones a barrier"),
+            (None, Some(_)) => ("implicit steps have a barrier", "explicit ones a penalty"),
+            (None, None) => return None,
+        };
+        Some(format!("{own}, {others}: the two converge to different motions after an impact"))
     }
 
     /// Everything about it, a sentence for each fact; `step` [s] where it is fixed.
@@ -156,6 +178,7 @@ impl ContactSummary {
             ),
             false => format!("surfaces push each other from a gap of {distance} m on, {origin}"),
         }];
+        facts.extend(self.law());
         facts.extend(self.described_pairs());
         facts.extend(self.with_itself.iter().map(|SelfContact { body, gap, least, between: [a, b] }| {
             format!(
@@ -206,7 +229,21 @@ impl ContactSummary {
     /// Things that explicit steps may not stop, and impacts in which a scheme may gain energy.
     pub(in crate::assembly) fn warnings(&self, scheme: &str) -> Vec<String> {
         let gains = self.impacts.as_ref().and_then(|impacts| impacts.warning(scheme));
-        gains.into_iter().chain(self.explicit_warnings()).collect()
+        gains.into_iter().chain(self.far()).chain(self.explicit_warnings()).collect()
+    }
+
+    /// A distance that the scene gives and that is large beside the smallest body.
+    fn far(&self) -> Option<String> {
+        let (body, size) =
+            self.smallest.as_ref().filter(|_| self.distance_origin == DistanceOrigin::Given)?;
+        (self.distance > LARGE_DISTANCE * size).then(|| {
+            format!(
+                "[contact] `distance` is {} m, and `{body}` is {} m large: it will hover; the default is a \
+                 thousandth of its size",
+                Rounded::<3>(self.distance),
+                Rounded::<3>(*size)
+            )
+        })
     }
 
     fn explicit_warnings(&self) -> Vec<String> {
@@ -267,8 +304,8 @@ impl ContactStart {
         let least = self.least.as_ref().map_or(String::new(), |StartGap { gap, between: [a, b] }| {
             format!("; the least gap is {} m, between {a} and {b}", Rounded::<4>(*gap))
         });
-        let pairs = if self.candidates == 1 { "pair is a candidate" } else { "pairs are candidates" };
-        format!("{} {pairs} at the start{least}", self.candidates)
+        let pairs = counted(self.candidates as u64, "pair is a candidate", "pairs are candidates");
+        format!("{pairs} at the start{least}")
     }
 }
 

@@ -1,0 +1,167 @@
+//! Warnings of formulas: of calls that mean nothing, of changes between steps, of swings that statics leave
+//! out.
+
+use std::f64::consts::PI;
+
+use super::body::BodyAssembly;
+use crate::{Body, KeyPath, OverTime, Scene};
+use pliant::material::Lame;
+use pliant::quantity::Rounded;
+use pliant::simulation::Simulation;
+
+/// Most intervals of a run that are looked at.
+const MOST_INTERVALS: f64 = 4000.0;
+/// Places within a step, in steps: no fraction of small numbers, or what swings could vanish at all of them.
+const WITHIN: [f64; 4] = [0.190_983, 0.381_966, 0.618_034, 0.809_017];
+/// Part of the variance of a formula that straight lines between the steps may miss: a sine of 2.6 steps a
+/// period misses so much, one of 4 a twentieth.
+const MISSED: f64 = 0.3;
+/// Part that a step misses which is advised.
+const FOLLOWED: f64 = 0.01;
+/// Times that the step is halved to find it.
+const HALVINGS: i32 = 10;
+/// Turns of a formula from which on it swings.
+const SWINGS: usize = 3;
+/// Part of the slowest natural frequency of a body below which inertia is small.
+const SLOW: f64 = 0.5;
+
+/// One line for each formula that stands for something else than was meant.
+pub(super) fn warnings(scene: &Scene, simulation: &Simulation, bodies: &[BodyAssembly]) -> Vec<String> {
+    let mut formulas = scene.formulas();
+    formulas.retain(|(_, formula)| formula.depends_on_time() || formula.depends_on_place());
+    let degenerate = formulas.iter().flat_map(|(path, formula)| degenerate(path, formula));
+    let mut warnings: Vec<String> = degenerate.collect();
+    formulas.retain(|(_, formula)| formula.depends_on_time());
+    let places = places(bodies);
+    let steps_are_fixed = simulation.step_control().is_none() && scene.time.arc_length.is_none();
+    if let Some(h) = scene.time.step.filter(|_| steps_are_fixed) {
+        let fast = |(path, formula): &(KeyPath, &OverTime)| between_steps(path, formula, &places, h, scene);
+        warnings.extend(formulas.iter().find_map(fast));
+    }
+    let is_static = simulation.method().is_static() && scene.time.arc_length.is_none();
+    if let Some((slowest, body)) = slowest(scene, bodies).filter(|_| is_static) {
+        let swings =
+            |(path, formula): &(KeyPath, &OverTime)| swings(path, formula, &places, scene, (slowest, body));
+        warnings.extend(formulas.iter().find_map(swings));
+    }
+    warnings
+}
+
+/// Two places at rest [m].
+fn places(bodies: &[BodyAssembly]) -> [[f64; 3]; 2] {
+    let points = bodies.iter().filter(|body| !body.is_obstacle).map(|body| &body.mesh);
+    let mut all = points.flat_map(|mesh| [mesh.point(0), mesh.point(mesh.vertex_count() - 1)]);
+    let first = all.next().unwrap_or_default();
+    [first, all.next_back().unwrap_or(first)].map(|row| {
+        let mut place = [0.0; 3];
+        place.iter_mut().zip(row).for_each(|(x, given)| *x = *given);
+        place
+    })
+}
+
+fn degenerate(path: &KeyPath, formula: &OverTime) -> Vec<String> {
+    let OverTime::Formula(formula) = formula else { return vec![] };
+    formula.degenerate_calls().into_iter().map(|call| format!("`{path}`: {call}")).collect()
+}
+
+/// A formula that changes more between the steps than from one to the next.
+fn between_steps(
+    path: &KeyPath,
+    formula: &OverTime,
+    places: &[[f64; 3]; 2],
+    h: f64,
+    scene: &Scene,
+) -> Option<String> {
+    let duration = scene.time.duration;
+    let worst = places.iter().max_by(|a, b| {
+        let missed = |place: &[f64; 3]| missed(formula, *place, h, duration).unwrap_or(0.0);
+        missed(a).total_cmp(&missed(b))
+    })?;
+    missed(formula, *worst, h, duration).filter(|missed| *missed > MISSED)?;
+    let mut finer = (1..=HALVINGS).map(|halvings| h / 2.0_f64.powi(halvings));
+    let enough = finer.find(|h| missed(formula, *worst, *h, duration).is_some_and(|m| m <= FOLLOWED));
+    let advice = match enough {
+        Some(h) => format!("steps of {} s follow it", Rounded::<3>(h)),
+        None => "let it change over several steps".to_owned(),
+    };
+    Some(format!(
+        "`{path}` changes more within steps of {} s than from one to the next: the run sees little of it; \
+         {advice}",
+        Rounded::<4>(h)
+    ))
+}
+
+/// Part of the variance of a formula that straight lines between its values at the steps miss; `None` where
+/// it does not change, or has no value.
+fn missed(formula: &OverTime, place: [f64; 3], h: f64, duration: f64) -> Option<f64> {
+    let steps = (duration / h).round().max(1.0);
+    let intervals = steps.min(MOST_INTERVALS);
+    let (mut count, mut sum, mut squares, mut errors) = (0.0, 0.0, 0.0, 0.0);
+    for interval in 0..intervals as u64 {
+        let step = (interval as f64 * (steps / intervals)).floor();
+        let [from, to] = [step, step + 1.0].map(|step| formula.value(place, step * h));
+        for within in WITHIN {
+            let value = formula.value(place, (step + within) * h);
+            let missed = value - (from + within * (to - from));
+            count += 1.0;
+            sum += value;
+            squares += value * value;
+            errors += missed * missed;
+        }
+    }
+    let variance = squares - sum * sum / count;
+    // Of a constant there is nothing but rounding.
+    (variance.is_finite() && variance > 1e-20 * squares).then(|| errors / variance)
+}
+
+/// The slowest natural frequency of an elastic body, about [rad/s], and its name: that of a cantilever of its
+/// length `L` and its least thickness `t`, `1.015 sqrt(E / rho) t / L^2`.
+fn slowest<'a>(scene: &Scene, bodies: &'a [BodyAssembly]) -> Option<(f64, &'a str)> {
+    let of_body = |(spec, body): (&Body, &'a BodyAssembly)| {
+        let mesh = &body.mesh;
+        if body.thickness.is_some() || mesh.element_dimension() != mesh.dimension {
+            return None;
+        }
+        let Lame { lambda, mu } = spec.elastic.as_ref()?.lame()?;
+        let young = mu * (3.0 * lambda + 2.0 * mu) / (lambda + mu);
+        let density = body.mass.iter().sum::<f64>() / mesh.lumped_measure().iter().sum::<f64>();
+        let (lower, upper) = mesh.bounding_box();
+        let extents = || lower.iter().zip(&upper).map(|(low, high)| high - low);
+        let (thickness, length) = (extents().fold(f64::INFINITY, f64::min), extents().fold(0.0, f64::max));
+        let frequency = 1.015 * (young / density).sqrt() * thickness / (length * length);
+        frequency.is_finite().then_some((frequency, &body.name[..]))
+    };
+    scene.body.iter().zip(bodies).filter_map(of_body).min_by(|a, b| a.0.total_cmp(&b.0))
+}
+
+/// A formula that swings about as fast as a body does by itself, where statics leave out inertia.
+fn swings(
+    path: &KeyPath,
+    formula: &OverTime,
+    places: &[[f64; 3]; 2],
+    scene: &Scene,
+    (slowest, body): (f64, &str),
+) -> Option<String> {
+    let duration = scene.time.duration;
+    let turns = places.iter().map(|place| turns(formula, *place, duration)).max().unwrap_or(0);
+    let frequency = PI * turns as f64 / duration;
+    (turns >= SWINGS && frequency > SLOW * slowest).then(|| {
+        format!(
+            "`{path}` swings at about {} rad/s, and `{body}` by itself at about {} rad/s: quasi-static runs \
+             leave out inertia, which matters there; a dynamic scheme has it",
+            Rounded::<2>(frequency),
+            Rounded::<2>(slowest)
+        )
+    })
+}
+
+/// Number of times that a formula turns from growing to falling, or back.
+fn turns(formula: &OverTime, place: [f64; 3], duration: f64) -> usize {
+    let samples = MOST_INTERVALS as u32;
+    let at = |i: u32| formula.value(place, duration * f64::from(i) / f64::from(samples));
+    let values: Vec<f64> = (0..=samples).map(at).collect();
+    let largest = values.iter().fold(0.0, |m: f64, value| m.max(value.abs()));
+    let differences = values.windows(2).map(|pair| pair[1] - pair[0]);
+    let moves: Vec<f64> = differences.filter(|d| d.abs() > 1e-9 * largest).collect();
+    moves.windows(2).filter(|pair| (pair[0] > 0.0) != (pair[1] > 0.0)).count()
+}
