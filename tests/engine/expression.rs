@@ -82,7 +82,7 @@ fn implicit_trajectories_are_those_of_the_models_by_hand() {
     }
 }
 
-/// Cells with a mean dilatation, and sheets, whose thickness follows.
+/// Cells of one point, and sheets, whose thickness follows.
 #[test]
 fn other_elements_take_formulas_too() {
     let (name, psi) = MODELS[0];

@@ -24,21 +24,14 @@ fn rise(cells: [usize; 2], poisson: f64) -> f64 {
     sheared(solid, 10.0, 1.0, 1.0, 1, [10.0, 0.5])[1] / converged
 }
 
-// C11: of its own bending, which is a quarter of all with two cells, a cell knows the part (1 - nu) in
-// the plane: deflections are 1 / (1 - nu / 4) of theory, a quarter of the gap with twice as many cells. Long
-// cells are held where they widen and narrow along the beam, and lose less.
+// C11: two rows bend as one does; n cells along a cantilever lack 1/(4 n^2).
 #[test]
 fn a_bent_beam_of_two_quadrilaterals_through_its_thickness_does_not_lock() {
     for poisson in [0.3, 0.49, 0.4999] {
-        let soft = 1.0 / (1.0 - poisson / 4.0);
-        let part = rise([20, 2], poisson);
-        assert!((part - soft).abs() < 0.05, "nu = {poisson}: {part}, expected {soft}");
-        for cells in [[10, 2], [5, 2]] {
+        for (cells, within) in [([20, 2], 0.01), ([10, 2], 0.015), ([5, 2], 0.035), ([40, 4], 0.01)] {
             let part = rise(cells, poisson);
-            assert!(part > 1.0 && part < soft + 0.01, "nu = {poisson}, {cells:?}: {part}, at most {soft}");
+            assert!((part - 1.0).abs() < within, "nu = {poisson}, {cells:?}: {part}");
         }
-        let part = rise([40, 4], poisson);
-        assert!(part > 1.0 && part - 1.0 < 0.3 * (soft - 1.0), "nu = {poisson}, four: {part}");
     }
 }
 

@@ -123,6 +123,53 @@ fn few_cells_through_what_bends_are_counted_and_many_or_thick_ones_are_not() {
     }
 }
 
+/// Thin shells of second order whose straight sides are off their curve are said to bend too stiffly, those of
+/// more elements, thick and flat ones not.
+#[test]
+fn facets_of_second_order_are_said_to_bend_too_stiffly() {
+    let said = |mesh: Value| {
+        let order = json!({ "order": 2 });
+        warnings(3, body(mesh, isotropic("neo-hookean", 1e6, 0.3), order))
+    };
+    let tube = |thickness: f64, around: usize| {
+        let radii = [1.0 - thickness, 1.0];
+        json!({ "tube": { "inner_radius": radii[0], "outer_radius": 1.0, "height": 3.0, "cells": [1, around, 8] } })
+    };
+    let found = said(tube(0.02, 16));
+    assert!(found.len() == 1 && found[0].contains("facets"), "{found:?}");
+    for none in [tube(0.02, 64), tube(0.1, 16), grid(&[20, 20, 1], &[1.0, 1.0, 0.01])] {
+        let found = said(none);
+        assert!(found.is_empty(), "{found:?}");
+    }
+}
+
+/// Slender bodies of a few cells: those that are trapezoids are said to bend too stiffly, parallelograms not.
+#[test]
+fn trapezoids_of_few_rows_are_said_to_bend_too_stiffly() {
+    for dimension in [2, 3] {
+        let said = |slant: fn(usize) -> f64, rows: usize| {
+            let cells = [12, rows, rows];
+            let size = [6.0, 1.0, 1.0];
+            let elastic = isotropic("linear", 1e6, 0.3);
+            let mut mesh = Solid::grid(&cells[..dimension], &size[..dimension], elastic.clone());
+            mesh = mesh.of_kind(Kind::Whole);
+            let mut whole = mesh.mesh();
+            for x in whole.points.chunks_exact_mut(dimension) {
+                let column = (2.0 * x[0]).round() as usize;
+                x[0] += slant(column) * (x[1] - 0.5);
+            }
+            let solid = Solid::inline(&whole, elastic.clone());
+            warnings(dimension, body(solid.mesh, elastic, json!({})))
+        };
+        let trapezoids = |column: usize| if column % 2 == 1 { 0.3 } else { -0.3 };
+        let found = said(trapezoids, 1);
+        assert!(found.len() == 1 && found[0].contains("no parallelograms"), "{found:?}");
+        for none in [said(|_| 0.0, 1), said(|_| 0.3, 1), said(trapezoids, 5)] {
+            assert!(none.is_empty(), "{none:?}");
+        }
+    }
+}
+
 /// Deflection of the end of a cantilever under a shear, as a part of that of quadratic elements.
 fn part(solid: Solid, size: &[f64]) -> f64 {
     let deflection = |solid: Solid| match size {

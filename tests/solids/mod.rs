@@ -17,6 +17,7 @@ mod manufactured;
 mod modes;
 mod muscles;
 mod nodal;
+mod one_point;
 mod patch;
 mod plane_stress;
 mod quadratic;

@@ -1,9 +1,11 @@
 //! Thickness of solids, in metres and in cells: from their surface along the inward normal to the other side.
 
+use std::collections::HashMap;
+
 use super::Mesh;
 use super::facets::for_each_equal;
 use pliant::algebra::{Mat, Vect};
-use pliant::element::simplex_rest;
+use pliant::element::{CellBlock, cross, simplex_rest};
 
 /// A line from the middle of a face of the surface along the inward normal to where it leaves the solid.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,9 +27,12 @@ const START: [f64; 3] = [0.347, 0.322, 0.331];
 
 impl Mesh {
     /// Chords from the faces of the surface of a solid of linear elements, at most about `most` of them,
-    /// evenly chosen; those that get lost by rounding are left out. Empty without triangles in 2D, tetrahedra
-    /// in 3D.
+    /// evenly chosen; those that get lost by rounding are left out. Through quadrilaterals and hexahedra they
+    /// lead from the middle of a side to that of the opposite one. Empty without elements that fill the space.
     pub fn chords(&self, most: usize) -> Vec<Chord> {
+        if let Some(block) = self.block() {
+            return chords_of_cells(self, block, most);
+        }
         match (self.dimension, self.element_dimension()) {
             (2, 2) => chords::<2, 3>(self, &self.triangles, most),
             (3, 3) => chords::<3, 4>(self, &self.tetrahedra, most),
@@ -48,6 +53,71 @@ fn chords<const D: usize, const N: usize>(mesh: &Mesh, cells: &[[u32; N]], most:
     let stride = faces().count().div_ceil(most.max(1)).max(1);
     let walk = Walk::<D, N> { mesh, cells, neighbours: &neighbours };
     faces().step_by(stride).filter_map(|(element, face)| walk.chord(element, face)).collect()
+}
+
+/// Chords through cells whose sides lie opposite one another.
+fn chords_of_cells(mesh: &Mesh, block: &CellBlock, most: usize) -> Vec<Chord> {
+    let cells: Vec<&[u32]> = block.cells().collect();
+    let sides = block.kind.sides;
+    let key = |(cell, side): (usize, usize)| {
+        let mut key: Vec<u32> = sides[side].iter().map(|node| cells[cell][*node]).collect();
+        key.sort_unstable();
+        key
+    };
+    let all = || (0..cells.len()).flat_map(|cell| (0..sides.len()).map(move |side| (cell, side)));
+    let mut of_side: HashMap<Vec<u32>, Vec<(usize, usize)>> = HashMap::new();
+    all().for_each(|place| of_side.entry(key(place)).or_default().push(place));
+    let middle = |(cell, side): (usize, usize)| {
+        let nodes = sides[side];
+        let mut middle = [0.0; 3];
+        for node in nodes {
+            let point = mesh.point(cells[cell][*node] as usize);
+            middle.iter_mut().zip(point).for_each(|(sum, x)| *sum += x / nodes.len() as f64);
+        }
+        middle
+    };
+    let opposite =
+        |side: usize| sides.iter().position(|other| other.iter().all(|node| !sides[side].contains(node)));
+    let chord = |start: (usize, usize)| {
+        let (mut place, mut count) = (start, 0);
+        let nodes = sides[start.1].iter().map(|node| mesh.point(cells[start.0][*node] as usize));
+        let face = extent_of_side(&nodes.collect::<Vec<_>>());
+        while count < cells.len() {
+            count += 1;
+            let exit = (place.0, opposite(place.1)?);
+            let next = of_side.get(&key(exit))?.iter().find(|(cell, _)| *cell != place.0);
+            let Some(next) = next else {
+                let length = distance(&middle(start), &middle(exit));
+                return Some(Chord { face, length, cells: count as f64 });
+            };
+            place = *next;
+        }
+        None
+    };
+    let open: Vec<(usize, usize)> = all().filter(|place| of_side[&key(*place)].len() == 1).collect();
+    let stride = open.len().div_ceil(most.max(1)).max(1);
+    open.into_iter().step_by(stride).filter_map(chord).collect()
+}
+
+/// Length of an edge, or area of a quadrilateral, by its diagonals.
+fn extent_of_side(nodes: &[&[f64]]) -> f64 {
+    let between = |a: usize, b: usize| {
+        let mut edge = [0.0; 3];
+        edge.iter_mut().zip(nodes[a]).zip(nodes[b]).for_each(|((edge, a), b)| *edge = b - a);
+        edge
+    };
+    if nodes.len() < 4 {
+        return norm(between(0, 1));
+    }
+    0.5 * norm(cross(between(0, 2), between(1, 3)))
+}
+
+fn distance(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+    norm([b[0] - a[0], b[1] - a[1], b[2] - a[2]])
+}
+
+fn norm(v: [f64; 3]) -> f64 {
+    v.iter().map(|c| c * c).sum::<f64>().sqrt()
 }
 
 /// The element across the face opposite each vertex of each element.
@@ -163,12 +233,17 @@ mod tests {
         build(&serde_json::from_value(spec).unwrap(), dimension, ".".as_ref()).unwrap()
     }
 
-    /// In a grid every chord is an edge of the box, with the cells of the grid along it.
+    /// In a grid every chord is an edge of the box, with the cells of the grid along it, whatever the cells are.
     #[test]
     fn chords_of_boxes_are_their_edges_and_cross_their_cells() {
-        for (cells, size) in [(vec![5, 3], vec![2.0, 0.3]), (vec![3, 4, 2], vec![1.0, 0.2, 0.5])] {
+        let boxes = [(vec![5, 3], vec![2.0, 0.3]), (vec![3, 4, 2], vec![1.0, 0.2, 0.5])];
+        for ((cells, size), whole) in boxes.into_iter().flat_map(|of| [(of.clone(), false), (of, true)]) {
             let d = cells.len();
-            let mesh = mesh(d, serde_json::json!({ "grid": { "cells": cells, "size": size } }));
+            let mut grid = serde_json::json!({ "cells": cells, "size": size });
+            if whole {
+                grid["element"] = serde_json::json!(if d == 2 { "quadrilateral" } else { "hexahedron" });
+            }
+            let mesh = mesh(d, serde_json::json!({ "grid": grid }));
             let chords = mesh.chords(usize::MAX);
             let volume: f64 = size.iter().product();
             for axis in 0..d {
@@ -179,7 +254,9 @@ mod tests {
                 let expected = cells[axis] as f64;
                 assert!(along.iter().all(|chord| (chord.cells - expected).abs() < 1e-12), "{along:?}");
             }
-            assert_eq!(chords.len(), mesh.faces_count());
+            if !whole {
+                assert_eq!(chords.len(), mesh.faces_count());
+            }
             assert!(mesh.chords(7).len() <= 7);
         }
     }

@@ -4,12 +4,12 @@ use pliant::algebra::Mat;
 use pliant::dissipation::Viscosity;
 use pliant::element::{CellKind, CellVisitor, Isoparametric};
 use pliant::energy::EnergyTerm;
-use pliant::energy::elastic::{CellShapes, CellTurns, Dilatation, MeanDilatation};
+use pliant::energy::elastic::{CellShapes, CellTurns, OnePointCells, PullBack};
 use pliant::material::{Material, MaterialSpec, MaterialVisitor, Psd, Tangent};
 
 use crate::ElementSet;
 
-/// Cells of a kind, as [`MeanDilatation::new`] has them.
+/// Cells of a kind, as [`OnePointCells::new`] has them.
 ///
 /// # Panics
 /// As there, and if the cells are not whole ones.
@@ -85,8 +85,8 @@ impl<const D: usize, const N: usize> MaterialVisitor<D> for ShapedCellsMaker<'_,
 
     fn visit<M: Material<D> + Material<3> + Clone>(self, material: M) -> Self::Output {
         let ElementSet { body, rest, stress, axes, .. } = *self.of.elements;
-        let how = (stress, Dilatation::of(self.of.material));
-        let cells = MeanDilatation::new(body, material, how, self.cell, self.of.elements.of(), rest);
+        let how = (stress, PullBack::of(self.of.material));
+        let cells = OnePointCells::new(body, material, how, self.cell, self.of.elements.of(), rest);
         let cells = match axes {
             Some(axes) => cells.with_axes(axes, rest),
             None => cells,
@@ -122,10 +122,10 @@ impl<const D: usize, const N: usize> MaterialVisitor<D> for TurningCellsMaker<'_
 
     fn visit<M: Material<D> + Material<3> + Clone>(self, material: M) -> Self::Output {
         let ElementSet { body, rest, stress, axes, .. } = *self.of.elements;
-        let how = (stress, Dilatation::of(self.of.material));
-        let cells = MeanDilatation::new(body, material, how, self.cell, self.of.elements.of(), rest);
+        let how = (stress, PullBack::of(self.of.material));
+        let cells = OnePointCells::new(body, material, how, self.cell, self.of.elements.of(), rest);
         let turns = self.of.turns.iter().map(|turns| std::array::from_fn(|c| turns[c].leading())).collect();
-        Box::new(cells.with_axes(axes.unwrap_or_default(), rest).turning(turns, rest))
+        Box::new(cells.with_axes(axes.unwrap_or_default(), rest).turning(turns))
     }
 }
 
@@ -140,9 +140,9 @@ impl CellVisitor for CellsMaker<'_> {
     type Output = Box<dyn EnergyTerm>;
 
     fn visit<const D: usize, const N: usize>(self, cell: &'static Isoparametric<D, N>) -> Self::Output {
-        let dilatation = Dilatation::of(self.about.unwrap_or(self.material));
+        let pull_back = PullBack::of(self.about.unwrap_or(self.material));
         let about = self.about.map(|about| about.visit::<D, _>(TangentMaker));
-        self.material.visit::<D, _>(MeanDilatationMaker { elements: self.elements, cell, dilatation, about })
+        self.material.visit::<D, _>(OnePointCellsMaker { elements: self.elements, cell, pull_back, about })
     }
 }
 
@@ -158,20 +158,20 @@ impl<const D: usize> MaterialVisitor<D> for TangentMaker {
 }
 
 /// Their maker of whatever material is visited.
-struct MeanDilatationMaker<'a, const D: usize, const N: usize> {
+struct OnePointCellsMaker<'a, const D: usize, const N: usize> {
     elements: &'a ElementSet<'a>,
     cell: &'static Isoparametric<D, N>,
-    dilatation: Dilatation,
+    pull_back: PullBack,
     about: Option<Tangent<D>>,
 }
 
-impl<const D: usize, const N: usize> MaterialVisitor<D> for MeanDilatationMaker<'_, D, N> {
+impl<const D: usize, const N: usize> MaterialVisitor<D> for OnePointCellsMaker<'_, D, N> {
     type Output = Box<dyn EnergyTerm>;
 
     fn visit<M: Material<D> + Material<3> + Clone>(self, material: M) -> Box<dyn EnergyTerm> {
         let ElementSet { body, rest, stress, .. } = *self.elements;
-        let how = (stress, self.dilatation);
-        let cells = MeanDilatation::new(body, material, how, self.cell, self.elements.of(), rest);
+        let how = (stress, self.pull_back);
+        let cells = OnePointCells::new(body, material, how, self.cell, self.elements.of(), rest);
         let cells = match self.elements.axes {
             Some(axes) => cells.with_axes(axes, rest),
             None => cells,

@@ -99,10 +99,10 @@ impl CellVisitor for ViscousCellsMaker<'_> {
 
     fn visit<const D: usize, const N: usize>(self, cell: &'static Isoparametric<D, N>) -> Self::Output {
         let ViscousSet { body, cells, rest, .. } = *self.set;
-        let cells = StrainRate::cells(body, self.viscosity, cell, whole_cells(cells), rest);
+        let cells = whole_cells(cells);
         Box::new(match self.about {
-            Some(about) => cells.as_change_of(about, rest),
-            None => cells,
+            Some(about) => StrainRate::change_of_cells(body, self.viscosity, about, cell, cells, rest),
+            None => StrainRate::cells(body, self.viscosity, cell, cells, rest),
         })
     }
 }

@@ -40,7 +40,7 @@ def rows(pliant, quick):
         "4-node quadrilaterals": (PLANE, {"quadrilaterals": QUADRILATERALS}, {}),
         "3-node triangles": (PLANE, {"triangles": halves}, {}),
         "6-node triangles": (PLANE, {"triangles": halves}, {"order": 2}),
-        "8-node hexahedra, B-bar": (SPACE, {"hexahedra": HEXAHEDRA}, {}),
+        "8-node hexahedra": (SPACE, {"hexahedra": HEXAHEDRA}, {}),
         "4-node tetrahedra": (SPACE, {"tetrahedra": tetrahedra()}, {}),
         "10-node tetrahedra": (SPACE, {"tetrahedra": tetrahedra()}, {"order": 2}),
     }

@@ -6,7 +6,7 @@
 //! Element Method: Its Basis and Fundamentals*, chapters 5 and 6.
 
 use super::ElementDescription;
-use crate::algebra::{Dual, Mat};
+use crate::algebra::Mat;
 
 /// Kind of cell. Nodes have VTK's order.
 #[derive(Debug, PartialEq, Eq)]
@@ -90,7 +90,7 @@ impl CellBlock {
 }
 
 /// Shape functions or their slopes at a place of the reference cell.
-type At<const D: usize, T, S = f64> = fn(&[S; D]) -> T;
+type At<const D: usize, T> = fn(&[f64; D]) -> T;
 
 /// Isoparametric cell of `N` nodes in `D` dimensions.
 #[derive(Clone, Copy, Debug)]
@@ -103,8 +103,6 @@ pub struct Isoparametric<const D: usize, const N: usize> {
     pub shape: At<D, [f64; N]>,
     /// Their slopes `dN_a/dxi_k`.
     pub slopes: At<D, [[f64; D]; N]>,
-    /// The same at a place that moves.
-    pub moving_slopes: At<D, [[Dual<f64>; D]; N], Dual<f64>>,
     /// Quadrature points of energy and mass, with weights whose sum is the volume of the reference cell.
     pub points: &'static [([f64; D], f64)],
 }

@@ -1,8 +1,6 @@
 //! Shape functions of quadrilaterals and hexahedra, `N_a = prod_k (1 + xi_k c_ak) / 2` with the corners
 //! `c_a` of the reference cell `[-1, 1]^D`: Zienkiewicz, Taylor, Zhu 2013, section 5.4.
 
-use crate::scalar::Scalar;
-
 /// Coordinate of the Gauss points of order 2 on `[-1, 1]`, `1/sqrt(3)`.
 pub(super) const GAUSS: f64 = 0.577_350_269_189_625_8;
 
@@ -12,18 +10,15 @@ pub(super) fn shape<const D: usize, const N: usize>(corners: &[[f64; D]; N], xi:
 }
 
 /// Their slopes `dN_a/dxi_k`.
-pub(super) fn slopes<S: Scalar, const D: usize, const N: usize>(
+pub(super) fn slopes<const D: usize, const N: usize>(
     corners: &[[f64; D]; N],
-    xi: &[S; D],
-) -> [[S; D]; N] {
+    xi: &[f64; D],
+) -> [[f64; D]; N] {
     corners.map(|corner| {
-        let mut slope = [S::zero(); D];
+        let mut slope = [0.0; D];
         for (k, slope) in slope.iter_mut().enumerate() {
-            let mut others = S::one();
-            for l in (0..D).filter(|l| *l != k) {
-                others *= S::splat(0.5) * (S::one() + xi[l] * S::splat(corner[l]));
-            }
-            *slope = S::splat(0.5 * corner[k]) * others;
+            let others = (0..D).filter(|l| *l != k).map(|l| 0.5 * (1.0 + xi[l] * corner[l]));
+            *slope = 0.5 * corner[k] * others.product::<f64>();
         }
         slope
     })

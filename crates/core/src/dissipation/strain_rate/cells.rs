@@ -4,31 +4,27 @@ use super::{StrainRate, Viscosity, ViscousElements};
 use crate::algebra::Mat;
 use crate::element::Isoparametric;
 use crate::energy::elastic::{
-    BendingPack, BendingSolid, CellBending, CellPacks, Dilatation, PointPack, cell_gradient, gather,
-    gradient_of_lane, points_of, scatter,
+    Amplitudes, CellPacks, HourglassSolid, MOST_MODES, RestData, amplitude_rates, by_each, dot, gather,
+    modes, outer_sum, points_of, scatter, times,
 };
 use crate::energy::patch::{Patch, Patches, Scratch};
 use crate::lanes::{Kernel, Lanes, dispatch_compact};
 use crate::material::Tangent;
 
-/// Cells with a dashpot at every quadrature point that sees the mean of the rates of volume:
-/// `R = sum_e sum_q w_q (eta E'_q : E'_q + 1/2 zeta m^2)`, `m` the mean of `tr Edot_q` over the
-/// cell and `E'_q = Edot_q + (m - tr Edot_q)/D I`, and the dissipation of bending that cells lack. At
-/// rest, with `eta = beta mu` and `zeta = beta lambda`, it is `beta` times the stiffness of
-/// [`MeanDilatation`](crate::energy::elastic::MeanDilatation) of the linear material.
-pub struct ViscousCells<const D: usize, const N: usize> {
-    cell: &'static Isoparametric<D, N>,
-    packs: CellPacks<D, N>,
-    /// `None` where no cell lacks any.
-    bending: Option<CellBending<D, N>>,
-}
+/// Cells with a dashpot at their mean deformation gradient and others of their hourglass modes: `R = sum_e V
+/// (eta Edot : Edot + 1/2 zeta tr(Edot)^2) + 1/2 z . K z`, `z = Fdot^T q + F^T qdot`, `K` the stiffness of
+/// [`OnePointCells`](crate::energy::elastic::OnePointCells) of a linear material with the moduli `eta` and
+/// `zeta`. Like the rate of Green's strain `z` is zero in a rigid motion and bilinear in positions and
+/// velocities. At rest, with `eta = beta mu` and `zeta = beta lambda`, it is `beta` times the stiffness of
+/// these cells.
+pub struct ViscousCells<const D: usize, const N: usize>(CellPacks<D, N>);
 
 impl<const D: usize, const N: usize> StrainRate<D, N, ViscousCells<D, N>> {
     /// Cells `cells` (global vertex indices) of `body`, at rest at `rest` (flat, all vertices of the system)
     /// [m].
     ///
     /// # Panics
-    /// If `det J` is not positive at a quadrature point: meshes are checked before.
+    /// If the volume of a cell is not positive: meshes are checked before.
     pub fn cells(
         body: &str,
         viscosity: Viscosity,
@@ -36,33 +32,40 @@ impl<const D: usize, const N: usize> StrainRate<D, N, ViscousCells<D, N>> {
         cells: &[[u32; N]],
         rest: &[f64],
     ) -> Self {
-        let of_patches = |patches: &Patches<N>| {
-            let packs = CellPacks::new(body, cell, patches, rest);
-            let tangent = &Tangent::isotropic(viscosity.second, viscosity.shear);
-            let solid = BendingSolid {
-                tangent,
-                change: None,
-                axes: &[],
-                turning: None,
-                dilatation: Dilatation::Small,
-            };
-            let bending = CellBending::new(cell, patches, &packs, solid, rest);
-            ViscousCells { cell, packs, bending }
-        };
-        Self::new(body, viscosity, cells, rest, of_patches)
+        Self::of_solid(body, viscosity, (cell, cells, rest), None)
     }
 
-    /// The change of the dissipation of cells with a parameter: of cells of this `viscosity`, which changes
-    /// by that of `self`. What cells lack in bending is no linear function of the viscosities, as all else
-    /// is.
-    #[must_use]
-    pub fn as_change_of(mut self, viscosity: Viscosity, rest: &[f64]) -> Self {
-        let tangent = &Tangent::isotropic(viscosity.second, viscosity.shear);
-        let change = Some(&Tangent::isotropic(self.viscosity.second, self.viscosity.shear));
-        let solid = BendingSolid { tangent, change, axes: &[], turning: None, dilatation: Dilatation::Small };
-        let ViscousCells { cell, packs, bending } = &mut self.elements;
-        *bending = CellBending::new(cell, &self.patches, packs, solid, rest);
-        self
+    /// The change of the dissipation of such cells with a parameter: of cells of the viscosity `about`, which
+    /// changes by `viscosity`. The viscosity of hourglass modes is no linear function of it, as all else is.
+    ///
+    /// # Panics
+    /// As there.
+    pub fn change_of_cells(
+        body: &str,
+        viscosity: Viscosity,
+        about: Viscosity,
+        cell: &'static Isoparametric<D, N>,
+        cells: &[[u32; N]],
+        rest: &[f64],
+    ) -> Self {
+        Self::of_solid(body, viscosity, (cell, cells, rest), Some(about))
+    }
+
+    fn of_solid(
+        body: &str,
+        viscosity: Viscosity,
+        (cell, cells, rest): (&'static Isoparametric<D, N>, &[[u32; N]], &[f64]),
+        about: Option<Viscosity>,
+    ) -> Self {
+        let tangent = |viscosity: Viscosity| Tangent::isotropic(viscosity.second, viscosity.shear);
+        let own = tangent(viscosity);
+        let about = about.map(tangent);
+        let solid = match &about {
+            Some(about) => HourglassSolid { tangent: about, change: Some(&own), axes: &[] },
+            None => HourglassSolid { tangent: &own, change: None, axes: &[] },
+        };
+        let packs = |patches: &Patches<N>| ViscousCells(CellPacks::new(body, cell, patches, rest, solid));
+        Self::new(body, viscosity, cells, rest, packs)
     }
 }
 
@@ -74,7 +77,7 @@ impl<const D: usize, const N: usize> ViscousElements<D, N> for ViscousCells<D, N
         patch: &Patch,
         scratch: &mut Scratch<D>,
     ) -> f64 {
-        dispatch_compact(CellViscousKernel { viscosity, patches, cells: self, patch, scratch })
+        dispatch_compact(CellViscousKernel { viscosity, patches, packs: &self.0, patch, scratch })
     }
 
     fn add_blocks(
@@ -85,30 +88,28 @@ impl<const D: usize, const N: usize> ViscousElements<D, N> for ViscousCells<D, N
         (pack, lane): (usize, usize),
         out: &mut [f64],
     ) {
-        let Viscosity { shear, second } = viscosity;
-        // 2 eta E' : E' = 2 eta (Edot : Edot - (tr Edot)^2 / D) + 2 eta m^2 / D.
-        let of_shear = Viscosity { shear, second: -2.0 * shear / D as f64 };
-        let of_volume = Viscosity { shear: 0.0, second: second + 2.0 * shear / D as f64 };
-        let nodes = points_of::<D, N>(x, vertices);
-        let volume = self.packs.volume[pack][lane];
-        let mut mean = [[0.0; D]; N];
-        for rest in self.packs.rest(pack) {
-            let (gradient, part) = rest.lane(lane);
-            let f = gradient_of_lane(&nodes, &gradient);
-            of_shear.add_blocks(volume * part, &gradient, &f.0, out);
-            for (mean, gradient) in mean.iter_mut().zip(&gradient) {
-                let pushed = f.mul_vec(gradient);
-                (0..D).for_each(|i| mean[i] += part * pushed[i]);
+        let rest = self.0.lane(pack, lane);
+        let (f, q): (Mat<f64, D>, Amplitudes<f64, D>) = rest.measure(&points_of::<D, N>(x, vertices));
+        viscosity.add_blocks(rest.volume(), &rest.gradient, &f.0, out);
+        // `z` of a unit velocity of each node, and `K z`.
+        let mut slopes = [[[[0.0; D]; MOST_MODES]; D]; N];
+        for (a, i) in (0..N).flat_map(|a| (0..D).map(move |i| (a, i))) {
+            for (h, k) in (0..modes(D)).flat_map(|h| (0..D).map(move |k| (h, k))) {
+                slopes[a][i][h][k] = rest.gradient[a][k] * q[h][i] + rest.weight[h][a] * f[i][k];
             }
         }
-        of_volume.add_blocks(volume, &mean, &Mat::identity().0, out);
-        if let Some(bending) = &self.bending {
-            bending.add_damping(&nodes, (pack, lane), out);
+        let forces = slopes.map(|of_node| of_node.map(|slope| times(&rest.stiffness, &slope)));
+        let pairs = (0..N).flat_map(|a| (a..N).map(move |b| (a, b)));
+        for ((a, b), block) in pairs.zip(out.chunks_exact_mut(D * D)) {
+            for (entry, (i, k)) in block.iter_mut().zip((0..D).flat_map(|i| (0..D).map(move |k| (i, k)))) {
+                let products = slopes[a][i].as_flattened().iter().zip(forces[b][k].as_flattened());
+                *entry += products.map(|(slope, force)| slope * force).sum::<f64>();
+            }
         }
     }
 
     fn bytes(&self) -> usize {
-        self.packs.bytes() + self.bending.as_ref().map_or(0, CellBending::bytes)
+        self.0.bytes()
     }
 }
 
@@ -116,7 +117,7 @@ impl<const D: usize, const N: usize> ViscousElements<D, N> for ViscousCells<D, N
 struct CellViscousKernel<'a, const D: usize, const N: usize> {
     viscosity: Viscosity,
     patches: &'a Patches<N>,
-    cells: &'a ViscousCells<D, N>,
+    packs: &'a CellPacks<D, N>,
     patch: &'a Patch,
     scratch: &'a mut Scratch<D>,
 }
@@ -127,55 +128,24 @@ impl<const D: usize, const N: usize> Kernel for CellViscousKernel<'_, D, N> {
     #[inline(always)]
     fn run<L: Lanes>(self) -> f64 {
         let Scratch { position, direction, gradient } = self.scratch;
-        let ViscousCells { packs, bending, .. } = self.cells;
         let two_eta = L::splat(2.0 * self.viscosity.shear);
         let zeta = L::splat(self.viscosity.second);
         let mut power = L::zero();
         for pack in self.patch.packs.clone() {
-            let index = &self.patches.index[pack];
-            let x = gather::<L, D, N>(position, index);
-            let v = gather::<L, D, N>(direction, index);
-            let volume = L::load(&packs.volume[pack]);
-            let mut mean = L::zero();
-            for rest in packs.rest(pack) {
-                let (_, rate) = rate(&x, &v, rest);
-                mean = rest.part::<L>().mul_add(rate.trace(), mean);
-            }
-            let mut gradients = [[L::zero(); D]; N];
-            for rest in packs.rest(pack) {
-                let weight = volume * rest.part::<L>();
-                let (f, rate) = rate(&x, &v, rest);
-                let rate = rate + Mat::scalar((mean - rate.trace()) * L::splat(1.0 / D as f64));
-                let stress = rate.scale(two_eta) + Mat::scalar(zeta * mean);
-                power += weight * stress.dot(&rate);
-                let h = f.mul(&stress).scale(weight);
-                for a in 1..N {
-                    for i in 0..D {
-                        for k in 0..D {
-                            let force = h[i][k] * rest.gradient::<L>(a, k);
-                            gradients[a][i] += force;
-                            gradients[0][i] -= force;
-                        }
-                    }
-                }
-            }
-            if let Some(bending) = bending {
-                let pack = BendingPack { bending, index, pack, turns: true };
-                power += pack.add_viscous(&x, &v, &mut gradients);
-            }
+            let (index, rest) = (&self.patches.index[pack], self.packs.rest::<L>(pack));
+            let (f, q): (Mat<L, D>, Amplitudes<L, D>) = rest.measure(&gather::<L, D, N>(position, index));
+            let (l, q_rate): (Mat<L, D>, Amplitudes<L, D>) =
+                rest.measure(&gather::<L, D, N>(direction, index));
+            let rate = f.transpose_mul(&l).symmetric();
+            let stress = rate.scale(two_eta) + Mat::scalar(zeta * rate.trace());
+            let z = amplitude_rates((&f, &q), (&l, &q_rate));
+            let y = times(&rest.stiffness::<L>(), &z);
+            let volume: L = rest.volume();
+            power += volume.mul_add(stress.dot(&rate), dot(&y, &z));
+            let by_rate = f.mul(&stress).scale_add(volume, &outer_sum(&q, &y));
+            let gradients: [[L; D]; N] = rest.spread(&by_rate, &by_each(&f, &y));
             scatter(gradient, index, gradients);
         }
         power.horizontal_sum()
     }
-}
-
-/// `F` and the rate of Green's strain at a point.
-#[inline(always)]
-fn rate<L: Lanes, const D: usize, const N: usize>(
-    x: &[[L; D]; N],
-    v: &[[L; D]; N],
-    point: &PointPack<D, N>,
-) -> (Mat<L, D>, Mat<L, D>) {
-    let f = cell_gradient(x, point);
-    (f, f.transpose_mul(&cell_gradient(v, point)).symmetric())
 }

@@ -139,7 +139,7 @@ struct PairBlocks<'a, const D: usize, const N: usize> {
 
 /// The numbers of the Hessians of a pack, in the order in which they are written.
 #[repr(align(64))]
-struct Entries<const MOST: usize>([[f64; WIDTH]; MOST]);
+pub(super) struct Entries<const MOST: usize>(pub(super) [[f64; WIDTH]; MOST]);
 
 impl<const MOST: usize> Entries<MOST> {
     #[inline(always)]
@@ -154,7 +154,7 @@ impl<const MOST: usize> Entries<MOST> {
     }
 
     #[inline(always)]
-    fn set<L: Lanes, const D: usize>(&mut self, block: usize, k: &Mat<L, D>) {
+    pub(super) fn set<L: Lanes, const D: usize>(&mut self, block: usize, k: &Mat<L, D>) {
         for i in 0..D {
             for j in 0..D {
                 k[i][j].store(&mut self.0[block * D * D + i * D + j]);
@@ -164,7 +164,7 @@ impl<const MOST: usize> Entries<MOST> {
 
     /// Writes `count` numbers of each lane, one lane after another.
     #[inline(always)]
-    fn write<L: Lanes>(&self, count: usize, out: &mut [f64]) {
+    pub(super) fn write<L: Lanes>(&self, count: usize, out: &mut [f64]) {
         for (i, columns) in self.0.as_chunks::<WIDTH>().0.iter().enumerate().take(count.div_ceil(WIDTH)) {
             let mut pack = [L::zero(); WIDTH];
             for c in 0..WIDTH {
@@ -413,7 +413,7 @@ fn fill_by_tangent<const D: usize, const N: usize>(
 }
 
 /// Adds the blocks `w C_ijkl (grad N_a)_j (grad N_b)_l` of a tangent `C`, for each pair `a <= b`.
-fn add_blocks<const D: usize, const N: usize>(
+pub(super) fn add_blocks<const D: usize, const N: usize>(
     tangent: &Tangent<D>,
     weight: f64,
     gradient: &[[f64; D]; N],

@@ -3,11 +3,11 @@
 
 mod axes;
 mod block;
+mod cells;
 mod collapse;
 mod factors;
 mod hessian;
 mod kernels;
-mod mean_dilatation;
 mod membrane;
 mod nodal;
 mod predicted;
@@ -18,10 +18,11 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-pub(crate) use mean_dilatation::{
-    BendingPack, BendingSolid, CellBending, CellPacks, PointPack, cell_gradient, gradient_of_lane,
+pub(crate) use cells::{
+    Amplitudes, CellPacks, HourglassSolid, MOST_MODES, RestData, amplitude_rates, by_each, dot, modes,
+    outer_sum, times,
 };
-pub use mean_dilatation::{CellShapes, CellTurns, Dilatation, MeanDilatation, ShapedCells, TurningCells};
+pub use cells::{CellShapes, CellTurns, OnePointCells, PullBack, ShapedCells, TurningCells, bending_excess};
 pub use membrane::flattened;
 pub use membrane::{Membrane, Sheet};
 pub use nodal::nodal_integration;

@@ -1,14 +1,12 @@
 //! Stresses that a linearisation predicts: see
 //! [`predicted_hessians`](crate::energy::PredictedStresses::predicted_hessians).
 //!
-//! The stress that works on `F` is split in a pressure `p`, which turns with `cof F`, and what is left, which
-//! turns with `F`. With the stress `P` of the material at `Fb = s F` and `q = P : Fb / D`,
+//! The stress is split in a pressure `p`, which turns with `cof F`, and what is left, which turns with `F`.
+//! With `q = P : F / D`,
 //!
 //! ```text
-//! P* = F S + p cof F,   S = F^-1 (s P - q / J cof F)
+//! P = F S + q/J cof F,   S = F^-1 (P - q/J cof F)
 //! ```
-//!
-//! Ordinary elements have `s = 1` and `p = q / J`; cells share one `p`.
 
 use super::block::{BlockMaterial, stresses};
 use crate::algebra::Mat;
@@ -29,40 +27,36 @@ pub(super) fn is_nearly_incompressible<const D: usize>(material: &dyn BlockMater
 
 /// The parts of a stress, or their change along a direction.
 #[derive(Clone, Copy)]
-pub(super) struct StressParts<const D: usize> {
+struct StressParts<const D: usize> {
     /// `S` [Pa].
-    pub(super) turning: Mat<f64, D>,
+    turning: Mat<f64, D>,
     /// `q` [Pa].
-    pub(super) pressure: f64,
+    pressure: f64,
 }
 
-/// A deformation gradient, its factor `s`, and the stress at `s F`; or their changes along a direction.
+/// A deformation gradient and the stress there, or their changes along a direction.
 #[derive(Clone, Copy)]
-pub(super) struct Stressed<const D: usize> {
-    pub(super) f: Mat<f64, D>,
-    pub(super) s: f64,
-    pub(super) p: Mat<f64, D>,
+struct Stressed<const D: usize> {
+    f: Mat<f64, D>,
+    p: Mat<f64, D>,
 }
 
 impl<const D: usize> Stressed<D> {
-    pub(super) fn parts(&self) -> StressParts<D> {
-        let pressure = self.p.dot(&self.f.scale(self.s)) / D as f64;
-        let rest = self.p.scale(self.s) - self.f.cofactor().scale(pressure / self.f.determinant());
+    fn parts(&self) -> StressParts<D> {
+        let pressure = self.p.dot(&self.f) / D as f64;
+        let rest = self.p - self.f.cofactor().scale(pressure / self.f.determinant());
         StressParts { turning: self.f.inverse().mul(&rest), pressure }
     }
 
     /// The change of the parts along `d`.
     ///
     /// With `d(cof F / J) = d(F^-T) = -F^-T dF^T F^-T`.
-    pub(super) fn change(&self, d: &Stressed<D>) -> StressParts<D> {
+    fn change(&self, d: &Stressed<D>) -> StressParts<D> {
         let inverse = self.f.inverse();
         let StressParts { turning, pressure } = self.parts();
-        let dilated = d.f.scale(self.s) + self.f.scale(d.s);
-        let dq = (d.p.dot(&self.f.scale(self.s)) + self.p.dot(&dilated)) / D as f64;
+        let dq = (d.p.dot(&self.f) + self.p.dot(&d.f)) / D as f64;
         let turned = inverse.mul(&d.f).mul(&inverse).transpose();
-        let change = d.p.scale(self.s) + self.p.scale(d.s) - inverse.transpose().scale(dq)
-            + turned.scale(pressure)
-            - d.f.mul(&turning);
+        let change = d.p - inverse.transpose().scale(dq) + turned.scale(pressure) - d.f.mul(&turning);
         StressParts { turning: inverse.mul(&change), pressure: dq }
     }
 }
@@ -80,11 +74,11 @@ pub(super) fn add_excess<const D: usize>(
         return;
     }
     let p = stresses(material, how, &[*from, *to]);
-    let before = Stressed { f: *from, s: 1.0, p: p.lane(0) };
+    let before = Stressed { f: *from, p: p.lane(0) };
     let df = *to - *from;
     let dp = material.tangent(from, Psd::Exact).apply(&df);
-    let (old, new) = (before.parts(), Stressed { f: *to, s: 1.0, p: p.lane(1) }.parts());
-    let change = before.change(&Stressed { f: df, s: 0.0, p: dp });
+    let (old, new) = (before.parts(), Stressed { f: *to, p: p.lane(1) }.parts());
+    let change = before.change(&Stressed { f: df, p: dp });
     let dj = from.cofactor().dot(&df);
     let predicted = (old.pressure + change.pressure - old.pressure * dj / j) / j;
     tangent.add_second_of_determinant(to, predicted - new.pressure / j_to);

@@ -3,7 +3,7 @@
 use super::*;
 use crate::algebra::tests::sample::Random;
 use crate::element::quadrature_points;
-use crate::energy::elastic::mean_dilatation::tests::{
+use crate::energy::elastic::cells::tests::{
     by_stencils, check_prediction, derivative, difference, gradient, largest,
 };
 use crate::energy::elastic::points_of;

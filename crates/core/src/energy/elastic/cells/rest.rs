@@ -1,0 +1,297 @@
+//! Rest data of cells: mean gradients, weights of the hourglass modes, inverse Jacobian of the middle.
+//!
+//! ```text
+//! b_a = (integral of grad N_a) / V,   gamma_h = (h - sum_a b_a . t_h) / N,   t_h = sum_a h_a X_a
+//! F = sum_a x_a b_a^T,   q_h = sum_a gamma_ha x_a
+//! ```
+//!
+//! with the modes `h` of the corners: `xi_k xi_l` of each pair of axes, in space also `xi_0 xi_1 xi_2`.
+//! `gamma_h` is zero on every linear field: Flanagan, Belytschko 1981, "A uniform strain hexahedron and
+//! quadrilateral with orthogonal hourglass control", Int. J. Numer. Meth. Eng. 17, 679, equations 44 to 51.
+
+use crate::algebra::Mat;
+use crate::element::Isoparametric;
+use crate::scalar::Scalar;
+
+/// Hourglass modes of a cell at most.
+pub(crate) const MOST_MODES: usize = 4;
+
+/// Amplitude `q_h` of every hourglass mode.
+pub(crate) type Amplitudes<S, const D: usize> = [[S; D]; MOST_MODES];
+
+/// Number of hourglass modes of cells in `d` dimensions.
+#[inline(always)]
+pub(crate) const fn modes(d: usize) -> usize {
+    if d == 2 { 1 } else { MOST_MODES }
+}
+
+/// Number of the mode `xi_k xi_l`.
+#[inline(always)]
+pub(super) const fn mode_of_pair(k: usize, l: usize) -> usize {
+    k + l - 1
+}
+
+/// Axes of the modes, in their order.
+const AXES: [&[usize]; MOST_MODES] = [&[0, 1], &[0, 2], &[1, 2], &[0, 1, 2]];
+
+/// Numbers of a cell at rest that its deformation is made with.
+pub(crate) trait RestData<S: Scalar, const D: usize, const N: usize> {
+    /// Rest area [m^2] or volume [m^3]; zero in lanes without a cell of their own.
+    fn volume(&self) -> S;
+    /// One component of `b` of one node [1/m].
+    fn gradient(&self, node: usize, component: usize) -> S;
+    /// `gamma` of one mode and node.
+    fn weight(&self, mode: usize, node: usize) -> S;
+
+    /// `F` and `q` of positions, or what is made so of another field of the nodes.
+    #[inline(always)]
+    fn measure(&self, x: &[[S; D]; N]) -> (Mat<S, D>, Amplitudes<S, D>) {
+        let (mut f, mut q) = (Mat::zero(), [[S::zero(); D]; MOST_MODES]);
+        for a in 1..N {
+            for i in 0..D {
+                // Measured from the first node: what is far from the origin loses no digits.
+                let from_first = x[a][i] - x[0][i];
+                for k in 0..D {
+                    f[i][k] = from_first.mul_add(self.gradient(a, k), f[i][k]);
+                }
+                for h in 0..modes(D) {
+                    q[h][i] = from_first.mul_add(self.weight(h, a), q[h][i]);
+                }
+            }
+        }
+        (f, q)
+    }
+
+    /// `T b_a + sum_h gamma_ha y_h` at every node: the transpose.
+    #[inline(always)]
+    fn spread(&self, by_f: &Mat<S, D>, by_q: &Amplitudes<S, D>) -> [[S; D]; N] {
+        let mut nodes = [[S::zero(); D]; N];
+        for a in 1..N {
+            for i in 0..D {
+                let mut sum = by_f[i][0] * self.gradient(a, 0);
+                for k in 1..D {
+                    sum = by_f[i][k].mul_add(self.gradient(a, k), sum);
+                }
+                for h in 0..modes(D) {
+                    sum = by_q[h][i].mul_add(self.weight(h, a), sum);
+                }
+                nodes[a][i] = sum;
+                // Gradients and weights of all nodes add up to zero.
+                nodes[0][i] -= sum;
+            }
+        }
+        nodes
+    }
+}
+
+/// Rest data of one cell, of a pack of them, or with its change along a direction.
+///
+/// It also holds the derivatives of a function of these numbers by each of them.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct CellRest<S, const D: usize, const N: usize> {
+    /// Area [m^2] or volume [m^3].
+    pub(crate) volume: S,
+    /// `b` of every node [1/m].
+    pub(crate) gradient: [[S; D]; N],
+    /// `gamma` of every mode.
+    pub(crate) weight: [[S; N]; MOST_MODES],
+    /// `J^-1` in the middle, with the slopes `g_k` of the coordinates of the cell as its rows [1/m].
+    pub(crate) inverse: Mat<S, D>,
+}
+
+impl<S: Scalar, const D: usize, const N: usize> RestData<S, D, N> for CellRest<S, D, N> {
+    #[inline(always)]
+    fn volume(&self) -> S {
+        self.volume
+    }
+
+    #[inline(always)]
+    fn gradient(&self, node: usize, component: usize) -> S {
+        self.gradient[node][component]
+    }
+
+    #[inline(always)]
+    fn weight(&self, mode: usize, node: usize) -> S {
+        self.weight[mode][node]
+    }
+}
+
+impl<S: Scalar, const D: usize, const N: usize> CellRest<S, D, N> {
+    /// Rest data of the cell with these nodes [m].
+    pub(crate) fn new(cell: &Isoparametric<D, N>, nodes: &[[S; D]; N]) -> Self {
+        let mut volume = S::zero();
+        let mut gradient = [[S::zero(); D]; N];
+        for (xi, part) in cell.points {
+            let slopes = (cell.slopes)(xi);
+            let j = jacobian(nodes, &slopes);
+            let cofactor = j.cofactor();
+            volume += S::splat(*part) * j.determinant_with(&cofactor);
+            for a in 0..N {
+                let of_point = cofactor.mul_vec(&slopes[a].map(|slope| S::splat(part * slope)));
+                for i in 0..D {
+                    gradient[a][i] += of_point[i];
+                }
+            }
+        }
+        for of_node in &mut gradient {
+            for entry in of_node {
+                *entry = *entry / volume;
+            }
+        }
+        let mut weight = [[S::zero(); N]; MOST_MODES];
+        for (h, weight) in weight.iter_mut().enumerate().take(modes(D)) {
+            let (signs, along) = (signs(cell, h), mode_of_rest(cell, h, nodes));
+            for a in 0..N {
+                let mut sum = S::splat(signs[a]);
+                for i in 0..D {
+                    sum -= gradient[a][i] * along[i];
+                }
+                weight[a] = sum * S::splat(1.0 / N as f64);
+            }
+        }
+        let inverse = jacobian(nodes, &(cell.slopes)(&[0.0; D])).inverse();
+        CellRest { volume, gradient, weight, inverse }
+    }
+
+    /// The same cell in axes of its own, from which `rotation` leads to those of space.
+    pub(super) fn turned(mut self, rotation: &Mat<S, D>) -> Self {
+        let back = rotation.transpose();
+        for of_node in &mut self.gradient {
+            *of_node = back.mul_vec(of_node);
+        }
+        self.inverse = self.inverse.mul(rotation);
+        self
+    }
+
+    /// Derivatives of a function of `F` and `q` of the field `x` by gradients and weights.
+    pub(super) fn add_rates(&mut self, x: &[[S; D]; N], by_f: &Mat<S, D>, by_q: &Amplitudes<S, D>) {
+        for a in 1..N {
+            let mut from_first = x[a];
+            for i in 0..D {
+                from_first[i] -= x[0][i];
+            }
+            let row = by_f.transpose().mul_vec(&from_first);
+            for i in 0..D {
+                self.gradient[a][i] += row[i];
+                for h in 0..modes(D) {
+                    self.weight[h][a] += by_q[h][i] * from_first[i];
+                }
+            }
+        }
+    }
+
+    /// All numbers zero.
+    pub(super) fn zero() -> Self {
+        CellRest {
+            volume: S::zero(),
+            gradient: [[S::zero(); D]; N],
+            weight: [[S::zero(); N]; MOST_MODES],
+            inverse: Mat::zero(),
+        }
+    }
+}
+
+impl<const D: usize, const N: usize> CellRest<f64, D, N> {
+    /// The same numbers as others that do not change.
+    pub(super) fn splat<S: Scalar>(&self) -> CellRest<S, D, N> {
+        CellRest {
+            volume: S::splat(self.volume),
+            gradient: self.gradient.map(|row| row.map(S::splat)),
+            weight: self.weight.map(|row| row.map(S::splat)),
+            inverse: Mat::splat(&self.inverse),
+        }
+    }
+
+    /// Derivatives by the nodes at rest of a function with these derivatives by the rest data.
+    pub(super) fn by_nodes(&self, cell: &Isoparametric<D, N>, nodes: &[[f64; D]; N]) -> [[f64; D]; N] {
+        let rest = CellRest::new(cell, nodes);
+        let (mut rows, mut by_gradient) = ([[0.0; D]; N], self.gradient);
+        for (h, weight) in self.weight.iter().enumerate().take(modes(D)) {
+            let (signs, along) = (signs(cell, h), mode_of_rest(cell, h, nodes));
+            let mut by_along = [0.0; D];
+            for a in 0..N {
+                for i in 0..D {
+                    by_gradient[a][i] -= weight[a] * along[i] / N as f64;
+                    by_along[i] -= weight[a] * rest.gradient[a][i] / N as f64;
+                }
+            }
+            rows.iter_mut().zip(signs).for_each(|(row, sign)| add(row, sign, &by_along));
+        }
+        // `b = B / V`, `B_a = sum_q w cof J s_a`, `V = sum_q w det J`.
+        let mut by_volume = self.volume;
+        for (by, b) in by_gradient.as_flattened_mut().iter_mut().zip(rest.gradient.as_flattened()) {
+            by_volume -= *by * b / rest.volume;
+            *by /= rest.volume;
+        }
+        for (xi, part) in cell.points {
+            let slopes = (cell.slopes)(xi);
+            let j = jacobian(nodes, &slopes);
+            let by_cofactor = outer_sum(&by_gradient, &slopes);
+            let by_j = (j.cofactor().scale(by_volume) + j.cofactor_derivative(&by_cofactor)).scale(*part);
+            rows.iter_mut().zip(&slopes).for_each(|(row, slope)| add(row, 1.0, &by_j.mul_vec(slope)));
+        }
+        let transposed = rest.inverse.transpose();
+        let by_middle = transposed.mul(&self.inverse).mul(&transposed);
+        let slopes = (cell.slopes)(&[0.0; D]);
+        rows.iter_mut().zip(&slopes).for_each(|(row, slope)| add(row, -1.0, &by_middle.mul_vec(slope)));
+        rows
+    }
+}
+
+fn add<const D: usize>(sum: &mut [f64; D], factor: f64, v: &[f64; D]) {
+    sum.iter_mut().zip(v).for_each(|(sum, v)| *sum += factor * v);
+}
+
+/// Mode `h` at the corners.
+fn signs<const D: usize, const N: usize>(cell: &Isoparametric<D, N>, h: usize) -> [f64; N] {
+    cell.nodes.map(|node| AXES[h].iter().map(|k| node[*k]).product())
+}
+
+/// `t_h` of nodes.
+fn mode_of_rest<S: Scalar, const D: usize, const N: usize>(
+    cell: &Isoparametric<D, N>,
+    h: usize,
+    nodes: &[[S; D]; N],
+) -> [S; D] {
+    let mut along = [S::zero(); D];
+    for (sign, node) in signs(cell, h).into_iter().zip(nodes) {
+        for i in 0..D {
+            along[i] += S::splat(sign) * (node[i] - nodes[0][i]);
+        }
+    }
+    along
+}
+
+/// `J = sum_a X_a s_a^T`.
+fn jacobian<S: Scalar, const D: usize, const N: usize>(
+    nodes: &[[S; D]; N],
+    slopes: &[[f64; D]; N],
+) -> Mat<S, D> {
+    let mut j = Mat::zero();
+    for a in 1..N {
+        for i in 0..D {
+            let from_first = nodes[a][i] - nodes[0][i];
+            for k in 0..D {
+                j[i][k] = from_first.mul_add(S::splat(slopes[a][k]), j[i][k]);
+            }
+        }
+    }
+    j
+}
+
+/// `sum_a u_a v_a^T`.
+#[inline(always)]
+pub(crate) fn outer_sum<S: Scalar, const D: usize, const M: usize>(
+    u: &[[S; D]; M],
+    v: &[[S; D]; M],
+) -> Mat<S, D> {
+    let mut sum = Mat::zero();
+    for a in 0..M {
+        for i in 0..D {
+            for k in 0..D {
+                sum[i][k] = u[a][i].mul_add(v[a][k], sum[i][k]);
+            }
+        }
+    }
+    sum
+}
