@@ -525,7 +525,7 @@ fn a_nearly_incompressible_beam_of_hexahedra_bends_and_keeps_its_volume() {
     let (rest, x) = (&assembly.topology.rest_positions, assembly.simulation.positions());
     let v = rest.chunks(3).position(|x| x == [1.0, 0.05, 0.05]).unwrap();
     let sunk = 0.05 - x[3 * v + 2];
-    assert!((0.18..0.19).contains(&sunk), "{sunk}");
+    assert!((0.175..0.185).contains(&sunk), "{sunk}");
     let j = summary.end.min_j.unwrap();
     assert!(j > 0.99, "{j}");
 }

@@ -39,7 +39,7 @@ def rows(pliant, quick):
         ("6-node triangles", 16, soft, 7.78138, 0.005),
         ("quadrilaterals", 32, soft, 7.78138, 0.005),
         ("6-node triangles", 32, rubber, 6.932, 0.02),
-        ("quadrilaterals", 32, rubber, 6.932, 0.006),
+        ("quadrilaterals", 48, rubber, 6.932, 0.006),
     ]:
         ours = rise(pliant, cells, kind, material, "6.25 * t", 60.0)
         name = f"corner, neo-Hookean, nu = {material['neo-hookean']['poisson']}"

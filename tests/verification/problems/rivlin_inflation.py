@@ -34,7 +34,7 @@ def rows(pliant, quick):
                 within,
             )
     for inner in (1.2, 1.5):
-        for element, count, within in (("simplex", (3, 3, 3), 1e-2), ("cell", (6, 6, 6), 5e-3)):
+        for element, count, within in (("simplex", (3, 3, 3), 1e-2), ("cell", (8, 8, 8), 5e-3)):
             if quick:
                 continue
             parts = [(ball(axis), count) for axis in range(3)]

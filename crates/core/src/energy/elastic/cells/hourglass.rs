@@ -104,6 +104,9 @@ pub(crate) fn amplitude_rates<S: Scalar, const D: usize>(
     sum_of(&by_each::<S, D>(&l.transpose(), q), &by_each::<S, D>(&f.transpose(), rates))
 }
 
+/// Determinant of `n . C . n` by a power of its trace that is more than rounding.
+const RESISTS_SHEAR: f64 = 1e-13;
+
 /// `C` [Pa] over any scalar.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RestModuli<S, const D: usize>([[Mat<S, D>; D]; D]);
@@ -123,7 +126,8 @@ impl<S: Scalar, const D: usize> RestModuli<S, D> {
         stress
     }
 
-    /// `A - c n^T` without traction across `n`, and `c`; `A` itself where nothing resists that.
+    /// `A - c n^T` without traction across `n`, and `c`. Where nothing resists shear, as in a fluid, it has no
+    /// pressure across `n`; it is `A` itself where nothing resists that.
     fn without_traction(&self, a: &Mat<S, D>, n: &[S; D]) -> (Mat<S, D>, [S; D]) {
         let mut acoustic = Mat::zero();
         for i in 0..D {
@@ -134,11 +138,21 @@ impl<S: Scalar, const D: usize> RestModuli<S, D> {
                 }
             }
         }
-        let found = acoustic.inverse().mul_vec(&self.apply(a).mul_vec(n));
-        let (mut strain, mut c) = (*a, found);
-        let resists = S::zero().lt(acoustic.determinant());
+        let traction = self.apply(a).mul_vec(n);
+        let (mut pressure, mut normal) = (S::zero(), S::zero());
+        let along = acoustic.mul_vec(n);
         for i in 0..D {
-            c[i] = S::select(resists, found[i], S::zero());
+            pressure += n[i] * traction[i];
+            normal += n[i] * along[i];
+        }
+        let across = S::select(S::zero().lt(normal), pressure / normal, S::zero());
+        let free = acoustic.inverse().mul_vec(&traction);
+        let trace = acoustic.trace();
+        let least = S::splat(RESISTS_SHEAR) * if D == 3 { trace * trace * trace } else { trace * trace };
+        let resists = least.lt(acoustic.determinant());
+        let (mut strain, mut c) = (*a, [S::zero(); D]);
+        for i in 0..D {
+            c[i] = S::select(resists, free[i], across * n[i]);
             for j in 0..D {
                 strain[i][j] -= c[i] * n[j];
             }

@@ -419,6 +419,18 @@ fn only_rigid_motions_cost_no_energy() {
     every(|kind| kind.visit(Rigid));
 }
 
+/// Moduli of a fluid leave hourglass modes without stiffness, in a cell of any shape.
+#[test]
+fn a_fluid_does_not_resist_hourglass_modes() {
+    let (rest, cells) = bent(&HEXAHEDRON, [1, 1, 1]);
+    let rest = CellRest::<f64, 3, 8>::new(&HEXAHEDRON, &points_of(&rest, &cells[0]));
+    let largest_of = |mu: f64| {
+        let moduli = RestModuli::new(&Tangent::isotropic(1.0, mu));
+        largest(&hourglass::stiffness((rest.volume, &rest.inverse), &moduli))
+    };
+    assert!(largest_of(0.0) < 1e-14 * largest_of(1.0), "{:e}", largest_of(0.0));
+}
+
 struct Bending;
 
 impl CellVisitor for Bending {
