@@ -281,7 +281,12 @@ impl<const D: usize, const N: usize> EnergyTerm for OnePointCells<D, N> {
         self.elements().find_map(|(element, vertices, pack, lane)| {
             let f = self.deformation_of(x, &vertices, (pack, lane));
             let is_at_fault = self.material.is_at_fault(&f);
-            is_at_fault.then(|| Fault::Element { body: self.body.clone(), element, j: f.determinant() })
+            is_at_fault.then(|| Fault::Element {
+                body: self.body.clone(),
+                element,
+                j: f.determinant(),
+                material_would_help: self.material.domain() == Domain::PositiveJ,
+            })
         })
     }
 
