@@ -8,7 +8,7 @@ use crate::solid::assembled;
 use crate::support::{compare_with_differences, dot, scattered};
 
 /// Looks at the last state and at one on the way, at all numbers.
-struct ScatteredLoss {
+pub(crate) struct ScatteredLoss {
     steps: u64,
     w_x: Vec<f64>,
     w_v: Vec<f64>,
@@ -18,7 +18,7 @@ struct ScatteredLoss {
 
 impl ScatteredLoss {
     /// Of runs of so many steps, of the sizes that they have from the start of `simulation`.
-    fn new(steps: u64, mut simulation: Simulation) -> Self {
+    pub(crate) fn new(steps: u64, mut simulation: Simulation) -> Self {
         let coordinates = simulation.state().x().len();
         let chosen = simulation.step_control().is_some().then(|| {
             let mut step = |_: u64| {
@@ -29,6 +29,13 @@ impl ScatteredLoss {
         });
         let [w_x, w_v] = [3.0, 4.0].map(|seed| scattered(coordinates, seed));
         ScatteredLoss { steps, w_x, w_v, chosen }
+    }
+
+    /// The loss of a run of `simulation`, and the sum of the magnitudes of its terms.
+    pub(crate) fn of_perturbed(&mut self, simulation: &mut Simulation) -> (f64, f64) {
+        let value = self.of_run(simulation, |_| {});
+        let terms = simulation.positions().iter().zip(&self.w_x).map(|(x, w)| (x * w).abs()).sum();
+        (value, terms)
     }
 
     /// The loss of a run of `simulation`; `seen` is shown its states.

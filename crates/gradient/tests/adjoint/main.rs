@@ -30,5 +30,6 @@ mod scenes;
 mod shapes;
 mod solid;
 mod support;
+mod table;
 mod tangents;
 mod walls;
