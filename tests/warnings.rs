@@ -63,7 +63,7 @@ fn calls_whose_bounds_leave_nothing_between_them_are_told() {
     let told = |place: &str| format!("`body.0.load.0.force`: `{place}");
     for (call, beside) in [
         ("pulse(0, 0, t)", "pulse(0, 0.5, t)"),
-        ("smoothstep(1, 1, t)", "smoothstep(1, 0, t)"),
+        ("smoothstep(0.255, 0.255, t)", "smoothstep(1, 0, t)"),
         ("clamp(t, 1, -1)", "clamp(t, -1, 1)"),
         ("pulse(a, a - 1, t) where a = 1", "pulse(a, a + 1, t) where a = 1"),
     ] {
@@ -135,18 +135,23 @@ fn a_contact_distance_as_large_as_bodies_is_told() {
 
 #[test]
 fn a_pin_that_is_driven_through_a_wall_is_told() {
-    let of = |velocity: &str, offset: &str| {
+    let of = |integrator: &str, velocity: &str, offset: &str| {
         let wall = format!("world = {{ walls = [{{ normal = [0, 1], offset = {offset} }}] }}\n");
         warnings(&format!(
-            "dimension = 2\ntime = {{ integrator = 'implicit-euler', step = 0.01, duration = 1.0 }}\n{wall}\
+            "dimension = 2\ntime = {{ integrator = '{integrator}', step = 1e-3, duration = 1.0 }}\n{wall}\
              [[body]]\nname = 'bar'\nmesh = {{ grid = {{ cells = [4, 1], size = [1.0, 0.1] }} }}\n\
              mass = {{ density = 1000 }}\n{SOFT}\npin = [{{ name = 'end', vertices = [0, 1], motion = {{ \
              velocity = {velocity} }} }}]\n"
         ))
     };
+    let explicit = |velocity: &str, offset: &str| of("symplectic-euler", velocity, offset);
+    // Contact holds the walls of implicit Euler, which put vertices back elsewhere.
     tells(
         "the motion of pin `bar/end` leads 0.5 m behind `wall0`, at t = 1 s",
-        [&[of("[0, -1]", "-0.5")], &[of("[0, -1]", "-1.5"), of("[0, 1]", "-0.5"), of("[0, -1]", "0.5")]],
+        [
+            &[explicit("[0, -1]", "-0.5"), of("implicit-euler", "[0, -1]", "-0.5")],
+            &[explicit("[0, -1]", "-1.5"), explicit("[0, 1]", "-0.5"), explicit("[0, -1]", "0.5")],
+        ],
     );
 }
 

@@ -340,3 +340,13 @@ motion = { displacement = ["0", "-0.1005*t"] }
     let told = of(&press.replace("-0.1005", "-0.05"));
     assert!(!told.contains("of its volume left at the end"), "{told}");
 }
+
+/// Nothing is missing from the balance of a run that took no step.
+#[test]
+fn a_run_of_one_frame_has_its_channels() {
+    let still = DROP.replace("duration = 0.3", "duration = 0.0");
+    let ended = Bench::new(&still).pliant(["run", "scene.toml"]).succeeded();
+    assert!(!ended.stdout.contains("among the channels"), "{}", ended.stdout);
+    let unread = DROP.replace("\"energy\", ", "");
+    Bench::new(&unread).pliant(["run", "scene.toml"]).succeeded().prints(&["among the channels"]);
+}

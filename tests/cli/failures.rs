@@ -179,3 +179,21 @@ fn a_sheet_that_gets_too_thin_is_told_with_materials_that_do_not() {
     }
     Bench::new(&hangs("stable-neo-hookean", "implicit-euler")).pliant(["run", "scene.toml"]).succeeded();
 }
+
+/// What a material is taken for already is no advice.
+#[test]
+fn an_inverted_element_is_met_with_another_material_only_where_it_helps() {
+    let of = |material: &str| {
+        let scene = format!(
+            "dimension = 2\ntime = {{ integrator = 'symplectic-euler', step = 2e-3, duration = 5.0, \
+             allow_unstable = true }}\nworld = {{ gravity = [0, -9.81] }}\n[[body]]\nname = 'block'\n\
+             mesh = {{ grid = {{ cells = [8, 2], size = [0.4, 0.1] }} }}\nmass = {{ density = 1000 }}\n\
+             elastic = {{ {material} = {{ young = 1e7, poisson = 0.3 }} }}\n\
+             pin = [{{ half_space = {{ normal = [1, 0], offset = 0 }} }}]\n"
+        );
+        Bench::new(&scene).pliant(["run", "scene.toml"]).ended_with(1).stderr
+    };
+    let (forbids, allows) = (of("neo-hookean"), of("stable-neo-hookean"));
+    assert!(forbids.contains("such as stable-neo-hookean"), "{forbids}");
+    assert!(!allows.contains("such as stable-neo-hookean") && !allows.contains("inf"), "{allows}");
+}

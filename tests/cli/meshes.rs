@@ -69,7 +69,7 @@ fn a_refused_file_is_mended_by_the_keys_that_the_messages_name() {
     let counted = [
         "`part`: 2 tetrahedra in 1 piece",
         "merged 7 vertices",
-        "dropped 1 tetrahedra that repeat another",
+        "dropped 1 tetrahedron repeating another",
         "oriented 2 of 2 tetrahedra",
     ];
     holds(&check(&keys).succeeded().stdout, &counted);

@@ -33,7 +33,7 @@ fn apply(file: &mut FileMesh) -> Result<Vec<Cleaned>, MeshError> {
         let counts = of_kind(file, kind);
         let whys = [
             ["without a length", "without an area", "without a volume"][kind.dimension() - 1],
-            "that repeat another",
+            "repeating another",
         ];
         for (count, why) in counts.into_iter().zip(whys) {
             if count > 0 || (is_element && kind != SimplexCells::Lines) {
@@ -45,8 +45,7 @@ fn apply(file: &mut FileMesh) -> Result<Vec<Cleaned>, MeshError> {
     for block in 0..file.mesh.blocks.len() {
         let (name, is_element) =
             (file.mesh.blocks[block].kind.plural, file.mesh.blocks[block].kind.dimension == dimension);
-        for (count, why) in of_block(file, block).into_iter().zip(["without a volume", "that repeat another"])
-        {
+        for (count, why) in of_block(file, block).into_iter().zip(["without a volume", "repeating another"]) {
             if count > 0 || is_element {
                 cleaned.push(Cleaned { why, ..Cleaned::new("drop_degenerate", "dropped", count, name) });
             }

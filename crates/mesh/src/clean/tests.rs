@@ -134,7 +134,7 @@ fn unused_vertices_go_with_the_sides_that_use_them() {
     assert_eq!(mesh.groups["4"].cells.len(), 0);
     assert_eq!(
         sentences(&mesh),
-        ["dropped 2 vertices that no element and no edge uses", "dropped 1 triangles between them"]
+        ["dropped 2 vertices that no element and no edge uses", "dropped 1 triangle between them"]
     );
     assert_eq!(mesh.cleaned[0].first_vertex, Some(1));
     // Points without cells stand for themselves.
@@ -159,7 +159,7 @@ fn degenerate_and_repeated_cells_are_refused_and_dropped() {
     for text in [flat, twice] {
         let mesh = gmsh(&text, 3, &DROP_DEGENERATE).unwrap();
         assert_eq!(mesh.tetrahedra, [[0, 1, 2, 3], [1, 2, 3, 4], [1, 5, 3, 4]]);
-        let expected = ["dropped 1 tetrahedra without a volume", "dropped 0 tetrahedra that repeat another"];
+        let expected = ["dropped 1 tetrahedron without a volume", "dropped 0 tetrahedra repeating another"];
         assert_eq!(sentences(&mesh), expected);
         assert_eq!((&mesh.groups["7"].cells[..], mesh.groups["9"].cells.len()), (&[0, 1, 2][..], 0));
     }
@@ -180,7 +180,7 @@ fn degenerate_and_repeated_cells_are_refused_and_dropped() {
     assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3]]);
     assert_eq!(
         sentences(&mesh),
-        ["dropped 1 triangles without an area", "dropped 1 triangles that repeat another"]
+        ["dropped 1 triangle without an area", "dropped 1 triangle repeating another"]
     );
     // What repeated a cell was in a group, and now that one is.
     assert_eq!((&mesh.groups["a"].cells[..], &mesh.groups["b"].cells[..]), (&[0, 1][..], &[1][..]));
@@ -272,9 +272,9 @@ fn steps_are_taken_in_an_order_in_which_one_needs_no_other() {
         sentences(&mesh),
         [
             "merged 9 vertices",
-            "dropped 1 tetrahedra without a volume",
-            "dropped 1 tetrahedra that repeat another",
-            "dropped 1 vertices that no element and no edge uses",
+            "dropped 1 tetrahedron without a volume",
+            "dropped 1 tetrahedron repeating another",
+            "dropped 1 vertex that no element and no edge uses",
             "oriented 6 of 6 tetrahedra"
         ]
     );
