@@ -3,6 +3,7 @@
 use super::file::Format;
 use super::format_tests::{MEDIT, SURFACES, VTK, VTU, changed, fault, read, with};
 use super::{Cell, FileTag, MeshError, MidNodes};
+use pliant_files::base64;
 
 #[test]
 fn faults_of_vtk_files_name_line_or_byte() {
@@ -38,6 +39,36 @@ fn faults_of_vtk_files_name_line_or_byte() {
     let (line, tag, message) = fault(Format::Vtk, &binary);
     assert_eq!((line, tag), (0, Some(FileTag::Byte(at as u64 + 4))), "{message}");
     assert!(message.contains("there is no vertex 5"), "{message}");
+}
+
+/// One point more than declared is refused, whatever is behind it, and so are a million attributes.
+#[test]
+fn a_vtu_that_states_more_than_it_declares_is_not_unpacked() {
+    let zeros = |count: usize| {
+        let block = miniz_oxide::deflate::compress_to_vec_zlib(&vec![0; 24 * count], 6);
+        let header = [1, 24 * count as u32, 24 * count as u32, block.len() as u32];
+        let bytes: Vec<u8> = header.iter().flat_map(|n| n.to_le_bytes()).chain(block).collect();
+        base64::encode(&bytes)
+    };
+    let file = |points: usize, data: &str, attributes: &str| {
+        format!(
+            "<VTKFile type=\"UnstructuredGrid\" compressor=\"vtkZLibDataCompressor\">
+<!-- it's nothing --><UnstructuredGrid><Piece NumberOfPoints=\"{points}\" NumberOfCells=\"0\"{attributes}>
+<Points><DataArray type=\"Float64\" format=\"binary\">{data}</DataArray></Points>
+</Piece></UnstructuredGrid></VTKFile>"
+        )
+        .into_bytes()
+    };
+    let said = |file: Vec<u8>| fault(Format::Vtu, &file);
+    let (line, _, message) = said(file(1000, &zeros(1001), ""));
+    assert!(line == 3 && message.contains("states 24024 unpacked bytes"), "{line} {message}");
+    let (line, _, message) = said(file(1000, &zeros(1000), ""));
+    assert!(line == 2 && message.contains("<Cells> is missing"), "{line} {message}");
+    let many = |count: usize| (0..count).map(|i| format!(" a{i}='>'")).collect::<String>();
+    let (_, _, message) = said(file(1000, &zeros(1000), &many(200)));
+    assert!(message.contains("<Cells> is missing"), "{message}");
+    let (line, _, message) = said(file(1000, &zeros(1000), &many(100_000)));
+    assert!(line == 2 && message.contains("100002 attributes"), "{line} {message}");
 }
 
 #[test]
@@ -118,8 +149,8 @@ fn faults_of_medit_files_name_the_line() {
     assert!(line == 9 && tag == Some(FileTag::Node(4)) && message.contains("NaN"), "{line} {message}");
     let (_, _, message) = fault(Format::Medit, &changed(MEDIT, "Triangles\n2", "Triangles\n3"));
     assert!(message.contains("expected the number of a vertex, found `End`"), "{message}");
-    let (line, _, message) = fault(Format::Medit, &changed(MEDIT, "Triangles\n2", "Hexahedra\n2"));
-    assert!(line == 18 && message.contains("the section Hexahedra is not read"), "{line} {message}");
+    let (line, _, message) = fault(Format::Medit, &changed(MEDIT, "Triangles\n2", "Prisms\n2"));
+    assert!(line == 18 && message.contains("the section Prisms is not read"), "{line} {message}");
     let (_, _, message) = fault(Format::Medit, &changed(MEDIT, "Formatted 2", "Formatted 4"));
     assert!(message.contains("version 4 of the format"), "{message}");
     let (line, tag, error) = {

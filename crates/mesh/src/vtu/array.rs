@@ -54,8 +54,9 @@ impl<'a> Encoding<'a> {
         Ok(Encoding { endian, header, zlib, appended, appended_is_raw })
     }
 
-    /// The bytes of an array of which the lengths and the data stand at the beginning of `bytes`.
-    fn payload(&self, bytes: &[u8]) -> Result<Vec<u8>, String> {
+    /// The bytes of an array of which the lengths and the data stand at the beginning of `bytes`: at most
+    /// `most`, and nothing is unpacked of an array that states more.
+    fn payload(&self, bytes: &[u8], most: u64) -> Result<Vec<u8>, String> {
         let size = self.header.size();
         let missing = |wanted: u64, what: &str| {
             format!("it ends after {} bytes where {wanted} bytes of {what} should be", bytes.len())
@@ -76,6 +77,14 @@ impl<'a> Encoding<'a> {
             return Ok(part(size as u64, number(0)?)?.to_vec());
         }
         let (blocks, full, last) = (number(0)?, number(1)?, number(2)?);
+        let stated = if last > 0 {
+            full.saturating_mul(blocks.saturating_sub(1)).saturating_add(last)
+        } else {
+            full.saturating_mul(blocks)
+        };
+        if stated > most {
+            return Err(format!("it states {stated} unpacked bytes where the file declares {most}"));
+        }
         let mut at = (size as u64).saturating_mul(blocks.saturating_add(3));
         let mut data = Vec::new();
         for block in 0..blocks {
@@ -111,8 +120,8 @@ fn number_type(name: &str) -> Option<NumberType> {
 }
 
 impl Array {
-    /// Reads what a `DataArray` spells or refers to.
-    pub(super) fn read(file: &File, node: Node, encoding: &Encoding) -> Result<Array, FileFault> {
+    /// Reads what a `DataArray` spells or refers to, `count` numbers by what else the file says.
+    pub(super) fn read(file: &File, node: Node, encoding: &Encoding, count: u64) -> Result<Array, FileFault> {
         let name = node.attribute("Name").unwrap_or("Points").to_string();
         let wrong = |problem: String| file.fault(node, FormatError::Array { array: name.clone(), problem });
         let kind = node.attribute("type").unwrap_or("nothing");
@@ -120,12 +129,13 @@ impl Array {
         let line = file.line(node);
         let text = node.children().find(Node::is_text);
         let bytes = text.and_then(|text| text.text()).unwrap_or("").as_bytes();
+        let most = count.saturating_mul(kind.size() as u64);
         let bytes = match node.attribute("format").unwrap_or("nothing") {
             "ascii" => {
                 let line = text.map_or(line, |text| file.line(text));
                 return Array::ascii(Tokens::of_bytes(bytes).starting_at(line), line);
             }
-            "binary" => encoding.payload(&unarmoured(bytes).map_err(&wrong)?).map_err(&wrong)?,
+            "binary" => encoding.payload(&unarmoured(bytes).map_err(&wrong)?, most).map_err(&wrong)?,
             "appended" => {
                 let offset = file.count(node, "offset")?;
                 let rest = usize::try_from(offset).ok().and_then(|offset| encoding.appended.get(offset..));
@@ -134,10 +144,10 @@ impl Array {
                     wrong(format!("its offset {offset} is beyond the {size} appended bytes"))
                 })?;
                 if encoding.appended_is_raw {
-                    encoding.payload(rest).map_err(&wrong)?
+                    encoding.payload(rest, most).map_err(&wrong)?
                 } else {
                     // Other arrays follow: where this one ends is in its own lengths.
-                    encoding.payload(&base64::decode(rest).0).map_err(&wrong)?
+                    encoding.payload(&base64::decode(rest).0, most).map_err(&wrong)?
                 }
             }
             other => return Err(file.expected(node, "format ascii, binary or appended", other)),

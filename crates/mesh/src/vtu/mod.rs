@@ -23,6 +23,10 @@ pub(super) fn read(input: &MeshInput) -> Result<FileMesh, FileFault> {
         let line = xml[..error.valid_up_to()].iter().filter(|&&b| b == b'\n').count();
         FileFault::in_line(line as u32 + 1, xml_error("it is not UTF-8"))
     })?;
+    if let Some((line, count)) = crowded_tag(text) {
+        let message = format!("a tag has {count} attributes; at most {ATTRIBUTES} are read");
+        return Err(FileFault::in_line(line, xml_error(&message)));
+    }
     let document = Document::parse(text)
         .map_err(|error| FileFault::in_line(error.pos().row, xml_error(&error.to_string())))?;
     let file = File { document: &document };
@@ -41,6 +45,39 @@ pub(super) fn read(input: &MeshInput) -> Result<FileMesh, FileFault> {
         file.piece(piece, &encoding, &mut xyz, &mut places, &mut cells)?;
     }
     cells.into_file(xyz, places, &Names::new(), input.mid_nodes)
+}
+
+/// Attributes that a tag may have. The parser compares each with those before it; files of VTK have ten.
+const ATTRIBUTES: usize = 256;
+
+/// Line and number of attributes of the first tag that has too many.
+fn crowded_tag(xml: &str) -> Option<(u32, usize)> {
+    const NO_TAGS: [(&str, &str); 3] = [("<!--", "-->"), ("<![CDATA[", "]]>"), ("<?", "?>")];
+    let mut rest = xml;
+    // What is not closed is for the parser to say.
+    while let Some(start) = rest.find('<') {
+        rest = &rest[start..];
+        if let Some((open, close)) = NO_TAGS.iter().find(|(open, _)| rest.starts_with(open)) {
+            rest = rest[open.len()..].split_once(close)?.1;
+            continue;
+        }
+        let (mut quote, mut count) = (None, 0);
+        let end = rest.bytes().position(|byte| {
+            match (quote, byte) {
+                (None, b'>') => return true,
+                (None, b'"' | b'\'') => (quote, count) = (Some(byte), count + 1),
+                (Some(open), _) if open == byte => quote = None,
+                _ => {}
+            }
+            false
+        });
+        if count > ATTRIBUTES {
+            let before = &xml[..xml.len() - rest.len()];
+            return Some((before.matches('\n').count() as u32 + 1, count));
+        }
+        rest = &rest[end?..];
+    }
+    None
 }
 
 fn xml_error(message: &str) -> MeshError {
@@ -120,8 +157,8 @@ impl<'a, 'input> File<'a, 'input> {
         let first = places.len();
         let points = self.child(self.child(piece, "Points")?, "DataArray")?;
         let count = self.count(piece, "NumberOfPoints")?;
-        let array = Array::read(self, points, encoding)?;
         let expected = count.saturating_mul(3);
+        let array = Array::read(self, points, encoding, expected)?;
         self.agree(points, "coordinates, three for each point", expected, array.values.len() as u64)?;
         xyz.extend(&array.values);
         places.extend((0..count).map(|vertex| array.place(3 * vertex as usize, vertex + 1)));
@@ -131,9 +168,11 @@ impl<'a, 'input> File<'a, 'input> {
         let nodes = ["connectivity", "offsets", "types"].map(|name| self.named(element, name));
         let [connectivity, offsets, types] = nodes;
         let (connectivity, offsets, types) = (connectivity?, offsets?, types?);
-        let vertices = Array::read(self, connectivity, encoding)?;
-        let ends = Array::read(self, offsets, encoding)?;
-        let kinds = Array::read(self, types, encoding)?;
+        let ends = Array::read(self, offsets, encoding, cell_count)?;
+        let kinds = Array::read(self, types, encoding, cell_count)?;
+        // A last offset that is no size makes the array an empty one, which the offsets do not fit.
+        let size = ends.values.last().map_or(0, |last| *last as u64);
+        let vertices = Array::read(self, connectivity, encoding, size)?;
         self.agree(offsets, "offsets, one for each cell", cell_count, ends.values.len() as u64)?;
         self.agree(types, "types, one for each cell", cell_count, kinds.values.len() as u64)?;
         let mut start = 0;
