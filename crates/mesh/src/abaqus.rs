@@ -4,9 +4,10 @@
 //! Read are `*NODE`, `*ELEMENT`, `*NSET`, `*ELSET` (with `GENERATE`) and `*SURFACE` of elements; sets and
 //! surfaces become groups by their names. Keywords that make nodes or elements from others are refused by
 //! name, those of materials, steps and output are passed over: constants, loads and supports stand in the
-//! scene. A deck may have one part with one instance that is not moved. After "Abaqus Analysis User's
-//! Guide", sections "Node definition", "Element definition", "Solid (continuum) elements" (order of nodes,
-//! numbers of faces).
+//! scene. A deck may have one part with one instance, which is moved and turned as the deck says; nodes and
+//! elements stand in the part or in the instance. Files of `*INCLUDE` are [joined](super::include) before.
+//! After "Abaqus Analysis User's Guide", sections "Node definition", "Element definition", "Assembly
+//! definition", "Solid (continuum) elements" (order of nodes, numbers of faces).
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap};
@@ -15,7 +16,8 @@ use std::ops::Range;
 use super::cells::{FileCells, Names};
 use super::file::{FileMesh, GROUPS_AT_ONCE, MeshInput, Place};
 use super::tokens::{FileFault, excerpt};
-use super::{FormatError, MeshError};
+use super::transform::rotation_about;
+use super::{FormatError, MeshError, turn};
 use pliant::element::{CellKind, HEXAHEDRON, QUADRILATERAL};
 
 /// What an element of some name is.
@@ -81,8 +83,8 @@ fn shape(name: &str) -> Option<DeckShape> {
 }
 
 /// A keyword line: its name and parameters, upper case; of values the text as it stands.
-struct Keyword<'a> {
-    name: String,
+pub(super) struct Keyword<'a> {
+    pub(super) name: String,
     parameters: Vec<(String, Cow<'a, str>)>,
     line: u32,
 }
@@ -92,7 +94,7 @@ impl Keyword<'_> {
         self.parameters.iter().any(|(name, _)| name == parameter)
     }
 
-    fn get(&self, parameter: &str) -> Option<&str> {
+    pub(super) fn get(&self, parameter: &str) -> Option<&str> {
         let found = self.parameters.iter().find(|(name, _)| name == parameter);
         found.map(|(_, value)| value.trim_matches('"')).filter(|value| !value.is_empty())
     }
@@ -153,8 +155,14 @@ struct Deck {
     surfaces: Vec<(String, String, String, u32)>,
     parts: u32,
     instances: u32,
-    /// True between `*ASSEMBLY` and its end: nodes there are points of reference.
+    /// True between `*ASSEMBLY` and its end: nodes there are points of reference, but for those of an
+    /// instance.
     in_assembly: bool,
+    in_instance: bool,
+    /// Data lines of the instance: its translation, then two points of an axis and an angle [degrees].
+    placement: Vec<Vec<f64>>,
+    /// True from the first `*STEP` on: the model is complete.
+    in_step: bool,
     /// Keywords of the model that are no part of a mesh, each once, in their order.
     passed_over: Vec<String>,
 }
@@ -219,7 +227,7 @@ pub(super) fn read(input: &MeshInput) -> Result<FileMesh, FileFault> {
     deck.into_file(input)
 }
 
-fn parse_keyword(text: &str, line: u32) -> Keyword<'static> {
+pub(super) fn parse_keyword(text: &str, line: u32) -> Keyword<'static> {
     let mut fields = text.split(',');
     let name = fields.next().unwrap_or_default().trim_start_matches('*').trim();
     let name = name.split_whitespace().collect::<Vec<_>>().join(" ").to_ascii_uppercase();
@@ -242,8 +250,8 @@ fn unsupported(line: u32, found: String, supported: &'static str) -> FileFault {
     FileFault::in_line(line, FormatError::Unsupported { found, supported })
 }
 
-const FLAT: &str = "one part with one instance that is not moved is; write the deck without parts (in \
-                    Abaqus/CAE `setValues(noPartsInputFile=ON)` of the model)";
+const FLAT: &str = "one part with one instance is; write the deck without parts (in Abaqus/CAE \
+                    `setValues(noPartsInputFile=ON)` of the model)";
 
 impl Deck {
     /// Takes notice of a keyword.
@@ -251,7 +259,9 @@ impl Deck {
         let line = keyword.line;
         match keyword.name.as_str() {
             "PART" => self.parts += 1,
-            "INSTANCE" => self.instances += 1,
+            "INSTANCE" => (self.instances, self.in_instance) = (self.instances + 1, true),
+            "END INSTANCE" => self.in_instance = false,
+            "STEP" => self.in_step = true,
             "ASSEMBLY" => self.in_assembly = true,
             "END ASSEMBLY" => self.in_assembly = false,
             "NODE" if keyword.get("SYSTEM").is_some_and(|system| !system.eq_ignore_ascii_case("R")) => {
@@ -268,6 +278,8 @@ impl Deck {
                     return Err(unsupported(line, found, supported));
                 }
             }
+            // Steps have loads and output.
+            "INCLUDE" if self.in_step => {}
             "INCLUDE" | "NGEN" | "NFILL" | "NCOPY" | "NMAP" | "ELGEN" | "ELCOPY" => {
                 let found = format!("`*{}`", keyword.name);
                 return Err(unsupported(line, found, "write every node and element into one file"));
@@ -286,9 +298,7 @@ impl Deck {
     /// Fields of data lines; those of an element may stand in several.
     fn data(&mut self, keyword: &Keyword, fields: &mut Vec<String>, line: u32) -> Result<(), FileFault> {
         match keyword.name.as_str() {
-            "NODE" if !self.in_assembly || self.instances == 1 && self.parts == 0 => {
-                self.node(keyword, fields, line)?
-            }
+            "NODE" if !self.in_assembly || self.in_instance => self.node(keyword, fields, line)?,
             "ELEMENT" => {
                 let name = keyword.get("TYPE").unwrap_or("").to_ascii_uppercase();
                 let Some(shape) = shape(&name) else { return Ok(()) };
@@ -308,12 +318,7 @@ impl Deck {
                 let face = fields.get(1).cloned().unwrap_or_default().to_ascii_uppercase();
                 self.surfaces.push((name, fields[0].clone(), face, line));
             }
-            "INSTANCE" => {
-                let moved = fields.iter().any(|field| field.parse::<f64>().is_ok_and(|number| number != 0.0));
-                if moved {
-                    return Err(unsupported(line, "an instance that is moved or turned".to_owned(), FLAT));
-                }
-            }
+            "INSTANCE" => self.place(fields, line)?,
             _ => {}
         }
         fields.clear();
@@ -340,6 +345,52 @@ impl Deck {
         }
         fields.clear();
         Ok(())
+    }
+
+    /// A translation `x, y, z`, or after it two points of an axis and the angle of a rotation about it.
+    fn place(&mut self, fields: &[String], line: u32) -> Result<(), FileFault> {
+        let count = if self.placement.is_empty() { 3 } else { 7 };
+        if self.placement.len() == 2 || fields.len() > count || count == 7 && fields.len() < count {
+            let what = "numbers that place an instance, 3 to move and 7 to turn it";
+            let (expected, found) = (count as u64, fields.len() as u64);
+            return Err(FileFault::in_line(line, FormatError::Count { what, expected, found }));
+        }
+        let expected = "a number that places an instance";
+        let mut numbers = vec![0.0_f64; count];
+        for (value, field) in numbers.iter_mut().zip(fields).filter(|(_, field)| !field.is_empty()) {
+            *value = number(field, expected, line)?;
+        }
+        let on_axis = numbers.len() == 7 && (0..3).any(|c| numbers[c] != numbers[3 + c]);
+        if numbers.iter().any(|value| !value.is_finite()) || numbers.len() == 7 && !on_axis {
+            let expected = "finite numbers, and two points that differ on the axis of a rotation";
+            return Err(FileFault::in_line(line, MeshError::Expected { expected, found: fields.join(", ") }));
+        }
+        self.placement.push(numbers);
+        Ok(())
+    }
+
+    /// Moves and turns the nodes of the instance.
+    fn placed(&mut self) {
+        let [translation, turn @ ..] = &self.placement[..] else { return };
+        // A point of the axis, and the rotation about it.
+        let turn = turn.first().and_then(|turn| {
+            let degrees = turn[6];
+            let cosine_and_sine = if degrees.fract() == 0.0 && degrees.abs() < f64::from(u32::MAX) {
+                turn::of_fraction(degrees.rem_euclid(360.0) as usize, 360)
+            } else {
+                turn::of_angle(degrees.to_radians())
+            };
+            let axis = [0, 1, 2].map(|c| turn[3 + c] - turn[c]);
+            Some(([turn[0], turn[1], turn[2]], rotation_about(axis, cosine_and_sine)?))
+        });
+        for point in self.xyz.as_chunks_mut::<3>().0 {
+            *point = [0, 1, 2].map(|c| point[c] + translation[c]);
+            if let Some((foot, rows)) = turn {
+                let arm = [0, 1, 2].map(|c| point[c] - foot[c]);
+                let turned = rows.map(|row| row[0] * arm[0] + row[1] * arm[1] + row[2] * arm[2]);
+                *point = [0, 1, 2].map(|c| foot[c] + turned[c]);
+            }
+        }
     }
 
     /// `number, x, y, z`.
@@ -394,6 +445,7 @@ impl Deck {
 
     /// Enters cells with their groups, the faces of surfaces and the nodes of sets.
     fn into_file(mut self, input: &MeshInput) -> Result<FileMesh, FileFault> {
+        self.placed();
         let mut groups = DeckGroups::default();
         for set in self.element_sets.by_name.values() {
             for tag in &set.members {

@@ -1,8 +1,11 @@
 //! Decks of Abaqus, and their faults.
 
-use super::file::Format;
+use std::fs;
+use std::path::Path;
+
+use super::file::{Format, files};
 use super::format_tests::{fault, read, with};
-use super::{FormatError, MeshError, MidNodes};
+use super::{FormatError, Mesh, MeshError, MidNodes};
 
 const DECK: &str = "*HEADING
  two tetrahedra ** of a deck
@@ -144,7 +147,9 @@ fn faults_of_decks_name_the_line() {
         ("upper, S2", "upper, S5", 22, "found `S5`"),
         ("upper, S2", "lower, S2", 22, "found `lower`"),
         ("*End Part", "*End Part\n*Part, name=other", 25, "several parts or instances"),
-        ("part=Part-1\n", "part=Part-1\n1., 0., 0.\n", 30, "an instance that is moved"),
+        ("part=Part-1\n", "part=Part-1\n1., 0., 0., 4.\n", 30, "numbers that place an instance"),
+        ("part=Part-1\n", "part=Part-1\n1., 0., up\n", 30, "found `up`"),
+        ("part=Part-1\n", "part=Part-1\n1.\n1., 0., 0., 1., 0., 0., 9.\n", 31, "two points that differ"),
         ("*Material, name=rubber", "*Include, input=more.inp", 25, "`*INCLUDE` is not read"),
         ("*HEADING\n", "", 1, "expected a keyword of Abaqus"),
     ] {
@@ -157,4 +162,120 @@ fn faults_of_decks_name_the_line() {
 fn a_mesh_of_fluent_is_told_by_name() {
     let (_, _, message) = fault(Format::Gmsh, b"(0 \"GAMBIT to Fluent File\")\n(2 3)\n");
     assert!(message.contains("a mesh of ANSYS Fluent"), "{message}");
+}
+
+/// A deck as Abaqus/CAE writes it for an independent instance, which is placed by these lines.
+fn independent(placement: &str) -> String {
+    format!(
+        "*Part, name=P
+*End Part
+*Assembly, name=A
+*Instance, name=I, part=P
+{placement}*Node
+ 1, 0., 0., 0.
+ 2, 1., 0., 0.
+ 3, 0., 1., 0.
+ 4, 0., 0., 1.
+*Element, type=C3D4
+ 1, 1, 2, 3, 4
+*Nset, nset=tip, internal
+ 4,
+*End Instance
+*Node
+ 1, 9., 9., 9.
+*Nset, nset=foot, instance=I
+ 1, 2, 3
+*End Assembly
+"
+    )
+}
+
+#[test]
+fn an_instance_has_its_own_nodes_and_is_placed() {
+    let unmoved = [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [0., 0., 1.]];
+    let points = |placement: &str| {
+        let mesh = read(Format::Abaqus, independent(placement).as_bytes());
+        assert_eq!((mesh.tetrahedra.len(), mesh.groups["foot"].vertices.len()), (1, 3));
+        mesh.points.as_chunks::<3>().0.to_vec()
+    };
+    assert_eq!(points(""), unmoved);
+    assert_eq!(points(" 5., 0., 0.\n"), unmoved.map(|[x, y, z]| [x + 5.0, y, z]));
+    // Moved first, then turned a quarter about the line through (1, 0, 0) along z, right-handed.
+    let turned = unmoved.map(|[x, y, z]| [1.0 - y, (x + 5.0) - 1.0, z]);
+    assert_eq!(points(" 5., 0., 0.\n 1., 0., 0., 1., 0., 7., 90.\n"), turned);
+    // A third about the diagonal of space exchanges the axes.
+    for (c, axis) in points(" 0., 0., 0.\n0., 0., 0., 1., 1., 1., 120.\n")[1..].iter().enumerate() {
+        let error =
+            (0..3).map(|i| (axis[i] - f64::from(u8::from(i == (c + 1) % 3))).abs()).fold(0.0, f64::max);
+        assert!(error < 1e-15, "{axis:?}");
+    }
+}
+
+/// Files by their names in a folder.
+fn deck(folder: &Path, files: &[(&str, &str)]) -> Result<Mesh, MeshError> {
+    for (name, text) in files {
+        let path = folder.join(name);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, text).unwrap();
+    }
+    super::file::read(&folder.join(files[0].0), 3, MidNodes::Refuse)
+}
+
+const NODES: &str = "1, 0., 0., 0.\n2, 1., 0., 0.\n3, 0., 1., 0.\n4, 0., 0., 1.\n";
+const CELLS: &str = "*Element, type=C3D4\n1, 1, 2, 3, 4";
+
+#[test]
+fn files_that_a_deck_names_are_read_in_their_places() {
+    let folder = tempfile::tempdir().unwrap();
+    let main = "*Heading\n*Node\n*INCLUDE, input=parts/nodes.inp\n*include,\n ** a remark\n \
+                input=\"./cells.inp\"\n*Nset, nset=tip, input=parts\\tip.inp\n*Step\n*Include, input=none.inp\n";
+    let all = [("a.inp", main), ("parts/nodes.inp", NODES), ("cells.inp", CELLS), ("parts/tip.inp", "4\n")];
+    let mesh = deck(folder.path(), &all).unwrap();
+    assert_eq!((mesh.vertex_count(), &mesh.tetrahedra[..]), (4, &[[0, 1, 2, 3]][..]));
+    assert_eq!(mesh.groups["tip"].vertices, [3]);
+    let read = files(&folder.path().join("a.inp"));
+    assert_eq!(
+        read,
+        ["a.inp", "parts/nodes.inp", "cells.inp", "parts/tip.inp"].map(|f| folder.path().join(f))
+    );
+    // Faults are told with the file that they are in.
+    let place = |all: &[(&str, &str)]| match deck(folder.path(), all).unwrap_err() {
+        MeshError::InFile { path, line, source, .. } => {
+            let name = path.strip_prefix(folder.path()).unwrap().to_string_lossy().into_owned();
+            (name, line.unwrap(), source.to_string())
+        }
+        error => panic!("{error}"),
+    };
+    let (file, line, _) = place(&[("a.inp", main), ("parts/nodes.inp", &NODES.replace("2, 1.", "2, one"))]);
+    assert_eq!((file.as_str(), line), ("parts/nodes.inp", 2));
+    // After the lines of three files.
+    let wrong = main.replace("*Step", "*Nset, nset=x\n9\n*Step");
+    let (file, line, message) = place(&[("a.inp", &wrong), ("parts/nodes.inp", NODES)]);
+    assert_eq!((file.as_str(), line), ("a.inp", 9), "{message}");
+}
+
+#[test]
+fn a_deck_reads_no_file_outside_of_its_folder_and_none_without_end() {
+    let folder = tempfile::tempdir().unwrap();
+    let outside = folder.path().join("outside.inp");
+    fs::write(&outside, NODES).unwrap();
+    let inside = folder.path().join("inside");
+    fs::create_dir(&inside).unwrap();
+    for (named, words) in [
+        ("../outside.inp", "not in the folder of the deck"),
+        ("parts/../../outside.inp", "not in the folder of the deck"),
+        ("..\\outside.inp", "not in the folder of the deck"),
+        (outside.to_str().unwrap(), "not in the folder of the deck"),
+        ("a.inp", "a second time"),
+        ("none.inp", "cannot be read"),
+        ("1.inp", "6 files deep"),
+    ] {
+        let main = format!("*Node\n*Include, input={named}\n{CELLS}\n");
+        let chain: Vec<(String, String)> =
+            (1..8).map(|i| (format!("{i}.inp"), format!("*Include, input={}.inp\n", i + 1))).collect();
+        let mut all = vec![("a.inp", main.as_str())];
+        all.extend(chain.iter().map(|(name, text)| (name.as_str(), text.as_str())));
+        let message = deck(&inside, &all).unwrap_err().to_string();
+        assert!(message.contains(words), "{named}: {message}");
+    }
 }

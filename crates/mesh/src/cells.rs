@@ -13,14 +13,21 @@ use pliant::element::{CellBlock, CellKind};
 /// Names of groups by their dimension and number.
 pub(super) type Names = BTreeMap<(u8, u64), String>;
 
-/// The number of the group of cells that a file refers to by `number`, which becomes `triangle_3`.
+/// The number of the group of simplices that a file refers to by `number`, which becomes `triangle_3`.
 pub(super) fn reference(names: &mut Names, dimension: u8, number: i64) -> u64 {
+    let kind = ["vertex", "edge", "triangle", "tetrahedron"][usize::from(dimension.min(3))];
     // Negative numbers keep apart from positive ones.
-    let key = number as u64;
-    names.entry((dimension, key)).or_insert_with(|| {
-        let kind = ["vertex", "edge", "triangle", "tetrahedron"][usize::from(dimension.min(3))];
-        format!("{kind}_{number}")
-    });
+    named(names, dimension, kind, number, number as u64)
+}
+
+/// The number of the group of cells of a kind, which becomes `hexahedron_3`: another one than that of the
+/// simplices of its dimension.
+pub(super) fn block_reference(names: &mut Names, kind: &CellKind, number: i64) -> u64 {
+    named(names, kind.dimension as u8, kind.name, number, number as u64 ^ (1 << 62))
+}
+
+fn named(names: &mut Names, dimension: u8, kind: &str, number: i64, key: u64) -> u64 {
+    names.entry((dimension, key)).or_insert_with(|| format!("{kind}_{number}"));
     key
 }
 

@@ -465,7 +465,7 @@ pub enum MeshError {
     },
     /// A Gmsh file of another version.
     #[error(
-        "version {version} of the Gmsh format; supported are 2.2 and 4.1 (in Gmsh: `Mesh.MshFileVersion = \
+        "version {version} of the Gmsh format; supported are 2.1, 2.2 and 4.1 (in Gmsh: `Mesh.MshFileVersion = \
          4.1;`)"
     )]
     GmshVersion {

@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 
 use super::check::{check, check_numbers, unusable_cells};
 use super::clean::{clean, cures};
+use super::include::{self, Stretch};
 use super::quadratic::MidNodes;
-use super::signature::recognised;
+use super::signature::{foreign, recognised};
 use super::tokens::FileFault;
 use super::{Cell, FileTag, Mesh, MeshError, MeshSize, abaqus, gmsh, medit, obj, ply, stl, tetgen, vtk, vtu};
 use crate::spec::FileSpec;
@@ -53,7 +54,7 @@ macro_rules! formats {
 
 formats! {
     Abaqus: ["inp"], "Abaqus `.inp`", abaqus::read;
-    Gmsh: ["msh"], "Gmsh `.msh` (2.2 and 4.1)", gmsh::read;
+    Gmsh: ["msh"], "Gmsh `.msh` (2.1, 2.2 and 4.1)", gmsh::read;
     Medit: ["mesh"], "Medit `.mesh`", medit::read;
     Obj: ["obj"], "Wavefront `.obj`", obj::read;
     Ply: ["ply"], "`.ply`", ply::read;
@@ -104,9 +105,19 @@ pub(super) struct FileMesh {
 /// The format that the extension names.
 fn format(path: &Path) -> Result<Format, MeshError> {
     let extension = path.extension().and_then(OsStr::to_str).map(str::to_ascii_lowercase);
-    extension.as_deref().and_then(Format::of_extension).ok_or_else(|| MeshError::UnknownFormat {
-        path: path.to_path_buf(),
-        supported: Format::names().join(", "),
+    let extension = extension.as_deref().unwrap_or_default();
+    Format::of_extension(extension).ok_or_else(|| match foreign(extension) {
+        Some(foreign) => MeshError::InFile {
+            path: path.to_path_buf(),
+            line: None,
+            tag: None,
+            cures: Vec::new(),
+            source: Box::new(foreign.into()),
+        },
+        None => {
+            let supported = Format::names().join(", ");
+            MeshError::UnknownFormat { path: path.to_path_buf(), supported }
+        }
     })
 }
 
@@ -115,8 +126,11 @@ fn format(path: &Path) -> Result<Format, MeshError> {
 /// denser; a `.vtu` with compressed arrays may hold more than this says.
 pub(super) fn size(spec: &FileSpec, dimension: usize, base: &Path) -> Result<MeshSize, MeshError> {
     let path = base.join(&spec.path);
-    format(&path)?;
-    let length = length(&path)?;
+    let length = match format(&path)? {
+        // Those that do not fit together are for the reader to refuse.
+        Format::Abaqus => files(&path).iter().map(|file| length(file)).sum::<Result<u64, MeshError>>()?,
+        _ => length(&path)?,
+    };
     let most = |least: u64| (length / least).min(u64::from(u32::MAX));
     let bound = MeshSize {
         vertices: most(8),
@@ -151,22 +165,22 @@ pub(super) fn build(
         (false, true) => MidNodes::Keep,
         (false, false) => MidNodes::Refuse,
     };
-    Ok(read_cleaned(&base.join(&spec.path), spec, dimension, mid_nodes)?.mesh)
+    Ok(read_cleaned(&base.join(&spec.path), spec, dimension, mid_nodes)?.0.mesh)
 }
 
 /// A file in space with a surface or a solid, and where its triangles stand.
 pub(super) struct SurfaceFile {
-    path: PathBuf,
     spec: FileSpec,
     file: FileMesh,
+    sources: Sources,
 }
 
 /// Reads the file that a surface comes from, and checks what it holds.
 pub(super) fn read_surface(spec: FileSpec, base: &Path) -> Result<SurfaceFile, MeshError> {
     let path = base.join(&spec.path);
     let mid_nodes = if spec.drop_mid_nodes { MidNodes::Drop } else { MidNodes::Refuse };
-    let file = read_cleaned(&path, &spec, 3, mid_nodes)?;
-    Ok(SurfaceFile { path, spec, file })
+    let (file, sources) = read_cleaned(&path, &spec, 3, mid_nodes)?;
+    Ok(SurfaceFile { spec, file, sources })
 }
 
 impl SurfaceFile {
@@ -176,17 +190,26 @@ impl SurfaceFile {
 
     /// An error about this mesh, with the place in the file.
     pub(super) fn locate(&self, error: MeshError) -> MeshError {
-        let paths = format(&self.path).map(|format| pair(format, &self.path));
-        let paths = paths.unwrap_or_else(|_| [self.path.clone(), PathBuf::new()]);
-        in_file(paths, &self.spec, self.file.site(&error), error)
+        self.sources.fault(&self.spec, self.file.site(&error), error)
     }
 }
 
 /// The files that reading the mesh file `path` reads.
 pub fn files(path: &Path) -> Vec<PathBuf> {
-    let paths =
-        format(path).map_or_else(|_| [path.to_path_buf(), PathBuf::new()], |format| pair(format, path));
+    let format = format(path);
+    if let Ok(Format::Abaqus) = format
+        && let Ok(deck) = include::join(path, &contents)
+    {
+        return deck.files();
+    }
+    let paths = format.map_or_else(|_| [path.to_path_buf(), PathBuf::new()], |format| pair(format, path));
     paths.into_iter().filter(|path| !path.as_os_str().is_empty()).collect()
+}
+
+/// The content of a regular file.
+fn contents(path: &Path) -> Result<Vec<u8>, MeshError> {
+    length(path)?;
+    std::fs::read(path).map_err(|source| MeshError::Unreadable { path: path.to_path_buf(), source })
 }
 
 /// The file, and that of TetGen's nodes beside it or nothing.
@@ -204,7 +227,7 @@ fn pair(format: Format, path: &Path) -> [PathBuf; 2] {
 /// [`MeshError::UnknownFormat`], [`MeshError::Unreadable`], [`MeshError::InFile`] with the line or the byte
 /// of whatever is wrong.
 pub fn read(path: &Path, dimension: usize, mid_nodes: MidNodes) -> Result<Mesh, MeshError> {
-    Ok(read_cleaned(path, &FileSpec::default(), dimension, mid_nodes)?.mesh)
+    Ok(read_cleaned(path, &FileSpec::default(), dimension, mid_nodes)?.0.mesh)
 }
 
 /// The same with the cleaning that `spec` asks for.
@@ -213,27 +236,47 @@ fn read_cleaned(
     spec: &FileSpec,
     dimension: usize,
     mid_nodes: MidNodes,
-) -> Result<FileMesh, MeshError> {
-    let contents = |path: &Path| {
-        length(path)?;
-        std::fs::read(path).map_err(|source| MeshError::Unreadable { path: path.to_path_buf(), source })
-    };
+) -> Result<(FileMesh, Sources), MeshError> {
     let format = format(path)?;
-    let paths = pair(format, path);
-    let bytes = contents(&paths[0])?;
-    let nodes = if format == Format::TetGen { contents(&paths[1])? } else { Vec::new() };
+    let mut sources = Sources { paths: pair(format, path), stretches: Vec::new() };
+    let bytes = if format == Format::Abaqus {
+        let deck = include::join(path, &contents)?;
+        sources.stretches = deck.stretches;
+        deck.text
+    } else {
+        contents(&sources.paths[0])?
+    };
+    let nodes = if format == Format::TetGen { contents(&sources.paths[1])? } else { Vec::new() };
     let input = MeshInput { bytes: &bytes, nodes: &nodes, mid_nodes, spec };
-    parse_file(format, &input, dimension).map_err(|(site, error)| in_file(paths, spec, site, error))
+    match parse_file(format, &input, dimension) {
+        Ok(file) => Ok((file, sources)),
+        Err((site, error)) => Err(sources.fault(spec, site, error)),
+    }
 }
 
-/// A fault in one of the two files of a mesh.
-fn in_file([path, beside]: [PathBuf; 2], spec: &FileSpec, site: Site, error: MeshError) -> MeshError {
-    MeshError::InFile {
-        path: if site.in_nodes { beside } else { path },
-        line: (site.line > 0).then_some(site.line),
-        tag: site.tag,
-        cures: cures(spec, &error),
-        source: Box::new(error),
+/// The files that a mesh comes from.
+struct Sources {
+    /// The file, and that of TetGen's nodes.
+    paths: [PathBuf; 2],
+    /// Files that a deck was joined from.
+    stretches: Vec<Stretch>,
+}
+
+impl Sources {
+    /// A fault in one of the files.
+    fn fault(&self, spec: &FileSpec, site: Site, error: MeshError) -> MeshError {
+        let before = self.stretches.partition_point(|stretch| stretch.first <= site.line);
+        let (path, line) = match before.checked_sub(1).map(|stretch| &self.stretches[stretch]) {
+            Some(stretch) => (&stretch.path, site.line - stretch.first + stretch.line),
+            None => (&self.paths[usize::from(site.in_nodes)], site.line),
+        };
+        MeshError::InFile {
+            path: path.clone(),
+            line: (line > 0).then_some(line),
+            tag: site.tag,
+            cures: cures(spec, &error),
+            source: Box::new(error),
+        }
     }
 }
 

@@ -245,7 +245,78 @@ fn files_of_another_kind_are_called_what_they_are() {
     assert!(refused(Format::Medit, GMSH_BINARY[3].1).contains("a file of Gmsh; name it `.msh`"));
     assert!(refused(Format::Obj, SURFACES[1].2).contains("a PLY file; name it `.ply`"));
     let one = refused(Format::Gmsh, b"$NOD\n1\n1 0 0 0\n$ENDNOD\n$ELM\n0\n$ENDELM\n");
-    assert!(one.contains("version 1 of the Gmsh format; supported are 2.2 and 4.1"), "{one}");
+    assert!(one.contains("version 1 of the Gmsh format; supported are 2.1, 2.2 and 4.1"), "{one}");
+}
+
+#[test]
+fn meshes_of_other_programs_are_called_by_their_names() {
+    for (format, text, program) in [
+        (Format::Medit, "MFEM mesh v1.0\n\ndimension\n3\n", "MFEM"),
+        (Format::Medit, "MESH \"a\" dimension 3 ElemType Tetrahedra Nnode 4\nCoordinates\n", "GiD"),
+        (Format::Gmsh, "MESH dimension 3 ElemType Tetrahedra  Nnode 4\nCoordinates\n", "GiD"),
+        (Format::Medit, "% GETFEM MESH FILE\n% GETFEM VERSION 5.4\n\nBEGIN POINTS LIST\n", "GetFEM"),
+        (Format::Ply, "OFF\n4 4 6\n", "Geomview"),
+    ] {
+        let (_, _, message) = fault(format, text.as_bytes());
+        assert!(message.contains(program), "{message}");
+    }
+    for (name, program) in [
+        ("a.off", "`meshio convert`"),
+        ("a.BDF", "Nastran"),
+        ("a.cdb", "ANSYS"),
+        ("a.unv", "I-DEAS"),
+        ("a.med", "`meshio convert`"),
+        ("a.k", "LS-DYNA"),
+    ] {
+        let message = super::read(name.as_ref(), 3, MidNodes::Refuse).unwrap_err().to_string();
+        assert!(message.starts_with(name) && message.contains(program), "{message}");
+    }
+}
+
+#[test]
+fn hexahedra_of_medit_are_cells_with_groups() {
+    let text = "MeshVersionFormatted 2
+Dimension 3
+Vertices 8
+0 0 0 0  1 0 0 0  1 1 0 0  0 1 0 0  0 0 1 0  1 0 1 0  1 1 1 0  0 1 1 0
+Quadrilaterals 1
+1 4 3 2 7
+Hexahedra 1
+1 2 3 4 5 6 7 8 7
+End";
+    let mesh = read(Format::Medit, text.as_bytes());
+    let names: Vec<(usize, &str)> = mesh.blocks.iter().map(|block| (block.len(), block.kind.name)).collect();
+    assert_eq!(names, [(1, "quadrilateral"), (1, "hexahedron")]);
+    assert_eq!(mesh.groups["quadrilateral_7"].vertices, [0, 1, 2, 3]);
+    assert_eq!(mesh.groups["hexahedron_7"].cells, [0]);
+    let (line, _, message) = fault(Format::Medit, text.replace("7 8 7", "7 9 7").as_bytes());
+    assert!(line == 8 && message.contains("there is no vertex 9"), "{line} {message}");
+}
+
+#[test]
+fn gmsh_2_1_is_read_as_2_2() {
+    let old = super::file_tests::MESHIO_22.replace("\n2.2 ", "\n2.1 ");
+    assert!(old.contains("2.1 0 8"));
+    assert_eq!(
+        read(Format::Gmsh, old.as_bytes()),
+        read(Format::Gmsh, super::file_tests::MESHIO_22.as_bytes())
+    );
+}
+
+#[test]
+fn remarks_stand_anywhere_in_a_header_of_ply() {
+    let plain =
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z
+element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+    let mesh = read(Format::Ply, plain.as_bytes());
+    let lines: Vec<&str> = plain.lines().collect();
+    for remark in ["comment", "comment element vertex 9", "obj_info property", "", "  "] {
+        for at in 1..9 {
+            let mut remarked = lines.clone();
+            remarked.insert(at, remark);
+            assert_eq!(read(Format::Ply, (remarked.join("\n") + "\n").as_bytes()), mesh, "{remark} at {at}");
+        }
+    }
 }
 
 #[test]

@@ -48,6 +48,7 @@ mod geometry;
 mod gmsh;
 mod grid;
 mod icosahedron;
+mod include;
 mod inline;
 mod mapped;
 mod measure;

@@ -1,14 +1,15 @@
 //! Medit `.mesh`, ASCII, versions 1 and 2: P. J. Frey, "MEDIT: An interactive mesh visualization software",
 //! INRIA report RT-0253 (2001), appendix.
 //!
-//! `Vertices`, `Edges`, `Triangles` and `Tetrahedra` are read. The references of these become groups
-//! `vertex_3`, `edge_3`, `triangle_3`, `tetrahedron_3`: 3 of one kind and 3 of another have nothing to do
-//! with each other. The reference 0 stands for none.
+//! `Vertices`, `Edges`, `Triangles`, `Quadrilaterals`, `Tetrahedra` and `Hexahedra` are read. The references
+//! of these become groups `vertex_3`, `edge_3`, `triangle_3`, `hexahedron_3`: 3 of one kind and 3 of another
+//! have nothing to do with each other. The reference 0 stands for none.
 
 use super::FormatError;
-use super::cells::{FileCells, Names, reference};
+use super::cells::{FileCells, Names, block_reference, reference};
 use super::file::{FileMesh, MeshInput, Place};
 use super::tokens::{FileFault, Tokens};
+use pliant::element::{CellKind, HEXAHEDRON, QUADRILATERAL};
 
 /// Words of the format that no other word ends: a section whose entries are passed over.
 fn begins_section(word: &str) -> bool {
@@ -25,15 +26,17 @@ pub(super) fn read(input: &MeshInput) -> Result<FileMesh, FileFault> {
         section = match name {
             "Dimension" => mesh.dimension(&mut tokens)?,
             "Vertices" => mesh.vertices(&mut tokens)?,
-            "Edges" => mesh.cells::<2>(&mut tokens)?,
-            "Triangles" => mesh.cells::<3>(&mut tokens)?,
-            "Tetrahedra" => mesh.cells::<4>(&mut tokens)?,
-            "Quadrilaterals" | "Hexahedra" | "Hexaedra" | "Prisms" | "Pyramids" | "TrianglesP2"
-            | "TetrahedraP2" | "EdgesP2" => {
+            "Edges" => mesh.cells::<2>(&mut tokens, None)?,
+            "Triangles" => mesh.cells::<3>(&mut tokens, None)?,
+            "Tetrahedra" => mesh.cells::<4>(&mut tokens, None)?,
+            "Quadrilaterals" => mesh.cells::<4>(&mut tokens, Some(QUADRILATERAL.kind))?,
+            "Hexahedra" | "Hexaedra" => mesh.cells::<8>(&mut tokens, Some(HEXAHEDRON.kind))?,
+            "Prisms" | "Pyramids" | "TrianglesP2" | "TetrahedraP2" | "EdgesP2" => {
                 let count: u64 = tokens.number("the number of cells")?;
                 if count > 0 {
                     let found = format!("the section {name}");
-                    let supported = "write Edges, Triangles and Tetrahedra";
+                    let supported =
+                        "write Edges, Triangles, Quadrilaterals, Tetrahedra and Hexahedra of first order";
                     return Err(tokens.fault(FormatError::Unsupported { found, supported }));
                 }
                 tokens.next()
@@ -105,8 +108,12 @@ impl Medit {
         Ok(tokens.next())
     }
 
-    /// `vertices reference`, the vertices numbered from 1.
-    fn cells<'a, const N: usize>(&mut self, tokens: &mut Tokens<'a>) -> Result<Option<&'a str>, FileFault> {
+    /// `vertices reference`, the vertices numbered from 1; simplices without a kind.
+    fn cells<'a, const N: usize>(
+        &mut self,
+        tokens: &mut Tokens<'a>,
+        kind: Option<&'static CellKind>,
+    ) -> Result<Option<&'a str>, FileFault> {
         let count: u64 = tokens.number("the number of cells")?;
         for cell in 0..count {
             let mut vertices = [0_u32; N];
@@ -121,8 +128,16 @@ impl Medit {
             }
             let place = tokens.place(cell + 1);
             let group: i64 = tokens.number("the reference of a cell")?;
-            let groups = [if group == 0 { 0 } else { reference(&mut self.names, N as u8 - 1, group) }];
-            self.cells.push(&vertices, place, if group == 0 { &[] } else { &groups });
+            let names = &mut self.names;
+            let number = match kind {
+                _ if group == 0 => None,
+                None => Some(reference(names, N as u8 - 1, group)),
+                Some(kind) => Some(block_reference(names, kind, group)),
+            };
+            match kind {
+                None => self.cells.push(&vertices, place, number.as_slice()),
+                Some(kind) => self.cells.push_kind(kind, &vertices, place, number.as_slice()),
+            }
         }
         Ok(tokens.next())
     }

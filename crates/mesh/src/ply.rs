@@ -67,7 +67,10 @@ fn number_type(tokens: &mut Tokens) -> Result<NumberType, FileFault> {
 impl PlyHeader {
     fn read(tokens: &mut Tokens) -> Result<PlyHeader, FileFault> {
         tokens.keyword("ply")?;
-        tokens.keyword("format")?;
+        let word = statement(tokens, "format")?;
+        if word != "format" {
+            return Err(tokens.expected("format", word));
+        }
         let expected = "ascii, binary_little_endian or binary_big_endian";
         let encoding = match tokens.word(expected)? {
             "ascii" => None,
@@ -78,10 +81,7 @@ impl PlyHeader {
         tokens.keyword("1.0")?;
         let mut elements: Vec<Element> = Vec::new();
         loop {
-            match tokens.word("end_header")? {
-                "comment" | "obj_info" => {
-                    tokens.rest_of_line();
-                }
+            match statement(tokens, "end_header")? {
                 "element" => {
                     let name = tokens.word("the name of an element")?.to_string();
                     let count = tokens.number("the number of elements")?;
@@ -106,6 +106,16 @@ impl PlyHeader {
                 word => return Err(tokens.expected("element, property or end_header", word)),
             }
         }
+    }
+}
+
+/// The word that begins the next line of the header, remarks apart.
+fn statement<'a>(tokens: &mut Tokens<'a>, expected: &'static str) -> Result<&'a str, FileFault> {
+    loop {
+        match tokens.word(expected)? {
+            "comment" | "obj_info" => tokens.rest_of_line_bytes(),
+            word => return Ok(word),
+        };
     }
 }
 

@@ -29,6 +29,10 @@ const OTHERS: &[Signature] = &[
         "a mesh of ANSYS Fluent",
         "export Gmsh, VTK or Abaqus `.inp`, or convert it (`meshio convert`)",
     ),
+    (b"mfem ", "a mesh of MFEM", "save it with `Mesh::PrintVTU` there, as `.vtu`"),
+    (b"% getfem mesh", "a mesh of GetFEM", "save it with `export_to_vtu` there, as `.vtu`"),
+    (b"off\n", OFF, MESHIO),
+    (b"off\r", OFF, MESHIO),
     (b"\xff\xfe", UTF_16, "save it as UTF-8"),
     (b"\xfe\xff", UTF_16, "save it as UTF-8"),
 ];
@@ -36,6 +40,36 @@ const OTHERS: &[Signature] = &[
 const HTML: &str = "a page of HTML";
 const DOWNLOAD: &str = "download the file itself: behind its link was a page, of a login or of an error";
 const UTF_16: &str = "a text in UTF-16";
+
+const OFF: &str = "an Object File Format (Geomview)";
+const MESHIO: &str = "convert it to `.vtu` (`meshio convert`)";
+const GMSH: &str = "open it in Gmsh and save it as `.msh`, or export Abaqus `.inp`";
+const EXPORT: &str = "export Abaqus `.inp`, VTK or Gmsh from the program that wrote it";
+
+/// Extensions of mesh files that are not read, what they are, what to do. `meshio` reads those that it is
+/// named for.
+const EXTENSIONS: &[(&[&str], &str, &str)] = &[
+    (&["off"], OFF, MESHIO),
+    (&["bdf", "nas", "fem"], "bulk data of Nastran", MESHIO),
+    (&["med"], "a MED file of Salome", MESHIO),
+    (&["vol"], "a mesh of Netgen", MESHIO),
+    (&["meshb"], "a binary file of Medit", MESHIO),
+    (&["e", "exo", "ex2"], "an Exodus file", MESHIO),
+    (&["xdmf", "xmf"], "an XDMF file", MESHIO),
+    (&["cgns"], "a CGNS file", MESHIO),
+    (&["su2"], "a mesh of SU2", MESHIO),
+    (&["ugrid"], "a UGRID file", MESHIO),
+    (&["cdb"], "an archive of ANSYS Mechanical APDL", EXPORT),
+    (&["k", "key", "dyn"], "a keyword file of LS-DYNA", EXPORT),
+    (&["unv"], "a universal file of I-DEAS", GMSH),
+    (&["step", "stp", "iges", "igs", "brep"], "a geometry without a mesh", "mesh it, for example in Gmsh"),
+];
+
+/// Kind of a file with this extension in small letters, if it is one that is not read.
+pub(super) fn foreign(extension: &str) -> Option<FormatError> {
+    let of = EXTENSIONS.iter().find(|(extensions, ..)| extensions.contains(&extension));
+    of.map(|&(_, found, advice)| FormatError::Other { found, advice })
+}
 
 /// Files of the formats, which may have the extension of another.
 const FORMATS: &[(Format, Signature)] = &[
@@ -53,8 +87,18 @@ pub(super) fn recognised(format: Format, bytes: &[u8]) -> Option<FormatError> {
     let others = OTHERS.iter().copied();
     let formats = FORMATS.iter().filter(|(of, _)| *of != format).map(|(_, signature)| *signature);
     let found = others.chain(formats).find(|(word, ..)| start.starts_with(word));
-    let found = found.map(|(_, found, advice)| (found, advice)).or_else(|| xml(format, &start));
+    let found = found
+        .map(|(_, found, advice)| (found, advice))
+        .or_else(|| gid(&start))
+        .or_else(|| xml(format, &start));
     found.map(|(found, advice)| FormatError::Other { found, advice })
+}
+
+/// `MESH "name" dimension 3 ElemType Tetrahedra Nnode 4`, the words after `MESH` in any order.
+fn gid(start: &[u8]) -> Option<(&'static str, &'static str)> {
+    let line = start.split(|byte| *byte == b'\n').next()?;
+    let has = |word: &[u8]| line.windows(word.len()).any(|window| window == word);
+    (line.starts_with(b"mesh") && has(b"elemtype")).then_some(("a mesh of GiD", EXPORT))
 }
 
 fn xml(format: Format, start: &[u8]) -> Option<(&'static str, &'static str)> {

@@ -49,8 +49,7 @@ fn factors(scale: Option<&OneOrMany>, dimension: usize) -> Result<Vec<f64>, Mesh
     if factors.contains(&0.0) { Err(MeshError::Zero { field: "scale" }) } else { Ok(factors) }
 }
 
-/// The matrix of a rotation by `angle` about `axis`, by O. Rodrigues: `cos I + (1 - cos) a a^T + sin [a]_x`.
-/// In the plane about the z-axis.
+/// The matrix of a rotation by `angle` about `axis`, in the plane about the z-axis.
 fn rotation(spec: &RotateSpec, dimension: usize) -> Result<[[f64; 3]; 3], MeshError> {
     finite("angle", spec.angle)?;
     let axis = match (&spec.axis, dimension) {
@@ -62,8 +61,14 @@ fn rotation(spec: &RotateSpec, dimension: usize) -> Result<[[f64; 3]; 3], MeshEr
         (Some(axis), _) => axis.clone(),
     };
     vector("axis", &axis, 3)?;
-    let a = direction(&axis).ok_or(MeshError::Zero { field: "axis" })?;
-    let [c, s] = turn::of_angle(spec.angle);
+    let axis = [axis[0], axis[1], axis[2]];
+    rotation_about(axis, turn::of_angle(spec.angle)).ok_or(MeshError::Zero { field: "axis" })
+}
+
+/// The matrix of a rotation about `axis` by the angle of this cosine and sine, by O. Rodrigues:
+/// `cos I + (1 - cos) a a^T + sin [a]_x`; `None` for an axis of length zero.
+pub(super) fn rotation_about(axis: [f64; 3], [c, s]: [f64; 2]) -> Option<[[f64; 3]; 3]> {
+    let a = direction(&axis)?;
     let cross = [[0.0, -a[2], a[1]], [a[2], 0.0, -a[0]], [-a[1], a[0], 0.0]];
     let mut rows = [[0.0; 3]; 3];
     for i in 0..3 {
@@ -72,7 +77,7 @@ fn rotation(spec: &RotateSpec, dimension: usize) -> Result<[[f64; 3]; 3], MeshEr
             rows[i][j] = identity + (1.0 - c) * a[i] * a[j] + s * cross[i][j];
         }
     }
-    Ok(rows)
+    Some(rows)
 }
 
 /// Exchanges two vertices of every cell that has an orientation, and the nodes in the middle of its edges.

@@ -1,4 +1,4 @@
-//! Gmsh `.msh`, versions 2.2 and 4.1, ASCII and binary:
+//! Gmsh `.msh`, versions 2.1, 2.2 and 4.1, ASCII and binary:
 //! <https://gmsh.info/doc/texinfo/gmsh.html#MSH-file-format>.
 //!
 //! `$MeshFormat`, `$PhysicalNames`, `$Entities`, `$Nodes` and `$Elements` are read, in that order, every
@@ -22,7 +22,7 @@ use source::GmshSource;
 /// Layout of the sections.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Version {
-    /// 2.2: each element carries its tags.
+    /// 2.1 and 2.2: each element carries its tags.
     Two,
     /// 4.1: elements and nodes come in blocks, one per entity of the geometry.
     Four,
@@ -82,7 +82,7 @@ fn header(source: &mut GmshSource) -> Result<Version, FileFault> {
     tokens.keyword("$MeshFormat")?;
     let word = tokens.word("a format version")?;
     let version = match word {
-        "2.2" => Version::Two,
+        "2.1" | "2.2" => Version::Two,
         "4.1" => Version::Four,
         _ => return Err(tokens.fault(MeshError::GmshVersion { version: excerpt(word) })),
     };

@@ -51,7 +51,7 @@ pub enum MeshSpec {
     Strand(StrandSpec),
     /// Points spread at random over a disk or annulus.
     Disk(DiskSpec),
-    /// A mesh file: Gmsh `.msh` (2.2 or 4.1), VTK `.vtk` and `.vtu`, Abaqus `.inp`, TetGen `.node` with
+    /// A mesh file: Gmsh `.msh` (2.1, 2.2 or 4.1), VTK `.vtk` and `.vtu`, Abaqus `.inp`, TetGen `.node` with
     /// `.ele`, Medit `.mesh`, `.ply`, `.stl`, Wavefront `.obj`.
     File(FileSpec),
     /// A solid from the closed surface of a mesh file, filled with tetrahedra or hexahedra.
