@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use super::{
-    Mesh, MeshError, annulus, ball, check::check, cloth, cooks_membrane, cylinder, disk, elliptic_membrane,
-    file, grid, inline, notched_beam, predicted_size, repeat, sphere, strand, surface, tapered_beam,
-    transform, tube,
+    Mesh, MeshError, annulus, ball, check::check, cloth, cooks_membrane, curved, cylinder, disk,
+    elliptic_membrane, file, grid, inline, notched_beam, predicted_size, repeat, sphere, strand, surface,
+    tapered_beam, transform, tube,
 };
 use crate::spec::{BodyMesh, MeshSpec};
 
@@ -63,8 +63,8 @@ fn build_shape(
     Ok(mesh)
 }
 
-/// Builds the mesh of a body: its shape, promoted to second order where it is `quadratic`, then `transform`,
-/// then `repeat`.
+/// Builds the mesh of a body: its shape, promoted to second order where it is `quadratic`, with the curved
+/// sides of round shapes, then `transform`, then `repeat`.
 ///
 /// # Errors
 /// As [`build`]; what makes the transformation or the copies impossible.
@@ -76,6 +76,8 @@ pub fn build_body(body: &BodyMesh<'_>, dimension: usize, base: &Path) -> Result<
     if body.quadratic {
         let count = 7 * mesh.element_count() as u64;
         mesh = mesh.promoted_to_quadratic().ok_or(MeshError::TooMany { what: "vertices", count })?;
+        curved::curve(body.shape, &mut mesh);
+        check(&mesh)?;
     }
     if let Some(spec) = body.transform {
         transform::apply(spec, &mut mesh)?;

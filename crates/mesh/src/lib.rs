@@ -25,6 +25,7 @@ mod clean;
 mod cloth;
 mod cooks_membrane;
 mod crossing;
+mod curved;
 mod cylinder;
 mod disk;
 mod elliptic_membrane;
