@@ -141,7 +141,7 @@ impl Groups {
     ) -> Result<(), RecordError> {
         let tail = paths::tail_of(path);
         for file in [path, &tail].into_iter().filter(|file| *file == path || file.exists()) {
-            walk(file, &mut |record| self.take(record, visit))?;
+            walk(file, &mut |_, record| self.take(record, visit))?;
             // In the tail it may come again.
             self.hand_on(visit)?;
         }

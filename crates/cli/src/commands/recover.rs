@@ -26,6 +26,9 @@ pub(crate) fn execute(arguments: &RecoverArguments, terminal: Terminal) -> Resul
         recovered.path.display(),
         part.display(),
     ))?;
+    for damage in &recovered.skipped {
+        terminal.warn(&format!("damaged and left out: {damage}"));
+    }
     terminal.document(&json!({ "status": ExitStatus::Done, "recovered": recovered }))?;
     Ok(ExitStatus::Done)
 }

@@ -153,7 +153,7 @@ fn from_records(path: &Path) -> Result<GatheredInfo, RecordError> {
     };
     let mut schemas = HashMap::new();
     let mut next_sequences: HashMap<u16, u32> = HashMap::new();
-    let mut visit = |record: Record<'static>| {
+    let mut visit = |_: u64, record: Record<'static>| {
         match record {
             Record::Schema { header, .. } => {
                 schemas.insert(header.id, header.name);

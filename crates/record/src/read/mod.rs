@@ -1,17 +1,20 @@
 //! Reading recordings: what is in a file, the frames of a complete one, and the rescue of an incomplete one.
 
 mod bodies;
+mod chunk;
 mod info;
 mod lengths;
 mod message_series;
 mod recording_file;
 mod rescue;
 mod summary;
+mod tables;
 mod trajectory;
 mod walk;
 
 pub use bodies::{RecordedBodies, RecordedBody, RecordedSkin};
 pub use info::{AttachmentSummary, FileInfo, FileState, TopicSummary, info};
 pub use rescue::{Recovered, discard, recover};
-pub use trajectory::{Column, ElementRows, Trajectory, in_space};
+pub use tables::Column;
+pub use trajectory::{ElementRows, Trajectory, in_space};
 pub(super) use walk::walk;

@@ -1,21 +1,21 @@
 //! A complete file: its index, and its records by position.
 
+use std::borrow::Cow;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
-use mcap::records::{ChunkIndex, MessageIndexEntry, Record};
-use mcap::{McapError, Summary};
+use mcap::records::{MessageIndexEntry, Record};
+use mcap::{McapError, McapResult, Summary};
 
+use super::chunk::{first_record, read_record, unpacked};
 use super::lengths::parsed;
 use super::summary;
-use super::walk::{chunk_records, ensure_mcap};
+use super::walk::{Stop, Visit, visit_all};
 use crate::RecordError;
+use crate::clock::seconds;
 use crate::error::read_error;
 use pliant_files::regular_file;
-
-/// Opcode and length of a record.
-pub(super) const RECORD_HEADER: usize = 9;
 
 /// A complete file.
 #[derive(Debug)]
@@ -24,6 +24,9 @@ pub(super) struct RecordingFile {
     pub(super) summary: Summary,
     pub(super) size: u64,
     file: File,
+    /// Number and content of the chunk read last: most readers ask for one frame after the other, and for
+    /// all channels of a frame.
+    unpacked: Option<(usize, Vec<u8>)>,
 }
 
 impl RecordingFile {
@@ -38,7 +41,13 @@ impl RecordingFile {
             Err(McapError::Io(source)) => return Err(failed(source)),
             Err(_) => None,
         };
-        Ok(summary.map(|summary| RecordingFile { path: path.to_owned(), summary, size, file }))
+        Ok(summary.map(|summary| RecordingFile {
+            path: path.to_owned(),
+            summary,
+            size,
+            file,
+            unpacked: None,
+        }))
     }
 
     /// The number of the channel with this topic.
@@ -60,30 +69,105 @@ impl RecordingFile {
         Ok(messages)
     }
 
-    /// All records of a chunk.
-    pub(super) fn chunk(&mut self, number: usize) -> Result<Vec<Record<'static>>, RecordError> {
-        let ChunkIndex { chunk_start_offset, .. } = self.summary.chunk_indexes[number];
-        match self.record_at(chunk_start_offset)? {
-            Record::Chunk { header, data } => {
-                chunk_records(header, &data).map_err(|error| read_error(&self.path, error))
-            }
-            _ => Err(read_error(&self.path, McapError::BadIndex)),
+    /// The message of a channel at this place of a chunk, which is unpacked where it is not the last one.
+    pub(super) fn message(
+        &mut self,
+        channel: u16,
+        chunk: usize,
+        entry: &MessageIndexEntry,
+    ) -> Result<&[u8], RecordError> {
+        if self.unpacked.as_ref().is_none_or(|(number, _)| *number != chunk) {
+            // Not two chunks at a time.
+            self.unpacked = None;
+            let content = self.chunk(chunk).map_err(|error| read_error(&self.path, error))?;
+            self.unpacked = Some((chunk, content));
+        }
+        let content = self.unpacked.as_ref().map_or(&[][..], |(_, content)| &content[..]);
+        message_at(content, channel, entry).map_err(|error| read_error(&self.path, error))
+    }
+
+    /// Content of a chunk, which has the size that the index states.
+    fn chunk(&mut self, number: usize) -> McapResult<Vec<u8>> {
+        let index = &self.summary.chunk_indexes[number];
+        let (offset, size) = (index.chunk_start_offset, index.uncompressed_size);
+        match parsed_at(&mut self.file, self.size, offset)? {
+            Record::Chunk { header, data } if header.uncompressed_size == size => unpacked(&header, &data),
+            _ => Err(McapError::BadIndex),
+        }
+    }
+
+    /// Offsets and names of metadata, attachments and chunks, in the order of the file.
+    pub(super) fn listed(&self) -> Vec<(u64, String)> {
+        let summary = &self.summary;
+        let metadata = summary.metadata_indexes.iter();
+        let metadata = metadata.map(|index| (index.offset, format!("metadata `{}`", index.name)));
+        let attachments = summary.attachment_indexes.iter();
+        let attachments = attachments.map(|index| (index.offset, format!("attachment `{}`", index.name)));
+        let chunks = summary.chunk_indexes.iter().map(|index| {
+            let [start, end] = [index.message_start_time, index.message_end_time].map(seconds);
+            (index.chunk_start_offset, format!("frames from t = {start} s to {end} s"))
+        });
+        let mut listed: Vec<_> = metadata.chain(attachments).chain(chunks).collect();
+        listed.sort();
+        listed
+    }
+
+    /// Hands the record at an offset to `visit`, or the records of the chunk that it is. The inner error is
+    /// the damage of the record.
+    pub(super) fn visit_at(
+        &mut self,
+        offset: u64,
+        visit: &mut Visit<'_>,
+    ) -> Result<McapResult<()>, RecordError> {
+        let record = raw_at(&mut self.file, self.size, offset).map_err(Stop::Fault);
+        match record.and_then(|(opcode, body)| visit_all(offset, opcode, &body, visit)) {
+            Ok(_) => Ok(Ok(())),
+            Err(Stop::Visit(error)) => Err(error),
+            Err(Stop::Fault(error @ McapError::Io(_))) => Err(read_error(&self.path, error)),
+            Err(Stop::Fault(error)) => Ok(Err(error)),
         }
     }
 
     /// The record that begins at an offset.
     pub(super) fn record_at(&mut self, offset: u64) -> Result<Record<'static>, RecordError> {
-        let failed = |error: std::io::Error| read_error(&self.path, McapError::Io(error));
-        self.file.seek(SeekFrom::Start(offset)).map_err(failed)?;
-        let mut header = [0; RECORD_HEADER];
-        self.file.read_exact(&mut header).map_err(failed)?;
-        let [opcode, length @ ..] = header;
-        let length = u64::from_le_bytes(length);
-        // A damaged length must not ask for more memory than the file is long.
-        let body = usize::try_from(length).ok().filter(|_| length <= self.size);
-        let mut body = vec![0; body.ok_or_else(|| read_error(&self.path, McapError::BadIndex))?];
-        self.file.read_exact(&mut body).map_err(failed)?;
-        let record = parsed(opcode, &body).map_err(|error| read_error(&self.path, error))?;
-        Ok(record.into_owned())
+        parsed_at(&mut self.file, self.size, offset).map_err(|error| read_error(&self.path, error))
+    }
+}
+
+/// Opcode and body of the record that begins at an offset of a file of `size` bytes.
+fn raw_at(file: &mut File, size: u64, offset: u64) -> McapResult<(u8, Vec<u8>)> {
+    file.seek(SeekFrom::Start(offset))?;
+    read_record(file, size.saturating_sub(offset))?.ok_or(McapError::BadIndex)
+}
+
+/// The record that begins at an offset of a file of `size` bytes.
+fn parsed_at(file: &mut File, size: u64, offset: u64) -> McapResult<Record<'static>> {
+    let (opcode, body) = raw_at(file, size, offset)?;
+    Ok(parsed(opcode, &body)?.into_owned())
+}
+
+/// The message of a channel that begins at the place of `entry` in the content of a chunk.
+fn message_at<'a>(content: &'a [u8], channel: u16, entry: &MessageIndexEntry) -> McapResult<&'a [u8]> {
+    let start = usize::try_from(entry.offset).ok().and_then(|offset| content.get(offset..));
+    let (opcode, body, _) = first_record(start.ok_or(McapError::BadIndex)?)?;
+    match parsed(opcode, body)? {
+        Record::Message { header, data: Cow::Borrowed(data) }
+            if header.channel_id == channel && header.log_time == entry.log_time =>
+        {
+            Ok(data)
+        }
+        _ => Err(McapError::BadIndex),
+    }
+}
+
+/// Says if a file does not begin like MCAP.
+pub(super) fn ensure_mcap(file: &mut File, path: &Path) -> Result<(), RecordError> {
+    let mut magic = [0; mcap::MAGIC.len()];
+    match file.read_exact(&mut magic) {
+        Ok(()) if magic == mcap::MAGIC => Ok(()),
+        Err(source) if source.kind() != std::io::ErrorKind::UnexpectedEof => {
+            Err(RecordError::Read { path: path.to_owned(), source })
+        }
+        _ => Err(RecordError::NotMcap { path: path.to_owned() }),
     }
 }

@@ -1,6 +1,6 @@
 //! Making a complete file of what a killed run has left.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::fs::File;
 use std::io::BufWriter;
 use std::ops::ControlFlow;
@@ -8,9 +8,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use mcap::records::Record;
-use mcap::{Channel, Schema};
+use mcap::{Channel, McapError, Schema};
 
-use super::walk::{ensure_mcap, walk};
+use super::recording_file::{RecordingFile, ensure_mcap};
+use super::walk::walk;
 use crate::RecordError;
 use crate::channels::{energy, last_of_frame, place_in_frame};
 use crate::clock::seconds;
@@ -32,10 +33,15 @@ pub struct Recovered {
     pub last_time: f64,
     /// Size of the complete file.
     pub bytes: u64,
+    /// Parts of the file that are damaged, which the complete one does not have.
+    pub skipped: Vec<String>,
 }
 
 /// Writes a complete file with everything that is in an unfinished one and its tail: metadata, attachments,
 /// and all frames that are complete. The unfinished file stays; [`discard`] removes it.
+///
+/// Of a damaged file it takes what is before the damage and, if the file has an index, everything else that
+/// the index lists and that can be read.
 ///
 /// The result has the same bytes as if the run had been stopped after that frame, but for the metadata
 /// `outcome`.
@@ -57,28 +63,41 @@ pub fn recover(part: &Path, out: &Path, overwrite: bool) -> Result<Recovered, Re
     let temporary = paths::with_suffix(out, ".recovering");
     let file = paths::create_exclusive(&temporary, true)?;
     let rescued = rescue(part, file, &temporary);
-    let (frames, last_time) = rescued.inspect_err(|_| {
+    let (frames, last_time, skipped) = rescued.inspect_err(|_| {
         // Half a rescue is of no use. If it cannot be removed either, the next one overwrites it.
         let _ = std::fs::remove_file(&temporary);
     })?;
     let renamed = std::fs::rename(&temporary, out).and_then(|()| std::fs::metadata(out));
-    let bytes = renamed.map_err(|error| write_error(out, None, mcap::McapError::Io(error)))?.len();
+    let bytes = renamed.map_err(|error| write_error(out, None, McapError::Io(error)))?.len();
     paths::sync_directory_of(out);
-    Ok(Recovered { path: out.to_owned(), frames, last_time, bytes })
+    Ok(Recovered { path: out.to_owned(), frames, last_time, bytes, skipped })
 }
 
-/// Copies everything, and returns the number of frames and the time of the last one.
-fn rescue(part: &Path, file: File, temporary: &Path) -> Result<(u64, f64), RecordError> {
+/// Copies everything, and returns the number of frames, the time of the last one and what is damaged.
+fn rescue(part: &Path, file: File, temporary: &Path) -> Result<(u64, f64, Vec<String>), RecordError> {
     let stream = BufWriter::with_capacity(1 << 16, file);
     let container = Container::create(stream, None).map_err(|error| write_error(temporary, None, error))?;
     let mut rescue = Rescue::new(container, temporary);
-    let mut visit = |record| rescue.take(record).map(|()| ControlFlow::Continue(()));
-    walk(part, &mut visit)?;
+    let mut skipped = Vec::new();
+    let mut seen = HashSet::new();
+    let fault = walk(part, &mut |offset, record| {
+        seen.insert(offset);
+        rescue.take(record).map(|()| ControlFlow::Continue(()))
+    })?;
+    if let Some(fault) = fault {
+        match RecordingFile::open(part)? {
+            Some(mut source) => skipped = rescue.take_indexed(&mut source, &seen)?,
+            // A kill cuts the last record, which the tail has.
+            None if matches!(fault.error, McapError::UnexpectedEof) => {}
+            None => skipped.push(format!("all after byte {}: {}", fault.offset, fault.error)),
+        }
+    }
     let tail = paths::tail_of(part);
     if tail.exists() {
-        walk(&tail, &mut visit)?;
+        walk(&tail, &mut |_, record| rescue.take(record).map(|()| ControlFlow::Continue(())))?;
     }
-    rescue.end()
+    let (frames, last_time) = rescue.end()?;
+    Ok((frames, last_time, skipped))
 }
 
 /// Removes an unfinished file and its tail.
@@ -134,6 +153,33 @@ impl<'a> Rescue<'a> {
         }
     }
 
+    /// Takes what the index lists and has not been seen; returns what cannot be read.
+    fn take_indexed(
+        &mut self,
+        source: &mut RecordingFile,
+        seen: &HashSet<u64>,
+    ) -> Result<Vec<String>, RecordError> {
+        let mut skipped = Vec::new();
+        let mut channels: Vec<_> = source.summary.channels.values().cloned().collect();
+        channels.sort_by_key(|channel| channel.id);
+        channels.into_iter().for_each(|channel| self.announce(Arc::unwrap_or_clone(channel)));
+        for (offset, name) in source.listed() {
+            if seen.contains(&offset) {
+                continue;
+            }
+            let taken = source
+                .visit_at(offset, &mut |_, record| self.take(record).map(|()| ControlFlow::Continue(())));
+            match taken? {
+                Ok(_) => {}
+                Err(error) => {
+                    self.frame.clear();
+                    skipped.push(format!("{name}: {error}"));
+                }
+            }
+        }
+        Ok(skipped)
+    }
+
     fn take(&mut self, record: Record<'static>) -> Result<(), RecordError> {
         let written = match record {
             Record::Metadata(record) => {
@@ -149,7 +195,10 @@ impl<'a> Rescue<'a> {
                 Ok(())
             }
             Record::Channel(channel) => {
-                self.announce(channel);
+                let schema = self.schemas.get(&channel.schema_id).cloned();
+                let (id, topic) = (channel.id, channel.topic);
+                let (message_encoding, metadata) = (channel.message_encoding, channel.metadata);
+                self.announce(Channel { id, topic, schema, message_encoding, metadata });
                 Ok(())
             }
             Record::Message { header, data } => self.message(Message { header, data }),
@@ -158,14 +207,11 @@ impl<'a> Rescue<'a> {
         written.map_err(|error| write_error(self.path, Some(self.frames), error))
     }
 
-    fn announce(&mut self, channel: mcap::records::Channel) {
+    fn announce(&mut self, channel: Channel<'static>) {
         if self.knows(channel.id) {
             return;
         }
-        let schema = self.schemas.get(&channel.schema_id).cloned();
-        let (id, topic) = (channel.id, channel.topic);
-        let (message_encoding, metadata) = (channel.message_encoding, channel.metadata);
-        self.announced.push(Channel { id, topic, schema, message_encoding, metadata });
+        self.announced.push(channel);
         self.last_of_frame = last_of_frame(self.announced.iter().map(|c| c.id).chain(self.last_of_frame));
     }
 
@@ -213,7 +259,7 @@ impl<'a> Rescue<'a> {
             self.container.metadata(OUTCOME, outcome.to_metadata().metadata).map_err(failed)?;
         }
         let mut finished = self.container.finish().map_err(|(error, _)| failed(error))?;
-        finished.stream.sync().map_err(|error| failed(mcap::McapError::Io(error)))?;
+        finished.stream.sync().map_err(|error| failed(McapError::Io(error)))?;
         Ok((self.frames, last_time))
     }
 }

@@ -8,8 +8,8 @@ use std::sync::Arc;
 use mcap::records::{self, Record, op};
 use mcap::{Channel, MAGIC, McapError, McapResult, Schema, Summary};
 
+use super::chunk::{RECORD_HEADER, first_record};
 use super::lengths::parsed;
-use super::recording_file::RECORD_HEADER;
 
 /// Bytes of the last record, which says where the index begins, and of what marks the end of the file.
 const END: u64 = (RECORD_HEADER + 20 + MAGIC.len()) as u64;
@@ -39,10 +39,8 @@ pub(super) fn read(file: &mut File, size: u64) -> McapResult<Option<Summary>> {
 /// The index that these records make.
 fn gathered(mut section: &[u8]) -> McapResult<Summary> {
     let (mut summary, mut channels) = (Summary::default(), Vec::new());
-    while let Some((header, rest)) = section.split_first_chunk::<RECORD_HEADER>() {
-        let [opcode, length @ ..] = *header;
-        let length = usize::try_from(u64::from_le_bytes(length)).unwrap_or(usize::MAX);
-        let (body, rest) = rest.split_at_checked(length).ok_or(McapError::UnexpectedEof)?;
+    while section.len() >= RECORD_HEADER {
+        let (opcode, body, rest) = first_record(section)?;
         section = rest;
         if opcode != op::CHUNK {
             take(parsed(opcode, body)?, &mut summary, &mut channels);

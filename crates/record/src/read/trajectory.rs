@@ -5,10 +5,10 @@ use std::path::Path;
 
 use mcap::Summary;
 use mcap::records::Record;
-use serde_json::Value;
 
 use super::message_series::MessageSeries;
 use super::recording_file::RecordingFile;
+use super::tables::{Column, Table};
 use crate::FORMAT_VERSION;
 use crate::RecordError;
 use crate::attachments::{MASS, METADATA, REST};
@@ -31,6 +31,8 @@ pub struct Trajectory {
     /// Elements that have been asked for, by the number of the channel.
     elements: BTreeMap<u16, MessageSeries>,
     contacts: Option<MessageSeries>,
+    /// Channels of JSON objects that have been asked for, by topic.
+    tables: BTreeMap<String, Vec<Column>>,
 }
 
 /// A measure of every element in one frame.
@@ -45,16 +47,6 @@ pub struct ElementRows {
     /// Centroids in this frame, flat `(rows, 3)` [m].
     pub places: Vec<f64>,
     /// Numbers of the measure, flat `(rows, fields)`.
-    pub values: Vec<f64>,
-}
-
-/// One field of `/energy`, `/reactions` or of a probe over time, with the name that `info` and plots use:
-/// `total`, `linear_momentum[0]`, `work.steps`.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Column {
-    /// Name.
-    pub name: String,
-    /// One value per frame; NaN where a frame has none.
     pub values: Vec<f64>,
 }
 
@@ -97,7 +89,22 @@ impl Trajectory {
         let states =
             source.channel(state::TOPIC).map(|id| MessageSeries::new(id, STRIDE, vertex_count, frames));
         let elements = BTreeMap::new();
-        Ok(Trajectory { source, dimension, vertex_count, times, states, elements, contacts: None })
+        let tables = BTreeMap::new();
+        Ok(Trajectory { source, dimension, vertex_count, times, states, elements, contacts: None, tables })
+    }
+
+    /// The file.
+    pub(crate) fn path(&self) -> &Path {
+        &self.source.path
+    }
+
+    /// Names of the probes that were recorded.
+    pub(crate) fn probes(&self) -> Vec<String> {
+        let channels = self.source.summary.channels.values();
+        let names = channels.filter_map(|channel| probe::name_in(&channel.topic).map(str::to_owned));
+        let mut names: Vec<String> = names.collect();
+        names.sort();
+        names
     }
 
     /// 2 or 3.
@@ -187,23 +194,39 @@ impl Trajectory {
     /// # Errors
     /// As [`energy`](Self::energy); [`RecordError::Unexpected`] if its messages are none.
     pub fn columns(&mut self, topic: &str) -> Result<Vec<Column>, RecordError> {
-        let path = self.source.path.clone();
-        let Some(channel) = self.source.channel(topic) else {
-            return Err(RecordError::NoChannel { path, topic: topic.to_owned() });
-        };
-        let mut rows = Vec::new();
-        for number in 0..self.source.summary.chunk_indexes.len() {
-            for record in self.source.chunk(number)? {
-                if let Record::Message { header, data } = record
-                    && header.channel_id == channel
-                {
-                    let what = "a message of a channel of JSON objects is none";
-                    let row = serde_json::from_slice(&data);
-                    rows.push(row.map_err(|_| RecordError::Unexpected { path: path.clone(), what })?);
-                }
+        if self.source.channel(topic).is_none() {
+            return Err(RecordError::NoChannel { path: self.source.path.clone(), topic: topic.to_owned() });
+        }
+        Ok(self.tables(&[topic])?.into_iter().flatten().collect())
+    }
+
+    /// The columns of each of several channels, none of a channel that was not recorded. All that have not
+    /// been asked for before are read at once: unpacking the chunks takes longer than what is in them.
+    ///
+    /// # Errors
+    /// As [`columns`](Self::columns), but for channels that were not recorded.
+    pub fn tables(&mut self, topics: &[&str]) -> Result<Vec<Vec<Column>>, RecordError> {
+        let mut messages = Vec::new();
+        let mut missing: BTreeMap<&str, Table> = BTreeMap::new();
+        for &topic in topics.iter().filter(|topic| !self.tables.contains_key(**topic)) {
+            if missing.insert(topic, Table::default()).is_none()
+                && let Some(channel) = self.source.channel(topic)
+            {
+                let places = self.source.messages(channel)?;
+                messages.extend(places.into_iter().map(|(chunk, entry)| (chunk, topic, channel, entry)));
             }
         }
-        Ok(columns(&rows))
+        messages.sort_by_key(|(chunk, ..)| *chunk);
+        for (chunk, topic, channel, entry) in messages {
+            let row = serde_json::from_slice(self.source.message(channel, chunk, &entry)?);
+            let what = "a message of a channel of JSON objects is none";
+            let path = || self.source.path.clone();
+            let row = row.map_err(|_| RecordError::Unexpected { path: path(), what })?;
+            missing.entry(topic).or_default().push(&row);
+        }
+        let read = missing.into_iter().map(|(topic, table)| (topic.to_owned(), table.into_columns()));
+        self.tables.extend(read);
+        Ok(topics.iter().map(|topic| self.tables.get(*topic).cloned().unwrap_or_default()).collect())
     }
 
     /// Content of an attachment; `None` if there is none of that name.
@@ -330,40 +353,4 @@ fn is_that_of_states(vertex_count: usize, summary: &Summary) -> bool {
     let states = summary.channels.values().find(|channel| channel.topic == state::TOPIC);
     let rows = states.and_then(|channel| channel.metadata.get("point_count"));
     rows.is_none_or(|rows| rows.parse() == Ok(vertex_count))
-}
-
-fn columns(rows: &[Value]) -> Vec<Column> {
-    let mut columns: Vec<Column> = Vec::new();
-    for (number, row) in rows.iter().enumerate() {
-        visit_numbers(row, String::new(), &mut |name, value| {
-            let at =
-                columns.binary_search_by(|column| column.name.as_str().cmp(&name)).unwrap_or_else(|at| {
-                    columns.insert(at, Column { name, values: vec![f64::NAN; rows.len()] });
-                    at
-                });
-            columns[at].values[number] = value;
-        });
-    }
-    columns
-}
-
-fn visit_numbers(value: &Value, name: String, visit: &mut dyn FnMut(String, f64)) {
-    match value {
-        Value::Object(fields) => {
-            for (field, value) in fields {
-                let separator = if name.is_empty() { "" } else { "." };
-                visit_numbers(value, format!("{name}{separator}{field}"), visit);
-            }
-        }
-        Value::Array(items) => {
-            for (i, value) in items.iter().enumerate() {
-                visit_numbers(value, format!("{name}[{i}]"), visit);
-            }
-        }
-        other => {
-            if let Some(number) = other.as_f64() {
-                visit(name, number);
-            }
-        }
-    }
 }

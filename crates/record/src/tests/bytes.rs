@@ -137,7 +137,7 @@ fn channels_and_messages_have_the_bytes_of_earlier_versions() {
     recorder.log(LogLevel::Warning, "the step is close to the limit", 0.04).unwrap();
     recorder.finish().unwrap();
     let (mut hash, mut counts, mut topics) = (0xcbf2_9ce4_8422_2325, BTreeMap::new(), BTreeMap::new());
-    walk(&path, &mut |record| {
+    walk(&path, &mut |_, record| {
         match record {
             Record::Schema { header, data } => {
                 hash_of(format!("{header:?}"), &mut hash);
