@@ -93,10 +93,14 @@ fn pins(pins: Vec<PinnedVertices>) -> Vec<u32> {
 }
 
 fn probes(trajectory: &mut Trajectory, topics: &[String]) -> Result<Vec<DrawnProbe>, RecordError> {
-    let names = topics.iter().filter_map(|topic| topic.strip_prefix("/probe/"));
-    names
-        .map(|name| Ok(DrawnProbe { name: name.to_owned(), positions: positions(&trajectory.probe(name)?) }))
-        .collect()
+    let named = topics.iter().filter_map(|topic| Some((topic.as_str(), topic.strip_prefix("/probe/")?)));
+    let (topics, names): (Vec<&str>, Vec<&str>) = named.unzip();
+    let tables = trajectory.tables(&topics)?;
+    let drawn = |(name, columns): (&str, Vec<Column>)| DrawnProbe {
+        name: name.to_owned(),
+        positions: positions(&columns),
+    };
+    Ok(names.into_iter().zip(tables).map(drawn).collect())
 }
 
 /// Positions from the columns `position[0]`, `position[1]`, `position[2]`.

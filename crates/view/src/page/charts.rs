@@ -1,6 +1,5 @@
 //! Numbers over time under the time line: energies, momentum, the smallest J, probes, reactions.
 
-use pliant_record::RecordError;
 use pliant_record::read::Column;
 use serde_json::{Value, json};
 
@@ -18,33 +17,31 @@ const PROBE: [(&str, &str); 2] = [("displacement", "m"), ("velocity", "m/s")];
 /// The charts that a recording has numbers for, one value for each of these frames.
 pub(super) fn charts(drawing: &mut Drawing, frames: &[usize]) -> Result<Vec<Value>, DrawError> {
     let mut charts = Vec::new();
-    let energy = recorded(drawing.trajectory().energy())?;
+    let probes: Vec<String> = drawing.probes().iter().map(|probe| probe.name.clone()).collect();
+    let topics: Vec<String> = ["/energy", "/reactions"]
+        .map(str::to_owned)
+        .into_iter()
+        .chain(probes.iter().map(|name| format!("/probe/{name}")))
+        .collect();
+    let topics: Vec<&str> = topics.iter().map(String::as_str).collect();
+    let tables = drawing.trajectory().tables(&topics)?;
+    let (recorded, of_probes) = tables.split_at(2);
+    let [energy, reactions] = recorded else { return Ok(charts) };
     for (name, unit, columns) in ENERGY {
         let of_chart = columns.iter().filter_map(|name| energy.iter().find(|column| column.name == *name));
         // An energy that a scene does not have is zero in every frame.
         let of_chart = of_chart.filter(|column| column.values.iter().any(|value| *value != 0.0));
         charts.extend(chart(name, unit, of_chart, frames));
     }
-    let probes: Vec<String> = drawing.probes().iter().map(|probe| probe.name.clone()).collect();
-    for probe in probes {
-        let columns = recorded(drawing.trajectory().probe(&probe))?;
+    for (probe, columns) in probes.iter().zip(of_probes) {
         for (quantity, unit) in PROBE {
             let of_chart = columns.iter().filter(|column| column.name.starts_with(quantity));
             charts.extend(chart(&format!("{probe}: {quantity}"), unit, of_chart, frames));
         }
     }
-    let reactions = recorded(drawing.trajectory().reactions())?;
     let forces = reactions.iter().filter(|column| column.name.contains(".force["));
     charts.extend(chart("reactions", "N", forces, frames));
     Ok(charts)
-}
-
-/// None where the channel was not recorded.
-fn recorded(columns: Result<Vec<Column>, RecordError>) -> Result<Vec<Column>, RecordError> {
-    match columns {
-        Err(RecordError::NoChannel { .. }) => Ok(vec![]),
-        other => other,
-    }
 }
 
 /// `None` without columns.

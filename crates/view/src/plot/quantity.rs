@@ -49,6 +49,9 @@ pub enum ChartError {
 /// Columns of `/energy` that are energies of the bodies.
 const ENERGIES: [&str; 5] = ["total", "kinetic", "elastic", "gravitational", "loads"];
 
+/// Beginning of the topics of probes.
+const PROBE: &str = "/probe/";
+
 impl PlotQuantity {
     /// The chart of a recording.
     ///
@@ -96,12 +99,14 @@ impl PlotQuantity {
             }
             PlotQuantity::Reactions => Ok(vec![]),
             PlotQuantity::Probes => {
-                let mut series = Vec::new();
-                for probe in topics.iter().filter_map(|topic| topic.strip_prefix("/probe/")) {
-                    let of = |name: &str| name.starts_with("position[");
-                    series.extend(chosen(&trajectory.probe(probe)?, &format!("{probe} "), of));
-                }
-                Ok(series)
+                let probes = topics.iter().filter(|topic| topic.starts_with(PROBE));
+                let topics: Vec<&str> = probes.copied().collect();
+                let tables = trajectory.tables(&topics)?;
+                let of = |name: &str| name.starts_with("position[");
+                let series = topics.iter().zip(&tables).flat_map(|(topic, columns)| {
+                    chosen(columns, &format!("{} ", topic.trim_start_matches(PROBE)), of)
+                });
+                Ok(series.collect())
             }
             _ if !topics.contains(&"/energy") => Ok(vec![]),
             PlotQuantity::Energy => {
