@@ -11,7 +11,8 @@ pub(crate) struct ExportArguments {
     /// Recording (.mcap)
     pub(crate) file: PathBuf,
     /// A folder, or a file: .html for a page that plays it, .pvd for a series of .vtu beside it, .vtu or .obj
-    /// for a single frame; .glb (animated surfaces), .npz (arrays) or .csv (energies and reactions) for all
+    /// for a single frame; .glb (animated surfaces), .npz (arrays) or .csv (energies,
+    /// reactions, probes and extremes of measures) for all
     #[arg(long, value_name = "DIR_OR_FILE")]
     pub(crate) to: PathBuf,
     /// Format of the files in a folder [default: vtu]

@@ -17,11 +17,16 @@ use crate::text::counted;
 
 pub(crate) fn execute(arguments: &ExportArguments, terminal: Terminal) -> Result<ExitStatus, Failure> {
     if let Some(format) = whole::format(&arguments.to) {
-        let count = whole::write(arguments, format)?;
+        let written = whole::write(arguments, format)?;
         let to = &arguments.to;
-        let frames = counted(count as u64, "frame", "frames");
-        terminal.report(&format!("wrote {frames} to {}", to.display()))?;
-        let exported = json!({ "frames": count, "collection": null, "files": [to] });
+        let frames = counted(written.frames as u64, "frame", "frames");
+        let which = written.every.map_or_else(String::new, |every| {
+            let most = Export::GLB_FRAMES;
+            format!(", 1 of every {every} (a .glb holds at most {most}); choose others with `--frames`")
+        });
+        terminal.report(&format!("wrote {frames} to {}{which}", to.display()))?;
+        let exported =
+            json!({ "frames": written.frames, "every": written.every, "collection": null, "files": [to] });
         terminal.document(&json!({ "status": ExitStatus::Done, "exported": exported }))?;
         return Ok(ExitStatus::Done);
     }

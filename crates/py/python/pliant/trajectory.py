@@ -635,7 +635,7 @@ class Trajectory:
         to : str or os.PathLike
             A folder, or a file: ``.pvd`` for a series of ``.vtu`` beside it, ``.vtu`` or ``.obj`` for a
             single frame, ``.html`` for a page that plays it, ``.glb`` for an animation, ``.npz`` for arrays,
-            ``.csv`` for energies and reactions.
+            ``.csv`` for energies, reactions, probes and extremes of measures.
         frames : int or slice, default all
             Which.
         overwrite : bool, default False

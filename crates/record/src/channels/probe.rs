@@ -27,8 +27,16 @@ fn encoders(options: &Options, _: &Topology) -> Encoders {
 
 /// Topic of the probe with this name.
 pub(crate) fn topic(name: &str) -> String {
-    format!("/probe/{name}")
+    format!("{TOPICS}{name}")
 }
+
+/// Name of the probe of a topic, if it is one of a probe.
+pub(crate) fn name_in(topic: &str) -> Option<&str> {
+    topic.strip_prefix(TOPICS)
+}
+
+/// Beginning of all topics of probes.
+const TOPICS: &str = "/probe/";
 
 impl ChannelEncoder for ProbeChannel {
     fn quantities(&self) -> Quantities {

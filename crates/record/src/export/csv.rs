@@ -4,30 +4,40 @@ use std::io::Write;
 
 use super::{Export, ExportError};
 use crate::RecordError;
+use crate::channels::{energy, probe, reactions};
 use crate::read::Column;
 
 impl Export {
-    /// Writes everything that `/energy` and `/reactions` hold, one row per frame, `time` [s] first.
-    /// Numbers are as short as they read back to the same double; a number that a frame does not have is
-    /// empty.
+    /// Writes everything that `/energy`, `/reactions` and probes hold, one row per frame, `time` [s] first;
+    /// of probes as `probe/tip.position[0]`. Of each measure of elements that was recorded, the smallest and
+    /// the largest number of each body: `beam.von-mises.min`, `beam.cauchy-stress.xx.max`. Numbers are as
+    /// short as they read back to the same double; a number that a frame does not have is empty.
     ///
     /// # Errors
-    /// [`RecordError::NoChannel`] with neither channel; those of
-    /// [`Trajectory::energy`](crate::read::Trajectory::energy); the stream cannot be written.
+    /// [`RecordError::NoChannel`] with none of these channels; those of
+    /// [`Trajectory::tables`](crate::read::Trajectory::tables); the stream cannot be written.
     pub fn write_csv(&mut self, out: &mut dyn Write) -> Result<(), ExportError> {
-        let mut columns = self.trajectory.energy();
-        match (self.trajectory.reactions(), &mut columns) {
-            // The times are those of the energies.
-            (Ok(reactions), Ok(columns)) => {
-                columns.extend(reactions.into_iter().filter(|column| column.name != "time"));
-            }
-            (Ok(reactions), Err(RecordError::NoChannel { .. })) => columns = Ok(reactions),
-            (Err(RecordError::NoChannel { .. }), _) => {}
-            (Err(error), _) => return Err(error.into()),
-            (Ok(_), Err(_)) => {}
+        let probes: Vec<String> = self.trajectory.probes();
+        let topics = probes.iter().map(|name| probe::topic(name));
+        let topics: Vec<String> =
+            [energy::TOPIC, reactions::TOPIC].map(str::to_owned).into_iter().chain(topics).collect();
+        let topics: Vec<&str> = topics.iter().map(String::as_str).collect();
+        let mut tables = self.trajectory.tables(&topics)?;
+        for (table, name) in tables[2..].iter_mut().zip(&probes) {
+            let of_probe = table.iter_mut().filter(|column| column.name != TIME);
+            of_probe.for_each(|column| column.name = format!("probe/{name}.{}", column.name));
         }
-        let mut columns = columns?;
-        columns.sort_by_key(|column| column.name != "time");
+        tables.push(self.extremes()?);
+        // All have the same times, those of the energies to the last digit.
+        let times = tables.iter().flatten().find(|column| column.name == TIME).cloned();
+        let mut columns: Vec<Column> =
+            tables.into_iter().flatten().filter(|column| column.name != TIME).collect();
+        if columns.is_empty() {
+            let (path, topic) = (self.trajectory.path().to_owned(), energy::TOPIC.to_owned());
+            return Err(RecordError::NoChannel { path, topic }.into());
+        }
+        let times = times.unwrap_or_else(|| Column { name: TIME.to_owned(), values: self.times().to_vec() });
+        columns.insert(0, times);
         let names: Vec<String> = columns.iter().map(|column| quoted(&column.name)).collect();
         writeln!(out, "{}", names.join(","))?;
         for row in 0..columns.iter().map(|column| column.values.len()).max().unwrap_or(0) {
@@ -36,7 +46,41 @@ impl Export {
         }
         Ok(())
     }
+
+    /// The smallest and the largest number of each measure in each body, over time.
+    fn extremes(&mut self) -> Result<Vec<Column>, RecordError> {
+        let mut columns: Vec<Column> = Vec::new();
+        for frame in 0..self.times().len() {
+            let mut next = 0;
+            for (measure, rows) in self.elements(frame)? {
+                let width = rows.fields.len();
+                for body in &rows.bodies {
+                    let of_body = &rows.values[width * body.first..width * (body.first + body.count)];
+                    for (i, field) in rows.fields.iter().enumerate() {
+                        let values = || of_body.iter().skip(i).step_by(width).copied();
+                        let extremes = [
+                            ("min", values().fold(f64::NAN, f64::min)),
+                            ("max", values().fold(f64::NAN, f64::max)),
+                        ];
+                        for (extreme, value) in extremes {
+                            if frame == 0 {
+                                let field = if width > 1 { format!(".{field}") } else { String::new() };
+                                let name = format!("{}.{}{field}.{extreme}", body.name, measure.name);
+                                columns.push(Column { name, values: Vec::new() });
+                            }
+                            columns[next].values.push(value);
+                            next += 1;
+                        }
+                    }
+                }
+            }
+        }
+        Ok(columns)
+    }
 }
+
+/// Name of the first column.
+const TIME: &str = "time";
 
 fn cell(column: &Column, row: usize) -> String {
     match column.values.get(row) {

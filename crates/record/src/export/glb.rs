@@ -9,8 +9,6 @@ use super::{Export, ExportError};
 use crate::channels::mesh::BODY_COLOURS;
 use crate::read::RecordedBody;
 
-/// Frames at most: the weights are their number squared.
-const MOST_FRAMES: usize = 120;
 /// Numbers of `componentType`, `target` and `mode`.
 const I16: u32 = 5122;
 const U16: u32 = 5123;
@@ -23,6 +21,9 @@ const LINES: u32 = 1;
 const TRIANGLES: u32 = 4;
 
 impl Export {
+    /// Frames that a `.glb` may have: its weights are their number squared.
+    pub const GLB_FRAMES: usize = 120;
+
     /// Writes these frames of all surfaces, lines and points as one animated scene, a mesh for each body: its
     /// positions in the first frame, and for each further one the displacements from there as morph target,
     /// whose weight is 1 at its time. Metres, y up (`z` of the recording; two-dimensional scenes keep their
@@ -37,8 +38,8 @@ impl Export {
         quantised: bool,
         out: &mut dyn Write,
     ) -> Result<(), ExportError> {
-        if frames.len() > MOST_FRAMES {
-            return Err(ExportError::TooManyFrames { count: frames.len(), most: MOST_FRAMES });
+        if frames.len() > Self::GLB_FRAMES {
+            return Err(ExportError::TooManyFrames { count: frames.len(), most: Self::GLB_FRAMES });
         }
         let flat = self.trajectory.dimension() < 3;
         let mut states = Vec::new();

@@ -4,6 +4,7 @@
 use std::io::{self, Write};
 
 use super::{Export, ExportError};
+use pliant::diagnostics::Measure;
 
 /// A zip archive without the extension for large ones ends here.
 const LARGEST: u64 = u32::MAX as u64;
@@ -13,14 +14,19 @@ impl Export {
     /// [m/s] of shape `(frames, vertices, dimension)`, doubles; `rest` [m] of shape `(vertices, dimension)`
     /// where the recording holds it; `bodies`, first vertex and number of vertices of each; and for each body
     /// what it has of `<body>.edges`, `.triangles`, `.tetrahedra`, .. and `.surface`: rows of vertex numbers,
-    /// which count the vertices of all bodies.
+    /// which count the vertices of all bodies. Of each measure of elements that was recorded,
+    /// `<body>.von-mises` and the like, of shape `(frames, elements)` or `(frames, elements, components)`.
     ///
     /// # Errors
     /// A frame cannot be read; [`ExportError::TooLarge`] beyond 4 GB; the stream cannot be written.
     pub fn write_npz(&mut self, frames: &[usize], out: &mut dyn Write) -> Result<(), ExportError> {
         let (vertices, dimension) = (self.trajectory.vertex_count(), self.trajectory.dimension());
         let state = [frames.len(), vertices, dimension];
-        let size = 16 * state.iter().map(|n| *n as u64).product::<u64>();
+        let mut size = 16 * state.iter().map(|n| *n as u64).product::<u64>();
+        let measured = frames.first().map_or(Ok(vec![]), |first| self.elements(*first))?;
+        for (_, rows) in &measured {
+            size = size.saturating_add(8 * frames.len() as u64 * rows.values.len() as u64);
+        }
         if size > LARGEST / 2 {
             return Err(ExportError::TooLarge { format: ".npz", size, most: LARGEST / 2 });
         }
@@ -41,7 +47,36 @@ impl Export {
             archive.doubles("rest", &[vertices, dimension], &rest)?;
         }
         self.topology(&mut archive)?;
+        for (measure, _) in measured {
+            self.measure(measure, frames, &mut archive)?;
+        }
         Ok(archive.finish()?)
+    }
+
+    /// The numbers of a measure, body by body.
+    fn measure(
+        &mut self,
+        measure: &Measure,
+        frames: &[usize],
+        archive: &mut Archive<'_>,
+    ) -> Result<(), ExportError> {
+        let (mut bodies, mut width) = (vec![], 0);
+        let mut values: Vec<Vec<f64>> = vec![];
+        for &frame in frames {
+            let rows = self.trajectory.elements(measure, frame)?;
+            values.resize_with(rows.bodies.len(), Vec::new);
+            width = rows.fields.len();
+            for (values, body) in values.iter_mut().zip(&rows.bodies) {
+                values.extend(&rows.values[width * body.first..width * (body.first + body.count)]);
+            }
+            bodies = rows.bodies;
+        }
+        for (body, values) in bodies.iter().zip(&values) {
+            let shape = [frames.len(), body.count, width];
+            let shape = if width > 1 { &shape[..] } else { &shape[..2] };
+            archive.doubles(&format!("{}.{}", body.name, measure.name), shape, values)?;
+        }
+        Ok(())
     }
 
     fn topology(&self, archive: &mut Archive<'_>) -> Result<(), ExportError> {
@@ -118,7 +153,7 @@ impl Archive<'_> {
         for number in [20_u16, 1 << 11, 0, 0, 0x21] {
             common.extend(number.to_le_bytes());
         }
-        common.extend(checksum(content).to_le_bytes());
+        common.extend(crc32fast::hash(content).to_le_bytes());
         common.extend([(content.len() as u32).to_le_bytes(); 2].as_flattened());
         common.extend((name.len() as u16).to_le_bytes());
         common.extend([0; 2]);
@@ -144,12 +179,4 @@ impl Archive<'_> {
         end.extend([0; 2]);
         self.out.write_all(&end)
     }
-}
-
-/// CRC-32 of zip and PNG: polynomial 0xedb88320, reflected.
-fn checksum(bytes: &[u8]) -> u32 {
-    let table: [u32; 256] = std::array::from_fn(|byte| {
-        (0..8).fold(byte as u32, |crc, _| if crc & 1 == 1 { 0xedb8_8320 ^ (crc >> 1) } else { crc >> 1 })
-    });
-    !bytes.iter().fold(!0, |crc, byte| table[((crc ^ u32::from(*byte)) & 0xff) as usize] ^ (crc >> 8))
 }

@@ -194,6 +194,52 @@ fn cells_that_are_elements_carry_what_was_recorded_of_them() {
     );
 }
 
+/// By body and measure, alike in both: all numbers as an array, the least and the largest as columns.
+#[test]
+fn arrays_and_tables_carry_what_was_recorded_of_elements() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("run.mcap");
+    let density = "mass = { density = 1000.0 }";
+    let spinning = format!("{density}\nvelocity = {{ rigid = {{ angular = [0.0, 0.0, 5.0] }} }}");
+    recorded(&BODIES.replacen(density, &spinning, 1), &file);
+    let mut trajectory = crate::read::Trajectory::open(&file).unwrap();
+    let mut export = Export::open(&file).unwrap();
+    let (mut csv, mut npz) = (Vec::new(), Vec::new());
+    export.write_csv(&mut csv).unwrap();
+    export.write_npz(&[3, 7], &mut npz).unwrap();
+    let csv = String::from_utf8(csv).unwrap();
+    let rows: Vec<Vec<&str>> = csv.lines().map(|line| line.split(',').collect()).collect();
+    assert_eq!((rows.len(), rows[0][0], rows[0].len()), (12, "time", 1 + 2 + 12));
+    let cell = |frame: usize, name: &str| -> f64 {
+        rows[1 + frame][rows[0].iter().position(|column| *column == name).unwrap()].parse().unwrap()
+    };
+    let array = |name: &str| {
+        let name = format!("{name}.npy");
+        let at = npz.windows(name.len()).position(|window| window == name.as_bytes()).unwrap() + name.len();
+        let length = usize::from(u16::from_le_bytes([npz[at + 8], npz[at + 9]]));
+        let header = String::from_utf8_lossy(&npz[at + 10..at + 10 + length]).into_owned();
+        let numbers = npz[at + 10 + length..].as_chunks::<8>().0.iter().map(|b| f64::from_le_bytes(*b));
+        (header, numbers.take(2 * 160 * 6).collect::<Vec<f64>>())
+    };
+    for (measure, fields) in [("von-mises", 1), ("cauchy-stress", 6)] {
+        let measure = pliant::diagnostics::Measure::named(measure).unwrap();
+        let (header, numbers) = array(&format!("ball.{}", measure.name));
+        let shape = if fields == 1 { "(2, 160,)" } else { "(2, 160, 6,)" };
+        assert!(header.contains(shape), "{header}");
+        for (i, frame) in [3, 7].into_iter().enumerate() {
+            let values = trajectory.elements(measure, frame).unwrap().values;
+            assert_eq!(numbers[i * values.len()..][..values.len()], values);
+            for (k, field) in measure.fields.iter().enumerate() {
+                let of_field = || values.iter().skip(k).step_by(fields).copied();
+                let field = if fields > 1 { format!(".{field}") } else { String::new() };
+                let name = |extreme: &str| format!("ball.{}{field}.{extreme}", measure.name);
+                assert_eq!(cell(frame, &name("max")), of_field().fold(f64::NEG_INFINITY, f64::max));
+                assert_eq!(cell(frame, &name("min")), of_field().fold(f64::INFINITY, f64::min));
+            }
+        }
+    }
+}
+
 #[test]
 fn quadrilaterals_and_hexahedra_read_back_with_their_stresses() {
     for (dimension, cells, element) in [(2, "[3, 2]", "quadrilateral"), (3, "[3, 2, 2]", "hexahedron")] {

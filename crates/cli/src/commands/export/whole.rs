@@ -12,7 +12,7 @@ use crate::failure::Failure;
 /// A format that holds all frames in one file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum WholeFormat {
-    /// Columns of `/energy` and `/reactions`.
+    /// Columns of `/energy`, `/reactions`, probes and measures.
     Csv,
     /// Arrays of NumPy.
     Npz,
@@ -30,11 +30,19 @@ pub(super) fn format(to: &Path) -> Option<WholeFormat> {
     ENDINGS.iter().find(|(known, _)| *known == ending).map(|(_, format)| *format)
 }
 
-/// Writes the file and returns how many frames it holds.
+/// Frames of a file that was written.
+pub(super) struct Written {
+    /// How many.
+    pub(super) frames: usize,
+    /// The distance between them, where they are all that the format holds of a recording.
+    pub(super) every: Option<usize>,
+}
+
+/// Writes the file. A `.glb` of a whole recording has as many frames as it may, evenly spaced.
 ///
 /// # Errors
 /// The recording cannot be read, the format cannot hold it, or the file is there.
-pub(super) fn write(arguments: &ExportArguments, format: WholeFormat) -> Result<usize, Failure> {
+pub(super) fn write(arguments: &ExportArguments, format: WholeFormat) -> Result<Written, Failure> {
     let to = &arguments.to;
     if arguments.format.is_some() {
         return Err(Failure::usage(format!("{} is no name for what --format asks for", to.display())));
@@ -48,11 +56,17 @@ pub(super) fn write(arguments: &ExportArguments, format: WholeFormat) -> Result<
     Failure::unless_file(&arguments.file)?;
     super::super::render::refuse_existing(to, arguments.force)?;
     let mut export = Export::open(&arguments.file).map_err(|error| Failure::recording(&error))?;
-    let frames = chosen(arguments.frames, export.times().len(), &arguments.file)?;
+    let mut frames = chosen(arguments.frames, export.times().len(), &arguments.file)?;
+    let is_whole = frames.len() == export.times().len();
+    let every = frames.len().div_ceil(Export::GLB_FRAMES);
+    let every = (format == WholeFormat::Glb && is_whole && every > 1).then_some(every);
+    if let Some(every) = every {
+        frames = frames.into_iter().step_by(every).collect();
+    }
     replace(to, |out| match format {
         WholeFormat::Csv => export.write_csv(out),
         WholeFormat::Npz => export.write_npz(&frames, out),
         WholeFormat::Glb => export.write_glb(&frames, arguments.quantised, out),
     })?;
-    Ok(frames.len())
+    Ok(Written { frames: frames.len(), every })
 }
