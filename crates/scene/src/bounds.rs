@@ -2,10 +2,8 @@
 
 use std::fmt;
 
-use serde_json::Value;
-
-use super::json_schema::published;
-use super::key_path::{KeyPath, KeySegment};
+use super::json_schema::schemas_at;
+use super::key_path::KeyPath;
 
 /// One end of a range.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,45 +20,14 @@ pub(super) struct NumberRange {
     upper: Option<End>,
 }
 
-/// The schemas among which a value chooses: `node` itself, what it refers to, and its alternatives.
-fn alternatives<'a>(schema: &'a Value, node: &'a Value) -> Vec<&'a Value> {
-    let mut found = vec![node];
-    let mut next = 0;
-    while let Some(&node) = found.get(next) {
-        next += 1;
-        let reference = node["$ref"].as_str().and_then(|reference| reference.strip_prefix('#'));
-        found.extend(reference.and_then(|pointer| schema.pointer(pointer)));
-        let lists = ["anyOf", "oneOf", "allOf"].iter().filter_map(|kind| node[*kind].as_array());
-        found.extend(lists.flatten());
-    }
-    found
-}
-
-/// The schemas of the value at `path`; empty where no scene has one.
-fn schemas_at<'a>(schema: &'a Value, path: &KeyPath) -> Vec<&'a Value> {
-    let mut here = alternatives(schema, schema);
-    for (depth, segment) in path.segments().iter().enumerate() {
-        here = here
-            .iter()
-            .filter_map(|node| match segment {
-                KeySegment::Key(key) => {
-                    node["properties"].get(key).or_else(|| node.get("additionalProperties"))
-                }
-                KeySegment::Index(index) => node["prefixItems"].get(index).or_else(|| node.get("items")),
-            })
-            .flat_map(|node| alternatives(schema, node))
-            .collect();
-        debug_assert!(!here.is_empty(), "no scene has step {depth} of {path}");
-    }
-    here
-}
-
 impl NumberRange {
     /// Bounds of the number at `path`. Alternatives without bounds do not loosen those with them: a number
     /// and a list of numbers have theirs side by side.
     pub(super) fn at(path: &KeyPath) -> NumberRange {
         let mut bounds = NumberRange::default();
-        for node in schemas_at(published(), path) {
+        let nodes = schemas_at(path);
+        debug_assert!(!nodes.is_empty(), "no scene has {path}");
+        for node in nodes {
             let end = |key: &str, included| node[key].as_f64().map(|value| End { value, included });
             bounds.lower = end("exclusiveMinimum", false).or(end("minimum", true)).or(bounds.lower);
             bounds.upper = end("exclusiveMaximum", false).or(end("maximum", true)).or(bounds.upper);

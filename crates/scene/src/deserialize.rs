@@ -6,6 +6,7 @@
 
 mod failure;
 mod onward;
+mod remedy;
 mod variant;
 
 use std::cell::RefCell;
@@ -19,7 +20,7 @@ use toml::de::{DeArray, DeInteger, DeTable, DeValue};
 
 use self::failure::{ReadFailure, found};
 use self::variant::VariantReader;
-use super::error::Problem;
+use super::error::{Problem, ProblemKind};
 use super::key_path::{KeyPath, KeySegment};
 use super::text;
 use pliant::value::TextForm;
@@ -43,12 +44,43 @@ pub(super) fn read<T: DeserializeOwned>(root: &DeTable<'_>) -> ReadDocument<T> {
     }
 }
 
+/// Mistakes that are told at a time: a text with more is hardly a scene.
+const MOST: usize = 50;
+
+/// Keys that no table has where they stand.
+#[derive(Default)]
+struct UnknownKeys {
+    /// The first [`MOST`].
+    told: Vec<Problem>,
+    /// How many more there are.
+    more: usize,
+}
+
+impl UnknownKeys {
+    fn note(&mut self, problem: impl FnOnce() -> Problem) {
+        match self.told.len() < MOST {
+            true => self.told.push(problem()),
+            false => self.more += 1,
+        }
+    }
+
+    /// The problems, and one that counts the rest.
+    fn into_problems(self) -> Vec<Problem> {
+        let UnknownKeys { mut told, more: count } = self;
+        if count > 0 {
+            let message = format!("{count} more keys are unknown");
+            told.push(Problem::new(ProblemKind::Omitted { count }, KeyPath::root(), message));
+        }
+        told
+    }
+}
+
 /// `T` or the first value that cannot be read; every unknown field up to there.
 fn read_once<T: DeserializeOwned>(root: &DeTable<'_>) -> (Result<T, Problem>, Vec<Problem>) {
-    let unknown = RefCell::new(Vec::new());
+    let unknown = RefCell::new(UnknownKeys::default());
     let trail = Trail { parent: None, step: TrailStep::Root };
     let result = T::deserialize(TableReader { table: root, trail: &trail, unknown: &unknown });
-    (result.map_err(ReadFailure::into_problem), unknown.into_inner())
+    (result.map_err(ReadFailure::into_problem), unknown.into_inner().into_problems())
 }
 
 /// The path so far, on the stack: a path on the heap for each of a million numbers would cost more than
@@ -87,7 +119,7 @@ impl Trail<'_> {
 struct Reader<'a> {
     value: &'a DeValue<'a>,
     trail: &'a Trail<'a>,
-    unknown: &'a RefCell<Vec<Problem>>,
+    unknown: &'a RefCell<UnknownKeys>,
 }
 
 impl<'a> Reader<'a> {
@@ -96,7 +128,10 @@ impl<'a> Reader<'a> {
     }
 
     fn wrong_type(self, expected: &str) -> ReadFailure {
-        let problem = Problem::wrong_type(self.trail.path(), found(self.value), expected.to_owned());
+        let path = self.trail.path();
+        let remedy = remedy::of(self.value, &path);
+        let mut problem = Problem::wrong_type(path, found(self.value), expected.to_owned());
+        problem.help.extend(remedy);
         ReadFailure::located(problem)
     }
 
@@ -235,7 +270,7 @@ impl<'de> Deserializer<'de> for Reader<'_> {
 struct TableReader<'a> {
     table: &'a DeTable<'a>,
     trail: &'a Trail<'a>,
-    unknown: &'a RefCell<Vec<Problem>>,
+    unknown: &'a RefCell<UnknownKeys>,
 }
 
 impl<'a> TableReader<'a> {
@@ -265,8 +300,8 @@ impl<'de> Deserializer<'de> for TableReader<'_> {
     ) -> Result<V::Value, ReadFailure> {
         for key in self.table.keys().map(Spanned::get_ref) {
             if !fields.contains(&key.as_ref()) {
-                let path = self.trail.path().key(key);
-                self.unknown.borrow_mut().push(Problem::unknown_field(path, key, fields));
+                let problem = || Problem::unknown_field(self.trail.path().key(key), key, fields);
+                self.unknown.borrow_mut().note(problem);
             }
         }
         visitor.visit_map(self.entries(Some(fields))).map_err(|failure| failure.at(self.trail))
@@ -285,7 +320,7 @@ struct EntryReader<'a, I> {
     entries: I,
     value: Option<(&'a str, &'a DeValue<'a>)>,
     trail: &'a Trail<'a>,
-    unknown: &'a RefCell<Vec<Problem>>,
+    unknown: &'a RefCell<UnknownKeys>,
 }
 
 impl<'de, 'a, I: EntryIterator<'a>> MapAccess<'de> for EntryReader<'a, I> {
@@ -309,7 +344,7 @@ struct ArrayReader<'a> {
     array: &'a DeArray<'a>,
     next: usize,
     trail: &'a Trail<'a>,
-    unknown: &'a RefCell<Vec<Problem>>,
+    unknown: &'a RefCell<UnknownKeys>,
 }
 
 impl<'de> SeqAccess<'de> for ArrayReader<'_> {

@@ -7,6 +7,7 @@ use toml::de::{DeTable, DeValue};
 
 use super::error::Underline;
 use super::key_path::{KeyPath, KeySegment};
+use super::suggest::nearest;
 
 /// Value at a path.
 #[derive(Clone)]
@@ -37,6 +38,65 @@ pub(super) fn locate(text: &str, root: &DeTable<'_>, path: &KeyPath, underline: 
         Some(DocumentNode { key: Some(key), .. }) if underline == Underline::Key => key,
         Some(place) => on_one_line(text, &place),
     }
+}
+
+/// The path of a value of the document that is likely meant by `path`, which may leave out the names of
+/// choices, call entries of lists by their `name`, and have mistyped keys.
+pub(super) fn nearest_path<'d>(root: &'d DeTable<'d>, path: &KeyPath) -> Option<KeyPath> {
+    let (mut found, mut segments) = (KeyPath::root(), path.segments().iter());
+    let KeySegment::Key(first) = segments.next()? else { return None };
+    let key = near_key(root, first)?;
+    let mut here = root.get(key)?.get_ref();
+    found = found.key(key);
+    for segment in segments {
+        match (here, segment) {
+            (DeValue::Array(list), KeySegment::Index(index)) => {
+                (found, here) = (found.index(*index), list.get(*index)?.get_ref());
+            }
+            (DeValue::Array(list), KeySegment::Key(name)) => {
+                let is_named = |entry: &Spanned<DeValue<'_>>| {
+                    let named = |table: &DeTable<'_>| {
+                        let name_there = table.get("name").map(Spanned::get_ref);
+                        matches!(name_there, Some(DeValue::String(there)) if there == name)
+                    };
+                    matches!(entry.get_ref(), DeValue::Table(table) if named(table))
+                };
+                // Of one alone nothing else can be meant.
+                let only = (list.len() == 1).then_some(0);
+                let index = list.iter().position(is_named).or(only)?;
+                (found, here) = (found.index(index), list.get(index)?.get_ref());
+                // Its number may be left out, too.
+                if let DeValue::Table(table) = here
+                    && !is_named(list.get(index)?)
+                    && near_key(table, name).is_some()
+                {
+                    (found, here) = below(found, table, name)?;
+                }
+            }
+            (DeValue::Table(table), KeySegment::Key(key)) => (found, here) = below(found, table, key)?,
+            _ => return None,
+        }
+    }
+    Some(found)
+}
+
+/// The value of a table at a key near `key`, and its path, where the table is at `path`: in its only entry
+/// where the table has no such key itself.
+fn below<'d>(path: KeyPath, table: &'d DeTable<'d>, key: &str) -> Option<(KeyPath, &'d DeValue<'d>)> {
+    let (mut path, mut table) = (path, table);
+    if near_key(table, key).is_none() && table.len() == 1 {
+        let (choice, inner) = table.iter().next()?;
+        let DeValue::Table(inner) = inner.get_ref() else { return None };
+        (path, table) = (path.key(choice.get_ref()), inner);
+    }
+    let key = near_key(table, key)?;
+    Some((path.key(key), table.get(key)?.get_ref()))
+}
+
+/// The key of a table that is, or is nearest to, `key`.
+fn near_key<'d>(table: &'d DeTable<'d>, key: &str) -> Option<&'d str> {
+    let keys: Vec<&str> = table.keys().map(|key| key.get_ref().as_ref()).collect();
+    keys.iter().find(|there| **there == key).copied().or_else(|| nearest(key, &keys))
 }
 
 fn child<'d>(node: &'d DeValue<'d>, segment: &KeySegment) -> Option<DocumentNode<'d>> {

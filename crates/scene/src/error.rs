@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::key_path::KeyPath;
 use super::source::Source;
-use super::suggest;
+use super::{json_schema, suggest};
 
 /// Which kind of mistake a [`Problem`] is.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -53,6 +53,11 @@ pub enum ProblemKind {
     Override,
     /// The scene cannot be written as TOML.
     Unwritable,
+    /// More mistakes of the kind before it than are told.
+    Omitted {
+        /// How many more.
+        count: usize,
+    },
 }
 
 /// Which part of an entry `key = value` is underlined.
@@ -156,18 +161,40 @@ impl Problem {
 
     pub(super) fn unknown_field(path: KeyPath, field: &str, expected: &[&str]) -> Problem {
         let kind = ProblemKind::UnknownField { field: field.to_owned(), expected: owned(expected) };
-        let mut problem = Problem::new(kind, path, format!("unknown field {}", quoted(field))).at_key();
-        problem.help = suggest::help(field, expected, "fields here");
+        let help = suggest::field_help(path.holder_key().unwrap_or_default(), field, expected);
+        let mut problem = Problem::new(kind, path, format!("unknown field {}", shortened(field))).at_key();
+        problem.help = help;
         problem
+    }
+
+    /// A key beside the choice that the table at `path` makes: it belongs into that, or beside the table.
+    pub(super) fn beside_choice(path: &KeyPath, choice: &str, field: &str) -> Problem {
+        let of = path.last_key().unwrap_or_default();
+        let kind = ProblemKind::UnknownField { field: field.to_owned(), expected: owned(&[choice]) };
+        let message = format!("unknown field {}: `{of}` has its choice, `{choice}`", shortened(field));
+        let problem = Problem::new(kind, path.key(field), message).at_key();
+        if json_schema::has_key(&path.key(choice), field) {
+            return problem
+                .with_help(format!("it stands in `{choice}`: `{of} = {{ {choice} = {{ {field} = .. }} }}`"));
+        }
+        match path.holder() {
+            Some(holder) if json_schema::has_key(&holder, field) => {
+                problem.with_help(format!("it stands beside `{of}`: `{field} = ..` on a line of its own"))
+            }
+            _ => problem.with_help("leave it out; `pliant schema` has all keys"),
+        }
     }
 
     pub(super) fn unknown_variant(path: KeyPath, variant: &str, expected: &[&str]) -> Problem {
         let kind = ProblemKind::UnknownVariant { variant: variant.to_owned(), expected: owned(expected) };
         let what = path.last_key().map_or_else(String::new, |key| format!(" for `{key}`"));
-        let mut problem = Problem::new(kind, path, format!("unknown choice {}{what}", quoted(variant)));
+        let mut problem = Problem::new(kind, path, format!("unknown choice {}{what}", shortened(variant)));
         problem.help = suggest::help(variant, expected, "choices");
         // The name of a file in the place of a choice that reads one.
-        if expected.contains(&"file") && Path::new(variant).extension().is_some() {
+        if variant.len() < MAX_SHOWN_PATH
+            && expected.contains(&"file")
+            && Path::new(variant).extension().is_some()
+        {
             problem.help.insert(0, format!("a file is read by `{{ file = {{ path = {variant:?} }} }}`"));
         }
         problem
@@ -194,6 +221,9 @@ impl Problem {
         Problem::new(ProblemKind::MissingField { field: field.to_owned() }, table.key(field), message)
     }
 }
+
+/// Bytes of the longest path that advice repeats.
+const MAX_SHOWN_PATH: usize = 200;
 
 fn owned(names: &[&str]) -> Vec<String> {
     names.iter().map(|&name| name.to_owned()).collect()

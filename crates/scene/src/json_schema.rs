@@ -5,6 +5,7 @@ use std::sync::OnceLock;
 use schemars::{Schema, generate::SchemaSettings};
 use serde_json::Value;
 
+use super::key_path::{KeyPath, KeySegment};
 use super::schema::Scene;
 
 /// The JSON Schema (draft 2020-12) that `pliant schema` prints: types, ranges, and the documentation of every
@@ -49,49 +50,91 @@ pub(super) fn published() -> &'static Value {
     SCHEMA.get_or_init(schema).as_value()
 }
 
-/// True if `field`, a table inside of a body, has a key of this name.
-pub(super) fn has_key(field: &str, name: &str) -> bool {
-    let of = |value: &Value| value.pointer("/$ref").and_then(Value::as_str).and_then(resolved);
-    let table = || {
-        let field = &fields_of_bodies()?.get(field)?;
-        let choices = field["anyOf"].as_array();
-        choices.map_or_else(|| of(field), |choices| choices.iter().find_map(of))
-    };
-    let has = |table: &Value| table["properties"].get(name).is_some();
-    table().is_some_and(|table| {
-        has(table) || table["oneOf"].as_array().is_some_and(|kinds| kinds.iter().any(has))
+/// The schemas among which a value chooses: `node` itself, what it refers to, and its alternatives.
+fn alternatives(node: &'static Value) -> Vec<&'static Value> {
+    let mut found = vec![node];
+    let mut next = 0;
+    while let Some(&node) = found.get(next) {
+        next += 1;
+        let reference = node["$ref"].as_str().and_then(|reference| reference.strip_prefix('#'));
+        found.extend(reference.and_then(|pointer| published().pointer(pointer)));
+        let lists = ["anyOf", "oneOf", "allOf"].iter().filter_map(|kind| node[*kind].as_array());
+        found.extend(lists.flatten());
+    }
+    found
+}
+
+/// The schemas of the value at `path`; empty where no scene has one.
+pub(super) fn schemas_at(path: &KeyPath) -> Vec<&'static Value> {
+    path.segments().iter().fold(alternatives(published()), |here, segment| {
+        let next = here.iter().filter_map(|node| match segment {
+            KeySegment::Key(key) => node["properties"].get(key).or_else(|| node.get("additionalProperties")),
+            KeySegment::Index(index) => node["prefixItems"].get(index).or_else(|| node.get("items")),
+        });
+        next.flat_map(alternatives).collect()
     })
 }
 
-/// Keys of a body, and what may be there.
-fn fields_of_bodies() -> Option<&'static serde_json::Map<String, Value>> {
-    let body = published().pointer("/properties/body/items/$ref")?.as_str()?;
-    resolved(body)?["properties"].as_object()
+/// True if the value at `path` is a table with a key of this name, or a choice with one.
+pub(super) fn has_key(path: &KeyPath, name: &str) -> bool {
+    schemas_at(path).iter().any(|node| node["properties"].get(name).is_some())
 }
 
-/// Part of the schema that a reference names.
-fn resolved(reference: &str) -> Option<&'static Value> {
-    published().pointer(reference.strip_prefix('#')?)
+/// True if a value for which `node` is a schema may be one for which `fits` holds.
+fn takes(node: &'static Value, fits: impl Fn(&Value) -> bool) -> bool {
+    alternatives(node).into_iter().any(fits)
+}
+
+/// True if a schema is of numbers.
+fn is_number(node: &Value) -> bool {
+    let of_numbers = |kind: &Value| kind == "number" || kind == "integer";
+    of_numbers(&node["type"]) || node["type"].as_array().is_some_and(|kinds| kinds.iter().any(of_numbers))
+}
+
+/// True if a schema is of texts that are no quantities, and any will do.
+fn is_text(node: &Value) -> bool {
+    node["type"] == "string" && node["enum"].is_null() && node["const"].is_null() && node["pattern"].is_null()
+}
+
+/// The only required keys of tables that the value at `path` may be, of which a number, or a text, may be
+/// the value, each with its unit where it has one: `density` of `mass`, `path` of `file`.
+pub(super) fn keys_that_take(path: &KeyPath, number: bool) -> Vec<(&'static str, Option<&'static str>)> {
+    let fits = if number { is_number } else { is_text };
+    let key = |node: &'static Value| {
+        let [only] = node["required"].as_array()?.as_slice() else { return None };
+        let (only, content) = (only.as_str()?, node["properties"].get(only.as_str()?)?);
+        let unit = alternatives(content).into_iter().find_map(|node| node["unit"].as_str());
+        takes(content, fits).then_some((only, unit))
+    };
+    schemas_at(path).into_iter().filter_map(key).collect()
+}
+
+/// True if the value at `path` may be a list: of tables, or of texts.
+pub(super) fn is_list_of(path: &KeyPath, tables: bool) -> bool {
+    let fits: fn(&Value) -> bool =
+        if tables { |node| node["type"] == "object" } else { |node| node["type"] == "string" };
+    schemas_at(path).iter().filter_map(|node| node.get("items")).any(|items| takes(items, fits))
 }
 
 /// The place of the table that has a key of this name, for messages: "in `[world]`".
 pub(super) fn table_with(name: &str) -> Option<String> {
-    let schema = published();
-    let top = schema["properties"].as_object()?;
-    if top.contains_key(name) {
+    let root = KeyPath::root();
+    if has_key(&root, name) {
         return Some("at the top of the file".to_owned());
     }
-    let of = |value: &serde_json::Value| {
-        let reference = value.pointer("/$ref").or_else(|| value.pointer("/items/$ref"))?.as_str()?;
-        resolved(reference)?.get("properties")
-    };
-    let in_table = top.iter().find_map(|(table, value)| {
-        of(value)?.get(name)?;
-        let is_list = value.get("items").is_some();
-        Some(if is_list { format!("in `[[{table}]]`") } else { format!("in `[{table}]`") })
+    let tables = published()["properties"].as_object()?.keys();
+    let in_table = tables.clone().find_map(|table| {
+        let path = root.key(table);
+        let in_list = has_key(&path.index(0), name);
+        match has_key(&path, name) {
+            true => Some(format!("in `[{table}]`")),
+            false => in_list.then(|| format!("in `[[{table}]]`")),
+        }
     });
+    let body = root.key("body").index(0);
     in_table.or_else(|| {
-        let field = fields_of_bodies()?.keys().find(|field| has_key(field, name))?;
+        let fields = schemas_at(&body).into_iter().filter_map(|node| node["properties"].as_object());
+        let field = fields.flat_map(|fields| fields.keys()).find(|field| has_key(&body.key(field), name))?;
         Some(format!("in `{field}` of a `[[body]]`"))
     })
 }

@@ -64,11 +64,26 @@ impl KeyPath {
 
     /// The innermost key: `cells` in `body.0.mesh.grid.cells.1`. What messages call the value.
     pub fn last_key(&self) -> Option<&str> {
-        self.0.iter().rev().find_map(|segment| match segment {
-            KeySegment::Key(key) => Some(key.as_str()),
-            KeySegment::Index(_) => None,
-        })
+        innermost_key(&self.0)
     }
+
+    /// The innermost key of what holds the value: `walls` of `world.walls.0.offset`.
+    pub(super) fn holder_key(&self) -> Option<&str> {
+        innermost_key(&self.0[..self.0.len().saturating_sub(1)])
+    }
+
+    /// What holds the value; `None` of the scene itself.
+    pub(super) fn holder(&self) -> Option<KeyPath> {
+        let (_, holder) = self.0.split_last()?;
+        Some(KeyPath(holder.to_vec()))
+    }
+}
+
+fn innermost_key(segments: &[KeySegment]) -> Option<&str> {
+    segments.iter().rev().find_map(|segment| match segment {
+        KeySegment::Key(key) => Some(key.as_str()),
+        KeySegment::Index(_) => None,
+    })
 }
 
 impl FromIterator<KeySegment> for KeyPath {

@@ -41,7 +41,8 @@ pub use error::{Problem, ProblemKind, SceneError};
 pub use json_schema::schema;
 pub use key_path::{KeyPath, KeyPathError, KeySegment};
 pub use schema::*;
-pub use source::Source;
+pub use source::{Source, near_file};
+pub use suggest::{meant, nearest};
 
 impl Scene {
     /// Reads and validates a scene written in TOML.

@@ -38,11 +38,22 @@ impl Source {
         let mut source = self.clone();
         for (path, value) in overrides {
             let written = format!("`{option}{}={}`", abridged(path), abridged(value));
-            source = source.with_override(path, value, &written).map_err(|problem| {
+            let changed = source.clone().with_override(path, value, &written);
+            source = changed.map_err(|mut problem| {
+                problem.help.extend(source.meant(path).map(|meant| format!("did you mean `{meant}`?")));
                 SceneError::new(vec![Problem { note: Some(format!("from {written}")), ..*problem }])
             })?;
         }
         Ok(source)
+    }
+
+    /// The path of a value that is there, where `path` leads nowhere: bodies may be called by their names, the
+    /// name of a choice may be left out, keys may be mistyped.
+    fn meant(&self, path: &str) -> Option<KeyPath> {
+        let path: KeyPath = path.parse().ok()?;
+        let document = document::parse(&self.text).ok()?;
+        let meant = document::nearest_path(document.get_ref(), &path)?;
+        (meant != path).then_some(meant)
     }
 
     fn with_override(mut self, path: &str, value: &str, written: &str) -> Result<Source, Fault> {

@@ -1,12 +1,42 @@
 //! The text of a scene.
 
+use std::fs;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use super::deserialize::{self, ReadDocument};
 use super::error::{Problem, ProblemKind, SceneError};
 use super::key_path::{KeyPath, KeySegment};
+use super::suggest::nearest;
 use super::{Scene, document};
 use pliant_files::regular_file;
+
+/// First bytes of every recording: those of MCAP.
+const RECORDING: &[u8] = b"\x89MCAP";
+
+/// Files of a folder among which a name is looked for.
+const MOST_FILES: usize = 10_000;
+
+/// The file in the folder of `path`, which is not there, that was most likely meant: the one with this
+/// `ending`, or that of the path, whose name is nearest.
+pub fn near_file(path: &Path, ending: &str) -> Option<PathBuf> {
+    let (name, folder) = (path.file_name()?.to_str()?, path.parent()?);
+    let added = folder.join(format!("{name}.{ending}"));
+    if added.is_file() {
+        return Some(added);
+    }
+    let listed = fs::read_dir(if folder.as_os_str().is_empty() { Path::new(".") } else { folder }).ok()?;
+    let named = listed.take(MOST_FILES).filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+    let of_kind = |name: &String| Path::new(name).extension().is_some_and(|found| found == ending);
+    let mut files: Vec<String> = named.filter(of_kind).collect();
+    files.sort_unstable();
+    // Stems are compared: a common ending makes all names alike.
+    let stem = |name: &str| Path::new(name).file_stem().map(|stem| stem.to_string_lossy().into_owned());
+    let stems: Vec<String> = files.iter().filter_map(|file| stem(file)).collect();
+    let stems: Vec<&str> = stems.iter().map(String::as_str).collect();
+    let near = nearest(&stem(name)?, &stems)?;
+    Some(folder.join(format!("{near}.{ending}")))
+}
 
 /// The text of a scene and where it comes from: what errors point into, and what a recording keeps.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -59,8 +89,19 @@ impl Source {
         let name = path.display().to_string();
         let bytes = regular_file::read(path).map_err(|error| {
             let message = format!("cannot read {name}: {error}");
-            SceneError::new(vec![Problem::new(ProblemKind::Unreadable, KeyPath::root(), message)])
+            let mut problem = Problem::new(ProblemKind::Unreadable, KeyPath::root(), message);
+            if error.kind() == ErrorKind::NotFound {
+                let near = near_file(path, "toml");
+                problem.help.extend(near.map(|near| format!("did you mean {}?", near.display())));
+            }
+            SceneError::new(vec![problem])
         })?;
+        if bytes.starts_with(RECORDING) {
+            let message = format!("{name} is a recording, not a scene");
+            let problem = Problem::new(ProblemKind::Unreadable, KeyPath::root(), message);
+            let help = format!("`pliant view {name}` plays it, `pliant info {name}` says what it holds");
+            return Err(SceneError::new(vec![problem.with_help(help)]));
+        }
         let directory = path.parent().map(Path::to_owned).unwrap_or_default();
         match String::from_utf8(bytes) {
             Ok(text) => Ok(Source { directory, ..Source::new(name, text) }),
@@ -131,6 +172,8 @@ impl Source {
     /// marked so.
     pub fn error(&self, problems: Vec<Problem>) -> SceneError {
         let document = document::parse(&self.text).ok();
+        let (omitted, problems): (Vec<Problem>, Vec<Problem>) =
+            problems.into_iter().partition(|problem| matches!(problem.kind, ProblemKind::Omitted { .. }));
         let located = problems.into_iter().map(|mut problem| {
             let span = match (problem.span.clone(), &document) {
                 (Some(span), _) => Some(span),
@@ -162,6 +205,7 @@ impl Source {
         if self.is_made {
             // The path is the place, of which `render` knows.
             located.iter_mut().for_each(|problem| problem.span = None);
+            located.extend(omitted);
             return SceneError::located(located, self.clone());
         }
         let mut place = document::Cursor::START;
@@ -171,6 +215,7 @@ impl Source {
                 (problem.line, problem.column) = (Some(place.line), Some(place.column));
             }
         }
+        located.extend(omitted);
         SceneError::located(located, self.clone())
     }
 

@@ -1,5 +1,8 @@
 //! "Did you mean".
 
+use super::json_schema;
+use super::key_path::KeyPath;
+
 /// Keys and choices of scenes with their names in other programs and papers, in small letters without
 /// separators.
 const SYNONYMS: &[(&str, &[&str])] = &[
@@ -62,6 +65,7 @@ const SYNONYMS: &[(&str, &[&str])] = &[
     ("origin", &["corner", "offset", "center", "centre"]),
     ("translate", &["move", "translation", "shift"]),
     ("half_space", &["plane", "halfplane"]),
+    ("grid", &["cube", "box", "cuboid", "block", "brick", "square", "rectangle", "bar", "beam"]),
     ("ball", &["sphere"]),
     ("box", &["cuboid", "cube", "aabb"]),
     ("path", &["file", "filename", "url"]),
@@ -96,39 +100,94 @@ const LISTS: &[(&str, &str)] = &[
     ("traction", "[0.0, -1e3]` in 2D, `traction = [0.0, 0.0, -1e3]` in 3D"),
 ];
 
+/// Keys that people look for in a table of scenes, or in any, and that no table there has: what does their
+/// work.
+const ELSEWHERE: &[(&str, &[&str], &str)] = &[
+    (
+        "walls",
+        &["friction", "mu", "coefficientoffriction", "frictioncoefficient"],
+        "friction of a wall is that of a pair: [contact] with `pairs = [{ between = [\"NAME OF THE BODY\", \
+         \"wall0\"], friction = 0.3 }]`",
+    ),
+    (
+        "",
+        &["color", "colour", "colors", "colours", "rgb", "rgba", "opacity", "texture"],
+        "a scene has no colours: `pliant render --colour-by` and `pliant view` colour a recording by what \
+         it holds, such as `von-mises`",
+    ),
+];
+
+/// What does the work of a key `name` that the table called `table` does not have.
+fn elsewhere(table: &str, name: &str) -> Option<&'static str> {
+    let plain = plain(name);
+    let is_meant = |(of, names, _): &&(&str, &[&str], &str)| {
+        (of.is_empty() || *of == table) && names.contains(&plain.as_str())
+    };
+    ELSEWHERE.iter().find(is_meant).map(|(.., remedy)| *remedy)
+}
+
+/// The name in small letters, without separators.
+fn plain(name: &str) -> String {
+    name.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect()
+}
+
 /// Right values of `key`, one that is a list of components.
 pub(super) fn list_help(key: &str) -> Option<String> {
     let (_, lists) = LISTS.iter().find(|(of, _)| *of == key)?;
     Some(format!("a number for each direction, in brackets: `{key} = {lists}"))
 }
 
+/// Bytes of the longest name that others are compared with.
+const LONGEST: usize = 64;
+
 /// Key of scenes, among `expected`, that is called `name` elsewhere.
 fn synonym<'a>(name: &str, expected: &[&'a str]) -> Option<&'a str> {
-    let plain: String = name.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect();
+    let plain = plain(name);
     let knows =
         |field: &&str| SYNONYMS.iter().any(|(of, names)| of == field && names.contains(&plain.as_str()));
     expected.iter().copied().find(knows)
 }
 
+/// The name among `expected` that `name` most likely stands for: its name elsewhere, a part of it, or one
+/// that a typing mistake explains.
+pub fn meant<'a>(name: &str, expected: &[&'a str]) -> Option<&'a str> {
+    synonym(name, expected).or_else(|| with_word(name, expected)).or_else(|| nearest(name, expected))
+}
+
+/// Lines of help for a key `name` that the table called `table` does not have; the keys `expected` are there.
+pub(super) fn field_help(table: &str, name: &str, expected: &[&str]) -> Vec<String> {
+    match elsewhere(table, name) {
+        Some(remedy) => vec![remedy.to_owned(), listed(expected, "fields here")],
+        None => help(name, expected, "fields here"),
+    }
+}
+
 /// Lines of help for a name that is none of `expected`.
 pub(super) fn help(name: &str, expected: &[&str], what: &str) -> Vec<String> {
+    // No name that is longer was meant to be one of them.
+    if name.len() > LONGEST {
+        return vec![listed(expected, what)];
+    }
     let mut lines = Vec::new();
-    let meant =
-        synonym(name, expected).or_else(|| with_word(name, expected)).or_else(|| nearest(name, expected));
-    if let Some(meant) = meant {
+    let body = KeyPath::root().key("body").index(0);
+    if let Some(meant) = meant(name, expected) {
         lines.push(format!("did you mean `{meant}`?"));
-    } else if let Some(field) = expected.iter().find(|field| crate::json_schema::has_key(field, name)) {
+    } else if let Some(field) = expected.iter().find(|field| json_schema::has_key(&body.key(field), name)) {
         lines.push(format!("`{name}` stands in `{field}`: `{field} = {{ {name} = .. }}`"));
-    } else if let Some(table) = crate::json_schema::table_with(name) {
+    } else if let Some(table) = json_schema::table_with(name) {
         lines.push(format!("`{name}` stands {table}"));
     }
-    lines.push(if expected.is_empty() {
-        format!("{what}: none")
-    } else {
-        let names: Vec<String> = expected.iter().map(|name| format!("`{name}`")).collect();
-        format!("{what}: {}", names.join(", "))
-    });
+    lines.push(listed(expected, what));
     lines
+}
+
+/// The names that there are.
+fn listed(expected: &[&str], what: &str) -> String {
+    if expected.is_empty() {
+        return format!("{what}: none");
+    }
+    let names: Vec<String> = expected.iter().map(|name| format!("`{name}`")).collect();
+    format!("{what}: {}", names.join(", "))
 }
 
 /// The only candidate of several words of which `name` is one: `verlet` of `velocity-verlet`.
@@ -140,11 +199,11 @@ fn with_word<'a>(name: &str, candidates: &[&'a str]) -> Option<&'a str> {
 }
 
 /// The candidate that a typing mistake, another case or separator, or a longer form of the name explains.
-pub(super) fn nearest<'a>(name: &str, candidates: &[&'a str]) -> Option<&'a str> {
+pub fn nearest<'a>(name: &str, candidates: &[&'a str]) -> Option<&'a str> {
     let plain = |text: &str| text.to_lowercase().replace('_', "-");
     let name = plain(name);
     // The distance is quadratic in the length, and a short name is not mistyped into a very long one.
-    if name.len() > 64 {
+    if name.len() > LONGEST {
         return None;
     }
     candidates

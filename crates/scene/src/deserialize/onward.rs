@@ -3,12 +3,9 @@
 use serde::de::DeserializeOwned;
 use toml::de::{DeTable, DeValue};
 
-use super::{ReadDocument, read_once};
+use super::{MOST, ReadDocument, read_once};
 use crate::error::Problem;
 use crate::key_path::{KeyPath, KeySegment};
-
-/// Mistakes that are told at a time: a text with more is hardly a scene.
-const MOST: usize = 50;
 
 /// Reads `T` from a document whose first unreadable value is `first`: again and again without what cannot be
 /// read. What is missing only because it was left out is no mistake.

@@ -32,6 +32,10 @@ impl<'de, 'a> EnumAccess<'de> for VariantReader<'a> {
                 let (key, value) = table.iter().next().expect("its length is 1");
                 (key.get_ref().as_ref(), Some(value.get_ref()))
             }
+            DeValue::Table(table) => match self.only_choice(table) {
+                Some((name, value)) => (name, Some(value)),
+                None => return Err(self.not_one_choice()),
+            },
             _ => return Err(self.not_one_choice()),
         };
         if !self.variants.contains(&name) {
@@ -48,7 +52,21 @@ impl<'de, 'a> EnumAccess<'de> for VariantReader<'a> {
     }
 }
 
-impl VariantReader<'_> {
+impl<'a> VariantReader<'a> {
+    /// The only key of a table of several that is a choice; the others are noted, with where they belong.
+    fn only_choice(&self, table: &'a DeTable<'a>) -> Option<(&'a str, &'a DeValue<'a>)> {
+        let is_choice = |key: &str| self.variants.contains(&key);
+        let mut choices = table.iter().filter(|(key, _)| is_choice(key.get_ref()));
+        let (choice, value) = choices.next().filter(|_| choices.next().is_none())?;
+        let choice = choice.get_ref().as_ref();
+        let path = self.reader.trail.path();
+        for key in table.keys().map(|key| key.get_ref().as_ref()).filter(|key| !is_choice(key)) {
+            let problem = || Problem::beside_choice(&path, choice, key);
+            self.reader.unknown.borrow_mut().note(problem);
+        }
+        Some((choice, value.get_ref()))
+    }
+
     fn not_one_choice(&self) -> ReadFailure {
         let names: Vec<String> = self.variants.iter().map(|name| format!("`{name}`")).collect();
         let expected = format!("exactly one of {}", names.join(", "));

@@ -5,6 +5,7 @@ mod millimetres;
 mod overrides;
 mod parse;
 mod picture;
+mod remedies;
 mod semantic;
 mod shapes;
 mod units;
