@@ -124,6 +124,15 @@ def test_an_element_that_is_at_fault_is_named() -> None:
     assert caught.value.element == 7 and caught.value.J is not None and caught.value.J < 0.0
 
 
+def test_a_stress_that_is_no_number_is_named() -> None:
+    material = pliant.Material(lambda f: np.zeros(len(f)), lambda f: np.full_like(f, np.nan))
+    with pytest.raises(pliant.StepError) as raised:
+        pliant.Simulation(beam(), materials={"beam": material}).step()
+    assert "the stress that the material of `beam` gives for element 0" in str(raised.value)
+    assert "smaller step" not in str(raised.value)
+    assert (raised.value.element, raised.value.body) == (0, "beam")
+
+
 def test_only_solids_of_the_scene_have_materials() -> None:
     with pytest.raises(KeyError, match="no body `rope`"):
         pliant.Simulation(scene("rk4"), materials={"rope": STVK})

@@ -50,7 +50,9 @@ pub(crate) fn step(error: &Step) -> PyErr {
     };
     let vertex = error.vertex();
     let (element, j, body) = match error.fault() {
-        Some(Fault::Element { body, element, j, .. }) => (Some(*element), Some(*j), Some(body.clone())),
+        Some(Fault::Element { body, element, j, .. } | Fault::Material { body, element, j, .. }) => {
+            (Some(*element), Some(*j), Some(body.clone()))
+        }
         Some(Fault::Sheet { body, element, .. }) => (Some(*element), None, Some(body.clone())),
         Some(Fault::Spring { body, spring, .. }) => (Some(*spring), None, Some(body.clone())),
         Some(Fault::Stencil { body, index, .. }) => (Some(*index), None, Some(body.clone())),

@@ -66,6 +66,17 @@ pub enum Fault {
         /// True if a material that can be inverted would have an energy there.
         material_would_help: bool,
     },
+    /// A material that is a function of the user gives no finite number inside of its domain.
+    Material {
+        /// What it gives: `stress`, `density`.
+        what: &'static str,
+        /// Name of the body.
+        body: String,
+        /// Index of the element in the body.
+        element: usize,
+        /// `det F` there.
+        j: f64,
+    },
     /// A sheet with free faces is stretched as far as its material has a thickness at which they are free.
     Sheet {
         /// Name of the body.
@@ -165,6 +176,14 @@ impl std::fmt::Display for Fault {
             }
             Fault::Node { body, vertex, j, .. } => {
                 write!(f, "the mean of the elements of `{body}` at vertex {vertex} has {}", in_words(*j))
+            }
+            Fault::Material { what, body, element, j } => {
+                write!(
+                    f,
+                    "the {what} that the material of `{body}` gives for element {element}, J = {j}, is not \
+                     finite",
+                    j = Rounded::<7>(*j)
+                )
             }
             Fault::Sheet { body, element, stretch } => {
                 write!(

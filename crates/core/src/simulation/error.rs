@@ -216,6 +216,9 @@ fn remedy(
     if matches!(fault, Some(Fault::Sheet { .. })) {
         return "take a material that bears more, or smaller loads".into();
     }
+    if matches!(fault, Some(Fault::Material { .. })) {
+        return AT_MATERIAL.into();
+    }
     if statics.is_some() && verdict == SolveFailure::Indefinite {
         return "statics has no inertia: hold every body by pins or attachments, or look what gives way \
                 there"
@@ -229,6 +232,9 @@ fn remedy(
         _ => format!("try {smaller}"),
     }
 }
+
+/// Advice where a material of the user gives no number.
+const AT_MATERIAL: &str = "call its function with that deformation and look what it divides by";
 
 /// Iterations of a solve and the correction of the last; nothing where it ended before the first.
 fn iterations_taken(iterations: u32, correction: f64) -> String {
@@ -321,6 +327,9 @@ fn advice(fault: &Option<Fault>, step: f64, stable: Option<f64>, parts: &str) ->
         return "; point masses need a distance: give [world] nbody a `softening` length, or let `ias15` \
                 with `adaptive` resolve close encounters of masses that start apart"
             .into();
+    }
+    if matches!(fault, Some(Fault::Material { .. })) {
+        return format!("; {AT_MATERIAL}");
     }
     if matches!(fault, Some(Fault::Sheet { .. })) {
         return "; take a material that bears more, or smaller loads and motions".into();

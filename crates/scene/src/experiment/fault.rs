@@ -32,9 +32,11 @@ impl StepFailure {
 
     fn at(self, fault: Option<&Fault>) -> StepFailure {
         match fault {
-            Some(Fault::Element { body, element, .. } | Fault::Sheet { body, element, .. }) => {
-                StepFailure { element: Some(*element), body: Some(body.clone()), ..self }
-            }
+            Some(
+                Fault::Element { body, element, .. }
+                | Fault::Material { body, element, .. }
+                | Fault::Sheet { body, element, .. },
+            ) => StepFailure { element: Some(*element), body: Some(body.clone()), ..self },
             Some(Fault::Node { body, vertex, .. }) => {
                 StepFailure { vertex: Some(*vertex), body: Some(body.clone()), ..self }
             }

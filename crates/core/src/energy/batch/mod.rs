@@ -240,11 +240,21 @@ impl<const D: usize, const N: usize> EnergyTerm for BatchElastic<D, N> {
             return None;
         }
         let points = f.chunks_exact(D * D).zip(p.chunks_exact(D * D)).zip(&psi);
-        let found = points.map(|((f, p), psi)| (f, all_finite(p) && psi.is_finite()));
-        let (i, (f, _)) = found.enumerate().find(|(_, (_, good))| !good)?;
-        let element = i / quadrature_count::<D, N>();
-        let j = determinant::<D>(f);
-        Some(Fault::Element { body: self.body.clone(), element, j, material_would_help: true })
+        let bad = |p: &[f64], psi: f64| match (all_finite(p), psi.is_finite()) {
+            (true, true) => None,
+            (false, _) => Some("stress"),
+            (true, false) => Some("density"),
+        };
+        let mut found = points.enumerate().filter_map(|(i, ((f, p), psi))| Some((i, f, bad(p, *psi)?)));
+        let (i, f, what) = found.next()?;
+        let (element, j) = (i / quadrature_count::<D, N>(), determinant::<D>(f));
+        let body = self.body.clone();
+        // Where an element is turned inside out most materials have no stress: the step is too large.
+        Some(if j > 0.0 {
+            Fault::Material { what, body, element, j }
+        } else {
+            Fault::Element { body, element, j, material_would_help: true }
+        })
     }
 
     fn bytes(&self) -> usize {
