@@ -27,6 +27,57 @@ fn go(simulation: &mut Simulation, steps: usize) {
     (0..steps).for_each(|_| simulation.step().unwrap());
 }
 
+// lecture 3: whoever writes a scheme of their own asks for forces, and gets the bits of a step.
+#[test]
+fn forces_are_those_that_a_step_has_to_the_bit() {
+    let text = BEAM
+        .replace("INTEGRATOR", "symplectic-euler")
+        .replace(", ether_drag = 0.5, walls = [{ normal = [0.0, 1.0], offset = -0.02 }]", "")
+        .replace("pin =", "damping = { strain_rate = { shear = 5.0 } }\npin =");
+    let mut simulation =
+        Scene::from_toml(&text).unwrap().assemble(UnstableStep::Refuse).ok().unwrap().simulation;
+    let h = simulation.step_size();
+    let (mut x, mut v) = (simulation.positions().into_owned(), simulation.velocities().into_owned());
+    for step in 0..15 {
+        let forces = simulation.forces(Some(&x), Some(&v)).unwrap();
+        // Neither asking elsewhere nor asking here changes where the simulation goes.
+        let elsewhere: Vec<f64> = x.iter().map(|x| 1.01 * x).collect();
+        simulation.forces(Some(&elsewhere), None).unwrap();
+        assert_eq!(simulation.forces(None, None).unwrap(), forces, "step {step}");
+        for i in 0..x.len() {
+            v[i] += h * forces.accelerations[i];
+            x[i] += h * v[i];
+        }
+        simulation.step().unwrap();
+        assert_eq!(
+            (&simulation.positions()[..], &simulation.velocities()[..]),
+            (&x[..], &v[..]),
+            "step {step}"
+        );
+    }
+    let found = simulation.forces(None, None).unwrap();
+    let mass = simulation.numbering().to_original(simulation.system().mass(), 1).into_owned();
+    let names: Vec<&str> = found.terms.iter().map(|(name, _)| name.as_str()).collect();
+    assert!(names.len() == 3 && names[..2].contains(&"elements of `beam`"), "{names:?}");
+    // At free vertices they add up to mass times acceleration, but for rounding.
+    for (i, a) in found.accelerations.iter().enumerate().skip(4) {
+        let parts = found.terms.iter().map(|(_, rows)| rows[i]);
+        let (sum, size) = parts.fold((0.0, 0.0), |(sum, size), f| (sum + f, size + f64::abs(f)));
+        assert!((sum - mass[i / 2] * a).abs() <= 8.0 * f64::EPSILON * size, "{i}: {sum} {a}");
+    }
+    let elastic = |simulation: &mut Simulation, x: &[f64]| {
+        let energies = simulation.potential_energies(Some(x));
+        energies.iter().find(|(name, _)| name == "elements of `beam`").unwrap().1
+    };
+    // Forces are slopes of the energy.
+    let force = &found.terms.iter().find(|(name, _)| name == "elements of `beam`").unwrap().1;
+    let d = 1e-6;
+    let [mut high, mut low] = [x.clone(), x.clone()];
+    (high[14], low[14]) = (x[14] + d, x[14] - d);
+    let slope = (elastic(&mut simulation, &high) - elastic(&mut simulation, &low)) / (2.0 * d);
+    assert!((slope + force[14]).abs() < 1e-6 * force[14].abs().max(1.0), "{slope} {}", force[14]);
+}
+
 // lecture 21: reset. Before, at, and after the step at which a pin lets go.
 #[test]
 fn going_back_goes_on_with_the_same_bits() {

@@ -330,6 +330,11 @@ impl System {
         self.terms.iter_mut().map(|t| t.energy(x)).sum()
     }
 
+    /// Potential energy of every term by its name [J].
+    pub(crate) fn potential_energies(&mut self, x: &[f64]) -> Vec<(String, f64)> {
+        self.terms.iter_mut().map(|term| (term.name(), term.energy(x))).collect()
+    }
+
     /// The stencils of every energy and of every dissipative term, in their order.
     pub(crate) fn stencils(&mut self) -> (Vec<Stencils>, Vec<Stencils>) {
         let energy = self.terms.iter_mut().map(|t| t.stencils()).collect();

@@ -298,7 +298,32 @@ class Simulation:
     def gravity(self) -> list[float | str]: ...
     @gravity.setter
     def gravity(self, gravity: npt.ArrayLike) -> None: ...
-    def energy(self) -> dict[str, float]: ...
+    def energy(
+        self,
+        positions: npt.ArrayLike | None = None,
+        velocities: npt.ArrayLike | None = None,
+        *,
+        by_term: bool = False,
+    ) -> dict[str, float]: ...
+    @overload
+    def forces(
+        self,
+        positions: npt.ArrayLike | None = None,
+        velocities: npt.ArrayLike | None = None,
+        *,
+        by_term: Literal[False] = False,
+    ) -> _Array: ...
+    @overload
+    def forces(
+        self,
+        positions: npt.ArrayLike | None = None,
+        velocities: npt.ArrayLike | None = None,
+        *,
+        by_term: Literal[True],
+    ) -> dict[str, _Array]: ...
+    def accelerations(
+        self, positions: npt.ArrayLike | None = None, velocities: npt.ArrayLike | None = None
+    ) -> _Array: ...
     def momentum(self) -> _Array: ...
     def angular_momentum(self) -> _Array: ...
     def deformation_gradient(self) -> _Array: ...

@@ -3,7 +3,7 @@
 use numpy::{IntoPyArray, PyArray1};
 use pliant::diagnostics::{Diagnostics, ElementState, MEASURES, Measure};
 use pliant::energy::SurfaceContact;
-use pliant::simulation::{MatrixError, SparseMatrix};
+use pliant::simulation::{AppliedForces, MatrixError, SparseMatrix};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -54,25 +54,201 @@ impl Inner {
     }
 }
 
+/// A table by names; those that several have get a number from the second on.
+fn by_name<'py, T: IntoPyObject<'py>>(
+    py: Python<'py>,
+    entries: Vec<(String, T)>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let table = PyDict::new(py);
+    for (name, value) in entries {
+        let mut key = name.clone();
+        let mut number = 1;
+        while table.contains(&key)? {
+            number += 1;
+            key = format!("{name} {number}");
+        }
+        table.set_item(key, value)?;
+    }
+    Ok(table)
+}
+
+impl PySimulation {
+    /// Positions and velocities that were given, each of the shape of the simulation's.
+    fn given_rows(
+        &self,
+        positions: Option<Bound<'_, PyAny>>,
+        velocities: Option<Bound<'_, PyAny>>,
+    ) -> PyResult<[Option<Vec<f64>>; 2]> {
+        let rows = |given: Option<Bound<'_, PyAny>>, what| {
+            given.map(|given| arrays::finite_rows(&given, &self.shape(), what)).transpose()
+        };
+        Ok([rows(positions, "positions")?, rows(velocities, "velocities")?])
+    }
+
+    fn applied_forces(
+        &self,
+        py: Python<'_>,
+        positions: Option<Bound<'_, PyAny>>,
+        velocities: Option<Bound<'_, PyAny>>,
+    ) -> PyResult<AppliedForces> {
+        let [x, v] = self.given_rows(positions, velocities)?;
+        let mut inner = self.lock()?;
+        let simulation = &mut inner.simulation;
+        let found = py.detach(|| threads::run(|| simulation.forces(x.as_deref(), v.as_deref())));
+        found.map_err(|error| inner.failed(py, PyValueError::new_err(error.to_string())))
+    }
+}
+
 #[pymethods]
 impl PySimulation {
-    /// Energies now.
+    /// Energies, now or elsewhere.
+    ///
+    /// Parameters
+    /// ----------
+    /// positions : array_like, shape (n, dim), optional
+    ///     Where vertices are [m]; where they are now without it.
+    /// velocities : array_like, shape (n, dim), optional
+    ///     Their velocities [m/s]; those they have now without it.
+    /// by_term : bool, default False
+    ///     True for the potential energy of each term alone, by its name: ``elements of `beam```.
     ///
     /// Returns
     /// -------
     /// dict of str to float
     ///     ``kinetic``, ``elastic``, ``gravitational``, ``loads`` (where there are any), ``total`` [J], and
-    ///     what came in and went out since the start, or since the state or the scene was last changed:
-    ///     ``balance.motion``, ``balance.loads``, ``balance.gravity``, ``balance.ether_drag``,
-    ///     ``balance.damping``, ``balance.friction``, ``balance.walls``.
+    ///     of the present state what came in and went out since the start, or since the state or the scene
+    ///     was last changed: ``balance.motion``, ``balance.loads``, ``balance.gravity``,
+    ///     ``balance.ether_drag``, ``balance.damping``, ``balance.friction``, ``balance.walls``.
+    ///
+    /// Notes
+    /// -----
+    /// What depends on time is taken at `time`. An energy is infinite where a material has none.
     ///
     /// Examples
     /// --------
     /// >>> simulation.energy()["kinetic"]
     /// 0.0
-    fn energy<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let measured = self.lock()?.diagnostics(py)?;
-        energies(py, &measured)
+    /// >>> simulation.energy(simulation.rest_positions)["elastic"]
+    /// 0.0
+    #[pyo3(signature = (positions = None, velocities = None, *, by_term = false))]
+    fn energy<'py>(
+        &self,
+        py: Python<'py>,
+        positions: Option<Bound<'py, PyAny>>,
+        velocities: Option<Bound<'py, PyAny>>,
+        by_term: bool,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let [x, v] = self.given_rows(positions, velocities)?;
+        let (x, v) = (x.as_deref(), v.as_deref());
+        let mut inner = self.lock()?;
+        if x.is_none() && v.is_none() && !by_term {
+            return energies(py, &inner.diagnostics(py)?);
+        }
+        let simulation = &mut inner.simulation;
+        if by_term {
+            let found = py.detach(|| threads::run(|| simulation.potential_energies(x)));
+            inner.additions.raised().map_or(Ok(()), Err)?;
+            return by_name(py, found);
+        }
+        let found = py.detach(|| threads::run(|| simulation.diagnostics_at(x, v)));
+        inner.additions.raised().map_or(Ok(()), Err)?;
+        energies(py, &found)
+    }
+
+    /// Forces on all vertices, now or elsewhere, for steps of one's own.
+    ///
+    /// Parameters
+    /// ----------
+    /// positions : array_like, shape (n, dim), optional
+    ///     Where vertices are [m]; where they are now without it. What a pin moves is where that puts it.
+    /// velocities : array_like, shape (n, dim), optional
+    ///     Their velocities [m/s], for damping, friction and drag; those they have now without it.
+    /// by_term : bool, default False
+    ///     True for the force of each term alone, by its name: ``elements of `beam```.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray of float64, shape (n, dim), or dict of str to such arrays
+    ///     ``-dE/dx - dR/dv - c m v`` [N]: elements, springs, bending, gravity, loads, muscles, attachments,
+    ///     contact and `external_forces`, then damping and friction, then ether drag.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     An array has another shape or a number that is not finite, or the force is not finite there.
+    ///
+    /// Notes
+    /// -----
+    /// What depends on time is taken at `time`. Walls without ``[contact]`` put vertices back after a step,
+    /// and pins hold theirs: neither is a force, and forces at pinned vertices are those that pins bear.
+    /// `accelerations` has what a step computes with, to the bit.
+    ///
+    /// Examples
+    /// --------
+    /// >>> simulation.forces().shape
+    /// (10, 2)
+    #[pyo3(signature = (positions = None, velocities = None, *, by_term = false))]
+    fn forces<'py>(
+        &self,
+        py: Python<'py>,
+        positions: Option<Bound<'py, PyAny>>,
+        velocities: Option<Bound<'py, PyAny>>,
+        by_term: bool,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let AppliedForces { terms, .. } = self.applied_forces(py, positions, velocities)?;
+        if by_term {
+            let terms =
+                terms.into_iter().map(|(name, rows)| Ok((name, arrays::array(py, rows, &self.shape())?)));
+            return Ok(by_name(py, terms.collect::<PyResult<Vec<_>>>()?)?.into_any());
+        }
+        let mut sum = vec![0.0; self.vertices * self.dimension];
+        for (_, rows) in terms {
+            sum.iter_mut().zip(rows).for_each(|(sum, force)| *sum += force);
+        }
+        Ok(arrays::array(py, sum, &self.shape())?.into_any())
+    }
+
+    /// Accelerations of all vertices, now or elsewhere: what explicit steps compute with, to the bit.
+    ///
+    /// Parameters
+    /// ----------
+    /// positions : array_like, shape (n, dim), optional
+    ///     Where vertices are [m]; where they are now without it.
+    /// velocities : array_like, shape (n, dim), optional
+    ///     Their velocities [m/s]; those they have now without it.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray of float64, shape (n, dim)
+    ///     [m/s^2]; zero at pinned coordinates.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     As for `forces`.
+    ///
+    /// Notes
+    /// -----
+    /// They are `forces` over `masses` but for rounding: gravity is added as an acceleration. One step of
+    /// symplectic Euler is ``v += h * simulation.accelerations(x, v); x += h * v``, but for walls, motions of
+    /// pins, and ether drag, which steps of splitting schemes solve exactly.
+    ///
+    /// Examples
+    /// --------
+    /// >>> x, v, h = simulation.positions, simulation.velocities, simulation.step_size
+    /// >>> v = v + h * simulation.accelerations(x, v)
+    /// >>> simulation.step()
+    /// >>> bool((simulation.positions == x + h * v).all())
+    /// True
+    #[pyo3(signature = (positions = None, velocities = None))]
+    fn accelerations<'py>(
+        &self,
+        py: Python<'py>,
+        positions: Option<Bound<'py, PyAny>>,
+        velocities: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<Doubles<'py>> {
+        let AppliedForces { accelerations, .. } = self.applied_forces(py, positions, velocities)?;
+        arrays::array(py, accelerations, &self.shape())
     }
 
     /// Linear momentum now.
