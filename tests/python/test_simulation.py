@@ -39,6 +39,82 @@ def test_copies_are_copies(simulation: pliant.Simulation) -> None:
     np.testing.assert_array_equal(simulation.positions, changed)
 
 
+# Lecture 3: a step of one's own.
+def test_a_step_written_in_numpy_has_the_bits_of_the_simulation() -> None:
+    damping = {"body.0.damping": {"strain_rate": {"shear": 5.0}}}
+    simulation = pliant.Simulation(beam(**damping))
+    x, v, h = simulation.positions, simulation.velocities, simulation.step_size
+    for _ in range(50):
+        v = v + h * simulation.accelerations(x, v)
+        x = x + h * v
+        simulation.step()
+        np.testing.assert_array_equal(simulation.positions, x)
+        np.testing.assert_array_equal(simulation.velocities, v)
+
+
+def test_forces_are_masses_times_accelerations_and_slopes_of_energies(simulation: pliant.Simulation) -> None:
+    simulation.step(20)
+    x = simulation.positions
+    forces, terms = simulation.forces(), simulation.forces(by_term=True)
+    np.testing.assert_array_equal(forces, sum(terms.values()))
+    np.testing.assert_array_equal(forces, simulation.forces(x, simulation.velocities))
+    accelerations = simulation.accelerations()
+    pinned = (accelerations == 0.0).all(axis=1)
+    assert list(np.flatnonzero(pinned)) == [0, 1]
+    inertia = simulation.masses[:, None] * accelerations
+    np.testing.assert_allclose(forces[~pinned], inertia[~pinned], rtol=1e-12, atol=1e-12)
+    energies = simulation.energy(by_term=True)
+    assert list(energies) == list(terms) and "elements of `beam`" in terms
+    total = simulation.energy(x)
+    assert total["elastic"] == energies["elements of `beam`"] == simulation.energy()["elastic"]
+    assert "balance.loads" not in total
+    # Central differences of second order, of an energy whose third derivative is moderate.
+    d = 1e-6
+    for vertex, axis in [(9, 0), (4, 1)]:
+        high, low = x.copy(), x.copy()
+        high[vertex, axis] += d
+        low[vertex, axis] -= d
+        slope = (simulation.energy(high)["total"] - simulation.energy(low)["total"]) / (2 * d)
+        np.testing.assert_allclose(forces[vertex, axis], -slope, rtol=1e-5, atol=1e-5)
+    np.testing.assert_array_equal(simulation.positions, x)
+
+
+def test_a_force_that_is_not_finite_says_where(simulation: pliant.Simulation) -> None:
+    barrier = pliant.Simulation(
+        beam(**{"body.0.elastic": {"neo-hookean": {"young": 1e5, "poisson": 0.3}}})
+    )
+    with pytest.raises(ValueError, match=r"not finite there: element \d+ of `beam` has J = "):
+        barrier.forces(barrier.positions * [-1.0, 1.0])
+    with pytest.raises(ValueError, match=r"positions must have shape \(10, 2\)"):
+        simulation.forces(np.zeros((9, 2)))
+
+
+def test_numbers_that_are_not_real_are_refused(simulation: pliant.Simulation) -> None:
+    for wrong, kind in [(1j * np.ones((10, 2)), "complex"), (np.ones((10, 2), dtype=bool), "booleans")]:
+        with pytest.raises(TypeError, match=f"velocities must be real numbers, got {kind}"):
+            simulation.velocities = wrong
+    # Whole numbers and single precision are numbers.
+    simulation.velocities = np.zeros((10, 2), dtype=np.int64)
+    simulation.velocities = np.zeros((10, 2), dtype=np.float32)
+
+
+def test_nothing_is_copied_before_its_shape_is_right(simulation: pliant.Simulation) -> None:
+    broadcast = np.broadcast_to(np.zeros(2), (10**8, 2))
+    tracemalloc.start()
+    with pytest.raises(ValueError, match=r"positions must have shape \(10, 2\), got \(100000000, 2\)"):
+        simulation.positions = broadcast
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert most < 1_000_000
+
+
+def test_arguments_that_are_none_name_the_right_one(simulation: pliant.Simulation) -> None:
+    with pytest.raises(TypeError, match=r"no argument `youngs`: did you mean `young`\?"):
+        simulation.set_material("beam", youngs=1e5)  # type: ignore[call-arg]
+    with pytest.raises(TypeError, match=r"got `str`; `Scene.from_toml\(path\)` reads a file"):
+        pliant.Scene("scene.toml")  # type: ignore[call-arg]
+
+
 def test_a_path_is_no_scene_and_says_what_reads_one() -> None:
     with pytest.raises(TypeError, match=r"of a `Scene`, got `str`; `Scene.from_toml\(path\)` reads one"):
         pliant.Simulation("scenes/cantilever_fem_2d.toml")  # type: ignore[arg-type]

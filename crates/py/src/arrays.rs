@@ -1,36 +1,47 @@
 //! From NumPy's arrays to slices, and back.
 
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
-use pyo3::exceptions::PyValueError;
+use numpy::{
+    IntoPyArray, PyArray1, PyArray2, PyArrayDescrMethods, PyArrayDyn, PyArrayMethods, PyUntypedArray,
+    PyUntypedArrayMethods,
+};
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::IntoPyDict;
 
 /// An array of doubles of any shape.
 pub(crate) type Doubles<'py> = Bound<'py, PyArrayDyn<f64>>;
 
-/// Anything that NumPy makes an array of numbers from, as a contiguous one of doubles: itself where it is
-/// one.
-pub(crate) fn doubles<'py>(object: &Bound<'py, PyAny>) -> PyResult<Doubles<'py>> {
+/// Anything that NumPy makes an array of numbers from, of `shape`, as a contiguous one of doubles: itself
+/// where it is one. Nothing is copied before its shape is known to be right. `what` names it in messages.
+///
+/// # Errors
+/// `TypeError` of complex numbers and booleans, `ValueError` of another shape.
+pub(crate) fn shaped<'py>(object: &Bound<'py, PyAny>, shape: &[usize], what: &str) -> PyResult<Doubles<'py>> {
     if let Ok(array) = object.cast::<PyArrayDyn<f64>>()
         && array.is_c_contiguous()
+        && array.shape() == shape
     {
         return Ok(array.clone());
     }
     let py = object.py();
     let numpy = py.import("numpy")?;
-    let options = [("dtype", "float64")].into_py_dict(py)?;
-    let array = numpy.call_method("ascontiguousarray", (object,), Some(&options))?;
-    Ok(array.cast_into::<PyArrayDyn<f64>>()?)
-}
-
-/// An array of `shape`; `what` names it in messages.
-pub(crate) fn shaped<'py>(object: &Bound<'py, PyAny>, shape: &[usize], what: &str) -> PyResult<Doubles<'py>> {
-    let array = doubles(object)?;
+    // A number alone is a list of one.
+    let array = numpy.call_method1("atleast_1d", (object,))?;
+    let array = array.cast::<PyUntypedArray>()?;
     if array.shape() != shape {
         let message = format!("{what} must have shape {}, got {}", tuple(shape), tuple(array.shape()));
         return Err(PyValueError::new_err(message));
     }
-    Ok(array)
+    let kind = match array.dtype().kind() {
+        b'c' => "complex numbers",
+        b'b' => "booleans",
+        _ => {
+            let options = [("dtype", "float64")].into_py_dict(py)?;
+            let array = numpy.call_method("ascontiguousarray", (array,), Some(&options))?;
+            return Ok(array.cast_into::<PyArrayDyn<f64>>()?);
+        }
+    };
+    Err(PyTypeError::new_err(format!("{what} must be real numbers, got {kind}")))
 }
 
 /// The numbers of an array of `shape`, by rows.

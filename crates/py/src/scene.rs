@@ -100,8 +100,13 @@ impl PyScene {
 #[pymethods]
 impl PyScene {
     #[new]
-    #[pyo3(signature = (**tables))]
-    fn new(py: Python<'_>, tables: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+    #[pyo3(signature = (*given, **tables), text_signature = "(**tables)")]
+    fn new(py: Python<'_>, given: &Bound<'_, PyTuple>, tables: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        if let Ok(given) = given.get_item(0) {
+            let kind = given.get_type().name()?;
+            let message = format!("a scene is made of keyword arguments, its tables, got `{kind}`");
+            return Err(PyTypeError::new_err(message + "; `Scene.from_toml(path)` reads a file"));
+        }
         let mut table = tables.map_or_else(|| Ok(toml::Table::new()), document::table)?;
         per_element::in_tables(&mut table)?;
         let text = toml::to_string(&table)

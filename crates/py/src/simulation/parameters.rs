@@ -345,14 +345,26 @@ impl PySimulation {
     /// --------
     /// >>> simulation.set_material("beam", young="200 kPa")
     /// >>> simulation.step()
-    #[pyo3(signature = (body, *, young = None, poisson = None))]
+    #[pyo3(
+        signature = (body, *, young = None, poisson = None, **others),
+        text_signature = "($self, body, *, young=None, poisson=None)"
+    )]
     fn set_material(
         &self,
         py: Python<'_>,
         body: &Bound<'_, PyAny>,
         young: Option<Bound<'_, PyAny>>,
         poisson: Option<Bound<'_, PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<()> {
+        if let Some((name, _)) = others.and_then(|others| others.iter().next()) {
+            let name: String = name.extract()?;
+            let remedy = match pliant_scene::meant(&name, &["young", "poisson"]) {
+                Some(meant) => format!("did you mean `{meant}`?"),
+                None => "it has `young` and `poisson`, and `set` changes all else".to_owned(),
+            };
+            return Err(PyTypeError::new_err(format!("set_material has no argument `{name}`: {remedy}")));
+        }
         let mut inner = self.lock()?;
         let bodies = &inner.scene.scene.body;
         let index = match body.extract::<usize>() {
