@@ -74,6 +74,14 @@ pub enum ExpressionError {
         /// Where: all of it.
         place: Range<usize>,
     },
+    /// A longer text than is read.
+    #[error("the formula has {found} bytes, and {most} are read at most")]
+    TooManyBytes {
+        /// Its bytes.
+        found: usize,
+        /// How many there may be.
+        most: usize,
+    },
     /// A number beyond the range of floating point.
     #[error("the number is too large")]
     TooLarge {
@@ -100,6 +108,7 @@ impl ExpressionError {
             | Self::TooLong { place, .. }
             | Self::TooLarge { place }
             | Self::TooDeep { place } => place.clone(),
+            Self::TooManyBytes { found, .. } => 0..*found,
         }
     }
 }

@@ -11,6 +11,9 @@ use crate::quantity::number_length;
 /// is not.
 const DEEPEST: usize = 16;
 
+/// Bytes of the longest formula that is read: what is compiled of one takes a hundred times as much memory.
+const LONGEST: usize = 64 * 1024;
+
 /// An operation, its variables by their indices, and where it was read.
 pub(super) type PlacedOperation = (Operation<usize>, Range<usize>);
 
@@ -32,6 +35,9 @@ const POWERS: &Operators = &[("**", &function::POWER), ("^", &function::POWER)];
 /// Operations of a whole text, in which `names` stand for variables: their indices, and where each operation
 /// was read.
 pub(super) fn program(text: &str, names: &[&str]) -> Parsed<Vec<PlacedOperation>> {
+    if text.len() > LONGEST {
+        return Err(ExpressionError::TooManyBytes { found: text.len(), most: LONGEST });
+    }
     let mut parser = Parser { text, at: 0, names, depth: 0, program: Vec::new() };
     parser.comparison()?;
     match parser.next() {
