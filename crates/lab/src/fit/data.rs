@@ -1,5 +1,6 @@
 //! What was measured, and what a scene predicts of it.
 
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -316,12 +317,15 @@ fn trajectory(
         ));
     }
     let known = probe::columns(&assembly.probes, scene.dimension);
+    let numbers: HashMap<&str, usize> =
+        known.iter().enumerate().map(|(i, known)| (known.name.as_str(), i)).collect();
+    let chosen: HashSet<&str> = options.columns.iter().map(String::as_str).collect();
     let axis = table.column("time").unwrap_or(0);
     let (factor, _) = table.factor(axis, &[Kind::TIME])?;
     if let Some((line, time)) = table.numbers(axis).find(|(_, time)| *time < 0.0) {
         return Err(table.wrong(format!("line {line}: the time {time} is before the start of the run, 0")));
     }
-    let wanted = |name: &str| options.columns.is_empty() || options.columns.iter().any(|c| c == name);
+    let wanted = |name: &str| chosen.is_empty() || chosen.contains(name);
     if let Some(name) = options.columns.iter().find(|name| table.column(name).is_none()) {
         return Err(table.wrong(format!("there is no column `{name}`")));
     }
@@ -329,7 +333,7 @@ fn trajectory(
         FitData { kind: FitDataKind::Frequencies, series: vec![], observations: vec![], left_out: vec![] };
     let mut columns = vec![];
     for (i, title) in table.titles.iter().enumerate().filter(|(i, title)| *i != axis && wanted(&title.name)) {
-        let Some(column) = known.iter().position(|known| known.name == title.name) else {
+        let Some(column) = numbers.get(title.name.as_str()).copied() else {
             let names: Vec<&str> = known.iter().map(|known| known.name.as_str()).collect();
             return Err(table.wrong(format!(
                 "column `{}` is none of a probe of the scene; those are {}",
@@ -337,7 +341,7 @@ fn trajectory(
                 names.join(", ")
             )));
         };
-        if options.columns.is_empty() && repeats_position(table, &title.name, &known) {
+        if options.columns.is_empty() && repeats_position(table, &title.name, &numbers) {
             data.left_out.push(title.name.clone());
             continue;
         }
@@ -356,11 +360,11 @@ fn trajectory(
 }
 
 /// True for the displacement `NAME.ux` beside a position `NAME.x`: the same once more.
-fn repeats_position(table: &MeasuredTable, name: &str, known: &[TableColumn]) -> bool {
+fn repeats_position(table: &MeasuredTable, name: &str, known: &HashMap<&str, usize>) -> bool {
     let Some((probe, component)) = name.rsplit_once('.') else { return false };
     let axis = component.strip_prefix('u').filter(|axis| matches!(*axis, "x" | "y" | "z"));
     let position = axis.map(|axis| format!("{probe}.{axis}"));
-    position.is_some_and(|name| table.column(&name).is_some() && known.iter().any(|known| known.name == name))
+    position.is_some_and(|name| table.column(&name).is_some() && known.contains_key(name.as_str()))
 }
 
 /// The kind of a column of probes with this unit.

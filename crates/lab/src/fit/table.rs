@@ -1,5 +1,7 @@
 //! Measurements as a table of comma-separated values: a line of titles, `NAME [UNIT]` each, then numbers.
 
+use std::collections::HashMap;
+
 use pliant::quantity::{Kind, Quantity};
 
 use super::FitError;
@@ -10,6 +12,8 @@ pub(super) struct MeasuredTable {
     /// The name that messages show.
     name: String,
     pub(super) titles: Vec<ColumnTitle>,
+    /// Numbers of the columns by their names.
+    columns: HashMap<String, usize>,
     rows: Vec<TableRow>,
 }
 
@@ -49,6 +53,7 @@ impl MeasuredTable {
             return Err(wrong(format!("line {number}: values are separated by commas, not by `;` or tabs")));
         }
         let titles: Vec<ColumnTitle> = header.split(',').map(title).collect();
+        let mut columns = HashMap::new();
         for (i, title) in titles.iter().enumerate() {
             if title.name.parse::<f64>().is_ok() || title.name.is_empty() {
                 let shown = &title.name;
@@ -58,7 +63,7 @@ impl MeasuredTable {
                     i + 1
                 )));
             }
-            if titles[..i].iter().any(|other| other.name == title.name) {
+            if columns.insert(title.name.clone(), i).is_some() {
                 return Err(wrong(format!("line {number}: two columns are named `{}`", title.name)));
             }
         }
@@ -83,7 +88,7 @@ impl MeasuredTable {
             let cells = words.iter().zip(&titles).map(cell).collect::<Result<_, _>>()?;
             rows.push(TableRow { line, cells });
         }
-        Ok(MeasuredTable { name: name.to_owned(), titles, rows })
+        Ok(MeasuredTable { name: name.to_owned(), titles, columns, rows })
     }
 
     /// A mistake in this table.
@@ -93,7 +98,7 @@ impl MeasuredTable {
 
     /// Number of the column of this name.
     pub(super) fn column(&self, name: &str) -> Option<usize> {
-        self.titles.iter().position(|title| title.name == name)
+        self.columns.get(name).copied()
     }
 
     /// One of the SI units [`kinds`](Kind) in the unit of a column, and which of them it is; the first where
