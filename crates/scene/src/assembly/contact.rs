@@ -3,6 +3,7 @@
 mod impacts;
 mod summary;
 
+use std::cmp::Ordering;
 use std::sync::Arc;
 
 use super::body::BodyAssembly;
@@ -11,6 +12,7 @@ use crate::{KeyPath, Problem};
 use pliant::algebra::scene_size;
 use pliant::constraint::Wall;
 use pliant::numbering::Numbering;
+use pliant::quantity::Rounded;
 use pliant::system::System;
 use pliant_contact::barrier::{Barrier, PotentialForm};
 use pliant_contact::basis::{ALIKE, LawBasis, ReachBasis, ShortenedContact, StiffnessBasis};
@@ -170,6 +172,7 @@ pub(super) fn add<const D: usize>(
     let choice = StiffnessChoice { scene, contact, parties, numbering, explicit, distance };
     let mut model = model::<D>(&choice, surface);
     model.basis.reach = reach_basis;
+    coincident::<D>(&model, position)?;
     let least = terms::least_distances(D, &model, rest);
     let with_itself = shrink(&mut model, parties, &least);
     if let (Some(design), None) = (&design, contact.stiffness) {
@@ -632,6 +635,33 @@ fn shrink(
         }
     }
     shrunk
+}
+
+/// Particles of touching bodies that start at one place: looked for before all pairs of them are.
+fn coincident<const D: usize>(model: &ContactModel, position: &[f64]) -> Result<(), Vec<Problem>> {
+    let place = |v: u32| &position[v as usize * D..][..D];
+    let order = |a: &u32, b: &u32| {
+        let places = place(*a).iter().zip(place(*b)).map(|(a, b)| (a + 0.0).total_cmp(&(b + 0.0)));
+        places.fold(Ordering::Equal, Ordering::then).then(a.cmp(b))
+    };
+    let mut particles = model.surface.particles.clone();
+    particles.sort_unstable_by(order);
+    let touch = |pair: &&[u32]| {
+        place(pair[0]) == place(pair[1]) && model.touch(model.body(pair[0]), model.body(pair[1]))
+    };
+    let mut found = particles.windows(2).filter(touch);
+    let Some(&[a, b]) = found.next() else { return Ok(()) };
+    let at: Vec<String> = place(a).iter().map(|x| Rounded::<6>(*x).to_string()).collect();
+    let body = model.body(a);
+    let (a, b, more) = (model.named(&[a]), model.named(&[b]), found.count());
+    let more = match more {
+        0 => String::new(),
+        more => format!("; {more} more particles are where another is"),
+    };
+    let path = KeyPath::root().key("body").index(body as usize);
+    let message = format!("{a} and {b} start at the same place, ({}) m{more}", at.join(", "));
+    let help = "give each a place of its own, or let them pass: `contact = { self = false }` in the body";
+    Err(vec![Problem::semantic(path, message).with_help(help)])
 }
 
 /// Keys of a body that say where its surface is at the start.
