@@ -159,6 +159,22 @@ pub enum SurfaceError {
         /// Longest side of the box [m].
         side: f64,
     },
+    /// Cells of which there would be more than can be numbered.
+    #[error(
+        "`spacing` is {spacing} m, and the longest side of the surface {side} m: {count} {what}; if the \
+         file is in millimetres, give `spacing` in them too, and the body `transform = {{ scale = 1e-3 }}`",
+        spacing = Rounded::<4>(*.spacing), side = Rounded::<4>(*.side)
+    )]
+    SmallSpacing {
+        /// Edge length of a cell [m].
+        spacing: f64,
+        /// Longest side of the box [m].
+        side: f64,
+        /// `vertices`, `points of the lattice`.
+        what: &'static str,
+        /// How many there would be, saturated.
+        count: u64,
+    },
 }
 
 impl SurfaceError {

@@ -37,8 +37,7 @@ const CELLS_THROUGH: f64 = 1.5;
 
 /// Edge length of the cells [m].
 fn spacing(spec: &SurfaceSpec, surface: &ClosedSurface) -> Result<f64, MeshError> {
-    let [low, high] = surface.bounds();
-    let side = (0..3).map(|c| high[c] - low[c]).fold(0.0, f64::max);
+    let side = longest_side(surface);
     match (spec.cells, spec.spacing) {
         (Some(0), None) => Err(MeshError::ZeroCount { field: "cells" }),
         (Some(cells), None) => Ok(side / cells as f64),
@@ -92,10 +91,17 @@ pub(super) fn size(spec: &SurfaceSpec, dimension: usize, base: &Path) -> Result<
             MeshSize { vertices, triangles, blocks: touched, block_nodes: 8, ..size }
         }
     };
-    let size = size.checked(3)?;
-    if lattice > u64::from(u32::MAX) {
-        return Err(MeshError::TooMany { what: "points of the lattice", count: lattice });
-    }
+    let checked = size.checked(3).and_then(|size| match lattice > u64::from(u32::MAX) {
+        true => Err(MeshError::TooMany { what: "points of the lattice", count: lattice }),
+        false => Ok(size),
+    });
+    let size = checked.map_err(|error| match (error, spec.spacing) {
+        (MeshError::TooMany { what, count }, Some(spacing)) => {
+            let side = longest_side(&surface);
+            SurfaceError::SmallSpacing { spacing, side, what, count }.into()
+        }
+        (error, _) => error,
+    })?;
     // Windings twice, and whether points are inside.
     Ok(MeshSize { bytes: size.bytes.saturating_add(lattice.saturating_mul(6)), ..size })
 }

@@ -331,6 +331,12 @@ fn keys_that_do_not_fit_are_refused() {
     assert!(matches!(fault(spacing(1.5)), MeshError::Surface(SurfaceError::LargeSpacing { .. })));
     assert!(matches!(fault(of_cells(0)), MeshError::ZeroCount { field: "cells" }));
     assert!(matches!(fault(of_cells(5000)), MeshError::TooMany { .. }));
+    let fine = fault(spacing(1e-6));
+    assert!(
+        matches!(&fine, MeshError::Surface(SurfaceError::SmallSpacing { side: 1.0, .. }))
+            && fine.to_string().contains("millimetres"),
+        "{fine}"
+    );
     let folder = tempfile::tempdir().unwrap();
     let plane = MeshSpec::Surface(SurfaceSpec { path: "a.obj".into(), ..of_cells(2) });
     assert!(matches!(build(&plane, 2, folder.path()), Err(MeshError::ShapeDimension { dimension: 3, .. })));

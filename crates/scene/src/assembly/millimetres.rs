@@ -32,7 +32,7 @@ pub(super) fn warnings(scene: &Scene, bodies: &[BodyAssembly]) -> Vec<String> {
 fn of_body(spec: &Body, body: &BodyAssembly, on_earth: bool) -> Vec<String> {
     // Sheets and strands have other densities.
     if spec.elastic.is_none() || body.thickness.is_some() {
-        return vec![];
+        return large(spec, body).into_iter().collect();
     }
     let airy = airy(spec, body).filter(|_| on_earth);
     [light(spec, body), airy, soft(spec, body), crushed(spec, body), large(spec, body)]

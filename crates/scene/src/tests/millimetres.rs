@@ -46,6 +46,24 @@ fn decks_in_millimetres_are_told_and_how_to_write_them() {
     assert!(said.contains("m large") && said.contains("transform = { scale = 1e-3 }"), "{said}");
 }
 
+// A sheet of springs, and one of elements, from a file are as likely in millimetres.
+#[test]
+fn sheets_of_many_metres_from_a_file_are_told_too() {
+    let text = |scale: f64| {
+        format!(
+            "dimension = 3\ntime = {{ integrator = 'symplectic-euler', step = 1e-6, duration = 1e-2 }}\n\
+             [[body]]\nname = 'part'\n{}\nsprings = {{ stiffness = 1.0 }}\nmass = {{ total = 1.0 }}\n",
+            FILE.replace("1000.0", &scale.to_string())
+        )
+    };
+    let told = |scale: f64| {
+        let scene = Scene::from_toml(&text(scale)).unwrap_or_else(|error| panic!("{error}"));
+        let assembled = scene.assemble(UnstableStep::Accept).map_err(|problems| format!("{problems:?}"));
+        assembled.unwrap().report.warnings.iter().filter(|text| text.contains("scale = 1e-3")).count()
+    };
+    assert_eq!((told(1000.0), told(1.0)), (1, 0));
+}
+
 #[test]
 fn other_soft_light_and_large_things_are_not() {
     let small = FILE.replace("1000.0", "0.1");
