@@ -23,6 +23,17 @@ mass = { preset = "steel" }
 pin = [{ half_space = { normal = [1.0, 0.0], offset = 0.0 } }]
 "#;
 
+// What `pliant new` writes starts stretched: there it has no modes, and the advice gives them.
+#[test]
+fn a_body_that_starts_out_of_shape_is_told_how_to_start_in_it() {
+    let bench = Bench::new(BAR);
+    bench.pliant(["new", "jelly"]).succeeded();
+    let remedy = "body.0.position.affine.matrix=[[1,0,0],[0,1,0],[0,0,1]]";
+    let advice = ["`jelly` starts away from its shape at rest", &format!("`--set {remedy}`")];
+    bench.pliant(["modes", "jelly.toml"]).ended_with(1).says(&advice);
+    bench.pliant(["modes", "jelly.toml", "--set", remedy]).succeeded();
+}
+
 /// The magnitude of `samples` at `frequency` [Hz]; Goertzel 1958.
 fn magnitude(samples: &[f64], frequency: f64) -> f64 {
     let turn = 2.0 * (std::f64::consts::TAU * frequency / 48_000.0).cos();

@@ -27,8 +27,8 @@ fn mistakes_on_the_command_line_end_with_2() {
         (&["scene.toml", "-q", "-v"], "cannot be used with"),
         (&["scene.toml", "other.toml"], "unexpected argument"),
         (&["scene.toml", "--color", "sometimes"], "auto"),
-        (&["chekc", "scene.toml"], "'check'"),
-        (&["recovr"], "'recover'"),
+        (&["chekc", "scene.toml"], "`pliant check`"),
+        (&["recovr"], "`pliant recover`"),
         (&["list", "integrator"], "integrators"),
         (&["scene.toml", "check", "scene.toml"], "come after its name"),
         (&["--force", "check", "scene.toml"], "come after its name"),
@@ -41,6 +41,31 @@ fn mistakes_on_the_command_line_end_with_2() {
         bench.pliant(*arguments).ended_with(2).says(&[expected]);
     }
     assert!(bench.files().is_empty(), "{:?}", bench.files());
+}
+
+#[test]
+fn what_was_likely_meant_is_named() {
+    let bench = Bench::new(SPRING);
+    bench.pliant(["scene.toml"]).succeeded();
+    let cases: &[(&[&str], &str)] = &[
+        (&["rn", "scene.toml"], "`pliant run`"),
+        (&["scene"], "`pliant run scene.toml`"),
+        (&["run", "scne.toml"], "did you mean scene.toml?"),
+        (&["run", "scene"], "did you mean scene.toml?"),
+        (&["scene.toml", "--duration", "1"], "--until"),
+        (&["run", "scene.toml", "--duration=1"], "--until"),
+        (&["view", "scene.toml"], "`pliant run scene.toml --view`"),
+        (&["view", "scne.mcap"], "did you mean scene.mcap?"),
+        (&["live", "scene.mcap"], "`pliant view scene.mcap`"),
+        (&["check", "scene.mcap"], "a recording, not a scene"),
+        (&["run", "scene.toml", "--set", "body.pair.springs.stifness=1"], "`body.0.springs.stiffness`"),
+    ];
+    for (arguments, expected) in cases {
+        bench.pliant(*arguments).ended_with(2).says(&[expected]);
+    }
+    // What is far from everything is not guessed at.
+    let far = bench.pliant(["run", "elsewhere.toml"]).ended_with(2);
+    assert!(!far.stderr.contains("did you mean"), "{}", far.stderr);
 }
 
 #[test]

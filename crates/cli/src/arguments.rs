@@ -24,8 +24,9 @@ mod view;
 use std::ffi::{OsStr, OsString};
 use std::path::Path;
 
-use clap::error::ErrorKind;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
+use pliant_scene::nearest;
 
 pub(crate) use bench::BenchArguments;
 pub(crate) use check::CheckArguments;
@@ -157,7 +158,7 @@ impl CommandLine {
         let matches = CommandLine::command().try_get_matches_from(arguments).map_err(|error| {
             // `pliant chekc beam.toml` reads as a scene named `chekc` with one argument too many.
             let word = arguments.get(1).filter(|_| error.kind() == ErrorKind::UnknownArgument);
-            word.and_then(|word| misspelled_command(word)).unwrap_or(error)
+            word.and_then(|word| misspelled_command(word)).unwrap_or_else(|| with_option(error))
         })?;
         // `pliant beam.toml check`, `pliant --force check beam.toml`: clap would leave them unused.
         let before = ["RunArguments", "RunOptions"].iter().any(|group| matches.contains_id(group));
@@ -182,27 +183,51 @@ impl CommandLine {
     }
 }
 
-/// The commands alone, to ask clap what a word may have been meant to be.
-#[derive(Debug, Parser)]
-#[command(name = "pliant", disable_help_subcommand = true)]
-struct CommandsOnly {
-    #[command(flatten)]
-    common: CommonArguments,
-    #[command(subcommand)]
-    command: Command,
+/// Options by the names that they have elsewhere.
+const OPTION_SYNONYMS: &[(&str, &str)] = &[
+    ("--duration", "--until"),
+    ("--time", "--until"),
+    ("--end", "--until"),
+    ("--out", "--output"),
+    ("--overwrite", "--force"),
+    ("--jobs", "--threads"),
+    ("--param", "--set"),
+];
+
+/// The mistake `error` with the option that was meant, where one is known by another name.
+fn with_option(mut error: clap::Error) -> clap::Error {
+    let unknown = match error.get(ContextKind::InvalidArg) {
+        Some(ContextValue::String(name)) if error.kind() == ErrorKind::UnknownArgument => name.clone(),
+        _ => return error,
+    };
+    let name = unknown.split('=').next().unwrap_or_default();
+    if let Some((_, meant)) = OPTION_SYNONYMS.iter().find(|(other, _)| *other == name) {
+        error.insert(ContextKind::SuggestedArg, ContextValue::String((*meant).to_owned()));
+        // That it could be a value helps nobody.
+        error.remove(ContextKind::Suggested);
+    }
+    error
 }
 
 /// The error for a word that can be neither a command nor a file.
 fn misspelled_command(word: &OsStr) -> Option<clap::Error> {
     let path = Path::new(word);
     let may_be_file = path.extension().is_some() || path.components().count() != 1 || path.exists();
-    if may_be_file || word.to_string_lossy().starts_with('-') {
+    let shown = word.to_string_lossy();
+    if may_be_file || shown.starts_with('-') {
         return None;
     }
-    // Of the word alone: what follows belongs to a command that does not exist.
-    let alone = [OsStr::new("pliant"), word];
-    let error = CommandsOnly::command()
-        .try_get_matches_from(alone)
-        .and_then(|matches| CommandsOnly::from_arg_matches(&matches));
-    error.err().filter(|error| error.kind() == ErrorKind::InvalidSubcommand)
+    let line = CommandLine::command();
+    let names: Vec<&str> = line.get_subcommands().map(clap::Command::get_name).collect();
+    if names.contains(&&*shown) {
+        return None;
+    }
+    let scene = path.with_extension("toml");
+    let meant = match nearest(&shown, &names) {
+        _ if scene.is_file() => format!("; did you mean `pliant run {}`?", scene.display()),
+        Some(command) => format!("; did you mean `pliant {command}`?"),
+        None => "; `pliant --help` lists the commands".to_owned(),
+    };
+    let message = format!("`{shown}` is neither a command nor a file{meant}");
+    Some(CommandLine::command().error(ErrorKind::InvalidSubcommand, message))
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use pliant_record::RecordError;
 use pliant_record::checkpoint::CheckpointError;
-use pliant_scene::{Problem, SceneError};
+use pliant_scene::{Problem, SceneError, near_file};
 use serde_json::{Value, json};
 
 use crate::printable;
@@ -78,7 +78,7 @@ impl Failure {
             _ => false,
         };
         let status = if avoidable { ExitStatus::Invalid } else { ExitStatus::Failed };
-        Failure { status, ..Failure::failed("recording", error.to_string() + &unfinished_beside(error)) }
+        Failure { status, ..Failure::failed("recording", error.to_string() + &advice(error)) }
     }
 
     /// A checkpoint could not be written or gone on from; only a disk that fails is no mistake of the user.
@@ -147,13 +147,32 @@ pub(crate) fn label(label: &str, message: &str, color: bool) -> String {
     let code = if label == "error" { "1;91" } else { "1;33" };
     if color { format!("\x1b[{code}m{label}\x1b[0m: {message}") } else { format!("{label}: {message}") }
 }
-/// Hint at a recording that is not finished, where the one that could not be read is not there.
-fn unfinished_beside(error: &RecordError) -> String {
-    let RecordError::Read { path, .. } = error else { return String::new() };
-    let [_, part, _] = pliant_record::files(path);
-    if path.exists() || !part.is_file() {
-        return String::new();
+
+/// What to do where the file that should be read is no recording, or not there.
+fn advice(error: &RecordError) -> String {
+    match error {
+        RecordError::NotMcap { path } if path.extension().is_some_and(|ending| ending == "toml") => {
+            let (scene, recording) = (path.display(), path.with_extension("mcap"));
+            let recorded = match recording.is_file() {
+                true => format!("; its recording is {}", recording.display()),
+                false => String::new(),
+            };
+            format!(": it is a scene, which `pliant run {scene} --view` runs and shows{recorded}")
+        }
+        RecordError::Read { path, .. } if !path.exists() => {
+            let [_, part, _] = pliant_record::files(path);
+            if part.is_file() {
+                return unfinished(&part);
+            }
+            near_file(path, "mcap")
+                .map_or_else(String::new, |near| format!("; did you mean {}?", near.display()))
+        }
+        _ => String::new(),
     }
+}
+
+/// Hint at a recording that is not finished.
+fn unfinished(part: &Path) -> String {
     let part = part.display();
     format!(
         "; {part} is there: its run goes on or was killed; `pliant info {part}` tells what it holds, \

@@ -12,6 +12,7 @@ use pliant::modes::{MassMatrix, Modes, ModesError};
 use pliant::simulation::StepError;
 use pliant::solver::SolveFailure;
 use pliant_scene::assembly::{Assembly, UnstableStep};
+use pliant_scene::{AffinePosition, PositionSpec};
 use serde_json::json;
 
 use crate::arguments::ModesArguments;
@@ -45,7 +46,7 @@ pub(crate) fn execute(arguments: &ModesArguments, terminal: Terminal) -> Result<
     }
     let found = match assembly.simulation.modes(arguments.count.get().into()) {
         Err(ModesError::Stopped) => return interrupted(terminal),
-        found => found.map_err(|error| Failure::failed("modes", error.to_string()))?,
+        found => found.map_err(|error| Failure::failed("modes", described(&error, &input)))?,
     };
     terminal.report(&describe(&found))?;
     let mut document = json!({ "status": ExitStatus::Done, "scene": input.source.name(), "modes": found });
@@ -62,6 +63,24 @@ pub(crate) fn execute(arguments: &ModesArguments, terminal: Terminal) -> Result<
     }
     terminal.document(&document)?;
     Ok(ExitStatus::Done)
+}
+
+/// Why there are no modes; where bodies start away from their shape at rest, how to start them in it.
+fn described(error: &ModesError, input: &Input) -> String {
+    let moved = input.scene.body.iter().enumerate().find_map(|(i, body)| Some((i, body.position.as_ref()?)));
+    let (ModesError::NotStable, Some((i, position))) = (error, moved) else { return error.to_string() };
+    let name = input.scene.body[i].name_or_default(i);
+    let remedy = match position {
+        PositionSpec::Affine(AffinePosition { matrix: Some(_), .. }) => {
+            let rows: &str = match input.scene.dimension {
+                2 => "[[1,0],[0,1]]",
+                _ => "[[1,0,0],[0,1,0],[0,0,1]]",
+            };
+            format!("`--set body.{i}.position.affine.matrix={rows}` starts it in that shape")
+        }
+        _ => "leave `position` out to start it in that shape".to_owned(),
+    };
+    format!("{error}; `{name}` starts away from its shape at rest by its `position`: {remedy}")
 }
 
 /// Asked to end before there is anything to tell.
