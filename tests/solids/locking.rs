@@ -123,8 +123,8 @@ fn few_cells_through_what_bends_are_counted_and_many_or_thick_ones_are_not() {
     }
 }
 
-/// Thin shells of second order whose straight sides are off their curve are said to bend too stiffly, those of
-/// more elements, thick and flat ones not.
+/// Thin shells of second order whose straight sides are off their curve are said to bend too stiffly, those
+/// of more elements, thick and flat ones not.
 #[test]
 fn facets_of_second_order_are_said_to_bend_too_stiffly() {
     let said = |mesh: Value| {
@@ -133,7 +133,9 @@ fn facets_of_second_order_are_said_to_bend_too_stiffly() {
     };
     let tube = |thickness: f64, around: usize| {
         let radii = [1.0 - thickness, 1.0];
-        json!({ "tube": { "inner_radius": radii[0], "outer_radius": 1.0, "height": 3.0, "cells": [1, around, 8] } })
+        let cells = [1, around, 8];
+        let [inner, outer] = radii;
+        json!({ "tube": { "inner_radius": inner, "outer_radius": outer, "height": 3.0, "cells": cells } })
     };
     let found = said(tube(0.02, 16));
     assert!(found.len() == 1 && found[0].contains("facets"), "{found:?}");

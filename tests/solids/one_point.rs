@@ -135,8 +135,8 @@ fn a_thick_cylinder_of_five_cells_does_not_lock() {
     }
 }
 
-// A strip of 10 x 1 (x 1), one end held along x alone, the other sheared: work over that of Timoshenko's beam.
-// Cells that bend by a moment of their own lack 1/(4 n^2) for n of them along the strip.
+// A strip of 10 x 1 (x 1), one end held along x alone, the other sheared: work over that of Timoshenko's
+// beam. Cells that bend by a moment of their own lack 1/(4 n^2) for n of them along the strip.
 #[test]
 fn strips_of_one_row_and_of_two_bend_as_a_beam_does() {
     for (d, poisson, cells, expected) in [
@@ -196,7 +196,10 @@ fn a_bar_twists_by_as_much_with_short_cells_as_with_long_ones() {
         let mut bar = Solid::grid(&[cells, 1, 1], &[6.0, 1.0, 1.0], isotropic("linear", 1e6, 0.3));
         bar = bar.of_kind(Kind::Whole);
         bar.pin = at_zero(3, 0);
-        let edge = |min: [f64; 3], max: [f64; 3], force: [f64; 3]| json!({ "box": { "min": min, "max": max }, "force": force });
+        let edge = |min: [f64; 3], max: [f64; 3], force: [f64; 3]| {
+            let place = json!({ "min": min, "max": max });
+            json!({ "box": place, "force": force })
+        };
         bar.load = json!([
             edge([6.0, 1.0, 0.0], [6.0, 1.0, 1.0], [0.0, 0.0, 0.5]),
             edge([6.0, 0.0, 0.0], [6.0, 0.0, 1.0], [0.0, 0.0, -0.5]),

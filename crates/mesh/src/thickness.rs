@@ -28,7 +28,8 @@ const START: [f64; 3] = [0.347, 0.322, 0.331];
 impl Mesh {
     /// Chords from the faces of the surface of a solid of linear elements, at most about `most` of them,
     /// evenly chosen; those that get lost by rounding are left out. Through quadrilaterals and hexahedra they
-    /// lead from the middle of a side to that of the opposite one. Empty without elements that fill the space.
+    /// lead from the middle of a side to that of the opposite one. Empty without elements that fill the
+    /// space.
     pub fn chords(&self, most: usize) -> Vec<Chord> {
         if let Some(block) = self.block() {
             return chords_of_cells(self, block, most);
@@ -233,7 +234,8 @@ mod tests {
         build(&serde_json::from_value(spec).unwrap(), dimension, ".".as_ref()).unwrap()
     }
 
-    /// In a grid every chord is an edge of the box, with the cells of the grid along it, whatever the cells are.
+    /// In a grid every chord is an edge of the box, with the cells of the grid along it, whatever the cells
+    /// are.
     #[test]
     fn chords_of_boxes_are_their_edges_and_cross_their_cells() {
         let boxes = [(vec![5, 3], vec![2.0, 0.3]), (vec![3, 4, 2], vec![1.0, 0.2, 0.5])];

@@ -1,5 +1,5 @@
-//! Bodies that lock: linear elements that are nearly incompressible, or few through a thickness that bends, and
-//! cells that are no parallelograms where few of them bend.
+//! Bodies that lock: linear elements that are nearly incompressible, or few through a thickness that bends,
+//! and cells that are no parallelograms where few of them bend.
 
 use std::collections::HashMap;
 
@@ -35,8 +35,8 @@ const PLACES: usize = 1000;
 const STRAIGHT: f64 = 1e-6;
 /// Faces that meet at a larger angle have an edge of the body between them: 45 degrees.
 const FOLD: f64 = std::f64::consts::FRAC_PI_4;
-/// From here on facets are said to be too stiff in bending. MacNeal and Harder's hemisphere, of 4, 8 and 16 cells
-/// of one layer a side, is 36, 4.4 and 1.3 times too stiff; 26, 2.5 and 1.1 are estimated.
+/// From here on facets are said to be too stiff in bending. MacNeal and Harder's hemisphere, of 4, 8 and 16
+/// cells of one layer a side, is 36, 4.4 and 1.3 times too stiff; 26, 2.5 and 1.1 are estimated.
 const FACETED: f64 = 1.25;
 /// From here on cells are said to be too stiff in bending.
 const EXCESS: f64 = 1.5;
@@ -89,9 +89,9 @@ fn trapezoids(body: &BodyAssembly, block: &CellBlock) -> Option<String> {
     let middle = *found.get(found.len() / 2)?;
     (middle > EXCESS).then(|| {
         format!(
-            "`{}` bends too stiffly: half of its {} or more are no parallelograms and resist bending {middle:.1} \
-             times as the solid does or more, with {cells} through its thickness of {} m; make opposite sides \
-             of cells parallel, or take simplices of `order = 2`",
+            "`{}` bends too stiffly: half of its {} or more are no parallelograms and resist bending \
+             {middle:.1} times as the solid does or more, with {cells} through its thickness of {} m; make \
+             opposite sides of cells parallel, or take simplices of `order = 2`",
             body.name,
             block.kind.plural,
             Rounded::<4>(thickness)
@@ -115,12 +115,12 @@ impl CellVisitor for BendingExcess<'_> {
     }
 }
 
-/// Of a thin body of second order in space whose sides are straight and whose surface is curved: its facets are
-/// a corrugated sheet.
+/// Of a thin body of second order in space whose sides are straight and whose surface is curved: its facets
+/// are a corrugated sheet.
 ///
-/// An arc that rises by `s` above the chord between two folds has the second moment `4/45 s^2` about its middle,
-/// beside `t^2/12` of the thickness `t`: across the folds a sheet of them is `1 + 16/15 (s/t)^2` times as stiff as
-/// a flat one.
+/// An arc that rises by `s` above the chord between two folds has the second moment `4/45 s^2` about its
+/// middle, beside `t^2/12` of the thickness `t`: across the folds a sheet of them is `1 + 16/15 (s/t)^2`
+/// times as stiff as a flat one.
 fn facets(body: &BodyAssembly) -> Option<String> {
     if body.mesh.dimension < 3 || body.thickness.is_some() || is_curved(&body.mesh) {
         return None;
@@ -136,9 +136,10 @@ fn facets(body: &BodyAssembly) -> Option<String> {
     let excess = 1.0 + 16.0 / 15.0 * (rise / thickness).powi(2);
     (excess > FACETED).then(|| {
         format!(
-            "`{}` bends too stiffly: its surface is curved, its elements of second order have straight sides, and \
-             half of its faces or more are off the curve by {} m or more, with {} m of thickness; such facets are \
-             about {excess:.1} times as stiff in bending or more; give more elements along the curve, or curved sides",
+            "`{}` bends too stiffly: its surface is curved, its elements of second order have straight \
+             sides, and half of its faces or more are off the curve by {} m or more, with {} m of thickness; \
+             such facets are about {excess:.1} times as stiff in bending or more; give more elements along \
+             the curve, or curved sides",
             body.name,
             Rounded::<2>(*rise),
             Rounded::<4>(thickness)
@@ -158,8 +159,8 @@ fn is_curved(mesh: &Mesh) -> bool {
     mesh.tetrahedra.iter().zip(&mesh.tetrahedron_middles).any(is_off)
 }
 
-/// How far each triangle of the surface is off a curve through its neighbours [m], where no two of them meet at
-/// an edge of the body, and its area [m^2].
+/// How far each triangle of the surface is off a curve through its neighbours [m], where no two of them meet
+/// at an edge of the body, and its area [m^2].
 fn rises(mesh: &Mesh) -> Vec<(f64, f64)> {
     let faces = mesh.surface_triangles();
     let edge = |a: usize, b: usize| -> [f64; 3] {

@@ -6,9 +6,9 @@ use crate::algebra::Mat;
 use crate::element::Isoparametric;
 use crate::material::Tangent;
 
-/// The largest part, over axes of the cell, of its energy where nodes move as those of a solid that bends, `u =
-/// (x y, -x^2/2)` with `x` along one axis and `y` across it, by the energy of the solid: 1 for parallelepipeds.
-/// The solid has no Poisson's ratio.
+/// The largest part, over axes of the cell, of its energy where nodes move as those of a solid that bends, `u
+/// = (x y, -x^2/2)` with `x` along one axis and `y` across it, by the energy of the solid: 1 for
+/// parallelepipeds. The solid has no Poisson's ratio.
 pub fn bending_excess<const D: usize, const N: usize>(
     cell: &Isoparametric<D, N>,
     nodes: &[[f64; D]; N],

@@ -126,8 +126,8 @@ impl<S: Scalar, const D: usize> RestModuli<S, D> {
         stress
     }
 
-    /// `A - c n^T` without traction across `n`, and `c`. Where nothing resists shear, as in a fluid, it has no
-    /// pressure across `n`; it is `A` itself where nothing resists that.
+    /// `A - c n^T` without traction across `n`, and `c`. Where nothing resists shear, as in a fluid, it has
+    /// no pressure across `n`; it is `A` itself where nothing resists that.
     fn without_traction(&self, a: &Mat<S, D>, n: &[S; D]) -> (Mat<S, D>, [S; D]) {
         let mut acoustic = Mat::zero();
         for i in 0..D {

@@ -11,12 +11,12 @@
 //! nearly incompressible. Reese, Wriggers 2000, "A stabilization technique to avoid hourglassing in finite
 //! elasticity", Int. J. Numer. Meth. Eng. 48, 79; further sources in [`hourglass`].
 //!
-//! Small strains of this element are published; how amplitudes follow a large strain is a choice. `cof(F)^T q`
-//! is a polynomial, exists for inverted cells and keeps the stiffness in bending of a stretched strip within a
-//! quarter from 0.7 to 1.5 times its length; beyond twice its length a strip is too soft. `R^T q` of Belytschko
-//! and Bindeman, corotational, is up to 2.2 times too stiff there and half as stiff as the strip in compression.
-//! A material that is linear in `F` has `z = q`. The material sees one `F`: a cell may fold at a corner while
-//! `det F` stays positive.
+//! Small strains of this element are published; how amplitudes follow a large strain is a choice. `cof(F)^T
+//! q` is a polynomial, exists for inverted cells and keeps the stiffness in bending of a stretched strip
+//! within a quarter from 0.7 to 1.5 times its length; beyond twice its length a strip is too soft. `R^T q` of
+//! Belytschko and Bindeman, corotational, is up to 2.2 times too stiff there and half as stiff as the strip
+//! in compression. A material that is linear in `F` has `z = q`. The material sees one `F`: a cell may fold
+//! at a corner while `det F` stays positive.
 
 mod collapse;
 mod distortion;

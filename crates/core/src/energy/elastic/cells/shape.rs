@@ -1,9 +1,9 @@
 //! Derivatives of cells by their shape at rest, and by the axes of their material.
 //!
 //! What forces do along `p` is `w = p . dE/dx`, a function of the rest data of [`rest`](super::rest). Its
-//! derivatives by these numbers are the change along `p` of those of the energy, `x_a . (V P)` by `b_a` and so
-//! on: the force on the shape at rest of Eshelby 1975, "The elastic energy-momentum tensor", J. Elasticity 5,
-//! 321. Dual numbers give them in one pass. Those by the nodes at rest, or by rotations of the material,
+//! derivatives by these numbers are the change along `p` of those of the energy, `x_a . (V P)` by `b_a` and
+//! so on: the force on the shape at rest of Eshelby 1975, "The elastic energy-momentum tensor", J. Elasticity
+//! 5, 321. Dual numbers give them in one pass. Those by the nodes at rest, or by rotations of the material,
 //! follow from there. What forces change where rest data move is their change on dual numbers.
 
 use rayon::prelude::*;
@@ -200,8 +200,8 @@ impl<const D: usize, const N: usize> ShapedCells<D, N> {
         self.viscosity != (0.0, 0.0)
     }
 
-    /// Adds the derivatives of `p . dR/dv` of a cell by its rest data, a form of the rates of strain of `v` and
-    /// of `p`.
+    /// Adds the derivatives of `p . dR/dv` of a cell by its rest data, a form of the rates of strain of `v`
+    /// and of `p`.
     fn add_viscous_rates(
         &self,
         rest: &CellRest<f64, D, N>,
