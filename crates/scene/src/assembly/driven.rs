@@ -38,6 +38,9 @@ pub(super) fn warning(scene: &Scene, simulation: &Simulation, bodies: &[BodyAsse
             walls.iter().map(move |wall| DrivenPin { body, pin, wall, deepest: (f64::MIN, 0.0) })
         })
         .collect();
+    if driven.is_empty() {
+        return None;
+    }
     let (mut x, mut v) = (simulation.state().x().to_vec(), vec![0.0; simulation.state().x().len()]);
     for moment in 0..=MOMENTS {
         let t = scene.time.duration * f64::from(moment) / f64::from(MOMENTS);
