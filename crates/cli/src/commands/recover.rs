@@ -19,12 +19,16 @@ pub(crate) fn execute(arguments: &RecoverArguments, terminal: Terminal) -> Resul
     };
     Failure::unless_file(&out)?;
     let recovered = read::recover(part, &out, arguments.force).map_err(|error| Failure::recording(&error))?;
+    let unneeded = if recovered.skipped.is_empty() {
+        format!("\n{} is no longer needed", part.display())
+    } else {
+        String::new()
+    };
     terminal.report(&format!(
-        "recovered {}, up to t = {} s, into {}\n{} is no longer needed",
+        "recovered {}, up to t = {} s, into {}{unneeded}",
         counted(recovered.frames, "frame", "frames"),
         number(recovered.last_time),
         recovered.path.display(),
-        part.display(),
     ))?;
     for damage in &recovered.skipped {
         terminal.warn(&format!("damaged and left out: {damage}"));
