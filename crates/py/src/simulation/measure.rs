@@ -128,8 +128,8 @@ impl PySimulation {
     /// --------
     /// >>> simulation.energy()["kinetic"]
     /// 0.0
-    /// >>> simulation.energy(simulation.rest_positions)["elastic"]
-    /// 0.0
+    /// >>> simulation.energy(simulation.positions)["elastic"] == simulation.energy()["elastic"]
+    /// True
     #[pyo3(signature = (positions = None, velocities = None, *, by_term = false))]
     fn energy<'py>(
         &self,
