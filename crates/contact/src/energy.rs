@@ -419,15 +419,6 @@ impl<const D: usize> Measurements for ContactEnergy<D> {
 }
 
 impl<const D: usize> WatchedContacts for ContactEnergy<D> {
-    fn crossing(&self, from: &[f64], to: &[f64]) -> Option<Fault> {
-        if self.allows_crossing {
-            return None;
-        }
-        let dx: Vec<f64> = to.iter().zip(from).map(|(to, from)| to - from).collect();
-        let first = self.first_on_way(from, &dx, WayEnd::Crossing)?;
-        Some(Fault::Crossing { pair: self.named_pair(&first.primitives) })
-    }
-
     fn extremes(&self, (x, v): (&[f64], &[f64]), inverse_mass: &[f64], time: f64) -> ContactExtremes {
         let mut search = locked(&self.search);
         let contacts = search.contacts_at(&self.model, x);
@@ -444,6 +435,15 @@ impl<const D: usize> WatchedContacts for ContactEnergy<D> {
 }
 
 impl<const D: usize> TouchingSurfaces for ContactEnergy<D> {
+    fn crossing(&self, from: &[f64], to: &[f64]) -> Option<Fault> {
+        if self.allows_crossing {
+            return None;
+        }
+        let dx: Vec<f64> = to.iter().zip(from).map(|(to, from)| to - from).collect();
+        let first = self.first_on_way(from, &dx, WayEnd::Crossing)?;
+        Some(Fault::Crossing { pair: self.named_pair(&first.primitives) })
+    }
+
     fn pairs(&self, x: &[f64], v: &[f64]) -> Vec<TouchingPair> {
         let mut search = locked(&self.search);
         let contacts = search.contacts_at(&self.model, x);

@@ -4,6 +4,7 @@ use pliant::lanes::{Kernel, Lanes, WIDTH, dispatch};
 use rayon::prelude::*;
 use std::marker::PhantomData;
 
+use crate::barrier::PotentialForm;
 use crate::broad_phase::Bounds;
 use crate::candidates::CandidatePairs;
 use crate::ccd::{GapLimit, safe_step, safe_step_to_half_space};
@@ -21,7 +22,8 @@ const TASK: usize = 512;
 pub(crate) enum WayEnd {
     /// Where a tenth of a gap is left.
     Gap,
-    /// Where primitives without an inside pass through each other; half-spaces have one.
+    /// Where primitives without an inside pass through each other, or far into radii that a barrier keeps
+    /// free; half-spaces have an inside.
     Crossing,
 }
 
@@ -35,6 +37,8 @@ pub(crate) struct Way<'a> {
 
 /// What comes nearer than this part of the reach has crossed.
 const CROSSED: f64 = 1e-6;
+/// Part of the radii that straight ways stay out of as long as nothing turns by more than 120 degrees.
+const CORE: f64 = 0.5;
 /// How often a search that has ended on the way is taken up again.
 const CONTINUATIONS: usize = 10;
 
@@ -121,8 +125,8 @@ impl Way<'_> {
             let near: Vec<_> = numbered.filter(|(_, may_meet)| *may_meet).map(|(pair, _)| pair).collect();
             if self.ends == WayEnd::Crossing {
                 let part = |v: &[u32; N]| {
-                    let near = self.near(model.law(v[0], v[N - 1]));
-                    crossing::<K, D, N>(&rows(self.x, v), &rows(self.dx, v), near)
+                    let limit = passed(model.law(v[0], v[N - 1]));
+                    crossing::<K, D, N>(&rows(self.x, v), &rows(self.dx, v), &limit)
                 };
                 return smallest(near.iter().map(|(i, v)| (part(v), *i)));
             }
@@ -141,10 +145,11 @@ impl Way<'_> {
 
     /// Distance at which a pair is looked at [m].
     fn near(&self, law: &ContactLaw) -> f64 {
-        match self.ends {
-            WayEnd::Crossing => CROSSED * law.barrier.reach,
-            WayEnd::Gap => law.barrier.reach + law.barrier.offset,
-        }
+        let GapLimit { reach, offset } = match self.ends {
+            WayEnd::Crossing => passed(law),
+            WayEnd::Gap => gap(law),
+        };
+        reach + offset
     }
 
     fn planes<const D: usize>(&self, model: &ContactModel) -> Option<Obstruction> {
@@ -219,16 +224,24 @@ impl Way<'_> {
     }
 }
 
-/// The part of the motion from `x` to `x + dx` after which two primitives are nearer than `near` [m]; 1 where
-/// they never are. One that cannot be shown to be free counts as not free.
+/// The part of the motion from `x` to `x + dx` after which two primitives are nearer than `limit`, or than
+/// both ends of the way allow; 1 where they never are. One that cannot be shown to be free counts as not free.
 fn crossing<K: Primitives<D, N>, const D: usize, const N: usize>(
     x: &[[f64; D]; N],
     dx: &[[f64; D]; N],
-    near: f64,
+    limit: &GapLimit,
 ) -> f64 {
     let (mut at, mut rest, mut time) = (*x, *dx, 0.0);
+    let mut to = *x;
+    for i in 0..N {
+        (0..D).for_each(|k| to[i][k] += dx[i][k]);
+    }
+    let [start, end] = [x, &to].map(|x| K::closest(x).squared_distance.sqrt());
+    let offset = limit.offset.min(CORE * start.min(end));
+    let near = offset + limit.reach.min(end - offset);
     for _ in 0..CONTINUATIONS {
-        let part = safe_step::<K, f64, D, N>(&at, &rest, &GapLimit { reach: near, offset: 0.0 }, 1.0).time;
+        let gap = GapLimit { reach: near - offset, offset };
+        let part = safe_step::<K, f64, D, N>(&at, &rest, &gap, 1.0).time;
         if part >= 1.0 {
             return 1.0;
         }
@@ -284,6 +297,13 @@ impl<K: Primitives<D, N>, const D: usize, const N: usize> Kernel for Collisions<
 
 fn gap(law: &ContactLaw) -> GapLimit {
     GapLimit { reach: law.barrier.reach, offset: law.barrier.offset }
+}
+
+/// What is nearer has passed: barriers keep all of the radii free, but not on the straight way.
+fn passed(law: &ContactLaw) -> GapLimit {
+    let ContactLaw { barrier, .. } = law;
+    let core = if barrier.form == PotentialForm::Barrier { CORE * barrier.offset } else { 0.0 };
+    GapLimit { reach: CROSSED * barrier.reach, offset: core }
 }
 
 /// The one that leaves less, the first where they are equal.

@@ -365,6 +365,10 @@ pub struct TouchingPair {
 
 /// A term in which surfaces touch.
 pub trait TouchingSurfaces {
+    /// Surfaces without an inside that pass through each other on the straight way `from` one configuration
+    /// `to` another [m]; `None` where none do, or where they may.
+    fn crossing(&self, from: &[f64], to: &[f64]) -> Option<Fault>;
+
     /// All pairs that touch at `x` and how they rub at `v`, flat [m] and [m/s], in a fixed order.
     fn pairs(&self, x: &[f64], v: &[f64]) -> Vec<TouchingPair>;
 
@@ -503,12 +507,8 @@ impl ContactExtremes {
     }
 }
 
-/// A term whose surfaces forces alone keep apart: a step may lead through them, and each is looked at.
+/// A term whose surfaces forces alone keep apart: a step may lead through them.
 pub trait WatchedContacts {
-    /// Surfaces without an inside that pass through each other on the straight way `from` one configuration
-    /// `to` another [m]; `None` where none do, or where they may.
-    fn crossing(&self, from: &[f64], to: &[f64]) -> Option<Fault>;
-
     /// The worst contacts at positions `x` [m] and velocities `v` [m/s] at `time` [s]; `inverse_mass` [1/kg]
     /// of every coordinate, zero where it is held.
     fn extremes(&self, state: (&[f64], &[f64]), inverse_mass: &[f64], time: f64) -> ContactExtremes;

@@ -315,6 +315,12 @@ fn advice(fault: &Option<Fault>, step: f64, stable: Option<f64>, parts: &str) ->
         ),
         _ => format!("; try a smaller step, {half} s{parts}", half = Rounded::<5>(half)),
     };
+    if matches!(fault, Some(Fault::Crossing { .. })) && !parts.is_empty() {
+        return format!(
+            "; the solve has led round an edge: try a smaller step, {half} s{parts}",
+            half = Rounded::<5>(half)
+        );
+    }
     if matches!(fault, Some(Fault::Crossing { .. })) {
         return format!(
             "; contact in explicit steps stops only so much: try a smaller step, {half} s, a larger \

@@ -1,7 +1,11 @@
 //! Steps that are not solved are taken in halves.
 
 use super::{Retried, Simulation};
+use crate::energy::Fault;
 use crate::solver::StepFault;
+
+/// How often a step that has led surfaces through each other is halved, whatever the options.
+const CROSSING_HALVINGS: u32 = 10;
 
 /// Steps that were not solved at once, in counts that do not depend on the machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -47,7 +51,9 @@ impl Simulation {
             Ok(()) => return Ok(()),
             Err(fault) => fault,
         };
-        let most = self.solver.retries;
+        // A straight way may cut a corner that a shorter one goes round: no sign that equations are too hard.
+        let crosses = matches!(fault.fault, Some(Fault::Crossing { .. }));
+        let most = self.solver.retries.max(if crosses { CROSSING_HALVINGS } else { 0 });
         if most == 0 || self.method.documentation.solves == 0 {
             return Err((fault, None));
         }
@@ -106,12 +112,13 @@ impl Simulation {
 
     /// One step of the scheme, of `h` [s]: what every step begins and ends with, whatever the scheme. Where a
     /// term guards the ways of vertices, a scheme whose solves do not end at its new positions must have come
-    /// there straight; where forces alone keep surfaces apart, its straight way must not lead through them.
+    /// there straight. Whatever the scheme, the straight way of a step must not lead surfaces through each
+    /// other: forces may be too weak to stop them, and corrections of a solve may lead round an edge.
     pub(super) fn attempt(&mut self, h: f64) -> Result<(), StepFault> {
         let Simulation { system, state, integrator, method, .. } = self;
         system.begin_step(state.x(), state.v(), h);
         let is_guarded = system.has_guards() && !method.ends_at_solution();
-        let before = (is_guarded || system.is_watched()).then(|| state.x().to_vec());
+        let before = (is_guarded || system.touches()).then(|| state.x().to_vec());
         integrator.step(system, state, h)?;
         let fault = |before: Vec<f64>| {
             let guarded = is_guarded.then(|| system.way_fault(&before, state.x())).flatten();

@@ -3,7 +3,8 @@
 use super::{ForceId, System, fresh};
 use crate::constraint::Hold;
 use crate::energy::{
-    ChangingStencils, ContactExtremes, EnergyTerm, Fault, ObstructedMotion, WatchedContacts, WayObstruction,
+    ChangingStencils, ContactExtremes, EnergyTerm, Fault, ObstructedMotion, TouchingSurfaces,
+    WatchedContacts, WayObstruction,
 };
 
 /// Tells one term from any other in this process.
@@ -130,7 +131,7 @@ impl System {
         self.shortened_way(from, &dx).map(|(_, term)| Fault::Way { term })
     }
 
-    /// True if forces alone keep surfaces apart: every step must then be looked at.
+    /// True if forces alone keep surfaces apart: the worst contacts of every step are then noted.
     pub(crate) fn is_watched(&self) -> bool {
         self.is_watched
     }
@@ -139,10 +140,19 @@ impl System {
         self.terms.iter().filter_map(|term| term.watched())
     }
 
+    /// True if any surfaces touch: every step must then be looked at.
+    pub(crate) fn touches(&self) -> bool {
+        self.touching().next().is_some()
+    }
+
+    fn touching(&self) -> impl Iterator<Item = &dyn TouchingSurfaces> {
+        self.terms.iter().filter_map(|term| term.touching())
+    }
+
     /// Fault of the straight way `from` one configuration `to` another, where it leads surfaces through each
-    /// other that forces alone keep apart.
+    /// other.
     pub(crate) fn crossing(&self, from: &[f64], to: &[f64]) -> Option<Fault> {
-        self.watched().find_map(|term| term.crossing(from, to))
+        self.touching().find_map(|term| term.crossing(from, to))
     }
 
     /// The worst contacts at `(x, v)`, of surfaces that forces alone keep apart.
