@@ -1,11 +1,13 @@
 //! The names of a file under construction.
 
-use std::fs::{File, OpenOptions, TryLockError};
+use std::fs::{File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
 
 use super::RecordError;
+use pliant_files::durable_file;
 pub(super) use pliant_files::durable_file::{sync_directory_of, with_suffix};
+use pliant_files::regular_file;
 
 /// `<path>.part`: the file until it is complete.
 pub(super) fn part_of(path: &Path) -> PathBuf {
@@ -24,22 +26,29 @@ pub fn files(path: &Path) -> [PathBuf; 3] {
     [path.to_owned(), part, tail]
 }
 
-/// Creates a file that is empty and that this process alone writes.
+/// Creates a file that is empty and that this process alone writes. A file that is overwritten is removed
+/// first: other names of it, and what a link leads to, keep their content.
 ///
 /// # Errors
 /// [`RecordError::LeftOver`] if it exists and must not be overwritten, [`RecordError::InUse`] if another
 /// process writes it, [`RecordError::Write`] if it cannot be created.
 pub(super) fn create_exclusive(path: &Path, overwrite: bool) -> Result<File, RecordError> {
     let write_error = |source| RecordError::Write { path: path.to_owned(), frame: None, source };
-    let mut options = OpenOptions::new();
-    // Not truncated before the lock is ours.
-    options.write(true).create(overwrite).create_new(!overwrite);
-    let file = options.open(path).map_err(|source| match source.kind() {
+    let created = if overwrite {
+        match regular_file::open(path) {
+            Ok(there) => ensure_unlocked(&there, path)?,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+            Err(error) => return Err(write_error(error)),
+        }
+        durable_file::create(path)
+    } else {
+        File::create_new(path)
+    };
+    let file = created.map_err(|source| match source.kind() {
         io::ErrorKind::AlreadyExists => RecordError::LeftOver { part: path.to_owned() },
         _ => write_error(source),
     })?;
     ensure_unlocked(&file, path)?;
-    file.set_len(0).map_err(write_error)?;
     Ok(file)
 }
 

@@ -3,10 +3,11 @@
 mod whole;
 
 use std::ffi::OsStr;
-use std::fs::{self, File};
+use std::fs;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
+use pliant_files::durable_file;
 use pliant_record::export::{Export, ExportError, write_pvd};
 use serde_json::json;
 
@@ -239,10 +240,8 @@ pub(super) fn replace(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> Result<(), ExportError>,
 ) -> Result<(), Failure> {
-    let mut part = path.as_os_str().to_owned();
-    part.push(".part");
-    let part = PathBuf::from(part);
-    let written = File::create(&part).map_err(ExportError::from).and_then(|file| {
+    let part = durable_file::with_suffix(path, ".part");
+    let written = durable_file::create(&part).map_err(ExportError::from).and_then(|file| {
         let mut out = BufWriter::new(file);
         write(&mut out)?;
         out.flush()?;

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use pliant::modes::{Silent, Sound, SoundError, Strike};
+use pliant_files::durable_file;
 use pliant_scene::assembly::Assembly;
 use serde_json::{Value, json};
 
@@ -50,7 +51,7 @@ pub(super) fn write(
     let samples = sound.samples(options.seconds, PEAK);
     let bytes = wav::encode(&samples, SAMPLE_RATE, options.bits)
         .map_err(|error| cannot_write(path, &error.to_string()))?;
-    replace(path, &bytes).map_err(|error| cannot_write(path, &error.to_string()))?;
+    durable_file::replace(path, &bytes).map_err(|error| cannot_write(path, &error.to_string()))?;
     Ok(WrittenSound {
         path: path.to_owned(),
         sound,
@@ -90,16 +91,6 @@ fn vertex_at(place: &VertexChoice, option: &str, assembly: &Assembly) -> Result<
             Ok(vertex)
         }
     }
-}
-
-/// Writes beside the place and moves: what is there is whole.
-fn replace(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
-    let mut part = path.as_os_str().to_owned();
-    part.push(".part");
-    std::fs::write(&part, bytes).and_then(|()| std::fs::rename(&part, path)).inspect_err(|_| {
-        // Half a file is of no use.
-        let _ = std::fs::remove_file(&part);
-    })
 }
 
 fn cannot_write(path: &Path, error: &str) -> Failure {

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use pliant_files::durable_file;
 use pliant_lab::study::report::StudyReport;
 use pliant_lab::study::{Results, csv};
 use serde_json::Value;
@@ -87,10 +88,7 @@ impl Files {
 
 fn put(path: &Path, text: &str) -> Result<(), Failure> {
     // Whole or not at all: a report may be open in a browser.
-    let part = path.with_extension("part");
-    std::fs::write(&part, text)
-        .and_then(|()| std::fs::rename(&part, path))
-        .map_err(|error| failed(path, &error))
+    durable_file::replace(path, text.as_bytes()).map_err(|error| failed(path, &error))
 }
 
 fn failed(path: &Path, error: &std::io::Error) -> Failure {

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::super::plan::TimeGrid;
 use super::Reference;
+use pliant_files::durable_file;
 use pliant_files::fnv::fnv1a;
 use pliant_scene::{Body, Scene, Time};
 
@@ -73,6 +74,6 @@ impl Store {
     pub(crate) fn save(&self, scene: &Scene, grid: &TimeGrid, reference: &Reference) -> std::io::Result<()> {
         let Some(folder) = &self.0 else { return Ok(()) };
         let kept = StoredReference { problem: problem(scene, grid), reference: reference.clone() };
-        std::fs::write(Self::path(folder, scene, grid), serde_json::to_vec(&kept)?)
+        durable_file::replace(&Self::path(folder, scene, grid), &serde_json::to_vec(&kept)?)
     }
 }
