@@ -20,8 +20,9 @@ use serde_json::{Value, json};
 use crate::support::particles::{chain, soft_double_pendulum};
 use crate::support::{advance, assert_relative, distance, method, methods, methods_of_measurable_order};
 
-/// A square or cube about the origin, thrown with a spin, gravity on it, stretched at the start.
-fn thrown(dimension: usize, method: Method, damping: &Value, h: f64) -> Simulation {
+/// A square or cube about the origin, thrown with a spin, gravity on it, stretched at the start, with this
+/// damping and ether drag [1/s].
+fn thrown(dimension: usize, method: Method, (damping, ether_drag): (&Value, f64), h: f64) -> Simulation {
     let d = dimension;
     let (cells, size, origin) = (vec![3; d], vec![1.0; d], vec![-0.5; d]);
     let mut matrix = vec![vec![0.0; d]; d];
@@ -32,7 +33,7 @@ fn thrown(dimension: usize, method: Method, damping: &Value, h: f64) -> Simulati
     let scene: Scene = serde_json::from_value(json!({
         "dimension": d,
         "time": { "integrator": method.documentation.name, "step": h, "duration": 1.0 },
-        "world": { "gravity": ([0.0, -9.81, 0.0][..d]) },
+        "world": { "gravity": ([0.0, -9.81, 0.0][..d]), "ether_drag": ether_drag },
         "body": [{
             "mesh": { "grid": { "cells": cells, "size": size, "origin": origin } },
             "elastic": { "stable-neo-hookean": { "young": 1e5, "poisson": 0.3 } },
@@ -71,7 +72,7 @@ fn norm(a: &[f64]) -> f64 {
     a.iter().map(|a| a * a).sum::<f64>().sqrt()
 }
 
-// README, promise 6: every kind of damping but `mass_proportional`, at once.
+// README, promise 6: every kind of damping but `mass_proportional` and `ether_drag`, at once.
 #[test]
 fn a_spinning_falling_body_keeps_momentum_and_spin_while_its_vibration_dies() {
     let damping = json!({
@@ -79,7 +80,7 @@ fn a_spinning_falling_body_keeps_momentum_and_spin_while_its_vibration_dies() {
     });
     for dimension in [2, 3] {
         for name in ["symplectic-euler", "velocity-verlet", "yoshida4"] {
-            let mut simulation = thrown(dimension, method(name), &damping, 2.5e-4);
+            let mut simulation = thrown(dimension, method(name), (&damping, 0.0), 2.5e-4);
             let mass: f64 = simulation.system().mass().iter().sum();
             let (p, l) = momenta(&mut simulation);
             let power = |s: &mut Simulation| {
@@ -111,22 +112,27 @@ fn a_spinning_falling_body_keeps_momentum_and_spin_while_its_vibration_dies() {
     }
 }
 
-// Rayleigh's alpha: rigid motion slows down as exp(-alpha t), by its name.
+// README, promise 6: both slow rigid motion down as exp(-alpha t), Rayleigh's alpha and the drag of the
+// ether.
 #[test]
-fn mass_proportional_damping_slows_a_fall_as_it_says() {
-    let mut simulation = thrown(2, method("rk4"), &json!({ "mass_proportional": 2.0 }), 2.5e-4);
-    let (p, l) = momenta(&mut simulation);
-    let mass: f64 = simulation.system().mass().iter().sum();
-    advance(&mut simulation, 4000);
-    let (p_end, l_end) = momenta(&mut simulation);
-    let decay = (-2.0f64).exp();
-    assert_relative(p_end[0], p[0] * decay, 1e-10, "momentum along x");
-    let fall = -mass * 9.81 * (1.0 - decay) / 2.0;
-    assert_relative(p_end[1], p[1] * decay + fall, 1e-10, "momentum along y");
-    assert_relative(l_end[2], l[2] * decay, 1e-6, "spin");
+fn mass_proportional_damping_and_ether_drag_slow_a_fall_as_they_say() {
+    for (name, alpha, drag) in [("mass_proportional", 2.0, 0.0), ("ether_drag", 0.0, 2.0)] {
+        let damping = json!({ "mass_proportional": alpha });
+        let mut simulation = thrown(2, method("rk4"), (&damping, drag), 2.5e-4);
+        let (p, l) = momenta(&mut simulation);
+        let mass: f64 = simulation.system().mass().iter().sum();
+        advance(&mut simulation, 4000);
+        let (p_end, l_end) = momenta(&mut simulation);
+        let decay = (-2.0f64).exp();
+        assert_relative(p_end[0], p[0] * decay, 1e-10, &format!("{name}: momentum along x"));
+        let fall = -mass * 9.81 * (1.0 - decay) / 2.0;
+        assert_relative(p_end[1], p[1] * decay + fall, 1e-10, &format!("{name}: momentum along y"));
+        assert_relative(l_end[2], l[2] * decay, 1e-6, &format!("{name}: spin"));
+    }
 }
 
-/// The soft double pendulum with dashpots beside its springs and damping in proportion to the mass, at t = 1.
+/// The soft double pendulum with dashpots beside its springs and damping in proportion to the mass, at t =
+/// 1.
 fn damped_pendulum(method: Method, steps: usize) -> Vec<f64> {
     let mut simulation = soft_double_pendulum(method, 1.0 / steps as f64);
     let rest = simulation.state().x().to_vec();
