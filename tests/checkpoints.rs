@@ -9,8 +9,8 @@ use pliant::simulation::{Checkpoint, Simulation};
 use pliant_scene::assembly::{Assembly, UnstableStep};
 use pliant_scene::{Scene, Source};
 
+use crate::support::method;
 use crate::support::particles::figure_eight;
-use crate::support::{assert_relative, method};
 
 /// All that steps may remember: two tied bodies, damped, loaded, between walls, under gravity that changes;
 /// pins that stay, that let go after 12 ms, that move, that move and jump.
@@ -67,8 +67,8 @@ fn go(simulation: &mut Simulation, steps: usize, what: &str) {
     }
 }
 
-/// Takes `steps` steps with a checkpoint after each of `taken`, in one go, and goes on from each of them in a
-/// simulation assembled anew.
+/// Takes `steps` steps with a checkpoint after each of `taken`, in one go, and goes on from each of them in
+/// a simulation assembled anew.
 fn assert_resumed_is_never_stopped(
     what: &str,
     build: impl Fn() -> Simulation,
@@ -224,13 +224,12 @@ impl Observer for Witness {
         Ok(())
     }
 
-    fn checkpoint(&mut self, notes: &mut Notes) -> Result<(), ObserverError> {
+    fn note(&mut self, notes: &mut Notes) {
         notes.insert("frames".into(), self.0.len().to_string().into_bytes());
-        Ok(())
     }
 }
 
-/// Takes a checkpoint after these steps, and interrupts the run after the last if that is asked for.
+/// Keeps the last checkpoint after these steps, and interrupts the run after the first if that is asked for.
 struct At<'a> {
     steps: Vec<u64>,
     kept: Vec<RunCheckpoint>,
@@ -251,8 +250,8 @@ impl Checkpoints for At<'_> {
     }
 }
 
-/// A run of the scene with checkpoints after these steps, from a checkpoint where one is given; stopped by
-/// the first, where that is asked for.
+/// A run of the scene that keeps checkpoints after these steps, from a checkpoint where one is given;
+/// stopped by the first, where that is asked for.
 fn whole_run(
     scene: &Scene,
     steps: &[u64],
@@ -318,25 +317,91 @@ fn a_run_that_is_done_goes_on() {
     assert_eq!(format!("{resumed:?}"), format!("{end:?}"));
 }
 
-/// Explicit schemes have nothing to forget: the state is that of a run without checkpoints.
-#[test]
-fn a_checkpoint_does_not_disturb_explicit_schemes() {
-    let scene = Scene::from_toml(BODIES).unwrap();
-    let (checked, with, _) = whole_run(&scene, &[5, 12], None, false);
+/// A run of the scene without checkpoints.
+fn unchecked_run(scene: &Scene) -> (Witness, Summary) {
     let mut simulation = scene.assemble(UnstableStep::Accept).ok().unwrap().simulation;
     let mut witness = Witness::default();
+    let mut observers: Vec<&mut dyn Observer> = vec![&mut witness];
+    count_losses_for(&mut simulation, &observers);
     let plan: Plan = scene.plan();
-    let without = run(&mut simulation, &plan, &mut [&mut witness], &AtomicBool::new(false));
-    assert!(with.end.balance.is_some() && with.motion_jumps.is_some());
-    assert_eq!(with.end.balance, without.end.balance);
-    assert_eq!(with.motion_jumps, without.motion_jumps);
-    assert_eq!((with.frames, with.energy_scale), (without.frames, without.energy_scale));
-    assert_relative(with.largest_energy_change, without.largest_energy_change, 1e-9, "largest change");
-    let places = |frames: &Witness| -> Vec<String> {
-        let part = |frame: &String| {
-            frame[frame.find(" x: ").unwrap()..frame.find("diagnostics").unwrap()].to_owned()
-        };
-        frames.0.iter().map(part).collect()
+    let summary = run(&mut simulation, &plan, &mut observers, &AtomicBool::new(false));
+    (witness, summary)
+}
+
+/// A run has the same frames, measurements, work and closing numbers whichever of its checkpoints are kept,
+/// if any, and goes on from each of them with the same bits. Returns how many could be kept, but for that
+/// of the start.
+fn assert_checkpoints_change_nothing(what: &str, scene: &Scene) -> usize {
+    let (plain, end) = unchecked_run(scene);
+    let end = format!("{end:?}");
+    let mut most = vec![];
+    for every in [1, 7] {
+        let steps: Vec<u64> = (0..100_000).step_by(every).collect();
+        let (checked, with, kept) = whole_run(scene, &steps, None, false);
+        assert_eq!(checked.0, plain.0, "{what}, every {every} steps");
+        assert_eq!(format!("{with:?}"), end, "{what}, every {every} steps");
+        if every == 1 {
+            most = kept;
+        }
+    }
+    most.dedup_by_key(|kept| kept.simulation.snapshot().step);
+    for kept in most.iter().skip(1).step_by(most.len().div_ceil(5)) {
+        let (rest, resumed, _) = whole_run(scene, &[], Some(kept), false);
+        let step = kept.simulation.snapshot().step;
+        let shown = kept.run.frames() as usize;
+        assert_eq!(rest.0, plain.0[shown..], "{what} from step {step}");
+        assert_eq!(format!("{resumed:?}"), end, "{what} from step {step}");
+    }
+    most.len() - 1
+}
+
+/// README, promises 1 and 7: by every integrator, with steps of one size.
+#[test]
+fn checkpoints_change_no_bit_of_a_run() {
+    for spec in IntegratorSpec::ALL {
+        // In statics nothing else keeps the beam from turning about a point.
+        let axes = if spec.method().is_static() { "['x', 'y']" } else { "['x']" };
+        let text = BODIES
+            .replace("'symplectic-euler'", &named(spec))
+            .replace("axes = ['x']", &format!("axes = {axes}"));
+        let scene = Scene::from_toml(&text.replace("duration = 0.04", "duration = 0.08")).unwrap();
+        let kept = assert_checkpoints_change_nothing(&named(spec), &scene);
+        assert!(kept > 0, "{}: no checkpoint on the way", named(spec));
+    }
+}
+
+/// Likewise where steps follow the error.
+#[test]
+fn checkpoints_change_no_bit_of_a_run_whose_steps_follow_the_error() {
+    for name in ["'dormand-prince5'", "'sdirk3'", "{ bdf2 = {} }", "{ newmark = {} }", "{ ias15 = {} }"] {
+        let pace = if name.contains("ias15") { "adaptive = {}" } else { "adaptive = { tolerance = 1e-4 }" };
+        let text = BODIES.replace("'symplectic-euler'", name).replace("step = 1e-3", pace);
+        let scene = Scene::from_toml(&text.replace("duration = 0.04", "duration = 0.16")).unwrap();
+        let kept = assert_checkpoints_change_nothing(name, &scene);
+        assert!(kept > 0, "{name}: no checkpoint on the way");
+    }
+}
+
+/// And in contact with friction, in explicit steps and in solved ones, by several solvers.
+#[test]
+fn checkpoints_change_no_bit_of_a_run_in_contact() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/falling_jelly_2d.toml");
+    let explicit = std::fs::read_to_string(path).unwrap().replace("duration = \"1.5 s\"", "duration = 0.17");
+    let time = "integrator = \"velocity-verlet\"\nstep = \"0.05 ms\"\nduration = 0.17";
+    assert!(explicit.contains(time));
+    let solved = |solver: &str| {
+        let time_solved =
+            format!("integrator = 'implicit-euler'\nstep = 4e-3\nduration = 0.3\nsolver = {solver}");
+        explicit.replace(time, &time_solved).replace("stiffness = \"0.1 MPa\"", "")
     };
-    assert_eq!(places(&checked), places(&witness));
+    for (what, text) in [
+        ("velocity-verlet", explicit.clone()),
+        ("implicit-euler", solved("{}")),
+        ("implicit-euler by cg", solved("{ linear = 'cg' }")),
+        ("implicit-euler by multigrid", solved("{ linear = 'multigrid' }")),
+    ] {
+        let scene = Scene::from_toml(&text).unwrap_or_else(|error| panic!("{}", error.render(false)));
+        let kept = assert_checkpoints_change_nothing(what, &scene);
+        assert!(kept > 1, "{what}: {kept} checkpoints on the way");
+    }
 }

@@ -3,7 +3,7 @@
 use super::{Bench, SPRING, logged};
 
 /// A tetrahedron that two steps turn inside out: its tip flies through its base.
-const PIERCED: &str = r#"
+pub(super) const PIERCED: &str = r#"
 dimension = 3
 [time]
 integrator = "symplectic-euler"

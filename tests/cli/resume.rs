@@ -3,6 +3,9 @@
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
+use pliant_record::checkpoint::{CheckpointContent, CheckpointFile};
+
+use super::failures::PIERCED;
 use super::{Bench, Ended, logged};
 
 /// A beam and a strand tied to it, by a scheme of two steps, with a pin that lets go, one that moves, a wall,
@@ -103,6 +106,27 @@ fn whole(scene: &str, rest: &[&str]) -> Bench {
     bench
 }
 
+/// Recording of the same run without checkpoints.
+fn without_checkpoints(scene: &str) -> Vec<u8> {
+    let bench = Bench::new(scene);
+    bench.pliant(["run", "scene.toml"]).succeeded();
+    bytes(&bench, "scene.mcap")
+}
+
+/// Whether checkpoints are written, and how often, goes by the clock; the recording does not.
+#[test]
+fn a_recording_has_the_same_bytes_with_checkpoints_and_without() {
+    for scheme in ["\"generalised-alpha\"", "\"symplectic-euler\"", "\"implicit-euler\""] {
+        let scene = BEAM.replace("\"generalised-alpha\"", scheme).replace("2e-3", "1e-3");
+        let expected = without_checkpoints(&scene);
+        for every in ["1e-9", "1 ms", "1000"] {
+            let bench = Bench::new(&scene);
+            bench.pliant(["run", "scene.toml", "--checkpoint", every]).succeeded();
+            assert!(bytes(&bench, "scene.mcap") == expected, "{scheme}, a checkpoint every {every}");
+        }
+    }
+}
+
 /// To the last byte of the recording and of the table of probes.
 #[cfg(unix)]
 #[test]
@@ -116,7 +140,7 @@ fn an_interrupted_run_goes_on_as_if_it_had_not_been() {
         let run =
             Running::start(&bench, &with(&["scene.toml", "--threads", "1"], &["--probes", "table.csv"]));
         let ended = run.after(&bench, 8).interrupt().ended_with(130);
-        ended.says(&["interrupted after ", "`pliant resume scene.checkpoint` goes on from here"]);
+        ended.says(&["interrupted after ", "`pliant resume scene.checkpoint` goes on from t = "]);
         assert_eq!(bench.files(), ["scene.checkpoint", "scene.mcap", "table.csv"]);
         assert!(bytes(&bench, "scene.mcap").len() < bytes(&expected, "scene.mcap").len());
         let ended = bench.pliant(["resume", "scene.checkpoint", "--threads", "2", "--json"]).succeeded();
@@ -155,6 +179,7 @@ fn a_run_killed_again_and_again_ends_as_if_it_had_not_been() {
     bench.pliant(["resume", "scene.checkpoint"]).succeeded();
     assert_eq!(bench.files(), expected.files());
     assert!(bytes(&bench, "scene.mcap") == bytes(&expected, "scene.mcap"));
+    assert!(bytes(&bench, "scene.mcap") == without_checkpoints(&scene));
 }
 
 #[test]
@@ -240,6 +265,85 @@ fn a_checkpoint_is_not_replaced_unasked() {
         .prints(&["done: 9 frames, 20 steps"]);
     let ended = bench.pliant(["resume", "scene.checkpoint", "--until", "0.07", "-o", "a.mcap"]).ended_with(2);
     ended.says(&["the run was not recorded"]);
+}
+
+/// The new run may fail, or be killed, before it has one of its own.
+#[test]
+fn an_old_checkpoint_stays_until_there_is_a_new_one() {
+    let bench = whole(PAIR, &[]);
+    let old = bytes(&bench, "scene.checkpoint");
+    std::fs::write(bench.path("scene.toml"), PIERCED).unwrap();
+    let arguments = ["run", "scene.toml", "--force", "--checkpoint", "1000"];
+    let ended = bench.pliant(arguments).ended_with(1);
+    ended.says(&["error: step "]);
+    assert!(bytes(&bench, "scene.checkpoint") == old);
+}
+
+/// A checkpoint from somebody else, which names this recording and this table of probes.
+fn forged(bench: &Bench, recording: &str, probes: &str) {
+    let path = bench.path("scene.checkpoint");
+    let mut file = CheckpointFile::read(&path).unwrap();
+    let mut settings: serde_json::Value = serde_json::from_slice(&file.notes["command line"]).unwrap();
+    settings["recording"] = recording.into();
+    settings["probes"] = probes.into();
+    file.notes.insert("command line".into(), serde_json::to_vec(&settings).unwrap());
+    let CheckpointFile { scene, simulation, run, notes } = &file;
+    CheckpointContent { scene, simulation, run: run.as_ref(), notes }.write(&path).unwrap();
+}
+
+#[test]
+fn a_checkpoint_from_a_stranger_changes_no_file_of_yours() {
+    let probe = format!("{PAIR}[[probe]]\nname = \"end\"\nbody = \"pair\"\nvertex = 1\n");
+    let bench = whole(&probe, &["--probes", "table.csv"]);
+    let elsewhere = tempfile::TempDir::new().unwrap();
+    let precious = elsewhere.path().join("precious.csv");
+    let mine = bytes(&bench, "table.csv").repeat(3);
+    std::fs::write(&precious, &mine).unwrap();
+    let absolute = precious.to_str().unwrap();
+    let climbing = format!("../{}/precious.csv", elsewhere.path().file_name().unwrap().to_str().unwrap());
+    let further = ["resume", "scene.checkpoint", "--until", "0.08"];
+    let before = (bytes(&bench, "scene.mcap"), bytes(&bench, "table.csv"));
+    for path in [absolute, &climbing] {
+        forged(&bench, "scene.mcap", path);
+        bench.pliant(further).ended_with(2).says(&["not beside it", "`--probes "]);
+        forged(&bench, path, "table.csv");
+        bench.pliant(further).ended_with(2).says(&["not beside it", "`-o "]);
+    }
+    // A file beside it that is no table, one of other times, one of other probes, one without rows.
+    let table = String::from_utf8(before.1.clone()).unwrap();
+    let row = table.trim_end().rsplit('\n').next().unwrap();
+    let other_time = table.replace(row, &row.replacen("0.0", "9.0", 1));
+    let (notes, titles) = ("a line\n".repeat(200), table.lines().next().unwrap());
+    for text in [&notes[..], &other_time, &table.replace("end.x", "tip.x"), &format!("{titles}\n{notes}")] {
+        std::fs::write(bench.path("notes.csv"), text).unwrap();
+        forged(&bench, "scene.mcap", "notes.csv");
+        bench.pliant(further).ended_with(2).says(&["notes.csv is not the table of this run"]);
+        assert_eq!(std::fs::read_to_string(bench.path("notes.csv")).unwrap(), text);
+        let said = [&further[..], &["--probes", "notes.csv"]].concat();
+        bench.pliant(said).ended_with(2).says(&["notes.csv is not the table of this run"]);
+    }
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink(&precious, bench.path("link.csv")).unwrap();
+        forged(&bench, "scene.mcap", "link.csv");
+        bench.pliant(further).ended_with(2).says(&["link.csv is a link", "--probes link.csv"]);
+        // What the program writes on its way.
+        for name in ["scene.checkpoint.new", "scene.mcap.part", "scene.mcap.part.tail"] {
+            std::os::unix::fs::symlink(&precious, bench.path(name)).unwrap();
+        }
+    }
+    assert_eq!(std::fs::read(&precious).unwrap(), mine);
+    assert!(before == (bytes(&bench, "scene.mcap"), bytes(&bench, "table.csv")));
+    // The table is where the command line says it is.
+    std::fs::rename(bench.path("table.csv"), elsewhere.path().join("table.csv")).unwrap();
+    let moved = elsewhere.path().join("table.csv");
+    forged(&bench, "scene.mcap", moved.to_str().unwrap());
+    let said = [&further[..], &["--probes", moved.to_str().unwrap()]].concat();
+    bench.pliant(said).succeeded();
+    let expected = whole(&probe, &["--until", "0.08", "--probes", "table.csv"]);
+    assert!(std::fs::read(&moved).unwrap() == bytes(&expected, "table.csv"));
+    assert!(bytes(&bench, "scene.mcap") == bytes(&expected, "scene.mcap"));
+    assert_eq!(std::fs::read(&precious).unwrap(), mine);
 }
 
 #[test]

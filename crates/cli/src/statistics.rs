@@ -102,13 +102,12 @@ impl Observer for Statistics {
         Ok(())
     }
 
-    fn checkpoint(&mut self, notes: &mut Notes) -> Result<(), ObserverError> {
+    fn note(&mut self, notes: &mut Notes) {
         notes.extend(self.min_j.map(|j| (MIN_J.to_owned(), j.to_le_bytes().to_vec())));
         notes.extend(self.most_inverted.map(|n| (MOST_INVERTED.to_owned(), n.to_le_bytes().to_vec())));
         notes.extend(self.meeting.map(|Meeting { bodies: [a, b], time }| {
             let numbers = [(a as u64).to_le_bytes(), (b as u64).to_le_bytes(), time.to_le_bytes()];
             (MEETING.to_owned(), numbers.concat())
         }));
-        Ok(())
     }
 }

@@ -118,13 +118,16 @@ pub trait Observer {
     /// Whatever keeps the observer from doing its work; the run stops and reports it.
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError>;
 
-    /// Called at every checkpoint: makes what was shown so far durable, and notes what going on from here
-    /// takes.
+    /// Called at every checkpoint, whether or not it is kept: notes what going on from here takes.
+    fn note(&mut self, notes: &mut Notes) {
+        let _ = notes;
+    }
+
+    /// Called before a checkpoint is kept: makes what was shown so far durable.
     ///
     /// # Errors
     /// Whatever keeps the observer from doing so; the run stops and reports it.
-    fn checkpoint(&mut self, notes: &mut Notes) -> Result<(), ObserverError> {
-        let _ = notes;
+    fn secure(&mut self) -> Result<(), ObserverError> {
         Ok(())
     }
 }

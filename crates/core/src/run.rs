@@ -61,6 +61,8 @@ pub fn run(
 /// [resumed](Simulation::resume): the frames that follow, and the summary of the whole run, have the same
 /// bits either way.
 ///
+/// A run has the same bits with checkpoints and without: those of implicit schemes are taken where solvers
+/// [forget](Simulation::has_forgotten) anyway, and the last of them is kept where one is due or the run ends.
 /// A checkpoint comes before the frame of its step. A step that has begun is taken to its end before
 /// `interrupt` ends the run.
 pub fn run_with_checkpoints(
@@ -92,6 +94,8 @@ struct Run<'a, 'b> {
     simulation: &'a mut Simulation,
     observers: &'a mut [&'b mut dyn Observer],
     checkpoints: Option<&'a mut dyn Checkpoints>,
+    /// The last checkpoint, and whether it was kept.
+    last_checkpoint: Option<(RunCheckpoint, bool)>,
     /// Quantities that any observer reads.
     quantities: Quantities,
     state: RunState,
@@ -106,7 +110,8 @@ impl<'a, 'b> Run<'a, 'b> {
         checkpoints: Option<&'a mut dyn Checkpoints>,
         state: RunState,
     ) -> Self {
-        Run { simulation, quantities: quantities_of(observers), observers, checkpoints, state, shown: None }
+        let quantities = quantities_of(observers);
+        Run { simulation, quantities, observers, checkpoints, last_checkpoint: None, state, shown: None }
     }
 
     /// Summary so far.
@@ -245,19 +250,31 @@ impl<'a, 'b> Run<'a, 'b> {
         }
     }
 
-    /// Takes a checkpoint if one is due, or where the run `ends`.
+    /// Keeps the last checkpoint if one is due, or where the run `ends`.
     fn checkpoint(&mut self, ends: bool) -> Result<(), Outcome> {
-        let step = self.simulation.state().step;
-        let Some(checkpoints) = self.checkpoints.as_mut() else { return Ok(()) };
-        if !(checkpoints.is_due(step) || ends) {
-            return Ok(());
+        self.simulation.forget_in_time();
+        let (step, time) = (self.simulation.state().step, self.simulation.state().time);
+        let Run { simulation, observers, checkpoints, last_checkpoint, state, .. } = self;
+        let Some(checkpoints) = checkpoints else { return Ok(()) };
+        let is_due = checkpoints.is_due(step) || ends;
+        // Without solvers every step is one to go on from.
+        let is_rare = simulation.method().documentation.solves > 0;
+        if simulation.has_forgotten() && (is_due || is_rare) {
+            let mut notes = Notes::new();
+            observers.iter_mut().for_each(|observer| observer.note(&mut notes));
+            let simulation = simulation.checkpoint();
+            *last_checkpoint = Some((RunCheckpoint { simulation, run: state.clone(), notes }, false));
         }
-        let mut notes = Notes::new();
-        let mut noted = self.observers.iter_mut().map(|observer| observer.checkpoint(&mut notes));
-        noted.try_for_each(|noted| noted).map_err(Outcome::ObserverFailed)?;
-        let simulation = self.simulation.checkpoint();
-        let checkpoint = RunCheckpoint { simulation, run: self.state.clone(), notes };
-        checkpoints.keep(&checkpoint).map_err(Outcome::ObserverFailed)
+        match last_checkpoint {
+            Some((last, is_kept)) if is_due && (ends || !*is_kept) => {
+                let mut secured = observers.iter_mut().map(|observer| observer.secure());
+                secured.try_for_each(|secured| secured).map_err(Outcome::ObserverFailed)?;
+                (last.run.reached_step, last.run.reached_time) = (step, time);
+                *is_kept = true;
+                checkpoints.keep(last).map_err(Outcome::ObserverFailed)
+            }
+            _ => Ok(()),
+        }
     }
 
     /// Shows the last state, if it has not been shown and is a good one, and ends.

@@ -82,8 +82,10 @@ pub struct Simulation {
     last_parts: Vec<[f64; 2]>,
     /// True if one that was solved was taken back on the way.
     took_back: bool,
-    /// Work in solvers before the last checkpoint.
+    /// Work in solvers before they last forgot.
     earlier_solver_work: SolverWork,
+    /// Steps that were tried since then.
+    attempts: u64,
     /// Controller of step sizes, where they follow the error; `step_size` is then that to be tried next.
     controller: Option<Box<Controller>>,
     /// Path of equilibria that is followed; `None` where time leads.
@@ -150,6 +152,7 @@ impl Simulation {
             last_parts: vec![],
             took_back: false,
             earlier_solver_work: SolverWork::default(),
+            attempts: 0,
             controller: None,
             path: None,
             ledger: None,
@@ -224,7 +227,9 @@ impl Simulation {
     /// error, it is the next one, of whatever size.
     ///
     /// A step that an implicit scheme does not solve is taken in parts where the [solver's
-    /// options](SolverOptions::retries) allow it.
+    /// options](SolverOptions::retries) allow it. Every 64 steps, or 64 Newton iterations where that is
+    /// earlier, its solver begins without what it kept from earlier steps: a [checkpoint](Self::checkpoint)
+    /// there changes nothing.
     ///
     /// # Errors
     /// [`StepError::NotFinite`], [`StepError::Unsolved`]; the state is then what it was before.
@@ -232,6 +237,7 @@ impl Simulation {
         if self.controller.is_some() {
             return self.step_towards(f64::INFINITY);
         }
+        self.forget_in_time();
         if let Some(path) = self.path.take() {
             return self.step_along_path(path);
         }
@@ -676,8 +682,13 @@ impl Simulation {
 
     /// Work in solvers so far.
     fn solver_work(&self) -> SolverWork {
+        self.earlier_solver_work.plus(self.present_solver_work())
+    }
+
+    /// Work in solvers since they last forgot.
+    fn present_solver_work(&self) -> SolverWork {
         let along = self.path.as_ref().map_or(SolverWork::none(&self.solver), |path| path.work());
-        self.earlier_solver_work.plus(self.integrator.work()).plus(along)
+        self.integrator.work().plus(along)
     }
 
     /// The largest stable step of the scheme for the system linearised at the present state; `duration` [s]
@@ -733,9 +744,9 @@ impl Simulation {
             + self.path.as_ref().map_or(0, |path| path.bytes())
     }
 
-    /// Bytes held once steps have been taken: [`bytes`](Self::bytes), and what implicit schemes make in their
-    /// first: matrix, factor or levels of multigrid, vectors of Newton's method. The factor is analysed, and
-    /// not computed.
+    /// Bytes held once steps have been taken: [`bytes`](Self::bytes), and what implicit schemes make in
+    /// their first: matrix, factor or levels of multigrid, vectors of Newton's method. The factor is
+    /// analysed, and not computed.
     pub fn predicted_bytes(&mut self) -> usize {
         let further = self.integrator.predicted_bytes(&mut self.system, self.state.x());
         // After the system has made what matrices are made of.

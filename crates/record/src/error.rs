@@ -48,7 +48,8 @@ pub enum RecordError {
     Write {
         /// The file.
         path: PathBuf,
-        /// The first frame that is lost; `None` where none is.
+        /// The first frame that is lost, as far as that is known: after an error of the device, `pliant
+        /// recover` may find more. `None` where none is.
         frame: Option<u64>,
         /// Error of the operating system.
         source: io::Error,
@@ -162,14 +163,15 @@ pub enum RecordError {
 }
 
 fn at_frame(frame: Option<u64>) -> String {
-    frame.map_or_else(String::new, |frame| format!(" at frame {frame}"))
+    frame.filter(|frame| *frame > 0).map_or_else(String::new, |frame| format!(" at frame {frame}"))
 }
 
 fn advice(path: &Path, frame: Option<u64>) -> String {
     match frame {
         None => String::new(),
-        Some(0) => "; no frame was kept".to_owned(),
-        Some(_) => format!("; `pliant recover {}` keeps the frames before", path.display()),
+        // More may have reached the disk than is known.
+        Some(0) => format!("; `pliant recover {}` keeps what was written", path.display()),
+        Some(_) => format!("; `pliant recover {}` keeps at least the frames before", path.display()),
     }
 }
 

@@ -1,7 +1,6 @@
 //! The observer that writes.
 
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -16,9 +15,10 @@ use super::frame_encoder::FrameEncoder;
 use super::outcome::{RecordedOutcome, RecordedStatus};
 use super::sink::{Sink, Tail};
 use super::{LogLevel, RecordError, paths};
-use pliant::observer::{Frame, Notes, Observer, ObserverError, Quantities};
+use pliant::observer::{Frame, Observer, ObserverError, Quantities};
 use pliant::probe::Probe;
 use pliant::topology::Topology;
+use pliant_files::durable_file;
 use pliant_scene::Channel;
 
 /// Content of a recording, and how it is written.
@@ -91,8 +91,8 @@ impl McapRecorder {
         check(topology)?;
         let file = paths::create_exclusive(&paths::part_of(path), options.overwrite)?;
         let tail = paths::tail_of(&paths::part_of(path));
-        let journal =
-            File::create(&tail).map_err(|error| write_error(&tail, None, mcap::McapError::Io(error)))?;
+        let journal = durable_file::create(&tail)
+            .map_err(|error| write_error(&tail, None, mcap::McapError::Io(error)))?;
         let synced = file.try_clone();
         let sink = BufWriter::with_capacity(1 << 16, file);
         let mut recorder = Self::with_sinks(path, options, topology, Box::new(sink), Box::new(journal))?;
@@ -287,8 +287,8 @@ impl Observer for McapRecorder {
         Ok(self.record(frame)?)
     }
 
-    fn checkpoint(&mut self, _: &mut Notes) -> Result<(), ObserverError> {
-        Ok(self.secure()?)
+    fn secure(&mut self) -> Result<(), ObserverError> {
+        Ok(McapRecorder::secure(self)?)
     }
 }
 

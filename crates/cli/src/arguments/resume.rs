@@ -17,6 +17,9 @@ use super::run::RunOptions;
 pub(crate) struct ResumeArguments {
     /// Checkpoint (.checkpoint)
     pub(crate) file: PathBuf,
+    /// Table of probes that the run has written so far, where it is not beside the checkpoint
+    #[arg(long, value_name = "FILE")]
+    pub(crate) probes: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) options: RunOptions,
 }

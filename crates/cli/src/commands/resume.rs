@@ -13,8 +13,9 @@ use serde_json::json;
 
 use super::check;
 use super::run::keeper::{self, CheckpointKeeper, Settings};
+use super::run::probes::{self, TableEnd};
 use super::run::session::Session;
-use super::run::{probes, use_threads};
+use super::run::use_threads;
 use crate::arguments::ResumeArguments;
 use crate::failure::{ExitStatus, Failure};
 use crate::input::Input;
@@ -36,9 +37,9 @@ pub(crate) fn execute(arguments: &ResumeArguments, terminal: Terminal) -> Result
     };
     let input = Input::of(from.scene.source(), arguments.options.until)?;
     let assembly = input.assemble(UnstableStep::Refuse)?;
-    let recording = recording_of(arguments, &settings);
-    let elapsed = state.elapsed(&from.simulation);
-    match state.against(&input.scene.plan(), &from.simulation, &assembly.simulation) {
+    let recording = recording_of(arguments, &settings)?;
+    let elapsed = state.elapsed();
+    match state.against(&input.scene.plan(), &assembly.simulation) {
         Ordering::Greater => return Err(too_far(path, elapsed, &input)),
         Ordering::Equal if is_recorded(recording.as_deref(), state) => {
             return complete(path, elapsed, terminal);
@@ -65,10 +66,17 @@ fn session(
     // Before there is a file, so that no signal can leave it unfinished.
     let interrupted = interrupt::flag()?;
     let begun = settings.recording.as_ref().map(|noted| keeper::resolved(noted, path));
+    let (probes, end) = (table_of(arguments, &settings)?, table_end(&from));
+    // Before the recording is opened: where the command is refused, no file has changed.
+    let table = probes
+        .as_deref()
+        .map(|path| Ok::<_, Failure>((path, probes::found(path, end, &assembly)?)))
+        .transpose()?;
     let opened = open(arguments, recording, begun.as_deref(), &from, &input, &assembly)?;
-    let table = table(path, &from, &settings, &assembly)?;
+    let table = table.map(|(path, file)| probes::resumed(file, path, end, &assembly)).transpose()?;
     let settings = Settings {
         recording: recording.map(|recording| keeper::noted(recording, path)),
+        probes: probes.as_deref().map(|probes| keeper::noted(probes, path)),
         interval: arguments.options.checkpoint.unwrap_or(settings.interval),
         ..settings
     };
@@ -90,12 +98,36 @@ fn too_far(path: &Path, elapsed: f64, input: &Input) -> Failure {
 }
 
 /// The file that the run is recorded to from now on; `None` without one.
-fn recording_of(arguments: &ResumeArguments, settings: &Settings) -> Option<PathBuf> {
-    if arguments.options.no_record {
-        return None;
+fn recording_of(arguments: &ResumeArguments, settings: &Settings) -> Result<Option<PathBuf>, Failure> {
+    let noted = settings.recording.as_ref().filter(|_| !arguments.options.no_record);
+    let said = arguments.options.output.as_deref();
+    noted.map(|noted| keeper::writable(noted, said, &arguments.file, ("the recording", "-o"))).transpose()
+}
+
+/// The table of probes that the run has written so far; `None` without one.
+fn table_of(arguments: &ResumeArguments, settings: &Settings) -> Result<Option<PathBuf>, Failure> {
+    let said = arguments.probes.as_deref();
+    match &settings.probes {
+        None if said.is_some() => {
+            Err(Failure::usage("`--probes` has nothing to go on with: the run wrote no table of probes"))
+        }
+        None => Ok(None),
+        Some(noted) => {
+            let table = keeper::writable(noted, said, &arguments.file, ("the table", "--probes"))?;
+            if said.is_none() && table.is_symlink() {
+                let table = table.display();
+                let message = format!("{table} is a link; to write where it leads, add `--probes {table}`");
+                return Err(Failure::usage(message));
+            }
+            Ok(Some(table))
+        }
     }
-    let begun = settings.recording.as_ref().map(|noted| keeper::resolved(noted, &arguments.file));
-    begun.map(|begun| arguments.options.output.clone().unwrap_or(begun))
+}
+
+/// Where the table of probes ended at a checkpoint.
+fn table_end(from: &CheckpointFile) -> TableEnd {
+    let written = probe::written_at(&from.notes).unwrap_or(0);
+    TableEnd { written, time: from.run.as_ref().and_then(RunState::last_frame_time) }
 }
 
 /// Opens the recording behind the frames that were recorded before the checkpoint.
@@ -124,24 +156,14 @@ fn open(
     RunRecorder::resume(recording, arguments.options.force, input, assembly, beginning)
 }
 
-/// The table of probes behind the rows written before the checkpoint.
-fn table(
-    path: &Path,
-    from: &CheckpointFile,
-    settings: &Settings,
-    assembly: &Assembly,
-) -> Result<Option<(std::fs::File, probe::Table<std::fs::File>)>, Failure> {
-    let Some(noted) = &settings.probes else { return Ok(None) };
-    let written = probe::written_at(&from.notes).unwrap_or(0);
-    probes::resumed(&keeper::resolved(noted, path), written, assembly).map(Some)
-}
-
 /// True if the recording, if there is one, has its last frame too.
 fn is_recorded(recording: Option<&Path>, state: &RunState) -> bool {
     recording.is_none_or(|recording| {
         let found = read::info(recording).ok();
         let outcome = found.and_then(|info| info.outcome);
-        outcome.is_some_and(|outcome| outcome.status == RecordedStatus::Completed && state.frames() > 0)
+        outcome.is_some_and(|outcome| {
+            outcome.status == RecordedStatus::Completed && outcome.step == Some(state.reached_step())
+        })
     })
 }
 

@@ -43,9 +43,6 @@ pub(crate) fn execute(arguments: &RunArguments, terminal: Terminal) -> Result<Ex
     }
     let table = probes::table(arguments, &assembly)?;
     let recording = RunRecorder::open(arguments, &input, &assembly)?;
-    if let Some(keeper) = &keeper {
-        keeper.begin()?;
-    }
     let keeper = keeper.map(|keeper| keeper.with_table(table.as_ref().map(|(file, _)| file)));
     let table = table.map(|(_, table)| table);
     let session = Session { input, assembly, recording, table, keeper, from: None, page, interrupted };

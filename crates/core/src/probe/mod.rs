@@ -2,7 +2,7 @@
 
 mod table;
 
-pub use table::{Table, TableColumn, columns, row, written_at};
+pub use table::{Table, TableColumn, columns, row, titles, written_at};
 
 use crate::diagnostics::{ElementState, Measure};
 use crate::observer::Frame;

@@ -83,6 +83,15 @@ pub fn row(probes: &[Probe], frame: &Frame<'_>) -> Vec<f64> {
     numbers
 }
 
+/// The first line of the table of these probes: the titles of its columns; `has_factor` on a path of
+/// equilibria.
+pub fn titles(probes: &[Probe], dimension: usize, has_factor: bool) -> String {
+    let titles = columns(probes, dimension).into_iter();
+    let titles = titles.map(|TableColumn { name, unit }| format!(",{name} [{unit}]"));
+    let factor = if has_factor { ",load_factor [1]" } else { "" };
+    format!("time [s]{factor}") + &titles.collect::<String>() + "\n"
+}
+
 impl<W: Write> Table<W> {
     /// Of these probes to `out`, which `what` names in errors, e.g. `writing probes.csv`.
     pub fn new(probes: &[Probe], out: W, what: &str) -> Self {
@@ -97,10 +106,7 @@ impl<W: Write> Table<W> {
     fn write(&mut self, frame: &Frame<'_>) -> io::Result<()> {
         self.line.clear();
         if self.written == 0 {
-            let titles = columns(&self.probes, frame.dimension).into_iter();
-            let titles = titles.map(|TableColumn { name, unit }| format!(",{name} [{unit}]"));
-            let factor = if frame.load_factor.is_some() { ",load_factor [1]" } else { "" };
-            self.line = format!("time [s]{factor}") + &titles.collect::<String>() + "\n";
+            self.line = titles(&self.probes, frame.dimension, frame.load_factor.is_some());
         }
         self.line += &format!("{:?}", frame.time);
         if let Some(factor) = frame.load_factor {
@@ -125,9 +131,8 @@ impl<W: Write> Observer for Table<W> {
         self.write(frame).map_err(|error| ObserverError { what: self.what.clone(), source: Box::new(error) })
     }
 
-    fn checkpoint(&mut self, notes: &mut Notes) -> Result<(), ObserverError> {
+    fn note(&mut self, notes: &mut Notes) {
         notes.insert(WRITTEN.to_owned(), self.written.to_le_bytes().to_vec());
-        Ok(())
     }
 }
 

@@ -18,10 +18,10 @@ pub struct RunCheckpoint {
     pub notes: Notes,
 }
 
-/// Decides when checkpoints are taken, and keeps them.
+/// Decides which checkpoints are kept, and keeps them.
 pub trait Checkpoints {
-    /// True if one is to be taken after `step` steps; asked once before every step. One more is taken where
-    /// the run ends well or is interrupted.
+    /// True if the last one is to be kept after `step` steps; asked once before every step. It is kept where
+    /// the run ends well or is interrupted, too.
     fn is_due(&mut self, step: u64) -> bool;
 
     /// Keeps a checkpoint.
@@ -38,6 +38,9 @@ pub struct RunState {
     pub(super) first_step: u64,
     /// Time of the simulation at the start [s].
     pub(super) first_time: f64,
+    /// Step and time [s] that the run had reached when the checkpoint was kept.
+    pub(super) reached_step: u64,
+    pub(super) reached_time: f64,
     /// Frames shown.
     pub(super) frames: u64,
     /// Step since the start at which the next frame is due, where steps are of one size.
@@ -62,9 +65,12 @@ impl RunState {
         simulation.forget_what_was_noted();
         let start = simulation.diagnostics();
         let energy_scale = super::energy_scale(simulation, &start);
+        let (step, time) = (simulation.state().step, simulation.state().time);
         RunState {
-            first_step: simulation.state().step,
-            first_time: simulation.state().time,
+            first_step: step,
+            first_time: time,
+            reached_step: step,
+            reached_time: time,
             frames: 0,
             next_frame: 0,
             last_frame_time: 0.0,
@@ -82,17 +88,27 @@ impl RunState {
         self.frames
     }
 
-    /// Simulated time since the start of the run at which `at` is [s].
-    pub fn elapsed(&self, at: &simulation::Checkpoint) -> f64 {
-        at.snapshot().time - self.first_time
+    /// Time of the last of them [s]; `None` before the first.
+    pub fn last_frame_time(&self) -> Option<f64> {
+        (self.frames > 0).then_some(self.last_frame_time)
     }
 
-    /// Place of `at` before, at or beyond the end of `plan`; `simulation` is one of the same scene. The
-    /// last frame comes after a checkpoint at the end.
-    pub fn against(&self, plan: &Plan, at: &simulation::Checkpoint, simulation: &Simulation) -> Ordering {
+    /// Steps since the start of the simulation that the run had taken when its checkpoint was kept.
+    pub fn reached_step(&self) -> u64 {
+        self.reached_step
+    }
+
+    /// Simulated time since the start of the run that it had reached then [s].
+    pub fn elapsed(&self) -> f64 {
+        self.reached_time - self.first_time
+    }
+
+    /// How far the run had come then, before, at or beyond the end of `plan`; `simulation` is one of the same
+    /// scene. The last frame comes after a checkpoint at the end.
+    pub fn against(&self, plan: &Plan, simulation: &Simulation) -> Ordering {
         match simulation.step_control() {
-            Some(_) => self.elapsed(at).total_cmp(&plan.duration),
-            None => (at.snapshot().step - self.first_step).cmp(&plan.steps(simulation.step_size())),
+            Some(_) => self.elapsed().total_cmp(&plan.duration),
+            None => (self.reached_step - self.first_step).cmp(&plan.steps(simulation.step_size())),
         }
     }
 

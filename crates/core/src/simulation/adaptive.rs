@@ -57,6 +57,7 @@ impl Simulation {
     /// # Errors
     /// [`StepError`]; the state is then what it was before.
     pub fn step_towards(&mut self, target: f64) -> Result<(), StepError> {
+        self.forget_in_time();
         let Some(mut controller) = self.controller.take() else { return self.step() };
         let end = self.controlled_step(&mut controller, target);
         self.step_size = controller.next();

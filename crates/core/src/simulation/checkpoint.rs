@@ -1,13 +1,21 @@
-//! Checkpoints: moments at which solvers forget.
+//! Checkpoints: moments from which another process takes the same steps, to the last bit.
 //!
-//! A simulation goes on from its checkpoint through the code by which another one goes on from it. What
-//! later steps depend on is then either in the checkpoint, or has been forgotten by both: kept
-//! factorisations, levels of multigrid, forces at hand. So both take the same steps, to the last bit, by
-//! every scheme and solver.
+//! A checkpoint holds what later steps depend on. It does not hold what the solvers of implicit schemes keep
+//! from earlier steps: factorisations, levels of multigrid, the solver that was fastest. These solvers
+//! forget every so many steps, whether or not a checkpoint is taken, and checkpoints of a run are taken
+//! where they have just forgotten. Explicit schemes have nothing to forget; their checkpoints are taken
+//! after any step.
+//!
+//! A simulation forgets through the code by which another one goes on from its checkpoint.
 
 use super::{ContactExtremes, MotionJumps, RetriedSteps, Simulation, Snapshot, SnapshotError};
 use crate::solver::SolverWork;
 use crate::system::{PinState, WallImpulses};
+
+/// Steps, rejected ones and parts of steps among them, after which solvers forget at the latest.
+const STEPS_UNTIL_FORGOTTEN: u64 = 64;
+/// Newton iterations after which they forget, too: where steps take long, checkpoints are few steps apart.
+const ITERATIONS_UNTIL_FORGOTTEN: u64 = 64;
 
 /// Everything that the steps after a moment depend on, beside the scene and what was added to it: materials,
 /// forces and pins.
@@ -36,6 +44,11 @@ pub struct Checkpoint {
     increment_velocities: Option<Vec<f64>>,
     /// Time up to which jumps have been looked for [s].
     jumps_seen_until: f64,
+    /// True if the force here was known, and the energies that are computed with it.
+    #[serde(default)]
+    knows_force: bool,
+    #[serde(default)]
+    knows_energies: bool,
 }
 
 impl Checkpoint {
@@ -46,9 +59,39 @@ impl Checkpoint {
 }
 
 impl Simulation {
-    /// Takes a checkpoint, and goes on from it as [`resume`](Self::resume) does.
+    /// Takes a checkpoint. Solvers of implicit schemes forget here, unless they have [just
+    /// forgotten](Self::has_forgotten).
     pub fn checkpoint(&mut self) -> Checkpoint {
-        let checkpoint = Checkpoint {
+        if !self.has_forgotten() {
+            self.forget();
+        }
+        self.present_checkpoint()
+    }
+
+    /// True if the steps that follow depend on nothing but what a checkpoint holds: always for explicit
+    /// schemes, for implicit ones where their solvers have just forgotten.
+    pub fn has_forgotten(&self) -> bool {
+        self.attempts == 0 || self.method.documentation.solves == 0
+    }
+
+    /// Lets solvers forget if it is time. The next step does so in any case; what is measured before it is
+    /// then that of a simulation which goes on from a checkpoint here.
+    pub(crate) fn forget_in_time(&mut self) {
+        let iterations = || self.present_solver_work().newton_iterations;
+        let is_time = || self.attempts >= STEPS_UNTIL_FORGOTTEN || iterations() >= ITERATIONS_UNTIL_FORGOTTEN;
+        if !self.has_forgotten() && is_time() {
+            self.forget();
+        }
+    }
+
+    fn forget(&mut self) {
+        let resumed = self.go_on_from(&self.present_checkpoint());
+        debug_assert!(resumed, "its own pins");
+    }
+
+    fn present_checkpoint(&self) -> Checkpoint {
+        let knows_force = self.system.holds(self.state.force);
+        Checkpoint {
             snapshot: self.snapshot(),
             pins: self.system.pins().states(),
             opens_ledger: self.opens_ledger,
@@ -62,10 +105,9 @@ impl Simulation {
             wall_impulses: self.wall_impulses.clone(),
             increment_velocities: self.increment_velocities.clone(),
             jumps_seen_until: self.jumps_seen_until,
-        };
-        let resumed = self.go_on_from(&checkpoint);
-        debug_assert!(resumed, "its own pins");
-        checkpoint
+            knows_force,
+            knows_energies: knows_force && self.system.books().knows_energies(),
+        }
     }
 
     /// Goes on from a checkpoint of this simulation, or of another one of the same scene with the same
@@ -89,8 +131,15 @@ impl Simulation {
         self.place(&checkpoint.snapshot);
         self.begin_from(&checkpoint.snapshot);
         self.opens_ledger = checkpoint.opens_ledger;
+        let time = self.state.time;
+        self.system.set_time(time);
+        if checkpoint.knows_force {
+            // What is measured here has the bits of what was measured there. It is not counted: it was
+            // there.
+            self.system.books_mut().set_to_be_measured(checkpoint.knows_energies);
+            self.state.ensure_force(&mut self.system, time);
+        }
         self.system.books_mut().set_to_be_measured(false);
-        self.system.set_time(self.state.time);
         self.system.books_mut().set_force_evaluations(checkpoint.force_evaluations);
         self.earlier_solver_work = checkpoint.solver;
         self.retried = checkpoint.retried;

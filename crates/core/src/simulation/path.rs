@@ -117,6 +117,7 @@ impl Simulation {
     pub(super) fn step_along_path(&mut self, mut path: Box<PathFollower>) -> Result<(), StepError> {
         let h = self.step_size;
         let end = (self.state.step + 1) as f64 * h;
+        self.attempts += 1;
         let begun = self.ensure_force(self.state.time);
         self.open_ledger(false);
         let size = self.solver.size.unwrap_or_else(|| self.length_scale());

@@ -115,6 +115,7 @@ impl Simulation {
     /// there straight. Whatever the scheme, the straight way of a step must not lead surfaces through each
     /// other: forces may be too weak to stop them, and corrections of a solve may lead round an edge.
     pub(super) fn attempt(&mut self, h: f64) -> Result<(), StepFault> {
+        self.attempts += 1;
         let Simulation { system, state, integrator, method, .. } = self;
         system.begin_step(state.x(), state.v(), h);
         let is_guarded = system.has_guards() && !method.ends_at_solution();

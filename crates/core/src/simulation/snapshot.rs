@@ -164,6 +164,7 @@ impl Simulation {
         let structure = self.exchange_matrix_structure(None);
         self.integrator = self.method.build(self.state.x().len(), self.solver);
         self.exchange_matrix_structure(structure);
+        self.attempts = 0;
         self.integrator.recall(&snapshot.memory, &self.system, &self.state);
         self.set_ledger(snapshot.ledger.clone());
         self.set_pace(snapshot.pace);

@@ -39,6 +39,11 @@ impl Books {
         &self.wall_impulses
     }
 
+    /// True if energies came with the force that the terms hold.
+    pub(crate) fn knows_energies(&self) -> bool {
+        !self.energies.is_empty()
+    }
+
     /// Says whether the states that come next will be measured.
     pub(crate) fn set_to_be_measured(&mut self, to_be_measured: bool) {
         self.to_be_measured = to_be_measured;
@@ -56,6 +61,11 @@ impl Books {
 }
 
 impl System {
+    /// The books.
+    pub(crate) fn books(&self) -> &Books {
+        &self.books
+    }
+
     /// The books, to write in.
     pub(crate) fn books_mut(&mut self) -> &mut Books {
         &mut self.books

@@ -1,7 +1,7 @@
 //! The checkpoints of a run.
 
 use std::fs::File;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use pliant::observer::{Notes, ObserverError};
@@ -46,6 +46,8 @@ pub(crate) struct CheckpointKeeper {
     table: Option<File>,
     started: Instant,
     last: Instant,
+    /// Simulated time of the checkpoint that was kept last [s].
+    time: f64,
 }
 
 impl CheckpointKeeper {
@@ -58,7 +60,8 @@ impl CheckpointKeeper {
         let scene = SavedScene::new(&input.source, &input.scene);
         let scene = scene.map_err(|error| Failure::checkpoint(&error))?;
         let now = Instant::now();
-        Ok(CheckpointKeeper { path: path.to_owned(), scene, settings, table: None, started: now, last: now })
+        let path = path.to_owned();
+        Ok(CheckpointKeeper { path, scene, settings, table: None, started: now, last: now, time: 0.0 })
     }
 
     /// Waits for the disk to have `table` before it keeps a checkpoint.
@@ -66,23 +69,14 @@ impl CheckpointKeeper {
         CheckpointKeeper { table: table.and_then(|table| table.try_clone().ok()), ..self }
     }
 
-    /// Removes the checkpoint of a run that is replaced: it does not fit the recording of this one.
-    ///
-    /// # Errors
-    /// It cannot be removed.
-    pub(crate) fn begin(&self) -> Result<(), Failure> {
-        match std::fs::remove_file(&self.path) {
-            Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-                let message = format!("cannot replace {}: {error}", self.path.display());
-                Err(Failure::failed("checkpoint", message))
-            }
-            _ => Ok(()),
-        }
-    }
-
     /// The checkpoint.
     pub(crate) fn path(&self) -> &Path {
         &self.path
+    }
+
+    /// Simulated time of the checkpoint that was kept last [s].
+    pub(crate) fn time(&self) -> f64 {
+        self.time
     }
 
     /// Time that steps and recording had taken before this process went on.
@@ -112,6 +106,7 @@ impl Checkpoints for CheckpointKeeper {
         let written = self.write(checkpoint);
         // From its end on: where the disk is slow, steps are not left behind.
         self.last = Instant::now();
+        self.time = checkpoint.simulation.snapshot().time;
         written.map_err(|source| ObserverError { what: "keeping a checkpoint".into(), source })
     }
 }
@@ -121,15 +116,46 @@ pub(crate) fn is_one(a: &Path, b: &Path) -> bool {
     same_file::is_same_file(a, b).unwrap_or(false)
 }
 
+/// The directory that `path` is in.
+fn directory_of(path: &Path) -> &Path {
+    path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
 /// `path` as the checkpoint `from` notes it: its name where both are in one directory, else all of it.
 pub(crate) fn noted(path: &Path, from: &Path) -> PathBuf {
     match path.file_name() {
-        Some(name) if path.parent() == from.parent() => name.into(),
+        Some(name) if is_one(directory_of(path), directory_of(from)) => name.into(),
         _ => std::path::absolute(path).unwrap_or_else(|_| path.to_owned()),
     }
 }
 
-/// The path that the checkpoint `from` has noted.
+/// The path that the checkpoint `from` has noted, to be read.
 pub(crate) fn resolved(noted: &Path, from: &Path) -> PathBuf {
     from.parent().map_or_else(|| noted.to_owned(), |directory| directory.join(noted))
+}
+
+/// The path that the checkpoint `from` has noted, to be written: `said` where the command line names it, else
+/// a file beside the checkpoint. A checkpoint may come from somebody else; what it names elsewhere is not its
+/// to write to.
+///
+/// # Errors
+/// It is not a bare name; `what` and `option` say so.
+pub(crate) fn writable(
+    noted: &Path,
+    said: Option<&Path>,
+    from: &Path,
+    (what, option): (&str, &str),
+) -> Result<PathBuf, Failure> {
+    if let Some(said) = said {
+        return Ok(said.to_owned());
+    }
+    let mut parts = noted.components();
+    if let (Some(Component::Normal(name)), None) = (parts.next(), parts.next()) {
+        return Ok(from.with_file_name(name));
+    }
+    Err(Failure::usage(format!(
+        "{} names {what} {1}, which is not beside it; to write there, add `{option} {1}`",
+        from.display(),
+        noted.display()
+    )))
 }

@@ -22,6 +22,7 @@ use crate::progress::RunProgress;
 use crate::recording::RunRecorder;
 use crate::statistics::Statistics;
 use crate::terminal::Terminal;
+use crate::text::number;
 
 /// Everything that a run needs.
 pub(crate) struct Session {
@@ -78,7 +79,8 @@ impl Session {
             }
         }
         if let (Outcome::Interrupted, Some(keeper)) = (&summary.outcome, &keeper) {
-            terminal.complain(&format!("`pliant resume {}` goes on from here", keeper.path().display()));
+            let (checkpoint, time) = (keeper.path().display(), number(keeper.time()));
+            terminal.complain(&format!("`pliant resume {checkpoint}` goes on from t = {time} s"));
         }
         if let Some(recorded) = &recorded {
             terminal.report(&closing::how_to_open(recorded))?;
