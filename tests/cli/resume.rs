@@ -131,7 +131,7 @@ fn a_recording_has_the_same_bytes_with_checkpoints_and_without() {
 #[cfg(unix)]
 #[test]
 fn an_interrupted_run_goes_on_as_if_it_had_not_been() {
-    // Solvers forget, and leave a checkpoint, every 20 to 30 steps here.
+    // Solvers forget, and leave a checkpoint, after 64 steps at the latest.
     for (scheme, step, duration, kept, numbers) in [
         ("{ generalised-alpha = {} }", "2e-3", "1.2", 4, (Some(181), Some(600))),
         ("'symplectic-euler'", "1e-3", "0.12", 8, (Some(19), Some(120))),

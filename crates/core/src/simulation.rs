@@ -227,7 +227,7 @@ impl Simulation {
     /// error, it is the next one, of whatever size.
     ///
     /// A step that an implicit scheme does not solve is taken in parts where the [solver's
-    /// options](SolverOptions::retries) allow it. Every 64 steps, or 64 Newton iterations where that is
+    /// options](SolverOptions::retries) allow it. Every 64 steps, or 256 Newton iterations where that is
     /// earlier, its solver begins without what it kept from earlier steps: a [checkpoint](Self::checkpoint)
     /// there changes nothing.
     ///

@@ -15,7 +15,7 @@ use crate::system::{PinState, WallImpulses};
 /// Steps, rejected ones and parts of steps among them, after which solvers forget at the latest.
 const STEPS_UNTIL_FORGOTTEN: u64 = 64;
 /// Newton iterations after which they forget, too: where steps take long, checkpoints are few steps apart.
-const ITERATIONS_UNTIL_FORGOTTEN: u64 = 64;
+const ITERATIONS_UNTIL_FORGOTTEN: u64 = 256;
 
 /// Everything that the steps after a moment depend on, beside the scene and what was added to it: materials,
 /// forces and pins.
