@@ -211,6 +211,8 @@ export class LiveView extends View {
 
   /** Chosen measure, which the run sends from now on. */
   colourBy(number) {
+    // Before the run has said hello, there is nothing to colour by.
+    if (!this.numbers) return;
     const measure = number > 1 ? this.recording.colourings[number].name : null;
     if (measure !== this.measure) {
       this.measure = measure;
@@ -236,7 +238,9 @@ export class LiveView extends View {
 
   /** Sends a command whose refusal is shown at the player. */
   async order(command) {
-    const reply = await this.link.ask(command);
+    const reply = this.link
+      ? await this.link.ask(command)
+      : { ok: false, message: 'the run has not answered yet' };
     by('refused').textContent = reply.ok ? '' : reply.message;
     return reply;
   }
@@ -247,6 +251,8 @@ export class LiveView extends View {
   }
 
   play(on) {
+    // A long step is ended first; the next state says what the run does.
+    if (!on) by('pace').textContent = 'pausing after this step';
     this.order({ do: on ? 'continue' : 'pause' });
   }
 
