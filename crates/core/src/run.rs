@@ -5,6 +5,7 @@ mod plan;
 mod summary;
 #[cfg(test)]
 mod tests;
+mod watch;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -17,6 +18,7 @@ use crate::simulation::{Simulation, StepError};
 pub use checkpoint::{Checkpoints, RunCheckpoint, RunState};
 pub use plan::Plan;
 pub use summary::{Outcome, Summary};
+pub use watch::EnergyWatch;
 
 /// The total energy is looked at every so many steps, frames apart: about 1 % of the work.
 const GUARD_INTERVAL: u64 = 128;
@@ -325,33 +327,45 @@ impl<'a, 'b> Run<'a, 'b> {
     /// Checks that the energy of the present state is one that a run can have: finite, and not grown beyond
     /// any physical cause. Statics has no motion whose energy could grow.
     fn guard(&mut self, energy: &Energy) -> Result<(), StepError> {
-        if !energy.total.is_finite() {
-            return Err(self.simulation.not_finite_here());
-        }
-        if self.simulation.method().is_static() {
-            return Ok(());
-        }
         let start = self.state.start.energy();
         let gain = energy.gain(&start);
         let supplied = energy.balance.map_or(0.0, |balance| balance.turnover());
         let scale = self.state.energy_scale.max(self.state.scale_at_start + supplied);
-        if gain <= ENERGY_GROWTH_BOUND * scale {
-            self.state.energy_scale = scale;
-            let change = (energy.conserved() - start.conserved()).abs();
-            self.state.largest_energy_change = self.state.largest_energy_change.max(change);
-            self.state.largest_energy_gain = self.state.largest_energy_gain.max(gain);
+        ensure_bounded(self.simulation, [start.total, energy.total], gain, scale)?;
+        if self.simulation.method().is_static() {
             return Ok(());
         }
-        let state = self.simulation.state();
-        Err(StepError::Unstable {
-            step: state.step,
-            time: state.time,
-            energy: energy.total,
-            start: self.state.start.total,
-            step_size: self.simulation.step_size(),
-            stable_step: self.simulation.stable_step(),
-        })
+        self.state.energy_scale = scale;
+        let change = (energy.conserved() - start.conserved()).abs();
+        self.state.largest_energy_change = self.state.largest_energy_change.max(change);
+        self.state.largest_energy_gain = self.state.largest_energy_gain.max(gain);
+        Ok(())
     }
+}
+
+/// Checks that the present energy, the second of `totals` [J] after that of the start, is finite, and that
+/// its `gain` [J] is not beyond any physical cause, on the `scale` [J] of the energy there was.
+fn ensure_bounded(
+    simulation: &Simulation,
+    [start, energy]: [f64; 2],
+    gain: f64,
+    scale: f64,
+) -> Result<(), StepError> {
+    if !energy.is_finite() {
+        return Err(simulation.not_finite_here());
+    }
+    if simulation.method().is_static() || gain <= ENERGY_GROWTH_BOUND * scale {
+        return Ok(());
+    }
+    let state = simulation.state();
+    Err(StepError::Unstable {
+        step: state.step,
+        time: state.time,
+        energy,
+        start,
+        step_size: simulation.step_size(),
+        stable_step: simulation.stable_step(),
+    })
 }
 
 /// The energy that a change of energy is compared with: what is kinetic and stored at the start, what

@@ -71,20 +71,27 @@ impl Simulation {
     /// anew, as after [`state_mut`](Self::state_mut), and schemes of several steps begin anew. What was added
     /// to the simulation itself, forces from outside and pins, is gone: it is not in `other`.
     ///
+    /// Walls are bodies to some schemes, the last in the order of the scene, and none to others: vertices that
+    /// only `other` has are where it has them.
+    ///
     /// # Errors
     /// [`AdoptError`] where surfaces that touch in `other` cross or overlap at the present positions: nothing
     /// is changed then.
     ///
     /// # Panics
-    /// If `other` has other vertices: it then is not of the same bodies.
+    /// If `other` has another dimension: it then is not of the same bodies.
     pub fn adopt(&mut self, other: Simulation) -> Result<(), AdoptError> {
-        assert_eq!(other.state.x().len(), self.state.x().len(), "the same vertices");
-        assert_eq!(other.numbering, self.numbering, "numbered likewise");
-        if let Some(conflict) = conflict(&other, self.state.x()) {
+        let d = other.system.dimension();
+        assert_eq!(d, self.system.dimension(), "the same dimension");
+        let (mut x, mut v) = (other.positions().into_owned(), other.velocities().into_owned());
+        let shared = x.len().min(self.state.x().len());
+        x[..shared].copy_from_slice(&self.positions()[..shared]);
+        v[..shared].copy_from_slice(&self.velocities()[..shared]);
+        if let Some(conflict) = other.conflict_at(&x) {
             return Err(AdoptError { conflict, time: self.state.time });
         }
         let (step, time) = (self.state.step, self.state.time);
-        let (state, drives) = (self.state.clone(), self.drives());
+        let drives = self.drives();
         let before = std::mem::replace(self, other);
         let counted = self.system.force_evaluations() + before.system.force_evaluations();
         self.system.books_mut().set_force_evaluations(counted);
@@ -93,9 +100,9 @@ impl Simulation {
             self.set_pace(before.pace());
         }
         (self.state.step, self.state.time) = (step, time);
-        let (x, v) = self.state.rows_mut();
-        x.copy_from_slice(state.x());
-        v.copy_from_slice(state.v());
+        let (here_x, here_v) = self.state.rows_mut();
+        here_x.copy_from_slice(&self.numbering.to_internal(&x, d));
+        here_v.copy_from_slice(&self.numbering.to_internal(&v, d));
         if step > 0 {
             self.hold_as_after(step, time);
         }

@@ -114,6 +114,7 @@ impl Experiment {
     /// # Errors
     /// [`CommandError`]; nothing has changed then.
     pub fn execute(&mut self, command: &ExperimentCommand) -> Result<(), CommandError> {
+        let before = self.watch.is_some().then(|| self.simulation.diagnostics());
         match command {
             ExperimentCommand::Set { path, value } => self.set(path, *value),
             ExperimentCommand::Pin { name, on } => self.pin(name, *on),
@@ -128,6 +129,9 @@ impl Experiment {
             ExperimentCommand::GoBack => self.go_back(),
             ExperimentCommand::Place { state } => self.place(state),
         }?;
+        if let (Some(before), Some(watch)) = (before, &mut self.watch) {
+            watch.go_on(&before, &mut self.simulation);
+        }
         self.log.commands.push(LoggedCommand { after: self.log.steps, command: command.clone() });
         Ok(())
     }
@@ -169,6 +173,10 @@ impl Experiment {
         simulation.set_stop(self.stop.clone());
         if from_present {
             self.simulation.adopt(simulation)?;
+            // Walls have become bodies, or have ceased to be: earlier states have other vertices.
+            if topology.vertex_count != self.topology.vertex_count {
+                self.history.forget();
+            }
         } else {
             self.simulation = simulation;
         }
@@ -242,6 +250,7 @@ impl Experiment {
     fn reset(&mut self) -> Result<(), CommandError> {
         self.grabbed = None;
         self.assemble_anew(self.source.clone(), false)?;
+        self.watch = None;
         self.history.forget();
         Ok(())
     }
@@ -249,6 +258,7 @@ impl Experiment {
     fn place(&mut self, state: &Snapshot) -> Result<(), CommandError> {
         self.simulation.restore(state)?;
         self.let_go();
+        self.watch = None;
         self.history.forget();
         self.failure = None;
         Ok(())
@@ -258,6 +268,7 @@ impl Experiment {
         let step = self.simulation.state().step;
         let snapshot = self.history.earlier_than(step).ok_or(CommandError::NoEarlierState)?;
         self.simulation.restore(&snapshot)?;
+        self.watch = None;
         self.failure = None;
         Ok(())
     }

@@ -17,13 +17,18 @@ impl History {
     /// Keeps the present state before a step, if it is its turn.
     pub(super) fn before_step(&mut self, simulation: &Simulation) {
         let step = simulation.state().step;
-        if !step.is_multiple_of(INTERVAL) || self.0.back().is_some_and(|last| last.step >= step) {
+        if !Self::is_turn(step) || self.0.back().is_some_and(|last| last.step >= step) {
             return;
         }
         if self.0.len() == KEPT {
             self.0.pop_front();
         }
         self.0.push_back(simulation.snapshot());
+    }
+
+    /// True if the state after `step` steps is kept, and has to be a good one.
+    pub(super) fn is_turn(step: u64) -> bool {
+        step.is_multiple_of(INTERVAL)
     }
 
     pub(super) fn can_go_back(&self, step: u64) -> bool {

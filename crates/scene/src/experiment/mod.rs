@@ -15,8 +15,9 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use pliant::probe::Probe;
-use pliant::simulation::Simulation;
-use pliant::topology::Topology;
+use pliant::run::EnergyWatch;
+use pliant::simulation::{Simulation, StepError};
+use pliant::topology::{BodyKind, Topology};
 
 use crate::assembly::{Assembly, Report, UnstableStep};
 use crate::{Scene, SceneError, Source};
@@ -45,7 +46,7 @@ pub struct Experiment {
     topology: Topology,
     probes: Vec<Probe>,
     report: Report,
-    /// Names of all pins at the start, `body/pin`.
+    /// Names of all pins of bodies at the start, `body/pin`; not those of obstacles, which nothing else holds.
     pins: Vec<String>,
     /// Names of those that are off.
     released: Vec<String>,
@@ -53,6 +54,8 @@ pub struct Experiment {
     controls: Vec<Control>,
     stop: Option<Arc<AtomicBool>>,
     history: History,
+    /// Judges the energy from the first step on.
+    watch: Option<EnergyWatch>,
     failure: Option<StepFailure>,
     log: CommandLog,
 }
@@ -68,7 +71,7 @@ impl Experiment {
         let controls = controls::of(&source, &scene);
         Ok(Experiment {
             log: CommandLog::new(source.text()),
-            pins: simulation.pin_names(),
+            pins: pins_of_bodies(&simulation, &topology),
             source,
             scene,
             simulation,
@@ -80,6 +83,7 @@ impl Experiment {
             controls,
             stop: None,
             history: History::default(),
+            watch: None,
             failure: None,
         })
     }
@@ -89,7 +93,7 @@ impl Experiment {
     pub fn step(&mut self) -> bool {
         self.history.before_step(&self.simulation);
         self.log.steps += 1;
-        match self.simulation.step() {
+        match self.judged_step() {
             Ok(()) => self.failure = None,
             // Stopped from elsewhere: a replay does not try it.
             Err(_) if self.simulation.system().is_stopped() => {
@@ -99,6 +103,16 @@ impl Experiment {
             Err(error) => self.failure = Some(StepFailure::new(&error)),
         }
         self.failure.is_none()
+    }
+
+    fn judged_step(&mut self) -> Result<(), StepError> {
+        let Experiment { simulation, watch, .. } = self;
+        let watch = watch.get_or_insert_with(|| EnergyWatch::new(simulation));
+        simulation.step()?;
+        match History::is_turn(simulation.state().step) {
+            true => watch.judge(simulation),
+            false => Ok(()),
+        }
     }
 
     /// Ends steps and solves once this flag is set, as [`Simulation::set_stop`] does.
@@ -197,6 +211,14 @@ impl Experiment {
             }
         }
     }
+}
+
+/// Names of the pins that do not hold an obstacle.
+fn pins_of_bodies(simulation: &Simulation, topology: &Topology) -> Vec<String> {
+    let bodies = topology.bodies.iter().filter(|body| body.kind == BodyKind::Obstacle);
+    let obstacles: Vec<&str> = bodies.map(|body| &body.name[..]).collect();
+    let is_of_obstacle = |pin: &str| obstacles.contains(&pin.split('/').next().unwrap_or_default());
+    simulation.pin_names().into_iter().filter(|pin| !is_of_obstacle(pin)).collect()
 }
 
 /// The simulation of a scene, problems located in its text.

@@ -228,3 +228,67 @@ fn a_text_that_is_no_log_is_refused_with_its_line() {
     assert!(error("{\"scene\":\"\"}\n{\"after\":1,\"do\":\"fly\"}\n{\"steps\":1}").starts_with("line 2"));
     assert!(error("{\"scene\":\"\"}\n{\"steps\":-1}").starts_with("line 2"));
 }
+
+/// A beam that falls to a floor.
+const ABOVE_FLOOR: &str = "
+dimension = 2
+[time]
+integrator = 'symplectic-euler'
+step = 1e-3
+duration = 1.0
+[world]
+gravity = [0.0, -9.81]
+walls = [{ normal = [0.0, 1.0], offset = -0.5 }]
+[[body]]
+name = 'beam'
+mesh = { grid = { cells = [4, 1], spacing = 0.25 } }
+elastic = { corotated = { young = 2e4, poisson = 0.3 } }
+mass = { density = 1000.0 }
+";
+
+fn switch(experiment: &mut Experiment, name: &str) {
+    experiment.execute(&ExperimentCommand::Integrator { name: name.into() }).unwrap();
+}
+
+#[test]
+fn walls_become_bodies_and_cease_to_be_where_the_scheme_is_switched() {
+    let mut experiment = started(ABOVE_FLOOR);
+    let count = experiment.topology().vertex_count;
+    steps(&mut experiment, 100);
+    experiment.execute(&ExperimentCommand::Grab { vertex: 4, target: vec![1.0, 0.2] }).unwrap();
+    for (name, vertices) in [("implicit-euler", count + 1), ("symplectic-euler", count), ("bdf2", count + 1)]
+    {
+        let before = experiment.simulation().snapshot();
+        switch(&mut experiment, name);
+        let now = experiment.simulation().snapshot();
+        assert_eq!(experiment.topology().vertex_count, vertices, "{name}");
+        assert_eq!((now.step, now.time), (before.step, before.time), "{name}");
+        let shared = 2 * count as usize;
+        assert_eq!((&now.x[..shared], &now.v[..shared]), (&before.x[..shared], &before.v[..shared]));
+        assert!(experiment.grabbed().is_some() && !experiment.can_go_back(), "{name}");
+        steps(&mut experiment, 40);
+    }
+    let log = experiment.log().clone();
+    let again = Experiment::replay(Source::new("beam", ABOVE_FLOOR), &log, |_| {}).unwrap();
+    assert_eq!(again.simulation().snapshot().x, experiment.simulation().snapshot().x);
+}
+
+#[test]
+fn pins_of_obstacles_are_not_let_go() {
+    let experiment = started(&ABOVE_FLOOR.replace("symplectic", "implicit"));
+    assert!(experiment.simulation().pin_names().len() > experiment.pins.len(), "{:?}", experiment.pins);
+}
+
+#[test]
+fn energy_that_grows_beyond_any_cause_ends_the_run_before_its_state_is_kept() {
+    let mut experiment = started(ABOVE_FLOOR);
+    steps(&mut experiment, 40);
+    let snapshot = experiment.simulation().snapshot();
+    let fast: Vec<f64> = snapshot.v.iter().map(|v| 1e4 * (v + 1.0)).collect();
+    experiment.simulation.set_velocities(&fast);
+    let failed = (0..64).find(|_| !experiment.step());
+    assert!(failed.is_some() && experiment.failure().is_some());
+    experiment.execute(&ExperimentCommand::GoBack).unwrap();
+    let energy = experiment.simulation_mut().diagnostics().total;
+    assert!(experiment.simulation().state().step <= 64 && energy.abs() < 1e5, "{energy}");
+}
