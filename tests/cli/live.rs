@@ -8,7 +8,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use pliant_scene::Source;
-use pliant_scene::experiment::CommandLog;
+use pliant_scene::experiment::{CommandLog, Experiment, ExperimentCommand};
 use serde_json::{Value, json};
 use tungstenite::client::IntoClientRequest;
 use tungstenite::{Message, WebSocket};
@@ -281,6 +281,7 @@ fn who_has_no_business_here_is_refused_and_nothing_ends() {
         (json!({ "do": "integrator", "name": "velocity-verlet" }), "is unstable"),
         (json!({ "do": "record", "path": "../run.mcap" }), "below the working folder"),
         (json!({ "do": "record", "path": "/tmp/run.mcap" }), "below the working folder"),
+        (json!({ "do": "record", "path": "a\u{1b}[2J.mcap" }), "control characters"),
         (json!({ "do": "go-back" }), "no earlier state"),
     ] {
         let reply = page.ask(command);
@@ -358,4 +359,68 @@ fn a_recording_of_a_hundred_commands_while_it_runs_is_that_of_their_log() {
     // Neither a recording nor its log is replaced silently.
     bench.pliant(["live", "scene.toml", "--no-open", "--record", "run.mcap"]).ended_with(2).says(&["exists"]);
     bench.pliant(["live", "scene.toml", "--no-open", "--record", "../a.mcap"]).ended_with(2).says(&["below"]);
+}
+
+/// A floor under the beam, which is a body to implicit schemes alone.
+fn above_floor() -> String {
+    let floor = "[world]\nwalls = [{ normal = [0.0, 1.0], offset = -0.5 }]";
+    BEAM.replace("[world]", floor).replace("0.05", "2e-4")
+}
+
+#[test]
+fn a_page_switches_the_scheme_both_ways_above_a_floor() {
+    let bench = Bench::new(&above_floor());
+    let served = Served::start(&bench, &["--paused", "--record", "run.mcap"]);
+    let mut page = served.page();
+    let count = page.next("hello")["vertex_count"].as_u64().unwrap() as usize;
+    page.ok(json!({ "do": "step", "count": 5 }));
+    page.state(|state| state["step"] == 5);
+    for (name, step) in [("symplectic-euler", 10), ("implicit-euler", 15)] {
+        page.ok(json!({ "do": "integrator", "name": name }));
+        page.ok(json!({ "do": "step", "count": 5 }));
+        let state = page.state(|state| state["step"] == step);
+        assert!(state["fault"].is_null() && state["recording"].is_null(), "{state}");
+        let last = page.last;
+        let frame = loop {
+            let Message::Binary(bytes) = page.read() else { continue };
+            if u64::from(u32::from_le_bytes(bytes[4..8].try_into().unwrap())) >= last {
+                break bytes;
+            }
+        };
+        assert_eq!(u32::from_le_bytes(frame[24..28].try_into().unwrap()) as usize, count, "{name}");
+    }
+    assert_eq!(served.interrupt(), 0);
+    assert!(bench.path("run.mcap").exists() && bench.path("run.commands.jsonl").exists());
+}
+
+/// Shipped scenes and templates with walls.
+fn scenes_with_walls() -> Vec<std::path::PathBuf> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let folders = [root.join("../../scenes"), root.join("src/commands/new")];
+    let files = folders.iter().flat_map(|folder| std::fs::read_dir(folder).unwrap());
+    let files =
+        files.map(|file| file.unwrap().path()).filter(|path| path.extension() == Some("toml".as_ref()));
+    let mut found: Vec<_> =
+        files.filter(|path| std::fs::read_to_string(path).unwrap().contains("\nwalls")).collect();
+    found.sort();
+    found
+}
+
+#[test]
+fn no_switch_of_the_scheme_stops_a_scene_with_walls() {
+    let scenes = scenes_with_walls();
+    assert!(scenes.len() >= 7, "{scenes:?}");
+    for path in scenes {
+        let mut experiment = Experiment::new(Source::from_path(&path).unwrap()).unwrap();
+        assert!(experiment.step(), "{}", path.display());
+        let (_, own) = experiment.integrators();
+        for name in ["implicit-euler", "symplectic-euler", own] {
+            let before = experiment.simulation().snapshot();
+            if experiment.execute(&ExperimentCommand::Integrator { name: name.into() }).is_err() {
+                assert_eq!(experiment.simulation().snapshot(), before, "{} {name}", path.display());
+            }
+            assert_eq!(experiment.simulation().state().step, before.step, "{} {name}", path.display());
+        }
+        assert!(experiment.step(), "{}: {:?}", path.display(), experiment.failure());
+    }
 }

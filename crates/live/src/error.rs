@@ -32,6 +32,12 @@ pub enum LiveError {
         /// The path.
         path: PathBuf,
     },
+    /// The name of a recording has control characters.
+    #[error("{path:?} is no name of a recording: give one without control characters")]
+    Name {
+        /// The path.
+        path: PathBuf,
+    },
     /// A recording is being made already.
     #[error("{} is being recorded; end it first", path.display())]
     Recording {

@@ -10,7 +10,7 @@
 //! | another path or token | 404 |
 //! | a `Host` that is not this server's (a name that was made to lead to loopback) | 421 |
 //! | the socket, from a page of another origin or of none | 403 |
-//! | the socket, while another page has it | 409 |
+//! | the socket, while another page has it that reads | 409 |
 //! | a head above 8 kB, or slower than 5 s | the connection ends |
 //! | a message that is no command, or above 64 kB | an answer that says so; above 64 kB the socket ends |
 

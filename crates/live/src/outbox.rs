@@ -2,9 +2,14 @@
 
 use std::collections::VecDeque;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
 
 /// Texts that may wait before commands are no longer read.
 const TEXTS: usize = 256;
+/// Texts that may wait at all: a page that leaves more lie does not read, and loses its place.
+const MOST_TEXTS: usize = 8 * TEXTS;
+/// Time after which a page that does not take what is sent to it yields its place to another one.
+const YIELDS: Duration = Duration::from_secs(2);
 
 /// Message that is sent next.
 #[derive(Debug, PartialEq)]
@@ -17,9 +22,13 @@ pub(crate) enum Outgoing {
 #[derive(Default)]
 struct Waiting {
     /// Replies and states: none is lost.
-    texts: VecDeque<Outgoing>,
+    texts: VecDeque<String>,
     /// The newest frame.
     frame: Option<Vec<u8>>,
+    /// The newest answer to a ping: older ones need none (RFC 6455, section 5.5.3).
+    pong: Option<Vec<u8>>,
+    /// Begin of the message that is being sent.
+    sending: Option<Instant>,
     /// Number of the page that is connected, from 1; 0 without one.
     page: u64,
     pages: u64,
@@ -38,16 +47,18 @@ impl Outbox {
         self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Begins for a page; `None` while another one is connected.
+    /// Begins for a page; `None` while another one is connected that takes what is sent to it.
     pub(crate) fn connect(&self) -> Option<u64> {
         let mut waiting = self.lock();
-        if waiting.page != 0 || waiting.closed {
+        let yields = waiting.sending.is_some_and(|since| since.elapsed() > YIELDS);
+        if waiting.closed || (waiting.page != 0 && !yields) {
             return None;
         }
         waiting.pages += 1;
         waiting.page = waiting.pages;
         waiting.texts.clear();
-        waiting.frame = None;
+        (waiting.frame, waiting.pong, waiting.sending) = (None, None, None);
+        self.changed.notify_all();
         Some(waiting.page)
     }
 
@@ -65,14 +76,26 @@ impl Outbox {
         self.lock().page
     }
 
+    /// Adds a text; a page that has left too many lie is gone from then on.
     pub(crate) fn text(&self, text: String) {
-        self.push(Outgoing::Text(text));
+        let mut waiting = self.lock();
+        if waiting.page == 0 {
+            return;
+        }
+        if waiting.texts.len() == MOST_TEXTS {
+            waiting.page = 0;
+            waiting.texts.clear();
+        } else {
+            waiting.texts.push_back(text);
+        }
+        self.changed.notify_all();
     }
 
-    pub(crate) fn push(&self, message: Outgoing) {
+    /// Replaces the answer to a ping that waits, if `page` is still connected.
+    pub(crate) fn pong(&self, page: u64, data: Vec<u8>) {
         let mut waiting = self.lock();
-        if waiting.page != 0 {
-            waiting.texts.push_back(message);
+        if waiting.page == page {
+            waiting.pong = Some(data);
             self.changed.notify_all();
         }
     }
@@ -99,12 +122,13 @@ impl Outbox {
             if waiting.page != page {
                 return None;
             }
-            if let Some(message) = waiting.texts.pop_front() {
+            let text = waiting.texts.pop_front().map(Outgoing::Text);
+            let message = text.or_else(|| waiting.pong.take().map(Outgoing::Pong));
+            let message = message.or_else(|| waiting.frame.take().map(Outgoing::Frame));
+            waiting.sending = message.is_some().then(Instant::now);
+            if message.is_some() {
                 self.changed.notify_all();
-                return Some(message);
-            }
-            if let Some(frame) = waiting.frame.take() {
-                return Some(Outgoing::Frame(frame));
+                return message;
             }
             if waiting.closed {
                 return None;
@@ -145,8 +169,24 @@ mod tests {
         for expected in texts.chain([Outgoing::Frame(vec![2])]) {
             assert_eq!(outbox.next(page), Some(expected));
         }
+        (0..3).for_each(|i| outbox.pong(page, vec![i]));
+        assert_eq!(outbox.next(page), Some(Outgoing::Pong(vec![2])));
         outbox.disconnect(page);
         assert_eq!((outbox.next(page), outbox.has_room(page)), (None, false));
         assert_eq!(outbox.connect(), Some(2));
+    }
+
+    #[test]
+    fn a_page_that_does_not_read_is_gone() {
+        let outbox = Outbox::default();
+        let page = outbox.connect().unwrap();
+        (0..=MOST_TEXTS).for_each(|i| outbox.text(i.to_string()));
+        assert_eq!((outbox.page(), outbox.next(page)), (0, None));
+        assert_eq!(outbox.connect(), Some(2));
+        outbox.text("sent".into());
+        outbox.next(2);
+        assert_eq!(outbox.connect(), None);
+        outbox.lock().sending = Instant::now().checked_sub(2 * YIELDS);
+        assert_eq!((outbox.connect(), outbox.next(2)), (Some(3), None));
     }
 }

@@ -107,15 +107,21 @@ pub(crate) fn controls(experiment: &Experiment) -> Value {
     json!({ "type": "controls", "controls": experiment.controls(), "integrator": present })
 }
 
-/// The first message.
-pub(crate) fn hello(experiment: &Experiment, title: &str, measures: &[String], state: &Value) -> String {
+/// The first message, to a page of so many coordinates.
+pub(crate) fn hello(
+    experiment: &Experiment,
+    coordinates: usize,
+    title: &str,
+    measures: &[String],
+    state: &Value,
+) -> String {
     let (integrators, _) = experiment.integrators();
     let mut hello = controls(experiment);
     let further = json!({
         "type": "hello",
         "title": title,
         "dimension": experiment.topology().dimension,
-        "vertex_count": experiment.topology().vertex_count,
+        "vertex_count": coordinates / experiment.topology().dimension,
         "time_step": experiment.simulation().step_size(),
         "integrators": integrators,
         "measures": measures,
@@ -154,9 +160,19 @@ pub(crate) fn measure(name: &str) -> Option<(&'static Measure, usize)> {
     })
 }
 
-/// A frame: the header, positions, speeds, and a measure of each element.
-pub(crate) fn frame(simulation: &Simulation, command: u32, measure: Option<(&Measure, usize)>) -> Vec<u8> {
-    let (x, v, d) = (simulation.positions(), simulation.velocities(), simulation.system().dimension());
+/// A frame: the header, positions, speeds, and a measure of each element. Vertices are those of the page,
+/// which began with positions `start` [m]: walls, the last, may have become bodies or ceased to be.
+pub(crate) fn frame(
+    simulation: &Simulation,
+    start: &[f64],
+    command: u32,
+    measure: Option<(&Measure, usize)>,
+) -> Vec<u8> {
+    let (mut x, mut v) = (simulation.positions().into_owned(), simulation.velocities().into_owned());
+    let d = simulation.system().dimension();
+    x.extend(start.iter().skip(x.len()));
+    x.truncate(start.len());
+    v.resize(start.len(), 0.0);
     let elements = measure.map_or(vec![], |measure| element_values(simulation, measure));
     let (state, vertices) = (simulation.state(), x.len() / d);
     let mut bytes = Vec::with_capacity(HEADER + 4 * (x.len() + vertices + elements.len()));

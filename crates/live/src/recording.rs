@@ -89,6 +89,9 @@ fn log_of(recording: &Path) -> PathBuf {
 
 /// The path, if it stays below the folder that it is relative to.
 fn confined(path: &Path) -> Result<&Path, LiveError> {
+    if path.to_str().is_none_or(|text| text.contains(char::is_control)) {
+        return Err(LiveError::Name { path: path.to_owned() });
+    }
     let is_confined = path.components().all(|part| matches!(part, Component::Normal(_)));
     if is_confined && path.file_name().is_some() {
         return Ok(path);
@@ -131,7 +134,16 @@ mod tests {
         for inside in ["a.mcap", "runs/a.mcap"] {
             assert!(confined(Path::new(inside)).is_ok(), "{inside}");
         }
-        for outside in ["", "/tmp/a.mcap", "../a.mcap", "runs/../../a.mcap", "./a.mcap", ".."] {
+        for outside in [
+            "",
+            "/tmp/a.mcap",
+            "../a.mcap",
+            "runs/../../a.mcap",
+            "./a.mcap",
+            "..",
+            "a\u{1b}[31m.mcap",
+            "a\n.mcap",
+        ] {
             assert!(confined(Path::new(outside)).is_err(), "{outside}");
         }
         assert_eq!(log_of(Path::new("a/run.mcap")), Path::new("a/run.commands.jsonl"));

@@ -21,7 +21,7 @@ use crate::LiveError;
 use crate::head::{Framing, RequestHead, answer, refuse};
 use crate::outbox::{Outbox, Outgoing};
 use crate::page::LivePage;
-use crate::protocol::Request;
+use crate::protocol::{self, Action, Request};
 use crate::session::{Incoming, LiveSession, LiveSettings};
 use crate::token::Token;
 
@@ -34,7 +34,7 @@ const LARGEST: usize = 1 << 20;
 /// Connections served at once.
 const CONNECTIONS: usize = 32;
 /// Time that a page may leave what was sent to it lie.
-const STALLED: Duration = Duration::from_secs(30);
+const STALLED: Duration = Duration::from_secs(10);
 
 /// Options of serving a scene.
 #[derive(Clone, Debug)]
@@ -271,11 +271,17 @@ impl Door {
                 }
                 Message::Binary(_) => Err((None, "a command is a text".into())),
                 Message::Ping(data) => {
-                    self.outbox.push(Outgoing::Pong(data.to_vec()));
+                    self.outbox.pong(page, data.to_vec());
                     continue;
                 }
                 _ => continue,
             };
+            // At once: the step that is being taken may be a long one.
+            if let Ok(Request { command, action: Action::Pause }) = &request
+                && self.outbox.page() == page
+            {
+                self.outbox.text(protocol::reply(Some(*command), None));
+            }
             // A full queue stops reading: the page then waits, and no command is lost.
             let incoming = Incoming { page, request };
             if !self.outbox.has_room(page) || self.commands.send(incoming).is_err() {

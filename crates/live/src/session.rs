@@ -1,5 +1,6 @@
 //! The loop of a running scene: commands, steps, frames, recordings.
 
+use std::panic::{self, AssertUnwindSafe};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -47,6 +48,8 @@ pub(crate) struct LiveSession {
     settings: LiveSettings,
     outbox: Arc<Outbox>,
     queue: Receiver<Incoming>,
+    /// Positions of the vertices of the page [m]: walls that are no bodies now are drawn there.
+    start: Vec<f64>,
     pace: Pace,
     paused: bool,
     /// Steps to take although paused.
@@ -75,6 +78,7 @@ impl LiveSession {
         LiveSession {
             pace: Pace::new(settings.speed, time),
             paused: settings.paused,
+            start: experiment.simulation().positions().into_owned(),
             experiment,
             settings,
             outbox,
@@ -110,6 +114,19 @@ impl LiveSession {
     /// The last recording cannot be written.
     pub(crate) fn run(mut self, stop: &Arc<AtomicBool>) -> Result<LiveSummary, LiveError> {
         self.experiment.set_stop(Some(Arc::clone(stop)));
+        // However it ends, what was recorded is a whole file with its log.
+        let ended = panic::catch_unwind(AssertUnwindSafe(|| self.go_on(stop)));
+        let recording = self.end_recording();
+        if let Err(cause) = ended {
+            panic::resume_unwind(cause);
+        }
+        recording?;
+        let LiveSession { experiment, recorded, .. } = self;
+        let (steps, state) = (experiment.log().steps, experiment.simulation().snapshot());
+        Ok(LiveSummary { source: experiment.source().clone(), steps, time: state.time, state, recorded })
+    }
+
+    fn go_on(&mut self, stop: &AtomicBool) {
         while !stop.load(Ordering::Relaxed) {
             self.greet();
             let wait = self.wait();
@@ -119,10 +136,6 @@ impl LiveSession {
             }
             self.publish();
         }
-        self.end_recording()?;
-        let LiveSession { experiment, recorded, .. } = self;
-        let (steps, state) = (experiment.log().steps, experiment.simulation().snapshot());
-        Ok(LiveSummary { source: experiment.source().clone(), steps, time: state.time, state, recorded })
     }
 
     /// Says hello to a page that has come.
@@ -135,7 +148,7 @@ impl LiveSession {
         if page != 0 {
             let state = self.state();
             let LiveSettings { title, measures, .. } = &self.settings;
-            self.outbox.text(protocol::hello(&self.experiment, title, measures, &state));
+            self.outbox.text(protocol::hello(&self.experiment, self.start.len(), title, measures, &state));
             self.frame_is_due = true;
         }
     }
@@ -179,12 +192,13 @@ impl LiveSession {
             Ok(request) => request,
             Err((command, message)) => return self.outbox.text(protocol::reply(command, Some(&message))),
         };
-        let (is_drag, changes_controls) = (action.is_drag(), action.changes_controls());
+        let is_acknowledged = action.is_drag() || action == Action::Pause;
+        let changes_controls = action.changes_controls();
         let refused = self.execute(action).err();
         self.last_command = command;
         (self.state_is_due, self.frame_is_due) = (true, true);
-        // A drag is acknowledged by the next frame.
-        if refused.is_some() || !is_drag {
+        // A drag is acknowledged by the next frame, a pause where it was read.
+        if refused.is_some() || !is_acknowledged {
             self.outbox.text(protocol::reply(Some(command), refused.as_deref()));
         }
         if refused.is_none() && changes_controls {
@@ -223,7 +237,17 @@ impl LiveSession {
         if goes_back {
             self.end_recording().map_err(|error| error.to_string())?;
         }
+        let vertices = self.experiment.topology().vertex_count;
         self.experiment.execute(command).map_err(|error| error.to_string())?;
+        // A recording has the same vertices from its start to its end.
+        if self.experiment.topology().vertex_count != vertices
+            && let Some(recording) = &self.recording
+        {
+            let path = recording.path.display();
+            let ended = format!("the recording {path} has ended: walls became bodies, or ceased to be");
+            self.end_recording().map_err(|error| error.to_string())?;
+            self.outbox.text(protocol::reply(None, Some(&ended)));
+        }
         if goes_back {
             self.asked_steps = 0;
             self.restart_pace();
@@ -278,7 +302,8 @@ impl LiveSession {
             (self.state_is_due, self.state_shown) = (false, Instant::now());
         }
         if self.frame_is_due && self.frame_shown.elapsed() >= FRAME && self.outbox.wants_frame() {
-            let frame = protocol::frame(self.experiment.simulation(), self.last_command, self.measure);
+            let simulation = self.experiment.simulation();
+            let frame = protocol::frame(simulation, &self.start, self.last_command, self.measure);
             self.outbox.frame(frame);
             (self.frame_is_due, self.frame_shown) = (false, Instant::now());
         }
