@@ -165,7 +165,7 @@ fn strips_of_one_row_and_of_two_bend_as_a_beam_does() {
             c => x[0] > 1e-9 || x[c] > 1e-9,
         });
         // Of bilinear sides: a half at nodes on a border.
-        let border = |x: f64| if x < 1e-9 || x > 1.0 - 1e-9 { 0.5 } else { 1.0 };
+        let border = |x: f64| if (1e-9..=1.0 - 1e-9).contains(&x) { 1.0 } else { 0.5 };
         let mut load = DVector::zeros(rest.len());
         for (a, x) in rest.chunks_exact(d).enumerate().filter(|(_, x)| x[0] > 9.9) {
             load[d * a + 1] = x[1..].iter().map(|x| border(*x) / cells[1] as f64).product();

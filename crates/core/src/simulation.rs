@@ -381,6 +381,7 @@ impl Simulation {
 
     fn not_finite(&self, fault: StepFault, retried: Option<Box<Retried>>) -> StepError {
         let StepFault { fault, vertex, solve } = self.located(fault);
+        let fault = fault.map(Box::new);
         // Where there is no finite force to begin with, the solver is not to blame.
         if let Some(solve) = solve.filter(|solve| solve.verdict != SolveFailure::Infeasible) {
             return StepError::Unsolved {

@@ -92,7 +92,9 @@ pub(crate) fn _study<'py>(
     let results = made.map_err(|error| match error {
         StudyError::Scene(problems) => errors::scene(py, &source.error(problems)),
         StudyError::Variant(error) => errors::scene(py, &error),
-        StudyError::NoDuration | StudyError::NotExact | StudyError::Static => PyValueError::new_err(error.to_string()),
+        StudyError::NoDuration | StudyError::NotExact | StudyError::Static => {
+            PyValueError::new_err(error.to_string())
+        }
         StudyError::File { .. } => PyOSError::new_err(error.to_string()),
         error => PyRuntimeError::new_err(error.to_string()),
     })?;

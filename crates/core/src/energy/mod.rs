@@ -41,6 +41,24 @@ pub enum EnergyKind {
     Other(&'static str),
 }
 
+/// Function of a material of the user.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MaterialOutput {
+    /// First Piola-Kirchhoff stress.
+    Stress,
+    /// Energy density.
+    Density,
+}
+
+impl std::fmt::Display for MaterialOutput {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            MaterialOutput::Stress => "stress",
+            MaterialOutput::Density => "density",
+        })
+    }
+}
+
 /// Obstacle to a finite energy or force of a configuration.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Fault {
@@ -68,8 +86,8 @@ pub enum Fault {
     },
     /// A material that is a function of the user gives no finite number inside of its domain.
     Material {
-        /// What it gives: `stress`, `density`.
-        what: &'static str,
+        /// The number that it gives.
+        what: MaterialOutput,
         /// Name of the body.
         body: String,
         /// Index of the element in the body.

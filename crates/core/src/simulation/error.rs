@@ -10,9 +10,9 @@ pub enum StepError {
     /// A position, velocity or force is not finite.
     #[error(
         "step {step} (t = {time} s) cannot be taken{}: {}{}",
-        nor_in_parts(.retried.as_deref()), cause(.fault, .vertex),
+        nor_in_parts(.retried.as_deref()), cause(.fault.as_deref(), .vertex),
         advice(
-            .fault, smallest(*.step_size, .retried.as_deref()), *.stable_step,
+            .fault.as_deref(), smallest(*.step_size, .retried.as_deref()), *.stable_step,
             parts(*.is_implicit, .retried.as_deref())
         ),
         time = Rounded::<9>(*.time)
@@ -23,7 +23,7 @@ pub enum StepError {
         /// Time at its beginning [s].
         time: f64,
         /// The cause, as far as a term knows it.
-        fault: Option<Fault>,
+        fault: Option<Box<Fault>>,
         /// First vertex whose position or velocity is not finite.
         vertex: Option<usize>,
         /// The step size that was tried [s].
@@ -41,8 +41,8 @@ pub enum StepError {
         "step {step} ({}) was not solved{}: {verdict}{}{}{}; {}",
         moment(*.time, .statics.as_deref()), nor_in_parts(.retried.as_deref()),
         iterations_taken(*.iterations, *.correction),
-        left_over(.statics.as_ref().and_then(|statics| statics.left)), place(.fault),
-        remedy(*.verdict, .fault, .statics.as_deref(), *.step_size, .retried.as_deref())
+        left_over(.statics.as_ref().and_then(|statics| statics.left)), place(.fault.as_deref()),
+        remedy(*.verdict, .fault.as_deref(), .statics.as_deref(), *.step_size, .retried.as_deref())
     )]
     Unsolved {
         /// The step that was tried, from 1.
@@ -56,7 +56,7 @@ pub enum StepError {
         /// Largest component of the last correction [m].
         correction: f64,
         /// The cause, as far as a term knows it.
-        fault: Option<Fault>,
+        fault: Option<Box<Fault>>,
         /// The step size that was tried [s].
         step_size: f64,
         /// The smallest part of the step that failed too, where parts were tried; verdict and cause are of
@@ -95,7 +95,7 @@ pub enum StepError {
     /// The total energy has grown beyond any physical cause.
     #[error(
         "unstable: after step {step} (t = {time} s) the total energy is {energy} J, {start} J at the start{}",
-        advice(&None, *.step_size, *.stable_step, ""),
+        advice(None, *.step_size, *.stable_step, ""),
         energy = Rounded::<4>(*.energy), start = Rounded::<4>(*.start),
         time = Rounded::<9>(*.time)
     )]
@@ -119,7 +119,7 @@ impl StepError {
     /// The cause, as far as a term knows it.
     pub fn fault(&self) -> Option<&Fault> {
         match self {
-            StepError::NotFinite { fault, .. } | StepError::Unsolved { fault, .. } => fault.as_ref(),
+            StepError::NotFinite { fault, .. } | StepError::Unsolved { fault, .. } => fault.as_deref(),
             StepError::StepTooSmall { cause, .. } => cause.as_ref()?.fault.as_ref(),
             StepError::Unstable { .. } => None,
         }
@@ -194,7 +194,7 @@ fn parts(is_implicit: bool, retried: Option<&Retried>) -> &'static str {
 /// Advice where a step is not solved.
 fn remedy(
     verdict: SolveFailure,
-    fault: &Option<Fault>,
+    fault: Option<&Fault>,
     statics: Option<&UnsolvedStatics>,
     step_size: f64,
     retried: Option<&Retried>,
@@ -278,13 +278,13 @@ fn why(failure: Option<&StepFault>) -> String {
             "; allow larger errors by `tolerance`, or see what jumps there".into()
         }
         Some(StepFault { solve: Some(SolveError { verdict, .. }), fault, .. }) => {
-            format!("; it was not solved: {verdict}{}", place(fault))
+            format!("; it was not solved: {verdict}{}", place(fault.as_ref()))
         }
-        Some(StepFault { fault, vertex, .. }) => format!("; {}", cause(fault, vertex)),
+        Some(StepFault { fault, vertex, .. }) => format!("; {}", cause(fault.as_ref(), vertex)),
     }
 }
 
-fn cause(fault: &Option<Fault>, vertex: &Option<usize>) -> String {
+fn cause(fault: Option<&Fault>, vertex: &Option<usize>) -> String {
     match (fault, vertex) {
         (Some(fault), _) => fault.to_string(),
         (None, Some(vertex)) => format!("vertex {vertex} has no finite position or velocity"),
@@ -292,12 +292,12 @@ fn cause(fault: &Option<Fault>, vertex: &Option<usize>) -> String {
     }
 }
 
-fn place(fault: &Option<Fault>) -> String {
-    fault.as_ref().map_or(String::new(), |fault| format!("; {fault}"))
+fn place(fault: Option<&Fault>) -> String {
+    fault.map_or(String::new(), |fault| format!("; {fault}"))
 }
 
 /// Advice.
-fn advice(fault: &Option<Fault>, step: f64, stable: Option<f64>, parts: &str) -> String {
+fn advice(fault: Option<&Fault>, step: f64, stable: Option<f64>, parts: &str) -> String {
     let half = 0.5 * step;
     let mut advice = match stable {
         Some(stable) if step > stable => {
@@ -346,7 +346,7 @@ fn advice(fault: &Option<Fault>, step: f64, stable: Option<f64>, parts: &str) ->
         }
         _ => false,
     };
-    if fault.as_ref().is_some_and(helps) {
+    if fault.is_some_and(helps) {
         advice += ", or a material that can be inverted, such as stable-neo-hookean";
     }
     advice

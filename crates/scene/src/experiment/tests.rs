@@ -263,7 +263,7 @@ fn walls_become_bodies_and_cease_to_be_where_the_scheme_is_switched() {
         let now = experiment.simulation().snapshot();
         assert_eq!(experiment.topology().vertex_count, vertices, "{name}");
         assert_eq!((now.step, now.time), (before.step, before.time), "{name}");
-        let shared = 2 * count as usize;
+        let shared = 2 * count;
         assert_eq!((&now.x[..shared], &now.v[..shared]), (&before.x[..shared], &before.v[..shared]));
         assert!(experiment.grabbed().is_some() && !experiment.can_go_back(), "{name}");
         steps(&mut experiment, 40);

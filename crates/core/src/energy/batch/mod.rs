@@ -8,8 +8,8 @@ use std::ops::Range;
 
 use super::elastic::points_of;
 use super::{
-    DeformationExtremes, ElementTerm, EnergyKind, EnergyTerm, Fault, Measurements, Stencils, TermProperties,
-    TermViews,
+    DeformationExtremes, ElementTerm, EnergyKind, EnergyTerm, Fault, MaterialOutput, Measurements, Stencils,
+    TermProperties, TermViews,
 };
 use crate::algebra::Mat;
 use crate::algebra::all_finite;
@@ -242,8 +242,8 @@ impl<const D: usize, const N: usize> EnergyTerm for BatchElastic<D, N> {
         let points = f.chunks_exact(D * D).zip(p.chunks_exact(D * D)).zip(&psi);
         let bad = |p: &[f64], psi: f64| match (all_finite(p), psi.is_finite()) {
             (true, true) => None,
-            (false, _) => Some("stress"),
-            (true, false) => Some("density"),
+            (false, _) => Some(MaterialOutput::Stress),
+            (true, false) => Some(MaterialOutput::Density),
         };
         let mut found = points.enumerate().filter_map(|(i, ((f, p), psi))| Some((i, f, bad(p, *psi)?)));
         let (i, f, what) = found.next()?;
