@@ -7,10 +7,9 @@ contraction there: a solid is a little stiffer. The twist of the table is not th
 section, `T L / (G J)` with `J = 0.2287 b t^3`, which gives 0.03406; both are compared. And a force at
 the end shears the beam.
 
-The meshes of 6 x 1 x 1 are the paper's, where one element of eight nodes is told from another. Ours takes the
-moment as constant along a cell, and the section of the first one, which is clamped, cannot warp. See [the page of
-elements](how-to/element.md#quadrilaterals-and-hexahedra-that-bend).
-"""
+The meshes of 6 x 1 x 1 are the paper's, where one element of eight nodes is told from another. Ours takes
+the moment as constant along a cell, and the section of the first one, which is clamped, cannot warp. See
+[the page of elements](how-to/element.md#quadrilaterals-and-hexahedra-that-bend). """
 
 from case import STATIC, Row
 
