@@ -85,7 +85,7 @@ fn axes_that_no_element_can_have_are_mistakes() {
     let of = |d: usize, axes: &str| block((d, 1), "[[1.0, 0.0]]", &format!("elastic_axes = {{ {axes} }}"));
     assert_eq!(
         problem(&of(2, "first = { per_element = [[1, 0]] }")),
-        "body.0.elastic_axes.first.per_element: the list has 1 directions, the body has 12 elements"
+        "body.0.elastic_axes.first.per_element: the list has 1 direction, the body has 12 elements"
     );
     let parallel = "first = { direction = [1, 2, 0] }, second = { direction = [-2, -4, 0] }";
     let parallel = problem(&of(3, parallel));
@@ -96,6 +96,6 @@ fn axes_that_no_element_can_have_are_mistakes() {
     let cells = block((2, 0), "[[1.0, 0.0]]", "elastic_axes = { first = { per_element = [[1, 0]] } }");
     assert_eq!(
         problem(&cells),
-        "body.0.elastic_axes.first.per_element: the list has 1 directions, the body has 6 elements"
+        "body.0.elastic_axes.first.per_element: the list has 1 direction, the body has 6 elements"
     );
 }

@@ -84,7 +84,7 @@ fn numbers_that_cannot_be_are_named_each_by_its_own_message() {
             "{ inline = { points = [[0, 0], [1, 0], [0, 1], [5, 5]], triangles = [[0, 1, 2]] } }".to_owned(),
             SOUND,
             "4:8",
-            "belong to no element and no edge, the first is vertex 3",
+            "1 vertex belongs to no element and no edge, the first is vertex 3",
         ),
     ];
     for (mesh, numbers, place, says) in cases {

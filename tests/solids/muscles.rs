@@ -285,7 +285,7 @@ fn fibres_without_a_direction_are_mistakes() {
     };
     assert_eq!(
         problem("{ per_element = [[1, 0]] }"),
-        "body.0.muscle.0.fibre.per_element: the list has 1 directions, the body has 16 elements"
+        "body.0.muscle.0.fibre.per_element: the list has 1 direction, the body has 16 elements"
     );
     let nowhere = problem("{ direction = ['step(0.5, X)', 0] }");
     assert_eq!(

@@ -674,7 +674,9 @@ impl Simulation {
         Work {
             steps: self.state.step,
             force_evaluations: self.system.force_evaluations(),
-            retried: (self.solver.retries > 0 && solver.is_some()).then_some(self.retried),
+            retried: (self.solver.retries > 0 || self.retried.steps > 0)
+                .then_some(self.retried)
+                .filter(|_| solver.is_some()),
             rejected_steps: self.controller.as_ref().map(|controller| controller.rejected),
             increments: self.controller.as_ref().and_then(|controller| controller.increments()),
             solver,

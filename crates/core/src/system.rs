@@ -69,6 +69,9 @@ pub struct System {
     /// True if the walls last applied put any vertex back.
     put_back: bool,
     ether_drag: f64,
+    /// Time that terms were told last, and that of the force that they hold [s].
+    time: f64,
+    force_time: f64,
     /// The force that the terms hold.
     force: ForceId,
     books: Books,
@@ -120,6 +123,8 @@ impl System {
             walls: vec![],
             put_back: false,
             ether_drag: 0.0,
+            time: 0.0,
+            force_time: 0.0,
             force: ForceId::NONE,
             books: Books::default(),
             load_factor: None,
@@ -361,6 +366,7 @@ impl System {
     /// Says what time it is [s] to the potentials that depend on it. The force last evaluated stays as it is.
     /// On a path of equilibria it is the load factor, whatever is said.
     pub fn set_time(&mut self, time: f64) {
+        self.time = time;
         let time = self.load_factor.unwrap_or(time);
         if self.changes_with_time {
             let changing = self.terms.iter_mut().filter(|term| term.properties().changes_with_time);
@@ -386,7 +392,7 @@ impl System {
             }
         }
         self.books.force_evaluations += 1;
-        self.force = ForceId::fresh();
+        (self.force, self.force_time) = (ForceId::fresh(), self.time);
         (finite || self.is_finite_where_free()).then_some(self.force)
     }
 
@@ -408,6 +414,12 @@ impl System {
         for term in &mut self.dissipation {
             term.evaluate(x, v);
         }
+    }
+
+    /// Time at which this force was evaluated [s], which may be a rounding away from that of the state;
+    /// `None` where the terms no longer hold it.
+    pub(crate) fn time_of(&self, force: ForceId) -> Option<f64> {
+        self.holds(force).then_some(self.force_time)
     }
 
     /// True if the terms still hold this force.

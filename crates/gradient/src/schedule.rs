@@ -56,7 +56,7 @@ impl Schedule {
                 (span / simulation.step_size()).round().max(0.0) as u64
             }
         };
-        if is_fixed && simulation.work().retried.is_none() {
+        if is_fixed && !simulation.may_take_parts() {
             return Ok(Schedule { first, steps: count, chosen: None });
         }
         // What a solver has learnt may decide whether a step is solved: each run begins without.

@@ -44,9 +44,10 @@ pub struct Checkpoint {
     increment_velocities: Option<Vec<f64>>,
     /// Time up to which jumps have been looked for [s].
     jumps_seen_until: f64,
-    /// True if the force here was known, and the energies that are computed with it.
+    /// Time at which the force here was evaluated, if it was known [s].
     #[serde(default)]
-    knows_force: bool,
+    force_time: Option<f64>,
+    /// True if the energies that are computed with it were known.
     #[serde(default)]
     knows_energies: bool,
 }
@@ -90,7 +91,7 @@ impl Simulation {
     }
 
     fn present_checkpoint(&self) -> Checkpoint {
-        let knows_force = self.system.holds(self.state.force);
+        let force_time = self.system.time_of(self.state.force);
         Checkpoint {
             snapshot: self.snapshot(),
             pins: self.system.pins().states(),
@@ -105,8 +106,8 @@ impl Simulation {
             wall_impulses: self.wall_impulses.clone(),
             increment_velocities: self.increment_velocities.clone(),
             jumps_seen_until: self.jumps_seen_until,
-            knows_force,
-            knows_energies: knows_force && self.system.books().knows_energies(),
+            force_time,
+            knows_energies: force_time.is_some() && self.system.books().knows_energies(),
         }
     }
 
@@ -131,14 +132,13 @@ impl Simulation {
         self.place(&checkpoint.snapshot);
         self.begin_from(&checkpoint.snapshot);
         self.opens_ledger = checkpoint.opens_ledger;
-        let time = self.state.time;
-        self.system.set_time(time);
-        if checkpoint.knows_force {
+        if let Some(time) = checkpoint.force_time {
             // What is measured here has the bits of what was measured there. It is not counted: it was
             // there.
             self.system.books_mut().set_to_be_measured(checkpoint.knows_energies);
             self.state.ensure_force(&mut self.system, time);
         }
+        self.system.set_time(self.state.time);
         self.system.books_mut().set_to_be_measured(false);
         self.system.books_mut().set_force_evaluations(checkpoint.force_evaluations);
         self.earlier_solver_work = checkpoint.solver;

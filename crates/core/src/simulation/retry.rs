@@ -98,6 +98,12 @@ impl Simulation {
         Ok(())
     }
 
+    /// True if steps may be taken in parts: those that are solved, where the solver's options allow it or
+    /// surfaces touch.
+    pub fn may_take_parts(&self) -> bool {
+        self.method.documentation.solves > 0 && (self.solver.retries > 0 || self.system.touches())
+    }
+
     /// Parts that the last [`step`](Self::step) was taken in: size and time at the end of each [s]; none
     /// where it was taken as a whole. [`repeat_step`](Self::repeat_step) takes each of them again.
     pub fn last_parts(&self) -> &[[f64; 2]] {

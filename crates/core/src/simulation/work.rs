@@ -18,7 +18,8 @@ pub struct Work {
     /// Increments of statics; `None` where their size is fixed, and in dynamics.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub increments: Option<Increments>,
-    /// Steps that were not solved at once and were taken in parts; `None` where the scene allows no retries.
+    /// Steps that were not solved at once and were taken in parts; `None` where
+    /// there were none and the scene allows none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub retried: Option<RetriedSteps>,
     /// Work of the solvers of an implicit scheme; `None` for explicit ones.

@@ -184,6 +184,7 @@ impl Pins {
         if !fits {
             return false;
         }
+        let changes = self.states() != states;
         let mut holds = std::mem::take(&mut self.acting);
         holds.append(&mut self.released);
         holds.sort_by_key(Hold::rank);
@@ -192,7 +193,9 @@ impl Pins {
             hold.set_drive(state.drive.clone());
             if state.is_released { self.released.push(hold) } else { self.acting.push(hold) }
         }
-        self.changed();
+        if changes {
+            self.changed();
+        }
         true
     }
 

@@ -11,7 +11,7 @@ use mcap::{McapError, McapResult, Summary};
 use super::chunk::{first_record, read_record, unpacked};
 use super::lengths::parsed;
 use super::summary;
-use super::walk::{Stop, Visit, visit_all};
+use super::walk::{Visit, WalkStop, visit_all};
 use crate::RecordError;
 use crate::clock::seconds;
 use crate::error::read_error;
@@ -119,12 +119,12 @@ impl RecordingFile {
         offset: u64,
         visit: &mut Visit<'_>,
     ) -> Result<McapResult<()>, RecordError> {
-        let record = raw_at(&mut self.file, self.size, offset).map_err(Stop::Fault);
+        let record = raw_at(&mut self.file, self.size, offset).map_err(WalkStop::Fault);
         match record.and_then(|(opcode, body)| visit_all(offset, opcode, &body, visit)) {
             Ok(_) => Ok(Ok(())),
-            Err(Stop::Visit(error)) => Err(error),
-            Err(Stop::Fault(error @ McapError::Io(_))) => Err(read_error(&self.path, error)),
-            Err(Stop::Fault(error)) => Ok(Err(error)),
+            Err(WalkStop::Visit(error)) => Err(error),
+            Err(WalkStop::Fault(error @ McapError::Io(_))) => Err(read_error(&self.path, error)),
+            Err(WalkStop::Fault(error)) => Ok(Err(error)),
         }
     }
 

@@ -16,12 +16,12 @@ pub struct Column {
 
 /// Columns that grow by a row at a time.
 #[derive(Debug, Default)]
-pub(super) struct Table {
+pub(super) struct GrowingColumns {
     columns: BTreeMap<String, Vec<f64>>,
     rows: usize,
 }
 
-impl Table {
+impl GrowingColumns {
     /// Appends a row: all numbers of an object by their names.
     pub(super) fn push(&mut self, row: &Value) {
         self.visit(row, &mut String::new());

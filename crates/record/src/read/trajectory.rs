@@ -8,7 +8,7 @@ use mcap::records::Record;
 
 use super::message_series::MessageSeries;
 use super::recording_file::RecordingFile;
-use super::tables::{Column, Table};
+use super::tables::{Column, GrowingColumns};
 use crate::FORMAT_VERSION;
 use crate::RecordError;
 use crate::attachments::{MASS, METADATA, REST};
@@ -207,9 +207,9 @@ impl Trajectory {
     /// As [`columns`](Self::columns), but for channels that were not recorded.
     pub fn tables(&mut self, topics: &[&str]) -> Result<Vec<Vec<Column>>, RecordError> {
         let mut messages = Vec::new();
-        let mut missing: BTreeMap<&str, Table> = BTreeMap::new();
+        let mut missing: BTreeMap<&str, GrowingColumns> = BTreeMap::new();
         for &topic in topics.iter().filter(|topic| !self.tables.contains_key(**topic)) {
-            if missing.insert(topic, Table::default()).is_none()
+            if missing.insert(topic, GrowingColumns::default()).is_none()
                 && let Some(channel) = self.source.channel(topic)
             {
                 let places = self.source.messages(channel)?;

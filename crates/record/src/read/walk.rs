@@ -18,7 +18,7 @@ pub(crate) type Visit<'a> = dyn FnMut(u64, Record<'static>) -> Result<ControlFlo
 
 /// A record that cannot be read, after which a file is not understood.
 #[derive(Debug)]
-pub(crate) struct Fault {
+pub(crate) struct DamagedRecord {
     /// Offset of the record, or of the chunk that it is in.
     pub(crate) offset: u64,
     /// The damage.
@@ -30,7 +30,7 @@ pub(crate) struct Fault {
 ///
 /// Returns the record that cannot be read, if there is one; the last of a file whose writer was killed is
 /// often cut.
-pub(crate) fn walk(path: &Path, visit: &mut Visit<'_>) -> Result<Option<Fault>, RecordError> {
+pub(crate) fn walk(path: &Path, visit: &mut Visit<'_>) -> Result<Option<DamagedRecord>, RecordError> {
     let failed = |source| RecordError::Read { path: path.to_owned(), source };
     let mut file = regular_file::open(path).map_err(failed)?;
     let size = file.metadata().map_err(failed)?.len();
@@ -41,13 +41,13 @@ pub(crate) fn walk(path: &Path, visit: &mut Visit<'_>) -> Result<Option<Fault>, 
     file.read_exact(&mut magic).map_err(failed)?;
     let mut offset = MAGIC.len() as u64;
     if magic != MAGIC {
-        return Ok(Some(Fault { offset: 0, error: McapError::BadMagic }));
+        return Ok(Some(DamagedRecord { offset: 0, error: McapError::BadMagic }));
     }
     let mut source = BufReader::with_capacity(1 << 16, file);
     loop {
         let fault = |error| match error {
             McapError::Io(source) => Err(failed(source)),
-            error => Ok(Some(Fault { offset, error })),
+            error => Ok(Some(DamagedRecord { offset, error })),
         };
         let (opcode, body) = match read_record(&mut source, size - offset) {
             Ok(Some((op::DATA_END, _)) | None) => return Ok(None),
@@ -57,24 +57,24 @@ pub(crate) fn walk(path: &Path, visit: &mut Visit<'_>) -> Result<Option<Fault>, 
         match visit_all(offset, opcode, &body, visit) {
             Ok(ControlFlow::Continue(())) => {}
             Ok(ControlFlow::Break(())) => return Ok(None),
-            Err(Stop::Visit(error)) => return Err(error),
-            Err(Stop::Fault(error)) => return fault(error),
+            Err(WalkStop::Visit(error)) => return Err(error),
+            Err(WalkStop::Fault(error)) => return fault(error),
         }
         offset += (RECORD_HEADER + body.len()) as u64;
     }
 }
 
 /// Why the records of a chunk are not all visited.
-pub(super) enum Stop {
+pub(super) enum WalkStop {
     /// The visitor failed.
     Visit(RecordError),
     /// A record cannot be read.
     Fault(McapError),
 }
 
-impl From<McapError> for Stop {
+impl From<McapError> for WalkStop {
     fn from(error: McapError) -> Self {
-        Stop::Fault(error)
+        WalkStop::Fault(error)
     }
 }
 
@@ -84,8 +84,8 @@ pub(super) fn visit_all(
     opcode: u8,
     body: &[u8],
     visit: &mut Visit<'_>,
-) -> Result<ControlFlow<()>, Stop> {
-    let mut visit = |record: Record<'_>| visit(offset, record.into_owned()).map_err(Stop::Visit);
+) -> Result<ControlFlow<()>, WalkStop> {
+    let mut visit = |record: Record<'_>| visit(offset, record.into_owned()).map_err(WalkStop::Visit);
     match parsed(opcode, body)? {
         Record::Chunk { header, data } => {
             // The whole chunk first: its checksum stands for all of it.

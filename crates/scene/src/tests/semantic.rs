@@ -935,7 +935,7 @@ fn attachments() {
             "attachment.0.target: a `target` takes exactly one of `vertices`, `nearest_vertex` and \
              `nearest_point`",
         ),
-        (format!("{side}, points = [[0, 0]]"), "attachment.0.points: `points` lists 1 places for 3 vertices"),
+        (format!("{side}, points = [[0, 0]]"), "attachment.0.points: `points` lists 1 place for 3 vertices"),
         (
             format!("{side}, target = {{ body = 'b', vertices = [0, 1, 9] }}"),
             "attachment.0.target.vertices: `b` has no vertex 9: it has 9, from 0",

@@ -31,7 +31,7 @@ pub(super) fn format(to: &Path) -> Option<WholeFormat> {
 }
 
 /// Frames of a file that was written.
-pub(super) struct Written {
+pub(super) struct WrittenFrames {
     /// How many.
     pub(super) frames: usize,
     /// The distance between them, where they are all that the format holds of a recording.
@@ -42,7 +42,7 @@ pub(super) struct Written {
 ///
 /// # Errors
 /// The recording cannot be read, the format cannot hold it, or the file is there.
-pub(super) fn write(arguments: &ExportArguments, format: WholeFormat) -> Result<Written, Failure> {
+pub(super) fn write(arguments: &ExportArguments, format: WholeFormat) -> Result<WrittenFrames, Failure> {
     let to = &arguments.to;
     if arguments.format.is_some() {
         return Err(Failure::usage(format!("{} is no name for what --format asks for", to.display())));
@@ -68,5 +68,5 @@ pub(super) fn write(arguments: &ExportArguments, format: WholeFormat) -> Result<
         WholeFormat::Npz => export.write_npz(&frames, out),
         WholeFormat::Glb => export.write_glb(&frames, arguments.quantised, out),
     })?;
-    Ok(Written { frames: frames.len(), every })
+    Ok(WrittenFrames { frames: frames.len(), every })
 }
