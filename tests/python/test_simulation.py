@@ -80,9 +80,7 @@ def test_forces_are_masses_times_accelerations_and_slopes_of_energies(simulation
 
 
 def test_a_force_that_is_not_finite_says_where(simulation: pliant.Simulation) -> None:
-    barrier = pliant.Simulation(
-        beam(**{"body.0.elastic": {"neo-hookean": {"young": 1e5, "poisson": 0.3}}})
-    )
+    barrier = pliant.Simulation(beam(**{"body.0.elastic": {"neo-hookean": {"young": 1e5, "poisson": 0.3}}}))
     with pytest.raises(ValueError, match=r"not finite there: element \d+ of `beam` has J = "):
         barrier.forces(barrier.positions * [-1.0, 1.0])
     with pytest.raises(ValueError, match=r"positions must have shape \(10, 2\)"):

@@ -9,7 +9,7 @@ the end shears the beam.
 
 The meshes of 6 x 1 x 1 are the paper's, where one element of eight nodes is told from another. Ours takes
 the moment as constant along a cell, and the section of the first one, which is clamped, cannot warp. See
-[the page of elements](how-to/element.md#quadrilaterals-and-hexahedra-that-bend). """
+[the page of elements](how-to/element.md#quadrilaterals-and-hexahedra-that-bend)."""
 
 from case import STATIC, Row
 
