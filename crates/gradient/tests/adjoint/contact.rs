@@ -790,12 +790,13 @@ fn shapes_at_rest_that_decide_how_stiff_contact_is_have_derivatives() {
         let names = &["body.box.rest", "body.grain.mass.per_vertex"][..if steps > 100 { 2 } else { 1 }];
         by_parameters::compare(&what, &of(0.0), names, steps);
     }
-    // Of a material without a modulus on a slope, of second order and in quadrilaterals.
+    // Of a material without a modulus on a slope, of second order and in quadrilaterals. A stiffer one collapses
+    // within these steps, and steps are halved where it does: a run that is not smooth in the shape.
     for (order, cells) in [(1, "triangle"), (2, "triangle"), (1, "quadrilateral")] {
         let of = |h: f64| {
             let distance = (cells != "triangle").then_some(2e-3);
             let mut scene = free(stretched(slope("implicit-euler", law), h), distance);
-            let material = serde_json::json!({ "dirichlet": { "stiffness": 1e3 } });
+            let material = serde_json::json!({ "dirichlet": { "stiffness": 200.0 } });
             scene.body[0].elastic = Some(serde_json::from_value(material).unwrap());
             scene.body[0].order = Some(order);
             if cells != "triangle" {
