@@ -161,3 +161,35 @@ fn a_sliding_floor_takes_a_block_along() {
     assert!(work > balance.friction.unwrap(), "{balance:?}");
     assert_eq!(balance.damping, None);
 }
+
+/// What sticks to a table that turns stays where it is on it: friction sees where the table goes in a step, as it
+/// sees where the cube goes. By the speed of the table at the end of the step each of them leads inwards by
+/// `r (omega h)^2 / 2`.
+#[test]
+fn what_sticks_to_a_turning_table_stays_on_its_circle() {
+    let scene = "dimension = 3\ntime = { integrator = 'implicit-euler', step = 0.025, duration = 4 }\n\
+         world = { gravity = [0, -9.8, 0] }\ncontact = { distance = 1e-3, friction = 0.5 }\n\
+         [[body]]\nname = 'cube'\n\
+         mesh = { grid = { cells = [1, 1, 1], size = [0.25, 0.25, 0.25], origin = [1.375, 0.0011, -0.125] } }\n\
+         elastic = { fixed-corotated = { young = 1e8, poisson = 0.3 } }\nmass = { density = 1000 }\n\
+         velocity = { rigid = { linear = [0, 0, -1.1781], angular = [0, 0.7854, 0] } }\n\
+         [[obstacle]]\nname = 'table'\nshape = { box = { min = [-2, -0.1, -2], max = [2, 0, 2] } }\n\
+         motion = { rotation = { axis = [0, 1, 0], point = [0, 0, 0], speed = '45 deg/s' } }\n";
+    let mut simulation = super::assembled(scene).simulation;
+    let radius = |simulation: &pliant::simulation::Simulation| {
+        let x = simulation.positions();
+        let mean = |k: usize| x.chunks(3).take(8).map(|x| x[k]).sum::<f64>() / 8.0;
+        mean(0).hypot(mean(2))
+    };
+    let start = radius(&simulation);
+    super::advance(&mut simulation, 160);
+    // A regularised law creeps at a part of its threshold of speed.
+    let moved = radius(&simulation) - start;
+    assert!(moved.abs() < 2e-3, "{moved}");
+    // What the contacts report is the friction of the step: a quarter of its bound turns the cube.
+    let contacts = simulation.contacts();
+    let sum = |of: &dyn Fn(&pliant::energy::SurfaceContact) -> f64| contacts.iter().map(of).sum::<f64>();
+    let normal = sum(&|contact| contact.force);
+    let friction = sum(&|contact| contact.friction[0]).hypot(sum(&|contact| contact.friction[2]));
+    assert!(friction < 0.5 * 0.5 * normal, "{friction} of {normal}");
+}

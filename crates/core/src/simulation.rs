@@ -101,8 +101,8 @@ pub struct Simulation {
     contact_extremes: ContactExtremes,
     /// Impulses of walls in the last step that led to the present state.
     wall_impulses: Option<WallImpulses>,
-    /// Velocities that what dissipates saw in the last increment of statics [m/s]: states have none of their
-    /// own but those of prescribed motion.
+    /// Velocities that what dissipates saw in the last increment of statics or step of backward Euler with
+    /// prescribed motion [m/s]: those of the state are none, or those of the motion at its end.
     increment_velocities: Option<Vec<f64>>,
     jumps_seen_until: f64,
     /// Points of elements whose state is asked for.
@@ -261,7 +261,7 @@ impl Simulation {
             let last = self.system.books_mut().wall_impulses();
             self.wall_impulses.get_or_insert_default().clone_from(last);
         }
-        if self.method.is_static() {
+        if self.method.is_static() || self.method.is_backward_euler() && self.system.rubs_by_way() {
             self.increment_velocities = self.integrator.stage_velocities().first().cloned();
         }
         if let Some(ledger) = &mut self.ledger {

@@ -250,7 +250,8 @@ impl<'a> Sweep<'a> {
         };
         self.sums.step = self.schedule.whole(step);
         let held = support::holds_start(self.simulation).then(|| HeldStart::new(&record.x));
-        let mut forces = AdjointForces { system: self.simulation.system_mut(), sums: &mut self.sums, held };
+        let system = self.simulation.system_mut();
+        let mut forces = AdjointForces { system, sums: &mut self.sums, held, means_from: None };
         let singular = |_| support::singular(&method, step + 1, time + h);
         step_back(&method, &mut forces, &taken, &mut self.adjoint).map_err(singular)?;
         if let Some(HeldStart { x_bar, .. }) = forces.held {

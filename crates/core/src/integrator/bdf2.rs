@@ -211,8 +211,14 @@ impl Bdf2 {
             self.z[i] = (state.x()[i] - self.older.x[i]) / 3.0;
             self.w[i] = (4.0 * state.v()[i] - self.older.v[i]) / 3.0;
         }
-        let stage =
-            StageEquations { x: state.x(), z: &self.z, w: &self.w, g: 2.0 / 3.0 * h, time: state.time + h };
+        let stage = StageEquations {
+            x: state.x(),
+            z: &self.z,
+            w: &self.w,
+            g: 2.0 / 3.0 * h,
+            time: state.time + h,
+            mean_of_held: false,
+        };
         let NextState { x, v } = &mut self.next;
         x.copy_from_slice(state.x());
         guess_acceleration(system, state, &mut self.acceleration);

@@ -74,7 +74,8 @@ impl Integrator for Dirk {
                 continue;
             }
             self.combine(state, h, &row[..i]);
-            let stage = StageEquations { x: state.x(), z: &self.z, w: &self.w, g: h * row[i], time };
+            let (g, mean_of_held) = (h * row[i], self.tableau.is_backward_euler() && system.rubs_by_way());
+            let stage = StageEquations { x: state.x(), z: &self.z, w: &self.w, g, time, mean_of_held };
             let Stages { velocity, acceleration } = &mut self.stages;
             let v = &mut velocity[i];
             if i > 0 {

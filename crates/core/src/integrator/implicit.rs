@@ -23,6 +23,8 @@ pub(super) struct StageEquations<'a> {
     pub(super) g: f64,
     /// Time of the stage [s].
     pub(super) time: f64,
+    /// What dissipates sees held coordinates at their mean velocities over the stage.
+    pub(super) mean_of_held: bool,
 }
 
 /// One minimisation, but for its target.
@@ -98,7 +100,7 @@ impl StageSolver {
         acceleration: &mut [f64],
         single_iteration: bool,
     ) -> Result<(), StepFault> {
-        let StageEquations { x: origin, z, w, g, time } = *stage;
+        let StageEquations { x: origin, z, w, g, time, mean_of_held } = *stage;
         let inertia = 1.0 + g * system.ether_drag();
         self.target.resize(x.len(), 0.0);
         for i in 0..x.len() {
@@ -107,6 +109,12 @@ impl StageSolver {
         // Held coordinates are where they are held, and what follows goes by these.
         v.fill(0.0);
         self.prescribe(system, time, x, v)?;
+        if mean_of_held {
+            let goal = if self.goal.is_empty() { &*x } else { &self.goal };
+            for i in (0..x.len()).filter(|i| system.inverse_mass()[*i] == 0.0) {
+                v[i] = (goal[i] - origin[i] - z[i]) / g;
+            }
+        }
         let solve = ImplicitSolve {
             inertia,
             stiffness: g * g,

@@ -214,7 +214,7 @@ impl Method {
     /// True if a step has one force, that at its end, and ends at `x_(n+1) = x_n + h v_(n+1)`.
     pub fn is_backward_euler(&self) -> bool {
         match self.scheme {
-            Scheme::Dirk(tableau) => tableau.a.len() == 1 && tableau.is_stiffly_accurate(),
+            Scheme::Dirk(tableau) => tableau.is_backward_euler(),
             _ => false,
         }
     }

@@ -26,6 +26,11 @@ impl Tableau {
         last > 0 && self.b[last] == 0.0 && self.a[last] == &self.b[..last]
     }
 
+    /// True if a step has one stage, and ends there.
+    pub fn is_backward_euler(&self) -> bool {
+        self.a.len() == 1 && self.is_stiffly_accurate()
+    }
+
     /// Of an implicit method: whether the last stage is the new state.
     pub fn is_stiffly_accurate(&self) -> bool {
         self.a[self.a.len() - 1] == self.b

@@ -39,7 +39,7 @@ pub struct Checkpoint {
     /// Impulses of walls in the last step.
     #[serde(default)]
     wall_impulses: Option<WallImpulses>,
-    /// Velocities that what dissipates saw in the last increment of statics [m/s].
+    /// Velocities that what dissipates saw in the last step [m/s], where those of the state are others.
     #[serde(default)]
     increment_velocities: Option<Vec<f64>>,
     /// Time up to which jumps have been looked for [s].

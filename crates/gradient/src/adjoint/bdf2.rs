@@ -15,10 +15,10 @@ use crate::linear::Coefficients;
 ///
 /// # Errors
 /// [`Singular`].
-pub(super) fn step_back(
+pub(super) fn step_back<'a>(
     start: Method,
-    forces: &mut AdjointForces<'_, '_>,
-    step: &Step<'_>,
+    forces: &mut AdjointForces<'a, '_>,
+    step: &Step<'a>,
     adjoint: &mut Adjoint,
 ) -> Result<(), Singular> {
     // A step of another size begins anew.

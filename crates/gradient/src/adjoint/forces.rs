@@ -147,6 +147,9 @@ pub(crate) struct AdjointForces<'a, 'b> {
     pub(crate) system: &'a mut System,
     pub(crate) sums: &'a mut Sums<'b>,
     pub(crate) held: Option<HeldStart<'a>>,
+    /// Where the step begins, and its size [s], where what dissipates sees held coordinates at their mean
+    /// velocities over the step.
+    pub(crate) means_from: Option<(AdjointPlace<'a>, f64)>,
 }
 
 /// The start of a step whose solves hold what dissipative terms take from positions as it is there, see
@@ -234,10 +237,31 @@ impl AdjointForces<'_, '_> {
         add_scaled(x_bar, -1.0, &product);
     }
 
+    /// Makes derivatives by mean velocities `(x' - x) / h` of held coordinates those by their places at the end
+    /// of a step of `h` [s] and at its beginning.
+    fn pass_means_on(&mut self, from: AdjointPlace<'_>, h: f64) {
+        let Products { by_positions, by_velocities, .. } = &mut self.sums.products;
+        let still = vec![0.0; by_positions.len()];
+        let mut x_bar = still.clone();
+        for i in (0..x_bar.len()).filter(|i| self.system.inverse_mass()[*i] == 0.0) {
+            x_bar[i] = take(&mut by_velocities[i]) / h;
+            by_positions[i] += x_bar[i];
+        }
+        let AdjointPlace { time, x, v } = from;
+        self.sums.add_held(&HeldUse { system: self.system, time, x, v, x_bar: &x_bar, v_bar: &still });
+    }
+
     /// Subtracts the products with `p` from the derivatives, and lets parameters add what this use of the
     /// force has of them, its normal forces of friction those of `held` where they are held.
     fn pass_on(&mut self, at: AdjointPlace<'_>, held: Option<&[f64]>, bars: Bars<'_>) {
         let step = self.sums.step;
+        bars.x.iter_mut().zip(&self.sums.products.by_positions).for_each(|(bar, y)| *bar -= y);
+        if self.system.is_damped() {
+            bars.v.iter_mut().zip(&self.sums.products.by_velocities).for_each(|(bar, y)| *bar -= y);
+        }
+        if let Some((from, h)) = self.means_from {
+            self.pass_means_on(from, h);
+        }
         let Sums { parameters, derivatives, parts, p, products, turning, .. } = &mut *self.sums;
         if let Some(turning) = turning {
             let negative = |to: &mut [f64], of: &[f64]| to.iter_mut().zip(of).for_each(|(to, of)| *to = -of);
@@ -246,10 +270,6 @@ impl AdjointForces<'_, '_> {
             negative(&mut v_bar, &products.by_velocities);
             turning.add(self.system, at.time, (&x_bar, &v_bar));
             (turning.x_bar, turning.v_bar) = (x_bar, v_bar);
-        }
-        bars.x.iter_mut().zip(&products.by_positions).for_each(|(bar, y)| *bar -= y);
-        if self.system.is_damped() {
-            bars.v.iter_mut().zip(&products.by_velocities).for_each(|(bar, y)| *bar -= y);
         }
         parts.evaluate(self.system, at);
         let ForceParts { gradient, contact, friction, terms, rest_lengths, .. } = &*parts;

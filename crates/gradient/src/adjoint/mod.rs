@@ -90,10 +90,10 @@ pub(crate) struct Singular;
 
 /// Takes `adjoint` from the end of a step by `method` to its beginning. What solves hold of its start is left
 /// with the `forces`.
-pub(crate) fn step_back(
+pub(crate) fn step_back<'a>(
     method: &Method,
-    forces: &mut AdjointForces<'_, '_>,
-    step: &Step<'_>,
+    forces: &mut AdjointForces<'a, '_>,
+    step: &Step<'a>,
     adjoint: &mut Adjoint,
 ) -> Result<(), Singular> {
     match method.scheme {

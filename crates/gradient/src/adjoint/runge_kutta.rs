@@ -16,6 +16,7 @@
 //! ones.
 
 use pliant::integrator::tableau::Tableau;
+use pliant::system::System;
 
 use super::{Adjoint, AdjointForces, AdjointPlace, Bars, Singular, Step, add_scaled, free_only};
 use crate::linear::Coefficients;
@@ -24,10 +25,10 @@ use crate::linear::Coefficients;
 ///
 /// # Errors
 /// [`Singular`].
-pub(super) fn step_back(
+pub(super) fn step_back<'a>(
     tableau: &Tableau,
-    forces: &mut AdjointForces<'_, '_>,
-    step: &Step<'_>,
+    forces: &mut AdjointForces<'a, '_>,
+    step: &Step<'a>,
     adjoint: &mut Adjoint,
 ) -> Result<(), Singular> {
     let Tableau { a, b, .. } = *tableau;
@@ -43,6 +44,7 @@ pub(super) fn step_back(
         let time = step.from.time + node(row) * h;
         let (mut at_x, mut at_v) = (position(step, row), step.stage_velocities[i].clone());
         forces.system.prescribe(time, &mut at_x, &mut at_v);
+        forces.means_from = set_means_of_held(tableau, forces.system, step, (&at_x, &mut at_v));
         let at = AdjointPlace { time, x: &at_x, v: &at_v };
         let mut x = vec![0.0; at.x.len()];
         if g == 0.0 {
@@ -64,6 +66,23 @@ pub(super) fn step_back(
     }
     free_only(forces.system, &mut adjoint.v);
     Ok(())
+}
+
+/// Sets the velocities `v` of held coordinates at `x` to the means over the step where what dissipates sees
+/// these, and returns where the step begins and its size [s]; `None` where it sees those of their motion.
+pub(crate) fn set_means_of_held<'a>(
+    tableau: &Tableau,
+    system: &System,
+    step: &Step<'a>,
+    (x, v): (&[f64], &mut [f64]),
+) -> Option<(AdjointPlace<'a>, f64)> {
+    if !(tableau.is_backward_euler() && system.rubs_by_way()) {
+        return None;
+    }
+    for i in (0..x.len()).filter(|i| system.inverse_mass()[*i] == 0.0) {
+        v[i] = (x[i] - step.from.x[i]) / step.h;
+    }
+    Some((step.from, step.h))
 }
 
 /// Positions of the stage of this row.

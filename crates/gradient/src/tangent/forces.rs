@@ -19,6 +19,9 @@ pub(super) struct TangentForces<'p> {
     /// The positions of the start of the step and their change, where its solves hold what dissipative terms
     /// take from positions as it is there, see [`System::freeze_at`].
     pub(super) held: Option<[Vec<f64>; 2]>,
+    /// The beginning of the step and its size [s], where what dissipates sees held coordinates at their mean
+    /// velocities over the step.
+    pub(super) means_from: Option<(f64, f64)>,
     /// A parameter whose change of forces is not known.
     pub(super) unknown: Option<usize>,
     /// Change of where vertices start that are held and turn, flat; empty where none does.
@@ -46,6 +49,7 @@ impl<'p> TangentForces<'p> {
             changes,
             step: 0,
             held: None,
+            means_from: None,
             unknown: None,
             starts: vec![],
             moved: vec![],
@@ -76,7 +80,13 @@ impl<'p> TangentForces<'p> {
         (x, v): (&[f64], &[f64]),
     ) -> Vec<f64> {
         system.set_time(at.time);
-        let held = self.held_change(system, at.time, (x, v));
+        let mut held = self.held_change(system, at.time, (x, v));
+        if let (Some([end, means]), Some((time, h))) = (&mut held, self.means_from) {
+            let [start, _] = self.held_change(system, time, (x, v)).expect("some at the end");
+            for i in (0..x.len()).filter(|i| system.inverse_mass()[*i] == 0.0) {
+                means[i] = (end[i] - start[i]) / h;
+            }
+        }
         let (x, v) = held.as_ref().map_or((x, v), |[x, v]| (x, v));
         system.hessian_product(at.x, x, &mut self.by_positions);
         self.by_velocities.fill(0.0);

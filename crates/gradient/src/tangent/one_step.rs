@@ -9,7 +9,7 @@ use pliant::system::System;
 use super::forces::TangentForces;
 use crate::adjoint::alpha::moved;
 use crate::adjoint::linearised::LinearisedPlaces;
-use crate::adjoint::runge_kutta::{node, position};
+use crate::adjoint::runge_kutta::{node, position, set_means_of_held};
 use crate::adjoint::splitting::{kick_by_drag, kick_of, kick_places};
 use crate::adjoint::statics::{coefficients, velocities};
 use crate::adjoint::{AdjointPlace, Singular, StageTables, Step, add_scaled, first_step};
@@ -152,6 +152,8 @@ fn runge_kutta(
         let time = step.from.time + node(row) * h;
         let (mut at_x, mut at_v) = (position(step, row), step.stage_velocities[i].clone());
         system.prescribe(time, &mut at_x, &mut at_v);
+        let means = set_means_of_held(tableau, system, step, (&at_x, &mut at_v));
+        forces.means_from = means.map(|(from, h)| (from.time, h));
         let at = AdjointPlace { time, x: &at_x, v: &at_v };
         let acceleration = if g == 0.0 {
             forces.acceleration(system, at, (&x, &v))
@@ -165,6 +167,7 @@ fn runge_kutta(
         velocities.push(v);
         accelerations.push(acceleration);
     }
+    forces.means_from = None;
     for (i, b) in b.iter().enumerate() {
         add_scaled(&mut dots.x, h * b, &velocities[i]);
         add_scaled(&mut dots.v, h * b, &accelerations[i]);

@@ -423,6 +423,28 @@ fn friction_of_the_start_of_a_step_has_the_derivatives_of_its_steps() {
     compare_number("slope", of_slope, ("obstacle.slope.motion.factor", 1.0, 1.0), (20, 1e-6));
 }
 
+// Implicit Euler's friction goes by the way of what is moved in a step, and not by its speed at the end.
+#[test]
+fn friction_on_what_speeds_up_and_turns_has_the_derivatives_of_its_steps() {
+    let moved = |motion: serde_json::Value| {
+        let mut scene = slope("implicit-euler", "friction = 0.4\nthreshold_speed = 0.2");
+        scene.obstacle[0].motion = Some(serde_json::from_value(motion).unwrap());
+        scene
+    };
+    let factor = |f: f64| {
+        let displacement = [format!("{f:?}*(0.1*t - 20*t^2)"), format!("{f:?}*(0.1*t + 3*t^2)")];
+        moved(serde_json::json!({ "displacement": displacement }))
+    };
+    compare("speeds up", &factor(1.0), 20, 1e-6);
+    compare_with_tangents("speeds up", &factor(1.0), 20);
+    compare_number("speeds up", factor, ("obstacle.slope.motion.factor", 1.0, 1.0), (20, 1e-6));
+    let names = &["obstacle.slope.motion.factor"];
+    by_parameters::compare("speeds up", &factor(1.0), names, 20);
+    let turning = moved(serde_json::json!({ "rotation": { "point": [0.05, 0.0], "angle": "t + 30*t^2" } }));
+    compare("turns", &turning, 20, 1e-6);
+    compare_with_tangents("turns", &turning, 20);
+}
+
 #[test]
 fn friction_that_does_not_settle_is_counted_or_refused() {
     let found = |scheme: &str, law: &str, steps| {
