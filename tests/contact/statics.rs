@@ -333,3 +333,25 @@ fn a_block_that_nothing_holds_sideways_is_pressed() {
     let iterations = simulation.work().solver.unwrap().newton_iterations;
     assert!(iterations < 100, "{iterations}");
 }
+
+/// Nothing touches at the start, and the matrix there is singular: rounding decided what came of it.
+#[test]
+fn a_block_that_starts_at_the_distance_or_above_comes_to_rest_on_the_floor() {
+    for element in ["", ", element = 'quadrilateral'"] {
+        for start in [0.9999e-3, 1e-3, 1.5e-3, 2e-2] {
+            let scene = format!(
+                "dimension = 2\ntime = {{ integrator = 'quasi-static', step = 1, duration = 1 }}\n\
+                 world = {{ gravity = [0, -9.81] }}\ncontact = {{ distance = 1e-3 }}\n[[body]]\nname = 'block'\n\
+                 mesh = {{ grid = {{ cells = [4, 4], size = [0.1, 0.1], origin = [0, {start}]{element} }} }}\n\
+                 elastic = {{ neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}\nmass = {{ density = 1000 }}\n\
+                 pin = [{{ vertices = [2], axes = ['x'] }}]\n\
+                 [[obstacle]]\nname = 'floor'\nshape = {{ half_space = {{ normal = [0, 1], offset = 0 }} }}\n"
+            );
+            let mut simulation = super::assembled(&scene).simulation;
+            super::advance(&mut simulation, 1);
+            let pushed: f64 = simulation.contacts().iter().map(|contact| contact.force).sum();
+            let weight = 1000.0 * 0.01 * 9.81;
+            assert!((pushed / weight - 1.0).abs() < 1e-6, "{element} {start}: {pushed} N for {weight} N");
+        }
+    }
+}

@@ -319,7 +319,11 @@ impl<const D: usize> Newton<D> {
                 old_matrix = false;
                 continue;
             }
-            if slope < 0.0 {
+            // What nothing touches yet is held by rounding alone: the shift of a projected matrix is a better hold.
+            let runs_away = solve.objective.inertia == 0.0
+                && solve.correction > RUNAWAY * self.size
+                && self.options.linear != LinearSolver::MatrixFree;
+            if slope < 0.0 && !(runs_away && solve.psd == Psd::Exact) {
                 return Ok(Some(Correction { slope, truncated, old_matrix }));
             }
             if slope == 0.0 && solve.correction <= solve.negligible && !truncated {
