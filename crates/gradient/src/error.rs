@@ -19,6 +19,12 @@ pub enum GradientError {
     /// The run failed.
     #[error("the run fails: {0}")]
     Step(#[from] StepError),
+    /// A step was taken in parts that was whole when the steps of the run were chosen.
+    #[error("step {} is taken in parts, which was whole before: choose a shorter step", .step + 1)]
+    Parts {
+        /// Steps before it.
+        step: u64,
+    },
     /// A state of the run could not be gone back to.
     #[error(transparent)]
     Snapshot(#[from] SnapshotError),

@@ -180,7 +180,18 @@ fn gradient_over(
 ) -> Result<RunGradient, GradientError> {
     support::check(simulation)?;
     parts::check_terms(simulation.system_mut(), parameters)?;
-    let schedule = Schedule::of(simulation, length)?;
-    parameters.iter_mut().for_each(|parameter| parameter.begin(schedule.frames()));
-    sweep::Sweep::new(simulation, loss, parameters, budget, &schedule).run()
+    let start = simulation.may_take_parts().then(|| simulation.snapshot());
+    let mut sweep = |simulation: &mut Simulation, schedule: Schedule| {
+        parameters.iter_mut().for_each(|parameter| parameter.begin(schedule.frames()));
+        sweep::Sweep::new(simulation, loss, parameters, budget, &schedule).run()
+    };
+    let schedule = Schedule::whole_steps(simulation, length)?;
+    match (sweep(simulation, schedule), start) {
+        (Err(GradientError::Parts { .. }), Some(start)) => {
+            simulation.restore(&start)?;
+            let schedule = Schedule::of(simulation, length)?;
+            sweep(simulation, schedule)
+        }
+        (end, _) => end,
+    }
 }

@@ -5,7 +5,7 @@
 //! chosen, which do not change with what they are taken by. Parts are steps of their own there, between whose
 //! ends nothing is looked at.
 
-use pliant::simulation::{Simulation, Snapshot, StepError};
+use pliant::simulation::{Simulation, Snapshot};
 
 use crate::GradientError;
 
@@ -47,18 +47,41 @@ impl Schedule {
     /// # Errors
     /// A step that fails, or a run that is told to stop.
     pub(crate) fn of(simulation: &mut Simulation, length: RunLength<'_>) -> Result<Self, GradientError> {
+        if !simulation.may_take_parts() {
+            return Self::whole_steps(simulation, length);
+        }
+        Self::found(simulation, length)
+    }
+
+    /// The same where steps of a fixed size may be taken in parts: none of them is expected to be, and
+    /// [`step`](Self::step) refuses those that are. Contact alone rarely asks for it, and a run of its own
+    /// costs as much as the run.
+    pub(crate) fn whole_steps(
+        simulation: &mut Simulation,
+        length: RunLength<'_>,
+    ) -> Result<Self, GradientError> {
+        if simulation.step_control().is_some() {
+            return Self::found(simulation, length);
+        }
         let first = simulation.state().step;
-        let is_fixed = simulation.step_control().is_none();
-        let count = match length {
+        Ok(Schedule { first, steps: Self::count(simulation, length), chosen: None })
+    }
+
+    /// Number of the steps of a fixed size.
+    fn count(simulation: &Simulation, length: RunLength<'_>) -> u64 {
+        match length {
             RunLength::Steps(steps) => steps,
             RunLength::Times(times) => {
                 let span = times.last().map_or(0.0, |last| last - simulation.state().time);
                 (span / simulation.step_size()).round().max(0.0) as u64
             }
-        };
-        if is_fixed && !simulation.may_take_parts() {
-            return Ok(Schedule { first, steps: count, chosen: None });
         }
+    }
+
+    fn found(simulation: &mut Simulation, length: RunLength<'_>) -> Result<Self, GradientError> {
+        let first = simulation.state().step;
+        let is_fixed = simulation.step_control().is_none();
+        let count = Self::count(simulation, length);
         // What a solver has learnt may decide whether a step is solved: each run begins without.
         let start = simulation.snapshot();
         simulation.restore(&start)?;
@@ -135,12 +158,14 @@ impl Schedule {
     /// Takes the next step of `simulation`.
     ///
     /// # Errors
-    /// The step fails.
-    pub(crate) fn step(&self, simulation: &mut Simulation) -> Result<(), StepError> {
-        match self.chosen(simulation.state().step) {
-            Some(ChosenStep { size, end, .. }) => simulation.repeat_step(size, end),
-            None => simulation.step(),
+    /// The step fails, or is taken in parts that were not chosen.
+    pub(crate) fn step(&self, simulation: &mut Simulation) -> Result<(), GradientError> {
+        let step = simulation.state().step;
+        if let Some(ChosenStep { size, end, .. }) = self.chosen(step) {
+            return Ok(simulation.repeat_step(size, end)?);
         }
+        simulation.step()?;
+        if simulation.last_parts().is_empty() { Ok(()) } else { Err(GradientError::Parts { step }) }
     }
 
     /// The end of the run as it was when its steps were chosen, with what they have taught.
