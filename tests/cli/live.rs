@@ -62,7 +62,8 @@ impl Served {
         let mut stream = TcpStream::connect(&self.host).unwrap();
         stream.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
         let fields: String = fields.iter().map(|(name, value)| format!("{name}: {value}\r\n")).collect();
-        write!(stream, "GET {path} HTTP/1.1\r\n{fields}\r\n").unwrap();
+        // A request that is refused may be cut off before all of it is written.
+        let _ = write!(stream, "GET {path} HTTP/1.1\r\n{fields}\r\n");
         let mut answer = vec![];
         let _ = stream.read_to_end(&mut answer);
         String::from_utf8_lossy(&answer).into_owned()

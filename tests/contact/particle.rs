@@ -10,7 +10,6 @@ use pliant::solver::SolverOptions;
 use pliant::state::State;
 use pliant::system::System;
 use pliant_contact::barrier::{Barrier, PotentialForm};
-use pliant_contact::basis::LawBasis;
 use pliant_contact::candidates::BodyPairs;
 use pliant_contact::energy::ContactEnergy;
 use pliant_contact::friction_term::FrictionTerm;
@@ -64,7 +63,7 @@ impl FallingParticle {
             duplicates: Duplicates::Max,
             threshold_speed: self.threshold,
             friction_iterations: 20,
-            basis: LawBasis::default(),
+            shortened: vec![],
             names: vec!["particle".into(), "floor".into()],
             labels: vec![0, 0],
         };

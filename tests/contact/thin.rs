@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use pliant::energy::{ContactLawRates, ContactPlace, EnergyTerm};
 use pliant_contact::barrier::{Barrier, PotentialForm};
-use pliant_contact::basis::LawBasis;
 use pliant_contact::candidates::BodyPairs;
 use pliant_contact::energy::ContactEnergy;
 use pliant_contact::merge::Duplicates;
@@ -78,7 +77,7 @@ fn mixed_at(rest: &[f64], friction: f64) -> ContactModel {
         duplicates: Duplicates::Max,
         threshold_speed: 1e-3,
         friction_iterations: 20,
-        basis: LawBasis::default(),
+        shortened: vec![],
         names: ["sheet", "strand", "grains", "bar"].map(String::from).to_vec(),
         labels: vec![0; 12],
     }

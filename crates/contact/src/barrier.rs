@@ -60,15 +60,6 @@ pub struct EnergyOfGap<S = f64> {
     pub curvature: S,
 }
 
-/// Derivative of an energy as a function of a squared distance `D`, and of its slope, by a number of the law.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct LawSlope {
-    /// Derivative of `E` [J/m].
-    pub(crate) energy: f64,
-    /// Derivative of `dE/dD` [J/m^3].
-    pub(crate) slope: f64,
-}
-
 impl Barrier {
     /// `(dhat + xi)^2` [m^2]: pairs at a smaller squared distance have an energy.
     pub fn squared_reach(&self) -> f64 {
@@ -126,54 +117,6 @@ impl Barrier {
             slope: -(force * inverse * c(0.5)),
             curvature: (stiffness + force * inverse) * (inverse * inverse) * c(0.25),
         }
-    }
-
-    /// Derivatives by `dhat` and by `xi` of the energy of a pair of weight `w` [m^2] at the squared distance
-    /// `D` [m^2]. With `c = dhat / Dh`, `dc/d dhat = -c^2` and `dc/d xi = -2 c^2` for the barrier; with
-    /// `l = 1 - s`, `dl/d dhat = s / dhat` and `dl/d xi = 1 / dhat` for the cubic form.
-    pub(crate) fn by_lengths(&self, squared_distance: f64, weight: f64) -> [LawSlope; 2] {
-        let Barrier { form, stiffness, reach, offset } = *self;
-        let whole = weight * stiffness;
-        if form == PotentialForm::Cubic {
-            let d = squared_distance.sqrt();
-            let left = ((reach + offset - d) / reach).max(0.0);
-            let over_d = if d > 0.0 { 0.5 / d } else { 0.0 };
-            let of = |by_left: f64, energy: f64| LawSlope {
-                energy,
-                slope: -4.0 * whole * left * by_left * over_d,
-            };
-            let square = whole * left * left;
-            return [
-                of((1.0 - left) / reach, 2.0 / 3.0 * square * (3.0 - 2.0 * left)),
-                of(1.0 / reach, 2.0 * square),
-            ];
-        }
-        let inverse = 1.0 / self.scale();
-        let q = (squared_distance - offset * offset) * inverse;
-        let b = barrier(q, (squared_distance - self.squared_reach()) * inverse);
-        let c = reach * inverse;
-        let of = |by_c: f64, by_q: f64, energy: f64| LawSlope {
-            energy: whole * (energy + reach * b.slope * by_q),
-            slope: whole * (by_c * b.slope + c * b.curvature * by_q),
-        };
-        [
-            of(-c * c, -2.0 * q * (reach + offset) * inverse, b.energy),
-            of(-2.0 * c * c, -2.0 * (offset + reach * q) * inverse, 0.0),
-        ]
-    }
-
-    /// Derivatives by `dhat` and by `xi` of the slope `dE/dd` of a pair of weight `w` [m^2] at the signed
-    /// distance `d` [m].
-    pub(crate) fn signed_by_lengths(&self, distance: f64, weight: f64) -> [f64; 2] {
-        if self.form == PotentialForm::Cubic {
-            let left = ((self.reach + self.offset - distance) / self.reach).max(0.0);
-            let by_left = -4.0 * self.stiffness * weight * left / self.reach;
-            return [by_left * (1.0 - left), by_left];
-        }
-        if distance <= 0.0 {
-            return [0.0; 2];
-        }
-        self.by_lengths(distance * distance, weight).map(|by| 2.0 * distance * by.slope)
     }
 
     /// Energy of a pair of weight `w` [m^2] at the signed distance `d` [m] of a side that has an inside:
@@ -311,37 +254,6 @@ mod tests {
         assert!(close(outside.energy, 0.025) && close(outside.slope, -0.75), "{outside:?}");
         assert!(close(outside.curvature, 15.0), "{outside:?}");
         assert_eq!(law.at_signed(0.4, 0.5).slope, 0.0);
-    }
-
-    /// Derivatives by the lengths of a law against differences, of both forms, with radii and without.
-    #[test]
-    fn derivatives_by_lengths_are_those_of_the_law() {
-        for form in [PotentialForm::Barrier, PotentialForm::Cubic] {
-            for (offset, d) in [(0.0, 0.08), (0.1, 0.17), (0.1, 0.28)] {
-                let law = |[reach, offset]: [f64; 2]| Barrier { form, stiffness: 3.0, reach, offset };
-                let there = law([0.2, offset]);
-                let signed = there.signed_by_lengths(d, 0.5);
-                for (k, by) in there.by_lengths(d * d, 0.5).into_iter().enumerate() {
-                    let h = 1e-6;
-                    let moved = |h: f64| {
-                        let mut lengths = [0.2, offset];
-                        lengths[k] += h;
-                        law(lengths)
-                    };
-                    let of =
-                        |value: &dyn Fn(Barrier) -> f64| (value(moved(h)) - value(moved(-h))) / (2.0 * h);
-                    let energy = of(&|law| law.at(d * d, 0.5).energy);
-                    let slope = of(&|law| law.at(d * d, 0.5).slope);
-                    let by_distance = of(&|law| law.at_signed(d, 0.5).slope);
-                    for (found, expected) in
-                        [(by.energy, energy), (by.slope, slope), (signed[k], by_distance)]
-                    {
-                        assert!((found / expected - 1.0).abs() < 1e-7, "{form:?}, {k}: {found}, {expected}");
-                    }
-                }
-                assert_eq!(there.by_lengths(1.0, 0.5), [LawSlope::default(); 2]);
-            }
-        }
     }
 
     /// By the gap the slopes of a barrier are those by its square, times `2 d`, and so on.

@@ -4,9 +4,9 @@ use std::ops::Range;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use pliant::energy::{
-    ChangingStencils, ContactExtremes, ContactLawRates, ContactPlace, EnergyKind, EnergyTerm, Fault,
-    LawLinks, LeastGap, Measurements, ShapedContact, Stencils, StepLimit, SurfaceContact, TermProperties,
-    TermViews, TouchingPair, TouchingSurfaces, WatchedContacts, WayObstruction, add_stencil_product,
+    ChangingStencils, ContactExtremes, ContactPlace, EnergyKind, EnergyTerm, Fault, LeastGap, Measurements,
+    ShapedContact, Stencils, StepLimit, SurfaceContact, TermProperties, TermViews, TouchingPair,
+    TouchingSurfaces, WatchedContacts, WayObstruction, add_stencil_product,
 };
 use pliant::lanes::{Lanes, spread};
 use pliant::material::Psd;
@@ -481,18 +481,19 @@ impl<const D: usize> TouchingSurfaces for ContactEnergy<D> {
     }
 
     fn shaped(&self) -> Option<&dyn ShapedContact> {
-        Some(self)
+        // Reaches that bodies near themselves have are made of their shapes at rest, too.
+        self.model.shortened.is_empty().then_some(self)
     }
 }
 
 impl<const D: usize> ContactEnergy<D> {
     /// Shows every contact, and what rubs, as the shape at rest decides on it, and as laws do `with_laws`.
-    fn each_shaped(&self, at: ContactPlace<'_>, with_laws: bool, visit: &mut dyn FnMut(&ShapedPair<'_, D>)) {
+    fn each_shaped(&self, at: ContactPlace<'_>, visit: &mut dyn FnMut(&ShapedPair<'_, D>)) {
         let mut search = locked(&self.search);
         let reach = search.reach;
         let mut show = |search: &mut ContactSearch<D>, x: &[f64], of: ForceOfContact<'_>| {
             let one = Contacts::default();
-            let mut sink = ShapeSink { model: &self.model, x, of, with_laws, one, visit: &mut *visit };
+            let mut sink = ShapeSink { model: &self.model, x, of, one, visit: &mut *visit };
             let candidates = search.candidates_at(&self.model, x);
             let planes = Contacts::find_each::<D>(&self.model, candidates, x, reach, &mut sink);
             sink.planes(&planes);
@@ -507,53 +508,17 @@ impl<const D: usize> ContactEnergy<D> {
 }
 
 impl<const D: usize> ShapedContact for ContactEnergy<D> {
-    fn bodies(&self) -> usize {
-        self.model.names.len()
-    }
-
-    fn law_links(&self, rest: &[f64], masses: &[f64]) -> LawLinks {
-        self.model.law_links::<D>(rest, masses)
-    }
-
-    fn add_work_by_shape(
-        &self,
-        at: ContactPlace<'_>,
-        p: &[f64],
-        rest: &[f64],
-        (rows, mut laws): (&mut [f64], Option<&mut ContactLawRates>),
-    ) {
+    fn add_work_by_shape(&self, at: ContactPlace<'_>, p: &[f64], rest: &[f64], rows: &mut [f64]) {
         let surface = &self.model.surface;
         let mut by = AreaRates::zero(surface);
-        self.each_shaped(at, laws.is_some(), &mut |pair| {
-            pair.add_work(surface, p, &mut by);
-            if let Some(laws) = &mut laws {
-                pair.add_law_work(surface, p, laws);
-            }
-        });
-        if let Some(laws) = laws {
-            laws.distance += surface.by_width(&by);
-        }
+        self.each_shaped(at, &mut |pair| pair.add_work(surface, p, &mut by));
         surface.add_by_rest(&by, rest, rows);
     }
 
-    fn add_gradient_by_shape(
-        &self,
-        at: ContactPlace<'_>,
-        (change, laws): (&[f64], Option<&ContactLawRates>),
-        rest: &[f64],
-        rows: &mut [f64],
-    ) {
+    fn add_gradient_by_shape(&self, at: ContactPlace<'_>, change: &[f64], rest: &[f64], rows: &mut [f64]) {
         let surface = &self.model.surface;
         let mut changes = surface.area_changes(change, rest);
-        if let Some(laws) = laws {
-            surface.widen(laws.distance, &mut changes);
-        }
-        self.each_shaped(at, laws.is_some(), &mut |pair| {
-            pair.add_change(surface, &mut changes, rows);
-            if let Some(laws) = laws {
-                pair.add_law_change(surface, laws, rows);
-            }
-        });
+        self.each_shaped(at, &mut |pair| pair.add_change(surface, &mut changes, rows));
     }
 }
 

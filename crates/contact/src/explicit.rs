@@ -67,26 +67,15 @@ impl SurfaceMobility {
     /// `R` [m^2/kg]: contact of the two bodies with the second derivative `k` [N/m^3] for each area adds at
     /// most `k R` to the square of an angular frequency.
     pub fn of_pair(&self, a: u32, b: u32) -> f64 {
-        let [of_a, of_b] = self.of_sides(a, b);
-        of_a + of_b
-    }
-
-    /// Parts of `R` of the two bodies [m^2/kg], each in proportion to the most area over mass of a vertex.
-    pub(crate) fn of_sides(&self, a: u32, b: u32) -> [f64; 2] {
         let [side_a, side_b] = [a, b].map(|body| self.sides[body as usize]);
         if a == b && self.vertices[a as usize] < 2 {
-            return [0.0; 2];
+            return 0.0;
         }
         let both_thin = side_a > 1.0 && side_b > 1.0;
         let part = |a: u32, b: u32, sides: f64| {
             self.against(a, b).fold(0.0, f64::max) * if both_thin { sides } else { 1.0 }
         };
-        [part(a, b, side_a), part(b, a, side_b)]
-    }
-
-    /// Area of a body [m^2]; infinite of half-spaces and balls.
-    pub(crate) fn area(&self, body: u32) -> f64 {
-        self.areas[body as usize]
+        part(a, b, side_a) + part(b, a, side_b)
     }
 
     /// Most mass for an area that contact of the two has to stop [kg/m^2]; infinite where neither moves.

@@ -49,14 +49,6 @@ pub fn f1_over_y_slope<S: Scalar>(y: S, threshold: f64) -> S {
     -(inverse * inverse)
 }
 
-/// The derivative of `f1(y) / y` by `e` [s^2/m^2]: `2 (y - e) / e^3` for `y < e`, 0 above.
-#[inline(always)]
-pub fn f1_over_y_by_threshold<S: Scalar>(y: S, threshold: f64) -> S {
-    let e = S::splat(threshold);
-    let s = smaller(y / e, S::one());
-    (s + s - S::splat(2.0)) / (e * e)
-}
-
 /// Friction of one pair.
 #[derive(Clone, Copy, Debug)]
 pub struct PairFriction<S, const D: usize, const N: usize> {
@@ -103,19 +95,6 @@ impl<S: Scalar, const D: usize, const N: usize> PairFriction<S, D, N> {
     #[inline(always)]
     pub fn gradient(&self, v: &[[S; D]; N]) -> [[S; D]; N] {
         let force = scaled(-S::one(), &self.force(v));
-        let mut gradient = *v;
-        for i in 0..N {
-            gradient[i] = scaled(self.coefficients[i], &force);
-        }
-        gradient
-    }
-
-    /// Derivative of [`gradient`](Self::gradient) by the threshold speed [N s/m].
-    #[inline(always)]
-    pub fn gradient_by_threshold(&self, v: &[[S; D]; N]) -> [[S; D]; N] {
-        let slip = self.slip(v);
-        let part = f1_over_y_by_threshold(dot(&slip, &slip).sqrt(), self.threshold);
-        let force = scaled(self.limit * part, &slip);
         let mut gradient = *v;
         for i in 0..N {
             gradient[i] = scaled(self.coefficients[i], &force);

@@ -31,7 +31,6 @@
 #![allow(clippy::needless_range_loop)]
 
 pub mod barrier;
-pub mod basis;
 pub mod broad_phase;
 pub mod candidates;
 pub mod ccd;

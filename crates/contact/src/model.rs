@@ -2,7 +2,6 @@
 //! and a law for every two bodies.
 
 use crate::barrier::Barrier;
-use crate::basis::LawBasis;
 use crate::candidates::BodyPairs;
 use crate::contacts::rows;
 use crate::merge::Duplicates;
@@ -99,8 +98,8 @@ pub struct ContactModel {
     pub threshold_speed: f64,
     /// Number of times that a solve takes the normal forces of friction anew.
     pub friction_iterations: u32,
-    /// Origins of the laws.
-    pub basis: LawBasis,
+    /// Bodies that touch themselves from nearer on than others, because they are near themselves at rest.
+    pub shortened: Vec<u32>,
     /// Names of the bodies.
     pub names: Vec<String>,
     /// Number of each vertex of the system in its body.

@@ -4,7 +4,7 @@
 //! 1e-3 |A|^2 |B|^2` of the edges at rest (Li et al. 2020). Twice differentiable but at `c = eps`; nothing is
 //! divided by `c`.
 
-use crate::barrier::{Barrier, EnergyOfDistance, LawSlope};
+use crate::barrier::{Barrier, EnergyOfDistance};
 use crate::closest::{InnerKind, InnerPair, Primitives};
 use crate::eigen::positive_part;
 use crate::merge::MollifiedPair;
@@ -71,26 +71,6 @@ pub(crate) fn mollified_by_limit(
     for (i, row) in gradient.iter_mut().enumerate() {
         let sign = if i % 2 == 0 { -1.0 } else { 1.0 };
         *row = along(row, sign * energy.value * slope_by_limit, &by_edge[i / 2]);
-    }
-    gradient
-}
-
-/// Derivative of the gradient of the energy `m E` of two edges at `x` by a number of the law, by vertex;
-/// `slope` has that of the energy and of its slope at a squared distance.
-pub(crate) fn mollified_by_law(
-    x: &[[f64; 3]; 4],
-    pair: &MollifiedPair,
-    slope: impl Fn(f64) -> LawSlope,
-) -> [[f64; 3]; 4] {
-    let energy = energy_of_inner_pair(x, &pair.inner, &|squared| {
-        let LawSlope { energy, slope } = slope(squared);
-        // First derivatives alone are looked at.
-        EnergyOfDistance { energy, slope, curvature: 0.0 }
-    });
-    let factor = mollifier_of_edges(x, pair.limit);
-    let mut gradient = energy.gradient.map(|row| scaled(factor.value, &row));
-    for (row, of_factor) in gradient.iter_mut().zip(&factor.gradient) {
-        *row = along(row, energy.value, of_factor);
     }
     gradient
 }
@@ -179,16 +159,6 @@ fn second_derivatives_of_cross(a: &[f64; 3], b: &[f64; 3]) -> [[Mat<f64, 3>; 2];
         }
     }
     second
-}
-
-/// The squared distance of a pair of vertices of two edges [m^2].
-pub(crate) fn squared_distance_of_inner(x: &[[f64; 3]; 4], inner: &InnerPair) -> f64 {
-    let [p, q, s, _] = inner.slots;
-    match inner.kind {
-        InnerKind::PointPoint => PairGeometry::of::<PointPoint>(&[x[p], x[q]]).squared_distance,
-        InnerKind::PointEdge => PairGeometry::of::<PointEdge>(&[x[p], x[q], x[s]]).squared_distance,
-        _ => PairGeometry::of::<EdgeEdge>(x).squared_distance,
-    }
 }
 
 /// Energy of a squared distance.

@@ -10,18 +10,12 @@
 //!
 //! Contacts that are alike have their weights added before; in a derivative each counts by itself.
 
-use pliant::energy::ContactLawRates;
-
 use crate::closest::InnerPair;
-use crate::contacts::{ContactVisitor, Contacts, PlaneContact, PlaneGeometry, rows};
+use crate::contacts::{Contacts, PlaneContact, rows};
 use crate::energy::EvaluatedContacts;
 use crate::merge::{AreaOf, AreaPart, MollifiedPair, PairSink};
-use crate::model::{ContactLaw, ContactModel};
-use crate::mollifier::{
-    mollified_by_law, mollified_by_limit, mollifier_by_limit, parallel_limit, squared_cross,
-    squared_distance_of_inner,
-};
-use crate::pair::PairGeometry;
+use crate::model::ContactModel;
+use crate::mollifier::{mollified_by_limit, mollifier_by_limit, parallel_limit, squared_cross};
 use crate::report::ContactReport;
 use crate::surface::{ContactSurface, VertexKind};
 use crate::vector::{cross, difference, dot};
@@ -77,34 +71,6 @@ impl ContactSurface {
     /// Derivative of the area of edge `e` by its length: its width, see [`thicken`](Self::thicken).
     pub(crate) fn width(&self, e: u32) -> f64 {
         self.edge_areas[e as usize] / self.squared_lengths[e as usize].sqrt()
-    }
-
-    /// Derivative of the area of particle `p` by its width, see [`thicken`](Self::thicken).
-    pub(crate) fn area_by_width(&self, p: u32) -> f64 {
-        // Of pi t^2 / 4.
-        if self.dimension == 3 { (std::f64::consts::PI * self.vertex_areas[p as usize]).sqrt() } else { 1.0 }
-    }
-
-    /// Derivative by the width of all wires and particles of what has these derivatives by areas.
-    pub(crate) fn by_width(&self, by: &AreaRates) -> f64 {
-        let of_wire = |e: &u32| {
-            let of_ends: f64 = self.ends(*e).map(|v| 0.5 * by.vertices[v as usize]).sum();
-            self.squared_lengths[*e as usize].sqrt() * (by.edges[*e as usize] + of_ends)
-        };
-        let of_particle = |p: &u32| self.area_by_width(*p) * by.vertices[*p as usize];
-        self.wires.iter().map(of_wire).chain(self.particles.iter().map(of_particle)).sum()
-    }
-
-    /// Adds to changes of areas those with the width of all wires and particles: the transpose.
-    pub(crate) fn widen(&self, width: f64, changes: &mut AreaRates) {
-        for e in &self.wires {
-            let grown = width * self.squared_lengths[*e as usize].sqrt();
-            changes.edges[*e as usize] += grown;
-            self.ends(*e).for_each(|v| changes.vertices[v as usize] += 0.5 * grown);
-        }
-        for p in &self.particles {
-            changes.vertices[*p as usize] += width * self.area_by_width(*p);
-        }
     }
 
     /// Parts of the area of an edge without triangles that its ends have.
@@ -208,18 +174,6 @@ impl<const D: usize> ForcesOnVertices<D> {
     }
 }
 
-/// Derivatives of the forces of one contact by the numbers of its law, at the weight 1 m^2.
-struct LawForces<const D: usize> {
-    /// Place of its two bodies among the pairs.
-    pair: usize,
-    /// By the stiffness, the reach and the radii.
-    by_law: [ForcesOnVertices<D>; 3],
-    /// By the distance that depths of walls are in proportion to.
-    by_distance: Option<ForcesOnVertices<D>>,
-    /// By the threshold speed, of friction.
-    by_threshold: Option<ForcesOnVertices<D>>,
-}
-
 /// One contact as the shape at rest decides on it.
 pub(crate) struct ShapedPair<'a, const D: usize> {
     parts: &'a [AreaPart],
@@ -227,8 +181,6 @@ pub(crate) struct ShapedPair<'a, const D: usize> {
     forces: ForcesOnVertices<D>,
     /// Edges that are nearly parallel, and the derivative of the forces by `eps` [N/m^4].
     parallel: Option<([u32; 2], ForcesOnVertices<D>)>,
-    /// Derivatives by the numbers of its law, where they are asked for.
-    laws: Option<LawForces<D>>,
 }
 
 impl<const D: usize> ShapedPair<'_, D> {
@@ -244,16 +196,6 @@ impl<const D: usize> ShapedPair<'_, D> {
         }
     }
 
-    /// Adds the derivatives of the work along `p` by the numbers of its law.
-    pub(crate) fn add_law_work(&self, surface: &ContactSurface, p: &[f64], by: &mut ContactLawRates) {
-        let Some(LawForces { pair, by_law, by_distance, by_threshold }) = &self.laws else { return };
-        let weight = surface.weight(self.parts);
-        let work = |forces: &ForcesOnVertices<D>| weight * forces.work(p);
-        by.pairs[*pair].iter_mut().zip(by_law).for_each(|(by, forces)| *by += work(forces));
-        by.distance += by_distance.as_ref().map_or(0.0, work);
-        by.threshold_speed += by_threshold.as_ref().map_or(0.0, work);
-    }
-
     /// Adds the change of its forces with that of areas and squared lengths.
     pub(crate) fn add_change(&self, surface: &ContactSurface, changes: &mut AreaRates, rows: &mut [f64]) {
         let grown: f64 = self.parts.iter().map(|part| part.part * *changes.of(part.of)).sum();
@@ -263,21 +205,6 @@ impl<const D: usize> ShapedPair<'_, D> {
             let [da, db] = [a, b].map(|e| changes.squared_lengths[*e as usize]);
             forces.add(of_a * da + of_b * db, rows);
         }
-    }
-
-    /// Adds the change of its forces with the numbers of its law.
-    pub(crate) fn add_law_change(
-        &self,
-        surface: &ContactSurface,
-        changes: &ContactLawRates,
-        rows: &mut [f64],
-    ) {
-        let Some(LawForces { pair, by_law, by_distance, by_threshold }) = &self.laws else { return };
-        let weight = surface.weight(self.parts);
-        let each = by_law.iter().zip(changes.pairs[*pair]);
-        let each = each.chain(by_distance.iter().map(|forces| (forces, changes.distance)));
-        let each = each.chain(by_threshold.iter().map(|forces| (forces, changes.threshold_speed)));
-        each.for_each(|(forces, change)| forces.add(weight * change, rows));
     }
 }
 
@@ -292,8 +219,6 @@ pub(crate) struct ShapeSink<'a, const D: usize> {
     pub(crate) model: &'a ContactModel,
     pub(crate) x: &'a [f64],
     pub(crate) of: ForceOfContact<'a>,
-    /// True if derivatives by the numbers of laws are asked for.
-    pub(crate) with_laws: bool,
     /// Memory for one contact.
     pub(crate) one: Contacts,
     pub(crate) visit: &'a mut dyn FnMut(&ShapedPair<'_, D>),
@@ -320,36 +245,8 @@ impl<const D: usize> ShapeSink<'_, D> {
 
     fn show(&mut self, parts: &[AreaPart], parallel: Option<([u32; 2], ForcesOnVertices<D>)>) {
         if let Some(forces) = self.forces() {
-            let laws = if self.with_laws { self.law_forces(&forces) } else { None };
-            (self.visit)(&ShapedPair { parts, forces, parallel, laws });
+            (self.visit)(&ShapedPair { parts, forces, parallel });
         }
-    }
-
-    /// Derivatives of the `forces` of the one contact by the numbers of its law.
-    fn law_forces(&self, forces: &ForcesOnVertices<D>) -> Option<LawForces<D>> {
-        let mut found = ContactByLaw::<D> { forces: *forces, by: [*forces; 3], relative: [0.0; 3] };
-        self.one.visit::<D>(self.model, self.x, 0, &mut found);
-        let model = self.model;
-        let [a, b] = [0, forces.count - 1].map(|i| model.body(forces.vertices[i]));
-        let pair = a.min(b) as usize * model.names.len() + a.max(b) as usize;
-        let by_stiffness = forces.scaled(1.0 / model.laws.of(a, b).barrier.stiffness);
-        let is_wall = !self.one.planes.is_empty();
-        let [by_reach, by_offset, by_depth] = match self.of {
-            ForceOfContact::Energy => found.by,
-            // In proportion to normal forces.
-            ForceOfContact::Friction(..) => found.relative.map(|part| forces.scaled(part)),
-        };
-        let by_threshold = match self.of {
-            ForceOfContact::Energy => None,
-            ForceOfContact::Friction(v, _) => {
-                let report = ContactReport::<D>::of(&self.one, model, self.x, 0);
-                let friction = report.rubbing(model.threshold_speed)?;
-                let by = friction.gradient_by_threshold(&rows::<D, 4>(v, &report.vertices));
-                Some(ForcesOnVertices { forces: by, ..*forces })
-            }
-        };
-        let by_law = [by_stiffness, by_reach, by_offset];
-        Some(LawForces { pair, by_law, by_distance: is_wall.then_some(by_depth), by_threshold })
     }
 
     /// True if the contact of all that are alike rubs: what pulls does not.
@@ -395,67 +292,6 @@ impl<const D: usize> ShapeSink<'_, D> {
 /// Four vertices, those that a contact lacks the first.
 fn filled(vertices: &[u32]) -> [u32; 4] {
     std::array::from_fn(|i| vertices.get(i).or(vertices.first()).copied().unwrap_or_default())
-}
-
-/// Derivatives of the forces of one contact by `dhat`, by `xi`, and by the distance that the depth of a wall
-/// is in proportion to.
-struct ContactByLaw<const D: usize> {
-    /// Forces, for the vertices.
-    forces: ForcesOnVertices<D>,
-    by: [ForcesOnVertices<D>; 3],
-    /// The same of the normal force, in parts of it [1/m].
-    relative: [f64; 3],
-}
-
-impl<const D: usize> ContactByLaw<D> {
-    fn set(&mut self, k: usize, relative: f64, rows: &[[f64; D]]) {
-        let mut forces = [[0.0; D]; 4];
-        forces[..rows.len()].copy_from_slice(rows);
-        self.by[k] = ForcesOnVertices { forces, ..self.forces };
-        self.relative[k] = relative;
-    }
-}
-
-/// Quotient; zero where nothing pushes.
-fn part(of: f64, whole: f64) -> f64 {
-    if whole == 0.0 { 0.0 } else { of / whole }
-}
-
-impl<const D: usize> ContactVisitor<D> for ContactByLaw<D> {
-    fn pair<const N: usize, const P: usize>(
-        &mut self,
-        _: &[u32; N],
-        pair: &PairGeometry<f64, D, N, P>,
-        law: &ContactLaw,
-        weight: f64,
-    ) {
-        let whole = law.barrier.at(pair.squared_distance, weight).slope;
-        for (k, by) in law.barrier.by_lengths(pair.squared_distance, weight).iter().enumerate() {
-            self.set(k, part(by.slope, whole), &pair.gradient(by.slope));
-        }
-    }
-
-    fn plane(&mut self, _: &[u32; 2], plane: &PlaneGeometry<D>, law: &ContactLaw, weight: f64) {
-        let whole = law.barrier.at_signed(plane.distance, weight);
-        let [by_reach, by_offset] = law.barrier.signed_by_lengths(plane.distance, weight);
-        let by_depth = whole.curvature * plane.depth / law.barrier.reach;
-        for (k, by) in [by_reach, by_offset, by_depth].into_iter().enumerate() {
-            let force = plane.normal.map(|n| by * n);
-            self.set(k, part(by, whole.slope), &[force, force.map(|f| -f)]);
-        }
-    }
-
-    fn mollified(&mut self, pair: &MollifiedPair, x: &[[f64; 3]; 4], law: &ContactLaw) {
-        let squared = squared_distance_of_inner(x, &pair.inner);
-        let whole = law.barrier.at(squared, pair.weight).slope;
-        for k in 0..2 {
-            let by = |squared: f64| law.barrier.by_lengths(squared, pair.weight)[k];
-            let mut rows = [[0.0; D]; 4];
-            let gradient = mollified_by_law(x, pair, by);
-            rows.iter_mut().zip(&gradient).for_each(|(row, by)| row.copy_from_slice(&by[..D]));
-            self.set(k, part(by(squared).slope, whole), &rows);
-        }
-    }
 }
 
 impl<const D: usize> PairSink for ShapeSink<'_, D> {

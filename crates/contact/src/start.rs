@@ -1,6 +1,5 @@
 //! Starts: whether surfaces cross or overlap before anything has moved.
 
-use crate::basis::ALIKE;
 use crate::broad_phase::{Bounds, BoundsTree};
 use crate::candidates::CandidatePairs;
 use crate::closest::Primitives;
@@ -66,34 +65,6 @@ pub fn least_distances<const D: usize>(model: &ContactModel, rest: &[f64]) -> Ve
         }
     });
     least
-}
-
-/// Derivatives of the least distance `least` of a body from itself at rest [m] by coordinates: of all
-/// primitives that are as near the mean.
-pub(crate) fn least_slopes<const D: usize>(
-    model: &ContactModel,
-    rest: &[f64],
-    body: u32,
-    least: f64,
-) -> Vec<(usize, f64)> {
-    let farthest = (1.0 + ALIKE) * least;
-    let candidates = CandidatePairs::gather::<D>(&model.surface, &model.pairs, rest, None, farthest);
-    let (mut slopes, mut count) = (vec![], 0);
-    each_distance::<D>(model, &candidates, rest, |primitives, squared, coefficients| {
-        let (a, b) = (model.body(primitives[0][0]), model.body(primitives[1][0]));
-        let distance = squared.sqrt();
-        if (a, b) != (body, body) || distance > farthest {
-            return;
-        }
-        count += 1;
-        let vertices = || primitives.into_iter().flatten().map(|v| *v as usize * D).zip(coefficients);
-        for k in 0..D {
-            let along: f64 = vertices().map(|(at, c)| c * rest[at + k]).sum();
-            slopes.extend(vertices().map(|(at, c)| (at + k, c * along / distance)));
-        }
-    });
-    slopes.iter_mut().for_each(|(_, slope)| *slope /= f64::from(count.max(1)));
-    slopes
 }
 
 /// Calls `visit` with the two primitives of every candidate, their squared distance, and the coefficients of

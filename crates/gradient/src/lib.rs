@@ -64,9 +64,9 @@ pub use hessian::{HessianProduct, hessian_product};
 pub use loss::{Loss, LossFrame};
 pub use names::{ParameterSelection, names};
 pub use parameter::{
-    AttractingMasses, AxisDirections, BodyDensity, BodyElements, Concatenated, ContactBasis, ContactNumbers,
+    AttractingMasses, AxisDirections, BodyDensity, BodyElements, Concatenated, ContactShape,
     ContactStiffness, EtherDrag, FibreTension, ForceUse, FormulaNumber, FrictionCoefficient, Gravity,
-    GravityNumber, HeldChange, HeldPlaces, HeldUse, LoadFactor, LoadShape, LoadValue, MassShape, Masses,
+    GravityNumber, HeldChange, HeldPlaces, HeldUse, LoadFactor, LoadShape, LoadValue, Masses,
     MembraneElements, ModeUse, Modulus, MotionFactor, MotionNumber, MotionShape, NumberLink, Parameter,
     ParameterNeeds, RestLengths, ShapedElements, Softening, SpringStiffness, StateUse, StepForces,
     TermFactor, TieConstants, TieRestLength, TieShape, Together, TunedSpring, VolumeForce, WeightDensity,

@@ -2,7 +2,6 @@
 
 use super::{Random, number, numbers};
 use crate::barrier::{Barrier, PotentialForm};
-use crate::basis::LawBasis;
 use crate::broad_phase::Bounds;
 use crate::candidates::{BodyPairs, CandidateCache, CandidatePairs, SurfaceTrees};
 use crate::closest::Primitives;
@@ -494,7 +493,7 @@ fn model_of(surface: ContactSurface, bodies: usize, balls: Vec<SolidBall>) -> Co
         duplicates: Duplicates::Max,
         threshold_speed: 1e-3,
         friction_iterations: 1,
-        basis: LawBasis::default(),
+        shortened: vec![],
         names: (0..bodies).map(|body| body.to_string()).collect(),
         labels: vec![0; surface.bodies.len()],
         balls,

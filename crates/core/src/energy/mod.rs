@@ -2,7 +2,6 @@
 
 pub mod attachment;
 pub mod batch;
-mod contact_laws;
 pub mod elastic;
 pub mod gravity;
 pub mod gravity_over_time;
@@ -19,7 +18,6 @@ use crate::quantity::Rounded;
 use std::ops::Range;
 
 use crate::material::Psd;
-pub use contact_laws::{ContactLawRates, LawInput, LawInputRates, LawLinks, LawNumber};
 pub use views::{
     Approach, ChangingStencils, ContactExtremes, ContactPlace, Driven, ElementTerm, ForceLayout, LeastGap,
     LoadTerm, Measurements, Penetration, PredictedStresses, ShapedContact, StepLimit, SurfaceContact,

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{ContactLawRates, DeformationExtremes, EnergyTerm, Fault, LawLinks, ShapeProducts, Stencils};
+use super::{DeformationExtremes, EnergyTerm, Fault, ShapeProducts, Stencils};
 use crate::element::{Barycentric, ElementState};
 use crate::material::Psd;
 
@@ -399,36 +399,15 @@ pub struct ContactPlace<'a> {
     pub held: Option<&'a [f64]>,
 }
 
-/// Contact that goes by the shape at rest: by the areas that its primitives stand for, and by laws that are
-/// made of sizes, masses and moduli.
+/// Contact that goes by the shape at rest, by the areas that its primitives stand for.
 pub trait ShapedContact {
-    /// Number of bodies whose laws these are, obstacles included.
-    fn bodies(&self) -> usize;
-
-    /// Derivatives of the laws by what they are made of, at the rest positions `rest`, flat [m], and the
-    /// `masses` of all vertices [kg]. Of a least number that several are alike to it is the mean of theirs.
-    fn law_links(&self, rest: &[f64], masses: &[f64]) -> LawLinks;
-
     /// Adds to `rows`, flat of all vertices, the derivatives by rest positions, at `rest`, of the work along
-    /// `p` of the gradients `dE/dx + dR/dv` of contact and of its friction, laws as they are; and to `laws`,
-    /// where it is given, those by the numbers of the laws.
-    fn add_work_by_shape(
-        &self,
-        at: ContactPlace<'_>,
-        p: &[f64],
-        rest: &[f64],
-        to: (&mut [f64], Option<&mut ContactLawRates>),
-    );
+    /// `p` of the gradients `dE/dx + dR/dv` of contact and of its friction, laws as they are.
+    fn add_work_by_shape(&self, at: ContactPlace<'_>, p: &[f64], rest: &[f64], rows: &mut [f64]);
 
-    /// Adds to `rows` what is added to these gradients where rest positions move by `change`, flat, and the
-    /// numbers of laws where their changes are given: the transpose.
-    fn add_gradient_by_shape(
-        &self,
-        at: ContactPlace<'_>,
-        change: (&[f64], Option<&ContactLawRates>),
-        rest: &[f64],
-        rows: &mut [f64],
-    );
+    /// Adds to `rows` what is added to these gradients where rest positions move by `change`, flat: the
+    /// transpose.
+    fn add_gradient_by_shape(&self, at: ContactPlace<'_>, change: &[f64], rest: &[f64], rows: &mut [f64]);
 }
 
 /// Surfaces that were nearest to each other for the distance from which on they push.

@@ -1,6 +1,7 @@
 //! Numbers of contact, and numbers of a scene that its contact is made of.
 
-use pliant_scene::{Body, ContactSpec, Scene};
+use pliant::material::MaterialSpec;
+use pliant_scene::{Body, Scene};
 
 use super::constants::MaterialConstants;
 use super::materials::young;
@@ -32,26 +33,11 @@ pub(super) fn goes_by_shape(scene: &Scene, spec: &Body) -> bool {
     collides(spec) && scene.acting_contact().is_some()
 }
 
-/// True if laws of contact are made of masses and moduli of this body, or may be: without a `stiffness`.
-pub(super) fn goes_by_numbers(scene: &Scene, spec: &Body) -> bool {
-    collides(spec) && scene.acting_contact().is_some_and(|contact| contact.stiffness.is_none())
-}
-
-/// True if Young's modulus of this body may be the stiffness of its contact.
-pub(super) fn goes_by_young(scene: &Scene, spec: &Body) -> bool {
-    scene.acting_contact().is_some_and(|contact| goes_by_modulus(&contact, spec))
-}
-
 /// True if what contact takes of a body for its stiffness is the modulus of its material alone.
-fn goes_by_modulus(contact: &ContactSpec, spec: &Body) -> bool {
+fn goes_by_modulus(spec: &Body) -> bool {
     let is_plain = spec.membrane.is_none() && spec.nodal_integration.is_none();
-    is_plain
-        && collides(spec)
-        && contact.stiffness.is_none()
-        && spec
-            .elastic
-            .as_ref()
-            .is_some_and(|material| young(material).is_some() && material.lame().is_some())
+    let has_modulus = |material: &MaterialSpec| young(material).is_some() && material.lame().is_some();
+    is_plain && spec.elastic.as_ref().is_some_and(has_modulus)
 }
 
 /// True unless the body says that it touches nothing.
@@ -61,25 +47,40 @@ fn collides(spec: &Body) -> bool {
 
 /// Why contact leaves the derivative by this key of a body unknown; `None` where it does not.
 ///
-/// Without a `stiffness` its `kappa` is the modulus of the softer body, that of springs made of theirs and of
-/// areas and thicknesses.
-pub(super) fn obstacle(scene: &Scene, spec: &Body, key: &str) -> Option<&'static str> {
+/// Defaults have no derivatives: the distance and the speed of friction are parts of sizes at rest, and the
+/// stiffness is the modulus of the softer body, or made of masses, areas and the step.
+pub(super) fn obstacle(scene: &Scene, spec: &Body, key: &str) -> Option<String> {
     let contact = scene.acting_contact()?;
     if !collides(spec) {
         return None;
     }
     if key == "membrane.thickness" && !contact.of_walls {
-        return Some("has no derivative where surfaces touch: contact keeps half of it away");
+        return Some("has no derivative where surfaces touch: contact keeps half of it away".into());
     }
-    let decides = match key.split_once('.') {
+    let is_explicit = scene.time.integrator.method().documentation.solves == 0;
+    let by_masses_and_areas = is_explicit || !goes_by_modulus(spec);
+    let rubs = contact.friction > 0.0 || contact.pairs.iter().any(|pair| pair.friction.is_some());
+    let stiffness = match key.split_once('.') {
         Some(("springs", _)) => true,
         Some(("elastic", key)) => {
             let constants = spec.elastic.as_ref().and_then(MaterialConstants::of);
-            let is_constant = constants.is_some_and(|constants| constants.keys().any(|known| known == key));
-            is_constant || key == "young" && !goes_by_modulus(&contact, spec)
+            key == "young" || constants.is_some_and(|constants| constants.keys().any(|known| known == key))
         }
-        _ => false,
+        Some(("mass", _)) => by_masses_and_areas,
+        _ => key == "rest" && by_masses_and_areas,
     };
-    (decides && contact.stiffness.is_none())
-        .then_some("has no derivative where it decides how stiff contact is: give a `stiffness` in [contact]")
+    let missing: Vec<&str> = [
+        ("`distance`", key == "rest" && contact.distance.is_none()),
+        ("`stiffness`", stiffness && contact.stiffness.is_none()),
+        ("`threshold_speed`", key == "rest" && rubs && contact.threshold_speed.is_none()),
+    ]
+    .into_iter()
+    .filter_map(|(name, is_missing)| is_missing.then_some(name))
+    .collect();
+    (!missing.is_empty()).then(|| {
+        format!(
+            "has no derivative where it decides a default of contact: give {} in [contact]",
+            missing.join(" and ")
+        )
+    })
 }

@@ -22,10 +22,10 @@ use pliant_scene::{AttachmentSpec, Body, Load, MassSpec, MembraneSpec, MuscleSpe
 use pliant_terms::{ElementSet, ViscousSet};
 
 use crate::parameter::{
-    AttractingMasses, AxisDirections, BodyDensity, BodyElements, Concatenated, ContactBasis, ContactNumbers,
-    FibreTension, Gravity, GravityNumber, HeldPlaces, LoadShape, Masses, MembraneElements, Modulus,
-    NumberLink, Parameter, RestLengths, ShapedElements, SpringStiffness, StepForces, TermFactor,
-    TieConstants, TieShape, Together, TunedSpring, VolumeForce, WeightDensity, Weighted, cell_axes,
+    AttractingMasses, AxisDirections, BodyDensity, BodyElements, Concatenated, ContactShape, FibreTension,
+    Gravity, GravityNumber, HeldPlaces, LoadShape, Masses, MembraneElements, Modulus, NumberLink, Parameter,
+    RestLengths, ShapedElements, SpringStiffness, StepForces, TermFactor, TieConstants, TieShape, Together,
+    TunedSpring, VolumeForce, WeightDensity, Weighted, cell_axes,
 };
 use crate::{GradientError, RunGradient};
 use constants::MaterialConstants;
@@ -311,7 +311,7 @@ impl Places<'_> {
         let (spec, body, key) = self.body(name).ok_or_else(|| unknown("is no parameter of this scene"))?;
         if !of_body(self.scene, spec, body).iter().any(|known| known == key) {
             let reason = contact::obstacle(self.scene, spec, key);
-            return Err(unknown(reason.unwrap_or("has no derivative")));
+            return Err(unknown(reason.as_deref().unwrap_or("has no derivative")));
         }
         self.of_body(spec, body, key).ok_or_else(|| unknown("has no derivative"))
     }
@@ -341,11 +341,6 @@ impl Places<'_> {
                     self.topology.masses[body.vertices.start as usize..body.vertices.end as usize].iter();
                 all.push(Box::new(Weighted::new(attracting, shares.map(|mass| mass / number).collect())));
             }
-            if contact::goes_by_numbers(self.scene, spec) {
-                let masses = body.vertices.clone().map(|v| (v, self.topology.masses[v as usize]));
-                let each = masses.map(|(v, mass)| (0, internal(v), mass / number)).collect();
-                all.push(Box::new(ContactNumbers::masses(self.contact_basis(), 1, each)));
-            }
             if all.len() == 1 { all.swap_remove(0) } else { Box::new(Together::new(all)) }
         };
         if let Some(factor) =
@@ -362,13 +357,8 @@ impl Places<'_> {
             ("mass.total", MassSpec::Total(total)) => whole(*total),
             ("mass.per_vertex", _) => {
                 let vertices: Vec<u32> = body.vertices.clone().map(internal).collect();
-                let mut all: Vec<Box<dyn Parameter>> = vec![Box::new(Masses::new(vertices.clone()))];
+                let mut all: Vec<Box<dyn Parameter>> = vec![Box::new(Masses::new(vertices))];
                 all.extend(self.attracting(body));
-                if contact::goes_by_numbers(self.scene, spec) {
-                    let count = vertices.len();
-                    let each = vertices.into_iter().enumerate().map(|(i, v)| (i, v, 1.0)).collect();
-                    all.push(Box::new(ContactNumbers::masses(self.contact_basis(), count, each)));
-                }
                 if all.len() == 1 { all.swap_remove(0) } else { Box::new(Together::new(all)) }
             }
             _ if key.starts_with("load.") => {
@@ -411,15 +401,6 @@ impl Places<'_> {
     /// Places of all vertices at rest, flat, in the order of the simulation [m].
     fn rest(&self) -> Cow<'_, [f64]> {
         self.numbering.to_internal(&self.topology.rest_positions, self.topology.dimension)
-    }
-
-    /// Shapes and masses that contact is made of, in the order of the simulation.
-    fn contact_basis(&self) -> ContactBasis {
-        ContactBasis {
-            dimension: self.topology.dimension,
-            rest: self.rest().into_owned(),
-            masses: self.numbering.to_internal(&self.topology.masses, 1).into_owned(),
-        }
     }
 
     /// Constant gravity [m/s^2]; zero without any.
@@ -550,9 +531,8 @@ impl Places<'_> {
         all.extend(motions::by_shape(spec, &body.name, &vertices, &rest));
         all.extend(self.ties(body)?);
         if contact::goes_by_shape(self.scene, spec) {
-            let masses = contact::goes_by_numbers(self.scene, spec).then(|| shaped.masses(&vertices));
-            let basis = self.contact_basis();
-            all.push(Box::new(ContactNumbers::shape(basis, vertices, masses.flatten())));
+            let rest = self.rest().into_owned();
+            all.push(Box::new(ContactShape::new(rest, vertices, self.topology.dimension)));
         }
         Some(if all.len() == 1 { all.swap_remove(0) } else { Box::new(Together::new(all)) })
     }
@@ -750,13 +730,6 @@ impl Places<'_> {
         if key == "elastic.young" {
             modulus = modulus.of_system();
         }
-        let modulus: Box<dyn Parameter> = Box::new(modulus);
-        if key == "elastic.young" && contact::goes_by_young(self.scene, spec) {
-            let bodies = &self.topology.bodies;
-            let number = bodies.iter().position(|other| other.vertices == body.vertices)? as u32;
-            let of_contact = ContactNumbers::modulus(self.contact_basis(), number);
-            return Some(Box::new(Together::new(vec![modulus, Box::new(of_contact)])));
-        }
-        Some(modulus)
+        Some(Box::new(modulus))
     }
 }

@@ -22,7 +22,7 @@ mod weighted;
 
 pub use axes::{AxisDirections, cell_axes};
 pub(crate) use contact::shaped;
-pub use contact::{ContactBasis, ContactNumbers, ContactStiffness, FrictionCoefficient, MassShape};
+pub use contact::{ContactShape, ContactStiffness, FrictionCoefficient};
 pub use each_step::{HeldPlaces, StepForces};
 pub use elements::BodyElements;
 pub use gravity::{Gravity, GravityNumber};

@@ -25,7 +25,7 @@ use pliant_terms::ElementSet;
 use super::elements::{ElementEnergy, Maker};
 use super::mass::{add_by_mass, by_mass, mode_by_mass, uniform_gravity};
 use super::points::{VolumePoints, mean};
-use super::{ForceUse, MassShape, ModeUse, Parameter, ParameterNeeds, Together};
+use super::{ForceUse, ModeUse, Parameter, ParameterNeeds, Together};
 use crate::adjoint::dot;
 
 /// Tension along fibres.
@@ -90,16 +90,8 @@ impl ShapedElements<'_> {
         }
     }
 
-    /// Lumped masses as functions of the rest positions of `vertices`; `None` where they do not go by
-    /// volumes.
-    pub fn masses(&self, vertices: &[u32]) -> Option<Box<dyn MassShape>> {
-        self.density?;
-        let lumped = ShapedElements { weight: None, muscles: &[], body_forces: &[], axes: &[], ..*self };
-        Some(lumped.shape(vertices))
-    }
-
     /// Rest positions of `vertices` as elements of any kind go by them, cells but for their stresses.
-    fn shape(&self, vertices: &[u32]) -> Box<dyn ElementShape> {
+    fn shape(&self, vertices: &[u32]) -> Box<dyn Parameter> {
         if let Some(kind) = self.kind {
             return kind.visit(CellVolumes { of: self, vertices });
         }
@@ -171,17 +163,12 @@ struct CellVolumes<'a> {
 }
 
 impl CellVisitor for CellVolumes<'_> {
-    type Output = Box<dyn ElementShape>;
+    type Output = Box<dyn Parameter>;
 
     fn visit<const D: usize, const N: usize>(self, cell: &'static Isoparametric<D, N>) -> Self::Output {
         Box::new(RestShape::<D, N>::cells(self.of, self.vertices, cell))
     }
 }
-
-/// Rest positions that forces of elements go by, and masses.
-trait ElementShape: Parameter + MassShape {}
-
-impl<const D: usize, const N: usize> ElementShape for RestShape<D, N> {}
 
 /// Rest positions of the vertices of a body.
 struct RestShape<const D: usize, const N: usize> {
@@ -546,16 +533,6 @@ impl<const D: usize, const N: usize> RestShape<D, N> {
             self.each_mass(i, |q, a, by_volume| masses[a] += by_volume * growths[q]);
             element.iter().zip(masses).for_each(|(vertex, mass)| visit(*vertex as usize, mass));
         }
-    }
-}
-
-impl<const D: usize, const N: usize> MassShape for RestShape<D, N> {
-    fn add(&self, by_masses: &[f64], derivative: &mut [f64]) {
-        self.spread_masses(|vertex| by_masses[vertex], derivative);
-    }
-
-    fn add_change(&self, change: &[f64], masses: &mut [f64]) {
-        self.each_mass_change(change, |vertex, mass| masses[vertex] += mass);
     }
 }
 

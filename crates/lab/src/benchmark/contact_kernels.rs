@@ -8,7 +8,6 @@ use super::{BenchmarkCase, BenchmarkError, BenchmarkPart, BenchmarkRow, Metric, 
 use pliant::energy::ChangingStencils;
 use pliant::material::Psd;
 use pliant_contact::barrier::{Barrier, PotentialForm};
-use pliant_contact::basis::LawBasis;
 use pliant_contact::candidates::{BodyPairs, CandidatePairs};
 use pliant_contact::contacts::Contacts;
 use pliant_contact::energy::ContactEnergy;
@@ -99,7 +98,7 @@ impl Sheets {
             duplicates: Duplicates::Max,
             threshold_speed: 1e-3,
             friction_iterations: 1,
-            basis: LawBasis::default(),
+            shortened: vec![],
             names: vec!["low".into(), "high".into()],
             labels: vec![0; bodies.len()],
         };

@@ -15,7 +15,6 @@ use pliant::numbering::Numbering;
 use pliant::quantity::Rounded;
 use pliant::system::System;
 use pliant_contact::barrier::{Barrier, PotentialForm};
-use pliant_contact::basis::{ALIKE, LawBasis, ReachBasis, ShortenedContact, StiffnessBasis};
 use pliant_contact::candidates::BodyPairs;
 use pliant_contact::explicit::SurfaceMobility;
 use pliant_contact::merge::Duplicates;
@@ -36,6 +35,8 @@ use summary::{
 pub const CONTACT_PART_OF_BODY: f64 = 1e-3;
 /// And at most this part of the shortest edge.
 pub const CONTACT_PART_OF_EDGE: f64 = 0.25;
+/// Part of a number by which others may differ from it and still count as alike.
+const ALIKE: f64 = 1e-9;
 /// Threshold of friction: this part of the size of the scene in a second.
 const THRESHOLD: f64 = 1e-3;
 /// Number of times that normal forces of friction are renewed, unless the scene says.
@@ -161,17 +162,15 @@ pub(super) fn add<const D: usize>(
         without_thickness(contact, &parties)?;
     }
     let mut surface = surface::<D>(&parties, numbering, rest, system.mass().len());
-    let (distance, reach_basis) = match contact.distance {
-        Some(distance) => (distance, ReachBasis::Given),
+    let (distance, distance_origin) = match contact.distance {
+        Some(distance) => (distance, DistanceOrigin::Given),
         None => reach::<D>(&parties, &surface),
     };
-    let distance_origin = DistanceOrigin::new(&reach_basis, &parties, &surface);
     surface.thicken(parties.iter().map(|party| party.radius + party.obstacle_radius()).collect(), distance);
     let design = ExplicitDesign::new(scene, contact, &parties, &surface, system.mass())?;
     let (parties, explicit) = (&parties[..], design.as_ref());
     let choice = StiffnessChoice { scene, contact, parties, numbering, explicit, distance };
-    let mut model = model::<D>(&choice, surface);
-    model.basis.reach = reach_basis;
+    let (mut model, mut origins) = model::<D>(&choice, surface);
     coincident::<D>(&model, position)?;
     let least = terms::least_distances(D, &model, rest);
     let with_itself = shrink(&mut model, parties, &least);
@@ -181,12 +180,12 @@ pub(super) fn add<const D: usize>(
             let most = design.stiffness(barrier.reach, i, i).unwrap_or(f64::INFINITY);
             if most < barrier.stiffness {
                 barrier.stiffness = most;
-                model.basis.stiffness[i as usize * parties.len() + i as usize] = StiffnessBasis::ExplicitStep;
+                origins[i as usize * parties.len() + i as usize] = StiffnessOrigin::ExplicitStep;
             }
         }
     }
     overlaps(scene, &model, parties, position)?;
-    let mut report = report(&choice, &model, distance_origin, with_itself);
+    let mut report = report(&choice, (&model, origins), distance_origin, with_itself);
     if design.is_none() && !scene.time.integrator.method().is_static() {
         report.impacts = ImpactDurations::new(&model, parties, system, scene.time.step);
     }
@@ -282,11 +281,10 @@ impl<'a> ContactParty<'a> {
         &'s self,
         surface: &'s ContactSurface,
         numbering: &'s Numbering,
-    ) -> impl Iterator<Item = (u32, f64)> + 's {
+    ) -> impl Iterator<Item = f64> + 's {
         let of = |(v, mass): (u32, &f64)| {
-            let vertex = numbering.internal(self.body.first_vertex + v);
-            let area = surface.vertex_areas[vertex as usize];
-            (vertex, if area > 0.0 { mass / area } else { 0.0 })
+            let area = surface.vertex_areas[numbering.internal(self.body.first_vertex + v) as usize];
+            if area > 0.0 { mass / area } else { 0.0 }
         };
         (0..).zip(&self.body.mass).map(of)
     }
@@ -416,56 +414,31 @@ fn smallest(parties: &[ContactParty<'_>], dimension: usize) -> Option<(String, f
     sizes.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(name, size)| (name.clone(), size))
 }
 
-/// Least of these numbers, and those that are alike to it.
-fn least_of(numbers: &[(f64, u32)]) -> (f64, Vec<u32>) {
-    let least = numbers.iter().map(|(number, _)| *number).fold(f64::INFINITY, f64::min);
-    let alike = numbers.iter().filter(|(number, _)| number - least <= ALIKE * least.abs());
-    (least, alike.map(|(_, of)| *of).collect())
-}
-
 /// Reach where the scene gives none [m], and where it comes from.
-fn reach<const D: usize>(parties: &[ContactParty<'_>], surface: &ContactSurface) -> (f64, ReachBasis) {
-    let is_body = |i: &u32| !parties[*i as usize].is_obstacle();
-    let bodies = (0..parties.len() as u32).filter(|i| parties[*i as usize].collides && is_body(i));
-    let size = |i: u32| (scene_size(&parties[i as usize].body.mesh.points, D), i);
-    let (smallest, bodies) = least_of(&bodies.map(size).collect::<Vec<_>>());
-    let edges = (0..).zip(&surface.edges).filter(|(_, edge)| is_body(&surface.bodies[edge[0] as usize]));
-    let length = |(e, _): (u32, &[u32; 2])| (surface.squared_lengths[e as usize].sqrt(), e);
-    let (shortest, edges) = least_of(&edges.map(length).collect::<Vec<_>>());
+fn reach<const D: usize>(parties: &[ContactParty<'_>], surface: &ContactSurface) -> (f64, DistanceOrigin) {
+    let is_body = |i: usize| !parties[i].is_obstacle();
+    let name = |i: usize| parties[i].body.name.clone();
+    let bodies = (0..parties.len()).filter(|i| parties[*i].collides && is_body(*i));
+    let sizes = bodies.map(|i| (scene_size(&parties[i].body.mesh.points, D), i));
+    let body_of = |edge: &[u32; 2]| surface.bodies[edge[0] as usize] as usize;
+    let edges = surface.edges.iter().zip(&surface.squared_lengths);
+    let lengths = edges.map(|(edge, square)| (square.sqrt(), body_of(edge))).filter(|(_, i)| is_body(*i));
+    let (smallest, of_body) = least_of(sizes);
+    let (shortest, of_edge) = least_of(lengths);
     if CONTACT_PART_OF_BODY * smallest <= CONTACT_PART_OF_EDGE * shortest {
-        (CONTACT_PART_OF_BODY * smallest, ReachBasis::Bodies(bodies))
+        let origin = of_body.map_or(DistanceOrigin::Given, |i| DistanceOrigin::SmallestBody(name(i)));
+        (CONTACT_PART_OF_BODY * smallest, origin)
     } else {
-        (CONTACT_PART_OF_EDGE * shortest, ReachBasis::Edges(edges))
+        let origin = of_edge.map_or(DistanceOrigin::Given, |i| DistanceOrigin::ShortestEdge(name(i)));
+        (CONTACT_PART_OF_EDGE * shortest, origin)
     }
 }
 
-impl DistanceOrigin {
-    /// By the first of those that are alike.
-    fn new(basis: &ReachBasis, parties: &[ContactParty<'_>], surface: &ContactSurface) -> Self {
-        let first = |alike: &[u32]| alike.first().copied().unwrap_or_default() as usize;
-        let name = |i: usize| parties.get(i).map_or(String::new(), |party| party.body.name.clone());
-        match basis {
-            ReachBasis::Given => DistanceOrigin::Given,
-            ReachBasis::Bodies(bodies) => DistanceOrigin::SmallestBody(name(first(bodies))),
-            ReachBasis::Edges(edges) => {
-                let edge = surface.edges.get(first(edges)).map_or(0, |edge| edge[0]);
-                DistanceOrigin::ShortestEdge(name(surface.bodies[edge as usize] as usize))
-            }
-        }
-    }
-}
-
-impl StiffnessOrigin {
-    /// By the first of those that are alike.
-    fn new(basis: &StiffnessBasis, choice: &StiffnessChoice<'_>, names: &[String]) -> Self {
-        match basis {
-            StiffnessBasis::Given if choice.contact.stiffness.is_some() => StiffnessOrigin::Given,
-            StiffnessBasis::Given => StiffnessOrigin::Nothing,
-            StiffnessBasis::Modulus(body, _) => StiffnessOrigin::Modulus(names[*body as usize].clone()),
-            StiffnessBasis::Masses(_) => StiffnessOrigin::Masses,
-            StiffnessBasis::ExplicitStep => StiffnessOrigin::ExplicitStep,
-        }
-    }
+/// Least of these numbers, and the first that has it but for rounding.
+fn least_of(numbers: impl Iterator<Item = (f64, usize)> + Clone) -> (f64, Option<usize>) {
+    let least = numbers.clone().map(|(number, _)| number).fold(f64::INFINITY, f64::min);
+    let mut alike = numbers.filter(|(number, _)| number - least <= ALIKE * least.abs());
+    (least, alike.next().map(|(_, of)| of))
 }
 
 /// Choice of the stiffness of contact.
@@ -481,40 +454,36 @@ struct StiffnessChoice<'a> {
 
 impl StiffnessChoice<'_> {
     /// Stiffness of two bodies [Pa], and where it comes from.
-    fn of(&self, surface: &ContactSurface, a: usize, b: usize) -> (f64, StiffnessBasis) {
+    fn of(&self, surface: &ContactSurface, a: usize, b: usize) -> (f64, StiffnessOrigin) {
         if let Some(given) = self.contact.stiffness {
-            return (given, StiffnessBasis::Given);
+            return (given, StiffnessOrigin::Given);
         }
-        let modulus = |i: usize| self.parties[i].young.map(|young| (young, i as u32));
-        let softer = match (modulus(a), modulus(b)) {
-            (Some(one), Some(other)) if a != b => {
-                let least = one.0.min(other.0);
-                let [one_is, other_is] = [one, other].map(|(young, _)| young - least <= ALIKE * least);
-                let first = if one_is { one.1 } else { other.1 };
-                Some((least, StiffnessBasis::Modulus(first, (one_is && other_is).then_some(other.1))))
-            }
-            (one, other) => one.or(other).map(|(young, i)| (young, StiffnessBasis::Modulus(i, None))),
-        };
+        let modulus = |i: usize| self.parties[i].young.map(|young| (young, i));
+        let (softer, of) = least_of([a, b].into_iter().filter_map(modulus));
+        let origin = |i: usize| StiffnessOrigin::Modulus(self.parties[i].body.name.clone());
+        let softer = of.map(|i| (softer, origin(i)));
         let Some(design) = self.explicit else {
             return softer.unwrap_or_else(|| {
                 let time = &self.scene.time;
                 let h = self.contact.designed_step.or(time.step).unwrap_or(time.duration);
                 let parties = if a == b { &[a][..] } else { &[a, b] };
                 let each = parties.iter().flat_map(|i| self.parties[*i].densities(surface, self.numbering));
-                // The most is the least of the negative.
-                let (least, alike) = least_of(&each.map(|(v, density)| (-density, v)).collect::<Vec<_>>());
-                (self.distance * -least / (h * h), StiffnessBasis::Masses(alike))
+                (self.distance * each.fold(f64::NEG_INFINITY, f64::max) / (h * h), StiffnessOrigin::Masses)
             });
         };
         let by_step = design.stiffness(self.distance, a as u32, b as u32);
-        let by_step = by_step.map(|stiffness| (stiffness, StiffnessBasis::ExplicitStep));
+        let by_step = by_step.map(|stiffness| (stiffness, StiffnessOrigin::ExplicitStep));
         let least = softer.into_iter().chain(by_step).reduce(|a, b| if b.0 < a.0 { b } else { a });
         // Two that do not move never touch.
-        least.unwrap_or((1.0, StiffnessBasis::Given))
+        least.unwrap_or((1.0, StiffnessOrigin::Nothing))
     }
 }
 
-fn model<const D: usize>(choice: &StiffnessChoice<'_>, surface: ContactSurface) -> ContactModel {
+/// The model, and where the stiffnesses of its laws come from, of the bodies `a <= b` at `a * bodies + b`.
+fn model<const D: usize>(
+    choice: &StiffnessChoice<'_>,
+    surface: ContactSurface,
+) -> (ContactModel, Vec<StiffnessOrigin>) {
     let StiffnessChoice { scene, contact, parties, numbering, explicit, distance } = *choice;
     let names: Vec<String> = parties.iter().map(|party| party.body.name.clone()).collect();
     let index = |name: &String| names.iter().position(|other| other == name);
@@ -549,12 +518,12 @@ fn model<const D: usize>(choice: &StiffnessChoice<'_>, surface: ContactSurface) 
     }
     let count = parties.len();
     let mut stiffness = vec![0.0; count * count];
-    let mut bases = vec![StiffnessBasis::Given; count * count];
+    let mut origins = vec![StiffnessOrigin::Given; count * count];
     for a in 0..count {
         for b in a..count {
-            let (kappa, basis) = choice.of(&surface, a, b);
+            let (kappa, origin) = choice.of(&surface, a, b);
             (stiffness[a * count + b], stiffness[b * count + a]) = (kappa, kappa);
-            bases[a * count + b] = basis;
+            origins[a * count + b] = origin;
         }
     }
     let laws = ContactLaws::new(count, |a, b| {
@@ -591,7 +560,7 @@ fn model<const D: usize>(choice: &StiffnessChoice<'_>, surface: ContactSurface) 
             labels[numbering.internal(party.body.first_vertex + v) as usize] = v;
         }
     }
-    ContactModel {
+    let model = ContactModel {
         surface,
         half_spaces,
         balls,
@@ -600,18 +569,11 @@ fn model<const D: usize>(choice: &StiffnessChoice<'_>, surface: ContactSurface) 
         duplicates: if contact.counts_duplicates { Duplicates::Sum } else { Duplicates::Max },
         threshold_speed: contact.threshold_speed.unwrap_or(THRESHOLD * size_of_bodies(parties, D)),
         friction_iterations: contact.friction_iterations.unwrap_or(FRICTION_ITERATIONS),
-        basis: LawBasis {
-            distance,
-            stiffness: bases,
-            sized: match contact.threshold_speed {
-                Some(_) => vec![],
-                None => (0..count as u32).filter(|i| !parties[*i as usize].is_obstacle()).collect(),
-            },
-            ..LawBasis::default()
-        },
+        shortened: vec![],
         names,
         labels,
-    }
+    };
+    (model, origins)
 }
 
 /// Shortens the reach and the radii of bodies that are near themselves at rest, so that nothing pushes there.
@@ -631,7 +593,7 @@ fn shrink(
             barrier.offset *= part;
             let (body, gap, least) = (party.body.name.clone(), barrier.reach, *distance);
             shrunk.push(SelfContact { body, gap, least, between });
-            model.basis.shortened.push(ShortenedContact { body: i as u32, least });
+            model.shortened.push(i as u32);
         }
     }
     shrunk
@@ -718,7 +680,7 @@ fn overlaps(
 
 fn report(
     choice: &StiffnessChoice<'_>,
-    model: &ContactModel,
+    (model, origins): (&ContactModel, Vec<StiffnessOrigin>),
     distance_origin: DistanceOrigin,
     with_itself: Vec<SelfContact>,
 ) -> ContactSummary {
@@ -728,7 +690,7 @@ fn report(
         PairLaw {
             bodies: [a, b].map(|body| model.names[body].clone()),
             stiffness: law.barrier.stiffness,
-            origin: StiffnessOrigin::new(&model.basis.stiffness[a * parties.len() + b], choice, &model.names),
+            origin: origins[a * parties.len() + b].clone(),
             friction: law.friction,
         }
     };
