@@ -2,7 +2,7 @@
 
 use pliant::simulation::Simulation;
 use pliant_gradient::{GradientError, LossFrame, UNLIMITED, gradient};
-use pliant_scene::Scene;
+use pliant_scene::{ContactSpec, Scene};
 
 use crate::differences::{compare_number, compare_starts};
 use crate::solid::assembled;
@@ -50,7 +50,11 @@ fn pins_let_go_in_runs_that_have_derivatives() {
 
 #[test]
 fn pins_let_go_of_what_comes_to_a_wall() {
-    let scene = |young| beam("bdf2", young, "until = 0.04", "walls = [{ normal = [0, 1], offset = -0.05 }]");
+    let scene = |young| {
+        let mut scene = beam("bdf2", young, "until = 0.04", "walls = [{ normal = [0, 1], offset = -0.05 }]");
+        scene.contact = Some(ContactSpec { stiffness: Some(5e4), ..ContactSpec::default() });
+        scene
+    };
     let found = compare_starts("at a wall", &scene(5e4), (20, 1e-6), |_| true);
     assert!(found.contact_events.come > 0, "{:?}", found.contact_events);
     compare_number("at a wall", scene, (YOUNG, 5e4, 5e4), (20, 1e-6));

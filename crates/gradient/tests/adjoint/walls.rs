@@ -204,6 +204,8 @@ fn equilibria_at_walls_have_derivatives() {
              [world]
              gravity = [\"0.3*t\", \"-3*t\"]
              walls = [{{ normal = [0.1, 1.0], offset = -0.005 }}]
+             [contact]
+             stiffness = 1e5
              [[body]]
              name = \"beam\"
              mesh = {{ grid = {{ cells = [4, 1], size = [0.4, 0.1] }} }}
