@@ -1,9 +1,9 @@
 //! Springs, and what resists bending, by the number of dimensions.
 
-use pliant::dissipation::{DashpotFormula, DissipativeTerm, ExpressedDashpots, MeasuredRate};
+use pliant::dissipation::{DashpotFormula, DissipativeTerm, MeasuredRate};
 use pliant::energy::EnergyTerm;
 use pliant::energy::measure::{Curvature, HingeAngle, Length, ScalarStrainEnergy, StencilConstants};
-use pliant::energy::spring::{ExpressedSprings, SpringFormula, Springs};
+use pliant::energy::spring::{SpringFormula, Springs};
 
 /// Springs of `body` along `edges` (vertices of the system) with these stiffnesses [N/m] and rest lengths
 /// [m], as [`Springs::new`] has them; the system has `vertex_count` vertices.
@@ -23,7 +23,13 @@ pub fn springs(
     }
 }
 
-/// Springs whose energy is a formula of their length, as [`ExpressedSprings::new`] has them.
+/// Constants of formulas of lengths.
+fn of_lengths(rest_length: &[f64]) -> Vec<StencilConstants> {
+    let constants = |length: &f64| StencilConstants { stiffness: 1.0, rest: [*length, 0.0] };
+    rest_length.iter().map(constants).collect()
+}
+
+/// Springs whose energy is a formula of their length, as [`ScalarStrainEnergy::with_law`] has them.
 ///
 /// # Panics
 /// As there.
@@ -35,9 +41,11 @@ pub fn expressed_springs(
     rest_length: &[f64],
     rest: &[f64],
 ) -> Box<dyn EnergyTerm> {
+    type Stretch<const D: usize> = ScalarStrainEnergy<Length, D, 2, SpringFormula>;
+    let constants = of_lengths(rest_length);
     match dimension {
-        2 => Box::new(ExpressedSprings::<2>::new(body, formula, edges, rest_length, rest)),
-        _ => Box::new(ExpressedSprings::<3>::new(body, formula, edges, rest_length, rest)),
+        2 => Box::new(Stretch::<2>::with_law(body, formula, edges, &constants, rest)),
+        _ => Box::new(Stretch::<3>::with_law(body, formula, edges, &constants, rest)),
     }
 }
 
@@ -65,7 +73,7 @@ pub fn hinges(
     Box::new(ScalarStrainEnergy::<HingeAngle, 3, 4>::new(body, hinges, constants, rest))
 }
 
-/// Dashpots along edges whose dissipation is a formula, as [`ExpressedDashpots::new`] has them.
+/// Dashpots along edges whose dissipation is a formula, as [`MeasuredRate::with_law`] has them.
 ///
 /// # Panics
 /// As there.
@@ -77,9 +85,11 @@ pub fn expressed_dashpots(
     rest_length: &[f64],
     rest: &[f64],
 ) -> Box<dyn DissipativeTerm> {
+    type Rate<const D: usize> = MeasuredRate<Length, D, 2, DashpotFormula>;
+    let constants = of_lengths(rest_length);
     match dimension {
-        2 => Box::new(ExpressedDashpots::<2>::new(body, formula, edges, rest_length, rest)),
-        _ => Box::new(ExpressedDashpots::<3>::new(body, formula, edges, rest_length, rest)),
+        2 => Box::new(Rate::<2>::with_law(body, formula, edges, &constants, rest)),
+        _ => Box::new(Rate::<3>::with_law(body, formula, edges, &constants, rest)),
     }
 }
 

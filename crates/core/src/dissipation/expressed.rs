@@ -1,17 +1,9 @@
 //! Dashpots whose dissipation function is a formula of the rate of their length.
 
-use std::collections::HashMap;
-use std::ops::Range;
 use std::sync::Arc;
 
-use super::{DissipationViews, DissipativeTerm, PositionProducts};
-use crate::algebra::Dual;
-use crate::energy::elastic::points_of;
-use crate::energy::measure::{Length, MeasuredStencils, ScalarStrain, StencilConstants, gather, scatter};
-use crate::energy::patch::{Patch, Scratch, Workspace};
-use crate::energy::{Fault, Stencils};
-use crate::expression::{ExpressionError, Formula, FormulaError, Graph, NodeId, Program};
-use crate::lanes::{Kernel, Lanes, dispatch_compact};
+use crate::energy::measure::{FormulaPrograms, RateLaw};
+use crate::expression::{Formula, FormulaError};
 use crate::scalar::Scalar;
 
 /// A formula is no dissipation function of a spring.
@@ -47,73 +39,9 @@ pub enum DashpotFormulaError {
 /// ```
 #[derive(Clone, Debug)]
 pub struct DashpotFormula {
-    programs: Arc<DashpotPrograms>,
+    programs: Arc<FormulaPrograms>,
     text: String,
     parameters: Vec<(String, f64)>,
-}
-
-/// Values of `rate`, `l`, `l0` and of the parameter by which there is a derivative.
-#[derive(Debug)]
-struct DashpotPrograms {
-    dissipation: Program,
-    /// `dR/d rate` [N].
-    force: Program,
-    /// The parameter's value; zero without any.
-    number: f64,
-}
-
-impl DashpotPrograms {
-    /// Programs of a formula, or of its derivative `by` one of the parameters.
-    fn new(
-        text: &str,
-        formula: &Formula,
-        parameters: &[(&str, f64)],
-        by: Option<usize>,
-    ) -> Result<Self, FormulaError> {
-        let (mut graph, last) = (Graph::default(), VARIABLES.len() as u16);
-        let mut values: Vec<NodeId> = (0..last).map(|variable| graph.variable(variable)).collect();
-        for (index, (_, value)) in parameters.iter().enumerate() {
-            let is_variable = by == Some(index);
-            values.push(if is_variable { graph.variable(last) } else { graph.number(*value) });
-        }
-        let mut dissipation = formula.add_to(&mut graph, &values)?;
-        if by.is_some() {
-            dissipation = graph.derivative(dissipation, last);
-        }
-        let force = graph.derivative(dissipation, 0);
-        let program = |root: NodeId| {
-            Program::new(&graph, &[root], &HashMap::new(), VARIABLES.len() + 1)
-                .map_err(|[found, most]| ExpressionError::TooLong { found, most, place: 0..text.len() })
-        };
-        let number = by.map_or(0.0, |by| parameters[by].1);
-        Ok(DashpotPrograms { dissipation: program(dissipation)?, force: program(force)?, number })
-    }
-
-    /// The dissipation function [W].
-    #[inline(always)]
-    fn dissipation<S: Scalar>(&self, inputs: [S; 3]) -> S {
-        self.value(&self.dissipation, inputs)
-    }
-
-    /// The force [N].
-    #[inline(always)]
-    fn force<S: Scalar>(&self, inputs: [S; 3]) -> S {
-        self.value(&self.force, inputs)
-    }
-
-    /// The value of a program at a rate, a length and a rest length.
-    #[inline(always)]
-    fn value<S: Scalar>(&self, program: &Program, [rate, length, rest]: [S; 3]) -> S {
-        let mut value = [S::zero()];
-        program.run(&[rate, length, rest, S::splat(self.number)], &mut value);
-        value[0]
-    }
-
-    /// `d2R/d rate2` [N s/m].
-    fn slope(&self, [rate, length, rest]: [f64; 3]) -> f64 {
-        let rate = Dual { value: rate, derivative: 1.0 };
-        self.force([rate, Dual::constant(length), Dual::constant(rest)]).derivative
-    }
 }
 
 /// Names of the variables, in the order of the inputs of programs.
@@ -132,7 +60,7 @@ impl DashpotFormula {
         let formula = Formula::with_parameters(text, &VARIABLES, parameters)?;
         let own = |(name, value): &(&str, f64)| ((*name).to_owned(), *value);
         Ok(DashpotFormula {
-            programs: Arc::new(DashpotPrograms::new(text, &formula, parameters, None)?),
+            programs: Arc::new(FormulaPrograms::new(text, &formula, VARIABLES.len(), parameters, None)?),
             text: text.to_owned(),
             parameters: parameters.iter().map(own).collect(),
         })
@@ -145,7 +73,8 @@ impl DashpotFormula {
         let parameters: Vec<(&str, f64)> =
             self.parameters.iter().map(|(name, value)| (name.as_str(), *value)).collect();
         let formula = Formula::with_parameters(&self.text, &VARIABLES, &parameters).ok()?;
-        let programs = DashpotPrograms::new(&self.text, &formula, &parameters, Some(by)).ok()?;
+        let count = VARIABLES.len();
+        let programs = FormulaPrograms::new(&self.text, &formula, count, &parameters, Some(by)).ok()?;
         Some(DashpotFormula { programs: Arc::new(programs), ..self.clone() })
     }
 
@@ -157,8 +86,8 @@ impl DashpotFormula {
     /// [`DashpotFormulaError::Value`] with the number that is not what it has to be.
     pub fn check(&self, length: f64) -> Result<(), DashpotFormulaError> {
         let wrong = |value, what, rate| Err(DashpotFormulaError::Value { value, what, rate, length });
-        let dissipation = |rate: f64| self.programs.dissipation([rate, length, length]);
-        let force = |rate: f64| self.programs.force([rate, length, length]);
+        let dissipation = |rate: f64| self.programs.value([rate, length, length]);
+        let force = |rate: f64| self.programs.slope([rate, length, length]);
         let least = PROBED.map(|rate| dissipation(rate).abs()).into_iter().fold(f64::INFINITY, f64::min);
         let power = dissipation(0.0);
         if power.is_nan() || power.abs() > ROUNDING * least {
@@ -187,242 +116,36 @@ impl DashpotFormula {
 
     /// The second derivative of the function by the rate, at rest [N s/m].
     pub fn constant_at_rest(&self, length: f64) -> f64 {
-        self.programs.slope([0.0, length, length])
+        self.programs.curvature([0.0, length, length])
     }
 }
 
-/// Dashpots beside springs, with one formula: `R = sum R(rate, l, l0)` with `rate = dl/dt = n . (v_0 - v_1)`;
-/// the derivative by `v_0` is `dR/d rate n`.
-pub struct ExpressedDashpots<const D: usize> {
-    body: String,
-    formula: DashpotFormula,
-    stencils: MeasuredStencils<Length, D, 2>,
-    workspace: Workspace<D>,
-}
-
-impl<const D: usize> ExpressedDashpots<D> {
-    /// Dashpots of `body` along `edges` (global vertex indices) with their rest lengths [m]; `rest` (flat,
-    /// all vertices of the system) [m] says what is near what.
-    ///
-    /// # Panics
-    /// If there are not as many lengths as edges.
-    pub fn new(
-        body: &str,
-        formula: DashpotFormula,
-        edges: &[[u32; 2]],
-        rest_lengths: &[f64],
-        rest: &[f64],
-    ) -> Self {
-        let constants = |length: &f64| StencilConstants { stiffness: 1.0, rest: [*length, 0.0] };
-        let constants: Vec<StencilConstants> = rest_lengths.iter().map(constants).collect();
-        let stencils = MeasuredStencils::new(edges, &constants, rest);
-        ExpressedDashpots { body: body.into(), formula, workspace: stencils.workspace(), stencils }
-    }
-
-    /// Each dashpot, one after the other: its vertices, rest length and places.
-    fn each(&self, x: &[f64], mut visit: impl FnMut(&[u32; 2], f64, &[[f64; D]; 2])) {
-        for (_, vertices, pack, lane) in self.stencils.patches.stencils() {
-            let (_, [rest, _]) = self.stencils.constants(pack, lane);
-            visit(&vertices, rest, &points_of::<D, 2>(x, &vertices));
-        }
-    }
-}
-
-/// The length of one spring and its derivatives.
-#[inline(always)]
-fn length<S: Scalar, const D: usize>(x: &[[S; D]; 2]) -> (S, [[S; D]; 2]) {
-    Length::deviation(x, &[S::zero(), S::zero()])
-}
-
-/// Places that move along a direction.
-fn along<const D: usize>(points: &[[f64; D]; 2], directions: &[[f64; D]; 2]) -> [[Dual<f64>; D]; 2] {
-    let entry = |node: usize, c: usize| Dual { value: points[node][c], derivative: directions[node][c] };
-    std::array::from_fn(|node| std::array::from_fn(|c| entry(node, c)))
-}
-
-/// `gradient . v`.
-#[inline(always)]
-fn rate<S: Scalar, const D: usize>(gradient: &[[S; D]; 2], v: &[[S; D]; 2]) -> S {
-    let mut rate = S::zero();
-    for node in 0..2 {
-        for c in 0..D {
-            rate = gradient[node][c].mul_add(v[node][c], rate);
-        }
-    }
-    rate
-}
-
-/// Forces of a patch; gives the power [W], or the dissipation functions.
-struct DashpotKernel<'a, const D: usize> {
-    dashpots: &'a MeasuredStencils<Length, D, 2>,
-    programs: &'a DashpotPrograms,
-    patch: &'a Patch,
-    scratch: &'a mut Scratch<D>,
-    is_power: bool,
-}
-
-impl<const D: usize> Kernel for DashpotKernel<'_, D> {
-    type Output = f64;
+/// A function of the rate and of the length, which its stencils measure from zero.
+impl RateLaw for DashpotFormula {
+    const SUFFIX: &'static str = " by a formula";
 
     #[inline(always)]
-    fn run<L: Lanes>(self) -> f64 {
-        let Scratch { position, direction, gradient: out } = self.scratch;
-        let mut sum = L::zero();
-        for pack in self.patch.packs.clone() {
-            let constants = &self.dashpots.packs[pack];
-            let index = &self.dashpots.patches.index[pack];
-            let (x, v) = (gather::<L, D, 2>(position, index), gather::<L, D, 2>(direction, index));
-            let (length, gradient) = length(&x);
-            let rate = rate(&gradient, &v);
-            let inputs = [rate, length, constants.rest::<L>()[0]];
-            // Lanes that fill up have no dashpot.
-            let own = |value| L::select(L::zero().lt(constants.stiffness::<L>()), value, L::zero());
-            let force = own(self.programs.force(inputs));
-            sum += if self.is_power { force * rate } else { own(self.programs.dissipation(inputs)) };
-            scatter(out, index, force, &gradient);
-        }
-        sum.horizontal_sum()
-    }
-}
-
-impl<const D: usize> ExpressedDashpots<D> {
-    fn sum(&mut self, x: &[f64], v: &[f64], is_power: bool) -> f64 {
-        let ExpressedDashpots { stencils: dashpots, workspace, formula, .. } = self;
-        let programs = &*formula.programs;
-        dashpots.patches.sum_along(workspace, x, v, |patch, scratch| {
-            dispatch_compact(DashpotKernel { dashpots, programs, patch, scratch, is_power })
-        })
-    }
-}
-
-impl<const D: usize> DissipativeTerm for ExpressedDashpots<D> {
-    fn name(&self) -> String {
-        format!("damping of the springs of `{}` by a formula", self.body)
+    fn origin<S: Scalar>(_: &[S; 2]) -> [S; 2] {
+        [S::zero(); 2]
     }
 
-    fn evaluate(&mut self, x: &[f64], v: &[f64]) -> bool {
-        let ExpressedDashpots { stencils: dashpots, workspace, formula, .. } = self;
-        let programs = &*formula.programs;
-        dashpots.patches.evaluate(workspace, x, Some(v), |patch, scratch| {
-            dispatch_compact(DashpotKernel { dashpots, programs, patch, scratch, is_power: true });
-        })
+    #[inline(always)]
+    fn dissipation<S: Scalar>(&self, rate: S, length: S, rest: &[S; 2]) -> S {
+        self.programs.value([rate, length, rest[0]])
     }
 
-    fn add_rows(&self, first: usize, g: &mut [f64]) {
-        self.stencils.patches.add_rows(&self.workspace, first, g);
-    }
-
-    /// `d2R/d rate2 (n . p) n`.
-    fn add_damping_product(&mut self, x: &[f64], v: &[f64], p: &[f64], y: &mut [f64]) {
-        let programs = &*self.formula.programs;
-        self.each(x, |vertices, rest, points| {
-            let (length, gradient) = length(points);
-            let [of_v, of_p] = [v, p].map(|rows| rate(&gradient, &points_of::<D, 2>(rows, vertices)));
-            let force = programs.slope([of_v, length, rest]) * of_p;
-            for (vertex, gradient) in vertices.iter().zip(&gradient) {
-                let row = &mut y[*vertex as usize * D..][..D];
-                row.iter_mut().zip(gradient).for_each(|(y, slope)| *y += force * slope);
-            }
-        });
-    }
-
-    fn stencils(&mut self) -> Stencils {
-        self.stencils.patches.lanes()
-    }
-
-    /// `d2R/d rate2 n n^T`.
-    fn stencil_dampings(&self, stencils: Range<usize>, x: &[f64], v: &[f64], out: &mut [f64]) {
-        let lanes = self.stencils.patches.lanes_in(stencils).zip(out.chunks_exact_mut(3 * D * D));
-        for ((vertices, pack, lane), out) in lanes {
-            let (share, [rest, _]) = self.stencils.constants(pack, lane);
-            let (length, gradient) = length(&points_of::<D, 2>(x, &vertices));
-            let rate = rate(&gradient, &points_of::<D, 2>(v, &vertices));
-            // Lanes that fill up have no dashpot.
-            let constant = if share == 0.0 { 0.0 } else { self.formula.programs.slope([rate, length, rest]) };
-            let n = gradient[0];
-            for (block, sign) in out.chunks_exact_mut(D * D).zip([1.0, -1.0, 1.0]) {
-                for (ij, entry) in block.iter_mut().enumerate() {
-                    *entry = sign * constant * n[ij / D] * n[ij % D];
-                }
-            }
-        }
-    }
-
-    fn power(&mut self, x: &[f64], v: &[f64]) -> f64 {
-        self.sum(x, v, true)
-    }
-
-    fn value(&mut self, x: &[f64], v: &[f64]) -> f64 {
-        self.sum(x, v, false)
-    }
-
-    fn fault(&self, x: &[f64], v: &[f64]) -> Option<Fault> {
-        let faulty = self.stencils.patches.stencils().filter(|(_, vertices, pack, lane)| {
-            let (_, [rest, _]) = self.stencils.constants(*pack, *lane);
-            let (length, gradient) = length(&points_of::<D, 2>(x, vertices));
-            let rate = rate(&gradient, &points_of::<D, 2>(v, vertices));
-            !self.formula.programs.force([rate, length, rest]).is_finite()
-        });
-        let index = faulty.map(|(spring, ..)| spring).min()?;
-        Some(Fault::Stencil { what: "spring", body: self.body.clone(), index })
-    }
-
-    fn bytes(&self) -> usize {
-        self.stencils.bytes() + self.workspace.bytes()
-    }
-}
-
-impl<const D: usize> DissipationViews for ExpressedDashpots<D> {}
-
-impl<const D: usize> PositionProducts for ExpressedDashpots<D> {
-    /// `(n . p) (f_rate dn.v + f_l n) + f dn.p`, with `f = dR/d rate` and `dn.v` the change of `n` along `v`.
-    fn add_position_product(&mut self, x: &[f64], v: &[f64], p: &[f64], y: &mut [f64]) -> bool {
-        let programs = &*self.formula.programs;
-        self.each(x, |vertices, rest, points| {
-            let [of_v, of_p] = [v, p].map(|rows| {
-                let directions = points_of::<D, 2>(rows, vertices);
-                let (length, gradient) = length(&along(points, &directions));
-                (length, gradient)
-            });
-            let (length, rest) = (of_v.0.value, Dual::constant(rest));
-            // Rates are the derivatives of lengths.
-            let (rate, by_p) = (of_v.0.derivative, of_p.0.derivative);
-            let inputs = |rate, length| [rate, length, rest];
-            let moving = |value| Dual { value, derivative: 1.0 };
-            let by_rate = programs.force(inputs(moving(rate), Dual::constant(length)));
-            let by_length = programs.force(inputs(Dual::constant(rate), moving(length))).derivative;
-            for (node, vertex) in vertices.iter().enumerate() {
-                let row = &mut y[*vertex as usize * D..][..D];
-                for (c, y) in row.iter_mut().enumerate() {
-                    let (of_v, of_p) = (&of_v.1[node][c], &of_p.1[node][c]);
-                    let bent = by_rate.derivative * of_v.derivative + by_length * of_v.value;
-                    *y += by_p * bent + by_rate.value * of_p.derivative;
-                }
-            }
-        });
-        true
-    }
-
-    /// The change of `f n` along `u`.
-    fn add_position_change(&mut self, x: &[f64], v: &[f64], u: &[f64], y: &mut [f64]) -> bool {
-        let programs = &*self.formula.programs;
-        self.each(x, |vertices, rest, points| {
-            let (length, gradient) = length(&along(points, &points_of::<D, 2>(u, vertices)));
-            let velocities = points_of::<D, 2>(v, vertices).map(|row| row.map(Dual::constant));
-            let force = programs.force([rate(&gradient, &velocities), length, Dual::constant(rest)]);
-            for (vertex, gradient) in vertices.iter().zip(&gradient) {
-                let row = &mut y[*vertex as usize * D..][..D];
-                row.iter_mut().zip(gradient).for_each(|(y, slope)| *y += (force * *slope).derivative);
-            }
-        });
-        true
+    #[inline(always)]
+    fn force<S: Scalar>(&self, rate: S, length: S, rest: &[S; 2]) -> S {
+        self.programs.slope([rate, length, rest[0]])
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dissipation::MeasuredRate;
+    use crate::dissipation::{DissipativeTerm, MeasuredRate, PositionProducts};
+    use crate::energy::Stencils;
+    use crate::energy::measure::{Length, StencilConstants};
 
     const EDGES: [[u32; 2]; 4] = [[0, 1], [1, 2], [2, 3], [0, 3]];
     const LENGTHS: [f64; 4] = [0.7, 1.1, 0.4, 0.9];
@@ -433,8 +156,9 @@ mod tests {
         (0..4 * D).map(|i| number(i + 100 * seed)).collect()
     }
 
-    fn dashpots<const D: usize>(formula: DashpotFormula) -> ExpressedDashpots<D> {
-        ExpressedDashpots::new("a", formula, &EDGES, &LENGTHS, &scattered::<D>(0))
+    fn dashpots<const D: usize>(formula: DashpotFormula) -> MeasuredRate<Length, D, 2, DashpotFormula> {
+        let constants = LENGTHS.map(|length| StencilConstants { stiffness: 1.0, rest: [length, 0.0] });
+        MeasuredRate::with_law("a", formula, &EDGES, &constants, &scattered::<D>(0))
     }
 
     fn force(term: &mut dyn DissipativeTerm, x: &[f64], v: &[f64]) -> Vec<f64> {

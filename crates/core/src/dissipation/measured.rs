@@ -1,5 +1,6 @@
 //! Dashpots: damping by the rate of a number measured at a few vertices.
 
+use std::marker::PhantomData;
 use std::ops::Range;
 
 use super::{DissipationViews, DissipativeTerm, PositionProducts};
@@ -7,15 +8,18 @@ use crate::algebra::Dual;
 use crate::energy::Fault;
 use crate::energy::elastic::points_of;
 use crate::energy::measure::{
-    MatrixOutput, MeasuredStencils, RateKernel, ScalarStrain, StencilConstants, fill,
+    DampingMatrix, DissipationKernel, MeasuredStencils, RateKernel, RateLaw, ScalarStrain, Square,
+    StencilConstants, fill, moving, rate,
 };
 use crate::energy::patch::Workspace;
 use crate::lanes::dispatch_compact;
 
-/// `R = sum 1/2 c (ds/dt)^2` with `ds/dt = ds/dx . v` over stencils of `N` vertices, `s` a [`ScalarStrain`]:
-/// for the length of a spring a dashpot beside it. A rigid motion changes no such number, and is not damped.
-pub struct MeasuredRate<Q, const D: usize, const N: usize> {
+/// `R = sum c R_1(ds/dt, s)` with `ds/dt = ds/dx . v` over stencils of `N` vertices, `s` a [`ScalarStrain`] and
+/// `R_1` a [`RateLaw`], `1/2 (ds/dt)^2` unless another is named: for the length of a spring a dashpot beside
+/// it. A rigid motion changes no such number, and is not damped.
+pub struct MeasuredRate<Q, const D: usize, const N: usize, R = Square> {
     body: String,
+    law: R,
     stencils: MeasuredStencils<Q, D, N>,
     workspace: Workspace<D>,
 }
@@ -27,20 +31,67 @@ impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> MeasuredRate<Q, D, N
     /// # Panics
     /// If there are not as many constants as stencils.
     pub fn new(body: &str, vertices: &[[u32; N]], constants: &[StencilConstants], rest: &[f64]) -> Self {
-        let stencils = MeasuredStencils::new(vertices, constants, rest);
-        MeasuredRate { body: body.into(), workspace: stencils.workspace(), stencils }
+        Self::with_law(body, Square, vertices, constants, rest)
     }
 }
 
-impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> DissipativeTerm for MeasuredRate<Q, D, N> {
+/// What one stencil is made of.
+struct Stencil<const D: usize, const N: usize> {
+    vertices: [u32; N],
+    constant: f64,
+    rest: [f64; 2],
+    x: [[f64; D]; N],
+}
+
+impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize, R: RateLaw> MeasuredRate<Q, D, N, R> {
+    /// As [`new`](MeasuredRate::new), with a law.
+    ///
+    /// # Panics
+    /// If there are not as many constants as stencils.
+    pub fn with_law(
+        body: &str,
+        law: R,
+        vertices: &[[u32; N]],
+        constants: &[StencilConstants],
+        rest: &[f64],
+    ) -> Self {
+        let stencils = MeasuredStencils::new(vertices, constants, rest);
+        MeasuredRate { body: body.into(), law, workspace: stencils.workspace(), stencils }
+    }
+
+    /// Each stencil at `x`, one after the other.
+    fn each(&self, x: &[f64], mut visit: impl FnMut(&Stencil<D, N>)) {
+        for (_, vertices, pack, lane) in self.stencils.patches.stencils() {
+            let (constant, rest) = self.stencils.constants(pack, lane);
+            visit(&Stencil { vertices, constant, rest, x: points_of(x, &vertices) });
+        }
+    }
+}
+
+/// Adds to the rows of `vertices` in `y` what each coordinate of a stencil has.
+fn add<const D: usize, const N: usize>(
+    vertices: &[u32; N],
+    y: &mut [f64],
+    part: impl Fn(usize, usize) -> f64,
+) {
+    for (node, vertex) in vertices.iter().enumerate() {
+        for c in 0..D {
+            y[*vertex as usize * D + c] += part(node, c);
+        }
+    }
+}
+
+impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize, R: RateLaw> DissipativeTerm
+    for MeasuredRate<Q, D, N, R>
+{
     fn name(&self) -> String {
-        format!("damping of the {}s of `{}`", Q::OF, self.body)
+        format!("damping of the {}s of `{}`{}", Q::OF, self.body, R::SUFFIX)
     }
 
     fn evaluate(&mut self, x: &[f64], v: &[f64]) -> bool {
-        let MeasuredRate { stencils, workspace, .. } = self;
+        let MeasuredRate { stencils, workspace, law, .. } = self;
         stencils.patches.evaluate(workspace, x, Some(v), |patch, scratch| {
-            dispatch_compact(RateKernel { stencils, patch, scratch });
+            dispatch_compact(RateKernel { stencils, law, patch, scratch });
         })
     }
 
@@ -48,29 +99,47 @@ impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> DissipativeTerm for 
         self.stencils.patches.add_rows(&self.workspace, first, g);
     }
 
-    fn add_damping_product(&mut self, x: &[f64], _v: &[f64], p: &[f64], y: &mut [f64]) {
-        self.evaluate(x, p);
-        self.add_rows(0, y);
+    /// `c R'' (ds/dx . p) ds/dx`.
+    fn add_damping_product(&mut self, x: &[f64], v: &[f64], p: &[f64], y: &mut [f64]) {
+        if R::IS_SQUARE {
+            self.evaluate(x, p);
+            return self.add_rows(0, y);
+        }
+        self.each(x, |Stencil { vertices, constant, rest, x }| {
+            let (s, gradient) = Q::deviation(x, &R::origin(rest));
+            let [of_v, of_p] = [v, p].map(|rows| rate(&gradient, &points_of(rows, vertices)));
+            let force = constant * self.law.constant(of_v, s, rest) * of_p;
+            add::<D, N>(vertices, y, |node, c| force * gradient[node][c]);
+        });
     }
 
     fn stencils(&mut self) -> crate::energy::Stencils {
         self.stencils.patches.lanes()
     }
 
-    fn stencil_dampings(&self, stencils: Range<usize>, x: &[f64], _v: &[f64], out: &mut [f64]) {
-        fill(&self.stencils, stencils, x, MatrixOutput::Rate, out);
+    fn stencil_dampings(&self, stencils: Range<usize>, x: &[f64], v: &[f64], out: &mut [f64]) {
+        let matrix = DampingMatrix { law: &self.law, measure: PhantomData::<Q> };
+        fill(&self.stencils, stencils, (x, v), matrix, out);
     }
 
     fn power(&mut self, x: &[f64], v: &[f64]) -> f64 {
-        let MeasuredRate { stencils, workspace, .. } = self;
+        let MeasuredRate { stencils, workspace, law, .. } = self;
         stencils.patches.sum_along(workspace, x, v, |patch, scratch| {
-            dispatch_compact(RateKernel { stencils, patch, scratch })
+            dispatch_compact(RateKernel { stencils, law, patch, scratch })
+        })
+    }
+
+    fn value(&mut self, x: &[f64], v: &[f64]) -> f64 {
+        let MeasuredRate { stencils, workspace, law, .. } = self;
+        stencils.patches.sum_along(workspace, x, v, |patch, scratch| {
+            dispatch_compact(DissipationKernel { stencils, law, patch, scratch })
         })
     }
 
     fn fault(&self, x: &[f64], _v: &[f64]) -> Option<Fault> {
         let sum = |points: &[[f64; D]; N], rest: &[f64; 2]| {
-            Q::deviation(points, rest).1.as_flattened().iter().sum::<f64>()
+            let (s, gradient) = Q::deviation(points, &R::origin(rest));
+            gradient.as_flattened().iter().sum::<f64>() + self.law.force(0.0, s, rest)
         };
         self.stencils.fault(&self.body, sum, x)
     }
@@ -80,60 +149,46 @@ impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> DissipativeTerm for 
     }
 }
 
-impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> DissipationViews for MeasuredRate<Q, D, N> {}
+impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize, R: RateLaw> DissipationViews
+    for MeasuredRate<Q, D, N, R>
+{
+}
 
-impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> PositionProducts for MeasuredRate<Q, D, N> {
-    /// `c (s_p d2s/dx2 v + s_v d2s/dx2 p)` with the rates `s_p = ds/dx . p`, `s_v` of each stencil.
+impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize, R: RateLaw> PositionProducts
+    for MeasuredRate<Q, D, N, R>
+{
+    /// `c (s_p (F_rate d2s/dx2 v + F_s ds/dx) + F d2s/dx2 p)` of each stencil, with `F = dR_1/d rate` at the
+    /// rate `ds/dx . v`, and `s_p = ds/dx . p`.
     fn add_position_product(&mut self, x: &[f64], v: &[f64], p: &[f64], y: &mut [f64]) -> bool {
-        for (_, vertices, pack, lane) in self.stencils.patches.stencils() {
-            let (constant, rest) = self.stencils.constants(pack, lane);
-            let rest = rest.map(Dual::constant);
-            let points = points_of::<D, N>(x, &vertices);
-            let [by_v, by_p] = [v, p].map(|rows| {
-                let directions = points_of::<D, N>(rows, &vertices);
-                let mut along = [[Dual::constant(0.0); D]; N];
-                for (along, (point, direction)) in along.iter_mut().zip(points.iter().zip(&directions)) {
-                    for c in 0..D {
-                        along[c] = Dual { value: point[c], derivative: direction[c] };
-                    }
-                }
-                // The rate by the slopes: the deviation itself has no rest to be from.
-                let slopes = Q::deviation(&along, &rest).1;
-                let rate = |(slope, direction): (&[Dual<f64>; D], &[f64; D])| {
-                    slope.iter().zip(direction).map(|(slope, direction)| slope.value * direction).sum::<f64>()
-                };
-                (slopes.iter().zip(&directions).map(rate).sum::<f64>(), slopes)
+        self.each(x, |Stencil { vertices, constant, rest, x }| {
+            let constants = rest.map(Dual::constant);
+            let [of_v, of_p] = [v, p].map(|rows| {
+                // Rates are the derivatives of the number.
+                Q::deviation(&moving(x, &points_of(rows, vertices)), &R::origin(&constants))
             });
-            for (node, vertex) in vertices.iter().enumerate() {
-                for c in 0..D {
-                    let (curved_v, curved_p) = (by_v.1[node][c].derivative, by_p.1[node][c].derivative);
-                    let bent = by_p.0 * curved_v + by_v.0 * curved_p;
-                    y[*vertex as usize * D + c] += constant * bent;
-                }
-            }
-        }
+            let (s, rate, by_p) = (of_v.0.value, of_v.0.derivative, of_p.0.derivative);
+            let along = |value: f64| Dual { value, derivative: 1.0 };
+            let force = self.law.force(along(rate), Dual::constant(s), &constants);
+            let by_s = self.law.force(Dual::constant(rate), along(s), &constants).derivative;
+            add::<D, N>(vertices, y, |node, c| {
+                let (of_v, of_p) = (&of_v.1[node][c], &of_p.1[node][c]);
+                let bent = force.derivative * of_v.derivative + by_s * of_v.value;
+                constant * (by_p * bent + force.value * of_p.derivative)
+            });
+        });
         true
     }
 
-    /// `c (s_v' ds/dx + s_v d2s/dx2 u)`, `s_v'` the change of the rate `s_v = ds/dx . v` along `u`.
+    /// The change of `c F ds/dx` along `u`.
     fn add_position_change(&mut self, x: &[f64], v: &[f64], u: &[f64], y: &mut [f64]) -> bool {
-        for (_, vertices, pack, lane) in self.stencils.patches.stencils() {
-            let (constant, rest) = self.stencils.constants(pack, lane);
-            let [points, velocities, directions] = [x, v, u].map(|rows| points_of::<D, N>(rows, &vertices));
-            let along = std::array::from_fn(|node| {
-                std::array::from_fn(|c| Dual { value: points[node][c], derivative: directions[node][c] })
-            });
-            let slopes: [[Dual<f64>; D]; N] = Q::deviation(&along, &rest.map(Dual::constant)).1;
-            let mut rate = Dual::constant(0.0);
-            for (slope, v) in slopes.as_flattened().iter().zip(velocities.as_flattened()) {
-                rate += *slope * Dual::constant(*v);
-            }
-            for (node, vertex) in vertices.iter().enumerate() {
-                for c in 0..D {
-                    y[*vertex as usize * D + c] += constant * (rate * slopes[node][c]).derivative;
-                }
-            }
-        }
+        self.each(x, |Stencil { vertices, constant, rest, x }| {
+            let constants = rest.map(Dual::constant);
+            let moved = moving(x, &points_of(u, vertices));
+            let (s, gradient) = Q::deviation(&moved, &R::origin(&constants));
+            let velocities = points_of::<D, N>(v, vertices).map(|row| row.map(Dual::constant));
+            let force = self.law.force(rate(&gradient, &velocities), s, &constants);
+            add::<D, N>(vertices, y, |node, c| constant * (force * gradient[node][c]).derivative);
+        });
         true
     }
 }

@@ -13,7 +13,7 @@ mod strain_rate;
 mod tests;
 
 pub use at_rest::AtRest;
-pub use expressed::{DashpotFormula, DashpotFormulaError, ExpressedDashpots};
+pub use expressed::{DashpotFormula, DashpotFormulaError};
 pub use mass_proportional::MassProportional;
 pub use measured::MeasuredRate;
 pub(crate) use strain_rate::simplex_packs;

@@ -1,40 +1,58 @@
 //! Second derivatives, stencil by stencil, for implicit schemes.
 
+use std::marker::PhantomData;
 use std::ops::Range;
 
-use super::{MeasuredStencils, ScalarStrain};
+use super::kernels::{moving, rate};
+use super::{MeasuredStencils, RateLaw, ScalarLaw, ScalarStrain};
 use crate::algebra::{Dual, PackedMatrix, project_positive_packed};
 use crate::lanes::{Kernel, Lanes, WIDTH, dispatch, spread};
 use crate::material::Psd;
 
-/// Output for each stencil.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum MatrixOutput {
-    /// `k (grad s grad s^T + (s - s_0) grad grad s)`, by dual numbers; projected without its negative
-    /// eigenvalues, or by what bounds it in closed form. What is left of it by `k grad s grad s^T` alone
-    /// would not do: a joint that is bent resists being turned out of its plane by the second part only.
-    Hessian(Psd),
-    /// `k grad s grad s^T`: the damping matrix of a dashpot.
-    Rate,
+/// Matrix of one stencil by the places of all points but the first: the rest follows, for translations change
+/// nothing.
+pub(crate) trait StencilMatrix<const D: usize, const N: usize> {
+    /// True if it goes by velocities.
+    const BY_RATE: bool;
+
+    /// Writes it for the stiffness 1, at `x` and the velocities `v`.
+    fn write<L: Lanes>(&self, x: &[[L; D]; N], v: &[[L; D]; N], rest: &[L; 2], matrix: &mut PackedMatrix<L>);
 }
 
-/// Writes the blocks of the pairs `a <= b` of these stencils, by rows.
-pub(crate) fn fill<Q: ScalarStrain<D, N>, const D: usize, const N: usize>(
+/// `psi'' grad s grad s^T + psi' grad grad s`, by dual numbers; projected without its negative eigenvalues, or
+/// by what bounds it in closed form. What is left of it by its first part alone would not do: a joint that is
+/// bent resists being turned out of its plane by the second part only.
+pub(crate) struct HessianMatrix<'a, Q, W> {
+    pub(crate) law: &'a W,
+    pub(crate) psd: Psd,
+    pub(crate) measure: PhantomData<Q>,
+}
+
+/// `R'' grad s grad s^T`: the damping matrix of a dashpot.
+pub(crate) struct DampingMatrix<'a, Q, R> {
+    pub(crate) law: &'a R,
+    pub(crate) measure: PhantomData<Q>,
+}
+
+/// Writes the blocks of the pairs `a <= b` of these stencils, by rows, at positions `x` and velocities `v`,
+/// flat; velocities that the matrix does not go by may be none.
+pub(crate) fn fill<Q: ScalarStrain<D, N>, B: StencilMatrix<D, N>, const D: usize, const N: usize>(
     stencils: &MeasuredStencils<Q, D, N>,
     range: Range<usize>,
-    x: &[f64],
-    blocks: MatrixOutput,
+    (x, v): (&[f64], &[f64]),
+    matrix: B,
     out: &mut [f64],
 ) {
-    dispatch(StencilBlocksKernel { stencils, range, x, blocks, out });
+    dispatch(StencilBlocksKernel { stencils, range, x, v, matrix, out });
 }
 
 /// The blocks of a range of lanes, pack by pack.
-struct StencilBlocksKernel<'a, Q, const D: usize, const N: usize> {
+struct StencilBlocksKernel<'a, Q, B, const D: usize, const N: usize> {
     stencils: &'a MeasuredStencils<Q, D, N>,
     range: Range<usize>,
     x: &'a [f64],
-    blocks: MatrixOutput,
+    v: &'a [f64],
+    matrix: B,
     out: &'a mut [f64],
 }
 
@@ -76,22 +94,33 @@ fn congruent<L: Lanes, const D: usize>(matrix: &mut PackedMatrix<L>, n: usize, f
     }
 }
 
-impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> StencilBlocksKernel<'_, Q, D, N> {
-    /// Writes `grad s grad s^T + (s - s_0) grad grad s` by the places of all points but the first, or its
-    /// first part alone. The rest follows, for translations change nothing.
+impl<Q: ScalarStrain<D, N>, R: RateLaw, const D: usize, const N: usize> StencilMatrix<D, N>
+    for DampingMatrix<'_, Q, R>
+{
+    const BY_RATE: bool = !R::IS_SQUARE;
+
     #[inline(always)]
-    fn write_matrix<L: Lanes>(&self, x: &[[L; D]; N], rest: &[L; 2], matrix: &mut PackedMatrix<L>) {
-        if self.blocks == MatrixOutput::Rate {
-            let (_, gradient) = Q::deviation(x, rest);
-            for row in 0..(N - 1) * D {
-                for column in 0..(N - 1) * D {
-                    matrix[row][column] =
-                        gradient[1 + row / D][row % D] * gradient[1 + column / D][column % D];
-                }
+    fn write<L: Lanes>(&self, x: &[[L; D]; N], v: &[[L; D]; N], rest: &[L; 2], matrix: &mut PackedMatrix<L>) {
+        let (s, gradient) = Q::deviation(x, &R::origin(rest));
+        let constant = self.law.constant(rate(&gradient, v), s, rest);
+        for row in 0..(N - 1) * D {
+            for column in 0..(N - 1) * D {
+                matrix[row][column] =
+                    constant * (gradient[1 + row / D][row % D] * gradient[1 + column / D][column % D]);
             }
-            return;
         }
-        if self.blocks == MatrixOutput::Hessian(Psd::Projected)
+    }
+}
+
+impl<Q: ScalarStrain<D, N>, W: ScalarLaw, const D: usize, const N: usize> StencilMatrix<D, N>
+    for HessianMatrix<'_, Q, W>
+{
+    const BY_RATE: bool = false;
+
+    #[inline(always)]
+    fn write<L: Lanes>(&self, x: &[[L; D]; N], _: &[[L; D]; N], rest: &[L; 2], matrix: &mut PackedMatrix<L>) {
+        if W::IS_SQUARE
+            && self.psd == Psd::Projected
             && let Some(parts) = Q::positive_parts(x, rest)
         {
             for row in 0..(N - 1) * D {
@@ -105,24 +134,21 @@ impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> StencilBlocksKernel<
             }
             return;
         }
-        let mut along = [[Dual::constant(L::zero()); D]; N];
-        for node in 0..N {
-            for c in 0..D {
-                along[node][c] = Dual::constant(x[node][c]);
-            }
-        }
+        let mut along = moving(x, &[[L::zero(); D]; N]);
         let rest = [Dual::constant(rest[0]), Dual::constant(rest[1])];
+        let origin = W::origin(&rest);
         for column in 0..(N - 1) * D {
             let (b, l) = (1 + column / D, column % D);
             along[b][l].derivative = L::one();
-            let (s, gradient) = Q::deviation(&along, &rest);
+            let (s, gradient) = Q::deviation(&along, &origin);
+            let force = self.law.force(s, &rest);
             along[b][l].derivative = L::zero();
             for row in 0..(N - 1) * D {
                 let g = gradient[1 + row / D][row % D];
-                matrix[row][column] = s.derivative.mul_add(g.value, s.value * g.derivative);
+                matrix[row][column] = force.derivative.mul_add(g.value, force.value * g.derivative);
             }
         }
-        if self.blocks == MatrixOutput::Hessian(Psd::Projected) {
+        if self.psd == Psd::Projected {
             // An orthonormal basis of what is no translation is `B^T M^-1`, `B` the differences to the first
             // point: the eigenvalues of `M A M` are those of the whole matrix but for zeros.
             let (there, back) = root_constants(N - 1);
@@ -131,7 +157,11 @@ impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> StencilBlocksKernel<
             congruent::<L, D>(matrix, N - 1, -back);
         }
     }
+}
 
+impl<Q: ScalarStrain<D, N>, B: StencilMatrix<D, N>, const D: usize, const N: usize>
+    StencilBlocksKernel<'_, Q, B, D, N>
+{
     /// Writes the blocks of the pairs `a <= b` of all points by rows, times `stiffness`, one entry after the
     /// other.
     #[inline(always)]
@@ -184,7 +214,9 @@ const MOST: usize = PackedMatrix::<f64>::ROWS;
 /// Entries of the blocks of all pairs of points, at most: of four points in space.
 const MOST_ENTRIES: usize = 10 * 9;
 
-impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> Kernel for StencilBlocksKernel<'_, Q, D, N> {
+impl<Q: ScalarStrain<D, N>, B: StencilMatrix<D, N>, const D: usize, const N: usize> Kernel
+    for StencilBlocksKernel<'_, Q, B, D, N>
+{
     type Output = ();
 
     #[inline(always)]
@@ -197,23 +229,27 @@ impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> Kernel for StencilBl
         let (mut matrix, mut entries) = (PackedMatrix::<L>::default(), [L::zero(); MOST_ENTRIES]);
         let entries = &mut entries[..per_stencil];
         for pack in packs {
-            let mut points = [[[0.0; WIDTH]; D]; N];
+            let mut points = [[[[0.0; WIDTH]; D]; N]; 2];
             for lane in 0..WIDTH {
                 let Some((vertices, ..)) = lanes.next() else { break };
-                for node in 0..N {
-                    for c in 0..D {
-                        points[node][c][lane] = self.x[vertices[node] as usize * D + c];
+                let rows = [self.x, self.v];
+                for (points, rows) in points.iter_mut().zip(rows).take(1 + usize::from(B::BY_RATE)) {
+                    for node in 0..N {
+                        for c in 0..D {
+                            points[node][c][lane] = rows[vertices[node] as usize * D + c];
+                        }
                     }
                 }
             }
-            let mut x = [[L::zero(); D]; N];
+            let mut places = [[[L::zero(); D]; N]; 2];
             for node in 0..N {
                 for c in 0..D {
-                    x[node][c] = L::load(&points[node][c]);
+                    places[0][node][c] = L::load(&points[0][node][c]);
+                    places[1][node][c] = L::load(&points[1][node][c]);
                 }
             }
             let constants = &self.stencils.packs[pack];
-            self.write_matrix::<L>(&x, &constants.rest(), &mut matrix);
+            self.matrix.write::<L>(&places[0], &places[1], &constants.rest(), &mut matrix);
             Self::write_blocks(&matrix, constants.stiffness(), entries);
             let first = pack * WIDTH;
             let stencils = self.range.start.max(first)..self.range.end.min(first + WIDTH);

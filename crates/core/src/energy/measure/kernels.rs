@@ -1,6 +1,6 @@
 //! Kernels over packs of stencils, on lanes.
 
-use super::{MeasuredStencils, ScalarStrain};
+use super::{MeasuredStencils, RateLaw, ScalarLaw, ScalarStrain};
 use crate::algebra::Dual;
 use crate::energy::patch::{Patch, Scratch};
 use crate::lanes::{Kernel, Lanes, RowSlice, WIDTH};
@@ -21,7 +21,7 @@ pub(crate) fn gather<L: Lanes, const D: usize, const N: usize>(
 
 /// Adds `factor` times `gradient` to the rows of one pack.
 #[inline(always)]
-pub(crate) fn scatter<L: Lanes, const D: usize, const N: usize>(
+fn scatter<L: Lanes, const D: usize, const N: usize>(
     rows: &mut RowSlice<D>,
     index: &[[u16; WIDTH]; N],
     factor: L,
@@ -38,7 +38,7 @@ pub(crate) fn scatter<L: Lanes, const D: usize, const N: usize>(
 
 /// `ds/dx . v`.
 #[inline(always)]
-fn rate<S: Scalar, const D: usize, const N: usize>(gradient: &[[S; D]; N], v: &[[S; D]; N]) -> S {
+pub(crate) fn rate<S: Scalar, const D: usize, const N: usize>(gradient: &[[S; D]; N], v: &[[S; D]; N]) -> S {
     let mut sum = S::zero();
     for node in 0..N {
         for c in 0..D {
@@ -48,12 +48,34 @@ fn rate<S: Scalar, const D: usize, const N: usize>(gradient: &[[S; D]; N], v: &[
     sum
 }
 
+/// `value` in lanes with a stencil of their own, zero in those that fill up.
+#[inline(always)]
+fn own<L: Lanes>(stiffness: L, value: L) -> L {
+    L::select(L::zero().lt(stiffness.abs()), value, L::zero())
+}
+
+/// Places that move along directions.
+#[inline(always)]
+pub(crate) fn moving<S: Scalar, const D: usize, const N: usize>(
+    x: &[[S; D]; N],
+    directions: &[[S; D]; N],
+) -> [[Dual<S>; D]; N] {
+    let mut along = [[Dual::constant(S::zero()); D]; N];
+    for node in 0..N {
+        for c in 0..D {
+            along[node][c] = Dual { value: x[node][c], derivative: directions[node][c] };
+        }
+    }
+    along
+}
+
 macro_rules! kernels {
     ($($(#[$doc:meta])* $name:ident($scratch:ty);)+) => {
         $(
             $(#[$doc])*
-            pub(crate) struct $name<'a, Q, const D: usize, const N: usize> {
+            pub(crate) struct $name<'a, Q, W, const D: usize, const N: usize> {
                 pub(crate) stencils: &'a MeasuredStencils<Q, D, N>,
+                pub(crate) law: &'a W,
                 pub(crate) patch: &'a Patch,
                 pub(crate) scratch: $scratch,
             }
@@ -64,15 +86,19 @@ macro_rules! kernels {
 kernels! {
     /// The energy.
     StencilEnergyKernel(&'a Scratch<D>);
-    /// `k (s - s_0) ds/dx`.
+    /// `k psi' ds/dx`.
     StencilGradientKernel(&'a mut Scratch<D>);
     /// The derivative of that along the direction, by dual numbers: exact.
     StencilHessianKernel(&'a mut Scratch<D>);
-    /// `k (ds/dx . v) ds/dx`, `v` the direction.
+    /// `k R' ds/dx` at the rate `ds/dx . v`, `v` the direction; gives the power.
     RateKernel(&'a mut Scratch<D>);
+    /// The dissipation function.
+    DissipationKernel(&'a mut Scratch<D>);
 }
 
-impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> Kernel for StencilEnergyKernel<'_, Q, D, N> {
+impl<Q: ScalarStrain<D, N>, W: ScalarLaw, const D: usize, const N: usize> Kernel
+    for StencilEnergyKernel<'_, Q, W, D, N>
+{
     type Output = f64;
 
     #[inline(always)]
@@ -81,14 +107,17 @@ impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> Kernel for StencilEn
         for pack in self.patch.packs.clone() {
             let constants = &self.stencils.packs[pack];
             let x = gather::<L, D, N>(&self.scratch.position, &self.stencils.patches.index[pack]);
-            let s = Q::deviation(&x, &constants.rest()).0;
-            sum = (constants.stiffness::<L>() * s).mul_add(s, sum);
+            let (rest, stiffness) = (constants.rest(), constants.stiffness::<L>());
+            let s = Q::deviation(&x, &W::origin(&rest)).0;
+            sum += own(stiffness, stiffness * self.law.energy(s, &rest));
         }
-        0.5 * sum.horizontal_sum()
+        sum.horizontal_sum()
     }
 }
 
-impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> Kernel for StencilGradientKernel<'_, Q, D, N> {
+impl<Q: ScalarStrain<D, N>, W: ScalarLaw, const D: usize, const N: usize> Kernel
+    for StencilGradientKernel<'_, Q, W, D, N>
+{
     type Output = ();
 
     #[inline(always)]
@@ -98,13 +127,16 @@ impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> Kernel for StencilGr
             let constants = &self.stencils.packs[pack];
             let index = &self.stencils.patches.index[pack];
             let x = gather::<L, D, N>(position, index);
-            let (s, gradient) = Q::deviation(&x, &constants.rest());
-            scatter(out, index, constants.stiffness::<L>() * s, &gradient);
+            let (rest, stiffness) = (constants.rest(), constants.stiffness::<L>());
+            let (s, gradient) = Q::deviation(&x, &W::origin(&rest));
+            scatter(out, index, own(stiffness, stiffness * self.law.force(s, &rest)), &gradient);
         }
     }
 }
 
-impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> Kernel for StencilHessianKernel<'_, Q, D, N> {
+impl<Q: ScalarStrain<D, N>, W: ScalarLaw, const D: usize, const N: usize> Kernel
+    for StencilHessianKernel<'_, Q, W, D, N>
+{
     type Output = ();
 
     #[inline(always)]
@@ -113,28 +145,25 @@ impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> Kernel for StencilHe
         for pack in self.patch.packs.clone() {
             let constants = &self.stencils.packs[pack];
             let index = &self.stencils.patches.index[pack];
-            let (x, p) = (gather::<L, D, N>(position, index), gather::<L, D, N>(direction, index));
-            let mut along = [[Dual::constant(L::zero()); D]; N];
-            for node in 0..N {
-                for c in 0..D {
-                    along[node][c] = Dual { value: x[node][c], derivative: p[node][c] };
-                }
-            }
+            let along = moving(&gather::<L, D, N>(position, index), &gather::<L, D, N>(direction, index));
             let [a, b] = constants.rest::<L>();
-            let (s, gradient) = Q::deviation(&along, &[Dual::constant(a), Dual::constant(b)]);
+            let rest = [Dual::constant(a), Dual::constant(b)];
+            let (s, gradient) = Q::deviation(&along, &W::origin(&rest));
+            let (force, stiffness) = (self.law.force(s, &rest), constants.stiffness::<L>());
             let mut product = [[L::zero(); D]; N];
             for node in 0..N {
                 for c in 0..D {
-                    product[node][c] = (s * gradient[node][c]).derivative;
+                    product[node][c] = own(stiffness, (force * gradient[node][c]).derivative);
                 }
             }
-            scatter(out, index, constants.stiffness::<L>(), &product);
+            scatter(out, index, stiffness, &product);
         }
     }
 }
 
-impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> Kernel for RateKernel<'_, Q, D, N> {
-    /// Twice the dissipation function.
+impl<Q: ScalarStrain<D, N>, R: RateLaw, const D: usize, const N: usize> Kernel
+    for RateKernel<'_, Q, R, D, N>
+{
     type Output = f64;
 
     #[inline(always)]
@@ -145,12 +174,35 @@ impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> Kernel for RateKerne
             let constants = &self.stencils.packs[pack];
             let index = &self.stencils.patches.index[pack];
             let (x, v) = (gather::<L, D, N>(position, index), gather::<L, D, N>(direction, index));
-            let gradient = Q::deviation(&x, &constants.rest()).1;
+            let (rest, stiffness) = (constants.rest(), constants.stiffness::<L>());
+            let (s, gradient) = Q::deviation(&x, &R::origin(&rest));
             let rate = rate(&gradient, &v);
-            let force = constants.stiffness::<L>() * rate;
+            let force = own(stiffness, stiffness * self.law.force(rate, s, &rest));
             power = force.mul_add(rate, power);
             scatter(out, index, force, &gradient);
         }
         power.horizontal_sum()
+    }
+}
+
+impl<Q: ScalarStrain<D, N>, R: RateLaw, const D: usize, const N: usize> Kernel
+    for DissipationKernel<'_, Q, R, D, N>
+{
+    type Output = f64;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> f64 {
+        let Scratch { position, direction, .. } = self.scratch;
+        let mut sum = L::zero();
+        for pack in self.patch.packs.clone() {
+            let constants = &self.stencils.packs[pack];
+            let index = &self.stencils.patches.index[pack];
+            let (x, v) = (gather::<L, D, N>(position, index), gather::<L, D, N>(direction, index));
+            let (rest, stiffness) = (constants.rest(), constants.stiffness::<L>());
+            let (s, gradient) = Q::deviation(&x, &R::origin(&rest));
+            let dissipation = self.law.dissipation(rate(&gradient, &v), s, &rest);
+            sum += own(stiffness, stiffness * dissipation);
+        }
+        sum.horizontal_sum()
     }
 }

@@ -5,21 +5,26 @@ mod blocks;
 mod curvature;
 mod hinge;
 mod kernels;
+mod law;
 mod length;
 mod stencils;
 #[cfg(test)]
 mod tests;
 
+use std::marker::PhantomData;
 use std::ops::Range;
 
 pub use curvature::Curvature;
 pub use hinge::HingeAngle;
+pub use law::{RateLaw, ScalarLaw, Square};
 pub use length::Length;
 pub use stencils::{MeasuredStencils, StencilConstants};
 
-pub(crate) use self::blocks::{MatrixOutput, fill};
-pub(crate) use self::kernels::{RateKernel, gather, scatter};
+use self::blocks::HessianMatrix;
+pub(crate) use self::blocks::{DampingMatrix, fill};
+pub(crate) use self::kernels::{DissipationKernel, RateKernel, gather, moving, rate};
 use self::kernels::{StencilEnergyKernel, StencilGradientKernel, StencilHessianKernel};
+pub(crate) use self::law::FormulaPrograms;
 use super::patch::Workspace;
 use super::{EnergyKind, EnergyTerm, Fault, TermProperties, TermViews};
 use crate::lanes::{dispatch, dispatch_compact};
@@ -35,6 +40,11 @@ pub trait ScalarStrain<const D: usize, const N: usize>: Send + Sync + 'static {
     /// over the scalar: it runs on lanes and on dual numbers.
     fn deviation<S: Scalar>(x: &[[S; D]; N], rest: &[S; 2]) -> (S, [[S; D]; N]);
 
+    /// What is told of a stencil whose energy is not finite, the `index`-th of `body`.
+    fn fault(body: &str, index: usize, _: &[[f64; D]; N]) -> Fault {
+        Fault::Stencil { what: Self::OF, body: body.into(), index }
+    }
+
     /// Vectors `u` whose products `sum u u^T` are nowhere less than `ds/dx ds/dx^T + (s - s_0) d2s/dx2`, and
     /// near it, where the measure knows them in closed form: its projected Hessian.
     fn positive_parts<S: Scalar>(x: &[[S; D]; N], rest: &[S; 2]) -> Option<[[[S; D]; N]; PARTS]> {
@@ -46,9 +56,11 @@ pub trait ScalarStrain<const D: usize, const N: usize>: Send + Sync + 'static {
 /// Vectors that a projected Hessian in closed form is made of.
 pub const PARTS: usize = 6;
 
-/// `E = sum 1/2 k (s(x) - s_0)^2` over stencils of `N` vertices.
-pub struct ScalarStrainEnergy<Q, const D: usize, const N: usize> {
+/// `E = sum k psi(s(x))` over stencils of `N` vertices, `psi` a [`ScalarLaw`]: `1/2 (s - s_0)^2` unless another
+/// is named.
+pub struct ScalarStrainEnergy<Q, const D: usize, const N: usize, W = Square> {
     body: String,
+    law: W,
     stencils: MeasuredStencils<Q, D, N>,
     workspace: Workspace<D>,
 }
@@ -60,12 +72,30 @@ impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> ScalarStrainEnergy<Q
     /// # Panics
     /// If there are not as many constants as stencils.
     pub fn new(body: &str, vertices: &[[u32; N]], constants: &[StencilConstants], rest: &[f64]) -> Self {
-        let stencils = MeasuredStencils::new(vertices, constants, rest);
-        ScalarStrainEnergy { body: body.into(), workspace: stencils.workspace(), stencils }
+        Self::with_law(body, Square, vertices, constants, rest)
     }
 }
 
-impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> EnergyTerm for ScalarStrainEnergy<Q, D, N> {
+impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize, W: ScalarLaw> ScalarStrainEnergy<Q, D, N, W> {
+    /// As [`new`](ScalarStrainEnergy::new), with a law.
+    ///
+    /// # Panics
+    /// If there are not as many constants as stencils.
+    pub fn with_law(
+        body: &str,
+        law: W,
+        vertices: &[[u32; N]],
+        constants: &[StencilConstants],
+        rest: &[f64],
+    ) -> Self {
+        let stencils = MeasuredStencils::new(vertices, constants, rest);
+        ScalarStrainEnergy { body: body.into(), law, workspace: stencils.workspace(), stencils }
+    }
+}
+
+impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize, W: ScalarLaw> EnergyTerm
+    for ScalarStrainEnergy<Q, D, N, W>
+{
     fn name(&self) -> String {
         format!("{}s of `{}`", Q::OF, self.body)
     }
@@ -75,16 +105,16 @@ impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> EnergyTerm for Scala
     }
 
     fn energy(&mut self, x: &[f64]) -> f64 {
-        let ScalarStrainEnergy { stencils, workspace, .. } = self;
+        let ScalarStrainEnergy { stencils, workspace, law, .. } = self;
         stencils.patches.sum(workspace, x, |patch, scratch| {
-            dispatch_compact(StencilEnergyKernel { stencils, patch, scratch })
+            dispatch_compact(StencilEnergyKernel { stencils, law, patch, scratch })
         })
     }
 
     fn evaluate(&mut self, x: &[f64]) -> bool {
-        let ScalarStrainEnergy { stencils, workspace, .. } = self;
+        let ScalarStrainEnergy { stencils, workspace, law, .. } = self;
         stencils.patches.evaluate(workspace, x, None, |patch, scratch| {
-            dispatch(StencilGradientKernel { stencils, patch, scratch });
+            dispatch(StencilGradientKernel { stencils, law, patch, scratch });
         })
     }
 
@@ -93,9 +123,9 @@ impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> EnergyTerm for Scala
     }
 
     fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) {
-        let ScalarStrainEnergy { stencils, workspace, .. } = self;
+        let ScalarStrainEnergy { stencils, workspace, law, .. } = self;
         stencils.patches.evaluate(workspace, x, Some(p), |patch, scratch| {
-            dispatch_compact(StencilHessianKernel { stencils, patch, scratch });
+            dispatch_compact(StencilHessianKernel { stencils, law, patch, scratch });
         });
         stencils.patches.add_rows(workspace, 0, y);
     }
@@ -105,18 +135,16 @@ impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> EnergyTerm for Scala
     }
 
     fn stencil_hessians(&self, stencils: Range<usize>, x: &[f64], psd: Psd, out: &mut [f64]) {
-        fill(&self.stencils, stencils, x, MatrixOutput::Hessian(psd), out);
+        let matrix = HessianMatrix { law: &self.law, psd, measure: PhantomData::<Q> };
+        fill(&self.stencils, stencils, (x, &[]), matrix, out);
     }
 
     fn fault(&self, x: &[f64]) -> Option<Fault> {
-        self.stencils.fault(
-            &self.body,
-            |points, rest| {
-                let (s, gradient) = Q::deviation(points, rest);
-                gradient.as_flattened().iter().fold(s, |sum, g| sum + g)
-            },
-            x,
-        )
+        let sum = |points: &[[f64; D]; N], rest: &[f64; 2]| {
+            let (s, gradient) = Q::deviation(points, &W::origin(rest));
+            gradient.as_flattened().iter().fold(self.law.force(s, rest), |sum, g| sum + g)
+        };
+        self.stencils.fault(&self.body, sum, x)
     }
 
     fn bytes(&self) -> usize {
@@ -124,4 +152,7 @@ impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> EnergyTerm for Scala
     }
 }
 
-impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> TermViews for ScalarStrainEnergy<Q, D, N> {}
+impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize, W: ScalarLaw> TermViews
+    for ScalarStrainEnergy<Q, D, N, W>
+{
+}

@@ -93,8 +93,8 @@ impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> MeasuredStencils<Q, 
             let rest = [self.packs[*pack].rest[0][*lane], self.packs[*pack].rest[1][*lane]];
             !number(&points_of(x, vertices), &rest).is_finite()
         });
-        let index = faulty.map(|(stencil, ..)| stencil).min()?;
-        Some(Fault::Stencil { what: Q::OF, body: body.into(), index })
+        let (index, vertices, ..) = faulty.min_by_key(|(stencil, ..)| *stencil)?;
+        Some(Q::fault(body, index, &points_of(x, &vertices)))
     }
 
     /// Bytes held.

@@ -1,17 +1,9 @@
 //! Springs whose energy is a formula of their length.
 
-use std::collections::HashMap;
-use std::ops::Range;
 use std::sync::Arc;
 
-use crate::algebra::Dual;
-use crate::energy::elastic::points_of;
-use crate::energy::measure::{Length, MeasuredStencils, ScalarStrain, StencilConstants, gather, scatter};
-use crate::energy::patch::{Patch, Scratch, Workspace};
-use crate::energy::{EnergyKind, EnergyTerm, Fault, Stencils, TermProperties, TermViews};
-use crate::expression::{ExpressionError, Formula, FormulaError, Graph, NodeId, Program};
-use crate::lanes::{Kernel, Lanes, dispatch_compact};
-use crate::material::Psd;
+use crate::energy::measure::{FormulaPrograms, ScalarLaw};
+use crate::expression::{Formula, FormulaError};
 use crate::scalar::Scalar;
 
 /// A formula is no energy of a spring.
@@ -44,35 +36,7 @@ pub enum SpringFormulaError {
 /// ```
 #[derive(Clone, Debug)]
 pub struct SpringFormula {
-    programs: Arc<SpringPrograms>,
-}
-
-/// Values of `l` and `l0`.
-#[derive(Debug)]
-struct SpringPrograms {
-    energy: Program,
-    tension: Program,
-    stiffness: Program,
-}
-
-impl SpringPrograms {
-    fn new(text: &str, formula: &Formula, parameters: &[(&str, f64)]) -> Result<Self, FormulaError> {
-        let mut graph = Graph::default();
-        let mut values = vec![graph.variable(0), graph.variable(1)];
-        values.extend(parameters.iter().map(|(_, value)| graph.number(*value)));
-        let energy = formula.add_to(&mut graph, &values)?;
-        let tension = graph.derivative(energy, 0);
-        let stiffness = graph.derivative(tension, 0);
-        let program = |root: NodeId| {
-            Program::new(&graph, &[root], &HashMap::new(), 2)
-                .map_err(|[found, most]| ExpressionError::TooLong { found, most, place: 0..text.len() })
-        };
-        Ok(SpringPrograms {
-            energy: program(energy)?,
-            tension: program(tension)?,
-            stiffness: program(stiffness)?,
-        })
-    }
+    programs: Arc<FormulaPrograms>,
 }
 
 /// Parts of what a spring resists its rest length with that are rounding.
@@ -85,7 +49,7 @@ impl SpringFormula {
     /// [`SpringFormulaError`]: the text is no formula, or a parameter cannot be one.
     pub fn new(text: &str, parameters: &[(&str, f64)]) -> Result<SpringFormula, SpringFormulaError> {
         let formula = Formula::with_parameters(text, &["l", "l0"], parameters)?;
-        Ok(SpringFormula { programs: Arc::new(SpringPrograms::new(text, &formula, parameters)?) })
+        Ok(SpringFormula { programs: Arc::new(FormulaPrograms::new(text, &formula, 2, parameters, None)?) })
     }
 
     /// Checks that a spring of the rest length `length` [m] has neither energy nor tension there, and
@@ -95,8 +59,8 @@ impl SpringFormula {
     /// [`SpringFormulaError::Rest`] with the number that is not what it has to be.
     pub fn check_at_rest(&self, length: f64) -> Result<(), SpringFormulaError> {
         let wrong = |value, what| Err(SpringFormulaError::Rest { value, what, length });
-        let SpringPrograms { energy, tension, .. } = &*self.programs;
-        let [energy, tension] = [energy, tension].map(|program| value(program, length, length));
+        let (energy, tension) =
+            (self.programs.value([length, length]), self.programs.slope([length, length]));
         let stiffness = self.stiffness_at_rest(length);
         if !(stiffness.is_finite() && stiffness > 0.0) {
             return wrong(stiffness, "N/m as the stiffness, which must be a positive number,");
@@ -113,232 +77,35 @@ impl SpringFormula {
 
     /// The second derivative of the energy by the length, at rest [N/m].
     pub fn stiffness_at_rest(&self, length: f64) -> f64 {
-        value(&self.programs.stiffness, length, length)
+        self.programs.curvature([length, length])
     }
 }
 
-/// The value of a program at a length and a rest length.
-#[inline(always)]
-fn value<S: Scalar>(program: &Program, length: S, rest: S) -> S {
-    let mut value = [S::zero()];
-    program.run(&[length, rest], &mut value);
-    value[0]
-}
-
-/// Springs with one formula: `E = sum E(l, l0)`, the gradient on `x_1` is `dE/dl (x_1 - x_2) / l`.
-pub struct ExpressedSprings<const D: usize> {
-    body: String,
-    formula: SpringFormula,
-    stencils: MeasuredStencils<Length, D, 2>,
-    workspace: Workspace<D>,
-}
-
-impl<const D: usize> ExpressedSprings<D> {
-    /// Springs of `body` along `edges` (global vertex indices) with their rest lengths [m]; `rest` (flat,
-    /// all vertices of the system) [m] says what is near what.
-    ///
-    /// # Panics
-    /// If there are not as many lengths as edges.
-    pub fn new(
-        body: &str,
-        formula: SpringFormula,
-        edges: &[[u32; 2]],
-        rest_lengths: &[f64],
-        rest: &[f64],
-    ) -> Self {
-        let constants = |length: &f64| StencilConstants { stiffness: 1.0, rest: [*length, 0.0] };
-        let constants: Vec<StencilConstants> = rest_lengths.iter().map(constants).collect();
-        let stencils = MeasuredStencils::new(edges, &constants, rest);
-        ExpressedSprings { body: body.into(), formula, workspace: stencils.workspace(), stencils }
+/// An energy of the length, which its stencils measure from zero.
+impl ScalarLaw for SpringFormula {
+    #[inline(always)]
+    fn origin<S: Scalar>(_: &[S; 2]) -> [S; 2] {
+        [S::zero(); 2]
     }
-}
-
-/// The length of one spring and its derivatives.
-#[inline(always)]
-fn length<S: Scalar, const D: usize>(x: &[[S; D]; 2]) -> (S, [[S; D]; 2]) {
-    Length::deviation(x, &[S::zero(), S::zero()])
-}
-
-macro_rules! spring_kernels {
-    ($($name:ident($scratch:ty);)+) => {
-        $(
-            struct $name<'a, const D: usize> {
-                springs: &'a MeasuredStencils<Length, D, 2>,
-                programs: &'a SpringPrograms,
-                patch: &'a Patch,
-                scratch: $scratch,
-            }
-        )+
-    };
-}
-
-spring_kernels! {
-    LengthEnergyKernel(&'a Scratch<D>);
-    TensionKernel(&'a mut Scratch<D>);
-    TensionRateKernel(&'a mut Scratch<D>);
-}
-
-/// `value` in lanes with a spring of their own, zero in others.
-#[inline(always)]
-fn own<L: Lanes>(share: L, value: L) -> L {
-    L::select(L::zero().lt(share), value, L::zero())
-}
-
-impl<const D: usize> Kernel for LengthEnergyKernel<'_, D> {
-    type Output = f64;
 
     #[inline(always)]
-    fn run<L: Lanes>(self) -> f64 {
-        let mut sum = L::zero();
-        for pack in self.patch.packs.clone() {
-            let constants = &self.springs.packs[pack];
-            let x = gather::<L, D, 2>(&self.scratch.position, &self.springs.patches.index[pack]);
-            let energy = value(&self.programs.energy, length(&x).0, constants.rest::<L>()[0]);
-            sum += own(constants.stiffness::<L>(), energy);
-        }
-        sum.horizontal_sum()
+    fn energy<S: Scalar>(&self, length: S, rest: &[S; 2]) -> S {
+        self.programs.value([length, rest[0]])
     }
-}
-
-impl<const D: usize> Kernel for TensionKernel<'_, D> {
-    type Output = ();
 
     #[inline(always)]
-    fn run<L: Lanes>(self) {
-        let (position, out) = (&*self.scratch.position, &mut *self.scratch.gradient);
-        for pack in self.patch.packs.clone() {
-            let constants = &self.springs.packs[pack];
-            let index = &self.springs.patches.index[pack];
-            let (length, gradient) = length(&gather::<L, D, 2>(position, index));
-            let tension = value(&self.programs.tension, length, constants.rest::<L>()[0]);
-            scatter(out, index, own(constants.stiffness::<L>(), tension), &gradient);
-        }
+    fn force<S: Scalar>(&self, length: S, rest: &[S; 2]) -> S {
+        self.programs.slope([length, rest[0]])
     }
 }
-
-impl<const D: usize> Kernel for TensionRateKernel<'_, D> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<L: Lanes>(self) {
-        let Scratch { position, direction, gradient: out } = self.scratch;
-        for pack in self.patch.packs.clone() {
-            let constants = &self.springs.packs[pack];
-            let index = &self.springs.patches.index[pack];
-            let (x, p) = (gather::<L, D, 2>(position, index), gather::<L, D, 2>(direction, index));
-            let mut along = [[Dual::constant(L::zero()); D]; 2];
-            for node in 0..2 {
-                for c in 0..D {
-                    along[node][c] = Dual { value: x[node][c], derivative: p[node][c] };
-                }
-            }
-            let (length, gradient) = length(&along);
-            let rest = Dual::constant(constants.rest::<L>()[0]);
-            let tension = value(&self.programs.tension, length, rest);
-            let mut product = [[L::zero(); D]; 2];
-            for node in 0..2 {
-                for c in 0..D {
-                    product[node][c] =
-                        own(constants.stiffness::<L>(), (tension * gradient[node][c]).derivative);
-                }
-            }
-            scatter(out, index, L::one(), &product);
-        }
-    }
-}
-
-impl<const D: usize> EnergyTerm for ExpressedSprings<D> {
-    fn name(&self) -> String {
-        format!("springs of `{}`", self.body)
-    }
-
-    fn properties(&self) -> TermProperties {
-        TermProperties::of(EnergyKind::Elastic)
-    }
-
-    fn energy(&mut self, x: &[f64]) -> f64 {
-        let ExpressedSprings { stencils: springs, workspace, formula, .. } = self;
-        let programs = &*formula.programs;
-        springs.patches.sum(workspace, x, |patch, scratch| {
-            dispatch_compact(LengthEnergyKernel { springs, programs, patch, scratch })
-        })
-    }
-
-    fn evaluate(&mut self, x: &[f64]) -> bool {
-        let ExpressedSprings { stencils: springs, workspace, formula, .. } = self;
-        let programs = &*formula.programs;
-        springs.patches.evaluate(workspace, x, None, |patch, scratch| {
-            dispatch_compact(TensionKernel { springs, programs, patch, scratch });
-        })
-    }
-
-    fn add_rows(&self, first: usize, g: &mut [f64]) {
-        self.stencils.patches.add_rows(&self.workspace, first, g);
-    }
-
-    fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) {
-        let ExpressedSprings { stencils: springs, workspace, formula, .. } = self;
-        let programs = &*formula.programs;
-        springs.patches.evaluate(workspace, x, Some(p), |patch, scratch| {
-            dispatch_compact(TensionRateKernel { springs, programs, patch, scratch });
-        });
-        springs.patches.add_rows(workspace, 0, y);
-    }
-
-    fn stencils(&mut self) -> Stencils {
-        self.stencils.patches.lanes()
-    }
-
-    /// `E'' n n^T + E'/l (I - n n^T)`; projected, each factor is zero where it is negative.
-    fn stencil_hessians(&self, stencils: Range<usize>, x: &[f64], psd: Psd, out: &mut [f64]) {
-        let lanes = self.stencils.patches.lanes_in(stencils).zip(out.chunks_exact_mut(3 * D * D));
-        for ((vertices, pack, lane), out) in lanes {
-            let (share, [rest, _]) = self.stencils.constants(pack, lane);
-            let (length, [n, _]) = length(&points_of::<D, 2>(x, &vertices));
-            let SpringPrograms { tension, stiffness, .. } = &*self.formula.programs;
-            let factors = [value(stiffness, length, rest), value(tension, length, rest) / length];
-            // A comparison, not a maximum: NaN is kept.
-            let clamp = |factor: f64| if psd == Psd::Projected && factor < 0.0 { 0.0 } else { factor };
-            let [along, across] = factors.map(clamp);
-            let (same, rest) = out.split_at_mut(D * D);
-            let (opposite, last) = rest.split_at_mut(D * D);
-            for i in 0..D {
-                for j in 0..D {
-                    let unit = if i == j { across } else { 0.0 };
-                    let entry = (along - across).mul_add(n[i] * n[j], unit);
-                    // Lanes that fill up have no spring.
-                    let entry = if share == 0.0 { 0.0 } else { entry };
-                    same[i * D + j] = entry;
-                    opposite[i * D + j] = -entry;
-                    last[i * D + j] = entry;
-                }
-            }
-        }
-    }
-
-    fn fault(&self, x: &[f64]) -> Option<Fault> {
-        let tension = |points: &[[f64; D]; 2], rest: &[f64; 2]| {
-            value(&self.formula.programs.tension, length(points).0, rest[0])
-        };
-        let Some(Fault::Stencil { index, .. }) = self.stencils.fault(&self.body, tension, x) else {
-            return None;
-        };
-        let spring = self.stencils.patches.stencils().find(|(spring, ..)| *spring == index);
-        let length = spring.map_or(f64::NAN, |(_, vertices, ..)| length(&points_of::<D, 2>(x, &vertices)).0);
-        Some(Fault::Spring { body: self.body.clone(), spring: index, length })
-    }
-
-    fn bytes(&self) -> usize {
-        self.stencils.bytes() + self.workspace.bytes()
-    }
-}
-
-impl<const D: usize> TermViews for ExpressedSprings<D> {}
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::energy::EnergyTerm;
+    use crate::energy::measure::{Length, ScalarStrainEnergy, StencilConstants};
     use crate::energy::spring::Springs;
+    use crate::material::Psd;
 
     const FORMULA: &str = "k/2*(l - l0)^2";
 
@@ -357,6 +124,17 @@ mod tests {
         (edges, lengths, rest, x)
     }
 
+    fn springs(
+        formula: SpringFormula,
+        edges: &[[u32; 2]],
+        lengths: &[f64],
+        rest: &[f64],
+    ) -> ScalarStrainEnergy<Length, 3, 2, SpringFormula> {
+        let constants = |length: &f64| StencilConstants { stiffness: 1.0, rest: [*length, 0.0] };
+        let constants: Vec<StencilConstants> = lengths.iter().map(constants).collect();
+        ScalarStrainEnergy::with_law("chain", formula, edges, &constants, rest)
+    }
+
     fn formula(text: &str, k: f64) -> SpringFormula {
         SpringFormula::new(text, &[("k", k)]).unwrap()
     }
@@ -366,7 +144,7 @@ mod tests {
         let (edges, lengths, rest, x) = chain();
         let mut by_hand =
             Springs::<3>::new("chain", &edges, &vec![70.0; edges.len()], &lengths, rest.len() / 3);
-        let mut found = ExpressedSprings::<3>::new("chain", formula(FORMULA, 70.0), &edges, &lengths, &rest);
+        let mut found = springs(formula(FORMULA, 70.0), &edges, &lengths, &rest);
         assert!((found.energy(&x) / by_hand.energy(&x) - 1.0).abs() < 1e-13);
         let p: Vec<f64> = (0..x.len()).map(|i| (0.3 * i as f64).sin()).collect();
         let results = |term: &mut dyn EnergyTerm| {
@@ -389,7 +167,7 @@ mod tests {
         let (_, _, rest, x) = chain();
         let cubic = formula("k/2*(l - l0)^2 + k/3*(l - l0)^3", 70.0);
         for (length, stretched) in [(0.5, true), (1.9, false)] {
-            let mut term = ExpressedSprings::<3>::new("chain", cubic.clone(), &[[0, 1]], &[length], &rest);
+            let mut term = springs(cubic.clone(), &[[0, 1]], &[length], &rest);
             let lanes = term.stencils().vertices.len() / 2;
             let mut blocks = vec![0.0; lanes * 27];
             term.stencil_hessians(0..lanes, &x, Psd::Exact, &mut blocks);

@@ -14,7 +14,7 @@ mod tests;
 
 use std::ops::Range;
 
-pub use self::expressed::{ExpressedSprings, SpringFormula, SpringFormulaError};
+pub use self::expressed::{SpringFormula, SpringFormulaError};
 
 use self::arrangement::Arrangement;
 use self::gathered::GatheredNeighbours;

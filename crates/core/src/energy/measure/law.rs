@@ -1,0 +1,158 @@
+//! Laws of one measured number: what its deviation stores, and what its rate dissipates.
+
+use std::collections::HashMap;
+
+use crate::algebra::Dual;
+use crate::expression::{ExpressionError, Formula, FormulaError, Graph, NodeId, Program};
+use crate::scalar::Scalar;
+
+/// Energy of one number for the stiffness 1.
+pub trait ScalarLaw: Send + Sync + 'static {
+    /// True of `1/2 s^2`, whose projected Hessian some measures know in closed form.
+    const IS_SQUARE: bool = false;
+
+    /// What deviations are measured from, of the state of rest; zero where the law sees the number itself.
+    fn origin<S: Scalar>(rest: &[S; 2]) -> [S; 2];
+
+    /// `psi(s)`.
+    fn energy<S: Scalar>(&self, s: S, rest: &[S; 2]) -> S;
+
+    /// `d psi/ds`.
+    fn force<S: Scalar>(&self, s: S, rest: &[S; 2]) -> S;
+}
+
+/// Dissipation function of the rate of one number for the damping constant 1.
+pub trait RateLaw: Send + Sync + 'static {
+    /// Follows the names of its terms.
+    const SUFFIX: &'static str = "";
+    /// True of `1/2 rate^2`, whose force is linear in the velocities.
+    const IS_SQUARE: bool = false;
+
+    /// What deviations are measured from, as [`ScalarLaw::origin`] has it.
+    fn origin<S: Scalar>(rest: &[S; 2]) -> [S; 2];
+
+    /// `R(rate, s)`.
+    fn dissipation<S: Scalar>(&self, rate: S, s: S, rest: &[S; 2]) -> S;
+
+    /// `dR/d rate`.
+    fn force<S: Scalar>(&self, rate: S, s: S, rest: &[S; 2]) -> S;
+
+    /// `d2R/d rate2`.
+    #[inline(always)]
+    fn constant<S: Scalar>(&self, rate: S, s: S, rest: &[S; 2]) -> S {
+        let rate = Dual { value: rate, derivative: S::one() };
+        self.force(rate, Dual::constant(s), &rest.map(Dual::constant)).derivative
+    }
+}
+
+/// `1/2 s^2` of a deviation, `1/2 rate^2` of a rate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Square;
+
+impl ScalarLaw for Square {
+    const IS_SQUARE: bool = true;
+
+    #[inline(always)]
+    fn origin<S: Scalar>(rest: &[S; 2]) -> [S; 2] {
+        *rest
+    }
+
+    #[inline(always)]
+    fn energy<S: Scalar>(&self, s: S, _: &[S; 2]) -> S {
+        S::splat(0.5) * s * s
+    }
+
+    #[inline(always)]
+    fn force<S: Scalar>(&self, s: S, _: &[S; 2]) -> S {
+        s
+    }
+}
+
+impl RateLaw for Square {
+    const IS_SQUARE: bool = true;
+
+    #[inline(always)]
+    fn origin<S: Scalar>(rest: &[S; 2]) -> [S; 2] {
+        *rest
+    }
+
+    #[inline(always)]
+    fn dissipation<S: Scalar>(&self, rate: S, _: S, _: &[S; 2]) -> S {
+        S::splat(0.5) * rate * rate
+    }
+
+    #[inline(always)]
+    fn force<S: Scalar>(&self, rate: S, _: S, _: &[S; 2]) -> S {
+        rate
+    }
+}
+
+/// Most variables of a formula, and the parameter by which there is a derivative.
+const INPUTS: usize = 4;
+
+/// A formula of a few variables and its slope by the first of them, as programs.
+#[derive(Debug)]
+pub(crate) struct FormulaPrograms {
+    value: Program,
+    slope: Program,
+    /// Number of variables, and the value of the parameter by which this is the derivative.
+    variables: usize,
+    number: f64,
+}
+
+impl FormulaPrograms {
+    /// Programs of a formula of so many variables, or of its derivative `by` one of the parameters.
+    pub(crate) fn new(
+        text: &str,
+        formula: &Formula,
+        variables: usize,
+        parameters: &[(&str, f64)],
+        by: Option<usize>,
+    ) -> Result<Self, FormulaError> {
+        let (mut graph, last) = (Graph::default(), variables as u16);
+        let mut values: Vec<NodeId> = (0..last).map(|variable| graph.variable(variable)).collect();
+        for (index, (_, value)) in parameters.iter().enumerate() {
+            let is_variable = by == Some(index);
+            values.push(if is_variable { graph.variable(last) } else { graph.number(*value) });
+        }
+        let mut value = formula.add_to(&mut graph, &values)?;
+        if by.is_some() {
+            value = graph.derivative(value, last);
+        }
+        let slope = graph.derivative(value, 0);
+        let program = |root: NodeId| {
+            Program::new(&graph, &[root], &HashMap::new(), variables + 1)
+                .map_err(|[found, most]| ExpressionError::TooLong { found, most, place: 0..text.len() })
+        };
+        let number = by.map_or(0.0, |by| parameters[by].1);
+        Ok(FormulaPrograms { value: program(value)?, slope: program(slope)?, variables, number })
+    }
+
+    #[inline(always)]
+    fn run<S: Scalar, const N: usize>(&self, program: &Program, variables: [S; N]) -> S {
+        let (mut inputs, mut value) = ([S::zero(); INPUTS], [S::zero()]);
+        inputs[..N].copy_from_slice(&variables);
+        inputs[N] = S::splat(self.number);
+        program.run(&inputs[..=self.variables], &mut value);
+        value[0]
+    }
+
+    /// The value.
+    #[inline(always)]
+    pub(crate) fn value<S: Scalar, const N: usize>(&self, variables: [S; N]) -> S {
+        self.run(&self.value, variables)
+    }
+
+    /// The derivative by the first variable.
+    #[inline(always)]
+    pub(crate) fn slope<S: Scalar, const N: usize>(&self, variables: [S; N]) -> S {
+        self.run(&self.slope, variables)
+    }
+
+    /// The second derivative by the first variable.
+    pub(crate) fn curvature<const N: usize>(&self, variables: [f64; N]) -> f64 {
+        let mut along = variables.map(Dual::constant);
+        along[0].derivative = 1.0;
+        self.slope(along).derivative
+    }
+}
