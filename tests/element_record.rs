@@ -129,7 +129,7 @@ impl Deformation {
 /// A number in (-1, 1) without any pattern: sums with numbers of a lattice would let some mistakes cancel.
 /// Steele, Lea, Flood 2014, *Fast splittable pseudorandom number generators*: the last step of `SplitMix64`.
 fn noise(seed: u64, row: usize, column: usize) -> f64 {
-    let mut bits = (seed << 48 | (row as u64) << 24 | column as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+    let mut bits = ((seed << 48) | ((row as u64) << 24) | column as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15);
     for (shift, factor) in [(30, 0xBF58_476D_1CE4_E5B9), (27, 0x94D0_49BB_1331_11EB)] {
         bits = (bits ^ (bits >> shift)).wrapping_mul(factor);
     }
@@ -237,7 +237,7 @@ impl Case {
         simulation
     }
 
-    /// Its lines. States that have no finite energy, as inverted ones of barriers, have none.
+    /// A line for each state. States without a finite energy, as inverted ones of barriers, have none.
     fn lines(&self) -> Vec<(String, Vec<f64>)> {
         let mut simulation = self.simulation();
         let system = simulation.system_mut();
@@ -262,7 +262,7 @@ struct Shape {
 }
 
 impl Shape {
-    /// What is recorded of it with these keys more.
+    /// A case of this body with these keys more.
     fn case(
         &self,
         columns: &'static Columns,
@@ -709,7 +709,7 @@ fn recorded(text: &str) -> BTreeMap<String, Vec<f64>> {
     rows.collect()
 }
 
-/// What a line differs by from its record: the first number, and the names of everything else.
+/// The difference of a line from its record: the first number that differs, and the names of the others.
 fn difference(columns: &Columns, numbers: &[f64], record: &[f64]) -> Option<String> {
     let count = 1 + 3 * columns.vectors.len();
     if [numbers.len(), record.len()] != [count; 2] {
@@ -737,7 +737,7 @@ fn difference(columns: &Columns, numbers: &[f64], record: &[f64]) -> Option<Stri
     Some(format!("{}{} {numbers}{others}", which(first), name(first)))
 }
 
-/// What differs from the record, by lines.
+/// Lines that differ from the record, with their differences.
 fn faults(found: &[(String, Vec<f64>)], mut recorded: BTreeMap<String, Vec<f64>>) -> Vec<String> {
     let mut faults = vec![];
     for (key, numbers) in found {
