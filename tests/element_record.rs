@@ -26,8 +26,8 @@ use crate::support::solid::{Kind, Solid, every_material};
 ///
 /// Sums of a few hundred products in another order differ by some 1e-14 of their terms, and what comes before
 /// them, strains of a few percent and eigenvalues near to each other, loses two or three digits more. Twelve
-/// digits are recorded, half a unit of the last is 5e-12 at most. A mistake in a formula, or in one entry that
-/// is worth anything beside the others, changes more.
+/// digits are recorded, half a unit of the last is 5e-12 at most. A mistake in a formula changes more, and so
+/// does one in an entry that is worth anything beside the others.
 const TOLERANCE: f64 = 1e-9;
 
 /// Faults that are shown; the rest is counted.
