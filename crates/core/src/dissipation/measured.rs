@@ -162,11 +162,14 @@ impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize, R: RateLaw> Position
     fn add_position_product(&mut self, x: &[f64], v: &[f64], p: &[f64], y: &mut [f64]) -> bool {
         self.each(x, |Stencil { vertices, constant, rest, x }| {
             let constants = rest.map(Dual::constant);
-            let [of_v, of_p] = [v, p].map(|rows| {
-                // Rates are the derivatives of the number.
-                Q::deviation(&moving(x, &points_of(rows, vertices)), &R::origin(&constants))
+            let [(of_v, rate), (of_p, by_p)] = [v, p].map(|rows| {
+                let directions = points_of(rows, vertices);
+                let found = Q::deviation(&moving(x, &directions), &R::origin(&constants));
+                // By the slopes: a deviation may have no rest to be from.
+                let slopes = found.1.map(|row| row.map(|slope| slope.value));
+                (found, rate(&slopes, &directions))
             });
-            let (s, rate, by_p) = (of_v.0.value, of_v.0.derivative, of_p.0.derivative);
+            let s = of_v.0.value;
             let along = |value: f64| Dual { value, derivative: 1.0 };
             let force = self.law.force(along(rate), Dual::constant(s), &constants);
             let by_s = self.law.force(Dual::constant(rate), along(s), &constants).derivative;

@@ -184,7 +184,9 @@ mod tests {
             }
             let mut projected = vec![0.0; lanes * 27];
             term.stencil_hessians(0..lanes, &x, Psd::Projected, &mut projected);
-            assert_eq!(projected == blocks, stretched, "a pressed spring gives way sideways");
+            // Projected by its eigenvalues: what has no negative one stays, but for rounding.
+            let same = projected.iter().zip(&blocks).all(|(a, b)| (a - b).abs() < 1e-12 * 70.0);
+            assert_eq!(same, stretched, "a pressed spring gives way sideways");
         }
     }
 
