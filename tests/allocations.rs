@@ -176,8 +176,8 @@ fn a_step_allocates_nothing() {
     assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
 
-/// Bytes for each of `2 * count` particles beyond those of `count`, once they are assembled and a step is taken,
-/// with these keys of the world and of the body; and calls of the allocator in that step.
+/// Bytes for each particle, once they are assembled and a step is taken, with these keys of the world and of
+/// the body; and calls of the allocator in that step.
 fn bytes_each(world: &str, body: &str) -> (f64, usize) {
     let of = |count: usize| {
         let text = format!(
@@ -197,9 +197,9 @@ fn bytes_each(world: &str, body: &str) -> (f64, usize) {
     ((many.0 - few.0) / 1000.0, many.1)
 }
 
-/// A scene that names particles alone holds their places as they were read, at rest and now, velocities as they
-/// were read and now, masses as they were read and now, and the inverse ones of coordinates: 20 numbers each.
-/// What is named costs more: one of these would show if it were there in any case.
+/// A scene that names particles alone holds their places as they were read, at rest and now, velocities as
+/// they were read and now, masses as they were read and now, and the inverse ones of coordinates: 20 numbers
+/// each. Features that are named cost more: one of these would show if it were there in any case.
 fn what_a_scene_does_not_name_takes_no_memory() {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     pool.install(|| {

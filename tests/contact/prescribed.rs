@@ -162,9 +162,9 @@ fn a_sliding_floor_takes_a_block_along() {
     assert_eq!(balance.damping, None);
 }
 
-/// What sticks to a table that turns stays where it is on it: friction sees where the table goes in a step, as it
-/// sees where the cube goes. By the speed of the table at the end of the step each of them leads inwards by
-/// `r (omega h)^2 / 2`.
+/// A cube that sticks to a table that turns stays where it is on it: friction sees where the table goes in a
+/// step, as it sees where the cube goes. By the speed of the table at the end of the step each of them leads
+/// inwards by `r (omega h)^2 / 2`.
 #[test]
 fn what_sticks_to_a_turning_table_stays_on_its_circle() {
     let scene = "dimension = 3\ntime = { integrator = 'implicit-euler', step = 0.025, duration = 4 }\n\

@@ -487,7 +487,7 @@ impl<const D: usize> TouchingSurfaces for ContactEnergy<D> {
 }
 
 impl<const D: usize> ContactEnergy<D> {
-    /// Shows every contact, and what rubs, as the shape at rest decides on it, and as laws do `with_laws`.
+    /// Shows every contact, and what rubs, as the shape at rest decides on it.
     fn each_shaped(&self, at: ContactPlace<'_>, visit: &mut dyn FnMut(&ShapedPair<'_, D>)) {
         let mut search = locked(&self.search);
         let reach = search.reach;

@@ -281,10 +281,10 @@ impl System {
         !self.dissipation.is_empty()
     }
 
-    /// True where what dissipates sees coordinates on prescribed motion at their mean velocities over a step of
-    /// [backward Euler](crate::integrator::Method::is_backward_euler), as the step has those of free ones, and
-    /// not at those of the motion at its end: where surfaces rub. What sticks to a support goes as far in the
-    /// step as the support does.
+    /// True where surfaces rub on what is moved: in steps of [backward
+    /// Euler](crate::integrator::Method::is_backward_euler) dissipative terms then see coordinates on
+    /// prescribed motion at their mean velocities over the step, as they see free ones. What sticks to a
+    /// support goes as far in the step as the support does.
     pub fn rubs_by_way(&self) -> bool {
         self.has_prescribed_motion() && self.dissipation.iter().any(|term| term.is_friction())
     }

@@ -122,6 +122,12 @@ pub(crate) fn check_terms(
     let is_no_tie = |name: &&str| !has(name, |term| term.ties().is_some());
     let missing = missing.or_else(|| needs.rest_lengths.into_iter().find(is_no_tie));
     if needs.shaped_contact && shaped(system).is_none() {
+        if system.terms().iter().any(|term| term.touching().is_some()) {
+            let what =
+                "the shape at rest of a body that touches itself from nearer on: it is near itself there";
+            let remedy = "give a `distance` in [contact] below half of that, or `self = false`";
+            return Err(GradientError::Unsupported { what: what.into(), remedy });
+        }
         return Err(GradientError::Term { name: "contact".into() });
     }
     let is_unknown = |name: &&str| places_of(system, name).iter().all(Vec::is_empty);

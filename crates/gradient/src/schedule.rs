@@ -53,7 +53,7 @@ impl Schedule {
         Self::found(simulation, length)
     }
 
-    /// The same where steps of a fixed size may be taken in parts: none of them is expected to be, and
+    /// Whole steps of a fixed size, which may be taken in parts: none of them is expected to be, and
     /// [`step`](Self::step) refuses those that are. Contact alone rarely asks for it, and a run of its own
     /// costs as much as the run.
     pub(crate) fn whole_steps(

@@ -14,9 +14,9 @@ use crate::energy::measure::{
 use crate::energy::patch::Workspace;
 use crate::lanes::dispatch_compact;
 
-/// `R = sum c R_1(ds/dt, s)` with `ds/dt = ds/dx . v` over stencils of `N` vertices, `s` a [`ScalarStrain`] and
-/// `R_1` a [`RateLaw`], `1/2 (ds/dt)^2` unless another is named: for the length of a spring a dashpot beside
-/// it. A rigid motion changes no such number, and is not damped.
+/// `R = sum c R_1(ds/dt, s)` with `ds/dt = ds/dx . v` over stencils of `N` vertices, `s` a [`ScalarStrain`]
+/// and `R_1` a [`RateLaw`], `1/2 (ds/dt)^2` unless another is named: for the length of a spring a dashpot
+/// beside it. A rigid motion changes no such number, and is not damped.
 pub struct MeasuredRate<Q, const D: usize, const N: usize, R = Square> {
     body: String,
     law: R,
@@ -35,7 +35,7 @@ impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> MeasuredRate<Q, D, N
     }
 }
 
-/// What one stencil is made of.
+/// Vertices, constants and places of one stencil.
 struct Stencil<const D: usize, const N: usize> {
     vertices: [u32; N],
     constant: f64,
@@ -44,7 +44,7 @@ struct Stencil<const D: usize, const N: usize> {
 }
 
 impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize, R: RateLaw> MeasuredRate<Q, D, N, R> {
-    /// As [`new`](MeasuredRate::new), with a law.
+    /// Dashpots by a law, else as [`new`](MeasuredRate::new) has them.
     ///
     /// # Panics
     /// If there are not as many constants as stencils.
@@ -136,12 +136,15 @@ impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize, R: RateLaw> Dissipat
         })
     }
 
-    fn fault(&self, x: &[f64], _v: &[f64]) -> Option<Fault> {
-        let sum = |points: &[[f64; D]; N], rest: &[f64; 2]| {
-            let (s, gradient) = Q::deviation(points, &R::origin(rest));
-            gradient.as_flattened().iter().sum::<f64>() + self.law.force(0.0, s, rest)
-        };
-        self.stencils.fault(&self.body, sum, x)
+    fn fault(&self, x: &[f64], v: &[f64]) -> Option<Fault> {
+        let faulty = self.stencils.patches.stencils().filter(|(_, vertices, pack, lane)| {
+            let (_, rest) = self.stencils.constants(*pack, *lane);
+            let (s, gradient) = Q::deviation(&points_of(x, vertices), &R::origin(&rest));
+            let force = self.law.force(rate(&gradient, &points_of(v, vertices)), s, &rest);
+            !gradient.as_flattened().iter().fold(force, |sum, g| sum + g).is_finite()
+        });
+        let index = faulty.map(|(stencil, ..)| stencil).min()?;
+        Some(Fault::Stencil { what: Q::OF, body: self.body.clone(), index })
     }
 
     fn bytes(&self) -> usize {

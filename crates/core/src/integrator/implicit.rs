@@ -23,7 +23,7 @@ pub(super) struct StageEquations<'a> {
     pub(super) g: f64,
     /// Time of the stage [s].
     pub(super) time: f64,
-    /// What dissipates sees held coordinates at their mean velocities over the stage.
+    /// Dissipative terms see held coordinates at their mean velocities over the stage.
     pub(super) mean_of_held: bool,
 }
 

@@ -147,7 +147,7 @@ pub(crate) struct AdjointForces<'a, 'b> {
     pub(crate) system: &'a mut System,
     pub(crate) sums: &'a mut Sums<'b>,
     pub(crate) held: Option<HeldStart<'a>>,
-    /// Where the step begins, and its size [s], where what dissipates sees held coordinates at their mean
+    /// Beginning of the step and its size [s], where dissipative terms see held coordinates at their mean
     /// velocities over the step.
     pub(crate) means_from: Option<(AdjointPlace<'a>, f64)>,
 }
@@ -237,8 +237,8 @@ impl AdjointForces<'_, '_> {
         add_scaled(x_bar, -1.0, &product);
     }
 
-    /// Makes derivatives by mean velocities `(x' - x) / h` of held coordinates those by their places at the end
-    /// of a step of `h` [s] and at its beginning.
+    /// Makes derivatives by mean velocities `(x' - x) / h` of held coordinates those by their places at the
+    /// end of a step of `h` [s] and at its beginning.
     fn pass_means_on(&mut self, from: AdjointPlace<'_>, h: f64) {
         let Products { by_positions, by_velocities, .. } = &mut self.sums.products;
         let still = vec![0.0; by_positions.len()];

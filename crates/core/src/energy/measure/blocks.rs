@@ -19,9 +19,9 @@ pub(crate) trait StencilMatrix<const D: usize, const N: usize> {
     fn write<L: Lanes>(&self, x: &[[L; D]; N], v: &[[L; D]; N], rest: &[L; 2], matrix: &mut PackedMatrix<L>);
 }
 
-/// `psi'' grad s grad s^T + psi' grad grad s`, by dual numbers; projected without its negative eigenvalues, or
-/// by what bounds it in closed form. What is left of it by its first part alone would not do: a joint that is
-/// bent resists being turned out of its plane by the second part only.
+/// `psi'' grad s grad s^T + psi' grad grad s`, by dual numbers; projected without its negative eigenvalues,
+/// or by what bounds it in closed form. What is left of it by its first part alone would not do: a joint
+/// that is bent resists being turned out of its plane by the second part only.
 pub(crate) struct HessianMatrix<'a, Q, W> {
     pub(crate) law: &'a W,
     pub(crate) psd: Psd,

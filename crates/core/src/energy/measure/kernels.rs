@@ -161,6 +161,30 @@ impl<Q: ScalarStrain<D, N>, W: ScalarLaw, const D: usize, const N: usize> Kernel
     }
 }
 
+/// The stencils of one pack as they move.
+struct PackInMotion<L, const D: usize, const N: usize> {
+    stiffness: L,
+    rest: [L; 2],
+    s: L,
+    gradient: [[L; D]; N],
+    rate: L,
+}
+
+impl<L: Lanes, const D: usize, const N: usize> PackInMotion<L, D, N> {
+    #[inline(always)]
+    fn new<Q: ScalarStrain<D, N>, R: RateLaw>(
+        stencils: &MeasuredStencils<Q, D, N>,
+        pack: usize,
+        (position, direction): (&RowSlice<D>, &RowSlice<D>),
+    ) -> Self {
+        let (constants, index) = (&stencils.packs[pack], &stencils.patches.index[pack]);
+        let (x, v) = (gather(position, index), gather(direction, index));
+        let rest = constants.rest();
+        let (s, gradient) = Q::deviation(&x, &R::origin(&rest));
+        PackInMotion { stiffness: constants.stiffness(), rest, s, rate: rate(&gradient, &v), gradient }
+    }
+}
+
 impl<Q: ScalarStrain<D, N>, R: RateLaw, const D: usize, const N: usize> Kernel
     for RateKernel<'_, Q, R, D, N>
 {
@@ -171,15 +195,11 @@ impl<Q: ScalarStrain<D, N>, R: RateLaw, const D: usize, const N: usize> Kernel
         let Scratch { position, direction, gradient: out } = self.scratch;
         let mut power = L::zero();
         for pack in self.patch.packs.clone() {
-            let constants = &self.stencils.packs[pack];
-            let index = &self.stencils.patches.index[pack];
-            let (x, v) = (gather::<L, D, N>(position, index), gather::<L, D, N>(direction, index));
-            let (rest, stiffness) = (constants.rest(), constants.stiffness::<L>());
-            let (s, gradient) = Q::deviation(&x, &R::origin(&rest));
-            let rate = rate(&gradient, &v);
+            let PackInMotion { stiffness, rest, s, gradient, rate } =
+                PackInMotion::<L, D, N>::new::<Q, R>(self.stencils, pack, (position, direction));
             let force = own(stiffness, stiffness * self.law.force(rate, s, &rest));
             power = force.mul_add(rate, power);
-            scatter(out, index, force, &gradient);
+            scatter(out, &self.stencils.patches.index[pack], force, &gradient);
         }
         power.horizontal_sum()
     }
@@ -195,13 +215,9 @@ impl<Q: ScalarStrain<D, N>, R: RateLaw, const D: usize, const N: usize> Kernel
         let Scratch { position, direction, .. } = self.scratch;
         let mut sum = L::zero();
         for pack in self.patch.packs.clone() {
-            let constants = &self.stencils.packs[pack];
-            let index = &self.stencils.patches.index[pack];
-            let (x, v) = (gather::<L, D, N>(position, index), gather::<L, D, N>(direction, index));
-            let (rest, stiffness) = (constants.rest(), constants.stiffness::<L>());
-            let (s, gradient) = Q::deviation(&x, &R::origin(&rest));
-            let dissipation = self.law.dissipation(rate(&gradient, &v), s, &rest);
-            sum += own(stiffness, stiffness * dissipation);
+            let PackInMotion { stiffness, rest, s, rate, .. } =
+                PackInMotion::<L, D, N>::new::<Q, R>(self.stencils, pack, (position, direction));
+            sum += own(stiffness, stiffness * self.law.dissipation(rate, s, &rest));
         }
         sum.horizontal_sum()
     }

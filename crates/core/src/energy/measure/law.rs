@@ -11,7 +11,8 @@ pub trait ScalarLaw: Send + Sync + 'static {
     /// True of `1/2 s^2`, whose projected Hessian some measures know in closed form.
     const IS_SQUARE: bool = false;
 
-    /// What deviations are measured from, of the state of rest; zero where the law sees the number itself.
+    /// Numbers that deviations are measured from: those of rest, or zero where the law sees the number
+    /// itself.
     fn origin<S: Scalar>(rest: &[S; 2]) -> [S; 2];
 
     /// `psi(s)`.
@@ -28,7 +29,7 @@ pub trait RateLaw: Send + Sync + 'static {
     /// True of `1/2 rate^2`, whose force is linear in the velocities.
     const IS_SQUARE: bool = false;
 
-    /// What deviations are measured from, as [`ScalarLaw::origin`] has it.
+    /// Numbers that deviations are measured from, as [`ScalarLaw::origin`] has them.
     fn origin<S: Scalar>(rest: &[S; 2]) -> [S; 2];
 
     /// `R(rate, s)`.

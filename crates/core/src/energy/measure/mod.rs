@@ -40,7 +40,7 @@ pub trait ScalarStrain<const D: usize, const N: usize>: Send + Sync + 'static {
     /// over the scalar: it runs on lanes and on dual numbers.
     fn deviation<S: Scalar>(x: &[[S; D]; N], rest: &[S; 2]) -> (S, [[S; D]; N]);
 
-    /// What is told of a stencil whose energy is not finite, the `index`-th of `body`.
+    /// The fault of a stencil whose energy is not finite, the `index`-th of `body`.
     fn fault(body: &str, index: usize, _: &[[f64; D]; N]) -> Fault {
         Fault::Stencil { what: Self::OF, body: body.into(), index }
     }
@@ -56,8 +56,8 @@ pub trait ScalarStrain<const D: usize, const N: usize>: Send + Sync + 'static {
 /// Vectors that a projected Hessian in closed form is made of.
 pub const PARTS: usize = 6;
 
-/// `E = sum k psi(s(x))` over stencils of `N` vertices, `psi` a [`ScalarLaw`]: `1/2 (s - s_0)^2` unless another
-/// is named.
+/// `E = sum k psi(s(x))` over stencils of `N` vertices, `psi` a [`ScalarLaw`]: `1/2 (s - s_0)^2` unless
+/// another is named.
 pub struct ScalarStrainEnergy<Q, const D: usize, const N: usize, W = Square> {
     body: String,
     law: W,
@@ -77,7 +77,7 @@ impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> ScalarStrainEnergy<Q
 }
 
 impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize, W: ScalarLaw> ScalarStrainEnergy<Q, D, N, W> {
-    /// As [`new`](ScalarStrainEnergy::new), with a law.
+    /// Stencils with a law, else as [`new`](ScalarStrainEnergy::new) has them.
     ///
     /// # Panics
     /// If there are not as many constants as stencils.

@@ -319,7 +319,8 @@ impl<const D: usize> Newton<D> {
                 old_matrix = false;
                 continue;
             }
-            // What nothing touches yet is held by rounding alone: the shift of a projected matrix is a better hold.
+            // Rounding alone holds a body that nothing touches yet: the shift of a projected matrix is
+            // better.
             let runs_away = solve.objective.inertia == 0.0
                 && solve.correction > RUNAWAY * self.size
                 && self.options.linear != LinearSolver::MatrixFree;
