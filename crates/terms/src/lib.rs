@@ -31,9 +31,7 @@ pub use pressure::pressure;
 pub use springs::{
     dashpots, expressed_dashpots, expressed_springs, hinge_dashpots, hinges, joint_dashpots, joints, springs,
 };
-pub use viscous::{
-    ViscousSet, change_of_viscous_cells, viscous_cells, viscous_linear, viscous_membrane, viscous_quadratic,
-};
+pub use viscous::{ViscousSet, change_of_viscous_cells, viscous_cells, viscous_membrane, viscous_simplices};
 
 use makers::{LinearMaker, MembraneMaker, QuadraticMaker};
 use pliant::algebra::Mat;

@@ -19,35 +19,30 @@ pub struct ViscousSet<'a> {
     pub rest: &'a [f64],
 }
 
-/// Viscosity of linear triangles in the plane, linear tetrahedra in space, as [`StrainRate::linear`] has it.
+/// Viscosity of simplices of so many nodes, of first and second order, as [`StrainRate::points`] has it.
 ///
 /// # Panics
 /// If the cells are not whole ones.
-pub fn viscous_linear(viscosity: Viscosity, set: &ViscousSet<'_>) -> Box<dyn DissipativeTerm> {
-    let ViscousSet { body, dimension, cells, rest } = *set;
-    match dimension {
-        2 => {
-            let shape = |element: &[u32; 3]| points_of::<2, 3>(rest, element);
-            Box::new(StrainRate::<2, 3, _>::linear(body, viscosity, whole_cells(cells), rest, shape))
-        }
-        _ => {
-            let shape = |element: &[u32; 4]| points_of::<3, 4>(rest, element);
-            Box::new(StrainRate::<3, 4, _>::linear(body, viscosity, whole_cells(cells), rest, shape))
-        }
+pub fn viscous_simplices(
+    viscosity: Viscosity,
+    nodes: usize,
+    set: &ViscousSet<'_>,
+) -> Box<dyn DissipativeTerm> {
+    match (set.dimension, nodes) {
+        (2, 3) => viscous_points::<2, 3>(viscosity, set),
+        (2, _) => viscous_points::<2, 6>(viscosity, set),
+        (_, 4) => viscous_points::<3, 4>(viscosity, set),
+        _ => viscous_points::<3, 10>(viscosity, set),
     }
 }
 
-/// Viscosity of triangles of six nodes in the plane, tetrahedra of ten in space, as
-/// [`StrainRate::quadratic`] has it.
-///
-/// # Panics
-/// If the cells are not whole ones.
-pub fn viscous_quadratic(viscosity: Viscosity, set: &ViscousSet<'_>) -> Box<dyn DissipativeTerm> {
-    let ViscousSet { body, dimension, cells, rest } = *set;
-    match dimension {
-        2 => Box::new(StrainRate::<2, 6, _>::quadratic(body, viscosity, whole_cells(cells), rest)),
-        _ => Box::new(StrainRate::<3, 10, _>::quadratic(body, viscosity, whole_cells(cells), rest)),
-    }
+fn viscous_points<const D: usize, const N: usize>(
+    viscosity: Viscosity,
+    set: &ViscousSet<'_>,
+) -> Box<dyn DissipativeTerm> {
+    let ViscousSet { body, cells, rest, .. } = *set;
+    let shape = |element: &[u32; N]| points_of::<D, N>(rest, element);
+    Box::new(StrainRate::<D, N, _>::points(body, viscosity, whole_cells(cells), rest, shape))
 }
 
 /// Viscosity of triangles of a membrane in space, times its thickness [Pa s m].
@@ -57,7 +52,7 @@ pub fn viscous_quadratic(viscosity: Viscosity, set: &ViscousSet<'_>) -> Box<dyn 
 pub fn viscous_membrane(viscosity: Viscosity, set: &ViscousSet<'_>) -> Box<dyn DissipativeTerm> {
     let ViscousSet { body, cells, rest, .. } = *set;
     let shape = |triangle: &[u32; 3]| flattened(&points_of(rest, triangle)).0;
-    Box::new(StrainRate::<3, 3, _>::linear(body, viscosity, whole_cells(cells), rest, shape))
+    Box::new(StrainRate::<3, 3, _>::points(body, viscosity, whole_cells(cells), rest, shape))
 }
 
 /// Viscosity of cells of a kind, as [`StrainRate::cells`] has it.

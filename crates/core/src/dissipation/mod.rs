@@ -16,10 +16,7 @@ pub use at_rest::AtRest;
 pub use expressed::{DashpotFormula, DashpotFormulaError};
 pub use mass_proportional::MassProportional;
 pub use measured::MeasuredRate;
-pub(crate) use strain_rate::simplex_packs;
-pub use strain_rate::{
-    QuadraticSimplices, StrainRate, Viscosity, ViscousCells, ViscousElements, ViscousSimplices,
-};
+pub use strain_rate::{StrainRate, Viscosity, ViscousCells, ViscousElements, ViscousPoints};
 
 use std::ops::Range;
 

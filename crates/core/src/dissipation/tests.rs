@@ -43,7 +43,7 @@ fn terms<const D: usize, const N: usize>() -> (Vec<f64>, Vec<Box<dyn Dissipative
     let constants = [1.0, 2.0, 3.0, 4.0].map(|stiffness| StencilConstants { stiffness, rest: [0.0; 2] });
     let mass = vec![1.5; N + 1];
     let terms: Vec<Box<dyn DissipativeTerm>> = vec![
-        Box::new(StrainRate::<D, N, _>::linear("a", viscosity, &elements, &rest, shape)),
+        Box::new(StrainRate::<D, N, _>::points("a", viscosity, &elements, &rest, shape)),
         Box::new(MeasuredRate::<Length, D, 2>::new("a", &edges, &constants, &rest)),
         Box::new(MassProportional::new("a", 0.7, &mass, 0..N + 1, D)),
     ];
@@ -64,7 +64,9 @@ fn quadratic<const D: usize, const C: usize, const N: usize>() -> (Vec<f64>, Vec
     let mesh = mesh.promoted_to_quadratic().unwrap();
     let rest: Vec<f64> = mesh.points.iter().enumerate().map(|(i, x)| x + 0.03 * number(i + 5)).collect();
     let viscosity = Viscosity { shear: 3.0, second: 2.0 };
-    let term = StrainRate::<D, N, _>::quadratic("a", viscosity, &mesh.elements::<N>(), &rest);
+    let term = StrainRate::<D, N, _>::points("a", viscosity, &mesh.elements::<N>(), &rest, |element| {
+        points_of::<D, N>(&rest, element)
+    });
     let deformed = rest.iter().enumerate().map(|(i, x)| x + 0.1 * number(i)).collect();
     (deformed, vec![Box::new(term)])
 }
@@ -207,7 +209,7 @@ fn check_rayleigh<const D: usize, const N: usize>(plane: Option<Plane>) {
     let second = beta * if plane == Some(Plane::Stress) { in_plane } else { lambda };
     let shape = |element: &[u32; N]| points_of::<D, N>(&rest, element);
     let viscosity = Viscosity { shear: beta * mu, second };
-    let mut damping = StrainRate::<D, N, _>::linear("a", viscosity, &elements, &rest, shape);
+    let mut damping = StrainRate::<D, N, _>::points("a", viscosity, &elements, &rest, shape);
     let mut elastic =
         Elastic::<D, N>::linear("a", Linear::new(&parameters), Stress::Analytic, &elements, &rest);
     let p = scattered(rest.len(), 5);

@@ -37,9 +37,8 @@ pub use validity::{least_jacobian, volume};
 
 pub(crate) use quadratic::{QuadraticGradients, QuadraticPositions};
 pub use simplex::{SimplexPack, simplex_rest};
-pub(crate) use simplex::{edge_matrix, vertex_gradients};
 pub use state::ElementState;
-pub(crate) use tangents::{Tangents, scatter_stress, tangents, times, transpose_times};
+pub(crate) use tangents::{Tangents, times, transpose_times};
 
 /// Description of an element, for `pliant list elements`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]

@@ -29,7 +29,7 @@ pub fn simplex_rest<const D: usize, const N: usize>(points: &[[f64; D]; N]) -> (
 
 /// `[x_1 - x_0, ..., x_D - x_0]` in columns.
 #[inline(always)]
-pub(crate) fn edge_matrix<S: Scalar, const D: usize, const N: usize>(x: &[[S; D]; N]) -> Mat<S, D> {
+fn edge_matrix<S: Scalar, const D: usize, const N: usize>(x: &[[S; D]; N]) -> Mat<S, D> {
     let mut m = Mat::zero();
     for i in 0..D {
         for a in 0..D {
@@ -37,23 +37,6 @@ pub(crate) fn edge_matrix<S: Scalar, const D: usize, const N: usize>(x: &[[S; D]
         }
     }
     m
-}
-
-/// The gradients at the vertices, given `H = w P D_m^-T`.
-#[inline(always)]
-pub(crate) fn vertex_gradients<S: Scalar, const D: usize, const N: usize>(h: &Mat<S, D>) -> [[S; D]; N] {
-    let mut g = [[S::zero(); D]; N];
-    for i in 0..D {
-        let mut sum = h[i][0];
-        for a in 1..D {
-            sum += h[i][a];
-        }
-        g[0][i] = -sum;
-        for a in 0..D {
-            g[a + 1][i] = h[i][a];
-        }
-    }
-    g
 }
 
 impl<const D: usize> SimplexPack<D> {

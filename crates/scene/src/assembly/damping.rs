@@ -8,7 +8,7 @@ use pliant::energy::measure::StencilConstants;
 use pliant::material::{MaterialSpec, Plane};
 use pliant::numbering::Numbering;
 use pliant::system::System;
-use pliant_terms::{ViscousSet, viscous_cells, viscous_linear, viscous_membrane, viscous_quadratic};
+use pliant_terms::{ViscousSet, viscous_cells, viscous_membrane, viscous_simplices};
 
 impl DampingSpec {
     /// Viscosities of elements by `strain_rate`.
@@ -100,10 +100,9 @@ impl BodyAssembly {
         } else if let Some(h) = self.thickness {
             let Viscosity { shear, second } = viscosity;
             viscous_membrane(Viscosity { shear: h * shear, second: h * second }, &set)
-        } else if self.mesh.order() == 1 {
-            viscous_linear(viscosity, &set)
         } else {
-            viscous_quadratic(viscosity, &set)
+            let nodes = if self.mesh.order() == 1 { D + 1 } else { 4 * D - 2 };
+            viscous_simplices(viscosity, nodes, &set)
         })
     }
 }

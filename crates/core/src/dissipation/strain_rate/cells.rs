@@ -4,12 +4,13 @@ use super::{StrainRate, Viscosity, ViscousElements};
 use crate::algebra::Mat;
 use crate::element::Isoparametric;
 use crate::energy::elastic::{
-    Amplitudes, CellPacks, HourglassSolid, MOST_MODES, RestData, amplitude_rates, by_each, dot, gather,
-    modes, outer_sum, points_of, scatter, times,
+    Amplitudes, CellPacks, HourglassSolid, MOST_MODES, RestData, amplitude_rates, by_each, centroids, dot,
+    gather, modes, outer_sum, points_of, scatter, times,
 };
 use crate::energy::patch::{Patch, Patches, Scratch};
 use crate::lanes::{Kernel, Lanes, dispatch_compact};
 use crate::material::Tangent;
+use crate::numbering::along_curve;
 
 /// Cells with a dashpot at their mean deformation gradient and others of their hourglass modes: `R = sum_e V
 /// (eta Edot : Edot + 1/2 zeta tr(Edot)^2) + 1/2 z . K z`, `z = Fdot^T q + F^T qdot`, `K` the stiffness of
@@ -17,7 +18,10 @@ use crate::material::Tangent;
 /// `zeta`. Like the rate of Green's strain `z` is zero in a rigid motion and bilinear in positions and
 /// velocities. At rest, with `eta = beta mu` and `zeta = beta lambda`, it is `beta` times the stiffness of
 /// these cells.
-pub struct ViscousCells<const D: usize, const N: usize>(CellPacks<D, N>);
+pub struct ViscousCells<const D: usize, const N: usize> {
+    patches: Patches<N>,
+    packs: CellPacks<D, N>,
+}
 
 impl<const D: usize, const N: usize> StrainRate<D, N, ViscousCells<D, N>> {
     /// Cells `cells` (global vertex indices) of `body`, at rest at `rest` (flat, all vertices of the system)
@@ -64,20 +68,21 @@ impl<const D: usize, const N: usize> StrainRate<D, N, ViscousCells<D, N>> {
             Some(about) => HourglassSolid { tangent: about, change: Some(&own), axes: &[] },
             None => HourglassSolid { tangent: &own, change: None, axes: &[] },
         };
-        let packs = |patches: &Patches<N>| ViscousCells(CellPacks::new(body, cell, patches, rest, solid));
-        Self::new(body, viscosity, cells, rest, packs)
+        let order = along_curve::<D>(&centroids(cells, rest));
+        let patches = Patches::new::<D>(cells, &order, rest.len() / D);
+        let packs = CellPacks::new(body, cell, &patches, rest, solid);
+        Self::of_elements(body, viscosity, ViscousCells { patches, packs })
     }
 }
 
 impl<const D: usize, const N: usize> ViscousElements<D, N> for ViscousCells<D, N> {
-    fn add_forces(
-        &self,
-        viscosity: Viscosity,
-        patches: &Patches<N>,
-        patch: &Patch,
-        scratch: &mut Scratch<D>,
-    ) -> f64 {
-        dispatch_compact(CellViscousKernel { viscosity, patches, packs: &self.0, patch, scratch })
+    fn patches(&self) -> &Patches<N> {
+        &self.patches
+    }
+
+    fn add_forces(&self, viscosity: Viscosity, patch: &Patch, scratch: &mut Scratch<D>) -> f64 {
+        let ViscousCells { patches, packs } = self;
+        dispatch_compact(CellViscousKernel { viscosity, patches, packs, patch, scratch })
     }
 
     fn add_blocks(
@@ -88,7 +93,7 @@ impl<const D: usize, const N: usize> ViscousElements<D, N> for ViscousCells<D, N
         (pack, lane): (usize, usize),
         out: &mut [f64],
     ) {
-        let rest = self.0.lane(pack, lane);
+        let rest = self.packs.lane(pack, lane);
         let (f, q): (Mat<f64, D>, Amplitudes<f64, D>) = rest.measure(&points_of::<D, N>(x, vertices));
         viscosity.add_blocks(rest.volume(), &rest.gradient, &f.0, out);
         // `z` of a unit velocity of each node, and `K z`.
@@ -109,7 +114,7 @@ impl<const D: usize, const N: usize> ViscousElements<D, N> for ViscousCells<D, N
     }
 
     fn bytes(&self) -> usize {
-        self.0.bytes()
+        self.patches.bytes() + self.packs.bytes()
     }
 }
 

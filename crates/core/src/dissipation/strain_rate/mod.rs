@@ -1,21 +1,16 @@
 //! Viscosity of elements: damping by the rate of strain.
 
 mod cells;
-mod quadratic;
-mod simplices;
+mod points;
 
 use std::ops::Range;
 
 pub use cells::ViscousCells;
-pub use quadratic::QuadraticSimplices;
-pub use simplices::ViscousSimplices;
-pub(crate) use simplices::simplex_packs;
+pub use points::ViscousPoints;
 
 use super::{DissipationViews, DissipativeTerm, PositionProducts};
 use crate::energy::Stencils;
-use crate::energy::elastic::centroids;
 use crate::energy::patch::{Patch, Patches, Scratch, Workspace};
-use crate::numbering::along_curve;
 
 /// Viscosities of a solid [Pa s]; of a sheet, times its thickness [Pa s m].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -79,27 +74,23 @@ impl Viscosity {
 /// `C = beta K`, `K` the stiffness of linear elasticity, which gives a mode of angular frequency `omega` the
 /// damping ratio `beta omega / 2`.
 ///
-/// Elements `E` of `N` vertices in `D` dimensions: [`linear`](Self::linear), [`quadratic`](Self::quadratic)
-/// simplices and [`cells`](Self::cells) integrate `R` each by a rule of their own.
+/// Elements `E` of `N` vertices in `D` dimensions: [`points`](Self::points) and [`cells`](Self::cells) integrate
+/// `R` each by a rule of their own.
 pub struct StrainRate<const D: usize, const N: usize, E> {
     body: String,
     viscosity: Viscosity,
-    patches: Patches<N>,
     elements: E,
     workspace: Workspace<D>,
 }
 
 /// Elements with their shape at rest, over which the dissipation function is integrated.
 pub trait ViscousElements<const D: usize, const N: usize>: Send + Sync {
+    /// The patches that they lie in.
+    fn patches(&self) -> &Patches<N>;
+
     /// Adds the viscous forces of a patch at positions and velocities (the direction) of `scratch` to its
     /// gradient; gives their power [W].
-    fn add_forces(
-        &self,
-        viscosity: Viscosity,
-        patches: &Patches<N>,
-        patch: &Patch,
-        scratch: &mut Scratch<D>,
-    ) -> f64;
+    fn add_forces(&self, viscosity: Viscosity, patch: &Patch, scratch: &mut Scratch<D>) -> f64;
 
     /// Adds the blocks of the damping matrix [N s/m] of the element in a lane of a pack, `(pack, lane)`, for
     /// each pair `a <= b` of its `vertices`.
@@ -116,24 +107,12 @@ pub trait ViscousElements<const D: usize, const N: usize>: Send + Sync {
     fn bytes(&self) -> usize;
 }
 
-impl<const D: usize, const N: usize, E> StrainRate<D, N, E> {
-    /// Stencils `stencils` (global vertex indices) of `body`, at rest at `rest` (flat, all vertices of the
-    /// system) [m], in patches of which `elements` makes its data.
-    fn new(
-        body: &str,
-        viscosity: Viscosity,
-        stencils: &[[u32; N]],
-        rest: &[f64],
-        elements: impl FnOnce(&Patches<N>) -> E,
-    ) -> Self {
-        let order = along_curve::<D>(&centroids(stencils, rest));
-        let patches = Patches::new::<D>(stencils, &order, rest.len() / D);
-        let (elements, workspace) = (elements(&patches), Workspace::new(&patches));
-        StrainRate { body: body.into(), viscosity, patches, elements, workspace }
-    }
-}
-
 impl<const D: usize, const N: usize, E: ViscousElements<D, N>> StrainRate<D, N, E> {
+    fn of_elements(body: &str, viscosity: Viscosity, elements: E) -> Self {
+        let workspace = Workspace::new(elements.patches());
+        StrainRate { body: body.into(), viscosity, elements, workspace }
+    }
+
     /// Adds half the difference of the forces at the configurations `x + u` and `x - u` and the velocities
     /// `v`: the part that is linear in `u`.
     fn add_half_of_difference(&mut self, x: &[f64], u: &[f64], v: &[f64], y: &mut [f64]) {
@@ -161,14 +140,14 @@ impl<const D: usize, const N: usize, E: ViscousElements<D, N>> DissipativeTerm f
     }
 
     fn evaluate(&mut self, x: &[f64], v: &[f64]) -> bool {
-        let StrainRate { patches, elements, viscosity, workspace, .. } = self;
-        patches.evaluate(workspace, x, Some(v), |patch, scratch| {
-            elements.add_forces(*viscosity, patches, patch, scratch);
+        let StrainRate { elements, viscosity, workspace, .. } = self;
+        elements.patches().evaluate(workspace, x, Some(v), |patch, scratch| {
+            elements.add_forces(*viscosity, patch, scratch);
         })
     }
 
     fn add_rows(&self, first: usize, g: &mut [f64]) {
-        self.patches.add_rows(&self.workspace, first, g);
+        self.elements.patches().add_rows(&self.workspace, first, g);
     }
 
     fn add_damping_product(&mut self, x: &[f64], _v: &[f64], p: &[f64], y: &mut [f64]) {
@@ -177,12 +156,12 @@ impl<const D: usize, const N: usize, E: ViscousElements<D, N>> DissipativeTerm f
     }
 
     fn stencils(&mut self) -> Stencils {
-        self.patches.lanes()
+        self.elements.patches().lanes()
     }
 
     fn stencil_dampings(&self, stencils: Range<usize>, x: &[f64], _v: &[f64], out: &mut [f64]) {
         let pairs = N * (N + 1) / 2;
-        let lanes = self.patches.lanes_in(stencils).zip(out.chunks_exact_mut(pairs * D * D));
+        let lanes = self.elements.patches().lanes_in(stencils).zip(out.chunks_exact_mut(pairs * D * D));
         for ((vertices, pack, lane), out) in lanes {
             out.fill(0.0);
             self.elements.add_blocks(self.viscosity, x, &vertices, (pack, lane), out);
@@ -190,14 +169,14 @@ impl<const D: usize, const N: usize, E: ViscousElements<D, N>> DissipativeTerm f
     }
 
     fn power(&mut self, x: &[f64], v: &[f64]) -> f64 {
-        let StrainRate { patches, elements, viscosity, workspace, .. } = self;
-        patches.sum_along(workspace, x, v, |patch, scratch| {
-            elements.add_forces(*viscosity, patches, patch, scratch)
-        })
+        let StrainRate { elements, viscosity, workspace, .. } = self;
+        elements
+            .patches()
+            .sum_along(workspace, x, v, |patch, scratch| elements.add_forces(*viscosity, patch, scratch))
     }
 
     fn bytes(&self) -> usize {
-        self.patches.bytes() + self.elements.bytes() + self.workspace.bytes()
+        self.elements.bytes() + self.workspace.bytes()
     }
 }
 

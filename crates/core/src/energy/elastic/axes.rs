@@ -2,7 +2,8 @@
 
 use super::Elastic;
 use crate::algebra::Mat;
-use crate::element::{ElementState, quadrature_count};
+use crate::element::ElementState;
+use crate::energy::ElementTerm;
 
 impl<const D: usize, const N: usize> Elastic<D, N> {
     /// The same elements, the material of each turned by the rotation `R` from its axes to those of space, in
@@ -13,16 +14,8 @@ impl<const D: usize, const N: usize> Elastic<D, N> {
     /// If there is not one rotation for each element.
     #[must_use]
     pub fn with_axes(mut self, axes: &[Mat<f64, 3>]) -> Self {
-        let points = quadrature_count::<D, N>();
-        let places: Vec<(usize, usize, usize)> =
-            self.elements().map(|(element, _, pack, lane)| (element, pack, lane)).collect();
-        assert_eq!(places.len(), axes.len(), "one rotation for each element");
-        for (element, pack, lane) in places {
-            let rotation = axes[element].leading();
-            for point in &mut self.rest[pack * points..(pack + 1) * points] {
-                point.turn(lane, &rotation);
-            }
-        }
+        assert_eq!(self.element_count(), axes.len(), "one rotation for each element");
+        self.elements.each_rest(|element, point, lane| point.turn(lane, &axes[element].leading()));
         self.axes = axes.to_vec();
         self
     }

@@ -1,8 +1,9 @@
 //! How far elements may go until the first of them collapses.
 
+use super::kinematics::edges_at;
 use super::{Elastic, points_of};
 use crate::algebra::Mat;
-use crate::element::{QuadraticPositions, edge_matrix, order, quadrature_count};
+use crate::element::quadrature_count;
 use crate::energy::patch::PackIndex;
 use crate::lanes::{Kernel, Lanes, VertexRows, WIDTH, dispatch};
 use crate::scalar::Scalar;
@@ -22,7 +23,7 @@ pub(super) fn step_to_collapse<const D: usize, const N: usize>(
     x: &[f64],
     dx: &[f64],
 ) -> f64 {
-    let patches = &elements.patches;
+    let patches = &elements.elements.patches;
     let [mut from, mut motion] = [(); 2].map(|()| VertexRows::<D>::new(patches.stride));
     let mut suspects = vec![];
     let mut step: f64 = 1.0;
@@ -41,12 +42,6 @@ pub(super) fn step_to_collapse<const D: usize, const N: usize>(
         }
     }
     step
-}
-
-/// `dx/dxi` at quadrature point `q`.
-#[inline(always)]
-pub(super) fn edges_at<S: Scalar, const D: usize, const N: usize>(x: &[[S; D]; N], q: usize) -> Mat<S, D> {
-    if order::<D, N>() == 1 { edge_matrix(x) } else { QuadraticPositions::new(*x).at(q) }
 }
 
 /// Finds the elements of a patch that may collapse on their way.

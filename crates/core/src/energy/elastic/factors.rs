@@ -1,7 +1,8 @@
 //! Factors of the energy densities of elements.
 
 use super::Elastic;
-use crate::element::{ElementState, quadrature_count};
+use crate::element::ElementState;
+use crate::energy::ElementTerm;
 
 impl<const D: usize, const N: usize> Elastic<D, N> {
     /// The same elements, each with its energy density, and so its stress and stiffness, times a factor, in
@@ -11,15 +12,8 @@ impl<const D: usize, const N: usize> Elastic<D, N> {
     /// If there is not one factor for each element.
     #[must_use]
     pub fn with_factors(mut self, factors: &[f64]) -> Self {
-        let points = quadrature_count::<D, N>();
-        let places: Vec<(usize, usize, usize)> =
-            self.elements().map(|(element, _, pack, lane)| (element, pack, lane)).collect();
-        assert_eq!(places.len(), factors.len(), "one factor for each element");
-        for (element, pack, lane) in places {
-            for point in &mut self.rest[pack * points..(pack + 1) * points] {
-                point.scale_weight(lane, factors[element]);
-            }
-        }
+        assert_eq!(self.element_count(), factors.len(), "one factor for each element");
+        self.elements.each_rest(|element, point, lane| point.scale_weight(lane, factors[element]));
         self.factors = factors.to_vec();
         self
     }

@@ -15,7 +15,7 @@ use std::ops::Range;
 
 use super::Elastic;
 use super::block::{Block, SpectrumBlock};
-use super::collapse::edges_at;
+use super::kinematics::{Kinematics, edges_at};
 use super::predicted::add_excess;
 use crate::algebra::{Mat, signed_svd, symmetric_eigen_of_lanes};
 use crate::element::{SimplexPack, quadrature_count, quadrature_position, reference_gradients};
@@ -60,7 +60,7 @@ pub(super) fn fill<const D: usize, const N: usize>(
     (psd, from): (Psd, Option<&[f64]>),
     out: &mut [f64],
 ) {
-    let Elastic { material, patches, rest, .. } = elements;
+    let Elastic { material, elements: Kinematics { patches, rest }, .. } = elements;
     if from.is_some() || material.spectrum(&[1.0; D]).is_none() {
         return fill_by_tangent(elements, stencils, x, (psd, from), out);
     }
@@ -384,7 +384,7 @@ fn fill_by_tangent<const D: usize, const N: usize>(
     (psd, from): (Psd, Option<&[f64]>),
     out: &mut [f64],
 ) {
-    let Elastic { material, patches, rest, .. } = elements;
+    let Elastic { material, elements: Kinematics { patches, rest }, .. } = elements;
     let count = quadrature_count::<D, N>();
     let pairs = N * (N + 1) / 2;
     let lanes = patches.lanes_in(stencils).zip(out.chunks_exact_mut(pairs * D * D));

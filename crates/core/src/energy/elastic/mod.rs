@@ -8,10 +8,10 @@ mod collapse;
 mod factors;
 mod hessian;
 mod kernels;
+mod kinematics;
 mod membrane;
 mod nodal;
 mod predicted;
-mod simplex;
 mod solid;
 
 use std::ops::Range;
@@ -27,39 +27,32 @@ pub use membrane::flattened;
 pub use membrane::{Membrane, Sheet};
 pub use nodal::nodal_integration;
 
-use block::{Block, BlockMaterial};
-use kernels::{BLOCKS, DeformationKernel, EnergyKernel, ExtremesKernel, ForceKernel, packs_at_once};
-pub(crate) use kernels::{gather, scatter};
-use simplex::{Fused, SimplexForces};
+pub(crate) use block::Block;
+use block::BlockMaterial;
+use kernels::ExtremesKernel;
+use kinematics::edges_at;
+pub(crate) use kinematics::{BLOCKS, Kinematics, gather, scatter};
 pub(crate) use solid::SolidElements;
 use solid::extremes;
 
-use super::patch::{Patch, Patches, Scratch, Workspace};
+use super::patch::Workspace;
 use super::{
     DeformationExtremes, ElementTerm, EnergyKind, EnergyTerm, Fault, ForceLayout, Measurements,
     PredictedStresses, ShapeProducts, Stencils, StepLimit, TermProperties,
 };
 use crate::algebra::Mat;
 use crate::element::ElementState;
-use crate::element::{
-    Barycentric, MassRule, QuadraticPositions, SimplexPack, edge_matrix, interpolation, jacobian, order,
-    quadrature_count, quadrature_position,
-};
-use crate::lanes::{Lanes, Portable, RowSlice, WIDTH, dispatch, dispatch_compact, filled};
+use crate::element::{Barycentric, MassRule, interpolation, order};
+use crate::lanes::{Lanes, Portable, WIDTH, dispatch_compact};
 use crate::material::Stress;
 use crate::material::{Domain, Material, Psd};
-use crate::numbering::along_curve;
 
 /// Simplices of `N` vertices filled with one material: `N = 3` and `4` linear, `6` and `10` quadratic.
 pub struct Elastic<const D: usize, const N: usize> {
     body: String,
     material: Box<dyn BlockMaterial<D>>,
     stress: Stress,
-    /// The shorter way to the forces of linear elements whose stress has a closed form.
-    fused: Option<Box<dyn SimplexForces<D, N>>>,
-    patches: Patches<N>,
-    /// Rest data of every pack, one after the other those of its quadrature points.
-    rest: Vec<SimplexPack<D>>,
+    elements: Kinematics<D, D, N>,
     workspace: Workspace<D>,
     /// Where these elements are the smaller part of a body with nodal integration: what has its stress.
     nodes: Option<Arc<nodal::Nodes<D>>>,
@@ -67,7 +60,7 @@ pub struct Elastic<const D: usize, const N: usize> {
     /// in the weights of `rest` already.
     factors: Vec<f64>,
     /// Rotation from the axes of the material to those of space of each element, likewise; empty where they
-    /// are the same. It is in the inverses of `rest` already.
+    /// are the same. It is in the rest data of the elements already.
     axes: Vec<Mat<f64, 3>>,
     /// True if pressures are worth a prediction.
     nearly_incompressible: bool,
@@ -79,7 +72,7 @@ impl<const D: usize, const N: usize> Elastic<D, N> {
     ///
     /// # Panics
     /// If `N` is not `D + 1`, or an element has no positive area or volume: meshes are checked before.
-    pub fn linear<M: Material<D> + Material<3> + Clone>(
+    pub fn linear<M: Material<D> + Material<3>>(
         body: &str,
         material: M,
         stress: Stress,
@@ -87,11 +80,7 @@ impl<const D: usize, const N: usize> Elastic<D, N> {
         rest: &[f64],
     ) -> Self {
         assert_eq!(order::<D, N>(), 1, "a linear simplex has one vertex more than dimensions");
-        let fused: Option<Box<dyn SimplexForces<D, N>>> = match stress {
-            Stress::Analytic => Some(Box::new(Fused(material.clone()))),
-            Stress::Autodiff => None,
-        };
-        Self { fused, ..Self::on_blocks(body, Box::new(material), stress, elements, rest) }
+        Self::on_blocks(body, Box::new(material), stress, elements, rest)
     }
 
     /// Quadratic elements, likewise: corners first, then the vertices in the middle of the edges.
@@ -117,19 +106,14 @@ impl<const D: usize, const N: usize> Elastic<D, N> {
         elements: &[[u32; N]],
         rest: &[f64],
     ) -> Self {
-        let patches =
-            Patches::new::<D>(elements, &along_curve::<D>(&centroids(elements, rest)), rest.len() / D);
-        let packs = rest_packs::<D, N>(body, &patches, rest);
-        let workspace = Workspace::new(&patches);
+        let elements = Kinematics::new(body, elements, rest, |vertices| points_of(rest, vertices));
         Elastic {
             body: body.into(),
             nearly_incompressible: predicted::is_nearly_incompressible(&*material),
             material,
             stress,
-            fused: None,
-            workspace,
-            patches,
-            rest: packs,
+            workspace: Workspace::new(&elements.patches),
+            elements,
             nodes: None,
             factors: vec![],
             axes: vec![],
@@ -139,19 +123,14 @@ impl<const D: usize, const N: usize> Elastic<D, N> {
     /// The elements with their global vertices, in the order of the patches: `(element, vertices, pack,
     /// lane)`.
     fn elements(&self) -> impl Iterator<Item = (usize, [u32; N], usize, usize)> {
-        self.patches.stencils()
+        self.elements.patches.stencils()
     }
 
     /// `dx/dxi` and `J^-1` at the quadrature points of one element.
     fn points(&self, x: &[f64], vertices: &[u32; N], pack: usize, lane: usize) -> Vec<[Mat<f64, D>; 2]> {
         let x = points_of::<D, N>(x, vertices);
-        let count = quadrature_count::<D, N>();
-        let inverse = |q: usize| self.rest[pack * count + q].lane(lane).0;
-        if order::<D, N>() == 1 {
-            return vec![[edge_matrix(&x), inverse(0)]];
-        }
-        let positions = QuadraticPositions::new(x);
-        (0..count).map(|q| [positions.at(q), inverse(q)]).collect()
+        let inverses = self.elements.inverses(pack, lane);
+        inverses.enumerate().map(|(q, inverse)| [edges_at(&x, q), inverse]).collect()
     }
 
     /// Deformation and stress of an element with this deformation gradient.
@@ -160,74 +139,6 @@ impl<const D: usize, const N: usize> Elastic<D, N> {
             None => self.in_space(element, self.with_its_factor(element, self.material.state(f))),
             Some(nodes) => nodes.state(f, vertices, x),
         }
-    }
-}
-
-/// The rest data of every pack, one after the other those of its quadrature points.
-///
-/// # Panics
-/// If `det J` is not positive at one of them.
-pub(crate) fn rest_packs<const D: usize, const N: usize>(
-    body: &str,
-    patches: &Patches<N>,
-    rest: &[f64],
-) -> Vec<SimplexPack<D>> {
-    let points = quadrature_count::<D, N>();
-    let mut packs = filled(SimplexPack::new(), patches.index.len() * points);
-    for (element, vertices, pack, lane) in patches.stencils() {
-        let nodes = points_of(rest, &vertices);
-        for q in 0..points {
-            let j = jacobian(&nodes, &quadrature_position::<D, N>(q));
-            let weight = j.determinant() / (if D == 2 { 2.0 } else { 6.0 } * points as f64);
-            assert!(weight > 0.0, "element {element} of {body} has volume {weight} at point {q}");
-            packs[pack * points + q].set(lane, &j.inverse(), weight);
-        }
-    }
-    for (packs, stencils) in packs.chunks_exact_mut(points).zip(&patches.stencil) {
-        packs.iter_mut().for_each(|pack| pack.fill_up(stencils.iter().flatten().count()));
-    }
-    packs
-}
-
-/// The work of one patch in pieces of a few packs.
-struct Pieces<'a, const D: usize, const N: usize> {
-    patches: &'a Patches<N>,
-    rest: &'a [SimplexPack<D>],
-    patch: &'a Patch,
-}
-
-impl<'a, const D: usize, const N: usize> Pieces<'a, D, N> {
-    /// Rest data and vertices of each piece.
-    fn iter(&self) -> impl Iterator<Item = (&'a [SimplexPack<D>], &'a [[[u16; WIDTH]; N]])> {
-        let (points, at_once) = (quadrature_count::<D, N>(), packs_at_once::<D, N>());
-        let packs = self.patch.packs.clone();
-        let rest = &self.rest[packs.start * points..packs.end * points];
-        rest.chunks(at_once * points).zip(self.patches.index[packs].chunks(at_once))
-    }
-}
-
-/// Deformation gradients of a piece: of positions, or of a direction, in which they are linear.
-fn deform<'a, const D: usize, const N: usize>(
-    (rest, index): (&[SimplexPack<D>], &[[[u16; WIDTH]; N]]),
-    rows: &RowSlice<D>,
-    f: &'a mut [Block<D>; BLOCKS],
-) -> &'a mut [Block<D>] {
-    let f = &mut f[..rest.len()];
-    dispatch(DeformationKernel { rest, index, rows, f });
-    f
-}
-
-/// Keeps the gradient of a patch in `scratch`, the stresses from the deformation gradients by `material`.
-fn add_forces<const D: usize, const N: usize>(
-    pieces: &Pieces<'_, D, N>,
-    scratch: &mut Scratch<D>,
-    material: impl Fn(&mut [Block<D>]),
-) {
-    let mut blocks = [Block::ZERO; BLOCKS];
-    for piece @ (rest, index) in pieces.iter() {
-        let f = deform(piece, &scratch.position, &mut blocks);
-        material(f);
-        dispatch(ForceKernel { rest, index, stress: f, gradient: &mut scratch.gradient });
     }
 }
 
@@ -266,74 +177,75 @@ impl<const D: usize, const N: usize> EnergyTerm for Elastic<D, N> {
     }
 
     fn energy(&mut self, x: &[f64]) -> f64 {
-        let Elastic { patches, rest, material, workspace, .. } = self;
-        patches.sum(workspace, x, |patch, scratch| {
+        let Elastic { elements, material, workspace, .. } = self;
+        elements.patches.sum(workspace, x, |patch, scratch| {
             let (mut blocks, mut psi) = ([Block::ZERO; BLOCKS], [[0.0; WIDTH]; BLOCKS]);
             let mut sum = [0.0; WIDTH];
-            for piece @ (rest, _) in (Pieces { patches, rest, patch }).iter() {
-                let psi = &mut psi[..rest.len()];
-                material.density(deform(piece, &scratch.position, &mut blocks), psi);
-                dispatch_compact(EnergyKernel { rest, psi, sum: &mut sum });
+            for piece in elements.pieces(patch) {
+                let f = piece.deform(&scratch.position, &mut blocks);
+                let psi = &mut psi[..f.len()];
+                material.density(f, psi);
+                piece.add_weighted(psi, &mut sum);
             }
             Portable::load(&sum).horizontal_sum()
         })
     }
 
     fn evaluate(&mut self, x: &[f64]) -> bool {
-        let Elastic { patches, rest, material, fused, workspace, stress, .. } = self;
-        match fused {
-            Some(fused) => patches.evaluate(workspace, x, None, |patch, scratch| {
-                fused.add(patches, rest, patch, scratch);
-            }),
-            None => patches.evaluate(workspace, x, None, |patch, scratch| {
-                add_forces(&Pieces { patches, rest, patch }, scratch, |f| material.stress(*stress, f));
-            }),
-        }
+        let Elastic { elements, material, workspace, stress, .. } = self;
+        elements.patches.evaluate(workspace, x, None, |patch, scratch| {
+            let mut blocks = [Block::ZERO; BLOCKS];
+            for piece in elements.pieces(patch) {
+                let f = piece.deform(&scratch.position, &mut blocks);
+                material.stress(*stress, f);
+                piece.add_forces(f, &mut scratch.gradient);
+            }
+        })
     }
 
     fn add_rows(&self, first: usize, g: &mut [f64]) {
-        self.patches.add_rows(&self.workspace, first, g);
+        self.elements.patches.add_rows(&self.workspace, first, g);
     }
 
     fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) {
-        let Elastic { patches, rest, material, workspace, .. } = self;
-        patches.evaluate(workspace, x, Some(p), |patch, scratch| {
+        let Elastic { elements, material, workspace, .. } = self;
+        elements.patches.evaluate(workspace, x, Some(p), |patch, scratch| {
             let (mut f, mut df) = ([Block::ZERO; BLOCKS], [Block::ZERO; BLOCKS]);
-            for piece @ (rest, index) in (Pieces { patches, rest, patch }).iter() {
-                let f = deform(piece, &scratch.position, &mut f);
-                let df = deform(piece, &scratch.direction, &mut df);
+            for piece in elements.pieces(patch) {
+                let f = piece.deform(&scratch.position, &mut f);
+                let df = piece.deform(&scratch.direction, &mut df);
                 material.derivative(f, df, None);
-                dispatch(ForceKernel { rest, index, stress: df, gradient: &mut scratch.gradient });
+                piece.add_forces(df, &mut scratch.gradient);
             }
         });
-        patches.add_rows(workspace, 0, y);
+        self.add_rows(0, y);
     }
 
     /// `p . dE/dx = sum_q w_q P : dF`, of the stresses that the product is made of.
     fn add_transposed_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) -> Option<f64> {
-        let Elastic { patches, rest, material, workspace, .. } = self;
+        let Elastic { elements, material, workspace, .. } = self;
         let is_known = AtomicBool::new(true);
-        let along = patches.evaluate_with_sum(workspace, x, p, |patch, scratch| {
+        let along = elements.patches.evaluate_with_sum(workspace, x, p, |patch, scratch| {
             let (mut f, mut df) = ([Block::ZERO; BLOCKS], [Block::ZERO; BLOCKS]);
             let (mut work, mut sum) = ([[0.0; WIDTH]; BLOCKS], [0.0; WIDTH]);
-            for piece @ (rest, index) in (Pieces { patches, rest, patch }).iter() {
-                let f = deform(piece, &scratch.position, &mut f);
-                let df = deform(piece, &scratch.direction, &mut df);
+            for piece in elements.pieces(patch) {
+                let f = piece.deform(&scratch.position, &mut f);
+                let df = piece.deform(&scratch.direction, &mut df);
                 let work = &mut work[..f.len()];
                 if !material.derivative(f, df, Some(work)) {
                     is_known.store(false, Ordering::Relaxed);
                 }
-                dispatch_compact(EnergyKernel { rest, psi: work, sum: &mut sum });
-                dispatch(ForceKernel { rest, index, stress: df, gradient: &mut scratch.gradient });
+                piece.add_weighted(work, &mut sum);
+                piece.add_forces(df, &mut scratch.gradient);
             }
             Portable::load(&sum).horizontal_sum()
         });
-        patches.add_rows(workspace, 0, y);
+        self.add_rows(0, y);
         is_known.into_inner().then_some(along)
     }
 
     fn stencils(&mut self) -> Stencils {
-        self.patches.lanes()
+        self.elements.patches.lanes()
     }
 
     fn stencil_hessians(&self, stencils: Range<usize>, x: &[f64], psd: Psd, out: &mut [f64]) {
@@ -351,7 +263,7 @@ impl<const D: usize, const N: usize> EnergyTerm for Elastic<D, N> {
     }
 
     fn bytes(&self) -> usize {
-        self.patches.bytes() + size_of_val(&self.rest[..]) + self.bytes_by_element() + self.workspace.bytes()
+        self.elements.bytes() + self.bytes_by_element() + self.workspace.bytes()
     }
 }
 
@@ -389,12 +301,12 @@ impl<const D: usize, const N: usize> ElementTerm for Elastic<D, N> {
         if order::<D, N>() == 1 {
             return None;
         }
-        let (mass, count) = (MassRule::<D, N>::new(), quadrature_count::<D, N>());
+        let mass = MassRule::<D, N>::new();
         let mut all = ShapeProducts { nodes: N, ..ShapeProducts::default() };
         for (_, vertices, pack, lane) in self.elements() {
             // J is linear in the place.
             let at_points: Vec<Mat<f64, D>> =
-                (0..count).map(|q| self.rest[pack * count + q].lane(lane).0.inverse()).collect();
+                self.elements.inverses(pack, lane).map(|inverse| inverse.inverse()).collect();
             let jacobian = |at: &Barycentric| {
                 let weights = interpolation::<D, N>(at);
                 at_points.iter().zip(weights).fold(Mat::zero(), |sum, (j, weight)| j.scale_add(weight, &sum))
@@ -428,16 +340,16 @@ impl<const D: usize, const N: usize> ElementTerm for Elastic<D, N> {
 
 impl<const D: usize, const N: usize> Measurements for Elastic<D, N> {
     fn deformation(&mut self, x: &[f64]) -> Option<DeformationExtremes> {
-        let Elastic { patches, rest, workspace, .. } = self;
-        extremes(patches, workspace, x, |patch, scratch| {
-            dispatch_compact(ExtremesKernel { patches, rest, patch, scratch })
+        let Elastic { elements, workspace, .. } = self;
+        extremes(&elements.patches, workspace, x, |patch, scratch| {
+            dispatch_compact(ExtremesKernel { elements, patch, scratch })
         })
     }
 }
 
 impl<const D: usize, const N: usize> ForceLayout for Elastic<D, N> {
     fn rows(&self, first: usize, count: usize) -> Option<&[f64]> {
-        self.patches.rows(&self.workspace, first, count)
+        self.elements.patches.rows(&self.workspace, first, count)
     }
 }
 

@@ -4,7 +4,7 @@
 use std::ops::Range;
 
 use super::super::block::Block;
-use super::super::kernels::{gather, scatter};
+use super::super::kinematics::{gather, scatter};
 use super::hourglass::{PullBack, dot, times};
 use super::packs::CellPacks;
 use super::rest::RestData;

@@ -26,14 +26,16 @@ const REST: Vect<f64, 2> = [1.0, 1.0];
 /// Writes the Hessians of `stencils`, as many at a time as a pack has lanes.
 pub(super) fn fill(sheet: &Membrane, stencils: Range<usize>, x: &[f64], psd: Psd, out: &mut [f64]) {
     let has_spectrum = sheet.material.spectrum(&REST).is_some();
-    let mut lanes = sheet.patches.lanes_in(stencils);
+    let mut lanes = sheet.elements.patches.lanes_in(stencils);
     for out in out.chunks_mut(WIDTH * PAIRS * BLOCK) {
         let mut triangles = Triangles::AT_REST;
         // Lanes of the mesh last: none is taken for which there is no room.
         let room = out.chunks_exact_mut(PAIRS * BLOCK).enumerate();
         for ((slot, out), (vertices, pack, lane)) in room.zip(lanes.by_ref()) {
-            let f = sheet.deformation_gradient(x, &vertices, pack, lane);
-            let (inverse_rest, weight) = sheet.rest[pack].lane(lane);
+            let Some((f, inverse_rest, weight)) = sheet.elements.at_points(x, &vertices, (pack, lane)).next()
+            else {
+                continue;
+            };
             if has_spectrum {
                 triangles.set(slot, &f, &inverse_rest, weight);
             } else {

@@ -1,41 +1,13 @@
-//! Kernels over packs of a membrane, on lanes.
+//! Kernels over blocks of a membrane, on lanes.
 
 use crate::algebra::{Dual, Mat};
-use crate::element::{SimplexPack, Tangents, scatter_stress, tangents, times};
+use crate::element::{Tangents, times};
 use crate::energy::DeformationExtremes;
 use crate::energy::elastic::block::Block;
-use crate::energy::patch::{PackIndex, Patch, Patches, Scratch};
-use crate::lanes::{Kernel, Lanes, RowSlice, WIDTH};
+use crate::energy::elastic::kinematics::Kinematics;
+use crate::energy::patch::{Patch, Scratch};
+use crate::lanes::{Kernel, Lanes};
 use crate::scalar::Scalar;
-
-/// The frames `Q` of `WIDTH` triangles, `[row][column][lane]`.
-#[derive(Clone, Copy, Debug)]
-#[repr(C, align(64))]
-pub(super) struct Frames([[[f64; WIDTH]; 2]; 3]);
-
-impl Frames {
-    pub(super) const ZERO: Self = Frames([[[0.0; WIDTH]; 2]; 3]);
-
-    #[inline(always)]
-    fn load<L: Lanes>(&self) -> Tangents<L, 3, 2> {
-        let mut q = [[L::zero(); 2]; 3];
-        for i in 0..3 {
-            for j in 0..2 {
-                q[i][j] = L::load(&self.0[i][j]);
-            }
-        }
-        q
-    }
-
-    #[inline(always)]
-    fn store<L: Lanes>(&mut self, q: &Tangents<L, 3, 2>) {
-        for i in 0..3 {
-            for j in 0..2 {
-                q[i][j].store(&mut self.0[i][j]);
-            }
-        }
-    }
-}
 
 /// `F = Q G` with the columns of `Q` of unit length and perpendicular, and `G` upper triangular with a
 /// positive diagonal: the method of Gram and Schmidt. Not finite where the triangle has no area.
@@ -62,12 +34,9 @@ fn dot<S: Scalar>(a: &[S; 3], b: &[S; 3]) -> S {
     a[2].mul_add(b[2], a[1].mul_add(b[1], a[0] * b[0]))
 }
 
-/// Writes the factors of some packs.
+/// Overwrites each `F` by its `Q`, and writes `G`.
 pub(super) struct FactorKernel<'a> {
-    pub(super) rest: &'a [SimplexPack<2>],
-    pub(super) index: &'a [PackIndex<3>],
-    pub(super) position: &'a RowSlice<3>,
-    pub(super) q: &'a mut [Frames],
+    pub(super) f: &'a mut [Block<3, 2>],
     pub(super) g: &'a mut [Block<2>],
 }
 
@@ -76,24 +45,18 @@ impl Kernel for FactorKernel<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let out = self.q.iter_mut().zip(self.g);
-        for ((rest, index), (q, g)) in self.rest.iter().zip(self.index).zip(out) {
-            let f = tangents::<L, 3, 2, 3>(self.position, index, &rest.inverse_rest());
-            let factors = factors(&f);
-            q.store(&factors.0);
+        for (f, g) in self.f.iter_mut().zip(self.g) {
+            let factors = factors(&f.load_tangents::<L>());
+            f.store_tangents(&factors.0);
             g.store(&factors.1);
         }
     }
 }
 
-/// Writes the factors of some packs and their derivatives along the direction.
+/// The same of `F`, and of its changes `dF` by `dQ` and `dG`.
 pub(super) struct FactorRateKernel<'a> {
-    pub(super) rest: &'a [SimplexPack<2>],
-    pub(super) index: &'a [PackIndex<3>],
-    pub(super) position: &'a RowSlice<3>,
-    pub(super) direction: &'a RowSlice<3>,
-    pub(super) q: &'a mut [Frames],
-    pub(super) dq: &'a mut [Frames],
+    pub(super) f: &'a mut [Block<3, 2>],
+    pub(super) df: &'a mut [Block<3, 2>],
     pub(super) g: &'a mut [Block<2>],
     pub(super) dg: &'a mut [Block<2>],
 }
@@ -103,58 +66,78 @@ impl Kernel for FactorRateKernel<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        for (pack, (rest, index)) in self.rest.iter().zip(self.index).enumerate() {
-            let inverse = rest.inverse_rest();
-            let f = tangents::<L, 3, 2, 3>(self.position, index, &inverse);
-            let df = tangents::<L, 3, 2, 3>(self.direction, index, &inverse);
+        let blocks = self.f.iter_mut().zip(self.df).zip(self.g.iter_mut().zip(self.dg));
+        for ((f, df), (g, dg)) in blocks {
+            let (mut q, mut dq) = (f.load_tangents::<L>(), df.load_tangents::<L>());
             let mut along = [[Dual::constant(L::zero()); 2]; 3];
             for i in 0..3 {
                 for j in 0..2 {
-                    along[i][j] = Dual { value: f[i][j], derivative: df[i][j] };
+                    along[i][j] = Dual { value: q[i][j], derivative: dq[i][j] };
                 }
             }
-            let (frame, g) = factors(&along);
-            let (mut q, mut dq) = ([[L::zero(); 2]; 3], [[L::zero(); 2]; 3]);
+            let (frame, factor) = factors(&along);
             for i in 0..3 {
                 for j in 0..2 {
                     (q[i][j], dq[i][j]) = (frame[i][j].value, frame[i][j].derivative);
                 }
             }
-            self.q[pack].store(&q);
-            self.dq[pack].store(&dq);
-            let (g, dg) = Dual::parts(&g);
-            self.g[pack].store(&g);
-            self.dg[pack].store(&dg);
+            f.store_tangents(&q);
+            df.store_tangents(&dq);
+            let (value, change) = Dual::parts(&factor);
+            g.store(&value);
+            dg.store(&change);
         }
     }
 }
 
-/// Adds the gradients at the vertices of some packs for the stress `Q P`.
-pub(super) struct SheetForceKernel<'a> {
-    pub(super) rest: &'a [SimplexPack<2>],
-    pub(super) index: &'a [PackIndex<3>],
-    pub(super) q: &'a [Frames],
+/// Overwrites each `Q` by the stress `Q P`.
+pub(super) struct FrameKernel<'a> {
+    pub(super) q: &'a mut [Block<3, 2>],
     pub(super) stress: &'a [Block<2>],
-    pub(super) gradient: &'a mut RowSlice<3>,
 }
 
-impl Kernel for SheetForceKernel<'_> {
+impl Kernel for FrameKernel<'_> {
     type Output = ();
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let stresses = self.q.iter().zip(self.stress);
-        for ((rest, index), (q, stress)) in self.rest.iter().zip(self.index).zip(stresses) {
-            let p = times(&q.load::<L>(), &stress.load::<L>());
-            scatter_stress(self.gradient, index, &p, rest);
+        for (q, stress) in self.q.iter_mut().zip(self.stress) {
+            let p = times(&q.load_tangents::<L>(), &stress.load::<L>());
+            q.store_tangents(&p);
+        }
+    }
+}
+
+/// Overwrites each `dQ` by the change of the stress, `dQ P + Q dP`.
+pub(super) struct FrameRateKernel<'a> {
+    pub(super) q: &'a [Block<3, 2>],
+    pub(super) dq: &'a mut [Block<3, 2>],
+    pub(super) stress: &'a [Block<2>],
+    pub(super) change: &'a [Block<2>],
+}
+
+impl Kernel for FrameRateKernel<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let frames = self.q.iter().zip(self.dq);
+        for ((q, dq), (stress, change)) in frames.zip(self.stress.iter().zip(self.change)) {
+            let mut sum = times(&dq.load_tangents::<L>(), &stress.load::<L>());
+            let other = times(&q.load_tangents::<L>(), &change.load::<L>());
+            for i in 0..3 {
+                for j in 0..2 {
+                    sum[i][j] += other[i][j];
+                }
+            }
+            dq.store_tangents(&sum);
         }
     }
 }
 
 /// The smallest ratio of areas in a patch.
 pub(super) struct AreaKernel<'a> {
-    pub(super) patches: &'a Patches<3>,
-    pub(super) rest: &'a [SimplexPack<2>],
+    pub(super) elements: &'a Kinematics<3, 2, 3>,
     pub(super) patch: &'a Patch,
     pub(super) scratch: &'a Scratch<3>,
 }
@@ -165,9 +148,10 @@ impl Kernel for AreaKernel<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self) -> DeformationExtremes {
         let mut min_j = L::splat(f64::INFINITY);
+        let mut block = [Block::ZERO];
         for pack in self.patch.packs.clone() {
-            let (index, rest) = (&self.patches.index[pack], &self.rest[pack]);
-            let f = tangents::<L, 3, 2, 3>(&self.scratch.position, index, &rest.inverse_rest());
+            self.elements.deform_pack::<L>(pack, &self.scratch.position, &mut block);
+            let f = block[0].load_tangents::<L>();
             let normal = |i: usize, j: usize| f[i][0] * f[j][1] - f[j][0] * f[i][1];
             let normal = [normal(1, 2), normal(2, 0), normal(0, 1)];
             let j = dot(&normal, &normal).sqrt();

@@ -8,17 +8,16 @@ mod tests;
 
 use std::ops::Range;
 
-use self::kernels::{AreaKernel, FactorKernel, FactorRateKernel, Frames, SheetForceKernel, factors};
+use self::kernels::{AreaKernel, FactorKernel, FactorRateKernel, FrameKernel, FrameRateKernel, factors};
 use self::plane_stress::PlaneStress;
 use super::block::{Block, BlockMaterial};
-use super::kernels::{BLOCKS, EnergyKernel};
+use super::kinematics::{BLOCKS, Kinematics};
+use super::points_of;
 use super::solid::extremes;
-use super::{centroids, points_of};
 use crate::algebra::{Mat, signed_svd};
-use crate::dissipation::simplex_packs;
 use crate::element::ElementState;
-use crate::element::{Barycentric, SimplexPack, Tangents, cross, times};
-use crate::energy::patch::{PackIndex, Patch, Patches, Workspace};
+use crate::element::{Barycentric, Tangents, cross};
+use crate::energy::patch::Workspace;
 use crate::energy::{
     DeformationExtremes, ElementTerm, EnergyKind, EnergyTerm, Fault, Measurements, Stencils, TermProperties,
     TermViews,
@@ -26,7 +25,6 @@ use crate::energy::{
 use crate::lanes::{Lanes, Portable, WIDTH, dispatch, dispatch_compact};
 use crate::material::Stress;
 use crate::material::{Domain, Lame, Material, Plane, Psd};
-use crate::numbering::along_curve;
 
 /// The shape of a triangle in its own plane, the first edge along the first axis, and the axes in space.
 pub fn flattened(corners: &[[f64; 3]; 3]) -> ([[f64; 2]; 3], Tangents<f64, 3, 2>) {
@@ -74,9 +72,8 @@ pub struct Membrane {
     frees_faces: bool,
     material: Box<dyn BlockMaterial<2>>,
     stress: Stress,
-    patches: Patches<3>,
-    /// Rest data of every pack; the weight is the volume.
-    rest: Vec<SimplexPack<2>>,
+    /// Weights are volumes.
+    elements: Kinematics<3, 2, 3>,
     /// The axes of every triangle at rest, in the order of the mesh.
     axes: Vec<Tangents<f64, 3, 2>>,
     workspace: Workspace<3>,
@@ -103,33 +100,24 @@ impl Membrane {
                 Box::new(PlaneStress::new(Box::new(material), narrowing))
             }
         };
-        let order = along_curve::<3>(&centroids(elements, rest));
-        let patches = Patches::new::<3>(elements, &order, rest.len() / 3);
-        let mut packs = simplex_packs(&patches, |triangle| flattened(&points_of(rest, triangle)).0);
-        for pack in &mut packs {
-            for lane in 0..WIDTH {
-                let (inverse_rest, area) = pack.lane(lane);
-                assert!(inverse_rest.norm_squared().is_finite(), "a triangle of {body} has no area");
-                pack.set(lane, &inverse_rest, thickness * area);
-            }
-        }
-        let axes = elements.iter().map(|triangle| flattened(&points_of(rest, triangle)).1).collect();
-        let workspace = Workspace::new(&patches);
+        let shape = |triangle: &[u32; 3]| flattened(&points_of(rest, triangle));
+        let axes = elements.iter().map(|triangle| shape(triangle).1).collect();
+        let mut elements = Kinematics::new(body, elements, rest, |triangle| shape(triangle).0);
+        elements.each_rest(|_, point, lane| point.scale_weight(lane, thickness));
         Membrane {
             body: body.into(),
             frees_faces: plane == Plane::Stress,
             material,
             stress,
-            workspace,
-            patches,
-            rest: packs,
+            workspace: Workspace::new(&elements.patches),
+            elements,
             axes,
         }
     }
 
     /// The first triangle that is at fault once it is stretched by so much more.
     fn fault_beyond(&self, x: &[f64], further: f64) -> Option<Fault> {
-        self.patches.stencils().find_map(|(element, vertices, pack, lane)| {
+        self.elements.patches.stencils().find_map(|(element, vertices, pack, lane)| {
             let g = factors(&self.deformation_gradient(x, &vertices, pack, lane)).1;
             let j = g.determinant();
             let body = || self.body.clone();
@@ -155,9 +143,7 @@ impl Membrane {
         pack: usize,
         lane: usize,
     ) -> Tangents<f64, 3, 2> {
-        let [a, b, c]: [[f64; 3]; 3] = points_of(x, vertices);
-        let edges = [0, 1, 2].map(|i| [b[i] - a[i], c[i] - a[i]]);
-        times(&edges, &self.rest[pack].lane(lane).0)
+        self.elements.at_points(x, vertices, (pack, lane)).map(|(f, ..)| f).next().expect("a point each")
     }
 
     /// In space: the third axis is the normal, at rest and now, and the stretch along it that of the
@@ -180,16 +166,6 @@ impl Membrane {
     }
 }
 
-/// Rest data and vertices of some packs of a patch at a time.
-fn pieces<'a>(
-    patches: &'a Patches<3>,
-    rest: &'a [SimplexPack<2>],
-    patch: &Patch,
-) -> impl Iterator<Item = (&'a [SimplexPack<2>], &'a [PackIndex<3>])> {
-    let packs = patch.packs.clone();
-    rest[packs.clone()].chunks(BLOCKS).zip(patches.index[packs].chunks(BLOCKS))
-}
-
 impl EnergyTerm for Membrane {
     fn name(&self) -> String {
         format!("membrane of `{}`", self.body)
@@ -200,58 +176,58 @@ impl EnergyTerm for Membrane {
     }
 
     fn energy(&mut self, x: &[f64]) -> f64 {
-        let Membrane { patches, rest, material, workspace, .. } = self;
-        patches.sum(workspace, x, |patch, scratch| {
-            let (mut q, mut g) = ([Frames::ZERO; BLOCKS], [Block::ZERO; BLOCKS]);
+        let Membrane { elements, material, workspace, .. } = self;
+        elements.patches.sum(workspace, x, |patch, scratch| {
+            let (mut f, mut g) = ([Block::ZERO; BLOCKS], [Block::ZERO; BLOCKS]);
             let (mut psi, mut sum) = ([[0.0; WIDTH]; BLOCKS], [0.0; WIDTH]);
-            for (rest, index) in pieces(patches, rest, patch) {
-                let (q, g, psi) = (&mut q[..rest.len()], &mut g[..rest.len()], &mut psi[..rest.len()]);
-                dispatch(FactorKernel { rest, index, position: &scratch.position, q, g });
+            for piece in elements.pieces(patch) {
+                let f = piece.deform(&scratch.position, &mut f);
+                let (g, psi) = (&mut g[..f.len()], &mut psi[..f.len()]);
+                dispatch(FactorKernel { f, g });
                 material.density(g, psi);
-                dispatch_compact(EnergyKernel { rest, psi, sum: &mut sum });
+                piece.add_weighted(psi, &mut sum);
             }
             Portable::load(&sum).horizontal_sum()
         })
     }
 
     fn evaluate(&mut self, x: &[f64]) -> bool {
-        let Membrane { patches, rest, material, workspace, stress, .. } = self;
-        patches.evaluate(workspace, x, None, |patch, scratch| {
-            let (mut q, mut g) = ([Frames::ZERO; BLOCKS], [Block::ZERO; BLOCKS]);
-            for (rest, index) in pieces(patches, rest, patch) {
-                let (q, g) = (&mut q[..rest.len()], &mut g[..rest.len()]);
-                dispatch(FactorKernel { rest, index, position: &scratch.position, q, g });
+        let Membrane { elements, material, workspace, stress, .. } = self;
+        elements.patches.evaluate(workspace, x, None, |patch, scratch| {
+            let (mut f, mut g) = ([Block::ZERO; BLOCKS], [Block::ZERO; BLOCKS]);
+            for piece in elements.pieces(patch) {
+                let f = piece.deform(&scratch.position, &mut f);
+                let g = &mut g[..f.len()];
+                dispatch(FactorKernel { f, g });
                 material.stress(*stress, g);
-                let gradient = &mut *scratch.gradient;
-                dispatch(SheetForceKernel { rest, index, q, stress: g, gradient });
+                dispatch(FrameKernel { q: f, stress: g });
+                piece.add_forces(f, &mut scratch.gradient);
             }
         })
     }
 
     fn add_rows(&self, first: usize, g: &mut [f64]) {
-        self.patches.add_rows(&self.workspace, first, g);
+        self.elements.patches.add_rows(&self.workspace, first, g);
     }
 
     /// `dP = dQ P_2 + Q dP_2`.
     fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) {
-        let Membrane { patches, rest, material, workspace, .. } = self;
-        patches.evaluate(workspace, x, Some(p), |patch, scratch| {
-            let (mut q, mut dq) = ([Frames::ZERO; BLOCKS], [Frames::ZERO; BLOCKS]);
+        let Membrane { elements, material, workspace, .. } = self;
+        elements.patches.evaluate(workspace, x, Some(p), |patch, scratch| {
+            let (mut f, mut df) = ([Block::ZERO; BLOCKS], [Block::ZERO; BLOCKS]);
             let (mut g, mut dg) = ([Block::ZERO; BLOCKS], [Block::ZERO; BLOCKS]);
-            for (rest, index) in pieces(patches, rest, patch) {
-                let n = rest.len();
-                let (q, dq, g, dg) = (&mut q[..n], &mut dq[..n], &mut g[..n], &mut dg[..n]);
-                let (position, direction) = (&*scratch.position, &*scratch.direction);
-                dispatch_compact(FactorRateKernel { rest, index, position, direction, q, dq, g, dg });
+            for piece in elements.pieces(patch) {
+                let f = piece.deform(&scratch.position, &mut f);
+                let df = piece.deform(&scratch.direction, &mut df);
+                let (g, dg) = (&mut g[..f.len()], &mut dg[..f.len()]);
+                dispatch_compact(FactorRateKernel { f, df, g, dg });
                 material.derivative(g, dg, None);
                 material.stress(Stress::Analytic, g);
-                let gradient = &mut *scratch.gradient;
-                dispatch(SheetForceKernel { rest, index, q: dq, stress: g, gradient });
-                let gradient = &mut *scratch.gradient;
-                dispatch(SheetForceKernel { rest, index, q, stress: dg, gradient });
+                dispatch_compact(FrameRateKernel { q: f, dq: df, stress: g, change: dg });
+                piece.add_forces(df, &mut scratch.gradient);
             }
         });
-        patches.add_rows(workspace, 0, y);
+        self.add_rows(0, y);
     }
 
     /// `J` there is the ratio of areas.
@@ -260,7 +236,7 @@ impl EnergyTerm for Membrane {
     }
 
     fn stencils(&mut self) -> Stencils {
-        self.patches.lanes()
+        self.elements.patches.lanes()
     }
 
     fn stencil_hessians(&self, stencils: Range<usize>, x: &[f64], psd: Psd, out: &mut [f64]) {
@@ -268,10 +244,7 @@ impl EnergyTerm for Membrane {
     }
 
     fn bytes(&self) -> usize {
-        self.patches.bytes()
-            + size_of_val(&self.rest[..])
-            + size_of_val(&self.axes[..])
-            + self.workspace.bytes()
+        self.elements.bytes() + size_of_val(&self.axes[..]) + self.workspace.bytes()
     }
 }
 
@@ -291,7 +264,7 @@ impl ElementTerm for Membrane {
     }
 
     fn each_state(&self, x: &[f64], visit: &mut dyn FnMut(usize, ElementState)) {
-        self.patches.stencils().for_each(|stencil| visit(stencil.0, self.state(x, &stencil)));
+        self.elements.patches.stencils().for_each(|stencil| visit(stencil.0, self.state(x, &stencil)));
     }
 
     fn element_count(&self) -> usize {
@@ -300,7 +273,7 @@ impl ElementTerm for Membrane {
 
     /// The same everywhere in the element.
     fn state_at(&self, x: &[f64], element: usize, _at: &Barycentric) -> Option<ElementState> {
-        let stencil = self.patches.stencils().find(|(number, ..)| *number == element)?;
+        let stencil = self.elements.patches.stencils().find(|(number, ..)| *number == element)?;
         Some(self.state(x, &stencil))
     }
 
@@ -312,9 +285,9 @@ impl ElementTerm for Membrane {
 impl Measurements for Membrane {
     /// The ratio of areas, for `J`.
     fn deformation(&mut self, x: &[f64]) -> Option<DeformationExtremes> {
-        let Membrane { patches, rest, workspace, .. } = self;
-        extremes(patches, workspace, x, |patch, scratch| {
-            dispatch_compact(AreaKernel { patches, rest, patch, scratch })
+        let Membrane { elements, workspace, .. } = self;
+        extremes(&elements.patches, workspace, x, |patch, scratch| {
+            dispatch_compact(AreaKernel { elements, patch, scratch })
         })
     }
 }

@@ -3,7 +3,7 @@
 use crate::algebra::{Mat, Vect, signed_svd};
 use crate::element::ElementState;
 use crate::energy::elastic::block::{Block, BlockMaterial, SpectrumBlock};
-use crate::energy::elastic::kernels::BLOCKS;
+use crate::energy::elastic::kinematics::BLOCKS;
 use crate::lanes::{Kernel, Lanes, WIDTH, dispatch};
 use crate::material::Stress;
 use crate::material::{Domain, Psd, Spectrum, Tangent};

@@ -30,7 +30,7 @@ use rayon::prelude::*;
 use super::Elastic;
 use super::block::{Block, BlockMaterial};
 use super::collapse::{MARGIN, first_root};
-use super::kernels::BLOCKS;
+use super::kinematics::BLOCKS;
 use crate::algebra::Mat;
 use crate::element::ElementState;
 use crate::energy::{
