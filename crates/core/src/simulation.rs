@@ -48,7 +48,7 @@ use crate::integrator::{Integrator, Method, Scheme};
 use crate::numbering::Numbering;
 use crate::solver::{ForceLeft, SolveError, SolveFailure, SolverOptions, SolverWork, StepFault, scene_size};
 use crate::state::State;
-use crate::system::{System, TermId, WallImpulses};
+use crate::system::{ForceId, System, TermId, WallImpulses};
 
 /// Prescribed motion that jumps: no body moves so.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -277,6 +277,19 @@ impl Simulation {
         }
         if !self.method.is_static() && self.system.has_prescribed_motion() {
             self.note_jumps(from, h);
+        }
+        if self.system.remembers() {
+            self.commit_history();
+        }
+    }
+
+    /// Ends a step of terms that remember. The force here is evaluated once more, as it is from a snapshot.
+    fn commit_history(&mut self) {
+        let State { time, .. } = self.state;
+        let lost = self.system.commit(self.state.x(), time);
+        self.state.force = ForceId::NONE;
+        if let Some(ledger) = &mut self.ledger {
+            ledger.commit(lost, &mut self.system, self.state.x(), self.state.v());
         }
     }
 

@@ -3,6 +3,7 @@
 
 mod books;
 mod flows;
+mod history;
 mod load_factor;
 mod pins;
 mod terms;
@@ -65,6 +66,7 @@ pub struct System {
     dissipation: Vec<Box<dyn DissipativeTerm>>,
     /// True if any term changes with time.
     changes_with_time: bool,
+    remembers: bool,
     walls: Vec<Wall>,
     /// True if the walls last applied put any vertex back.
     put_back: bool,
@@ -120,6 +122,7 @@ impl System {
             is_watched: false,
             dissipation: vec![],
             changes_with_time: false,
+            remembers: false,
             walls: vec![],
             put_back: false,
             ether_drag: 0.0,

@@ -79,5 +79,6 @@ fn start_of(simulation: &Simulation) -> Snapshot {
         return simulation.snapshot();
     }
     let (state, x, v) = (simulation.state(), simulation.positions(), simulation.velocities());
-    Snapshot::new(state.step, state.time, x.into_owned(), v.into_owned())
+    let snapshot = Snapshot::new(state.step, state.time, x.into_owned(), v.into_owned());
+    snapshot.with_history(simulation.system().history())
 }

@@ -22,6 +22,8 @@ struct SweepRecord {
     /// Of the step that begins here.
     stage_velocities: Vec<Vec<f64>>,
     stage_accelerations: Vec<Vec<f64>>,
+    /// What terms remember of earlier steps.
+    history: Vec<f64>,
     /// The same with what the scheme remembers, where it does and walls may make it forget.
     moment: Option<Snapshot>,
 }
@@ -100,7 +102,8 @@ impl<'a> Sweep<'a> {
     pub(crate) fn run(mut self) -> Result<RunGradient, GradientError> {
         if has_memory(self.simulation.method().scheme) {
             let KeptState { step, time, x, v } = KeptState::of(self.simulation);
-            self.simulation.restore(&Snapshot::new(step, time, x, v))?;
+            let history = self.simulation.system().history();
+            self.simulation.restore(&Snapshot::new(step, time, x, v).with_history(history))?;
         }
         self.unsettled = unsettled(self.simulation);
         let from = self.first;
@@ -249,6 +252,12 @@ impl<'a> Sweep<'a> {
                 || record.moment.as_ref().map_or(step == self.first, |moment| !moment.remembers()),
         };
         self.sums.step = self.schedule.whole(step);
+        if !record.history.is_empty() {
+            let system = self.simulation.system_mut();
+            system.set_history(&record.history, time);
+            system.set_time(time + h);
+            self.sums.history = system.commit_transposed(x, &self.sums.history, &mut self.adjoint.x);
+        }
         let held = support::holds_start(self.simulation).then(|| HeldStart::new(&record.x));
         let system = self.simulation.system_mut();
         let mut forces = AdjointForces { system, sums: &mut self.sums, held, means_from: None };
@@ -386,6 +395,7 @@ impl SweepRecord {
             v: state.v().to_vec(),
             stage_velocities: vec![],
             stage_accelerations: vec![],
+            history: simulation.system().history(),
             moment: may_forget(simulation).then(|| simulation.snapshot()),
         }
     }
@@ -394,7 +404,8 @@ impl SweepRecord {
     fn snapshot(&self, simulation: &Simulation) -> Snapshot {
         let (numbering, d) = (simulation.numbering(), simulation.system().dimension());
         let outside = |rows: &[f64]| numbering.to_original(rows, d).into_owned();
-        Snapshot::new(self.step, self.time, outside(&self.x), outside(&self.v))
+        let snapshot = Snapshot::new(self.step, self.time, outside(&self.x), outside(&self.v));
+        snapshot.with_history(self.history.clone())
     }
 }
 

@@ -68,6 +68,7 @@ impl EnergyLedger {
         let drags = losses && system.ether_drag() != 0.0;
         let dissipates = |friction| system.dissipation().iter().any(|term| term.is_friction() == friction);
         let [damped, rubs] = [false, true].map(|friction| losses && dissipates(friction));
+        let damped = damped || losses && system.remembers();
         let moves = system.has_prescribed_motion();
         if !(looked.loads || looked.gravity || walls || drags || damped || rubs || moves) {
             return None;
@@ -138,6 +139,15 @@ impl EnergyLedger {
         if let Some(walls) = &mut self.walls {
             walls.sum += energy;
             walls.lost = walls.lost.max(walls.sum);
+        }
+    }
+
+    /// Notes that terms which remember have lost this energy [J] at the end of a step, at once.
+    pub(crate) fn commit(&mut self, lost: f64, system: &mut System, x: &[f64], v: &[f64]) {
+        let flows = Powers::of(system, self.looked, x, v);
+        if let Some(damping) = &mut self.damping {
+            damping.add(lost);
+            damping.jump(flows.damping);
         }
     }
 

@@ -19,9 +19,9 @@ use std::ops::Range;
 
 use crate::material::Psd;
 pub use views::{
-    Approach, ChangingStencils, ContactExtremes, ContactPlace, Driven, ElementTerm, ForceLayout, LeastGap,
-    LoadTerm, Measurements, Penetration, PredictedStresses, ShapedContact, StepLimit, SurfaceContact,
-    TermViews, TieTerm, TouchingPair, TouchingSurfaces, WatchedContacts, WayObstruction,
+    Approach, ChangingStencils, ContactExtremes, ContactPlace, Driven, ElementTerm, ForceLayout, HistoryTerm,
+    LeastGap, LoadTerm, Measurements, Penetration, PredictedStresses, ShapedContact, StepLimit,
+    SurfaceContact, TermViews, TieTerm, TouchingPair, TouchingSurfaces, WatchedContacts, WayObstruction,
 };
 
 /// Which sum of the diagnostics an energy belongs to. Every kind is part of the total.
@@ -344,6 +344,8 @@ pub struct TermProperties {
     pub fills_space: bool,
     /// True if the potential depends on time; [`Driven::set_time`] is called only if it does.
     pub changes_with_time: bool,
+    /// True if it has a [history](TermViews::history).
+    pub remembers: bool,
     /// True if the force is the gradient of [`energy`](EnergyTerm::energy). If not, the energy is zero, the
     /// gradient is minus the force all the same, and Hessian products are those of its derivative, which is
     /// not symmetric.
@@ -361,6 +363,7 @@ impl TermProperties {
             couples_all: false,
             fills_space: false,
             changes_with_time: false,
+            remembers: false,
             is_conservative: true,
             approximates: false,
         }
@@ -368,7 +371,7 @@ impl TermProperties {
 
     /// True if energy comes in through the term from outside: [`Driven::power`] says how much.
     pub const fn supplies(self) -> bool {
-        self.changes_with_time || !self.is_conservative
+        self.changes_with_time && !self.remembers || !self.is_conservative
     }
 }
 

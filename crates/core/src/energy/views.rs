@@ -63,6 +63,16 @@ pub trait TermViews {
         None
     }
 
+    /// What it remembers of earlier steps.
+    fn history(&self) -> Option<&dyn HistoryTerm> {
+        None
+    }
+
+    /// What it remembers of earlier steps, to be changed.
+    fn history_mut(&mut self) -> Option<&mut dyn HistoryTerm> {
+        None
+    }
+
     /// The same, to find them anew.
     fn changing_mut(&mut self) -> Option<&mut dyn ChangingStencils> {
         None
@@ -157,6 +167,33 @@ pub trait StepLimit {
         let _ = (x, dx);
         None
     }
+}
+
+/// A term whose law remembers: `E(x; z, s)` with numbers `z` of the end of the last step and the time `s` since
+/// then. They change at the end of a step, and of no step that is rejected; states hold them.
+pub trait HistoryTerm {
+    /// Its numbers `z`.
+    fn history(&self) -> Vec<f64>;
+
+    /// How many they are.
+    fn history_len(&self) -> usize;
+
+    /// Says what they are, at the time `time` [s].
+    fn set_history(&mut self, numbers: &[f64], time: f64);
+
+    /// Takes the numbers that the step to the positions `x` and the time `time` [s] ends with. Gives the
+    /// energy that is lost there [J]: the energy at the same positions before, less that after.
+    fn commit(&mut self, x: &[f64], time: f64) -> f64;
+
+    /// Energy that is lost in a second at fixed positions, `-dE/ds` [W].
+    fn loss_rate(&self, x: &[f64]) -> f64;
+
+    /// Adds the derivatives of `p . dE/dx` by its numbers.
+    fn add_work_by_history(&self, x: &[f64], p: &[f64], by: &mut [f64]);
+
+    /// Takes derivatives `after` by the numbers that [`commit`](Self::commit) would leave at `x` and the time
+    /// last said back: adds those by the positions, and by the numbers now.
+    fn add_commit_transposed(&self, x: &[f64], after: &[f64], by_x: &mut [f64], before: &mut [f64]);
 }
 
 /// Elements whose stresses after a step of Newton's method are better predicted than taken.

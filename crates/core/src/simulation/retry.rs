@@ -61,6 +61,7 @@ impl Simulation {
         let (x, v) = (self.state.x().to_vec(), self.state.v().to_vec());
         let memory = self.integrator.memory(&self.system, &self.state);
         let ledger = self.ledger.clone();
+        let history = self.system.history();
 
         let mut parts = RetriedSteps { steps: 1, ..RetriedSteps::default() };
         // How often the parts that are left were halved, the next one last.
@@ -87,6 +88,7 @@ impl Simulation {
                     here_x.copy_from_slice(&x);
                     here_v.copy_from_slice(&v);
                     self.state.time = start;
+                    self.system.set_history(&history, start);
                     self.integrator.recall(&memory, &self.system, &self.state);
                     self.set_ledger(ledger);
                     self.last_parts.clear();

@@ -31,6 +31,9 @@ pub struct Snapshot {
     memory: Vec<f64>,
     /// Memory of step sizes that follow the error.
     pace: Option<StepHistory>,
+    /// What terms remember of earlier steps; empty where none does.
+    #[serde(default)]
+    history: Vec<f64>,
     /// Path of equilibria so far.
     #[serde(default)]
     path: Option<PathState>,
@@ -52,6 +55,16 @@ pub enum SnapshotError {
         /// Coordinates of the simulation.
         expected: usize,
     },
+    /// Its terms remember more or fewer numbers.
+    #[error(
+        "the state remembers {found} numbers of earlier steps, the simulation {expected}: take a state of it"
+    )]
+    History {
+        /// Numbers of the snapshot.
+        found: usize,
+        /// Numbers of the simulation.
+        expected: usize,
+    },
     /// Its pins are others.
     #[error("the checkpoint has other pins than the simulation: it is one of another scene")]
     Pins,
@@ -67,7 +80,13 @@ impl Snapshot {
     /// Positions `x` [m] and velocities `v` [m/s], flat, after `step` steps, at `time` [s], without what
     /// schemes and the balance of energy remember.
     pub fn new(step: u64, time: f64, x: Vec<f64>, v: Vec<f64>) -> Self {
-        Snapshot { step, time, x, v, memory: vec![], pace: None, path: None, ledger: None }
+        Snapshot { step, time, x, v, memory: vec![], pace: None, history: vec![], path: None, ledger: None }
+    }
+
+    /// The same where terms [remember](crate::system::System::history) these numbers.
+    #[must_use]
+    pub fn with_history(self, history: Vec<f64>) -> Self {
+        Snapshot { history, ..self }
     }
 
     /// True if a scheme of several steps goes on from here by what it remembers of those before; false where
@@ -103,6 +122,7 @@ impl Simulation {
             v: self.velocities().into_owned(),
             memory: self.integrator.memory(&self.system, &self.state),
             pace: self.pace(),
+            history: self.system.history(),
             path: self.path().cloned(),
             ledger: self.ledger.clone(),
         }
@@ -135,6 +155,10 @@ impl Simulation {
     /// Refuses a snapshot of another number of coordinates, or with one that is not finite.
     pub(super) fn ensure_fits(&self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
         let (expected, d) = (self.state.x().len(), self.system.dimension());
+        let (found, remembered) = (snapshot.history.len(), self.system.history().len());
+        if found != remembered {
+            return Err(SnapshotError::History { found, expected: remembered });
+        }
         for values in [&snapshot.x, &snapshot.v] {
             if values.len() != expected {
                 return Err(SnapshotError::Size { found: values.len(), expected });
@@ -154,6 +178,7 @@ impl Simulation {
         self.state.x_mut().copy_from_slice(&self.numbering.to_internal(&snapshot.x, d));
         self.state.v_mut().copy_from_slice(&self.numbering.to_internal(&snapshot.v, d));
         self.state.force = ForceId::NONE;
+        self.system.set_history(&snapshot.history, snapshot.time);
         self.wall_impulses = None;
         self.increment_velocities = None;
     }
@@ -189,6 +214,7 @@ impl Simulation {
         let path = self.path().cloned();
         let wall_impulses = self.wall_impulses.clone();
         let increment_velocities = self.increment_velocities.clone();
+        let history = self.system.history();
         self.set_positions(x);
         self.set_velocities(v);
         // Its balance is not read.
@@ -199,6 +225,7 @@ impl Simulation {
             v.copy_from_slice(&self.velocities());
         }
         self.state = state;
+        self.system.set_history(&history, self.state.time);
         self.wall_impulses = wall_impulses;
         self.increment_velocities = increment_velocities;
         self.hold_as_after(self.state.step, self.state.time);

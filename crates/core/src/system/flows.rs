@@ -54,6 +54,9 @@ impl Powers {
         if looked.losses && system.is_damped() {
             [flows.damping, flows.friction] = system.dissipated_powers(x, v);
         }
+        if looked.losses && system.remembers() {
+            flows.damping += system.forgotten_power(x);
+        }
         flows
     }
 

@@ -20,6 +20,7 @@ impl System {
     /// Takes note of what the terms are now.
     pub(super) fn terms_changed(&mut self) {
         self.changes_with_time = self.terms.iter().any(|term| term.properties().changes_with_time);
+        self.remembers = self.terms.iter().any(|term| term.properties().remembers);
         self.has_guards = self.terms.iter().any(|term| term.limit().is_some_and(|limit| limit.guards_way()));
         self.is_watched = self.terms.iter().any(|term| term.watched().is_some());
         let changing = self.terms.iter().any(|term| term.changing().is_some())

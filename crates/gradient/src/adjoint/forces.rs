@@ -24,6 +24,8 @@ pub(crate) struct Sums<'a> {
     pub(crate) step: u64,
     /// Derivatives by the places where vertices start that are held and turn.
     turning: Option<TurningStarts>,
+    /// Derivatives by what terms remember at the beginning of the step; empty where none does.
+    pub(crate) history: Vec<f64>,
 }
 
 /// Derivatives by the places where vertices start that are held and turn: places later are turned from there.
@@ -56,6 +58,7 @@ impl<'a> Sums<'a> {
             products: Products::back(unknowns),
             step: 0,
             turning: None,
+            history: vec![],
         }
     }
 
@@ -64,7 +67,7 @@ impl<'a> Sums<'a> {
         let zero = || vec![0.0; system.inverse_mass().len()];
         let some = system.constraints().iter().any(turns);
         let turning = some.then(|| TurningStarts { by_starts: zero(), x_bar: zero(), v_bar: zero() });
-        Sums { turning, ..self }
+        Sums { turning, history: vec![0.0; system.history().len()], ..self }
     }
 }
 
@@ -262,7 +265,11 @@ impl AdjointForces<'_, '_> {
         if let Some((from, h)) = self.means_from {
             self.pass_means_on(from, h);
         }
-        let Sums { parameters, derivatives, parts, p, products, turning, .. } = &mut *self.sums;
+        let Sums { parameters, derivatives, parts, p, products, turning, history, .. } = &mut *self.sums;
+        if !history.is_empty() {
+            let minus: Vec<f64> = p.iter().map(|p| -p).collect();
+            self.system.add_work_by_history(at.x, &minus, history);
+        }
         if let Some(turning) = turning {
             let negative = |to: &mut [f64], of: &[f64]| to.iter_mut().zip(of).for_each(|(to, of)| *to = -of);
             let (mut x_bar, mut v_bar) = (take(&mut turning.x_bar), take(&mut turning.v_bar));

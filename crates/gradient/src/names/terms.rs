@@ -106,9 +106,7 @@ impl Places<'_> {
         let set = ViscousSet { body: &body.name, dimension, cells: &cells, rest: &rest };
         match body.blocks.first() {
             Some(block) => pliant_terms::change_of_viscous_cells(change, about, block.kind, &set),
-            None if has_linear_elements(body) => {
-                pliant_terms::viscous_simplices(change, dimension + 1, &set)
-            }
+            None if has_linear_elements(body) => pliant_terms::viscous_simplices(change, dimension + 1, &set),
             None => pliant_terms::viscous_simplices(change, 4 * dimension - 2, &set),
         }
     }

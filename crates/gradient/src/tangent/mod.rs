@@ -110,6 +110,12 @@ pub fn tangent_along(
     watch: &mut dyn FnMut(&LossFrame<'_>, &RunTangent),
 ) -> Result<RunTangent, GradientError> {
     support::check(simulation)?;
+    if simulation.system().remembers() {
+        return Err(GradientError::Unsupported {
+            what: "tangents of terms that remember earlier steps".into(),
+            remedy: "`gradient` has an adjoint",
+        });
+    }
     check_terms(simulation.system_mut(), parameters)?;
     let schedule = Schedule::of(simulation, RunLength::Steps(steps))?;
     let RunDirection { position, velocity, parameters: changes } = direction;

@@ -17,6 +17,7 @@ mod each_step;
 mod fit;
 mod frequencies;
 mod hessians;
+mod history;
 mod identities;
 mod kepler;
 mod linearised;

@@ -172,7 +172,7 @@ impl<M: Material<D> + Material<3>, const D: usize> BlockMaterial<D> for M {
     fn stress(&self, how: Stress, f: &mut [Block<D>]) {
         match how {
             Stress::Analytic => dispatch(StressKernel::<M, D, false> { material: self, f }),
-            Stress::Autodiff => dispatch_compact(StressKernel::<M, D, true> { material: self, f }),
+            Stress::Autodiff => dispatch(StressKernel::<M, D, true> { material: self, f }),
         }
     }
 

@@ -26,17 +26,23 @@ use crate::scalar::Scalar;
 pub(crate) const BLOCKS: usize = 16;
 
 /// Packs of a piece of linear elements: with more of them their data leave the first cache, and fewer do not
-/// hide the call of the law.
-const LINEAR_PACKS: usize = 4;
+/// hide the call of the law, which costs more beside the little work of a triangle.
+const fn linear_packs<const R: usize>() -> usize {
+    if R == 2 { 8 } else { 4 }
+}
 
 /// Packs that are asked for ahead: the second cache takes about as long as these take to compute.
 const AHEAD: usize = 4;
 /// Packs that are asked for ahead of the second cache: memory, when it is busy, takes about as long as these.
 const FAR_AHEAD: usize = 12;
 
+/// Packs from which on the data of linear elements are asked for ahead: they exceed the second cache, and the
+/// law between two passes keeps the processor from reaching them early.
+const ASKED_FROM: usize = 1 << 10;
+
 /// Packs of a piece.
 const fn packs_at_once<const R: usize, const N: usize>() -> usize {
-    if order::<R, N>() == 1 { LINEAR_PACKS } else { BLOCKS / quadrature_count::<R, N>() }
+    if order::<R, N>() == 1 { linear_packs::<R>() } else { BLOCKS / quadrature_count::<R, N>() }
 }
 
 /// Elements in patches, with the data at rest of their quadrature points.
@@ -210,9 +216,10 @@ impl<'a, const D: usize, const R: usize, const N: usize> Piece<'a, D, R, N> {
         &self.of.rest[self.blocks()]
     }
 
-    /// The first pack after which others are asked for ahead; beyond the end where they lie in the caches.
+    /// The first pack after which others are asked for ahead; beyond the end where they lie in the second
+    /// cache.
     fn first_to_ask(&self) -> usize {
-        if self.of.patches.exceed_caches() { self.packs.start } else { self.of.rest.len() }
+        if self.of.rest.len() >= ASKED_FROM { self.packs.start } else { self.of.rest.len() }
     }
 
     /// Deformation gradients of positions, or of a direction, in which they are linear.

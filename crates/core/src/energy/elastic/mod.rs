@@ -7,6 +7,7 @@ mod cells;
 mod collapse;
 mod factors;
 mod hessian;
+mod history;
 mod kernels;
 mod kinematics;
 mod membrane;
@@ -23,6 +24,7 @@ pub(crate) use cells::{
     outer_sum, times,
 };
 pub use cells::{CellShapes, CellTurns, OnePointCells, PullBack, ShapedCells, TurningCells, bending_excess};
+pub use history::{HistoryLaw, RememberingElements};
 pub use membrane::flattened;
 pub use membrane::{Membrane, Sheet};
 pub use nodal::nodal_integration;

@@ -1,0 +1,65 @@
+//! What terms remember of earlier steps.
+
+use super::System;
+
+impl System {
+    /// True if a term [remembers](crate::energy::HistoryTerm).
+    pub fn remembers(&self) -> bool {
+        self.remembers
+    }
+
+    /// The numbers of all terms that remember, one term after the other.
+    pub fn history(&self) -> Vec<f64> {
+        self.terms.iter().filter_map(|term| term.history()).flat_map(|term| term.history()).collect()
+    }
+
+    /// Says what they are, at the time `time` [s]; false, and nothing has changed, where there are more or
+    /// fewer.
+    pub fn set_history(&mut self, mut numbers: &[f64], time: f64) -> bool {
+        let known: usize =
+            self.terms.iter().filter_map(|term| term.history()).map(|term| term.history_len()).sum();
+        if numbers.len() != known {
+            return false;
+        }
+        for term in self.terms.iter_mut().filter_map(|term| term.history_mut()) {
+            let (own, others) = numbers.split_at(term.history_len());
+            term.set_history(own, time);
+            numbers = others;
+        }
+        true
+    }
+
+    /// Ends a step at the positions `x` and the time `time` [s]; gives the energy that is lost there [J].
+    pub(crate) fn commit(&mut self, x: &[f64], time: f64) -> f64 {
+        let terms = self.terms.iter_mut().filter_map(|term| term.history_mut());
+        terms.map(|term| term.commit(x, time)).sum()
+    }
+
+    /// Energy that terms which remember lose in a second at fixed positions [W].
+    pub(crate) fn forgotten_power(&self, x: &[f64]) -> f64 {
+        self.terms.iter().filter_map(|term| term.history()).map(|term| term.loss_rate(x)).sum()
+    }
+
+    /// Adds the derivatives of `p . dE/dx` at `x` by the [history](Self::history).
+    pub fn add_work_by_history(&self, x: &[f64], p: &[f64], mut by: &mut [f64]) {
+        for term in self.terms.iter().filter_map(|term| term.history()) {
+            let (own, others) = by.split_at_mut(term.history_len());
+            term.add_work_by_history(x, p, own);
+            by = others;
+        }
+    }
+
+    /// Takes derivatives `after` by the history that a step to `x` ends with, at the time last said, back:
+    /// adds those by the positions, and gives those by the history now.
+    pub fn commit_transposed(&self, x: &[f64], mut after: &[f64], by_x: &mut [f64]) -> Vec<f64> {
+        let mut before = vec![0.0; after.len()];
+        let mut left = &mut before[..];
+        for term in self.terms.iter().filter_map(|term| term.history()) {
+            let (own, others) = left.split_at_mut(term.history_len());
+            let (own_after, others_after) = after.split_at(own.len());
+            term.add_commit_transposed(x, own_after, by_x, own);
+            (left, after) = (others, others_after);
+        }
+        before
+    }
+}
