@@ -16,7 +16,7 @@ static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
 
 /// Bodies large enough for several threads, each with everything that acts in a step: gravity, drag, a wall
 /// that it touches, pins.
-const BODIES: [(&str, &str); 9] = [
+const BODIES: [(&str, &str); 8] = [
     (
         "tetrahedra",
         "dimension = 3
@@ -39,16 +39,6 @@ const BODIES: [(&str, &str); 9] = [
         elastic = { corotated = { young = 1e5, poisson = 0.3 } }
         mass = { density = 1000.0 }
         pin = [{ half_space = { normal = [1.0, 0.0], offset = 0.0 } }]",
-    ),
-    (
-        "nodal integration",
-        "dimension = 3
-        world = { gravity = [0.0, 0.0, -9.8] }
-        [[body]]
-        mesh = { grid = { cells = [12, 12, 12], spacing = 0.01 } }
-        elastic = { neo-hookean = { young = 1e5, poisson = 0.49 } }
-        nodal_integration = {}
-        mass = { density = 1000.0 }",
     ),
     (
         "springs",

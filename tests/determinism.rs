@@ -73,25 +73,6 @@ fn solids_give_the_same_bits_on_any_number_of_threads() {
     }
 }
 
-// 11 x 10 x 8 cells have 1,188 vertices: enough chunks of them for several threads, explicit and implicit.
-#[test]
-fn nodal_integration_gives_the_same_bits_on_any_number_of_threads() {
-    for (name, h, steps) in [("velocity-verlet", 1e-4, 6), ("implicit-euler", 5e-3, 1)] {
-        let mut solid = Solid::grid(&[11, 10, 8], &[1.1, 1.0, 0.8], isotropic("neo-hookean", 1e5, 0.45));
-        solid.nodal_integration = serde_json::json!({});
-        solid.pin = at_zero(3, 0);
-        solid.gravity = Some(vec![0.3; 3]);
-        assert_same_bits(name, || {
-            let mut simulation = solid.simulation(method(name), h);
-            let rest = simulation.state().x().to_vec();
-            for (k, v) in simulation.state_mut().v_mut().iter_mut().enumerate() {
-                *v = if rest[k - k % 3] == 0.0 { 0.0 } else { 0.1 * scattered(k) };
-            }
-            outcome(&mut simulation, steps)
-        });
-    }
-}
-
 // 15 x 15 x 14 hexahedra and 57 x 55 quadrilaterals are four patches: as many as it takes for the work to
 // be shared out.
 #[test]

@@ -19,7 +19,7 @@ use pliant_scene::assembly::UnstableStep;
 use pliant_scene::{MeshSpec, Scene};
 use serde_json::{Value, json};
 
-use crate::support::solid::{Kind, Solid, every_material};
+use crate::support::solid::{Solid, every_material};
 
 /// Largest difference of a number from its record, relative to the number where it stands alone, and to the
 /// norm of the vector or matrix that it was taken from.
@@ -340,14 +340,6 @@ fn solids() -> Vec<Shape> {
     ]
 }
 
-fn nodal() -> [Shape; 2] {
-    let nodal = |mesh: Value| json!({ "mesh": mesh, "nodal_integration": {} });
-    [
-        shape("nodal-triangle", 2, nodal(grid(&[3, 2], None))),
-        shape("nodal-tetrahedron", 3, nodal(grid(&[2, 2, 1], None))),
-    ]
-}
-
 fn membranes() -> [Shape; 2] {
     let membrane =
         |plane: &str| json!({ "mesh": cloth(), "membrane": { "thickness": 0.02, "plane": plane } });
@@ -421,11 +413,6 @@ fn laws() -> Vec<Case> {
             cases.push(shape.case(&ENERGY, material.name(), json!({ "elastic": elastic }), states));
         }
     }
-    for shape in nodal() {
-        for (material, elastic) in Kind::Nodal.materials() {
-            cases.push(shape.case(&ENERGY, material.name(), json!({ "elastic": elastic }), &[STRETCHED]));
-        }
-    }
     for shape in membranes() {
         // Free faces find their thickness from the one at rest.
         let takes = |material: &MaterialSpec| {
@@ -477,11 +464,7 @@ fn variants() -> Vec<Case> {
         let keys = json!({ "elastic": rubber(0.3), "elastic_factor": factors });
         cases.push(shape.case(&ENERGY, "neo-hookean+factors", keys, &[SHAKEN]));
     }
-    for shape in nodal() {
-        let keys = json!({ "elastic": rubber(0.3), "nodal_integration": { "stabilisation": 0.6 } });
-        cases.push(shape.case(&ENERGY, "neo-hookean+stabilisation", keys, &[SHAKEN]));
-    }
-    for shape in solids().into_iter().chain(nodal()) {
+    for shape in solids() {
         let keys = json!({ "elastic": rubber(0.48) });
         cases.push(shape.case(&PREDICTION, "neo-hookean", keys, &[SHAKEN]));
     }
@@ -622,19 +605,16 @@ fn ties(columns: &'static Columns, ties: &Value) -> Vec<Case> {
 fn dampings() -> Vec<Case> {
     let mut cases = ties(&DAMPING, &json!({ "stiffness": 1.0, "dashpot": 20.0 }));
     let mut elements = solids();
-    elements.extend(nodal());
     elements.extend(membranes());
     for shape in elements {
         let linear = json!({ "linear": { "young": 1e6, "poisson": 0.3 } });
+        let proportional = json!({ "stiffness_proportional": 0.01 });
         let mut dampings = vec![
             ("strain_rate-shear", rubber(0.3), json!({ "strain_rate": { "shear": 50.0 } })),
             ("strain_rate-second", rubber(0.3), json!({ "strain_rate": { "shear": 0.0, "second": 30.0 } })),
             ("mass_proportional", rubber(0.3), json!({ "mass_proportional": 3.0 })),
+            ("stiffness_proportional", rubber(0.3), proportional.clone()),
         ];
-        let proportional = json!({ "stiffness_proportional": 0.01 });
-        if !shape.name.starts_with("nodal") {
-            dampings.push(("stiffness_proportional", rubber(0.3), proportional.clone()));
-        }
         if shape.name == "triangle" || shape.name == "tetrahedron" {
             dampings.push(("stiffness_proportional-of-linear", linear, proportional));
         }

@@ -144,11 +144,6 @@ fn mistakes_are_told_with_their_place() {
             &["against the weakest plane wave [Pa], which must be positive"],
         ),
         (
-            "expression = { psi = 'mu/2*(I1 - 3) - mu*log(J) + mu*log(J)^2', parameters = { mu = 1e5 } }",
-            "nodal_integration = {}",
-            &["nodal_integration = {}", "`expression` cannot be split into two materials of its kind"],
-        ),
-        (
             "expression = { psi = 'mu*(l1 + C12)', parameters = { mu = 1e5 } }",
             "",
             &["`psi` has both l1 and C12", "help: write the isotropic part with I1, I2 and J"],

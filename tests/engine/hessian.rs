@@ -106,59 +106,6 @@ fn the_matrix_of_muscles_is_their_hessian() {
     }
 }
 
-/// A vertex in the middle of `n` others on a circle, and as many around these; in 3D the others are on the
-/// equator of two poles.
-fn wheel(dimension: usize, n: u32) -> serde_json::Value {
-    let around = |r: f64| {
-        (0..n).map(move |i| {
-            let (s, c) = (std::f64::consts::TAU * f64::from(i) / f64::from(n)).sin_cos();
-            vec![r * c, r * s]
-        })
-    };
-    let sides = (0..n).map(|i| (i, (i + 1) % n));
-    if dimension == 2 {
-        let points: Vec<Vec<f64>> =
-            [vec![0.0; 2]].into_iter().chain(around(0.5)).chain(around(0.8)).collect();
-        let triangles: Vec<[u32; 3]> = sides
-            .flat_map(|(i, j)| [[0, 1 + i, 1 + j], [1 + i, 1 + n + i, 1 + n + j], [1 + i, 1 + n + j, 1 + j]])
-            .collect();
-        return serde_json::json!({ "inline": { "points": points, "triangles": triangles } });
-    }
-    let on_equator = around(1.0).map(|mut point| {
-        point.push(0.0);
-        point
-    });
-    let points: Vec<Vec<f64>> = [vec![0.0, 0.0, 0.0], vec![0.0, 0.0, 1.0], vec![0.0, 0.0, -1.0]]
-        .into_iter()
-        .chain(on_equator)
-        .collect();
-    let tetrahedra: Vec<[u32; 4]> =
-        sides.flat_map(|(i, j)| [[0, 3 + i, 3 + j, 1], [0, 3 + j, 3 + i, 2]]).collect();
-    serde_json::json!({ "inline": { "points": points, "tetrahedra": tetrahedra } })
-}
-
-// Vertices in the middle with fewer and with more neighbours than a stencil has places.
-#[test]
-fn the_matrix_of_nodal_integration_is_its_hessian() {
-    for material in MaterialSpec::examples().into_iter().filter(|material| material.split(0.2).is_some()) {
-        let body = |mesh: serde_json::Value| {
-            serde_json::json!({
-                "mesh": mesh, "elastic": material, "nodal_integration": {}, "mass": { "density": 1000.0 },
-                "pin": [{ "vertices": [1] }, { "vertices": [2], "axes": ["x"] }],
-            })
-        };
-        for (dimension, cells) in [(2, vec![5, 4]), (3, vec![3, 3, 2])] {
-            let grid = serde_json::json!({ "grid": { "cells": cells, "spacing": 0.25 } });
-            for mesh in [grid, wheel(dimension, 8), wheel(dimension, 24)] {
-                let mut simulation = wavy(dimension, body(mesh));
-                let defect =
-                    if dimension == 2 { defect::<2>(&mut simulation) } else { defect::<3>(&mut simulation) };
-                assert!(defect < 1e-11, "{} in {dimension}D: {defect:e}", material.name());
-            }
-        }
-    }
-}
-
 /// A beam of 648 tetrahedra that begins to fall, after two steps with this linear solver.
 fn fallen(linear: LinearSolver, nu: f64) -> Simulation {
     fallen_to(serde_json::json!({ "linear": linear, "tolerance": 1e-9 }), nu)
@@ -166,11 +113,6 @@ fn fallen(linear: LinearSolver, nu: f64) -> Simulation {
 
 /// The same, with these solver options.
 fn fallen_to(solver: serde_json::Value, nu: f64) -> Simulation {
-    fallen_of(solver, nu, None)
-}
-
-/// The same, of elements with nodal integration.
-fn fallen_of(solver: serde_json::Value, nu: f64, nodal_integration: Option<serde_json::Value>) -> Simulation {
     let scene: Scene = serde_json::from_value(serde_json::json!({
         "dimension": 3,
         "time": {
@@ -180,7 +122,6 @@ fn fallen_of(solver: serde_json::Value, nu: f64, nodal_integration: Option<serde
         "body": [{
             "mesh": { "grid": { "cells": [12, 3, 3], "size": [0.4, 0.1, 0.1] } },
             "elastic": { "stable-neo-hookean-log": { "young": 5e5, "poisson": nu } },
-            "nodal_integration": nodal_integration,
             "mass": { "density": 1000.0 },
             "pin": [{ "half_space": { "normal": [1.0, 0.0, 0.0], "offset": 1e-9 } }],
         }],
@@ -217,15 +158,6 @@ fn linear_solvers_take_the_same_steps() {
     let fall = apart(&fallen(LinearSolver::Cholesky, 0.4), &fallen(LinearSolver::Auto, 0.3));
     assert!(fall > 1e-5, "{fall}");
     take_the_same_steps(|linear| fallen(linear, 0.4));
-}
-
-#[test]
-fn linear_solvers_take_the_same_steps_with_nodal_integration() {
-    let nodal = serde_json::json!({ "stabilisation": 0.2 });
-    take_the_same_steps(|linear| {
-        let solver = serde_json::json!({ "linear": linear, "tolerance": 1e-9 });
-        fallen_of(solver, 0.49, Some(nodal.clone()))
-    });
 }
 
 // A tolerance that rounding does not let corrections reach: Newton's method ends where they no longer shrink.

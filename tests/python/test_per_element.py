@@ -147,11 +147,6 @@ HEXAHEDRA = {"body.0.mesh": {"grid": {"cells": [4, 1], "spacing": 0.1, "element"
             "does not reach `stiffness_proportional`",
         ),
         (
-            {PATH: YOUNG, "body.0.nodal_integration": {}},
-            pliant.SceneError,
-            "`elastic_factor` is for elements that have a stress of their own",
-        ),
-        (
             {**HEXAHEDRA, "body.0.elastic_factor": 0.5},
             pliant.SceneError,
             "is for triangles and tetrahedra, and these are quadrilaterals",

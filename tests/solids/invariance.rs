@@ -4,7 +4,7 @@
 use serde_json::Value;
 
 use crate::support::largest_difference;
-use crate::support::solid::{KINDS, Kind, Probe, Solid, affine, shaken};
+use crate::support::solid::{KINDS, Kind, Probe, Solid, affine, every_material, shaken};
 
 /// Of second order fewer cells: as many vertices.
 fn grid(dimension: usize, kind: Kind, elastic: &Value) -> Solid {
@@ -41,7 +41,7 @@ fn largest(a: &[f64]) -> f64 {
 #[test]
 fn rotating_a_deformed_body_rotates_its_forces_and_keeps_its_energy_exactly_where_the_model_says_so() {
     for (dimension, kind) in KINDS {
-        for (spec, elastic) in kind.materials() {
+        for (spec, elastic) in every_material() {
             let (mut probe, x) = deformed(dimension, kind, &elastic);
             let q = rotation(dimension);
             let moved = affine(&x, &rows(&q), &vec![0.4; dimension]);
@@ -66,7 +66,7 @@ fn rotating_a_deformed_body_rotates_its_forces_and_keeps_its_energy_exactly_wher
 #[test]
 fn internal_forces_have_no_sum_and_invariant_models_no_torque() {
     for (dimension, kind) in KINDS {
-        for (spec, elastic) in kind.materials() {
+        for (spec, elastic) in every_material() {
             let (mut probe, x) = deformed(dimension, kind, &elastic);
             let forces = probe.forces(&x);
             let scale = largest(&forces);
@@ -90,7 +90,7 @@ fn internal_forces_have_no_sum_and_invariant_models_no_torque() {
 #[test]
 fn at_rest_exactly_the_rigid_motions_are_free() {
     for (dimension, kind) in KINDS {
-        for (spec, elastic) in kind.materials() {
+        for (spec, elastic) in every_material() {
             if !spec.about().has_rest_shape {
                 continue;
             }
@@ -113,7 +113,7 @@ fn at_rest_exactly_the_rigid_motions_are_free() {
 #[test]
 fn stiffness_is_symmetric_and_the_derivative_of_the_force() {
     for (dimension, kind) in KINDS {
-        for (spec, elastic) in kind.materials() {
+        for (spec, elastic) in every_material() {
             let (mut probe, x) = deformed(dimension, kind, &elastic);
             let k = probe.stiffness(&x);
             let asymmetry = (&k - k.transpose()).amax() / k.amax();
@@ -138,7 +138,7 @@ fn stiffness_is_symmetric_and_the_derivative_of_the_force() {
 #[test]
 fn forces_are_minus_the_derivative_of_the_energy() {
     for (dimension, kind) in KINDS {
-        for (spec, elastic) in kind.materials() {
+        for (spec, elastic) in every_material() {
             let (mut probe, x) = deformed(dimension, kind, &elastic);
             let forces = probe.forces(&x);
             let h = 1e-5;
@@ -158,7 +158,7 @@ fn forces_are_minus_the_derivative_of_the_energy() {
 #[test]
 fn automatic_differentiation_gives_the_same_forces() {
     for (dimension, kind) in KINDS {
-        for (spec, elastic) in kind.materials() {
+        for (spec, elastic) in every_material() {
             let mut solid = grid(dimension, kind, &elastic);
             let mut analytic = solid.probe();
             solid.stress = "autodiff";

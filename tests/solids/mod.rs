@@ -16,7 +16,6 @@ mod locking;
 mod manufactured;
 mod modes;
 mod muscles;
-mod nodal;
 mod one_point;
 mod patch;
 mod plane_stress;

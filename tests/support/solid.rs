@@ -19,8 +19,6 @@ pub(crate) struct Solid {
     pub(crate) elastic: Value,
     /// Of the elements.
     pub(crate) order: u8,
-    /// As in a scene.
-    pub(crate) nodal_integration: Value,
     /// `analytic` or `autodiff`.
     pub(crate) stress: &'static str,
     /// As in a scene.
@@ -52,7 +50,6 @@ impl Solid {
             mesh: json!({ "grid": { "cells": cells, "size": size } }),
             elastic,
             order: 1,
-            nodal_integration: Value::Null,
             stress: "analytic",
             mass: json!({ "density": 1000.0 }),
             pin: json!([]),
@@ -84,7 +81,6 @@ impl Solid {
     pub(crate) fn of_kind(self, kind: Kind) -> Self {
         match kind {
             Kind::Order(order) => self.of_order(order),
-            Kind::Nodal => Solid { nodal_integration: json!({}), ..self },
             Kind::Whole => self.of_whole_cells(),
         }
     }
@@ -114,7 +110,6 @@ impl Solid {
                 "mesh": self.mesh,
                 "elastic": self.elastic,
                 "order": self.order,
-                "nodal_integration": self.nodal_integration,
                 "stress": self.stress,
                 "mass": self.mass,
                 "pin": self.pin,
@@ -138,27 +133,16 @@ pub(crate) const ELEMENTS: [(usize, u8); 4] = [(2, 1), (3, 1), (2, 2), (3, 2)];
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
     Order(u8),
-    /// Linear, with nodal integration.
-    Nodal,
     /// Quadrilaterals and hexahedra.
     Whole,
 }
 
-impl Kind {
-    /// Every registered material that such elements can be made of, as in a scene.
-    pub(crate) fn materials(self) -> impl Iterator<Item = (MaterialSpec, Value)> {
-        every_material().into_iter().filter(move |(spec, _)| self != Kind::Nodal || spec.split(0.2).is_some())
-    }
-}
-
 /// Every kind of element: dimension and kind.
-pub(crate) const KINDS: [(usize, Kind); 8] = [
+pub(crate) const KINDS: [(usize, Kind); 6] = [
     (2, Kind::Order(1)),
     (3, Kind::Order(1)),
     (2, Kind::Order(2)),
     (3, Kind::Order(2)),
-    (2, Kind::Nodal),
-    (3, Kind::Nodal),
     (2, Kind::Whole),
     (3, Kind::Whole),
 ];

@@ -381,9 +381,6 @@ impl Simulation {
     fn located(&self, StepFault { fault, vertex, solve }: StepFault) -> StepFault {
         let original = |i: usize| self.numbering.original(i as u32) as usize;
         let fault = fault.map(|fault| match fault {
-            Fault::Node { body, vertex, j, material_would_help } => {
-                Fault::Node { body, vertex: original(vertex), j, material_would_help }
-            }
             Fault::Pair { first, second } => Fault::Pair { first: original(first), second: original(second) },
             other => other,
         });

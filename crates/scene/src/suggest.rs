@@ -69,7 +69,6 @@ const SYNONYMS: &[(&str, &[&str])] = &[
     ("ball", &["sphere"]),
     ("box", &["cuboid", "cube", "aabb"]),
     ("path", &["file", "filename", "url"]),
-    ("nodal_integration", &["meandilatation", "fbar", "bbar"]),
     ("tolerance", &["tol", "rtol", "atol", "newtontol"]),
     ("linear", &["linearsolver", "preconditioner"]),
     ("forward-euler", &["expliciteuler", "euler"]),
@@ -108,6 +107,11 @@ const ELSEWHERE: &[(&str, &[&str], &str)] = &[
         &["friction", "mu", "coefficientoffriction", "frictioncoefficient"],
         "friction of a wall is that of a pair: [contact] with `pairs = [{ between = [\"NAME OF THE BODY\", \
          \"wall0\"], friction = 0.3 }]`",
+    ),
+    (
+        "body",
+        &["nodalintegration", "meandilatation", "fbar", "bbar"],
+        "give `order = 2`, or a mesh of quadrilaterals or hexahedra: these do not lock",
     ),
     (
         "",

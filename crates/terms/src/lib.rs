@@ -36,7 +36,7 @@ pub use viscous::{ViscousSet, change_of_viscous_cells, viscous_cells, viscous_me
 use makers::{LinearMaker, MembraneMaker, QuadraticMaker};
 use pliant::algebra::Mat;
 use pliant::energy::EnergyTerm;
-use pliant::energy::elastic::{Sheet, nodal_integration};
+use pliant::energy::elastic::Sheet;
 use pliant::material::{MaterialSpec, Stress};
 
 /// Parts of an elastic term beside its material.
@@ -111,21 +111,4 @@ pub fn quadratic(material: &MaterialSpec, elements: &ElementSet<'_>) -> Box<dyn 
 /// As there, and if the cells are not whole ones.
 pub fn membrane(material: &MaterialSpec, elements: &ElementSet<'_>, sheet: Sheet) -> Box<dyn EnergyTerm> {
     material.visit::<2, _>(MembraneMaker(elements, sheet))
-}
-
-/// Linear elements with [nodal integration](nodal_integration) of all but the part `stabilisation` of the
-/// shear modulus; `None` for a model that knows no Poisson's ratio.
-///
-/// # Panics
-/// As [`linear`].
-pub fn nodal(
-    material: &MaterialSpec,
-    elements: &ElementSet<'_>,
-    stabilisation: f64,
-) -> Option<[Box<dyn EnergyTerm>; 2]> {
-    let ElementSet { body, rest, stress, .. } = *elements;
-    match elements.dimension {
-        2 => nodal_integration::<2, 3>(body, material, stabilisation, stress, elements.of(), rest),
-        _ => nodal_integration::<3, 4>(body, material, stabilisation, stress, elements.of(), rest),
-    }
 }

@@ -97,26 +97,6 @@ pub const ELEMENTS: &[ElementDescription] = &[
     QUADRILATERAL.kind.about,
     HEXAHEDRON.kind.about,
     ElementDescription {
-        name: "nodally integrated triangle",
-        summary: "Linear triangle that does not lock: the material is evaluated at vertices, but for a part \
-                  of the shear modulus",
-        scene: "`elastic` with `nodal_integration` of a body in 2D whose mesh has triangles",
-        vertices: 3,
-        formula: "E = sum_a A_a psi_1(F_a) + sum_e A_e psi_2(F_e), psi_1 + psi_2 = psi, F_a the mean of F_e \
-                  around vertex a",
-        source: "Puso, Solberg 2006, A stabilized nodally integrated tetrahedral",
-    },
-    ElementDescription {
-        name: "nodally integrated tetrahedron",
-        summary: "Linear tetrahedron that does not lock: the material is evaluated at vertices, but for a \
-                  part of the shear modulus",
-        scene: "`elastic` with `nodal_integration` of a body in 3D whose mesh has tetrahedra",
-        vertices: 4,
-        formula: "E = sum_a V_a psi_1(F_a) + sum_e V_e psi_2(F_e), psi_1 + psi_2 = psi, F_a the mean of F_e \
-                  around vertex a",
-        source: "Puso, Solberg 2006, A stabilized nodally integrated tetrahedral",
-    },
-    ElementDescription {
         name: "membrane",
         summary: "Linear triangle in 3D: a sheet in plane stress or plane strain, which resists stretching \
                   and shearing",

@@ -71,17 +71,6 @@ pub enum Fault {
         /// True if a material that can be inverted would have an energy there.
         material_would_help: bool,
     },
-    /// The mean of the elements at a vertex left the domain of their material, or its stress is not finite.
-    Node {
-        /// Name of the body.
-        body: String,
-        /// The vertex.
-        vertex: usize,
-        /// Determinant of the mean deformation gradient.
-        j: f64,
-        /// True if a material that can be inverted would have an energy there.
-        material_would_help: bool,
-    },
     /// A material that is a function of the user gives no finite number inside of its domain.
     Material {
         /// The number that it gives.
@@ -189,9 +178,6 @@ impl std::fmt::Display for Fault {
         match self {
             Fault::Element { body, element, j, .. } => {
                 write!(f, "element {element} of `{body}` has {}", in_words(*j))
-            }
-            Fault::Node { body, vertex, j, .. } => {
-                write!(f, "the mean of the elements of `{body}` at vertex {vertex} has {}", in_words(*j))
             }
             Fault::Material { what, body, element, j } => {
                 write!(

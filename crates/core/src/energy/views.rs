@@ -84,11 +84,6 @@ pub trait ElementTerm {
     /// Name of the body that they fill.
     fn body(&self) -> &str;
 
-    /// True if the material of the body is in the elements alone, and no part of it at the nodes.
-    fn is_whole(&self) -> bool {
-        true
-    }
-
     /// Number of elements.
     fn element_count(&self) -> usize;
 

@@ -59,10 +59,6 @@ impl Parameters for WithoutPoisson {
         Some(Lame::new(self.young, 0.0))
     }
 
-    fn split(&self, part: f64) -> Option<[Self; 2]> {
-        Some([1.0 - part, part].map(|part| WithoutPoisson { young: part * self.young, ..*self }))
-    }
-
     fn example() -> Self {
         WithoutPoisson { young: 1e6, poisson: 0.0 }
     }

@@ -139,19 +139,6 @@ impl Parameters for PlaneIsotropic {
         self.plane
     }
 
-    /// In plane stress the thickness gives way, nothing locks, and the energy is not linear in `lambda`:
-    /// both parts have the Poisson's ratio of the whole.
-    fn split(&self, part: f64) -> Option<[Self; 2]> {
-        let PlaneIsotropic { solid, plane } = *self;
-        let parts = match plane {
-            None | Some(Plane::Strain) => solid.split(part)?,
-            Some(Plane::Stress) => {
-                [1.0 - part, part].map(|part| Isotropic::new(part * solid.young, solid.poisson))
-            }
-        };
-        Some(parts.map(|solid| PlaneIsotropic { solid, plane }))
-    }
-
     fn example() -> Self {
         Isotropic::example().into()
     }

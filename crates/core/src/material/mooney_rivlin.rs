@@ -161,19 +161,6 @@ impl Parameters for TwoConstants {
         Some(self.elasticity())
     }
 
-    fn split(&self, part: f64) -> Option<[Self; 2]> {
-        let young = self.young.unwrap_or_else(|| self.given_young());
-        let [rest, stabiliser] = Lame::split(young, self.poisson, part);
-        let scaled = |scale: f64, (young, poisson): (f64, f64)| match self.young {
-            Some(_) => TwoConstants { young: Some(young), poisson, ..*self },
-            None => {
-                let [c10, c01] = [self.c10, self.c01].map(|c| scale * c);
-                TwoConstants { young: None, poisson, c10, c01, d1: None }
-            }
-        };
-        Some([scaled(1.0 - part, rest), scaled(part, stabiliser)])
-    }
-
     fn example() -> Self {
         TwoConstants { young: Some(1e6), poisson: 0.3, c10: 0.4, c01: 0.1, d1: None }
     }

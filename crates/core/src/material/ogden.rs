@@ -102,17 +102,6 @@ impl Parameters for OgdenTerms {
         Some(self.elasticity())
     }
 
-    fn split(&self, part: f64) -> Option<[Self; 2]> {
-        let young = self.young.unwrap_or_else(|| 2.0 * (1.0 + self.poisson) * self.given_shear());
-        let [rest, stabiliser] = Lame::split(young, self.poisson, part);
-        let scaled = |scale: f64, (young, poisson): (f64, f64)| {
-            let (young, scale) = if self.young.is_some() { (Some(young), 1.0) } else { (None, scale) };
-            let mu = self.mu.iter().map(|mu| scale * mu).collect();
-            OgdenTerms { young, poisson, mu, alpha: self.alpha.clone() }
-        };
-        Some([scaled(1.0 - part, rest), scaled(part, stabiliser)])
-    }
-
     /// With the exponents and the proportions of the moduli that Ogden found for Treloar's rubber.
     fn example() -> Self {
         OgdenTerms {

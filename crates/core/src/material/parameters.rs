@@ -68,18 +68,6 @@ pub trait Parameters {
         false
     }
 
-    /// Parameters of two materials of this model whose energy densities add up to that of `self` for every
-    /// `F`: first the rest, then the `part` (between 0 and 1) of the shear modulus, with a Poisson's ratio of
-    /// at most 1/3. `None` where the model knows no Poisson's ratio. Both keep their rest shape, as their sum
-    /// does, and their energies have no minima that those of the model have not.
-    fn split(&self, part: f64) -> Option<[Self; 2]>
-    where
-        Self: Sized,
-    {
-        let _ = part;
-        None
-    }
-
     /// Sensible values, for lists, documentation and tests.
     fn example() -> Self
     where
@@ -123,26 +111,11 @@ impl Lame {
         (mu * (3.0 * lambda + 2.0 * mu) / sum, lambda / (2.0 * sum))
     }
 
-    /// [`Parameters::split`] of isotropic elasticity, whose energies are linear in `lambda` and `mu`.
-    pub(super) fn split(young: f64, poisson: f64, part: f64) -> [(f64, f64); 2] {
-        let of_rest = 1.0 - part;
-        if poisson <= COMPRESSIBLE {
-            return [(of_rest * young, poisson), (part * young, poisson)];
-        }
-        let whole = Lame::new(young, poisson);
-        let stabiliser = Lame::new(2.0 * part * whole.mu * (1.0 + COMPRESSIBLE), COMPRESSIBLE);
-        let rest = Lame { lambda: whole.lambda - stabiliser.lambda, mu: of_rest * whole.mu };
-        [rest.young_and_poisson(), stabiliser.young_and_poisson()]
-    }
-
     /// The bulk modulus `kappa = lambda + 2 mu / 3` of the solid, in plane strain too.
     pub(super) fn bulk(&self) -> f64 {
         self.lambda + 2.0 / 3.0 * self.mu
     }
 }
-
-/// Up to this Poisson's ratio linear elements do not lock noticeably.
-const COMPRESSIBLE: f64 = 1.0 / 3.0;
 
 /// Isotropic elasticity. Every model that takes these reduces to linear elasticity with the same `young` and
 /// `poisson` for small strains.
@@ -252,13 +225,6 @@ impl Parameters for Isotropic {
 
     fn preset(&self) -> Option<Preset> {
         self.preset
-    }
-
-    fn split(&self, part: f64) -> Option<[Self; 2]> {
-        Some(
-            Lame::split(self.young, self.poisson, part)
-                .map(|(young, poisson)| Isotropic::new(young, poisson)),
-        )
     }
 
     fn example() -> Self {

@@ -101,14 +101,6 @@ macro_rules! register_materials {
                 match self { $(Self::$model(parameters) => Parameters::has_axes(parameters),)+ }
             }
 
-            /// Two materials of the same model whose energy densities add up to this one's, see
-            /// [`Parameters::split`].
-            pub fn split(&self, part: f64) -> Option<[MaterialSpec; 2]> {
-                match self {
-                    $(Self::$model(parameters) => Some(parameters.split(part)?.map(Self::$model)),)+
-                }
-            }
-
             /// Calls `visitor` with the model itself, so that what it builds is compiled for that model.
             pub fn visit<const D: usize, V: MaterialVisitor<D>>(&self, visitor: V) -> V::Output {
                 match self { $(Self::$model(parameters) => visitor.visit($model::new(parameters)),)+ }

@@ -341,9 +341,7 @@ fn advice(fault: Option<&Fault>, step: f64, stable: Option<f64>, parts: &str) ->
         return "; take a material that bears more, or smaller loads and motions".into();
     }
     let helps = |fault: &Fault| match fault {
-        Fault::Element { j, material_would_help, .. } | Fault::Node { j, material_would_help, .. } => {
-            *material_would_help && *j <= 0.0
-        }
+        Fault::Element { j, material_would_help, .. } => *material_would_help && *j <= 0.0,
         _ => false,
     };
     if fault.is_some_and(helps) {

@@ -29,15 +29,6 @@ pub enum MaterialError {
         /// Its cells.
         cells: &'static str,
     },
-    /// A material that is given by functions cannot be split in two parts.
-    #[error(
-        "`{body}` has `nodal_integration`, which splits a material of this library in two parts: remove it, \
-         or use `order = 2`"
-    )]
-    NodalIntegration {
-        /// The body.
-        body: String,
-    },
 }
 
 impl Simulation {
@@ -62,12 +53,6 @@ impl Simulation {
         }
         let of_body = |term: &dyn EnergyTerm| term.elements().is_some_and(|elements| elements.body() == body);
         let id = self.system.find_term(of_body);
-        let in_parts = |term: &dyn EnergyTerm| {
-            term.elements().is_some_and(|elements| elements.body() == body && !elements.is_whole())
-        };
-        if self.system.find_term(in_parts).is_some() {
-            return Err(MaterialError::NodalIntegration { body: body.to_owned() });
-        }
         let rest = self.numbering.to_internal(&topology.rest_positions, topology.dimension).into_owned();
         let BodyTopology { triangles, triangle_middles, tetrahedra, tetrahedron_middles, .. } = found;
         let term: Box<dyn EnergyTerm> =

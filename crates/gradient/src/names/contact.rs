@@ -35,9 +35,8 @@ pub(super) fn goes_by_shape(scene: &Scene, spec: &Body) -> bool {
 
 /// True if what contact takes of a body for its stiffness is the modulus of its material alone.
 fn goes_by_modulus(spec: &Body) -> bool {
-    let is_plain = spec.membrane.is_none() && spec.nodal_integration.is_none();
     let has_modulus = |material: &MaterialSpec| young(material).is_some() && material.lame().is_some();
-    is_plain && spec.elastic.as_ref().is_some_and(has_modulus)
+    spec.membrane.is_none() && spec.elastic.as_ref().is_some_and(has_modulus)
 }
 
 /// True unless the body says that it touches nothing.

@@ -33,30 +33,6 @@ pub(super) fn by_poisson(material: &MaterialSpec, dimension: usize) -> Option<[(
     Some([(mu_rate - of_both, filled(shear)?), (of_both, filled(both)?)])
 }
 
-/// Shear part and whole of which energies linear in the Lame parameters are made: materials with `mu = 1` and
-/// `lambda` 0 and 1, which nodal integration splits in proportion.
-pub(super) fn unit_materials(material: &MaterialSpec) -> Option<[MaterialSpec; 2]> {
-    let [shear, both] = [(2.0, 0.0), (2.5, 0.25)]
-        .map(|(young, poisson)| with(material, Isotropic { young, poisson, preset: None }));
-    Some([shear?, both?])
-}
-
-/// Derivatives of `mu` and of `lambda` by Poisson's ratio of what nodal integration leaves to the nodes and
-/// to the elements, the `part` of the shear modulus.
-pub(super) fn split_by_poisson(material: &MaterialSpec, part: f64) -> Option<[(f64, f64); 2]> {
-    let (solid, plane) = isotropic(material)?;
-    let [_, in_elements] = material.split(part)?;
-    let (mu, lambda) = rates_by_poisson(&solid, false);
-    let of_elements = isotropic(&in_elements)?.0;
-    // Less compressible than the elements are: these have the shear modulus alone of the whole.
-    let in_elements = match of_elements.poisson < solid.poisson {
-        true => (part * mu, part * mu * 2.0 * of_elements.poisson / (1.0 - 2.0 * of_elements.poisson)),
-        false => (part * mu, part * lambda),
-    };
-    let at_nodes = (mu - in_elements.0, lambda - in_elements.1);
-    (plane != Some(Plane::Stress)).then_some([at_nodes, in_elements])
-}
-
 /// Derivatives of `mu` and of `lambda`, or of that of plane stress, by Poisson's ratio.
 pub(super) fn rates_by_poisson(solid: &Isotropic, in_plane_stress: bool) -> (f64, f64) {
     let (young, nu) = (solid.young, solid.poisson);

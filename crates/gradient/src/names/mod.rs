@@ -29,7 +29,7 @@ use crate::parameter::{
 };
 use crate::{GradientError, RunGradient};
 use constants::MaterialConstants;
-use materials::{by_poisson, isotropic, rates_by_poisson, split_by_poisson, stiffness, young};
+use materials::{by_poisson, isotropic, rates_by_poisson, stiffness, young};
 
 /// Names of positions and of velocities at the start.
 const START: [&str; 2] = ["position", "velocity"];
@@ -170,10 +170,6 @@ fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<Cow<'static, 
             keys.push("rest");
         }
     }
-    if let (Some(material), Some(nodal)) = (&spec.elastic, &spec.nodal_integration) {
-        let part = nodal.stabilisation_or_default();
-        keys.extend(split_by_poisson(material, part).map(|_| POISSON));
-    }
     if let (Some(material), Some(_)) = (&spec.elastic, &spec.membrane) {
         keys.extend(by_poisson(material, 3).map(|_| POISSON));
     }
@@ -225,7 +221,7 @@ fn is_static(scene: &Scene) -> bool {
 
 /// True if its elements have one term, of its material as it is.
 fn is_plain_solid(spec: &Body, body: &BodyTopology) -> bool {
-    body.kind == BodyKind::Solid && spec.nodal_integration.is_none() && spec.membrane.is_none()
+    body.kind == BodyKind::Solid && spec.membrane.is_none()
 }
 
 /// True if all that is made of the shape of its elements at rest is known as a function of it.
@@ -676,10 +672,6 @@ impl Places<'_> {
         let (material, dimension) = (spec.elastic.as_ref()?, self.topology.dimension);
         if let (Some(membrane), POISSON) = (&spec.membrane, key) {
             return self.membrane_by_poisson(spec, membrane, body);
-        }
-        if spec.nodal_integration.is_some() && key == POISSON {
-            let energies = self.nodal_by_poisson(spec, material, body)?;
-            return Some(Box::new(Modulus::new(energies, self.dissipation(spec, material, body, key)?)));
         }
         let term = |(factor, change)| (factor, self.term(spec, (material, &change), body));
         if let Some(constants) = MaterialConstants::of(material)

@@ -101,8 +101,8 @@ pub(super) struct BodyFactor {
 pub(super) fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<BodyFactor> {
     let is_membrane = body.kind == BodyKind::Membrane;
     let mut factors = vec![];
-    if let (Some(material), true) = (&spec.elastic, is_membrane || spec.nodal_integration.is_some()) {
-        factors.extend(of_young(spec, material, body, is_membrane));
+    if let (Some(material), true) = (&spec.elastic, is_membrane) {
+        factors.extend(of_young(spec, material, body));
     }
     if let Some(membrane) = spec.membrane.as_ref().filter(|_| is_membrane) {
         let h = membrane.thickness;
@@ -125,24 +125,14 @@ pub(super) fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<Bo
     factors
 }
 
-/// Young's modulus of elements of which no others with another one are made.
-fn of_young(
-    spec: &Body,
-    material: &MaterialSpec,
-    body: &BodyTopology,
-    is_membrane: bool,
-) -> Option<BodyFactor> {
+/// Young's modulus of membranes.
+fn of_young(spec: &Body, material: &MaterialSpec, body: &BodyTopology) -> Option<BodyFactor> {
     let young = young(material).or(match material {
         MaterialSpec::MooneyRivlin(constants) => constants.young,
         MaterialSpec::Ogden(terms) => terms.young,
         _ => None,
     })?;
-    let mut parts: Parts = match is_membrane {
-        true => vec![(1.0 / young, format!("membrane of `{}`", body.name))],
-        false => {
-            ["elements", "nodes"].map(|part| (1.0 / young, format!("{part} of `{}`", body.name))).to_vec()
-        }
-    };
+    let mut parts: Parts = vec![(1.0 / young, format!("membrane of `{}`", body.name))];
     if let Some(damping) = &spec.damping
         && stiffness_proportional(spec) != 0.0
     {

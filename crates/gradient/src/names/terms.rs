@@ -10,7 +10,7 @@ use pliant::topology::BodyTopology;
 use pliant_scene::{Body, DampingSpec, OneOrMany};
 use pliant_terms::{ElementSet, ViscousSet};
 
-use super::materials::{isotropic, rates_by_poisson, split_by_poisson, unit_materials, young};
+use super::materials::{isotropic, rates_by_poisson, young};
 use super::{Places, has_linear_elements};
 
 /// Directions of first axes, and of second ones.
@@ -139,38 +139,6 @@ impl Places<'_> {
             }
             None => pliant_terms::quadratic(material, &elements),
         }
-    }
-
-    /// Energies that make the derivative of one with nodal integration by Poisson's ratio: both of its terms
-    /// are linear in their Lame parameters, `mu` and `lambda`.
-    pub(super) fn nodal_by_poisson(
-        &self,
-        spec: &Body,
-        material: &MaterialSpec,
-        body: &BodyTopology,
-    ) -> Option<Vec<(f64, Box<dyn EnergyTerm>)>> {
-        let part = spec.nodal_integration.as_ref()?.stabilisation_or_default();
-        let (cells, rest, dimension) = (self.cells(body), self.rest(), self.topology.dimension);
-        let stress = spec.stress.unwrap_or_default();
-        let elements = ElementSet {
-            body: &body.name,
-            dimension,
-            cells: &cells,
-            rest: &rest,
-            stress,
-            factors: None,
-            axes: None,
-        };
-        let [at_nodes, in_elements] = split_by_poisson(material, part)?;
-        let mut energies = vec![];
-        for (i, unit) in unit_materials(material)?.iter().enumerate() {
-            // Of (mu, lambda) = (1, 0) and (1, 1).
-            let factor = |(mu, lambda): (f64, f64)| if i == 0 { mu - lambda } else { lambda };
-            let [of_elements, of_nodes] = pliant_terms::nodal(unit, &elements, part)?;
-            energies.push((factor(in_elements) / part, of_elements));
-            energies.push((factor(at_nodes) / (1.0 - part), of_nodes));
-        }
-        Some(energies)
     }
 
     /// Directions of the axes of the material in each element as they are given, where the scene gives them:

@@ -197,60 +197,6 @@ fn numbers_of_strands_that_bend_have_derivatives() {
     }
 }
 
-#[test]
-fn the_modulus_of_nodal_integration_has_a_derivative() {
-    for (scheme, steps) in RUNS {
-        let of = |young: f64| {
-            let text = format!(
-                "[world]
-                 gravity = [0.3, -9.81]
-                 [[body]]
-                 name = \"beam\"
-                 mesh = {{ grid = {{ cells = [3, 1], size = [0.9, 0.3] }} }}
-                 nodal_integration = {{ }}
-                 elastic = {{ neo-hookean = {{ young = {young:?}, poisson = 0.45 }} }}
-                 damping = {{ strain_rate = {{ shear = 20.0 }} }}
-                 mass = {{ density = 1000.0 }}
-                 pin = [{{ half_space = {{ normal = [1, 0], offset = 0 }} }}]"
-            );
-            scene(scheme, 2, &text)
-        };
-        compare_number(scheme, of, ("body.beam.elastic.young", 5e4, 5e4), (steps, 1e-6));
-    }
-}
-
-// Below a third both parts have the ratio of the whole, above the elements keep theirs.
-#[test]
-fn poissons_ratio_of_nodal_integration_has_a_derivative() {
-    let of = |scheme: &str, dimension: usize, material: &str, poisson: f64| {
-        let (mesh, gravity, held) = match dimension {
-            2 => ("cells = [3, 1], size = [0.9, 0.3]", "[0.3, -9.81]", "[1, 0]"),
-            _ => ("cells = [2, 1, 1], size = [0.6, 0.3, 0.3]", "[0.3, -9.81, 2.0]", "[1, 0, 0]"),
-        };
-        let text = format!(
-            "[world]
-             gravity = {gravity}
-             [[body]]
-             name = \"beam\"
-             mesh = {{ grid = {{ {mesh} }} }}
-             nodal_integration = {{ stabilisation = 0.2 }}
-             elastic = {{ {material} = {{ young = 5e4, poisson = {poisson:?} }} }}
-             damping = {{ strain_rate = {{ shear = 20.0 }} }}
-             mass = {{ density = 1000.0 }}
-             pin = [{{ half_space = {{ normal = {held}, offset = 0 }} }}]"
-        );
-        scene(scheme, dimension, &text)
-    };
-    let name = "body.beam.elastic.poisson";
-    for ((scheme, steps), dimension) in RUNS.into_iter().flat_map(|run| [(run, 2), (run, 3)]) {
-        for (material, poisson) in [("neo-hookean", 0.45), ("corotated", 0.25)] {
-            let of = |poisson: f64| of(scheme, dimension, material, poisson);
-            compare_number(scheme, of, (name, poisson, 0.05), (steps, 1e-6));
-        }
-    }
-    compare("nodal", &of("bdf2", 2, "stable-neo-hookean", 0.4), &[name], 12);
-}
-
 /// Particles that attract each other, and others that do not, under drag.
 fn particles(scheme: &str, constant: f64, mass: &str, drag: f64) -> Scene {
     softened(scheme, constant, 0.1, mass, drag)

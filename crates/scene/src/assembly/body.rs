@@ -89,13 +89,6 @@ impl BodyAssembly {
         } else if spec.elastic.is_some() && thickness.is_none() && mesh.element_dimension() != dimension {
             problems.push(no_elements(&mesh, path.key("elastic")));
         }
-        if let (Some(block), true) = (mesh.block(), spec.nodal_integration.is_some()) {
-            let message = format!(
-                "`nodal_integration` is for triangles and tetrahedra; {} do not lock without it",
-                block.kind.plural
-            );
-            problems.extend(one("nodal_integration", message));
-        }
         let factors = factors(spec, &mesh, path, &mut problems);
         let axes = axes::axes(spec, &mesh, path, &mut problems);
         let springs = if spec.springs.is_some() { mesh.spring_edges() } else { vec![] };

@@ -41,6 +41,10 @@ const FACETED: f64 = 1.25;
 /// From here on cells are said to be too stiff in bending.
 const EXCESS: f64 = 1.5;
 
+/// What does not lock.
+const REMEDY: &str =
+    "`order = 2` in the body does not lock, nor do quadrilaterals (in 3D hexahedra) in place of simplices";
+
 /// Bodies that lock, and what would not.
 pub(super) fn warnings(scene: &Scene, bodies: &[BodyAssembly]) -> Vec<String> {
     scene.body.iter().zip(bodies).flat_map(|(spec, body)| of_body(spec, body)).collect()
@@ -54,17 +58,17 @@ fn of_body(spec: &Body, body: &BodyAssembly) -> Vec<String> {
     if body.mesh.order() > 1 {
         return facets(body).into_iter().collect();
     }
-    if body.thickness.is_some() || spec.nodal_integration.is_some() {
+    if body.thickness.is_some() {
         return vec![];
     }
-    let (name, remedy) = (&body.name, remedy(material));
+    let name = &body.name;
     let mut warnings = vec![];
     if let Some(poisson) = poisson(material, &body.mesh).filter(|nu| *nu >= NEARLY_INCOMPRESSIBLE - ROUNDING)
     {
         warnings.push(format!(
             "`{name}` locks: with a Poisson's ratio of {poisson:.4} (from {NEARLY_INCOMPRESSIBLE} on) \
              linear elements can hardly deform without changing their volume, and are too stiff, the more \
-             the closer it is to 0.5; {remedy}"
+             the closer it is to 0.5; {REMEDY}"
         ));
     }
     if let Some(SlenderBody { thickness, length, cells }) = thin(&body.mesh) {
@@ -72,7 +76,7 @@ fn of_body(spec: &Body, body: &BodyAssembly) -> Vec<String> {
             "`{name}` bends too stiffly: {cells:.1} linear elements through its thickness of {thickness} m \
              (from its surface along the normal to the other side, over half of it or more), {:.1} times \
              longer than thick; with n of them, as long as thick, bending is about 1 + {STIFFENING}/n^2 \
-             times too stiff, here {:.1} times or more; {remedy}",
+             times too stiff, here {:.1} times or more; {REMEDY}",
             length / thickness,
             1.0 + STIFFENING / (cells * cells),
             thickness = Rounded::<4>(thickness)
@@ -200,17 +204,6 @@ fn poisson(material: &MaterialSpec, mesh: &Mesh) -> Option<f64> {
     }
     let Lame { lambda, mu } = material.lame()?;
     Some(lambda / (2.0 * (lambda + mu)))
-}
-
-/// Keys to write in place.
-fn remedy(material: &MaterialSpec) -> &'static str {
-    // Where it is not, the scene is refused.
-    let is_split = material.split(0.5).is_some();
-    if is_split && material.lame().is_some_and(|lame| lame.lambda + lame.mu < 1e7 * lame.mu) {
-        "`order = 2` or `nodal_integration = {}` in the body does not lock"
-    } else {
-        "`order = 2` in the body does not lock"
-    }
 }
 
 /// A slender body of few cells.

@@ -17,9 +17,6 @@ const BYTES_PER_ELEMENT: u64 = 250;
 const BYTES_PER_QUADRATIC_ELEMENT: u64 = 700;
 /// The same for quadrilaterals and hexahedra, which have rest data at 4 and 8 points.
 const BYTES_PER_CELL: [u64; 2] = [700, 2400];
-/// Bytes more per triangle and per tetrahedron with nodal integration: half a vertex with 6 neighbours of 40
-/// bytes, a fifth of one with 14 of 56, twice while the list of them grows, and stresses.
-const BYTES_PER_NODAL_ELEMENT: [u64; 2] = [300, 350];
 /// Bytes per element of a muscle: fibres at its points, places of these, indices, patch rows, directions.
 const BYTES_PER_MUSCLE_ELEMENT: u64 = 250;
 /// Bytes per element of second order of a muscle.
@@ -46,8 +43,7 @@ pub(super) fn check(scene: &Scene) -> Result<(), Vec<Problem>> {
         let path = KeyPath::root().key("body").index(i).key("mesh");
         match predicted_body_size(&body.body_mesh(), scene.dimension, &scene.directory) {
             Ok(size) => {
-                let nodal = body.nodal_integration.is_some();
-                total = total.saturating_add(predicted_bytes(&size, scene.dimension, nodal));
+                total = total.saturating_add(predicted_bytes(&size, scene.dimension));
                 let muscles = predicted_muscle_bytes(&size, scene.dimension);
                 total = total.saturating_add(muscles.saturating_mul(body.muscle.len() as u64));
                 reserved = reserved.saturating_add(reserved_bytes(body, &size, scene.dimension));
@@ -146,18 +142,14 @@ fn reserved_bytes(body: &Body, size: &MeshSize, dimension: usize) -> u64 {
 }
 
 /// Bytes that a body of this size takes, roughly, at the worst moment of its assembly.
-fn predicted_bytes(size: &MeshSize, dimension: usize, nodal: bool) -> u64 {
+fn predicted_bytes(size: &MeshSize, dimension: usize) -> u64 {
     if size.blocks > 0 {
         let of_cells = size.blocks.saturating_mul(BYTES_PER_CELL[usize::from(dimension == 3)]);
         let of_vertices = size.vertices.saturating_mul(dimension as u64 * BYTES_PER_COORDINATE);
         return size.bytes.saturating_add(of_cells).saturating_add(of_vertices);
     }
     let cells = if dimension == 3 && size.tetrahedra > 0 { size.tetrahedra } else { size.triangles };
-    let per_element = match nodal {
-        _ if size.quadratic => BYTES_PER_QUADRATIC_ELEMENT,
-        true => BYTES_PER_ELEMENT + BYTES_PER_NODAL_ELEMENT[usize::from(dimension == 3)],
-        false => BYTES_PER_ELEMENT,
-    };
+    let per_element = if size.quadratic { BYTES_PER_QUADRATIC_ELEMENT } else { BYTES_PER_ELEMENT };
     size.bytes
         .saturating_add(cells.saturating_mul(per_element))
         .saturating_add(size.edges.saturating_mul(BYTES_PER_SPRING))
@@ -244,24 +236,23 @@ mod tests {
     fn elements_take_no_more_memory_than_predicted() {
         for (dimension, cells) in [(2, vec![60, 60]), (3, vec![12, 12, 12])] {
             let whole = if dimension == 2 { "quadrilateral" } else { "hexahedron" };
-            for (nodal, element) in [(false, None), (true, None), (false, Some(whole))] {
+            for element in [None, Some(whole)] {
                 let scene: Scene = serde_json::from_value(serde_json::json!({
                     "dimension": dimension,
                     "time": { "integrator": "symplectic-euler", "step": 1e-9, "duration": 1.0 },
                     "body": [{
                         "mesh": { "grid": { "cells": cells, "spacing": 0.1, "element": element } },
                         "elastic": { "linear": { "young": 1e5, "poisson": 0.4 } },
-                        "nodal_integration": if nodal { Some(serde_json::json!({})) } else { None },
                         "mass": { "density": 1000.0 },
                     }],
                 }))
                 .unwrap();
                 let size = predicted_body_size(&scene.body[0].body_mesh(), dimension, ".".as_ref()).unwrap();
-                let predicted = predicted_bytes(&size, dimension, nodal);
+                let predicted = predicted_bytes(&size, dimension);
                 let held = scene.assemble(UnstableStep::Refuse).unwrap().simulation.bytes() as u64;
                 assert!(
                     held < predicted && 5 * held > predicted,
-                    "{dimension}D, {nodal}, {element:?}: {held} of {predicted}"
+                    "{dimension}D, {element:?}: {held} of {predicted}"
                 );
             }
         }

@@ -224,20 +224,6 @@ fn uses(
     );
     let cells: Vec<String> = bodies.iter().filter_map(whole_cells).collect();
     say(!cells.is_empty(), cells.join("; "), "quadrilaterals and hexahedra: no body has any");
-    let nodal: Vec<String> = scene
-        .body
-        .iter()
-        .zip(bodies)
-        .filter_map(|(spec, body)| {
-            let part = spec.nodal_integration.as_ref()?.stabilisation_or_default();
-            Some(format!(
-                "nodal integration of `{}`: the material is evaluated at its vertices, {part} of the shear \
-             modulus in the elements",
-                body.name
-            ))
-        })
-        .collect();
-    say(!nodal.is_empty(), nodal.join("; "), "nodal integration: no body asks for it");
     let membranes: Vec<String> = scene
         .body
         .iter()

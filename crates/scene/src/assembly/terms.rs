@@ -52,10 +52,6 @@ impl BodyAssembly {
         let axes = Some(&self.axes[..]).filter(|axes| !axes.is_empty());
         let body = &self.name;
         let elements = ElementSet { body, dimension: D, cells: &cells, rest, stress, factors, axes };
-        if let Some(nodal) = &spec.nodal_integration {
-            let terms = pliant_terms::nodal(material, &elements, nodal.stabilisation_or_default());
-            return terms.into_iter().flatten().collect();
-        }
         vec![if let Some(block) = self.mesh.block() {
             pliant_terms::cells(material, block.kind, &elements)
         } else if let Some(thickness) = self.thickness {

@@ -37,9 +37,6 @@ impl StepFailure {
                 | Fault::Material { body, element, .. }
                 | Fault::Sheet { body, element, .. },
             ) => StepFailure { element: Some(*element), body: Some(body.clone()), ..self },
-            Some(Fault::Node { body, vertex, .. }) => {
-                StepFailure { vertex: Some(*vertex), body: Some(body.clone()), ..self }
-            }
             Some(Fault::Spring { body, .. } | Fault::Stencil { body, .. }) => {
                 StepFailure { body: Some(body.clone()), ..self }
             }

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     BendingSpec, BodyContactSpec, BodyMesh, DampingSpec, Load, MaterialAxesSpec, MembraneSpec, MeshSpec,
-    MuscleSpec, NodalIntegrationSpec, ObstacleShape, OneOrMany, Pin, RepeatSpec, TransformSpec,
+    MuscleSpec, ObstacleShape, OneOrMany, Pin, RepeatSpec, TransformSpec,
 };
 use pliant::energy::spring::{SpringFormula, SpringFormulaError};
 use pliant::material::{MaterialSpec, Preset, Stress};
@@ -35,8 +35,8 @@ pub struct Body {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub elastic: Option<MaterialSpec>,
     /// Factor of the energy density of `elastic` in each element, one for each or one for all: an element is
-    /// as much stiffer as its factor says, with the same Poisson's ratio. Not with `membrane`,
-    /// `nodal_integration` or `stiffness_proportional` damping, nor in quadrilaterals and hexahedra.
+    /// as much stiffer as its factor says, with the same Poisson's ratio. Not with `membrane`
+    /// or `stiffness_proportional` damping, nor in quadrilaterals and hexahedra.
     #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<OneOrManyOf<Number>>>")]
     #[schemars(extend("exclusiveMinimum" = 0.0, "items" = { "exclusiveMinimum": 0.0 }))]
     pub elastic_factor: Option<OneOrMany>,
@@ -54,13 +54,6 @@ pub struct Body {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1, max = 2))]
     pub order: Option<u8>,
-    /// Keeps linear elements that are nearly incompressible from locking; `nodal_integration = {}` leaves its
-    /// one number to the default. Quadratic elements do not need it. A step takes longer than with plain
-    /// linear elements, since every vertex acts on the neighbours of its neighbours: measured on one core,
-    /// explicit 2.4 and 4.2 times as long (5,184 and 98,304 tetrahedra), implicit with multigrid 2.5 and 3.6
-    /// times (5,184 and 31,944), in as many iterations.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub nodal_integration: Option<NodalIntegrationSpec>,
     /// How the stress of `elastic` is computed; by the closed form without it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stress: Option<Stress>,
@@ -254,7 +247,6 @@ impl Body {
             elastic_axes: None,
             membrane: None,
             order: None,
-            nodal_integration: None,
             stress: None,
             springs: None,
             bending: None,

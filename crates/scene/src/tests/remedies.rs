@@ -49,6 +49,7 @@ fn keys_beside_a_choice_are_told_where_they_stand() {
 #[test]
 fn keys_of_other_programs_are_told_what_does_their_work() {
     helps(MESH, "{ cube = { cells = [2, 3], spacing = 0.1 } }", "did you mean `grid`?");
+    helps("name = \"net\"", "name = \"net\"\nnodal_integration = {}", "give `order = 2`");
     helps("name = \"net\"", "name = \"net\"\ncolor = \"red\"", "--colour-by");
     let wall = "[0.0, -9.8]\nwalls = [{ normal = [0, 1], offset = 0, friction = 0.3 }]";
     helps("[0.0, -9.8]", wall, "\"wall0\"], friction = 0.3");

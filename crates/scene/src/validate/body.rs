@@ -1,7 +1,7 @@
 //! A body: its name, what holds it together, its mass.
 
 use super::check::Checker;
-use super::{bending, damping, expression, loads, membrane, mesh, motion, muscles, nodal, pins, transform};
+use super::{bending, damping, expression, loads, membrane, mesh, motion, muscles, pins, transform};
 use crate::error::Problem;
 use crate::key_path::KeyPath;
 use crate::schema::{Body, MassSpec, MeshSpec, OneOrMany, SpringsSpec};
@@ -63,9 +63,6 @@ pub(super) fn body(check: &mut Checker, path: &KeyPath, body: &Body, attracted: 
         membrane::membrane(check, path, membrane, body);
     }
     order(check, &path.key("order"), body);
-    if let Some(nodal) = &body.nodal_integration {
-        nodal::nodal(check, path, nodal, body);
-    }
     if let Some(factor) = &body.elastic_factor {
         elastic_factor(check, &path.key("elastic_factor"), factor, body);
     }
@@ -337,11 +334,6 @@ fn elastic_factor(check: &mut Checker, path: &KeyPath, factor: &OneOrMany, body:
             body.membrane.is_some(),
             "is for solids, and this body is a `membrane`",
             "make a body of each stiffness",
-        ),
-        (
-            body.nodal_integration.is_some(),
-            "is for elements that have a stress of their own, and with `nodal_integration` vertices have it",
-            "remove `nodal_integration`, or use `order = 2`",
         ),
         (
             stiff,

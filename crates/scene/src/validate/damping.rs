@@ -51,13 +51,6 @@ pub(super) fn damping(check: &mut Checker, path: &KeyPath, damping: &DampingSpec
                 material.name()
             );
             check.report(Problem::semantic(path, message).with_help("use `strain_rate`"));
-        } else if body.nodal_integration.is_some() {
-            let message = "`stiffness_proportional` damps every element in proportion to its own stiffness, \
-                           which locks, and not to that of `nodal_integration`";
-            let problem = Problem::semantic(path, message).at_key();
-            check.report(
-                problem.with_help("use `strain_rate`, whose viscosities do not depend on the stiffness"),
-            );
         }
     }
     if let Some(alpha) = damping.mass_proportional {

@@ -18,7 +18,6 @@ mod membrane;
 mod mesh;
 mod motion;
 mod muscles;
-mod nodal;
 mod pins;
 mod probe;
 mod shapes;

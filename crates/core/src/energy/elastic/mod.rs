@@ -11,12 +11,10 @@ mod history;
 mod kernels;
 mod kinematics;
 mod membrane;
-mod nodal;
 mod predicted;
 mod solid;
 
 use std::ops::Range;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 pub(crate) use cells::{
@@ -27,7 +25,6 @@ pub use cells::{CellShapes, CellTurns, OnePointCells, PullBack, ShapedCells, Tur
 pub use history::{HistoryLaw, RememberingElements};
 pub use membrane::flattened;
 pub use membrane::{Membrane, Sheet};
-pub use nodal::nodal_integration;
 
 pub(crate) use block::Block;
 use block::BlockMaterial;
@@ -56,8 +53,6 @@ pub struct Elastic<const D: usize, const N: usize> {
     stress: Stress,
     elements: Kinematics<D, D, N>,
     workspace: Workspace<D>,
-    /// Where these elements are the smaller part of a body with nodal integration: what has its stress.
-    nodes: Option<Arc<nodal::Nodes<D>>>,
     /// Factor of the energy density of each element, in the order of the mesh; empty where all are 1. It is
     /// in the weights of `rest` already.
     factors: Vec<f64>,
@@ -116,7 +111,6 @@ impl<const D: usize, const N: usize> Elastic<D, N> {
             stress,
             workspace: Workspace::new(&elements.patches),
             elements,
-            nodes: None,
             factors: vec![],
             axes: vec![],
         }
@@ -136,11 +130,8 @@ impl<const D: usize, const N: usize> Elastic<D, N> {
     }
 
     /// Deformation and stress of an element with this deformation gradient.
-    fn state(&self, f: &Mat<f64, D>, element: usize, vertices: &[u32; N], x: &[f64]) -> ElementState {
-        match &self.nodes {
-            None => self.in_space(element, self.with_its_factor(element, self.material.state(f))),
-            Some(nodes) => nodes.state(f, vertices, x),
-        }
+    fn state(&self, f: &Mat<f64, D>, element: usize) -> ElementState {
+        self.in_space(element, self.with_its_factor(element, self.material.state(f)))
     }
 }
 
@@ -287,15 +278,11 @@ impl<const D: usize, const N: usize> ElementTerm for Elastic<D, N> {
         &self.body
     }
 
-    fn is_whole(&self) -> bool {
-        self.nodes.is_none()
-    }
-
     /// Quadratic elements at their centroid, where strains are most accurate.
     fn each_state(&self, x: &[f64], visit: &mut dyn FnMut(usize, ElementState)) {
         for (element, vertices, pack, lane) in self.elements() {
             let f = centroid_deformation(&self.points(x, &vertices, pack, lane));
-            visit(element, self.state(&f, element, &vertices, x));
+            visit(element, self.state(&f, element));
         }
     }
 
@@ -327,7 +314,7 @@ impl<const D: usize, const N: usize> ElementTerm for Elastic<D, N> {
         let (_, vertices, pack, lane) = self.elements().find(|(number, ..)| *number == element)?;
         let points = self.points(x, &vertices, pack, lane);
         if order::<D, N>() == 1 {
-            return Some(self.state(&centroid_deformation(&points), element, &vertices, x));
+            return Some(self.state(&centroid_deformation(&points), element));
         }
         // Both dx/dxi and J are linear in the place.
         let (mut dx, mut j) = (Mat::zero(), Mat::zero());
@@ -336,7 +323,7 @@ impl<const D: usize, const N: usize> ElementTerm for Elastic<D, N> {
             dx += at_point.scale(weight);
             j += inverse.inverse().scale(weight);
         }
-        Some(self.state(&dx.mul(&j.inverse()), element, &vertices, x))
+        Some(self.state(&dx.mul(&j.inverse()), element))
     }
 }
 

@@ -9,7 +9,6 @@ pub(crate) mod lanes;
 mod reference;
 mod registry;
 mod rubber;
-mod split;
 mod stiffness;
 mod stretches;
 
