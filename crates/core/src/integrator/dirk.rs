@@ -1,4 +1,4 @@
-//! Diagonally implicit Runge-Kutta methods on `(x, v)' = (v, a(x, t) - c v)`, one stage after another.
+//! Diagonally implicit Runge-Kutta methods on `(x, v)' = (v, a(x, t) - c v)`, solved one stage at a time.
 
 use super::equations::acceleration_at;
 use super::estimate::{ErrorNorm, Judgement, Tolerances};
@@ -12,11 +12,11 @@ use crate::solver::{SolverOptions, SolverWork};
 use crate::state::State;
 use crate::system::{ForceId, System};
 
-/// Runs any tableau with zeros above the diagonal.
+/// Integrator for a tableau with zeros above the diagonal.
 pub struct Dirk {
     tableau: Tableau,
     solver: StageSolver,
-    /// One full Newton step from the old positions in place of a solution.
+    /// True to take one full Newton step from the old positions instead of solving each stage.
     linearised: bool,
     stages: Stages,
     z: Vec<f64>,
@@ -26,8 +26,8 @@ pub struct Dirk {
 }
 
 impl Dirk {
-    /// A runner for `tableau` on `unknowns` coordinates; `linearised` takes one Newton step in place of each
-    /// solution.
+    /// Creates the integrator for `tableau` on `unknowns` coordinates; `linearised` takes one Newton step
+    /// instead of each solve.
     pub fn new(tableau: Tableau, linearised: bool, unknowns: usize, options: SolverOptions) -> Self {
         Dirk {
             tableau,
@@ -63,7 +63,7 @@ impl Integrator for Dirk {
         for (i, row) in a.iter().enumerate() {
             let time = state.time + node(row) * h;
             if row[i] == 0.0 {
-                // Explicit stages come first, where the force may be known.
+                // Explicit stages come first; the force there may be known.
                 self.combine(state, h, &row[..i]);
                 let x = &mut self.next.x;
                 x.iter_mut().zip(state.x()).zip(&self.z).for_each(|((x, old), z)| *x = old + z);
@@ -105,10 +105,10 @@ impl Integrator for Dirk {
         self.next.commit(system, state, h, force)
     }
 
-    /// The estimate is made small where motion is stiff by the matrix `A` of the last stage, `(I - g J)^-1`
-    /// of it for the Jacobian `J` of `(x, v)' = (v, a - c v)` and `g` the diagonal coefficient times the
-    /// step; Hosea, Shampine 1996, section 5. Eliminated: `A e_x = (1 + g c) M r_x + g C r_x + g M r_v`,
-    /// `e_v = (e_x - r_x) / g`.
+    /// Filters the estimate by the matrix of the last stage, `(I - g J)^-1` for the Jacobian `J` of `(x,
+    /// v)' = (v, a - c v)` and `g` the diagonal coefficient times the step, which damps stiff components;
+    /// Hosea, Shampine 1996, section 5. Eliminated, with the matrix `A`: `A e_x = (1 + g c) M r_x + g C
+    /// r_x + g M r_v`, `e_v = (e_x - r_x) / g`.
     fn judge(
         &mut self,
         system: &mut System,
@@ -141,7 +141,7 @@ impl Integrator for Dirk {
             };
         }
         if !self.solver.solve_last(&mut right) {
-            // No matrix was needed: the unfiltered estimate is only larger.
+            // No matrix was needed: use the unfiltered estimate, which is larger.
             right.copy_from_slice(&self.z);
             for i in 0..n {
                 right[i] += g * self.w[i];

@@ -1,4 +1,4 @@
-//! Conformance: every scheme of the registry is what its documentation says.
+//! Conformance tests: each registered method behaves as its documentation says.
 
 use std::ops::Range;
 
