@@ -1,11 +1,11 @@
-//! Materials that are not of this library.
+//! User-defined materials.
 
 use super::Simulation;
 use crate::energy::EnergyTerm;
 use crate::energy::batch::{BatchElastic, BatchMaterial};
 use crate::topology::{BodyKind, BodyTopology, Topology};
 
-/// A body cannot have this material.
+/// Error if a body cannot have this material.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MaterialError {
@@ -15,13 +15,13 @@ pub enum MaterialError {
         /// The name.
         body: String,
     },
-    /// It is not filled with elements.
+    /// The body has no solid elements.
     #[error("`{body}` has no elements in which a deformation gradient is square: it is no elastic solid")]
     NoSolid {
         /// The body.
         body: String,
     },
-    /// A material that is given by functions is evaluated in simplices alone.
+    /// User-defined materials only support simplices.
     #[error("`{body}` is made of {cells}: materials that functions give are for triangles and tetrahedra")]
     NoSimplices {
         /// The body.
@@ -29,7 +29,7 @@ pub enum MaterialError {
         /// Its cells.
         cells: &'static str,
     },
-    /// A material that is given by functions cannot be split in two parts.
+    /// User-defined materials do not support nodal integration, which splits a material in two.
     #[error(
         "`{body}` has `nodal_integration`, which splits a material of this library in two parts: remove it, \
          or use `order = 2`"
@@ -41,11 +41,11 @@ pub enum MaterialError {
 }
 
 impl Simulation {
-    /// Gives the elements of a solid another material in place of that of the scene; `topology` is that of
-    /// the assembly of the scene. The step is judged anew when it is asked for.
+    /// Replaces the material of a solid's elements; `topology` is that of the scene's assembly. The
+    /// stored stability limit is discarded.
     ///
     /// # Errors
-    /// [`MaterialError`].
+    /// [`MaterialError`]; nothing is changed then.
     pub fn set_material(
         &mut self,
         topology: &Topology,
@@ -108,8 +108,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// Cells in the numbers of the simulation: corners, then middles; of those there are none, or as many
-    /// rows.
+    /// Cells in simulation numbering: corners, then edge midpoints, if any.
     fn cells<const C: usize, const M: usize, const N: usize>(
         &self,
         corners: &[[u32; C]],
