@@ -198,6 +198,7 @@ impl<'a, 'b> Run<'a, 'b> {
             let step = self.steps();
             let is_done = step >= steps || self.simulation.path_has_ended();
             let is_stopping = !is_done && interrupt.load(Ordering::Relaxed);
+            // The checkpoint precedes the frame of this step.
             self.checkpoint(is_done || is_stopping)?;
             if step == self.state.next_frame.min(steps) || is_done && self.shown != Some(step) {
                 self.show()?;
@@ -214,6 +215,7 @@ impl<'a, 'b> Run<'a, 'b> {
             if is_stopping || self.is_interrupted_after_frame(interrupt) {
                 return Ok(self.end_with(Outcome::Interrupted));
             }
+            // Step; diagnostics that follow share work with its force.
             let is_frame = step + 1 == self.state.next_frame.min(steps);
             self.simulation.set_to_be_measured(is_frame || Self::is_guarded(step + 1));
             if let Err(error) = self.simulation.step() {
@@ -235,6 +237,7 @@ impl<'a, 'b> Run<'a, 'b> {
             if Self::is_guarded(step) {
                 self.judge().map_err(Outcome::Failed)?;
             }
+            // Several frames may be due at one time.
             while time >= target(&self.state) {
                 self.show()?;
                 if self.state.frames > last {

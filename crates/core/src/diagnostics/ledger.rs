@@ -60,6 +60,7 @@ impl EnergyLedger {
         x: &[f64],
         v: &[f64],
     ) -> Option<Self> {
+        // Energy flows that the scene has.
         let any = |system: &System, asked: fn(&dyn EnergyTerm) -> bool| {
             system.terms().iter().any(|term| asked(term.as_ref()))
         };
@@ -74,6 +75,7 @@ impl EnergyLedger {
         if !(looked.loads || looked.gravity || walls || drags || damped || rubs || moves) {
             return None;
         }
+        // Start all integrals with the current flows.
         let of_steps = (backward && dissipates(true)).then(|| StepFriction::from(x));
         system.books_mut().count_walls(walls);
         let motion = moves.then(|| {
@@ -128,6 +130,7 @@ impl EnergyLedger {
             }
             own.kinetic = kinetic;
         }
+        // Other flows; without walls they continue smoothly.
         let flows = Powers::of(system, self.looked, x, v);
         let Some(WallLoss { energy, flows: before, not_done, .. }) = wall_loss else {
             self.each(flows, |integral, rate| integral.advance(h, rate));

@@ -104,6 +104,7 @@ fn reaction(
         point[..d].copy_from_slice(&x[vertex * d..][..d]);
         point
     };
+    // Reference point of the moment.
     let about = hold.motion().and_then(|motion| motion.rotation()).map_or_else(
         || {
             let mut mean = [0.0; 3];
@@ -115,6 +116,7 @@ fn reaction(
         },
         |rotation| rotation.point(),
     );
+    // Sum of forces and moments over the constrained coordinates.
     let (mut force, mut moment) = ([0.0; 3], [0.0; 3]);
     system.visit_gradient(hold.vertices(), |vertex, gradient| {
         let m = system.mass()[vertex];

@@ -115,7 +115,7 @@ impl Integrator for Alpha {
         let end = self.advance(system, state, h);
         if end.is_ok() {
             // If walls moved vertices, the stored acceleration belongs to positions behind the walls. If
-            // it is the acceleration of this very time, it is computed anew from the force.
+            // it is the acceleration of this very time, it is computed from the force again.
             let AlphaCoefficients { alpha_m, alpha_f, .. } = self.coefficients;
             let is_elsewhere = system.walls_have_acted() && alpha_m == alpha_f;
             self.history.known = (!is_elsewhere).then(|| system.structure());
@@ -206,6 +206,7 @@ impl Alpha {
             target[i] = new_f * p - s / inertia * old;
             self.drift[i] = new_f * p - (new_f * q + alpha_f * v[i]) / rate;
         }
+        // Solve for X at the intermediate time.
         let time = state.time + new_f * h;
         self.next.x.copy_from_slice(x);
         self.next.v.fill(0.0);
@@ -219,6 +220,7 @@ impl Alpha {
             single_iteration: false,
         };
         self.solver.minimize(system, &solve, &mut self.next.x, &self.next.v)?;
+        // Extrapolate X to the end of the step, and derive acceleration and velocity.
         let force = if alpha_f == 0.0 { system.force() } else { ForceId::NONE };
         let AlphaHistory { acceleration, before, .. } = &mut self.history;
         std::mem::swap(acceleration, before);

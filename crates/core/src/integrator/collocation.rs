@@ -104,6 +104,7 @@ impl Integrator for Collocation {
         let is_last_the_end = a[last] == b;
         let nodes: Vec<f64> = a.iter().map(|row| row.iter().sum()).collect();
         let times: Vec<f64> = nodes.iter().map(|c| state.time + c * h).collect();
+        // Initial guess: constant velocity for free coordinates, prescribed motion for the others.
         for (i, time) in times.iter().enumerate() {
             self.next.x.copy_from_slice(state.x());
             self.v[i].fill(0.0);
@@ -117,6 +118,7 @@ impl Integrator for Collocation {
                 self.z[i][n] = moved;
             }
         }
+        // Solve all stages together.
         let newton = self.newton.get_or_insert_with(|| coupled_newton(system.dimension(), self.options));
         let stages = StageSystem { inverse: &self.inverse, times: &times, h, x: state.x(), v: state.v() };
         newton.solve(system, &stages, &mut self.z, &mut self.v)?;
@@ -143,6 +145,7 @@ impl Integrator for Collocation {
                 self.next.v[n] += h * b * self.acceleration[n];
             }
         }
+        // If the last stage is the end of the step, it is the new state, with its force.
         let mut force = ForceId::NONE;
         if is_last_the_end {
             self.next.x.copy_from_slice(&self.at);

@@ -74,6 +74,7 @@ impl Integrator for Dirk {
                 continue;
             }
             self.combine(state, h, &row[..i]);
+            // Implicit stage: solve for its position, velocity and acceleration.
             let (g, mean_of_held) = (h * row[i], self.tableau.is_backward_euler() && system.rubs_by_way());
             let stage = StageEquations { x: state.x(), z: &self.z, w: &self.w, g, time, mean_of_held };
             let Stages { velocity, acceleration } = &mut self.stages;
@@ -90,6 +91,7 @@ impl Integrator for Dirk {
             }
             force = system.force();
         }
+        // New state: the last stage, or the weighted sum of all.
         if self.tableau.is_stiffly_accurate() {
             self.next.v.copy_from_slice(&self.stages.velocity[b.len() - 1]);
             if self.linearised {
@@ -129,6 +131,7 @@ impl Integrator for Dirk {
                 self.w[i] += h * c * self.stages.acceleration[j][i];
             }
         }
+        // Right-hand side g C r_x + M ((1 + g c) r_x + g r_v); damping couples coordinates.
         let mut right = vec![0.0; n];
         if system.is_damped() {
             system.damping_product(state.x(), state.v(), &self.z, &mut right);
@@ -148,6 +151,7 @@ impl Integrator for Dirk {
             }
         }
         let z = &self.z;
+        // The filtered error of positions is now in `right`; that of velocities follows.
         let errors = |range: std::ops::Range<usize>, x: &mut [f64], v: &mut [f64]| {
             for (k, i) in range.enumerate() {
                 (x[k], v[k]) = (right[i], (right[i] - z[i]) / g);

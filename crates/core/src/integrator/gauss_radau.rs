@@ -172,6 +172,7 @@ impl GaussRadau {
     /// Starts a step of `h` [s] with coefficients extrapolated from the last step, corrected by the error
     /// of its own prediction; Rein, Spiegel 2015, eq. 12 and 13.
     fn predict(&mut self, system: &System, state: &State, h: f64) {
+        // The last step becomes the previous one; after an `undo` the previous one still is.
         if self.now.leads_to(system, state) {
             std::mem::swap(&mut self.now, &mut self.before);
         } else if !self.before.leads_to(system, state) {
@@ -187,6 +188,7 @@ impl GaussRadau {
             now.lost.x.fill(0.0);
             now.lost.v.fill(0.0);
         }
+        // Extrapolate the coefficients and add the last prediction error.
         if !known || ratio > LARGEST_RATIO {
             now.b.fill([0.0; TERMS]);
             now.predicted.fill([0.0; TERMS]);
@@ -199,6 +201,7 @@ impl GaussRadau {
                 now.predicted[i] = predicted;
             }
         }
+        // Convert to divided differences.
         for (g, b) in self.g.iter_mut().zip(&now.b) {
             *g = [0.0; TERMS];
             for (j, g) in g.iter_mut().enumerate() {
@@ -319,12 +322,14 @@ impl GaussRadau {
                 return Err(StepFault::stopped());
             }
             let (mut change, mut largest, mut in_step) = (0.0, 0.0, first);
+            // Sweep over the nodes; each updates the polynomial.
             for n in 1..=TERMS {
                 self.advance(state, h, NODES[n], wants_velocity);
                 self.evaluate(system, state.time + NODES[n] * h)?;
                 (change, largest) = self.correct(n);
                 in_step = largest.max(in_step);
             }
+            // Converged, or stagnant at rounding?
             let error = if change == 0.0 { 0.0 } else { change / largest };
             let rounding = if iteration > LONG { LARGE_ROUNDING } else { ROUNDING };
             let stagnates = iteration > 2 && error >= before || iteration == MAX_ITERATIONS;
@@ -425,6 +430,7 @@ impl Integrator for GaussRadau {
     fn step(&mut self, system: &mut System, state: &mut State, h: f64) -> Result<(), StepFault> {
         self.dimension = system.dimension();
         self.predict(system, state, h);
+        // Acceleration at the start of the step, relative to the origin if there is one.
         self.has_origin = self.choose_origin(system, state);
         if self.has_origin {
             self.advance(state, h, 0.0, false);

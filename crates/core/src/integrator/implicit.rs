@@ -115,6 +115,7 @@ impl StageSolver {
                 v[i] = (goal[i] - origin[i] - z[i]) / g;
             }
         }
+        // Minimise, then derive velocity and acceleration from the increments.
         let solve = ImplicitSolve {
             inertia,
             stiffness: g * g,
@@ -157,6 +158,7 @@ impl StageSolver {
         system.set_time(time);
         let StageSolver { options, minimizer: kept, lent, target, at, guess, goal } = self;
         let goal = (!goal.is_empty()).then_some(&goal[..]);
+        // Set up objective and minimiser; the structure lent earlier goes to a new minimiser.
         let objective =
             Objective { inertia, target, stiffness, velocity, held_velocity: v, goal, single_iteration };
         let minimizer = kept.get_or_insert_with(|| minimizer(system.dimension(), *options));
@@ -278,8 +280,8 @@ impl NextState {
         h: f64,
         force: ForceId,
     ) -> Result<(), StepFault> {
-        // The drag response is that of the method to its order. Only penalty walls use it: the step was
-        // solved without them, and they put back the vertices behind them.
+        // The exact response equals that of the method to its order. Only walls without contact use it: the
+        // step was solved without them, and they put back the vertices that ended behind them.
         end_step(system, state, h, (&mut self.x, &mut self.v), force, &exact_response)
     }
 

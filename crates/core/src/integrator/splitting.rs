@@ -55,6 +55,7 @@ impl Splitting {
         // Allocates in the first step only.
         before.resize(v.len(), 0.0);
         before.copy_from_slice(v);
+        // Stages of the kick; each restarts from the velocities before it.
         for stage in 1..*order {
             system.evaluate_dissipation(x, v);
             let time = kick.kick / f64::from(*order + 1 - stage);

@@ -79,6 +79,7 @@ impl<const D: usize> Eigen<D> {
         if asked > free_coordinates || free_coordinates == 0 {
             return Err(ModesError::TooMany { asked, free: free_coordinates });
         }
+        // Assemble the stiffness; its scale per mass sets the shifts.
         let mass = inertia.diagonal().to_vec();
         system.find_stencils(&x);
         let assembler = Assembler::<D>::new(system);
@@ -97,6 +98,7 @@ impl<const D: usize> Eigen<D> {
         if system.is_stopped() {
             return Err(ModesError::Stopped);
         }
+        // A few modes by Lanczos, all by the dense solver.
         if count.is_some() {
             eigen.lowest(system, asked, mean, largest)?;
         } else if free_coordinates > dense::MOST {
@@ -114,6 +116,7 @@ impl<const D: usize> Eigen<D> {
 
     /// Shift-and-invert with two shifts; `mean` and `largest` are those of `K_ii / M_ii`.
     fn lowest(&mut self, system: &System, count: usize, mean: f64, largest: f64) -> Result<(), ModesError> {
+        // First shift: locate the lowest positive frequency.
         let mut shift = FIRST_SHIFT * mean;
         let cholesky = loop {
             match self.shifted(system, shift) {
@@ -130,6 +133,7 @@ impl<const D: usize> Eigen<D> {
             // Only rigid motion was requested.
             return Ok(());
         };
+        // Second shift: accurate modes, until none is missing.
         let shift = *first;
         by = Transformation {
             shift,
@@ -244,6 +248,7 @@ impl<const D: usize> Eigen<D> {
                 matrix[i * modes + j] = product(&other.vector, &image);
             }
         }
+        // Coupling relative to the damping of both modes.
         let alone = |j: usize| matrix[j * modes + j];
         // Damping that is rounding compared with the strongest is ignored.
         let floor = (0..modes).fold(0.0, |m: f64, j| m.max(alone(j))) * 1e-6;

@@ -150,6 +150,7 @@ fn sound<const D: usize>(
         let moves = (0..D).any(|c| normal[c] != 0.0 && simulation.system().inverse_mass()[at + c] > 0.0);
         if moves { Ok(at) } else { Err(SoundError::Held { vertex, direction: strike.direction.clone() }) }
     };
+    // Modes, their damping and amplitudes.
     let struck = place(strike.vertex)?;
     let heard = strike.listen.map_or(Ok(struck), place)?;
     let mut eigen = Eigen::<D>::about(simulation, Some(count))?;
@@ -161,6 +162,7 @@ fn sound<const D: usize>(
     let amplitudes: Vec<f64> =
         eigen.pairs.iter().map(|(_, p)| along(&p.vector, struck) * along(&p.vector, heard)).collect();
     let loudest = amplitudes.iter().fold(0.0, |m: f64, a| m.max(a.abs()));
+    // Sort out inaudible modes.
     let (mut partials, mut silent) = (vec![], Silent::default());
     for (mode, (((square, _), rate), amplitude)) in eigen.pairs.iter().zip(&rates).zip(amplitudes).enumerate()
     {

@@ -16,9 +16,9 @@ const STATICS: f64 = 1e-12;
 ///
 /// Exact in time for linear materials, gravity and dead loads, undamped or with mass-proportional damping
 /// or ether drag: a reference for errors of time integrators. Otherwise it solves the linearised system,
-/// see [`nonlinearity`](Self::nonlinearity): stiffness-proportional damping is that of the current shape,
-/// not of the initial shape, which differs by as much as the strain. Assembled once, evaluated at any
-/// number of times. Clough, Penzien 1993, *Dynamics of Structures*, chapter 12.
+/// see [`nonlinearity`](Self::nonlinearity): stiffness-proportional damping of a simulation follows the
+/// current shape, not the initial one, and differs by as much as the strain. Assembled once, evaluated at
+/// any number of times. Clough, Penzien 1993, *Dynamics of Structures*, chapter 12.
 ///
 /// ```
 /// use pliant::energy::{gravity::UniformGravity, spring::Springs};
@@ -152,6 +152,7 @@ fn residual<const D: usize>(
     force: &[f64],
     velocity: &[f64],
 ) -> Result<Residual, ModesError> {
+    // Force and velocity that the modes do not represent.
     let (mut rest, mut still) = (force.to_vec(), velocity.to_vec());
     for (o, (_, pair)) in oscillators.iter().zip(&eigen.pairs) {
         for (n, phi) in pair.vector.iter().enumerate() {
@@ -213,6 +214,7 @@ fn nonlinearity<const D: usize>(
     superposition.state_at(0.5 * std::f64::consts::PI / slowest.sqrt(), &mut x, &mut v);
     let internal = |flat: &[f64]| simulation.numbering().to_internal(flat, D).into_owned();
     let (x, v) = (internal(&x), internal(&v));
+    // Compare exact and linearised forces at that state.
     let u: Vec<f64> = x.iter().zip(&eigen.x).map(|(x, origin)| x - origin).collect();
     let system = simulation.system_mut();
     let [mut there, mut linear, mut damped, mut viscous] = [0; 4].map(|_| vec![0.0; n]);

@@ -124,9 +124,11 @@ impl Simulation {
     fn controlled_step(&mut self, controller: &mut Controller, target: f64) -> Result<(), StepError> {
         let time = self.state.time;
         let same = SAME_TIME_ULPS * f64::EPSILON * time.abs().max(controller.next());
+        // Release pins and open the ledger as at the start of any step.
         let released = self.system.change_pins(|pins| pins.release(time + same));
         self.ensure_force(time)?;
         self.open_ledger(released);
+        // The step must not pass a kink or the target.
         let next_break = self.system.next_break(time + same).filter(|at| *at < target - same);
         let goal = next_break.unwrap_or(target);
         let mut last = (controller.next(), None, None);
@@ -142,6 +144,7 @@ impl Simulation {
                 return Err(self.too_small(smallest, last));
             }
             let end = if h == goal - time { goal } else { time + h };
+            // Attempt the step; accept it, or reject and retry.
             let (judgement, fault) = match self.attempt(h) {
                 Err(fault) => (None, Some(fault)),
                 Ok(()) => {
@@ -221,6 +224,7 @@ impl Simulation {
                     }
                 })
             };
+        // Time scale and trial step.
         let per_axis = size / (self.system.dimension() as f64).sqrt();
         let d0 = length(&self.system, &|_| per_axis, &|i| v[i]);
         let d1 = length(&self.system, &|i| v[i], &|i| a[i]);
@@ -229,6 +233,7 @@ impl Simulation {
         }
         let tau = d0 / d1;
         let h0 = (0.01 * tau).min(control.largest);
+        // Second derivative along the trial step.
         let x1: Vec<f64> = x.iter().zip(&v).map(|(x, v)| x + h0 * v).collect();
         let v1: Vec<f64> = v.iter().zip(&a).map(|(v, a)| v + h0 * a).collect();
         let Some(a1) = acceleration(&mut self.system, &x1, &v1, time + h0) else { return h0 };

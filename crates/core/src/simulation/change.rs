@@ -90,6 +90,7 @@ impl Simulation {
         if let Some(conflict) = other.conflict_at(&x) {
             return Err(AdoptError { conflict, time: self.state.time });
         }
+        // Replace the simulation, but keep steering, counts and step size history.
         let (step, time) = (self.state.step, self.state.time);
         let drives = self.drives();
         let before = std::mem::replace(self, other);
@@ -99,6 +100,7 @@ impl Simulation {
         if step > 0 {
             self.set_pace(before.pace());
         }
+        // Restore the state, then pins and their motions.
         (self.state.step, self.state.time) = (step, time);
         let (here_x, here_v) = self.state.rows_mut();
         here_x.copy_from_slice(&self.numbering.to_internal(&x, d));

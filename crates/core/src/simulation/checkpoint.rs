@@ -2,8 +2,9 @@
 //!
 //! A checkpoint holds everything that later steps depend on. It excludes what implicit solvers keep from
 //! earlier steps: factorisations, multigrid levels, the fastest solver. Solvers are therefore reset at
-//! fixed intervals, whether or not a checkpoint is taken, and the checkpoints of a run are taken right
-//! after a reset. Explicit integrators need no reset; their checkpoints are taken after any step.
+//! fixed counts of steps or iterations, whether or not a checkpoint is taken, and the checkpoints of a run
+//! are taken right after a reset. Explicit integrators need no reset; their checkpoints are taken after any
+//! step.
 //!
 //! A reset uses the same code by which another simulation continues from a checkpoint.
 

@@ -340,6 +340,7 @@ impl<const D: usize> Coupled<D> {
             let stiffness = Weights { inertia: 0.0, stiffness: h * h, damping: 0.0 };
             structure.assembler.assemble(system, at, stiffness);
             structure.add(i, i, 1.0);
+            // Damping couples the stages.
             if structure.damped {
                 let damping = Weights { inertia: 0.0, stiffness: 0.0, damping: h };
                 structure.assembler.assemble(system, at, damping);
@@ -347,6 +348,7 @@ impl<const D: usize> Coupled<D> {
                     structure.add(i, j, stages.inverse[i][j]);
                 }
             }
+            // Inertia and drag.
             for n in (0..stages.x.len()).filter(|n| system.inverse_mass()[*n] > 0.0) {
                 let m = system.mass()[n / D];
                 for j in 0..s {
@@ -407,6 +409,7 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
         if self.size == 0.0 {
             self.size = self.options.size.unwrap_or_else(|| scene_size(stages.x, D));
         }
+        // Resize scratch memory, and rebuild the structure if the system has changed.
         self.force.resize(unknowns, 0.0);
         self.right.resize(s * unknowns, 0.0);
         for rows in [&mut self.residual, &mut self.trial, &mut self.trial_v] {
@@ -421,6 +424,7 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
             let solve = Some(SolveError { verdict, iterations, correction, left: None });
             Err(StepFault { solve, ..StepFault::at(system, x, v) })
         };
+        // Admissible start, its velocities and its residual.
         if system.has_guards() {
             Self::shorten(system, stages, z)?;
         }
@@ -439,6 +443,7 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
             }
             let mut old_factor = keep && self.lu.is_some() && self.factorized == stages.h;
             let residual = self.residual.clone();
+            // Correction, with a reused factor while corrections shrink fast.
             let correction = loop {
                 if !old_factor && !self.factorize(system, stages, z, v) {
                     return fail(system, &self.positions, &v[0], SolveFailure::Indefinite, iteration, before);
@@ -457,6 +462,7 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
                 return fail(system, &self.positions, &v[0], SolveFailure::Indefinite, iteration, correction);
             }
             self.work.newton_iterations += 1;
+            // Line search: halve the step until the residual or the simplified correction shrinks.
             let direction = self.residual.clone();
             let (mut step, mut halvings) = (self.admitted(system, stages, z, &direction), 0);
             let there = loop {
@@ -497,6 +503,7 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
                 halvings += 1;
                 step *= 0.5;
             };
+            // Accept the step and check convergence.
             self.work.halvings += u64::from(halvings);
             let is_whole = step == 1.0;
             for i in 0..s {

@@ -137,6 +137,7 @@ impl<const D: usize> Assembler<D> {
         let held: Vec<bool> = system.inverse_mass().iter().map(|w| *w == 0.0).collect();
         let is_held = |v: u32| held[v as usize * D..][..D].iter().all(|held| *held);
         let vertices = system.mass().len();
+        // Assembly plans; `keys` collects the vertex pairs of all groups.
         let (mut terms, mut keys) = (vec![], vec![]);
         let (energy, dissipation) = system.stencils();
         for (dissipative, stencils) in [(false, energy), (true, dissipation)] {
@@ -305,8 +306,8 @@ impl<const D: usize> Assembler<D> {
     /// stencils contribute exact Hessians at `x`, changing ones their Hessians in the matrix last
     /// assembled.
     ///
-    /// Projected Hessians are stiffer than exact ones. Mixing both would let a free vertex between them
-    /// follow its pusher only in part, and close the gap.
+    /// Projected Hessians are stiffer than exact ones. Mixing both in a contact would let a free
+    /// vertex follow its pusher only in part, and close the gap.
     pub(crate) fn held_product(&self, system: &mut System, x: &[f64], p: &[f64], y: &mut [f64]) {
         system.fixed_hessian_product(x, p, y);
         self.changing.add_held_product(p, y);

@@ -65,6 +65,7 @@ pub(super) fn largest_eigenvalue(
         approximate: false,
         vector: vec![0.0; scale.len()],
     };
+    // Normalised start vector.
     let mut q: Vec<f64> =
         (0..scale.len()).map(|i| if scale[i] > 0.0 { start_component(i) } else { 0.0 }).collect();
     let length = norm(&q);
@@ -90,6 +91,7 @@ pub(super) fn largest_eigenvalue(
         for i in 0..q.len() {
             w[i] *= scale[i];
         }
+        // Three-term recurrence.
         let a: f64 = dot(&q, &w);
         alpha.push(a);
         top.products += 1;
@@ -101,6 +103,7 @@ pub(super) fn largest_eigenvalue(
         if !(a + b).is_finite() {
             return LargestEigenvalue { value: f64::NAN, approximate: false, ..top };
         }
+        // Check convergence every few steps.
         let check = step % 5 == 4 || step + 1 == MAX_LANCZOS_STEPS;
         let exhausted = b <= f64::EPSILON * alpha.iter().fold(wanted.norm, |m: f64, a| m.max(a.abs()));
         if check || exhausted {
@@ -116,6 +119,7 @@ pub(super) fn largest_eigenvalue(
             (previous[i], q[i]) = (q[i], w[i] / b);
         }
     }
+    // Ritz vector in original coordinates.
     for (weight, q) in ritz_vector.iter().zip(&basis) {
         top.vector.iter_mut().zip(q).for_each(|(v, q)| *v += weight * q);
     }

@@ -50,12 +50,14 @@ pub fn stability_limit(method: &Method, modes: &ModeRange, ether_drag: f64, dura
     if method.documentation.stability_limit == f64::INFINITY {
         return limit;
     }
+    // Sample the range of modes, also with less damping than on its boundary.
     let mut trials = sampled(boundary, ether_drag);
     if damping > 0.0 && frequency > 0.0 && !is_line(modes) {
         let less = |part: f64| move |mode: &DampedMode| DampedMode { damping: part * mode.damping, ..*mode };
         let all = trials.clone();
         LESS_DAMPED.iter().for_each(|part| trials.extend(all.iter().map(less(*part))));
     }
+    // The smallest limit of all samples; most need one check only.
     for mode in trials {
         let trial = SchemeTrial { method, mode, is_damped: damping > 0.0, ether_drag, duration };
         if limit.step.is_finite() && trial.is_bounded(limit.step) {
@@ -66,6 +68,7 @@ pub fn stability_limit(method: &Method, modes: &ModeRange, ether_drag: f64, dura
             (limit.step, limit.grows_at_any_step) = (step, grows);
         }
     }
+    // Further limits: coupled modes under backward kicks, convergence of the Gauss-Radau iteration.
     if damping > 0.0 && frequency > 0.0 && goes_back(method) && !is_line(modes) {
         limit.step = coupled_limit(method, modes, limit.step);
     }

@@ -103,6 +103,7 @@ impl StageEnergy {
         if self.has_jumped(system, state, end, short) {
             return Ok(());
         }
+        // Compare the unexplained energy with the energy scale of the step.
         let still = short / h;
         let floor = 0.5 * system.mass().iter().sum::<f64>() * still * still
             + ROUNDING * (now.abs() + self.start.abs());

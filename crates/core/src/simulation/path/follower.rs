@@ -94,6 +94,7 @@ impl PathFollower {
         start: &PathPoint,
         (tolerance, size): (f64, f64),
     ) -> Result<(PathPoint, f64, u32), StepFault> {
+        // Tangent of the path at the start, and the first radius.
         let Some(solutions) = self.solutions(system, start) else {
             return Err(failure(system, start, SolveFailure::Singular, 0, 0.0));
         };
@@ -106,6 +107,7 @@ impl PathFollower {
             let first = self.largest(size).min(self.options.first.abs() * reach);
             (self.state.radius, self.state.first_radius) = (first, first);
         }
+        // Direction along the path.
         let forwards = if self.state.way.is_empty() {
             self.options.first.signum()
         } else {
@@ -115,6 +117,7 @@ impl PathFollower {
         };
         let mut radius = self.state.radius;
         loop {
+            // Correct the predictor; retry with a smaller radius if that fails.
             let load_way = forwards * radius / reach;
             let found = self.correct(system, start, (&by_load, load_way), radius, tolerance);
             let landed = found.and_then(|(end, iterations)| {
@@ -242,6 +245,7 @@ impl PathFollower {
         system.evaluate(&here.x)?;
         let mut correction = vec![0.0; here.x.len()];
         system.terms().iter().for_each(|term| term.add_rows(0, &mut correction));
+        // Derivative of g by the load factor, including forces of prescribed motion on free coordinates.
         let mut by_load = vec![0.0; here.x.len()];
         let difference = DIFFERENCE * self.options.first.abs();
         system.load_rate(&here.x, here.load, difference, &mut by_load);
@@ -256,6 +260,7 @@ impl PathFollower {
         if !self.tangent.factorize(system, &here.x) {
             return None;
         }
+        // Solve both systems with one factorisation.
         for right in [&mut correction, &mut by_load] {
             for (r, weight) in right.iter_mut().zip(system.inverse_mass()) {
                 *r = if *weight == 0.0 { 0.0 } else { -*r };

@@ -45,6 +45,7 @@ struct Task<const D: usize> {
 impl<const D: usize> Galerkin<D> {
     /// Builds the plan for matrices with the structure of `fine`, and the structure of the coarse matrix.
     pub fn new(fine: &BlockMatrix<D>, p: &Prolongation) -> (Self, BlockMatrix<D>) {
+        // Columns of each row of A P.
         let coarse_rows = p.columns();
         let mut seen = vec![u32::MAX; coarse_rows];
         let (mut start, mut column) = (vec![0], vec![]);
@@ -63,6 +64,7 @@ impl<const D: usize> Galerkin<D> {
             start.push(column.len() as u32);
         }
         let of_row = |i: usize| &column[start[i] as usize..start[i + 1] as usize];
+        // Pattern of the coarse matrix.
         seen.fill(u32::MAX);
         let (mut coarse_start, mut coarse_column) = (vec![0], vec![]);
         for c in 0..coarse_rows {
@@ -79,6 +81,7 @@ impl<const D: usize> Galerkin<D> {
         }
         let coarse = BlockMatrix::<D>::zero(coarse_start, coarse_column);
         let blocks = |c: usize| coarse.row_start[c] as usize..coarse.row_start[c + 1] as usize;
+        // Target block of each product.
         let (mut target_start, mut target) = (vec![0], vec![]);
         for i in 0..p.rows() {
             for (c, _) in p.row(i) {
@@ -92,6 +95,7 @@ impl<const D: usize> Galerkin<D> {
                 target_start.push(target.len() as u32);
             }
         }
+        // Source of each block below the diagonal.
         let mut next: Vec<u32> = coarse.diagonal.iter().map(|at| at + 1).collect();
         let mut mirrored = vec![];
         for c in 0..coarse_rows {
@@ -101,6 +105,7 @@ impl<const D: usize> Galerkin<D> {
                 next[other as usize] += 1;
             }
         }
+        // Tasks, with the fine rows that each needs.
         let widest = (0..p.rows()).map(|i| of_row(i).len()).max().unwrap_or(0);
         let tasks = (0..coarse_rows).step_by(TASK_ROWS).map(|first| {
             let coarse = first..(first + TASK_ROWS).min(coarse_rows);
@@ -125,6 +130,7 @@ impl<const D: usize> Galerkin<D> {
         let Galerkin { start, column, target_start, target, mirrored, tasks } = self;
         let map = ProductLists { start, column, target_start, target };
         let BlockMatrix { row_start, value, diagonal, .. } = coarse;
+        // Upper triangle, by tasks.
         if rayon::current_num_threads() == 1 || tasks.len() == 1 {
             tasks.iter_mut().for_each(|task| {
                 let blocks = row_start[task.coarse.start] as usize..row_start[task.coarse.end] as usize;
@@ -141,6 +147,7 @@ impl<const D: usize> Galerkin<D> {
             }
             parts.into_par_iter().for_each(|(task, first, own)| task.run(&map, fine, p, held, first, own));
         }
+        // Lower triangle by symmetry.
         let mut next = mirrored.iter();
         for (row, diagonal) in diagonal.iter().enumerate() {
             for (at, from) in (row_start[row] as usize..*diagonal as usize).zip(&mut next) {

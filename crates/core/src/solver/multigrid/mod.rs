@@ -158,6 +158,7 @@ impl<const D: usize> Multigrid<D> {
     /// Applies one V-cycle to the right-hand side of the first level.
     fn cycle(&mut self) {
         let Multigrid { levels, coarsest, held, .. } = self;
+        // Downwards: smooth, and restrict the residual.
         for l in 0..levels.len() {
             let (before, after) = levels.split_at_mut(l + 1);
             let GridLevel { smoother, prolongation, .. } = &mut before[l];
@@ -166,6 +167,7 @@ impl<const D: usize> Multigrid<D> {
             prolongation.restrict(&smoother.r, next);
         }
         coarsest.solve();
+        // Upwards: add the coarse correction, and smooth.
         for l in (0..levels.len()).rev() {
             let (before, after) = levels.split_at_mut(l + 1);
             let GridLevel { smoother, prolongation, .. } = &mut before[l];

@@ -96,6 +96,7 @@ impl<const D: usize> Newton<D> {
             }
             return self.matrix_free(system, weights, x);
         }
+        // Decide between iterations and a factorisation; a reused factor only needs a solve.
         let first = self.options.linear.first_iterations(system, objective.inertia, x.len() / D);
         let first = first.filter(|_| self.pause_of_first.is_over());
         let by_iterations = linear.is_iterative() && self.pause_of_iterations.is_over();
@@ -104,6 +105,7 @@ impl<const D: usize> Newton<D> {
             cholesky.solve(&mut self.direction);
             return Direction::Descent;
         }
+        // Assemble the matrix, unless the last one is reused.
         let assembler = self.assembler.as_mut().expect("prepared");
         if !old_matrix {
             system.find_stencils(x);
@@ -123,6 +125,7 @@ impl<const D: usize> Newton<D> {
         let matrices @ AssembledMatrix { whole: matrix, fixed, pattern, .. } = AssembledMatrix::of(assembler);
         self.at_hand = None;
         let made_for = (weights, psd, &x[..]);
+        // Try the iterative solvers in turn.
         for solver in [IterativeSolver::First, IterativeSolver::Chosen] {
             let iterative = match solver {
                 IterativeSolver::First => {
@@ -177,6 +180,7 @@ impl<const D: usize> Newton<D> {
                 }
             }
         }
+        // Factorise; a changed pattern needs a new symbolic analysis.
         if self.cholesky.is_none() || self.factor_pattern != pattern {
             let places = system.ordering_positions(x);
             // Reuses the memory of the last factor: two factors at a time would be the peak memory of a

@@ -131,7 +131,7 @@ impl<const D: usize> Newton<D> {
 
     /// Minimises while updating lagged quantities along the way, then iterates to their fixed point at
     /// most `most` times. Values lagged far from the minimum, with nearly closed gaps, may make the solve
-    /// fail: it then restarts with the values at the failed solve's start held fixed to the minimum.
+    /// fail: it then restarts with values lagged at its start, which it keeps to the minimum.
     fn minimize_frozen(
         &mut self,
         system: &mut System,
@@ -171,11 +171,13 @@ impl<const D: usize> Newton<D> {
                 return Ok(());
             }
             self.solve(system, objective, at, (Begin::NearMinimum, 0))?;
+            // Displacement of the minimum at full relaxation, and the predicted next one.
             let moved = before.iter().zip(&at.u).fold(0.0, |m: f64, (a, b)| m.max((b - a).abs())) / part;
             let left = if last.is_finite() && moved < last { moved * (moved / last) } else { moved };
             if left <= self.tolerance(system, objective, at) {
                 return Ok(());
             }
+            // Adapt the relaxation factor to the contraction.
             let shrunk = (1.0 - moved / last) / part;
             if shrunk < ROUND {
                 (most_part, part) = (0.75 * part, 0.5 * part);

@@ -86,6 +86,7 @@ impl<const D: usize> Newton<D> {
         let shortened = step < 1.0 && system.has_guards();
         let mut halvings = 0;
         loop {
+            // Evaluate the objective at the trial.
             self.move_along(system, objective, at, step);
             let trial = std::mem::take(&mut self.trial);
             let there = self.value(system, objective, at, &trial);

@@ -290,6 +290,7 @@ impl<const D: usize> Newton<D> {
             std::mem::swap(solve.at, &mut self.trial);
             return Ok(Converged);
         }
+        // Under a watch, take full steps; otherwise search along the direction.
         if solve.watchdog.is_watching() {
             let Some(accepted) = self.step_watched(solve).filter(|_| !found.truncated) else {
                 return self.go_back(solve);
@@ -379,7 +380,7 @@ impl<const D: usize> Newton<D> {
             _ => self.value(solve.system, solve.objective, solve.at, solve.at),
         };
         // In dynamics a shortened step with a reused matrix is worth less than a new matrix; in statics
-        // it leads away from the last equilibrium.
+        // it still leads on from the last equilibrium.
         let whole = found.old_matrix && solve.objective.inertia > 0.0 && correction > negligible;
         let projected = solve.psd == Psd::Projected;
         let may_rise = solve.watchdog.may_begin()
@@ -425,6 +426,7 @@ impl<const D: usize> Newton<D> {
     ) -> Result<SolveProgress, SolveFailure> {
         self.work.halvings += u64::from(accepted.halvings);
         self.note_limited(solve, accepted.shortened);
+        // Decide which matrix the next iteration uses.
         let steady = solve.keep && accepted.halvings == 0 && solve.psd == Psd::Exact;
         solve.keep = accepted.halvings == 0;
         solve.waited += u32::from(solve.keep);
@@ -434,6 +436,7 @@ impl<const D: usize> Newton<D> {
             solve.psd = Psd::Exact;
         }
         (solve.value, solve.conservative) = (Some(accepted.value), Some(accepted.conservative));
+        // Update lagged quantities and move to the trial.
         self.tell_of_direction(solve);
         let fresh = solve.fresh;
         let renewed = self.renew(solve, accepted);
