@@ -746,7 +746,7 @@ impl Simulation {
         self.system.set_stop(stop);
     }
 
-    /// Memory held by the state, the system and the integrator [bytes].
+    /// Memory held by the state, the system and the integrator, in bytes.
     pub fn bytes(&self) -> usize {
         8 * 2 * self.state.x().len()
             + self.numbering.bytes()

@@ -631,7 +631,7 @@ impl System {
         self.dissipation.iter().find_map(|t| t.fault(x, v))
     }
 
-    /// Returns the memory of masses and terms [bytes].
+    /// Returns the memory of masses and terms, in bytes.
     pub fn bytes(&self) -> usize {
         8 * (self.mass.len() + self.rest_positions.as_ref().map_or(0, Vec::len))
             + self.inverse_mass.bytes()

@@ -167,7 +167,9 @@ pub enum Scheme {
 /// A method: its coefficients and its documentation. Each file of this folder exports one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Method {
+    /// Documentation, printed by `pliant list`.
     pub documentation: Documentation,
+    /// Family and coefficients.
     pub scheme: Scheme,
 }
 
@@ -319,7 +321,7 @@ pub trait Integrator: Send + Sync {
         SolverWork::default()
     }
 
-    /// Returns the scratch memory held [bytes].
+    /// Returns the scratch memory held, in bytes.
     fn bytes(&self) -> usize;
 
     /// Predicts the scratch memory after steps from `x`, flat [m], in bytes. Explicit methods hold it

@@ -95,7 +95,7 @@ impl Cholesky {
         self.0.structure().factor_entries()
     }
 
-    /// Returns the memory held [bytes].
+    /// Returns the memory held, in bytes.
     pub fn bytes(&self) -> usize {
         self.0.structure().bytes()
     }

@@ -21,7 +21,7 @@ pub trait Preconditioner<const D: usize>: Send + Sync {
         false
     }
 
-    /// Returns the memory held [bytes].
+    /// Returns the memory held, in bytes.
     fn bytes(&self) -> usize;
 }
 
@@ -232,12 +232,13 @@ impl ConjugateGradients {
         report(CgEnd::Stalled, max_iterations, residual)
     }
 
+    /// Returns the memory held, in bytes.
     pub fn bytes(&self) -> usize {
         8 * (self.r.len() + self.z.len() + self.p.len() + self.q.len())
     }
 }
 
-/// Memory of a solver for `unknowns` [bytes].
+/// Memory of a solver for `unknowns`, in bytes.
 pub(super) fn bytes(unknowns: usize) -> usize {
     8 * 4 * unknowns
 }

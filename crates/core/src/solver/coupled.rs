@@ -70,10 +70,10 @@ pub(crate) trait CoupledNewton: Send + Sync {
     /// Returns the work so far.
     fn work(&self) -> SolverWork;
 
-    /// Memory held without the factors [bytes].
+    /// Memory held without the factors, in bytes.
     fn bytes(&self) -> usize;
 
-    /// Predicts the memory [bytes], with the factors, after solving `stages` stages of `system` near `x`,
+    /// Predicts the bytes of memory, with the factors, after solving `stages` stages of `system` near `x`,
     /// flat [m].
     fn predicted_bytes(&self, system: &mut System, stages: usize, x: &[f64]) -> usize;
 }

@@ -291,7 +291,7 @@ impl<const D: usize> GaussSeidel<D> {
     }
 }
 
-/// Predicts the memory of a solver for `matrix` [bytes].
+/// Predicts the memory of a solver for `matrix`, in bytes.
 pub(super) fn bytes<const D: usize>(matrix: &BlockMatrix<D>) -> usize {
     let rows = matrix.rows();
     let each = rows_of_part(rows);

@@ -325,7 +325,7 @@ impl<const D: usize> Assembler<D> {
         }
     }
 
-    /// Returns the memory held [bytes].
+    /// Returns the memory held, in bytes.
     pub fn bytes(&self) -> usize {
         let plans = self.terms.iter().map(|t| {
             4 * t.slot.len()

@@ -193,7 +193,7 @@ impl<const D: usize> Iterative<D> {
         }
     }
 
-    /// Predicts the memory of symmetric Gauss-Seidel for `matrix` [bytes].
+    /// Predicts the memory of symmetric Gauss-Seidel for `matrix`, in bytes.
     pub(super) fn gauss_seidel_bytes(matrix: &BlockMatrix<D>) -> usize {
         gauss_seidel::bytes(matrix)
     }

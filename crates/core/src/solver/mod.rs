@@ -104,10 +104,10 @@ pub(crate) trait Minimizer: Send + Sync {
     /// Returns the work so far.
     fn work(&self) -> SolverWork;
 
-    /// Returns the memory held [bytes].
+    /// Returns the memory held, in bytes.
     fn bytes(&self) -> usize;
 
-    /// Predicts the memory [bytes] after minimising an objective of `system` near `x`, flat [m]. Builds
+    /// Predicts the bytes of memory after minimising an objective of `system` near `x`, flat [m]. Builds
     /// the structures temporarily; factor entries are only counted.
     fn predicted_bytes(&self, system: &mut System, x: &[f64]) -> usize;
 }

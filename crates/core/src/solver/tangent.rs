@@ -19,7 +19,7 @@ pub(crate) trait ExactTangent: Send + Sync {
     /// constrained coordinates.
     fn solve(&self, b: &mut [f64]);
 
-    /// Memory held without the factors [bytes].
+    /// Memory held without the factors, in bytes.
     fn bytes(&self) -> usize;
 }
 
