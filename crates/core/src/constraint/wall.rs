@@ -244,7 +244,7 @@ mod tests {
         }
     }
 
-    // lecture 21: vertices are looked at eight at a time, and one that is lost hides no other.
+    // lecture 21: vertices are checked eight at a time, and a NaN position hides no other vertex.
     #[test]
     fn the_vertex_that_crossed_is_found_wherever_it_is() {
         for d in [2, 3] {

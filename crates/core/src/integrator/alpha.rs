@@ -10,11 +10,17 @@ use crate::solver::{SolverOptions, SolverWork, Velocity};
 use crate::state::State;
 use crate::system::{ForceId, System};
 
-/// Coefficients of `M a_(n+1-alpha_m) = f(x_(n+1-alpha_f)) - c M v_(n+1-alpha_f)` with Newmark's formulas
-/// `x_(n+1) = x_n + h v_n + h^2 ((1/2 - beta) a_n + beta a_(n+1))` and `v_(n+1) = v_n + h ((1 - gamma)
-/// a_n + gamma a_(n+1))`, where `y_(n+1-alpha) = (1 - alpha) y_(n+1) + alpha y_n`; Chung, Hulbert 1993,
-/// "A time integration algorithm for structural dynamics with improved numerical dissipation", eqs. 1 to
-/// 6.
+/// Coefficients of the generalised-alpha equation of motion with Newmark's formulas:
+///
+/// ```text
+/// M a_(n+1-alpha_m) = f(x_(n+1-alpha_f)) - c M v_(n+1-alpha_f)
+/// x_(n+1) = x_n + h v_n + h^2 ((1/2 - beta) a_n + beta a_(n+1))
+/// v_(n+1) = v_n + h ((1 - gamma) a_n + gamma a_(n+1))
+/// y_(n+1-alpha) = (1 - alpha) y_(n+1) + alpha y_n
+/// ```
+///
+/// Chung, Hulbert 1993, "A time integration algorithm for structural dynamics with improved numerical
+/// dissipation", eqs. 1 to 6.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AlphaCoefficients {
     /// Weight of the old acceleration in the equation of motion.
@@ -190,8 +196,8 @@ impl Alpha {
         let (x, v, a) = (state.x(), state.v(), &self.history.acceleration);
         let drag = system.ether_drag();
         // With X = x_(n+1-alpha_f), x_(n+1) - x_n = (X - x_n)/(1 - alpha_f), a_(n+1) = (x_(n+1) - x_n -
-        // p)/(beta h^2) and v_(n+1) = q + gamma h a_(n+1), the equation of motion is `inertia (X - target) =
-        // s a(X)`.
+        // p)/(beta h^2) and v_(n+1) = q + gamma h a_(n+1), the equation of motion is
+        // `inertia (X - target) = s a(X)`.
         let (new_m, new_f) = (1.0 - alpha_m, 1.0 - alpha_f);
         let inertia = 1.0 + new_f * gamma * h * drag / new_m;
         let s = beta * h * h * new_f / new_m;

@@ -1,7 +1,7 @@
 //! Fully implicit Runge-Kutta methods of collocation type, all stages solved together.
 //!
-//! The stages of `(x, v)' = (v, a(x, v, t) - c v)` are `Z_i = X_i - x_n`. With `B = A^-1` they have `V =
-//! (B/h) Z` and `V' = (B^2/h^2) Z - (B 1) v_n / h`, so that positions are the only unknowns:
+//! The stages of `(x, v)' = (v, a(x, v, t) - c v)` are `Z_i = X_i - x_n`. With `B = A^-1` they have
+//! `V = (B/h) Z` and `V' = (B^2/h^2) Z - (B 1) v_n / h`, so that positions are the only unknowns:
 //!
 //! ```text
 //! M sum_j ((B^2)_ij + h c B_ij) Z_j - h (B 1)_i M v_n + h^2 (dE/dx + dR/dv)(X_i, V_i, t_i) = 0

@@ -1,5 +1,5 @@
-//! Crouzeix's A-stable singly diagonally implicit Runge-Kutta method of two stages and order 3, `gamma =
-//! (3 + sqrt 3)/6`.
+//! Crouzeix's A-stable singly diagonally implicit Runge-Kutta method of two stages and order 3,
+//! `gamma = (3 + sqrt 3)/6`.
 //!
 //! High-frequency damping is mild: a factor of at least `sqrt 3 - 1` per step.
 use super::tableau::Tableau;

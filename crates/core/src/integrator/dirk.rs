@@ -107,10 +107,10 @@ impl Integrator for Dirk {
         self.next.commit(system, state, h, force)
     }
 
-    /// Filters the estimate by the matrix of the last stage, `(I - g J)^-1` for the Jacobian `J` of `(x,
-    /// v)' = (v, a - c v)` and `g` the diagonal coefficient times the step, which damps stiff components;
-    /// Hosea, Shampine 1996, section 5. Eliminated, with the matrix `A`: `A e_x = (1 + g c) M r_x + g C
-    /// r_x + g M r_v`, `e_v = (e_x - r_x) / g`.
+    /// Filters the estimate by the matrix of the last stage, `(I - g J)^-1` for the Jacobian `J` of
+    /// `(x, v)' = (v, a - c v)` and `g` the diagonal coefficient times the step, which damps stiff
+    /// components; Hosea, Shampine 1996, section 5. Eliminated, with the matrix `A`: `A e_x = (1 + g c) M
+    /// r_x + g C r_x + g M r_v`, `e_v = (e_x - r_x) / g`.
     fn judge(
         &mut self,
         system: &mut System,

@@ -32,9 +32,9 @@ const ROUNDING: f64 = 1e-12;
 /// Iterations after which the step counts as large, with the larger rounding `LARGE_ROUNDING`.
 const LONG: u32 = 12;
 const LARGE_ROUNDING: f64 = 1e-10;
-/// Position change that counts as rounding, in units in the last place. Stiff forces give `(h omega)^2 <=
-/// 4` per unit, a vertex sees those of a dozen neighbours, and the last divided difference multiplies by
-/// `1 / prod_j (h_7 - h_j) = 233`.
+/// Position change that counts as rounding, in units in the last place. Stiff forces give
+/// `(h omega)^2 <= 4` per unit, a vertex sees those of a dozen neighbours, and the last divided
+/// difference multiplies by `1 / prod_j (h_7 - h_j) = 233`.
 const POSITION_ULPS: f64 = 16384.0;
 /// Growth of the changes at which the iteration has diverged.
 const HOPELESS: f64 = 1e6;
@@ -502,8 +502,8 @@ impl Integrator for GaussRadau {
 mod tests {
     use super::*;
 
-    /// The nodes integrate polynomials of degree 14 exactly with the weights that interpolate them, and not
-    /// of degree 15; and what goes from powers to products comes back.
+    /// The nodes integrate polynomials of degree 14 exactly with interpolating weights, and not those of
+    /// degree 15; the conversions between powers and products are inverse.
     #[test]
     fn nodes_and_conversions_are_those_of_the_gauss_radau_rule() {
         let (to_powers, to_products) = conversions();

@@ -10,8 +10,8 @@ use crate::system::{ForceId, System};
 
 /// Equations `X = x_n + z + g V`, `V = w + g (a(X) - c V)` of one stage; `c` is the ether drag.
 ///
-/// Eliminating `V` gives `(1 + g c) (u - y) = g^2 a(x_n + u)` with `u = X - x_n` and `y = z + g w / (1 +
-/// g c)`: the stationarity condition of an [`Objective`].
+/// Eliminating `V` gives `(1 + g c) (u - y) = g^2 a(x_n + u)` with `u = X - x_n` and
+/// `y = z + g w / (1 + g c)`: the stationarity condition of an [`Objective`].
 pub(super) struct StageEquations<'a> {
     /// Old positions, flat [m].
     pub(super) x: &'a [f64],

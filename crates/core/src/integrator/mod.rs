@@ -128,7 +128,7 @@ pub struct Documentation {
     pub order: u32,
     /// Force evaluations per step; 0 for iterative methods, where the count depends on the iterations.
     pub force_evaluations: u32,
-    /// Systems of equations solved per step; 0 for explicit schemes.
+    /// Systems of equations solved per step; 0 for explicit methods.
     pub solves: u32,
     /// Largest `h omega` for which an undamped oscillator stays bounded. 0: the method gains energy at
     /// any step. Infinite: unconditionally stable on the linear oscillator.

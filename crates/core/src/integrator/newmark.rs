@@ -33,8 +33,8 @@ impl NewmarkParameters {
     /// Default: the average acceleration method.
     pub const DEFAULT: Self = NewmarkParameters { beta: 0.25, gamma: 0.5 };
 
-    /// Largest stable `h omega` without damping: infinite if `2 beta >= gamma`, else `1 / sqrt(gamma/2 -
-    /// beta)`; Hughes 2000, *The Finite Element Method*, eq. 9.1.19.
+    /// Largest stable `h omega` without damping: infinite if `2 beta >= gamma`, else
+    /// `1 / sqrt(gamma/2 - beta)`; Hughes 2000, *The Finite Element Method*, eq. 9.1.19.
     fn stability_limit(&self) -> f64 {
         if 2.0 * self.beta >= self.gamma {
             f64::INFINITY

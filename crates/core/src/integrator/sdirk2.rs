@@ -1,5 +1,5 @@
-//! L-stable singly diagonally implicit Runge-Kutta method of two stages and order 2, `gamma = 1 - 1/sqrt
-//! 2`.
+//! L-stable singly diagonally implicit Runge-Kutta method of two stages and order 2,
+//! `gamma = 1 - 1/sqrt 2`.
 //!
 //! The stage order is 1: on stiff problems the order falls to 1 (verification.md A7).
 //!

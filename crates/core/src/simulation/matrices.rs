@@ -28,10 +28,10 @@ pub enum MatrixError {
 }
 
 impl Simulation {
-    /// Returns the stiffness `K = d2E/dx2` [N/m] at the current positions, for the coordinates `vertex *
-    /// dimension + axis`, vertices in scene order. It is symmetric, exact, and covers all coordinates as
-    /// if unconstrained. Terms without a second derivative, such as user-defined external forces, are
-    /// omitted.
+    /// Returns the stiffness `K = d2E/dx2` [N/m] at the current positions, for the coordinates
+    /// `vertex * dimension + axis`, vertices in scene order. It is symmetric, exact, and covers all
+    /// coordinates as if unconstrained. Terms without a second derivative, such as user-defined external
+    /// forces, are omitted.
     ///
     /// # Errors
     /// [`MatrixError::Full`] if each vertex acts on all others.

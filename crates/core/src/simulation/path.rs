@@ -9,10 +9,10 @@
 //!
 //! (Riks 1979; the cylindrical constraint of Crisfield 1981, *A fast incremental/iterative solution
 //! procedure that handles snap-through*, Computers & Structures 13, 55). Each iteration solves two
-//! systems with one factorisation of the exact tangent `K`: `K d_g = -g` and `K d_q = q`, with `q =
-//! -dg/dlambda` the load rate. The increment of `lambda` is the root of the quadratic `|dx + d_g +
-//! dlambda d_q| = l` that turns `dx` less. The initial direction of a step is that of the last step,
-//! which also passes turning points (Feng, Peric, Owen 1996).
+//! systems with one factorisation of the exact tangent `K`: `K d_g = -g` and `K d_q = q`, with
+//! `q = -dg/dlambda` the load rate. The increment of `lambda` is the root of the quadratic
+//! `|dx + d_g + dlambda d_q| = l` that turns `dx` less. The initial direction of a step is that of the
+//! last step, which also passes turning points (Feng, Peric, Owen 1996).
 //!
 //! Radii follow the iterations (Ramm 1981): `l_(n+1) = l_n sqrt(desired / taken)`. A failed step is
 //! retried with a quarter of its radius.

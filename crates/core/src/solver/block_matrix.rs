@@ -83,7 +83,7 @@ impl<const D: usize> Kernel for Product<'_, D> {
     #[inline(always)]
     fn run<L: Lanes>(self) {
         for (i, y) in self.y.iter_mut().enumerate() {
-            // A sum for every place in a block: they do not wait for each other.
+            // One sum per entry of a block, so that they are independent.
             let mut sums = [[0.0; D]; D];
             for (c, block) in self.matrix.row(self.first + i) {
                 let x = &self.x[c];

@@ -15,7 +15,7 @@ pub struct Cholesky(pliant_sparse::SparseCholesky);
 /// are allocated. `None` if not even that fits memory.
 pub fn structure<const D: usize>(matrix: &BlockMatrix<D>, x: &[f64]) -> Option<CholeskyStructure> {
     let n = matrix.rows() * D;
-    // Half of the blocks beside the diagonal, and the lower half of those on it.
+    // Half of the off-diagonal blocks, and the lower half of the diagonal ones.
     let beside = (matrix.column.len() - matrix.rows()) / 2;
     let entries = beside * D * D + matrix.rows() * D * (D + 1) / 2;
     let (mut column_start, mut row) = (Vec::with_capacity(n + 1), Vec::with_capacity(entries));

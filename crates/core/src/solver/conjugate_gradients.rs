@@ -150,9 +150,9 @@ impl ConjugateGradients {
         self.stop = stop;
     }
 
-    /// Solves `A x = b` from `x = 0` to a `tolerance`; a plain number is a relative residual. `product(p,
-    /// q)` writes `A p` to `q`. Shewchuk 1994, *An introduction to the conjugate gradient method without
-    /// the agonizing pain*, B3.
+    /// Solves `A x = b` from `x = 0` to a `tolerance`; a plain number is a relative residual.
+    /// `product(p, q)` writes `A p` to `q`. Shewchuk 1994, *An introduction to the conjugate gradient
+    /// method without the agonizing pain*, B3.
     ///
     /// If `A` is indefinite, `x` is the iterate before the direction of negative curvature or, in the
     /// first iteration, a multiple of that direction: a descent direction for a minimiser; Nocedal,

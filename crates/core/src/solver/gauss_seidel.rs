@@ -1,10 +1,10 @@
 //! Conjugate gradients preconditioned by symmetric Gauss-Seidel, at the cost of one matrix product per
 //! iteration.
 //!
-//! With the diagonal blocks `D = C C^T` of the matrix, the unknowns are `y = C^T x`: `A = C^-1 (...)
-//! C^-T` has a unit diagonal, and `A = I + L + L^T`. The preconditioner is `P = (I + L) (I + L)^T`. In
-//! terms of `y^ = (I + L)^T y` and `r^ = (I + L)^-1 r` the system is `(I + L)^-1 A (I + L)^-T y^ = (I +
-//! L)^-1 b`, and with `t = (I + L)^-T p` the product is
+//! With the diagonal blocks `D = C C^T` of the matrix, the unknowns are `y = C^T x`:
+//! `A = C^-1 (...) C^-T` has a unit diagonal, and `A = I + L + L^T`. The preconditioner is
+//! `P = (I + L) (I + L)^T`. In terms of `y^ = (I + L)^T y` and `r^ = (I + L)^-1 r` the system is `(I +
+//! L)^-1 A (I + L)^-T y^ = (I + L)^-1 b`, and with `t = (I + L)^-T p` the product is
 //!
 //! ```text
 //! (I + L)^-1 A t = t + (I + L)^-1 (L^T t),   L^T t = p - t

@@ -34,16 +34,16 @@ pub(crate) struct Velocity<'a> {
     pub(crate) drift: &'a [f64],
 }
 
-/// Incremental potential of an implicit step or stage, `Phi(u) = inertia/2 (u - target)^T M (u - target)
-/// + stiffness E(origin + u)`, in the free coordinates.
+/// Incremental potential of an implicit step or stage in the free coordinates,
+/// `Phi(u) = inertia/2 (u - target)^T M (u - target) + stiffness E(origin + u)`.
 ///
 /// With dissipation, `stiffness / rate R(x_k, v(u))` is added, `x_k` the last iterate. Non-conservative
 /// forces add the work of the force at the last iterate. Both have the exact gradient there.
 ///
 /// The minimum solves `inertia M (u - target) + stiffness (dE/dx + dR/dv) = 0`; Martin, Thomaszewski,
-/// Grinspun, Gross 2011, "Example-based elastic materials", eq. 4. The unknowns are increments `u = x -
-/// origin`, not positions: velocities divide them by the step, accelerations by its square, which would
-/// amplify the rounding of positions; Hairer, Wanner 1996, section IV.8.
+/// Grinspun, Gross 2011, "Example-based elastic materials", eq. 4. The unknowns are increments
+/// `u = x - origin`, not positions: velocities divide them by the step, accelerations by its square,
+/// which would amplify the rounding of positions; Hairer, Wanner 1996, section IV.8.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Objective<'a> {
     /// Factor of the inertia: 1 without drag, 0 in statics.

@@ -7,11 +7,11 @@
 //! r = E(x_(n+1)) - E(x_n) - h sum_i b_i V_i . dE/dx(X_i)
 //! ```
 //!
-//! is zero up to the quadrature error along the polynomial of the step. For quadratic `E` it is `-h^2/2
-//! sum_ij m_ij V_i . K V_j` with `m_ij = b_i a_ij + b_j a_ji - b_i b_j`: zero for Gauss methods, a loss
-//! for algebraically stable ones; Hairer, Wanner 1996, *Solving Ordinary Differential Equations II*,
-//! section IV.12. If `r` is as large as the energy scale of the step, the stages do not approximate a
-//! motion.
+//! is zero up to the quadrature error along the polynomial of the step. For quadratic `E` it is
+//! `-h^2/2 sum_ij m_ij V_i . K V_j` with `m_ij = b_i a_ij + b_j a_ji - b_i b_j`: zero for Gauss methods,
+//! a loss for algebraically stable ones; Hairer, Wanner 1996, *Solving Ordinary Differential Equations
+//! II*, section IV.12. If `r` is as large as the energy scale of the step, the stages do not approximate
+//! a motion.
 
 use super::super::implicit::NextState;
 use super::CollocationTableau;

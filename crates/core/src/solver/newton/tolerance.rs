@@ -52,8 +52,8 @@ impl<const D: usize> Newton<D> {
     }
 }
 
-/// Estimates the error of an integrator of order `p` in a stage [m], up to a method constant: `|g^2 A|
-/// min(1, g A / V)^p`.
+/// Estimates the error of an integrator of order `p` in a stage [m], up to a method constant:
+/// `|g^2 A| min(1, g A / V)^p`.
 ///
 /// `|g V|` and `|g^2 A|` are the mass-weighted mean displacements by velocity and by acceleration. A
 /// smooth motion has the frequency `w = A / V`, so that this is `|g V| (g w)^(p + 1)`: the error of
