@@ -129,6 +129,7 @@ impl Wall {
             if depth <= 0.0 {
                 continue;
             }
+            // A vertex with constrained coordinates moves along its free ones.
             if w.contains(&0.0) {
                 if let Some(size) = self.slide(depth, w, x, v) {
                     moved = true;

@@ -83,6 +83,7 @@ impl Diagnostics {
     fn measure_with_force(system: &mut System, time: f64, x: &[f64], v: &[f64], force: ForceId) -> Self {
         system.set_time(time);
         let kinetic = system.kinetic(v);
+        // Potential energies by kind; `None` if no term has that kind.
         let mut of_kind = |asked: fn(EnergyKind) -> bool| {
             let is_there = system.terms().iter().any(|term| asked(term.properties().kind));
             is_there.then(|| system.potential_with_force(asked, x, force))
@@ -93,6 +94,7 @@ impl Diagnostics {
         let contact = of_kind(|kind| kind == EnergyKind::Contact);
         let other = of_kind(|kind| matches!(kind, EnergyKind::Other(_)));
         let stored = [loads, contact, other].into_iter().flatten();
+        // Momenta and the worst element.
         let (linear_momentum, angular_momentum) = match system.dimension() {
             2 => momenta::<2>(system.mass(), x, v),
             _ => momenta::<3>(system.mass(), x, v),

@@ -40,7 +40,7 @@ const SPAN: f64 = 1e-3;
 pub(crate) struct ReactionInputs<'a> {
     /// Time [s].
     pub(crate) time: f64,
-    /// Size of the last step [s].
+    /// Step size [s]; the next one to try if steps are adaptive.
     pub(crate) h: f64,
     /// Positions, flat [m].
     pub(crate) x: &'a [f64],

@@ -75,6 +75,7 @@ impl ErrorNorm {
         let (d, free) = (system.dimension(), system.inverse_mass());
         let per_block = BLOCK * d;
         let count = before.len().div_ceil(per_block);
+        // Error sum of one block of vertices, constrained coordinates masked.
         let block = |i: usize| {
             let range = i * per_block..before.len().min((i + 1) * per_block);
             let (mut x, mut v) = ([0.0; 3 * BLOCK], [0.0; 3 * BLOCK]);
@@ -97,6 +98,7 @@ impl ErrorNorm {
             }
             (sum, vertices)
         };
+        // All blocks, on several threads if there are enough; then their sum in order.
         self.blocks.clear();
         if count < PARALLEL_BLOCKS {
             self.blocks.extend((0..count).map(block));

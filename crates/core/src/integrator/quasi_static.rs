@@ -76,6 +76,7 @@ impl Integrator for QuasiStatic {
             acceleration: None,
             single_iteration: false,
         };
+        // Solve, and count the matrices for the step size control.
         let before = self.solver.work();
         self.solver.minimize(system, &solve, &mut self.next.x, &self.next.v)?;
         let after = self.solver.work();
@@ -83,6 +84,7 @@ impl Integrator for QuasiStatic {
             0 => after.newton_iterations - before.newton_iterations,
             matrices => matrices,
         };
+        // Commit the equilibrium; keep the velocities that dissipative terms saw.
         let force = system.force();
         self.next.commit(system, state, h, force)?;
         self.seen.clear();

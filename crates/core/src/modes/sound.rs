@@ -141,6 +141,7 @@ fn sound<const D: usize>(
         let length = strike.direction.iter().map(|c| c.abs()).sum();
         return Err(SoundError::Direction { found, expected: D, length });
     };
+    // Coordinates of a vertex, which must be able to move along the strike.
     let place = |vertex: usize| {
         let vertices = simulation.system().mass().len();
         if vertex >= vertices {

@@ -115,10 +115,12 @@ fn superposition<const D: usize>(
     let force: Vec<f64> =
         gradient.iter().zip(&eigen.mass).map(|(g, m)| if *m > 0.0 { -g } else { 0.0 }).collect();
     let momentum: Vec<f64> = velocity.iter().zip(&eigen.mass).map(|(v, m)| v * m).collect();
+    // Damping must not couple the modes.
     let (rates, coupling) = eigen.damping(system);
     if coupling > COUPLING {
         return Err(ModesError::Coupled { coupling });
     }
+    // One oscillator per mode, from the modal force and velocity.
     let oscillators: Vec<Oscillator> = eigen
         .pairs
         .iter()
@@ -130,6 +132,7 @@ fn superposition<const D: usize>(
             velocity: product(&pair.vector, &momentum),
         })
         .collect();
+    // Contribution of omitted modes; then everything in scene order.
     let residual = residual(&mut eigen, system, &oscillators, &force, &velocity)?;
     let numbering = simulation.numbering();
     let in_order = |flat: &[f64]| numbering.to_original(flat, D).into_owned();

@@ -60,6 +60,7 @@ impl Simulation {
         if let Some(block) = found.blocks.first() {
             return Err(MaterialError::NoSimplices { body: body.to_owned(), cells: block.kind.plural });
         }
+        // The term to replace; nodal integration has two terms.
         let of_body = |term: &dyn EnergyTerm| term.elements().is_some_and(|elements| elements.body() == body);
         let id = self.system.find_term(of_body);
         let in_parts = |term: &dyn EnergyTerm| {
@@ -68,6 +69,7 @@ impl Simulation {
         if self.system.find_term(in_parts).is_some() {
             return Err(MaterialError::NodalIntegration { body: body.to_owned() });
         }
+        // New term for the element type of the body.
         let rest = self.numbering.to_internal(&topology.rest_positions, topology.dimension).into_owned();
         let BodyTopology { triangles, triangle_middles, tetrahedra, tetrahedron_middles, .. } = found;
         let term: Box<dyn EnergyTerm> =
@@ -97,6 +99,7 @@ impl Simulation {
                     &rest,
                 )),
             };
+        // Replace or add the term, and invalidate results.
         match id {
             Some(id) => self.system.replace_term(id, Some(term)),
             None => {

@@ -59,7 +59,7 @@ pub struct PathState {
     pub limit_points: Vec<LimitPoint>,
     /// Steps retried with a smaller radius.
     pub cut_back: u64,
-    /// Smallest and largest radius of solved steps [m]; zero before the first.
+    /// Smallest and largest length of solved steps [m]; zero before the first.
     pub radii: [f64; 2],
     /// True if the path has reached a load factor that ends it.
     pub has_ended: bool,

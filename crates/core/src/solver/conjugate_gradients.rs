@@ -182,6 +182,7 @@ impl ConjugateGradients {
         if length == 0.0 {
             return report(CgEnd::Converged, 0, 0.0);
         }
+        // First direction: the preconditioned residual.
         let is_identity = preconditioner.is_identity();
         let mut rz = if is_identity {
             p.copy_from_slice(r);
@@ -197,6 +198,7 @@ impl ConjugateGradients {
                 return report(CgEnd::Stopped, iteration - 1, dot(r, r).sqrt());
             }
             product(p, q);
+            // Negative curvature ends the solve.
             let curvature = dot(p, q);
             if curvature.is_nan() || curvature <= 0.0 {
                 let residual = dot(r, r).sqrt();
@@ -206,11 +208,13 @@ impl ConjugateGradients {
                 }
                 return report(end, iteration, residual);
             }
+            // Advance solution and residual; stop on the residual.
             let square = dispatch_compact(IterateUpdate { alpha: rz / curvature, p, q, x, r });
             let residual = square.sqrt();
             if residual <= tolerance.residual * length {
                 return report(CgEnd::Converged, iteration, residual);
             }
+            // Precondition the residual; stop on the energy norm.
             let next = if is_identity {
                 square
             } else {
@@ -224,6 +228,7 @@ impl ConjugateGradients {
             if next <= least {
                 return report(CgEnd::Converged, iteration, residual);
             }
+            // Next conjugate direction.
             let beta = next / rz;
             rz = next;
             dispatch_compact(DirectionUpdate { beta, z: if is_identity { r } else { z }, p });

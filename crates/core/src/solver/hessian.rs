@@ -263,6 +263,7 @@ impl<const D: usize> Assembler<D> {
     }
 
     fn assemble_fixed(&mut self, system: &System, at: At<'_>, weights: Weights) {
+        // Sums of all groups, then the rows of the matrix from them.
         for plan in &mut self.terms {
             plan.sum(system, at, weights, &mut self.sums);
         }
@@ -437,6 +438,7 @@ impl<const D: usize> TermPlan<D> {
             [only] => (only.sums.start, only.sums.end),
             [] => return,
         };
+        // Hessians of the stencils of some groups, and their sums.
         let run = |groups: &[StencilGroup], scratch: &mut Vec<Block<D>>, sums: &mut [Block<D>]| {
             let base = groups[0].sums.start;
             for group in groups {
@@ -460,6 +462,7 @@ impl<const D: usize> TermPlan<D> {
                 dispatch(AddBlocks { slots, hessians, sums, factor });
             }
         };
+        // One task on one thread, or a range of groups per task.
         let sums = &mut sums[first..last];
         let per_task = groups.len().div_ceil(scratch.len());
         if groups.len() == 1 || rayon::current_num_threads() == 1 {

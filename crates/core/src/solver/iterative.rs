@@ -222,6 +222,7 @@ impl<const D: usize> Levels<D> {
         tolerance: CgTolerance,
     ) -> CgReport {
         let Levels { levels, subspace, made_for, first_rate, cg } = self;
+        // Recompute the levels if they were made for another matrix or have worn out.
         let of = Some((weights, psd, pattern));
         if *made_for != of {
             (*made_for, *first_rate) = (None, None);
@@ -230,6 +231,7 @@ impl<const D: usize> Levels<D> {
             }
             *made_for = of;
         }
+        // Correct the preconditioner on the vertices of changing stencils, if there are any.
         let mut corrected;
         let preconditioner: &mut dyn Preconditioner<D> = match subspace.update(matrix, fixed, (pattern, x)) {
             Ok(false) => levels,
@@ -241,6 +243,7 @@ impl<const D: usize> Levels<D> {
         };
         let product = |p: &[f64], q: &mut [f64]| matrix.multiply(p, q);
         let report = cg.solve(product, preconditioner, right, solution, tolerance, MULTIGRID_ITERATIONS);
+        // Mark the levels as worn out if this solve took too many iterations.
         let (count, gained) = (report.iterations as f64, -report.relative_residual.ln());
         let first = *first_rate.get_or_insert(count / gained);
         let worn_out = count > WORN_OUT * first * gained + 1.0;

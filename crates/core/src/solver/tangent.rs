@@ -43,6 +43,7 @@ struct SparseTangent<const D: usize> {
 impl<const D: usize> ExactTangent for SparseTangent<D> {
     fn factorize(&mut self, system: &mut System, x: &[f64]) -> bool {
         self.factor = None;
+        // Rebuild structures if the system has changed.
         if !self.assembler.as_ref().is_some_and(|assembler| assembler.fits(system)) {
             self.assembler = Some(Assembler::new(system));
             self.symbolic = None;
@@ -52,6 +53,7 @@ impl<const D: usize> ExactTangent for SparseTangent<D> {
         let weights = Weights { inertia: 0.0, stiffness: 1.0, damping: 0.0 };
         assembler.assemble(system, At { x, v: &[], psd: Psd::Exact, predicted_from: None }, weights);
         let matrix = assembler.matrix();
+        // Symbolic analysis of the scalar pattern.
         if symbolic.is_none() {
             let (mut start, mut row) = (vec![0], vec![]);
             for vertex in 0..matrix.rows() {

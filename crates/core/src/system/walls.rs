@@ -28,6 +28,7 @@ impl System {
         if self.walls.is_empty() {
             return false;
         }
+        // Record the state before walls act, if losses are counted.
         let mut losses = self.books.wall_losses.take();
         if let Some(losses) = &mut losses {
             losses.forget();
@@ -37,6 +38,7 @@ impl System {
             self.set_time(from.time + h);
             losses.before(self, x, v);
         }
+        // Apply the walls one after another.
         let stops = exclusive(&mut self.books.wall_stops);
         stops.clear();
         for (wall, plane) in self.walls.iter().enumerate().filter(|_| crossed) {

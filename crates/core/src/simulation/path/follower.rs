@@ -153,6 +153,7 @@ impl PathFollower {
         let mut load_way = load_way;
         let mut last = f64::INFINITY;
         for iteration in 1..=MOST {
+            // Current iterate.
             let mut here = PathPoint {
                 x: start.x.iter().zip(&way).map(|(x, u)| x + u).collect(),
                 v: start.v.clone(),
@@ -161,6 +162,7 @@ impl PathFollower {
             if system.is_stopped() {
                 return Err(failure(system, &here, SolveFailure::Stopped, iteration, last));
             }
+            // Solve the tangent systems, and choose the load increment that keeps the distance.
             let Some(Solutions { correction, by_load }) = self.solutions_at(system, &mut here) else {
                 return Err(failure(system, &here, SolveFailure::Infeasible, iteration, last));
             };
@@ -168,6 +170,7 @@ impl PathFollower {
             let Some(more) = increment(system, &way, (&correction, &by_load), radius) else {
                 return Err(failure(system, &here, SolveFailure::Diverged, iteration, last));
             };
+            // Apply the correction.
             last = 0.0;
             for i in 0..way.len() {
                 let change = correction[i] + more * by_load[i];
@@ -176,6 +179,7 @@ impl PathFollower {
             }
             load_way += more;
             let reach = here.x.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+            // Converged: the end must be feasible, too.
             if last <= tolerance.max(ULPS * f64::EPSILON * reach) {
                 let mut end = PathPoint {
                     x: start.x.iter().zip(&way).map(|(x, u)| x + u).collect(),

@@ -133,11 +133,13 @@ impl<const D: usize> Changing<D> {
                 for_pairs(stencil, |a, b| pairs.push([a, b]));
             }
         }
+        // Sorted pairs of free vertices, in both orders.
         let free = pairs.iter().filter(|pair| !pair.iter().any(|v| is_held(*v)));
         let mut keys: Vec<(u32, u32)> = free.flat_map(|[a, b]| [(*a, *b), (*b, *a)]).collect();
         keys.sort_unstable();
         keys.dedup();
         let earlier = self.matrix().filter(|m| m.column.len() < fixed.column.len() + SPARE * keys.len());
+        // Pattern: blocks of the fixed matrix, new pairs and earlier blocks, row by row.
         let (mut row_start, mut column, mut rest) = (vec![0], vec![], &keys[..]);
         for row in 0..fixed.rows() {
             let first = column.len();
@@ -153,6 +155,7 @@ impl<const D: usize> Changing<D> {
         // Freed first, so that two such matrices never coexist.
         self.whole = None;
         let matrix = BlockMatrix::zero(row_start, column);
+        // Positions of the blocks of the fixed matrix.
         let mut place = Vec::with_capacity(fixed.column.len());
         for row in 0..fixed.rows() {
             let columns = fixed.column[blocks_of(fixed, row)].iter();

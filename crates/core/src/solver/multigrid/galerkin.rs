@@ -191,6 +191,7 @@ impl<const D: usize> Task<D> {
         let Task { coarse, fine: fine_rows, position, row } = self;
         out.fill([[0.0; D]; D]);
         for i in fine_rows.iter().map(|i| *i as usize) {
+            // Row i of A P.
             let columns = &map.column[map.start[i] as usize..map.start[i + 1] as usize];
             columns.iter().enumerate().for_each(|(at, c)| position[*c as usize] = at as u32);
             let row = &mut row[..columns.len()];
@@ -206,6 +207,7 @@ impl<const D: usize> Task<D> {
                     add(&mut row[position[c] as usize], weight, block);
                 }
             }
+            // Add its products with the entries of row i of P to the coarse rows of this task.
             for k in p.start[i] as usize..p.start[i + 1] as usize {
                 if coarse.contains(&(p.column[k] as usize)) {
                     let targets = &map.target[map.target_start[k] as usize..map.target_start[k + 1] as usize];

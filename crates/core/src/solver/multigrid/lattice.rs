@@ -139,6 +139,7 @@ fn split<const D: usize>(
     lattice: &[u32],
     count: usize,
 ) -> (Vec<u32>, Vec<u32>) {
+    // Rows that each lattice corner reaches.
     let mut support: Vec<Vec<(u32, u32)>> = vec![vec![]; count];
     for i in 0..matrix.rows() {
         for entry in start[i]..start[i + 1] {

@@ -76,12 +76,14 @@ impl<const D: usize> Smoother<D> {
 
     /// Sets the matrix to `scale * matrix`.
     pub(super) fn set(&mut self, matrix: &BlockMatrix<D>, scale: f64) {
+        // Scales from the largest diagonal entry of each row.
         for (out, at) in self.scale.iter_mut().zip(&matrix.diagonal) {
             let block = &matrix.value[*at as usize];
             let largest = (0..D).fold(0.0, |m: f64, k| m.max(block[k][k]));
             let s = if largest > 0.0 { (scale * largest).sqrt() } else { 1.0 };
             *out = [s as f32, (1.0 / s) as f32];
         }
+        // Scaled blocks as integers.
         let of_row = |(row, out): (usize, &mut [[[i16; 4]; D]])| {
             let own = f64::from(self.scale[row][1]);
             for ((c, block), out) in matrix.row(row).zip(out) {
@@ -108,6 +110,7 @@ impl<const D: usize> Smoother<D> {
             let rows: Vec<_> = rows.collect();
             rows.into_par_iter().with_min_len(TASK_ROWS).for_each(of_row);
         }
+        // Inverse diagonal blocks of the scaled matrix, and its largest eigenvalue.
         for ((out, at), [s, _]) in self.inverse.iter_mut().zip(&matrix.diagonal).zip(&self.scale) {
             let inverse = inverse(&matrix.value[*at as usize]);
             let factor = f64::from(*s) * f64::from(*s) / scale;

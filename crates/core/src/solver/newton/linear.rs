@@ -221,6 +221,7 @@ impl<const D: usize> Newton<D> {
         let stop = system.stop();
         let held: Vec<bool> = system.inverse_mass().iter().map(|w| *w == 0.0).collect();
         let (velocity, mut damped) = (&self.velocity, vec![0.0; x.len()]);
+        // Product with stiffness, damping and inertia; identity at constrained coordinates.
         let product = |p: &[f64], q: &mut [f64]| {
             system.hessian_product(x, p, q);
             if system.is_damped() {

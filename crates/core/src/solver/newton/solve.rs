@@ -280,6 +280,7 @@ impl<const D: usize> Newton<D> {
         }
         solve.before = solve.correction;
         solve.negligible = self.tolerance(solve.system, solve.objective, solve.at).max(solve.floor);
+        // Direction, and the convergence history of its length.
         let Some(found) = self.correction(solve)? else { return Ok(Converged) };
         self.work.newton_iterations += 1;
         solve.stagnant = if solve.correction < solve.least { 0 } else { solve.stagnant + 1 };
@@ -297,6 +298,7 @@ impl<const D: usize> Newton<D> {
             };
             return self.advance(solve, found, &accepted);
         }
+        // Line search.
         let slope = self.slope(solve, found);
         match self.search(solve.system, solve.objective, solve.at, &slope) {
             Some(accepted) => {
