@@ -1,17 +1,18 @@
-//! Step sizes that follow the error.
+//! Adaptive step size control.
 //!
-//! A step whose estimated error is more than allowed is taken back and tried again with a smaller size; the
-//! size of the next one follows from the errors of the last two by a PI controller, Gustafsson's as in
-//! Hairer, Wanner 1996, *Solving Ordinary Differential Equations II*, section IV.2:
+//! A step whose estimated error exceeds the tolerance is rejected and retried with a smaller size. A PI
+//! controller derives the next size from the errors of the last two steps; Gustafsson's, as in Hairer,
+//! Wanner 1996, *Solving Ordinary Differential Equations II*, section IV.2:
 //!
 //! ```text
 //! h_(n+1) = h_n * 0.9 err_n^(-0.7/k) err_(n-1)^(0.4/k)
 //! ```
 //!
-//! `err` is the norm of the estimate, 1 what is allowed ([`Tolerances`]), `k` the power of the
-//! step that the estimate grows with. After a step that was taken back, `h_(n+1) = h_n * 0.9 err^(-1/k)`.
+//! `err` is the norm of the estimate relative to the [`Tolerances`], `k` the power of the step with which
+//! the estimate grows. After a rejected step, `h_(n+1) = h_n * 0.9 err^(-1/k)`.
 //!
-//! Increments of statics have no error in time, and follow the effort of their solves: see [`increments`].
+//! Static increments have no error in time; their size depends on the cost of their solves: see
+//! [`increments`].
 
 pub mod increments;
 
@@ -19,64 +20,65 @@ use crate::integrator::Method;
 use crate::integrator::estimate::{Judgement, Tolerances};
 use increments::{IncrementPace, Increments};
 
-/// Aim, as a part of the step that would just be allowed.
+/// Safety factor: target step as a fraction of the largest allowed one.
 const SAFETY: f64 = 0.9;
-/// Exponents of the controller, in units of `1/k`: of the last error, and of the one before.
+/// Exponents of the controller, in units of `1/k`: for the last error, and for the one before.
 const LAST: f64 = 0.7;
 const BEFORE: f64 = 0.4;
-/// Errors below this are taken for it: the next step is not to be bold because a step was easy.
+/// Smaller errors count as this one, so that an easy step does not make the next one too large.
 const EASY: f64 = 1e-4;
-/// A step may be so many times as large as the one before, or as small.
+/// Largest and smallest ratio of consecutive step sizes.
 const LARGEST_FACTOR: f64 = 5.0;
 const SMALLEST_FACTOR: f64 = 0.2;
-/// The size of another try, where it is not known how wrong the last one was.
+/// Step reduction after a failure without an error estimate.
 const AFTER_FAILURE: f64 = 0.25;
-/// A larger step of an implicit scheme is not worth a new factorisation below this.
+/// Smallest growth factor for which an implicit step is worth a new factorisation.
 const WORTH_A_FACTORISATION: f64 = 1.2;
-/// A step may be stretched by so much to land on a time: its error stays allowed, for `1.1 SAFETY < 1`.
+/// Largest stretch of a step to end at a given time; its error stays within the tolerance, as
+/// `1.1 SAFETY < 1`.
 const STRETCH: f64 = 1.1;
-/// The error of a step cut short is scaled up by at most so much.
+/// Largest error scale factor of a step cut short.
 const LARGEST_SCALE: f64 = 1e8;
-/// A scheme with a criterion of its own repeats a step that it would have taken at less than this part, and
-/// grows by no more than the inverse; Rein, Spiegel 2015, section 3.4.
+/// A method with its own criterion rejects a step larger than its own choice by more than the inverse of
+/// this factor, and grows by at most the inverse; Rein, Spiegel 2015, section 3.4.
 const OWN_CRITERION: f64 = 0.25;
-/// Steps of fewer units in the last place of the time than this do not advance it as they should.
+/// Smallest step in units in the last place of the time.
 const LEAST_ULPS: f64 = 16.0;
 
-/// How step sizes follow the error.
+/// Options of adaptive step size control.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct StepControl {
-    /// The errors that a step may make; where a scheme has a criterion of its own, those that the first step
-    /// goes by. Statics has none.
+    /// Error tolerances of a step; for methods with their own criterion, those of the first step only.
+    /// Not used in statics.
     pub tolerances: Tolerances,
-    /// The first step to try [s]; `None`: by the algorithm of Hairer, Norsett, Wanner 1993, section II.4.
+    /// First step to try [s]; `None`: the algorithm of Hairer, Norsett, Wanner 1993, section II.4.
     pub first: Option<f64>,
-    /// A run that needs smaller steps [s] than this ends.
+    /// Smallest step size [s]; a run that needs smaller steps ends.
     pub smallest: f64,
-    /// No step is larger [s].
+    /// Largest step size [s].
     pub largest: f64,
 }
 
-/// Chooses step sizes.
+/// Adaptive step size controller.
 #[derive(Clone, Debug)]
 pub(crate) struct Controller {
     pub(crate) control: StepControl,
-    /// The size that is to be tried next [s].
+    /// Size to try next [s].
     next: f64,
-    /// Error of the last step taken; `None` at the start, and after a step that was taken back.
+    /// Error of the last step; `None` at the start and after a rejected step.
     last: Option<f64>,
-    /// True if the last try was taken back.
+    /// True if the last attempt was rejected.
     taken_back: bool,
-    /// `k`.
+    /// Power `k` of the step with which the estimate grows.
     exponent: f64,
     is_implicit: bool,
-    /// Steps that were taken back.
+    /// Rejected steps.
     pub(crate) rejected: u64,
     /// Increments so far, in statics.
     increments: Option<IncrementPace>,
 }
 
-/// Memory of a [`Controller`].
+/// State of a [`Controller`].
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct StepHistory {
     next: f64,
@@ -88,13 +90,13 @@ pub(crate) struct StepHistory {
 }
 
 impl Controller {
-    /// Its memory so far.
+    /// Returns the state of the controller.
     pub(crate) fn pace(&self) -> StepHistory {
         let Controller { next, last, taken_back, rejected, increments, .. } = *self;
         StepHistory { next, last, taken_back, rejected, increments }
     }
 
-    /// Goes on from what one of the same scheme has learnt.
+    /// Restores the state of a controller of the same method.
     pub(crate) fn resume(&mut self, pace: StepHistory) {
         let StepHistory { next, last, taken_back, rejected, increments } = pace;
         self.next = next.min(self.control.largest);
@@ -104,15 +106,15 @@ impl Controller {
         }
     }
 
-    /// Increments of statics so far.
+    /// Returns the static increments so far.
     pub(crate) fn increments(&self) -> Option<Increments> {
         self.increments.map(|pace| pace.counts(self.rejected))
     }
 
-    /// A controller for `method` that begins with steps of `first` [s].
+    /// Creates a controller for `method` that starts with steps of `first` [s].
     ///
     /// # Panics
-    /// If the method has no estimate of its error, and is not static.
+    /// If the method has no error estimate and is not static.
     pub(crate) fn new(control: StepControl, method: &Method, first: f64) -> Self {
         let is_static = method.is_static();
         let exponent = if is_static { Some(1) } else { method.error_exponent() };
@@ -129,13 +131,13 @@ impl Controller {
         }
     }
 
-    /// The size that is to be tried next [s], were there no time to land on.
+    /// Returns the size to try next [s], without a time to end at.
     pub(crate) fn next(&self) -> f64 {
         self.next
     }
 
-    /// The size to try [s] where a time `remaining` [s] away is to be landed on: all of it, or half of it,
-    /// so that the last step is never a tiny one.
+    /// Returns the size to try [s] if a step must end `remaining` [s] from now: all of it, or half of it,
+    /// so that the last step is never tiny.
     pub(crate) fn plan(&self, remaining: f64) -> f64 {
         if remaining <= STRETCH * self.next {
             remaining
@@ -146,23 +148,22 @@ impl Controller {
         }
     }
 
-    /// The smallest step that makes sense at `time` [s]; above 0, so that steps that are taken back again and
-    /// again come to an end.
+    /// Returns the smallest sensible step at `time` [s]; above 0, so that repeated rejection ends.
     pub(crate) fn floor(&self, time: f64) -> f64 {
         self.control.smallest.max(LEAST_ULPS * f64::EPSILON * time.abs()).max(f64::MIN_POSITIVE)
     }
 
-    /// True if a step of `h` [s] may stand.
+    /// True if a step of `h` [s] is accepted.
     pub(crate) fn admits(&self, h: f64, judgement: Judgement) -> bool {
         match judgement {
-            // Not a number is too large.
+            // NaN counts as too large.
             Judgement::Error(error) => error <= 1.0,
             Judgement::Step(wanted) => wanted >= OWN_CRITERION * h,
             Judgement::Matrices(_) => true,
         }
     }
 
-    /// A step of `h` [s] stands.
+    /// Records an accepted step of `h` [s].
     pub(crate) fn accept(&mut self, h: f64, judgement: Judgement) {
         if let Some(pace) = &mut self.increments {
             let matrices = if let Judgement::Matrices(matrices) = judgement { matrices } else { 0 };
@@ -171,8 +172,8 @@ impl Controller {
         }
         let wanted = match judgement {
             Judgement::Error(error) => {
-                // A step that was cut short to land on a time says what the error of the whole one would
-                // have been, unless rounding is all that there is to see.
+                // A step cut short to end at a given time predicts the error of the full step, unless it
+                // is all rounding.
                 let times = (self.next / h).max(1.0);
                 let scale = times.powf(self.exponent);
                 if scale > LARGEST_SCALE {
@@ -194,19 +195,19 @@ impl Controller {
         }
     }
 
-    /// By how much the next step may be larger than one with this error.
+    /// Returns the growth factor of the next step after a step with this error.
     fn factor(&self, error: f64) -> f64 {
         let error = error.max(EASY);
         let factor = match self.last {
             Some(before) => SAFETY * error.powf(-LAST / self.exponent) * before.powf(BEFORE / self.exponent),
             None => SAFETY * error.powf(-1.0 / self.exponent),
         };
-        // After a step was taken back, the size that was found is not left at once.
+        // After a rejection the step does not grow at once.
         let most = if self.taken_back { 1.0 } else { LARGEST_FACTOR };
         factor.clamp(SMALLEST_FACTOR, most)
     }
 
-    /// A step of `h` [s] was taken back, or could not be taken at all: `None`.
+    /// Records a rejected step of `h` [s]; `None` for a failed one.
     pub(crate) fn reject(&mut self, h: f64, judgement: Option<Judgement>) {
         self.rejected += 1;
         (self.last, self.taken_back) = (None, true);

@@ -1,4 +1,4 @@
-//! Frames of a run, and observers of them: recorder, progress bar, statistics, Python.
+//! Frames of a run, and their observers: recorder, progress bar, statistics, Python.
 
 mod quantities;
 
@@ -10,9 +10,9 @@ use crate::simulation::Simulation;
 pub use crate::simulation::Work;
 pub use quantities::Quantities;
 
-/// One moment of a run. Borrowed: an observer copies what it keeps.
+/// One moment of a run. Borrowed: observers copy what they keep.
 ///
-/// Quantities that no observer reads are `None`: they are not computed.
+/// Quantities that no observer reads are not computed and `None`.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Frame<'a> {
     /// Number of the frame, from 0.
@@ -21,7 +21,7 @@ pub struct Frame<'a> {
     pub step: u64,
     /// Simulated time [s].
     pub time: f64,
-    /// Load factor; `None` unless a path of equilibria is followed by arc length.
+    /// Load factor; `None` without arc-length continuation.
     pub load_factor: Option<f64>,
     /// 2 or 3.
     pub dimension: usize,
@@ -31,21 +31,21 @@ pub struct Frame<'a> {
     pub v: &'a [f64],
     /// Energies and momenta.
     pub diagnostics: Option<&'a Diagnostics>,
-    /// Deformation and stress of every finite element, body after body, each in the order of its mesh.
+    /// Deformation and stress of all finite elements, body after body, each in mesh order.
     pub elements: Option<&'a [ElementState]>,
-    /// Deformation and stress at the points of elements that probes have named.
+    /// Deformation and stress at the element points of probes.
     pub points: Option<&'a [ElementState]>,
-    /// Forces with which pins that have not let go hold their vertices, and walls push.
+    /// Reaction forces of active pins and walls.
     pub reactions: Option<&'a [Reaction]>,
-    /// Surfaces that touch, in a fixed order.
+    /// Surfaces in contact, in a fixed order.
     pub contacts: Option<&'a [SurfaceContact]>,
     /// Work counters.
     pub work: Work,
 }
 
 impl Frame<'_> {
-    /// Frame number `index` of the present state, for as long as `show` looks at it, with those of
-    /// `quantities` that are asked for here; `diagnostics` are computed before, for they judge a state.
+    /// Builds frame `index` of the current state and passes it to `show`, with the requested
+    /// `quantities`. `diagnostics` are computed before, as they validate the state.
     pub fn of_state<R>(
         simulation: &mut Simulation,
         index: u64,
@@ -78,7 +78,8 @@ impl Frame<'_> {
 }
 
 impl<'a> Frame<'a> {
-    /// Quantities that it has. Positions and velocities always count: without vertices they are empty.
+    /// Returns the quantities of this frame. Positions and velocities always count; without vertices they
+    /// are empty.
     pub fn quantities(&self) -> Quantities {
         Quantities::STATE
             | Quantities::DIAGNOSTICS.only_if(self.diagnostics.is_some())
@@ -88,7 +89,7 @@ impl<'a> Frame<'a> {
             | Quantities::CONTACTS.only_if(self.contacts.is_some())
     }
 
-    /// The same moment with these quantities at most.
+    /// Returns the frame restricted to these quantities.
     pub fn only(&self, quantities: Quantities) -> Frame<'a> {
         let has = |quantity| quantities.contains(quantity);
         Frame {
@@ -104,44 +105,44 @@ impl<'a> Frame<'a> {
     }
 }
 
-/// Watches a run, frame by frame.
+/// Observes a run frame by frame.
 pub trait Observer {
-    /// Quantities of a [`Frame`] that this observer reads; they are computed only if one does. Positions and
-    /// velocities are always there.
+    /// Returns the quantities of a [`Frame`] that this observer reads; others are not computed. Positions
+    /// and velocities are always available.
     fn quantities(&self) -> Quantities {
         Quantities::NONE
     }
 
-    /// Called at every output frame, the initial state included.
+    /// Receives an output frame, including the initial state.
     ///
     /// # Errors
-    /// Whatever keeps the observer from doing its work; the run stops and reports it.
+    /// If the observer fails; the run stops and reports it.
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError>;
 
-    /// Called at every checkpoint, whether or not it is kept: notes what going on from here takes.
+    /// Adds notes to a checkpoint, kept or not: whatever the observer needs to continue from here.
     fn note(&mut self, notes: &mut Notes) {
         let _ = notes;
     }
 
-    /// Called before a checkpoint is kept: makes what was shown so far durable.
+    /// Makes everything shown so far durable, before a checkpoint is kept.
     ///
     /// # Errors
-    /// Whatever keeps the observer from doing so; the run stops and reports it.
+    /// If the observer fails; the run stops and reports it.
     fn secure(&mut self) -> Result<(), ObserverError> {
         Ok(())
     }
 }
 
-/// Notes of observers at a checkpoint, by names that they choose.
+/// Notes of observers at a checkpoint, under names that they choose.
 pub type Notes = BTreeMap<String, Vec<u8>>;
 
-/// An observer could not do its work.
+/// Error of an observer.
 #[derive(Debug, thiserror::Error)]
 #[error("{what}: {source}")]
 pub struct ObserverError {
-    /// Its action, e.g. `writing out.mcap.part`.
+    /// Action that failed, e.g. `writing out.mcap.part`.
     pub what: String,
-    /// Why it failed.
+    /// Cause.
     #[source]
     pub source: Box<dyn std::error::Error + Send + Sync>,
 }

@@ -1,4 +1,4 @@
-//! A whole run: steps, frames, observers, and how it ended.
+//! Complete runs: steps, frames, observers and the outcome.
 
 mod checkpoint;
 mod plan;
@@ -20,17 +20,17 @@ pub use plan::Plan;
 pub use summary::{Outcome, Summary};
 pub use watch::EnergyWatch;
 
-/// The total energy is looked at every so many steps, frames apart: about 1 % of the work.
+/// Steps between energy checks without a frame: about 1 % of the work.
 const GUARD_INTERVAL: u64 = 128;
-/// A run is unstable once its energy has grown by this many times all the energy there was to begin with.
+/// Energy growth at which a run is unstable, relative to the energy scale.
 const ENERGY_GROWTH_BOUND: f64 = 1e3;
 
-/// Steps `simulation` through `plan`, showing frames to `observers`, until it is done, fails, or `interrupt`
-/// is set.
+/// Steps `simulation` through `plan`, showing frames to `observers`, until it is done, fails, or
+/// `interrupt` is set.
 ///
-/// A state is judged before it is shown: observers see good ones alone, and the last frame is a good one
-/// whatever the outcome. Where a step cannot be taken, it is the state before that step. What is lost is
-/// counted as `simulation` was told to: [`count_losses_for`] asks for it only where it is read.
+/// A state is validated before it is shown: observers only see valid ones, and the last frame is valid
+/// whatever the outcome. After a failed step it is the state before that step. Losses are counted as set
+/// in `simulation`; [`count_losses_for`] requests them only if they are read.
 ///
 /// ```
 /// use std::sync::atomic::AtomicBool;
@@ -59,13 +59,13 @@ pub fn run(
     run.summary(outcome)
 }
 
-/// The same with checkpoints, from the beginning or, with `from`, from one that `simulation` has
-/// [resumed](Simulation::resume): the frames that follow, and the summary of the whole run, have the same
-/// bits either way.
+/// Runs as [`run`] does, with checkpoints: from the beginning or, with `from`, from a checkpoint that
+/// `simulation` has [resumed](Simulation::resume). Further frames and the summary of the whole run are
+/// bit-identical either way.
 ///
-/// A run has the same bits with checkpoints and without: those of implicit schemes are taken where solvers
-/// [forget](Simulation::has_forgotten) anyway, and the last of them is kept where one is due or the run ends.
-/// A checkpoint comes before the frame of its step. A step that has begun is taken to its end before
+/// A run is bit-identical with and without checkpoints: those of implicit integrators are taken when
+/// solvers are [reset](Simulation::has_forgotten) anyway, and the last one is kept when one is due or the
+/// run ends. A checkpoint precedes the frame of its step. A step that has started is completed before
 /// `interrupt` ends the run.
 pub fn run_with_checkpoints(
     simulation: &mut Simulation,
@@ -81,13 +81,13 @@ pub fn run_with_checkpoints(
     run.summary(outcome)
 }
 
-/// Counts what `simulation` loses only if one of these observers reads measurements: the guard against
-/// growing energy does without.
+/// Counts losses of `simulation` only if one of these observers reads diagnostics; the energy check works
+/// without them.
 pub fn count_losses_for(simulation: &mut Simulation, observers: &[&mut dyn Observer]) {
     simulation.count_losses(quantities_of(observers).contains(Quantities::DIAGNOSTICS));
 }
 
-/// Quantities that any of these observers reads.
+/// Returns the quantities that any of these observers reads.
 fn quantities_of(observers: &[&mut dyn Observer]) -> Quantities {
     observers.iter().map(|observer| observer.quantities()).collect()
 }
@@ -96,12 +96,12 @@ struct Run<'a, 'b> {
     simulation: &'a mut Simulation,
     observers: &'a mut [&'b mut dyn Observer],
     checkpoints: Option<&'a mut dyn Checkpoints>,
-    /// The last checkpoint, and whether it was kept.
+    /// Last checkpoint, and whether it was kept.
     last_checkpoint: Option<(RunCheckpoint, bool)>,
     /// Quantities that any observer reads.
     quantities: Quantities,
     state: RunState,
-    /// Step of the simulation that was shown last.
+    /// Step shown last.
     shown: Option<u64>,
 }
 
@@ -116,7 +116,7 @@ impl<'a, 'b> Run<'a, 'b> {
         Run { simulation, quantities, observers, checkpoints, last_checkpoint: None, state, shown: None }
     }
 
-    /// Summary so far.
+    /// Builds the summary.
     fn summary(mut self, outcome: Outcome) -> Summary {
         let end = self.simulation.diagnostics();
         let (end, reactions) = match self.guard(&end.energy()) {
@@ -142,13 +142,13 @@ impl<'a, 'b> Run<'a, 'b> {
         }
     }
 
-    /// How a run ends whose step was not taken.
+    /// Returns the outcome after a failed step.
     fn not_taken(&self, error: StepError) -> Outcome {
         if self.simulation.system().is_stopped() { Outcome::Interrupted } else { Outcome::Failed(error) }
     }
 
-    /// Lets steps and solves that have begun end as well once `interrupt` is set, unless the simulation has a
-    /// flag of its own. A thread looks for them, but for steps that none of them is long in.
+    /// Runs so that `interrupt` also ends steps and solves under way, unless the simulation has its own
+    /// flag. A thread polls it, except for integrators with short steps.
     fn go_until(&mut self, plan: &Plan, interrupt: &AtomicBool) -> Outcome {
         let simulation = &self.simulation;
         let method = simulation.method();
@@ -180,13 +180,13 @@ impl<'a, 'b> Run<'a, 'b> {
         self.simulation.state().step - self.state.first_step
     }
 
-    /// True if the energy is looked at after so many steps, frame or not.
+    /// True if the energy is checked after `step` steps, with or without a frame.
     fn is_guarded(step: u64) -> bool {
         step > 0 && step.is_multiple_of(GUARD_INTERVAL)
     }
 
-    /// True if an interruption that came with a frame ends the run here. A run with checkpoints takes
-    /// another step first: its last checkpoint comes before the frame of that step.
+    /// True if an interruption during a frame ends the run here. A run with checkpoints takes one more
+    /// step: its last checkpoint precedes the frame of that step.
     fn is_interrupted_after_frame(&self, interrupt: &AtomicBool) -> bool {
         self.checkpoints.is_none() && interrupt.load(Ordering::Relaxed)
     }
@@ -198,6 +198,7 @@ impl<'a, 'b> Run<'a, 'b> {
             let step = self.steps();
             let is_done = step >= steps || self.simulation.path_has_ended();
             let is_stopping = !is_done && interrupt.load(Ordering::Relaxed);
+            // The checkpoint precedes the frame of this step.
             self.checkpoint(is_done || is_stopping)?;
             if step == self.state.next_frame.min(steps) || is_done && self.shown != Some(step) {
                 self.show()?;
@@ -214,6 +215,7 @@ impl<'a, 'b> Run<'a, 'b> {
             if is_stopping || self.is_interrupted_after_frame(interrupt) {
                 return Ok(self.end_with(Outcome::Interrupted));
             }
+            // Step; diagnostics that follow share work with its force.
             let is_frame = step + 1 == self.state.next_frame.min(steps);
             self.simulation.set_to_be_measured(is_frame || Self::is_guarded(step + 1));
             if let Err(error) = self.simulation.step() {
@@ -223,7 +225,7 @@ impl<'a, 'b> Run<'a, 'b> {
         }
     }
 
-    /// The same with steps whose size follows the error.
+    /// Runs with adaptive step sizes.
     fn go_by_error(&mut self, plan: &Plan, interrupt: &AtomicBool) -> Result<Outcome, Outcome> {
         let last = plan.exact_frames() - 1;
         let target = |state: &RunState| state.first_time + plan.frame_time(state.frames.min(last));
@@ -235,6 +237,7 @@ impl<'a, 'b> Run<'a, 'b> {
             if Self::is_guarded(step) {
                 self.judge().map_err(Outcome::Failed)?;
             }
+            // Several frames may be due at one time.
             while time >= target(&self.state) {
                 self.show()?;
                 if self.state.frames > last {
@@ -252,14 +255,14 @@ impl<'a, 'b> Run<'a, 'b> {
         }
     }
 
-    /// Keeps the last checkpoint if one is due, or where the run `ends`.
+    /// Keeps the last checkpoint if one is due or the run `ends`.
     fn checkpoint(&mut self, ends: bool) -> Result<(), Outcome> {
         self.simulation.forget_in_time();
         let (step, time) = (self.simulation.state().step, self.simulation.state().time);
         let Run { simulation, observers, checkpoints, last_checkpoint, state, .. } = self;
         let Some(checkpoints) = checkpoints else { return Ok(()) };
         let is_due = checkpoints.is_due(step) || ends;
-        // Without solvers every step is one to go on from.
+        // Without solvers, each step can be a checkpoint.
         let is_rare = simulation.method().documentation.solves > 0;
         if simulation.has_forgotten() && (is_due || is_rare) {
             let mut notes = Notes::new();
@@ -279,19 +282,19 @@ impl<'a, 'b> Run<'a, 'b> {
         }
     }
 
-    /// Shows the last state, if it has not been shown and is a good one, and ends.
+    /// Shows the last state, if it is valid and was not shown, and ends.
     fn end_with(&mut self, outcome: Outcome) -> Outcome {
         if self.shown == Some(self.simulation.state().step) {
             return outcome;
         }
         match self.show() {
-            // The failure of the run is the news, not a second failure found while showing its last state.
+            // Report the failure of the run, not a second failure while showing its last state.
             Err(Outcome::ObserverFailed(error)) => Outcome::ObserverFailed(error),
             _ => outcome,
         }
     }
 
-    /// Judges the present state between frames, and remembers its measurements.
+    /// Validates the current state between frames, and stores its diagnostics.
     fn judge(&mut self) -> Result<(), StepError> {
         let diagnostics = self.simulation.diagnostics();
         self.guard(&diagnostics.energy())?;
@@ -299,8 +302,8 @@ impl<'a, 'b> Run<'a, 'b> {
         Ok(())
     }
 
-    /// Judges the present state as a frame: its measurements where an observer reads them, its energy alone
-    /// where none does.
+    /// Validates the current state for a frame: with its diagnostics if an observer reads them, with its
+    /// energy alone otherwise.
     fn judge_frame(&mut self) -> Result<Option<Diagnostics>, StepError> {
         if !self.quantities.contains(Quantities::DIAGNOSTICS) {
             let energy = self.simulation.energy();
@@ -310,8 +313,8 @@ impl<'a, 'b> Run<'a, 'b> {
         Ok(Some(self.state.last_good.clone()))
     }
 
-    /// One frame for every observer, if the present state is a good one. A state without a finite energy is
-    /// none: an element may have left the domain of its material in the last drift.
+    /// Shows a frame to all observers, if the current state is valid. A state without a finite energy is
+    /// not: an element may have left the domain of its material in the last drift.
     fn show(&mut self) -> Result<(), Outcome> {
         let diagnostics = self.judge_frame().map_err(Outcome::Failed)?;
         let Run { simulation, observers, quantities, state, .. } = self;
@@ -324,8 +327,8 @@ impl<'a, 'b> Run<'a, 'b> {
         Ok(())
     }
 
-    /// Checks that the energy of the present state is one that a run can have: finite, and not grown beyond
-    /// any physical cause. Statics has no motion whose energy could grow.
+    /// Checks that the energy of the current state is finite and has not grown beyond any physical cause.
+    /// Statics has no kinetic energy that could grow.
     fn guard(&mut self, energy: &Energy) -> Result<(), StepError> {
         let start = self.state.start.energy();
         let gain = energy.gain(&start);
@@ -343,8 +346,8 @@ impl<'a, 'b> Run<'a, 'b> {
     }
 }
 
-/// Checks that the present energy, the second of `totals` [J] after that of the start, is finite, and that
-/// its `gain` [J] is not beyond any physical cause, on the `scale` [J] of the energy there was.
+/// Checks that the current energy, the second of `totals` [J], is finite, and that its `gain` [J] is
+/// physically possible relative to the energy `scale` [J].
 fn ensure_bounded(
     simulation: &Simulation,
     [start, energy]: [f64; 2],
@@ -368,9 +371,9 @@ fn ensure_bounded(
     })
 }
 
-/// The energy that a change of energy is compared with: what is kinetic and stored at the start, what
-/// gravity can give over the size of the scene, and at least the motion of a billionth of that size per
-/// step, which is where rounding ends.
+/// Returns the energy scale for energy changes: kinetic and stored energy at the start, plus what gravity
+/// can release over the scene size; at least the kinetic energy of a billionth of that size per step, the
+/// limit of rounding.
 pub fn energy_scale(simulation: &mut Simulation, start: &Diagnostics) -> f64 {
     let size = simulation.length_scale();
     let floor =
@@ -378,9 +381,8 @@ pub fn energy_scale(simulation: &mut Simulation, start: &Diagnostics) -> f64 {
     (start.kinetic + simulation.potential_scale()).max(floor).max(f64::MIN_POSITIVE)
 }
 
-/// Growth of the energy from `start` to `now` that did not come in from outside, over the `scale` [J] and
-/// what did come in; zero in statics, where there is no motion whose energy could grow, not a number where
-/// the energy is not finite.
+/// Returns the growth of energy from `start` to `now` without external supply, relative to `scale` [J]
+/// plus the energy supplied. Zero in statics, NaN if the energy is not finite.
 pub fn energy_growth(simulation: &Simulation, start: &Diagnostics, now: &Diagnostics, scale: f64) -> f64 {
     if !now.total.is_finite() {
         return f64::NAN;

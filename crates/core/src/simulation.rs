@@ -1,4 +1,4 @@
-//! A system, its state and a scheme: the stepper.
+//! Simulation: a system, its state and an integrator, advanced step by step.
 
 mod adaptive;
 mod change;
@@ -50,21 +50,21 @@ use crate::solver::{ForceLeft, SolveError, SolveFailure, SolverOptions, SolverWo
 use crate::state::State;
 use crate::system::{ForceId, System, TermId, WallImpulses};
 
-/// Prescribed motion that jumps: no body moves so.
+/// Report of discontinuous prescribed motion, which no physical body performs.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct MotionJumps {
-    /// The first pin that jumped, `body/pin`.
+    /// First pin that jumped, `body/pin`.
     pub pin: String,
-    /// When it did [s].
+    /// Time of its jump [s].
     pub time: f64,
-    /// How far its farthest component went [m].
+    /// Largest displacement component of that jump [m].
     pub size: f64,
-    /// Jumps of all pins.
+    /// Number of jumps of all pins.
     pub count: u64,
 }
 
-/// Advances a state in time, `(x_n, v_n) -> (x_{n+1}, v_{n+1})`: the public face of a simulation in Rust and
-/// in Python (lecture 3).
+/// Advances a state in time, `(x_n, v_n) -> (x_{n+1}, v_{n+1})`: the public interface of a simulation in
+/// Rust and in Python (lecture 3).
 pub struct Simulation {
     system: System,
     state: State,
@@ -73,55 +73,54 @@ pub struct Simulation {
     integrator: Box<dyn Integrator>,
     solver: SolverOptions,
     step_size: f64,
-    /// Size of the step that led to the present state [s]; zero before the first.
+    /// Size of the step that led to the current state [s]; zero before the first.
     last_step_size: f64,
-    /// Steps that were taken in parts.
+    /// Subdivided steps.
     retried: RetriedSteps,
-    /// Parts of the last step: their sizes and the times at their ends [s]; none where it was taken as a
-    /// whole.
+    /// Substeps of the last step: sizes and end times [s]; empty if it was not subdivided.
     last_parts: Vec<[f64; 2]>,
-    /// True if one that was solved was taken back on the way.
+    /// True if a solved step was undone during the last step.
     took_back: bool,
-    /// Work in solvers before they last forgot.
+    /// Solver work before solvers were last reset.
     earlier_solver_work: SolverWork,
-    /// Steps that were tried since then.
+    /// Steps attempted since then.
     attempts: u64,
-    /// Controller of step sizes, where they follow the error; `step_size` is then that to be tried next.
+    /// Step size controller, if steps are adaptive; `step_size` is then the next size to try.
     controller: Option<Box<Controller>>,
-    /// Path of equilibria that is followed; `None` where time leads.
+    /// Path of equilibria in arc-length continuation; `None` if time leads.
     path: Option<Box<path::PathFollower>>,
-    /// Of energy that comes in and goes out; `None` where there is none.
+    /// Energy ledger; `None` if no energy enters or leaves.
     ledger: Option<EnergyLedger>,
-    /// True if the next step opens one, if there is anything to write into it.
+    /// True if the next step opens a ledger, if one is needed.
     opens_ledger: bool,
-    /// True if it holds what is lost.
+    /// True if the ledger counts losses.
     counts_losses: bool,
-    /// Jumps of prescribed motion, and the time that the last step that was looked at for them led to [s].
+    /// Jumps of prescribed motion.
     motion_jumps: Option<MotionJumps>,
     contact_extremes: ContactExtremes,
-    /// Impulses of walls in the last step that led to the present state.
+    /// Wall impulses of the last step to the current state.
     wall_impulses: Option<WallImpulses>,
-    /// Velocities that what dissipates saw in the last increment of statics or step of backward Euler with
-    /// prescribed motion [m/s]: those of the state are none, or those of the motion at its end.
+    /// Velocities that dissipative terms saw in the last static increment, or backward Euler step with
+    /// prescribed motion [m/s]. The velocities of the state are zero, or those of the motion at its end.
     increment_velocities: Option<Vec<f64>>,
     jumps_seen_until: f64,
-    /// Points of elements whose state is asked for.
+    /// Element points for which states are requested.
     points: Vec<(usize, Barycentric)>,
-    /// The stability limit at the start, once it has been asked for.
+    /// Stability limit at the start, once requested.
     stability: Option<StabilityLimit>,
-    /// The term of [`Simulation::set_external_forces`].
+    /// Term of [`Simulation::set_external_forces`].
     external_forces: Option<TermId>,
-    /// The terms of [`Simulation::grab`].
+    /// Terms of [`Simulation::grab`].
     grab: Option<grab::GrabTerms>,
 }
 
 impl Simulation {
-    /// A simulation of `system` from `state` by `method` with steps of `step_size` [s].
+    /// Creates a simulation of `system` from `state` by `method` with steps of `step_size` [s].
     ///
-    /// Held coordinates lose their velocity, or begin their prescribed motion.
+    /// Constrained coordinates lose their velocity, or start their prescribed motion.
     ///
     /// # Panics
-    /// If `state` has not `n * dimension` coordinates.
+    /// If `state` does not have `n * dimension` coordinates.
     pub fn new(system: System, mut state: State, method: Method, step_size: f64) -> Self {
         let d = system.dimension();
         assert_eq!(state.x().len(), system.mass().len() * d, "one row of coordinates per vertex");
@@ -133,10 +132,10 @@ impl Simulation {
         if system.has_prescribed_motion() {
             let time = state.time;
             let (x, v) = state.rows_mut();
-            // The first step looks at the force here, and says what is wrong.
+            // The first step evaluates the force here and reports errors.
             system.prescribe(time, x, v);
         }
-        // Wherever the simulation goes, or goes back to, its tolerances are those of its start.
+        // Tolerances are those of the start, wherever the simulation goes or returns to.
         let solver = SolverOptions { size: Some(scene_size(state.x(), d)), ..SolverOptions::default() };
         let integrator = method.build(state.x().len(), solver);
         Simulation {
@@ -170,7 +169,7 @@ impl Simulation {
         }
     }
 
-    /// Solves implicit steps as `options` say from now on; explicit schemes do not care.
+    /// Sets the options for solving implicit steps; explicit integrators ignore them.
     ///
     /// ```
     /// use pliant::integrator::IntegratorSpec;
@@ -189,7 +188,7 @@ impl Simulation {
     /// # Ok::<(), pliant::simulation::StepError>(())
     /// ```
     pub fn set_solver(&mut self, options: SolverOptions) {
-        // Increments of statics have no error.
+        // Static increments have no error tolerance.
         let by_error = self.controller.as_ref().filter(|_| !self.method.is_static());
         let allowed = by_error.map(|controller| {
             let Tolerances { position, velocity, .. } = controller.control.tolerances;
@@ -203,14 +202,14 @@ impl Simulation {
         self.integrator = self.method.build(self.state.x().len(), self.solver);
     }
 
-    /// Steps by this scheme from now on; a new beginning of schemes that remember earlier steps.
+    /// Sets the integrator for further steps; multistep methods start without history.
     pub fn set_method(&mut self, method: Method) {
         self.method = method;
         self.integrator = method.build(self.state.x().len(), self.solver);
         self.increment_velocities = None;
     }
 
-    /// Which linear solver the steps of an implicit scheme take, and why.
+    /// Describes the linear solver of an implicit integrator and the reason for its choice.
     pub fn linear_solver(&self) -> String {
         if matches!(self.method.scheme, Scheme::Collocation(_)) {
             return "sparse LU of all stages together, which are not symmetric".into();
@@ -220,19 +219,19 @@ impl Simulation {
 
     /// Takes one step.
     ///
-    /// A state counts as good where its force is finite, so the force at the new positions belongs to the
-    /// step. Nothing is computed twice: the next step begins with it.
+    /// A state is valid if its force is finite, so that a step includes the force at its end. Nothing is
+    /// computed twice: the next step starts with this force.
     ///
-    /// Holds that end let go at the beginning of the step nearest to their end. Where step sizes follow the
-    /// error, it is the next one, of whatever size.
+    /// Pins that end are released at the start of the step nearest to their end, or at the start of the
+    /// next step if step sizes are adaptive.
     ///
-    /// A step that an implicit scheme does not solve is taken in parts where the [solver's
-    /// options](SolverOptions::retries) allow it. Every 64 steps, or 256 Newton iterations where that is
-    /// earlier, its solver begins without what it kept from earlier steps: a [checkpoint](Self::checkpoint)
-    /// there changes nothing.
+    /// A step that an implicit integrator cannot solve is subdivided if the [solver's
+    /// options](SolverOptions::retries) allow it. Solvers are reset every 64 steps or 256 Newton
+    /// iterations, whichever comes first, and drop what they kept from earlier steps: a
+    /// [checkpoint](Self::checkpoint) there changes nothing.
     ///
     /// # Errors
-    /// [`StepError::NotFinite`], [`StepError::Unsolved`]; the state is then what it was before.
+    /// [`StepError::NotFinite`], [`StepError::Unsolved`]; the state is then unchanged.
     pub fn step(&mut self) -> Result<(), StepError> {
         if self.controller.is_some() {
             return self.step_towards(f64::INFINITY);
@@ -245,7 +244,7 @@ impl Simulation {
         let released = self.system.change_pins(|pins| pins.release(self.state.time + 0.5 * h));
         self.ensure_force(self.state.time)?;
         self.open_ledger(released);
-        // A product, not a sum: no rounding accumulates.
+        // A product, not a sum: rounding does not accumulate.
         let end = (self.state.step + 1) as f64 * h;
         self.step_in_parts(h, end).map_err(|(fault, retried)| self.not_finite(fault, retried))?;
         self.state.step += 1;
@@ -253,8 +252,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// Notes what touches, and what has come in and gone out in the step of `h` [s] from the time `from`
-    /// [s] that has led here.
+    /// Records contacts, wall impulses and energy flows of the step of `h` [s] from the time `from` [s].
     fn note_in_ledger(&mut self, from: f64, h: f64) {
         self.note_contacts();
         if !self.system.walls().is_empty() && !self.method.is_static() {
@@ -283,7 +281,8 @@ impl Simulation {
         }
     }
 
-    /// Ends a step of terms that remember. The force here is evaluated once more, as it is from a snapshot.
+    /// Ends a step of terms with history. Discards the force, so that it is evaluated again as after a
+    /// snapshot.
     fn commit_history(&mut self) {
         let State { time, .. } = self.state;
         let lost = self.system.commit(self.state.x(), time);
@@ -293,11 +292,9 @@ impl Simulation {
         }
     }
 
-    /// Notes the jumps of prescribed motion in the step of `h` [s] from the time `from` [s] that has led
-    /// here.
+    /// Records the jumps of prescribed motion in the step of `h` [s] from the time `from` [s].
     fn note_jumps(&mut self, from: f64, h: f64) {
-        // What schemes have prescribed, at the beginning plus the step, may be a rounding away from the time
-        // of the end.
+        // The end time and the time that integrators prescribe (start plus step) may differ by rounding.
         let seen = Some(self.jumps_seen_until).filter(|until| (until - from).abs() <= 1e-9 * h);
         self.jumps_seen_until = from + h;
         for jump in self.system.pins().jumps(seen.unwrap_or(from), from + h) {
@@ -309,24 +306,23 @@ impl Simulation {
         }
     }
 
-    /// Jumps of prescribed motion in the steps so far; `None` without any.
+    /// Returns the jumps of prescribed motion so far; `None` without any.
     pub fn motion_jumps(&self) -> Option<&MotionJumps> {
         self.motion_jumps.as_ref()
     }
 
-    /// Begins anew with [`motion_jumps`](Self::motion_jumps) and
-    /// [`contact_extremes`](Self::contact_extremes).
+    /// Resets [`motion_jumps`](Self::motion_jumps) and [`contact_extremes`](Self::contact_extremes).
     pub(crate) fn forget_what_was_noted(&mut self) {
         self.motion_jumps = None;
         self.contact_extremes = ContactExtremes::default();
     }
 
-    /// The worst contacts at the ends of the steps so far.
+    /// Returns the worst contacts at the ends of the steps so far.
     pub fn contact_extremes(&self) -> &ContactExtremes {
         &self.contact_extremes
     }
 
-    /// Looks at the contacts where a step has ended.
+    /// Records the contacts at the end of a step.
     fn note_contacts(&mut self) {
         let State { time, .. } = self.state;
         if self.system.is_watched() {
@@ -340,7 +336,7 @@ impl Simulation {
         }
     }
 
-    /// Opens the ledger before the first step from the present state, and notes what was let go.
+    /// Opens the ledger before the first step from the current state; records a release of pins.
     fn open_ledger(&mut self, released: bool) {
         let (system, state) = (&mut self.system, &self.state);
         if self.opens_ledger {
@@ -357,14 +353,14 @@ impl Simulation {
         }
     }
 
-    /// Ends the balance of energy: the next step begins another.
+    /// Closes the energy balance; the next step starts a new one.
     fn close_ledger(&mut self) {
         self.ledger = None;
         self.opens_ledger = true;
         self.system.books_mut().count_walls(false);
     }
 
-    /// Computes the force at the present positions, whose time is `time` [s], unless it is known.
+    /// Evaluates the force at the current positions for `time` [s], unless it is known.
     fn ensure_force(&mut self, time: f64) -> Result<(), StepError> {
         if self.state.ensure_force(&mut self.system, time) {
             return Ok(());
@@ -372,12 +368,12 @@ impl Simulation {
         Err(self.not_finite_here())
     }
 
-    /// The error of a step from or to the present state, which has no finite force or energy.
+    /// Returns the error for a state without a finite force or energy.
     pub(crate) fn not_finite_here(&self) -> StepError {
         self.not_finite(StepFault::at(&self.system, self.state.x(), self.state.v()), None)
     }
 
-    /// The fault with vertices in the order of the scene.
+    /// Converts vertex numbers of a fault to scene order.
     fn located(&self, StepFault { fault, vertex, solve }: StepFault) -> StepFault {
         let original = |i: usize| self.numbering.original(i as u32) as usize;
         let fault = fault.map(|fault| match fault {
@@ -392,7 +388,7 @@ impl Simulation {
     fn not_finite(&self, fault: StepFault, retried: Option<Box<Retried>>) -> StepError {
         let StepFault { fault, vertex, solve } = self.located(fault);
         let fault = fault.map(Box::new);
-        // Where there is no finite force to begin with, the solver is not to blame.
+        // Without a finite force at the start, the solver is not to blame.
         if let Some(solve) = solve.filter(|solve| solve.verdict != SolveFailure::Infeasible) {
             return StepError::Unsolved {
                 step: self.state.step + 1,
@@ -421,13 +417,13 @@ impl Simulation {
         }
     }
 
-    /// The largest stable step at the start, where it is known [s].
+    /// Returns the largest stable step at the start [s], if known.
     pub(crate) fn stable_step(&self) -> Option<f64> {
         self.stability.map(|s| s.step)
     }
 
-    /// The pure map `(x_n, v_n) -> (x_{n+1}, v_{n+1})` (lecture 3): one step from the given state, in place,
-    /// vertices in the order of the scene. Time and step count go on.
+    /// Applies the map `(x_n, v_n) -> (x_{n+1}, v_{n+1})` (lecture 3): takes one step from the given
+    /// state, in place, vertices in scene order. Time and step count advance.
     ///
     /// ```
     /// use pliant::integrator::IntegratorSpec;
@@ -444,14 +440,14 @@ impl Simulation {
     /// ```
     ///
     /// # Errors
-    /// As [`step`](Self::step).
+    /// Those of [`step`](Self::step).
     ///
     /// # Panics
-    /// If the arrays have not the length of the state's.
+    /// If an array does not have the length of the state's.
     pub fn advance(&mut self, x: &mut [f64], v: &mut [f64]) -> Result<(), StepError> {
         let d = self.system.dimension();
         let from = self.numbering.to_internal(x, d);
-        // From where the last step ended, the force is known.
+        // At the end of the last step the force is known.
         if self.state.x() != &from[..] {
             self.state_mut().x_mut().copy_from_slice(&from);
         }
@@ -465,13 +461,13 @@ impl Simulation {
         Ok(())
     }
 
-    /// The state, vertices in the order of the [`numbering`](Self::numbering).
+    /// Returns the state, vertices in the order of the [`numbering`](Self::numbering).
     pub fn state(&self) -> &State {
         &self.state
     }
 
-    /// The state, to be changed; vertices in the order of the [`numbering`](Self::numbering). The balance of
-    /// energy ends here, and begins anew with the next step.
+    /// Returns the state for modification, vertices in the order of the [`numbering`](Self::numbering).
+    /// Closes the energy balance; the next step starts a new one.
     pub fn state_mut(&mut self) -> &mut State {
         self.close_ledger();
         self.wall_impulses = None;
@@ -479,59 +475,59 @@ impl Simulation {
         &mut self.state
     }
 
-    /// Which vertex of the scene is which here. The identity, unless the scene's own order made steps slow.
+    /// Returns the vertex numbering: the identity, unless scene order would make steps slow.
     pub fn numbering(&self) -> &Numbering {
         &self.numbering
     }
 
-    /// Says which vertex of the scene is which of this system and state.
+    /// Sets the mapping between scene vertices and those of this system and state.
     pub fn set_numbering(&mut self, numbering: Numbering) {
         self.numbering = numbering;
     }
 
-    /// Positions, flat `(n, dimension)`, vertices in the order of the scene [m].
+    /// Returns the positions, flat `(n, dimension)`, vertices in scene order [m].
     pub fn positions(&self) -> Cow<'_, [f64]> {
         self.numbering.to_original(self.state.x(), self.system.dimension())
     }
 
-    /// Velocities, flat `(n, dimension)`, vertices in the order of the scene [m/s].
+    /// Returns the velocities, flat `(n, dimension)`, vertices in scene order [m/s].
     pub fn velocities(&self) -> Cow<'_, [f64]> {
         self.numbering.to_original(self.state.v(), self.system.dimension())
     }
 
-    /// The equations of motion.
+    /// Returns the equations of motion.
     pub fn system(&self) -> &System {
         &self.system
     }
 
-    /// The equations of motion, to be evaluated.
+    /// Returns the equations of motion for evaluation.
     pub fn system_mut(&mut self) -> &mut System {
         &mut self.system
     }
 
-    /// The scheme.
+    /// Returns the integration method.
     pub fn method(&self) -> Method {
         self.method
     }
 
-    /// Velocities of the stages of the last step, flat [m/s], vertices in the order of the
+    /// Returns the stage velocities of the last step, flat [m/s], vertices in the order of the
     /// [`numbering`](Self::numbering); see [`Integrator::stage_velocities`].
     pub fn stage_velocities(&self) -> &[Vec<f64>] {
         self.integrator.stage_velocities()
     }
 
-    /// Accelerations of the stages of the last step, likewise [m/s^2]; see
+    /// Returns the stage accelerations of the last step, in the same order [m/s^2]; see
     /// [`Integrator::stage_accelerations`].
     pub fn stage_accelerations(&self) -> Vec<Vec<f64>> {
         self.integrator.stage_accelerations()
     }
 
-    /// Step size [s]; where it follows the error, that to be tried next.
+    /// Returns the step size [s]; the next size to try if steps are adaptive.
     pub fn step_size(&self) -> f64 {
         self.step_size
     }
 
-    /// Energies, momenta and the worst element, now. In statics nothing has inertia, whatever moves.
+    /// Measures energies, momenta and the worst element of the current state. Statics has no inertia.
     pub fn diagnostics(&mut self) -> Diagnostics {
         let diagnostics = match self.method.is_static() {
             true => Diagnostics::measure_at_rest(&mut self.system, &self.state),
@@ -540,7 +536,7 @@ impl Simulation {
         Diagnostics { balance: self.balance(), ..diagnostics }
     }
 
-    /// The energy and its balance alone, now: next to nothing where the last step knew that it was [to be
+    /// Measures the energy and its balance alone; nearly free if the last step knew that it was [to be
     /// measured](Self::set_to_be_measured).
     pub(crate) fn energy(&mut self) -> Energy {
         let State { time, force, .. } = self.state;
@@ -557,10 +553,10 @@ impl Simulation {
         self.ledger.as_ref().map(|ledger| ledger.balance(system, state.x()))
     }
 
-    /// Says whether [`diagnostics`](Self::diagnostics) shall know what is lost to drag, damping and walls,
-    /// which they do unless told otherwise; where that changes, the balance of energy begins anew. It costs
-    /// a look at the velocities in every step with drag, one more evaluation of the damping in every step
-    /// with damping, and a copy of the state in every step in which a wall puts a vertex back.
+    /// Sets whether [`diagnostics`](Self::diagnostics) include losses to drag, damping and walls
+    /// (default: true); a change starts a new energy balance. The cost is a pass over the velocities per
+    /// step with drag, one more evaluation of the damping per step with damping, and a copy of the state
+    /// per step in which a wall moves a vertex.
     pub fn count_losses(&mut self, counts_losses: bool) {
         if counts_losses != self.counts_losses {
             self.counts_losses = counts_losses;
@@ -568,14 +564,14 @@ impl Simulation {
         }
     }
 
-    /// Says whether [`diagnostics`](Self::diagnostics) will be asked for after the next step: what they have
-    /// in common with the force there is then computed once.
+    /// Sets whether [`diagnostics`](Self::diagnostics) follow the next step: parts shared with the force
+    /// are then computed once.
     pub(crate) fn set_to_be_measured(&mut self, to_be_measured: bool) {
         self.system.books_mut().set_to_be_measured(to_be_measured);
     }
 
-    /// The forces with which pins hold their vertices, now, and walls push, in the mean over the last step,
-    /// each in the order of the scene; empty where the force is not finite.
+    /// Returns the current reaction forces of pins and the mean wall forces over the last step, each in
+    /// scene order; empty if the force is not finite.
     ///
     /// ```
     /// use pliant::integrator::IntegratorSpec;
@@ -611,15 +607,15 @@ impl Simulation {
         reactions(&mut self.system, inputs)
     }
 
-    /// Surfaces that touch, now, in a fixed order; empty without contact.
+    /// Returns the surfaces currently in contact, in a fixed order; empty without contact.
     pub fn contacts(&self) -> Vec<SurfaceContact> {
         let terms = self.system.terms().iter().filter_map(|term| term.touching());
         let v = self.increment_velocities.as_deref().unwrap_or(self.state.v());
         terms.flat_map(|term| term.contacts(self.state.x(), v)).collect()
     }
 
-    /// The largest component of the force that is left at a free coordinate, now [N], velocities being what
-    /// they are; `None` where the force is not finite.
+    /// Returns the largest component of the residual force at a free coordinate at the current velocities
+    /// [N]; `None` if the force is not finite.
     pub(crate) fn residual(&mut self) -> Option<f64> {
         self.ensure_force(self.state.time).ok()?;
         let d = self.system.dimension();
@@ -632,18 +628,18 @@ impl Simulation {
         Some(forces.fold(0.0, f64::max))
     }
 
-    /// Names of the pins that have not let go, `body/pin`.
+    /// Returns the names of the active pins, `body/pin`.
     pub fn pin_names(&self) -> Vec<String> {
         self.system.constraints().iter().map(|hold| hold.name().to_owned()).collect()
     }
 
-    /// Names of what [`reactions`](Self::reactions) are of: pins that have not let go, and walls.
+    /// Returns the names of the [`reactions`](Self::reactions): active pins and walls.
     pub fn reaction_names(&self) -> Vec<String> {
         let walls = (0..self.system.walls().len()).map(|i| format!("wall{i}"));
         self.pin_names().into_iter().chain(walls).collect()
     }
 
-    /// Deformation and stress of every element, now: body after body, each in the order of its mesh.
+    /// Returns the current deformation and stress of all elements: body after body, each in mesh order.
     pub fn element_states(&self) -> Vec<ElementState> {
         let terms = || self.system.terms().iter().filter_map(|term| term.elements());
         let mut states = Vec::with_capacity(terms().map(ElementTerm::element_count).sum());
@@ -651,13 +647,13 @@ impl Simulation {
         states
     }
 
-    /// Names points of elements, each by the number of the element among
+    /// Sets the points of [`point_states`](Self::point_states), each by the number of its element in
     /// [`element_states`](Self::element_states).
     pub fn set_points(&mut self, points: Vec<(usize, Barycentric)>) {
         self.points = points;
     }
 
-    /// Deformation and stress at the points that probes have named, now, in their order.
+    /// Returns the current deformation and stress at the points set, in their order.
     pub fn point_states(&self) -> Vec<ElementState> {
         let state = |(element, at): &(usize, Barycentric)| {
             let mut element = *element;
@@ -673,12 +669,12 @@ impl Simulation {
         self.points.iter().filter_map(state).collect()
     }
 
-    /// How much energy the potentials can be expected to turn over from the present state on [J].
+    /// Estimates how much energy the potentials can convert from the current state on [J].
     pub fn potential_scale(&mut self) -> f64 {
         self.system.potential_scale(self.state.x())
     }
 
-    /// Work done so far.
+    /// Returns the work counts so far.
     pub fn work(&self) -> Work {
         let solver = (self.method.documentation.solves > 0).then(|| self.solver_work());
         Work {
@@ -693,20 +689,20 @@ impl Simulation {
         }
     }
 
-    /// Work in solvers so far.
+    /// Solver work so far.
     fn solver_work(&self) -> SolverWork {
         self.earlier_solver_work.plus(self.present_solver_work())
     }
 
-    /// Work in solvers since they last forgot.
+    /// Solver work since the last reset.
     fn present_solver_work(&self) -> SolverWork {
         let along = self.path.as_ref().map_or(SolverWork::none(&self.solver), |path| path.work());
         self.integrator.work().plus(along)
     }
 
-    /// The largest stable step of the scheme for the system linearised at the present state; `duration` [s]
-    /// matters only to schemes that gain energy at any step. Asked at the start, it is kept for the messages
-    /// of steps that fail.
+    /// Returns the largest stable step of the integrator for the system linearised at the current state.
+    /// `duration` [s] only matters to methods that gain energy at any step. At the start, the result is
+    /// stored for error messages.
     ///
     /// ```
     /// use pliant::integrator::IntegratorSpec;
@@ -726,9 +722,9 @@ impl Simulation {
     /// ```
     ///
     /// # Errors
-    /// [`Stopped`] by the flag of [`set_stop`](Self::set_stop).
+    /// [`Stopped`] if the flag of [`set_stop`](Self::set_stop) is set.
     pub fn stability_limit(&mut self, duration: f64) -> Result<StabilityLimit, Stopped> {
-        // What is let go later is free to oscillate then, and the highest frequency is higher for it.
+        // Vertices released later oscillate freely and raise the highest frequency.
         let (x, v) = (self.state.x(), self.state.v());
         let modes = self.system.with_final_constraints(|system| mode_range(system, x, v));
         if self.system.is_stopped() {
@@ -741,14 +737,13 @@ impl Simulation {
         Ok(limit)
     }
 
-    /// Ends steps, solves, searches for modes and for the stability limit once this flag is set, solved or
-    /// not: the state is then that before the step. It is looked at directly, in every iteration. `None`:
-    /// nothing ends them.
+    /// Sets a flag that ends steps, solves and searches for modes and the stability limit; the state is
+    /// then that before the step. Each iteration checks it. `None` removes the flag.
     pub fn set_stop(&mut self, stop: Option<Arc<AtomicBool>>) {
         self.system.set_stop(stop);
     }
 
-    /// Bytes held: the state, the system, the scheme's scratch memory.
+    /// Memory held by the state, the system and the integrator, in bytes.
     pub fn bytes(&self) -> usize {
         8 * 2 * self.state.x().len()
             + self.numbering.bytes()
@@ -757,12 +752,12 @@ impl Simulation {
             + self.path.as_ref().map_or(0, |path| path.bytes())
     }
 
-    /// Bytes held once steps have been taken: [`bytes`](Self::bytes), and what implicit schemes make in
-    /// their first: matrix, factor or levels of multigrid, vectors of Newton's method. The factor is
-    /// analysed, and not computed.
+    /// Predicts the memory after the first steps: [`bytes`](Self::bytes), plus what implicit integrators
+    /// allocate in their first: matrix, factor or multigrid levels, Newton's vectors. The factor is
+    /// analysed, not computed.
     pub fn predicted_bytes(&mut self) -> usize {
         let further = self.integrator.predicted_bytes(&mut self.system, self.state.x());
-        // After the system has made what matrices are made of.
+        // Evaluated after the system has prepared its matrices.
         (self.bytes() - self.integrator.bytes()).saturating_add(further)
     }
 }

@@ -1,9 +1,9 @@
-//! The state of a simulation: time, positions, velocities.
+//! State of a simulation: time, positions, velocities.
 
 use crate::lanes::Numbers;
 use crate::system::{ForceId, System};
 
-/// Time, positions and velocities, and which evaluation of the force belongs to those positions.
+/// Time, positions and velocities, with the identity of the force evaluated at these positions.
 ///
 /// ```
 /// let mut state = pliant::state::State::new(vec![0.0, 1.0], vec![2.0, 0.0]);
@@ -18,12 +18,12 @@ pub struct State {
     pub time: f64,
     x: Numbers,
     v: Numbers,
-    /// The force at `x`: a method whose last stage is at the new positions passes it on to the next step.
+    /// Force at `x`: integrators whose last stage is the new state pass it on to the next step.
     pub(crate) force: ForceId,
 }
 
 impl State {
-    /// The state at time zero.
+    /// Creates the state at time zero.
     ///
     /// # Panics
     /// If the arrays differ in length.
@@ -32,35 +32,35 @@ impl State {
         State { step: 0, time: 0.0, x: (&x[..]).into(), v: (&v[..]).into(), force: ForceId::NONE }
     }
 
-    /// Positions, flat `(n, dimension)` [m].
+    /// Returns the positions, flat `(n, dimension)` [m].
     pub fn x(&self) -> &[f64] {
         &self.x
     }
 
-    /// Velocities, flat `(n, dimension)` [m/s].
+    /// Returns the velocities, flat `(n, dimension)` [m/s].
     pub fn v(&self) -> &[f64] {
         &self.v
     }
 
-    /// Positions to be changed; whatever was known about the force there is forgotten.
+    /// Returns the positions for modification; invalidates the force.
     pub fn x_mut(&mut self) -> &mut [f64] {
         self.force = ForceId::NONE;
         &mut self.x
     }
 
-    /// Velocities to be changed.
+    /// Returns the velocities for modification.
     pub fn v_mut(&mut self) -> &mut [f64] {
         &mut self.v
     }
 
-    /// Positions and velocities to be changed; whatever was known about the force there is forgotten.
+    /// Returns positions and velocities for modification; invalidates the force.
     pub(crate) fn rows_mut(&mut self) -> (&mut [f64], &mut [f64]) {
         self.force = ForceId::NONE;
         (&mut self.x, &mut self.v)
     }
 
-    /// Evaluates the force at the present positions, whose time is `time` [s], unless `system` still holds
-    /// it; false where it is not finite.
+    /// Evaluates the force at the current positions for `time` [s], unless `system` still holds it;
+    /// returns false if it is not finite.
     pub(crate) fn ensure_force(&mut self, system: &mut System, time: f64) -> bool {
         if !system.holds(self.force) {
             system.set_time(time);
@@ -69,8 +69,7 @@ impl State {
         self.force != ForceId::NONE
     }
 
-    /// Takes over `x` and `v` and the force there, handing back the previous positions and velocities in
-    /// their place.
+    /// Swaps positions and velocities with `x` and `v`, where the force is `force`.
     pub(crate) fn swap(&mut self, x: &mut Numbers, v: &mut Numbers, force: ForceId) {
         self.force = force;
         std::mem::swap(&mut self.x, x);

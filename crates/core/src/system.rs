@@ -1,5 +1,5 @@
-//! The equations of motion `M x'' = -dE/dx - dR/dv`, `E` a function of `x` and maybe of time, `R` of `x` and
-//! `v`: masses, energy terms, dissipative terms, constraints.
+//! Equations of motion `M x'' = -dE/dx - dR/dv`: masses, energy terms `E(x, t)`, dissipative terms
+//! `R(x, v)` and constraints.
 
 mod books;
 mod flows;
@@ -28,7 +28,7 @@ pub use terms::TermId;
 pub(crate) use wall_impulse::{WallImpulses, WallStop};
 pub(crate) use wall_loss::{WallLoss, WallLosses};
 
-/// Masses, energies and constraints of all bodies together. Generic types end here: terms are boxed.
+/// Masses, energies and constraints of all bodies. Terms are boxed, so that generic types end here.
 ///
 /// ```
 /// use pliant::{energy::gravity::UniformGravity, system::System};
@@ -46,9 +46,9 @@ pub(crate) use wall_loss::{WallLoss, WallLosses};
 pub struct System {
     dimension: usize,
     mass: Vec<f64>,
-    /// Flat [m], where a solver asks for them.
+    /// Positions in the reference configuration, flat [m], if a solver needs them.
     rest_positions: Option<Vec<f64>>,
-    /// `1 / m` of every coordinate, zero where it is held.
+    /// `1 / m` of each coordinate, zero if it is constrained.
     inverse_mass: InverseMass,
     pins: Pins,
     /// Version of the structure.
@@ -56,42 +56,41 @@ pub struct System {
     terms: Vec<Box<dyn EnergyTerm>>,
     /// Identities of the terms, in their order.
     ids: Vec<TermId>,
-    /// Version of the stencils that change; `None` where no term has any.
+    /// Version of the changing stencils; `None` if no term has any.
     changing: Option<u64>,
-    /// True if any term guards the ways of vertices.
+    /// True if any term limits steps.
     has_guards: bool,
-    /// True if forces alone keep surfaces of any term apart.
+    /// True if a term keeps surfaces apart by forces alone.
     is_watched: bool,
-    /// Terms that take energy away.
+    /// Dissipative terms.
     dissipation: Vec<Box<dyn DissipativeTerm>>,
-    /// True if any term changes with time.
+    /// True if any term is time-dependent.
     changes_with_time: bool,
     remembers: bool,
     walls: Vec<Wall>,
-    /// True if the walls last applied put any vertex back.
+    /// True if the walls moved any vertex when last applied.
     put_back: bool,
     ether_drag: f64,
-    /// Time that terms were told last, and that of the force that they hold [s].
+    /// Time last set for the terms, and time of their current force [s].
     time: f64,
     force_time: f64,
-    /// The force that the terms hold.
+    /// Force that the terms hold.
     force: ForceId,
     books: Books,
-    /// The load factor, where a path of equilibria is followed: the time of loads and of prescribed motion.
+    /// Load factor in arc-length continuation: the time of loads and prescribed motion.
     load_factor: Option<f64>,
-    /// Times beside those of holds that increments land on, ascending [s].
+    /// Further times that increments end at, besides those of pins, ascending [s].
     breaks: Vec<f64>,
-    /// Set from elsewhere where solves are to end, solved or not.
+    /// Flag set from outside to end solves.
     stop: Stop,
 }
 
-/// Tells one evaluation of the force from any other in this process: a state remembers the one that was at
-/// its positions.
+/// Identity of one force evaluation in this process; a state stores that of its positions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ForceId(u64);
 
 impl ForceId {
-    /// No force at all.
+    /// No force.
     pub(crate) const NONE: ForceId = ForceId(0);
 
     fn fresh() -> Self {
@@ -99,14 +98,15 @@ impl ForceId {
     }
 }
 
-/// A number above zero that nothing else in this process has.
+/// Returns a positive number, unique in this process.
 fn fresh() -> u64 {
     static LAST: AtomicU64 = AtomicU64::new(0);
     LAST.fetch_add(1, Ordering::Relaxed) + 1
 }
 
 impl System {
-    /// A system of free vertices of these masses [kg] in `dimension` dimensions, without forces.
+    /// Creates a system of free vertices with these masses [kg] in `dimension` dimensions, without
+    /// forces.
     pub fn new(dimension: usize, mass: Vec<f64>) -> Self {
         System {
             inverse_mass: InverseMass::free(&mass, dimension),
@@ -136,11 +136,11 @@ impl System {
         }
     }
 
-    /// Adds a potential; the result names it.
+    /// Adds a potential; returns its identity.
     pub fn add_term(&mut self, term: Box<dyn EnergyTerm>) -> TermId {
         self.force = ForceId::NONE;
         self.structure = fresh();
-        // Nothing is allocated in a step.
+        // Reserved here, so that steps do not allocate.
         self.books.energies.reserve_exact(self.terms.len() + 1);
         self.terms.push(term);
         let id = TermId(fresh());
@@ -161,43 +161,44 @@ impl System {
         self.walls.push(wall);
     }
 
-    /// Puts `walls` in the place of those that there are, which it returns.
+    /// Replaces the walls; returns the old ones.
     pub fn replace_walls(&mut self, walls: Vec<Wall>) -> Vec<Wall> {
         std::mem::replace(&mut self.walls, walls)
     }
 
-    /// Holds these vertices where they are.
+    /// Pins these vertices at their positions.
     pub fn pin(&mut self, vertices: &[u32]) {
         self.hold(Hold::new("", vertices.to_vec()));
     }
 
-    /// Holds coordinates. A coordinate that moves is in no other hold.
+    /// Adds a pin. A moving coordinate must not be in another pin.
     pub fn hold(&mut self, hold: Hold) {
         self.structure = fresh();
-        // Many holds are added to a large system: each costs what it holds.
+        // Cost proportional to the pin's coordinates, as large systems may have many pins.
         hold.coordinates(self.dimension).for_each(|i| self.inverse_mass.hold(i));
         self.pins.add(hold);
     }
 
-    /// The holds that have not let go.
+    /// Returns the active pins.
     pub fn constraints(&self) -> &[Hold] {
         self.pins.acting()
     }
 
-    /// Version of the structure: another number after coordinates are held or let go, and after terms with
-    /// second derivatives come, go or are replaced. What was built for another version, plans and factors
-    /// of matrices, accelerations, is out of date. No two systems of a process have the same.
+    /// Returns the version of the structure. It changes when pins are added or released, and when terms
+    /// with second derivatives are added, removed or replaced; matrix plans, factors and accelerations
+    /// for another version are then invalid. No two systems of a process share a version.
     pub fn structure(&self) -> u64 {
         self.structure
     }
 
-    /// True if any held coordinate moves: [`prescribe`](Self::prescribe) says where to.
+    /// True if any constrained coordinate moves as [`prescribe`](Self::prescribe) says.
     pub fn has_prescribed_motion(&self) -> bool {
         self.pins.move_any()
     }
 
-    /// Writes positions [m] and velocities [m/s] of the moving coordinates at `time` [s] into the flat
-    /// arrays `x` and `v`; false where one of them is not finite. Does nothing where nothing moves.
+    /// Writes positions [m] and velocities [m/s] of the prescribed coordinates at `time` [s] into the
+    /// flat arrays `x` and `v`; returns false if a value is not finite. Does nothing without prescribed
+    /// motion.
     pub fn prescribe(&self, time: f64, x: &mut [f64], v: &mut [f64]) -> bool {
         self.pins.prescribe(self.load_factor.unwrap_or(time), x, v)
     }
@@ -207,17 +208,17 @@ impl System {
         self.ether_drag = ether_drag;
     }
 
-    /// 2 or 3.
+    /// Returns the dimension, 2 or 3.
     pub fn dimension(&self) -> usize {
         self.dimension
     }
 
-    /// Lumped mass of every vertex [kg].
+    /// Returns the lumped masses of the vertices [kg].
     pub fn mass(&self) -> &[f64] {
         &self.mass
     }
 
-    /// `1 / m` of every coordinate [1/kg], zero where it is held; flat `(n, dimension)`.
+    /// Returns `1 / m` of each coordinate [1/kg], zero if it is constrained; flat `(n, dimension)`.
     pub fn inverse_mass(&self) -> &[f64] {
         self.inverse_mass.numbers()
     }
@@ -227,19 +228,20 @@ impl System {
         self.inverse_mass()[i * self.dimension..][..self.dimension].iter().all(|w| *w == 0.0)
     }
 
-    /// Says where vertices are at rest, flat [m], for solvers that ask.
+    /// Sets the positions in the reference configuration, flat [m], for solvers that need them.
     pub fn set_rest_positions(&mut self, rest: Vec<f64>) {
         self.rest_positions = Some(rest);
     }
 
-    /// Positions of vertices at rest, where given.
+    /// Returns the positions in the reference configuration, if set.
     pub fn rest_positions(&self) -> Option<&[f64]> {
         self.rest_positions.as_deref()
     }
 
-    /// Positions that orders of elimination cut by planes: those at rest, where given, or `x`. Planes through
-    /// a lattice at rest are clean; moved by a step they are ragged, and the factor has up to twice as many
-    /// entries. Vertices in contact are near each other at `x` alone.
+    /// Returns the positions for nested dissection: those of the reference configuration, if set, or `x`.
+    /// Planes through an undeformed lattice are clean; after a step they are ragged, and the factor has
+    /// up to twice as many entries. Vertices in contact are only close at `x`, which is therefore used
+    /// with contact.
     pub fn ordering_positions<'a>(&'a self, x: &'a [f64]) -> &'a [f64] {
         match &self.rest_positions {
             Some(rest) if self.changing_structure().is_none() => rest,
@@ -247,28 +249,28 @@ impl System {
         }
     }
 
-    /// The potentials.
+    /// Returns the potentials.
     pub fn terms(&self) -> &[Box<dyn EnergyTerm>] {
         &self.terms
     }
 
-    /// The potentials, to be evaluated one by one: the force that they hold is no longer that of all.
+    /// Returns the potentials for evaluation one by one; the force of the system is then invalid.
     pub fn terms_mut(&mut self) -> impl Iterator<Item = &mut Box<dyn EnergyTerm>> {
         self.force = ForceId::NONE;
         self.terms.iter_mut()
     }
 
-    /// The dissipative terms.
+    /// Returns the dissipative terms.
     pub fn dissipation(&self) -> &[Box<dyn DissipativeTerm>] {
         &self.dissipation
     }
 
-    /// The dissipative terms, to be evaluated one by one.
+    /// Returns the dissipative terms for evaluation one by one.
     pub fn dissipation_mut(&mut self) -> impl Iterator<Item = &mut Box<dyn DissipativeTerm>> {
         self.dissipation.iter_mut()
     }
 
-    /// Puts other terms in the place of those there, which do the same: to look at them as they work.
+    /// Replaces the terms by equivalent ones, for example by instrumented wrappers.
     pub fn wrap_terms(
         &mut self,
         energy: impl FnMut(Box<dyn EnergyTerm>) -> Box<dyn EnergyTerm>,
@@ -279,40 +281,40 @@ impl System {
         self.dissipation = std::mem::take(&mut self.dissipation).into_iter().map(dissipation).collect();
     }
 
-    /// True if any force depends on velocities, ether drag excepted.
+    /// True if any force except ether drag depends on velocities.
     pub fn is_damped(&self) -> bool {
         !self.dissipation.is_empty()
     }
 
-    /// True where surfaces rub on what is moved: in steps of [backward
-    /// Euler](crate::integrator::Method::is_backward_euler) dissipative terms then see coordinates on
-    /// prescribed motion at their mean velocities over the step, as they see free ones. What sticks to a
-    /// support goes as far in the step as the support does.
+    /// True if there is friction and prescribed motion. In steps of [backward
+    /// Euler](crate::integrator::Method::is_backward_euler) dissipative terms then see prescribed
+    /// coordinates at their mean velocities over the step, as they see free ones, so that sticking bodies
+    /// move exactly as far as their support.
     pub fn rubs_by_way(&self) -> bool {
         self.has_prescribed_motion() && self.dissipation.iter().any(|term| term.is_friction())
     }
 
-    /// The walls.
+    /// Returns the walls.
     pub fn walls(&self) -> &[Wall] {
         &self.walls
     }
 
-    /// Ether drag [1/s].
+    /// Returns the ether drag [1/s].
     pub fn ether_drag(&self) -> f64 {
         self.ether_drag
     }
 
-    /// Evaluations of the total force so far.
+    /// Returns the number of force evaluations so far.
     pub fn force_evaluations(&self) -> u64 {
         self.books.force_evaluations()
     }
 
-    /// Potential energy of one kind [J].
+    /// Returns the potential energy of one kind [J].
     pub fn potential(&mut self, kind: EnergyKind, x: &[f64]) -> f64 {
         self.potential_with_force(|of_term| of_term == kind, x, ForceId::NONE)
     }
 
-    /// Ends solves and searches, done or not, while this is set.
+    /// Sets a flag that ends solves and searches while set.
     pub fn set_stop(&mut self, stop: Option<Arc<AtomicBool>>) {
         self.stop = Stop::new(stop);
     }
@@ -322,17 +324,17 @@ impl System {
         self.stop.is_there()
     }
 
-    /// True if solves are to end.
+    /// True if solves must end.
     pub fn is_stopped(&self) -> bool {
         self.stop.is_set()
     }
 
-    /// The flag that ends solves, for those who do not see the system.
+    /// Returns the flag that ends solves, for code without access to the system.
     pub(crate) fn stop(&self) -> Stop {
         self.stop.clone()
     }
 
-    /// Sum of what each term can be expected to turn over from `x` on [J].
+    /// Estimates the energy that the terms can convert from `x` on [J], summed over terms.
     pub fn potential_scale(&mut self, x: &[f64]) -> f64 {
         let scale = |term: &mut Box<dyn EnergyTerm>| match term.measurements() {
             Some(term) => term.scale(x),
@@ -341,41 +343,41 @@ impl System {
         self.terms.iter_mut().map(scale).sum()
     }
 
-    /// Potential energy of all terms [J]; `+inf` outside the domain of a barrier material.
+    /// Returns the potential energy of all terms [J]; `+inf` outside the domain of a barrier material.
     pub fn potential_energy(&mut self, x: &[f64]) -> f64 {
         self.terms.iter_mut().map(|t| t.energy(x)).sum()
     }
 
-    /// Potential energy of every term by its name [J].
+    /// Returns the potential energy of each term by name [J].
     pub(crate) fn potential_energies(&mut self, x: &[f64]) -> Vec<(String, f64)> {
         self.terms.iter_mut().map(|term| (term.name(), term.energy(x))).collect()
     }
 
-    /// The stencils of every energy and of every dissipative term, in their order.
+    /// Returns the stencils of the energies and of the dissipative terms, in their order.
     pub(crate) fn stencils(&mut self) -> (Vec<Stencils>, Vec<Stencils>) {
         let energy = self.terms.iter_mut().map(|t| t.stencils()).collect();
         (energy, self.dissipation.iter_mut().map(|t| t.stencils()).collect())
     }
 
-    /// The largest part of the step from `x` to `x + dx` that every term admits, in (0, 1].
+    /// Returns the largest fraction of the step from `x` to `x + dx` that all terms admit, in (0, 1].
     pub fn max_step(&self, x: &[f64], dx: &[f64]) -> f64 {
         let limits = self.terms.iter().filter_map(|term| term.limit());
         limits.map(|limit| limit.max_step(x, dx)).fold(1.0, f64::min)
     }
 
-    /// Kinetic energy `sum 1/2 m |v|^2` [J].
+    /// Returns the kinetic energy `sum 1/2 m |v|^2` [J].
     pub fn kinetic(&self, v: &[f64]) -> f64 {
         let speeds = v.chunks_exact(self.dimension).map(|v| v.iter().map(|c| c * c).sum::<f64>());
         speeds.zip(&self.mass).map(|(v2, m)| 0.5 * m * v2).sum()
     }
 
-    /// True if the potentials depend on time: energy is then not conserved.
+    /// True if a potential is time-dependent: energy is then not conserved.
     pub fn changes_with_time(&self) -> bool {
         self.changes_with_time
     }
 
-    /// Says what time it is [s] to the potentials that depend on it. The force last evaluated stays as it is.
-    /// On a path of equilibria it is the load factor, whatever is said.
+    /// Sets the time [s] of the time-dependent potentials; the last force is not re-evaluated. In
+    /// arc-length continuation the load factor takes precedence.
     pub fn set_time(&mut self, time: f64) {
         self.time = time;
         let time = self.load_factor.unwrap_or(time);
@@ -385,8 +387,8 @@ impl System {
         }
     }
 
-    /// Evaluates the force at `x`; the terms hold it until the next evaluation. `None` where it is not
-    /// finite, pinned coordinates excepted: these do not feel it.
+    /// Evaluates the force at `x`; the terms hold it until the next evaluation. Returns `None` if it is
+    /// not finite at a free coordinate.
     pub fn evaluate(&mut self, x: &[f64]) -> Option<ForceId> {
         let mut finite = true;
         self.books.energies.clear();
@@ -407,28 +409,28 @@ impl System {
         (finite || self.is_finite_where_free()).then_some(self.force)
     }
 
-    /// True if the force that the terms hold is finite at every coordinate that is free to move.
+    /// True if the current force is finite at all free coordinates.
     fn is_finite_where_free(&self) -> bool {
         let mut a = vec![0.0; self.inverse_mass().len()];
         StepInputs { dissipation: &[], ..self.step_inputs() }.accelerations(&mut a);
         a.iter().all(|a| a.is_finite())
     }
 
-    /// The force that the terms hold.
+    /// Returns the force that the terms hold.
     pub(crate) fn force(&self) -> ForceId {
         self.force
     }
 
-    /// Evaluates the dissipative forces at `(x, v)`; their terms hold them until the next evaluation. A
-    /// force that is not finite shows in the velocities that it leads to.
+    /// Evaluates the dissipative forces at `(x, v)`; the terms hold them until the next evaluation. A
+    /// force that is not finite shows in the resulting velocities.
     pub(crate) fn evaluate_dissipation(&mut self, x: &[f64], v: &[f64]) {
         for term in &mut self.dissipation {
             term.evaluate(x, v);
         }
     }
 
-    /// Time at which this force was evaluated [s], which may be a rounding away from that of the state;
-    /// `None` where the terms no longer hold it.
+    /// Returns the time at which this force was evaluated [s], up to rounding the time of the state;
+    /// `None` if the terms no longer hold it.
     pub(crate) fn time_of(&self, force: ForceId) -> Option<f64> {
         self.holds(force).then_some(self.force_time)
     }
@@ -438,8 +440,7 @@ impl System {
         force != ForceId::NONE && force == self.force
     }
 
-    /// Moves the rows `x` and `v`, taken `from` elsewhere where that is given, by the force that the terms
-    /// hold.
+    /// Advances `x` and `v`, starting from `from` if given, by the force that the terms hold.
     pub(crate) fn pass(
         &self,
         pass: &KickDrift,
@@ -450,24 +451,23 @@ impl System {
         self.step_inputs().run(pass, from, x, v)
     }
 
-    /// Writes `-M^-1 (dE/dx + dR/dv)` [m/s^2] of the forces that the terms hold over `a`; zero at held
-    /// coordinates.
+    /// Writes `-M^-1 (dE/dx + dR/dv)` [m/s^2] for the forces that the terms hold to `a`; zero at
+    /// constrained coordinates.
     pub fn accelerations(&self, a: &mut [f64]) {
         self.step_inputs().accelerations(a);
     }
 
-    /// Shows the row of `dE/dx` [N], of the force that the terms hold, of each of these `vertices`, which
-    /// ascend.
+    /// Visits the rows of `dE/dx` [N] of the current force at these `vertices`, which ascend.
     pub(crate) fn visit_gradient(&self, vertices: &[u32], visit: impl FnMut(usize, &[f64])) {
         self.step_inputs().visit_gradient(vertices, self.mass.len(), visit);
     }
 
-    /// Potential energy [J] of those terms that are `asked`.
+    /// Returns the potential energy [J] of the terms selected by `asked`.
     pub(crate) fn potential_of(&mut self, asked: impl Fn(&dyn EnergyTerm) -> bool, x: &[f64]) -> f64 {
         self.terms.iter_mut().filter(|term| asked(term.as_ref())).map(|term| term.energy(x)).sum()
     }
 
-    /// The power [W] of the forces of those terms that are `asked`, at the time last said.
+    /// Returns the power [W] of the terms selected by `asked`, at the time last set.
     pub(crate) fn power(&mut self, asked: impl Fn(&dyn EnergyTerm) -> bool, x: &[f64], v: &[f64]) -> f64 {
         let asked = self.terms.iter_mut().filter(|term| asked(term.as_ref()));
         asked.filter_map(|term| term.driven()).map(|term| term.power(x, v)).sum()
@@ -484,7 +484,7 @@ impl System {
         }
     }
 
-    /// `dE/dx` [N], written over `g`; pinned vertices included.
+    /// Writes `dE/dx` [N] to `g`, pinned vertices included.
     pub fn gradient(&mut self, x: &[f64], g: &mut [f64]) {
         self.force = ForceId::NONE;
         g.fill(0.0);
@@ -493,9 +493,10 @@ impl System {
         }
     }
 
-    /// As [`hessian_product`](Self::hessian_product), but terms may approximate; whether any did.
+    /// Computes [`hessian_product`](Self::hessian_product), but terms may approximate; returns whether
+    /// any did.
     pub(crate) fn stiffness_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) -> bool {
-        // Terms may use the memory of their force.
+        // Terms may reuse the memory of their force.
         self.force = ForceId::NONE;
         y.fill(0.0);
         let mut approximate = false;
@@ -508,15 +509,15 @@ impl System {
         approximate
     }
 
-    /// No more stiffness products will be asked for.
+    /// Ends a series of stiffness products.
     pub(crate) fn end_stiffness_products(&mut self) {
         let terms = self.terms.iter_mut().filter_map(|term| term.measurements());
         terms.for_each(|term| term.end_stiffness_products());
     }
 
-    /// `y = d2E/dx2 p` [N], written over `y`; pinned vertices included.
+    /// Writes `d2E/dx2 p` [N] to `y`, pinned vertices included.
     pub fn hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) {
-        // Terms may use the memory of their force.
+        // Terms may reuse the memory of their force.
         self.force = ForceId::NONE;
         y.fill(0.0);
         for term in &mut self.terms {
@@ -524,8 +525,7 @@ impl System {
         }
     }
 
-    /// The part of [`hessian_product`](Self::hessian_product) that is of terms whose stencils stay, written
-    /// over `y`.
+    /// Writes the part of [`hessian_product`](Self::hessian_product) by terms with fixed stencils to `y`.
     pub(crate) fn fixed_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) {
         self.force = ForceId::NONE;
         y.fill(0.0);
@@ -534,9 +534,9 @@ impl System {
         }
     }
 
-    /// The product with the transpose, and the work `p . dE/dx` of each energy term, in their order, where it
-    /// comes with the product, written over `works`. Forces without an energy have a Hessian that is not
-    /// symmetric.
+    /// Writes the product with the transposed Hessian to `y`, and to `works` the work `p . dE/dx` of each
+    /// energy term, in their order, if it comes with the product. Non-conservative forces have an
+    /// unsymmetric Hessian.
     pub fn transposed_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64], works: &mut Vec<Option<f64>>) {
         self.force = ForceId::NONE;
         y.fill(0.0);
@@ -544,7 +544,7 @@ impl System {
         works.extend(self.terms.iter_mut().map(|term| term.add_transposed_product(x, p, y)));
     }
 
-    /// `dR/dv` [N] at `(x, v)`, written over `g`; pinned vertices included.
+    /// Writes `dR/dv` [N] at `(x, v)` to `g`, pinned vertices included.
     pub fn dissipative_force(&mut self, x: &[f64], v: &[f64], g: &mut [f64]) {
         g.fill(0.0);
         for term in &mut self.dissipation {
@@ -553,7 +553,7 @@ impl System {
         }
     }
 
-    /// The same of damping and of friction, written over both of `parts`.
+    /// Writes `dR/dv` of damping and of friction to the two `parts`.
     pub(crate) fn dissipative_forces(&mut self, x: &[f64], v: &[f64], parts: &mut [Vec<f64>; 2]) {
         for part in parts.iter_mut() {
             part.clear();
@@ -565,7 +565,7 @@ impl System {
         }
     }
 
-    /// `y = d2R/dv2 p` [N] at `(x, v)`, written over `y`; pinned vertices included.
+    /// Writes `d2R/dv2 p` [N] at `(x, v)` to `y`, pinned vertices included.
     pub fn damping_product(&mut self, x: &[f64], v: &[f64], p: &[f64], y: &mut [f64]) {
         y.fill(0.0);
         for term in &mut self.dissipation {
@@ -573,32 +573,32 @@ impl System {
         }
     }
 
-    /// `y = (d2R/dx dv)^T p` [N] at `(x, v)`, written over `y`; pinned vertices included. False where a
-    /// dissipative term does not know its part.
+    /// Writes `(d2R/dx dv)^T p` [N] at `(x, v)` to `y`, pinned vertices included. Returns false if a
+    /// dissipative term does not provide its part.
     pub fn position_product(&mut self, x: &[f64], v: &[f64], p: &[f64], y: &mut [f64]) -> bool {
         y.fill(0.0);
         self.dissipation.iter_mut().fold(true, |known, term| known & term.add_position_product(x, v, p, y))
     }
 
-    /// `y = d2R/dx dv u` [N] at `(x, v)`, written over `y`; pinned vertices included: the change of `dR/dv`
-    /// with the positions along `u`. False where a dissipative term does not know its part.
+    /// Writes `d2R/dx dv u` [N] at `(x, v)` to `y`, pinned vertices included: the change of `dR/dv` with
+    /// positions along `u`. Returns false if a dissipative term does not provide its part.
     pub fn position_change(&mut self, x: &[f64], v: &[f64], u: &[f64], y: &mut [f64]) -> bool {
         y.fill(0.0);
         self.dissipation.iter_mut().fold(true, |known, term| known & term.add_position_change(x, v, u, y))
     }
 
-    /// The dissipation functions `R(x, v)` [W] together.
+    /// Returns the sum of the dissipation functions `R(x, v)` [W].
     pub(crate) fn dissipation_functions(&mut self, x: &[f64], v: &[f64]) -> f64 {
         self.dissipation.iter_mut().map(|term| term.value(x, v)).sum()
     }
 
-    /// Energy that the dissipative terms take away per time at `(x, v)`, `v . dR/dv` [W]; ether drag and
-    /// walls are not among them.
+    /// Returns the power dissipated by the dissipative terms at `(x, v)`, `v . dR/dv` [W], without ether
+    /// drag and walls.
     pub fn dissipated_power(&mut self, x: &[f64], v: &[f64]) -> f64 {
         self.dissipated_powers(x, v).iter().sum()
     }
 
-    /// The same of damping and of friction.
+    /// Returns the dissipated power of damping and of friction.
     pub(crate) fn dissipated_powers(&mut self, x: &[f64], v: &[f64]) -> [f64; 2] {
         let mut powers = [0.0; 2];
         for term in &mut self.dissipation {
@@ -607,13 +607,13 @@ impl System {
         powers
     }
 
-    /// Extremes of `det F` over all elements; `None` without elements.
+    /// Returns the extremes of `det F` over all elements; `None` without elements.
     pub fn deformation(&mut self, x: &[f64]) -> Option<DeformationExtremes> {
         let terms = self.terms.iter_mut().filter_map(|term| term.measurements());
         terms.filter_map(|term| term.deformation(x)).reduce(DeformationExtremes::merge)
     }
 
-    /// Why `x` has no finite energy or force.
+    /// Diagnoses why `x` has no finite energy or force.
     pub fn fault(&self, x: &[f64]) -> Option<Fault> {
         if let Some(hold) = self.pins.lost(x) {
             return Some(Fault::Motion { hold: hold.name().to_owned() });
@@ -621,17 +621,17 @@ impl System {
         self.terms.iter().find_map(|t| t.fault(x))
     }
 
-    /// The first place where a material is about to leave its domain at `x`.
+    /// Returns the first location at which a material is about to leave its domain at `x`.
     pub(crate) fn near_fault(&self, x: &[f64]) -> Option<Fault> {
         self.terms.iter().filter_map(|term| term.elements()).find_map(|elements| elements.near_fault(x))
     }
 
-    /// Why `(x, v)` has no finite dissipative force.
+    /// Diagnoses why `(x, v)` has no finite dissipative force.
     pub fn dissipative_fault(&self, x: &[f64], v: &[f64]) -> Option<Fault> {
         self.dissipation.iter().find_map(|t| t.fault(x, v))
     }
 
-    /// Bytes held by masses and terms.
+    /// Returns the memory of masses and terms, in bytes.
     pub fn bytes(&self) -> usize {
         8 * (self.mass.len() + self.rest_positions.as_ref().map_or(0, Vec::len))
             + self.inverse_mass.bytes()

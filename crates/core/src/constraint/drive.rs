@@ -1,14 +1,14 @@
-//! Rigid motion of a pin that is steered while a simulation runs.
+//! Rigid motion of a pin that is steered during a simulation.
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
-/// Below this angle [rad] a rotation is so small that its series ends after the first term.
+/// Angle [rad] below which rotation series end after the first term.
 const SMALL: f64 = 1e-4;
 
-/// Pose of a pin and its rates at one moment.
+/// Pose of a pin and its velocities at one moment.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Waypoint {
-    /// Displacement [m] and rotation from where the vertices of the pin started, about their mean there.
+    /// Displacement [m] and rotation from the start of the pin's vertices, about their mean there.
     pub pose: Isometry3<f64>,
     /// Velocity of that mean [m/s].
     pub velocity: Vector3<f64>,
@@ -17,12 +17,12 @@ pub struct Waypoint {
 }
 
 impl Waypoint {
-    /// At rest in this pose.
+    /// Creates a waypoint at rest in this pose.
     pub fn at_rest(pose: Isometry3<f64>) -> Self {
         Waypoint { pose, velocity: Vector3::zeros(), angular_velocity: Vector3::zeros() }
     }
 
-    /// True if all its numbers are finite.
+    /// True if all values are finite.
     pub fn is_finite(&self) -> bool {
         let vectors = [self.pose.translation.vector, self.velocity, self.angular_velocity];
         vectors
@@ -32,7 +32,7 @@ impl Waypoint {
             .all(|x| x.is_finite())
     }
 
-    /// After `dt` seconds with constant velocities.
+    /// Returns the waypoint after `dt` seconds of constant velocities.
     pub fn after(&self, dt: f64) -> Self {
         let translation = Translation3::from(self.pose.translation.vector + dt * self.velocity);
         let rotation = UnitQuaternion::from_scaled_axis(dt * self.angular_velocity) * self.pose.rotation;
@@ -40,29 +40,30 @@ impl Waypoint {
     }
 }
 
-/// Rigid motion of a pin from one [`Waypoint`] to another, with constant velocities from there on:
+/// Rigid motion of a pin from one [`Waypoint`] to another, with constant velocities afterwards:
 /// `x(t) = c + u(t) + R(t) (x_start - c)`, `c` the mean of the starts.
 ///
-/// `u` is the cubic polynomial that has both displacements and velocities (Hermite's), and so is the rotation
-/// vector `phi` of `R(t) = exp(phi(t)) R_begin`: position and velocity are continuous. The angular velocity
-/// is `J(phi) phi'`, `J` the left Jacobian of the rotations (Sola, Deray, Atchuthan 2018, *A micro Lie theory
-/// for state estimation in robotics*, equations 145 and 146). It turns the shorter way.
+/// `u` is the cubic Hermite polynomial with both displacements and velocities, and so is the rotation
+/// vector `phi` of `R(t) = exp(phi(t)) R_begin`: position and velocity are continuous. The angular
+/// velocity is `J(phi) phi'`, `J` the left Jacobian of rotations (Sola, Deray, Atchuthan 2018, *A micro
+/// Lie theory for state estimation in robotics*, equations 145 and 146). The rotation takes the shorter
+/// way.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Drive {
-    /// When it begins and when it arrives [s].
+    /// Start and arrival times [s].
     times: [f64; 2],
     begin: Waypoint,
     end: Waypoint,
-    /// Rotation vector from the beginning to the end, and its rate there.
+    /// Rotation vector from start to end, and its rate at the end.
     turn: [Vector3<f64>; 2],
     centre: Point3<f64>,
-    /// Where each vertex started [m].
+    /// Start of each vertex [m].
     starts: Vec<[f64; 3]>,
 }
 
 impl Drive {
-    /// The motion of vertices that started at `starts` [m], from `begin` at the time `time` to `end` after
-    /// `over` [s], which is positive.
+    /// Creates the motion of vertices that started at `starts` [m], from `begin` at the time `time` to
+    /// `end` after `over` [s], which is positive.
     pub(crate) fn new(time: f64, over: f64, starts: Vec<[f64; 3]>, [begin, end]: [Waypoint; 2]) -> Self {
         let turn = (end.pose.rotation * begin.pose.rotation.inverse()).scaled_axis();
         Drive {
@@ -75,17 +76,17 @@ impl Drive {
         }
     }
 
-    /// When it begins and when it arrives [s].
+    /// Returns the start and arrival times [s].
     pub fn times(&self) -> [f64; 2] {
         self.times
     }
 
-    /// Where each vertex started [m].
+    /// Returns the start of each vertex [m].
     pub(super) fn starts(&self) -> &[[f64; 3]] {
         &self.starts
     }
 
-    /// Pose and velocities at the time `time` [s].
+    /// Returns pose and velocities at the time `time` [s].
     pub fn at(&self, time: f64) -> Waypoint {
         let [from, until] = self.times;
         if time <= from {
@@ -107,7 +108,8 @@ impl Drive {
         }
     }
 
-    /// Position [m] and velocity [m/s] of the vertices at a waypoint, in the order of their starts.
+    /// Returns position [m] and velocity [m/s] of the vertices at a waypoint, in the order of their
+    /// starts.
     pub(super) fn places(&self, waypoint: &Waypoint) -> impl Iterator<Item = ([f64; 3], [f64; 3])> {
         let (Waypoint { pose, velocity, angular_velocity }, centre) = (*waypoint, self.centre);
         self.starts.iter().map(move |start| {
@@ -117,20 +119,19 @@ impl Drive {
         })
     }
 
-    /// Bytes held.
     pub(super) fn bytes(&self) -> usize {
         size_of::<Self>() + size_of_val(&self.starts[..])
     }
 }
 
-/// Mean of some points; the origin without any.
+/// Mean of the points; the origin without any.
 pub(super) fn mean(points: &[[f64; 3]]) -> Point3<f64> {
     let sum = points.iter().fold(Vector3::zeros(), |sum, point| sum + Vector3::from(*point));
     (sum / points.len().max(1) as f64).into()
 }
 
-/// Value and rate, after `t` of `over` seconds, of the cubic polynomial with these values and rates at its
-/// ends.
+/// Evaluates the cubic polynomial with these end values and rates, and its rate, after `t` of `over`
+/// seconds.
 fn hermite(
     t: f64,
     over: f64,
@@ -144,7 +145,7 @@ fn hermite(
     (value, rate / over)
 }
 
-/// `J(phi) x`.
+/// Computes `J(phi) x`.
 fn left_jacobian(phi: Vector3<f64>, x: Vector3<f64>) -> Vector3<f64> {
     let angle = phi.norm();
     let (first, second) = if angle < SMALL {
@@ -157,7 +158,7 @@ fn left_jacobian(phi: Vector3<f64>, x: Vector3<f64>) -> Vector3<f64> {
     x + first * once + second * phi.cross(&once)
 }
 
-/// `J(phi)^-1 x`, for angles below a whole turn.
+/// Computes `J(phi)^-1 x`, for angles below a full turn.
 fn inverse_left_jacobian(phi: Vector3<f64>, x: Vector3<f64>) -> Vector3<f64> {
     let angle = phi.norm();
     let second = if angle < SMALL {
@@ -185,7 +186,7 @@ mod tests {
         Drive::new(2.0, 0.25, starts, [begin, end])
     }
 
-    /// Both waypoints are met, with their velocities.
+    /// A drive passes both waypoints with their velocities.
     #[test]
     fn a_drive_passes_its_waypoints() {
         let drive = drive();
@@ -197,7 +198,7 @@ mod tests {
         }
     }
 
-    /// Velocities are the rates of positions: before, within and after the way.
+    /// Velocities are the rates of positions before, during and after the motion.
     #[test]
     fn velocities_are_rates_of_places() {
         let drive = drive();

@@ -1,4 +1,4 @@
-//! Coordinates that are held.
+//! Pins: constraints on coordinates of vertices.
 
 mod jump;
 
@@ -7,11 +7,11 @@ pub(crate) use jump::Jump;
 use super::drive::mean;
 use super::{Drive, Motion, Waypoint};
 
-/// Places nearer to each other than this part of their distance from the origin, and of the way that the
-/// velocity leads to in all the time there was, are one.
+/// Positions closer than this fraction of their distance from the origin, and of the path at their
+/// velocity over the elapsed time, coincide.
 const SAME_PLACE: f64 = 1e-12;
 
-/// Holds coordinates of some vertices, still or on a prescribed motion.
+/// A pin: fixes coordinates of some vertices, or gives them a prescribed motion.
 ///
 /// ```
 /// use pliant::constraint::{Hold, Motion};
@@ -26,29 +26,29 @@ const SAME_PLACE: f64 = 1e-12;
 #[derive(Debug)]
 pub struct Hold {
     name: String,
-    /// Number among all holds of a system, in the order in which they were added.
+    /// Number among all pins of a system, in the order added.
     rank: u32,
     /// Ascending.
     vertices: Vec<u32>,
     axes: [bool; 3],
-    /// When it lets go [s].
+    /// Release time [s].
     until: f64,
     motion: Option<PrescribedMotion>,
-    /// In the place of its motion, where it is steered from outside.
+    /// Steering from outside, which replaces the motion.
     drive: Option<Drive>,
 }
 
-/// Motion of held vertices.
+/// Motion of pinned vertices.
 #[derive(Debug)]
 struct PrescribedMotion {
     motion: Motion,
-    /// Where each vertex starts, and its place at rest [m].
+    /// Start of each vertex, and its reference position [m].
     start: Vec<[f64; 3]>,
     rest: Vec<[f64; 3]>,
 }
 
 impl Hold {
-    /// Holds all coordinates of these vertices where they are, for ever.
+    /// Creates a pin that fixes all coordinates of these vertices permanently.
     pub fn new(name: impl Into<String>, mut vertices: Vec<u32>) -> Self {
         vertices.sort_unstable();
         vertices.dedup();
@@ -63,25 +63,25 @@ impl Hold {
         }
     }
 
-    /// Holds only the coordinates along these of the axes x, y, z.
+    /// Restricts the pin to these of the axes x, y, z.
     #[must_use]
     pub fn along(mut self, axes: [bool; 3]) -> Self {
         self.axes = axes;
         self
     }
 
-    /// Lets go at the time `until` [s]: at the step nearest to it.
+    /// Releases the pin at the time `until` [s]: at the step nearest to it.
     #[must_use]
     pub fn until(mut self, until: f64) -> Self {
         self.until = until;
         self
     }
 
-    /// Moves what is held; `start` and `rest` are the flat positions of all vertices at the start and at
-    /// rest, in `dimension` dimensions [m].
+    /// Adds a prescribed motion; `start` and `rest` are the flat start and reference positions of all
+    /// vertices, in `dimension` dimensions [m].
     ///
     /// # Panics
-    /// If a vertex of the hold is in neither.
+    /// If a vertex of the pin is missing in either.
     #[must_use]
     pub fn moving(mut self, motion: Motion, start: &[f64], rest: &[f64], dimension: usize) -> Self {
         let points = |x: &[f64]| points_of(&self.vertices, x, dimension);
@@ -90,65 +90,65 @@ impl Hold {
         self
     }
 
-    /// Number among all holds of a system.
+    /// Returns the number among all pins of a system.
     pub(crate) fn rank(&self) -> u32 {
         self.rank
     }
 
-    /// The same hold as number `rank` of a system.
+    /// Returns the pin with the number `rank`.
     pub(crate) fn ranked(self, rank: u32) -> Self {
         Hold { rank, ..self }
     }
 
-    /// Where each moving vertex started [m]; empty without a motion.
+    /// Returns the start of each moving vertex [m]; empty without a motion.
     pub(crate) fn starts(&self) -> &[[f64; 3]] {
         self.motion.as_ref().map_or(&[], |moved| &moved.start)
     }
 
-    /// Moves from these starts [m], one for each vertex, from now on.
+    /// Sets the starts [m], one per vertex.
     pub(crate) fn set_starts(&mut self, starts: &[[f64; 3]]) {
         if let Some(moved) = &mut self.motion {
             moved.start.copy_from_slice(starts);
         }
     }
 
-    /// Its name.
+    /// Returns the name.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Its vertices, ascending.
+    /// Returns the vertices, ascending.
     pub fn vertices(&self) -> &[u32] {
         &self.vertices
     }
 
-    /// Which of the coordinates x, y, z it holds.
+    /// Returns which of the coordinates x, y, z are constrained.
     pub fn axes(&self) -> [bool; 3] {
         self.axes
     }
 
-    /// When it lets go [s]; infinite for never.
+    /// Returns the release time [s]; infinite without one.
     pub fn end(&self) -> f64 {
         self.until
     }
 
-    /// True if it moves, by itself or steered.
+    /// True if the pin moves, by its own motion or steered.
     pub fn moves(&self) -> bool {
         self.motion.is_some() || self.drive.is_some()
     }
 
-    /// Motion by which it is steered from outside.
+    /// Returns the motion by which the pin is steered from outside.
     pub fn drive(&self) -> Option<&Drive> {
         self.drive.as_ref()
     }
 
-    /// Is steered so from now on; `None`: goes on by its own motion.
+    /// Sets the steering; `None` returns to the own motion.
     pub(crate) fn set_drive(&mut self, drive: Option<Drive>) {
         self.drive = drive;
     }
 
-    /// Starts of its vertices [m] and its pose from there at `time` [s]. A motion that is none of a rigid
-    /// body starts where its vertices are in `x`, and so does what stays.
+    /// Returns the starts of the vertices [m] and the pose relative to them at `time` [s]. Fixed pins and
+    /// non-rigid motions start at the positions in `x`.
     pub(crate) fn pose(&self, time: f64, dimension: usize, x: &[f64]) -> (Vec<[f64; 3]>, Waypoint) {
         if let Some(drive) = &self.drive {
             return (drive.starts().to_vec(), drive.at(time));
@@ -165,7 +165,7 @@ impl Hold {
         (places, Waypoint { velocity: mean(&rates).coords, ..still })
     }
 
-    /// The first time after `time` at which its motion breaks [s].
+    /// Returns the first time after `time` at which the motion has a kink [s].
     pub(crate) fn next_break(&self, time: f64) -> Option<f64> {
         match &self.drive {
             Some(drive) => drive.times().into_iter().find(|at| *at > time),
@@ -173,19 +173,19 @@ impl Hold {
         }
     }
 
-    /// How it moves by itself; `None` where it stays.
+    /// Returns the own motion; `None` for a fixed pin.
     pub fn motion(&self) -> Option<&Motion> {
         self.motion.as_ref().map(|moved| &moved.motion)
     }
 
-    /// The numbers of the held coordinates in a flat array, ascending.
+    /// Returns the indices of the constrained coordinates in a flat array, ascending.
     pub fn coordinates(&self, dimension: usize) -> impl Iterator<Item = usize> + '_ {
         let axes = move || (0..dimension).filter(|c| self.axes[*c]);
         self.vertices.iter().flat_map(move |v| axes().map(move |c| *v as usize * dimension + c))
     }
 
-    /// Writes the positions [m] and velocities [m/s] at `time` [s] of what moves into flat arrays; whether
-    /// they are finite.
+    /// Writes the prescribed positions [m] and velocities [m/s] at `time` [s] into flat arrays; returns
+    /// whether they are finite.
     pub(crate) fn prescribe(&self, time: f64, dimension: usize, x: &mut [f64], v: &mut [f64]) -> bool {
         if let Some(drive) = &self.drive {
             return self.put(drive.places(&drive.at(time)), dimension, x, v);
@@ -196,7 +196,8 @@ impl Hold {
         self.put(places, dimension, x, v)
     }
 
-    /// Writes positions [m] and velocities [m/s] of its vertices into flat arrays; whether they are finite.
+    /// Writes positions [m] and velocities [m/s] of the vertices into flat arrays; returns whether they
+    /// are finite.
     fn put(
         &self,
         places: impl Iterator<Item = ([f64; 3], [f64; 3])>,
@@ -216,9 +217,9 @@ impl Hold {
         sum == 0.0
     }
 
-    /// Adds to `starts` the derivatives by the places where its vertices start, of what has the derivatives
-    /// `x` by its coordinates at `time` [s] and `v` by their velocities: the transpose of its motion. All are
-    /// flat; held coordinates alone are looked at.
+    /// Adds to `starts` the derivatives with respect to the starts of the vertices, given the derivatives
+    /// `x` with respect to their positions at `time` [s] and `v` with respect to their velocities: the
+    /// transpose of the motion. All arrays are flat; only constrained coordinates are used.
     pub fn add_by_starts(&self, time: f64, dimension: usize, (x, v): (&[f64], &[f64]), starts: &mut [f64]) {
         let moment = self.motion().map(|motion| motion.at(time));
         for vertex in &self.vertices {
@@ -233,8 +234,8 @@ impl Hold {
         }
     }
 
-    /// Goes on with its motion from where its vertices are in `x` at `time` [s], flat `(n, dimension)` [m].
-    /// Nothing changes for those that are where the motion has them.
+    /// Continues the motion from the vertex positions in `x` at `time` [s], flat `(n, dimension)` [m].
+    /// Vertices that are where the motion puts them are unchanged.
     pub(crate) fn go_on_from(&mut self, time: f64, dimension: usize, x: &[f64]) {
         let Some(PrescribedMotion { motion, start, rest }) = &mut self.motion else { return };
         let moment = motion.at(time);
@@ -252,8 +253,8 @@ impl Hold {
         }
     }
 
-    /// How far the farthest component of any vertex is at time 0 from where it starts [m]; zero without a
-    /// motion. Not a number where the motion has no value.
+    /// Returns the largest distance of a vertex coordinate at time 0 from its start [m]; zero without a
+    /// motion, NaN if the motion has no finite value.
     pub fn jump_at_start(&self, dimension: usize) -> f64 {
         let Some(PrescribedMotion { motion, start, rest }) = &self.motion else { return 0.0 };
         let moment = motion.at(0.0);
@@ -268,7 +269,6 @@ impl Hold {
         farthest
     }
 
-    /// Bytes held.
     pub(crate) fn bytes(&self) -> usize {
         let moved = self.motion.as_ref().map_or(0, |moved| moved.start.len() + moved.rest.len());
         let driven = self.drive.as_ref().map_or(0, Drive::bytes);
@@ -276,7 +276,7 @@ impl Hold {
     }
 }
 
-/// Places of some vertices in a flat array.
+/// Positions of some vertices in a flat array.
 fn points_of(vertices: &[u32], x: &[f64], dimension: usize) -> Vec<[f64; 3]> {
     let point = |v: &u32| {
         let mut point = [0.0; 3];

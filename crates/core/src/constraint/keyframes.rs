@@ -1,30 +1,30 @@
-//! Displacements given at some times.
+//! Keyframes: displacements given at times, with interpolation.
 
-/// Interpolation between two times.
+/// Interpolation between two keyframes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Interpolation {
-    /// Straight lines: velocities jump at the times given.
+    /// Linear: velocities jump at the keyframes.
     Linear,
-    /// Cubics with continuous velocity that nowhere leave the range of the two values beside them, at rest
-    /// at both ends: Fritsch, Butland 1984, *A method for constructing local monotone piecewise cubic
-    /// interpolants*, SIAM J. Sci. Stat. Comput. 5, 300, with the weights of Brodlie.
+    /// Monotone cubic with continuous velocity, within the range of the two neighbouring values, and at
+    /// rest at both ends: Fritsch, Butland 1984, *A method for constructing local monotone piecewise
+    /// cubic interpolants*, SIAM J. Sci. Stat. Comput. 5, 300, with the weights of Brodlie.
     Smooth,
 }
 
-/// Displacements at some times, and between them; before the first and after the last as there.
+/// Interpolated displacements; constant before the first and after the last keyframe.
 #[derive(Clone, Debug)]
 pub struct Keyframes {
     times: Vec<f64>,
     displacements: Vec<[f64; 3]>,
-    /// At every time; empty for straight lines.
+    /// Rates at the keyframes; empty for linear interpolation.
     rates: Vec<[f64; 3]>,
 }
 
 impl Keyframes {
-    /// Displacements [m] at ascending times [s].
+    /// Creates keyframes with displacements [m] at ascending times [s].
     ///
     /// # Panics
-    /// If there is not one displacement for each time, or no time at all.
+    /// If the numbers of times and displacements differ, or there is no time.
     pub fn new(times: Vec<f64>, displacements: Vec<[f64; 3]>, interpolation: Interpolation) -> Self {
         assert_eq!(times.len(), displacements.len(), "one displacement for each time");
         assert!(!times.is_empty() && times.is_sorted(), "ascending times");
@@ -35,8 +35,8 @@ impl Keyframes {
         Keyframes { times, displacements, rates }
     }
 
-    /// Displacement [m] and velocity [m/s] at the time `t` [s]; at a time given, the velocity is that of
-    /// what follows.
+    /// Returns displacement [m] and velocity [m/s] at the time `t` [s]; at a keyframe, the velocity of
+    /// the following interval.
     pub fn at(&self, t: f64) -> ([f64; 3], [f64; 3]) {
         let after = self.times.partition_point(|time| *time <= t);
         if after == 0 || after == self.times.len() {
@@ -58,7 +58,8 @@ impl Keyframes {
     }
 }
 
-/// Zero at both ends and at extremes; between two slopes of one sign their weighted harmonic mean.
+/// Rates of the monotone cubic: zero at both ends and at extremes, otherwise the weighted harmonic mean
+/// of the two slopes.
 fn monotone_rates(times: &[f64], displacements: &[[f64; 3]]) -> Vec<[f64; 3]> {
     let mut rates = vec![[0.0; 3]; times.len()];
     for i in 1..times.len().saturating_sub(1) {

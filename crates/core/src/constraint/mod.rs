@@ -1,21 +1,21 @@
-//! Constraints of vertices.
+//! Constraints of vertices: pins, prescribed motion and walls.
 //!
-//! A [`Hold`] keeps coordinates of a set of vertices: where they are, or on a prescribed [`Motion`]; for
-//! ever, or until it lets go. A [`Wall`] is a half-space that vertices do not enter.
+//! A [`Hold`] is a pin: it fixes coordinates of a set of vertices, or gives them a prescribed [`Motion`],
+//! permanently or until it is released. A [`Wall`] is a half-space that vertices cannot enter.
 //!
-//! The part of holds that a scheme, explicit or implicit, has to know is in
-//! [`System`](crate::system::System):
+//! [`System`](crate::system::System) has what an integrator, explicit or implicit, must know about pins:
 //!
-//! - `inverse_mass()` is zero exactly at the coordinates that are held now. No force moves these.
-//! - `has_prescribed_motion()`: whether any held coordinate moves. If not, nothing below has to be called.
-//! - `prescribe(time, x, v)` writes positions and velocities of the moving coordinates at any time, stages
-//!   included. A scheme calls it before it evaluates the force at a stage, with the time of that stage, and
-//!   once more at the end of the step. A potential of free coordinates and prescribed ones is one that
-//!   changes with time: a scheme that has its order for those has it here.
-//! - A hold may be steered from outside between steps: its [`Drive`] is then its motion.
-//! - Holds are let go between steps only, by [`Simulation::step`](crate::simulation::Simulation::step);
-//!   `structure()` is then another number, and whatever was built for the old set (masks, factorisations,
-//!   the history of a multistep scheme) is out of date. Velocities go on as they were prescribed.
+//! - `inverse_mass()` is zero exactly at the currently constrained coordinates. No force moves these.
+//! - `has_prescribed_motion()` is true if any constrained coordinate moves. If not, nothing below needs
+//!   to be called.
+//! - `prescribe(time, x, v)` writes positions and velocities of the moving coordinates at any time,
+//!   stages included. An integrator calls it before it evaluates the force at a stage, with the time of
+//!   that stage, and once more at the end of the step. A potential of free and prescribed coordinates is
+//!   a time-dependent potential: an integrator keeps its order here if it does for those.
+//! - A pin may be steered from outside between steps: its [`Drive`] then replaces its motion.
+//! - Pins are released between steps only, by [`Simulation::step`](crate::simulation::Simulation::step).
+//!   `structure()` then changes, and everything built for the old constraints (masks, factorisations, the
+//!   history of a multistep method) is invalid. Released vertices keep their velocities.
 
 mod drive;
 mod hold;

@@ -1,4 +1,4 @@
-//! Prescribed motion.
+//! Prescribed motion: rotation about an axis and displacements, as functions of time.
 
 use std::fmt;
 
@@ -7,27 +7,27 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use super::Waypoint;
 use crate::algebra::unit;
 
-/// A vector that changes with time: its value and its rate at the time `t` [s].
+/// A time-dependent vector: value and rate at the time `t` [s].
 pub type Path = Box<dyn Fn(f64) -> ([f64; 3], [f64; 3]) + Send + Sync>;
-/// An angle that changes with time: its value [rad] and its rate [rad/s] at the time `t` [s].
+/// A time-dependent angle: value [rad] and rate [rad/s] at the time `t` [s].
 type Turn = Box<dyn Fn(f64) -> (f64, f64) + Send + Sync>;
-/// A vector that differs from place to place: its value and its rate at the rest position `X` [m] and the
-/// time `t` [s].
+/// A vector field: value and rate at the reference position `X` [m] and the time `t` [s].
 type Field = Box<dyn Fn([f64; 3], f64) -> ([f64; 3], [f64; 3]) + Send + Sync>;
 
-/// `x(t) = c + R(t) (x(0) - c) + sum u(t)`: a rotation about a point `c`, then displacements, each optional.
+/// Motion `x(t) = c + R(t) (x(0) - c) + sum u(t)`: a rotation about a point `c`, then displacements, each
+/// optional.
 #[derive(Default)]
 pub struct Motion {
     rotation: Option<Rotation>,
     paths: Vec<Path>,
     field: Option<Field>,
-    /// Ascending [s].
+    /// Times of kinks, ascending [s].
     breaks: Vec<f64>,
     /// True if positions are known to be continuous.
     is_continuous: bool,
 }
 
-/// A rotation about an axis through a point, counter-clockwise seen against the axis.
+/// Rotation about an axis through a point, counter-clockwise as seen against the axis.
 pub struct Rotation {
     point: [f64; 3],
     axis: [f64; 3],
@@ -35,7 +35,7 @@ pub struct Rotation {
 }
 
 impl Rotation {
-    /// The rotation about the `axis` (of any length) through `point` [m] by `angle`, which gives the angle
+    /// Creates the rotation about `axis` (of any length) through `point` [m]; `angle` returns the angle
     /// [rad] and its rate [rad/s] at the time `t` [s].
     ///
     /// # Panics
@@ -50,33 +50,33 @@ impl Rotation {
         Rotation { point, axis, angle: Box::new(angle) }
     }
 
-    /// The point that stays [m].
+    /// Returns the fixed point [m].
     pub fn point(&self) -> [f64; 3] {
         self.point
     }
 }
 
 impl Motion {
-    /// No motion yet.
+    /// Creates an empty motion.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Turns.
+    /// Adds a rotation.
     #[must_use]
     pub fn turning(mut self, rotation: Rotation) -> Self {
         self.rotation = Some(rotation);
         self
     }
 
-    /// Displaces all vertices by the same.
+    /// Adds a displacement common to all vertices.
     #[must_use]
     pub fn along(mut self, path: impl Fn(f64) -> ([f64; 3], [f64; 3]) + Send + Sync + 'static) -> Self {
         self.paths.push(Box::new(path));
         self
     }
 
-    /// Displaces each vertex by what the field is at its place at rest.
+    /// Adds a displacement field, evaluated at the reference position of each vertex.
     #[must_use]
     pub fn by(
         mut self,
@@ -86,15 +86,14 @@ impl Motion {
         self
     }
 
-    /// Says at which times, ascending [s], the velocity or its rate jumps: steps that follow the error land
-    /// there.
+    /// Sets the times [s], ascending, at which velocities or their rates jump; adaptive steps end there.
     #[must_use]
     pub fn breaking_at(mut self, breaks: Vec<f64>) -> Self {
         self.breaks = breaks;
         self
     }
 
-    /// Says that positions are continuous in time: no step is looked at for jumps.
+    /// Declares positions continuous in time: steps are not checked for jumps.
     #[must_use]
     pub fn continuous(mut self) -> Self {
         self.is_continuous = true;
@@ -106,17 +105,17 @@ impl Motion {
         self.is_continuous
     }
 
-    /// The first of the times it breaks at that is after `time` [s].
+    /// Returns the first kink after `time` [s].
     pub(crate) fn next_break(&self, time: f64) -> Option<f64> {
         self.breaks.get(self.breaks.partition_point(|at| *at <= time)).copied()
     }
 
-    /// How it turns.
+    /// Returns the rotation.
     pub fn rotation(&self) -> Option<&Rotation> {
         self.rotation.as_ref()
     }
 
-    /// The part that is the same for all vertices at the time `time` [s].
+    /// Returns the part common to all vertices at the time `time` [s].
     pub(super) fn at(&self, time: f64) -> Moment<'_> {
         let mut displacement = ([0.0; 3], [0.0; 3]);
         for path in &self.paths {
@@ -161,7 +160,8 @@ struct Turned {
 }
 
 impl Moment<'_> {
-    /// Position and velocity of the vertex that starts at `start` and is at `rest` in the rest shape.
+    /// Returns position and velocity of the vertex with the start `start` and the reference position
+    /// `rest`.
     pub(super) fn place(&self, start: [f64; 3], rest: [f64; 3]) -> ([f64; 3], [f64; 3]) {
         let mut place = self.displacement;
         match &self.rotation {
@@ -176,8 +176,8 @@ impl Moment<'_> {
 }
 
 impl Moment<'_> {
-    /// Pose and velocities of a rigid body that started with its mean at `centre`: `None` where the motion
-    /// differs from place to place.
+    /// Returns pose and velocities of a rigid body whose mean started at `centre`; `None` if the motion
+    /// is not rigid.
     pub(super) fn rigid(&self, centre: Point3<f64>) -> Option<Waypoint> {
         if self.field.is_some() {
             return None;
@@ -193,8 +193,8 @@ impl Moment<'_> {
         Some(Waypoint { pose, velocity: velocity.into(), angular_velocity: spin })
     }
 
-    /// Derivatives by the start of a vertex of what has the derivatives `x` by its place and `v` by its
-    /// velocity: `R^T x + R'^T v`.
+    /// Returns the derivatives with respect to the start of a vertex, given the derivatives `x` with
+    /// respect to its position and `v` with respect to its velocity: `R^T x + R'^T v`.
     pub(super) fn by_start(&self, x: [f64; 3], v: [f64; 3]) -> [f64; 3] {
         let Some(rotation) = &self.rotation else { return x };
         // R' = rate [a] R, and R'^T v = -rate R^T (a x v).
@@ -202,8 +202,8 @@ impl Moment<'_> {
         Turned { point: [0.0; 3], ..rotation.back() }.place(add(x, turned)).0
     }
 
-    /// The start from which the vertex that is at `rest` in the rest shape is at `place` now: `x(0) = c + R^T
-    /// (x - sum u - c)`.
+    /// Returns the start from which the vertex with the reference position `rest` arrives at `place` now:
+    /// `x(0) = c + R^T (x - sum u - c)`.
     pub(super) fn start(&self, place: [f64; 3], rest: [f64; 3]) -> [f64; 3] {
         let field = self.field.map_or([0.0; 3], |field| field(rest, self.time).0);
         let turned = [0, 1, 2].map(|c| place[c] - self.displacement.0[c] - field[c]);
@@ -212,12 +212,12 @@ impl Moment<'_> {
 }
 
 impl Turned {
-    /// The rotation back.
+    /// Inverse rotation.
     fn back(&self) -> Turned {
         Turned { sin: -self.sin, rate: -self.rate, ..*self }
     }
 
-    /// Rodrigues: `x = c + r cos + (a x r) sin + a (a . r) (1 - cos)`, `v = rate a x (x - c)`.
+    /// Rodrigues' formula: `x = c + r cos + (a x r) sin + a (a . r) (1 - cos)`, `v = rate a x (x - c)`.
     fn place(&self, start: [f64; 3]) -> ([f64; 3], [f64; 3]) {
         let Turned { point, axis, sin, cos, rate } = *self;
         let r = [0, 1, 2].map(|c| start[c] - point[c]);
@@ -239,7 +239,7 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// `a x b`.
+/// Cross product `a x b`.
 pub(super) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
@@ -248,8 +248,8 @@ pub(super) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 mod tests {
     use super::*;
 
-    /// Velocities are the rates of positions: central differences of half the step leave a quarter of the
-    /// error.
+    /// Velocities are the rates of positions: halving the step of central differences leaves a quarter of
+    /// the error.
     #[test]
     fn velocities_are_the_limits_of_differences() {
         let rotation = Rotation::new([0.1, -0.2, 0.3], [1.0, 2.0, -0.5], |t| (3.0 * t * t, 6.0 * t));
@@ -267,7 +267,7 @@ mod tests {
         }
     }
 
-    // Places and velocities are affine in the start: differences are exact.
+    // Positions and velocities are affine in the start: differences are exact.
     #[test]
     fn derivatives_by_starts_are_the_transpose_of_the_motion() {
         let rotation = Rotation::new([0.1, -0.2, 0.3], [1.0, 2.0, -0.5], |t| (3.0 * t, 3.0));

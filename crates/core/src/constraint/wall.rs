@@ -1,12 +1,12 @@
-//! A rigid half-space.
+//! Walls: rigid half-spaces without friction.
 use super::motion::cross;
 use crate::algebra::direction;
 use crate::lanes::{Kernel, Lanes, WIDTH, dispatch};
 use crate::scalar::{Compared, Mask};
 
-/// Keeps vertices in `normal . x >= offset`, as the lecture's cantilever does (lecture 21): a vertex that
-/// has crossed is put back on the plane and its velocity into the wall is zeroed. Inelastic, without
-/// friction.
+/// Keeps vertices in `normal . x >= offset`, as the lecture's cantilever does (lecture 21). A vertex
+/// behind the plane is moved back onto it, and its velocity into the wall is set to zero: an inelastic,
+/// frictionless impact.
 ///
 /// ```
 /// use pliant::constraint::Wall;
@@ -24,11 +24,12 @@ pub struct Wall {
 }
 
 impl Wall {
-    /// The half-space `normal . x >= offset`; `normal` is scaled to unit length, `offset` [m] is along that
-    /// unit normal.
+    /// Creates the half-space `normal . x >= offset`. `normal` is scaled to unit length; `offset` [m] is
+    /// along the unit normal.
     ///
     /// # Panics
-    /// If the normal is zero or not finite, or has not two or three components; scenes are checked before.
+    /// If the normal is zero or not finite, or does not have two or three components; scenes are checked
+    /// before.
     pub fn new(normal: &[f64], offset: f64) -> Self {
         assert!(matches!(normal.len(), 2 | 3), "a wall is in two or three dimensions");
         let unit = direction(normal);
@@ -37,25 +38,25 @@ impl Wall {
         Wall { normal: unit.collect(), offset }
     }
 
-    /// Unit normal, out of the wall.
+    /// Returns the unit normal, pointing out of the wall.
     pub fn normal(&self) -> &[f64] {
         &self.normal
     }
 
-    /// Distance of the plane from the origin along the normal [m].
+    /// Returns the distance of the plane from the origin along the normal [m].
     pub fn offset(&self) -> f64 {
         self.offset
     }
 
-    /// The point of the plane that is nearest to the origin [m]; third component 0 in 2D.
+    /// Returns the point of the plane nearest to the origin [m]; third component 0 in 2D.
     pub fn foot(&self) -> [f64; 3] {
         let mut foot = [0.0; 3];
         foot.iter_mut().zip(&self.normal).for_each(|(foot, n)| *foot = self.offset * n);
         foot
     }
 
-    /// Moment [N m] about the [foot](Self::foot) of the force `force` [N] at the point `x` [m]; in 2D only
-    /// the third component.
+    /// Returns the moment [N m] about the [foot](Self::foot) of the force `force` [N] at the point `x`
+    /// [m]; in 2D only the third component.
     #[inline]
     pub fn moment(&self, x: &[f64], force: [f64; 3]) -> [f64; 3] {
         let mut arm = self.foot().map(|foot| -foot);
@@ -63,12 +64,12 @@ impl Wall {
         cross(arm, force)
     }
 
-    /// How far behind the plane the point `x` is [m].
+    /// Returns the distance of `x` behind the plane [m].
     pub fn depth(&self, x: &[f64]) -> f64 {
         self.offset - dot(&self.normal, x)
     }
 
-    /// True if [`apply`](Self::apply) would put any vertex back.
+    /// True if [`apply`](Self::apply) would move any vertex.
     pub fn is_crossed(&self, inverse_mass: &[f64], x: &[f64]) -> bool {
         let d = self.normal.len();
         self.is_reached(x)
@@ -78,7 +79,7 @@ impl Wall {
             })
     }
 
-    /// True if any vertex is behind the plane. In most steps none is: this is what those cost.
+    /// True if any vertex is behind the plane. In most steps none is, and this check is the whole cost.
     fn is_reached(&self, x: &[f64]) -> bool {
         let offset = self.offset;
         match self.normal[..] {
@@ -90,11 +91,11 @@ impl Wall {
         }
     }
 
-    /// Puts vertices back, and returns whether any position changed. `stopped` is told of each vertex that
-    /// moved into the wall: its number, and the size `s` of the change `s n` of its velocity along the unit
-    /// normal `n`, of which held coordinates feel nothing [m/s]. Held coordinates (zero inverse mass; one
-    /// number per coordinate) stay as they are: such a vertex goes back to the plane along the others, if
-    /// that is possible.
+    /// Moves vertices back; returns whether any position changed. `stopped` receives each vertex that
+    /// moved into the wall: its number, and the size `s` [m/s] of the velocity change `s n` along the
+    /// unit normal `n`, which does not act on constrained coordinates. Constrained coordinates (zero
+    /// inverse mass; one value per coordinate) are unchanged: such a vertex moves to the plane along its
+    /// free coordinates, if possible.
     pub fn apply(
         &self,
         inverse_mass: &[f64],
@@ -111,7 +112,7 @@ impl Wall {
         }
     }
 
-    /// Puts vertices back, as [`apply`](Self::apply), where some are behind the plane of this normal.
+    /// Moves vertices back as [`apply`](Self::apply) does, for the plane with this normal.
     #[inline(always)]
     fn put_back<const D: usize>(
         &self,
@@ -128,6 +129,7 @@ impl Wall {
             if depth <= 0.0 {
                 continue;
             }
+            // A vertex with constrained coordinates moves along its free ones.
             if w.contains(&0.0) {
                 if let Some(size) = self.slide(depth, w, x, v) {
                     moved = true;
@@ -150,8 +152,8 @@ impl Wall {
         moved
     }
 
-    /// Puts a vertex back that is `depth` [m] behind the plane, along its free coordinates alone; the size of
-    /// the change of its velocity along the normal [m/s], `None` where it cannot move.
+    /// Moves a vertex that is `depth` [m] behind the plane back along its free coordinates. Returns the
+    /// size of its velocity change along the normal [m/s]; `None` if it cannot move.
     fn slide(&self, depth: f64, inverse_mass: &[f64], x: &mut [f64], v: &mut [f64]) -> Option<f64> {
         let free = |c: usize| if inverse_mass[c] == 0.0 { 0.0 } else { self.normal[c] };
         let length2 = (0..x.len()).map(|c| free(c) * free(c)).sum::<f64>();
@@ -167,7 +169,7 @@ impl Wall {
     }
 }
 
-/// Whether any of the rows `x` is behind a plane.
+/// Checks whether any of the rows `x` is behind a plane.
 struct BehindWallKernel<'a, const D: usize> {
     normal: &'a [f64; D],
     offset: f64,
@@ -181,7 +183,7 @@ impl<const D: usize> Kernel for BehindWallKernel<'_, D> {
     fn run<L: Lanes>(self) -> bool {
         let (packs, rest) = self.x.as_chunks::<D>().0.as_chunks::<WIDTH>();
         let offset = L::splat(self.offset);
-        // Eight distances, the largest there are.
+        // Running maximum of the depths, eight at a time.
         let mut depth = L::splat(f64::NEG_INFINITY);
         for rows in packs {
             let x: [L; D] = L::load_interleaved(rows);
@@ -189,7 +191,7 @@ impl<const D: usize> Kernel for BehindWallKernel<'_, D> {
             for c in 1..D {
                 height += L::splat(self.normal[c]) * x[c];
             }
-            // In this order what is NaN hides nothing.
+            // With this argument order NaN does not hide other vertices.
             depth = Compared::max(offset - height, depth);
         }
         let behind = L::zero().lt(depth).any();
@@ -243,7 +245,7 @@ mod tests {
         }
     }
 
-    // lecture 21: vertices are looked at eight at a time, and one that is lost hides no other.
+    // lecture 21: vertices are checked eight at a time, and a NaN position hides no other vertex.
     #[test]
     fn the_vertex_that_crossed_is_found_wherever_it_is() {
         for d in [2, 3] {

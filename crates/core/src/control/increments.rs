@@ -1,56 +1,56 @@
-//! Increments of statics, whose size follows how hard they are to solve.
+//! Static increments, whose size depends on the cost of their solves.
 //!
-//! An increment that is not solved is taken back, and a quarter of it is tried. Two in a row that were easy
-//! make the next one half as large again, one that was hard makes it a quarter smaller: the rules, and the
-//! numbers, of the automatic increments of Abaqus (Analysis User's Guide, "Convergence criteria for
-//! nonlinear problems"). It counts iterations, each with a matrix of its own. Here it is the matrices that
-//! count: the iterations between them go on with the last one, to smaller tolerances, and cost little.
+//! A failed increment is retried with a quarter of its size. After two easy increments in a row the next
+//! one is half as large again; after a hard one it is a quarter smaller. These are the rules and numbers
+//! of the automatic increments of Abaqus (Analysis User's Guide, "Convergence criteria for nonlinear
+//! problems"). Abaqus counts iterations, each with its own matrix. Here matrices are counted: the
+//! iterations between them reuse the last one, to smaller tolerances, and cost little.
 
-/// Matrices up to which an increment was easy.
+/// Matrices up to which an increment is easy.
 const EASY: u64 = 4;
-/// Matrices above which one was hard.
+/// Matrices above which an increment is hard.
 const HARD: u64 = 10;
-/// Easy increments in a row before the next one is larger.
+/// Easy increments in a row before the size grows.
 const EASY_IN_A_ROW: u32 = 2;
-/// How much larger.
+/// Growth factor.
 const GROWTH: f64 = 1.5;
-/// An increment after a hard one.
+/// Reduction factor after a hard increment.
 const AFTER_HARD: f64 = 0.75;
-/// An increment that was cut short below this part of the one planned, to land on a time, says nothing of
-/// that.
+/// An increment cut below this fraction of the planned one, to end at a given time, does not count as
+/// easy.
 const TELLING: f64 = 0.5;
 
-/// Increments of a run of statics, in counts and sizes that do not depend on the machine.
+/// Increments of a static run, in machine-independent counts and sizes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Increments {
-    /// Increments that were solved.
+    /// Solved increments.
     pub accepted: u64,
-    /// Increments that were not, and were taken back.
+    /// Failed increments, which were retried.
     pub cut_back: u64,
-    /// The least of those that were solved [s]; 0 before the first.
+    /// Smallest solved increment [s]; 0 before the first.
     pub least: f64,
-    /// The largest of them [s].
+    /// Largest solved increment [s].
     pub largest: f64,
 }
 
-/// Memory of the size of increments.
+/// State of the increment control.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct IncrementPace {
     accepted: u64,
     least: f64,
     largest: f64,
-    /// Easy increments since the last that was not.
+    /// Easy increments since the last other one.
     easy: u32,
 }
 
 impl IncrementPace {
-    /// Counts so far, `cut_back` increments taken back.
+    /// Returns the counts so far, with `cut_back` failed increments.
     pub(super) fn counts(&self, cut_back: u64) -> Increments {
         let IncrementPace { accepted, least, largest, .. } = *self;
         Increments { accepted, cut_back, least, largest }
     }
 
-    /// The size of the increment [s] after one of `h` [s], of `planned` [s], that took so many `matrices`.
+    /// Returns the next increment [s] after one of `h` [s], of `planned` [s], that took `matrices`.
     pub(super) fn accept(&mut self, h: f64, planned: f64, matrices: u64) -> f64 {
         self.least = if self.accepted == 0 { h } else { self.least.min(h) };
         self.largest = self.largest.max(h);
@@ -66,7 +66,7 @@ impl IncrementPace {
         if self.easy >= EASY_IN_A_ROW { planned.max(GROWTH * h) } else { planned }
     }
 
-    /// An increment was taken back.
+    /// Records a failed increment.
     pub(super) fn reject(&mut self) {
         self.easy = 0;
     }

@@ -1,28 +1,27 @@
-//! Integrals of what is known at every step.
+//! Time integrals of rates known at each step.
 
-/// The integral over time of a rate that is sampled after every step, to fourth order: the cubic through the
-/// last four samples (the weights of Adams and Moulton where steps are equal), at the start the polynomial
-/// through all there are.
+/// Time integral of a rate sampled after each step, to fourth order: the cubic through the last four
+/// samples (Adams-Moulton weights if steps are equal); at the start, the polynomial through all samples.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(super) struct Integral {
-    /// Up to where a new beginning was made, or over all but the last intervals.
+    /// Integral up to the last restart, plus added amounts.
     before: f64,
-    /// The last samples, the latest first.
+    /// Last samples, latest first.
     samples: [f64; 4],
-    /// The steps between them [s].
+    /// Steps between them [s].
     steps: [f64; 3],
     count: usize,
-    /// The integral from the new beginning on.
+    /// Integral since the last restart.
     since: f64,
 }
 
 impl Integral {
-    /// Zero, at a time when the rate is `rate`.
+    /// Creates a zero integral at the initial rate `rate`.
     pub(super) fn new(rate: f64) -> Self {
         Integral { before: 0.0, samples: [rate, 0.0, 0.0, 0.0], steps: [0.0; 3], count: 1, since: 0.0 }
     }
 
-    /// Goes on by a step `h` [s] to a time when the rate is `rate`.
+    /// Advances by a step `h` [s] to a time with the rate `rate`.
     pub(super) fn advance(&mut self, h: f64, rate: f64) {
         self.samples.rotate_right(1);
         self.samples[0] = rate;
@@ -32,7 +31,7 @@ impl Integral {
         let [a, b, c, d] = self.samples;
         let intervals = self.count.min(4) - 1;
         let even = self.steps[1..intervals].iter().all(|step| *step == h);
-        // As long as there are fewer than four, over all of them at once.
+        // With up to four samples, over all intervals at once.
         self.since = match self.count {
             2 => h / 2.0 * (a + b),
             3 if even => h / 3.0 * (a + 4.0 * b + c),
@@ -43,14 +42,15 @@ impl Integral {
         };
     }
 
-    /// The integral of the polynomial through the last samples over the last `span` [s]: by Gauss's rule of
-    /// two points, which is exact.
+    /// Integrates the polynomial through the last samples over the last `span` [s], by the two-point
+    /// Gauss rule, which is exact.
     fn cubic(&self, span: f64) -> f64 {
         let offset = 0.5 / 3.0_f64.sqrt();
         0.5 * span * (self.interpolated((0.5 - offset) * span) + self.interpolated((0.5 + offset) * span))
     }
 
-    /// The polynomial through the last samples, `ago` [s] before the latest, by Neville's scheme.
+    /// Evaluates the polynomial through the last samples, `ago` [s] before the latest, by Neville's
+    /// scheme.
     fn interpolated(&self, ago: f64) -> f64 {
         let (n, mut values, mut at) = (self.count.min(4), self.samples, [0.0; 4]);
         for i in 1..n {
@@ -65,22 +65,22 @@ impl Integral {
         values[0]
     }
 
-    /// Goes on with `rate`, which has jumped: no polynomial goes through samples before and after.
+    /// Restarts with `rate` after a jump: no polynomial passes through samples before and after.
     pub(super) fn jump(&mut self, rate: f64) {
         *self = Integral { before: self.value(), ..Integral::new(rate) };
     }
 
-    /// Goes on with the rate there is: no polynomial goes through samples before and after.
+    /// Restarts with the current rate: no polynomial passes through samples before and after.
     pub(super) fn restart(&mut self) {
         self.jump(self.samples[0]);
     }
 
-    /// Adds what is already integrated, at no time.
+    /// Adds an integrated amount instantly.
     pub(super) fn add(&mut self, amount: f64) {
         self.before += amount;
     }
 
-    /// The integral so far.
+    /// Returns the integral so far.
     pub(super) fn value(&self) -> f64 {
         self.before + self.since
     }
@@ -90,7 +90,7 @@ impl Integral {
 mod tests {
     use super::*;
 
-    /// A polynomial of degree 1 exactly from the first step on, of degrees 2 and 3 from the second.
+    /// Degree 1 is exact from the first step on, degrees 2 and 3 from the second.
     #[test]
     fn cubics_are_integrated_exactly() {
         let h = 0.25;
@@ -111,7 +111,7 @@ mod tests {
         }
     }
 
-    /// Steps that follow the error, and parts of steps, are of any size.
+    /// Adaptive steps and substeps have any size.
     #[test]
     fn cubics_are_integrated_exactly_over_uneven_steps() {
         let rate = |t: f64| (t - 0.6).powi(3) + 2.0 * t * t - 1.0;

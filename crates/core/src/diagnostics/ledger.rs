@@ -1,4 +1,4 @@
-//! Keeps the balance of energy beside the steps.
+//! Energy ledger: computes the energy balance step by step.
 
 mod equilibrium;
 mod friction;
@@ -12,37 +12,38 @@ use crate::system::{
 use equilibrium::Equilibrium;
 use friction::StepFriction;
 
-/// Keeps a [`Balance`].
+/// Computes a [`Balance`].
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct EnergyLedger {
     motion: Option<MotionEnergy>,
     loads: Option<Integral>,
     gravity: Option<Integral>,
-    /// Potential energy of both at the start [J].
+    /// Potential energy of loads and of gravity at the start [J].
     changing: [f64; 2],
     ether_drag: Option<Integral>,
     damping: Option<Integral>,
     #[serde(default)]
     friction: Option<Integral>,
-    /// Friction of a scheme that has one force in a step; its power is then in no integral.
+    /// Friction of backward Euler, which has one force per step; its power is then in no integral.
     #[serde(default)]
     of_steps: Option<StepFriction>,
     walls: Option<Walls>,
     looked: PowerSelection,
-    /// The last state of a quasi-static run.
+    /// Last state of a quasi-static run.
     equilibrium: Option<Equilibrium>,
 }
 
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 struct MotionEnergy {
     power: Integral,
-    /// Kinetic energy of what moves, now, and what it had when it began or began to move [J].
+    /// Current kinetic energy of moving coordinates, and what they had at the start or when they began to
+    /// move [J].
     kinetic: f64,
     less: f64,
 }
 
-/// Energy that walls have taken [J]: the sum over all steps, which errors of the scheme may lower, and the
-/// largest so far.
+/// Energy taken by walls [J]: the sum over all steps, which integration errors may lower, and its maximum
+/// so far.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 struct Walls {
     sum: f64,
@@ -50,15 +51,16 @@ struct Walls {
 }
 
 impl EnergyLedger {
-    /// A ledger for `system`, which holds the force at `x`, at its beginning, with what is lost where
-    /// `losses` are asked for; `None` where nothing would be written into it. `backward` is true if the
-    /// scheme has one force in a step, that at its end.
+    /// Opens a ledger for `system`, which holds the force at `x`, with losses if `losses` is true; `None`
+    /// if no energy enters or leaves. `backward` is true if the integrator has one force per step, at its
+    /// end.
     pub(crate) fn new(
         system: &mut System,
         (losses, backward): (bool, bool),
         x: &[f64],
         v: &[f64],
     ) -> Option<Self> {
+        // Energy flows that the scene has.
         let any = |system: &System, asked: fn(&dyn EnergyTerm) -> bool| {
             system.terms().iter().any(|term| asked(term.as_ref()))
         };
@@ -73,6 +75,7 @@ impl EnergyLedger {
         if !(looked.loads || looked.gravity || walls || drags || damped || rubs || moves) {
             return None;
         }
+        // Start all integrals with the current flows.
         let of_steps = (backward && dissipates(true)).then(|| StepFriction::from(x));
         system.books_mut().count_walls(walls);
         let motion = moves.then(|| {
@@ -96,17 +99,17 @@ impl EnergyLedger {
         })
     }
 
-    /// True if it was opened to hold what is lost.
+    /// True if the ledger was opened with losses.
     pub(crate) fn holds_losses(&self) -> bool {
         self.looked.losses
     }
 
-    /// True if it holds what walls take.
+    /// True if the ledger counts wall losses.
     pub(crate) fn counts_walls(&self) -> bool {
         self.walls.is_some()
     }
 
-    /// Goes on by a step of `h` [s] to the state `x`, `v`, at whose positions `system` holds the force.
+    /// Advances by a step of `h` [s] to the state `x`, `v`; `system` holds the force at `x`.
     pub(crate) fn advance(&mut self, system: &mut System, h: f64, x: &[f64], v: &[f64]) {
         let wall_loss = system.books_mut().take_wall_loss();
         let rubbed = self.of_steps.as_mut().map(|of_steps| of_steps.advance(system, h, x));
@@ -127,12 +130,13 @@ impl EnergyLedger {
             }
             own.kinetic = kinetic;
         }
+        // Other flows; without walls they continue smoothly.
         let flows = Powers::of(system, self.looked, x, v);
         let Some(WallLoss { energy, flows: before, not_done, .. }) = wall_loss else {
             self.each(flows, |integral, rate| integral.advance(h, rate));
             return;
         };
-        // Walls act at the end of a step, at once: the step led to the state before.
+        // Walls act instantly at the end of a step, which led to the state before.
         self.each(before, |integral, rate| integral.advance(h, rate));
         self.each(not_done, Integral::add);
         self.each(flows, Integral::jump);
@@ -142,7 +146,7 @@ impl EnergyLedger {
         }
     }
 
-    /// Notes that terms which remember have lost this energy [J] at the end of a step, at once.
+    /// Records the energy [J] that terms with history lost instantly at the end of a step.
     pub(crate) fn commit(&mut self, lost: f64, system: &mut System, x: &[f64], v: &[f64]) {
         let flows = Powers::of(system, self.looked, x, v);
         if let Some(damping) = &mut self.damping {
@@ -151,9 +155,9 @@ impl EnergyLedger {
         }
     }
 
-    /// Notes that these moving coordinates have jumped, each by so much [m], at the end of the step that led
-    /// to the state `x`, at whose positions `system` holds the force `force`: the energy of all potentials
-    /// there, less that without the jump, is work.
+    /// Records a jump of these moving coordinates, each by its distance [m], at the end of the step to
+    /// the state `x`, where `system` holds the force `force`. The energy of all potentials there, minus
+    /// that without the jump, is work.
     pub(crate) fn jump(
         &mut self,
         system: &mut System,
@@ -169,13 +173,13 @@ impl EnergyLedger {
         if work.is_finite() {
             own.power.add(work);
         }
-        // No polynomial goes through both sides.
+        // No polynomial passes through both sides.
         own.power.restart();
         let (now, then) = (changing(system, x), changing(system, &before));
         (0..2).for_each(|i| self.changing[i] += now[i] - then[i]);
     }
 
-    /// Goes on from the same state after some of what was held has been let go.
+    /// Continues from the same state after a release of pins.
     pub(crate) fn release(&mut self, system: &mut System, x: &[f64], v: &[f64]) {
         if let Some(own) = &mut self.motion {
             let (mut power, kinetic) = power_of_motion(system, x, v);
@@ -183,7 +187,7 @@ impl EnergyLedger {
                 power -= friction::power_of_motion(system, x, v);
             }
             let kinetic = if self.equilibrium.is_some() { 0.0 } else { kinetic };
-            // What flies on takes its energy along.
+            // Released vertices take their kinetic energy along.
             own.less -= own.kinetic - kinetic;
             own.kinetic = kinetic;
             own.power.jump(power);
@@ -193,7 +197,7 @@ impl EnergyLedger {
         self.each(flows, Integral::jump);
     }
 
-    /// Visits each integral there is with its part of `flows`; friction of steps is in none.
+    /// Visits each integral with its part of `flows`; step friction is in none.
     fn each(&mut self, flows: Powers, mut go: impl FnMut(&mut Integral, f64)) {
         let EnergyLedger { loads, gravity, ether_drag, damping, friction, of_steps, .. } = self;
         let friction = friction.as_mut().filter(|_| of_steps.is_none());
@@ -206,10 +210,10 @@ impl EnergyLedger {
         }
     }
 
-    /// The balance in the state with the positions `x`, at the time last said.
+    /// Returns the balance at the positions `x`, at the time last set.
     pub(crate) fn balance(&self, system: &mut System, x: &[f64]) -> Balance {
         let value = |integral: &Option<Integral>| integral.as_ref().map(Integral::value);
-        // The integral of dE/dt at fixed x is the growth of E and the work that it has done. Unlike dE/dt,
+        // The integral of dE/dt at fixed x is the increase of E plus the work it has done. Unlike dE/dt,
         // the power of a force that jumps is finite.
         let now = changing(system, x);
         let fed =
@@ -226,7 +230,8 @@ impl EnergyLedger {
     }
 }
 
-/// Potential energy [J] of what [`feeds`], and of gravity that changes; loads without a potential have none.
+/// Returns the potential energies [J] of loads ([`feeds`]) and of time-dependent gravity; loads without a
+/// potential count as zero.
 fn changing(system: &mut System, x: &[f64]) -> [f64; 2] {
     [system.potential_of(feeds, x), system.potential_of(is_changing_gravity, x)]
 }

@@ -1,18 +1,17 @@
-//! Measures of every element that can be recorded, by name: the deformation, and the strains and stresses
-//! that follow from it.
+//! Element quantities that can be recorded, by name: deformation, and the strains and stresses derived
+//! from it.
 
 use crate::algebra::Mat;
 use crate::element::ElementState;
 
-/// One measure of deformation, strain or stress.
+/// A measure of deformation, strain or stress.
 #[derive(Clone, Copy, Debug)]
 pub struct Measure {
-    /// Its name: that of the channel in a scene, of the topic behind `/elements/`, and of the cell data in
-    /// exports.
+    /// Name of the channel in a scene, of the topic after `/elements/`, and of the cell data in exports.
     pub name: &'static str,
-    /// Unit, `1` where there is none.
+    /// Unit; `1` if dimensionless.
     pub unit: &'static str,
-    /// Names of its numbers, in their order.
+    /// Names of its components, in their order.
     pub fields: &'static [&'static str],
     write: fn(&ElementState, &mut Vec<f64>),
 }
@@ -20,10 +19,10 @@ pub struct Measure {
 const SCALAR: &[&str] = &["value"];
 const STRETCHES: &[&str] = &["1", "2", "3"];
 const TENSOR: &[&str] = &["xx", "xy", "xz", "yx", "yy", "yz", "zx", "zy", "zz"];
-/// The order in which VTK has the numbers of a symmetric tensor.
+/// Component order of a symmetric tensor in VTK.
 const SYMMETRIC: &[&str] = &["xx", "yy", "zz", "xy", "yz", "xz"];
 
-/// All measures there are.
+/// All measures.
 pub const MEASURES: [Measure; 9] = [
     Measure {
         name: "deformation-gradient",
@@ -77,12 +76,12 @@ pub const MEASURES: [Measure; 9] = [
 ];
 
 impl Measure {
-    /// The measure of this name; `None` if no measure has it.
+    /// Returns the measure of this name; `None` if there is none.
     pub fn named(name: &str) -> Option<&'static Measure> {
         MEASURES.iter().find(|measure| measure.name == name)
     }
 
-    /// Appends its numbers to `out`, one for each of the [`fields`](Self::fields).
+    /// Appends its components to `out`, in the order of the [`fields`](Self::fields).
     pub fn write(&self, state: &ElementState, out: &mut Vec<f64>) {
         (self.write)(state, out);
     }

@@ -1,4 +1,4 @@
-//! Measurements of a state: energies, momenta, the worst element; and the stability limit of a step.
+//! Measurements of a state: energies, momenta, worst element; stability limit of the step.
 
 /// Measurements of one state. Sums run over all vertices in index order.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -14,10 +14,10 @@ pub struct Diagnostics {
     pub elastic: f64,
     /// `-sum m g.x` plus the mutual energy of gravitating bodies [J].
     pub gravitational: f64,
-    /// Potential energy of loads and of the tension of muscles [J]; `None` without any.
+    /// Potential energy of loads and of muscle tension [J]; `None` without any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub loads: Option<f64>,
-    /// Energy stored between surfaces that touch [J]; `None` without contact.
+    /// Energy stored in contact [J]; `None` without contact.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact: Option<f64>,
     /// Energy of terms of [other kinds](EnergyKind::Other) [J]; `None` without any.
@@ -25,7 +25,7 @@ pub struct Diagnostics {
     pub other: Option<f64>,
     /// Sum of the above [J].
     pub total: f64,
-    /// Energy brought in from outside and taken out since the start; `None` where there is none.
+    /// Energy that entered and left since the start; `None` without any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub balance: Option<Balance>,
     /// `sum m v` [kg m/s]; third component 0 in 2D.
@@ -63,18 +63,18 @@ use crate::state::State;
 use crate::system::{ForceId, System};
 
 impl Diagnostics {
-    /// Measures a state. Sums run in index order on one thread, or over fixed groups: the same bits for any
-    /// number of threads.
+    /// Measures a state. Sums run in index order on one thread, or over fixed groups: bit-identical for
+    /// any number of threads.
     pub fn measure(system: &mut System, time: f64, x: &[f64], v: &[f64]) -> Self {
         Self::measure_with_force(system, time, x, v, ForceId::NONE)
     }
 
-    /// The same of `state`, without computing again what came with its force.
+    /// Measures `state`, reusing what was computed with its force.
     pub(crate) fn measure_state(system: &mut System, state: &State) -> Self {
         Self::measure_with_force(system, state.time, state.x(), state.v(), state.force)
     }
 
-    /// The same without inertia: kinetic energy and momenta are none.
+    /// Measures a state without inertia: kinetic energy and momenta are zero.
     pub(crate) fn measure_at_rest(system: &mut System, state: &State) -> Self {
         let rest = vec![0.0; state.v().len()];
         Self::measure_with_force(system, state.time, state.x(), &rest, state.force)
@@ -83,6 +83,7 @@ impl Diagnostics {
     fn measure_with_force(system: &mut System, time: f64, x: &[f64], v: &[f64], force: ForceId) -> Self {
         system.set_time(time);
         let kinetic = system.kinetic(v);
+        // Potential energies by kind; `None` if no term has that kind.
         let mut of_kind = |asked: fn(EnergyKind) -> bool| {
             let is_there = system.terms().iter().any(|term| asked(term.properties().kind));
             is_there.then(|| system.potential_with_force(asked, x, force))
@@ -93,6 +94,7 @@ impl Diagnostics {
         let contact = of_kind(|kind| kind == EnergyKind::Contact);
         let other = of_kind(|kind| matches!(kind, EnergyKind::Other(_)));
         let stored = [loads, contact, other].into_iter().flatten();
+        // Momenta and the worst element.
         let (linear_momentum, angular_momentum) = match system.dimension() {
             2 => momenta::<2>(system.mass(), x, v),
             _ => momenta::<3>(system.mass(), x, v),
@@ -118,39 +120,39 @@ impl Diagnostics {
 }
 
 impl Diagnostics {
-    /// Potential energies that only some systems have, by the names of their fields [J].
+    /// Returns the potential energies that only some systems have, by field name [J].
     pub fn further_energies(&self) -> impl Iterator<Item = (&'static str, f64)> {
         let named = [("loads", self.loads), ("contact", self.contact), ("other", self.other)];
         named.into_iter().filter_map(|(name, energy)| Some((name, energy?)))
     }
 
-    /// Total energy less what came in from outside and went out [J]: what stays.
+    /// Returns the conserved energy [J]: the total minus the net energy that entered.
     pub fn conserved(&self) -> f64 {
         self.energy().conserved()
     }
 
-    /// The energy alone.
+    /// Returns the energy alone.
     pub(crate) fn energy(&self) -> Energy {
         Energy { total: self.total, balance: self.balance }
     }
 }
 
-/// Energy of one state, and where it came from and went.
+/// Energy of a state and its balance.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Energy {
-    /// Kinetic and potential [J].
+    /// Kinetic plus potential energy [J].
     pub(crate) total: f64,
     pub(crate) balance: Option<Balance>,
 }
 
 impl Energy {
-    /// Energy that is conserved [J]: the total less what came in and went out.
+    /// Returns the conserved energy [J]: the total minus the net energy that entered.
     pub(crate) fn conserved(&self) -> f64 {
         self.total - self.balance.map_or(0.0, |balance| balance.net())
     }
 
-    /// By how much energy has grown since `start` without coming in from outside [J]: no loss makes up for a
-    /// gain, and none that is negative, which is a gain itself, hides one.
+    /// Returns the growth of energy since `start` without external supply [J]. Losses do not compensate a
+    /// gain, and a negative loss, itself a gain, does not hide one.
     pub(crate) fn gain(&self, start: &Energy) -> f64 {
         let without_losses =
             |energy: &Energy| energy.conserved() - energy.balance.map_or(0.0, |balance| balance.lost());
@@ -158,7 +160,7 @@ impl Energy {
     }
 }
 
-/// `sum m v` and `sum m x cross v`.
+/// Computes `sum m v` and `sum m x cross v`.
 fn momenta<const D: usize>(mass: &[f64], x: &[f64], v: &[f64]) -> ([f64; 3], [f64; 3]) {
     let (mut p, mut l) = ([0.0; 3], [0.0; 3]);
     let rows = x.as_chunks::<D>().0.iter().zip(v.as_chunks::<D>().0);

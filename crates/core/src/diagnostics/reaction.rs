@@ -4,20 +4,20 @@ use super::wall_reaction::WallForces;
 use crate::constraint::Hold;
 use crate::system::{System, WallImpulses};
 
-/// The force with which a pin holds its vertices or a wall pushes, now.
+/// Current reaction force of a pin or a wall.
 ///
-/// Of a pin it is `sum m a + dE/dx + dR/dv + c m v` over its coordinates, which is what is left for it to
-/// carry of the equations of motion (`c` the ether drag), less what walls push at them. In statics it is
-/// `sum dE/dx + dR/dv`, with the velocities of the way to the equilibrium.
+/// For a pin it is `sum m a + dE/dx + dR/dv + c m v` over its coordinates, the residual of the equations
+/// of motion (`c` is the ether drag), minus wall forces on them. In statics it is `sum dE/dx + dR/dv`,
+/// with the velocities of the increment.
 ///
-/// Of a wall it is the mean over the last step, `sum m (v' - v*) / h` and what drag has taken from the
-/// velocities that it takes back: its impulse on the vertices that it has stopped, along its normal alone,
-/// over the size of the step. Times `h`, summed over all steps, it is the change of momentum less the
-/// impulse of all other forces; a blow is in the step in which it falls. A step that was taken in parts has
-/// that of the last part. By forward Euler, which moves by old velocities, what rests on a wall falls for a
-/// step before it is put back: twice its weight and nothing, in turn. Before any step, after the state was
-/// changed by hand, and in statics, a wall carries `n . (dE/dx + dR/dv + c m v)` of each vertex that touches
-/// it and is pressed against it now.
+/// For a wall it is the mean over the last step: its impulse on the vertices it stopped, along its normal
+/// alone, divided by the step size, `sum m (v' - v*) / h` plus a correction for drag. Times `h` and
+/// summed over all steps, it is the change of momentum minus the impulse of all other forces; an impact
+/// counts in its step. A subdivided step has the value of its last substep. With forward Euler, which
+/// moves by old velocities, a resting vertex falls for one step before it is moved back: the force
+/// alternates between twice the weight and zero. Before any step, after a manual change of the state, and
+/// in statics, a wall carries `n . (dE/dx + dR/dv + c m v)` of each vertex that touches it and is
+/// currently pressed against it.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Reaction {
     /// `body/pin`, or `wall0`, `wall1`, ... in the order of the scene.
@@ -26,37 +26,37 @@ pub struct Reaction {
     pub force: [f64; 3],
     /// Moment [N m] about `about`; in 2D only the third component.
     pub moment: [f64; 3],
-    /// The point that the pin turns about, or else the mean position of its vertices now; of a wall the
+    /// Centre of rotation of the pin, or else the current mean position of its vertices; for a wall the
     /// point nearest to the origin [m].
     pub about: [f64; 3],
 }
 
-/// A part of a step that is short beside all that a step resolves, and long beside the rounding of
-/// velocities.
+/// Difference step, as a fraction of the time step: short compared with all resolved motion, long
+/// compared with the rounding of velocities.
 const SPAN: f64 = 1e-3;
 
-/// State that reactions are of.
+/// State for which reactions are computed.
 #[derive(Clone, Copy)]
 pub(crate) struct ReactionInputs<'a> {
-    /// [s]
+    /// Time [s].
     pub(crate) time: f64,
-    /// Size of the last step [s].
+    /// Step size [s]; the next one to try if steps are adaptive.
     pub(crate) h: f64,
     /// Positions, flat [m].
     pub(crate) x: &'a [f64],
     /// Velocities, flat [m/s].
     pub(crate) v: &'a [f64],
-    /// Velocities that what dissipates sees, flat [m/s].
+    /// Velocities that dissipative terms see, flat [m/s].
     pub(crate) seen: &'a [f64],
-    /// False in statics: neither accelerations nor drag count.
+    /// False in statics: accelerations and drag do not count.
     pub(crate) has_inertia: bool,
-    /// Impulses of walls in the last step, where they are known.
+    /// Wall impulses of the last step, if known.
     pub(crate) last_step: Option<&'a WallImpulses>,
 }
 
-/// The reactions of the pins and then of the walls of `system`, which holds the force at `x`; accelerations
-/// of prescribed motion are central differences of its exact velocities. A coordinate in several pins counts
-/// for the first.
+/// Computes the reactions of the pins and then of the walls; `system` holds the force at `x`.
+/// Accelerations of prescribed motion are central differences of its exact velocities. A coordinate in
+/// several pins counts for the first.
 pub(crate) fn reactions(system: &mut System, inputs: ReactionInputs<'_>) -> Vec<Reaction> {
     let ReactionInputs { time, h, x, v, seen, has_inertia, last_step } = inputs;
     if system.is_damped() {
@@ -78,13 +78,13 @@ pub(crate) fn reactions(system: &mut System, inputs: ReactionInputs<'_>) -> Vec<
     pins.into_iter().chain(walls.into_iter().flat_map(|walls| walls.reactions)).collect()
 }
 
-/// Of the moving coordinates [m/s^2]; `None` where nothing moves.
+/// Accelerations of the prescribed coordinates [m/s^2]; `None` without prescribed motion.
 fn accelerations(system: &System, time: f64, span: f64, x: &[f64], v: &[f64]) -> Option<Vec<f64>> {
     if !system.has_prescribed_motion() {
         return None;
     }
     let (mut scratch, mut before, mut after) = (x.to_vec(), v.to_vec(), v.to_vec());
-    // A motion without a value shows in the next step.
+    // A motion without a finite value is reported by the next step.
     system.prescribe(time - 0.5 * span, &mut scratch, &mut before);
     system.prescribe(time + 0.5 * span, &mut scratch, &mut after);
     Some(after.iter().zip(&before).map(|(after, before)| (after - before) / span).collect())
@@ -104,6 +104,7 @@ fn reaction(
         point[..d].copy_from_slice(&x[vertex * d..][..d]);
         point
     };
+    // Reference point of the moment.
     let about = hold.motion().and_then(|motion| motion.rotation()).map_or_else(
         || {
             let mut mean = [0.0; 3];
@@ -115,6 +116,7 @@ fn reaction(
         },
         |rotation| rotation.point(),
     );
+    // Sum of forces and moments over the constrained coordinates.
     let (mut force, mut moment) = ([0.0; 3], [0.0; 3]);
     system.visit_gradient(hold.vertices(), |vertex, gradient| {
         let m = system.mass()[vertex];

@@ -1,4 +1,5 @@
-//! How large a time step may be: the modes of the assembled system, and what a scheme does to them.
+//! Stability limit of the time step: the modes of the assembled system, and their amplification by an
+//! integrator.
 
 mod lanczos;
 mod limit;

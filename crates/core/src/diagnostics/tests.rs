@@ -4,7 +4,7 @@ use super::*;
 use crate::energy::{EnergyTerm, Fault, Stencils, TermProperties, TermViews};
 use crate::material::Psd;
 
-/// A term of a kind of its own: `E = q x_0`.
+/// A term of another kind: `E = q x_0`.
 struct Magnet(f64);
 
 impl EnergyTerm for Magnet {
@@ -55,7 +55,7 @@ fn energy(total: f64, loads: f64, damping: f64, walls: f64) -> Energy {
     Energy { total, balance: Some(parts) }
 }
 
-/// Recordings of before friction was told from damping are read as ever.
+/// Recordings from before friction was separate from damping stay readable.
 #[test]
 fn balances_without_friction_are_read() {
     let old = serde_json::json!({ "motion": 3.0, "damping": 2.0, "walls": 0.5 });
@@ -66,7 +66,7 @@ fn balances_without_friction_are_read() {
     assert_eq!(serde_json::from_value::<Balance>(serde_json::to_value(now).unwrap()).unwrap(), now);
 }
 
-/// From 10 J of which 3 were brought in and 1 was lost before.
+/// A state of 10 J, of which 3 J were supplied, after a loss of 1 J.
 #[test]
 fn no_loss_excuses_a_gain() {
     let start = energy(10.0, 3.0, 1.0, 0.0);

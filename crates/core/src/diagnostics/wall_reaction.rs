@@ -4,21 +4,21 @@ use super::Reaction;
 use crate::constraint::Wall;
 use crate::system::{System, WallImpulses};
 
-/// Sweeps over the walls that a vertex touches; one is enough unless it touches several.
+/// Sweeps over the walls that a vertex touches; one suffices unless there are several.
 const SWEEPS: usize = 1000;
 /// Rounding of the distance from a wall, in units in the last place of the position.
 const ULPS: f64 = 16.0;
 
-/// The forces of walls.
+/// Forces of walls.
 pub(super) struct WallForces {
-    /// Of each wall.
+    /// Reaction of each wall.
     pub(super) reactions: Vec<Reaction>,
-    /// At every vertex, flat [N].
+    /// Forces at all vertices, flat [N].
     pub(super) at_vertices: Vec<f64>,
 }
 
 impl WallForces {
-    /// The mean forces over the last step, whose impulses these are.
+    /// Computes the mean forces over the last step from its impulses.
     pub(super) fn of_last_step(system: &System, impulses: &WallImpulses, coordinates: usize) -> Self {
         let mut at_vertices = vec![0.0; coordinates];
         impulses.held.iter().for_each(|(i, impulse)| at_vertices[*i] += impulse / impulses.h);
@@ -30,13 +30,13 @@ impl WallForces {
         WallForces { reactions: reactions.collect(), at_vertices }
     }
 
-    /// Forces that press now: a vertex that touches a wall, and that all other forces press against it, is
-    /// held there. The forces in the state `x`, `v`, with steps of `h` [s]; `system` holds the force and the
-    /// dissipation there.
+    /// Computes the current contact forces in the state `x`, `v` with steps of `h` [s]; `system` holds
+    /// the force and the dissipation there. A vertex that touches a wall and is pressed against it by all
+    /// other forces is supported there.
     ///
-    /// A vertex touches a wall where it is no farther away, and leaves it no faster, than it could have come
-    /// from rest on it in one step: where several walls meet, the last that acts moves what rests there off
-    /// the others by as much.
+    /// A vertex touches a wall if its distance and separation speed are at most those it could reach from
+    /// rest on the wall in one step: where several walls meet, the last one applied moves a resting
+    /// vertex off the others by that much.
     pub(super) fn new(system: &System, h: f64, x: &[f64], v: &[f64]) -> Self {
         let (d, drag, walls) = (system.dimension(), system.ether_drag(), system.walls());
         let name = |i: usize| format!("wall{i}");
@@ -70,13 +70,13 @@ impl WallForces {
 struct Contact {
     wall: usize,
     normal: [f64; 3],
-    /// The normal along free coordinates alone.
+    /// Normal restricted to free coordinates.
     free: [f64; 3],
 }
 
 impl Contact {
-    /// `None` where the vertex is farther away [m] or leaves faster [m/s] than `most`, or is held along the
-    /// normal.
+    /// Returns `None` if the vertex is farther away [m] or separates faster [m/s] than `most`, or is
+    /// constrained along the normal.
     fn new(
         index: usize,
         wall: &Wall,
@@ -97,8 +97,8 @@ impl Contact {
     }
 }
 
-/// How hard each of these walls pushes [N]: no less than not at all, and together so that as little as
-/// possible is left of `force`.
+/// Computes the pushing force of each wall [N]: non-negative, and such that together they minimise the
+/// remainder of `force`.
 fn pressed(touched: &[Contact], mut force: [f64; 3]) -> Vec<f64> {
     let mut sizes = vec![0.0; touched.len()];
     for _ in 0..SWEEPS {
@@ -122,7 +122,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 impl Reaction {
-    /// No force, about a point.
+    /// Creates a zero reaction about a point.
     fn none(name: String, about: [f64; 3]) -> Self {
         Reaction { name, force: [0.0; 3], moment: [0.0; 3], about }
     }

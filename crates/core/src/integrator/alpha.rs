@@ -1,4 +1,5 @@
-//! The generalised-alpha family, Newmark's methods included.
+//! Generalised-alpha methods, including Newmark's: one implicit solve per step, with the old acceleration
+//! as history.
 
 use super::Integrator;
 use super::equations::acceleration;
@@ -9,15 +10,22 @@ use crate::solver::{SolverOptions, SolverWork, Velocity};
 use crate::state::State;
 use crate::system::{ForceId, System};
 
-/// Coefficients of `M a_(n+1-alpha_m) = f(x_(n+1-alpha_f)) - c M v_(n+1-alpha_f)` with Newmark's formulas
-/// `x_(n+1) = x_n + h v_n + h^2 ((1/2 - beta) a_n + beta a_(n+1))` and `v_(n+1) = v_n + h ((1 - gamma) a_n +
-/// gamma a_(n+1))`, where `y_(n+1-alpha) = (1 - alpha) y_(n+1) + alpha y_n`; Chung, Hulbert 1993, "A time
-/// integration algorithm for structural dynamics with improved numerical dissipation", eqs. 1 to 6.
+/// Coefficients of the generalised-alpha equation of motion with Newmark's formulas:
+///
+/// ```text
+/// M a_(n+1-alpha_m) = f(x_(n+1-alpha_f)) - c M v_(n+1-alpha_f)
+/// x_(n+1) = x_n + h v_n + h^2 ((1/2 - beta) a_n + beta a_(n+1))
+/// v_(n+1) = v_n + h ((1 - gamma) a_n + gamma a_(n+1))
+/// y_(n+1-alpha) = (1 - alpha) y_(n+1) + alpha y_n
+/// ```
+///
+/// Chung, Hulbert 1993, "A time integration algorithm for structural dynamics with improved numerical
+/// dissipation", eqs. 1 to 6.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AlphaCoefficients {
     /// Weight of the old acceleration in the equation of motion.
     pub alpha_m: f64,
-    /// Weight of the old force in it.
+    /// Weight of the old force in the equation of motion.
     pub alpha_f: f64,
     /// Newmark's `beta`.
     pub beta: f64,
@@ -25,16 +33,16 @@ pub struct AlphaCoefficients {
     pub gamma: f64,
 }
 
-/// Runs any of them.
+/// Integrator of the generalised-alpha family.
 pub struct Alpha {
     coefficients: AlphaCoefficients,
     solver: StageSolver,
-    /// The state at the end of the last step, that `history` belongs to.
+    /// State at the end of the last step, to which `history` belongs.
     after: NextState,
     history: AlphaHistory,
-    /// History at the beginning of the last step.
+    /// History at the start of the last step.
     earlier: AlphaHistory,
-    /// How far the vertices would go without the velocity of the stage.
+    /// Displacement at which the stage's velocity vanishes.
     drift: Vec<f64>,
     next: NextState,
 }
@@ -42,11 +50,11 @@ pub struct Alpha {
 /// Accelerations after the last two steps.
 struct AlphaHistory {
     acceleration: Vec<f64>,
-    /// `acceleration` as it was before the last step.
+    /// `acceleration` before the last step.
     before: Vec<f64>,
-    /// The step that led to both [s].
+    /// Size of the last step [s].
     size: f64,
-    /// The version of the structure that they belong to; `None` where there is no history.
+    /// Structure version of the system for both accelerations; `None` without history.
     known: Option<u64>,
 }
 
@@ -64,7 +72,7 @@ impl AlphaHistory {
 }
 
 impl Alpha {
-    /// A runner on `unknowns` coordinates.
+    /// Creates the integrator for `unknowns` coordinates.
     pub fn new(coefficients: AlphaCoefficients, unknowns: usize, options: SolverOptions) -> Self {
         Alpha {
             coefficients,
@@ -77,7 +85,7 @@ impl Alpha {
         }
     }
 
-    /// Takes the acceleration at the state from the force there.
+    /// Computes the acceleration of the state from its force.
     fn start(&mut self, system: &mut System, state: &mut State) -> Result<(), StepFault> {
         if !state.ensure_force(system, state.time) {
             return Err(StepFault::at(system, state.x(), state.v()));
@@ -86,13 +94,13 @@ impl Alpha {
         Ok(())
     }
 
-    /// Makes the history that of the beginning of the last step.
+    /// Restores the history at the start of the last step.
     fn go_back(&mut self) {
         std::mem::swap(&mut self.history, &mut self.earlier);
         self.earlier.known = None;
     }
 
-    /// True if the history is that of this state.
+    /// True if the history belongs to this state.
     fn is_known(&self, system: &System, state: &State) -> bool {
         let AlphaHistory { known, .. } = self.history;
         known == Some(system.structure()) && *self.after.x == *state.x() && *self.after.v == *state.v()
@@ -112,14 +120,14 @@ impl Integrator for Alpha {
         }
         let end = self.advance(system, state, h);
         if end.is_ok() {
-            // Where walls have put vertices back, the acceleration is that of places beyond them. One that
-            // is of this very time is taken from the force anew.
+            // If walls moved vertices, the stored acceleration belongs to positions behind the walls. If
+            // it is the acceleration of this very time, it is computed from the force again.
             let AlphaCoefficients { alpha_m, alpha_f, .. } = self.coefficients;
             let is_elsewhere = system.walls_have_acted() && alpha_m == alpha_f;
             self.history.known = (!is_elsewhere).then(|| system.structure());
             self.history.size = h;
         } else {
-            // A step that fails leaves the memory as it was.
+            // A failed step leaves the history unchanged.
             self.go_back();
         }
         end
@@ -169,11 +177,10 @@ impl Integrator for Alpha {
 }
 
 impl Alpha {
-    /// Makes the acceleration that of a step of `h` [s]. Where `alpha_m` is not `alpha_f`, it is that of
-    /// another time: `a_n = x''(t_n + (alpha_m - alpha_f) h) + O(h^2)`, as the equation of motion shows for a
-    /// solution that goes on so, and with another step it moves along the difference of the last two:
-    /// `a_n + (alpha_m - alpha_f) (h / h_last - 1) (a_n - a_(n-1))`. Without that, steps that change in size
-    /// would be of order 1.
+    /// Adapts the stored acceleration to a step of `h` [s]. If `alpha_m` differs from `alpha_f`, it
+    /// belongs to another time: `a_n = x''(t_n + (alpha_m - alpha_f) h) + O(h^2)`. For another step size
+    /// it is extrapolated along the last difference: `a_n + (alpha_m - alpha_f) (h / h_last - 1) (a_n -
+    /// a_(n-1))`. Without this, steps of variable size would be first order.
     fn resize(&mut self, h: f64) {
         let AlphaCoefficients { alpha_m, alpha_f, .. } = self.coefficients;
         let AlphaHistory { acceleration, before, size, .. } = &mut self.history;
@@ -183,14 +190,14 @@ impl Alpha {
         }
     }
 
-    /// A step from a state whose acceleration is known.
+    /// Takes a step from a state with known acceleration.
     fn advance(&mut self, system: &mut System, state: &mut State, h: f64) -> Result<(), StepFault> {
         let AlphaCoefficients { alpha_m, alpha_f, beta, gamma } = self.coefficients;
         let (x, v, a) = (state.x(), state.v(), &self.history.acceleration);
         let drag = system.ether_drag();
         // With X = x_(n+1-alpha_f), x_(n+1) - x_n = (X - x_n)/(1 - alpha_f), a_(n+1) = (x_(n+1) - x_n -
-        // p)/(beta h^2) and v_(n+1) = q + gamma h a_(n+1), the equation of motion is `inertia (X - target) =
-        // s a(X)`.
+        // p)/(beta h^2) and v_(n+1) = q + gamma h a_(n+1), the equation of motion is
+        // `inertia (X - target) = s a(X)`.
         let (new_m, new_f) = (1.0 - alpha_m, 1.0 - alpha_f);
         let inertia = 1.0 + new_f * gamma * h * drag / new_m;
         let s = beta * h * h * new_f / new_m;
@@ -200,11 +207,12 @@ impl Alpha {
         for i in 0..x.len() {
             let p = h * v[i] + h * h * (0.5 - beta) * a[i];
             let q = v[i] + h * (1.0 - gamma) * a[i];
-            // What does not depend on X: old acceleration, and the drag of old velocities.
+            // Part independent of X: old acceleration and drag of old velocities.
             let old = alpha_m * a[i] + drag * (new_f * q + alpha_f * v[i]);
             target[i] = new_f * p - s / inertia * old;
             self.drift[i] = new_f * p - (new_f * q + alpha_f * v[i]) / rate;
         }
+        // Solve for X at the intermediate time.
         let time = state.time + new_f * h;
         self.next.x.copy_from_slice(x);
         self.next.v.fill(0.0);
@@ -218,6 +226,7 @@ impl Alpha {
             single_iteration: false,
         };
         self.solver.minimize(system, &solve, &mut self.next.x, &self.next.v)?;
+        // Extrapolate X to the end of the step, and derive acceleration and velocity.
         let force = if alpha_f == 0.0 { system.force() } else { ForceId::NONE };
         let AlphaHistory { acceleration, before, .. } = &mut self.history;
         std::mem::swap(acceleration, before);

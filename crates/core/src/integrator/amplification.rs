@@ -1,4 +1,4 @@
-//! Amplification of the oscillator by a scheme, measured by running it.
+//! Amplification matrix of a method on the oscillator, measured by running the integrator.
 
 use std::ops::Range;
 
@@ -12,12 +12,12 @@ use crate::solver::SolverOptions;
 use crate::state::State;
 use crate::system::System;
 
-/// The matrix that one step applies to `(x, v / omega)` of the oscillator `x'' = -omega^2 x - c x'`.
+/// Matrix that one step applies to `(x, v / omega)` of the oscillator `x'' = -omega^2 x - c x'`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Amplification(pub [[f64; 2]; 2]);
 
 impl Amplification {
-    /// Largest modulus of an eigenvalue.
+    /// Returns the largest modulus of an eigenvalue.
     pub fn spectral_radius(&self) -> f64 {
         let [[a, b], [c, d]] = self.0;
         let (half_trace, determinant) = (0.5 * (a + d), a * d - b * c);
@@ -27,8 +27,8 @@ impl Amplification {
     }
 }
 
-/// Runs one step of `method` with `z = h omega` from both unit vectors, under a force `-c x'` with `damping =
-/// h c` and ether drag `decay / h`.
+/// Runs one step of `method` with `z = h omega` from both unit vectors, under a force `-c x'` with
+/// `damping = h c` and ether drag `decay / h`.
 pub fn amplification(method: &Method, z: f64, damping: f64, decay: f64) -> Amplification {
     let mut columns = [[0.0; 2]; 2];
     for (column, start) in columns.iter_mut().zip([[1.0, 0.0], [0.0, 1.0]]) {
@@ -40,8 +40,8 @@ pub fn amplification(method: &Method, z: f64, damping: f64, decay: f64) -> Ampli
         }
         system.set_ether_drag(decay / z);
         let mut state = State::new(vec![start[0]], vec![start[1]]);
-        // In units where omega = 1, h = z. A step that overflows leaves the start, and the radius is large
-        // anyway.
+        // In units with omega = 1, h = z. A step that overflows leaves the state unchanged; its column is
+        // infinite.
         *column = match method.build(1, SolverOptions::default()).step(&mut system, &mut state, z) {
             Ok(()) => [state.x()[0], state.v()[0]],
             Err(_) => [f64::INFINITY; 2],
@@ -50,15 +50,15 @@ pub fn amplification(method: &Method, z: f64, damping: f64, decay: f64) -> Ampli
     Amplification([[columns[0][0], columns[1][0]], [columns[0][1], columns[1][1]]])
 }
 
-/// The oscillator `x'' = -x` and its state `x = 1` at rest, to be advanced in steps of `z`: in units where
-/// omega = 1, h = z.
+/// Creates the oscillator `x'' = -x` in the state `x = 1`, `v = 0`, for steps of `z = h omega` (units
+/// with omega = 1).
 pub fn oscillator() -> (System, State) {
     let mut system = System::new(1, vec![1.0]);
     system.add_term(Box::<UnitOscillator>::default());
     (system, State::new(vec![1.0], vec![0.0]))
 }
 
-/// `lim |A^n|^(1/n)`, by repeated squaring; Gelfand 1941.
+/// Computes the spectral radius `lim |A^n|^(1/n)` by repeated squaring; Gelfand 1941.
 pub fn spectral_radius(mut a: Vec<Vec<c64>>) -> f64 {
     const SQUARINGS: i32 = 40;
     let n = a.len();
@@ -82,9 +82,9 @@ pub fn modulus(z: c64) -> f64 {
     z.re.hypot(z.im)
 }
 
-/// The largest modulus of an eigenvalue of one step of `method` on a mode with `z = h omega` and one without
-/// stiffness that a dashpot couples, `x'' = -omega^2 x - c n (n . x')` with `n = (sin angle, cos angle)` and
-/// `damping = h c`: stiffness and damping have no eigenvector in common.
+/// Computes the spectral radius of one step of `method` on a mode with `z = h omega` and a mode without
+/// stiffness, coupled by a dashpot: `x'' = -omega^2 x - c n (n . x')` with `n = (sin angle, cos angle)`
+/// and `damping = h c`. Stiffness and damping share no eigenvector.
 pub fn coupled_radius(method: &Method, z: f64, damping: f64, angle: f64) -> f64 {
     let mut matrix = vec![vec![c64::new(0.0, 0.0); 4]; 4];
     for column in 0..4 {
@@ -109,7 +109,7 @@ pub fn coupled_radius(method: &Method, z: f64, damping: f64, angle: f64) -> f64 
     spectral_radius(matrix)
 }
 
-/// `R = 1/2 c (n . v)^2` of a single vertex in two dimensions.
+/// Dissipation `R = 1/2 c (n . v)^2` of a single vertex in two dimensions.
 struct Dashpot {
     constant: f64,
     along: [f64; 2],
@@ -154,7 +154,7 @@ impl DissipationViews for Dashpot {}
 
 impl PositionProducts for Dashpot {}
 
-/// `E = 1/2 |x|^2` of the coordinates before `free_from`.
+/// Energy `E = 1/2 |x|^2` of the coordinates before `free_from`.
 struct UnitOscillator {
     gradient: Vec<f64>,
     free_from: usize,

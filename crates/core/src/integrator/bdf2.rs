@@ -1,4 +1,4 @@
-//! The second backward differentiation formula, `y_(n+1) = (4 y_n - y_(n-1))/3 + (2/3) h y'_(n+1)`.
+//! Second backward differentiation formula, `y_(n+1) = (4 y_n - y_(n-1))/3 + (2/3) h y'_(n+1)`.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -37,10 +37,10 @@ impl Default for Bdf2Parameters {
 }
 
 impl Bdf2Parameters {
-    /// Started by TR-BDF2.
+    /// Default: start with TR-BDF2.
     pub const DEFAULT: Self = Bdf2Parameters { start: Bdf2Start::TrBdf2 };
 
-    /// It cannot be wrong.
+    /// Always succeeds.
     ///
     /// # Errors
     /// None.
@@ -48,7 +48,7 @@ impl Bdf2Parameters {
         Ok(())
     }
 
-    /// The scheme.
+    /// Returns the method with its documentation.
     pub fn method(self) -> Method {
         Method {
             documentation: Documentation {
@@ -68,33 +68,31 @@ impl Bdf2Parameters {
     }
 }
 
-/// Runs BDF2.
+/// Integrator of BDF2.
 pub struct Bdf2 {
     solver: StageSolver,
     start: Dirk,
-    /// The state before the last step, and the one it led to: history is good where that is the state, and
-    /// the step the same.
+    /// State before the last step, and the state after it. The history is valid if `after` equals the
+    /// current state and the step size is unchanged.
     before: NextState,
     after: NextState,
-    /// The step, and the version of the structure.
+    /// Last step size and structure version.
     step: Option<(f64, u64)>,
-    /// The value of `step` before the last step, where the state that it began with was the one it had led
-    /// to.
+    /// Value of `step` before the last step, if the history was valid then.
     earlier: Option<(f64, u64)>,
-    /// True if walls put vertices back at its end: history that has velocities before and after makes them
-    /// bounce.
+    /// True if walls moved vertices at the end of the last step: a history across that makes them bounce.
     jumped: bool,
     z: Vec<f64>,
     w: Vec<f64>,
     acceleration: Vec<f64>,
     next: NextState,
-    /// `before` as it was before the last step.
+    /// Value of `before` before the last step.
     older: NextState,
     started: bool,
 }
 
 impl Bdf2 {
-    /// A runner on `unknowns` coordinates.
+    /// Creates the integrator for `unknowns` coordinates.
     pub fn new(start: Bdf2Start, unknowns: usize, options: SolverOptions) -> Self {
         let tableau = match start {
             Bdf2Start::TrBdf2 => tr_bdf2::TABLEAU,
@@ -117,7 +115,7 @@ impl Bdf2 {
         }
     }
 
-    /// Notes where a step has led.
+    /// Stores the state after a step.
     fn remember(&mut self, system: &System, state: &State, h: f64) {
         self.after.x.copy_from_slice(state.x());
         self.after.v.copy_from_slice(state.v());
@@ -144,7 +142,7 @@ impl Integrator for Bdf2 {
             self.remember(system, state, h);
             self.jumped = system.walls_have_acted();
         } else {
-            // A step that fails leaves the memory as it was.
+            // A failed step leaves the history unchanged.
             std::mem::swap(&mut self.before, &mut self.older);
         }
         end
@@ -205,7 +203,7 @@ impl Integrator for Bdf2 {
 }
 
 impl Bdf2 {
-    /// A step whose last state is known, in `older`.
+    /// Takes a BDF2 step; the previous state is in `older`.
     fn advance(&mut self, system: &mut System, state: &mut State, h: f64) -> Result<(), StepFault> {
         for i in 0..self.z.len() {
             self.z[i] = (state.x()[i] - self.older.x[i]) / 3.0;

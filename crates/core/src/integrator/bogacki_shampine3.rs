@@ -1,11 +1,13 @@
-//! Bogacki and Shampine's pair of orders 3 and 2, whose last stage is the first of the next step.
+//! Bogacki and Shampine's Runge-Kutta pair of orders 3 and 2. The last stage is the first stage of the
+//! next step.
 //!
-//! On the oscillator `|R(iz)|^2 = 1 - z^4/12 + z^6/36`: it loses energy below `z = sqrt 3` and gains above.
+//! On the oscillator `|R(iz)|^2 = 1 - z^4/12 + z^6/36`: the method loses energy below `z = sqrt 3` and
+//! gains energy above.
 use super::estimate::Companion;
 use super::tableau::Tableau;
 use super::{Documentation, Method, Scheme};
 
-/// The scheme and what is known of it.
+/// The method and its documentation.
 pub const METHOD: Method = Method {
     documentation: Documentation {
         name: "bogacki-shampine3",
@@ -21,7 +23,7 @@ pub const METHOD: Method = Method {
     scheme: Scheme::RungeKutta(Tableau {
         a: &[&[], &[0.5], &[0.0, 0.75], &[2.0 / 9.0, 1.0 / 3.0, 4.0 / 9.0]],
         b: &[2.0 / 9.0, 1.0 / 3.0, 4.0 / 9.0, 0.0],
-        // The companion has the weights 7/24, 1/4, 1/3, 1/8.
+        // Companion weights 7/24, 1/4, 1/3, 1/8.
         companion: Some(Companion { difference: &[-5.0 / 72.0, 1.0 / 12.0, 1.0 / 9.0, -0.125], order: 2 }),
     }),
 };

@@ -1,14 +1,14 @@
 //! Fully implicit Runge-Kutta methods of collocation type, all stages solved together.
 //!
-//! With `Z_i = X_i - x_n` the stages of `(x, v)' = (v, a(x, v, t) - c v)` are `V = (B/h) Z` and
-//! `V' = (B^2/h^2) Z - (B 1) v_n / h`, `B = A^-1`, so that the unknowns are positions alone:
+//! The stages of `(x, v)' = (v, a(x, v, t) - c v)` are `Z_i = X_i - x_n`. With `B = A^-1` they have
+//! `V = (B/h) Z` and `V' = (B^2/h^2) Z - (B 1) v_n / h`, so that positions are the only unknowns:
 //!
 //! ```text
 //! M sum_j ((B^2)_ij + h c B_ij) Z_j - h (B 1)_i M v_n + h^2 (dE/dx + dR/dv)(X_i, V_i, t_i) = 0
 //! ```
 //!
-//! The equations are solved by Newton's method with a sparse LU factorisation, for the matrix is not
-//! symmetric. Hairer, Wanner 1996, *Solving Ordinary Differential Equations II*, section IV.8.
+//! Newton's method solves these equations with a sparse LU factorisation, as the matrix is not symmetric.
+//! Hairer, Wanner 1996, *Solving Ordinary Differential Equations II*, section IV.8.
 
 mod energy;
 
@@ -22,23 +22,23 @@ use crate::state::State;
 use crate::system::{ForceId, System};
 use energy::StageEnergy;
 
-/// A Butcher tableau without zeros; the nodes are the sums of the rows.
+/// Butcher tableau of a fully implicit method; the nodes are the sums of the rows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CollocationTableau {
     /// Row `i` holds `a_ij`.
     pub a: &'static [&'static [f64]],
-    /// Weights; the last row of `a` for methods whose last stage is the new state.
+    /// Weights; equal to the last row of `a` if the last stage is the new state.
     pub b: &'static [f64],
 }
 
-/// Runs any such tableau.
+/// Integrator for a collocation tableau.
 pub struct Collocation {
     tableau: CollocationTableau,
     /// `A^-1`, by rows.
     inverse: Vec<Vec<f64>>,
     options: SolverOptions,
     newton: Option<Box<dyn CoupledNewton>>,
-    /// Distances of the stages from the old positions, and their velocities.
+    /// Displacements of the stages from the old positions, and their velocities.
     z: Vec<Vec<f64>>,
     v: Vec<Vec<f64>>,
     /// Positions and accelerations of one stage.
@@ -49,7 +49,7 @@ pub struct Collocation {
 }
 
 impl Collocation {
-    /// A runner for `tableau` on `unknowns` coordinates.
+    /// Creates the integrator for `tableau` on `unknowns` coordinates.
     ///
     /// # Panics
     /// If the tableau is singular.
@@ -70,7 +70,7 @@ impl Collocation {
     }
 }
 
-/// The inverse of a small matrix, by Gauss-Jordan elimination with row exchanges.
+/// Inverts a small matrix by Gauss-Jordan elimination with row exchanges.
 fn inverse(a: &[&[f64]]) -> Vec<Vec<f64>> {
     let n = a.len();
     let mut left: Vec<Vec<f64>> = a.iter().map(|row| row.to_vec()).collect();
@@ -104,6 +104,7 @@ impl Integrator for Collocation {
         let is_last_the_end = a[last] == b;
         let nodes: Vec<f64> = a.iter().map(|row| row.iter().sum()).collect();
         let times: Vec<f64> = nodes.iter().map(|c| state.time + c * h).collect();
+        // Initial guess: constant velocity for free coordinates, prescribed motion for the others.
         for (i, time) in times.iter().enumerate() {
             self.next.x.copy_from_slice(state.x());
             self.v[i].fill(0.0);
@@ -117,12 +118,13 @@ impl Integrator for Collocation {
                 self.z[i][n] = moved;
             }
         }
+        // Solve all stages together.
         let newton = self.newton.get_or_insert_with(|| coupled_newton(system.dimension(), self.options));
         let stages = StageSystem { inverse: &self.inverse, times: &times, h, x: state.x(), v: state.v() };
         newton.solve(system, &stages, &mut self.z, &mut self.v)?;
         self.energy.begin(system, state);
-        // By the forces at the stages, not by quotients of what they are away: increments of the velocity
-        // are small beside it.
+        // Uses the forces at the stages, not difference quotients of their displacements: velocity
+        // increments are small compared with the velocity.
         self.next.x.copy_from_slice(state.x());
         self.next.v.copy_from_slice(state.v());
         for (i, b) in b.iter().enumerate() {
@@ -143,13 +145,14 @@ impl Integrator for Collocation {
                 self.next.v[n] += h * b * self.acceleration[n];
             }
         }
+        // If the last stage is the end of the step, it is the new state, with its force.
         let mut force = ForceId::NONE;
         if is_last_the_end {
             self.next.x.copy_from_slice(&self.at);
             self.next.v.copy_from_slice(&self.v[last]);
             force = system.force();
         }
-        // What is moved has moved, too.
+        // Prescribed coordinates end at their prescribed positions.
         system.prescribe(state.time + h, &mut self.next.x, &mut self.next.v);
         self.energy.end(system, state, h, &self.next, self.options.size)?;
         self.next.commit(system, state, h, force)

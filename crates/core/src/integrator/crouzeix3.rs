@@ -1,11 +1,11 @@
-//! Crouzeix's A-stable singly diagonally implicit Runge-Kutta method of two stages and order 3, `gamma = (3 +
-//! sqrt 3)/6`.
+//! Crouzeix's A-stable singly diagonally implicit Runge-Kutta method of two stages and order 3,
+//! `gamma = (3 + sqrt 3)/6`.
 //!
-//! Fast motion is damped by the factor `sqrt 3 - 1` a step at most.
+//! High-frequency damping is mild: a factor of at least `sqrt 3 - 1` per step.
 use super::tableau::Tableau;
 use super::{Documentation, Method, Scheme};
 
-/// The scheme and what is known of it.
+/// The method and its documentation.
 pub const METHOD: Method = Method {
     documentation: Documentation {
         name: "crouzeix3",

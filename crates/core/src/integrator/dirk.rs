@@ -1,4 +1,4 @@
-//! Diagonally implicit Runge-Kutta methods on `(x, v)' = (v, a(x, t) - c v)`, one stage after another.
+//! Diagonally implicit Runge-Kutta methods on `(x, v)' = (v, a(x, t) - c v)`, solved one stage at a time.
 
 use super::equations::acceleration_at;
 use super::estimate::{ErrorNorm, Judgement, Tolerances};
@@ -12,11 +12,11 @@ use crate::solver::{SolverOptions, SolverWork};
 use crate::state::State;
 use crate::system::{ForceId, System};
 
-/// Runs any tableau with zeros above the diagonal.
+/// Integrator for a tableau with zeros above the diagonal.
 pub struct Dirk {
     tableau: Tableau,
     solver: StageSolver,
-    /// One full Newton step from the old positions in place of a solution.
+    /// True to take one full Newton step from the old positions instead of solving each stage.
     linearised: bool,
     stages: Stages,
     z: Vec<f64>,
@@ -26,8 +26,8 @@ pub struct Dirk {
 }
 
 impl Dirk {
-    /// A runner for `tableau` on `unknowns` coordinates; `linearised` takes one Newton step in place of each
-    /// solution.
+    /// Creates the integrator for `tableau` on `unknowns` coordinates; `linearised` takes one Newton step
+    /// instead of each solve.
     pub fn new(tableau: Tableau, linearised: bool, unknowns: usize, options: SolverOptions) -> Self {
         Dirk {
             tableau,
@@ -63,7 +63,7 @@ impl Integrator for Dirk {
         for (i, row) in a.iter().enumerate() {
             let time = state.time + node(row) * h;
             if row[i] == 0.0 {
-                // Explicit stages come first, where the force may be known.
+                // Explicit stages come first; the force there may be known.
                 self.combine(state, h, &row[..i]);
                 let x = &mut self.next.x;
                 x.iter_mut().zip(state.x()).zip(&self.z).for_each(|((x, old), z)| *x = old + z);
@@ -74,6 +74,7 @@ impl Integrator for Dirk {
                 continue;
             }
             self.combine(state, h, &row[..i]);
+            // Implicit stage: solve for its position, velocity and acceleration.
             let (g, mean_of_held) = (h * row[i], self.tableau.is_backward_euler() && system.rubs_by_way());
             let stage = StageEquations { x: state.x(), z: &self.z, w: &self.w, g, time, mean_of_held };
             let Stages { velocity, acceleration } = &mut self.stages;
@@ -90,6 +91,7 @@ impl Integrator for Dirk {
             }
             force = system.force();
         }
+        // New state: the last stage, or the weighted sum of all.
         if self.tableau.is_stiffly_accurate() {
             self.next.v.copy_from_slice(&self.stages.velocity[b.len() - 1]);
             if self.linearised {
@@ -105,10 +107,10 @@ impl Integrator for Dirk {
         self.next.commit(system, state, h, force)
     }
 
-    /// The estimate is made small where motion is stiff by the matrix `A` of the last stage, `(I - g J)^-1`
-    /// of it for the Jacobian `J` of `(x, v)' = (v, a - c v)` and `g` the diagonal coefficient times the
-    /// step; Hosea, Shampine 1996, section 5. Eliminated: `A e_x = (1 + g c) M r_x + g C r_x + g M r_v`,
-    /// `e_v = (e_x - r_x) / g`.
+    /// Filters the estimate by the matrix of the last stage, `(I - g J)^-1` for the Jacobian `J` of
+    /// `(x, v)' = (v, a - c v)` and `g` the diagonal coefficient times the step, which damps stiff
+    /// components; Hosea, Shampine 1996, section 5. Eliminated, with the matrix `A`: `A e_x = (1 + g c) M
+    /// r_x + g C r_x + g M r_v`, `e_v = (e_x - r_x) / g`.
     fn judge(
         &mut self,
         system: &mut System,
@@ -129,6 +131,7 @@ impl Integrator for Dirk {
                 self.w[i] += h * c * self.stages.acceleration[j][i];
             }
         }
+        // Right-hand side g C r_x + M ((1 + g c) r_x + g r_v); damping couples coordinates.
         let mut right = vec![0.0; n];
         if system.is_damped() {
             system.damping_product(state.x(), state.v(), &self.z, &mut right);
@@ -141,13 +144,14 @@ impl Integrator for Dirk {
             };
         }
         if !self.solver.solve_last(&mut right) {
-            // No matrix was needed: the unfiltered estimate is only larger.
+            // No matrix was needed: use the unfiltered estimate, which is larger.
             right.copy_from_slice(&self.z);
             for i in 0..n {
                 right[i] += g * self.w[i];
             }
         }
         let z = &self.z;
+        // The filtered error of positions is now in `right`; that of velocities follows.
         let errors = |range: std::ops::Range<usize>, x: &mut [f64], v: &mut [f64]| {
             for (k, i) in range.enumerate() {
                 (x[k], v[k]) = (right[i], (right[i] - z[i]) / g);

@@ -1,12 +1,13 @@
-//! Dormand and Prince's pair of orders 5 and 4, whose last stage is the first of the next step.
+//! Dormand and Prince's Runge-Kutta pair of orders 5 and 4. The last stage is the first stage of the next
+//! step.
 //!
-//! On the oscillator `|R(iz)|^2 = 1 - z^6/1800 + ...`: it loses energy below `z = 0.997` and gains above,
-//! slowly at first.
+//! On the oscillator `|R(iz)|^2 = 1 - z^6/1800 + ...`: the method loses energy below `z = 0.997` and
+//! gains energy above, slowly at first.
 use super::estimate::Companion;
 use super::tableau::Tableau;
 use super::{Documentation, Method, Scheme};
 
-/// The scheme and what is known of it.
+/// The method and its documentation.
 pub const METHOD: Method = Method {
     documentation: Documentation {
         name: "dormand-prince5",

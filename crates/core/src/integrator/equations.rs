@@ -1,9 +1,8 @@
-//! The equations of motion as engines ask for them: one call gives the acceleration with everything in it,
-//! one ends a step. What acts on a system, prescribed motion, forces, dissipation, drag, walls, is known here
-//! and to no engine.
+//! The equations of motion for the integrators: one function computes the full acceleration, another ends
+//! a step. Prescribed motion, forces, dissipation, drag and walls are handled here and in no integrator.
 //!
-//! Implicit solves have the same equations as the gradient of their objective (`solver`), and splittings,
-//! which advance vertices block by block while they are in the cache, as passes (`pass`).
+//! Implicit solves see the same equations as the gradient of their objective (`solver`). Splittings
+//! advance vertices block by block while they are in the cache, and use passes (`pass`).
 
 use crate::algebra::all_finite;
 use crate::lanes::Numbers;
@@ -11,12 +10,12 @@ use crate::solver::StepFault;
 use crate::state::State;
 use crate::system::{ForceId, System};
 
-/// Writes the acceleration `x'' = -M^-1 (dE/dx + dR/dv) - c v` [m/s^2] at `time` [s] and at positions `x` and
-/// velocities `v` over `a`; coordinates on prescribed motion are put to their places first. The force is not
-/// evaluated again where the system still holds the one that is `known` there.
+/// Writes the acceleration `x'' = -M^-1 (dE/dx + dR/dv) - c v` [m/s^2] at `time` [s], positions `x` and
+/// velocities `v` to `a`. Sets prescribed coordinates first. Does not evaluate the force again if the
+/// system still holds the one `known` here.
 ///
 /// # Errors
-/// A position, or the force, is not finite.
+/// If a position or the force is not finite.
 pub(crate) fn acceleration_at(
     system: &mut System,
     time: f64,
@@ -33,7 +32,7 @@ pub(crate) fn acceleration_at(
     Ok(())
 }
 
-/// The same where the system holds the force.
+/// Computes the acceleration if the system already holds the force.
 pub(super) fn acceleration(system: &mut System, x: &[f64], v: &[f64], a: &mut [f64]) {
     system.evaluate_dissipation(x, v);
     system.accelerations(a);
@@ -43,19 +42,19 @@ pub(super) fn acceleration(system: &mut System, x: &[f64], v: &[f64], a: &mut [f
     }
 }
 
-/// `(1 - exp(-z))/z`: the share that drag at the rate `z` per step leaves of the velocity that a constant
-/// force makes in one.
+/// `(1 - exp(-z))/z`: velocity that a constant force produces in one step under drag at the rate `z` per
+/// step, as a fraction of that without drag.
 pub(super) fn exact_response(z: f64) -> f64 {
     -(-z).exp_m1() / z
 }
 
-/// Ends a step of `h` [s] at positions `x` and velocities `v`, where the force is `force`: moves what is
-/// prescribed to its place, lets walls act, and makes them the state, whose old rows they become. A force
-/// that acts throughout the step under drag at the rate `c` has made `response(c h)` of the velocity that
-/// it makes without drag.
+/// Ends a step of `h` [s] at positions `x` and velocities `v`, where the force is `force`. Sets
+/// prescribed coordinates, applies walls, and swaps `x` and `v` with the state. Under drag at the rate
+/// `c`, a constant force has produced the fraction `response(c h)` of the velocity that it produces
+/// without drag.
 ///
 /// # Errors
-/// A position or velocity is not finite; the state is what it was.
+/// If a position or velocity is not finite; the state is then unchanged.
 pub(super) fn end_step(
     system: &mut System,
     state: &mut State,

@@ -1,4 +1,5 @@
-//! Local errors: what an embedded method says of a step, and how large that is beside what is allowed.
+//! Local error estimates: the embedded companion method of a tableau, and the error norm relative to
+//! tolerances.
 
 use std::ops::Range;
 
@@ -6,62 +7,63 @@ use rayon::prelude::*;
 
 use crate::system::System;
 
-/// Vertices in a block.
+/// Vertices per block.
 const BLOCK: usize = 128;
-/// Blocks from which on threads share the work.
+/// Number of blocks from which threads share the work.
 const PARALLEL_BLOCKS: usize = 64;
 
-/// A second method on the same stages: the difference of the two is an estimate of the local error.
+/// Companion method on the same stages. The difference of the two results estimates the local error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Companion {
-    /// Weights of the method less those of its companion, `d_i = b_i - b^_i`.
+    /// Weights of the method minus those of its companion, `d_i = b_i - b^_i`.
     pub difference: &'static [f64],
     /// Order of the companion.
     pub order: u32,
 }
 
-/// The errors that a step may make.
+/// Error tolerances of a step.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Tolerances {
-    /// Of positions [m].
+    /// Position tolerance [m].
     pub position: f64,
-    /// Of velocities [m/s].
+    /// Absolute velocity tolerance [m/s].
     pub velocity: f64,
-    /// Of velocities, as a part of the speed of each vertex.
+    /// Relative velocity tolerance, as a fraction of the speed of each vertex.
     pub relative: f64,
 }
 
-/// Error estimate of a scheme for the step it has taken.
+/// Error estimate or step criterion of an integrator for the step it has taken.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Judgement {
-    /// The norm of the estimated error; 1 is just allowed. Tolerances say what 1 is.
+    /// Norm of the estimated error relative to the tolerances; at most 1 is allowed.
     Error(f64),
-    /// The step [s] that its own criterion would have taken.
+    /// Step size [s] that the method's own criterion would have taken.
     Step(f64),
-    /// Matrices that an increment of statics took, iterations where none is made: it has no error in time.
+    /// Matrices of a static increment, or iterations if none was assembled; a static increment has no
+    /// error in time.
     Matrices(u64),
 }
 
-/// Memory of the norm.
+/// Scratch memory of the error norm.
 #[derive(Default)]
 pub(crate) struct ErrorNorm {
-    /// Sum of each block, and how many vertices of it are free to move.
+    /// Sum and number of free vertices of each block.
     blocks: Vec<(f64, u32)>,
 }
 
 impl ErrorNorm {
-    /// Memory for `unknowns` coordinates.
+    /// Allocates the norm for `unknowns` coordinates.
     pub(crate) fn new(unknowns: usize) -> Self {
         ErrorNorm { blocks: Vec::with_capacity(unknowns.div_ceil(BLOCK)) }
     }
 
-    /// `sqrt(1/(2n) sum_i (|e_x|^2 / s_x^2 + |e_v|^2 / s_v^2))` over the `n` vertices that are free along
-    /// any axis, with `s_x = position` and `s_v = velocity + relative max(|v_before|, |v_after|)` of each;
-    /// Hairer, Norsett, Wanner 1993, *Solving Ordinary Differential Equations I*, eq. II.4.11, with vectors
-    /// in place of components.
+    /// Computes `sqrt(1/(2n) sum_i (|e_x|^2 / s_x^2 + |e_v|^2 / s_v^2))` over the `n` vertices with a
+    /// free coordinate, with `s_x = position` and `s_v = velocity + relative max(|v_before|, |v_after|)`
+    /// for each vertex; Hairer, Norsett, Wanner 1993, *Solving Ordinary Differential Equations I*, eq.
+    /// II.4.11, with vectors instead of components.
     ///
-    /// `errors` writes those of positions [m] and of velocities [m/s] of a range of the flat arrays. Blocks
-    /// are added in their order: threads do not show in the bits.
+    /// `errors` writes the errors of positions [m] and velocities [m/s] for a range of the flat arrays.
+    /// Blocks are added in order, so the result does not depend on the number of threads.
     pub(crate) fn of(
         &mut self,
         system: &System,
@@ -73,6 +75,7 @@ impl ErrorNorm {
         let (d, free) = (system.dimension(), system.inverse_mass());
         let per_block = BLOCK * d;
         let count = before.len().div_ceil(per_block);
+        // Error sum of one block of vertices, constrained coordinates masked.
         let block = |i: usize| {
             let range = i * per_block..before.len().min((i + 1) * per_block);
             let (mut x, mut v) = ([0.0; 3 * BLOCK], [0.0; 3 * BLOCK]);
@@ -95,6 +98,7 @@ impl ErrorNorm {
             }
             (sum, vertices)
         };
+        // All blocks, on several threads if there are enough; then their sum in order.
         self.blocks.clear();
         if count < PARALLEL_BLOCKS {
             self.blocks.extend((0..count).map(block));
@@ -106,13 +110,12 @@ impl ErrorNorm {
         if vertices == 0 { 0.0 } else { (sum / (2.0 * f64::from(vertices))).sqrt() }
     }
 
-    /// Bytes held.
     pub(super) fn bytes(&self) -> usize {
         self.blocks.capacity() * size_of::<(f64, u32)>()
     }
 }
 
-/// A squared error over what is allowed, squared; no error at all is allowed even where nothing is.
+/// Squared error over the squared tolerance; zero error passes a zero tolerance.
 fn over(square: f64, allowed: f64) -> f64 {
     if square == 0.0 { 0.0 } else { square / (allowed * allowed) }
 }

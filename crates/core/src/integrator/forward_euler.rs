@@ -1,11 +1,11 @@
-//! Forward Euler (lecture 4).
+//! Forward Euler (lecture 4), for comparison.
 //!
-//! `x+ = x + h v`, `v+ = v + h M^-1 f(x)`. On the oscillator `|R(iz)|^2 = 1 + z^2`: it gains energy at every
-//! step, however small. Kept to be compared against.
+//! `x+ = x + h v`, `v+ = v + h M^-1 f(x)`. On the oscillator `|R(iz)|^2 = 1 + z^2`: it gains energy at
+//! every step size.
 use super::tableau::Tableau;
 use super::{Documentation, Method, Scheme};
 
-/// The scheme and what is known of it.
+/// The method and its documentation.
 pub const METHOD: Method = Method {
     documentation: Documentation {
         name: "forward-euler",

@@ -1,8 +1,8 @@
-//! The Gauss method of two stages.
+//! Gauss method with two stages: order 4, symplectic, no damping.
 use super::collocation::CollocationTableau;
 use super::{Documentation, Method, Scheme};
 
-/// The scheme and what is known of it.
+/// The method and its documentation.
 pub const METHOD: Method = Method {
     documentation: Documentation {
         name: "gauss2",

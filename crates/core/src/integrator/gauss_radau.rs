@@ -1,5 +1,5 @@
-//! The engine of the Gauss-Radau method: the acceleration as a polynomial through seven nodes, found by
-//! iteration.
+//! Integrator of the Gauss-Radau method IAS15: a fixed-point iteration for the acceleration as a
+//! polynomial through seven nodes and the start of the step.
 
 use super::Integrator;
 use super::equations::{acceleration, acceleration_at};
@@ -11,9 +11,9 @@ use crate::solver::{SolveError, SolveFailure};
 use crate::state::State;
 use crate::system::{ForceId, System};
 
-/// Terms of the polynomial after the constant one.
+/// Terms of the polynomial, without the constant one.
 pub const TERMS: usize = 7;
-/// The nodes: zeros of `(P_7 + P_8)(2 s - 1)`; Rein, Spiegel 2015, section 2.1, in more digits.
+/// Nodes: zeros of `(P_7 + P_8)(2 s - 1)`; Rein, Spiegel 2015, section 2.1, in more digits.
 #[allow(clippy::excessive_precision, reason = "the digits of the reference")]
 pub const NODES: [f64; TERMS + 1] = [
     0.0,
@@ -25,45 +25,45 @@ pub const NODES: [f64; TERMS + 1] = [
     0.885_320_946_839_095_768_090_359_762_9,
     0.977_520_613_561_287_501_891_174_500_4,
 ];
-/// An iteration that changes the acceleration by less than this part has converged.
+/// Relative change of the acceleration below which an iteration has converged.
 const CONVERGED: f64 = 1e-16;
-/// One that has stopped to shrink is rounding below this.
+/// Relative change below which a stagnant iteration has reached rounding.
 const ROUNDING: f64 = 1e-12;
-/// After so many iterations the step is large, and rounding is larger.
+/// Iterations after which the step counts as large, with the larger rounding `LARGE_ROUNDING`.
 const LONG: u32 = 12;
 const LARGE_ROUNDING: f64 = 1e-10;
-/// So is one that moves positions by fewer of their units in the last place. Stiff forces make `(h omega)^2
-/// <= 4` of each, a vertex has those of a dozen neighbours, and the last divided difference makes `1 /
-/// prod_j (h_7 - h_j) = 233` times that.
+/// Position change that counts as rounding, in units in the last place. Stiff forces give
+/// `(h omega)^2 <= 4` per unit, a vertex sees those of a dozen neighbours, and the last divided
+/// difference multiplies by `1 / prod_j (h_7 - h_j) = 233`.
 const POSITION_ULPS: f64 = 16384.0;
-/// An iteration whose changes have grown so much does not converge.
+/// Growth of the changes at which the iteration has diverged.
 const HOPELESS: f64 = 1e6;
-/// Iterations that a step may take.
+/// Iteration limit of a step.
 const MAX_ITERATIONS: u32 = 40;
-/// A step so many times as large as the last one is not predicted from it.
+/// Largest ratio of a step size to the last one for which coefficients are predicted.
 const LARGEST_RATIO: f64 = 20.0;
 
-/// Numbers of one coordinate in what is remembered: coefficients, what they were predicted to be, what
-/// rounding took from the position and from the velocity, and the last acceleration.
+/// Values per coordinate in the stored history: coefficients, predicted coefficients, rounding errors of
+/// position and velocity, and the last acceleration.
 const ROW: usize = 2 * TERMS + 3;
 
-/// The coefficients of one coordinate.
+/// Coefficients of one coordinate.
 type Terms = [f64; TERMS];
 
-/// Runs the method.
+/// Integrator of the Gauss-Radau method.
 pub struct GaussRadau {
     parameters: Ias15Parameters,
-    /// Coefficients of `s (s - h_1) ... (s - h_j)` in powers of `s` from the first on, and of the powers in
-    /// these products.
+    /// Coefficients of the products `s (s - h_1) ... (s - h_j)` in powers of `s` from the first power on,
+    /// and of the powers in these products.
     to_powers: [Terms; TERMS],
     to_products: [Terms; TERMS],
-    /// The step taken last, and the one before: what a step that is taken back leaves.
+    /// History of the last step, and of the one before it, to which `undo` returns.
     now: Memory,
     before: Memory,
     dimension: usize,
     /// Divided differences.
     g: Vec<Terms>,
-    /// Part of the coefficients that rounding has taken in this step.
+    /// Rounding errors of the coefficients in this step.
     lost: Vec<Terms>,
     /// Accelerations at the beginning of the step and at a node.
     first: Vec<f64>,
@@ -71,23 +71,23 @@ pub struct GaussRadau {
     next: NextState,
     /// `max |b_6| / max |a|` of the last step.
     last_term: f64,
-    /// Where positions are seen from in this step [m]; zero unless only the bodies act on each other.
+    /// Origin of the positions in this step [m]; zero unless the bodies only interact with each other.
     origin: [f64; 3],
-    /// True if there is such a place.
+    /// True if `origin` is used.
     has_origin: bool,
 }
 
-/// Memory that a step leaves for the next one.
+/// History that a step leaves for the next one.
 struct Memory {
-    /// Its size [s]; 0: nothing.
+    /// Step size [s]; 0 without history.
     h: f64,
     b: Vec<Terms>,
-    /// `b` as it was predicted.
+    /// Predicted values of `b`.
     predicted: Vec<Terms>,
-    /// The state it led to, and what rounding took from it.
+    /// State after the step, and its rounding errors.
     after: NextState,
     lost: NextState,
-    /// Version of the structure.
+    /// Structure version of the system.
     structure: u64,
 }
 
@@ -103,19 +103,20 @@ impl Memory {
         }
     }
 
-    /// Numbers for [`read`](Self::read), and `at` beside them: the step, then one row for each coordinate.
+    /// Writes the history and the accelerations `at` as numbers for [`read`](Self::read): the step size,
+    /// then one row per coordinate.
     fn write(&self, at: &[f64]) -> Vec<f64> {
         let row = |i: usize| {
             let terms = self.b[i].into_iter().chain(self.predicted[i]);
-            // A step that failed may have left anything.
+            // A failed step may have left values that are not finite.
             let at = if at[i].is_finite() { at[i] } else { 0.0 };
             terms.chain([self.lost.x[i], self.lost.v[i], at])
         };
         std::iter::once(self.h).chain((0..at.len()).flat_map(row)).collect()
     }
 
-    /// Takes in what [`write`](Self::write) gave of a step that led to `state`; whether it is as long as
-    /// that.
+    /// Reads the numbers that [`write`](Self::write) produced for a step that led to `state`. Returns
+    /// false if their count does not fit.
     fn read(&mut self, numbers: &[f64], at: &mut [f64], system: &System, state: &State) -> bool {
         let Some((h, rows)) = numbers.split_first() else { return false };
         if rows.len() != ROW * at.len() {
@@ -133,7 +134,7 @@ impl Memory {
         true
     }
 
-    /// True if `state` is what the step led to.
+    /// True if the step led to `state`.
     fn leads_to(&self, system: &System, state: &State) -> bool {
         self.h > 0.0
             && self.structure == system.structure()
@@ -147,7 +148,7 @@ impl Memory {
 }
 
 impl GaussRadau {
-    /// A runner on `unknowns` coordinates.
+    /// Creates the integrator for `unknowns` coordinates.
     pub fn new(parameters: Ias15Parameters, unknowns: usize) -> Self {
         let (to_powers, to_products) = conversions();
         GaussRadau {
@@ -168,9 +169,10 @@ impl GaussRadau {
         }
     }
 
-    /// Begins a step of `h` [s]: the coefficients that the last one predicts, corrected by what it was wrong
-    /// by itself; Rein, Spiegel 2015, eq. 12 and 13.
+    /// Starts a step of `h` [s] with coefficients extrapolated from the last step, corrected by the error
+    /// of its own prediction; Rein, Spiegel 2015, eq. 12 and 13.
     fn predict(&mut self, system: &System, state: &State, h: f64) {
+        // The last step becomes the previous one; after an `undo` the previous one still is.
         if self.now.leads_to(system, state) {
             std::mem::swap(&mut self.now, &mut self.before);
         } else if !self.before.leads_to(system, state) {
@@ -186,6 +188,7 @@ impl GaussRadau {
             now.lost.x.fill(0.0);
             now.lost.v.fill(0.0);
         }
+        // Extrapolate the coefficients and add the last prediction error.
         if !known || ratio > LARGEST_RATIO {
             now.b.fill([0.0; TERMS]);
             now.predicted.fill([0.0; TERMS]);
@@ -198,6 +201,7 @@ impl GaussRadau {
                 now.predicted[i] = predicted;
             }
         }
+        // Convert to divided differences.
         for (g, b) in self.g.iter_mut().zip(&now.b) {
             *g = [0.0; TERMS];
             for (j, g) in g.iter_mut().enumerate() {
@@ -209,10 +213,10 @@ impl GaussRadau {
         self.lost.fill([0.0; TERMS]);
     }
 
-    /// Bodies that only act on each other do not feel where the origin is. Seen from the one that is
-    /// accelerated most, the nearest ones have small coordinates, with digits to spare that [`Memory::lost`]
-    /// fills: the rounding of positions, large beside a small distance, stays out of the forces. Whether
-    /// there is such an origin.
+    /// Chooses the position of the most accelerated body as the origin of this step. Returns false if the
+    /// forces depend on the origin. Bodies that only interact with each other do not feel the origin;
+    /// near it, coordinates are small and have spare digits, which [`Memory::lost`] fills, so that the
+    /// rounding of positions, large compared with a small distance, stays out of the forces.
     fn choose_origin(&mut self, system: &System, state: &State) -> bool {
         let d = self.dimension;
         self.origin = [0.0; 3];
@@ -233,7 +237,7 @@ impl GaussRadau {
         true
     }
 
-    /// Positions, and velocities where `wants_velocity`, at the part `s` of the step.
+    /// Computes positions, and velocities if `wants_velocity`, at the fraction `s` of the step.
     fn advance(&mut self, state: &State, h: f64, s: f64, wants_velocity: bool) {
         let (hs, d) = (h * s, self.dimension);
         for i in 0..self.at.len() {
@@ -255,8 +259,8 @@ impl GaussRadau {
         }
     }
 
-    /// Takes in the accelerations at node `n`, in `at`; the largest change of the last coefficient, and the
-    /// largest acceleration.
+    /// Updates the polynomial with the accelerations at node `n`, in `at`. Returns the largest change of
+    /// the last coefficient and the largest acceleration.
     fn correct(&mut self, n: usize) -> (f64, f64) {
         let (mut change, mut largest) = (0.0f64, 0.0f64);
         let weights = &self.to_powers[n - 1];
@@ -288,25 +292,26 @@ impl GaussRadau {
         Ok(())
     }
 
-    /// True if a correction of positions [m] is within what rounding leaves of them.
+    /// True if a position correction [m] is within the rounding of positions.
     fn is_rounding_of_positions(&self, correction: f64) -> bool {
         let reach = self.next.x.iter().fold(0.0f64, |m, x| m.max(x.abs()));
         correction <= POSITION_ULPS * f64::EPSILON * reach
     }
 
-    /// Keeps the last term beside the `largest` acceleration, of the end of a step of size `h` where bodies
-    /// act on each other alone; others may have none at any one time, and it is that of the whole step.
+    /// Stores the last term relative to the `largest` acceleration: at the end of the step if bodies only
+    /// interact with each other, over the whole step otherwise, since the acceleration may vanish at any
+    /// one time.
     ///
-    /// None where it moves positions by no more than their rounding: near equilibrium, forces that all but
-    /// cancel leave an acceleration of rounding, whose last term does not shrink with the step. Bodies that
-    /// are seen from a near origin have digits to spare.
+    /// Stores zero if the term moves positions by no more than their rounding: near equilibrium, nearly
+    /// cancelling forces leave an acceleration of rounding, whose last term does not shrink with the
+    /// step. Bodies seen from a near origin have spare digits.
     fn note_last_term(&mut self, h: f64, largest: f64) {
         let last = self.now.b.iter().fold(0.0f64, |m, b| m.max(b[TERMS - 1].abs()));
         let is_rounding = !self.has_origin && self.is_rounding_of_positions(h * h * last);
         self.last_term = if last == 0.0 || is_rounding { 0.0 } else { last / largest };
     }
 
-    /// Iterates until the polynomial goes through the accelerations that it leads to.
+    /// Iterates until the polynomial agrees with the accelerations along it.
     fn iterate(&mut self, system: &mut System, state: &State, h: f64) -> Result<(), StepFault> {
         let wants_velocity =
             system.is_damped() || system.ether_drag() != 0.0 || system.has_prescribed_motion();
@@ -317,12 +322,14 @@ impl GaussRadau {
                 return Err(StepFault::stopped());
             }
             let (mut change, mut largest, mut in_step) = (0.0, 0.0, first);
+            // Sweep over the nodes; each updates the polynomial.
             for n in 1..=TERMS {
                 self.advance(state, h, NODES[n], wants_velocity);
                 self.evaluate(system, state.time + NODES[n] * h)?;
                 (change, largest) = self.correct(n);
                 in_step = largest.max(in_step);
             }
+            // Converged, or stagnant at rounding?
             let error = if change == 0.0 { 0.0 } else { change / largest };
             let rounding = if iteration > LONG { LARGE_ROUNDING } else { ROUNDING };
             let stagnates = iteration > 2 && error >= before || iteration == MAX_ITERATIONS;
@@ -332,7 +339,7 @@ impl GaussRadau {
                 self.note_last_term(h, if self.has_origin { largest } else { in_step });
                 return Ok(());
             }
-            // The first few need not shrink.
+            // The first errors need not shrink.
             least = least.min(error);
             if error.is_nan() || error > HOPELESS * least {
                 return Err(diverged(iteration, correction));
@@ -342,7 +349,7 @@ impl GaussRadau {
         Err(diverged(MAX_ITERATIONS, correction))
     }
 
-    /// The end of the step, added up so that little is lost to rounding, small terms first.
+    /// Computes the end of the step, adding small terms first with compensated summation.
     fn finish(&mut self, state: &State, h: f64) {
         let NextState { x, v } = &mut self.next;
         x.copy_from_slice(state.x());
@@ -363,8 +370,8 @@ impl GaussRadau {
     }
 }
 
-/// `sum += by` with what is lost to rounding kept for the next time; Kahan 1965, *Further remarks on
-/// reducing truncation errors*.
+/// Compensated summation `sum += by`: `lost` carries the rounding error to the next addition; Kahan 1965,
+/// *Further remarks on reducing truncation errors*.
 fn add(sum: &mut f64, lost: &mut f64, by: f64) {
     let by = by - *lost;
     let new = *sum + by;
@@ -372,7 +379,7 @@ fn add(sum: &mut f64, lost: &mut f64, by: f64) {
     *sum = new;
 }
 
-/// Held coordinates have no part in the polynomial, drag or not.
+/// Sets the accelerations of prescribed coordinates to zero under drag: they do not enter the polynomial.
 fn leave_held(system: &System, a: &mut [f64]) {
     if system.ether_drag() != 0.0 {
         let held = a.iter_mut().zip(system.inverse_mass()).filter(|(_, w)| **w == 0.0);
@@ -385,7 +392,8 @@ fn diverged(iterations: u32, correction: f64) -> StepFault {
     StepFault { fault: None, vertex: None, solve }
 }
 
-/// The polynomial beyond its step, in powers of a step `ratio` times as large: Taylor's series about the end.
+/// Extrapolates the polynomial beyond its step, in powers of a step `ratio` times as large: Taylor series
+/// about the end.
 fn continued(b: &Terms, ratio: f64) -> Terms {
     let mut out = [0.0; TERMS];
     let mut power = 1.0;
@@ -403,8 +411,8 @@ fn continued(b: &Terms, ratio: f64) -> Terms {
     out
 }
 
-/// The coefficients of products in powers, and of powers in products; row `j` is that of `s (s - h_1) ... (s
-/// - h_j)`, and of `s^(j+1)`.
+/// Returns the coefficients of the products in powers and of the powers in products. Row `j` belongs to
+/// `s (s - h_1) ... (s - h_j)` and to `s^(j+1)`.
 fn conversions() -> ([Terms; TERMS], [Terms; TERMS]) {
     let (mut to_powers, mut to_products) = ([[0.0; TERMS]; TERMS], [[0.0; TERMS]; TERMS]);
     for j in 0..TERMS {
@@ -422,6 +430,7 @@ impl Integrator for GaussRadau {
     fn step(&mut self, system: &mut System, state: &mut State, h: f64) -> Result<(), StepFault> {
         self.dimension = system.dimension();
         self.predict(system, state, h);
+        // Acceleration at the start of the step, relative to the origin if there is one.
         self.has_origin = self.choose_origin(system, state);
         if self.has_origin {
             self.advance(state, h, 0.0, false);
@@ -436,7 +445,7 @@ impl Integrator for GaussRadau {
         }
         acceleration(system, state.x(), state.v(), &mut self.first);
         leave_held(system, &mut self.first);
-        // Until the step stands, nothing leads anywhere.
+        // The history is invalid until the step is complete.
         self.now.h = 0.0;
         self.iterate(system, state, h)?;
         self.finish(state, h);
@@ -474,7 +483,7 @@ impl Integrator for GaussRadau {
     fn recall(&mut self, memory: &[f64], system: &System, state: &State) {
         (self.now.h, self.before.h) = (0.0, 0.0);
         if !self.now.read(memory, &mut self.at, system, state) {
-            // The origin of the next step is chosen by these.
+            // The next step chooses its origin from these.
             self.at.fill(0.0);
         }
     }
@@ -493,8 +502,8 @@ impl Integrator for GaussRadau {
 mod tests {
     use super::*;
 
-    /// The nodes integrate polynomials of degree 14 exactly with the weights that interpolate them, and not
-    /// of degree 15; and what goes from powers to products comes back.
+    /// The nodes integrate polynomials of degree 14 exactly with interpolating weights, and not those of
+    /// degree 15; the conversions between powers and products are inverse.
     #[test]
     fn nodes_and_conversions_are_those_of_the_gauss_radau_rule() {
         let (to_powers, to_products) = conversions();

@@ -1,4 +1,4 @@
-//! The generalised-alpha method, tuned by how much of the fastest motion is left after a step.
+//! Generalised-alpha method, with the high-frequency damping as its parameter.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -24,10 +24,10 @@ impl Default for GeneralisedAlphaParameters {
 }
 
 impl GeneralisedAlphaParameters {
-    /// A fifth of the fastest motion is lost in a step.
+    /// Default: a step damps the highest frequencies by a fifth.
     pub const DEFAULT: Self = GeneralisedAlphaParameters { rho: 0.8 };
 
-    /// The scheme; Chung, Hulbert 1993, eqs. 17 and 25.
+    /// Returns the method with its documentation; Chung, Hulbert 1993, eqs. 17 and 25.
     pub fn method(self) -> Method {
         let alpha_m = (2.0 * self.rho - 1.0) / (self.rho + 1.0);
         let alpha_f = self.rho / (self.rho + 1.0);
@@ -55,10 +55,10 @@ impl GeneralisedAlphaParameters {
         }
     }
 
-    /// Checks that the parameters make sense.
+    /// Checks the range of `rho`.
     ///
     /// # Errors
-    /// [`BadParameter`].
+    /// [`BadParameter`] if `rho` is not between 0 and 1.
     pub fn check(&self) -> Result<(), BadParameter> {
         if !KeyRange::FRACTION.contains(self.rho) {
             let right = "between 0 (damps fast motion out at once) and 1 (damps nothing)";

@@ -1,17 +1,18 @@
-//! A Gauss-Radau method of order 15 that chooses its own steps: Rein and Spiegel's IAS15, after Everhart.
+//! IAS15, an adaptive Gauss-Radau method of order 15; Rein and Spiegel 2015, after Everhart.
 //!
-//! The acceleration is a polynomial in time through its values at the beginning of the step and at seven
-//! Gauss-Radau nodes, `a(s h) = a_0 + b_0 s + b_1 s^2 + ... + b_6 s^7`, and is integrated twice. Values and
-//! polynomial are found in turn, to rounding, from what the last step makes of this one. Steps that follow
-//! the error are as large as to keep the last term, which the method would do without at order 14, a part
+//! The acceleration is a polynomial in time through its values at the start of the step and at seven
+//! Gauss-Radau nodes, `a(s h) = a_0 + b_0 s + b_1 s^2 + ... + b_6 s^7`, and is integrated twice. A
+//! fixed-point iteration finds values and polynomial to rounding, starting from the extrapolated last
+//! step. Adaptive steps keep the last term, without which the method would have order 14, at the fraction
 //! `epsilon` of the acceleration:
 //!
 //! ```text
 //! h_(n+1) = h_n (epsilon / (max |b_6| / max |a|))^(1/7)
 //! ```
 //!
-//! Collocation at the beginning of a step but not at its end, so that amplitudes grow at any step, if by
-//! less than rounding up to about two radians; the iteration converges up to about five, best below two.
+//! The nodes include the start of a step but not its end, so that amplitudes grow at any step size,
+//! though by less than rounding up to `h omega` of about two. The iteration converges up to about five,
+//! best below two.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -35,13 +36,13 @@ impl Default for Ias15Parameters {
 }
 
 impl Ias15Parameters {
-    /// Rein and Spiegel's choice.
+    /// Default of Rein and Spiegel.
     pub const DEFAULT: Self = Ias15Parameters { epsilon: 1e-9 };
 
-    /// Checks that the parameters make sense.
+    /// Checks the ranges of the parameters.
     ///
     /// # Errors
-    /// [`BadParameter`].
+    /// [`BadParameter`] if `epsilon` is not between 0 and 1.
     pub fn check(&self) -> Result<(), BadParameter> {
         if KeyRange::PART.contains(self.epsilon) {
             return Ok(());
@@ -53,7 +54,7 @@ impl Ias15Parameters {
         })
     }
 
-    /// The scheme.
+    /// Returns the method with its documentation.
     pub fn method(self) -> Method {
         Method {
             documentation: Documentation {

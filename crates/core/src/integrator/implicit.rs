@@ -1,4 +1,4 @@
-//! Parts that implicit schemes have in common: stages that are solved, and the memory of a step.
+//! Shared parts of the implicit integrators: the solve of a stage, and the new state of a step.
 
 use super::equations::{end_step, exact_response};
 use crate::lanes::Numbers;
@@ -8,48 +8,48 @@ use crate::solver::{Iterate, Minimizer, Objective, SolverOptions, SolverWork, Ve
 use crate::state::State;
 use crate::system::{ForceId, System};
 
-/// The equations `X = x_n + z + g V`, `V = w + g (a(X) - c V)` of one stage, `c` the ether drag.
+/// Equations `X = x_n + z + g V`, `V = w + g (a(X) - c V)` of one stage; `c` is the ether drag.
 ///
-/// Eliminated: `(1 + g c) (u - y) = g^2 a(x_n + u)` with `u = X - x_n` and `y = z + g w / (1 + g c)`, the
-/// minimum of an [`Objective`].
+/// Eliminating `V` gives `(1 + g c) (u - y) = g^2 a(x_n + u)` with `u = X - x_n` and
+/// `y = z + g w / (1 + g c)`: the stationarity condition of an [`Objective`].
 pub(super) struct StageEquations<'a> {
-    /// The old positions, flat [m].
+    /// Old positions, flat [m].
     pub(super) x: &'a [f64],
-    /// How far the vertices are from there without the stage's velocity, flat [m].
+    /// Displacement without the stage's velocity, flat [m].
     pub(super) z: &'a [f64],
-    /// Their velocity without the stage's acceleration, flat [m/s].
+    /// Velocity without the stage's acceleration, flat [m/s].
     pub(super) w: &'a [f64],
     /// Step size times the diagonal coefficient [s].
     pub(super) g: f64,
     /// Time of the stage [s].
     pub(super) time: f64,
-    /// Dissipative terms see held coordinates at their mean velocities over the stage.
+    /// True if dissipative terms see prescribed coordinates at their mean velocities over the stage.
     pub(super) mean_of_held: bool,
 }
 
-/// One minimisation, but for its target.
+/// Parameters of one minimisation except its target.
 pub(super) struct ImplicitSolve<'a> {
     pub(super) inertia: f64,
     pub(super) stiffness: f64,
-    /// Time at which forces are evaluated [s].
+    /// Time of the force evaluations [s].
     pub(super) time: f64,
     pub(super) velocity: Velocity<'a>,
-    /// For a start.
+    /// Acceleration for the initial guess.
     pub(super) acceleration: Option<&'a [f64]>,
     pub(super) single_iteration: bool,
 }
 
-/// Solves stages; keeps what was learnt for the next.
+/// Solves stages; keeps its minimiser and matrices between solves.
 pub(super) struct StageSolver {
     options: SolverOptions,
     minimizer: Option<Box<dyn Minimizer>>,
-    /// Structure of matrices that the minimiser is to go on with, until there is one.
+    /// Matrix structure for the minimiser, kept until the minimiser exists.
     lent: Option<LentStructure>,
     target: Vec<f64>,
     at: Iterate,
     guess: Iterate,
-    /// Where held coordinates are to be at the end of the solve, where a term guards ways: they go there with
-    /// the others. Empty where nothing guards them.
+    /// Prescribed positions at the end of the solve, if a term limits steps: prescribed coordinates then
+    /// move there together with the free ones. Empty without such terms.
     goal: Vec<f64>,
 }
 
@@ -66,11 +66,11 @@ impl StageSolver {
         }
     }
 
-    /// Moves held coordinates of `x`, and sets their velocities `v`, as prescribed at `time` [s]. Where a
-    /// term guards ways, `x` stays as it is, and the next solve takes them along.
+    /// Sets prescribed coordinates of `x` and their velocities `v` for `time` [s]. If a term limits
+    /// steps, `x` is unchanged and the next solve moves these coordinates.
     ///
     /// # Errors
-    /// A number is not finite.
+    /// If a value is not finite.
     pub(super) fn prescribe(
         &mut self,
         system: &System,
@@ -89,8 +89,8 @@ impl StageSolver {
         Err(StepFault::at(system, &self.goal, v))
     }
 
-    /// Solves `stage` into `x` and `v`, and writes `(V - w)/g`, the whole acceleration. `x` is the start on
-    /// entry: a configuration that is allowed, usually that of the last step.
+    /// Solves `stage` for `x` and `v`, and writes the total acceleration `(V - w)/g`. On entry `x` is an
+    /// admissible start, usually the configuration of the last step.
     pub(super) fn solve(
         &mut self,
         system: &mut System,
@@ -106,7 +106,7 @@ impl StageSolver {
         for i in 0..x.len() {
             self.target[i] = z[i] + g * w[i] / inertia;
         }
-        // Held coordinates are where they are held, and what follows goes by these.
+        // Prescribed coordinates are set first; the velocity terms below depend on them.
         v.fill(0.0);
         self.prescribe(system, time, x, v)?;
         if mean_of_held {
@@ -115,6 +115,7 @@ impl StageSolver {
                 v[i] = (goal[i] - origin[i] - z[i]) / g;
             }
         }
+        // Minimise, then derive velocity and acceleration from the increments.
         let solve = ImplicitSolve {
             inertia,
             stiffness: g * g,
@@ -136,16 +137,16 @@ impl StageSolver {
         Ok(())
     }
 
-    /// Where the vertices would go without force, from the old positions, to be filled before
+    /// Returns the inertial prediction, relative to the old positions, to be filled before
     /// [`minimize`](Self::minimize).
     pub(super) fn target(&mut self, unknowns: usize) -> &mut Vec<f64> {
         self.target.resize(unknowns, 0.0);
         &mut self.target
     }
 
-    /// Minimises an objective, and writes where the minimum is to `x`, from the best of three starts: `x`,
-    /// the target, and the target moved on by an acceleration, where there is one. `v` has the velocities of
-    /// held coordinates.
+    /// Minimises the objective and writes the minimiser to `x`. Starts from the best of `x`, the target,
+    /// and the target shifted by the acceleration if one is given. `v` has the velocities of prescribed
+    /// coordinates.
     pub(super) fn minimize(
         &mut self,
         system: &mut System,
@@ -157,6 +158,7 @@ impl StageSolver {
         system.set_time(time);
         let StageSolver { options, minimizer: kept, lent, target, at, guess, goal } = self;
         let goal = (!goal.is_empty()).then_some(&goal[..]);
+        // Set up objective and minimiser; the structure lent earlier goes to a new minimiser.
         let objective =
             Objective { inertia, target, stiffness, velocity, held_velocity: v, goal, single_iteration };
         let minimizer = kept.get_or_insert_with(|| minimizer(system.dimension(), *options));
@@ -170,7 +172,7 @@ impl StageSolver {
         for i in 0..x.len() {
             at.u[i] = x[i] - velocity.origin[i];
         }
-        // In statics there is no other start than the last equilibrium.
+        // In statics the last equilibrium is the only start.
         if !single_iteration && inertia > 0.0 {
             let mut best = minimizer.objective(system, &objective, at);
             for acceleration in [None, acceleration] {
@@ -193,13 +195,13 @@ impl StageSolver {
         end
     }
 
-    /// Replaces `right` by the solution with the matrix of the last solve, or one kept from before with the
-    /// same coefficients; false where there is none.
+    /// Solves with the matrix of the last solve, or with a kept one of the same coefficients, in place.
+    /// Returns false if there is no matrix.
     pub(super) fn solve_last(&mut self, right: &mut [f64]) -> bool {
         self.minimizer.as_mut().is_some_and(|minimizer| minimizer.solve_last(right))
     }
 
-    /// Gives the structure of its matrices away, and goes on with the one `lent`.
+    /// Returns the matrix structure and replaces it by `lent`.
     pub(super) fn exchange_structure(
         &mut self,
         system: &System,
@@ -211,8 +213,8 @@ impl StageSolver {
         }
     }
 
-    /// Distance of the last minimum from the old positions, more exactly than its own positions say; flat
-    /// [m].
+    /// Returns the displacement of the last minimum from the old positions, flat [m]; more accurate than
+    /// the difference of positions.
     pub(super) fn increments(&self) -> &[f64] {
         &self.at.u
     }
@@ -229,15 +231,16 @@ impl StageSolver {
             + self.lent.as_ref().map_or(0, LentStructure::bytes)
     }
 
-    /// Bytes beyond [`bytes`](Self::bytes) once a stage near `x` has been solved.
+    /// Bytes in addition to [`bytes`](Self::bytes) after a stage near `x` has been solved.
     pub(super) fn further_bytes(&self, system: &mut System, x: &[f64]) -> usize {
         let predicted = minimizer(system.dimension(), self.options).predicted_bytes(system, x);
-        // The target, and two configurations.
+        // The target and two configurations.
         (predicted + 8 * 5 * x.len()).saturating_sub(self.bytes())
     }
 }
 
-/// Takes a guess back to where the straight way from `x` is free, as terms that guard ways see it.
+/// Shortens a guess to the collision-free part of the straight path from `x`, as seen by terms that limit
+/// steps.
 fn shorten(system: &System, velocity: &Velocity<'_>, x: &[f64], guess: &mut Iterate) {
     let dx: Vec<f64> = guess.x.iter().zip(x).map(|(guess, x)| guess - x).collect();
     let Some((part, _)) = system.shortened_way(x, &dx) else { return };
@@ -247,8 +250,8 @@ fn shorten(system: &System, velocity: &Velocity<'_>, x: &[f64], guess: &mut Iter
     }
 }
 
-/// Writes the acceleration at the beginning of a step to `a`, where to start the first solve from: like the
-/// step itself it depends on the state alone, and not on steps before.
+/// Writes the acceleration at the start of a step to `a`, for the initial guess of the first solve. It
+/// depends on the state alone, as the step itself does.
 pub(super) fn guess_acceleration(system: &mut System, state: &State, a: &mut [f64]) {
     if !system.holds(state.force) {
         return a.fill(0.0);
@@ -257,7 +260,7 @@ pub(super) fn guess_acceleration(system: &mut System, state: &State, a: &mut [f6
     system.accelerations(a);
 }
 
-/// The new state of a step, swapped with the old one at its end.
+/// New state of a step; swapped with the old one at its end.
 #[derive(Default)]
 pub(super) struct NextState {
     pub(super) x: Numbers,
@@ -269,7 +272,7 @@ impl NextState {
         NextState { x: Numbers::zeros(unknowns), v: Numbers::zeros(unknowns) }
     }
 
-    /// Ends a step of `h` here.
+    /// Ends a step of size `h` here.
     pub(super) fn commit(
         &mut self,
         system: &mut System,
@@ -277,8 +280,8 @@ impl NextState {
         h: f64,
         force: ForceId,
     ) -> Result<(), StepFault> {
-        // To the order of the scheme. Only walls that are no contact see it: the step was solved without
-        // them, and they put back what it has left behind them.
+        // The exact response equals that of the method to its order. Only walls without contact use it: the
+        // step was solved without them, and they put back the vertices that ended behind them.
         end_step(system, state, h, (&mut self.x, &mut self.v), force, &exact_response)
     }
 

@@ -4,7 +4,7 @@ use super::{Documentation, Method, Scheme};
 
 pub(super) const TABLEAU: Tableau = Tableau { a: &[&[1.0]], b: &[1.0], companion: None };
 
-/// The scheme and what is known of it.
+/// The method and its documentation.
 pub const METHOD: Method = Method {
     documentation: Documentation {
         name: "implicit-euler",

@@ -1,11 +1,12 @@
-//! The implicit midpoint rule, the Gauss method of one stage.
+//! Implicit midpoint rule, the Gauss method with one stage.
 //!
-//! Symplectic and A-stable on linear systems. On stiff nonlinear ones it gains energy without bound at large
-//! steps (verification.md A6: a stiff pendulum at `h omega` of 50): it is not unconditionally stable.
+//! Symplectic and A-stable on linear systems, but not unconditionally stable: on stiff nonlinear systems
+//! it gains energy without bound at large steps (verification.md A6: a stiff pendulum at `h omega` of
+//! 50).
 use super::tableau::Tableau;
 use super::{Documentation, Method, Scheme};
 
-/// The scheme and what is known of it.
+/// The method and its documentation.
 pub const METHOD: Method = Method {
     documentation: Documentation {
         name: "implicit-midpoint",

@@ -1,11 +1,11 @@
-//! Implicit Euler with one Newton step from the old positions in place of a solution:
-//! `(M + h^2 K(x_n)) dv = h (f(x_n) - h K(x_n) v_n)` (lecture 22).
+//! Implicit Euler with one Newton step from the old positions instead of a full solve: `(M + h^2 K(x_n))
+//! dv = h (f(x_n) - h K(x_n) v_n)` (lecture 22).
 //!
-//! One linear solve a step, whatever happens; exact for linear systems, elsewhere the larger the step the
-//! further off.
+//! One linear solve per step. It is exact for linear systems; otherwise its error grows with the step
+//! size.
 use super::{Documentation, Method, Scheme, implicit_euler};
 
-/// The scheme and what is known of it.
+/// The method and its documentation.
 pub const METHOD: Method = Method {
     documentation: Documentation {
         name: "linearised-implicit-euler",

@@ -1,8 +1,8 @@
-//! Time integrators: one scheme, one file, one line in the registry below.
+//! Time integrators: one file per method, one line per method in the registry below.
 //!
-//! A scheme is data: coefficients of kicks and drifts ([`splitting`]), a Butcher tableau ([`runge_kutta`],
-//! [`dirk`]) or the coefficients of another family ([`alpha`]), with its own documentation. One engine for
-//! each family turns the data into steps.
+//! A [`Method`] is data: kicks and drifts ([`splitting`]), a Butcher tableau ([`runge_kutta`], [`dirk`])
+//! or the coefficients of another family ([`alpha`]), with its documentation. Each family has one
+//! [`Integrator`], which turns this data into steps.
 
 pub mod alpha;
 mod amplification;
@@ -30,10 +30,10 @@ pub use amplification::{Amplification, amplification};
 pub use amplification::{coupled_radius, modulus, oscillator, spectral_radius};
 use estimate::{Judgement, Tolerances};
 
-/// Declares the files of this folder and everything that is known by listing them: the enum that scenes name
-/// a scheme by, and the list that `pliant list` and the conformance tests go through. `module => Variant`
-/// for a scheme without parameters, which exports `METHOD`; `module => Variant(p: Parameters)` for one whose
-/// parameters have a `DEFAULT`, a `check` and a `method`.
+/// Declares the modules of the registered methods, the enum that names them in scenes, and the list that
+/// `pliant list` and the conformance tests iterate over. Write `module => Variant` for a method without
+/// parameters, which exports `METHOD`, and `module => Variant(p: Parameters)` for one whose parameters
+/// have `DEFAULT`, `check` and `method`.
 macro_rules! register {
     (@check) => { Ok(()) };
     (@check $parameters:ident) => { $parameters.check() };
@@ -53,21 +53,21 @@ macro_rules! register {
         }
 
         impl IntegratorSpec {
-            /// Every scheme, those with parameters with their default ones.
+            /// All methods, with their default parameters.
             pub const ALL: &[IntegratorSpec] =
                 &[$(IntegratorSpec::$variant $(($module::$parameters::DEFAULT))?),+];
 
-            /// Checks that the parameters make sense.
+            /// Checks the ranges of the parameters.
             ///
             /// # Errors
-            /// [`BadParameter`] for the first that does not.
+            /// [`BadParameter`] for the first one out of range.
             pub fn check(self) -> Result<(), BadParameter> {
                 match self {
                     $(IntegratorSpec::$variant $(($p))? => register!(@check $($p)?),)+
                 }
             }
 
-            /// The scheme of this name.
+            /// Returns the method of this name.
             pub fn method(self) -> Method {
                 match self {
                     $(IntegratorSpec::$variant $(($p))? => register!(@method $module $($p)?),)+
@@ -105,76 +105,77 @@ register! {
     quasi_static => QuasiStatic,
 }
 
-/// A parameter of a scheme that makes no sense.
+/// Error for a parameter of a method that is out of range.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BadParameter {
-    /// Its key.
+    /// Key of the parameter.
     pub name: &'static str,
-    /// Its value.
+    /// Value given.
     pub value: f64,
-    /// Right values.
+    /// Description of the valid values.
     pub right: &'static str,
 }
 
-/// Documentation of a scheme; `pliant list` prints it, and the conformance tests measure every number in it.
+/// Documentation of a method. `pliant list` prints it, and the conformance tests measure each number in
+/// it.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Documentation {
     /// Name in scenes.
     pub name: &'static str,
-    /// One line.
+    /// One-line summary.
     pub summary: &'static str,
-    /// Order of convergence of positions and velocities; 0 for statics, where there is none.
+    /// Order of convergence of positions and velocities; 0 for quasi-statics.
     pub order: u32,
-    /// Force evaluations per step; 0 for schemes that iterate, where that depends on the iterations.
+    /// Force evaluations per step; 0 for iterative methods, where the count depends on the iterations.
     pub force_evaluations: u32,
-    /// Systems of equations solved per step; 0 for explicit schemes.
+    /// Systems of equations solved per step; 0 for explicit methods.
     pub solves: u32,
-    /// Largest `h omega` for which an undamped oscillator stays bounded; 0: none, the scheme gains energy at
-    /// any step; infinite: any step.
+    /// Largest `h omega` for which an undamped oscillator stays bounded. 0: the method gains energy at
+    /// any step. Infinite: unconditionally stable on the linear oscillator.
     pub stability_limit: f64,
-    /// True if it is symplectic: the energy error is bounded and does not drift.
+    /// True if the method is symplectic: the energy error is bounded and does not drift.
     pub symplectic: bool,
-    /// Quantities that it conserves beside linear momentum.
+    /// Quantities conserved in addition to linear momentum.
     pub conserves: &'static str,
-    /// Where it comes from.
+    /// Literature reference.
     pub source: &'static str,
 }
 
-/// The coefficients of a scheme.
+/// Family and coefficients of a method.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Scheme {
     /// Alternating kicks and drifts.
     Splitting(&'static [splitting::Stage]),
     /// An explicit Runge-Kutta tableau on `(x, v)`.
     RungeKutta(tableau::Tableau),
-    /// A diagonally implicit one.
+    /// A diagonally implicit Runge-Kutta tableau.
     Dirk(tableau::Tableau),
-    /// The same with one Newton step in place of each solution.
+    /// A diagonally implicit tableau whose stages take one Newton step each instead of a full solve.
     Linearised(tableau::Tableau),
-    /// Newmark and generalised alpha.
+    /// Newmark or generalised alpha.
     Alpha(alpha::AlphaCoefficients),
-    /// Backward differentiation over two steps, started so.
+    /// Backward differentiation over two steps, with the method of the first step.
     Bdf2(bdf2::Bdf2Start),
-    /// Fully implicit, all stages at once.
+    /// A fully implicit Runge-Kutta method, all stages solved together.
     Collocation(collocation::CollocationTableau),
     /// The acceleration as a polynomial through Gauss-Radau nodes.
     GaussRadau(ias15::Ias15Parameters),
-    /// Static equilibrium, step after step.
+    /// Static equilibrium at the end of each step.
     QuasiStatic,
 }
 
-/// A scheme with its documentation: what one file of this folder exports.
+/// A method: its coefficients and its documentation. Each file of this folder exports one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Method {
-    /// Its documentation.
+    /// Documentation, printed by `pliant list`.
     pub documentation: Documentation,
-    /// Its coefficients.
+    /// Family and coefficients.
     pub scheme: Scheme,
 }
 
 impl Method {
-    /// The power of the step that the estimate of the local error grows with; `None` for schemes without an
-    /// estimate, whose steps cannot follow the error.
+    /// Returns the power of the step size with which the local error estimate grows; `None` without an
+    /// error estimate, in which case tolerances cannot control the step size.
     pub fn error_exponent(&self) -> Option<u32> {
         let companion = match self.scheme {
             Scheme::RungeKutta(tableau) => tableau.companion?,
@@ -185,20 +186,19 @@ impl Method {
         Some(companion.order.min(self.documentation.order) + 1)
     }
 
-    /// True if adaptive steps follow a criterion of the scheme's own instead of tolerances: in statics, how
-    /// hard an increment is to solve.
+    /// True if a criterion of the method itself controls adaptive steps instead of tolerances. In statics
+    /// this is the cost of solving the last increment.
     pub fn has_own_criterion(&self) -> bool {
         matches!(self.scheme, Scheme::GaussRadau(_) | Scheme::QuasiStatic)
     }
 
-    /// True if it finds equilibria: nothing has inertia, momentum or an energy of motion, and time is a name
-    /// for the load.
+    /// True for statics: no inertia, momentum or kinetic energy; time is the load parameter.
     pub fn is_static(&self) -> bool {
         self.scheme == Scheme::QuasiStatic
     }
 
-    /// True if the new positions are those of its last solve: of a minimum, or of stages whose way was found
-    /// free.
+    /// True if the new positions are those of the last solve: of a minimum, or of stages on a trajectory
+    /// checked for contact.
     pub fn ends_at_solution(&self) -> bool {
         match self.scheme {
             Scheme::Dirk(tableau) => tableau.is_stiffly_accurate(),
@@ -211,7 +211,7 @@ impl Method {
         }
     }
 
-    /// True if a step has one force, that at its end, and ends at `x_(n+1) = x_n + h v_(n+1)`.
+    /// True if a step evaluates one force, at its end, and `x_(n+1) = x_n + h v_(n+1)`.
     pub fn is_backward_euler(&self) -> bool {
         match self.scheme {
             Scheme::Dirk(tableau) => tableau.is_backward_euler(),
@@ -219,23 +219,24 @@ impl Method {
         }
     }
 
-    /// True if contact holds in its steps: they end at minima, on the way to which nothing is passed through.
+    /// True if implicit contact prevents interpenetration: steps end at minima reached along checked
+    /// trajectories.
     pub fn holds_contact(&self) -> bool {
         self.ends_at_solution() && !matches!(self.scheme, Scheme::Collocation(_))
     }
 
-    /// True if a step takes as many iterations as it needs, and may be long.
+    /// True if a step iterates, so that its cost varies.
     pub fn iterates(&self) -> bool {
         self.documentation.solves > 0 || matches!(self.scheme, Scheme::GaussRadau(_))
     }
 
-    /// True if steps can follow the error, or another criterion.
+    /// True if the step size can adapt to the error or to another criterion.
     pub fn is_adaptive(&self) -> bool {
         self.error_exponent().is_some() || self.has_own_criterion()
     }
 
-    /// An integrator for systems with `unknowns = n * dimension` coordinates; implicit ones solve as
-    /// `options` say. An explicit one allocates all it will ever need.
+    /// Builds the integrator for `unknowns = n * dimension` coordinates. Implicit ones solve with
+    /// `options`; explicit ones allocate all their memory here.
     pub fn build(&self, unknowns: usize, options: SolverOptions) -> Box<dyn Integrator> {
         let options = SolverOptions { order: Some(self.documentation.order), ..options };
         match self.scheme {
@@ -256,34 +257,36 @@ impl Method {
     }
 }
 
-/// Advances a state by one step: the black box `(x_n, v_n) -> (x_{n+1}, v_{n+1})` (lecture 3).
+/// Advances a state by one step, `(x_n, v_n) -> (x_{n+1}, v_{n+1})` (lecture 3).
 pub trait Integrator: Send + Sync {
-    /// One step of size `h` [s]. Advances positions and velocities, drag and walls included; time is the
-    /// caller's.
+    /// Takes one step of size `h` [s]. Advances positions and velocities, including drag and walls; the
+    /// caller advances time.
     ///
     /// # Errors
-    /// [`StepFault`] where a force or the new state is not finite. `state` is then what it was before.
+    /// [`StepFault`] if a force or the new state is not finite or a solve fails; `state` is then
+    /// unchanged.
     fn step(&mut self, system: &mut System, state: &mut State, h: f64) -> Result<(), StepFault>;
 
-    /// Takes back the positions and velocities of the last [`step`](Self::step), to the last bit; once.
+    /// Restores the positions and velocities before the last [`step`](Self::step), bit for bit. Works for
+    /// one step.
     fn undo(&mut self, state: &mut State);
 
-    /// Memory of the steps that led to `state`, beside it: numbers for [`recall`](Self::recall), sizes of
-    /// steps among them. Empty for schemes of one step, before the first, and where the state has been
-    /// changed since.
+    /// Returns the history that the next step needs in addition to `state`, as numbers for
+    /// [`recall`](Self::recall). Empty for one-step methods, before the first step, and if the state has
+    /// been changed since the last step.
     fn memory(&self, system: &System, state: &State) -> Vec<f64> {
         let _ = (system, state);
         vec![]
     }
 
-    /// Goes on from `state` with the memory of the steps that led there; forgets everything else, and
-    /// everything where `memory` is empty or of another scheme.
+    /// Continues from `state` with the history returned by [`memory`](Self::memory). Discards all other
+    /// history, and all history if `memory` is empty or comes from another method.
     fn recall(&mut self, memory: &[f64], system: &System, state: &State) {
         let _ = (memory, system, state);
     }
 
-    /// What the last [`step`](Self::step), of size `h` [s], says of its error, walls left out; `state` is
-    /// the new one. `None` for schemes without an estimate.
+    /// Returns the error estimate of the last [`step`](Self::step), which had the size `h` [s] and led to
+    /// `state`. Walls are not included. `None` without an estimate.
     fn judge(
         &mut self,
         _system: &mut System,
@@ -294,43 +297,43 @@ pub trait Integrator: Send + Sync {
         None
     }
 
-    /// Velocities of the stages of the last [`step`](Self::step), flat [m/s]: stage `i` was at the positions
-    /// `x_n + h sum_j a_ij V_j`. None for schemes without stages, and before the first step.
+    /// Returns the stage velocities of the last [`step`](Self::step), flat [m/s]: stage `i` was at the
+    /// positions `x_n + h sum_j a_ij V_j`. Empty for methods without stages and before the first step.
     fn stage_velocities(&self) -> &[Vec<f64>] {
         &[]
     }
 
-    /// Accelerations of the stages of the last step, flat [m/s^2], where the scheme makes a polynomial of
-    /// them: at the nodes of the Gauss-Radau method, the beginning of the step first. None elsewhere.
+    /// Returns the accelerations at the nodes of the last step of the Gauss-Radau method, flat [m/s^2];
+    /// the first node is the start of the step. Empty for other methods.
     fn stage_accelerations(&self) -> Vec<Vec<f64>> {
         vec![]
     }
 
-    /// Gives the structure of the matrices of its solver away, and goes on with the one `lent`; without a
-    /// solver that has one, that is lost.
+    /// Returns the solver's matrix structure and replaces it by `lent`. Without such a solver `lent` is
+    /// dropped.
     fn exchange_structure(&mut self, system: &System, lent: Option<LentStructure>) -> Option<LentStructure> {
         let _ = (system, lent);
         None
     }
 
-    /// Work done in solvers so far; nothing for explicit schemes.
+    /// Returns the solver work so far; zero for explicit methods.
     fn work(&self) -> SolverWork {
         SolverWork::default()
     }
 
-    /// Bytes of scratch memory held.
+    /// Returns the scratch memory held, in bytes.
     fn bytes(&self) -> usize;
 
-    /// Bytes of scratch memory held once steps have been taken from `x`, flat [m]; explicit schemes hold it
-    /// from the beginning.
+    /// Predicts the scratch memory after steps from `x`, flat [m], in bytes. Explicit methods hold it
+    /// from the start.
     fn predicted_bytes(&self, system: &mut System, x: &[f64]) -> usize {
         let _ = (system, x);
         self.bytes()
     }
 }
 
-/// The node of a stage, in steps. The end of the step is met exactly: a sum of rounded coefficients may be
-/// beside it.
+/// Node of a stage in units of the step. The end of the step is exactly 1, despite rounding of the
+/// coefficients.
 fn node(row: &[f64]) -> f64 {
     let sum = row.iter().sum::<f64>();
     if (sum - 1.0).abs() < 1e-14 { 1.0 } else { sum }

@@ -1,4 +1,4 @@
-//! Newmark's family of methods.
+//! Newmark's family of methods: implicit, with coefficients `beta` and `gamma`.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -7,7 +7,7 @@ use super::alpha::AlphaCoefficients;
 use super::{BadParameter, Documentation, Method, Scheme};
 use crate::value::KeyRange;
 
-/// Range of `gamma`: below it every step gains energy.
+/// Valid range of `gamma`; below it every step gains energy.
 const GAMMA: KeyRange = KeyRange::of(&[("minimum", 0.5)]);
 
 /// Coefficients of `x_(n+1) = x_n + h v_n + h^2 ((1/2 - beta) a_n + beta a_(n+1))` and
@@ -30,11 +30,11 @@ impl Default for NewmarkParameters {
 }
 
 impl NewmarkParameters {
-    /// The average acceleration method.
+    /// Default: the average acceleration method.
     pub const DEFAULT: Self = NewmarkParameters { beta: 0.25, gamma: 0.5 };
 
-    /// Largest stable `h omega` without damping: infinite where `2 beta >= gamma`, else `1 / sqrt(gamma/2 -
-    /// beta)`; Hughes 2000, *The Finite Element Method*, eq. 9.1.19.
+    /// Largest stable `h omega` without damping: infinite if `2 beta >= gamma`, else
+    /// `1 / sqrt(gamma/2 - beta)`; Hughes 2000, *The Finite Element Method*, eq. 9.1.19.
     fn stability_limit(&self) -> f64 {
         if 2.0 * self.beta >= self.gamma {
             f64::INFINITY
@@ -43,7 +43,7 @@ impl NewmarkParameters {
         }
     }
 
-    /// The scheme.
+    /// Returns the method with its documentation.
     pub fn method(self) -> Method {
         Method {
             documentation: Documentation {
@@ -67,10 +67,10 @@ impl NewmarkParameters {
         }
     }
 
-    /// Checks that the parameters make sense.
+    /// Checks the ranges of the parameters.
     ///
     /// # Errors
-    /// [`BadParameter`].
+    /// [`BadParameter`] for the first one out of range.
     pub fn check(&self) -> Result<(), BadParameter> {
         if !KeyRange::POSITIVE.contains(self.beta) {
             return Err(BadParameter {

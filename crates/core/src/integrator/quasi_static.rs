@@ -1,9 +1,9 @@
-//! Static equilibrium at the end of every step: `dE/dx(x, t) = 0`, as loads and prescribed motion slowly
-//! change.
+//! Static equilibrium at the end of each step: `dE/dx(x, t) = 0` under slowly changing loads and
+//! prescribed motion.
 //!
-//! Time is a name for the load: nothing has inertia, and velocities are those of prescribed motion alone.
-//! The equilibrium is the minimum that Newton's method reaches from the last one. Steps are increments of
-//! the load; where they are adaptive, their size follows how many matrices the last ones took
+//! Time is the load parameter: there is no inertia, and only prescribed motion has velocities. Newton's
+//! method minimises the energy from the last equilibrium. Steps are load increments; if they are
+//! adaptive, their size depends on how many matrices the last ones took
 //! ([`control::increments`](crate::control::increments)).
 use super::estimate::{Judgement, Tolerances};
 use super::implicit::{ImplicitSolve, NextState, StageSolver};
@@ -14,7 +14,7 @@ use crate::solver::{SolverOptions, SolverWork, Velocity};
 use crate::state::State;
 use crate::system::{ForceId, System};
 
-/// The scheme and what is known of it.
+/// The quasi-static method and its documentation.
 pub const METHOD: Method = Method {
     documentation: Documentation {
         name: "quasi-static",
@@ -30,22 +30,22 @@ pub const METHOD: Method = Method {
     scheme: Scheme::QuasiStatic,
 };
 
-/// Runs it.
+/// Integrator of quasi-statics.
 pub struct QuasiStatic {
     solver: StageSolver,
     next: NextState,
     origin: Vec<f64>,
-    /// None: zero.
+    /// Zero: no drift in statics.
     drift: Vec<f64>,
-    /// Matrices of the last step, iterations where none is made.
+    /// Matrices of the last step; iterations if none was assembled.
     matrices: u64,
-    /// Velocities that what dissipates saw at the end of the last step [m/s]: one vector, none where nothing
-    /// does.
+    /// Velocities that dissipative terms saw at the end of the last step [m/s]: one vector, none without
+    /// dissipation.
     seen: Vec<Vec<f64>>,
 }
 
 impl QuasiStatic {
-    /// A runner on `unknowns` coordinates.
+    /// Creates the integrator for `unknowns` coordinates.
     pub fn new(unknowns: usize, options: SolverOptions) -> Self {
         let zero = || vec![0.0; unknowns];
         QuasiStatic {
@@ -65,7 +65,7 @@ impl Integrator for QuasiStatic {
         self.next.x.copy_from_slice(state.x());
         self.next.v.fill(0.0);
         self.solver.prescribe(system, time, &mut self.next.x, &mut self.next.v)?;
-        // What dissipates resists the step from the last equilibrium to this one.
+        // Dissipative terms resist the step from the last equilibrium to this one.
         self.origin.copy_from_slice(state.x());
         self.solver.target(state.x().len()).fill(0.0);
         let solve = ImplicitSolve {
@@ -76,6 +76,7 @@ impl Integrator for QuasiStatic {
             acceleration: None,
             single_iteration: false,
         };
+        // Solve, and count the matrices for the step size control.
         let before = self.solver.work();
         self.solver.minimize(system, &solve, &mut self.next.x, &self.next.v)?;
         let after = self.solver.work();
@@ -83,6 +84,7 @@ impl Integrator for QuasiStatic {
             0 => after.newton_iterations - before.newton_iterations,
             matrices => matrices,
         };
+        // Commit the equilibrium; keep the velocities that dissipative terms saw.
         let force = system.force();
         self.next.commit(system, state, h, force)?;
         self.seen.clear();
@@ -103,8 +105,8 @@ impl Integrator for QuasiStatic {
         Some(Judgement::Matrices(self.matrices))
     }
 
-    /// One stage, the equilibrium: free coordinates have the velocities of the way to it, held ones those of
-    /// prescribed motion.
+    /// Returns one stage, the equilibrium: the velocity from the last equilibrium for free coordinates,
+    /// the prescribed velocity for the others.
     fn stage_velocities(&self) -> &[Vec<f64>] {
         &self.seen
     }

@@ -1,8 +1,8 @@
-//! Radau IIA of two stages.
+//! Radau IIA with two stages: order 3, L-stable.
 use super::collocation::CollocationTableau;
 use super::{Documentation, Method, Scheme};
 
-/// The scheme and what is known of it.
+/// The method and its documentation.
 pub const METHOD: Method = Method {
     documentation: Documentation {
         name: "radau-iia2",

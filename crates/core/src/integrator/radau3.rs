@@ -1,8 +1,8 @@
-//! Radau IIA of three stages.
+//! Radau IIA with three stages: order 5, L-stable.
 use super::collocation::CollocationTableau;
 use super::{Documentation, Method, Scheme};
 
-/// The scheme and what is known of it.
+/// The method and its documentation.
 pub const METHOD: Method = Method {
     documentation: Documentation {
         name: "radau-iia3",

@@ -1,10 +1,10 @@
-//! Runge-Kutta of order 2, the explicit midpoint rule.
+//! Explicit midpoint rule, a Runge-Kutta method of order 2.
 //!
 //! On the oscillator `|R(iz)|^2 = 1 + z^4/4`: it gains energy at every step, slowly.
 use super::tableau::Tableau;
 use super::{Documentation, Method, Scheme};
 
-/// The scheme and what is known of it.
+/// The method and its documentation.
 pub const METHOD: Method = Method {
     documentation: Documentation {
         name: "rk2-midpoint",

@@ -1,11 +1,11 @@
-//! The classical Runge-Kutta method of order 4.
+//! Classical Runge-Kutta method of order 4.
 //!
-//! On the oscillator `|R(iz)|^2 = 1 - z^6/72 + z^8/576`: it loses energy below `z = 2 sqrt 2` and gains
-//! above.
+//! On the oscillator `|R(iz)|^2 = 1 - z^6/72 + z^8/576`: the method loses energy below `z = 2 sqrt 2` and
+//! gains energy above.
 use super::tableau::Tableau;
 use super::{Documentation, Method, Scheme};
 
-/// The scheme and what is known of it.
+/// The method and its documentation.
 pub const METHOD: Method = Method {
     documentation: Documentation {
         name: "rk4",

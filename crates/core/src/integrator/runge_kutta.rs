@@ -1,5 +1,5 @@
-//! Explicit Runge-Kutta methods on the first-order system `(x, v)' = (v, a(x, v, t) - c v)`, `c` the ether
-//! drag.
+//! Explicit Runge-Kutta methods on the first-order system `(x, v)' = (v, a(x, v, t) - c v)`; `c` is the
+//! ether drag.
 
 use rayon::prelude::*;
 
@@ -12,14 +12,14 @@ use crate::solver::StepFault;
 use crate::state::State;
 use crate::system::{ForceId, System};
 
-/// Numbers in a block.
+/// Values per block.
 const BLOCK: usize = 4096;
-/// Stages of the longest method.
+/// Stages of the longest tableau.
 const MOST_STAGES: usize = 16;
-/// Below so many numbers a hand-over to other threads costs more than it saves.
+/// Below this many values, dispatch to other threads costs more than it saves.
 const PARALLEL_FROM: usize = 8 * BLOCK;
 
-/// Runs any explicit tableau.
+/// Integrator for an explicit tableau.
 pub struct RungeKutta {
     tableau: Tableau,
     stages: Stages,
@@ -29,7 +29,7 @@ pub struct RungeKutta {
 }
 
 impl RungeKutta {
-    /// A runner for `tableau` on `unknowns` coordinates.
+    /// Creates the integrator for `tableau` on `unknowns` coordinates.
     pub fn new(tableau: Tableau, unknowns: usize) -> Self {
         RungeKutta {
             tableau,
@@ -40,8 +40,8 @@ impl RungeKutta {
         }
     }
 
-    /// `x = x_n + h sum_j w_j v_j`, `v = v_n + h sum_j w_j a_j` over the first `weights.len()` stages, block
-    /// by block: a block stays in the cache while the stages are added.
+    /// Computes `x = x_n + h sum_j w_j v_j`, `v = v_n + h sum_j w_j a_j` over the first `weights.len()`
+    /// stages, block by block, so that a block stays in the cache while the stages are added.
     fn combine(&mut self, state: &State, h: f64, weights: &[f64]) {
         let RungeKutta { stages: Stages { velocity, acceleration }, x, v, .. } = self;
         let block = |(i, (x, v)): (usize, (&mut [f64], &mut [f64]))| {
@@ -61,8 +61,8 @@ impl RungeKutta {
     }
 }
 
-/// `(1 - R)/z` of the stability function `R` at `-z`: under drag, the share of the velocity that a force
-/// makes without it.
+/// `(1 - R)/z` for the stability function `R` at `-z`: velocity that a force produces under drag, as a
+/// fraction of that without drag.
 fn response(tableau: &Tableau, z: f64) -> f64 {
     let mut stages = [0.0; MOST_STAGES];
     for (i, row) in tableau.a.iter().enumerate() {

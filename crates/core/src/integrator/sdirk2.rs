@@ -1,18 +1,18 @@
-//! The L-stable singly diagonally implicit Runge-Kutta method of two stages and order 2, `gamma = 1 - 1/sqrt
-//! 2`.
+//! L-stable singly diagonally implicit Runge-Kutta method of two stages and order 2,
+//! `gamma = 1 - 1/sqrt 2`.
 //!
-//! Of stage order 1: on stiff problems its order falls to 1 (verification.md A7).
+//! The stage order is 1: on stiff problems the order falls to 1 (verification.md A7).
 //!
-//! Two stages have no companion but of order 1, whose estimate is that of implicit Euler: orders of
-//! magnitude above the error of a small step. The derivative at the beginning of the step, which is known,
-//! is a third stage of no weight in the method.
+//! Two stages only admit a companion of order 1. Its estimate, that of implicit Euler, is orders of
+//! magnitude above the error of a small step. The known derivative at the start of the step therefore
+//! serves as a third stage, with zero weight in the method.
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use super::estimate::Companion;
 use super::tableau::Tableau;
 use super::{Documentation, Method, Scheme};
 
-/// The scheme and what is known of it.
+/// The method and its documentation.
 pub const METHOD: Method = Method {
     documentation: Documentation {
         name: "sdirk2",
@@ -29,9 +29,9 @@ pub const METHOD: Method = Method {
     scheme: Scheme::Dirk(Tableau {
         a: &[&[0.0], &[0.0, 0.292_893_218_813_452_5], &[0.0, FRAC_1_SQRT_2, 0.292_893_218_813_452_5]],
         b: &[0.0, FRAC_1_SQRT_2, 0.292_893_218_813_452_5],
-        // sqrt 2/3, -2/3, (2 - sqrt 2)/3: the one companion of order 2 for which `y' = lambda y` has the
-        // estimate `C (h lambda)^3`, `C` of the error of the method, `R(w) - exp(w) = C w^3 + ..`, `C = 3
-        // gamma^2 - 2 gamma^3 - 1/6`.
+        // Difference of weights sqrt 2/3, -2/3, (2 - sqrt 2)/3: the only companion of order 2 whose
+        // estimate for `y' = lambda y` is `C (h lambda)^3`, with `C` the error constant of the method,
+        // `R(w) - exp(w) = C w^3 + ..`, `C = 3 gamma^2 - 2 gamma^3 - 1/6`.
         companion: Some(Companion {
             difference: &[0.471_404_520_791_031_7, -2.0 / 3.0, 0.195_262_145_875_634_98],
             order: 2,

@@ -1,11 +1,11 @@
 //! Alexander's L-stable singly diagonally implicit Runge-Kutta method of three stages and order 3.
 //!
-//! Of stage order 1: on stiff problems its order falls to 1 (verification.md A7).
+//! The stage order is 1: on stiff problems the order falls to 1 (verification.md A7).
 use super::estimate::Companion;
 use super::tableau::Tableau;
 use super::{Documentation, Method, Scheme};
 
-/// The scheme and what is known of it.
+/// The method and its documentation.
 pub const METHOD: Method = Method {
     documentation: Documentation {
         name: "sdirk3",
@@ -26,7 +26,7 @@ pub const METHOD: Method = Method {
             &[1.208_496_649_176_01, -0.644_363_170_684_469, 0.435_866_521_508_459],
         ],
         b: &[1.208_496_649_176_01, -0.644_363_170_684_469, 0.435_866_521_508_459],
-        // Less 0.7726, 0.2274, 0: of order 2 on the first two stages.
+        // Companion weights 0.7726, 0.2274, 0: order 2 on the first two stages.
         companion: Some(Companion {
             difference: &[0.435_866_521_508_459, -0.871_733_043_016_918, 0.435_866_521_508_459],
             order: 2,

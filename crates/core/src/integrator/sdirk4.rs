@@ -1,11 +1,12 @@
-//! The L-stable singly diagonally implicit Runge-Kutta method of five stages and order 4, `gamma = 1/4`.
+//! L-stable singly diagonally implicit Runge-Kutta method of five stages and order 4, `gamma = 1/4`.
 //!
-//! Of stage order 1: on a stiff pendulum it gains energy (verification.md A6), L-stable though it is.
+//! The stage order is 1. Despite L-stability the method gains energy on a stiff pendulum (verification.md
+//! A6).
 use super::estimate::Companion;
 use super::tableau::Tableau;
 use super::{Documentation, Method, Scheme};
 
-/// The scheme and what is known of it.
+/// The method and its documentation.
 pub const METHOD: Method = Method {
     documentation: Documentation {
         name: "sdirk4",
@@ -28,7 +29,7 @@ pub const METHOD: Method = Method {
             &[25.0 / 24.0, -49.0 / 48.0, 125.0 / 16.0, -85.0 / 12.0, 0.25],
         ],
         b: &[25.0 / 24.0, -49.0 / 48.0, 125.0 / 16.0, -85.0 / 12.0, 0.25],
-        // Less 59/48, -17/96, 225/32, -85/12, 0; same table.
+        // Companion weights 59/48, -17/96, 225/32, -85/12, 0; same table.
         companion: Some(Companion {
             difference: &[-3.0 / 16.0, -27.0 / 32.0, 25.0 / 32.0, 0.0, 0.25],
             order: 3,

@@ -1,15 +1,15 @@
-//! Splitting schemes: the kinetic and the potential part of the motion, each solved exactly, in turn.
+//! Splitting methods: alternating kicks and drifts, each solving its part of the motion exactly.
 //!
-//! Forces that depend on velocities belong to the kick: where there are any, a kick of time `c h` solves `v'
-//! = a(x, v)` at fixed `x`. It does so by `p` stages, `p` the order of the scheme, `v_k = v + c h / (p + 1 -
-//! k) a(x, v_(k-1))`: for a force linear in `v`, the Taylor polynomial of degree `p` of the exact flow, so
-//! that the scheme keeps its order. For order 1 that is the force at the velocity before the kick. The force
-//! of the potentials is computed once; a stage more is one evaluation of the dissipative terms. A scene
-//! without such forces has none of this.
+//! Velocity-dependent forces belong to the kick. A kick of time `c h` then solves `v' = a(x, v)` at fixed
+//! `x` by `p` stages, `p` the order of the method: `v_k = v + c h / (p + 1 - k) a(x, v_(k-1))`. For a
+//! force linear in `v` this is the Taylor polynomial of degree `p` of the exact flow, so the method keeps
+//! its order. Order 1 takes the force at the velocity before the kick. The force of the potentials is
+//! computed once; each further stage evaluates the dissipative terms. Scenes without such forces skip all
+//! of this.
 //!
-//! Ether drag `c` belongs to the kick too, so that a scheme of any order keeps it: where no other force
-//! depends on velocities `v' = a(x) - c v` is solved exactly, `v(t) = exp(-c t) v + (1 - exp(-c t))/c a`;
-//! elsewhere the stages have it.
+//! Ether drag `c` also belongs to the kick and keeps the order. If no other force depends on velocities,
+//! the kick solves `v' = a(x) - c v` exactly, `v(t) = exp(-c t) v + (1 - exp(-c t))/c a`; otherwise its
+//! stages include the drag.
 
 use super::Integrator;
 use super::equations::exact_response;
@@ -19,7 +19,7 @@ use crate::solver::StepFault;
 use crate::state::State;
 use crate::system::{ForceId, System};
 
-/// One part of a step, by its share of the step size.
+/// One part of a step, with its fraction of the step size.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Stage {
     /// `v += c h a(x)`.
@@ -28,32 +28,34 @@ pub enum Stage {
     Drift(f64),
 }
 
-/// Runs any sequence of kicks and drifts.
+/// Integrator for a sequence of kicks and drifts.
 ///
-/// The force at the end of a step serves the first kick of the next, where positions have not changed since.
+/// The force at the end of a step is reused for the first kick of the next, unless positions have changed
+/// since.
 pub struct Splitting {
     stages: &'static [Stage],
-    /// Stages of a kick where forces depend on velocities.
+    /// Stages of a kick with velocity-dependent forces.
     order: u32,
     x: Numbers,
     v: Numbers,
-    /// Velocities before such a kick; empty where there is none.
+    /// Velocities before such a kick; otherwise empty.
     before: Vec<f64>,
 }
 
 impl Splitting {
-    /// A runner for `stages`, a scheme of order `order`, on `unknowns` coordinates.
+    /// Creates the integrator for `stages`, a method of order `order`, on `unknowns` coordinates.
     pub fn new(stages: &'static [Stage], order: u32, unknowns: usize) -> Self {
         Splitting { stages, order, x: Numbers::zeros(unknowns), v: Numbers::zeros(unknowns), before: vec![] }
     }
 
-    /// The pass `kick` on the copies, its force a function of the velocities.
+    /// Applies `kick` to the copies with a velocity-dependent force.
     fn damped_kick(&mut self, system: &mut System, kick: &KickDrift) -> PassResult {
         let drag = system.ether_drag();
         let Splitting { order, x, v, before, .. } = self;
-        // Once: a step allocates nothing after the first.
+        // Allocates in the first step only.
         before.resize(v.len(), 0.0);
         before.copy_from_slice(v);
+        // Stages of the kick; each restarts from the velocities before it.
         for stage in 1..*order {
             system.evaluate_dissipation(x, v);
             let time = kick.kick / f64::from(*order + 1 - stage);
@@ -74,9 +76,9 @@ fn slowed(before: &[f64], decay: f64, v: &mut [f64]) {
     v.iter_mut().zip(before).for_each(|(v, before)| *v = before - decay * *v);
 }
 
-/// Share that drag leaves of the velocity that a constant force makes in a step, `(1 - R)/z` of the factor
-/// `R` that it leaves of a velocity, `z` its rate times the step size; kicks have `order` stages, or are
-/// exact.
+/// Velocity that a constant force produces under drag, as a fraction of that without drag: `(1 - R)/z`
+/// for the factor `R` by which drag reduces a velocity, `z` its rate times the step size. Kicks have
+/// `order` stages, or are exact.
 fn response(stages: &[Stage], order: Option<u32>, z: f64) -> f64 {
     let Some(order) = order else { return exact_response(z) };
     stages.iter().fold(0.0, |sum, stage| match stage {
@@ -88,7 +90,7 @@ fn response(stages: &[Stage], order: Option<u32>, z: f64) -> f64 {
     })
 }
 
-/// The kick of `time` [s] under ether drag `drag` [1/s]: the exact flow of `v' = a - drag v` at fixed `a`.
+/// Kick of `time` [s] under ether drag `drag` [1/s]: the exact flow of `v' = a - drag v` at fixed `a`.
 fn kick_under_drag(drag: f64, time: f64) -> KickDrift {
     if drag == 0.0 {
         return KickDrift { kick: time, ..KickDrift::NOTHING };
@@ -101,15 +103,15 @@ impl Integrator for Splitting {
     fn step(&mut self, system: &mut System, state: &mut State, h: f64) -> Result<(), StepFault> {
         let stages = self.stages;
         let damped = system.is_damped();
-        // The stages of a damped kick have the drag.
+        // The stages of a damped kick include the drag.
         let drag = if damped { 0.0 } else { system.ether_drag() };
         let mut force = state.force;
-        // Time belongs to the positions: it goes on while they do.
+        // Time is that of the positions: it advances with the drifts.
         let mut drifted = 0.0;
         let mut next = 0;
         while next < stages.len() {
-            // A kick and the drift after it, or either alone: one pass over the vertices. The first goes
-            // from the state to copies, so that a step that fails leaves the state as it was.
+            // One pass over the vertices does a kick and the drift after it, or either alone. The first
+            // pass reads the state and writes copies, so that a failed step leaves the state unchanged.
             let first = next == 0;
             let mut pass = KickDrift::NOTHING;
             if let Some(Stage::Kick(c)) = stages.get(next) {

@@ -1,10 +1,10 @@
-//! Symplectic Euler, kick then drift (lecture 5).
+//! Symplectic Euler: kick, then drift (lecture 5).
 //!
 //! `v+ = v + h M^-1 f(x)`, `x+ = x + h v+`. On the oscillator it conserves `x^2 + v^2 - z x v` exactly.
 use super::splitting::Stage::{Drift, Kick};
 use super::{Documentation, Method, Scheme};
 
-/// The scheme and what is known of it.
+/// The method and its documentation.
 pub const METHOD: Method = Method {
     documentation: Documentation {
         name: "symplectic-euler",

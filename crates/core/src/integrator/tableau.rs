@@ -9,48 +9,47 @@ use super::estimate::Companion;
 /// The nodes are the sums of the rows, `c_i = sum_j a_ij`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tableau {
-    /// Row `i` holds `a_ij`: `j < i` of an explicit method, `j <= i` of an implicit one, where a stage with
-    /// `a_ii = 0` is explicit.
+    /// Row `i` holds `a_ij`: `j < i` for an explicit method, `j <= i` for an implicit one, whose stages
+    /// with `a_ii = 0` are explicit.
     pub a: &'static [&'static [f64]],
     /// Weights.
     pub b: &'static [f64],
-    /// Difference of weights that the error is estimated by, if any.
+    /// Weights of the error estimate, if any.
     pub companion: Option<Companion>,
 }
 
 impl Tableau {
-    /// Of an explicit method: whether the last stage is the new state, so that the next step begins with its
-    /// force.
+    /// True if the last stage of an explicit method is the new state, so that the next step starts with
+    /// its force.
     pub fn is_first_same_as_last(&self) -> bool {
         let last = self.b.len() - 1;
         last > 0 && self.b[last] == 0.0 && self.a[last] == &self.b[..last]
     }
 
-    /// True if a step has one stage, and ends there.
+    /// True if a step has one stage, at its end.
     pub fn is_backward_euler(&self) -> bool {
         self.a.len() == 1 && self.is_stiffly_accurate()
     }
 
-    /// Of an implicit method: whether the last stage is the new state.
+    /// True if the last stage of an implicit method is the new state.
     pub fn is_stiffly_accurate(&self) -> bool {
         self.a[self.a.len() - 1] == self.b
     }
 }
 
-/// Memory for the velocities and accelerations of the stages of a step.
+/// Velocities and accelerations of the stages of a step.
 pub(super) struct Stages {
     pub(super) velocity: Vec<Vec<f64>>,
     pub(super) acceleration: Vec<Vec<f64>>,
 }
 
 impl Stages {
-    /// For `tableau` on `unknowns` coordinates.
+    /// Allocates the stages of `tableau` for `unknowns` coordinates.
     pub(super) fn new(tableau: &Tableau, unknowns: usize) -> Self {
         let velocity = vec![vec![0.0; unknowns]; tableau.b.len()];
         Stages { acceleration: velocity.clone(), velocity }
     }
 
-    /// Bytes held.
     pub(super) fn bytes(&self) -> usize {
         16 * self.velocity.iter().map(Vec::len).sum::<usize>()
     }

@@ -1,4 +1,4 @@
-//! Conformance: every scheme of the registry is what its documentation says.
+//! Conformance tests: each registered method behaves as its documentation says.
 
 use std::ops::Range;
 
@@ -10,7 +10,7 @@ use crate::solver::SolverOptions;
 use crate::state::State;
 use crate::system::System;
 
-/// The schemes of dynamics.
+/// All methods except statics.
 fn methods() -> impl Iterator<Item = Method> {
     IntegratorSpec::ALL.iter().map(|spec| spec.method()).filter(|method| method.documentation.order > 0)
 }
@@ -92,15 +92,15 @@ fn coefficients_sum_to_one() {
                 assert!((tableau.b.iter().sum::<f64>() - 1.0).abs() < 1e-15, "{name}");
                 assert!(tableau.a.iter().all(|row| row.len() == tableau.b.len()), "{name}");
             }
-            // The nodes are tested beside the engine.
+            // The nodes are tested in `gauss_radau`.
             Scheme::Bdf2(_) | Scheme::GaussRadau(_) | Scheme::QuasiStatic => {}
         }
     }
 }
 
-/// A companion integrates what a method of its order does, and no more: its order is the one documented.
-/// Trees up to four vertices; Hairer, Norsett, Wanner 1993, *Solving Ordinary Differential Equations I*,
-/// table II.2.2.
+/// A companion satisfies the order conditions up to its documented order, and no further ones.
+/// Uses trees up to four vertices; Hairer, Norsett, Wanner 1993, *Solving Ordinary Differential Equations
+/// I*, table II.2.2.
 #[test]
 fn companions_have_exactly_their_order() {
     let mut count = 0;
@@ -202,8 +202,8 @@ fn estimates_of_implicit_pairs_are_filtered_by_the_matrix_of_the_last_stage() {
     assert!(count >= 4);
 }
 
-/// A symplectic scheme preserves area, at any step; the others do not. On the hardening oscillator `E =
-/// x^2/2 + x^4/4`: on a linear one every scheme without damping preserves it.
+/// Symplectic methods preserve area at any step; the others do not. Measured on the hardening oscillator
+/// `E = x^2/2 + x^4/4`, as every method without damping preserves area on a linear one.
 #[test]
 fn exactly_the_schemes_that_say_so_are_symplectic() {
     for method in methods() {

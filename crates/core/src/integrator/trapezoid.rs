@@ -1,8 +1,8 @@
-//! The trapezoidal rule; Newmark's method with `beta = 1/4`, `gamma = 1/2`.
+//! Trapezoidal rule; equivalent to Newmark's method with `beta = 1/4`, `gamma = 1/2`.
 use super::tableau::Tableau;
 use super::{Documentation, Method, Scheme};
 
-/// The scheme and what is known of it.
+/// The method and its documentation.
 pub const METHOD: Method = Method {
     documentation: Documentation {
         name: "trapezoid",

@@ -1,11 +1,11 @@
 //! Velocity Verlet: half a kick, a drift, half a kick.
 //!
-//! On the oscillator it conserves `(1 - z^2/4) x^2 + v^2` exactly. The last force of a step is the first of
-//! the next.
+//! On the oscillator it conserves `(1 - z^2/4) x^2 + v^2` exactly. The last force of a step is reused as
+//! the first force of the next.
 use super::splitting::Stage::{Drift, Kick};
 use super::{Documentation, Method, Scheme};
 
-/// The scheme and what is known of it.
+/// The method and its documentation.
 pub const METHOD: Method = Method {
     documentation: Documentation {
         name: "velocity-verlet",

@@ -19,7 +19,7 @@ const STAGES: [Stage; 7] = [
     Kick(0.5 * W1),
 ];
 
-/// The scheme and what is known of it.
+/// The method and its documentation.
 pub const METHOD: Method = Method {
     documentation: Documentation {
         name: "yoshida4",

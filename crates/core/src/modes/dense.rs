@@ -1,4 +1,4 @@
-//! All modes at once.
+//! All modes at once, by a dense eigensolver.
 
 use pliant_sparse::symmetric_eigen;
 
@@ -6,12 +6,13 @@ use super::eigen::square;
 use super::lanczos::EigenPair;
 use crate::solver::block_matrix::BlockMatrix;
 
-/// From so many free coordinates on the matrix and its vectors would not fit a small machine: 128 MB each.
+/// Most free coordinates: the matrix and its vectors take 128 MB each.
 pub(super) const MOST: usize = 4000;
 
-/// All pairs of `K phi = omega^2 M phi`, `M` diagonal with zeros where nothing moves, lowest first: the dense
-/// eigenproblem of `M^-1/2 K M^-1/2`, whose eigenvectors are right to a few roundings of the largest
-/// eigenvalue. The squares are their Rayleigh quotients. `None` where the iteration fails.
+/// Computes all pairs of `K phi = omega^2 M phi`, lowest first, with `M` diagonal and zero at constrained
+/// coordinates: the dense eigenproblem of `M^-1/2 K M^-1/2`, whose eigenvectors are accurate to a few
+/// roundings of the largest eigenvalue. The squares are Rayleigh quotients. `None` if the iteration
+/// fails.
 pub(super) fn all<const D: usize>(matrix: &BlockMatrix<D>, mass: &[f64]) -> Option<Vec<(f64, EigenPair)>> {
     let free: Vec<usize> = (0..mass.len()).filter(|n| mass[*n] > 0.0).collect();
     let mut place = vec![usize::MAX; mass.len()];

@@ -1,4 +1,4 @@
-//! The eigenproblem `K phi = omega^2 M phi` of a simulation where it is.
+//! Eigenproblem `K phi = omega^2 M phi` of a simulation at its current state.
 
 use super::inertia::Inertia;
 use super::lanczos::Lanczos;
@@ -10,54 +10,54 @@ use crate::solver::cholesky::Cholesky;
 use crate::solver::hessian::{Assembler, At, Weights};
 use crate::system::System;
 
-/// The first shift, as a part of the mean of `K_ii / M_ii`: below any frequency that rounding leaves, for a
-/// shift far above the lowest ones sees them all as one. The second shift is the first `omega^2` that it
-/// finds above zero: far below that, rounding in the large eigenvalues of rigid motion drowns the others.
+/// First shift, as a fraction of the mean of `K_ii / M_ii`: below any frequency that rounding leaves,
+/// because a shift far above the lowest frequencies cannot separate them. The second shift is the first
+/// positive `omega^2` found: with one far below, rounding in the large eigenvalues of rigid motion would
+/// dominate the others.
 const FIRST_SHIFT: f64 = 1e-11;
-/// The first shift grows by this factor where rounding makes the factorisation fail, up to the last one.
+/// Growth factor of the first shift, and its limit, if rounding makes the factorisation fail.
 const RAISE: f64 = 100.0;
 const LAST_SHIFT: f64 = 1e-3;
-/// Bounds of the relative residual, with the first shift, which finds out where the frequencies are, and
-/// with the second.
+/// Relative residuals with the first shift, which locates the frequencies, and with the second.
 const TOLERANCES: [f64; 2] = [1e-3, 1e-10];
-/// Where modes are counted, eigenvalues nearer to each other than this part of themselves, or than so many
-/// bounds of their residuals, are one.
+/// Eigenvalues closer than this relative distance, or than this many residual bounds, count as one when
+/// modes are counted.
 const APART: f64 = 1e-6;
 const APART_RESIDUALS: f64 = 16.0;
-/// The residual of an eigenvalue `theta` of `(K + s M)^-1 M` may be so many roundings of `theta max K_ii /
-/// M_ii`.
+/// Allowed residual of an eigenvalue `theta` of `(K + s M)^-1 M`, in roundings of
+/// `theta max K_ii / M_ii`.
 const RESIDUAL_ULPS: f64 = 16.0;
-/// Rigid motion has an `omega^2` of less than so many roundings of the terms of its sum.
+/// Largest `omega^2` of rigid motion, in roundings of the terms of its sum.
 const RIGID_ULPS: f64 = 64.0;
-/// The stiffness alone.
+/// Weights of the stiffness alone.
 const STIFFNESS: Weights = Weights { inertia: 0.0, stiffness: 1.0, damping: 0.0 };
 
-/// Some or all modes, in the numbering of the simulation.
+/// Some or all modes, in simulation numbering.
 pub struct Eigen<const D: usize> {
     pub(super) assembler: Assembler<D>,
-    /// Where, flat [m].
+    /// Positions of the linearisation, flat [m].
     pub(super) x: Vec<f64>,
-    /// Lumped, of every coordinate [kg]; zero where it is held.
+    /// Lumped mass of each coordinate [kg]; zero if it is constrained.
     pub(super) mass: Vec<f64>,
-    /// The mass matrix of the problem.
+    /// Mass matrix of the problem.
     pub(super) inertia: Inertia<D>,
-    /// `omega^2` and its shape, ascending; exactly zero for rigid motion.
+    /// Pairs of `omega^2` and shape, ascending; exactly zero for rigid motion.
     pub(super) pairs: Vec<(f64, lanczos::EigenPair)>,
     pub(super) free_coordinates: usize,
     pub(super) solves: usize,
 }
 
 impl<const D: usize> Eigen<D> {
-    /// The `count` lowest modes, or all, with lumped masses.
+    /// Computes the `count` lowest modes, or all, with lumped masses.
     ///
     /// # Errors
-    /// [`ModesError`].
+    /// [`ModesError`] if the modes do not exist or cannot be found.
     pub fn about(simulation: &mut Simulation, count: Option<usize>) -> Result<Self, ModesError> {
         let inertia = Inertia::lumped(simulation.system());
         Self::with(inertia, simulation, count)
     }
 
-    /// The `count` lowest modes, with masses that are consistent where they can be.
+    /// Computes the `count` lowest modes, with consistent masses where possible.
     pub(super) fn lowest_about(simulation: &mut Simulation, count: usize) -> Result<Self, ModesError> {
         let inertia = Inertia::consistent(simulation.system());
         Self::with(inertia, simulation, Some(count))
@@ -79,6 +79,7 @@ impl<const D: usize> Eigen<D> {
         if asked > free_coordinates || free_coordinates == 0 {
             return Err(ModesError::TooMany { asked, free: free_coordinates });
         }
+        // Assemble the stiffness; its scale per mass sets the shifts.
         let mass = inertia.diagonal().to_vec();
         system.find_stencils(&x);
         let assembler = Assembler::<D>::new(system);
@@ -97,6 +98,7 @@ impl<const D: usize> Eigen<D> {
         if system.is_stopped() {
             return Err(ModesError::Stopped);
         }
+        // A few modes by Lanczos, all by the dense solver.
         if count.is_some() {
             eigen.lowest(system, asked, mean, largest)?;
         } else if free_coordinates > dense::MOST {
@@ -112,8 +114,9 @@ impl<const D: usize> Eigen<D> {
         Ok(eigen)
     }
 
-    /// Shift and invert, twice; `mean` and `largest` are those of `K_ii / M_ii`.
+    /// Shift-and-invert with two shifts; `mean` and `largest` are those of `K_ii / M_ii`.
     fn lowest(&mut self, system: &System, count: usize, mean: f64, largest: f64) -> Result<(), ModesError> {
+        // First shift: locate the lowest positive frequency.
         let mut shift = FIRST_SHIFT * mean;
         let cholesky = loop {
             match self.shifted(system, shift) {
@@ -127,9 +130,10 @@ impl<const D: usize> Eigen<D> {
         self.pairs = self.converged(&mut search, &mut by)?;
         self.solves += search.solves();
         let Some((first, _)) = self.pairs.iter().find(|(square, _)| *square > 0.0) else {
-            // Rigid motion alone was asked for.
+            // Only rigid motion was requested.
             return Ok(());
         };
+        // Second shift: accurate modes, until none is missing.
         let shift = *first;
         by = Transformation {
             shift,
@@ -153,7 +157,8 @@ impl<const D: usize> Eigen<D> {
         Ok(())
     }
 
-    /// The modes that the iteration goes on to, ascending. The matrix is the stiffness.
+    /// Returns the modes to which the iteration converges, ascending. The assembled matrix must be the
+    /// stiffness.
     fn converged(
         &self,
         search: &mut Lanczos<'_, D>,
@@ -173,17 +178,17 @@ impl<const D: usize> Eigen<D> {
         Ok(pairs)
     }
 
-    /// Number of modes below the highest that was found, or below those as high, that were not found.
+    /// Counts the modes below the highest one found, or below its cluster, that were not found.
     ///
-    /// By Sylvester's law of inertia `K - sigma M` has as many negative eigenvalues as there are modes below
-    /// `sigma`. Grimes, Lewis, Simon 1994, "A shifted block Lanczos algorithm for solving sparse symmetric
-    /// generalized eigenproblems", section 4. The matrix is the stiffness.
+    /// By Sylvester's law of inertia, `K - sigma M` has as many negative eigenvalues as there are modes
+    /// below `sigma`. Grimes, Lewis, Simon 1994, "A shifted block Lanczos algorithm for solving sparse
+    /// symmetric generalized eigenproblems", section 4. The assembled matrix must be the stiffness.
     fn missing(&self, by: &Transformation) -> Result<usize, ModesError> {
         let squares: Vec<f64> = self.pairs.iter().map(|(square, _)| *square).collect();
         let is_apart = |n: usize| squares[n] - squares[n - 1] > 2.0 * by.apart(squares[n]);
         let found = (1..squares.len()).rev().find(|n| is_apart(*n)).unwrap_or(0);
         if squares[found] <= 0.0 {
-            // Nothing is lower than rigid motion.
+            // No mode is lower than rigid motion.
             return Ok(0);
         }
         let matrix = self.shifted_matrix(by.apart(squares[found]) - squares[found]);
@@ -191,24 +196,24 @@ impl<const D: usize> Eigen<D> {
         Ok(below.saturating_sub(found))
     }
 
-    /// `omega^2` [1/s^2] of the modes, ascending; exactly zero for rigid motion.
+    /// Returns `omega^2` [1/s^2] of the modes, ascending; exactly zero for rigid motion.
     pub fn squares(&self) -> impl Iterator<Item = f64> {
         self.pairs.iter().map(|(square, _)| *square)
     }
 
-    /// Where it was linearised, flat [m].
+    /// Returns the positions of the linearisation, flat [m].
     pub fn positions(&self) -> &[f64] {
         &self.x
     }
 
-    /// `K + shift M` [N/m], of the stiffness last assembled.
+    /// Returns `K + shift M` [N/m] for the stiffness last assembled.
     pub fn shifted_matrix(&self, shift: f64) -> BlockMatrix<D> {
         let mut matrix = self.assembler.matrix().clone();
         self.inertia.add_to(shift, &mut matrix);
         matrix
     }
 
-    /// A factor of `K + shift M`.
+    /// Factorises `K + shift M`.
     pub(super) fn shifted(&mut self, system: &System, shift: f64) -> Result<Cholesky, ModesError> {
         if system.is_stopped() {
             return Err(ModesError::Stopped);
@@ -220,14 +225,14 @@ impl<const D: usize> Eigen<D> {
         Ok(cholesky)
     }
 
-    /// Assembles these parts; of damping, that at rest.
+    /// Assembles with these weights; damping at rest.
     pub(super) fn assemble(&mut self, system: &System, weights: Weights) {
         let at = At { x: &self.x, v: &self.x, psd: Psd::Exact, predicted_from: None };
         self.assembler.assemble(system, at, weights);
     }
 
-    /// The damping of each mode, `phi_j . C phi_j` plus the drag [1/s], and how strongly it couples them,
-    /// the largest `|phi_i . C phi_j|` as a part of what it does to both alone.
+    /// Returns the damping of each mode, `phi_j . C phi_j` plus drag [1/s], and the coupling of modes:
+    /// the largest `|phi_i . C phi_j|` relative to the damping of both alone.
     pub(super) fn damping(&mut self, system: &System) -> (Vec<f64>, f64) {
         let modes = self.pairs.len();
         let drag = system.ether_drag();
@@ -243,8 +248,9 @@ impl<const D: usize> Eigen<D> {
                 matrix[i * modes + j] = product(&other.vector, &image);
             }
         }
+        // Coupling relative to the damping of both modes.
         let alone = |j: usize| matrix[j * modes + j];
-        // What is rounding beside the strongest is none.
+        // Damping that is rounding compared with the strongest is ignored.
         let floor = (0..modes).fold(0.0, |m: f64, j| m.max(alone(j))) * 1e-6;
         let mut coupling = 0.0f64;
         for i in 0..modes {
@@ -259,31 +265,31 @@ impl<const D: usize> Eigen<D> {
     }
 }
 
-/// Shift and invert: `K phi = omega^2 M phi` as `theta phi = (K + shift M)^-1 M phi`, `theta = 1 / (omega^2 +
-/// shift)`.
+/// Shift-and-invert transformation: `K phi = omega^2 M phi` as `theta phi = (K + shift M)^-1 M phi`,
+/// `theta = 1 / (omega^2 + shift)`.
 struct Transformation {
     shift: f64,
     /// Factor of `K + shift M`.
     cholesky: Cholesky,
-    /// Bound of residuals.
+    /// Residual bound.
     bound: Bound,
-    /// The largest `K_ii / M_ii`.
+    /// Largest `K_ii / M_ii`.
     largest: f64,
 }
 
 impl Transformation {
-    /// Distance from `omega^2` of eigenvalues that count as the same.
+    /// Distance from `omega^2` within which eigenvalues count as equal.
     fn apart(&self, square: f64) -> f64 {
         let theta = 1.0 / (square + self.shift);
         APART.max(APART_RESIDUALS * self.bound.at(theta)).min(0.25) / theta
     }
 }
 
-/// Bound of the relative residual of an eigenvalue `theta`.
+/// Relative residual bound of an eigenvalue `theta`.
 #[derive(Clone, Copy)]
 struct Bound {
     tolerance: f64,
-    /// Of `theta = 1`.
+    /// Rounding at `theta = 1`.
     rounding: f64,
 }
 
@@ -293,9 +299,9 @@ impl Bound {
     }
 }
 
-/// Rayleigh's quotient `phi^T K phi` of a shape with `phi^T M phi = 1`; exactly zero where it is what
-/// rounding leaves of motion without stiffness: of the terms of the sum, or, the shape being right to a
-/// rounding, of the square of that times the `largest` eigenvalue.
+/// Rayleigh quotient `phi^T K phi` of a shape with `phi^T M phi = 1`. Exactly zero if it is rounding of
+/// motion without stiffness: of the terms of the sum, or, since the shape itself is accurate to rounding,
+/// of its square times the `largest` eigenvalue.
 pub(super) fn square<const D: usize>(matrix: &BlockMatrix<D>, shape: &[f64], largest: f64) -> f64 {
     let (mut square, mut scale) = (0.0, 0.0);
     for row in 0..matrix.rows() {

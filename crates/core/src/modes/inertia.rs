@@ -1,31 +1,31 @@
-//! The mass matrix of the modes.
+//! Mass matrix of the modes, lumped or consistent.
 
 use crate::energy::ShapeProducts;
 use crate::solver::block_matrix::BlockMatrix;
 use crate::system::System;
 
-/// How far lumped masses may be from those of one density for the elements to be of that density, relative.
+/// Relative tolerance for lumped masses to agree with a uniform density.
 const SAME_DENSITY: f64 = 1e-9;
 
-/// A mass matrix in the coordinates that are free: lumped, or consistent where the elements are of second
-/// order and of one density, `M_ab = rho integral of N_a N_b`, and lumped elsewhere.
+/// Mass matrix in the free coordinates: consistent for second-order elements of uniform density,
+/// `M_ab = rho integral of N_a N_b`, lumped elsewhere.
 pub(super) struct Inertia<const D: usize> {
-    /// Lumped, of every coordinate [kg]; zero where it is held.
+    /// Lumped mass of each coordinate [kg]; zero if it is constrained.
     lumped: Vec<f64>,
-    /// Rows of vertices with a consistent mass, columns ascending [kg]; empty for others, no rows at all
-    /// where all is lumped.
+    /// Rows of vertices with consistent mass, columns ascending [kg]; empty for other vertices, no rows
+    /// at all if everything is lumped.
     rows: Vec<Vec<(u32, f64)>>,
 }
 
 impl<const D: usize> Inertia<D> {
-    /// As steps have it.
+    /// Creates the lumped mass matrix of time steps.
     pub(super) fn lumped(system: &System) -> Self {
         let free = system.inverse_mass().iter().enumerate();
         let lumped = free.map(|(n, w)| if *w > 0.0 { system.mass()[n / D] } else { 0.0 }).collect();
         Inertia { lumped, rows: vec![] }
     }
 
-    /// Consistent wherever it can be.
+    /// Creates a mass matrix that is consistent where possible.
     pub(super) fn consistent(system: &System) -> Self {
         let mut inertia = Self::lumped(system);
         for products in system.terms().iter().filter_map(|term| term.elements()?.shape_products()) {
@@ -45,12 +45,12 @@ impl<const D: usize> Inertia<D> {
         inertia
     }
 
-    /// True if any of it is consistent.
+    /// True if any part is consistent.
     pub(super) fn is_consistent(&self) -> bool {
         !self.rows.is_empty()
     }
 
-    /// Lumped masses of all coordinates [kg]; zero where they are held.
+    /// Returns the lumped masses of all coordinates [kg]; zero if constrained.
     pub(super) fn diagonal(&self) -> &[f64] {
         &self.lumped
     }
@@ -60,7 +60,7 @@ impl<const D: usize> Inertia<D> {
         self.lumped[n] > 0.0
     }
 
-    /// `M x` [kg x]; zero where coordinates are held, whatever `x` is there.
+    /// Computes `M x` [kg x]; zero at constrained coordinates, whatever `x` is there.
     pub(super) fn times(&self, x: &[f64]) -> Vec<f64> {
         let mut y: Vec<f64> = x.iter().zip(&self.lumped).map(|(x, m)| x * m).collect();
         for (v, row) in self.rows.iter().enumerate().filter(|(_, row)| !row.is_empty()) {
@@ -75,7 +75,7 @@ impl<const D: usize> Inertia<D> {
         y
     }
 
-    /// Adds `factor M` to a matrix that has a block wherever `M` has one between free vertices.
+    /// Adds `factor M` to a matrix that has the blocks of `M` between free vertices.
     pub(super) fn add_to(&self, factor: f64, matrix: &mut BlockMatrix<D>) {
         for v in 0..matrix.rows() {
             let row = self.rows.get(v).filter(|row| !row.is_empty());
@@ -97,8 +97,8 @@ impl<const D: usize> Inertia<D> {
     }
 }
 
-/// The density of elements [kg/m^3] of which the lumped masses are made; `None` where they are not, because a
-/// scene gives other ones.
+/// Returns the density [kg/m^3] of elements from their lumped masses; `None` if these do not agree with a
+/// uniform density, because a scene sets others.
 fn density(products: &ShapeProducts, mass: &[f64]) -> Option<f64> {
     let mut shares = vec![0.0; mass.len()];
     products.each_lumped(|vertex, share| shares[vertex as usize] += share);

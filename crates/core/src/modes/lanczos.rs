@@ -1,4 +1,4 @@
-//! Block Lanczos with a basis that is kept orthogonal.
+//! Block Lanczos method with full orthogonalisation.
 
 use pliant_sparse::symmetric_eigen;
 use rand_pcg::Pcg64;
@@ -8,44 +8,45 @@ use super::inertia::Inertia;
 use crate::deadline::Stop;
 use crate::solver::conjugate_gradients::dot;
 
-/// Vectors in a block.
+/// Vectors per block.
 const BLOCK: usize = 8;
-/// Directions shorter than this part of what they were are in the basis already.
+/// A direction that shrinks below this fraction in the orthogonalisation lies in the basis already.
 const DEPENDENT: f64 = 1e-12;
-/// Residuals of small eigenvalues may be so many roundings of the largest one.
+/// Allowed residuals of small eigenvalues, in roundings of the largest one.
 const ROUNDING_ULPS: f64 = 64.0;
-/// State and stream of the generator that start vectors come from.
+/// State and stream of the random generator for start vectors.
 const GENERATOR: [u128; 2] = [1, 2];
 
-/// An eigenpair of `T = A^-1 M`.
+/// Eigenpair of `T = A^-1 M`.
 pub(super) struct EigenPair {
-    /// `|T u - value u|_M / value`.
+    /// Relative residual `|T u - value u|_M / value`.
     pub(super) residual: f64,
-    /// `u^T M u = 1`.
+    /// Eigenvector with `u^T M u = 1`.
     pub(super) vector: Vec<f64>,
 }
 
-/// Iteration for the `count` largest eigenpairs of `T = A^-1 M`, `M` zero where nothing moves.
+/// Iteration for the `count` largest eigenpairs of `T = A^-1 M`, with `M` zero at constrained
+/// coordinates.
 ///
-/// The space that it searches is spanned by start vectors and their images under powers of `T`, and so has
-/// no more copies of an eigenvalue than start vectors. Whether copies are missing is not seen from within:
-/// [`run`](Self::run) starts from further vectors each time it is called.
+/// The search space is spanned by start vectors and their images under powers of `T`, and so has at most
+/// as many copies of an eigenvalue as start vectors. It does not reveal missing copies:
+/// [`run`](Self::run) starts from further vectors at each call.
 pub(super) struct Lanczos<'a, const D: usize> {
     mass: &'a Inertia<D>,
     count: usize,
-    /// Vectors that the basis may have.
+    /// Largest size of the basis.
     most: usize,
     basis: Vec<BasisVector>,
-    /// `T q` of the basis.
+    /// Images `T q` of the basis.
     images: Vec<Vec<f64>>,
     /// Rows `q_i^T M T q_j`, j <= i.
     projected: Vec<Vec<f64>>,
-    /// Of start vectors, and how many more there may be.
+    /// Generator of start vectors, and how many more may be drawn.
     random: Pcg64,
     starts: usize,
     /// Size of the basis before its last block.
     last: usize,
-    /// Ends the iteration between solves.
+    /// Flag that ends the iteration between solves.
     stop: Stop,
 }
 
@@ -67,12 +68,12 @@ impl<'a, const D: usize> Lanczos<'a, D> {
         }
     }
 
-    /// Pairs that are searched.
+    /// Returns the number of pairs requested.
     pub(super) fn count(&self) -> usize {
         self.count
     }
 
-    /// Products with `A^-1`.
+    /// Returns the number of products with `A^-1`.
     pub(super) fn solves(&self) -> usize {
         self.images.len()
     }
@@ -82,9 +83,9 @@ impl<'a, const D: usize> Lanczos<'a, D> {
         self.basis.len() == self.most || self.last == self.basis.len() && self.starts == 0
     }
 
-    /// Goes on from new start vectors until the `count` largest pairs have residuals of at most
-    /// `allowed(value)` times the eigenvalue, or no direction is left; the pairs that have, largest first.
-    /// `solve` overwrites `b` by `A^-1 b`. `None` where it is stopped.
+    /// Continues from new start vectors until the `count` largest pairs have relative residuals of at
+    /// most `allowed(value)`, or no direction is left. Returns the converged pairs, largest first; `None`
+    /// if stopped. `solve` overwrites `b` by `A^-1 b`.
     pub(super) fn run(
         &mut self,
         allowed: impl Fn(f64) -> f64,
@@ -101,8 +102,8 @@ impl<'a, const D: usize> Lanczos<'a, D> {
         }
     }
 
-    /// Adds a block to the basis: of these candidates, and of start vectors where they are too few, as where
-    /// the last block lay in the basis already. `None` where it is stopped.
+    /// Adds a block to the basis: the candidates, filled up with start vectors if they are too few, for
+    /// example because the last block was already in the basis. `None` if stopped.
     fn extend(&mut self, mut candidates: Vec<Vec<f64>>, solve: &mut impl FnMut(&mut [f64])) -> Option<()> {
         while candidates.len() < BLOCK && self.starts > 0 {
             candidates.push(start(self.mass.diagonal(), &mut self.random));
@@ -127,21 +128,21 @@ impl<'a, const D: usize> Lanczos<'a, D> {
             self.images.push(image);
         }
         for i in self.last..self.basis.len() {
-            // Symmetric but for rounding.
+            // Symmetric up to rounding.
             let half = |i: usize, j: usize| 0.5 * dot(&self.basis[i].weighted, &self.images[j]);
             self.projected.push((0..=i).map(|j| half(i, j) + half(j, i)).collect());
         }
         Some(())
     }
 
-    /// The `count` largest Ritz pairs, as long as they have converged.
+    /// Returns the leading converged ones of the `count` largest Ritz pairs.
     fn ritz(&self, allowed: &impl Fn(f64) -> f64) -> Vec<EigenPair> {
         let k = self.basis.len();
         if k < self.count {
             return vec![];
         }
         let Some(eigen) = symmetric_eigen(k, |i, j| self.projected[i][j]) else { return vec![] };
-        // Images are right to roundings of the largest eigenvalue.
+        // Images are accurate to roundings of the largest eigenvalue.
         let rounding = ROUNDING_ULPS * f64::EPSILON * eigen.values[k - 1].abs();
         let pair = |column: usize| {
             let value = eigen.values[column];
@@ -152,7 +153,7 @@ impl<'a, const D: usize> Lanczos<'a, D> {
         (k - self.count..k).rev().map_while(pair).collect()
     }
 
-    /// The pair whose vector has these weights in the basis.
+    /// Builds the pair whose vector has these weights in the basis.
     fn pair(&self, value: f64, weights: impl Iterator<Item = f64>) -> EigenPair {
         let zeros = || vec![0.0; self.mass.diagonal().len()];
         let (mut vector, mut rest) = (zeros(), zeros());
@@ -166,20 +167,20 @@ impl<'a, const D: usize> Lanczos<'a, D> {
     }
 }
 
-/// Start vector, uniform in (-1, 1) where coordinates are free. Random, so that any number of them is
-/// independent: of equidistributed sequences the differences are step functions of few steps.
+/// Start vector, uniform in (-1, 1) at free coordinates. Random, so that any number of them is
+/// independent: differences of equidistributed sequences are step functions of few steps.
 fn start(mass: &[f64], random: &mut Pcg64) -> Vec<f64> {
     let mut uniform = || (random.next_u64() >> 11) as f64 * (2.0 / (1_u64 << 53) as f64) - 1.0;
     mass.iter().map(|m| if *m > 0.0 { uniform() } else { 0.0 }).collect()
 }
 
-/// A vector `q` of the basis, with `M q`.
+/// Basis vector `q` with `M q`.
 struct BasisVector {
     vector: Vec<f64>,
     weighted: Vec<f64>,
 }
 
-/// `v` made orthogonal to the basis and of length one; `None` if it is in its span.
+/// Orthonormalises `v` against the basis; `None` if it lies in the span of the basis.
 fn orthonormal<const D: usize>(
     mut v: Vec<f64>,
     basis: &[BasisVector],
@@ -206,8 +207,8 @@ fn orthonormal<const D: usize>(
 mod tests {
     use super::{GENERATOR, Pcg64, dot, start};
 
-    /// Each of `n` random vectors has a part that is orthogonal to those before it; that of the last is one
-    /// component of `n`, `1 / sqrt(n) = 0.13` of its length in the root of the mean square.
+    /// Each of `n` random vectors has a component orthogonal to the earlier ones; that of the last vector
+    /// has an RMS of `1 / sqrt(n) = 0.13` of its length.
     #[test]
     fn as_many_start_vectors_as_coordinates_are_independent() {
         let n = 63;

@@ -1,17 +1,17 @@
-//! Vibration: natural frequencies and mode shapes of a scene about where it is (lecture 2).
+//! Vibration: natural frequencies and mode shapes of a scene about its current state (lecture 2).
 //!
-//! `K phi = omega^2 M phi` with `K` the Hessian of the energy and the masses `M`, in the coordinates that are
-//! free. `M` is consistent, `rho integral of N_a N_b`, where elements are of second order and of one density:
-//! frequencies then have errors of fourth order in the size of the elements; with lumped masses, which steps
-//! have, of second. It is lumped elsewhere: linear elements are of second order either way, and a lumped mass
-//! takes back a part of what they are too stiff by.
+//! The eigenproblem is `K phi = omega^2 M phi` with the energy Hessian `K` and the mass matrix `M`, in
+//! the free coordinates. `M` is consistent, `rho integral of N_a N_b`, for second-order elements of
+//! uniform density: frequencies then have fourth-order errors in the element size, instead of
+//! second-order ones with the lumped masses that steps use. It is lumped elsewhere: linear elements are
+//! second-order either way, and lumped masses compensate part of their excessive stiffness.
 //!
-//! The lowest modes come first: a block Lanczos method on `(K + s M)^-1 M`, whose largest eigenvalues they
-//! are, each product one solve with a sparse Cholesky factor. Ericsson, Ruhe 1980, "The spectral
-//! transformation Lanczos method for the numerical solution of large sparse generalized symmetric
-//! eigenvalue problems"; the whole basis is kept orthogonal. Blocks find modes of equal frequency, such as
-//! those of rigid motion; that none is missing is proved by counting the negative pivots of `K - sigma M`,
-//! and where one is the iteration goes on from further start vectors.
+//! The lowest modes are computed by a block Lanczos method on `(K + s M)^-1 M`, as its largest
+//! eigenvalues; each product is one solve with a sparse Cholesky factor. Ericsson, Ruhe 1980, "The
+//! spectral transformation Lanczos method for the numerical solution of large sparse generalized
+//! symmetric eigenvalue problems"; the whole basis is kept orthogonal. Blocks find modes of equal
+//! frequency, such as rigid motions. Counting the negative pivots of `K - sigma M` proves that no mode is
+//! missing; if one is, the iteration continues from further start vectors.
 
 mod dense;
 pub mod eigen;
@@ -36,56 +36,55 @@ pub struct Mode {
     pub omega: f64,
     /// Frequency [Hz].
     pub frequency: f64,
-    /// Bound of the relative error of `omega^2 + s`, from the residual, `s` the shift.
+    /// Relative error bound of `omega^2 + s` from the residual, `s` the shift.
     pub residual: f64,
-    /// The mass that takes part along each axis, `(phi^T M e)^2`, as a share of the mass that is free to
-    /// move.
+    /// Effective modal mass along each axis, `(phi^T M e)^2`, as a fraction of the free mass.
     pub effective_mass: Vec<f64>,
-    /// The shape, `phi^T M phi = 1`, flat `(n, dimension)`, vertices in the order of the scene [kg^-1/2].
+    /// Mode shape with `phi^T M phi = 1`, flat `(n, dimension)`, vertices in scene order [kg^-1/2].
     #[serde(skip)]
     pub shape: Vec<f64>,
 }
 
-/// Which mass matrix modes have.
+/// Mass matrix of the modes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum MassMatrix {
-    /// Lumped at all vertices, as steps have it.
+    /// Lumped at all vertices, as in time steps.
     Lumped,
-    /// Consistent with the shape functions where elements are of second order and of one density, lumped
+    /// Consistent with the shape functions for second-order elements of uniform density, lumped
     /// elsewhere.
     Consistent,
 }
 
-/// The lowest modes.
+/// Lowest modes of a scene.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Modes {
-    /// By frequency.
+    /// Modes, by frequency.
     pub modes: Vec<Mode>,
-    /// Mass that is free to move along each axis [kg].
+    /// Free mass along each axis [kg].
     pub free_mass: Vec<f64>,
-    /// Coordinates that are free to move.
+    /// Number of free coordinates.
     pub free_coordinates: usize,
     /// The mass matrix.
     pub mass_matrix: MassMatrix,
-    /// Linear solves that it took.
+    /// Number of linear solves.
     pub solves: usize,
 }
 
-/// The modes cannot be found.
+/// Error of a modal analysis.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ModesError {
-    /// Modes oscillate about an equilibrium that is stable.
+    /// The current state is not a stable equilibrium.
     #[error(
         "the scene starts where its stiffness is not positive: there are motions that grow instead of \
          oscillating; start it in a stable equilibrium"
     )]
     NotStable,
-    /// Nothing holds anything together.
+    /// Nothing in the scene has stiffness.
     #[error("nothing in the scene has a stiffness: there is nothing that vibrates")]
     NoStiffness,
-    /// An element outside the domain of its material, or a factor that does not fit memory.
+    /// An element is outside the domain of its material, or a factor does not fit memory.
     #[error("the energy is not finite where the scene starts")]
     NotFinite,
     /// Particles under mutual gravity have no equilibrium.
@@ -94,13 +93,13 @@ pub enum ModesError {
          they could vibrate"
     )]
     Attraction,
-    /// The present state is no place to linearise, or something else than a linear force acts.
+    /// The current state cannot be linearised, or a nonlinear or changing force acts.
     #[error("modes cannot be superposed: {what}")]
     NotLinear {
-        /// The part that is not linear, or changes.
+        /// Description of that part.
         what: String,
     },
-    /// Modes that damping couples have no solutions of their own.
+    /// Damping couples the modes, which then have no separate solutions.
     #[error(
         "damping couples the modes ({coupling} of what it does to each alone): superposition needs damping \
          that is proportional to mass and stiffness in all bodies alike",
@@ -110,34 +109,34 @@ pub enum ModesError {
         /// Largest `|C_ij| / sqrt(C_ii C_jj)`.
         coupling: f64,
     },
-    /// A dense eigenproblem would not fit.
+    /// A dense eigenproblem would not fit memory.
     #[error(
         "{free} coordinates are free to move, too many to find all modes (at most {most}): ask for the \
          lowest ones"
     )]
     TooManyForAll {
-        /// Coordinates that can move.
+        /// Number of free coordinates.
         free: usize,
-        /// How many there may be.
+        /// Largest allowed number.
         most: usize,
     },
-    /// All is held.
+    /// More modes are requested than coordinates are free.
     #[error("{asked} modes were asked for, and {free} coordinates are free to move")]
     TooMany {
-        /// Modes asked for.
+        /// Modes requested.
         asked: usize,
-        /// Coordinates that can move.
+        /// Number of free coordinates.
         free: usize,
     },
-    /// The search was asked to end.
+    /// The search was asked to stop.
     #[error("stopped before the modes were found")]
     Stopped,
-    /// The iteration ended early.
+    /// The iteration ended before all modes converged.
     #[error("only {found} of {asked} modes converged in {solves} solves")]
     NotConverged {
-        /// Modes that did.
+        /// Converged modes.
         found: usize,
-        /// Modes asked for.
+        /// Modes requested.
         asked: usize,
         /// Solves.
         solves: usize,
@@ -145,8 +144,8 @@ pub enum ModesError {
 }
 
 impl Simulation {
-    /// The `count` lowest modes about the present state, with the mass matrix that [`Modes::mass_matrix`]
-    /// names.
+    /// Computes the `count` lowest modes about the current state, with the mass matrix named by
+    /// [`Modes::mass_matrix`].
     ///
     /// ```
     /// use std::f64::consts::TAU;
@@ -168,7 +167,7 @@ impl Simulation {
     /// ```
     ///
     /// # Errors
-    /// [`ModesError`].
+    /// [`ModesError`] if the modes do not exist or cannot be found.
     pub fn modes(&mut self, count: usize) -> Result<Modes, ModesError> {
         match self.system().dimension() {
             2 => modes::<2>(self, count),

@@ -1,32 +1,32 @@
-//! A single mode in time.
+//! Exact motion of a single mode.
 
-/// `q'' + rate q' + omega^2 q = force`, `q(0) = 0`, `q'(0) = velocity`: its exact solution, under-damped,
-/// over-damped, or without any stiffness.
+/// Exact solution of `q'' + rate q' + omega^2 q = force`, `q(0) = 0`, `q'(0) = velocity`: under-damped,
+/// over-damped, or without stiffness.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Oscillator {
-    /// `omega^2` [1/s^2].
+    /// Stiffness `omega^2` [1/s^2].
     pub square: f64,
-    /// Damping, `2 zeta omega` [1/s].
+    /// Damping `2 zeta omega` [1/s].
     pub rate: f64,
-    /// The constant force of the mode, `phi . f` [N kg^-1/2].
+    /// Constant modal force `phi . f` [N kg^-1/2].
     pub force: f64,
-    /// The velocity at the start, `phi . M v` [m kg^1/2 / s].
+    /// Initial modal velocity `phi . M v` [m kg^1/2 / s].
     pub velocity: f64,
 }
 
 impl Oscillator {
-    /// `(q, q')` at the time `t >= 0` [s].
+    /// Returns `(q, q')` at the time `t >= 0` [s].
     ///
-    /// With `d = rate/2` and the free responses `h = exp(-d t) S`, `S = sin(w t)/w`, `w^2 = omega^2 - d^2`,
-    /// and its derivative: `q = velocity h + force g`, `g` the integral of `h`. Over-damped, `w` is
-    /// imaginary, and hyperbolic functions take the place of the others. Clough, Penzien 1993, *Dynamics of
-    /// Structures*, sections 2.5 and 6.2.
+    /// With `d = rate/2` and the free responses `h = exp(-d t) S`, `S = sin(w t)/w`,
+    /// `w^2 = omega^2 - d^2`, and its derivative: `q = velocity h + force g`, `g` the integral of `h`. If
+    /// over-damped, `w` is imaginary and hyperbolic functions replace the others. Clough, Penzien 1993,
+    /// *Dynamics of Structures*, sections 2.5 and 6.2.
     pub fn at(&self, t: f64) -> (f64, f64) {
         let (h, slope) = self.response(t);
         (self.velocity * h + self.force * self.integral(t, h, slope), self.velocity * slope + self.force * h)
     }
 
-    /// Displacement and velocity after a unit velocity at the start.
+    /// Displacement and velocity after a unit initial velocity.
     fn response(&self, t: f64) -> (f64, f64) {
         let d = 0.5 * self.rate;
         let square = self.square - d * d;
@@ -45,7 +45,7 @@ impl Oscillator {
         (decay * rise, decay * (1.0 - (d + r) * rise))
     }
 
-    /// The integral of `h` from 0 to `t`: what a unit force leads to.
+    /// Integral of `h` from 0 to `t`: the response to a unit force.
     fn integral(&self, t: f64, h: f64, slope: f64) -> f64 {
         let d = 0.5 * self.rate;
         let r = (d * d - self.square).max(0.0).sqrt();
@@ -78,7 +78,7 @@ impl Oscillator {
 mod tests {
     use super::*;
 
-    /// The same by a Taylor series in steps, which knows nothing of kinds of damping.
+    /// Solution by a Taylor series in steps, independent of the kind of damping.
     fn by_series(o: &Oscillator, t: f64) -> (f64, f64) {
         let (mut q, mut v) = (0.0, o.velocity);
         let steps = 4000;

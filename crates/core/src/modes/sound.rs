@@ -1,90 +1,90 @@
-//! The sound of a struck body (lecture 2: what linear materials are for).
+//! Modal sound synthesis: the sound of a struck body (lecture 2: the use of linear materials).
 
 use super::ModesError;
 use super::eigen::Eigen;
 use crate::algebra::direction;
 use crate::simulation::Simulation;
 
-/// A blow, and where it is heard.
+/// A strike, and the listening point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Strike {
-    /// The vertex that is struck, in the order of the scene.
+    /// Struck vertex, in scene order.
     pub vertex: usize,
-    /// The direction of the blow, one component per dimension, of any length but zero.
+    /// Direction of the strike, one component per dimension, of any nonzero length.
     pub direction: Vec<f64>,
-    /// The vertex that is listened to, along the same direction; the struck one, if `None`.
+    /// Vertex to listen to, along the same direction; `None`: the struck one.
     pub listen: Option<usize>,
-    /// `(alpha, beta)` of damping `alpha M + beta K` [1/s, s] in place of the scene's.
+    /// Damping `(alpha, beta)` of `alpha M + beta K` [1/s, s], instead of that of the scene.
     pub rayleigh: Option<(f64, f64)>,
 }
 
 /// One tone of a [`Sound`]: `amplitude exp(-decay t) sin(2 pi frequency t)`.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Partial {
-    /// The mode, from 0.
+    /// Mode number, from 0.
     pub mode: usize,
-    /// Of the damped motion, `sqrt(omega^2 - decay^2) / (2 pi)` [Hz].
+    /// Damped frequency, `sqrt(omega^2 - decay^2) / (2 pi)` [Hz].
     pub frequency: f64,
-    /// [1/s].
+    /// Decay rate [1/s].
     pub decay: f64,
-    /// `(phi . n)(strike) (phi . n)(listen)` [1/kg]: velocity per impulse.
+    /// Amplitude `(phi . n)(strike) (phi . n)(listen)` [1/kg]: velocity per impulse.
     pub amplitude: f64,
 }
 
-/// Modes that are not heard.
+/// Numbers of inaudible modes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct Silent {
-    /// Motion without stiffness.
+    /// Rigid motions.
     pub rigid: usize,
-    /// At half the sample rate or above: sampled, they would sound as lower tones.
+    /// Modes at or above half the sample rate, which would alias to lower tones.
     pub above_nyquist: usize,
-    /// Damped so strongly that they do not oscillate.
+    /// Overdamped modes, which do not oscillate.
     pub overdamped: usize,
-    /// At rest where the body is struck or listened to.
+    /// Modes at rest at the struck or the listening vertex.
     pub not_struck: usize,
 }
 
 /// Sound of a struck body: the tones of its modes.
 ///
-/// A blow of the impulse `I n` gives mode `j` the velocity `(phi_j . n) I`, and the point that is listened
-/// to moves with `v(t) = I sum_j a_j exp(-d_j t) cos(w_j t)`, `a_j = (phi_j . n)(strike) (phi_j .
-/// n)(listen)`. What is written is its companion a quarter of a period later, with sines, which begins in
-/// silence instead of with a click; the ear does not tell them apart. van den Doel, Pai 1998, "The sounds of
+/// A strike of the impulse `I n` gives mode `j` the velocity `(phi_j . n) I`, and the listening point
+/// moves with `v(t) = I sum_j a_j exp(-d_j t) cos(w_j t)`, `a_j = (phi_j . n)(strike) (phi_j .
+/// n)(listen)`. The output uses sines instead, a quarter of a period later, so that it starts silently
+/// instead of with a click; the ear does not hear the difference. van den Doel, Pai 1998, "The sounds of
 /// physical shapes", Presence 7, 382.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sound {
     /// Tones, lowest first.
     pub partials: Vec<Partial>,
-    /// Remarks on the tones that are left out.
+    /// Modes omitted from the tones.
     pub silent: Silent,
     sample_rate: f64,
 }
 
-/// There is no sound.
+/// Error of a sound synthesis.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SoundError {
-    /// There are no modes.
+    /// The modes cannot be found.
     #[error(transparent)]
     Modes(#[from] ModesError),
-    /// A vertex that is not there.
+    /// The vertex does not exist.
     #[error("there is no vertex {vertex}: the scene has {count}, 0 to {}", count - 1)]
     NoVertex {
-        /// Asked for.
+        /// Vertex requested.
         vertex: usize,
-        /// How many there are.
+        /// Number of vertices.
         count: usize,
     },
-    /// A vertex that cannot move along the blow.
+    /// The vertex cannot move along the strike.
     #[error("vertex {vertex} is held: a blow along ({}) does not move \
              it", direction.iter().map(f64::to_string).collect::<Vec<_>>().join(", "))]
     Held {
-        /// Struck, or listened to.
+        /// Struck or listening vertex.
         vertex: usize,
-        /// The direction of the blow.
+        /// Direction of the strike.
         direction: Vec<f64>,
     },
-    /// A direction that is none.
+    /// The direction is zero or has the wrong number of components.
     #[error(
         "the direction has {found} components with a length of {length}; it needs {expected}, not all zero"
     )]
@@ -93,10 +93,10 @@ pub enum SoundError {
         found: usize,
         /// Components needed.
         expected: usize,
-        /// Its length.
+        /// Length of the direction.
         length: f64,
     },
-    /// No mode is heard.
+    /// No mode is audible.
     #[error(
         "nothing is heard: of {modes} modes {} are rigid motion, {} are above half the sample rate, {} are \
          overdamped and {} are at rest where the body is struck or listened to; ask for more modes, or \
@@ -104,24 +104,24 @@ pub enum SoundError {
         silent.rigid, silent.above_nyquist, silent.overdamped, silent.not_struck
     )]
     Silence {
-        /// Modes looked at.
+        /// Number of modes examined.
         modes: usize,
-        /// Why none is heard.
+        /// Reasons.
         silent: Silent,
     },
 }
 
-/// Amplitudes below this part of the largest are rounding.
+/// Amplitudes below this fraction of the largest are rounding.
 const INAUDIBLE: f64 = 1e-10;
 
 impl Simulation {
-    /// The sound of the body in the present state, from its `count` lowest modes, to be sampled at
-    /// `sample_rate` [Hz].
+    /// Computes the sound of the body in the current state from its `count` lowest modes, to be sampled
+    /// at `sample_rate` [Hz].
     ///
-    /// Of damping that couples modes only what it does to each alone is heard.
+    /// If damping couples modes, only its effect on each mode alone is heard.
     ///
     /// # Errors
-    /// [`SoundError`].
+    /// [`SoundError`] if the strike is invalid or nothing is heard.
     pub fn sound(&mut self, count: usize, strike: &Strike, sample_rate: f64) -> Result<Sound, SoundError> {
         match self.system().dimension() {
             2 => sound::<2>(self, count, strike, sample_rate),
@@ -141,6 +141,7 @@ fn sound<const D: usize>(
         let length = strike.direction.iter().map(|c| c.abs()).sum();
         return Err(SoundError::Direction { found, expected: D, length });
     };
+    // Coordinates of a vertex, which must be able to move along the strike.
     let place = |vertex: usize| {
         let vertices = simulation.system().mass().len();
         if vertex >= vertices {
@@ -150,6 +151,7 @@ fn sound<const D: usize>(
         let moves = (0..D).any(|c| normal[c] != 0.0 && simulation.system().inverse_mass()[at + c] > 0.0);
         if moves { Ok(at) } else { Err(SoundError::Held { vertex, direction: strike.direction.clone() }) }
     };
+    // Modes, their damping and amplitudes.
     let struck = place(strike.vertex)?;
     let heard = strike.listen.map_or(Ok(struck), place)?;
     let mut eigen = Eigen::<D>::about(simulation, Some(count))?;
@@ -161,6 +163,7 @@ fn sound<const D: usize>(
     let amplitudes: Vec<f64> =
         eigen.pairs.iter().map(|(_, p)| along(&p.vector, struck) * along(&p.vector, heard)).collect();
     let loudest = amplitudes.iter().fold(0.0, |m: f64, a| m.max(a.abs()));
+    // Sort out inaudible modes.
     let (mut partials, mut silent) = (vec![], Silent::default());
     for (mode, (((square, _), rate), amplitude)) in eigen.pairs.iter().zip(&rates).zip(amplitudes).enumerate()
     {
@@ -185,8 +188,8 @@ fn sound<const D: usize>(
 }
 
 impl Sound {
-    /// `seconds` of it, the largest of the samples at `peak`, at most 1: each tone turns by a constant
-    /// complex factor from one sample to the next, which is exact but for rounding.
+    /// Returns `seconds` of sound, scaled so that the largest sample is `peak`, at most 1. Each tone is
+    /// advanced by a constant complex factor per sample, which is exact up to rounding.
     pub fn samples(&self, seconds: f64, peak: f64) -> Vec<f64> {
         let mut samples = vec![0.0; (seconds * self.sample_rate).round() as usize];
         for partial in &self.partials {

@@ -1,23 +1,23 @@
-//! The exact motion of a linear system, as a sum of its modes.
+//! Modal superposition: the exact motion of a linear system as a sum of its modes.
 
 use super::eigen::{Eigen, product};
 use super::{ModesError, Oscillator};
 use crate::simulation::Simulation;
 use crate::system::System;
 
-/// Damping that couples modes by more than this part of what it does to each is not taken for rounding.
+/// Relative coupling of modes by damping above which it is not rounding.
 const COUPLING: f64 = 1e-8;
-/// The statics of what is left out is solved to this part.
+/// Relative tolerance of the static solution for omitted modes.
 const STATICS: f64 = 1e-12;
 
-/// `M u'' + C u' + K u = f`, `x = x_0 + u`, solved exactly from the state `(x_0, v_0)` of a simulation: `K`,
-/// `C` and `f = -dE/dx` are those at that state, and `u = sum_j q_j(t) phi_j`, each `q_j` in closed form
-/// (lecture 2).
+/// Modal superposition: solves `M u'' + C u' + K u = f`, `x = x_0 + u`, exactly from the state
+/// `(x_0, v_0)` of a simulation. `K`, `C` and `f = -dE/dx` are those at that state, and
+/// `u = sum_j q_j(t) phi_j`, each `q_j` in closed form (lecture 2).
 ///
-/// Exact in time for linear materials, gravity and dead loads, undamped or damped in proportion to mass or
-/// by ether drag: errors of time integrators are measured against it. For others it is the linearisation,
-/// see [`nonlinearity`](Self::nonlinearity): damping in proportion to the stiffness is that of the present
-/// shape, not of the shape at the start, and differs by as much as the strain. Assembled once, evaluated at
+/// Exact in time for linear materials, gravity and dead loads, undamped or with mass-proportional damping
+/// or ether drag: a reference for errors of time integrators. Otherwise it solves the linearised system,
+/// see [`nonlinearity`](Self::nonlinearity): stiffness-proportional damping of a simulation follows the
+/// current shape, not the initial one, and differs by as much as the strain. Assembled once, evaluated at
 /// any number of times. Clough, Penzien 1993, *Dynamics of Structures*, chapter 12.
 ///
 /// ```
@@ -43,35 +43,35 @@ const STATICS: f64 = 1e-12;
 #[derive(Clone, Debug)]
 pub struct Superposition {
     dimension: usize,
-    /// `x_0`, in the order of the scene.
+    /// Positions `x_0`, in scene order.
     origin: Vec<f64>,
-    /// One shape after another, in the order of the scene.
+    /// Mode shapes one after another, in scene order.
     shapes: Vec<f64>,
     oscillators: Vec<Oscillator>,
     residual: Residual,
     nonlinearity: f64,
 }
 
-/// Contribution of the modes that were not asked for.
+/// Contribution of omitted modes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Residual {
-    /// Kinetic energy of the start that no mode has [J].
+    /// Initial kinetic energy outside the modes [J].
     pub kinetic: f64,
-    /// All of it [J].
+    /// Total initial kinetic energy [J].
     pub kinetic_total: f64,
-    /// Elastic energy of the static answer to the part of the force that no mode has, `1/2 r . K^-1 r` [J].
+    /// Elastic energy of the static response to the force outside the modes, `1/2 r . K^-1 r` [J].
     pub elastic: f64,
-    /// The same of the whole force, rigid motion left out [J].
+    /// Elastic energy of the static response to the whole force, without rigid motions [J].
     pub elastic_total: f64,
 }
 
 impl Simulation {
-    /// The exact solution of the system linearised at the present state, from that state on: by all modes,
-    /// or by the `count` lowest.
+    /// Computes the exact solution of the system linearised at the current state, starting there, by all
+    /// modes or by the `count` lowest.
     ///
     /// # Errors
-    /// [`ModesError`]; [`NotLinear`](ModesError::NotLinear) where walls, loads that change, follower loads or
-    /// moving or ending pins act, [`Coupled`](ModesError::Coupled) where damping couples modes.
+    /// [`ModesError`]; [`NotLinear`](ModesError::NotLinear) with walls, time-dependent or follower loads,
+    /// or moving or ending pins; [`Coupled`](ModesError::Coupled) if damping couples modes.
     pub fn superposition(&mut self, count: Option<usize>) -> Result<Superposition, ModesError> {
         ensure_steady(self.system())?;
         match self.system().dimension() {
@@ -81,7 +81,7 @@ impl Simulation {
     }
 }
 
-/// Forces must be a constant one and a linear one.
+/// Checks that forces are constant or linear.
 fn ensure_steady(system: &System) -> Result<(), ModesError> {
     let fail = |what: String| Err(ModesError::NotLinear { what });
     if !system.walls().is_empty() {
@@ -111,14 +111,16 @@ fn superposition<const D: usize>(
     let system = simulation.system_mut();
     let mut gradient = vec![0.0; eigen.x.len()];
     system.gradient(&eigen.x, &mut gradient);
-    // The force on what is free.
+    // Force on free coordinates.
     let force: Vec<f64> =
         gradient.iter().zip(&eigen.mass).map(|(g, m)| if *m > 0.0 { -g } else { 0.0 }).collect();
     let momentum: Vec<f64> = velocity.iter().zip(&eigen.mass).map(|(v, m)| v * m).collect();
+    // Damping must not couple the modes.
     let (rates, coupling) = eigen.damping(system);
     if coupling > COUPLING {
         return Err(ModesError::Coupled { coupling });
     }
+    // One oscillator per mode, from the modal force and velocity.
     let oscillators: Vec<Oscillator> = eigen
         .pairs
         .iter()
@@ -130,6 +132,7 @@ fn superposition<const D: usize>(
             velocity: product(&pair.vector, &momentum),
         })
         .collect();
+    // Contribution of omitted modes; then everything in scene order.
     let residual = residual(&mut eigen, system, &oscillators, &force, &velocity)?;
     let numbering = simulation.numbering();
     let in_order = |flat: &[f64]| numbering.to_original(flat, D).into_owned();
@@ -152,6 +155,7 @@ fn residual<const D: usize>(
     force: &[f64],
     velocity: &[f64],
 ) -> Result<Residual, ModesError> {
+    // Force and velocity that the modes do not represent.
     let (mut rest, mut still) = (force.to_vec(), velocity.to_vec());
     for (o, (_, pair)) in oscillators.iter().zip(&eigen.pairs) {
         for (n, phi) in pair.vector.iter().enumerate() {
@@ -166,14 +170,14 @@ fn residual<const D: usize>(
     if oscillators.len() == eigen.free_coordinates {
         return Ok(Residual { kinetic: 0.0, kinetic_total, elastic: 0.0, elastic_total: found });
     }
-    // K y = r by y <- (K + s M)^-1 (r + s M y): no mode that is left out is below s, so that an iteration
-    // halves the error at least; without rigid motion K itself has an inverse.
+    // Iterates y <- (K + s M)^-1 (r + s M y) for K y = r: omitted modes lie above s, so that each
+    // iteration at least halves the error. Without rigid motion K itself is invertible.
     let last = eigen.pairs.last().map_or(0.0, |(square, _)| *square);
     let is_held = eigen.pairs.first().is_some_and(|(square, _)| *square > 0.0);
     let shift = match (is_held, last > 0.0) {
         (true, _) => 0.0,
         (false, true) => last,
-        // Rigid motion alone was asked for: the modes above it are unknown.
+        // Only rigid motion was requested: the modes above it are unknown.
         (false, false) => {
             return Ok(Residual { kinetic, kinetic_total, elastic: f64::NAN, elastic_total: f64::NAN });
         }
@@ -197,8 +201,8 @@ fn residual<const D: usize>(
     Ok(Residual { kinetic, kinetic_total, elastic: energy, elastic_total: found + energy })
 }
 
-/// By how much the force of the system differs from the linear one, `|f - (f_0 - K u - C v)|` beside `|K
-/// u|`, `|f_0|` and `|C v|`, in largest components, at the end of a quarter of the longest period.
+/// Measures the deviation of the force from the linear one, `|f - (f_0 - K u - C v)|` relative to
+/// `|K u|`, `|f_0|` and `|C v|` in the maximum norm, after a quarter of the longest period.
 fn nonlinearity<const D: usize>(
     superposition: &Superposition,
     eigen: &Eigen<D>,
@@ -213,6 +217,7 @@ fn nonlinearity<const D: usize>(
     superposition.state_at(0.5 * std::f64::consts::PI / slowest.sqrt(), &mut x, &mut v);
     let internal = |flat: &[f64]| simulation.numbering().to_internal(flat, D).into_owned();
     let (x, v) = (internal(&x), internal(&v));
+    // Compare exact and linearised forces at that state.
     let u: Vec<f64> = x.iter().zip(&eigen.x).map(|(x, origin)| x - origin).collect();
     let system = simulation.system_mut();
     let [mut there, mut linear, mut damped, mut viscous] = [0; 4].map(|_| vec![0.0; n]);
@@ -225,7 +230,7 @@ fn nonlinearity<const D: usize>(
     let (mut defect, mut scale) = (0.0f64, 0.0f64);
     for i in (0..n).filter(|i| eigen.mass[*i] > 0.0) {
         let difference = (there[i] - gradient[i] - linear[i] + damped[i] - viscous[i]).abs();
-        // A barrier is as nonlinear as can be.
+        // A barrier counts as infinitely nonlinear.
         defect = if difference.is_nan() { f64::INFINITY } else { defect.max(difference) };
         scale = scale.max(linear[i].abs()).max(gradient[i].abs()).max(viscous[i].abs());
     }
@@ -233,8 +238,8 @@ fn nonlinearity<const D: usize>(
 }
 
 impl Superposition {
-    /// Writes positions [m] and velocities [m/s] at `t >= 0` [s] after the start to `x` and `v`, flat `(n,
-    /// dimension)`, vertices in the order of the scene. No allocation.
+    /// Writes positions [m] and velocities [m/s] at `t >= 0` [s] after the start to `x` and `v`, flat
+    /// `(n, dimension)`, vertices in scene order. Does not allocate.
     ///
     /// # Panics
     /// If `x` or `v` has another length.
@@ -251,28 +256,28 @@ impl Superposition {
         }
     }
 
-    /// 2 or 3.
+    /// Returns the dimension, 2 or 3.
     pub fn dimension(&self) -> usize {
         self.dimension
     }
 
-    /// The modes in time, by frequency.
+    /// Returns the modal oscillators, by frequency.
     pub fn oscillators(&self) -> &[Oscillator] {
         &self.oscillators
     }
 
-    /// The shape of mode `j`, `phi^T M phi = 1`, flat, in the order of the scene [kg^-1/2].
+    /// Returns the shape of mode `j`, `phi^T M phi = 1`, flat, in scene order [kg^-1/2].
     pub fn shape(&self, j: usize) -> &[f64] {
         &self.shapes[j * self.origin.len()..][..self.origin.len()]
     }
 
-    /// Contribution of the modes that were left out; nothing where all are there.
+    /// Returns the contribution of omitted modes; zero with all modes.
     pub fn residual(&self) -> Residual {
         self.residual
     }
 
-    /// How far forces are from being linear, as a part of the largest: compared at a quarter of the longest
-    /// period. Rounding, some 1e-10, for linear systems; if it is more, this is the solution of the
+    /// Returns the relative deviation of forces from linearity, compared at a quarter of the longest
+    /// period. About 1e-10 (rounding) for linear systems; if it is larger, this is the solution of the
     /// linearised system.
     pub fn nonlinearity(&self) -> f64 {
         self.nonlinearity

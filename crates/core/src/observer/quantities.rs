@@ -1,9 +1,9 @@
-//! Sets of quantities of a frame.
+//! Sets of frame quantities.
 
 use std::fmt;
 use std::ops::{BitOr, BitOrAssign};
 
-/// Set of quantities that a [`Frame`](super::Frame) has, or that an [`Observer`](super::Observer) reads.
+/// Set of quantities that a [`Frame`](super::Frame) has or an [`Observer`](super::Observer) reads.
 ///
 /// ```
 /// use pliant::observer::Quantities;
@@ -15,14 +15,14 @@ use std::ops::{BitOr, BitOrAssign};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Quantities(u8);
 
-/// Names, in the order of the bits.
+/// Names, in bit order.
 const NAMES: [&str; 6] =
     ["state", "diagnostics", "states of elements", "states of points", "reactions", "contacts"];
 
 impl Quantities {
-    /// None of them.
+    /// Empty set.
     pub const NONE: Quantities = Quantities(0);
-    /// Positions and velocities. Every frame of a run has them.
+    /// Positions and velocities; every frame has them.
     pub const STATE: Quantities = Quantities(1);
     /// Energies and momenta, [`Frame::diagnostics`](super::Frame::diagnostics).
     pub const DIAGNOSTICS: Quantities = Quantities(1 << 1);
@@ -30,22 +30,22 @@ impl Quantities {
     pub const ELEMENTS: Quantities = Quantities(1 << 2);
     /// Deformation and stress at points, [`Frame::points`](super::Frame::points).
     pub const POINTS: Quantities = Quantities(1 << 3);
-    /// Forces of pins and walls, [`Frame::reactions`](super::Frame::reactions).
+    /// Reaction forces of pins and walls, [`Frame::reactions`](super::Frame::reactions).
     pub const REACTIONS: Quantities = Quantities(1 << 4);
-    /// Surfaces that touch, [`Frame::contacts`](super::Frame::contacts).
+    /// Surfaces in contact, [`Frame::contacts`](super::Frame::contacts).
     pub const CONTACTS: Quantities = Quantities(1 << 5);
 
-    /// True if all of `others` are in the set.
+    /// True if the set contains all of `others`.
     pub const fn contains(self, others: Quantities) -> bool {
         self.0 & others.0 == others.0
     }
 
-    /// The set without `others`.
+    /// Returns the set without `others`.
     pub const fn without(self, others: Quantities) -> Quantities {
         Quantities(self.0 & !others.0)
     }
 
-    /// These if `condition` holds, else none.
+    /// Returns the set if `condition` holds, else the empty set.
     pub const fn only_if(self, condition: bool) -> Quantities {
         if condition { self } else { Quantities::NONE }
     }
@@ -70,14 +70,14 @@ impl BitOrAssign for Quantities {
     }
 }
 
-/// Union.
+/// Builds the union.
 impl FromIterator<Quantities> for Quantities {
     fn from_iter<I: IntoIterator<Item = Quantities>>(sets: I) -> Quantities {
         sets.into_iter().fold(Quantities::NONE, BitOr::bitor)
     }
 }
 
-/// Names, with commas between them.
+/// Lists the names, separated by commas.
 impl fmt::Display for Quantities {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let names = NAMES.iter().enumerate().filter(|(bit, _)| self.0 & (1 << bit) != 0);

@@ -1,4 +1,4 @@
-//! Points of bodies that are followed through a run.
+//! Probes: material points of bodies that are tracked through a run.
 
 mod table;
 
@@ -7,33 +7,33 @@ pub use table::{Table, TableColumn, columns, row, titles, written_at};
 use crate::diagnostics::{ElementState, Measure};
 use crate::observer::Frame;
 
-/// A point that is a fixed mixture of vertices: `x = sum_a w_a x_a`.
+/// A point with fixed weights of vertices: `x = sum_a w_a x_a`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Probe {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// The body it is on.
+    /// Body of the probe.
     pub body: String,
-    /// Vertices that it moves with, as frames number them.
+    /// Vertices that carry the point, as frames number them.
     pub vertices: Vec<u32>,
-    /// Their weights; the sum is 1.
+    /// Weights of the vertices, which sum to 1.
     pub weights: Vec<f64>,
-    /// Place at rest [m]; in 2D the third is 0.
+    /// Reference position [m]; in 2D the third component is 0.
     pub rest: [f64; 3],
-    /// Its number among [`Frame::points`], in a finite element.
+    /// Index in [`Frame::points`], for a point in a finite element.
     pub point: Option<usize>,
 }
 
-/// Reading of a probe at one moment.
+/// Reading of a probe in one frame.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Reading {
     /// Simulated time [s].
     pub time: f64,
-    /// Position [m]; in 2D the third is 0, here and below.
+    /// Position [m]; in 2D the third component is 0, here and below.
     pub position: [f64; 3],
     /// Velocity [m/s].
     pub velocity: [f64; 3],
-    /// Displacement from the place at rest [m].
+    /// Displacement from the reference position [m].
     pub displacement: [f64; 3],
     /// Green strain: xx, yy, zz, xy, yz, xz; `None` outside of finite elements.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -50,7 +50,7 @@ pub struct Reading {
 }
 
 impl Probe {
-    /// Its reading in a frame; strain and stress where the frame has the states of points.
+    /// Reads the probe in a frame; strain and stress need the frame's states of points.
     pub fn read(&self, frame: &Frame<'_>) -> Reading {
         let position = self.mix(frame.x, frame.dimension);
         let mut displacement = position;
@@ -68,7 +68,7 @@ impl Probe {
         }
     }
 
-    /// The mixture of rows of a flat array.
+    /// Weighted sum of rows of a flat array.
     fn mix(&self, rows: &[f64], dimension: usize) -> [f64; 3] {
         let mut sum = [0.0; 3];
         for (&vertex, weight) in self.vertices.iter().zip(&self.weights) {

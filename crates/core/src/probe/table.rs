@@ -1,4 +1,4 @@
-//! Readings of probes as a table of comma-separated values.
+//! Probe readings as a table of comma-separated values (CSV).
 
 use std::io::{self, Write};
 
@@ -6,14 +6,14 @@ use super::{Probe, Reading};
 use crate::observer::{Frame, Notes, Observer, ObserverError, Quantities};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
-/// In the order of the readings.
+/// Component order of symmetric tensors in readings.
 const SYMMETRIC: [&str; 6] = ["xx", "yy", "zz", "xy", "yz", "xz"];
 
-/// Writes one row for each frame, columns `time [s]`, on a path of equilibria `load_factor [1]`, then of
-/// each probe `NAME.x [m]`, `NAME.vx [m/s]`, `NAME.ux [m]` for each axis of the scene, and where it is in a
-/// finite element `NAME.Exx [1]` (Green strain), `NAME.Cxx [1]` (corotated strain), `NAME.sxx [Pa]` (Cauchy
-/// stress) and `NAME.psi [J/m^3]` (energy density). Numbers have as many digits as it takes to read back the
-/// same double. Every row is handed on at once.
+/// Writes one row per frame: `time [s]`, with arc-length continuation `load_factor [1]`, then for each
+/// probe `NAME.x [m]`, `NAME.vx [m/s]`, `NAME.ux [m]` for each axis of the scene and, in a finite
+/// element, `NAME.Exx [1]` (Green strain), `NAME.Cxx [1]` (corotated strain), `NAME.sxx [Pa]` (Cauchy
+/// stress) and `NAME.psi [J/m^3]` (energy density). Numbers have as many digits as are needed to read
+/// back the same double. Each row is flushed.
 pub struct Table<W> {
     out: W,
     what: String,
@@ -23,19 +23,19 @@ pub struct Table<W> {
     written: u64,
 }
 
-/// Name of the note at a checkpoint: the bytes written until then, as eight bytes.
+/// Name of the checkpoint note: the bytes written so far, as eight bytes.
 const WRITTEN: &str = "probes";
 
-/// A column of the table, behind the one of time.
+/// A column of the table, after that of time.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TableColumn {
-    /// Of the probe and of its component, `NAME.x`.
+    /// Probe and component, `NAME.x`.
     pub name: String,
-    /// As written between brackets.
+    /// Unit, as written between brackets.
     pub unit: &'static str,
 }
 
-/// The columns of these probes in a scene of this dimension, in the order of a [`row`].
+/// Returns the columns of these probes in a scene of this dimension, in the order of a [`row`].
 pub fn columns(probes: &[Probe], dimension: usize) -> Vec<TableColumn> {
     let mut columns = vec![];
     for probe in probes {
@@ -57,8 +57,8 @@ pub fn columns(probes: &[Probe], dimension: usize) -> Vec<TableColumn> {
     columns
 }
 
-/// The numbers of these probes in a frame, in the order of their [`columns`]; strains and stresses where the
-/// frame has the states of points.
+/// Returns the values of these probes in a frame, in the order of their [`columns`]; strains and stresses
+/// need the frame's states of points.
 pub fn row(probes: &[Probe], frame: &Frame<'_>) -> Vec<f64> {
     let mut numbers = vec![];
     for probe in probes {
@@ -83,8 +83,8 @@ pub fn row(probes: &[Probe], frame: &Frame<'_>) -> Vec<f64> {
     numbers
 }
 
-/// The first line of the table of these probes: the titles of its columns; `has_factor` on a path of
-/// equilibria.
+/// Returns the header line of the table; `has_factor` adds the load factor column of arc-length
+/// continuation.
 pub fn titles(probes: &[Probe], dimension: usize, has_factor: bool) -> String {
     let titles = columns(probes, dimension).into_iter();
     let titles = titles.map(|TableColumn { name, unit }| format!(",{name} [{unit}]"));
@@ -93,12 +93,12 @@ pub fn titles(probes: &[Probe], dimension: usize, has_factor: bool) -> String {
 }
 
 impl<W: Write> Table<W> {
-    /// Of these probes to `out`, which `what` names in errors, e.g. `writing probes.csv`.
+    /// Creates a table of these probes on `out`; `what` names it in errors, e.g. `writing probes.csv`.
     pub fn new(probes: &[Probe], out: W, what: &str) -> Self {
         Table { out, what: what.to_owned(), probes: probes.to_vec(), line: String::new(), written: 0 }
     }
 
-    /// The same behind the first `written` bytes of a table, those of [`written_at`].
+    /// Continues a table after its first `written` bytes, as returned by [`written_at`].
     pub fn behind(probes: &[Probe], out: W, what: &str, written: u64) -> Self {
         Table { written, ..Self::new(probes, out, what) }
     }
@@ -136,7 +136,7 @@ impl<W: Write> Observer for Table<W> {
     }
 }
 
-/// Bytes of the table that had been written at a checkpoint with these notes; `None` without a table.
+/// Returns the bytes of the table written before the checkpoint with these notes; `None` without a table.
 pub fn written_at(notes: &Notes) -> Option<u64> {
     notes.get(WRITTEN)?.as_slice().try_into().ok().map(u64::from_le_bytes)
 }

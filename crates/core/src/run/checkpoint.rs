@@ -1,4 +1,4 @@
-//! Checkpoints of whole runs.
+//! Checkpoints of complete runs.
 
 use std::cmp::Ordering;
 
@@ -7,7 +7,7 @@ use crate::diagnostics::Diagnostics;
 use crate::observer::{Notes, ObserverError};
 use crate::simulation::{self, Simulation};
 
-/// Everything that a run goes on from, beside the scene and the plan.
+/// Everything that a run continues from, except the scene and the plan.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct RunCheckpoint {
     /// State of the simulation.
@@ -18,40 +18,40 @@ pub struct RunCheckpoint {
     pub notes: Notes,
 }
 
-/// Decides which checkpoints are kept, and keeps them.
+/// Decides which checkpoints are kept, and stores them.
 pub trait Checkpoints {
-    /// True if the last one is to be kept after `step` steps; asked once before every step. It is kept where
-    /// the run ends well or is interrupted, too.
+    /// True if the last checkpoint must be kept after `step` steps; called once before each step. The
+    /// last one is also kept when the run ends well or is interrupted.
     fn is_due(&mut self, step: u64) -> bool;
 
-    /// Keeps a checkpoint.
+    /// Stores a checkpoint.
     ///
     /// # Errors
-    /// Whatever keeps it from being kept; the run stops and reports it.
+    /// If it cannot be stored; the run stops and reports it.
     fn keep(&mut self, checkpoint: &RunCheckpoint) -> Result<(), ObserverError>;
 }
 
-/// Bookkeeping of a run: frames, and the energies that later ones are compared with.
+/// State of a run: frames, and reference energies for later ones.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct RunState {
     /// Step of the simulation at the start.
     pub(super) first_step: u64,
     /// Time of the simulation at the start [s].
     pub(super) first_time: f64,
-    /// Step and time [s] that the run had reached when the checkpoint was kept.
+    /// Step and time [s] of the run when the checkpoint was kept.
     pub(super) reached_step: u64,
     pub(super) reached_time: f64,
     /// Frames shown.
     pub(super) frames: u64,
-    /// Step since the start at which the next frame is due, where steps are of one size.
+    /// Step since the start of the next frame, with fixed steps.
     pub(super) next_frame: u64,
     /// Time of the last frame shown [s].
     pub(super) last_frame_time: f64,
-    /// Measurements at the start.
+    /// Diagnostics at the start.
     pub(super) start: Diagnostics,
-    /// Measurements of the last good state that was measured.
+    /// Diagnostics of the last valid state that was measured.
     pub(super) last_good: Diagnostics,
-    /// Energy scale at the start, and with what has come in since [J].
+    /// Energy scale at the start, and with the energy supplied since [J].
     pub(super) scale_at_start: f64,
     pub(super) energy_scale: f64,
     /// Largest change and gain of energy so far [J].
@@ -60,7 +60,7 @@ pub struct RunState {
 }
 
 impl RunState {
-    /// The state at the beginning of a run.
+    /// Creates the state at the start of a run.
     pub(super) fn new(simulation: &mut Simulation) -> Self {
         simulation.forget_what_was_noted();
         let start = simulation.diagnostics();
@@ -83,27 +83,27 @@ impl RunState {
         }
     }
 
-    /// Frames shown before this moment.
+    /// Returns the number of frames shown so far.
     pub fn frames(&self) -> u64 {
         self.frames
     }
 
-    /// Time of the last of them [s]; `None` before the first.
+    /// Returns the time of the last frame [s]; `None` before the first.
     pub fn last_frame_time(&self) -> Option<f64> {
         (self.frames > 0).then_some(self.last_frame_time)
     }
 
-    /// Steps since the start of the simulation that the run had taken when its checkpoint was kept.
+    /// Returns the step of the run when its checkpoint was kept.
     pub fn reached_step(&self) -> u64 {
         self.reached_step
     }
 
-    /// Simulated time since the start of the run that it had reached then [s].
+    /// Returns the simulated time since the start of the run when its checkpoint was kept [s].
     pub fn elapsed(&self) -> f64 {
         self.reached_time - self.first_time
     }
 
-    /// How far the run had come then, before, at or beyond the end of `plan`; `simulation` is one of the same
+    /// Compares the progress at that moment with the end of `plan`; `simulation` must be of the same
     /// scene. The last frame comes after a checkpoint at the end.
     pub fn against(&self, plan: &Plan, simulation: &Simulation) -> Ordering {
         match simulation.step_control() {
@@ -112,7 +112,7 @@ impl RunState {
         }
     }
 
-    /// Measurements at the start of the run.
+    /// Returns the diagnostics at the start of the run.
     pub fn start(&self) -> &Diagnostics {
         &self.start
     }

@@ -9,7 +9,7 @@ use crate::observer::ObserverError;
 use crate::state::State;
 use crate::system::System;
 
-/// Facts of every frame: its step, its time, and how far the mass was stretched.
+/// Facts of each frame: step, time and stretch of the spring.
 struct Witness {
     frames: Vec<(u64, f64, f64)>,
     measures: bool,
@@ -51,8 +51,8 @@ fn watched(simulation: &mut Simulation, plan: Plan, measures: bool) -> (Witness,
     (witness, summary)
 }
 
-/// Frames 0.1 s apart are 10/3 steps of 0.03 s apart: 3.33, 6.67, 10, .. rounded. The last is at the end,
-/// wherever that is.
+/// Frames are 0.1 s apart, which is 10/3 steps of 0.03 s: 3.33, 6.67, 10, .. rounded. The last one is at
+/// the end of the run.
 #[test]
 fn frames_are_at_the_steps_nearest_to_their_times_and_at_the_end() {
     let cases: [(f64, f64, &[u64]); 4] = [
@@ -73,7 +73,7 @@ fn frames_are_at_the_steps_nearest_to_their_times_and_at_the_end() {
     }
 }
 
-/// Where steps follow the error, frames are at their times to the last bit, the end included.
+/// With adaptive steps, frames are at their exact times, including the end.
 #[test]
 fn frames_of_adaptive_steps_are_at_their_times_and_at_the_end() {
     let mut simulation = oscillator(IntegratorSpec::DormandPrince5, 0.1);
@@ -106,7 +106,7 @@ fn no_frame_is_shown_of_a_run_that_blows_up_whoever_measures() {
     }
 }
 
-/// Between frames it is looked every 128 steps; what is found there is not shown.
+/// Between frames the energy is checked every 128 steps; a failing state is not shown.
 #[test]
 fn a_state_that_fails_between_frames_is_not_shown() {
     let mut simulation = oscillator(IntegratorSpec::VelocityVerlet, 2.1);
@@ -116,8 +116,7 @@ fn a_state_that_fails_between_frames_is_not_shown() {
     assert_eq!(summary.end.total, summary.start.total);
 }
 
-/// A step of 50 overflows within 128 steps: the state before the one that cannot be taken is finite, and no
-/// good one.
+/// A step of 50 overflows within 128 steps: the state before the failed step is finite but invalid.
 #[test]
 fn the_state_before_a_step_that_cannot_be_taken_is_judged() {
     let mut simulation = oscillator(IntegratorSpec::VelocityVerlet, 50.0);

@@ -1,4 +1,4 @@
-//! Steps whose size follows the error.
+//! Steps of adaptive size.
 
 use super::{Simulation, StepError};
 use crate::control::{Controller, StepControl};
@@ -8,33 +8,32 @@ use crate::solver::StepFault;
 use crate::solver::scene_size;
 use crate::system::{ForceId, System};
 
-/// Times nearer to each other than this many units in the last place are one.
+/// Times closer than this many units in the last place are equal.
 const SAME_TIME_ULPS: f64 = 8.0;
-/// Of a scene where nothing moves and nothing acts, the first step is this part of the largest.
+/// First step without motion and forces, as a fraction of the largest step.
 const FIRST_AT_REST: f64 = 1e-3;
 
 impl Simulation {
-    /// The length that errors of positions and energies go by [m]: the diagonal of the bounding box of all
-    /// vertices, now; of a single point, or several at one place, its distance from the origin along the
-    /// axis where it is farthest; at the origin, 1.
+    /// Returns the length scale of position and energy errors [m]: the diagonal of the bounding box of
+    /// all vertices. If all vertices coincide, it is their largest coordinate, or 1 at the origin.
     pub fn length_scale(&self) -> f64 {
         scene_size(self.state.x(), self.system.dimension())
     }
 
-    /// The speed that errors of velocities are compared with [m/s]: that of all masses together with the
-    /// energy there is now, kinetic and stored, and what gravity can give over the size of the scene;
-    /// `sqrt(2 E / m)`.
+    /// Returns the speed scale of velocity errors [m/s], `sqrt(2 E / m)`: the speed of all masses
+    /// together with the current energy, kinetic and stored, plus what gravity can release over the scene
+    /// size.
     pub fn speed_scale(&mut self) -> f64 {
         let energy = self.system.kinetic(self.state.v()) + self.potential_scale();
         (2.0 * energy / self.system.mass().iter().sum::<f64>()).sqrt()
     }
 
-    /// Lets step sizes follow the error from now on, beginning with the first that `control` names or that
-    /// two evaluations of the force find. Implicit steps are solved to a
-    /// [part](crate::solver::PART_OF_STEP_ERROR) of it, unless the solver's options have a tolerance.
+    /// Enables adaptive step sizes, starting with the first step that `control` gives or two force
+    /// evaluations estimate. Implicit steps are solved to a [fraction](crate::solver::PART_OF_STEP_ERROR)
+    /// of the error tolerance, unless the solver options set a tolerance.
     ///
     /// # Panics
-    /// If the scheme has no estimate of its error, nor a criterion of its own, see
+    /// If the integrator has neither an error estimate nor a criterion of its own, see
     /// [`Method::is_adaptive`](crate::integrator::Method::is_adaptive).
     pub fn set_step_control(&mut self, control: StepControl) {
         let first = control.first.unwrap_or_else(|| self.first_step(&control));
@@ -44,18 +43,18 @@ impl Simulation {
         self.set_solver(self.solver);
     }
 
-    /// How step sizes follow the error; `None` where they do not.
+    /// Returns the step size control; `None` with fixed steps.
     pub fn step_control(&self) -> Option<&StepControl> {
         self.controller.as_ref().map(|controller| &controller.control)
     }
 
-    /// Takes one step that goes no farther than to the time `target` [s], and lands on it to the last bit if
-    /// it gets there. Without [step control](Self::set_step_control), a step of the fixed size.
+    /// Takes one step that goes at most to the time `target` [s], and ends exactly there if it gets that
+    /// far. Without [step control](Self::set_step_control) takes a step of fixed size.
     ///
-    /// Holds let go exactly at their end, and steps land on the times at which keyframes break a motion.
+    /// Pins are released exactly at their end, and steps end at kinks of keyframed motion.
     ///
     /// # Errors
-    /// [`StepError`]; the state is then what it was before.
+    /// [`StepError`]; the state is then unchanged.
     pub fn step_towards(&mut self, target: f64) -> Result<(), StepError> {
         self.forget_in_time();
         let Some(mut controller) = self.controller.take() else { return self.step() };
@@ -65,14 +64,14 @@ impl Simulation {
         end
     }
 
-    /// Size of the step that led to the present state [s]; zero before the first.
+    /// Returns the size of the step that led to the current state [s]; zero before the first.
     pub fn last_step_size(&self) -> f64 {
         self.last_step_size
     }
 
-    /// Takes one step of `h` [s] to the time `end` [s], whatever its error: a step that was
-    /// [chosen](Self::step_towards) in a run, or one of the [parts](Self::last_parts) of a step, taken again
-    /// from the same state. What follows the error goes on as if there had been none.
+    /// Takes one step of `h` [s] to the time `end` [s], whatever its error: repeats a step
+    /// [chosen](Self::step_towards) in a run, or one of its [substeps](Self::last_parts), from the same
+    /// state. Step size control continues unaffected.
     ///
     /// ```
     /// use pliant::integrator::IntegratorSpec;
@@ -88,11 +87,11 @@ impl Simulation {
     /// ```
     ///
     /// # Errors
-    /// As [`step`](Self::step); the state is then what it was before.
+    /// Those of [`step`](Self::step); the state is then unchanged.
     pub fn repeat_step(&mut self, h: f64, end: f64) -> Result<(), StepError> {
         let time = self.state.time;
-        // Steps that follow the error land on the times at which holds end; parts of others let go of what
-        // the whole did.
+        // Adaptive steps end at the times at which pins end; substeps of fixed steps release what the
+        // whole step did.
         let until = match self.controller {
             Some(_) => time + SAME_TIME_ULPS * f64::EPSILON * time.abs().max(h),
             None => self.released_until(time).unwrap_or(time + 0.5 * self.step_size),
@@ -106,8 +105,8 @@ impl Simulation {
         Ok(())
     }
 
-    /// The norm of the error that the scheme estimates for a step of `h` [s] from here, 1 being what is
-    /// allowed; the step is not taken. `None` where there is no estimate, or no such step.
+    /// Returns the error norm that the integrator estimates for a step of `h` [s] from here, relative to
+    /// the tolerances; does not take the step. `None` without an estimate, or if the step fails.
     pub fn estimate_of_a_step(&mut self, h: f64) -> Option<f64> {
         let controller = self.controller.take()?;
         let stepped = self.attempt(h).is_ok();
@@ -125,9 +124,11 @@ impl Simulation {
     fn controlled_step(&mut self, controller: &mut Controller, target: f64) -> Result<(), StepError> {
         let time = self.state.time;
         let same = SAME_TIME_ULPS * f64::EPSILON * time.abs().max(controller.next());
+        // Release pins and open the ledger as at the start of any step.
         let released = self.system.change_pins(|pins| pins.release(time + same));
         self.ensure_force(time)?;
         self.open_ledger(released);
+        // The step must not pass a kink or the target.
         let next_break = self.system.next_break(time + same).filter(|at| *at < target - same);
         let goal = next_break.unwrap_or(target);
         let mut last = (controller.next(), None, None);
@@ -137,12 +138,13 @@ impl Simulation {
             }
             let h = controller.plan(goal - time);
             let smallest = controller.floor(time);
-            // Not a number is too small.
+            // NaN counts as too small.
             let is_large_enough = h >= smallest || h >= goal - time;
             if !is_large_enough {
                 return Err(self.too_small(smallest, last));
             }
             let end = if h == goal - time { goal } else { time + h };
+            // Attempt the step; accept it, or reject and retry.
             let (judgement, fault) = match self.attempt(h) {
                 Err(fault) => (None, Some(fault)),
                 Ok(()) => {
@@ -170,7 +172,7 @@ impl Simulation {
             };
             controller.reject(h, judgement);
             last = (h, judgement, fault);
-            // Implicit schemes begin with the acceleration at the beginning.
+            // Implicit integrators start with the acceleration at the start of the step.
             self.ensure_force(time)?;
         }
     }
@@ -199,9 +201,9 @@ impl Simulation {
         }
     }
 
-    /// The algorithm of Hairer, Norsett, Wanner 1993, *Solving Ordinary Differential Equations I*, section
-    /// II.4, with the size of the scene for the norm of the positions, which have no natural zero, and the
-    /// time scale `tau = d_0 / d_1` where it takes the second for a unit:
+    /// Estimates the first step: algorithm of Hairer, Norsett, Wanner 1993, *Solving Ordinary
+    /// Differential Equations I*, section II.4, with the scene size for the norm of the positions, which
+    /// have no natural zero, and the time scale `tau = d_0 / d_1` for its time unit:
     ///
     /// ```text
     /// d_0 = |(size, v)|   d_1 = |(v, a)|   tau = d_0 / d_1   h_0 = tau / 100
@@ -222,6 +224,7 @@ impl Simulation {
                     }
                 })
             };
+        // Time scale and trial step.
         let per_axis = size / (self.system.dimension() as f64).sqrt();
         let d0 = length(&self.system, &|_| per_axis, &|i| v[i]);
         let d1 = length(&self.system, &|i| v[i], &|i| a[i]);
@@ -230,6 +233,7 @@ impl Simulation {
         }
         let tau = d0 / d1;
         let h0 = (0.01 * tau).min(control.largest);
+        // Second derivative along the trial step.
         let x1: Vec<f64> = x.iter().zip(&v).map(|(x, v)| x + h0 * v).collect();
         let v1: Vec<f64> = v.iter().zip(&a).map(|(v, a)| v + h0 * a).collect();
         let Some(a1) = acceleration(&mut self.system, &x1, &v1, time + h0) else { return h0 };
@@ -241,7 +245,7 @@ impl Simulation {
     }
 }
 
-/// The acceleration [m/s^2] at `(x, v)`, drag included; `None` where it is not finite.
+/// Returns the acceleration [m/s^2] at `(x, v)`, with drag; `None` if it is not finite.
 fn acceleration(system: &mut System, x: &[f64], v: &[f64], time: f64) -> Option<Vec<f64>> {
     let (mut x, mut v) = (x.to_vec(), v.to_vec());
     let mut a = vec![0.0; x.len()];

@@ -1,60 +1,60 @@
-//! Parameters that change while a simulation runs (lecture 21).
+//! Parameter changes during a simulation (lecture 21).
 
 use super::Simulation;
 use crate::constraint::Hold;
 use crate::energy::EnergyTerm;
 use crate::energy::load::{ExternalForce, ExternalForces};
 
-/// Surfaces that shall touch are where they cannot both be.
+/// Error for contact surfaces that overlap.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{conflict} now, at t = {time} s: they can touch only once they are apart")]
 pub struct AdoptError {
-    /// Which, and where.
+    /// Description of the surfaces and their position.
     pub conflict: String,
     /// Time of the state [s].
     pub time: f64,
 }
 
-/// The name of the term of [`Simulation::set_external_forces`].
+/// Name of the term of [`Simulation::set_external_forces`].
 const EXTERNAL: &str = "forces from outside";
 
-/// Surfaces that cannot be at `x`, in the order of the simulation, in words.
+/// Describes contact surfaces that overlap at `x`, in simulation order.
 fn conflict(simulation: &Simulation, x: &[f64]) -> Option<String> {
     let mut touching = simulation.system.terms().iter().filter_map(|term| term.touching());
     touching.find_map(|term| term.conflict(x))
 }
 
 impl Simulation {
-    /// Surfaces that shall touch and would cross or overlap with the vertices, in the order of the scene, at
-    /// `x`, flat `(n, dimension)` [m], in words; `None` where bodies can be there.
+    /// Describes contact surfaces that would cross or overlap with the vertices, in scene order, at `x`,
+    /// flat `(n, dimension)` [m]; `None` if there are none.
     ///
     /// # Panics
-    /// If `x` has not the length of the state's.
+    /// If `x` does not have the length of the state's.
     pub fn conflict_at(&self, x: &[f64]) -> Option<String> {
         conflict(self, &self.numbering.to_internal(x, self.system.dimension()))
     }
 
-    /// Puts the vertices, in the order of the scene, at `x`, flat `(n, dimension)` [m], but for coordinates
-    /// on prescribed motion. What is held is held where it is put. Where surfaces touch, ask
-    /// [`conflict_at`](Self::conflict_at) first: of steps from within each other nothing can be said.
+    /// Sets the positions `x` of the vertices in scene order, flat `(n, dimension)` [m], except for
+    /// prescribed coordinates. Pins hold vertices at their new positions. With contact, check
+    /// [`conflict_at`](Self::conflict_at) first: steps from overlapping surfaces are undefined.
     ///
     /// # Panics
-    /// If `x` has not the length of the state's.
+    /// If `x` does not have the length of the state's.
     pub fn set_positions(&mut self, x: &[f64]) {
         let d = self.system.dimension();
         let x = self.numbering.to_internal(x, d);
-        // From where the last step ended, the force is known.
+        // At the end of the last step the force is known.
         if self.state.x() != &x[..] {
             self.state_mut().x_mut().copy_from_slice(&x);
             self.rest_where_held();
         }
     }
 
-    /// Gives the vertices, in the order of the scene, the velocities `v`, flat `(n, dimension)` [m/s], but
-    /// for held coordinates.
+    /// Sets the velocities `v` of the vertices in scene order, flat `(n, dimension)` [m/s], except for
+    /// constrained coordinates.
     ///
     /// # Panics
-    /// If `v` has not the length of the state's.
+    /// If `v` does not have the length of the state's.
     pub fn set_velocities(&mut self, v: &[f64]) {
         let d = self.system.dimension();
         let v = self.numbering.to_internal(v, d);
@@ -64,22 +64,22 @@ impl Simulation {
         }
     }
 
-    /// Goes on from the present state with the equations, the scheme and the step of `other`: an assembly of
-    /// the same bodies with other parameters. Loads and motions that depend on time are at the present time;
-    /// a pin whose motion is another one goes on from where it is, with the displacement and the rotation
-    /// that the new motion makes from now on; pins that are steered still are. The balance of energy begins
-    /// anew, as after [`state_mut`](Self::state_mut), and schemes of several steps begin anew. What was added
-    /// to the simulation itself, forces from outside and pins, is gone: it is not in `other`.
+    /// Continues from the current state with the equations, integrator and step of `other`, an assembly
+    /// of the same bodies with other parameters. Time-dependent loads and motions are at the current
+    /// time. A pin with a new motion continues from its position, with the displacement and rotation that
+    /// the motion makes from now on; steered pins remain steered. The energy balance starts anew, as
+    /// after [`state_mut`](Self::state_mut), and multistep methods start without history. Additions to
+    /// the simulation itself, external forces and pins, are lost: `other` does not have them.
     ///
-    /// Walls are bodies to some schemes, the last in the order of the scene, and none to others: vertices that
-    /// only `other` has are where it has them.
+    /// Walls are bodies to some integrators, the last in scene order, and not to others: vertices that
+    /// only `other` has keep their positions there.
     ///
     /// # Errors
-    /// [`AdoptError`] where surfaces that touch in `other` cross or overlap at the present positions: nothing
+    /// [`AdoptError`] if contact surfaces of `other` cross or overlap at the current positions; nothing
     /// is changed then.
     ///
     /// # Panics
-    /// If `other` has another dimension: it then is not of the same bodies.
+    /// If `other` has another dimension, and so is not of the same bodies.
     pub fn adopt(&mut self, other: Simulation) -> Result<(), AdoptError> {
         let d = other.system.dimension();
         assert_eq!(d, self.system.dimension(), "the same dimension");
@@ -90,6 +90,7 @@ impl Simulation {
         if let Some(conflict) = other.conflict_at(&x) {
             return Err(AdoptError { conflict, time: self.state.time });
         }
+        // Replace the simulation, but keep steering, counts and step size history.
         let (step, time) = (self.state.step, self.state.time);
         let drives = self.drives();
         let before = std::mem::replace(self, other);
@@ -99,6 +100,7 @@ impl Simulation {
         if step > 0 {
             self.set_pace(before.pace());
         }
+        // Restore the state, then pins and their motions.
         (self.state.step, self.state.time) = (step, time);
         let (here_x, here_v) = self.state.rows_mut();
         here_x.copy_from_slice(&self.numbering.to_internal(&x, d));
@@ -114,8 +116,8 @@ impl Simulation {
         Ok(())
     }
 
-    /// Puts these forces on the vertices, in place of those set before; `None` for none. The balance of
-    /// energy begins anew.
+    /// Applies external forces to the vertices, replacing earlier ones; `None` removes them. The energy
+    /// balance starts anew.
     pub fn set_external_forces(&mut self, force: Option<ExternalForce>) {
         let term = force.map(|force| -> Box<dyn EnergyTerm> {
             let (d, n) = (self.system.dimension(), self.system.mass().len());
@@ -132,8 +134,8 @@ impl Simulation {
         self.changed();
     }
 
-    /// Holds the coordinates of these vertices, in the order of the scene, along these of the axes x, y, z
-    /// where they are now, under a name by which they can be [released](Self::release).
+    /// Pins these vertices, in scene order, at their current positions along the marked axes x, y, z. The
+    /// name serves to [release](Self::release) them.
     pub fn pin(&mut self, name: &str, vertices: &[u32], axes: [bool; 3]) {
         let vertices = vertices.iter().map(|v| self.numbering.internal(*v)).collect();
         self.system.hold(Hold::new(name, vertices).along(axes));
@@ -141,19 +143,20 @@ impl Simulation {
         self.changed();
     }
 
-    /// Releases the pins of this name; whether there were any. What they moved flies on.
+    /// Removes the pins of this name; returns whether there were any. Moving vertices keep their
+    /// velocity.
     pub fn release(&mut self, name: &str) -> bool {
         let found = self.system.change_pins(|pins| pins.end(name));
         self.changed();
         found
     }
 
-    /// The equations are others from now on.
+    /// Invalidates everything that depends on the equations.
     pub(super) fn changed(&mut self) {
         self.state_mut().x_mut();
     }
 
-    /// Held coordinates have no velocity, but for those that move.
+    /// Sets the velocities of constrained coordinates to zero, or to those of their motion.
     fn rest_where_held(&mut self) {
         let time = self.state.time;
         for (v, w) in self.state.v_mut().iter_mut().zip(self.system.inverse_mass()) {

@@ -1,67 +1,69 @@
-//! Checkpoints: moments from which another process takes the same steps, to the last bit.
+//! Checkpoints: moments from which another process continues bit for bit.
 //!
-//! A checkpoint holds what later steps depend on. It does not hold what the solvers of implicit schemes keep
-//! from earlier steps: factorisations, levels of multigrid, the solver that was fastest. These solvers
-//! forget every so many steps, whether or not a checkpoint is taken, and checkpoints of a run are taken
-//! where they have just forgotten. Explicit schemes have nothing to forget; their checkpoints are taken
-//! after any step.
+//! A checkpoint holds everything that later steps depend on. It excludes what implicit solvers keep from
+//! earlier steps: factorisations, multigrid levels, the fastest solver. Solvers are therefore reset at
+//! fixed counts of steps or iterations, whether or not a checkpoint is taken, and the checkpoints of a run
+//! are taken right after a reset. Explicit integrators need no reset; their checkpoints are taken after any
+//! step.
 //!
-//! A simulation forgets through the code by which another one goes on from its checkpoint.
+//! A reset uses the same code by which another simulation continues from a checkpoint.
 
 use super::{ContactExtremes, MotionJumps, RetriedSteps, Simulation, Snapshot, SnapshotError};
 use crate::solver::SolverWork;
 use crate::system::{PinState, WallImpulses};
 
-/// Steps, rejected ones and parts of steps among them, after which solvers forget at the latest.
+/// Most steps until solvers are reset, including rejected steps and substeps.
 const STEPS_UNTIL_FORGOTTEN: u64 = 64;
-/// Newton iterations after which they forget, too: where steps take long, checkpoints are few steps apart.
+/// Most Newton iterations until solvers are reset: with expensive steps, checkpoints are only a few steps
+/// apart.
 const ITERATIONS_UNTIL_FORGOTTEN: u64 = 256;
 
-/// Everything that the steps after a moment depend on, beside the scene and what was added to it: materials,
-/// forces and pins.
+/// Everything that later steps depend on, except the scene and additions to it: materials, forces and
+/// pins.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Checkpoint {
     snapshot: Snapshot,
     pins: Vec<PinState>,
-    /// True if the next step opens a balance of energy.
+    /// True if the next step opens an energy balance.
     opens_ledger: bool,
-    /// True if that counts what is lost.
+    /// True if the balance counts losses.
     counts_losses: bool,
-    /// Length that default tolerances are measured by [m].
+    /// Length scale of default tolerances [m].
     size: Option<f64>,
     force_evaluations: u64,
     solver: SolverWork,
     retried: RetriedSteps,
     motion_jumps: Option<MotionJumps>,
-    /// The worst contacts so far.
+    /// Worst contacts so far.
     #[serde(default)]
     contact_extremes: ContactExtremes,
-    /// Impulses of walls in the last step.
+    /// Wall impulses of the last step.
     #[serde(default)]
     wall_impulses: Option<WallImpulses>,
-    /// Velocities that what dissipates saw in the last step [m/s], where those of the state are others.
+    /// Velocities that dissipative terms saw in the last step [m/s], if they differ from those of the
+    /// state.
     #[serde(default)]
     increment_velocities: Option<Vec<f64>>,
-    /// Time up to which jumps have been looked for [s].
+    /// Time up to which jumps have been recorded [s].
     jumps_seen_until: f64,
-    /// Time at which the force here was evaluated, if it was known [s].
+    /// Time at which the force of this state was evaluated, if known [s].
     #[serde(default)]
     force_time: Option<f64>,
-    /// True if the energies that are computed with it were known.
+    /// True if the energies computed with the force were known.
     #[serde(default)]
     knows_energies: bool,
 }
 
 impl Checkpoint {
-    /// State at that moment.
+    /// Returns the state at that moment.
     pub fn snapshot(&self) -> &Snapshot {
         &self.snapshot
     }
 }
 
 impl Simulation {
-    /// Takes a checkpoint. Solvers of implicit schemes forget here, unless they have [just
-    /// forgotten](Self::has_forgotten).
+    /// Takes a checkpoint. Resets implicit solvers, unless they have [just been
+    /// reset](Self::has_forgotten).
     pub fn checkpoint(&mut self) -> Checkpoint {
         if !self.has_forgotten() {
             self.forget();
@@ -69,14 +71,14 @@ impl Simulation {
         self.present_checkpoint()
     }
 
-    /// True if the steps that follow depend on nothing but what a checkpoint holds: always for explicit
-    /// schemes, for implicit ones where their solvers have just forgotten.
+    /// True if later steps only depend on what a checkpoint holds: always with explicit integrators,
+    /// right after a solver reset with implicit ones.
     pub fn has_forgotten(&self) -> bool {
         self.attempts == 0 || self.method.documentation.solves == 0
     }
 
-    /// Lets solvers forget if it is time. The next step does so in any case; what is measured before it is
-    /// then that of a simulation which goes on from a checkpoint here.
+    /// Resets solvers if it is time. The next step would do so in any case; measurements before it then
+    /// agree with those of a simulation that continues from a checkpoint here.
     pub(crate) fn forget_in_time(&mut self) {
         let iterations = || self.present_solver_work().newton_iterations;
         let is_time = || self.attempts >= STEPS_UNTIL_FORGOTTEN || iterations() >= ITERATIONS_UNTIL_FORGOTTEN;
@@ -111,18 +113,17 @@ impl Simulation {
         }
     }
 
-    /// Goes on from a checkpoint of this simulation, or of another one of the same scene with the same
-    /// additions: the steps that follow have the bits of those that followed there.
+    /// Continues from a checkpoint of this simulation, or of another one of the same scene with the same
+    /// additions; later steps are bit-identical.
     ///
     /// # Errors
-    /// [`SnapshotError`]; nothing has changed then.
+    /// [`SnapshotError`]; nothing is changed then.
     pub fn resume(&mut self, checkpoint: &Checkpoint) -> Result<(), SnapshotError> {
         self.ensure_fits(&checkpoint.snapshot)?;
         if self.go_on_from(checkpoint) { Ok(()) } else { Err(SnapshotError::Pins) }
     }
 
-    /// Goes on from a checkpoint of as many coordinates; false, and nothing has changed, where its pins are
-    /// others.
+    /// Continues from a checkpoint of matching size. Returns false without changes if its pins differ.
     fn go_on_from(&mut self, checkpoint: &Checkpoint) -> bool {
         if !self.system.change_pins(|pins| pins.set_states(&checkpoint.pins)) {
             return false;
@@ -133,7 +134,7 @@ impl Simulation {
         self.begin_from(&checkpoint.snapshot);
         self.opens_ledger = checkpoint.opens_ledger;
         if let Some(time) = checkpoint.force_time {
-            // What is measured here has the bits of what was measured there. It is not counted: it was
+            // Evaluates the force so that measurements are bit-identical; not counted, as it was counted
             // there.
             self.system.books_mut().set_to_be_measured(checkpoint.knows_energies);
             self.state.ensure_force(&mut self.system, time);

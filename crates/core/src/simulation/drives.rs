@@ -1,18 +1,18 @@
-//! Pins that are steered while a simulation runs.
+//! Steering of pins during a simulation.
 
 use super::Simulation;
 use crate::constraint::{Drive, Waypoint};
 
-/// A pin cannot be steered.
+/// Error if a pin cannot be steered.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MoveError {
-    /// There is none of this name, or it has let go.
+    /// No active pin has this name.
     #[error("there is no pin `{name}` that holds; there are {pins:?}")]
     NoPin {
         /// The name.
         name: String,
-        /// Names of the pins that hold.
+        /// Names of the active pins.
         pins: Vec<String>,
     },
     /// A pose or a velocity is not finite.
@@ -21,7 +21,7 @@ pub enum MoveError {
         /// Name of the pin.
         name: String,
     },
-    /// The time that the way takes is no positive number.
+    /// The duration is not positive.
     #[error("the way of pin `{name}` takes {over} s; it is a positive time")]
     Time {
         /// Name of the pin.
@@ -32,23 +32,24 @@ pub enum MoveError {
 }
 
 impl Simulation {
-    /// Pose and velocities of a pin now, from where its vertices started; `None` without such a pin.
+    /// Returns the current pose and velocities of a pin relative to the start of its vertices; `None`
+    /// without such a pin.
     pub fn pin_waypoint(&self, name: &str) -> Option<Waypoint> {
         let d = self.system.dimension();
         let hold = self.system.pins().named(name)?;
         Some(hold.pose(self.state.time, d, self.state.x()).1)
     }
 
-    /// Steers a pin: from where it is, with the velocity that it has, to `target` within `over` [s], and on
-    /// with the velocities of `target`, until it is steered anew or lets go. Positions and velocities are
-    /// continuous.
+    /// Steers a pin from its current position and velocity to `target` within `over` [s]. It continues
+    /// with the velocities of `target` until it is steered again or released. Positions and velocities
+    /// are continuous.
     ///
-    /// The pose is that of a rigid body from where the vertices of the pin started: in the scene, or, of a
-    /// pin that was still or deforms, where they are when it is steered first. In two dimensions it lies in
-    /// the plane. Coordinates that the pin does not hold are not moved.
+    /// The pose is a rigid-body pose relative to the start of the pin's vertices: their positions in the
+    /// scene or, for a pin that was fixed or deforms, those at the first steering. In 2D it lies in the
+    /// plane. Coordinates that the pin does not constrain are not moved.
     ///
     /// # Errors
-    /// [`MoveError`]; nothing has changed then.
+    /// [`MoveError`]; nothing is changed then.
     pub fn move_pin(&mut self, name: &str, target: Waypoint, over: f64) -> Result<(), MoveError> {
         let named = || name.to_owned();
         if !target.is_finite() {
@@ -65,7 +66,7 @@ impl Simulation {
         let (starts, begin) = hold.pose(time, self.system.dimension(), self.state.x());
         let drive = Drive::new(time, over, starts, [begin, target]);
         self.system.change_pins(|pins| pins.set_drive(name, &drive));
-        // The state is where it was: memories of schemes and the balance of energy go on, once it is about
+        // The state is unchanged: integrator history and energy balance continue, once they include
         // motion.
         if !was_steered {
             self.changed();
@@ -73,13 +74,13 @@ impl Simulation {
         Ok(())
     }
 
-    /// Motions of the pins that are steered, by their names.
+    /// Returns the motions of the steered pins by name.
     pub fn drives(&self) -> Vec<(String, Drive)> {
         let holds = self.system.constraints().iter();
         holds.filter_map(|hold| Some((hold.name().to_owned(), hold.drive()?.clone()))).collect()
     }
 
-    /// Goes on with steering that [`drives`](Self::drives) gave, where there are such pins.
+    /// Continues with steering returned by [`drives`](Self::drives), for pins that exist.
     pub fn set_drives(&mut self, drives: &[(String, Drive)]) {
         for (name, drive) in drives {
             self.system.change_pins(|pins| pins.set_drive(name, drive));

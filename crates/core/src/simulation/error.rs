@@ -1,10 +1,10 @@
-//! Why a step could not be taken.
+//! Errors of failed steps, and their messages with advice.
 
 use crate::energy::Fault;
 use crate::quantity::{Rounded, counted};
 use crate::solver::{ForceLeft, SolveError, SolveFailure, StepFault};
 
-/// A step could not be taken; the state is still the last good one.
+/// Error of a failed step; the state is still the last valid one.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum StepError {
     /// A position, velocity or force is not finite.
@@ -18,25 +18,24 @@ pub enum StepError {
         time = Rounded::<9>(*.time)
     )]
     NotFinite {
-        /// The step that was tried, from 1.
+        /// Number of the attempted step, from 1.
         step: u64,
-        /// Time at its beginning [s].
+        /// Time at its start [s].
         time: f64,
-        /// The cause, as far as a term knows it.
+        /// Cause, if a term knows it.
         fault: Option<Box<Fault>>,
         /// First vertex whose position or velocity is not finite.
         vertex: Option<usize>,
-        /// The step size that was tried [s].
+        /// Attempted step size [s].
         step_size: f64,
-        /// Largest stable step at the start [s], where it is known.
+        /// Largest stable step at the start [s], if known.
         stable_step: Option<f64>,
-        /// The smallest part of the step that failed too, where parts were tried; what is known of the cause
-        /// is of that.
+        /// Smallest failed substep, if substeps were tried; the cause then refers to it.
         retried: Option<Box<Retried>>,
-        /// True if the scheme is implicit: steps can then be taken in parts.
+        /// True for an implicit integrator, which can subdivide steps.
         is_implicit: bool,
     },
-    /// The equations of an implicit step were not solved.
+    /// An implicit step was not solved.
     #[error(
         "step {step} ({}) was not solved{}: {verdict}{}{}{}; {}",
         moment(*.time, .statics.as_deref()), nor_in_parts(.retried.as_deref()),
@@ -45,27 +44,26 @@ pub enum StepError {
         remedy(*.verdict, .fault.as_deref(), .statics.as_deref(), *.step_size, .retried.as_deref())
     )]
     Unsolved {
-        /// The step that was tried, from 1.
+        /// Number of the attempted step, from 1.
         step: u64,
-        /// Time at its beginning [s].
+        /// Time at its start [s].
         time: f64,
-        /// How the solver ended.
+        /// Reason of the solver.
         verdict: SolveFailure,
         /// Newton iterations taken.
         iterations: u32,
         /// Largest component of the last correction [m].
         correction: f64,
-        /// The cause, as far as a term knows it.
+        /// Cause, if a term knows it.
         fault: Option<Box<Fault>>,
-        /// The step size that was tried [s].
+        /// Attempted step size [s].
         step_size: f64,
-        /// The smallest part of the step that failed too, where parts were tried; verdict and cause are of
-        /// that.
+        /// Smallest failed substep, if substeps were tried; reason and cause then refer to it.
         retried: Option<Box<Retried>>,
-        /// More, where an equilibrium was looked for.
+        /// Further details in statics.
         statics: Option<Box<UnsolvedStatics>>,
     },
-    /// No step that is large enough to be taken has an error that is allowed.
+    /// The required step size is below the smallest allowed one.
     #[error(
         "{what} {step} (t = {time} s) cannot be taken: one of {step_size} s is still too large{}, and the \
          smallest allowed is {smallest} s{}{}{}",
@@ -77,19 +75,19 @@ pub enum StepError {
         time = Rounded::<9>(*.time)
     )]
     StepTooSmall {
-        /// The step that was tried, from 1.
+        /// Number of the attempted step, from 1.
         step: u64,
-        /// Time at its beginning [s].
+        /// Time at its start [s].
         time: f64,
-        /// The last step size that was tried [s].
+        /// Last attempted step size [s].
         step_size: f64,
-        /// The smallest that may be [s].
+        /// Smallest allowed step size [s].
         smallest: f64,
-        /// The error of that last step, 1 being allowed; `None` where the step could not be taken at all.
+        /// Error of that last step relative to the tolerance; `None` if the step failed.
         error: Option<f64>,
-        /// The cause, where it could not be taken.
+        /// Cause, if the step failed.
         cause: Option<Box<StepFault>>,
-        /// True if an equilibrium was looked for.
+        /// True in statics.
         is_static: bool,
     },
     /// The total energy has grown beyond any physical cause.
@@ -104,19 +102,19 @@ pub enum StepError {
         step: u64,
         /// Simulated time [s].
         time: f64,
-        /// Total energy now [J].
+        /// Current total energy [J].
         energy: f64,
         /// Total energy at the start [J].
         start: f64,
         /// The step size [s].
         step_size: f64,
-        /// Largest stable step at the start [s], where it is known.
+        /// Largest stable step at the start [s], if known.
         stable_step: Option<f64>,
     },
 }
 
 impl StepError {
-    /// The cause, as far as a term knows it.
+    /// Returns the cause, if a term knows it.
     pub fn fault(&self) -> Option<&Fault> {
         match self {
             StepError::NotFinite { fault, .. } | StepError::Unsolved { fault, .. } => fault.as_deref(),
@@ -125,7 +123,7 @@ impl StepError {
         }
     }
 
-    /// First vertex whose position or velocity is not finite.
+    /// Returns the first vertex whose position or velocity is not finite.
     pub fn vertex(&self) -> Option<usize> {
         match self {
             StepError::NotFinite { vertex, .. } => *vertex,
@@ -135,27 +133,27 @@ impl StepError {
     }
 }
 
-/// Statics that was not solved.
+/// Details of an unsolved static increment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UnsolvedStatics {
-    /// The largest force that was left.
+    /// Largest residual force.
     pub left: Option<ForceLeft>,
-    /// The load factor at the beginning of the step, where a path of equilibria is followed.
+    /// Load factor at the start of the step, in arc-length continuation.
     pub load_factor: Option<f64>,
 }
 
-/// The smallest part of a step that was tried, and failed as all larger ones did.
+/// Smallest substep that failed, as all larger ones did.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Retried {
-    /// How often the step was halved.
+    /// Number of halvings of the step.
     pub halvings: u32,
-    /// Size of the part [s].
+    /// Size of the substep [s].
     pub step_size: f64,
-    /// Time at its beginning [s].
+    /// Time at its start [s].
     pub time: f64,
 }
 
-/// Sentence on the smaller steps that were tried.
+/// Describes the substeps tried.
 fn nor_in_parts(retried: Option<&Retried>) -> String {
     let said = |Retried { halvings, step_size, time }: &Retried| {
         let sizes = 2_u64.pow(*halvings);
@@ -168,7 +166,7 @@ fn nor_in_parts(retried: Option<&Retried>) -> String {
     retried.map_or(String::new(), said)
 }
 
-/// The moment of a step: its time, or where it is on a path of equilibria.
+/// Describes the moment of a step: its time or load factor.
 fn moment(time: f64, statics: Option<&UnsolvedStatics>) -> String {
     let load_factor = statics.and_then(|statics| statics.load_factor);
     load_factor.map_or_else(
@@ -177,12 +175,12 @@ fn moment(time: f64, statics: Option<&UnsolvedStatics>) -> String {
     )
 }
 
-/// The smallest step that was tried [s].
+/// Smallest attempted step [s].
 fn smallest(step_size: f64, retried: Option<&Retried>) -> f64 {
     retried.map_or(step_size, |part| part.step_size)
 }
 
-/// How parts of steps would help.
+/// Advice on step subdivision.
 fn parts(is_implicit: bool, retried: Option<&Retried>) -> &'static str {
     match (is_implicit, retried) {
         (false, _) => "",
@@ -191,7 +189,7 @@ fn parts(is_implicit: bool, retried: Option<&Retried>) -> &'static str {
     }
 }
 
-/// Advice where a step is not solved.
+/// Advice for an unsolved step.
 fn remedy(
     verdict: SolveFailure,
     fault: Option<&Fault>,
@@ -233,10 +231,10 @@ fn remedy(
     }
 }
 
-/// Advice where a material of the user gives no number.
+/// Advice if a user-defined material returns no number.
 const AT_MATERIAL: &str = "call its function with that deformation and look what it divides by";
 
-/// Iterations of a solve and the correction of the last; nothing where it ended before the first.
+/// Describes iterations and last correction; empty if there was no iteration.
 fn iterations_taken(iterations: u32, correction: f64) -> String {
     if !correction.is_finite() {
         return String::new();
@@ -248,7 +246,7 @@ fn iterations_taken(iterations: u32, correction: f64) -> String {
     )
 }
 
-/// The largest force that a solve of statics has left.
+/// Describes the largest residual force of a static solve.
 fn left_over(left: Option<ForceLeft>) -> String {
     let said = |ForceLeft { force, vertex }| {
         format!(", the largest force left {force} N at vertex {vertex}", force = Rounded::<4>(force))
@@ -256,7 +254,7 @@ fn left_over(left: Option<ForceLeft>) -> String {
     left.map_or(String::new(), said)
 }
 
-/// Advice where increments of statics come to an end.
+/// Advice if static increments become too small.
 fn beyond_limit(is_static: bool) -> &'static str {
     if is_static {
         "; there may be no equilibrium near under more load, beyond a limit point: `arc_length` in [time] \
@@ -296,7 +294,7 @@ fn place(fault: Option<&Fault>) -> String {
     fault.map_or(String::new(), |fault| format!("; {fault}"))
 }
 
-/// Advice.
+/// Advice for a step that is not finite.
 fn advice(fault: Option<&Fault>, step: f64, stable: Option<f64>, parts: &str) -> String {
     let half = 0.5 * step;
     let mut advice = match stable {

@@ -1,43 +1,43 @@
-//! Forces and energies, term by term, at the present state and elsewhere: what an integrator of one's own
-//! needs.
+//! Forces and energies term by term, at the current or any other state, for user-defined integrators.
 
 use super::Simulation;
 use crate::diagnostics::Diagnostics;
 use crate::integrator::equations::acceleration_at;
 use crate::system::ForceId;
 
-/// Forces on all vertices at one place, vertices in the order of the scene.
+/// Forces on all vertices, in scene order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AppliedForces {
-    /// Acceleration of every vertex as steps have it, flat `(n, dimension)` [m/s^2]: zero at held coordinates.
+    /// Accelerations of the vertices as steps see them, flat `(n, dimension)` [m/s^2]; zero at
+    /// constrained coordinates.
     pub accelerations: Vec<f64>,
-    /// Force of every term by its name, flat `(n, dimension)` [N], held vertices included: energies, then
-    /// dissipation, then ether drag.
+    /// Forces of each term by name, flat `(n, dimension)` [N], constrained vertices included: energies,
+    /// then dissipation, then ether drag.
     pub terms: Vec<(String, Vec<f64>)>,
 }
 
-/// The force is not finite.
+/// Error for a force that is not finite.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("the force is not finite there{0}")]
 pub struct NoForceError(String);
 
 impl Simulation {
-    /// Forces at positions `x` [m] and velocities `v` [m/s], flat `(n, dimension)`, in the order of the
-    /// scene, at the present time; those of the state without them. Coordinates on prescribed motion are
-    /// where it puts them, whatever `x` and `v` say. The simulation stays where it is.
+    /// Computes forces at positions `x` [m] and velocities `v` [m/s], flat `(n, dimension)`, in scene
+    /// order, at the current time; `None` means those of the state. Prescribed coordinates override `x`
+    /// and `v`. The simulation is not changed.
     ///
-    /// Walls, pins and the impulses of a step that they make are no forces, and not among these.
+    /// Walls and pins, and their impulses in a step, are not included.
     ///
     /// # Errors
-    /// A force is not finite at a coordinate that is free to move.
+    /// If a force is not finite at a free coordinate.
     ///
     /// # Panics
-    /// If an array has not the length of the state's.
+    /// If an array does not have the length of the state's.
     pub fn forces(&mut self, x: Option<&[f64]>, v: Option<&[f64]>) -> Result<AppliedForces, NoForceError> {
         let (d, time) = (self.system.dimension(), self.state.time);
         let known = match x {
             Some(_) => ForceId::NONE,
-            // Kept for the next step.
+            // Stored for the next step.
             None => {
                 self.state.ensure_force(&mut self.system, time);
                 self.state.force
@@ -58,7 +58,7 @@ impl Simulation {
         let mut add = |name: String, add_rows: &dyn Fn(&mut [f64])| {
             let mut rows = vec![0.0; x.len()];
             add_rows(&mut rows);
-            // The terms have derivatives.
+            // Terms give derivatives; forces have the opposite sign.
             rows.iter_mut().for_each(|row| *row = 0.0 - *row);
             terms.push((name, self.numbering.to_original(&rows, d).into_owned()));
         };
@@ -76,11 +76,11 @@ impl Simulation {
         Ok(AppliedForces { accelerations: self.numbering.to_original(&a, d).into_owned(), terms })
     }
 
-    /// Potential energy of every term by its name [J] at positions `x` [m], as for [`forces`](Self::forces);
-    /// `+inf` outside of the domain of a barrier material.
+    /// Returns the potential energy of each term by name [J] at positions `x` [m], given as in
+    /// [`forces`](Self::forces); `+inf` outside the domain of a barrier material.
     ///
     /// # Panics
-    /// If `x` has not the length of the state's.
+    /// If `x` does not have the length of the state's.
     pub fn potential_energies(&mut self, x: Option<&[f64]>) -> Vec<(String, f64)> {
         let x =
             self.numbering.to_internal(x.unwrap_or(&self.positions()), self.system.dimension()).into_owned();
@@ -89,11 +89,11 @@ impl Simulation {
         self.system.potential_energies(&x)
     }
 
-    /// Energies at positions `x` [m] and velocities `v` [m/s], as for [`forces`](Self::forces), without a
-    /// balance.
+    /// Measures energies at positions `x` [m] and velocities `v` [m/s], given as in
+    /// [`forces`](Self::forces), without a balance.
     ///
     /// # Panics
-    /// If an array has not the length of the state's.
+    /// If an array does not have the length of the state's.
     pub fn diagnostics_at(&mut self, x: Option<&[f64]>, v: Option<&[f64]>) -> Diagnostics {
         let mut state = self.state.clone();
         let d = self.system.dimension();

@@ -1,4 +1,4 @@
-//! A vertex that is grabbed and dragged while a simulation runs (lecture 21).
+//! Grabbing and dragging a vertex during a simulation (lecture 21).
 
 use super::Simulation;
 use crate::energy::attachment::{Attachment, AttachmentDashpots, Tie};
@@ -6,27 +6,27 @@ use crate::system::TermId;
 
 /// Name of the ties of a grabbed vertex.
 const GRAB: &str = "grab";
-/// Frequency [rad/s] that a spring gives at least the mass it moves: its sag in gravity of 9.81 m/s^2 is
-/// 2.5 cm.
+/// Lowest frequency [rad/s] of the spring with the mass it moves: its sag in gravity of 9.81 m/s^2 is 2.5
+/// cm.
 const SLOWEST: f64 = 20.0;
-/// Number of times that a spring is made four times as soft for an explicit scheme to stand it.
+/// How often the spring is made four times softer for an explicit integrator.
 const SOFTENINGS: u32 = 12;
-/// Part of the velocity that the dashpot of an explicit scheme may take in a step.
+/// Largest fraction of the velocity that the dashpot may take per explicit step.
 const LARGEST_LOSS: f64 = 0.25;
 
-/// A vertex cannot be grabbed.
+/// Error if a vertex cannot be grabbed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum GrabError {
-    /// There is none of this number.
+    /// No vertex has this number.
     #[error("there is no vertex {vertex}; the scene has {count}, numbered from 0")]
     NoVertex {
-        /// The number, in the order of the scene.
+        /// Vertex number in scene order.
         vertex: u32,
         /// Number of vertices.
         count: usize,
     },
-    /// Pins hold all of its coordinates.
+    /// All its coordinates are pinned.
     #[error("vertex {vertex} is held by a pin; grab one that is free, or turn the pin off")]
     Pinned {
         /// The vertex.
@@ -45,32 +45,33 @@ pub enum GrabError {
     NotGrabbed,
 }
 
-/// Terms of a grabbed vertex.
+/// Terms of the grabbed vertex.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct GrabTerms {
     spring: TermId,
-    /// Place of the dashpot among the dissipative terms; none is removed before it.
+    /// Index of the dashpot among the dissipative terms; none before it is removed.
     dashpot: usize,
 }
 
-/// Spring and dashpot between a grabbed vertex and its target.
+/// Spring and dashpot between the grabbed vertex and its target.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grip {
     /// Stiffness `k` [N/m].
     pub stiffness: f64,
-    /// Constant `c` of the dashpot [N s/m].
+    /// Dashpot constant `c` [N s/m].
     pub dashpot: f64,
 }
 
 impl Simulation {
-    /// Ties a vertex, in the order of the scene, to `target` [m] by a spring without length and a dashpot, in
-    /// place of the vertex that was grabbed before. In implicit steps both are solved with the rest.
+    /// Ties a vertex, in scene order, to `target` [m] by a spring of zero rest length and a dashpot;
+    /// releases the vertex grabbed before. Implicit steps solve both with the rest.
     ///
-    /// The spring is as stiff as the body is at the vertex, but moves `mass` [kg] at 20 rad/s at least; the
-    /// dashpot is critical for that mass. For explicit schemes both are weakened until the step is stable.
+    /// The spring is as stiff as the body at the vertex, and moves `mass` [kg] at 20 rad/s at least; the
+    /// dashpot is critical for that mass. For explicit integrators both are weakened until the step is
+    /// stable.
     ///
     /// # Errors
-    /// [`GrabError`]; nothing has changed then.
+    /// [`GrabError`]; nothing is changed then.
     pub fn grab(&mut self, vertex: u32, target: &[f64], mass: f64) -> Result<Grip, GrabError> {
         let place = self.place_of(target)?;
         let (d, count) = (self.system.dimension(), self.system.mass().len());
@@ -93,7 +94,7 @@ impl Simulation {
     /// Moves the target of the grabbed vertex.
     ///
     /// # Errors
-    /// [`GrabError::NotGrabbed`], [`GrabError::Target`]; nothing has changed then.
+    /// [`GrabError::NotGrabbed`], [`GrabError::Target`]; nothing is changed then.
     pub fn drag(&mut self, target: &[f64]) -> Result<(), GrabError> {
         let place = self.place_of(target)?;
         let GrabTerms { spring, .. } = self.grab.ok_or(GrabError::NotGrabbed)?;
@@ -102,7 +103,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// Lets go of the grabbed vertex; whether there was one.
+    /// Releases the grabbed vertex; returns whether there was one.
     pub fn let_go(&mut self) -> bool {
         let Some(GrabTerms { spring, dashpot }) = self.grab.take() else { return false };
         self.system.replace_term(spring, None);
@@ -121,7 +122,7 @@ impl Simulation {
         Ok(place)
     }
 
-    /// The largest second derivative of the energy along an axis at these coordinates [N/m].
+    /// Returns the largest second derivative of the energy along an axis at these coordinates [N/m].
     fn stiffness_at(&mut self, coordinates: std::ops::Range<usize>) -> f64 {
         let mut unit = vec![0.0; self.state.x().len()];
         let mut product = unit.clone();
@@ -131,13 +132,13 @@ impl Simulation {
             unit[i] = 1.0;
             self.system.hessian_product(self.state.x(), &unit, &mut product);
             unit[i] = 0.0;
-            // Where it is not finite, the minimum is taken.
+            // If it is not finite, the minimum stiffness is used.
             largest = largest.max(product[i]);
         }
         if largest.is_finite() { largest } else { 0.0 }
     }
 
-    /// Adds the spring and the dashpot, as stiff as the scheme stands them.
+    /// Adds spring and dashpot, weakened until the integrator is stable.
     fn tie(&mut self, tie: &Tie, stiffness: f64, mass: f64) -> Grip {
         let is_limited = self.method.documentation.stability_limit.is_finite();
         let largest = LARGEST_LOSS * self.system.mass()[tie.shares[0].0 as usize] / self.step_size;
@@ -164,8 +165,8 @@ impl Simulation {
         GrabTerms { spring: self.system.insert_term(Box::new(spring)), dashpot }
     }
 
-    /// True if the step is below the stability limit from the present state on. What was found at the start
-    /// is kept for messages.
+    /// True if the step is below the stability limit of the current state. Preserves the limit stored at
+    /// the start for messages.
     fn is_stable(&mut self) -> bool {
         let (kept, h) = (self.stability, self.step_size);
         let limit = self.stability_limit(h);

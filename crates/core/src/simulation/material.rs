@@ -1,11 +1,11 @@
-//! Materials that are not of this library.
+//! User-defined materials.
 
 use super::Simulation;
 use crate::energy::EnergyTerm;
 use crate::energy::batch::{BatchElastic, BatchMaterial};
 use crate::topology::{BodyKind, BodyTopology, Topology};
 
-/// A body cannot have this material.
+/// Error if a body cannot have this material.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MaterialError {
@@ -15,13 +15,13 @@ pub enum MaterialError {
         /// The name.
         body: String,
     },
-    /// It is not filled with elements.
+    /// The body has no solid elements.
     #[error("`{body}` has no elements in which a deformation gradient is square: it is no elastic solid")]
     NoSolid {
         /// The body.
         body: String,
     },
-    /// A material that is given by functions is evaluated in simplices alone.
+    /// User-defined materials only support simplices.
     #[error("`{body}` is made of {cells}: materials that functions give are for triangles and tetrahedra")]
     NoSimplices {
         /// The body.
@@ -32,11 +32,11 @@ pub enum MaterialError {
 }
 
 impl Simulation {
-    /// Gives the elements of a solid another material in place of that of the scene; `topology` is that of
-    /// the assembly of the scene. The step is judged anew when it is asked for.
+    /// Replaces the material of a solid's elements; `topology` is that of the scene's assembly. The
+    /// stored stability limit is discarded.
     ///
     /// # Errors
-    /// [`MaterialError`].
+    /// [`MaterialError`]; nothing is changed then.
     pub fn set_material(
         &mut self,
         topology: &Topology,
@@ -51,8 +51,10 @@ impl Simulation {
         if let Some(block) = found.blocks.first() {
             return Err(MaterialError::NoSimplices { body: body.to_owned(), cells: block.kind.plural });
         }
+        // The term to replace.
         let of_body = |term: &dyn EnergyTerm| term.elements().is_some_and(|elements| elements.body() == body);
         let id = self.system.find_term(of_body);
+        // New term for the element type of the body.
         let rest = self.numbering.to_internal(&topology.rest_positions, topology.dimension).into_owned();
         let BodyTopology { triangles, triangle_middles, tetrahedra, tetrahedron_middles, .. } = found;
         let term: Box<dyn EnergyTerm> =
@@ -82,6 +84,7 @@ impl Simulation {
                     &rest,
                 )),
             };
+        // Replace or add the term, and invalidate results.
         match id {
             Some(id) => self.system.replace_term(id, Some(term)),
             None => {
@@ -93,8 +96,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// Cells in the numbers of the simulation: corners, then middles; of those there are none, or as many
-    /// rows.
+    /// Cells in simulation numbering: corners, then edge midpoints, if any.
     fn cells<const C: usize, const M: usize, const N: usize>(
         &self,
         corners: &[[u32; C]],

@@ -1,13 +1,13 @@
-//! The matrices of the linearised equations, for others to work with.
+//! Matrices of the linearised equations, for use by other programs.
 
 use super::Simulation;
 use crate::material::Psd;
 use crate::solver::hessian::{Assembler, At, Weights};
 
-/// A sparse matrix by compressed rows: those of row `i` are `row_start[i]..row_start[i + 1]`.
+/// Sparse matrix in compressed row format: the entries of row `i` are `row_start[i]..row_start[i + 1]`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SparseMatrix {
-    /// Where each row starts; one more than rows.
+    /// Start of each row; one entry more than rows.
     pub row_start: Vec<usize>,
     /// Columns, ascending in each row.
     pub column: Vec<usize>,
@@ -15,11 +15,11 @@ pub struct SparseMatrix {
     pub value: Vec<f64>,
 }
 
-/// A matrix cannot be had.
+/// Error if a matrix is not available.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MatrixError {
-    /// Each vertex acts on all others.
+    /// Each vertex acts on all others: the matrix is full.
     #[error("{term} couples every vertex with all others: its matrix is full")]
     Full {
         /// Name of the term.
@@ -28,20 +28,21 @@ pub enum MatrixError {
 }
 
 impl Simulation {
-    /// The stiffness `K = d2E/dx2` [N/m] at the present positions, coordinate `vertex * dimension + axis`,
-    /// vertices in the order of the scene: symmetric, exact, of all coordinates, as if nothing were held.
-    /// Terms without a known second derivative, such as forces from outside by a function, are left out.
+    /// Returns the stiffness `K = d2E/dx2` [N/m] at the current positions, for the coordinates
+    /// `vertex * dimension + axis`, vertices in scene order. It is symmetric, exact, and covers all
+    /// coordinates as if unconstrained. Terms without a second derivative, such as user-defined external
+    /// forces, are omitted.
     ///
     /// # Errors
-    /// [`MatrixError::Full`].
+    /// [`MatrixError::Full`] if each vertex acts on all others.
     pub fn stiffness_matrix(&mut self) -> Result<SparseMatrix, MatrixError> {
         self.matrix(Weights { inertia: 0.0, stiffness: 1.0, damping: 0.0 })
     }
 
-    /// The damping `C = d2R/dv2` [N s/m] at the present state, likewise.
+    /// Returns the damping `C = d2R/dv2` [N s/m] at the current state, in the same order.
     ///
     /// # Errors
-    /// [`MatrixError::Full`].
+    /// [`MatrixError::Full`] if each vertex acts on all others.
     pub fn damping_matrix(&mut self) -> Result<SparseMatrix, MatrixError> {
         self.matrix(Weights { inertia: 0.0, stiffness: 0.0, damping: 1.0 })
     }

@@ -1,21 +1,21 @@
-//! Paths of equilibria by arc length, through limit points and turning points.
+//! Arc-length continuation: paths of static equilibria through limit and turning points.
 //!
-//! The load factor `lambda` is an unknown: loads and prescribed motion are those of the "time" `lambda`, and
-//! a step goes a given distance `l` along the path of equilibria `g(x, lambda) = dE/dx = 0`,
+//! The load factor `lambda` is an unknown, and takes the place of time in loads and prescribed motion. A
+//! step covers a given distance `l` along the path of equilibria `g(x, lambda) = dE/dx = 0`,
 //!
 //! ```text
 //! |dx| = l        |u|^2 = (1/n) sum_i |u_i|^2 over the n vertices that are free
 //! ```
 //!
 //! (Riks 1979; the cylindrical constraint of Crisfield 1981, *A fast incremental/iterative solution
-//! procedure that handles snap-through*, Computers & Structures 13, 55). With one factorisation of the exact
-//! tangent `K` two systems are solved in every iteration, `K d_g = -g` and `K d_q = q`, `q = -dg/dlambda` the
-//! rate of the load. The increment of `lambda` is that root of the quadratic `|dx + d_g + dlambda d_q| = l`
-//! that turns `dx` less. The first direction of a step is that of the last one, which leads through turning
-//! points too (Feng, Peric, Owen 1996).
+//! procedure that handles snap-through*, Computers & Structures 13, 55). Each iteration solves two
+//! systems with one factorisation of the exact tangent `K`: `K d_g = -g` and `K d_q = q`, with
+//! `q = -dg/dlambda` the load rate. The increment of `lambda` is the root of the quadratic
+//! `|dx + d_g + dlambda d_q| = l` that turns `dx` less. The initial direction of a step is that of the
+//! last step, which also passes turning points (Feng, Peric, Owen 1996).
 //!
-//! Radii follow the iterations (Ramm 1981): `l_(n+1) = l_n sqrt(desired / taken)`; a step that is not solved
-//! is taken back and tried with a quarter of its radius.
+//! Radii follow the iterations (Ramm 1981): `l_(n+1) = l_n sqrt(desired / taken)`. A failed step is
+//! retried with a quarter of its radius.
 
 mod constraint;
 mod follower;
@@ -26,47 +26,47 @@ use serde::{Deserialize, Serialize};
 
 use super::{Simulation, StepError};
 
-/// How a path of equilibria is followed.
+/// Options of arc-length continuation.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ArcLength {
-    /// The first increment of the load factor.
+    /// First increment of the load factor.
     pub first: f64,
-    /// The run ends where the path comes to one of these load factors, exactly there.
+    /// Load factors that end the run; the last step ends exactly there.
     pub load: Option<[f64; 2]>,
-    /// Largest distance of a step [m]; `None`: a twentieth of the size of the scene.
+    /// Largest step length [m]; `None`: a twentieth of the scene size.
     pub largest: Option<f64>,
 }
 
-/// A point of a path where the load factor was largest, or least.
+/// Limit point: a local maximum or minimum of the load factor along the path.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LimitPoint {
-    /// The step at whose end it was passed.
+    /// Step at whose end it was passed.
     pub step: u64,
-    /// The load factor there: that of the parabola through three steps.
+    /// Load factor at the limit point, from the parabola through three steps.
     pub load_factor: f64,
-    /// True if it was largest there.
+    /// True for a maximum.
     pub is_maximum: bool,
 }
 
-/// Path of equilibria so far.
+/// State of a path of equilibria.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PathState {
-    /// The load factor now.
+    /// Current load factor.
     pub load_factor: f64,
-    /// Distance that the steps have gone [m].
+    /// Arc length covered so far [m].
     pub arc_length: f64,
-    /// Limit points, in the order in which they were passed.
+    /// Limit points, in the order passed.
     pub limit_points: Vec<LimitPoint>,
-    /// Steps that were taken back and tried with a smaller radius.
+    /// Steps retried with a smaller radius.
     pub cut_back: u64,
-    /// Least and largest radius of steps that were solved [m]; zero before the first.
+    /// Smallest and largest length of solved steps [m]; zero before the first.
     pub radii: [f64; 2],
-    /// True if the path has come to one of the load factors that end it.
+    /// True if the path has reached a load factor that ends it.
     pub has_ended: bool,
     /// Radius of the next step [m]; zero before the first.
     radius: f64,
     first_radius: f64,
-    /// Increments of the last step, flat [m], in the order of the system, and of the load factor.
+    /// Increments of the last step, flat [m], in system order, and of the load factor.
     way: Vec<f64>,
     load_way: f64,
     /// Length of the last step [m].
@@ -74,41 +74,40 @@ pub struct PathState {
 }
 
 impl Simulation {
-    /// Follows the path of equilibria by arc length from now on: steps go along it, loads and prescribed
-    /// motion are those of the load factor, which begins at 0, in place of the time, and time counts the
-    /// steps.
+    /// Enables arc-length continuation: steps follow the path of equilibria. Loads and prescribed motion
+    /// depend on the load factor, which starts at 0, instead of time; time counts the steps.
     ///
     /// # Panics
-    /// If the scheme is not [static](crate::integrator::Method::is_static).
+    /// If the method is not [static](crate::integrator::Method::is_static).
     pub fn set_arc_length(&mut self, options: ArcLength) {
         assert!(self.method.is_static(), "a path of equilibria");
         self.path = Some(Box::new(PathFollower::new(self.system.dimension(), options)));
         self.system.set_load_factor(Some(0.0));
         self.state.v_mut().fill(0.0);
-        // Loads of the time are others than those of the load factor.
+        // Loads at the current time may differ from those at the load factor.
         self.state.x_mut();
     }
 
-    /// Goes on from this point of a path; `None`: from its beginning.
+    /// Continues from this state of a path; `None`: from its start.
     pub(super) fn set_path(&mut self, state: Option<PathState>) {
         let Some(path) = &mut self.path else { return };
         path.state = state.unwrap_or_default();
         self.system.set_load_factor(Some(path.state.load_factor));
-        // The terms are to hear of it.
+        // Terms need the new load factor.
         self.state.x_mut();
     }
 
-    /// The path of equilibria so far; `None` where none is followed.
+    /// Returns the path of equilibria so far; `None` without continuation.
     pub fn path(&self) -> Option<&PathState> {
         self.path.as_ref().map(|path| &path.state)
     }
 
-    /// The load factor now; `None` where no path is followed.
+    /// Returns the current load factor; `None` without continuation.
     pub fn load_factor(&self) -> Option<f64> {
         self.path().map(|path| path.load_factor)
     }
 
-    /// True if the path has come to a load factor that ends the run.
+    /// True if the path has reached a load factor that ends the run.
     pub(crate) fn path_has_ended(&self) -> bool {
         self.path().is_some_and(|path| path.has_ended)
     }

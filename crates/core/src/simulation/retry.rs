@@ -1,25 +1,25 @@
-//! Steps that are not solved are taken in halves.
+//! Step subdivision: failed steps are retried in halves.
 
 use super::{Retried, Simulation};
 use crate::energy::Fault;
 use crate::solver::StepFault;
 
-/// How often a step that has led surfaces through each other is halved, whatever the options.
+/// Halvings allowed for a step in which surfaces crossed, whatever the options.
 const CROSSING_HALVINGS: u32 = 10;
 
-/// Steps that were not solved at once, in counts that do not depend on the machine.
+/// Counts of subdivided steps, machine-independent.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct RetriedSteps {
-    /// Steps that were taken in parts.
+    /// Steps that were subdivided.
     pub steps: u64,
-    /// Parts that were taken in their place.
+    /// Substeps taken instead.
     pub parts: u64,
-    /// How often the smallest part was halved: it is `2^-halvings` of a step.
+    /// Halvings of the smallest substep: its size is `2^-halvings` of a step.
     pub halvings: u32,
 }
 
 impl RetriedSteps {
-    /// The steps of both.
+    /// Adds both; `halvings` is the maximum.
     #[must_use]
     pub fn plus(self, other: Self) -> Self {
         RetriedSteps {
@@ -31,15 +31,14 @@ impl RetriedSteps {
 }
 
 impl Simulation {
-    /// Takes the step of `h` [s] to the time `end` [s], if need be in parts: what is not solved is taken
-    /// back to the last bit, and taken in halves, these in halves again, as often as the solver's options
+    /// Takes the step of `h` [s] to the time `end` [s], subdividing it if necessary: a failed part is
+    /// undone bit for bit and retried in halves, quarters and so on, as often as the solver options
     /// allow. The next step is tried as a whole again.
     ///
-    /// Nothing is let go within: holds end where steps begin. What moves, and loads that change with time,
-    /// are at the times of the parts. Schemes that remember earlier steps treat parts as any step of another
-    /// size.
+    /// Pins are released only at step starts. Motions and time-dependent loads are at the times of the
+    /// substeps. Multistep methods treat substeps as steps of another size.
     ///
-    /// The fault is that of the smallest part; the state is then what it was before the step.
+    /// The fault is that of the smallest substep; the state is then that before the step.
     pub(super) fn step_in_parts(
         &mut self,
         h: f64,
@@ -51,7 +50,8 @@ impl Simulation {
             Ok(()) => return Ok(()),
             Err(fault) => fault,
         };
-        // A straight way may cut a corner that a shorter one goes round: no sign that equations are too hard.
+        // A straight trajectory may cut a corner that a shorter step avoids: no sign that the equations
+        // are too hard.
         let crosses = matches!(fault.fault, Some(Fault::Crossing { .. }));
         let most = self.solver.retries.max(if crosses { CROSSING_HALVINGS } else { 0 });
         if most == 0 || self.method.documentation.solves == 0 {
@@ -64,13 +64,13 @@ impl Simulation {
         let history = self.system.history();
 
         let mut parts = RetriedSteps { steps: 1, ..RetriedSteps::default() };
-        // How often the parts that are left were halved, the next one last.
+        // Halvings of the remaining substeps, the next one last.
         let mut left = vec![1, 1];
         let mut at = 0.0;
         while let Some(halvings) = left.pop() {
             let part = 0.5_f64.powi(halvings as i32);
             let goal = if left.is_empty() { end } else { start + (at + part) * h };
-            // Implicit schemes begin with the acceleration at the beginning.
+            // Implicit integrators start with the acceleration at the start of the step.
             let time = self.state.time;
             let known = self.state.ensure_force(&mut self.system, time);
             debug_assert!(known, "it was finite before");
@@ -100,28 +100,28 @@ impl Simulation {
         Ok(())
     }
 
-    /// True if steps may be taken in parts: those that are solved, where the solver's options allow it or
-    /// surfaces touch.
+    /// True if steps may be subdivided: implicit steps, if the solver options allow it or there is
+    /// contact.
     pub fn may_take_parts(&self) -> bool {
         self.method.documentation.solves > 0 && (self.solver.retries > 0 || self.system.touches())
     }
 
-    /// Parts that the last [`step`](Self::step) was taken in: size and time at the end of each [s]; none
-    /// where it was taken as a whole. [`repeat_step`](Self::repeat_step) takes each of them again.
+    /// Returns the substeps of the last [`step`](Self::step): size and end time of each [s]; empty if it
+    /// was not subdivided. [`repeat_step`](Self::repeat_step) takes each of them again.
     pub fn last_parts(&self) -> &[[f64; 2]] {
         &self.last_parts
     }
 
-    /// True if a step or part was taken back after it had been solved, because of what it led to or through,
-    /// in the course of the last [`step`](Self::step).
+    /// True if a solved step or substep was undone during the last [`step`](Self::step) because of its
+    /// end or trajectory.
     pub fn took_solved_part_back(&self) -> bool {
         self.took_back
     }
 
-    /// One step of the scheme, of `h` [s]: what every step begins and ends with, whatever the scheme. Where a
-    /// term guards the ways of vertices, a scheme whose solves do not end at its new positions must have come
-    /// there straight. Whatever the scheme, the straight way of a step must not lead surfaces through each
-    /// other: forces may be too weak to stop them, and corrections of a solve may lead round an edge.
+    /// Takes one integrator step of `h` [s], with the checks common to all integrators. Under terms that
+    /// limit steps, an integrator whose last solve is not at its new positions must get there on a
+    /// collision-free straight path. With any integrator, surfaces must not cross along the straight path
+    /// of a step: forces may be too weak, and corrections of a solve may lead around an edge.
     pub(super) fn attempt(&mut self, h: f64) -> Result<(), StepFault> {
         self.attempts += 1;
         let Simulation { system, state, integrator, method, .. } = self;
@@ -139,7 +139,7 @@ impl Simulation {
         Err(StepFault { fault: Some(fault), vertex: None, solve: None })
     }
 
-    /// One step of the scheme, or a part of one, of `h` [s] to the time `end` [s], and the force there.
+    /// Takes one step or substep of `h` [s] to the time `end` [s], and evaluates the force there.
     pub(super) fn single_step(&mut self, h: f64, end: f64) -> Result<(), StepFault> {
         self.attempt(h)?;
         if !self.state.ensure_force(&mut self.system, end) {

@@ -1,4 +1,4 @@
-//! States of a simulation that are kept and gone back to.
+//! Snapshots: states of a simulation that can be restored.
 
 use super::path::PathState;
 use super::{Simulation, StepError};
@@ -8,30 +8,30 @@ use crate::solver::SolverWork;
 use crate::solver::structure::LentStructure;
 use crate::system::{ForceId, Pins};
 
-/// Relative; a time that a step landed on is within it.
+/// Relative rounding of a time that a step ends at.
 const ROUNDING: f64 = 1e-14;
 
-/// A moment of a simulation: enough to go on from there as if nothing had happened in between.
+/// State of a simulation at one moment, sufficient to continue from there.
 ///
-/// Explicit schemes go on with the same bits. Implicit ones find the same solutions to the tolerance of
-/// their solver, which is that of the simulation's start wherever it goes on from, and begins without what
-/// it has learnt from earlier steps: a [`Checkpoint`](super::Checkpoint) has the same bits for all.
-/// Parameters (materials, forces, pins that were added) are no part of it.
+/// Explicit integrators continue bit for bit. Implicit ones find the same solutions to the solver
+/// tolerance, which is always that of the simulation's start; their solvers restart without what they
+/// kept from earlier steps. A [`Checkpoint`](super::Checkpoint) is bit-identical for all. Parameters
+/// (materials, forces, added pins) are not included.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Snapshot {
     /// Steps taken.
     pub step: u64,
     /// Simulated time [s].
     pub time: f64,
-    /// Positions, flat `(n, dimension)`, vertices in the order of the scene [m].
+    /// Positions, flat `(n, dimension)`, vertices in scene order [m].
     pub x: Vec<f64>,
-    /// Velocities, likewise [m/s].
+    /// Velocities, in the same order [m/s].
     pub v: Vec<f64>,
-    /// Memory of a scheme of several steps.
+    /// History of a multistep method.
     memory: Vec<f64>,
-    /// Memory of step sizes that follow the error.
+    /// State of the step size controller.
     pace: Option<StepHistory>,
-    /// What terms remember of earlier steps; empty where none does.
+    /// History of terms; empty without such terms.
     #[serde(default)]
     history: Vec<f64>,
     /// Path of equilibria so far.
@@ -40,11 +40,11 @@ pub struct Snapshot {
     ledger: Option<EnergyLedger>,
 }
 
-/// A simulation cannot go on from this snapshot.
+/// Error if a simulation cannot continue from a snapshot.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SnapshotError {
-    /// It is of another scene.
+    /// The snapshot is of another scene.
     #[error(
         "the state is one of {found} coordinates, the simulation has {expected}: it is a state of another \
          scene"
@@ -55,49 +55,49 @@ pub enum SnapshotError {
         /// Coordinates of the simulation.
         expected: usize,
     },
-    /// Its terms remember more or fewer numbers.
+    /// Its terms have a history of another length.
     #[error(
         "the state remembers {found} numbers of earlier steps, the simulation {expected}: take a state of it"
     )]
     History {
-        /// Numbers of the snapshot.
+        /// Values of the snapshot.
         found: usize,
-        /// Numbers of the simulation.
+        /// Values of the simulation.
         expected: usize,
     },
-    /// Its pins are others.
+    /// Its pins differ.
     #[error("the checkpoint has other pins than the simulation: it is one of another scene")]
     Pins,
-    /// A number in it is not finite.
+    /// A value is not finite.
     #[error("the state is not finite at vertex {vertex}")]
     NotFinite {
-        /// The first such vertex, in the order of the scene.
+        /// First such vertex, in scene order.
         vertex: usize,
     },
 }
 
 impl Snapshot {
-    /// Positions `x` [m] and velocities `v` [m/s], flat, after `step` steps, at `time` [s], without what
-    /// schemes and the balance of energy remember.
+    /// Creates a snapshot of positions `x` [m] and velocities `v` [m/s], flat, after `step` steps at
+    /// `time` [s], without integrator history and energy balance.
     pub fn new(step: u64, time: f64, x: Vec<f64>, v: Vec<f64>) -> Self {
         Snapshot { step, time, x, v, memory: vec![], pace: None, history: vec![], path: None, ledger: None }
     }
 
-    /// The same where terms [remember](crate::system::System::history) these numbers.
+    /// Adds the [history](crate::system::System::history) of terms.
     #[must_use]
     pub fn with_history(self, history: Vec<f64>) -> Self {
         Snapshot { history, ..self }
     }
 
-    /// True if a scheme of several steps goes on from here by what it remembers of those before; false where
-    /// it begins anew, as after a wall has put a vertex back.
+    /// True if a multistep method continues from here with its history; false if it restarts, for example
+    /// after a wall has moved a vertex.
     pub fn remembers(&self) -> bool {
         !self.memory.is_empty()
     }
 }
 
 impl Simulation {
-    /// The present moment.
+    /// Takes a snapshot of the current state.
     ///
     /// ```
     /// use pliant::integrator::IntegratorSpec;
@@ -128,12 +128,12 @@ impl Simulation {
         }
     }
 
-    /// Goes back, or on, to a moment of this simulation or of another one of the same scene. Pins that let
-    /// go at their time are back where that time has not come yet; those that move go on from where they are
-    /// in it. Pins that were [steered](Self::move_pin) no longer are.
+    /// Restores a state of this simulation or of another one of the same scene. Pins released later than
+    /// its time are active again; moving pins continue from their position in it. Pins that were
+    /// [steered](Self::move_pin) no longer are.
     ///
     /// # Errors
-    /// [`SnapshotError`]; nothing has changed then.
+    /// [`SnapshotError`]; nothing is changed then.
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
         self.ensure_fits(snapshot)?;
         self.hold_as_after(snapshot.step, snapshot.time);
@@ -146,13 +146,13 @@ impl Simulation {
         Ok(())
     }
 
-    /// Gives the structure of the matrices of implicit steps away, where the scheme has made it, and goes on
-    /// with the one `lent`; neither changes a bit of what the steps find.
+    /// Returns the matrix structure of the implicit integrator, if it has one, and continues with `lent`;
+    /// neither changes a bit of the results.
     pub fn exchange_matrix_structure(&mut self, lent: Option<LentStructure>) -> Option<LentStructure> {
         self.integrator.exchange_structure(&self.system, lent)
     }
 
-    /// Refuses a snapshot of another number of coordinates, or with one that is not finite.
+    /// Rejects a snapshot with another number of values, or with one that is not finite.
     pub(super) fn ensure_fits(&self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
         let (expected, d) = (self.state.x().len(), self.system.dimension());
         let (found, remembered) = (snapshot.history.len(), self.system.history().len());
@@ -170,7 +170,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// Takes over step, time, positions and velocities of `snapshot`.
+    /// Copies step, time, positions, velocities and history from `snapshot`.
     pub(super) fn place(&mut self, snapshot: &Snapshot) {
         let d = self.system.dimension();
         self.state.step = snapshot.step;
@@ -183,8 +183,8 @@ impl Simulation {
         self.increment_velocities = None;
     }
 
-    /// Begins the scheme anew from the state of `snapshot`, with its memory, balance of energy and size of
-    /// the next step.
+    /// Restarts the integrator from the state of `snapshot`, with its history, energy balance and step
+    /// size.
     pub(super) fn begin_from(&mut self, snapshot: &Snapshot) {
         let structure = self.exchange_matrix_structure(None);
         self.integrator = self.method.build(self.state.x().len(), self.solver);
@@ -199,15 +199,15 @@ impl Simulation {
         }
     }
 
-    /// The pure map `(x_n, v_n) -> (x_{n+1}, v_{n+1})` (lecture 3): one step from the given state at the
-    /// present time, in place, vertices in the order of the scene. The simulation itself stays where it is.
-    /// Velocities of held coordinates count as none.
+    /// Applies the map `(x_n, v_n) -> (x_{n+1}, v_{n+1})` (lecture 3): takes one step from the given
+    /// state at the current time, in place, vertices in scene order. The simulation itself is not
+    /// changed. Velocities of constrained coordinates are ignored.
     ///
     /// # Errors
-    /// As [`step`](Self::step).
+    /// Those of [`step`](Self::step).
     ///
     /// # Panics
-    /// If the arrays have not the length of the state's.
+    /// If an array does not have the length of the state's.
     pub fn advanced(&mut self, x: &mut [f64], v: &mut [f64]) -> Result<(), StepError> {
         let memory = self.integrator.memory(&self.system, &self.state);
         let (state, ledger, pace) = (self.state.clone(), self.ledger.clone(), self.pace());
@@ -217,7 +217,7 @@ impl Simulation {
         let history = self.system.history();
         self.set_positions(x);
         self.set_velocities(v);
-        // Its balance is not read.
+        // The balance of this step is not read.
         self.opens_ledger = false;
         let end = self.step();
         if end.is_ok() {
@@ -236,22 +236,22 @@ impl Simulation {
         end
     }
 
-    /// Holds what is held after `step` steps, at `time` [s]: before the next step lets go of anything. State
-    /// and schemes stay as they are.
+    /// Activates the pins that act after `step` steps, at `time` [s], before the next step releases any.
+    /// State and integrator are unchanged.
     pub fn hold_as_after(&mut self, step: u64, time: f64) {
         let seen = match self.controller {
             _ if step == 0 => f64::NEG_INFINITY,
-            // The last step looked for what ends half a step before its end, and so did that of which this is
-            // within.
+            // The last step released pins up to half a step before its end, and so did the step that
+            // contains this time.
             None => self.released_until(time).unwrap_or(time - 0.5 * self.step_size),
-            // Or landed on it, for the next to find.
+            // Adaptive steps end at release times; the next step releases the pin.
             Some(_) => time * (1.0 - ROUNDING),
         };
         self.system.change_pins(|pins| pins.act_as_at(seen));
     }
 
-    /// Time up to which holds let go at the beginning of the step of the fixed size within which `time` [s]
-    /// is; `None` where it is at its beginning.
+    /// Returns the time up to which pins are released at the start of the fixed-size step that contains
+    /// `time` [s]; `None` if `time` is the start of a step.
     pub(super) fn released_until(&self, time: f64) -> Option<f64> {
         let steps = time / self.step_size;
         let is_between = (steps - steps.round()).abs() > ROUNDING * steps.abs();
@@ -262,7 +262,7 @@ impl Simulation {
         self.controller.as_ref().map(|controller| controller.pace())
     }
 
-    /// Where step sizes follow the error, goes on with what was learnt, if anything was.
+    /// Restores the step size controller, if both exist.
     pub(super) fn set_pace(&mut self, pace: Option<StepHistory>) {
         if let (Some(controller), Some(pace)) = (&mut self.controller, pace) {
             controller.resume(pace);
@@ -270,8 +270,8 @@ impl Simulation {
         }
     }
 
-    /// Goes on with this ledger; without one, or where it does not hold what is asked for, the next step
-    /// opens another.
+    /// Continues with this ledger. Without one, or if it lacks losses that are requested, the next step
+    /// opens a new one.
     pub(super) fn set_ledger(&mut self, ledger: Option<EnergyLedger>) {
         self.ledger = ledger.filter(|ledger| ledger.holds_losses() == self.counts_losses);
         self.opens_ledger = self.ledger.is_none();

@@ -4,39 +4,39 @@ use super::Simulation;
 use crate::diagnostics::Reaction;
 use crate::topology::{BodyTopology, Topology};
 
-/// A static equilibrium in numbers.
+/// Key figures of a static equilibrium.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct StaticState {
-    /// The largest distance of a vertex from its place at rest [m]; `index` is its number in the body, from
-    /// 0.
+    /// Largest displacement of a vertex from the reference configuration [m]; `index` is its number in
+    /// the body, from 0.
     pub displacement: Extreme,
-    /// The largest von Mises stress of an element [Pa]; `index` is its number in the body, from 0, the place
-    /// its centroid. `None` without elements that have one.
+    /// Largest von Mises stress of an element [Pa]; `index` is its number in the body, from 0, `at` its
+    /// centroid. `None` without elements that have one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub von_mises: Option<Extreme>,
-    /// Sum of the forces of all pins [N]; third component 0 in 2D.
+    /// Sum of the reaction forces of all pins [N]; third component 0 in 2D.
     pub reactions: [f64; 3],
-    /// The largest component of the force that is left at a coordinate that is free [N]: how well the last
-    /// increment was solved.
+    /// Largest component of the residual force at a free coordinate [N]: the accuracy of the last
+    /// increment.
     pub residual: f64,
 }
 
-/// The largest value of something, and where it is.
+/// Largest value of a quantity, and its location.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Extreme {
-    /// Its size.
+    /// Value.
     pub value: f64,
     /// Name of the body.
     pub body: String,
     /// Number of the vertex or element in the body, from 0.
     pub index: usize,
-    /// Its place now [m]; third component 0 in 2D.
+    /// Current position [m]; third component 0 in 2D.
     pub at: [f64; 3],
 }
 
 impl Simulation {
-    /// The present equilibrium in numbers, `topology` being that of the same assembly; `None` unless the
-    /// scheme is [static](crate::integrator::Method::is_static), and where a force is not finite.
+    /// Measures the current equilibrium. `topology` must be that of the same assembly. `None` if the
+    /// method is not [static](crate::integrator::Method::is_static) or a force is not finite.
     pub fn static_state(&mut self, topology: &Topology) -> Option<StaticState> {
         if !self.method().is_static() {
             return None;
@@ -52,11 +52,11 @@ impl Simulation {
     fn largest_von_mises(&self, topology: &Topology, x: &[f64]) -> Option<Extreme> {
         let d = topology.dimension;
         let (mut largest, mut first) = (None, 0);
-        // Element by element: states of all elements together are larger than the system.
+        // Element by element: the states of all elements need more memory than the system.
         for elements in self.system.terms().iter().filter_map(|term| term.elements()) {
             elements.each_state(self.state.x(), &mut |number, state| {
                 let found = (state.von_mises_stress(), first + number);
-                // Without volume there is no Cauchy stress.
+                // Elements without volume have no Cauchy stress.
                 if found.0.is_finite() && largest.is_none_or(|largest| found > largest) {
                     largest = Some(found);
                 }
@@ -93,7 +93,7 @@ fn extreme(value: f64, body: &BodyTopology, index: usize, at: [f64; 3]) -> Extre
     Extreme { value, body: body.name.clone(), index, at }
 }
 
-/// The mean place of these vertices.
+/// Mean position of these vertices.
 fn centroid(x: &[f64], vertices: &[u32], d: usize) -> [f64; 3] {
     let mut mean = [0.0; 3];
     for vertex in vertices {

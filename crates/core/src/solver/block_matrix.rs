@@ -4,14 +4,14 @@ use rayon::prelude::*;
 
 use crate::lanes::{Kernel, Lanes, dispatch_compact};
 
-/// Rows that a thread takes at once: below twice as many the hand-over costs more than it saves.
+/// Rows per task; below twice as many, dispatch costs more than it saves.
 const TASK_ROWS: usize = 1024;
 
 /// A `D x D` block, by rows.
 pub type Block<const D: usize> = [[f64; D]; D];
 
-/// A symmetric matrix with one row of `D x D` blocks per vertex, both triangles stored row by row, columns
-/// ascending. Every row has its diagonal block.
+/// Symmetric matrix with one row of `D x D` blocks per vertex. Both triangles are stored row by row,
+/// columns ascending; each row has its diagonal block.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BlockMatrix<const D: usize> {
     /// The blocks of row `i` are `row_start[i]..row_start[i + 1]`.
@@ -83,7 +83,7 @@ impl<const D: usize> Kernel for Product<'_, D> {
     #[inline(always)]
     fn run<L: Lanes>(self) {
         for (i, y) in self.y.iter_mut().enumerate() {
-            // A sum for every place in a block: they do not wait for each other.
+            // One sum per entry of a block, so that they are independent.
             let mut sums = [[0.0; D]; D];
             for (c, block) in self.matrix.row(self.first + i) {
                 let x = &self.x[c];

@@ -5,27 +5,27 @@ use super::cholesky::NotPositiveDefinite;
 use crate::deadline::Stop;
 use crate::lanes::{Kernel, Lanes, dispatch_compact};
 
-/// Something that approximates `A^-1`: symmetric and positive definite.
+/// A preconditioner: a symmetric positive definite approximation of `A^-1`.
 pub trait Preconditioner<const D: usize>: Send + Sync {
-    /// Takes note of a new matrix.
+    /// Updates the preconditioner for a new matrix.
     ///
     /// # Errors
-    /// The matrix was seen not to be positive definite.
+    /// If the matrix is found not positive definite.
     fn update(&mut self, matrix: &BlockMatrix<D>) -> Result<(), NotPositiveDefinite>;
 
-    /// `z = P r`.
+    /// Computes `z = P r`.
     fn apply(&mut self, r: &[f64], z: &mut [f64]);
 
-    /// True if `P` is the identity, and need not be applied.
+    /// True if `P` is the identity and need not be applied.
     fn is_identity(&self) -> bool {
         false
     }
 
-    /// Bytes held.
+    /// Returns the memory held, in bytes.
     fn bytes(&self) -> usize;
 }
 
-/// The factor `L` of a block `L L^T`; `None` where it is not positive definite.
+/// Returns the Cholesky factor `L` of a block `L L^T`; `None` if it is not positive definite.
 pub(super) fn factor<const D: usize>(a: &Block<D>) -> Option<Block<D>> {
     let mut l = [[0.0; D]; D];
     for i in 0..D {
@@ -40,7 +40,7 @@ pub(super) fn factor<const D: usize>(a: &Block<D>) -> Option<Block<D>> {
     Some(l)
 }
 
-/// The inverse of a positive definite block by Cholesky; where it is none, of its diagonal.
+/// Inverts a positive definite block by Cholesky; inverts the diagonal of any other block.
 pub(super) fn inverse<const D: usize>(a: &Block<D>) -> Block<D> {
     let Some(l) = factor(a) else { return diagonal_inverse(a) };
     let mut r = [[0.0; D]; D];
@@ -68,7 +68,7 @@ fn diagonal_inverse<const D: usize>(a: &Block<D>) -> Block<D> {
     r
 }
 
-/// No preconditioner.
+/// The identity as a preconditioner.
 pub(super) struct NoPreconditioner;
 
 impl<const D: usize> Preconditioner<D> for NoPreconditioner {
@@ -89,52 +89,52 @@ impl<const D: usize> Preconditioner<D> for NoPreconditioner {
     }
 }
 
-/// Where conjugate gradients end: one of the two is enough.
+/// Stopping criteria of conjugate gradients; either is enough.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CgTolerance {
-    /// Largest `|b - A x| / |b|`.
+    /// Largest relative residual `|b - A x| / |b|`.
     pub residual: f64,
-    /// Largest `sqrt(r^T P r)` as a part of its first value; 0 where it is not looked at.
+    /// Largest `sqrt(r^T P r)` relative to its first value; 0 disables it.
     ///
-    /// With `P` near `A^-1` this is the error in the energy norm, `|x - A^-1 b|_A / |A^-1 b|_A`: its square
-    /// is the part of the decrease of `x^T A x / 2 - b^T x` that is left. A residual says little of that
-    /// where some rows of `A` are far stiffer than the rest.
+    /// For `P` near `A^-1` this is the error in the energy norm, `|x - A^-1 b|_A / |A^-1 b|_A`; its
+    /// square is the remaining fraction of the decrease of `x^T A x / 2 - b^T x`. The residual says
+    /// little about that if some rows of `A` are far stiffer than the rest.
     pub energy: f64,
 }
 
 impl From<f64> for CgTolerance {
-    /// By the residual alone.
+    /// Stops on the residual alone.
     fn from(residual: f64) -> Self {
         CgTolerance { residual, energy: 0.0 }
     }
 }
 
-/// How a run of conjugate gradients ended.
+/// How a conjugate-gradient solve ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CgEnd {
-    /// The residual is small enough.
+    /// The tolerance is met.
     Converged,
     /// A direction `p` with `p^T A p <= 0`, or a preconditioned residual with `r^T P r <= 0`: the matrix is
     /// not positive definite.
     Indefinite,
     /// The residual no longer falls, or the iterations are used up.
     Stalled,
-    /// It was told to end.
+    /// The solve was told to stop.
     Stopped,
 }
 
-/// Outcome of conjugate gradients.
+/// Result of a conjugate-gradient solve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CgReport {
-    /// How it ended.
+    /// How the solve ended.
     pub end: CgEnd,
     /// Iterations, each with one product.
     pub iterations: u64,
-    /// `|b - A x| / |b|` as updated along the way.
+    /// `|b - A x| / |b|` from the recursion.
     pub relative_residual: f64,
 }
 
-/// Memory of [`ConjugateGradients::solve`].
+/// Conjugate gradients with their scratch vectors.
 #[derive(Debug, Default)]
 pub struct ConjugateGradients {
     r: Vec<f64>,
@@ -145,18 +145,18 @@ pub struct ConjugateGradients {
 }
 
 impl ConjugateGradients {
-    /// Ends solves while the flag is set, which is looked at in every iteration.
+    /// Sets the flag that ends solves; each iteration checks it.
     pub(crate) fn set_stop(&mut self, stop: Stop) {
         self.stop = stop;
     }
 
-    /// Solves `A x = b` from `x = 0` to a `tolerance`, as a number that of the residual; Shewchuk 1994, *An
-    /// introduction to the conjugate gradient method without the agonizing pain*, B3. `product(p, q)` writes
-    /// `A p` to `q`.
+    /// Solves `A x = b` from `x = 0` to a `tolerance`; a plain number is a relative residual.
+    /// `product(p, q)` writes `A p` to `q`. Shewchuk 1994, *An introduction to the conjugate gradient
+    /// method without the agonizing pain*, B3.
     ///
-    /// Where `A` is indefinite, `x` is the iterate before the direction in which that showed, or in the
-    /// first iteration a part of that direction: a way down for who minimises; Nocedal, Wright 2006,
-    /// *Numerical optimization*, algorithm 7.1.
+    /// If `A` is indefinite, `x` is the iterate before the direction of negative curvature or, in the
+    /// first iteration, a multiple of that direction: a descent direction for a minimiser; Nocedal,
+    /// Wright 2006, *Numerical optimization*, algorithm 7.1.
     pub fn solve<const D: usize>(
         &mut self,
         mut product: impl FnMut(&[f64], &mut [f64]),
@@ -182,6 +182,7 @@ impl ConjugateGradients {
         if length == 0.0 {
             return report(CgEnd::Converged, 0, 0.0);
         }
+        // First direction: the preconditioned residual.
         let is_identity = preconditioner.is_identity();
         let mut rz = if is_identity {
             p.copy_from_slice(r);
@@ -197,6 +198,7 @@ impl ConjugateGradients {
                 return report(CgEnd::Stopped, iteration - 1, dot(r, r).sqrt());
             }
             product(p, q);
+            // Negative curvature ends the solve.
             let curvature = dot(p, q);
             if curvature.is_nan() || curvature <= 0.0 {
                 let residual = dot(r, r).sqrt();
@@ -206,11 +208,13 @@ impl ConjugateGradients {
                 }
                 return report(end, iteration, residual);
             }
+            // Advance solution and residual; stop on the residual.
             let square = dispatch_compact(IterateUpdate { alpha: rz / curvature, p, q, x, r });
             let residual = square.sqrt();
             if residual <= tolerance.residual * length {
                 return report(CgEnd::Converged, iteration, residual);
             }
+            // Precondition the residual; stop on the energy norm.
             let next = if is_identity {
                 square
             } else {
@@ -224,6 +228,7 @@ impl ConjugateGradients {
             if next <= least {
                 return report(CgEnd::Converged, iteration, residual);
             }
+            // Next conjugate direction.
             let beta = next / rz;
             rz = next;
             dispatch_compact(DirectionUpdate { beta, z: if is_identity { r } else { z }, p });
@@ -232,21 +237,21 @@ impl ConjugateGradients {
         report(CgEnd::Stalled, max_iterations, residual)
     }
 
-    /// Bytes held.
+    /// Returns the memory held, in bytes.
     pub fn bytes(&self) -> usize {
         8 * (self.r.len() + self.z.len() + self.p.len() + self.q.len())
     }
 }
 
-/// Bytes that a solver of so many unknowns holds.
+/// Memory of a solver for `unknowns`, in bytes.
 pub(super) fn bytes(unknowns: usize) -> usize {
     8 * 4 * unknowns
 }
 
-/// Sums of products in a pass, added up in an order that depends on the length alone.
+/// Partial sums of a dot product; their order depends on the length alone.
 const SUMS: usize = 8;
 
-/// The sum of products, in an order that does not depend on the number of threads.
+/// Dot product, summed in an order independent of the number of threads.
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     dispatch_compact(DotProduct { a, b })
 }
@@ -332,11 +337,11 @@ impl Kernel for DirectionUpdate<'_> {
 mod tests {
     use super::*;
 
-    /// Number of unknowns, and how much stiffer the last of them are.
+    /// Number of unknowns, and the stiffness ratio of the last ones.
     const UNKNOWNS: usize = 60;
     const STIFFER: f64 = 1e8;
 
-    /// Stiffness of the link before unknown `i` of a chain on a ground of stiffness 1/2.
+    /// Stiffness of the link before unknown `i` of a chain on a foundation of stiffness 1/2.
     fn link(i: usize) -> f64 {
         if i < UNKNOWNS - 10 { 1.0 } else { STIFFER }
     }
@@ -350,8 +355,8 @@ mod tests {
         }
     }
 
-    /// Solution for a chain whose links are up to 1.5 times stiffer or softer: within that factor of the
-    /// inverse.
+    /// Exact solve for a chain whose links are up to 1.5 times stiffer or softer, so that it is within
+    /// that factor of the inverse.
     struct OtherChain;
 
     impl Preconditioner<1> for OtherChain {
@@ -397,8 +402,7 @@ mod tests {
         dot(x, &product_of_x).sqrt()
     }
 
-    /// Solves end with no more error in the energy norm than is asked, and without a norm by the residual
-    /// alone.
+    /// Solves meet the energy-norm tolerance; without one they stop on the residual alone.
     #[test]
     fn solves_end_by_the_energy_norm() {
         let mut b: Vec<f64> = (0..UNKNOWNS).map(|i| 1.0 + (i as f64).sin()).collect();

@@ -1,4 +1,4 @@
-//! Newton's method for stages that are solved together.
+//! Newton's method for the stages of fully implicit Runge-Kutta methods, solved together with sparse LU.
 
 #[cfg(test)]
 mod tests;
@@ -13,17 +13,17 @@ use crate::energy::Fault;
 use crate::material::Psd;
 use crate::system::System;
 
-/// Halvings of a step that does not lower the residual.
+/// Halvings of a step before the solve fails.
 const MAX_HALVINGS: u32 = 10;
-/// Corrections below this part of the size of the scene are rounding, where they no longer shrink.
+/// Corrections below this fraction of the scene size are rounding if they no longer shrink.
 const ROUNDING: f64 = 2e-14;
-/// The same where the factor is that of the very place.
+/// The same limit with a factor of the current iterate.
 const STAGNATION: f64 = 1e-10;
-/// A factor at hand is kept while each correction is at most this part of the one before.
+/// A reused factor is kept while each correction is at most this fraction of the last.
 const CONTRACTION: f64 = 0.25;
 
-/// The equations of all stages, `B = A^-1`:
-/// `M sum_j ((B^2)_ij + h c B_ij) Z_j - h (B 1)_i M v_n + h^2 (dE/dx + dR/dv)(X_i, V_i, t_i) = 0`.
+/// Equations of all stages with `B = A^-1`: `M sum_j ((B^2)_ij + h c B_ij) Z_j - h (B 1)_i M v_n + h^2
+/// (dE/dx + dR/dv)(X_i, V_i, t_i) = 0`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct StageSystem<'a> {
     /// `A^-1`, by rows.
@@ -32,9 +32,9 @@ pub(crate) struct StageSystem<'a> {
     pub(crate) times: &'a [f64],
     /// Step size [s].
     pub(crate) h: f64,
-    /// Positions at the beginning of the step, flat [m].
+    /// Positions at the start of the step, flat [m].
     pub(crate) x: &'a [f64],
-    /// Velocities there, flat [m/s].
+    /// Velocities at the start of the step, flat [m/s].
     pub(crate) v: &'a [f64],
 }
 
@@ -54,11 +54,11 @@ impl StageSystem<'_> {
     }
 }
 
-/// Solves [`StageSystem`] of one system, keeping structure and factorisations between them.
+/// Solves [`StageSystem`]s of one system; keeps structures and factorisations between them.
 pub(crate) trait CoupledNewton: Send + Sync {
-    /// Solves the equations from the start `z = X - x_n`, and writes the velocities of the stages to `v`.
-    /// Held coordinates of both are what they are. In increments, so that velocities are not quotients of
-    /// rounded positions.
+    /// Solves for `z = X - x_n` from the given start, and writes the stage velocities to `v`. Constrained
+    /// coordinates of both are unchanged. The unknowns are increments, so that velocities are not
+    /// quotients of rounded positions.
     fn solve(
         &mut self,
         system: &mut System,
@@ -67,18 +67,18 @@ pub(crate) trait CoupledNewton: Send + Sync {
         v: &mut [Vec<f64>],
     ) -> Result<(), StepFault>;
 
-    /// Work done so far.
+    /// Returns the work so far.
     fn work(&self) -> SolverWork;
 
-    /// Bytes held, the factors excepted.
+    /// Memory held without the factors, in bytes.
     fn bytes(&self) -> usize;
 
-    /// Bytes that it holds once it has solved `stages` stages of `system` near `x`, flat [m], the factors
-    /// included.
+    /// Predicts the bytes of memory, with the factors, after solving `stages` stages of `system` near `x`,
+    /// flat [m].
     fn predicted_bytes(&self, system: &mut System, stages: usize, x: &[f64]) -> usize;
 }
 
-/// One for systems of `dimension` coordinates per vertex.
+/// Creates a solver for systems of `dimension` coordinates per vertex.
 pub(crate) fn coupled_newton(dimension: usize, options: SolverOptions) -> Box<dyn CoupledNewton> {
     match dimension {
         1 => Box::new(Coupled::<1>::new(options)),
@@ -92,7 +92,7 @@ struct Coupled<const D: usize> {
     size: f64,
     structure: Option<StageStructure<D>>,
     lu: Option<Lu>,
-    /// The step that `lu` is for.
+    /// Step size of the factor `lu` [s].
     factorized: f64,
     residual: Vec<Vec<f64>>,
     force: Vec<f64>,
@@ -103,28 +103,28 @@ struct Coupled<const D: usize> {
     work: SolverWork,
 }
 
-/// Where everything is in the matrix of all stages: unknown `(k s + i) D + c` is coordinate `c` of stage `i`
-/// of the vertex that is eliminated `k`-th.
+/// Structure of the matrix of all stages: unknown `(k s + i) D + c` is coordinate `c` of stage `i` of the
+/// `k`-th vertex in elimination order.
 struct StageStructure<const D: usize> {
     stages: usize,
     assembler: Assembler<D>,
-    /// Version of the pattern of the assembler that the rest is for.
+    /// Pattern version of the assembler for the rest.
     pattern: u64,
     damped: bool,
-    /// Place of each vertex in the order of elimination.
+    /// Position of each vertex in the elimination order.
     place: Vec<usize>,
     value: Vec<f64>,
     symbolic: SymbolicLu,
 }
 
 impl<const D: usize> StageStructure<D> {
-    /// `None` where the factor would not fit memory.
+    /// Builds the structure; `None` if the factor would not fit memory.
     fn new(system: &mut System, stages: usize, x: &[f64]) -> Option<Self> {
         let assembler = Assembler::<D>::new(system);
         Self::of(assembler, system.is_damped(), stages, system.ordering_positions(x))
     }
 
-    /// That of the pattern of `assembler`, with vertices ordered by their `positions`.
+    /// Builds the structure from the pattern of `assembler`, with vertices ordered by their `positions`.
     fn of(assembler: Assembler<D>, damped: bool, stages: usize, positions: &[f64]) -> Option<Self> {
         let matrix = assembler.matrix();
         let order = nested_dissection(matrix, positions);
@@ -155,7 +155,7 @@ impl<const D: usize> StageStructure<D> {
         Some(StageStructure { stages, assembler, pattern, damped, place, value, symbolic })
     }
 
-    /// Stages are joined by masses and by damping; the Hessians are of each alone.
+    /// Masses and damping couple stages; Hessians belong to one stage.
     fn is_entry(damped: bool, same_vertex: bool, (i, r): (usize, usize), (j, c): (usize, usize)) -> bool {
         i == j || damped || same_vertex && r == c
     }
@@ -177,7 +177,7 @@ impl<const D: usize> StageStructure<D> {
         }
     }
 
-    /// Adds `m` times the identity in coordinate `c` of `vertex` to the entry of stages `(i, j)`.
+    /// Adds `m` to the diagonal at coordinate `c` of `vertex` for stages `(i, j)`.
     fn add_diagonal(&mut self, vertex: usize, c: usize, (i, j): (usize, usize), m: f64) {
         let row = (self.place[vertex] * self.stages + i) * D + c;
         let column = (self.place[vertex] * self.stages + j) * D + c;
@@ -204,7 +204,7 @@ impl<const D: usize> Coupled<D> {
         }
     }
 
-    /// Velocities of the stages, where they are free.
+    /// Computes the stage velocities of free coordinates.
     fn velocities(system: &System, stages: &StageSystem<'_>, z: &[Vec<f64>], v: &mut [Vec<f64>]) {
         let weight = system.inverse_mass();
         for (i, v) in v.iter_mut().enumerate() {
@@ -215,11 +215,11 @@ impl<const D: usize> Coupled<D> {
         }
     }
 
-    /// Takes starts back to where the straight way from the old positions is free, as terms that guard ways
-    /// see it.
+    /// Shortens starts to the collision-free part of the straight path from the old positions, as seen by
+    /// terms that limit steps.
     ///
     /// # Errors
-    /// Prescribed motion alone leads through what a term keeps apart.
+    /// If prescribed motion alone leads to interpenetration.
     fn shorten(system: &System, stages: &StageSystem<'_>, z: &mut [Vec<f64>]) -> Result<(), StepFault> {
         let is_held: Vec<bool> = system.inverse_mass().iter().map(|w| *w == 0.0).collect();
         for z in z {
@@ -235,7 +235,7 @@ impl<const D: usize> Coupled<D> {
         Ok(())
     }
 
-    /// The part of a direction that terms which guard ways admit in every stage.
+    /// Returns the fraction of a direction that terms which limit steps admit in all stages.
     fn admitted(
         &mut self,
         system: &System,
@@ -252,13 +252,14 @@ impl<const D: usize> Coupled<D> {
         admitted
     }
 
-    /// The positions of stage `i`, in `positions`.
+    /// Computes the positions of stage `i`.
     fn positions(&mut self, stages: &StageSystem<'_>, z: &[Vec<f64>], i: usize) {
         self.positions.clear();
         self.positions.extend(stages.x.iter().zip(&z[i]).map(|(x, z)| x + z));
     }
 
-    /// The residual of all stages, divided by the masses, and its norm; infinite where a force is not finite.
+    /// Computes the residual of all stages, divided by the masses, and returns its norm; infinite if a
+    /// force is not finite.
     fn residual(
         &mut self,
         system: &mut System,
@@ -290,8 +291,8 @@ impl<const D: usize> Coupled<D> {
         if square.is_finite() { square.sqrt() } else { f64::INFINITY }
     }
 
-    /// The structure with room for the stencils of all stages; another one where it has grown. `None` where
-    /// its factor would not fit memory.
+    /// Extends the structure by the stencils of all stages, and rebuilds it if the pattern has grown.
+    /// `None` if its factor would not fit memory.
     fn structure_for(
         &mut self,
         system: &mut System,
@@ -320,7 +321,7 @@ impl<const D: usize> Coupled<D> {
         StageStructure::of(structure.assembler, structure.damped, structure.stages, stages.x)
     }
 
-    /// Assembles and factorises at these stages; false where the matrix is singular.
+    /// Assembles and factorises at these stages; returns false if the matrix is singular.
     fn factorize(
         &mut self,
         system: &mut System,
@@ -339,6 +340,7 @@ impl<const D: usize> Coupled<D> {
             let stiffness = Weights { inertia: 0.0, stiffness: h * h, damping: 0.0 };
             structure.assembler.assemble(system, at, stiffness);
             structure.add(i, i, 1.0);
+            // Damping couples the stages.
             if structure.damped {
                 let damping = Weights { inertia: 0.0, stiffness: 0.0, damping: h };
                 structure.assembler.assemble(system, at, damping);
@@ -346,6 +348,7 @@ impl<const D: usize> Coupled<D> {
                     structure.add(i, j, stages.inverse[i][j]);
                 }
             }
+            // Inertia and drag.
             for n in (0..stages.x.len()).filter(|n| system.inverse_mass()[*n] > 0.0) {
                 let m = system.mass()[n / D];
                 for j in 0..s {
@@ -362,7 +365,8 @@ impl<const D: usize> Coupled<D> {
         self.lu.is_some()
     }
 
-    /// `right` becomes the correction of the residual at hand; its largest component.
+    /// Writes the correction of the current residual to `right` and to `residual`; returns its largest
+    /// component.
     fn correction(&mut self, system: &System, stages: usize) -> f64 {
         let (Some(structure), Some(lu)) = (&self.structure, &self.lu) else { return f64::NAN };
         let place = |n: usize, i: usize| (structure.place[n / D] * stages + i) * D + n % D;
@@ -372,7 +376,7 @@ impl<const D: usize> Coupled<D> {
             }
         }
         lu.solve(&mut self.right);
-        // In the order of the residual again.
+        // Back in the order of the residual.
         for i in 0..stages {
             for n in 0..self.residual[i].len() {
                 self.residual[i][n] = self.right[place(n, i)];
@@ -381,11 +385,10 @@ impl<const D: usize> Coupled<D> {
         self.right.iter().fold(0.0, |m: f64, d| if d.is_nan() { *d } else { m.max(d.abs()) })
     }
 
-    /// True if the correction that the factor at hand gives for the residual at hand is shorter than the
-    /// last, of which `step` was taken:
-    /// a step across a stiff spring stretches it to second order, so that its residual grows while the
-    /// solution comes nearer. The natural monotonicity test: Deuflhard 2004, *Newton Methods for Nonlinear
-    /// Problems*, section 3.3.
+    /// True if the simplified correction, by the current factor for the current residual, is shorter than
+    /// the last correction, of which `step` was taken. A step across a stiff spring stretches it to
+    /// second order, so that its residual grows while the solution comes nearer. Natural monotonicity
+    /// test: Deuflhard 2004, *Newton Methods for Nonlinear Problems*, section 3.3.
     fn falls_naturally(&mut self, system: &System, stages: usize, step: f64, last: f64) -> bool {
         let residual = self.residual.clone();
         let correction = self.correction(system, stages);
@@ -406,6 +409,7 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
         if self.size == 0.0 {
             self.size = self.options.size.unwrap_or_else(|| scene_size(stages.x, D));
         }
+        // Resize scratch memory, and rebuild the structure if the system has changed.
         self.force.resize(unknowns, 0.0);
         self.right.resize(s * unknowns, 0.0);
         for rows in [&mut self.residual, &mut self.trial, &mut self.trial_v] {
@@ -420,6 +424,7 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
             let solve = Some(SolveError { verdict, iterations, correction, left: None });
             Err(StepFault { solve, ..StepFault::at(system, x, v) })
         };
+        // Admissible start, its velocities and its residual.
         if system.has_guards() {
             Self::shorten(system, stages, z)?;
         }
@@ -438,6 +443,7 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
             }
             let mut old_factor = keep && self.lu.is_some() && self.factorized == stages.h;
             let residual = self.residual.clone();
+            // Correction, with a reused factor while corrections shrink fast.
             let correction = loop {
                 if !old_factor && !self.factorize(system, stages, z, v) {
                     return fail(system, &self.positions, &v[0], SolveFailure::Indefinite, iteration, before);
@@ -456,6 +462,7 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
                 return fail(system, &self.positions, &v[0], SolveFailure::Indefinite, iteration, correction);
             }
             self.work.newton_iterations += 1;
+            // Line search: halve the step until the residual or the simplified correction shrinks.
             let direction = self.residual.clone();
             let (mut step, mut halvings) = (self.admitted(system, stages, z, &direction), 0);
             let there = loop {
@@ -470,7 +477,7 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
                 Self::velocities(system, stages, &trial, &mut trial_v);
                 let there = self.residual(system, stages, &trial, &trial_v);
                 (self.trial, self.trial_v) = (trial, trial_v);
-                // Near the solution the residual is rounding, and need not fall.
+                // Near the solution the residual is rounding and need not fall.
                 if there < norm || there.is_finite() && correction <= tolerance.max(STAGNATION * self.size) {
                     break there;
                 }
@@ -478,7 +485,7 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
                     break there;
                 }
                 if halvings == MAX_HALVINGS && old_factor {
-                    // That of another place may point anywhere.
+                    // A factor of another iterate may point anywhere.
                     self.residual.clone_from(&residual);
                     keep = false;
                     continue 'newton;
@@ -496,6 +503,7 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
                 halvings += 1;
                 step *= 0.5;
             };
+            // Accept the step and check convergence.
             self.work.halvings += u64::from(halvings);
             let is_whole = step == 1.0;
             for i in 0..s {
@@ -504,8 +512,8 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
             }
             let last = before;
             (norm, keep, before) = (there, halvings == 0, correction);
-            // Rounding: with a factor of this very place corrections would shrink fast, were there anything
-            // left to correct.
+            // Rounding: with a factor of the current iterate, corrections would shrink fast if any error
+            // were left.
             let small = correction <= if old_factor { ROUNDING } else { STAGNATION } * self.size;
             let floor = small && correction >= 0.5 * last;
             if is_whole && (correction <= tolerance && (iteration > 0 || !old_factor) || floor) {
@@ -536,8 +544,8 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
         let Some(structure) = StageStructure::<D>::new(system, stages, x) else { return usize::MAX / 2 };
         let factors = structure.symbolic.factor_bytes(structure.damped).unwrap_or(usize::MAX / 4);
         let matrix = structure.assembler.bytes() + structure.symbolic.bytes() + 8 * structure.value.len();
-        // Residual, trial and its velocities of every stage, their right-hand side, the force and positions
-        // of one.
+        // Residual, trial and its velocities of all stages, their right-hand side, and force and
+        // positions of one stage.
         let vectors = 8 * x.len() * (6 * stages + 2);
         matrix + vectors + factors
     }

@@ -1,29 +1,30 @@
-//! Conjugate gradients with symmetric Gauss-Seidel as their preconditioner, for the work of one product.
+//! Conjugate gradients preconditioned by symmetric Gauss-Seidel, at the cost of one matrix product per
+//! iteration.
 //!
-//! With the diagonal blocks `D = C C^T` of a matrix, the system is solved for `y = C^T x`: `A = C^-1 (...)
-//! C^-T` has ones on its diagonal, and `A = I + L + L^T`. The preconditioner is `P = (I + L) (I + L)^T`. In
-//! `y^ = (I + L)^T y` and `r^ = (I + L)^-1 r` the system is `(I + L)^-1 A (I + L)^-T y^ = (I + L)^-1 b`, and
-//! with `t = (I + L)^-T p` the product is
+//! With the diagonal blocks `D = C C^T` of the matrix, the unknowns are `y = C^T x`:
+//! `A = C^-1 (...) C^-T` has a unit diagonal, and `A = I + L + L^T`. The preconditioner is
+//! `P = (I + L) (I + L)^T`. In terms of `y^ = (I + L)^T y` and `r^ = (I + L)^-1 r` the system is `(I +
+//! L)^-1 A (I + L)^-T y^ = (I + L)^-1 b`, and with `t = (I + L)^-T p` the product is
 //!
 //! ```text
 //! (I + L)^-1 A t = t + (I + L)^-1 (L^T t),   L^T t = p - t
 //! ```
 //!
-//! (Eisenstat 1981, *Efficient implementation of a class of preconditioned conjugate gradient methods*, SIAM
-//! Journal on Scientific and Statistical Computing 2(1)): each block is read once, as in a product with the
-//! matrix, and the iterations are about half of those with inverse diagonal blocks. Rows wait for each other
-//! in a sweep: without the diagonal blocks, by half as long.
+//! (Eisenstat 1981, *Efficient implementation of a class of preconditioned conjugate gradient methods*,
+//! SIAM Journal on Scientific and Statistical Computing 2(1)). Each block is read once, as in a product
+//! with the matrix, and the iterations are about half of those with inverse diagonal blocks. Rows wait
+//! for each other in a sweep; without the diagonal blocks, half as long.
 //!
-//! Blocks of `L^T` alone are held. With `L^T` a row gathers from those after it; with `L` it is spread over
-//! them, as a column of `L`, once it is known. Half of the memory is read again, and in both sweeps a row of
-//! a block meets one register: sums over its entries wait for the end of the row.
+//! Only the blocks of `L^T` are stored. With `L^T` a row gathers from later rows; with `L` it scatters to
+//! them, as a column of `L`, once it is known. This halves the memory traffic, and in both sweeps a block
+//! row fits one register: sums over its entries wait for the end of the row.
 //!
-//! Over-relaxed by `o`, `I / o + L` stands for `I + L`, and `L^T t + (1 - 1 / o) t` for `L^T t`: Young 1971,
-//! *Iterative solution of large linear systems*, chapter 15.
+//! With over-relaxation `o`, `I / o + L` replaces `I + L`, and `L^T t + (1 - 1 / o) t` replaces `L^T t`:
+//! Young 1971, *Iterative solution of large linear systems*, chapter 15.
 //!
-//! Rows are taken in parts whose length depends on nothing but their number, so that threads take parts of
-//! their own and the bits are the same for any number of them: what couples rows of two parts, `R`, is left
-//! out of `L`, and `A t` has `R t` besides.
+//! Rows are split into parts whose length depends only on their number. Threads process whole parts, so
+//! that the result is bit-identical for any number of threads. Coupling between parts, `R`, is excluded
+//! from `L`, and `A t` gains `R t`.
 
 use rayon::prelude::*;
 
@@ -35,60 +36,59 @@ use crate::lanes::{HALF, HalfPack, Kernel, Lanes, dispatch_compact};
 
 /// Most rows of a part.
 const PART_ROWS: usize = 4096;
-/// Row of a vector that sweeps go over.
+/// Vector row in a sweep.
 type PaddedRow = [f64; HALF];
 
 /// Conjugate gradients with symmetric Gauss-Seidel, and their memory.
 #[derive(Default)]
 pub struct GaussSeidel<const D: usize> {
-    /// `C^-1` of every row, lower triangles.
+    /// `C^-1` of each row, lower triangles.
     scale: Vec<Block<D>>,
-    /// Version of the pattern that the parts are for.
+    /// Pattern version of the parts.
     pattern: Option<u64>,
     parts: Vec<Part>,
-    /// `o`.
     relaxation: Relaxation,
     cg: ConjugateGradients,
     vectors: SweepVectors,
     right: Vec<f64>,
 }
 
-/// Factor of over-relaxation.
+/// Over-relaxation factor `o`.
 #[derive(Clone, Copy, Debug)]
 struct Relaxation(f64);
 
 impl Default for Relaxation {
-    /// None.
+    /// No over-relaxation.
     fn default() -> Self {
         Relaxation(1.0)
     }
 }
 
-/// Vectors of sweeps.
+/// Vectors of the sweeps.
 #[derive(Default)]
 struct SweepVectors {
     /// `t = (I + L)^-T p`, zero beyond `D`.
     t: Vec<PaddedRow>,
-    /// `L^T t`, and then, with `R t` besides, `(I + L)^-1` of that; without meaning beyond `D`.
+    /// `L^T t`, then `(I + L)^-1 (L^T t + R t)`; undefined beyond `D`.
     rest: Vec<PaddedRow>,
 }
 
-/// Scaled blocks of some rows that follow each other.
+/// Scaled blocks of consecutive rows.
 #[derive(Default)]
 struct Part {
     first: usize,
     rows: usize,
-    /// Blocks of `L^T`, columns counted from the first row, and of `R`.
+    /// Blocks of `L^T`, with columns counted from the first row, and of `R`.
     above: ScaledRows,
     outside: ScaledRows,
 }
 
-/// Rows of blocks, each by rows, side by side.
+/// Rows of blocks stored by rows, side by side.
 #[derive(Default)]
 struct ScaledRows {
     start: Vec<u32>,
     column: Vec<u32>,
-    /// Entries, and room for the loads of the last.
+    /// Entries, with padding for the loads of the last block.
     value: Vec<f64>,
 }
 
@@ -103,7 +103,7 @@ impl ScaledRows {
         self.start.push(self.column.len() as u32);
     }
 
-    /// Makes room for the entries of all blocks.
+    /// Allocates the entries of all blocks.
     fn end<const D: usize>(&mut self) {
         self.value.clear();
         self.value.resize(D * D * self.column.len() + HALF, 0.0);
@@ -115,15 +115,14 @@ impl ScaledRows {
         &mut self.value[D * D * at..][..D * D]
     }
 
-    /// Columns of row `i`, and the entries of its blocks, which those of the rest follow.
+    /// Columns of row `i`, and the entries from its first block on.
     #[inline(always)]
     fn row<const D: usize>(&self, i: usize) -> (&[u32], &[f64]) {
         let (from, to) = (self.start[i] as usize, self.start[i + 1] as usize);
         (&self.column[from..to], &self.value[D * D * from..])
     }
 
-    /// The sum over the blocks of row `i` of their products with rows of `x`, which are zero beyond `D`, as
-    /// is the sum.
+    /// Sums the products of the blocks of row `i` with rows of `x`. Rows and sum are zero beyond `D`.
     #[inline(always)]
     fn row_product<H: HalfPack, const D: usize>(&self, i: usize, x: &[PaddedRow]) -> H {
         let (columns, mut values) = self.row::<D>(i);
@@ -132,7 +131,7 @@ impl ScaledRows {
             let x = H::load(&x[*column as usize]);
             let block = &values[..D * D - D + HALF];
             for k in 0..D {
-                // What follows a row meets a zero.
+                // Entries after a block row are multiplied by zero.
                 products[k] = products[k] + row_of::<H, D>(block, k) * x;
             }
             values = &values[D * D..];
@@ -140,7 +139,7 @@ impl ScaledRows {
         H::sums(products)
     }
 
-    /// Subtracts the products of the transposes of the blocks of row `i` with `left` from rows of `y`.
+    /// Subtracts the products of the transposed blocks of row `i` with `left` from rows of `y`.
     #[inline(always)]
     fn subtract_transposed<H: HalfPack, const D: usize>(
         &self,
@@ -170,12 +169,12 @@ impl ScaledRows {
     }
 }
 
-/// A row with zeros beyond `D`.
+/// A row padded with zeros beyond `D`.
 #[inline(always)]
 fn padded<const D: usize>(row: &[f64; D]) -> PaddedRow {
     let mut padded = [0.0; HALF];
     for k in 0..HALF {
-        // A copy of a slice would go through memory.
+        // Index loop: a slice copy would go through memory.
         if k < D {
             padded[k] = row[k];
         }
@@ -183,18 +182,18 @@ fn padded<const D: usize>(row: &[f64; D]) -> PaddedRow {
     padded
 }
 
-/// Row `k` of a block, and what follows it.
+/// Row `k` of a block, and the entries after it.
 #[inline(always)]
 fn row_of<H: HalfPack, const D: usize>(block: &[f64], k: usize) -> H {
     H::load(&block[D * k..].as_chunks().0[0])
 }
 
-/// Rows of each part of so many.
+/// Rows per part for `rows` in total.
 fn rows_of_part(rows: usize) -> usize {
     rows.div_ceil(rows.div_ceil(PART_ROWS).max(1)).max(1)
 }
 
-/// `C^-1`, lower triangle, of a block `C C^T`; `None` where it is not positive definite.
+/// Returns `C^-1`, lower triangle, of a block `C C^T`; `None` if it is not positive definite.
 fn scale_of<const D: usize>(a: &Block<D>) -> Option<Block<D>> {
     let c = factor(a)?;
     let mut inverse = [[0.0; D]; D];
@@ -209,20 +208,20 @@ fn scale_of<const D: usize>(a: &Block<D>) -> Option<Block<D>> {
 }
 
 impl<const D: usize> GaussSeidel<D> {
-    /// With sweeps over-relaxed by this factor, between 1 and 2.
+    /// Creates a solver with sweeps over-relaxed by `factor`, between 1 and 2.
     pub fn relaxed(factor: f64) -> Self {
         GaussSeidel { relaxation: Relaxation(factor), ..GaussSeidel::default() }
     }
 
-    /// Ends solves while the flag is set.
+    /// Sets the flag that ends solves.
     pub(super) fn set_stop(&mut self, stop: Stop) {
         self.cg.set_stop(stop);
     }
 
-    /// Takes note of a new matrix, whose pattern is of this version.
+    /// Updates the solver for a new matrix with this pattern version.
     ///
     /// # Errors
-    /// A diagonal block is not positive definite.
+    /// If a diagonal block is not positive definite.
     pub fn update(&mut self, matrix: &BlockMatrix<D>, pattern: u64) -> Result<(), NotPositiveDefinite> {
         let GaussSeidel { scale, pattern: of, parts, vectors: SweepVectors { t, rest }, .. } = self;
         scale.clear();
@@ -247,8 +246,8 @@ impl<const D: usize> GaussSeidel<D> {
         Ok(())
     }
 
-    /// Solves the system of the matrix last taken note of for the right side `b`, from `x = 0`. The residual
-    /// of the tolerance is `sqrt(r^T P^-1 r)`, as a part of the first.
+    /// Solves for the right-hand side `b` with the last matrix, from `x = 0`. The residual tolerance
+    /// refers to `sqrt(r^T P^-1 r)` relative to its first value.
     pub fn solve(
         &mut self,
         b: &[f64],
@@ -281,7 +280,6 @@ impl<const D: usize> GaussSeidel<D> {
         report
     }
 
-    /// Bytes held.
     pub(super) fn bytes(&self) -> usize {
         let SweepVectors { t, rest } = &self.vectors;
         let parts = self.parts.iter().flat_map(|part| [&part.above, &part.outside]);
@@ -293,7 +291,7 @@ impl<const D: usize> GaussSeidel<D> {
     }
 }
 
-/// Bytes that one holds for a matrix.
+/// Predicts the memory of a solver for `matrix`, in bytes.
 pub(super) fn bytes<const D: usize>(matrix: &BlockMatrix<D>) -> usize {
     let rows = matrix.rows();
     let each = rows_of_part(rows);
@@ -305,7 +303,7 @@ pub(super) fn bytes<const D: usize>(matrix: &BlockMatrix<D>) -> usize {
 }
 
 impl Part {
-    /// Makes room for the blocks of its rows of `matrix`.
+    /// Allocates the blocks of its rows of `matrix`.
     fn lay_out<const D: usize>(&mut self, matrix: &BlockMatrix<D>) {
         let Part { first, rows, above, outside } = self;
         let own = *first..*first + *rows;
@@ -361,7 +359,7 @@ impl<const D: usize> Kernel for Scaling<'_, D> {
     }
 }
 
-/// `a B c^T` of lower triangles `a` and `c`.
+/// Computes `a B c^T` for lower triangles `a` and `c`.
 #[inline(always)]
 fn scaled<const D: usize>(a: &Block<D>, b: &Block<D>, c: &Block<D>) -> Block<D> {
     let mut half = [[0.0; D]; D];
@@ -386,12 +384,12 @@ fn scaled<const D: usize>(a: &Block<D>, b: &Block<D>, c: &Block<D>) -> Block<D> 
 /// Sweeps over all parts.
 struct Sweeps<'a, const D: usize> {
     parts: &'a [Part],
-    /// `o`.
+    /// Over-relaxation factor `o`.
     relaxation: f64,
 }
 
 impl<const D: usize> Sweeps<'_, D> {
-    /// `t = (I / o + L)^-T p`, `p` flat, and `rest = L^T t + (1 - 1 / o) t`.
+    /// Computes `t = (I / o + L)^-T p`, `p` flat, and `rest = L^T t + (1 - 1 / o) t`.
     fn backward(&self, p: &[f64], t: &mut [PaddedRow], rest: &mut [PaddedRow]) {
         let Sweeps { parts, relaxation } = *self;
         let p = p.as_chunks::<D>().0;
@@ -405,7 +403,7 @@ impl<const D: usize> Sweeps<'_, D> {
         });
     }
 
-    /// `q = t + (I / o + L)^-1 (rest + R t)`, flat; `rest` is overwritten.
+    /// Computes `q = t + (I / o + L)^-1 (rest + R t)`, flat; overwrites `rest`.
     fn forward(&self, t: &[PaddedRow], rest: &mut [PaddedRow], q: &mut [f64]) {
         let Sweeps { parts, relaxation } = *self;
         let q = q.as_chunks_mut::<D>().0;
@@ -483,18 +481,18 @@ mod tests {
     use super::*;
     use crate::solver::conjugate_gradients::{CgEnd, Preconditioner, inverse};
 
-    /// Rows of three parts, of which each meets the next.
+    /// Rows of three parts, each coupled to the next.
     const ROWS: usize = 2 * PART_ROWS + 100;
-    /// Rows between those that are coupled beside neighbours: from part to part.
+    /// Distance of the coupled rows beyond neighbours: it spans parts.
     const FAR: usize = 3000;
 
-    /// Springs between neighbours, stiffer along one axis than across, and between rows farther apart, on a
-    /// ground of stiffness `ground`.
+    /// Springs between neighbours, stiffer along one axis than across, and between distant rows, on a
+    /// foundation of stiffness `ground`.
     fn lattice(rows: usize, ground: f64) -> BlockMatrix<2> {
         lattice_of(rows, FAR, ground)
     }
 
-    /// The same with `far` rows between those that are coupled beside neighbours.
+    /// Builds the lattice with `far` rows between the distant coupled ones.
     fn lattice_of(rows: usize, far: usize, ground: f64) -> BlockMatrix<2> {
         let linked = |i: usize| {
             let near = [i.checked_sub(far), i.checked_sub(1), Some(i), Some(i + 1), Some(i + far)];

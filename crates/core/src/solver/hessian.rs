@@ -1,8 +1,9 @@
-//! The Hessian of all terms together, assembled from the small dense Hessians of their stencils.
+//! Sparse Hessian of all terms, assembled from the small dense Hessians of their stencils (elements).
 //!
-//! Stencils go through in groups that fit the cache: the term writes their Hessians, which are added up
-//! block by block within the group; afterwards every row of the matrix adds the few groups that touch it, in
-//! a fixed order. Groups depend on the mesh alone, so the matrix has the same bits on any number of threads.
+//! Stencils are processed in groups that fit the cache. The term writes their Hessians, which are summed
+//! block by block within the group; then each row of the matrix adds the few groups that touch it, in a
+//! fixed order. Groups depend on the mesh alone, so that the matrix is bit-identical on any number of
+//! threads.
 
 mod changing;
 #[cfg(test)]
@@ -21,22 +22,22 @@ use crate::material::Psd;
 use crate::system::System;
 use changing::Changing;
 
-/// Stencils in a group.
+/// Stencils per group.
 const GROUP: usize = 512;
-/// Groups are dealt out to this many tasks at most.
+/// Most tasks that groups are distributed to.
 const MAX_TASKS: usize = 32;
-/// Rows of the matrix that a thread takes at once.
+/// Rows per task.
 const TASK_ROWS: usize = 512;
-/// Sums that are asked for before they are added.
+/// Prefetch distance, in sums.
 const SOURCES_AHEAD: usize = 24;
-/// A block that belongs to a held vertex.
+/// Slot of a block that belongs to a constrained vertex.
 const NOWHERE: u32 = u32::MAX;
 
-/// Numbers of pairs by their keys: that of the standard library is against attacks, and takes the greater
-/// part of making a structure.
+/// Numbers of vertex pairs by key. The standard hasher resists attacks, but would take most of the time
+/// of building a structure.
 type PairNumbers = HashMap<u64, usize, BuildHasherDefault<PairHasher>>;
 
-/// Fibonacci's: Knuth 1998, *The Art of Computer Programming*, volume 3, section 6.4.
+/// Fibonacci hashing: Knuth 1998, *The Art of Computer Programming*, volume 3, section 6.4.
 #[derive(Clone, Copy, Debug, Default)]
 struct PairHasher(u64);
 
@@ -55,7 +56,7 @@ impl Hasher for PairHasher {
     }
 }
 
-/// The factors in `A = inertia M + stiffness d2E/dx2 + damping d2R/dv2`.
+/// Factors in `A = inertia M + stiffness d2E/dx2 + damping d2R/dv2`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Weights {
     /// Factor of the mass.
@@ -66,61 +67,61 @@ pub struct Weights {
     pub damping: f64,
 }
 
-/// Where the matrix is assembled.
+/// Configuration at which the matrix is assembled.
 #[derive(Clone, Copy, Debug)]
 pub struct At<'a> {
     /// Positions, flat [m].
     pub x: &'a [f64],
-    /// Velocities, flat [m/s]; looked at only where something dissipates.
+    /// Velocities, flat [m/s]; used only with dissipation.
     pub v: &'a [f64],
     /// Form of the element Hessians, exact or projected.
     pub psd: Psd,
-    /// Positions from which pressures here are predicted, where Hessians are exact: see
+    /// Positions from which pressures are predicted, with exact Hessians: see
     /// [`predicted_hessians`](crate::energy::PredictedStresses::predicted_hessians).
     pub predicted_from: Option<&'a [f64]>,
 }
 
-/// Assembles the matrix of one system. Held coordinates have a row and a column of zeros, but for the
-/// diagonal.
+/// Assembles the matrix of one system. Rows and columns of constrained coordinates are zero except for
+/// the diagonal.
 pub struct Assembler<const D: usize> {
     matrix: BlockMatrix<D>,
     terms: Vec<TermPlan<D>>,
-    /// Sums of every group, one block after another.
+    /// Sums of all groups, one block after another.
     sums: Vec<Block<D>>,
-    /// For every stored block the block of the upper triangle that it is, or is the transpose of.
+    /// For each stored block, the block of the upper triangle that it equals or is the transpose of.
     upper: Vec<u32>,
     /// The sums of block `i` of the upper triangle are `source[source_start[i]..source_start[i + 1]]`,
-    /// doubled; odd where transposed.
+    /// doubled; odd values are transposed.
     source_start: Vec<u32>,
     source: Vec<u32>,
-    /// True for each coordinate that is held, as it was when the structure was made.
+    /// True for each coordinate that was constrained when the structure was built.
     held: Vec<bool>,
-    /// Version of the structure of the system.
+    /// Structure version of the system.
     structure: u64,
-    /// Version of the entries of the matrix.
+    /// Version of the matrix entries.
     entries: u64,
-    /// For every row, the block that its next transpose goes to, while the matrix is filled.
+    /// For each row, the block for its next transpose while the matrix is filled.
     next_transpose: Vec<u32>,
-    /// The matrix with the blocks of stencils that change.
+    /// Matrix with the blocks of changing stencils.
     changing: Changing<D>,
 }
 
-/// The stencils of one term.
+/// Assembly plan of one term.
 struct TermPlan<const D: usize> {
-    /// Its index in the system.
+    /// Index of the term in the system.
     term: usize,
-    /// True if it is one of the dissipative terms.
+    /// True for a dissipative term.
     dissipative: bool,
-    /// Pairs of vertices `a <= b` of a stencil.
+    /// Vertex pairs `a <= b` per stencil.
     pairs: usize,
     groups: Vec<StencilGroup>,
-    /// Pairs of different places of a stencil that name one vertex, by their number among all pairs,
-    /// ascending: their block and its transpose both belong to the diagonal.
+    /// Pairs of different positions in a stencil with the same vertex, by their number among all pairs,
+    /// ascending. Their block and its transpose both add to the diagonal.
     repeated: Vec<usize>,
-    /// For each pair of each stencil, where in the sums of its group its block goes, doubled; odd where
-    /// transposed. A sum is of blocks as the first stencil of the group has them, so few are.
+    /// For each pair of each stencil, its sum within the group, doubled; odd values are transposed. Sums
+    /// have the orientation of the first stencil of the group, so that few are transposed.
     slot: Vec<u32>,
-    /// Memory for the Hessians of a group, one for each task.
+    /// Scratch memory for the Hessians of a group, one per task.
     scratch: Vec<Vec<Block<D>>>,
 }
 
@@ -131,11 +132,12 @@ struct StencilGroup {
 }
 
 impl<const D: usize> Assembler<D> {
-    /// The structure for `system`, with the coordinates that it holds now.
+    /// Builds the structure for `system` with its current constraints.
     pub fn new(system: &mut System) -> Self {
         let held: Vec<bool> = system.inverse_mass().iter().map(|w| *w == 0.0).collect();
         let is_held = |v: u32| held[v as usize * D..][..D].iter().all(|held| *held);
         let vertices = system.mass().len();
+        // Assembly plans; `keys` collects the vertex pairs of all groups.
         let (mut terms, mut keys) = (vec![], vec![]);
         let (energy, dissipation) = system.stencils();
         for (dissipative, stencils) in [(false, energy), (true, dissipation)] {
@@ -143,7 +145,7 @@ impl<const D: usize> Assembler<D> {
                 terms.push(TermPlan::new((term, dissipative), &stencils, is_held, &mut keys));
             }
         }
-        // The upper triangle: every pair of any group once, and the diagonal.
+        // Upper triangle: each pair of any group once, and the diagonal.
         let mut upper: Vec<u64> = keys.iter().map(|(a, b)| key(*a, *b)).collect();
         upper.extend((0..vertices as u32).map(|v| key(v, v)));
         upper.sort_unstable();
@@ -177,8 +179,8 @@ impl<const D: usize> Assembler<D> {
             (column[at], upper_of[at]) = (col, index as u32);
             next[row as usize] += 1;
         };
-        // Sorted by row, then column: row `c` gets its lower blocks, columns ascending, before its own upper
-        // ones.
+        // Sorted by row, then column: row `c` gets its lower blocks, columns ascending, before its own
+        // upper ones.
         for (index, key) in upper.iter().enumerate() {
             let (r, c) = vertices_of(*key);
             if r != c {
@@ -204,55 +206,55 @@ impl<const D: usize> Assembler<D> {
         }
     }
 
-    /// True if the structure is that of `system` still.
+    /// True if the structure still fits `system`.
     pub fn fits(&self, system: &System) -> bool {
         self.structure == system.structure()
     }
 
-    /// True if no stencils that change have been met: the pattern is that of the mesh.
+    /// True if no changing stencils have occurred: the pattern is that of the mesh.
     pub(crate) fn is_fixed(&self) -> bool {
         self.changing.pattern() == 0
     }
 
-    /// Whether each coordinate is held: its row and column are zero but for the diagonal.
+    /// Returns for each coordinate whether it is constrained: its row and column are zero except for the
+    /// diagonal.
     pub fn held(&self) -> &[bool] {
         &self.held
     }
 
-    /// The matrix last assembled.
+    /// Returns the matrix last assembled.
     pub fn matrix(&self) -> &BlockMatrix<D> {
         self.changing.matrix().unwrap_or(&self.matrix)
     }
 
-    /// The part of it whose structure stays: without the blocks of stencils that change.
+    /// Returns its part of fixed structure, without the blocks of changing stencils.
     pub fn fixed(&self) -> &BlockMatrix<D> {
         &self.matrix
     }
 
-    /// Version of the pattern of [`matrix`](Self::matrix), for this assembler: a factor of another version
-    /// does not fit.
+    /// Returns the pattern version of [`matrix`](Self::matrix), for this assembler. A factor of another
+    /// version does not fit.
     pub fn pattern(&self) -> u64 {
         self.changing.pattern()
     }
 
-    /// Version of the entries of [`matrix`](Self::matrix), for this assembler: those of one version are the
-    /// same.
+    /// Returns the entry version of [`matrix`](Self::matrix), for this assembler. Equal versions mean
+    /// equal entries.
     pub(crate) fn entries(&self) -> u64 {
         self.entries
     }
 
-    /// Makes room in the matrix for the stencils that terms have found last.
+    /// Extends the pattern by the stencils that terms have found last.
     pub(crate) fn include_stencils(&mut self, system: &System) {
         self.changing.include(system, &self.matrix, &self.held);
     }
 
-    /// Makes room in the matrix for stencils that are likely to be found from `x` on, flat [m], for a
-    /// prediction of what it takes.
+    /// Extends the pattern by stencils likely to be found from `x` on, flat [m], for memory predictions.
     pub(crate) fn expect_stencils(&mut self, system: &System, x: &[f64]) {
         self.changing.expect(system, x, &self.matrix, &self.held);
     }
 
-    /// Assembles `A = inertia M + stiffness d2E/dx2 + damping d2R/dv2`; of stencils that change, those that
+    /// Assembles `A = inertia M + stiffness d2E/dx2 + damping d2R/dv2`, with the changing stencils that
     /// terms have found last.
     pub fn assemble(&mut self, system: &System, at: At<'_>, weights: Weights) {
         self.entries += 1;
@@ -261,6 +263,7 @@ impl<const D: usize> Assembler<D> {
     }
 
     fn assemble_fixed(&mut self, system: &System, at: At<'_>, weights: Weights) {
+        // Sums of all groups, then the rows of the matrix from them.
         for plan in &mut self.terms {
             plan.sum(system, at, weights, &mut self.sums);
         }
@@ -269,7 +272,7 @@ impl<const D: usize> Assembler<D> {
         let (row_start, column, mass) = (&*row_start, &*column, system.mass());
         let (sums, upper, source_start, source, held) = (&*sums, &*upper, &*source_start, &*source, &*held);
         let is_alone = rayon::current_num_threads() == 1;
-        // A task takes so many rows, and all their blocks.
+        // A task takes a range of rows with all their blocks.
         let most = if is_alone { next_transpose.len().max(1) } else { TASK_ROWS };
         let starts: Vec<u32> = row_start.iter().copied().step_by(most).collect();
         let end = row_start[row_start.len() - 1];
@@ -300,17 +303,18 @@ impl<const D: usize> Assembler<D> {
         }
     }
 
-    /// `d2E/dx2 p` [N] of a motion `p` of held coordinates, flat [m], written over `y`: of the free
-    /// coordinates, and those of stencils that change by their Hessians in the matrix last assembled.
+    /// Writes `d2E/dx2 p` [N] to `y` for a displacement `p` of constrained coordinates, flat [m]. Fixed
+    /// stencils contribute exact Hessians at `x`, changing ones their Hessians in the matrix last
+    /// assembled.
     ///
-    /// Projected Hessians hold more stiffness than exact ones: a free vertex between both would follow what
-    /// pushes it by a part of the way only, and the gap between them close.
+    /// Projected Hessians are stiffer than exact ones. Mixing both in a contact would let a free
+    /// vertex follow its pusher only in part, and close the gap.
     pub(crate) fn held_product(&self, system: &mut System, x: &[f64], p: &[f64], y: &mut [f64]) {
         system.fixed_hessian_product(x, p, y);
         self.changing.add_held_product(p, y);
     }
 
-    /// Adds `part` of the largest diagonal entry to the diagonal of the free coordinates.
+    /// Adds `part` times the largest diagonal entry to the diagonal of the free coordinates.
     pub fn shift(&mut self, part: f64) {
         self.entries += 1;
         let matrix = self.matrix();
@@ -322,7 +326,7 @@ impl<const D: usize> Assembler<D> {
         }
     }
 
-    /// Bytes held.
+    /// Returns the memory held, in bytes.
     pub fn bytes(&self) -> usize {
         let plans = self.terms.iter().map(|t| {
             4 * t.slot.len()
@@ -339,7 +343,7 @@ impl<const D: usize> Assembler<D> {
     }
 }
 
-/// Adds a number to the diagonal of the free coordinates.
+/// Adds `by` to the diagonal of the free coordinates.
 fn shift<const D: usize>(matrix: &mut BlockMatrix<D>, held: &[bool], by: f64) {
     let BlockMatrix { diagonal, value, .. } = matrix;
     for (row, at) in diagonal.iter().enumerate() {
@@ -349,7 +353,7 @@ fn shift<const D: usize>(matrix: &mut BlockMatrix<D>, held: &[bool], by: f64) {
     }
 }
 
-/// Splits at the given starts; the first is 0.
+/// Splits `value` at the given starts; the first is 0.
 fn split<'a, B>(starts: &[u32], end: u32, mut value: &'a mut [B]) -> Vec<&'a mut [B]> {
     let mut parts = Vec::with_capacity(starts.len());
     for (i, start) in starts.iter().enumerate() {
@@ -361,14 +365,14 @@ fn split<'a, B>(starts: &[u32], end: u32, mut value: &'a mut [B]) -> Vec<&'a mut
     parts
 }
 
-/// Counts, shifted by one, become starts.
+/// Turns counts, shifted by one, into starts.
 fn accumulate(start: &mut [u32]) {
     for i in 1..start.len() {
         start[i] += start[i - 1];
     }
 }
 
-/// The pair `a <= b`, sorted by `a`, then `b`.
+/// Key of the pair `a <= b`; keys sort by `a`, then `b`.
 fn key(a: u32, b: u32) -> u64 {
     u64::from(a.min(b)) << 32 | u64::from(a.max(b))
 }
@@ -378,8 +382,8 @@ fn vertices_of(key: u64) -> (u32, u32) {
 }
 
 impl<const D: usize> TermPlan<D> {
-    /// Groups the stencils of a term; `keys` gains the pairs of each group, in the order in which they are
-    /// first met.
+    /// Groups the stencils of a term; appends the pairs of each group to `keys`, in order of first
+    /// occurrence.
     fn new(
         (term, dissipative): (usize, bool),
         Stencils { size, vertices }: &Stencils,
@@ -424,7 +428,7 @@ impl<const D: usize> TermPlan<D> {
         }
     }
 
-    /// Fills the sums of every group, each entry times its factor.
+    /// Computes the sums of all groups, each entry times its factor.
     fn sum(&mut self, system: &System, at: At<'_>, weights: Weights, sums: &mut [Block<D>]) {
         let TermPlan { term, dissipative, pairs, groups, repeated, slot, scratch } = self;
         let (repeated, pairs, term, dissipative) = (&repeated[..], *pairs, *term, *dissipative);
@@ -434,6 +438,7 @@ impl<const D: usize> TermPlan<D> {
             [only] => (only.sums.start, only.sums.end),
             [] => return,
         };
+        // Hessians of the stencils of some groups, and their sums.
         let run = |groups: &[StencilGroup], scratch: &mut Vec<Block<D>>, sums: &mut [Block<D>]| {
             let base = groups[0].sums.start;
             for group in groups {
@@ -457,6 +462,7 @@ impl<const D: usize> TermPlan<D> {
                 dispatch(AddBlocks { slots, hessians, sums, factor });
             }
         };
+        // One task on one thread, or a range of groups per task.
         let sums = &mut sums[first..last];
         let per_task = groups.len().div_ceil(scratch.len());
         if groups.len() == 1 || rayon::current_num_threads() == 1 {
@@ -470,8 +476,7 @@ impl<const D: usize> TermPlan<D> {
     }
 }
 
-/// Adds its transpose to each block of `repeated` pairs that is among `hessians`, those from pair `first`
-/// on.
+/// Adds the transpose to each block of a `repeated` pair among `hessians`, which start at pair `first`.
 fn add_transposes<const D: usize>(repeated: &[usize], first: usize, hessians: &mut [Block<D>]) {
     let range = |end: usize| repeated.partition_point(|pair| *pair < end);
     for pair in &repeated[range(first)..range(first + hessians.len())] {
@@ -480,10 +485,10 @@ fn add_transposes<const D: usize>(repeated: &[usize], first: usize, hessians: &m
     }
 }
 
-/// Rows of the matrix from the sums of groups.
+/// Adds the sums of groups to rows of the matrix.
 ///
-/// The groups are looked up for the blocks from the diagonal on: a block below it is the transpose of one of
-/// a row before. Columns before the first of the rows have theirs elsewhere, and are summed here as well.
+/// Groups are read for the blocks from the diagonal on; a block below it is the transpose of one in an
+/// earlier row. Blocks whose transpose lies before the first row of the task are summed here as well.
 struct AddGroups<'a, const D: usize> {
     rows: Range<usize>,
     row_start: &'a [u32],
@@ -495,21 +500,21 @@ struct AddGroups<'a, const D: usize> {
     held: &'a [bool],
     mass: &'a [f64],
     inertia: f64,
-    /// For each of these rows, overwritten.
+    /// One entry per row, overwritten.
     next_transpose: &'a mut [u32],
-    /// The blocks of these rows.
+    /// Blocks of these rows.
     blocks: &'a mut [Block<D>],
 }
 
 impl<const D: usize> AddGroups<'_, D> {
-    /// Block `at` of the matrix, in row `row`, of which a coordinate may be held, without inertia.
+    /// Sums block `at` in row `row`, which may have constrained coordinates; without inertia.
     #[inline(always)]
     fn sum(&self, (row, is_row_held): (usize, bool), at: usize) -> Block<D> {
         let (col, upper) = (self.column[at] as usize, self.upper[at] as usize);
         let sources = self.source_start[upper] as usize..self.source_start[upper + 1] as usize;
         let mut block = [[0.0; D]; D];
         for at in sources {
-            // The sums of the blocks to come, in the order of the upper triangle.
+            // Prefetches the sums of blocks to come, in the order of the upper triangle.
             if let Some(s) = self.source.get(at + SOURCES_AHEAD) {
                 prefetch(self.sums, (s / 2) as usize);
             }
@@ -547,7 +552,7 @@ impl<const D: usize> Kernel for AddGroups<'_, D> {
             self.next_transpose[row - start] = (blocks.start + before) as u32;
         }
         for row in start..end {
-            // All blocks below the diagonal are there.
+            // All blocks below the diagonal are complete here.
             let diagonal = self.next_transpose[row - start] as usize;
             let held = self.held[row * D..][..D].contains(&true);
             for at in diagonal..self.row_start[row + 1] as usize {
@@ -565,7 +570,7 @@ impl<const D: usize> Kernel for AddGroups<'_, D> {
                 }
                 if row == col {
                     for k in 0..D {
-                        // Any positive number would do for a held coordinate.
+                        // Any positive value would do at a constrained coordinate.
                         let held = self.held[row * D + k];
                         block[k][k] += if held { 1.0 } else { self.inertia * self.mass[row] };
                     }
@@ -576,7 +581,7 @@ impl<const D: usize> Kernel for AddGroups<'_, D> {
     }
 }
 
-/// Adds blocks to where their slots say, and multiplies by a factor.
+/// Adds blocks to the sums given by their slots, then multiplies by a factor.
 struct AddBlocks<'a, const D: usize> {
     slots: &'a [u32],
     hessians: &'a [Block<D>],
@@ -600,7 +605,7 @@ impl<const D: usize> Kernel for AddBlocks<'_, D> {
     }
 }
 
-/// The pairs `a <= b` of the vertices of a stencil, in the order of the blocks of its Hessian.
+/// Visits the vertex pairs `a <= b` of a stencil in the block order of its Hessian.
 fn for_pairs(vertices: &[u32], mut visit: impl FnMut(u32, u32)) {
     for (i, a) in vertices.iter().enumerate() {
         for b in &vertices[i..] {
@@ -609,7 +614,7 @@ fn for_pairs(vertices: &[u32], mut visit: impl FnMut(u32, u32)) {
     }
 }
 
-/// Numbers, among all pairs of stencils of this size, of those that name one vertex at two places.
+/// Returns the numbers, among all pairs, of those with the same vertex at two positions.
 fn repeated_pairs(vertices: &[u32], size: usize) -> Vec<usize> {
     let (mut repeated, mut number) = (vec![], 0);
     for stencil in vertices.chunks_exact(size) {
@@ -623,7 +628,7 @@ fn repeated_pairs(vertices: &[u32], size: usize) -> Vec<usize> {
 
 #[inline(always)]
 fn add<const D: usize>(sum: &mut Block<D>, block: &Block<D>, transposed: bool) {
-    // Numbered loops: calls to iterators stay calls where the compiler keeps to one unit of code.
+    // Index loops: calls to iterators may stay calls in a single code generation unit.
     if transposed {
         for k in 0..D {
             for l in 0..D {

@@ -1,5 +1,5 @@
-//! Preconditioned conjugate gradients for the matrices of Newton's method, and when their preconditioner is
-//! computed anew.
+//! Preconditioned conjugate gradients for the matrices of Newton's method, with the policy for updating
+//! the preconditioner.
 
 use super::block_matrix::BlockMatrix;
 use super::conjugate_gradients::{CgEnd, CgReport, CgTolerance, ConjugateGradients, Preconditioner};
@@ -10,28 +10,28 @@ use super::subspace::{Corrected, Subspace};
 use crate::deadline::Stop;
 use crate::material::Psd;
 
-/// The smallest relative residual that is asked of conjugate gradients.
+/// Smallest relative residual required of conjugate gradients.
 pub(super) const CG_TOLERANCE: f64 = 1e-6;
-/// Iterations with multigrid before a factorisation takes over: a V-cycle costs some ten products, so this
-/// many cost more.
+/// Multigrid iterations before a factorisation takes over: a V-cycle costs some ten products, so that
+/// more would cost more.
 const MULTIGRID_ITERATIONS: u64 = 300;
-/// The levels are computed anew where a solve takes so many times the iterations that the first solve with
-/// them lets expect, and one more.
+/// The levels are recomputed if a solve takes this many times the iterations expected from the first
+/// solve with them, plus one.
 const WORN_OUT: f64 = 1.2;
 
-/// Iterations that solves with an allowance may have left for later ones, in those of one; as many are there
-/// at the beginning, and after a solve that did without.
+/// Limit of the saved-up iterations, in allowances of one solve. The balance starts here, and returns
+/// here after a solve that failed.
 const MOST_LEFT: u64 = 3;
 
-/// Iterations allowed are raised by this factor at least: each time, a pause after failures ends.
+/// Minimum factor by which the allowance grows when it is raised; raising it ends a pause after failures.
 const MANY_MORE: u64 = 2;
-/// Iterations with symmetric Gauss-Seidel, which read the matrix once, that a cycle of multigrid takes as
-/// long as: 12 ms and 3.5 ms on rings of 23,520 vertices in contact.
+/// Cost of a multigrid cycle in iterations with symmetric Gauss-Seidel, which read the matrix once: 12 ms
+/// and 3.5 ms on rings of 23,520 vertices in contact.
 const CYCLE: f64 = 3.5;
-/// Times that an iteration reads the factor of the subspace: in two solves, there and back.
+/// Times that an iteration reads the subspace factor: two solves, each forward and backward.
 const FACTOR_READS: f64 = 4.0;
 
-/// A matrix, its part whose structure stays, and the versions of its pattern and of its entries.
+/// A matrix, its part of fixed structure, and the versions of its pattern and entries.
 #[derive(Clone, Copy)]
 pub(super) struct AssembledMatrix<'a, const D: usize> {
     pub(super) whole: &'a BlockMatrix<D>,
@@ -41,7 +41,7 @@ pub(super) struct AssembledMatrix<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> AssembledMatrix<'a, D> {
-    /// The matrices last assembled.
+    /// Returns the matrices last assembled.
     pub(super) fn of(assembler: &'a Assembler<D>) -> Self {
         AssembledMatrix {
             whole: assembler.matrix(),
@@ -52,32 +52,32 @@ impl<'a, const D: usize> AssembledMatrix<'a, D> {
     }
 }
 
-/// Conjugate gradients with a preconditioner, kept from one matrix to the next.
+/// Conjugate gradients with a preconditioner that is kept between matrices.
 pub(super) enum Iterative<const D: usize> {
-    /// Symmetric Gauss-Seidel of every matrix.
+    /// Symmetric Gauss-Seidel, updated for each matrix.
     GaussSeidel {
         sweeps: Box<GaussSeidel<D>>,
-        /// Versions of pattern and entries of the matrix that they are for.
+        /// Pattern and entry versions of the prepared matrix.
         made_for: Option<[u64; 2]>,
-        /// Iterations that a solve may take, where they are limited.
+        /// Iteration allowance of a solve, if limited.
         allowance: Option<Allowance>,
     },
-    /// Levels that are computed anew where they no longer fit.
+    /// Multigrid levels, recomputed when they no longer fit.
     Multigrid(Box<Levels<D>>),
 }
 
 /// Conjugate gradients with multigrid.
 pub(super) struct Levels<const D: usize> {
     levels: Multigrid<D>,
-    /// Vertices of stencils that change, which the levels do not see.
+    /// Correction on the vertices of changing stencils, which the levels do not see.
     subspace: Subspace<D>,
     made_for: Option<(Weights, Psd, u64)>,
-    /// Iterations of the first solve for each factor `e` of the residual.
+    /// Iterations of the first solve per factor `e` of residual reduction.
     first_rate: Option<f64>,
     cg: ConjugateGradients,
 }
 
-/// Iterations that a solve may take: what each may in the mean, and what those before it have left.
+/// Iterations that a solve may take: an average per solve, plus what earlier ones have saved.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Allowance {
     each: u64,
@@ -93,7 +93,8 @@ impl Allowance {
         self.each + self.left
     }
 
-    /// Admits so many iterations a solve from now on if those are many more than before; whether they are.
+    /// Raises the allowance per solve if it grows by at least the factor `MANY_MORE`; returns whether it
+    /// did.
     fn raise(&mut self, each: u64) -> bool {
         let is_more = each >= MANY_MORE * self.each;
         if is_more {
@@ -109,12 +110,12 @@ impl Allowance {
 }
 
 impl<const D: usize> Iterative<D> {
-    /// With symmetric Gauss-Seidel, for at most so many iterations a solve in the mean.
+    /// Creates one with symmetric Gauss-Seidel, for at most `each` iterations per solve on average.
     pub(super) fn gauss_seidel(each: Option<u64>) -> Self {
         Iterative::GaussSeidel { sweeps: Box::default(), made_for: None, allowance: each.map(Allowance::new) }
     }
 
-    /// With these levels of multigrid.
+    /// Creates one with these multigrid levels.
     pub(super) fn multigrid(levels: Multigrid<D>) -> Self {
         let levels = Levels {
             levels,
@@ -126,7 +127,7 @@ impl<const D: usize> Iterative<D> {
         Iterative::Multigrid(Box::new(levels))
     }
 
-    /// Its levels of multigrid.
+    /// Returns the multigrid levels, if any.
     pub(super) fn into_levels(self) -> Option<Multigrid<D>> {
         match self {
             Iterative::GaussSeidel { .. } => None,
@@ -134,7 +135,7 @@ impl<const D: usize> Iterative<D> {
         }
     }
 
-    /// Ends solves while the flag is set.
+    /// Sets the flag that ends solves.
     pub(super) fn set_stop(&mut self, stop: Stop) {
         match self {
             Iterative::GaussSeidel { sweeps, .. } => sweeps.set_stop(stop),
@@ -142,8 +143,8 @@ impl<const D: usize> Iterative<D> {
         }
     }
 
-    /// Solves `whole solution = right` to a `tolerance`; the matrix was made with these
-    /// weights and this treatment of elements, for vertices at `x`, flat [m].
+    /// Solves `whole solution = right` to a `tolerance`. `made` has the weights, the treatment of
+    /// elements and the positions, flat [m], of the matrix.
     pub(super) fn solve(
         &mut self,
         matrices: AssembledMatrix<'_, D>,
@@ -171,8 +172,8 @@ impl<const D: usize> Iterative<D> {
         }
     }
 
-    /// Admits so many iterations a solve, where they are limited, if those are many more than before; whether
-    /// they are.
+    /// Raises the allowance of iterations per solve, if limited and if it grows enough; returns whether
+    /// it did.
     pub(super) fn raise_allowance(&mut self, each: f64) -> bool {
         match self {
             Iterative::GaussSeidel { allowance: Some(allowance), .. } => allowance.raise(each as u64),
@@ -180,7 +181,8 @@ impl<const D: usize> Iterative<D> {
         }
     }
 
-    /// Iterations with symmetric Gauss-Seidel that one of the last solve with this matrix cost as much as.
+    /// Returns the cost of one iteration of the last solve with this matrix, in iterations with symmetric
+    /// Gauss-Seidel.
     pub(super) fn cost_of_iteration(&self, matrix: &BlockMatrix<D>) -> f64 {
         match self {
             Iterative::GaussSeidel { .. } => 1.0,
@@ -191,12 +193,11 @@ impl<const D: usize> Iterative<D> {
         }
     }
 
-    /// Bytes that one with symmetric Gauss-Seidel holds for `matrix`.
+    /// Predicts the memory of symmetric Gauss-Seidel for `matrix`, in bytes.
     pub(super) fn gauss_seidel_bytes(matrix: &BlockMatrix<D>) -> usize {
         gauss_seidel::bytes(matrix)
     }
 
-    /// Bytes held.
     pub(super) fn bytes(&self) -> usize {
         match self {
             Iterative::GaussSeidel { sweeps, .. } => sweeps.bytes(),
@@ -207,11 +208,11 @@ impl<const D: usize> Iterative<D> {
     }
 }
 
-/// Report of a matrix that was seen not to be positive definite before the first iteration.
+/// Report for a matrix found not positive definite before the first iteration.
 const INDEFINITE: CgReport = CgReport { end: CgEnd::Indefinite, iterations: 0, relative_residual: 1.0 };
 
 impl<const D: usize> Levels<D> {
-    /// As [`Iterative::solve`].
+    /// Solves as [`Iterative::solve`] does.
     fn solve(
         &mut self,
         AssembledMatrix { whole: matrix, fixed, pattern, .. }: AssembledMatrix<'_, D>,
@@ -221,6 +222,7 @@ impl<const D: usize> Levels<D> {
         tolerance: CgTolerance,
     ) -> CgReport {
         let Levels { levels, subspace, made_for, first_rate, cg } = self;
+        // Recompute the levels if they were made for another matrix or have worn out.
         let of = Some((weights, psd, pattern));
         if *made_for != of {
             (*made_for, *first_rate) = (None, None);
@@ -229,6 +231,7 @@ impl<const D: usize> Levels<D> {
             }
             *made_for = of;
         }
+        // Correct the preconditioner on the vertices of changing stencils, if there are any.
         let mut corrected;
         let preconditioner: &mut dyn Preconditioner<D> = match subspace.update(matrix, fixed, (pattern, x)) {
             Ok(false) => levels,
@@ -240,6 +243,7 @@ impl<const D: usize> Levels<D> {
         };
         let product = |p: &[f64], q: &mut [f64]| matrix.multiply(p, q);
         let report = cg.solve(product, preconditioner, right, solution, tolerance, MULTIGRID_ITERATIONS);
+        // Mark the levels as worn out if this solve took too many iterations.
         let (count, gained) = (report.iterations as f64, -report.relative_residual.ln());
         let first = *first_rate.get_or_insert(count / gained);
         let worn_out = count > WORN_OUT * first * gained + 1.0;

@@ -1,4 +1,4 @@
-//! Solvers of implicit steps: Newton's method as a minimisation, and the linear solvers inside.
+//! Solvers for implicit steps: Newton's method as a minimisation, and its linear solvers.
 
 pub mod block_matrix;
 pub mod cholesky;
@@ -23,69 +23,66 @@ use crate::system::System;
 use newton::Newton;
 use structure::LentStructure;
 
-/// The velocities `v = rate (u - drift)`, `u = x - origin`, that a scheme gives a configuration at the end
-/// of a stage.
+/// Velocity of a configuration at the end of a stage: `v = rate (u - drift)`, `u = x - origin`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Velocity<'a> {
-    /// Where increments begin: the old positions, flat [m].
+    /// Old positions, from which increments count, flat [m].
     pub(crate) origin: &'a [f64],
-    /// [1/s].
+    /// Factor from increments to velocities [1/s].
     pub(crate) rate: f64,
-    /// How far the scheme moves what has no velocity in the stage, flat [m].
+    /// Increment at which the velocity vanishes, flat [m].
     pub(crate) drift: &'a [f64],
 }
 
-/// The incremental potential of an implicit step or stage,
-/// `Phi(u) = inertia/2 (u - target)^T M (u - target) + stiffness E(origin + u)`, in the coordinates that are
-/// free to move.
+/// Incremental potential of an implicit step or stage in the free coordinates,
+/// `Phi(u) = inertia/2 (u - target)^T M (u - target) + stiffness E(origin + u)`.
 ///
-/// With dissipation, `stiffness / rate R(x_k, v(u))` is added, `x_k` the last iterate; with forces that have
-/// no energy the work of the force at the last iterate. Both have the right gradient there.
+/// With dissipation, `stiffness / rate R(x_k, v(u))` is added, `x_k` the last iterate. Non-conservative
+/// forces add the work of the force at the last iterate. Both have the exact gradient there.
 ///
-/// Its minimum solves `inertia M (u - target) + stiffness (dE/dx + dR/dv) = 0`; Martin, Thomaszewski,
-/// Grinspun, Gross 2011, "Example-based elastic materials", eq. 4. The unknowns are increments `u = x -
-/// origin`, not positions: velocities are their quotients by the step, accelerations by its square, and the
-/// rounding of positions would be felt in both; Hairer, Wanner 1996, section IV.8.
+/// The minimum solves `inertia M (u - target) + stiffness (dE/dx + dR/dv) = 0`; Martin, Thomaszewski,
+/// Grinspun, Gross 2011, "Example-based elastic materials", eq. 4. The unknowns are increments
+/// `u = x - origin`, not positions: velocities divide them by the step, accelerations by its square,
+/// which would amplify the rounding of positions; Hairer, Wanner 1996, section IV.8.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Objective<'a> {
     /// Factor of the inertia: 1 without drag, 0 in statics.
     pub(crate) inertia: f64,
-    /// Where the vertices would go without force, from the origin, flat [m].
+    /// Inertial prediction relative to the origin, flat [m].
     pub(crate) target: &'a [f64],
     /// Factor of the energy [s^2].
     pub(crate) stiffness: f64,
-    /// Where increments begin, and what velocities they are.
+    /// Origin of the increments and their velocities.
     pub(crate) velocity: Velocity<'a>,
-    /// The velocities of held coordinates, flat [m/s]; the others are not looked at.
+    /// Velocities of constrained coordinates, flat [m/s]; other entries are ignored.
     pub(crate) held_velocity: &'a [f64],
-    /// Where held coordinates are to be at the end, flat [m], where they are not there yet: they go together
-    /// with the others, for terms guard the ways. The others are not looked at.
+    /// Final positions of constrained coordinates, flat [m], if they still have to move: terms that limit
+    /// steps make them move together with the free ones. Other entries are ignored.
     pub(crate) goal: Option<&'a [f64]>,
-    /// Take one full Newton step and look no further.
+    /// True to take one full Newton step only.
     pub(crate) single_iteration: bool,
 }
 
-/// A configuration, twice: positions `x = origin + u` where free to move, and the increments, in which they
-/// are known better.
+/// A configuration as positions `x = origin + u` (free coordinates) and as increments, which are more
+/// accurate.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Iterate {
     /// Positions, flat [m].
     pub(crate) x: Vec<f64>,
-    /// Increments, flat [m]; of held coordinates not looked at.
+    /// Increments, flat [m]; ignored at constrained coordinates.
     pub(crate) u: Vec<f64>,
 }
 
 impl Iterate {
-    /// Bytes held.
     pub(crate) fn bytes(&self) -> usize {
         8 * (self.x.len() + self.u.len())
     }
 }
 
-/// Minimises [`Objective`]s. What was learnt about one system is kept for the next.
+/// Minimises [`Objective`]s; keeps structures and factorisations from one to the next.
 pub(crate) trait Minimizer: Send + Sync {
-    /// Moves the free coordinates to a minimum. The system holds the force there, unless the objective asks
-    /// for a single iteration.
+    /// Moves the free coordinates to a minimum. Afterwards the system holds the force there, unless the
+    /// objective asks for a single iteration.
     fn minimize(
         &mut self,
         system: &mut System,
@@ -93,29 +90,29 @@ pub(crate) trait Minimizer: Send + Sync {
         at: &mut Iterate,
     ) -> Result<(), StepFault>;
 
-    /// The objective at a configuration; `+inf` outside the domain of a material.
+    /// Returns the objective at a configuration; `+inf` outside the domain of a material.
     fn objective(&mut self, system: &mut System, objective: &Objective<'_>, at: &Iterate) -> f64;
 
-    /// Replaces `right` by the solution with the matrix that the last minimisation ended with, by conjugate
-    /// gradients to a thousandth; false where there is none, as where it was projected, or never made.
+    /// Solves with the matrix of the last minimisation in place, by conjugate gradients to a relative
+    /// residual of 1e-3. Returns false without such a matrix, for example if it was projected.
     fn solve_last(&mut self, right: &mut [f64]) -> bool;
 
-    /// Gives its structure away, and goes on with the one `lent`, as if it were its own. What was learnt with
-    /// it is forgotten.
+    /// Returns the matrix structure and continues with `lent` as if it were its own. Discards all
+    /// matrices.
     fn exchange_structure(&mut self, system: &System, lent: Option<LentStructure>) -> Option<LentStructure>;
 
-    /// Work done so far.
+    /// Returns the work so far.
     fn work(&self) -> SolverWork;
 
-    /// Bytes held.
+    /// Returns the memory held, in bytes.
     fn bytes(&self) -> usize;
 
-    /// Bytes that it holds once it has minimised an objective of `system` near `x`, flat [m]: the structures
-    /// are made and left, entries of a factor are only counted.
+    /// Predicts the bytes of memory after minimising an objective of `system` near `x`, flat [m]. Builds
+    /// the structures temporarily; factor entries are only counted.
     fn predicted_bytes(&self, system: &mut System, x: &[f64]) -> usize;
 }
 
-/// A minimiser for systems of `dimension` coordinates per vertex.
+/// Creates a minimiser for systems of `dimension` coordinates per vertex.
 pub(crate) fn minimizer(dimension: usize, options: SolverOptions) -> Box<dyn Minimizer> {
     match dimension {
         1 => Box::new(Newton::<1>::new(options)),
@@ -126,60 +123,58 @@ pub(crate) fn minimizer(dimension: usize, options: SolverOptions) -> Box<dyn Min
 
 pub use crate::algebra::scene_size;
 
-/// Work done in solvers, in counts that do not depend on the machine.
+/// Work done in solvers, in machine-independent counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct SolverWork {
     /// Newton iterations.
     pub newton_iterations: u64,
     /// Energies evaluated in line searches.
     pub energies: u64,
-    /// Steps that a line search halved.
+    /// Step halvings in line searches.
     pub halvings: u64,
     /// Matrices assembled.
     pub hessians: u64,
     /// Matrices factorised.
     pub factorizations: u64,
-    /// Patterns analysed anew, because they had no room for stencils that changed; zero where none do.
+    /// Symbolic analyses repeated because the pattern had no room for changed stencils; zero without such
+    /// stencils.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub analyses: u64,
-    /// Solves that ended while friction still changed with the contact forces; zero without friction.
+    /// Solves whose friction fixed-point iteration did not converge; zero without friction.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub unsettled: u64,
-    /// Most Newton iterations in a row of one solve that a term which guards ways cut short; zero where none
-    /// was.
+    /// Most consecutive Newton iterations of one solve whose step a term limited; zero if none was.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub longest_limited: u64,
-    /// Iterations of conjugate gradients.
+    /// Conjugate-gradient iterations.
     pub cg_iterations: u64,
-    /// Solves by conjugate gradients that stalled, or took more iterations than another solver is worth, and
-    /// were left to that: multigrid or a factorisation.
+    /// Conjugate-gradient solves that stalled or took too many iterations, and were handed to multigrid
+    /// or a factorisation.
     pub fallbacks: u64,
-    /// Solves that the scene's own tolerance ended while a correction was more than a tenth of the motion of
-    /// the step, and more than a millionth of the size of the scene; `None` where the scene names no
-    /// tolerance.
+    /// Solves that ended at the scene's own tolerance although the last correction exceeded a tenth of
+    /// the motion of the step and a millionth of the scene size; `None` if the scene sets no tolerance.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub loose: Option<u64>,
 }
 
-/// Counts that only some runs have are not written where they are zero.
+/// True for counts that are omitted from the output.
 fn is_zero(count: &u64) -> bool {
     *count == 0
 }
 
-/// Corrections below this part of the size of the scene are small, whatever the motion.
+/// Corrections below this fraction of the scene size are small, whatever the motion.
 const SETTLED: f64 = 1e-6;
-/// And so are those below this part of the motion of the step.
+/// Corrections below this fraction of the motion of the step are small.
 const SMALL_PART: f64 = 0.1;
 
 impl SolverWork {
-    /// No work yet, of solves as `options` say.
+    /// Returns zero work for solves with `options`.
     pub(crate) fn none(options: &SolverOptions) -> Self {
         SolverWork { loose: options.tolerance.map(|_| 0), ..SolverWork::default() }
     }
 
-    /// Counts a solve that ended with a `correction` [m] which says that it has not settled: one that is no
-    /// small part of the motion, whose free components are these `increments` [m], in a scene of this `size`
-    /// [m].
+    /// Counts a solve that ended unconverged: its `correction` [m] is large compared with the motion,
+    /// whose free components are `increments` [m], and with the scene `size` [m].
     pub(crate) fn note_loose(&mut self, correction: f64, increments: impl Iterator<Item = f64>, size: f64) {
         let Some(loose) = &mut self.loose else { return };
         if correction > SETTLED * size {
@@ -188,7 +183,7 @@ impl SolverWork {
         }
     }
 
-    /// The work of both.
+    /// Adds both; `longest_limited` is the maximum.
     #[must_use]
     pub fn plus(self, other: Self) -> Self {
         SolverWork {
@@ -207,31 +202,31 @@ impl SolverWork {
     }
 }
 
-/// Why a solve did not end at a minimum.
+/// Reason why a solve did not end at a minimum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum SolveFailure {
     /// The start has no finite energy or force.
     Infeasible,
-    /// No step along the direction lowers the objective any more.
+    /// The line search finds no decrease along the direction.
     Stalled,
     /// The matrix is not positive definite, even with all negative eigenvalues of elements removed.
     Indefinite,
-    /// The linear solver did not get there.
+    /// The linear solver did not converge.
     LinearSolver,
-    /// The iterations are used up.
+    /// The iteration limit is reached.
     IterationCap,
-    /// The corrections of an explicit iteration no longer shrink.
+    /// The corrections of a fixed-point iteration no longer shrink.
     Diverged,
-    /// The solution is none that a motion leads to: it makes energy.
+    /// The solution gains energy: it is not one of the motion.
     Spurious,
-    /// Prescribed motion leads through what cannot yield.
+    /// Prescribed motion is blocked by an obstacle that cannot yield.
     Obstructed,
-    /// It was told to stop.
+    /// The run was told to stop.
     Stopped,
-    /// The exact tangent is singular, or the force at hand not finite.
+    /// The exact tangent is singular, or the force is not finite.
     Singular,
-    /// No load changes with the load factor.
+    /// No load depends on the load factor.
     Unloaded,
 }
 
@@ -259,24 +254,24 @@ impl std::fmt::Display for SolveFailure {
     }
 }
 
-/// A solve that did not end at a minimum.
+/// Error of a solve that did not end at a minimum.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SolveError {
-    /// Why.
+    /// Reason.
     pub verdict: SolveFailure,
     /// Iterations taken.
     pub iterations: u32,
     /// Largest component of the last correction [m].
     pub correction: f64,
-    /// The largest force that was left, in statics; `None` where no force is finite.
+    /// Largest residual force, in statics; `None` if no force is finite.
     pub left: Option<ForceLeft>,
 }
 
-/// The largest component of the force that is left at a coordinate that is free.
+/// Largest component of the residual force at a free coordinate.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct ForceLeft {
-    /// Its size [N].
+    /// Magnitude [N].
     pub force: f64,
-    /// The vertex.
+    /// Vertex number.
     pub vertex: usize,
 }

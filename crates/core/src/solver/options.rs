@@ -1,44 +1,45 @@
-//! Options of the solvers of implicit steps, as a scene gives them.
+//! Options of the implicit solvers, as scenes specify them, and the automatic choice of the linear
+//! solver.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::system::System;
 
-/// How nonlinear and linear systems are solved.
+/// Options for nonlinear and linear solves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SolverOptions {
-    /// Newton's method stops where its next correction would move no vertex by more than this [m]; `None`:
-    /// a thousandth of an estimate of the error of the scheme in the step, at least 1e-9 of the size of the
-    /// scene; where steps follow the error, [`PART_OF_STEP_ERROR`] of what a step may err by.
+    /// Newton's method stops if its next correction would move no vertex by more than this [m]. `None`:
+    /// 1e-3 of the estimated integration error of the step, at least 1e-9 of the scene size; with
+    /// error-controlled steps [`PART_OF_STEP_ERROR`] of the error tolerance; with friction at most 0.05 of
+    /// the creep distance of a step. Collocation methods use 1e-13 of the scene size.
     pub tolerance: Option<f64>,
-    /// Where steps follow the error, what a step may err by in positions [m] and in velocities [m/s].
+    /// Error tolerances of error-controlled steps, for positions [m] and velocities [m/s].
     pub step_error: Option<[f64; 2]>,
-    /// Order of the scheme whose steps are solved, where the tolerance may follow its error.
+    /// Order of the integrator, if the tolerance may follow its error.
     pub order: Option<u32>,
-    /// The length that tolerances go by [m]; `None`: the size of the scene where the first step is solved.
+    /// Length scale of the tolerances [m]; `None`: the scene size at the first solve.
     pub size: Option<f64>,
-    /// Newton iterations that a solve may take.
+    /// Newton iteration limit.
     pub max_iterations: u32,
     /// The linear solver.
     pub linear: LinearSolver,
-    /// How often a step that is not solved may be halved; 0: not at all.
+    /// Levels of step subdivision after a failed solve; 0: none.
     pub retries: u32,
 }
 
-/// The part of the error allowed to a step that solves may add to it: too little to be seen, and no more
-/// accurate than that.
+/// Fraction of the step's error tolerance that solves may add: small enough not to matter.
 pub const PART_OF_STEP_ERROR: f64 = 1e-2;
 
 impl SolverOptions {
-    /// The largest correction [m] that is none, in a scene of this `size` [m] where velocities are `rate`
-    /// [1/s] times increments.
+    /// Returns the Newton tolerance [m] for a scene of `size` [m] whose velocities are `rate` [1/s] times
+    /// increments.
     pub(super) fn tolerance(&self, size: f64, rate: f64) -> f64 {
         let by_error = |[position, velocity]: [f64; 2]| PART_OF_STEP_ERROR * position.min(velocity / rate);
         self.tolerance.or(self.step_error.map(by_error)).unwrap_or(1e-9 * size)
     }
 
-    /// True if the tolerance may grow with the error of a step: nothing else says what it is.
+    /// True if the tolerance may follow the integration error, as nothing else sets it.
     pub(super) fn follows_error(&self) -> bool {
         self.tolerance.is_none() && self.step_error.is_none()
     }
@@ -76,24 +77,24 @@ pub enum LinearSolver {
     MatrixFree,
 }
 
-/// From so many unknowns on `auto` takes multigrid for solids. Their factor grows like the 4/3rd power of
-/// the unknowns; that of plane bodies and of sheets hardly faster than the matrix, and those that are large
-/// and stiff buckle in ways that conjugate gradients are slow to find.
+/// Unknowns from which `auto` takes multigrid for solids. Their factor grows like the 4/3rd power of the
+/// unknowns. Factors of plane bodies and sheets grow hardly faster than the matrix, and large stiff
+/// sheets buckle in modes that conjugate gradients find slowly.
 const SOLID_FROM: usize = 3_000;
-/// From so many in two dimensions, and where nothing fills space.
+/// Unknowns from which `auto` takes multigrid in 2D and without solids.
 const PLANE_FROM: usize = 200_000;
-/// From so many unknowns on membranes in contact try conjugate gradients: below, the factorisations that a
-/// step can use again cost less.
+/// Unknowns from which membranes in contact try conjugate gradients; below, the factorisations that a
+/// step can reuse cost less.
 const MEMBRANE_FROM: usize = 6_000;
-/// Iterations of conjugate gradients over the root of the rows of blocks that factorising a sheet takes as
-/// long as: measured on a square of 4,225 vertices.
+/// Conjugate-gradient iterations that take as long as factorising a sheet, divided by the square root of
+/// the block rows; measured on a square of 4,225 vertices.
 const QUICK: f64 = 4.0;
-/// Iterations of conjugate gradients that a solve with multigrid takes as long as, with levels and subspace
-/// of contact: on five cubes of 729 vertices in contact a solve took 10.3 ms, an iteration 0.15 ms.
+/// Conjugate-gradient iterations that take as long as a multigrid solve with levels and contact subspace:
+/// on five cubes of 729 vertices in contact a solve took 10.3 ms, an iteration 0.15 ms.
 const QUICK_OF_SOLIDS: u64 = 70;
 
 impl LinearSolver {
-    /// All of them.
+    /// All linear solvers.
     pub const ALL: [LinearSolver; 5] = [
         LinearSolver::Auto,
         LinearSolver::Cholesky,
@@ -102,7 +103,7 @@ impl LinearSolver {
         LinearSolver::MatrixFree,
     ];
 
-    /// The name in scenes.
+    /// Returns the name in scenes.
     pub fn name(self) -> &'static str {
         match self {
             LinearSolver::Auto => "auto",
@@ -113,7 +114,7 @@ impl LinearSolver {
         }
     }
 
-    /// The solver for `system`, itself never [`Auto`](Self::Auto).
+    /// Returns the solver for `system`; never [`Auto`](Self::Auto).
     pub fn choose(self, system: &System) -> LinearSolver {
         match self {
             LinearSolver::Auto if is_full(system) || unknowns(system) < multigrid_from(system) => {
@@ -124,15 +125,15 @@ impl LinearSolver {
         }
     }
 
-    /// Iterations of conjugate gradients with symmetric Gauss-Seidel, for `rows` of blocks, that are tried
-    /// before the solver of [`choose`](Self::choose), for an objective with this factor of the `inertia`: as
-    /// many as cost about as much as a solve by that; `None` where none are tried.
+    /// Returns how many conjugate-gradient iterations with symmetric Gauss-Seidel are tried on `rows` of
+    /// blocks before the solver of [`choose`](Self::choose): as many as cost about one solve by that.
+    /// `None` if none are tried. `inertia` is the inertia factor of the objective.
     pub(super) fn first_iterations(self, system: &System, inertia: f64, rows: usize) -> Option<u64> {
         if self != LinearSolver::Auto || inertia == 0.0 || !system.has_guards() {
             return None;
         }
         match self.choose(system) {
-            // Of a sheet the one grows like the rows, the factorisation like their power 3/2.
+            // On a sheet, an iteration costs O(rows), a factorisation O(rows^(3/2)).
             LinearSolver::Cholesky if is_large_membrane(system) => {
                 Some((QUICK * (rows as f64).sqrt()) as u64)
             }
@@ -141,12 +142,12 @@ impl LinearSolver {
         }
     }
 
-    /// True if this is conjugate gradients on an assembled matrix.
+    /// True for conjugate gradients on an assembled matrix.
     pub(crate) fn is_iterative(self) -> bool {
         matches!(self, LinearSolver::Cg | LinearSolver::Multigrid)
     }
 
-    /// That, and why.
+    /// Describes the choice for `system` and its reason.
     pub fn explain(self, system: &System) -> String {
         let what = match self.choose(system) {
             LinearSolver::Multigrid => "conjugate gradients with multigrid preconditioner",
@@ -173,7 +174,7 @@ impl LinearSolver {
     }
 }
 
-/// Coordinates that move: obstacles and what pins hold have none.
+/// Number of free coordinates; obstacles and pinned coordinates are excluded.
 fn unknowns(system: &System) -> usize {
     system.inverse_mass().iter().filter(|w| **w != 0.0).count()
 }
@@ -186,10 +187,10 @@ fn multigrid_from(system: &System) -> usize {
     }
 }
 
-/// True if conjugate gradients are worth trying before a factorisation in steps of time with contact.
+/// True if time steps with contact should try conjugate gradients before a factorisation.
 ///
-/// Sheets that meet something take tens of iterations of Newton's method a step, most of them cut short: few
-/// of their solves need be accurate, and inertia keeps the matrices of steps well conditioned.
+/// Sheets in contact take tens of Newton iterations per step, most with limited steps. Few of their
+/// solves need to be accurate, and inertia keeps the matrices well conditioned.
 fn is_large_membrane(system: &System) -> bool {
     let is_membrane = system.dimension() == 3
         && !has_solids(system)

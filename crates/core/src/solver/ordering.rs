@@ -1,17 +1,17 @@
-//! Fill-reducing orders for sparse factorisations: nested dissection by coordinates.
+//! Fill-reducing orderings for sparse factorisations: nested dissection by coordinates.
 //!
-//! The vertices are cut in two halves by a plane across the longest side of their bounding box; those of one
-//! half that have a neighbour in the other separate the two and are eliminated last; both halves go on
-//! likewise. George, "Nested dissection of a regular finite element mesh", SIAM J. Numer. Anal. 10, 345
-//! (1973), with geometric cuts as in Miller et al. 1993.
+//! A plane across the longest side of the bounding box cuts the vertices into two halves. Vertices of one
+//! half with a neighbour in the other form the separator, which is eliminated last; both halves are
+//! ordered recursively. George, "Nested dissection of a regular finite element mesh", SIAM J. Numer.
+//! Anal. 10, 345 (1973), with geometric cuts as in Miller et al. 1993.
 
 use super::block_matrix::BlockMatrix;
 
-/// Parts of so many vertices are not cut any further.
+/// Vertices up to which a part is not cut further.
 const LEAF: usize = 24;
 
-/// An order of elimination of the rows of `matrix`, whose vertices are at `x` (flat): `order[k]` is the row
-/// that comes `k`-th.
+/// Computes an elimination order of the rows of `matrix`, whose vertices are at `x` (flat): `order[k]` is
+/// the `k`-th row to eliminate.
 pub fn nested_dissection<const D: usize>(matrix: &BlockMatrix<D>, x: &[f64]) -> Vec<u32> {
     let points = x.as_chunks::<D>().0;
     let mut order = Vec::with_capacity(points.len());
@@ -21,7 +21,7 @@ pub fn nested_dissection<const D: usize>(matrix: &BlockMatrix<D>, x: &[f64]) -> 
     order
 }
 
-/// Appends the order of `part`; `side` is scratch memory, zero in and out.
+/// Appends the order of `part`; `side` is scratch memory, zero on entry and exit.
 fn dissect<const D: usize>(
     matrix: &BlockMatrix<D>,
     points: &[[f64; D]],
@@ -34,7 +34,7 @@ fn dissect<const D: usize>(
         return;
     }
     let axis = longest_side(points, &part);
-    // Ties by number: the order is the same everywhere.
+    // Ties are broken by number, so the order is deterministic.
     let key = |v: &u32| (points[*v as usize][axis], *v);
     let middle = part.len() / 2;
     part.select_nth_unstable_by(middle, |a, b| {

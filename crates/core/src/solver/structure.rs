@@ -1,4 +1,4 @@
-//! Structure of the matrices of a system, which solvers lend each other.
+//! Matrix structures that solvers lend each other.
 
 use std::any::Any;
 
@@ -7,39 +7,38 @@ use super::hessian::Assembler;
 use super::multigrid::Multigrid;
 use crate::system::System;
 
-/// Plan by which the matrices of a system are assembled, and levels of multigrid for them.
+/// Assembly plan for the matrices of a system, and multigrid levels for them.
 ///
-/// Both are made from the mesh and from what is held alone: a solver that goes on with those of another finds
-/// what it would with its own, to the last bit, if it gives them its own matrix first.
+/// Both depend on the mesh and the constraints alone. A solver that continues with those of another gives
+/// bit-identical results, if it sets its own matrix first.
 pub struct MatrixStructure<const D: usize> {
-    /// Plan and place of the matrix.
+    /// Assembly plan and storage of the matrix.
     pub assembler: Assembler<D>,
-    /// Levels over the positions at rest, where a solver has made them.
+    /// Multigrid levels over the reference positions, if a solver has built them.
     pub levels: Option<Multigrid<D>>,
 }
 
-/// A [`MatrixStructure`] in some number of dimensions.
+/// A [`MatrixStructure`] of any dimension.
 pub struct LentStructure {
     of: Box<dyn Any + Send + Sync>,
     bytes: usize,
 }
 
 impl LentStructure {
-    /// The structure, in the dimensions of `system`; `None` where it does not fit that any more.
+    /// Returns the structure if it fits the dimension and structure of `system`; otherwise `None`.
     pub fn taken<const D: usize>(self, system: &System) -> Option<MatrixStructure<D>> {
         let structure = *self.of.downcast::<MatrixStructure<D>>().ok()?;
         structure.assembler.fits(system).then_some(structure)
     }
 
-    /// Bytes held.
     pub(crate) fn bytes(&self) -> usize {
         self.bytes
     }
 }
 
 impl<const D: usize> MatrixStructure<D> {
-    /// The structure, for others; `None` where the pattern has grown with what vertices met on their way,
-    /// which another solver has not met.
+    /// Lends the structure. `None` if the pattern has grown by contact during the run, which another
+    /// solver has not seen.
     pub fn lent(self) -> Option<LentStructure> {
         let bytes = self.assembler.bytes() + self.levels.as_ref().map_or(0, Preconditioner::bytes);
         self.assembler.is_fixed().then(|| LentStructure { of: Box::new(self), bytes })

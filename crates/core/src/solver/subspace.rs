@@ -1,31 +1,31 @@
-//! Correction on the vertices of stencils that change, before and after a preconditioner that does not see
-//! them.
+//! Preconditioner correction on the vertices of changing stencils, before and after a preconditioner that
+//! does not see them.
 //!
-//! Contact is stiff beside the elements, and coarse levels of multigrid know nothing of it: alone, they take
-//! iterations that grow with its stiffness. With the matrix on the vertices in contact solved exactly, before
-//! the cycle and after it, they hardly grow (Petrides et al. 2025, arXiv 2505.18576, "filtering"). The
-//! three together are symmetric, as conjugate gradients need it.
+//! Contact is stiff compared with the elements, and the coarse multigrid levels do not see it: alone,
+//! their iterations grow with the contact stiffness. Solving the matrix on the vertices in contact
+//! exactly, before and after the cycle, nearly removes that growth (Petrides et al. 2025, arXiv
+//! 2505.18576, "filtering"). The combination is symmetric, as conjugate gradients require.
 
 use super::block_matrix::BlockMatrix;
 use super::cholesky::{Cholesky, NotPositiveDefinite};
 use super::conjugate_gradients::Preconditioner;
 
-/// Exact solves on a part of the vertices.
+/// Exact solves on a subset of the vertices.
 pub(super) struct Subspace<const D: usize> {
-    /// The vertices, ascending.
+    /// Vertices, ascending.
     vertices: Vec<u32>,
-    /// Version of the pattern that the factor is for.
+    /// Pattern version of the factor.
     pattern: u64,
     factor: Option<Cholesky>,
-    /// Right side and solution on them.
+    /// Right-hand side and solution on the subset.
     part: Vec<f64>,
-    /// Residual, and its correction, of all.
+    /// Residual and correction on all vertices.
     residual: Vec<f64>,
     correction: Vec<f64>,
 }
 
 impl<const D: usize> Subspace<D> {
-    /// Without any vertex.
+    /// Creates an empty subset.
     pub(super) fn new() -> Self {
         Subspace {
             vertices: vec![],
@@ -37,10 +37,11 @@ impl<const D: usize> Subspace<D> {
         }
     }
 
-    /// Takes the vertices at which `whole` differs from its `fixed` part; whether there are any.
+    /// Sets the subset to the vertices at which `whole` differs from its `fixed` part; returns whether
+    /// there are any.
     ///
     /// # Errors
-    /// The matrix on them is not positive definite.
+    /// If the matrix on the subset is not positive definite.
     pub(super) fn update(
         &mut self,
         whole: &BlockMatrix<D>,
@@ -70,12 +71,12 @@ impl<const D: usize> Subspace<D> {
         Ok(true)
     }
 
-    /// Entries of the factor.
+    /// Returns the number of factor entries.
     pub(super) fn factor_entries(&self) -> usize {
         self.factor.as_ref().map_or(0, Cholesky::factor_entries)
     }
 
-    /// Adds the solution for `r - A z`, restricted to the vertices, to `z`; `A z` where `z` is not zero.
+    /// Adds to `z` the solution for `r - A z` on the subset; without `product`, `A z` is taken as zero.
     fn add_solution(&mut self, product: Option<&BlockMatrix<D>>, r: &[f64], z: &mut [f64]) {
         let Some(factor) = &mut self.factor else { return };
         self.part.clear();
@@ -101,7 +102,6 @@ impl<const D: usize> Subspace<D> {
         }
     }
 
-    /// Bytes held.
     pub(super) fn bytes(&self) -> usize {
         let vectors = [&self.part, &self.residual, &self.correction];
         let factor = self.factor.as_ref().map_or(0, Cholesky::bytes);
@@ -109,7 +109,7 @@ impl<const D: usize> Subspace<D> {
     }
 }
 
-/// Rows and columns of some vertices, which ascend.
+/// Extracts the rows and columns of `vertices`, which ascend.
 fn restricted<const D: usize>(matrix: &BlockMatrix<D>, vertices: &[u32]) -> BlockMatrix<D> {
     let (mut row_start, mut column, mut value) = (vec![0], vec![], vec![]);
     for v in vertices {
@@ -124,7 +124,7 @@ fn restricted<const D: usize>(matrix: &BlockMatrix<D>, vertices: &[u32]) -> Bloc
     BlockMatrix { value, ..BlockMatrix::zero(row_start, column) }
 }
 
-/// Subspace, preconditioner, subspace.
+/// Symmetric sequence: subspace, inner preconditioner, subspace.
 pub(super) struct Corrected<'a, const D: usize> {
     pub(super) matrix: &'a BlockMatrix<D>,
     pub(super) subspace: &'a mut Subspace<D>,
@@ -132,13 +132,13 @@ pub(super) struct Corrected<'a, const D: usize> {
 }
 
 impl<const D: usize> Corrected<'_, D> {
-    /// Makes the residual of the subspace `r - A z`, with `z` zero but on its vertices.
+    /// Sets the residual to `r - A z`, with `z` nonzero only on the subset.
     fn renew_residual(&mut self, r: &[f64], z: &[f64]) {
         let Subspace { residual, vertices, .. } = &mut *self.subspace;
         residual.clear();
         residual.extend_from_slice(r);
         for v in vertices {
-            // The columns of a symmetric matrix are its rows.
+            // The matrix is symmetric: rows serve as columns.
             let z = &z[*v as usize * D..][..D];
             for (c, block) in self.matrix.row(*v as usize) {
                 let row = &mut residual[c * D..][..D];

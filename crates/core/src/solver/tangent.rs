@@ -1,4 +1,4 @@
-//! Exact tangents of statics, definite or not, for paths of equilibria.
+//! Exact tangents of statics, definite or not, for path following (continuation).
 
 use pliant_sparse::{Lu, SymbolicLu};
 
@@ -6,23 +6,24 @@ use super::hessian::{Assembler, At, Weights};
 use crate::material::Psd;
 use crate::system::System;
 
-/// Factorises the exact Hessian `d2E/dx2` of a system, which need not be definite, and solves with it.
+/// Factorises the exact Hessian `d2E/dx2` of a system, which may be indefinite, and solves with it.
 ///
-/// Beyond a limit point Cholesky's factorisation has none, and a projected Hessian none of the path: this is
-/// LU with partial pivoting.
+/// Uses LU with partial pivoting: beyond a limit point the Hessian has no Cholesky factor, and a
+/// projected Hessian is not the tangent of the path.
 pub(crate) trait ExactTangent: Send + Sync {
-    /// Factorises the Hessian at `x`, flat [m]; false where it is singular to the last bit, not finite, or
-    /// its factors do not fit memory.
+    /// Factorises the Hessian at `x`, flat [m]. Returns false if it is exactly singular or not finite, or
+    /// if its factors do not fit memory.
     fn factorize(&mut self, system: &mut System, x: &[f64]) -> bool;
 
-    /// Replaces `b` [N] by the solution [m] of the last factorisation; zero stays zero at held coordinates.
+    /// Solves in place with the last factorisation: `b` [N] becomes the solution [m]. Zero stays zero at
+    /// constrained coordinates.
     fn solve(&self, b: &mut [f64]);
 
-    /// Bytes held, factors excepted.
+    /// Memory held without the factors, in bytes.
     fn bytes(&self) -> usize;
 }
 
-/// A tangent for systems of `dimension` coordinates per vertex.
+/// Creates a tangent for systems of `dimension` coordinates per vertex.
 pub(crate) fn exact_tangent(dimension: usize) -> Box<dyn ExactTangent> {
     match dimension {
         1 => Box::new(SparseTangent::<1>::default()),
@@ -42,6 +43,7 @@ struct SparseTangent<const D: usize> {
 impl<const D: usize> ExactTangent for SparseTangent<D> {
     fn factorize(&mut self, system: &mut System, x: &[f64]) -> bool {
         self.factor = None;
+        // Rebuild structures if the system has changed.
         if !self.assembler.as_ref().is_some_and(|assembler| assembler.fits(system)) {
             self.assembler = Some(Assembler::new(system));
             self.symbolic = None;
@@ -51,6 +53,7 @@ impl<const D: usize> ExactTangent for SparseTangent<D> {
         let weights = Weights { inertia: 0.0, stiffness: 1.0, damping: 0.0 };
         assembler.assemble(system, At { x, v: &[], psd: Psd::Exact, predicted_from: None }, weights);
         let matrix = assembler.matrix();
+        // Symbolic analysis of the scalar pattern.
         if symbolic.is_none() {
             let (mut start, mut row) = (vec![0], vec![]);
             for vertex in 0..matrix.rows() {
@@ -62,7 +65,7 @@ impl<const D: usize> ExactTangent for SparseTangent<D> {
             *symbolic = SymbolicLu::new(start, row);
         }
         let Some(symbolic) = symbolic else { return false };
-        // By symmetry a column is a row.
+        // The matrix is symmetric: rows serve as columns.
         entries.clear();
         for vertex in 0..matrix.rows() {
             for k in 0..D {

@@ -1,78 +1,77 @@
-//! Books of a system: counts and energies that come with its forces and walls. The equations do not read
-//! them.
+//! Counts and energies recorded with forces and walls. The equations do not depend on them.
 
 use std::sync::Mutex;
 
 use super::{ForceId, System, WallImpulses, WallLoss, WallLosses, WallStop};
 use crate::energy::EnergyKind;
 
-/// Counts and energies beside the equations.
+/// Records of a system.
 #[derive(Debug, Default)]
 pub(crate) struct Books {
-    /// Reckons what walls take, where that is counted.
+    /// Computation of wall losses, if they are counted.
     pub(super) wall_losses: Option<Box<WallLosses>>,
-    /// Impulses of walls at the end of the step last tried.
+    /// Wall impulses at the end of the last attempted step.
     pub(super) wall_impulses: WallImpulses,
-    /// Vertices that they stop there, added by passes in any order.
+    /// Vertices that the walls stop there, in any order.
     pub(super) wall_stops: Mutex<Vec<WallStop>>,
-    /// Evaluations of the total force so far.
+    /// Force evaluations so far.
     pub(super) force_evaluations: u64,
-    /// True if the next force is that of a state to be measured.
+    /// True if the next force belongs to a state to be measured.
     pub(super) to_be_measured: bool,
-    /// Energy of each term that came with the force that the terms hold [J]; empty if none was asked for.
+    /// Energy of each term computed with the current force [J]; empty if not requested.
     pub(super) energies: Vec<Option<f64>>,
 }
 
 impl Books {
-    /// Says whether energy that walls take is counted: [`take_wall_loss`](Self::take_wall_loss) then tells.
+    /// Sets whether wall losses are counted, for [`take_wall_loss`](Self::take_wall_loss).
     pub(crate) fn count_walls(&mut self, counts: bool) {
         self.wall_losses = if counts { Some(self.wall_losses.take().unwrap_or_default()) } else { None };
     }
 
-    /// Energy that walls took in the last step, once; `None` if they did not act.
+    /// Returns the energy that walls took in the last step, once; `None` if they did not act.
     pub(crate) fn take_wall_loss(&mut self) -> Option<WallLoss> {
         self.wall_losses.as_mut()?.take()
     }
 
-    /// Impulses of walls at the end of the step last tried.
+    /// Returns the wall impulses at the end of the last attempted step.
     pub(crate) fn wall_impulses(&self) -> &WallImpulses {
         &self.wall_impulses
     }
 
-    /// True if energies came with the force that the terms hold.
+    /// True if energies were computed with the current force.
     pub(crate) fn knows_energies(&self) -> bool {
         !self.energies.is_empty()
     }
 
-    /// Says whether the states that come next will be measured.
+    /// Sets whether the next states will be measured.
     pub(crate) fn set_to_be_measured(&mut self, to_be_measured: bool) {
         self.to_be_measured = to_be_measured;
     }
 
-    /// Evaluations of the total force so far.
+    /// Returns the number of force evaluations so far.
     pub(crate) fn force_evaluations(&self) -> u64 {
         self.force_evaluations
     }
 
-    /// Goes on counting evaluations of the force from `count`.
+    /// Sets the number of force evaluations.
     pub(crate) fn set_force_evaluations(&mut self, count: u64) {
         self.force_evaluations = count;
     }
 }
 
 impl System {
-    /// The books.
+    /// Returns the records.
     pub(crate) fn books(&self) -> &Books {
         &self.books
     }
 
-    /// The books, to write in.
+    /// Returns the records for writing.
     pub(crate) fn books_mut(&mut self) -> &mut Books {
         &mut self.books
     }
 
-    /// Potential energy of the terms of `asked` kinds [J] at `x`, where the force is `force`: nothing that
-    /// came with it is computed again.
+    /// Returns the potential energy of the terms of `asked` kinds [J] at `x`. If the terms hold `force`,
+    /// reuses energies computed with it.
     pub(crate) fn potential_with_force(
         &mut self,
         asked: impl Fn(EnergyKind) -> bool,

@@ -1,10 +1,10 @@
-//! Energy that flows into the equations and out of them.
+//! Energy flows into and out of the system.
 
 use super::System;
 use crate::energy::{EnergyKind, EnergyTerm};
 
-/// Energy that flows at each moment, other than by prescribed motion [W]: the power of the forces of loads
-/// and gravity that change with time, and what is lost; zero where a scene has no such thing.
+/// Current energy flows except prescribed motion [W]: the power of time-dependent loads and gravity, and
+/// the losses; zero if a scene has none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Powers {
     pub(crate) loads: f64,
@@ -14,7 +14,7 @@ pub(crate) struct Powers {
     pub(crate) friction: f64,
 }
 
-/// Which flows are looked at.
+/// Selection of flows to compute.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct PowerSelection {
     pub(crate) loads: bool,
@@ -26,20 +26,20 @@ impl PowerSelection {
     pub(crate) const ALL: PowerSelection = PowerSelection { loads: true, gravity: true, losses: true };
 }
 
-/// True if energy comes in through this term otherwise than from its own store, and it is gravity.
+/// True if the term is gravity that supplies energy from outside its own potential.
 pub(crate) fn is_changing_gravity(term: &dyn EnergyTerm) -> bool {
     let term = term.properties();
     term.kind == EnergyKind::Gravitational && term.supplies()
 }
 
-/// The same, and it is not.
+/// True if the term supplies energy from outside its own potential and is not gravity.
 pub(crate) fn feeds(term: &dyn EnergyTerm) -> bool {
     let term = term.properties();
     term.kind != EnergyKind::Gravitational && term.supplies()
 }
 
 impl Powers {
-    /// Of the state `x`, `v`, at the time last said. The dissipative force last evaluated is lost.
+    /// Computes the flows at `x`, `v` and the time last set. Overwrites the last dissipative force.
     pub(crate) fn of(system: &mut System, looked: PowerSelection, x: &[f64], v: &[f64]) -> Self {
         let mut flows = Powers::default();
         if looked.loads {
@@ -60,8 +60,8 @@ impl Powers {
         flows
     }
 
-    /// Work of forces at `x` along the `way` [J], not at a rate: those of loads and gravity, and what was
-    /// dragged, and damped and rubbed.
+    /// Computes the work of forces at `x` along the displacement `way` [J] instead of powers: those of
+    /// loads and gravity, with the given losses.
     pub(crate) fn along(
         system: &mut System,
         x: &[f64],
@@ -79,13 +79,13 @@ impl Powers {
     }
 }
 
-/// The power of prescribed motion at `x`, at which `system` holds the force, and `v` [W], but for what it
-/// gives to the kinetic energy of what moves; and that [J].
+/// Returns the power of prescribed motion at `x` and `v` [W], without the rate of its kinetic energy, and
+/// this kinetic energy [J]. `system` must hold the force at `x`.
 pub(crate) fn power_of_motion(system: &mut System, x: &[f64], v: &[f64]) -> (f64, f64) {
     let (mut power, mut kinetic) = (0.0, 0.0);
     let (d, drag) = (system.dimension(), system.ether_drag());
     if system.has_prescribed_motion() && system.is_damped() {
-        // What moves carries its part of these forces, as they are now.
+        // Moving coordinates carry their part of the dissipative forces.
         system.evaluate_dissipation(x, v);
     }
     for hold in system.constraints().iter().filter(|hold| hold.moves()) {

@@ -1,20 +1,19 @@
-//! What terms remember of earlier steps.
+//! History of terms: internal variables from earlier steps.
 
 use super::System;
 
 impl System {
-    /// True if a term [remembers](crate::energy::HistoryTerm).
+    /// True if a term has [history](crate::energy::HistoryTerm).
     pub fn remembers(&self) -> bool {
         self.remembers
     }
 
-    /// The numbers of all terms that remember, one term after the other.
+    /// Returns the history of all terms, one term after the other.
     pub fn history(&self) -> Vec<f64> {
         self.terms.iter().filter_map(|term| term.history()).flat_map(|term| term.history()).collect()
     }
 
-    /// Says what they are, at the time `time` [s]; false, and nothing has changed, where there are more or
-    /// fewer.
+    /// Sets the history at the time `time` [s]; returns false without changes if the count does not fit.
     pub fn set_history(&mut self, mut numbers: &[f64], time: f64) -> bool {
         let known: usize =
             self.terms.iter().filter_map(|term| term.history()).map(|term| term.history_len()).sum();
@@ -29,18 +28,18 @@ impl System {
         true
     }
 
-    /// Ends a step at the positions `x` and the time `time` [s]; gives the energy that is lost there [J].
+    /// Ends a step at the positions `x` and the time `time` [s]; returns the energy lost there [J].
     pub(crate) fn commit(&mut self, x: &[f64], time: f64) -> f64 {
         let terms = self.terms.iter_mut().filter_map(|term| term.history_mut());
         terms.map(|term| term.commit(x, time)).sum()
     }
 
-    /// Energy that terms which remember lose in a second at fixed positions [W].
+    /// Returns the power that terms with history lose at fixed positions [W].
     pub(crate) fn forgotten_power(&self, x: &[f64]) -> f64 {
         self.terms.iter().filter_map(|term| term.history()).map(|term| term.loss_rate(x)).sum()
     }
 
-    /// Adds the derivatives of `p . dE/dx` at `x` by the [history](Self::history).
+    /// Adds the derivatives of `p . dE/dx` at `x` with respect to the [history](Self::history).
     pub fn add_work_by_history(&self, x: &[f64], p: &[f64], mut by: &mut [f64]) {
         for term in self.terms.iter().filter_map(|term| term.history()) {
             let (own, others) = by.split_at_mut(term.history_len());
@@ -49,8 +48,9 @@ impl System {
         }
     }
 
-    /// Takes derivatives `after` by the history that a step to `x` ends with, at the time last said, back:
-    /// adds those by the positions, and gives those by the history now.
+    /// Propagates derivatives `after` with respect to the history at the end of a step to `x` backwards,
+    /// at the time last set: adds those with respect to the positions, and returns those with respect to
+    /// the current history.
     pub fn commit_transposed(&self, x: &[f64], mut after: &[f64], by_x: &mut [f64]) -> Vec<f64> {
         let mut before = vec![0.0; after.len()];
         let mut left = &mut before[..];

@@ -1,78 +1,78 @@
-//! Holds of a system: those that act, those that have let go, and how they are steered.
+//! Pins of a system: active and released ones, and their steering.
 
 use super::System;
 use crate::constraint::{Drive, Hold, Jump};
 use crate::pass::InverseMass;
 
-/// Holds of a system, in the dimension of its vertices.
+/// Pins of a system, with its dimension.
 #[derive(Debug)]
 pub(crate) struct Pins {
     dimension: usize,
-    /// Holds that have not let go.
+    /// Active pins.
     acting: Vec<Hold>,
-    /// Released at their time; they hold again where a simulation goes back in time.
+    /// Pins released at their time; active again if a simulation goes back in time.
     released: Vec<Hold>,
-    /// True if any held coordinate moves.
+    /// True if any constrained coordinate moves.
     moves: bool,
-    /// Holds added so far.
+    /// Number of pins added so far.
     added: u32,
-    /// Changes of the coordinates that are held, but for those of holds that are added.
+    /// Number of changes of the constrained coordinates, without added pins.
     changes: u64,
 }
 
-/// Change of a pin while a simulation runs.
+/// State of a pin that changes during a simulation.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct PinState {
     name: String,
-    /// True if it has let go by its time.
+    /// True if it was released at its time.
     is_released: bool,
-    /// Where each moving vertex started [m]; empty without a motion.
+    /// Start of each moving vertex [m]; empty without a motion.
     starts: Vec<[f64; 3]>,
-    /// How it is steered from outside.
+    /// Steering from outside.
     drive: Option<Drive>,
 }
 
 impl PinState {
-    /// True if it is one of `hold`.
+    /// True if the state fits `hold`.
     fn is_of(&self, hold: &Hold) -> bool {
         self.name == hold.name() && self.starts.len() == hold.starts().len()
     }
 }
 
 impl Pins {
-    /// None, in `dimension` dimensions.
+    /// Creates an empty set in `dimension` dimensions.
     pub(super) fn new(dimension: usize) -> Self {
         Pins { dimension, acting: vec![], released: vec![], moves: false, added: 0, changes: 0 }
     }
 
-    /// Adds a hold, whose coordinates are held from now on.
+    /// Adds an active pin.
     pub(super) fn add(&mut self, hold: Hold) {
         self.moves |= hold.moves();
         self.acting.push(hold.ranked(self.added));
         self.added += 1;
     }
 
-    /// Holds that have not let go.
+    /// Returns the active pins.
     pub(crate) fn acting(&self) -> &[Hold] {
         &self.acting
     }
 
-    /// All holds, those that have let go last.
+    /// Iterates over all pins, released ones last.
     fn all(&self) -> impl Iterator<Item = &Hold> {
         self.acting.iter().chain(&self.released)
     }
 
-    /// The hold of this name that acts now.
+    /// Returns the active pin of this name.
     pub(crate) fn named(&self, name: &str) -> Option<&Hold> {
         self.acting.iter().find(|hold| hold.name() == name)
     }
 
-    /// True if any held coordinate moves.
+    /// True if any constrained coordinate moves.
     pub(super) fn move_any(&self) -> bool {
         self.moves
     }
 
-    /// Lets go of the holds that end at or before `time` [s]; whether there were any.
+    /// Releases the pins that end at or before `time` [s]; returns whether there were any.
     pub(crate) fn release(&mut self, time: f64) -> bool {
         if self.acting.iter().all(|hold| hold.end() > time) {
             return false;
@@ -85,7 +85,7 @@ impl Pins {
         true
     }
 
-    /// Brings back the holds that have let go by their time, but for those that end at or before `time` [s].
+    /// Reactivates released pins, except those that end at or before `time` [s].
     pub(crate) fn act_as_at(&mut self, time: f64) {
         let ended = std::mem::take(&mut self.released);
         let (mut back, gone): (Vec<Hold>, _) = ended.into_iter().partition(|hold| hold.end() > time);
@@ -98,7 +98,7 @@ impl Pins {
         self.release(time);
     }
 
-    /// Ends the holds of this name; whether there were any.
+    /// Removes the pins of this name; returns whether there were any.
     pub(crate) fn end(&mut self, name: &str) -> bool {
         let count = self.all().count();
         self.released.retain(|hold| hold.name() != name);
@@ -110,26 +110,26 @@ impl Pins {
         found
     }
 
-    /// Steers the holds of this name so, those that have let go too.
+    /// Steers the pins of this name, released ones included.
     pub(crate) fn set_drive(&mut self, name: &str, drive: &Drive) {
         let holds = self.acting.iter_mut().chain(&mut self.released);
         holds.filter(|hold| hold.name() == name).for_each(|hold| hold.set_drive(Some(drive.clone())));
         self.moves = self.acting.iter().any(Hold::moves);
     }
 
-    /// Ends all steering: holds go on by their own motions, or stay.
+    /// Ends all steering: pins return to their own motions, or stay.
     pub(crate) fn end_drives(&mut self) {
         self.acting.iter_mut().chain(&mut self.released).for_each(|hold| hold.set_drive(None));
         self.moves = self.acting.iter().any(Hold::moves);
     }
 
-    /// Goes on with every prescribed motion from where its vertices are in `x` at `time` [s], flat [m].
+    /// Continues all prescribed motions from the vertex positions in `x` at `time` [s], flat [m].
     pub(crate) fn go_on_from(&mut self, time: f64, x: &[f64]) {
         let d = self.dimension;
         self.acting.iter_mut().chain(&mut self.released).for_each(|hold| hold.go_on_from(time, d, x));
     }
 
-    /// The first time after `time` [s] at which a hold lets go or the motion of one breaks, if there is any.
+    /// Returns the first time after `time` [s] at which a pin is released or its motion has a kink.
     pub(crate) fn next_break(&self, time: f64) -> Option<f64> {
         let of_hold = |hold: &Hold| {
             let end = Some(hold.end()).filter(|end| *end > time && end.is_finite());
@@ -139,8 +139,7 @@ impl Pins {
         self.acting.iter().filter_map(of_hold).reduce(f64::min)
     }
 
-    /// The jumps of prescribed motion after the time `from`, at the latest at `to` [s], one for each hold
-    /// that has any.
+    /// Returns the jumps of prescribed motion in the interval (`from`, `to`] [s], at most one per pin.
     pub(crate) fn jumps(&self, from: f64, to: f64) -> Vec<Jump> {
         if !self.moves {
             return vec![];
@@ -148,8 +147,8 @@ impl Pins {
         self.acting.iter().filter_map(|hold| hold.jump(from, to, self.dimension)).collect()
     }
 
-    /// Writes positions [m] and velocities [m/s] of the moving coordinates at `time` [s] into the flat arrays
-    /// `x` and `v`; false where one of them is not finite. Does nothing where nothing moves.
+    /// Writes positions [m] and velocities [m/s] of the moving coordinates at `time` [s] into the flat
+    /// arrays `x` and `v`; returns false if a value is not finite. Does nothing without motion.
     pub(super) fn prescribe(&self, time: f64, x: &mut [f64], v: &mut [f64]) -> bool {
         if !self.moves {
             return true;
@@ -157,13 +156,13 @@ impl Pins {
         self.acting.iter().fold(true, |finite, hold| finite & hold.prescribe(time, self.dimension, x, v))
     }
 
-    /// The hold whose motion has led to a position in `x` that is not finite.
+    /// Returns the pin whose motion led to a non-finite position in `x`.
     pub(super) fn lost(&self, x: &[f64]) -> Option<&Hold> {
         let lost = |hold: &&Hold| hold.moves() && hold.coordinates(self.dimension).any(|i| !x[i].is_finite());
         self.acting.iter().find(lost)
     }
 
-    /// States of all, in the order in which they were added.
+    /// Returns the states of all pins, in the order added.
     pub(crate) fn states(&self) -> Vec<PinState> {
         let state = |hold: &Hold, is_released| {
             let (name, starts) = (hold.name().to_owned(), hold.starts().to_vec());
@@ -175,7 +174,7 @@ impl Pins {
         states.into_iter().map(|(_, state)| state).collect()
     }
 
-    /// Goes on with these states; false, and nothing has changed, where they are of other pins.
+    /// Restores these states; returns false without changes if they belong to other pins.
     pub(crate) fn set_states(&mut self, states: &[PinState]) -> bool {
         let mut order: Vec<&Hold> = self.all().collect();
         order.sort_by_key(|hold| hold.rank());
@@ -199,8 +198,8 @@ impl Pins {
         true
     }
 
-    /// `1 / m` of every coordinate of vertices of these masses [kg], zero where one of the holds that are
-    /// `asked` is.
+    /// Returns `1 / m` of each coordinate for vertices of these masses [kg], zero if an active pin
+    /// selected by `asked` constrains it.
     fn inverse_mass(&self, mass: &[f64], asked: impl Fn(&Hold) -> bool) -> InverseMass {
         let mut inverse_mass = InverseMass::free(mass, self.dimension);
         for hold in self.acting.iter().filter(|hold| asked(hold)) {
@@ -214,39 +213,38 @@ impl Pins {
         self.changes += 1;
     }
 
-    /// Bytes held.
     pub(super) fn bytes(&self) -> usize {
         self.acting.iter().map(Hold::bytes).sum()
     }
 }
 
 impl System {
-    /// The holds, and what became of them.
+    /// Returns the pins.
     pub(crate) fn pins(&self) -> &Pins {
         &self.pins
     }
 
-    /// Result of a `change` of the holds. Where other coordinates are held after it, structure and force are
-    /// out of date.
+    /// Applies `change` to the pins and returns its result. If the constrained coordinates change,
+    /// structure and force are invalidated.
     pub(crate) fn change_pins<T>(&mut self, change: impl FnOnce(&mut Pins) -> T) -> T {
         let before = self.pins.changes;
         let result = change(&mut self.pins);
         if self.pins.changes != before {
             self.inverse_mass = self.pins.inverse_mass(&self.mass, |_| true);
             self.structure = super::fresh();
-            // A force may be good although it is not finite where it was held.
+            // The force may be finite although it was not where it was pinned.
             self.force = super::ForceId::NONE;
         }
         result
     }
 
-    /// Result of `measure` where nothing is held.
+    /// Runs `measure` without any constraints.
     pub(crate) fn as_if_free<T>(&mut self, measure: impl FnOnce(&mut Self) -> T) -> T {
         let free = self.pins.inverse_mass(&self.mass, |_| false);
         self.with_inverse_mass(free, measure)
     }
 
-    /// Result of `measure` with the final constraints alone: of the holds, those that never end.
+    /// Runs `measure` with the final constraints: pins that never end.
     pub(crate) fn with_final_constraints<T>(&mut self, measure: impl FnOnce(&mut Self) -> T) -> T {
         if self.pins.acting.iter().all(|hold| hold.end() == f64::INFINITY) {
             return measure(self);
@@ -255,7 +253,7 @@ impl System {
         self.with_inverse_mass(inverse_mass, measure)
     }
 
-    /// Result of `measure` where other coordinates are held: another structure.
+    /// Runs `measure` with other constraints and hence another structure.
     fn with_inverse_mass<T>(&mut self, inverse_mass: InverseMass, measure: impl FnOnce(&mut Self) -> T) -> T {
         let mass = std::mem::replace(&mut self.inverse_mass, inverse_mass);
         let structure = std::mem::replace(&mut self.structure, super::fresh());

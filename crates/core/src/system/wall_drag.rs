@@ -1,41 +1,42 @@
-//! Drag on velocities that walls take back.
+//! Correction of wall reactions for drag.
 //!
-//! A scheme takes its step as if there were no wall, from `(x, v)` to `(x*, v*)`, and the wall then puts
-//! vertices back, at `(x', v')`. Drag at the rate `c` against what does not move (ether drag, damping in
-//! proportion to the mass) takes momentum on that way, and part of it from velocities that the wall takes
-//! back: of a mass at rest on a floor about `c h/2` of its load. That part the wall carries.
+//! Integrators first take a step without walls, from `(x, v)` to `(x*, v*)`; the wall then moves vertices
+//! back, to `(x', v')`. Drag at the rate `c` relative to fixed space (ether drag, mass-proportional
+//! damping) removes momentum during the step, partly from velocities that the wall then removes: for a
+//! mass at rest on a floor about `c h/2` of its load. The wall carries that part.
 //!
-//! With `R` the factor that drag alone leaves of a velocity in one step of the scheme, a constant load `f`
-//! makes
+//! Let `R` be the factor by which drag alone reduces a velocity in one step. Then a constant load `f`
+//! gives
 //!
 //! ```text
 //! v* = R v + (1 - R) f / (m c)
 //! ```
 //!
-//! and drag takes `m c (x' - x)` on the way that is gone. The impulse of the walls is what is left:
+//! and drag removes `m c (x' - x)` over the actual displacement. The impulse of the walls is the
+//! remainder:
 //!
 //! ```text
 //! m (v' - v) - h f + m c (x' - x) = m (v' - v*) + K
 //! K = m [ v* - v - (v* - R v)/M + c (x' - x) ]      M = (1 - R)/(c h)
 //! ```
 //!
-//! `K` is exact for a vertex at rest, `x' = x` and `v' = v = 0`, by every scheme: the wall carries `f`.
-//! Otherwise it is of the order at which walls act.
+//! `K` is exact for a vertex at rest, `x' = x` and `v' = v = 0`, with any integrator: the wall carries
+//! `f`. Otherwise its error has the order at which walls act.
 
 use super::WallStop;
 use crate::constraint::Wall;
 
-/// Sweeps over the walls that stop a vertex; the second finds nothing left unless there are several.
+/// Sweeps over the walls that stop a vertex; one suffices unless there are several.
 const SWEEPS: usize = 100;
 
-/// The end of a step in which walls have acted.
+/// End of a step in which walls have acted.
 pub(super) struct WalledStep<'a> {
     pub(super) walls: &'a [Wall],
-    /// Of every coordinate, zero where it is held.
+    /// Inverse mass of each coordinate, zero if it is constrained.
     pub(super) inverse_mass: &'a [f64],
-    /// Size [s].
+    /// Step size [s].
     pub(super) h: f64,
-    /// Positions [m] and velocities [m/s] before it.
+    /// Positions [m] and velocities [m/s] before the step.
     pub(super) before: (&'a [f64], &'a [f64]),
     /// Positions [m] and velocities [m/s] after walls have acted.
     pub(super) after: (&'a [f64], &'a [f64]),
@@ -44,7 +45,7 @@ pub(super) struct WalledStep<'a> {
 }
 
 impl WalledStep<'_> {
-    /// Adds `K / m` along the walls to all stops of one vertex, which drag slows at this rate `c` [1/s].
+    /// Adds `K / m` along the walls to all stops of one vertex, for the drag rate `c` [1/s].
     pub(super) fn add_drag(&self, stops: &mut [WallStop], dimension: usize, rate: f64) {
         let rows = stops[0].vertex * dimension..(stops[0].vertex + 1) * dimension;
         let weights = &self.inverse_mass[rows.clone()];

@@ -1,11 +1,11 @@
-//! Impulses that walls give at the end of a step.
+//! Impulses of walls at the end of a step.
 //!
-//! A wall changes velocities at once, and the momentum of a step by nothing else: `m (v' - v*)` is its
-//! impulse, whatever the scheme. Positions that it puts back have no momentum.
+//! A wall changes velocities instantly, and changes the momentum of a step in no other way: its impulse
+//! is `m (v' - v*)` with any integrator. Moving positions back carries no momentum.
 
 use crate::constraint::Wall;
 
-/// A vertex that a wall stops.
+/// A vertex stopped by a wall.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct WallStop {
     pub(crate) vertex: usize,
@@ -18,11 +18,11 @@ pub(crate) struct WallStop {
 /// Impulses of all walls in one step, in their order.
 #[derive(Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct WallImpulses {
-    /// Size of the step [s].
+    /// Step size [s].
     pub(crate) h: f64,
     /// Impulse [N s], and its moment about the [foot](Wall::foot) [N m s].
     pub(crate) walls: Vec<[[f64; 3]; 2]>,
-    /// Parts that pins carry: coordinates and impulses [N s].
+    /// Parts carried by pins: coordinates and impulses [N s].
     pub(crate) held: Vec<(usize, f64)>,
 }
 
@@ -31,7 +31,7 @@ impl Clone for WallImpulses {
         WallImpulses { h: self.h, walls: self.walls.clone(), held: self.held.clone() }
     }
 
-    /// Into memory that is there: a step allocates nothing.
+    /// Reuses memory, so that steps do not allocate.
     fn clone_from(&mut self, source: &Self) {
         self.h = source.h;
         self.walls.clone_from(&source.walls);
@@ -40,7 +40,7 @@ impl Clone for WallImpulses {
 }
 
 impl WallImpulses {
-    /// Begins with a step of `h` [s] of so many walls.
+    /// Starts a step of `h` [s] with this number of walls.
     pub(super) fn begin(&mut self, walls: usize, h: f64) {
         self.h = h;
         self.walls.clear();
@@ -48,8 +48,8 @@ impl WallImpulses {
         self.held.clear();
     }
 
-    /// Adds the impulse that `wall` gives a vertex of this mass [kg] at the place `x`, of which coordinates
-    /// without inverse mass are held.
+    /// Adds the impulse of `wall` on a vertex of this mass [kg] at the position `x`; coordinates with
+    /// zero inverse mass are constrained.
     #[inline]
     pub(super) fn add(&mut self, stop: &WallStop, wall: &Wall, x: &[f64], inverse_mass: &[f64], mass: f64) {
         let mut impulse = [0.0; 3];

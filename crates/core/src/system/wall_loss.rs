@@ -1,86 +1,87 @@
-//! Energy that walls take from the vertices that they put back.
+//! Energy that walls take from the vertices they stop.
 //!
-//! A scheme takes its step as if there were no wall, from `(x, v)` to `(x*, v*)`, and the wall then puts
-//! vertices back, at `(x', v')`. The energy before less the energy after is no loss: part of it is what the
-//! step itself has made, by falling where there is no way to fall, and the wall takes back. For a mass at
-//! rest on a floor it is all there is, and `-m a^2 h^2/2` in every step of symplectic Euler.
+//! Integrators first take a step without walls, from `(x, v)` to `(x*, v*)`; the wall then moves vertices
+//! back, to `(x', v')`. The energy before minus the energy after is not the loss: part of it was produced
+//! by the step itself, by falling below the floor, and the wall takes it back. For a mass at rest on a
+//! floor that is all of it: `-m a^2 h^2/2` in each step of symplectic Euler.
 //!
-//! With the mean acceleration of the step and the mean velocity,
+//! With the mean acceleration and mean velocity of the step,
 //!
 //! ```text
 //! a = (v* - v) / h      u = (x* - x) / h
 //! ```
 //!
-//! the step without walls has done the work `m a . (x* - x)` on a vertex, and `m u . (v* - v)` is what has
-//! become of it: the change of kinetic energy `m (v + v*)/2 . (v* - v)` where `u` is the mean of both
-//! velocities, and otherwise that of the velocities with which positions change. (Those of symplectic Euler
-//! are ahead of the positions by `h/2`: `u - (v + v*)/2 = a h/2`.) Both are equal, by definition. With a
-//! wall they are not: the same forces have worked along the way `x' - x` that was left to the vertex, and
-//! its velocity is `v'`. What is missing has been lost, by an impact without rebound:
+//! the step without walls has done the work `m a . (x* - x)` on a vertex, and converted it to
+//! `m u . (v* - v)`: to the kinetic energy change `m (v + v*)/2 . (v* - v)` if `u` is the mean of both
+//! velocities, and otherwise to that of the velocities with which positions change. (Those of symplectic
+//! Euler are ahead of the positions by `h/2`: `u - (v + v*)/2 = a h/2`.) Both are equal by definition.
+//! With a wall they differ: the same forces have acted along the remaining displacement `x' - x`, and the
+//! velocity is `v'`. The difference is lost in an inelastic impact:
 //!
 //! ```text
 //! s = u - (v + v*)/2
 //! W = m [ (v - v') . ((v + v')/2 + s) + a . (x' - x) ]
 //! ```
 //!
-//! - A vertex at rest, `x' = x` and `v' = v`, loses nothing, to the last bit, by any scheme, whatever load
-//!   lies on it and however it grows.
-//! - One that falls freely from the height `y` above the plane loses `m g y`, the energy with which it
-//!   arrives there.
-//! - With forces that change within the step it is the energy at arrival to `O(h^2)`.
-//! - Along the wall `v' = v*` and `x' = x*`: what slides loses nothing.
-//! - Where several walls push a vertex to and fro, what it loses in one step comes back in another.
+//! - A vertex at rest, `x' = x` and `v' = v`, loses exactly nothing with any integrator, whatever its
+//!   load and however the load grows.
+//! - A vertex that falls freely from the height `y` above the plane loses `m g y`, the energy of its
+//!   impact.
+//! - With forces that vary within the step the loss is the impact energy to `O(h^2)`.
+//! - Along the wall `v' = v*` and `x' = x*`: a sliding vertex loses nothing.
+//! - If several walls push a vertex back and forth, its loss in one step returns in another.
 //!
-//! A single `W` may be negative, by `O(m a^2 h^2)`: that is an error of the scheme. What is lost is the
-//! largest sum of all `W` so far, which never shrinks; the rest counts as drift, not as a gift of the wall.
+//! A single `W` may be negative, by `O(m a^2 h^2)`, which is an integration error. The loss is the
+//! largest sum of all `W` so far, which never decreases; the rest counts as energy drift.
 //!
-//! Walls act at the end of a step: the motion of every scheme is of first order where they do, its energy,
-//! less what is lost, of second at most.
+//! Walls act at the end of a step: with walls, the motion is first-order accurate with any integrator,
+//! its energy minus the losses at most second-order.
 
 use super::{PowerSelection, Powers, System, power_of_motion};
 use crate::state::State;
 
-/// Reckons what walls take. Memory for one step.
+/// Computes wall losses. Holds scratch memory for one step.
 #[derive(Debug, Default)]
 pub(crate) struct WallLosses {
-    /// Positions and velocities before the walls act, flat; then, in `x`, the ways that were not gone.
+    /// Positions and velocities before walls act, flat; then, in `x`, the displacements that walls
+    /// prevented.
     x: Vec<f64>,
     v: Vec<f64>,
-    /// `dR/dv` of damping and of friction there [N], where something dissipates.
+    /// `dR/dv` of damping and friction there [N], with dissipation.
     dissipative: [Vec<f64>; 2],
     flows: Powers,
     motion: f64,
-    /// Of the last step, until it is taken.
+    /// Result of the last step, until taken.
     last: Option<WallLoss>,
 }
 
-/// Action of walls in one step.
+/// Effect of walls in one step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct WallLoss {
-    /// The sum of `W` over all vertices [J].
+    /// Sum of `W` over all vertices [J].
     pub(crate) energy: f64,
-    /// Power that flowed before the walls acted [W].
+    /// Energy flows before the walls acted [W].
     pub(crate) flows: Powers,
-    /// Power of prescribed motion before they did [W]: it carries forces of vertices that walls have stopped
-    /// since.
+    /// Power of prescribed motion before the walls acted [W], including forces of vertices that walls
+    /// have since stopped.
     pub(crate) motion: f64,
-    /// To be added to the integrals of these flows [J]: they count ways that were not gone.
+    /// Correction of the integrals of these flows [J] for displacements that walls prevented.
     pub(crate) not_done: Powers,
 }
 
 impl WallLosses {
-    /// Forgets the last step.
+    /// Discards the last step.
     pub(crate) fn forget(&mut self) {
         self.last = None;
     }
 
-    /// The last step, once; `None` where no wall acted.
+    /// Returns the last step, once; `None` if no wall acted.
     pub(crate) fn take(&mut self) -> Option<WallLoss> {
         self.last.take()
     }
 
-    /// Remembers the end `x`, `v` of a step, at the time last said to `system`, before walls act on it. The
-    /// dissipative force last evaluated is lost, and where anything is moved the force as well.
+    /// Stores the end `x`, `v` of a step before walls act on it, at the time last set. Overwrites the
+    /// last dissipative force and, with prescribed motion, the force.
     pub(crate) fn before(&mut self, system: &mut System, x: &[f64], v: &[f64]) {
         self.flows = Powers::of(system, PowerSelection::ALL, x, v);
         self.motion = 0.0;
@@ -97,7 +98,8 @@ impl WallLosses {
         }
     }
 
-    /// Reckons with the end `x`, `v` of the step of `h` [s] from the state `from`, after walls have acted.
+    /// Computes the loss from the end `x`, `v` of the step of `h` [s] from the state `from`, after walls
+    /// have acted.
     pub(crate) fn after(&mut self, system: &mut System, from: &State, h: f64, x: &[f64], v: &[f64]) {
         let (d, mut energy, mut dragged) = (system.dimension(), 0.0, 0.0);
         for (vertex, m) in system.mass().iter().enumerate() {
@@ -114,7 +116,7 @@ impl WallLosses {
                 let lead = (free_x[c] - x0[c]) / h - 0.5 * (v0[c] + free_v[c]);
                 lost += (v0[c] - v1[c]) * (0.5 * (v0[c] + v1[c]) + lead)
                     + (free_v[c] - v0[c]) / h * (x1[c] - x0[c]);
-                // The integral of a flow goes by velocities.
+                // Flow integrals use velocities.
                 free_x[c] = x1[c] - x0[c] - 0.5 * h * (v0[c] + free_v[c]);
                 dragged += m * free_v[c] * free_x[c];
             }

@@ -7,16 +7,16 @@ use super::{System, WallStop};
 use crate::state::State;
 
 impl System {
-    /// True if a [pass](Self::pass) can let walls act: vertices have come to their places in it, and no
-    /// losses are counted. Stops of a step that failed are forgotten; [`book_walls`](Self::book_walls)
-    /// follows the pass.
+    /// True if a [pass](Self::pass) can apply walls: vertices reach their final positions in it, and no
+    /// losses are counted. Discards the stops of a failed step; call [`book_walls`](Self::book_walls)
+    /// after the pass.
     pub(crate) fn begin_walls_in_pass(&mut self) -> bool {
         exclusive(&mut self.books.wall_stops).clear();
         !(self.walls.is_empty() || self.books.wall_losses.is_some() || self.pins.move_any())
     }
 
-    /// Lets walls act on the end `x`, `v` of a step of `h` [s] from the state `from`, and books it; whether
-    /// any position changed. `response` is that of [`book_walls`](Self::book_walls).
+    /// Applies walls to the end `x`, `v` of a step of `h` [s] from the state `from`, and records it;
+    /// returns whether any position changed. `response` is that of [`book_walls`](Self::book_walls).
     pub(crate) fn apply_walls(
         &mut self,
         from: &State,
@@ -28,6 +28,7 @@ impl System {
         if self.walls.is_empty() {
             return false;
         }
+        // Record the state before walls act, if losses are counted.
         let mut losses = self.books.wall_losses.take();
         if let Some(losses) = &mut losses {
             losses.forget();
@@ -37,6 +38,7 @@ impl System {
             self.set_time(from.time + h);
             losses.before(self, x, v);
         }
+        // Apply the walls one after another.
         let stops = exclusive(&mut self.books.wall_stops);
         stops.clear();
         for (wall, plane) in self.walls.iter().enumerate().filter(|_| crossed) {
@@ -51,9 +53,9 @@ impl System {
         self.put_back
     }
 
-    /// Books the impulses of walls that have acted on the end `x`, `v` of a step of `h` [s] from the state
-    /// `from`. A force that acts throughout the step under drag at the rate `c` has made `response(c h)` of
-    /// the velocity that it makes without drag.
+    /// Records the wall impulses at the end `x`, `v` of a step of `h` [s] from the state `from`. Under
+    /// drag at the rate `c`, a constant force has produced the fraction `response(c h)` of the velocity
+    /// that it produces without drag.
     pub(crate) fn book_walls(
         &mut self,
         from: &State,
@@ -67,7 +69,7 @@ impl System {
         let impulses = &mut self.books.wall_impulses;
         impulses.begin(self.walls.len(), h);
         let stops = exclusive(&mut self.books.wall_stops);
-        // The same order of sums on any number of threads.
+        // Sums have the same order on any number of threads.
         stops.sort_unstable_by_key(|stop| (stop.vertex, stop.wall));
         for stops in stops.chunk_by_mut(|a, b| a.vertex == b.vertex) {
             let vertex = stops[0].vertex;
@@ -82,7 +84,7 @@ impl System {
             if rate != 0.0 {
                 step.add_drag(stops, d, rate);
             }
-            // At the place to which all of them together have put the vertex.
+            // Moments refer to the final position of the vertex.
             for stop in stops {
                 let (wall, x) = (&self.walls[stop.wall], &x[rows.clone()]);
                 impulses.add(stop, wall, x, &inverse_mass[rows.clone()], mass);
@@ -90,14 +92,14 @@ impl System {
         }
     }
 
-    /// True if the last [`apply_walls`](Self::apply_walls) put any vertex back: velocities then jumped, and
-    /// no polynomial goes through states before and after.
+    /// True if the last [`apply_walls`](Self::apply_walls) moved any vertex: velocities then jumped, and
+    /// no polynomial passes through states before and after.
     pub(crate) fn walls_have_acted(&self) -> bool {
         self.put_back
     }
 }
 
-/// The stops, where no pass runs.
+/// Returns the stops; no pass may be running.
 fn exclusive(stops: &mut Mutex<Vec<WallStop>>) -> &mut Vec<WallStop> {
     stops.get_mut().unwrap_or_else(PoisonError::into_inner)
 }

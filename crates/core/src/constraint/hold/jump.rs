@@ -1,33 +1,33 @@
-//! Jumps of prescribed motion.
+//! Detection of jumps in prescribed motion.
 
 use super::{Hold, PrescribedMotion};
 use crate::constraint::motion::Moment;
 
-/// A motion is looked at more closely where a vertex goes farther than its velocities at both ends of a step
-/// say, by this part of that.
+/// A step is examined if a vertex moves farther than the velocities at both ends of the step predict, by
+/// this fraction of the prediction.
 const SUSPICIOUS: f64 = 1e-3;
-/// And by this part of how far it is from the origin: rounding.
+/// Additional allowance for rounding, as a fraction of the distance from the origin.
 const ROUNDING: f64 = 1e-12;
-/// Part of the distance that is left once the time between is too short to be halved, as a part of what was
-/// suspicious, is a jump; of a motion without one, next to nothing is left.
+/// Fraction of the excess distance that remains at a jump when the interval can no longer be halved; a
+/// continuous motion leaves next to nothing.
 const LEFT: f64 = 1e-3;
 
-/// Coordinates that a prescribed motion moves at once.
+/// A jump of coordinates under prescribed motion.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Jump {
-    /// When, to the last bit [s].
+    /// Time of the jump, bit-exact [s].
     pub(crate) time: f64,
-    /// How far the farthest component goes [m].
+    /// Largest displacement component [m].
     pub(crate) size: f64,
-    /// Name of the hold.
+    /// Name of the pin.
     pub(crate) hold: String,
-    /// Numbers of coordinates in a flat array, and how far each goes [m].
+    /// Indices in a flat array, and displacements [m].
     pub(crate) coordinates: Vec<(usize, f64)>,
 }
 
 impl Hold {
-    /// The largest jump of each vertex after the time `from`, at the latest at `to` [s]; `None` without any.
-    /// A continuous motion is not looked at; a drive is one.
+    /// Returns the largest jump of each vertex in the interval (`from`, `to`] [s]; `None` without any.
+    /// Continuous motions and drives are skipped.
     pub(crate) fn jump(&self, from: f64, to: f64, dimension: usize) -> Option<Jump> {
         let PrescribedMotion { motion, start, rest } =
             self.motion.as_ref().filter(|moved| self.drive.is_none() && !moved.motion.is_continuous())?;
@@ -52,8 +52,8 @@ impl Hold {
     }
 }
 
-/// How much farther it is between two places than the velocities there say over `h` [s]; zero where that may
-/// be a smooth motion. Not a number is no jump: a step that leads there is not taken.
+/// Returns the excess of the distance between two positions over that predicted by their velocities in
+/// `h` [s]; zero if the motion may be smooth. NaN is not a jump, as a step to it fails.
 fn excess(before: ([f64; 3], [f64; 3]), after: ([f64; 3], [f64; 3]), h: f64) -> f64 {
     let of_component = |c: usize| {
         let smooth = 0.5 * h * (before.1[c] + after.1[c]);
@@ -64,8 +64,8 @@ fn excess(before: ([f64; 3], [f64; 3]), after: ([f64; 3], [f64; 3]), h: f64) -> 
     [0, 1, 2].map(of_component).into_iter().fold(0.0, f64::max)
 }
 
-/// Halves the time from `from` to `to` [s] to where the place goes farthest, until it cannot be halved: when
-/// that is, and how far [m].
+/// Bisects the interval from `from` to `to` [s] towards the largest displacement until it cannot be
+/// halved; returns the time and the displacement [m].
 fn narrowed(place: impl Fn(f64) -> [f64; 3], mut from: f64, mut to: f64) -> (f64, [f64; 3]) {
     let difference = |a: [f64; 3], b: [f64; 3]| [0, 1, 2].map(|c| b[c] - a[c]);
     let length = |d: [f64; 3]| d.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
@@ -114,7 +114,7 @@ mod tests {
         assert!(hold.jump(0.7, 0.7314, 3).is_some() && hold.jump(0.7314, 0.8, 3).is_none());
     }
 
-    /// A shake that no step resolves, a kink and a steep slope are none.
+    /// Unresolved oscillation, a kink and a steep slope are not jumps.
     #[test]
     fn what_is_continuous_does_not_jump() {
         let shake = hold(|t| ((90.0 * t).sin(), 90.0 * (90.0 * t).cos()));

@@ -1,16 +1,16 @@
-//! Work between static states.
+//! Work between static equilibria.
 
 use super::EnergyLedger;
 use crate::system::System;
 use crate::system::{PowerSelection, Powers, feeds, power_of_motion};
 
-/// The last equilibrium of a quasi-static run: without velocities, work is done between one equilibrium and
-/// the next, by the mean of the forces in both.
+/// Last equilibrium of a quasi-static run. Without velocities, work is done between one equilibrium and
+/// the next, by the mean of their forces.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(super) struct Equilibrium {
-    /// [s]
+    /// Time [s].
     time: f64,
-    /// Flat [m].
+    /// Positions, flat [m].
     x: Vec<f64>,
     /// Gradient of the loads that supply energy, flat [N]; empty without any.
     loads: Vec<f64>,
@@ -19,7 +19,7 @@ pub(super) struct Equilibrium {
 }
 
 impl Equilibrium {
-    /// Of the state `x` at `time` [s], at which `system` holds the force.
+    /// Records the state `x` at `time` [s], where `system` holds the force.
     pub(super) fn of(system: &mut System, looked: PowerSelection, time: f64, x: &[f64]) -> Self {
         let mut loads = vec![];
         if looked.loads {
@@ -34,8 +34,8 @@ impl Equilibrium {
 }
 
 impl EnergyLedger {
-    /// The same for a quasi-static run, whose state at `time` [s] is `x`. Neither drag nor walls take
-    /// anything there, and what moves has no inertia.
+    /// Converts the ledger for a quasi-static run from the state `x` at `time` [s]: neither drag nor
+    /// walls dissipate, and moving coordinates have no inertia.
     pub(crate) fn between_equilibria(mut self, system: &mut System, time: f64, x: &[f64]) -> Self {
         self.equilibrium = Some(Equilibrium::of(system, self.looked, time, x));
         (self.ether_drag, self.walls) = (None, None);
@@ -46,11 +46,11 @@ impl EnergyLedger {
         self
     }
 
-    /// Goes on by an increment of `h` [s] to the equilibrium `x` at `time` [s], where moving coordinates have
-    /// the velocities `v` and `system` holds the force: forces do the work `f . dx` by the trapezoidal rule,
-    /// exact to second order in the increment (prescribed motion without damping that of its power, to fourth
-    /// order); what dissipates takes `dx . dR/dv` at the velocities `dx / h` that the increment was solved
-    /// with.
+    /// Advances by an increment of `h` [s] to the equilibrium `x` at `time` [s], where moving coordinates
+    /// have the velocities `v` and `system` holds the force. Forces do the work `f . dx` by the
+    /// trapezoidal rule, second-order in the increment; prescribed motion without damping does the
+    /// integral of its power, to fourth order. Dissipation takes `dx . dR/dv` at the velocities `dx / h`
+    /// of the solve.
     pub(crate) fn advance_to_equilibrium(
         &mut self,
         system: &mut System,
@@ -76,18 +76,18 @@ impl EnergyLedger {
         self.each(works, |integral, work| integral.add(work));
         if let Some(own) = &mut self.motion {
             let (power, _) = power_of_motion(system, x, v);
-            // Along a path velocities are none.
+            // In arc-length continuation there are no velocities.
             if system.is_damped() || system.load_factor().is_some() {
                 own.power.add(work_of_motion(system, (&last, &now), x, &rate, &dx));
             } else {
-                // Velocities of what moves are known: the integral of the power is of fourth order.
+                // Velocities of prescribed motion are known: the integral of the power is fourth-order.
                 own.power.advance(h, power);
             }
         }
         self.equilibrium = Some(now);
     }
 
-    /// The work of gravity that changes with time [J]; `system` is at the time of `now` before and after.
+    /// Returns the work of time-dependent gravity [J]; `system` is at the time of `now` before and after.
     fn work_of_gravity(
         &self,
         system: &mut System,
@@ -110,7 +110,7 @@ impl EnergyLedger {
         0.5 * (before + after)
     }
 
-    /// Goes on from the state `x` after holds have been let go.
+    /// Continues from the state `x` after a release of pins.
     pub(super) fn rebase(&mut self, system: &mut System, x: &[f64]) {
         if let Some(last) = self.equilibrium.take() {
             self.equilibrium = Some(Equilibrium::of(system, self.looked, last.time, x));
@@ -118,8 +118,8 @@ impl EnergyLedger {
     }
 }
 
-/// What prescribed motion does against potentials, and against what dissipates at the velocities `rate` [m/s]
-/// [J].
+/// Returns the work of prescribed motion against potentials, and against dissipation at the velocities
+/// `rate` [m/s], in joules.
 fn work_of_motion(
     system: &mut System,
     (last, now): (&Equilibrium, &Equilibrium),
@@ -132,13 +132,13 @@ fn work_of_motion(
     dissipated.zip(potentials).map(|((i, all), (last, now))| (0.5 * (last + now) + (all - now)) * dx[i]).sum()
 }
 
-/// `1/2 (a + b) . dx`; zero where there is no force.
+/// `1/2 (a + b) . dx`; zero without forces.
 fn mean_work(a: &[f64], b: &[f64], dx: &[f64]) -> f64 {
     a.iter().zip(b).zip(dx).map(|((a, b), dx)| 0.5 * (a + b) * dx).sum()
 }
 
-/// Each coordinate on prescribed motion, and the gradient there [N], that of what dissipates at the
-/// velocities `v` [m/s] included.
+/// Returns each prescribed coordinate with the gradient there [N], including dissipation at the
+/// velocities `v` [m/s].
 fn carried(system: &mut System, x: &[f64], v: &[f64]) -> Vec<(usize, f64)> {
     if !system.has_prescribed_motion() {
         return vec![];

@@ -1,13 +1,13 @@
-//! Work of friction in the steps of backward Euler.
+//! Work of friction in steps of backward Euler.
 
 use crate::system::System;
 
-/// Integrates friction as the scheme has it: the force at the end of a step, at the velocities `(x_(n+1) -
-/// x_n) / h`, times the way `x_(n+1) - x_n`.
+/// Integrates friction as the integrator computes it: the force at the end of a step, at the velocities
+/// `(x_(n+1) - x_n) / h`, times the displacement `x_(n+1) - x_n`.
 ///
-/// The trapezoid of the power at the ends of a step is not that work: kinetic energy falls by `F (v_n +
-/// v_(n+1)) h/2`, a body that slides at its start goes `v_(n+1) h`, and the difference, which is the
-/// numerical damping of the scheme, would count as friction.
+/// The trapezoidal rule over the power at the ends of a step would give another work: kinetic energy
+/// falls by `F (v_n + v_(n+1)) h/2`, but a body that slides at the start of the step moves by
+/// `v_(n+1) h`. The difference is the numerical damping of the integrator, and would count as friction.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(super) struct StepFriction {
     /// Positions at the end of the last step, flat [m].
@@ -17,7 +17,7 @@ pub(super) struct StepFriction {
 /// Work of friction in one step [J].
 pub(super) struct FrictionWork {
     pub(super) lost: f64,
-    /// Brought in for it by prescribed motion.
+    /// Part supplied by prescribed motion.
     pub(super) by_motion: f64,
 }
 
@@ -26,9 +26,9 @@ impl StepFriction {
         StepFriction { x: x.to_vec() }
     }
 
-    /// Goes on by a step of `h` [s] to the positions `x`.
+    /// Advances by a step of `h` [s] to the positions `x`.
     pub(super) fn advance(&mut self, system: &mut System, h: f64, x: &[f64]) -> FrictionWork {
-        // What a solve takes once has the normal forces of the start of its step.
+        // Friction that is lagged once uses the normal forces at the start of the step.
         let is_lagged = system.most_renewals() == Some(1);
         if is_lagged {
             system.freeze(&self.x, 1.0);
@@ -44,8 +44,7 @@ impl StepFriction {
     }
 }
 
-/// Part of the power of prescribed motion that works against friction, at positions `x` and velocities `v`
-/// [W].
+/// Returns the power of prescribed motion against friction at positions `x` and velocities `v` [W].
 pub(super) fn power_of_motion(system: &mut System, x: &[f64], v: &[f64]) -> f64 {
     if !system.has_prescribed_motion() {
         return 0.0;

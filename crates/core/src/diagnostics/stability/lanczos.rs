@@ -1,53 +1,53 @@
-//! The largest eigenvalue of `M^-1/2 A M^-1/2` by Lanczos iteration with products only; Golub, Van Loan 2013,
-//! *Matrix Computations*, algorithm 10.1.1.
+//! Largest eigenvalue of `M^-1/2 A M^-1/2` by Lanczos iteration, with products only; Golub, Van Loan
+//! 2013, *Matrix Computations*, algorithm 10.1.1.
 //!
-//! Without its vector the basis is not kept: lost orthogonality repeats eigenvalues that have converged, and
-//! does not move the largest. The start vector is fixed, so that the result is the same everywhere.
+//! Unless the vector is needed, the basis is not kept: lost orthogonality repeats converged eigenvalues
+//! and does not move the largest. The start vector is fixed, so that the result is reproducible.
 
 use crate::system::System;
 
-/// Lanczos stops here; a few dozen steps are enough unless the top of the spectrum is very crowded.
+/// Step limit; a few dozen steps suffice unless the top of the spectrum is very crowded.
 const MAX_LANCZOS_STEPS: usize = 300;
-/// Bound asked of the relative error of the largest eigenvalue. The residual bounds it; where the eigenvalue
-/// stands alone the error is about the square of that, far below.
+/// Tolerance of the relative residual bound of the largest eigenvalue. The error of an isolated
+/// eigenvalue is about its square, far below.
 const EIGENVALUE_TOLERANCE: f64 = 1e-7;
 
-/// The same where products are approximate: the corrected eigenvalue's error is about the square of its
-/// bound.
+/// The same tolerance with approximate products: the error of the corrected eigenvalue is about the
+/// square of its bound.
 const APPROXIMATE_TOLERANCE: f64 = 1e-4;
 
-/// The largest eigenvalue of `M^-1/2 A M^-1/2`.
+/// Largest eigenvalue of `M^-1/2 A M^-1/2`.
 pub(super) struct LargestEigenvalue {
-    /// NaN where products are not finite, as outside of the domain of a material, which has no Hessian there,
-    /// and where the system was stopped.
+    /// Eigenvalue; NaN if products are not finite, for example outside the domain of a material, or if
+    /// the system was stopped.
     pub(super) value: f64,
     /// Bound of its error.
     pub(super) error: f64,
-    /// Products that it took.
+    /// Number of products.
     pub(super) products: usize,
-    /// True if they were approximate.
+    /// True if products were approximate.
     pub(super) approximate: bool,
-    /// The eigenvector, where it was asked for or products are approximate.
+    /// Eigenvector, if requested or if products are approximate.
     pub(super) vector: Vec<f64>,
 }
 
-/// The product with `A`; whether it is an approximation.
+/// Product with `A`; returns whether it is an approximation.
 pub(super) type Product<'a> = &'a mut dyn FnMut(&mut System, &[f64], &mut [f64]) -> bool;
 
-/// Accuracy asked of an iteration.
+/// Accuracy requested of an iteration.
 #[derive(Clone, Copy)]
 pub(super) struct LanczosGoal {
-    /// True if the eigenvector is.
+    /// True to compute the eigenvector.
     pub(super) vector: bool,
-    /// What eigenvalues and their errors are compared with besides the largest: a norm of the matrix where
-    /// that may cancel.
+    /// Scale of eigenvalues and errors in addition to the largest: a norm of the matrix, in case that one
+    /// cancels.
     pub(super) norm: f64,
-    /// Bound of the relative error.
+    /// Tolerance of the relative error.
     pub(super) tolerance: f64,
 }
 
 impl LanczosGoal {
-    /// The value, as exactly as it is needed for a limit.
+    /// The value alone, as accurately as a stability limit needs.
     pub(super) const VALUE: LanczosGoal =
         LanczosGoal { vector: false, norm: 0.0, tolerance: EIGENVALUE_TOLERANCE };
 }
@@ -65,6 +65,7 @@ pub(super) fn largest_eigenvalue(
         approximate: false,
         vector: vec![0.0; scale.len()],
     };
+    // Normalised start vector.
     let mut q: Vec<f64> =
         (0..scale.len()).map(|i| if scale[i] > 0.0 { start_component(i) } else { 0.0 }).collect();
     let length = norm(&q);
@@ -90,6 +91,7 @@ pub(super) fn largest_eigenvalue(
         for i in 0..q.len() {
             w[i] *= scale[i];
         }
+        // Three-term recurrence.
         let a: f64 = dot(&q, &w);
         alpha.push(a);
         top.products += 1;
@@ -101,6 +103,7 @@ pub(super) fn largest_eigenvalue(
         if !(a + b).is_finite() {
             return LargestEigenvalue { value: f64::NAN, approximate: false, ..top };
         }
+        // Check convergence every few steps.
         let check = step % 5 == 4 || step + 1 == MAX_LANCZOS_STEPS;
         let exhausted = b <= f64::EPSILON * alpha.iter().fold(wanted.norm, |m: f64, a| m.max(a.abs()));
         if check || exhausted {
@@ -116,19 +119,20 @@ pub(super) fn largest_eigenvalue(
             (previous[i], q[i]) = (q[i], w[i] / b);
         }
     }
+    // Ritz vector in original coordinates.
     for (weight, q) in ritz_vector.iter().zip(&basis) {
         top.vector.iter_mut().zip(q).for_each(|(v, q)| *v += weight * q);
     }
     top
 }
 
-/// `M^-1/2`, zero where a coordinate is held.
+/// Returns `M^-1/2`, zero at constrained coordinates.
 pub(super) fn scale(system: &System) -> Vec<f64> {
     system.inverse_mass().iter().map(|w| w.sqrt()).collect()
 }
 
-/// The Rayleigh quotient of `M^-1/2 A M^-1/2` at `vector`, `scale` being `M^-1/2`, and the length of the
-/// residual: there is an eigenvalue within that distance. One exact product.
+/// Returns the Rayleigh quotient of `M^-1/2 A M^-1/2` at `vector` and the norm of the residual, with
+/// `scale` as `M^-1/2`. An eigenvalue lies within that distance. Takes one exact product.
 pub(super) fn rayleigh_quotient(
     system: &mut System,
     scale: &[f64],
@@ -146,14 +150,14 @@ pub(super) fn rayleigh_quotient(
     (quotient, norm(&w))
 }
 
-/// Largest eigenvalue of the tridiagonal matrix `T` with diagonal `alpha` and positive off-diagonal `beta`,
-/// and its unit eigenvector. `O(n)`, where a full decomposition of every matrix on the way would cost more
-/// than the products.
+/// Computes the largest eigenvalue of the tridiagonal matrix `T` with diagonal `alpha` and positive
+/// off-diagonal `beta`, and its unit eigenvector. Costs `O(n)`; repeated full decompositions would cost
+/// more than the products.
 ///
-/// All pivots of `theta I - T` are positive exactly where `theta` is above every eigenvalue: bisection. The
-/// eigenvector follows from the twisted factorisation, pivots from both ends that meet where the remainder is
-/// smallest; Dhillon, Parlett 2004,
-/// *Orthogonal eigenvectors and relative gaps*, SIAM J. Matrix Anal. Appl. 25, 858.
+/// Bisection: all pivots of `theta I - T` are positive exactly if `theta` is above all eigenvalues. The
+/// eigenvector follows from the twisted factorisation, with pivots from both ends that meet where the
+/// remainder is smallest; Dhillon, Parlett 2004, *Orthogonal eigenvectors and relative gaps*, SIAM J.
+/// Matrix Anal. Appl. 25, 858.
 fn largest_ritz_pair(alpha: &[f64], beta: &[f64]) -> (f64, Vec<f64>) {
     let n = alpha.len();
     let beside = |k: usize| if k > 0 { beta[k - 1] } else { 0.0 } + beta.get(k).copied().unwrap_or(0.0);
@@ -184,7 +188,7 @@ fn largest_ritz_pair(alpha: &[f64], beta: &[f64]) -> (f64, Vec<f64>) {
     (high, vector)
 }
 
-/// The pivots of `theta I - T`, from the first on.
+/// Returns the pivots of `theta I - T`, from the first on.
 fn pivots<'a>(
     alpha: impl Iterator<Item = &'a f64>,
     beta: impl Iterator<Item = &'a f64>,
@@ -192,14 +196,14 @@ fn pivots<'a>(
 ) -> Vec<f64> {
     let mut pivots: Vec<f64> = vec![];
     for (a, b) in alpha.zip(std::iter::once(&0.0).chain(beta)) {
-        // A pivot of zero would be one of either sign: a tiny one keeps the next finite.
+        // A zero pivot could have either sign: a tiny one keeps the next finite.
         let before = pivots.last().map_or(1.0, |d| if *d == 0.0 { f64::MIN_POSITIVE } else { *d });
         pivots.push(theta - a - b * (b / before));
     }
     pivots
 }
 
-/// Component `i` of the start vector: equidistributed in (-1, 1), with no symmetry that a mesh could share.
+/// Component `i` of the start vector: equidistributed in (-1, 1), without any symmetry of a mesh.
 fn start_component(i: usize) -> f64 {
     2.0 * (0.5 + (i as f64 + 1.0) * 0.754_877_666_246_692_7).fract() - 1.0
 }
@@ -216,8 +220,7 @@ pub(super) fn norm(a: &[f64]) -> f64 {
 mod tests {
     use super::*;
 
-    // With nothing between the twelfth and the thirteenth row but 1e-9, the vector decays over many orders of
-    // magnitude.
+    // A coupling of 1e-9 after the twelfth row makes the vector decay over many orders of magnitude.
     #[test]
     fn the_largest_ritz_pair_is_an_eigenpair() {
         for n in [1, 2, 3, 10, 60, 300] {

@@ -1,61 +1,63 @@
-//! The largest step of a scheme, found by running it on oscillators.
+//! Largest stable step of an integrator, found by running it on oscillators.
 
 use super::modes::{DampedMode, ModeRange};
 use crate::integrator::splitting::Stage;
 use crate::integrator::{Method, Scheme, amplification, coupled_radius};
 
-/// Parts of the line between two neighbouring points of a boundary whose modes are looked at.
+/// Sample intervals between two neighbouring boundary points.
 const PARTS: u32 = 8;
-/// Steps of this many radians, or of this decay, are far below every limit.
+/// A step of this many radians, or of this decay, is far below every limit.
 const SMALL: f64 = 1e-4;
-/// A mode without stiffness is taken for one that is so much slower than its damping.
+/// Frequency assumed for a mode without stiffness, as a fraction of its damping rate.
 const SLOW: f64 = 1e-6;
-/// Parts of the damping of the boundary that modes inside of it are looked at with: damping moves the roots
-/// of a motion to where explicit schemes are stable in longer steps, and not all motions of its frequency
-/// have it.
+/// Fractions of the boundary damping with which modes inside the boundary are sampled: damping moves
+/// roots to where explicit integrators are stable in longer steps, and not all modes of a frequency have
+/// it.
 const LESS_DAMPED: [f64; 4] = [0.0, 0.125, 0.25, 0.5];
-/// Damping that is there and does nothing [1/s].
+/// Damping that is nonzero but has no effect [1/s].
 const LEAST_DAMPING: f64 = 1e-200;
-/// Radians of the fastest motion in a step up to which the iteration of the Gauss-Radau method converges in
-/// the steps that it may take, whatever other motions there are.
+/// Radians of the highest frequency per step up to which the Gauss-Radau iteration converges in all steps
+/// it may take.
 const GAUSS_RADAU_RADIANS: f64 = 2.0;
-/// Directions of a dashpot between a stiff motion and a free one, from the free one [rad].
+/// Angles of a dashpot between a stiff mode and a free one, from the free one [rad].
 const ANGLES: [f64; 6] = [0.003, 0.01, 0.03, 0.1, 0.3, 1.0];
-/// Modes of a range lie on a line where they are no farther from it than this part of the largest.
+/// Largest distance of modes on a line from it, as a fraction of the largest value.
 const LINE: f64 = 1e-2;
-/// Rounding leaves the radius of a neutral mode within a few units of one.
+/// Rounding of the spectral radius of a neutral mode.
 const ROUNDING: f64 = 1e-13;
 
-/// The largest step that a scheme may take.
+/// Largest stable step of an integrator.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct StabilityLimit {
-    /// Largest natural frequency at the start [rad/s].
+    /// Highest natural frequency at the start [rad/s].
     pub frequency: f64,
-    /// Largest rate at which damping slows a motion at the start [1/s]; 0 without damping.
+    /// Largest damping rate of a mode at the start [1/s]; 0 without damping.
     pub damping: f64,
-    /// Largest stable step [s]; infinite where nothing oscillates.
+    /// Largest stable step [s]; infinite if nothing oscillates.
     pub step: f64,
-    /// True for schemes that gain energy at any step: `step` is then the one at which the fastest mode's
-    /// amplitude doubles over the duration of the run.
+    /// True for methods that gain energy at any step; `step` then doubles the amplitude of the fastest
+    /// mode over the duration of the run.
     pub grows_at_any_step: bool,
 }
 
-/// The largest step at which `method` amplifies none of these modes under ether drag `ether_drag` [1/s]: the
-/// least over the whole range, not the fastest mode alone, for slow ones under strong damping have a root
-/// `-c` that a fast one has not.
+/// Finds the largest step at which `method` amplifies none of these modes under ether drag `ether_drag`
+/// [1/s]. The whole range counts, not only the fastest mode: slow, strongly damped modes have a root near
+/// `-c` that a fast one lacks.
 pub fn stability_limit(method: &Method, modes: &ModeRange, ether_drag: f64, duration: f64) -> StabilityLimit {
     let ModeRange { frequency, damping, ref boundary } = *modes;
     let mut limit = StabilityLimit { frequency, damping, step: f64::INFINITY, grows_at_any_step: false };
-    // What is stable at any step without damping is so with it: all of the left half-plane is stable.
+    // Stable at any step without damping implies A-stability: the whole left half-plane is stable.
     if method.documentation.stability_limit == f64::INFINITY {
         return limit;
     }
+    // Sample the range of modes, also with less damping than on its boundary.
     let mut trials = sampled(boundary, ether_drag);
     if damping > 0.0 && frequency > 0.0 && !is_line(modes) {
         let less = |part: f64| move |mode: &DampedMode| DampedMode { damping: part * mode.damping, ..*mode };
         let all = trials.clone();
         LESS_DAMPED.iter().for_each(|part| trials.extend(all.iter().map(less(*part))));
     }
+    // The smallest limit of all samples; most need one check only.
     for mode in trials {
         let trial = SchemeTrial { method, mode, is_damped: damping > 0.0, ether_drag, duration };
         if limit.step.is_finite() && trial.is_bounded(limit.step) {
@@ -66,6 +68,7 @@ pub fn stability_limit(method: &Method, modes: &ModeRange, ether_drag: f64, dura
             (limit.step, limit.grows_at_any_step) = (step, grows);
         }
     }
+    // Further limits: coupled modes under backward kicks, convergence of the Gauss-Radau iteration.
     if damping > 0.0 && frequency > 0.0 && goes_back(method) && !is_line(modes) {
         limit.step = coupled_limit(method, modes, limit.step);
     }
@@ -76,8 +79,8 @@ pub fn stability_limit(method: &Method, modes: &ModeRange, ether_drag: f64, dura
     limit
 }
 
-/// True if a scheme has kicks backwards in time: damping is negative in these, and is outweighed by that of
-/// the others only where it commutes with the stiffness.
+/// True if a method has backward kicks: their damping is negative, and the other kicks only compensate it
+/// if damping commutes with the stiffness.
 fn goes_back(method: &Method) -> bool {
     match method.scheme {
         Scheme::Splitting(stages) => stages.iter().any(|stage| matches!(stage, Stage::Kick(c) if *c < 0.0)),
@@ -85,7 +88,7 @@ fn goes_back(method: &Method) -> bool {
     }
 }
 
-/// True if all modes are on a line, as with damping in proportion to stiffness and mass.
+/// True if all modes lie on a line, as with Rayleigh damping.
 fn is_line(modes: &ModeRange) -> bool {
     let ModeRange { frequency, damping, ref boundary } = *modes;
     let point = |mode: &DampedMode| [mode.stiffness / (frequency * frequency), mode.damping / damping];
@@ -99,8 +102,8 @@ fn is_line(modes: &ModeRange) -> bool {
     length == 0.0 || points.iter().all(|p| area(p).abs() <= LINE * length)
 }
 
-/// The largest step up to `step` [s] at which the fastest motion does not grow where the strongest dashpot
-/// couples it to a free one, in any direction of [`ANGLES`].
+/// Finds the largest step up to `step` [s] at which the fastest mode does not grow if the strongest
+/// dashpot couples it to a free one, at any angle of [`ANGLES`].
 fn coupled_limit(method: &Method, modes: &ModeRange, step: f64) -> f64 {
     let bounded = |h: f64| {
         let radius = |angle: &f64| coupled_radius(method, h * modes.frequency, h * modes.damping, *angle);
@@ -109,7 +112,7 @@ fn coupled_limit(method: &Method, modes: &ModeRange, step: f64) -> f64 {
     if bounded(step) { step } else { last_true(0.5 * step, bounded) }
 }
 
-/// The modes of a boundary and between its points. Drag acts on the slowest too.
+/// Samples the modes of a boundary and between its points. Drag also acts on the slowest mode.
 fn sampled(boundary: &[DampedMode], ether_drag: f64) -> Vec<DampedMode> {
     let slowest = (ether_drag > 0.0).then(DampedMode::default);
     let corners: Vec<DampedMode> = slowest.into_iter().chain(boundary.iter().copied()).collect();
@@ -121,23 +124,23 @@ fn sampled(boundary: &[DampedMode], ether_drag: f64) -> Vec<DampedMode> {
             damping: mixed(pair[0].damping, pair[1].damping),
         }
     };
-    // Corners first: they are most often the ones that limit the step.
+    // Corners first: they usually limit the step.
     let inner = corners.windows(2).flat_map(|pair| (1..PARTS).map(move |part| between(pair, part)));
     corners.iter().copied().chain(inner).collect()
 }
 
-/// A scheme on `x'' = -k x - (c + drag) x'`.
+/// An integrator on `x'' = -k x - (c + drag) x'`.
 struct SchemeTrial<'a> {
     method: &'a Method,
     mode: DampedMode,
-    /// True if other modes are damped: a scheme then treats drag as it does their damping.
+    /// True if other modes are damped: an integrator then treats drag as it does their damping.
     is_damped: bool,
     ether_drag: f64,
     duration: f64,
 }
 
 impl SchemeTrial<'_> {
-    /// The largest modulus of an eigenvalue of a step.
+    /// Spectral radius of a step.
     fn radius(&self, h: f64) -> f64 {
         let least = if self.is_damped { LEAST_DAMPING } else { 0.0 };
         let damping = self.mode.damping.max(least);
@@ -152,14 +155,14 @@ impl SchemeTrial<'_> {
         self.radius(h) <= 1.0 + ROUNDING
     }
 
-    /// The largest stable step, and whether it is one of growth.
+    /// Returns the largest stable step, and whether it is the doubling limit.
     fn limit(&self) -> (f64, bool) {
         let (frequency, rate) = (self.frequency(), self.mode.damping + self.ether_drag);
         if frequency == 0.0 {
             return (f64::INFINITY, false);
         }
         let small = SMALL / frequency.max(rate);
-        // Without damping the growth of such a scheme is below rounding in small steps, and still there.
+        // Without damping the growth of such a method is below rounding at small steps, but present.
         let grows = rate == 0.0 && self.method.documentation.stability_limit == 0.0;
         if !grows && self.is_bounded(small) {
             return (last_true(small, |h| self.is_bounded(h)), false);
@@ -173,7 +176,7 @@ impl SchemeTrial<'_> {
     }
 }
 
-/// The end of the interval around `start` in which `holds` is true.
+/// Returns the end of the interval around `start` in which `holds` is true.
 fn last_true(start: f64, holds: impl Fn(f64) -> bool) -> f64 {
     let (mut low, mut high) = (start, start);
     while holds(high) {

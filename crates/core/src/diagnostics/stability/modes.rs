@@ -1,30 +1,30 @@
-//! The modes that a linearised system has, as far as the stability of a scheme depends on them.
+//! Modes of the linearised system, as far as stability depends on them.
 
 use super::lanczos::{LanczosGoal, largest_eigenvalue, norm, rayleigh_quotient, scale};
 use crate::system::System;
 
-/// Bound of the error of points of the boundary, as a part of the largest.
+/// Tolerance of boundary points, relative to the largest values.
 const BOUNDARY_TOLERANCE: f64 = 1e-3;
-/// Points of the boundary at most.
+/// Most boundary points.
 const MAX_POINTS: usize = 16;
 
-/// The upper end of the spectrum of `K u = omega^2 M u`, `K` the Hessian of the energy.
+/// Upper end of the spectrum of `K u = omega^2 M u`, with the energy Hessian `K`.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct HighestFrequency {
-    /// Largest angular frequency [rad/s]; 0 where nothing oscillates.
+    /// Highest angular frequency [rad/s]; 0 if nothing oscillates.
     pub frequency: f64,
     /// Bound of its relative error, from the residual of the eigenpair.
     pub relative_error: f64,
-    /// Products with the Hessian that it took.
+    /// Number of Hessian products.
     pub products: usize,
 }
 
-/// The largest natural frequency of `system` linearised at `x`, by Lanczos iteration on `M^-1/2 K M^-1/2`;
-/// pinned vertices do not take part.
+/// Finds the highest natural frequency of `system` linearised at `x`, by Lanczos iteration on
+/// `M^-1/2 K M^-1/2`, without pinned vertices.
 ///
-/// Where a term approximates its products (mutual gravity of many particles), the basis is kept, and the
-/// eigenvector found is put into one exact product: its Rayleigh quotient is the eigenvalue, and the residual
-/// of that is the bound.
+/// If a term approximates its products (mutual gravity of many particles), the basis is kept, and the
+/// eigenvector found takes one exact product: its Rayleigh quotient is the eigenvalue, and the residual
+/// the bound.
 pub fn largest_frequency(system: &mut System, x: &[f64]) -> HighestFrequency {
     let mut stiffness = |system: &mut System, p: &[f64], y: &mut [f64]| system.stiffness_product(x, p, y);
     let mut top = largest_eigenvalue(system, LanczosGoal::VALUE, &mut stiffness);
@@ -45,41 +45,40 @@ pub fn largest_frequency(system: &mut System, x: &[f64]) -> HighestFrequency {
     }
 }
 
-/// A mode of `x'' + c x' + k x = 0`.
+/// Mode of `x'' + c x' + k x = 0`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DampedMode {
-    /// `k`, the square of the angular frequency that it has without damping [1/s^2].
+    /// Stiffness `k`, the square of the undamped angular frequency [1/s^2].
     pub stiffness: f64,
-    /// `c` [1/s].
+    /// Damping `c` [1/s].
     pub damping: f64,
 }
 
-/// The modes that `M x'' + C x' + K x = 0` can have.
+/// Range of the modes of `M x'' + C x' + K x = 0`.
 ///
-/// A mode `u exp(lambda t)` is a root of `lambda^2 + c lambda + k = 0` with `k = u* K u / u* M u` and `c = u*
-/// C u / u* M u`; Tisseur, Meerbergen 2001, *The quadratic eigenvalue problem*, SIAM Review 43, 235, section
-/// 3. These pairs lie in the joint numerical range of both matrices, a convex set: no mode is more damped, or
-/// faster, than some on its boundary. With `C = alpha M + beta K` it is the line `c = alpha + beta k` that
-/// all modes lie on.
+/// A mode `u exp(lambda t)` is a root of `lambda^2 + c lambda + k = 0` with `k = u* K u / u* M u` and
+/// `c = u* C u / u* M u`; Tisseur, Meerbergen 2001, *The quadratic eigenvalue problem*, SIAM Review 43,
+/// 235, section 3. These pairs lie in the joint numerical range of both matrices, a convex set: no mode
+/// is more damped, or faster, than some on its boundary. With `C = alpha M + beta K` all modes lie on the
+/// line `c = alpha + beta k`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ModeRange {
-    /// Largest angular frequency [rad/s]; 0 where nothing oscillates.
+    /// Highest angular frequency [rad/s]; 0 if nothing oscillates.
     pub frequency: f64,
-    /// Largest rate at which damping slows a motion [1/s]; 0 without damping.
+    /// Largest damping rate [1/s]; 0 without damping.
     pub damping: f64,
-    /// Points of its boundary, from slow modes that are damped much, over fast ones, to those that are damped
-    /// little.
+    /// Boundary points, from slow, strongly damped modes over fast ones to weakly damped ones.
     pub boundary: Vec<DampedMode>,
 }
 
-/// The modes of `system` linearised at `(x, v)`; where forces alone keep surfaces apart, with the most that
-/// contact adds to them as long as no gap is closed, whatever touches at `x`; and with the most that muscles
-/// add later.
+/// Computes the modes of `system` linearised at `(x, v)`. If forces alone keep surfaces apart, includes
+/// an upper bound of the contact stiffness as long as no gap closes, whatever is in contact at `x`; also
+/// includes the largest later stiffness of muscles.
 pub fn mode_range(system: &mut System, x: &[f64], v: &[f64]) -> ModeRange {
     let mut modes = linearised_modes(system, x, v);
     let stiffening = system.stiffening();
     if stiffening > 0.0 {
-        // The largest eigenvalue of a sum is at most the sum of the largest.
+        // The largest eigenvalue of a sum is at most the sum of the largest ones.
         modes.frequency = (modes.frequency * modes.frequency + stiffening).sqrt();
         modes.boundary.iter_mut().for_each(|mode| mode.stiffness += stiffening);
     }
@@ -107,7 +106,7 @@ fn linearised_modes(system: &mut System, x: &[f64], v: &[f64]) -> ModeRange {
     ModeRange { frequency, damping, boundary }
 }
 
-/// The upper and right part of the boundary of a joint numerical range, in units of the largest `k` and `c`.
+/// Upper right part of the boundary of a joint numerical range, in units of the largest `k` and `c`.
 struct Boundary<'a> {
     system: &'a mut System,
     x: &'a [f64],
@@ -119,11 +118,11 @@ struct Boundary<'a> {
     count: usize,
 }
 
-/// `(k, c)` over the largest.
+/// `(k, c)` relative to the largest values.
 type Point = [f64; 2];
 
 impl Boundary<'_> {
-    /// Points from slow modes that are damped much, clockwise.
+    /// Returns points from slow, strongly damped modes, clockwise.
     fn points(mut self) -> Vec<DampedMode> {
         let directions = [[-1.0, 1.0], [0.0, 1.0], [1.0, 0.0], [1.0, -1.0], [0.0, -1.0]];
         let mut corners: Vec<Point> =
@@ -137,19 +136,19 @@ impl Boundary<'_> {
             points.push(corner);
         }
         let DampedMode { stiffness, damping } = self.largest;
-        // A negative stiffness is that of an instability of the system itself.
+        // Negative stiffness is an instability of the system itself.
         let mode =
             |[k, c]: Point| DampedMode { stiffness: stiffness * k.max(0.0), damping: damping * c.max(0.0) };
         points.into_iter().map(mode).collect()
     }
 
-    /// The point that is farthest along `normal`; what is largest is known exactly.
+    /// Returns the point farthest along `normal`; the largest values are known exactly.
     fn corner(&mut self, normal: Point) -> Option<Point> {
         let [k, c] = self.touch(normal)?;
         Some([if normal == [1.0, 0.0] { 1.0 } else { k }, if normal == [0.0, 1.0] { 1.0 } else { c }])
     }
 
-    /// Adds points between `p` and `q` where the boundary is beyond the line between them: a sandwich
+    /// Adds points between `p` and `q` where the boundary is beyond their connecting line: sandwich
     /// algorithm, Rote 1992, *The convergence rate of the sandwich algorithm for approximating convex
     /// functions*, Computing 48, 337.
     fn refine(&mut self, p: Point, q: Point, points: &mut Vec<Point>) {
@@ -168,7 +167,7 @@ impl Boundary<'_> {
         self.refine(beyond, q, points);
     }
 
-    /// A point that is farthest along `normal`; `None` where the system has no finite derivatives.
+    /// Returns a point farthest along `normal`; `None` if derivatives are not finite.
     fn touch(&mut self, normal: Point) -> Option<Point> {
         self.count += 1;
         let (x, v, largest) = (self.x, self.v, self.largest);
@@ -205,7 +204,7 @@ mod tests {
 
     use crate::energy::{EnergyKind, EnergyTerm, Fault, Measurements, TermProperties, TermViews};
 
-    /// Springs to the origin of `1, 2, 3, .. N/m`, whose products are called approximations, and counted.
+    /// Springs to the origin of `1, 2, 3, .. N/m`, whose products count as approximate and are counted.
     struct Counted(Arc<AtomicUsize>);
 
     impl EnergyTerm for Counted {
@@ -247,7 +246,7 @@ mod tests {
         }
     }
 
-    /// The products that a search reports are those that it made, the exact one at its end too.
+    /// The number of products reported includes the exact one at the end.
     #[test]
     fn products_are_counted() {
         let made = Arc::new(AtomicUsize::new(0));

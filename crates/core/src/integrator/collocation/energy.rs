@@ -1,17 +1,17 @@
-//! Energy along the stages of a step, which tells the solution of the motion from others.
+//! Energy check along the stages of a step, which detects spurious solutions of the stage equations.
 //!
-//! Nonlinear equations of stages have several solutions where steps are long beside the motion, and Newton's
-//! method may end at any of them. With the energy `E` of the forces that have a potential,
+//! The nonlinear stage equations have several solutions if the step is long compared with the motion, and
+//! Newton's method may end at any of them. With the energy `E` of the forces that have a potential,
 //!
 //! ```text
 //! r = E(x_(n+1)) - E(x_n) - h sum_i b_i V_i . dE/dx(X_i)
 //! ```
 //!
-//! is zero but for the error of the quadrature along the polynomial of the step. For quadratic `E` it is
-//! `-h^2/2 sum_ij m_ij V_i . K V_j` with `m_ij = b_i a_ij + b_j a_ji - b_i b_j`: zero for Gauss methods, a
-//! loss for those that are algebraically stable; Hairer, Wanner 1996, *Solving Ordinary Differential
-//! Equations II*, section IV.12. Where it is as large as what moves in the step, the stages are no
-//! approximation of a motion.
+//! is zero up to the quadrature error along the polynomial of the step. For quadratic `E` it is
+//! `-h^2/2 sum_ij m_ij V_i . K V_j` with `m_ij = b_i a_ij + b_j a_ji - b_i b_j`: zero for Gauss methods,
+//! a loss for algebraically stable ones; Hairer, Wanner 1996, *Solving Ordinary Differential Equations
+//! II*, section IV.12. If `r` is as large as the energy scale of the step, the stages do not approximate
+//! a motion.
 
 use super::super::implicit::NextState;
 use super::CollocationTableau;
@@ -20,24 +20,25 @@ use crate::solver::{SolveError, SolveFailure, StepFault, scene_size};
 use crate::state::State;
 use crate::system::System;
 
-/// The largest `r`, as a part of the energy that moves in the step, of a solution that is that of a motion.
+/// Largest `r` of an accepted solution, as a fraction of the energy scale of the step.
 const LARGEST: f64 = 0.25;
-/// Motion by less than this part of the scene in a step is not looked at.
+/// Displacements in a step below this fraction of the scene size are not checked.
 const STILL: f64 = 1e-6;
-/// What is moved and ends farther from where its velocities lead, as a part of its way, has jumped.
+/// Prescribed motion has jumped if it ends farther from where its velocities lead than this fraction of
+/// its path.
 const JUMP: f64 = 0.25;
-/// Stored energy below this part is rounding.
+/// Stored energy changes below this fraction are rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// Adds up the energy of one step.
+/// Energy sums of one step.
 pub(super) struct StageEnergy {
-    /// True if the method keeps quadratic energies: then it takes none either.
+    /// True if the method conserves quadratic energies, so that a loss is an error, too.
     conserves: bool,
     /// `E(x_n)` [J].
     start: f64,
     /// `h sum_i b_i V_i . dE/dx(X_i)` [J].
     stored: f64,
-    /// The largest kinetic energy so far [J].
+    /// Largest kinetic energy so far [J].
     kinetic: f64,
     gradient: Vec<f64>,
     /// `h sum_i b_i V_i` [m]; empty without prescribed motion.
@@ -52,7 +53,7 @@ impl StageEnergy {
         StageEnergy { conserves, start: 0.0, stored: 0.0, kinetic: 0.0, gradient: vec![], way: vec![] }
     }
 
-    /// Begins a step from `state`.
+    /// Starts the sums for a step from `state`.
     pub(super) fn begin(&mut self, system: &mut System, state: &State) {
         self.start = system.potential_of(has_potential, state.x());
         self.stored = 0.0;
@@ -61,8 +62,8 @@ impl StageEnergy {
         self.way.resize(if system.has_prescribed_motion() { state.v().len() } else { 0 }, 0.0);
     }
 
-    /// Adds a stage of weight `h b_i` [s] with the velocities `v`, at whose positions `system` holds the
-    /// force.
+    /// Adds a stage of weight `h b_i` [s] with the velocities `v`; `system` must hold the force at its
+    /// positions.
     pub(super) fn stage(&mut self, system: &System, weight: f64, v: &[f64]) {
         self.gradient.clear();
         self.gradient.resize(v.len(), 0.0);
@@ -73,8 +74,8 @@ impl StageEnergy {
         self.way.iter_mut().zip(v).for_each(|(way, v)| *way += weight * v);
     }
 
-    /// True if prescribed motion jumped on the way to `end`, by more than a length of `least` [m]: the
-    /// energy that it gave is none of the stages'.
+    /// True if prescribed motion jumped on the path to `end` by more than `least` [m]. The stages do not
+    /// see the work of a jump.
     fn has_jumped(&self, system: &System, state: &State, end: &NextState, least: f64) -> bool {
         let moved = (0..self.way.len()).filter(|n| system.inverse_mass()[*n] == 0.0);
         moved.map(|n| (end.x[n] - state.x()[n], self.way[n])).any(|(moved, way)| {
@@ -83,10 +84,10 @@ impl StageEnergy {
         })
     }
 
-    /// Judges the step of `h` [s] from `state` to `end`, in a scene of this `size` [m].
+    /// Checks the step of `h` [s] from `state` to `end` in a scene of this `size` [m].
     ///
     /// # Errors
-    /// [`SolveFailure::Spurious`].
+    /// [`SolveFailure::Spurious`] if the stages are no approximation of a motion.
     pub(super) fn end(
         &mut self,
         system: &mut System,
@@ -102,6 +103,7 @@ impl StageEnergy {
         if self.has_jumped(system, state, end, short) {
             return Ok(());
         }
+        // Compare the unexplained energy with the energy scale of the step.
         let still = short / h;
         let floor = 0.5 * system.mass().iter().sum::<f64>() * still * still
             + ROUNDING * (now.abs() + self.start.abs());
@@ -120,7 +122,7 @@ impl StageEnergy {
     }
 }
 
-/// True if all of its energy is stored: none comes in from outside.
+/// True if the term has a potential: it supplies no energy from outside.
 fn has_potential(term: &dyn EnergyTerm) -> bool {
     !term.properties().supplies()
 }

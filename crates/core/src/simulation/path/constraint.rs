@@ -1,14 +1,14 @@
-//! The length of a step along a path of equilibria.
+//! Arc-length constraint of a step along a path of equilibria.
 
 use crate::system::System;
 
-/// The bound that lies between two load factors, if one does.
+/// Returns the bound between two load factors, if any.
 pub(super) fn crossed(bounds: [f64; 2], from: f64, to: f64) -> Option<f64> {
     bounds.into_iter().find(|bound| (from - bound) * (to - bound) <= 0.0 && from != *bound)
 }
 
-/// The increment of the load factor by which `way + correction + increment by_load` has the length
-/// `radius`: of the two the one that turns `way` less. `None` where there is none.
+/// Solves for the increment of the load factor at which `way + correction + increment by_load` has the
+/// length `radius`; of two roots, takes the one that turns `way` less. `None` without a real root.
 pub(super) fn increment(
     system: &System,
     way: &[f64],
@@ -23,7 +23,7 @@ pub(super) fn increment(
     if !(discriminant >= 0.0 && a > 0.0) {
         return None;
     }
-    // Without cancellation.
+    // Avoids cancellation.
     let sum = -(b + b.signum() * discriminant.sqrt());
     let roots = if sum == 0.0 { [0.0, 0.0] } else { [sum / a, c / sum] };
     let along = dot(system, way, by_load);
@@ -31,7 +31,8 @@ pub(super) fn increment(
     Some(if turns(roots[0]) >= turns(roots[1]) { roots[0] } else { roots[1] })
 }
 
-/// `(1/n) sum_i a_i . b_i` over the free coordinates, `n` vertices' worth of them.
+/// Inner product `(1/n) sum_i a_i . b_i` over the free coordinates, with `n` their count divided by the
+/// dimension.
 pub(super) fn dot(system: &System, a: &[f64], b: &[f64]) -> f64 {
     let (mut sum, mut free) = (0.0, 0_usize);
     for ((a, b), weight) in a.iter().zip(b).zip(system.inverse_mass()) {

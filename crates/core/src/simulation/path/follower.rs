@@ -1,4 +1,4 @@
-//! Steps along a path of equilibria.
+//! Arc-length steps along a path of equilibria.
 
 use super::constraint::{crossed, dot, increment, norm};
 use super::{ArcLength, LimitPoint, PathState};
@@ -7,24 +7,24 @@ use crate::solver::{SolveError, SolveFailure, SolverWork, StepFault};
 use crate::state::State;
 use crate::system::System;
 
-/// Iterations that a step should take.
+/// Desired iterations per step.
 const DESIRED: f64 = 5.0;
-/// Iterations after which a step is tried with another radius.
+/// Iterations after which a step fails.
 const MOST: u32 = 20;
-/// Bounds of the factor from one radius to the next.
+/// Bounds of the ratio of consecutive radii.
 const FACTOR: [f64; 2] = [0.5, 2.0];
-/// The radius of another try.
+/// Radius reduction after a failed step.
 const AFTER_FAILURE: f64 = 0.25;
-/// A radius below this part of the first one ends the run.
+/// Smallest radius, as a fraction of the first one; below it the run ends.
 const LEAST_RADIUS: f64 = 1e-6;
-/// A radius above this part of the size of the scene is too large, where nothing else is said.
+/// Default largest radius, as a fraction of the scene size.
 const LARGEST_RADIUS: f64 = 0.05;
-/// Rates of loads are differences over this part of the first increment: exact for loads in proportion.
+/// Difference step for load rates, as a fraction of the first increment; exact for proportional loads.
 const DIFFERENCE: f64 = 1e-3;
-/// Corrections of so many units in the last place of the positions are rounding.
+/// Corrections of this many units in the last place of the positions are rounding.
 const ULPS: f64 = 64.0;
 
-/// Follows a path.
+/// Arc-length continuation.
 pub(in super::super) struct PathFollower {
     pub(in super::super) options: ArcLength,
     pub(in super::super) state: PathState,
@@ -32,18 +32,18 @@ pub(in super::super) struct PathFollower {
     work: SolverWork,
 }
 
-/// A place on the way, and beside it.
+/// A point on or near the path.
 struct PathPoint {
     x: Vec<f64>,
     v: Vec<f64>,
     load: f64,
 }
 
-/// Two solutions of the tangent system.
+/// Solutions of the two tangent systems.
 struct Solutions {
-    /// By the force that is left.
+    /// Correction by the residual force.
     correction: Vec<f64>,
-    /// By the load.
+    /// Displacement per load factor.
     by_load: Vec<f64>,
 }
 
@@ -65,8 +65,7 @@ impl PathFollower {
         self.tangent.bytes() + 8 * self.state.way.len()
     }
 
-    /// Moves `state` one step along the path; `tolerance` [m] is the largest correction that is none,
-    /// `size` [m] that of the scene.
+    /// Moves `state` one step along the path with the tolerance [m] and the scene `size` [m].
     pub(super) fn step(
         &mut self,
         system: &mut System,
@@ -88,13 +87,14 @@ impl PathFollower {
         }
     }
 
-    /// The end of the next step from `start`, its radius and its iterations.
+    /// Returns the end of the next step from `start`, its radius and its iterations.
     fn solve_step(
         &mut self,
         system: &mut System,
         start: &PathPoint,
         (tolerance, size): (f64, f64),
     ) -> Result<(PathPoint, f64, u32), StepFault> {
+        // Tangent of the path at the start, and the first radius.
         let Some(solutions) = self.solutions(system, start) else {
             return Err(failure(system, start, SolveFailure::Singular, 0, 0.0));
         };
@@ -107,15 +107,17 @@ impl PathFollower {
             let first = self.largest(size).min(self.options.first.abs() * reach);
             (self.state.radius, self.state.first_radius) = (first, first);
         }
+        // Direction along the path.
         let forwards = if self.state.way.is_empty() {
             self.options.first.signum()
         } else {
-            // The direction of the last step: beyond a limit point it is that of less load.
+            // Continue in the direction of the last step: beyond a limit point the load decreases.
             let along = dot(system, &self.state.way, &by_load);
             if along == 0.0 { self.state.load_way.signum() } else { along.signum() }
         };
         let mut radius = self.state.radius;
         loop {
+            // Correct the predictor; retry with a smaller radius if that fails.
             let load_way = forwards * radius / reach;
             let found = self.correct(system, start, (&by_load, load_way), radius, tolerance);
             let landed = found.and_then(|(end, iterations)| {
@@ -138,8 +140,7 @@ impl PathFollower {
         }
     }
 
-    /// Corrects the first guess `start + load_way by_load` until it is an equilibrium at the distance
-    /// `radius`.
+    /// Corrects the guess `start + load_way by_load` to an equilibrium at the distance `radius`.
     fn correct(
         &mut self,
         system: &mut System,
@@ -152,6 +153,7 @@ impl PathFollower {
         let mut load_way = load_way;
         let mut last = f64::INFINITY;
         for iteration in 1..=MOST {
+            // Current iterate.
             let mut here = PathPoint {
                 x: start.x.iter().zip(&way).map(|(x, u)| x + u).collect(),
                 v: start.v.clone(),
@@ -160,6 +162,7 @@ impl PathFollower {
             if system.is_stopped() {
                 return Err(failure(system, &here, SolveFailure::Stopped, iteration, last));
             }
+            // Solve the tangent systems, and choose the load increment that keeps the distance.
             let Some(Solutions { correction, by_load }) = self.solutions_at(system, &mut here) else {
                 return Err(failure(system, &here, SolveFailure::Infeasible, iteration, last));
             };
@@ -167,6 +170,7 @@ impl PathFollower {
             let Some(more) = increment(system, &way, (&correction, &by_load), radius) else {
                 return Err(failure(system, &here, SolveFailure::Diverged, iteration, last));
             };
+            // Apply the correction.
             last = 0.0;
             for i in 0..way.len() {
                 let change = correction[i] + more * by_load[i];
@@ -175,6 +179,7 @@ impl PathFollower {
             }
             load_way += more;
             let reach = here.x.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+            // Converged: the end must be feasible, too.
             if last <= tolerance.max(ULPS * f64::EPSILON * reach) {
                 let mut end = PathPoint {
                     x: start.x.iter().zip(&way).map(|(x, u)| x + u).collect(),
@@ -193,7 +198,7 @@ impl PathFollower {
         Err(failure(system, start, SolveFailure::IterationCap, MOST, last))
     }
 
-    /// The end of a step, or where a step that passes a load factor that ends the path comes to that.
+    /// Moves the end of a step back to a load factor that ends the path, if the step passed one.
     fn land_on_bound(
         &mut self,
         system: &mut System,
@@ -211,7 +216,7 @@ impl PathFollower {
         self.equilibrium(system, guess, tolerance).ok_or(failed)
     }
 
-    /// The equilibrium at the load factor of a place near it.
+    /// Solves for the equilibrium at the load factor of the guess.
     fn equilibrium(&mut self, system: &mut System, guess: PathPoint, tolerance: f64) -> Option<PathPoint> {
         let mut here = guess;
         for _ in 0..MOST {
@@ -235,8 +240,8 @@ impl PathFollower {
         self.solutions_at(system, &mut here)
     }
 
-    /// Solves the two systems at a place, where what moves is put to its places first; `None` where the
-    /// force is not finite, or the tangent singular.
+    /// Solves the two tangent systems at a point, after setting prescribed coordinates. `None` if the
+    /// force is not finite or the tangent is singular.
     fn solutions_at(&mut self, system: &mut System, here: &mut PathPoint) -> Option<Solutions> {
         if !place(system, here) {
             return None;
@@ -244,6 +249,7 @@ impl PathFollower {
         system.evaluate(&here.x)?;
         let mut correction = vec![0.0; here.x.len()];
         system.terms().iter().for_each(|term| term.add_rows(0, &mut correction));
+        // Derivative of g by the load factor, including forces of prescribed motion on free coordinates.
         let mut by_load = vec![0.0; here.x.len()];
         let difference = DIFFERENCE * self.options.first.abs();
         system.load_rate(&here.x, here.load, difference, &mut by_load);
@@ -258,6 +264,7 @@ impl PathFollower {
         if !self.tangent.factorize(system, &here.x) {
             return None;
         }
+        // Solve both systems with one factorisation.
         for right in [&mut correction, &mut by_load] {
             for (r, weight) in right.iter_mut().zip(system.inverse_mass()) {
                 *r = if *weight == 0.0 { 0.0 } else { -*r };
@@ -267,7 +274,7 @@ impl PathFollower {
         Some(Solutions { correction, by_load })
     }
 
-    /// Makes the end of a step the state, and learns from it.
+    /// Makes the end of a step the state, and updates the path.
     fn accept(
         &mut self,
         system: &mut System,
@@ -293,17 +300,17 @@ impl PathFollower {
         path.radius = (factor * radius).min(self.options.largest.unwrap_or(LARGEST_RADIUS * size));
         let (x, v) = state.rows_mut();
         x.copy_from_slice(&end.x);
-        // Rates of what moves are rates with the load factor, and no velocities.
+        // Rates of prescribed motion are with respect to the load factor, and not velocities.
         v.fill(0.0);
     }
 
-    /// Notes a limit point: the load factor turned round between the last step and this one.
+    /// Records a limit point if the load factor turned between the last step and this one.
     fn note_limit(&mut self, step: u64, (from, to): (f64, f64), length: f64) {
         let path = &mut self.state;
         let (before, last) = (from - path.load_way, path.length);
         let turned = path.load_way * (to - from) < 0.0;
         if turned && last > 0.0 && length > 0.0 {
-            // The parabola through the three, over the length: Newton's form about the middle one.
+            // Parabola through three points over arc length, in Newton's form about the middle one.
             let (rise, fall) = ((from - before) / last, (to - from) / length);
             let curvature = (fall - rise) / (last + length);
             let slope = rise + curvature * last;
@@ -318,20 +325,19 @@ impl PathFollower {
     }
 }
 
-/// Says the load factor of a place to the loads, and puts what moves to its places; whether these are
-/// finite.
+/// Sets the load factor of a point and its prescribed coordinates; returns whether these are finite.
 fn place(system: &mut System, here: &mut PathPoint) -> bool {
     system.set_load_factor(Some(here.load));
     system.set_time(here.load);
     system.prescribe(here.load, &mut here.x, &mut here.v)
 }
 
-/// The same; whether the force there is finite too.
+/// Does the same; returns whether the force is finite, too.
 fn is_feasible(system: &mut System, here: &mut PathPoint) -> bool {
     place(system, here) && system.evaluate(&here.x).is_some()
 }
 
-/// Rates of the coordinates that move, zero elsewhere.
+/// Rates of prescribed coordinates, zero elsewhere.
 fn moving(system: &System, v: &[f64]) -> Vec<f64> {
     let mut moving = vec![0.0; v.len()];
     for hold in system.constraints().iter().filter(|hold| hold.moves()) {

@@ -1,4 +1,4 @@
-//! Structures of the matrix of all stages where stencils change from stage to stage.
+//! Matrix structures of all stages with stencils that change from stage to stage.
 
 use std::ops::Range;
 
@@ -12,8 +12,8 @@ use crate::system::System;
 /// Number of vertices.
 const COUNT: usize = 10;
 
-/// A constant force on every vertex, with stencils of zeros: before `x_0 = 0.5 m` every pair of the first
-/// eight vertices, from there on the last two vertices.
+/// A constant force on every vertex, with stencils of zeros: all pairs of the first eight vertices while
+/// `x_0 < 0.5 m`, the last two vertices afterwards.
 struct Alternating {
     lists: [Stencils; 1],
 }
@@ -74,8 +74,9 @@ impl ChangingStencils for Alternating {
     }
 }
 
-// The stages of a step have stencils of different vertices, those of the second so few that the pattern made
-// for them alone forgets those of the first. The matrix of all stages needs room for both, and one analysis.
+// The stages of a step have stencils of different vertices. Those of the second are so few that their
+// pattern alone would drop those of the first. The matrix of all stages needs room for both, and one
+// analysis.
 #[test]
 fn the_structure_has_room_for_the_stencils_of_every_stage() {
     let mut system = System::new(1, vec![100.0; COUNT]);
@@ -85,7 +86,7 @@ fn the_structure_has_room_for_the_stencils_of_every_stage() {
     let gauss = methods.find(|method| method.documentation.name == "gauss2").unwrap();
     let mut simulation = Simulation::new(system, state, gauss, 1.0);
     simulation.step().unwrap();
-    // Under a constant force x = v t - f t^2 / 2 m.
+    // Exact solution under a constant force: x = v t - f t^2 / 2 m.
     let x = simulation.state().x();
     assert!(x.iter().all(|x| (x - 0.995).abs() < 1e-14), "{x:?}");
     let work = simulation.work().solver.unwrap();

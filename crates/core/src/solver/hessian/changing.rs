@@ -1,5 +1,5 @@
-//! Blocks of stencils that change: the matrix of all others is kept as it is, and a second one, whose pattern
-//! has room for these too, is filled from both.
+//! Blocks of changing stencils, such as contacts. The matrix of all other stencils is kept unchanged; a
+//! second one, whose pattern has room for both, is filled from it.
 
 use std::ops::Range;
 
@@ -11,68 +11,67 @@ use crate::lanes::prefetch;
 use crate::solver::block_matrix::{Block, BlockMatrix};
 use crate::system::System;
 
-/// The pattern forgets places of earlier stencils where they are so many times those that are needed.
+/// The pattern drops earlier stencils when it exceeds this many times the blocks needed.
 const SPARE: usize = 8;
-/// Stencils of before among which one is looked for.
+/// How many earlier stencils are searched for a match.
 const STENCILS_AHEAD: usize = 64;
-/// Blocks that are asked for before they are added to.
+/// Prefetch distance, in blocks.
 const SLOTS_AHEAD: usize = 12;
 
-/// The matrix of a system whose stencils change.
+/// Matrix of a system with changing stencils.
 #[derive(Default)]
 pub(super) struct Changing<const D: usize> {
-    /// Version of the stencils that the plans are for.
+    /// Stencil version of the plans.
     version: Option<u64>,
-    /// The whole matrix; none as long as no stencil has been found.
+    /// The whole matrix; `None` until stencils are found.
     whole: Option<ExtendedMatrix<D>>,
-    /// One for each list of each term.
+    /// One plan per list of each term.
     plans: Vec<ListPlan<D>>,
-    /// How often the pattern of the whole matrix has been made.
+    /// How often the pattern of the whole matrix was built.
     patterns: u64,
 }
 
-/// A matrix with the blocks of the fixed one, and others.
+/// A matrix with the blocks of the fixed one and of changing stencils.
 struct ExtendedMatrix<const D: usize> {
     matrix: BlockMatrix<D>,
-    /// Where each block of the fixed matrix is.
+    /// Position of each block of the fixed matrix.
     place: Vec<u32>,
 }
 
-/// The stencils of one list.
+/// Assembly plan of one stencil list.
 struct ListPlan<const D: usize> {
-    /// Index of the term in the system, and whether it is one of the dissipative terms.
+    /// Index of the term in the system; true for a dissipative term.
     term: (usize, bool),
     list: usize,
     stencils: Stencils,
-    /// For each pair `a <= b` of each stencil, where its block and the transposed one go.
+    /// For each pair `a <= b` of each stencil, the positions of its block and of the transposed one.
     slot: Vec<[u32; 2]>,
-    /// Memory for the blocks.
+    /// Block values.
     blocks: Vec<Block<D>>,
 }
 
-/// The term of this index whose stencils change.
+/// Returns the changing-stencil view of a term.
 fn term(system: &System, (index, dissipative): (usize, bool)) -> Option<&dyn ChangingStencils> {
     if dissipative { system.dissipation()[index].changing() } else { system.terms()[index].changing() }
 }
 
 impl<const D: usize> Changing<D> {
-    /// The whole matrix, where it has other blocks than the fixed one.
+    /// Returns the whole matrix, if it has more blocks than the fixed one.
     pub(super) fn matrix(&self) -> Option<&BlockMatrix<D>> {
         self.whole.as_ref().map(|whole| &whole.matrix)
     }
 
-    /// The whole matrix, to be changed.
+    /// Returns the whole matrix for modification.
     pub(super) fn matrix_mut(&mut self) -> Option<&mut BlockMatrix<D>> {
         self.whole.as_mut().map(|whole| &mut whole.matrix)
     }
 
-    /// Version of the pattern of the whole matrix: zero for that of the fixed one.
+    /// Returns the pattern version of the whole matrix; zero if it is the fixed one.
     pub(super) fn pattern(&self) -> u64 {
         self.patterns
     }
 
-    /// Makes room for the stencils that the terms of `system` have found last, unless they are those of
-    /// before.
+    /// Extends the pattern by the stencils that terms have found last, if they changed.
     pub(super) fn include(&mut self, system: &System, fixed: &BlockMatrix<D>, held: &[bool]) {
         let version = system.changing_structure();
         if self.version == version {
@@ -92,15 +91,15 @@ impl<const D: usize> Changing<D> {
         let slots = slots.expect("the pattern was made for them");
         for (plan, slot) in self.plans.iter_mut().zip(slots) {
             plan.slot = slot;
-            // Memory of megabytes that is asked for anew has to be cleared.
+            // Keeps the block memory: megabytes allocated anew would have to be zeroed.
             if let Some(before) = before.iter_mut().find(|before| before.is_of(plan)) {
                 plan.blocks = std::mem::take(&mut before.blocks);
             }
         }
     }
 
-    /// Places of all blocks in `matrix`, plan by plan, those of stencils `before` as they were; `None` where
-    /// it has no room for one of them.
+    /// Positions of all blocks in `matrix`, plan by plan; stencils found in `before` keep theirs. `None`
+    /// if the pattern lacks one.
     fn place_all(
         &self,
         matrix: &BlockMatrix<D>,
@@ -114,9 +113,8 @@ impl<const D: usize> Changing<D> {
         self.plans.iter().map(place).collect()
     }
 
-    /// Makes the matrix that a system with stencils that change is likely to have, before they are found:
-    /// with room for those at hand and for the [pairs](ChangingStencils::likely_pairs) that are expected from
-    /// `x` on.
+    /// Builds the matrix that the system is likely to have later: with room for the current stencils and
+    /// for the [pairs](ChangingStencils::likely_pairs) expected from `x` on.
     pub(super) fn expect(&mut self, system: &System, x: &[f64], fixed: &BlockMatrix<D>, held: &[bool]) {
         let energies = system.terms().iter().filter_map(|term| term.changing());
         let terms = energies.chain(system.dissipation().iter().filter_map(|term| term.changing()));
@@ -127,19 +125,21 @@ impl<const D: usize> Changing<D> {
         }
     }
 
-    /// Makes a matrix with room for the blocks of the fixed one, of these pairs, of all stencils, and of
-    /// those before, unless these are many.
+    /// Builds a matrix with room for the blocks of the fixed one, of `pairs`, of all current stencils,
+    /// and of earlier ones unless these are too many.
     fn make_room(&mut self, mut pairs: Vec<[u32; 2]>, fixed: &BlockMatrix<D>, is_held: impl Fn(u32) -> bool) {
         for plan in &self.plans {
             for stencil in plan.stencils.vertices.chunks_exact(plan.stencils.size) {
                 for_pairs(stencil, |a, b| pairs.push([a, b]));
             }
         }
+        // Sorted pairs of free vertices, in both orders.
         let free = pairs.iter().filter(|pair| !pair.iter().any(|v| is_held(*v)));
         let mut keys: Vec<(u32, u32)> = free.flat_map(|[a, b]| [(*a, *b), (*b, *a)]).collect();
         keys.sort_unstable();
         keys.dedup();
         let earlier = self.matrix().filter(|m| m.column.len() < fixed.column.len() + SPARE * keys.len());
+        // Pattern: blocks of the fixed matrix, new pairs and earlier blocks, row by row.
         let (mut row_start, mut column, mut rest) = (vec![0], vec![], &keys[..]);
         for row in 0..fixed.rows() {
             let first = column.len();
@@ -152,9 +152,10 @@ impl<const D: usize> Changing<D> {
             dedup_from(&mut column, first);
             row_start.push(column.len() as u32);
         }
-        // Given back before: of two such matrices at a time one would be for nothing.
+        // Freed first, so that two such matrices never coexist.
         self.whole = None;
         let matrix = BlockMatrix::zero(row_start, column);
+        // Positions of the blocks of the fixed matrix.
         let mut place = Vec::with_capacity(fixed.column.len());
         for row in 0..fixed.rows() {
             let columns = fixed.column[blocks_of(fixed, row)].iter();
@@ -164,7 +165,7 @@ impl<const D: usize> Changing<D> {
         self.patterns += 1;
     }
 
-    /// Fills the whole matrix: the fixed one, and the blocks of all stencils, each times its factor.
+    /// Fills the whole matrix: the fixed one plus the blocks of all stencils times their factors.
     pub(super) fn assemble(
         &mut self,
         system: &System,
@@ -177,7 +178,7 @@ impl<const D: usize> Changing<D> {
         let Some(ExtendedMatrix { matrix, place }) = &mut self.whole else { return };
         let mut next = 0;
         for (place, block) in place.iter().zip(&fixed.value) {
-            // Few places are between those of the fixed matrix.
+            // Few positions lie between those of the fixed matrix.
             while next < *place as usize {
                 matrix.value[next] = [[0.0; D]; D];
                 next += 1;
@@ -193,8 +194,8 @@ impl<const D: usize> Changing<D> {
         }
     }
 
-    /// Adds the products of the energies' Hessians, as they were assembled last, with a motion `p` of held
-    /// coordinates, flat [m].
+    /// Adds the products of the energies' Hessians, as last assembled, with a displacement `p` of
+    /// constrained coordinates, flat [m].
     pub(super) fn add_held_product(&self, p: &[f64], y: &mut [f64]) {
         for plan in self.plans.iter().filter(|plan| !plan.term.1) {
             let stencils = plan.stencils.vertices.chunks_exact(plan.stencils.size);
@@ -204,7 +205,6 @@ impl<const D: usize> Changing<D> {
         }
     }
 
-    /// Bytes held.
     pub(super) fn bytes(&self) -> usize {
         let plan = |plan: &ListPlan<D>| {
             4 * plan.stencils.vertices.len() + size_of_val(&plan.slot[..]) + size_of_val(&plan.blocks[..])
@@ -214,7 +214,7 @@ impl<const D: usize> Changing<D> {
     }
 }
 
-/// The lists of all terms that have any stencil, energies first.
+/// Returns plans for all stencil lists that are not empty, energies first.
 fn plans<const D: usize>(system: &System) -> Vec<ListPlan<D>> {
     let energies = (0..system.terms().len()).map(|index| (index, false));
     let dissipative = (0..system.dissipation().len()).map(|index| (index, true));
@@ -229,8 +229,8 @@ fn plans<const D: usize>(system: &System) -> Vec<ListPlan<D>> {
     plans
 }
 
-/// Places of the blocks of all pairs in `matrix`, those of stencils of `before` as they were there; `None`
-/// where it has no room for one of them.
+/// Positions of all blocks in `matrix`; stencils found in `before` keep theirs. `None` if the pattern
+/// lacks one.
 fn place<const D: usize>(
     stencils: &Stencils,
     matrix: &BlockMatrix<D>,
@@ -257,9 +257,9 @@ fn place<const D: usize>(
     fits.then_some(slot)
 }
 
-/// Places of stencils of before, asked for in their order.
+/// Positions of earlier stencils, searched in order.
 struct KnownSlots<'a> {
-    /// Vertices and places of those that are left, flat.
+    /// Vertices and positions of the remaining stencils, flat.
     vertices: &'a [u32],
     slot: &'a [[u32; 2]],
     size: usize,
@@ -267,7 +267,7 @@ struct KnownSlots<'a> {
 
 impl<'a> KnownSlots<'a> {
     fn new<const D: usize>(plan: Option<&'a ListPlan<D>>) -> Self {
-        // Expected stencils have no places yet.
+        // Expected stencils have no positions yet.
         match plan.filter(|plan| !plan.slot.is_empty()) {
             Some(plan) => {
                 KnownSlots { vertices: &plan.stencils.vertices, slot: &plan.slot, size: plan.stencils.size }
@@ -276,7 +276,8 @@ impl<'a> KnownSlots<'a> {
         }
     }
 
-    /// Places of this stencil, if it is among the next ones: most stencils stay, and all keep their order.
+    /// Returns the positions of this stencil if it is among the next ones: most stencils stay, and all
+    /// keep their order.
     fn of(&mut self, stencil: &[u32]) -> Option<&'a [[u32; 2]]> {
         let mut next = self.vertices.chunks_exact(self.size).take(STENCILS_AHEAD);
         let skipped = next.position(|known| known == stencil)?;
@@ -288,7 +289,7 @@ impl<'a> KnownSlots<'a> {
     }
 }
 
-/// The blocks of a row.
+/// Blocks of a row.
 fn blocks_of<const D: usize>(matrix: &BlockMatrix<D>, row: usize) -> Range<usize> {
     matrix.row_start[row] as usize..matrix.row_start[row + 1] as usize
 }
@@ -300,7 +301,7 @@ fn find<const D: usize>(matrix: &BlockMatrix<D>, row: u32, column: u32) -> Optio
     Some((range.start + at) as u32)
 }
 
-/// Removes repeated numbers among the sorted ones from `first` on.
+/// Removes duplicates from the sorted values from `first` on.
 fn dedup_from(numbers: &mut Vec<u32>, first: usize) {
     let mut kept = first;
     for i in first..numbers.len() {
@@ -313,12 +314,12 @@ fn dedup_from(numbers: &mut Vec<u32>, first: usize) {
 }
 
 impl<const D: usize> ListPlan<D> {
-    /// True if both are of one list.
+    /// True if both belong to the same list.
     fn is_of(&self, other: &Self) -> bool {
         (self.term, self.list) == (other.term, other.list)
     }
 
-    /// Pairs of vertices of a stencil.
+    /// Vertex pairs per stencil.
     fn pairs(&self) -> usize {
         self.stencils.size * (self.stencils.size + 1) / 2
     }
@@ -337,7 +338,7 @@ impl<const D: usize> ListPlan<D> {
         blocks.par_chunks_mut(GROUP * pairs).enumerate().for_each(group);
     }
 
-    /// Adds the blocks in the order of the stencils, without rows and columns of held coordinates.
+    /// Adds the blocks in stencil order, without rows and columns of constrained coordinates.
     fn add(&self, matrix: &mut BlockMatrix<D>, factor: f64, held: &[bool]) {
         let of_vertex = |v: u32| &held[v as usize * D..][..D];
         let pairs = self.pairs();

@@ -1,4 +1,4 @@
-//! Matrices of terms whose stencils name a vertex more than once, or change.
+//! Matrices of terms whose stencils repeat a vertex, or change.
 
 use std::ops::Range;
 
@@ -7,12 +7,12 @@ use crate::energy::{ChangingStencils, EnergyKind, EnergyTerm, Fault, Stencils, T
 use crate::material::Psd;
 use crate::system::System;
 
-/// Number of stencils: more than a group has.
+/// Number of stencils: more than one group.
 const COUNT: u32 = 700;
-/// Gradients of the strain of a stencil by the positions of its three places.
+/// Gradients of the strain of a stencil with respect to its three positions.
 const SLOPES: [[f64; 2]; 3] = [[1.0, 2.0], [-3.0, 0.5], [0.25, -4.0]];
 
-/// `E = sum_k 1/2 (sum_i g_i . x_i)^2` over stencils `[k, k + 1, k]` in the plane.
+/// Energy `E = sum_k 1/2 (sum_i g_i . x_i)^2` over stencils `[k, k + 1, k]` in 2D.
 struct Folded;
 
 impl EnergyTerm for Folded {
@@ -63,7 +63,7 @@ impl EnergyTerm for Folded {
 
 impl TermViews for Folded {}
 
-// The block of the first and the last place is on the diagonal, and so is its transpose.
+// The block of the first and last position is on the diagonal, and so is its transpose.
 #[test]
 fn a_stencil_may_name_a_vertex_at_two_places() {
     let count = COUNT as usize + 1;
@@ -83,8 +83,7 @@ fn a_stencil_may_name_a_vertex_at_two_places() {
     }
 }
 
-/// Blocks below the diagonal are transposes of those above it, in every task; tasks are as many as threads
-/// ask for, and their rows more than one task has.
+/// Blocks below the diagonal are transposes of those above it in every task, for several tasks.
 #[test]
 fn matrices_are_symmetric_and_the_same_on_any_number_of_threads() {
     let assembled = |threads: usize| {
@@ -96,7 +95,7 @@ fn matrices_are_symmetric_and_the_same_on_any_number_of_threads() {
             let mut assembler = Assembler::<2>::new(&mut system);
             let weights = Weights { inertia: 3.0, stiffness: 0.7, damping: 0.0 };
             let at = At { x: &x, v: &[], psd: Psd::Exact, predicted_from: None };
-            // What is filled anew does not depend on what was there.
+            // Refilled entries do not depend on earlier ones.
             (0..2).for_each(|_| assembler.assemble(&system, at, weights));
             assembler.matrix().clone()
         })
@@ -114,7 +113,7 @@ fn matrices_are_symmetric_and_the_same_on_any_number_of_threads() {
     assert_eq!(below, COUNT);
 }
 
-/// `E = sum_(a, b) 1/2 k_ab (g . (x_a - x_b))^2`, `k_ab = 1 + a + b / 100`, over pairs that are set from
+/// Energy `E = sum_(a, b) 1/2 k_ab (g . (x_a - x_b))^2`, `k_ab = 1 + a + b / 100`, over pairs set from
 /// outside.
 struct ChangingSprings {
     pairs: Vec<[u32; 2]>,
@@ -168,12 +167,12 @@ impl TermViews for ChangingSprings {
     }
 }
 
-/// Stencils of ever other pairs: at the places `x` whole numbers say which.
+/// Changing stencils: the pairs are given by whole numbers in the positions `x`.
 impl ChangingStencils for ChangingSprings {
     fn find(&mut self, x: &[f64]) -> bool {
         let round = x[0] as u32;
         let every = |pair: &[u32; 2]| !(7 * pair[0] + 4 * pair[1] + round).is_multiple_of(2 + round % 5);
-        // Runs of neighbours go and come, too, longer ones than are looked ahead of.
+        // Runs of neighbours come and go, too, longer than the search distance.
         let run = |pair: &[u32; 2]| round % 3 != 1 || !(20 * round..20 * round + 90).contains(&pair[0]);
         let all = (0..300).flat_map(|a| [[a, a + 1], [a, a + 5]]);
         self.pairs = all.filter(every).filter(run).collect();
@@ -196,7 +195,7 @@ impl ChangingStencils for ChangingSprings {
     }
 }
 
-/// Places of stencils that stay are those of the matrix before, whatever comes and goes among them.
+/// Stencils that stay keep their positions in the matrix, whatever comes and goes among them.
 #[test]
 fn matrices_of_changing_stencils_are_their_sums() {
     let count = 400;

@@ -1,4 +1,4 @@
-//! The coarsest level, solved directly.
+//! Coarsest multigrid level, solved directly by sparse Cholesky.
 
 use super::smoother::Row;
 use crate::solver::block_matrix::BlockMatrix;
@@ -10,25 +10,25 @@ pub(super) struct Coarsest<const D: usize> {
     /// Right-hand side, then solution.
     pub(super) x: Vec<Row>,
     flat: Vec<f64>,
-    /// Of the solution.
+    /// Scale of the solution.
     scale: f64,
 }
 
 impl<const D: usize> Coarsest<D> {
-    /// For matrices of this structure, rows at `positions` (flat). `None` where the factor would not fit
-    /// memory.
+    /// Analyses matrices of this structure, with rows at `positions` (flat). `None` if the factor would
+    /// not fit memory.
     pub(super) fn new(matrix: &BlockMatrix<D>, positions: &[f64]) -> Option<Self> {
         let (factor, rows) = (Cholesky::new(matrix, positions)?, matrix.rows());
         Some(Coarsest { factor, x: vec![[0.0; 4]; rows], flat: vec![0.0; rows * D], scale: 1.0 })
     }
 
-    /// Takes `scale * matrix`.
+    /// Factorises `matrix`; solutions are those of `scale * matrix`.
     pub(super) fn set(&mut self, matrix: &BlockMatrix<D>, scale: f64) -> Result<(), NotPositiveDefinite> {
         self.scale = 1.0 / scale;
         self.factor.factorize(matrix)
     }
 
-    /// Solves for what `x` holds.
+    /// Solves in place for the right-hand side in `x`.
     pub(super) fn solve(&mut self) {
         let Coarsest { factor, x, flat, scale } = self;
         for (flat, x) in flat.as_chunks_mut::<D>().0.iter_mut().zip(&*x) {
@@ -40,18 +40,16 @@ impl<const D: usize> Coarsest<D> {
         }
     }
 
-    /// `z = A^-1 r` in double precision.
+    /// Computes `z = A^-1 r` in double precision.
     pub(super) fn solve_flat(&mut self, r: &[f64], z: &mut [f64]) {
         z.copy_from_slice(r);
         self.factor.solve(z);
     }
 
-    /// Rows.
     pub(super) fn rows(&self) -> usize {
         self.x.len()
     }
 
-    /// Bytes held.
     pub(super) fn bytes(&self) -> usize {
         self.factor.bytes() + size_of_val(&self.x[..]) + size_of_val(&self.flat[..])
     }

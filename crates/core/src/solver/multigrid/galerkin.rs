@@ -1,4 +1,4 @@
-//! The matrix of a coarse level, `P^T A P`: structure once, numbers as often as `A` changes.
+//! Coarse-level matrix `P^T A P`: the structure is built once, the values whenever `A` changes.
 
 use std::ops::Range;
 
@@ -7,24 +7,25 @@ use rayon::prelude::*;
 use super::prolongation::Prolongation;
 use crate::solver::block_matrix::{Block, BlockMatrix};
 
-/// Coarse rows in a task.
+/// Coarse rows per task.
 const TASK_ROWS: usize = 512;
 
-/// Where every product of `P^T A P` goes.
+/// Structure of the triple product `P^T A P`.
 ///
-/// A task makes some rows of the coarse matrix, from all fine rows that they reach; a fine row that reaches
-/// rows of two tasks is multiplied twice. Every entry is a sum in the order of the fine rows, on every
-/// thread.
+/// A task computes some rows of the coarse matrix from all fine rows they reach; a fine row that reaches
+/// two tasks is multiplied twice. Each entry is summed in the order of the fine rows, whatever the number
+/// of threads.
 #[derive(Debug)]
 pub struct Galerkin<const D: usize> {
     /// The columns of row `i` of `A P` are `start[i]..start[i + 1]`.
     start: Vec<u32>,
     column: Vec<u32>,
-    /// The products of entry `k` of `P` with row `i` of `A P`, those in the upper triangle, go to the blocks
-    /// `target[target_start[k]..target_start[k + 1]]`: they belong to the last columns of that row.
+    /// The products of entry `k` of `P` with row `i` of `A P` that lie in the upper triangle go to the
+    /// blocks `target[target_start[k]..target_start[k + 1]]`; they belong to the last columns of that
+    /// row.
     target_start: Vec<u32>,
     target: Vec<u32>,
-    /// For every block below the diagonal, in order, the one that it is the transpose of.
+    /// For each block below the diagonal, in order, the block that it is the transpose of.
     mirrored: Vec<u32>,
     tasks: Vec<Task<D>>,
 }
@@ -33,17 +34,18 @@ pub struct Galerkin<const D: usize> {
 struct Task<const D: usize> {
     /// Coarse rows.
     coarse: Range<usize>,
-    /// The fine rows that they reach.
+    /// Fine rows that they reach.
     fine: Vec<u32>,
-    /// Where in a row of `A P` a column is.
+    /// Position of each column in a row of `A P`.
     position: Vec<u32>,
-    /// A row of `A P`.
+    /// One row of `A P`.
     row: Vec<Block<D>>,
 }
 
 impl<const D: usize> Galerkin<D> {
-    /// For matrices of the structure of `fine`, and the structure of the coarse matrix.
+    /// Builds the plan for matrices with the structure of `fine`, and the structure of the coarse matrix.
     pub fn new(fine: &BlockMatrix<D>, p: &Prolongation) -> (Self, BlockMatrix<D>) {
+        // Columns of each row of A P.
         let coarse_rows = p.columns();
         let mut seen = vec![u32::MAX; coarse_rows];
         let (mut start, mut column) = (vec![0], vec![]);
@@ -62,6 +64,7 @@ impl<const D: usize> Galerkin<D> {
             start.push(column.len() as u32);
         }
         let of_row = |i: usize| &column[start[i] as usize..start[i + 1] as usize];
+        // Pattern of the coarse matrix.
         seen.fill(u32::MAX);
         let (mut coarse_start, mut coarse_column) = (vec![0], vec![]);
         for c in 0..coarse_rows {
@@ -78,6 +81,7 @@ impl<const D: usize> Galerkin<D> {
         }
         let coarse = BlockMatrix::<D>::zero(coarse_start, coarse_column);
         let blocks = |c: usize| coarse.row_start[c] as usize..coarse.row_start[c + 1] as usize;
+        // Target block of each product.
         let (mut target_start, mut target) = (vec![0], vec![]);
         for i in 0..p.rows() {
             for (c, _) in p.row(i) {
@@ -91,15 +95,17 @@ impl<const D: usize> Galerkin<D> {
                 target_start.push(target.len() as u32);
             }
         }
+        // Source of each block below the diagonal.
         let mut next: Vec<u32> = coarse.diagonal.iter().map(|at| at + 1).collect();
         let mut mirrored = vec![];
         for c in 0..coarse_rows {
             for &other in &coarse.column[blocks(c).start..coarse.diagonal[c] as usize] {
-                // Rows ascend, and with them the columns of the row that is mirrored.
+                // Rows ascend, and so do the columns of the mirrored row.
                 mirrored.push(next[other as usize]);
                 next[other as usize] += 1;
             }
         }
+        // Tasks, with the fine rows that each needs.
         let widest = (0..p.rows()).map(|i| of_row(i).len()).max().unwrap_or(0);
         let tasks = (0..coarse_rows).step_by(TASK_ROWS).map(|first| {
             let coarse = first..(first + TASK_ROWS).min(coarse_rows);
@@ -112,8 +118,8 @@ impl<const D: usize> Galerkin<D> {
         (Galerkin { start, column, target_start, target, mirrored, tasks }, coarse)
     }
 
-    /// `coarse = P^T fine P`, without the diagonal entries of `fine` at held coordinates: bit `k` of
-    /// `held[i]` says that component `k` of row `i` is; an empty slice, that none is.
+    /// Computes `coarse = P^T fine P` without the diagonal entries of `fine` at constrained coordinates:
+    /// bit `k` of `held[i]` marks component `k` of row `i`; an empty slice marks none.
     pub fn compute(
         &mut self,
         fine: &BlockMatrix<D>,
@@ -124,6 +130,7 @@ impl<const D: usize> Galerkin<D> {
         let Galerkin { start, column, target_start, target, mirrored, tasks } = self;
         let map = ProductLists { start, column, target_start, target };
         let BlockMatrix { row_start, value, diagonal, .. } = coarse;
+        // Upper triangle, by tasks.
         if rayon::current_num_threads() == 1 || tasks.len() == 1 {
             tasks.iter_mut().for_each(|task| {
                 let blocks = row_start[task.coarse.start] as usize..row_start[task.coarse.end] as usize;
@@ -140,6 +147,7 @@ impl<const D: usize> Galerkin<D> {
             }
             parts.into_par_iter().for_each(|(task, first, own)| task.run(&map, fine, p, held, first, own));
         }
+        // Lower triangle by symmetry.
         let mut next = mirrored.iter();
         for (row, diagonal) in diagonal.iter().enumerate() {
             for (at, from) in (row_start[row] as usize..*diagonal as usize).zip(&mut next) {
@@ -153,7 +161,6 @@ impl<const D: usize> Galerkin<D> {
         }
     }
 
-    /// Bytes held.
     pub(super) fn bytes(&self) -> usize {
         let lists = self.start.len() + self.column.len() + self.target_start.len() + self.target.len();
         let tasks =
@@ -162,7 +169,7 @@ impl<const D: usize> Galerkin<D> {
     }
 }
 
-/// The lists of a [`Galerkin`].
+/// Lists of a [`Galerkin`].
 struct ProductLists<'a> {
     start: &'a [u32],
     column: &'a [u32],
@@ -171,7 +178,7 @@ struct ProductLists<'a> {
 }
 
 impl<const D: usize> Task<D> {
-    /// Makes its rows of the coarse matrix, those from block `first` on.
+    /// Computes the task's rows of the coarse matrix, which start at block `first`.
     fn run(
         &mut self,
         map: &ProductLists<'_>,
@@ -184,6 +191,7 @@ impl<const D: usize> Task<D> {
         let Task { coarse, fine: fine_rows, position, row } = self;
         out.fill([[0.0; D]; D]);
         for i in fine_rows.iter().map(|i| *i as usize) {
+            // Row i of A P.
             let columns = &map.column[map.start[i] as usize..map.start[i + 1] as usize];
             columns.iter().enumerate().for_each(|(at, c)| position[*c as usize] = at as u32);
             let row = &mut row[..columns.len()];
@@ -199,6 +207,7 @@ impl<const D: usize> Task<D> {
                     add(&mut row[position[c] as usize], weight, block);
                 }
             }
+            // Add its products with the entries of row i of P to the coarse rows of this task.
             for k in p.start[i] as usize..p.start[i + 1] as usize {
                 if coarse.contains(&(p.column[k] as usize)) {
                     let targets = &map.target[map.target_start[k] as usize..map.target_start[k + 1] as usize];
@@ -212,7 +221,7 @@ impl<const D: usize> Task<D> {
     }
 }
 
-/// A diagonal block with zeros for held components.
+/// Copies a diagonal block with zeros at constrained components.
 fn without_held<const D: usize>(block: &Block<D>, held: u8) -> Block<D> {
     let mut free = *block;
     for k in (0..D).filter(|k| held >> k & 1 == 1) {

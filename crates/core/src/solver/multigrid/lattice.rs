@@ -1,28 +1,28 @@
-//! Coarse levels from the positions of the vertices: nodes of a regular lattice, split where it joins what
-//! is not connected.
+//! Coarse levels from vertex positions: nodes of a regular lattice, split where the mesh is not
+//! connected.
 //!
-//! Space is cut into cubes, every cube into Kuhn's simplices, and every vertex takes the barycentric weights
-//! of the one that it is in: affine fields, and with them small rotations, are reproduced. Kuhn 1960, "Some
-//! combinatorial lemmas in topology".
+//! Space is divided into cubes and each cube into Kuhn simplices. Each vertex gets the barycentric
+//! weights of its simplex, so that affine fields, and with them small rotations, are reproduced. Kuhn
+//! 1960, "Some combinatorial lemmas in topology".
 
 use super::prolongation::Prolongation;
 use crate::solver::block_matrix::BlockMatrix;
 
-/// Smaller weights are left out: they would make nodes that nearly depend on others.
+/// Smaller weights are dropped: they would make nodes nearly linearly dependent.
 const SMALLEST_WEIGHT: f64 = 1e-5;
-/// A vertex that has no neighbour within this part of the lattice spacing stays as it is: the lattice would
-/// have more nodes than there are vertices.
+/// A vertex without neighbours within this fraction of the lattice spacing is carried over: the lattice
+/// would have more nodes than there are vertices.
 const CARRIED_OVER: f64 = 0.9;
 
 /// A coarse level.
 pub struct Coarsening<const D: usize> {
-    /// From its nodes to the rows of the finer level.
+    /// Interpolation from its nodes to the rows of the finer level.
     pub prolongation: Prolongation,
-    /// Where its nodes are.
+    /// Positions of its nodes.
     pub positions: Vec<[f64; D]>,
 }
 
-/// The mean length of an edge; zero without edges.
+/// Mean edge length; zero without edges.
 pub(super) fn mean_edge<const D: usize>(matrix: &BlockMatrix<D>, x: &[[f64; D]]) -> f64 {
     let (mut sum, mut count) = (0.0, 0u64);
     for i in 0..matrix.rows() {
@@ -34,8 +34,8 @@ pub(super) fn mean_edge<const D: usize>(matrix: &BlockMatrix<D>, x: &[[f64; D]])
     if count == 0 { 0.0 } else { sum / count as f64 }
 }
 
-/// Interpolates the rows of `matrix`, which are at `x`, from a lattice of this `spacing`. Rows without
-/// neighbours have no part in it: a smoother solves them.
+/// Builds the coarse level for the rows of `matrix` at `x` from a lattice of this `spacing`. Rows without
+/// neighbours take no part: the smoother solves them.
 pub fn coarsen<const D: usize>(matrix: &BlockMatrix<D>, x: &[[f64; D]], spacing: f64) -> Coarsening<D> {
     let rows = matrix.rows();
     let mut origin = [f64::INFINITY; D];
@@ -44,14 +44,14 @@ pub fn coarsen<const D: usize>(matrix: &BlockMatrix<D>, x: &[[f64; D]], spacing:
             origin[k] = origin[k].min(x[k]);
         }
     }
-    // Off the vertices: in a regular mesh these would lie between two cubes, here or there by rounding.
+    // Shifted off the vertices: in a regular mesh they would lie between two cubes, assigned by rounding.
     (0..D).for_each(|k| origin[k] -= (0.37 + 0.1 * k as f64) * spacing);
     let piece = pieces(matrix);
     let alone = |i: usize| matrix.row_start[i + 1] - matrix.row_start[i] == 1;
     let far_off =
         |i: usize| matrix.row(i).all(|(j, _)| j == i || distance(&x[i], &x[j]) > CARRIED_OVER * spacing);
     let mut carried: Vec<bool> = (0..rows).map(|i| !alone(i) && far_off(i)).collect();
-    // The corners that every row takes part in, with their weights.
+    // Lattice corners of each row, with their weights.
     let mut corners = vec![];
     let mut start = vec![0];
     for i in 0..rows {
@@ -66,7 +66,7 @@ pub fn coarsen<const D: usize>(matrix: &BlockMatrix<D>, x: &[[f64; D]], spacing:
     let lattice: Vec<u32> =
         corners.iter().map(|(key, _)| keys.partition_point(|other| other < key) as u32).collect();
     let (node, owner) = split(matrix, &start, &lattice, keys.len());
-    // A piece that has no fewer nodes than vertices stays as it is.
+    // A connected piece with no fewer nodes than vertices is carried over.
     let count = piece.iter().map(|p| *p as usize + 1).max().unwrap_or(0);
     let (mut vertices, mut nodes) = (vec![0u32; count], vec![0u32; count]);
     piece.iter().for_each(|p| vertices[*p as usize] += 1);
@@ -74,7 +74,7 @@ pub fn coarsen<const D: usize>(matrix: &BlockMatrix<D>, x: &[[f64; D]], spacing:
     owner.iter().for_each(|i| nodes[piece[*i as usize] as usize] += 1);
     let stays = |i: usize| nodes[piece[i] as usize] >= vertices[piece[i] as usize];
     (0..rows).filter(|i| !alone(*i) && stays(*i)).for_each(|i| carried[i] = true);
-    // Numbers of the nodes that are left.
+    // Numbers of the remaining nodes.
     let mut number = vec![u32::MAX; owner.len()];
     let mut positions: Vec<[f64; D]> = vec![];
     for (n, i) in owner.iter().enumerate().filter(|(_, i)| !stays(**i as usize)) {
@@ -97,7 +97,7 @@ pub fn coarsen<const D: usize>(matrix: &BlockMatrix<D>, x: &[[f64; D]], spacing:
     Coarsening { prolongation: Prolongation::new(&entries, positions.len()), positions }
 }
 
-/// The corners of Kuhn's simplex that `x` is in, with its barycentric coordinates.
+/// Appends the corners of the Kuhn simplex around `x` with its barycentric coordinates.
 fn barycentric<const D: usize>(
     x: &[f64; D],
     origin: &[f64; D],
@@ -111,7 +111,7 @@ fn barycentric<const D: usize>(
         corner[k] = u.floor() as i64;
         part[k] = u - u.floor();
     }
-    // From the lowest corner of the cube to the highest, first along the axis where the vertex is farthest.
+    // From the lowest corner of the cube to the highest, first along the axis of the largest coordinate.
     let mut axes: [usize; D] = std::array::from_fn(|k| k);
     axes.sort_by(|a, b| part[*b].total_cmp(&part[*a]));
     let first = corners.len();
@@ -126,19 +126,20 @@ fn barycentric<const D: usize>(
             before = after;
         }
     }
-    // What was left out goes to the others: constants are reproduced exactly.
+    // Renormalised after dropped weights: constants are reproduced exactly.
     let sum: f64 = corners[first..].iter().map(|(_, weight)| weight).sum();
     corners[first..].iter_mut().for_each(|(_, weight)| *weight /= sum);
 }
 
-/// One node for every connected piece of the rows that a corner of the lattice reaches: for every entry its
-/// node, and for every node one of its rows. Without this the two prongs of a fork would move as one.
+/// Assigns one node to each connected piece of the rows that a lattice corner reaches. Returns the node
+/// of each entry and one row of each node. Without this the two prongs of a fork would move together.
 fn split<const D: usize>(
     matrix: &BlockMatrix<D>,
     start: &[usize],
     lattice: &[u32],
     count: usize,
 ) -> (Vec<u32>, Vec<u32>) {
+    // Rows that each lattice corner reaches.
     let mut support: Vec<Vec<(u32, u32)>> = vec![vec![]; count];
     for i in 0..matrix.rows() {
         for entry in start[i]..start[i + 1] {
@@ -146,7 +147,7 @@ fn split<const D: usize>(
         }
     }
     let (mut node, mut owner) = (vec![0; lattice.len()], vec![]);
-    // The corner that last reached each row, and the piece of it there.
+    // The corner that last reached each row, and its piece there.
     let mut mark = vec![(u32::MAX, u32::MAX); matrix.rows()];
     let mut stack = vec![];
     for (corner, support) in support.iter().enumerate() {
@@ -173,7 +174,7 @@ fn split<const D: usize>(
     (node, owner)
 }
 
-/// The connected piece of the whole that every row belongs to.
+/// Returns the connected piece of the mesh of each row.
 fn pieces<const D: usize>(matrix: &BlockMatrix<D>) -> Vec<u32> {
     let mut piece = vec![u32::MAX; matrix.rows()];
     let (mut count, mut stack) = (0, vec![]);

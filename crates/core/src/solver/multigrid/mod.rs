@@ -1,10 +1,10 @@
-//! A preconditioner that takes about the same number of iterations for a mesh of any size: multigrid.
+//! Multigrid preconditioner: the number of iterations hardly depends on the mesh size.
 //!
-//! Errors that vary slowly from vertex to vertex, which a smoother hardly touches, are solved for on coarser
-//! levels. Each is the Galerkin product `P^T A P` of the one before; `P` interpolates from a lattice of twice
-//! the spacing (`lattice.rs`), and is made once from positions and structure. One application is a symmetric
-//! V-cycle with Chebyshev smoothing (`smoother.rs`), in single precision, and a sparse Cholesky solution
-//! where few unknowns are left. Briggs, Henson, McCormick 2000, *A multigrid tutorial*, chapters 3 and 10.
+//! Coarser levels solve for smooth errors, which a smoother hardly reduces. Each level is the Galerkin
+//! product `P^T A P` of the finer one; `P` interpolates from a lattice of twice the spacing
+//! (`lattice.rs`) and is built once from positions and structure. One application is a symmetric V-cycle
+//! with Chebyshev smoothing (`smoother.rs`) in single precision, and a sparse Cholesky solve on the
+//! coarsest level. Briggs, Henson, McCormick 2000, *A multigrid tutorial*, chapters 3 and 10.
 
 mod coarsest;
 pub mod galerkin;
@@ -24,13 +24,13 @@ use super::block_matrix::BlockMatrix;
 use super::cholesky::NotPositiveDefinite;
 use super::conjugate_gradients::Preconditioner;
 
-/// So few unknowns are solved for directly.
+/// Unknowns up to which a level is solved directly.
 const DIRECT: usize = 300;
-/// The spacing of the first lattice, in mean lengths of an edge.
+/// Spacing of the first lattice, in mean edge lengths.
 const FIRST_SPACING: f64 = 2.0;
-/// A level must have this part of the rows of the one before at most.
+/// Largest ratio of the rows of a level to those of the finer one.
 const COARSER: f64 = 0.7;
-/// Nodes may depend on others to rounding: the diagonal of the coarsest matrix grows by this part.
+/// Relative shift of the coarsest diagonal: nodes may be linearly dependent to rounding.
 const SHIFT: f64 = 1e-9;
 
 /// Approximates `A^-1` by one V-cycle.
@@ -38,45 +38,49 @@ pub struct Multigrid<const D: usize> {
     levels: Vec<GridLevel<D>>,
     coarsest: Coarsest<D>,
     held: HeldCoordinates,
-    /// A power of two: all levels are those of so many times the matrix.
+    /// Power of two by which all levels scale the matrix.
     scale: f64,
-    /// Version of the pattern that the finest level has.
+    /// Pattern version of the finest level.
     pattern: u64,
 }
 
-/// A level and the way to the next.
+/// A level and its transfer to the next.
 struct GridLevel<const D: usize> {
     smoother: Smoother<D>,
     prolongation: Prolongation,
     galerkin: Galerkin<D>,
-    /// The matrix of the next level.
+    /// Matrix of the next level.
     coarse: BlockMatrix<D>,
 }
 
-/// Coordinates whose rows and columns are zero but for the diagonal: they are solved for apart.
+/// Constrained coordinates, whose rows and columns are zero except for the diagonal; they are solved
+/// separately.
 pub struct HeldCoordinates {
     coordinates: Vec<u32>,
     /// `1 / A_ii` of each.
     inverse: Vec<f64>,
-    /// Bit `k` of number `i`: component `k` of vertex `i` is held. Empty where no vertex is held in part.
+    /// Bit `k` of entry `i` is set if component `k` of vertex `i` is constrained. Empty if no vertex is
+    /// constrained in part.
     mask: Vec<u8>,
 }
 
 impl<const D: usize> Multigrid<D> {
-    /// Matrix of the level below `level`, 0 being the finest, in units of [`Preconditioner::update`]'s own.
+    /// Returns the matrix below level `level` (0 is the finest), in the units of
+    /// [`Preconditioner::update`].
     pub fn coarse(&self, level: usize) -> &BlockMatrix<D> {
         &self.levels[level].coarse
     }
 
-    /// The levels for matrices of the structure of `matrix`, whose vertices are at `x` (flat). `held` says of
-    /// every coordinate whether its row and column are zero but for the diagonal; a vertex that is held in
-    /// all its coordinates has no other block. `None` where the factor of the coarsest level would not fit
-    /// memory.
+    /// Builds the levels for matrices with the structure of `matrix`, whose vertices are at `x` (flat).
+    /// `held` has for each coordinate whether it is constrained: its row and column are zero except for
+    /// the diagonal, and a fully constrained vertex has no other block. `None` if the factor of the
+    /// coarsest level would not fit memory.
     pub fn new(matrix: &BlockMatrix<D>, x: &[f64], held: &[bool]) -> Option<Self> {
         Self::until(matrix, x, held, &Stop::default())
     }
 
-    /// The same; `None` too where the flag is set, which is looked at before every level.
+    /// Builds the levels as [`new`](Self::new) does; also returns `None` if the flag is set, which each
+    /// level checks.
     pub(crate) fn until(matrix: &BlockMatrix<D>, x: &[f64], held: &[bool], stop: &Stop) -> Option<Self> {
         let mut positions = x.as_chunks::<D>().0.to_vec();
         let mut spacing = FIRST_SPACING * mean_edge(matrix, &positions);
@@ -88,7 +92,7 @@ impl<const D: usize> Multigrid<D> {
                 return None;
             }
             let fine = levels.last().map_or(matrix, |level| &level.coarse);
-            // Where everything is within a cube or two, a wider lattice is no coarser.
+            // If all vertices are within a cube or two, a wider lattice is no coarser.
             if fine.rows() * D <= DIRECT || !(spacing > 0.0 && spacing <= 4.0 * (high - low)) {
                 break;
             }
@@ -106,18 +110,19 @@ impl<const D: usize> Multigrid<D> {
         Some(Multigrid { levels, coarsest, held: HeldCoordinates::new::<D>(held), scale: 1.0, pattern: 0 })
     }
 
-    /// Rows of every level, the finest first.
+    /// Returns the rows of all levels, the finest first.
     pub fn rows(&self) -> Vec<usize> {
         let levels = self.levels.iter().map(|level| level.prolongation.rows());
         levels.chain([self.coarsest.rows()]).collect()
     }
 
-    /// Takes a matrix whose pattern, of this version, has more blocks than the levels were made for: the
-    /// finest level smooths with all of it, coarser ones are of the `fixed` part alone. The preconditioner
-    /// stays symmetric and positive definite, as it does for any coarse matrix that is.
+    /// Updates the levels for a matrix whose pattern, of version `pattern`, has more blocks than they
+    /// were built for. The finest level smooths with the whole matrix; coarser ones use the `fixed` part.
+    /// The preconditioner stays symmetric and positive definite, as for any positive definite coarse
+    /// matrix.
     ///
     /// # Errors
-    /// [`NotPositiveDefinite`] where the fixed part is not.
+    /// [`NotPositiveDefinite`] if the fixed part is not positive definite.
     pub(crate) fn update_parts(
         &mut self,
         fixed: &BlockMatrix<D>,
@@ -129,7 +134,7 @@ impl<const D: usize> Multigrid<D> {
             let (vertex, k) = (*i as usize / D, *i as usize % D);
             *inverse = 1.0 / whole.value[whole.diagonal[vertex] as usize][k][k];
         }
-        // A power of two that brings the largest entries near 1, within what single precision can hold.
+        // A power of two that scales the largest entries to about 1, within single precision.
         let diagonal = whole.diagonal.iter().map(|at| whole.value[*at as usize]);
         let largest = diagonal.flat_map(|block| (0..D).map(move |k| block[k][k])).fold(0.0, f64::max);
         *scale = if largest > 0.0 { (-largest.log2().floor()).clamp(-120.0, 120.0).exp2() } else { 1.0 };
@@ -150,9 +155,10 @@ impl<const D: usize> Multigrid<D> {
         coarsest.set(levels.last().map_or(fixed, |level| &level.coarse), *scale)
     }
 
-    /// Solves roughly for the right-hand side of the first level.
+    /// Applies one V-cycle to the right-hand side of the first level.
     fn cycle(&mut self) {
         let Multigrid { levels, coarsest, held, .. } = self;
+        // Downwards: smooth, and restrict the residual.
         for l in 0..levels.len() {
             let (before, after) = levels.split_at_mut(l + 1);
             let GridLevel { smoother, prolongation, .. } = &mut before[l];
@@ -161,6 +167,7 @@ impl<const D: usize> Multigrid<D> {
             prolongation.restrict(&smoother.r, next);
         }
         coarsest.solve();
+        // Upwards: add the coarse correction, and smooth.
         for l in (0..levels.len()).rev() {
             let (before, after) = levels.split_at_mut(l + 1);
             let GridLevel { smoother, prolongation, .. } = &mut before[l];
@@ -177,7 +184,7 @@ impl<const D: usize> Multigrid<D> {
 }
 
 impl HeldCoordinates {
-    /// Coordinates that `held` names, flat `(vertices, D)`.
+    /// Collects the coordinates marked in `held`, flat `(vertices, D)`.
     pub fn new<const D: usize>(held: &[bool]) -> Self {
         let bits = |vertex: &[bool; D]| (0..D).map(|k| u8::from(vertex[k]) << k).sum();
         let mut mask: Vec<u8> = held.as_chunks::<D>().0.iter().map(bits).collect();
@@ -189,8 +196,8 @@ impl HeldCoordinates {
         HeldCoordinates { inverse: vec![1.0; coordinates.len()], coordinates, mask }
     }
 
-    /// Byte of each vertex, whose bit `k` says that component `k` is held; empty where no vertex is held in
-    /// part.
+    /// Returns a byte per vertex, with bit `k` set if component `k` is constrained; empty if no vertex is
+    /// constrained in part.
     pub fn mask(&self) -> &[u8] {
         &self.mask
     }
@@ -205,7 +212,7 @@ impl<const D: usize> Preconditioner<D> for Multigrid<D> {
         if self.levels.is_empty() {
             return self.coarsest.solve_flat(r, z);
         }
-        // Residuals of any size fit single precision.
+        // Normalised, so that residuals of any size fit single precision.
         let largest = r.iter().fold(0.0, |m: f64, r| m.max(r.abs()));
         if !(largest > 0.0 && largest.is_finite()) {
             return z.copy_from_slice(r);

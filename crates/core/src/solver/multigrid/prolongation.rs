@@ -1,11 +1,11 @@
-//! Interpolation from a coarse level to the next finer one.
+//! Interpolation from a coarse multigrid level to the next finer one.
 
 use rayon::prelude::*;
 
 use super::smoother::{Row, TASK_ROWS};
 
-/// The matrix `P`, one weight for all components of a vertex: `u_fine = P u_coarse`. A fine row without
-/// entries takes no part in the coarse level.
+/// Prolongation matrix `P` with one weight for all components of a vertex: `u_fine = P u_coarse`. A fine
+/// row without entries takes no part in the coarse level.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Prolongation {
     /// Entries of fine row `i` are `start[i]..start[i + 1]`, columns ascending.
@@ -24,7 +24,7 @@ struct Transposed {
 }
 
 impl Prolongation {
-    /// From the entries of every fine row, for so many coarse `columns`.
+    /// Builds the matrix from the entries of each fine row.
     pub(super) fn new(rows: &[Vec<(u32, f64)>], columns: usize) -> Self {
         let mut p = Prolongation { start: vec![0], ..Default::default() };
         for row in rows {
@@ -49,30 +49,30 @@ impl Prolongation {
         Prolongation { transposed, ..p }
     }
 
-    /// Fine rows.
+    /// Returns the number of fine rows.
     pub fn rows(&self) -> usize {
         self.start.len() - 1
     }
 
-    /// Coarse nodes.
+    /// Returns the number of coarse nodes.
     pub fn columns(&self) -> usize {
         self.transposed.start.len() - 1
     }
 
-    /// The entries of fine row `i`.
+    /// Returns the entries of fine row `i`.
     #[inline(always)]
     pub fn row(&self, i: usize) -> impl Iterator<Item = (usize, f64)> {
         let range = self.start[i] as usize..self.start[i + 1] as usize;
         self.column[range.clone()].iter().map(|c| *c as usize).zip(self.weight[range].iter().copied())
     }
 
-    /// The fine rows that coarse node `c` reaches.
+    /// Returns the fine rows that coarse node `c` reaches.
     pub fn support(&self, c: usize) -> &[u32] {
         let Transposed { start, row, .. } = &self.transposed;
         &row[start[c] as usize..start[c + 1] as usize]
     }
 
-    /// `coarse = P^T fine`.
+    /// Computes `coarse = P^T fine`.
     pub(super) fn restrict(&self, fine: &[Row], coarse: &mut [Row]) {
         let Transposed { start, row, weight } = &self.transposed;
         let one = |(c, out): (usize, &mut Row)| {
@@ -89,7 +89,7 @@ impl Prolongation {
         for_each(coarse, one);
     }
 
-    /// `fine += P coarse`.
+    /// Computes `fine += P coarse`.
     pub(super) fn add(&self, coarse: &[Row], fine: &mut [Row]) {
         let one = |(i, out): (usize, &mut Row)| {
             for (c, w) in self.row(i) {
@@ -101,7 +101,6 @@ impl Prolongation {
         for_each(fine, one);
     }
 
-    /// Bytes held.
     pub(super) fn bytes(&self) -> usize {
         let Transposed { start, row, weight } = &self.transposed;
         4 * (self.start.len() + self.column.len() + start.len() + row.len() + weight.len())
@@ -109,7 +108,7 @@ impl Prolongation {
     }
 }
 
-/// Runs `one` on every row, with its number.
+/// Runs `one` on all rows, with their numbers.
 fn for_each(rows: &mut [Row], one: impl Fn((usize, &mut Row)) + Send + Sync) {
     if rows.len() < 2 * TASK_ROWS || rayon::current_num_threads() == 1 {
         rows.iter_mut().enumerate().for_each(one);

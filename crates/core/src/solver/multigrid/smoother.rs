@@ -1,11 +1,11 @@
-//! Chebyshev smoothing in single precision, with a matrix of 16 bits a number.
+//! Chebyshev smoother in single precision, with a matrix of 16-bit integers.
 //!
-//! Only the preconditioner is computed so: the conjugate gradients around it see the matrix in double, so
-//! what they converge to does not depend on it, and a third of the memory goes through the caches. The
-//! matrix is that of scaled unknowns, `S^-1 A S^-1` with `s_i^2` the largest entry on the diagonal of row
-//! `i`. None of its entries is larger than 1, whatever the stiffness there, and they are kept as integers,
-//! in units of 1/32767: the error, symmetric as the matrix, is at most 1.5e-5 of the diagonal. Floating
-//! point in half precision would lose thirty times that where entries are large, and those count.
+//! Only the preconditioner has this precision: the conjugate gradients around it use the matrix in double
+//! precision, so that their solution does not depend on it, and a third of the memory passes through the
+//! caches. The matrix is that of scaled unknowns, `S^-1 A S^-1`, with `s_i^2` the largest diagonal entry
+//! of row `i`. Its entries are at most 1 for any stiffness, and are stored in units of 1/32767. The error
+//! is symmetric and at most 1.5e-5 of the diagonal. Half-precision floats would lose thirty times as much
+//! at the large entries, which matter most.
 
 use rayon::prelude::*;
 
@@ -13,50 +13,50 @@ use crate::lanes::{Kernel, Lanes, dispatch};
 use crate::solver::block_matrix::BlockMatrix;
 use crate::solver::conjugate_gradients::inverse;
 
-/// The components of a vertex. Those beyond the dimension are zero in solutions and directions, and not
-/// looked at in right-hand sides and residuals.
+/// Components of a vertex. Those beyond the dimension are zero in solutions and directions, and ignored
+/// in right-hand sides and residuals.
 pub(super) type Row = [f32; 4];
-/// Rows that a thread takes at once: below twice as many the hand-over costs more than it saves.
+/// Rows per task; below twice as many, dispatch costs more than it saves.
 pub const TASK_ROWS: usize = 1024;
-/// Value of 1 in the matrix.
+/// Integer value of 1 in the matrix.
 const UNIT: f32 = 32767.0;
-/// Degree of the polynomial.
+/// Degree of the Chebyshev polynomial.
 const DEGREE: usize = 3;
-/// The polynomial damps what lies between the largest eigenvalue and this part of it.
+/// Ratio of the largest to the smallest eigenvalue that the polynomial damps.
 const RATIO: f64 = 12.0;
 /// Power iterations for the largest eigenvalue.
 const POWER_ITERATIONS: usize = 12;
-/// Factor by which bounds may fall short. Chebyshev's polynomial leaves [-1, 1] where an eigenvalue lies 8
-/// % above the interval.
+/// Safety factor for the eigenvalue bound. The Chebyshev polynomial leaves [-1, 1] at an eigenvalue 8 %
+/// above the interval.
 const SAFETY: f64 = 1.1;
 
-/// A matrix with the inverses of its diagonal blocks, and the vectors of one level. Between calls these are
-/// of the unknowns as they are, within them of the scaled ones.
+/// A matrix with the inverses of its diagonal blocks, and the vectors of one level. Vectors are in
+/// original unknowns between calls, in scaled ones within.
 #[derive(Debug, Default)]
 pub(super) struct Smoother<const D: usize> {
     row_start: Vec<u32>,
     column: Vec<u32>,
-    /// The blocks of `S^-1 A S^-1`, `D` columns each.
+    /// Blocks of `S^-1 A S^-1`, `D` columns each.
     value: Vec<[[i16; 4]; D]>,
-    /// The inverses of its diagonal blocks, `D` columns of four numbers for every row.
+    /// Inverses of its diagonal blocks, `D` columns of four numbers per row.
     inverse: Vec<[Row; D]>,
-    /// `s_i` of every row, and its inverse.
+    /// `s_i` of each row, and its inverse.
     scale: Vec<[f32; 2]>,
     /// Largest eigenvalue of `D^-1 A`.
     largest: f64,
-    /// The solution.
+    /// Solution.
     pub(super) x: Vec<Row>,
-    /// The right-hand side.
+    /// Right-hand side.
     pub(super) b: Vec<Row>,
-    /// The residual.
+    /// Residual.
     pub(super) r: Vec<Row>,
-    /// Directions: the last and the next one.
+    /// Last and next direction.
     d: Vec<Row>,
     e: Vec<Row>,
 }
 
 impl<const D: usize> Smoother<D> {
-    /// For matrices of this structure.
+    /// Allocates the smoother for matrices of this structure.
     pub(super) fn new(matrix: &BlockMatrix<D>) -> Self {
         let zero = || vec![[0.0; 4]; matrix.rows()];
         Smoother {
@@ -74,14 +74,16 @@ impl<const D: usize> Smoother<D> {
         }
     }
 
-    /// Takes `scale * matrix`.
+    /// Sets the matrix to `scale * matrix`.
     pub(super) fn set(&mut self, matrix: &BlockMatrix<D>, scale: f64) {
+        // Scales from the largest diagonal entry of each row.
         for (out, at) in self.scale.iter_mut().zip(&matrix.diagonal) {
             let block = &matrix.value[*at as usize];
             let largest = (0..D).fold(0.0, |m: f64, k| m.max(block[k][k]));
             let s = if largest > 0.0 { (scale * largest).sqrt() } else { 1.0 };
             *out = [s as f32, (1.0 / s) as f32];
         }
+        // Scaled blocks as integers.
         let of_row = |(row, out): (usize, &mut [[[i16; 4]; D]])| {
             let own = f64::from(self.scale[row][1]);
             for ((c, block), out) in matrix.row(row).zip(out) {
@@ -89,7 +91,7 @@ impl<const D: usize> Smoother<D> {
                 for l in 0..D {
                     for k in 0..D {
                         let units = (factor * block[k][l]) as f32;
-                        // Rounded; saturates where the matrix is not positive definite.
+                        // Rounded; saturates if the matrix is not positive definite.
                         out[l][k] = (units + 0.5_f32.copysign(units)) as i16;
                     }
                 }
@@ -108,6 +110,7 @@ impl<const D: usize> Smoother<D> {
             let rows: Vec<_> = rows.collect();
             rows.into_par_iter().with_min_len(TASK_ROWS).for_each(of_row);
         }
+        // Inverse diagonal blocks of the scaled matrix, and its largest eigenvalue.
         for ((out, at), [s, _]) in self.inverse.iter_mut().zip(&matrix.diagonal).zip(&self.scale) {
             let inverse = inverse(&matrix.value[*at as usize]);
             let factor = f64::from(*s) * f64::from(*s) / scale;
@@ -120,7 +123,7 @@ impl<const D: usize> Smoother<D> {
         self.largest = SAFETY * self.power_iteration();
     }
 
-    /// The largest eigenvalue of `D^-1 A`, from below.
+    /// Estimates the largest eigenvalue of `D^-1 A` from below.
     fn power_iteration(&mut self) -> f64 {
         let mut seed = 1u32;
         for row in &mut self.x {
@@ -147,7 +150,7 @@ impl<const D: usize> Smoother<D> {
     #[inline(always)]
     fn product(&self, i: usize, x: &[Row]) -> Row {
         let range = self.row_start[i] as usize..self.row_start[i + 1] as usize;
-        // A sum for every column of the blocks: they do not wait for each other.
+        // One sum per block column, so that they are independent.
         let mut sums = [[0.0; 4]; D];
         for (block, c) in self.value[range.clone()].iter().zip(&self.column[range]) {
             let x = &x[*c as usize];
@@ -175,8 +178,8 @@ impl<const D: usize> Smoother<D> {
         z
     }
 
-    /// `x = S b` by Chebyshev iterations from zero, and `r = b - A x`; Saad 2003, *Iterative methods for
-    /// sparse linear systems*, algorithm 12.1.
+    /// Computes `x = S b` by Chebyshev iterations from zero, and `r = b - A x`; Saad 2003, *Iterative
+    /// methods for sparse linear systems*, algorithm 12.1.
     pub(super) fn smooth_from_zero(&mut self) {
         let [mut x, mut r, mut d, mut e] = self.take();
         let (first, factors) = self.coefficients();
@@ -189,7 +192,7 @@ impl<const D: usize> Smoother<D> {
         self.put_back([x, r, d, e]);
     }
 
-    /// The same iterations from `x` on; `r` is left behind.
+    /// Runs the same iterations from `x`; `r` is overwritten.
     pub(super) fn smooth(&mut self) {
         let [mut x, mut r, mut d, mut e] = self.take();
         let (first, factors) = self.coefficients();
@@ -205,7 +208,7 @@ impl<const D: usize> Smoother<D> {
         self.put_back([x, r, d, e]);
     }
 
-    /// Runs `pass` on every row of the vectors, those that it needs.
+    /// Runs `pass` on all rows of the vectors that it needs.
     fn run<P: RowPass<D>>(&self, pass: P, vectors: [&mut [Row]; 3]) {
         let n = vectors[0].len();
         let [a, b, c] = vectors;
@@ -214,7 +217,7 @@ impl<const D: usize> Smoother<D> {
         if n < 2 * TASK_ROWS || rayon::current_num_threads() == 1 {
             return task((0, a, b, c));
         }
-        // Vectors that are not needed are empty.
+        // Unused vectors are empty.
         let mut tasks = Vec::with_capacity(n.div_ceil(TASK_ROWS));
         let (mut b, mut c) = (b, c);
         for (number, a) in a.chunks_mut(TASK_ROWS).enumerate() {
@@ -226,8 +229,8 @@ impl<const D: usize> Smoother<D> {
         tasks.into_par_iter().for_each(task);
     }
 
-    /// The factor of the first direction; of the last direction and of the residual in every further
-    /// iteration.
+    /// Returns the factor of the first direction, and for each further iteration those of the last
+    /// direction and of the residual.
     fn coefficients(&self) -> (f32, [(f32, f32); DEGREE - 1]) {
         let (high, low) = (self.largest, self.largest / RATIO);
         let (middle, half) = (0.5 * (high + low), 0.5 * (high - low));
@@ -250,7 +253,6 @@ impl<const D: usize> Smoother<D> {
         (self.x, self.r, self.d, self.e) = (x, r, d, e);
     }
 
-    /// Bytes held.
     pub(super) fn bytes(&self) -> usize {
         4 * (self.row_start.len() + self.column.len())
             + size_of_val(&self.value[..])
@@ -275,14 +277,14 @@ fn times(s: f32, a: Row) -> Row {
     [s * a[0], s * a[1], s * a[2], s * a[3]]
 }
 
-/// The sum of all squares.
+/// Sum of all squares.
 fn square(rows: &[Row]) -> f64 {
     rows.iter().map(|r| f64::from(r[0] * r[0] + r[1] * r[1] + r[2] * r[2])).sum()
 }
 
 /// Operation on row `i` of up to three vectors.
 trait RowPass<const D: usize>: Sync {
-    /// How many vectors it takes.
+    /// Number of vectors used.
     const VECTORS: usize;
     /// Mark the implementation `#[inline(always)]`, see [`crate::lanes`].
     fn row(&self, smoother: &Smoother<D>, i: usize, rows: [&mut Row; 3]);
@@ -313,7 +315,7 @@ impl<P: RowPass<D>, const D: usize> Kernel for RowSpan<'_, P, D> {
     }
 }
 
-/// `y = factor D^-1 A x`.
+/// Computes `y = factor D^-1 A x`.
 struct Power<'a> {
     x: &'a [Row],
     factor: f32,
@@ -329,7 +331,7 @@ impl<const D: usize> RowPass<D> for Power<'_> {
     }
 }
 
-/// `r = b`, `x = d = first D^-1 r`.
+/// Computes `r = b`, `x = d = first D^-1 r`.
 struct FromZero {
     first: f32,
 }
@@ -345,7 +347,7 @@ impl<const D: usize> RowPass<D> for FromZero {
     }
 }
 
-/// `r = b - A x`, `d = first D^-1 r`.
+/// Computes `r = b - A x`, `d = first D^-1 r`.
 struct FromSolution<'a> {
     x: &'a [Row],
     first: f32,
@@ -361,7 +363,7 @@ impl<const D: usize> RowPass<D> for FromSolution<'_> {
     }
 }
 
-/// `r -= A x`; then both leave the scaled unknowns.
+/// Computes `r -= A x`, then returns `r` and `x` to the original unknowns.
 struct ResidualPass<'a> {
     x: &'a [Row],
 }
@@ -390,7 +392,7 @@ impl<const D: usize> RowPass<D> for Advance<'_> {
 
     #[inline(always)]
     fn row(&self, smoother: &Smoother<D>, i: usize, [x, r, e]: [&mut Row; 3]) {
-        // Each row is read whole and written whole, or the compiler takes it apart.
+        // Each row is read and written whole, or the compiler splits it.
         let rest = minus(r, &smoother.product(i, self.d));
         *r = rest;
         let (z, d) = (smoother.precondition(i, &rest), self.d[i]);

@@ -1,4 +1,4 @@
-//! An [`Objective`] and its gradient at an iterate.
+//! Value and gradient of an [`Objective`] at an iterate.
 
 use super::Newton;
 use crate::solver::hessian::Weights;
@@ -6,8 +6,8 @@ use crate::solver::{Iterate, Objective, Velocity};
 use crate::system::System;
 
 impl<const D: usize> Newton<D> {
-    /// Writes the gradient of the objective at `at`, zero at held coordinates; false where it is not finite.
-    /// The system holds the force there afterwards.
+    /// Writes the gradient of the objective at `at`, zero at constrained coordinates. Returns false if it
+    /// is not finite. The system holds the force there afterwards.
     pub(super) fn residual(&mut self, system: &mut System, objective: &Objective<'_>, at: &Iterate) -> bool {
         let finite = system.evaluate(&at.x).is_some();
         if system.is_damped() {
@@ -28,7 +28,7 @@ impl<const D: usize> Newton<D> {
         finite
     }
 
-    /// Computes the velocities that belong to `at`; those of held coordinates are prescribed, and stay.
+    /// Computes the velocities of `at`; those of constrained coordinates are prescribed.
     pub(super) fn velocity_at(&mut self, system: &System, objective: &Objective<'_>, at: &Iterate) {
         self.velocity.resize(at.u.len(), 0.0);
         let (held, Velocity { rate, drift, .. }) = (system.inverse_mass(), objective.velocity);
@@ -38,8 +38,8 @@ impl<const D: usize> Newton<D> {
         }
     }
 
-    /// The objective at `at`, seen from the iterate `last`: what dissipates does so there, and forces
-    /// without energy are those there.
+    /// Returns the objective at `at` with the iterate `last`, where dissipation and non-conservative
+    /// forces are evaluated.
     pub(super) fn value(
         &mut self,
         system: &mut System,
@@ -59,7 +59,7 @@ impl<const D: usize> Newton<D> {
         self.conservative + self.changing_part(system, objective, last, at)
     }
 
-    /// The part of the objective at `at` that is another one for each iterate `last` that it is seen from.
+    /// Returns the part of the objective at `at` that depends on the iterate `last`.
     pub(super) fn changing_part(
         &mut self,
         system: &mut System,
@@ -78,7 +78,7 @@ impl<const D: usize> Newton<D> {
         objective.stiffness * part
     }
 
-    /// Makes `trial` the iterate a part of the direction away from `at`.
+    /// Sets `trial` to `at + step * direction`.
     pub(super) fn move_along(&mut self, system: &System, objective: &Objective<'_>, at: &Iterate, step: f64) {
         self.stepped_from = false;
         let held = system.inverse_mass();
@@ -89,7 +89,7 @@ impl<const D: usize> Newton<D> {
         }
     }
 
-    /// Makes the residual that at the trial; whether it is finite.
+    /// Computes the residual at the trial; returns whether it is finite.
     pub(super) fn residual_at_trial(&mut self, system: &mut System, objective: &Objective<'_>) -> bool {
         let trial = std::mem::take(&mut self.trial);
         let finite = self.residual(system, objective, &trial);

@@ -1,4 +1,4 @@
-//! The linear system of one iteration of Newton's method, by the solver that the scene names.
+//! Linear system of one Newton iteration, solved by the scene's linear solver.
 
 use super::evaluation::weights;
 use super::{Newton, STATIC_SHIFT};
@@ -17,19 +17,19 @@ use crate::system::System;
 pub(super) struct LinearRequest<'a> {
     /// Form of the element Hessians.
     pub(super) psd: Psd,
-    /// True if the matrix of an earlier iterate may serve.
+    /// True if the matrix of an earlier iterate may be reused.
     pub(super) old_matrix: bool,
     /// Tolerance of conjugate gradients.
     pub(super) tolerance: CgTolerance,
-    /// Motion of held coordinates that free ones follow to first order, flat [m].
+    /// Displacement of constrained coordinates, which free ones follow to first order, flat [m].
     pub(super) way: Option<&'a [f64]>,
 }
 
 /// Outcome of one linear solve.
 pub(super) enum Direction {
-    /// A direction of descent, which solves the linear system.
+    /// A descent direction that solves the linear system.
     Descent,
-    /// A direction of descent, and no more: the matrix is not positive definite.
+    /// A descent direction only: the matrix is not positive definite.
     Truncated,
     /// The matrix is not positive definite.
     Indefinite,
@@ -37,16 +37,16 @@ pub(super) enum Direction {
     Failed,
 }
 
-/// One of the solvers by iterations that a minimisation may go through before a factorisation.
+/// Iterative solvers that a minimisation may try before a factorisation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum IterativeSolver {
     /// Conjugate gradients with symmetric Gauss-Seidel, for a few iterations.
     First,
-    /// The one that the options choose.
+    /// The solver chosen by the options.
     Chosen,
 }
 
-/// Minimisations that leave a solver out because it stalled: twice as many after each time.
+/// Minimisations for which a stalled solver is skipped; the count doubles each time.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Pause {
     left: u64,
@@ -54,26 +54,26 @@ pub(super) struct Pause {
 }
 
 impl Pause {
-    /// True if the solver is to be tried.
+    /// True if the solver may be tried.
     pub(super) fn is_over(self) -> bool {
         self.left == 0
     }
 
-    /// Leaves it out from now on.
+    /// Skips the solver from now on.
     fn begin(&mut self) {
         self.last = 2 * self.last.max(1);
         self.left = self.last;
     }
 
-    /// Counts a minimisation that begins.
+    /// Counts a minimisation that starts.
     pub(super) fn count(&mut self) {
         self.left = self.left.saturating_sub(1);
     }
 }
 
 impl<const D: usize> Newton<D> {
-    /// Solves `A d = -residual` for the direction, `A_ff d_f = -r_f - A_fp d_p` where free coordinates follow
-    /// a way `d_p` of held ones.
+    /// Solves `A d = -residual` for the direction, or `A_ff d_f = -r_f - A_fp d_p` if constrained
+    /// coordinates move by `d_p`.
     pub(super) fn solve_linear(
         &mut self,
         system: &mut System,
@@ -96,6 +96,7 @@ impl<const D: usize> Newton<D> {
             }
             return self.matrix_free(system, weights, x);
         }
+        // Decide between iterations and a factorisation; a reused factor only needs a solve.
         let first = self.options.linear.first_iterations(system, objective.inertia, x.len() / D);
         let first = first.filter(|_| self.pause_of_first.is_over());
         let by_iterations = linear.is_iterative() && self.pause_of_iterations.is_over();
@@ -104,13 +105,14 @@ impl<const D: usize> Newton<D> {
             cholesky.solve(&mut self.direction);
             return Direction::Descent;
         }
+        // Assemble the matrix, unless the last one is reused.
         let assembler = self.assembler.as_mut().expect("prepared");
         if !old_matrix {
             system.find_stencils(x);
             let predicted_from = self.stepped_from.then_some(&self.trial.x[..]);
             assembler.assemble(system, At { x, v: &self.velocity, psd, predicted_from }, weights);
             if objective.inertia == 0.0 && psd == Psd::Projected {
-                // Projected Hessians may be singular, and nothing has inertia.
+                // Projected Hessians may be singular, and statics has no inertia.
                 assembler.shift(STATIC_SHIFT);
             }
             self.work.hessians += 1;
@@ -123,6 +125,7 @@ impl<const D: usize> Newton<D> {
         let matrices @ AssembledMatrix { whole: matrix, fixed, pattern, .. } = AssembledMatrix::of(assembler);
         self.at_hand = None;
         let made_for = (weights, psd, &x[..]);
+        // Try the iterative solvers in turn.
         for solver in [IterativeSolver::First, IterativeSolver::Chosen] {
             let iterative = match solver {
                 IterativeSolver::First => {
@@ -134,8 +137,8 @@ impl<const D: usize> Newton<D> {
                     if self.iterative.is_none() {
                         self.iterative = match linear {
                             LinearSolver::Multigrid => {
-                                // Where vertices are at the start may be anything; the lattices are for where
-                                // they belong.
+                                // Lattices are built over the reference positions, as the start may be
+                                // deformed.
                                 let rest = system.rest_positions().unwrap_or(x);
                                 let new = || Multigrid::until(fixed, rest, assembler.held(), &system.stop());
                                 self.levels.take().or_else(new).map(Iterative::multigrid)
@@ -152,7 +155,7 @@ impl<const D: usize> Newton<D> {
             self.work.cg_iterations += report.iterations;
             let cost = report.iterations as f64 * iterative.cost_of_iteration(matrix);
             if let (IterativeSolver::Chosen, Some(first)) = (solver, &mut self.first) {
-                // Where solves with levels turn out to be long, longer ones without them pay before.
+                // If multigrid solves turn out long, longer tries without it pay off first.
                 if first.raise_allowance(cost) {
                     self.pause_of_first = Pause::default();
                 }
@@ -165,10 +168,10 @@ impl<const D: usize> Newton<D> {
                     return Direction::Descent;
                 }
                 CgEnd::Stopped => return Direction::Failed,
-                // Before anything else the negative eigenvalues of elements are removed.
+                // First remove the negative eigenvalues of elements.
                 CgEnd::Indefinite if psd == Psd::Exact => return Direction::Indefinite,
                 CgEnd::Indefinite | CgEnd::Stalled => {
-                    // The rest of this solve, and the next ones.
+                    // Skip the solver for the rest of this solve and for the next ones.
                     match solver {
                         IterativeSolver::First => self.pause_of_first.begin(),
                         IterativeSolver::Chosen => self.pause_of_iterations.begin(),
@@ -177,10 +180,11 @@ impl<const D: usize> Newton<D> {
                 }
             }
         }
+        // Factorise; a changed pattern needs a new symbolic analysis.
         if self.cholesky.is_none() || self.factor_pattern != pattern {
             let places = system.ordering_positions(x);
-            // In the memory of the last one: two factors at a time would be the most that a run with contact
-            // holds.
+            // Reuses the memory of the last factor: two factors at a time would be the peak memory of a
+            // run with contact.
             self.cholesky = match self.cholesky.take() {
                 Some(last) => {
                     self.work.analyses += 1;
@@ -195,15 +199,14 @@ impl<const D: usize> Newton<D> {
         if cholesky.factorize(matrix).is_err() {
             return Direction::Indefinite;
         }
-        // A projected matrix is too stiff somewhere: corrections by it that are small need not be near a
-        // minimum.
+        // A projected matrix is too stiff somewhere: a small correction by it need not be near a minimum.
         self.at_hand = (psd == Psd::Exact).then_some(weights);
         self.solved_by = None;
         cholesky.solve(&mut self.direction);
         Direction::Descent
     }
 
-    /// Subtracts the forces in `solution` from the right-hand side in `direction`, of free coordinates.
+    /// Subtracts the forces in `solution` from the right-hand side in `direction` at free coordinates.
     fn subtract_from_direction(&mut self, system: &System, weights: Weights) {
         let forces = self.direction.iter_mut().zip(&self.solution).zip(system.inverse_mass());
         for ((right, force), _) in forces.filter(|(_, inverse_mass)| **inverse_mass != 0.0) {
@@ -211,13 +214,14 @@ impl<const D: usize> Newton<D> {
         }
     }
 
-    /// Conjugate gradients by products of the exact Hessian, without a preconditioner.
+    /// Conjugate gradients with products of the exact Hessian, without a preconditioner.
     fn matrix_free(&mut self, system: &mut System, weights: Weights, x: &[f64]) -> Direction {
         let right = std::mem::take(&mut self.direction);
         let mut solution = std::mem::take(&mut self.solution);
         let stop = system.stop();
         let held: Vec<bool> = system.inverse_mass().iter().map(|w| *w == 0.0).collect();
         let (velocity, mut damped) = (&self.velocity, vec![0.0; x.len()]);
+        // Product with stiffness, damping and inertia; identity at constrained coordinates.
         let product = |p: &[f64], q: &mut [f64]| {
             system.hessian_product(x, p, q);
             if system.is_damped() {
@@ -248,7 +252,7 @@ impl<const D: usize> Newton<D> {
         self.work.cg_iterations += report.iterations;
         match report.end {
             CgEnd::Converged => Direction::Descent,
-            // There are no elements whose negative eigenvalues could be removed.
+            // No element eigenvalues can be removed here.
             CgEnd::Indefinite => Direction::Truncated,
             CgEnd::Stalled | CgEnd::Stopped => Direction::Failed,
         }

@@ -22,73 +22,74 @@ use crate::material::Psd;
 use crate::solver::StepFault;
 use crate::system::System;
 
-/// Corrections of so many units in the last place of the positions may be rounding: they are where they no
-/// longer shrink.
+/// Corrections of this many units in the last place of the positions are rounding once they no longer
+/// shrink.
 const ULPS: f64 = 64.0;
-/// A factor at hand is kept while each correction is at most this part of the one before.
+/// A reused factor is kept while each correction is at most this fraction of the last.
 const CONTRACTION: f64 = 0.25;
-/// The relative residual that is asked of the first solve by conjugate gradients, and the largest afterwards.
+/// Relative residual of the first conjugate-gradient solve, and the largest one afterwards.
 const FORCING: [f64; 2] = [1e-2, 1e-1];
-/// A solve need not be more accurate than this part of what the matrix at hand lets corrections shrink by.
+/// Relative residual of a solve, as a fraction of the expected contraction of corrections.
 const FORCING_PART: f64 = 0.3;
-/// The smallest relative residual where terms guard ways: what they push back is no smoother for more.
+/// Smallest relative residual under terms that limit steps, where more accuracy does not help.
 const GUARDED_FORCING: f64 = 1e-5;
-/// The largest part of the error in the energy norm that such a solve leaves: it ends here or there.
+/// Largest energy-norm error of such a solve; either criterion ends it.
 ///
-/// At 5e-2 a stack of cubes in frictional contact, corrections below 1e-5 m, ends as near to its solution
-/// (6e-6 m) as by the residual alone (1.1e-5 m), and needs less than half of the iterations.
+/// At 5e-2 a stack of cubes in frictional contact, with corrections below 1e-5 m, ends as near to its
+/// solution (6e-6 m) as by the residual alone (1.1e-5 m), in less than half of the iterations.
 const GUARDED_ENERGY: f64 = 5e-2;
-/// The relative residual of solves for estimates of errors.
+/// Relative residual of solves for error estimates.
 const ESTIMATE: f64 = 1e-3;
-/// A full step so short, as a part of the size of the scene, may be near a minimum.
+/// Full-step length, as a fraction of the scene size, below which a minimum may be near.
 const NEAR: f64 = 1e-3;
-/// Ways between minima lead round in a circle where they shrink by less than this part of what goes over to
-/// the next: by all of it where minima stay.
+/// Relaxation threshold of the friction fixed-point iteration: below this relative contraction the minima
+/// cycle, and the update is damped.
 const ROUND: f64 = 0.1;
-/// They lead straight on where they shrink by more than this part.
+/// Above this relative contraction the damping is reduced.
 const STRAIGHT: f64 = 0.5;
-/// Addition to the diagonal of projected Hessians in statics, as a part of the largest entry.
+/// Shift of the diagonal of projected Hessians in statics, as a fraction of the largest entry.
 const STATIC_SHIFT: f64 = 1e-9;
-/// In statics, a body so many sizes of the scene away from its last equilibrium is one that nothing holds.
+/// In statics, a displacement of this many scene sizes from the last equilibrium means an unsupported
+/// body.
 const RUNAWAY: f64 = 1e3;
 
-/// Minimises objectives of one system, keeping structure and factorisations between them.
+/// Minimises objectives of one system; keeps structure and factorisations between them.
 pub(crate) struct Newton<const D: usize> {
     options: SolverOptions,
     assembler: Option<Assembler<D>>,
     cholesky: Option<Cholesky>,
-    /// The version of the pattern that `cholesky` is for.
+    /// Pattern version of `cholesky`.
     factor_pattern: u64,
-    /// The weights of the matrix that `cholesky` last factorised, or that is at hand for conjugate gradients;
-    /// none if it is projected.
+    /// Weights of the matrix last factorised by `cholesky` or available to conjugate gradients; `None` if
+    /// it is projected.
     at_hand: Option<Weights>,
-    /// Conjugate gradients that are tried before anything else.
+    /// Conjugate gradients that are tried first.
     first: Option<Iterative<D>>,
     pause_of_first: Pause,
     iterative: Option<Iterative<D>>,
-    /// Levels of multigrid that were lent, until they are first used.
+    /// Borrowed multigrid levels, until first used.
     levels: Option<Multigrid<D>>,
     pause_of_iterations: Pause,
-    /// The solver by iterations that the last system was solved by; `None` after a factorisation.
+    /// Iterative solver of the last linear system; `None` after a factorisation.
     solved_by: Option<IterativeSolver>,
-    /// Memory of the matrix-free solver.
+    /// Scratch memory of the matrix-free solver.
     cg: ConjugateGradients,
-    /// Size of the scene when the first objective was met [m].
+    /// Scene size at the first objective [m].
     size: f64,
-    /// The least speed [m/s] up to which friction grows; infinite where nothing rubs.
+    /// Smallest friction regularisation velocity [m/s]; infinite without friction.
     threshold_speed: f64,
     residual: Vec<f64>,
     direction: Vec<f64>,
     trial: Iterate,
-    /// True if `trial` is the iterate before: pressures are predicted from there.
+    /// True if `trial` is the last iterate, from which pressures are predicted.
     stepped_from: bool,
     /// Solutions of conjugate gradients.
     solution: Vec<f64>,
-    /// Velocities, where something dissipates.
+    /// Velocities, used with dissipation.
     velocity: Vec<f64>,
-    /// Gradient of the terms that have no energy, at the last iterate; empty where there are none.
+    /// Gradient of the non-conservative terms at the last iterate; empty without such terms.
     follower: Vec<f64>,
-    /// The part of the last value of the objective that is the same from every iterate.
+    /// Part of the last objective value that does not depend on the iterate.
     conservative: f64,
     work: SolverWork,
 }
@@ -122,15 +123,15 @@ impl<const D: usize> Newton<D> {
         }
     }
 
-    /// Counts a solve that ended with a `correction` [m] too large to have settled.
+    /// Counts a solve that ended with a `correction` [m] too large to be converged.
     fn note_loose(&mut self, system: &System, at: &Iterate, correction: f64) {
         let free = at.u.iter().zip(system.inverse_mass()).filter(|(_, w)| **w != 0.0);
         self.work.note_loose(correction, free.map(|(u, _)| *u), self.size);
     }
 
-    /// Minimises with what dissipative terms hold renewed on the way, and settles at most `most` times after
-    /// it. What is taken far from the minimum, between surfaces that all but touch, may lead nowhere: then
-    /// once more from the beginning, with what was taken there held to the minimum.
+    /// Minimises while updating lagged quantities along the way, then iterates to their fixed point at
+    /// most `most` times. Values lagged far from the minimum, with nearly closed gaps, may make the solve
+    /// fail: it then restarts with values lagged at its start, which it keeps to the minimum.
     fn minimize_frozen(
         &mut self,
         system: &mut System,
@@ -142,7 +143,7 @@ impl<const D: usize> Newton<D> {
         let mut end = self.solve(system, objective, at, (Begin::Anywhere, most - 1));
         if most > 1 && end.is_err() && !system.is_stopped() {
             at.clone_from(&start);
-            // Nothing of the way that failed is carried on.
+            // Discards everything from the failed attempt.
             system.thaw();
             system.freeze(&at.x, 1.0);
             end = self.solve(system, objective, at, (Begin::Anywhere, 0));
@@ -150,13 +151,12 @@ impl<const D: usize> Newton<D> {
         if end? { Ok(()) } else { self.settle(system, objective, at, most) }
     }
 
-    /// Goes on from a minimum until what dissipative terms hold is that of the minimum itself, at most `most`
-    /// times. Ways between minima shrink by about the same factor each time: the last is not gone where it
-    /// would be none.
+    /// Fixed-point iteration for the lagged quantities of dissipative terms: minimises again with those
+    /// of the last minimum, at most `most` times. Displacements between minima shrink by about the same
+    /// factor each time; the iteration stops if the predicted next one is below the tolerance.
     ///
-    /// Where they do not shrink, as of friction that lifts its own load, minima go round in a circle: then
-    /// what is held goes only a part of the way to that of the minimum (Mann 1953, "Mean value methods in
-    /// iteration", Proc. Amer. Math. Soc. 4, no. 3).
+    /// If they do not shrink, as for friction that lifts its own load, the minima cycle: the update is
+    /// then damped (Mann 1953, "Mean value methods in iteration", Proc. Amer. Math. Soc. 4, no. 3).
     fn settle(
         &mut self,
         system: &mut System,
@@ -171,11 +171,13 @@ impl<const D: usize> Newton<D> {
                 return Ok(());
             }
             self.solve(system, objective, at, (Begin::NearMinimum, 0))?;
+            // Displacement of the minimum at full relaxation, and the predicted next one.
             let moved = before.iter().zip(&at.u).fold(0.0, |m: f64, (a, b)| m.max((b - a).abs())) / part;
             let left = if last.is_finite() && moved < last { moved * (moved / last) } else { moved };
             if left <= self.tolerance(system, objective, at) {
                 return Ok(());
             }
+            // Adapt the relaxation factor to the contraction.
             let shrunk = (1.0 - moved / last) / part;
             if shrunk < ROUND {
                 (most_part, part) = (0.75 * part, 0.5 * part);
@@ -188,7 +190,7 @@ impl<const D: usize> Newton<D> {
         Ok(())
     }
 
-    /// Makes the structure of the matrix, unless the one there is fits.
+    /// Builds the matrix structure, unless the existing one fits.
     fn prepare(&mut self, system: &mut System, x: &[f64]) {
         if self.size == 0.0 {
             self.size = self.options.size.unwrap_or_else(|| scene_size(x, system.dimension()));
@@ -217,9 +219,9 @@ impl<const D: usize> super::Minimizer for Newton<D> {
         at: &mut Iterate,
     ) -> Result<(), StepFault> {
         self.prepare(system, &at.x);
-        // Where nothing is held at the start, as before bodies meet, it may be on the way. A single iteration
-        // sees what there is where it starts; what is never renewed is of the start of the step, not of a
-        // guess.
+        // Bodies not in contact at the start may meet along the way. A single iteration uses the lagged
+        // values where it starts. Values that are never updated are taken at the start of the step, not
+        // at a guess.
         let most = system.most_renewals().filter(|_| !objective.single_iteration);
         system.freeze(if most == Some(1) { objective.velocity.origin } else { &at.x }, 1.0);
         let end = match most {
@@ -236,7 +238,7 @@ impl<const D: usize> super::Minimizer for Newton<D> {
     }
 
     fn solve_last(&mut self, right: &mut [f64]) -> bool {
-        // A projected matrix is none of the Jacobian.
+        // A projected matrix is not the Jacobian.
         let Some(weights) = self.at_hand else { return false };
         if let Some(solver) = self.solved_by {
             let iterative = match solver {
@@ -246,7 +248,7 @@ impl<const D: usize> super::Minimizer for Newton<D> {
             let (Some(iterative), Some(assembler)) = (iterative, &self.assembler) else {
                 return false;
             };
-            // Where the pattern is still that of the last solve, places say nothing.
+            // If the pattern is that of the last solve, positions are not used.
             let made_for = (weights, Psd::Exact, &self.trial.x[..]);
             let matrices = AssembledMatrix::of(assembler);
             let report = iterative.solve(matrices, made_for, right, &mut self.solution, ESTIMATE.into());
@@ -263,7 +265,7 @@ impl<const D: usize> super::Minimizer for Newton<D> {
 
     fn exchange_structure(&mut self, system: &System, lent: Option<LentStructure>) -> Option<LentStructure> {
         let used = self.iterative.take().and_then(Iterative::into_levels);
-        // Over other positions than those at rest they are of one run alone.
+        // Levels over other positions than the reference ones belong to one run alone.
         let levels = used.or(self.levels.take()).filter(|_| system.rest_positions().is_some());
         let own = self.assembler.take().map(|assembler| MatrixStructure { assembler, levels });
         (self.cholesky, self.at_hand, self.first) = (None, None, None);
@@ -293,13 +295,13 @@ impl<const D: usize> super::Minimizer for Newton<D> {
         solver.prepare(system, x);
         let vectors = 8 * x.len() * usize::from(system.is_damped());
         let linear = solver.options.linear.choose(system);
-        // Lists of contact are held as long as steps are taken; those at the start are much like later ones.
+        // Contact lists persist between steps; those at the start are representative.
         system.find_stencils(x);
         if let Some(assembler) = &mut solver.assembler {
             assembler.expect_stencils(system, x);
         }
         let Some(assembler) = &solver.assembler else {
-            // Of the products with damping, and what is held.
+            // Vectors for the products with damping, and the flags of constrained coordinates.
             return solver.bytes() + vectors + conjugate_gradients::bytes(x.len()) + 9 * x.len();
         };
         let matrix = assembler.matrix();
@@ -312,10 +314,10 @@ impl<const D: usize> super::Minimizer for Newton<D> {
             LinearSolver::Cg => Iterative::<D>::gauss_seidel_bytes(matrix),
             LinearSolver::Multigrid => Multigrid::new(assembler.fixed(), rest, assembler.held())
                 .map_or(usize::MAX / 2, |levels| levels.bytes() + conjugate_gradients::bytes(x.len())),
-            // Where iterations are tried first, the factor of those that take too many is counted.
+            // If iterations are tried first, count the factor of those that fail.
             LinearSolver::Cholesky | LinearSolver::Auto | LinearSolver::MatrixFree => factor(x),
         };
-        // Iterations that are tried first may take too many: what comes after them is counted beside them.
+        // Iterations tried first may fail: count the solver after them, too.
         let first = solver.options.linear.first_iterations(system, 1.0, matrix.rows());
         let first = first.map_or(0, |_| Iterative::<D>::gauss_seidel_bytes(matrix));
         (solver.bytes() + vectors + first).saturating_add(linear)

@@ -1,9 +1,10 @@
-//! Prescribed motion that terms guard the way of: held coordinates go to their places together with the
-//! others.
+//! Prescribed motion under terms that limit steps: constrained coordinates move together with the free
+//! ones.
 //!
-//! Put there at once, they could pass through what they push. The rest of their way `d_p` is part of the
-//! direction instead, and free coordinates follow it to first order, `A_ff d_f = -r_f - A_fp d_p`; both go as
-//! far as the way is free. Once the way is used up, the search for the minimum goes on as everywhere.
+//! Set to their final positions at once, they could interpenetrate what they push. Instead their
+//! remaining displacement `d_p` is part of the Newton direction, and free coordinates follow to first
+//! order, `A_ff d_f = -r_f - A_fp d_p`. The step is truncated at the first impact. After the displacement
+//! is complete, the minimisation proceeds as usual.
 
 use super::Newton;
 use super::linear::{Direction, LinearRequest};
@@ -13,20 +14,20 @@ use crate::solver::iterative::CG_TOLERANCE;
 use crate::solver::{Iterate, Objective, SolveFailure};
 use crate::system::System;
 
-/// Directions in which so small a part of the way was free lead nowhere.
+/// A step fraction below this counts as stuck.
 const STUCK_PART: f64 = 1e-3;
-/// So many of them in a row end the solve.
+/// Consecutive stuck steps that end the solve.
 const STUCK_MOST: u32 = 20;
-/// Iterations of free coordinates alone after a direction whose way was not free, at most.
+/// Most iterations of the free coordinates alone after a truncated step.
 const YIELDING: u32 = 3;
-/// Halvings of a direction until its end has a finite energy.
+/// Most halvings until the energy is finite.
 const MAX_HALVINGS: u32 = 30;
 
 impl<const D: usize> Newton<D> {
-    /// Takes held coordinates to the goal of the objective.
+    /// Moves constrained coordinates to the goal of the objective.
     ///
     /// # Errors
-    /// [`SolveFailure::Obstructed`] where the way is blocked, and failures of the linear solver.
+    /// [`SolveFailure::Obstructed`] if the motion is blocked; failures of the linear solver.
     pub(super) fn go_to_goal(&mut self, solve: &mut NewtonSolve<'_>) -> Result<(), SolveFailure> {
         let Some(goal) = solve.objective.goal else { return Ok(()) };
         let (mut stuck, mut iterations, mut has_yielded) = (0, 0, false);
@@ -42,8 +43,8 @@ impl<const D: usize> Newton<D> {
             if solve.system.is_stopped() {
                 return Err(SolveFailure::Stopped);
             }
-            // Near their minimum free coordinates follow, and no more: what is left of their forces would be
-            // the longer part of the direction, and what stops it would stop a way of rounding alone.
+            // Near their minimum, free coordinates only follow. Their remaining forces would dominate the
+            // direction, and whatever stops it would also stop a displacement of rounding size.
             if has_yielded {
                 self.residual.fill(0.0);
             }
@@ -51,7 +52,7 @@ impl<const D: usize> Newton<D> {
             self.work.newton_iterations += 1;
             let part = self.move_with_held(solve.system, solve.objective, solve.at)?;
             self.note_limited(solve, part < 1.0);
-            // A way that ends where a gap is closed is cut short to the last bit, each time by most of it.
+            // A step that ends with a closed gap is truncated to the last bit, each time by most of it.
             let is_rounding = way.iter().all(|way| way.abs() <= f64::EPSILON * self.size);
             let leads_nowhere = part < STUCK_PART || part < 1.0 && is_rounding;
             stuck = if leads_nowhere { stuck + 1 } else { 0 };
@@ -69,11 +70,11 @@ impl<const D: usize> Newton<D> {
         }
     }
 
-    /// Lets free coordinates go towards their minimum while held ones wait. A way that ends at a contact has
-    /// used up most of its gap: pushed on at once, barriers become so stiff that nothing is left but
-    /// rounding.
+    /// Moves free coordinates towards their minimum while constrained ones wait. A step that ends at a
+    /// contact has used up most of its gap: continuing at once would make barriers so stiff that only
+    /// rounding is left.
     fn yield_to_held(&mut self, solve: &mut NewtonSolve<'_>) -> Result<(), SolveFailure> {
-        // What dissipative terms hold is renewed, and what is loose is told, on the way to the end alone.
+        // Lagged quantities are updated, and loose solves counted, only on the way to the final minimum.
         let (renewals, loose) = (std::mem::take(&mut solve.renewals), self.work.loose);
         solve.start_anew(None);
         for _ in 0..YIELDING {
@@ -86,7 +87,7 @@ impl<const D: usize> Newton<D> {
         Ok(())
     }
 
-    /// Solves for the direction of the free coordinates, and makes `way` that of the held ones.
+    /// Solves for the direction of the free coordinates; constrained ones get `way`.
     fn direction_along(&mut self, solve: &mut NewtonSolve<'_>, way: &[f64]) -> Result<(), SolveFailure> {
         let (system, objective) = (&mut *solve.system, solve.objective);
         let held: Vec<bool> = system.inverse_mass().iter().map(|w| *w == 0.0).collect();
@@ -109,8 +110,8 @@ impl<const D: usize> Newton<D> {
         Err(SolveFailure::Indefinite)
     }
 
-    /// Makes `trial` the place along the direction, held coordinates included, up to which the way is free
-    /// and the energy finite; the part of the direction.
+    /// Sets `trial` to the configuration along the direction, constrained coordinates included, up to the
+    /// first impact and with a finite energy. Returns the step fraction.
     fn move_with_held(
         &mut self,
         system: &mut System,
@@ -121,7 +122,7 @@ impl<const D: usize> Newton<D> {
         for _ in 0..MAX_HALVINGS {
             self.move_along(system, objective, at, part);
             for i in (0..at.x.len()).filter(|i| system.inverse_mass()[*i] == 0.0) {
-                // To the last bit: the goal is where the way ends.
+                // A full step ends at the goal exactly.
                 let all = objective.goal.filter(|_| part == 1.0).map(|goal| goal[i]);
                 self.trial.x[i] = all.unwrap_or(at.x[i] + part * self.direction[i]);
             }
@@ -137,7 +138,7 @@ impl<const D: usize> Newton<D> {
     }
 }
 
-/// Rest of the way from `x` to the goal, zero where nothing is held.
+/// Returns the displacement from `x` to the goal; zero at free coordinates.
 pub(super) fn rest_of_way(system: &System, goal: &[f64], x: &[f64]) -> Vec<f64> {
     let held = system.inverse_mass().iter().map(|w| *w == 0.0);
     goal.iter().zip(x).zip(held).map(|((goal, x), held)| if held { goal - x } else { 0.0 }).collect()

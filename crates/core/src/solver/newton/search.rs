@@ -1,77 +1,78 @@
-//! The line search of Newton's method.
+//! Line search of Newton's method: backtracking with sufficient decrease, and lengthening of projected
+//! steps.
 
 use super::Newton;
 use crate::solver::conjugate_gradients::dot;
 use crate::solver::{Iterate, Objective};
 use crate::system::System;
 
-/// Sufficient decrease of the line search: a fraction of what the slope promises. Nocedal, Wright 2006,
+/// Sufficient decrease, as a fraction of the decrease predicted by the slope. Nocedal, Wright 2006,
 /// *Numerical optimization*, eq. 3.4.
 pub(super) const ARMIJO: f64 = 1e-4;
-/// Change of the objective, relative to itself, below which it says less about a step than its slope does;
-/// Hager, Zhang 2005, "A
-/// new conjugate gradient method with guaranteed descent and an efficient line search", eq. 4.1.
+/// Relative change of the objective below which its slope says more about a step than its value; Hager,
+/// Zhang 2005, "A new conjugate gradient method with guaranteed descent and an efficient line search",
+/// eq. 4.1.
 const ROUNDING: f64 = 1e-10;
-/// So does a step that moves nothing by more than this part of the size of the scene: its decrease is of
-/// second order in that, and an energy that is a difference of large terms, as at rest, is only known to
-/// rounding of those.
+/// Largest displacement, as a fraction of the scene size, of a step judged by its slope as well: its
+/// decrease is of second order, and an energy that is a difference of large terms is only known to their
+/// rounding.
 const DROWNED: f64 = 1e-5;
-/// The slope at the end of such a step may be uphill by this part of that at its beginning; ibid., with
+/// Largest uphill slope at the end of such a step, as a fraction of the slope at its start; ibid., with
 /// delta = 0.1.
 const FLATTER: f64 = 0.8;
-/// The part where corrections have not shrunk for many iterations: forces have a kink on the way, and whole
-/// steps to and fro over it would be as good for ever.
+/// The same limit after many iterations without smaller corrections: forces have a kink, and full steps
+/// could go back and forth over it for ever.
 const FLAT: f64 = 0.0;
-/// A step that ends with this part of the slope at its beginning has ended too early.
+/// A step whose final slope is this fraction of the initial one has ended too early.
 const DOWNHILL: f64 = 0.5;
-/// Whole steps that one direction may go, a power of two.
+/// Longest step along one direction, in full steps; a power of two.
 const MOST_LENGTH: f64 = 64.0;
-/// Length of the way that is looked at, over that of the last step, a power of two: the longer the way, the
-/// more lies on it.
+/// Length of the trajectory checked by the step limiter at a time, in steps taken; a power of two. A
+/// longer one meets more obstacles.
 const LOOK_LENGTH: f64 = 4.0;
-/// Halvings of a step before the line search gives up: the direction is then useless to rounding.
+/// Halvings before the line search fails: the direction is then useless to rounding.
 const MAX_HALVINGS: u32 = 50;
 
-/// Values of the objective along the direction.
+/// The objective along the direction.
 pub(super) struct Slope {
-    /// Its value at the iterate.
+    /// Value at the iterate.
     pub(super) start: f64,
-    /// Its slope there, below zero.
+    /// Slope at the iterate, below zero.
     pub(super) slope: f64,
     /// Largest component of the direction [m].
     pub(super) correction: f64,
-    /// Corrections of so much [m] are none.
+    /// Newton tolerance: corrections up to this size [m] are negligible.
     pub(super) negligible: f64,
-    /// True if a step that has to be halved is none.
+    /// True if only a full step is accepted.
     pub(super) whole: bool,
-    /// True if the matrix has been projected.
+    /// True if the matrix was projected.
     pub(super) projected: bool,
-    /// True if a whole step may end above its promise.
+    /// True if a full step may be accepted although it does not decrease enough.
     pub(super) may_rise: bool,
     /// True if corrections have not shrunk for many iterations.
     pub(super) stagnates: bool,
 }
 
-/// A step that is as good as its slope promises, in `trial`.
+/// An accepted step, in `trial`.
 pub(super) struct Accepted {
-    /// The objective there.
+    /// Objective at the trial.
     pub(super) value: f64,
-    /// Its part there that is the same from every iterate.
+    /// Part of it that does not depend on the last iterate.
     pub(super) conservative: f64,
-    /// How often it was halved.
+    /// Number of halvings.
     pub(super) halvings: u32,
-    /// True if the force there is finite, where the residual is that of the trial already.
+    /// True if the force there is finite; set if the residual is already that of the trial.
     pub(super) finite: Option<bool>,
-    /// True if a term that guards ways admitted less than the whole step.
+    /// True if a term limited the step.
     pub(super) shortened: bool,
-    /// Part of the direction that it went, above one where it went on.
+    /// Fraction of the direction; above one for a lengthened step.
     pub(super) part: f64,
-    /// True if it ends above that promise, and has to be watched.
+    /// True if the step did not decrease enough and must be watched.
     pub(super) watched: bool,
 }
 
 impl<const D: usize> Newton<D> {
-    /// Goes along the direction as far as that lowers the objective; `None` where no step does.
+    /// Searches along the direction for a lower objective; `None` if no step lowers it.
     pub(super) fn search(
         &mut self,
         system: &mut System,
@@ -85,6 +86,7 @@ impl<const D: usize> Newton<D> {
         let shortened = step < 1.0 && system.has_guards();
         let mut halvings = 0;
         loop {
+            // Evaluate the objective at the trial.
             self.move_along(system, objective, at, step);
             let trial = std::mem::take(&mut self.trial);
             let there = self.value(system, objective, at, &trial);
@@ -99,17 +101,17 @@ impl<const D: usize> Newton<D> {
                 }
                 return Some(accepted);
             }
-            // A decrease that drowns in the rounding of the objective shows in its slope.
+            // If the decrease is below rounding, judge by the slope.
             let drowns = (there - start).abs() <= ROUNDING * (start.abs() + there.abs())
                 || there.is_finite() && step * correction <= DROWNED * self.size;
             if drowns {
                 let finite = self.residual_at_trial(system, objective);
                 let end = dot(&self.direction, &self.residual);
-                // Downhill at the end is as good: the way to a saddle gets steeper.
+                // Downhill at the end is as good: the slope steepens towards a saddle.
                 if finite && (end <= most_uphill * slope.abs() || correction <= negligible) {
                     return Some(Accepted { finite: Some(finite), ..accepted });
                 }
-                // The way on, or back, is from the iterate.
+                // The next step starts from the iterate again.
                 self.residual(system, objective, at);
             }
             if may_rise && !drowns && there.is_finite() && step == 1.0 {
@@ -123,10 +125,10 @@ impl<const D: usize> Newton<D> {
         }
     }
 
-    /// Goes on along a direction whose whole step ends where it is still as steep.
+    /// Lengthens a step whose end is still as steep as its start.
     ///
-    /// Projected matrices know no negative curvature: where a sheet in contact begins to buckle, their steps
-    /// are too short by what the projection left out. Each doubling costs an energy, an iteration costs a
+    /// Projected matrices have no negative curvature: if a sheet in contact starts to buckle, their steps
+    /// are too short by what the projection removed. A doubling costs one energy, an iteration costs a
     /// matrix.
     fn lengthen(
         &mut self,
@@ -141,10 +143,10 @@ impl<const D: usize> Newton<D> {
         if !finite || dot(&self.direction, &self.residual) > DOWNHILL * slope {
             return accepted;
         }
-        // The residual is that of the end of the whole step, not of where the way ends.
+        // The residual is that of the full step, not of the end of the lengthened one.
         accepted.finite = None;
         let mut step = 1.0;
-        // Free part of the way, and how far it was looked at.
+        // Collision-free length, and the length checked so far.
         let (mut most, mut seen) = (1.0, 1.0);
         while 2.0 * step <= MOST_LENGTH {
             let longer = 2.0 * step;
@@ -169,7 +171,7 @@ impl<const D: usize> Newton<D> {
         accepted
     }
 
-    /// Whole steps that the direction may go, at most so many.
+    /// Returns how many full steps the direction may go, at most `most`.
     fn longest(&mut self, system: &System, at: &Iterate, most: f64) -> f64 {
         self.direction.iter_mut().for_each(|d| *d *= most);
         let part = system.max_step(&at.x, &self.direction);

@@ -1,4 +1,4 @@
-//! One solve: its iterations, and what one leaves for the next.
+//! One Newton solve: its iterations and the state carried between them.
 
 use super::evaluation::weights;
 use super::linear::{Direction, LinearRequest};
@@ -15,22 +15,22 @@ use crate::solver::options::LinearSolver;
 use crate::solver::{ForceLeft, Iterate, Objective, SolveError, SolveFailure, StepFault};
 use crate::system::System;
 
-/// Corrections over the tolerance below which what dissipative terms hold is renewed; above, after two whole
+/// Corrections below this many tolerances update lagged quantities; larger ones do so only after two full
 /// steps in a row.
 const NEAR_END: f64 = 100.0;
-/// Part of the last correction before an exact Hessian that was indefinite, below which the next one is tried
-/// where terms guard ways.
+/// After an indefinite exact Hessian under terms that limit steps, the exact one is tried again below
+/// this fraction of the last correction.
 ///
-/// Hessians of cloth that buckles against a body are indefinite until shortly before the minimum: each that
-/// is tried in vain costs as much as the projected one after it.
+/// Cloth that buckles against a body has indefinite Hessians until shortly before the minimum, and each
+/// vain try costs as much as the projected one after it.
 const EXACT_AGAIN: f64 = 0.2;
-/// Iterations without a smaller correction than before after which steps must not end uphill.
+/// Iterations without a smaller correction after which steps must not end uphill.
 const STAGNANT: u32 = 30;
-/// Forces left in statics, over the largest of all, held coordinates included, that are rounding: positions
-/// have 1e-16 of their own, and contact is stiff.
+/// Residual forces in statics that count as rounding, relative to the largest force, constrained
+/// coordinates included: positions have a rounding of 1e-16, and contact is stiff.
 const BALANCED: f64 = 1e-11;
-/// Whole steps with projected Hessians after which an exact one is tried there in any case, twice as many
-/// after each that was indefinite: projected ones may lead to a minimum ever more slowly.
+/// Full steps with projected Hessians after which an exact one is tried in any case, doubled after each
+/// indefinite one: projected ones may converge ever more slowly.
 const FIRST_WAIT: u32 = 4;
 
 /// State of one solve.
@@ -38,74 +38,73 @@ pub(super) struct NewtonSolve<'a> {
     pub(super) system: &'a mut System,
     pub(super) objective: &'a Objective<'a>,
     pub(super) at: &'a mut Iterate,
-    /// The iteration at hand.
+    /// Current iteration.
     iteration: u32,
     /// Largest component of the last correction [m], and of the one before.
     pub(super) correction: f64,
     before: f64,
-    /// The least so far, and iterations since then.
+    /// Smallest correction so far, and iterations since then.
     least: f64,
     stagnant: u32,
-    /// The objective at the iterate, where the line search left it.
+    /// Objective at the iterate, if the line search computed it.
     value: Option<f64>,
-    /// Its part there that is the same from every iterate.
+    /// Part of it that does not depend on the last iterate.
     conservative: Option<f64>,
     /// Treatment of element Hessians.
     pub(super) psd: Psd,
     /// Corrections up to which exact element Hessians may be tried again [m].
     exact_below: f64,
-    /// Whole steps with projected Hessians until then in any case.
+    /// Full steps with projected Hessians until exact ones are tried in any case.
     wait: u32,
-    /// Such steps so far.
+    /// Number of such steps so far.
     waited: u32,
-    /// True if a matrix at hand may serve again.
+    /// True if the current matrix may be reused.
     keep: bool,
-    /// Relative residual that is asked of conjugate gradients.
+    /// Relative residual required of conjugate gradients.
     forcing: f64,
     /// True if `forcing` follows the convergence.
     inexact: bool,
-    /// True if Hessians were indefinite, or a step was shortened.
+    /// True if a Hessian was indefinite or a step was shortened.
     curved: bool,
-    /// True if the objective is another one in every iteration: with dissipation, or forces without energy.
+    /// True if the objective changes in each iteration: with dissipation or non-conservative forces.
     changes: bool,
-    /// Corrections of so much [m] are rounding.
+    /// Size of corrections [m] that are rounding.
     floor: f64,
-    /// Corrections of so much [m] are none.
+    /// Newton tolerance [m].
     negligible: f64,
-    /// How often what dissipative terms hold may still be renewed on the way.
+    /// How often lagged quantities may still be updated along the way.
     pub(super) renewals: u32,
-    /// Iterations in a row that began with it renewed.
+    /// Consecutive iterations that started with updated lagged quantities.
     fresh: u32,
-    /// True if the step before was whole.
+    /// True if the last step was full.
     went_whole: bool,
-    /// Iterations in a row whose ways were cut short.
+    /// Consecutive iterations with limited steps.
     limited: u64,
-    /// True if it is that of the end, as far as the tolerance goes.
+    /// True if the lagged quantities are converged to the tolerance.
     settled: bool,
-    /// Watch over steps that raise the objective at first.
+    /// Watchdog for steps that raise the objective.
     pub(super) watchdog: Watchdog,
 }
 
-/// Place where a solve begins.
+/// Start of a solve.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Begin {
     Anywhere,
-    /// So near that the first correction may be the last: it is worth an accurate one.
+    /// Near enough that the first correction may be the last: it is computed accurately.
     NearMinimum,
 }
 
-/// Solution of the linear system of one iteration, in `direction`.
+/// Direction of one iteration, in `direction`.
 #[derive(Clone, Copy)]
 struct Correction {
     /// Slope of the objective along it, below zero.
     slope: f64,
-    /// True if it says nothing of how far a minimum is.
+    /// True if its length says nothing about the distance to a minimum.
     truncated: bool,
-    /// True if the matrix is one of before.
+    /// True if the matrix was reused.
     old_matrix: bool,
 }
 
-/// Whether a solve goes on.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum SolveProgress {
     Continues,
@@ -129,7 +128,7 @@ impl<'a> NewtonSolve<'a> {
             exact_below: f64::INFINITY,
             wait: 0,
             waited: 0,
-            // The textbook's single iteration is one with the Hessian where it starts.
+            // The textbook's single iteration uses the Hessian at its start.
             keep: !objective.single_iteration,
             forcing: CG_TOLERANCE,
             inexact: false,
@@ -149,7 +148,7 @@ impl<'a> NewtonSolve<'a> {
         }
     }
 
-    /// Forgets what corrections were like: the iterate is another one, of this value where that is known.
+    /// Resets the convergence history for another iterate, with this objective value if known.
     pub(super) fn start_anew(&mut self, value: Option<f64>) {
         (self.correction, self.before) = (f64::INFINITY, f64::INFINITY);
         (self.least, self.stagnant) = (f64::INFINITY, 0);
@@ -170,8 +169,10 @@ impl<'a> NewtonSolve<'a> {
         StepFault { solve, fault: at.fault.clone().or_else(near), ..at }
     }
 
+    /// Checks that no body runs away in statics.
+    ///
     /// # Errors
-    /// In statics, a body that nothing holds runs away.
+    /// [`SolveFailure::Indefinite`] if an unsupported body runs away.
     fn check_distance(&self, size: f64) -> Result<(), SolveFailure> {
         if self.objective.inertia != 0.0 {
             return Ok(());
@@ -181,12 +182,12 @@ impl<'a> NewtonSolve<'a> {
         if away > RUNAWAY * size { Err(SolveFailure::Indefinite) } else { Ok(()) }
     }
 
-    /// Sets the accuracy of the next linear solve. Corrections shrink by what solves leave, or by how much
-    /// the matrix has changed: the former need not be much less. Negative curvature, though, shows only in
-    /// solves that are accurate.
+    /// Sets the relative residual of the next linear solve. Corrections shrink by the linear residual or
+    /// by the change of the matrix: the former need not be much smaller. Negative curvature, though, only
+    /// shows in accurate solves.
     ///
-    /// Where terms guard ways, steps are shortened and elements are projected far from the minimum, by what
-    /// bodies meet there: that says nothing of curvature.
+    /// Under terms that limit steps, shortened steps and projected elements far from the minimum come
+    /// from contact and say nothing about curvature.
     fn set_forcing(&mut self, truncated: bool) {
         let (guarded, least) = (self.system.has_guards(), self.least_forcing());
         self.curved |= !guarded && (self.psd == Psd::Projected || truncated || !self.keep);
@@ -200,20 +201,20 @@ impl<'a> NewtonSolve<'a> {
         };
     }
 
-    /// Tolerance of the next linear solve. A solve that is repeated because its direction led nowhere goes
-    /// by the residual alone.
+    /// Returns the tolerance of the next linear solve. A solve repeated because its direction failed
+    /// stops on the residual alone.
     fn linear_tolerance(&self) -> CgTolerance {
         let last = self.system.has_guards() && self.forcing == GUARDED_FORCING;
         CgTolerance { residual: self.forcing, energy: if last { GUARDED_ENERGY } else { 0.0 } }
     }
 
-    /// The smallest relative residual that is asked of conjugate gradients.
+    /// Returns the smallest relative residual required of conjugate gradients.
     fn least_forcing(&self) -> f64 {
         if self.system.has_guards() { GUARDED_FORCING } else { CG_TOLERANCE }
     }
 }
 
-/// The largest component of a residual of statics; `None` where one is not finite.
+/// Returns the largest component of a static residual; `None` if it is not finite.
 fn force_left(system: &System, residual: &[f64]) -> Option<ForceLeft> {
     let largest = residual.iter().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
     let (at, force) = largest.map(|(i, r)| (i / system.dimension(), r.abs()))?;
@@ -221,11 +222,11 @@ fn force_left(system: &System, residual: &[f64]) -> Option<ForceLeft> {
 }
 
 impl<const D: usize> Newton<D> {
-    /// Moves the free coordinates of `at` to a minimum of the objective. What dissipative terms hold may be
-    /// renewed so many times on the way; true if it is that of the minimum itself, to the tolerance.
+    /// Moves the free coordinates of `at` to a minimum of the objective, updating lagged quantities at
+    /// most `renewals` times. Returns true if they are those of the minimum itself, to the tolerance.
     ///
-    /// A line search sees it held, and each iteration has a minimum of its own. Near the end both shrink
-    /// together, and a minimum found with what was held at its beginning would be left again.
+    /// The line search sees them constant, so that each iteration has its own minimum. Near the end both
+    /// converge together; a minimum for the initial lagged values would be left again.
     pub(super) fn solve(
         &mut self,
         system: &mut System,
@@ -247,8 +248,8 @@ impl<const D: usize> Newton<D> {
         }
         self.go_to_goal(solve)?;
         solve.changes = solve.system.is_damped() || !self.follower.is_empty();
-        // What a matrix costs beside a solve by conjugate gradients does not pay for an old one, but within
-        // one minimisation.
+        // A matrix is cheap compared with a conjugate-gradient solve: it is only reused within one
+        // minimisation.
         let linear = self.options.linear;
         let first = linear.first_iterations(solve.system, solve.objective.inertia, solve.at.x.len() / D);
         let by_iterations = first.is_some() || linear.choose(solve.system).is_iterative();
@@ -279,6 +280,7 @@ impl<const D: usize> Newton<D> {
         }
         solve.before = solve.correction;
         solve.negligible = self.tolerance(solve.system, solve.objective, solve.at).max(solve.floor);
+        // Direction, and the convergence history of its length.
         let Some(found) = self.correction(solve)? else { return Ok(Converged) };
         self.work.newton_iterations += 1;
         solve.stagnant = if solve.correction < solve.least { 0 } else { solve.stagnant + 1 };
@@ -289,12 +291,14 @@ impl<const D: usize> Newton<D> {
             std::mem::swap(solve.at, &mut self.trial);
             return Ok(Converged);
         }
+        // Under a watch, take full steps; otherwise search along the direction.
         if solve.watchdog.is_watching() {
             let Some(accepted) = self.step_watched(solve).filter(|_| !found.truncated) else {
                 return self.go_back(solve);
             };
             return self.advance(solve, found, &accepted);
         }
+        // Line search.
         let slope = self.slope(solve, found);
         match self.search(solve.system, solve.objective, solve.at, &slope) {
             Some(accepted) => {
@@ -307,10 +311,9 @@ impl<const D: usize> Newton<D> {
         }
     }
 
-    /// Finds the direction, by another matrix where the one at hand leads nowhere; `None` at a minimum.
+    /// Finds a direction, with another matrix if the current one fails; `None` at a minimum.
     fn correction(&mut self, solve: &mut NewtonSolve<'_>) -> Result<Option<Correction>, SolveFailure> {
-        // A factor at hand costs a solve, a new one twenty times that: it is kept as long as corrections
-        // shrink fast.
+        // A factorisation costs some twenty solves: a factor is kept as long as corrections shrink fast.
         let mut old_matrix = solve.keep && self.at_hand == Some(weights(solve.objective));
         loop {
             let (slope, truncated) = self.direction(solve, old_matrix)?;
@@ -319,8 +322,7 @@ impl<const D: usize> Newton<D> {
                 old_matrix = false;
                 continue;
             }
-            // Rounding alone holds a body that nothing touches yet: the shift of a projected matrix is
-            // better.
+            // Only rounding holds an unsupported body: the shift of a projected matrix is better.
             let runs_away = solve.objective.inertia == 0.0
                 && solve.correction > RUNAWAY * self.size
                 && self.options.linear != LinearSolver::MatrixFree;
@@ -328,7 +330,7 @@ impl<const D: usize> Newton<D> {
                 return Ok(Some(Correction { slope, truncated, old_matrix }));
             }
             if slope == 0.0 && solve.correction <= solve.negligible && !truncated {
-                // So near that the product underflows.
+                // Near enough that the product underflows.
                 return Ok(None);
             }
             if solve.psd == Psd::Projected || self.options.linear == LinearSolver::MatrixFree {
@@ -339,7 +341,8 @@ impl<const D: usize> Newton<D> {
                 old_matrix = false;
                 continue;
             }
-            // A Hessian that was indefinite once will be again, until corrections are well below this one.
+            // After an indefinite Hessian, exact ones are skipped until corrections are well below this
+            // one.
             solve.psd = Psd::Projected;
             if solve.system.has_guards() {
                 solve.exact_below = EXACT_AGAIN * solve.before;
@@ -348,7 +351,7 @@ impl<const D: usize> Newton<D> {
         }
     }
 
-    /// Solves for the direction: the slope along it, NaN where there is none, and whether it is truncated.
+    /// Solves for the direction. Returns its slope, NaN without a direction, and whether it is truncated.
     fn direction(
         &mut self,
         solve: &mut NewtonSolve<'_>,
@@ -370,7 +373,7 @@ impl<const D: usize> Newton<D> {
         }
     }
 
-    /// The objective along a correction.
+    /// Evaluates the objective and its slope along a correction.
     fn slope(&mut self, solve: &mut NewtonSolve<'_>, found: Correction) -> Slope {
         let NewtonSolve { correction, negligible, .. } = *solve;
         let start = match (solve.value, solve.conservative) {
@@ -378,8 +381,8 @@ impl<const D: usize> Newton<D> {
             (_, Some(same)) => same + self.changing_part(solve.system, solve.objective, solve.at, solve.at),
             _ => self.value(solve.system, solve.objective, solve.at, solve.at),
         };
-        // In a step of time a part of the direction of an earlier matrix is worth less than a new
-        // matrix; in statics it leads on from the last equilibrium.
+        // In dynamics a shortened step with a reused matrix is worth less than a new matrix; in statics
+        // it still leads on from the last equilibrium.
         let whole = found.old_matrix && solve.objective.inertia > 0.0 && correction > negligible;
         let projected = solve.psd == Psd::Projected;
         let may_rise = solve.watchdog.may_begin()
@@ -391,8 +394,7 @@ impl<const D: usize> Newton<D> {
         Slope { start, slope: found.slope, correction, negligible, whole, projected, may_rise, stagnates }
     }
 
-    /// After a correction that lowers the objective nowhere: a better one from the same place, if there is
-    /// any.
+    /// Handles a correction that lowers the objective nowhere: tries a better one from the same iterate.
     fn retreat(
         &mut self,
         solve: &mut NewtonSolve<'_>,
@@ -402,8 +404,7 @@ impl<const D: usize> Newton<D> {
         if whole {
             solve.keep = false;
         } else if solve.forcing > CG_TOLERANCE {
-            // A loose solution may point nowhere: an accurate one with the same matrix comes before another
-            // matrix.
+            // An inaccurate solution may not point downhill: first solve accurately with the same matrix.
             (solve.forcing, solve.correction) = (CG_TOLERANCE, f64::INFINITY);
         } else if solve.correction <= solve.negligible && !found.truncated {
             self.note_loose(solve.system, solve.at, solve.correction);
@@ -418,7 +419,7 @@ impl<const D: usize> Newton<D> {
         Ok(Continues)
     }
 
-    /// Goes to the place that the line search accepted.
+    /// Moves to the accepted step and checks convergence.
     fn advance(
         &mut self,
         solve: &mut NewtonSolve<'_>,
@@ -427,22 +428,24 @@ impl<const D: usize> Newton<D> {
     ) -> Result<SolveProgress, SolveFailure> {
         self.work.halvings += u64::from(accepted.halvings);
         self.note_limited(solve, accepted.shortened);
+        // Decide which matrix the next iteration uses.
         let steady = solve.keep && accepted.halvings == 0 && solve.psd == Psd::Exact;
         solve.keep = accepted.halvings == 0;
         solve.waited += u32::from(solve.keep);
         let may_be_exact = solve.correction <= solve.exact_below || solve.waited >= solve.wait;
         if solve.keep && solve.correction <= NEAR * self.size && may_be_exact {
-            // Near a minimum the exact Hessian is positive definite, and converges quadratically.
+            // Near a minimum the exact Hessian is positive definite and converges quadratically.
             solve.psd = Psd::Exact;
         }
         (solve.value, solve.conservative) = (Some(accepted.value), Some(accepted.conservative));
+        // Update lagged quantities and move to the trial.
         self.tell_of_direction(solve);
         let fresh = solve.fresh;
         let renewed = self.renew(solve, accepted);
         let known = accepted.finite.filter(|_| !renewed);
         let finite = known.unwrap_or_else(|| self.residual_at_trial(solve.system, solve.objective));
         std::mem::swap(solve.at, &mut self.trial);
-        // Short steps change stresses by so little that the exact ones are better.
+        // Short steps change stresses little: exact ones are better than predicted ones.
         self.stepped_from = solve.correction > NEAR * self.size;
         if !finite && solve.watchdog.is_watching() {
             return self.go_back(solve);
@@ -450,15 +453,15 @@ impl<const D: usize> Newton<D> {
         if !finite {
             return Err(SolveFailure::Infeasible);
         }
-        // A step that a term cut short, or that went on beyond its end, says nothing of how far the solution
-        // is.
+        // A limited or lengthened step says nothing about the distance to the solution.
         let whole = !accepted.shortened && accepted.part <= 1.0;
         if whole && self.has_converged(solve, found, steady) {
             if solve.watchdog.is_watching() {
-                // A place where nothing pushes, but higher.
+                // Stationary, but higher than the start of the watch.
                 return self.go_back(solve);
             }
-            // One correction tells how far the minimum was, two how fast they shrink as it moves.
+            // One correction measures the distance to the minimum; two measure how fast corrections
+            // shrink as it moves.
             solve.settled = fresh > 1 || fresh == 1 && solve.correction <= solve.negligible;
             self.note_loose(solve.system, solve.at, solve.correction);
             return Ok(Converged);
@@ -469,14 +472,14 @@ impl<const D: usize> Newton<D> {
         Ok(Continues)
     }
 
-    /// Counts iterations in a row whose ways were cut short.
+    /// Counts consecutive iterations with limited steps.
     pub(super) fn note_limited(&mut self, solve: &mut NewtonSolve<'_>, shortened: bool) {
         solve.limited = if shortened { solve.limited + 1 } else { 0 };
         self.work.longest_limited = self.work.longest_limited.max(solve.limited);
     }
 
-    /// Tells terms that guard ways where the direction leads, and dissipative ones that hold what they take
-    /// from positions where velocities were headed.
+    /// Passes the direction to terms that limit steps, and the velocity change to dissipative terms with
+    /// lagged quantities.
     fn tell_of_direction(&mut self, solve: &mut NewtonSolve<'_>) {
         if !solve.system.has_guards() {
             return;
@@ -491,10 +494,10 @@ impl<const D: usize> Newton<D> {
         solve.system.follow(&self.velocity, &change);
     }
 
-    /// Renews what dissipative terms hold, at the trial; whether it did.
+    /// Updates lagged quantities at the trial; returns whether it did.
     ///
-    /// Far from the minimum it would be worth nothing: each renewal moves the minimum, and the way begins
-    /// anew. Steps that had to be cut are far, and so are whole ones with large corrections.
+    /// Far from the minimum an update is wasted, as each moves the minimum and the solve starts over.
+    /// Shortened steps are far from it, and so are full steps with large corrections.
     fn renew(&mut self, solve: &mut NewtonSolve<'_>, accepted: &Accepted) -> bool {
         let whole = accepted.halvings == 0 && !accepted.shortened;
         let soon = solve.correction <= NEAR_END * solve.negligible || solve.went_whole;
@@ -508,8 +511,8 @@ impl<const D: usize> Newton<D> {
         renewed
     }
 
-    /// True in statics where forces are in balance to rounding: what nothing holds in some direction has
-    /// corrections of any size there.
+    /// True in statics if forces balance to rounding: directions without stiffness have arbitrary
+    /// corrections.
     fn is_balanced(&self, solve: &NewtonSolve<'_>) -> bool {
         if solve.objective.inertia != 0.0 {
             return false;
@@ -520,16 +523,16 @@ impl<const D: usize> Newton<D> {
         largest(&self.residual) <= BALANCED * largest(&forces)
     }
 
-    /// True if the iterate is the solution to the tolerance, or to rounding; `steady` where matrices were
-    /// exact and steps whole.
+    /// True if the iterate is the solution to the tolerance or to rounding; `steady` means exact matrices
+    /// and full steps.
     fn has_converged(&self, solve: &NewtonSolve<'_>, found: Correction, steady: bool) -> bool {
         let (before, correction) = (solve.before, solve.correction);
-        // The first correction by a factor of an earlier solve says little about the next.
+        // The first correction with a factor of an earlier solve says little about the next.
         let known = (solve.iteration > 0 || !found.old_matrix) && !found.truncated;
         let tolerance = self.tolerance(solve.system, solve.objective, solve.at);
         let rounding = correction >= 0.5 * before && (correction <= solve.floor || self.is_balanced(solve));
-        // A solve with a large residual may leave a small correction where the matrix is ill conditioned: the
-        // last one is accurate.
+        // An inaccurate solve may give a small correction if the matrix is ill conditioned: the last one
+        // is accurate.
         let left = if steady { self.left(solve.objective, before, correction) } else { correction };
         (left <= tolerance || rounding) && known && solve.forcing <= solve.least_forcing()
     }

@@ -1,24 +1,24 @@
-//! Where Newton's method ends if the scene does not say: at a small part of what the scheme errs by in the
-//! step.
+//! Default tolerance of Newton's method: a small fraction of the integration error of the step.
 
 use super::Newton;
 use crate::solver::{Iterate, Objective};
 use crate::system::System;
 
-/// The part of the estimated error that a solve may leave.
+/// Fraction of the estimated integration error that a solve may leave.
 const PART: f64 = 1e-3;
-/// The part of the way of friction's threshold speed in a stage that a solve may leave. What sticks creeps
-/// within that way, and what slips is beyond it: a solve that ends a whole one away takes one for the other.
+/// Fraction of the creep distance, friction's regularisation velocity times the stage duration, that a
+/// solve may leave. Sticking contacts creep within that distance and slipping ones exceed it: an error of
+/// that size confuses the two.
 const PART_OF_CREEP: f64 = 0.05;
-/// Corrections that shrink by this factor or less do so evenly.
+/// Largest contraction factor that counts as even.
 const EVEN: f64 = 0.5;
-/// Up to this order of the scheme the estimate of its error is trusted to a factor: it has the power of the
-/// order. Above, the margin of one correction stays.
+/// Highest order of the integrator for which the error estimate is trusted to a constant factor. For
+/// higher orders one extra correction remains as a margin.
 const TRUSTED: u32 = 2;
 
 impl<const D: usize> Newton<D> {
-    /// The largest distance from the solution [m] that ends a solve, as the iterate shows it; the same
-    /// everywhere in statics and where options name it.
+    /// Returns the largest distance from the solution [m] that ends a solve; constant in statics and if
+    /// the options specify it.
     pub(super) fn tolerance(&self, system: &System, objective: &Objective<'_>, at: &Iterate) -> f64 {
         let least = self.options.tolerance(self.size, objective.velocity.rate);
         let tolerance = match self.followed_order(objective) {
@@ -28,14 +28,14 @@ impl<const D: usize> Newton<D> {
         if self.options.tolerance.is_some() {
             return tolerance;
         }
-        // The error of a scheme says nothing of that: what is stopped for no reason has a large one.
+        // The integration error says nothing about sticking: abrupt stops have a large one.
         tolerance.min(PART_OF_CREEP * self.threshold_speed / objective.velocity.rate)
     }
 
-    /// Bound of the distance of the solution [m] after a correction that followed the one `before`: the sum
-    /// of those to come if they shrink alike, `r + r^2 + ... = r / (1 - r)` of the last; Hairer, Wanner 1996,
-    /// *Solving Ordinary Differential Equations II*, section IV.8. The correction itself where they do not
-    /// shrink evenly, or where the tolerance does not follow an error that is trusted.
+    /// Bounds the distance to the solution [m] after a correction that followed the one `before`: the
+    /// geometric sum of future corrections, `r + r^2 + ... = r / (1 - r)` times the last; Hairer, Wanner
+    /// 1996, *Solving Ordinary Differential Equations II*, section IV.8. Returns the correction itself if
+    /// corrections do not shrink evenly, or if the tolerance does not follow a trusted error estimate.
     pub(super) fn left(&self, objective: &Objective<'_>, before: f64, correction: f64) -> f64 {
         let shrink = correction / before;
         let is_even = before.is_finite() && shrink <= EVEN;
@@ -46,19 +46,18 @@ impl<const D: usize> Newton<D> {
         }
     }
 
-    /// The order of the scheme whose error the tolerance follows.
+    /// Returns the order of the integrator if the tolerance follows its error.
     fn followed_order(&self, objective: &Objective<'_>) -> Option<u32> {
         self.options.order.filter(|_| self.options.follows_error() && objective.inertia > 0.0)
     }
 }
 
-/// Estimate of the error of a scheme of order `p` in a stage [m], up to a constant of the scheme: `|g^2 A|
-/// min(1, g A / V)^p`.
+/// Estimates the error of an integrator of order `p` in a stage [m], up to a method constant:
+/// `|g^2 A| min(1, g A / V)^p`.
 ///
-/// `|g V|` and `|g^2 A|` are the lengths that velocity and acceleration take the vertices in the stage, in
-/// the mean over the masses. A smooth motion has the frequency `w = A / V`, so that this is
-/// `|g V| (g w)^(p + 1)`: that of the error of velocities, times `g`. Solves feel it first, for velocities
-/// are quotients of increments by `g`.
+/// `|g V|` and `|g^2 A|` are the mass-weighted mean displacements by velocity and by acceleration. A
+/// smooth motion has the frequency `w = A / V`, so that this is `|g V| (g w)^(p + 1)`: the error of
+/// velocities times `g`. Solves affect velocities first, as these are increments divided by `g`.
 fn scheme_error(system: &System, objective: &Objective<'_>, at: &Iterate, order: u32) -> f64 {
     let (mass, weight, d) = (system.mass(), system.inverse_mass(), system.dimension());
     let (mut total, mut moved, mut pushed) = (0.0, 0.0, 0.0);

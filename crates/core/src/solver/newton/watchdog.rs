@@ -1,12 +1,13 @@
-//! Whole steps that raise the objective at first: watched, and taken back where they lead nowhere.
+//! Watchdog (non-monotone) line search: full steps that raise the objective are accepted provisionally.
 //!
-//! In thin and in nearly incompressible bodies the objective has narrow, curved valleys: stiff directions
-//! turn with the displacement, a whole step leaves the valley by what it is long squared, and the next
-//! correction leads back to it, much nearer to the minimum. A line search that asks every step for decrease
-//! creeps along the valley instead. A few steps may therefore go on from a place that is kept; if none of
-//! them ends below what the first one's slope promised there, the search begins anew from that place.
+//! In thin and nearly incompressible bodies the objective has narrow, curved valleys. Stiff directions
+//! turn with the displacement, so that a full step leaves the valley to second order, and the next
+//! correction leads back, much nearer to the minimum. A line search that requires decrease in every step
+//! creeps along the valley instead. A few steps may therefore continue from a stored iterate. If none of
+//! them ends below the decrease that the first slope promised, the search restarts from that iterate.
 //! Chamberlain, Powell, Lemarechal, Pedersen 1982, "The watchdog technique for forcing convergence in
-//! algorithms for constrained optimization"; Nocedal, Wright 2006, *Numerical optimization*, algorithm 15.2.
+//! algorithms for constrained optimization"; Nocedal, Wright 2006, *Numerical optimization*, algorithm
+//! 15.2.
 
 use super::Newton;
 use super::search::{ARMIJO, Accepted, Slope};
@@ -14,29 +15,29 @@ use super::solve::{NewtonSolve, SolveProgress};
 use crate::material::Psd;
 use crate::solver::{Iterate, SolveFailure};
 
-/// Steps that may follow the first until one has to end low enough.
+/// Most further steps until one has to end low enough.
 const MOST_STEPS: u32 = 8;
-/// Each has to be at most this part of the one before: they lead to a minimum.
+/// Largest ratio of consecutive corrections: the steps must converge.
 const SHRINK: f64 = 0.7;
-/// Iterations after the first return until the next watch; they double with every return.
+/// Iterations after the first return until the next watch; doubled at each return.
 const FIRST_PAUSE: u32 = 4;
 
-/// A place to return to.
+/// Stored iterate.
 struct WatchStart {
     at: Iterate,
-    /// The objective there.
+    /// Objective there.
     value: f64,
-    /// Its slope along the first step.
+    /// Slope along the first step.
     slope: f64,
     /// Largest component of the last step [m].
     correction: f64,
-    /// True if the matrix was one of before: another may do better.
+    /// True if the matrix was a reused one: another may do better.
     old_matrix: bool,
-    /// Steps that may still come.
+    /// Steps left.
     left: u32,
 }
 
-/// The watch of one solve.
+/// Watchdog of one solve.
 pub(super) struct Watchdog {
     watch: Option<WatchStart>,
     /// Iterations until the next watch may begin.
@@ -55,13 +56,13 @@ impl Watchdog {
         self.watch.is_some()
     }
 
-    /// True if a step may raise the objective; called once an iteration.
+    /// True if a step may raise the objective; call once per iteration.
     pub(super) fn may_begin(&mut self) -> bool {
         self.pause = self.pause.saturating_sub(1);
         self.pause == 0 && self.watch.is_none()
     }
 
-    /// Begins with a step that ended above its promise; `from` is where it began.
+    /// Starts a watch with a step from `from` that did not decrease enough.
     pub(super) fn begin(&mut self, from: &Iterate, along: &Slope, old_matrix: bool) {
         let &Slope { start: value, slope, correction, .. } = along;
         self.watch =
@@ -70,7 +71,7 @@ impl Watchdog {
 }
 
 impl<const D: usize> Newton<D> {
-    /// Takes a whole step of a watch; `None` where the watch has to end with a return.
+    /// Takes a full watched step; `None` if the watch has to end with a return.
     pub(super) fn step_watched(&mut self, solve: &mut NewtonSolve<'_>) -> Option<Accepted> {
         let watch = solve.watchdog.watch.as_mut()?;
         watch.left = watch.left.checked_sub(1)?;
@@ -94,7 +95,7 @@ impl<const D: usize> Newton<D> {
         Some(Accepted { value, conservative, halvings, finite: None, shortened, part: 1.0, watched: false })
     }
 
-    /// Goes back to the place that a watch kept, and on from there.
+    /// Returns to the stored iterate and continues there.
     pub(super) fn go_back(&mut self, solve: &mut NewtonSolve<'_>) -> Result<SolveProgress, SolveFailure> {
         let Watchdog { watch, pause, next_pause } = &mut solve.watchdog;
         let Some(watch) = watch.take() else { return Ok(SolveProgress::Continues) };
