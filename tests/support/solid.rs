@@ -20,6 +20,8 @@ pub(crate) struct Solid {
     /// Of the elements.
     pub(crate) order: u8,
     /// As in a scene.
+    pub(crate) serendipity: bool,
+    /// As in a scene.
     pub(crate) nodal_integration: Value,
     /// `analytic` or `autodiff`.
     pub(crate) stress: &'static str,
@@ -52,6 +54,7 @@ impl Solid {
             mesh: json!({ "grid": { "cells": cells, "size": size } }),
             elastic,
             order: 1,
+            serendipity: false,
             nodal_integration: Value::Null,
             stress: "analytic",
             mass: json!({ "density": 1000.0 }),
@@ -86,6 +89,8 @@ impl Solid {
             Kind::Order(order) => self.of_order(order),
             Kind::Nodal => Solid { nodal_integration: json!({}), ..self },
             Kind::Whole => self.of_whole_cells(),
+            Kind::Lagrange => self.of_whole_cells().of_order(2),
+            Kind::Serendipity => Solid { serendipity: true, ..self.of_whole_cells().of_order(2) },
         }
     }
 
@@ -95,6 +100,16 @@ impl Solid {
             grid["element"] = json!(if self.dimension == 2 { "quadrilateral" } else { "hexahedron" });
         }
         self
+    }
+
+    /// The mesh with its nodes in the middle of edges, faces and cells, as the scene numbers them.
+    pub(crate) fn whole_mesh(&self) -> Mesh {
+        let mesh = self.mesh();
+        match (self.order, self.serendipity) {
+            (1, _) => mesh,
+            (_, false) => mesh.promoted_to_quadratic().unwrap(),
+            (_, true) => mesh.promoted_to_serendipity().unwrap(),
+        }
     }
 
     /// The mesh, without the nodes in the middle of edges.
@@ -114,6 +129,7 @@ impl Solid {
                 "mesh": self.mesh,
                 "elastic": self.elastic,
                 "order": self.order,
+                "serendipity": self.serendipity,
                 "nodal_integration": self.nodal_integration,
                 "stress": self.stress,
                 "mass": self.mass,
@@ -142,9 +158,22 @@ pub(crate) enum Kind {
     Nodal,
     /// Quadrilaterals and hexahedra.
     Whole,
+    /// Those of second order with all their nodes.
+    Lagrange,
+    /// Those of second order with nodes in the middle of edges alone.
+    Serendipity,
 }
 
 impl Kind {
+    /// 1 or 2.
+    pub(crate) fn order(self) -> u8 {
+        match self {
+            Kind::Order(order) => order,
+            Kind::Nodal | Kind::Whole => 1,
+            Kind::Lagrange | Kind::Serendipity => 2,
+        }
+    }
+
     /// Every registered material that such elements can be made of, as in a scene.
     pub(crate) fn materials(self) -> impl Iterator<Item = (MaterialSpec, Value)> {
         every_material().into_iter().filter(move |(spec, _)| self != Kind::Nodal || spec.split(0.2).is_some())
@@ -152,7 +181,7 @@ impl Kind {
 }
 
 /// Every kind of element: dimension and kind.
-pub(crate) const KINDS: [(usize, Kind); 8] = [
+pub(crate) const KINDS: [(usize, Kind); 12] = [
     (2, Kind::Order(1)),
     (3, Kind::Order(1)),
     (2, Kind::Order(2)),
@@ -161,6 +190,10 @@ pub(crate) const KINDS: [(usize, Kind); 8] = [
     (3, Kind::Nodal),
     (2, Kind::Whole),
     (3, Kind::Whole),
+    (2, Kind::Lagrange),
+    (3, Kind::Lagrange),
+    (2, Kind::Serendipity),
+    (3, Kind::Serendipity),
 ];
 
 /// Every registered material with its example parameters, as in a scene.

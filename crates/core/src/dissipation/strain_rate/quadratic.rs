@@ -1,4 +1,4 @@
-//! Simplices of second order.
+//! Elements of second order: simplices, quadrilaterals and hexahedra.
 
 use super::{StrainRate, Viscosity, ViscousElements};
 use crate::algebra::Mat;
@@ -22,10 +22,14 @@ impl<const D: usize, const N: usize> StrainRate<D, N, QuadraticSimplices<D>> {
     /// vertices of the system) [m].
     ///
     /// # Panics
-    /// If `N` is not 6 in 2D or 10 in 3D, or an element has no positive volume at a quadrature point: meshes
-    /// are checked before.
+    /// If `N` is not 6, 8 or 9 in 2D or 10, 20 or 27 in 3D, or an element has no positive volume at a
+    /// quadrature point: meshes are checked before.
     pub fn quadratic(body: &str, viscosity: Viscosity, elements: &[[u32; N]], rest: &[f64]) -> Self {
-        assert_eq!(order::<D, N>(), 2, "a quadratic simplex has 6 vertices in 2D, 10 in 3D");
+        assert_eq!(
+            order::<D, N>(),
+            2,
+            "a quadratic element has 6, 8 or 9 vertices in 2D, 10, 20 or 27 in 3D"
+        );
         let packs = |patches: &Patches<N>| QuadraticSimplices(rest_packs::<D, N>(body, patches, rest));
         Self::new(body, viscosity, elements, rest, packs)
     }

@@ -6,7 +6,7 @@
 use super::block::Block;
 use crate::algebra::Mat;
 use crate::element::{
-    QuadraticGradients, QuadraticPositions, SimplexPack, edge_matrix, order, quadrature_count,
+    MOST_POINTS, QuadraticGradients, QuadraticPositions, SimplexPack, edge_matrix, order, quadrature_count,
     vertex_gradients,
 };
 use crate::energy::DeformationExtremes;
@@ -15,11 +15,15 @@ use crate::lanes::{Kernel, Lanes, RowSlice, WIDTH};
 
 /// Blocks that a material is given at a time: few enough to stay in the first cache, enough to make the call
 /// free.
-pub(super) const BLOCKS: usize = 16;
+const ENOUGH: usize = 16;
 
-/// Packs of elements that fill these.
+/// Blocks that there is room for: those of one pack of any element.
+pub(super) const BLOCKS: usize = MOST_POINTS;
+
+/// Packs of elements that go together.
 pub(super) const fn packs_at_once<const D: usize, const N: usize>() -> usize {
-    BLOCKS / quadrature_count::<D, N>()
+    let points = quadrature_count::<D, N>();
+    if points > ENOUGH { 1 } else { ENOUGH / points }
 }
 
 /// Positions of the vertices of one pack.
