@@ -322,6 +322,9 @@ fn shape(name: &'static str, dimension: usize, keys: Value) -> Shape {
 fn solids() -> Vec<Shape> {
     let annulus = json!({ "inner_radius": 0.5, "outer_radius": 1.0, "cells": [1, 5] });
     let ball = json!({ "radius": 1.0, "cells": 1 });
+    let whole = with(&annulus, json!({ "element": "quadrilateral" }));
+    let curved = json!({ "mesh": { "annulus": whole }, "order": 2, "transform": { "scale": [1.1, 0.8] } });
+    let solid = json!({ "mesh": grid(&[2, 1, 1], Some("hexahedron")), "order": 2 });
     vec![
         shape("triangle", 2, json!({ "mesh": grid(&[3, 2], None) })),
         shape(
@@ -330,6 +333,8 @@ fn solids() -> Vec<Shape> {
             json!({ "mesh": { "annulus": annulus }, "order": 2, "transform": { "scale": [1.1, 0.8] } }),
         ),
         shape("quadrilateral", 2, json!({ "mesh": grid(&[3, 2], Some("quadrilateral")) })),
+        shape("quad8", 2, with(&curved, json!({ "serendipity": true }))),
+        shape("quad9", 2, curved),
         shape("tetrahedron", 3, json!({ "mesh": grid(&[2, 2, 1], None) })),
         shape(
             "quadratic-tetrahedron",
@@ -337,6 +342,8 @@ fn solids() -> Vec<Shape> {
             json!({ "mesh": { "ball": ball }, "order": 2, "transform": { "scale": [1.1, 0.8, 0.95] } }),
         ),
         shape("hexahedron", 3, json!({ "mesh": grid(&[2, 2, 1], Some("hexahedron")) })),
+        shape("hex20", 3, with(&solid, json!({ "serendipity": true }))),
+        shape("hex27", 3, solid),
     ]
 }
 

@@ -226,10 +226,12 @@ fn what_cells_cannot_be_is_refused_with_the_reason() {
         json!({ "inline": { "points": points, "quadrilaterals": cells } })
     };
     let hexahedra = whole("hexahedron", &[1, 1, 1]);
+    let triangles = json!({ "grid": { "cells": [1, 1], "spacing": 1.0 } });
     for (dimension, mesh, keys, message) in [
         (2, whole("hexahedron", &[1, 1]), json!({}), "is for 3D, and `dimension` is 2"),
         (3, whole("quadrilateral", &[1, 1, 1]), json!({}), "is for 2D, and `dimension` is 3"),
-        (3, hexahedra.clone(), json!({ "order": 2 }), "`order = 2` is for triangles and tetrahedra"),
+        (3, hexahedra.clone(), json!({ "serendipity": true }), "add `order = 2`"),
+        (2, triangles, json!({ "order": 2, "serendipity": true }), "is for quadrilaterals and hexahedra"),
         (2, quadrilaterals(json!([[0, 1, 2, 4]])), json!({}), "quadrilateral 0 is folded"),
         (2, quadrilaterals(json!([[0, 3, 2, 1]])), json!({}), "quadrilateral 0 is inverted"),
         (2, quadrilaterals(json!([[0, 1, 2, 3], [1, 5, 6, 2], [2, 3, 0, 1]])), json!({}), "quadrilateral 2"),

@@ -74,7 +74,7 @@ fn integrate<const D: usize, const N: usize>(
     x: &[f64],
     mut visit: impl FnMut(f64, [f64; D], [f64; D], [[f64; D]; D], &[f64; N], &[u32; N]),
 ) {
-    let rule = mass_rule::<D>();
+    let rule = mass_rule::<D, N>();
     for element in elements::<N>(solid) {
         let (at_rest, now) = (nodes::<D, N>(rest, &element), nodes::<D, N>(x, &element));
         for (lambda, weight) in &rule {

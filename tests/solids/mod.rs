@@ -21,5 +21,6 @@ mod patch;
 mod plane_stress;
 mod quadratic;
 mod reactions;
+mod second_order;
 mod spin;
 mod statics;

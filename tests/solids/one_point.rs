@@ -11,7 +11,7 @@ use crate::support::solid::{Kind, Solid, at_zero, isotropic};
 
 /// Work of `load` on the displacements that it causes, where these are sums of the columns of `allowed`; and
 /// the displacements.
-fn compliance(solid: &Solid, allowed: &DMatrix<f64>, load: &DVector<f64>) -> (f64, DVector<f64>) {
+pub(super) fn compliance(solid: &Solid, allowed: &DMatrix<f64>, load: &DVector<f64>) -> (f64, DVector<f64>) {
     let mut probe = solid.probe();
     let rest = probe.rest();
     let stiffness = allowed.transpose() * probe.stiffness(&rest) * allowed;
@@ -20,13 +20,15 @@ fn compliance(solid: &Solid, allowed: &DMatrix<f64>, load: &DVector<f64>) -> (f6
 }
 
 /// Units of the unknowns that are free.
-fn units(rest: &[f64], d: usize, is_free: impl Fn(&[f64], usize) -> bool) -> DMatrix<f64> {
+pub(super) fn units(rest: &[f64], d: usize, is_free: impl Fn(&[f64], usize) -> bool) -> DMatrix<f64> {
     let free: Vec<usize> = (0..rest.len()).filter(|i| is_free(&rest[i / d * d..][..d], i % d)).collect();
     DMatrix::from_fn(rest.len(), free.len(), |row, column| f64::from(u8::from(free[column] == row)))
 }
 
-/// A block of whole cells from the origin on, its nodes moved by `place`.
-fn block(
+/// A block of cells of a kind from the origin on, its nodes moved by `place`; those in the middle of edges
+/// are between them.
+pub(super) fn block(
+    kind: Kind,
     cells: &[usize],
     size: &[f64],
     place: impl Fn(&[f64]) -> Vec<f64>,
@@ -34,14 +36,14 @@ fn block(
     young: f64,
 ) -> Solid {
     let elastic = isotropic("linear", young, poisson);
-    let mut mesh = Solid::grid(cells, size, elastic.clone()).of_kind(Kind::Whole).mesh();
+    let mut mesh = Solid::grid(cells, size, elastic.clone()).of_kind(kind).mesh();
     let moved: Vec<f64> = mesh.points.chunks_exact(cells.len()).flat_map(place).collect();
     mesh.points = moved;
-    Solid::inline(&mesh, elastic).of_kind(Kind::Whole)
+    Solid::inline(&mesh, elastic).of_kind(kind)
 }
 
 /// Asserts numbers to 1 %, and to the last digit that is given.
-fn assert_parts(what: &str, found: &[f64], expected: &[f64]) {
+pub(super) fn assert_parts(what: &str, found: &[f64], expected: &[f64]) {
     let is_near = |(found, expected): (&f64, &f64)| (found - expected).abs() < 0.01 * expected + 6e-4;
     assert!(found.iter().zip(expected).all(is_near), "{what}: {found:.4?}, expected {expected:?}");
 }
@@ -55,7 +57,7 @@ fn a_straight_cantilever_of_six_cells_bends_and_twists_as_another_program_has_it
             let inner = f64::from(u8::from(column > 0 && column < 6));
             vec![x[0] + inner * slant(column) * (x[1] - 0.1), x[1], x[2]]
         };
-        block(&[6, 1, 1], &[6.0, 0.2, 0.1], place, 0.3, 1e7)
+        block(Kind::Whole, &[6, 1, 1], &[6.0, 0.2, 0.1], place, 0.3, 1e7)
     };
     let (width, height) = (0.2, 0.1);
     let polar = width * height * (width * width + height * height) / 12.0;
@@ -114,7 +116,7 @@ fn a_thick_cylinder_of_five_cells_does_not_lock() {
             let (radius, turn) = (radii[x[0].round() as usize], angle * x[1]);
             vec![radius * turn.cos(), radius * turn.sin()]
         };
-        let solid = block(&[5, 1], &[5.0, 1.0], place, poisson, 1000.0);
+        let solid = block(Kind::Whole, &[5, 1], &[5.0, 1.0], place, poisson, 1000.0);
         let rest = solid.probe().rest();
         let nodes = rest.len() / 2;
         // Both sides slide along their radius.
@@ -158,7 +160,7 @@ fn strips_of_one_row_and_of_two_bend_as_a_beam_does() {
         (3, 0.49, [5, 2], 0.971),
     ] {
         let counts = [cells[0], cells[1], cells[1]];
-        let solid = block(&counts[..d], &[10.0, 1.0, 1.0][..d], <[f64]>::to_vec, poisson, 1.0);
+        let solid = block(Kind::Whole, &counts[..d], &[10.0, 1.0, 1.0][..d], <[f64]>::to_vec, poisson, 1.0);
         let rest = solid.probe().rest();
         let allowed = units(&rest, d, |x, c| match c {
             0 => x[0] > 1e-9,

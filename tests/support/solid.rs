@@ -19,6 +19,8 @@ pub(crate) struct Solid {
     pub(crate) elastic: Value,
     /// Of the elements.
     pub(crate) order: u8,
+    /// As in a scene.
+    pub(crate) serendipity: bool,
     /// `analytic` or `autodiff`.
     pub(crate) stress: &'static str,
     /// As in a scene.
@@ -50,6 +52,7 @@ impl Solid {
             mesh: json!({ "grid": { "cells": cells, "size": size } }),
             elastic,
             order: 1,
+            serendipity: false,
             stress: "analytic",
             mass: json!({ "density": 1000.0 }),
             pin: json!([]),
@@ -82,6 +85,8 @@ impl Solid {
         match kind {
             Kind::Order(order) => self.of_order(order),
             Kind::Whole => self.of_whole_cells(),
+            Kind::Lagrange => self.of_whole_cells().of_order(2),
+            Kind::Serendipity => Solid { serendipity: true, ..self.of_whole_cells().of_order(2) },
         }
     }
 
@@ -91,6 +96,16 @@ impl Solid {
             grid["element"] = json!(if self.dimension == 2 { "quadrilateral" } else { "hexahedron" });
         }
         self
+    }
+
+    /// The mesh with its nodes in the middle of edges, faces and cells, as the scene numbers them.
+    pub(crate) fn whole_mesh(&self) -> Mesh {
+        let mesh = self.mesh();
+        match (self.order, self.serendipity) {
+            (1, _) => mesh,
+            (_, false) => mesh.promoted_to_quadratic().unwrap(),
+            (_, true) => mesh.promoted_to_serendipity().unwrap(),
+        }
     }
 
     /// The mesh, without the nodes in the middle of edges.
@@ -110,6 +125,7 @@ impl Solid {
                 "mesh": self.mesh,
                 "elastic": self.elastic,
                 "order": self.order,
+                "serendipity": self.serendipity,
                 "stress": self.stress,
                 "mass": self.mass,
                 "pin": self.pin,
@@ -135,16 +151,35 @@ pub(crate) enum Kind {
     Order(u8),
     /// Quadrilaterals and hexahedra.
     Whole,
+    /// Those of second order with all their nodes.
+    Lagrange,
+    /// Those of second order with nodes in the middle of edges alone.
+    Serendipity,
+}
+
+impl Kind {
+    /// 1 or 2.
+    pub(crate) fn order(self) -> u8 {
+        match self {
+            Kind::Order(order) => order,
+            Kind::Whole => 1,
+            Kind::Lagrange | Kind::Serendipity => 2,
+        }
+    }
 }
 
 /// Every kind of element: dimension and kind.
-pub(crate) const KINDS: [(usize, Kind); 6] = [
+pub(crate) const KINDS: [(usize, Kind); 10] = [
     (2, Kind::Order(1)),
     (3, Kind::Order(1)),
     (2, Kind::Order(2)),
     (3, Kind::Order(2)),
     (2, Kind::Whole),
     (3, Kind::Whole),
+    (2, Kind::Lagrange),
+    (3, Kind::Lagrange),
+    (2, Kind::Serendipity),
+    (3, Kind::Serendipity),
 ];
 
 /// Every registered material with its example parameters, as in a scene.

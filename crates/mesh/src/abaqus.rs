@@ -18,7 +18,7 @@ use super::file::{FileMesh, GROUPS_AT_ONCE, MeshInput, Place};
 use super::tokens::{FileFault, excerpt};
 use super::transform::rotation_about;
 use super::{FormatError, MeshError, turn};
-use pliant::element::{CellKind, HEXAHEDRON, QUADRILATERAL};
+use pliant::element::{CellKind, HEX20, HEXAHEDRON, QUAD8, QUADRILATERAL};
 
 /// What an element of some name is.
 #[derive(Clone, Copy)]
@@ -53,6 +53,17 @@ impl DeckShape {
             (DeckShape::Simplex(4, _), _) => {
                 &[&[0, 1, 2, 4, 5, 6], &[0, 3, 1, 7, 8, 4], &[1, 3, 2, 8, 9, 5], &[2, 3, 0, 9, 7, 6]]
             }
+            (DeckShape::Block(_), 8) if self.dimension() == 2 => {
+                &[&[0, 1, 4], &[1, 2, 5], &[2, 3, 6], &[3, 0, 7]]
+            }
+            (DeckShape::Block(_), 20) => &[
+                &[0, 1, 2, 3, 8, 9, 10, 11],
+                &[4, 7, 6, 5, 15, 14, 13, 12],
+                &[0, 4, 5, 1, 16, 12, 17, 8],
+                &[1, 5, 6, 2, 17, 13, 18, 9],
+                &[2, 6, 7, 3, 18, 14, 19, 10],
+                &[3, 7, 4, 0, 19, 15, 16, 11],
+            ],
             (DeckShape::Block(_), 4) => &[&[0, 1], &[1, 2], &[2, 3], &[3, 0]],
             (DeckShape::Block(_), 8) => {
                 &[&[0, 1, 2, 3], &[4, 7, 6, 5], &[0, 4, 5, 1], &[1, 5, 6, 2], &[2, 6, 7, 3], &[3, 7, 4, 0]]
@@ -78,6 +89,8 @@ fn shape(name: &str) -> Option<DeckShape> {
         "C3D10" | "DC3D10" => DeckShape::Simplex(4, 6),
         "CPS4" | "CPE4" | "S4" | "M3D4" | "R3D4" | "SFM3D4" => DeckShape::Block(QUADRILATERAL.kind),
         "C3D8" | "DC3D8" => DeckShape::Block(HEXAHEDRON.kind),
+        "CPS8" | "CPE8" | "M3D8" => DeckShape::Block(QUAD8.kind),
+        "C3D20" | "DC3D20" => DeckShape::Block(HEX20.kind),
         _ => return None,
     })
 }
@@ -508,6 +521,8 @@ impl Deck {
                 Some(corners) => {
                     let shape = match (element.shape, corners.len()) {
                         (DeckShape::Block(_), 4) => DeckShape::Block(QUADRILATERAL.kind),
+                        (DeckShape::Block(_), 8) => DeckShape::Block(QUAD8.kind),
+                        (DeckShape::Block(_), 3) => DeckShape::Simplex(2, 1),
                         (_, 2) => DeckShape::Simplex(2, 0),
                         (DeckShape::Simplex(3, _), _) => DeckShape::Simplex(2, 1),
                         (_, count) => DeckShape::Simplex(3, count - 3),

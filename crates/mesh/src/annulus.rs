@@ -2,9 +2,10 @@
 
 use super::build::{at_least_one, positive, vector};
 use super::cooks_membrane::plane;
-use super::mapped::add_lines;
+use super::mapped::{add_lines, with_cells};
 use super::{Mesh, MeshError, MeshSize, turn};
-use crate::spec::AnnulusSpec;
+use crate::spec::{AnnulusSpec, WholeCell};
+use pliant::element::CellBlock;
 
 /// Fewer cells around would not go around.
 const LEAST_AROUND: usize = 3;
@@ -12,23 +13,23 @@ const LEAST_AROUND: usize = 3;
 /// Counts of the ring.
 pub(super) fn size(spec: &AnnulusSpec, dimension: usize) -> Result<MeshSize, MeshError> {
     plane("annulus", dimension)?;
-    counts(spec.cells)?.checked(2)
+    counts(spec.cells, spec.element)?.checked(2)
 }
 
 /// Counts of a ring; the bytes are not filled in.
-pub(super) fn counts(cells: [usize; 2]) -> Result<MeshSize, MeshError> {
+pub(super) fn counts(cells: [usize; 2], element: Option<WholeCell>) -> Result<MeshSize, MeshError> {
     let [radial, around] = cells;
     at_least_one("cells", radial)?;
     if around < LEAST_AROUND {
         return Err(MeshError::TooFew { field: "cells", count: around, least: LEAST_AROUND });
     }
     let [radial, around] = [radial as u64, around as u64];
-    Ok(MeshSize {
+    let size = MeshSize {
         vertices: radial.saturating_add(1).saturating_mul(around),
-        triangles: radial.saturating_mul(around).saturating_mul(2),
         lines: around.saturating_mul(2),
         ..MeshSize::default()
-    })
+    };
+    with_cells(size, radial.saturating_mul(around), element)
 }
 
 /// The ring about `centre`, the origin without it.
@@ -36,13 +37,17 @@ pub(super) fn build(spec: &AnnulusSpec, dimension: usize) -> Result<Mesh, MeshEr
     size(spec, dimension)?;
     let centre = spec.centre.clone().unwrap_or_else(|| vec![0.0; 2]);
     vector("centre", &centre, 2)?;
-    ring([spec.inner_radius, spec.outer_radius], spec.cells, [centre[0], centre[1]])
+    ring([spec.inner_radius, spec.outer_radius], (spec.cells, spec.element), [centre[0], centre[1]])
 }
 
 /// Vertex `(i, j)`, `i` outwards and `j` counter-clockwise from the positive x-axis, has index `j (n0 + 1) +
 /// i`.
-pub(super) fn ring(radii: [f64; 2], cells: [usize; 2], centre: [f64; 2]) -> Result<Mesh, MeshError> {
-    let size = counts(cells)?.checked(2)?;
+pub(super) fn ring(
+    radii: [f64; 2],
+    (cells, element): ([usize; 2], Option<WholeCell>),
+    centre: [f64; 2],
+) -> Result<Mesh, MeshError> {
+    let size = counts(cells, element)?.checked(2)?;
     let [inner, outer] = radii;
     positive("inner_radius", inner)?;
     positive("outer_radius", outer)?;
@@ -63,11 +68,20 @@ pub(super) fn ring(radii: [f64; 2], cells: [usize; 2], centre: [f64; 2]) -> Resu
             mesh.points.extend([0, 1].map(|axis| centre[axis] + radius * direction[axis]));
         }
     }
+    let mut vertices = vec![];
+    size.reserve(&mut vertices, size.blocks * size.block_nodes)?;
     for j in 0..n1 {
         for i in 0..n0 {
             let [a, b, c, d] = [index(i, j), index(i + 1, j), index(i + 1, j + 1), index(i, j + 1)];
-            mesh.triangles.extend([[a, b, c], [a, c, d]]);
+            if element.is_some() {
+                vertices.extend([a, b, c, d]);
+            } else {
+                mesh.triangles.extend([[a, b, c], [a, c, d]]);
+            }
         }
+    }
+    if let Some(element) = element {
+        mesh.blocks.push(CellBlock { kind: element.kind(), vertices });
     }
     add_lines(&mut mesh, "outer", (0..n1).map(|j| [index(n0, j), index(n0, j + 1)]));
     add_lines(&mut mesh, "inner", (0..n1).rev().map(|j| [index(0, j + 1), index(0, j)]));

@@ -7,7 +7,8 @@ use super::{
     elliptic_membrane, file, grid, inline, notched_beam, predicted_size, repeat, sphere, strand, surface,
     tapered_beam, transform, tube,
 };
-use crate::spec::{BodyMesh, MeshSpec};
+use crate::spec::{BodyMesh, CellOrder, MeshSpec};
+use pliant::element::CellBlock;
 
 /// Builds the mesh that `spec` describes, `dimension` 2 or 3, and checks it.
 ///
@@ -69,13 +70,22 @@ fn build_shape(
 /// # Errors
 /// As [`build`]; what makes the transformation or the copies impossible.
 pub fn build_body(body: &BodyMesh<'_>, dimension: usize, base: &Path) -> Result<Mesh, MeshError> {
-    let mut mesh = build_shape(body.shape, dimension, base, body.quadratic)?;
-    if let (true, Some(block)) = (body.quadratic, mesh.block()) {
-        return Err(MeshError::NoSecondOrder { cells: block.kind.plural });
-    }
-    if body.quadratic {
+    let mut mesh = build_shape(body.shape, dimension, base, body.order.is_quadratic())?;
+    if body.order.is_quadratic() {
+        let serendipity = body.order == CellOrder::Serendipity;
         let count = 7 * mesh.element_count() as u64;
-        mesh = mesh.promoted_to_quadratic().ok_or(MeshError::TooMany { what: "vertices", count })?;
+        let fewest =
+            |block: &CellBlock| block.kind.of_first_order().and_then(|kind| kind.of_second_order(true));
+        match mesh.block() {
+            None if serendipity => return Err(MeshError::NoSerendipity),
+            Some(block) if serendipity && block.kind.order() == 2 && fewest(block) != Some(block.kind) => {
+                return Err(MeshError::LagrangeCells { cells: block.kind.plural });
+            }
+            _ => {}
+        }
+        let promoted =
+            if serendipity { mesh.promoted_to_serendipity() } else { mesh.promoted_to_quadratic() };
+        mesh = promoted.ok_or(MeshError::TooMany { what: "vertices", count })?;
         curved::curve(body.shape, &mut mesh);
         check(&mesh)?;
     }

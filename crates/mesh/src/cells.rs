@@ -192,7 +192,10 @@ impl FileCells {
         place: Place,
         groups: &[u64],
     ) {
-        self.first_order.get_or_insert(place);
+        match kind.order() {
+            1 => _ = self.first_order.get_or_insert(place),
+            _ => _ = self.second_order.get_or_insert((place, kind.name)),
+        }
         let known = self.blocks.iter().position(|of| of.block.kind == kind);
         let known = known.unwrap_or_else(|| {
             let block = CellBlock { kind, vertices: Vec::new() };
@@ -270,11 +273,17 @@ impl FileCells {
         let mut dropped = vec![false; count];
         let middles = self.lines.all_middles().chain(self.triangles.all_middles());
         let middles = middles.chain(self.tetrahedra.all_middles());
+        let of_blocks = self
+            .blocks
+            .iter()
+            .flat_map(|of| of.block.cells().flat_map(|cell| &cell[of.block.kind.corners..]));
+        let middles = middles.chain(of_blocks.copied());
         middles.for_each(|vertex| dropped[vertex as usize] = true);
         let corners = self.points.vertices.as_flattened().iter();
         let corners = corners.chain(self.lines.vertices.as_flattened());
         let corners = corners.chain(self.triangles.vertices.as_flattened());
         let corners = corners.chain(self.tetrahedra.vertices.as_flattened());
+        self.blocks.iter_mut().for_each(|of| of.block = of.block.of_first_order());
         let corners = corners.chain(self.blocks.iter().flat_map(|of| &of.block.vertices));
         corners.for_each(|&vertex| dropped[vertex as usize] = false);
         let (mut index, mut kept) = (vec![0_u32; count], 0);

@@ -27,6 +27,7 @@ pub(super) fn check(mesh: &Mesh) -> Result<(), MeshError> {
         shapes(mesh, &mesh.triangles, Cell::Triangle)?;
     }
     match (mesh.order(), mesh.dimension, mesh.element_dimension()) {
+        _ if mesh.block().is_some() => {}
         (2, 3, 3) => curved::<3, 10>(mesh, Cell::Tetrahedron)?,
         (2, 2, 2) => curved::<2, 6>(mesh, Cell::Triangle)?,
         _ => {}

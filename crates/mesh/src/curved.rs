@@ -38,6 +38,7 @@ pub(super) fn curve(shape: &MeshSpec, mesh: &mut Mesh) {
             mesh.points[first + c] = centre[c] + (0.5 * r + 0.5 * s) * (sum[c] / length);
         }
     }
+    mesh.centre();
 }
 
 /// Distance of a point from the centre in the first `round` coordinates, and the direction there; `None` in
@@ -56,11 +57,11 @@ mod tests {
 
     use super::*;
     use crate::build_body;
-    use crate::spec::BodyMesh;
+    use crate::spec::{BodyMesh, CellOrder};
 
     fn built(shape: &str, dimension: usize) -> Mesh {
         let shape: MeshSpec = serde_json::from_str(shape).unwrap();
-        let body = BodyMesh { shape: &shape, quadratic: true, transform: None, repeat: None };
+        let body = BodyMesh { shape: &shape, order: CellOrder::Quadratic, transform: None, repeat: None };
         // Checked: det J is positive in all of every element.
         build_body(&body, dimension, Path::new(".")).unwrap_or_else(|error| panic!("{error}"))
     }

@@ -208,9 +208,12 @@ pub enum MeshError {
         /// Least `det J` in it, as a fraction of its mean.
         least: f64,
     },
-    /// Elements of second order of cells that have none.
-    #[error("`order = 2` is for triangles and tetrahedra, and the mesh has {cells}; remove `order`")]
-    NoSecondOrder {
+    /// Cells of serendipity of simplices.
+    #[error("`serendipity` is for quadrilaterals and hexahedra, and the mesh has none; remove it")]
+    NoSerendipity,
+    /// Cells that have the nodes that those of serendipity are without.
+    #[error("the mesh has {cells} with nodes in the middle of faces or cells; remove `serendipity`")]
+    LagrangeCells {
         /// Their kind.
         cells: &'static str,
     },

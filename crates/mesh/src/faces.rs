@@ -74,25 +74,34 @@ impl Mesh {
     fn group_of_quadrilaterals(&self, selection: &Selection) -> Option<Vec<[u32; 4]>> {
         let Selection::Group(name) = selection else { return None };
         let group = self.groups.get(name).filter(|group| group.topological_dimension == 2)?;
-        let block = self.blocks.iter().find(|block| block.kind.nodes == 4)?;
+        let block = self.blocks.iter().find(|block| block.kind.corners == 4)?.of_first_order();
         let mut cells: Vec<[u32; 4]> =
             group.cells.iter().map(|cell| sorted(block.of::<4>()[*cell as usize])).collect();
         cells.sort_unstable();
         Some(cells)
     }
 
-    /// These `faces` of a mesh of second order with the nodes in the middle of their edges, as
-    /// [elements](pliant::element::face_points) have them: 3 nodes in two dimensions, 6 in three.
+    /// These `faces` of a mesh of second order, by their `C` corners, with the nodes in the middle of their
+    /// edges, as [elements](pliant::element::face_points) have them: 3 nodes in two dimensions, 6 in three,
+    /// of quadrilaterals 8, or 9 with the one in their middle.
     ///
     /// # Panics
     /// If the mesh is not of second order, or has no such faces.
-    pub fn quadratic_faces<const D: usize, const N: usize>(&self, faces: &[[u32; D]]) -> Vec<[u32; N]> {
-        let middles = self.middles();
-        let with_middles = |face: &[u32; D]| {
+    pub fn quadratic_faces<const C: usize, const N: usize>(&self, faces: &[[u32; C]]) -> Vec<[u32; N]> {
+        let edges = match (C, N) {
+            (2, _) => face_edges::<2, 3>(),
+            (3, _) => face_edges::<3, 6>(),
+            _ => face_edges::<3, 8>(),
+        };
+        let (middles, face_nodes) = (self.middles(), self.face_nodes());
+        let with_middles = |face: &[u32; C]| {
             let mut nodes = [0; N];
-            nodes[..D].copy_from_slice(face);
-            for (node, [i, j]) in nodes[D..].iter_mut().zip(face_edges::<D, N>()) {
+            nodes[..C].copy_from_slice(face);
+            for (node, [i, j]) in nodes[C..].iter_mut().zip(edges) {
                 *node = middles[&ascending(face[*i], face[*j])];
+            }
+            if let (9, Some(node)) = (N, face_nodes.get(&sorted(*face)[..])) {
+                nodes[N - 1] = *node;
             }
             nodes
         };

@@ -49,6 +49,7 @@ fn annulus(cells: [usize; 2]) -> MeshSpec {
         outer_radius: 2.0,
         cells,
         centre: Some(vec![3.0, 0.0]),
+        element: None,
     })
 }
 
@@ -279,7 +280,8 @@ fn faults_of_the_specification_are_told_apart() {
     assert!(matches!(fault(annulus([1, 2]), 2), MeshError::TooFew { count: 2, least: 3, .. }));
     assert!(matches!(fault(tube([1, 2, 1]), 3), MeshError::TooFew { count: 2, least: 3, .. }));
     assert!(matches!(fault(ball(1 << 20), 3), MeshError::TooMany { .. }));
-    let ring = AnnulusSpec { inner_radius: 2.0, outer_radius: 2.0, cells: [1, 3], centre: None };
+    let ring =
+        AnnulusSpec { inner_radius: 2.0, outer_radius: 2.0, cells: [1, 3], centre: None, element: None };
     assert!(matches!(fault(MeshSpec::Annulus(ring), 2), MeshError::NotLess { field: "inner_radius", .. }));
     let flat = BallSpec { radius: -1.0, cells: 1, centre: None };
     assert!(matches!(fault(MeshSpec::Ball(flat), 3), MeshError::NotPositive { field: "radius", .. }));

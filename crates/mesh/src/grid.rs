@@ -145,7 +145,7 @@ mod tests {
                     ..Default::default()
                 }),
                 repeat: Some(&crate::spec::RepeatSpec { count: vec![2; d], spacing: vec![9.0; d] }),
-                quadratic: false,
+                order: crate::spec::CellOrder::Linear,
             };
             let mesh = crate::build_body(&body, d, ".".as_ref()).unwrap();
             let count = cells.iter().product::<usize>() << d;

@@ -25,17 +25,28 @@ pub(super) fn size([n0, n1]: [usize; 2], element: Option<WholeCell>) -> Result<M
         lines: n0.saturating_add(n1).saturating_mul(2),
         ..MeshSize::default()
     };
-    let size = match element.map(WholeCell::kind) {
-        None => MeshSize { triangles: cells.saturating_mul(2), ..size },
+    with_cells(size, cells, element)?.checked(2)
+}
+
+/// The size with so many plane cells.
+///
+/// # Errors
+/// The element is none of the plane.
+pub(super) fn with_cells(
+    size: MeshSize,
+    cells: u64,
+    element: Option<WholeCell>,
+) -> Result<MeshSize, MeshError> {
+    match element.map(WholeCell::kind) {
+        None => Ok(MeshSize { triangles: cells.saturating_mul(2), ..size }),
         Some(kind) if kind.dimension == 2 => {
-            MeshSize { blocks: cells, block_nodes: kind.nodes as u64, ..size }
+            Ok(MeshSize { blocks: cells, block_nodes: kind.nodes as u64, ..size })
         }
         Some(kind) => {
             let (found, other) = (kind.name, "quadrilateral");
-            return Err(MeshError::WrongElement { found, dimension: 2, other });
+            Err(MeshError::WrongElement { found, dimension: 2, other })
         }
-    };
-    size.checked(2)
+    }
 }
 
 /// Vertex `(i, j)` has index `i (n1 + 1) + j` and lies at `point(i, j)`; cells are split as a grid's, unless

@@ -11,12 +11,15 @@ impl Mesh {
     pub fn lumped_measure(&self) -> Vec<f64> {
         let mut shares = vec![0.0; self.vertex_count()];
         if let Some(block) = self.block() {
-            block.kind.visit(Lumped { mesh: self, block, shares: &mut shares });
+            match block.kind.order() {
+                1 => block.kind.visit_first(Lumped { mesh: self, block, shares: &mut shares }),
+                _ => block.kind.visit_second(SecondOrderLumped { mesh: self, block, shares: &mut shares }),
+            }
             return shares;
         }
         match (self.element_dimension(), self.dimension, self.order()) {
-            (3, 3, 2) => self.share_lumped::<3, 10>(&mut shares),
-            (2, 2, 2) => self.share_lumped::<2, 6>(&mut shares),
+            (3, 3, 2) => self.share_lumped::<3, 10>(&self.elements(), &mut shares),
+            (2, 2, 2) => self.share_lumped::<2, 6>(&self.elements(), &mut shares),
             _ => self.share_equally(&mut shares),
         }
         shares
@@ -30,11 +33,11 @@ impl Mesh {
         }
     }
 
-    fn share_lumped<const D: usize, const N: usize>(&self, shares: &mut [f64]) {
+    fn share_lumped<const D: usize, const N: usize>(&self, cells: &[[u32; N]], shares: &mut [f64]) {
         let mass = MassRule::<D, N>::new();
-        for cell in self.elements::<N>() {
-            for (v, m) in cell.into_iter().zip(mass.lumped(&self.nodes::<D, N>(&cell))) {
-                shares[v as usize] += m;
+        for cell in cells {
+            for (v, m) in cell.iter().zip(mass.lumped(&self.nodes::<D, N>(cell))) {
+                shares[*v as usize] += m;
             }
         }
     }
@@ -45,7 +48,10 @@ impl Mesh {
     pub fn consistent_measure(&self) -> Vec<Vec<(u32, f64)>> {
         let mut rows = vec![vec![]; self.vertex_count()];
         if let Some(block) = self.block() {
-            block.kind.visit(Consistent { mesh: self, block, rows: &mut rows });
+            match block.kind.order() {
+                1 => block.kind.visit_first(Consistent { mesh: self, block, rows: &mut rows }),
+                _ => block.kind.visit_second(SecondOrderConsistent { mesh: self, block, rows: &mut rows }),
+            }
             return rows;
         }
         match (self.element_dimension(), self.dimension, self.order()) {
@@ -141,6 +147,36 @@ impl CellVisitor for Consistent<'_> {
     fn visit<const D: usize, const N: usize>(self, kind: &'static Isoparametric<D, N>) {
         let matrix = |cell: &[u32; N]| kind.consistent(&self.mesh.nodes::<D, N>(cell));
         self.mesh.add_products(self.block.of::<N>(), matrix, self.rows);
+    }
+}
+
+/// As [`Lumped`], of second order.
+struct SecondOrderLumped<'a> {
+    mesh: &'a Mesh,
+    block: &'a CellBlock,
+    shares: &'a mut [f64],
+}
+
+impl CellVisitor for SecondOrderLumped<'_> {
+    type Output = ();
+
+    fn visit<const D: usize, const N: usize>(self, _: &'static Isoparametric<D, N>) {
+        self.mesh.share_lumped::<D, N>(self.block.of(), self.shares);
+    }
+}
+
+/// As [`Consistent`], of second order.
+struct SecondOrderConsistent<'a> {
+    mesh: &'a Mesh,
+    block: &'a CellBlock,
+    rows: &'a mut [Vec<(u32, f64)>],
+}
+
+impl CellVisitor for SecondOrderConsistent<'_> {
+    type Output = ();
+
+    fn visit<const D: usize, const N: usize>(self, _: &'static Isoparametric<D, N>) {
+        self.mesh.add_products(self.block.of::<N>(), consistent::<D, N>(self.mesh), self.rows);
     }
 }
 

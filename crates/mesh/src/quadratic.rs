@@ -4,7 +4,9 @@
 //! then one node per edge in the order of VTK,
 //! - line: `01`;
 //! - triangle: `01, 12, 20`;
-//! - tetrahedron: `01, 12, 02, 03, 13, 23`.
+//! - tetrahedron: `01, 12, 02, 03, 13, 23`;
+//! - quadrilateral, hexahedron: those of [`CellKind::edges`](pliant::element::CellKind::edges), then one in
+//!   the middle of each side of a hexahedron and one in the middle of the cell, where its kind has them.
 //!
 //! VTK's files have it so ([VTK book](https://book.vtk.org/en/latest/VTKBook/05Chapter5.html), figure 5-4).
 //! Gmsh [exchanges the last two](https://gmsh.info/doc/texinfo/gmsh.html#Node-ordering) nodes of a
@@ -13,7 +15,7 @@
 use std::collections::BTreeMap;
 
 use super::Mesh;
-use pliant::element::{TETRAHEDRON_EDGES, TRIANGLE_EDGES};
+use pliant::element::{CellBlock, TETRAHEDRON_EDGES, TRIANGLE_EDGES};
 
 /// An edge by its ends, whichever way it runs.
 pub(super) fn sorted(a: u32, b: u32) -> [u32; 2] {
@@ -54,13 +56,22 @@ impl Mesh {
     }
 
     /// The surface as flat triangles to draw: those of [`surface_triangles`](Mesh::surface_triangles), in a
-    /// mesh of second order each as the four between its corners and the nodes in the middle of its edges.
+    /// mesh of second order each as the four between its corners and the nodes in the middle of its edges, a
+    /// quadrilateral as the eight about the node in its middle, or as six without one.
     pub fn drawn_triangles(&self) -> Vec<[u32; 3]> {
-        let faces = self.surface_triangles();
         if self.order() == 1 {
-            return faces;
+            return self.surface_triangles();
         }
         let middles = self.middles();
+        if let Some(block) = self.block() {
+            let face_nodes = self.face_nodes();
+            return self
+                .quadrilaterals(block)
+                .into_iter()
+                .flat_map(|face| around(face, &middles, &face_nodes))
+                .collect();
+        }
+        let faces = self.surface_triangles();
         let four = |[a, b, c]: [u32; 3]| {
             let [ab, bc, ca] = [[a, b], [b, c], [c, a]].map(|[a, b]| middles[&sorted(a, b)]);
             [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
@@ -80,21 +91,56 @@ impl Mesh {
             middles
                 .extend(TRIANGLE_EDGES.iter().zip(nodes).map(|([a, b], m)| (sorted(cell[*a], cell[*b]), *m)));
         }
+        for block in self.blocks.iter().filter(|block| block.kind.order() == 2) {
+            for cell in block.cells() {
+                let nodes = &cell[block.kind.corners..];
+                let edges = block.kind.edges.iter().zip(nodes);
+                middles.extend(edges.map(|([a, b], m)| (sorted(cell[*a], cell[*b]), *m)));
+            }
+        }
         middles
+    }
+
+    /// The vertex in the middle of each quadrilateral of a mesh of second order that has such nodes, by its
+    /// corners, ascending.
+    pub(super) fn face_nodes(&self) -> BTreeMap<Vec<u32>, u32> {
+        let mut nodes = BTreeMap::new();
+        for block in self.blocks.iter().filter(|block| block.kind.order() == 2) {
+            let kind = block.kind;
+            for cell in block.cells() {
+                let of_faces = kind.sides.iter().zip(&cell[kind.face_nodes()]);
+                nodes.extend(of_faces.map(|(side, node)| (corners_of(cell, side), *node)));
+                if kind.dimension == 2 && kind.nodes > kind.corners + kind.edges.len() {
+                    nodes.insert(ascending(&cell[..kind.corners]), cell[kind.nodes - 1]);
+                }
+            }
+        }
+        nodes
     }
 
     /// 2 if there are nodes in the middle of the edges of cells, otherwise 1.
     pub fn order(&self) -> usize {
-        if self.triangle_middles.is_empty() && self.tetrahedron_middles.is_empty() { 1 } else { 2 }
+        let of_simplices = !self.triangle_middles.is_empty() || !self.tetrahedron_middles.is_empty();
+        if of_simplices || self.blocks.iter().any(|block| block.kind.order() == 2) { 2 } else { 1 }
     }
 
-    /// The same mesh with a node in the middle of every edge of its triangles and tetrahedra, shared between
-    /// the cells that meet there. Vertices keep their numbers; the new ones follow in the lexicographic
-    /// order of their edges. Groups gain the nodes in the middle of the edges of their cells. A mesh of
-    /// second order is returned as it is.
+    /// The same mesh with a node in the middle of every edge of its cells, shared between the cells that meet
+    /// there, and of the faces of hexahedra, and of quadrilaterals and hexahedra themselves. Vertices keep
+    /// their numbers; the new ones follow in the lexicographic order of their edges, then of the corners of
+    /// their faces, then in that of their cells. Groups gain the nodes in the middle of their cells. A mesh
+    /// of second order is returned as it is.
     ///
     /// A mesh whose vertices and edges together are more than 2^32 - 1 cannot be numbered: `None`.
     pub fn promoted_to_quadratic(&self) -> Option<Mesh> {
+        self.promoted(false)
+    }
+
+    /// The same with nodes in the middle of edges alone.
+    pub fn promoted_to_serendipity(&self) -> Option<Mesh> {
+        self.promoted(true)
+    }
+
+    fn promoted(&self, serendipity: bool) -> Option<Mesh> {
         if self.order() == 2 {
             return Some(self.clone());
         }
@@ -105,11 +151,30 @@ impl Mesh {
         for cell in &self.tetrahedra {
             edges.extend(TETRAHEDRON_EDGES.map(|[a, b]| sorted(cell[a], cell[b])));
         }
+        let kind_of = |block: &CellBlock| block.kind.of_second_order(serendipity).unwrap_or(block.kind);
+        let (mut faces, mut cells): (Vec<Vec<u32>>, usize) = (vec![], 0);
+        for block in &self.blocks {
+            edges.extend(block.edges());
+            let kind = kind_of(block);
+            for cell in block.cells().filter(|_| kind.nodes > kind.corners + kind.edges.len()) {
+                if kind.dimension == 2 {
+                    faces.push(ascending(cell));
+                } else {
+                    faces.extend(kind.sides.iter().map(|side| corners_of(cell, side)));
+                    cells += 1;
+                }
+            }
+        }
         edges.sort_unstable();
         edges.dedup();
+        faces.sort_unstable();
+        faces.dedup();
         let first = u32::try_from(self.vertex_count()).ok()?;
-        u32::try_from(edges.len()).ok().and_then(|count| first.checked_add(count))?;
+        let first_face = u32::try_from(edges.len()).ok().and_then(|count| first.checked_add(count))?;
+        let first_cell = u32::try_from(faces.len()).ok().and_then(|count| first_face.checked_add(count))?;
+        u32::try_from(cells).ok().and_then(|count| first_cell.checked_add(count))?;
         let middle: BTreeMap<[u32; 2], u32> = edges.iter().copied().zip(first..).collect();
+        let face_node: BTreeMap<Vec<u32>, u32> = faces.iter().cloned().zip(first_face..).collect();
         let mut mesh = self.clone();
         for &[a, b] in &edges {
             let (a, b) = (self.point(a as usize), self.point(b as usize));
@@ -120,6 +185,26 @@ impl Mesh {
         let tetrahedron = |cell: &[u32; 4]| TETRAHEDRON_EDGES.map(|[a, b]| middle[&sorted(cell[a], cell[b])]);
         mesh.triangle_middles = self.triangles.iter().map(triangle).collect();
         mesh.tetrahedron_middles = self.tetrahedra.iter().map(tetrahedron).collect();
+        let mut next_cell = first_cell..;
+        for (block, before) in mesh.blocks.iter_mut().zip(&self.blocks) {
+            let kind = kind_of(before);
+            block.kind = kind;
+            block.vertices.clear();
+            for cell in before.cells() {
+                let from = block.vertices.len();
+                block.vertices.extend(cell);
+                block.vertices.extend(kind.edges.iter().map(|[a, b]| middle[&sorted(cell[*a], cell[*b])]));
+                if kind.dimension == 2 {
+                    block.vertices.extend(face_node.get(&ascending(cell)).filter(|_| !serendipity));
+                } else if !serendipity {
+                    block.vertices.extend(kind.sides.iter().map(|side| face_node[&corners_of(cell, side)]));
+                    block.vertices.extend(next_cell.next());
+                }
+                debug_assert_eq!(block.vertices.len() - from, kind.nodes);
+            }
+        }
+        mesh.points.resize(mesh.points.len() + (faces.len() + cells) * self.dimension, 0.0);
+        mesh.centre();
         let lines = if self.lines.is_empty() { &self.edges } else { &self.lines };
         for group in mesh.groups.values_mut() {
             for &cell in &group.cells {
@@ -129,9 +214,17 @@ impl Mesh {
                         let [a, b] = lines[cell];
                         group.vertices.extend(middle.get(&sorted(a, b)));
                     }
-                    2 => group.vertices.extend(mesh.triangle_middles[cell]),
-                    3 => group.vertices.extend(mesh.tetrahedron_middles[cell]),
-                    _ => {}
+                    dimension => {
+                        let block = mesh.blocks.iter().find(|block| block.kind.dimension == dimension);
+                        if let Some(block) = block {
+                            let nodes = block.kind.nodes;
+                            group.vertices.extend(&block.vertices[cell * nodes..][..nodes]);
+                        } else if dimension == 2 {
+                            group.vertices.extend(mesh.triangle_middles[cell]);
+                        } else if dimension == 3 {
+                            group.vertices.extend(mesh.tetrahedron_middles[cell]);
+                        }
+                    }
                 }
             }
             group.vertices.sort_unstable();
@@ -140,4 +233,71 @@ impl Mesh {
         super::skin::promote(&mut mesh);
         Some(mesh)
     }
+
+    /// Moves nodes in the middle of faces and cells of second order to where the shape functions of
+    /// serendipity have them, by the corners and the nodes in the middle of edges: half the sum of those of a
+    /// face, less a quarter of that of its corners; a quarter of each in a hexahedron. Gordon, Hall 1973,
+    /// "Transfinite element methods", Numerische Mathematik 21, 109.
+    pub(super) fn centre(&mut self) {
+        let middles = self.middles();
+        let mut moved: Vec<(u32, Vec<f64>)> = vec![];
+        let mut place = |mesh: &Mesh, node: u32, corners: &[u32], edges: &[u32], share: f64| {
+            let sum = |nodes: &[u32], c: usize| nodes.iter().map(|v| mesh.point(*v as usize)[c]).sum::<f64>();
+            let at = |c: usize| share * sum(edges, c) - 0.25 * sum(corners, c);
+            moved.push((node, (0..mesh.dimension).map(at).collect()));
+        };
+        for block in &self.blocks {
+            let kind = block.kind;
+            let ends = kind.corners + kind.edges.len();
+            for cell in block.cells().filter(|_| kind.nodes > ends) {
+                let (corners, edges) = (&cell[..kind.corners], &cell[kind.corners..ends]);
+                let share = if kind.dimension == 2 { 0.5 } else { 0.25 };
+                place(self, cell[kind.nodes - 1], corners, edges, share);
+                for (side, node) in kind.sides.iter().zip(&cell[kind.face_nodes()]) {
+                    let corners: Vec<u32> = side.iter().map(|corner| cell[*corner]).collect();
+                    let next = |i: usize| corners[(i + 1) % corners.len()];
+                    let edges: Vec<u32> =
+                        (0..corners.len()).map(|i| middles[&sorted(corners[i], next(i))]).collect();
+                    place(self, *node, &corners, &edges, 0.5);
+                }
+            }
+        }
+        for (node, at) in moved {
+            let first = node as usize * self.dimension;
+            self.points[first..first + self.dimension].copy_from_slice(&at);
+        }
+    }
+}
+
+/// Vertices in ascending order.
+fn ascending(vertices: &[u32]) -> Vec<u32> {
+    let mut vertices = vertices.to_vec();
+    vertices.sort_unstable();
+    vertices
+}
+
+/// The corners of a side of a cell, ascending.
+fn corners_of(cell: &[u32], side: &[usize]) -> Vec<u32> {
+    ascending(&side.iter().map(|corner| cell[*corner]).collect::<Vec<_>>())
+}
+
+/// Triangles of a quadrilateral of second order: about the node in its middle, or the corners cut off from
+/// the quadrilateral between the nodes in the middle of its edges.
+fn around(
+    corners: [u32; 4],
+    middles: &BTreeMap<[u32; 2], u32>,
+    face_nodes: &BTreeMap<Vec<u32>, u32>,
+) -> Vec<[u32; 3]> {
+    let edge = |i: usize| middles[&sorted(corners[i], corners[(i + 1) % 4])];
+    let e = [0, 1, 2, 3].map(edge);
+    let mut triangles = vec![];
+    if let Some(&centre) = face_nodes.get(&ascending(&corners)) {
+        for i in 0..4 {
+            triangles.extend([[corners[i], e[i], centre], [e[i], corners[(i + 1) % 4], centre]]);
+        }
+    } else {
+        triangles.extend([0, 1, 2, 3].map(|i| [e[(i + 3) % 4], corners[i], e[i]]));
+        triangles.extend([[e[0], e[1], e[2]], [e[0], e[2], e[3]]]);
+    }
+    triangles
 }

@@ -82,6 +82,7 @@ impl Mesh {
         };
         if let Some(elements) = &mut elements {
             match (self.order(), self.dimension, elements.topological_dimension) {
+                _ if self.block().is_some() => {}
                 (2, 3, 3) => self.measure_curved::<3, 10>(elements),
                 (2, 2, 2) => self.measure_curved::<2, 6>(elements),
                 _ => {}
@@ -152,8 +153,20 @@ impl CellVisitor for QualityVisitor<'_> {
             worst_mean_ratio: cells[worst].1,
             worst,
             average_mean_ratio: cells.iter().map(|cell| cell.1 / cells.len() as f64).sum(),
-            curved: None,
+            curved: (kind.kind.order() == 2).then(|| self.curved(kind)).flatten(),
         })
+    }
+}
+
+impl QualityVisitor<'_> {
+    /// The most curved cell: by the least `det J` at its nodes and quadrature points.
+    fn curved<const D: usize, const N: usize>(&self, kind: &Isoparametric<D, N>) -> Option<CurvedQuality> {
+        let cells =
+            self.block.of::<N>().iter().map(|cell| kind.least_jacobian(&self.mesh.nodes::<D, N>(cell)));
+        let (worst, least_jacobian) = cells.enumerate().min_by(|a, b| a.1.total_cmp(&b.1))?;
+        // A sum of products is one but for rounding.
+        let least_jacobian = if least_jacobian > 1.0 - 1e-12 { 1.0 } else { least_jacobian };
+        Some(CurvedQuality { least_jacobian, worst })
     }
 }
 

@@ -127,7 +127,8 @@ mod tests {
             cell.sort_unstable();
             named.contains(&cell)
         }));
-        let ring = AnnulusSpec { inner_radius: 1.0, outer_radius: 2.0, cells: [1, 4], centre: None };
+        let ring =
+            AnnulusSpec { inner_radius: 1.0, outer_radius: 2.0, cells: [1, 4], centre: None, element: None };
         let ring = super::super::build(&MeshSpec::Annulus(ring), 2, Path::new(".")).unwrap();
         let two = repeated(&ring, &[2, 1], &[5.0, 0.0]).unwrap();
         let inner = &two.groups["inner"];

@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use super::MeshError;
-use crate::spec::{BodyMesh, MeshSpec};
+use crate::spec::{BodyMesh, CellOrder, MeshSpec};
+use pliant::element::CELL_KINDS;
 
 /// Counts and memory of a mesh. Exact for generators, upper bounds for files and surfaces of files.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -57,7 +58,20 @@ impl MeshSize {
     /// With a node in the middle of every edge: at most as many as these. Euler: `E = V + T` and less in the
     /// plane, with one hole at most; in space `E = V + T + B/2` and less with `B` faces on the boundary, `B
     /// <= 2 T` in all but heaps of loose tetrahedra, and `E <= 6 T` there.
-    fn quadratic(self) -> MeshSize {
+    ///
+    /// Of quadrilaterals `E = V + T` likewise, of hexahedra `E <= V + 2 T + B/2` with at most `3 T + B/2`
+    /// faces, `B <= 6 T`, and a node in each cell.
+    fn quadratic(self, serendipity: bool) -> MeshSize {
+        if self.blocks > 0 {
+            let kind =
+                CELL_KINDS.iter().find(|kind| kind.order() == 1 && kind.nodes as u64 == self.block_nodes);
+            let kind = kind.and_then(|kind| kind.of_second_order(serendipity));
+            let nodes = kind.map_or(self.block_nodes, |kind| kind.nodes as u64);
+            let is_plane = kind.is_some_and(|kind| kind.dimension == 2);
+            let more = self.blocks.saturating_mul(if is_plane { 2 } else { 12 });
+            let vertices = self.vertices.saturating_mul(2).saturating_add(more);
+            return MeshSize { vertices, block_nodes: nodes, quadratic: true, ..self };
+        }
         let (triangles, tetrahedra) = (self.triangles, self.tetrahedra);
         let edges = if tetrahedra > 0 {
             (self.vertices.saturating_add(tetrahedra.saturating_mul(2))).min(tetrahedra.saturating_mul(6))
@@ -126,13 +140,13 @@ pub fn predicted_body_size(
     base: &Path,
 ) -> Result<MeshSize, MeshError> {
     let mut size = predicted_size(body.shape, dimension, base)?;
-    if body.quadratic {
+    if body.order.is_quadratic() {
         // The bounds of a file are far above what it takes.
         let is_file = matches!(body.shape, MeshSpec::File(_));
         size = if is_file {
             MeshSize { quadratic: true, ..size }
         } else {
-            size.quadratic().checked(dimension)?
+            size.quadratic(body.order == CellOrder::Serendipity).checked(dimension)?
         };
     }
     let Some(repeat) = body.repeat else { return Ok(size) };

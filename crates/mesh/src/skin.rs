@@ -1,7 +1,9 @@
 //! Skins of meshes that are promoted, mirrored and repeated.
 
+use std::collections::HashMap;
+
 use super::Mesh;
-use pliant::element::TETRAHEDRON_EDGES;
+use pliant::element::{CellBlock, CellVisitor, Isoparametric, TETRAHEDRON_EDGES};
 use pliant::topology::Skin;
 
 impl Mesh {
@@ -12,10 +14,42 @@ impl Mesh {
     }
 }
 
+/// The skin of hexahedra that are of second order now: shape functions at the place at which those of first
+/// order are the weights, which are the shares of the corners in it.
+struct PromotedSkin<'a> {
+    skin: Skin,
+    block: &'a CellBlock,
+}
+
+impl CellVisitor for PromotedSkin<'_> {
+    type Output = Skin;
+
+    fn visit<const D: usize, const N: usize>(self, kind: &'static Isoparametric<D, N>) -> Skin {
+        let (width, cells) = (self.skin.width, self.block.of::<N>());
+        let of_corners: HashMap<&[u32], usize> = cells.iter().map(|cell| &cell[..width]).zip(0..).collect();
+        let (mut nodes, mut weights) = (vec![], vec![]);
+        for (corners, shares) in
+            self.skin.nodes.chunks_exact(width).zip(self.skin.weights.chunks_exact(width))
+        {
+            let mut xi = [0.0; D];
+            for (share, at) in shares.iter().zip(kind.nodes) {
+                (0..D).for_each(|c| xi[c] += share * at[c]);
+            }
+            nodes.extend(cells[of_corners[corners]]);
+            weights.extend((kind.shape)(&xi));
+        }
+        Skin { width: N, nodes, weights, ..self.skin }
+    }
+}
+
 /// The skin of tetrahedra that now have nodes in the middle of their edges: `w (2 w - 1)` at corners, `4
 /// w_a w_b` between.
 pub(super) fn promote(mesh: &mut Mesh) {
     let Some(skin) = mesh.skin.take() else { return };
+    if let Some(block) = mesh.block() {
+        mesh.skin = Some(block.kind.visit_second(PromotedSkin { skin, block }));
+        return;
+    }
     let middles = mesh.middles();
     let (mut nodes, mut weights) = (vec![], vec![]);
     for (corners, shares) in skin.nodes.as_chunks::<4>().0.iter().zip(skin.weights.as_chunks::<4>().0) {

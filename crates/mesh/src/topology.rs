@@ -136,10 +136,10 @@ impl Mesh {
     }
 
     /// The quadrilaterals that a surface of these cells is made of, counter-clockwise seen from outside;
-    /// of plane cells all.
+    /// of plane cells all. Of second order by their corners.
     pub(super) fn quadrilaterals(&self, block: &CellBlock) -> Vec<[u32; 4]> {
         if block.kind.dimension == 2 {
-            block.of::<4>().to_vec()
+            block.of_first_order().of::<4>().to_vec()
         } else {
             let sides: Vec<[u32; 4]> = block.sides().collect();
             unpaired(sides.len(), |i| sides[i])

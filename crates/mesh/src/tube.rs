@@ -9,7 +9,7 @@ pub(super) fn size(spec: &TubeSpec, dimension: usize) -> Result<MeshSize, MeshEr
     solid("tube", dimension)?;
     let [radial, around, along] = spec.cells;
     at_least_one("cells", along)?;
-    extrude::size(&annulus::counts([radial, around])?, along)
+    extrude::size(&annulus::counts([radial, around], None)?, along)
 }
 
 /// Refuses a solid in the plane.
@@ -25,6 +25,6 @@ pub(super) fn build(spec: &TubeSpec, dimension: usize) -> Result<Mesh, MeshError
     vector("origin", &origin, 3)?;
     let [radial, around, along] = spec.cells;
     let radii = [spec.inner_radius, spec.outer_radius];
-    let base = annulus::ring(radii, [radial, around], [origin[0], origin[1]])?;
+    let base = annulus::ring(radii, ([radial, around], None), [origin[0], origin[1]])?;
     extrude::build(&base, along, origin[2], spec.height)
 }

@@ -128,14 +128,12 @@ fn unsupported(cell_type: f64) -> FormatError {
         11 => "voxel",
         13 => "6-node wedge",
         14 => "5-node pyramid",
-        23 => "8-node quadrilateral",
-        25 => "20-node hexahedron",
         68..=82 => "cell of higher order",
         _ => "cell of another kind",
     };
     FormatError::Unsupported {
         found: format!("a {name} (cell type {cell_type})"),
-        supported: "cells are vertices, lines, triangles and tetrahedra, of first or second order, \
-                    quadrilaterals and hexahedra of first",
+        supported: "cells are vertices, lines, triangles, quadrilaterals, tetrahedra and hexahedra, of first \
+                    or second order",
     }
 }

@@ -8,13 +8,18 @@ use pliant::energy::elastic::{CellShapes, CellTurns, OnePointCells, PullBack};
 use pliant::material::{Material, MaterialSpec, MaterialVisitor, Psd, Tangent};
 
 use crate::ElementSet;
+use crate::makers::QuadraticMaker;
 
-/// Cells of a kind, as [`OnePointCells::new`] has them.
+/// Cells of a kind: of first order as [`OnePointCells::new`] has them, of second order as
+/// [`Elastic::quadratic`](pliant::energy::elastic::Elastic::quadratic).
 ///
 /// # Panics
 /// As there, and if the cells are not whole ones.
 pub fn cells(material: &MaterialSpec, kind: &CellKind, elements: &ElementSet<'_>) -> Box<dyn EnergyTerm> {
-    kind.visit(CellsMaker { material, about: None, elements })
+    match kind.order() {
+        1 => kind.visit_first(CellsMaker { material, about: None, elements }),
+        _ => kind.visit_second(SecondOrderMaker { material, elements }),
+    }
 }
 
 /// The change of the energy of cells of the material `about` with a parameter, by which its energy density
@@ -28,35 +33,39 @@ pub fn change_of_cells(
     kind: &CellKind,
     elements: &ElementSet<'_>,
 ) -> Box<dyn EnergyTerm> {
-    kind.visit(CellsMaker { material, about: Some(about), elements })
+    match kind.order() {
+        1 => kind.visit_first(CellsMaker { material, about: Some(about), elements }),
+        // Linear in the energy density.
+        _ => cells(material, kind, elements),
+    }
 }
 
 /// Cells of the material turned by axes that change by `turns` with the components of a direction of each:
-/// see [`TurningCells`](pliant::energy::elastic::TurningCells).
+/// see [`TurningCells`](pliant::energy::elastic::TurningCells). Of first order.
 ///
 /// # Panics
-/// As [`cells`], and if there are no axes or not as many turns.
+/// As [`cells`], if the cells are of second order, and if there are no axes or not as many turns.
 pub fn turning_cells(
     material: &MaterialSpec,
     kind: &CellKind,
     elements: &ElementSet<'_>,
     turns: &[[Mat<f64, 3>; 3]],
 ) -> Box<dyn CellTurns> {
-    kind.visit(TurningMaker { material, elements, turns })
+    kind.visit_first(TurningMaker { material, elements, turns })
 }
 
 /// Cells of the material and of a viscosity whose shape at rest changes: see
-/// [`ShapedCells`](pliant::energy::elastic::ShapedCells).
+/// [`ShapedCells`](pliant::energy::elastic::ShapedCells). Of first order.
 ///
 /// # Panics
-/// As [`cells`].
+/// As [`cells`], and if the cells are of second order.
 pub fn shaped_cells(
     material: &MaterialSpec,
     kind: &CellKind,
     elements: &ElementSet<'_>,
     viscosity: Viscosity,
 ) -> Box<dyn CellShapes> {
-    kind.visit(ShapedMaker { material, elements, viscosity })
+    kind.visit_first(ShapedMaker { material, elements, viscosity })
 }
 
 /// Maker of shaped cells of whatever kind is visited, and of whatever material then.
@@ -126,6 +135,20 @@ impl<const D: usize, const N: usize> MaterialVisitor<D> for TurningCellsMaker<'_
         let cells = OnePointCells::new(body, material, how, self.cell, self.of.elements.of(), rest);
         let turns = self.of.turns.iter().map(|turns| std::array::from_fn(|c| turns[c].leading())).collect();
         Box::new(cells.with_axes(axes.unwrap_or_default(), rest).turning(turns))
+    }
+}
+
+/// Maker of cells of second order of whatever kind is visited.
+struct SecondOrderMaker<'a> {
+    material: &'a MaterialSpec,
+    elements: &'a ElementSet<'a>,
+}
+
+impl CellVisitor for SecondOrderMaker<'_> {
+    type Output = Box<dyn EnergyTerm>;
+
+    fn visit<const D: usize, const N: usize>(self, _: &'static Isoparametric<D, N>) -> Self::Output {
+        self.material.visit::<D, _>(QuadraticMaker::<N>(self.elements))
     }
 }
 

@@ -23,6 +23,8 @@ pub fn pressure(
         (2, 3) => Box::new(Pressure::<2, 3>::new(name, whole_cells(faces), rest, rim_stays, field)),
         (3, 3) => Box::new(Pressure::<3, 3>::new(name, whole_cells(faces), rest, rim_stays, field)),
         (3, 4) => Box::new(Pressure::<3, 4>::new(name, whole_cells(faces), rest, rim_stays, field)),
+        (3, 8) => Box::new(Pressure::<3, 8>::new(name, whole_cells(faces), rest, rim_stays, field)),
+        (3, 9) => Box::new(Pressure::<3, 9>::new(name, whole_cells(faces), rest, rim_stays, field)),
         (3, 6) => Box::new(Pressure::<3, 6>::new(name, whole_cells(faces), rest, rim_stays, field)),
         _ => panic!("no face of {nodes} nodes in {dimension} dimensions"),
     }

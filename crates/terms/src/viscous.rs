@@ -55,7 +55,8 @@ pub fn viscous_membrane(viscosity: Viscosity, set: &ViscousSet<'_>) -> Box<dyn D
     Box::new(StrainRate::<3, 3, _>::points(body, viscosity, whole_cells(cells), rest, shape))
 }
 
-/// Viscosity of cells of a kind, as [`StrainRate::cells`] has it.
+/// Viscosity of cells of a kind, as [`StrainRate::cells`] has it; of second order as
+/// [`StrainRate::quadratic`].
 ///
 /// # Panics
 /// If the cells are not whole ones.
@@ -64,7 +65,7 @@ pub fn viscous_cells(
     kind: &CellKind,
     set: &ViscousSet<'_>,
 ) -> Box<dyn DissipativeTerm> {
-    kind.visit(ViscousCellsMaker { viscosity, about: None, set })
+    change_of_viscous_cells(viscosity, Viscosity::default(), kind, set)
 }
 
 /// The change of the dissipation of cells of the viscosity `about` with a parameter, by which that changes by
@@ -79,7 +80,25 @@ pub fn change_of_viscous_cells(
     set: &ViscousSet<'_>,
 ) -> Box<dyn DissipativeTerm> {
     let about = (about != Viscosity::default()).then_some(about);
-    kind.visit(ViscousCellsMaker { viscosity, about, set })
+    match kind.order() {
+        1 => kind.visit_first(ViscousCellsMaker { viscosity, about, set }),
+        // Linear in the viscosity.
+        _ => kind.visit_second(ViscousSecondOrderMaker { viscosity, set }),
+    }
+}
+
+/// Maker of the viscosity of cells of second order of whatever kind is visited.
+struct ViscousSecondOrderMaker<'a> {
+    viscosity: Viscosity,
+    set: &'a ViscousSet<'a>,
+}
+
+impl CellVisitor for ViscousSecondOrderMaker<'_> {
+    type Output = Box<dyn DissipativeTerm>;
+
+    fn visit<const D: usize, const N: usize>(self, _: &'static Isoparametric<D, N>) -> Self::Output {
+        viscous_points::<D, N>(self.viscosity, self.set)
+    }
 }
 
 /// Maker of the viscosity of cells of whatever kind is visited.

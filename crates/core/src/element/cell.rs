@@ -5,10 +5,12 @@
 //! quadrature points as numbers and are the same for every kind. Zienkiewicz, Taylor, Zhu 2013, *The Finite
 //! Element Method: Its Basis and Fundamentals*, chapters 5 and 6.
 
+use std::any::Any;
+
 use super::ElementDescription;
 use crate::algebra::Mat;
 
-/// Kind of cell. Nodes have VTK's order.
+/// Kind of cell. Nodes have VTK's order: corners, those in the middle of edges, of sides, of the cell.
 #[derive(Debug, PartialEq, Eq)]
 pub struct CellKind {
     /// Its name, singular and plural.
@@ -19,10 +21,13 @@ pub struct CellKind {
     pub dimension: usize,
     /// Number of nodes.
     pub nodes: usize,
-    /// Nodes at the ends of its edges.
+    /// Number of corners: as many as nodes in a cell of first order.
+    pub corners: usize,
+    /// Nodes at the ends of its edges. Of second order the node in the middle of edge `k` is `corners + k`.
     pub edges: &'static [[usize; 2]],
-    /// Nodes of its sides: in 3D faces, counter-clockwise seen from outside; in 2D edges that run
-    /// counter-clockwise about it.
+    /// Corners of its sides: in 3D faces, counter-clockwise seen from outside; in 2D edges that run
+    /// counter-clockwise about it. The node in the middle of face `k`, where faces have one, follows those of
+    /// edges in this order.
     pub sides: &'static [&'static [usize]],
     /// Order of the nodes of its mirror image: node `a` of a cell that was mirrored was node `mirror[a]`.
     pub mirror: &'static [usize],
@@ -30,10 +35,43 @@ pub struct CellKind {
     pub vtk: u8,
     /// Number of the type in Gmsh.
     pub gmsh: u64,
+    /// Place of each node in Gmsh's order; empty where it is this one.
+    pub gmsh_nodes: &'static [usize],
     /// Name of the type in recordings, `topology/BODY.SUFFIX.u32`.
     pub suffix: &'static str,
     /// Description for `pliant list elements`.
     pub about: ElementDescription,
+}
+
+impl CellKind {
+    /// 2 if it has nodes in the middle of its edges, otherwise 1.
+    pub const fn order(&self) -> usize {
+        if self.nodes > self.corners { 2 } else { 1 }
+    }
+
+    /// The kind of second order with its corners: with the most nodes there is (Lagrange), or with the fewest
+    /// (serendipity); `None` of one of second order.
+    pub fn of_second_order(&self, serendipity: bool) -> Option<&'static CellKind> {
+        let fits = |kind: &&&CellKind| kind.order() == 2 && self.order() == 1 && kind.edges == self.edges;
+        let kinds = || CELL_KINDS.iter().filter(fits).copied();
+        if serendipity {
+            kinds().min_by_key(|kind| kind.nodes)
+        } else {
+            kinds().max_by_key(|kind| kind.nodes)
+        }
+    }
+
+    /// The kind of first order with its corners.
+    pub fn of_first_order(&self) -> Option<&'static CellKind> {
+        CELL_KINDS.iter().find(|kind| kind.order() == 1 && kind.edges == self.edges).copied()
+    }
+
+    /// The node in the middle of each of its sides in 3D, in their order; none where faces have none.
+    pub fn face_nodes(&self) -> std::ops::Range<usize> {
+        let first = self.corners + self.edges.len();
+        let has_faces = self.dimension == 3 && self.nodes >= first + self.sides.len();
+        first..if has_faces { first + self.sides.len() } else { first }
+    }
 }
 
 /// Cells of one kind.
@@ -59,6 +97,13 @@ impl CellBlock {
     /// The vertices of each cell.
     pub fn cells(&self) -> impl ExactSizeIterator<Item = &[u32]> + Clone {
         self.vertices.chunks_exact(self.kind.nodes)
+    }
+
+    /// The same cells by their corners alone.
+    #[must_use]
+    pub fn of_first_order(&self) -> CellBlock {
+        let Some(kind) = self.kind.of_first_order() else { return self.clone() };
+        CellBlock { kind, vertices: self.cells().flat_map(|cell| &cell[..kind.nodes]).copied().collect() }
     }
 
     /// The vertices of each cell of `N` nodes.
@@ -103,8 +148,11 @@ pub struct Isoparametric<const D: usize, const N: usize> {
     pub shape: At<D, [f64; N]>,
     /// Their slopes `dN_a/dxi_k`.
     pub slopes: At<D, [[f64; D]; N]>,
-    /// Quadrature points of energy and mass, with weights whose sum is the volume of the reference cell.
+    /// Quadrature points of energy, of first order of mass too, with weights whose sum is the volume of the
+    /// reference cell.
     pub points: &'static [([f64; D], f64)],
+    /// Of second order the slopes at these points, as kernels read them.
+    pub slopes_at_points: &'static [[[f64; D]; N]],
 }
 
 impl<const D: usize, const N: usize> Isoparametric<D, N> {
@@ -122,7 +170,8 @@ impl<const D: usize, const N: usize> Isoparametric<D, N> {
         j
     }
 
-    /// Signed area [m^2] or volume [m^3]; exact for multilinear cells but for rounding.
+    /// Signed area [m^2] or volume [m^3]: of first order exact but for rounding, of second order the sum over
+    /// the points of the energy, exact where sides are straight.
     pub fn volume(&self, nodes: &[[f64; D]; N]) -> f64 {
         self.points.iter().map(|(xi, weight)| weight * self.jacobian(nodes, xi).determinant()).sum()
     }
@@ -156,8 +205,9 @@ impl<const D: usize, const N: usize> Isoparametric<D, N> {
         N as f64 / self.nodes.iter().map(inverse).sum::<f64>()
     }
 
-    /// Consistent masses for unit density, `integral of N_a N_b` [m^2 or m^3], by the quadrature of the
-    /// energy: exact for parallelepipeds, and their row sums for every multilinear cell.
+    /// Consistent masses of first order for unit density, `integral of N_a N_b` [m^2 or m^3], by the
+    /// quadrature of the energy; those of second order are in [`MassRule`](super::MassRule). Exact for
+    /// parallelepipeds, and their row sums for every multilinear cell.
     pub fn consistent(&self, nodes: &[[f64; D]; N]) -> [[f64; N]; N] {
         let mut mass = [[0.0; N]; N];
         for (xi, weight) in self.points {
@@ -169,7 +219,8 @@ impl<const D: usize, const N: usize> Isoparametric<D, N> {
         mass
     }
 
-    /// Lumped masses for unit density, `integral of N_a` [m^2 or m^3]: the row sums of the consistent ones.
+    /// Lumped masses of first order for unit density, `integral of N_a` [m^2 or m^3]: the row sums of the
+    /// consistent ones.
     pub fn lumped(&self, nodes: &[[f64; D]; N]) -> [f64; N] {
         let mut mass = [0.0; N];
         for (xi, weight) in self.points {
@@ -218,11 +269,11 @@ pub trait CellVisitor {
     fn visit<const D: usize, const N: usize>(self, cell: &'static Isoparametric<D, N>) -> Self::Output;
 }
 
-/// Registers kinds of cells.
+/// Registers kinds of cells of first and of second order.
 macro_rules! cells {
-    ($($cell:path;)+) => {
+    (first order: $($first:path),+; second order: $($second:path),+;) => {
         /// Every kind of cell beside simplices.
-        pub const CELL_KINDS: &[&CellKind] = &[$($cell.kind,)+];
+        pub const CELL_KINDS: &[&CellKind] = &[$($first.kind,)+ $($second.kind,)+];
 
         impl CellKind {
             /// Hands the isoparametric cell of this kind to `visitor`.
@@ -230,26 +281,75 @@ macro_rules! cells {
             /// # Panics
             /// If the kind is not registered.
             pub fn visit<V: CellVisitor>(&self, visitor: V) -> V::Output {
+                if self.order() == 1 { self.visit_first(visitor) } else { self.visit_second(visitor) }
+            }
+
+            /// As [`visit`](Self::visit), of first order alone: what a visitor does is compiled for no other.
+            ///
+            /// # Panics
+            /// If the kind is not registered or of second order.
+            pub fn visit_first<V: CellVisitor>(&self, visitor: V) -> V::Output {
                 $(
-                    if *self == *$cell.kind {
-                        return visitor.visit(&$cell);
+                    if *self == *$first.kind {
+                        return visitor.visit(&$first);
                     }
                 )+
-                unreachable!("{} is not registered", self.name)
+                unreachable!("{} is not registered in first order", self.name)
+            }
+
+            /// As [`visit`](Self::visit), of second order alone.
+            ///
+            /// # Panics
+            /// If the kind is not registered or of first order.
+            pub fn visit_second<V: CellVisitor>(&self, visitor: V) -> V::Output {
+                $(
+                    if *self == *$second.kind {
+                        return visitor.visit(&$second);
+                    }
+                )+
+                unreachable!("{} is not registered in second order", self.name)
             }
 
             /// Number of its quadrature points.
             pub fn quadrature_points(&self) -> usize {
-                let known = [$(($cell.kind, $cell.points.len()),)+];
+                let known = [
+                    $(($first.kind, $first.points.len()),)+
+                    $(($second.kind, $second.points.len()),)+
+                ];
                 known.iter().find(|(kind, _)| *kind == self).map_or(0, |(_, points)| *points)
             }
+        }
+
+        /// Number of quadrature points of the cell of second order with `N` nodes in `D` dimensions; 0 if
+        /// there is none.
+        pub(super) const fn point_count<const D: usize, const N: usize>() -> usize {
+            $(
+                if $second.kind.dimension == D && $second.kind.nodes == N {
+                    return $second.points.len();
+                }
+            )+
+            0
+        }
+
+        /// The cell of second order with `N` nodes in `D` dimensions; `None` if there is none, as for
+        /// simplices.
+        #[inline(always)]
+        pub(crate) fn second_order_cell<const D: usize, const N: usize>()
+        -> Option<&'static Isoparametric<D, N>> {
+            $(
+                let cell: &'static dyn Any = &$second;
+                if let Some(cell) = cell.downcast_ref() {
+                    return Some(cell);
+                }
+            )+
+            None
         }
     };
 }
 
 cells! {
-    super::quadrilateral::QUADRILATERAL;
-    super::hexahedron::HEXAHEDRON;
+    first order: super::quadrilateral::QUADRILATERAL, super::hexahedron::HEXAHEDRON;
+    second order: super::quad8::QUAD8, super::quad9::QUAD9, super::hex20::HEX20, super::hex27::HEX27;
 }
 
 #[cfg(test)]

@@ -2,11 +2,15 @@
 //! and second order, and quadrilaterals. This is the one place that knows their shape functions and
 //! quadrature.
 //!
-//! The dimension `D` and the number of nodes `N` say which face it is: 2 and 3 nodes in 2D, 3, 4 and 6 in
-//! 3D. A face of second order has its corners first, then the nodes in the middle of its edges in the
-//! order `01, 12, 20`, and may be curved.
+//! The dimension `D` and the number of nodes `N` say which face it is: 2 and 3 nodes in 2D, in 3D 3 and 6 of
+//! triangles, 4, 8 and 9 of quadrilaterals. A face of second order has its corners first, then the nodes in
+//! the middle of its edges in the order `01, 12, 20` or `01, 12, 23, 30`, then that in its middle, and may be
+//! curved.
 
 use super::multilinear::{self, GAUSS};
+use super::quad8::QUAD8;
+use super::quad9::QUAD9;
+use super::second_order::{THREE, products};
 use super::shape::TRIANGLE_EDGES;
 
 /// Corners of the reference quadrilateral `[-1, 1]^2`.
@@ -30,13 +34,14 @@ pub const fn face_edges<const D: usize, const N: usize>() -> &'static [[usize; 2
         (2, 2) | (3, 3 | 4) => &[],
         (2, 3) => &[[0, 1]],
         (3, 6) => &TRIANGLE_EDGES,
-        _ => panic!("a face has 2 or 3 nodes in 2D, 3, 4 or 6 in 3D"),
+        (3, 8 | 9) => QUAD8.kind.edges,
+        _ => panic!("a face has 2 or 3 nodes in 2D, 3, 4, 6, 8 or 9 in 3D"),
     }
 }
 
 /// True if the face is a quadrilateral.
 const fn is_quadrilateral<const D: usize, const N: usize>() -> bool {
-    D == 3 && N == 4
+    D == 3 && matches!(N, 4 | 8 | 9)
 }
 
 /// Number of corners of a face.
@@ -47,9 +52,21 @@ pub(crate) const fn face_corners<const D: usize, const N: usize>() -> usize {
 /// The point of a quadrilateral at `xi` in `[-1, 1]^2`.
 fn square_point<const N: usize>(weight: f64, xi: [f64; 2]) -> FacePoint<N> {
     let (mut shape, mut slopes) = ([0.0; N], [[0.0; 2]; N]);
-    shape.copy_from_slice(&multilinear::shape(&SQUARE, &xi));
-    slopes.copy_from_slice(&multilinear::slopes(&SQUARE, &xi).map(|slope| slope.map(|s| 2.0 * s)));
-    FacePoint { weight, shape, slopes }
+    match N {
+        4 => {
+            shape.copy_from_slice(&multilinear::shape(&SQUARE, &xi));
+            slopes.copy_from_slice(&multilinear::slopes(&SQUARE, &xi));
+        }
+        8 => {
+            shape.copy_from_slice(&(QUAD8.shape)(&xi));
+            slopes.copy_from_slice(&(QUAD8.slopes)(&xi));
+        }
+        _ => {
+            shape.copy_from_slice(&(QUAD9.shape)(&xi));
+            slopes.copy_from_slice(&(QUAD9.slopes)(&xi));
+        }
+    }
+    FacePoint { weight, shape, slopes: slopes.map(|slope| slope.map(|s| 2.0 * s)) }
 }
 
 /// The point with the barycentric coordinates `lambda`.
@@ -86,7 +103,7 @@ fn face_point<const D: usize, const N: usize>(weight: f64, lambda: [f64; 3]) -> 
 /// points: Dunavant 1985, *High degree efficient symmetrical Gaussian quadrature rules for the triangle*,
 /// Int. J. Numer. Meth. Eng. 21, 1129, degree 4). That is all there is in the force of a uniform pressure on
 /// a curved face of second order, and in the volume behind it; of degree 3 in each coordinate on
-/// quadrilaterals (Gauss, 2 x 2 points), likewise.
+/// quadrilaterals (Gauss, 2 x 2 points), likewise, and of degree 5 on those of second order (3 x 3 points).
 ///
 /// # Panics
 /// If there is no such face.
@@ -95,6 +112,10 @@ pub fn face_points<const D: usize, const N: usize>() -> Vec<FacePoint<N>> {
         let far = 0.5 * (1.0 - 0.6_f64.sqrt());
         let points = [(5.0 / 18.0, far), (4.0 / 9.0, 0.5), (5.0 / 18.0, 1.0 - far)];
         return points.iter().map(|(w, s)| face_point::<D, N>(*w, [1.0 - s, *s, 0.0])).collect();
+    }
+    if N > 6 {
+        let points = products::<2, 3, 9>(&THREE);
+        return points.iter().map(|(xi, weight)| square_point(0.25 * weight, *xi)).collect();
     }
     if is_quadrilateral::<D, N>() {
         return SQUARE.iter().map(|corner| square_point(0.25, corner.map(|c| GAUSS * c))).collect();
@@ -234,6 +255,24 @@ mod tests {
         is_a_lagrange_basis::<3, 3>();
         is_a_lagrange_basis::<2, 3>();
         is_a_lagrange_basis::<3, 6>();
+    }
+
+    /// The volume under `z = 1 + x y^2` over a square, by fluxes through its curved top.
+    #[test]
+    fn the_flux_through_a_curved_quadrilateral_is_the_volume_under_it() {
+        fn flux<const N: usize>(nodes: &[[f64; 2]; N]) -> f64 {
+            let x = nodes.map(|[x, y]| [x, y, 1.0 + 0.25 * x * y * y]);
+            let at = |p: &FacePoint<N>| {
+                let height: f64 = p.shape.iter().zip(&x).map(|(n, x)| n * x[2]).sum();
+                p.weight * height * vector_area(&x, p)[2]
+            };
+            face_points::<3, N>().iter().map(at).sum()
+        }
+        assert!((flux(QUAD8.nodes) - 4.0).abs() < 1e-14);
+        assert!((flux(QUAD9.nodes) - 4.0).abs() < 1e-14);
+        // Off the axes of symmetry.
+        let lifted = |nodes: &[[f64; 2]; 9]| nodes.map(|[x, y]| [x + 1.0, y]);
+        assert!((flux(&lifted(QUAD9.nodes)) - 4.0 * (1.0 + 0.25 / 3.0)).abs() < 1e-14);
     }
 
     #[test]

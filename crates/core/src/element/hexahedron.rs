@@ -5,7 +5,7 @@ use super::{ElementDescription, multilinear};
 use multilinear::GAUSS as G;
 
 /// Corners of the reference cell, in VTK's order: around the bottom, then around the top.
-const CORNERS: [[f64; 3]; 8] = [
+pub(super) const CORNERS: [[f64; 3]; 8] = [
     [-1.0, -1.0, -1.0],
     [1.0, -1.0, -1.0],
     [1.0, 1.0, -1.0],
@@ -16,7 +16,7 @@ const CORNERS: [[f64; 3]; 8] = [
     [-1.0, 1.0, 1.0],
 ];
 
-const EDGES: [[usize; 2]; 12] =
+pub(super) const EDGES: [[usize; 2]; 12] =
     [[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]];
 
 const KIND: CellKind = CellKind {
@@ -24,11 +24,13 @@ const KIND: CellKind = CellKind {
     plural: "hexahedra",
     dimension: 3,
     nodes: 8,
+    corners: 8,
     edges: &EDGES,
     sides: &[&[0, 3, 2, 1], &[4, 5, 6, 7], &[0, 1, 5, 4], &[1, 2, 6, 5], &[2, 3, 7, 6], &[3, 0, 4, 7]],
     mirror: &[0, 3, 2, 1, 4, 7, 6, 5],
     vtk: 12,
     gmsh: 5,
+    gmsh_nodes: &[],
     suffix: "hex",
     about: ElementDescription {
         name: "hexahedron",
@@ -64,4 +66,5 @@ pub const HEXAHEDRON: Isoparametric<3, 8> = Isoparametric {
         ([G, G, G], 1.0),
         ([-G, G, G], 1.0),
     ],
+    slopes_at_points: &[],
 };

@@ -1,7 +1,8 @@
 //! Mass of elements: consistent, and lumped with positive entries.
 
-use super::quadrature::factorial;
-use super::shape::{Barycentric, jacobian, middle_edges, order, shape_functions};
+use super::cell::second_order_cell;
+use super::quadrature::content;
+use super::shape::{Barycentric, is_simplex, jacobian, middle_edges, order, shape_functions};
 use super::validity::volume;
 use crate::algebra::Mat;
 
@@ -25,7 +26,7 @@ fn gauss_legendre() -> [(f64, f64); 5] {
 /// product `N_a N_b det J` of a curved element has degree 7 in 3D, 6 in 2D. Products of Gauss rules on the
 /// cube, which is contracted to the simplex: Stroud 1971, *Approximate Calculation of Multiple Integrals*,
 /// section 2.4.
-pub fn mass_rule<const D: usize>() -> Vec<(Barycentric, f64)> {
+fn simplex_mass_rule<const D: usize>() -> Vec<(Barycentric, f64)> {
     let gauss = gauss_legendre();
     let mut rule = vec![];
     for (u, wu) in gauss {
@@ -46,6 +47,31 @@ pub fn mass_rule<const D: usize>() -> Vec<(Barycentric, f64)> {
     rule
 }
 
+/// The products of the rule of five points on the reference cell of quadrilaterals and hexahedra, weights
+/// whose sum is 1: exact to degree 9 in each coordinate, which is that of `N_a N_b det J` of a curved
+/// hexahedron of second order.
+fn cell_mass_rule<const D: usize>() -> Vec<(Barycentric, f64)> {
+    let gauss = gauss_legendre();
+    let mut rule = vec![([0.0; 4], 1.0)];
+    for k in 0..D {
+        let with = |&(at, weight): &(Barycentric, f64)| {
+            gauss.map(|(x, share)| {
+                let mut at: Barycentric = at;
+                at[k] = 2.0 * x - 1.0;
+                (at, weight * share)
+            })
+        };
+        rule = rule.iter().flat_map(with).collect();
+    }
+    rule
+}
+
+/// Places of a rule that is exact for the masses of elements of second order, curved ones too, and their
+/// shares in the area or volume of the reference element.
+pub fn mass_rule<const D: usize, const N: usize>() -> Vec<(Barycentric, f64)> {
+    if is_simplex::<D, N>() { simplex_mass_rule::<D>() } else { cell_mass_rule::<D>() }
+}
+
 /// Integrates masses of elements of one kind.
 #[derive(Clone, Debug)]
 pub struct MassRule<const D: usize, const N: usize> {
@@ -57,7 +83,7 @@ pub struct MassRule<const D: usize, const N: usize> {
 impl<const D: usize, const N: usize> MassRule<D, N> {
     /// The rule, and what all straight elements have in common.
     pub fn new() -> Self {
-        let rule = mass_rule::<D>();
+        let rule = mass_rule::<D, N>();
         let straight = integrate::<D, N>(&rule, |_| 1.0);
         MassRule { rule, straight }
     }
@@ -80,7 +106,7 @@ impl<const D: usize, const N: usize> MassRule<D, N> {
 
     /// As [`consistent`](Self::consistent), of an element with this derivative `J` of the position at rest.
     pub(crate) fn by_jacobian(&self, jacobian: impl Fn(&Barycentric) -> Mat<f64, D>) -> [[f64; N]; N] {
-        integrate::<D, N>(&self.rule, |lambda| jacobian(lambda).determinant() / factorial::<D>())
+        integrate::<D, N>(&self.rule, |lambda| content::<D, N>(jacobian(lambda).determinant()))
     }
 
     /// Lumped masses for unit density [m^2 or m^3], one per node: the diagonal of
@@ -91,7 +117,8 @@ impl<const D: usize, const N: usize> MassRule<D, N> {
     /// For first order that is `V / (D + 1)`, as sums of rows are. Sums of rows will not do for second
     /// order: corners get 0 in a triangle and `-V/20` in a tetrahedron, and no explicit scheme can move a
     /// vertex without mass. Here straight triangles give `V/19` to a corner and `16 V/57` to the middle of
-    /// an edge, tetrahedra `V/36` and `4 V/27`.
+    /// an edge, tetrahedra `V/36` and `4 V/27`. A square of 9 nodes gives 1/36, 1/9 and 4/9, as its sums of
+    /// rows do.
     pub fn lumped(&self, rest: &[[f64; D]; N]) -> [f64; N] {
         let consistent = self.consistent(rest);
         let volume: f64 = consistent.as_flattened().iter().sum();
@@ -125,8 +152,19 @@ fn integrate<const D: usize, const N: usize>(
     mass
 }
 
-/// True if the nodes in the middle of edges are there, to rounding: then the Jacobian is constant.
+/// True if the nodes in the middle of edges are there, to rounding, and a quadrilateral or hexahedron is a
+/// parallelepiped: then the Jacobian is constant.
 pub(super) fn is_straight<const D: usize, const N: usize>(rest: &[[f64; D]; N]) -> bool {
+    if let Some(cell) = second_order_cell::<D, N>() {
+        let middle = jacobian(rest, &[0.0; 4]);
+        let most = rest.iter().flatten().fold(0.0, |most: f64, x| most.max(x.abs()));
+        let rounding = 1e-13 * middle.norm_squared().sqrt() + 4.0 * most * f64::EPSILON;
+        return rest.iter().zip(cell.nodes).all(|(node, xi)| {
+            let arm: [f64; D] = std::array::from_fn(|k| xi[k] - cell.nodes[0][k]);
+            let expected = middle.mul_vec(&arm);
+            (0..D).all(|c| (node[c] - rest[0][c] - expected[c]).abs() <= rounding)
+        });
+    }
     if order::<D, N>() == 1 {
         return true;
     }
@@ -250,8 +288,9 @@ mod tests {
             fine.push((halves(lambda, true), 0.5 * weight));
             fine.push((halves(lambda, false), 0.5 * weight));
         }
-        let expected =
-            integrate::<D, N>(&fine, |lambda| jacobian(&rest, lambda).determinant() / factorial::<D>());
+        let expected = integrate::<D, N>(&fine, |lambda| {
+            jacobian(&rest, lambda).determinant() / super::super::quadrature::factorial::<D>()
+        });
         for (m, e) in found.as_flattened().iter().zip(expected.as_flattened()) {
             assert!((m - e).abs() < 1e-16, "{m} is not {e}");
         }

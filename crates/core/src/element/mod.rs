@@ -1,20 +1,27 @@
 //! Elements: how positions of vertices become a deformation gradient, and a stress becomes forces.
 //!
-//! The number of nodes `N` and the dimension `D` say which simplex it is: 3 and 6 nodes in 2D, 4 and 10 in
-//! 3D, of first and second order. [`quadrature_points`] gives for one element all that its energy, forces
-//! and stiffness are made of, [`MassRule`] its mass, [`least_jacobian`] whether a curved element is valid.
+//! The number of nodes `N` and the dimension `D` say which element it is: simplices have 3 and 6 nodes in 2D,
+//! 4 and 10 in 3D, of first and second order; quadrilaterals of second order 8 and 9, hexahedra 20 and 27.
+//! [`quadrature_points`] gives for one element all that its energy, forces and stiffness are made of,
+//! [`MassRule`] its mass, [`least_jacobian`] whether a curved element is valid.
 //!
 //! Cells that are no simplices are values: a [`CellKind`] says what they are, an [`Isoparametric`]
-//! integrates over them.
+//! integrates over them. All that is generic over `N` and `D` reads those of second order there; places in
+//! them are `xi_k`, in the first entries of [`Barycentric`].
 
 mod cell;
 mod face;
+mod hex20;
+mod hex27;
 mod hexahedron;
 mod mass;
 mod multilinear;
+mod quad8;
+mod quad9;
 mod quadratic;
 mod quadrature;
 mod quadrilateral;
+mod second_order;
 mod shape;
 mod simplex;
 mod state;
@@ -25,10 +32,15 @@ pub use cell::{CELL_KINDS, CellBlock, CellKind, CellVisitor, Isoparametric};
 pub(crate) use face::face_corners;
 pub use face::{FacePoint, face_points, vector_area};
 pub use face::{area_rate, cross, face_edges, face_middle};
+pub use hex20::HEX20;
+pub use hex27::HEX27;
 pub use hexahedron::HEXAHEDRON;
 pub use mass::{MassRule, mass_rule};
+pub use quad8::QUAD8;
+pub use quad9::QUAD9;
 pub use quadrature::{
-    QuadraturePoint, interpolation, quadrature_count, quadrature_points, quadrature_position,
+    MOST_POINTS, QuadraturePoint, centroid, interpolation, quadrature_count, quadrature_points,
+    quadrature_position,
 };
 pub use quadrilateral::QUADRILATERAL;
 pub use shape::{Barycentric, jacobian, order, reference_gradients, shape_functions};
@@ -36,6 +48,8 @@ pub use shape::{TETRAHEDRON_EDGES, TRIANGLE_EDGES};
 pub use validity::{least_jacobian, volume};
 
 pub(crate) use quadratic::{QuadraticGradients, QuadraticPositions};
+pub(crate) use quadrature::point_content;
+pub(crate) use shape::is_simplex;
 pub use simplex::{SimplexPack, simplex_rest};
 pub use state::ElementState;
 pub(crate) use tangents::{Tangents, times, transpose_times};
@@ -96,6 +110,10 @@ pub const ELEMENTS: &[ElementDescription] = &[
     },
     QUADRILATERAL.kind.about,
     HEXAHEDRON.kind.about,
+    QUAD8.kind.about,
+    QUAD9.kind.about,
+    HEX20.kind.about,
+    HEX27.kind.about,
     ElementDescription {
         name: "membrane",
         summary: "Linear triangle in 3D: a sheet in plane stress or plane strain, which resists stretching \

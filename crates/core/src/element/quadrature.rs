@@ -1,13 +1,22 @@
 //! Where the energy of an element is evaluated.
 
-use super::shape::{Barycentric, jacobian, order, reference_gradients};
+use super::cell::{point_count, second_order_cell};
+use super::shape::{Barycentric, is_simplex, jacobian, leading, order, reference_gradients};
 use crate::algebra::Mat;
 
-/// Quadrature points of the energy of the simplex with `N` nodes in `D` dimensions: one for first order,
-/// whose `F` is constant, `D + 1` for second order.
+/// Quadrature points of the energy of the element with `N` nodes in `D` dimensions: one for simplices of
+/// first order, whose `F` is constant, `D + 1` of second order; of other cells of second order
+/// [their own](super::Isoparametric::points).
 pub const fn quadrature_count<const D: usize, const N: usize>() -> usize {
-    if order::<D, N>() == 1 { 1 } else { D + 1 }
+    match point_count::<D, N>() {
+        0 if order::<D, N>() == 1 => 1,
+        0 => D + 1,
+        points => points,
+    }
 }
+
+/// The largest [`quadrature_count`].
+pub const MOST_POINTS: usize = 27;
 
 /// The coordinate `lambda_q` of quadrature point `q` of second order; all others are [`far`].
 ///
@@ -24,9 +33,14 @@ pub(super) const fn far<const D: usize>() -> f64 {
     if D == 2 { 1.0 / 6.0 } else { 0.138_196_601_125_010_5 }
 }
 
-/// Barycentric coordinates of quadrature point `q`.
+/// Barycentric coordinates of quadrature point `q`; those of the reference cell in cells that are no
+/// simplices.
 pub fn quadrature_position<const D: usize, const N: usize>(q: usize) -> Barycentric {
     let mut lambda = [0.0; 4];
+    if let Some(cell) = second_order_cell::<D, N>() {
+        lambda[..D].copy_from_slice(&cell.points[q].0);
+        return lambda;
+    }
     for (i, l) in lambda[..=D].iter_mut().enumerate() {
         *l = match order::<D, N>() {
             1 => 1.0 / (D + 1) as f64,
@@ -37,17 +51,59 @@ pub fn quadrature_position<const D: usize, const N: usize>(q: usize) -> Barycent
     lambda
 }
 
-/// Weights by which the values of a linear function at the quadrature points give its value at `lambda`:
-/// `F` of a straight element, and `dx/dxi` of any, are such functions.
-pub fn interpolation<const D: usize, const N: usize>(lambda: &Barycentric) -> Barycentric {
-    if order::<D, N>() == 1 {
-        return [1.0, 0.0, 0.0, 0.0];
+/// Coordinates of the middle of an element.
+pub fn centroid<const D: usize, const N: usize>() -> Barycentric {
+    let mut lambda = [0.0; 4];
+    if is_simplex::<D, N>() {
+        lambda[..=D].fill(1.0 / (D + 1) as f64);
     }
-    let mut weights = [0.0; 4];
+    lambda
+}
+
+/// Weights by which the values of a function at the quadrature points give its value at `lambda`, and zeros:
+/// exact for linear functions in simplices, as `F` of a straight element and `dx/dxi` of any are; in other
+/// cells for the polynomials of Lagrange through the points, as `dx/dxi` is where the integration is full,
+/// and otherwise by extrapolation from the points at which strains are most accurate (Barlow 1976, *Optimal
+/// stress locations in finite element models*).
+pub fn interpolation<const D: usize, const N: usize>(lambda: &Barycentric) -> [f64; MOST_POINTS] {
+    let mut weights = [0.0; MOST_POINTS];
+    if let Some(cell) = second_order_cell::<D, N>() {
+        let xi = leading::<D>(lambda);
+        for (weight, (point, _)) in weights.iter_mut().zip(cell.points) {
+            *weight = (0..D).map(|k| through_points(cell.points, k, point[k], xi[k])).product();
+        }
+        return weights;
+    }
+    if order::<D, N>() == 1 {
+        weights[0] = 1.0;
+        return weights;
+    }
     for (weight, l) in weights[..=D].iter_mut().zip(lambda) {
         *weight = (l - far::<D>()) / (near::<D>() - far::<D>());
     }
     weights
+}
+
+/// At `x` Lagrange's polynomial through the coordinates `k` of points of a product, that is one at `own`.
+fn through_points<const D: usize>(points: &[([f64; D], f64)], k: usize, own: f64, x: f64) -> f64 {
+    let mut others: Vec<f64> =
+        points.iter().map(|(point, _)| point[k]).filter(|other| *other != own).collect();
+    others.sort_by(f64::total_cmp);
+    others.dedup();
+    others.iter().map(|other| (x - other) / (own - other)).product()
+}
+
+/// Area or volume of an element whose Jacobian has this determinant throughout.
+pub(super) fn content<const D: usize, const N: usize>(determinant: f64) -> f64 {
+    if is_simplex::<D, N>() { determinant / factorial::<D>() } else { determinant * (1 << D) as f64 }
+}
+
+/// Area or volume that quadrature point `q` stands for, by the determinant of the Jacobian there.
+pub(crate) fn point_content<const D: usize, const N: usize>(q: usize, determinant: f64) -> f64 {
+    match second_order_cell::<D, N>() {
+        Some(cell) => determinant * cell.points[q].1,
+        None => determinant / (factorial::<D>() * quadrature_count::<D, N>() as f64),
+    }
 }
 
 /// Contribution of one quadrature point of an element: with the shape gradients `b_a = dN_a/dX` there,
@@ -69,6 +125,7 @@ impl<const D: usize, const N: usize> QuadraturePoint<D, N> {
     pub fn new(rest: &[[f64; D]; N], lambda: &Barycentric, fraction: f64) -> Self {
         let j = jacobian(rest, lambda);
         let inverse = j.inverse();
+        let determinant = fraction * j.determinant();
         let mut gradients = [[0.0; D]; N];
         for (gradient, reference) in gradients.iter_mut().zip(reference_gradients::<D, N>(lambda)) {
             for r in 0..D {
@@ -76,7 +133,7 @@ impl<const D: usize, const N: usize> QuadraturePoint<D, N> {
                 gradient[r] = (0..D).map(|c| inverse[c][r] * reference[c]).sum();
             }
         }
-        QuadraturePoint { weight: fraction * j.determinant() / factorial::<D>(), gradients }
+        QuadraturePoint { weight: content::<D, N>(determinant), gradients }
     }
 
     /// `F = sum_a x_a b_a^T` for nodes at `x`; exact also far from the origin.
@@ -104,7 +161,11 @@ pub fn quadrature_points<const D: usize, const N: usize>(
     rest: &[[f64; D]; N],
 ) -> impl Iterator<Item = QuadraturePoint<D, N>> {
     let count = quadrature_count::<D, N>();
-    (0..count).map(move |q| QuadraturePoint::new(rest, &quadrature_position::<D, N>(q), 1.0 / count as f64))
+    let fraction = move |q: usize| match second_order_cell::<D, N>() {
+        Some(cell) => cell.points[q].1 / (1 << D) as f64,
+        None => 1.0 / count as f64,
+    };
+    (0..count).map(move |q| QuadraturePoint::new(rest, &quadrature_position::<D, N>(q), fraction(q)))
 }
 
 #[cfg(test)]

@@ -12,11 +12,13 @@ const KIND: CellKind = CellKind {
     plural: "quadrilaterals",
     dimension: 2,
     nodes: 4,
+    corners: 4,
     edges: &[[0, 1], [1, 2], [2, 3], [3, 0]],
     sides: &[&[0, 1], &[1, 2], &[2, 3], &[3, 0]],
     mirror: &[0, 3, 2, 1],
     vtk: 9,
     gmsh: 3,
+    gmsh_nodes: &[],
     suffix: "quad",
     about: ElementDescription {
         name: "quadrilateral",
@@ -42,4 +44,5 @@ pub const QUADRILATERAL: Isoparametric<2, 4> = Isoparametric {
     shape: |xi| multilinear::shape(&CORNERS, xi),
     slopes: |xi| multilinear::slopes(&CORNERS, xi),
     points: &[([-G, -G], 1.0), ([G, -G], 1.0), ([G, G], 1.0), ([-G, G], 1.0)],
+    slopes_at_points: &[],
 };

@@ -8,6 +8,7 @@
 //! Zienkiewicz, Taylor, Zhu 2013, *The Finite Element Method: Its Basis and Fundamentals*, section 6.3.2 and
 //! 6.3.4.
 
+use super::cell::{point_count, second_order_cell};
 use crate::algebra::Mat;
 
 /// Corners of the edges of a tetrahedron, in the order of their middle nodes.
@@ -16,10 +17,12 @@ pub const TETRAHEDRON_EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [0, 2], [0, 3], 
 /// Corners of the edges of a triangle, in the order of their middle nodes.
 pub const TRIANGLE_EDGES: [[usize; 2]; 3] = [[0, 1], [1, 2], [2, 0]];
 
-/// `lambda_0 .. lambda_D`, their sum 1; in 2D the last number is 0.
+/// `lambda_0 .. lambda_D`, their sum 1; in 2D the last number is 0. In cells that are no simplices the
+/// coordinates `xi_k` of the reference cell, then zeros.
 pub type Barycentric = [f64; 4];
 
-/// The order, 1 or 2, of the simplex with `N` nodes in `D` dimensions.
+/// The order, 1 or 2, of the simplex with `N` nodes in `D` dimensions; 2 of [cells of second
+/// order](crate::element::CELL_KINDS), which are of no other here.
 ///
 /// # Panics
 /// When compiled for numbers that are none.
@@ -27,8 +30,14 @@ pub const fn order<const D: usize, const N: usize>() -> usize {
     match (D, N) {
         (2, 3) | (3, 4) => 1,
         (2, 6) | (3, 10) => 2,
+        _ if point_count::<D, N>() > 0 => 2,
         _ => panic!("a simplex has 3 or 6 nodes in 2D, 4 or 10 in 3D"),
     }
+}
+
+/// True for simplices.
+pub(crate) const fn is_simplex<const D: usize, const N: usize>() -> bool {
+    point_count::<D, N>() == 0
 }
 
 /// Corners of the edge that each node in the middle lies on, in their order; none for first order.
@@ -42,6 +51,9 @@ pub(crate) const fn middle_edges<const D: usize, const N: usize>() -> &'static [
 
 /// The values `N_a` of the shape functions.
 pub fn shape_functions<const D: usize, const N: usize>(lambda: &Barycentric) -> [f64; N] {
+    if let Some(cell) = second_order_cell::<D, N>() {
+        return (cell.shape)(&leading(lambda));
+    }
     let mut values = [0.0; N];
     for i in 0..=D {
         values[i] = if order::<D, N>() == 1 { lambda[i] } else { lambda[i] * (2.0 * lambda[i] - 1.0) };
@@ -52,8 +64,18 @@ pub fn shape_functions<const D: usize, const N: usize>(lambda: &Barycentric) -> 
     values
 }
 
+/// The first coordinates of a place.
+pub(super) fn leading<const D: usize>(place: &Barycentric) -> [f64; D] {
+    let mut xi = [0.0; D];
+    xi.copy_from_slice(&place[..D]);
+    xi
+}
+
 /// The derivatives `dN_a / dxi_k`, `(N, D)`, with `d/dxi_k = d/dlambda_k - d/dlambda_0`.
 pub fn reference_gradients<const D: usize, const N: usize>(lambda: &Barycentric) -> [[f64; D]; N] {
+    if let Some(cell) = second_order_cell::<D, N>() {
+        return (cell.slopes)(&leading(lambda));
+    }
     // Adds `slope` times the derivative of `lambda_i`.
     let add = |gradient: &mut [f64; D], i: usize, slope: f64| {
         if i == 0 {

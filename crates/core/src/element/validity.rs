@@ -8,8 +8,8 @@
 //! Physics 233, 359.
 
 use super::mass::is_straight;
-use super::quadrature::factorial;
-use super::shape::jacobian;
+use super::quadrature::{content, factorial};
+use super::shape::{is_simplex, jacobian};
 use crate::algebra::Mat;
 
 /// Parts an element is cut into at most: more are needed only where `det J` touches zero.
@@ -35,14 +35,20 @@ pub fn least_jacobian<const D: usize, const N: usize>(rest: &[[f64; D]; N]) -> f
     if least > 0.0 || least < -0.01 * mean { least / mean } else { bounds(corners, 1e-6 * mean) / mean }
 }
 
-/// Signed area [m^2] or volume [m^3] of an element between its curved sides; exact but for rounding.
+/// Signed area [m^2] or volume [m^3] of a simplex between its curved sides, exact but for rounding; of a
+/// parallelepiped of second order.
 pub fn volume<const D: usize, const N: usize>(rest: &[[f64; D]; N]) -> f64 {
     if is_straight(rest) {
-        return jacobian(rest, &[1.0, 0.0, 0.0, 0.0]).determinant() / factorial::<D>();
+        return content::<D, N>(jacobian(rest, &some_place::<D, N>()).determinant());
     }
     // The mean of a polynomial over a simplex is that of its Bernstein coefficients.
     let coefficients = bernstein(&corner_jacobians(rest));
     coefficients.iter().sum::<f64>() / (coefficients.len() as f64 * factorial::<D>())
+}
+
+/// Some place in an element: the first corner of a simplex, the middle of another cell.
+fn some_place<const D: usize, const N: usize>() -> [f64; 4] {
+    if is_simplex::<D, N>() { [1.0, 0.0, 0.0, 0.0] } else { [0.0; 4] }
 }
 
 fn corner_jacobians<const D: usize, const N: usize>(rest: &[[f64; D]; N]) -> Vec<Mat<f64, D>> {
@@ -161,7 +167,7 @@ pub(super) mod tests {
                 sampled = sampled.min(jacobian(&rest, &lambda).determinant());
             }
             // The mean, from the rule that integrates it exactly.
-            let rule = crate::element::mass_rule::<D>();
+            let rule = crate::element::mass_rule::<D, N>();
             let mean: f64 = rule.iter().map(|(l, w)| w * jacobian(&rest, l).determinant()).sum();
             assert!((mean / factorial::<D>() / volume(&rest) - 1.0).abs() < 1e-14);
             let sampled = sampled / mean;

@@ -146,7 +146,8 @@ fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<Cow<'static, 
         let has_own_viscosity = spec.damping.as_ref().is_none_or(|damping| {
             damping.proportional_viscosity(material, material.plane()) == Viscosity::default()
         });
-        let is_one_by_one = body.blocks.is_empty() && has_own_viscosity;
+        let is_first_order = body.blocks.iter().any(|block| block.kind.order() == 1);
+        let is_one_by_one = !is_first_order && has_own_viscosity;
         let each = |key, of_element| [key].into_iter().chain(is_one_by_one.then_some(of_element));
         if young(material).is_some() {
             keys.extend(each("elastic.young", "elastic.young_per_element"));
@@ -693,7 +694,7 @@ impl Places<'_> {
                 let (first, second) = self.axis_directions(spec, body)?;
                 let by_second = key == SECOND_AXIS;
                 let directions = AxisDirections { first: &first, second: second.as_deref(), by_second };
-                if let Some(block) = body.blocks.first() {
+                if let Some(block) = body.blocks.first().filter(|block| block.kind.order() == 1) {
                     let axes = self.axes(spec, body);
                     let elements = ElementSet {
                         body: &body.name,

@@ -171,8 +171,11 @@ impl Places<'_> {
     pub(super) fn each(&self, factor: &OneOrMany, body: &BodyTopology) -> Vec<f64> {
         match factor {
             OneOrMany::One(factor) => {
-                let count =
-                    if self.topology.dimension == 2 { body.triangles.len() } else { body.tetrahedra.len() };
+                let count = match (body.blocks.first(), self.topology.dimension) {
+                    (Some(block), _) => block.len(),
+                    (None, 2) => body.triangles.len(),
+                    _ => body.tetrahedra.len(),
+                };
                 vec![*factor; count]
             }
             OneOrMany::Many(factors) => factors.clone(),

@@ -214,13 +214,14 @@ impl BodyElements<'_> {
         }
     }
 
-    /// A number of each simplex whose energy densities are these, factors first: see
+    /// A number of each simplex or cell of second order whose energy densities are these, factors first: see
     /// [`Modulus`](super::Modulus).
     ///
     /// # Panics
-    /// If they are cells that are none, whose stresses are others.
+    /// If they are cells of first order, whose stresses are others.
     pub fn moduli(&self, parts: &[(f64, MaterialSpec)]) -> Box<dyn Parameter> {
-        assert!(self.kind.is_none(), "cells have stresses of their own");
+        let is_first_order = self.kind.is_some_and(|kind| kind.order() == 1);
+        assert!(!is_first_order, "cells have stresses of their own");
         self.visit(ModuliMaker(parts))
     }
 }

@@ -84,7 +84,7 @@ impl ShapedElements<'_> {
     /// axes, fibres and the tension along them in each element.
     pub fn parameter(&self, vertices: &[u32]) -> Box<dyn Parameter> {
         let shape = self.shape(vertices);
-        match self.kind {
+        match self.kind.filter(|kind| kind.order() == 1) {
             Some(kind) => Box::new(Together::new(vec![Box::new(self.cells(kind, vertices)), shape])),
             None => shape,
         }
@@ -92,14 +92,18 @@ impl ShapedElements<'_> {
 
     /// Rest positions of `vertices` as elements of any kind go by them, cells but for their stresses.
     fn shape(&self, vertices: &[u32]) -> Box<dyn Parameter> {
-        if let Some(kind) = self.kind {
-            return kind.visit(CellVolumes { of: self, vertices });
+        match self.kind {
+            Some(kind) if kind.order() == 1 => {
+                return kind.visit_first(CellVolumes { of: self, vertices });
+            }
+            Some(kind) => return kind.visit_second(SecondOrderShape { of: self, vertices }),
+            None => {}
         }
         match (self.dimension, self.order) {
-            (2, 1) => Box::new(RestShape::<2, 3>::simplices(self, vertices)),
-            (2, _) => Box::new(RestShape::<2, 6>::simplices(self, vertices)),
-            (_, 1) => Box::new(RestShape::<3, 4>::simplices(self, vertices)),
-            _ => Box::new(RestShape::<3, 10>::simplices(self, vertices)),
+            (2, 1) => Box::new(RestShape::<2, 3>::elements(self, vertices)),
+            (2, _) => Box::new(RestShape::<2, 6>::elements(self, vertices)),
+            (_, 1) => Box::new(RestShape::<3, 4>::elements(self, vertices)),
+            _ => Box::new(RestShape::<3, 10>::elements(self, vertices)),
         }
     }
 
@@ -167,6 +171,20 @@ impl CellVisitor for CellVolumes<'_> {
 
     fn visit<const D: usize, const N: usize>(self, cell: &'static Isoparametric<D, N>) -> Self::Output {
         Box::new(RestShape::<D, N>::cells(self.of, self.vertices, cell))
+    }
+}
+
+/// Maker of all that cells of second order of whatever kind is visited have.
+struct SecondOrderShape<'a> {
+    of: &'a ShapedElements<'a>,
+    vertices: &'a [u32],
+}
+
+impl CellVisitor for SecondOrderShape<'_> {
+    type Output = Box<dyn Parameter>;
+
+    fn visit<const D: usize, const N: usize>(self, _: &'static Isoparametric<D, N>) -> Self::Output {
+        Box::new(RestShape::<D, N>::elements(self.of, self.vertices))
     }
 }
 
@@ -252,13 +270,14 @@ fn viscous<const D: usize>(viscosity: Viscosity, a: &Mat<f64, D>) -> Mat<f64, D>
 }
 
 impl<const D: usize, const N: usize> RestShape<D, N> {
-    fn simplices(of: &ShapedElements<'_>, vertices: &[u32]) -> Self {
+    /// Of simplices and of cells of second order.
+    fn elements(of: &ShapedElements<'_>, vertices: &[u32]) -> Self {
         let elements = of.cells.as_chunks::<N>().0;
         let is_linear = order::<D, N>() == 1;
         let volume_points = |is_some: bool, linear: &[([f64; 4], f64)]| match (is_some, is_linear) {
             (false, _) => VolumePoints::none(),
             (true, true) => VolumePoints::new(elements, of.rest, linear),
-            (true, false) => VolumePoints::new(elements, of.rest, &mass_rule::<D>()),
+            (true, false) => VolumePoints::new(elements, of.rest, &mass_rule::<D, N>()),
         };
         let centre = [1.0 / (D + 1) as f64; 4];
         RestShape {

@@ -286,3 +286,28 @@ fn directions_of_fibres_in_each_cell_have_derivatives() {
         }
     }
 }
+
+/// All their nodes, or those of edges alone; what a scene has beside moduli.
+#[test]
+fn shapes_of_cells_of_second_order_have_derivatives() {
+    let cells = [
+        Cells { dimension: 2, count: [2, 1, 0], size: [0.2, 0.2, 0.0], distortion: 0.02 },
+        Cells { dimension: 3, count: [1, 1, 1], size: [0.2, 0.2, 0.2], distortion: 0.02 },
+    ];
+    for (cells, run) in all(&cells) {
+        for serendipity in [false, true] {
+            let direction = if cells.dimension == 2 { "[2, 1]" } else { "[2, 1, 0.5]" };
+            let damping = if run.0 == "quasi-static" {
+                ""
+            } else {
+                "damping = { strain_rate = { shear = 30.0, second = 20.0 } }"
+            };
+            let more = format!(
+                "{MASS}\n{damping}\norder = 2\nserendipity = {serendipity}\nload = [{{ pressure = 50.0 }}]\n\
+                 muscle = [{{ fibre = {{ direction = {direction} }}, tension = '3e2*(1 + sin(20*t))' }}]"
+            );
+            let what = described(cells, run, &format!("second order, serendipity {serendipity}"));
+            cells.compare(&what, run, &filled("neo-hookean", 0.35, &more));
+        }
+    }
+}

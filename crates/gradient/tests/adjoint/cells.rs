@@ -106,3 +106,29 @@ fn viscosities_of_cells_have_derivatives() {
         beam("implicit-euler", 3, LENGTHS[1], &filled("neo-hookean", 5e4, 0.3), &viscous(20.0, 12.0, 4e-3));
     compare_starts("hexahedra", &scene, (6, 1e-7), |_| true);
 }
+
+#[test]
+fn numbers_of_cells_of_second_order_have_derivatives() {
+    for (scheme, dimension, steps) in [
+        ("implicit-euler", 2, 8),
+        ("implicit-euler", 3, 3),
+        ("velocity-verlet", 2, 40),
+        ("quasi-static", 3, 1),
+    ] {
+        for serendipity in [false, true] {
+            let what = format!("{scheme} in {dimension}D, serendipity {serendipity}");
+            let of = |young: f64, poisson: f64, shear: f64| {
+                let damping =
+                    if scheme == "quasi-static" { String::new() } else { viscous(shear, 12.0, 0.0) };
+                let body = format!("order = 2\nserendipity = {serendipity}\n{damping}");
+                beam(scheme, dimension, LENGTHS[0], &filled("neo-hookean", young, poisson), &body)
+            };
+            compare_number(&what, |young| of(young, 0.4, 20.0), (YOUNG, 5e4, 5e4), (steps, 1e-6));
+            compare_number(&what, |poisson| of(5e4, poisson, 20.0), (POISSON, 0.4, 0.1), (steps, 1e-6));
+            if scheme != "quasi-static" {
+                let key = "body.beam.damping.strain_rate.shear";
+                compare_number(&what, |shear| of(5e4, 0.4, shear), (key, 20.0, 50.0), (steps, 1e-6));
+            }
+        }
+    }
+}

@@ -147,7 +147,12 @@ impl CellVisitor for Shapes<'_> {
             if relative.is_nan() || relative.abs() <= super::DEGENERATE {
                 return Err(MeshError::Degenerate { cell, volume, size });
             }
-            let least = kind.least_at_points(&nodes);
+            // Bilinear ones may fold at a corner, where nothing is evaluated; curved sides must not.
+            let least = if kind.kind.order() == 1 {
+                kind.least_at_points(&nodes)
+            } else {
+                kind.least_jacobian(&nodes)
+            };
             if relative < 0.0 {
                 return Err(MeshError::Inverted { cell, volume, size });
             }

@@ -1,5 +1,5 @@
-//! `$Elements`: simplices of first and second order, quadrilaterals and hexahedra of first; what else
-//! Gmsh writes is refused by its name.
+//! `$Elements`: simplices, quadrilaterals and hexahedra of first and second order; what else Gmsh writes is
+//! refused by its name.
 
 use super::nodes::GmshNodes;
 use super::source::GmshSource;
@@ -28,6 +28,9 @@ pub(super) fn read(
     source.tokens.keyword("$EndElements")?;
     Ok(elements.cells)
 }
+
+/// Nodes of the largest cell.
+const MOST_NODES: usize = 27;
 
 /// Description of a type of Gmsh.
 #[derive(Clone, Copy)]
@@ -114,7 +117,9 @@ impl ElementReader<'_> {
 
     /// The shape of a cell by the type's number in Gmsh.
     fn shape(&self, kind: u64) -> Option<Shape> {
-        let block = || CELL_KINDS.iter().find(|known| known.gmsh == kind).map(|known| Shape::Block(known));
+        let is_read = |known: &CellKind| known.order() == 1 || self.mid_nodes != MidNodes::Refuse;
+        let known = CELL_KINDS.iter().find(|known| known.gmsh == kind && is_read(known));
+        let block = || known.map(|known| Shape::Block(known));
         self.corners(kind).map(Shape::Simplex).or_else(block)
     }
 
@@ -142,7 +147,7 @@ impl ElementReader<'_> {
         place: Place,
         groups: &[u64],
     ) -> Result<(), FileFault> {
-        let mut vertices = [0_u32; 10];
+        let mut vertices = [0_u32; MOST_NODES];
         let (corners, middles) = match shape {
             Shape::Simplex(counts) => counts,
             Shape::Block(kind) => (kind.nodes, 0),
@@ -162,7 +167,9 @@ impl ElementReader<'_> {
             std::mem::swap(last_but_one, last);
         }
         if let Shape::Block(kind) = shape {
-            self.cells.push_kind(kind, vertices, place, groups);
+            let read = |node: usize| vertices[kind.gmsh_nodes.get(node).copied().unwrap_or(node)];
+            let in_order: Vec<u32> = (0..kind.nodes).map(read).collect();
+            self.cells.push_kind(kind, &in_order, place, groups);
             return Ok(());
         }
         match vertices.split_at(corners) {

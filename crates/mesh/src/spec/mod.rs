@@ -25,13 +25,32 @@ pub fn positive_entries(schema: &mut Schema) {
     }
 }
 
+/// Order of the cells of a body.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum CellOrder {
+    /// First order.
+    #[default]
+    Linear,
+    /// Second order, of quadrilaterals and hexahedra with all nodes of Lagrange's functions.
+    Quadratic,
+    /// Second order, of quadrilaterals and hexahedra without nodes in the middle of faces and cells.
+    Serendipity,
+}
+
+impl CellOrder {
+    /// True if there are nodes in the middle of edges.
+    pub fn is_quadratic(self) -> bool {
+        self != CellOrder::Linear
+    }
+}
+
 /// The mesh of a body: its shape, and how that is refined, moved and repeated.
 #[derive(Clone, Copy, Debug)]
 pub struct BodyMesh<'a> {
     /// Its shape.
     pub shape: &'a MeshSpec,
-    /// True if its cells are of second order.
-    pub quadratic: bool,
+    /// Order of its cells.
+    pub order: CellOrder,
     /// Where it is, where that is not where the shape has it.
     pub transform: Option<&'a TransformSpec>,
     /// How often it is there, where that is more than once.

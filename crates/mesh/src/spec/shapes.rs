@@ -105,6 +105,9 @@ pub struct AnnulusSpec {
     #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Vec<Length>>>")]
     #[schemars(length(min = 2, max = 2))]
     pub centre: Option<Vec<f64>>,
+    /// Element that cells are made into: 2 triangles each without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub element: Option<WholeCell>,
 }
 
 /// Cook's membrane in 2D, corners (0, 0), (48, 44), (48, 60), (0, 44) [m]; `transform` makes it smaller.

@@ -4,7 +4,9 @@ use std::f64::consts::{PI, TAU};
 use std::path::Path;
 
 use super::SurfaceError;
-use crate::spec::{BodyMesh, MeshSpec, RepeatSpec, RotateSpec, SolidElement, SurfaceSpec, TransformSpec};
+use crate::spec::{
+    BodyMesh, CellOrder, MeshSpec, RepeatSpec, RotateSpec, SolidElement, SurfaceSpec, TransformSpec,
+};
 use crate::{Mesh, MeshError, SurfaceReport, build, build_body, predicted_size};
 use pliant::value::OneOrMany;
 
@@ -217,6 +219,7 @@ fn skins_follow_affine_motions() {
         (SolidElement::Tetrahedron, false),
         (SolidElement::Tetrahedron, true),
         (SolidElement::Hexahedron, false),
+        (SolidElement::Hexahedron, true),
     ] {
         let spec = SurfaceSpec { path: "a.obj".into(), element: Some(element), ..of_cells(9) };
         let spec = MeshSpec::Surface(spec);
@@ -226,7 +229,8 @@ fn skins_follow_affine_motions() {
             ..TransformSpec::default()
         };
         let repeat = RepeatSpec { count: vec![2, 1, 1], spacing: vec![5.0, 0.0, 0.0] };
-        let body = BodyMesh { shape: &spec, quadratic, transform: Some(&transform), repeat: Some(&repeat) };
+        let order = if quadratic { CellOrder::Quadratic } else { CellOrder::Linear };
+        let body = BodyMesh { shape: &spec, order, transform: Some(&transform), repeat: Some(&repeat) };
         let mesh = build_body(&body, 3, folder.path()).unwrap();
         let skin = mesh.skin.as_ref().unwrap();
         assert_eq!(skin.vertex_count(), 2 * shape.0.len());

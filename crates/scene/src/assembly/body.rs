@@ -351,10 +351,14 @@ pub(super) fn spread(
 fn factors(spec: &Body, mesh: &Mesh, path: &KeyPath, problems: &mut Vec<Problem>) -> Vec<f64> {
     let Some(factor) = &spec.elastic_factor else { return vec![] };
     let path = path.key("elastic_factor");
-    if let Some(block) = mesh.block() {
-        let message =
-            format!("`elastic_factor` is for triangles and tetrahedra, and these are {}", block.kind.plural);
-        problems.push(Problem::semantic(path, message).with_help("make a body of each stiffness"));
+    if let Some(block) = mesh.block().filter(|block| block.kind.order() == 1) {
+        let message = format!(
+            "`elastic_factor` is for triangles, tetrahedra and cells of `order = 2`, and these are {}",
+            block.kind.plural
+        );
+        problems.push(
+            Problem::semantic(path, message).with_help("make a body of each stiffness, or add `order = 2`"),
+        );
         return vec![];
     }
     spread(factor, mesh.element_count(), ["element", "elements"], path, problems)

@@ -34,6 +34,8 @@ enum LoadTarget {
     Quadrilaterals(Vec<[u32; 4]>),
     QuadraticEdges(Vec<[u32; 3]>),
     QuadraticTriangles(Vec<[u32; 6]>),
+    SerendipityQuadrilaterals(Vec<[u32; 8]>),
+    QuadraticQuadrilaterals(Vec<[u32; 9]>),
 }
 
 /// The loads on a body with this mesh.
@@ -61,8 +63,13 @@ fn place(load: &Load, key: &str, mesh: &Mesh) -> Result<LoadTarget, String> {
     if matches!(key, "traction" | "pressure") {
         let selection = selection.as_ref();
         return match (mesh.dimension, mesh.order()) {
-            (3, _) if mesh.block().is_some() => {
-                mesh.select_quadrilaterals(selection).map(LoadTarget::Quadrilaterals)
+            (3, order) if mesh.block().is_some() => {
+                let has_middles = mesh.block().is_some_and(|block| !block.kind.face_nodes().is_empty());
+                mesh.select_quadrilaterals(selection).map(|faces| match (order, has_middles) {
+                    (1, _) => LoadTarget::Quadrilaterals(faces),
+                    (_, false) => LoadTarget::SerendipityQuadrilaterals(mesh.quadratic_faces(&faces)),
+                    (_, true) => LoadTarget::QuadraticQuadrilaterals(mesh.quadratic_faces(&faces)),
+                })
             }
             (2, 1) => mesh.select_faces(selection).map(LoadTarget::Edges),
             (2, _) => mesh
@@ -98,6 +105,8 @@ impl LoadPlan {
             LoadTarget::Quadrilaterals(faces) => self.described_faces::<3, 4>(faces, held) + changes,
             LoadTarget::QuadraticEdges(faces) => self.described_faces::<2, 3>(faces, held) + changes,
             LoadTarget::QuadraticTriangles(faces) => self.described_faces::<3, 6>(faces, held) + changes,
+            LoadTarget::SerendipityQuadrilaterals(f) => self.described_faces::<3, 8>(f, held) + changes,
+            LoadTarget::QuadraticQuadrilaterals(f) => self.described_faces::<3, 9>(f, held) + changes,
         }
     }
 
@@ -127,6 +136,8 @@ impl LoadPlan {
             LoadTarget::Quadrilaterals(faces) => corners(faces, 4, first),
             LoadTarget::QuadraticEdges(faces) => corners(faces, 2, first),
             LoadTarget::QuadraticTriangles(faces) => corners(faces, 3, first),
+            LoadTarget::SerendipityQuadrilaterals(faces) => corners(faces, 4, first),
+            LoadTarget::QuadraticQuadrilaterals(faces) => corners(faces, 4, first),
         }
     }
 
@@ -182,6 +193,8 @@ impl LoadPlan {
             LoadTarget::Quadrilaterals(faces) => self.on_faces::<3, 4>(faces, global, held, rest),
             LoadTarget::QuadraticEdges(faces) => self.on_faces::<2, 3>(faces, global, held, rest),
             LoadTarget::QuadraticTriangles(faces) => self.on_faces::<3, 6>(faces, global, held, rest),
+            LoadTarget::SerendipityQuadrilaterals(f) => self.on_faces::<3, 8>(f, global, held, rest),
+            LoadTarget::QuadraticQuadrilaterals(f) => self.on_faces::<3, 9>(f, global, held, rest),
         }
     }
 

@@ -17,6 +17,9 @@ const BYTES_PER_ELEMENT: u64 = 250;
 const BYTES_PER_QUADRATIC_ELEMENT: u64 = 700;
 /// The same for quadrilaterals and hexahedra, which have rest data at 4 and 8 points.
 const BYTES_PER_CELL: [u64; 2] = [700, 2400];
+/// The same of second order: 9 and 27 points of ten numbers, and the map from faces to their nodes while the
+/// mesh is made.
+const BYTES_PER_QUADRATIC_CELL: [u64; 2] = [2200, 7000];
 /// Bytes per element of a muscle: fibres at its points, places of these, indices, patch rows, directions.
 const BYTES_PER_MUSCLE_ELEMENT: u64 = 250;
 /// Bytes per element of second order of a muscle.
@@ -144,7 +147,8 @@ fn reserved_bytes(body: &Body, size: &MeshSize, dimension: usize) -> u64 {
 /// Bytes that a body of this size takes, roughly, at the worst moment of its assembly.
 fn predicted_bytes(size: &MeshSize, dimension: usize) -> u64 {
     if size.blocks > 0 {
-        let of_cells = size.blocks.saturating_mul(BYTES_PER_CELL[usize::from(dimension == 3)]);
+        let each = if size.quadratic { BYTES_PER_QUADRATIC_CELL } else { BYTES_PER_CELL };
+        let of_cells = size.blocks.saturating_mul(each[usize::from(dimension == 3)]);
         let of_vertices = size.vertices.saturating_mul(dimension as u64 * BYTES_PER_COORDINATE);
         return size.bytes.saturating_add(of_cells).saturating_add(of_vertices);
     }

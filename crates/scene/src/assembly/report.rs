@@ -211,7 +211,7 @@ fn uses(
     let method = simulation.method().documentation;
     say(true, format!("{}: {} a step", method.name, cost(&method)), "");
     say(bodies.iter().any(|b| b.elastic), "finite elements".into(), "finite elements: no body is `elastic`");
-    let quadratic = bodies.iter().any(|b| b.elastic && b.mesh.order() == 2);
+    let quadratic = bodies.iter().any(|b| b.elastic && b.mesh.order() == 2 && b.mesh.block().is_none());
     let points = if simulation.system().dimension() == 2 { 3 } else { 4 };
     say(
         quadratic,
@@ -460,9 +460,10 @@ fn whole_cells(body: &BodyAssembly) -> Option<String> {
     let block = body.mesh.block().filter(|_| body.elastic)?;
     let (cells, points) = (block.kind.plural, block.kind.quadrature_points());
     Some(format!(
-        "{cells} in `{}`: the material is evaluated at {} in each, with one change of volume",
+        "{cells} in `{}`: the material is evaluated at {} in each{}",
         body.name,
-        counted(points as u64, "point", "points")
+        counted(points as u64, "point", "points"),
+        if block.kind.order() == 1 { ", with one change of volume" } else { "" }
     ))
 }
 

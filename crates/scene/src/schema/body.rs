@@ -6,8 +6,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    BendingSpec, BodyContactSpec, BodyMesh, DampingSpec, Load, MaterialAxesSpec, MembraneSpec, MeshSpec,
-    MuscleSpec, ObstacleShape, OneOrMany, Pin, RepeatSpec, TransformSpec,
+    BendingSpec, BodyContactSpec, BodyMesh, CellOrder, DampingSpec, Load, MaterialAxesSpec, MembraneSpec,
+    MeshSpec, MuscleSpec, ObstacleShape, OneOrMany, Pin, RepeatSpec, TransformSpec,
 };
 use pliant::energy::spring::{SpringFormula, SpringFormulaError};
 use pliant::material::{MaterialSpec, Preset, Stress};
@@ -48,12 +48,16 @@ pub struct Body {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub membrane: Option<MembraneSpec>,
     /// Order of the elements of `elastic`: 1 linear (the default), or 2 quadratic, with a node in the middle
-    /// of every edge, which bend without locking. Files of second order keep their nodes, curved sides
-    /// included; all other meshes gain straight ones, numbered after the corners, and selections by place and
-    /// by group hold them.
+    /// of every edge, of every face of hexahedra and of every quadrilateral and hexahedron, which bend
+    /// without locking. Files of second order keep their nodes, curved sides included; all other meshes gain
+    /// straight ones, numbered after the corners, and selections by place and by group hold them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1, max = 2))]
     pub order: Option<u8>,
+    /// With `order = 2`, quadrilaterals and hexahedra without nodes in the middle of faces and cells, of 8
+    /// and 20 nodes in place of 9 and 27: the material is evaluated at 4 and 8 points in place of 9 and 27.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub serendipity: bool,
     /// How the stress of `elastic` is computed; by the closed form without it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stress: Option<Stress>,
@@ -247,6 +251,7 @@ impl Body {
             elastic_axes: None,
             membrane: None,
             order: None,
+            serendipity: false,
             stress: None,
             springs: None,
             bending: None,
@@ -286,10 +291,19 @@ impl Body {
         self.order == Some(2)
     }
 
+    /// Order of its elements.
+    pub fn cell_order(&self) -> CellOrder {
+        match (self.is_quadratic(), self.serendipity) {
+            (false, _) => CellOrder::Linear,
+            (true, false) => CellOrder::Quadratic,
+            (true, true) => CellOrder::Serendipity,
+        }
+    }
+
     /// Its mesh, and what becomes of it.
     pub fn body_mesh(&self) -> BodyMesh<'_> {
         let (transform, repeat) = (self.transform.as_ref(), self.repeat.as_ref());
-        BodyMesh { shape: &self.mesh, quadratic: self.is_quadratic(), transform, repeat }
+        BodyMesh { shape: &self.mesh, order: self.cell_order(), transform, repeat }
     }
 
     /// How the stress of `elastic` is computed.

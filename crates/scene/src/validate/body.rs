@@ -97,6 +97,11 @@ pub(super) fn body(check: &mut Checker, path: &KeyPath, body: &Body, attracted: 
 
 /// First or second, and second only of finite elements.
 fn order(check: &mut Checker, path: &KeyPath, body: &Body) {
+    if body.serendipity && !body.is_quadratic() {
+        let message = "`serendipity` is a choice of elements of second order, and this body has none";
+        let problem = Problem::semantic(path.clone(), message);
+        check.report(problem.with_help("add `order = 2`, or remove `serendipity`"));
+    }
     let Some(order) = body.order else { return };
     if !(1..=2).contains(&order) {
         let message = format!("`order` must be 1 or 2, got {order}");

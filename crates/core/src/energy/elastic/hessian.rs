@@ -18,7 +18,9 @@ use super::block::{Block, SpectrumBlock};
 use super::kinematics::{Kinematics, edges_at};
 use super::predicted::add_excess;
 use crate::algebra::{Mat, signed_svd, symmetric_eigen_of_lanes};
-use crate::element::{SimplexPack, quadrature_count, quadrature_position, reference_gradients};
+use crate::element::{
+    MOST_POINTS, SimplexPack, is_simplex, quadrature_count, quadrature_position, reference_gradients,
+};
 use crate::lanes::{Kernel, Lanes, WIDTH, dispatch};
 use crate::material::{Psd, Tangent};
 
@@ -31,24 +33,25 @@ const MOST_ENTRIES: usize = 96;
 /// The same of a tetrahedron of second order.
 const MOST_QUADRATIC_ENTRIES: usize = 496;
 
-/// Intermediate results of the elements of a pack.
+/// The same of a hexahedron of 27 nodes.
+const MOST_CELL_ENTRIES: usize = 3408;
+
+/// Positions of the nodes of the elements of a pack.
 #[repr(align(64))]
-struct PackWork<const D: usize, const N: usize> {
-    points: [[[f64; WIDTH]; D]; N],
+struct PackNodes<const D: usize, const N: usize>([[[f64; WIDTH]; D]; N]);
+
+/// Intermediate results at a quadrature point of the elements of a pack.
+#[repr(align(64))]
+struct PackWork<const D: usize> {
     u: Block<D>,
     v: Block<D>,
     sigma: [[f64; WIDTH]; D],
     spectrum: SpectrumBlock<D>,
 }
 
-impl<const D: usize, const N: usize> PackWork<D, N> {
-    const EMPTY: Self = PackWork {
-        points: [[[0.0; WIDTH]; D]; N],
-        u: Block::ZERO,
-        v: Block::ZERO,
-        sigma: [[0.0; WIDTH]; D],
-        spectrum: SpectrumBlock::ZERO,
-    };
+impl<const D: usize> PackWork<D> {
+    const EMPTY: Self =
+        PackWork { u: Block::ZERO, v: Block::ZERO, sigma: [[0.0; WIDTH]; D], spectrum: SpectrumBlock::ZERO };
 }
 
 /// Writes the Hessians of `stencils`, whole packs of them; with a place `from`, with the stresses that are
@@ -60,38 +63,57 @@ pub(super) fn fill<const D: usize, const N: usize>(
     (psd, from): (Psd, Option<&[f64]>),
     out: &mut [f64],
 ) {
-    let Elastic { material, elements: Kinematics { patches, rest }, .. } = elements;
+    let material = &elements.material;
     if from.is_some() || material.spectrum(&[1.0; D]).is_none() {
         return fill_by_tangent(elements, stencils, x, (psd, from), out);
     }
+    if const { is_simplex::<D, N>() } {
+        fill_by_spectrum::<D, N, BATCH, MOST_QUADRATIC_ENTRIES>(elements, stencils, x, psd, out);
+    } else {
+        fill_by_spectrum::<D, N, MOST_POINTS, MOST_CELL_ENTRIES>(elements, stencils, x, psd, out);
+    }
+}
+
+/// As [`fill`], for models that know their spectrum: with room for `WORK` points at a time, and for `MOST`
+/// numbers in the Hessian of an element with several.
+fn fill_by_spectrum<const D: usize, const N: usize, const WORK: usize, const MOST: usize>(
+    elements: &Elastic<D, N>,
+    stencils: Range<usize>,
+    x: &[f64],
+    psd: Psd,
+    out: &mut [f64],
+) {
+    let Elastic { material, elements: Kinematics { patches, rest }, .. } = elements;
     let count = quadrature_count::<D, N>();
     // Points of one pack go together, or packs of one point each.
     let together = if count == 1 { BATCH } else { 1 };
     let x = x.as_chunks::<D>().0;
     let per_stencil = N * (N + 1) / 2 * D * D;
     let mut lanes = patches.lanes_in(stencils.clone());
-    let mut work = [const { PackWork::<D, N>::EMPTY }; BATCH];
+    let mut nodes = [const { PackNodes::<D, N>([[[0.0; WIDTH]; D]; N]) }; BATCH];
+    let mut work = [const { PackWork::<D>::EMPTY }; WORK];
     let packs = &rest[stencils.start / WIDTH * count..stencils.end / WIDTH * count];
     let batches = packs.chunks(together * count).zip(out.chunks_mut(together * WIDTH * per_stencil));
     for (packs, out) in batches {
         let work = &mut work[..packs.len()];
-        for pack in work.iter_mut().step_by(count) {
+        let nodes = &mut nodes[..packs.len() / count];
+        for pack in nodes.iter_mut() {
             for lane in 0..WIDTH {
                 let (vertices, ..) = lanes.next().expect("whole packs");
                 for (node, v) in vertices.into_iter().enumerate() {
                     for c in 0..D {
-                        pack.points[node][c][lane] = x[v as usize][c];
+                        pack.0[node][c][lane] = x[v as usize][c];
                     }
                 }
             }
         }
-        dispatch(Decompose { packs, work });
+        dispatch(Decompose { packs, nodes, work });
         for pack in &mut *work {
             material.spectra(&pack.sigma, &mut pack.spectrum);
         }
         match count {
-            1 => dispatch(PairBlocks { packs, work, psd, out }),
-            _ => dispatch(PointBlocks { packs, work, psd, out }),
+            1 => dispatch(PairBlocks::<D, N> { packs, work, psd, out }),
+            _ => dispatch(PointBlocks::<D, N, MOST> { packs, work, psd, out }),
         }
     }
 }
@@ -99,7 +121,8 @@ pub(super) fn fill<const D: usize, const N: usize>(
 /// `F` and its decomposition.
 struct Decompose<'a, const D: usize, const N: usize> {
     packs: &'a [SimplexPack<D>],
-    work: &'a mut [PackWork<D, N>],
+    nodes: &'a [PackNodes<D, N>],
+    work: &'a mut [PackWork<D>],
 }
 
 impl<const D: usize, const N: usize> Kernel for Decompose<'_, D, N> {
@@ -114,7 +137,7 @@ impl<const D: usize, const N: usize> Kernel for Decompose<'_, D, N> {
             if q == 0 {
                 for node in 0..N {
                     for c in 0..D {
-                        x[node][c] = L::load(&work.points[node][c]);
+                        x[node][c] = L::load(&self.nodes[i / count].0[node][c]);
                     }
                 }
             }
@@ -131,7 +154,7 @@ impl<const D: usize, const N: usize> Kernel for Decompose<'_, D, N> {
 /// The blocks of every pair of vertices, weighted.
 struct PairBlocks<'a, const D: usize, const N: usize> {
     packs: &'a [SimplexPack<D>],
-    work: &'a [PackWork<D, N>],
+    work: &'a [PackWork<D>],
     psd: Psd,
     /// The Hessians, one element after another.
     out: &'a mut [f64],
@@ -321,15 +344,15 @@ impl<const D: usize, const N: usize> Kernel for PairBlocks<'_, D, N> {
 }
 
 /// The blocks of every pair of nodes of a pack of elements of second order, from those of its points.
-struct PointBlocks<'a, const D: usize, const N: usize> {
+struct PointBlocks<'a, const D: usize, const N: usize, const MOST: usize> {
     packs: &'a [SimplexPack<D>],
-    work: &'a [PackWork<D, N>],
+    work: &'a [PackWork<D>],
     psd: Psd,
     /// The Hessians, one element after another.
     out: &'a mut [f64],
 }
 
-impl<const D: usize, const N: usize> Kernel for PointBlocks<'_, D, N> {
+impl<const D: usize, const N: usize, const MOST: usize> Kernel for PointBlocks<'_, D, N, MOST> {
     type Output = ();
 
     #[inline(always)]
@@ -337,7 +360,7 @@ impl<const D: usize, const N: usize> Kernel for PointBlocks<'_, D, N> {
         let projected = self.psd == Psd::Projected;
         // Where the block of a pair `a <= b` is.
         let place = |a: usize, b: usize| a * N - a * (a + 1) / 2 + b;
-        let mut entries = Entries::<MOST_QUADRATIC_ENTRIES>([[0.0; WIDTH]; MOST_QUADRATIC_ENTRIES]);
+        let mut entries = Entries::<MOST>([[0.0; WIDTH]; MOST]);
         for (q, (pack, work)) in self.packs.iter().zip(self.work).enumerate() {
             let (scaling, same, swapped) = work.spectrum.in_frame::<L>(projected);
             let weight = pack.weight::<L>();

@@ -12,8 +12,8 @@ use super::block::Block;
 use super::{centroids, points_of};
 use crate::algebra::Mat;
 use crate::element::{
-    QuadraticGradients, QuadraticPositions, SimplexPack, Tangents, jacobian, order, quadrature_count,
-    quadrature_position, times,
+    MOST_POINTS, QuadraticGradients, QuadraticPositions, SimplexPack, Tangents, jacobian, order,
+    point_content, quadrature_count, quadrature_position, times,
 };
 use crate::energy::patch::{PackIndex, Patch, Patches};
 use crate::lanes::{
@@ -22,8 +22,11 @@ use crate::lanes::{
 use crate::numbering::along_curve;
 use crate::scalar::Scalar;
 
-/// Blocks of a piece, at most.
-pub(crate) const BLOCKS: usize = 16;
+/// Blocks of a piece of elements with few points.
+const ENOUGH: usize = 16;
+
+/// Blocks that there is room for: those of one pack of any element.
+pub(crate) const BLOCKS: usize = MOST_POINTS;
 
 /// Packs of a piece of linear elements: with more of them their data leave the first cache, and fewer do not
 /// hide the call of the law, which costs more beside the little work of a triangle.
@@ -42,7 +45,12 @@ const ASKED_FROM: usize = 1 << 10;
 
 /// Packs of a piece.
 const fn packs_at_once<const R: usize, const N: usize>() -> usize {
-    if order::<R, N>() == 1 { linear_packs::<R>() } else { BLOCKS / quadrature_count::<R, N>() }
+    let points = quadrature_count::<R, N>();
+    match order::<R, N>() {
+        1 => linear_packs::<R>(),
+        _ if points > ENOUGH => 1,
+        _ => ENOUGH / points,
+    }
 }
 
 /// Elements in patches, with the data at rest of their quadrature points.
@@ -72,7 +80,7 @@ impl<const D: usize, const R: usize, const N: usize> Kinematics<D, R, N> {
             let nodes = shape(&vertices);
             for q in 0..points {
                 let j = jacobian(&nodes, &quadrature_position::<R, N>(q));
-                let weight = j.determinant() / (if R == 2 { 2.0 } else { 6.0 } * points as f64);
+                let weight = point_content::<R, N>(q, j.determinant());
                 assert!(weight > 0.0, "element {element} of {body} has volume {weight} at point {q}");
                 packs[pack * points + q].set(lane, &j.inverse(), weight);
             }

@@ -41,12 +41,13 @@ use super::{
 };
 use crate::algebra::Mat;
 use crate::element::ElementState;
-use crate::element::{Barycentric, MassRule, interpolation, order};
+use crate::element::{Barycentric, MassRule, centroid, interpolation, is_simplex, order};
 use crate::lanes::{Lanes, Portable, WIDTH, dispatch_compact};
 use crate::material::Stress;
 use crate::material::{Domain, Material, Psd};
 
-/// Simplices of `N` vertices filled with one material: `N = 3` and `4` linear, `6` and `10` quadratic.
+/// Elements of `N` vertices filled with one material: simplices, `N = 3` and `4` linear, `6` and `10`
+/// quadratic, and cells of second order, 8 and 9 in 2D, 20 and 27 in 3D.
 pub struct Elastic<const D: usize, const N: usize> {
     body: String,
     material: Box<dyn BlockMaterial<D>>,
@@ -83,8 +84,8 @@ impl<const D: usize, const N: usize> Elastic<D, N> {
     /// Quadratic elements, likewise: corners first, then the vertices in the middle of the edges.
     ///
     /// # Panics
-    /// If `N` is not 6 in 2D or 10 in 3D, or `det J` is not positive at all quadrature points: meshes are
-    /// checked before.
+    /// If `N` is not 6, 8 or 9 in 2D or 10, 20 or 27 in 3D, or `det J` is not positive at all quadrature
+    /// points: meshes are checked before.
     pub fn quadratic<M: Material<D> + Material<3>>(
         body: &str,
         material: M,
@@ -92,7 +93,11 @@ impl<const D: usize, const N: usize> Elastic<D, N> {
         elements: &[[u32; N]],
         rest: &[f64],
     ) -> Self {
-        assert_eq!(order::<D, N>(), 2, "a quadratic simplex has 6 vertices in 2D, 10 in 3D");
+        assert_eq!(
+            order::<D, N>(),
+            2,
+            "a quadratic element has 6, 8 or 9 vertices in 2D, 10, 20 or 27 in 3D"
+        );
         Self::on_blocks(body, Box::new(material), stress, elements, rest)
     }
 
@@ -281,7 +286,7 @@ impl<const D: usize, const N: usize> ElementTerm for Elastic<D, N> {
     /// Quadratic elements at their centroid, where strains are most accurate.
     fn each_state(&self, x: &[f64], visit: &mut dyn FnMut(usize, ElementState)) {
         for (element, vertices, pack, lane) in self.elements() {
-            let f = centroid_deformation(&self.points(x, &vertices, pack, lane));
+            let f = centroid_deformation::<D, N>(&self.points(x, &vertices, pack, lane));
             visit(element, self.state(&f, element));
         }
     }
@@ -293,7 +298,6 @@ impl<const D: usize, const N: usize> ElementTerm for Elastic<D, N> {
         let mass = MassRule::<D, N>::new();
         let mut all = ShapeProducts { nodes: N, ..ShapeProducts::default() };
         for (_, vertices, pack, lane) in self.elements() {
-            // J is linear in the place.
             let at_points: Vec<Mat<f64, D>> =
                 self.elements.inverses(pack, lane).map(|inverse| inverse.inverse()).collect();
             let jacobian = |at: &Barycentric| {
@@ -314,16 +318,9 @@ impl<const D: usize, const N: usize> ElementTerm for Elastic<D, N> {
         let (_, vertices, pack, lane) = self.elements().find(|(number, ..)| *number == element)?;
         let points = self.points(x, &vertices, pack, lane);
         if order::<D, N>() == 1 {
-            return Some(self.state(&centroid_deformation(&points), element));
+            return Some(self.state(&centroid_deformation::<D, N>(&points), element));
         }
-        // Both dx/dxi and J are linear in the place.
-        let (mut dx, mut j) = (Mat::zero(), Mat::zero());
-        let weights = interpolation::<D, N>(at);
-        for ([at_point, inverse], weight) in points.iter().zip(weights) {
-            dx += at_point.scale(weight);
-            j += inverse.inverse().scale(weight);
-        }
-        Some(self.state(&dx.mul(&j.inverse()), element))
+        Some(self.state(&deformation_at::<D, N>(&points, at), element))
     }
 }
 
@@ -348,16 +345,34 @@ impl<const D: usize, const N: usize> StepLimit for Elastic<D, N> {
     }
 }
 
-/// `F` at the centroid of an element: both `dx/dxi` and `J` are linear there, their means over the points
-/// are their values.
-fn centroid_deformation<const D: usize>(points: &[[Mat<f64, D>; 2]]) -> Mat<f64, D> {
+/// `F` at the centroid of an element; in simplices both `dx/dxi` and `J` are linear, their means over the
+/// points are their values.
+fn centroid_deformation<const D: usize, const N: usize>(points: &[[Mat<f64, D>; 2]]) -> Mat<f64, D> {
     if let [[dx, inverse]] = points {
         return dx.mul(inverse);
+    }
+    if !is_simplex::<D, N>() {
+        return deformation_at::<D, N>(points, &centroid::<D, N>());
     }
     let (mut dx, mut j) = (Mat::zero(), Mat::zero());
     for [at_point, inverse] in points {
         dx += *at_point;
         j += inverse.inverse();
+    }
+    dx.mul(&j.inverse())
+}
+
+/// `F` at a place of an element with several points: the quotient of `dx/dxi` and `J`, which are
+/// [interpolated](interpolation) between them.
+fn deformation_at<const D: usize, const N: usize>(
+    points: &[[Mat<f64, D>; 2]],
+    at: &Barycentric,
+) -> Mat<f64, D> {
+    let (mut dx, mut j) = (Mat::zero(), Mat::zero());
+    let weights = interpolation::<D, N>(at);
+    for ([at_point, inverse], weight) in points.iter().zip(weights) {
+        dx += at_point.scale(weight);
+        j += inverse.inverse().scale(weight);
     }
     dx.mul(&j.inverse())
 }

@@ -247,7 +247,7 @@ pub fn rim<const D: usize, const N: usize>(faces: &[[u32; N]]) -> Vec<u32> {
             let corners = face_corners::<D, N>();
             let middle = |face: &[u32; N], i: usize| if N == corners { NONE } else { face[corners + i] };
             let side = |face: &[u32; N], i: usize| [face[i], face[(i + 1) % corners], middle(face, i)];
-            debug_assert!(face_edges::<D, N>().iter().enumerate().all(|(i, e)| *e == [i, (i + 1) % D]));
+            debug_assert!(face_edges::<D, N>().iter().enumerate().all(|(i, e)| *e == [i, (i + 1) % corners]));
             faces.iter().flat_map(|face| (0..corners).map(|i| side(face, i))).collect()
         }
     };
