@@ -548,7 +548,7 @@ fn friction_of_a_pair_at_rest_has_the_slope_of_two_over_the_threshold() {
     assert!(friction.gradient(&rest).as_flattened().iter().all(|g| *g == 0.0));
 }
 
-/// With the force given by the velocities, the matrix is the Hessian; with any other within the limit it
+/// Given the force of the velocities, the matrix is the Hessian; with any other within the limit it
 /// is positive semidefinite; and the force follows a short step as the law does.
 #[test]
 fn matrices_of_friction_with_a_force_of_its_own() {
