@@ -1,8 +1,8 @@
-//! Models whose energies are linear in the Lame parameters.
+//! Parameters of materials whose energies are linear in the Lame parameters.
 
 use pliant::material::{Isotropic, Lame, MaterialSpec, Plane};
 
-/// Young's modulus of a model whose energy is in proportion to it.
+/// Young's modulus of a material whose energy is proportional to it.
 pub(super) fn young(material: &MaterialSpec) -> Option<f64> {
     match material {
         MaterialSpec::Arap(parameters) => Some(parameters.young),
@@ -10,7 +10,7 @@ pub(super) fn young(material: &MaterialSpec) -> Option<f64> {
     }
 }
 
-/// Stiffness of a model that has this constant alone, and is in proportion to it [Pa].
+/// Stiffness of a material that has only this constant and is proportional to it [Pa].
 pub(super) fn stiffness(material: &MaterialSpec) -> Option<f64> {
     match material {
         MaterialSpec::Dirichlet(parameters) | MaterialSpec::DisplacementGradient(parameters) => {
@@ -20,7 +20,7 @@ pub(super) fn stiffness(material: &MaterialSpec) -> Option<f64> {
     }
 }
 
-/// Factors and materials whose energies make the derivative of the energy by Poisson's ratio.
+/// Factors and materials whose energies add up to the derivative of the energy by Poisson's ratio.
 pub(super) fn by_poisson(material: &MaterialSpec, dimension: usize) -> Option<[(f64, MaterialSpec); 2]> {
     let (solid, plane) = isotropic(material)?;
     let in_plane_stress = dimension == 2 && plane == Some(Plane::Stress);
@@ -33,22 +33,22 @@ pub(super) fn by_poisson(material: &MaterialSpec, dimension: usize) -> Option<[(
     Some([(mu_rate - of_both, filled(shear)?), (of_both, filled(both)?)])
 }
 
-/// Shear part and whole of which energies linear in the Lame parameters are made: materials with `mu = 1` and
-/// `lambda` 0 and 1, which nodal integration splits in proportion.
+/// Basis of energies linear in the Lame parameters: materials with `mu = 1` and `lambda` 0 and 1, which
+/// nodal integration splits in proportion.
 pub(super) fn unit_materials(material: &MaterialSpec) -> Option<[MaterialSpec; 2]> {
     let [shear, both] = [(2.0, 0.0), (2.5, 0.25)]
         .map(|(young, poisson)| with(material, Isotropic { young, poisson, preset: None }));
     Some([shear?, both?])
 }
 
-/// Derivatives of `mu` and of `lambda` by Poisson's ratio of what nodal integration leaves to the nodes and
-/// to the elements, the `part` of the shear modulus.
+/// Derivatives of `mu` and `lambda` by Poisson's ratio, for the shares that nodal integration assigns to
+/// the nodes and to the elements; `part` is the elements' fraction of the shear modulus.
 pub(super) fn split_by_poisson(material: &MaterialSpec, part: f64) -> Option<[(f64, f64); 2]> {
     let (solid, plane) = isotropic(material)?;
     let [_, in_elements] = material.split(part)?;
     let (mu, lambda) = rates_by_poisson(&solid, false);
     let of_elements = isotropic(&in_elements)?.0;
-    // Less compressible than the elements are: these have the shear modulus alone of the whole.
+    // If the solid is less compressible than the elements' share, the share depends on its shear modulus only.
     let in_elements = match of_elements.poisson < solid.poisson {
         true => (part * mu, part * mu * 2.0 * of_elements.poisson / (1.0 - 2.0 * of_elements.poisson)),
         false => (part * mu, part * lambda),
@@ -57,7 +57,7 @@ pub(super) fn split_by_poisson(material: &MaterialSpec, part: f64) -> Option<[(f
     (plane != Some(Plane::Stress)).then_some([at_nodes, in_elements])
 }
 
-/// Derivatives of `mu` and of `lambda`, or of that of plane stress, by Poisson's ratio.
+/// Derivatives of `mu` and `lambda` (for plane stress its reduced value) by Poisson's ratio.
 pub(super) fn rates_by_poisson(solid: &Isotropic, in_plane_stress: bool) -> (f64, f64) {
     let (young, nu) = (solid.young, solid.poisson);
     let mu = -0.5 * young / ((1.0 + nu) * (1.0 + nu));
@@ -71,10 +71,11 @@ fn lame_lambda((young, poisson): (f64, f64)) -> f64 {
     Lame::new(young, poisson).lambda
 }
 
-/// Declares what is known of the models that are isotropic and linear in the Lame parameters.
+/// Defines functions for the materials that are isotropic and linear in the Lame parameters.
 macro_rules! isotropic_models {
     ($($model:ident),+) => {
-        /// Constants of a model whose energy is linear in the Lame parameters, and the plane that it names.
+        /// Constants of a material whose energy is linear in the Lame parameters, and the plane state it
+        /// names.
         pub(super) fn isotropic(material: &MaterialSpec) -> Option<(Isotropic, Option<Plane>)> {
             match material {
                 MaterialSpec::Linear(parameters) => Some((parameters.solid, parameters.plane)),
@@ -83,7 +84,7 @@ macro_rules! isotropic_models {
             }
         }
 
-        /// The same model with other constants.
+        /// Copy of the material with other constants.
         fn with(material: &MaterialSpec, solid: Isotropic) -> Option<MaterialSpec> {
             match material {
                 MaterialSpec::Linear(parameters) => {
