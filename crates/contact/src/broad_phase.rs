@@ -440,7 +440,7 @@ mod tests {
         assert_eq!(tree.len(), 100);
     }
 
-    /// All lattice boxes that intersect a query follow what `found` held before.
+    /// All lattice boxes that intersect a query are appended to `found`.
     #[test]
     fn primitives_that_meet_a_query_are_found_ascending() {
         let at = |i: u32| around([f64::from(i / 40), f64::from(i % 40)], 0.4);

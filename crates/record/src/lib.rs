@@ -5,9 +5,9 @@
 //! |---|---|---|
 //! | `/state` | `foxglove.PointCloud` | positions [m] and velocities [m/s] of every vertex, doubles, every frame |
 //! | `/mesh` | `foxglove.SceneUpdate` | surfaces and springs to look at, at most 30 per simulated second |
-//! | `/elements/<measure>` | `foxglove.PointCloud` | one row for each finite element: where it is, and a [measure](pliant::diagnostics::MEASURES) of its deformation or stress, doubles, every frame |
+//! | `/elements/<measure>` | `foxglove.PointCloud` | one row for each finite element: its centroid, and a [measure](pliant::diagnostics::MEASURES) of its deformation or stress, doubles, every frame |
 //! | `/energy` | JSON | [`Diagnostics`](pliant::diagnostics::Diagnostics) and work counters, every frame |
-//! | `/reactions` | JSON | force and moment of every [pin](pliant::diagnostics::Reaction) that has not let go and every wall, by name, every frame |
+//! | `/reactions` | JSON | force and moment of every [pin](pliant::diagnostics::Reaction) not yet released and every wall, by name, every frame |
 //! | `/probe/<name>` | JSON | a [reading](pliant::probe::Reading) of each probe, every frame |
 //! | `/tf` | `foxglove.FrameTransform` | once, with `/state` or `/mesh` |
 //! | `/log` | `foxglove.Log` | warnings, if there are any |

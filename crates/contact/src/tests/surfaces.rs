@@ -301,7 +301,7 @@ fn cached_candidates_hold_every_stencil_until_a_vertex_has_moved_too_far() {
     let (pairs, margin, reach) = (BodyPairs::all(2), 0.01, 0.05);
     let mut cache = CandidateCache::<3>::default();
     cache.at(&surface, &pairs, &x, reach, margin);
-    // A part of it goes into the mean of a body, and that of another may go the other way.
+    // Part of the motion is that of the body's mean, and another body may move the opposite way.
     let step = margin / 3f64.sqrt() * 0.5;
     let moved: Vec<f64> = x.iter().map(|x| x + step * if random.next() < 0.5 { 1.0 } else { -1.0 }).collect();
     let stencils = |candidates: &CandidatePairs| {

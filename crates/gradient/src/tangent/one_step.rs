@@ -20,7 +20,7 @@ use crate::linear::Coefficients;
 /// Change of a state.
 pub(super) struct StateTangent {
     pub(super) x: Vec<f64>,
-    /// Zero where held.
+    /// Change of the velocities; zero where fixed.
     pub(super) v: Vec<f64>,
     /// Change of the acceleration that methods with memory carry along.
     a: Vec<f64>,
