@@ -104,6 +104,7 @@ impl<const D: usize> SurfaceTrees<D> {
         if !bodies.touch_on(surface) {
             return CandidatePairs::default();
         }
+        // Update of the trees.
         let shift = dx.map_or([0.0; D], |dx| mean::<D>(&surface.vertices, dx));
         let search = Search { surface, pairs: bodies, x, dx, shift, reach };
         let mut found = CandidatePairs { point_point: search.particles(), ..CandidatePairs::default() };
@@ -115,6 +116,7 @@ impl<const D: usize> SurfaceTrees<D> {
             found.point_edge.par_sort_unstable();
             return found;
         }
+        // Pairs of the 3D primitives.
         self.triangles.follow(&search.bounds(&surface.triangles));
         found.point_triangle = search.points(&points, &self.vertices, &surface.triangles, &self.triangles);
         found.edge_edge = search.pairs(&surface.edges, &self.edges);
@@ -541,6 +543,7 @@ fn relative_motion<const D: usize>(surface: &ContactSurface, from: &[f64], to: &
     for (mean, count) in means.iter_mut().filter(|(_, count)| *count > 0.0) {
         mean.iter_mut().for_each(|m| *m /= *count);
     }
+    // Largest motion within bodies.
     let squared = |a: &[f64; D], b: &[f64; D]| {
         let mut sum = 0.0;
         (0..D).for_each(|k| sum += (a[k] - b[k]) * (a[k] - b[k]));

@@ -52,6 +52,7 @@ pub fn safe_step<K: Primitives<D, N>, S: Scalar, const D: usize, const N: usize>
     gap: &GapLimit,
     limit: S,
 ) -> SafeStep<S> {
+    // Positions relative to the first vertex, and the gap that must be left.
     let (zero, one) = (S::zero(), S::one());
     let allowance = rounding_allowance(x, dx);
     let (x, dx) = (&relative(x), &relative(dx));
@@ -62,6 +63,7 @@ pub fn safe_step<K: Primitives<D, N>, S: Scalar, const D: usize, const N: usize>
     let floor = offset + target * S::splat(0.5) + allowance;
     let refused = gap_at_start.lt(allowance);
 
+    // Advance to the earliest safe time along the present normal until the gap is small or the limit reached.
     let mut time = zero;
     let mut active = S::select(refused, zero, one);
     let mut advance = start.time_to(floor);

@@ -297,6 +297,7 @@ fn balls<const D: usize>(model: &ContactModel, x: &[f64], sink: &mut impl PairSi
             let body = model.body(v);
             model.touch(body, ball.body) && squared < model.laws.of(body, ball.body).barrier.squared_reach()
         };
+        // Particles and lone edges, one by one.
         for &p in &surface.particles {
             let closest = PointPoint::closest(&rows::<D, 2>(x, &[ball.vertex, p]));
             if near(p, closest.squared_distance) {
@@ -316,6 +317,7 @@ fn balls<const D: usize>(model: &ContactModel, x: &[f64], sink: &mut impl PairSi
         if D == 2 {
             continue;
         }
+        // Triangles near the centre, in packs.
         let centre = Bounds::<3>::of_vertices(&[ball.vertex], x, None);
         let mut at_hand: Vec<[u32; 4]> = vec![];
         let mut areas = vec![];

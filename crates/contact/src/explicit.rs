@@ -132,6 +132,7 @@ pub(crate) fn extremes<const D: usize>(
     inverse_mass: &[f64],
     time: f64,
 ) -> ContactExtremes {
+    // Nearest and deepest contacts, and the share of each moving vertex in each contact.
     let mut found = ContactExtremes::default();
     let names = |[a, b]: [u32; 2]| [a, b].map(|body| model.names[body as usize].clone());
     let mobility = |v: u32| inverse_mass[v as usize * D..][..D].iter().copied().fold(0.0, f64::max);
@@ -153,6 +154,7 @@ pub(crate) fn extremes<const D: usize>(
             continue;
         }
         let weight = report.force / (2.0 * barrier.stiffness * left * left);
+        // Approach speed, and inverse masses by side.
         let (mut speed, mut sides, mut moving) = (0.0, [0.0; 2], 0.0);
         for (i, &vertex) in vertices.iter().enumerate() {
             let c = report.coefficients[i];
@@ -171,6 +173,7 @@ pub(crate) fn extremes<const D: usize>(
             }
         }
     }
+    // Sums over the contacts of each vertex.
     found.least = nearest.described(model, time);
     found.deepest = deepest.map(|(bodies, gap)| Penetration { bodies: names(bodies), depth: -gap, time });
     // Stable: sums are in the order of the contacts.

@@ -104,6 +104,7 @@ impl<const D: usize> RubbingPlace<D> {
         p: &[[f64; D]; 4],
     ) -> [[f64; D]; 4] {
         let RubbingPlace { coefficients: c, slopes, tangents, normal: n, distance, .. } = self;
+        // Slip of velocities and direction; derivatives of `g` by the normal and by the coefficients.
         let (u, q) = (mixture(c, v), mixture(c, p));
         let (u_n, q_n) = (dot(&u, n), dot(&q, n));
         let (v_t, q_t) = (along(&u, -u_n, n), along(&q, -q_n, n));
@@ -127,6 +128,7 @@ impl<const D: usize> RubbingPlace<D> {
             rest = along(&rest, -along_tangent, &tangents[b]);
         }
         of_coefficients = along(&of_coefficients, self.inverse_distance, &rest);
+        // Rows of the vertices.
         let mut gradient = [[0.0; D]; 4];
         for i in 0..4 {
             gradient[i] = scaled(friction * phi * s, &self.force_gradient[i]);

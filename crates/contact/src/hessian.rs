@@ -94,6 +94,7 @@ impl<S: Scalar, const D: usize, const N: usize, const P: usize> PairGeometry<S, 
             components[a][a] = length;
             q[a] = scaled(inverse_or_zero(length), &rest);
         }
+        // Matrix in the span, projected.
         let length = components[0][0];
         let mut s = [[S::zero(); SPAN]; SPAN];
         s[0][0] = along_normal * length * length;

@@ -402,6 +402,7 @@ impl<S: PairSink> Finder<'_, S> {
         if others.iter().find(|&&f| !touches(f)) != Some(&told_by) {
             return;
         }
+        // Nothing to subtract if the edge is out of reach of the point.
         let [q, r] = ends;
         let closest = PointEdge::closest(&self.rows::<3, 3>(&[p, q, r]));
         let distance = self.distance(p, q);

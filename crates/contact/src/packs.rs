@@ -204,6 +204,7 @@ impl<const D: usize, const N: usize> Kernel for NearBoxKernel<'_, D, N> {
         let reach = L::splat(self.squared_reach);
         let mut first = 0;
         for pack in self.primitives.chunks(WIDTH) {
+            // Boxes of a pack of primitives, including end positions.
             let vertices = filled(pack);
             let from = load_rows::<L, D, N>(self.x, &vertices);
             let (mut low, mut high) = (from[0], from[0]);
@@ -221,6 +222,7 @@ impl<const D: usize, const N: usize> Kernel for NearBoxKernel<'_, D, N> {
                     }
                 }
             }
+            // Squared distances to the query.
             let mut squared = L::zero();
             for k in 0..D {
                 let below = L::splat(self.query.low[k]) - high[k];

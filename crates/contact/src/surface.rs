@@ -171,6 +171,7 @@ impl ContactSurface {
             let (a, b) = (*a as usize * dimension, *b as usize * dimension);
             (0..dimension).map(|k| (rest[a + k] - rest[b + k]) * (rest[a + k] - rest[b + k])).sum()
         };
+        // Areas: half of each edge's length at each end.
         let squared_lengths: Vec<f64> = edges.iter().map(squared_length).collect();
         let mut vertex_areas = vec![0.0; bodies.len()];
         for (edge, squared) in edges.iter().zip(&squared_lengths) {

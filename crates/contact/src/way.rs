@@ -71,6 +71,7 @@ impl Way<'_> {
     ) -> Option<Obstruction> {
         let surface = &model.surface;
         let edge = |e: u32| surface.edges[e as usize];
+        // Particle pairs and point-edge pairs.
         let at_point =
             self.least::<PointPoint, D, 2>(model, &pairs.point_point, |pair| pair).map(|(part, i)| {
                 let [p, q] = pairs.point_point[i];
@@ -87,6 +88,7 @@ impl Way<'_> {
             });
         let mut by_pairs = nearest(at_point, at_lone_edge);
         if D == 3 {
+            // In 3D also point-triangle and edge-edge pairs.
             let of_triangle = |[p, t]: [u32; 2]| {
                 let [a, b, c] = surface.triangles[t as usize];
                 [p, a, b, c]
@@ -196,6 +198,7 @@ impl Way<'_> {
             let at = |part: f64, vertices: &[u32]| {
                 Some(Obstruction { part, primitives: [vertices.to_vec(), vec![ball.vertex]] })
             };
+            // Triangles.
             let ways = (self.x, Some(self.dx));
             let near = near_box::<D, 3>(&surface.triangles, ways, &centre, model.squared_reach_of(ball));
             let touches = |t: &u32| model.touch(model.body(surface.triangles[*t as usize][0]), ball.body);
@@ -207,6 +210,7 @@ impl Way<'_> {
             let first = self.least::<PointTriangle, 3, 4>(model, &near, of_triangle);
             let triangle = |i: usize| &surface.triangles[near[i][1] as usize];
             least = nearest(least, first.and_then(|(part, i)| at(part, triangle(i))));
+            // Lone edges.
             let edge = |e: u32| surface.edges[e as usize];
             let near: Vec<_> =
                 surface.lone_edges().filter(|e| meets(&edge(*e))).map(|e| [ball.vertex, e]).collect();
@@ -216,6 +220,7 @@ impl Way<'_> {
             };
             let first = self.least::<PointEdge, D, 3>(model, &near, of_edge);
             least = nearest(least, first.and_then(|(part, i)| at(part, &edge(near[i][1]))));
+            // Particles.
             let particles = surface.particles.iter().filter(|p| meets(&[**p]));
             let near: Vec<_> = particles.map(|p| [ball.vertex, *p]).collect();
             let first = self.least::<PointPoint, D, 2>(model, &near, |pair| pair);

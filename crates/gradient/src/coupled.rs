@@ -57,6 +57,7 @@ impl CoupledEquations<'_> {
         let (count, drag) = (self.stages.len(), system.ether_drag());
         let mut assembler = Assembler::<D>::new(system);
         let n = system.inverse_mass().len();
+        // Hessian and damping matrix of each stage.
         let mut of_stage = |stage: &StagePlace| {
             let at = At { x: &stage.x, v: &stage.v, psd: Psd::Exact, predicted_from: None };
             system.set_time(stage.time);
@@ -67,6 +68,7 @@ impl CoupledEquations<'_> {
             })
         };
         let matrices: Vec<_> = self.stages.iter().map(&mut of_stage).collect();
+        // Columns of the coupled matrix, stage by stage.
         let (mut column_start, mut row, mut entries) = (vec![0], vec![], vec![]);
         for k in 0..count {
             for column in 0..n {

@@ -92,6 +92,7 @@ pub fn frequency_gradient(
         }
         asked *= 2;
     };
+    // Derivatives of each mode by itself.
     let omega: Vec<f64> = modes.modes.iter().map(|mode| mode.omega).collect();
     let (numbering, d) = (simulation.numbering(), simulation.system().dimension());
     let mut single = vec![];
@@ -114,6 +115,7 @@ pub fn frequency_gradient(
         }
         single.push(by);
     }
+    // Means over equal frequencies.
     let groups: Vec<Vec<usize>> =
         (0..count).map(|i| (0..omega.len()).filter(|j| are_alike(&omega, i, *j)).collect()).collect();
     let mean = |group: &Vec<usize>| -> Vec<Vec<f64>> {

@@ -111,6 +111,7 @@ fn correction(residual: &[f64], equations: &mut dyn CorrectedEquations) -> Vec<f
     let (mut columns, mut rotations, mut right) = (vec![], vec![], vec![size]);
     let mut direction = vec![0.0; n];
     while columns.len() < PRODUCTS.min(n) {
+        // Next product, made orthogonal to the basis.
         let k = columns.len();
         direction.copy_from_slice(&basis[k]);
         equations.approximate(&mut direction, 0.0);
@@ -125,6 +126,7 @@ fn correction(residual: &[f64], equations: &mut dyn CorrectedEquations) -> Vec<f
                 add_scaled(&mut next, -part, row);
             }
         }
+        // Rotations that make the column triangular.
         column[k + 1] = norm(&next);
         for (i, rotation) in rotations.iter().enumerate() {
             rotate(*rotation, &mut column, i);
@@ -145,6 +147,7 @@ fn correction(residual: &[f64], equations: &mut dyn CorrectedEquations) -> Vec<f
         next.iter_mut().for_each(|next| *next /= left);
         basis.push(next);
     }
+    // Back substitution.
     let mut sum = vec![0.0; n];
     for k in (0..columns.len()).rev() {
         let factor = right[k] / columns[k][k];

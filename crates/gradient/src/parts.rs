@@ -47,6 +47,7 @@ impl ForceParts {
     pub(crate) fn evaluate(&mut self, system: &mut System, at: AdjointPlace<'_>) {
         let ForceParts { needs_force, needs_contact, gradient, contact, friction, .. } = self;
         let (terms, places) = (&mut self.terms, &mut self.places);
+        // Named terms.
         if places.is_empty() {
             places.extend(terms.iter().map(|(name, _)| places_of(system, name)));
         }
@@ -61,6 +62,7 @@ impl ForceParts {
                 term.add_rows(0, rows);
             }
         }
+        // Rest lengths of attachments.
         for (name, rows) in &mut self.rest_lengths {
             rows.clear();
             rows.resize(at.x.len(), 0.0);
@@ -69,6 +71,7 @@ impl ForceParts {
                 ties.add_gradient_by_rest_length(at.x, rows);
             }
         }
+        // Total force, and contact with friction.
         if *needs_force {
             gradient.resize(at.x.len(), 0.0);
             system.gradient(at.x, gradient);

@@ -105,6 +105,7 @@ impl Schedule {
             }
             Ok(())
         };
+        // The run, and the return to its start.
         match length {
             RunLength::Times(times) if !is_fixed => {
                 for time in times {

@@ -159,6 +159,7 @@ impl<'a> Sweep<'a> {
 
     /// Takes steps up to step `to`, keeping all states, and propagates back.
     fn back_at_once(&mut self, to: u64) -> Result<(), GradientError> {
+        // Forward run with records.
         let mut records = vec![];
         while self.simulation.state().step < to {
             let mut record = SweepRecord::of(self.simulation);
@@ -183,6 +184,7 @@ impl<'a> Sweep<'a> {
         if is_lent {
             self.sums.exchange_structure(self.simulation.system(), lent);
         }
+        // Backward sweep.
         let mut after = end;
         while let Some(record) = records.pop() {
             self.look_for_stop(record.step)?;
@@ -205,6 +207,7 @@ impl<'a> Sweep<'a> {
     fn step_back(&mut self, record: &SweepRecord, after: &SweepRecord) -> Result<(), GradientError> {
         let SweepRecord { step, time, .. } = *record;
         let (h, method) = (self.schedule.step_size(self.simulation, step), self.simulation.method());
+        // Contact changes, and the step without walls.
         self.note_contacts(record, after);
         let lets_go = self.releases && self.lets_go(record, after);
         let walled = match self.simulation.system().walls() {
@@ -214,6 +217,7 @@ impl<'a> Sweep<'a> {
                 Some(WalledEnd::of_step(self.simulation, &start, self.schedule)?)
             }
         };
+        // Adjoint of the walls, with their events.
         let (mut x, mut v) = (&after.x, &after.v);
         if let Some(walled) = &walled {
             let Adjoint { x: x_bar, v: v_bar, .. } = &mut self.adjoint;
@@ -239,6 +243,7 @@ impl<'a> Sweep<'a> {
             }
             (x, v) = (&walled.x, &walled.v);
         }
+        // Adjoint of the step.
         let taken = Step {
             from: AdjointPlace { time, x: &record.x, v: &record.v },
             x,
@@ -268,6 +273,7 @@ impl<'a> Sweep<'a> {
             self.sums.add_held(&HeldUse { system, time, x, v, x_bar: &x_bar, v_bar: &still });
             add_scaled(&mut self.adjoint.x, 1.0, &x_bar);
         }
+        // Preparation of the next step back.
         if !self.adjoint.is_finite() {
             return Err(GradientError::Overflow { step, time, growth: self.growth(time) });
         }

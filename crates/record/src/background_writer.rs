@@ -204,6 +204,7 @@ impl BackgroundWriter {
         if !matches!(self.worker, Worker::Inline(_)) {
             return;
         }
+        // Queues.
         let (batches, incoming) = sync_channel::<Batch>(WAITING);
         let (give_back, emptied) = sync_channel(WAITING + 1);
         let (acknowledge, durable) = sync_channel(1);
@@ -231,6 +232,7 @@ impl BackgroundWriter {
             }
             encoder
         };
+        // The thread, which then gets the encoder.
         let Ok(thread) = std::thread::Builder::new().name("recording".to_owned()).spawn(work) else { return };
         if let Worker::Inline(encoder) = std::mem::replace(&mut self.worker, Worker::Moving) {
             hand_in.send(encoder).unwrap_or_else(|_| unreachable!("the thread waits for it"));

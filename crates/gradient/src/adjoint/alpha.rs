@@ -57,6 +57,7 @@ fn advance_back(
     let (h, drag) = (step.h, forces.system.ether_drag());
     let (new_m, new_f) = (1.0 - alpha_m, 1.0 - alpha_f);
     let Adjoint { x, v, a, .. } = adjoint;
+    // Solve at the intermediate state.
     let mut right = a.clone();
     add_scaled(&mut right, h * h * beta, x);
     add_scaled(&mut right, h * gamma, v);
@@ -74,6 +75,7 @@ fn advance_back(
     let at = AdjointPlace { time, x: &at_x, v: &at_v };
     forces.solve(at, matrix, &mut right, Bars { x: &mut x_bar, v: &mut v_bar })?;
     add_scaled(&mut v_bar, -drag, &right);
+    // Distribute to the old state.
     add_scaled(x, new_f, &x_bar);
     add_scaled(v, new_f, &v_bar);
     free_only(forces.system, v);

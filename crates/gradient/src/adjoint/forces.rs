@@ -261,6 +261,7 @@ impl AdjointForces<'_, '_> {
     /// of this force evaluation. Lagged normal forces of friction are those at `held`.
     fn pass_on(&mut self, at: AdjointPlace<'_>, held: Option<&[f64]>, bars: Bars<'_>) {
         let step = self.sums.step;
+        // Derivatives by positions and velocities.
         bars.x.iter_mut().zip(&self.sums.products.by_positions).for_each(|(bar, y)| *bar -= y);
         if self.system.is_damped() {
             bars.v.iter_mut().zip(&self.sums.products.by_velocities).for_each(|(bar, y)| *bar -= y);
@@ -269,6 +270,7 @@ impl AdjointForces<'_, '_> {
             self.pass_means_on(from, h);
         }
         let Sums { parameters, derivatives, parts, p, products, turning, history, .. } = &mut *self.sums;
+        // History variables, and initial positions of rotating vertices.
         if !history.is_empty() {
             let minus: Vec<f64> = p.iter().map(|p| -p).collect();
             self.system.add_work_by_history(at.x, &minus, history);
@@ -281,6 +283,7 @@ impl AdjointForces<'_, '_> {
             turning.add(self.system, at.time, (&x_bar, &v_bar));
             (turning.x_bar, turning.v_bar) = (x_bar, v_bar);
         }
+        // Parameters.
         parts.evaluate(self.system, at);
         let ForceParts { gradient, contact, friction, terms, rest_lengths, .. } = &*parts;
         let Products { by_positions, by_velocities, works, .. } = products;

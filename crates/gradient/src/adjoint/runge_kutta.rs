@@ -41,11 +41,13 @@ pub(super) fn step_back<'a>(
         let g = h * row.get(i).copied().unwrap_or(0.0);
         free_only(forces.system, &mut v);
         free_only(forces.system, &mut right);
+        // Evaluation point of the stage.
         let time = step.from.time + node(row) * h;
         let (mut at_x, mut at_v) = (position(step, row), step.stage_velocities[i].clone());
         forces.system.prescribe(time, &mut at_x, &mut at_v);
         forces.means_from = set_means_of_held(tableau, forces.system, step, (&at_x, &mut at_v));
         let at = AdjointPlace { time, x: &at_x, v: &at_v };
+        // Adjoint of the stage.
         let mut x = vec![0.0; at.x.len()];
         if g == 0.0 {
             forces.acceleration(at, &right, Bars { x: &mut x, v: &mut v });
@@ -54,6 +56,7 @@ pub(super) fn step_back<'a>(
             let coefficients = Coefficients { inertia: 1.0 + g * drag, damping: g, stiffness: g * g };
             forces.solve(at, coefficients, &mut right, Bars { x: &mut x, v: &mut v })?;
         }
+        // Distribute to earlier stages and to the old state.
         add_scaled(&mut v, g, &x);
         add_scaled(&mut v, -drag, &right);
         free_only(forces.system, &mut v);

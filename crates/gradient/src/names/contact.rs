@@ -59,6 +59,7 @@ pub(super) fn obstacle(scene: &Scene, spec: &Body, key: &str) -> Option<String> 
     if key == "membrane.thickness" && !contact.of_walls {
         return Some("has no derivative where surfaces touch: contact keeps half of it away".into());
     }
+    // Whether the key changes a default of the contact stiffness.
     let is_explicit = scene.time.integrator.method().documentation.solves == 0;
     let by_masses_and_areas = is_explicit || !goes_by_modulus(spec);
     let rubs = contact.friction > 0.0 || contact.pairs.iter().any(|pair| pair.friction.is_some());
@@ -71,6 +72,7 @@ pub(super) fn obstacle(scene: &Scene, spec: &Body, key: &str) -> Option<String> 
         Some(("mass", _)) => by_masses_and_areas,
         _ => key == "rest" && by_masses_and_areas,
     };
+    // Defaults that depend on the key.
     let missing: Vec<&str> = [
         ("`distance`", key == "rest" && contact.distance.is_none()),
         ("`stiffness`", stiffness && contact.stiffness.is_none()),

@@ -284,6 +284,7 @@ impl Places<'_> {
             problem: problem.to_owned(),
             known: names(self.scene, self.topology),
         };
+        // Parameters of the whole scene.
         if let Some(key) = name.strip_prefix(GRAVITY)
             && names(self.scene, self.topology).iter().any(|known| known == name)
         {
@@ -310,6 +311,7 @@ impl Places<'_> {
         if let Some(factor) = proportional::parameter(self.scene, self.topology, name) {
             return Ok(factor);
         }
+        // Parameters of bodies.
         let (spec, body, key) = self.body(name).ok_or_else(|| unknown("is no parameter of this scene"))?;
         if !of_body(self.scene, spec, body).iter().any(|known| known == key) {
             let reason = contact::obstacle(self.scene, spec, key);
@@ -331,6 +333,7 @@ impl Places<'_> {
 
     fn of_body(&self, spec: &Body, body: &BodyTopology, key: &str) -> Option<Box<dyn Parameter>> {
         let internal = |vertex| self.numbering.internal(vertex);
+        // Parameter for a number that all masses are proportional to.
         let whole = |number| -> Box<dyn Parameter> {
             let density = BodyDensity::new(number, body.vertices.clone(), internal);
             let mut all: Vec<Box<dyn Parameter>> = vec![if is_static(self.scene) {
@@ -354,6 +357,7 @@ impl Places<'_> {
                 None => terms,
             });
         }
+        // Other keys.
         Some(match (key, &spec.mass) {
             ("mass.density", mass) => whole(density(mass)?),
             ("mass.total", MassSpec::Total(total)) => whole(*total),
@@ -492,6 +496,7 @@ impl Places<'_> {
         material: &MaterialSpec,
         body: &BodyTopology,
     ) -> Option<Box<dyn Parameter>> {
+        // Elements with everything that depends on their shape.
         let (cells, rest) = (self.cells(body), self.rest());
         let factors = spec.elastic_factor.as_ref().map(|factor| self.each(factor, body));
         let weight = is_static(self.scene).then(|| {
@@ -522,6 +527,7 @@ impl Places<'_> {
             density: density(&spec.mass),
             weight,
         };
+        // Loads, formulas of positions, pins, attachments and contact.
         let vertices: Vec<u32> =
             body.vertices.clone().map(|vertex| self.numbering.internal(vertex)).collect();
         let elements = shaped.parameter(&vertices);
@@ -677,6 +683,7 @@ impl Places<'_> {
 
     fn of_elements(&self, spec: &Body, body: &BodyTopology, key: &str) -> Option<Box<dyn Parameter>> {
         let (material, dimension) = (spec.elastic.as_ref()?, self.topology.dimension);
+        // Membranes and nodal integration.
         if let (Some(membrane), POISSON) = (&spec.membrane, key) {
             return self.membrane_by_poisson(spec, membrane, body);
         }
@@ -684,6 +691,7 @@ impl Places<'_> {
             let energies = self.nodal_by_poisson(spec, material, body)?;
             return Some(Box::new(Modulus::new(energies, self.dissipation(spec, material, body, key)?)));
         }
+        // Constants of formulas.
         let term = |(factor, change)| (factor, self.term(spec, (material, &change), body));
         if let Some(constants) = MaterialConstants::of(material)
             && let Some(derivatives) =
@@ -693,6 +701,7 @@ impl Places<'_> {
                 |change| -> Box<dyn Parameter> { Box::new(Modulus::new(vec![term((1.0, change))], vec![])) };
             return Some(Box::new(Concatenated::new(derivatives.into_iter().map(modulus).collect())));
         }
+        // Constants in which the energy is linear, the shape, and axes.
         let (cells, rest) =
             (self.cells(body), self.numbering.to_internal(&self.topology.rest_positions, dimension));
         let elements = self.elements(body, &cells, &rest);

@@ -109,6 +109,7 @@ pub fn tangent_along(
     parameters: &mut [Box<dyn Parameter>],
     watch: &mut dyn FnMut(&LossFrame<'_>, &RunTangent),
 ) -> Result<RunTangent, GradientError> {
+    // Checks, and the steps of the run.
     support::check(simulation)?;
     if simulation.system().remembers() {
         return Err(GradientError::Unsupported {
@@ -127,6 +128,7 @@ pub fn tangent_along(
         let (x, v) = (simulation.positions().into_owned(), simulation.velocities().into_owned());
         simulation.restore(&Snapshot::new(step, time, x, v))?;
     }
+    // Tangent of the initial state.
     let d = simulation.system().dimension();
     let inside = |rows: &[f64]| simulation.numbering().to_internal(rows, d).into_owned();
     let mut dots = StateTangent::new(inside(position), inside(velocity));
@@ -147,6 +149,7 @@ pub fn tangent_along(
         if simulation.system().is_stopped() {
             return Err(GradientError::Stopped { step });
         }
+        // State before the step, and the step itself.
         let begins = match may_forget(simulation) {
             true => !simulation.snapshot().remembers(),
             false => step == first,
@@ -166,6 +169,7 @@ pub fn tangent_along(
             forces.keep_free(simulation.system(), &mut dots.v);
         }
         let begins = begins || lets_go;
+        // Tangent of the step.
         let (h, method) = (schedule.step_size(simulation, step), simulation.method());
         let stage_velocities = simulation.stage_velocities().to_vec();
         let (after_x, after_v) = (simulation.state().x().to_vec(), simulation.state().v().to_vec());
@@ -195,6 +199,7 @@ pub fn tangent_along(
         if let Some([x, _]) = forces.held_change(simulation.system(), time + h, (&dots.x, &dots.v)) {
             dots.x = x;
         }
+        // Growth, and the state shown.
         if !dots.is_finite() {
             let growth = grown.rate(before, time);
             return Err(GradientError::TangentOverflow { step: step + 1, time: time + h, growth });

@@ -106,6 +106,7 @@ fn splitting(
             Stage::Kick(c) => {
                 let Some(place) = places.next() else { continue };
                 let time = c * step.h;
+                // Velocity-independent forces: one closed-form kick.
                 if !system.is_damped() {
                     let at = AdjointPlace { time: place.time, x: &place.x, v: &place.v[0] };
                     let (decay, kick) = kick_of(system, time);
@@ -119,6 +120,7 @@ fn splitting(
                     }
                     continue;
                 }
+                // Velocity-dependent forces: explicit stages.
                 let before = dots.v.clone();
                 for (k, v) in place.v.iter().enumerate() {
                     let at = AdjointPlace { time: place.time, x: &place.x, v };
@@ -144,6 +146,7 @@ fn runge_kutta(
     let (mut velocities, mut accelerations): (Vec<Vec<f64>>, Vec<Vec<f64>>) = (vec![], vec![]);
     for (i, row) in a.iter().enumerate() {
         let g = h * row.get(i).copied().unwrap_or(0.0);
+        // Known part of the stage.
         let (mut x, mut v) = (dots.x.clone(), dots.v.clone());
         for j in 0..i {
             let weight = row.get(j).copied().unwrap_or(0.0);
@@ -156,6 +159,7 @@ fn runge_kutta(
         let means = set_means_of_held(tableau, system, step, (&at_x, &mut at_v));
         forces.means_from = means.map(|(from, h)| (from.time, h));
         let at = AdjointPlace { time, x: &at_x, v: &at_v };
+        // Acceleration of the stage.
         let acceleration = if g == 0.0 {
             forces.acceleration(system, at, (&x, &v))
         } else {
@@ -195,6 +199,7 @@ fn alpha(
         a.iter_mut().zip(&*older_a).for_each(|(a, older)| *a += moved * (*a - older));
     }
     older_a.clone_from(a);
+    // Known parts of the new state.
     let known_x = sum(&[(1.0, x), (h, v), (h * h * (0.5 - beta), a)]);
     let known_v = sum(&[(1.0, v), (h * (1.0 - gamma), a)]);
     let between = |(new, old): (&f64, &f64)| new_f * new + alpha_f * old;
@@ -203,6 +208,7 @@ fn alpha(
     let time = step.from.time + new_f * h;
     system.prescribe(time, &mut at_x, &mut at_v);
     let at = AdjointPlace { time, x: &at_x, v: &at_v };
+    // Acceleration at the intermediate state.
     let (part_x, part_v) = (sum(&[(new_f, &known_x), (alpha_f, x)]), sum(&[(new_f, &known_v), (alpha_f, v)]));
     let mut right = forces.solved_force(system, at, (&part_x, &part_v));
     for (i, right) in right.iter_mut().enumerate() {

@@ -123,6 +123,7 @@ impl Gltf {
         times: Option<usize>,
     ) {
         let Some(first) = places.first().filter(|places| !places.is_empty()) else { return };
+        // Positions and morph targets.
         let grid = Grid::of(places, quantised);
         let position = self.positions(first, &grid);
         let targets: Vec<Value> = places[1..]
@@ -135,6 +136,7 @@ impl Gltf {
         if shown.mode != POINTS {
             primitive["indices"] = json!(self.indices(&shown.indices));
         }
+        // Mesh, material and node.
         let count = targets.len();
         let mut mesh = json!({ "name": name });
         if count > 0 {

@@ -216,6 +216,7 @@ fn scalars(
     if matches!(colouring, Colouring::Body) {
         return Ok(json!({ "name": "body", "unit": "1", "bodies": [] }));
     }
+    // Range over all frames.
     let mut extent = Extent::EMPTY;
     for &frame in frames {
         for values in seen(drawing, shown, colouring, frame)?.into_iter().flatten() {
@@ -223,6 +224,7 @@ fn scalars(
         }
     }
     let quantiser = Quantiser::of(extent);
+    // Codes, chunk by chunk.
     let mut bodies = vec![json!(null); shown.len()];
     for (k, chunk) in frames.chunks(CHUNK).enumerate() {
         let mut codes = vec![Vec::new(); shown.len()];
