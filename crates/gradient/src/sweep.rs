@@ -51,7 +51,8 @@ pub(crate) struct Sweep<'a> {
     releases: bool,
     /// Solves whose friction did not settle: before the run, then in it.
     unsettled: u64,
-    /// Vertices that touch walls after the following step, if there are walls, and events found so far.
+    /// Vertices that touch walls after the step that follows the one propagated next, if there are walls,
+    /// and events found so far.
     later: Option<Touching>,
     wall_events: Vec<WallEvent>,
     /// Pairs in contact in the state after the step to be propagated next, if contact is possible.

@@ -14,8 +14,7 @@
 //! | the socket, from a page of another origin or none | 403 |
 //! | the socket, while another page uses it | 409 |
 //! | a head above 8 kB, or slower than 5 s | the connection ends |
-//! | a message that is not a command, or above 64 kB | an error reply; far above 64 kB the socket is
-//! closed |
+//! | a message that is not a command, or above 64 kB | an error reply; above 1 MB the socket is closed |
 
 mod error;
 mod head;

@@ -91,8 +91,8 @@ pub(crate) fn kick_of(system: &System, time: f64) -> (f64, f64) {
 }
 
 /// Derivative of the velocity after a kick of `time` [s] by the mass-proportional drag, without that
-/// through the drag force `-d M v` in the acceleration, which is `-k v`: `de/dd = -t e` and `dk/dd = (t e
-/// - k)/d`.
+/// through the drag force `-d M v` in the acceleration, which is `-k v`: `de/dd = -t e` and
+/// `dk/dd = (t e - k)/d`.
 pub(crate) fn kick_by_drag(system: &mut System, place: &KickPlace<'_>, time: f64) -> Vec<f64> {
     let (decay, kick) = kick_of(system, time);
     let (by_velocity, by_acceleration) = (kick - time * decay, (time * decay - kick) / system.ether_drag());

@@ -19,7 +19,7 @@ use crate::{GradientError, LossFrame, support};
 use forces::TangentForces;
 use one_step::{StateTangent, advance};
 
-/// Change of a state of a run, by default the last.
+/// Change of a state of a run, such as the last.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunTangent {
     /// Change of the positions, flat `(n, dimension)`, vertices in the order of the scene.
