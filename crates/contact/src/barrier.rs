@@ -13,16 +13,20 @@ const INVERTED: f64 = 1e-6;
 /// Contact energy of a pair as a function of its distance `d`, twice continuously differentiable.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PotentialForm {
-    /// `E = kappa w dhat B(q)` with `B(q) = -(q - 1)^2 ln q` for `0 < q < 1` and 0 beyond, `q = (d^2 - xi^2)
-    /// / Dh`, `Dh = dhat^2 + 2 xi dhat`; infinite where the radii overlap.
+    /// Barrier `E = kappa w dhat B(q)`, infinite where the radii overlap.
+    ///
+    /// `B(q) = -(q - 1)^2 ln q` for `0 < q < 1` and 0 beyond, `q = (d^2 - xi^2) / Dh`,
+    /// `Dh = dhat^2 + 2 xi dhat`.
     ///
     /// Li et al. 2020, *Incremental potential contact*, ACM Transactions on Graphics 39(4), in squared
     /// distances; scaled so that `kappa` is a pressure and energies converge as meshes are refined, Li et al.
     /// 2023, arXiv 2307.15908.
     #[default]
     Barrier,
-    /// `E = 2/3 kappa w dhat (1 - s)^3` with `s = (d - xi) / dhat` for `s < 1` and 0 beyond: no pole, and
-    /// finite where the radii overlap, `s < 0`. Its second derivative is `4 kappa w / dhat (1 - s)`.
+    /// Penalty `E = 2/3 kappa w dhat (1 - s)^3`, finite where the radii overlap (`s < 0`).
+    ///
+    /// `s = (d - xi) / dhat` for `s < 1`, and 0 energy beyond. The second derivative is
+    /// `4 kappa w / dhat (1 - s)`.
     Cubic,
 }
 

@@ -2,9 +2,8 @@
 //!
 //! A drift is `x += c h v`. A kick is `v = e v + k a(x)` with `e = exp(-d c h)`, `k = (1 - e)/d` under
 //! mass-proportional drag `d`, and `e = 1`, `k = c h` without. If forces depend on velocities, a kick of
-//! a method of order
-//! drag `d`, and `e = 1`, `k = c h` without. Where forces depend on velocities, a kick of a scheme of order
-//! `p` has `p` stages, `v_k = v + c h/(p + 1 - k) (a(x, v_(k-1)) - d v_(k-1))`, and each is taken back.
+//! a method of order `p` has `p` stages, `v_k = v + c h/(p + 1 - k) (a(x, v_(k-1)) - d v_(k-1))`, each with
+//! its own adjoint.
 
 use std::borrow::Cow;
 

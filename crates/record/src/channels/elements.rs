@@ -3,7 +3,6 @@
 //! One row for each element, body after body, in the order of the body's elements: the present centroid,
 //! then the numbers of the measure, all doubles. The channel's metadata state the kind of row (`row =
 //! "element"`), the bodies (`bodies`, in JSON: name, first row, number of rows), and the `unit`.
-//! rows), and the `unit`.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
