@@ -26,7 +26,7 @@ pub enum Fit {
     /// All frames, or [`Fit::Follow`] if bodies fly many times their size.
     #[default]
     Auto,
-    /// All frames of the film.
+    /// All frames of the film; of more than 60, some chosen evenly.
     All,
     /// The first frame of the recording.
     First,
