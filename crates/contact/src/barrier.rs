@@ -205,8 +205,7 @@ impl Barrier {
     }
 }
 
-/// Barrier `B` with `B'` and `B''` at `q`; `z = q - 1` is passed to keep the digits that `q` loses near
-/// 1.
+/// Barrier `B` with `B'` and `B''` at `q`; `z = q - 1` keeps the digits that `q` loses near 1.
 ///
 /// `B' = -z (2 ln q + z/q)`, `B'' = -(z/q)(1/q + 3) - 2 ln q`: all terms have one sign, so nothing
 /// cancels.
