@@ -1,38 +1,43 @@
-//! The energy of a pair: a barrier, which rises without bound as a distance falls to the sum of the radii, or
-//! a cushion, whose force stays finite, for steps that are not solved.
+//! Contact energy of one pair of primitives as a function of its distance.
+//!
+//! The barrier grows without bound as the distance falls to the sum of the radii. The cubic form has
+//! finite forces, for explicit steps.
 
 use pliant::scalar::Scalar;
 
-/// Iterations to the gap of a force, at most.
+/// Iteration limit of [`Barrier::gap_of_force`].
 const INVERSIONS: u32 = 40;
-/// A gap is that of a force where the last iteration moved it by no more than this part of itself, and has
-/// left the square of that.
+/// Relative tolerance on the last update of the gap; the remaining relative error is its square.
 const INVERTED: f64 = 1e-6;
 
-/// Form of the energy of a pair as a function of its distance `d`, twice continuously differentiable.
+/// Contact energy of a pair as a function of its distance `d`, twice continuously differentiable.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PotentialForm {
-    /// `E = kappa w dhat B(q)` with `B(q) = -(q - 1)^2 ln q` for `0 < q < 1` and 0 beyond, `q = (d^2 - xi^2)
-    /// / Dh`, `Dh = dhat^2 + 2 xi dhat`; infinite where the radii overlap.
+    /// Barrier `E = kappa w dhat B(q)`, infinite where the radii overlap.
+    ///
+    /// `B(q) = -(q - 1)^2 ln q` for `0 < q < 1` and 0 beyond, `q = (d^2 - xi^2) / Dh`,
+    /// `Dh = dhat^2 + 2 xi dhat`.
     ///
     /// Li et al. 2020, *Incremental potential contact*, ACM Transactions on Graphics 39(4), in squared
     /// distances; scaled so that `kappa` is a pressure and energies converge as meshes are refined, Li et al.
     /// 2023, arXiv 2307.15908.
     #[default]
     Barrier,
-    /// `E = 2/3 kappa w dhat (1 - s)^3` with `s = (d - xi) / dhat` for `s < 1` and 0 beyond: no pole, and
-    /// finite where the radii overlap, `s < 0`. Its second derivative is `4 kappa w / dhat (1 - s)`.
+    /// Penalty `E = 2/3 kappa w dhat (1 - s)^3`, finite where the radii overlap (`s < 0`).
+    ///
+    /// `s = (d - xi) / dhat` for `s < 1`, and 0 energy beyond. The second derivative is
+    /// `4 kappa w / dhat (1 - s)`.
     Cubic,
 }
 
-/// Law of contact of a pair.
+/// Contact energy of a pair with its parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Barrier {
     /// Form of the energy.
     pub form: PotentialForm,
     /// `kappa` [Pa].
     pub stiffness: f64,
-    /// `dhat`: the gap at which bodies begin to repel each other [m].
+    /// `dhat`: activation distance, the gap below which bodies repel each other [m].
     pub reach: f64,
     /// `xi`: sum of the radii of the two sides [m].
     pub offset: f64,
@@ -61,7 +66,7 @@ pub struct EnergyOfGap<S = f64> {
 }
 
 impl Barrier {
-    /// `(dhat + xi)^2` [m^2]: pairs at a smaller squared distance have an energy.
+    /// Squared activation distance `(dhat + xi)^2` [m^2]: closer pairs have an energy.
     pub fn squared_reach(&self) -> f64 {
         (self.reach + self.offset) * (self.reach + self.offset)
     }
@@ -71,8 +76,9 @@ impl Barrier {
         self.reach * (self.reach + 2.0 * self.offset)
     }
 
-    /// Energy of a pair of weight `w` [m^2] at the squared distance `D` [m^2]; that of a barrier is infinite
-    /// where the radii overlap, with derivatives of zero.
+    /// Energy of a pair of weight `w` [m^2] at the squared distance `D` [m^2].
+    ///
+    /// Where the radii overlap, the barrier energy is infinite and its derivatives are zero.
     #[inline(always)]
     pub fn at<S: Scalar>(&self, squared_distance: S, weight: S) -> EnergyOfDistance<S> {
         match self.form {
@@ -98,8 +104,8 @@ impl Barrier {
         }
     }
 
-    /// `dE/dD = E'/(2 d)`, `d2E/dD2 = (E'' - E'/d)/(4 d^2)`; where the two touch in a point there is no
-    /// direction, and no force.
+    /// `dE/dD = E'/(2 d)`, `d2E/dD2 = (E'' - E'/d)/(4 d^2)`; zero at `d = 0`, where the direction is
+    /// undefined.
     #[inline(always)]
     fn cubic_at<S: Scalar>(&self, squared_distance: S, weight: S) -> EnergyOfDistance<S> {
         let c = S::splat;
@@ -119,8 +125,9 @@ impl Barrier {
         }
     }
 
-    /// Energy of a pair of weight `w` [m^2] at the signed distance `d` [m] of a side that has an inside:
-    /// negative there. A barrier is infinite there, with derivatives of zero.
+    /// Energy of a pair of weight `w` [m^2] at the signed distance `d` [m], negative inside an obstacle.
+    ///
+    /// Inside, the barrier energy is infinite and its derivatives are zero.
     pub fn at_signed(&self, distance: f64, weight: f64) -> EnergyOfGap {
         if self.form == PotentialForm::Cubic {
             let left = ((self.reach + self.offset - distance) / self.reach).max(0.0);
@@ -137,8 +144,8 @@ impl Barrier {
         self.by_gap(distance, weight)
     }
 
-    /// The energy of a pair of weight `w` [m^2] by its distance `d > 0` [m], `dE/dd = 2 d dE/dD`, `d2E/dd2 =
-    /// 4 d^2 d2E/dD2 + 2 dE/dD`.
+    /// Energy of a pair of weight `w` [m^2] with its derivatives by the distance `d > 0` [m]: `dE/dd = 2
+    /// d dE/dD`, `d2E/dd2 = 4 d^2 d2E/dD2 + 2 dE/dD`.
     #[inline(always)]
     pub(crate) fn by_gap<S: Scalar>(&self, distance: S, weight: S) -> EnergyOfGap<S> {
         let c = S::splat;
@@ -151,9 +158,11 @@ impl Barrier {
         }
     }
 
-    /// The gap [m] at which a pair of weight `w > 0` [m^2] pushes with the force `f` [N]; the reach where
-    /// that is not above zero. Newton's method for the root of the force, which is nearly linear where forces
-    /// end, from a gap `near` it, within bounds that halve where it leaves them.
+    /// Gap [m] at which a pair of weight `w > 0` [m^2] has the normal force `f` [N]; the activation
+    /// distance if `f` is not positive.
+    ///
+    /// Solves for the square root of the force, which is nearly linear near the activation distance, with
+    /// Newton's method from the gap `near`; bisects where an iterate leaves its bracket.
     pub fn gap_of_force(&self, force: f64, weight: f64, near: f64) -> f64 {
         if force.is_nan() || force <= 0.0 {
             return self.reach;
@@ -177,34 +186,35 @@ impl Barrier {
         gap
     }
 
-    /// Energy [J] of a pair of weight 1 m^2 of the cubic form whose gap is closed: `2/3 kappa dhat`.
+    /// Energy [J] of a pair of weight 1 m^2 in the cubic form at zero gap: `2/3 kappa dhat`.
     pub fn closing_energy(&self) -> f64 {
         self.stiffness * self.reach * 2.0 / 3.0
     }
 
-    /// The largest speed [m/s] at which a mass `m` [kg] for an area of 1 m^2 may approach and be stopped
-    /// before its gap is closed, by the cubic form: `sqrt(4 kappa dhat / (3 m))`.
+    /// Largest approach speed [m/s] that the cubic form stops before the gap closes, for a mass `m` [kg]
+    /// on an area of 1 m^2: `sqrt(4 kappa dhat / (3 m))`.
     pub fn stopped_speed(&self, mass: f64) -> f64 {
         (2.0 * self.closing_energy() / mass).sqrt()
     }
 
-    /// Pressure between flat surfaces at the distance `d` [m], in parts of `kappa`: `-2 s B'(s^2)` with
-    /// `s = d / dhat` where `xi = 0`.
+    /// Pressure between flat surfaces at the distance `d` [m], relative to `kappa`: `-2 s B'(s^2)` with
+    /// `s = d / dhat` for `xi = 0`.
     pub fn relative_pressure(&self, distance: f64) -> f64 {
         let slope = self.at(distance * distance, 1.0).slope;
         -2.0 * distance * slope / self.stiffness
     }
 }
 
-/// `B`, `B'`, `B''` at `q`, with `z = q - 1` for the digits that `q` has lost near 1.
+/// Barrier `B` with `B'` and `B''` at `q`; `z = q - 1` keeps the digits that `q` loses near 1.
 ///
-/// `B' = -z (2 ln q + z/q)`, `B'' = -(z/q)(1/q + 3) - 2 ln q`: terms of one sign, so that nothing cancels.
+/// `B' = -z (2 ln q + z/q)`, `B'' = -(z/q)(1/q + 3) - 2 ln q`: all terms have one sign, so nothing
+/// cancels.
 #[inline(always)]
 pub fn barrier<S: Scalar>(q: S, z: S) -> EnergyOfDistance<S> {
     let (zero, one) = (S::zero(), S::one());
     let touching = zero.lt(q);
     let active = z.lt(zero) & touching;
-    // Elsewhere a place where all is finite.
+    // Inactive lanes are evaluated at `q = 1`, `z = 0`, where everything is finite.
     let (q, z) = (S::select(active, q, one), S::select(active, z, zero));
     let log = log_near_one(q, z);
     let zq = z / q;
@@ -214,8 +224,8 @@ pub fn barrier<S: Scalar>(q: S, z: S) -> EnergyOfDistance<S> {
     EnergyOfDistance { energy: S::select(touching, energy, S::splat(f64::INFINITY)), slope, curvature }
 }
 
-/// `ln q` for `0 < q <= 1`, where `z = q - 1` is known better than `q`: `ln u * z / (u - 1)` with `u` the sum
-/// `1 + z` as it is rounded (Kahan; Goldberg 1991, theorem 4).
+/// `ln q` for `0 < q <= 1`, where `z = q - 1` is more accurate than `q`: `ln u * z / (u - 1)` with `u`
+/// the rounded sum `1 + z` (Kahan; Goldberg 1991, theorem 4).
 #[inline(always)]
 fn log_near_one<S: Scalar>(q: S, z: S) -> S {
     let far = q.lt(S::splat(0.5));
@@ -235,7 +245,7 @@ mod tests {
         (found - expected).abs() <= 1e-14 * expected.abs()
     }
 
-    /// `E = 2/3 kappa w dhat (1 - s)^3` with `1 - s = (dhat + xi - d)/dhat`, by hand.
+    /// Closed form: `E = 2/3 kappa w dhat (1 - s)^3` with `1 - s = (dhat + xi - d)/dhat`.
     #[test]
     fn the_cubic_law_is_its_formula() {
         let law = Barrier { form: PotentialForm::Cubic, stiffness: 3.0, reach: 0.2, offset: 0.1 };
@@ -256,7 +266,7 @@ mod tests {
         assert_eq!(law.at_signed(0.4, 0.5).slope, 0.0);
     }
 
-    /// By the gap the slopes of a barrier are those by its square, times `2 d`, and so on.
+    /// The chain rule relates the derivatives by the gap to those by the squared distance.
     #[test]
     fn a_barrier_by_its_gap_is_that_by_its_square() {
         let law = Barrier { form: PotentialForm::Barrier, stiffness: 3.0, reach: 0.2, offset: 0.1 };

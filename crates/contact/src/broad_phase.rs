@@ -1,7 +1,8 @@
-//! Boxes that meet: an eight-wide tree over primitives in Morton order.
+//! Bounding volume hierarchy: an eight-wide tree of boxes over primitives in Morton order.
 //!
-//! The tree is implicit: node `i` of a level holds the boxes of nodes `8 i .. 8 i + 8` of the level below, at
-//! the bottom of as many primitives. It depends on positions alone, never on threads.
+//! The tree is implicit: node `i` of a level holds the boxes of nodes `8 i .. 8 i + 8` of the level
+//! below, at the bottom those of as many primitives. It depends on positions only, not on the number of
+//! threads.
 
 use std::ops::Range;
 
@@ -11,10 +12,10 @@ use rayon::prelude::*;
 /// Children of a node: one pack.
 const WIDE: usize = WIDTH;
 
-/// Cost of boxes in an old order beside that of their first ones from which they are ordered anew.
+/// Tree cost relative to its cost after the last sort above which the tree is sorted again.
 const OUT_OF_DATE: f64 = 1.5;
 
-/// Levels of a tree of `u32::MAX` primitives.
+/// Number of levels of a tree of `u32::MAX` primitives.
 const MAX_LEVELS: usize = 11;
 
 /// Axis-aligned box.
@@ -27,11 +28,11 @@ pub struct Bounds<const D: usize> {
 }
 
 impl<const D: usize> Bounds<D> {
-    /// Box of nothing.
+    /// Empty box.
     pub const EMPTY: Self = Bounds { low: [f64::INFINITY; D], high: [f64::NEG_INFINITY; D] };
 
-    /// Box of some vertices at `x`, flat `(n, D)`, and where they go by `dx` less a common `shift`, if they
-    /// move.
+    /// Bounding box of the vertices at `x`, flat `(n, D)`, and, if they move, of their end positions:
+    /// displacement `dx` minus a common `shift`.
     #[inline]
     pub fn of_vertices(vertices: &[u32], x: &[f64], way: Option<(&[f64], &[f64; D])>) -> Self {
         let mut bounds = Self::EMPTY;
@@ -47,7 +48,7 @@ impl<const D: usize> Bounds<D> {
         bounds
     }
 
-    /// The box grown by `distance` on every side.
+    /// Box grown by `distance` on every side.
     #[inline]
     pub fn grown(mut self, distance: f64) -> Self {
         for k in 0..D {
@@ -63,19 +64,19 @@ impl<const D: usize> Bounds<D> {
         (0..D).all(|k| self.low[k] <= other.high[k] && other.low[k] <= self.high[k])
     }
 
-    /// Distance between the boxes [m], zero where they meet; infinite of nothing.
+    /// Distance between the boxes [m]; zero if they intersect, infinite if one is empty.
     pub(crate) fn distance(&self, other: &Self) -> f64 {
         self.squared_distance(other).sqrt()
     }
 
-    /// The square of the distance [m^2].
+    /// Squared distance between the boxes [m^2].
     #[inline]
     pub(crate) fn squared_distance(&self, other: &Self) -> f64 {
         let along = |k: usize| (other.low[k] - self.high[k]).max(self.low[k] - other.high[k]).max(0.0);
         (0..D).map(|k| along(k) * along(k)).sum::<f64>()
     }
 
-    /// Grows the box until the other is in it.
+    /// Grows the box to contain the other.
     pub(crate) fn include(&mut self, other: &Self) {
         for k in 0..D {
             self.low[k] = self.low[k].min(other.low[k]);
@@ -84,7 +85,7 @@ impl<const D: usize> Bounds<D> {
     }
 }
 
-/// Boxes of eight children, coordinate by coordinate.
+/// Boxes of eight children, stored by coordinate.
 #[derive(Clone, Copy, Debug)]
 struct BoundsNode<const D: usize> {
     low: [[f64; WIDE]; D],
@@ -113,7 +114,7 @@ impl<const D: usize> BoundsNode<D> {
         all
     }
 
-    /// The boxes grown by `distance` on every side.
+    /// Node with all boxes grown by `distance` on every side.
     #[inline(always)]
     fn grown(mut self, distance: f64) -> Self {
         for k in 0..D {
@@ -134,7 +135,7 @@ impl<const D: usize> BoundsNode<D> {
         bounds
     }
 
-    /// Bit `child` is set where its box meets another.
+    /// Bit mask of the children whose boxes intersect the other box.
     #[inline(always)]
     fn meets<L: Lanes>(&self, other: &Bounds<D>) -> u8 {
         let mut apart = 0;
@@ -146,19 +147,19 @@ impl<const D: usize> BoundsNode<D> {
     }
 }
 
-/// Tree of boxes.
+/// Tree of axis-aligned boxes.
 #[derive(Clone, Debug, Default)]
 pub struct BoundsTree<const D: usize> {
     /// Primitives in Morton order.
     order: Vec<u32>,
-    /// From the bottom up; one node at the top.
+    /// Levels from the bottom up; the top one has one node.
     levels: Vec<Vec<BoundsNode<D>>>,
-    /// [`cost`](Self::cost) when it was ordered.
+    /// [`cost`](Self::cost) after the last sort.
     first_cost: f64,
 }
 
 impl<const D: usize> BoundsTree<D> {
-    /// Tree of these boxes, ordered anew.
+    /// Sorts these boxes and builds their tree.
     pub fn new(bounds: &[Bounds<D>]) -> Self {
         let mut tree = BoundsTree { order: morton_order(bounds), levels: vec![], first_cost: 0.0 };
         tree.refit(bounds);
@@ -166,7 +167,7 @@ impl<const D: usize> BoundsTree<D> {
         tree
     }
 
-    /// Takes these boxes: in the order at hand, unless there are others than before, or their order is out of
+    /// Updates the tree to these boxes; sorts again if their number has changed or the order is out of
     /// date.
     pub fn follow(&mut self, bounds: &[Bounds<D>]) {
         if self.order.len() == bounds.len() {
@@ -177,10 +178,10 @@ impl<const D: usize> BoundsTree<D> {
         }
     }
 
-    /// The same order with other boxes.
+    /// Updates the boxes and keeps the order.
     ///
     /// # Panics
-    /// If there are fewer boxes than the tree was made of.
+    /// If there are fewer boxes than at construction.
     pub fn refit(&mut self, bounds: &[Bounds<D>]) {
         self.levels.clear();
         let mut children: Vec<Bounds<D>> = self.order.iter().map(|&i| bounds[i as usize]).collect();
@@ -194,13 +195,13 @@ impl<const D: usize> BoundsTree<D> {
         }
     }
 
-    /// Sum of the boxes' half perimeters (in space: of their surfaces) over all nodes: grows as the order
-    /// goes out of date.
+    /// Sum of the boxes' half perimeters (in 3D half surfaces) over all nodes; grows as the order goes
+    /// out of date.
     pub fn cost(&self) -> f64 {
         self.levels.iter().flatten().map(|node| spread(&node.bounds())).sum()
     }
 
-    /// Bytes held.
+    /// Memory used [bytes].
     pub fn bytes(&self) -> usize {
         size_of_val(&self.order[..]) + self.levels.iter().map(|level| size_of_val(&level[..])).sum::<usize>()
     }
@@ -210,22 +211,24 @@ impl<const D: usize> BoundsTree<D> {
         self.order.len()
     }
 
-    /// True without primitives.
+    /// True if there are no primitives.
     pub fn is_empty(&self) -> bool {
         self.order.is_empty()
     }
 
-    /// Appends the primitives whose boxes meet `query` to `found`, ascending.
+    /// Appends the primitives whose boxes intersect `query` to `found`, in ascending order.
     pub fn find(&self, query: &Bounds<D>, found: &mut Vec<u32>) {
         let first = found.len();
         dispatch(Find { tree: self, query, found });
         found[first..].sort_unstable();
     }
 
-    /// Shows the pairs of a primitive of this tree and one of `other` whose boxes come within `reach` [m] of
-    /// each other, in the order of the trees; of the primitives of this tree those at `places` of its order,
-    /// which begin at a multiple of eight. Where both are one tree each pair is shown once, and none of a
-    /// primitive with itself.
+    /// Visits the pairs of a primitive of this tree and one of `other` whose boxes come within `reach`
+    /// [m].
+    ///
+    /// Only primitives at `places` of this tree's order are taken, a range that begins at a multiple of
+    /// eight. Pairs come in the order of the trees. If both are the same tree, each pair is visited once
+    /// and no primitive is paired with itself.
     pub fn join(&self, places: Range<usize>, reach: f64, other: &Self, visit: impl FnMut(u32, u32)) {
         debug_assert_eq!(places.start % WIDE, 0, "begins within a node");
         let nodes = places.start / WIDE..places.end.div_ceil(WIDE);
@@ -281,7 +284,7 @@ impl<const D: usize> Kernel for Find<'_, D> {
     }
 }
 
-/// Pairs of two trees: eight primitives of one go through the other together.
+/// Join of two trees: eight primitives of one descend the other together.
 struct Join<'a, V, const D: usize> {
     queries: &'a BoundsTree<D>,
     nodes: Range<usize>,
@@ -302,7 +305,7 @@ impl<V: FnMut(u32, u32), const D: usize> Kernel for Join<'_, V, D> {
 }
 
 impl<V: FnMut(u32, u32), const D: usize> Join<'_, V, D> {
-    /// Pairs of the primitives of node `i` at the bottom; of one tree with what follows them.
+    /// Pairs of the primitives of bottom node `i`; within one tree only with those that follow them.
     #[inline(always)]
     fn descend<L: Lanes>(&mut self, i: usize) {
         let tree = self.tree;
@@ -335,7 +338,7 @@ impl<V: FnMut(u32, u32), const D: usize> Join<'_, V, D> {
         }
     }
 
-    /// Pairs of two nodes at the bottom, the boxes of the first grown by the reach.
+    /// Pairs of two bottom nodes, the boxes of the first grown by the reach.
     #[inline(always)]
     fn leaves<L: Lanes>(&mut self, grown: &BoundsNode<D>, i: usize, j: usize, is_one: bool) {
         let Some(other) = self.tree.levels[0].get(j) else { return };
@@ -364,13 +367,13 @@ fn node<const D: usize>(children: &[Bounds<D>]) -> BoundsNode<D> {
     node
 }
 
-/// Half perimeter of a box in the plane, half the surface of one in space.
+/// Half perimeter of a box in 2D, half its surface in 3D.
 fn spread<const D: usize>(bounds: &Bounds<D>) -> f64 {
     let side = |k: usize| (bounds.high[k] - bounds.low[k]).max(0.0);
     if D == 2 { side(0) + side(1) } else { side(0) * side(1) + side(1) * side(2) + side(2) * side(0) }
 }
 
-/// Primitives by the Morton code of their boxes' middles; those of one code by number.
+/// Primitives sorted by the Morton code of their boxes' centres; equal codes by index.
 fn morton_order<const D: usize>(bounds: &[Bounds<D>]) -> Vec<u32> {
     let mut all = Bounds::EMPTY;
     bounds.iter().for_each(|bounds| all.include(bounds));
@@ -380,14 +383,14 @@ fn morton_order<const D: usize>(bounds: &[Bounds<D>]) -> Vec<u32> {
     keyed.into_iter().map(|(_, i)| i).collect()
 }
 
-/// Morton code of a box's middle within `all`: `64 / D` bits of each coordinate, interleaved.
+/// Morton code of a box's centre within `all`: `64 / D` bits of each coordinate, interleaved.
 fn morton<const D: usize>(bounds: &Bounds<D>, all: &Bounds<D>) -> u64 {
     let bits = 64 / D as u32;
     let extent = (0..D).fold(0.0f64, |extent, k| extent.max(all.high[k] - all.low[k]));
     let scale = if extent > 0.0 { ((1u64 << bits) - 1) as f64 / extent } else { 0.0 };
     let cell: [u64; D] = std::array::from_fn(|k| {
         let middle = 0.5 * (bounds.low[k] + bounds.high[k]);
-        // The cast saturates: a coordinate that is no number lies in cell 0.
+        // The cast saturates: a NaN coordinate lies in cell 0.
         ((middle - all.low[k]) * scale) as u64
     });
     let mut code = 0;
@@ -407,7 +410,7 @@ mod tests {
         Bounds { low: middle.map(|c| c - half), high: middle.map(|c| c + half) }
     }
 
-    /// Vertices of a wire at 1 and 3 that go by 5 and -1, less what both share.
+    /// Vertices of a wire at 1 and 3 move by 5 and -1, minus the common motion.
     #[test]
     fn boxes_of_ways_are_without_the_common_motion() {
         let (x, dx) = ([1.0, 0.0, 3.0, 2.0], [5.0, -4.0, -1.0, 2.0]);
@@ -419,7 +422,7 @@ mod tests {
         assert_eq!(apart, Bounds { low: [0.0, -3.0], high: [4.0, 5.0] });
     }
 
-    /// Orders are kept while they serve: a lattice that drifts is not ordered anew, one that is shuffled is.
+    /// A drifting lattice keeps its order, a shuffled one is sorted again.
     #[test]
     fn trees_are_ordered_anew_where_their_order_is_out_of_date() {
         let lattice: Vec<_> =
@@ -437,7 +440,7 @@ mod tests {
         assert_eq!(tree.len(), 100);
     }
 
-    /// All boxes of a lattice that meet a query, after what was found before.
+    /// All lattice boxes that intersect a query are appended to `found`.
     #[test]
     fn primitives_that_meet_a_query_are_found_ascending() {
         let at = |i: u32| around([f64::from(i / 40), f64::from(i % 40)], 0.4);
@@ -472,7 +475,7 @@ mod tests {
             let bit = |k: u32| 2.0 + f64::from(i >> (2 - k) & 1);
             morton(&around([bit(0), bit(1), bit(2)], 0.25), &all)
         };
-        // 21 bits of each coordinate: the least cell has none of them set, the last all.
+        // 21 bits of each coordinate: the first cell has none of them set, the last all.
         assert_eq!((corner(0), corner(7)), (0, (1 << 63) - 1));
         assert!((0..7).all(|i| corner(i) < corner(i + 1)));
         assert_eq!(corner(4) | corner(2) | corner(1), corner(7));
@@ -486,7 +489,7 @@ mod tests {
         assert_eq!(morton(&all, &all), 0);
     }
 
-    /// Z: the quarters of a square one after the other, and what has one code by number.
+    /// Z-order: the quarters of a square one after the other; equal codes by index.
     #[test]
     fn a_lattice_is_gone_through_quarter_by_quarter() {
         let at = |x: u32, y: u32| around([f64::from(x), f64::from(y)], 0.1);

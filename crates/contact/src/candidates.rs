@@ -1,7 +1,7 @@
-//! Pairs of primitives that may come near: those whose boxes meet.
+//! Candidate pairs of the broad phase: primitives whose boxes intersect.
 //!
-//! Lists are in the order of their numbers, whatever threads found them, and hold no pair that shares a
-//! vertex.
+//! Lists are sorted by primitive index, independent of the number of threads, and leave out pairs that
+//! share a vertex.
 
 use crate::broad_phase::{Bounds, BoundsTree};
 use crate::closest::Primitives;
@@ -10,26 +10,26 @@ use crate::pair::{EdgeEdge, PointTriangle};
 use crate::surface::{ContactSurface, VertexKind};
 use rayon::prelude::*;
 
-/// Primitives whose pairs one task looks for.
+/// Primitives per task of the pair search.
 const PLACES: usize = 256;
 
-/// Pairs whose distances one task computes.
+/// Pairs per task of the distance computation.
 const NEAR_TASK: usize = 1024;
 
-/// Candidates of a surface with itself.
+/// Candidate pairs of a surface with itself.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct CandidatePairs {
-    /// Vertex and triangle; in space.
+    /// Vertex and triangle (3D).
     pub point_triangle: Vec<[u32; 2]>,
-    /// Edges, the lower number first; in space.
+    /// Edges, the lower index first (3D).
     pub edge_edge: Vec<[u32; 2]>,
-    /// Vertex and edge; in space the ends of wires and particles with wires alone.
+    /// Vertex and edge; in 3D only wire ends and particles with wires.
     pub point_edge: Vec<[u32; 2]>,
-    /// Particles, the lower number first.
+    /// Particles, the lower index first.
     pub point_point: Vec<[u32; 2]>,
 }
 
-/// Bodies that may touch each other, and which may touch themselves.
+/// Contact filter: pairs of bodies that may touch, and bodies with self-contact.
 #[derive(Clone, Debug)]
 pub struct BodyPairs {
     count: usize,
@@ -37,19 +37,19 @@ pub struct BodyPairs {
 }
 
 impl BodyPairs {
-    /// All pairs of `count` bodies, themselves included.
+    /// Allows contact between all pairs of `count` bodies, including self-contact.
     pub fn all(count: usize) -> Self {
         BodyPairs { count, touch: vec![true; count * count] }
     }
 
-    /// Lets two bodies touch, or pass through each other.
+    /// Enables or disables contact between two bodies.
     pub fn set(&mut self, a: u32, b: u32, touch: bool) {
         let (a, b) = (a as usize, b as usize);
         self.touch[a * self.count + b] = touch;
         self.touch[b * self.count + a] = touch;
     }
 
-    /// The same without contact of bodies with themselves.
+    /// Copy without self-contact.
     #[must_use]
     pub fn of_different_bodies(&self) -> Self {
         let mut pairs = self.clone();
@@ -57,13 +57,13 @@ impl BodyPairs {
         pairs
     }
 
-    /// True if the two bodies touch.
+    /// True if contact between the two bodies is enabled.
     #[inline]
     pub fn touch(&self, a: u32, b: u32) -> bool {
         self.touch[a as usize * self.count + b as usize]
     }
 
-    /// True if any two bodies of a surface touch, or any itself: half-spaces may be all that they touch.
+    /// True if any pair of bodies of the surface may touch; without one, contact is with obstacles only.
     fn touch_on(&self, surface: &ContactSurface) -> bool {
         let mut own: Vec<u32> = surface.vertices.iter().map(|v| surface.bodies[*v as usize]).collect();
         own.sort_unstable();
@@ -72,8 +72,8 @@ impl BodyPairs {
     }
 }
 
-/// Trees of a surface's primitives that are gathered from again and again. What they find does not depend on
-/// what they have found before.
+/// Trees of a surface's primitives, reused by successive searches. The result does not depend on earlier
+/// searches.
 #[derive(Clone, Debug, Default)]
 pub struct SurfaceTrees<const D: usize> {
     vertices: BoundsTree<D>,
@@ -82,16 +82,16 @@ pub struct SurfaceTrees<const D: usize> {
 }
 
 impl<const D: usize> SurfaceTrees<D> {
-    /// Bytes held.
+    /// Memory used [bytes].
     fn bytes(&self) -> usize {
         [&self.vertices, &self.edges, &self.triangles].map(BoundsTree::bytes).iter().sum()
     }
 
-    /// Pairs of the surface at `x`, flat `(n, D)` [m], whose radii may come nearer to each other than `reach`
-    /// [m] on the way to `x + dx`, or at `x` where nothing moves.
+    /// Finds the pairs of the surface at `x`, flat `(n, D)` [m], whose gap may fall below `reach` [m] on
+    /// the path to `x + dx`, or at `x` if nothing moves.
     ///
     /// # Panics
-    /// If the surface is of another dimension.
+    /// If the surface has another dimension.
     pub fn gather(
         &mut self,
         surface: &ContactSurface,
@@ -104,6 +104,7 @@ impl<const D: usize> SurfaceTrees<D> {
         if !bodies.touch_on(surface) {
             return CandidatePairs::default();
         }
+        // Update of the trees.
         let shift = dx.map_or([0.0; D], |dx| mean::<D>(&surface.vertices, dx));
         let search = Search { surface, pairs: bodies, x, dx, shift, reach };
         let mut found = CandidatePairs { point_point: search.particles(), ..CandidatePairs::default() };
@@ -115,12 +116,13 @@ impl<const D: usize> SurfaceTrees<D> {
             found.point_edge.par_sort_unstable();
             return found;
         }
+        // Pairs of the 3D primitives.
         self.triangles.follow(&search.bounds(&surface.triangles));
         found.point_triangle = search.points(&points, &self.vertices, &surface.triangles, &self.triangles);
         found.edge_edge = search.pairs(&surface.edges, &self.edges);
         found.point_edge = search.wires();
-        // Boxes of slanted neighbours meet all over a surface: most of what they find is far apart, or stays
-        // so on the way.
+        // Boxes of slanted neighbours intersect all over a surface: most of the pairs found are far
+        // apart, or stay so on the path.
         search.keep_near::<PointTriangle>(&mut found.point_triangle, |[p, t]| {
             let [a, b, c] = surface.triangles[t as usize];
             [p, a, b, c]
@@ -142,10 +144,10 @@ impl CandidatePairs {
         lists.iter().map(|list| list.len()).sum()
     }
 
-    /// Pairs of one search, see [`SurfaceTrees::gather`].
+    /// Candidate pairs of a single search, see [`SurfaceTrees::gather`].
     ///
     /// # Panics
-    /// If the surface is of another dimension.
+    /// If the surface has another dimension.
     pub fn gather<const D: usize>(
         surface: &ContactSurface,
         bodies: &BodyPairs,
@@ -156,7 +158,7 @@ impl CandidatePairs {
         SurfaceTrees::<D>::default().gather(surface, bodies, x, dx, reach)
     }
 
-    /// Pairs of a vertex of the one primitive and one of the other, of all pairs of primitives.
+    /// Vertex pairs, one vertex of each primitive, of all candidate pairs.
     pub(crate) fn vertex_pairs(&self, surface: &ContactSurface) -> Vec<[u32; 2]> {
         let mut pairs = self.point_point.clone();
         let mut add = |first: &[u32], second: &[u32]| {
@@ -172,8 +174,8 @@ impl CandidatePairs {
     }
 }
 
-/// Mean of the rows of `vertices` in `dx`, flat `(n, D)`: primitives meet on their ways as if all were
-/// without it.
+/// Mean of the rows of `vertices` in `dx`, flat `(n, D)`. A common motion does not change whether
+/// primitives meet.
 fn mean<const D: usize>(vertices: &[u32], dx: &[f64]) -> [f64; D] {
     let mut sum = [0.0; D];
     for &v in vertices {
@@ -187,13 +189,13 @@ struct Search<'a, const D: usize> {
     pairs: &'a BodyPairs,
     x: &'a [f64],
     dx: Option<&'a [f64]>,
-    /// Taken off every motion [m].
+    /// Common motion subtracted from every displacement [m].
     shift: [f64; D],
     reach: f64,
 }
 
 impl<const D: usize> Search<'_, D> {
-    /// Boxes around primitives and the radius of their body.
+    /// Boxes of primitives, grown by the radius of their body.
     fn bounds<const N: usize>(&self, primitives: &[[u32; N]]) -> Vec<Bounds<D>> {
         let bounds = |vertices: &[u32; N]| {
             let way = self.dx.map(|dx| (dx, &self.shift));
@@ -202,7 +204,7 @@ impl<const D: usize> Search<'_, D> {
         primitives.par_iter().map(bounds).collect()
     }
 
-    /// Pairs of these vertices with other primitives, by number.
+    /// Pairs of these vertices with other primitives, by index.
     fn points<const M: usize>(
         &self,
         vertices: &[[u32; 1]],
@@ -215,7 +217,7 @@ impl<const D: usize> Search<'_, D> {
         pairs
     }
 
-    /// Pairs of ends of wires, and of particles, with wires.
+    /// Pairs of wire ends or particles with wires.
     fn wires(&self) -> Vec<[u32; 2]> {
         let surface = self.surface;
         if surface.wires.is_empty() {
@@ -243,14 +245,14 @@ impl<const D: usize> Search<'_, D> {
         pairs
     }
 
-    /// Pairs of primitives of one kind whose boxes come within reach, the lower number first.
+    /// Pairs of primitives of one kind whose boxes come within reach, the lower index first.
     fn pairs<const N: usize>(&self, primitives: &[[u32; N]], tree: &BoundsTree<D>) -> Vec<[u32; 2]> {
         let mut pairs = self.joined((primitives, tree), (primitives, tree));
         pairs.iter_mut().for_each(|pair| pair.sort_unstable());
         pairs
     }
 
-    /// Pairs of primitives and others, with their trees, whose boxes come within reach.
+    /// Pairs of primitives of two trees whose boxes come within reach.
     fn joined<const N: usize, const M: usize>(
         &self,
         (primitives, tree): (&[[u32; N]], &BoundsTree<D>),
@@ -270,8 +272,8 @@ impl<const D: usize> Search<'_, D> {
         blocks.concat()
     }
 
-    /// Keeps the pairs whose radii are nearer to each other than the reach, or that are not shown in short to
-    /// stay farther apart on the way; `vertices` those of a pair.
+    /// Keeps the pairs whose gap is below the reach. If vertices move, keeps those that the quick tests
+    /// cannot show to stay farther apart on the path. `vertices` gives the vertices of a pair.
     fn keep_near<K: Primitives<3, 4>>(
         &self,
         pairs: &mut Vec<[u32; 2]>,
@@ -279,7 +281,7 @@ impl<const D: usize> Search<'_, D> {
     ) {
         let reach = |vertices: &[u32; 4]| {
             let radii = self.surface.radius(vertices[0]) + self.surface.radius(vertices[3]);
-            // Distances are rounded.
+            // Tolerance for rounding of distances.
             (self.reach + radii) * (1.0 + 1e-9)
         };
         let near = |pairs: &[[u32; 2]]| {
@@ -308,24 +310,24 @@ impl<const D: usize> Search<'_, D> {
     }
 }
 
-/// Growth of the bound of relative motions over that of the motion of a vertex, at most: by the vertex and by
-/// the mean of its body, within the body and between two of them.
+/// Bound of the relative motion divided by the largest motion of a vertex: by the vertex and the mean of
+/// its body, within a body and between two of them.
 const MOTIONS: f64 = 4.0;
-/// A way of at most this part of the margin is searched with the margin around its start, which serves ways
-/// that follow.
+/// A path shorter than this fraction of the margin is searched with the margin around its start, which
+/// also serves later paths.
 const SHORT: f64 = 0.5;
 
-/// The margin grows by this factor after each search that found fewer than one candidate for so many
-/// vertices, up to the largest factor in all: surfaces that are far apart are searched seldom.
+/// Growth of the margin after each search with fewer than one candidate per `FEW` vertices, up to
+/// `MOST_GROWTH` in all: surfaces that are far apart are searched less often.
 const GROWTH: f64 = 1.5;
 const FEW: usize = 16;
 const MOST_GROWTH: f64 = 8.0;
 
-/// Factor of the margin. What is found within reach is the same by any.
+/// Factor of the margin; the pairs found within reach do not depend on it.
 #[derive(Clone, Copy, Debug)]
 struct Widening {
     factor: f64,
-    /// The largest that is not known to find many.
+    /// Largest factor not yet known to find too many candidates.
     largest: f64,
 }
 
@@ -336,7 +338,7 @@ impl Default for Widening {
 }
 
 impl Widening {
-    /// Adapts to the candidates of a search, so many around so many vertices.
+    /// Adapts the factor to the numbers of candidates and vertices of a search.
     fn adapt(&mut self, candidates: usize, vertices: usize) {
         if candidates * FEW < vertices {
             self.factor = (GROWTH * self.factor).min(self.largest);
@@ -346,26 +348,26 @@ impl Widening {
     }
 }
 
-/// Candidates of a whole way, and so of every place on it, and near it.
+/// Candidates valid along a whole path and near it.
 #[derive(Clone, Debug, Default)]
 struct SweptPairs {
     from: Vec<f64>,
     dx: Vec<f64>,
-    /// Distance that pairs come nearer than [m].
+    /// Gap that the candidates are complete for [m].
     reach: f64,
-    /// Half of how far they reach beyond it [m].
+    /// Half of the distance that they extend beyond it [m].
     margin: f64,
     pairs: CandidatePairs,
 }
 
 impl SweptPairs {
-    /// True if all pairs within `reach` at `x` are among them: none has come nearer by more than twice the
-    /// margin since `from + part dx`. The same of a straight way between two such places.
+    /// True if all pairs within `reach` at `x` are included: no pair has come nearer by more than twice
+    /// the margin since `from + part dx`. Two such points bound a straight path with the same property.
     fn hold<const D: usize>(&self, surface: &ContactSurface, x: &[f64], reach: f64) -> bool {
         if x.len() != self.from.len() || reach > self.reach {
             return false;
         }
-        // The nearest place of the way.
+        // Nearest point of the path.
         let (mut along, mut squared) = (0.0, 0.0);
         for ((x, from), dx) in x.iter().zip(&self.from).zip(&self.dx) {
             along += (x - from) * dx;
@@ -380,30 +382,30 @@ impl SweptPairs {
 
 /// Candidates that stay complete while vertices move little.
 ///
-/// Gathered with the reach and twice the `margin`, wider where there are few, they hold all pairs within
-/// reach of their radii until bodies, relative to each other, and vertices, relative to their bodies, have
-/// moved by more than the margin.
+/// They are gathered within the reach plus twice the `margin`, wider where there are few. They include
+/// all pairs within reach until the motion of bodies relative to each other, plus that of vertices
+/// relative to their bodies, exceeds the margin.
 #[derive(Clone, Debug, Default)]
 pub struct CandidateCache<const D: usize> {
     trees: SurfaceTrees<D>,
     pairs: CandidatePairs,
     gathered_at: Vec<f64>,
-    /// Distance that they were gathered for [m].
+    /// Gap that they were gathered for [m].
     reach: f64,
-    /// Half of how far they reach beyond it [m].
+    /// Half of the distance that they extend beyond it [m].
     margin: f64,
     swept: SweptPairs,
-    /// Places where they were last seen to be complete, flat [m], and what the margin has left there [m].
+    /// Positions at which they were last found complete, flat [m], and the margin left there [m].
     seen_at: Vec<f64>,
     left: f64,
     widening: Widening,
-    /// Number of gatherings so far.
+    /// Number of searches so far.
     pub gatherings: u64,
 }
 
 impl<const D: usize> CandidateCache<D> {
-    /// Candidates within `reach` [m] at `x`, gathered anew with this margin [m] at least if a vertex has
-    /// moved too far and `x` is not on the last way.
+    /// Candidates within `reach` [m] at `x`. Searches again, with at least this margin [m], if a vertex
+    /// has moved too far and `x` is not on the last path.
     pub fn at(
         &mut self,
         surface: &ContactSurface,
@@ -421,9 +423,9 @@ impl<const D: usize> CandidateCache<D> {
         &self.pairs
     }
 
-    /// Candidates that hold all pairs that come nearer than `near` [m] on the way from `x` to `x + dx`, flat
-    /// `(n, D)` [m]; gathered anew where those at hand do not, if the way is short as [`at`](Self::at)
-    /// gathers them.
+    /// Candidates with all pairs that come nearer than `near` [m] on the path from `x` to `x + dx`, flat
+    /// `(n, D)` [m]. Searches again if the stored ones are not complete: as [`at`](Self::at) does for a
+    /// short path.
     pub fn on_way(
         &mut self,
         surface: &ContactSurface,
@@ -433,7 +435,8 @@ impl<const D: usize> CandidateCache<D> {
         (reach, margin): (f64, f64),
     ) -> &CandidatePairs {
         let to: Vec<f64> = x.iter().zip(dx).map(|(x, dx)| x + dx).collect();
-        // A ball about where they were gathered holds straight ways between two of its points.
+        // The region where the candidates are complete is a ball: it contains straight paths between its
+        // points.
         if self.is_complete(surface, x, near) && self.is_complete(surface, &to, near) {
             return &self.pairs;
         }
@@ -444,7 +447,7 @@ impl<const D: usize> CandidateCache<D> {
             self.gather_around(surface, bodies, x, reach, margin);
             return &self.pairs;
         }
-        // Short ways come after a long one, beside which two primitives may both be.
+        // Line searches try shorter steps after a long one, which may pass on either side of a primitive.
         let pairs = self.trees.gather(surface, bodies, x, Some(dx), near + 2.0 * margin);
         self.gatherings += 1;
         self.swept = SweptPairs { from: x.to_vec(), dx: dx.to_vec(), reach: near, margin, pairs };
@@ -469,7 +472,7 @@ impl<const D: usize> CandidateCache<D> {
         self.gatherings += 1;
     }
 
-    /// Bytes held.
+    /// Memory used [bytes].
     pub fn bytes(&self) -> usize {
         let of = |pairs: &CandidatePairs| {
             let lists = [&pairs.point_triangle, &pairs.edge_edge, &pairs.point_edge, &pairs.point_point];
@@ -501,7 +504,7 @@ impl<const D: usize> CandidateCache<D> {
     }
 }
 
-/// The largest absolute difference of two numbers at the same place of both, in the order of machine vectors.
+/// Largest absolute difference of two arrays, element by element, in the order of SIMD lanes.
 fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
     const LANES: usize = 8;
     let ((a, of_a), (b, of_b)) = (a.as_chunks::<LANES>(), b.as_chunks::<LANES>());
@@ -516,9 +519,8 @@ fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
     most.into_iter().chain(rest).fold(0.0, f64::max)
 }
 
-/// Bound of half of what two vertices of the surface come nearer to each other by from `from` to `to`, flat
-/// `(n, D)` [m]: the most that bodies move as wholes relative to each other, and vertices relative to their
-/// bodies.
+/// Bound of half the approach of any two vertices between `from` and `to`, flat `(n, D)` [m]: largest
+/// motion of bodies relative to each other plus that of vertices relative to their bodies.
 fn relative_motion<const D: usize>(surface: &ContactSurface, from: &[f64], to: &[f64]) -> f64 {
     let moved = |v: u32| {
         let at = v as usize * D;
@@ -528,7 +530,7 @@ fn relative_motion<const D: usize>(surface: &ContactSurface, from: &[f64], to: &
         moved
     };
     let body = |v: u32| surface.bodies[v as usize] as usize;
-    // Sums of motions, and numbers of vertices.
+    // Sums of motions and numbers of vertices, by body.
     let mut means: Vec<([f64; D], f64)> = vec![];
     for &v in &surface.vertices {
         if means.len() <= body(v) {
@@ -541,6 +543,7 @@ fn relative_motion<const D: usize>(surface: &ContactSurface, from: &[f64], to: &
     for (mean, count) in means.iter_mut().filter(|(_, count)| *count > 0.0) {
         mean.iter_mut().for_each(|m| *m /= *count);
     }
+    // Largest motion within bodies.
     let squared = |a: &[f64; D], b: &[f64; D]| {
         let mut sum = 0.0;
         (0..D).for_each(|k| sum += (a[k] - b[k]) * (a[k] - b[k]));
@@ -548,7 +551,7 @@ fn relative_motion<const D: usize>(surface: &ContactSurface, from: &[f64], to: &
     };
     let within = surface.vertices.iter().map(|&v| squared(&moved(v), &means[body(v)].0));
     let within = within.fold(0.0, f64::max).sqrt();
-    // Any two bodies differ by at most twice what each differs from the first.
+    // Two bodies differ by at most twice the largest difference from the first body.
     let present = means.iter().filter(|(_, count)| *count > 0.0).map(|(mean, _)| mean);
     let first = present.clone().next().copied().unwrap_or([0.0; D]);
     let between = present.map(|mean| squared(mean, &first)).fold(0.0, f64::max).sqrt();

@@ -1,49 +1,50 @@
-//! Continuous collision detection: how far vertices may move along straight ways before a pair comes too
-//! near.
+//! Continuous collision detection (CCD): the fraction of a straight motion before a pair comes too near.
 //!
-//! Additive advancement (Li et al. 2021, *Codimensional incremental potential contact*, ACM Transactions on
-//! Graphics 40(4), algorithm 1) along the separating normal. Both primitives are convex: between planes at
-//! right angles to any direction `n`, nothing touches while `n . (x_i - x_j)` stays positive for all vertices
-//! `i` of the first and `j` of the second. These are linear in time; the earliest at which one of them falls
-//! to the target is safe, then the closest points give a new direction. The loop may be left at any time: the
-//! time it has reached is safe.
+//! Additive advancement (Li et al. 2021, *Codimensional incremental potential contact*, ACM Transactions
+//! on Graphics 40(4), algorithm 1) along the separating normal. Both primitives are convex: for any
+//! direction `n` they do not touch while `n . (x_i - x_j)` stays positive for all vertices `i` of the
+//! first and `j` of the second. These products are linear in time. The first time at which one of them
+//! falls to the target is safe; from there the closest points give a new direction. The loop may stop at
+//! any time, because the time reached so far is safe.
 
 use crate::closest::Primitives;
 use crate::pair::relative;
 use crate::vector::{along, difference, dot, inverse_or_zero, scaled, smaller};
 use pliant::scalar::{Mask, Scalar};
 
-/// Evaluations of closest points after which a search ends where it stands.
+/// Limit on the closest-point evaluations of one search.
 pub const MAX_EVALUATIONS: usize = 100;
 
-/// Part of the gap at the start, or of the reach, that a step leaves.
+/// Fraction of the initial gap, or of the activation distance, that a step leaves.
 const GAP_LEFT: f64 = 0.1;
 
-/// Rounding of distances, in units of `extent + motion`: 32 units in the last place.
+/// Bound of the rounding of distances, in units of `extent + motion`: 32 units in the last place.
 const ROUNDING: f64 = 32.0 * 0.5 * f64::EPSILON;
 
-/// Gap that a step leaves.
+/// Parameters of the gap that a step must leave.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GapLimit {
-    /// `dhat`: a tenth of it is enough for pairs that are far apart [m].
+    /// `dhat`: a tenth of the activation distance is enough for pairs that are far apart [m].
     pub reach: f64,
     /// `xi`: sum of the radii [m].
     pub offset: f64,
 }
 
-/// Part of a motion that is free of collisions.
+/// Collision-free fraction of a motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SafeStep<S> {
-    /// At most the limit asked for; 0 where the pair starts closer than distances are known, which is no
-    /// motion to be stopped but a start to be refused.
+    /// Fraction, at most the limit passed; 0 if the initial gap is below rounding, in which case the
+    /// start is invalid.
     pub time: S,
-    /// Evaluations of closest points, of all lanes together.
+    /// Number of closest-point evaluations, over all lanes.
     pub evaluations: usize,
 }
 
-/// The part of the motion from `x` to `x + dx` [m], at most `limit`, on which a pair of primitives keeps half
-/// of `g = 0.1 min(d_0 - xi, dhat)` beyond its radii. Where it is less than `limit` the distance at its end
-/// lies in `[g/2, g]` beyond them, unless [`MAX_EVALUATIONS`] ended the search.
+/// Computes the fraction of the motion from `x` to `x + dx` [m], at most `limit`, on which a pair of
+/// primitives keeps at least `g/2` of its gap, `g = 0.1 min(d_0 - xi, dhat)`.
+///
+/// If the fraction is below `limit`, the gap at its end lies in `[g/2, g]`, unless [`MAX_EVALUATIONS`]
+/// ended the search.
 #[inline(always)]
 pub fn safe_step<K: Primitives<D, N>, S: Scalar, const D: usize, const N: usize>(
     x: &[[S; D]; N],
@@ -51,6 +52,7 @@ pub fn safe_step<K: Primitives<D, N>, S: Scalar, const D: usize, const N: usize>
     gap: &GapLimit,
     limit: S,
 ) -> SafeStep<S> {
+    // Positions relative to the first vertex, and the gap that must be left.
     let (zero, one) = (S::zero(), S::one());
     let allowance = rounding_allowance(x, dx);
     let (x, dx) = (&relative(x), &relative(dx));
@@ -61,6 +63,7 @@ pub fn safe_step<K: Primitives<D, N>, S: Scalar, const D: usize, const N: usize>
     let floor = offset + target * S::splat(0.5) + allowance;
     let refused = gap_at_start.lt(allowance);
 
+    // Advance to the earliest safe time along the present normal until the gap is small or the limit reached.
     let mut time = zero;
     let mut active = S::select(refused, zero, one);
     let mut advance = start.time_to(floor);
@@ -87,10 +90,10 @@ pub fn safe_step<K: Primitives<D, N>, S: Scalar, const D: usize, const N: usize>
     }
 }
 
-/// Vertex pairs along the direction between the closest points.
+/// Projections of the vertices on the direction between the closest points.
 struct Separation<S, const D: usize, const N: usize> {
     distance: S,
-    /// `n . x_i` and `n . dx_i`.
+    /// `n . x_i` and, in `motions`, `n . dx_i`.
     positions: [S; N],
     motions: [S; N],
     first: usize,
@@ -110,7 +113,7 @@ impl<S: Scalar, const D: usize, const N: usize> Separation<S, D, N> {
         Separation { distance, positions, motions, first: K::FIRST }
     }
 
-    /// Time from now on until the first pair of vertices is `floor` apart; zero where one is closer already.
+    /// Time until the first pair of vertices is `floor` apart; zero if a pair is closer already.
     #[inline(always)]
     fn time_to(&self, floor: S) -> S {
         let zero = S::zero();
@@ -128,7 +131,7 @@ impl<S: Scalar, const D: usize, const N: usize> Separation<S, D, N> {
     }
 }
 
-/// Bound on the rounding of distances along the way [m].
+/// Bound on the rounding of distances along the path [m].
 #[inline(always)]
 fn rounding_allowance<S: Scalar, const D: usize, const N: usize>(x: &[[S; D]; N], dx: &[[S; D]; N]) -> S {
     let mut size = S::zero();
@@ -136,12 +139,12 @@ fn rounding_allowance<S: Scalar, const D: usize, const N: usize>(x: &[[S; D]; N]
         let extent = length_bound(&difference(&x[i], &x[0])) + length_bound(&difference(&dx[i], &dx[0]));
         size = size.max(extent);
     }
-    // Where the origin is far away, positions themselves are rounded to an eighth of that.
+    // Far from the origin, positions themselves are rounded; an eighth of that is added.
     let place = length_bound(&x[0]) + length_bound(&dx[0]);
     (size + place * S::splat(0.125)) * S::splat(ROUNDING)
 }
 
-/// Sum of the magnitudes of the components.
+/// Sum of the absolute components.
 #[inline(always)]
 fn length_bound<S: Scalar, const D: usize>(a: &[S; D]) -> S {
     let mut sum = a[0].abs();
@@ -151,11 +154,11 @@ fn length_bound<S: Scalar, const D: usize>(a: &[S; D]) -> S {
     sum
 }
 
-/// The part of a motion, at most `limit`, that leaves a tenth of the gap, or of the reach, between a vertex
-/// and a half-space: from the signed distance `distance` [m] with the change `motion` [m] over the whole of
-/// it.
+/// Fraction of a motion, at most `limit`, that leaves a tenth of the gap, or of the activation distance,
+/// between a vertex and a half-space. `distance` is the signed distance at the start [m], `motion` its
+/// change over the whole motion [m].
 ///
-/// Zero for a vertex within its radius or behind the plane, which is a start to be refused.
+/// Zero for a vertex within its radius or behind the plane, an invalid start.
 #[inline(always)]
 pub fn safe_step_to_half_space(distance: f64, motion: f64, gap: &GapLimit, limit: f64) -> f64 {
     let left = distance - gap.offset;

@@ -1,31 +1,33 @@
-//! Closest points of primitives, borders included: the nearest of all candidates by their distances.
+//! Closest points of primitives, including their boundaries: the nearest of all candidate pairs of
+//! points.
 //!
-//! Every candidate is a pair of points of the two primitives, so the distance found is never below the true
-//! one; no determinant decides between nearly parallel edges. Coefficients of vertices that take no part are
-//! exactly zero.
+//! Every candidate is a pair of points of the two primitives, so the distance found is never below the
+//! exact one, and no determinant decides between nearly parallel edges. Coefficients of vertices that do
+//! not take part are exactly zero.
 
 use crate::pair::{EdgeEdge, PairGeometry, PairKind, PointEdge, PointPoint, PointTriangle, relative};
 use crate::vector::{along, difference, dot, inverse_or_zero, mixture, scaled, select, smaller};
 use pliant::scalar::Scalar;
 
-/// Closest points of two primitives with `N` vertices together.
+/// Closest points of two primitives with `N` vertices in total.
 #[derive(Clone, Copy, Debug)]
 pub struct ClosestPoints<S, const D: usize, const N: usize> {
     /// `c`, with `difference = sum c_i x_i`.
     pub coefficients: [S; N],
-    /// `r`: from the closest point of the second primitive to that of the first [m].
+    /// `r`: vector from the closest point of the second primitive to that of the first [m].
     pub difference: [S; D],
     /// `r . r` [m^2].
     pub squared_distance: S,
 }
 
-/// Squared distances that differ by this part, for each vertex more or less that takes part, may be the same.
+/// Relative difference of squared distances, for each vertex more or less that takes part, that rounding
+/// may cause.
 const SAME_DISTANCE: f64 = 64.0 * f64::EPSILON;
-/// Coefficients up to here are zero but for rounding: the point lies on the border.
+/// Coefficients up to this bound are zero up to rounding: the point lies on the boundary.
 const ON_BORDER: f64 = 16.0 * f64::EPSILON;
 
 impl<S: Scalar> ClosestPoints<S, 3, 4> {
-    /// Number of vertices that take part, by more than rounding.
+    /// Number of vertices with a coefficient above rounding.
     #[inline(always)]
     fn vertices(&self) -> S {
         let mut count = S::zero();
@@ -36,9 +38,9 @@ impl<S: Scalar> ClosestPoints<S, 3, 4> {
     }
 }
 
-/// A kind of pair of primitives in `D` dimensions.
+/// Kind of pair of primitives in `D` dimensions.
 pub trait Primitives<const D: usize, const N: usize> {
-    /// Vertices of the first primitive.
+    /// Number of vertices of the first primitive.
     const FIRST: usize;
 
     /// Closest points at the positions `x` [m].
@@ -65,7 +67,7 @@ impl<const D: usize> Primitives<D, 3> for PointEdge {
         let s = dot(&from, &edge) * inverse_or_zero(dot(&edge, &edge));
         let s = smaller(s.max(S::zero()), S::one());
         let r = along(&from, -s, &edge);
-        // At right angles to the edge to the last digit, however small the distance: s is rounded too
+        // Makes `r` orthogonal to the edge to full precision: for small distances `s` is rounded too
         // coarsely.
         let inside = S::zero().lt(s) & s.lt(S::one());
         let rest = dot(&r, &edge) * inverse_or_zero(dot(&edge, &edge));
@@ -108,7 +110,7 @@ impl Primitives<3, 4> for EdgeEdge {
     }
 }
 
-/// Closest points of the vertex `p` and the edge of the vertices `a`, `b`.
+/// Closest points of vertex `p` and the edge `a`, `b`.
 #[inline(always)]
 fn point_and_edge<S: Scalar>(x: &[[S; 3]; 4], p: usize, a: usize, b: usize) -> ClosestPoints<S, 3, 4> {
     let of_three = PointEdge::closest(&[x[p], x[a], x[b]]);
@@ -123,7 +125,7 @@ fn point_and_edge<S: Scalar>(x: &[[S; 3]; 4], p: usize, a: usize, b: usize) -> C
     }
 }
 
-/// The same points, the second primitive first.
+/// Closest points with the primitives exchanged.
 #[inline(always)]
 fn opposite<S: Scalar>(points: &ClosestPoints<S, 3, 4>) -> ClosestPoints<S, 3, 4> {
     ClosestPoints {
@@ -133,17 +135,19 @@ fn opposite<S: Scalar>(points: &ClosestPoints<S, 3, 4>) -> ClosestPoints<S, 3, 4
     }
 }
 
-/// The nearer of two. Across a border of regions the squared distances differ by the square of the way to
-/// it, which rounding hides up to a hundred-millionth of the distance: of two that are as near as that,
-/// points inside an edge are taken before a corner, so that regions change where the parameter does.
+/// The nearer of two candidates.
+///
+/// Across a boundary between regions, squared distances differ by the square of the distance to it, which
+/// rounding hides up to 1e-8 of the distance. Between candidates that close, points inside an edge win
+/// over a corner, so that regions change where the parameter does.
 #[inline(always)]
 fn nearer<S: Scalar>(a: &ClosestPoints<S, 3, 4>, b: &ClosestPoints<S, 3, 4>) -> ClosestPoints<S, 3, 4> {
     let more = S::splat(SAME_DISTANCE) * (a.vertices() - b.vertices());
     chosen(a.squared_distance.lt(b.squared_distance * (S::one() + more)), a, b)
 }
 
-/// The inner points of the pair where they lie inside and are not farther than `best`. Their distance is that
-/// of the points, their direction is at right angles to both primitives to the last digit.
+/// Interior points of the pair, if they lie inside and are not farther than `best`. Their distance is
+/// that of the points, their direction is orthogonal to both primitives to full precision.
 #[inline(always)]
 fn nearer_where<S: Scalar>(
     inside: S::Mask,
@@ -171,7 +175,7 @@ fn chosen<S: Scalar>(
     }
 }
 
-/// Kind of the pair that closest points lie inside of, by growing number of vertices.
+/// Kind of the pair in whose interior the closest points lie, by increasing number of vertices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum InnerKind {
     /// [`PointPoint`].
@@ -184,17 +188,18 @@ pub enum InnerKind {
     EdgeEdge,
 }
 
-/// The pair of smaller primitives that closest points lie inside of.
+/// Pair of smaller primitives in whose interior the closest points lie.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct InnerPair {
-    /// Its kind.
+    /// Kind of the pair.
     pub kind: InnerKind,
-    /// Its vertices among those of the pair: the point first, then the others; two ends of each edge.
+    /// Slots of its vertices in the original pair: the point first, then the others; two ends of each
+    /// edge.
     pub slots: [usize; 4],
 }
 
 impl InnerPair {
-    /// Number of its vertices.
+    /// Number of vertices of the pair.
     pub fn vertices(&self) -> usize {
         match self.kind {
             InnerKind::PointPoint => PointPoint::START.len(),
@@ -203,7 +208,7 @@ impl InnerPair {
         }
     }
 
-    /// The pair inside a point (vertex 0) and a triangle, from the coefficients of their closest points.
+    /// Interior pair of a point (vertex 0) and a triangle, from the coefficients of their closest points.
     pub fn of_point_triangle(c: &[f64; 4]) -> Self {
         let (slots, count) = parts(c, 1..4);
         match count {
@@ -213,7 +218,7 @@ impl InnerPair {
         }
     }
 
-    /// The pair inside a point (vertex 0) and an edge.
+    /// Interior pair of a point (vertex 0) and an edge.
     pub fn of_point_edge(c: &[f64; 3]) -> Self {
         let (slots, count) = parts(&[c[0], c[1], c[2], 0.0], 1..3);
         match count {
@@ -222,7 +227,7 @@ impl InnerPair {
         }
     }
 
-    /// The pair inside two edges, of the vertices 0, 1 and 2, 3.
+    /// Interior pair of two edges, vertices 0, 1 and 2, 3.
     pub fn of_edge_edge(c: &[f64; 4]) -> Self {
         let ((first, of_first), (second, of_second)) = (parts(c, 0..2), parts(c, 2..4));
         match (of_first, of_second) {
@@ -234,7 +239,7 @@ impl InnerPair {
     }
 }
 
-/// Slots of the range whose coefficients are not zero, and their number.
+/// Slots of the range with nonzero coefficients, and their number.
 fn parts(c: &[f64; 4], range: std::ops::Range<usize>) -> ([usize; 3], usize) {
     let (mut slots, mut count) = ([0; 3], 0);
     for slot in range {

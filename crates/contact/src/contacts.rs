@@ -1,4 +1,4 @@
-//! Contacts of one configuration, and visits of them in a fixed order.
+//! Contacts of one configuration, visited in a fixed order.
 
 use crate::broad_phase::Bounds;
 use crate::candidates::CandidatePairs;
@@ -11,19 +11,19 @@ use crate::packs::{PackVisitor, closest_points, near_box, visit_pairs};
 use crate::pair::{EdgeEdge, PairGeometry, PairKind, PointEdge, PointPoint, PointTriangle};
 use std::ops::Range;
 
-/// Vertex within reach of a half-space.
+/// Vertex within the activation distance of a half-space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlaneContact {
-    /// The vertex, and that of the half-space.
+    /// The contacting vertex and the vertex that carries the half-space.
     pub vertices: [u32; 2],
-    /// Number of the half-space.
+    /// Index of the half-space.
     pub half_space: u32,
     /// Weight [m^2].
     pub weight: f64,
 }
 
-/// All contacts at some positions: pairs of points, vertices at planes, points at edges, points at triangles,
-/// pairs of edges, nearly parallel edges, each list in the order of its vertices.
+/// All contacts of one configuration: point pairs, vertices at planes, points at edges, points at
+/// triangles, edge pairs, nearly parallel edges. Each list is sorted by vertices.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Contacts {
     /// Pairs of primitives.
@@ -32,20 +32,20 @@ pub struct Contacts {
     pub planes: Vec<PlaneContact>,
 }
 
-/// A vertex and the plane of a half-space.
+/// Geometry of a vertex and the plane of a half-space.
 #[derive(Clone, Copy, Debug)]
 pub struct PlaneGeometry<const D: usize> {
-    /// Out of the half-space.
+    /// Unit normal, pointing out of the half-space.
     pub normal: [f64; D],
     /// `d = n . (x_p - x_o) + s`, negative inside [m].
     pub distance: f64,
-    /// `s`: part of it that lies behind the vertex of the half-space [m].
+    /// `s`: depth of the plane behind the vertex that carries the half-space [m].
     pub depth: f64,
 }
 
-/// Something to be done with every contact.
+/// Operation applied to every contact.
 pub(crate) trait ContactVisitor<const D: usize> {
-    /// A pair whose closest points lie inside of both primitives.
+    /// Visits a pair whose closest points lie inside both primitives.
     fn pair<const N: usize, const P: usize>(
         &mut self,
         vertices: &[u32; N],
@@ -54,14 +54,14 @@ pub(crate) trait ContactVisitor<const D: usize> {
         weight: f64,
     );
 
-    /// A vertex at a half-space, and the half-space's.
+    /// Visits a vertex at a half-space; `vertices` are its own and the half-space's.
     fn plane(&mut self, vertices: &[u32; 2], plane: &PlaneGeometry<D>, law: &ContactLaw, weight: f64);
 
-    /// Nearly parallel edges at the positions `x`; in space.
+    /// Visits nearly parallel edges at the positions `x` (3D).
     fn mollified(&mut self, pair: &MollifiedPair, x: &[[f64; 3]; 4], law: &ContactLaw);
 }
 
-/// Rows of `x`, flat `(n, D)`, of some vertices.
+/// Rows of `x`, flat `(n, D)`, of the vertices given.
 #[inline]
 pub(crate) fn rows<const D: usize, const N: usize>(x: &[f64], vertices: &[u32; N]) -> [[f64; D]; N] {
     let mut rows = [[0.0; D]; N];
@@ -71,15 +71,15 @@ pub(crate) fn rows<const D: usize, const N: usize>(x: &[f64], vertices: &[u32; N
     rows
 }
 
-/// Dot product of a normal in space with a vector of `D` components.
+/// Dot product of a 3D normal with a vector of `D` components.
 #[inline]
 pub(crate) fn along_normal<const D: usize>(normal: &[f64; 3], r: &[f64; D]) -> f64 {
     (0..D).map(|k| normal[k] * r[k]).sum()
 }
 
 impl Contacts {
-    /// Contacts at `x`, flat `(n, D)` [m], among these candidates of surfaces with a gap below `reach` [m],
-    /// and with all obstacles.
+    /// Finds the contacts at `x`, flat `(n, D)` [m]: candidate pairs with a gap below `reach` [m], and
+    /// all obstacles within their activation distance.
     pub fn find<const D: usize>(
         model: &ContactModel,
         candidates: &CandidatePairs,
@@ -97,7 +97,8 @@ impl Contacts {
         Contacts { stencils, planes: planes::<D>(model, x) }
     }
 
-    /// Shows `sink` the pairs of [`find`](Self::find) one by one, and gives the vertices at half-spaces.
+    /// Passes the pairs of [`find`](Self::find) to `sink` one by one and returns the vertices at
+    /// half-spaces.
     pub(crate) fn find_each<const D: usize>(
         model: &ContactModel,
         candidates: &CandidatePairs,
@@ -110,7 +111,7 @@ impl Contacts {
         planes::<D>(model, x)
     }
 
-    /// Number of contacts in the list of each kind, in their order.
+    /// Number of contacts of each kind, in the order of the lists.
     fn counts(&self) -> [usize; 6] {
         let s = &self.stencils;
         [
@@ -123,29 +124,29 @@ impl Contacts {
         ]
     }
 
-    /// Number of all contacts.
+    /// Total number of contacts.
     pub fn len(&self) -> usize {
         self.counts().iter().sum()
     }
 
-    /// Removes all.
+    /// Removes all contacts.
     pub(crate) fn clear(&mut self) {
         self.stencils.clear();
         self.planes.clear();
     }
 
-    /// True if nothing touches.
+    /// True if there are no contacts.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Numbers of the contacts of two vertices, of three, of four.
+    /// Index ranges of the contacts of two, three and four vertices.
     pub(crate) fn ranges(&self) -> [std::ops::Range<usize>; 3] {
         let [pp, plane, pe, ..] = self.counts();
         [0..pp + plane, pp + plane..pp + plane + pe, pp + plane + pe..self.len()]
     }
 
-    /// Vertices of the contacts of two, three, and four vertices, flat.
+    /// Vertices of the contacts of two, three and four vertices, flat.
     pub(crate) fn vertices(&self) -> [Vec<u32>; 3] {
         let s = &self.stencils;
         let of_points = s.point_point.iter().map(|pair| pair.vertices);
@@ -156,7 +157,7 @@ impl Contacts {
         [two.collect(), three.collect(), four.collect()]
     }
 
-    /// Shows the contacts of these numbers at the positions `x`, in their order.
+    /// Visits the contacts in the index range at the positions `x`, in order.
     pub(crate) fn visit_packs<const D: usize>(
         &self,
         model: &ContactModel,
@@ -187,7 +188,7 @@ impl Contacts {
         }
     }
 
-    /// Shows contact `i` at the positions `x`.
+    /// Visits contact `i` at the positions `x`.
     pub(crate) fn visit<const D: usize>(
         &self,
         model: &ContactModel,
@@ -235,7 +236,7 @@ fn visit_plane<const D: usize>(
     visitor.plane(&contact.vertices, &geometry, law, contact.weight);
 }
 
-/// Place of a contact with a half-space, and its law.
+/// Geometry of a contact with a half-space, and its contact parameters.
 fn plane_geometry<'a, const D: usize>(
     model: &'a ContactModel,
     x: &[f64],
@@ -259,7 +260,7 @@ fn visit_mollified<const D: usize>(
     visitor.mollified(pair, &in_space(x, D, &pair.vertices), law);
 }
 
-/// Rows of four vertices in space.
+/// Positions of four vertices in 3D, padded with zeros.
 fn in_space(x: &[f64], dimension: usize, vertices: &[u32; 4]) -> [[f64; 3]; 4] {
     let mut rows = [[0.0; 3]; 4];
     for i in 0..4 {
@@ -268,7 +269,7 @@ fn in_space(x: &[f64], dimension: usize, vertices: &[u32; 4]) -> [[f64; 3]; 4] {
     rows
 }
 
-/// Vertices within reach of half-spaces, at the weight of their area.
+/// Vertices within the activation distance of half-spaces, weighted by their areas.
 fn planes<const D: usize>(model: &ContactModel, x: &[f64]) -> Vec<PlaneContact> {
     let mut found = vec![];
     for (i, half_space) in (0..).zip(&model.half_spaces) {
@@ -288,7 +289,7 @@ fn planes<const D: usize>(model: &ContactModel, x: &[f64]) -> Vec<PlaneContact> 
     found
 }
 
-/// Shows the triangles, wires and particles within reach of balls, at the weight of their own area.
+/// Passes the triangles, wires and particles near balls to `sink`, weighted by their own areas.
 fn balls<const D: usize>(model: &ContactModel, x: &[f64], sink: &mut impl PairSink) {
     let surface = &model.surface;
     for ball in &model.balls {
@@ -296,6 +297,7 @@ fn balls<const D: usize>(model: &ContactModel, x: &[f64], sink: &mut impl PairSi
             let body = model.body(v);
             model.touch(body, ball.body) && squared < model.laws.of(body, ball.body).barrier.squared_reach()
         };
+        // Particles and lone edges, one by one.
         for &p in &surface.particles {
             let closest = PointPoint::closest(&rows::<D, 2>(x, &[ball.vertex, p]));
             if near(p, closest.squared_distance) {
@@ -315,6 +317,7 @@ fn balls<const D: usize>(model: &ContactModel, x: &[f64], sink: &mut impl PairSi
         if D == 2 {
             continue;
         }
+        // Triangles near the centre, in packs.
         let centre = Bounds::<3>::of_vertices(&[ball.vertex], x, None);
         let mut at_hand: Vec<[u32; 4]> = vec![];
         let mut areas = vec![];

@@ -1,18 +1,18 @@
-//! Eigenvalues of small symmetric matrices, pack by pack.
+//! Positive semidefinite projection of small symmetric matrices, one pack at a time.
 
 use pliant::scalar::{Mask, Scalar};
 
-/// Sweeps after which off-diagonal entries are at rounding: convergence is quadratic.
+/// Sweep limit: convergence is quadratic, off-diagonal entries are then at rounding.
 const MAX_SWEEPS: usize = 16;
 
-/// Entries beside the diagonal are zero where their squares are below this part of the squared matrix: what
-/// they add to an eigenvalue is below its rounding.
+/// Off-diagonal entries whose squares are below this fraction of the squared matrix norm are treated as
+/// zero: they change an eigenvalue by less than its rounding.
 const NEGLIGIBLE: f64 = 1e-31;
 
-/// The rows and columns `0..n` of `a` with their negative eigenvalues set to zero.
+/// Sets the negative eigenvalues of rows and columns `0..n` of `a` to zero.
 ///
 /// Cyclic Jacobi rotations (Golub and Van Loan, "Matrix computations", section 8.5). A lane whose entry is at
-/// rounding is not turned, so its bits do not depend on the other lanes.
+/// rounding is not rotated, so its bits do not depend on the other lanes.
 #[inline(always)]
 pub(crate) fn positive_part<S: Scalar, const K: usize>(a: &mut [[S; K]; K], n: usize) {
     let mut vectors = [[S::zero(); K]; K];
@@ -45,7 +45,7 @@ pub(crate) fn positive_part<S: Scalar, const K: usize>(a: &mut [[S; K]; K], n: u
     }
 }
 
-/// One sweep over all pairs; whether any lane was turned. Rows of `v` are the eigenvectors.
+/// One sweep over all pairs; true if any lane was rotated. Rows of `v` are the eigenvectors.
 #[inline(always)]
 fn sweep<S: Scalar, const K: usize>(
     a: &mut [[S; K]; K],
@@ -82,7 +82,7 @@ fn sweep<S: Scalar, const K: usize>(
     turned
 }
 
-/// Cosine and sine of the rotation that zeroes `b` of `[p b; b q]`.
+/// Cosine and sine of the rotation that zeroes `b` in `[p b; b q]`.
 #[inline(always)]
 fn rotation<S: Scalar>(p: S, q: S, b: S) -> (S, S) {
     let difference = q - p;

@@ -1,4 +1,4 @@
-//! Contact as a potential: a term of the equations of motion whose stencils change as bodies move.
+//! Contact as a potential energy: a term of the equations of motion whose stencils change as bodies move.
 
 use std::ops::Range;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -29,28 +29,30 @@ use crate::search::{ContactSearch, typical_edge};
 use crate::shape::{AreaRates, ForceOfContact, ShapeSink, ShapedPair};
 use crate::way::{Obstruction, Way, WayEnd};
 
-/// Contacts that one task takes.
+/// Contacts per task.
 const TASK: usize = 256;
 
-/// Search that energy and friction share.
+/// Contact search shared by energy and friction.
 pub(crate) type SharedSearch<const D: usize> = Arc<Mutex<ContactSearch<D>>>;
 
-/// The search, whatever became of other threads: all that it holds is made anew where it does not fit.
+/// Locks the search and ignores poisoning: its data is recomputed wherever it does not fit.
 pub(crate) fn locked<const D: usize>(search: &SharedSearch<D>) -> MutexGuard<'_, ContactSearch<D>> {
     search.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Steps whose motion candidates are gathered for ahead: of barriers, whose solves look around from several
-/// guesses in a step, and of the cubic form, whose steps are short.
+/// Number of steps of motion for which candidates are gathered ahead: barriers, whose solves try several
+/// guesses a step, and the cubic form, whose steps are short.
 const STEPS_AHEAD: [f64; 2] = [4.0, 16.0];
 
-/// Energy of all contacts: `E = sum kappa w m dhat B(q)` by barriers, which nothing passes, `E = sum 2/3
-/// kappa w m dhat (1 - s)^3` in the cubic form, whose forces end, and which watches what passes.
+/// Energy of all contacts.
+///
+/// Barrier: `E = sum kappa w m dhat B(q)`, which nothing crosses. Cubic form: `E = sum 2/3 kappa w m dhat
+/// (1 - s)^3`, with finite forces, so that crossings are monitored.
 pub struct ContactEnergy<const D: usize> {
     model: Arc<ContactModel>,
     form: PotentialForm,
     allows_crossing: bool,
-    /// Area of each body [m^2], of the cubic form.
+    /// Area of each body [m^2], for the cubic form.
     areas: Vec<f64>,
     search: SharedSearch<D>,
     gradient: TouchedRows<D>,
@@ -60,8 +62,8 @@ pub struct ContactEnergy<const D: usize> {
 }
 
 impl<const D: usize> ContactEnergy<D> {
-    /// The energy of the contacts of a model, in a system of as many vertices as its surface names; all of
-    /// its laws have one form.
+    /// Energy of the contacts of a model, in a system with the vertices of its surface. All of its laws
+    /// must have the same form.
     pub fn new(model: Arc<ContactModel>) -> Self {
         let search = Arc::new(Mutex::new(ContactSearch::new(&model)));
         let form =
@@ -78,22 +80,22 @@ impl<const D: usize> ContactEnergy<D> {
         }
     }
 
-    /// Lets surfaces of the cubic form pass through each other, and does not look whether they do.
+    /// Lets surfaces of the cubic form cross each other and turns the crossing check off.
     pub fn allow_crossing(&mut self, allow: bool) {
         self.allows_crossing = allow;
     }
 
-    /// The search for whatever else asks for the same contacts.
+    /// Search to be shared with other terms that need the same contacts.
     pub(crate) fn search(&self) -> SharedSearch<D> {
         self.search.clone()
     }
 
-    /// Bodies and obstacles whose contacts these are.
+    /// Contact model: bodies, obstacles and parameters.
     pub fn model(&self) -> &Arc<ContactModel> {
         &self.model
     }
 
-    /// Energies and gradients of all contacts at `x`, in their order.
+    /// Energies and gradients of all contacts at `x`, in order.
     fn terms(&self, x: &[f64], with_gradient: bool) -> Vec<ContactTerm<D>> {
         let mut search = locked(&self.search);
         let contacts = search.contacts_at(&self.model, x);
@@ -110,7 +112,7 @@ impl<const D: usize> ContactEnergy<D> {
         (0..tasks).into_par_iter().map(task).collect::<Vec<_>>().concat()
     }
 
-    /// Obstruction that leaves the least of a way free.
+    /// Obstruction with the smallest free fraction of the path.
     fn first_on_way(&self, x: &[f64], dx: &[f64], ends: WayEnd) -> Option<Obstruction> {
         let way = Way { x, dx, ends };
         let mut search = locked(&self.search);
@@ -118,8 +120,7 @@ impl<const D: usize> ContactEnergy<D> {
         way.first::<D>(&self.model, search.on_way(&self.model, (x, dx), reach))
     }
 
-    /// The contact at `x` of one of these two bodies with a third that has the least part of its distance
-    /// left.
+    /// Contact at `x` between one of these two bodies and a third with the smallest relative gap.
     fn nearest_beside(&self, bodies: [u32; 2], x: &[f64]) -> Option<[Vec<u32>; 2]> {
         let mut search = locked(&self.search);
         let contacts = search.contacts_at(&self.model, x);
@@ -133,13 +134,13 @@ impl<const D: usize> ContactEnergy<D> {
         nearest.map(|(_, sides)| sides)
     }
 
-    /// Two primitives by name.
+    /// Names of two primitives.
     fn named_pair(&self, [a, b]: &[Vec<u32>; 2]) -> String {
         format!("{} and {}", self.model.named(a), self.model.named(b))
     }
 }
 
-/// Energy of one contact, and its gradient.
+/// Energy and gradient of one contact.
 #[derive(Clone, Copy)]
 pub(crate) struct ContactTerm<const D: usize> {
     energy: f64,
@@ -156,13 +157,13 @@ impl<const D: usize> ContactTerm<D> {
 }
 
 impl<const D: usize> ContactTerm<D> {
-    /// Its vertices, and the gradient by each [N].
+    /// Vertices, and the gradient by each [N].
     pub(crate) fn gradient(&self) -> (&[u32], [[f64; D]; 4]) {
         (&self.vertices[..self.count], self.gradient)
     }
 }
 
-/// Terms of contacts, one after the other.
+/// Energies of contacts, in the order visited.
 pub(crate) struct EvaluatedContacts<const D: usize> {
     pub(crate) with_gradient: bool,
     pub(crate) terms: Vec<ContactTerm<D>>,
@@ -223,20 +224,20 @@ impl<const D: usize> PackVisitor<D> for EvaluatedContacts<D> {
     }
 }
 
-/// Blocks `d2E/dx_i dx_j` of the contacts of a list, those of `a <= b` by rows.
+/// Blocks `d2E/dx_i dx_j`, `i <= j`, of the contacts of a list, row by row.
 struct ContactBlocks<'a, const D: usize> {
     psd: Psd,
-    /// Forces expected of contacts; none where tangents are wanted.
+    /// Predicted contact forces; `None` if tangents are wanted.
     expected: Option<ExpectedInTurn<'a>>,
-    /// Memory of the contacts to come.
+    /// Output of the contacts still to come.
     out: &'a mut [f64],
 }
 
-/// Entries of the blocks of a contact, at most: of four vertices in space.
+/// Largest number of block entries of a contact: four vertices in 3D.
 const MOST_ENTRIES: usize = 10 * 9;
 
 impl<'a, const D: usize> ContactBlocks<'a, D> {
-    /// Memory of the next contacts, for so many numbers.
+    /// Splits off the output of the next contacts.
     fn take(&mut self, numbers: usize) -> &'a mut [f64] {
         let (out, rest) = std::mem::take(&mut self.out).split_at_mut(numbers);
         self.out = rest;
@@ -257,7 +258,7 @@ impl<const D: usize> PackVisitor<D> for ContactBlocks<'_, D> {
         if let Some(expected) = &mut self.expected {
             let of_gap = law.barrier.by_gap(geometry.distance, weight);
             let stiffness = expected.stiffnesses(pairs, &law.barrier, geometry.distance, &of_gap);
-            // E'' by the distance is 4 d^2 E'' + 2 E' by its square.
+            // By the distance the second derivative is 4 d^2 E'' + 2 E', derivatives by its square.
             let (c, squared) = (L::splat, geometry.squared_distance);
             of_distance.curvature = (stiffness - c(2.0) * of_distance.slope) / (c(4.0) * squared);
         }
@@ -410,9 +411,9 @@ impl<const D: usize> StepLimit for ContactEnergy<D> {
     }
 }
 
-/// Of the cubic form.
+/// Measurements of the cubic form.
 impl<const D: usize> Measurements for ContactEnergy<D> {
-    /// Nothing: [`stiffening`](WatchedContacts::stiffening) bounds whatever touches, now or later.
+    /// Adds nothing: [`stiffening`](WatchedContacts::stiffening) bounds every contact, present or future.
     fn add_stiffness_product(&mut self, _: &[f64], _: &[f64], _: &mut [f64]) -> bool {
         false
     }
@@ -481,13 +482,13 @@ impl<const D: usize> TouchingSurfaces for ContactEnergy<D> {
     }
 
     fn shaped(&self) -> Option<&dyn ShapedContact> {
-        // Reaches that bodies near themselves have are made of their shapes at rest, too.
+        // Activation distances shortened for self-contact depend on the reference configuration, too.
         self.model.shortened.is_empty().then_some(self)
     }
 }
 
 impl<const D: usize> ContactEnergy<D> {
-    /// Shows every contact, and what rubs, as the shape at rest decides on it.
+    /// Visits every contact, and every friction pair, in terms of the reference configuration.
     fn each_shaped(&self, at: ContactPlace<'_>, visit: &mut dyn FnMut(&ShapedPair<'_, D>)) {
         let mut search = locked(&self.search);
         let reach = search.reach;
@@ -548,8 +549,8 @@ impl<const D: usize> ChangingStencils for ContactEnergy<D> {
         search.expected = Arc::new(forecast.end());
     }
 
-    /// Pairs of primitives of different pieces that are nearer to touching at `x` than a typical edge is
-    /// long. Pieces farther apart, and one that folds, have none.
+    /// Vertex pairs of primitives of different pieces that are closer than a typical edge length plus the
+    /// reach at `x`. Farther pieces and self-folding have none.
     fn likely_pairs(&self, x: &[f64]) -> Vec<[u32; 2]> {
         let (model, surface) = (&self.model, &self.model.surface);
         let piece = surface.pieces();

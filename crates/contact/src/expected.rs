@@ -1,15 +1,16 @@
-//! Forces that contacts are expected to come to, and the stiffness that leads there.
+//! Predicted contact forces and the secant stiffness that leads to them.
 //!
-//! Near its reach the force of a barrier is quadratic in what is left of the gap, and loads of soft things
-//! are so small that they rest there: Newton's method by tangents halves a force that is too large in every
-//! iteration, and goes far too deep where a gap has to close. The last linear solution knows more. In it, a
-//! contact with the force `f(g)` and the stiffness `K` whose gap changes by `dg` comes to `F = f(g) - K dg`,
-//! which is what the other forces hold. The next matrix has the chord of the law from `g` to the gap `g_F` of
-//! that force, `K = (f(g_F) - f(g)) / (g - g_F)`, and the contact goes there at once.
+//! Near the activation distance the force of a barrier is quadratic in the remaining gap, and loads of
+//! soft bodies are so small that they rest there. Newton's method with tangents then halves an excessive
+//! force in every iteration, and overshoots where a gap has to close. The last linear solution gives a
+//! better prediction: a contact with the force `f(g)` and the stiffness `K` whose gap changes by `dg`
+//! gets the force `F = f(g) - K dg`, which balances the other forces. The next matrix uses the secant of
+//! the law from `g` to the gap `g_F` of that force, `K = (f(g_F) - f(g)) / (g - g_F)`, and the contact
+//! reaches it at once.
 //!
-//! That is a force with a life of its own, as in primal-dual methods for inequalities (Nocedal, Wright 2006,
-//! *Numerical optimization*, chapter 19), of which the energy and its gradient know nothing: where the
-//! solution is, and whether a step lowers the energy, they alone say.
+//! The force acts as an independent unknown, as in primal-dual methods for inequalities (Nocedal, Wright
+//! 2006, *Numerical optimization*, chapter 19). The energy and its gradient do not use it: they alone
+//! decide where the solution is and whether a step lowers the energy.
 
 use pliant::lanes::{Lanes, WIDTH};
 
@@ -21,48 +22,48 @@ use crate::packs::{PackVisitor, load_rows};
 use crate::pair::PairGeometry;
 use crate::vector::{difference, dot};
 
-/// Gaps that differ by less than this part of the reach have the tangent.
+/// Gaps that differ by less than this fraction of the activation distance use the tangent.
 const SAME_GAP: f64 = 1e-4;
 
-/// Vertices of a contact, filled up with `u32::MAX`.
+/// Vertices of a contact, padded with `u32::MAX`.
 pub(crate) type ContactKey = [u32; 4];
 
-/// Vertices of a contact as its key.
+/// Key of a contact with these vertices.
 pub(crate) fn key(vertices: &[u32]) -> ContactKey {
     let mut key = [u32::MAX; 4];
     key[..vertices.len()].copy_from_slice(vertices);
     key
 }
 
-/// Normal forces [N] by the vertices of their contacts, ascending; below zero where the linear solution
-/// pulls.
+/// Normal forces [N], sorted by the vertices of their contacts; negative where the linear solution pulls.
 #[derive(Debug, Default)]
 pub(crate) struct ExpectedForces(Vec<(ContactKey, f64)>);
 
 impl ExpectedForces {
-    /// These forces, one for each contact.
+    /// Stores these forces, one for each contact.
     pub(crate) fn of_contacts(mut forces: Vec<(ContactKey, f64)>) -> Self {
         // A few ascending runs, which a stable sort merges.
         forces.sort_by_key(|(key, _)| *key);
         ExpectedForces(forces)
     }
 
-    /// True if no force is expected of any contact.
+    /// True if no force is predicted.
     pub(crate) fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// Bytes held.
+    /// Memory used [bytes].
     pub(crate) fn bytes(&self) -> usize {
         size_of_val(&self.0[..])
     }
 }
 
-/// Expected forces of contacts that are asked for in turn: those of one kind ascend, and the next is near.
+/// Cursor over predicted forces: contacts of one kind are queried in ascending order, so the next is
+/// near.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ExpectedInTurn<'a> {
     forces: &'a [(ContactKey, f64)],
-    /// Place at or after the last one.
+    /// Index at or after the last one found.
     next: usize,
 }
 
@@ -71,7 +72,7 @@ impl<'a> ExpectedInTurn<'a> {
         ExpectedInTurn { forces: &forces.0, next: 0 }
     }
 
-    /// The force that is expected of a contact, at least zero [N].
+    /// Predicted force of a contact, clamped to zero or above [N]; `None` if there is none.
     pub(crate) fn of(&mut self, vertices: &[u32]) -> Option<f64> {
         let (all, key) = (self.forces, key(vertices));
         let is_before = |at: usize| all.get(at).is_some_and(|(other, _)| *other < key);
@@ -89,8 +90,8 @@ impl<'a> ExpectedInTurn<'a> {
         found.map(|(_, force)| force.max(0.0))
     }
 
-    /// `K` [N/m] of a contact of weight `w` [m^2] at the distance `d` [m]: by the chord where a force is
-    /// expected of it, else `E''(d)`.
+    /// `K` [N/m] of a contact of weight `w` [m^2] at the distance `d` [m]: the secant stiffness if a
+    /// force is predicted, else `E''(d)`.
     pub(crate) fn stiffness(
         &mut self,
         vertices: &[u32],
@@ -101,7 +102,7 @@ impl<'a> ExpectedInTurn<'a> {
         self.chord(vertices, barrier, (distance, weight), &barrier.at_signed(distance, weight))
     }
 
-    /// The same, where the `law` at that distance is known.
+    /// Stiffness as in [`stiffness`](Self::stiffness), from the known `law` at that distance.
     fn chord(
         &mut self,
         vertices: &[u32],
@@ -109,7 +110,7 @@ impl<'a> ExpectedInTurn<'a> {
         (distance, weight): (f64, f64),
         law: &EnergyOfGap,
     ) -> f64 {
-        // Weights below zero take off what others count twice.
+        // Negative weights subtract duplicates.
         let Some(force) = self.of(vertices).filter(|_| weight > 0.0) else { return law.curvature };
         let least = SAME_GAP * barrier.reach;
         if (force + law.slope).abs() <= law.curvature * least {
@@ -141,9 +142,9 @@ impl<'a> ExpectedInTurn<'a> {
     }
 }
 
-/// Visit of the contacts of a matrix, to take down what its solution makes of their forces.
+/// Visitor of the contacts of a matrix that records the forces its solution predicts.
 pub(crate) struct ForceForecast<'a> {
-    /// Forces that were expected when the matrix was made.
+    /// Forces that were predicted when the matrix was assembled.
     before: ExpectedInTurn<'a>,
     /// The solution, flat `(n, D)` [m].
     step: &'a [f64],
@@ -155,7 +156,7 @@ impl<'a> ForceForecast<'a> {
         ForceForecast { before: ExpectedInTurn::new(before), step, found: vec![] }
     }
 
-    /// The forces of all contacts visited.
+    /// Forces of all contacts visited.
     pub(crate) fn end(self) -> ExpectedForces {
         ExpectedForces::of_contacts(self.found)
     }
@@ -199,6 +200,6 @@ impl<const D: usize> PackVisitor<D> for ForceForecast<'_> {
         self.note(vertices, &law.barrier, (plane.distance, change), weight);
     }
 
-    /// Nothing: edges that are nearly parallel keep their tangents.
+    /// Does nothing: nearly parallel edges keep their tangents.
     fn mollified(&mut self, _: &MollifiedPair, _: &[[f64; 3]; 4], _: &ContactLaw) {}
 }

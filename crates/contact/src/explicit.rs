@@ -1,5 +1,4 @@
-//! Contact in steps that are not solved: how stiff it makes a system, what it can stop, and what became of
-//! it.
+//! Contact in explicit steps: the stiffness it adds, the impacts it can stop, and measured extremes.
 
 use pliant::energy::{Approach, ContactExtremes, Penetration};
 
@@ -8,32 +7,33 @@ use crate::model::ContactModel;
 use crate::report::{ContactReport, NearestContact};
 use crate::surface::{ContactSurface, VertexKind};
 
-/// How easily the surfaces of bodies are set in motion: areas over masses [m^2/kg] of their vertices.
+/// Surface mobility of bodies: areas over masses [m^2/kg] of their vertices.
 ///
-/// The energy of a flat contact with the second derivative `k` [N/m^3] for each area of it adds at most `k
-/// (w_a/m_a + w_b/m_b)` to the square of an angular frequency: `(u_a - u_b)^2 <= (1 + t) u_a^2 + (1 + 1/t)
-/// u_b^2` for every `t`, and the integral of the square of a linear function is at most that of its corners.
-/// No area in contact is larger than the surface of either body.
+/// A flat contact whose energy has the second derivative `k` [N/m^3] per area adds at most `k (w_a/m_a +
+/// w_b/m_b)` to a squared angular frequency: `(u_a - u_b)^2 <= (1 + t) u_a^2 + (1 + 1/t) u_b^2` for every
+/// `t`, and the integral of the square of a linear function is at most that of its corner values. No
+/// contact area exceeds the surface of either body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SurfaceMobility {
-    /// Area [m^2] and inverse mass [1/kg] of the vertices of each body that move.
+    /// Area [m^2] and inverse mass [1/kg] of the moving vertices of each body.
     moving: Vec<Vec<[f64; 2]>>,
-    /// Area of each body [m^2]; infinite of half-spaces and balls.
+    /// Area of each body [m^2]; infinite for half-spaces and balls.
     areas: Vec<f64>,
-    /// Sides from which each body is touched by others that are thin too; 1 of solids.
+    /// Number of sides from which other thin bodies touch each body; 1 for solids.
     sides: Vec<f64>,
-    /// Vertices of each body.
+    /// Number of vertices of each body.
     vertices: Vec<u32>,
 }
 
-/// Sides from which particles touch a particle: six neighbours around it in the plane, twelve in space, each
-/// counted by the square of its part along one direction.
+/// Effective number of sides of a particle among particles: six neighbours in 2D, twelve in 3D, each
+/// weighted by the square of its direction cosine along one direction.
 const SIDES_OF_PARTICLE: [f64; 2] = [3.0, 4.0];
-/// The same of strands, which lie beside each other as particles of the plane do.
+/// Effective number of sides of a strand: parallel strands pack as particles in 2D do.
 const SIDES_OF_WIRE: f64 = 3.0;
 
 impl SurfaceMobility {
-    /// Those of `bodies` bodies; `inverse_mass` [1/kg] of every vertex of the system, 0 where it is held.
+    /// Mobilities of `bodies` bodies; `inverse_mass` [1/kg] of every vertex of the system, 0 where it is
+    /// fixed.
     pub fn new(surface: &ContactSurface, bodies: usize, inverse_mass: impl Fn(u32) -> f64) -> Self {
         let (mut moving, mut areas) = (vec![vec![]; bodies], vec![0.0; bodies]);
         let (mut sides, mut vertices) = (vec![1.0f64; bodies], vec![0; bodies]);
@@ -49,7 +49,7 @@ impl SurfaceMobility {
                 VertexKind::Particle => SIDES_OF_PARTICLE[surface.dimension - 2],
                 VertexKind::Wire => SIDES_OF_WIRE,
                 VertexKind::Face if surface.inner_vertices[v as usize] => 1.0,
-                // Borders are those of sheets, which have two sides.
+                // Boundary vertices belong to sheets, which have two sides.
                 VertexKind::Face => 2.0,
             };
             sides[body] = sides[body].max(from);
@@ -64,8 +64,8 @@ impl SurfaceMobility {
         self.moving[a as usize].iter().map(move |[area, inverse]| area.min(most) * inverse)
     }
 
-    /// `R` [m^2/kg]: contact of the two bodies with the second derivative `k` [N/m^3] for each area adds at
-    /// most `k R` to the square of an angular frequency.
+    /// `R` [m^2/kg]: contact of the two bodies with the second derivative `k` [N/m^3] per area adds at
+    /// most `k R` to a squared angular frequency.
     pub fn of_pair(&self, a: u32, b: u32) -> f64 {
         let [side_a, side_b] = [a, b].map(|body| self.sides[body as usize]);
         if a == b && self.vertices[a as usize] < 2 {
@@ -78,7 +78,7 @@ impl SurfaceMobility {
         part(a, b, side_a) + part(b, a, side_b)
     }
 
-    /// Most mass for an area that contact of the two has to stop [kg/m^2]; infinite where neither moves.
+    /// Largest mass per area that contact of the two has to stop [kg/m^2]; infinite if neither moves.
     pub fn mass_to_stop(&self, a: u32, b: u32) -> f64 {
         let least = |a: u32, b: u32| {
             let least = self.against(a, b).fold(f64::INFINITY, f64::min);
@@ -88,8 +88,8 @@ impl SurfaceMobility {
     }
 }
 
-/// The largest addition of contact to the square of an angular frequency [1/s^2] as long as no gap is closed:
-/// `4 kappa / dhat R` over all pairs of bodies.
+/// Largest contribution of contact to a squared angular frequency [1/s^2] while no gap closes: `4 kappa /
+/// dhat R`, maximum over all pairs of bodies.
 pub fn stiffening(model: &ContactModel, mobility: &SurfaceMobility) -> f64 {
     let count = model.names.len() as u32;
     let mut most: f64 = 0.0;
@@ -102,28 +102,28 @@ pub fn stiffening(model: &ContactModel, mobility: &SurfaceMobility) -> f64 {
     most
 }
 
-/// Area of the surface of each body [m^2]; infinite of half-spaces and balls.
+/// Surface area of each body [m^2]; infinite for half-spaces and balls.
 pub(crate) fn areas(model: &ContactModel) -> Vec<f64> {
     SurfaceMobility::new(&model.surface, model.names.len(), |_| 0.0).areas
 }
 
-/// What one contact means for one of its vertices.
+/// Share of one vertex in a contact.
 struct Share {
     vertex: u32,
-    /// Area of it that the contact stands for [m^2].
+    /// Area of the vertex that the contact stands for [m^2].
     area: f64,
-    /// Speed at which the two come nearer [m/s].
+    /// Approach speed of the two sides [m/s].
     speed: f64,
-    /// Part of the energy of a closed gap that it holds.
+    /// Stored energy relative to that of a closed gap.
     stored: f64,
-    /// Mean of the inverse masses of the other side [1/kg].
+    /// Mean inverse mass of the other side [1/kg].
     other: f64,
-    /// `mu lambda |c| sum_j |c_j|` over the vertices that move [N].
+    /// `mu lambda |c| sum_j |c_j|` over the moving vertices [N].
     friction: f64,
     bodies: [u32; 2],
 }
 
-/// Least gap, deepest contact, and the approach that takes most of what contact can stop, at `x` [m] and `v`
+/// Smallest gap, deepest penetration, and the approach closest to the stoppable speed, at `x` [m] and `v`
 /// [m/s].
 pub(crate) fn extremes<const D: usize>(
     (model, areas): (&ContactModel, &[f64]),
@@ -132,6 +132,7 @@ pub(crate) fn extremes<const D: usize>(
     inverse_mass: &[f64],
     time: f64,
 ) -> ContactExtremes {
+    // Nearest and deepest contacts, and the share of each moving vertex in each contact.
     let mut found = ContactExtremes::default();
     let names = |[a, b]: [u32; 2]| [a, b].map(|body| model.names[body as usize].clone());
     let mobility = |v: u32| inverse_mass[v as usize * D..][..D].iter().copied().fold(0.0, f64::max);
@@ -148,11 +149,12 @@ pub(crate) fn extremes<const D: usize>(
         }
         let barrier = &model.laws.of(a, b).barrier;
         let left = 1.0 - report.gap / barrier.reach;
-        // Weights below zero take off what others count twice.
+        // Negative weights subtract duplicates.
         if report.force <= 0.0 || left <= 0.0 {
             continue;
         }
         let weight = report.force / (2.0 * barrier.stiffness * left * left);
+        // Approach speed, and inverse masses by side.
         let (mut speed, mut sides, mut moving) = (0.0, [0.0; 2], 0.0);
         for (i, &vertex) in vertices.iter().enumerate() {
             let c = report.coefficients[i];
@@ -171,6 +173,7 @@ pub(crate) fn extremes<const D: usize>(
             }
         }
     }
+    // Sums over the contacts of each vertex.
     found.least = nearest.described(model, time);
     found.deepest = deepest.map(|(bodies, gap)| Penetration { bodies: names(bodies), depth: -gap, time });
     // Stable: sums are in the order of the contacts.
@@ -188,7 +191,7 @@ pub(crate) fn extremes<const D: usize>(
         let friction = 2.0 * mobility(vertex) * of_vertex.iter().map(|share| share.friction).sum::<f64>();
         found.friction = found.friction.max(friction);
         let (speed, stopped) = (mean(|share| share.speed).max(0.0), barrier.stopped_speed(mass));
-        // What is stored already is speed that has been taken.
+        // Stored energy counts as speed already taken.
         let speed = (speed * speed + mean(|share| share.stored) * stopped * stopped).sqrt();
         if speed.is_finite() && stopped > 0.0 {
             let bodies = names([a, b]);

@@ -1,15 +1,15 @@
-//! Smooth Coulomb friction as a dissipation function, with normal force, coefficients and normal of a pair
-//! frozen.
+//! Smooth Coulomb friction of a pair as a dissipation function, with normal force, coefficients and
+//! normal lagged.
 //!
-//! `R(v) = mu lambda f0(|v_T|)` [W] with `v_T = (I - n n^T) sum_i c_i v_i`: below the threshold speed `e` the
-//! force grows smoothly from zero, above it is `mu lambda` (Li et al. 2020, *Incremental potential contact*,
-//! ACM Transactions on Graphics 39(4)). `R` is convex.
+//! `R(v) = mu lambda f0(|v_T|)` [W] with `v_T = (I - n n^T) sum_i c_i v_i`. Below the friction
+//! regularisation velocity `e` the force grows smoothly from zero; above, it is `mu lambda` (Li et al.
+//! 2020, *Incremental potential contact*, ACM Transactions on Graphics 39(4)). `R` is convex.
 
 use crate::vector::{along, dot, inverse_or_zero, mixture, scaled, smaller};
 use pliant::algebra::Mat;
 use pliant::scalar::Scalar;
 
-/// `f0(y) = y^2/e - y^3/(3 e^2) + e/3` for `y < e`, `y` above: what the speed costs.
+/// Dissipation function of the slip speed: `f0(y) = y^2/e - y^3/(3 e^2) + e/3` for `y < e`, `y` above.
 #[inline(always)]
 pub fn f0<S: Scalar>(y: S, threshold: f64) -> S {
     let e = S::splat(threshold);
@@ -18,7 +18,7 @@ pub fn f0<S: Scalar>(y: S, threshold: f64) -> S {
     S::select(y.lt(e), below, y)
 }
 
-/// `f1 = f0'`: `2 y/e - y^2/e^2` for `y < e`, 1 above: part of the full friction force.
+/// Fraction of the full friction force: `f1 = f0'`, `2 y/e - y^2/e^2` for `y < e`, 1 above.
 #[inline(always)]
 pub fn f1<S: Scalar>(y: S, threshold: f64) -> S {
     let s = smaller(y / S::splat(threshold), S::one());
@@ -42,41 +42,41 @@ pub fn f1_slope<S: Scalar>(y: S, threshold: f64) -> S {
     (S::splat(2.0) - (s + s)) / e
 }
 
-/// The derivative of `f1(y) / y` [s^2/m^2]: `-1/e^2` for `y < e`, `-1/y^2` above.
+/// Derivative of `f1(y) / y` [s^2/m^2]: `-1/e^2` for `y < e`, `-1/y^2` above.
 #[inline(always)]
 pub fn f1_over_y_slope<S: Scalar>(y: S, threshold: f64) -> S {
     let inverse = S::one() / y.max(S::splat(threshold));
     -(inverse * inverse)
 }
 
-/// Friction of one pair.
+/// Friction of one pair with lagged normal force and normal.
 #[derive(Clone, Copy, Debug)]
 pub struct PairFriction<S, const D: usize, const N: usize> {
-    /// `c`.
+    /// Coefficients `c`.
     pub coefficients: [S; N],
     /// Unit normal.
     pub normal: [S; D],
-    /// `mu lambda` [N], `lambda = -dE/dd` the normal force.
+    /// Friction limit `mu lambda` [N], `lambda = -dE/dd` the normal force.
     pub limit: S,
-    /// `e` [m/s].
+    /// Regularisation velocity `e` [m/s].
     pub threshold: f64,
 }
 
 impl<S: Scalar, const D: usize, const N: usize> PairFriction<S, D, N> {
-    /// `v_T` [m/s].
+    /// Slip velocity `v_T` [m/s].
     #[inline(always)]
     pub fn slip(&self, v: &[[S; D]; N]) -> [S; D] {
         self.in_plane(&mixture(&self.coefficients, v))
     }
 
-    /// `R` [W].
+    /// Dissipation function `R` [W].
     #[inline(always)]
     pub fn value(&self, v: &[[S; D]; N]) -> S {
         let slip = self.slip(v);
         self.limit * f0(dot(&slip, &slip).sqrt(), self.threshold)
     }
 
-    /// `v . dR/dv` [W], the power that is lost.
+    /// Dissipated power `v . dR/dv` [W].
     #[inline(always)]
     pub fn power(&self, v: &[[S; D]; N]) -> S {
         let slip = self.slip(v);
@@ -84,14 +84,14 @@ impl<S: Scalar, const D: usize, const N: usize> PairFriction<S, D, N> {
         self.limit * f1_over_y(squared.sqrt(), self.threshold) * squared
     }
 
-    /// `-mu lambda f1(|v_T|) v_T / |v_T|` [N]: the force on the first primitive.
+    /// Friction force on the first primitive: `-mu lambda f1(|v_T|) v_T / |v_T|` [N].
     #[inline(always)]
     pub fn force(&self, v: &[[S; D]; N]) -> [S; D] {
         let slip = self.slip(v);
         scaled(-(self.limit * f1_over_y(dot(&slip, &slip).sqrt(), self.threshold)), &slip)
     }
 
-    /// `dR/dv_i` [N].
+    /// Gradient `dR/dv_i` [N].
     #[inline(always)]
     pub fn gradient(&self, v: &[[S; D]; N]) -> [[S; D]; N] {
         let force = scaled(-S::one(), &self.force(v));
@@ -102,22 +102,22 @@ impl<S: Scalar, const D: usize, const N: usize> PairFriction<S, D, N> {
         gradient
     }
 
-    /// A vector without what it has along the normal, as a part of the limit must be: `w - n (n . w)`.
+    /// Tangential component of a vector, `w - n (n . w)`; force fractions must be tangential.
     #[inline(always)]
     pub fn in_plane(&self, w: &[S; D]) -> [S; D] {
         along(w, -dot(w, &self.normal), &self.normal)
     }
 
-    /// `w = f1(y) t`, `|w| <= 1`: the force on the pair as a part of the limit, `y` and `t` magnitude and
-    /// direction of the slip.
+    /// Friction force as a fraction of the limit, `w = f1(y) t`, `|w| <= 1`; `y` and `t` are magnitude
+    /// and direction of the slip.
     #[inline(always)]
     pub fn part_of_limit(&self, v: &[[S; D]; N]) -> [S; D] {
         let slip = self.slip(v);
         scaled(f1_over_y(dot(&slip, &slip).sqrt(), self.threshold), &slip)
     }
 
-    /// The part of the limit after a step from `v` along `dv` [m/s], where it was `w`: the solution of `g(y)
-    /// w = v_T` to first order in both, `g(y) = y / f1(y)`, taken back to the unit ball.
+    /// Force fraction after a step from `v` along `dv` [m/s], previously `w`: solves `g(y) w = v_T`,
+    /// `g(y) = y / f1(y)`, to first order in both, then scales the result back to the unit ball.
     #[inline(always)]
     pub fn part_after(&self, w: &[S; D], v: &[[S; D]; N], dv: &[[S; D]; N]) -> [S; D] {
         let (slip, change) = (self.slip(v), self.slip(dv));
@@ -128,8 +128,8 @@ impl<S: Scalar, const D: usize, const N: usize> PairFriction<S, D, N> {
         for k in 0..D {
             after[k] = over_g * (slip[k] + change[k] - growth * w[k]);
         }
-        // What rounding leaves along the normal would grow by `growth / g` from step to step, and a part out
-        // of the plane makes matrices indefinite.
+        // Rounding along the normal would grow by `growth / g` from step to step, and a normal component
+        // makes matrices indefinite.
         let after = self.in_plane(&after);
         let length = dot(&after, &after).sqrt();
         scaled(S::one() / length.max(S::one()), &after)
@@ -142,15 +142,15 @@ impl<S: Scalar, const D: usize, const N: usize> PairFriction<S, D, N> {
         S::one() / (left * left)
     }
 
-    /// As [`hessian`](Self::hessian), with a part `w` of the limit that is known from elsewhere: `mu lambda /
-    /// g [I - n n^T - g' (w t^T + t w^T) / 2]`, positive semidefinite for `|w| <= 1`, and the Hessian itself
-    /// for `w = f1 t`.
+    /// Primal-dual variant of [`hessian`](Self::hessian) with an independent force fraction `w`: `mu
+    /// lambda / g [I - n n^T - g' (w t^T + t w^T) / 2]`, positive semidefinite for `|w| <= 1`, and equal
+    /// to the Hessian for `w = f1 t`.
     ///
-    /// The force turns within the threshold, and steps are many thresholds long: by the Hessian alone
-    /// Newton's method either overshoots rest or does not see it. Force and velocity as unknowns of their
-    /// own, `g(y) w = v_T`, of which the force is eliminated again, give this matrix (Chan, Golub, Mulet
-    /// 1999, *A nonlinear primal-dual method for total variation-based image restoration*, SIAM Journal on
-    /// Scientific Computing 20(6), for the same function of gradients).
+    /// The force turns within the regularisation velocity, and steps are many times longer: with the
+    /// Hessian alone, Newton's method either overshoots the state of rest or misses it. Treating the
+    /// force as an unknown, `g(y) w = v_T`, and eliminating it gives this matrix (Chan, Golub, Mulet
+    /// 1999, *A nonlinear primal-dual method for total variation-based image restoration*, SIAM Journal
+    /// on Scientific Computing 20(6), for the same function of gradients).
     #[inline(always)]
     pub fn hessian_with(&self, w: &[S; D], v: &[[S; D]; N]) -> Mat<S, D> {
         let slip = self.slip(v);
@@ -158,8 +158,8 @@ impl<S: Scalar, const D: usize, const N: usize> PairFriction<S, D, N> {
         let across = self.limit * f1_over_y(y, self.threshold);
         let direction = scaled(inverse_or_zero(y), &slip);
         let half = S::splat(-0.5) * across * self.g_slope(y);
-        // Entry by entry, each with its mirror image: rows filled one after the other were compiled to a
-        // matrix that is not symmetric in loops over contacts (rustc 1.95 without link-time optimisation).
+        // Entry by entry, each with its mirror image: filling row after row was compiled to a matrix that
+        // is not symmetric in loops over contacts (rustc 1.95 without link-time optimisation).
         let mut m = Mat::scalar(across);
         for k in 0..D {
             for l in k..D {
@@ -171,8 +171,8 @@ impl<S: Scalar, const D: usize, const N: usize> PairFriction<S, D, N> {
         m
     }
 
-    /// `M` with `d2R/dv_i dv_j = c_i c_j M` [N s/m]: `mu lambda [(f1/y)(I - n n^T - t t^T) + f1' t t^T]`,
-    /// positive semidefinite as it is.
+    /// Hessian `M` with `d2R/dv_i dv_j = c_i c_j M` [N s/m]: `mu lambda [(f1/y)(I - n n^T - t t^T) + f1'
+    /// t t^T]`, positive semidefinite without projection.
     #[inline(always)]
     pub fn hessian(&self, v: &[[S; D]; N]) -> Mat<S, D> {
         let slip = self.slip(v);

@@ -1,7 +1,8 @@
-//! How friction changes with positions: through normal forces, normals, and closest points.
+//! Derivatives of friction by positions, through normal forces, normals and closest points.
 //!
-//! Along a direction `p` the force of one contact is `g = p . dR/dv = l phi(y) q . v_T` with the limit `l =
-//! mu lambda(d)`, `phi = f1 / y`, `u = sum c_i v_i`, `q = sum c_i p_i`, `v_T = (I - n n^T) u`, `y = |v_T|`.
+//! The force of one contact along a direction `p` is `g = p . dR/dv = l phi(y) q . v_T` with the limit `l
+//! = mu lambda(d)`, `phi = f1 / y`, `u = sum c_i v_i`, `q = sum c_i p_i`, `v_T = (I - n n^T) u`, `y =
+//! |v_T|`.
 //! With `s = q . v_T`
 //!
 //! ```text
@@ -10,8 +11,8 @@
 //! C_i = l [(phi'/y) s v_T.v_i + phi (v_T.p_i + q_T.v_i)]
 //! ```
 //!
-//! The closest points minimise the distance: with the slopes `c~_b` of the coefficients along the orthonormal
-//! tangents `e_b`, and `P` the projector on what is at right angles to normal and tangents,
+//! The closest points minimise the distance. With the derivatives `c~_b` of the coefficients along the
+//! orthonormal tangents `e_b`, and `P` the projector on the complement of normal and tangents,
 //!
 //! ```text
 //! dd = sum_i c_i n.dx_i        e_b.dn = -sum_i c~_b,i n.dx_i        P dn = P sum_i c_i dx_i / d
@@ -27,28 +28,28 @@ use crate::mollifier::mollifier_of_edges;
 use crate::pair::{EdgeEdge, PairGeometry, PointEdge, PointPoint};
 use crate::vector::{along, dot, inverse_or_zero, mixture, scaled};
 
-/// A contact with what its friction takes from its place, and how that changes.
+/// Geometry and normal force of a contact with friction, and their derivatives by positions.
 #[derive(Clone, Copy, Debug)]
 struct RubbingPlace<const D: usize> {
     coefficients: [f64; 4],
-    /// `c~_b` [1/m], and `e_b`, as many as the closest points have parameters.
+    /// `c~_b` [1/m], and `e_b`, one for each parameter of the closest points.
     slopes: [[f64; 4]; 2],
     tangents: [[f64; D]; 2],
     parameters: usize,
     normal: [f64; D],
-    /// Zero where the normal does not turn, as that of a half-space [1/m].
+    /// Zero if the normal is fixed, as for a half-space [1/m].
     inverse_distance: f64,
     distance: f64,
-    /// `lambda` [N], and its derivative by the distance [N/m].
+    /// Normal force `lambda` [N], and its derivative by the distance [N/m].
     force: f64,
     force_slope: f64,
-    /// Derivatives of `lambda` by the vertices, beside that by the distance [N/m].
+    /// Derivatives of `lambda` by the vertices, in addition to that by the distance [N/m].
     force_gradient: [[f64; D]; 4],
 }
 
 impl<const D: usize> RubbingPlace<D> {
-    /// Of a pair of some of the vertices, at these slots; its energy has the first two derivatives `slope`
-    /// and `curvature` by the squared distance.
+    /// Geometry of a pair whose vertices are at these slots of a contact; `slope` and `curvature` are the
+    /// first two derivatives of its energy by the squared distance.
     fn of_pair<const N: usize, const P: usize>(
         pair: &PairGeometry<f64, D, N, P>,
         slots: &[usize; N],
@@ -77,7 +78,7 @@ impl<const D: usize> RubbingPlace<D> {
         place
     }
 
-    /// The same in `E` dimensions, further components left out.
+    /// Converts to `E` dimensions; drops further components.
     fn in_dimension<const E: usize>(&self) -> RubbingPlace<E> {
         let row = |row: &[f64; D]| std::array::from_fn(|k| row.get(k).copied().unwrap_or(0.0));
         RubbingPlace {
@@ -94,7 +95,8 @@ impl<const D: usize> RubbingPlace<D> {
         }
     }
 
-    /// `dg/dx_i` [N s/m times the unit of `p`] for the velocities `v` and the direction `p` of the vertices.
+    /// Gradient `dg/dx_i` [N s/m times the unit of `p`] for the velocities `v` and the direction `p` of
+    /// the vertices.
     fn gradient(
         &self,
         (friction, threshold): (f64, f64),
@@ -102,6 +104,7 @@ impl<const D: usize> RubbingPlace<D> {
         p: &[[f64; D]; 4],
     ) -> [[f64; D]; 4] {
         let RubbingPlace { coefficients: c, slopes, tangents, normal: n, distance, .. } = self;
+        // Slip of velocities and direction; derivatives of `g` by the normal and by the coefficients.
         let (u, q) = (mixture(c, v), mixture(c, p));
         let (u_n, q_n) = (dot(&u, n), dot(&q, n));
         let (v_t, q_t) = (along(&u, -u_n, n), along(&q, -q_n, n));
@@ -113,7 +116,7 @@ impl<const D: usize> RubbingPlace<D> {
         by_normal = along(&by_normal, -limit * phi * q_n, &v_t);
         let by_coefficient =
             |i: usize| turning * dot(&v_t, &v[i]) + limit * phi * (dot(&v_t, &p[i]) + dot(&q_t, &v[i]));
-        // Factors of `c_i` and of the slopes in the rows of the vertices.
+        // Factors of `c_i`, and of the derivatives `c~_b`, in the rows of the vertices.
         let mut of_coefficients = scaled(friction * self.force_slope * phi * s, n);
         let mut rest = by_normal;
         let mut of_slopes = [[0.0; D]; 2];
@@ -125,6 +128,7 @@ impl<const D: usize> RubbingPlace<D> {
             rest = along(&rest, -along_tangent, &tangents[b]);
         }
         of_coefficients = along(&of_coefficients, self.inverse_distance, &rest);
+        // Rows of the vertices.
         let mut gradient = [[0.0; D]; 4];
         for i in 0..4 {
             gradient[i] = scaled(friction * phi * s, &self.force_gradient[i]);
@@ -138,8 +142,8 @@ impl<const D: usize> RubbingPlace<D> {
 }
 
 impl<const D: usize> RubbingPlace<D> {
-    /// Changes of the forces on the first `count` vertices [N s/m times the unit of `u`] where the vertices
-    /// move along `u`: each component is the gradient of a unit direction, times `u`.
+    /// Changes of the forces on the first `count` vertices [N s/m times the unit of `u`] if the vertices
+    /// move along `u`: each component is the gradient for a unit direction, times `u`.
     fn change(&self, law: (f64, f64), count: usize, v: &[[f64; D]; 4], u: &[[f64; D]; 4]) -> [[f64; D]; 4] {
         let mut change = [[0.0; D]; 4];
         for (i, row) in change.iter_mut().enumerate().take(count) {
@@ -147,7 +151,7 @@ impl<const D: usize> RubbingPlace<D> {
                 let mut unit = [[0.0; D]; 4];
                 unit[i][k] = 1.0;
                 let gradient = self.gradient(law, v, &unit);
-                // Slots without a vertex of their own repeat the first: their rows are left out.
+                // Slots without a vertex of their own repeat the first and are skipped.
                 *entry = (0..count).map(|j| dot(&gradient[j], &u[j])).sum();
             }
         }
@@ -155,31 +159,31 @@ impl<const D: usize> RubbingPlace<D> {
     }
 }
 
-/// Product with the derivative of the forces of friction by positions.
+/// Product with the derivative of friction forces by positions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum SlopeProduct {
     /// `(d2R/dx dv)^T p`.
     Transposed,
-    /// `d2R/dx dv p`: how forces change along `p`.
+    /// `d2R/dx dv p`: change of the forces along `p`.
     Change,
 }
 
-/// Adds a product of the contacts that it visits.
+/// Visitor that adds the product of every contact visited.
 pub(crate) struct FrictionSlopes<'a> {
     pub(crate) product: SlopeProduct,
-    /// Threshold speed [m/s].
+    /// Regularisation velocity [m/s].
     pub(crate) threshold: f64,
     /// Velocities, flat [m/s].
     pub(crate) v: &'a [f64],
-    /// The direction, flat.
+    /// Direction of the product, flat.
     pub(crate) p: &'a [f64],
-    /// Where the product is added, flat.
+    /// Sum of the products, flat.
     pub(crate) y: &'a mut [f64],
 }
 
 impl FrictionSlopes<'_> {
     fn add<const D: usize>(&mut self, vertices: &[u32], place: &RubbingPlace<D>, friction: f64) {
-        // What pulls does not rub.
+        // Pairs with a tensile force have no friction.
         if !(friction > 0.0 && place.force > 0.0) {
             return;
         }

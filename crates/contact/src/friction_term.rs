@@ -1,5 +1,5 @@
-//! Friction of all contacts as a dissipation function: smooth Coulomb friction whose normal forces and
-//! tangents are held while a step is solved, and renewed until both agree.
+//! Friction of all contacts as a dissipation function: smooth Coulomb friction with lagged normal forces
+//! and tangents, renewed in a fixed-point iteration until both agree.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -16,34 +16,34 @@ use crate::model::ContactModel;
 use crate::report::ContactReport;
 use crate::rows::{StencilLists, TouchedRows};
 
-/// One contact with what friction takes from its place.
+/// One contact with its friction.
 #[derive(Clone, Copy, Debug)]
 struct RubbingContact<const D: usize> {
     count: usize,
     vertices: [u32; 4],
     pair: PairFriction<f64, D, 4>,
-    /// Part of the limit that its force is, as a solve goes on; none where velocities say, of what is not
-    /// held.
+    /// Force as a fraction of the limit during a solve; `None` outside of one, where velocities determine
+    /// it.
     part: Option<[f64; D]>,
 }
 
-/// What raises thresholds of friction.
+/// Data that raise regularisation velocities.
 #[derive(Clone, Debug)]
 struct BorneThreshold {
-    /// `h` [s].
+    /// Step size `h` [s].
     step: f64,
-    /// Of every vertex [1/kg]; 0 of what does not move.
+    /// Inverse mass of every vertex [1/kg]; 0 if fixed.
     inverse_mass: Vec<f64>,
-    /// `sum_k mu_k lambda_k |c_kv| sum_j |c_kj|` of every vertex [N], over the vertices `j` that move.
+    /// `sum_k mu_k lambda_k |c_kv| sum_j |c_kj|` of every vertex [N], over the moving vertices `j`.
     force: Vec<f64>,
 }
 
-/// Friction of the contacts of a model, `R(v) = sum mu lambda f0(|v_T|)`.
+/// Dissipation function of the contacts of a model, `R(v) = sum mu lambda f0(|v_T|)`.
 pub struct FrictionTerm<const D: usize> {
     borne: Option<BorneThreshold>,
     model: Arc<ContactModel>,
     search: SharedSearch<D>,
-    /// Contacts that rub, by the number of their vertices: two, three, four.
+    /// Contacts with friction, by number of vertices: two, three, four.
     contacts: [Vec<RubbingContact<D>>; 3],
     lists: StencilLists,
     gradient: TouchedRows<D>,
@@ -74,7 +74,7 @@ impl BorneThreshold {
 }
 
 impl<const D: usize> FrictionTerm<D> {
-    /// Friction of the contacts of `energy`.
+    /// Friction of the contacts of `energy`, with which it shares the search.
     pub fn new(energy: &ContactEnergy<D>) -> Self {
         FrictionTerm {
             borne: None,
@@ -87,17 +87,19 @@ impl<const D: usize> FrictionTerm<D> {
         }
     }
 
-    /// Raises the threshold speed of contacts to what steps of `h` [s] bear that are not solved: `e_k =
-    /// max(e, 2 h max_v F_v / m_v)` over the vertices of a contact, `F_v = sum_k mu_k lambda_k |c_kv| sum_j
-    /// |c_kj|`. No motion is then slowed faster than at the rate `1 / h`: the sums over the rows of `M^-1
-    /// d2R/dv2`, whose slope at rest is `2 mu lambda / e`, are a bound of its eigenvalues (Gershgorin).
-    /// `mass` [kg] of every vertex, 0 of what does not move.
+    /// Raises the regularisation velocity of contacts to what explicit steps of `h` [s] need for
+    /// stability: `e_k = max(e, 2 h max_v F_v / m_v)` over the vertices of a contact, `F_v = sum_k mu_k
+    /// lambda_k |c_kv| sum_j |c_kj|`.
+    ///
+    /// Friction then damps no motion faster than at the rate `1 / h`: the row sums of `M^-1 d2R/dv2`,
+    /// with `2 mu lambda / e` at zero slip, bound its eigenvalues (Gershgorin). `mass` [kg] of every
+    /// vertex, 0 if fixed.
     pub fn raise_threshold(&mut self, step: f64, mass: &[f64]) {
         let inverse_mass = mass.iter().map(|m| if *m > 0.0 { 1.0 / m } else { 0.0 }).collect();
         self.borne = Some(BorneThreshold { step, inverse_mass, force: vec![0.0; mass.len()] });
     }
 
-    /// Takes normal forces and tangents as they are at `x`.
+    /// Evaluates normal forces and tangents at `x`.
     fn take(&mut self, x: &[f64]) {
         let mut search = locked(&self.search);
         let expected = search.expected.clone();
@@ -105,7 +107,7 @@ impl<const D: usize> FrictionTerm<D> {
         let contacts = search.contacts_at(&self.model, x);
         self.contacts.iter_mut().for_each(Vec::clear);
         for mut report in ContactReport::<D>::of_all(contacts, &self.model, x) {
-            // On the way a barrier may push a thousand times as hard as it will in the end.
+            // During a solve a barrier may push a thousand times as hard as at the solution.
             let force = expected.of(&report.vertices[..report.count]).filter(|_| report.force > 0.0);
             report.force = force.unwrap_or(report.force);
             if let Some(pair) = report.rubbing(self.model.threshold_speed) {
@@ -119,15 +121,15 @@ impl<const D: usize> FrictionTerm<D> {
         }
     }
 
-    /// The same, unless they are held.
+    /// Evaluates normal forces and tangents at `x` unless they are lagged.
     fn look(&mut self, x: &[f64]) {
         if !self.frozen {
             self.take(x);
         }
     }
 
-    /// Makes limits of contacts those `before`, and a `part` of the way to what they are, 0 of those that
-    /// are not there.
+    /// Damps the update of the limits: the values `before` plus a fraction `part` of the change. The
+    /// limit of a missing contact is 0.
     fn go_from(&mut self, before: [Vec<RubbingContact<D>>; 3], part: f64) {
         for (now, mut before) in self.contacts.iter_mut().zip(before) {
             before.sort_unstable_by_key(|contact| contact.vertices);
@@ -150,7 +152,7 @@ impl<const D: usize> FrictionTerm<D> {
         }
     }
 
-    /// Parts of the limit of contacts by their vertices, ascending, while they are held.
+    /// Force fractions of contacts, sorted by vertices, while lagged.
     fn known_parts(&self) -> Vec<([u32; 4], [f64; D])> {
         if !self.frozen {
             return vec![];
@@ -165,8 +167,10 @@ impl<const D: usize> FrictionTerm<D> {
         self.contacts.iter().flatten()
     }
 
-    /// Adds a product with the derivative of forces by positions, which is zero while they are held; false,
-    /// and nothing is added, where thresholds are raised: they follow the normal forces, too.
+    /// Adds a product with the derivative of forces by positions, which is zero while lagged.
+    ///
+    /// Returns false and adds nothing if regularisation velocities are raised, because these depend on
+    /// the normal forces, too.
     fn add_slopes(&self, product: SlopeProduct, x: &[f64], v: &[f64], p: &[f64], y: &mut [f64]) -> bool {
         if self.borne.is_some() {
             return false;
@@ -183,7 +187,7 @@ impl<const D: usize> FrictionTerm<D> {
 }
 
 impl<const D: usize> RubbingContact<D> {
-    /// Velocities of its vertices; those that it does not have count with coefficients of zero.
+    /// Velocities of four vertices; missing ones repeat and have zero coefficients.
     fn velocities(&self, v: &[f64]) -> [[f64; D]; 4] {
         crate::contacts::rows::<D, 4>(v, &self.vertices)
     }
@@ -285,8 +289,9 @@ impl<const D: usize> FrozenParts for FrictionTerm<D> {
         }
         self.frozen = true;
         for contact in self.contacts.iter_mut().flatten() {
-            // The matrix of a new contact is `mu lambda / g (I - n n^T)`, stiff along its slip, too: with the
-            // little stiffness of what slides, a vertex that comes to rest goes on for many times its way.
+            // The matrix of a new contact is `mu lambda / g (I - n n^T)`, stiff along its slip as well:
+            // with the small stiffness of sliding, a vertex that comes to rest would overshoot many times
+            // its displacement.
             contact.part = match known.binary_search_by_key(&contact.vertices, |(vertices, _)| *vertices) {
                 Ok(at) => Some(contact.pair.in_plane(&known[at].1)),
                 Err(_) => Some([0.0; D]),

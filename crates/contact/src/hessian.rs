@@ -1,12 +1,13 @@
-//! Second derivatives of pairs: exact, and their nearest positive semidefinite matrices.
+//! Second derivatives of pairs: exact, or projected to the nearest positive semidefinite matrix.
 //!
-//! With `alpha = E''(D)`, `beta = E'(D)`, `c~_b` the slopes of the coefficients along the orthonormal
-//! tangents `e_b` and `P` the projector on what is at right angles to normal and tangents (envelope theorem):
+//! With `alpha = E''(D)`, `beta = E'(D)`, the derivatives `c~_b` of the coefficients along the
+//! orthonormal tangents `e_b`, and `P` the projector on the complement of normal and tangents (envelope
+//! theorem):
 //! ```text
 //! H = (4 alpha d^2 + 2 beta) (c n)(c n)^T - 2 beta d sum_b [ d (c~_b n)(c~_b n)^T
 //!       + (c~_b n)(c e_b)^T + (c e_b)(c~_b n)^T ] + 2 beta c c^T (x) P .
 //! ```
-//! All of it but the last term lives in the span of `c n`, `c~_b n`, `c e_b`: five dimensions for
+//! All but the last term lives in the span of `c n`, `c~_b n`, `c e_b`: five dimensions for
 //! point-triangle and edge-edge pairs instead of twelve.
 
 use crate::barrier::EnergyOfDistance;
@@ -17,14 +18,14 @@ use pliant::algebra::Mat;
 use pliant::material::Psd;
 use pliant::scalar::Scalar;
 
-/// Largest dimension of the span: `c n`, two `c~ n`, two `c e`.
+/// Largest dimension of the span: `c n`, two `c~_b n`, two `c e_b`.
 const SPAN: usize = 5;
 
 /// Blocks `d2E / dx_i dx_j` [N/m] of a pair of `N` vertices.
 pub type PairBlocks<S, const D: usize, const N: usize> = [[Mat<S, D>; N]; N];
 
-/// `sum_ij A_ij n n^T + sum_b (u_b,i g_j n e_b^T + g_i u_b,j e_b n^T) + sum Y_bc g_i g_j e_b e_c^T + p g_i
-/// g_j P`.
+/// Factors of a Hessian: `sum_ij A_ij n n^T + sum_b (u_b,i g_j n e_b^T + g_i u_b,j e_b n^T) + sum Y_bc
+/// g_i g_j e_b e_c^T + p g_i g_j P`.
 struct Factors<S, const N: usize, const P: usize> {
     normal: [[S; N]; N],
     mixed: [[S; N]; P],
@@ -34,7 +35,7 @@ struct Factors<S, const N: usize, const P: usize> {
 }
 
 impl<S: Scalar, const D: usize, const N: usize, const P: usize> PairGeometry<S, D, N, P> {
-    /// Blocks of the Hessian of an energy of the distance; [`Psd::Projected`]: the nearest positive
+    /// Blocks of the Hessian of an energy of the distance; for [`Psd::Projected`] the nearest positive
     /// semidefinite ones.
     #[inline(always)]
     pub fn hessian(&self, law: &EnergyOfDistance<S>, psd: Psd) -> PairBlocks<S, D, N> {
@@ -75,7 +76,8 @@ impl<S: Scalar, const D: usize, const N: usize, const P: usize> PairGeometry<S, 
     pub fn projected_hessian(&self, law: &EnergyOfDistance<S>) -> PairBlocks<S, D, N> {
         let (along_normal, twice_slope) = self.stiffnesses(law);
         let lever = twice_slope * self.distance;
-        // Basis of the coefficients c, c~_b: rows of q; the triangle of their components in it.
+        // Orthonormal basis of the coefficients c, c~_b: rows of q; `components` is their triangular
+        // factor.
         let mut q = [[S::zero(); N]; 3];
         let mut components = [[S::zero(); 3]; 3];
         for a in 0..=P {
@@ -92,6 +94,7 @@ impl<S: Scalar, const D: usize, const N: usize, const P: usize> PairGeometry<S, 
             components[a][a] = length;
             q[a] = scaled(inverse_or_zero(length), &rest);
         }
+        // Matrix in the span, projected.
         let length = components[0][0];
         let mut s = [[S::zero(); SPAN]; SPAN];
         s[0][0] = along_normal * length * length;
@@ -121,7 +124,7 @@ impl<S: Scalar, const D: usize, const N: usize, const P: usize> PairGeometry<S, 
     fn expand(&self, f: &Factors<S, N, P>) -> PairBlocks<S, D, N> {
         let n = &self.normal;
         let normal = outer(n, n);
-        // T = sum_bc Y_bc e_b e_c^T + p P, once for all blocks.
+        // T = sum_bc Y_bc e_b e_c^T + p P, shared by all blocks.
         let mut tangential = Mat::<S, D>::identity().scale(f.remainder);
         let mut remainder = normal;
         for b in 0..P {
@@ -167,7 +170,7 @@ impl<S: Scalar, const D: usize, const N: usize, const P: usize> PairGeometry<S, 
     }
 }
 
-/// Factors of a matrix `s` in the basis `q_a n`, `q_0 e_b`.
+/// Factors of a matrix `s` in the basis `q_a n`, `q_0 e_b`, with `s` projected.
 #[inline(always)]
 fn projected_factors<S: Scalar, const N: usize, const P: usize>(
     s: &[[S; SPAN]; SPAN],

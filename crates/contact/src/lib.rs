@@ -1,14 +1,15 @@
-//! Contact of `pliant`, from arrays: distances of points, edges and triangles, the barrier between them, how
-//! far they may move, friction, and which of them come near.
+//! Frictional contact of `pliant` on plain arrays: distances of points, edges and triangles, barriers,
+//! continuous collision detection, friction, and the broad phase.
 //!
-//! A pair of primitives has vertices `x_i` and coefficients `c_i` with `r = sum c_i x_i` the shortest way
-//! from the second primitive to the first and `d = |r|`. Energies, forces and Hessians of every kind of pair
-//! follow from the coefficients by one formula ([`pair`]). The contact energy of a pair is `kappa w dhat
-//! B(q)` ([`barrier`]), and solved steps are limited so that no pair ever touches ([`ccd`]). Steps that are
-//! not solved have an energy without a pole, and are watched ([`energy`]).
+//! A pair of primitives has vertices `x_i` and coefficients `c_i`: `r = sum c_i x_i` is the shortest
+//! vector from the second primitive to the first and `d = |r|`. Energies, forces and Hessians of every
+//! kind of pair follow from the coefficients by one formula ([`pair`]). The contact energy of a pair is
+//! `kappa w dhat B(q)` ([`barrier`]). Continuous collision detection limits implicit steps so that no
+//! pair ever touches ([`ccd`]). Explicit steps use an energy with finite forces and check for crossings
+//! ([`energy`]).
 //!
-//! Functions are generic over [`Scalar`](pliant::scalar::Scalar): the same text runs on `f64` and on packs of
-//! eight pairs, with the same bits.
+//! Functions are generic over [`Scalar`](pliant::scalar::Scalar): the same code runs on `f64` and on
+//! packs of eight pairs, with identical bits.
 //!
 //! ```
 //! use pliant_contact::barrier::{Barrier, PotentialForm};
@@ -25,9 +26,10 @@
 //! assert!(gradient[0][2] < 0.0 && gradient[1][2] > 0.0);
 //! ```
 
-// Inside a function the symbols of the paper are clearer than words.
+// Functions use the symbols of the cited papers.
 #![allow(non_snake_case)]
-// Loops over small fixed ranges index several arrays at once; closures would lose their target features.
+// Loops over small fixed ranges index several arrays at once; closures would lose the SIMD target
+// features.
 #![allow(clippy::needless_range_loop)]
 
 pub mod barrier;

@@ -1,14 +1,13 @@
-//! Stencils of contact: pairs within reach with their weights, duplicates taken off, those of the same
-//! vertices merged.
+//! Stencils of contact: weighted pairs within reach, duplicates subtracted and equal pairs merged.
 //!
-//! A point over an edge sees two triangles at one distance. [`Duplicates::Sum`] counts both;
-//! [`Duplicates::Max`] takes inner edges off and adds inner vertices, so that flat and convex surfaces are
-//! counted once (Li et al. 2023, arXiv 2307.15908). Pairs of edges weigh `w_e / 4` from each side; where `n`
-//! edges of the other side meet at a vertex, `n - 1` of them are taken off.
+//! A point over an edge has the same distance from two triangles. [`Duplicates::Sum`] counts both.
+//! [`Duplicates::Max`] subtracts inner edges and adds inner vertices, so that flat and convex surfaces
+//! are counted once (Li et al. 2023, arXiv 2307.15908). Pairs of edges weigh `w_e / 4` from each side;
+//! where `n` edges of the other side meet at a vertex, `n - 1` of them are subtracted.
 //!
-//! Wires and particles have no triangles of their own: against triangles the ends of a wire weigh `w_p / 2`
-//! and its edges `w_e / 2`, against other wires half as much from each side; particles weigh `w_p` against
-//! everything, the mean of both against each other.
+//! Wires and particles have no triangles of their own. Against triangles the ends of a wire weigh `w_p /
+//! 2` and its edges `w_e / 2`, against other wires half as much from each side. Particles weigh `w_p`
+//! against everything, the mean of both against each other.
 
 use crate::candidates::CandidatePairs;
 use crate::closest::{InnerKind, InnerPair, Primitives};
@@ -18,30 +17,30 @@ use crate::packs::{Screen, closest_points, screen};
 use crate::pair::{EdgeEdge, PointEdge, PointTriangle};
 use crate::surface::{ContactSurface, VertexKind};
 
-/// Counting of pairs that share closest points.
+/// Treatment of pairs that share closest points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Duplicates {
-    /// Every pair.
+    /// Counts every pair.
     Sum,
-    /// One for each place.
+    /// Counts each position once.
     Max,
 }
 
-/// `N` vertices whose inner closest points have an energy, with its weight [m^2].
+/// Pair of `N` vertices whose closest points are interior, with its weight [m^2].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WeightedPair<const N: usize> {
-    /// The point first; of edges two each.
+    /// The point first, then the others; for edges two vertices each.
     pub vertices: [u32; N],
     /// Sum of the weights; negative in concave corners.
     pub weight: f64,
 }
 
-/// Nearly parallel edges.
+/// Pair of nearly parallel edges.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MollifiedPair {
     /// Ends of the first edge, then of the second.
     pub vertices: [u32; 4],
-    /// The pair among them whose distance counts.
+    /// Pair of their primitives that determines the distance.
     pub inner: InnerPair,
     /// Weight [m^2].
     pub weight: f64,
@@ -49,7 +48,7 @@ pub struct MollifiedPair {
     pub limit: f64,
 }
 
-/// Stencils of contact, each list in the order of its vertices.
+/// Contact stencils, each list sorted by vertices.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ContactStencils {
     /// Pairs of points.
@@ -60,22 +59,22 @@ pub struct ContactStencils {
     pub point_triangle: Vec<WeightedPair<4>>,
     /// Pairs of edges.
     pub edge_edge: Vec<WeightedPair<4>>,
-    /// Nearly parallel edges, which are not merged.
+    /// Pairs of nearly parallel edges, not merged.
     pub mollified: Vec<MollifiedPair>,
 }
 
-/// Primitive that stands for an area.
+/// Primitive whose area enters a weight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum AreaOf {
     /// Vertex of the system.
     Vertex(u32),
-    /// Edge by its number.
+    /// Edge by index.
     Edge(u32),
-    /// Triangle by its number.
+    /// Triangle by index.
     Triangle(u32),
 }
 
-/// Part of an area that a weight has.
+/// Fraction of an area that enters a weight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct AreaPart {
     pub(crate) of: AreaOf,
@@ -83,27 +82,27 @@ pub(crate) struct AreaPart {
 }
 
 impl AreaPart {
-    /// Part of the area of a vertex of the system.
+    /// Fraction of the area of a vertex of the system.
     pub(crate) fn of_vertex(vertex: u32, part: f64) -> Self {
         AreaPart { of: AreaOf::Vertex(vertex), part }
     }
 
-    /// Its multiple.
+    /// Multiple of this fraction.
     fn times(self, factor: f64) -> Self {
         AreaPart { part: self.part * factor, ..self }
     }
 }
 
-/// Receiver of the pairs that a search comes upon, those that are alike one by one.
+/// Receiver of the pairs that a search finds, before equal ones are merged.
 pub(crate) trait PairSink {
-    /// Takes the inner pair of these vertices, of a weight that is the sum of these parts.
+    /// Takes the interior pair of these vertices; its weight is the sum of the parts.
     fn pair(&mut self, vertices: &[u32; 4], inner: &InnerPair, parts: &[AreaPart]);
 
-    /// Takes two edges that are nearly parallel, by their numbers.
+    /// Takes two nearly parallel edges by index.
     fn parallel(&mut self, edges: [u32; 2], inner: &InnerPair, parts: &[AreaPart]);
 }
 
-/// Collector of stencils with their weights.
+/// Sink that collects weighted stencils.
 pub(crate) struct WeightedPairs<'a> {
     pub(crate) surface: &'a ContactSurface,
     pub(crate) stencils: ContactStencils,
@@ -121,7 +120,7 @@ impl PairSink for WeightedPairs<'_> {
 }
 
 impl ContactSurface {
-    /// Sum of parts of areas [m^2].
+    /// Sum of area fractions [m^2].
     #[inline]
     pub(crate) fn weight(&self, parts: &[AreaPart]) -> f64 {
         let area = |of: AreaOf| match of {
@@ -132,7 +131,7 @@ impl ContactSurface {
         parts.iter().fold(0.0, |sum, part| sum + part.part * area(part.of))
     }
 
-    /// Nearly parallel edges `a < b` of this weight [m^2].
+    /// Pair of nearly parallel edges `a < b` of this weight [m^2].
     pub(crate) fn parallel_pair(&self, [a, b]: [u32; 2], inner: &InnerPair, weight: f64) -> MollifiedPair {
         let [[p, q], [r, s]] = [a, b].map(|e| self.edges[e as usize]);
         let [of_a, of_b] = [a, b].map(|e| self.squared_lengths[e as usize]);
@@ -140,12 +139,12 @@ impl ContactSurface {
     }
 }
 
-/// Weights that cancel to less than this part of what was added are none.
+/// Weights that cancel to less than this fraction of the sum of magnitudes are dropped.
 const CANCELLED: f64 = 1e-12;
 
 impl ContactStencils {
-    /// Stencils of the candidates whose gap, their distance less their radii, is below `reach` [m] at `x`,
-    /// flat `(n, D)` [m].
+    /// Finds the stencils among the candidates whose gap, the distance minus the radii, is below `reach`
+    /// [m] at `x`, flat `(n, D)` [m].
     pub fn find<const D: usize>(
         surface: &ContactSurface,
         candidates: &CandidatePairs,
@@ -160,7 +159,7 @@ impl ContactStencils {
         found
     }
 
-    /// Sorts all lists, and adds the weights of pairs that are alike.
+    /// Sorts all lists and adds the weights of equal pairs.
     pub(crate) fn merge(&mut self) {
         merge(&mut self.point_point);
         merge(&mut self.point_edge);
@@ -169,7 +168,7 @@ impl ContactStencils {
         self.mollified.sort_by_key(|pair| (pair.vertices, pair.inner.slots));
     }
 
-    /// True if the one pair of `one` is among these, merged, with a weight above zero.
+    /// True if the single pair of `one` is included with a positive weight; `self` must be merged.
     pub(crate) fn has_like(&self, one: &Self) -> bool {
         fn has<const N: usize>(all: &[WeightedPair<N>], one: &[WeightedPair<N>]) -> bool {
             let found = one.first().map(|one| all.binary_search_by_key(&one.vertices, |pair| pair.vertices));
@@ -181,7 +180,7 @@ impl ContactStencils {
             || has(&self.edge_edge, &one.edge_edge)
     }
 
-    /// Removes all.
+    /// Removes all stencils.
     pub(crate) fn clear(&mut self) {
         self.point_point.clear();
         self.point_edge.clear();
@@ -190,7 +189,7 @@ impl ContactStencils {
         self.mollified.clear();
     }
 
-    /// Adds the inner pair of these vertices, in the order that tells those that are alike.
+    /// Adds the interior pair of these vertices, ordered so that equal pairs compare equal.
     pub(crate) fn push(&mut self, vertices: &[u32; 4], inner: &InnerPair, weight: f64) {
         let [p, q, r, s] = inner.slots.map(|slot| vertices[slot]);
         match inner.kind {
@@ -213,7 +212,7 @@ impl ContactStencils {
     }
 }
 
-/// Sorts by vertices and adds the weights of those that are alike.
+/// Sorts by vertices and adds the weights of equal pairs.
 fn merge<const N: usize>(pairs: &mut Vec<WeightedPair<N>>) {
     // Stable: weights are added in the order of the candidates.
     pairs.sort_by_key(|pair| pair.vertices);
@@ -234,13 +233,13 @@ fn merge<const N: usize>(pairs: &mut Vec<WeightedPair<N>>) {
     pairs.truncate(merged);
 }
 
-/// Ends of two edges, the edge of the lower number first.
+/// Ends of two edges, the edge with the lower index first.
 fn ends_of(surface: &ContactSurface, a: u32, b: u32) -> [u32; 4] {
     let [[p, q], [r, s]] = [a.min(b), a.max(b)].map(|e| surface.edges[e as usize]);
     [p, q, r, s]
 }
 
-/// Shows `sink` the pairs of [`ContactStencils::find`] before those that are alike are merged.
+/// Passes the pairs of [`ContactStencils::find`] to `sink` before equal ones are merged.
 pub(crate) fn find_pairs<const D: usize>(
     surface: &ContactSurface,
     candidates: &CandidatePairs,
@@ -283,13 +282,13 @@ impl<S: PairSink> Finder<'_, S> {
         rows(self.x, vertices)
     }
 
-    /// Distance below which the primitives of these two vertices act [m].
+    /// Distance below which the primitives of these two vertices interact [m].
     #[inline]
     fn distance(&self, a: u32, b: u32) -> f64 {
         self.reach + (self.surface.radius(a) + self.surface.radius(b))
     }
 
-    /// The pairs of primitives within reach, with their vertices and the coefficients of their closest
+    /// Pairs of primitives within reach, with their vertices and the coefficients of their closest
     /// points.
     fn near<K: Primitives<3, 4>>(
         &self,
@@ -297,7 +296,7 @@ impl<S: PairSink> Finder<'_, S> {
         vertices: impl Fn([u32; 2]) -> [u32; 4],
     ) -> Vec<([u32; 2], [u32; 4], [f64; 4])> {
         let all: Vec<[u32; 4]> = pairs.iter().map(|pair| vertices(*pair)).collect();
-        // Boxes are rounded as distances are.
+        // Tolerance for the rounding of distances.
         let reach = |v: &[u32; 4]| self.distance(v[0], v[3]) * (1.0 + 1e-9);
         let by = Screen { boxes: true, across: false, motion: false };
         let may_be_near = screen::<K, 3, 4>(&all, (self.x, None), reach, by);
@@ -317,8 +316,8 @@ impl<S: PairSink> Finder<'_, S> {
         near
     }
 
-    /// Point and edge, in the plane of any kind, in space a wire; its inner vertices once for all of their
-    /// edges.
+    /// Pairs of a point and an edge: any edge in 2D, a wire in 3D. Subtracts duplicates at its inner
+    /// vertices once for all of their edges.
     fn point_and_edge<const D: usize>(&mut self, p: u32, e: u32, max: bool) {
         let surface = self.surface;
         let part = match surface.kinds[p as usize] {
@@ -338,7 +337,7 @@ impl<S: PairSink> Finder<'_, S> {
             if others.next() != Some(&e) {
                 continue;
             }
-            // An edge that ends at the point itself has told nothing.
+            // An edge that ends at the point itself was not counted.
             let twice = others.count();
             if twice > 0 {
                 self.point_point::<D>(p, v, &[part.times(-(twice as f64))]);
@@ -346,7 +345,8 @@ impl<S: PairSink> Finder<'_, S> {
         }
     }
 
-    /// Point and triangle, its inner edges and vertices once for all of their triangles.
+    /// Pair of a point and a triangle. Corrects duplicates at inner edges and vertices once for all of
+    /// their triangles.
     fn point_triangle(&mut self, [p, t]: [u32; 2], coefficients: &[f64; 4], max: bool) {
         let surface = self.surface;
         let part = match surface.kinds[p as usize] {
@@ -360,7 +360,7 @@ impl<S: PairSink> Finder<'_, S> {
         if !max {
             return;
         }
-        // Where one of them has the point for a corner, fewer are counted, and none twice.
+        // If the point is a corner of one of them, fewer are counted, and none twice.
         let is_first = |others: &[u32]| {
             let has_point = |t: &u32| surface.triangles[*t as usize].contains(&p);
             others.first() == Some(&t) && !others.iter().any(has_point)
@@ -392,8 +392,8 @@ impl<S: PairSink> Finder<'_, S> {
         }
     }
 
-    /// Takes off all but one of the edges at `p` that the edge `e` is paired with; told by each of them, done
-    /// for the first.
+    /// Subtracts all but one of the edges at `p` that the edge `e` is paired with. Called for each of
+    /// them, acts for the first.
     fn edges_at(&mut self, e: u32, p: u32, told_by: u32) {
         let surface = self.surface;
         let ends = surface.edges[e as usize];
@@ -402,6 +402,7 @@ impl<S: PairSink> Finder<'_, S> {
         if others.iter().find(|&&f| !touches(f)) != Some(&told_by) {
             return;
         }
+        // Nothing to subtract if the edge is out of reach of the point.
         let [q, r] = ends;
         let closest = PointEdge::closest(&self.rows::<3, 3>(&[p, q, r]));
         let distance = self.distance(p, q);
@@ -409,7 +410,7 @@ impl<S: PairSink> Finder<'_, S> {
             return;
         }
         let inner = InnerPair::of_point_edge(&closest.coefficients);
-        // Of faces and of wires: the share of `e` in a pair, and how many tell of it; one is kept.
+        // For faces and for wires: the share of `e` in a pair, and the number of pairs; one is kept.
         let mut shares = [AreaPart { of: AreaOf::Edge(e), part: 0.0 }; 2];
         let mut counts = [0.0; 2];
         for &f in others.iter().filter(|&&f| !touches(f)) {
@@ -430,7 +431,7 @@ impl<S: PairSink> Finder<'_, S> {
         }
     }
 
-    /// Part of its area that the edge `e` has in its pair with `f`.
+    /// Fraction of its area that the edge `e` contributes to its pair with `f`.
     fn share(&self, e: u32, f: u32) -> AreaPart {
         let part = match [e, f].map(|edge| self.surface.is_wire(edge)) {
             [true, false] => 0.5,
@@ -440,7 +441,7 @@ impl<S: PairSink> Finder<'_, S> {
         AreaPart { of: AreaOf::Edge(e), part }
     }
 
-    /// Places among `vertices` of those that `inner` names by their places in `own`.
+    /// Positions in `vertices` of the vertices that `inner` names by their slots in `own`.
     fn slots(&self, vertices: &[u32; 4], own: &[u32; 3], inner: &InnerPair) -> [usize; 4] {
         let mut slots = [0; 4];
         for i in 0..inner.vertices() {

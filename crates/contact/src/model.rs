@@ -1,5 +1,5 @@
-//! What touches what, and by which laws: the surface of all bodies, obstacles without a surface of their own,
-//! and a law for every two bodies.
+//! Contact model: the surface of all bodies, obstacles without a surface mesh, and contact parameters for
+//! every pair of bodies.
 
 use crate::barrier::Barrier;
 use crate::candidates::BodyPairs;
@@ -7,22 +7,22 @@ use crate::contacts::rows;
 use crate::merge::Duplicates;
 use crate::surface::ContactSurface;
 
-/// Half-space that nothing enters, `n . (x - x_o) + s >= 0` with `x_o` a vertex of the system: it goes where
-/// that vertex goes, and does not turn.
+/// Rigid half-space obstacle, free region `n . (x - x_o) + s >= 0` with `x_o` a vertex of the system: it
+/// translates with that vertex and does not rotate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SolidHalfSpace {
-    /// The vertex that carries it.
+    /// Vertex that carries the half-space.
     pub vertex: u32,
-    /// Unit normal out of it.
+    /// Unit normal, pointing out of the half-space.
     pub normal: [f64; 3],
-    /// `s`: depth of its plane behind that vertex [m].
+    /// `s`: depth of the plane behind that vertex [m].
     pub depth: f64,
-    /// Its body.
+    /// Body of the half-space.
     pub body: u32,
 }
 
 impl SolidHalfSpace {
-    /// Signed distance [m] of vertex `p` from its plane at `x`, flat `(n, D)` [m].
+    /// Signed distance [m] of vertex `p` from the plane at `x`, flat `(n, D)` [m].
     #[inline]
     pub(crate) fn distance<const D: usize>(&self, x: &[f64], p: u32) -> f64 {
         let [p, o] = rows::<D, 2>(x, &[p, self.vertex]);
@@ -30,25 +30,25 @@ impl SolidHalfSpace {
     }
 }
 
-/// Ball about a vertex of the system; its radius is part of the laws of its body.
+/// Rigid ball centred at a vertex of the system; its radius is the offset of its body's laws.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SolidBall {
-    /// The vertex at its centre.
+    /// Vertex at the centre.
     pub vertex: u32,
-    /// Its body.
+    /// Body of the ball.
     pub body: u32,
 }
 
-/// Law of contact of two bodies.
+/// Contact parameters of two bodies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactLaw {
-    /// Normal force.
+    /// Normal contact energy.
     pub barrier: Barrier,
-    /// Coefficient of friction `mu`.
+    /// Friction coefficient `mu`.
     pub friction: f64,
 }
 
-/// A law for every two bodies.
+/// Contact parameters of every pair of bodies.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ContactLaws {
     count: usize,
@@ -56,59 +56,60 @@ pub struct ContactLaws {
 }
 
 impl ContactLaws {
-    /// The laws of `count` bodies by `law(a, b)`, which is symmetric.
+    /// Tabulates `law(a, b)`, which must be symmetric, for `count` bodies.
     pub fn new(count: usize, law: impl Fn(usize, usize) -> ContactLaw) -> Self {
         let laws = (0..count * count).map(|i| law(i / count, i % count)).collect();
         ContactLaws { count, laws }
     }
 
-    /// Law of two bodies.
+    /// Contact parameters of two bodies.
     #[inline]
     pub fn of(&self, a: u32, b: u32) -> &ContactLaw {
         &self.laws[a as usize * self.count + b as usize]
     }
 
-    /// The same, to be changed.
+    /// Contact parameters of two bodies, mutable.
     pub fn of_mut(&mut self, a: u32, b: u32) -> &mut ContactLaw {
         &mut self.laws[a as usize * self.count + b as usize]
     }
 
-    /// True if any two bodies rub.
+    /// True if any pair of bodies has friction.
     pub fn has_friction(&self) -> bool {
         self.laws.iter().any(|law| law.friction > 0.0)
     }
 }
 
-/// Bodies and obstacles that touch.
+/// Contact model of all bodies and obstacles.
 #[derive(Clone, Debug)]
 pub struct ContactModel {
-    /// Surface of all bodies and of obstacles that have one.
+    /// Surface of all bodies and of meshed obstacles.
     pub surface: ContactSurface,
-    /// Obstacles of planes.
+    /// Half-space obstacles.
     pub half_spaces: Vec<SolidHalfSpace>,
-    /// Obstacles of balls.
+    /// Ball obstacles.
     pub balls: Vec<SolidBall>,
-    /// Bodies that may touch each other, and themselves.
+    /// Pairs of bodies that may touch, and bodies with self-contact.
     pub pairs: BodyPairs,
-    /// Laws of every two bodies.
+    /// Contact parameters of every pair of bodies.
     pub laws: ContactLaws,
-    /// Counting of pairs that share closest points.
+    /// Treatment of pairs that share closest points.
     pub duplicates: Duplicates,
-    /// `e`: speed below which friction grows smoothly from zero [m/s].
+    /// `e`: friction regularisation velocity, below which friction grows smoothly from zero [m/s].
     pub threshold_speed: f64,
-    /// Number of times that a solve takes the normal forces of friction anew.
+    /// Limit on the updates of lagged friction forces in a solve.
     pub friction_iterations: u32,
-    /// Bodies that touch themselves from nearer on than others, because they are near themselves at rest.
+    /// Bodies with a shortened activation distance for self-contact, because they are close to themselves
+    /// in the reference configuration.
     pub shortened: Vec<u32>,
     /// Names of the bodies.
     pub names: Vec<String>,
-    /// Number of each vertex of the system in its body.
+    /// Index of each vertex of the system within its body.
     pub labels: Vec<u32>,
 }
 
 impl ContactModel {
-    /// Largest gap at which the surfaces of any two bodies act on each other [m]; half-spaces and balls are
-    /// no surfaces.
+    /// Largest activation distance between meshed surfaces of any two bodies [m]; half-spaces and balls
+    /// are not included.
     pub fn surface_reach(&self) -> f64 {
         let exact = |body: &u32| {
             self.half_spaces.iter().any(|h| h.body == *body) || self.balls.iter().any(|b| b.body == *body)
@@ -123,15 +124,15 @@ impl ContactModel {
         largest
     }
 
-    /// The square of the largest distance from the centre of a ball at which what it touches acts on it
-    /// [m^2], and of what rounding adds to that.
+    /// Squared largest distance from the centre of a ball at which any body interacts with it [m^2], with
+    /// a margin for rounding.
     pub(crate) fn squared_reach_of(&self, ball: &SolidBall) -> f64 {
         let touched = (0..self.names.len() as u32).filter(|body| self.touch(*body, ball.body));
         let reach = touched.map(|body| self.laws.of(body, ball.body).barrier.squared_reach());
         reach.fold(0.0, f64::max) * (1.0 + 1e-9)
     }
 
-    /// Largest distance, radii included, at which any body acts on itself [m].
+    /// Largest distance, radii included, at which any body interacts with itself [m].
     pub fn own_reach(&self) -> f64 {
         let own = (0..self.names.len() as u32).filter(|body| self.touch(*body, *body));
         let distances = own.map(|body| {
@@ -141,7 +142,7 @@ impl ContactModel {
         distances.fold(0.0, f64::max)
     }
 
-    /// Law of the pair of two vertices of the system.
+    /// Contact parameters of the bodies of two vertices of the system.
     #[inline]
     pub fn law(&self, a: u32, b: u32) -> &ContactLaw {
         self.laws.of(self.body(a), self.body(b))
@@ -159,8 +160,8 @@ impl ContactModel {
         self.pairs.touch(a, b)
     }
 
-    /// A primitive in words: a vertex, an edge or a triangle by its numbers in its body, an obstacle by its
-    /// name.
+    /// Names a primitive in a message: a vertex, edge or triangle by its indices in its body, an obstacle
+    /// by its name.
     pub fn named(&self, vertices: &[u32]) -> String {
         let Some(&first) = vertices.first() else { return String::new() };
         let body = &self.names[self.body(first) as usize];
@@ -175,7 +176,7 @@ impl ContactModel {
         format!("{kind} {} of `{body}`", numbers.join("-"))
     }
 
-    /// Bytes held.
+    /// Memory used [bytes].
     pub fn bytes(&self) -> usize {
         let surface = &self.surface;
         4 * (surface.vertices.len() + surface.bodies.len() + surface.triangles.len() * 6)

@@ -1,8 +1,8 @@
-//! The mollifier of edges: pairs of nearly parallel edges fade out, because their closest points jump.
+//! Mollifier of edge pairs: nearly parallel edges fade out, because their closest points jump.
 //!
-//! `m(c) = (2 - c/eps) c/eps` for `c < eps`, 1 above, with `c = |a x b|^2` of the edges `a`, `b` and `eps =
-//! 1e-3 |A|^2 |B|^2` of the edges at rest (Li et al. 2020). Twice differentiable but at `c = eps`; nothing is
-//! divided by `c`.
+//! `m(c) = (2 - c/eps) c/eps` for `c < eps`, 1 above, with `c = |a x b|^2` of the edges `a`, `b` and `eps
+//! = 1e-3 |A|^2 |B|^2` of the reference edges (Li et al. 2020). Twice differentiable except at `c = eps`;
+//! nothing is divided by `c`.
 
 use crate::barrier::{Barrier, EnergyOfDistance};
 use crate::closest::{InnerKind, InnerPair, Primitives};
@@ -13,10 +13,10 @@ use crate::vector::{along, cross, difference, dot, scaled};
 use pliant::algebra::Mat;
 use pliant::material::Psd;
 
-/// `eps / (|A|^2 |B|^2)`.
+/// Ratio `eps / (|A|^2 |B|^2)`.
 const PARALLEL: f64 = 1e-3;
 
-/// A function of the four vertices of two edges, with first and second derivatives.
+/// Function of the four vertices of two edges, with first and second derivatives.
 #[derive(Clone, Copy, Debug)]
 pub struct MollifiedEnergy {
     /// Value.
@@ -27,7 +27,7 @@ pub struct MollifiedEnergy {
     pub hessian: [[f64; 12]; 12],
 }
 
-/// `eps` [m^4] of two edges from their squared lengths at rest [m^2].
+/// `eps` [m^4] of two edges from their squared reference lengths [m^2].
 pub fn parallel_limit(squared_length_a: f64, squared_length_b: f64) -> f64 {
     PARALLEL * squared_length_a * squared_length_b
 }
@@ -38,7 +38,7 @@ pub fn squared_cross(x: &[[f64; 3]; 4]) -> f64 {
     dot(&u, &u)
 }
 
-/// `m` and its first two derivatives by `c`.
+/// Mollifier `m` and its first two derivatives by `c`.
 pub fn mollifier(c: f64, limit: f64) -> [f64; 3] {
     if c >= limit {
         return [1.0, 0.0, 0.0];
@@ -47,7 +47,7 @@ pub fn mollifier(c: f64, limit: f64) -> [f64; 3] {
     [(2.0 - y) * y, 2.0 * (1.0 - y) / limit, -2.0 / (limit * limit)]
 }
 
-/// Derivatives of `m` and of `m'` by `eps`.
+/// Derivatives of `m` and `m'` by `eps`.
 pub(crate) fn mollifier_by_limit(c: f64, limit: f64) -> [f64; 2] {
     if c >= limit {
         return [0.0; 2];
@@ -75,10 +75,10 @@ pub(crate) fn mollified_by_limit(
     gradient
 }
 
-/// Energy `m E` of two edges [J] with its derivatives: exact, or with the nearest positive semidefinite
-/// Hessian.
+/// Mollified energy `m E` of two edges [J] with its derivatives; the Hessian is exact or the nearest
+/// positive semidefinite one.
 ///
-/// `d2(m E) = E d2m + 2 sym(dE dm^T) + m d2E`, projected as a whole: pairs that are mollified are few.
+/// `d2(m E) = E d2m + 2 sym(dE dm^T) + m d2E` is projected as a whole: mollified pairs are few.
 pub fn mollified_pair(
     x: &[[f64; 3]; 4],
     barrier: &Barrier,
@@ -90,7 +90,7 @@ pub fn mollified_pair(
     mollified_inner_pair(x, &inner, barrier, weight, limit, psd)
 }
 
-/// As [`mollified_pair`], with the distance of the pair `inner` of their vertices.
+/// Mollified energy as in [`mollified_pair`], with the distance of the pair `inner` of their vertices.
 pub fn mollified_inner_pair(
     x: &[[f64; 3]; 4],
     inner: &InnerPair,
@@ -118,12 +118,12 @@ pub fn mollified_inner_pair(
     product
 }
 
-/// `m` as a function of the vertices.
+/// Mollifier `m` as a function of the vertices.
 pub(crate) fn mollifier_of_edges(x: &[[f64; 3]; 4], limit: f64) -> MollifiedEnergy {
     let (a, b) = (difference(&x[1], &x[0]), difference(&x[3], &x[2]));
     let u = cross(&a, &b);
     let [value, slope, curvature] = mollifier(dot(&u, &u), limit);
-    // A vertex is the end of its edge, or with a minus its start.
+    // A vertex is the end of its edge (sign +) or its start (sign -).
     let by_edge = slopes_of_cross(&a, &b, &u);
     let second = second_derivatives_of_cross(&a, &b);
     let mut f = MollifiedEnergy { value, gradient: [[0.0; 3]; 4], hessian: [[0.0; 12]; 12] };
@@ -140,7 +140,7 @@ pub(crate) fn mollifier_of_edges(x: &[[f64; 3]; 4], limit: f64) -> MollifiedEner
     f
 }
 
-/// Derivatives of `c` by the edges `a` and `b`, of which `u` is the product.
+/// Derivatives of `c` by the edges `a` and `b`; `u` is their cross product.
 fn slopes_of_cross(a: &[f64; 3], b: &[f64; 3], u: &[f64; 3]) -> [[f64; 3]; 2] {
     [scaled(2.0, &cross(b, u)), scaled(2.0, &cross(u, a))]
 }
@@ -164,7 +164,7 @@ fn second_derivatives_of_cross(a: &[f64; 3], b: &[f64; 3]) -> [[Mat<f64, 3>; 2];
 /// Energy of a squared distance.
 type EnergyLaw<'a> = dyn Fn(f64) -> EnergyOfDistance<f64> + 'a;
 
-/// The energy of the distance of a pair of vertices of two edges, as a function of all four.
+/// Energy of the distance of a pair among the vertices of two edges, as a function of all four.
 fn energy_of_inner_pair(x: &[[f64; 3]; 4], inner: &InnerPair, law: &EnergyLaw<'_>) -> MollifiedEnergy {
     let [p, q, s, t] = inner.slots;
     let mut f = MollifiedEnergy { value: 0.0, gradient: [[0.0; 3]; 4], hessian: [[0.0; 12]; 12] };
@@ -204,11 +204,11 @@ fn add_pair<const N: usize, const P: usize>(
     }
 }
 
-/// Orthonormal combinations of four vertices that a translation leaves alone.
+/// Orthonormal, translation-invariant combinations of four vertices.
 const RELATIVE: [[f64; 4]; 3] = [[0.5, 0.5, -0.5, -0.5], [0.5, -0.5, 0.5, -0.5], [0.5, -0.5, -0.5, 0.5]];
 
-/// The nearest positive semidefinite matrix of one whose rows and columns are blind to translations: an
-/// eigenproblem of nine instead of twelve.
+/// Projects a translation-invariant matrix to the nearest positive semidefinite one: an eigenproblem of
+/// size nine instead of twelve.
 fn project(hessian: &mut [[f64; 12]; 12]) {
     let mut reduced = [[0.0; 9]; 9];
     for i in 0..9 {

@@ -1,4 +1,4 @@
-//! Pairs of one kind, a pack at a time. Every one has the bits that it has by itself.
+//! SIMD packs of contact pairs of one kind. Each pair has the same bits as by itself.
 
 use std::marker::PhantomData;
 
@@ -12,13 +12,13 @@ use crate::model::{ContactLaw, ContactModel};
 use crate::pair::{PairGeometry, PairKind};
 use crate::vector::{are_apart, are_apart_across, smaller, stay_apart, stay_apart_across};
 
-/// Numbers of every vertex of a pack of pairs, lane by lane.
+/// Values for every vertex of a pack of pairs, lane by lane.
 pub(crate) type PackRows<const D: usize, const N: usize> = [[[f64; WIDTH]; D]; N];
 
-/// Something to be done with contacts, with those of pairs a pack at a time.
+/// Operation applied to contacts, one pack of pairs at a time.
 pub(crate) trait PackVisitor<const D: usize> {
-    /// Pairs whose closest points lie inside of both primitives, of one kind and one law: as many lanes as
-    /// there are `pairs`, the last of which fills the rest up.
+    /// Visits pairs of one kind and law whose closest points lie inside both primitives. One lane for
+    /// each of `pairs`; the last pair fills the remaining lanes.
     fn pack<L: Lanes, const N: usize, const P: usize>(
         &mut self,
         pairs: &[WeightedPair<N>],
@@ -27,14 +27,14 @@ pub(crate) trait PackVisitor<const D: usize> {
         weight: L,
     );
 
-    /// A vertex at a half-space, and the half-space's.
+    /// Visits a vertex at a half-space; `vertices` are its own and the half-space's.
     fn plane(&mut self, vertices: &[u32; 2], plane: &PlaneGeometry<D>, law: &ContactLaw, weight: f64);
 
-    /// Nearly parallel edges at the positions `x`; in space.
+    /// Visits nearly parallel edges at the positions `x` (3D).
     fn mollified(&mut self, pair: &MollifiedPair, x: &[[f64; 3]; 4], law: &ContactLaw);
 }
 
-/// A pack of a few, filled up with the last one.
+/// Pack of a few items, padded with the last one.
 #[inline(always)]
 pub(crate) fn filled<T: Copy>(few: &[T]) -> [T; WIDTH] {
     let mut pack = [few[few.len() - 1]; WIDTH];
@@ -42,7 +42,7 @@ pub(crate) fn filled<T: Copy>(few: &[T]) -> [T; WIDTH] {
     pack
 }
 
-/// Rows of `x`, flat `(n, D)`, of the vertices of a pack.
+/// Loads the rows of `x`, flat `(n, D)`, of the vertices of a pack.
 #[inline(always)]
 pub(crate) fn load_rows<L: Lanes, const D: usize, const N: usize>(
     x: &[f64],
@@ -66,7 +66,7 @@ pub(crate) fn load_rows<L: Lanes, const D: usize, const N: usize>(
     rows
 }
 
-/// The lanes of the rows of every vertex.
+/// Stores rows lane by lane.
 #[inline(always)]
 pub(crate) fn store_rows<L: Lanes, const D: usize, const N: usize>(rows: &[[L; D]; N]) -> PackRows<D, N> {
     let mut columns = [[[0.0; WIDTH]; D]; N];
@@ -78,7 +78,7 @@ pub(crate) fn store_rows<L: Lanes, const D: usize, const N: usize>(rows: &[[L; D
     columns
 }
 
-/// Shows pairs at the positions `x`, flat `(n, D)` [m].
+/// Visits pairs at the positions `x`, flat `(n, D)` [m].
 pub(crate) fn visit_pairs<K: PairKind<N, P>, const D: usize, const N: usize, const P: usize>(
     model: &ContactModel,
     x: &[f64],
@@ -92,7 +92,7 @@ pub(crate) fn visit_pairs<K: PairKind<N, P>, const D: usize, const N: usize, con
     }
 }
 
-/// The same of pairs of one law.
+/// Visits pairs that share one law.
 pub(crate) fn visit_pairs_of_law<K: PairKind<N, P>, const D: usize, const N: usize, const P: usize>(
     law: &ContactLaw,
     x: &[f64],
@@ -102,7 +102,7 @@ pub(crate) fn visit_pairs_of_law<K: PairKind<N, P>, const D: usize, const N: usi
     dispatch(PairVisit { pairs, x, law, visitor, kind: PhantomData::<K> });
 }
 
-/// Visit of pairs of one law.
+/// Kernel that visits pairs of one law.
 struct PairVisit<'a, V, K, const D: usize, const N: usize, const P: usize> {
     pairs: &'a [WeightedPair<N>],
     x: &'a [f64],
@@ -134,7 +134,7 @@ impl<V: PackVisitor<D>, K: PairKind<N, P>, const D: usize, const N: usize, const
 /// Coefficients of closest points, and their squared distance [m^2].
 pub(crate) type ClosestOfPair<const N: usize> = ([f64; N], f64);
 
-/// Closest points of pairs of primitives by their vertices, at the positions `x`, flat `(n, D)` [m].
+/// Closest points of pairs of primitives, given by vertices, at the positions `x`, flat `(n, D)` [m].
 pub(crate) fn closest_points<K: Primitives<D, N>, const D: usize, const N: usize>(
     x: &[f64],
     pairs: &[[u32; N]],
@@ -174,8 +174,8 @@ impl<K: Primitives<D, N>, const D: usize, const N: usize> Kernel for ClosestPoin
     }
 }
 
-/// Numbers of the primitives whose boxes are nearer than the root of `squared_reach` [m^2] to `query`,
-/// ascending; those of the ways from `x` to `x + dx` where there is one, flat `(n, D)` [m].
+/// Indices of the primitives whose boxes are closer to `query` than the root of `squared_reach` [m^2],
+/// ascending. With `dx`, boxes enclose the paths from `x` to `x + dx`, flat `(n, D)` [m].
 pub(crate) fn near_box<const D: usize, const N: usize>(
     primitives: &[[u32; N]],
     (x, dx): (&[f64], Option<&[f64]>),
@@ -204,6 +204,7 @@ impl<const D: usize, const N: usize> Kernel for NearBoxKernel<'_, D, N> {
         let reach = L::splat(self.squared_reach);
         let mut first = 0;
         for pack in self.primitives.chunks(WIDTH) {
+            // Boxes of a pack of primitives, including end positions.
             let vertices = filled(pack);
             let from = load_rows::<L, D, N>(self.x, &vertices);
             let (mut low, mut high) = (from[0], from[0]);
@@ -221,6 +222,7 @@ impl<const D: usize, const N: usize> Kernel for NearBoxKernel<'_, D, N> {
                     }
                 }
             }
+            // Squared distances to the query.
             let mut squared = L::zero();
             for k in 0..D {
                 let below = L::splat(self.query.low[k]) - high[k];
@@ -238,19 +240,19 @@ impl<const D: usize, const N: usize> Kernel for NearBoxKernel<'_, D, N> {
     }
 }
 
-/// Quick tests that drop pairs of primitives that do not come near.
+/// Selection of quick tests that drop pairs which do not come near.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Screen {
-    /// Of boxes.
+    /// Compare boxes.
     pub(crate) boxes: bool,
-    /// Along the direction between the means of both.
+    /// Project on the direction between the means of both primitives.
     pub(crate) across: bool,
-    /// Of motion: what moves as one never meets.
+    /// Compare motions: vertices that move as one never meet.
     pub(crate) motion: bool,
 }
 
-/// Marks of pairs by their vertices: false where one is shown in short to be farther apart than its `reach`
-/// [m] at `x`, or all of the way from there to `x + dx`, flat `(n, D)` [m].
+/// Marks pairs, given by vertices, that may come near. False if a test shows a pair to be farther apart
+/// than `reach` [m] at `x`, or on the whole path to `x + dx`, flat `(n, D)` [m].
 pub(crate) fn screen<K: Primitives<D, N>, const D: usize, const N: usize>(
     pairs: &[[u32; N]],
     (x, dx): (&[f64], Option<&[f64]>),

@@ -1,33 +1,34 @@
-//! Geometry of a pair whose closest points lie inside both of its primitives: the coefficients of its
-//! vertices, its normal and its tangents.
+//! Geometry of a pair whose closest points lie inside both primitives: coefficients of its vertices,
+//! normal and tangents.
 //!
 //! Coefficients depend on the parameters of the closest points, `c(beta) = c_0 + sum_j beta_j c_j'`, so
 //! `r(beta) = sum c_i x_i` with `t_j = dr/dbeta_j = sum c_j'_i x_i`, and `beta` minimises `|r|`. Closest
-//! points at a border of a primitive are those of a pair of smaller primitives, [`closest`](crate::closest).
+//! points on the boundary of a primitive are those of a pair of smaller primitives, see
+//! [`closest`](crate::closest).
 
 use crate::vector::{along, difference, dot, inverse_or_zero, mixture, scaled};
 use pliant::scalar::Scalar;
 
-/// A kind of pair: `N` vertices, `P` parameters of its closest points.
+/// Kind of pair: `N` vertices, `P` parameters of its closest points.
 pub trait PairKind<const N: usize, const P: usize> {
     /// `c_0`.
     const START: [f64; N];
     /// `c_j'`.
     const SLOPES: [[f64; N]; P];
-    /// Vertices of the first primitive.
+    /// Number of vertices of the first primitive.
     const FIRST: usize;
 }
 
-/// Two points.
+/// Pair of two points.
 #[derive(Clone, Copy, Debug)]
 pub struct PointPoint;
-/// A point, and an edge between its ends.
+/// Point and edge, the closest point between the edge's ends.
 #[derive(Clone, Copy, Debug)]
 pub struct PointEdge;
-/// A point above a triangle.
+/// Point and triangle, the closest point inside the triangle.
 #[derive(Clone, Copy, Debug)]
 pub struct PointTriangle;
-/// Two edges that cross each other, two vertices each.
+/// Two crossing edges, two vertices each.
 #[derive(Clone, Copy, Debug)]
 pub struct EdgeEdge;
 
@@ -62,9 +63,9 @@ pub struct PairGeometry<S, const D: usize, const N: usize, const P: usize> {
     pub coefficients: [S; N],
     /// `R^-T c'`, with `T = E R` the tangents `t_j` in an orthonormal basis [1/m].
     pub slopes: [[S; N]; P],
-    /// `E`: orthonormal basis of the tangents `t_j`; at right angles to the normal.
+    /// `E`: orthonormal basis of the tangents `t_j`; orthogonal to the normal.
     pub tangents: [[S; D]; P],
-    /// `n = r / d`; zero where the distance is.
+    /// `n = r / d`; zero if `d` is zero.
     pub normal: [S; D],
     /// `d` [m].
     pub distance: S,
@@ -84,7 +85,7 @@ impl<S: Scalar, const D: usize, const N: usize, const P: usize> PairGeometry<S, 
             let slope = splat(&K::SLOPES[j]);
             let (mut row, mut t) = (slope, mixture(&slope, x));
             for k in 0..j {
-                // Twice, because the first time leaves rounding of the whole of `t`.
+                // Twice: the first pass leaves rounding relative to the whole of `t`.
                 for _ in 0..2 {
                     let part = -dot(&t, &tangents[k]);
                     t = along(&t, part, &tangents[k]);
@@ -109,7 +110,7 @@ impl<S: Scalar, const D: usize, const N: usize, const P: usize> PairGeometry<S, 
         PairGeometry { coefficients: c, slopes, tangents, normal, distance, squared_distance }
     }
 
-    /// `dE/dx_i = 2 E'(D) d c_i n` [N] from `E' = dE/dD` [J/m^2].
+    /// Gradient `dE/dx_i = 2 E'(D) d c_i n` [N] from `E' = dE/dD` [J/m^2].
     #[inline(always)]
     pub fn gradient(&self, slope: S) -> [[S; D]; N] {
         let force = scaled((slope + slope) * self.distance, &self.normal);
@@ -121,7 +122,7 @@ impl<S: Scalar, const D: usize, const N: usize, const P: usize> PairGeometry<S, 
     }
 }
 
-/// Constants in every lane.
+/// Broadcasts constants to every lane.
 #[inline(always)]
 fn splat<S: Scalar, const N: usize>(constants: &[f64; N]) -> [S; N] {
     let mut all = [S::zero(); N];
@@ -131,8 +132,7 @@ fn splat<S: Scalar, const N: usize>(constants: &[f64; N]) -> [S; N] {
     all
 }
 
-/// Positions relative to the first: their differences keep the digits that coordinates far from the origin
-/// have.
+/// Positions relative to the first. This keeps the digits of differences far from the origin.
 #[inline(always)]
 pub(crate) fn relative<S: Scalar, const D: usize, const N: usize>(x: &[[S; D]; N]) -> [[S; D]; N] {
     let mut moved = *x;

@@ -1,4 +1,4 @@
-//! Description of one contact: where it is, how near, and the forces.
+//! Description of one contact: position, gap and forces.
 
 use pliant::energy::{LeastGap, SurfaceContact};
 use pliant::lanes::{Lanes, WIDTH};
@@ -13,25 +13,26 @@ use crate::mollifier::mollified_inner_pair;
 use crate::packs::PackVisitor;
 use crate::pair::PairGeometry;
 
-/// One contact.
+/// Description of one contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactReport<const D: usize> {
-    /// Number of its vertices.
+    /// Number of vertices.
     pub count: usize,
     /// Vertices in the system.
     pub vertices: [u32; 4],
-    /// Coefficients of the vertices in the way from the second primitive to the first: those of the first
-    /// are positive and add up to 1.
+    /// Coefficients of the vertices in the vector from the second primitive to the first: those of the
+    /// first are positive and add up to 1.
     pub coefficients: [f64; 4],
-    /// Out of the second primitive, towards the first.
+    /// Unit normal, from the second primitive towards the first.
     pub normal: [f64; D],
-    /// Distance less the radii [m].
+    /// Distance minus the radii [m].
     pub gap: f64,
-    /// Part of it that lies behind the plane at which a half-space begins to push [m].
+    /// Depth of the half-space's contact plane behind the vertex that carries it [m]; included in the
+    /// gap.
     pub depth: f64,
     /// Normal force, `-dE/dd` [N].
     pub force: f64,
-    /// Coefficient of friction.
+    /// Friction coefficient.
     pub friction: f64,
 }
 
@@ -51,21 +52,21 @@ impl<const D: usize> Default for ContactReport<D> {
 }
 
 impl<const D: usize> ContactReport<D> {
-    /// Report of contact `i` at `x`, flat [m].
+    /// Describes contact `i` at `x`, flat [m].
     pub(crate) fn of(contacts: &Contacts, model: &ContactModel, x: &[f64], i: usize) -> Self {
         let mut report = ContactReport::default();
         contacts.visit::<D>(model, x, i, &mut report);
         report
     }
 
-    /// Reports of all contacts at `x`, flat [m], in their order.
+    /// Describes all contacts at `x`, flat [m], in order.
     pub(crate) fn of_all(contacts: &Contacts, model: &ContactModel, x: &[f64]) -> Vec<Self> {
         let mut reports = ContactReports(Vec::with_capacity(contacts.len()));
         contacts.visit_packs::<D>(model, x, 0..contacts.len(), &mut reports);
         reports.0
     }
 
-    /// Vertices of the first primitive, and of the second.
+    /// Vertices of the first primitive and of the second.
     pub fn sides(&self) -> [Vec<u32>; 2] {
         let of = |first: bool| {
             let members = (0..self.count).filter(|i| {
@@ -78,7 +79,7 @@ impl<const D: usize> ContactReport<D> {
     }
 }
 
-/// The contact that has the least part of its distance left, of those that are looked at.
+/// Contact with the smallest relative gap of those examined.
 #[derive(Debug, Default)]
 pub(crate) struct NearestContact {
     least: Option<([u32; 2], f64, f64)>,
@@ -86,7 +87,7 @@ pub(crate) struct NearestContact {
 }
 
 impl NearestContact {
-    /// Looks at one more.
+    /// Examines one more contact.
     pub(crate) fn look_at<const D: usize>(&mut self, report: &ContactReport<D>, model: &ContactModel) {
         self.count += 1;
         let Some([a, b]) = report.bodies(model) else { return };
@@ -96,7 +97,7 @@ impl NearestContact {
         }
     }
 
-    /// Its description at `time` [s].
+    /// Description at `time` [s].
     pub(crate) fn described(self, model: &ContactModel, time: f64) -> Option<LeastGap> {
         let (bodies, gap, relative) = self.least?;
         let bodies = bodies.map(|body| model.names[body as usize].clone());
@@ -105,7 +106,7 @@ impl NearestContact {
 }
 
 impl<const D: usize> ContactReport<D> {
-    /// Bodies of the first primitive and of the second.
+    /// Bodies of the first and the second primitive.
     pub(crate) fn bodies(&self, model: &ContactModel) -> Option<[u32; 2]> {
         let body = |side: f64| {
             let first = (0..self.count).find(|i| self.coefficients[*i] * side > 0.0)?;
@@ -114,22 +115,23 @@ impl<const D: usize> ContactReport<D> {
         Some([body(1.0)?, body(-1.0)?])
     }
 
-    /// Its friction with the present normal force, below `threshold` [m/s] smooth; `None` where nothing rubs.
+    /// Friction with the present normal force and the regularisation velocity `threshold` [m/s]; `None`
+    /// without friction.
     pub fn rubbing(&self, threshold: f64) -> Option<PairFriction<f64, D, 4>> {
-        // Weights below zero take off what others count twice: they would push, not rub.
+        // Negative weights subtract duplicates: they have no friction.
         let limit = self.friction * self.force.max(0.0);
         let ContactReport { coefficients, normal, .. } = *self;
         (limit > 0.0).then_some(PairFriction { coefficients, normal, limit, threshold })
     }
 
-    /// True if it slides at the velocities `v`, flat [m/s], at the speed `threshold` [m/s] or above; `None`
-    /// where nothing rubs.
+    /// True if the contact slides at the velocities `v`, flat [m/s], at `threshold` [m/s] or faster;
+    /// `None` without friction.
     pub(crate) fn slides(&self, threshold: f64, v: &[f64]) -> Option<bool> {
         let slip = self.rubbing(threshold)?.slip(&rows::<D, 4>(v, &self.vertices));
         Some(slip.iter().map(|component| component * component).sum::<f64>() >= threshold * threshold)
     }
 
-    /// Force of friction on the first primitive at the velocities `v`, flat [m/s]; third component 0 in 2D
+    /// Friction force on the first primitive at the velocities `v`, flat [m/s]; third component 0 in 2D
     /// [N].
     fn friction_force(&self, threshold: f64, v: &[f64]) -> [f64; 3] {
         let mut force = [0.0; 3];
@@ -140,7 +142,7 @@ impl<const D: usize> ContactReport<D> {
         force
     }
 
-    /// The contact at the positions `x` and velocities `v`, flat [m] and [m/s], with the names of its bodies.
+    /// Contact at the positions `x` and velocities `v`, flat [m] and [m/s], with the names of its bodies.
     pub fn described(&self, model: &ContactModel, x: &[f64], v: &[f64]) -> SurfaceContact {
         let [first, second] = self.sides();
         let body = |side: &[u32]| side.first().map_or(0, |v| model.body(*v));
@@ -155,7 +157,8 @@ impl<const D: usize> ContactReport<D> {
         }
         let mut normal = [0.0; 3];
         normal[..D].copy_from_slice(&self.normal);
-        // Half-spaces and balls are known by one vertex: the point that touches is the other's foot.
+        // Half-spaces and balls are represented by one vertex: their contact point is the foot of the
+        // other side's.
         for side in 0..2 {
             let of_side = [a, b][side];
             let is_plane = model.half_spaces.iter().any(|h| h.body == of_side);
@@ -229,14 +232,14 @@ impl<const D: usize> ContactVisitor<D> for ContactReport<D> {
         self.normal.copy_from_slice(&normal[..D]);
         self.gap = distance - law.barrier.offset;
         self.friction = law.friction;
-        // m E = m(c) E(d): what the energy would be without the mollifier tells m.
+        // m E = m(c) E(d): the ratio to the energy without the mollifier is m.
         let whole = law.barrier.at(distance * distance, pair.weight);
         let part = if whole.energy != 0.0 { found.value / whole.energy } else { 0.0 };
         self.force = -2.0 * distance * whole.slope * part;
     }
 }
 
-/// Reports of contacts, one after the other.
+/// Reports of contacts, in the order visited.
 struct ContactReports<const D: usize>(Vec<ContactReport<D>>);
 
 impl<const D: usize> PackVisitor<D> for ContactReports<D> {

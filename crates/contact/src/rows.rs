@@ -1,12 +1,12 @@
-//! Forces on the few vertices that touch, and the lists of stencils that the matrix is told of.
+//! Force rows of the few vertices in contact, and the stencil lists of the matrix.
 
 use pliant::energy::Stencils;
 
-/// Rows of forces, one for each vertex of the system, of which few are not zero.
+/// Forces, one row per vertex of the system, few of them nonzero.
 pub(crate) struct TouchedRows<const D: usize> {
     /// Flat `(n, D)` [N].
     rows: Vec<f64>,
-    /// Vertices whose rows may not be zero.
+    /// Vertices whose rows may be nonzero.
     touched: Vec<u32>,
 }
 
@@ -15,14 +15,14 @@ impl<const D: usize> TouchedRows<D> {
         TouchedRows { rows: vec![0.0; D * vertices], touched: vec![] }
     }
 
-    /// Makes all rows zero.
+    /// Sets all rows to zero.
     pub(crate) fn clear(&mut self) {
         for v in self.touched.drain(..) {
             self.rows[v as usize * D..][..D].fill(0.0);
         }
     }
 
-    /// Adds rows to those of some vertices.
+    /// Adds forces to the rows of these vertices.
     pub(crate) fn add(&mut self, vertices: &[u32], rows: &[[f64; D]]) {
         for (v, row) in vertices.iter().zip(rows) {
             let sum = &mut self.rows[*v as usize * D..][..D];
@@ -37,7 +37,7 @@ impl<const D: usize> TouchedRows<D> {
         g.iter_mut().zip(own).for_each(|(g, own)| *g += own);
     }
 
-    /// Bytes held.
+    /// Memory used [bytes].
     pub(crate) fn bytes(&self) -> usize {
         8 * self.rows.len() + 4 * self.touched.len()
     }
@@ -56,7 +56,7 @@ impl StencilLists {
         &self.0
     }
 
-    /// Takes the vertices found, flat for each list; true if any list has others than before.
+    /// Replaces the vertices, flat for each list; true if any list has changed.
     pub(crate) fn replace(&mut self, found: [Vec<u32>; 3]) -> bool {
         let others = self.0.iter().zip(&found).any(|(list, found)| list.vertices != *found);
         self.0.iter_mut().zip(found).for_each(|(list, found)| list.vertices = found);

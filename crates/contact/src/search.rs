@@ -1,4 +1,4 @@
-//! Search of contacts, with what was found last: energy, friction and matrix ask at the same places.
+//! Cached contact search: energy, friction and matrix ask for the same positions.
 
 use std::sync::Arc;
 
@@ -8,29 +8,29 @@ use crate::expected::ExpectedForces;
 use crate::model::ContactModel;
 use crate::surface::ContactSurface;
 
-/// Candidates within these parts of the largest reach and of a typical edge beyond the reach, at least, are
-/// kept for positions to come.
+/// Smallest margin: these fractions of the largest activation distance and of a typical edge length,
+/// whichever is larger.
 const LEAST_MARGIN: [f64; 2] = [0.5, 0.05];
-/// Candidates are not gathered from farther than this part of a typical edge, however fast things move.
+/// Largest margin as a fraction of a typical edge length, however fast bodies move.
 const LARGEST_MARGIN: f64 = 0.1;
 
-/// Contacts at the positions last asked for.
+/// Search with the contacts at the last positions.
 #[derive(Debug)]
 pub(crate) struct ContactSearch<const D: usize> {
     cache: CandidateCache<D>,
     at: Vec<f64>,
     contacts: Contacts,
-    /// Distance that vertices may move until candidates are gathered anew [m].
+    /// Distance that vertices may move before the next search [m].
     margin: f64,
     least_margin: f64,
     largest_margin: f64,
-    /// Largest gap at which surfaces act [m].
+    /// Largest activation distance of surfaces [m].
     pub(crate) reach: f64,
-    /// Forces that the last linear solution of a solve under way expects; none before and after.
+    /// Forces predicted by the last linear solution of the current solve; empty otherwise.
     pub(crate) expected: Arc<ExpectedForces>,
 }
 
-/// Root of the mean squared length of the edges of a surface at rest [m].
+/// Root mean square reference length of the edges of a surface [m].
 pub(crate) fn typical_edge(surface: &ContactSurface) -> f64 {
     let lengths = &surface.squared_lengths;
     (lengths.iter().sum::<f64>() / lengths.len().max(1) as f64).sqrt()
@@ -55,7 +55,7 @@ impl<const D: usize> ContactSearch<D> {
         }
     }
 
-    /// Says how far vertices are likely to move in the steps to come [m].
+    /// Sets the margin from the expected motion of vertices in the next steps [m].
     pub(crate) fn expect_motion(&mut self, motion: f64) {
         self.margin = motion.clamp(self.least_margin, self.largest_margin);
     }
@@ -72,13 +72,13 @@ impl<const D: usize> ContactSearch<D> {
         &self.contacts
     }
 
-    /// Candidates for contacts at `x`, flat `(n, D)` [m].
+    /// Candidate pairs at `x`, flat `(n, D)` [m].
     pub(crate) fn candidates_at(&mut self, model: &ContactModel, x: &[f64]) -> &CandidatePairs {
         self.cache.at(&model.surface, &model.pairs, x, self.reach, self.margin)
     }
 
-    /// Candidates that hold all pairs within `near` [m] on the way from `x` to `x + dx`: those at hand where
-    /// they do.
+    /// Candidates with all pairs within `near` [m] on the path from `x` to `x + dx`; reuses stored ones
+    /// if complete.
     pub(crate) fn on_way(
         &mut self,
         model: &ContactModel,
@@ -88,7 +88,7 @@ impl<const D: usize> ContactSearch<D> {
         self.cache.on_way(&model.surface, &model.pairs, way, near, (self.reach, self.margin))
     }
 
-    /// Bytes held.
+    /// Memory used [bytes].
     pub(crate) fn bytes(&self) -> usize {
         8 * self.at.len() + self.cache.bytes() + 48 * self.contacts.len() + self.expected.bytes()
     }

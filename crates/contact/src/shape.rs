@@ -1,14 +1,14 @@
-//! Dependence of contact on the shape at rest: on the areas that its primitives stand for, and on the lengths
-//! of edges, by which these are nearly parallel.
+//! Derivatives of contact by the reference configuration: by the areas of primitives, and by the edge
+//! lengths that enter the mollifier.
 //!
-//! The weight of a contact is a sum of parts of areas, `w = sum_s f_s A_s`, and its energy and its friction
-//! are in proportion to it: with the forces `g` of the contact at the weight 1,
+//! The weight of a contact is a sum of area fractions, `w = sum_s f_s A_s`, and its energy and friction
+//! are proportional to it. With the forces `g` of the contact at the weight 1,
 //!
 //! ```text
 //! d(w g) = g sum_s f_s dA_s + w dg/d eps d eps,   eps = 1e-3 |A|^2 |B|^2 of the mollifier of edges at rest
 //! ```
 //!
-//! Contacts that are alike have their weights added before; in a derivative each counts by itself.
+//! Equal pairs are merged elsewhere by adding their weights; here each is differentiated by itself.
 
 use crate::closest::InnerPair;
 use crate::contacts::{Contacts, PlaneContact, rows};
@@ -20,12 +20,12 @@ use crate::report::ContactReport;
 use crate::surface::{ContactSurface, VertexKind};
 use crate::vector::{cross, difference, dot};
 
-/// A number for each area of a surface and for each squared length of its edges.
+/// One value for each area of a surface and for each squared edge length.
 pub(crate) struct AreaRates {
     vertices: Vec<f64>,
     edges: Vec<f64>,
     triangles: Vec<f64>,
-    /// Numbers of the squared lengths that the mollifier goes by.
+    /// Values for the squared lengths, which the mollifier depends on.
     squared_lengths: Vec<f64>,
 }
 
@@ -48,7 +48,7 @@ impl AreaRates {
     }
 }
 
-/// Corners of a primitive at rest in space, third component 0 in the plane.
+/// Reference positions of a primitive's vertices in 3D; third component 0 in 2D.
 pub(crate) fn corners<const N: usize>(dimension: usize, rest: &[f64], vertices: &[u32; N]) -> [[f64; 3]; N] {
     let mut corners = [[0.0; 3]; N];
     for (corner, v) in corners.iter_mut().zip(vertices) {
@@ -57,7 +57,7 @@ pub(crate) fn corners<const N: usize>(dimension: usize, rest: &[f64], vertices: 
     corners
 }
 
-/// Derivatives of the area of a triangle by its corners: `n x e / 2` of the edge `e` across from each.
+/// Derivatives of the area of a triangle by its corners: `n x e / 2` of the edge `e` opposite to each.
 pub(crate) fn area_slopes(corners: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
     let normal = cross(&difference(&corners[1], &corners[0]), &difference(&corners[2], &corners[0]));
     let half = 0.5 / dot(&normal, &normal).sqrt();
@@ -73,14 +73,14 @@ impl ContactSurface {
         self.edge_areas[e as usize] / self.squared_lengths[e as usize].sqrt()
     }
 
-    /// Parts of the area of an edge without triangles that its ends have.
+    /// Ends of an edge without triangles that take a share of its area.
     fn ends(&self, e: u32) -> impl Iterator<Item = u32> + '_ {
         let part = move |v: &u32| self.dimension == 2 || self.kinds[*v as usize] == VertexKind::Wire;
         self.edges[e as usize].into_iter().filter(part)
     }
 
-    /// Adds to `rows`, flat by vertices, the derivatives by rest positions of what has these derivatives by
-    /// areas and squared lengths at `rest`, flat [m].
+    /// Chain rule: adds to `rows`, flat by vertices, the derivatives by reference positions `rest`, flat
+    /// [m], from those by areas and squared lengths.
     pub(crate) fn add_by_rest(&self, by: &AreaRates, rest: &[f64], rows: &mut [f64]) {
         let d = self.dimension;
         let mut add = |v: u32, factor: f64, slope: &[f64; 3]| {
@@ -108,8 +108,8 @@ impl ContactSurface {
         }
     }
 
-    /// Changes of areas and squared lengths where rest positions, at `rest`, move by `change`, both flat [m]:
-    /// the transpose.
+    /// Changes of areas and squared lengths if the reference positions `rest` move by `change`, both flat
+    /// [m]: the transpose of [`add_by_rest`](Self::add_by_rest).
     pub(crate) fn area_changes(&self, change: &[f64], rest: &[f64]) -> AreaRates {
         let (d, mut changes) = (self.dimension, AreaRates::zero(self));
         for (e, edge) in self.edges.iter().enumerate() {
@@ -135,12 +135,12 @@ impl ContactSurface {
     }
 }
 
-/// Kind of force of contacts.
+/// Kind of contact force.
 #[derive(Clone, Copy)]
 pub(crate) enum ForceOfContact<'a> {
-    /// `dE/dx`.
+    /// Contact force `dE/dx`.
     Energy,
-    /// `dR/dv` of friction at these velocities, flat [m/s], with the contacts of the place.
+    /// Friction `dR/dv` at these velocities, flat [m/s], with the contacts at these positions.
     Friction(&'a [f64], &'a Contacts),
 }
 
@@ -153,14 +153,14 @@ pub(crate) struct ForcesOnVertices<const D: usize> {
 }
 
 impl<const D: usize> ForcesOnVertices<D> {
-    /// Their work along `p`, flat.
+    /// Work of the forces along `p`, flat.
     fn work(&self, p: &[f64]) -> f64 {
         let along = rows::<D, 4>(p, &self.vertices);
         let own = self.forces.iter().zip(&along).take(self.count);
         own.map(|(force, p)| dot(force, p)).sum()
     }
 
-    /// Adds their multiple to `rows`, flat.
+    /// Adds a multiple of the forces to `rows`, flat.
     fn add(&self, factor: f64, rows: &mut [f64]) {
         for (v, force) in self.vertices.iter().zip(&self.forces).take(self.count) {
             let row = rows[*v as usize * D..][..D].iter_mut();
@@ -174,12 +174,12 @@ impl<const D: usize> ForcesOnVertices<D> {
     }
 }
 
-/// One contact as the shape at rest decides on it.
+/// One contact in terms of the reference configuration.
 pub(crate) struct ShapedPair<'a, const D: usize> {
     parts: &'a [AreaPart],
     /// Forces at the weight 1 m^2 [N/m^2].
     forces: ForcesOnVertices<D>,
-    /// Edges that are nearly parallel, and the derivative of the forces by `eps` [N/m^4].
+    /// For nearly parallel edges, their indices and the derivative of the forces by `eps` [N/m^4].
     parallel: Option<([u32; 2], ForcesOnVertices<D>)>,
 }
 
@@ -196,7 +196,7 @@ impl<const D: usize> ShapedPair<'_, D> {
         }
     }
 
-    /// Adds the change of its forces with that of areas and squared lengths.
+    /// Adds the change of the forces due to that of areas and squared lengths.
     pub(crate) fn add_change(&self, surface: &ContactSurface, changes: &mut AreaRates, rows: &mut [f64]) {
         let grown: f64 = self.parts.iter().map(|part| part.part * *changes.of(part.of)).sum();
         self.forces.add(grown, rows);
@@ -214,18 +214,18 @@ fn limit_slopes(surface: &ContactSurface, [a, b]: [u32; 2]) -> [f64; 2] {
     [parallel_limit(1.0, of_b), parallel_limit(of_a, 1.0)]
 }
 
-/// Sink that shows every contact at `x`, flat [m], by itself.
+/// Sink that visits every contact at `x`, flat [m], by itself.
 pub(crate) struct ShapeSink<'a, const D: usize> {
     pub(crate) model: &'a ContactModel,
     pub(crate) x: &'a [f64],
     pub(crate) of: ForceOfContact<'a>,
-    /// Memory for one contact.
+    /// Buffer for one contact.
     pub(crate) one: Contacts,
     pub(crate) visit: &'a mut dyn FnMut(&ShapedPair<'_, D>),
 }
 
 impl<const D: usize> ShapeSink<'_, D> {
-    /// Forces of the one contact; `None` where it has none, or does not rub.
+    /// Forces of the one contact; `None` if it has none, or no friction.
     fn forces(&self) -> Option<ForcesOnVertices<D>> {
         match self.of {
             ForceOfContact::Energy => {
@@ -249,7 +249,7 @@ impl<const D: usize> ShapeSink<'_, D> {
         }
     }
 
-    /// True if the contact of all that are alike rubs: what pulls does not.
+    /// True if the merged contact has friction: tensile ones do not.
     fn rubs(&self) -> bool {
         match self.of {
             ForceOfContact::Energy => true,
@@ -257,7 +257,7 @@ impl<const D: usize> ShapeSink<'_, D> {
         }
     }
 
-    /// Shows the vertices at half-spaces.
+    /// Visits the vertices at half-spaces.
     pub(crate) fn planes(&mut self, planes: &[PlaneContact]) {
         self.one.clear();
         for plane in planes {
@@ -268,7 +268,7 @@ impl<const D: usize> ShapeSink<'_, D> {
         self.one.planes.clear();
     }
 
-    /// Derivative of the forces of the one contact, of nearly parallel edges, by `eps`.
+    /// Derivative of the forces of the one pair of nearly parallel edges by `eps`.
     fn by_limit(&mut self, pair: &MollifiedPair) -> Option<ForcesOnVertices<D>> {
         let x = corners(D, self.x, &pair.vertices);
         match self.of {
@@ -280,7 +280,7 @@ impl<const D: usize> ShapeSink<'_, D> {
                 Some(ForcesOnVertices { count: 4, vertices: pair.vertices, forces })
             }
             ForceOfContact::Friction(..) => {
-                // Without the mollifier, in proportion to which they are.
+                // Friction is proportional to the mollifier, so evaluate it without.
                 self.one.stencils.mollified[0].limit = 0.0;
                 let [by_limit, _] = mollifier_by_limit(squared_cross(&x), pair.limit);
                 Some(self.forces()?.scaled(pair.weight * by_limit))
@@ -289,7 +289,7 @@ impl<const D: usize> ShapeSink<'_, D> {
     }
 }
 
-/// Four vertices, those that a contact lacks the first.
+/// Pads to four vertices with the first.
 fn filled(vertices: &[u32]) -> [u32; 4] {
     std::array::from_fn(|i| vertices.get(i).or(vertices.first()).copied().unwrap_or_default())
 }

@@ -1,4 +1,4 @@
-//! Starts: whether surfaces cross or overlap before anything has moved.
+//! Checks of an initial configuration: whether surfaces cross or overlap before the first step.
 
 use crate::broad_phase::{Bounds, BoundsTree};
 use crate::candidates::CandidatePairs;
@@ -10,19 +10,19 @@ use crate::vector::{cross, difference, dot};
 use pliant::algebra::scene_size;
 use pliant::quantity::Rounded;
 
-/// Two primitives that are where they cannot both be.
+/// Two primitives that cross or overlap.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BadStart {
-    /// Vertices of the two primitives, in the system; of obstacles their own vertex.
+    /// Vertices of the two primitives in the system; for obstacles the vertex that carries them.
     pub primitives: [Vec<u32>; 2],
-    /// Place [m].
+    /// Position [m].
     pub place: [f64; 3],
-    /// Distance less the radii [m]; `None` where they cross.
+    /// Distance minus the radii [m]; `None` if they cross.
     pub gap: Option<f64>,
 }
 
 impl BadStart {
-    /// It in words, with the place.
+    /// Describes the defect in words, with the position.
     pub fn described<const D: usize>(&self, model: &ContactModel) -> String {
         let [a, b] = self.primitives.each_ref().map(|primitive| model.named(primitive));
         let place = self.place[..D].iter().map(|x| format!("{x:.6}")).collect::<Vec<_>>().join(", ");
@@ -34,24 +34,24 @@ impl BadStart {
     }
 }
 
-/// Pairs of primitives that cross each other at `x`, flat `(n, D)` [m], or are nearer than their radii allow.
+/// Finds pairs of primitives that cross at `x`, flat `(n, D)` [m], or are closer than their radii allow.
 pub fn bad_starts<const D: usize>(model: &ContactModel, x: &[f64]) -> Vec<BadStart> {
     let mut found = if D == 3 { crossing_triangles(model, x) } else { crossing_edges(model, x) };
     found.extend(overlaps::<D>(model, x));
     found
 }
 
-/// Nearest primitives of a body without a common vertex.
+/// Closest primitives of a body that share no vertex.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LeastDistance {
-    /// [m].
+    /// Distance [m].
     pub distance: f64,
-    /// Vertices of the two primitives, in the system.
+    /// Vertices of the two primitives in the system.
     pub primitives: [Vec<u32>; 2],
 }
 
-/// Least distance at rest between primitives of each body without a common vertex, where it is below twice
-/// that at which any acts on itself: contact of a body with itself begins no farther than half of it.
+/// Smallest reference distance between primitives of each body that share no vertex, if below twice the
+/// largest self-contact distance: self-contact begins at no more than half of it.
 pub fn least_distances<const D: usize>(model: &ContactModel, rest: &[f64]) -> Vec<Option<LeastDistance>> {
     let reach = 2.0 * model.own_reach();
     let mut least: Vec<Option<LeastDistance>> = vec![None; model.names.len()];
@@ -67,8 +67,8 @@ pub fn least_distances<const D: usize>(model: &ContactModel, rest: &[f64]) -> Ve
     least
 }
 
-/// Calls `visit` with the two primitives of every candidate, their squared distance, and the coefficients of
-/// their vertices in the shortest way from the second to the first.
+/// Calls `visit` with the two primitives of every candidate pair, their squared distance, and the
+/// coefficients of their vertices in the shortest vector from the second to the first.
 fn each_distance<const D: usize>(
     model: &ContactModel,
     candidates: &CandidatePairs,
@@ -97,7 +97,7 @@ fn each_distance<const D: usize>(
     }
 }
 
-/// Pairs nearer than their radii.
+/// Pairs closer than their radii.
 fn overlaps<const D: usize>(model: &ContactModel, x: &[f64]) -> Vec<BadStart> {
     let mut found = vec![];
     let place = |v: u32| padded::<D>(x, v);
@@ -117,8 +117,8 @@ fn overlaps<const D: usize>(model: &ContactModel, x: &[f64]) -> Vec<BadStart> {
     found
 }
 
-/// Calls `visit` with every primitive of a surface, the vertex of every half-space and ball that it may
-/// touch, the gap between both, and the part of it that lies behind where a half-space begins to push [m].
+/// Calls `visit` with every surface primitive, the vertex of every half-space and ball it may touch, the
+/// gap, and the depth of the half-space's plane behind its vertex, included in the gap [m].
 fn each_obstacle_gap<const D: usize>(
     model: &ContactModel,
     x: &[f64],
@@ -154,20 +154,20 @@ fn each_obstacle_gap<const D: usize>(
     }
 }
 
-/// Contact at a start.
+/// Contact data of an initial configuration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StartSurvey {
-    /// Number of pairs of primitives whose distances the first search looks at.
+    /// Number of candidate pairs of the first search.
     pub candidates: usize,
-    /// Least gap of two bodies, or of a body and an obstacle [m], and the vertices of the two primitives;
-    /// `None` where no two may touch.
+    /// Smallest gap between two bodies, or a body and an obstacle [m], with the vertices of the two
+    /// primitives; `None` if no two may touch.
     pub least: Option<(f64, [Vec<u32>; 2])>,
 }
 
-/// Growth of the distance within which the nearest bodies are looked for.
+/// Growth factor of the search distance for the nearest bodies.
 const WIDER: f64 = 1.5;
 
-/// Candidates and the least gap at `x`, flat `(n, D)` [m].
+/// Counts candidates and finds the smallest gap at `x`, flat `(n, D)` [m].
 pub fn survey<const D: usize>(model: &ContactModel, x: &[f64]) -> StartSurvey {
     let gather = |pairs, reach| CandidatePairs::gather::<D>(&model.surface, pairs, x, None, reach);
     let candidates = gather(&model.pairs, model.surface_reach()).count();
@@ -180,14 +180,14 @@ pub fn survey<const D: usize>(model: &ContactModel, x: &[f64]) -> StartSurvey {
     each_obstacle_gap::<D>(model, x, |primitives, gap, depth| look(&mut least, primitives, gap - depth));
     let Some(apart) = least_gap_of_boxes::<D>(model, x) else { return StartSurvey { candidates, least } };
     let different = model.pairs.of_different_bodies();
-    // Faces of boxes that are parallel are as far apart as their boxes.
+    // Parallel faces of boxes are as far apart as the boxes.
     let (mut reach, most) = (1.01 * model.surface_reach().max(apart), WIDER * scene_size(x, D));
     loop {
         each_distance::<D>(model, &gather(&different, reach), x, |primitives, squared, _| {
             let law = model.law(primitives[0][0], primitives[1][0]);
             look(&mut least, primitives, squared.sqrt() - law.barrier.offset);
         });
-        // All pairs nearer than the reach have been found: one that is farther may not be the nearest.
+        // All pairs closer than the reach have been found; a farther one may not be the nearest.
         if reach > most || least.as_ref().is_some_and(|(gap, _)| *gap <= reach) {
             break;
         }
@@ -196,7 +196,8 @@ pub fn survey<const D: usize>(model: &ContactModel, x: &[f64]) -> StartSurvey {
     StartSurvey { candidates, least }
 }
 
-/// Least gap of the boxes of two bodies whose surfaces may touch [m]: a bound of that of the surfaces.
+/// Smallest gap between the boxes of two bodies that may touch [m], a lower bound of that of their
+/// surfaces.
 fn least_gap_of_boxes<const D: usize>(model: &ContactModel, x: &[f64]) -> Option<f64> {
     let count = model.names.len();
     let mut boxes = vec![Bounds::<D>::EMPTY; count];
@@ -211,7 +212,7 @@ fn least_gap_of_boxes<const D: usize>(model: &ContactModel, x: &[f64]) -> Option
     gaps.filter(|gap| gap.is_finite()).reduce(f64::min)
 }
 
-/// Edges that pass through triangles.
+/// Edges that cross triangles.
 fn crossing_triangles(model: &ContactModel, x: &[f64]) -> Vec<BadStart> {
     let surface = &model.surface;
     let bounds: Vec<Bounds<3>> = surface.triangles.iter().map(|t| Bounds::of_vertices(t, x, None)).collect();
@@ -237,7 +238,7 @@ fn crossing_triangles(model: &ContactModel, x: &[f64]) -> Vec<BadStart> {
     found
 }
 
-/// Place where a segment passes through a triangle, by the signs of volumes of tetrahedra; touching counts.
+/// Intersection of a segment and a triangle, by the signs of tetrahedron volumes; touching counts.
 fn crossing([p, q]: &[[f64; 3]; 2], [a, b, c]: &[[f64; 3]; 3]) -> Option<[f64; 3]> {
     let volume = |a: &[f64; 3], b: &[f64; 3], c: &[f64; 3], d: &[f64; 3]| orientation(a, b, c, d);
     let (side_p, side_q) = (volume(a, b, c, p), volume(a, b, c, q));
@@ -250,13 +251,13 @@ fn crossing([p, q]: &[[f64; 3]; 2], [a, b, c]: &[[f64; 3]; 3]) -> Option<[f64; 3
     inside.then(|| [0, 1, 2].map(|k| p[k] + part * (q[k] - p[k])))
 }
 
-/// Six times the volume of a tetrahedron, with the sign of its orientation.
+/// Signed volume of a tetrahedron, times six (robust predicate).
 fn orientation(a: &[f64; 3], b: &[f64; 3], c: &[f64; 3], d: &[f64; 3]) -> f64 {
     let coord = |p: &[f64; 3]| robust::Coord3D { x: p[0], y: p[1], z: p[2] };
     robust::orient3d(coord(a), coord(b), coord(c), coord(d))
 }
 
-/// Edges that cross each other in the plane.
+/// Edges that cross in 2D.
 fn crossing_edges(model: &ContactModel, x: &[f64]) -> Vec<BadStart> {
     let surface = &model.surface;
     let bounds: Vec<Bounds<2>> = surface.edges.iter().map(|e| Bounds::of_vertices(e, x, None)).collect();
@@ -291,8 +292,8 @@ fn crossing_in_plane(x: &[f64], &[a, b]: &[u32; 2], &[c, d]: &[u32; 2]) -> Optio
     Some([p.x + part * (q.x - p.x), p.y + part * (q.y - p.y), 0.0])
 }
 
-/// Bodies that lie inside closed ones, the inner first: the parity of the crossings of a ray; boxes inside
-/// boxes cross nowhere. One vertex of each body is looked at: where no surfaces cross, all lie on one side.
+/// Finds bodies inside closed ones, the inner first, by the parity of ray crossings: nested boxes have no
+/// crossing surfaces. One vertex of each body suffices, if no surfaces cross.
 pub fn enclosed_bodies<const D: usize>(model: &ContactModel, x: &[f64]) -> Vec<[u32; 2]> {
     let surface = &model.surface;
     let count = model.names.len() as u32;
@@ -327,8 +328,8 @@ pub fn enclosed_bodies<const D: usize>(model: &ContactModel, x: &[f64]) -> Vec<[
     found
 }
 
-/// What cannot be at `x`, flat `(n, D)` [m], in words: surfaces that cross or overlap, bodies inside others;
-/// the first of them.
+/// First defect at `x`, flat `(n, D)` [m], in words: crossing or overlapping surfaces, or a body inside
+/// another.
 pub fn conflict<const D: usize>(model: &ContactModel, x: &[f64]) -> Option<String> {
     if let Some(bad) = bad_starts::<D>(model, x).first() {
         return Some(bad.described::<D>(model));
@@ -338,10 +339,10 @@ pub fn conflict<const D: usize>(model: &ContactModel, x: &[f64]) -> Option<Strin
     Some(format!("`{}` lies inside `{}`", name(inner), name(outer)))
 }
 
-/// Direction of rays: no mesh that is made by hand or by a grid has faces along it.
+/// Ray direction: no handmade or grid mesh has faces along it.
 const RAY: [f64; 3] = [0.577_215_664_901_532_9, 0.713_147_180_559_945_3, 0.430_775_180_316_498];
 
-/// Triangles, in the plane edges, of a body that a ray from the vertex meets.
+/// Number of triangles (2D: edges) of a body that a ray from the vertex meets.
 fn crossings_of_ray<const D: usize>(model: &ContactModel, x: &[f64], vertex: u32, body: u32) -> usize {
     let from = padded::<D>(x, vertex);
     if D == 2 {
@@ -351,7 +352,7 @@ fn crossings_of_ray<const D: usize>(model: &ContactModel, x: &[f64], vertex: u32
                 let [a, b] = edge.map(|v| difference(&padded::<D>(x, v), &from));
                 let side = |p: &[f64; 3], q: &[f64; 3]| p[0] * q[1] - p[1] * q[0];
                 let (of_a, of_b) = (side(&RAY, &a), side(&RAY, &b));
-                // Where it meets the line, in front of the vertex.
+                // True if the ray meets the line in front of the vertex.
                 (of_a > 0.0) != (of_b > 0.0) && side(&a, &b) * (of_b - of_a) > 0.0
             })
             .count();

@@ -1,35 +1,35 @@
-//! Surfaces that touch: their vertices, edges and triangles, and the area that each stands for.
+//! Contact surfaces: vertices, edges and triangles with their areas.
 
 use pliant::topology::DisjointSets;
 
-/// Primitives that a surface consists of, by the numbers of their vertices.
+/// Primitives of a surface, given by vertices.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SurfacePrimitives<'a> {
-    /// Triangles; in space.
+    /// Triangles (3D).
     pub triangles: &'a [[u32; 3]],
-    /// Wires: edges that are sides of no triangle. In the plane outlines too.
+    /// Wires: edges that are not sides of a triangle. In 2D also outlines.
     pub edges: &'a [[u32; 2]],
     /// Particles: vertices without triangles and edges.
     pub particles: &'a [u32],
 }
 
-/// Part that a vertex has in a surface.
+/// Role of a vertex in a surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum VertexKind {
-    /// Corner of triangles, in the plane end of edges.
+    /// Corner of triangles; in 2D an end of edges.
     #[default]
     Face,
-    /// End of wires alone; in space.
+    /// End of wires only (3D).
     Wire,
     /// Particle.
     Particle,
 }
 
-/// Boundary of bodies in space (triangles) or in the plane (edges), wires and particles, with areas at rest.
+/// Boundary of bodies in 3D (triangles) or 2D (edges), wires and particles, with reference areas.
 ///
-/// A vertex has a third of the area of its triangles, an edge a third of its two triangles; in the plane a
+/// A vertex has a third of the area of its triangles, an edge a third of its two triangles. In 2D a
 /// vertex has half the length of its edges, one metre deep. Wires and particles have the area that their
-/// [thickness](Self::thicken) shows. Pairs weighted by them add up to the area in contact.
+/// [thickness](Self::thicken) projects. Pairs weighted by these areas add up to the area in contact.
 #[derive(Clone, Debug, Default)]
 pub struct ContactSurface {
     /// 2 or 3.
@@ -38,39 +38,39 @@ pub struct ContactSurface {
     pub vertices: Vec<u32>,
     /// Edges `[a, b]` with `a < b`, ascending.
     pub edges: Vec<[u32; 2]>,
-    /// Triangles, as they were given; none in the plane.
+    /// Triangles in the order given; none in 2D.
     pub triangles: Vec<[u32; 3]>,
-    /// Area of each triangle at rest [m^2].
+    /// Reference area of each triangle [m^2].
     pub triangle_areas: Vec<f64>,
     /// Edges of each triangle, in the order `01 12 20` of its vertices.
     pub triangle_edges: Vec<[u32; 3]>,
-    /// Area of every vertex of the system [m^2]; zero for those inside.
+    /// Area of every vertex of the system [m^2]; zero for interior ones.
     pub vertex_areas: Vec<f64>,
-    /// Area of each edge [m^2]; in the plane its length, one metre deep.
+    /// Area of each edge [m^2]; in 2D its length, one metre deep.
     pub edge_areas: Vec<f64>,
-    /// Squared length of each edge at rest [m^2].
+    /// Squared reference length of each edge [m^2].
     pub squared_lengths: Vec<f64>,
-    /// Triangles at each edge, `u32::MAX` where there are fewer than two.
+    /// Triangles at each edge, `u32::MAX` for missing ones.
     pub edge_triangles: Vec<[u32; 2]>,
     /// Edges at each vertex of the system, ascending.
     pub vertex_edges: IncidenceLists,
     /// Triangles at each vertex of the system, ascending.
     pub vertex_triangles: IncidenceLists,
-    /// True where the surface goes on around a vertex of the system.
+    /// True if the surface continues all around a vertex of the system.
     pub inner_vertices: Vec<bool>,
-    /// Part of each vertex of the system in the surface.
+    /// Role of each vertex of the system in the surface.
     pub kinds: Vec<VertexKind>,
-    /// Numbers of the edges that are wires, ascending; in space.
+    /// Indices of the wire edges, ascending (3D).
     pub wires: Vec<u32>,
     /// Particles, ascending.
     pub particles: Vec<u32>,
-    /// Body of each vertex of the system; pairs of one body are self-contact.
+    /// Body of each vertex of the system; pairs within a body are self-contact.
     pub bodies: Vec<u32>,
-    /// Radius of each body around its primitives [m]; of those that are not listed 0.
+    /// Radius of each body around its primitives [m]; 0 for bodies not listed.
     pub radii: Vec<f64>,
 }
 
-/// Lists of numbers, one after the other.
+/// Adjacency lists in one array.
 #[derive(Clone, Debug, Default)]
 pub struct IncidenceLists {
     starts: Vec<u32>,
@@ -78,7 +78,7 @@ pub struct IncidenceLists {
 }
 
 impl IncidenceLists {
-    /// Members of the groups: list `k` has the members `i` with `k` in `groups(i)`, ascending.
+    /// Inverts groups: list `k` has the indices `i` with `k` in `groups(i)`, ascending.
     fn by_member<const N: usize>(lists: usize, groups: &[[u32; N]]) -> Self {
         let mut starts = vec![0; lists + 1];
         groups.iter().flatten().for_each(|&k| starts[k as usize + 1] += 1);
@@ -102,12 +102,12 @@ impl IncidenceLists {
     }
 }
 
-/// No triangle.
+/// Marks a missing triangle.
 const NONE: u32 = u32::MAX;
 
 impl ContactSurface {
-    /// Surface of these primitives in space; `rest` flat `(n, 3)` [m], `bodies` by vertex. Wires and
-    /// particles have no area yet.
+    /// Surface of these primitives in 3D; `rest` flat `(n, 3)` [m], `bodies` by vertex. Wires and
+    /// particles have no area until [`thicken`](Self::thicken).
     pub fn in_space(primitives: &SurfacePrimitives<'_>, rest: &[f64], bodies: &[u32]) -> Self {
         let triangles = primitives.triangles;
         let wires = primitives.edges.iter().copied().map(sorted);
@@ -142,7 +142,7 @@ impl ContactSurface {
         surface
     }
 
-    /// Surface of these edges and particles in the plane; `rest` flat `(n, 2)` [m], `bodies` by vertex.
+    /// Surface of these edges and particles in 2D; `rest` flat `(n, 2)` [m], `bodies` by vertex.
     pub fn in_plane(primitives: &SurfacePrimitives<'_>, rest: &[f64], bodies: &[u32]) -> Self {
         let edges = primitives.edges.iter().copied().map(sorted).collect();
         let mut surface = ContactSurface::of_edges(2, edges, primitives.particles, rest, bodies);
@@ -171,6 +171,7 @@ impl ContactSurface {
             let (a, b) = (*a as usize * dimension, *b as usize * dimension);
             (0..dimension).map(|k| (rest[a + k] - rest[b + k]) * (rest[a + k] - rest[b + k])).sum()
         };
+        // Areas: half of each edge's length at each end.
         let squared_lengths: Vec<f64> = edges.iter().map(squared_length).collect();
         let mut vertex_areas = vec![0.0; bodies.len()];
         for (edge, squared) in edges.iter().zip(&squared_lengths) {
@@ -193,9 +194,11 @@ impl ContactSurface {
         }
     }
 
-    /// Gives bodies their radii [m], and wires and particles an area, by the width `t` that others meet,
-    /// twice the radius and the `reach` [m]: of a wire of the length `l` it is `l t`, half of it at each end,
-    /// of a particle `pi t^2 / 4`, in the plane `t`, one metre deep. Outlines have theirs.
+    /// Sets the radii of bodies [m], and the areas of wires and particles.
+    ///
+    /// Their effective width `t` is twice the radius plus the activation distance `reach` [m]. A wire of
+    /// the length `l` has the area `l t`, half of it at each end; a particle `pi t^2 / 4`, in 2D `t`, one
+    /// metre deep. Outlines keep their areas.
     pub fn thicken(&mut self, radii: Vec<f64>, reach: f64) {
         self.radii = radii;
         let width = |v: u32| 2.0 * self.radii[self.bodies[v as usize] as usize] + reach;
@@ -214,15 +217,15 @@ impl ContactSurface {
         }
     }
 
-    /// Number of the piece of each vertex of the system, see [`DisjointSets::numbered`]: edges hold them
-    /// together.
+    /// Connected component of each vertex of the system, see [`DisjointSets::numbered`]; edges connect
+    /// vertices.
     pub(crate) fn pieces(&self) -> Vec<u32> {
         let mut pieces = DisjointSets::new(self.bodies.len());
         self.edges.iter().for_each(|edge| pieces.connect(edge));
         pieces.numbered().0
     }
 
-    /// True for each of `count` bodies that its `pieces` are more than one.
+    /// True for each of `count` bodies with more than one connected component.
     pub(crate) fn divided(&self, pieces: &[u32], count: usize) -> Vec<bool> {
         let (mut first, mut divided) = (vec![None; count], vec![false; count]);
         for &v in &self.vertices {
@@ -238,19 +241,19 @@ impl ContactSurface {
         self.radii.get(self.bodies[vertex as usize] as usize).copied().unwrap_or(0.0)
     }
 
-    /// Numbers of the edges that are no sides of triangles: wires, in the plane all.
+    /// Indices of the edges that are not sides of triangles: wires, in 2D all edges.
     pub fn lone_edges(&self) -> impl Iterator<Item = u32> + '_ {
         let all = if self.dimension == 2 { self.edges.len() as u32 } else { 0 };
         (0..all).chain(self.wires.iter().copied())
     }
 
-    /// True if no triangle meets at the edge; in space.
+    /// True if no triangle meets the edge (3D).
     #[inline]
     pub fn is_wire(&self, edge: u32) -> bool {
         self.edge_triangles[edge as usize][0] == NONE
     }
 
-    /// Number of the edge `[a, b]` with `a < b`, which is one of the surface.
+    /// Index of the edge `[a, b]` with `a < b`, which must be in the surface.
     fn edge(&self, edge: [u32; 2]) -> u32 {
         self.edges.partition_point(|other| *other < edge) as u32
     }
@@ -261,7 +264,7 @@ impl ContactSurface {
     }
 }
 
-/// The edge, lower vertex first.
+/// Edge with the lower vertex first.
 fn sorted([a, b]: [u32; 2]) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }

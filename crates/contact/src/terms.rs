@@ -1,4 +1,4 @@
-//! Terms and starts of a model by the number of dimensions: what is generic over it ends here.
+//! Contact terms and checks with the dimension chosen at run time, on top of the generic code.
 
 use std::sync::Arc;
 
@@ -12,23 +12,23 @@ use crate::start::{self, BadStart, LeastDistance, StartSurvey};
 
 /// Terms of the contacts of one model.
 pub struct ContactTerms {
-    /// Its energy.
+    /// Contact energy.
     pub energy: Box<dyn EnergyTerm>,
-    /// Its friction, where any pair has some.
+    /// Friction, if any pair has some.
     pub friction: Option<Box<dyn DissipativeTerm>>,
 }
 
-/// Choices of contact in steps that are not solved.
+/// Options of contact in explicit steps.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ExplicitOptions<'a> {
-    /// True if surfaces may pass through each other unseen.
+    /// True if surfaces may cross undetected.
     pub allows_crossing: bool,
-    /// A step [s], and the mass [kg] of every vertex: friction has the threshold speed that it bears, see
+    /// Step size [s] and mass [kg] of every vertex, which raise the friction regularisation velocity, see
     /// [`FrictionTerm::raise_threshold`].
     pub borne: Option<(f64, &'a [f64])>,
 }
 
-/// Energy and friction of the contacts of `model` in 2 or 3 dimensions.
+/// Builds energy and friction of the contacts of `model` in 2 or 3 dimensions.
 pub fn contact_terms(
     dimension: usize,
     model: Arc<ContactModel>,
@@ -53,17 +53,17 @@ fn terms_in<const D: usize>(model: Arc<ContactModel>, options: ExplicitOptions<'
     ContactTerms { energy: Box::new(energy), friction }
 }
 
-/// Faults of a start.
+/// Defects of an initial configuration.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StartFaults {
-    /// Pairs that cross, or are nearer than their radii allow, each in words too.
+    /// Pairs that cross or are closer than their radii allow, each with a description.
     pub pairs: Vec<(BadStart, String)>,
-    /// Bodies that lie inside closed ones, the inner first; not looked for where any pair is at fault.
+    /// Bodies inside closed ones, the inner first; not determined if `pairs` is not empty.
     pub enclosed: Vec<[u32; 2]>,
 }
 
-/// Faults of the positions `x`, flat `(n, dimension)` [m], as [`start::bad_starts`] and
-/// [`start::enclosed_bodies`] find them.
+/// Defects of the positions `x`, flat `(n, dimension)` [m], found by [`start::bad_starts`] and
+/// [`start::enclosed_bodies`].
 pub fn start_faults(dimension: usize, model: &ContactModel, x: &[f64]) -> StartFaults {
     match dimension {
         2 => start_faults_in::<2>(model, x),
@@ -81,7 +81,7 @@ fn start_faults_in<const D: usize>(model: &ContactModel, x: &[f64]) -> StartFaul
     StartFaults { pairs, enclosed }
 }
 
-/// Candidates and the least gap at `x`, flat `(n, dimension)` [m], as [`start::survey`] finds them.
+/// Candidates and the smallest gap at `x`, flat `(n, dimension)` [m], found by [`start::survey`].
 pub fn survey(dimension: usize, model: &ContactModel, x: &[f64]) -> StartSurvey {
     match dimension {
         2 => start::survey::<2>(model, x),
@@ -89,7 +89,8 @@ pub fn survey(dimension: usize, model: &ContactModel, x: &[f64]) -> StartSurvey 
     }
 }
 
-/// Least distances of bodies from themselves at rest, as [`start::least_distances`] has them.
+/// Smallest distances of bodies from themselves in the reference configuration, found by
+/// [`start::least_distances`].
 pub fn least_distances(dimension: usize, model: &ContactModel, rest: &[f64]) -> Vec<Option<LeastDistance>> {
     match dimension {
         2 => start::least_distances::<2>(model, rest),

@@ -1,4 +1,4 @@
-//! Vectors on the stack. Products round before they are summed: a processor without fused products is as
+//! Small vectors on the stack. Products round before summation: processors without fused multiply-add are as
 //! fast.
 
 use pliant::scalar::Scalar;
@@ -66,7 +66,7 @@ pub(crate) fn smaller<S: Scalar>(a: S, b: S) -> S {
     S::select(a.lt(b), a, b)
 }
 
-/// `1 / a`, and zero where `a` is no positive normal number.
+/// `1 / a`, or zero unless `a` is a positive normal number.
 #[inline(always)]
 pub(crate) fn inverse_or_zero<S: Scalar>(a: S) -> S {
     S::select(S::splat(f64::MIN_POSITIVE).lt(a), S::one() / a, S::zero())
@@ -77,8 +77,8 @@ pub(crate) fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// True where the boxes around the first `first` and the other positions are farther than `reach` [m] apart
-/// along an axis: what lies in them is.
+/// True where the boxes of the first `first` and of the other positions are farther than `reach` [m]
+/// apart along an axis, and so the positions are.
 #[inline(always)]
 pub(crate) fn are_apart<S: Scalar, const D: usize, const N: usize>(
     x: &[[S; D]; N],
@@ -88,7 +88,8 @@ pub(crate) fn are_apart<S: Scalar, const D: usize, const N: usize>(
     are_boxes_apart(x, x, first, reach)
 }
 
-/// The same of the boxes around the ways from `x` to `x + dx`, seen from the mean of the motions.
+/// True where the boxes of the paths from `x` to `x + dx` are farther than `reach` [m] apart along an
+/// axis; the mean motion is subtracted.
 #[inline(always)]
 pub(crate) fn stay_apart<S: Scalar, const D: usize, const N: usize>(
     x: &[[S; D]; N],
@@ -124,7 +125,8 @@ pub(crate) fn are_apart_across<S: Scalar, const D: usize, const N: usize>(
     are_projections_apart(&along, &along, first, reach, &axis)
 }
 
-/// The same on the ways from `x` to `x + dx`.
+/// True where the paths from `x` to `x + dx` are farther apart than `reach` [m] along that direction; the
+/// mean motion is subtracted.
 #[inline(always)]
 pub(crate) fn stay_apart_across<S: Scalar, const D: usize, const N: usize>(
     x: &[[S; D]; N],
@@ -142,7 +144,7 @@ pub(crate) fn stay_apart_across<S: Scalar, const D: usize, const N: usize>(
     are_projections_apart(&low, &high, first, reach, &axis)
 }
 
-/// Mean of the first `first` rows less that of the others.
+/// Mean of the first `first` rows minus that of the others.
 #[inline(always)]
 fn between_means<S: Scalar, const D: usize, const N: usize>(x: &[[S; D]; N], first: usize) -> [S; D] {
     let mut axis = [S::zero(); D];
@@ -171,8 +173,8 @@ fn mean<S: Scalar, const D: usize, const N: usize>(rows: &[[S; D]; N]) -> [S; D]
     mean
 }
 
-/// True where the spans of products with an axis, which need not be of unit length, are farther than `reach`
-/// [m] apart, those of the first above the others.
+/// True where the projections on an axis, not necessarily of unit length, are farther than `reach` [m]
+/// apart, the first primitive above the other.
 #[inline(always)]
 fn are_projections_apart<S: Scalar, const D: usize, const N: usize>(
     low: &[S; N],
@@ -188,13 +190,14 @@ fn are_projections_apart<S: Scalar, const D: usize, const N: usize>(
     for i in first + 1..N {
         most = most.max(high[i]);
     }
-    // Products are rounded beside the positions, which may be large beside their differences.
+    // Projections are rounded relative to the positions, which may be large compared with their
+    // differences.
     let rounding = S::splat(16.0 * f64::EPSILON) * (least.abs() + most.abs());
     let apart = least - most - rounding;
     S::zero().lt(apart) & (reach * reach * dot(axis, axis)).lt(apart * apart)
 }
 
-/// True where the unions of the boxes of the first `first` vertices, and of the others, are farther than
+/// True where the unions of the boxes of the first `first` vertices and of the others are farther than
 /// `reach` [m] apart along an axis.
 #[inline(always)]
 fn are_boxes_apart<S: Scalar, const D: usize, const N: usize>(

@@ -1,4 +1,4 @@
-//! How far all vertices may go along straight ways before anything touches.
+//! Step limit: how far all vertices may move along straight paths before anything touches.
 
 use pliant::lanes::{Kernel, Lanes, WIDTH, dispatch};
 use rayon::prelude::*;
@@ -14,16 +14,16 @@ use crate::model::{ContactLaw, ContactModel};
 use crate::packs::{Screen, filled, load_rows, near_box, screen};
 use crate::pair::{EdgeEdge, PointEdge, PointPoint, PointTriangle};
 
-/// Pairs that one task looks at.
+/// Pairs per task.
 const TASK: usize = 512;
 
-/// Where a way ends.
+/// Condition that ends a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum WayEnd {
-    /// Where a tenth of a gap is left.
+    /// A tenth of a gap is left.
     Gap,
-    /// Where primitives without an inside pass through each other, or far into radii that a barrier keeps
-    /// free; half-spaces have an inside.
+    /// Primitives without an inside cross each other, or go deep into radii that a barrier keeps free.
+    /// Half-spaces have an inside and are exempt.
     Crossing,
 }
 
@@ -35,14 +35,15 @@ pub(crate) struct Way<'a> {
     pub(crate) ends: WayEnd,
 }
 
-/// What comes nearer than this part of the reach has crossed.
+/// Pairs closer than this fraction of the activation distance have crossed.
 const CROSSED: f64 = 1e-6;
-/// Part of the radii that straight ways stay out of as long as nothing turns by more than 120 degrees.
+/// Fraction of the radii that straight paths stay out of unless something rotates by more than 120
+/// degrees.
 const CORE: f64 = 0.5;
-/// How often a search that has ended on the way is taken up again.
+/// Limit on the restarts of a search that ended on the path.
 const CONTINUATIONS: usize = 10;
 
-/// Two primitives by their vertices, and the part of a motion that they leave free.
+/// Two primitives, given by vertices, and the fraction of a motion that they leave free.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Obstruction {
     pub(crate) part: f64,
@@ -50,8 +51,8 @@ pub(crate) struct Obstruction {
     pub(crate) primitives: [Vec<u32>; 2],
 }
 
-/// Part of the straight ways of all vertices from `x` to `x + dx`, flat `(n, D)` [m], that these pairs,
-/// half-spaces and balls leave free: to where a tenth to a twentieth of a gap is left.
+/// Fraction of the straight motion of all vertices from `x` to `x + dx`, flat `(n, D)` [m], that these
+/// pairs, half-spaces and balls leave free: it ends where a tenth to a twentieth of a gap is left.
 pub fn free_part<const D: usize>(
     model: &ContactModel,
     pairs: &CandidatePairs,
@@ -61,8 +62,8 @@ pub fn free_part<const D: usize>(
 }
 
 impl Way<'_> {
-    /// Obstruction that leaves the least of the way free; `None` where all of it is. The same for any number
-    /// of threads.
+    /// Obstruction with the smallest free fraction; `None` if the whole path is free. Independent of the
+    /// number of threads.
     pub(crate) fn first<const D: usize>(
         &self,
         model: &ContactModel,
@@ -70,6 +71,7 @@ impl Way<'_> {
     ) -> Option<Obstruction> {
         let surface = &model.surface;
         let edge = |e: u32| surface.edges[e as usize];
+        // Particle pairs and point-edge pairs.
         let at_point =
             self.least::<PointPoint, D, 2>(model, &pairs.point_point, |pair| pair).map(|(part, i)| {
                 let [p, q] = pairs.point_point[i];
@@ -86,6 +88,7 @@ impl Way<'_> {
             });
         let mut by_pairs = nearest(at_point, at_lone_edge);
         if D == 3 {
+            // In 3D also point-triangle and edge-edge pairs.
             let of_triangle = |[p, t]: [u32; 2]| {
                 let [a, b, c] = surface.triangles[t as usize];
                 [p, a, b, c]
@@ -108,8 +111,8 @@ impl Way<'_> {
         nearest(nearest(by_pairs, self.planes::<D>(model)), self.balls::<D>(model))
     }
 
-    /// The least part below 1 over all pairs, `vertices` those of one, and the number of the pair, the first
-    /// of those that are equal.
+    /// Smallest fraction below 1 over all pairs, and the index of its pair, the first of equal ones.
+    /// `vertices` gives the vertices of a pair.
     fn least<K: Primitives<D, N>, const D: usize, const N: usize>(
         &self,
         model: &ContactModel,
@@ -143,7 +146,7 @@ impl Way<'_> {
         smallest(tasks.into_iter().flatten())
     }
 
-    /// Distance at which a pair is looked at [m].
+    /// Distance at which a pair is examined [m].
     fn near(&self, law: &ContactLaw) -> f64 {
         let GapLimit { reach, offset } = match self.ends {
             WayEnd::Crossing => passed(law),
@@ -187,7 +190,7 @@ impl Way<'_> {
             let meets = |vertices: &[u32]| {
                 let barrier = &model.law(vertices[0], ball.vertex).barrier;
                 let reached = Bounds::<D>::of_vertices(vertices, self.x, Some((self.dx, &[0.0; D])));
-                // Distances are rounded.
+                // Tolerance for the rounding of distances.
                 let near = reached.squared_distance(&centre) <= barrier.squared_reach() * (1.0 + 1e-9);
                 near && model.touch(model.body(vertices[0]), ball.body)
             };
@@ -195,6 +198,7 @@ impl Way<'_> {
             let at = |part: f64, vertices: &[u32]| {
                 Some(Obstruction { part, primitives: [vertices.to_vec(), vec![ball.vertex]] })
             };
+            // Triangles.
             let ways = (self.x, Some(self.dx));
             let near = near_box::<D, 3>(&surface.triangles, ways, &centre, model.squared_reach_of(ball));
             let touches = |t: &u32| model.touch(model.body(surface.triangles[*t as usize][0]), ball.body);
@@ -206,6 +210,7 @@ impl Way<'_> {
             let first = self.least::<PointTriangle, 3, 4>(model, &near, of_triangle);
             let triangle = |i: usize| &surface.triangles[near[i][1] as usize];
             least = nearest(least, first.and_then(|(part, i)| at(part, triangle(i))));
+            // Lone edges.
             let edge = |e: u32| surface.edges[e as usize];
             let near: Vec<_> =
                 surface.lone_edges().filter(|e| meets(&edge(*e))).map(|e| [ball.vertex, e]).collect();
@@ -215,6 +220,7 @@ impl Way<'_> {
             };
             let first = self.least::<PointEdge, D, 3>(model, &near, of_edge);
             least = nearest(least, first.and_then(|(part, i)| at(part, &edge(near[i][1]))));
+            // Particles.
             let particles = surface.particles.iter().filter(|p| meets(&[**p]));
             let near: Vec<_> = particles.map(|p| [ball.vertex, *p]).collect();
             let first = self.least::<PointPoint, D, 2>(model, &near, |pair| pair);
@@ -224,8 +230,9 @@ impl Way<'_> {
     }
 }
 
-/// The part of the motion from `x` to `x + dx` after which two primitives are nearer than `limit`, or than
-/// both ends of the way allow; 1 where they never are. One that cannot be shown to be free counts as not free.
+/// Fraction of the motion from `x` to `x + dx` after which two primitives are closer than `limit`, or
+/// than both ends of the path allow; 1 if they never are. A motion that cannot be shown to be free counts
+/// as crossing.
 fn crossing<K: Primitives<D, N>, const D: usize, const N: usize>(
     x: &[[f64; D]; N],
     dx: &[[f64; D]; N],
@@ -259,19 +266,19 @@ fn crossing<K: Primitives<D, N>, const D: usize, const N: usize>(
     time
 }
 
-/// The least part below 1, the first of those that are equal.
+/// Smallest fraction below 1, the first of equal ones.
 fn smallest(parts: impl Iterator<Item = (f64, usize)>) -> Option<(f64, usize)> {
     let below = parts.filter(|(part, _)| *part < 1.0);
     below.reduce(|least, next| if next.0 < least.0 { next } else { least })
 }
 
-/// Collision of pairs of one law on a way, pack by pack.
+/// Collision detection of pairs of one law on a path, pack by pack.
 struct Collisions<'a, K, const D: usize, const N: usize> {
     way: Way<'a>,
-    /// Pairs that may meet, with their numbers.
+    /// Pairs that may meet, with their indices.
     near: &'a [(usize, [u32; N])],
     gap: GapLimit,
-    /// Gains the free part of each.
+    /// Output: the free fraction of each pair.
     parts: &'a mut Vec<f64>,
     of: PhantomData<K>,
 }
@@ -299,14 +306,15 @@ fn gap(law: &ContactLaw) -> GapLimit {
     GapLimit { reach: law.barrier.reach, offset: law.barrier.offset }
 }
 
-/// What is nearer has passed: barriers keep all of the radii free, but not on the straight way.
+/// Limit below which a pair has crossed: barriers keep all of the radii free, but not along the straight
+/// path.
 fn passed(law: &ContactLaw) -> GapLimit {
     let ContactLaw { barrier, .. } = law;
     let core = if barrier.form == PotentialForm::Barrier { CORE * barrier.offset } else { 0.0 };
     GapLimit { reach: CROSSED * barrier.reach, offset: core }
 }
 
-/// The one that leaves less, the first where they are equal.
+/// The obstruction with the smaller free fraction, the first if equal.
 fn nearest(a: Option<Obstruction>, b: Option<Obstruction>) -> Option<Obstruction> {
     match (a, b) {
         (Some(a), Some(b)) => Some(if b.part < a.part { b } else { a }),

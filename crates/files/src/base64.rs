@@ -1,9 +1,9 @@
-//! Base 64, RFC 4648, as VTK's XML files use it: several encodings, each with its own padding, may follow
+//! Base 64 (RFC 4648) as in VTK's XML files: several encodings, each with its own padding, may follow
 //! each other, which the common crates refuse.
 
 const ALPHABET: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
 
-/// The text of these bytes, padded.
+/// Encodes bytes as padded text.
 pub fn encode(bytes: &[u8]) -> String {
     let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
     for chunk in bytes.chunks(3) {
@@ -17,8 +17,8 @@ pub fn encode(bytes: &[u8]) -> String {
     text
 }
 
-/// The bytes of one encoding or of several that follow each other; white space is passed over. Ends at the
-/// first character that does not belong, and returns its position, if there is one.
+/// Decodes one encoding or several in sequence, ignoring white space. Ends at the first invalid character
+/// and returns its position, if there is one.
 pub fn decode(text: &[u8]) -> (Vec<u8>, Option<usize>) {
     let mut bytes = Vec::with_capacity(text.len() / 4 * 3);
     let (mut word, mut digits, mut padding) = (0_u32, 0, 0);

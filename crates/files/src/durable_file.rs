@@ -1,20 +1,19 @@
-//! Files that are there as a whole or not at all, whatever happens to the process or to the power.
+//! Atomic file replacement: a file is complete or absent, even after a kill or a power failure.
 
 use std::ffi::OsString;
 use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-/// Puts a file with this content in the place of `path`: at every moment the old one or the new one is
-/// there.
+/// Replaces the file at `path` by one with this content: at every moment the old or the new one is there.
 ///
 /// # Errors
-/// Errors of the system; the old file is there then.
+/// Errors of the system; the old file is kept then.
 pub fn replace(path: &Path, content: &[u8]) -> io::Result<()> {
     let temporary = with_suffix(path, ".new");
     let written = write(&temporary, content).and_then(|()| std::fs::rename(&temporary, path));
     if written.is_err() {
-        // The next one to this name overwrites what cannot be removed.
+        // If it cannot be removed, the next write to this name overwrites it.
         let _ = std::fs::remove_file(&temporary);
     }
     written?;
@@ -28,8 +27,8 @@ fn write(path: &Path, content: &[u8]) -> io::Result<()> {
     file.sync_all()
 }
 
-/// Creates an empty file in the place of `path`. A link there is replaced; the file that it leads to keeps
-/// its content, so that a folder from somebody else can have nothing of yours overwritten.
+/// Creates an empty file at `path`. A link there is replaced and its target keeps its content, so that a
+/// prepared directory cannot make you overwrite other files.
 ///
 /// # Errors
 /// Errors of the system.
@@ -40,18 +39,18 @@ pub fn create(path: &Path) -> io::Result<File> {
     }
 }
 
-/// The path with something appended to its last component.
+/// Appends to the last component of a path.
 pub fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
     let mut name = OsString::from(path);
     name.push(suffix);
     PathBuf::from(name)
 }
 
-/// Makes a rename survive a power cut, where the system allows to sync a directory.
+/// Makes a rename survive a power failure, if the system can sync a directory.
 pub fn sync_directory_of(path: &Path) {
     let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
     if let Ok(directory) = File::open(parent.unwrap_or(Path::new("."))) {
-        // The file itself is synced; if its directory cannot be, nothing can be done about it.
+        // The file itself is synced; an error of its directory is ignored.
         let _ = directory.sync_all();
     }
 }

@@ -1,8 +1,7 @@
-//! Hashes that no version changes.
+//! Hash function that stays the same in every version.
 
-/// The hash of Fowler, Noll and Vo, variant 1a, of 64 bits: the same in every version of everything.
-/// Fowler, Noll, Vo, Eastlake 2019, *The FNV non-cryptographic hash algorithm*, IETF draft-eastlake-fnv,
-/// section 2.
+/// Computes the 64-bit hash FNV-1a of Fowler, Noll and Vo, which never changes. Fowler, Noll, Vo,
+/// Eastlake 2019, *The FNV non-cryptographic hash algorithm*, IETF draft-eastlake-fnv, section 2.
 pub fn fnv1a(bytes: &[u8]) -> u64 {
     let (basis, prime) = (0xcbf2_9ce4_8422_2325, 0x0100_0000_01b3);
     bytes.iter().fold(basis, |hash: u64, byte| (hash ^ u64::from(*byte)).wrapping_mul(prime))

@@ -1,4 +1,4 @@
-//! Files of `pliant`: regular ones only, whole or not at all; base 64; a hash that no version changes.
+//! File access of `pliant`: regular files only, atomic replacement, base 64, and a stable hash.
 
 pub mod base64;
 pub mod durable_file;

@@ -1,5 +1,4 @@
-//! Files that can be read to their end: a named pipe keeps its reader waiting, a device may have no
-//! end.
+//! Access to regular files only: a named pipe blocks its reader, a device may have no end.
 
 use std::fs::{File, FileType};
 use std::io::{self, Read};
@@ -8,27 +7,27 @@ use std::path::Path;
 /// Opens a regular file, or a link to one.
 ///
 /// # Errors
-/// Errors of the system; [`io::ErrorKind::InvalidInput`] for what is no regular file, which is not opened.
+/// Errors of the system; [`io::ErrorKind::InvalidInput`] if it is not a regular file, which is then not
+/// opened.
 pub fn open(path: &Path) -> io::Result<File> {
     ensure_regular(std::fs::metadata(path)?.file_type())?;
     File::open(path)
 }
 
-/// The content of a regular file.
+/// Reads a regular file.
 ///
 /// # Errors
-/// As [`open`].
+/// The errors of [`open`].
 pub fn read(path: &Path) -> io::Result<Vec<u8>> {
     let mut content = Vec::new();
     open(path)?.read_to_end(&mut content)?;
     Ok(content)
 }
 
-/// Refuses a path at which something is that is no regular file: a rename would put a file in the place of
-/// a device.
+/// Refuses a path with something other than a regular file: a rename would replace a device by a file.
 ///
 /// # Errors
-/// [`io::ErrorKind::InvalidInput`] for such a thing.
+/// [`io::ErrorKind::InvalidInput`] in this case.
 pub fn ensure_replaceable(path: &Path) -> io::Result<()> {
     std::fs::metadata(path).map_or(Ok(()), |there| ensure_regular(there.file_type()))
 }

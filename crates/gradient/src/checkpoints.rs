@@ -1,19 +1,19 @@
-//! Where to keep states of a run that does not fit memory.
+//! Binomial checkpointing: which states to keep of a run that does not fit into memory.
 //!
-//! Of `n` pieces of a run, each is taken back once its states are there; states before pieces are kept in a
-//! few slots, and the pieces between are run again. With `s` slots and no piece run more than `r` times
-//! `C(s + r, s)` pieces can be taken back; Griewank, Walther 2000, "Algorithm 799: revolve", ACM Trans.
-//! Math. Software 26, 19.
+//! The run is divided into `n` pieces, and each is propagated back once its states are available. States
+//! before pieces are kept in a few slots, and the pieces between are run again. With `s` slots, and no
+//! piece run more than `r` times, `C(s + r, s)` pieces can be propagated back; Griewank, Walther 2000,
+//! "Algorithm 799: revolve", ACM Trans. Math. Software 26, 19.
 
-/// Pieces that can be taken back with so many slots, the state at the beginning in one of them, if none is
-/// run more than `runs` times.
+/// Number of pieces that can be propagated back with these slots, one of them for the initial state, if
+/// none is run more than `runs` times.
 fn reach(slots: usize, runs: usize) -> u128 {
     // Each quotient is a binomial coefficient: exact.
     (1..=slots as u128).fold(1_u128, |product, i| product.saturating_mul(runs as u128 + i) / i)
 }
 
-/// Of `pieces` pieces, two at least, how many are before the next state to be kept, with so many slots left
-/// beside that at the beginning, one at least.
+/// Number of pieces before the next state to be kept, of `pieces` (at least two), with `slots` (at least
+/// one) left in addition to that of the initial state.
 pub(crate) fn split(pieces: usize, slots: usize) -> usize {
     let all = slots + 1;
     let runs = (1..).find(|runs| reach(all, *runs) >= pieces as u128).unwrap_or(1);
@@ -26,7 +26,7 @@ pub(crate) fn split(pieces: usize, slots: usize) -> usize {
 mod tests {
     use super::*;
 
-    /// Pieces that are run to take all back, those of recording included.
+    /// Total number of piece runs, those of recording included.
     fn runs(pieces: usize, slots: usize) -> usize {
         if pieces == 1 {
             return 1;
@@ -38,7 +38,7 @@ mod tests {
         left + runs(pieces - left, slots - 1) + runs(left, slots)
     }
 
-    // With s slots in all and r = 2 runs of no piece more than twice: (s + 1)(s + 2)/2 pieces.
+    // With s slots in all, and no piece run more than r = 2 times: (s + 1)(s + 2)/2 pieces.
     #[test]
     fn no_piece_is_run_more_often_than_binomial_checkpoints_do() {
         assert_eq!((reach(3, 2), reach(1, 5), reach(4, 0)), (10, 6, 1));
@@ -46,7 +46,7 @@ mod tests {
             let mean = runs(pieces, slots) as f64 / pieces as f64;
             assert!(mean <= at_most as f64, "{pieces} pieces with {slots} slots: {mean} runs each");
         }
-        // Without slots the run begins anew for each piece.
+        // Without slots the run starts again for each piece.
         assert_eq!(runs(10, 0), 55);
         assert!(runs(200, 4) < 200 * 6, "{}", runs(200, 4));
     }

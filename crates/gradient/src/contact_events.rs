@@ -1,25 +1,26 @@
-//! Changes of contacts from one state of a run to the next.
+//! Changes of contacts between successive states of a run.
 
 use std::collections::BTreeMap;
 
 use pliant::energy::TouchingPair;
 use pliant::system::System;
 
-/// Changes of the pairs of closest primitives that touch, counted from each state of a run to the next.
+/// Changes of the pairs of closest primitives in contact, counted between successive states of a run.
 ///
-/// The energy of contact is smooth where a pair comes within reach, and so is friction where it begins to
-/// slide: derivatives are those of the run, on both sides. Their second derivatives jump there, also where
-/// the closest point goes from one primitive to the next, which is another pair. A gradient of many such
-/// changes says little about changes that are large enough to shift them.
+/// The contact energy is smooth where a pair comes within the activation distance, and so is friction
+/// where sliding begins: the derivatives are those of the run, on both sides. Second derivatives jump
+/// there, and also where the closest point moves to another primitive, which counts as another pair. A
+/// gradient with many such changes says little about perturbations that are large enough to shift them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ContactEvents {
-    /// Pairs that have come within reach.
+    /// Number of pairs that have come within the activation distance.
     pub come: u64,
-    /// Pairs that have left it.
+    /// Number of pairs that have left it.
     pub left: u64,
-    /// Pairs that stuck and slide now, by the velocities of states; statics has none.
+    /// Number of pairs that have changed from sticking to sliding, judged by the velocities of states;
+    /// always 0 in statics.
     pub slid: u64,
-    /// Pairs that slid and stick now.
+    /// Number of pairs that have changed from sliding to sticking.
     pub stuck: u64,
 }
 
@@ -38,11 +39,11 @@ impl ContactEvents {
     }
 }
 
-/// Pairs that touch in a state, by their vertices, and whether each slides.
+/// Pairs in contact in a state, by their vertices, and whether each slides.
 pub(crate) struct TouchingPairs(BTreeMap<[u32; 4], Option<bool>>);
 
 impl TouchingPairs {
-    /// Pairs at `x` and `v`, flat; `None` where nothing can touch.
+    /// Pairs at `x` and `v`, flat; `None` in a system without contact.
     pub(crate) fn of(system: &System, x: &[f64], v: &[f64]) -> Option<Self> {
         let mut terms = system.terms().iter().filter_map(|term| term.touching()).peekable();
         terms.peek()?;

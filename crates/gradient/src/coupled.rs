@@ -1,4 +1,4 @@
-//! Linear equations of fully implicit steps, all stages at once, with the exact Hessians.
+//! Linear equations of fully implicit steps: all stages at once, with exact Hessians.
 
 use pliant::material::Psd;
 use pliant::solver::hessian::{Assembler, At, Weights};
@@ -9,14 +9,15 @@ use crate::adjoint::add_scaled;
 use crate::krylov::{CorrectedEquations, keep_free, solve};
 use crate::linear::Products;
 
-/// A stage: its time [s], positions and velocities, flat.
+/// Evaluation point of a stage: time [s], positions and velocities, flat.
 pub(crate) struct StagePlace {
     pub(crate) time: f64,
     pub(crate) x: Vec<f64>,
     pub(crate) v: Vec<f64>,
 }
 
-/// The equations of the stages `i` of a step, `H` and `C` second derivatives, `c` the ether drag:
+/// Equations of the stages `i` of a step, with second derivatives `H` and `C` and mass-proportional drag
+/// `c`:
 ///
 /// ```text
 /// M p_i + sum_k [d_ik (C_k + c M) + k_ik (H_k + (d2R/dx dv)_k^T)] p_k = b_i           of an adjoint
@@ -24,7 +25,7 @@ pub(crate) struct StagePlace {
 /// ```
 pub(crate) struct CoupledEquations<'a> {
     pub(crate) stages: &'a [StagePlace],
-    /// True for those of tangents.
+    /// True for tangents, false for adjoints.
     pub(crate) is_forth: bool,
     /// `d_ik` [s].
     pub(crate) damping: &'a [Vec<f64>],
@@ -33,7 +34,7 @@ pub(crate) struct CoupledEquations<'a> {
 }
 
 impl CoupledEquations<'_> {
-    /// The solution; zero where held. `None` where there is none.
+    /// Solves the equations; components are zero where fixed. `None` if they are singular.
     pub(crate) fn solve(&self, system: &mut System, b: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
         let lu = match system.dimension() {
             2 => self.factorise::<2>(system)?,
@@ -50,12 +51,13 @@ impl CoupledEquations<'_> {
         is_solved.then(|| p.chunks_exact(n).map(<[f64]>::to_vec).collect())
     }
 
-    /// Factors of the matrix without its part that is not symmetric at each stage; held coordinates have
-    /// rows and columns of the identity.
+    /// Factorises the matrix without the nonsymmetric part of each stage. Fixed coordinates have rows and
+    /// columns of the identity.
     fn factorise<const D: usize>(&self, system: &mut System) -> Option<Lu> {
         let (count, drag) = (self.stages.len(), system.ether_drag());
         let mut assembler = Assembler::<D>::new(system);
         let n = system.inverse_mass().len();
+        // Hessian and damping matrix of each stage.
         let mut of_stage = |stage: &StagePlace| {
             let at = At { x: &stage.x, v: &stage.v, psd: Psd::Exact, predicted_from: None };
             system.set_time(stage.time);
@@ -66,6 +68,7 @@ impl CoupledEquations<'_> {
             })
         };
         let matrices: Vec<_> = self.stages.iter().map(&mut of_stage).collect();
+        // Columns of the coupled matrix, stage by stage.
         let (mut column_start, mut row, mut entries) = (vec![0], vec![], vec![]);
         for k in 0..count {
             for column in 0..n {
@@ -97,7 +100,7 @@ impl CoupledEquations<'_> {
     }
 }
 
-/// The equations with factors of a part of their matrix.
+/// Equations with factors of a part of their matrix.
 struct FactorisedEquations<'a> {
     equations: &'a CoupledEquations<'a>,
     system: &'a mut System,
@@ -108,7 +111,7 @@ struct FactorisedEquations<'a> {
 }
 
 impl FactorisedEquations<'_> {
-    /// Writes `b - A p`, or `-A p`; gives its largest free component.
+    /// Writes `b - A p`, or `-A p`, and returns its largest free component.
     fn less_product(&mut self, has_right: bool, p: &[f64], residual: &mut [f64]) -> f64 {
         let FactorisedEquations { equations, system, b, zero, .. } = self;
         let (b, n, d) = (if has_right { *b } else { &zero[..] }, zero[0].len(), system.dimension());
@@ -124,7 +127,7 @@ impl FactorisedEquations<'_> {
         keep_free(self.system, residual)
     }
 
-    /// Subtracts the products of forces of an adjoint.
+    /// Subtracts the force products of an adjoint.
     fn subtract_back(&mut self, p: &[f64], residual: &mut [f64]) {
         let FactorisedEquations { equations, system, zero, products, .. } = self;
         let (n, d, drag) = (zero[0].len(), system.dimension(), system.ether_drag());
@@ -145,7 +148,7 @@ impl FactorisedEquations<'_> {
         }
     }
 
-    /// Subtracts the products of forces of a tangent.
+    /// Subtracts the force products of a tangent.
     fn subtract_forth(&mut self, p: &[f64], residual: &mut [f64]) {
         let FactorisedEquations { equations, system, zero, products, .. } = self;
         let (n, d, drag) = (zero[0].len(), system.dimension(), system.ether_drag());

@@ -1,16 +1,18 @@
-//! Derivatives of natural frequencies about a shape at rest.
+//! Derivatives of natural frequencies about an unloaded reference configuration.
 //!
-//! Of `K phi = omega^2 M phi` with `phi^T M phi = 1` a number `theta` of the scene changes
+//! With `K phi = omega^2 M phi` and `phi^T M phi = 1`, the derivative by a parameter `theta` of the scene
+//! is
 //!
 //! ```text
 //! d(omega^2) = phi^T (dK - omega^2 dM) phi
 //! ```
 //!
-//! where `K` is taken at the equilibrium, which is where it is whatever the number is: no force acts there.
-//! Rest shapes take the state with them: `K` is that where vertices are at rest, as `pliant modes` has it,
-//! also where ties to other bodies then pull.
-//! The single ones of modes of one frequency have no derivative, for they turn among each other; their mean
-//! has one, that of all of them.
+//! where `K` is taken at the equilibrium, which does not depend on the parameter because no force acts
+//! there. For reference shapes the state moves along: `K` is taken at the reference configuration, as in
+//! `pliant modes`, even if attachments to other bodies then pull.
+//!
+//! Single modes of a repeated frequency have no derivative, because they rotate among each other. Their
+//! mean has one, which is returned for all of them.
 
 use pliant::modes::MassMatrix;
 use pliant::simulation::Simulation;
@@ -20,26 +22,27 @@ use crate::GradientError;
 use crate::adjoint::dot;
 use crate::parameter::{ModeUse, Parameter};
 
-/// Frequencies that differ by less than this part of them are one.
+/// Relative difference below which frequencies count as equal.
 const EQUAL: f64 = 1e-6;
-/// Forces below this part of what a body as stiff and as large could have are rounding.
+/// Forces below this fraction of what a body of that stiffness and size could have are rounding.
 const NO_FORCE: f64 = 1e-10;
 
-/// Derivatives of the lowest natural frequencies.
+/// Lowest natural frequencies with their derivatives.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrequencyGradient {
-    /// Angular frequencies [rad/s], ascending; 0 of rigid motion.
+    /// Angular frequencies [rad/s], ascending; 0 for rigid motion.
     pub omega: Vec<f64>,
-    /// How many modes have the frequency of each, itself included, to a millionth: where there are several,
-    /// its derivatives are those of the mean of their squares.
+    /// Multiplicity of each frequency, equal to within 1e-6. For repeated frequencies the derivatives are
+    /// those of the mean of their squares.
     pub alike: Vec<usize>,
-    /// Of the square `omega^2` of each [rad^2/s^2] by the numbers of each parameter: of mode `i` by number
-    /// `k` of parameter `j` in `squares[i][j][k]`. Those of `omega` are `1/(2 omega)` times these.
+    /// Derivatives of `omega^2` [rad^2/s^2]: `squares[i][j][k]` is that of mode `i` by number `k` of
+    /// parameter `j`. Those of `omega` are `1/(2 omega)` times these.
     pub squares: Vec<Vec<Vec<f64>>>,
 }
 
-/// The `count` lowest natural frequencies of `simulation` about where it is, a shape at rest on which no
-/// force acts, and their derivatives by `parameters`. Rest shapes take the state with them.
+/// Computes the `count` lowest natural frequencies of `simulation` about its present state, an unloaded
+/// reference configuration, and their derivatives by `parameters`. The state moves along with reference
+/// shapes.
 ///
 /// ```
 /// use pliant_gradient::{ParameterSelection, frequency_gradient};
@@ -68,16 +71,17 @@ pub struct FrequencyGradient {
 /// ```
 ///
 /// # Errors
-/// [`GradientError::Modes`]: they cannot be found, or there are fewer. [`GradientError::Unsupported`]: a
-/// force acts. [`GradientError::FrequencyParameter`]: a parameter that is none of those that stiffness and
-/// lumped masses are known as functions of: moduli, densities, masses, rest shapes, stiffness of springs.
+/// [`GradientError::Modes`]: the modes cannot be computed, or there are fewer.
+/// [`GradientError::Unsupported`]: a force acts. [`GradientError::FrequencyParameter`]: a parameter
+/// without derivatives of stiffness and lumped masses; moduli, densities, masses, reference shapes and
+/// spring stiffnesses have them.
 pub fn frequency_gradient(
     simulation: &mut Simulation,
     count: usize,
     parameters: &mut [Box<dyn Parameter>],
 ) -> Result<FrequencyGradient, GradientError> {
     refuse_forces(simulation)?;
-    // Those of the frequency of the last one are looked for, too.
+    // All modes equal to the last one are needed, too.
     let mut asked = count + 1;
     let modes = loop {
         let free = simulation.system().inverse_mass().iter().filter(|weight| **weight > 0.0).count();
@@ -88,6 +92,7 @@ pub fn frequency_gradient(
         }
         asked *= 2;
     };
+    // Derivatives of each mode by itself.
     let omega: Vec<f64> = modes.modes.iter().map(|mode| mode.omega).collect();
     let (numbering, d) = (simulation.numbering(), simulation.system().dimension());
     let mut single = vec![];
@@ -110,6 +115,7 @@ pub fn frequency_gradient(
         }
         single.push(by);
     }
+    // Means over equal frequencies.
     let groups: Vec<Vec<usize>> =
         (0..count).map(|i| (0..omega.len()).filter(|j| are_alike(&omega, i, *j)).collect()).collect();
     let mean = |group: &Vec<usize>| -> Vec<Vec<f64>> {
@@ -126,13 +132,13 @@ pub fn frequency_gradient(
     })
 }
 
-/// True if two of these frequencies are one; all of rigid motion are.
+/// True if two of these frequencies are equal; all rigid motions are.
 fn are_alike(omega: &[f64], i: usize, j: usize) -> bool {
     let largest = omega.iter().fold(0.0, |largest: f64, omega| largest.max(*omega));
     (omega[i] - omega[j]).abs() <= EQUAL * omega[i].max(omega[j]).max(EQUAL * largest)
 }
 
-/// Refuses a state in which any term pulls at what is free.
+/// Refuses a state in which a term exerts a force on a free coordinate.
 fn refuse_forces(simulation: &mut Simulation) -> Result<(), GradientError> {
     let (x, d) = (simulation.state().x().to_vec(), simulation.system().dimension());
     let time = simulation.state().time;
@@ -156,7 +162,7 @@ fn refuse_forces(simulation: &mut Simulation) -> Result<(), GradientError> {
     Ok(())
 }
 
-/// About the largest entry of the stiffness matrix [N/m].
+/// Estimate of the largest entry of the stiffness matrix [N/m].
 fn stiffness(system: &mut System, x: &[f64]) -> f64 {
     let signs: Vec<f64> = (0..x.len()).map(|i| if i * i % 7 < 3 { 1.0 } else { -1.0 }).collect();
     let mut product = vec![0.0; x.len()];
@@ -164,7 +170,7 @@ fn stiffness(system: &mut System, x: &[f64]) -> f64 {
     dot(&product, &product).sqrt() / (x.len() as f64).sqrt()
 }
 
-/// The longest side of a box around all points [m].
+/// Longest side of the bounding box of all points [m].
 fn extent(x: &[f64], d: usize) -> f64 {
     let side = |axis: usize| {
         let coordinates = x.iter().skip(axis).step_by(d);

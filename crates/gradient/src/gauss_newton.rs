@@ -1,4 +1,4 @@
-//! Products with the Gauss-Newton matrix of a loss: tangents over a run, then its adjoint.
+//! Products with the Gauss-Newton matrix of a loss: a tangent run followed by its adjoint.
 
 use pliant::simulation::{Simulation, Snapshot};
 
@@ -9,9 +9,9 @@ use crate::{GradientError, LossFrame, RunGradient, gradient};
 
 /// Second derivatives of a loss by the states of a run.
 pub trait LossCurvature {
-    /// Adds to `x_bar` and `v_bar`, zero before, the product of the second derivatives of the part of one
-    /// state with its change: of `l = |W x - y|^2/2` it is `x_bar = W^T W dx`. Called once for each state,
-    /// from the first to the last.
+    /// Adds to `x_bar` and `v_bar`, initially zero, the product of the second derivatives of one state's
+    /// part with its change: for `l = |W x - y|^2/2` it is `x_bar = W^T W dx`. Called once for each
+    /// state, from the first to the last.
     fn product(&mut self, frame: &LossFrame<'_>, change: &RunTangent, x_bar: &mut [f64], v_bar: &mut [f64]);
 }
 
@@ -21,26 +21,26 @@ impl<F: FnMut(&LossFrame<'_>, &RunTangent, &mut [f64], &mut [f64])> LossCurvatur
     }
 }
 
-/// Takes `steps` steps of `simulation` from where it is, twice, and gives the product of the Gauss-Newton
-/// matrix of a loss `L = sum_k l_k(x_k, v_k)` with a `direction`,
+/// Computes the product of the Gauss-Newton matrix of a loss `L = sum_k l_k(x_k, v_k)` with a
+/// `direction`, over two runs of `steps` steps of `simulation` from its present state,
 ///
 /// ```text
 /// G d = sum_k J_k^T (d2 l_k) J_k d
 /// ```
 ///
-/// with the Jacobians `J_k` of the states by the start and by the parameters. It is the part of the Hessian
-/// of `L` that has no second derivatives of states, and all of it where the loss is least and its residuals
-/// are zero; those need third derivatives of energies, which are not known. `G` is symmetric, and positive
-/// semidefinite where the `l_k` are convex.
+/// with the Jacobians `J_k` of the states by the initial state and by the parameters. `G` is the part of
+/// the Hessian of `L` without second derivatives of states, and the whole of it at a minimum with zero
+/// residuals. The remainder needs third derivatives of energies, which are not implemented. `G` is
+/// symmetric, and positive semidefinite if the `l_k` are convex.
 ///
-/// The `value` is `d . G d`. The simulation ends where the steps have led; `budget` is that of
+/// The `value` is `d . G d`. The simulation ends in the last state; `budget` is that of
 /// [`gradient`](crate::gradient()).
 ///
 /// # Errors
-/// As [`gradient`](crate::gradient()) and [`tangent_along`].
+/// The errors of [`gradient`](crate::gradient()) and [`tangent_along`].
 ///
 /// # Panics
-/// The direction has another shape than the state and the parameters.
+/// If the direction has another shape than the state and the parameters.
 pub fn gauss_newton_product(
     simulation: &mut Simulation,
     steps: u64,
@@ -50,7 +50,7 @@ pub fn gauss_newton_product(
     budget: usize,
 ) -> Result<RunGradient, GradientError> {
     let start = start_of(simulation);
-    // Of each state [bars of positions, of velocities]; none where there are only zeros.
+    // For each state [bars of positions, of velocities]; `None` if all are zero.
     let mut bars: Vec<Option<[Vec<f64>; 2]>> = vec![];
     let mut value = 0.0;
     tangent_along(simulation, steps, direction, parameters, &mut |frame, change| {
@@ -73,7 +73,7 @@ pub fn gauss_newton_product(
     Ok(RunGradient { value, ..found })
 }
 
-/// State of a simulation; schemes that remember earlier steps begin anew from there.
+/// Snapshot of a simulation from which methods with memory restart.
 fn start_of(simulation: &Simulation) -> Snapshot {
     if !has_memory(simulation.method().scheme) {
         return simulation.snapshot();

@@ -1,33 +1,35 @@
 //! Products with the Hessian of a loss, by differences of its gradients.
 
-/// A product with a Hessian that was found by differences.
+/// Product with a Hessian, computed by differences.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HessianProduct {
-    /// Its numbers, in the order of those of the gradients.
+    /// Components, in the order of those of the gradients.
     pub product: Vec<f64>,
-    /// Estimates of their errors, no bounds: what the last extrapolation of each has changed, or how far
-    /// smaller steps lead away.
+    /// Error estimates, not bounds: the last change of each extrapolation, or the difference to the
+    /// results of smaller steps.
     pub errors: Vec<f64>,
 }
 
-/// Steps of differences, each half of the one before.
+/// Number of difference steps, each half of the one before.
 const LEVELS: usize = 5;
 
-/// The product `H d` of the Hessian of a loss with a direction, by central differences of exact gradients,
+/// Computes the product `H d` of the Hessian of a loss with a direction, by central differences of exact
+/// gradients,
 ///
 /// ```text
 /// D(h) = (g(h) - g(-h)) / 2h,   g(h) the gradient at the start plus h d,
 /// ```
 ///
-/// for `h = reach, reach/2, ..`, extrapolated to `h = 0` by Richardson's rule. Each number is that of the
-/// extrapolation that changed it least, and with it comes how far it may be off: Ridders 1982, "Accurate
-/// computation of F'(x) and F'(x) F''(x)", Advances in Engineering Software 4, 75.
+/// for `h = reach, reach/2, ..`, extrapolated to `h = 0` by Richardson's rule. Each component takes the
+/// extrapolation that changed it least, with an error estimate: Ridders 1982, "Accurate computation of
+/// F'(x) and F'(x) F''(x)", Advances in Engineering Software 4, 75.
 ///
-/// It is no exact derivative of the steps, as gradients are: second derivatives of states need third ones of
-/// energies, which are not known. Gradients are smooth within `reach` times the direction where no vertex
-/// comes to a wall, no step is solved to a coarse tolerance, and the motion is not chaotic; where they are
-/// not, the errors say so. Of a kink at the start itself they see the mean of both sides. The part without
-/// second derivatives of states is exact in [`gauss_newton_product`](crate::gauss_newton_product()).
+/// The product is not an exact derivative of the steps, as gradients are: second derivatives of states
+/// need third ones of energies, which are not implemented. Gradients are smooth within `reach` times the
+/// direction if no vertex comes to a wall, no step is solved to a coarse tolerance, and the motion is not
+/// chaotic; otherwise the errors show it. At a kink in the initial state itself, the result is the mean
+/// of both sides. The part without second derivatives of states is exact in
+/// [`gauss_newton_product`](crate::gauss_newton_product()).
 ///
 /// ```
 /// use pliant_gradient::hessian_product;
@@ -43,10 +45,10 @@ const LEVELS: usize = 5;
 /// ```
 ///
 /// # Errors
-/// Errors of `gradient_at`, which gives `g(h)`; it is called ten times at most.
+/// The errors of `gradient_at`, which returns `g(h)` and is called ten times at most.
 ///
 /// # Panics
-/// If gradients are of different lengths.
+/// If gradients have different lengths.
 pub fn hessian_product<E>(
     reach: f64,
     mut gradient_at: impl FnMut(f64) -> Result<Vec<f64>, E>,
@@ -56,7 +58,7 @@ pub fn hessian_product<E>(
         assert_eq!(ahead.len(), behind.len(), "gradients are of one length");
         Ok(ahead.iter().zip(&behind).map(|(ahead, behind)| (ahead - behind) / (2.0 * h)).collect())
     };
-    // Rows of Richardson's table: the difference, then what is extrapolated from it and from the row before.
+    // Rows of Richardson's table: the difference, then extrapolations from it and the row before.
     let mut last = vec![difference(reach)?];
     let mut best = HessianProduct { product: last[0].clone(), errors: vec![f64::INFINITY; last[0].len()] };
     for level in 1..LEVELS {
@@ -75,7 +77,8 @@ pub fn hessian_product<E>(
             }
             row.push(extrapolated);
         }
-        // Where the highest order has left the best of all numbers, smaller steps see rounding, or a kink.
+        // If the highest order has left the best value of every component, smaller steps meet rounding,
+        // or a kink.
         let (top, before) = (&row[level], &last[level - 1]);
         let left = |i: usize| (top[i] - before[i]).abs() >= 2.0 * best.errors[i];
         let ends = level > 1 && (0..top.len()).all(left);
@@ -111,7 +114,7 @@ mod tests {
 
     #[test]
     fn the_error_of_a_gradient_with_a_kink_or_with_noise_is_seen() {
-        // Its derivative is 1 at zero, 4 from 0.03 on.
+        // The derivative is 1 at zero, 4 from 0.03 on.
         let kinked = |h: f64| if h < 0.03 { h } else { h + 3.0 * (h - 0.03) };
         let (found, error) = of(0.4, kinked);
         assert!((found - 1.0).abs() <= 3.0 * error && error > 0.1, "{found}, {error:e}");

@@ -1,65 +1,69 @@
-//! Solutions by a matrix that is known by its products, by corrections with a factorisation of a part of it.
+//! Linear solver for a matrix known by its products: iterative refinement with a factorisation of its
+//! symmetric part, and GMRES.
 //!
-//! Of friction and of viscosity that follows positions the matrix has a part that is not symmetric, and that
-//! no factorisation here has. It is of low rank, as many as there are contacts that rub, and not small beside
-//! the stiffness of contact: corrections by the factorisation alone need not shrink. The correction with the
-//! least residual in the space that they span does: Saad, Schultz 1986, "GMRES", SIAM Journal on Scientific
-//! and Statistical Computing 7, 856, preconditioned from the right.
+//! Friction, and viscosity that depends on positions, give the matrix a nonsymmetric part that the
+//! factorisation leaves out. Its rank is low, one per contact with friction, but it is not small compared
+//! with the stiffness of contact: refinement by the factorisation alone need not converge. The correction
+//! with the least residual in the Krylov space does: Saad, Schultz 1986, "GMRES", SIAM Journal on
+//! Scientific and Statistical Computing 7, 856, preconditioned from the right.
 
 use pliant::system::System;
 
 use crate::adjoint::{add_scaled, dot};
 
-/// Products of one correction: no more rows of the unknowns are kept.
+/// Limit on the products of one GMRES correction, and so on the basis vectors kept.
 const PRODUCTS: usize = 60;
-/// Residuals that have shrunk by this factor are done with.
+/// Relative residual at which a GMRES correction ends.
 const SHRUNK: f64 = 1e-14;
 
-/// Corrections of a solution.
+/// Limit on the corrections of a solution.
 const CORRECTIONS: u32 = 40;
-/// Residuals below this part of the right-hand side are rounding.
+/// Relative residual below which only rounding is left.
 const ROUNDING: f64 = 1e-13;
-/// Residuals above this part are no solution.
+/// Relative residual above which a solution is rejected.
 const NO_SOLUTION: f64 = 1e-9;
-/// A correction by conjugate gradients that leaves more of the residual than this costs more than factors.
+/// Residual reduction per correction above which conjugate gradients cost more than a factorisation.
 const ROUGH: f64 = 0.02;
-/// Part of a residual below its goal that corrections after the first aim at: norms of iterations are not
+/// Fraction of the residual goal that later corrections aim at: the norms of the iterations differ from
 /// those of residuals here.
 const AIM: f64 = 0.1;
-/// The largest part of a residual that such a correction may leave.
+/// Largest fraction of a residual that such a correction may leave.
 const ROUGHEST: f64 = 1e-3;
-/// A correction that leaves more of the residual than this makes the next one span a space.
+/// Residual reduction above which the next correction uses GMRES.
 const SLOW: f64 = 0.5;
 
-/// Equations `A p = b` and a matrix `B` near `A^-1`.
+/// Equations `A p = b` and a matrix `B` close to `A^-1`.
 pub(crate) trait CorrectedEquations {
-    /// Replaces `b` by `B b`. Iterations may end where this part of `b` is left; 0 asks for all they can.
+    /// Replaces `b` by `B b`. Iterations may end once the fraction `left` of `b` is left; 0 asks for full
+    /// accuracy.
     fn approximate(&mut self, b: &mut [f64], left: f64);
 
-    /// Writes `A p`, zero where held.
+    /// Writes `A p`, zero where fixed.
     fn product(&mut self, p: &[f64], y: &mut [f64]);
 
-    /// Writes `b - A p`, zero where held; gives its largest component, infinite where one is no number.
+    /// Writes `b - A p`, zero where fixed, and returns its largest component, infinite if one is NaN.
     fn residual(&mut self, p: &[f64], residual: &mut [f64]) -> f64;
 
-    /// True if `B` is made by conjugate gradients, and factors may take their place.
+    /// True if `B` is applied by conjugate gradients, which a factorisation may replace.
     fn is_iterative(&self) -> bool {
         false
     }
 
-    /// The largest residual that the rounding of a solution `p` to the precision of numbers alone can leave,
-    /// zero where that is not known: `epsilon max_i (sum_j |A_ij p_j| + |b_i|)` times a small number.
-    /// Corrections of the same precision lead no further; Arioli, Demmel, Duff 1989, "Solving sparse linear
-    /// systems with sparse backward error", SIAM Journal on Matrix Analysis and Applications 10, 165.
+    /// Largest residual that rounding of a solution `p` alone can leave, zero if unknown: `epsilon max_i
+    /// (sum_j |A_ij p_j| + |b_i|)` times a small number. Corrections in the same precision get no
+    /// further; Arioli, Demmel, Duff 1989, "Solving sparse linear systems with sparse backward error",
+    /// SIAM Journal on Matrix Analysis and Applications 10, 165.
     fn rounding(&self, p: &[f64]) -> f64 {
         let _ = p;
         0.0
     }
 }
 
-/// Adds the solution to `p`, zero before, of the `residual` `b` whose largest component is `size`; false
-/// where there is none, or conjugate gradients lead there slowly. The residual that is written last is that
-/// of the solution.
+/// Solves the equations: adds to `p`, initially zero, the solution for the `residual` `b` with the
+/// largest component `size`.
+///
+/// Returns false if there is no solution, or if conjugate gradients converge slowly. The residual written
+/// last is that of the solution.
 pub(crate) fn solve(
     equations: &mut dyn CorrectedEquations,
     size: f64,
@@ -89,8 +93,8 @@ pub(crate) fn solve(
     false
 }
 
-/// Makes held components zero, of several states one after the other; gives the largest of the others,
-/// infinite where one is no number.
+/// Sets fixed components to zero, in several states one after the other. Returns the largest of the
+/// others, infinite if one is NaN.
 pub(crate) fn keep_free(system: &System, rows: &mut [f64]) -> f64 {
     let weights = system.inverse_mass();
     rows.iter_mut().enumerate().fold(0.0, |largest: f64, (i, row)| {
@@ -99,21 +103,22 @@ pub(crate) fn keep_free(system: &System, rows: &mut [f64]) -> f64 {
     })
 }
 
-/// The correction `c` with the least `|r - A c|` in the space of `B r, B A B r, ..`.
+/// GMRES correction `c` with the least `|r - A c|` in the space of `B r, B A B r, ..`.
 fn correction(residual: &[f64], equations: &mut dyn CorrectedEquations) -> Vec<f64> {
     let (n, size) = (residual.len(), norm(residual));
     let mut basis = vec![residual.iter().map(|r| r / size).collect::<Vec<f64>>()];
-    // Columns of the triangle, the rotations that made it, and the right-hand side.
+    // Columns of the triangular factor, its rotations, and the right-hand side.
     let (mut columns, mut rotations, mut right) = (vec![], vec![], vec![size]);
     let mut direction = vec![0.0; n];
     while columns.len() < PRODUCTS.min(n) {
+        // Next product, made orthogonal to the basis.
         let k = columns.len();
         direction.copy_from_slice(&basis[k]);
         equations.approximate(&mut direction, 0.0);
         let mut next = vec![0.0; n];
         equations.product(&direction, &mut next);
         let mut column = vec![0.0; k + 2];
-        // Twice, because the first time leaves rounding of the whole of it.
+        // Orthogonalise twice: the first pass leaves rounding relative to the whole vector.
         for _ in 0..2 {
             for (entry, row) in column.iter_mut().zip(&basis) {
                 let part = dot(&next, row);
@@ -121,6 +126,7 @@ fn correction(residual: &[f64], equations: &mut dyn CorrectedEquations) -> Vec<f
                 add_scaled(&mut next, -part, row);
             }
         }
+        // Rotations that make the column triangular.
         column[k + 1] = norm(&next);
         for (i, rotation) in rotations.iter().enumerate() {
             rotate(*rotation, &mut column, i);
@@ -141,6 +147,7 @@ fn correction(residual: &[f64], equations: &mut dyn CorrectedEquations) -> Vec<f
         next.iter_mut().for_each(|next| *next /= left);
         basis.push(next);
     }
+    // Back substitution.
     let mut sum = vec![0.0; n];
     for k in (0..columns.len()).rev() {
         let factor = right[k] / columns[k][k];
@@ -151,7 +158,7 @@ fn correction(residual: &[f64], equations: &mut dyn CorrectedEquations) -> Vec<f
     sum
 }
 
-/// Turns entries `i` and `i + 1` by an angle of this cosine and sine.
+/// Rotates entries `i` and `i + 1` by the angle of this cosine and sine.
 fn rotate((cosine, sine): (f64, f64), entries: &mut [f64], i: usize) {
     let (a, b) = (entries[i], entries[i + 1]);
     (entries[i], entries[i + 1]) = (cosine * a + sine * b, cosine * b - sine * a);
@@ -165,7 +172,7 @@ fn norm(a: &[f64]) -> f64 {
 mod tests {
     use super::*;
 
-    /// `I + sum_k u_k w_k^T`, corrected by the identity, which makes nothing smaller.
+    /// `I + sum_k u_k w_k^T`, preconditioned by the identity, which reduces no residual.
     struct LowRank {
         rows: Vec<Vec<f64>>,
         b: Vec<f64>,

@@ -1,11 +1,11 @@
-//! Gradients of runs: `L = sum_k l_k(x_k, v_k)` by the state that a run begins with and by parameters of its
-//! forces.
+//! Gradients of runs: derivatives of a loss `L = sum_k l_k(x_k, v_k)` by the initial state and by
+//! parameters of the forces.
 //!
-//! They are derivatives of the steps that were taken, not of the motion that these approximate: each step
-//! is taken back by the adjoint of its engine, exact to rounding, or to the tolerance of the solver where
-//! steps are implicit. One sweep gives the derivatives by all numbers at once.
+//! The derivatives are those of the discrete steps, not of the continuous motion they approximate. Each
+//! step is propagated back by the adjoint of its integrator, exact to rounding, or to the solver
+//! tolerance for implicit steps. One backward sweep gives the derivatives by all parameters at once.
 //!
-//! A mass that falls: `y = y_0 + v_0 t - g t^2/2` by `velocity-verlet`, without error.
+//! Example: a falling mass, `y = y_0 + v_0 t - g t^2/2`, which `velocity-verlet` integrates exactly.
 //!
 //! ```
 //! use pliant::energy::gravity::UniformGravity;
@@ -76,46 +76,46 @@ pub use support::check;
 pub use tangent::{RunDirection, RunTangent, tangent, tangent_along};
 pub use walls::WallEvent;
 
-/// A budget that keeps all states.
+/// Memory budget that keeps all states.
 pub const UNLIMITED: usize = usize::MAX;
 
 /// Derivatives of a loss.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunGradient {
-    /// The loss.
+    /// Value of the loss.
     pub value: f64,
-    /// By the positions at the start, flat `(n, dimension)`, vertices in the order of the scene; of held
-    /// vertices by the places where they are held.
+    /// Derivatives by the initial positions, flat `(n, dimension)`, vertices in the order of the scene;
+    /// for fixed vertices by the positions where they are fixed.
     pub position: Vec<f64>,
-    /// By the velocities at the start, likewise; zero where held.
+    /// Derivatives by the initial velocities, likewise; zero where fixed.
     pub velocity: Vec<f64>,
-    /// By the numbers of each parameter, in their order.
+    /// Derivatives by the numbers of each parameter, in order.
     pub parameters: Vec<Vec<f64>>,
     /// Growth of the logarithm of the largest derivative by a state, from the last state to the first
-    /// [1/s]; zero where the loss does not depend on the last.
+    /// [1/s]; zero if the loss does not depend on the last.
     pub growth: f64,
-    /// Solves of the run after which friction still changed, beyond the tolerance: their steps were taken
-    /// with normal forces of elsewhere, and the derivatives are not exact there.
+    /// Number of solves after which lagged friction still changed by more than the tolerance. Their steps
+    /// used normal forces of another state, and their derivatives are not exact.
     pub unsettled: u64,
-    /// Vertices that came to a wall or left one, by steps: those of which only the beginning or only the end
-    /// has the vertex on the wall, in scenes without contact. The step on the way has no derivative where it
-    /// just so comes there; the one given is that of the side on which the run was. A gradient of many such
-    /// events says little about changes that are large enough to shift them.
+    /// Events of vertices that came to a wall or left one in a step, in scenes without contact. A step in
+    /// which a vertex just reaches a wall has no derivative; the one returned is that of the side on
+    /// which the run was. A gradient with many such events says little about perturbations that are large
+    /// enough to shift them.
     pub wall_events: Vec<WallEvent>,
-    /// Changes of the pairs that touch, in scenes with contact.
+    /// Changes of the pairs in contact, in scenes with contact.
     pub contact_events: ContactEvents,
 }
 
-/// Takes `steps` steps of `simulation` from where it is, and gives the derivatives of `loss` over the
-/// states from the first to the last. The simulation ends where the steps have led; schemes that remember
-/// earlier steps begin anew.
+/// Takes `steps` steps of `simulation` from its present state, and computes the derivatives of `loss`
+/// over the states from the first to the last. The simulation ends in the last state; methods with memory
+/// restart at the first.
 ///
-/// States are kept in `budget` bytes, one step's at least. Where they do not fit, parts of the run are
-/// taken again from a few states that are kept: explicit schemes with the same bits, implicit ones to the
+/// States are kept in `budget` bytes, at least those of one step. If they do not fit, parts of the run
+/// are repeated from a few stored states: explicit methods bit-identically, implicit ones to the
 /// tolerance of their solver.
 ///
-/// Derivatives where step sizes follow the error are those at the sizes that a run before has found: what a
-/// change of the start or of a parameter would make of the sizes themselves is no part of them.
+/// With adaptive step sizes, the derivatives are those at the sizes found in a run before: the dependence
+/// of the sizes themselves on the initial state or a parameter is not included.
 ///
 /// # Errors
 /// [`GradientError`]: a term without adjoint, a step that fails, a loss that is not finite, a
@@ -130,8 +130,8 @@ pub fn gradient(
     gradient_over(simulation, RunLength::Steps(steps), loss, parameters, budget)
 }
 
-/// The same of steps that land on each of the `times`, ascending [s], and end at the last. Of fixed sizes are
-/// as many as come nearest to that.
+/// Computes the gradient as [`gradient`] does, with steps that land on each of the `times`, ascending
+/// [s], and end at the last. With a fixed step size, as many steps are taken as come nearest to that.
 ///
 /// ```
 /// use pliant::control::StepControl;
@@ -160,7 +160,7 @@ pub fn gradient(
 /// ```
 ///
 /// # Errors
-/// As [`gradient`].
+/// The errors of [`gradient`].
 pub fn gradient_to(
     simulation: &mut Simulation,
     times: &[f64],

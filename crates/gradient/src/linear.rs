@@ -1,5 +1,5 @@
-//! Linear equations of implicit steps with the exact Hessian: one factorisation for each solve of the run, or
-//! conjugate gradients where the run's own steps take them.
+//! Linear equations of implicit steps with the exact Hessian: one factorisation for each solve, or
+//! conjugate gradients where the run's own steps use them.
 
 use pliant::material::Psd;
 use pliant::solver::LinearSolver;
@@ -16,8 +16,8 @@ use pliant_sparse::{Lu, SymbolicLu};
 use crate::adjoint::free_only;
 use crate::krylov::{CorrectedEquations, keep_free, solve};
 
-/// The factors in `A = inertia M + damping d2R/dv2 + stiffness (d2E/dx2 + G)`: `G = (d2R/dx dv)^T` on the way
-/// back, `d2R/dx dv` on the way forth.
+/// Coefficients in `A = inertia M + damping d2R/dv2 + stiffness (d2E/dx2 + G)`: `G = (d2R/dx dv)^T` in
+/// adjoints, `d2R/dx dv` in tangents.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Coefficients {
     pub(crate) inertia: f64,
@@ -26,7 +26,7 @@ pub(crate) struct Coefficients {
 }
 
 impl Coefficients {
-    /// Writes `A p` over `y`, from the products with `p`.
+    /// Combines the products with `p` to `A p`, written to `y`.
     fn combine(self, system: &System, p: &[f64], products: &Products, y: &mut [f64]) {
         let (d, Coefficients { inertia, damping, stiffness }) = (system.dimension(), self);
         let Products { by_positions, by_velocities, .. } = products;
@@ -39,19 +39,19 @@ impl Coefficients {
 
 /// Products of a direction `p` with derivatives of forces.
 pub(crate) struct Products {
-    /// True for products of tangents, `G = d2R/dx dv`; false for those of adjoints, the transpose.
+    /// True for products of tangents, `G = d2R/dx dv`; false for those of adjoints, with the transpose.
     is_forth: bool,
     /// `(d2E/dx2 + G) p` [N].
     pub(crate) by_positions: Vec<f64>,
-    /// `d2R/dv2 p` [N]; zero where nothing dissipates.
+    /// `d2R/dv2 p` [N]; zero without dissipation.
     pub(crate) by_velocities: Vec<f64>,
-    /// `p . dE/dx` of each energy term, where it comes with the products.
+    /// `p . dE/dx` of each energy term, if computed along with the products.
     pub(crate) works: Vec<Option<f64>>,
     scratch: Vec<f64>,
 }
 
 impl Products {
-    /// Zero, of adjoints.
+    /// Zero products for adjoints.
     pub(crate) fn back(unknowns: usize) -> Self {
         let zero = || vec![0.0; unknowns];
         Products {
@@ -63,12 +63,12 @@ impl Products {
         }
     }
 
-    /// Zero, of tangents.
+    /// Zero products for tangents.
     pub(crate) fn forth(unknowns: usize) -> Self {
         Products { is_forth: true, ..Products::back(unknowns) }
     }
 
-    /// Takes them at positions `x` and velocities `v`, flat.
+    /// Evaluates the products at positions `x` and velocities `v`, flat.
     pub(crate) fn evaluate(&mut self, system: &mut System, (x, v): (&[f64], &[f64]), p: &[f64]) {
         match self.is_forth {
             true => system.hessian_product(x, p, &mut self.by_positions),
@@ -91,38 +91,38 @@ impl Products {
     }
 }
 
-/// Factors of the matrix of one configuration.
+/// Factorisation, or iterative solver, of the matrix of one configuration.
 pub(crate) trait Factorisation {
     /// Assembles and factorises the symmetric part of the matrix at positions [m] and velocities [m/s],
-    /// flat; false where it is singular.
+    /// flat; false if it is singular.
     fn factorise(&mut self, system: &mut System, at: (&[f64], &[f64]), coefficients: Coefficients) -> bool;
 
-    /// Replaces `b` by `A^-1 b`, or by what is no number where conjugate gradients do not end: they may at
-    /// this part of `b` that is `left`, or at what rounding leaves.
+    /// Replaces `b` by `A^-1 b`, or by NaN if conjugate gradients do not converge. They may end at a
+    /// residual of the fraction `left` of `b`, or at rounding.
     fn solve(&mut self, b: &mut [f64], left: f64);
 
-    /// Gives the structure of its matrices away, and goes on with the one `lent` by another solver of the
-    /// system.
+    /// Hands out the structure of its matrices, and continues with the one `lent` by another solver of
+    /// the system.
     fn exchange_structure(&mut self, system: &System, lent: Option<LentStructure>) -> Option<LentStructure>;
 
-    /// True if there are no factors, but conjugate gradients.
+    /// True if conjugate gradients are used instead of factors.
     fn is_iterative(&self) -> bool;
 
-    /// Factorises the matrix last assembled, as those that follow are; false where it is singular.
+    /// Factorises the matrix last assembled, and later ones; false if it is singular.
     fn factorise_instead(&mut self) -> bool;
 
-    /// True if the matrix last assembled is positive definite: of conjugate gradients only factors know,
-    /// which then take their place.
+    /// True if the matrix last assembled is positive definite. Conjugate gradients cannot tell, so
+    /// factors replace them.
     fn is_definite(&mut self) -> bool;
 
-    /// `max_i sum_j |A_ij p_j|`, of the matrix that was factorised.
+    /// `max_i sum_j |A_ij p_j|` of the matrix last factorised.
     fn largest_sum(&self, p: &[f64]) -> f64;
 }
 
-/// Residuals of solutions as exact as their last digits, over the sums of sizes.
+/// Residual of a solution exact to its last digits, relative to the sum of magnitudes.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
-/// A factorisation for systems of `dimension` coordinates per vertex.
+/// Creates a factorisation for systems of `dimension` coordinates per vertex.
 pub(crate) fn factorisation(dimension: usize) -> Box<dyn Factorisation> {
     match dimension {
         2 => Box::new(Sparse::<2>::default()),
@@ -130,34 +130,35 @@ pub(crate) fn factorisation(dimension: usize) -> Box<dyn Factorisation> {
     }
 }
 
-/// Cholesky's, its structure kept as long as it fits; LU where the exact matrix is not positive definite. In
-/// their place conjugate gradients with multigrid, of systems whose steps take them, as long as they end.
+/// Cholesky factorisation, its structure kept as long as it fits, or LU if the exact matrix is not
+/// positive definite. Systems whose steps use conjugate gradients with multigrid use these instead, as
+/// long as they converge.
 #[derive(Default)]
 struct Sparse<const D: usize> {
     assembler: Option<Assembler<D>>,
     iterative: Option<PreconditionedSolver<D>>,
-    /// Levels that were lent, until they are used.
+    /// Multigrid levels that were lent, until they are used.
     levels: Option<Multigrid<D>>,
-    /// Version of the structure of the system.
+    /// Version of the system's structure.
     structure: u64,
-    /// True once conjugate gradients have not ended.
+    /// True once conjugate gradients have failed to converge.
     is_factorised: bool,
     cholesky: Option<Cholesky>,
-    /// Version of the pattern that Cholesky's structure is of: contact changes it.
+    /// Version of the pattern of the Cholesky structure; contact changes it.
     pattern: u64,
     lu: Option<Lu>,
-    /// Places of the vertices that the order of elimination goes by, flat [m].
+    /// Vertex positions that determine the elimination order, flat [m].
     places: Vec<f64>,
 }
 
-/// Conjugate gradients with the preconditioner that costs less.
+/// Conjugate gradients with the cheaper of two preconditioners.
 struct PreconditionedSolver<const D: usize> {
     preconditioner: SolverPreconditioner<D>,
     solution: Vec<f64>,
 }
 
 enum SolverPreconditioner<const D: usize> {
-    /// Symmetric Gauss-Seidel, of every matrix.
+    /// Symmetric Gauss-Seidel, updated for every matrix.
     GaussSeidel { sweeps: Box<GaussSeidel<D>>, is_made: bool },
     /// Multigrid, its levels kept from one matrix to the next.
     Multigrid(Box<MultigridSolver<D>>),
@@ -166,32 +167,33 @@ enum SolverPreconditioner<const D: usize> {
 struct MultigridSolver<const D: usize> {
     levels: Multigrid<D>,
     cg: ConjugateGradients,
-    /// Fewest iterations of a solve with the levels as they are, and those beyond them of all solves; `None`
-    /// where they are to be computed anew.
+    /// Fewest iterations of a solve with the present levels, and the total beyond them over all solves;
+    /// `None` if the levels are to be recomputed.
     made: Option<[u64; 2]>,
 }
 
-/// Residual of conjugate gradients over the right-hand side: what rounding leaves of factors.
+/// Relative residual of conjugate gradients, comparable to that of a factorisation.
 const CG_RESIDUAL: f64 = 1e-13;
-/// Over-relaxation of symmetric Gauss-Seidel. Of beams of 3,675 unknowns, 0.4 m long, steps of 1, 3, 10 and
-/// 20 ms took 28, 79, 139 and over 150 iterations without it, 24, 65, 117 and 130 with it; more of it makes
-/// those of small steps more.
+/// Over-relaxation of symmetric Gauss-Seidel. For beams of 3,675 unknowns, 0.4 m long, steps of 1, 3, 10
+/// and 20 ms took 28, 79, 139 and over 150 iterations without it, 24, 65, 117 and 130 with it. More of it
+/// increases those of small steps.
 const RELAXATION: f64 = 1.25;
-/// Iterations with symmetric Gauss-Seidel that cost more than a solve with multigrid, by which one takes
-/// about 21: seven cost as much as one of those, of beams of 3,528 and of 14,520 unknowns.
+/// Iterations with symmetric Gauss-Seidel above which multigrid is cheaper. Multigrid takes about 21
+/// iterations; seven of Gauss-Seidel cost as much as one of those, for beams of 3,528 and of 14,520
+/// unknowns.
 const GAUSS_SEIDEL_ITERATIONS: u64 = 150;
-/// Iterations with multigrid that cost more than factors.
+/// Iterations with multigrid above which a factorisation is cheaper.
 const MOST_ITERATIONS: u64 = 200;
-/// Iterations that computing levels anew takes as long as, of the same beams. Iterations beyond the fewest
-/// grow from matrix to matrix as these move away; where they have added up to that, their mean over all
-/// solves with the levels is least.
+/// Cost of recomputing the levels in iterations, for the same beams. As matrices change, iterations
+/// beyond the fewest increase; once they add up to this, the mean cost over all solves with the levels is
+/// least.
 const RENEWAL: u64 = 6;
 
 impl<const D: usize> MultigridSolver<D> {
-    /// As [`PreconditionedSolver::solve`].
+    /// Solves to this relative `residual`, see [`PreconditionedSolver::solve`].
     fn solve(&mut self, matrix: &BlockMatrix<D>, b: &[f64], solution: &mut [f64], residual: f64) -> bool {
         let MultigridSolver { levels, cg, made } = self;
-        // Corrections of a solution are rough, and come after a solve with the same matrix.
+        // Refinements of a solution use a coarse tolerance, and follow a solve with the same matrix.
         let is_first = residual <= CG_RESIDUAL;
         if is_first && made.is_none() && levels.update(matrix).is_err() {
             return false;
@@ -210,8 +212,8 @@ impl<const D: usize> MultigridSolver<D> {
 }
 
 impl<const D: usize> PreconditionedSolver<D> {
-    /// `None` where steps of such a system do not take conjugate gradients, where the matrix lacks a part
-    /// that is not symmetric, or where its pattern changes.
+    /// `None` if steps of such a system do not use conjugate gradients, if a nonsymmetric part is missing
+    /// from the matrix, or if its pattern changes.
     fn new(system: &System, unknowns: usize) -> Option<Self> {
         let is_wanted = LinearSolver::Auto.choose(system) == LinearSolver::Multigrid
             && !system.is_damped()
@@ -221,14 +223,14 @@ impl<const D: usize> PreconditionedSolver<D> {
         is_wanted.then(|| PreconditionedSolver { preconditioner, solution: vec![0.0; unknowns] })
     }
 
-    /// Takes note of a new matrix.
+    /// Announces a new matrix.
     fn begin(&mut self) {
         if let SolverPreconditioner::GaussSeidel { is_made, .. } = &mut self.preconditioner {
             *is_made = false;
         }
     }
 
-    /// Its levels of multigrid.
+    /// Multigrid levels, if any.
     fn into_levels(self) -> Option<Multigrid<D>> {
         match self.preconditioner {
             SolverPreconditioner::GaussSeidel { .. } => None,
@@ -236,9 +238,9 @@ impl<const D: usize> PreconditionedSolver<D> {
         }
     }
 
-    /// Replaces `b` by `A^-1 b` to this relative `residual`; false where conjugate gradients do not end.
-    /// Where those with Gauss-Seidel take too many iterations, multigrid takes over, now and later, with
-    /// `levels`.
+    /// Replaces `b` by `A^-1 b` to this relative `residual`; false if conjugate gradients do not
+    /// converge. If Gauss-Seidel takes too many iterations, multigrid with `levels` replaces it, now and
+    /// later.
     fn solve(
         &mut self,
         assembler: &Assembler<D>,
@@ -271,7 +273,7 @@ impl<const D: usize> PreconditionedSolver<D> {
 impl<const D: usize> Factorisation for Sparse<D> {
     fn factorise(&mut self, system: &mut System, at: (&[f64], &[f64]), coefficients: Coefficients) -> bool {
         let ((x, v), Coefficients { inertia, damping, stiffness }) = (at, coefficients);
-        // Pins that let go change what is held.
+        // Released pins change the set of fixed coordinates.
         if self.structure != system.structure() {
             (self.iterative, self.cholesky) = (None, None);
             self.structure = system.structure();
@@ -296,7 +298,7 @@ impl<const D: usize> Factorisation for Sparse<D> {
 
     fn exchange_structure(&mut self, system: &System, lent: Option<LentStructure>) -> Option<LentStructure> {
         let used = self.iterative.take().and_then(PreconditionedSolver::into_levels);
-        // Over other positions than those at rest they are of one solver alone.
+        // Levels built on other positions than the reference ones are not shared.
         let levels = used.or(self.levels.take()).filter(|_| system.rest_positions().is_some());
         let own = self.assembler.take().map(|assembler| MatrixStructure { assembler, levels });
         if let Some(MatrixStructure { assembler, levels }) = lent.and_then(|lent| lent.taken(system)) {
@@ -349,7 +351,7 @@ impl<const D: usize> Factorisation for Sparse<D> {
         let (matrix, p) = (assembler.matrix(), p.as_chunks::<D>().0);
         let mut largest = 0.0;
         for vertex in 0..matrix.rows() {
-            // A sum for every place in a block: they do not wait for each other.
+            // One sum for each block entry, so that additions do not wait for each other.
             let mut sums = [[0.0; D]; D];
             for (other, block) in matrix.row(vertex) {
                 let p = &p[other];
@@ -365,7 +367,7 @@ impl<const D: usize> Factorisation for Sparse<D> {
     }
 }
 
-/// Factors of the matrix last assembled, which is symmetric: its rows are its columns.
+/// LU factors of the matrix last assembled, which is symmetric: its rows are its columns.
 fn lu<const D: usize>(assembler: &Assembler<D>) -> Option<Lu> {
     let matrix = assembler.matrix();
     let (mut column_start, mut row, mut entries) = (vec![0], vec![], vec![]);
@@ -381,20 +383,20 @@ fn lu<const D: usize>(assembler: &Assembler<D>) -> Option<Lu> {
     SymbolicLu::new(column_start, row)?.factorize(&entries)
 }
 
-/// Solves `A p = b` at `x` for the free coordinates of a system; held ones of `p` are zero. On the way back
-/// `A` is the transpose of the matrix of the way forth.
+/// Solver of `A p = b` for the free coordinates of a system; `p` is zero where fixed. The matrix of
+/// adjoints is the transpose of that of tangents.
 pub(crate) struct CorrectedSolver {
     factorisation: Box<dyn Factorisation>,
     residual: Vec<f64>,
 }
 
 impl CorrectedSolver {
-    /// A solver for systems of `dimension` coordinates per vertex.
+    /// Creates a solver for systems of `dimension` coordinates per vertex.
     pub(crate) fn new(dimension: usize) -> Self {
         CorrectedSolver { factorisation: factorisation(dimension), residual: vec![] }
     }
 
-    /// Gives the structure of its matrices away, and goes on with the one `lent`.
+    /// Hands out the structure of its matrices, and continues with the one `lent`.
     pub(crate) fn exchange_structure(
         &mut self,
         system: &System,
@@ -403,16 +405,16 @@ impl CorrectedSolver {
         self.factorisation.exchange_structure(system, lent)
     }
 
-    /// True if the matrix of the last solve is positive definite, without its part that is not symmetric.
+    /// True if the symmetric part of the last matrix is positive definite.
     pub(crate) fn is_definite(&mut self) -> bool {
         self.factorisation.is_definite()
     }
 
-    /// Writes the solution to `p` and its products to `products`; false where there is none. Held
-    /// coordinates of `b` are not looked at.
+    /// Writes the solution to `p` and its products to `products`; false if there is none. Fixed
+    /// coordinates of `b` are ignored.
     ///
-    /// Residuals are those of exact products: terms that leave their second derivative out of the matrix,
-    /// and the part of the damping that is not symmetric, are part of the solution.
+    /// Residuals use exact products: terms whose second derivative is missing from the matrix, and the
+    /// nonsymmetric part of the damping, are included in the solution.
     pub(crate) fn solve(
         &mut self,
         system: &mut System,
@@ -445,7 +447,7 @@ impl CorrectedSolver {
     }
 }
 
-/// The equations of one stage.
+/// Equations of one stage.
 struct CorrectedStage<'a> {
     system: &'a mut System,
     at: (&'a [f64], &'a [f64]),
@@ -497,7 +499,7 @@ mod tests {
 
     use super::*;
 
-    /// `dR/dv = k (-y, x)` of one vertex in the plane: across its place.
+    /// `dR/dv = k (-y, x)` of one vertex in 2D: perpendicular to its position.
     struct Across(f64);
 
     impl DissipativeTerm for Across {
@@ -532,12 +534,12 @@ mod tests {
         }
     }
 
-    /// A block of 3,267 unknowns that are not held.
+    /// A block of 3,267 free unknowns.
     fn block() -> Simulation {
         grid([10, 10, 9], "[0, 0, 1]")
     }
 
-    /// Cubes of 0.1 m, held at one end across this direction.
+    /// Cubes of 0.1 m, fixed at the end given by `held`.
     fn grid(cells: [u32; 3], held: &str) -> Simulation {
         let size = cells.map(|cells| 0.1 * f64::from(cells));
         let text = format!(
@@ -553,7 +555,7 @@ mod tests {
         scene.assemble(UnstableStep::Accept).unwrap().simulation
     }
 
-    /// The solution for a right-hand side with this factor of the stiffness, and how it was found.
+    /// Solution for a right-hand side with this factor of the stiffness, and the solver that found it.
     fn solved(
         system: &mut System,
         x: &[f64],
@@ -583,7 +585,8 @@ mod tests {
 
     #[test]
     fn conjugate_gradients_and_factors_have_one_solution() {
-        // A block at rest and pressed to a third, where the exact matrix is indefinite, and a long beam.
+        // A block in its reference configuration and compressed to a third, where the exact matrix is
+        // indefinite, and a long beam.
         for (mut simulation, press, stiffness, expected_how) in [
             (block(), 1.0, 1e-4, "gauss-seidel"),
             (grid([90, 3, 3], "[1, 0, 0]"), 1.0, 1.0, "multigrid"),
@@ -603,7 +606,7 @@ mod tests {
         }
     }
 
-    /// A solver that goes on with what another lends finds what it would by its own, to the last bit.
+    /// A solver that continues with a lent structure finds bit-identical results.
     #[test]
     fn lent_structures_leave_the_bits() {
         let (mut lender, mut fresh) = (block(), block());
@@ -641,7 +644,7 @@ mod tests {
         assert_eq!(lender.state().x(), fresh.state().x());
     }
 
-    // Corrections by the masses alone grow tenfold each.
+    // Refinement with the masses alone diverges tenfold each time.
     #[test]
     fn a_large_part_that_is_not_symmetric_is_solved() {
         let mut system = System::new(2, vec![2.0]);

@@ -1,9 +1,9 @@
-//! Losses: what the gradient is of.
+//! Losses: the functions of a run whose gradient is computed.
 
 /// State of a run at the end of a step.
 #[derive(Clone, Copy, Debug)]
 pub struct LossFrame<'a> {
-    /// Steps taken.
+    /// Number of steps taken.
     pub step: u64,
     /// Simulated time [s].
     pub time: f64,
@@ -13,10 +13,11 @@ pub struct LossFrame<'a> {
     pub v: &'a [f64],
 }
 
-/// A sum over states of a run, `L = sum_k l_k(x_k, v_k)`.
+/// Loss that is a sum over the states of a run, `L = sum_k l_k(x_k, v_k)`.
 pub trait Loss {
-    /// The part `l_k` of one state; adds its derivatives by positions to `x_bar` and by velocities to
-    /// `v_bar`, both of the shape of the frame's. Called once for each state, from the last to the first.
+    /// Returns the part `l_k` of one state, and adds its derivatives by positions to `x_bar` and by
+    /// velocities to `v_bar`, both of the shape of the frame's. Called once for each state, from the last
+    /// to the first.
     fn frame(&mut self, frame: &LossFrame<'_>, x_bar: &mut [f64], v_bar: &mut [f64]) -> f64;
 }
 

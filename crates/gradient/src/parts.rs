@@ -1,4 +1,4 @@
-//! Forces by their kinds, as parameters look at them.
+//! Forces by kind, as parameters need them.
 
 use pliant::energy::{EnergyKind, EnergyTerm};
 use pliant::system::System;
@@ -7,26 +7,25 @@ use crate::GradientError;
 use crate::adjoint::AdjointPlace;
 use crate::parameter::{Parameter, ParameterNeeds, shaped};
 
-/// Forces of a place that some parameter [asks for](Parameter::needs); the others stay empty.
+/// Forces at an evaluation point that some parameter [needs](Parameter::needs); the others stay empty.
 pub(crate) struct ForceParts {
     needs_force: bool,
     needs_contact: bool,
-    /// Gradient of the energy and of damping beside that by masses [N].
+    /// Gradient of the energy and of damping, without mass-proportional damping [N].
     pub(crate) gradient: Vec<f64>,
     /// Gradient of contact, and of friction [N].
     pub(crate) contact: Vec<f64>,
     pub(crate) friction: Vec<f64>,
-    /// Gradients of terms by their names [N].
+    /// Gradients of terms by name [N].
     pub(crate) terms: Vec<(String, Vec<f64>)>,
     /// Derivatives of the gradients of terms by their rest lengths [N/m].
     pub(crate) rest_lengths: Vec<(String, Vec<f64>)>,
-    /// Places of `terms` among the energies and among the dissipative terms of the system, once they have
-    /// been looked up.
+    /// Indices of `terms` among the energy and the dissipative terms of the system, once looked up.
     places: Vec<[Vec<usize>; 2]>,
 }
 
 impl ForceParts {
-    /// Parts that these parameters look at.
+    /// Forces that these parameters need.
     pub(crate) fn new(parameters: &[Box<dyn Parameter>]) -> Self {
         let needs = ParameterNeeds::of_all(parameters.iter().map(|parameter| parameter.needs()));
         let mut names = needs.terms;
@@ -44,10 +43,11 @@ impl ForceParts {
         }
     }
 
-    /// Takes them at a place, whose time the system has.
+    /// Evaluates the forces; the system's time must be set.
     pub(crate) fn evaluate(&mut self, system: &mut System, at: AdjointPlace<'_>) {
         let ForceParts { needs_force, needs_contact, gradient, contact, friction, .. } = self;
         let (terms, places) = (&mut self.terms, &mut self.places);
+        // Named terms.
         if places.is_empty() {
             places.extend(terms.iter().map(|(name, _)| places_of(system, name)));
         }
@@ -62,6 +62,7 @@ impl ForceParts {
                 term.add_rows(0, rows);
             }
         }
+        // Rest lengths of attachments.
         for (name, rows) in &mut self.rest_lengths {
             rows.clear();
             rows.resize(at.x.len(), 0.0);
@@ -70,6 +71,7 @@ impl ForceParts {
                 ties.add_gradient_by_rest_length(at.x, rows);
             }
         }
+        // Total force, and contact with friction.
         if *needs_force {
             gradient.resize(at.x.len(), 0.0);
             system.gradient(at.x, gradient);
@@ -94,7 +96,7 @@ impl ForceParts {
     }
 }
 
-/// Places of the terms of this name, among the energies and among the dissipative terms.
+/// Indices of the terms with this name, among the energy and among the dissipative terms.
 fn places_of(system: &System, name: &str) -> [Vec<usize>; 2] {
     let energies = system.terms().iter().map(|term| term.name());
     let dissipation = system.dissipation().iter().map(|term| term.name());

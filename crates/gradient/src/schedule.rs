@@ -1,48 +1,47 @@
-//! Sizes of the steps of a run.
+//! Step sizes of a run for repeated passes.
 //!
-//! Step sizes that follow the error, and steps that are taken in parts, are found in a run of their own, and
-//! every later pass over it takes the same steps: derivatives are those of the run at the sizes that were
-//! chosen, which do not change with what they are taken by. Parts are steps of their own there, between whose
-//! ends nothing is looked at.
+//! Adaptive step sizes, and subdivided steps, are determined in a separate run, and every later pass
+//! repeats the same steps: derivatives are those of the run at these fixed sizes. The parts of a
+//! subdivided step count as steps of their own; losses see only the ends of full steps.
 
 use pliant::simulation::{Simulation, Snapshot};
 
 use crate::GradientError;
 
-/// End of a run.
+/// Length of a run.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum RunLength<'a> {
-    /// After so many steps.
+    /// Number of steps.
     Steps(u64),
-    /// At the last of these times, ascending [s]: steps land on each.
+    /// Times, ascending [s]: steps land on each, and the run ends at the last.
     Times(&'a [f64]),
 }
 
-/// The steps of a run.
+/// Steps of a run.
 pub(crate) struct Schedule {
-    /// Steps before the run.
+    /// Number of steps before the run.
     first: u64,
-    /// Number of steps of the run, each part of one counted.
+    /// Number of steps of the run, counting each part.
     pub(crate) steps: u64,
-    /// Steps that were chosen, and where they led to; none where all are of the fixed size.
+    /// Steps determined beforehand, and the state after them; `None` if all have the fixed size.
     chosen: Option<(Vec<ChosenStep>, Snapshot)>,
 }
 
-/// A step whose size was chosen.
+/// Step whose size was determined beforehand.
 #[derive(Clone, Copy)]
 struct ChosenStep {
-    /// [s]
+    /// Size [s].
     size: f64,
     /// Time at its end [s].
     end: f64,
-    /// Steps of the run before it, or before that which it is a part of.
+    /// Number of full steps of the run before it, or before the one it is a part of.
     whole: u64,
-    /// True but for parts that others of the same step follow.
+    /// True for full steps and for the last part of one.
     is_last: bool,
 }
 
 impl Schedule {
-    /// The steps that `simulation` takes from where it is, which it then goes back to.
+    /// Determines the steps that `simulation` takes from its present state, to which it returns.
     ///
     /// # Errors
     /// A step that fails, or a run that is told to stop.
@@ -53,8 +52,8 @@ impl Schedule {
         Self::found(simulation, length)
     }
 
-    /// Whole steps of a fixed size, which may be taken in parts: none of them is expected to be, and
-    /// [`step`](Self::step) refuses those that are. Contact alone rarely asks for it, and a run of its own
+    /// Full steps of a fixed size, without a separate run: none is expected to be subdivided, and
+    /// [`step`](Self::step) refuses those that are. Contact alone rarely needs it, and a separate run
     /// costs as much as the run.
     pub(crate) fn whole_steps(
         simulation: &mut Simulation,
@@ -67,7 +66,7 @@ impl Schedule {
         Ok(Schedule { first, steps: Self::count(simulation, length), chosen: None })
     }
 
-    /// Number of the steps of a fixed size.
+    /// Number of steps of a fixed size.
     fn count(simulation: &Simulation, length: RunLength<'_>) -> u64 {
         match length {
             RunLength::Steps(steps) => steps,
@@ -82,7 +81,7 @@ impl Schedule {
         let first = simulation.state().step;
         let is_fixed = simulation.step_control().is_none();
         let count = Self::count(simulation, length);
-        // What a solver has learnt may decide whether a step is solved: each run begins without.
+        // Solver state may decide whether a step is solved: each run starts without.
         let start = simulation.snapshot();
         simulation.restore(&start)?;
         let mut chosen = vec![];
@@ -106,6 +105,7 @@ impl Schedule {
             }
             Ok(())
         };
+        // The run, and the return to its start.
         match length {
             RunLength::Times(times) if !is_fixed => {
                 for time in times {
@@ -126,12 +126,12 @@ impl Schedule {
         chosen.get((step - self.first) as usize).copied()
     }
 
-    /// Steps of the run before the one after so many, parts of one counted once.
+    /// Number of full steps of the run before `step`.
     pub(crate) fn whole(&self, step: u64) -> u64 {
         self.chosen(step).map_or(step - self.first, |chosen| chosen.whole)
     }
 
-    /// Number of the state after so many steps, as losses see it; `None` within a step.
+    /// Index of the state after these steps, as losses see it; `None` within a full step.
     pub(crate) fn frame(&self, step: u64) -> Option<u64> {
         match step.checked_sub(self.first + 1).and_then(|last| self.chosen(self.first + last)) {
             Some(ChosenStep { whole, is_last, .. }) => is_last.then_some(self.first + whole + 1),
@@ -139,17 +139,17 @@ impl Schedule {
         }
     }
 
-    /// Number of steps of the run, parts of one counted once.
+    /// Number of full steps of the run.
     pub(crate) fn frames(&self) -> u64 {
         self.steps.checked_sub(1).map_or(0, |last| self.whole(self.first + last) + 1)
     }
 
-    /// Size of the step after so many [s].
+    /// Size of the step after these steps [s].
     pub(crate) fn step_size(&self, simulation: &Simulation, step: u64) -> f64 {
         self.chosen(step).map_or(simulation.step_size(), |chosen| chosen.size)
     }
 
-    /// Size of the step after so many over that of the one before; 1 for the first.
+    /// Ratio of the size of the step after these steps to that of the one before; 1 for the first.
     pub(crate) fn growth(&self, simulation: &Simulation, step: u64) -> f64 {
         let before = if step > self.first { step - 1 } else { step };
         self.step_size(simulation, step) / self.step_size(simulation, before)
@@ -158,7 +158,7 @@ impl Schedule {
     /// Takes the next step of `simulation`.
     ///
     /// # Errors
-    /// The step fails, or is taken in parts that were not chosen.
+    /// A step that fails, or that is subdivided unexpectedly.
     pub(crate) fn step(&self, simulation: &mut Simulation) -> Result<(), GradientError> {
         let step = simulation.state().step;
         if let Some(ChosenStep { size, end, .. }) = self.chosen(step) {
@@ -168,7 +168,7 @@ impl Schedule {
         if simulation.last_parts().is_empty() { Ok(()) } else { Err(GradientError::Parts { step }) }
     }
 
-    /// The end of the run as it was when its steps were chosen, with what they have taught.
+    /// State at the end of the run when its steps were determined, including solver state.
     pub(crate) fn end(&self) -> Option<&Snapshot> {
         self.chosen.as_ref().map(|(_, end)| end)
     }

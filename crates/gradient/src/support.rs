@@ -1,4 +1,4 @@
-//! Refusal of what has no adjoint.
+//! Checks for features without an adjoint.
 
 use pliant::constraint::Hold;
 use pliant::integrator::{Method, Scheme};
@@ -6,7 +6,7 @@ use pliant::simulation::Simulation;
 
 use crate::GradientError;
 
-/// Refuses a simulation whose steps have no adjoint: what [`gradient`](crate::gradient()) begins with.
+/// Refuses a simulation whose steps have no adjoint; called first by [`gradient`](crate::gradient()).
 ///
 /// # Errors
 /// [`GradientError::Unsupported`].
@@ -18,12 +18,12 @@ pub fn check(simulation: &mut Simulation) -> Result<(), GradientError> {
     }
 }
 
-/// True if the vertices of a hold turn.
+/// True if the vertices of a constraint rotate.
 pub(crate) fn turns(hold: &Hold) -> bool {
     hold.motion().is_some_and(|motion| motion.rotation().is_some())
 }
 
-/// The first thing in the way, and how to do without it.
+/// First unsupported feature, and its remedy.
 fn obstacle(simulation: &Simulation) -> Option<(String, &'static str)> {
     let system = simulation.system();
     let named = |what: &str, remedy| Some((what.to_owned(), remedy));
@@ -44,7 +44,7 @@ fn obstacle(simulation: &Simulation) -> Option<(String, &'static str)> {
     obstacle_among_terms(simulation)
 }
 
-/// A force that is the gradient of no energy, with products that are no derivatives of it.
+/// First force that is not the gradient of an energy, and whose products are not its derivatives.
 fn obstacle_among_terms(simulation: &Simulation) -> Option<(String, &'static str)> {
     let mut terms = simulation.system().terms().iter();
     let found = terms.find(|term| term.properties().approximates)?;
@@ -53,7 +53,7 @@ fn obstacle_among_terms(simulation: &Simulation) -> Option<(String, &'static str
     Some((found.name(), remedy))
 }
 
-/// Part of a linearised step whose derivative is not known: its matrix is to be that of exact products.
+/// First obstacle of a linearised step: its matrix must be that of exact products.
 fn obstacle_to_linearisation(simulation: &mut Simulation) -> Option<(String, &'static str)> {
     if !matches!(simulation.method().scheme, Scheme::Linearised(_)) {
         return None;
@@ -63,7 +63,7 @@ fn obstacle_to_linearisation(simulation: &mut Simulation) -> Option<(String, &'s
     if system.is_damped() && system.has_prescribed_motion() {
         return Some(("linearised steps with damping and prescribed motion".into(), REMEDY));
     }
-    // No pattern, and no symmetry.
+    // Arbitrary vector without pattern or symmetry.
     let x = simulation.state().x().to_vec();
     let p: Vec<f64> = (0..x.len()).map(|i| (12.9898 * (i as f64 + 1.0)).sin()).collect();
     let unknown = simulation.system_mut().terms_mut().find_map(|term| {
@@ -77,8 +77,8 @@ fn obstacle_to_linearisation(simulation: &mut Simulation) -> Option<(String, &'s
     Some((format!("linearised steps with {}", unknown?), REMEDY))
 }
 
-/// True if what dissipative terms take from positions, as friction does its normal forces, is held throughout
-/// solves as it is where the step begins.
+/// True if position-dependent quantities of dissipative terms, such as normal forces of friction, are
+/// lagged at the beginning of the step in all solves.
 pub(crate) fn holds_start(simulation: &mut Simulation) -> bool {
     let solves_stages = match simulation.method().scheme {
         Scheme::Dirk(_) | Scheme::Alpha(_) | Scheme::Bdf2(_) | Scheme::QuasiStatic => true,
@@ -88,7 +88,7 @@ pub(crate) fn holds_start(simulation: &mut Simulation) -> bool {
     solves_stages && simulation.system_mut().most_renewals() == Some(1)
 }
 
-/// The first dissipative term whose force changes with positions in a way that is not known.
+/// First dissipative term whose derivative by positions is not known.
 fn obstacle_among_dissipation(simulation: &mut Simulation) -> Option<(String, &'static str)> {
     let (x, zero) = (simulation.state().x().to_vec(), vec![0.0; simulation.state().x().len()]);
     let mut y = zero.clone();
@@ -102,7 +102,7 @@ fn obstacle_among_dissipation(simulation: &mut Simulation) -> Option<(String, &'
     Some((unknown?, remedy))
 }
 
-/// Error of a step to `time` [s] whose equations cannot be taken back.
+/// Error of a step to `time` [s] whose adjoint or tangent equations are singular.
 pub(crate) fn singular(method: &Method, step: u64, time: f64) -> GradientError {
     match method.scheme {
         Scheme::Linearised(_) => GradientError::Unsupported {

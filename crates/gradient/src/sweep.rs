@@ -1,4 +1,4 @@
-//! A run forwards and back.
+//! Forward run and backward sweep.
 
 use pliant::simulation::{Simulation, Snapshot};
 
@@ -13,22 +13,22 @@ use crate::schedule::Schedule;
 use crate::walls::{self, Touching, WallEvent, WalledEnd};
 use crate::{GradientError, RunGradient, support};
 
-/// State before a step, and what the step leaves for the way back.
+/// State before a step, and data of the step for the backward sweep.
 struct SweepRecord {
     step: u64,
     time: f64,
     x: Vec<f64>,
     v: Vec<f64>,
-    /// Of the step that begins here.
+    /// Velocities of the stages of the step that begins here.
     stage_velocities: Vec<Vec<f64>>,
     stage_accelerations: Vec<Vec<f64>>,
-    /// What terms remember of earlier steps.
+    /// History variables of terms.
     history: Vec<f64>,
-    /// The same with what the scheme remembers, where it does and walls may make it forget.
+    /// Snapshot with the memory of the method, if it has one and walls may reset it.
     moment: Option<Snapshot>,
 }
 
-/// A run on its way back.
+/// Backward sweep over a run.
 pub(crate) struct Sweep<'a> {
     simulation: &'a mut Simulation,
     loss: &'a mut dyn Loss,
@@ -36,32 +36,32 @@ pub(crate) struct Sweep<'a> {
     sums: Sums<'a>,
     adjoint: Adjoint,
     value: f64,
-    /// Step and time at the beginning of the run, and time at its end.
+    /// Step number and time at the beginning of the run, and time at its end.
     first: u64,
     start: f64,
     end: f64,
-    /// Steps whose states are kept at once, and states that are kept beside them.
+    /// Number of steps whose states are kept at once, and number of additional states.
     piece: usize,
     slots: usize,
-    /// The last state of the run, where the simulation has left it.
+    /// Last state of the run.
     last: Option<Snapshot>,
-    /// Largest component of the derivatives after the last step.
+    /// Largest component of the derivatives by the last state.
     size_at_end: f64,
-    /// True if pins let go at their time.
+    /// True if pins are released at some time.
     releases: bool,
-    /// Solves that friction did not settle in: before the run, then in it.
+    /// Solves whose friction did not settle: before the run, then in it.
     unsettled: u64,
-    /// Vertices that touch walls after the step that comes after the one that is taken back next, where there
-    /// are any walls, and those that have come to them or left them since.
+    /// Vertices that touch walls after the step that follows the one propagated next, if there are walls,
+    /// and events found so far.
     later: Option<Touching>,
     wall_events: Vec<WallEvent>,
-    /// Pairs that touch in the state after the step that is taken back next, where any can.
+    /// Pairs in contact in the state after the step to be propagated next, if contact is possible.
     touching: Option<TouchingPairs>,
     contact_events: ContactEvents,
 }
 
 impl<'a> Sweep<'a> {
-    /// A sweep over `simulation` from where it is, in `budget` bytes.
+    /// Sweep over `simulation` from its present state, within `budget` bytes.
     pub(crate) fn new(
         simulation: &'a mut Simulation,
         loss: &'a mut dyn Loss,
@@ -70,7 +70,7 @@ impl<'a> Sweep<'a> {
         schedule: &'a Schedule,
     ) -> Self {
         let (unknowns, d) = (simulation.state().x().len(), simulation.system().dimension());
-        // As many rows as schemes have stages at most, beside the state.
+        // A snapshot of a method with memory has at most six rows more than the state.
         let moment = if may_forget(simulation) { 6 } else { 0 };
         let releases = simulation.system().constraints().iter().any(|hold| hold.end().is_finite());
         let record = 8 * unknowns * (2 + stages(simulation) + moment);
@@ -98,7 +98,7 @@ impl<'a> Sweep<'a> {
         }
     }
 
-    /// Takes the steps, and goes back; the simulation ends where the steps have led.
+    /// Runs forward and back; the simulation ends in the last state.
     pub(crate) fn run(mut self) -> Result<RunGradient, GradientError> {
         if has_memory(self.simulation.method().scheme) {
             let KeptState { step, time, x, v } = KeptState::of(self.simulation);
@@ -127,7 +127,7 @@ impl<'a> Sweep<'a> {
         })
     }
 
-    /// Goes forward from step `from`, where the simulation is, to step `to`, and back.
+    /// Runs forward from step `from`, where the simulation is, to step `to`, and propagates back.
     fn back(&mut self, from: u64, to: u64, slots: usize) -> Result<(), GradientError> {
         let mut to = to;
         if to - from <= self.piece as u64 {
@@ -158,8 +158,9 @@ impl<'a> Sweep<'a> {
         Ok(())
     }
 
-    /// The same, keeping all states, and goes back.
+    /// Takes steps up to step `to`, keeping all states, and propagates back.
     fn back_at_once(&mut self, to: u64) -> Result<(), GradientError> {
+        // Forward run with records.
         let mut records = vec![];
         while self.simulation.state().step < to {
             let mut record = SweepRecord::of(self.simulation);
@@ -171,19 +172,20 @@ impl<'a> Sweep<'a> {
         }
         let end = SweepRecord::of(self.simulation);
         if self.last.is_none() {
-            // The first time that the simulation comes to the end of the run.
+            // First arrival at the end of the run.
             self.last = Some(self.simulation.snapshot());
             self.unsettled = unsettled(self.simulation) - self.unsettled;
             self.end = end.time;
             self.add_loss(&end)?;
             self.size_at_end = self.adjoint.norm();
         }
-        // The run begins anew from a state that it goes back to, and needs no matrix until then.
+        // The forward run continues from a restored state, and needs no matrix until then.
         let lent = self.simulation.exchange_matrix_structure(None);
         let is_lent = lent.is_some();
         if is_lent {
             self.sums.exchange_structure(self.simulation.system(), lent);
         }
+        // Backward sweep.
         let mut after = end;
         while let Some(record) = records.pop() {
             self.look_for_stop(record.step)?;
@@ -202,10 +204,11 @@ impl<'a> Sweep<'a> {
         if self.simulation.system().is_stopped() { Err(GradientError::Stopped { step }) } else { Ok(()) }
     }
 
-    /// Takes the derivatives back by the step from `record` to the state `after` it.
+    /// Propagates the derivatives over the step from `record` to the state `after` it.
     fn step_back(&mut self, record: &SweepRecord, after: &SweepRecord) -> Result<(), GradientError> {
         let SweepRecord { step, time, .. } = *record;
         let (h, method) = (self.schedule.step_size(self.simulation, step), self.simulation.method());
+        // Contact changes, and the step without walls.
         self.note_contacts(record, after);
         let lets_go = self.releases && self.lets_go(record, after);
         let walled = match self.simulation.system().walls() {
@@ -215,6 +218,7 @@ impl<'a> Sweep<'a> {
                 Some(WalledEnd::of_step(self.simulation, &start, self.schedule)?)
             }
         };
+        // Adjoint of the walls, with their events.
         let (mut x, mut v) = (&after.x, &after.v);
         if let Some(walled) = &walled {
             let Adjoint { x: x_bar, v: v_bar, .. } = &mut self.adjoint;
@@ -240,6 +244,7 @@ impl<'a> Sweep<'a> {
             }
             (x, v) = (&walled.x, &walled.v);
         }
+        // Adjoint of the step.
         let taken = Step {
             from: AdjointPlace { time, x: &record.x, v: &record.v },
             x,
@@ -269,6 +274,7 @@ impl<'a> Sweep<'a> {
             self.sums.add_held(&HeldUse { system, time, x, v, x_bar: &x_bar, v_bar: &still });
             add_scaled(&mut self.adjoint.x, 1.0, &x_bar);
         }
+        // Preparation of the next step back.
         if !self.adjoint.is_finite() {
             return Err(GradientError::Overflow { step, time, growth: self.growth(time) });
         }
@@ -279,7 +285,7 @@ impl<'a> Sweep<'a> {
         Ok(())
     }
 
-    /// Counts what the step from `record` to the state `after` it has changed of contacts.
+    /// Counts the changes of contacts in the step from `record` to the state `after` it.
     fn note_contacts(&mut self, record: &SweepRecord, after: &SweepRecord) {
         let system = self.simulation.system();
         let later = self.touching.take().or_else(|| TouchingPairs::of(system, &after.x, &after.v));
@@ -289,8 +295,8 @@ impl<'a> Sweep<'a> {
         }
     }
 
-    /// True if pins let go at the beginning of the step from `record` to the state `after` it, for which the
-    /// simulation holds what it held then.
+    /// True if pins are released at the beginning of the step from `record` to the state `after` it.
+    /// Leaves the simulation with the constraints of the latter.
     fn lets_go(&mut self, record: &SweepRecord, after: &SweepRecord) -> bool {
         self.simulation.hold_as_after(record.step, record.time);
         let held = self.simulation.system().structure();
@@ -298,7 +304,8 @@ impl<'a> Sweep<'a> {
         self.simulation.system().structure() != held
     }
 
-    /// Holds what let go at `record`. Until then places and velocities were prescribed.
+    /// Restores the constraints released at `record`, before which positions and velocities were
+    /// prescribed.
     fn hold_again(&mut self, record: &SweepRecord) {
         let was_held = |weights: &[f64]| weights.iter().map(|weight| *weight == 0.0).collect::<Vec<_>>();
         let after = was_held(self.simulation.system().inverse_mass());
@@ -329,7 +336,7 @@ impl<'a> Sweep<'a> {
         if !part.is_finite() {
             return Err(wrong("it".into(), part));
         }
-        // Most losses look at few states.
+        // Most losses depend on few states.
         let is_zero = |rows: &[f64]| rows.iter().fold(true, |zero, bar| zero & (*bar == 0.0));
         if is_zero(&x_bar) && is_zero(&v_bar) {
             self.add_state(*step);
@@ -353,14 +360,14 @@ impl<'a> Sweep<'a> {
         Ok(())
     }
 
-    /// Lets parameters see the derivatives by the state after so many steps.
+    /// Shows parameters the derivatives by the state after these steps.
     fn add_state(&mut self, step: u64) {
         let (system, step) = (self.simulation.system(), step - self.first);
         self.sums.add_state(&StateUse { system, step, x_bar: &self.adjoint.x });
     }
 
     /// Growth of the logarithm of the derivatives per second between `time` and the end of the run [1/s];
-    /// zero where the loss has none at the end.
+    /// zero if the loss has none at the end.
     fn growth(&self, time: f64) -> f64 {
         let (norm, span) = (self.adjoint.norm().min(f64::MAX), self.end - time);
         let grown = (norm / self.size_at_end).ln() / span;
@@ -385,7 +392,7 @@ impl KeptState {
 }
 
 impl SweepRecord {
-    /// The present state.
+    /// Record of the present state.
     fn of(simulation: &Simulation) -> Self {
         let state = simulation.state();
         SweepRecord {
@@ -400,7 +407,7 @@ impl SweepRecord {
         }
     }
 
-    /// The same in the order of the scene.
+    /// Snapshot of the record, in the order of the scene.
     fn snapshot(&self, simulation: &Simulation) -> Snapshot {
         let (numbering, d) = (simulation.numbering(), simulation.system().dimension());
         let outside = |rows: &[f64]| numbering.to_original(rows, d).into_owned();
@@ -409,17 +416,17 @@ impl SweepRecord {
     }
 }
 
-/// True if the scheme looks at what was before a state, and begins anew where a wall has acted.
+/// True if the method has a memory, which walls reset.
 pub(crate) fn may_forget(simulation: &Simulation) -> bool {
     has_memory(simulation.method().scheme) && !simulation.system().walls().is_empty()
 }
 
-/// Solves so far after which friction still changed.
+/// Number of solves so far after which friction still changed.
 fn unsettled(simulation: &Simulation) -> u64 {
     simulation.work().solver.map_or(0, |solver| solver.unsettled)
 }
 
-/// Stages of a step whose velocities or accelerations are kept.
+/// Number of stages of a step whose velocities or accelerations are kept.
 fn stages(simulation: &Simulation) -> usize {
     use pliant::integrator::{Scheme, gauss_radau::NODES};
     match simulation.method().scheme {

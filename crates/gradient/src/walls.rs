@@ -1,10 +1,10 @@
-//! Walls at the end of a step: where they act, and the derivative of what they do.
+//! Walls at the end of a step: where they act, and the derivative of their action.
 //!
-//! A vertex behind the plane `n . x = c` is put back on it, `x' = x + (c - n.x) w`, and its velocity into the
-//! wall is taken, `v' = v - (n.v) w` where `n.v < 0`; `w = m / |m|^2` with `m` the normal without held
-//! coordinates. Both are linear as long as the same vertices are behind the same walls; the step to that
-//! place is one without walls. Where a vertex comes to a wall or leaves it, the derivative is that of the
-//! side on which the run was.
+//! A vertex behind the plane `n . x = c` is projected back, `x' = x + (c - n.x) w`, and loses its
+//! velocity into the wall, `v' = v - (n.v) w` if `n.v < 0`; `w = m / |m|^2` with `m` the normal without
+//! fixed coordinates. Both maps are linear as long as the same vertices are behind the same walls, and
+//! they follow a step without walls. Where a vertex comes to a wall or leaves it, the derivative is that
+//! of the side on which the run was.
 
 use pliant::constraint::Wall;
 use pliant::numbering::Numbering;
@@ -14,47 +14,47 @@ use pliant::system::System;
 use crate::GradientError;
 use crate::schedule::Schedule;
 
-/// A vertex that has come to a wall, or left one.
+/// Event of a vertex that comes to a wall or leaves one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct WallEvent {
-    /// The step at whose end it is there and at whose beginning it was not, or the other way round; as
-    /// [`LossFrame::step`](crate::LossFrame::step) counts.
+    /// Number of the step in which it comes or leaves, counted as
+    /// [`LossFrame::step`](crate::LossFrame::step).
     pub step: u64,
-    /// The vertex, in the order of the scene.
+    /// Vertex, in the order of the scene.
     pub vertex: usize,
-    /// The wall, by its place among those of the system.
+    /// Wall, by its index in the system.
     pub wall: usize,
-    /// True if it has come, false if it has left.
+    /// True if it comes, false if it leaves.
     pub has_come: bool,
 }
 
-/// Vertices on walls, by their numbers in the simulation, and the walls; ascending.
+/// Vertices on walls, by their indices in the simulation, and the walls; ascending.
 pub(crate) type Touching = Vec<(usize, usize)>;
 
-/// A wall that has put a vertex back.
+/// Action of a wall that projects a vertex back.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct WallAction {
     vertex: usize,
     wall: usize,
-    /// True if it has taken the velocity, too.
+    /// True if it also stops the velocity into the wall.
     stops: bool,
 }
 
-/// The end of a step before walls acted, and what they did.
+/// End of a step before walls acted, and their actions.
 pub(crate) struct WalledEnd {
     pub(crate) x: Vec<f64>,
     pub(crate) v: Vec<f64>,
-    /// In the order in which they act.
+    /// Actions in the order in which they apply.
     actions: Vec<WallAction>,
-    /// What touches after it.
+    /// Vertices on walls after the step.
     pub(crate) touching: Touching,
 }
 
 impl WalledEnd {
-    /// Takes the step of `simulation` from `start` again, without walls; the simulation ends there.
+    /// Repeats the step of `simulation` from `start` without walls; the simulation ends there.
     ///
     /// # Errors
-    /// The step fails, or `start` is no state of the simulation.
+    /// A step that fails, or a `start` that does not belong to the simulation.
     pub(crate) fn of_step(
         simulation: &mut Simulation,
         start: &Snapshot,
@@ -85,7 +85,7 @@ impl WalledEnd {
         WalledEnd { touching: touching(system, &now_x), x, v, actions }
     }
 
-    /// Takes derivatives by the end of the step to those by the place before walls acted.
+    /// Propagates derivatives by the end of the step to those by the state before walls acted.
     pub(crate) fn back(&self, system: &System, x_bar: &mut [f64], v_bar: &mut [f64]) {
         for action in self.actions.iter().rev() {
             let transposed = |normal: &[f64], back: &[f64], bar: &mut [f64]| {
@@ -96,7 +96,7 @@ impl WalledEnd {
         }
     }
 
-    /// Takes changes of the place before walls acted to those of the end of the step.
+    /// Propagates changes of the state before walls acted to those of the end of the step.
     pub(crate) fn forth(&self, system: &System, x_dot: &mut [f64], v_dot: &mut [f64]) {
         for action in &self.actions {
             let along_wall = |normal: &[f64], back: &[f64], dot: &mut [f64]| {
@@ -108,7 +108,7 @@ impl WalledEnd {
     }
 }
 
-/// Events of step `step`, at whose beginning `before` touched and at whose end `after` does.
+/// Events of step `step`, from the contacts `before` to those `after` it.
 pub(crate) fn events(
     numbering: &Numbering,
     step: u64,
@@ -127,7 +127,7 @@ pub(crate) fn events(
 }
 
 impl WallAction {
-    /// Calls `change(normal, w, row)` with the vertex's rows of `x`, and of `v` where it was stopped.
+    /// Calls `change(normal, w, row)` with the vertex's row of `x`, and of `v` if it was stopped.
     fn each(
         self,
         system: &System,
@@ -145,7 +145,7 @@ impl WallAction {
     }
 }
 
-/// `w` of a vertex with these inverse masses; `None` where the wall cannot move it.
+/// Vector `w` of a vertex with these inverse masses; `None` if the wall cannot move it.
 fn way_back(wall: &Wall, weights: &[f64]) -> Option<[f64; 3]> {
     let mut free = [0.0; 3];
     let parts = free.iter_mut().zip(wall.normal()).zip(weights).filter(|(_, weight)| **weight != 0.0);
@@ -154,10 +154,10 @@ fn way_back(wall: &Wall, weights: &[f64]) -> Option<[f64; 3]> {
     (squared > 0.0).then(|| free.map(|n| n / squared))
 }
 
-/// Distances from a wall below this part of the numbers that they are differences of are rounding.
+/// Distances from a wall below this fraction of the terms they are differences of are rounding.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
-/// Vertices on walls, or behind them, at `x`, with the walls that could move them; ascending.
+/// Vertices on walls or behind them at `x`, with the walls that can move them; ascending.
 pub(crate) fn touching(system: &System, x: &[f64]) -> Touching {
     let d = system.dimension();
     let mut touching = vec![];

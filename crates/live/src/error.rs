@@ -1,4 +1,4 @@
-//! Errors of a server.
+//! Errors of the live server.
 
 use std::path::PathBuf;
 
@@ -7,58 +7,58 @@ use pliant_scene::SceneError;
 use pliant_scene::experiment::CommandError;
 use pliant_view::drawing::DrawError;
 
-/// A scene could not be shown live.
+/// Error of showing a scene live.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum LiveError {
-    /// It cannot be simulated.
+    /// The scene cannot be simulated.
     #[error(transparent)]
     Scene(#[from] SceneError),
-    /// A command of a log was refused.
+    /// A command of a log was rejected.
     #[error(transparent)]
     ExperimentCommand(#[from] CommandError),
-    /// Its page cannot be made.
+    /// The page cannot be built.
     #[error(transparent)]
     Page(#[from] DrawError),
-    /// A recording cannot be begun, written or ended.
+    /// A recording cannot be started, written or finished.
     #[error(transparent)]
     Record(#[from] RecordError),
-    /// A recording would be outside of the working folder.
+    /// The recording would be outside the working directory.
     #[error(
         "{} is not below the working folder: give a path without `..` that does not begin at the root",
         path.display()
     )]
     Outside {
-        /// The path.
+        /// Path requested.
         path: PathBuf,
     },
-    /// The name of a recording has control characters.
+    /// The name of the recording has control characters.
     #[error("{path:?} is no name of a recording: give one without control characters")]
     Name {
-        /// The path.
+        /// Path requested.
         path: PathBuf,
     },
-    /// A recording is being made already.
+    /// A recording is already active.
     #[error("{} is being recorded; end it first", path.display())]
     Recording {
-        /// Its file.
+        /// File of that recording.
         path: PathBuf,
     },
-    /// The system refuses something.
+    /// Error of the system.
     #[error("{what}: {source}")]
     System {
         /// Description of the attempt.
         what: String,
-        /// Message of the system.
+        /// Error message.
         source: std::io::Error,
     },
-    /// No randomness for the token.
+    /// No random numbers for the token.
     #[error("the system gives no random numbers for the address: {0}")]
     Token(getrandom::Error),
 }
 
 impl LiveError {
-    /// An error of the system in an attempt at `what`.
+    /// Wraps a system error in an attempt at `what`.
     pub(crate) fn system(what: impl Into<String>) -> impl FnOnce(std::io::Error) -> LiveError {
         |source| LiveError::System { what: what.into(), source }
     }

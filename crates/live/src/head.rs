@@ -1,29 +1,29 @@
-//! Heads of requests, and the answers to them.
+//! Heads of HTTP requests, and responses.
 
 use std::io::{self, Read, Write};
 use std::net::{IpAddr, TcpStream};
 use std::time::{Duration, Instant};
 
-/// Longest head [bytes].
+/// Size limit of a head [bytes].
 const LONGEST: usize = 8 << 10;
-/// Time for all of it.
+/// Time limit for the whole head.
 const TIME: Duration = Duration::from_secs(5);
 
-/// The first line and the fields of a request.
+/// Request line and header fields.
 #[derive(Debug)]
 pub(crate) struct RequestHead {
-    /// Method, as `GET`.
+    /// Method, such as `GET`.
     pub(crate) method: String,
-    /// Path, with a query if there is one.
+    /// Path with query, if any.
     pub(crate) path: String,
     fields: Vec<(String, String)>,
 }
 
 impl RequestHead {
-    /// Reads up to the empty line, byte for byte: what follows belongs to the socket.
+    /// Reads up to the empty line, byte by byte: the following data belong to the socket.
     ///
     /// # Errors
-    /// It is too long, too slow, or no head.
+    /// The head is too long, too slow, or malformed.
     pub(crate) fn read(stream: &mut TcpStream) -> io::Result<RequestHead> {
         let (until, mut bytes, mut byte) = (Instant::now() + TIME, vec![], [0u8]);
         while !bytes.ends_with(b"\r\n\r\n") {
@@ -50,15 +50,16 @@ impl RequestHead {
         Some(RequestHead { method, path, fields: lines.map(field).collect::<Option<_>>()? })
     }
 
-    /// The value of the field of this name, in small letters; `None` without it, or where it is given twice.
+    /// Value of a field, by lower-case name; `None` if missing or repeated.
     pub(crate) fn field(&self, name: &str) -> Option<&str> {
         let mut found = self.fields.iter().filter(|(field, _)| field == name);
         let (_, value) = found.next()?;
         found.next().is_none().then_some(value)
     }
 
-    /// The host that was asked for, if it is one that names this server at `address` and `port`: `localhost`
-    /// or, beyond loopback, any address. A name could have been made to lead here.
+    /// Requested host, if it names this server at `address` and `port`: `localhost`, a loopback address
+    /// or, if the server is not on loopback, any address. Other names are rejected, because DNS can make
+    /// them lead here.
     pub(crate) fn host(&self, address: IpAddr, port: u16) -> Option<&str> {
         let host = self.field("host")?;
         let name = host.strip_suffix(&format!(":{port}")).or_else(|| Some(host).filter(|_| port == 80))?;
@@ -71,7 +72,7 @@ impl RequestHead {
     }
 }
 
-/// Answers with a status alone.
+/// Responds with a status only.
 pub(crate) fn refuse(stream: &mut TcpStream, status: &str) -> io::Result<()> {
     write!(
         stream,
@@ -79,17 +80,17 @@ pub(crate) fn refuse(stream: &mut TcpStream, status: &str) -> io::Result<()> {
     )
 }
 
-/// Pages that may show this one in a frame.
+/// Pages allowed to embed this one in a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Framing {
-    /// None: clicks in a frame could be led by what lies over it.
+    /// None: a page around a frame could hijack clicks.
     None,
-    /// Those of this machine: notebooks and editors.
+    /// Pages of this machine: notebooks and editors.
     OfThisMachine,
 }
 
 impl Framing {
-    /// The fields that say so: CSP Level 3, section 6.4.2.1, `frame-ancestors`.
+    /// Header fields of the policy: CSP Level 3, section 6.4.2.1, `frame-ancestors`.
     fn fields(self) -> &'static str {
         match self {
             Framing::None => "X-Frame-Options: DENY\r\nContent-Security-Policy: frame-ancestors 'none'\r\n",
@@ -101,7 +102,7 @@ impl Framing {
     }
 }
 
-/// Answers with the page.
+/// Responds with the page.
 pub(crate) fn answer(stream: &mut TcpStream, page: &str, framing: Framing) -> io::Result<()> {
     write!(
         stream,

@@ -1,18 +1,20 @@
-//! A running scene in the page of [`pliant_view`]: a server that sends frames and takes commands.
+//! Live view of a running scene in the page of [`pliant_view`]: a server that sends frames and receives
+//! commands.
 //!
-//! One port has the page and its socket, at a path with a random token. Frames wait in a slot of one, in
-//! which the newest replaces the last; commands wait in a queue whose full state stops reading, so that none
-//! is lost. Commands are executed between steps, by an [`Experiment`](pliant_scene::experiment::Experiment).
+//! One port serves the page and its socket, at a path with a random token. Frames wait in a slot of one,
+//! in which the newest replaces the last. Commands wait in a queue; when it is full, the server stops
+//! reading, so that none is lost. An [`Experiment`](pliant_scene::experiment::Experiment) executes
+//! commands between steps.
 //!
 //! # What is refused
 //! | request | answer |
 //! |---|---|
 //! | another path or token | 404 |
-//! | a `Host` that is not this server's (a name that was made to lead to loopback) | 421 |
-//! | the socket, from a page of another origin or of none | 403 |
-//! | the socket, while another page has it that reads | 409 |
+//! | a `Host` that is not this server's (DNS rebinding to loopback) | 421 |
+//! | the socket, from a page of another origin or none | 403 |
+//! | the socket, while another page uses it | 409 |
 //! | a head above 8 kB, or slower than 5 s | the connection ends |
-//! | a message that is no command, or above 64 kB | an answer that says so; above 64 kB the socket ends |
+//! | a message that is not a command, or above 64 kB | an error reply; above 1 MB the socket is closed |
 
 mod error;
 mod head;

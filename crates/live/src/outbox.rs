@@ -1,17 +1,17 @@
-//! Messages on their way to the page.
+//! Outgoing messages to the page.
 
 use std::collections::VecDeque;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Texts that may wait before commands are no longer read.
+/// Number of waiting texts above which commands are no longer read.
 const TEXTS: usize = 256;
-/// Texts that may wait at all: a page that leaves more lie does not read, and loses its place.
+/// Limit on waiting texts: a page that leaves more is disconnected.
 const MOST_TEXTS: usize = 8 * TEXTS;
-/// Time after which a page that does not take what is sent to it yields its place to another one.
+/// Time after which a page that does not receive yields to another one.
 const YIELDS: Duration = Duration::from_secs(2);
 
-/// Message that is sent next.
+/// Next message to be sent.
 #[derive(Debug, PartialEq)]
 pub(crate) enum Outgoing {
     Text(String),
@@ -21,21 +21,21 @@ pub(crate) enum Outgoing {
 
 #[derive(Default)]
 struct Waiting {
-    /// Replies and states: none is lost.
+    /// Replies and states, none of which is lost.
     texts: VecDeque<String>,
     /// The newest frame.
     frame: Option<Vec<u8>>,
-    /// The newest answer to a ping: older ones need none (RFC 6455, section 5.5.3).
+    /// Newest answer to a ping, which supersedes older ones (RFC 6455, section 5.5.3).
     pong: Option<Vec<u8>>,
-    /// Begin of the message that is being sent.
+    /// Start time of the message being sent.
     sending: Option<Instant>,
-    /// Number of the page that is connected, from 1; 0 without one.
+    /// Number of the connected page, from 1; 0 if there is none.
     page: u64,
     pages: u64,
     closed: bool,
 }
 
-/// Messages for the page that is connected; without one they are dropped.
+/// Messages for the connected page; dropped if there is none.
 #[derive(Default)]
 pub(crate) struct Outbox {
     waiting: Mutex<Waiting>,
@@ -47,7 +47,7 @@ impl Outbox {
         self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Begins for a page; `None` while another one is connected that takes what is sent to it.
+    /// Connects a page; `None` while another one is connected and receiving.
     pub(crate) fn connect(&self) -> Option<u64> {
         let mut waiting = self.lock();
         let yields = waiting.sending.is_some_and(|since| since.elapsed() > YIELDS);
@@ -62,7 +62,7 @@ impl Outbox {
         Some(waiting.page)
     }
 
-    /// Ends for that page.
+    /// Disconnects that page.
     pub(crate) fn disconnect(&self, page: u64) {
         let mut waiting = self.lock();
         if waiting.page == page {
@@ -71,12 +71,12 @@ impl Outbox {
         self.changed.notify_all();
     }
 
-    /// Number of the page that is connected, from 1; 0 without one.
+    /// Number of the connected page, from 1; 0 if there is none.
     pub(crate) fn page(&self) -> u64 {
         self.lock().page
     }
 
-    /// Adds a text; a page that has left too many lie is gone from then on.
+    /// Adds a text; disconnects a page with too many waiting ones.
     pub(crate) fn text(&self, text: String) {
         let mut waiting = self.lock();
         if waiting.page == 0 {
@@ -91,7 +91,7 @@ impl Outbox {
         self.changed.notify_all();
     }
 
-    /// Replaces the answer to a ping that waits, if `page` is still connected.
+    /// Replaces the waiting answer to a ping, if `page` is still connected.
     pub(crate) fn pong(&self, page: u64, data: Vec<u8>) {
         let mut waiting = self.lock();
         if waiting.page == page {
@@ -100,7 +100,7 @@ impl Outbox {
         }
     }
 
-    /// Replaces the frame that waits.
+    /// Replaces the waiting frame.
     pub(crate) fn frame(&self, frame: Vec<u8>) {
         let mut waiting = self.lock();
         if waiting.page != 0 {
@@ -109,13 +109,13 @@ impl Outbox {
         }
     }
 
-    /// True while no frame waits: the last was taken.
+    /// True if no frame is waiting.
     pub(crate) fn wants_frame(&self) -> bool {
         let waiting = self.lock();
         waiting.page != 0 && waiting.frame.is_none()
     }
 
-    /// Waits for a message to `page`, texts first; `None` once it is gone.
+    /// Waits for a message to `page`, texts first; `None` once the page is gone.
     pub(crate) fn next(&self, page: u64) -> Option<Outgoing> {
         let mut waiting = self.lock();
         loop {
@@ -137,7 +137,7 @@ impl Outbox {
         }
     }
 
-    /// Waits until there is room for an answer to `page`; false once it is gone.
+    /// Waits until there is room for a reply to `page`; false once the page is gone.
     pub(crate) fn has_room(&self, page: u64) -> bool {
         let mut waiting = self.lock();
         while waiting.page == page && waiting.texts.len() >= TEXTS && !waiting.closed {
@@ -146,7 +146,7 @@ impl Outbox {
         waiting.page == page && !waiting.closed
     }
 
-    /// No more messages from now on.
+    /// Ends sending: no more messages from now on.
     pub(crate) fn close(&self) {
         self.lock().closed = true;
         self.changed.notify_all();

@@ -1,15 +1,15 @@
-//! Simulated time against that of the clock.
+//! Synchronisation of simulated time with the clock.
 
 use std::time::{Duration, Instant};
 
-/// Lag behind the clock that is caught up; a larger one is let be.
+/// Largest lag behind the clock that is caught up [s]; larger ones are dropped.
 const LARGEST_LAG: f64 = 0.1;
-/// Time over which the pace that was reached is measured.
+/// Time over which the actual speed is measured.
 const WINDOW: Duration = Duration::from_millis(500);
 
-/// Paces steps.
+/// Pacing of steps.
 pub(crate) struct Pace {
-    /// Simulated seconds a second; `None` as fast as it goes.
+    /// Simulated seconds per second; `None` for maximum speed.
     pub(crate) speed: Option<f64>,
     anchor: (Instant, f64),
     window: (Instant, f64),
@@ -22,7 +22,7 @@ impl Pace {
         Pace { speed, anchor: (now, time), window: (now, time), reached: 0.0 }
     }
 
-    /// Begins anew at a simulated time [s].
+    /// Restarts pacing at a simulated time [s].
     pub(crate) fn restart(&mut self, time: f64) {
         *self = Pace { reached: self.reached, ..Pace::new(self.speed, time) };
     }
@@ -37,7 +37,7 @@ impl Pace {
         Duration::try_from_secs_f64(ahead.max(0.0)).unwrap_or(Duration::MAX)
     }
 
-    /// Simulated seconds a second reached lately.
+    /// Recently achieved simulated seconds per second.
     pub(crate) fn reached(&mut self, time: f64) -> f64 {
         let elapsed = self.window.0.elapsed();
         if elapsed >= WINDOW {

@@ -1,4 +1,4 @@
-//! The page of a running scene: that of a recording of one frame.
+//! Page of a running scene, built like that of a recording with one frame.
 
 use std::path::Path;
 
@@ -12,11 +12,11 @@ use crate::LiveError;
 use crate::recording::{options, record};
 use crate::scratch::ScratchFolder;
 
-/// Measures of elements that bodies can be coloured by, beside those of the scene.
+/// Element measures for colouring, in addition to those of the scene.
 const MEASURES: [Channel; 4] =
     [Channel::Jacobian, Channel::PrincipalStretches, Channel::VonMises, Channel::EnergyDensity];
 
-/// The page, the title on it, and the names of colourings by a measure of elements.
+/// Page with its title, and the names of colourings by element measures.
 pub(crate) struct LivePage {
     pub(crate) html: String,
     pub(crate) title: String,
@@ -24,10 +24,10 @@ pub(crate) struct LivePage {
 }
 
 impl LivePage {
-    /// The page of the present state, which asks for `socket`.
+    /// Builds the page of the present state, which connects to `socket`.
     ///
     /// # Errors
-    /// The system gives no temporary folder, or the recording in it cannot be written or read.
+    /// The system has no temporary directory, or the recording in it cannot be written or read.
     pub(crate) fn new(experiment: &mut Experiment, socket: &LiveSocket) -> Result<LivePage, LiveError> {
         let folder = ScratchFolder::new()?;
         let name = Path::new(experiment.source().name()).file_stem().unwrap_or("scene".as_ref());

@@ -1,4 +1,4 @@
-//! Messages: commands in, states and frames out.
+//! Protocol: incoming commands, outgoing states and frames.
 
 use pliant::diagnostics::{MEASURES, Measure};
 use pliant::simulation::Simulation;
@@ -7,13 +7,13 @@ use serde_json::{Value, json};
 
 /// First word of a frame, `PTRM`.
 const MAGIC: u32 = 0x4D52_5450;
-/// Bytes before the positions.
+/// Size of the header before the positions [bytes].
 const HEADER: usize = 40;
 
-/// A message of the page.
+/// Message from the page.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Request {
-    /// Its number, which the page counts up.
+    /// Command number, counted up by the page.
     pub(crate) command: u32,
     pub(crate) action: Action,
 }
@@ -24,20 +24,20 @@ pub(crate) enum Action {
     Pause,
     Continue,
     Step(u64),
-    /// Simulated seconds a second; `None` as fast as it goes.
+    /// Simulated seconds per second; `None` for maximum speed.
     Speed(Option<f64>),
     Record(String),
     StopRecording,
-    /// Measure of elements to send with frames.
+    /// Element measure to send with frames.
     Measure(Option<String>),
     Experiment(ExperimentCommand),
 }
 
 impl Request {
-    /// Reads a message.
+    /// Parses a message.
     ///
     /// # Errors
-    /// Its number, if it has one, and what is wrong.
+    /// The command number, if any, and the error message.
     pub(crate) fn read(text: &str) -> Result<Request, (Option<u32>, String)> {
         let value: Value = serde_json::from_str(text).map_err(|error| (None, format!("no JSON: {error}")))?;
         let command = value["command"].as_u64().and_then(|number| u32::try_from(number).ok());
@@ -80,19 +80,19 @@ impl Action {
         })
     }
 
-    /// True if only the last of several in a row counts.
+    /// True if only the last of consecutive ones counts.
     pub(crate) fn is_drag(&self) -> bool {
         matches!(self, Action::Experiment(ExperimentCommand::Drag { .. }))
     }
 
-    /// True if it may change values of controls.
+    /// True if the action may change values of controls.
     pub(crate) fn changes_controls(&self) -> bool {
         use ExperimentCommand::{Integrator, Pin, Set};
         matches!(self, Action::Experiment(Set { .. } | Pin { .. } | Integrator { .. }))
     }
 }
 
-/// Answer to a command that was executed, or refused with a message.
+/// Reply to a command; `refused` is the message if it was rejected.
 pub(crate) fn reply(command: Option<u32>, refused: Option<&str>) -> String {
     match refused {
         None => json!({ "type": "reply", "command": command, "ok": true }),
@@ -101,13 +101,13 @@ pub(crate) fn reply(command: Option<u32>, refused: Option<&str>) -> String {
     .to_string()
 }
 
-/// Controls and scheme of now.
+/// Present controls and integrator.
 pub(crate) fn controls(experiment: &Experiment) -> Value {
     let (_, present) = experiment.integrators();
     json!({ "type": "controls", "controls": experiment.controls(), "integrator": present })
 }
 
-/// The first message, to a page of so many coordinates.
+/// First message, to a page with this number of coordinates.
 pub(crate) fn hello(
     experiment: &Experiment,
     coordinates: usize,
@@ -133,7 +133,7 @@ pub(crate) fn hello(
     hello.to_string()
 }
 
-/// Energies of now [J].
+/// Present energies [J].
 pub(crate) fn energy(simulation: &mut Simulation) -> Value {
     let now = simulation.diagnostics();
     let mut energy = json!({ "kinetic": now.kinetic, "elastic": now.elastic, "total": now.total });
@@ -149,7 +149,7 @@ pub(crate) fn energy(simulation: &mut Simulation) -> Value {
     energy
 }
 
-/// A measure of elements by the name of its colouring, and the number of its field.
+/// Element measure with the given colouring name, and the index of its field.
 pub(crate) fn measure(name: &str) -> Option<(&'static Measure, usize)> {
     MEASURES.iter().find_map(|measure| {
         let field = measure.fields.iter().position(|field| match measure.fields {
@@ -160,8 +160,9 @@ pub(crate) fn measure(name: &str) -> Option<(&'static Measure, usize)> {
     })
 }
 
-/// A frame: the header, positions, speeds, and a measure of each element. Vertices are those of the page,
-/// which began with positions `start` [m]: walls, the last, may have become bodies or ceased to be.
+/// Encodes a frame: header, positions, speeds, and a measure of each element. Vertices are those of the
+/// page, which began with positions `start` [m]; since then walls, the last ones, may have become bodies
+/// or ceased to be.
 pub(crate) fn frame(
     simulation: &Simulation,
     start: &[f64],

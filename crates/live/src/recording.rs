@@ -1,4 +1,4 @@
-//! Recordings of a running scene, and their logs of commands.
+//! Recordings of a running scene, with their command logs.
 
 use std::path::{Component, Path, PathBuf};
 
@@ -11,23 +11,23 @@ use pliant_scene::experiment::Experiment;
 
 use crate::LiveError;
 
-/// Ending of the log beside a recording.
+/// Suffix of the log of a recording.
 const LOG: &str = ".commands.jsonl";
 
-/// A recording from some step on, with the rate and the channels of the scene.
+/// Recording from some step on, with the rate and channels of the scene.
 pub(crate) struct LiveRecording {
     recorder: McapRecorder,
-    /// Path as it was given.
+    /// Path as given.
     pub(crate) path: PathBuf,
     /// Time of the first frame [s].
     begin: f64,
 }
 
 impl LiveRecording {
-    /// Begins a recording at the present state; `path` is below `folder`.
+    /// Starts a recording at the present state; `path` is below `folder`.
     ///
     /// # Errors
-    /// [`LiveError::Outside`]; the file is there, or cannot be written.
+    /// [`LiveError::Outside`]; the file exists or cannot be written.
     pub(crate) fn begin(folder: &Path, path: &Path, experiment: &mut Experiment) -> Result<Self, LiveError> {
         let full = folder.join(confined(path)?);
         let mut channels = experiment.scene().output.channels.clone();
@@ -45,24 +45,24 @@ impl LiveRecording {
         Ok(recording)
     }
 
-    /// Records the present state if its time has come.
+    /// Records the present state if it is due.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// A write error.
     pub(crate) fn after_step(&mut self, experiment: &mut Experiment) -> Result<(), LiveError> {
         let (index, rate) = (self.recorder.frames(), experiment.scene().output.rate);
         let (time, h) = (experiment.simulation().state().time, experiment.simulation().step_size());
-        // The step nearest to the time of the frame; a product, so that no rounding accumulates.
+        // The step nearest to the frame's time; a product, so that no rounding accumulates.
         if time + 0.5 * h >= self.begin + index as f64 / rate {
             record(&mut self.recorder, experiment)?;
         }
         Ok(())
     }
 
-    /// Ends the file, and writes the log of all commands beside it.
+    /// Finishes the file, and writes the log of all commands next to it.
     ///
     /// # Errors
-    /// They cannot be written.
+    /// A write error.
     pub(crate) fn end(self, experiment: &Experiment) -> Result<Recorded, LiveError> {
         let state = experiment.simulation().state();
         let message = experiment.failure().map(|failure| failure.message.clone());
@@ -82,12 +82,12 @@ impl LiveRecording {
     }
 }
 
-/// The log beside a recording.
+/// Path of the log of a recording.
 fn log_of(recording: &Path) -> PathBuf {
     durable_file::with_suffix(&recording.with_extension(""), LOG)
 }
 
-/// The path, if it stays below the folder that it is relative to.
+/// Returns the path if it stays below the directory it is relative to.
 fn confined(path: &Path) -> Result<&Path, LiveError> {
     if path.to_str().is_none_or(|text| text.contains(char::is_control)) {
         return Err(LiveError::Name { path: path.to_owned() });
@@ -99,7 +99,7 @@ fn confined(path: &Path) -> Result<&Path, LiveError> {
     Err(LiveError::Outside { path: path.to_owned() })
 }
 
-/// Content of a recording of an experiment.
+/// Recording options of an experiment.
 pub(crate) fn options(experiment: &Experiment, channels: Vec<Channel>) -> Options {
     Options {
         channels,
@@ -115,7 +115,7 @@ pub(crate) fn options(experiment: &Experiment, channels: Vec<Channel>) -> Option
 /// Records the present state.
 ///
 /// # Errors
-/// It cannot be written.
+/// A write error.
 pub(crate) fn record(recorder: &mut McapRecorder, experiment: &mut Experiment) -> Result<(), RecordError> {
     use pliant::observer::Observer;
     let (quantities, index) = (recorder.quantities(), recorder.frames());

@@ -1,4 +1,4 @@
-//! Logs of commands, replayed into recordings.
+//! Replay of command logs into recordings.
 
 use std::path::Path;
 
@@ -9,11 +9,11 @@ use pliant_scene::experiment::{CommandLog, Experiment};
 use crate::LiveError;
 use crate::recording::LiveRecording;
 
-/// Repeats the steps and commands of `log` on `source` and records them to `path` below `folder`: the bytes
-/// of a recording that was made live from the start to the end of the log, without going back in between.
+/// Replays the steps and commands of `log` on `source` and records them to `path` below `folder`. The
+/// file has the same bytes as a live recording from the start to the end of the log without going back.
 ///
 /// # Errors
-/// The log is not of this scene; the recording is there, or cannot be written.
+/// The log belongs to another scene; the recording exists or cannot be written.
 pub fn replay(source: Source, log: &CommandLog, folder: &Path, path: &Path) -> Result<Recorded, LiveError> {
     let mut recording = None;
     let mut first_error = Ok(());

@@ -1,18 +1,18 @@
-//! A folder for files that are read at once.
+//! Temporary directory.
 
 use std::path::{Path, PathBuf};
 
 use crate::LiveError;
 use crate::token::Token;
 
-/// A folder that is gone when it is dropped.
+/// Directory that is removed on drop.
 pub(crate) struct ScratchFolder(PathBuf);
 
 impl ScratchFolder {
-    /// A new one with a random name in the system's temporary folder.
+    /// Creates a directory with a random name in the system's temporary directory.
     ///
     /// # Errors
-    /// It cannot be made.
+    /// The directory cannot be created.
     pub(crate) fn new() -> Result<ScratchFolder, LiveError> {
         let path = std::env::temp_dir().join(format!("pliant-live-{}", Token::random()?.text()));
         let what = || format!("cannot make the temporary folder {}", path.display());
@@ -27,7 +27,7 @@ impl ScratchFolder {
 
 impl Drop for ScratchFolder {
     fn drop(&mut self) {
-        // The system removes what stays behind.
+        // Leftovers are removed by the system.
         let _ = std::fs::remove_dir_all(&self.0);
     }
 }

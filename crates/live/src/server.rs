@@ -1,4 +1,4 @@
-//! The port with the page and its socket.
+//! Server of the page and its socket.
 
 use std::io::{self, Read, Write};
 use std::net::{IpAddr, Ipv4Addr, Shutdown, SocketAddr, TcpListener, TcpStream};
@@ -25,35 +25,35 @@ use crate::protocol::{self, Action, Request};
 use crate::session::{Incoming, LiveSession, LiveSettings};
 use crate::token::Token;
 
-/// Commands that may wait before no more are read.
+/// Limit on waiting commands; beyond it reading pauses.
 const COMMANDS: usize = 256;
-/// Longest command [bytes].
+/// Size limit of a command [bytes].
 const LONGEST: usize = 64 << 10;
-/// Longest message that is read to be refused [bytes]; a longer one ends the socket.
+/// Size limit of a message that is read and rejected [bytes]; a longer one closes the socket.
 const LARGEST: usize = 1 << 20;
-/// Connections served at once.
+/// Limit on simultaneous connections.
 const CONNECTIONS: usize = 32;
-/// Time that a page may leave what was sent to it lie.
+/// Time limit for a page to receive data.
 const STALLED: Duration = Duration::from_secs(10);
 
-/// Options of serving a scene.
+/// Options of a live server.
 #[derive(Clone, Debug)]
 pub struct LiveOptions {
-    /// Address to listen at.
+    /// Listening address.
     pub address: IpAddr,
     /// Port; 0 for a random one.
     pub port: u16,
-    /// Simulated seconds a second; `None` as fast as it goes.
+    /// Simulated seconds per second; `None` for maximum speed.
     pub speed: Option<f64>,
-    /// True to begin paused.
+    /// True to start paused.
     pub paused: bool,
-    /// Recording from the start on, below `folder`.
+    /// Recording from the start, below `folder`.
     pub record: Option<PathBuf>,
-    /// Folder that recordings are below.
+    /// Directory that contains all recordings.
     pub folder: PathBuf,
-    /// State to begin with; `None` for that of the scene.
+    /// Initial state; `None` for that of the scene.
     pub state: Option<Snapshot>,
-    /// True if pages of this machine (notebooks, editors) may show the page in a frame.
+    /// True if pages of this machine (notebooks, editors) may embed the page in a frame.
     pub in_frames: bool,
 }
 
@@ -72,29 +72,29 @@ impl Default for LiveOptions {
     }
 }
 
-/// End of a served scene.
+/// Summary of a served scene at its end.
 #[derive(Clone, Debug)]
 pub struct LiveSummary {
-    /// The scene, with the changes of commands.
+    /// Scene, including changes by commands.
     pub source: Source,
-    /// State at the end.
+    /// Final state.
     pub state: Snapshot,
-    /// Steps that were tried, over all resets.
+    /// Number of steps attempted, over all resets.
     pub steps: u64,
     /// Simulated time at the end [s].
     pub time: f64,
-    /// Recordings that were made.
+    /// Completed recordings.
     pub recorded: Vec<Recorded>,
 }
 
-/// A scene behind a port, before it runs.
+/// Server of a scene, before it runs.
 pub struct LiveServer {
     listener: TcpListener,
     door: Arc<Door>,
     session: LiveSession,
 }
 
-/// State that requests are answered from.
+/// Shared data for answering requests.
 struct Door {
     own: SocketAddr,
     token: Token,
@@ -111,8 +111,8 @@ impl LiveServer {
     /// Assembles the scene and listens.
     ///
     /// # Errors
-    /// [`LiveError`]: the scene cannot be simulated, the state is none of it, its page cannot be made, the
-    /// recording not be begun, or the port is taken.
+    /// [`LiveError`]: the scene cannot be simulated, the state does not fit it, its page cannot be built,
+    /// the recording cannot be started, or the port is taken.
     pub fn new(source: Source, options: &LiveOptions) -> Result<LiveServer, LiveError> {
         let mut experiment = Experiment::new(source)?;
         if let Some(state) = &options.state {
@@ -144,7 +144,7 @@ impl LiveServer {
         Ok(LiveServer { listener, door: Arc::new(door), session })
     }
 
-    /// The address of the page.
+    /// Address of the page.
     pub fn url(&self) -> String {
         format!("http://{}/{}/", self.door.socket.host, self.door.token.text())
     }
@@ -152,7 +152,7 @@ impl LiveServer {
     /// Runs the scene and answers requests until `stop` is set.
     ///
     /// # Errors
-    /// The last recording cannot be ended.
+    /// The last recording cannot be finished.
     pub fn run(self, stop: &Arc<AtomicBool>) -> Result<LiveSummary, LiveError> {
         let LiveServer { listener, door, session } = self;
         let accepting = Arc::clone(&door);
@@ -160,7 +160,7 @@ impl LiveServer {
         let summary = session.run(stop);
         door.closed.store(true, Ordering::Relaxed);
         door.outbox.close();
-        // Wakes it; where that cannot be, the thread ends with the process.
+        // Wakes the accepting thread; if this fails, the thread ends with the process.
         let socket: Option<SocketAddr> = door.socket.host.parse().ok();
         if socket.is_some_and(|socket| TcpStream::connect(socket).is_ok()) {
             let _ = accepts.join();
@@ -181,7 +181,7 @@ fn accept(listener: &TcpListener, door: &Arc<Door>) {
         }
         let door = Arc::clone(door);
         std::thread::spawn(move || {
-            // A connection that ends early has no one left to tell.
+            // An error of a closed connection cannot be reported.
             let _ = door.serve(stream);
             door.connections.fetch_sub(1, Ordering::Relaxed);
         });
@@ -234,14 +234,14 @@ impl Door {
         std::thread::spawn(move || {
             let ended = outgoing.try_clone();
             door.send(outgoing, page);
-            // The other half waits for what the page sends.
+            // The receiving half waits for the page.
             let _ = ended.map(|stream| stream.shutdown(Shutdown::Both));
         });
         self.receive(stream, page);
         Ok(())
     }
 
-    /// Sends what is for `page` until one of them is gone.
+    /// Sends messages for `page` until the page or the connection is gone.
     fn send(&self, stream: TcpStream, page: u64) {
         let mut socket = WebSocket::from_raw_socket(stream, Role::Server, None);
         while let Some(message) = self.outbox.next(page) {
@@ -259,7 +259,7 @@ impl Door {
         self.outbox.disconnect(page);
     }
 
-    /// Hands on what `page` sends until it is gone.
+    /// Passes on messages from `page` until it is gone.
     fn receive(&self, stream: TcpStream, page: u64) {
         let config = WebSocketConfig::default().max_message_size(Some(LARGEST)).max_frame_size(Some(LARGEST));
         let mut socket = WebSocket::from_raw_socket(ReadHalf(stream), Role::Server, Some(config));
@@ -276,13 +276,13 @@ impl Door {
                 }
                 _ => continue,
             };
-            // At once: the step that is being taken may be a long one.
+            // Acknowledged immediately: the present step may take long.
             if let Ok(Request { command, action: Action::Pause }) = &request
                 && self.outbox.page() == page
             {
                 self.outbox.text(protocol::reply(Some(*command), None));
             }
-            // A full queue stops reading: the page then waits, and no command is lost.
+            // A full queue pauses reading: the page waits, and no command is lost.
             let incoming = Incoming { page, request };
             if !self.outbox.has_room(page) || self.commands.send(incoming).is_err() {
                 return;
@@ -291,8 +291,8 @@ impl Door {
     }
 }
 
-/// The half of a stream that is read. What the protocol would answer on its own is dropped: only one half may
-/// write, or frames would tear.
+/// Reading half of a stream. Automatic answers of the protocol are dropped: only one half may write, or
+/// frames would be interleaved.
 struct ReadHalf(TcpStream);
 
 impl Read for ReadHalf {

@@ -1,4 +1,4 @@
-//! The loop of a running scene: commands, steps, frames, recordings.
+//! Main loop of a running scene: commands, steps, frames, recordings.
 
 use std::panic::{self, AssertUnwindSafe};
 use std::path::{Path, PathBuf};
@@ -18,16 +18,16 @@ use crate::protocol::{self, Action, Request};
 use crate::recording::LiveRecording;
 use crate::{LiveError, LiveSummary};
 
-/// Time between frames.
+/// Interval between frames.
 const FRAME: Duration = Duration::from_millis(16);
-/// Time between states without a command.
+/// Interval between states without a command.
 const STATE: Duration = Duration::from_millis(50);
-/// Time to wait for commands where no step is due.
+/// Time to wait for commands if no step is due.
 const IDLE: Duration = Duration::from_millis(20);
-/// Waits below this are none: the next steps catch up.
+/// Shorter waits are skipped: the next steps catch up.
 const SHORTEST: Duration = Duration::from_millis(1);
 
-/// A message of the page of this number.
+/// Message from the page with this number.
 pub(crate) struct Incoming {
     pub(crate) page: u64,
     pub(crate) request: Result<Request, (Option<u32>, String)>,
@@ -39,7 +39,7 @@ pub(crate) struct LiveSettings {
     pub(crate) measures: Vec<String>,
     pub(crate) speed: Option<f64>,
     pub(crate) paused: bool,
-    /// Folder that recordings are below.
+    /// Directory that contains all recordings.
     pub(crate) folder: PathBuf,
 }
 
@@ -48,16 +48,16 @@ pub(crate) struct LiveSession {
     settings: LiveSettings,
     outbox: Arc<Outbox>,
     queue: Receiver<Incoming>,
-    /// Positions of the vertices of the page [m]: walls that are no bodies now are drawn there.
+    /// Positions of the page's vertices [m]: walls that are no longer bodies are drawn there.
     start: Vec<f64>,
     pace: Pace,
     paused: bool,
-    /// Steps to take although paused.
+    /// Number of steps to take although paused.
     asked_steps: u64,
     measure: Option<(&'static Measure, usize)>,
     recording: Option<LiveRecording>,
     recorded: Vec<Recorded>,
-    /// Page that has been greeted, and the last command of it that was executed.
+    /// Greeted page, and its last executed command.
     page: u64,
     last_command: u32,
     /// True if a frame, or a state, has not been shown.
@@ -96,10 +96,10 @@ impl LiveSession {
         }
     }
 
-    /// Begins a recording.
+    /// Starts a recording.
     ///
     /// # Errors
-    /// One is being made, the path is outside of the folder, or the file is there or cannot be written.
+    /// A recording is active, the path is outside the directory, or the file exists or cannot be written.
     pub(crate) fn record(&mut self, path: &Path) -> Result<(), LiveError> {
         if let Some(recording) = &self.recording {
             return Err(LiveError::Recording { path: recording.path.clone() });
@@ -108,13 +108,13 @@ impl LiveSession {
         Ok(())
     }
 
-    /// Goes on until `stop` is set.
+    /// Runs until `stop` is set.
     ///
     /// # Errors
     /// The last recording cannot be written.
     pub(crate) fn run(mut self, stop: &Arc<AtomicBool>) -> Result<LiveSummary, LiveError> {
         self.experiment.set_stop(Some(Arc::clone(stop)));
-        // However it ends, what was recorded is a whole file with its log.
+        // Finishes the recording with its log however the loop ends.
         let ended = panic::catch_unwind(AssertUnwindSafe(|| self.go_on(stop)));
         let recording = self.end_recording();
         if let Err(cause) = ended {
@@ -138,7 +138,7 @@ impl LiveSession {
         }
     }
 
-    /// Says hello to a page that has come.
+    /// Greets a newly connected page.
     fn greet(&mut self) {
         let page = self.outbox.page();
         if page == self.page {
@@ -153,7 +153,7 @@ impl LiveSession {
         }
     }
 
-    /// Time until a step is due.
+    /// Time until the next step is due.
     fn wait(&mut self) -> Duration {
         if self.asked_steps > 0 {
             return Duration::ZERO;
@@ -165,7 +165,7 @@ impl LiveSession {
         if wait < SHORTEST { Duration::ZERO } else { wait.min(IDLE) }
     }
 
-    /// Executes what has come, waiting so long for the first.
+    /// Executes waiting commands, waiting up to `wait` for the first.
     fn take_commands(&mut self, wait: Duration) {
         let first = match wait.is_zero() {
             true => self.queue.try_recv(),
@@ -179,7 +179,7 @@ impl LiveSession {
             .map(|i| is_drag(&waiting[i]) && waiting.get(i + 1).is_some_and(is_drag))
             .collect();
         for (incoming, superseded) in waiting.into_iter().zip(superseded) {
-            // A page may have come, and asked for something, while the queue was waited for.
+            // A page may have connected and sent a command during the wait.
             self.greet();
             if incoming.page == self.page && !superseded {
                 self.answer(incoming.request);
@@ -197,7 +197,7 @@ impl LiveSession {
         let refused = self.execute(action).err();
         self.last_command = command;
         (self.state_is_due, self.frame_is_due) = (true, true);
-        // A drag is acknowledged by the next frame, a pause where it was read.
+        // A drag is acknowledged by the next frame, a pause when it is read.
         if refused.is_some() || !is_acknowledged {
             self.outbox.text(protocol::reply(Some(command), refused.as_deref()));
         }
@@ -206,7 +206,7 @@ impl LiveSession {
         }
     }
 
-    /// Executes a command; a message where it is refused.
+    /// Executes a command; the error is the message of a rejection.
     fn execute(&mut self, action: Action) -> Result<(), String> {
         let text = |error: LiveError| error.to_string();
         match action {
@@ -233,13 +233,13 @@ impl LiveSession {
 
     fn execute_in_experiment(&mut self, command: &ExperimentCommand) -> Result<(), String> {
         let goes_back = matches!(command, ExperimentCommand::Reset | ExperimentCommand::GoBack);
-        // Time in a recording does not go back.
+        // Time in a recording cannot go back.
         if goes_back {
             self.end_recording().map_err(|error| error.to_string())?;
         }
         let vertices = self.experiment.topology().vertex_count;
         self.experiment.execute(command).map_err(|error| error.to_string())?;
-        // A recording has the same vertices from its start to its end.
+        // A recording keeps the same vertices throughout.
         if self.experiment.topology().vertex_count != vertices
             && let Some(recording) = &self.recording
         {
@@ -290,7 +290,7 @@ impl LiveSession {
         Ok(())
     }
 
-    /// Sends what is due.
+    /// Sends frames and states that are due.
     fn publish(&mut self) {
         if self.page == 0 {
             return;

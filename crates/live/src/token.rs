@@ -1,4 +1,4 @@
-//! The random part of the address.
+//! Random part of the address.
 
 use crate::LiveError;
 
@@ -7,22 +7,22 @@ use crate::LiveError;
 pub(crate) struct Token(String);
 
 impl Token {
-    /// A new one.
+    /// Creates a random token.
     ///
     /// # Errors
-    /// The system gives no random numbers.
+    /// The system has no random numbers.
     pub(crate) fn random() -> Result<Token, LiveError> {
         let mut bits = [0u8; 16];
         getrandom::fill(&mut bits).map_err(LiveError::Token)?;
         Ok(Token(bits.iter().map(|byte| format!("{byte:02x}")).collect()))
     }
 
-    /// As text.
+    /// Token as text.
     pub(crate) fn text(&self) -> &str {
         &self.0
     }
 
-    /// True if `text` is the token, found in a time that does not depend on where it differs.
+    /// True if `text` is the token; compared in constant time.
     pub(crate) fn is(&self, text: &str) -> bool {
         let differences = self.0.bytes().zip(text.bytes()).fold(0, |found, (a, b)| found | (a ^ b));
         self.0.len() == text.len() && std::hint::black_box(differences) == 0

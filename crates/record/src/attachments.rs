@@ -1,4 +1,4 @@
-//! Attachments and metadata, written once at the beginning: scene, topology, units and counts.
+//! Attachments and metadata at the beginning of a recording: scene, topology, units and counts.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -16,17 +16,17 @@ use pliant::topology::{BodyKind, BodyTopology, Skin, Topology};
 pub(super) const METADATA: &str = "pliant";
 /// Name of the attachment with the scene's text.
 pub(super) const SCENE: &str = "scene.toml";
-/// Name of the attachment with the rest positions.
+/// Name of the attachment with the reference positions.
 pub(super) const REST: &str = "rest.f64";
 /// Name of the attachment with the masses of vertices.
 pub(super) const MASS: &str = "mass.f64";
 
-/// A body, as files and `info` describe it.
+/// Summary of a body, stored in files and shown by `info`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct BodySummary {
     /// Name.
     pub name: String,
-    /// Kind of its cells.
+    /// Kind of its elements.
     pub kind: BodyKind,
     /// First vertex.
     pub first_vertex: u32,
@@ -34,21 +34,21 @@ pub struct BodySummary {
     pub vertices: u32,
     /// Number of springs and segments.
     pub edges: usize,
-    /// Number of triangles that are cells.
+    /// Number of triangles that are elements.
     pub triangles: usize,
     /// Number of tetrahedra.
     pub tetrahedra: usize,
-    /// Cells that are no simplices, by kind.
+    /// Elements that are not simplices, by kind.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub blocks: Vec<BlockSummary>,
 }
 
-/// Cells of one kind, as files and `info` describe them.
+/// Summary of the elements of one kind, stored in files and shown by `info`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct BlockSummary {
-    /// Name of the kind, as `hexahedron`.
+    /// Name of the kind, such as `hexahedron`.
     pub kind: String,
-    /// Number of cells.
+    /// Number of elements.
     pub cells: usize,
 }
 
@@ -109,7 +109,8 @@ pub(super) fn write<W: Write + Seek>(
     Ok(())
 }
 
-/// Writes the triangles of a skin, the element of each, and nodes and weights of its vertices, `width` each.
+/// Writes the triangles of an embedded surface, the element of each, and `width` nodes and weights for
+/// each vertex.
 fn write_skin<W: Write + Seek>(container: &mut Container<W>, name: &str, skin: &Skin) -> McapResult<()> {
     let lists = [
         (skin.triangles.as_flattened(), "skin"),
@@ -127,7 +128,7 @@ fn write_skin<W: Write + Seek>(container: &mut Container<W>, name: &str, skin: &
 }
 
 fn cells_of(body: &BodyTopology) -> [(Cow<'_, [u32]>, &'static str); 4] {
-    // Not twice: the surface of cloth and of 2D bodies is all of their triangles.
+    // Stored once: the surface of cloth and of 2D bodies consists of all of their triangles.
     let surface = if body.surface == body.triangles { &[] } else { body.surface.as_slice() };
     let (triangles, tetrahedra) = (body.triangles.as_flattened(), body.tetrahedra.as_flattened());
     [
@@ -144,7 +145,7 @@ fn cells_of(body: &BodyTopology) -> [(Cow<'_, [u32]>, &'static str); 4] {
     ]
 }
 
-/// Corners and nodes in the middle of edges of each cell, one after the other.
+/// Corners and midside nodes of each element, one after the other.
 fn joined<const A: usize, const B: usize>(corners: &[[u32; A]], middles: &[[u32; B]]) -> Vec<u32> {
     corners
         .iter()

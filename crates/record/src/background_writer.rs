@@ -1,8 +1,7 @@
-//! Encoding, compression and writing beside the run: frames are collected in batches, and a thread of its
-//! own does the rest while the steps go on. Batches arrive in order, so the bytes of the file are those of
-//! one thread.
+//! Background writer: encodes, compresses and writes in a thread of its own while the run continues.
 //!
-//! A recording that never fills a batch never starts the thread. Frames that are large are not copied: the
+//! Frames are collected in batches, which arrive in order, so the file has the same bytes as with one
+//! thread. A recording that never fills a batch never starts the thread. Large frames are not copied: the
 //! run waits for them.
 
 use std::cell::Cell;
@@ -19,53 +18,53 @@ use super::frame_copy::{Batch, bytes_of};
 use super::frame_encoder::FrameEncoder;
 use pliant::observer::{Frame, Quantities};
 
-/// Bytes of frames after which a batch is handed over. Waking the thread takes some 20 us, as long as a
-/// hundred small frames take.
+/// Bytes of frames after which a batch is handed over. Waking the thread takes about 20 us, as long as a
+/// hundred small frames.
 const BATCH_BYTES: usize = 1 << 17;
-/// Batches that wait at most; then the run waits for the thread.
+/// Limit on waiting batches; beyond it the run waits for the thread.
 const WAITING: usize = 2;
-/// Bytes from which on a frame is not copied.
+/// Size from which on a frame is not copied [bytes].
 pub(super) const LARGE_BYTES: usize = CHUNK_BYTES as usize;
 
-/// Bytes of the copies of frames of so many bytes each that are not encoded yet, at most: batches that wait,
-/// one that is filled and one that is emptied.
+/// Upper bound of the memory for frame copies that are not yet encoded [bytes]: waiting batches, one
+/// being filled and one being emptied. `frame` is the size of a frame.
 pub(super) fn waiting_bytes(frame: usize, frames: usize) -> usize {
     let batch = BATCH_BYTES.div_ceil(frame.max(1));
     frame.saturating_mul(frames.min(batch * (WAITING + 2)))
 }
 
-/// Thread that encodes and writes, and its queues.
+/// Writer thread with its queues.
 struct WriterThread {
     batches: SyncSender<Batch>,
-    /// Batches to be filled again.
+    /// Emptied batches for reuse.
     emptied: Receiver<Batch>,
-    /// Acknowledgements: for each batch that is urgent, whether its last frame is durable.
+    /// Acknowledgements: for each urgent batch, whether its last frame is durable.
     durable: Receiver<bool>,
-    /// Whether something could not be written.
+    /// True if something could not be written.
     has_failed: Arc<AtomicBool>,
     thread: JoinHandle<Box<FrameEncoder>>,
 }
 
-/// Place in which the encoder works.
+/// Location of the encoder.
 enum Worker {
-    /// In the thread of the run.
+    /// In the run's thread.
     Inline(Box<FrameEncoder>),
     Thread(WriterThread),
-    /// Nowhere, while it moves from one to the other.
+    /// Nowhere, while it moves between threads.
     Moving,
 }
 
-/// Encoder of a recording, in a thread of its own once there is enough to do.
+/// Encoder of a recording, moved to a thread of its own once there is enough work.
 pub(super) struct BackgroundWriter {
     worker: Worker,
     quantities: Quantities,
-    /// Frames that have not been handed over.
+    /// Frames not yet handed over.
     batch: Batch,
-    /// Time that a frame may wait for the next one before it is made durable against a kill.
+    /// Time that a frame may wait for the next one before it must survive a kill.
     max_loss: Duration,
     /// Frames that came until then are durable.
     durable_until: Instant,
-    /// The value of `durable_until` once the thread has acknowledged it.
+    /// Value of `durable_until` once the thread has acknowledged it.
     pending_ack: Option<Instant>,
 }
 
@@ -81,11 +80,11 @@ impl BackgroundWriter {
         }
     }
 
-    /// Takes over a frame that has all quantities of the encoder. When this returns, a kill cannot lose it,
-    /// or what it can lose took no longer than the largest loss to compute.
+    /// Takes a frame with all quantities of the encoder. After return, a kill loses at most frames that
+    /// took no longer than the largest loss to compute.
     ///
     /// # Errors
-    /// An earlier frame could not be written; it is in the journal, as all others before this one.
+    /// An earlier frame could not be written; it is in the journal, as are all others before this one.
     pub(super) fn frame(&mut self, frame: &Frame<'_>) -> McapResult<()> {
         let has_failed = match &self.worker {
             Worker::Inline(encoder) => encoder.has_failed(),
@@ -104,7 +103,7 @@ impl BackgroundWriter {
         self.batch.push(&frame);
         let now = Instant::now();
         self.take_ack(now)?;
-        // Asked for early, so that the run need not wait.
+        // Requested early, so that the run need not wait.
         self.batch.is_urgent =
             self.pending_ack.is_none() && now.duration_since(self.durable_until) >= self.max_loss / 2;
         let is_full = self.batch.bytes() >= BATCH_BYTES;
@@ -117,10 +116,10 @@ impl BackgroundWriter {
         self.take_ack(now)
     }
 
-    /// The encoder, after everything that was handed over.
+    /// Returns the encoder, after everything handed over has been processed.
     ///
     /// # Errors
-    /// Something that was handed over could not be written.
+    /// Something handed over could not be written.
     pub(super) fn encoder(&mut self) -> McapResult<&mut FrameEncoder> {
         self.join();
         let Worker::Inline(encoder) = &mut self.worker else { unreachable!("it has been joined") };
@@ -131,8 +130,8 @@ impl BackgroundWriter {
         }
     }
 
-    /// Number of frames that recovery finds, after [`frame`](Self::frame) or [`encoder`](Self::encoder) has
-    /// failed.
+    /// Number of frames that recovery finds after [`frame`](Self::frame) or [`encoder`](Self::encoder)
+    /// has failed.
     pub(super) fn salvage(&mut self) -> u64 {
         self.join();
         match &mut self.worker {
@@ -141,10 +140,10 @@ impl BackgroundWriter {
         }
     }
 
-    /// The encoder, after everything that was handed over, for good.
+    /// Converts into the encoder, after everything handed over has been processed.
     ///
     /// # Errors
-    /// As [`encoder`](Self::encoder).
+    /// The errors of [`encoder`](Self::encoder).
     pub(super) fn into_encoder(mut self) -> McapResult<FrameEncoder> {
         self.encoder()?;
         let Worker::Inline(encoder) = std::mem::replace(&mut self.worker, Worker::Moving) else {
@@ -153,7 +152,7 @@ impl BackgroundWriter {
         Ok(*encoder)
     }
 
-    /// Hands over what came until `now`.
+    /// Hands over the frames that came until `now`.
     fn hand_over(&mut self, now: Instant) -> McapResult<()> {
         let is_urgent = self.batch.is_urgent;
         match &mut self.worker {
@@ -161,7 +160,7 @@ impl BackgroundWriter {
                 let empty = thread.emptied.try_recv().unwrap_or_default();
                 let full = std::mem::replace(&mut self.batch, empty);
                 if thread.batches.send(full).is_err() {
-                    // It ends early only where it panics.
+                    // The thread ends early only if it panics.
                     return self.encoder().map(|_| ());
                 }
                 if is_urgent {
@@ -179,7 +178,7 @@ impl BackgroundWriter {
         Ok(())
     }
 
-    /// Takes the acknowledgement that frames are durable, if it has come; waits for it where at `now` more
+    /// Takes the acknowledgement that frames are durable, if it has come. Waits for it if at `now` more
     /// than the largest loss is pending.
     fn take_ack(&mut self, now: Instant) -> McapResult<()> {
         let (Worker::Thread(thread), Some(pending_ack)) = (&self.worker, self.pending_ack) else {
@@ -200,24 +199,25 @@ impl BackgroundWriter {
         Ok(())
     }
 
-    /// Moves the encoder into a thread, if the system has one.
+    /// Moves the encoder into a thread, if one can be created.
     fn start(&mut self) {
         if !matches!(self.worker, Worker::Inline(_)) {
             return;
         }
+        // Queues.
         let (batches, incoming) = sync_channel::<Batch>(WAITING);
         let (give_back, emptied) = sync_channel(WAITING + 1);
         let (acknowledge, durable) = sync_channel(1);
         let has_failed = Arc::new(AtomicBool::new(false));
         let failed = has_failed.clone();
-        // Sent once the thread exists, or it would be lost where there is none.
+        // Sent once the thread exists, otherwise it would be lost.
         let (hand_in, handed_in) = sync_channel::<Box<FrameEncoder>>(1);
         let work = move || {
             let mut encoder =
                 handed_in.recv().expect("the encoder is sent as soon as the thread has started");
             for mut batch in incoming {
                 let is_pending = Cell::new(batch.is_urgent);
-                // Lost where the owner has come to wait for the end.
+                // Lost if the owner is already waiting for the end.
                 let acknowledge_once = |is_durable| {
                     is_pending.set(false);
                     let _ = acknowledge.send(is_durable);
@@ -227,11 +227,12 @@ impl BackgroundWriter {
                     acknowledge_once(false);
                 }
                 failed.store(encoder.has_failed(), Ordering::Relaxed);
-                // Dropped where the run has gone.
+                // Dropped if the run has gone.
                 let _ = give_back.try_send(batch);
             }
             encoder
         };
+        // The thread, which then gets the encoder.
         let Ok(thread) = std::thread::Builder::new().name("recording".to_owned()).spawn(work) else { return };
         if let Worker::Inline(encoder) = std::mem::replace(&mut self.worker, Worker::Moving) {
             hand_in.send(encoder).unwrap_or_else(|_| unreachable!("the thread waits for it"));
@@ -239,11 +240,11 @@ impl BackgroundWriter {
         self.worker = Worker::Thread(WriterThread { batches, emptied, durable, has_failed, thread });
     }
 
-    /// Waits for the thread, and takes the encoder back.
+    /// Waits for the thread and takes the encoder back.
     fn join(&mut self) {
         self.worker = match std::mem::replace(&mut self.worker, Worker::Moving) {
             Worker::Thread(WriterThread { batches, thread, .. }) => {
-                // It ends when nothing can come any more.
+                // The thread ends once no batch can arrive.
                 drop(batches);
                 if let Some(pending_ack) = self.pending_ack.take() {
                     self.durable_until = pending_ack;
@@ -255,13 +256,13 @@ impl BackgroundWriter {
     }
 }
 
-/// Drop writes all frames.
+/// Dropping writes all frames.
 impl Drop for BackgroundWriter {
     fn drop(&mut self) {
         let encoder = match std::mem::replace(&mut self.worker, Worker::Moving) {
             Worker::Thread(WriterThread { batches, thread, .. }) => {
                 drop(batches);
-                // A panic there is no reason for a second one here.
+                // A panic of the thread is not repeated here.
                 thread.join().ok()
             }
             Worker::Inline(encoder) => Some(encoder),

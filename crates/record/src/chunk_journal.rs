@@ -1,14 +1,14 @@
 //! Journal of the open chunk: messages that a kill would otherwise lose.
 //!
-//! Chunks must end where the frames say, never where the clock says, or the same scene would not give the
-//! same bytes. A slow run may then take hours to fill one. So each frame is also appended, uncompressed, to
-//! `<output>.part.tail`, and the tail is emptied whenever a chunk closes. It never holds more than one
-//! chunk. Frames that fill a chunk on their own never reach it.
+//! Chunks end after fixed amounts of data, independent of the wall clock, so that the same scene gives
+//! the same bytes. A slow run may take hours to fill one. Each frame is therefore also appended,
+//! uncompressed, to `<output>.part.tail`, which is emptied whenever a chunk closes. The tail never holds
+//! more than one chunk. Frames that fill a chunk on their own never reach it.
 //!
-//! Appended data are written on demand: where frames follow each other so fast that a write for each would
-//! be felt, many go in one.
+//! Appended data are written on demand: where frames follow each other so fast that a write for each
+//! would cost time, one write takes many.
 //!
-//! The tail is an MCAP file without chunks and without end, so that any MCAP reader can make sense of it.
+//! The tail is an MCAP file without chunks and without end, so that any MCAP reader can read it.
 
 use std::io::{self, Cursor, ErrorKind};
 use std::path::PathBuf;
@@ -18,36 +18,36 @@ use mcap::records::op;
 use super::container::{Message, create_writer};
 use super::sink::Tail;
 
-/// Bytes of a message beside its data: opcode, length, channel, sequence number, two times.
+/// Bytes of a message in addition to its data: opcode, length, channel, sequence number, two times.
 const HEADER_BYTES: usize = 1 + 8 + 22;
 
-/// The tail.
+/// Journal file of the open chunk.
 #[derive(Debug)]
 pub(super) struct ChunkJournal {
     path: PathBuf,
     file: Box<dyn Tail>,
-    /// Magic, header, schemas and channels.
+    /// Magic number, header, schemas and channels.
     preamble: Vec<u8>,
-    /// True if the file holds anything.
+    /// True if the file is not empty.
     used: bool,
-    /// Bytes that have not been written.
+    /// Bytes not yet written.
     pending: Vec<u8>,
-    /// Places in `pending` at which frames end.
+    /// Positions in `pending` at which frames end.
     frame_ends: Vec<usize>,
-    /// Frames that the file holds, from their first byte to their last.
+    /// Number of frames that the file holds completely.
     frames: u64,
     /// True if the file ends within a message, after which nothing can be read.
     is_cut: bool,
 }
 
 impl ChunkJournal {
-    /// A journal in `file`, which is at `path`, and empty.
+    /// Journal in the empty `file` at `path`.
     pub(super) fn new(path: PathBuf, file: Box<dyn Tail>) -> Self {
         let (preamble, pending, frame_ends) = (Vec::new(), Vec::new(), Vec::new());
         ChunkJournal { path, file, preamble, used: false, pending, frame_ends, frames: 0, is_cut: false }
     }
 
-    /// Says which channels later messages may use. The journal must be empty.
+    /// Sets the channels that later messages may use. The journal must be empty.
     pub(super) fn set_channels(&mut self, channels: &[mcap::Channel<'static>]) -> mcap::McapResult<()> {
         let mut writer = mcap::WriteOptions::new().use_chunks(false).library(super::LIBRARY);
         writer = writer.compression(None);
@@ -57,7 +57,7 @@ impl ChunkJournal {
         Ok(())
     }
 
-    /// Appends the messages of a group, all of a frame where `ends_frame`, to be written.
+    /// Appends the messages of a group for writing; `ends_frame` if they complete a frame.
     pub(super) fn append(&mut self, group: &[Message<'_>], ends_frame: bool) {
         if self.is_cut {
             return;
@@ -65,7 +65,7 @@ impl ChunkJournal {
         if !self.used {
             self.pending.extend_from_slice(&self.preamble);
         }
-        // A frame of many may be as large as a chunk: the memory of one, not of two.
+        // A large frame may fill a chunk: reserve the memory of one, not of two.
         let bytes = group.iter().map(|message| HEADER_BYTES + message.data.len()).sum::<usize>();
         if bytes > self.pending.capacity() {
             self.pending.reserve_exact(bytes);
@@ -86,13 +86,13 @@ impl ChunkJournal {
         }
     }
 
-    /// Frames that the file holds.
+    /// Number of frames that the file holds.
     pub(super) fn frames(&self) -> u64 {
         self.frames
     }
 
-    /// Writes what has been appended, whole groups in one write, so that a kill leaves all of one or,
-    /// rarely, a beginning.
+    /// Writes what has been appended, whole groups in one write, so that a kill leaves all of a group or,
+    /// rarely, a beginning of it.
     pub(super) fn write(&mut self) -> io::Result<()> {
         let (written, result) = self.write_pending();
         self.frames += self.frame_ends.iter().filter(|end| **end <= written).count() as u64;
@@ -102,13 +102,13 @@ impl ChunkJournal {
         result
     }
 
-    /// Writes what has been appended, and returns when it is on the disk.
+    /// Writes what has been appended and waits until it is on the disk.
     pub(super) fn secure(&mut self) -> io::Result<()> {
         self.write()?;
         self.file.sync()
     }
 
-    /// Writes what has been appended; returns how many bytes of it the file took.
+    /// Writes what has been appended; returns the number of bytes that the file took.
     fn write_pending(&mut self) -> (usize, io::Result<()>) {
         let mut written = 0;
         while written < self.pending.len() {
@@ -122,7 +122,7 @@ impl ChunkJournal {
         (written, Ok(()))
     }
 
-    /// Forgets all messages: they are now in a closed chunk.
+    /// Discards all messages, which are now in a closed chunk.
     pub(super) fn clear(&mut self) -> io::Result<()> {
         self.pending.clear();
         self.frame_ends.clear();
@@ -134,18 +134,18 @@ impl ChunkJournal {
         Ok(())
     }
 
-    /// Removes the file: everything is in a complete recording.
+    /// Removes the file once the recording is complete.
     pub(super) fn remove(mut self) -> io::Result<()> {
-        // Or it would be written to a file without a name.
+        // Otherwise dropping would write to a removed file.
         self.pending.clear();
         std::fs::remove_file(&self.path)
     }
 }
 
-/// Drop writes what is pending.
+/// Dropping writes what is pending.
 impl Drop for ChunkJournal {
     fn drop(&mut self) {
-        // An error cannot be returned; the frames written before are readable all the same.
+        // An error cannot be returned; the frames written before stay readable.
         let _ = self.write();
     }
 }

@@ -1,4 +1,4 @@
-//! Simulated time on the clock of MCAP: unsigned nanoseconds from 0.
+//! Simulated time on MCAP's clock: unsigned nanoseconds from 0.
 
 use super::protobuf::MessageWriter;
 
@@ -8,12 +8,12 @@ pub(super) fn nanoseconds(time: f64) -> u64 {
     (time * 1e9).round() as u64
 }
 
-/// Seconds, within half a nanosecond of the original.
+/// Converts to seconds, within half a nanosecond of the original.
 pub(super) fn seconds(nanoseconds: u64) -> f64 {
     nanoseconds as f64 * 1e-9
 }
 
-/// Writes the instant as a field of a message, a `google.protobuf.Timestamp`. Saturates after 136 years.
+/// Writes the time as a `google.protobuf.Timestamp` field of a message. Saturates after 136 years.
 pub(super) fn timestamp(message: &mut MessageWriter<'_>, field: u8, nanoseconds: u64) {
     let second = (nanoseconds / 1_000_000_000).min(u32::MAX.into());
     message.message(field, |time| {

@@ -1,8 +1,7 @@
-//! Rows of doubles as `foxglove.PointCloud`, the first three of each row being where it is.
+//! Rows of doubles as `foxglove.PointCloud`; the first three of each row are its position.
 //!
-//! The field `data` has the highest tag of the message and therefore comes last, so that a reader needs no
-//! protobuf: `numpy.frombuffer(memoryview(message.data)[-8 * columns * rows:], "<f8").reshape(rows,
-//! columns)`.
+//! The field `data` has the highest tag of the message and so comes last: readers need no protobuf,
+//! `numpy.frombuffer(memoryview(message.data)[-8 * columns * rows:], "<f8").reshape(rows, columns)`.
 
 use std::collections::BTreeMap;
 
@@ -10,17 +9,17 @@ use super::clock::timestamp;
 use super::declaration::FRAME_ID;
 use super::protobuf::MessageWriter;
 
-/// Writes the messages of a channel.
+/// Writer of the messages of a channel.
 #[derive(Debug)]
 pub(super) struct Cloud {
-    /// Bytes that all messages have between their time and their points.
+    /// Bytes common to all messages, between their time and their points.
     common: Vec<u8>,
-    /// Bytes of a row.
+    /// Bytes per row.
     stride: usize,
 }
 
 impl Cloud {
-    /// A writer of rows with these columns, each a little-endian double.
+    /// Writer of rows with these columns, each a little-endian double.
     pub(super) fn new(columns: &[&str]) -> Self {
         let stride = 8 * columns.len();
         let mut common = Vec::new();
@@ -34,21 +33,21 @@ impl Cloud {
         Cloud { common, stride }
     }
 
-    /// Begins a message of `rows` rows in an empty buffer; the rows are to be appended. Only what changes is
-    /// encoded anew: messages of protobuf are joined by writing one behind the other.
+    /// Begins a message of `rows` rows in an empty buffer; the rows are to be appended. Only the changing
+    /// parts are encoded again: protobuf messages are merged by concatenation.
     pub(super) fn begin(&self, log_time: u64, rows: usize, buffer: &mut Vec<u8>) {
-        // Or a buffer that lacks a few bytes would double: messages at a time of zero are shorter.
+        // Otherwise a buffer that lacks a few bytes would double: messages at time zero are shorter.
         buffer.reserve_exact(self.common.len() + rows * self.stride + HEAD_BYTES);
         timestamp(&mut MessageWriter::append_to(buffer), 1, log_time);
         buffer.extend_from_slice(&self.common);
-        // As a field without content would be.
+        // Omitted without content, as protobuf does.
         if rows > 0 {
             MessageWriter::append_to(buffer).length_delimited(DATA, rows * self.stride);
         }
     }
 }
 
-/// Metadata of a channel about its rows.
+/// Metadata of a channel that describe its rows.
 pub(super) fn describe(columns: &[&str], rows: usize) -> BTreeMap<String, String> {
     BTreeMap::from([
         ("dtype".to_owned(), "<f8".to_owned()),
@@ -58,17 +57,17 @@ pub(super) fn describe(columns: &[&str], rows: usize) -> BTreeMap<String, String
     ])
 }
 
-/// Bytes that the time of a message and the length of its points take at most.
+/// Upper bound of the bytes for the time of a message and the length of its points.
 const HEAD_BYTES: usize = 48;
 
-/// The field `data` of `foxglove.PointCloud`.
+/// Tag of the field `data` of `foxglove.PointCloud`.
 const DATA: u8 = 6;
 
-/// Doubles, in the enumeration `foxglove.PackedElementField.NumericType`.
+/// Value for doubles in the enumeration `foxglove.PackedElementField.NumericType`.
 const FLOAT_64: u64 = 8;
 
-/// A `foxglove.Pose` without displacement and rotation. One left out reads as a rotation by the quaternion
-/// 0, which viewers reject.
+/// Writes a `foxglove.Pose` without displacement and rotation. An omitted pose reads as a rotation by the
+/// quaternion 0, which viewers reject.
 pub(super) fn identity(pose: &mut MessageWriter<'_>) {
     pose.message(1, |_| ()).message(2, |rotation| {
         rotation.double(4, 1.0);

@@ -1,8 +1,8 @@
-//! The MCAP file under construction: metadata, attachments and channels first, then groups of messages in
+//! MCAP file under construction: metadata, attachments and channels first, then groups of messages in
 //! chunks.
 //!
-//! A group is what belongs together, all messages of one frame or one warning. Chunks end between groups,
-//! after [`CHUNK_BYTES`] of messages: a rule that depends on nothing but the messages.
+//! A group holds messages that belong together: all of one frame, or one warning. Chunks end between
+//! groups, after [`CHUNK_BYTES`] of messages, a rule that depends on the messages only.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -28,36 +28,36 @@ pub(super) struct Message<'a> {
 }
 
 impl<'a> Message<'a> {
-    /// A message whose two times are the same simulated instant.
+    /// Message whose two times are the same simulated time.
     pub(super) fn new(channel_id: u16, sequence: u32, log_time: u64, data: &'a [u8]) -> Self {
         let header = MessageHeader { channel_id, sequence, log_time, publish_time: log_time };
         Message { header, data: Cow::Borrowed(data) }
     }
 }
 
-/// The file under construction.
+/// MCAP file under construction.
 pub(super) struct Container<W: Write + Seek> {
     writer: Writer<W>,
     journal: Option<ChunkJournal>,
     channels: Vec<Channel<'static>>,
     /// Message bytes in the open chunk.
     open_bytes: u64,
-    /// Frames in the open chunk.
+    /// Number of frames in the open chunk.
     open_frames: u64,
-    /// Frames in chunks that are closed.
+    /// Number of frames in closed chunks.
     closed_frames: u64,
-    /// True if something could not be written, and nothing more will be.
+    /// True after a write error, when nothing more is written.
     has_failed: bool,
-    /// Error of that failure, until it is asked for.
+    /// Error of that failure, until it is fetched.
     failure: Option<McapError>,
-    /// The file that the writer writes to, to be synced.
+    /// File behind the writer, for syncing.
     file: Option<File>,
-    /// True if a checkpoint relies on what has been written: the disk must have it.
+    /// True once a checkpoint relies on the data: it must be on the disk.
     is_secured: bool,
 }
 
 impl<W: Write + Seek> Container<W> {
-    /// Begins a file; without a journal, an open chunk is lost when the process is killed.
+    /// Begins a file. Without a journal, a kill loses the open chunk.
     pub(super) fn create(stream: W, journal: Option<ChunkJournal>) -> McapResult<Self> {
         let options = WriteOptions::new()
             .library(super::LIBRARY)
@@ -65,7 +65,7 @@ impl<W: Write + Seek> Container<W> {
             .compression_level(1)
             // Without threads the bytes are the same on every machine.
             .compression_threads(0)
-            // Chunks are closed here, between groups, never by the writer in the middle of one.
+            // Chunks are closed here, between groups, never by the writer within one.
             .chunk_size(None);
         let writer = create_writer(options, stream, &[])?;
         Ok(Container {
@@ -87,13 +87,13 @@ impl<W: Write + Seek> Container<W> {
         self.writer.write_metadata(&Metadata { name: name.to_owned(), metadata })
     }
 
-    /// Attaches a file. No wall clock: both times are 0.
+    /// Attaches a file, without wall-clock times: both are 0.
     pub(super) fn attach(&mut self, name: &str, media_type: &str, data: Cow<'_, [u8]>) -> McapResult<()> {
         let (name, media_type) = (name.to_owned(), media_type.to_owned());
         self.writer.attach(&Attachment { log_time: 0, create_time: 0, name, media_type, data })
     }
 
-    /// Adds channels. Closes the open chunk, so that the journal, then empty, can begin anew with them.
+    /// Adds channels. Closes the open chunk, so that the journal is empty and can start again with them.
     pub(super) fn add_channels(&mut self, channels: &[Channel<'static>]) -> McapResult<()> {
         self.flush()?;
         for channel in channels {
@@ -106,12 +106,12 @@ impl<W: Write + Seek> Container<W> {
         Ok(())
     }
 
-    /// True if a channel of this number was added.
+    /// True if a channel with this number was added.
     pub(super) fn has_channel(&self, id: u16) -> bool {
         self.channels.iter().any(|channel| channel.id == id)
     }
 
-    /// Writes messages that belong together; nothing keeps those of the open chunk from a kill.
+    /// Writes messages that belong together; a kill loses those of the open chunk.
     pub(super) fn write(&mut self, group: &[Message<'_>]) -> McapResult<()> {
         let ends_chunk = self.is_ended_by(group);
         for Message { header, data } in group {
@@ -121,14 +121,14 @@ impl<W: Write + Seek> Container<W> {
         if ends_chunk { self.flush() } else { Ok(()) }
     }
 
-    /// Writes the messages of a frame, as [`keep`](Self::keep) does.
+    /// Writes the messages of a frame with [`keep`](Self::keep).
     pub(super) fn keep_frame(&mut self, group: &[Message<'_>], durable: Option<&dyn Fn()>) {
         self.keep_group(group, true, durable);
     }
 
-    /// Writes messages that belong together, and calls `durable`, where that is given, once a kill cannot
-    /// lose them any more. Where they cannot be written, they and all that come after go to the journal
-    /// only, and [`failure`](Self::failure) says why.
+    /// Writes messages that belong together, and calls `durable`, if given, once a kill cannot lose them
+    /// any more. After a write error these and all later messages go to the journal only, and
+    /// [`failure`](Self::failure) returns the error.
     pub(super) fn keep(&mut self, group: &[Message<'_>], durable: Option<&dyn Fn()>) {
         self.keep_group(group, false, durable);
     }
@@ -154,13 +154,14 @@ impl<W: Write + Seek> Container<W> {
         }
     }
 
-    /// Says which file the writer writes to.
+    /// Sets the file behind the writer.
     pub(super) fn sync_with(&mut self, file: File) {
         self.file = Some(file);
     }
 
-    /// Returns when the disk has all messages, those of the open chunk in the journal; the bytes of the file
-    /// do not depend on it. From now on a chunk that is closed is on the disk before the journal forgets it.
+    /// Waits until all messages are on the disk, those of the open chunk in the journal; the bytes of the
+    /// file do not depend on it. From then on a closed chunk is on the disk before the journal is
+    /// emptied.
     pub(super) fn secure(&mut self) -> McapResult<()> {
         self.is_secured = true;
         self.journal.as_mut().map_or(Ok(()), ChunkJournal::secure)?;
@@ -172,7 +173,7 @@ impl<W: Write + Seek> Container<W> {
         Ok(file.map_or(Ok(()), File::sync_all)?)
     }
 
-    /// Error because of which messages given to [`keep`](Self::keep) could not be written, once.
+    /// Error that prevented writing messages given to [`keep`](Self::keep), returned once.
     pub(super) fn failure(&mut self) -> Option<McapError> {
         self.failure.take()
     }
@@ -187,7 +188,7 @@ impl<W: Write + Seek> Container<W> {
         self.failure.get_or_insert(error);
     }
 
-    /// Appends to the journal, and writes it where `durable` is to be called.
+    /// Appends to the journal, and writes it if `durable` is to be called.
     fn note(&mut self, group: &[Message<'_>], is_frame: bool, durable: Option<&dyn Fn()>) {
         let Some(journal) = &mut self.journal else { return };
         journal.append(group, is_frame);
@@ -199,7 +200,7 @@ impl<W: Write + Seek> Container<W> {
         }
     }
 
-    /// True if the open chunk is to be closed with these.
+    /// True if the open chunk is to be closed after this group.
     fn is_ended_by(&self, group: &[Message<'_>]) -> bool {
         self.open_bytes + bytes_of(group) >= CHUNK_BYTES
     }
@@ -210,23 +211,23 @@ impl<W: Write + Seek> Container<W> {
         self.open_bytes = 0;
         self.closed_frames += std::mem::take(&mut self.open_frames);
         self.sync()?;
-        // Only now: between the two lines the messages are in both files, which recovery sorts out.
+        // Last: until then the messages are in both files, and recovery removes duplicates.
         if let Some(journal) = &mut self.journal {
             journal.clear()?;
         }
         Ok(())
     }
 
-    /// Number of frames that recovery finds, after writing to the journal what only memory holds: where
-    /// something could not be written, the first frame that is lost.
+    /// Number of frames that recovery finds, after writing pending data to the journal: after a write
+    /// error, the first frame lost.
     pub(super) fn salvage(&mut self) -> u64 {
         salvage(self.closed_frames, self.journal.as_mut())
     }
 
-    /// Writes indexes and the end.
+    /// Writes indexes and the end of the file.
     ///
     /// # Errors
-    /// Writing fails; with the number of frames that recovery finds.
+    /// A write error, with the number of frames that recovery finds.
     pub(super) fn finish(mut self) -> Result<Finished<W>, (McapError, u64)> {
         match self.writer.finish() {
             Ok(_) => {}
@@ -237,27 +238,27 @@ impl<W: Write + Seek> Container<W> {
     }
 }
 
-/// A file with its end, which the operating system may not have on the disk yet.
+/// Finished file, possibly not yet on the disk.
 pub(super) struct Finished<W> {
-    /// The file, to be synced.
+    /// File to be synced.
     pub(super) stream: W,
-    /// Its journal, to be removed.
+    /// Journal to be removed.
     pub(super) journal: Option<ChunkJournal>,
     closed_frames: u64,
 }
 
 impl<W> Finished<W> {
-    /// As [`Container::salvage`].
+    /// Number of frames that recovery finds, see [`Container::salvage`].
     pub(super) fn salvage(&mut self) -> u64 {
         salvage(self.closed_frames, self.journal.as_mut())
     }
 }
 
-/// Frames in closed chunks and, after writing what has been appended to it, those in the journal.
+/// Number of frames in closed chunks and, after writing its pending data, in the journal.
 fn salvage(closed_frames: u64, journal: Option<&mut ChunkJournal>) -> u64 {
     closed_frames
         + journal.map_or(0, |journal| {
-            // What does not fit is not counted.
+            // Frames that could not be written are not counted.
             let _ = journal.write();
             journal.frames()
         })
@@ -267,7 +268,7 @@ fn bytes_of(group: &[Message<'_>]) -> u64 {
     group.iter().map(|message| message.data.len() as u64).sum()
 }
 
-/// A writer with these channels, under their own numbers.
+/// Writer with these channels, under their own numbers.
 pub(super) fn create_writer<W: Write + Seek>(
     options: WriteOptions,
     stream: W,

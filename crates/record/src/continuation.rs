@@ -1,4 +1,4 @@
-//! Recordings that go on where a checkpoint was taken.
+//! Recordings that continue from a checkpoint.
 
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -12,28 +12,28 @@ use super::read::{recover, walk};
 use super::{McapRecorder, Options, RecordError, paths};
 use pliant::topology::Topology;
 
-/// A recording whose beginning is to be kept.
+/// Recording whose beginning is kept.
 #[derive(Clone, Copy, Debug)]
 pub struct Beginning<'a> {
-    /// The file as it is called when it is complete; it may be unfinished.
+    /// File name of the complete recording, which may be unfinished.
     pub path: &'a Path,
-    /// Text of the scene that it was recorded with.
+    /// Text of the scene that was recorded.
     pub scene_text: &'a str,
     /// Number of frames to be kept.
     pub frames: u64,
 }
 
 impl McapRecorder {
-    /// Opens `<path>.part` as [`create`](Self::create) does, with the frames of `beginning` in it: those
-    /// that follow make the same file as if the run had never stopped. What was recorded after them is left
-    /// out.
+    /// Opens `<path>.part` as [`create`](Self::create) does, with the frames of `beginning`: together
+    /// with later frames the file is the same as if the run had never stopped. Frames recorded after
+    /// `beginning` are dropped.
     ///
-    /// `path` may be that of `beginning`: until the new file is complete, its frames stay readable in the
-    /// old one, which is made complete first where it is unfinished.
+    /// `path` may be that of `beginning`: its frames stay readable in the old file until the new one is
+    /// complete. An unfinished old file is completed first.
     ///
     /// # Errors
-    /// As `create`; [`RecordError::NoBeginning`] where the file is not there, is one of another scene, or
-    /// ends before the last of the frames; [`RecordError::Read`].
+    /// The errors of `create`; [`RecordError::NoBeginning`] if the file does not exist, belongs to
+    /// another scene, or ends before the last of the frames; [`RecordError::Read`].
     pub fn resume(
         path: &Path,
         options: &Options,
@@ -57,7 +57,7 @@ impl McapRecorder {
     }
 }
 
-/// True if recordings to these paths are written to the same file.
+/// True if recordings to these paths write the same file.
 fn is_one(a: &Path, b: &Path) -> bool {
     let place = |path: &Path| {
         let directory = path.parent().filter(|parent| !parent.as_os_str().is_empty());
@@ -69,11 +69,11 @@ fn is_one(a: &Path, b: &Path) -> bool {
 }
 
 impl Beginning<'_> {
-    /// The file that has the frames: the unfinished one, which may be ahead, or the complete one, where the
-    /// unfinished one was still being filled again from it when it was killed.
+    /// Finds the file that has the frames: the unfinished one, which may be ahead, or the complete one,
+    /// if the unfinished one was still being refilled from it when it was killed.
     ///
-    /// Where no channel has a message for each frame, a file cannot be told to be too short; the one that
-    /// goes farther is taken.
+    /// Without a channel that has a message for each frame, missing frames cannot be detected; the longer
+    /// file is taken.
     fn find(&self, holds_every_frame: bool) -> Result<PathBuf, RecordError> {
         let part = paths::part_of(self.path);
         let mut reason = "is not there";
@@ -94,11 +94,11 @@ impl Beginning<'_> {
     }
 }
 
-/// Facts about a recording after a look at its first frames.
+/// Result of reading the first frames of a recording.
 struct FrameSurvey {
     scene_text: Option<Vec<u8>>,
-    /// Number of the last frame, of those looked at, and one; where each has a message, of the last before
-    /// the first that is missing.
+    /// Index of the last frame read, plus one; if each frame has a message, that of the last before the
+    /// first missing one.
     frames: u64,
 }
 
@@ -117,13 +117,13 @@ impl FrameSurvey {
     }
 }
 
-/// Messages of frames, frame by frame.
+/// Reader of messages, frame by frame.
 struct Groups {
-    /// Frames that are read.
+    /// Number of frames to read.
     frames: u64,
-    /// The frame that is being read.
+    /// Frame being read.
     frame: Vec<Message<'static>>,
-    /// Number of the first frame that has not been handed on.
+    /// Index of the first frame not yet handed on.
     next: u64,
     scene_text: Option<Vec<u8>>,
 }
@@ -133,7 +133,7 @@ impl Groups {
         Groups { frames, frame: vec![], next: 0, scene_text: None }
     }
 
-    /// Hands the messages of each frame in `path`, and in the tail beside it, to `visit`.
+    /// Hands the messages of each frame in `path` and in its tail to `visit`.
     fn read(
         &mut self,
         path: &Path,
@@ -142,7 +142,7 @@ impl Groups {
         let tail = paths::tail_of(path);
         for file in [path, &tail].into_iter().filter(|file| *file == path || file.exists()) {
             walk(file, &mut |_, record| self.take(record, visit))?;
-            // In the tail it may come again.
+            // The tail may repeat it.
             self.hand_on(visit)?;
         }
         Ok(())

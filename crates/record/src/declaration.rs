@@ -1,4 +1,4 @@
-//! Declarations of channels: topics, schemas, and how messages are encoded.
+//! Declarations of channels: topics, schemas and message encodings.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -10,13 +10,13 @@ use serde_json::{Map, Value, json};
 
 use super::protobuf;
 
-/// Encoding of messages that viewers draw.
+/// Encoding of messages that viewers display.
 pub(super) const PROTOBUF: &str = "protobuf";
 
 /// Coordinate frame of all positions.
 pub(super) const FRAME_ID: &str = "pliant";
 
-/// A channel of protobuf messages of one type. Its schema has the same number as the channel.
+/// Channel of protobuf messages of one type. Its schema has the number of the channel.
 pub(super) fn typed(
     id: u16,
     topic: &str,
@@ -33,7 +33,7 @@ pub(super) fn typed(
     Channel { id, topic: topic.to_owned(), schema: Some(Arc::new(schema)), message_encoding, metadata }
 }
 
-/// A channel of JSON objects, with the schema of `row`, an object that has every field there can be.
+/// Channel of JSON objects; the schema is that of `row`, an object with every possible field.
 pub(super) fn json_channel(id: u16, topic: &str, title: &str, row: &impl Serialize) -> Channel<'static> {
     let mut schema = schema_of(&serde_json::to_value(row).unwrap_or_default());
     schema["title"] = json!(title);
@@ -52,14 +52,14 @@ pub(super) fn json_channel(id: u16, topic: &str, title: &str, row: &impl Seriali
     }
 }
 
-/// Appends a message of such a channel to `buffer`.
+/// Appends a JSON message to `buffer`.
 pub(super) fn write_json(row: &impl Serialize, buffer: &mut Vec<u8>) {
-    // Numbers always have a JSON form, and a vector grows.
+    // Serialisation cannot fail: numbers always have a JSON form, and a vector grows.
     let written = serde_json::to_writer(buffer, row);
     debug_assert!(written.is_ok(), "a vector grows as a row is written into it");
 }
 
-/// Schema of one value. Single type names only: readers of Foxglove refuse lists of types.
+/// Schema of one value. Single type names only, because Foxglove readers reject lists of types.
 fn schema_of(value: &Value) -> Value {
     match value {
         Value::Object(fields) => {

@@ -5,14 +5,14 @@ use std::path::{Path, PathBuf};
 
 use pliant::observer::{ObserverError, Quantities};
 
-/// A trajectory could not be written, read or recovered.
+/// Error of writing, reading or recovering a trajectory.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RecordError {
-    /// The output exists and overwriting was not asked for.
+    /// The output exists and overwriting was not requested.
     #[error("{} exists; choose another name with `-o`, or replace it with `--force`", path.display())]
     Exists {
-        /// The file that is there.
+        /// Existing file.
         path: PathBuf,
     },
     /// An earlier run to the same output did not finish.
@@ -22,16 +22,16 @@ pub enum RecordError {
         part.display()
     )]
     LeftOver {
-        /// The unfinished file.
+        /// Unfinished file.
         part: PathBuf,
     },
-    /// Another process is writing this file at this moment.
+    /// Another process is writing this file.
     #[error("{} is being written by another process", path.display())]
     InUse {
         /// The file.
         path: PathBuf,
     },
-    /// A recording that is to go on does not have the frames before.
+    /// A recording to be continued lacks the earlier frames.
     #[error(
         "{} {reason}: the frames before the checkpoint are missing; put back the recording that the run \
          wrote, or go on without one (`--no-record`)",
@@ -40,16 +40,16 @@ pub enum RecordError {
     NoBeginning {
         /// The file.
         path: PathBuf,
-        /// Reason, after the name of the file.
+        /// Reason, worded to follow the file name.
         reason: &'static str,
     },
-    /// The file could not be written; with `frame`, frames before that one are recoverable.
+    /// The file could not be written; if `frame` is given, earlier frames are recoverable.
     #[error("cannot write {}{}: {source}{}", path.display(), at_frame(*frame), advice(path, *frame))]
     Write {
         /// The file.
         path: PathBuf,
-        /// The first frame that is lost, as far as that is known: after an error of the device, `pliant
-        /// recover` may find more. `None` where none is.
+        /// First frame known to be lost: after a device error, `pliant recover` may find more. `None` if
+        /// no frame is lost.
         frame: Option<u64>,
         /// Error of the operating system.
         source: io::Error,
@@ -60,47 +60,47 @@ pub enum RecordError {
     Incomplete {
         /// The unfinished file.
         part: PathBuf,
-        /// The first frame that is missing.
+        /// First missing frame.
         frame: u64,
     },
-    /// A frame does not fit the topology that the recording began with.
+    /// A frame does not fit the topology of the recording.
     #[error(
         "frame {frame} has {found} numbers per field where the topology has {expected} (vertices x dimension)"
     )]
     FrameShape {
-        /// The frame.
+        /// Frame number.
         frame: u64,
-        /// Numbers in `x` and `v` that the topology asks for.
+        /// Expected length of `x` and `v`.
         expected: usize,
-        /// Numbers in the frame.
+        /// Length found.
         found: usize,
     },
-    /// A frame does not have what a channel records.
+    /// A frame lacks a quantity that a channel records.
     #[error("frame {frame} has no {quantities}, which the channel {topic} records")]
     MissingQuantities {
-        /// The frame.
+        /// Frame number.
         frame: u64,
-        /// Quantities that the frame does not have.
+        /// Missing quantities.
         quantities: Quantities,
         /// Topic of the channel.
         topic: String,
     },
-    /// A frame has the states of other elements than those of the topology.
+    /// A frame has states for another number of elements than the topology.
     #[error("frame {frame} has the states of {found} elements, of {expected} that channels record")]
     ElementCount {
-        /// The frame.
+        /// Frame number.
         frame: u64,
-        /// Elements of the topology.
+        /// Number of elements of the topology.
         expected: usize,
-        /// Elements in the frame.
+        /// Number of elements in the frame.
         found: usize,
     },
-    /// A cell names a vertex that does not exist.
+    /// An element refers to a vertex that does not exist.
     #[error("body `{body}` refers to vertex {index}, but there are {vertex_count}")]
     VertexIndex {
         /// Name of the body.
         body: String,
-        /// The index.
+        /// Vertex index.
         index: u32,
         /// Number of vertices.
         vertex_count: usize,
@@ -124,22 +124,22 @@ pub enum RecordError {
     Damaged {
         /// The file.
         path: PathBuf,
-        /// The damage.
+        /// Error of the MCAP reader.
         source: mcap::McapError,
     },
-    /// The file ends early: the run that wrote it is still going, or was killed.
+    /// The file ends early: its run is still active, or was killed.
     #[error("{0} is not finished; once its run has ended, `pliant recover {0}` makes it \
              readable", path.display())]
     NotFinished {
         /// The file.
         path: PathBuf,
     },
-    /// The file does not hold what a file of this program holds.
+    /// The file lacks something that every file of this program has.
     #[error("{} was not written by pliant, or by a newer version: {what}", path.display())]
     Unexpected {
         /// The file.
         path: PathBuf,
-        /// The part that is missing or different.
+        /// Missing or unexpected part.
         what: &'static str,
     },
     /// The channel was not recorded.
@@ -147,15 +147,15 @@ pub enum RecordError {
     NoChannel {
         /// The file.
         path: PathBuf,
-        /// The channel.
+        /// Topic of the channel.
         topic: String,
     },
-    /// There is no such frame.
+    /// The frame does not exist.
     #[error("{} has {count} frames, so there is no frame {frame}", path.display())]
     NoFrame {
         /// The file.
         path: PathBuf,
-        /// The frame asked for, from 0.
+        /// Requested frame, counted from 0.
         frame: usize,
         /// Number of frames.
         count: usize,
@@ -181,7 +181,7 @@ impl From<RecordError> for ObserverError {
     }
 }
 
-/// An error of the MCAP writer, with the file and the frame.
+/// Converts an error of the MCAP writer, with the file and the frame.
 pub(super) fn write_error(path: &Path, frame: Option<u64>, error: mcap::McapError) -> RecordError {
     let source = match error {
         mcap::McapError::Io(source) => source,
@@ -190,7 +190,7 @@ pub(super) fn write_error(path: &Path, frame: Option<u64>, error: mcap::McapErro
     RecordError::Write { path: path.to_owned(), frame, source }
 }
 
-/// An error of the MCAP reader, with the file.
+/// Converts an error of the MCAP reader, with the file.
 pub(super) fn read_error(path: &Path, error: mcap::McapError) -> RecordError {
     let path = path.to_owned();
     match error {

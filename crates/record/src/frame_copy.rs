@@ -4,7 +4,7 @@ use pliant::diagnostics::{Diagnostics, ElementState, Reaction};
 use pliant::energy::SurfaceContact;
 use pliant::observer::{Frame, Work};
 
-/// Bytes that a copy of `frame` takes.
+/// Size of a copy of `frame` [bytes].
 pub(super) fn bytes_of(frame: &Frame<'_>) -> usize {
     let Frame { x, v, elements, points, reactions, contacts, .. } = *frame;
     let elements = elements.map_or(0, size_of_val) + points.map_or(0, size_of_val);
@@ -12,7 +12,7 @@ pub(super) fn bytes_of(frame: &Frame<'_>) -> usize {
     size_of::<FrameCopy>() + size_of_val(x) + size_of_val(v) + elements + forces
 }
 
-/// A slice that may be missing, copied to where the last one was.
+/// Copy of an optional slice, which reuses its memory.
 #[derive(Debug)]
 struct OptionalCopy<T> {
     items: Vec<T>,
@@ -33,7 +33,7 @@ impl<T: Clone> OptionalCopy<T> {
     }
 }
 
-/// A copy of a frame.
+/// Copy of a frame.
 #[derive(Debug)]
 pub(super) struct FrameCopy {
     index: u64,
@@ -52,7 +52,7 @@ pub(super) struct FrameCopy {
 }
 
 impl FrameCopy {
-    /// Copy of no frame yet.
+    /// Empty copy.
     fn new() -> Self {
         FrameCopy {
             index: 0,
@@ -107,13 +107,13 @@ impl FrameCopy {
     }
 }
 
-/// Frames in the order in which they came. Emptied, it keeps its memory for the next.
+/// Frames in order of arrival. Memory is reused after emptying.
 #[derive(Debug, Default)]
 pub(super) struct Batch {
     copies: Vec<FrameCopy>,
     count: usize,
     bytes: usize,
-    /// True if the last of them is to be made durable against a kill, and this acknowledged.
+    /// True if the last frame is to be made durable against a kill, with an acknowledgement.
     pub(super) is_urgent: bool,
 }
 
@@ -127,12 +127,12 @@ impl Batch {
         self.bytes += bytes_of(frame);
     }
 
-    /// Bytes of all frames.
+    /// Size of all frames [bytes].
     pub(super) fn bytes(&self) -> usize {
         self.bytes
     }
 
-    /// The frames, each with whether it is to be made durable against a kill.
+    /// Frames, each with whether it is to be made durable against a kill.
     pub(super) fn frames(&self) -> impl Iterator<Item = (Frame<'_>, bool)> {
         let copies = self.copies[..self.count].iter();
         copies.zip(1..).map(|(copy, i)| (copy.frame(), self.is_urgent && i == self.count))

@@ -1,4 +1,4 @@
-//! Encoder of frames: where they become messages, and messages a file.
+//! Encoder of frames into messages, and of messages into a file.
 
 use std::fs::File;
 
@@ -16,16 +16,16 @@ use super::{LogLevel, Options, attachments, log, transform};
 use pliant::observer::{Frame, Quantities};
 use pliant::topology::Topology;
 
-/// Encoder of all channels of a recording, which writes their messages.
+/// Encoder of all channels of a recording.
 pub(super) struct FrameEncoder {
     container: Container<Box<dyn Sink>>,
-    /// In the order in which their messages stand in a frame.
+    /// Channels in the order of their messages in a frame.
     channels: Vec<OpenChannel>,
     frames: u64,
     logged: u32,
 }
 
-/// A channel, and its last message.
+/// Channel with its last message.
 struct OpenChannel {
     number: u16,
     topic: String,
@@ -34,7 +34,7 @@ struct OpenChannel {
 }
 
 impl FrameEncoder {
-    /// Writes everything that is known before the first frame.
+    /// Writes everything known before the first frame.
     pub(super) fn new(
         sink: Box<dyn Sink>,
         journal: ChunkJournal,
@@ -65,22 +65,22 @@ impl FrameEncoder {
         Ok(FrameEncoder { container, channels, frames: 0, logged: 0 })
     }
 
-    /// Topics, and the quantities of a frame that each is made of.
+    /// Topics, with the frame quantities that each needs.
     pub(super) fn needs(&self) -> Vec<(String, Quantities)> {
         let of = |channel: &OpenChannel| (channel.topic.clone(), channel.encoder.quantities());
         self.channels.iter().map(of).collect()
     }
 
-    /// Quantities of a frame that any message is made of.
+    /// Frame quantities that any channel needs.
     pub(super) fn quantities(&self) -> Quantities {
         self.channels.iter().map(|channel| channel.encoder.quantities()).collect()
     }
 
-    /// Records a frame that has all [`quantities`](Self::quantities), and calls `durable`, where that is
-    /// given, once a kill cannot lose it any more. [`failure`](Self::failure) says whether that went well.
+    /// Records a frame with all [`quantities`](Self::quantities), and calls `durable`, if given, once a
+    /// kill cannot lose it any more. [`failure`](Self::failure) returns a write error.
     pub(super) fn frame(&mut self, frame: &Frame<'_>, durable: Option<&dyn Fn()>) {
         let log_time = nanoseconds(frame.time);
-        // Sequence numbers are those of the frames, so that gaps in /mesh show.
+        // Sequence numbers are frame indices, so that gaps in /mesh are visible.
         let sequence = self.frames as u32;
         let mut group = Vec::with_capacity(self.channels.len());
         for OpenChannel { number, encoder, buffer, .. } in &mut self.channels {
@@ -94,8 +94,8 @@ impl FrameEncoder {
         self.frames += 1;
     }
 
-    /// Records the frames of `batch` and empties it; where that is urgent, `durable` is called once a kill
-    /// cannot lose the last one any more.
+    /// Records the frames of `batch` and empties it. If the batch is urgent, `durable` is called once a
+    /// kill cannot lose its last frame any more.
     pub(super) fn take(&mut self, batch: &mut Batch, durable: &dyn Fn()) {
         for (frame, is_urgent) in batch.frames() {
             self.frame(&frame, is_urgent.then_some(durable));
@@ -115,17 +115,17 @@ impl FrameEncoder {
         self.failure().map_or(Ok(()), Err)
     }
 
-    /// Goes on with frame number `frames`.
+    /// Continues with frame number `frames`.
     pub(super) fn begin_at(&mut self, frames: u64) {
         self.frames = frames;
     }
 
-    /// Says which file the sink writes to.
+    /// Sets the file behind the sink.
     pub(super) fn sync_with(&mut self, file: File) {
         self.container.sync_with(file);
     }
 
-    /// Returns when the disk has all frames.
+    /// Waits until all frames are on the disk.
     pub(super) fn secure(&mut self) -> McapResult<()> {
         self.container.secure()
     }
@@ -142,8 +142,7 @@ impl FrameEncoder {
         Ok(())
     }
 
-    /// Error because of which something could not be written, once. It is in the journal, unless that is the
-    /// reason.
+    /// Write error, returned once. The data are in the journal, unless the journal failed.
     pub(super) fn failure(&mut self) -> Option<McapError> {
         self.container.failure()
     }
@@ -158,10 +157,10 @@ impl FrameEncoder {
         self.container.salvage()
     }
 
-    /// Ends the file.
+    /// Finishes the file.
     ///
     /// # Errors
-    /// As [`Container::finish`].
+    /// The errors of [`Container::finish`].
     pub(super) fn finish(
         mut self,
         outcome: &RecordedOutcome,

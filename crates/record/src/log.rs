@@ -1,5 +1,5 @@
-//! `/log`: messages about the run, as `foxglove.Log`. The channel exists only in files that have a message
-//! on it.
+//! `/log`: messages about the run, as `foxglove.Log`. The channel exists only in files with at least one
+//! message.
 
 use std::collections::BTreeMap;
 
@@ -12,11 +12,11 @@ use super::protobuf::{self, MessageWriter};
 /// Severity of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum LogLevel {
-    /// Worth knowing.
+    /// Information.
     Info,
-    /// The result may not be what was wanted.
+    /// The result may differ from what was intended.
     Warning,
-    /// The run cannot go on.
+    /// The run cannot continue.
     Error,
 }
 
@@ -28,7 +28,7 @@ pub(super) fn channel() -> Channel<'static> {
     typed(NUMBER, "/log", protobuf::LOG, BTreeMap::new())
 }
 
-/// One message.
+/// Encodes one message.
 pub(super) fn message(level: LogLevel, text: &str, log_time: u64) -> Vec<u8> {
     // Values of the enumeration `foxglove.Log.Level`.
     let level = match level {

@@ -1,4 +1,4 @@
-//! Memory that recording takes, before there is a file.
+//! Prediction of the memory that recording takes.
 
 use std::iter::Sum;
 
@@ -10,10 +10,10 @@ use pliant::diagnostics::ElementState;
 use pliant::observer::Quantities;
 use pliant::topology::Topology;
 
-/// Bytes that encoders take.
+/// Memory of encoders [bytes].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct RecordingBytes {
-    /// What they hold.
+    /// Data that they hold.
     pub(crate) held: usize,
     /// Their longest messages.
     pub(crate) message: usize,
@@ -28,16 +28,17 @@ impl Sum for RecordingBytes {
     }
 }
 
-/// Bytes of the compressor, and of what is small: buffers of files, indices of chunks.
+/// Memory of the compressor and of small buffers: file buffers, chunk indices [bytes].
 const COMPRESSOR_BYTES: usize = 1_500_000;
 
-/// Bytes that a [recorder](super::McapRecorder) of `frames` frames takes at most, about: encoders and their
-/// messages, the journal of the open chunk, frames that wait to be encoded, the compressor.
+/// Estimates the maximum memory of a [recorder](super::McapRecorder) of `frames` frames [bytes]: encoders
+/// and their messages, the journal of the open chunk, frames waiting to be encoded, the compressor.
 pub fn predicted_bytes(options: &Options, topology: &Topology, frames: u64) -> usize {
     let encoders = channels::encoders(options, topology);
     let of_encoders: RecordingBytes = encoders.iter().map(|encoder| encoder.bytes()).sum();
     let frames = usize::try_from(frames).unwrap_or(usize::MAX);
-    // A frame that fills a chunk never reaches the journal; without a pause many frames are written at once.
+    // A frame that fills a chunk never reaches the journal; without a pause many frames are written at
+    // once.
     let is_journaled = of_encoders.message < CHUNK_BYTES as usize;
     let journal = if is_journaled { of_encoders.message } else { 0 };
     let quantities: Quantities = encoders.iter().map(|encoder| encoder.quantities()).collect();
@@ -46,7 +47,7 @@ pub fn predicted_bytes(options: &Options, topology: &Topology, frames: u64) -> u
     of_encoders.held + of_encoders.message + journal + waiting + COMPRESSOR_BYTES
 }
 
-/// Bytes of a copy of a frame: positions and velocities, and states of elements where they are asked.
+/// Size of a frame copy [bytes]: positions and velocities, and element states if needed.
 fn frame_bytes(quantities: Quantities, topology: &Topology) -> usize {
     let elements = if quantities.contains(Quantities::ELEMENTS) { elements::count(topology) } else { 0 };
     16 * topology.vertex_count * topology.dimension + elements * size_of::<ElementState>()

@@ -1,4 +1,4 @@
-//! Outcome of a run, as its recording keeps it.
+//! Outcome of a run, stored in its recording.
 
 use std::collections::BTreeMap;
 
@@ -7,18 +7,18 @@ use serde::Serialize;
 /// Name of the metadata record.
 pub(super) const OUTCOME: &str = "outcome";
 
-/// Kind of end that a run came to.
+/// Way in which a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum RecordedStatus {
     /// The run reached its duration.
     Completed,
-    /// The run was asked to stop (Ctrl-C); all frames until then are there.
+    /// The run was asked to stop (Ctrl-C); all frames until then are recorded.
     Interrupted,
-    /// A step could not be taken; the last frame is the last good state.
+    /// A step failed; the last frame is the last valid state.
     Failed,
-    /// The run was killed, and `recover` made this file from what it had written.
+    /// The run was killed, and `recover` made this file from its data.
     Recovered,
 }
 
@@ -40,21 +40,22 @@ impl RecordedStatus {
     }
 }
 
-/// End of a run: its kind, place and cause.
+/// End of a run: status, step, time and cause.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RecordedOutcome {
-    /// Kind of end.
+    /// Status.
     pub status: RecordedStatus,
-    /// Steps taken; `None` where that is not known (recovered files without the channel `energy`).
+    /// Number of steps; `None` if unknown (recovered files without the channel `energy`).
     pub step: Option<u64>,
     /// Simulated time reached [s].
     pub time: f64,
-    /// Cause, for the reader; empty for completed runs.
+    /// Cause in words; empty for completed runs.
     pub message: String,
 }
 
 impl RecordedOutcome {
-    /// Key-value pairs. `{:?}` of a float is the shortest text that reads back to the same number.
+    /// Converts to key-value pairs. `{:?}` of a float is the shortest text that reads back to the same
+    /// number.
     pub(super) fn to_metadata(&self) -> mcap::records::Metadata {
         let mut metadata = BTreeMap::from([
             ("status".to_owned(), self.status.name().to_owned()),
@@ -67,7 +68,7 @@ impl RecordedOutcome {
         mcap::records::Metadata { name: OUTCOME.to_owned(), metadata }
     }
 
-    /// Outcome from key-value pairs; `None` if they are not those of an outcome.
+    /// Parses key-value pairs; `None` if they are not an outcome.
     pub(super) fn from_metadata(metadata: &BTreeMap<String, String>) -> Option<Self> {
         let status = metadata.get("status")?;
         Some(RecordedOutcome {

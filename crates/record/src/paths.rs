@@ -1,4 +1,4 @@
-//! The names of a file under construction.
+//! File names of a recording under construction.
 
 use std::fs::{File, TryLockError};
 use std::io;
@@ -9,25 +9,25 @@ use pliant_files::durable_file;
 pub(super) use pliant_files::durable_file::{sync_directory_of, with_suffix};
 use pliant_files::regular_file;
 
-/// `<path>.part`: the file until it is complete.
+/// Name until completion: `<path>.part`.
 pub(super) fn part_of(path: &Path) -> PathBuf {
     with_suffix(path, ".part")
 }
 
-/// `<part>.tail`: the messages of the chunk that is still open.
+/// Name of the journal of the open chunk: `<part>.tail`.
 pub(super) fn tail_of(part: &Path) -> PathBuf {
     with_suffix(part, ".tail")
 }
 
-/// The files of a recording to `path`: the complete one, and those it consists of until then.
+/// Files of a recording to `path`: the complete one, and its parts until then.
 pub fn files(path: &Path) -> [PathBuf; 3] {
     let part = part_of(path);
     let tail = tail_of(&part);
     [path.to_owned(), part, tail]
 }
 
-/// Creates a file that is empty and that this process alone writes. A file that is overwritten is removed
-/// first: other names of it, and what a link leads to, keep their content.
+/// Creates an empty file that only this process writes. An overwritten file is removed first, so that its
+/// other hard links, and the target of a symbolic link, keep their content.
 ///
 /// # Errors
 /// [`RecordError::LeftOver`] if it exists and must not be overwritten, [`RecordError::InUse`] if another
@@ -52,14 +52,14 @@ pub(super) fn create_exclusive(path: &Path, overwrite: bool) -> Result<File, Rec
     Ok(file)
 }
 
-/// Locks the file for the life of the handle, if its file system can.
+/// Locks the file while the handle lives, if the file system supports it.
 ///
 /// # Errors
 /// [`RecordError::InUse`] if another handle holds the lock.
 pub(super) fn ensure_unlocked(file: &File, path: &Path) -> Result<(), RecordError> {
     match file.try_lock() {
         Err(TryLockError::WouldBlock) => Err(RecordError::InUse { path: path.to_owned() }),
-        // Some network file systems have no locks; then the user has to take care.
+        // Some network file systems have no locks; the user must take care there.
         Ok(()) | Err(TryLockError::Error(_)) => Ok(()),
     }
 }

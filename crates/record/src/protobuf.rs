@@ -1,14 +1,14 @@
-//! Messages of protobuf, written field by field.
+//! Encoder of protobuf messages, field by field.
 //!
-//! The wire format of protocol buffers, version 3: a field is a tag, `number << 3 | type`, and its content;
-//! a field that has its default value is left out. <https://protobuf.dev/programming-guides/encoding/>.
-//! Schemas are stored ([`MessageType`]), so that no code is generated from them.
+//! Wire format of protocol buffers, version 3: a field is a tag, `number << 3 | type`, and its content; a
+//! field with its default value is omitted. <https://protobuf.dev/programming-guides/encoding/>. Schemas
+//! are stored ([`MessageType`]), so that no code is generated from them.
 
-/// Type of messages: its name, and the descriptors that readers need.
+/// Message type: its name, and the descriptors that readers need.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MessageType {
     pub(super) name: &'static str,
-    /// A `google.protobuf.FileDescriptorSet`.
+    /// Encoded `google.protobuf.FileDescriptorSet`.
     pub(super) descriptors: &'static [u8],
 }
 
@@ -29,9 +29,9 @@ schemas! {
     POINT_CLOUD: "PointCloud";
     /// Surfaces and lines.
     SCENE_UPDATE: "SceneUpdate";
-    /// Place of one coordinate frame in another.
+    /// Pose of one coordinate frame in another.
     FRAME_TRANSFORM: "FrameTransform";
-    /// Line of a log.
+    /// Log message.
     LOG: "Log";
 }
 
@@ -40,13 +40,13 @@ const FIXED_64: u8 = 1;
 const LENGTH_DELIMITED: u8 = 2;
 const FIXED_32: u8 = 5;
 
-/// A message that is being written.
+/// Message being written.
 pub(super) struct MessageWriter<'a> {
     buffer: &'a mut Vec<u8>,
 }
 
 impl<'a> MessageWriter<'a> {
-    /// A message whose fields are appended to `buffer`.
+    /// Message whose fields are appended to `buffer`.
     pub(super) fn append_to(buffer: &'a mut Vec<u8>) -> Self {
         MessageWriter { buffer }
     }
@@ -56,7 +56,7 @@ impl<'a> MessageWriter<'a> {
         self.buffer.push(field << 3 | wire_type);
     }
 
-    /// A number of type `int32`, `int64`, `bool` or of an enumeration; not negative.
+    /// Writes a nonnegative number of type `int32`, `int64`, `bool` or of an enumeration.
     pub(super) fn integer(&mut self, field: u8, value: u64) -> &mut Self {
         if value != 0 {
             self.tag(field, VARINT);
@@ -65,7 +65,7 @@ impl<'a> MessageWriter<'a> {
         self
     }
 
-    /// A number of type `fixed32`.
+    /// Writes a number of type `fixed32`.
     pub(super) fn fixed32(&mut self, field: u8, value: u32) -> &mut Self {
         if value != 0 {
             self.tag(field, FIXED_32);
@@ -74,7 +74,7 @@ impl<'a> MessageWriter<'a> {
         self
     }
 
-    /// A number of type `double`.
+    /// Writes a number of type `double`.
     pub(super) fn double(&mut self, field: u8, value: f64) -> &mut Self {
         if value != 0.0 {
             self.tag(field, FIXED_64);
@@ -83,7 +83,7 @@ impl<'a> MessageWriter<'a> {
         self
     }
 
-    /// Numbers of type `double` in the fields from `first` on.
+    /// Writes numbers of type `double` to the fields from `first` on.
     pub(super) fn doubles(&mut self, first: u8, values: &[f64]) -> &mut Self {
         for (field, value) in (first..).zip(values) {
             self.double(field, *value);
@@ -91,7 +91,7 @@ impl<'a> MessageWriter<'a> {
         self
     }
 
-    /// A text.
+    /// Writes a string.
     pub(super) fn string(&mut self, field: u8, text: &str) -> &mut Self {
         if !text.is_empty() {
             self.length_delimited(field, text.len());
@@ -100,7 +100,7 @@ impl<'a> MessageWriter<'a> {
         self
     }
 
-    /// A list of `fixed32`, packed.
+    /// Writes a packed list of `fixed32`.
     pub(super) fn fixed32_list(&mut self, field: u8, values: &[u32]) -> &mut Self {
         if !values.is_empty() {
             self.length_delimited(field, 4 * values.len());
@@ -110,11 +110,11 @@ impl<'a> MessageWriter<'a> {
         self
     }
 
-    /// A message, or an entry of a list of messages; it is there even if it is empty.
+    /// Writes a message, or an entry of a list of messages; present even if empty.
     pub(super) fn message(&mut self, field: u8, write: impl FnOnce(&mut MessageWriter<'_>)) -> &mut Self {
         self.tag(field, LENGTH_DELIMITED);
         let start = self.buffer.len();
-        // Room for a length of one byte, which almost all have.
+        // Reserves a one-byte length, which nearly always suffices.
         self.buffer.push(0);
         write(&mut MessageWriter { buffer: self.buffer });
         let length = self.buffer.len() - start - 1;
@@ -128,14 +128,14 @@ impl<'a> MessageWriter<'a> {
         self
     }
 
-    /// Tag and length of a field whose content is to be appended.
+    /// Writes tag and length of a field whose content is to be appended.
     pub(super) fn length_delimited(&mut self, field: u8, length: usize) {
         self.tag(field, LENGTH_DELIMITED);
         push_varint(length as u64, self.buffer);
     }
 }
 
-/// Seven bits a byte, the lowest first.
+/// Appends seven bits a byte, the lowest first.
 fn push_varint(mut number: u64, buffer: &mut Vec<u8>) {
     while number >= 0x80 {
         buffer.push(number as u8 | 0x80);
@@ -148,7 +148,7 @@ fn push_varint(mut number: u64, buffer: &mut Vec<u8>) {
 mod tests {
     use super::*;
 
-    // The examples of the specification of the wire format.
+    // Examples of the wire format's specification.
     #[test]
     fn fields_are_written_as_the_specification_has_them() {
         let mut buffer = vec![];

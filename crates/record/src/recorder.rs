@@ -1,4 +1,4 @@
-//! The observer that writes.
+//! Observer that records a run.
 
 use std::collections::BTreeMap;
 use std::io::BufWriter;
@@ -21,20 +21,20 @@ use pliant::topology::Topology;
 use pliant_files::durable_file;
 use pliant_scene::Channel;
 
-/// Content of a recording, and how it is written.
+/// Content and options of a recording.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
-    /// Replace the output, and what an unfinished run to it has left.
+    /// Replace the output and the remains of an unfinished run to it.
     pub overwrite: bool,
     /// Time that a recorded frame may wait for the next one before it is handed to the operating system;
-    /// zero, the default: not at all. A kill loses at most what took this long to compute, and frames that
-    /// follow each other faster cost less.
+    /// zero, the default, disables waiting. A kill loses at most what took this long to compute; waiting
+    /// makes frames in quick succession cheaper.
     pub max_loss: Duration,
-    /// Channels. Nothing else is encoded or written.
+    /// Channels to record. Nothing else is encoded or written.
     pub channels: Vec<Channel>,
-    /// One line that says what this is.
+    /// Title, one line.
     pub title: Option<String>,
-    /// Points that are followed, each on a channel of its own.
+    /// Probed points, each on a channel of its own.
     pub probes: Vec<Probe>,
     /// Names of the pins, `body/pin`, and walls, `wall0`, whose forces `/reactions` holds.
     pub reactions: Vec<String>,
@@ -44,7 +44,7 @@ pub struct Options {
     pub metadata: BTreeMap<String, String>,
 }
 
-/// A complete recording.
+/// Result of a complete recording.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Recorded {
     /// The file.
@@ -55,35 +55,36 @@ pub struct Recorded {
     pub bytes: u64,
 }
 
-/// Writes a run to an MCAP file. See [the module](super) for the format.
+/// Recorder of a run to an MCAP file. See [the module](super) for the format.
 ///
-/// Call [`finish`](Self::finish) or [`finish_with`](Self::finish_with), also when the run has failed: until
+/// Call [`finish`](Self::finish) or [`finish_with`](Self::finish_with), also if the run has failed. Until
 /// then the file is called `<path>.part`, and it keeps that name if the recorder is only dropped.
 pub struct McapRecorder {
     path: PathBuf,
     part: PathBuf,
     overwrite: bool,
     writer: BackgroundWriter,
-    /// Topics, and what each is made of.
+    /// Topics, with the quantities that each needs.
     needs: Vec<(String, Quantities)>,
     element_count: usize,
-    /// `x` and `v` must have this length.
+    /// Required length of `x` and `v`.
     length: usize,
     frames: u64,
     /// Step of the last frame.
     step: u64,
     /// Time of the last frame [s].
     time: f64,
-    /// The first frame that is lost because writing failed.
+    /// First frame lost because of a write error.
     failed_at: Option<u64>,
 }
 
 impl McapRecorder {
-    /// Opens `<path>.part` and writes everything that is known before the first frame.
+    /// Opens `<path>.part` and writes everything known before the first frame.
     ///
     /// # Errors
-    /// [`RecordError::Exists`], [`RecordError::LeftOver`] and [`RecordError::InUse`] if that would destroy
-    /// something, [`RecordError::VertexIndex`] if the topology contradicts itself, [`RecordError::Write`].
+    /// [`RecordError::Exists`], [`RecordError::LeftOver`] and [`RecordError::InUse`] if this would
+    /// destroy data, [`RecordError::VertexIndex`] if the topology is inconsistent,
+    /// [`RecordError::Write`].
     pub fn create(path: &Path, options: &Options, topology: &Topology) -> Result<Self, RecordError> {
         if !options.overwrite && path.exists() {
             return Err(RecordError::Exists { path: path.to_owned() });
@@ -102,7 +103,7 @@ impl McapRecorder {
         Ok(recorder)
     }
 
-    /// A recorder to a sink that is `<path>.part`, and one that is `<path>.part.tail`.
+    /// Recorder to sinks for `<path>.part` and `<path>.part.tail`.
     pub(super) fn with_sinks(
         path: &Path,
         options: &Options,
@@ -129,7 +130,7 @@ impl McapRecorder {
         })
     }
 
-    /// The file as it will be called.
+    /// Name of the file once complete.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -139,12 +140,12 @@ impl McapRecorder {
         self.frames
     }
 
-    /// Records a frame. A kill no longer loses it when this returns, or where it came within the [largest
-    /// loss](Options::max_loss) of the last write, when a later one does.
+    /// Records a frame. After return a kill no longer loses it; a frame within the [largest
+    /// loss](Options::max_loss) of the last write is safe after a later one.
     ///
     /// # Errors
     /// [`RecordError::FrameShape`], [`RecordError::MissingQuantities`], [`RecordError::ElementCount`];
-    /// [`RecordError::Write`] where an earlier frame could not be written, which is recoverable together
+    /// [`RecordError::Write`] if an earlier frame could not be written, which is recoverable together
     /// with all others before this one; after that, [`RecordError::Incomplete`].
     pub fn record(&mut self, frame: &Frame<'_>) -> Result<(), RecordError> {
         self.ensure_sound()?;
@@ -156,7 +157,8 @@ impl McapRecorder {
         Ok(())
     }
 
-    /// Returns when the disk has every frame recorded so far: neither a kill nor a power cut loses it.
+    /// Waits until every frame recorded so far is on the disk: neither a kill nor a power failure loses
+    /// it.
     ///
     /// # Errors
     /// [`RecordError::Write`]; after it, [`RecordError::Incomplete`].
@@ -174,7 +176,7 @@ impl McapRecorder {
         Ok(())
     }
 
-    /// Goes on with frame number `frames`, those before being replayed.
+    /// Continues with frame number `frames`, after replaying those before.
     pub(super) fn begin_at(&mut self, frames: u64) -> Result<(), RecordError> {
         self.frames = frames;
         let begun = self.writer.encoder().map(|encoder| encoder.begin_at(frames));
@@ -192,10 +194,10 @@ impl McapRecorder {
         self.note_failure(logged)
     }
 
-    /// Ends the file of a run that reached its end.
+    /// Finishes the file of a completed run.
     ///
     /// # Errors
-    /// As [`finish_with`](Self::finish_with).
+    /// The errors of [`finish_with`](Self::finish_with).
     pub fn finish(self) -> Result<Recorded, RecordError> {
         let (step, time) = (Some(self.step), self.time);
         self.finish_with(&RecordedOutcome {
@@ -206,18 +208,17 @@ impl McapRecorder {
         })
     }
 
-    /// Ends the file: notes how the run went, writes the indexes, waits for the disk, and gives the file its
-    /// name.
+    /// Finishes the file: writes the outcome and the indexes, waits for the disk, and renames the file.
     ///
     /// # Errors
     /// [`RecordError::Write`]; [`RecordError::Incomplete`] if a frame could not be written;
-    /// [`RecordError::Exists`] if something took the name meanwhile. In all cases `<path>.part` stays, with
-    /// all frames that were written.
+    /// [`RecordError::Exists`] if a file with that name has appeared meanwhile. In all cases
+    /// `<path>.part` stays, with all frames that were written.
     pub fn finish_with(mut self, outcome: &RecordedOutcome) -> Result<Recorded, RecordError> {
         self.ensure_sound()?;
         let written = self.writer.encoder().map(|_| ());
         self.note_failure(written)?;
-        // Without a number where all frames are durable.
+        // No frame number if all frames are durable.
         let failed = |error, durable| {
             write_error(&self.part, Some(durable).filter(|durable| *durable < self.frames), error)
         };
@@ -236,7 +237,7 @@ impl McapRecorder {
         let bytes = named.map_err(|error| write_error(&self.path, None, mcap::McapError::Io(error)))?.len();
         paths::sync_directory_of(&self.path);
         if let Some(journal) = journal {
-            // A tail without its file does no harm; the next recording to this name replaces it.
+            // A tail without its file is harmless; the next recording to this name replaces it.
             let _ = journal.remove();
         }
         Ok(Recorded { path: self.path, frames: self.frames, bytes })
@@ -246,7 +247,7 @@ impl McapRecorder {
         self.failed_at.map_or(Ok(()), |frame| Err(RecordError::Incomplete { part: self.part.clone(), frame }))
     }
 
-    /// Whether `frame` has what is to be recorded.
+    /// Checks that `frame` has everything to be recorded.
     fn ensure_whole(&self, frame: &Frame<'_>) -> Result<(), RecordError> {
         let (number, expected) = (self.frames, self.length);
         for found in [frame.x.len(), frame.v.len()] {

@@ -4,18 +4,18 @@ use std::fmt::Debug;
 use std::fs::File;
 use std::io::{self, BufWriter, Seek, Write};
 
-/// A stream that can make its content permanent. A trait, so that tests can fill the disk.
+/// Stream that can be synced to the disk. A trait, so that tests can simulate a full disk.
 pub(super) trait Sink: Write + Seek + Send {
-    /// Returns when everything written is on the disk.
+    /// Waits until everything written is on the disk.
     fn sync(&mut self) -> io::Result<()>;
 }
 
-/// A file that is emptied and filled again.
+/// File that is emptied and refilled.
 pub(super) trait Tail: Write + Send + Debug {
-    /// Forgets everything written; the next byte is the first.
+    /// Discards everything written; the next byte is the first.
     fn empty(&mut self) -> io::Result<()>;
 
-    /// Returns when everything written is on the disk.
+    /// Waits until everything written is on the disk.
     fn sync(&mut self) -> io::Result<()>;
 }
 

@@ -1,4 +1,4 @@
-//! `/tf`: where the simulation is in the world, once. Viewers complain without it.
+//! `/tf`: pose of the simulation in the world, once. Viewers require it.
 
 use std::collections::BTreeMap;
 
@@ -16,7 +16,7 @@ pub(super) fn channel() -> Channel<'static> {
     typed(NUMBER, "/tf", FRAME_TRANSFORM, BTreeMap::new())
 }
 
-/// The only message: `world` and `pliant` are the same frame.
+/// Encodes the only message: `world` and `pliant` are the same frame.
 pub(super) fn message() -> Vec<u8> {
     let mut buffer = Vec::new();
     let mut transform = MessageWriter::append_to(&mut buffer);

@@ -1,4 +1,4 @@
-//! Sparse Cholesky factorisation in a given order; the symbolic part is kept.
+//! Sparse Cholesky factorisation with a given elimination order; the symbolic part is kept.
 
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
@@ -11,29 +11,29 @@ use faer::sparse::linalg::cholesky::{
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par, Side};
 
-/// Structure of a symmetric matrix and of its factor, before there is memory for their entries.
+/// Structure of a symmetric matrix and of its factor, without their entries.
 pub struct CholeskyStructure {
-    /// The lower triangle by columns; by symmetry the upper one by rows.
+    /// Lower triangle by columns; by symmetry the upper one by rows.
     column_start: Vec<usize>,
     row: Vec<usize>,
     symbolic: SymbolicCholesky<usize>,
-    /// Memory of the factorisation beside the factor.
+    /// Workspace of the factorisation, in addition to the factor.
     scratch: StackReq,
 }
 
-/// The matrix is not positive definite: a pivot is not positive, or not a number.
+/// Error: the matrix is not positive definite, a pivot is not positive or is NaN.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the matrix is not positive definite")]
 pub struct NotPositiveDefinite;
 
 impl CholeskyStructure {
-    /// Analyses a symmetric matrix of `n` rows whose lower triangle has entries in rows
-    /// `row[column_start[j]..column_start[j + 1]]` of column `j`, ascending. Row `order[k]` is eliminated
-    /// `k`-th. `None` where not even the structure of the factor fits memory.
+    /// Analyses a symmetric matrix of `n` rows. The lower triangle of column `j` has entries in rows
+    /// `row[column_start[j]..column_start[j + 1]]`, ascending. Row `order[k]` is eliminated `k`-th.
+    /// `None` if the structure of the factor does not fit into memory.
     ///
     /// # Panics
-    /// If `column_start` and `row` are not the structure of a matrix, or `order` is no permutation of its
-    /// rows.
+    /// If `column_start` and `row` are not the structure of a matrix, or `order` is not a permutation of
+    /// its rows.
     pub fn new(column_start: Vec<usize>, row: Vec<usize>, order: &[usize]) -> Option<Self> {
         let n = column_start.len() - 1;
         let mut inverse = vec![0; n];
@@ -50,28 +50,28 @@ impl CholeskyStructure {
         Some(CholeskyStructure { column_start, row, symbolic, scratch })
     }
 
-    /// Bytes that a [`SparseCholesky`] of this structure holds.
+    /// Memory of a [`SparseCholesky`] with this structure [bytes].
     pub fn bytes(&self) -> usize {
         let numbers = self.column_start.len() + 2 * self.row.len() + self.symbolic.len_val();
         8 * (numbers + self.indices()) + self.scratch.unaligned_bytes_required()
     }
 
-    /// Entries of the lower triangle of the matrix.
+    /// Number of entries in the lower triangle of the matrix.
     pub fn entries(&self) -> usize {
         self.row.len()
     }
 
-    /// Entries of the factor.
+    /// Number of entries of the factor.
     pub fn factor_entries(&self) -> usize {
         self.symbolic.len_val()
     }
 
-    /// Number of negative eigenvalues of the matrix with these entries of its lower triangle: that of the
-    /// negative pivots of `L D L^T`, by Sylvester's law of inertia. `None` where a pivot vanishes, or the
-    /// factor does not fit memory.
+    /// Counts the negative eigenvalues of the matrix with these entries of its lower triangle: the
+    /// negative pivots of `L D L^T`, by Sylvester's law of inertia. `None` if a pivot vanishes, or the
+    /// factor does not fit into memory.
     ///
     /// # Panics
-    /// If there are more or fewer than [`entries`](Self::entries).
+    /// If their number is not [`entries`](Self::entries).
     pub fn negative_eigenvalues(&self, entries: &[f64]) -> Option<usize> {
         let scratch = self.symbolic.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, Default::default());
         let mut memory = MemBuffer::try_new(scratch).ok()?;
@@ -92,7 +92,7 @@ impl CholeskyStructure {
         SymbolicSparseColMatRef::new_checked(n, n, &self.column_start, None, &self.row)
     }
 
-    /// Places of the diagonal in the entries of the factor.
+    /// Indices of the diagonal in the entries of the factor.
     fn pivots(&self) -> Vec<usize> {
         match self.symbolic.raw() {
             SymbolicCholeskyRaw::Simplicial(factor) => {
@@ -112,7 +112,7 @@ impl CholeskyStructure {
         }
     }
 
-    /// Indices that the structure of the factor takes, and the permutation in both directions.
+    /// Number of indices in the structure of the factor, and in the permutation in both directions.
     fn indices(&self) -> usize {
         let n = self.column_start.len() - 1;
         2 * n
@@ -126,17 +126,17 @@ impl CholeskyStructure {
     }
 }
 
-/// Memory of a factorisation for the next one.
+/// Memory of a factorisation for reuse by the next one.
 ///
-/// A structure that changes again and again has factors of ever other sizes. Where each is allocated anew,
-/// the allocator is left with holes that fit none of those to come.
+/// Structures that keep changing have factors of ever different sizes. Allocating each anew leaves the
+/// allocator with holes that fit none of those to come.
 #[derive(Default)]
 pub struct FactorMemory {
     entries: Vec<f64>,
     factor: Vec<f64>,
 }
 
-/// `A = L L^T`.
+/// Sparse Cholesky factorisation `A = L L^T`.
 pub struct SparseCholesky {
     structure: CholeskyStructure,
     entries: Vec<f64>,
@@ -145,13 +145,13 @@ pub struct SparseCholesky {
 }
 
 impl SparseCholesky {
-    /// Memory for a matrix of this structure and its factor; `None` where there is too little.
+    /// Allocates a matrix of this structure and its factor; `None` if memory is insufficient.
     pub fn new(structure: CholeskyStructure) -> Option<Self> {
         Self::in_memory_of(FactorMemory::default(), structure)
     }
 
-    /// Memory for a matrix of this structure and its factor, which is that of `last` as far as it goes;
-    /// `None` where there is too little.
+    /// Allocates a matrix of this structure and its factor, reusing `last` if it is large enough; `None`
+    /// if memory is insufficient.
     pub fn in_memory_of(last: FactorMemory, structure: CholeskyStructure) -> Option<Self> {
         let entries = zeros(last.entries, structure.row.len())?;
         let factor = zeros(last.factor, structure.symbolic.len_val())?;
@@ -159,7 +159,7 @@ impl SparseCholesky {
         Some(SparseCholesky { structure, entries, factor, memory })
     }
 
-    /// The memory of the matrix and of its factor, without their structure.
+    /// Returns the memory of the matrix and its factor, without their structure.
     pub fn into_memory(self) -> FactorMemory {
         FactorMemory { entries: self.entries, factor: self.factor }
     }
@@ -177,7 +177,7 @@ impl SparseCholesky {
     /// Factorises the matrix of the present entries.
     ///
     /// # Errors
-    /// [`NotPositiveDefinite`]; there is no factor then.
+    /// [`NotPositiveDefinite`]; no factor is available then.
     pub fn factorize(&mut self) -> Result<(), NotPositiveDefinite> {
         let a = SparseColMatRef::new(self.structure.pattern(), &self.entries);
         let stack = MemStack::new(&mut self.memory);
@@ -194,7 +194,7 @@ impl SparseCholesky {
     /// Solves `A x = b` with the factor last computed; `b` is overwritten by `x`.
     ///
     /// # Panics
-    /// If `b` has not a number for each row.
+    /// If the length of `b` is not the number of rows.
     pub fn solve(&mut self, b: &mut [f64]) {
         let llt = LltRef::new(&self.structure.symbolic, &self.factor);
         let n = b.len();
@@ -203,11 +203,11 @@ impl SparseCholesky {
     }
 }
 
-/// So many zeros, in the memory of `numbers` where it is enough; `None` where they do not fit memory.
+/// Zeros, in the memory of `numbers` if it is large enough; `None` if they do not fit into memory.
 fn zeros(mut numbers: Vec<f64>, count: usize) -> Option<Vec<f64>> {
     numbers.clear();
     if numbers.capacity() < count {
-        // Given back before: nothing of it is to be copied.
+        // Freed first: its content need not be copied.
         numbers = Vec::new();
         numbers.try_reserve_exact(count).ok()?;
     }
@@ -223,7 +223,7 @@ mod tests {
         chain(40)
     }
 
-    /// `tridiag(-1, diagonal, -1)` of `n` rows, eliminated from both ends to the middle.
+    /// Structure of `tridiag(-1, diagonal, -1)` with `n` rows, eliminated from both ends to the middle.
     fn chain(n: usize) -> CholeskyStructure {
         let column_start: Vec<usize> = (0..=n).map(|j| if j == n { 2 * n - 1 } else { 2 * j }).collect();
         let row = (0..n).flat_map(|j| [j, j + 1]).filter(|i| *i < n).collect();
@@ -253,8 +253,8 @@ mod tests {
         assert_eq!(cholesky.factorize(), Err(NotPositiveDefinite));
     }
 
-    /// A shorter chain is factorised in the memory of a longer one, a longer one in memory of its own: the
-    /// factor is that of a chain that nothing went before.
+    /// A shorter chain reuses the memory of a longer one, a longer one allocates: the factor is the same
+    /// as without reuse.
     #[test]
     fn another_structure_is_factorised_in_the_memory_of_the_last() {
         let factorised = |n: usize, last: FactorMemory| {

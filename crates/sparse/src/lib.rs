@@ -1,7 +1,7 @@
-//! Factorisations of sparse and dense matrices of `f64`: faer behind plain functions and slices.
+//! Factorisations of sparse and dense `f64` matrices: faer behind plain functions and slices.
 //!
-//! Everything here is sequential: the parallel factorisations of faer do not give the same bits for any
-//! number of threads. Where a factor does not fit memory, the answer is `None`, not an abort.
+//! Everything is sequential, because the parallel factorisations of faer do not give the same bits for
+//! any number of threads. If a factor does not fit into memory, the result is `None` instead of an abort.
 //!
 //! ```
 //! use pliant_sparse::{CholeskyStructure, SparseCholesky};

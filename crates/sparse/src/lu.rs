@@ -7,24 +7,24 @@ use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 
 use crate::CholeskyStructure;
 
-/// Size of both factors and of the held updates, in Cholesky factors of the same order, halved.
+/// Size of both factors and of pending updates relative to a Cholesky factor in the same order, halved.
 const ADDED: f64 = 1.55;
-/// The same where damping joins the stages.
+/// The ratio if damping couples the stages.
 const ADDED_BY_DAMPING: f64 = 2.0;
 
-/// Structure of a square matrix by columns, and the order in which they are eliminated.
+/// Structure of a square matrix by columns, with their elimination order.
 pub struct SymbolicLu {
     column_start: Vec<usize>,
     row: Vec<usize>,
     symbolic: solvers::SymbolicLu<usize>,
 }
 
-/// `A = P L U Q`.
+/// Sparse LU factorisation `A = P L U Q`.
 pub struct Lu(solvers::Lu<usize, f64>);
 
 impl SymbolicLu {
-    /// Analyses a square matrix with entries in rows `row[column_start[j]..column_start[j + 1]]` of column
-    /// `j`, ascending. `None` where the structure of the factors does not fit memory.
+    /// Analyses a square matrix. Column `j` has entries in rows `row[column_start[j]..column_start[j +
+    /// 1]]`, ascending. `None` if the structure of the factors does not fit into memory.
     ///
     /// # Panics
     /// If `column_start` and `row` are not the structure of a square matrix.
@@ -35,30 +35,29 @@ impl SymbolicLu {
         Some(SymbolicLu { column_start, row, symbolic })
     }
 
-    /// Place of the entry in `row` of `column` among the entries; `None` where it is zero.
+    /// Index of the entry at `row` and `column`; `None` if it is zero.
     pub fn entry(&self, row: usize, column: usize) -> Option<usize> {
         let start = self.column_start[column];
         let rows = &self.row[start..self.column_start[column + 1]];
         rows.binary_search(&row).ok().map(|at| start + at)
     }
 
-    /// Entries of the matrix.
+    /// Number of entries of the matrix.
     pub fn entries(&self) -> usize {
         self.row.len()
     }
 
-    /// Bytes of the structure of the matrix.
+    /// Memory of the structure of the matrix [bytes].
     pub fn bytes(&self) -> usize {
         8 * (self.column_start.len() + self.row.len())
     }
 
-    /// Bytes that a factorisation is expected to take: the matrix and its transpose, both factors, and the
-    /// updates held for later columns. An estimate: a Cholesky factor in the order of the columns, twice,
-    /// times
-    /// a measured constant for row exchanges and updates. With two or three unknowns a vertex and stage,
-    /// meshes
-    /// of 400 to 15,000 vertices took within 10 % of it where stages meet in masses alone, and within 25 %
-    /// where they are `coupled` by damping. `None` where the structure does not fit memory.
+    /// Estimates the memory of a factorisation [bytes]: the matrix and its transpose, both factors, and
+    /// pending updates for later columns. The estimate is twice a Cholesky factor in the order of the
+    /// columns, times a measured constant for row exchanges and updates. With two or three unknowns per
+    /// vertex and stage, meshes of 400 to 15,000 vertices took within 10 % of it if stages are coupled by
+    /// masses only, and within 25 % if they are `coupled` by damping. `None` if the structure does not
+    /// fit into memory.
     pub fn factor_bytes(&self, coupled: bool) -> Option<usize> {
         let pattern = self.pattern();
         let symbolic = lu::factorize_symbolic_lu(pattern, Default::default()).ok()?;
@@ -78,11 +77,11 @@ impl SymbolicLu {
         SymbolicSparseColMatRef::new_checked(n, n, &self.column_start, None, &self.row)
     }
 
-    /// Factorises the matrix with these entries, column by column; `None` where it is singular, or its
-    /// factors do not fit memory.
+    /// Factorises the matrix with these entries, column by column; `None` if it is singular, or its
+    /// factors do not fit into memory.
     ///
     /// # Panics
-    /// If there are more or fewer than [`entries`](Self::entries).
+    /// If their number is not [`entries`](Self::entries).
     pub fn factorize(&self, entries: &[f64]) -> Option<Lu> {
         let matrix = SparseColMatRef::new(self.pattern(), entries);
         solvers::Lu::try_new_with_symbolic(self.symbolic.clone(), matrix).ok().map(Lu)
@@ -93,7 +92,7 @@ impl Lu {
     /// Solves `A x = b`; `b` is overwritten by `x`.
     ///
     /// # Panics
-    /// If `b` has not a number for each row.
+    /// If the length of `b` is not the number of rows.
     pub fn solve(&self, b: &mut [f64]) {
         let n = b.len();
         self.0.solve_in_place(MatMut::from_column_major_slice_mut(b, n, 1));
@@ -104,7 +103,7 @@ impl Lu {
 mod tests {
     use super::SymbolicLu;
 
-    /// `[0 2; 3 1]` needs a pivot that is not on the diagonal.
+    /// `[0 2; 3 1]` needs an off-diagonal pivot.
     #[test]
     fn rows_are_exchanged_where_a_pivot_is_zero() {
         let symbolic = SymbolicLu::new(vec![0, 1, 3], vec![1, 0, 1]).unwrap();

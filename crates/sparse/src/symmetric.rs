@@ -2,7 +2,7 @@
 
 use faer::{Mat, Side};
 
-/// `A = V diag(values) V^T`.
+/// Eigendecomposition `A = V diag(values) V^T`.
 pub struct SymmetricEigen {
     /// Eigenvalues, ascending.
     pub values: Vec<f64>,
@@ -16,8 +16,9 @@ impl SymmetricEigen {
     }
 }
 
-/// All eigenvalues and eigenvectors of the symmetric matrix of `n` rows with these entries; those above the
-/// diagonal are not looked at. `None` where the iteration fails, as for entries that are not finite.
+/// Computes all eigenvalues and eigenvectors of the symmetric matrix of `n` rows with these entries;
+/// those above the diagonal are ignored. `None` if the iteration fails, for example for entries that are
+/// not finite.
 pub fn symmetric_eigen(n: usize, entry: impl Fn(usize, usize) -> f64) -> Option<SymmetricEigen> {
     let matrix = Mat::<f64>::from_fn(n, n, |i, j| entry(i.max(j), i.min(j)));
     let eigen = matrix.self_adjoint_eigen(Side::Lower).ok()?;

@@ -1,12 +1,10 @@
-//! Colours of bodies and of numbers.
-//!
-//! Red, green and blue are of sRGB, from 0 to 255.
+//! Colours of bodies and of values, as sRGB: red, green and blue from 0 to 255.
 
 use std::array::from_fn;
 
 pub use pliant_record::BODY_COLOURS;
 
-/// One colour: red, green, blue.
+/// Colour: red, green, blue.
 pub type Rgb = [u8; 3];
 
 /// Viridis at `0, 1/9, .., 1`: `viridis(10)` of the R package viridisLite 0.4 (MIT), the colour map of
@@ -25,15 +23,15 @@ const VIRIDIS: [Rgb; 10] = [
     [0xfd, 0xe7, 0x25],
 ];
 
-/// Colour of numbers that are not finite.
+/// Colour of values that are not finite.
 pub const NOT_FINITE: Rgb = [0x80, 0x80, 0x80];
 
-/// Viridis at `0, 1/255, .., 1`, linear between its published samples.
+/// Viridis at `0, 1/255, .., 1`, interpolated linearly between its published samples.
 pub fn viridis_table() -> [Rgb; 256] {
     from_fn(|i| viridis_at(i as f64 / 255.0))
 }
 
-/// Colour of a number in a range: viridis from `low` to `high`, its ends beyond them, its middle where the
+/// Colour of a value: viridis over the range `low` to `high`, clamped to it; the middle colour if the
 /// range is empty.
 pub fn of_value(value: f64, (low, high): (f64, f64)) -> Rgb {
     if !value.is_finite() {
@@ -42,7 +40,7 @@ pub fn of_value(value: f64, (low, high): (f64, f64)) -> Rgb {
     viridis_at(if high > low { ((value - low) / (high - low)).clamp(0.0, 1.0) } else { 0.5 })
 }
 
-/// Colour of a body, by its number; the six repeat.
+/// Colour of a body by index; six colours repeat.
 pub fn of_body(number: usize) -> Rgb {
     BODY_COLOURS[number % BODY_COLOURS.len()].map(|component| (component * 255.0).round() as u8)
 }
@@ -65,7 +63,7 @@ mod tests {
     fn the_table_meets_the_published_samples_and_grows_lighter() {
         let table = viridis_table();
         assert_eq!((table[0], table[255]), (VIRIDIS[0], VIRIDIS[9]));
-        // 1/3 of the way is entry 85, between no samples.
+        // 1/3 of the range is entry 85, exactly a sample.
         assert_eq!(table[85], VIRIDIS[3]);
         let lightness =
             |c: &Rgb| 0.2126 * f64::from(c[0]) + 0.7152 * f64::from(c[1]) + 0.0722 * f64::from(c[2]);

@@ -1,5 +1,5 @@
-//! Seeing a recording: the model of what is drawn, the page that plays it in a browser, and pictures without
-//! a browser.
+//! Visualisation of recordings: the drawing model, a page that plays a recording in a browser, and
+//! pictures without a browser.
 
 // Loops over small fixed ranges index several arrays at once.
 #![allow(clippy::needless_range_loop)]

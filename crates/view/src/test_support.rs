@@ -1,4 +1,4 @@
-//! Small recordings.
+//! Helpers that record small scenes.
 
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -14,7 +14,7 @@ pub(crate) fn recorded(text: &str, path: &Path) {
     recorded_as(text, text, path);
 }
 
-/// The same with another text attached.
+/// Runs a scene and records it with another text attached.
 pub(crate) fn recorded_as(text: &str, attached: &str, path: &Path) {
     let scene = Scene::from_toml(text).unwrap_or_else(|error| panic!("{error}"));
     let mut assembly = scene.assemble(UnstableStep::Refuse).unwrap_or_else(|p| panic!("{p:?}"));

@@ -1,4 +1,4 @@
-//! Motions: the classic failures of continuous collision detection, and random ones.
+//! Continuous collision detection on its classic failure cases and on random motions.
 
 use super::{Random, number, positions};
 use crate::ccd::{GapLimit, MAX_EVALUATIONS, safe_step, safe_step_to_half_space};
@@ -8,7 +8,7 @@ use crate::vector::{are_apart_across, stay_apart_across};
 use pliant::lanes::{InstructionSet, Kernel, Lanes, WIDTH, dispatch_at};
 use serde_json::Value;
 
-/// Distance at a part of a motion.
+/// Distance at a fraction of a motion.
 fn distance<K: Primitives<D, N>, const D: usize, const N: usize>(
     x: &[[f64; D]; N],
     dx: &[[f64; D]; N],
@@ -58,7 +58,7 @@ fn classic_motions_keep_the_rules() {
     assert!(evaluations <= 172, "{evaluations} evaluations");
 }
 
-/// Random motion: half of them parallel or in one plane, gaps and motions of 1e-9 to 1e3.
+/// Random motion: half of them parallel or coplanar, gaps and displacements of 1e-9 to 1e3.
 fn motion<const D: usize, const N: usize>(
     random: &mut Random,
     first: usize,
@@ -67,7 +67,7 @@ fn motion<const D: usize, const N: usize>(
     let way = 10f64.powf(random.between(-9.0, 3.0));
     let mut x: [[f64; D]; N] = std::array::from_fn(|_| random.vector());
     if random.next() < 0.5 {
-        // All in one plane, edges parallel to its first axis.
+        // Coplanar, edges parallel to the first axis.
         for i in 0..N {
             x[i][D - 1] = 0.0;
             if D == 3 && i % 2 == 1 {
@@ -75,7 +75,7 @@ fn motion<const D: usize, const N: usize>(
             }
         }
     }
-    // A point of the first above one of the second.
+    // A point of the first primitive above one of the second.
     let (a, b) = (random.next(), random.next());
     let middle = |x: &[[f64; D]], k: usize| {
         let last = x.len() - 1;
@@ -85,7 +85,7 @@ fn motion<const D: usize, const N: usize>(
         let shift = middle(&x[first..], k) - middle(&x[..first], k);
         x[..first].iter_mut().for_each(|row| row[k] += shift);
     }
-    // The two sides `gap` apart along the last axis, whatever they were.
+    // Moves the two sides `gap` apart along the last axis.
     let high = |x: &[[f64; D]]| x.iter().fold(f64::NEG_INFINITY, |m, row| m.max(row[D - 1]));
     let low = |x: &[[f64; D]]| x.iter().fold(f64::INFINITY, |m, row| m.min(row[D - 1]));
     let lift = high(&x[first..]) - low(&x[..first]) + gap;
@@ -94,7 +94,7 @@ fn motion<const D: usize, const N: usize>(
     }
     let mut dx: [[f64; D]; N] = std::array::from_fn(|_| random.vector().map(|v: f64| v * way));
     if random.next() < 0.5 {
-        // Straight at each other.
+        // Head-on motion.
         for (i, row) in dx.iter_mut().enumerate() {
             *row = [0.0; D];
             row[D - 1] = if i < first { -way } else { 0.0 };
@@ -103,8 +103,8 @@ fn motion<const D: usize, const N: usize>(
     (x, dx)
 }
 
-/// Least distance on `[0, time]` by conservative advancement with the mean motion taken off: a rule that
-/// shares nothing with the one tested but the closest points. It may end early, at what it has.
+/// Smallest distance on `[0, time]` by conservative advancement, mean motion subtracted: shares only the
+/// closest points with the code under test. May end early with the value reached.
 fn least_distance<K: Primitives<D, N>, const D: usize, const N: usize>(
     x: &[[f64; D]; N],
     dx: &[[f64; D]; N],
@@ -145,8 +145,8 @@ fn assert_random<K: Primitives<D, N>, const D: usize, const N: usize>(count: usi
         assert!(step.evaluations <= MAX_EVALUATIONS);
         let least = least_distance::<K, D, N>(&x, &dx, step.time);
         assert!(least >= 0.5 * left - rounding, "{least:e} of {left:e}: {x:?} {dx:?} {step:?}");
-        // Below 1e-8 of the size directions between closest points lose digits: the step may end early, and
-        // is safe.
+        // Below 1e-8 of the size, directions between closest points lose digits: the step may end early
+        // and is safe.
         if step.time < 1.0 && step.evaluations < MAX_EVALUATIONS && left > 1e-8 * size {
             stopped += 1;
             let at_end = distance::<K, D, N>(&x, &dx, step.time);
@@ -216,7 +216,7 @@ fn packs_of_every_instruction_set_have_the_bits_of_single_pairs() {
 #[test]
 fn steps_to_a_half_space_end_a_tenth_of_the_gap_before_it() {
     let gap = GapLimit { reach: 1.0, offset: 0.25 };
-    // 1 m beyond the radius, at 2 m a step: 0.9 of the way to the radius.
+    // 1 m beyond the radius, moving 2 m a step: 0.9 of the distance to the radius.
     let time = safe_step_to_half_space(1.25, -2.0, &gap, 1.0);
     assert!((time - 0.45).abs() < 1e-15, "{time}");
     assert_eq!(safe_step_to_half_space(1.25, -0.5, &gap, 1.0), 1.0);
@@ -224,8 +224,8 @@ fn steps_to_a_half_space_end_a_tenth_of_the_gap_before_it() {
     assert_eq!(safe_step_to_half_space(0.25, 3.0, &gap, 1.0), 0.0);
 }
 
-/// Primitives that are said to be apart, or to stay apart on their way, are, wherever the scene lies; and
-/// some are said to be.
+/// Primitives reported as apart, or as staying apart on their paths, are so for any position of the
+/// scene; and some are reported. Returns their number.
 fn assert_apart<K: Primitives<D, N>, const D: usize, const N: usize>(random: &mut Random) -> usize {
     let mut told = 0;
     for round in 0..2000 {

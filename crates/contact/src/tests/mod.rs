@@ -1,6 +1,6 @@
-//! Tests against values of 50 digits (`data/points.json`, `data/motions.json`, made by a script of mpmath
-//! from the definitions, derivatives by differences) and assembled ones of ipc-toolkit 1.6.1 and of such a
-//! script (`data/surfaces.json`).
+//! Tests against reference values of 50 digits (`data/points.json`, `data/motions.json`, from an mpmath
+//! script based on the definitions, with derivatives by differences) and assembled values of ipc-toolkit
+//! 1.6.1 and of such a script (`data/surfaces.json`).
 
 mod fuzz;
 mod points;
@@ -8,7 +8,7 @@ mod surfaces;
 
 use serde_json::Value;
 
-/// A number, written as text with 17 digits or as a number.
+/// Parses a number written as text with 17 digits or as a JSON number.
 fn number(value: &Value) -> f64 {
     value.as_str().map_or_else(|| value.as_f64().unwrap(), |text| text.parse().unwrap())
 }
@@ -23,7 +23,7 @@ fn positions<const D: usize, const N: usize>(value: &Value) -> [[f64; D]; N] {
     rows.try_into().unwrap()
 }
 
-/// Numbers of a generator (PCG's multiplier): uniform in `[0, 1)`.
+/// Random numbers, uniform in `[0, 1)` (PCG's multiplier).
 struct Random(u64);
 
 impl Random {

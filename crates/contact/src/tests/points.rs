@@ -20,7 +20,7 @@ fn reference() -> Value {
     serde_json::from_str(include_str!("data/points.json")).unwrap()
 }
 
-/// Energy, gradient and Hessians of a pair in the coordinates of its primitives.
+/// Energy, gradient and Hessians of a pair, flattened over its vertices.
 struct Assembled {
     energy: f64,
     gradient: Vec<f64>,
@@ -119,7 +119,7 @@ fn assert_pair<const D: usize, const N: usize>(
     for (found, expected) in pair.gradient.iter().zip(&gradient) {
         assert_near(*found, *expected, 1e-13 * size, name);
     }
-    // The same sums of first, second and third powers: the same eigenvalues.
+    // Equal sums of first, second and third powers: equal eigenvalues.
     let eigenvalues = numbers(&of["hessian_eigenvalues"]);
     let largest = eigenvalues.iter().fold(0.0f64, |size, e| size.max(e.abs()));
     let sums = power_sums(&pair.exact);
@@ -132,7 +132,7 @@ fn assert_pair<const D: usize, const N: usize>(
     assert_projection(name, &pair);
 }
 
-/// The projection is that of the whole matrix.
+/// The projection equals that of the full matrix.
 fn assert_projection(name: &str, pair: &Assembled) {
     let n = pair.exact.len();
     let mut whole = [[0.0; 12]; 12];
@@ -184,7 +184,7 @@ fn energies_gradients_and_hessians_of_pairs() {
     edge_edge("EA_EB", &reference["with_offset_0.05"]["EA_EB"], &with_radii);
 }
 
-/// Distance and its gradient by all coordinates, by the pair that the closest points lie inside of.
+/// Distance and its gradient by all coordinates, computed from the interior pair.
 fn distance_by_region<const D: usize>(x: &[[f64; D]], inner: &InnerPair) -> (f64, Vec<f64>) {
     fn of<K: PairKind<N, P>, const D: usize, const N: usize, const P: usize>(
         x: &[[f64; D]],
@@ -207,8 +207,9 @@ fn distance_by_region<const D: usize>(x: &[[f64; D]], inner: &InnerPair) -> (f64
     }
 }
 
-/// Fails unless the pair changes from one of these kinds to the other where the first `moved` vertices step
-/// over a border of regions, and distance and gradient do not; the jump of the gradient.
+/// Asserts that the interior pair changes between these kinds where the first `moved` vertices cross a
+/// boundary of regions, while distance and gradient are continuous. Returns the largest jump of the
+/// gradient.
 fn assert_continuous<const D: usize>(
     kinds: [InnerKind; 2],
     x: &[[f64; D]],
@@ -221,7 +222,7 @@ fn assert_continuous<const D: usize>(
         let inner = inner(&x);
         (inner.kind, distance_by_region(&x, &inner))
     };
-    // By bisection, to the last bits of the positions.
+    // Bisects to the last bits of the positions.
     let (mut before, mut after) = (-1e-5, 1e-5);
     assert_eq!([at(before).0, at(after).0], kinds, "{x:?}");
     while after - before > 1e-15 {
@@ -234,8 +235,8 @@ fn assert_continuous<const D: usize>(
     jumps.fold(0.0, f64::max)
 }
 
-/// Points above a triangle go over its edges and past its corners, and along an edge past its end, in space
-/// and in the plane; edges go past each other's ends, on one side and on both.
+/// Points above a triangle cross its edges and pass its corners, and along an edge its end, in 3D and 2D;
+/// edges pass each other's ends, on one side and on both.
 #[test]
 fn regions_meet_continuously() {
     use InnerKind::{EdgeEdge as EE, PointEdge as PE, PointPoint as PP, PointTriangle as PT};
@@ -252,7 +253,7 @@ fn regions_meet_continuously() {
         InnerPair::of_edge_edge(&EdgeEdge::closest(&x).coefficients)
     };
     for _ in 0..200 {
-        // An equilateral triangle, turned at random: angles below 90 degrees at all corners.
+        // A randomly rotated equilateral triangle: angles below 90 degrees at all corners.
         let (u, w) = (unit(&random.vector::<3>()), random.vector::<3>());
         let n = unit(&cross(&u, &w));
         let v = cross(&n, &u);
@@ -262,13 +263,13 @@ fn regions_meet_continuously() {
         let (s, height) = (random.between(0.1, 0.9), random.between(0.1, 0.5));
         let over = |foot: &[f64; 3]| plus(foot, height, &n);
         let outward = scaled(-1.0, &v);
-        // Over the edge from a to b, out of the triangle.
+        // Across the edge from a to b, out of the triangle.
         let p = over(&plus(&a, s, &u));
         most[0] = f64::max(most[0], assert_continuous([PT, PE], &[p, a, b, c], (1, outward), of_triangle));
-        // Outside of that edge past its end b.
+        // Beyond that edge, past its end b.
         let p = over(&plus(&b, random.between(0.1, 0.3), &outward));
         most[1] = f64::max(most[1], assert_continuous([PE, PP], &[p, a, b, c], (1, u), of_triangle));
-        // An edge above that of a and b, at an angle: its closest point goes past its own end.
+        // An edge above that of a and b, at an angle: its closest point passes its own end.
         let turn = random.between(0.3, 1.2);
         let way = plus(&scaled(turn.cos(), &u), turn.sin(), &v);
         let length = random.between(0.3, 0.8);
@@ -278,7 +279,7 @@ fn regions_meet_continuously() {
             most[2],
             assert_continuous([EE, PE], &[other, end, a, b], (2, scaled(-1.0, &way)), of_edges),
         );
-        // From there past the end of the other edge too: nearest to a before, to its inside after.
+        // From there past the end of the other edge too: nearest to a before, to its interior after.
         let end = over(&plus(&a, -0.1, &v));
         let other = plus(&plus(&end, -0.5, &u), -0.2, &v);
         most[3] = f64::max(most[3], assert_continuous([PP, PE], &[other, end, a, b], (2, u), of_edges));
@@ -310,7 +311,7 @@ fn barrier_keeps_its_digits_at_both_ends() {
         }
         let law = Barrier { form: PotentialForm::Barrier, stiffness: 3.0, reach: 1.0, offset: 0.0 };
         let pressure = number(&row["pressure_over_kappa"]);
-        // The square of s is rounded: near 1 that counts 1 / (1 - s) times.
+        // The square of s is rounded: near 1 the error is amplified by 1 / (1 - s).
         let lost = 1e-15 / (1.0 - s).abs().max(1e-3);
         assert_near(law.relative_pressure(s), pressure, 10.0 * lost * pressure.abs(), "pressure");
     }
@@ -341,8 +342,8 @@ fn gaps_of_forces_are_found_at_both_ends_of_the_reach() {
     }
 }
 
-/// The linear solution says what a contact has to bear; by the chord it goes to where it bears that, closer
-/// or farther, and to the reach where it has to bear nothing.
+/// The linear solution predicts the force of a contact. The secant moves the contact to the gap of that
+/// force, closer or farther, and to the activation distance for no force.
 #[test]
 fn a_contact_goes_where_it_has_the_force_that_is_expected() {
     let barrier = Barrier { form: PotentialForm::Barrier, stiffness: 1e5, reach: 1e-3, offset: 2e-3 };
@@ -368,8 +369,8 @@ fn a_contact_goes_where_it_has_the_force_that_is_expected() {
     }
 }
 
-/// Forces are those of their contacts, in whatever order these are asked for: each list of contacts ascends
-/// by itself, and not all have one.
+/// Forces are found in any order of queries: each list of contacts ascends by itself, and some contacts
+/// have no force.
 #[test]
 fn expected_forces_are_found_in_any_order() {
     let mut random = Random(41);
@@ -457,7 +458,7 @@ fn hessian_of_a_mollified_pair_is_the_slope_of_its_gradient() {
     let law = Barrier { form: PotentialForm::Barrier, stiffness: 1e5, reach: 0.6, offset: 0.0 };
     let mut random = Random(7);
     for _ in 0..40 {
-        // Directions that differ by up to a fiftieth: the mollifier is active below 0.0316.
+        // Directions that differ by up to 0.02: the mollifier is active below 0.0316.
         let (start, turn): ([f64; 3], [f64; 3]) = (random.vector(), random.vector());
         let end = [1.0 + 0.02 * turn[0], 0.02 * turn[1], 0.02 * turn[2]];
         let b = [0.5 * start[0], 0.1, 0.3 + 0.05 * start[2]];
@@ -547,8 +548,8 @@ fn friction_of_a_pair_at_rest_has_the_slope_of_two_over_the_threshold() {
     assert!(friction.gradient(&rest).as_flattened().iter().all(|g| *g == 0.0));
 }
 
-/// With the force that the velocities give, the matrix is the Hessian; with any other within the limit it is
-/// positive semidefinite; and a force follows a short step as the law does.
+/// Given the force of the velocities, the matrix is the Hessian; with any other within the limit it
+/// is positive semidefinite; and the force follows a short step as the law does.
 #[test]
 fn matrices_of_friction_with_a_force_of_its_own() {
     let mut random = Random(5);
@@ -583,7 +584,7 @@ fn matrices_of_friction_with_a_force_of_its_own() {
     }
 }
 
-/// A force that follows long steps stays in the plane: rounding along the normal is not carried on.
+/// A force that follows long steps stays tangential: rounding along the normal does not accumulate.
 #[test]
 fn forces_of_friction_that_follow_long_steps_stay_in_the_plane() {
     let (sin, cos) = 0.54_f64.sin_cos();
@@ -592,7 +593,7 @@ fn forces_of_friction_that_follow_long_steps_stay_in_the_plane() {
     let along = |speed: f64| [[speed * cos, -speed * sin], [0.0; 2]];
     let mut part = friction.part_of_limit(&along(2e-4));
     for step in 0..40 {
-        // It slides on at twice the threshold, and each step is a hundred times that.
+        // Slides at twice the regularisation velocity; each step is a hundred times that.
         part = friction.part_after(&part, &along(2e-4), &along(2e-2));
         let out = part[0] * sin + part[1] * cos;
         assert!(out.abs() < 1e-15, "step {step}: {out:e} along the normal");

@@ -21,7 +21,7 @@ use pliant::material::Psd;
 use serde_json::Value;
 use std::sync::Arc;
 
-/// Totals of all stencils.
+/// Totals over all stencils.
 #[derive(Default)]
 struct Totals {
     energy: f64,
@@ -96,7 +96,7 @@ fn flat(rows: &Value) -> Vec<f64> {
     rows.as_array().unwrap().iter().flat_map(numbers).collect()
 }
 
-/// Bodies by what is connected.
+/// Bodies as connected components.
 fn components(triangles: &[[u32; 3]], count: usize) -> Vec<u32> {
     let mut body: Vec<u32> = (0..count as u32).collect();
     for _ in 0..count {
@@ -155,11 +155,12 @@ fn assert_surface(name: &str, of: &Value) {
         if name == "two_sheets" {
             continue;
         }
-        // Of differences in 30 digits there are none where second derivatives jump, and none projected.
+        // Reference values by differences in 30 digits do not exist where second derivatives jump, nor
+        // for the projection.
         if !expected["hessian_trace"].is_null() {
             assert_near(norm(&found.exact), "hessian_frobenius");
             let n = x.len();
-            // What is taken off is as large as what is left, and rounded alike.
+            // The subtracted terms are as large as the result and rounded alike.
             let size = number(&of["sum"]["hessian_trace"]).abs();
             let (trace, expected): (f64, f64) =
                 ((0..n).map(|i| found.exact[i * n + i]).sum(), number(&expected["hessian_trace"]));
@@ -171,11 +172,12 @@ fn assert_surface(name: &str, of: &Value) {
     }
 }
 
-/// `max` of the folded sheet, and both ways of counting of the same sheet off all ties, are computed from the
-/// rule with 30 digits, second derivatives by differences. The toolkit's own `max` of the folded sheet is
-/// 10.2146085431273 J, and the same arithmetic gives these digits with two faults of it: a vertex of the
-/// border counts as inner where any inner edge ends, and mollified pairs of the same edges and the same type
-/// of distance count as one, though the type speaks of the first edge and either may be the first.
+/// The reference for `max` of the folded sheet, and for both ways of counting of the same sheet away from
+/// ties, is computed from the rule with 30 digits, second derivatives by differences. The toolkit's own
+/// `max` of the folded sheet is 10.2146085431273 J. The same arithmetic reproduces it with two of the
+/// toolkit's defects: a boundary vertex counts as inner where any inner edge ends, and mollified pairs of
+/// the same edges and the same distance type count as one, although the type refers to the first edge and
+/// either may be the first.
 #[test]
 fn totals_of_surfaces_are_those_of_independent_arithmetic() {
     let surfaces: Value = serde_json::from_str(include_str!("data/surfaces.json")).unwrap();
@@ -211,7 +213,7 @@ fn crumpled(n: u32, random: &mut Random) -> (ContactSurface, Vec<f64>) {
     (in_space(&triangles, &x, &bodies), x)
 }
 
-/// Candidates by all pairs of boxes.
+/// Candidates by comparing all pairs of boxes.
 fn by_force(
     surface: &ContactSurface,
     pairs: &BodyPairs,
@@ -245,7 +247,7 @@ fn by_force(
     found
 }
 
-/// False for a pair that is shown to stay farther apart than `reach`; one that comes nearer never is.
+/// False for a pair shown to stay farther apart than `reach`; never for one that comes nearer.
 fn may_come_near<K: Primitives<3, 4>>(x: &[f64], dx: &[f64], vertices: &[u32; 4], reach: f64) -> bool {
     let (x, dx) = (rows::<3, 4>(x, vertices), rows::<3, 4>(dx, vertices));
     let apart = stay_apart(&x, &dx, K::FIRST, reach) || stay_apart_across(&x, &dx, K::FIRST, reach);
@@ -274,8 +276,8 @@ fn candidates_are_those_of_all_pairs_of_boxes() {
     }
 }
 
-/// Trees that have followed a surface for a while find what new ones find, near their first places and far
-/// from them, where they are ordered anew.
+/// Trees that have followed a surface find the same as new ones, near their first positions and far from
+/// them, where they are sorted again.
 #[test]
 fn trees_that_follow_a_surface_find_what_new_ones_find() {
     let mut random = Random(22);
@@ -299,7 +301,7 @@ fn cached_candidates_hold_every_stencil_until_a_vertex_has_moved_too_far() {
     let (pairs, margin, reach) = (BodyPairs::all(2), 0.01, 0.05);
     let mut cache = CandidateCache::<3>::default();
     cache.at(&surface, &pairs, &x, reach, margin);
-    // A part of it goes into the mean of a body, and that of another may go the other way.
+    // Part of the motion is that of the body's mean, and another body may move the opposite way.
     let step = margin / 3f64.sqrt() * 0.5;
     let moved: Vec<f64> = x.iter().map(|x| x + step * if random.next() < 0.5 { 1.0 } else { -1.0 }).collect();
     let stencils = |candidates: &CandidatePairs| {
@@ -309,7 +311,7 @@ fn cached_candidates_hold_every_stencil_until_a_vertex_has_moved_too_far() {
     let kept = stencils(cache.at(&surface, &pairs, &moved, reach, margin));
     assert_eq!(kept, stencils(&fresh));
     assert_eq!(cache.gatherings, 1);
-    // Nothing comes nearer where all move as one.
+    // A common motion brings nothing nearer.
     let together: Vec<f64> = x.iter().map(|x| x + 10.0 * margin).collect();
     cache.at(&surface, &pairs, &together, reach, margin);
     assert_eq!(cache.gatherings, 1);
@@ -319,7 +321,7 @@ fn cached_candidates_hold_every_stencil_until_a_vertex_has_moved_too_far() {
     assert_eq!(cache.gatherings, 2);
 }
 
-/// Ways that are too short to look at closely add up.
+/// Motions too short to be examined closely add up.
 #[test]
 fn cached_candidates_hold_every_stencil_of_what_moves_little_by_little() {
     let (surface, x) = crumpled(5, &mut Random(11));
@@ -359,7 +361,7 @@ fn candidates_of_a_way_hold_every_stencil_of_its_places() {
         assert_eq!(stencils(cache.at(&surface, &pairs, &there, reach, margin), &there), fresh(&there));
     }
     assert_eq!(cache.gatherings, 1);
-    // Near it, and on short ways there.
+    // Near the path, and on short paths there.
     let beside: Vec<f64> = x.iter().map(|_| random.between(-0.2 * margin, 0.2 * margin)).collect();
     for part in [0.2, 1.0] {
         let there: Vec<f64> = place(part, &far).iter().zip(&beside).map(|(x, by)| x + by).collect();
@@ -369,7 +371,7 @@ fn candidates_of_a_way_hold_every_stencil_of_its_places() {
         assert_eq!(found, fresh(&there));
     }
     assert_eq!(cache.gatherings, 1);
-    // Beyond its end, and too far beside it.
+    // Beyond its end, and too far to the side.
     for (vertex, part, by) in [(0, 1.5, 0.0), (7, 0.5, 0.05)] {
         let mut there = place(part, &far);
         there[vertex] += by;
@@ -377,7 +379,7 @@ fn candidates_of_a_way_hold_every_stencil_of_its_places() {
         assert_eq!(stencils(cache.at(&surface, &pairs, &there, reach, margin), &there), fresh(&there));
         assert_eq!(cache.gatherings, before + 1);
     }
-    // A short way is searched around its start, once for what follows.
+    // A short path is searched around its start, once for those that follow.
     let near: Vec<f64> = far.iter().map(|dx| 0.02 * dx).collect();
     let mut cache = CandidateCache::<3>::default();
     cache.on_way(&surface, &pairs, (&x, &near), reach, (reach, margin));
@@ -385,7 +387,7 @@ fn candidates_of_a_way_hold_every_stencil_of_its_places() {
     assert_eq!(stencils(cache.at(&surface, &pairs, &there, reach, margin), &there), fresh(&there));
     cache.on_way(&surface, &pairs, (&there, &near), reach, (reach, margin));
     assert_eq!(cache.gatherings, 1);
-    // What comes near alone is less than what acts: explicit steps ask for crossings on their ways.
+    // The crossing checks of explicit steps ask for smaller distances than contact forces do.
     for dx in [&near, &far] {
         let mut cache = CandidateCache::<3>::default();
         cache.on_way(&surface, &pairs, (&x, dx), 0.0, (reach, margin));
@@ -393,11 +395,11 @@ fn candidates_of_a_way_hold_every_stencil_of_its_places() {
     }
 }
 
-/// A vertex that folds back onto the ring of its own neighbour meets fewer primitives than there are around
-/// it, none of them twice: nothing may be taken off.
+/// A vertex folded back onto the ring of its own neighbour meets fewer primitives than surround it, none
+/// of them twice: nothing may be subtracted.
 #[test]
 fn a_place_beside_an_own_neighbour_is_counted_once() {
-    // In the plane: 0-1 is folded back, 0 lies beside 1, beyond the end of 1-2.
+    // In 2D: 0-1 is folded back, 0 lies next to 1, beyond the end of 1-2.
     let x = [-1e-3, 5e-3, 0.0, 0.0, 1.0, 0.0];
     let edges = [[0, 1], [1, 2]];
     let primitives = SurfacePrimitives { edges: &edges, ..SurfacePrimitives::default() };
@@ -406,7 +408,7 @@ fn a_place_beside_an_own_neighbour_is_counted_once() {
     let found = ContactStencils::find::<2>(&surface, &candidates, &x, 0.01, Duplicates::Max);
     let weights: Vec<f64> = found.point_point.iter().map(|pair| pair.weight).collect();
     assert!(weights == [0.25] && found.point_edge.is_empty(), "{found:?}");
-    // In space: a fan of six triangles around 6; 0, on its rim, comes down beside it.
+    // In 3D: a fan of six triangles around 6; 0, on its rim, comes down next to it.
     let rim = |i: usize| {
         let (sin, cos) = (i as f64 * std::f64::consts::TAU / 6.0).sin_cos();
         [cos, sin, 0.0]
@@ -422,7 +424,7 @@ fn a_place_beside_an_own_neighbour_is_counted_once() {
         x[..3].copy_from_slice(&place);
         let pairs = BodyPairs::all(1);
         let gathered = CandidatePairs::gather::<3>(&surface, &pairs, &x, None, 0.01);
-        // Of the vertex with triangles alone: edges have weights of their own.
+        // The vertex with triangles only: edges have weights of their own.
         let candidates =
             CandidatePairs { point_triangle: gathered.point_triangle, ..CandidatePairs::default() };
         let found = ContactStencils::find::<3>(&surface, &candidates, &x, 0.01, Duplicates::Max);
@@ -477,7 +479,7 @@ fn weights_of_a_flat_contact_in_the_plane_add_up_to_its_length() {
     assert!((weight(Duplicates::Sum) - 2.5).abs() < 1e-14, "{}", weight(Duplicates::Sum));
 }
 
-/// Bodies that reach farther to each other than to themselves, and to balls of 0.3 m.
+/// Bodies with longer activation distances to each other than to themselves, and to balls of 0.3 m.
 fn model_of(surface: ContactSurface, bodies: usize, balls: Vec<SolidBall>) -> ContactModel {
     let is_ball = |body: usize| balls.iter().any(|ball| ball.body as usize == body);
     let law = |a: usize, b: usize| {
@@ -501,7 +503,7 @@ fn model_of(surface: ContactSurface, bodies: usize, balls: Vec<SolidBall>) -> Co
     }
 }
 
-/// Blocks of single contacts, by rows.
+/// Blocks of single contacts, row by row.
 struct SingleBlocks {
     psd: Psd,
     blocks: Vec<f64>,
@@ -532,8 +534,8 @@ impl ContactVisitor<3> for SingleBlocks {
     }
 }
 
-/// Reports and blocks of contacts of several kinds and laws, to the last bit, whatever pack they are in, and
-/// wherever a range of them begins.
+/// Reports and blocks of contacts of several kinds and laws are bit-identical in any pack, and wherever a
+/// range of them begins.
 #[test]
 fn contacts_in_packs_are_those_that_they_are_alone() {
     let mut random = Random(5);
@@ -565,7 +567,7 @@ fn contacts_in_packs_are_those_that_they_are_alone() {
     }
 }
 
-/// A ball touches every triangle that is near enough, however few boxes say so.
+/// A ball touches every triangle within its reach.
 #[test]
 fn a_ball_touches_what_is_within_its_reach() {
     let mut random = Random(7);
@@ -589,8 +591,7 @@ fn a_ball_touches_what_is_within_its_reach() {
     assert!((found - area).abs() < 1e-12 * area, "{found} and {area}");
 }
 
-/// Many pairs together leave free what the least of them leaves alone, to the last bit, whatever pack it is
-/// in.
+/// The free fraction of many pairs is that of the most restrictive pair alone, bit by bit, in any pack.
 #[test]
 fn ways_of_many_pairs_are_free_as_far_as_that_of_the_least() {
     let mut random = Random(11);

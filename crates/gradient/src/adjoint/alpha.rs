@@ -1,4 +1,4 @@
-//! The adjoint of the generalised-alpha family, Newmark's methods included.
+//! Adjoint of the generalised-alpha family, including the Newmark methods.
 //!
 //! The acceleration `a_n` is part of the state. With `X = (1 - alpha_f) x_(n+1) + alpha_f x_n`, `V`
 //! likewise, and bars for derivatives of the loss, `p = M^-1` times the derivative by the right-hand side
@@ -9,16 +9,16 @@
 //!     = a_bar + h^2 beta x_bar + h gamma v_bar
 //! ```
 //!
-//! with the bars of the new state on the right, `H` and `C` as the [forces](super::forces) have them. Where a
-//! step has `r` times the size of the one before, `a_n + s (a_n - a_(n-1))`, `s = (alpha_m - alpha_f) (r -
-//! 1)`, stands for `a_n`.
+//! The bars on the right are those of the new state; `H` and `C` are defined in [forces](super::forces).
+//! If a step has `r` times the size of the one before, `a_n` is replaced by `a_n + s (a_n - a_(n-1))`, `s
+//! = (alpha_m - alpha_f) (r - 1)`.
 
 use pliant::integrator::alpha::AlphaCoefficients;
 
 use super::{Adjoint, AdjointForces, AdjointPlace, Bars, Singular, Step, add_scaled, free_only};
 use crate::linear::Coefficients;
 
-/// Takes `adjoint` back by one step.
+/// Propagates `adjoint` back over one step.
 ///
 /// # Errors
 /// [`Singular`].
@@ -42,7 +42,7 @@ pub(super) fn step_back(
     Ok(())
 }
 
-/// `s` of a step of `growth` times the size of the one before.
+/// Coefficient `s` of a step of `growth` times the size of the one before.
 pub(crate) fn moved(coefficients: &AlphaCoefficients, growth: f64) -> f64 {
     (coefficients.alpha_m - coefficients.alpha_f) * (growth - 1.0)
 }
@@ -57,6 +57,7 @@ fn advance_back(
     let (h, drag) = (step.h, forces.system.ether_drag());
     let (new_m, new_f) = (1.0 - alpha_m, 1.0 - alpha_f);
     let Adjoint { x, v, a, .. } = adjoint;
+    // Solve at the intermediate state.
     let mut right = a.clone();
     add_scaled(&mut right, h * h * beta, x);
     add_scaled(&mut right, h * gamma, v);
@@ -74,6 +75,7 @@ fn advance_back(
     let at = AdjointPlace { time, x: &at_x, v: &at_v };
     forces.solve(at, matrix, &mut right, Bars { x: &mut x_bar, v: &mut v_bar })?;
     add_scaled(&mut v_bar, -drag, &right);
+    // Distribute to the old state.
     add_scaled(x, new_f, &x_bar);
     add_scaled(v, new_f, &v_bar);
     free_only(forces.system, v);
@@ -91,7 +93,7 @@ fn advance_back(
     Ok(())
 }
 
-/// The acceleration of the start is that of the force there.
+/// Adjoint of the initial acceleration, which follows from the initial force.
 fn start_back(forces: &mut AdjointForces<'_, '_>, step: &Step<'_>, adjoint: &mut Adjoint) {
     let drag = forces.system.ether_drag();
     let Adjoint { x, v, a, .. } = adjoint;

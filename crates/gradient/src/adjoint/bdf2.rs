@@ -1,7 +1,7 @@
-//! The adjoint of the second backward differentiation formula.
+//! Adjoint of the second-order backward differentiation formula (BDF2).
 //!
-//! `X = (4 x_n - x_(n-1))/3 + g V`, `V = (4 v_n - v_(n-1))/3 + g (a(X) - c V)`, `g = 2/3 h`: one stage, as
-//! diagonally implicit methods have it, whose old state is that of two steps.
+//! `X = (4 x_n - x_(n-1))/3 + g V`, `V = (4 v_n - v_(n-1))/3 + g (a(X) - c V)`, `g = 2/3 h`: one
+//! diagonally implicit stage whose old state combines two steps.
 
 use pliant::integrator::Method;
 
@@ -11,7 +11,7 @@ use super::{
 };
 use crate::linear::Coefficients;
 
-/// Takes `adjoint` back by one step, the first one by `start`.
+/// Propagates `adjoint` back over one step, the first one of the method `start`.
 ///
 /// # Errors
 /// [`Singular`].
@@ -21,7 +21,7 @@ pub(super) fn step_back<'a>(
     step: &Step<'a>,
     adjoint: &mut Adjoint,
 ) -> Result<(), Singular> {
-    // A step of another size begins anew.
+    // A step of another size restarts the method.
     if !step.is_first && step.growth == 1.0 {
         return advance_back(forces, step, adjoint);
     }
@@ -50,7 +50,7 @@ fn advance_back(
     add_scaled(v, g, x);
     add_scaled(v, -drag, &right);
     free_only(forces.system, v);
-    // What the step before the last one has left is for the state that this one begins with.
+    // The derivative left by the step before last belongs to the state at the beginning of this one.
     for (now, older) in [x, v].into_iter().zip(older) {
         for (now, older) in now.iter_mut().zip(older) {
             (*now, *older) = (4.0 / 3.0 * *now + *older, -*now / 3.0);

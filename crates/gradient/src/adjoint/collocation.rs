@@ -1,4 +1,4 @@
-//! The adjoint of methods in which each stage looks at all: the stages of a step are taken back together.
+//! Adjoint of fully implicit (collocation) methods: the coupled stages of a step are solved together.
 //!
 //! With [tables](StageTables) `a`, `t` of the stages and `b`, `e` of the end of the step,
 //!
@@ -7,14 +7,14 @@
 //! X_bar_i = -H_i p_i      V_bar_i = -C_i p_i - c M p_i
 //! ```
 //!
-//! Eliminated: `M p_i + sum_k [h a_ki (C_k + c M) + h^2 t_ki H_k] p_k = h b_i v_bar + h^2 e_i x_bar`. The
-//! Gauss-Radau method iterates until its stages solve their equations, which are differentiated as those of
-//! the others are.
+//! After elimination: `M p_i + sum_k [h a_ki (C_k + c M) + h^2 t_ki H_k] p_k = h b_i v_bar + h^2 e_i
+//! x_bar`. The Gauss-Radau method iterates until its stages solve their equations, which are
+//! differentiated like those of the other methods.
 
 use super::{Adjoint, AdjointForces, AdjointPlace, Bars, Singular, StageTables, Step, add_scaled, free_only};
 use crate::coupled::{CoupledEquations, StagePlace};
 
-/// Takes `adjoint` back by one step of this method.
+/// Propagates `adjoint` back over one step of this method.
 ///
 /// # Errors
 /// [`Singular`].
@@ -43,7 +43,7 @@ pub(super) fn step_back(
     Ok(())
 }
 
-/// Takes what the directions `p` of the stages make of derivatives to the state before the step of `h` [s].
+/// Propagates the stage directions `p` to the derivatives by the state before the step of `h` [s].
 fn pass_on(
     tables: &StageTables,
     forces: &mut AdjointForces<'_, '_>,

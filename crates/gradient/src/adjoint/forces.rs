@@ -1,4 +1,4 @@
-//! Uses of forces, backwards: products with Hessians, solves, and what parameters add.
+//! Adjoints of force evaluations: products with Hessians, linear solves, and contributions to parameters.
 
 use std::mem::take;
 
@@ -11,34 +11,36 @@ use crate::parameter::{ForceUse, HeldUse, Parameter, StateUse};
 use crate::parts::ForceParts;
 use crate::support::turns;
 
-/// Derivatives by parameters, and memory of solvers, for the length of a sweep.
+/// Derivatives by parameters, and solver memory, for one backward sweep.
 pub(crate) struct Sums<'a> {
     parameters: &'a mut [Box<dyn Parameter>],
-    /// Of each parameter.
+    /// Derivatives by each parameter.
     pub(crate) derivatives: Vec<Vec<f64>>,
     solver: CorrectedSolver,
     parts: ForceParts,
     p: Vec<f64>,
     products: Products,
-    /// Steps of the run before the one that is taken back.
+    /// Index of the step being propagated, counted from the start of the run.
     pub(crate) step: u64,
-    /// Derivatives by the places where vertices start that are held and turn.
+    /// Derivatives by the initial positions of vertices with prescribed rotation.
     turning: Option<TurningStarts>,
-    /// Derivatives by what terms remember at the beginning of the step; empty where none does.
+    /// Derivatives by the history variables of terms at the beginning of the step; empty if there are
+    /// none.
     pub(crate) history: Vec<f64>,
 }
 
-/// Derivatives by the places where vertices start that are held and turn: places later are turned from there.
+/// Derivatives by the initial positions of vertices with prescribed rotation: later positions are rotated
+/// from there.
 struct TurningStarts {
-    /// Flat; at rest at the time 0.
+    /// Flat; by the positions at time 0.
     by_starts: Vec<f64>,
-    /// Scratch: minus products.
+    /// Scratch: negated products.
     x_bar: Vec<f64>,
     v_bar: Vec<f64>,
 }
 
 impl TurningStarts {
-    /// Adds what derivatives by places and velocities at `time` [s] are of those.
+    /// Adds the contributions of derivatives by positions and velocities at `time` [s].
     fn add(&mut self, system: &System, time: f64, (x_bar, v_bar): (&[f64], &[f64])) {
         for hold in system.constraints().iter().filter(|hold| turns(hold)) {
             hold.add_by_starts(time, system.dimension(), (x_bar, v_bar), &mut self.by_starts);
@@ -47,7 +49,7 @@ impl TurningStarts {
 }
 
 impl<'a> Sums<'a> {
-    /// None yet, for `unknowns` coordinates, `dimension` of each vertex.
+    /// Zero derivatives for `unknowns` coordinates, `dimension` of each vertex.
     pub(crate) fn new(dimension: usize, unknowns: usize, parameters: &'a mut [Box<dyn Parameter>]) -> Self {
         Sums {
             derivatives: parameters.iter().map(|parameter| vec![0.0; parameter.len()]).collect(),
@@ -62,7 +64,8 @@ impl<'a> Sums<'a> {
         }
     }
 
-    /// The same with derivatives by the starts of what `system` holds and turns.
+    /// Adds derivatives by the initial positions of vertices with prescribed rotation, and by history
+    /// variables.
     pub(crate) fn turning(self, system: &System) -> Self {
         let zero = || vec![0.0; system.inverse_mass().len()];
         let some = system.constraints().iter().any(turns);
@@ -72,13 +75,13 @@ impl<'a> Sums<'a> {
 }
 
 impl Sums<'_> {
-    /// True if any parameter looks at held coordinates.
+    /// True if any derivative needs fixed coordinates.
     pub(crate) fn look_at_held(&self) -> bool {
         self.turning.is_some() || self.parameters.iter().any(|parameter| parameter.needs().held)
     }
 
-    /// Replaces derivatives by places that turn, in `x_bar`, by those by where they are at `time` [s], from
-    /// which they go on.
+    /// Replaces derivatives by rotating positions, in `x_bar`, by those by the positions at `time` [s],
+    /// from which they continue.
     pub(crate) fn place_turning(&self, system: &System, time: f64, x_bar: &mut [f64]) {
         let (Some(turning), d) = (&self.turning, system.dimension()) else { return };
         // x(0) = c + R^T (x - ..): component k by R_k . d x(0).
@@ -97,7 +100,7 @@ impl Sums<'_> {
         }
     }
 
-    /// The direction of the last use of a force.
+    /// Direction of the last force evaluation.
     pub(crate) fn direction(&self) -> &[f64] {
         &self.p
     }
@@ -107,7 +110,7 @@ impl Sums<'_> {
         self.solver.is_definite()
     }
 
-    /// Gives the structure of the matrices of its solver away, and goes on with the one `lent`.
+    /// Hands out the matrix structure of the solver, and continues with the one `lent`.
     pub(crate) fn exchange_structure(
         &mut self,
         system: &System,
@@ -116,25 +119,25 @@ impl Sums<'_> {
         self.solver.exchange_structure(system, lent)
     }
 
-    /// True if one of the parameters is the ether drag.
+    /// True if one of the parameters is the mass-proportional drag.
     pub(crate) fn has_ether_drag(&self) -> bool {
         self.parameters.iter().any(|parameter| parameter.needs().ether_drag)
     }
 
-    /// Adds a part to the derivative by the ether drag.
+    /// Adds a contribution to the derivative by the mass-proportional drag.
     pub(crate) fn add_ether_drag(&mut self, part: f64) {
         let each = self.parameters.iter().zip(&mut self.derivatives);
         each.filter(|(parameter, _)| parameter.needs().ether_drag).for_each(|(_, by)| by[0] += part);
     }
 
-    /// Lets parameters take what they have of a state.
+    /// Lets parameters add their contributions of a state.
     pub(crate) fn add_state(&mut self, of: &StateUse<'_>) {
         for (parameter, derivative) in self.parameters.iter_mut().zip(&mut self.derivatives) {
             parameter.add_state(of, derivative);
         }
     }
 
-    /// Lets parameters add what this use of held coordinates has of them.
+    /// Lets parameters add their contributions of fixed coordinates.
     pub(crate) fn add_held(&mut self, of: &HeldUse<'_>) {
         if let Some(turning) = &mut self.turning {
             turning.add(of.system, of.time, (of.x_bar, of.v_bar));
@@ -145,41 +148,41 @@ impl Sums<'_> {
     }
 }
 
-/// The equations of motion, for one step back.
+/// Equations of motion, for one step back.
 pub(crate) struct AdjointForces<'a, 'b> {
     pub(crate) system: &'a mut System,
     pub(crate) sums: &'a mut Sums<'b>,
     pub(crate) held: Option<HeldStart<'a>>,
-    /// Beginning of the step and its size [s], where dissipative terms see held coordinates at their mean
-    /// velocities over the step.
+    /// Beginning of the step and its size [s], if dissipative terms use the mean velocities of fixed
+    /// coordinates over the step.
     pub(crate) means_from: Option<(AdjointPlace<'a>, f64)>,
 }
 
-/// The start of a step whose solves hold what dissipative terms take from positions as it is there, see
+/// Start of a step whose solves lag position-dependent quantities of dissipative terms there, see
 /// [`System::freeze_at`].
 pub(crate) struct HeldStart<'a> {
-    /// Its positions, flat.
+    /// Positions, flat.
     x: &'a [f64],
-    /// Derivatives by them, through what is held.
+    /// Derivatives by the positions, through lagged quantities.
     pub(crate) x_bar: Vec<f64>,
 }
 
 impl<'a> HeldStart<'a> {
-    /// At positions `x`, flat; of no derivative yet.
+    /// Start at positions `x`, flat, with zero derivatives.
     pub(crate) fn new(x: &'a [f64]) -> Self {
         HeldStart { x, x_bar: vec![0.0; x.len()] }
     }
 }
 
-/// Derivatives by the positions and velocities of a place.
+/// Derivatives by the positions and velocities of an evaluation point.
 pub(crate) struct Bars<'a> {
     pub(crate) x: &'a mut [f64],
     pub(crate) v: &'a mut [f64],
 }
 
 impl AdjointForces<'_, '_> {
-    /// The adjoint of `a = -M^-1 (dE/dx + dR/dv)` at a place, `a_bar` the derivative by `a`: adds to the
-    /// derivatives by positions and velocities what `p = M^-1 a_bar` makes of them.
+    /// Adjoint of `a = -M^-1 (dE/dx + dR/dv)`, `a_bar` the derivative by `a`: adds the contributions of
+    /// `p = M^-1 a_bar` to the derivatives by positions and velocities.
     pub(crate) fn acceleration(&mut self, at: AdjointPlace<'_>, a_bar: &[f64], bars: Bars<'_>) {
         let Sums { p, products, .. } = &mut *self.sums;
         for ((p, a_bar), weight) in p.iter_mut().zip(a_bar).zip(self.system.inverse_mass()) {
@@ -190,7 +193,7 @@ impl AdjointForces<'_, '_> {
         self.pass_on(at, None, bars);
     }
 
-    /// The same where the direction `p` is known, zero where held.
+    /// Adjoint of an acceleration whose direction `p`, zero where fixed, is known.
     pub(crate) fn direction(&mut self, at: AdjointPlace<'_>, p: &[f64], bars: Bars<'_>) {
         self.sums.p.copy_from_slice(p);
         self.system.set_time(at.time);
@@ -198,9 +201,9 @@ impl AdjointForces<'_, '_> {
         self.pass_on(at, None, bars);
     }
 
-    /// The adjoint of an equation that a stage solves, `A p = right` at a place, with `A` of these
-    /// `coefficients`. Adds to the derivatives by positions and velocities what `p` makes of them, and
-    /// replaces `right` by `M p`, zero where held.
+    /// Adjoint of an implicit stage: solves `A p = right` with `A` of these `coefficients`. Adds the
+    /// contributions of `p` to the derivatives by positions and velocities, and replaces `right` by `M
+    /// p`, zero where fixed.
     ///
     /// # Errors
     /// [`Singular`].
@@ -229,7 +232,7 @@ impl AdjointForces<'_, '_> {
         if is_solved { Ok(()) } else { Err(Singular) }
     }
 
-    /// Lets go of what is held of the start of the step, and passes the derivatives on to its positions.
+    /// Ends the lagging at the start of the step, and adds the derivatives by its positions.
     fn release(&mut self, v: &[f64]) {
         let Some(HeldStart { x, x_bar }) = &mut self.held else { return };
         self.system.thaw();
@@ -240,8 +243,8 @@ impl AdjointForces<'_, '_> {
         add_scaled(x_bar, -1.0, &product);
     }
 
-    /// Makes derivatives by mean velocities `(x' - x) / h` of held coordinates those by their places at the
-    /// end of a step of `h` [s] and at its beginning.
+    /// Converts derivatives by mean velocities `(x' - x) / h` of fixed coordinates to those by their
+    /// positions at the end and the beginning of a step of `h` [s].
     fn pass_means_on(&mut self, from: AdjointPlace<'_>, h: f64) {
         let Products { by_positions, by_velocities, .. } = &mut self.sums.products;
         let still = vec![0.0; by_positions.len()];
@@ -254,10 +257,11 @@ impl AdjointForces<'_, '_> {
         self.sums.add_held(&HeldUse { system: self.system, time, x, v, x_bar: &x_bar, v_bar: &still });
     }
 
-    /// Subtracts the products with `p` from the derivatives, and lets parameters add what this use of the
-    /// force has of them, its normal forces of friction those of `held` where they are held.
+    /// Subtracts the products with `p` from the derivatives, and lets parameters add their contributions
+    /// of this force evaluation. Lagged normal forces of friction are those at `held`.
     fn pass_on(&mut self, at: AdjointPlace<'_>, held: Option<&[f64]>, bars: Bars<'_>) {
         let step = self.sums.step;
+        // Derivatives by positions and velocities.
         bars.x.iter_mut().zip(&self.sums.products.by_positions).for_each(|(bar, y)| *bar -= y);
         if self.system.is_damped() {
             bars.v.iter_mut().zip(&self.sums.products.by_velocities).for_each(|(bar, y)| *bar -= y);
@@ -266,6 +270,7 @@ impl AdjointForces<'_, '_> {
             self.pass_means_on(from, h);
         }
         let Sums { parameters, derivatives, parts, p, products, turning, history, .. } = &mut *self.sums;
+        // History variables, and initial positions of rotating vertices.
         if !history.is_empty() {
             let minus: Vec<f64> = p.iter().map(|p| -p).collect();
             self.system.add_work_by_history(at.x, &minus, history);
@@ -278,6 +283,7 @@ impl AdjointForces<'_, '_> {
             turning.add(self.system, at.time, (&x_bar, &v_bar));
             (turning.x_bar, turning.v_bar) = (x_bar, v_bar);
         }
+        // Parameters.
         parts.evaluate(self.system, at);
         let ForceParts { gradient, contact, friction, terms, rest_lengths, .. } = &*parts;
         let Products { by_positions, by_velocities, works, .. } = products;

@@ -1,45 +1,47 @@
-//! The adjoint of implicit Euler with one Newton step.
+//! Adjoint of linearly implicit Euler: implicit Euler with one Newton step.
 //!
-//! From `X`, the old positions with the held ones at their new places, a step is `x' = X + d`, `v' = d/h`,
+//! Let `X` be the old positions with prescribed ones at their new values. A step is `x' = X + d`, `v' =
+//! d/h`,
 //!
 //! ```text
 //! (1 + h c) M d - h M v + h^2 (dE/dx(X) + H(X) d) + h^2 (dR/dv(X, V) + C(X, V) d/h) = 0
 //! ```
 //!
-//! where free vertices have `V = 0`. Its derivative by `X` has the third derivative of the energy, along `d`:
-//! products with Hessians at places beside `X` give it, by central differences of sixth order,
+//! where free vertices have `V = 0`. Its derivative by `X` contains the third derivative of the energy
+//! along `d`. Central differences of sixth order compute it from products with Hessians at positions near
+//! `X`,
 //!
 //! ```text
 //! H(X) d = sum_k w_k/e (dE/dx(X + k e d) - dE/dx(X - k e d))    k = 1, 2, 3
 //! ```
 //!
-//! with `e d` so small a part of the shortest edge that both the next term and rounding are some 1e-13 of
-//! the third derivative. Parameters are in it too, and are seen by their forces at these places. Viscous
-//! forces are differentiated so along velocities.
+//! with `e d` such a small fraction of the shortest edge that both truncation and rounding errors are
+//! about 1e-13 of the third derivative. Parameters enter through their forces at these positions. Viscous
+//! forces are differentiated in the same way along velocities.
 
 use pliant::system::System;
 
 use super::{Adjoint, AdjointForces, AdjointPlace, Bars, Singular, Step, add_scaled, free_only};
 use crate::linear::Coefficients;
 
-/// Weights of places at 1, 2 and 3 times the distance: central differences of sixth order.
+/// Weights at 1, 2 and 3 times the distance: central differences of sixth order.
 const WEIGHTS: [f64; 3] = [3.0 / 4.0, -3.0 / 20.0, 1.0 / 60.0];
-/// Distance of differences, as a part of the shortest edge.
+/// Largest difference as a fraction of the shortest edge.
 const REACH: f64 = 4e-3;
 
-/// Places that a step looks at.
+/// Evaluation points of a linearised step.
 pub(crate) struct LinearisedPlaces {
-    /// `X` and `V`.
+    /// Point of linearisation, `X` and `V`.
     pub(crate) x: Vec<f64>,
     pub(crate) v: Vec<f64>,
     /// End of the step [s].
     pub(crate) time: f64,
-    /// Places of differences, with their weights.
+    /// Points of the differences, with their weights.
     pub(crate) beside: Vec<(f64, [Vec<f64>; 2])>,
 }
 
 impl LinearisedPlaces {
-    /// Places of a step.
+    /// Evaluation points of a step.
     pub(crate) fn of(system: &mut System, step: &Step<'_>) -> Self {
         let time = step.from.time + step.h;
         let (mut x, mut v) = (step.from.x.to_vec(), vec![0.0; step.x.len()]);
@@ -73,7 +75,8 @@ impl LinearisedPlaces {
     }
 }
 
-/// The shortest distance between vertices of a stencil at `x` [m]; without any, the size of the scene.
+/// Shortest distance between vertices of a stencil at `x` [m]; the size of the scene if there are no
+/// stencils.
 fn shortest_edge(system: &mut System, x: &[f64]) -> f64 {
     let (d, mut shortest) = (system.dimension(), f64::INFINITY);
     for term in system.terms_mut() {
@@ -91,7 +94,7 @@ fn shortest_edge(system: &mut System, x: &[f64]) -> f64 {
     if shortest.is_finite() { shortest.sqrt() } else { pliant::solver::scene_size(x, d) }
 }
 
-/// Takes `adjoint` back by one step.
+/// Propagates `adjoint` back over one step.
 ///
 /// # Errors
 /// [`Singular`].
@@ -108,7 +111,7 @@ pub(super) fn step_back(
     let mut none = vec![0.0; x.len()];
     let at = AdjointPlace { time: places.time, x: &places.x, v: &places.v };
     forces.solve(at, coefficients, &mut right, Bars { x, v: &mut none })?;
-    // The step was taken with another matrix, the projected one.
+    // If indefinite, the step used another matrix, the projected one.
     if !forces.sums.is_definite() {
         return Err(Singular);
     }

@@ -1,9 +1,9 @@
-//! Adjoints of single steps: one for each engine of the engine's integrators.
+//! Adjoints of single steps, one for each family of integrators.
 //!
-//! A step is a map `(x_n, v_n) -> (x_(n+1), v_(n+1))`; its adjoint takes the derivatives of the loss by the
-//! new state to those by the old one, and what parameters have changed of it to theirs. Implicit stages
-//! take one solve each, with the exact Hessian at their solution, which is symmetric: the solve is its own
-//! transpose.
+//! A step is a map `(x_n, v_n) -> (x_(n+1), v_(n+1))`. Its adjoint maps the derivatives of the loss by
+//! the new state to those by the old one, and adds the contributions to the derivatives by parameters.
+//! Implicit stages need one linear solve each, with the exact Hessian at their solution. It is symmetric,
+//! so the solve is its own transpose.
 
 pub(crate) mod alpha;
 mod bdf2;
@@ -22,22 +22,22 @@ use forces::Bars;
 pub(crate) use forces::{AdjointForces, HeldStart, Sums};
 pub(crate) use stages::StageTables;
 
-/// One step as it was taken, vertices in the order of the simulation.
+/// One step of the run, vertices in the order of the simulation.
 pub(crate) struct Step<'a> {
-    /// The state before.
+    /// State before the step.
     pub(crate) from: AdjointPlace<'a>,
-    /// Positions and velocities after it, flat.
+    /// Positions and velocities after the step, flat.
     pub(crate) x: &'a [f64],
     pub(crate) v: &'a [f64],
-    /// Velocities of its stages, flat [m/s]; none for schemes without any.
+    /// Velocities of the stages, flat [m/s]; empty for methods without stages.
     pub(crate) stage_velocities: &'a [Vec<f64>],
-    /// Accelerations of its stages, flat [m/s^2], of the Gauss-Radau method; none for others.
+    /// Accelerations of the stages of the Gauss-Radau method, flat [m/s^2]; empty for others.
     pub(crate) stage_accelerations: &'a [Vec<f64>],
     /// Step size [s].
     pub(crate) h: f64,
-    /// Its size over that of the step before; 1 where there is none.
+    /// Ratio of the step size to that of the step before; 1 for the first step.
     pub(crate) growth: f64,
-    /// True if no step was before.
+    /// True for the first step.
     pub(crate) is_first: bool,
 }
 
@@ -51,45 +51,45 @@ pub(crate) struct AdjointPlace<'a> {
 
 /// Derivatives of the loss by the state of a step, flat.
 pub(crate) struct Adjoint {
-    /// By positions.
+    /// Derivatives by positions.
     pub(crate) x: Vec<f64>,
-    /// By velocities; zero where held.
+    /// Derivatives by velocities; zero where fixed.
     pub(crate) v: Vec<f64>,
-    /// By the acceleration that schemes with memory carry along.
+    /// Derivatives by the acceleration that methods with memory carry along.
     a: Vec<f64>,
-    /// By the one before it.
+    /// Derivatives by the acceleration before it.
     older_a: Vec<f64>,
-    /// By positions and velocities of the state before, which schemes of two steps look at.
+    /// Derivatives by positions and velocities of the state before, for two-step methods.
     older: [Vec<f64>; 2],
 }
 
 impl Adjoint {
-    /// No derivative at all.
+    /// Zero derivatives.
     pub(crate) fn zero(unknowns: usize) -> Self {
         let zero = || vec![0.0; unknowns];
         Adjoint { x: zero(), v: zero(), a: zero(), older_a: zero(), older: [zero(), zero()] }
     }
 
-    /// True if the derivatives by the state are numbers.
+    /// True if the derivatives by the state are finite.
     pub(crate) fn is_finite(&self) -> bool {
-        // Every number is looked at: without a branch, many at a time.
+        // No early exit: without branches, the loop is vectorised.
         let finite = |rows: &[f64]| rows.iter().fold(true, |finite, row| finite & row.is_finite());
         finite(&self.x) && finite(&self.v)
     }
 
-    /// The largest component of the derivatives by the state; infinite where one is not a number.
+    /// Largest component of the derivatives by the state; infinite if one is NaN.
     pub(crate) fn norm(&self) -> f64 {
         let all = self.x.iter().chain(&self.v);
         all.fold(0.0, |norm: f64, a| if a.is_nan() { f64::INFINITY } else { norm.max(a.abs()) })
     }
 }
 
-/// The equations of a step have no unique solution.
+/// Error: the equations of a step have no unique solution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Singular;
 
-/// Takes `adjoint` from the end of a step by `method` to its beginning. What solves hold of its start is left
-/// with the `forces`.
+/// Propagates `adjoint` from the end of a step by `method` to its beginning. Derivatives by lagged
+/// quantities at its start stay in `forces`.
 pub(crate) fn step_back<'a>(
     method: &Method,
     forces: &mut AdjointForces<'a, '_>,
@@ -115,7 +115,7 @@ pub(crate) fn step_back<'a>(
     }
 }
 
-/// The scheme of the first step of BDF2.
+/// Method of the first step of BDF2.
 pub(crate) fn first_step(start: Bdf2Start) -> Method {
     match start {
         Bdf2Start::TrBdf2 => tr_bdf2::METHOD,
@@ -123,7 +123,7 @@ pub(crate) fn first_step(start: Bdf2Start) -> Method {
     }
 }
 
-/// True if a step by `scheme` looks at what was before the state that it begins with.
+/// True if a step by `scheme` depends on states before the one it begins with.
 pub(crate) fn has_memory(scheme: Scheme) -> bool {
     matches!(scheme, Scheme::Alpha(_) | Scheme::Bdf2(_))
 }
@@ -138,9 +138,9 @@ pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// Makes the held components zero.
+/// Sets fixed components to zero.
 pub(crate) fn free_only(system: &System, rows: &mut [f64]) {
-    // Every number is written: without a branch, many at a time.
+    // No early exit: without branches, the loop is vectorised.
     let each = rows.iter_mut().zip(system.inverse_mass());
     each.for_each(|(row, weight)| *row = if *weight == 0.0 { 0.0 } else { *row });
 }

@@ -1,8 +1,9 @@
-//! The adjoint of splitting schemes: kicks and drifts in the opposite order.
+//! Adjoint of splitting methods: kicks and drifts in reverse order.
 //!
-//! A drift is `x += c h v`, a kick `v = e v + k a(x)` with `e = exp(-d c h)`, `k = (1 - e)/d` under ether
-//! drag `d`, and `e = 1`, `k = c h` without. Where forces depend on velocities, a kick of a scheme of order
-//! `p` has `p` stages, `v_k = v + c h/(p + 1 - k) (a(x, v_(k-1)) - d v_(k-1))`, and each is taken back.
+//! A drift is `x += c h v`. A kick is `v = e v + k a(x)` with `e = exp(-d c h)`, `k = (1 - e)/d` under
+//! mass-proportional drag `d`, and `e = 1`, `k = c h` without. If forces depend on velocities, a kick of
+//! a method of order `p` has `p` stages, `v_k = v + c h/(p + 1 - k) (a(x, v_(k-1)) - d v_(k-1))`, each with
+//! its own adjoint.
 
 use std::borrow::Cow;
 
@@ -18,7 +19,7 @@ pub(crate) struct KickPlace<'a> {
     pub(crate) v: Vec<Cow<'a, [f64]>>,
 }
 
-/// Takes `adjoint` back by one step of these stages, of a scheme of this order.
+/// Propagates `adjoint` back over one step with these stages, of a method of this order.
 pub(super) fn step_back(
     (stages, order): (&[Stage], u32),
     forces: &mut AdjointForces<'_, '_>,
@@ -42,7 +43,7 @@ pub(super) fn step_back(
     }
 }
 
-/// Takes `adjoint` back by a kick of `time` [s] under forces that do not depend on velocities.
+/// Propagates `adjoint` back over a kick of `time` [s] under velocity-independent forces.
 fn kick_back(forces: &mut AdjointForces<'_, '_>, place: &KickPlace<'_>, time: f64, adjoint: &mut Adjoint) {
     let (decay, kick) = kick_of(forces.system, time);
     let Adjoint { x, v, .. } = adjoint;
@@ -56,7 +57,7 @@ fn kick_back(forces: &mut AdjointForces<'_, '_>, place: &KickPlace<'_>, time: f6
     forces.acceleration(at, &a_bar, Bars { x, v });
 }
 
-/// The same under forces that do.
+/// Propagates `adjoint` back over a kick of `time` [s] under velocity-dependent forces.
 fn damped_kick_back(
     forces: &mut AdjointForces<'_, '_>,
     place: &KickPlace<'_>,
@@ -88,8 +89,9 @@ pub(crate) fn kick_of(system: &System, time: f64) -> (f64, f64) {
     (decay.exp(), -decay.exp_m1() / drag)
 }
 
-/// The derivative of the velocity after a kick of `time` [s] by the ether drag, without that by the force `-d
-/// M v` in the acceleration, which is `-k v`: `de/dd = -t e` and `dk/dd = (t e - k)/d`.
+/// Derivative of the velocity after a kick of `time` [s] by the mass-proportional drag, without that
+/// through the drag force `-d M v` in the acceleration, which is `-k v`: `de/dd = -t e` and
+/// `dk/dd = (t e - k)/d`.
 pub(crate) fn kick_by_drag(system: &mut System, place: &KickPlace<'_>, time: f64) -> Vec<f64> {
     let (decay, kick) = kick_of(system, time);
     let (by_velocity, by_acceleration) = (kick - time * decay, (time * decay - kick) / system.ether_drag());
@@ -97,8 +99,8 @@ pub(crate) fn kick_by_drag(system: &mut System, place: &KickPlace<'_>, time: f64
     place.v[0].iter().zip(&a).map(|(v, a)| by_velocity * v + by_acceleration * a).collect()
 }
 
-/// The places of all kicks. Positions before the first drift and after the last are known; for others, and
-/// for velocities where forces depend on them or drag does, the step is taken again.
+/// Evaluation points of all kicks. Positions before the first drift and after the last are known. Others,
+/// and velocities if forces or drag depend on them, are recomputed.
 pub(crate) fn kick_places<'a>(
     (stages, order): (&[Stage], u32),
     system: &mut System,
@@ -136,7 +138,7 @@ pub(crate) fn kick_places<'a>(
     places
 }
 
-/// Takes a kick of `time` [s] again, and keeps the velocities of its stages.
+/// Repeats a kick of `time` [s], and keeps the velocities of its stages.
 fn damped_kick(system: &mut System, place: &mut KickPlace<'_>, time: f64, order: u32, v: &mut [f64]) {
     let (drag, before) = (system.ether_drag(), v.to_vec());
     for stage in 1..=order {
@@ -151,7 +153,7 @@ fn damped_kick(system: &mut System, place: &mut KickPlace<'_>, time: f64, order:
     }
 }
 
-/// Acceleration by all forces there, without ether drag [m/s^2].
+/// Acceleration by all forces, without mass-proportional drag [m/s^2].
 fn acceleration(system: &mut System, place: &KickPlace<'_>, v: &[f64]) -> Vec<f64> {
     let mut a = vec![0.0; v.len()];
     system.set_time(place.time);

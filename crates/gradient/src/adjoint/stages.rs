@@ -1,4 +1,5 @@
-//! Stages of methods in which each looks at all: fully implicit Runge-Kutta ones, and the Gauss-Radau method.
+//! Stages of fully implicit Runge-Kutta methods and of the Gauss-Radau method, in which all stages are
+//! coupled.
 
 use std::sync::LazyLock;
 
@@ -9,7 +10,8 @@ use pliant::system::System;
 use super::{Step, add_scaled};
 use crate::coupled::StagePlace;
 
-/// Places, velocities and the end of a step by the accelerations `A_j` of its stages:
+/// Tables that give positions and velocities of the stages, and the end of a step, from the stage
+/// accelerations `A_j`:
 ///
 /// ```text
 /// X_i = x + c_i h v + h^2 sum_j t_ij A_j      x' = x + h v + h^2 sum_j e_j A_j
@@ -28,7 +30,7 @@ pub(crate) struct StageTables {
     pub(crate) end_twice: Vec<f64>,
 }
 
-/// Nodes and weights of Gauss and Legendre's rule on [0, 1], exact to degree 9.
+/// Nodes and weights of the Gauss-Legendre rule on [0, 1], exact to degree 9.
 const GAUSS: [(f64, f64); 5] = [
     (0.046_910_077_030_668_004, 0.118_463_442_528_094_54),
     (0.230_765_344_947_158_45, 0.239_314_335_249_683_24),
@@ -54,8 +56,8 @@ impl StageTables {
         }
     }
 
-    /// Tables of the Gauss-Radau method: integrals of the polynomial through the accelerations at its nodes,
-    /// `a_ij` that of Lagrange's `L_j` up to `c_i`, `t_ij` that of `(c_i - s) L_j`.
+    /// Tables of the Gauss-Radau method: integrals of the polynomial through the accelerations at its
+    /// nodes. `a_ij` is the integral of Lagrange's `L_j` up to `c_i`, `t_ij` that of `(c_i - s) L_j`.
     pub(crate) fn gauss_radau() -> &'static Self {
         static TABLES: LazyLock<StageTables> = LazyLock::new(StageTables::integrated);
         &TABLES
@@ -86,7 +88,7 @@ impl StageTables {
         self.nodes.len()
     }
 
-    /// Places of the stages of a step.
+    /// Evaluation points of the stages of a step.
     pub(crate) fn places(&self, system: &mut System, step: &Step<'_>) -> Vec<StagePlace> {
         let place = |i: usize| {
             let mut x = step.from.x.to_vec();

@@ -1,19 +1,19 @@
-//! The adjoint of static equilibria: `dE/dx = 0` at the free coordinates, whatever was before.
+//! Adjoint of static equilibria: `dE/dx = 0` at the free coordinates, independent of the state before.
 //!
-//! Dissipation resists the way from one equilibrium to the next, as friction does: with velocities `v =
-//! (x - x_n)/h` of the free coordinates, those of prescribed motion of the held ones,
+//! Dissipation such as friction resists the path from one equilibrium to the next. With velocities `v =
+//! (x - x_n)/h` of the free coordinates, and those of the prescribed motion of the others,
 //!
 //! ```text
 //! dE/dx + dR/dv(x, v) = 0      (H + C/h) p = x_bar      x_n_bar = C p / h
 //! ```
 //!
-//! with `H` and `C` as the [forces](super::forces) have them.
+//! with `H` and `C` defined in [forces](super::forces).
 
 use super::{Adjoint, AdjointForces, AdjointPlace, Bars, Singular, Step};
 use crate::linear::Coefficients;
 
-/// Takes `adjoint` back by one equilibrium: only the places of held coordinates are left of it, and what
-/// dissipates remembers of the free ones.
+/// Propagates `adjoint` back over one equilibrium. Derivatives remain by the positions of fixed
+/// coordinates, and through dissipation by those of the free ones.
 ///
 /// # Errors
 /// [`Singular`].
@@ -35,12 +35,12 @@ pub(super) fn step_back(
     Ok(())
 }
 
-/// Coefficients of the matrix of an increment of `h` [s].
+/// Coefficients of the matrix of a load increment of `h` [s].
 pub(crate) fn coefficients(h: f64) -> Coefficients {
     Coefficients { inertia: 0.0, damping: 1.0 / h, stiffness: 1.0 }
 }
 
-/// Velocities that dissipation sees [m/s]; without any, those of the state.
+/// Velocities used by dissipation [m/s]; those of the state if there is none.
 pub(crate) fn velocities<'a>(step: &Step<'a>) -> &'a [f64] {
     step.stage_velocities.first().map_or(step.v, |seen| seen)
 }

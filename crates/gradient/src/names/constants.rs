@@ -1,18 +1,18 @@
-//! Constants of models whose energies are no linear functions of the Lame parameters: the energy as a formula
-//! of them, which is differentiated by each.
+//! Constants of materials whose energies are not linear in the Lame parameters: the energy is written as
+//! a formula of the constants and differentiated by each.
 
 use pliant::material::{DispersedFibres, EnergyExpression, MaterialSpec, OgdenTerms, TwoConstants};
 
-/// Constants of a material.
+/// Constants of a material, with its energy as a formula of them.
 pub(super) struct MaterialConstants {
-    /// Its energy density.
+    /// Energy density.
     formula: EnergyExpression,
-    /// Keys after `elastic.`, and the numbers of each by their names in the formula.
+    /// Keys after `elastic.`, with the names of their numbers in the formula.
     keys: Vec<(String, Vec<String>)>,
 }
 
 impl MaterialConstants {
-    /// Constants of a material; `None` of one whose constants are found elsewhere.
+    /// Constants of a material; `None` if its constants are handled elsewhere.
     pub(super) fn of(material: &MaterialSpec) -> Option<Self> {
         match material {
             MaterialSpec::MooneyRivlin(constants) => Some(mooney_rivlin(constants)),
@@ -27,7 +27,7 @@ impl MaterialConstants {
         }
     }
 
-    /// Their keys after `elastic.`.
+    /// Keys of the constants after `elastic.`.
     pub(super) fn keys(&self) -> impl Iterator<Item = &str> {
         self.keys.iter().map(|(key, _)| &key[..])
     }
@@ -39,7 +39,7 @@ impl MaterialConstants {
         names.iter().map(by).collect()
     }
 
-    /// Constants of these numbers, by key, name in the formula and value.
+    /// Constants given by key, name in the formula and value.
     fn new(psi: &str, numbers: &[(&str, String, f64)]) -> Self {
         let mut keys: Vec<(String, Vec<String>)> = vec![];
         for (key, name, _) in numbers {
@@ -53,13 +53,13 @@ impl MaterialConstants {
     }
 }
 
-/// A number by its key, which is its name too.
+/// Constant whose key is its name in the formula.
 fn named(key: &'static str, value: f64) -> (&'static str, String, f64) {
     (key, key.to_owned(), value)
 }
 
-/// Energy of Mooney and Rivlin by the constants that are given: the compressibility, or Poisson's ratio;
-/// without a `young` given, it is `4 (1 + nu) (c10 + c01)`.
+/// Mooney-Rivlin energy by the constants given: the compressibility, or Poisson's ratio. If `young` is
+/// not given, it is `4 (1 + nu) (c10 + c01)`.
 fn mooney_rivlin(constants: &TwoConstants) -> MaterialConstants {
     let TwoConstants { young, poisson, c10, c01, d1 } = *constants;
     if let Some(d1) = d1 {
@@ -78,7 +78,7 @@ fn mooney_rivlin(constants: &TwoConstants) -> MaterialConstants {
     MaterialConstants::new(&psi, &young.into_iter().chain(numbers).collect::<Vec<_>>())
 }
 
-/// Energy of Ogden; without a `young` given, it is `(1 + nu) sum mu alpha`.
+/// Ogden energy; if `young` is not given, it is `(1 + nu) sum mu alpha`.
 fn ogden(terms: &OgdenTerms) -> MaterialConstants {
     let OgdenTerms { young, poisson, mu, alpha } = terms;
     let each = |term: &dyn Fn(usize) -> String| (0..mu.len()).map(term).collect::<Vec<_>>().join(" + ");
@@ -100,8 +100,8 @@ fn ogden(terms: &OgdenTerms) -> MaterialConstants {
     MaterialConstants::new(&psi, &numbers)
 }
 
-/// Directions of fibres are numbers of any length, as they are given. Fibres that are slack by rounding
-/// alone, as at rest, count as stretched, as the model has it.
+/// Holzapfel-Gasser-Ogden energy. Fibre directions are numbers of any length, as given. Fibres that are
+/// slack by rounding only, as in the reference configuration, count as stretched, as in the model.
 fn holzapfel_gasser_ogden(fibres: &DispersedFibres) -> MaterialConstants {
     let DispersedFibres { shear, bulk, k1, k2, dispersion, fibres } = fibres;
     let mut psi = "shear/2*(J^(-2/3)*(C11 + C22 + C33) - 3) + bulk/2*(J - 1)^2".to_owned();
@@ -139,7 +139,7 @@ mod tests {
 
     use super::*;
 
-    /// The energy density of whatever material at these deformations.
+    /// Energy density of any material at these deformations.
     struct EnergyAt([Mat<f64, 2>; 2], [Mat<f64, 3>; 2]);
 
     impl MaterialVisitor<2> for EnergyAt {

@@ -1,4 +1,4 @@
-//! Numbers of contact, and numbers of a scene that its contact is made of.
+//! Parameters of contact, and dependence of contact on other parameters of a scene.
 
 use pliant::material::MaterialSpec;
 use pliant_scene::{Body, Scene};
@@ -10,7 +10,8 @@ use crate::parameter::{ContactStiffness, FrictionCoefficient, Parameter};
 const STIFFNESS: &str = "contact.stiffness";
 const FRICTION: &str = "contact.friction";
 
-/// Names of the numbers of contact itself. One number says how all pairs rub, and rub they do.
+/// Names of the parameters of contact itself. Friction is one only if a single positive coefficient
+/// applies to all pairs.
 pub(super) fn names(scene: &Scene) -> impl Iterator<Item = &'static str> {
     let contact = scene.contact.as_ref();
     let stiffness = contact.and_then(|contact| contact.stiffness).map(|_| STIFFNESS);
@@ -19,7 +20,7 @@ pub(super) fn names(scene: &Scene) -> impl Iterator<Item = &'static str> {
     stiffness.into_iter().chain(friction)
 }
 
-/// The number of contact of this name.
+/// Parameter of contact with this name.
 pub(super) fn parameter(scene: &Scene, name: &str) -> Option<Box<dyn Parameter>> {
     let contact = scene.contact.as_ref()?;
     match names(scene).find(|known| *known == name)? {
@@ -28,26 +29,27 @@ pub(super) fn parameter(scene: &Scene, name: &str) -> Option<Box<dyn Parameter>>
     }
 }
 
-/// True if contact goes by the shape of this body at rest.
+/// True if contact depends on the reference shape of this body.
 pub(super) fn goes_by_shape(scene: &Scene, spec: &Body) -> bool {
     collides(spec) && scene.acting_contact().is_some()
 }
 
-/// True if what contact takes of a body for its stiffness is the modulus of its material alone.
+/// True if the contact stiffness depends on a body through the modulus of its material only.
 fn goes_by_modulus(spec: &Body) -> bool {
     let has_modulus = |material: &MaterialSpec| young(material).is_some() && material.lame().is_some();
     spec.membrane.is_none() && spec.elastic.as_ref().is_some_and(has_modulus)
 }
 
-/// True unless the body says that it touches nothing.
+/// True unless contact of the body is turned off.
 fn collides(spec: &Body) -> bool {
     spec.contact.as_ref().and_then(|contact| contact.collides) != Some(false)
 }
 
-/// Why contact leaves the derivative by this key of a body unknown; `None` where it does not.
+/// Reason why contact makes the derivative by this key of a body unknown; `None` if it does not.
 ///
-/// Defaults have no derivatives: the distance and the speed of friction are parts of sizes at rest, and the
-/// stiffness is the modulus of the softer body, or made of masses, areas and the step.
+/// Defaults have no derivatives: the distance and the friction regularisation velocity are fractions of
+/// reference sizes, and the stiffness is the modulus of the softer body, or follows from masses, areas
+/// and the step.
 pub(super) fn obstacle(scene: &Scene, spec: &Body, key: &str) -> Option<String> {
     let contact = scene.acting_contact()?;
     if !collides(spec) {
@@ -56,6 +58,7 @@ pub(super) fn obstacle(scene: &Scene, spec: &Body, key: &str) -> Option<String> 
     if key == "membrane.thickness" && !contact.of_walls {
         return Some("has no derivative where surfaces touch: contact keeps half of it away".into());
     }
+    // Whether the key changes a default of the contact stiffness.
     let is_explicit = scene.time.integrator.method().documentation.solves == 0;
     let by_masses_and_areas = is_explicit || !goes_by_modulus(spec);
     let rubs = contact.friction > 0.0 || contact.pairs.iter().any(|pair| pair.friction.is_some());
@@ -68,6 +71,7 @@ pub(super) fn obstacle(scene: &Scene, spec: &Body, key: &str) -> Option<String> 
         Some(("mass", _)) => by_masses_and_areas,
         _ => key == "rest" && by_masses_and_areas,
     };
+    // Defaults that depend on the key.
     let missing: Vec<&str> = [
         ("`distance`", key == "rest" && contact.distance.is_none()),
         ("`stiffness`", stiffness && contact.stiffness.is_none()),

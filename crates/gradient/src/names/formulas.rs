@@ -1,11 +1,11 @@
-//! Numbers that formulas of a scene name after `where`.
+//! Parameters of formulas in a scene, named after `where`.
 
 use pliant_scene::OverTime;
 
-/// Beginning of their keys.
+/// Prefix of their keys.
 const PREFIX: &str = "parameters.";
 
-/// Names in these formulas, each once, in their order.
+/// Distinct names in these formulas, in order.
 pub(super) fn names<'f>(formulas: impl IntoIterator<Item = &'f OverTime>) -> Vec<String> {
     let mut names: Vec<String> = vec![];
     for (name, _) in formulas.into_iter().flat_map(OverTime::parameters) {
@@ -16,12 +16,12 @@ pub(super) fn names<'f>(formulas: impl IntoIterator<Item = &'f OverTime>) -> Vec
     names
 }
 
-/// The key of a name, `parameters.A`.
+/// Key of a name, such as `parameters.A`.
 pub(super) fn key(name: &str) -> String {
     format!("{PREFIX}{name}")
 }
 
-/// The name of a key.
+/// Name in a key.
 pub(super) fn name(key: &str) -> Option<String> {
     key.strip_prefix(PREFIX).map(String::from)
 }

@@ -1,11 +1,11 @@
-//! Loads of a body, by their numbers.
+//! Parameters of the loads of a body.
 
 use pliant_scene::{Body, Load, OverTime};
 
 use super::formulas;
 use crate::parameter::{FormulaNumber, LoadFactor, LoadValue, Parameter};
 
-/// The factor of a load, whatever its value.
+/// Key of the factor of a load.
 const FACTOR: &str = "factor";
 
 /// Keys of the loads of a body: `load.0.force`, `load.0.factor`, `load.0.parameters.A`.
@@ -17,7 +17,7 @@ pub(super) fn keys(spec: &Body) -> impl Iterator<Item = String> {
     })
 }
 
-/// The number of a load of the body of this name by its key, in `dimension` dimensions.
+/// Parameter of a load of the body `body` by its key, in `dimension` dimensions.
 pub(super) fn parameter(spec: &Body, body: &str, dimension: usize, key: &str) -> Option<Box<dyn Parameter>> {
     let (index, key) = key.strip_prefix("load.")?.split_once('.')?;
     let index: usize = index.parse().ok()?;
@@ -33,8 +33,8 @@ pub(super) fn parameter(spec: &Body, body: &str, dimension: usize, key: &str) ->
     })
 }
 
-/// True if the shape at rest says what its force is: by areas, or by the places of a formula. Forces per
-/// volume are those of the elements.
+/// True if the force of the load depends on the reference shape: by areas, or by positions in a formula.
+/// Forces per volume are handled with the elements.
 pub(super) fn goes_by_shape(load: &Load) -> bool {
     let by_place = |vector: &[OverTime]| vector.iter().any(OverTime::depends_on_place);
     let presses_by_place = load.pressure.as_ref().is_some_and(OverTime::depends_on_place);
@@ -46,7 +46,7 @@ pub(super) fn goes_by_shape(load: &Load) -> bool {
         || load.vectors().into_iter().any(|(.., vector)| by_place(vector))
 }
 
-/// Components of its value.
+/// Components of the value of a load.
 fn components(load: &Load) -> Vec<OverTime> {
     let vector = load.vectors().first().map(|(.., vector)| vector.to_vec());
     vector.unwrap_or_else(|| load.pressure.iter().cloned().collect())

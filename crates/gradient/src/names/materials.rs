@@ -1,8 +1,8 @@
-//! Models whose energies are linear in the Lame parameters.
+//! Parameters of materials whose energies are linear in the Lame parameters.
 
 use pliant::material::{Isotropic, Lame, MaterialSpec, Plane};
 
-/// Young's modulus of a model whose energy is in proportion to it.
+/// Young's modulus of a material whose energy is proportional to it.
 pub(super) fn young(material: &MaterialSpec) -> Option<f64> {
     match material {
         MaterialSpec::Arap(parameters) => Some(parameters.young),
@@ -10,7 +10,7 @@ pub(super) fn young(material: &MaterialSpec) -> Option<f64> {
     }
 }
 
-/// Stiffness of a model that has this constant alone, and is in proportion to it [Pa].
+/// Stiffness of a material that has only this constant and is proportional to it [Pa].
 pub(super) fn stiffness(material: &MaterialSpec) -> Option<f64> {
     match material {
         MaterialSpec::Dirichlet(parameters) | MaterialSpec::DisplacementGradient(parameters) => {
@@ -20,7 +20,7 @@ pub(super) fn stiffness(material: &MaterialSpec) -> Option<f64> {
     }
 }
 
-/// Factors and materials whose energies make the derivative of the energy by Poisson's ratio.
+/// Factors and materials whose energies add up to the derivative of the energy by Poisson's ratio.
 pub(super) fn by_poisson(material: &MaterialSpec, dimension: usize) -> Option<[(f64, MaterialSpec); 2]> {
     let (solid, plane) = isotropic(material)?;
     let in_plane_stress = dimension == 2 && plane == Some(Plane::Stress);
@@ -47,10 +47,11 @@ fn lame_lambda((young, poisson): (f64, f64)) -> f64 {
     Lame::new(young, poisson).lambda
 }
 
-/// Declares what is known of the models that are isotropic and linear in the Lame parameters.
+/// Defines functions for the materials that are isotropic and linear in the Lame parameters.
 macro_rules! isotropic_models {
     ($($model:ident),+) => {
-        /// Constants of a model whose energy is linear in the Lame parameters, and the plane that it names.
+        /// Constants of a material whose energy is linear in the Lame parameters, and the plane state it
+        /// names.
         pub(super) fn isotropic(material: &MaterialSpec) -> Option<(Isotropic, Option<Plane>)> {
             match material {
                 MaterialSpec::Linear(parameters) => Some((parameters.solid, parameters.plane)),
@@ -59,7 +60,7 @@ macro_rules! isotropic_models {
             }
         }
 
-        /// The same model with other constants.
+        /// Copy of the material with other constants.
         fn with(material: &MaterialSpec, solid: Isotropic) -> Option<MaterialSpec> {
             match material {
                 MaterialSpec::Linear(parameters) => {

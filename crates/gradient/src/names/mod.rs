@@ -1,4 +1,4 @@
-//! Parameters of a scene by their names: its keys, bodies by name or by number.
+//! Parameters of a scene by name: keys of the scene, with bodies by name or index.
 
 mod constants;
 mod contact;
@@ -31,7 +31,7 @@ use crate::{GradientError, RunGradient};
 use constants::MaterialConstants;
 use materials::{by_poisson, isotropic, rates_by_poisson, stiffness, young};
 
-/// Names of positions and of velocities at the start.
+/// Names of the initial positions and velocities.
 const START: [&str; 2] = ["position", "velocity"];
 
 /// Names of arrays over all steps, or states, and vertices.
@@ -40,38 +40,39 @@ const EACH_STEP: [&str; 2] = ["forces", "pins"];
 /// Uniform gravity.
 const GRAVITY: &str = "world.gravity";
 
-/// Beginning of the keys of a material.
+/// Prefix of the keys of a material.
 const OF_MATERIAL: &str = "elastic.";
 
 /// Poisson's ratio.
 const POISSON: &str = "elastic.poisson";
 
-/// Directions of the axes of a material in each element.
+/// Axis directions of a material in each element.
 const FIRST_AXIS: &str = "elastic_axes.first_per_element";
 const SECOND_AXIS: &str = "elastic_axes.second_per_element";
 
-/// Beginning of the names of the parameters of dashpots by a formula.
+/// Prefix of the parameters of dashpots with a formula.
 const OF_DASHPOTS: &str = "damping.expression.parameters.";
 
-/// A number, or numbers, that the gradient is taken by.
+/// Quantity that the gradient is taken by.
 enum NamedQuantity {
     Position,
     Velocity,
-    /// By its place among the parameters.
+    /// Index among the parameters.
     Parameter(usize),
 }
 
-/// Some parameters of a scene.
+/// Selected parameters of a scene.
 pub struct ParameterSelection {
     quantities: Vec<NamedQuantity>,
     parameters: Vec<Box<dyn Parameter>>,
 }
 
 impl ParameterSelection {
-    /// The parameters of these names; `topology` and `numbering` are those of the assembly of the scene.
+    /// Selects the parameters with these names; `topology` and `numbering` are those of the scene's
+    /// assembly.
     ///
     /// # Errors
-    /// [`GradientError::Parameter`], which lists the names that have a derivative.
+    /// [`GradientError::Parameter`], which lists the names with a derivative.
     pub fn new(
         scene: &Scene,
         topology: &Topology,
@@ -94,12 +95,12 @@ impl ParameterSelection {
         Ok(selection)
     }
 
-    /// Those of forces and masses, for [`gradient`](crate::gradient).
+    /// Parameters of forces and masses, for [`gradient`](crate::gradient).
     pub fn parameters(&mut self) -> &mut [Box<dyn Parameter>] {
         &mut self.parameters
     }
 
-    /// The parts of a gradient by these [`parameters`](Self::parameters), in the order of their names.
+    /// Parts of a gradient by these [`parameters`](Self::parameters), in the order of the names.
     pub fn parts(&self, gradient: &RunGradient) -> Vec<Vec<f64>> {
         let part = |quantity: &NamedQuantity| match quantity {
             NamedQuantity::Position => gradient.position.clone(),
@@ -142,7 +143,7 @@ fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<Cow<'static, 
     let mut of_formula = vec![];
     let is_plain = is_plain_solid(spec, body);
     if let Some(material) = spec.elastic.as_ref().filter(|_| is_plain) {
-        // No viscosity that follows from the material.
+        // True if no viscosity follows from the material.
         let has_own_viscosity = spec.damping.as_ref().is_none_or(|damping| {
             damping.proportional_viscosity(material, material.plane()) == Viscosity::default()
         });
@@ -153,7 +154,8 @@ fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<Cow<'static, 
             keys.extend(each("elastic.young", "elastic.young_per_element"));
         }
         if by_poisson(material, dimension).is_some() {
-            // Parts of single elements know nothing of factors, of which Young's modulus of one is made.
+            // Parameters of single elements ignore factors, which are part of the Young's modulus of an
+            // element.
             let each_or_all = each("elastic.poisson", "elastic.poisson_per_element");
             keys.extend(each_or_all.take(if spec.elastic_factor.is_some() { 1 } else { 2 }));
         }
@@ -178,9 +180,9 @@ fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<Cow<'static, 
     keys.extend(by_masses.map(|_| "damping.mass_proportional"));
     if let (Some(damping), true) = (&spec.damping, is_plain) {
         let Viscosity { shear, second } = damping.strain_rate_viscosity();
-        // Of cells that are viscous to changes of volume alone the stiffness in bending has a kink.
+        // Isoparametric elements with volume viscosity only have a kink in the bending stiffness.
         let has_kink = !body.blocks.is_empty() && shear == 0.0 && second != 0.0;
-        // That of springs and of hinges goes by their stiffness.
+        // Damping of springs and hinges is proportional to their own stiffness.
         let of_elements = damping.stiffness_proportional.filter(|_| spec.springs.is_none());
         let of_elements = of_elements.filter(|beta| spec.bending.is_none() && !(has_kink && *beta == 0.0));
         keys.extend(of_elements.map(|_| "damping.stiffness_proportional"));
@@ -200,7 +202,7 @@ fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<Cow<'static, 
         Some(SpringsSpec { young: Some(_), .. }) => keys.push("springs.young"),
         Some(_) => {
             keys.push("springs.stiffness");
-            // The formula of dashpots may have the rest length in it.
+            // The dashpot formula may contain the rest length.
             keys.extend(formula.is_none().then_some("springs.rest_length"));
         }
         None => {}
@@ -215,48 +217,48 @@ fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<Cow<'static, 
     all.filter(|key| contact::obstacle(scene, spec, key).is_none()).collect()
 }
 
-/// True if nothing has inertia: masses are weights.
+/// True in statics, where masses act as weights only.
 fn is_static(scene: &Scene) -> bool {
     scene.time.integrator.method().is_static()
 }
 
-/// True if its elements have one term, of its material as it is.
+/// True if the body is a solid with a single term of its unmodified material.
 fn is_plain_solid(spec: &Body, body: &BodyTopology) -> bool {
     body.kind == BodyKind::Solid && spec.membrane.is_none()
 }
 
-/// True if all that is made of the shape of its elements at rest is known as a function of it.
+/// True if the dependence on the reference shape is known for everything in the body.
 fn has_shape(scene: &Scene, spec: &Body, material: &MaterialSpec) -> bool {
-    // Viscosity of the material `linear` stays at rest.
+    // The viscosity of the material `linear` is evaluated in the reference configuration.
     let is_at_rest = matches!(material, MaterialSpec::Linear(_)) && stiffness_proportional(spec) != 0.0;
     let by_masses = spec.damping.as_ref().and_then(|damping| damping.mass_proportional).unwrap_or(0.0) != 0.0;
     let weighs = !is_static(scene) || !by_masses && !scene.world.gravity_changes();
     spec.springs.is_none() && spec.bending.is_none() && !is_at_rest && weighs
 }
 
-/// Damping in proportion to the stiffness of a body [s].
+/// Stiffness-proportional damping of a body [s].
 fn stiffness_proportional(spec: &Body) -> f64 {
     spec.damping.as_ref().and_then(|damping| damping.stiffness_proportional).unwrap_or(0.0)
 }
 
-/// Viscosity of elements of this material, that in proportion to their stiffness included.
+/// Viscosity of elements of this material, including stiffness-proportional damping.
 fn viscosity(spec: &Body, material: &MaterialSpec) -> Viscosity {
     spec.damping.as_ref().map_or(Viscosity::default(), |damping| {
         damping.strain_rate_viscosity().plus(damping.proportional_viscosity(material, material.plane()))
     })
 }
 
-/// True if they are triangles of three vertices or tetrahedra of four.
+/// True for three-node triangles and four-node tetrahedra.
 fn has_linear_elements(body: &BodyTopology) -> bool {
     body.blocks.is_empty() && body.triangle_middles.is_empty() && body.tetrahedron_middles.is_empty()
 }
 
-/// Order of the elements of a body of simplices.
+/// Order of the simplices of a body.
 fn order(body: &BodyTopology) -> u32 {
     if has_linear_elements(body) { 1 } else { 2 }
 }
 
-/// Density from which the masses of a body are computed [kg/m^3]; `None` where masses are given.
+/// Density from which the masses of a body are computed [kg/m^3]; `None` if masses are given.
 fn density(mass: &MassSpec) -> Option<f64> {
     match mass {
         MassSpec::Density(density) => Some(density.value),
@@ -265,7 +267,7 @@ fn density(mass: &MassSpec) -> Option<f64> {
     }
 }
 
-/// A scene and what it was made of.
+/// Scene with its topology and numbering.
 struct Places<'a> {
     scene: &'a Scene,
     topology: &'a Topology,
@@ -279,6 +281,7 @@ impl Places<'_> {
             problem: problem.to_owned(),
             known: names(self.scene, self.topology),
         };
+        // Parameters of the whole scene.
         if let Some(key) = name.strip_prefix(GRAVITY)
             && names(self.scene, self.topology).iter().any(|known| known == name)
         {
@@ -305,6 +308,7 @@ impl Places<'_> {
         if let Some(factor) = proportional::parameter(self.scene, self.topology, name) {
             return Ok(factor);
         }
+        // Parameters of bodies.
         let (spec, body, key) = self.body(name).ok_or_else(|| unknown("is no parameter of this scene"))?;
         if !of_body(self.scene, spec, body).iter().any(|known| known == key) {
             let reason = contact::obstacle(self.scene, spec, key);
@@ -313,7 +317,7 @@ impl Places<'_> {
         self.of_body(spec, body, key).ok_or_else(|| unknown("has no derivative"))
     }
 
-    /// The body that `name` begins with, and the key after it. Names of bodies may have dots in them.
+    /// Body that `name` begins with, and the key after it. Body names may contain dots.
     fn body<'n>(&self, name: &'n str) -> Option<(&Body, &BodyTopology, &'n str)> {
         let rest = name.strip_prefix("body.")?;
         let bodies = self.scene.body.iter().zip(&self.topology.bodies).enumerate();
@@ -326,6 +330,7 @@ impl Places<'_> {
 
     fn of_body(&self, spec: &Body, body: &BodyTopology, key: &str) -> Option<Box<dyn Parameter>> {
         let internal = |vertex| self.numbering.internal(vertex);
+        // Parameter for a number that all masses are proportional to.
         let whole = |number| -> Box<dyn Parameter> {
             let density = BodyDensity::new(number, body.vertices.clone(), internal);
             let mut all: Vec<Box<dyn Parameter>> = vec![if is_static(self.scene) {
@@ -349,6 +354,7 @@ impl Places<'_> {
                 None => terms,
             });
         }
+        // Other keys.
         Some(match (key, &spec.mass) {
             ("mass.density", mass) => whole(density(mass)?),
             ("mass.total", MassSpec::Total(total)) => whole(*total),
@@ -386,7 +392,7 @@ impl Places<'_> {
         })
     }
 
-    /// Masses of a body as those that attract others and each other; `None` where they do not.
+    /// Parameter for the masses of a body as sources of mutual gravity; `None` if it has none.
     fn attracting(&self, body: &BodyTopology) -> Option<Box<dyn Parameter>> {
         let nbody = self.scene.world.nbody.as_ref().filter(|_| body.kind == BodyKind::Particles)?;
         let internal = |vertex| self.numbering.internal(vertex);
@@ -395,12 +401,12 @@ impl Places<'_> {
         Some(Box::new(AttractingMasses::new(numbers, all, nbody.constant, nbody.softening)))
     }
 
-    /// Places of all vertices at rest, flat, in the order of the simulation [m].
+    /// Reference positions of all vertices, flat, in the order of the simulation [m].
     fn rest(&self) -> Cow<'_, [f64]> {
         self.numbering.to_internal(&self.topology.rest_positions, self.topology.dimension)
     }
 
-    /// Constant gravity [m/s^2]; zero without any.
+    /// Constant gravity [m/s^2]; zero without gravity.
     fn gravity(&self) -> Vec<f64> {
         let gravity = self.scene.world.gravity.iter().flatten();
         let mut components: Vec<f64> = gravity.filter_map(|component| component.constant()).collect();
@@ -408,7 +414,8 @@ impl Places<'_> {
         components
     }
 
-    /// As many numbers as the scene gives: one for all springs, or one for each.
+    /// Parameter of springs with as many numbers as the scene gives: one for all springs, or one for
+    /// each.
     fn of_springs(
         &self,
         spec: &SpringsSpec,
@@ -457,7 +464,7 @@ impl Places<'_> {
         body.edges.iter().enumerate().map(length).collect()
     }
 
-    /// Forces per volume on a body, and where they act; `None` where that is not found.
+    /// Forces per volume on a body and the vertices they act on; `None` if these cannot be determined.
     fn body_forces(&self, spec: &Body, body: &BodyTopology) -> Option<Vec<VolumeForce>> {
         let mut places = None;
         let mut forces = vec![];
@@ -479,13 +486,14 @@ impl Places<'_> {
         Some(forces)
     }
 
-    /// Rest positions of a body.
+    /// Parameter for the reference positions of a body.
     fn rest_shape(
         &self,
         spec: &Body,
         material: &MaterialSpec,
         body: &BodyTopology,
     ) -> Option<Box<dyn Parameter>> {
+        // Elements with everything that depends on their shape.
         let (cells, rest) = (self.cells(body), self.rest());
         let factors = spec.elastic_factor.as_ref().map(|factor| self.each(factor, body));
         let weight = is_static(self.scene).then(|| {
@@ -516,6 +524,7 @@ impl Places<'_> {
             density: density(&spec.mass),
             weight,
         };
+        // Loads, formulas of positions, pins, attachments and contact.
         let vertices: Vec<u32> =
             body.vertices.clone().map(|vertex| self.numbering.internal(vertex)).collect();
         let elements = shaped.parameter(&vertices);
@@ -534,8 +543,8 @@ impl Places<'_> {
         Some(if all.len() == 1 { all.swap_remove(0) } else { Box::new(Together::new(all)) })
     }
 
-    /// Rest positions of a body as ties from it and to it go by nearest points, and as those of a rest length
-    /// change direction in modes of vibration; `None` where these are not found.
+    /// Dependence on a body's reference positions through attachments: nearest points, and directions of
+    /// ties with a rest length in vibration modes. `None` if the ties cannot be determined.
     fn ties(&self, body: &BodyTopology) -> Option<Vec<Box<dyn Parameter>>> {
         let is_own = |tie: &AttachmentSpec| {
             let target = tie.target.as_ref();
@@ -568,8 +577,8 @@ impl Places<'_> {
         own.into_iter().map(of_attachment).collect()
     }
 
-    /// Rest positions of a body as formulas go by the middles of elements: tensions and
-    /// directions of muscles, axes of the material.
+    /// Dependence on a body's reference positions through formulas evaluated at element centroids:
+    /// tensions and directions of muscles, material axes.
     fn by_places(&self, spec: &Body, body: &BodyTopology) -> Vec<Box<dyn Parameter>> {
         if spec.muscle.is_empty() && spec.elastic_axes.is_none() {
             return vec![];
@@ -600,8 +609,8 @@ impl Places<'_> {
         all
     }
 
-    /// Rest positions of a body that the numbers of a parameter, as many in each element
-    /// as there are dimensions, go by through the middles of elements, with these slopes.
+    /// Dependence of a parameter with D numbers per element (D the dimension) on reference positions
+    /// through the element centroids, with these slopes.
     fn by_middles(
         &self,
         of: Box<dyn Parameter>,
@@ -626,20 +635,20 @@ impl Places<'_> {
         Box::new(Weighted::linked(of, links, body.vertices.len() * d))
     }
 
-    /// Elements of a body of these cells, all at `rest`.
+    /// Elements of a body with these cells and reference positions.
     fn elements<'e>(&self, body: &'e BodyTopology, cells: &'e [u32], rest: &'e [f64]) -> BodyElements<'e> {
         let kind = body.blocks.first().map(|block| block.kind);
         BodyElements { dimension: self.topology.dimension, order: order(body), kind, cells, rest }
     }
 
-    /// Directions of the fibres of a muscle.
+    /// Parameter for the fibre directions of a muscle.
     fn fibres(&self, muscle: &MuscleSpec, body: &BodyTopology) -> Box<dyn Parameter> {
         let (cells, rest, centres) = (self.cells(body), self.rest(), self.centres(body));
         let elements = self.elements(body, &cells, &rest);
         elements.fibres(&muscle.fibre.vectors(&centres), muscle.tension.clone())
     }
 
-    /// Poisson's ratio of a membrane and of its viscosity.
+    /// Parameter for Poisson's ratio of a membrane and its viscosity.
     fn membrane_by_poisson(
         &self,
         spec: &Body,
@@ -671,6 +680,7 @@ impl Places<'_> {
 
     fn of_elements(&self, spec: &Body, body: &BodyTopology, key: &str) -> Option<Box<dyn Parameter>> {
         let (material, dimension) = (spec.elastic.as_ref()?, self.topology.dimension);
+        // Membranes and nodal integration.
         if let (Some(membrane), POISSON) = (&spec.membrane, key) {
             return self.membrane_by_poisson(spec, membrane, body);
         }
@@ -683,6 +693,7 @@ impl Places<'_> {
                 |change| -> Box<dyn Parameter> { Box::new(Modulus::new(vec![term((1.0, change))], vec![])) };
             return Some(Box::new(Concatenated::new(derivatives.into_iter().map(modulus).collect())));
         }
+        // Constants in which the energy is linear, the shape, and axes.
         let (cells, rest) =
             (self.cells(body), self.numbering.to_internal(&self.topology.rest_positions, dimension));
         let elements = self.elements(body, &cells, &rest);

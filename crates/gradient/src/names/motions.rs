@@ -1,18 +1,18 @@
-//! Prescribed motion of the pins of a body, by their numbers, and of obstacles, by their names.
+//! Parameters of prescribed motion: pins of a body, by index, and obstacles, by name.
 
 use pliant_scene::{Body, MotionSpec, ObstacleSpec, OverTime, Pin, Scene};
 
 use super::formulas;
 use crate::parameter::{MotionFactor, MotionNumber, MotionShape, Parameter};
 
-/// Beginning of the names of the numbers of obstacles.
+/// Prefix of the parameters of obstacles.
 const OBSTACLE: &str = "obstacle.";
-/// The factor of a motion, after its pin or obstacle.
+/// Factor of a motion, after its pin or obstacle.
 const FACTOR: &str = "motion.factor";
-/// Beginning of the keys of numbers that formulas of a motion name.
+/// Prefix of the keys of formula parameters of a motion.
 const OF_FORMULA: &str = "motion.";
 
-/// Keys of a motion that does not turn: `motion.factor`, `motion.parameters.A`.
+/// Keys of a motion without rotation: `motion.factor`, `motion.parameters.A`.
 fn keys_of(motion: Option<&MotionSpec>) -> Vec<String> {
     if !goes_straight(motion) {
         return vec![];
@@ -21,8 +21,8 @@ fn keys_of(motion: Option<&MotionSpec>) -> Vec<String> {
     std::iter::once(FACTOR.to_owned()).chain(named.map(|key| format!("{OF_FORMULA}{key}"))).collect()
 }
 
-/// The number of a motion by its key, of what a hold of this name holds; `rest` are the places of all
-/// vertices at rest, flat, in the order of the simulation [m].
+/// Parameter of a motion by its key, for the constraint named `hold`; `rest` are the reference positions
+/// of all vertices, flat, in the order of the simulation [m].
 fn number(motion: Option<&MotionSpec>, hold: String, key: &str, rest: &[f64]) -> Option<Box<dyn Parameter>> {
     if key == FACTOR {
         return Some(Box::new(MotionFactor::new(hold)));
@@ -31,7 +31,8 @@ fn number(motion: Option<&MotionSpec>, hold: String, key: &str, rest: &[f64]) ->
     Some(Box::new(MotionNumber::new(hold, displacement(motion).to_vec(), name, rest.to_vec())))
 }
 
-/// Keys of the pins of a body that move without turning: `pin.0.motion.factor`, `pin.0.motion.parameters.A`.
+/// Keys of the pins of a body with motion but no rotation: `pin.0.motion.factor`,
+/// `pin.0.motion.parameters.A`.
 pub(super) fn keys(spec: &Body) -> impl Iterator<Item = String> {
     let of_pin = |(i, pin): (usize, &Pin)| {
         let keys = keys_of(pin.motion.as_ref()).into_iter();
@@ -40,7 +41,7 @@ pub(super) fn keys(spec: &Body) -> impl Iterator<Item = String> {
     spec.pin.iter().enumerate().flat_map(of_pin)
 }
 
-/// The number of a motion of the body of this name by its key; `rest` as above.
+/// Parameter of a motion of the body `body` by its key; `rest` as in [`number`].
 pub(super) fn parameter(spec: &Body, body: &str, key: &str, rest: &[f64]) -> Option<Box<dyn Parameter>> {
     let (index, key) = key.strip_prefix("pin.")?.split_once('.')?;
     let index: usize = index.parse().ok()?;
@@ -49,8 +50,8 @@ pub(super) fn parameter(spec: &Body, body: &str, key: &str, rest: &[f64]) -> Opt
     number(pin.motion.as_ref(), hold, key, rest)
 }
 
-/// Rest positions of the body of this name as displacements of its pins go by them; its `vertices` by their
-/// numbers in the simulation, `rest` as above.
+/// Dependence of pin displacements on the reference positions of the body `body`; `vertices` are its
+/// vertices by index in the simulation, `rest` as in [`number`].
 pub(super) fn by_shape(spec: &Body, body: &str, vertices: &[u32], rest: &[f64]) -> Vec<Box<dyn Parameter>> {
     let of_pin = |(i, pin): (usize, &Pin)| -> Option<Box<dyn Parameter>> {
         let formulas = displacement(pin.motion.as_ref());
@@ -62,13 +63,13 @@ pub(super) fn by_shape(spec: &Body, body: &str, vertices: &[u32], rest: &[f64]) 
     spec.pin.iter().enumerate().filter_map(of_pin).collect()
 }
 
-/// Obstacles, with their names. Without contact they are not there.
+/// Obstacles with their names; none without contact.
 fn obstacles(scene: &Scene) -> impl Iterator<Item = (String, &ObstacleSpec)> {
     let all = scene.obstacle.iter().enumerate().filter(|_| scene.contact.is_some());
     all.map(|(i, obstacle)| (obstacle.name_or_default(i), obstacle))
 }
 
-/// Names of the numbers of the motions of obstacles: `obstacle.NAME.motion.factor`.
+/// Names of the parameters of obstacle motions: `obstacle.NAME.motion.factor`.
 pub(super) fn names(scene: &Scene) -> impl Iterator<Item = String> {
     obstacles(scene).flat_map(|(name, obstacle)| {
         let keys = keys_of(obstacle.motion.as_ref()).into_iter();
@@ -76,7 +77,7 @@ pub(super) fn names(scene: &Scene) -> impl Iterator<Item = String> {
     })
 }
 
-/// The number of the motion of an obstacle of this name; `rest` as above.
+/// Parameter of the motion of an obstacle by name; `rest` as in [`number`].
 pub(super) fn of_obstacle(scene: &Scene, name: &str, rest: &[f64]) -> Option<Box<dyn Parameter>> {
     let asked = name.strip_prefix(OBSTACLE)?;
     obstacles(scene).find_map(|(name, obstacle)| {
@@ -88,12 +89,12 @@ pub(super) fn of_obstacle(scene: &Scene, name: &str, rest: &[f64]) -> Option<Box
     })
 }
 
-/// Components of the displacement that is a formula.
+/// Formulas of the components of the displacement.
 fn displacement(motion: Option<&MotionSpec>) -> &[OverTime] {
     motion.and_then(|motion| motion.displacement.as_deref()).unwrap_or_default()
 }
 
-/// True if there is a motion, and no rotation in it.
+/// True if there is a motion without rotation.
 fn goes_straight(motion: Option<&MotionSpec>) -> bool {
     motion.is_some_and(|motion| motion.rotation.is_none())
 }

@@ -1,4 +1,4 @@
-//! Muscles of a body, by their numbers.
+//! Parameters of the muscles of a body.
 
 use pliant_scene::{Body, MuscleSpec};
 
@@ -14,12 +14,12 @@ pub(super) fn keys(spec: &Body) -> impl Iterator<Item = String> {
     })
 }
 
-/// Key of the directions of the fibres of a muscle, by its index.
+/// Key of the fibre directions of a muscle, by its index.
 pub(super) fn of_fibres(index: usize) -> String {
     format!("muscle.{index}.fibre.per_element")
 }
 
-/// The number of a muscle of the body of this name by its key.
+/// Parameter of a muscle of the body `body` by its key.
 pub(super) fn parameter(spec: &Body, body: &str, key: &str) -> Option<Box<dyn Parameter>> {
     let (index, key) = key.strip_prefix("muscle.")?.split_once('.')?;
     let index: usize = index.parse().ok()?;

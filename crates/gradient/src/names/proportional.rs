@@ -1,4 +1,4 @@
-//! Numbers that terms are in proportion to: of attachments, membranes, bending, mutual gravity.
+//! Parameters that scale whole terms: of attachments, membranes, bending, mutual gravity.
 
 use pliant::dissipation::Viscosity;
 use pliant::material::MaterialSpec;
@@ -13,17 +13,17 @@ use crate::parameter::{EtherDrag, Parameter, Softening, TermFactor, TieRestLengt
 const CONSTANT: &str = "world.nbody.constant";
 /// Softening of mutual gravity.
 const SOFTENING: &str = "world.nbody.softening";
-/// Key of the rest length of an attachment.
+/// Rest length of an attachment.
 const REST_LENGTH: &str = "rest_length";
-/// Drag of all that moves.
+/// Mass-proportional drag on everything.
 const DRAG: &str = "world.ether_drag";
-/// Beginning of the names of numbers of attachments.
+/// Prefix of the parameters of attachments.
 const ATTACHMENT: &str = "attachment.";
 
-/// Factors of terms, by their names.
+/// Factors of terms, with the terms' names.
 type Parts = Vec<(f64, String)>;
 
-/// Names of the numbers of a scene that are none of its bodies.
+/// Names of the parameters of a scene that do not belong to bodies.
 pub(super) fn names(scene: &Scene, topology: &Topology) -> impl Iterator<Item = String> {
     let of_world = [CONSTANT, SOFTENING, DRAG].map(String::from).into_iter();
     let of_attachments = scene.attachment.iter().enumerate().flat_map(|(i, spec)| {
@@ -35,7 +35,7 @@ pub(super) fn names(scene: &Scene, topology: &Topology) -> impl Iterator<Item = 
     of_world.chain(of_attachments).filter(|name| parameter(scene, topology, name).is_some())
 }
 
-/// The number of a scene of this name.
+/// Parameter of a scene with this name.
 pub(super) fn parameter(scene: &Scene, topology: &Topology, name: &str) -> Option<Box<dyn Parameter>> {
     let factor = |parts: Parts| -> Option<Box<dyn Parameter>> { Some(Box::new(TermFactor::new(parts))) };
     match name {
@@ -51,7 +51,7 @@ pub(super) fn parameter(scene: &Scene, topology: &Topology, name: &str) -> Optio
         SOFTENING => {
             let nbody =
                 scene.world.nbody.as_ref().filter(|nbody| nbody.tree.is_none() && nbody.softening != 0.0)?;
-            // Bodies without cells are not renumbered.
+            // Bodies without elements are not renumbered.
             Some(Box::new(Softening::new(attracting(topology).collect(), nbody.constant, nbody.softening)))
         }
         _ => {
@@ -69,13 +69,13 @@ pub(super) fn parameter(scene: &Scene, topology: &Topology, name: &str) -> Optio
     }
 }
 
-/// Vertices that attract each other where there is mutual gravity.
+/// Vertices subject to mutual gravity.
 pub(super) fn attracting(topology: &Topology) -> impl Iterator<Item = u32> {
     let particles = topology.bodies.iter().filter(|body| body.kind == BodyKind::Particles);
     particles.flat_map(|body| body.vertices.clone())
 }
 
-/// Numbers of an attachment that are not zero, and beginnings of the names of their terms.
+/// Nonzero numbers of an attachment, with the prefixes of their terms' names.
 fn numbers(spec: &AttachmentSpec) -> Vec<(&'static str, f64, &'static str)> {
     let AttachmentSpec { stiffness, total_stiffness, dashpot, .. } = spec;
     let all = [
@@ -87,17 +87,17 @@ fn numbers(spec: &AttachmentSpec) -> Vec<(&'static str, f64, &'static str)> {
     given.filter(|(_, value, _)| *value != 0.0).collect()
 }
 
-/// Factors that are the derivatives of terms of a body by a number.
+/// Number of a body, with the factors that turn terms into its derivative.
 pub(super) struct BodyFactor {
-    /// Its key.
+    /// Key of the number.
     pub(super) key: &'static str,
-    /// Factors of terms, by their names.
+    /// Factors of terms, with the terms' names.
     pub(super) parts: Parts,
-    /// Its value, where masses are in proportion to it.
+    /// Value of the number, if masses are proportional to it.
     pub(super) of_masses: Option<f64>,
 }
 
-/// Numbers of a body that its terms are in proportion to, or to a power of.
+/// Numbers of a body that its terms are proportional to, or to a power of.
 pub(super) fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<BodyFactor> {
     let is_membrane = body.kind == BodyKind::Membrane;
     let mut factors = vec![];
@@ -136,7 +136,7 @@ fn of_young(spec: &Body, material: &MaterialSpec, body: &BodyTopology) -> Option
     if let Some(damping) = &spec.damping
         && stiffness_proportional(spec) != 0.0
     {
-        // One term has both viscosities, but of the material `linear`.
+        // One term holds both viscosities, except for the material `linear`.
         if damping.strain_rate_viscosity() != Viscosity::default()
             || matches!(material, MaterialSpec::Linear(_))
         {
@@ -147,7 +147,7 @@ fn of_young(spec: &Body, material: &MaterialSpec, body: &BodyTopology) -> Option
     Some(BodyFactor { key: "elastic.young", parts, of_masses: None })
 }
 
-/// Numbers of `D = E h^3/(12 (1 - nu^2))`, `B = E h^3/12`, `B = pi E h^4/64`.
+/// Numbers in the bending stiffnesses `D = E h^3/(12 (1 - nu^2))`, `B = E h^3/12`, `B = pi E h^4/64`.
 fn of_bending(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<BodyFactor> {
     let Some(bending) = &spec.bending else { return vec![] };
     let is_strand = !matches!(body.kind, BodyKind::Membrane | BodyKind::Cloth);
@@ -170,7 +170,7 @@ fn of_bending(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<BodyFactor
     numbers.into_iter().filter_map(factor).collect()
 }
 
-/// Name of the term of the viscosity of elements, where they have any.
+/// Name of the viscosity term of elements, if they have any.
 fn viscosity_of(spec: &Body, body: &BodyTopology) -> Option<String> {
     let is_viscous = viscosity(spec, spec.elastic.as_ref()?) != Viscosity::default();
     is_viscous.then(|| format!("strain-rate damping of `{}`", body.name))

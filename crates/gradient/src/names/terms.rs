@@ -1,4 +1,4 @@
-//! Terms of a body with other constants.
+//! Terms of a body with other constants, as derivatives by parameters.
 
 use pliant::algebra::{self, Mat};
 use pliant::dissipation::{AtRest, DissipativeTerm, MassProportional, Viscosity};
@@ -13,11 +13,11 @@ use pliant_terms::{ElementSet, ViscousSet};
 use super::materials::{isotropic, rates_by_poisson, young};
 use super::{Places, has_linear_elements};
 
-/// Directions of first axes, and of second ones.
+/// Directions of the first axes, and of the second ones, if any.
 type AxisVectors = (Vec<[f64; 3]>, Option<Vec<[f64; 3]>>);
 
 impl Places<'_> {
-    /// Dissipation that makes the derivative of a body's by a number.
+    /// Dissipation terms that add up to the derivative of a body's dissipation by a number.
     pub(super) fn dissipation(
         &self,
         spec: &Body,
@@ -28,7 +28,8 @@ impl Places<'_> {
         let Some(damping) = &spec.damping else { return Some(vec![]) };
         let (rate, plane) = (damping.strain_rate_viscosity(), material.plane());
         let proportional = damping.proportional_viscosity(material, plane);
-        // That of the material `linear` stays at rest, and is a term of its own.
+        // The viscosity of the material `linear` is evaluated in the reference configuration, as a
+        // separate term.
         let is_apart = matches!(material, MaterialSpec::Linear(_));
         let whole = rate.plus(proportional);
         let of_rate = |shear, second| {
@@ -56,7 +57,7 @@ impl Places<'_> {
         })
     }
 
-    /// Dashpots of 1 N s/m beside the springs of a body.
+    /// Dashpots of 1 N s/m parallel to the springs of a body.
     pub(super) fn unit_dashpots(&self, body: &BodyTopology) -> Box<dyn DissipativeTerm> {
         let rest = self.numbering.to_internal(&self.topology.rest_positions, self.topology.dimension);
         let edges: Vec<[u32; 2]> =
@@ -66,7 +67,7 @@ impl Places<'_> {
         pliant_terms::dashpots(self.topology.dimension, &body.name, &edges, &constants, &rest)
     }
 
-    /// Dashpots beside the springs of a body whose force is the derivative of theirs by a parameter of their
+    /// Dashpots parallel to the springs of a body whose force is the derivative by a parameter of their
     /// formula.
     pub(super) fn expressed_dashpots(
         &self,
@@ -84,13 +85,14 @@ impl Places<'_> {
 
     /// Damping of all masses of a body at the rate 1/s.
     pub(super) fn by_masses(&self, body: &BodyTopology) -> Box<dyn DissipativeTerm> {
-        // Bodies keep their ranges, in whatever order their vertices are.
+        // Bodies keep their index ranges when vertices are reordered.
         let vertices = body.vertices.start as usize..body.vertices.end as usize;
         let masses = self.numbering.to_internal(&self.topology.masses, 1)[vertices.clone()].to_vec();
         Box::new(MassProportional::new(&body.name, 1.0, &masses, vertices, self.topology.dimension))
     }
 
-    /// Viscosity in proportion to the stiffness, which the material `linear` has at rest wherever it is.
+    /// Stiffness-proportional viscosity; for the material `linear` it is evaluated in the reference
+    /// configuration.
     fn about(&self, material: &MaterialSpec, term: Box<dyn DissipativeTerm>) -> Box<dyn DissipativeTerm> {
         let rest = self.numbering.to_internal(&self.topology.rest_positions, self.topology.dimension);
         match material {
@@ -99,8 +101,8 @@ impl Places<'_> {
         }
     }
 
-    /// The change of the dissipation of elements of a body, of the viscosity `about` that changes by
-    /// `change`.
+    /// Change of the dissipation of a body's elements with the viscosity `about` due to the `change` of
+    /// it.
     fn viscous(&self, change: Viscosity, about: Viscosity, body: &BodyTopology) -> Box<dyn DissipativeTerm> {
         let (cells, rest, dimension) = (self.cells(body), self.rest(), self.topology.dimension);
         let set = ViscousSet { body: &body.name, dimension, cells: &cells, rest: &rest };
@@ -111,7 +113,7 @@ impl Places<'_> {
         }
     }
 
-    /// The elements of a body of the material `about`, filled with the change of it.
+    /// Elements of a body with the material `about`, filled with the change `material`.
     pub(super) fn term(
         &self,
         spec: &Body,
@@ -148,7 +150,7 @@ impl Places<'_> {
         Some((axes.first.vectors(&centres), axes.second.as_ref().map(|second| second.vectors(&centres))))
     }
 
-    /// Rotation from the axes of the material to those of space in each element, where the scene gives any.
+    /// Rotation from material axes to spatial axes in each element, if the scene gives any.
     pub(super) fn axes(&self, spec: &Body, body: &BodyTopology) -> Option<Vec<Mat<f64, 3>>> {
         let (first, second) = self.axis_directions(spec, body)?;
         let second = |element: usize| second.as_ref().map(|second| &second[element]);
@@ -156,7 +158,7 @@ impl Places<'_> {
         Some(each.map(|(element, first)| material_axes(first, second(element))).collect())
     }
 
-    /// Means of the corners of the elements of a body at rest [m].
+    /// Reference centroids of the elements of a body, the means of their corners [m].
     pub(super) fn centres(&self, body: &BodyTopology) -> Vec<[f64; 3]> {
         let d = self.topology.dimension;
         let centre = |corners: &[u32]| algebra::centre(&self.topology.rest_positions, d, corners);
@@ -167,7 +169,7 @@ impl Places<'_> {
         }
     }
 
-    /// One number for each element.
+    /// Expands to one number for each element.
     pub(super) fn each(&self, factor: &OneOrMany, body: &BodyTopology) -> Vec<f64> {
         match factor {
             OneOrMany::One(factor) => {
@@ -182,7 +184,7 @@ impl Places<'_> {
         }
     }
 
-    /// Vertices of the elements of a solid in the simulation, flat: corners, then middles, of each.
+    /// Vertices of the elements of a solid in the simulation, flat: corners, then midside nodes, of each.
     pub(super) fn cells(&self, body: &BodyTopology) -> Vec<u32> {
         let BodyTopology { triangles, triangle_middles, tetrahedra, tetrahedron_middles, .. } = body;
         let cells = match (body.blocks.first(), self.topology.dimension) {
@@ -194,7 +196,7 @@ impl Places<'_> {
     }
 }
 
-/// Corners and middles of each cell; of middles there are none, or as many rows.
+/// Corners and midside nodes of each element; `middles` is empty or has as many rows.
 fn joined<const C: usize, const M: usize>(corners: &[[u32; C]], middles: &[[u32; M]]) -> Vec<u32> {
     let middles_of = |i: usize| middles.get(i).map_or(&[][..], |middles| &middles[..]);
     corners.iter().enumerate().flat_map(|(i, corners)| corners.iter().chain(middles_of(i))).copied().collect()

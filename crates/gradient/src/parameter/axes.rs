@@ -1,8 +1,8 @@
-//! Axes of the material in simplices and in cells that are none.
+//! Axes of the material in simplices and in isoparametric elements.
 //!
-//! Of a point of rest volume `w` whose material is turned by the rotation `R`, with `F` of the positions
-//! and `G` of `p`, `p . dE/dx = w P(F R) : G R`. Where `R` changes by `dR`, so does that by `w K : dR`, `K =
-//! F^T (dP/dF : G R) + G^T P(F R)`. Cells do it themselves.
+//! At a point of reference volume `w` whose material is rotated by `R`, with `F` of the positions and `G`
+//! of `p`, `p . dE/dx = w P(F R) : G R`. If `R` changes by `dR`, this changes by `w K : dR`, `K = F^T
+//! (dP/dF : G R) + G^T P(F R)`. Isoparametric elements compute this themselves.
 
 use pliant::algebra::{Dual, Mat};
 use pliant::element::CellKind;
@@ -14,20 +14,20 @@ use super::elements::{BodyElements, ElementEnergy, ElementsVisitor, Maker, Modul
 use super::{ForceUse, Parameter};
 use crate::adjoint::add_scaled;
 
-/// Directions of the axes of a material in each element, third components 0 in 2D, as
-/// [`material_axes`] has them.
+/// Directions of the material axes in each element, third components 0 in 2D, as used by
+/// [`material_axes`].
 #[derive(Clone, Copy, Debug)]
 pub struct AxisDirections<'a> {
-    /// Along the first axis, one for each element.
+    /// Direction of the first axis, one for each element.
     pub first: &'a [[f64; 3]],
-    /// In the plane of the first two, where there is one for each element.
+    /// Direction in the plane of the first two axes, one for each element, if any.
     pub second: Option<&'a [[f64; 3]]>,
-    /// True for derivatives by the second ones.
+    /// True for derivatives by the second directions.
     pub by_second: bool,
 }
 
 impl AxisDirections<'_> {
-    /// The rotation of element `i` and its derivative by component `c` of the direction.
+    /// Rotation of element `i` and its derivative by component `c` of the direction.
     fn axes(&self, i: usize, c: usize) -> (Mat<f64, 3>, Mat<f64, 3>) {
         let moved = |direction: &[f64; 3], is_by: bool| {
             let mut dual = direction.map(Dual::constant);
@@ -40,7 +40,7 @@ impl AxisDirections<'_> {
     }
 }
 
-/// Components of a direction in each element.
+/// Parameter: components of a direction in each element.
 struct ElementAxes<const D: usize, const N: usize> {
     elements: ModulusElements<D, N>,
     energy: Box<dyn ElementEnergy<D>>,
@@ -85,7 +85,7 @@ impl<const D: usize, const N: usize> Parameter for ElementAxes<D, N> {
     }
 }
 
-/// Components of a direction in each of cells that are no simplices.
+/// Parameter: components of a direction in each isoparametric element.
 struct CellAxes {
     cells: Box<dyn CellTurns>,
     components: usize,
@@ -109,8 +109,8 @@ impl Parameter for CellAxes {
     }
 }
 
-/// Components of the directions that the axes of `material` have in each cell of a kind, flat `(cells,
-/// dimension)`; the axes of `elements` are those of these directions.
+/// Parameter for the components of the axis directions of `material` in each isoparametric element of a
+/// kind, flat `(cells, dimension)`; the axes of `elements` must be those of these directions.
 pub fn cell_axes(
     material: &MaterialSpec,
     kind: &CellKind,
@@ -118,14 +118,14 @@ pub fn cell_axes(
     directions: AxisDirections<'_>,
 ) -> Box<dyn Parameter> {
     let count = directions.first.len();
-    // Of the third component in the plane there is none.
+    // In 2D the third component is not used.
     let turns = |i: usize| std::array::from_fn(|c| directions.axes(i, c).1);
     let turns: Vec<[Mat<f64, 3>; 3]> = (0..count).map(turns).collect();
     let cells = pliant_terms::turning_cells(material, kind, elements, &turns);
     Box::new(CellAxes { cells, components: elements.dimension * count })
 }
 
-/// Maker of the components of directions of axes.
+/// Builder of the parameter for axis directions.
 struct AxesMaker<'a> {
     material: &'a MaterialSpec,
     factors: &'a [f64],
@@ -151,12 +151,12 @@ impl ElementsVisitor for AxesMaker<'_> {
 }
 
 impl BodyElements<'_> {
-    /// Components of the directions that the axes of `material` have in each simplex, flat `(elements,
-    /// dimension)`; energy densities are times `factors`, which are 1 where they are empty. Cells that are
-    /// none have [`cell_axes`].
+    /// Parameter for the components of the axis directions of `material` in each simplex, flat
+    /// `(elements, dimension)`. Energy densities are multiplied by `factors`; empty `factors` are 1. For
+    /// isoparametric elements see [`cell_axes`].
     ///
     /// # Panics
-    /// If they are such cells.
+    /// For isoparametric elements.
     pub fn axes(
         &self,
         material: &MaterialSpec,

@@ -1,4 +1,4 @@
-//! Constants of contact.
+//! Parameters of contact.
 
 use pliant::energy::{ContactPlace, ShapedContact};
 use pliant::system::System;
@@ -6,15 +6,15 @@ use pliant::system::System;
 use super::{ForceUse, ModeUse, Parameter, ParameterNeeds};
 use crate::adjoint::{add_scaled, dot};
 
-/// Stiffness `kappa` of contact [Pa], the same of all pairs: energies and normal forces are in proportion to
-/// it, and friction is to these.
+/// Contact stiffness `kappa` [Pa], common to all pairs. Energies, normal forces and friction are
+/// proportional to it.
 #[derive(Clone, Copy, Debug)]
 pub struct ContactStiffness {
     stiffness: f64,
 }
 
 impl ContactStiffness {
-    /// Of this value now.
+    /// Stiffness with its present value.
     pub fn new(stiffness: f64) -> Self {
         ContactStiffness { stiffness }
     }
@@ -40,14 +40,14 @@ impl Parameter for ContactStiffness {
     }
 }
 
-/// Coefficient of friction `mu`, the same of all pairs that rub: forces are in proportion to it.
+/// Friction coefficient `mu`, common to all pairs with friction. Friction forces are proportional to it.
 #[derive(Clone, Copy, Debug)]
 pub struct FrictionCoefficient {
     coefficient: f64,
 }
 
 impl FrictionCoefficient {
-    /// Of this value now, above zero.
+    /// Coefficient with its present value, above zero.
     pub fn new(coefficient: f64) -> Self {
         FrictionCoefficient { coefficient }
     }
@@ -72,14 +72,14 @@ impl Parameter for FrictionCoefficient {
     }
 }
 
-/// Contact of a system that goes by the shape at rest.
+/// Contact of a system that depends on the reference shape.
 pub(crate) fn shaped(system: &System) -> Option<&dyn ShapedContact> {
     system.terms().iter().find_map(|term| term.touching()?.shaped())
 }
 
-/// Rest positions of a body as the areas of contact go by them; its laws are given.
+/// Reference positions of a body, on which the contact areas depend; contact parameters are fixed.
 pub struct ContactShape {
-    /// Rest positions of all vertices, flat, in the order of the simulation [m].
+    /// Reference positions of all vertices, flat, in the order of the simulation [m].
     rest: Vec<f64>,
     /// Vertices of the body.
     vertices: Vec<u32>,
@@ -87,13 +87,13 @@ pub struct ContactShape {
 }
 
 impl ContactShape {
-    /// Shape of these vertices, by their numbers in the simulation, among all that are at `rest`.
+    /// Shape of these vertices, by index in the simulation, with the reference positions `rest` of all.
     pub fn new(rest: Vec<f64>, vertices: Vec<u32>, dimension: usize) -> Self {
         ContactShape { rest, vertices, dimension }
     }
 }
 
-/// Place of a use of forces.
+/// Evaluation point of a force.
 fn place<'a>(of: &ForceUse<'a>) -> ContactPlace<'a> {
     ContactPlace { x: of.x, v: of.v, held: of.held }
 }
@@ -107,7 +107,7 @@ impl Parameter for ContactShape {
         ParameterNeeds { shaped_contact: true, ..ParameterNeeds::default() }
     }
 
-    /// Nothing touches where no force acts.
+    /// Adds nothing: without forces there is no contact.
     fn add_mode(&mut self, _: &ModeUse<'_>, _: &mut [f64]) -> bool {
         true
     }

@@ -1,11 +1,11 @@
-//! What could be done to a run at each of its steps.
+//! Parameters for each step of a run: forces and displacements.
 
 use pliant::numbering::Numbering;
 
 use super::{ForceUse, Parameter, StateUse};
 
-/// Forces on all vertices, the same throughout each step [N]: `(steps, n, dimension)`, vertices in the order
-/// of the scene. There need not be any.
+/// External forces on all vertices, constant during each step [N]: `(steps, n, dimension)`, vertices in
+/// the order of the scene. The run need not have any.
 #[derive(Clone, Debug)]
 pub struct StepForces {
     numbering: Numbering,
@@ -13,7 +13,7 @@ pub struct StepForces {
     steps: usize,
 }
 
-/// Displacements of held coordinates, from each state on [m]: `(steps + 1, n, dimension)`, likewise. Zero
+/// Displacements of fixed coordinates from each state on [m]: `(steps + 1, n, dimension)`, likewise. Zero
 /// where free.
 #[derive(Clone, Debug)]
 pub struct HeldPlaces {
@@ -23,14 +23,14 @@ pub struct HeldPlaces {
 }
 
 impl StepForces {
-    /// On a simulation of this numbering and of so many coordinates.
+    /// Forces on a simulation with this numbering and number of coordinates.
     pub fn new(numbering: Numbering, coordinates: usize) -> Self {
         StepForces { numbering, coordinates, steps: 0 }
     }
 }
 
 impl HeldPlaces {
-    /// In a simulation of this numbering and of so many coordinates.
+    /// Displacements in a simulation with this numbering and number of coordinates.
     pub fn new(numbering: Numbering, coordinates: usize) -> Self {
         HeldPlaces { numbering, coordinates, states: 0 }
     }

@@ -1,9 +1,9 @@
-//! Elements of a body, one by one: triangles in the plane and tetrahedra in space, of first and second order,
-//! and cells that are no simplices as muscles pull at their points.
+//! Elements of a body one by one: triangles in 2D and tetrahedra in 3D, of first and second order, and
+//! isoparametric elements with muscle forces at their points.
 //!
-//! An element has `E = sum_q w psi(F)` over its points of rest volumes `w` with gradients `b_a` of the shape
-//! functions, `F = sum_a x_a b_a^T`. With `G` made of `p` as `F` is of the positions, `p . dE/dx = sum_q w
-//! P(F) : G`: linear in `psi`.
+//! An element has `E = sum_q w psi(F)` over its points of reference volumes `w` with gradients `b_a` of
+//! the shape functions, `F = sum_a x_a b_a^T`. With `G` formed from `p` as `F` is from the positions, `p
+//! . dE/dx = sum_q w P(F) : G`, which is linear in `psi`.
 
 use pliant::algebra::Mat;
 use pliant::element::{CellKind, CellVisitor, Isoparametric, QuadraturePoint};
@@ -13,16 +13,15 @@ use pliant::material::{Material, MaterialSpec, MaterialVisitor, Psd};
 use super::points::VolumePoints;
 use super::{ForceUse, ModeUse, Parameter};
 
-/// Stress and its derivative in a direction, of whatever material.
+/// Stress of a material and its derivative in a direction.
 pub(super) trait ElementEnergy<const D: usize>: Send {
-    /// `P(F)` [Pa].
+    /// First Piola-Kirchhoff stress `P(F)` [Pa].
     fn stress(&self, f: &Mat<f64, D>) -> Mat<f64, D>;
 
-    /// `dP/dF : G` [Pa].
+    /// Derivative `dP/dF : G` [Pa].
     fn stress_along(&self, f: &Mat<f64, D>, g: &Mat<f64, D>) -> Mat<f64, D>;
 }
 
-/// Whatever material is visited.
 struct Of<M>(M);
 
 impl<const D: usize, M: Material<D>> ElementEnergy<D> for Of<M> {
@@ -35,7 +34,7 @@ impl<const D: usize, M: Material<D>> ElementEnergy<D> for Of<M> {
     }
 }
 
-/// Maker of it.
+/// Builder of an [`ElementEnergy`].
 pub(super) struct Maker;
 
 impl<const D: usize> MaterialVisitor<D> for Maker {
@@ -46,12 +45,12 @@ impl<const D: usize> MaterialVisitor<D> for Maker {
     }
 }
 
-/// Elements of a body at rest.
+/// Elements of a body with their reference geometry.
 #[derive(Clone)]
 pub(super) struct ModulusElements<const D: usize, const N: usize> {
-    /// Vertices, by their numbers in the simulation.
+    /// Vertices, by index in the simulation.
     vertices: Vec<[u32; N]>,
-    /// Points at which energies are summed.
+    /// Quadrature points of the energies.
     points: VolumePoints<D, N>,
 }
 
@@ -62,7 +61,7 @@ impl<const D: usize, const N: usize> ModulusElements<D, N> {
         ModulusElements { points: VolumePoints::of_energy(&vertices, rest), vertices }
     }
 
-    /// Cells that are none.
+    /// Isoparametric elements.
     pub(super) fn cells(cells: &[u32], rest: &[f64], cell: &Isoparametric<D, N>) -> Self {
         let vertices = cells.as_chunks::<N>().0.to_vec();
         ModulusElements { points: VolumePoints::of_cells(&vertices, rest, cell), vertices }
@@ -75,23 +74,23 @@ impl<const D: usize, const N: usize> ModulusElements<D, N> {
         points.iter().zip(numbers).map(move |(point, number)| ElementPoint { element, point, number })
     }
 
-    /// Nodes of the element of every point, by their numbers in the simulation, and shape functions there.
+    /// Nodes of the element of every point, by index in the simulation, with the shape functions there.
     pub(super) fn nodes(&self) -> impl Iterator<Item = (&[u32; N], &[f64; N])> {
         self.vertices.iter().flat_map(|element| self.points.values.iter().map(move |n| (element, n)))
     }
 
-    /// Places of all points at rest, third component 0 in 2D; `rest` flat [m].
+    /// Reference positions of all points, third component 0 in 2D; `rest` flat [m].
     pub(super) fn places(&self, rest: &[f64]) -> Vec<[f64; 3]> {
         self.points.places(&self.vertices, rest)
     }
 }
 
-/// A point of an element.
+/// Quadrature point of an element.
 #[derive(Clone, Copy)]
 pub(super) struct ElementPoint<'a, const D: usize, const N: usize> {
     element: &'a [u32; N],
     point: &'a QuadraturePoint<D, N>,
-    /// Its number among all points.
+    /// Index among all points.
     pub(super) number: usize,
 }
 
@@ -101,12 +100,12 @@ impl<const D: usize, const N: usize> ElementPoint<'_, D, N> {
         [x, p].map(|rows| self.point.deformation_gradient(&points_of(rows, self.element)))
     }
 
-    /// Volume at rest that it stands for.
+    /// Reference volume of the point.
     pub(super) fn volume(&self) -> f64 {
         self.point.weight
     }
 
-    /// Adds `w T b_a` at the nodes: what `w T : G` is the product of with the direction that `G` is made of.
+    /// Adds `w T b_a` at the nodes, the gradient of `w T : G` by the direction that forms `G`.
     pub(super) fn add(&self, stress: &Mat<f64, D>, rows: &mut [f64]) {
         for (vertex, gradient) in self.element.iter().zip(&self.point.gradients) {
             let row = stress.mul_vec(gradient);
@@ -116,8 +115,8 @@ impl<const D: usize, const N: usize> ElementPoint<'_, D, N> {
     }
 }
 
-/// A number of each element, with `d psi/d theta = sum_i c_i psi_i` as [`Modulus`](super::Modulus) has it
-/// of the whole body.
+/// Parameter: one number for each element, with `d psi/d theta = sum_i c_i psi_i` as
+/// [`Modulus`](super::Modulus) has it for the whole body.
 struct ElementModuli<const D: usize, const N: usize> {
     elements: ModulusElements<D, N>,
     parts: Vec<(f64, Box<dyn ElementEnergy<D>>)>,
@@ -164,28 +163,28 @@ impl<const D: usize, const N: usize> Parameter for ElementModuli<D, N> {
     }
 }
 
-/// Elements of a body at rest, and where they are.
+/// Elements of a body with their reference positions.
 #[derive(Clone, Copy, Debug)]
 pub struct BodyElements<'a> {
-    /// 2 or 3.
+    /// Dimension, 2 or 3.
     pub dimension: usize,
-    /// 1 or 2, of simplices.
+    /// Order of simplices, 1 or 2.
     pub order: u32,
-    /// Kind of cells that are none.
+    /// Kind of isoparametric elements; `None` for simplices.
     pub kind: Option<&'a CellKind>,
-    /// Vertices, by their numbers in the simulation, flat: corners, then middles of edges, of each element.
+    /// Vertices, by index in the simulation, flat: corners, then midside nodes, of each element.
     pub cells: &'a [u32],
-    /// Rest positions of all vertices of the simulation, flat [m].
+    /// Reference positions of all vertices of the simulation, flat [m].
     pub rest: &'a [f64],
 }
 
-/// Something to be made of elements of whatever kind.
+/// Builder of a parameter from elements of any kind.
 pub(super) trait ElementsVisitor {
-    /// Makes it.
+    /// Builds the parameter.
     fn visit<const D: usize, const N: usize>(self, elements: ModulusElements<D, N>) -> Box<dyn Parameter>;
 }
 
-/// The same of cells.
+/// Adapter of the visitor for isoparametric elements.
 struct OfCells<'a, V> {
     of: &'a BodyElements<'a>,
     visitor: V,
@@ -200,7 +199,7 @@ impl<V: ElementsVisitor> CellVisitor for OfCells<'_, V> {
 }
 
 impl BodyElements<'_> {
-    /// Makes something of its elements.
+    /// Builds a parameter from the elements.
     pub(super) fn visit(&self, visitor: impl ElementsVisitor) -> Box<dyn Parameter> {
         let BodyElements { cells, rest, .. } = *self;
         if let Some(kind) = self.kind {
@@ -226,7 +225,7 @@ impl BodyElements<'_> {
     }
 }
 
-/// Maker of moduli of single elements.
+/// Builder of the moduli of single elements.
 struct ModuliMaker<'a>(&'a [(f64, MaterialSpec)]);
 
 impl ElementsVisitor for ModuliMaker<'_> {

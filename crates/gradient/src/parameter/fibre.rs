@@ -1,7 +1,7 @@
-//! Fibres of a muscle in elements: their directions, and the places that their tension goes by.
+//! Fibres of a muscle in elements: their directions, and the positions on which their tension depends.
 //!
-//! Of a point of rest volume `w` with the tension `T` along the unit vector `a`, `p . dE/dx = w T G a . F
-//! a`, whose derivative by `a` is `w T (F^T G + G^T F) a`.
+//! At a point of reference volume `w` with the tension `T` along the unit vector `a`, `p . dE/dx = w T G
+//! a . F a`, whose derivative by `a` is `w T (F^T G + G^T F) a`.
 
 use pliant::algebra::{Mat, Vect, unit};
 use pliant_scene::OverTime;
@@ -9,17 +9,17 @@ use pliant_scene::OverTime;
 use super::elements::{BodyElements, ElementsVisitor, ModulusElements};
 use super::{ForceUse, NumberLink, Parameter, Weighted};
 
-/// Components of the direction of each element.
+/// Parameter: components of the fibre direction of each element.
 struct FibreDirections<const D: usize, const N: usize> {
     elements: ModulusElements<D, N>,
     tension: OverTime,
-    /// Places of the points of elements at rest [m].
+    /// Reference positions of the quadrature points [m].
     places: Vec<[f64; 3]>,
-    /// Unit vectors, and the lengths of the directions that are given.
+    /// Unit vectors, and the lengths of the directions as given.
     directions: Vec<(Vect<f64, D>, f64)>,
 }
 
-/// `(I - a a^T) v / l`: how a unit vector changes with a vector of length `l` along it, and its transpose.
+/// Derivative `(I - a a^T) v / l` of a unit vector by a vector of length `l` along it, and its transpose.
 fn across<const D: usize>((a, length): &(Vect<f64, D>, f64), v: Vect<f64, D>) -> Vect<f64, D> {
     let along: f64 = a.iter().zip(v).map(|(a, v)| a * v).sum();
     let mut across = v;
@@ -61,11 +61,11 @@ impl<const D: usize, const N: usize> Parameter for FibreDirections<D, N> {
     }
 }
 
-/// Places of points of elements at rest as tension goes by them.
+/// Parameter: reference positions of the quadrature points, on which the tension depends.
 struct TensionPlaces<const D: usize, const N: usize>(FibreDirections<D, N>);
 
 impl<const D: usize, const N: usize> TensionPlaces<D, N> {
-    /// Slope of the tension at a point of this number.
+    /// Gradient of the tension at the point with this index.
     fn slope(&self, number: usize, time: f64) -> [f64; 3] {
         self.0.tension.slope(self.0.places[number], time)
     }
@@ -101,7 +101,7 @@ impl<const D: usize, const N: usize> Parameter for TensionPlaces<D, N> {
     }
 }
 
-/// Maker of the directions of the fibres of a muscle.
+/// Builder of the parameter for the fibre directions of a muscle.
 struct FibreMaker<'a> {
     rest: &'a [f64],
     directions: &'a [[f64; 3]],
@@ -129,10 +129,11 @@ impl ElementsVisitor for FibreMaker<'_> {
     }
 }
 
-/// Maker of the rest positions of vertices as the tension of a muscle goes by the places of points.
+/// Builder of the parameter for reference positions of vertices, on which the tension of a muscle
+/// depends.
 struct TensionPlaceMaker<'a> {
     fibres: FibreMaker<'a>,
-    /// By their numbers in the simulation.
+    /// Vertices by index in the simulation.
     vertices: &'a [u32],
 }
 
@@ -155,8 +156,8 @@ impl ElementsVisitor for TensionPlaceMaker<'_> {
 }
 
 impl BodyElements<'_> {
-    /// Rest positions of `vertices`, by their numbers in the simulation, as the `tension` of a muscle goes by
-    /// the places of points of elements; its fibres as [`fibres`](Self::fibres) has them.
+    /// Parameter for the reference positions of `vertices`, by index in the simulation, through the
+    /// `tension` of a muscle at quadrature points; fibres as in [`fibres`](Self::fibres).
     pub fn tension_places(
         &self,
         directions: &[[f64; 3]],
@@ -167,8 +168,8 @@ impl BodyElements<'_> {
         self.visit(TensionPlaceMaker { fibres, vertices })
     }
 
-    /// Components of the directions of the fibres of a muscle of this `tension`, flat `(elements,
-    /// dimension)`: as given, third component 0 in 2D.
+    /// Parameter for the components of the fibre directions of a muscle with this `tension`, flat
+    /// `(elements, dimension)`: as given, third component 0 in 2D.
     pub fn fibres(&self, directions: &[[f64; 3]], tension: OverTime) -> Box<dyn Parameter> {
         self.visit(FibreMaker { rest: self.rest, directions, tension })
     }

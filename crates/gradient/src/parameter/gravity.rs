@@ -1,11 +1,11 @@
-//! Uniform gravity.
+//! Parameters of uniform gravity.
 
 use pliant_scene::OverTime;
 
 use super::{ForceUse, Parameter};
 
-/// Acceleration of uniform gravity [m/s^2], a number for each dimension; that at the time of each force where
-/// gravity changes with time.
+/// Acceleration of uniform gravity [m/s^2], one number for each dimension. For time-dependent gravity the
+/// derivative is by a constant added to it.
 #[derive(Clone, Copy, Debug)]
 pub struct Gravity {
     dimension: usize,
@@ -47,7 +47,7 @@ fn add_weights<const D: usize>(p: &[f64], mass: &[f64], sum: &mut [f64]) {
     sum.iter_mut().zip(total).for_each(|(sum, total)| *sum += total);
 }
 
-/// A number that the formulas of gravity name after `where`; that of all components where several name it.
+/// Parameter of the gravity formulas, named after `where`; common to all components that use it.
 #[derive(Clone, Debug)]
 pub struct GravityNumber {
     /// Components of gravity [m/s^2].
@@ -56,12 +56,12 @@ pub struct GravityNumber {
 }
 
 impl GravityNumber {
-    /// The number of this name in the components of gravity.
+    /// Parameter with this name in the components of gravity.
     pub fn new(formulas: Vec<OverTime>, name: String) -> Self {
         GravityNumber { formulas, name }
     }
 
-    /// Gravity, and its derivative at the time of a force.
+    /// Gravity parameter, and the derivative of gravity at the time of a force.
     fn rates(&self, time: f64) -> (Gravity, Vec<f64>) {
         let rate = |formula: &OverTime| formula.derivative(&self.name, [0.0; 3], time);
         (Gravity::new(self.formulas.len()), self.formulas.iter().map(rate).collect())

@@ -1,4 +1,4 @@
-//! Values of loads.
+//! Parameters of loads.
 
 use pliant::energy::LoadTerm;
 use pliant::system::System;
@@ -7,22 +7,22 @@ use pliant_scene::OverTime;
 use super::{ForceUse, Parameter, ParameterNeeds};
 use crate::adjoint::add_scaled;
 
-/// The value of a load, a vector, a pressure or the tension of a muscle: derivatives by what is added to each
-/// of its components, everywhere on the load and at all times.
+/// Value of a load: a vector, a pressure or the tension of a muscle. Derivatives are by a constant added
+/// to each component, everywhere on the load and at all times.
 #[derive(Clone, Debug)]
 pub struct LoadValue {
     term: NamedLoad,
     components: usize,
 }
 
-/// A factor of a load, 1 as the scene has it: of its formula where it changes with time.
+/// Factor of a load, 1 in the scene, which multiplies its formula.
 #[derive(Clone, Debug)]
 pub struct LoadFactor {
     term: NamedLoad,
 }
 
-/// A number that the formulas of a load, or of a muscle, name after `where`; that of all components where
-/// several name it.
+/// Parameter of the formulas of a load or a muscle, named after `where`; common to all components that
+/// use it.
 #[derive(Clone, Debug)]
 pub struct FormulaNumber {
     term: NamedLoad,
@@ -31,21 +31,21 @@ pub struct FormulaNumber {
     name: String,
 }
 
-/// Rest positions of vertices of a body as loads go by them: by areas of faces, and by the places of
+/// Reference positions of a body's vertices, on which loads depend through face areas and positions in
 /// formulas.
 #[derive(Clone, Debug)]
 pub struct LoadShape {
     term: NamedLoad,
     dimension: usize,
-    /// Numbers of the vertices in the simulation.
+    /// Indices of the vertices in the simulation.
     vertices: Vec<u32>,
 }
 
-/// A load of a system by the name of its term.
+/// Load of a system, identified by the name of its term.
 #[derive(Clone, Debug)]
 struct NamedLoad {
     name: String,
-    /// Place among the terms, once it has been found.
+    /// Index of the term, once it has been found.
     place: Option<usize>,
 }
 
@@ -66,29 +66,29 @@ impl NamedLoad {
 }
 
 impl LoadValue {
-    /// Of the load of this name, of so many components.
+    /// Value of the load with this name and number of components.
     pub fn new(name: String, components: usize) -> Self {
         LoadValue { term: NamedLoad::new(name), components }
     }
 }
 
 impl LoadFactor {
-    /// Of the load of this name.
+    /// Factor of the load with this name.
     pub fn new(name: String) -> Self {
         LoadFactor { term: NamedLoad::new(name) }
     }
 }
 
 impl FormulaNumber {
-    /// Of this name, in the components of the value of the load `term`.
+    /// Parameter with this name in the components of the load `term`.
     pub fn new(term: String, formulas: Vec<OverTime>, name: String) -> Self {
         FormulaNumber { term: NamedLoad::new(term), formulas, name }
     }
 }
 
 impl LoadShape {
-    /// Of the load of this name, which [knows of its shape](LoadTerm::add_work_by_shape), on the body of
-    /// these vertices, by their numbers in the simulation, in `dimension` dimensions.
+    /// Shape parameter of the load `term`, which must [support it](LoadTerm::add_work_by_shape). The body
+    /// has these vertices, by index in the simulation, in `dimension` dimensions.
     pub fn new(term: String, dimension: usize, vertices: Vec<u32>) -> Self {
         LoadShape { term: NamedLoad::new(term), dimension, vertices }
     }
@@ -150,7 +150,7 @@ impl Parameter for FormulaNumber {
     }
 }
 
-/// Derivatives of the components of a value by the number `name` at a place [m] and a time [s].
+/// Derivatives of the components of a value by the parameter `name` at a position [m] and a time [s].
 fn rate(formulas: &[OverTime], name: &str, place: [f64; 3], time: f64) -> [f64; 3] {
     let mut rate = [0.0; 3];
     let components = rate.iter_mut().zip(formulas);

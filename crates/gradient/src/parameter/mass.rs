@@ -1,4 +1,4 @@
-//! Masses of vertices, and densities of bodies.
+//! Parameters of mass: vertex masses and body densities.
 
 use std::ops::Range;
 
@@ -6,8 +6,8 @@ use pliant::system::System;
 
 use super::{ForceUse, ModeUse, Parameter, ParameterNeeds};
 
-/// Lumped masses of vertices [kg]. Uniform gravity pulls at the mass that it accelerates, and damping in
-/// proportion to masses grows with them; no other force depends on them, as mutual gravity would.
+/// Lumped masses of vertices [kg]. They act through inertia, uniform gravity and mass-proportional
+/// damping; mutual gravity is not included.
 #[derive(Clone, Debug)]
 pub struct Masses {
     /// Vertices in the order of the simulation.
@@ -15,7 +15,7 @@ pub struct Masses {
 }
 
 impl Masses {
-    /// Masses of these vertices, by their numbers in the simulation.
+    /// Masses of these vertices, by index in the simulation.
     pub fn new(vertices: Vec<u32>) -> Self {
         Masses { vertices }
     }
@@ -53,7 +53,7 @@ impl Parameter for Masses {
     }
 }
 
-/// Density of a body [kg/m^3]: all of its masses are in proportion to it.
+/// Density of a body [kg/m^3], to which all of its masses are proportional.
 #[derive(Clone, Debug)]
 pub struct BodyDensity {
     density: f64,
@@ -62,7 +62,7 @@ pub struct BodyDensity {
 }
 
 impl BodyDensity {
-    /// The `density` of a body of these vertices, by their numbers in the simulation.
+    /// Density of a body with these vertices; `internal` gives their indices in the simulation.
     pub fn new(density: f64, vertices: Range<u32>, internal: impl Fn(u32) -> u32) -> Self {
         BodyDensity { density, vertices: vertices.map(internal).collect() }
     }
@@ -105,17 +105,17 @@ impl Parameter for BodyDensity {
     }
 }
 
-/// Density of a body in statics [kg/m^3], where it has weight and no inertia: `m g` and what damping in
-/// proportion to masses resists, `-alpha m v`, are in proportion to it.
+/// Density of a body in statics [kg/m^3], where it has weight but no inertia: the weight `m g` and the
+/// mass-proportional damping force `-alpha m v` are proportional to it.
 #[derive(Clone, Debug)]
 pub struct WeightDensity {
     of: BodyDensity,
-    /// Acceleration of gravity [m/s^2], a number for each dimension.
+    /// Acceleration of gravity [m/s^2], one number for each dimension.
     gravity: Vec<f64>,
 }
 
 impl WeightDensity {
-    /// Of a body whose vertices have their masses for weights, under this constant gravity.
+    /// Density of a body whose masses act as weights under this constant gravity.
     pub fn new(of: BodyDensity, gravity: Vec<f64>) -> Self {
         WeightDensity { of, gravity }
     }
@@ -153,7 +153,7 @@ impl WeightDensity {
     }
 }
 
-/// Acceleration by all terms that give every vertex the same [m/s^2].
+/// Sum of the accelerations of all terms that accelerate every vertex equally [m/s^2].
 pub(super) fn uniform_gravity(system: &System) -> [f64; 3] {
     let mut sum = [0.0; 3];
     for acceleration in system.terms().iter().filter_map(|term| term.layout()?.acceleration()) {
@@ -162,7 +162,8 @@ pub(super) fn uniform_gravity(system: &System) -> [f64; 3] {
     sum
 }
 
-/// Derivative by the mass of a vertex: of `a = g - (dE/dx + m g)/m`, where `dE/dx` has `-m g` of gravity.
+/// Derivative by the mass of a vertex, of `a = g - (dE/dx + m g)/m`, where `dE/dx` contains `-m g` of
+/// gravity.
 pub(super) fn by_mass(of: &ForceUse<'_>, gravity: &[f64; 3], vertex: usize) -> f64 {
     let (d, mass) = (of.system.dimension(), of.system.mass()[vertex]);
     let coordinates = vertex * d..(vertex + 1) * d;
@@ -170,7 +171,7 @@ pub(super) fn by_mass(of: &ForceUse<'_>, gravity: &[f64; 3], vertex: usize) -> f
     rows.map(|((p, gradient), g)| p * (gradient / mass + g)).sum()
 }
 
-/// The transpose of [`by_mass`]: adds to the force what a `change` of the mass of a vertex makes of it.
+/// Transpose of [`by_mass`]: adds the change of the force due to a `change` of the mass of a vertex.
 pub(super) fn add_by_mass(
     of: &ForceUse<'_>,
     gravity: &[f64; 3],
@@ -184,7 +185,7 @@ pub(super) fn add_by_mass(
     rows.for_each(|((force, gradient), g)| *force += change * (gradient / mass + g));
 }
 
-/// Derivative of `omega^2` of a mode by the lumped mass of a vertex: `-omega^2 |phi|^2` there.
+/// Derivative of `omega^2` of a mode by the lumped mass of a vertex, `-omega^2 |phi|^2` there.
 pub(super) fn mode_by_mass(of: &ModeUse<'_>, vertex: usize) -> f64 {
     let d = of.system.dimension();
     -of.square * of.shape[vertex * d..][..d].iter().map(|phi| phi * phi).sum::<f64>()

@@ -1,9 +1,9 @@
 //! Poisson's ratio of membranes.
 //!
-//! A triangle in space of volume `w` maps its plane at rest by `F = Q G`, `G` two by two in its own plane.
-//! The solid stretches by `s` across it: 1 in plane strain, in plane stress so that `P_33(G, s) = 0`. With
-//! `H` made of `p` as `F` is of the positions, `p . dE/dx = w P : Q^T H`. Where the solid's stress changes
-//! by `P'`, `P` does by `P' + s' dP/ds`, `s' = -P'_33 / (dP_33/ds)`, which is 0 in plane strain.
+//! A triangle in 3D of volume `w` maps its reference plane by `F = Q G`, `G` two by two in its own plane.
+//! The solid stretches by `s` across it: 1 in plane strain; in plane stress `P_33(G, s) = 0`. With `H`
+//! formed from `p` as `F` is from the positions, `p . dE/dx = w P : Q^T H`. If the solid's stress changes
+//! by `P'`, `P` changes by `P' + s' dP/ds`, `s' = -P'_33 / (dP_33/ds)`, which is 0 in plane strain.
 
 use pliant::algebra::Mat;
 use pliant::element::simplex_rest;
@@ -13,24 +13,24 @@ use pliant::material::MaterialSpec;
 use super::elements::{ElementEnergy, Maker};
 use super::{ForceUse, Parameter};
 
-/// Triangles of a membrane at rest, and what they are made of.
+/// Triangles of a membrane with their reference geometry and material.
 #[derive(Clone, Copy, Debug)]
 pub struct MembraneElements<'a> {
-    /// Vertices of the triangles, by their numbers in the simulation, flat.
+    /// Vertices of the triangles, by index in the simulation, flat.
     pub cells: &'a [u32],
-    /// Rest positions of all vertices of the simulation, flat [m].
+    /// Reference positions of all vertices of the simulation, flat [m].
     pub rest: &'a [f64],
-    /// Thickness at rest [m].
+    /// Reference thickness [m].
     pub thickness: f64,
     /// True in plane stress, false in plane strain.
     pub frees_faces: bool,
-    /// The material that they are filled with.
+    /// Material of the membrane.
     pub material: &'a MaterialSpec,
 }
 
 impl MembraneElements<'_> {
-    /// A number of which the energy density of the solid has the derivative `sum c_i psi_i`, factors first:
-    /// see [`Modulus`](super::Modulus).
+    /// Parameter by which the energy density of the solid has the derivative `sum c_i psi_i`, factors
+    /// first: see [`Modulus`](super::Modulus).
     pub fn modulus(&self, parts: &[(f64, MaterialSpec)]) -> Box<dyn Parameter> {
         let triangles = self.cells.as_chunks::<3>().0.to_vec();
         let rest = triangles.iter().map(|triangle| {
@@ -50,16 +50,16 @@ impl MembraneElements<'_> {
 
 struct MembraneModulus {
     triangles: Vec<[u32; 3]>,
-    /// Inverse edges in the plane at rest, and `w`.
+    /// Inverse edges in the reference plane, and `w`.
     rest: Vec<(Mat<f64, 2>, f64)>,
     frees_faces: bool,
     solid: Box<dyn ElementEnergy<3>>,
     parts: Vec<(f64, Box<dyn ElementEnergy<3>>)>,
 }
 
-/// Relative change of the stretch across below which one more step of Newton's method is exact to rounding.
+/// Relative change of the thickness stretch below which one more Newton step is exact to rounding.
 const CLOSE: f64 = 1e-8;
-/// Steps before it is given up.
+/// Limit on the Newton steps.
 const MOST_STEPS: usize = 60;
 
 /// `e_3 e_3^T`.
@@ -68,7 +68,7 @@ fn across() -> Mat<f64, 3> {
 }
 
 impl MembraneModulus {
-    /// The solid's deformation gradient, of `G` in its first two axes.
+    /// Deformation gradient of the solid with `G` in its first two axes.
     fn in_space(&self, g: &Mat<f64, 2>) -> Mat<f64, 3> {
         let mut f = across();
         (0..2).for_each(|i| f[i][..2].copy_from_slice(&g[i]));
@@ -78,7 +78,7 @@ impl MembraneModulus {
         let mut is_close = false;
         for _ in 0..MOST_STEPS {
             let (p, k) = (self.solid.stress(&f)[2][2], self.solid.stress_along(&f, &across())[2][2]);
-            // Where the energy is not convex, downhill; never through zero, and not far at once.
+            // If the energy is not convex, step downhill; never through zero, and not too far at once.
             let step = if k > 0.0 { -p / k } else { -p.signum() * f[2][2] };
             let last = is_close;
             is_close = k > 0.0 && step.abs() <= CLOSE * f[2][2];
@@ -90,7 +90,7 @@ impl MembraneModulus {
         f
     }
 
-    /// `Q` by rows, and the derivative of `P` of triangle `i` by the number.
+    /// Rows of `Q`, and the derivative of `P` of triangle `i` by the parameter.
     fn rate(&self, i: usize, x: &[f64]) -> ([[f64; 2]; 3], Mat<f64, 2>) {
         let (corners, axes) = flattened(&points_of(x, &self.triangles[i]));
         let edges = Mat([[corners[1][0], corners[2][0]], [corners[1][1], corners[2][1]]]);

@@ -6,16 +6,16 @@ use pliant::energy::EnergyTerm;
 use super::{ForceUse, ModeUse, Parameter};
 use crate::adjoint::{add_scaled, dot};
 
-/// A number `theta` with `dE/d theta = sum_i c_i E_i` and `dR/d theta = sum_i b_i R_i`, energies and
-/// dissipation functions of other constants.
+/// Parameter `theta` with `dE/d theta = sum_i c_i E_i` and `dR/d theta = sum_i b_i R_i`, energies and
+/// dissipation functions with other constants.
 ///
-/// Energies of isotropic models are linear in the Lame parameters, `E = lambda E_l + mu E_m`: both parts are
-/// energies of the same model, of `lambda = 0` and of `lambda = mu`, and the derivatives of forces by Young's
-/// modulus and by Poisson's ratio are exact.
+/// Energies of isotropic models are linear in the Lame parameters, `E = lambda E_l + mu E_m`. Both parts
+/// are energies of the same model, with `lambda = 0` and `lambda = mu`, so that the derivatives of forces
+/// by Young's modulus and Poisson's ratio are exact.
 pub struct Modulus {
-    /// True if the only energy is that of the term of the system that has the same name.
+    /// True if the only energy is that of the system's term with the same name.
     is_of_system: bool,
-    /// Place of that term, once it has been found.
+    /// Index of that term, once it has been found.
     place: Option<usize>,
     energies: Vec<(f64, Box<dyn EnergyTerm>)>,
     dissipation: Vec<(f64, Box<dyn DissipativeTerm>)>,
@@ -23,7 +23,7 @@ pub struct Modulus {
 }
 
 impl Modulus {
-    /// The number that has these parts, factors first.
+    /// Parameter with these parts, factors first.
     pub fn new(
         energies: Vec<(f64, Box<dyn EnergyTerm>)>,
         dissipation: Vec<(f64, Box<dyn DissipativeTerm>)>,
@@ -31,14 +31,14 @@ impl Modulus {
         Modulus { is_of_system: false, place: None, energies, dissipation, gradient: vec![] }
     }
 
-    /// Says that its only energy is that of the term of the system that has the same name, so that its work
-    /// need not be computed once more where it is known. Factors of terms are those of this energy.
+    /// Declares that its only energy is that of the system's term with the same name, whose work need not
+    /// be computed again where it is known. Factors of terms are those of this energy.
     #[must_use]
     pub fn of_system(self) -> Self {
         Modulus { is_of_system: true, ..self }
     }
 
-    /// `p` times the derivative of the energies, where the system's term has it already.
+    /// Derivative of the energies along `p`, if the system's term has computed it.
     fn known_work(&mut self, of: &ForceUse<'_>) -> Option<f64> {
         let [(factor, energy)] = &self.energies[..] else { return None };
         if !self.is_of_system || of.works.is_empty() {

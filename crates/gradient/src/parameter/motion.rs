@@ -1,31 +1,31 @@
-//! Prescribed motion.
+//! Parameters of prescribed motion.
 
 use pliant::system::System;
 use pliant_scene::OverTime;
 
 use super::{ForceUse, HeldChange, HeldUse, ModeUse, Parameter, ParameterNeeds};
 
-/// True if the hold of this name has not let go.
+/// True if the constraint with this name has not been released.
 fn acts(system: &System, name: &str) -> bool {
     system.constraints().iter().any(|hold| hold.name() == name)
 }
 
-/// A factor of the prescribed motion of a pin, 1 as the scene has it: places `x(0) + f u(t)`, velocities `f
+/// Factor of the prescribed motion of a pin, 1 in the scene: positions `x(0) + f u(t)`, velocities `f
 /// u'(t)`.
 #[derive(Clone, Debug)]
 pub struct MotionFactor {
     hold: String,
-    /// Coordinates that it moves, and where they would be without motion [m], once they have been looked up.
+    /// Moved coordinates with their positions without motion [m], once looked up.
     starts: Option<Vec<(usize, f64)>>,
 }
 
 impl MotionFactor {
-    /// Of the [hold](pliant::constraint::Hold) of this name.
+    /// Factor for the [constraint](pliant::constraint::Hold) with this name.
     pub fn new(hold: String) -> Self {
         MotionFactor { hold, starts: None }
     }
 
-    /// None after the hold has let go.
+    /// Moved coordinates with their start positions; empty after the release.
     fn starts(&mut self, system: &System) -> &[(usize, f64)] {
         if !acts(system, &self.hold) {
             return &[];
@@ -33,7 +33,7 @@ impl MotionFactor {
         self.starts.get_or_insert_with(|| {
             let (d, n) = (system.dimension(), system.inverse_mass().len());
             let (mut x, mut v) = (vec![0.0; n], vec![0.0; n]);
-            // All motion starts from there.
+            // All motion starts from these positions.
             system.prescribe(0.0, &mut x, &mut v);
             let holds = system.constraints().iter().filter(|hold| hold.name() == self.hold);
             holds.flat_map(|hold| hold.coordinates(d)).map(|i| (i, x[i])).collect()
@@ -56,7 +56,7 @@ impl Parameter for MotionFactor {
         }
     }
 
-    /// Forces see it through places and velocities alone.
+    /// Forces depend on it through positions and velocities only.
     fn add_change(&mut self, _: &ForceUse<'_>, _: &[f64], _: &mut [f64]) -> bool {
         true
     }
@@ -78,32 +78,32 @@ impl Parameter for MotionFactor {
     }
 }
 
-/// Rest positions of the vertices of a body as the prescribed displacement of a pin goes by them: a held
-/// coordinate is at `x(0) + u(X, t)` and has the velocity `du/dt`; where it starts stays.
+/// Reference positions of a body's vertices, on which the prescribed displacement of a pin depends: a
+/// fixed coordinate is at `x(0) + u(X, t)` and has the velocity `du/dt`; its start `x(0)` does not
+/// change.
 #[derive(Clone, Debug)]
 pub struct MotionShape {
     hold: String,
     /// Components of the displacement [m].
     formulas: Vec<OverTime>,
-    /// Numbers of the vertices of the body in the simulation.
+    /// Indices of the body's vertices in the simulation.
     vertices: Vec<u32>,
-    /// Places of all vertices at rest, flat, in the order of the simulation [m].
+    /// Reference positions of all vertices, flat, in the order of the simulation [m].
     rest: Vec<f64>,
-    /// Held coordinates and the places of their vertices among those of the body, once they have been looked
-    /// up.
+    /// Fixed coordinates with the indices of their vertices in the body, once looked up.
     coordinates: Option<Vec<(usize, usize)>>,
 }
 
 impl MotionShape {
-    /// Shape for the displacement that moves the [hold](pliant::constraint::Hold) `hold`, on the body of
-    /// these vertices, by their numbers in the simulation; `rest`, flat, are the places of all vertices at
-    /// rest, likewise [m].
+    /// Shape parameter for the displacement of the [constraint](pliant::constraint::Hold) `hold`, on a
+    /// body with these vertices, by index in the simulation; `rest`, flat, are the reference positions of
+    /// all vertices, likewise [m].
     pub fn new(hold: String, formulas: Vec<OverTime>, vertices: Vec<u32>, rest: Vec<f64>) -> Self {
         MotionShape { hold, formulas, vertices, rest, coordinates: None }
     }
 
-    /// Calls `visit` with the held coordinates, the numbers of the rest position of their vertex, and the
-    /// slopes of their places and velocities.
+    /// Calls `visit` with the fixed coordinates, the indices of the reference position of their vertex,
+    /// and the gradients of their positions and velocities.
     fn each(
         &mut self,
         system: &System,
@@ -131,8 +131,8 @@ impl MotionShape {
         }
     }
 
-    /// Adds to the derivatives the sum over held coordinates of those by place and by velocity, `by(i)`,
-    /// times the slopes of these.
+    /// Adds to the derivatives the sum over fixed coordinates of those by position and by velocity,
+    /// `by(i)`, times the gradients of these.
     fn add_by(&mut self, system: &System, time: f64, by: impl Fn(usize) -> [f64; 2], derivative: &mut [f64]) {
         self.each(system, time, |i, numbers, [place, velocity]| {
             let [by_place, by_velocity] = by(i);
@@ -156,12 +156,12 @@ impl Parameter for MotionShape {
         self.add_by(of.system, of.time, |i| [-of.by_positions[i], -of.by_velocities[i]], derivative);
     }
 
-    /// Forces see it through places and velocities alone.
+    /// Forces depend on it through positions and velocities only.
     fn add_change(&mut self, _: &ForceUse<'_>, _: &[f64], _: &mut [f64]) -> bool {
         true
     }
 
-    /// Nothing: coordinates that are held where nothing moves have no part in a mode.
+    /// Adds nothing: fixed coordinates have no part in a mode.
     fn add_mode(&mut self, _: &ModeUse<'_>, _: &mut [f64]) -> bool {
         true
     }
@@ -180,31 +180,31 @@ impl Parameter for MotionShape {
     }
 }
 
-/// A number that the formulas of the prescribed displacement of a pin name after `where`; that of all
-/// components where several name it. A held coordinate is at `x(0) + u(X, t)` and has the velocity `du/dt`:
-/// derivatives by `A` go by `du/dA` and `d2u/dt dA`.
+/// Parameter of the formulas of a pin's prescribed displacement, named after `where`; common to all
+/// components that use it. A fixed coordinate is at `x(0) + u(X, t)` and has the velocity `du/dt`:
+/// derivatives by `A` use `du/dA` and `d2u/dt dA`.
 #[derive(Clone, Debug)]
 pub struct MotionNumber {
     hold: String,
     /// Components of the displacement [m].
     formulas: Vec<OverTime>,
     name: String,
-    /// Places of all vertices at rest, flat, in the order of the simulation [m].
+    /// Reference positions of all vertices, flat, in the order of the simulation [m].
     rest: Vec<f64>,
-    /// Held coordinates, once they have been looked up.
+    /// Fixed coordinates, once looked up.
     coordinates: Option<Vec<usize>>,
 }
 
 impl MotionNumber {
-    /// The number of this name in the components of the displacement that moves the
-    /// [hold](pliant::constraint::Hold) `hold`; `rest`, flat, are the places of all vertices at rest, in the
-    /// order of the simulation [m].
+    /// Parameter with this name in the components of the displacement of the
+    /// [constraint](pliant::constraint::Hold) `hold`; `rest`, flat, are the reference positions of all
+    /// vertices, in the order of the simulation [m].
     pub fn new(hold: String, formulas: Vec<OverTime>, name: String, rest: Vec<f64>) -> Self {
         MotionNumber { hold, formulas, name, rest, coordinates: None }
     }
 
-    /// Calls `visit` with the held coordinates and the derivatives of their places and velocities by the
-    /// number.
+    /// Calls `visit` with the fixed coordinates and the derivatives of their positions and velocities by
+    /// the parameter.
     fn each(&mut self, system: &System, time: f64, mut visit: impl FnMut(usize, [f64; 2])) {
         let MotionNumber { hold, formulas, name, rest, coordinates } = self;
         if !acts(system, hold) {
@@ -224,8 +224,8 @@ impl MotionNumber {
         }
     }
 
-    /// Sum over held coordinates of the derivatives by place and by velocity, `by(i)`, times what the number
-    /// makes of these.
+    /// Sum over fixed coordinates of the derivatives by position and by velocity, `by(i)`, times those of
+    /// position and velocity by the parameter.
     fn sum(&mut self, system: &System, time: f64, by: impl Fn(usize) -> [f64; 2]) -> f64 {
         let mut sum = 0.0;
         self.each(system, time, |i, [place, velocity]| {
@@ -249,7 +249,7 @@ impl Parameter for MotionNumber {
         derivative[0] -= self.sum(of.system, of.time, |i| [of.by_positions[i], of.by_velocities[i]]);
     }
 
-    /// Forces see it through places and velocities alone.
+    /// Forces depend on it through positions and velocities only.
     fn add_change(&mut self, _: &ForceUse<'_>, _: &[f64], _: &mut [f64]) -> bool {
         true
     }

@@ -1,29 +1,29 @@
-//! Masses that attract each other.
+//! Parameters of mutual gravity.
 
 use super::{ForceUse, Parameter};
 
-/// Attraction between all pairs by masses of some of them [kg]: the derivative of `p . dE/dx` by `m_k` is
-/// `sum_i m_i (p_i - p_k) . g_ik`, `g_ik = G (x_i - x_k) / (|x_i - x_k|^2 + softening^2)^(3/2)`. Inertia is
-/// another part, see [`Masses`](super::Masses).
+/// Masses as sources of mutual gravity between all pairs [kg]. The derivative of `p . dE/dx` by `m_k` is
+/// `sum_i m_i (p_i - p_k) . g_ik`, `g_ik = G (x_i - x_k) / (|x_i - x_k|^2 + softening^2)^(3/2)`. For
+/// inertia see [`Masses`](super::Masses).
 #[derive(Clone, Debug)]
 pub struct AttractingMasses {
-    /// Vertices whose masses are the numbers.
+    /// Vertices whose masses are the parameters.
     numbers: Vec<u32>,
-    /// All that attract.
+    /// All attracting vertices.
     vertices: Vec<u32>,
     constant: f64,
     softening: f64,
 }
 
 impl AttractingMasses {
-    /// Masses of the vertices `numbers`, which are among the `vertices` that attract each other with the
+    /// Masses of the vertices `numbers`, a subset of the `vertices` that attract each other with the
     /// gravitational `constant` [m^3/(kg s^2)] and this `softening` [m].
     pub fn new(numbers: Vec<u32>, vertices: Vec<u32>, constant: f64, softening: f64) -> Self {
         AttractingMasses { numbers, vertices, constant, softening }
     }
 
-    /// Calls `visit(number, i, k, m_i g_ik)` with the coordinates of every vertex `i` that attracts another,
-    /// `k`, whose mass is a number.
+    /// Calls `visit(number, i, k, m_i g_ik)` with the coordinates of every attracting vertex `i` and
+    /// every other vertex `k` whose mass is a parameter.
     fn each(&self, of: &ForceUse<'_>, mut visit: impl FnMut(usize, usize, usize, [f64; 3])) {
         let d = of.system.dimension();
         for (number, k) in self.numbers.iter().enumerate() {
@@ -63,24 +63,25 @@ impl Parameter for AttractingMasses {
     }
 }
 
-/// Plummer softening `s` [m] of the attraction between all pairs: the derivative of `p . dE/dx` by it is
-/// `-3 s G sum_{i<k} m_i m_k (p_i - p_k) . (x_i - x_k) / (|x_i - x_k|^2 + s^2)^(5/2)`.
+/// Plummer softening `s` [m] of mutual gravity. The derivative of `p . dE/dx` by it is `-3 s G sum_{i<k}
+/// m_i m_k (p_i - p_k) . (x_i - x_k) / (|x_i - x_k|^2 + s^2)^(5/2)`.
 #[derive(Clone, Debug)]
 pub struct Softening {
-    /// All that attract.
+    /// All attracting vertices.
     vertices: Vec<u32>,
     constant: f64,
     softening: f64,
 }
 
 impl Softening {
-    /// Of the `vertices` that attract each other with the gravitational `constant` [m^3/(kg s^2)] and this
-    /// `softening` [m].
+    /// Softening of the `vertices` that attract each other with the gravitational `constant` [m^3/(kg
+    /// s^2)] and this `softening` [m].
     pub fn new(vertices: Vec<u32>, constant: f64, softening: f64) -> Self {
         Softening { vertices, constant, softening }
     }
 
-    /// Calls `visit(i, k, f)` with the coordinates of each pair and the derivative `f` of the force on `i`.
+    /// Calls `visit(i, k, f)` with the coordinates of each pair and the derivative `f` of the force on
+    /// `i`.
     fn each(&self, of: &ForceUse<'_>, mut visit: impl FnMut(usize, usize, [f64; 3])) {
         let (d, mass) = (of.system.dimension(), of.system.mass());
         for (n, i) in self.vertices.iter().enumerate() {

@@ -1,11 +1,12 @@
-//! Points of elements at rest: of simplices of first and second order, and of cells that are none.
+//! Quadrature points of elements in the reference configuration: simplices of first and second order, and
+//! isoparametric elements.
 
 use pliant::element::{
     Isoparametric, QuadraturePoint, quadrature_count, quadrature_points, quadrature_position, shape_functions,
 };
 use pliant::energy::elastic::points_of;
 
-/// Points of a rule in every element, those of one element after those of another.
+/// Points of a quadrature rule in every element, element by element.
 #[derive(Clone)]
 pub(super) struct VolumePoints<const D: usize, const N: usize> {
     pub(super) points: Vec<QuadraturePoint<D, N>>,
@@ -14,12 +15,13 @@ pub(super) struct VolumePoints<const D: usize, const N: usize> {
 }
 
 impl<const D: usize, const N: usize> VolumePoints<D, N> {
-    /// Points of no element.
+    /// Points of no elements.
     pub(super) fn none() -> Self {
         VolumePoints { points: vec![], values: vec![] }
     }
 
-    /// Points of elements at rest at `rest`, flat [m], by a rule of places and of parts of the volume.
+    /// Points of elements with reference positions `rest`, flat [m], for a rule of positions and volume
+    /// fractions.
     pub(super) fn new(elements: &[[u32; N]], rest: &[f64], rule: &[([f64; 4], f64)]) -> Self {
         let of_element = |element: &[u32; N]| {
             let nodes = points_of(rest, element);
@@ -31,7 +33,7 @@ impl<const D: usize, const N: usize> VolumePoints<D, N> {
         }
     }
 
-    /// Points of cells that are no simplices, at rest at `rest`, at which their energy is summed.
+    /// Quadrature points of the energy of isoparametric elements with reference positions `rest`.
     pub(super) fn of_cells(elements: &[[u32; N]], rest: &[f64], cell: &Isoparametric<D, N>) -> Self {
         let of_cell = |vertices: &[u32; N]| {
             let nodes = points_of(rest, vertices);
@@ -49,7 +51,7 @@ impl<const D: usize, const N: usize> VolumePoints<D, N> {
         }
     }
 
-    /// Points of simplices at which their energy is summed.
+    /// Quadrature points of the energy of simplices.
     pub(super) fn of_energy(elements: &[[u32; N]], rest: &[f64]) -> Self {
         let of_element =
             |element: &[u32; N]| quadrature_points(&points_of(rest, element)).collect::<Vec<_>>();
@@ -60,7 +62,7 @@ impl<const D: usize, const N: usize> VolumePoints<D, N> {
         }
     }
 
-    /// Places of all points at rest, third component 0 in 2D [m].
+    /// Reference positions of all points, third component 0 in 2D [m].
     pub(super) fn places(&self, elements: &[[u32; N]], rest: &[f64]) -> Vec<[f64; 3]> {
         let of_element = |element: &[u32; N]| {
             let nodes = points_of::<D, N>(rest, element);
@@ -86,7 +88,7 @@ impl<const D: usize, const N: usize> VolumePoints<D, N> {
     }
 }
 
-/// `sum_a n_a r_a` of the rows of the nodes of an element.
+/// Interpolation `sum_a n_a r_a` of the rows of an element's nodes.
 pub(super) fn mean<const D: usize, const N: usize>(rows: &[[f64; D]; N], values: &[f64; N]) -> [f64; D] {
     let mut sum = [0.0; D];
     for (row, n) in rows.iter().zip(values) {

@@ -1,18 +1,18 @@
-//! Numbers that whole terms are in proportion to, or to a power of.
+//! Parameters that scale whole terms, linearly or by a power.
 
 use super::{ForceUse, Parameter, ParameterNeeds};
 use crate::adjoint::{add_scaled, dot};
 
-/// A number `theta` with `dE/d theta = sum_i c_i E_i` and `dR/d theta = sum_i c_i R_i`, energies and
-/// dissipation functions of terms of the system: `c = n/theta` of one in proportion to `theta^n`.
+/// Parameter `theta` with `dE/d theta = sum_i c_i E_i` and `dR/d theta = sum_i c_i R_i`, energies and
+/// dissipation functions of terms of the system: `c = n/theta` for a term proportional to `theta^n`.
 #[derive(Clone, Debug)]
 pub struct TermFactor {
-    /// Factor of each term, by its name.
+    /// Factor of each term, with the term's name.
     parts: Vec<(f64, String)>,
 }
 
 impl TermFactor {
-    /// The number of these parts: factors, and names of terms, all of which the system has.
+    /// Parameter with these parts: factors, and names of terms that the system must have.
     pub fn new(parts: Vec<(f64, String)>) -> Self {
         TermFactor { parts }
     }
@@ -40,7 +40,7 @@ impl Parameter for TermFactor {
     }
 }
 
-/// Ether drag `c` [1/s]: the force `-c M v`.
+/// Mass-proportional drag `c` [1/s], with the force `-c M v`.
 #[derive(Clone, Copy, Debug)]
 pub struct EtherDrag;
 

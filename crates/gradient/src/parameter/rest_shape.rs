@@ -1,18 +1,18 @@
-//! Shapes at rest of simplices of first and second order, and of cells that are none.
+//! Reference shapes of simplices of first and second order, and of isoparametric elements.
 //!
-//! At a quadrature point of weight `w` with gradients `b_a` of the shape functions, `F = sum_a x_a b_a^T`,
-//! and `G` and `L` are made so of `p` and of the velocities. Where rest positions move by `d_a`, with `B =
-//! sum_a d_a b_a^T`,
+//! At a quadrature point of weight `w` with gradients `b_a` of the shape functions, `F = sum_a x_a
+//! b_a^T`, and `G` and `L` are formed likewise from `p` and the velocities. If reference positions move
+//! by `d_a`, with `B = sum_a d_a b_a^T`,
 //!
 //! ```text
 //! dw = w tr B      dF = -F B      dG = -G B      dL = -L B
 //! ```
 //!
-//! so that the derivative of `w P(F) : G` is `w K : B`, `K = (P : G) I - F^T (dP/dF : G) - G^T P`. Of the
-//! viscous stress `F S`, `S = S(sym A)` with `A = F^T L`, and with `S_p = S(sym C)`, `C = F^T G`, it is `K =
-//! (S : C) I - (A + A^T) S_p - (C + C^T) S`. Masses are functions of the `w` at points of their own. Of cells
-//! muscles, masses and forces per volume have these points, too; stresses are
-//! [theirs](pliant::energy::elastic::ShapedCells).
+//! so that the derivative of `w P(F) : G` is `w K : B`, `K = (P : G) I - F^T (dP/dF : G) - G^T P`. For
+//! the viscous stress `F S`, `S = S(sym A)` with `A = F^T L`, and with `S_p = S(sym C)`, `C = F^T G`, it
+//! is `K = (S : C) I - (A + A^T) S_p - (C + C^T) S`. Masses are functions of the `w` at points of their
+//! own. For isoparametric elements, muscles, masses and forces per volume use these points, too; stresses
+//! are computed by [the elements](pliant::energy::elastic::ShapedCells).
 
 use pliant::algebra::Mat;
 use pliant::dissipation::Viscosity;
@@ -28,60 +28,60 @@ use super::points::{VolumePoints, mean};
 use super::{ForceUse, ModeUse, Parameter, ParameterNeeds, Together};
 use crate::adjoint::dot;
 
-/// Tension along fibres.
+/// Muscle tension along fibres.
 #[derive(Clone, Debug)]
 pub struct FibreTension {
     /// Direction of any length in each element, third component 0 in 2D.
     pub directions: Vec<[f64; 3]>,
-    /// By the places of the points of an element at which its energy is summed [Pa].
+    /// Tension as a function of the positions of the quadrature points [Pa].
     pub tension: OverTime,
 }
 
-/// Force per volume on elements, between whose vertices it is interpolated.
+/// Force per volume on elements, interpolated between their vertices.
 #[derive(Clone, Debug)]
 pub struct VolumeForce {
-    /// Components, by the places of vertices [N/m^d].
+    /// Components as functions of the positions of vertices [N/m^d].
     pub components: Vec<OverTime>,
-    /// Vertices at which it has this value, by their numbers in the simulation; it is zero at others.
+    /// Vertices with this value, by index in the simulation; it is zero at others.
     pub vertices: Vec<u32>,
 }
 
-/// Elements of a body at rest, and what is made of their shape.
+/// Elements of a body with everything that depends on their reference shape.
 #[derive(Clone, Copy, Debug)]
 pub struct ShapedElements<'a> {
-    /// 2 or 3.
+    /// Dimension, 2 or 3.
     pub dimension: usize,
-    /// 1 or 2, of simplices.
+    /// Order of simplices, 1 or 2.
     pub order: u32,
-    /// Kind of cells that are none.
+    /// Kind of isoparametric elements; `None` for simplices.
     pub kind: Option<&'a CellKind>,
-    /// Vertices, by their numbers in the simulation, flat: corners, then middles of edges, of each element.
+    /// Vertices, by index in the simulation, flat: corners, then midside nodes, of each element.
     pub cells: &'a [u32],
-    /// Rest positions of all vertices of the simulation, flat [m].
+    /// Reference positions of all vertices of the simulation, flat [m].
     pub rest: &'a [f64],
-    /// Their energy density.
+    /// Material of the elements.
     pub material: &'a MaterialSpec,
-    /// Factors of it, one for each element; none if all are 1.
+    /// Factors of the energy, one for each element; empty if all are 1.
     pub factors: &'a [f64],
-    /// Rotation from the axes of the material to those of space in each element, whatever its shape; none if
-    /// all are the same.
+    /// Rotation from material axes to spatial axes in each element, independent of its shape; empty if
+    /// all are the identity.
     pub axes: &'a [Mat<f64, 3>],
-    /// Tensions along fibres.
+    /// Muscle tensions along fibres.
     pub muscles: &'a [FibreTension],
     /// Forces per volume.
     pub body_forces: &'a [VolumeForce],
-    /// Viscosity, whatever their stiffness.
+    /// Viscosity of the elements, independent of their stiffness.
     pub viscosity: Viscosity,
-    /// Density [kg/m^3]; `None` where masses do not go by volumes.
+    /// Density [kg/m^3]; `None` if masses do not depend on volumes.
     pub density: Option<f64>,
-    /// Gravity where masses are weights alone, in statics [m/s^2]; `None` where they are inertia.
+    /// Gravity if masses are weights only, in statics [m/s^2]; `None` if they are inertia.
     pub weight: Option<[f64; 3]>,
 }
 
 impl ShapedElements<'_> {
-    /// Rest positions of `vertices`, by their numbers in the simulation: all that the elements have, and no
-    /// others. They change deformation, volumes and masses; the start of the run stays as it is, and so do
-    /// axes, fibres and the tension along them in each element.
+    /// Parameter for the reference positions of `vertices`, by index in the simulation, which must be
+    /// exactly those of the elements. They change deformation, volumes and masses; the initial state of
+    /// the run does not change, nor do axes, fibres and the tension along them in each element.
     pub fn parameter(&self, vertices: &[u32]) -> Box<dyn Parameter> {
         let shape = self.shape(vertices);
         match self.kind.filter(|kind| kind.order() == 1) {
@@ -90,7 +90,8 @@ impl ShapedElements<'_> {
         }
     }
 
-    /// Rest positions of `vertices` as elements of any kind go by them, cells but for their stresses.
+    /// Dependence of elements of any kind on the reference positions of `vertices`, except for the
+    /// stresses of isoparametric elements.
     fn shape(&self, vertices: &[u32]) -> Box<dyn Parameter> {
         match self.kind {
             Some(kind) if kind.order() == 1 => {
@@ -107,7 +108,7 @@ impl ShapedElements<'_> {
         }
     }
 
-    /// Stresses of cells of a kind as functions of the rest positions of `vertices`.
+    /// Dependence of the stresses of isoparametric elements on the reference positions of `vertices`.
     fn cells(&self, kind: &CellKind, vertices: &[u32]) -> CellShape {
         let elements = ElementSet {
             body: "",
@@ -127,10 +128,10 @@ impl ShapedElements<'_> {
     }
 }
 
-/// Rest positions of the vertices of a body of cells, as their stresses go by them.
+/// Parameter: reference positions of a body's vertices through the stresses of isoparametric elements.
 struct CellShape {
     cells: Box<dyn CellShapes>,
-    /// Place of each coordinate among those of the simulation.
+    /// Index of each coordinate in the simulation.
     coordinates: Vec<usize>,
 }
 
@@ -160,7 +161,7 @@ impl Parameter for CellShape {
     }
 }
 
-/// Maker of what cells of whatever kind is visited have beside their stresses.
+/// Builder for the contributions of isoparametric elements other than stresses.
 struct CellVolumes<'a> {
     of: &'a ShapedElements<'a>,
     vertices: &'a [u32],
@@ -190,40 +191,40 @@ impl CellVisitor for SecondOrderShape<'_> {
 
 /// Rest positions of the vertices of a body.
 struct RestShape<const D: usize, const N: usize> {
-    /// Vertices of each element, by their numbers in the simulation.
+    /// Vertices of each element, by index in the simulation.
     elements: Vec<[u32; N]>,
-    /// Points at which energies are summed.
+    /// Quadrature points of the energies.
     points: VolumePoints<D, N>,
-    /// Points at which masses are; none where they do not go by volumes.
+    /// Quadrature points of the masses; none if masses do not depend on volumes.
     masses: VolumePoints<D, N>,
-    /// Points at which forces per volume are; none where there are none.
+    /// Quadrature points of the forces per volume; none without such forces.
     volumes: VolumePoints<D, N>,
-    /// Rest positions of the vertices of the body, third component 0 in 2D, where there are such forces [m].
+    /// Reference positions of the body's vertices, third component 0 in 2D, if there are such forces [m].
     places: Vec<[f64; 3]>,
-    /// `None` of cells, which have it themselves.
+    /// Energy density; `None` for isoparametric elements, which have their own.
     psi: Option<Box<dyn ElementEnergy<D>>>,
     /// Factor of the energy of each element.
     factors: Vec<f64>,
-    /// Rotation of the material of each, none where there is none.
+    /// Material rotation of each element; empty if there is none.
     axes: Vec<Mat<f64, D>>,
-    /// Tensions, and `a a^T` of the unit vector `a` in each element.
+    /// Tensions, with `a a^T` of the unit vector `a` in each element.
     muscles: Vec<(FibreTension, Vec<Mat<f64, D>>)>,
-    /// Places at rest of the points at which energies are summed, where there are muscles [m].
+    /// Reference positions of the quadrature points of the energies, if there are muscles [m].
     point_places: Vec<[f64; 3]>,
     body_forces: Vec<VolumeForce>,
     viscosity: Viscosity,
     density: f64,
     weight: Option<[f64; 3]>,
-    /// True if masses go by squares of the shape functions, with inertia.
+    /// True if masses are lumped by squares of the shape functions (with inertia).
     by_squares: bool,
-    /// Place of each vertex of the simulation among those of the body.
+    /// Index of each vertex of the simulation in the body.
     place: Vec<u32>,
     vertices: usize,
 }
 
-/// Rule of `D + 1` points, each nearer to one corner, that is exact to degree 2: products of linear shape
-/// functions. Hammer, Stroud 1956, "Numerical integration over simplexes", Mathematical Tables and Other Aids
-/// to Computation 10, 137.
+/// Quadrature rule of `D + 1` points, each nearer to one corner, that is exact to degree 2 (products of
+/// linear shape functions). Hammer, Stroud 1956, "Numerical integration over simplexes", Mathematical
+/// Tables and Other Aids to Computation 10, 137.
 fn corner_rule<const D: usize>() -> Vec<([f64; 4], f64)> {
     let corners = (D + 1) as f64;
     let far = (1.0 - 1.0 / (corners + 1.0).sqrt()) / corners;
@@ -236,14 +237,14 @@ fn corner_rule<const D: usize>() -> Vec<([f64; 4], f64)> {
     (0..=D).map(point).collect()
 }
 
-/// Forces per volume at the vertices of a body, and their slopes.
+/// Forces per volume at the vertices of a body, with their gradients.
 struct BodyForces<const D: usize> {
     values: Vec<[f64; D]>,
     /// Derivatives of each component by the coordinates.
     slopes: Vec<[[f64; 3]; D]>,
 }
 
-/// `sum_a x_a b_a^T` of rows of these vertices.
+/// Gradient `sum_a x_a b_a^T` of rows of these vertices.
 fn gradient<const D: usize, const N: usize>(
     rows: &[f64],
     element: &[u32; N],
@@ -252,7 +253,7 @@ fn gradient<const D: usize, const N: usize>(
     point.deformation_gradient(&points_of(rows, element))
 }
 
-/// `a a^T` of the unit vectors `a` along these directions.
+/// Projectors `a a^T` of the unit vectors `a` along these directions.
 fn along<const D: usize>(directions: &[[f64; 3]]) -> Vec<Mat<f64, D>> {
     let of_element = |direction: &[f64; 3]| {
         // A rotation's first column is the unit vector.
@@ -264,7 +265,7 @@ fn along<const D: usize>(directions: &[[f64; 3]]) -> Vec<Mat<f64, D>> {
     directions.iter().map(of_element).collect()
 }
 
-/// `2 eta sym(A) + zeta tr(A) I`.
+/// Viscous stress `2 eta sym(A) + zeta tr(A) I`.
 fn viscous<const D: usize>(viscosity: Viscosity, a: &Mat<f64, D>) -> Mat<f64, D> {
     a.symmetric().scale(2.0 * viscosity.shear) + Mat::scalar(viscosity.second * a.trace())
 }
@@ -290,7 +291,7 @@ impl<const D: usize, const N: usize> RestShape<D, N> {
         }
     }
 
-    /// Of cells muscles, masses and forces per volume alone.
+    /// Isoparametric elements: muscles, masses and forces per volume only.
     fn cells(of: &ShapedElements<'_>, vertices: &[u32], cell: &Isoparametric<D, N>) -> Self {
         let points = VolumePoints::of_cells(of.cells.as_chunks::<N>().0, of.rest, cell);
         let points_if = |is_some: bool| if is_some { points.clone() } else { VolumePoints::none() };
@@ -332,12 +333,12 @@ impl<const D: usize, const N: usize> RestShape<D, N> {
         }
     }
 
-    /// Elements with their numbers and their points.
+    /// Elements with their indices and points.
     fn each(&self) -> impl Iterator<Item = (usize, &[u32; N], &[QuadraturePoint<D, N>])> {
         self.elements.iter().enumerate().map(|(i, element)| (i, element, self.points.all_of(i)))
     }
 
-    /// `P` of element `i` at its point `q`.
+    /// Stress `P` of element `i` at its point `q`.
     fn stress(&self, (i, q): (usize, usize), f: &Mat<f64, D>, time: f64) -> Mat<f64, D> {
         let stress = match (&self.psi, self.axes.get(i)) {
             (None, _) => Mat::zero(),
@@ -347,7 +348,7 @@ impl<const D: usize, const N: usize> RestShape<D, N> {
         stress.scale(self.factors[i]) + self.tension((i, q), f, time)
     }
 
-    /// `dP/dF : G` of element `i` without muscles.
+    /// Stress derivative `dP/dF : G` of element `i` without muscles.
     fn passive_along(&self, i: usize, f: &Mat<f64, D>, g: &Mat<f64, D>) -> Mat<f64, D> {
         let along = match (&self.psi, self.axes.get(i)) {
             (None, _) => Mat::zero(),
@@ -357,7 +358,7 @@ impl<const D: usize, const N: usize> RestShape<D, N> {
         along.scale(self.factors[i])
     }
 
-    /// `T F a a^T` of all muscles, linear in `F`.
+    /// Stress `T F a a^T` of all muscles, linear in `F`.
     fn tension(&self, (i, q): (usize, usize), f: &Mat<f64, D>, time: f64) -> Mat<f64, D> {
         let of_muscle = |(muscle, both): &(FibreTension, Vec<Mat<f64, D>>)| {
             let place = self.point_places[i * self.points.values.len() + q];
@@ -366,7 +367,7 @@ impl<const D: usize, const N: usize> RestShape<D, N> {
         self.muscles.iter().map(of_muscle).fold(Mat::zero(), |sum, stress| sum + stress)
     }
 
-    /// Forces per volume at a time [N/m^d]; `None` where there are none.
+    /// Forces per volume at a time [N/m^d]; `None` if there are none.
     fn forces_at(&self, time: f64) -> Option<BodyForces<D>> {
         let count = self.places.len();
         let (mut values, mut slopes) = (vec![[0.0; D]; count], vec![[[0.0; 3]; D]; count]);
@@ -382,12 +383,12 @@ impl<const D: usize, const N: usize> RestShape<D, N> {
         (!values.is_empty()).then_some(BodyForces { values, slopes })
     }
 
-    /// Places of the nodes of element `i` among the vertices of the body.
+    /// Indices of the nodes of element `i` in the body.
     fn places_of(&self, i: usize) -> [usize; N] {
         self.elements[i].map(|vertex| self.place[vertex as usize] as usize)
     }
 
-    /// `K` of the energy of element `i` and of its viscosity at its point `q`.
+    /// Matrix `K` of the energy and viscosity of element `i` at its point `q`.
     fn rate(
         &self,
         ((i, q), element): ((usize, usize), &[u32; N]),
@@ -407,7 +408,7 @@ impl<const D: usize, const N: usize> RestShape<D, N> {
         rate + Mat::scalar(s.dot(&c)) - twice(&a).mul(&s_p) - twice(&c).mul(&s)
     }
 
-    /// Adds `-w dP/dB : B b_a` at the nodes of element `i`: the transpose of its [`rate`](Self::rate).
+    /// Adds `-w dP/dB : B b_a` at the nodes of element `i`: the transpose of [`rate`](Self::rate).
     fn add_rate(
         &self,
         ((i, q), element): ((usize, usize), &[u32; N]),
@@ -433,7 +434,7 @@ impl<const D: usize, const N: usize> RestShape<D, N> {
         }
     }
 
-    /// Adds what rest positions make of `w K : B` at a point.
+    /// Adds the derivative of `w K : B` at a point by the reference positions.
     fn spread(
         &self,
         element: &[u32; N],
@@ -448,9 +449,9 @@ impl<const D: usize, const N: usize> RestShape<D, N> {
         }
     }
 
-    /// Derivatives of the masses of nodes by the volume of each point, `visit(q, node, dm/dw)`: in statics
-    /// and of cells `rho sum_q w N_a`; shares alike of first order; of second order `m_a = rho V t_a / T`,
-    /// `t_a = sum_q w N_a^2`, `T = sum_a t_a`.
+    /// Derivatives of nodal masses by the volume of each point, `visit(q, node, dm/dw)`: `rho sum_q w
+    /// N_a` in statics and for isoparametric elements; equal shares for first order; for second order
+    /// `m_a = rho V t_a / T`, `t_a = sum_q w N_a^2`, `T = sum_a t_a`.
     fn each_mass(&self, i: usize, mut visit: impl FnMut(usize, usize, f64)) {
         let (mut squares, mut volume) = ([0.0; N], 0.0);
         for (point, values) in self.masses.of(i) {
@@ -471,8 +472,8 @@ impl<const D: usize, const N: usize> RestShape<D, N> {
         }
     }
 
-    /// Adds what rest positions make of the work of forces per volume along `p`, flat: that of a point is
-    /// `w N_a p_a . N_b f(X_b)`.
+    /// Adds the derivative by reference positions of the work of forces per volume along `p`, flat. The
+    /// work at a point is `w N_a p_a . N_b f(X_b)`.
     fn spread_forces(&self, forces: &BodyForces<D>, p: &[f64], derivative: &mut [f64]) {
         for (i, element) in self.elements.iter().enumerate() {
             let (places, along) = (self.places_of(i), points_of::<D, N>(p, element));
@@ -492,8 +493,8 @@ impl<const D: usize, const N: usize> RestShape<D, N> {
         }
     }
 
-    /// Adds the change of these forces where rest positions move by `change`, flat by the vertices of the
-    /// body: the transpose.
+    /// Adds the change of these forces if reference positions move by `change`, flat by the vertices of
+    /// the body: the transpose of [`spread_forces`](Self::spread_forces).
     fn add_change_of_forces(&self, forces: &BodyForces<D>, change: &[f64], rows: &mut [f64]) {
         for (i, element) in self.elements.iter().enumerate() {
             let places = self.places_of(i);
@@ -520,7 +521,8 @@ impl<const D: usize, const N: usize> RestShape<D, N> {
         }
     }
 
-    /// Adds what masses make of rest positions, by a derivative at each vertex.
+    /// Adds the derivative by reference positions through the masses, from a derivative by each vertex
+    /// mass.
     fn spread_masses(&self, by_mass: impl Fn(usize) -> f64, derivative: &mut [f64]) {
         if self.density == 0.0 {
             return;
@@ -537,8 +539,8 @@ impl<const D: usize, const N: usize> RestShape<D, N> {
 }
 
 impl<const D: usize, const N: usize> RestShape<D, N> {
-    /// Calls `visit` with vertices and changes of their masses where rest positions move by `change`, flat by
-    /// the vertices of the body.
+    /// Calls `visit` with vertices and the changes of their masses if reference positions move by
+    /// `change`, flat by the vertices of the body.
     fn each_mass_change(&self, change: &[f64], mut visit: impl FnMut(usize, f64)) {
         if self.density == 0.0 {
             return;
@@ -565,12 +567,12 @@ impl<const D: usize, const N: usize> Parameter for RestShape<D, N> {
         ParameterNeeds { force, ..ParameterNeeds::default() }
     }
 
-    /// The state goes with the shape at rest: `F` stays, and `G` of a mode changes by `-G B`.
+    /// The state moves along with the reference shape: `F` stays, and `G` of a mode changes by `-G B`.
     fn add_mode(&mut self, of: &ModeUse<'_>, derivative: &mut [f64]) -> bool {
         for (i, element, points) in self.each() {
             for point in points {
                 let [f, g] = [of.x, of.shape].map(|rows| gradient(rows, element, point));
-                // Where no force acts muscles have no tension.
+                // Without forces, muscles have no tension.
                 let along = self.passive_along(i, &f, &g);
                 let rate = Mat::scalar(along.dot(&g)) - g.transpose_mul(&along).scale(2.0);
                 self.spread(element, point, &rate, derivative);

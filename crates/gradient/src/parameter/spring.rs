@@ -1,21 +1,21 @@
-//! Constants of springs.
+//! Parameters of springs.
 
 use super::{ForceUse, ModeUse, Parameter};
 
-/// A spring, `E = 1/2 k (l - l0)^2`.
+/// Spring with the energy `E = 1/2 k (l - l0)^2`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TunedSpring {
-    /// Ends, by their numbers in the simulation.
+    /// Ends, by index in the simulation.
     pub ends: [u32; 2],
-    /// `k` [N/m].
+    /// Stiffness `k` [N/m].
     pub stiffness: f64,
-    /// `l0` [m].
+    /// Rest length `l0` [m].
     pub rest_length: f64,
 }
 
 impl TunedSpring {
-    /// Length `l` [m], and `(p_1 - p_2) . (x_1 - x_2) / l`: how fast it grows along `p`. A spring of length
-    /// zero has no direction, and does not.
+    /// Length `l` [m], and its rate along `p`, `(p_1 - p_2) . (x_1 - x_2) / l`. A spring of length zero
+    /// has no direction, and rate zero.
     fn stretch(&self, (x, p): (&[f64], &[f64]), d: usize) -> (f64, f64) {
         let [a, b] = self.ends.map(|end| end as usize * d);
         let (mut squared, mut along) = (0.0, 0.0);
@@ -29,7 +29,7 @@ impl TunedSpring {
     }
 }
 
-/// Adds forces along springs, one for each: a positive one draws its ends together [N].
+/// Adds tensions of springs, one for each; a positive one draws its ends together [N].
 fn add_tensions(
     springs: &[TunedSpring],
     of: &ForceUse<'_>,
@@ -51,21 +51,21 @@ fn add_tensions(
     }
 }
 
-/// Stiffness `k` of each of some springs [N/m].
+/// Stiffness `k` of each of the springs [N/m].
 #[derive(Clone, Debug)]
 pub struct SpringStiffness {
     springs: Vec<TunedSpring>,
-    /// Dashpots `beta k` beside them [s].
+    /// Parallel dashpots `beta k`, with `beta` [s].
     beta: f64,
 }
 
 impl SpringStiffness {
-    /// Of these springs.
+    /// Stiffness of these springs.
     pub fn new(springs: Vec<TunedSpring>) -> Self {
         SpringStiffness { springs, beta: 0.0 }
     }
 
-    /// The same of springs with dashpots `beta k` beside them, `beta` [s].
+    /// Adds parallel dashpots `beta k` to the springs, `beta` [s].
     #[must_use]
     pub fn damped(self, beta: f64) -> Self {
         SpringStiffness { beta, ..self }
@@ -77,7 +77,7 @@ impl Parameter for SpringStiffness {
         self.springs.len()
     }
 
-    /// Of springs at rest, which have no stiffness across.
+    /// Springs at their rest length have no transverse stiffness.
     fn add_mode(&mut self, of: &ModeUse<'_>, derivative: &mut [f64]) -> bool {
         for (derivative, spring) in derivative.iter_mut().zip(&self.springs) {
             *derivative += spring.stretch((of.x, of.shape), of.system.dimension()).1.powi(2);
@@ -104,14 +104,14 @@ impl Parameter for SpringStiffness {
     }
 }
 
-/// Rest length `l0` of each of some springs [m].
+/// Rest length `l0` of each of the springs [m].
 #[derive(Clone, Debug)]
 pub struct RestLengths {
     springs: Vec<TunedSpring>,
 }
 
 impl RestLengths {
-    /// Of these springs.
+    /// Rest lengths of these springs.
     pub fn new(springs: Vec<TunedSpring>) -> Self {
         RestLengths { springs }
     }

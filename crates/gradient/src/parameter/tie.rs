@@ -1,4 +1,4 @@
-//! Rest lengths of attachments, and the points that they tie to.
+//! Parameters of attachments: rest lengths, and reference positions of attachment points.
 
 use pliant::algebra::Mat;
 use pliant::energy::attachment::Tie;
@@ -6,15 +6,15 @@ use pliant::energy::attachment::Tie;
 use super::{ForceUse, ModeUse, Parameter, ParameterNeeds};
 use crate::adjoint::{add_scaled, dot};
 
-/// The rest length `l` [m] of the ties of an attachment, `E = sum k/2 (|d| - l)^2`.
+/// Rest length `l` [m] of the ties of an attachment, `E = sum k/2 (|d| - l)^2`.
 #[derive(Clone, Debug)]
 pub struct TieRestLength {
-    /// Name of its term.
+    /// Name of the attachment's term.
     term: String,
 }
 
 impl TieRestLength {
-    /// Of the term of this name.
+    /// Rest length of the term with this name.
     pub fn new(term: String) -> Self {
         TieRestLength { term }
     }
@@ -39,54 +39,54 @@ impl Parameter for TieRestLength {
     }
 }
 
-/// A vertex that is tied to the nearest point of a simplex, to another vertex or to a place.
+/// Vertex tied to the nearest point of a simplex, to another vertex or to a fixed position.
 #[derive(Clone, Debug)]
 struct ShapedTie {
     vertex: u32,
-    /// Corners with their barycentric coordinates `l_k` there; one alone of a vertex, none of a place.
+    /// Corners with their barycentric coordinates `l_k`; a single one for a vertex, empty for a position.
     corners: Vec<(u32, f64)>,
-    /// The place [m], zero of others.
+    /// Fixed position [m]; zero for other ties.
     place: [f64; 3],
-    /// Inverse of `e_i . e_j`, `e_i` the edges from the first corner; rows of the identity where there are
-    /// fewer than three.
+    /// Inverse of `e_i . e_j`, `e_i` the edges from the first corner; padded with rows of the identity.
     inverse: Mat<f64, 3>,
-    /// `e_i` [m].
+    /// Edges `e_i` [m].
     edges: Vec<[f64; 3]>,
-    /// `r`: way from the nearest point to the vertex [m].
+    /// Vector `r` from the nearest point to the vertex [m].
     away: [f64; 3],
 }
 
-/// Rest positions of vertices of a body as ties to nearest points go by them: by the barycentric coordinates
-/// `l` of these points.
+/// Reference positions of a body's vertices, on which ties to nearest points depend through the
+/// barycentric coordinates `l` of these points.
 ///
-/// The point is the foot of the perpendicular on the plane, line or corner of a simplex in which it lies,
-/// `X - sum_k l_k X_k = r`, `e_i . r = 0`. Where rest positions move,
+/// The point is the foot of the perpendicular on the plane, line or corner of the simplex that contains
+/// it, `X - sum_k l_k X_k = r`, `e_i . r = 0`. If reference positions move,
 ///
 /// ```text
 /// sum_j (e_i . e_j) dl_j = e_i . (dX - sum_k l_k dX_k) + (dX_i - dX_0) . r      dl_0 = -sum_j dl_j
 /// ```
 ///
-/// Forces of a tie go by `d = x - sum_k l_k x_k`, and act on corners in parts `l_k`. A point on the border of
-/// its cell moves along that border alone. Ties to vertices and to places have no such coordinates: shapes
-/// decide on nothing but their directions in modes of vibration, where these go along with the shape.
+/// Forces of a tie depend on `d = x - sum_k l_k x_k`, and act on corners in fractions `l_k`. A point on
+/// the boundary of its element moves along that boundary only. Ties to vertices and to fixed positions
+/// have no such coordinates: reference shapes affect only their directions in vibration modes, which move
+/// along with the shape.
 #[derive(Clone, Debug)]
 pub struct TieShape {
     ties: Vec<ShapedTie>,
     constants: TieConstants,
     dimension: usize,
-    /// Place of each vertex of the simulation among those of the body.
+    /// Index of each vertex of the simulation in the body.
     place: Vec<Option<u32>>,
     vertices: usize,
 }
 
-/// Numbers of the springs and dashpots of ties.
+/// Constants of the springs and dashpots of ties.
 #[derive(Clone, Copy, Debug)]
 pub struct TieConstants {
-    /// `k` of each [N/m].
+    /// Stiffness `k` of each tie [N/m].
     pub stiffness: f64,
-    /// `l` [m].
+    /// Rest length `l` [m].
     pub rest_length: f64,
-    /// Constant of the dashpot beside each [N s/m].
+    /// Constant of the parallel dashpot [N s/m].
     pub dashpot: f64,
 }
 
@@ -94,7 +94,7 @@ fn product(a: &[f64; 3], b: &[f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// `sum_i c_i a_i`.
+/// Linear combination `sum_i c_i a_i`.
 fn combined<'a>(each: impl IntoIterator<Item = (f64, &'a [f64; 3])>) -> [f64; 3] {
     let mut sum = [0.0; 3];
     each.into_iter().for_each(|(c, a)| (0..3).for_each(|k| sum[k] += c * a[k]));
@@ -109,7 +109,7 @@ fn row(rows: &[f64], d: usize, vertex: u32) -> [f64; 3] {
 }
 
 impl ShapedTie {
-    /// A tie, whose first vertex is tied to the point of the others, or to its place.
+    /// Tie whose first vertex is tied to the point of the others, or to its fixed position.
     fn new(Tie { shares, place }: &Tie, rest: &[f64], d: usize) -> Self {
         let (vertex, place) = (shares[0].0, *place);
         let corners: Vec<(u32, f64)> = shares[1..].iter().map(|(v, weight)| (*v, -weight)).collect();
@@ -131,19 +131,19 @@ impl ShapedTie {
         ShapedTie { vertex, corners, place, inverse: products.inverse(), edges, away }
     }
 
-    /// True if it is tied to a point that moves in its cell.
+    /// True if it is tied to a point that moves in its element.
     fn has_coordinates(&self) -> bool {
         !self.edges.is_empty()
     }
 
-    /// `y - sum_k l_k y_k`.
+    /// Relative vector `y - sum_k l_k y_k`.
     fn mixed(&self, rows: &[f64], d: usize) -> [f64; 3] {
         let of_corners: Vec<(f64, [f64; 3])> =
             self.corners.iter().map(|(v, l)| (-l, row(rows, d, *v))).collect();
         combined(of_corners.iter().map(|(l, y)| (*l, y)).chain([(1.0, &row(rows, d, self.vertex))]))
     }
 
-    /// Changes of the coordinates where rest positions change by `change`.
+    /// Changes of the barycentric coordinates if reference positions change by `change`.
     fn coordinate_changes(&self, change: impl Fn(u32) -> [f64; 3]) -> Vec<f64> {
         let moved: Vec<(f64, [f64; 3])> = self.corners.iter().map(|(v, l)| (-l, change(*v))).collect();
         let point = combined(moved.iter().map(|(l, dx)| (*l, dx)).chain([(1.0, &change(self.vertex))]));
@@ -154,15 +154,15 @@ impl ShapedTie {
         std::iter::once(-others.iter().sum::<f64>()).chain(others).collect()
     }
 
-    /// Solution of the system of the products `e_i . e_j` for a right side.
+    /// Solves the system of the products `e_i . e_j` for a right-hand side.
     fn solved(&self, right: impl Iterator<Item = f64>) -> Vec<f64> {
         let mut padded = [0.0; 3];
         padded.iter_mut().zip(right).for_each(|(to, from)| *to = from);
         self.inverse.mul_vec(&padded)[..self.edges.len()].to_vec()
     }
 
-    /// Calls `add` with vertices and what their rest positions make of these derivatives by the coordinates:
-    /// the transpose.
+    /// Calls `add` with vertices and the derivatives by their reference positions, given those by the
+    /// barycentric coordinates: the transpose of [`coordinate_changes`](Self::coordinate_changes).
     fn spread(&self, by: &[f64], mut add: impl FnMut(u32, [f64; 3])) {
         let each = self.solved(by[1..].iter().map(|one| one - by[0]));
         let along = combined(each.iter().copied().zip(&self.edges));
@@ -174,9 +174,9 @@ impl ShapedTie {
     }
 }
 
-/// Force of a tie and what it changes with `d` and its rate `w`.
+/// Force of a tie and its derivatives by `d` and its rate `w`.
 struct TieForce {
-    /// `F` [N].
+    /// Force `F` [N].
     force: [f64; 3],
     d: [f64; 3],
     w: [f64; 3],
@@ -184,7 +184,7 @@ struct TieForce {
 }
 
 impl TieForce {
-    /// `F = k (1 - l/|d|) d + c (d . w)/|d|^2 d`; where the ends meet, `k d + c w`.
+    /// Force `F = k (1 - l/|d|) d + c (d . w)/|d|^2 d`; if the ends coincide, `k d + c w`.
     fn new(d: [f64; 3], w: [f64; 3], constants: TieConstants) -> Self {
         let mut of = TieForce { force: [0.0; 3], d, w, constants };
         let TieConstants { stiffness, dashpot, .. } = constants;
@@ -201,7 +201,7 @@ impl TieForce {
         product(&self.d, &self.d)
     }
 
-    /// `l/|d|`.
+    /// Ratio `l/|d|`.
     fn slack(&self) -> f64 {
         if self.constants.rest_length == 0.0 {
             0.0
@@ -227,8 +227,8 @@ impl TieForce {
         ])
     }
 
-    /// Derivatives by `d` and by `q` of the curvature `q . dF/dd q` where nothing moves: `n = d/|d|`, `s =
-    /// l/|d|`,
+    /// Derivatives by `d` and by `q` of the curvature `q . dF/dd q` at zero velocity, with `n = d/|d|`,
+    /// `s = l/|d|`,
     ///
     /// ```text
     /// c = k ((1 - s) |q|^2 + s (n . q)^2)
@@ -251,7 +251,8 @@ impl TieForce {
         [by_d, by_q]
     }
 
-    /// Derivatives of the work of the force along `q` by `d` and by `w`: the transpose.
+    /// Derivatives of the work of the force along `q` by `d` and by `w`: the transpose of
+    /// [`change`](Self::change).
     fn slopes(&self, q: &[f64; 3]) -> [[f64; 3]; 2] {
         let TieForce { d, w, constants, .. } = self;
         let TieConstants { stiffness, dashpot, .. } = *constants;
@@ -271,9 +272,10 @@ impl TieForce {
 }
 
 impl TieShape {
-    /// Rest positions of `vertices` as ties with these constants go by them: of each the vertex comes first,
-    /// then the corners of the point that it is tied to, with minus their coordinates; of a place none. All
-    /// are numbers in the simulation, which is at rest at `rest`, flat [m].
+    /// Shape parameter for the reference positions of `vertices` through ties with these constants. In
+    /// each tie the tied vertex comes first, then the corners of the point that it is tied to, with
+    /// negated coordinates; none for a fixed position. All are indices in the simulation, whose reference
+    /// positions are `rest`, flat [m].
     pub fn new(
         ties: &[Tie],
         constants: TieConstants,
@@ -286,7 +288,7 @@ impl TieShape {
         TieShape { ties, constants, dimension, place, vertices: vertices.len() }
     }
 
-    /// Derivatives of the work of tie `tie` along `p` by its coordinates.
+    /// Derivatives of the work of `tie` along `p` by its barycentric coordinates.
     fn works(&self, tie: &ShapedTie, of: &ForceUse<'_>) -> Vec<f64> {
         let d = self.dimension;
         let [distance, rate, q] = [of.x, of.v, of.p].map(|rows| tie.mixed(rows, d));
@@ -305,8 +307,8 @@ impl Parameter for TieShape {
         self.vertices * self.dimension
     }
 
-    /// Of ends at their rest length, which change direction and distance as the vertices go along with the
-    /// shape.
+    /// Ends are at their rest length and change direction and distance as the vertices move along with
+    /// the shape.
     fn add_mode(&mut self, of: &ModeUse<'_>, derivative: &mut [f64]) -> bool {
         let d = self.dimension;
         for tie in &self.ties {
@@ -366,7 +368,8 @@ impl Parameter for TieShape {
 }
 
 impl TieShape {
-    /// Adds a multiple to the derivatives by the rest position of a vertex, if it is one of the body.
+    /// Adds a multiple to the derivatives by the reference position of a vertex, if it belongs to the
+    /// body.
     fn add_to(&self, vertex: u32, factor: f64, by: &[f64; 3], derivative: &mut [f64]) {
         let Some(place) = self.place[vertex as usize] else { return };
         let row = derivative[place as usize * self.dimension..][..self.dimension].iter_mut();

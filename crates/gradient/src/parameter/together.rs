@@ -1,4 +1,4 @@
-//! Numbers that forces depend on in several ways, and numbers one after the other.
+//! Combined parameters: sums of several dependences on the same numbers, and concatenation.
 
 use pliant::system::System;
 
@@ -10,7 +10,7 @@ pub struct Together {
 }
 
 impl Together {
-    /// The numbers of these parts, which all have as many.
+    /// Sum of these parts, which must have equal lengths.
     pub fn new(parts: Vec<Box<dyn Parameter>>) -> Self {
         Together { parts }
     }
@@ -57,18 +57,18 @@ impl Parameter for Together {
     }
 }
 
-/// Numbers of several parameters, one after the other.
+/// Numbers of several parameters, concatenated.
 pub struct Concatenated {
     parts: Vec<Box<dyn Parameter>>,
 }
 
 impl Concatenated {
-    /// The numbers of these parts, in their order.
+    /// Concatenates these parts in order.
     pub fn new(parts: Vec<Box<dyn Parameter>>) -> Self {
         Concatenated { parts }
     }
 
-    /// Calls `each` with every part and its numbers among these; whether that is true of all.
+    /// Calls `each` with every part and its index range; true if every call returns true.
     fn all(&mut self, mut each: impl FnMut(&mut dyn Parameter, std::ops::Range<usize>) -> bool) -> bool {
         let mut first = 0;
         self.parts.iter_mut().all(|part| {

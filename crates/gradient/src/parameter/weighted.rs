@@ -1,10 +1,11 @@
-//! Numbers that those of another parameter depend on.
+//! Linear dependence of a parameter's numbers on others.
 
 use pliant::system::System;
 
 use super::{ForceUse, HeldChange, HeldUse, ModeUse, Parameter, ParameterNeeds, StateUse};
 
-/// Numbers `theta_j` that the numbers of another parameter grow with, `d theta_i = sum_j w_ij d theta_j`.
+/// Numbers `theta_j` on which the numbers of another parameter depend linearly, `d theta_i = sum_j w_ij d
+/// theta_j`.
 pub struct Weighted {
     of: Box<dyn Parameter>,
     links: Vec<NumberLink>,
@@ -12,46 +13,47 @@ pub struct Weighted {
     derivative: Vec<f64>,
 }
 
-/// Growth of a number with one that it depends on.
+/// Entry of the linear dependence.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NumberLink {
-    /// Index of the number.
+    /// Index of the dependent number.
     pub number: usize,
-    /// Index of that which it depends on.
+    /// Index of the number that it depends on.
     pub with: usize,
-    /// Its derivative by that.
+    /// Derivative.
     pub weight: f64,
 }
 
 impl Weighted {
-    /// The number that those `of` a parameter grow with by these weights.
+    /// Single number on which the numbers of the parameter `of` depend with these weights.
     ///
     /// # Panics
-    /// If there are more or fewer weights than numbers.
+    /// If the number of weights is not that of the numbers.
     pub fn new(of: Box<dyn Parameter>, weights: Vec<f64>) -> Self {
         assert_eq!(of.len(), weights.len(), "one weight for each number");
         let link = |(number, weight)| NumberLink { number, with: 0, weight };
         Weighted::linked(of, weights.into_iter().enumerate().map(link).collect(), 1)
     }
 
-    /// So many `numbers` that those `of` a parameter grow with.
+    /// Vector of `numbers` numbers on which those of the parameter `of` depend through the links.
     ///
     /// # Panics
-    /// If a link is to a number that there is not.
+    /// If a link refers to a number that does not exist.
     pub fn linked(of: Box<dyn Parameter>, links: Vec<NumberLink>, numbers: usize) -> Self {
         let is_known = |link: &NumberLink| link.number < of.len() && link.with < numbers;
         assert!(links.iter().all(is_known), "links are between numbers");
         Weighted { derivative: vec![0.0; of.len()], of, links, numbers }
     }
 
-    /// Changes of the numbers of the other parameter with those of these.
+    /// Changes of the other parameter's numbers due to changes of these.
     fn changes(&self, change: &[f64]) -> Vec<f64> {
         let mut changes = vec![0.0; self.of.len()];
         self.links.iter().for_each(|link| changes[link.number] += link.weight * change[link.with]);
         changes
     }
 
-    /// Adds what `add` makes of the numbers of the other parameter to the derivatives by these.
+    /// Converts the derivatives that `add` computes for the other parameter to derivatives by these
+    /// numbers, and adds them.
     fn add_by<T>(
         &mut self,
         derivative: &mut [f64],

@@ -1,4 +1,4 @@
-//! Changes of forces with places.
+//! Tangents of force evaluations.
 
 use pliant::system::System;
 
@@ -8,26 +8,27 @@ use crate::parameter::{ForceUse, HeldChange, Parameter};
 use crate::parts::ForceParts;
 use crate::support::turns;
 
-/// Memory of solves and of products, and the parameters that change.
+/// Solver memory and products, and the changing parameters.
 pub(super) struct TangentForces<'p> {
     parameters: &'p mut [Box<dyn Parameter>],
-    /// Change of the numbers of each.
+    /// Change of the numbers of each parameter.
     changes: &'p [Vec<f64>],
     parts: ForceParts,
-    /// Steps of the run before the one that is taken.
+    /// Number of steps of the run before the present one.
     pub(super) step: u64,
-    /// The positions of the start of the step and their change, where its solves hold what dissipative terms
-    /// take from positions as it is there, see [`System::freeze_at`].
+    /// Positions at the start of the step and their change, if solves lag position-dependent quantities
+    /// of dissipative terms there, see [`System::freeze_at`].
     pub(super) held: Option<[Vec<f64>; 2]>,
-    /// The beginning of the step and its size [s], where what dissipates sees held coordinates at their mean
-    /// velocities over the step.
+    /// Beginning of the step and its size [s], if dissipative terms use the mean velocities of fixed
+    /// coordinates over the step.
     pub(super) means_from: Option<(f64, f64)>,
-    /// A parameter whose change of forces is not known.
+    /// Index of a parameter whose change of forces is not known.
     pub(super) unknown: Option<usize>,
-    /// Change of where vertices start that are held and turn, flat; empty where none does.
+    /// Change of the initial positions of vertices with prescribed rotation, flat; empty if there are
+    /// none.
     starts: Vec<f64>,
-    /// Change of where the run begins, flat, of whose held coordinates numbers of motions change more; empty
-    /// where no parameter is one.
+    /// Change of the initial state of the run, flat; parameters of prescribed motion change its fixed
+    /// coordinates further. Empty if there is no such parameter.
     moved: Vec<f64>,
     solver: CorrectedSolver,
     products: Products,
@@ -36,7 +37,7 @@ pub(super) struct TangentForces<'p> {
 }
 
 impl<'p> TangentForces<'p> {
-    /// For `unknowns` coordinates, `dimension` of each vertex.
+    /// Memory for `unknowns` coordinates, `dimension` of each vertex.
     pub(super) fn new(
         dimension: usize,
         unknowns: usize,
@@ -60,8 +61,8 @@ impl<'p> TangentForces<'p> {
         }
     }
 
-    /// Change of `-dE/dx - dR/dv - c M v` [N] at a place that changes by `(x, v)`, `c` the ether drag, and
-    /// with the parameters; zero where held.
+    /// Change of `-dE/dx - dR/dv - c M v` [N] due to the change `(x, v)` of the state and to the
+    /// parameters, with the mass-proportional drag `c`; zero where fixed.
     pub(super) fn force(
         &mut self,
         system: &mut System,
@@ -71,7 +72,7 @@ impl<'p> TangentForces<'p> {
         self.force_with(system, at, None, by)
     }
 
-    /// The same with normal forces of friction of the positions `held`, where they are held.
+    /// Change of the force with lagged normal forces of friction at the positions `held_at`, if any.
     fn force_with(
         &mut self,
         system: &mut System,
@@ -104,7 +105,8 @@ impl<'p> TangentForces<'p> {
         force
     }
 
-    /// Sets where vertices start that are held and move, from the change `x` of where they are at `time` [s].
+    /// Sets the changes of initial positions of moving constraints, from the change `x` of the positions
+    /// at `time` [s].
     pub(super) fn start_moving(&mut self, system: &System, time: f64, x: &[f64]) {
         let zero = vec![0.0; x.len()];
         for hold in system.constraints().iter().filter(|hold| turns(hold)) {
@@ -116,9 +118,9 @@ impl<'p> TangentForces<'p> {
         }
     }
 
-    /// The change `(x, v)` of a place at `time` [s] with that of the vertices that are held and move: places
-    /// and velocities of what turns are linear in where they start, and numbers of motions change others.
-    /// `None` where none does.
+    /// Change `(x, v)` at `time` [s], completed for moving constraints: positions and velocities of
+    /// rotating vertices are linear in their initial positions, and parameters of prescribed motion
+    /// change others. `None` if there are no such constraints.
     pub(super) fn held_change(
         &mut self,
         system: &System,
@@ -142,7 +144,7 @@ impl<'p> TangentForces<'p> {
         Some(change)
     }
 
-    /// Sets the change of what turns at `time` [s].
+    /// Sets the change of rotating vertices at `time` [s].
     fn turn(&self, system: &System, time: f64, turned: &mut [Vec<f64>; 2]) {
         let (d, zero) = (system.dimension(), vec![0.0; self.starts.len()]);
         for k in 0..d {
@@ -162,7 +164,7 @@ impl<'p> TangentForces<'p> {
         }
     }
 
-    /// The same of a force that is solved for.
+    /// Change of the force in an implicit stage, with quantities lagged at the start of the step.
     pub(super) fn solved_force(
         &mut self,
         system: &mut System,
@@ -183,7 +185,7 @@ impl<'p> TangentForces<'p> {
         force
     }
 
-    /// Adds what the parameters change of the force at a place.
+    /// Adds the change of the force due to the parameters.
     fn add_parameters(
         &mut self,
         system: &mut System,
@@ -221,13 +223,13 @@ impl<'p> TangentForces<'p> {
         }
     }
 
-    /// Change of the ether drag [1/s].
+    /// Change of the mass-proportional drag [1/s].
     pub(super) fn ether_drag_change(&self) -> f64 {
         let each = self.parameters.iter().zip(self.changes);
         each.filter(|(parameter, _)| parameter.needs().ether_drag).map(|(_, change)| change[0]).sum()
     }
 
-    /// The same of the acceleration [m/s^2].
+    /// Change of the acceleration [m/s^2].
     pub(super) fn acceleration(
         &mut self,
         system: &mut System,
@@ -239,7 +241,7 @@ impl<'p> TangentForces<'p> {
         force
     }
 
-    /// The solution of `A p = right` at a place, with `A` of these `coefficients`; zero where held.
+    /// Solves `A p = right` with `A` of these `coefficients`; `p` is zero where fixed.
     pub(super) fn solve(
         &mut self,
         system: &mut System,
@@ -263,7 +265,7 @@ impl<'p> TangentForces<'p> {
         self.solver.is_definite()
     }
 
-    /// Makes held components zero.
+    /// Sets fixed components to zero.
     pub(super) fn keep_free(&self, system: &System, rows: &mut [f64]) {
         let held = rows.iter_mut().zip(system.inverse_mass()).filter(|(_, weight)| **weight == 0.0);
         held.for_each(|(row, _)| *row = 0.0);

@@ -1,7 +1,7 @@
-//! Tangents of runs: how states change with those that a run begins with, forwards beside the run.
+//! Tangents of runs: changes of states due to a change of the initial state, computed alongside the run.
 //!
-//! Each step is linearised where it was taken: a use of the force costs one product with the Hessian, an
-//! implicit stage one solve with the matrix that its [adjoint](crate::adjoint) has. With bars of the adjoint
+//! Each step is linearised where it was taken. A force evaluation costs one product with the Hessian, an
+//! implicit stage one solve with the matrix of its [adjoint](crate::adjoint). With bars of the adjoint
 //! and dots of the tangent, `x_bar . x_dot + v_bar . v_dot` is the same before and after every step.
 
 mod forces;
@@ -19,33 +19,33 @@ use crate::{GradientError, LossFrame, support};
 use forces::TangentForces;
 use one_step::{StateTangent, advance};
 
-/// How the last state of a run changes.
+/// Change of a state of a run, such as the last.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunTangent {
-    /// Of the positions, flat `(n, dimension)`, vertices in the order of the scene.
+    /// Change of the positions, flat `(n, dimension)`, vertices in the order of the scene.
     pub position: Vec<f64>,
-    /// Of the velocities, likewise.
+    /// Change of the velocities, likewise.
     pub velocity: Vec<f64>,
 }
 
-/// A direction of everything that a run depends on.
+/// Direction in the space of initial states and parameters.
 #[derive(Clone, Copy, Debug)]
 pub struct RunDirection<'a> {
-    /// Change of the positions at the start, flat `(n, dimension)`, vertices in the order of the scene.
+    /// Change of the initial positions, flat `(n, dimension)`, vertices in the order of the scene.
     pub position: &'a [f64],
-    /// Of the velocities, likewise; not looked at where held.
+    /// Change of the initial velocities, likewise; ignored where fixed.
     pub velocity: &'a [f64],
-    /// Of the numbers of each parameter.
+    /// Change of the numbers of each parameter.
     pub parameters: &'a [Vec<f64>],
 }
 
-/// Takes `steps` steps of `simulation` from where it is, and gives the directional derivative (`jvp`) of the
-/// last positions and velocities: how they change where those of the start change by `position` and
-/// `velocity`, flat `(n, dimension)`, vertices in the order of the scene. Held vertices change with the
-/// places where they are held; what `velocity` says of them is not looked at.
+/// Takes `steps` steps of `simulation` from its present state, and computes the directional derivative
+/// (`jvp`) of the last positions and velocities along a change of the initial ones by `position` and
+/// `velocity`, flat `(n, dimension)`, vertices in the order of the scene. Fixed vertices change with the
+/// positions where they are fixed; their `velocity` is ignored.
 ///
-/// `watch` is shown every state, the first and the last included, and its change. The simulation ends where
-/// the steps have led; schemes that remember earlier steps begin anew.
+/// `watch` is called with every state, including the first and the last, and its change. The simulation
+/// ends in the last state; methods with memory restart at the first.
 ///
 /// ```
 /// use pliant::energy::gravity::UniformGravity;
@@ -67,7 +67,7 @@ pub struct RunDirection<'a> {
 /// [`GradientError`], as [`gradient`](crate::gradient()).
 ///
 /// # Panics
-/// The change of the start has another length than the state.
+/// If the change of the initial state has another length than the state.
 pub fn tangent(
     simulation: &mut Simulation,
     steps: u64,
@@ -77,7 +77,7 @@ pub fn tangent(
     tangent_along(simulation, steps, RunDirection { position, velocity, parameters: &[] }, &mut [], watch)
 }
 
-/// The same along a `direction` of the start and of `parameters`.
+/// Computes the tangent as [`tangent`] does, along a `direction` of the initial state and of `parameters`.
 ///
 /// ```
 /// use pliant::energy::gravity::UniformGravity;
@@ -98,10 +98,10 @@ pub fn tangent(
 /// ```
 ///
 /// # Errors
-/// As [`tangent`]; displacements of what is held have none.
+/// The errors of [`tangent`]; displacements of fixed vertices in each step have no tangent.
 ///
 /// # Panics
-/// The direction has another shape than the state and the parameters.
+/// If the direction has another shape than the state and the parameters.
 pub fn tangent_along(
     simulation: &mut Simulation,
     steps: u64,
@@ -109,6 +109,7 @@ pub fn tangent_along(
     parameters: &mut [Box<dyn Parameter>],
     watch: &mut dyn FnMut(&LossFrame<'_>, &RunTangent),
 ) -> Result<RunTangent, GradientError> {
+    // Checks, and the steps of the run.
     support::check(simulation)?;
     if simulation.system().remembers() {
         return Err(GradientError::Unsupported {
@@ -127,6 +128,7 @@ pub fn tangent_along(
         let (x, v) = (simulation.positions().into_owned(), simulation.velocities().into_owned());
         simulation.restore(&Snapshot::new(step, time, x, v))?;
     }
+    // Tangent of the initial state.
     let d = simulation.system().dimension();
     let inside = |rows: &[f64]| simulation.numbering().to_internal(rows, d).into_owned();
     let mut dots = StateTangent::new(inside(position), inside(velocity));
@@ -147,6 +149,7 @@ pub fn tangent_along(
         if simulation.system().is_stopped() {
             return Err(GradientError::Stopped { step });
         }
+        // State before the step, and the step itself.
         let begins = match may_forget(simulation) {
             true => !simulation.snapshot().remembers(),
             false => step == first,
@@ -158,14 +161,15 @@ pub fn tangent_along(
         let held = simulation.system().structure();
         let turned = forces.held_change(simulation.system(), time, (&dots.x, &dots.v));
         schedule.step(simulation)?;
-        // Where pins let go schemes begin anew, and velocities were prescribed: those of what turns go by its
-        // places, all others do not change.
+        // Where pins are released, methods with memory restart. Velocities were prescribed until then:
+        // those of rotating vertices follow their positions, all others do not change.
         let lets_go = simulation.system().structure() != held;
         if let Some([_, v]) = turned.filter(|_| lets_go) {
             dots.v = v;
             forces.keep_free(simulation.system(), &mut dots.v);
         }
         let begins = begins || lets_go;
+        // Tangent of the step.
         let (h, method) = (schedule.step_size(simulation, step), simulation.method());
         let stage_velocities = simulation.stage_velocities().to_vec();
         let (after_x, after_v) = (simulation.state().x().to_vec(), simulation.state().v().to_vec());
@@ -185,7 +189,7 @@ pub fn tangent_along(
         let before = dots.norm();
         advance(&method, &mut forces, simulation.system_mut(), &taken, &mut dots).map_err(singular)?;
         if let Some(walled) = &walled {
-            // A vertex that is held in part takes what moves it along to the wall.
+            // A partly fixed vertex enters the wall's action with its prescribed components.
             if let Some([x, v]) = forces.held_change(simulation.system(), time + h, (&dots.x, &dots.v)) {
                 (dots.x, dots.v) = (x, v);
             }
@@ -195,6 +199,7 @@ pub fn tangent_along(
         if let Some([x, _]) = forces.held_change(simulation.system(), time + h, (&dots.x, &dots.v)) {
             dots.x = x;
         }
+        // Growth, and the state shown.
         if !dots.is_finite() {
             let growth = grown.rate(before, time);
             return Err(GradientError::TangentOverflow { step: step + 1, time: time + h, growth });
@@ -210,11 +215,11 @@ pub fn tangent_along(
     Ok(outside(simulation, &mut forces, &dots))
 }
 
-/// The first state that changes: what growth is measured from.
+/// First state with a nonzero change, the reference of the growth.
 struct TangentGrowth {
-    /// Time there [s].
+    /// Time of that state [s].
     start: f64,
-    /// Largest change of one of its numbers.
+    /// Largest change of a component.
     size: f64,
 }
 
@@ -226,7 +231,7 @@ impl TangentGrowth {
     }
 }
 
-/// Refuses parameters that do not say how forces change with them.
+/// Refuses parameters without a derivative of forces for tangents.
 fn refuse_unknown(simulation: &mut Simulation, forces: &mut TangentForces<'_>) -> Result<(), GradientError> {
     let state = simulation.state();
     let (time, x, v) = (state.time, state.x().to_vec(), state.v().to_vec());
@@ -242,7 +247,7 @@ fn refuse_unknown(simulation: &mut Simulation, forces: &mut TangentForces<'_>) -
     }
 }
 
-/// The next step as it is without walls; the simulation stays where it is.
+/// Computes the next step without walls; the simulation stays where it is.
 fn unwalled(simulation: &mut Simulation, schedule: &Schedule) -> Result<WalledEnd, GradientError> {
     let start = simulation.snapshot();
     let walled = WalledEnd::of_step(simulation, &start, schedule)?;
@@ -250,17 +255,17 @@ fn unwalled(simulation: &mut Simulation, schedule: &Schedule) -> Result<WalledEn
     Ok(walled)
 }
 
-/// In the order of the scene.
+/// Converts the tangent to the order of the scene.
 fn outside(simulation: &Simulation, forces: &mut TangentForces<'_>, dots: &StateTangent) -> RunTangent {
     let (numbering, d) = (simulation.numbering(), simulation.system().dimension());
     let rows = |rows: &[f64]| numbering.to_original(rows, d).into_owned();
-    // What turns has velocities by its places, which no step takes along.
+    // Velocities of rotating vertices follow from their positions, and are not part of the steps.
     let turned = forces.held_change(simulation.system(), simulation.state().time, (&dots.x, &dots.v));
     let (x, v) = turned.as_ref().map_or((&dots.x, &dots.v), |[x, v]| (x, v));
     RunTangent { position: rows(x), velocity: rows(v) }
 }
 
-/// Shows the state where a step ends.
+/// Calls `watch` with the state at the end of a step.
 fn show(
     simulation: &Simulation,
     schedule: &Schedule,

@@ -1,4 +1,5 @@
-//! Tangents of single steps: one for each engine, with the formulas that its adjoint documents.
+//! Tangents of single steps, one for each family of integrators, with the formulas in the module of its
+//! adjoint.
 
 use pliant::integrator::alpha::AlphaCoefficients;
 use pliant::integrator::splitting::Stage;
@@ -19,18 +20,18 @@ use crate::linear::Coefficients;
 /// Change of a state.
 pub(super) struct StateTangent {
     pub(super) x: Vec<f64>,
-    /// Zero where held.
+    /// Change of the velocities; zero where fixed.
     pub(super) v: Vec<f64>,
-    /// Of the acceleration that schemes with memory carry along.
+    /// Change of the acceleration that methods with memory carry along.
     a: Vec<f64>,
-    /// Of the one before it.
+    /// Change of the acceleration before it.
     older_a: Vec<f64>,
-    /// Of the positions and velocities before, which schemes of two steps look at.
+    /// Change of the positions and velocities before, for two-step methods.
     older: [Vec<f64>; 2],
 }
 
 impl StateTangent {
-    /// Of the state that a run begins with.
+    /// Change of the initial state.
     pub(super) fn new(x: Vec<f64>, v: Vec<f64>) -> Self {
         let zero = || vec![0.0; x.len()];
         StateTangent { a: zero(), older_a: zero(), older: [x.clone(), v.clone()], x, v }
@@ -41,21 +42,21 @@ impl StateTangent {
         self.x.iter().chain(&self.v).all(|dot| dot.is_finite())
     }
 
-    /// Largest change of a number; infinite where one is not a number.
+    /// Largest change of a component; infinite if one is NaN.
     pub(super) fn norm(&self) -> f64 {
         let all = self.x.iter().chain(&self.v);
         all.fold(0.0, |norm: f64, dot| if dot.is_nan() { f64::INFINITY } else { norm.max(dot.abs()) })
     }
 }
 
-/// A sum of `rows` times numbers.
+/// Linear combination of `rows`.
 fn sum(parts: &[(f64, &[f64])]) -> Vec<f64> {
     let mut sum = vec![0.0; parts[0].1.len()];
     parts.iter().for_each(|(factor, rows)| add_scaled(&mut sum, *factor, rows));
     sum
 }
 
-/// Takes `dots` from the beginning of a step by `method` to its end.
+/// Propagates `dots` from the beginning of a step by `method` to its end.
 pub(super) fn advance(
     method: &Method,
     forces: &mut TangentForces<'_>,
@@ -105,6 +106,7 @@ fn splitting(
             Stage::Kick(c) => {
                 let Some(place) = places.next() else { continue };
                 let time = c * step.h;
+                // Velocity-independent forces: one closed-form kick.
                 if !system.is_damped() {
                     let at = AdjointPlace { time: place.time, x: &place.x, v: &place.v[0] };
                     let (decay, kick) = kick_of(system, time);
@@ -118,10 +120,11 @@ fn splitting(
                     }
                     continue;
                 }
+                // Velocity-dependent forces: explicit stages.
                 let before = dots.v.clone();
                 for (k, v) in place.v.iter().enumerate() {
                     let at = AdjointPlace { time: place.time, x: &place.x, v };
-                    // Ether drag is in the acceleration.
+                    // The acceleration includes mass-proportional drag.
                     let a = forces.acceleration(system, at, (&dots.x, &dots.v));
                     let part = time / (place.v.len() - k) as f64;
                     dots.v = sum(&[(1.0, &before), (part, &a)]);
@@ -143,6 +146,7 @@ fn runge_kutta(
     let (mut velocities, mut accelerations): (Vec<Vec<f64>>, Vec<Vec<f64>>) = (vec![], vec![]);
     for (i, row) in a.iter().enumerate() {
         let g = h * row.get(i).copied().unwrap_or(0.0);
+        // Known part of the stage.
         let (mut x, mut v) = (dots.x.clone(), dots.v.clone());
         for j in 0..i {
             let weight = row.get(j).copied().unwrap_or(0.0);
@@ -155,6 +159,7 @@ fn runge_kutta(
         let means = set_means_of_held(tableau, system, step, (&at_x, &mut at_v));
         forces.means_from = means.map(|(from, h)| (from.time, h));
         let at = AdjointPlace { time, x: &at_x, v: &at_v };
+        // Acceleration of the stage.
         let acceleration = if g == 0.0 {
             forces.acceleration(system, at, (&x, &v))
         } else {
@@ -194,6 +199,7 @@ fn alpha(
         a.iter_mut().zip(&*older_a).for_each(|(a, older)| *a += moved * (*a - older));
     }
     older_a.clone_from(a);
+    // Known parts of the new state.
     let known_x = sum(&[(1.0, x), (h, v), (h * h * (0.5 - beta), a)]);
     let known_v = sum(&[(1.0, v), (h * (1.0 - gamma), a)]);
     let between = |(new, old): (&f64, &f64)| new_f * new + alpha_f * old;
@@ -202,6 +208,7 @@ fn alpha(
     let time = step.from.time + new_f * h;
     system.prescribe(time, &mut at_x, &mut at_v);
     let at = AdjointPlace { time, x: &at_x, v: &at_v };
+    // Acceleration at the intermediate state.
     let (part_x, part_v) = (sum(&[(new_f, &known_x), (alpha_f, x)]), sum(&[(new_f, &known_v), (alpha_f, v)]));
     let mut right = forces.solved_force(system, at, (&part_x, &part_v));
     for (i, right) in right.iter_mut().enumerate() {
@@ -239,7 +246,8 @@ fn bdf2(
     Ok(())
 }
 
-/// Free coordinates follow the held ones: their own change is taken back by the solve.
+/// Tangent of a static equilibrium: free coordinates follow the fixed ones; the solve removes their own
+/// change.
 fn statics(
     forces: &mut TangentForces<'_>,
     system: &mut System,
@@ -255,8 +263,9 @@ fn statics(
     Ok(())
 }
 
-/// With [tables](StageTables) `a`, `t` of the stages, all dots: `M A_i + (C_i + c M) h sum_j a_ij A_j + H_i
-/// h^2 sum_j t_ij A_j = f_i`, `f_i` the change of the force of stage `i` at `x + c_i h v` and `v`.
+/// Tangent of a collocation step, with [tables](StageTables) `a`, `t` of the stages, all dots: `M A_i +
+/// (C_i + c M) h sum_j a_ij A_j + H_i h^2 sum_j t_ij A_j = f_i`, `f_i` the change of the force of stage
+/// `i` at `x + c_i h v` and `v`.
 fn collocation(
     tables: &StageTables,
     forces: &mut TangentForces<'_>,
@@ -287,8 +296,9 @@ fn collocation(
     Ok(())
 }
 
-/// With the places and weights that the [adjoint](LinearisedPlaces) has, `x' = x + d`: `A d = h M v + h^2 f`,
-/// all dots, `f` the force there without the change of `d` itself.
+/// Tangent of a linearised step `x' = x + d`, with the points and weights of the
+/// [adjoint](LinearisedPlaces): `A d = h M v + h^2 f`, all dots, `f` the force there without the change
+/// of `d` itself.
 fn linearised(
     forces: &mut TangentForces<'_>,
     system: &mut System,

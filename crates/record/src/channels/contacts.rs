@@ -1,7 +1,7 @@
-//! `/contacts`: surfaces that touch, as one JSON object per frame: `time` [s], and `contacts`, a list with
-//! the names of the two `bodies`, their closest `points` [m], the unit `normal` from the second to the first,
-//! the `gap` between them less their radii [m], `relative_gap`, its part of the distance at which they begin
-//! to push, the normal `force` [N], and the `friction` on the first body [N].
+//! `/contacts`: surfaces in contact, as one JSON object per frame: `time` [s], and the list `contacts`
+//! with the names of the two `bodies`, their closest `points` [m], the unit `normal` from the second to
+//! the first, the `gap` (distance minus radii) [m], `relative_gap`, its ratio to the activation distance,
+//! the normal `force` [N], and the `friction` on the first body [N].
 
 use mcap::Channel;
 use serde_json::json;

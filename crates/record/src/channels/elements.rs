@@ -1,9 +1,8 @@
 //! `/elements/<measure>`: deformation, strain or stress of every element, as `foxglove.PointCloud`.
 //!
-//! One row for each element of each body that has any, body after body, each in the order of its cells:
-//! where its centroid is now, then the numbers of the measure, doubles all. The channel's metadata say what
-//! a row is (`row = "element"`), which bodies the rows are of (`bodies`, in JSON: name, first row, number of
-//! rows), and the `unit`.
+//! One row for each element, body after body, in the order of the body's elements: the present centroid,
+//! then the numbers of the measure, all doubles. The channel's metadata state the kind of row (`row =
+//! "element"`), the bodies (`bodies`, in JSON: name, first row, number of rows), and the `unit`.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -21,7 +20,7 @@ use pliant::diagnostics::{MEASURES, Measure};
 use pliant::observer::{Frame, Quantities};
 use pliant::topology::{BodyTopology, Topology};
 
-/// Number of the channel of the first [measure](MEASURES); each has its own, recorded or not.
+/// Channel number of the first [measure](MEASURES); each measure has its own, recorded or not.
 const FIRST: u16 = 10;
 const LAST: u16 = FIRST + MEASURES.len() as u16 - 1;
 
@@ -30,7 +29,7 @@ pub(super) const KIND: ChannelKind = ChannelKind { numbers: FIRST..=LAST, is_com
 /// Columns before those of the measure.
 pub(crate) const CENTROID: [&str; 3] = ["x", "y", "z"];
 
-/// The rows of one body.
+/// Range of rows of one body.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct BodyRows {
     /// Name of the body.
@@ -53,7 +52,7 @@ struct ElementsChannel {
 
 /// Elements that have rows.
 struct RecordedElements {
-    /// Vertices of the elements of each body, one after the other, and how many an element has.
+    /// Vertices of the elements of each body, one after the other, and their number per element.
     cells: Vec<(Vec<u32>, usize)>,
     bodies: Vec<BodyRows>,
 }
@@ -75,7 +74,7 @@ fn encoders(options: &Options, topology: &Topology) -> Encoders {
     asked.map(|asked| Box::new(encoder(asked)) as _).collect()
 }
 
-/// Topic of a measure, as `/elements/von-mises`.
+/// Topic of a measure, such as `/elements/von-mises`.
 pub(crate) fn topic(measure: &Measure) -> String {
     format!("/elements/{}", measure.name)
 }
@@ -85,7 +84,7 @@ pub(crate) fn count(topology: &Topology) -> usize {
     elements_of(topology).map(|(_, cells, corners)| cells.len() / corners).sum()
 }
 
-/// Bodies that have elements, the vertices of these, and how many each has.
+/// Bodies with elements, their vertices, and the number per element.
 fn elements_of(topology: &Topology) -> impl Iterator<Item = (&BodyTopology, &[u32], usize)> {
     topology.bodies.iter().filter_map(|body| {
         let (cells, corners) = body.elements(topology.dimension)?;
@@ -128,7 +127,7 @@ impl ChannelEncoder for ElementsChannel {
 
     fn bytes(&self) -> RecordingBytes {
         let message = 8 * (CENTROID.len() + self.measure.fields.len()) * self.elements.count();
-        // Measures share their list of cells.
+        // Measures share their list of elements.
         let cells = self.elements.cells.iter().map(|(cells, _)| 4 * cells.len()).sum::<usize>();
         RecordingBytes { held: cells / Arc::strong_count(&self.elements), message }
     }
@@ -150,7 +149,7 @@ fn columns(measure: &Measure) -> Vec<&'static str> {
     [&CENTROID, measure.fields].concat()
 }
 
-/// The mean of the vertices.
+/// Mean of the element's vertices.
 fn centroid(frame: &Frame<'_>, cell: &[u32]) -> [f64; 3] {
     let mut mean = [0.0; 3];
     for &vertex in cell {

@@ -1,7 +1,7 @@
 //! `/energy`: diagnostics and work counters as one JSON object per frame, for plots.
 //!
-//! Numbers are written with as many digits as it takes to read back the same double. What a scene does not
-//! have (`min_j` without elements) is left out.
+//! Numbers have as many digits as needed to read back the same double. Quantities that a scene does not
+//! have (`min_j` without elements) are omitted.
 
 use mcap::Channel;
 use serde::Serialize;
@@ -20,7 +20,7 @@ pub(crate) const TOPIC: &str = "/energy";
 
 pub(super) const KIND: ChannelKind = ChannelKind { numbers: NUMBER..=NUMBER, is_complete: true, encoders };
 
-/// Content of a message. The time of the diagnostics is the exact one.
+/// Content of a message. The time of the diagnostics is exact.
 #[derive(Serialize)]
 struct EnergyRow<'a> {
     step: u64,
@@ -41,7 +41,7 @@ impl ChannelEncoder for EnergyChannel {
         Quantities::DIAGNOSTICS
     }
 
-    /// The schema is taken from a row that has every field, so that it cannot fall behind [`Diagnostics`].
+    /// The schema is derived from a row with every field, so that it stays in step with [`Diagnostics`].
     fn declaration(&self) -> Channel<'static> {
         let some = Some(0.5);
         let balance = Balance {
@@ -74,7 +74,7 @@ impl ChannelEncoder for EnergyChannel {
     }
 }
 
-/// Steps taken, from a message; `None` where it is none of this channel.
+/// Parses the number of steps from a message; `None` if it is not one of this channel.
 pub(crate) fn step_of(message: &[u8]) -> Option<u64> {
     serde_json::from_slice::<serde_json::Map<String, serde_json::Value>>(message).ok()?.get("step")?.as_u64()
 }

@@ -1,9 +1,8 @@
-//! `/mesh`: surfaces and lines for viewers, as `foxglove.SceneUpdate`: one entity per body, its surface as
-//! triangles and its springs as lines. Particles have neither; viewers draw them from `/state`.
+//! `/mesh`: surfaces and lines for viewers, as `foxglove.SceneUpdate`: one entity per body, its surface
+//! as triangles and its springs as lines. Particles have neither; viewers draw them from `/state`.
 //!
-//! For looking at only: coordinates are rounded to single precision, which makes the file three times
-//! smaller, and frames are left out so that a simulated second has at most 30 of them, fewer for large
-//! meshes.
+//! For display only: coordinates are rounded to single precision, which makes the file three times
+//! smaller, and at most 30 frames per simulated second are kept, fewer for large meshes.
 
 use std::collections::BTreeMap;
 
@@ -21,16 +20,17 @@ use pliant::topology::{BodyTopology, Skin, Topology};
 
 const NUMBER: u16 = 2;
 
-/// Not in every frame, and therefore the first.
+/// Not in every frame, and therefore first.
 pub(super) const KIND: ChannelKind = ChannelKind { numbers: NUMBER..=NUMBER, is_complete: false, encoders };
 
-/// Most frames per simulated second.
+/// Maximum number of frames per simulated second.
 const RATE: u128 = 30;
-/// Vertices up to which that rate is kept; beyond, the numbers written per simulated second stay the same.
+/// Number of vertices up to which that rate is kept; beyond, the data rate per simulated second is
+/// constant.
 const FULL_RATE_VERTICES: u128 = 50_000;
 
-/// Colours of bodies, in their order and again from the first: red, green, blue from 0 to 1. Blue, orange,
-/// green, pink, sky, vermilion: told apart by colour-blind eyes too (Okabe and Ito).
+/// Colours of bodies, in order and repeated: red, green, blue from 0 to 1. Blue, orange, green, pink,
+/// sky, vermilion can be told apart by colour-blind viewers, too (Okabe and Ito).
 pub const BODY_COLOURS: [[f64; 3]; 6] = [
     [0.0, 0.45, 0.70],
     [0.90, 0.62, 0.0],
@@ -40,7 +40,7 @@ pub const BODY_COLOURS: [[f64; 3]; 6] = [
     [0.84, 0.37, 0.0],
 ];
 
-/// Bytes of a point in a message: three doubles with their tags, a tag and a length before them.
+/// Bytes of a point in a message: three doubles with their tags, preceded by a tag and a length.
 const POINT_BYTES: usize = 3 * 9 + 2;
 
 /// Encoder of `/mesh`.
@@ -57,17 +57,17 @@ struct MeshBody {
     colour: [f64; 3],
     triangles: DrawnCells,
     lines: DrawnCells,
-    /// Drawn in place of the triangles.
+    /// Drawn instead of the triangles.
     skin: Option<Skin>,
 }
 
-/// Cells over the vertices that they use, numbered from 0.
+/// Elements over the vertices that they use, numbered from 0.
 struct DrawnCells {
     vertices: Vec<u32>,
     indices: Vec<u32>,
 }
 
-/// None where nothing is drawn.
+/// No encoder if nothing is drawn.
 fn encoders(options: &Options, topology: &Topology) -> Encoders {
     let is_asked = options.channels.contains(&pliant_scene::Channel::Mesh);
     single(is_asked.then(|| MeshChannel::new(topology)).filter(|mesh| !mesh.bodies.is_empty()))
@@ -95,9 +95,10 @@ impl ChannelEncoder for MeshChannel {
         typed(NUMBER, "/mesh", SCENE_UPDATE, BTreeMap::new())
     }
 
-    /// True if it is the first of its slot of 1/30 s (longer for large meshes).
+    /// True for the first frame in a slot of 1/30 s (longer for large meshes).
     fn is_due(&mut self, log_time: u64) -> bool {
-        // Times are rounded to nanoseconds; a microsecond keeps 1/30 s from falling just short of its slot.
+        // Times are rounded to nanoseconds; a microsecond keeps 1/30 s from falling just short of its
+        // slot.
         let time = u128::from(log_time) + 1_000;
         let slot =
             time * RATE * FULL_RATE_VERTICES / (1_000_000_000 * self.vertex_count.max(FULL_RATE_VERTICES));
@@ -141,7 +142,8 @@ impl MeshBody {
         }
     }
 
-    /// Writes a `foxglove.SceneEntity`. A viewer replaces the entity of the same name: the previous frame.
+    /// Writes a `foxglove.SceneEntity`. Viewers replace the entity of the same name, that of the previous
+    /// frame.
     fn encode(&self, frame: &Frame<'_>, log_time: u64, entity: &mut MessageWriter<'_>) {
         timestamp(entity, 1, log_time);
         entity.string(2, FRAME_ID).string(3, &self.name);
@@ -170,7 +172,7 @@ impl MeshBody {
         triangles.message(3, |colour| self.encode_colour(colour)).fixed32_list(5, &self.triangles.indices);
     }
 
-    /// The same of the skin, at the places where its elements are.
+    /// Writes the embedded surface as a `foxglove.TriangleListPrimitive`, interpolated from its elements.
     fn encode_skin(&self, skin: &Skin, frame: &Frame<'_>, triangles: &mut MessageWriter<'_>) {
         triangles.message(1, identity);
         for vertex in 0..skin.vertex_count() {
@@ -193,7 +195,7 @@ fn encode_point(point: &mut MessageWriter<'_>, x: &[f64]) {
     }
 }
 
-/// Pairs of points, in the enumeration `foxglove.LinePrimitive.Type`.
+/// Value for pairs of points in the enumeration `foxglove.LinePrimitive.Type`.
 const LINE_LIST: u64 = 2;
 
 impl DrawnCells {
@@ -201,9 +203,9 @@ impl DrawnCells {
         let mut vertices = cells.to_vec();
         vertices.sort_unstable();
         vertices.dedup();
-        // A vertex is in several cells, six triangles mostly.
+        // A vertex belongs to several elements, mostly six triangles.
         vertices.shrink_to_fit();
-        // Every cell vertex was put into the list above, so the search always finds it.
+        // Every vertex is in the list above, so the search always finds it.
         let number = |v: &u32| vertices.partition_point(|other| other < v) as u32;
         let indices = cells.iter().map(number).collect();
         DrawnCells { vertices, indices }

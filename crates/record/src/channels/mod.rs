@@ -1,5 +1,5 @@
-//! Channels of frames. Each kind is one file, which says everything of it: numbers, topic, quantities,
-//! declaration and encoding; and one name in the list below.
+//! Channels of frames. Each kind has one file with its numbers, topic, quantities, declaration and
+//! encoding, and one entry in the list below.
 
 use std::ops::RangeInclusive;
 
@@ -10,29 +10,29 @@ use crate::memory::RecordingBytes;
 use pliant::observer::{Frame, Quantities};
 use pliant::topology::Topology;
 
-/// Encoder of one channel, with one message for each frame or, where [`is_due`](Self::is_due) says so, for
+/// Encoder of one channel, with one message for each frame or, depending on [`is_due`](Self::is_due), for
 /// fewer.
 pub(crate) trait ChannelEncoder: Send {
-    /// Quantities of a frame that a message is made of.
+    /// Frame quantities that a message needs.
     fn quantities(&self) -> Quantities;
 
     /// Number, topic, schema and metadata.
     fn declaration(&self) -> Channel<'static>;
 
-    /// True if a frame at this time [ns] has a message. Asked once for each frame, in their order; in a
-    /// recording that goes on, for each message that it has already.
+    /// True if a frame at this time [ns] has a message. Called once for each frame, in order; in a
+    /// continued recording, for each message that already exists.
     fn is_due(&mut self, log_time: u64) -> bool {
         let _ = log_time;
         true
     }
 
-    /// Bytes that encoding takes: what the encoder holds, and its longest message. Only those of channels
-    /// that grow with the problem.
+    /// Memory for encoding [bytes]: the encoder's data, and its longest message. Only for channels that
+    /// grow with the problem.
     fn bytes(&self) -> RecordingBytes {
         RecordingBytes::default()
     }
 
-    /// Appends the message of a frame that has the [`quantities`](Self::quantities) to an empty buffer.
+    /// Appends the message of a frame with the [`quantities`](Self::quantities) to an empty buffer.
     fn encode(&mut self, frame: &Frame<'_>, log_time: u64, buffer: &mut Vec<u8>);
 }
 
@@ -41,12 +41,12 @@ pub(crate) type Encoders = Vec<Box<dyn ChannelEncoder>>;
 
 /// Channels of one kind.
 pub(crate) struct ChannelKind {
-    /// Numbers of channels and their schemas in a file; readers and recovery rely on them, so they never
-    /// change.
+    /// Numbers of the channels and their schemas in a file. Readers and recovery rely on them, so they
+    /// never change.
     numbers: RangeInclusive<u16>,
     /// True if every frame has a message on each of them.
     is_complete: bool,
-    /// Encoders of those that a recording has.
+    /// Creates the encoders that a recording needs.
     encoders: fn(&Options, &Topology) -> Encoders,
 }
 
@@ -54,19 +54,19 @@ macro_rules! channels {
     ($($kind:ident),*) => {
         $(pub(crate) mod $kind;)*
 
-        /// All kinds, in the order in which their messages stand in a frame.
+        /// All kinds, in the order of their messages in a frame.
         const KINDS: &[ChannelKind] = &[$($kind::KIND),*];
     };
 }
 
 channels![mesh, probe, elements, contacts, reactions, energy, state];
 
-/// Encoders of all channels of a recording, in the order in which their messages stand in a frame.
+/// Encoders of all channels of a recording, in the order of their messages in a frame.
 pub(crate) fn encoders(options: &Options, topology: &Topology) -> Encoders {
     KINDS.iter().flat_map(|kind| (kind.encoders)(options, topology)).collect()
 }
 
-/// The encoder of a channel that is the only one of its kind.
+/// Encoder of a channel that is the only one of its kind.
 fn single(encoder: Option<impl ChannelEncoder + 'static>) -> Encoders {
     encoder.into_iter().map(|encoder| Box::new(encoder) as Box<dyn ChannelEncoder>).collect()
 }
@@ -75,10 +75,10 @@ fn kind_of(number: u16) -> Option<(usize, &'static ChannelKind)> {
     KINDS.iter().enumerate().find(|(_, kind)| kind.numbers.contains(&number))
 }
 
-/// Place of a channel's message in its frame: those with larger ones come later. `None` for a channel that
-/// is not about frames.
+/// Order of a channel's message within its frame, ascending. `None` for a channel that does not belong to
+/// frames.
 ///
-/// Recovery takes a frame for complete when it has seen the last of its messages.
+/// Recovery considers a frame complete when it has seen the last of its messages.
 pub(crate) fn place_in_frame(number: u16) -> Option<(usize, u16)> {
     kind_of(number).map(|(place, _)| (place, number))
 }
@@ -88,7 +88,7 @@ pub(crate) fn is_in_every_frame(number: u16) -> bool {
     kind_of(number).is_some_and(|(_, kind)| kind.is_complete)
 }
 
-/// The channel whose message ends a frame, of those with these numbers.
+/// Channel whose message ends a frame, among these numbers.
 pub(crate) fn last_of_frame(numbers: impl Iterator<Item = u16>) -> Option<u16> {
     numbers.filter_map(place_in_frame).max().map(|(_, number)| number)
 }
@@ -112,7 +112,7 @@ mod tests {
 
     #[test]
     fn messages_of_a_frame_have_their_order_in_every_version() {
-        // As recordings of earlier versions have them: mesh, probes, elements, reactions, energy, state.
+        // Order in recordings of earlier versions: mesh, probes, elements, reactions, energy, state.
         let order = [2, 100, 101, 65_535, 10, 18, 6, 3, 1];
         assert!(order.is_sorted_by_key(|number| place_in_frame(*number).unwrap()));
         assert_eq!(

@@ -9,7 +9,7 @@ use pliant::observer::{Frame, Quantities};
 use pliant::probe::{Probe, Reading};
 use pliant::topology::Topology;
 
-/// Number of the channel of the first probe; the others follow.
+/// Channel number of the first probe; the others follow.
 const FIRST: u16 = 100;
 
 pub(super) const KIND: ChannelKind = ChannelKind { numbers: FIRST..=u16::MAX, is_complete: true, encoders };
@@ -30,12 +30,12 @@ pub(crate) fn topic(name: &str) -> String {
     format!("{TOPICS}{name}")
 }
 
-/// Name of the probe of a topic, if it is one of a probe.
+/// Name of the probe with this topic; `None` for other topics.
 pub(crate) fn name_in(topic: &str) -> Option<&str> {
     topic.strip_prefix(TOPICS)
 }
 
-/// Beginning of all topics of probes.
+/// Prefix of all probe topics.
 const TOPICS: &str = "/probe/";
 
 impl ChannelEncoder for ProbeChannel {
@@ -44,7 +44,7 @@ impl ChannelEncoder for ProbeChannel {
         Quantities::STATE | in_element
     }
 
-    /// The schema has the fields that the probe has.
+    /// The schema has the fields of the probe.
     fn declaration(&self) -> Channel<'static> {
         let in_element = self.probe.point.map(|_| [0.5; 6]);
         let row = Reading {

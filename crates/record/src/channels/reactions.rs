@@ -1,6 +1,6 @@
-//! `/reactions`: the forces of all pins and walls as one JSON object per frame, for plots: `time` [s], and
-//! for each pin that has not let go, by its name `body/pin`, and each wall, `wall0`, `force` [N], `moment`
-//! [N m] and the point `about` which it is [m].
+//! `/reactions`: forces of all pins and walls as one JSON object per frame, for plots: `time` [s], and
+//! for each pin not yet released, by its name `body/pin`, and each wall, `wall0`, its `force` [N], its
+//! `moment` [N m], and the point `about` which the moment is taken [m].
 
 use mcap::Channel;
 use serde_json::{Map, Value, json};

@@ -1,6 +1,6 @@
 //! `/state`: positions and velocities of all vertices, as `foxglove.PointCloud`.
 //!
-//! Every number is a double as the solver had it. 2D bodies lie in the plane z = 0. The points are the last
+//! Every number is a double, as in the solver. 2D bodies lie in the plane z = 0. The points are the last
 //! bytes of a message: `numpy.frombuffer(memoryview(message.data)[-48 * n:], "<f8").reshape(n, 6)`.
 
 use mcap::Channel;

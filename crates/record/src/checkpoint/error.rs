@@ -3,7 +3,7 @@
 use std::io;
 use std::path::PathBuf;
 
-/// A checkpoint could not be written, or not be gone on from.
+/// Error of writing a checkpoint or of resuming from one.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CheckpointError {
@@ -12,7 +12,7 @@ pub enum CheckpointError {
     Read {
         /// The file.
         path: PathBuf,
-        /// Reason that the system gives.
+        /// Error of the operating system.
         source: io::Error,
     },
     /// The file could not be written.
@@ -20,16 +20,16 @@ pub enum CheckpointError {
     Write {
         /// The file.
         path: PathBuf,
-        /// Reason that the system gives.
+        /// Error of the operating system.
         source: io::Error,
     },
-    /// The file is something else.
+    /// The file is not a checkpoint.
     #[error("{} is not a checkpoint; `pliant run SCENE --checkpoint 60s` writes one", path.display())]
     NotACheckpoint {
         /// The file.
         path: PathBuf,
     },
-    /// The file is cut, or its bytes are not those that were written.
+    /// The file is truncated or corrupted.
     #[error(
         "{} is damaged: it is cut, or its checksum is another one; nothing can go on from it",
         path.display()
@@ -38,7 +38,7 @@ pub enum CheckpointError {
         /// The file.
         path: PathBuf,
     },
-    /// The file has another layout.
+    /// The file has another format version.
     #[error(
         "{} has format {found} of checkpoints, this program reads format {expected}: go on with the \
          version of pliant that wrote it",
@@ -47,9 +47,9 @@ pub enum CheckpointError {
     Format {
         /// The file.
         path: PathBuf,
-        /// Format of the file.
+        /// Format version of the file.
         found: u32,
-        /// Format of this program.
+        /// Format version of this program.
         expected: u32,
     },
     /// Another version of the program wrote the file.
@@ -66,14 +66,14 @@ pub enum CheckpointError {
         /// This version.
         expected: &'static str,
     },
-    /// A mesh file is not what it was, or cannot be read.
+    /// A mesh file has changed or cannot be read.
     #[error("{} cannot go on: the mesh file {} {reason}", path.display(), file.display())]
     Mesh {
         /// The checkpoint.
         path: PathBuf,
         /// The mesh file.
         file: PathBuf,
-        /// Reason, after the name of the file.
+        /// Reason, worded to follow the file name.
         reason: String,
     },
 }

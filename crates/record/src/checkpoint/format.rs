@@ -1,4 +1,4 @@
-//! Bytes of checkpoint files.
+//! Byte layout of checkpoint files.
 
 use std::io;
 use std::path::Path;
@@ -10,16 +10,16 @@ use super::CheckpointError;
 use pliant_files::fnv::fnv1a;
 
 pub(super) const MAGIC: [u8; 8] = *b"\x89PLIANT\n";
-/// Version of the layout; of what is in the content, the version of the program tells.
+/// Version of the layout; the content is versioned by the program's version.
 pub(super) const FORMAT: u32 = 1;
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 
-/// A file with this content.
+/// Encodes a file with this content.
 pub(super) fn encode(content: &impl Serialize) -> io::Result<Vec<u8>> {
     encode_as(FORMAT, VERSION, content)
 }
 
-/// A file of this format by this version of the program.
+/// Encodes a file with this format and program version.
 pub(super) fn encode_as(format: u32, version: &str, content: &impl Serialize) -> io::Result<Vec<u8>> {
     let mut body = (version.len() as u16).to_le_bytes().to_vec();
     body.extend_from_slice(version.as_bytes());
@@ -29,7 +29,7 @@ pub(super) fn encode_as(format: u32, version: &str, content: &impl Serialize) ->
     Ok([head, body].concat())
 }
 
-/// The content of a file, which errors call `path`.
+/// Decodes the content of a file; `path` is its name in errors.
 pub(super) fn decode<T: DeserializeOwned>(path: &Path, bytes: &[u8]) -> Result<T, CheckpointError> {
     let path = || path.to_owned();
     let damaged = || CheckpointError::Damaged { path: path() };

@@ -1,8 +1,9 @@
-//! Checkpoints as files: a simulation, or a whole run, that goes on in another process with the same bits.
+//! Checkpoint files, from which a simulation or a whole run is resumed in another process,
+//! bit-identically.
 //!
-//! A file holds everything: the text of the scene, hashes of the mesh files that it names, the
-//! [state of the simulation](pliant::simulation::Checkpoint), that of the [run](pliant::run::RunState), and
-//! notes of observers. All numbers are little-endian:
+//! A file is self-contained except for meshes: it has the text of the scene, hashes of the mesh files it
+//! names, the [state of the simulation](pliant::simulation::Checkpoint), that of the
+//! [run](pliant::run::RunState), and notes of observers. All numbers are little-endian:
 //!
 //! | bytes | content |
 //! |---|---|
@@ -14,8 +15,8 @@
 //! | | version of the program, as UTF-8 |
 //! | | content, as CBOR (RFC 8949): a map of `scene`, `simulation`, `run`, `notes` |
 //!
-//! Steps have the same bits only by the same program, so a file of another version is refused; so is one
-//! that is cut or damaged, and one whose mesh files have changed.
+//! Only the same program reproduces steps bit by bit, so a file of another version is refused, as is one
+//! that is truncated or damaged, or whose mesh files have changed.
 
 mod error;
 mod format;
@@ -41,30 +42,30 @@ pub struct CheckpointFile {
     pub scene: SavedScene,
     /// State of the simulation.
     pub simulation: Checkpoint,
-    /// State of the run; `None` between steps that are taken one by one.
+    /// State of the run; `None` if steps are taken one by one.
     pub run: Option<RunState>,
     /// Notes of observers, of the command line and of Python.
     pub notes: Notes,
 }
 
-/// Content of a checkpoint, to be written.
+/// Content of a checkpoint for writing.
 #[derive(Clone, Copy, Debug, serde::Serialize)]
 pub struct CheckpointContent<'a> {
     /// The scene.
     pub scene: &'a SavedScene,
     /// State of the simulation.
     pub simulation: &'a Checkpoint,
-    /// State of the run; `None` between steps that are taken one by one.
+    /// State of the run; `None` if steps are taken one by one.
     pub run: Option<&'a RunState>,
     /// Notes of observers, of the command line and of Python.
     pub notes: &'a Notes,
 }
 
 impl CheckpointContent<'_> {
-    /// Writes a file in the place of `path`: at every moment the old one or the new one is there, whole.
+    /// Writes a file to `path` atomically: at every moment the old or the new one is there, complete.
     ///
     /// # Errors
-    /// [`CheckpointError::Write`], for something at `path` that is no regular file too.
+    /// [`CheckpointError::Write`], also if `path` is not a regular file.
     pub fn write(&self, path: &Path) -> Result<(), CheckpointError> {
         let failed = |source| CheckpointError::Write { path: path.to_owned(), source };
         regular_file::ensure_replaceable(path).map_err(failed)?;
@@ -72,17 +73,17 @@ impl CheckpointContent<'_> {
         durable_file::replace(path, &bytes).map_err(failed)
     }
 
-    /// The bytes of a file.
+    /// Encodes the content as the bytes of a file.
     ///
     /// # Errors
-    /// A path in it is not Unicode.
+    /// A path in the content is not Unicode.
     pub fn to_bytes(&self) -> std::io::Result<Vec<u8>> {
         format::encode(self)
     }
 }
 
 impl CheckpointFile {
-    /// Reads a file, and compares the mesh files of its scene with what they were.
+    /// Reads a file, and checks that the mesh files of its scene are unchanged.
     ///
     /// # Errors
     /// [`CheckpointError`].
@@ -92,7 +93,7 @@ impl CheckpointFile {
         Self::from_bytes(path, &bytes)
     }
 
-    /// Reads the bytes of a file, which errors call `path`.
+    /// Decodes the bytes of a file; `path` is its name in errors.
     ///
     /// # Errors
     /// [`CheckpointError`].

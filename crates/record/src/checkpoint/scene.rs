@@ -1,4 +1,4 @@
-//! The scene of a checkpoint.
+//! Scene of a checkpoint.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -8,23 +8,23 @@ use pliant_files::fnv::fnv1a;
 use pliant_files::regular_file;
 use pliant_scene::{Scene, Source};
 
-/// A scene as it was run, and hashes of the files that it names.
+/// Scene of a run, with hashes of the files that it names.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct SavedScene {
     /// Name in messages: the path of the scene file.
     pub name: String,
-    /// Text, changes on the command line included.
+    /// Text, including changes on the command line.
     pub text: String,
-    /// Directory, absolute, that files named in the scene are relative to.
+    /// Absolute directory of relative file names in the scene.
     pub directory: PathBuf,
-    /// True if its text was made from tables of a program.
+    /// True if the text was generated from tables of a program.
     #[serde(default)]
     pub is_made_from_tables: bool,
     /// Mesh files.
     pub files: Vec<SceneFile>,
 }
 
-/// A file that a scene names, and what it was.
+/// File named in a scene, with a hash of its content.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct SceneFile {
     /// Path, relative to the directory of the scene.
@@ -34,7 +34,7 @@ pub struct SceneFile {
 }
 
 impl SavedScene {
-    /// `scene`, which `source` describes.
+    /// Saves `scene`, which `source` describes.
     ///
     /// # Errors
     /// A mesh file cannot be read.
@@ -48,20 +48,20 @@ impl SavedScene {
         Ok(SavedScene {
             name: source.name().to_owned(),
             text: source.text().to_owned(),
-            // An empty path is none: it is the working directory.
+            // An empty path means the working directory.
             directory: std::path::absolute(directory.join(".")).unwrap_or_else(|_| directory.to_owned()),
             is_made_from_tables: source.is_made_from_tables(),
             files: scene.mesh_files().into_iter().map(file).collect::<Result<_, _>>()?,
         })
     }
 
-    /// The scene as text.
+    /// Converts back to the text of a scene.
     pub fn source(&self) -> Source {
         let source = Source::new(&self.name, &self.text).in_directory(&self.directory);
         if self.is_made_from_tables { source.made_from_tables() } else { source }
     }
 
-    /// Whether the mesh files are what they were; `path` is the checkpoint.
+    /// Checks that the mesh files are unchanged; `path` is the checkpoint.
     pub(super) fn ensure_unchanged(&self, path: &Path) -> Result<(), CheckpointError> {
         self.files.iter().try_for_each(|file| {
             let place = self.directory.join(&file.path);

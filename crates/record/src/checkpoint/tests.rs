@@ -16,7 +16,7 @@ pin = [{ vertices = [0] }]
 ";
 const PLATE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
 
-/// A checkpoint of three steps in a folder of its own.
+/// A checkpoint after three steps in a directory of its own.
 fn written() -> (tempfile::TempDir, CheckpointFile) {
     let directory = tempfile::tempdir().unwrap();
     std::fs::write(directory.path().join("plate.obj"), PLATE).unwrap();
@@ -47,11 +47,11 @@ fn what_was_written_is_read() {
     assert_eq!(CheckpointFile::read(&path).unwrap(), file);
     assert_eq!(file.scene.files.len(), 1);
     assert_eq!(file.scene.source().scene().unwrap().body.len(), 1);
-    // Beside the mesh: what is written on the way is gone.
+    // Besides the mesh; temporary files are gone.
     assert_eq!(std::fs::read_dir(directory.path()).unwrap().count(), 2);
 }
 
-/// To the last bit, whatever the bits are.
+/// Every bit pattern survives.
 #[test]
 fn every_number_survives() {
     let numbers = [0.1, -0.0, f64::INFINITY, f64::NEG_INFINITY, f64::NAN, f64::MIN_POSITIVE / 3.0, 65504.0];

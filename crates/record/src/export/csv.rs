@@ -1,4 +1,4 @@
-//! Columns over time as comma-separated values; RFC 4180.
+//! Export of columns over time as comma-separated values; RFC 4180.
 
 use std::io::Write;
 
@@ -8,14 +8,14 @@ use crate::channels::{energy, probe, reactions};
 use crate::read::Column;
 
 impl Export {
-    /// Writes everything that `/energy`, `/reactions` and probes hold, one row per frame, `time` [s] first;
-    /// of probes as `probe/tip.position[0]`. Of each measure of elements that was recorded, the smallest and
-    /// the largest number of each body: `beam.von-mises.min`, `beam.cauchy-stress.xx.max`. Numbers are as
-    /// short as they read back to the same double; a number that a frame does not have is empty.
+    /// Writes everything in `/energy`, `/reactions` and probes, one row per frame, `time` [s] first;
+    /// probes as `probe/tip.position[0]`. For each recorded element measure, writes the minimum and
+    /// maximum over each body: `beam.von-mises.min`, `beam.cauchy-stress.xx.max`. Numbers have the
+    /// shortest form that reads back to the same double; missing ones are empty.
     ///
     /// # Errors
-    /// [`RecordError::NoChannel`] with none of these channels; those of
-    /// [`Trajectory::tables`](crate::read::Trajectory::tables); the stream cannot be written.
+    /// [`RecordError::NoChannel`] if none of these channels was recorded; those of
+    /// [`Trajectory::tables`](crate::read::Trajectory::tables); a write error of the stream.
     pub fn write_csv(&mut self, out: &mut dyn Write) -> Result<(), ExportError> {
         let probes: Vec<String> = self.trajectory.probes();
         let topics = probes.iter().map(|name| probe::topic(name));
@@ -28,7 +28,7 @@ impl Export {
             of_probe.for_each(|column| column.name = format!("probe/{name}.{}", column.name));
         }
         tables.push(self.extremes()?);
-        // All have the same times, those of the energies to the last digit.
+        // All have the same times, those of the energies exactly.
         let times = tables.iter().flatten().find(|column| column.name == TIME).cloned();
         let mut columns: Vec<Column> =
             tables.into_iter().flatten().filter(|column| column.name != TIME).collect();
@@ -47,7 +47,7 @@ impl Export {
         Ok(())
     }
 
-    /// The smallest and the largest number of each measure in each body, over time.
+    /// Minimum and maximum of each measure in each body, over time.
     fn extremes(&mut self) -> Result<Vec<Column>, RecordError> {
         let mut columns: Vec<Column> = Vec::new();
         for frame in 0..self.times().len() {

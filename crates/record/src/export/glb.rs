@@ -1,4 +1,4 @@
-//! Binary glTF 2.0 with a morph target for each frame,
+//! Export as binary glTF 2.0 with a morph target for each frame,
 //! <https://registry.khronos.org/glTF/specs/2.0/glTF-2.0.html>.
 
 use std::io::Write;
@@ -9,7 +9,7 @@ use super::{Export, ExportError};
 use crate::channels::mesh::BODY_COLOURS;
 use crate::read::RecordedBody;
 
-/// Numbers of `componentType`, `target` and `mode`.
+/// Values of `componentType`, `target` and `mode`.
 const I16: u32 = 5122;
 const U16: u32 = 5123;
 const U32: u32 = 5125;
@@ -21,17 +21,17 @@ const LINES: u32 = 1;
 const TRIANGLES: u32 = 4;
 
 impl Export {
-    /// Frames that a `.glb` may have: its weights are their number squared.
+    /// Maximum number of frames of a `.glb`: its weights are their number squared.
     pub const GLB_FRAMES: usize = 120;
 
-    /// Writes these frames of all surfaces, lines and points as one animated scene, a mesh for each body: its
-    /// positions in the first frame, and for each further one the displacements from there as morph target,
-    /// whose weight is 1 at its time. Metres, y up (`z` of the recording; two-dimensional scenes keep their
-    /// `y`); single precision, or `quantised` to 16 bits of the body's box, for which readers must know
-    /// `KHR_mesh_quantization`.
+    /// Writes these frames of all surfaces, lines and points as one animated scene with a mesh for each
+    /// body. The mesh has the positions of the first frame, and for each further frame a morph target
+    /// with the displacements from there, whose weight is 1 at its time. Units are metres, y up (`z` of
+    /// the recording; two-dimensional scenes keep their `y`). Numbers have single precision, or are
+    /// `quantised` to 16 bits of the body's box, for which readers must support `KHR_mesh_quantization`.
     ///
     /// # Errors
-    /// [`ExportError::TooManyFrames`]; a frame cannot be read; the stream cannot be written.
+    /// [`ExportError::TooManyFrames`]; a frame that cannot be read; a write error of the stream.
     pub fn write_glb(
         &mut self,
         frames: &[usize],
@@ -63,9 +63,9 @@ impl Export {
     }
 }
 
-/// Vertices of a body that are seen, and what is between them.
+/// Visible vertices of a body, and their connectivity.
 struct Shown {
-    /// Ascending.
+    /// Vertices, ascending.
     vertices: Vec<u32>,
     indices: Vec<u32>,
     mode: u32,
@@ -88,7 +88,7 @@ impl Shown {
         Shown { vertices, indices, mode }
     }
 
-    /// Their places with y up.
+    /// Positions of the vertices, y up.
     fn places(&self, x: &[f64], flat: bool) -> Vec<[f32; 3]> {
         let place = |vertex: &u32| {
             let [x, y, z] = [0, 1, 2].map(|axis| x[3 * *vertex as usize + axis] as f32);
@@ -98,7 +98,7 @@ impl Shown {
     }
 }
 
-/// A document and its buffer.
+/// Document with its buffer.
 #[derive(Default)]
 struct Gltf {
     buffer: Vec<u8>,
@@ -123,6 +123,7 @@ impl Gltf {
         times: Option<usize>,
     ) {
         let Some(first) = places.first().filter(|places| !places.is_empty()) else { return };
+        // Positions and morph targets.
         let grid = Grid::of(places, quantised);
         let position = self.positions(first, &grid);
         let targets: Vec<Value> = places[1..]
@@ -135,6 +136,7 @@ impl Gltf {
         if shown.mode != POINTS {
             primitive["indices"] = json!(self.indices(&shown.indices));
         }
+        // Mesh, material and node.
         let count = targets.len();
         let mut mesh = json!({ "name": name });
         if count > 0 {
@@ -154,7 +156,8 @@ impl Gltf {
         }
     }
 
-    /// At the time of frame `k + 1` target `k` has weight 1 and the others 0; between, they are mixed.
+    /// At the time of frame `k + 1` target `k` has weight 1 and the others 0; weights are interpolated
+    /// between.
     fn animate(&mut self, times: usize, count: usize) {
         let weight = |frame: usize, target: usize| if frame == target + 1 { 1.0 } else { 0.0 };
         let weights: Vec<f32> =
@@ -192,7 +195,7 @@ impl Gltf {
         }
     }
 
-    /// Rows of three 16-bit numbers, each filled up to 8 bytes.
+    /// Writes rows of three 16-bit numbers, each padded to 8 bytes.
     fn whole(&mut self, rows: &[[i32; 3]], component: u32) -> usize {
         let bytes: Vec<u8> = rows
             .iter()
@@ -248,7 +251,7 @@ impl Gltf {
         self.views.len() - 1
     }
 
-    /// Header, the document and the buffer, each filled up to four bytes.
+    /// Header, document and buffer, each padded to four bytes.
     fn bytes(self) -> Vec<u8> {
         let generator = concat!("pliant ", env!("CARGO_PKG_VERSION"));
         let mut document = json!({
@@ -283,10 +286,10 @@ impl Gltf {
     }
 }
 
-/// Steps of the longest side of a box: differences of two places fit 16 bits with their sign.
+/// Number of steps on the longest side of a box: signed differences of two positions fit 16 bits.
 const STEPS: f32 = 32_767.0;
 
-/// A lattice over the box of all places of a body.
+/// Lattice over the box of all positions of a body.
 struct Grid {
     quantised: bool,
     corner: [f32; 3],
@@ -309,7 +312,7 @@ impl Grid {
         [0, 1, 2].map(|axis| ((place[axis] - self.corner[axis]) / self.step).round() as i32)
     }
 
-    /// The node with the way from steps to metres.
+    /// Node with the transformation from steps to metres.
     fn on(&self, mut node: Value) -> Value {
         node["translation"] = json!(self.corner);
         node["scale"] = json!([self.step, self.step, self.step]);

@@ -1,8 +1,8 @@
-//! Frames of a recording as files of other programs: `.vtu` with a `.pvd` beside them for ParaView, PyVista
-//! and meshio, `.obj` for whatever draws surfaces; all frames in one file as `.glb`, `.npz` and `.csv`.
+//! Export of recorded frames to other programs' formats: `.vtu` with a `.pvd` for ParaView, PyVista and
+//! meshio, `.obj` for surface viewers; all frames in one file as `.glb`, `.npz` and `.csv`.
 //!
-//! [`Export`] knows the bodies of a recording and writes one frame at a time to any stream; which frames go
-//! to which files is for its user to say.
+//! [`Export`] knows the bodies of a recording and writes one frame at a time to any stream; the caller
+//! chooses frames and files.
 
 mod csv;
 mod glb;
@@ -22,23 +22,23 @@ use crate::RecordError;
 use crate::read::{ElementRows, RecordedBodies, Trajectory, in_space, info};
 use pliant::diagnostics::{MEASURES, Measure};
 
-/// A recording from which frames are written.
+/// Recording whose frames are exported.
 #[derive(Debug)]
 pub struct Export {
     trajectory: Trajectory,
     bodies: RecordedBodies,
-    /// Rest positions, flat `(vertex_count, 3)` [m]; `None` if the recording does not hold them.
+    /// Reference positions, flat `(vertex_count, 3)` [m]; `None` if not recorded.
     rest: Option<Vec<f64>>,
 }
 
-/// A frame could not be written.
+/// Error of an export.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ExportError {
     /// The frame could not be read.
     #[error(transparent)]
     Record(#[from] RecordError),
-    /// The stream refused it.
+    /// The stream could not be written.
     #[error(transparent)]
     Write(#[from] io::Error),
     /// More frames than the format should hold.
@@ -47,39 +47,39 @@ pub enum ExportError {
         count.div_ceil(*most)
     )]
     TooManyFrames {
-        /// How many were asked for.
+        /// Number requested.
         count: usize,
-        /// How many there may be.
+        /// Maximum number.
         most: usize,
     },
     /// More bytes than the format can hold.
     #[error("{size} bytes are more than the {most} of a {format}; choose fewer frames with `--frames`")]
     TooLarge {
-        /// Ending of its files.
+        /// File extension.
         format: &'static str,
-        /// How many there would be.
+        /// Number of bytes needed.
         size: u64,
-        /// How many there may be.
+        /// Maximum number.
         most: u64,
     },
 }
 
-/// One frame, in three dimensions.
+/// Frame, padded to three dimensions.
 struct ExportFrame {
     /// Simulated time [s].
     time: f64,
-    /// Positions, flat `(vertex_count, 3)` [m], and after them those of skins.
+    /// Positions, flat `(vertex_count, 3)` [m], followed by those of embedded surfaces.
     x: Vec<f64>,
     /// Velocities, flat `(vertex_count, 3)` [m/s].
     v: Vec<f64>,
 }
 
 impl Export {
-    /// Opens a complete recording and reads which bodies it holds.
+    /// Opens a complete recording and reads its bodies.
     ///
     /// # Errors
-    /// Errors of [`Trajectory::open`]; [`RecordError::Unexpected`] if the cells do not fit the vertices;
-    /// [`RecordError::NoChannel`] without the channel `/state`.
+    /// The errors of [`Trajectory::open`]; [`RecordError::Unexpected`] if the elements do not fit the
+    /// vertices; [`RecordError::NoChannel`] without the channel `/state`.
     pub fn open(path: &Path) -> Result<Export, RecordError> {
         let mut trajectory = Trajectory::open(path)?;
         let info = info(path)?;
@@ -97,32 +97,31 @@ impl Export {
         self.trajectory.times()
     }
 
-    /// Writes a frame as VTK unstructured grid, arrays in base 64: points in space (2D: `z = 0`),
-    /// tetrahedra, triangles, lines and vertices as the bodies have them, `displacement` [m] (where the
-    /// recording holds rest positions) and `velocity` [m/s] of the points, and for each cell the number of
-    /// its `body` and what the recording has of the elements (channels `/elements/..`), NaN for cells that
-    /// are none.
+    /// Writes a frame as VTK unstructured grid, arrays in base 64: points in 3D (2D: `z = 0`), the
+    /// bodies' tetrahedra, triangles, lines and vertices, `displacement` [m] (if reference positions were
+    /// recorded) and `velocity` [m/s] of the points, and for each cell the index of its `body` and the
+    /// recorded element measures (channels `/elements/..`), NaN for cells that are not elements.
     ///
     /// # Errors
-    /// The frame cannot be read, or the stream not be written.
+    /// A frame that cannot be read, or a write error of the stream.
     pub fn write_vtu(&mut self, frame: usize, out: &mut dyn Write) -> Result<(), ExportError> {
         let elements = self.elements(frame)?;
         let frame = self.frame(frame)?;
         Ok(vtu::write(&self.bodies, self.rest.as_deref(), &frame, &elements, out)?)
     }
 
-    /// Writes the surfaces of a frame as Wavefront OBJ: one object per body, faces that are
-    /// counter-clockwise seen from outside, lines of strands, points of particles. Vertices inside of solids
-    /// are left out; the others keep their order, the same in every frame.
+    /// Writes the surfaces of a frame as Wavefront OBJ: one object per body, faces counter-clockwise seen
+    /// from outside, lines of strands, points of particles. Interior vertices of solids are omitted; the
+    /// others keep their order, the same in every frame.
     ///
     /// # Errors
-    /// As [`write_vtu`](Self::write_vtu).
+    /// The errors of [`write_vtu`](Self::write_vtu).
     pub fn write_obj(&mut self, frame: usize, out: &mut dyn Write) -> Result<(), ExportError> {
         let frame = self.frame(frame)?;
         Ok(obj::write(&self.bodies, &frame, out)?)
     }
 
-    /// Measures of the elements that were recorded.
+    /// Recorded measures of the elements.
     fn elements(&mut self, frame: usize) -> Result<Vec<(&'static Measure, ElementRows)>, RecordError> {
         let mut found = Vec::new();
         for measure in &MEASURES {

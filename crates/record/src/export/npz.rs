@@ -1,4 +1,4 @@
-//! NumPy's `.npz`: a zip archive, stored as it is, of arrays in the format `.npy` 1.0,
+//! Export as NumPy's `.npz`: an uncompressed zip archive of arrays in the format `.npy` 1.0,
 //! <https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html>.
 
 use std::io::{self, Write};
@@ -6,19 +6,19 @@ use std::io::{self, Write};
 use super::{Export, ExportError};
 use pliant::diagnostics::Measure;
 
-/// A zip archive without the extension for large ones ends here.
+/// Size limit of a zip archive without the extension for large ones.
 const LARGEST: u64 = u32::MAX as u64;
 
 impl Export {
     /// Writes these frames as arrays: `times` of shape `(frames,)` [s]; `positions` [m] and `velocities`
-    /// [m/s] of shape `(frames, vertices, dimension)`, doubles; `rest` [m] of shape `(vertices, dimension)`
-    /// where the recording holds it; `bodies`, first vertex and number of vertices of each; and for each body
-    /// what it has of `<body>.edges`, `.triangles`, `.tetrahedra`, .. and `.surface`: rows of vertex numbers,
-    /// which count the vertices of all bodies. Of each measure of elements that was recorded,
-    /// `<body>.von-mises` and the like, of shape `(frames, elements)` or `(frames, elements, components)`.
+    /// [m/s] of shape `(frames, vertices, dimension)`, doubles; `rest` [m] of shape `(vertices,
+    /// dimension)` if recorded; `bodies`, first vertex and number of vertices of each; and for each body
+    /// those of `<body>.edges`, `.triangles`, `.tetrahedra`, .. and `.surface` that apply: rows of vertex
+    /// indices, counted over all bodies. For each recorded element measure, `<body>.von-mises` and the
+    /// like, of shape `(frames, elements)` or `(frames, elements, components)`.
     ///
     /// # Errors
-    /// A frame cannot be read; [`ExportError::TooLarge`] beyond 4 GB; the stream cannot be written.
+    /// A frame that cannot be read; [`ExportError::TooLarge`] beyond 4 GB; a write error of the stream.
     pub fn write_npz(&mut self, frames: &[usize], out: &mut dyn Write) -> Result<(), ExportError> {
         let (vertices, dimension) = (self.trajectory.vertex_count(), self.trajectory.dimension());
         let state = [frames.len(), vertices, dimension];
@@ -53,7 +53,7 @@ impl Export {
         Ok(archive.finish()?)
     }
 
-    /// The numbers of a measure, body by body.
+    /// Writes the values of a measure, body by body.
     fn measure(
         &mut self,
         measure: &Measure,
@@ -106,7 +106,7 @@ impl Export {
     }
 }
 
-/// A zip archive that is written from its beginning to its end; APPNOTE 6.3.10.
+/// Zip archive written sequentially; APPNOTE 6.3.10.
 struct Archive<'a> {
     out: &'a mut dyn Write,
     written: u64,
@@ -119,7 +119,7 @@ impl Archive<'_> {
         self.array(name, "<f8", shape, values.iter().flat_map(|value| value.to_le_bytes()))
     }
 
-    /// Rows of `nodes` whole numbers.
+    /// Writes rows of `nodes` integers.
     fn numbers(&mut self, name: &str, nodes: usize, values: &[u32]) -> io::Result<()> {
         let shape = [values.len() / nodes, nodes];
         self.array(name, "<u4", &shape, values.iter().flat_map(|value| value.to_le_bytes()))
@@ -135,7 +135,7 @@ impl Archive<'_> {
         let shape: Vec<String> = shape.iter().map(|n| format!("{n},")).collect();
         let shape = shape.join(" ");
         let mut header = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({shape}), }}");
-        // The data begin at a multiple of 64.
+        // The data begin at a multiple of 64 bytes.
         while !(10 + header.len() + 1).is_multiple_of(64) {
             header.push(' ');
         }

@@ -1,11 +1,11 @@
-//! Wavefront OBJ.
+//! Export as Wavefront OBJ.
 
 use std::io::{self, Write};
 
 use super::ExportFrame;
 use crate::read::{RecordedBodies, RecordedBody};
 
-/// Vertices that a body shows, ascending.
+/// Visible vertices of a body, ascending.
 fn shown(body: &RecordedBody) -> Vec<u32> {
     if body.is_particles() {
         return body.vertices.clone().collect();
@@ -17,7 +17,7 @@ fn shown(body: &RecordedBody) -> Vec<u32> {
     vertices
 }
 
-/// Writes one frame. `{:?}` of a number is the shortest text that reads back to the same.
+/// Writes one frame. `{:?}` of a number is the shortest text that reads back to the same number.
 pub(super) fn write(bodies: &RecordedBodies, frame: &ExportFrame, out: &mut dyn Write) -> io::Result<()> {
     writeln!(out, "# t = {:?} s", frame.time)?;
     let mut first = 1;

@@ -1,11 +1,11 @@
-//! ParaView's collection: which file holds which time.
+//! Export as ParaView's collection: a list of times and files.
 
 use std::io::{self, Write};
 
-/// Writes a collection of `(time [s], file name)`, names relative to where the collection is.
+/// Writes a collection of `(time [s], file name)`; names are relative to the collection's directory.
 ///
 /// # Errors
-/// The stream cannot be written.
+/// A write error of the stream.
 pub fn write_pvd(frames: &[(f64, String)], out: &mut dyn Write) -> io::Result<()> {
     writeln!(out, "<?xml version=\"1.0\"?>")?;
     writeln!(out, "<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n<Collection>")?;
@@ -15,7 +15,7 @@ pub fn write_pvd(frames: &[(f64, String)], out: &mut dyn Write) -> io::Result<()
     writeln!(out, "</Collection>\n</VTKFile>")
 }
 
-/// Text as the value of an attribute.
+/// Escapes text for the value of an attribute.
 fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
 }

@@ -1,4 +1,4 @@
-//! Files that are written read back as what was recorded.
+//! Exported files read back as what was recorded.
 
 use std::path::Path;
 
@@ -13,7 +13,7 @@ use pliant_mesh::{Mesh, MidNodes, read};
 use pliant_scene::assembly::UnstableStep;
 use pliant_scene::{Channel, Scene};
 
-/// A solid, a cloth, a strand and particles that move.
+/// A moving solid, a cloth, a strand and particles.
 const BODIES: &str = "dimension = 3
 time = { integrator = 'velocity-verlet', step = 1e-3, duration = 0.1 }
 [world]
@@ -42,7 +42,7 @@ mesh = { inline = { points = [[0.0, -3.0, 0.0], [1.0, -3.0, 0.0]] } }
 mass = { total = 1.0 }
 ";
 
-/// Records a scene, eleven frames.
+/// Records eleven frames of a scene.
 fn recorded(text: &str, path: &Path) -> Vec<f64> {
     let scene = Scene::from_toml(text).unwrap_or_else(|error| panic!("{error}"));
     let mut assembly = scene.assemble(UnstableStep::Refuse).unwrap_or_else(|p| panic!("{p:?}"));
@@ -98,7 +98,7 @@ fn a_solid_reads_back_bit_by_bit() {
     assert!(surface.boundary_edges().is_empty());
     assert!(surface.points.chunks(3).all(|x| last.chunks(3).any(|y| x == y)));
     assert_eq!(surface.groups["ball"].cells.len(), 80);
-    // The displacement is what the file says the points have moved.
+    // The displacement is the motion of the file's points.
     let text = std::fs::read_to_string(&vtu).unwrap();
     let after = text.split("Name=\"displacement\"").nth(1).unwrap();
     let (bytes, _) = pliant_files::base64::decode(after.split(['>', '<']).nth(1).unwrap().as_bytes());
@@ -194,7 +194,8 @@ fn cells_that_are_elements_carry_what_was_recorded_of_them() {
     );
 }
 
-/// By body and measure, alike in both: all numbers as an array, the least and the largest as columns.
+/// Arrays and tables agree, body by body and measure by measure: arrays with all numbers, columns with
+/// minima and maxima.
 #[test]
 fn arrays_and_tables_carry_what_was_recorded_of_elements() {
     let folder = tempfile::tempdir().unwrap();
@@ -279,14 +280,15 @@ gravity = [0.0, -9.8, 1.0]
         let obj = folder.path().join("a.obj");
         written(&mut export, 10, &obj);
         let surface = read_back(&obj, 3);
-        // Two triangles for each quadrilateral of the surface, which closes.
+        // Two triangles for each quadrilateral of the closed surface.
         let faces = if dimension == 2 { 6 } else { 2 * (3 * 2 + 3 * 2 + 2 * 2) };
         assert_eq!(surface.triangles.len(), 2 * faces);
         assert_eq!(surface.boundary_edges().len(), if dimension == 2 { 10 } else { 0 });
     }
 }
 
-/// Surfaces of other programs are the skin, solids the elements; the recorded skin is what was attached.
+/// Other programs get the embedded surface as surface and the elements as solids; the recorded surface is
+/// the attached one.
 #[test]
 fn skins_are_exported_as_surfaces() {
     let folder = tempfile::tempdir().unwrap();

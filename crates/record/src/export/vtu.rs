@@ -1,8 +1,8 @@
-//! VTK's XML format for unstructured grids:
+//! Export as VTK's XML format for unstructured grids:
 //! <https://docs.vtk.org/en/latest/vtk_file_formats/vtkxml_file_format.html>.
 //!
-//! Arrays are in base 64 where they stand, uncompressed: the one variant that meshio, PyVista and ParaView
-//! all read.
+//! Arrays are inline in base 64, uncompressed: the one variant that meshio, PyVista and ParaView all
+//! read.
 
 use std::io::{self, Write};
 
@@ -16,7 +16,7 @@ use pliant_mesh::vtk_cells::{
     LINE, QUADRATIC_TETRAHEDRON, QUADRATIC_TRIANGLE, TETRAHEDRON, TRIANGLE, VERTEX,
 };
 
-/// Cells of all bodies as the format has them.
+/// Cells of all bodies in the layout of the format.
 #[derive(Default)]
 struct VtuGrid {
     connectivity: Vec<u8>,
@@ -25,7 +25,7 @@ struct VtuGrid {
     body: Vec<u8>,
     vertices: u64,
     cells: u64,
-    /// Cells of each body that may be elements: their first, and their number.
+    /// Range of cells of each body that may be elements: first cell and number.
     solids: Vec<(String, usize, usize)>,
 }
 
@@ -34,7 +34,7 @@ impl VtuGrid {
         let mut grid = VtuGrid::default();
         for (number, body) in bodies.bodies.iter().enumerate() {
             let number = number as i32;
-            // Triangles of a solid in space are its surface, and not among its cells.
+            // Triangles of a 3D solid are its surface, not its elements.
             let solids = body.tetrahedra.len() + body.quadratic_tetrahedra.len();
             let flat = body.triangles.len() + body.quadratic_triangles.len();
             let of_blocks: usize = body.blocks.iter().map(CellBlock::len).sum();
@@ -70,7 +70,7 @@ impl VtuGrid {
 /// `type`, name and components of an array.
 type Kind<'a> = (&'a str, &'a str, usize);
 
-/// One array: its length as 64-bit number, then its bytes, both in one piece of base 64.
+/// Writes one array: its length as a 64-bit number, then its bytes, both in one piece of base 64.
 fn array(out: &mut dyn Write, (kind, name, components): Kind, bytes: &[u8]) -> io::Result<()> {
     let mut block = Vec::with_capacity(8 + bytes.len());
     block.extend((bytes.len() as u64).to_le_bytes());
@@ -87,7 +87,7 @@ fn bytes(numbers: impl Iterator<Item = f64>) -> Vec<u8> {
     numbers.flat_map(f64::to_le_bytes).collect()
 }
 
-/// One row for each cell: that of the element that it is, NaN where it is none.
+/// One row for each cell: that of its element, NaN if it is not an element.
 fn of_cells(grid: &VtuGrid, rows: &ElementRows) -> Vec<u8> {
     let width = rows.fields.len();
     let mut values = vec![f64::NAN; grid.cells as usize * width];

@@ -1,78 +1,79 @@
-//! The bodies of a recording and their cells.
+//! Bodies of a recording with their elements.
 
 use super::{FileInfo, Trajectory};
 use crate::RecordError;
 use pliant::element::{CELL_KINDS, CellBlock};
 use pliant::topology::Skin;
 
-/// All bodies.
+/// All bodies of a recording.
 #[derive(Clone, Debug)]
 pub struct RecordedBodies {
-    /// The bodies, by ascending vertex range.
+    /// Bodies by ascending vertex range.
     pub bodies: Vec<RecordedBody>,
     /// Number of vertices of all bodies.
     pub vertex_count: usize,
 }
 
-/// One body; indices count the vertices of the whole recording.
+/// Body of a recording; indices count the vertices of the whole recording.
 #[derive(Clone, Debug)]
 pub struct RecordedBody {
     /// Name.
     pub name: String,
-    /// Its vertices.
+    /// Vertex range.
     pub vertices: std::ops::Range<u32>,
     /// Springs and segments.
     pub edges: Vec<[u32; 2]>,
-    /// Triangles that are cells.
+    /// Triangles that are elements.
     pub triangles: Vec<[u32; 3]>,
     /// Tetrahedra.
     pub tetrahedra: Vec<[u32; 4]>,
-    /// Triangles of second order, corners first.
+    /// Second-order triangles, corners first.
     pub quadratic_triangles: Vec<[u32; 6]>,
-    /// Tetrahedra of second order, corners first.
+    /// Second-order tetrahedra, corners first.
     pub quadratic_tetrahedra: Vec<[u32; 10]>,
-    /// Cells that are no simplices.
+    /// Elements that are not simplices.
     pub blocks: Vec<CellBlock>,
-    /// Boundary of the cells.
+    /// Boundary of the elements.
     pub surface: Vec<[u32; 3]>,
-    /// Surface that is drawn in its place.
+    /// Embedded surface, drawn instead of the boundary.
     pub skin: Option<RecordedSkin>,
 }
 
-/// A skin, and the number of its first vertex among those of the recording, after which those of skins count.
+/// Embedded surface with the index of its first vertex; its vertices are numbered after those of the
+/// recording.
 #[derive(Clone, Debug)]
 pub struct RecordedSkin {
-    /// The skin.
+    /// Embedded surface.
     pub skin: Skin,
-    /// Number of its first vertex.
+    /// Index of its first vertex.
     pub first_vertex: u32,
 }
 
 impl RecordedSkin {
-    /// Its triangles, numbered as in the recording.
+    /// Triangles, numbered as in the recording.
     pub fn triangles(&self) -> Vec<[u32; 3]> {
         self.skin.triangles.iter().map(|triangle| triangle.map(|v| self.first_vertex + v)).collect()
     }
 
-    /// Its vertices.
+    /// Vertex range.
     pub fn vertices(&self) -> std::ops::Range<u32> {
         self.first_vertex..self.first_vertex + self.skin.vertex_count() as u32
     }
 }
 
 impl RecordedBody {
-    /// The springs, where they are all there is: those of a cloth are the sides of its triangles and their
-    /// diagonals.
+    /// Springs to draw, if there are no elements: those of a cloth are sides and diagonals of its
+    /// triangles.
     pub fn lines(&self) -> &[[u32; 2]] {
         if self.has_cells() { &[] } else { &self.edges }
     }
 
-    /// Triangles to draw: those of its skin, otherwise of its surface.
+    /// Triangles to draw: those of the embedded surface, otherwise of the boundary.
     pub fn drawn(&self) -> Vec<[u32; 3]> {
         self.skin.as_ref().map_or_else(|| self.surface.clone(), RecordedSkin::triangles)
     }
 
-    /// True if it has neither cells nor springs.
+    /// True if the body has neither elements nor springs.
     pub fn is_particles(&self) -> bool {
         self.edges.is_empty() && !self.has_cells()
     }
@@ -84,10 +85,10 @@ impl RecordedBody {
 }
 
 impl RecordedBodies {
-    /// The bodies of a recording that `info` describes.
+    /// Reads the bodies of a recording that `info` describes.
     ///
     /// # Errors
-    /// [`RecordError::Unexpected`] if the cells do not fit the vertices; [`RecordError::Read`],
+    /// [`RecordError::Unexpected`] if the elements do not fit the vertices; [`RecordError::Read`],
     /// [`RecordError::Damaged`].
     pub fn read(trajectory: &mut Trajectory, info: &FileInfo) -> Result<RecordedBodies, RecordError> {
         let vertex_count = trajectory.vertex_count();
@@ -107,7 +108,7 @@ impl RecordedBodies {
             let blocks = cells.blocks()?;
             let edges = cells.of("edge")?;
             let surface = cells.of("surface")?;
-            // It is not written twice where it is all triangles.
+            // The surface is not stored if it is all triangles.
             let surface = if surface.is_empty() { triangles.clone() } else { surface };
             let vertices = summary.first_vertex..last;
             let skin = cells.skin()?.map(|skin| RecordedSkin { skin, first_vertex: next as u32 });
@@ -131,7 +132,8 @@ impl RecordedBodies {
         Ok(RecordedBodies { bodies, vertex_count })
     }
 
-    /// A quantity of all vertices, flat `(vertex_count, 3)`, and after it that of the vertices of skins.
+    /// Appends to a quantity of all vertices, flat `(vertex_count, 3)`, its values at the vertices of
+    /// embedded surfaces.
     pub fn with_skins(&self, mut values: Vec<f64>) -> Vec<f64> {
         for recorded in self.bodies.iter().filter_map(|body| body.skin.as_ref()) {
             for vertex in 0..recorded.skin.vertex_count() {
@@ -155,7 +157,7 @@ struct BodyCells<'a> {
 }
 
 impl BodyCells<'_> {
-    /// The cells of each kind that is no simplex.
+    /// Elements of each kind that is not a simplex.
     fn blocks(&mut self) -> Result<Vec<CellBlock>, RecordError> {
         let mut blocks = Vec::new();
         for &kind in CELL_KINDS {
@@ -167,7 +169,7 @@ impl BodyCells<'_> {
         Ok(blocks)
     }
 
-    /// The surface that rides along; `None` if the recording has none.
+    /// Embedded surface; `None` if the recording has none.
     fn skin(&mut self) -> Result<Option<Skin>, RecordError> {
         let (elements, nodes) = (self.words("skin_element")?, self.flat("skin_node", 1)?);
         let triangles = self.words("skin")?.as_chunks::<3>().0.to_vec();
@@ -175,7 +177,7 @@ impl BodyCells<'_> {
         let Some(bytes) = self.trajectory.attachment(&name)? else { return Ok(None) };
         let weights: Vec<f64> =
             bytes.as_chunks::<8>().0.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect();
-        // Vertices are those that triangles name, and each has as many nodes.
+        // The vertices are those named by triangles, each with the same number of nodes.
         let vertices = triangles.as_flattened().iter().max().map_or(0, |largest| *largest as usize + 1);
         let width = nodes.len().checked_div(vertices).unwrap_or(0);
         let fits = nodes.len() == width * vertices && weights.len() == nodes.len();
@@ -185,7 +187,7 @@ impl BodyCells<'_> {
         Ok(Some(Skin { triangles, elements, width, nodes, weights }))
     }
 
-    /// The numbers of an attachment of a body.
+    /// Numbers in an attachment of a body.
     fn words(&mut self, kind: &str) -> Result<Vec<u32>, RecordError> {
         let attachment = self.trajectory.attachment(&format!("topology/{}.{kind}.u32", self.name))?;
         let bytes = attachment.unwrap_or_default();
@@ -196,12 +198,12 @@ impl BodyCells<'_> {
         Ok(words.iter().map(|word| u32::from_le_bytes(*word)).collect())
     }
 
-    /// The cells of one kind of simplices; none if the recording has no such attachment.
+    /// Elements of one simplex kind; empty if the recording has no such attachment.
     fn of<const N: usize>(&mut self, kind: &str) -> Result<Vec<[u32; N]>, RecordError> {
         Ok(self.flat(kind, N)?.as_chunks::<N>().0.to_vec())
     }
 
-    /// The vertices of the cells of a kind, `nodes` each.
+    /// Vertices of the elements of a kind, `nodes` each.
     fn flat(&mut self, kind: &str, nodes: usize) -> Result<Vec<u32>, RecordError> {
         let indices = self.words(kind)?;
         if !indices.len().is_multiple_of(nodes) {

@@ -1,4 +1,4 @@
-//! Chunks: what they unpack to, within bounds, and the records in it.
+//! Chunks: bounded decompression, and the records in them.
 
 use std::io::{ErrorKind, Read};
 
@@ -8,16 +8,16 @@ use mcap::{McapError, McapResult};
 /// Opcode and length of a record.
 pub(super) const RECORD_HEADER: usize = 9;
 
-/// Bytes that any chunk may unpack to. A recorder closes a chunk after
-/// [`CHUNK_BYTES`](crate::container::CHUNK_BYTES), so that only frames longer than that make larger ones.
+/// Decompressed size allowed for any chunk [bytes]. A recorder closes a chunk after
+/// [`CHUNK_BYTES`](crate::container::CHUNK_BYTES), so that only longer frames make larger ones.
 const ANY_CHUNK: u64 = 64 << 20;
 
-/// Bytes that a larger chunk may unpack to for each of its packed bytes. Frames that long hold a position
-/// and a velocity for each vertex, of which zstd makes a tenth at best.
+/// Compression ratio allowed for larger chunks. Frames that long hold a position and a velocity for each
+/// vertex, which zstd compresses to a tenth at best.
 const MOST_COMPRESSED: u64 = 1 << 8;
 
-/// Content of a chunk, after comparing its size with the bounds above and its checksum with the stated one:
-/// what a damaged chunk unpacks to has lengths that ask for more memory than there is.
+/// Decompresses a chunk, after checking its size against these bounds, and verifies its checksum: lengths
+/// in a damaged chunk may ask for more memory than there is.
 pub(super) fn unpacked(header: &ChunkHeader, data: &[u8]) -> McapResult<Vec<u8>> {
     let stated = header.uncompressed_size;
     let limit = ANY_CHUNK.max(MOST_COMPRESSED.saturating_mul(data.len() as u64));
@@ -36,14 +36,14 @@ pub(super) fn unpacked(header: &ChunkHeader, data: &[u8]) -> McapResult<Vec<u8>>
         return Err(McapError::BadChunkLength { header: stated, available: content.len() as u64 });
     }
     let (saved, calculated) = (header.uncompressed_crc, crc32fast::hash(&content));
-    // Writers that know no checksum leave 0.
+    // Writers without checksums store 0.
     if saved != 0 && saved != calculated {
         return Err(McapError::BadChunkCrc { saved, calculated });
     }
     Ok(content)
 }
 
-/// Opcode and body of the record at the beginning of `bytes`, and the bytes after it.
+/// Opcode and body of the first record in `bytes`, and the bytes after it.
 pub(super) fn first_record(bytes: &[u8]) -> McapResult<(u8, &[u8], &[u8])> {
     let cut = || McapError::UnexpectedEof;
     let (header, rest) = bytes.split_first_chunk::<RECORD_HEADER>().ok_or_else(cut)?;
@@ -53,8 +53,8 @@ pub(super) fn first_record(bytes: &[u8]) -> McapResult<(u8, &[u8], &[u8])> {
     Ok((opcode, body, rest))
 }
 
-/// Opcode and body of the record that `source`, of which `size` bytes are left, goes on with; `None` at its
-/// end. A length beyond the end asks for no memory.
+/// Reads opcode and body of the next record from `source`, which has `size` bytes left; `None` at its
+/// end. A length beyond the end allocates nothing.
 pub(super) fn read_record(source: &mut dyn Read, size: u64) -> McapResult<Option<(u8, Vec<u8>)>> {
     if size == 0 {
         return Ok(None);

@@ -16,14 +16,14 @@ use crate::clock::seconds;
 use crate::outcome::{OUTCOME, RecordedOutcome};
 use crate::paths;
 
-/// Summary of a file. Everything that only files of this program have is optional.
+/// Summary of a file. Everything specific to files of this program is optional.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FileInfo {
     /// The file.
     pub path: PathBuf,
-    /// Size, the tail of an unfinished one included.
+    /// Size, including the tail of an unfinished file.
     pub bytes: u64,
-    /// Whether it is complete.
+    /// Completeness of the file.
     pub state: FileState,
     /// Outcome of the run; `None` in unfinished files.
     pub outcome: Option<RecordedOutcome>,
@@ -43,36 +43,36 @@ pub struct FileInfo {
     pub bodies: Vec<BodySummary>,
     /// The channels, by topic.
     pub topics: Vec<TopicSummary>,
-    /// The attachments, in the order of the file.
+    /// Attachments in the order of the file.
     pub attachments: Vec<AttachmentSummary>,
     /// The metadata record `pliant`.
     pub metadata: BTreeMap<String, String>,
 }
 
-/// Whether a file is complete.
+/// Completeness of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum FileState {
     /// The file has its end and its indexes.
     Complete,
-    /// The file ends in the middle: being written, or its writer was killed.
+    /// The file is truncated: being written, or its writer was killed.
     Unfinished,
 }
 
-/// One channel.
+/// Summary of one channel.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct TopicSummary {
     /// Topic.
     pub topic: String,
-    /// Name of its schema.
+    /// Name of the schema.
     pub schema: Option<String>,
-    /// `protobuf` or `json`.
+    /// Encoding, `protobuf` or `json`.
     pub encoding: String,
     /// Number of messages.
     pub messages: u64,
 }
 
-/// One attachment.
+/// Summary of one attachment.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct AttachmentSummary {
     /// Name.
@@ -81,14 +81,14 @@ pub struct AttachmentSummary {
     pub bytes: u64,
 }
 
-/// Summarizes a file. Complete files are not read, only their index; of unfinished ones every record is,
-/// those in the tail included.
+/// Summarises a file. Only the index of a complete file is read; of an unfinished one every record,
+/// including those in the tail.
 ///
 /// # Errors
-/// [`RecordError::Read`], [`RecordError::NotMcap`]; [`RecordError::Damaged`] if a complete file contradicts
-/// itself.
+/// [`RecordError::Read`], [`RecordError::NotMcap`]; [`RecordError::Damaged`] if a complete file is
+/// inconsistent.
 pub fn info(path: &Path) -> Result<FileInfo, RecordError> {
-    // What a recorder leaves that was only dropped has an end, but the last frames are in the tail.
+    // A recorder that was only dropped leaves a file with an end, but its last frames are in the tail.
     let has_tail = std::fs::metadata(paths::tail_of(path)).is_ok_and(|tail| tail.len() > 0);
     let gathered = match RecordingFile::open(path)? {
         Some(source) if !has_tail => from_summary(source)?,
@@ -97,13 +97,13 @@ pub fn info(path: &Path) -> Result<FileInfo, RecordError> {
     Ok(gathered.into_info(path))
 }
 
-/// Facts that both ways of reading find.
+/// Facts gathered by either way of reading.
 struct GatheredInfo {
     bytes: u64,
     state: FileState,
-    /// Number, schema and the rest.
+    /// Topics by channel number.
     topics: BTreeMap<u16, TopicSummary>,
-    /// Times of messages [ns].
+    /// First and last time of messages [ns].
     times: Option<(u64, u64)>,
     attachments: Vec<AttachmentSummary>,
     metadata: HashMap<String, BTreeMap<String, String>>,
@@ -166,7 +166,7 @@ fn from_records(path: &Path) -> Result<GatheredInfo, RecordError> {
             }
             Record::Message { header, .. } => {
                 let next = next_sequences.entry(header.channel_id).or_insert(0);
-                // The tail may repeat what has reached a chunk.
+                // The tail may repeat messages that have reached a chunk.
                 if header.sequence >= *next
                     && let Some(topic) = gathered.topics.get_mut(&header.channel_id)
                 {
@@ -199,7 +199,7 @@ impl GatheredInfo {
         let metadata = self.metadata.remove(METADATA).unwrap_or_default();
         let number = |key: &str| metadata.get(key).and_then(|value| value.parse().ok());
         let bodies = metadata.get("bodies").and_then(|bodies| serde_json::from_str(bodies).ok());
-        // Each frame is on every one of these that exists, but for those left out of /mesh.
+        // Each frame is on every one of these channels that exists, except frames omitted from /mesh.
         let frames = last_of_frame(self.topics.keys().copied()).and_then(|id| self.topics.get(&id));
         let (start, end) = self.times.unwrap_or((0, 0));
         let mut topics: Vec<TopicSummary> = self.topics.values().cloned().collect();

@@ -1,20 +1,20 @@
-//! Records from their bytes, none of them before the lengths that it states are compared with the bytes it
-//! has: `mcap` reserves memory for a text of the stated length before it looks for its end, and takes the
-//! checksum of an attachment to be there.
+//! Checked parsing of records: stated lengths are first compared with the bytes available. The crate
+//! `mcap` reserves memory for a string of the stated length before it looks for its end, and assumes that
+//! the checksum of an attachment exists.
 
 use mcap::records::{Record, op};
 use mcap::{McapError, McapResult, parse_record};
 
-/// The record of these bytes.
+/// Parses the record in these bytes.
 ///
 /// # Errors
-/// [`McapError::UnexpectedEof`] if a length leads beyond `body`; what else is wrong with the record.
+/// [`McapError::UnexpectedEof`] if a length leads beyond `body`; other errors of the record.
 pub(super) fn parsed(opcode: u8, body: &[u8]) -> McapResult<Record<'_>> {
     fit(opcode, body).ok_or(McapError::UnexpectedEof)?;
     parse_record(opcode, body)
 }
 
-/// `None` if a text, a table or an attachment of the record would end after `body`.
+/// `None` if a string, a table or an attachment of the record would end after `body`.
 fn fit(opcode: u8, body: &[u8]) -> Option<()> {
     let mut rest = Rest(body);
     match opcode {
@@ -26,22 +26,22 @@ fn fit(opcode: u8, body: &[u8]) -> Option<()> {
         op::CHANNEL => rest.skip(4)?.texts(2)?.table(),
         // Two times, size, checksum; compression.
         op::CHUNK => rest.skip(28)?.texts(1),
-        // Two times, place and length; offsets by channel; length; compression.
+        // Two times, position and length; offsets by channel; length; compression.
         op::CHUNK_INDEX => rest.skip(32)?.texts(1)?.skip(8)?.texts(1),
         // Two times; name, type; size; content and checksum.
         op::ATTACHMENT => rest.skip(16)?.texts(2)?.skip(8)?.skip(4),
-        // Place, length, two times, size; name, type.
+        // Position, length, two times, size; name, type.
         op::ATTACHMENT_INDEX => rest.skip(40)?.texts(2),
         // Name; content.
         op::METADATA => rest.texts(1)?.table(),
-        // Place, length; name.
+        // Position, length; name.
         op::METADATA_INDEX => rest.skip(16)?.texts(1),
         _ => Some(&mut rest),
     }
     .map(|_| ())
 }
 
-/// Bytes of a record that have not been looked at.
+/// Remaining bytes of a record.
 struct Rest<'a>(&'a [u8]);
 
 impl Rest<'_> {
@@ -50,14 +50,14 @@ impl Rest<'_> {
         Some(self)
     }
 
-    /// The number of bytes that follow, as the record states it.
+    /// Reads a stated length.
     fn length(&mut self) -> Option<usize> {
         let (length, rest) = self.0.split_first_chunk::<4>()?;
         self.0 = rest;
         usize::try_from(u32::from_le_bytes(*length)).ok()
     }
 
-    /// Texts, or other bytes after their length.
+    /// Skips strings, or other data preceded by their length.
     fn texts(&mut self, count: usize) -> Option<&mut Self> {
         for _ in 0..count {
             let length = self.length()?;
@@ -66,7 +66,7 @@ impl Rest<'_> {
         Some(self)
     }
 
-    /// Pairs of texts after the length of all.
+    /// Skips pairs of strings, preceded by their total length.
     fn table(&mut self) -> Option<&mut Self> {
         let length = self.length()?;
         let end = self.0.len().checked_sub(length)?;
@@ -81,12 +81,13 @@ impl Rest<'_> {
 mod tests {
     use super::*;
 
-    /// A text of four bytes after its length.
+    /// A string of four bytes, preceded by its length.
     fn text() -> Vec<u8> {
         [&4_u32.to_le_bytes(), &b"abcd"[..]].concat()
     }
 
-    /// Each kind of record with texts: the bytes before the first, and how many texts and tables follow.
+    /// Each kind of record with strings: the bytes before the first, and the number of strings and tables
+    /// that follow.
     #[test]
     fn a_text_that_ends_after_its_record_is_refused_whatever_the_record() {
         let table = [&16_u32.to_le_bytes(), text().as_slice(), &text()].concat();

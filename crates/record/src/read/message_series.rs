@@ -1,4 +1,4 @@
-//! The messages of one channel that has one per frame.
+//! Messages of a channel that has one per frame.
 
 use mcap::records::MessageIndexEntry;
 
@@ -6,13 +6,13 @@ use super::recording_file::RecordingFile;
 use crate::RecordError;
 use crate::error::read_error;
 
-/// Places of the messages of a channel.
+/// Positions of the messages of a channel.
 #[derive(Debug)]
 pub(super) struct MessageSeries {
     channel: u16,
     /// Bytes of the rows of a frame.
     bytes: usize,
-    /// Chunk and entry of each message.
+    /// Chunk and index entry of each message.
     messages: Vec<(usize, MessageIndexEntry)>,
 }
 
@@ -26,7 +26,7 @@ impl MessageSeries {
         MessageSeries { channel, bytes: stride.saturating_mul(rows), messages }
     }
 
-    /// The rows of a frame, where messages end with rows.
+    /// Rows of a frame, for messages that end with rows.
     pub(super) fn rows<'a>(
         &self,
         source: &'a mut RecordingFile,
@@ -39,7 +39,7 @@ impl MessageSeries {
         rows.ok_or_else(|| read_error(&path, mcap::McapError::BadIndex))
     }
 
-    /// The message of a frame.
+    /// Message of a frame.
     pub(super) fn message<'a>(
         &self,
         source: &'a mut RecordingFile,

@@ -1,4 +1,4 @@
-//! Reading recordings: what is in a file, the frames of a complete one, and the rescue of an incomplete one.
+//! Reading recordings: summaries of files, frames of complete ones, and recovery of unfinished ones.
 
 mod bodies;
 mod chunk;

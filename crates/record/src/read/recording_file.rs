@@ -1,4 +1,4 @@
-//! A complete file: its index, and its records by position.
+//! Complete file: its index, and its records by position.
 
 use std::borrow::Cow;
 use std::fs::File;
@@ -24,13 +24,13 @@ pub(super) struct RecordingFile {
     pub(super) summary: Summary,
     pub(super) size: u64,
     file: File,
-    /// Number and content of the chunk read last: most readers ask for one frame after the other, and for
-    /// all channels of a frame.
+    /// Number and content of the chunk read last: most readers ask for consecutive frames, and for all
+    /// channels of a frame.
     unpacked: Option<(usize, Vec<u8>)>,
 }
 
 impl RecordingFile {
-    /// Reads the index; `None` if the file is an MCAP file without an end.
+    /// Reads the index; `None` for an MCAP file without an end.
     pub(super) fn open(path: &Path) -> Result<Option<Self>, RecordError> {
         let failed = |source| RecordError::Read { path: path.to_owned(), source };
         let mut file = regular_file::open(path).map_err(failed)?;
@@ -50,12 +50,12 @@ impl RecordingFile {
         }))
     }
 
-    /// The number of the channel with this topic.
+    /// Number of the channel with this topic.
     pub(super) fn channel(&self, topic: &str) -> Option<u16> {
         self.summary.channels.values().find(|channel| channel.topic == topic).map(|channel| channel.id)
     }
 
-    /// Time and position in its chunk of every message of a channel, chunk by chunk.
+    /// Chunk and index entry of every message of a channel, chunk by chunk.
     pub(super) fn messages(&mut self, channel: u16) -> Result<Vec<(usize, MessageIndexEntry)>, RecordError> {
         let mut messages = Vec::new();
         for number in 0..self.summary.chunk_indexes.len() {
@@ -69,7 +69,7 @@ impl RecordingFile {
         Ok(messages)
     }
 
-    /// The message of a channel at this place of a chunk, which is unpacked where it is not the last one.
+    /// Message of a channel at a position in a chunk, which is decompressed unless it was the last one.
     pub(super) fn message(
         &mut self,
         channel: u16,
@@ -77,7 +77,7 @@ impl RecordingFile {
         entry: &MessageIndexEntry,
     ) -> Result<&[u8], RecordError> {
         if self.unpacked.as_ref().is_none_or(|(number, _)| *number != chunk) {
-            // Not two chunks at a time.
+            // Frees the last chunk first, so that only one is in memory.
             self.unpacked = None;
             let content = self.chunk(chunk).map_err(|error| read_error(&self.path, error))?;
             self.unpacked = Some((chunk, content));
@@ -86,7 +86,7 @@ impl RecordingFile {
         message_at(content, channel, entry).map_err(|error| read_error(&self.path, error))
     }
 
-    /// Content of a chunk, which has the size that the index states.
+    /// Content of a chunk, checked against the size in the index.
     fn chunk(&mut self, number: usize) -> McapResult<Vec<u8>> {
         let index = &self.summary.chunk_indexes[number];
         let (offset, size) = (index.chunk_start_offset, index.uncompressed_size);
@@ -112,8 +112,8 @@ impl RecordingFile {
         listed
     }
 
-    /// Hands the record at an offset to `visit`, or the records of the chunk that it is. The inner error is
-    /// the damage of the record.
+    /// Hands the record at an offset to `visit`, or, for a chunk, its records. The inner error is damage
+    /// to the record.
     pub(super) fn visit_at(
         &mut self,
         offset: u64,
@@ -128,25 +128,25 @@ impl RecordingFile {
         }
     }
 
-    /// The record that begins at an offset.
+    /// Reads the record at an offset.
     pub(super) fn record_at(&mut self, offset: u64) -> Result<Record<'static>, RecordError> {
         parsed_at(&mut self.file, self.size, offset).map_err(|error| read_error(&self.path, error))
     }
 }
 
-/// Opcode and body of the record that begins at an offset of a file of `size` bytes.
+/// Opcode and body of the record at an offset of a file of `size` bytes.
 fn raw_at(file: &mut File, size: u64, offset: u64) -> McapResult<(u8, Vec<u8>)> {
     file.seek(SeekFrom::Start(offset))?;
     read_record(file, size.saturating_sub(offset))?.ok_or(McapError::BadIndex)
 }
 
-/// The record that begins at an offset of a file of `size` bytes.
+/// Record at an offset of a file of `size` bytes.
 fn parsed_at(file: &mut File, size: u64, offset: u64) -> McapResult<Record<'static>> {
     let (opcode, body) = raw_at(file, size, offset)?;
     Ok(parsed(opcode, &body)?.into_owned())
 }
 
-/// The message of a channel that begins at the place of `entry` in the content of a chunk.
+/// Message of a channel at the position of `entry` in the content of a chunk.
 fn message_at<'a>(content: &'a [u8], channel: u16, entry: &MessageIndexEntry) -> McapResult<&'a [u8]> {
     let start = usize::try_from(entry.offset).ok().and_then(|offset| content.get(offset..));
     let (opcode, body, _) = first_record(start.ok_or(McapError::BadIndex)?)?;
@@ -160,7 +160,7 @@ fn message_at<'a>(content: &'a [u8], channel: u16, entry: &MessageIndexEntry) ->
     }
 }
 
-/// Says if a file does not begin like MCAP.
+/// Returns an error if a file does not begin like MCAP.
 pub(super) fn ensure_mcap(file: &mut File, path: &Path) -> Result<(), RecordError> {
     let mut magic = [0; mcap::MAGIC.len()];
     match file.read_exact(&mut magic) {

@@ -1,4 +1,4 @@
-//! Making a complete file of what a killed run has left.
+//! Recovery: a complete file from the remains of a killed run.
 
 use std::collections::{HashMap, HashSet};
 use std::fs::File;
@@ -22,33 +22,33 @@ use crate::paths;
 use crate::sink::Sink;
 use pliant_files::regular_file;
 
-/// A recovered recording.
+/// Result of a recovery.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Recovered {
     /// The complete file.
     pub path: PathBuf,
     /// Number of frames.
     pub frames: u64,
-    /// Simulated time of the last one [s].
+    /// Simulated time of the last frame [s].
     pub last_time: f64,
     /// Size of the complete file.
     pub bytes: u64,
-    /// Parts of the file that are damaged, which the complete one does not have.
+    /// Damaged parts, which the complete file lacks.
     pub skipped: Vec<String>,
 }
 
-/// Writes a complete file with everything that is in an unfinished one and its tail: metadata, attachments,
-/// and all frames that are complete. The unfinished file stays; [`discard`] removes it.
+/// Writes a complete file with everything in an unfinished one and its tail: metadata, attachments, and
+/// all complete frames. The unfinished file stays; [`discard`] removes it.
 ///
-/// Of a damaged file it takes what is before the damage and, if the file has an index, everything else that
-/// the index lists and that can be read.
+/// From a damaged file it takes everything before the damage and, if the file has an index, everything
+/// else that is indexed and readable.
 ///
-/// The result has the same bytes as if the run had been stopped after that frame, but for the metadata
-/// `outcome`.
+/// Except for the metadata `outcome`, the result has the same bytes as if the run had been stopped after
+/// that frame.
 ///
 /// # Errors
-/// [`RecordError::InUse`] if the run that writes `part` is still going; [`RecordError::Exists`] unless
-/// `overwrite`; [`RecordError::NotMcap`] if `part` is something else; [`RecordError::Read`],
+/// [`RecordError::InUse`] if the run that writes `part` is still active; [`RecordError::Exists`] unless
+/// `overwrite`; [`RecordError::NotMcap`] if `part` is not MCAP; [`RecordError::Read`],
 /// [`RecordError::Write`].
 pub fn recover(part: &Path, out: &Path, overwrite: bool) -> Result<Recovered, RecordError> {
     if out.exists() && !overwrite {
@@ -58,13 +58,13 @@ pub fn recover(part: &Path, out: &Path, overwrite: bool) -> Result<Recovered, Re
         regular_file::open(part).map_err(|source| RecordError::Read { path: part.to_owned(), source })?;
     ensure_mcap(&mut source, part)?;
     paths::ensure_unlocked(&source, part)?;
-    // Not `<out>.part`, which may be the file to rescue. A stale one is from a rescue that was itself
-    // killed.
+    // A separate name, because `<out>.part` may be the file to recover. A stale file is from a recovery
+    // that was itself killed.
     let temporary = paths::with_suffix(out, ".recovering");
     let file = paths::create_exclusive(&temporary, true)?;
     let rescued = rescue(part, file, &temporary);
     let (frames, last_time, skipped) = rescued.inspect_err(|_| {
-        // Half a rescue is of no use. If it cannot be removed either, the next one overwrites it.
+        // Removes the incomplete result. If this fails, the next recovery overwrites it.
         let _ = std::fs::remove_file(&temporary);
     })?;
     let renamed = std::fs::rename(&temporary, out).and_then(|()| std::fs::metadata(out));
@@ -73,7 +73,7 @@ pub fn recover(part: &Path, out: &Path, overwrite: bool) -> Result<Recovered, Re
     Ok(Recovered { path: out.to_owned(), frames, last_time, bytes, skipped })
 }
 
-/// Copies everything, and returns the number of frames, the time of the last one and what is damaged.
+/// Copies everything; returns the number of frames, the time of the last one and the damaged parts.
 fn rescue(part: &Path, file: File, temporary: &Path) -> Result<(u64, f64, Vec<String>), RecordError> {
     let stream = BufWriter::with_capacity(1 << 16, file);
     let container = Container::create(stream, None).map_err(|error| write_error(temporary, None, error))?;
@@ -87,7 +87,7 @@ fn rescue(part: &Path, file: File, temporary: &Path) -> Result<(u64, f64, Vec<St
     if let Some(fault) = fault {
         match RecordingFile::open(part)? {
             Some(mut source) => skipped = rescue.take_indexed(&mut source, &seen)?,
-            // A kill cuts the last record, which the tail has.
+            // A kill truncates the last record, which the tail has.
             None if matches!(fault.error, McapError::UnexpectedEof) => {}
             None => skipped.push(format!("all after byte {}: {}", fault.offset, fault.error)),
         }
@@ -103,8 +103,8 @@ fn rescue(part: &Path, file: File, temporary: &Path) -> Result<(u64, f64, Vec<St
 /// Removes an unfinished file and its tail.
 ///
 /// # Errors
-/// [`RecordError::InUse`] if the run that writes it is still going, [`RecordError::Write`] if it cannot be
-/// removed.
+/// [`RecordError::InUse`] if the run that writes it is still active, [`RecordError::Write`] if it cannot
+/// be removed.
 pub fn discard(part: &Path) -> Result<(), RecordError> {
     let failed = |source| RecordError::Write { path: part.to_owned(), frame: None, source };
     let file = File::open(part).map_err(failed)?;
@@ -116,19 +116,19 @@ pub fn discard(part: &Path) -> Result<(), RecordError> {
     }
 }
 
-/// A rescue in progress.
+/// Recovery in progress.
 struct Rescue<'a> {
     container: Container<BufWriter<File>>,
     path: &'a Path,
     schemas: HashMap<u16, Arc<Schema<'static>>>,
-    /// Last sequence number of each channel; what comes again, because it is in a chunk and in the tail, is
+    /// Last sequence number of each channel; repeated messages, both in a chunk and in the tail, are
     /// skipped.
     last_sequence: HashMap<u16, u32>,
-    /// Channels announced one after the other, not yet added: one call for all, as the recorder does it.
+    /// Channels announced but not yet added: they are added in one call, as the recorder does.
     announced: Vec<Channel<'static>>,
-    /// Messages of the frame that is being read.
+    /// Messages of the frame being read.
     frame: Vec<Message<'static>>,
-    /// The channel whose message ends a frame.
+    /// Channel whose message ends a frame.
     last_of_frame: Option<u16>,
     frames: u64,
     last_time: u64,
@@ -153,7 +153,7 @@ impl<'a> Rescue<'a> {
         }
     }
 
-    /// Takes what the index lists and has not been seen; returns what cannot be read.
+    /// Takes indexed parts not yet seen; returns those that cannot be read.
     fn take_indexed(
         &mut self,
         source: &mut RecordingFile,

@@ -1,4 +1,4 @@
-//! The index at the end of a complete file.
+//! Index at the end of a complete file.
 
 use std::collections::HashMap;
 use std::fs::File;
@@ -11,7 +11,7 @@ use mcap::{Channel, MAGIC, McapError, McapResult, Schema, Summary};
 use super::chunk::{RECORD_HEADER, first_record};
 use super::lengths::parsed;
 
-/// Bytes of the last record, which says where the index begins, and of what marks the end of the file.
+/// Size of the last record, which has the position of the index, and of the end marker [bytes].
 const END: u64 = (RECORD_HEADER + 20 + MAGIC.len()) as u64;
 
 /// Reads the index of a file of `size` bytes; `None` if it has an end but no index.
@@ -36,7 +36,7 @@ pub(super) fn read(file: &mut File, size: u64) -> McapResult<Option<Summary>> {
     gathered(&section).map(Some)
 }
 
-/// The index that these records make.
+/// Builds the index from its records.
 fn gathered(mut section: &[u8]) -> McapResult<Summary> {
     let (mut summary, mut channels) = (Summary::default(), Vec::new());
     while section.len() >= RECORD_HEADER {

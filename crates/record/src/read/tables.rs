@@ -4,17 +4,17 @@ use std::collections::BTreeMap;
 
 use serde_json::Value;
 
-/// One field of `/energy`, `/reactions` or of a probe over time, with the name that `info` and plots use:
-/// `total`, `linear_momentum[0]`, `work.steps`.
+/// One field of `/energy`, `/reactions` or a probe over time, named as in `info` and plots: `total`,
+/// `linear_momentum[0]`, `work.steps`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Column {
     /// Name.
     pub name: String,
-    /// One value per frame; NaN where a frame has none.
+    /// One value per frame; NaN where missing.
     pub values: Vec<f64>,
 }
 
-/// Columns that grow by a row at a time.
+/// Columns that grow row by row.
 #[derive(Debug, Default)]
 pub(super) struct GrowingColumns {
     columns: BTreeMap<String, Vec<f64>>,
@@ -54,7 +54,7 @@ impl GrowingColumns {
                     self.columns.insert(name.clone(), Vec::new());
                 }
                 if let Some(values) = self.columns.get_mut(name.as_str()) {
-                    // Rows before that did not have it; of two fields of one name the last.
+                    // Earlier rows lack the field; of two fields with one name the last counts.
                     values.resize(self.rows, f64::NAN);
                     values.push(number);
                 }
@@ -62,7 +62,7 @@ impl GrowingColumns {
         }
     }
 
-    /// The columns, by name.
+    /// Columns sorted by name.
     pub(super) fn into_columns(self) -> Vec<Column> {
         let rows = self.rows;
         let column = |(name, mut values): (String, Vec<f64>)| {

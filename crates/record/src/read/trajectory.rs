@@ -1,4 +1,4 @@
-//! The frames of a complete file.
+//! Frames of a complete file.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -20,7 +20,7 @@ use crate::error::read_error;
 use pliant::diagnostics::Measure;
 use pliant::energy::SurfaceContact;
 
-/// The frames of a complete file, read one by one as they are asked for.
+/// Frames of a complete file, read on request.
 #[derive(Debug)]
 pub struct Trajectory {
     source: RecordingFile,
@@ -28,25 +28,25 @@ pub struct Trajectory {
     vertex_count: usize,
     times: Vec<f64>,
     states: Option<MessageSeries>,
-    /// Elements that have been asked for, by the number of the channel.
+    /// Element channels already requested, by channel number.
     elements: BTreeMap<u16, MessageSeries>,
     contacts: Option<MessageSeries>,
-    /// Channels of JSON objects that have been asked for, by topic.
+    /// JSON channels already requested, by topic.
     tables: BTreeMap<String, Vec<Column>>,
 }
 
-/// A measure of every element in one frame.
+/// Measure of every element in one frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ElementRows {
     /// Names of the columns of `values`.
     pub fields: Vec<String>,
-    /// Unit of the values, `1` where there is none.
+    /// Unit of the values, `1` if dimensionless.
     pub unit: String,
-    /// Which rows are of which body; within a body, rows are in the order of its cells.
+    /// Row ranges of the bodies; within a body, rows are in the order of its elements.
     pub bodies: Vec<BodyRows>,
     /// Centroids in this frame, flat `(rows, 3)` [m].
     pub places: Vec<f64>,
-    /// Numbers of the measure, flat `(rows, fields)`.
+    /// Values of the measure, flat `(rows, fields)`.
     pub values: Vec<f64>,
 }
 
@@ -54,8 +54,8 @@ impl Trajectory {
     /// Opens a complete file and reads its index.
     ///
     /// # Errors
-    /// [`RecordError::NotFinished`] for an unfinished file, [`RecordError::Unexpected`] for one of another
-    /// program or of a newer version, [`RecordError::Read`], [`RecordError::NotMcap`],
+    /// [`RecordError::NotFinished`] for an unfinished file, [`RecordError::Unexpected`] for one of
+    /// another program or of a newer version, [`RecordError::Read`], [`RecordError::NotMcap`],
     /// [`RecordError::Damaged`].
     pub fn open(path: &Path) -> Result<Self, RecordError> {
         let source = RecordingFile::open(path)?;
@@ -81,7 +81,7 @@ impl Trajectory {
             return Err(unexpected("the number of vertices is not that of the rows of /state"));
         }
 
-        // Any channel that every frame is on tells when frames were.
+        // Any channel with a message in every frame gives the frame times.
         let channel =
             last_of_frame(source.summary.channels.keys().copied()).filter(|id| is_in_every_frame(*id));
         let frames = channel.map_or(Ok(Vec::new()), |channel| source.messages(channel))?;
@@ -93,12 +93,12 @@ impl Trajectory {
         Ok(Trajectory { source, dimension, vertex_count, times, states, elements, contacts: None, tables })
     }
 
-    /// The file.
+    /// File path.
     pub(crate) fn path(&self) -> &Path {
         &self.source.path
     }
 
-    /// Names of the probes that were recorded.
+    /// Names of the recorded probes.
     pub(crate) fn probes(&self) -> Vec<String> {
         let channels = self.source.summary.channels.values();
         let names = channels.filter_map(|channel| probe::name_in(&channel.topic).map(str::to_owned));
@@ -107,7 +107,7 @@ impl Trajectory {
         names
     }
 
-    /// 2 or 3.
+    /// Dimension, 2 or 3.
     pub fn dimension(&self) -> usize {
         self.dimension
     }
@@ -117,7 +117,7 @@ impl Trajectory {
         self.vertex_count
     }
 
-    /// Simulated time of each frame [s], within half a nanosecond; the column `time` of
+    /// Simulated time of each frame [s], to within half a nanosecond; the column `time` of
     /// [`energy`](Self::energy) is exact.
     pub fn times(&self) -> &[f64] {
         &self.times
@@ -135,12 +135,12 @@ impl Trajectory {
     /// Velocities of a frame, flat `(vertex_count, dimension)` [m/s].
     ///
     /// # Errors
-    /// As [`positions`](Self::positions).
+    /// The errors of [`positions`](Self::positions).
     pub fn velocities(&mut self, frame: usize) -> Result<Vec<f64>, RecordError> {
         self.state(frame, 3)
     }
 
-    /// All of `/energy`, one column per field, by name.
+    /// Reads all of `/energy`, one column per field, sorted by name.
     ///
     /// # Errors
     /// [`RecordError::NoChannel`], [`RecordError::Read`], [`RecordError::Damaged`].
@@ -148,19 +148,20 @@ impl Trajectory {
         self.columns(energy::TOPIC)
     }
 
-    /// All of `/reactions`, one column per field, by name: `time`, `beam/left.force[0]`; NaN once a pin has
-    /// let go.
+    /// Reads all of `/reactions`, one column per field, sorted by name: `time`, `beam/left.force[0]`; NaN
+    /// after the release of a pin.
     ///
     /// # Errors
-    /// As [`energy`](Self::energy).
+    /// The errors of [`energy`](Self::energy).
     pub fn reactions(&mut self) -> Result<Vec<Column>, RecordError> {
         self.columns(reactions::TOPIC)
     }
 
-    /// Surfaces that touch in a frame, in the order of the run.
+    /// Reads the contacts of a frame, in the order of the run.
     ///
     /// # Errors
-    /// As [`positions`](Self::positions); [`RecordError::Unexpected`] if a message is none of contacts.
+    /// The errors of [`positions`](Self::positions); [`RecordError::Unexpected`] if a message is
+    /// malformed.
     pub fn contacts(&mut self, frame: usize) -> Result<Vec<SurfaceContact>, RecordError> {
         /// One message of `/contacts`.
         #[derive(serde::Deserialize)]
@@ -181,18 +182,19 @@ impl Trajectory {
         read.map(|read| read.contacts).map_err(|_| RecordError::Unexpected { path, what })
     }
 
-    /// All readings of a probe, one column per field, by name: `time`, `position[0]`, `cauchy_stress[3]`.
+    /// Reads all readings of a probe, one column per field, sorted by name: `time`, `position[0]`,
+    /// `cauchy_stress[3]`.
     ///
     /// # Errors
-    /// As [`energy`](Self::energy).
+    /// The errors of [`energy`](Self::energy).
     pub fn probe(&mut self, name: &str) -> Result<Vec<Column>, RecordError> {
         self.columns(&probe::topic(name))
     }
 
-    /// All of a channel of JSON objects, one column per field, by name.
+    /// Reads all of a JSON channel, one column per field, sorted by name.
     ///
     /// # Errors
-    /// As [`energy`](Self::energy); [`RecordError::Unexpected`] if its messages are none.
+    /// The errors of [`energy`](Self::energy); [`RecordError::Unexpected`] if a message is not JSON.
     pub fn columns(&mut self, topic: &str) -> Result<Vec<Column>, RecordError> {
         if self.source.channel(topic).is_none() {
             return Err(RecordError::NoChannel { path: self.source.path.clone(), topic: topic.to_owned() });
@@ -200,11 +202,11 @@ impl Trajectory {
         Ok(self.tables(&[topic])?.into_iter().flatten().collect())
     }
 
-    /// The columns of each of several channels, none of a channel that was not recorded. All that have not
-    /// been asked for before are read at once: unpacking the chunks takes longer than what is in them.
+    /// Reads the columns of several channels, empty for a channel that was not recorded. All that have
+    /// not been requested before are read in one pass, because decompressing the chunks takes longest.
     ///
     /// # Errors
-    /// As [`columns`](Self::columns), but for channels that were not recorded.
+    /// The errors of [`columns`](Self::columns), except for channels that were not recorded.
     pub fn tables(&mut self, topics: &[&str]) -> Result<Vec<Vec<Column>>, RecordError> {
         let mut messages = Vec::new();
         let mut missing: BTreeMap<&str, GrowingColumns> = BTreeMap::new();
@@ -229,7 +231,7 @@ impl Trajectory {
         Ok(topics.iter().map(|topic| self.tables.get(*topic).cloned().unwrap_or_default()).collect())
     }
 
-    /// Content of an attachment; `None` if there is none of that name.
+    /// Content of an attachment; `None` if there is none with that name.
     ///
     /// # Errors
     /// [`RecordError::Read`], [`RecordError::Damaged`].
@@ -242,24 +244,25 @@ impl Trajectory {
         }
     }
 
-    /// Rest positions, flat `(vertex_count, dimension)` [m]; `None` if the recording does not hold them.
+    /// Reference positions, flat `(vertex_count, dimension)` [m]; `None` if not recorded.
     ///
     /// # Errors
-    /// As [`attachment`](Self::attachment); [`RecordError::Unexpected`] if they are not that many.
+    /// The errors of [`attachment`](Self::attachment); [`RecordError::Unexpected`] if their number is
+    /// wrong.
     pub fn rest_positions(&mut self) -> Result<Option<Vec<f64>>, RecordError> {
         let what = "rest.f64 has another number of coordinates";
         self.numbers(REST, self.vertex_count * self.dimension, what)
     }
 
-    /// Masses of the vertices, of shape `(vertex_count,)` [kg]; `None` if the recording does not hold them.
+    /// Masses of the vertices, of shape `(vertex_count,)` [kg]; `None` if not recorded.
     ///
     /// # Errors
-    /// As [`rest_positions`](Self::rest_positions).
+    /// The errors of [`rest_positions`](Self::rest_positions).
     pub fn masses(&mut self) -> Result<Option<Vec<f64>>, RecordError> {
         self.numbers(MASS, self.vertex_count, "mass.f64 has another number of masses")
     }
 
-    /// The doubles of an attachment, which are `count`.
+    /// Doubles of an attachment, whose number must be `count`.
     fn numbers(
         &mut self,
         name: &str,
@@ -274,11 +277,11 @@ impl Trajectory {
         Ok(Some(numbers.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect()))
     }
 
-    /// A measure of every finite element in a frame.
+    /// Reads a measure of every finite element in a frame.
     ///
     /// # Errors
-    /// As [`positions`](Self::positions); [`RecordError::Unexpected`] if the channel is not laid out as this
-    /// version does it.
+    /// The errors of [`positions`](Self::positions); [`RecordError::Unexpected`] if the channel has
+    /// another layout than in this version.
     pub fn elements(&mut self, measure: &Measure, frame: usize) -> Result<ElementRows, RecordError> {
         let path = self.source.path.clone();
         let topic = elements::topic(measure);
@@ -331,7 +334,7 @@ impl Trajectory {
     }
 }
 
-/// Rows of three from rows of `dimension`, in 2D with `z = 0`.
+/// Pads rows of `dimension` to rows of three; `z = 0` in 2D.
 pub fn in_space(values: &[f64], dimension: usize) -> Vec<f64> {
     let mut padded = Vec::with_capacity(values.len() / dimension * 3);
     for row in values.chunks_exact(dimension) {
@@ -340,15 +343,15 @@ pub fn in_space(values: &[f64], dimension: usize) -> Vec<f64> {
     padded
 }
 
-/// True if so many vertices have the rest positions that are attached; without these, whether so many can be
-/// numbered.
+/// True if the number of vertices matches the attached reference positions; without these, if it fits
+/// vertex indices.
 fn is_that_of_attachments(vertex_count: usize, dimension: usize, summary: &Summary) -> bool {
     let numbered = u32::try_from(vertex_count).is_ok();
     let rest = summary.attachment_indexes.iter().find(|index| index.name == REST);
     numbered && rest.is_none_or(|rest| rest.data_size == (vertex_count * dimension * 8) as u64)
 }
 
-/// True if the channel of states, if there is one, says that it has a row for each of so many vertices.
+/// True if the channel of states, if any, states this number of vertices.
 fn is_that_of_states(vertex_count: usize, summary: &Summary) -> bool {
     let states = summary.channels.values().find(|channel| channel.topic == state::TOPIC);
     let rows = states.and_then(|channel| channel.metadata.get("point_count"));

@@ -1,5 +1,5 @@
-//! All records of a file from the beginning, as far as it goes. For files that have no index because they
-//! have no end.
+//! Sequential reading of all records of a file, as far as it goes, for files without an end and therefore
+//! without an index.
 
 use std::io::{BufReader, Read};
 use std::ops::ControlFlow;
@@ -13,23 +13,22 @@ use super::lengths::parsed;
 use crate::RecordError;
 use pliant_files::regular_file;
 
-/// A record and the place in the file of it, or of the chunk that it is in.
+/// Visitor of records, called with the file offset of the record or of its chunk.
 pub(crate) type Visit<'a> = dyn FnMut(u64, Record<'static>) -> Result<ControlFlow<()>, RecordError> + 'a;
 
-/// A record that cannot be read, after which a file is not understood.
+/// Unreadable record, after which the file cannot be parsed.
 #[derive(Debug)]
 pub(crate) struct DamagedRecord {
-    /// Offset of the record, or of the chunk that it is in.
+    /// Offset of the record, or of its chunk.
     pub(crate) offset: u64,
-    /// The damage.
+    /// Error of the MCAP reader.
     pub(crate) error: McapError,
 }
 
-/// Hands every record of the data section to `visit`, those in chunks included, until it breaks, the section
-/// ends or the file does. Chunks that are incomplete or fail their checksum are not opened.
+/// Hands every record of the data section, including those in chunks, to `visit`, until it breaks or the
+/// section or the file ends. Incomplete chunks, and those with a wrong checksum, are not opened.
 ///
-/// Returns the record that cannot be read, if there is one; the last of a file whose writer was killed is
-/// often cut.
+/// Returns the unreadable record, if any; the last one of a killed writer is often truncated.
 pub(crate) fn walk(path: &Path, visit: &mut Visit<'_>) -> Result<Option<DamagedRecord>, RecordError> {
     let failed = |source| RecordError::Read { path: path.to_owned(), source };
     let mut file = regular_file::open(path).map_err(failed)?;
@@ -64,7 +63,7 @@ pub(crate) fn walk(path: &Path, visit: &mut Visit<'_>) -> Result<Option<DamagedR
     }
 }
 
-/// Why the records of a chunk are not all visited.
+/// Reason why a visit of records ended.
 pub(super) enum WalkStop {
     /// The visitor failed.
     Visit(RecordError),
@@ -78,7 +77,7 @@ impl From<McapError> for WalkStop {
     }
 }
 
-/// Hands a record to `visit`, or the records of the chunk that it is.
+/// Hands a record to `visit`, or, for a chunk, its records.
 pub(super) fn visit_all(
     offset: u64,
     opcode: u8,
@@ -88,7 +87,7 @@ pub(super) fn visit_all(
     let mut visit = |record: Record<'_>| visit(offset, record.into_owned()).map_err(WalkStop::Visit);
     match parsed(opcode, body)? {
         Record::Chunk { header, data } => {
-            // The whole chunk first: its checksum stands for all of it.
+            // The whole chunk first: its checksum covers all of it.
             let content = unpacked(&header, &data)?;
             let mut rest = content.as_slice();
             while !rest.is_empty() {

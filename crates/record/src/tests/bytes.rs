@@ -1,4 +1,4 @@
-//! The same frames, the same bytes.
+//! Equal frames give equal bytes.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -55,7 +55,7 @@ fn a_thread_beside_the_run_leaves_the_same_bytes() {
         let path = directory.path().join(name);
         let options = Options { max_loss, ..options(&ALL) };
         let mut recorder = McapRecorder::create(&path, &options, &topology(200)).unwrap();
-        // Three chunks; the warning is where a batch is being filled.
+        // Three chunks; the warning comes while a batch is being filled.
         for index in 0..1000 {
             recorder.record(&Moment::new(index, 200).frame()).unwrap();
             if index == 333 {
@@ -68,7 +68,8 @@ fn a_thread_beside_the_run_leaves_the_same_bytes() {
     assert!(file("beside.mcap", Duration::from_secs(3600)) == file("here.mcap", Duration::ZERO));
 }
 
-/// A frame of numbers that every machine has, with all quantities of two probes, a pin and a tetrahedron.
+/// Frame of numbers that are exact on every machine, with all quantities of two probes, a pin and a
+/// tetrahedron.
 fn record_moment(recorder: &mut McapRecorder, index: u32) {
     let number = |i: u32| f64::from(i * 7 % 11 + index) / 8.0;
     let x: Vec<f64> = (0..27).map(number).collect();
@@ -102,7 +103,7 @@ fn record_moment(recorder: &mut McapRecorder, index: u32) {
     recorder.record(&frame).unwrap();
 }
 
-/// FNV-1a.
+/// Updates an FNV-1a hash.
 fn hash_of(bytes: impl AsRef<[u8]>, hash: &mut u64) {
     for byte in bytes.as_ref() {
         *hash = (*hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3);
@@ -123,7 +124,7 @@ fn channels_and_messages_have_the_bytes_of_earlier_versions() {
         [Channel::VonMises, Channel::DeformationGradient, Channel::Jacobian, Channel::EnergyDensity];
     let options = Options {
         channels: [Channel::Reactions].into_iter().chain(elements).chain(ALL).collect(),
-        // Strains of a state are results of iterations, which another machine may round otherwise.
+        // Strains of a state result from iterations, which another machine may round differently.
         probes: vec![probe("free", None), probe("other", None)],
         reactions: vec!["block/left".into(), "wall0".into()],
         ..options(&[])

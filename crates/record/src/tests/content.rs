@@ -1,4 +1,4 @@
-//! Contents of recordings are what was recorded.
+//! The content of a recording is what was recorded.
 
 use std::fs;
 
@@ -164,7 +164,7 @@ fn the_mesh_is_drawn_thirty_times_a_second_and_less_if_large() {
     let drawn: Vec<u32> = messages.filter(|m| m.channel.topic == "/mesh").map(|m| m.sequence).collect();
     assert_eq!(drawn, (0..=60).step_by(2).collect::<Vec<u32>>(), "of 60 frames per second, every other");
 
-    // 150,000 points at the ends of lines: a third of the rate.
+    // 150,000 points at line ends: a third of the rate.
     let path = directory.path().join("large.mcap");
     let mut large = topology(150_000);
     large.bodies[1].edges = (0..75_000).map(|i| [2 * i, 2 * i + 1]).collect();
@@ -188,7 +188,7 @@ fn a_run_without_frames_is_a_file_too() {
     assert!(trajectory.times().is_empty());
     assert_eq!(trajectory.energy().unwrap(), []);
 
-    // Nor need there be vertices.
+    // A recording without vertices is valid.
     let path = directory.path().join("b.mcap");
     let empty =
         pliant::topology::Topology { vertex_count: 0, bodies: vec![], rest_positions: vec![], ..topology(9) };

@@ -1,4 +1,4 @@
-//! A recording that goes on from a checkpoint is the file of a run that was not stopped.
+//! A recording resumed from a checkpoint has the same bytes as one of an uninterrupted run.
 
 use std::fs;
 use std::path::Path;
@@ -18,7 +18,7 @@ fn beginning(path: &Path, frames: u64) -> Beginning<'_> {
     Beginning { path, scene_text: TEXT, frames }
 }
 
-/// Goes on after `kept` frames of the recording `from`, to `frames` in `path`.
+/// Resumes after `kept` frames of the recording `from`, up to `frames` in `path`.
 fn go_on(from: &Path, path: &Path, channels: &[Channel], vertex_count: u32, kept: u64, frames: u64) {
     let topology = topology(vertex_count);
     let options = options(channels);
@@ -30,7 +30,7 @@ fn go_on(from: &Path, path: &Path, channels: &[Channel], vertex_count: u32, kept
     recorder.finish().unwrap();
 }
 
-// Of 1000 vertices, 87 frames fill a chunk; of 6000, 14 and a half; of 100,000, one does.
+// With 1000 vertices 87 frames fill a chunk; with 6000, 14.5; with 100,000, one does.
 #[test]
 fn what_goes_on_after_a_kill_has_the_bytes_of_what_was_not_killed() {
     let cases = [
@@ -61,7 +61,7 @@ fn what_goes_on_after_a_kill_has_the_bytes_of_what_was_not_killed() {
     }
 }
 
-/// With its warnings and its last frame, which is no frame of the run that goes on.
+/// Resuming drops the warnings and the last frame, which is not a frame of the resumed run.
 #[test]
 fn a_finished_recording_goes_on() {
     let directory = tempfile::tempdir().unwrap();
@@ -78,7 +78,7 @@ fn a_finished_recording_goes_on() {
     recorder.finish_with(&outcome).unwrap();
     go_on(&path, &path, &ALL, 9, 5, 12);
     assert!(fs::read(&path).unwrap() == fs::read(&expected).unwrap());
-    // Killed while it went on: both files are there, and the unfinished one does not have all frames.
+    // Killed after resuming: both files exist, and the unfinished one lacks frames.
     let recorder = record(&directory.path().join("b.mcap"), &ALL, 9, 3);
     let part = remains(&directory.path().join("b.mcap"), "killed");
     fs::copy(&path, part.with_extension("")).unwrap();
@@ -87,7 +87,7 @@ fn a_finished_recording_goes_on() {
     drop(recorder);
 }
 
-/// Whatever it is called: the frames are not lost with the file that they are in.
+/// Another name for the same file: its frames are not lost with it.
 #[test]
 fn a_recording_goes_on_in_itself_by_another_name() {
     let directory = tempfile::tempdir().unwrap();
@@ -112,8 +112,8 @@ fn a_recording_of_the_surface_alone_goes_on() {
     assert!(fs::read(&path).unwrap() == fs::read(&expected).unwrap());
 }
 
-/// What is killed while the frames before are copied into the unfinished file has lost none: they are in the
-/// complete one, whatever the other has got, nothing but the scene to begin with.
+/// A kill while earlier frames are copied into the unfinished file loses none: they are in the complete
+/// one, even if the other lacks a scene.
 #[test]
 fn a_kill_while_the_frames_before_are_copied_loses_none() {
     for channels in [&ALL[..], &[Channel::Mesh]] {
@@ -162,7 +162,7 @@ fn recordings_without_the_frames_before_are_refused() {
     assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 2);
 }
 
-/// Bytes of the recording do not depend on it; the tail is on the disk.
+/// The bytes of the recording do not depend on it; the tail is on the disk.
 #[test]
 fn a_checkpoint_makes_frames_durable() {
     let directory = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! Numbers in a recording that its bytes do not bear out.
+//! Recordings whose metadata contradict their data.
 
 use std::fs;
 use std::path::Path;
@@ -10,7 +10,7 @@ use crate::RecordError;
 use crate::export::Export;
 use crate::read::{FileState, Trajectory, info, recover};
 
-/// Two frames of nine vertices whose metadata say something else.
+/// Two frames of nine vertices with contradicting metadata.
 fn claiming(path: &Path, key: &str, value: &str, rest: bool) {
     let mut topology = topology(9);
     if !rest {
@@ -38,7 +38,7 @@ fn counts_in_metadata_are_compared_with_what_is_there() {
             assert!(matches!(error, RecordError::Unexpected { .. }), "{count}: {error}");
         }
     }
-    // Without rest positions a frame tells, once it is read.
+    // Without reference positions, the contradiction shows once a frame is read.
     for count in counts.into_iter().filter(|count| *count > 9).map(|count| count.to_string()) {
         claiming(&path, "vertex_count", &count, false);
         let frame = Trajectory::open(&path).and_then(|mut trajectory| trajectory.positions(0));
@@ -52,7 +52,7 @@ fn counts_in_metadata_are_compared_with_what_is_there() {
     assert_eq!(Trajectory::open(&path).unwrap().positions(1).unwrap(), Moment::new(1, 9).x);
 }
 
-/// Two chunks and a lying attachment: its checksum is wrong, or its length leads into the middle of others.
+/// Two chunks and a damaged attachment: its checksum is wrong, or its length leads into other records.
 #[test]
 fn recovery_takes_by_the_index_what_is_whole() {
     let directory = tempfile::tempdir().unwrap();
@@ -116,7 +116,7 @@ fn channels_are_read_together_as_they_are_one_by_one() {
         trajectory.tables(&["/energy", "/none", "/energy"]).unwrap(),
         [energy.clone(), vec![], energy]
     );
-    // One frame after the other is what the chunks hold, whichever order they are asked for in.
+    // Frames can be read in any order.
     for frame in [99, 0, 86, 87, 3] {
         assert_eq!(trajectory.positions(frame).unwrap(), Moment::new(frame as u64, 1000).x);
     }

@@ -1,4 +1,4 @@
-//! A full disk costs the frame that did not fit, and no other.
+//! A full disk loses the frame that did not fit, and no other.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
@@ -14,7 +14,7 @@ use crate::paths::{part_of, tail_of};
 use crate::read::{Trajectory, recover};
 use crate::sink::{Sink, Tail};
 
-/// A file on a disk with room for so many bytes, its own and those of others.
+/// File on a disk of limited size, shared with other files.
 #[derive(Debug)]
 struct SmallDisk {
     file: File,
@@ -67,7 +67,7 @@ impl Tail for SmallDisk {
     }
 }
 
-/// Records until the disk is full, and finds all frames that came before the error.
+/// Records until the disk is full, and checks that all frames before the error are found.
 fn fill(room: u64, vertex_count: u32, max_loss: Duration) {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join(format!("{room}.mcap"));
@@ -89,7 +89,7 @@ fn fill(room: u64, vertex_count: u32, max_loss: Duration) {
     assert!(text.contains(&format!("{room}.mcap.part at frame {frame}: ")), "{text}");
     assert!(text.contains("pliant recover"), "{text}");
 
-    // Not even if there is room again: the file has a hole.
+    // Refused even if there is room again: the file has a hole.
     let again = recorder.record(&Moment::new(frame, vertex_count).frame());
     assert!(matches!(again, Err(RecordError::Incomplete { frame: at, .. }) if at == frame));
     assert!(matches!(recorder.finish(), Err(RecordError::Incomplete { frame: at, .. }) if at == frame));
@@ -114,7 +114,7 @@ fn frames_before_the_disk_was_full_are_recovered() {
 
 #[test]
 fn a_thread_that_finds_the_disk_full_loses_nothing() {
-    // 6,000 vertices take 144 kB at the beginning, and 270 kB per frame.
+    // 6,000 vertices take 144 kB at the beginning and 270 kB per frame.
     for room in [1_000_000, 6_000_000] {
         for (vertex_count, max_loss) in [(1000, Duration::MAX), (6000, Duration::MAX), (6000, Duration::ZERO)]
         {
@@ -151,7 +151,8 @@ fn a_disk_that_the_last_frames_fill_is_told_at_the_end() {
     }
 }
 
-/// The tail is on the same disk: what a message promises is there, and no less of it than is promised.
+/// The tail is on the same disk: the frames promised by a message are there, and the message promises all
+/// of them.
 #[test]
 fn no_more_frames_are_promised_than_a_full_disk_holds() {
     for room in [100_000, 200_000, 500_000, 1_000_000, 4_000_000, 6_000_000, 9_000_000] {
@@ -179,7 +180,7 @@ fn no_more_frames_are_promised_than_a_full_disk_holds() {
             };
             let part = remains(&path, "after");
             let kept = recover(&part, &part.with_extension(""), false).unwrap().frames;
-            // The frame of the call that failed may be safe too.
+            // The frame of the failed call may be safe, too.
             let promised = (lost..=lost + 1).contains(&kept);
             assert!(
                 promised,

@@ -1,4 +1,4 @@
-//! Measures of elements, from the simulation to the reader.
+//! Element measures, from the simulation to the reader.
 
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -49,7 +49,7 @@ fn scene(dimension: usize) -> Scene {
     Scene::from_toml(&text).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// State that the recorder should have been given, from the frames alone.
+/// State that the recorder should have received, from the frames alone.
 struct Witness(Vec<Vec<ElementState>>);
 
 impl Observer for Witness {
@@ -93,7 +93,7 @@ fn every_measure_of_every_element_comes_back_bit_by_bit() {
                 assert_eq!((rows.fields.len(), rows.unit.as_str()), (measure.fields.len(), measure.unit));
                 let body = |name: &str, first| BodyRows { name: name.to_owned(), first, count: per_body };
                 assert_eq!(rows.bodies, [body("a", 0), body("b", per_body)]);
-                // In the middle of the vertices that the topology gives to the element.
+                // The centroid of the vertices of the element in the topology.
                 let x = trajectory.positions(frame).unwrap();
                 let last = &assembly.topology.bodies[2];
                 let cell: Vec<usize> = match dimension {

@@ -13,7 +13,7 @@ use crate::RecordedOutcome;
 use crate::RecordedStatus;
 use crate::read::{FileState, Trajectory, discard, info, recover};
 
-/// Recovers what is left, and checks that it is the frames `0..frames` and everything around them.
+/// Recovers the remains, and checks that they have the frames `0..frames` and everything around them.
 fn check(part: &Path, frames: u64, vertex_count: u32) {
     let out = part.with_extension("");
     let recovered = recover(part, &out, true).unwrap();
@@ -39,8 +39,8 @@ fn check(part: &Path, frames: u64, vertex_count: u32) {
 #[test]
 fn no_recorded_frame_is_lost() {
     let directory = tempfile::tempdir().unwrap();
-    // In one chunk, at the end of the first (87 frames), and in the third; the same where each frame is a
-    // batch for the thread (14 and a half to a chunk); and where each is a chunk.
+    // In one chunk, at the end of the first (87 frames), and in the third; likewise if each frame is a
+    // batch for the thread (14.5 to a chunk), and if each is a chunk.
     let small = [(9, 0), (9, 1), (9, 20), (1000, 86), (1000, 87), (1000, 88), (1000, 200)];
     let large = [(6000, 1), (6000, 14), (6000, 15), (6000, 16), (6000, 40), (100_000, 2)];
     for (vertex_count, frames) in small.into_iter().chain(large) {
@@ -56,7 +56,7 @@ fn no_recorded_frame_is_lost() {
 
 #[test]
 fn frames_within_the_largest_loss_are_written_together() {
-    // On the way they are with the run, and with the thread.
+    // Handled by the run's thread, and by the writer thread.
     for vertex_count in [9, 3000] {
         let directory = tempfile::tempdir().unwrap();
         let delayed = |name: &str, max_loss| {
@@ -68,7 +68,7 @@ fn frames_within_the_largest_loss_are_written_together() {
             }
             (path, recorder)
         };
-        // An hour: nothing is written on the way. A kill would lose the frames, an orderly end does not.
+        // An hour: nothing is written meanwhile. A kill would lose the frames, an orderly end does not.
         let (path, recorder) = delayed("dropped.mcap", Duration::from_secs(3600));
         assert_eq!(info(&remains(&path, "killed")).unwrap().frames, 0);
         drop(recorder);
@@ -117,7 +117,7 @@ fn a_file_cut_anywhere_gives_what_is_before_the_cut() {
     let (part_bytes, tail_bytes) = (fs::read(&part).unwrap(), fs::read(&tail).unwrap());
     drop(recorder);
     let mut last = 0;
-    // Everywhere would take minutes: a rescue waits for the disk.
+    // Every position would take minutes: a recovery waits for the disk.
     for cut in (0..tail_bytes.len()).step_by(31).chain([tail_bytes.len()]) {
         fs::write(&tail, &tail_bytes[..cut]).unwrap();
         let out = part.with_extension("");
@@ -160,7 +160,7 @@ fn a_complete_file_cut_short_gives_its_closed_chunks() {
     assert_eq!(recover_first(end_of_chunk - 1), (0, RecordedStatus::Recovered));
     // Only the end is missing: how the run ended is known.
     assert_eq!(recover_first(bytes.len() - 1), (100, RecordedStatus::Completed));
-    // Wherever it is: what is unpacked from there on may look like anything. The index has the other chunk.
+    // At any position: the data decompressed after it may be arbitrary. The index has the other chunk.
     for at in (1_000_000..2_000_000).step_by(71_717) {
         let damaged: Vec<u8> = bytes.iter().enumerate().map(|(i, b)| if i == at { !b } else { *b }).collect();
         for (length, frames) in [(bytes.len(), 13), (bytes.len() - 1, 0)] {

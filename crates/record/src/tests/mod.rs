@@ -1,4 +1,4 @@
-//! Tests of recording, reading and recovering. What several of them need is here.
+//! Tests of recording, reading and recovering, with shared helpers.
 
 mod bytes;
 mod content;
@@ -23,7 +23,7 @@ use pliant_scene::Channel;
 
 const ALL: [Channel; 3] = [Channel::State, Channel::Mesh, Channel::Energy];
 
-/// A tetrahedron, a triangle of springs, and particles until there are `vertex_count`.
+/// A tetrahedron, a triangle of springs, and particles up to `vertex_count`.
 fn topology(vertex_count: u32) -> Topology {
     let body = |name: &str, kind, vertices| BodyTopology {
         blocks: vec![],
@@ -53,7 +53,7 @@ fn topology(vertex_count: u32) -> Topology {
     }
 }
 
-/// A frame with numbers that no shorter type holds.
+/// Frame with numbers that need full double precision.
 struct Moment {
     index: u64,
     x: Vec<f64>,
@@ -122,8 +122,8 @@ fn record(path: &Path, channels: &[Channel], vertex_count: u32, frames: u64) -> 
     recorder
 }
 
-/// Files that a process killed at this moment leaves behind: what it has handed to the operating system. In
-/// another directory, so that it has the names of the original.
+/// Copies the files that a process killed at this moment leaves behind: the data handed to the operating
+/// system. They go to another directory to keep their names.
 fn remains(path: &Path, directory: &str) -> PathBuf {
     let directory = path.parent().unwrap().join(directory);
     fs::create_dir_all(&directory).unwrap();

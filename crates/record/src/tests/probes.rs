@@ -13,7 +13,7 @@ use pliant::run::{Plan, run};
 use pliant_scene::assembly::{Assembly, UnstableStep};
 use pliant_scene::{Channel, Scene};
 
-/// A net, a stretched solid, a sheared and turning one; probes on all of them.
+/// A net, a stretched solid, a sheared and rotating one, with probes on all of them.
 const BODIES: &str = "dimension = 2
 time = { integrator = 'symplectic-euler', step = 1e-4, duration = 0.02 }
 [[body]]
@@ -50,7 +50,7 @@ name = 'corner'
 at = [1.0, 0.5]
 ";
 
-/// Of the second body.
+/// Deformation gradient of the second body.
 const MATRIX: [[f64; 2]; 2] = [[1.1, 0.2], [0.0, 0.9]];
 
 fn assembled() -> Assembly {
@@ -58,7 +58,7 @@ fn assembled() -> Assembly {
     scene.assemble(UnstableStep::Refuse).unwrap_or_else(|problems| panic!("{problems:?}"))
 }
 
-/// The readings of all probes in every frame.
+/// Readings of all probes in every frame.
 struct Witness<'a>(&'a Assembly, Vec<Vec<Reading>>);
 
 impl Observer for Witness<'_> {
@@ -93,10 +93,10 @@ fn a_probe_moves_with_the_point_that_it_is_on() {
         work: pliant::observer::Work::default(),
     };
     let readings: Vec<Reading> = assembly.probes.iter().map(|probe| probe.read(&frame)).collect();
-    // x = c + A (X - c) + t, by hand, with X - c = (0.3, 0.2).
+    // Expected: x = c + A (X - c) + t with X - c = (0.3, 0.2).
     let middle = &readings[0];
     assert!(close(&middle.position, &[3.37, 1.18, 0.0]) && close(&middle.displacement, &[0.07, 0.98, 0.0]));
-    // The centre of mass of the rest shape, (3.5, 0.25): the velocity field is that of the rest shape.
+    // Centre of mass of the reference shape, (3.5, 0.25): the velocity field is given on that shape.
     assert!(close(&middle.velocity, &[-3.0 * (0.2 - 0.25), 3.0 * (3.3 - 3.5), 0.0]), "{middle:?}");
     // 1/2 (A^T A - I): A^T A = [[1.21, 0.22], [0.22, 0.85]].
     assert!(close(&middle.green_strain.unwrap(), &[0.105, -0.075, 0.0, 0.11, 0.0, 0.0]));
@@ -111,7 +111,8 @@ fn a_probe_moves_with_the_point_that_it_is_on() {
     assert!(close(&middle.corotated_strain.unwrap(), &strain), "{middle:?}");
     let corner = &readings[3];
     assert!(close(&corner.position, &[1.2, 0.5, 0.0]), "{corner:?}");
-    // lecture 13: 1.2 along x; the elements of the body before this one are the net's, and none.
+    // lecture 13: 1.2 along x; the elements of the body before this one are the net's, which have no
+    // strain.
     assert!(close(&corner.green_strain.unwrap(), &[0.22, 0.0, 0.0, 0.0, 0.0, 0.0]));
     // lecture 16: P_11 = 2 mu 0.2 + lambda 0.2, P_22 = lambda 0.2; sigma = P F^T / J.
     let (mu, lambda) = (1e5 / 2.6, 0.3e5 / (1.3 * 0.4));
@@ -194,9 +195,9 @@ fn readings_come_back_bit_by_bit_from_the_recording_and_the_table() {
     assert!(knot.is_err(), "no channel about elements was named");
 }
 
-/// In elements of second order, curved at rest, probes are at the very point: of a deformation that is
-/// quadratic in the place at rest, straight or curved sides at rest, they know the place and `F` at any
-/// point.
+/// In curved second-order elements, probes are exact at any point: for a deformation quadratic in the
+/// reference position with straight reference sides, or an affine one with curved sides, they give
+/// position and `F`.
 #[test]
 fn probes_in_quadratic_elements_are_exact_at_their_point() {
     // A ring whose nodes lie on its circles, and a block.
@@ -221,7 +222,7 @@ fn probes_in_quadratic_elements_are_exact_at_their_point() {
         let mut assembly =
             scene.assemble(UnstableStep::Accept).unwrap_or_else(|problems| panic!("{problems:?}"));
         let rest = assembly.simulation.positions().to_vec();
-        // On curved elements what is quadratic in X is no more in their space; affine maps are.
+        // Curved elements do not represent deformations quadratic in X; affine maps they do.
         let bend = if d == 2 { 0.0 } else { 0.2 };
         let moved = |x: &[f64]| {
             let z = x.get(2).copied().unwrap_or(0.0);

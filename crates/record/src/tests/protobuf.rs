@@ -1,4 +1,4 @@
-//! A reader of protobuf messages, without their schemas.
+//! Reader of protobuf messages without their schemas.
 
 /// Content of a field.
 #[derive(Debug, PartialEq)]
@@ -7,7 +7,7 @@ pub(super) enum Content {
     Bytes(Vec<u8>),
 }
 
-/// Fields of a message in the order in which they stand there, by number.
+/// Fields of a message, by number, in the order of the message.
 pub(super) fn fields(mut bytes: &[u8]) -> Vec<(u64, Content)> {
     let mut fields = vec![];
     while !bytes.is_empty() {
@@ -27,7 +27,7 @@ pub(super) fn fields(mut bytes: &[u8]) -> Vec<(u64, Content)> {
     fields
 }
 
-/// Contents of the field of this number that are texts, messages or packed lists.
+/// Contents of the fields with this number: strings, messages or packed lists.
 pub(super) fn all(bytes: &[u8], number: u64) -> Vec<Vec<u8>> {
     let of_number = fields(bytes).into_iter().filter(|(n, _)| *n == number);
     let content = of_number.map(|(_, content)| match content {
@@ -37,7 +37,7 @@ pub(super) fn all(bytes: &[u8], number: u64) -> Vec<Vec<u8>> {
     content.collect()
 }
 
-/// The double in the field of this number; zero where it is left out.
+/// Double in the field with this number; zero if omitted.
 pub(super) fn double(bytes: &[u8], number: u64) -> f64 {
     fields(bytes).into_iter().find(|(n, _)| *n == number).map_or(0.0, |(_, content)| match content {
         Content::Number(bits) => f64::from_bits(bits),

@@ -1,4 +1,4 @@
-//! Forces of pins and the balance of energy, from the scene to the reader.
+//! Forces of pins and the energy balance, from the scene to the reader.
 
 use std::sync::atomic::AtomicBool;
 
@@ -12,7 +12,7 @@ use pliant::run::{Plan, run};
 use pliant_scene::assembly::UnstableStep;
 use pliant_scene::{Scene, Source};
 
-/// A damped bar between two pins, one of which moves and the other lets go, above a wall.
+/// A damped bar above a wall, between two pins, one moving and the other released.
 const BAR: &str = "dimension = 2
 time = { integrator = 'velocity-verlet', step = 1e-3, duration = 0.1 }
 world = { gravity = ['sin(t)', -9.81], ether_drag = 0.5, walls = [{ normal = [0, 1], offset = -0.01 }] }
@@ -77,11 +77,11 @@ fn reactions_and_the_balance_come_back_bit_by_bit_from_the_recording() {
     assert_eq!(witness.0.len(), 6);
     for (i, (time, expected, balance)) in witness.0.iter().enumerate() {
         assert_eq!(column(&reactions, "time")[i], *time);
-        // The second lets go in the middle.
+        // The second pin is released halfway.
         assert_eq!(expected.len(), if *time < 0.055 { 3 } else { 2 }, "{time}");
         for reaction in expected {
             let Reaction { name, force, moment, about } = reaction;
-            // The bar comes and goes at the wall.
+            // The bar touches the wall only at times.
             assert!(force[1] != 0.0 || name == "wall0", "{reaction:?}");
             for (field, values) in [("force", force), ("moment", moment), ("about", about)] {
                 for (c, value) in values.iter().enumerate() {
@@ -93,7 +93,7 @@ fn reactions_and_the_balance_come_back_bit_by_bit_from_the_recording() {
             assert!(column(&reactions, "bar/pin1.force[0]")[i].is_nan(), "who has let go holds nothing");
         }
         let Balance { motion, loads, gravity, ether_drag, damping, friction, walls } = *balance;
-        // Nothing touches anything but walls, which do not rub.
+        // Contact is with walls only, which have no friction.
         assert_eq!(friction, None);
         let parts = [
             ("motion", motion),
@@ -105,7 +105,7 @@ fn reactions_and_the_balance_come_back_bit_by_bit_from_the_recording() {
         ];
         for (name, value) in parts {
             let found = column(&energy, &format!("balance.{name}"))[i];
-            // Nothing has come in or gone out before the first step.
+            // Before the first step there is no work and no dissipation.
             assert_eq!(value.is_some(), i > 0);
             assert!(value.map_or(found.is_nan(), |value| value == found), "{name}: {found}");
             assert!(i < 5 || found != 0.0, "{name} is nothing");

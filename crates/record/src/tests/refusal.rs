@@ -1,4 +1,4 @@
-//! Files are replaced on request only, and recordings that make no sense are refused.
+//! Files are replaced on request only, and inconsistent recordings are refused.
 
 use std::fs;
 

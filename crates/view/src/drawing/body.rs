@@ -6,29 +6,29 @@ use pliant_record::read::{RecordedBody, RecordedSkin};
 
 use super::elements::Elements;
 
-/// One body; vertices are numbered as in the whole recording.
+/// Drawn body; vertices are numbered as in the whole recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DrawnBody {
     /// Name, unique in the recording.
     pub name: String,
-    /// Its vertices.
+    /// Vertex range.
     pub vertices: Range<u32>,
-    /// Vertices of its skin, which follow those of the recording; empty without one.
+    /// Vertex range of its embedded surface, after the vertices of the recording; empty if there is none.
     pub skin: Range<u32>,
-    /// Triangles of its skin or surface, counter-clockwise seen from outside; of cells of second order four
-    /// flat ones for each curved side.
+    /// Triangles of its embedded surface or boundary, counter-clockwise seen from outside; second-order
+    /// elements have four flat ones for each curved side.
     pub triangles: Vec<[u32; 3]>,
-    /// Element of each triangle, by its number in the body; `None` without elements.
+    /// Element of each triangle, by index in the body; `None` without elements.
     pub elements: Option<Vec<u32>>,
-    /// Vertices of the boundary that the skin covers, ascending.
+    /// Boundary vertices covered by the embedded surface, ascending.
     pub beneath: Vec<u32>,
-    /// Segments of strands and nets: springs of a body without cells.
+    /// Segments of strands and nets: springs of a body without elements.
     pub lines: Vec<[u32; 2]>,
-    /// Particles: all vertices of a body with neither cells nor springs.
+    /// Particles: all vertices of a body with neither elements nor springs.
     pub points: Vec<u32>,
     /// Vertices of each element, flat.
     pub element_vertices: Vec<u32>,
-    /// Vertices of one element; 0 without elements.
+    /// Number of vertices of an element; 0 without elements.
     pub element_size: usize,
 }
 
@@ -57,12 +57,12 @@ impl DrawnBody {
         }
     }
 
-    /// Number of cells that may be elements.
+    /// Number of elements.
     pub fn element_count(&self) -> usize {
         self.element_vertices.len().checked_div(self.element_size).unwrap_or(0)
     }
 
-    /// Place of a vertex of the body or of its skin among numbers of its vertices.
+    /// Index of a vertex of the body or its embedded surface in per-vertex values.
     pub fn place(&self, vertex: u32) -> usize {
         match vertex.checked_sub(self.skin.start) {
             Some(of_skin) if !self.skin.is_empty() => self.vertex_count() + of_skin as usize,
@@ -76,7 +76,7 @@ impl DrawnBody {
     }
 }
 
-/// Ascending, each once.
+/// Sorted distinct numbers.
 fn distinct(numbers: &[u32]) -> Vec<u32> {
     let mut numbers = numbers.to_vec();
     numbers.sort_unstable();

@@ -1,4 +1,4 @@
-//! Numbers that colour a body.
+//! Values that colour a body.
 
 use std::fmt;
 
@@ -7,26 +7,26 @@ use pliant_record::read::ElementRows;
 
 use super::{DrawError, Drawing};
 
-/// A quantity that bodies are coloured by.
+/// Quantity that bodies are coloured by.
 #[derive(Clone, Copy, Debug)]
 pub enum Colouring {
-    /// A colour of its own for each body.
+    /// One colour for each body.
     Body,
-    /// Length of the velocity of a vertex [m/s].
+    /// Speed of a vertex [m/s].
     Speed,
-    /// Distance of a vertex from its place at rest [m].
+    /// Distance of a vertex from its reference position [m].
     Displacement,
-    /// One number of a recorded measure of elements.
+    /// Component of a recorded element measure.
     Measure {
         /// The measure.
         measure: &'static Measure,
-        /// Number of its field.
+        /// Index of the component.
         field: usize,
     },
 }
 
 impl Colouring {
-    /// Unit, `1` where there is none.
+    /// Unit, `1` if dimensionless.
     pub fn unit(&self) -> &'static str {
         match self {
             Colouring::Body => "1",
@@ -37,7 +37,7 @@ impl Colouring {
     }
 }
 
-/// The name: `body`, `speed`, `displacement`, `von-mises`, `cauchy-stress xx`.
+/// Writes the name: `body`, `speed`, `displacement`, `von-mises`, `cauchy-stress xx`.
 impl fmt::Display for Colouring {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -52,28 +52,28 @@ impl fmt::Display for Colouring {
     }
 }
 
-/// Numbers of one frame.
+/// Values of one frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scalars {
-    /// Unit, `1` where there is none.
+    /// Unit, `1` if dimensionless.
     pub unit: String,
-    /// For each body, in the order of [`Drawing::bodies`].
+    /// Values of each body, in the order of [`Drawing::bodies`].
     pub bodies: Vec<BodyScalars>,
 }
 
-/// Numbers of one body.
+/// Values of one body.
 #[derive(Clone, Debug, PartialEq)]
 pub enum BodyScalars {
-    /// The body has no such numbers.
+    /// The body has no such values.
     None,
-    /// One for each of its vertices, then of its skin.
+    /// One value for each of its vertices, then of its embedded surface.
     Vertices(Vec<f64>),
-    /// One for each of its elements.
+    /// One value for each of its elements.
     Elements(Vec<f64>),
 }
 
 impl BodyScalars {
-    /// The numbers; empty if the body has none.
+    /// Values of the body; empty if there are none.
     pub fn values(&self) -> &[f64] {
         match self {
             BodyScalars::None => &[],
@@ -83,7 +83,7 @@ impl BodyScalars {
 }
 
 impl Scalars {
-    /// Smallest and largest finite number of all bodies; `None` without any.
+    /// Smallest and largest finite value over all bodies; `None` if there are none.
     pub fn range(&self) -> Option<(f64, f64)> {
         let values = self.bodies.iter().flat_map(BodyScalars::values).filter(|value| value.is_finite());
         values.fold(None, |range, &value| {
@@ -94,7 +94,7 @@ impl Scalars {
 }
 
 impl Drawing {
-    /// What this recording can be coloured by: [`Colouring::Body`] first.
+    /// Colourings available for this recording, [`Colouring::Body`] first.
     pub fn colourings(&self) -> Vec<Colouring> {
         let mut found = vec![Colouring::Body, Colouring::Speed];
         found.extend(self.rest.is_some().then_some(Colouring::Displacement));
@@ -107,11 +107,10 @@ impl Drawing {
         found
     }
 
-    /// The numbers of a colouring in a frame; of [`Colouring::Body`] the number of the body at its vertices.
+    /// Values of a colouring in a frame; for [`Colouring::Body`] the body's index at each vertex.
     ///
     /// # Errors
-    /// [`DrawError::Colouring`] if the recording does not have what it takes; those of
-    /// [`frame`](Self::frame).
+    /// [`DrawError::Colouring`] if the recording lacks the data; those of [`frame`](Self::frame).
     pub fn scalars(&mut self, colouring: &Colouring, frame: usize) -> Result<Scalars, DrawError> {
         let bodies = match colouring {
             Colouring::Body => self.body_numbers(),
@@ -154,7 +153,7 @@ impl Drawing {
         self.bodies.iter().map(|body| BodyScalars::Vertices(of_body(body))).collect()
     }
 
-    /// `None` if a body has another number of rows than of elements.
+    /// Values by element; `None` if the numbers of rows and elements differ.
     fn of_elements(&self, rows: &ElementRows, field: usize) -> Option<Vec<BodyScalars>> {
         let width = rows.fields.len();
         let of = |body: &super::DrawnBody| {
@@ -170,7 +169,7 @@ impl Drawing {
     }
 }
 
-/// Lengths of rows of three.
+/// Norms of rows of three.
 fn lengths(rows: &[f64]) -> Vec<f64> {
     rows.chunks_exact(3).map(|row| row.iter().map(|c| c * c).sum::<f64>().sqrt()).collect()
 }

@@ -1,18 +1,18 @@
-//! Elements of a body, and which of them a triangle of the surface belongs to.
+//! Elements of a body, and the elements of surface triangles.
 
 use pliant_record::read::RecordedBody;
 
-/// Cells of a body that may be finite elements, in the order of their rows in `/elements/..`.
+/// Elements of a body in the order of their rows in `/elements/..`.
 pub(super) struct Elements {
-    /// Vertices of each, flat.
+    /// Vertices of the elements, flat.
     pub(super) vertices: Vec<u32>,
-    /// Vertices of one.
+    /// Number of vertices of an element.
     pub(super) size: usize,
 }
 
 impl Elements {
-    /// The cells of highest dimension; `None` for springs and particles. Triangles of a solid in space are
-    /// its surface, and not among its elements.
+    /// Elements of highest dimension; `None` for springs and particles. Triangles of a 3D solid are its
+    /// surface, not its elements.
     pub(super) fn of(body: &RecordedBody, dimension: usize) -> Option<Elements> {
         if let Some(block) = body.blocks.first() {
             return Some(Elements { vertices: block.vertices.clone(), size: block.kind.nodes });
@@ -26,13 +26,14 @@ impl Elements {
         Some(Elements { vertices: vertices.to_vec(), size })
     }
 
-    /// The element of each triangle: the first that has its three vertices. `None` if one has none.
+    /// Element of each triangle: the first that has its three vertices. `None` if a triangle has no
+    /// element.
     pub(super) fn of_triangles(&self, triangles: &[[u32; 3]]) -> Option<Vec<u32>> {
         let around = self.around_vertices();
         triangles.iter().map(|corners| self.with_corners(corners, &around)).collect()
     }
 
-    /// Elements around each vertex, ascending.
+    /// Elements at each vertex, ascending.
     fn around_vertices(&self) -> Vec<Vec<u32>> {
         let count = self.vertices.iter().max().map_or(0, |&largest| largest as usize + 1);
         let mut around = vec![vec![]; count];

@@ -1,5 +1,5 @@
-//! The model of what is drawn: a recording as bodies of triangles, lines and points, its frames, the
-//! numbers that colour them, and its surroundings (walls, pins, loads, probes).
+//! Drawing model of a recording: bodies as triangles, lines and points, frames, values for colouring, and
+//! the surroundings (walls, pins, loads, probes).
 
 mod body;
 mod colouring;
@@ -21,20 +21,20 @@ pub use surroundings::{DrawnProbe, DrawnWall};
 
 use surroundings::Surroundings;
 
-/// A recording could not be drawn.
+/// Error of drawing a recording.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum DrawError {
-    /// It could not be read.
+    /// The recording could not be read.
     #[error(transparent)]
     Record(#[from] RecordError),
-    /// It holds no frame.
+    /// The recording has no frames.
     #[error("{} has no frames, so there is nothing to draw", path.display())]
     NoFrames {
         /// The file.
         path: PathBuf,
     },
-    /// The numbers that shall colour it are not in it.
+    /// The recording lacks the values for a colouring.
     #[error("{} cannot be coloured by {colouring}: {reason}", path.display())]
     Colouring {
         /// The file.
@@ -46,7 +46,7 @@ pub enum DrawError {
     },
 }
 
-/// A recording, ready to be drawn.
+/// Recording prepared for drawing.
 #[derive(Debug)]
 pub struct Drawing {
     path: PathBuf,
@@ -56,24 +56,24 @@ pub struct Drawing {
     recorded: RecordedBodies,
     bodies: Vec<DrawnBody>,
     masses: Option<Vec<f64>>,
-    /// Rest positions, flat `(vertex_count, 3)` [m], and after them those of skins.
+    /// Reference positions, flat `(vertex_count, 3)` [m], followed by those of embedded surfaces.
     rest: Option<Vec<f64>>,
     surroundings: Surroundings,
 }
 
-/// Drawing of the surfaces that ride along with bodies.
+/// Treatment of embedded surfaces.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Skins {
     Drawn,
     LeftOut,
 }
 
-/// One frame, in three dimensions.
+/// Frame, padded to three dimensions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DrawnFrame {
     /// Simulated time [s].
     pub time: f64,
-    /// Positions, flat `(vertex_count, 3)` [m]; in 2D `z = 0`. After them those of the vertices of skins.
+    /// Positions, flat `(vertex_count, 3)` [m], `z = 0` in 2D, followed by those of embedded surfaces.
     pub x: Vec<f64>,
     /// Velocities, flat `(vertex_count, 3)` [m/s], in the same order.
     pub v: Vec<f64>,
@@ -82,8 +82,8 @@ pub struct DrawnFrame {
 impl Drawing {
     /// Opens a complete recording.
     ///
-    /// Walls, pins and loads are those of the attached scene; where that cannot be read, or builds other
-    /// meshes than those recorded (a mesh file that is not beside the recording), there are none.
+    /// Walls, pins and loads are those of the attached scene. There are none if the scene cannot be read
+    /// or builds other meshes than those recorded (because of a missing mesh file).
     ///
     /// # Errors
     /// [`DrawError::Record`] with the errors of [`Trajectory::open`], or without the channel `/state`;
@@ -92,18 +92,18 @@ impl Drawing {
         Drawing::open_in(path, path.parent().unwrap_or(Path::new("")))
     }
 
-    /// The same, where files that the attached scene names are relative to `directory`.
+    /// Opens a complete recording; files that the attached scene names are relative to `directory`.
     ///
     /// # Errors
-    /// As [`open`](Self::open).
+    /// The errors of [`open`](Self::open).
     pub fn open_in(path: &Path, directory: &Path) -> Result<Drawing, DrawError> {
         Drawing::with(path, directory, Skins::Drawn)
     }
 
-    /// The same without skins: bodies are drawn by their own boundary.
+    /// Opens a complete recording without embedded surfaces: bodies are drawn by their own boundary.
     ///
     /// # Errors
-    /// As [`open`](Self::open).
+    /// The errors of [`open`](Self::open).
     pub fn without_skins(path: &Path, directory: &Path) -> Result<Drawing, DrawError> {
         Drawing::with(path, directory, Skins::LeftOut)
     }
@@ -129,7 +129,7 @@ impl Drawing {
         let dimension = trajectory.dimension();
         let rest = trajectory.rest_positions()?.map(|rest| recorded.with_skins(in_space(&rest, dimension)));
         let surroundings = Surroundings::read(&mut trajectory, directory, &topics)?;
-        // The vertex that a half-space is known by is no particle.
+        // The vertex that represents a half-space is not a particle.
         let is_plane = |body: &DrawnBody| surroundings.walls.iter().any(|wall| wall.name == body.name);
         bodies.iter_mut().filter(|body| is_plane(body)).for_each(|body| body.points.clear());
         let stem = || path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
@@ -138,12 +138,12 @@ impl Drawing {
         Ok(Drawing { path, trajectory, title, topics, recorded, bodies, masses, rest, surroundings })
     }
 
-    /// The file.
+    /// File path.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// 2 or 3.
+    /// Dimension, 2 or 3.
     pub fn dimension(&self) -> usize {
         self.trajectory.dimension()
     }
@@ -153,7 +153,7 @@ impl Drawing {
         self.trajectory.vertex_count()
     }
 
-    /// Title of the scene; without one the name of the file.
+    /// Title of the scene, or the file name if it has none.
     pub fn title(&self) -> &str {
         &self.title
     }
@@ -163,18 +163,18 @@ impl Drawing {
         self.trajectory.times()
     }
 
-    /// The bodies, by ascending vertex range.
+    /// Bodies by ascending vertex range.
     pub fn bodies(&self) -> &[DrawnBody] {
         &self.bodies
     }
 
-    /// Masses of the vertices, of shape `(vertex_count,)` [kg]; `None` if they were not recorded.
+    /// Masses of the vertices, of shape `(vertex_count,)` [kg]; `None` if not recorded.
     pub fn masses(&self) -> Option<&[f64]> {
         self.masses.as_deref()
     }
 
-    /// Rest positions, flat `(vertex_count, 3)` [m], and after them those of skins; `None` if they were not
-    /// recorded.
+    /// Reference positions, flat `(vertex_count, 3)` [m], followed by those of embedded surfaces; `None`
+    /// if not recorded.
     pub fn rest(&self) -> Option<&[f64]> {
         self.rest.as_deref()
     }
@@ -184,7 +184,7 @@ impl Drawing {
         &self.surroundings.walls
     }
 
-    /// Vertices that a pin of the attached scene holds at the start, ascending.
+    /// Vertices fixed by pins of the attached scene at the start, ascending.
     pub fn pins(&self) -> &[u32] {
         &self.surroundings.pins
     }
@@ -194,7 +194,7 @@ impl Drawing {
         &self.surroundings.loads
     }
 
-    /// Vertices that pins hold and loads act on, ascending.
+    /// Vertices with pins or loads, ascending.
     pub fn marked(&self) -> Vec<u32> {
         let loaded = self.loads().iter().flat_map(|load| load.on.iter().flatten());
         let mut marked: Vec<u32> = self.pins().iter().chain(loaded).copied().collect();
@@ -203,7 +203,7 @@ impl Drawing {
         marked
     }
 
-    /// Gravity of the attached scene at a time [s], [m/s^2]; zero without one.
+    /// Gravity of the attached scene at a time [s], [m/s^2]; zero without gravity.
     pub fn gravity(&self, time: f64) -> [f64; 3] {
         let mut gravity = [0.0; 3];
         let components = gravity.iter_mut().zip(&self.surroundings.gravity);
@@ -211,7 +211,7 @@ impl Drawing {
         gravity
     }
 
-    /// Probes that were recorded.
+    /// Recorded probes.
     pub fn probes(&self) -> &[DrawnProbe] {
         &self.surroundings.probes
     }
@@ -221,7 +221,7 @@ impl Drawing {
         &self.topics
     }
 
-    /// One frame, from 0.
+    /// Reads a frame, counted from 0.
     ///
     /// # Errors
     /// [`RecordError::NoFrame`], [`RecordError::Read`], [`RecordError::Damaged`].
@@ -234,7 +234,7 @@ impl Drawing {
         Ok(DrawnFrame { time, x, v })
     }
 
-    /// The recording itself, for columns of `/energy`, `/reactions` and `/probe/<name>`.
+    /// Underlying recording, for columns of `/energy`, `/reactions` and `/probe/<name>`.
     pub fn trajectory(&mut self) -> &mut Trajectory {
         &mut self.trajectory
     }

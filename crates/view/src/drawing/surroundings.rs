@@ -10,23 +10,23 @@ use pliant_scene::{HalfSpace, ObstacleShape, OverTime, Scene, Source};
 
 use super::loads::{self, DrawnLoad};
 
-/// A rigid half-space.
+/// Rigid half-space.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DrawnWall {
     /// Name, `wall0`, `wall1`, ... in the order of the scene.
     pub name: String,
-    /// The point of its plane that is nearest to the origin [m].
+    /// Point of its plane nearest to the origin [m].
     pub point: [f64; 3],
-    /// Unit normal, out of the wall.
+    /// Unit normal, pointing out of the wall.
     pub normal: [f64; 3],
 }
 
-/// A point that was followed.
+/// Recorded probe.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DrawnProbe {
     /// Name.
     pub name: String,
-    /// Its position in each frame [m].
+    /// Position in each frame [m].
     pub positions: Vec<[f64; 3]>,
 }
 
@@ -34,10 +34,10 @@ pub struct DrawnProbe {
 #[derive(Debug, Default)]
 pub(super) struct Surroundings {
     pub(super) walls: Vec<DrawnWall>,
-    /// Ascending.
+    /// Fixed vertices, ascending.
     pub(super) pins: Vec<u32>,
     pub(super) loads: Vec<DrawnLoad>,
-    /// Components of gravity; empty without it.
+    /// Components of gravity; empty without gravity.
     pub(super) gravity: Vec<OverTime>,
     pub(super) probes: Vec<DrawnProbe>,
 }
@@ -52,7 +52,7 @@ impl Surroundings {
         let probes = probes(trajectory, topics)?;
         let Some(scene) = scene else { return Ok(Surroundings { probes, ..Surroundings::default() }) };
         let gravity = scene.world.gravity.clone().unwrap_or_default();
-        // None where the scene does not build the meshes that were recorded.
+        // None if the scene does not build the recorded meshes.
         let places = scene.places().ok().filter(|found| found.vertex_count == trajectory.vertex_count());
         let (pins, loads) =
             places.map(|found| (pins(found.pins), loads::drawn(found.loads))).unwrap_or_default();
@@ -60,14 +60,14 @@ impl Surroundings {
     }
 }
 
-/// The scene that the recording was made from; `None` without one that this version reads.
+/// Scene of the recording; `None` if missing or unreadable for this version.
 fn attached_scene(trajectory: &mut Trajectory, directory: &Path) -> Result<Option<Scene>, RecordError> {
     let Some(bytes) = trajectory.attachment("scene.toml")? else { return Ok(None) };
     let Ok(text) = String::from_utf8(bytes) else { return Ok(None) };
     Ok(Source::new("scene.toml", text).in_directory(directory).scene().ok())
 }
 
-/// Walls, and obstacles that are half-spaces, where they start.
+/// Walls, and half-space obstacles in their initial position.
 fn walls(scene: &Scene) -> Vec<DrawnWall> {
     let walls = scene.world.walls.iter().enumerate().map(|(i, wall)| drawn_wall(format!("wall{i}"), wall));
     let half_spaces = scene.obstacle.iter().enumerate().filter_map(|(i, obstacle)| match &obstacle.shape {

@@ -1,4 +1,4 @@
-//! What a recording is drawn as.
+//! Tests of the drawing model.
 
 use super::*;
 use crate::test_support::recorded;
@@ -80,7 +80,7 @@ fn colourings_are_those_recorded_and_have_units() {
     assert_eq!((stress.unit.as_str(), stress.bodies[0].values().len()), ("Pa", 4));
 }
 
-/// A scene in space with one body of this mesh and part.
+/// A 3D scene with one body of this mesh and these properties.
 fn in_space(mesh: &str, part: &str) -> String {
     format!(
         "dimension = 3
@@ -149,7 +149,7 @@ fn loads_act_where_the_scene_says_and_change_with_time() {
     assert_eq!((traction.key, traction.unit, force.key, force.unit), ("traction", "Pa", "force", "N"));
     let rest = drawing.rest().unwrap();
     let [edge] = &traction.on[..] else { panic!("{:?}", traction.on) };
-    // The right side, upwards: counter-clockwise about the body.
+    // The right side, upwards: counter-clockwise around the body.
     let places: Vec<&[f64]> = edge.iter().map(|v| &rest[3 * *v as usize..3 * *v as usize + 2]).collect();
     assert_eq!(places, [[1.0, 0.0], [1.0, 1.0]]);
     assert_eq!(traction.value([0.0; 3], 0.5), [0.0, 15.0, 0.0]);
@@ -159,13 +159,13 @@ fn loads_act_where_the_scene_says_and_change_with_time() {
     assert_eq!(drawing.gravity(0.01), [0.0, -9.8, 0.0]);
 }
 
-/// A cube of half a metre as OBJ, in two pieces of the text of a scene that makes it solid and lets it fall.
+/// A cube of half a metre as OBJ, in two parts of a scene that makes it solid and lets it fall.
 const CUBE: &str = "v 0 0 0\nv 0.5 0 0\nv 0 0.5 0\nv 0.5 0.5 0\nv 0 0 0.5\nv 0.5 0 0.5\nv 0 0.5 0.5\nv 0.5 \
                     0.5 0.5\n\
     f 1 5 7 3\nf 2 4 8 6\nf 1 2 6 5\nf 3 7 8 4\nf 1 3 4 2\nf 5 6 8 7\n";
 
-/// A skin is drawn where its elements are, in the colours of its vertices and elements; without it the
-/// boundary is.
+/// An embedded surface is drawn with its elements, in the colours of its vertices and elements; without
+/// it the boundary is drawn.
 #[test]
 fn skins_are_drawn_in_place_of_the_boundary() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,11 +1,11 @@
-//! Numbers over time under the time line: energies, momentum, the smallest J, probes, reactions.
+//! Charts below the time line: energies, momentum, smallest J, probes, reactions.
 
 use pliant_record::read::Column;
 use serde_json::{Value, json};
 
 use crate::drawing::{DrawError, Drawing};
 
-/// Charts made of columns of `/energy`: name, unit, columns.
+/// Charts of columns of `/energy`: name, unit, columns.
 const ENERGY: [(&str, &str, &[&str]); 4] = [
     ("energy", "J", &["kinetic", "elastic", "gravitational", "loads", "total"]),
     ("momentum", "kg m/s", &["linear_momentum[0]", "linear_momentum[1]", "linear_momentum[2]"]),
@@ -14,7 +14,7 @@ const ENERGY: [(&str, &str, &[&str]); 4] = [
 ];
 const PROBE: [(&str, &str); 2] = [("displacement", "m"), ("velocity", "m/s")];
 
-/// The charts that a recording has numbers for, one value for each of these frames.
+/// Charts that a recording has data for, one value for each of these frames.
 pub(super) fn charts(drawing: &mut Drawing, frames: &[usize]) -> Result<Vec<Value>, DrawError> {
     let mut charts = Vec::new();
     let probes: Vec<String> = drawing.probes().iter().map(|probe| probe.name.clone()).collect();
@@ -44,7 +44,7 @@ pub(super) fn charts(drawing: &mut Drawing, frames: &[usize]) -> Result<Vec<Valu
     Ok(charts)
 }
 
-/// `None` without columns.
+/// Chart of these columns; `None` if there are none.
 fn chart<'a>(
     name: &str,
     unit: &str,

@@ -1,31 +1,31 @@
-//! Numbers over time in few bytes: 16 bits each, differences of frames, deflate.
+//! Compact encoding of values over time: 16 bits each, differences of frames, deflate.
 //!
-//! A chunk of frames becomes the differences of order 1 or 2 in time, whichever is smaller; zigzag
-//! (`0, -1, 1, -2, ..` as `0, 1, 2, 3, ..`); all low bytes, then all high bytes; deflate (RFC 1951). The
-//! first frame of a chunk stands alone.
+//! A chunk of frames becomes the differences of order 1 or 2 in time, whichever is smaller; zigzag (`0,
+//! -1, 1, -2, ..` as `0, 1, 2, 3, ..`); all low bytes, then all high bytes; deflate (RFC 1951). The first
+//! frame of a chunk is stored without differences.
 
 use miniz_oxide::deflate::compress_to_vec;
 
-/// Level of deflate: 9 saves 2 % more and takes three times as long.
+/// Deflate level: 9 saves 2 % more and takes three times as long.
 const LEVEL: u8 = 6;
-/// Largest code of a number; the one above says that a number is not finite.
+/// Largest code of a value; the next one marks values that are not finite.
 pub(super) const LARGEST: u16 = u16::MAX - 1;
 
-/// Codes of numbers in a range: `low + step * code`, error at most half a step.
+/// Quantiser of values in a range: `low + step * code`, error at most half a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Quantiser {
     pub(super) low: f64,
     pub(super) step: f64,
 }
 
-/// Frames that were encoded together.
+/// Frames encoded together.
 pub(super) struct Chunk {
     /// Order of the differences in time.
     pub(super) order: u8,
     pub(super) bytes: Vec<u8>,
 }
 
-/// Smallest and largest of numbers seen so far.
+/// Range of the values seen so far.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Extent {
     pub(super) low: f64,
@@ -42,7 +42,7 @@ impl Extent {
         }
     }
 
-    /// Length; 0 if nothing was added.
+    /// Length of the range; 0 if it is empty.
     pub(super) fn length(&self) -> f64 {
         (self.high - self.low).max(0.0)
     }
@@ -73,7 +73,7 @@ pub(super) fn encode(frames: &[Vec<u16>]) -> Chunk {
     if two.len() < one.len() { Chunk { order: 2, bytes: two } } else { Chunk { order: 1, bytes: one } }
 }
 
-/// Raw deflate.
+/// Compresses to raw deflate.
 pub(super) fn deflate(bytes: &[u8]) -> Vec<u8> {
     compress_to_vec(bytes, LEVEL)
 }
@@ -106,7 +106,7 @@ fn planes(codes: &[u16]) -> Vec<u8> {
 pub(super) mod tests {
     use super::*;
 
-    /// The frames of a chunk, each of `length` codes: what `data.js` does.
+    /// Decodes the frames of a chunk, each of `length` codes, as `data.js` does.
     pub(in crate::page) fn decode(bytes: &[u8], order: u8, length: usize) -> Vec<Vec<u16>> {
         let planes = miniz_oxide::inflate::decompress_to_vec(bytes).unwrap();
         let (low, high) = planes.split_at(planes.len() / 2);

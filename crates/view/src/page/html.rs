@@ -1,4 +1,4 @@
-//! The HTML around the blocks.
+//! Assembly of the HTML page.
 
 use pliant_files::base64;
 
@@ -8,7 +8,7 @@ use super::LiveSocket;
 use super::codec::deflate;
 use super::pack::Packed;
 
-/// The last directive of the template's content security policy.
+/// Last directive of the template's content security policy.
 const IMAGES: &str = "img-src data: blob:";
 const TEMPLATE: &str = include_str!("../../page/page.html");
 const STYLE: &str = concat!(include_str!("../../page/page.css"), include_str!("../../page/live.css"));
@@ -17,7 +17,7 @@ const CORE: &str = include_str!("../../vendor/three/three.core.min.js");
 const THREE: &str = include_str!("../../vendor/three/three.module.min.js");
 const ORBIT: &str = include_str!("../../vendor/three/OrbitControls.js");
 
-/// Modules of the page, by the names that they import each other by.
+/// Modules of the page, by their import names.
 const MODULES: [(&str, &str); 17] = [
     ("pliant/main", include_str!("../../page/main.js")),
     ("pliant/view", include_str!("../../page/view.js")),
@@ -38,12 +38,12 @@ const MODULES: [(&str, &str); 17] = [
     ("pliant/fault", include_str!("../../page/fault.js")),
 ];
 
-/// The page; where it is `live`, with the path of its socket, which it may ask for.
+/// Builds the page. A `live` page contains the path of its socket and may connect to it.
 pub(super) fn html(packed: &Packed, live: Option<&LiveSocket>) -> String {
     let head = deflate(packed.head.to_string().as_bytes());
     let mut data = block("data", "head", &head);
     packed.blocks.iter().for_each(|(name, bytes)| data.push_str(&block("data", name, bytes)));
-    // A module from a blob cannot name another by a relative path.
+    // A module from a blob cannot import another by a relative path.
     let three = THREE.replace("./three.core.min.js", "three-core");
     let libraries = [("three-core", CORE), ("three", &three), ("orbit", ORBIT)];
     let modules: String = libraries
@@ -51,7 +51,7 @@ pub(super) fn html(packed: &Packed, live: Option<&LiveSocket>) -> String {
         .chain(MODULES)
         .map(|(name, text)| block("module", name, &deflate(text.as_bytes())))
         .collect();
-    // The blocks last: nothing in them is taken for a place in the template.
+    // Blocks are inserted last, so that nothing in them is mistaken for a placeholder of the template.
     let page = TEMPLATE.replacen("/*style*/", STYLE, 1).replacen("/*starter*/", STARTER, 1);
     let page = match live {
         Some(socket) => page.replacen(IMAGES, &format!("{IMAGES}; connect-src ws://{}", socket.host), 1),
@@ -60,7 +60,7 @@ pub(super) fn html(packed: &Packed, live: Option<&LiveSocket>) -> String {
     page.replacen("<!--blocks-->", &(element(live) + &modules + &data), 1)
 }
 
-/// The element that says where the socket is; its path has letters, digits and slashes only.
+/// Element with the path of the socket, which consists of letters, digits and slashes.
 fn element(live: Option<&LiveSocket>) -> String {
     live.map_or(String::new(), |socket| {
         let socket = json!({ "socket": socket.path });
@@ -68,7 +68,7 @@ fn element(live: Option<&LiveSocket>) -> String {
     })
 }
 
-/// Inert text in the page; names are of this program, and content has the letters of base 64 only.
+/// Inert text in the page; names are from this program, and the content is base 64.
 fn block(kind: &str, name: &str, bytes: &[u8]) -> String {
     format!("<script type=\"text/plain\" data-{kind}=\"{name}\">{}</script>\n", base64::encode(bytes))
 }

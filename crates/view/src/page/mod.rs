@@ -1,8 +1,8 @@
-//! The page that plays a recording in a browser: one HTML file with everything in it.
+//! Page that plays a recording in a browser: one self-contained HTML file.
 //!
-//! The modules in `crates/view/page` and three.js travel as base 64 of deflate, the recording as
-//! blocks beside them. Names and titles are in such blocks only, and the page shows them as text,
-//! so that no name can become markup. The page's content security policy lets it ask for nothing.
+//! The modules in `crates/view/page` and three.js are embedded as base 64 of deflate, together with
+//! blocks of the recording. Names and titles occur in such blocks only, and the page shows them as text,
+//! so that no name can become markup. The page's content security policy forbids all requests.
 
 mod charts;
 mod codec;
@@ -15,10 +15,10 @@ mod tests;
 
 use crate::drawing::{Colouring, DrawError, Drawing};
 
-/// Bounds of a page.
+/// Limits of a page.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PageBudget {
-    /// Bytes of the packed recording, before base 64.
+    /// Size of the packed recording, before base 64 [bytes].
     pub bytes: usize,
     /// Number of frames.
     pub frames: usize,
@@ -30,31 +30,31 @@ impl Default for PageBudget {
     }
 }
 
-/// A page, and what of the recording is in it.
+/// Page, with the extent of the recording in it.
 #[derive(Clone, Debug)]
 pub struct ViewerPage {
-    /// The file.
+    /// HTML text.
     pub html: String,
-    /// Number of frames.
+    /// Number of frames in the page.
     pub frames: usize,
     /// Number of frames of the recording.
     pub frame_count: usize,
-    /// Names of colourings that found no place.
+    /// Names of colourings that did not fit.
     pub left_out: Vec<String>,
 }
 
 /// Socket of a page that shows a running simulation.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LiveSocket {
-    /// Host and port, `127.0.0.1:8080`.
+    /// Host and port, such as `127.0.0.1:8080`.
     pub host: String,
-    /// Path on it, of letters, digits and slashes.
+    /// Path, of letters, digits and slashes.
     pub path: String,
 }
 
 impl ViewerPage {
-    /// Packs a recording. What is too large loses frames, evenly, until it fits; where two frames are too
-    /// many, it loses its colourings.
+    /// Packs a recording. If it is too large, frames are dropped evenly until it fits; if two frames are
+    /// too many, colourings are dropped.
     ///
     /// # Errors
     /// The recording cannot be read.
@@ -62,7 +62,7 @@ impl ViewerPage {
         ViewerPage::packed(drawing, budget, None)
     }
 
-    /// The same for a simulation that goes on behind `socket`; `drawing` is of its present state.
+    /// Packs the present state of a simulation that runs behind `socket`; `drawing` has that state.
     ///
     /// # Errors
     /// The recording cannot be read.
@@ -101,7 +101,7 @@ impl ViewerPage {
     }
 }
 
-/// Every so many of `total` frames, such that at most `count` remain.
+/// Every n-th of `total` frames, so that at most `count` remain.
 fn evenly(total: usize, count: usize) -> Vec<usize> {
     (0..total).step_by(total.div_ceil(count.max(1)).max(1)).collect()
 }

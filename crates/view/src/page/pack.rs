@@ -1,4 +1,4 @@
-//! A recording as blocks of bytes that the page reads, and a head that describes them.
+//! Packing of a recording: blocks of bytes for the page, and a head that describes them.
 
 use serde_json::{Value, json};
 
@@ -9,19 +9,19 @@ use super::shown::ShownBody;
 use crate::colour;
 use crate::drawing::{BodyScalars, Colouring, DrawError, Drawing};
 
-/// Frames that are encoded together.
+/// Number of frames encoded together.
 const CHUNK: usize = 32;
-/// A body flies if it passes through a box this many times as large as itself.
+/// A body flies if the box of its path is more than this many times its own size.
 const FLIGHT: f64 = 2.0;
 
-/// Blocks by name, and their head.
+/// Named blocks with their head.
 pub(super) struct Packed {
     pub(super) head: Value,
     pub(super) blocks: Vec<(String, Vec<u8>)>,
 }
 
 impl Packed {
-    /// Bytes of all blocks.
+    /// Size of all blocks [bytes].
     pub(super) fn bytes(&self) -> usize {
         self.blocks.iter().map(|(_, bytes)| bytes.len()).sum()
     }
@@ -72,16 +72,16 @@ fn probe_positions(drawing: &Drawing, frame: usize) -> Vec<[f64; 3]> {
     drawing.probes().iter().map(|probe| probe.positions.get(frame).copied().unwrap_or_default()).collect()
 }
 
-/// How positions of a body are coded.
+/// Quantisation of the positions of a body.
 struct CodedMotion {
-    /// Of x, y, z.
+    /// Quantisers of x, y and z.
     axes: [Quantiser; 3],
-    /// Centroid in each frame; empty where the box does not follow the body.
+    /// Centroid in each frame; empty if the box does not follow the body.
     centres: Vec<[f32; 3]>,
     orders: Vec<u8>,
 }
 
-/// Boxes of a body: that of its whole way, and that around its centroid.
+/// Boxes of a body: of its whole path, and around its centroid.
 #[derive(Clone)]
 struct Boxes {
     fixed: [Extent; 3],
@@ -113,7 +113,7 @@ impl Boxes {
     }
 }
 
-/// Mean of the positions that are finite.
+/// Mean of the finite positions.
 fn centroid(x: &[f64], vertices: &[u32]) -> [f32; 3] {
     let (mut sum, mut count) = ([0.0; 3], 0.0f64);
     for &vertex in vertices {
@@ -156,7 +156,7 @@ fn motions(
 }
 
 impl CodedMotion {
-    /// All x, then all y, then all z.
+    /// Codes of all x, then all y, then all z.
     fn codes(&self, x: &[f64], vertices: &[u32], frame: usize) -> Vec<u16> {
         let centre = self.centres.get(frame).copied().unwrap_or_default().map(f64::from);
         let axis = |axis: usize| {
@@ -205,7 +205,7 @@ fn body(
     })
 }
 
-/// One colouring: its head, and the codes of each body that has such numbers.
+/// Packs one colouring: its head, and the codes of each body with such values.
 fn scalars(
     drawing: &mut Drawing,
     shown: &[ShownBody],
@@ -216,6 +216,7 @@ fn scalars(
     if matches!(colouring, Colouring::Body) {
         return Ok(json!({ "name": "body", "unit": "1", "bodies": [] }));
     }
+    // Range over all frames.
     let mut extent = Extent::EMPTY;
     for &frame in frames {
         for values in seen(drawing, shown, colouring, frame)?.into_iter().flatten() {
@@ -223,6 +224,7 @@ fn scalars(
         }
     }
     let quantiser = Quantiser::of(extent);
+    // Codes, chunk by chunk.
     let mut bodies = vec![json!(null); shown.len()];
     for (k, chunk) in frames.chunks(CHUNK).enumerate() {
         let mut codes = vec![Vec::new(); shown.len()];
@@ -247,7 +249,7 @@ fn scalars(
     Ok(json!({ "name": colouring.to_string(), "unit": colouring.unit(), "range": range, "bodies": bodies }))
 }
 
-/// Numbers of what is seen of each body, and what they are of; `None` where a body has none.
+/// Values of the visible parts of each body, with their kind; `None` if a body has none.
 type SeenScalars = Vec<Option<(&'static str, Vec<f64>)>>;
 
 fn seen(

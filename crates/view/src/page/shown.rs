@@ -1,22 +1,23 @@
-//! The part of a body that is seen: inner vertices and elements do not travel.
+//! Visible part of a body: interior vertices and elements are not packed.
 
 use crate::drawing::DrawnBody;
 
-/// Vertices and cells of a body, numbered from 0 among those that are seen.
+/// Vertices, triangles and lines of a body, renumbered from 0 over visible vertices.
 pub(super) struct ShownBody {
-    /// Numbers in the recording, ascending.
+    /// Vertex indices in the recording, ascending.
     pub(super) vertices: Vec<u32>,
     pub(super) triangles: Vec<u32>,
     pub(super) lines: Vec<u32>,
-    /// Numbers of elements in the body, ascending; empty where triangles belong to none.
+    /// Element indices in the body, ascending; empty if triangles have no elements.
     pub(super) elements: Vec<u32>,
-    /// Of each triangle, its place among `elements`.
+    /// Index into `elements` for each triangle.
     pub(super) triangle_elements: Vec<u32>,
     pub(super) is_particles: bool,
 }
 
 impl ShownBody {
-    /// Of the boundary beneath a skin, those vertices are shown that are `marked`, ascending.
+    /// Selects the visible part. Of the boundary below an embedded surface, only `marked` vertices
+    /// (ascending) are included.
     pub(super) fn new(body: &DrawnBody, marked: &[u32]) -> ShownBody {
         let corners = body.triangles.as_flattened();
         let ends = body.lines.as_flattened();
@@ -35,7 +36,7 @@ impl ShownBody {
     }
 }
 
-/// Ascending, each once.
+/// Sorted distinct numbers.
 fn distinct<'a>(numbers: impl Iterator<Item = &'a u32>) -> Vec<u32> {
     let mut numbers: Vec<u32> = numbers.copied().collect();
     numbers.sort_unstable();
@@ -43,7 +44,7 @@ fn distinct<'a>(numbers: impl Iterator<Item = &'a u32>) -> Vec<u32> {
     numbers
 }
 
-/// Where each number stands among those that are shown, which has them all.
+/// Index of each number among the visible ones, which include all of them.
 fn places(numbers: &[u32], shown: &[u32]) -> Vec<u32> {
     numbers.iter().filter_map(|number| shown.binary_search(number).ok()).map(|place| place as u32).collect()
 }

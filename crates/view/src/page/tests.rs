@@ -1,4 +1,4 @@
-//! What a page holds of a recording.
+//! Tests of pages.
 
 use pliant_files::base64;
 use serde_json::Value;
@@ -36,7 +36,7 @@ channels = ['state', 'energy', 'von-mises']
     Drawing::open(&file).unwrap()
 }
 
-/// The bytes of a block.
+/// Content of a block.
 fn block(page: &ViewerPage, name: &str) -> Vec<u8> {
     let start = format!("data-data=\"{name}\">");
     let text = page.html.split(&start).nth(1).unwrap().split('<').next().unwrap();
@@ -144,10 +144,10 @@ channels = ['state']
     let loads = head["loads"].as_array().unwrap();
     let (pressure, force) = (&loads[0], &loads[1]);
     assert_eq!((&pressure["follows"], &force["follows"]), (&true.into(), &false.into()));
-    // Of 108 triangles every third; of 64 vertices the 56 on the surface, every second.
+    // Every third of 108 triangles; every second of the 56 surface vertices (64 in all).
     let count = |load: &Value| load["on"].as_array().unwrap().len();
     assert_eq!((count(pressure), count(force)), (36, 28));
-    // One value for all triangles in each of the frames; one for each vertex at all times.
+    // One value for all triangles in each frame; one for each vertex at all times.
     let shape = |load: &Value| {
         (load["values"].as_array().unwrap().len(), load["values"][0].as_array().unwrap().len())
     };
@@ -155,7 +155,7 @@ channels = ['state']
     let last = pressure["values"][10][0][0].as_f64().unwrap();
     assert!((last - 1.0).abs() < 1e-6, "{last}");
     assert_eq!(head["gravity"], serde_json::json!([[0.0, 0.0, -2.0]]));
-    // Without them there are none.
+    // Without loads and gravity the lists are empty.
     let free = self::head(&ViewerPage::new(&mut drawing("free"), &PageBudget::default()).unwrap());
     assert_eq!((&free["loads"], &free["gravity"]), (&serde_json::json!([]), &serde_json::json!([])));
 }

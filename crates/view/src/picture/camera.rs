@@ -1,18 +1,18 @@
-//! The camera: from points in space to pixels.
+//! Camera: projection of points in space to pixels.
 
 use super::space::{Vec3, dot, minus, plus, times, unit};
 
-/// Half the angle of view of the height of a picture is 14 degrees: its tangent.
+/// Tangent of half the vertical angle of view, 14 degrees.
 const HALF_HEIGHT: f32 = 0.249_328;
 
-/// Where the camera stands and how close it looks.
+/// Camera direction and zoom.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ViewDirection {
-    /// Turn about the vertical axis, from the front (looking along +y) towards +x [degrees].
+    /// Rotation about the vertical axis, from the front (looking along +y) towards +x [degrees].
     pub azimuth: f32,
-    /// Height above the horizon [degrees].
+    /// Elevation above the horizon [degrees].
     pub elevation: f32,
-    /// Magnification of what was fitted; 1 leaves it.
+    /// Magnification relative to the fitted view.
     pub zoom: f32,
 }
 
@@ -22,17 +22,17 @@ impl Default for ViewDirection {
     }
 }
 
-/// The part of a picture that bodies shall fill: its centre and half its size [pixel].
+/// Part of a picture for bodies to fill: its centre and half its size [pixel].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Viewport {
     pub(crate) center: [f32; 2],
     pub(crate) half: [f32; 2],
-    /// Height of the whole picture.
+    /// Height of the whole picture [pixel].
     pub(crate) height: f32,
 }
 
 impl Viewport {
-    /// A picture without `[left, top, right, bottom]` pixels at its sides.
+    /// Viewport of a picture with margins `[left, top, right, bottom]` [pixel].
     pub(crate) fn inside(size: [usize; 2], without: [f32; 4]) -> Viewport {
         let [width, height] = size.map(|n| n as f32);
         let [left, top, right, bottom] = without;
@@ -41,43 +41,43 @@ impl Viewport {
     }
 }
 
-/// How rays leave the eye.
+/// Kind of projection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Lens {
-    /// From one point.
+    /// Perspective, from one point.
     Perspective,
-    /// In parallel: two-dimensional scenes.
+    /// Parallel, for two-dimensional scenes.
     Parallel,
 }
 
-/// Perspective or parallel projection onto a picture.
+/// Camera with perspective or parallel projection.
 #[derive(Clone, Debug)]
 pub(crate) struct Camera {
     pub(crate) eye: Vec3,
-    /// Unit vectors of the picture: to the right, up, and towards the eye.
+    /// Unit vectors of the picture: right, up, and towards the eye.
     pub(crate) right: Vec3,
     pub(crate) up: Vec3,
     pub(crate) back: Vec3,
     pub(crate) lens: Lens,
-    /// Pixels for one metre at a distance of one metre, or at any distance for parallel rays.
+    /// Pixels per metre at a distance of one metre, or at any distance for parallel projection.
     pub(crate) focal: f32,
     /// Pixel of the ray along `-back`.
     pub(crate) center: [f32; 2],
 }
 
-/// A point in a picture.
+/// Point projected into a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Projected {
-    /// Place from the upper left corner, y downwards [pixel].
+    /// Position from the upper left corner, y downwards [pixel].
     pub(crate) at: [f32; 2],
-    /// Linear over the picture of a plane, larger for what is nearer to the eye.
+    /// Depth value, larger for nearer points, linear in the picture of a plane.
     pub(crate) nearness: f32,
-    /// Attributes times this are linear over the picture of a plane.
+    /// Weight that makes attributes of a plane linear in its picture.
     pub(crate) weight: f32,
 }
 
 impl Camera {
-    /// The camera in this direction that has all points in its viewport, as close as it can be.
+    /// Fits the camera in this direction as close as possible with all points in its viewport.
     pub(crate) fn fitted(
         direction: ViewDirection,
         lens: Lens,
@@ -94,7 +94,7 @@ impl Camera {
         Camera { eye, right, up, back, lens, focal: focal * direction.zoom, center: viewport.center }
     }
 
-    /// `None` for a point that is not in front of the eye.
+    /// Projects a point; `None` unless it is in front of the eye.
     pub(crate) fn project(&self, point: Vec3) -> Option<Projected> {
         let from_eye = minus(point, self.eye);
         let distance = -dot(from_eye, self.back);
@@ -109,8 +109,8 @@ impl Camera {
         (x.abs() < 1e6 && y.abs() < 1e6).then_some(Projected { at: [x, y], nearness, weight })
     }
 
-    /// Start of the ray through a pixel, and its direction with a component of 1 along the view: a point at
-    /// `t` along it is `t` metres before the eye.
+    /// Origin and direction of the ray through a pixel; the direction has component 1 along the view, so
+    /// that a point at `t` is `t` metres in front of the eye.
     pub(crate) fn ray(&self, at: [f32; 2]) -> (Vec3, Vec3) {
         let x = times(self.right, (at[0] - self.center[0]) / self.focal);
         let y = times(self.up, (self.center[1] - at[1]) / self.focal);
@@ -121,7 +121,7 @@ impl Camera {
         }
     }
 
-    /// The direction from a point to the eye.
+    /// Unit direction from a point to the eye.
     pub(crate) fn towards(&self, point: Vec3) -> Vec3 {
         match self.lens {
             Lens::Perspective => unit(minus(self.eye, point)),
@@ -129,12 +129,12 @@ impl Camera {
         }
     }
 
-    /// What [`Projected::nearness`] is at this distance along the view [m].
+    /// Value of [`Projected::nearness`] at this distance along the view [m].
     pub(crate) fn nearness(&self, distance: f32) -> f32 {
         if self.lens == Lens::Perspective { 1.0 / distance } else { -distance }
     }
 
-    /// Pixels for a metre across the view at this distance.
+    /// Pixels per metre across the view at this distance [m].
     pub(crate) fn pixels_per_metre(&self, distance: f32) -> f32 {
         if self.lens == Lens::Perspective { self.focal / distance } else { self.focal }
     }
@@ -151,8 +151,9 @@ fn axes(direction: ViewDirection, lens: Lens) -> [Vec3; 3] {
     [right, up, [cos_tilt * sin_turn, -cos_tilt * cos_turn, sin_tilt]]
 }
 
-/// The eye and its focal length: `|x - eye_x| <= (eye_z - z) half / focal` for all points, and the same for
-/// y, are four half spaces; the eye is where the two opposite ones meet that keep it farther away.
+/// Fits the eye: `|x - eye_x| <= (eye_z - z) half / focal` for all points, likewise for y, gives four
+/// half-spaces; the eye is where the opposite pair meets that keeps it farther away. Returns the eye and
+/// its focal length.
 fn perspective(seen: &[Vec3], viewport: &Viewport) -> (Vec3, f32) {
     let focal = 0.5 * viewport.height / HALF_HEIGHT;
     let mut eye = [0.0; 3];
@@ -165,7 +166,7 @@ fn perspective(seen: &[Vec3], viewport: &Viewport) -> (Vec3, f32) {
         away = away.max(0.5 * (positive + negative) / tangent);
     }
     let front = largest(seen.iter().map(|p| p[2]));
-    // A single point has no size to fit: a metre away it is in the middle.
+    // A single point has no size to fit: place it in the middle, a metre away.
     eye[2] = if away - front > 1e-9 * front.abs() { away } else { front + 1.0 };
     (eye, focal)
 }
@@ -184,7 +185,7 @@ fn parallel(seen: &[Vec3], viewport: &Viewport) -> (Vec3, f32) {
     (eye, if focal.is_finite() { focal } else { viewport.half[0] })
 }
 
-/// Zero where there are no numbers.
+/// Largest finite value; zero if there is none.
 fn largest(values: impl Iterator<Item = f32>) -> f32 {
     let largest = values.filter(|x| x.is_finite()).fold(f32::NEG_INFINITY, f32::max);
     if largest.is_finite() { largest } else { 0.0 }

@@ -1,45 +1,45 @@
-//! The samples of a picture, several to a pixel, with a depth each.
+//! Canvas of samples, several per pixel, each with a depth.
 
 use super::image::{Image, Rgb, over};
 
-/// Samples to a pixel, along each side.
+/// Samples per pixel along each side.
 pub(super) const SAMPLES: usize = 2;
 
 /// Colours and depths of all samples.
 pub(super) struct Canvas {
-    /// Columns and rows of samples.
+    /// Number of sample columns and rows.
     pub(super) size: [usize; 2],
     nearness: Vec<f32>,
     color: Vec<[u8; 4]>,
 }
 
 impl Canvas {
-    /// Of a picture of this size [pixel], all of this colour.
+    /// Canvas of a picture of this size [pixel], filled with a colour.
     pub(super) fn new(size: [usize; 2], background: [u8; 4]) -> Canvas {
         let size = size.map(|n| n * SAMPLES);
         let count = size[0] * size[1];
         Canvas { size, nearness: vec![f32::NEG_INFINITY; count], color: vec![background; count] }
     }
 
-    /// Whether something at this depth would be seen.
+    /// True if a point at this depth would be visible.
     pub(super) fn shows(&self, column: usize, row: usize, nearness: f32) -> bool {
         nearness > self.nearness[row * self.size[0] + column]
     }
 
-    /// Covers a sample.
+    /// Sets a sample.
     pub(super) fn set(&mut self, column: usize, row: usize, nearness: f32, color: Rgb) {
         let at = row * self.size[0] + column;
         self.nearness[at] = nearness;
         self.color[at] = [color[0], color[1], color[2], 255];
     }
 
-    /// Tints a sample and leaves its depth.
+    /// Blends a colour over a sample and keeps its depth.
     pub(super) fn tint(&mut self, column: usize, row: usize, color: Rgb, opacity: f32) {
         let at = row * self.size[0] + column;
         self.color[at] = over(self.color[at], color, opacity);
     }
 
-    /// The picture: each pixel is the mean of its samples.
+    /// Resolves the picture: each pixel is the mean of its samples.
     pub(super) fn resolved(&self) -> Image {
         let [width, height] = self.size.map(|n| n / SAMPLES);
         let mut rgba = Vec::with_capacity(4 * width * height);
@@ -51,7 +51,7 @@ impl Canvas {
         Image { width, height, rgba }
     }
 
-    /// Mean of a pixel's samples, weighted by their opacity.
+    /// Mean of a pixel's samples, weighted by opacity.
     fn mean(&self, column: usize, row: usize) -> [u8; 4] {
         let mut sums = [0_u32; 4];
         for y in row..row + SAMPLES {

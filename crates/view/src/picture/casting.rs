@@ -1,4 +1,4 @@
-//! What of a recording is drawn, and in which colours.
+//! Conversion of recorded frames to figures with colours.
 
 use super::figure::{Dot, DrawnFigure, DrawnMark, DrawnTrail};
 use super::film::RenderOptions;
@@ -8,21 +8,21 @@ use super::space::Vec3;
 use crate::colour;
 use crate::drawing::{BodyScalars, Colouring, DrawError, Drawing, DrawnBody, DrawnFrame};
 
-/// Points whose paths are drawn, at most, and only where nothing else is.
+/// Largest number of points whose paths are drawn, if nothing else is drawn.
 const TRAILS: usize = 24;
-/// Smallest and largest radius of a dot, where 1 is that of the usual mass.
+/// Smallest and largest radius of a dot, relative to that of the median mass.
 const SIZES: [f64; 2] = [0.5, 5.0];
 
-/// What all frames have in common.
+/// Data shared by all frames.
 #[derive(Debug)]
 pub(super) struct Cast {
     colouring: Colouring,
     range: (f64, f64),
-    /// The colour bar; `None` for colours of bodies.
+    /// Colour bar; `None` for colours by body.
     pub(super) scale: Option<ColorScale>,
     /// Radius of each vertex's dot.
     sizes: Vec<f32>,
-    /// Positions of few points in all frames, for their paths.
+    /// Positions in all frames of a few points, for their paths.
     paths: Option<Vec<Vec<Vec3>>>,
 }
 
@@ -48,7 +48,7 @@ impl Cast {
         Ok(Cast { colouring, range, scale, sizes: sizes(drawing), paths })
     }
 
-    /// What is drawn of a frame.
+    /// Figure of a frame.
     pub(super) fn figure(&self, drawing: &mut Drawing, frame: usize) -> Result<DrawnFigure, DrawError> {
         let scalars = match self.colouring {
             Colouring::Body => None,
@@ -82,7 +82,7 @@ impl Cast {
         let of_vertex = |vertex: u32| match scalars {
             None => own,
             Some(BodyScalars::Vertices(values)) => of_number(values, body.place(vertex)),
-            // Numbers of elements have no place on lines and points.
+            // Element values do not apply to lines and points.
             Some(BodyScalars::Elements(_) | BodyScalars::None) => colour::NOT_FINITE,
         };
         for (triangle, corners) in body.triangles.iter().enumerate() {
@@ -113,7 +113,7 @@ impl Cast {
     }
 }
 
-/// `von-mises [Pa]`.
+/// Label of a colouring, such as `von-mises [Pa]`.
 fn name(colouring: &Colouring) -> String {
     match colouring.unit() {
         "1" => colouring.to_string(),
@@ -136,7 +136,7 @@ fn range_over(
     Ok(told_apart(over_all.unwrap_or((0.0, 1.0))))
 }
 
-/// A range in which colours show no roundings: numbers that are equal to six digits have one colour.
+/// Widens a range so that colours do not show rounding: values equal to six digits have one colour.
 fn told_apart((low, high): (f64, f64)) -> (f64, f64) {
     let largest = low.abs().max(high.abs());
     if high - low > 1e-6 * largest {
@@ -156,7 +156,7 @@ fn paths(drawing: &mut Drawing) -> Result<Vec<Vec<Vec3>>, DrawError> {
     (0..drawing.times().len()).map(|frame| Ok(places(&drawing.frame(frame)?.x))).collect()
 }
 
-/// Cube roots of the masses over that of the middle one.
+/// Cube roots of the masses relative to the median one.
 fn sizes(drawing: &Drawing) -> Vec<f32> {
     let Some(masses) = drawing.masses() else { return vec![] };
     let points = drawing.bodies().iter().flat_map(|body| &body.points);

@@ -1,4 +1,4 @@
-//! From a recording to pictures: which frames, fitted how, coloured by what.
+//! Film: frame selection, camera fit and colouring of a recording.
 
 use std::num::NonZero;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -15,43 +15,43 @@ use super::stage::{PictureStage, Style};
 use super::text::{self, Anchor};
 use crate::drawing::{Colouring, DrawError, Drawing};
 
-/// Frames that the camera is fitted to, at most; evenly chosen of more.
+/// Largest number of frames that the camera is fitted to, chosen evenly.
 const FITTED: usize = 60;
-/// A body that flies so many times its size is followed by the camera rather than seen from afar.
+/// Size ratio above which the camera follows a flying body.
 const FAR: f32 = 3.0;
 
-/// What the camera is fitted to.
+/// Fit of the camera.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Fit {
-    /// All frames, or, where bodies fly many times their size, as [`Fit::Follow`].
+    /// All frames, or [`Fit::Follow`] if bodies fly many times their size.
     #[default]
     Auto,
-    /// All frames of the picture.
+    /// All frames of the film; of more than 60, some chosen evenly.
     All,
     /// The first frame of the recording.
     First,
-    /// The largest frame; the camera moves with the middle of the bodies.
+    /// The largest frame; the camera moves with the mean of the bodies.
     Follow,
 }
 
-/// How a recording is drawn.
+/// Options for rendering a recording.
 #[derive(Clone, Debug)]
 pub struct RenderOptions {
-    /// Size, colours, background.
+    /// Size, theme, background.
     pub style: Style,
-    /// Where the camera stands.
+    /// Camera direction.
     pub direction: ViewDirection,
-    /// What it is fitted to.
+    /// Fit of the camera.
     pub fit: Fit,
-    /// What bodies are coloured by.
+    /// Colouring of bodies.
     pub colouring: Colouring,
-    /// Numbers at the ends of the colour scale; those that occur where there are none.
+    /// Ends of the colour scale; `None` for the range of the values.
     pub range: Option<(f64, f64)>,
-    /// Whether the title, the time and the colour scale are written.
+    /// True to draw title, time and colour scale.
     pub labels: bool,
 }
 
-/// Frames of a recording and all that is the same in each.
+/// Frames of a recording with their shared data.
 #[derive(Debug)]
 pub struct Film {
     options: RenderOptions,
@@ -62,7 +62,7 @@ pub struct Film {
     stages: Vec<PictureStage>,
 }
 
-/// A line of text, where it begins, and the height of its capitals [pixel].
+/// Line of text, its position, and the height of its capitals [pixel].
 type Words = (String, [f32; 2], f32);
 
 impl Film {
@@ -74,7 +74,7 @@ impl Film {
     /// Reads these frames, at least one, and fits the camera.
     ///
     /// # Errors
-    /// Those of [`Drawing::frame`] and [`Drawing::scalars`].
+    /// The errors of [`Drawing::frame`] and [`Drawing::scalars`].
     pub fn read(drawing: &mut Drawing, frames: &[usize], options: RenderOptions) -> Result<Film, DrawError> {
         let cast = Cast::new(drawing, &options, frames)?;
         let figures: Result<Vec<_>, _> = frames
@@ -93,7 +93,7 @@ impl Film {
         self.figures.len()
     }
 
-    /// Whether there are no frames.
+    /// True if there are no frames.
     pub fn is_empty(&self) -> bool {
         self.figures.is_empty()
     }
@@ -103,12 +103,12 @@ impl Film {
         self.figures.iter().map(|(time, _)| *time)
     }
 
-    /// The figure and the stage of a frame, for formats that are not of pixels.
+    /// Figure and stage of a frame, for vector formats.
     pub(crate) fn shot(&self, number: usize) -> (&DrawnFigure, &PictureStage) {
         (&self.figures[number].1, &self.stages[number])
     }
 
-    /// All frames, each drawn on one of the machine's threads; the pictures do not depend on how many.
+    /// Draws all frames in parallel; the pictures do not depend on the number of threads.
     pub fn draw(&self) -> Vec<Image> {
         self.each(|number| {
             let mut image = self.picture(number);
@@ -117,7 +117,7 @@ impl Film {
         })
     }
 
-    /// All frames in rows of one picture, with the title above them and the scale beside.
+    /// Draws all frames in one picture, in rows, with the title above and the scale next to them.
     pub fn contact_sheet(&self) -> Image {
         let cells = self.each(|number| {
             let mut image = self.picture(number);
@@ -216,7 +216,7 @@ impl Film {
         (title, [1.4 * size, 2.3 * size], size)
     }
 
-    /// What is written over a frame, where, and how high its capitals are; nothing without labels.
+    /// Texts over a frame with positions and capital heights; empty without labels.
     pub(crate) fn words(&self, number: usize) -> Vec<Words> {
         let [width, height] = self.options.style.size;
         if !self.options.labels {
@@ -225,12 +225,12 @@ impl Film {
         vec![self.headline(width, legend::letters(height)), self.time(number, height)]
     }
 
-    /// The colour bar, where one is drawn.
+    /// Colour bar, if one is drawn.
     pub(crate) fn scale(&self) -> Option<&legend::ColorScale> {
         self.cast.scale.as_ref().filter(|_| self.options.labels)
     }
 
-    /// Pixels at the left, top, right and bottom that bodies are kept out of.
+    /// Margins at the left, top, right and bottom that bodies are kept out of [pixel].
     fn margins(&self) -> [f32; 4] {
         let height = self.options.style.size[1];
         let rim = 0.05 * height as f32;
@@ -242,7 +242,7 @@ impl Film {
         [rim, rim.max(line), rim.max(bar), rim.max(line)]
     }
 
-    /// A stage for each frame.
+    /// Stage for each frame.
     fn fitted(&self, first: &DrawnFigure) -> Vec<PictureStage> {
         let step = self.figures.len().div_ceil(FITTED);
         let chosen: Vec<Vec<Vec3>> =
@@ -272,12 +272,13 @@ impl Film {
     }
 }
 
-/// Share of a cloud of points that the camera is fitted to: a few fly far.
+/// Fraction of a point cloud that the camera is fitted to: a few points fly far.
 const CLOUD: f32 = 0.985;
-/// Points that are a cloud.
+/// Number of points that make a cloud.
 const MANY: usize = 200;
 
-/// What the camera shall see of a figure: all that is drawn and its trails, of clouds the nearest points.
+/// Positions that the camera should see: everything drawn, and trails; for clouds the points nearest to
+/// the mean.
 fn seen(figure: &DrawnFigure) -> Vec<Vec3> {
     let mut places = figure.drawn();
     let trails = figure.trails.iter().flat_map(|trail| &trail.places);
@@ -290,13 +291,13 @@ fn seen(figure: &DrawnFigure) -> Vec<Vec3> {
     places
 }
 
-/// Mean of places; the origin where there are none.
+/// Mean position; the origin if there are none.
 fn mean(places: &[Vec3]) -> Vec3 {
     let sum = places.iter().fold([0.0_f64; 3], |sum, place| [0, 1, 2].map(|i| sum[i] + f64::from(place[i])));
     sum.map(|sum| (sum / places.len().max(1) as f64) as f32)
 }
 
-/// A time to three digits of the duration [s].
+/// Formats a time to three digits of the duration [s].
 fn written_time(time: f64, duration: f64) -> String {
     if duration > 0.0 && !(1e-4..1e5).contains(&duration) {
         return format!("{time:.3e}");

@@ -1,6 +1,6 @@
-//! Letters as strokes, on a grid of single digits: capitals reach from line 2 to line 9, small letters to 7.
+//! Stroke font on a grid of single digits: capitals reach from line 2 to line 9, small letters to 7.
 
-/// A letter: its strokes as runs of points, two digits `xy` each, runs separated by blanks.
+/// Letter: its strokes as runs of points, two digits `xy` each, runs separated by blanks.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Glyph(&'static str);
 
@@ -8,12 +8,12 @@ impl Glyph {
     /// Height of the base line on the grid.
     pub(super) const BASE: f32 = 2.0;
 
-    /// How far right it reaches.
+    /// Width on the grid.
     pub(super) fn width(self) -> f32 {
         self.0.split(' ').flat_map(points).map(|[x, _]| x).fold(0.0, f32::max)
     }
 
-    /// The ends of all strokes.
+    /// Ends of all strokes.
     pub(super) fn strokes(self) -> impl Iterator<Item = [[f32; 2]; 2]> {
         self.0.split(' ').flat_map(|run| points(run).zip(points(run).skip(1)).map(|(a, b)| [a, b]))
     }
@@ -23,13 +23,13 @@ fn points(run: &str) -> impl Iterator<Item = [f32; 2]> {
     run.as_bytes().as_chunks::<2>().0.iter().map(|pair| pair.map(|digit| f32::from(digit - b'0')))
 }
 
-/// The strokes of a letter; a box for one that is not here.
+/// Strokes of a letter; a box if it is missing.
 pub(super) fn glyph(letter: char) -> Glyph {
     let found = GLYPHS.iter().find(|(letters, _)| letters.contains(letter));
     Glyph(found.map_or("0209494202", |(_, strokes)| strokes))
 }
 
-/// Letters that look alike, and their strokes.
+/// Letters of equal shape, with their strokes.
 const GLYPHS: &[(&str, &str)] = &[
     ("0", "123243483919080312"),
     ("1", "072922"),

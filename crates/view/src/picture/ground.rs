@@ -1,4 +1,4 @@
-//! Floors and walls: planes with a grid, and the shadows on them.
+//! Floors and walls: planes with a grid and shadows.
 
 use super::canvas::{Canvas, SAMPLES};
 use super::image::{Rgb, blended};
@@ -6,32 +6,32 @@ use super::shadow::ShadowMap;
 use super::space::{Vec3, dot, length, minus, plus, smooth_step, tangents, times};
 use super::stage::PictureStage;
 
-/// How far a plane is drawn, and from where on it fades, in sizes of what is on the stage.
+/// Reach of a plane, and the distance at which it starts to fade, relative to the stage's radius.
 const REACH: f32 = 2.4;
 const FADES: f32 = 0.9;
-/// How dark a shadow is.
+/// Darkness of a shadow.
 const SHADE: f32 = 0.42;
-/// Distance of grid lines in sizes of what is on the stage, before it is rounded to 1, 2 or 5.
+/// Grid spacing relative to the stage's radius, before rounding to 1, 2 or 5.
 const GRID: f32 = 0.35;
 
-/// Reach and corners of planes as shapes: a disc in space, a strip in the plane.
+/// Reach and number of corners of planes in vector pictures: a disc in 3D, a strip in 2D.
 const DISC: f32 = 1.6;
 const STRIP: f32 = 20.0;
 const CORNERS: usize = 48;
 
-/// A plane that bodies do not pass.
+/// Plane of a wall.
 pub(super) struct Ground<'a> {
     stage: &'a PictureStage,
     point: Vec3,
     normal: Vec3,
-    /// Nearest point of the plane to the middle of the stage.
+    /// Point of the plane nearest to the stage's centre.
     middle: Vec3,
     tangents: [Vec3; 2],
     spacing: f32,
 }
 
 impl<'a> Ground<'a> {
-    /// The plane through a point with this unit normal.
+    /// Plane through a point with this unit normal.
     pub(super) fn new(stage: &'a PictureStage, [point, normal]: [Vec3; 2]) -> Ground<'a> {
         let height = dot(minus(stage.center, point), normal);
         let middle = minus(stage.center, times(normal, height));
@@ -39,7 +39,7 @@ impl<'a> Ground<'a> {
         Ground { stage, point, normal, middle, tangents: tangents(normal), spacing }
     }
 
-    /// Draws the plane where nothing is in front of it, if the eye is on the side of the bodies.
+    /// Draws the visible part of the plane, if the eye is on the side of the bodies.
     pub(super) fn draw(&self, canvas: &mut Canvas, shadow: Option<&ShadowMap>) {
         for row in 0..canvas.size[1] {
             for column in 0..canvas.size[0] {
@@ -52,8 +52,8 @@ impl<'a> Ground<'a> {
         }
     }
 
-    /// Its corners in a picture of shapes: a strip in the plane, in space a disc that does not fade; none
-    /// where the eye is behind it.
+    /// Corners in a vector picture: a strip in 2D, in 3D a disc without fading; empty if the eye is
+    /// behind the plane.
     pub(super) fn outline(&self, dimension: usize) -> Vec<[f32; 2]> {
         let camera = &self.stage.camera;
         if dimension == 3 && dot(minus(camera.eye, self.point), self.normal) <= 0.0 {
@@ -100,7 +100,7 @@ impl<'a> Ground<'a> {
         }
     }
 
-    /// Colour of the plane at a place where a pixel is so large [m].
+    /// Colour of the plane at a position where a pixel has this size [m].
     fn color(&self, place: Vec3, pixel: f32) -> Rgb {
         let theme = self.stage.style.theme;
         let from_line = self.tangents.map(|tangent| {
@@ -111,7 +111,7 @@ impl<'a> Ground<'a> {
         blended(theme.ground(), theme.grid(), (1.2 - nearest / pixel).clamp(0.0, 1.0))
     }
 
-    /// In the plane a wall is everything beyond it.
+    /// Draws a 2D wall: everything beyond its line.
     fn half_plane(&self, canvas: &mut Canvas, [column, row]: [usize; 2], at: [f32; 2]) {
         let camera = &self.stage.camera;
         let beyond = -dot(minus(camera.ray(at).0, self.point), self.normal) * camera.focal;
@@ -125,7 +125,7 @@ impl<'a> Ground<'a> {
     }
 }
 
-/// The nearest of 1, 2 and 5 times a power of ten that is no larger.
+/// Largest of 1, 2 and 5 times a power of ten not above `x`.
 pub(super) fn round_number(x: f32) -> f32 {
     let power = 10_f32.powf(x.max(f32::MIN_POSITIVE).log10().floor());
     let times = [5.0, 2.0].into_iter().find(|times| times * power <= x);

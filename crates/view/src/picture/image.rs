@@ -1,32 +1,32 @@
-//! Pixels.
+//! Pixel images.
 
 pub(super) use crate::colour::Rgb;
 
-/// A picture of 8-bit red, green, blue and opacity; colours are not multiplied by the opacity.
+/// Image of 8-bit red, green, blue and opacity; colours are not premultiplied by opacity.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Image {
-    /// Columns.
+    /// Number of columns.
     pub width: usize,
-    /// Rows.
+    /// Number of rows.
     pub height: usize,
-    /// Row by row from the top, `4 width height` bytes.
+    /// Pixels row by row from the top, `4 width height` bytes.
     pub rgba: Vec<u8>,
 }
 
 impl Image {
-    /// A picture of one colour.
+    /// Image of one colour.
     pub fn filled(size: [usize; 2], color: [u8; 4]) -> Image {
         let [width, height] = size;
         Image { width, height, rgba: color.repeat(width * height) }
     }
 
-    /// A pixel.
+    /// Value of a pixel.
     pub fn pixel(&self, column: usize, row: usize) -> [u8; 4] {
         let at = 4 * (row * self.width + column);
         [0, 1, 2, 3].map(|i| self.rgba[at + i])
     }
 
-    /// Lays a colour of this opacity, 0 to 1, over a pixel; outside of the picture nothing happens.
+    /// Blends a colour with this opacity, 0 to 1, over a pixel; ignores positions outside the image.
     pub(crate) fn blend(&mut self, column: i64, row: i64, color: Rgb, opacity: f32) {
         let inside = (0..self.width as i64).contains(&column) && (0..self.height as i64).contains(&row);
         if inside && opacity > 0.0 {
@@ -36,7 +36,7 @@ impl Image {
         }
     }
 
-    /// Copies another picture to a place where it fits.
+    /// Copies another image, which must fit, to a position.
     pub(crate) fn paste(&mut self, other: &Image, column: usize, row: usize) {
         for (y, line) in other.rgba.chunks_exact(4 * other.width).enumerate() {
             let at = 4 * ((row + y) * self.width + column);
@@ -44,7 +44,7 @@ impl Image {
         }
     }
 
-    /// The part of a picture in a rectangle.
+    /// Cuts out a rectangle.
     pub(crate) fn cut(&self, part: &Rectangle) -> Image {
         let rows = self.rgba.chunks_exact(4 * self.width).skip(part.top).take(part.height);
         let columns = 4 * part.left..4 * (part.left + part.width);
@@ -53,7 +53,7 @@ impl Image {
     }
 }
 
-/// `color` over `below`.
+/// Composites `color` over `below`.
 pub(crate) fn over(below: [u8; 4], color: Rgb, opacity: f32) -> [u8; 4] {
     let under = f32::from(below[3]) / 255.0 * (1.0 - opacity);
     let total = opacity + under;
@@ -64,17 +64,17 @@ pub(crate) fn over(below: [u8; 4], color: Rgb, opacity: f32) -> [u8; 4] {
     [byte(mix(0)), byte(mix(1)), byte(mix(2)), byte(255.0 * total)]
 }
 
-/// The nearest byte.
+/// Rounds to the nearest byte.
 pub(crate) fn byte(x: f32) -> u8 {
     (x + 0.5).clamp(0.0, 255.0) as u8
 }
 
-/// `a (1 - t) + b t`.
+/// Linear interpolation `a (1 - t) + b t`.
 pub(crate) fn blended(a: Rgb, b: Rgb, t: f32) -> Rgb {
     [0, 1, 2].map(|i| byte(f32::from(a[i]) + t * (f32::from(b[i]) - f32::from(a[i]))))
 }
 
-/// A part of a picture.
+/// Rectangle in an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Rectangle {
     pub(crate) left: usize,
@@ -84,8 +84,8 @@ pub(crate) struct Rectangle {
 }
 
 impl Rectangle {
-    /// The smallest rectangle that holds all pixels in which two pictures of one size differ; `None` if they
-    /// are equal. Its corner has even coordinates: some formats take no others.
+    /// Smallest rectangle with all pixels in which two images of one size differ; `None` if they are
+    /// equal. Its corner has even coordinates, which some formats require.
     pub(crate) fn of_change(before: &Image, after: &Image) -> Option<Rectangle> {
         let (mut columns, mut rows) = ([usize::MAX, 0], [usize::MAX, 0]);
         let pairs = before.rgba.chunks_exact(4).zip(after.rgba.chunks_exact(4));
@@ -103,7 +103,7 @@ impl Rectangle {
         })
     }
 
-    /// All of a picture.
+    /// Rectangle of the whole image.
     pub(crate) fn whole(image: &Image) -> Rectangle {
         Rectangle { left: 0, top: 0, width: image.width, height: image.height }
     }

@@ -1,25 +1,25 @@
-//! The colour bar.
+//! Colour bar.
 
 use super::ground::round_number;
 use super::image::{Image, Rgb};
 use super::text::{self, Anchor};
 use super::theme::Theme;
 
-/// Which colour stands for which number.
+/// Scale of colours for values.
 #[derive(Clone, Debug)]
 pub struct ColorScale {
-    /// What is shown, with its unit.
+    /// Label of the quantity, with its unit.
     pub name: String,
-    /// Numbers at the ends of the bar.
+    /// Values at the ends of the bar.
     pub range: [f64; 2],
-    /// Colour of a share of the range, 0 to 1.
+    /// Colour at a fraction of the range, 0 to 1.
     pub color: fn(f32) -> Rgb,
 }
 
-/// Upper end of the bar, at least, in heights of letters: the title and the name of the bar are above it.
+/// Smallest distance of the bar from the top, in letter heights: title and label are above it.
 const UNDER_TITLE: f32 = 6.2;
 
-/// Room to the right of bodies for a bar in a picture of this height [pixel].
+/// Width reserved for a bar right of the bodies in a picture of this height [pixel].
 pub(crate) fn room(height: usize) -> f32 {
     9.0 * letters(height)
 }
@@ -29,16 +29,16 @@ pub(crate) fn letters(height: usize) -> f32 {
     (0.0185 * height as f32).clamp(6.5, 40.0)
 }
 
-/// Places of the bar and its words, at the right side of a picture [pixel].
+/// Layout of the bar and its texts at the right side of a picture [pixel].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct BarLayout {
     /// Height of letters.
     pub(crate) size: f32,
     /// Left and right side of the bar.
     pub(crate) sides: [f32; 2],
-    /// Its upper and lower end.
+    /// Upper and lower end of the bar.
     pub(crate) ends: [f32; 2],
-    /// End of its name's base line.
+    /// End of the label's base line.
     pub(crate) name: [f32; 2],
 }
 
@@ -48,18 +48,18 @@ impl BarLayout {
         let (bar, margin) = (1.3 * size, 1.6 * size);
         let right = width as f32 - margin;
         let left = right - bar - 4.6 * size;
-        // Below the title, which small pictures have less room under: their letters do not shrink.
+        // Below the title, even in small pictures, where letters do not shrink.
         let top = (0.24 * height as f32).max(UNDER_TITLE * size);
         let bottom = (0.80 * height as f32).max(top + size);
         BarLayout { size, sides: [left, left + bar], ends: [top, bottom], name: [right, top - 1.6 * size] }
     }
 
-    /// The name, as much of it as fits.
+    /// Label, shortened to fit.
     pub(crate) fn name_of(&self, scale: &ColorScale) -> String {
         text::shortened(&scale.name, self.size, self.name[0] - 1.6 * self.size)
     }
 
-    /// Numbers beside the bar and how high their marks are, from below; few where the bar is short.
+    /// Tick positions from the top with their labels; fewer on a short bar.
     pub(crate) fn ticks(&self, [low, high]: [f64; 2]) -> Vec<(f32, String)> {
         let [top, bottom] = self.ends;
         let place = |value: f64| bottom - ((value - low) / (high - low)) as f32 * (bottom - top);
@@ -90,19 +90,19 @@ pub(crate) fn draw(image: &mut Image, scale: &ColorScale, theme: Theme) {
     }
 }
 
-/// Round numbers in a range, about five, and how they are written.
+/// About five round numbers in a range, with their labels.
 pub(crate) fn ticks(low: f64, high: f64) -> Vec<(f64, String)> {
     let step = f64::from(round_number(((high - low) / 4.0) as f32));
     if !(step > 0.0 && step.is_finite() && high > low) {
         return vec![(low, written(low, low.abs()))];
     }
-    // Of the digits of a single-precision step only the first is meant.
+    // Only the first digit of the single-precision step is meaningful.
     let step: f64 = format!("{step:.0e}").parse().unwrap_or(step);
     let (first, last) = ((low / step - 1e-6).ceil() as i64, (high / step + 1e-6).floor() as i64);
     (first..=last).map(|n| (n as f64 * step, written(n as f64 * step, step))).collect()
 }
 
-/// A number that is a multiple of `step`.
+/// Formats a multiple of `step`.
 fn written(value: f64, step: f64) -> String {
     let largest = value.abs().max(step);
     if value == 0.0 {
@@ -163,7 +163,7 @@ mod tests {
         for height in [60, 90, 120, 180, 240, 720] {
             let layout = BarLayout::new(height * 4 / 3, height);
             let size = letters(height);
-            // Base line of the title, and how far its letters reach below.
+            // Base line of the title, with the depth of its letters.
             let title = (2.3 + 0.35) * 1.15 * size;
             assert!(layout.name[1] - size > title, "{height}: {} under {title}", layout.name[1]);
             assert!(layout.ends[1] > layout.ends[0]);

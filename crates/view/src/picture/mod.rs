@@ -1,7 +1,7 @@
-//! Pictures without a browser: a software rasteriser and the files that its pictures go to.
+//! Pictures without a browser: a software rasteriser and picture file formats.
 //!
 //! A [`Figure`] is plain arrays. Triangles have a depth buffer, smooth normals, edges that fade in fine
-//! meshes, and a shadow map; pixels are means of four samples. The same figure gives the same bytes.
+//! meshes, and a shadow map; pixels are means of four samples. Equal figures give equal bytes.
 
 mod camera;
 mod canvas;

@@ -1,31 +1,31 @@
-//! Which samples a triangle, a thick line or a disc covers.
+//! Rasterisation of triangles, thick lines and discs into samples.
 
 use super::camera::Projected;
 
-/// Subdivisions of a sample's side: corners are rounded to them, so that neighbours share their edges
+/// Subdivisions of a sample's side to which corners are rounded, so that neighbours share their edges
 /// exactly.
 const GRAIN: f32 = 16.0;
-/// Corners farther out than this many samples are not drawn; their products stay below 2^63.
+/// Corners beyond this many samples are not drawn; products of coordinates stay below 2^63.
 const FARTHEST: f32 = 1e6;
 
-/// A corner in the grid of samples.
+/// Corner in the grid of samples.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Corner {
-    /// Place [sample]; the centre of the first sample is at (0.5, 0.5).
+    /// Position [sample]; the centre of the first sample is at (0.5, 0.5).
     pub(super) at: [f32; 2],
     pub(super) nearness: f32,
     pub(super) weight: f32,
 }
 
 impl Corner {
-    /// Of a point in a picture of `samples` by `samples` samples a pixel.
+    /// Corner of a projected point, with `samples` by `samples` samples per pixel.
     pub(super) fn new(point: &Projected, samples: usize) -> Corner {
         let at = point.at.map(|x| x * samples as f32);
         Corner { at, nearness: point.nearness, weight: point.weight }
     }
 }
 
-/// A sample inside of a triangle.
+/// Sample inside a triangle.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Covered {
     pub(super) column: usize,
@@ -44,8 +44,8 @@ impl Covered {
     }
 }
 
-/// Visits every sample whose centre is inside of a triangle, row by row. Of the samples on an edge that two
-/// triangles share, each belongs to exactly one of them: the one that has it to its right or below.
+/// Visits every sample whose centre is inside a triangle, row by row. A sample on an edge shared by two
+/// triangles belongs to exactly one of them: the one that has it to its right or below.
 pub(super) fn triangle(corners: &[Corner; 3], size: [usize; 2], mut visit: impl FnMut(Covered)) {
     if corners.iter().flat_map(|corner| corner.at).any(|x| !x.is_finite() || x.abs() >= FARTHEST) {
         return;
@@ -73,12 +73,12 @@ pub(super) fn triangle(corners: &[Corner; 3], size: [usize; 2], mut visit: impl 
     }
 }
 
-/// Twice the area of a triangle with its sign.
+/// Signed area of a triangle, times two.
 fn area(a: [i64; 2], b: [i64; 2], c: [i64; 2]) -> i64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
-/// Rows or columns whose centres can be inside.
+/// Range of rows or columns whose centres can be inside.
 fn span(at: [i64; 3], count: usize) -> std::ops::Range<usize> {
     let grain = GRAIN as i64;
     let low = at.iter().min().map_or(0, |low| (low - grain / 2).div_euclid(grain));
@@ -86,14 +86,14 @@ fn span(at: [i64; 3], count: usize) -> std::ops::Range<usize> {
     low.clamp(0, count as i64) as usize..high.clamp(0, count as i64) as usize
 }
 
-/// Positive on the inner side of an edge.
+/// Edge function, positive on the inner side.
 #[derive(Clone, Copy)]
 struct EdgeFunction {
     from: [i64; 2],
     /// Change to the next column and to the next row.
     along: i64,
     down: i64,
-    /// 1 where the edge itself is inside.
+    /// 1 if the edge itself is inside.
     included: i64,
 }
 
@@ -104,7 +104,7 @@ impl EdgeFunction {
         EdgeFunction { from, along: -y * GRAIN as i64, down: x * GRAIN as i64, included }
     }
 
-    /// At the centre of a sample.
+    /// Value at the centre of a sample.
     fn at(&self, column: usize, row: usize) -> i64 {
         let grain = GRAIN as i64;
         let center = |n: usize| n as i64 * grain + grain / 2;
@@ -113,8 +113,8 @@ impl EdgeFunction {
     }
 }
 
-/// Visits the samples of a line of this width [sample], with the share of the second end and the place
-/// across, -1 to 1.
+/// Visits the samples of a line of this width [sample], with the fraction towards the second end and the
+/// position across, -1 to 1.
 pub(super) fn line(
     ends: &[Corner; 2],
     width: f32,
@@ -126,7 +126,7 @@ pub(super) fn line(
     let length = (along[0] * along[0] + along[1] * along[1]).sqrt();
     let along = if length > 1e-6 { along.map(|x| x / length) } else { [1.0, 0.0] };
     let half = 0.5 * width;
-    // A third of the width beyond the ends closes the gaps at bends.
+    // Extends the ends by 0.3 of the width to close gaps at bends.
     let cap = 0.3 * width;
     let corner = |end: &Corner, sign: f32, side: f32| Corner {
         at: [
@@ -147,7 +147,7 @@ pub(super) fn line(
     covered([p, r, s], [0.0, 1.0, 0.0], [-1.0, 1.0, 1.0]);
 }
 
-/// Visits the samples of a disc of this radius [sample], with their place from its centre in radii.
+/// Visits the samples of a disc of this radius [sample], with their offset from the centre in radii.
 pub(super) fn disc(
     center: [f32; 2],
     radius: f32,

@@ -8,7 +8,7 @@ fn corner(x: f32, y: f32, nearness: f32) -> Corner {
     Corner { at: [x, y], nearness, weight: 1.0 }
 }
 
-/// How often each sample is covered.
+/// Number of times each sample is covered.
 fn counts(triangles: &[[Corner; 3]]) -> Vec<u32> {
     let mut counts = vec![0; SIZE[0] * SIZE[1]];
     for corners in triangles {
@@ -17,7 +17,7 @@ fn counts(triangles: &[[Corner; 3]]) -> Vec<u32> {
     counts
 }
 
-/// A fan around a point, whose rim is a regular polygon that both directions of rotation occur in.
+/// Fan of triangles around a point, with a regular polygon as rim; `turned` selects the orientation.
 fn fan(center: [f32; 2], radius: f32, count: usize, turned: bool) -> Vec<[Corner; 3]> {
     let rim = |i: usize| {
         let (sin, cos) = (i as f32 / count as f32 * std::f32::consts::TAU).sin_cos();
@@ -34,7 +34,7 @@ fn triangles_that_share_edges_cover_each_sample_once() {
         for count in [3, 4, 8, 37] {
             let counts = counts(&fan(center, 12.0, count, turned));
             assert!(counts.iter().all(|count| *count <= 1), "a sample is covered twice");
-            // Well inside of the polygon none is missed.
+            // No sample well inside the polygon is missed.
             for (at, count) in counts.iter().enumerate() {
                 let (x, y) = ((at % SIZE[0]) as f32 + 0.5, (at / SIZE[0]) as f32 + 0.5);
                 if (x - center[0]).hypot(y - center[1]) < 5.5 {
@@ -47,7 +47,7 @@ fn triangles_that_share_edges_cover_each_sample_once() {
 
 #[test]
 fn edges_through_centres_of_samples_belong_to_one_side() {
-    // Two triangles whose common edge runs through centres: the square of 8 by 8 samples has 64.
+    // Two triangles with a common edge through sample centres: the square of 8 by 8 samples has 64.
     let [a, b, c, d] = [(4.5, 4.5), (12.5, 4.5), (12.5, 12.5), (4.5, 12.5)].map(|(x, y)| corner(x, y, 1.0));
     for triangles in [[[a, b, c], [a, c, d]], [[a, b, d], [b, c, d]], [[c, b, a], [d, c, a]]] {
         let counts = counts(&triangles);
@@ -88,7 +88,8 @@ fn lines_and_discs_have_their_area() {
         assert!((-0.2..=1.2).contains(&second) && (-1.0..=1.0).contains(&across));
         covered += 1;
     });
-    // 30 long with caps of 1.2 at both ends, 4 wide; rounding moves the rim by less than half a sample.
+    // Length 30 with caps of 1.2 at both ends, width 4; rounding moves the rim by less than half a
+    // sample.
     let area = 32.4 * 4.0;
     assert!((f64::from(covered) - area).abs() < 0.5 * 36.4, "{covered}");
     let mut covered = 0;

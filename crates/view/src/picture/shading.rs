@@ -1,9 +1,9 @@
-//! Light on surfaces.
+//! Lighting of surfaces.
 
 use super::image::{Rgb, byte};
 use super::space::{Vec3, dot, plus, unit};
 
-/// Light from all around, from above, from the eye and from the lamp; a surface between eye and lamp is a
+/// Light from all around, from above, from the eye and from the lamp; a surface facing eye and lamp is a
 /// fifth brighter than its colour.
 const AROUND: f32 = 0.22;
 const ABOVE: f32 = 0.16;
@@ -12,18 +12,18 @@ const LAMP: f32 = 0.58;
 /// Brightness of a highlight.
 const GLOSS: f32 = 0.10;
 
-/// A lit surface at a place.
+/// Lit surface at a position.
 pub(super) struct LitSurface {
     pub(super) normal: Vec3,
     pub(super) to_eye: Vec3,
     pub(super) to_light: Vec3,
-    /// Share of the lamp's light that arrives.
+    /// Fraction of the lamp's light that arrives.
     pub(super) lit: f32,
 }
 
 impl LitSurface {
-    /// Colour of a surface of this colour. Light adds in proportion, for which colours of screens are
-    /// squared: their exponent of 2.2, rounded, which every machine computes alike.
+    /// Shaded colour of a surface. Light is added linearly, for which screen colours are squared: their
+    /// exponent of 2.2, rounded to 2, which every machine computes alike.
     pub(super) fn shaded(&self, color: Rgb) -> Rgb {
         let facing = dot(self.normal, self.to_light).max(0.0) * self.lit;
         let from_above = 0.5 + 0.5 * self.normal[2];

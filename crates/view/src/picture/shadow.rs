@@ -1,33 +1,33 @@
-//! The shadow map: what light reaches first.
+//! Shadow map: the surfaces that light reaches first.
 
 use super::camera::Projected;
 use super::figure::{DrawnFigure, bounds};
 use super::raster::{self, Corner};
 use super::space::{Vec3, cross, dot, minus, plus, times, unit};
 
-/// Side of the map.
+/// Side of the map [texel].
 const SIDE: usize = 1024;
-/// Half the side of the square of places whose mean makes a shadow's rim soft.
+/// Half side of the square that is averaged to soften shadow rims [texel].
 const SOFT: i64 = 2;
-/// Width of the shadow of a line.
+/// Width of the shadow of a line [texel].
 const LINE: f32 = 2.0;
 
-/// Depths of the figure seen from the light, whose rays are parallel.
+/// Depths of the figure seen along the parallel light rays.
 pub(super) struct ShadowMap {
     center: Vec3,
     right: Vec3,
     up: Vec3,
     /// Unit vector towards the light.
     pub(super) light: Vec3,
-    /// Places of the map to a metre.
+    /// Texels per metre.
     scale: f32,
-    /// Depth that a surface may have before what is stored for it without being in its own shadow [m].
+    /// Depth tolerance that keeps a surface out of its own shadow [m].
     bias: f32,
     nearness: Vec<f32>,
 }
 
 impl ShadowMap {
-    /// Of everything that casts a shadow, where `radius` is the size of a usual dot [m].
+    /// Shadow map of everything in the figure; `radius` is that of a usual dot [m].
     pub(super) fn new(figure: &DrawnFigure, places: &[Vec3], light: Vec3, radius: f32) -> ShadowMap {
         let (center, size) = bounds(places);
         let right = unit(cross([0.0, 0.0, 1.0], light));
@@ -76,7 +76,7 @@ impl ShadowMap {
         [along(self.right), along(self.up), dot(from_center, self.light)]
     }
 
-    /// Share of the light that reaches a place of a surface with this normal, 0 to 1.
+    /// Fraction of the light that reaches a position on a surface with this normal, 0 to 1.
     pub(super) fn lit(&self, place: Vec3, normal: Vec3) -> f32 {
         let raised = plus(place, times(normal, self.bias));
         let [x, y, nearness] = self.seen(raised);

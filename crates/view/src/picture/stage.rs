@@ -1,4 +1,4 @@
-//! Drawing figures: one camera, one light and one ground for all frames of a recording.
+//! Drawing of figures with one camera, light and ground for all frames of a recording.
 
 use super::camera::{Camera, Lens, Projected, ViewDirection, Viewport};
 use super::canvas::{Canvas, SAMPLES};
@@ -12,33 +12,33 @@ use super::space::{Vec3, cross, dot, length, minus, plus, smooth_step, times, un
 use super::text::{self, Anchor};
 use super::theme::Theme;
 
-/// Widths of lines [pixel of a picture 600 high]: of a hundred, and the least of many.
+/// Line widths for a picture 600 high [pixel]: for a hundred lines, and the minimum for many.
 const LINE: f32 = 3.2;
 const THIN: f32 = 1.4;
-/// Opacity of the edges of triangles, and the height of a triangle [pixel] from which on there are any and
-/// from which on they are whole: in meshes that are finer edges would paint everything black.
+/// Opacity of triangle edges, and the heights of a triangle [pixel] at which edges start to appear and
+/// are full: in finer meshes they would paint everything black.
 const EDGE: f32 = 0.42;
 const EDGES: [f32; 2] = [4.0, 12.0];
-/// Elements of plane bodies that are inside out.
+/// Colour of inverted elements of 2D bodies.
 const INVERTED: Rgb = [214, 60, 52];
 
-/// What a picture looks like, whatever it shows.
+/// Style of a picture, independent of its content.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Style {
     /// Width and height [pixel].
     pub size: [usize; 2],
     /// Colours.
     pub theme: Theme,
-    /// Whether the background is left out.
+    /// True for a transparent background.
     pub transparent: bool,
 }
 
-/// The camera, the light and the sizes of things, the same in all frames.
+/// Camera, light and sizes, shared by all frames.
 #[derive(Clone, Debug)]
 pub(crate) struct PictureStage {
     pub(crate) style: Style,
     pub(crate) camera: Camera,
-    /// Middle of what the camera was fitted to, and its size [m].
+    /// Centre of the positions that the camera was fitted to, and their radius [m].
     pub(crate) center: Vec3,
     pub(crate) radius: f32,
     /// Unit vector towards the lamp.
@@ -48,7 +48,7 @@ pub(crate) struct PictureStage {
 }
 
 impl PictureStage {
-    /// For what is at these places; `dots` of them are points.
+    /// Stage for these positions; `dots` of them are points.
     pub(crate) fn new(
         style: Style,
         direction: ViewDirection,
@@ -60,7 +60,7 @@ impl PictureStage {
         let lens = if dimension == 3 { Lens::Perspective } else { Lens::Parallel };
         let camera = Camera::fitted(direction, lens, places, viewport);
         let (center, radius) = bounds(places);
-        // Over the left shoulder.
+        // Light from over the left shoulder.
         let towards = [(camera.right, -0.45), (camera.back, 0.55), ([0.0, 0.0, 1.0], 0.95)];
         let light = towards.iter().fold([0.0; 3], |sum, (axis, share)| plus(sum, times(*axis, *share)));
         let distance = dot(minus(camera.eye, center), camera.back);
@@ -69,7 +69,7 @@ impl PictureStage {
         PictureStage { style, camera, center, radius, light: unit(light), dot_radius }
     }
 
-    /// A picture of a figure, without any text.
+    /// Draws a figure without title, time and colour scale.
     pub(crate) fn draw(&self, figure: &DrawnFigure) -> Image {
         let [r, g, b] = self.style.theme.background();
         let background = if self.style.transparent { [r, g, b, 0] } else { [r, g, b, 255] };
@@ -92,7 +92,7 @@ impl PictureStage {
         image
     }
 
-    /// The same stage around another middle.
+    /// Copy of the stage, moved.
     pub(crate) fn moved(&self, by: Vec3) -> PictureStage {
         let mut stage = self.clone();
         stage.center = plus(stage.center, by);
@@ -108,12 +108,12 @@ impl PictureStage {
         self.camera.project(place).map(|point| Corner::new(&point, SAMPLES))
     }
 
-    /// Names of probes, over everything.
+    /// Draws the names of probes over everything.
     fn names(&self, figure: &DrawnFigure, image: &mut Image) {
         let (ink, size) = (self.style.theme.ink(), self.scaled(9.0));
         for mark in figure.marks.iter().filter(|mark| !mark.name.is_empty()) {
             if let Some(Projected { at: [x, y], .. }) = self.camera.project(mark.at) {
-                // To the left of what is at the right side, where it would be cut.
+                // Left of a mark near the right side, where the name would be cut.
                 let is_cut = x + 0.8 * size + text::width(&mark.name, size) > image.width as f32;
                 let (aside, anchor) = if is_cut { (-0.8, Anchor::Right) } else { (0.8, Anchor::Left) };
                 text::write(image, &mark.name, [x + aside * size, y - 0.8 * size], size, ink, anchor);
@@ -122,7 +122,7 @@ impl PictureStage {
     }
 }
 
-/// Draws one figure.
+/// Painter of one figure.
 struct Painter<'a> {
     stage: &'a PictureStage,
     figure: &'a DrawnFigure,
@@ -186,7 +186,7 @@ impl Painter<'_> {
             }
             let flat = blended(colors[0], colors[1], second.clamp(0.0, 1.0));
             let color = shadow.map_or(flat, |shadow| {
-                // A round thread.
+                // Normal of a round thread.
                 let normal =
                     unit(plus(times(side, across), times(to_eye, (1.0 - across * across).max(0.04).sqrt())));
                 let place = [0, 1, 2].map(|i| places[0][i] + second * (places[1][i] - places[0][i]));
@@ -220,7 +220,7 @@ impl Painter<'_> {
         });
     }
 
-    /// Pins and probes, a little nearer than they are: they lie on surfaces.
+    /// Draws pins and probes, moved slightly towards the eye because they lie on surfaces.
     fn marks(&mut self) {
         let ink = self.stage.style.theme.ink();
         let raised = 0.02 * self.stage.radius;
@@ -256,7 +256,7 @@ impl Painter<'_> {
 }
 
 impl PictureStage {
-    /// Colour of a place on a surface; both its sides look alike.
+    /// Shaded colour at a position on a two-sided surface.
     fn shaded(&self, color: Rgb, place: Vec3, normal: Vec3, shadow: &ShadowMap) -> Rgb {
         let to_eye = self.camera.towards(place);
         let normal = unit(if dot(normal, to_eye) < 0.0 { times(normal, -1.0) } else { normal });
@@ -266,7 +266,8 @@ impl PictureStage {
 }
 
 impl PictureStage {
-    /// Colour of a place on a ball, right and below of its middle by so many radii; nothing shades it.
+    /// Shaded colour at a point of a ball, offset from its centre in radii (right, down); without
+    /// shadows.
     fn shaded_ball(&self, color: Rgb, to_eye: Vec3, [x, y]: [f32; 2]) -> Rgb {
         let toward = (1.0 - x * x - y * y).max(0.0).sqrt();
         let normal = weighted([self.camera.right, self.camera.up, self.camera.back], [x, -y, toward]);
@@ -274,7 +275,7 @@ impl PictureStage {
     }
 }
 
-/// The edges of a triangle.
+/// Edges of a triangle.
 struct Outline {
     /// Heights over the edges [sample].
     heights: [f32; 3],

@@ -12,7 +12,7 @@ const BLUE: Rgb = [40, 60, 220];
 const SIZE: [usize; 2] = [160, 120];
 const STYLE: Style = Style { size: SIZE, theme: Theme::Light, transparent: false };
 
-/// A square of this half side around a place, facing the front.
+/// Adds a square with this half side around a position, facing the front.
 fn square(figure: &mut DrawnFigure, center: Vec3, half: f32, color: Rgb) {
     let first = figure.vertices.len() as u32;
     for (x, z) in [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)] {
@@ -93,7 +93,7 @@ fn bodies_cast_shadows_on_the_floor() {
     let direction = ViewDirection { elevation: 50.0, ..front() };
     let stage = PictureStage::new(STYLE, direction, 3, &corners, 0, &Viewport::inside(SIZE, [10.0; 4]));
     let image = stage.draw(&floor);
-    // Along the light from the middle of the plate to the floor.
+    // From the middle of the plate along the light to the floor.
     let down = 1.0 / stage.light[2];
     let shadow = [-stage.light[0] * down, -stage.light[1] * down, 0.0];
     let brightness = |place: Vec3| {
@@ -107,7 +107,7 @@ fn bodies_cast_shadows_on_the_floor() {
         brightness(shadow),
         brightness(beside)
     );
-    // Without background only the shadow is left of the floor.
+    // With a transparent background, only the shadow of the floor remains.
     let style = Style { transparent: true, ..STYLE };
     let image = PictureStage { style, ..stage.clone() }.draw(&floor);
     let opacity = |place: Vec3| {

@@ -1,28 +1,28 @@
-//! Words in pictures, drawn with strokes.
+//! Text in pictures, drawn with strokes.
 
 use super::font::{Glyph, glyph};
 use super::image::{Image, Rgb};
 
-/// Units of a glyph that a capital letter is high.
+/// Height of a capital letter in glyph units.
 const CAPITAL: f32 = 7.0;
-/// Space between letters and width of a blank, in the same units.
+/// Space between letters and width of a blank, in glyph units.
 const GAP: f32 = 2.2;
 const BLANK: f32 = 2.4;
-/// Width of strokes.
+/// Width of strokes, in glyph units.
 const STROKE: f32 = 0.95;
 
-/// Which side of a text its place is.
+/// Alignment of a text at its position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Anchor {
-    /// Its beginning.
+    /// Position at the beginning.
     Left,
-    /// Its end.
+    /// Position at the end.
     Right,
-    /// Its middle.
+    /// Position in the middle.
     Middle,
 }
 
-/// Width of a text whose capitals have this height.
+/// Width of a text with this capital height.
 pub(crate) fn width(text: &str, height: f32) -> f32 {
     let units: f32 = text.chars().map(advance).sum();
     (units - GAP).max(0.0) * height / CAPITAL
@@ -32,7 +32,7 @@ fn advance(letter: char) -> f32 {
     GAP + if letter == ' ' { BLANK - GAP + 1.0 } else { glyph(letter).width() }
 }
 
-/// Writes a line of text from this place on its base line.
+/// Writes a line of text at this position of its base line.
 pub(crate) fn write(image: &mut Image, text: &str, at: [f32; 2], height: f32, color: Rgb, anchor: Anchor) {
     let unit = height / CAPITAL;
     let before = match anchor {
@@ -49,7 +49,7 @@ pub(crate) fn write(image: &mut Image, text: &str, at: [f32; 2], height: f32, co
     }
 }
 
-/// The longest beginning of a text that is no wider than this, with dots where that is not all.
+/// Longest beginning of a text that is no wider than `most`, with an ellipsis if shortened.
 pub(crate) fn shortened(text: &str, height: f32, most: f32) -> String {
     if width(text, height) <= most {
         return text.to_owned();
@@ -78,7 +78,7 @@ fn draw(image: &mut Image, glyph: &Glyph, at: [f32; 2], unit: f32, color: Rgb) {
     }
 }
 
-/// Distance of a place from a line between two points.
+/// Distance of a point from a line segment.
 fn from_stroke(place: [f32; 2], [a, b]: &[[f32; 2]; 2]) -> f32 {
     let along = [b[0] - a[0], b[1] - a[1]];
     let from = [place[0] - a[0], place[1] - a[1]];
@@ -89,7 +89,7 @@ fn from_stroke(place: [f32; 2], [a, b]: &[[f32; 2]; 2]) -> f32 {
     (rest[0] * rest[0] + rest[1] * rest[1]).sqrt()
 }
 
-/// A straight line with round ends.
+/// Draws a straight line with round ends.
 pub(crate) fn stroke(image: &mut Image, ends: [[f32; 2]; 2], width: f32, color: Rgb, opacity: f32) {
     let half = 0.5 * width;
     let range = |axis: usize| {

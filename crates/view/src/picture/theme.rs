@@ -1,8 +1,8 @@
-//! Colours of everything but bodies.
+//! Colours of everything except bodies.
 
 use super::image::Rgb;
 
-/// Light or dark.
+/// Light or dark theme.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Theme {
     /// Dark on white.
@@ -13,32 +13,32 @@ pub enum Theme {
 }
 
 impl Theme {
-    /// Behind everything.
+    /// Background colour.
     pub(crate) fn background(self) -> Rgb {
         self.choose([255, 255, 255], [22, 25, 31])
     }
 
-    /// Letters.
+    /// Colour of letters.
     pub(crate) fn ink(self) -> Rgb {
         self.choose([38, 43, 51], [222, 227, 235])
     }
 
-    /// Lines that are less important: frames, pins.
+    /// Colour of less important lines: frames, pins.
     pub(crate) fn faint(self) -> Rgb {
         self.choose([128, 136, 148], [128, 137, 150])
     }
 
-    /// Floors and walls.
+    /// Colour of floors and walls.
     pub(crate) fn ground(self) -> Rgb {
         self.choose([233, 236, 241], [41, 46, 56])
     }
 
-    /// Lines on floors and walls.
+    /// Colour of grid lines on floors and walls.
     pub(crate) fn grid(self) -> Rgb {
         self.choose([205, 211, 220], [62, 69, 82])
     }
 
-    /// Edges of triangles.
+    /// Colour of triangle edges.
     pub(crate) fn edge(self) -> Rgb {
         [12, 16, 24]
     }

@@ -1,6 +1,6 @@
-//! What a chart shows, and the scale of its axes.
+//! Content of a chart, and the scale of its axes.
 
-/// Numbers over time.
+/// Values over time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series {
     /// Name in the legend.
@@ -9,14 +9,14 @@ pub struct Series {
     pub points: Vec<[f64; 2]>,
 }
 
-/// Series over one axis of time.
+/// Chart of series over time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TimeChart {
-    /// Above it.
+    /// Title above the chart.
     pub title: String,
-    /// What the second axis shows, with its unit.
+    /// Quantity of the vertical axis, with its unit.
     pub name: String,
-    /// At least one.
+    /// Series, at least one.
     pub series: Vec<Series>,
 }
 
@@ -28,7 +28,7 @@ pub(super) struct ChartAxes {
 }
 
 impl ChartAxes {
-    /// Place of a point, from 0 to 1 rightwards and upwards.
+    /// Position of a point, from 0 to 1 to the right and upwards.
     pub(super) fn share(&self, [time, value]: [f64; 2]) -> [f64; 2] {
         let along = |[low, high]: [f64; 2], x: f64| (x - low) / (high - low);
         [along(self.time, time), along(self.value, value)]
@@ -36,7 +36,7 @@ impl ChartAxes {
 }
 
 impl TimeChart {
-    /// Axes that hold all finite points, with some room above and below.
+    /// Axes that contain all finite points, with some room above and below.
     pub(super) fn axes(&self) -> ChartAxes {
         let finite =
             || self.series.iter().flat_map(|series| &series.points).filter(|point| point[1].is_finite());
@@ -48,7 +48,7 @@ impl TimeChart {
     }
 }
 
-/// The smallest and the largest number; zeros where there is none.
+/// Smallest and largest number; zeros if there are none.
 fn ends(numbers: impl Iterator<Item = f64>) -> [f64; 2] {
     let ends = numbers.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)]);
     if ends[0] <= ends[1] { ends } else { [0.0, 0.0] }

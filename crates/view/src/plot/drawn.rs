@@ -1,4 +1,4 @@
-//! Charts as lines and words, which become SVG or pixels.
+//! Charts as lines and texts, for SVG or pixels.
 
 use std::fmt::Write as _;
 
@@ -8,13 +8,14 @@ use crate::picture::{Image, TextAnchor, Theme, stroke, text_width, ticks, write_
 
 /// Width and height [pixel].
 const SIZE: [usize; 2] = [900, 480];
-/// Left, top, right and bottom of the axes [pixel]; the left is farther right where labels are longer.
+/// Left, top, right and bottom of the axes [pixel]; the left moves right for longer labels.
 const FRAME: [f32; 4] = [84.0, 48.0, 700.0, 430.0];
-/// Space between the axis and its labels, and to the left of these [pixel].
+/// Space between the axis and its labels, and left of the labels [pixel].
 const LABEL_GAP: f32 = 8.0;
 /// Height of capitals [pixel].
 const LETTERS: f32 = 9.5;
-/// Colours that people who do not see all colours can tell apart; Okabe, Ito 2008, *Color universal design*.
+/// Colours that can be told apart with colour vision deficiencies; Okabe, Ito 2008, *Color universal
+/// design*.
 const COLORS: [Rgb; 7] = [
     [0, 114, 178],
     [213, 94, 0],
@@ -24,17 +25,17 @@ const COLORS: [Rgb; 7] = [
     [230, 159, 0],
     [140, 120, 30],
 ];
-/// Names in the legend, at most.
+/// Limit on names in the legend.
 const NAMES: usize = 18;
 
-/// A part of a chart.
+/// Shape in a chart.
 enum ChartShape {
     Line { points: Vec<[f32; 2]>, width: f32, color: Rgb },
     Words { words: String, at: [f32; 2], anchor: TextAnchor, color: Rgb },
 }
 
 impl TimeChart {
-    /// The chart as SVG, in the colours of a light page.
+    /// Draws the chart as SVG, in the colours of a light page.
     pub fn svg(&self) -> String {
         let [width, height] = SIZE;
         let mut svg = format!(
@@ -43,13 +44,13 @@ impl TimeChart {
              <rect width=\"{width}\" height=\"{height}\" fill=\"#fff\"/>\n"
         );
         for shape in self.shapes(Theme::Light) {
-            // A string can be written to without end.
+            // Writing to a string cannot fail.
             let _ = shape.svg(&mut svg);
         }
         svg + "</svg>\n"
     }
 
-    /// The chart as a picture.
+    /// Draws the chart as an image.
     pub fn image(&self, theme: Theme) -> Image {
         let [r, g, b] = theme.background();
         let mut image = Image::filled(SIZE, [r, g, b, 255]);
@@ -95,22 +96,22 @@ impl TimeChart {
     }
 }
 
-/// Axes and their left end in the chart.
+/// Axes with their left end in the chart.
 struct ChartFrame {
     axes: ChartAxes,
-    /// [pixel].
+    /// Left end [pixel].
     left: f32,
 }
 
 impl ChartFrame {
-    /// As wide as the longest label leaves it.
+    /// Frame as wide as the longest label allows.
     fn of(axes: ChartAxes) -> Self {
         let labels = ticks(axes.value[0], axes.value[1]);
         let longest = labels.iter().map(|(_, label)| text_width(label, LETTERS)).fold(0.0, f32::max);
         ChartFrame { axes, left: FRAME[0].max(longest + 2.0 * LABEL_GAP) }
     }
 
-    /// Grid lines with their numbers.
+    /// Grid lines with their labels.
     fn grid(&self, theme: Theme) -> Vec<ChartShape> {
         let ChartFrame { axes, left } = self;
         let [_, top, right, bottom] = FRAME;
@@ -139,7 +140,8 @@ impl ChartFrame {
     }
 }
 
-/// Of more points than pixels the lowest and the highest in each half pixel, in their order.
+/// Reduces points to the lowest and the highest in each half pixel, in order, if there are more points
+/// than pixels.
 fn thinned(points: Vec<[f32; 2]>) -> Vec<[f32; 2]> {
     if points.len() < 2 * SIZE[0] {
         return points;

@@ -1,4 +1,4 @@
-//! Charts of a recording's columns over time: as SVG, as pixels, as text in a terminal.
+//! Charts of a recording's columns over time: as SVG, as pixels, and as text in a terminal.
 
 mod chart;
 mod drawn;

@@ -1,4 +1,4 @@
-//! Which columns of a recording a chart shows.
+//! Selection of the columns that a chart shows.
 
 use std::path::{Path, PathBuf};
 
@@ -8,12 +8,12 @@ use pliant_record::read::{Column, Trajectory, info};
 
 use super::chart::{Series, TimeChart};
 
-/// What is drawn over time.
+/// Quantity of a chart over time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlotQuantity {
     /// Kinetic, elastic and other energies, and their sum [J].
     Energy,
-    /// Energy brought in and taken out since the start, and what the sum of both lacks [J].
+    /// Work and dissipation since the start, and the error of the energy balance [J].
     Balance,
     /// Components of the linear momentum [kg m/s].
     Momentum,
@@ -27,21 +27,21 @@ pub enum PlotQuantity {
     Probes,
 }
 
-/// A chart could not be drawn.
+/// Error of drawing a chart.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ChartError {
     /// The recording could not be read.
     #[error(transparent)]
     Record(#[from] RecordError),
-    /// The recording has no such numbers.
+    /// The recording lacks the data.
     #[error("{} has no {what}; {hint}", path.display())]
     Missing {
         /// The file.
         path: PathBuf,
-        /// Name of the numbers.
+        /// Name of the data.
         what: &'static str,
-        /// What would give them.
+        /// Advice on how to record them.
         hint: &'static str,
     },
 }
@@ -49,14 +49,14 @@ pub enum ChartError {
 /// Columns of `/energy` that are energies of the bodies.
 const ENERGIES: [&str; 5] = ["total", "kinetic", "elastic", "gravitational", "loads"];
 
-/// Beginning of the topics of probes.
+/// Prefix of probe topics.
 const PROBE: &str = "/probe/";
 
 impl PlotQuantity {
-    /// The chart of a recording.
+    /// Builds the chart of a recording.
     ///
     /// # Errors
-    /// The recording cannot be read; [`ChartError::Missing`] without such numbers.
+    /// A recording that cannot be read; [`ChartError::Missing`] if it lacks the data.
     pub fn chart(self, path: &Path) -> Result<TimeChart, ChartError> {
         let mut trajectory = Trajectory::open(path)?;
         let info = info(path)?;
@@ -70,11 +70,11 @@ impl PlotQuantity {
         Ok(TimeChart { title: info.title.unwrap_or(stem), name: self.name().to_owned(), series })
     }
 
-    /// One chart of several recordings, the name of the file before that of each line; of energies the total
-    /// alone.
+    /// Builds one chart of several recordings; each line is labelled with its file name. For energies,
+    /// only the totals are shown.
     ///
     /// # Errors
-    /// As [`chart`](Self::chart), of the first that has any.
+    /// The errors of [`chart`](Self::chart) for the first recording that fails.
     pub fn chart_of_all(self, paths: &[PathBuf]) -> Result<TimeChart, ChartError> {
         if let [path] = paths {
             return self.chart(path);
@@ -147,12 +147,12 @@ impl PlotQuantity {
     }
 }
 
-/// What was brought in by each, and `total - total(0) - sum`: the error of the scheme.
+/// Energy brought in by each contribution, and `total - total(0) - sum`: the error of the integrator.
 fn balance(columns: &[Column]) -> Vec<Series> {
     let mut series = chosen(columns, "", |name| name.starts_with("balance."));
     for one in &mut series {
         one.name = one.name.replace("balance.", "");
-        // A recording holds what was lost as a positive number.
+        // Recordings store losses as positive numbers.
         if Balance::LOSSES.iter().any(|loss| spoken(loss) == one.name) {
             one.points.iter_mut().for_each(|point| point[1] = -point[1]);
         }
@@ -169,7 +169,7 @@ fn balance(columns: &[Column]) -> Vec<Series> {
     series
 }
 
-/// Series of the columns whose names are wanted, over the column `time`.
+/// Series of the columns with matching names, over the column `time`.
 fn chosen(columns: &[Column], before: &str, wanted: impl Fn(&str) -> bool) -> Vec<Series> {
     let Some(times) = columns.iter().find(|column| column.name == "time") else { return vec![] };
     let found = columns.iter().filter(|column| wanted(&column.name));
@@ -181,7 +181,7 @@ fn chosen(columns: &[Column], before: &str, wanted: impl Fn(&str) -> bool) -> Ve
         .collect()
 }
 
-/// `linear momentum x` for `linear_momentum[0]`.
+/// Converts `linear_momentum[0]` to `linear momentum x`.
 fn spoken(name: &str) -> String {
     let axes = [("[0]", " x"), ("[1]", " y"), ("[2]", " z")];
     axes.iter().fold(name.replace('_', " "), |name, (index, axis)| name.replace(index, axis))
@@ -191,7 +191,8 @@ fn spoken(name: &str) -> String {
 mod tests {
     use super::*;
 
-    /// Books that close leave no error: motion brought 5 J in, damping and friction took 2 J and 1 J out.
+    /// A closed balance leaves no error: motion brought 5 J in, damping and friction took 2 J and 1 J
+    /// out.
     #[test]
     fn losses_are_taken_off_in_the_balance() {
         let column = |name: &str, end: f64| Column { name: name.to_owned(), values: vec![0.0, end] };

@@ -5,12 +5,12 @@ use crate::picture::ticks;
 
 /// Bits of the dots of a braille character, by row and column; Unicode 15, chapter 21.1.
 const DOTS: [[u32; 2]; 4] = [[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]];
-/// Columns of the numbers beside the axis.
+/// Columns for the numbers at the axis.
 const NUMBERS: usize = 11;
 
 impl TimeChart {
-    /// One small chart for each series, below each other, so that they can be told apart without colours:
-    /// `width` columns, `height` rows each.
+    /// Draws one small chart for each series, one below the other, so that they can be told apart without
+    /// colours: `width` columns, `height` rows each.
     pub fn text(&self, width: usize, height: usize) -> String {
         let mut text = format!("{}, {}\n", self.title, self.name);
         for series in &self.series {
@@ -48,14 +48,14 @@ impl TimeChart {
     }
 }
 
-/// The number at the middle of a row, for the first, the last and the middle one.
+/// Label of the first, the last and the middle row: the value at its middle.
 fn label(axes: &ChartAxes, row: usize, rows: usize) -> String {
     if row != 0 && row + 1 != rows && row != rows / 2 {
         return String::new();
     }
     let [low, high] = axes.value;
     let value = high - (row as f64 + 0.5) / rows as f64 * (high - low);
-    // As many digits as tell rows apart.
+    // Enough digits to distinguish rows.
     match ticks(low, high).as_slice() {
         [(a, _), (b, _), ..] if (b - a).abs() < 1e-3 || value.abs() >= 1e5 => format!("{value:.3e}"),
         _ => format!("{value:.4}"),
@@ -68,7 +68,7 @@ fn dot(axes: &ChartAxes, point: [f64; 2], size: [usize; 2]) -> Option<[usize; 2]
     point[1].is_finite().then(|| [at(x, size[0]), size[1] - 1 - at(y, size[1])])
 }
 
-/// All dots of a straight line but its end.
+/// Sets all dots of a straight line except its end.
 fn between(from: [usize; 2], to: [usize; 2], set: &mut impl FnMut([usize; 2])) {
     let count = from[0].abs_diff(to[0]).max(from[1].abs_diff(to[1]));
     for i in 0..count {

@@ -37,7 +37,7 @@ fn lines_rise_from_the_lower_left_to_the_upper_right() {
     assert!(!rows.is_empty() && rows.iter().all(|row| row.abs_diff(239) < 4), "{rows:?}");
 }
 
-/// Values that differ little are told apart by many digits, and none of these lies outside the picture.
+/// Values that differ little need many digits, and all of these fit inside the picture.
 #[test]
 fn the_longest_label_is_inside() {
     let chart = chart((0..100).map(|i| [f64::from(i), -4.999_94e-7 + 1e-13 * f64::from(i)]).collect());
@@ -65,6 +65,6 @@ fn many_points_are_thinned_and_keep_their_extremes() {
     points[50_000][1] = 1.0;
     let svg = chart(points).svg();
     assert!(svg.len() < 60_000, "{}", svg.len());
-    // The peak is at the upper end of its axis, less the room of 5 % above: 48 + 382 * 0.05 / 1.1.
+    // The peak is at the upper end of its axis, minus the 5 % of room above: 48 + 382 * 0.05 / 1.1.
     assert!(svg.contains(" 65.4"), "no peak");
 }

@@ -1,4 +1,4 @@
-//! GIF: one palette for all frames, and of each frame only what has changed.
+//! GIF writer: one palette for all frames, and of each frame only the changed part.
 
 use std::borrow::Cow;
 use std::io::Write;
@@ -9,11 +9,11 @@ use super::palette::{Palette, TRANSPARENT};
 use super::{Animation, PictureError};
 use crate::picture::image::{Image, Rectangle};
 
-/// Writes an animation that repeats for ever. Delays are rounded to hundredths of a second; pixels are opaque
-/// or transparent, nothing between.
+/// Writes an animation that repeats forever. Delays are rounded to hundredths of a second; pixels are
+/// either opaque or transparent.
 ///
 /// # Errors
-/// The stream cannot be written; [`PictureError::Format`] without frames, and beyond 65,535 pixels a side.
+/// A write error of the stream; [`PictureError::Format`] without frames, and beyond 65,535 pixels a side.
 pub fn write(animation: &Animation, out: &mut dyn Write) -> Result<(), PictureError> {
     let Some(first) = animation.frames.first() else {
         return Err(PictureError::Format { format: "GIF", size: [0; 2], message: "no frames".to_owned() });
@@ -33,7 +33,7 @@ pub fn write(animation: &Animation, out: &mut dyn Write) -> Result<(), PictureEr
     Ok(())
 }
 
-/// Frames as the format has them; those that show nothing new prolong the one before.
+/// Frames in the format's representation; unchanged ones prolong the one before.
 fn frames(animation: &Animation, palette: &Palette) -> Vec<Frame<'static>> {
     let transparent = animation.frames.iter().any(|image| image.rgba.chunks_exact(4).any(|p| p[3] < 128));
     let mut frames: Vec<Frame<'static>> = Vec::new();
@@ -41,7 +41,7 @@ fn frames(animation: &Animation, palette: &Palette) -> Vec<Frame<'static>> {
     let mut time = 0_u64;
     for (image, delay) in animation.frames.iter().zip(&animation.delays) {
         let indices: Vec<u8> = image.rgba.chunks_exact(4).map(|pixel| palette.index(pixel)).collect();
-        // Rounded over all frames, not each for itself.
+        // Rounded cumulatively, so that errors do not add up.
         let from = (time + 5) / 10;
         time += u64::from(*delay);
         let hundredths = ((time + 5) / 10 - from) as u16;
@@ -63,7 +63,7 @@ fn prolong(frames: &mut [Frame<'static>], hundredths: u16) {
     }
 }
 
-/// The rectangle in which indices differ.
+/// Rectangle in which indices differ.
 fn changed(image: &Image, before: &[u8], after: &[u8]) -> Option<Rectangle> {
     let (mut columns, mut rows) = ([usize::MAX, 0], [usize::MAX, 0]);
     for (at, _) in before.iter().zip(after).enumerate().filter(|(_, (a, b))| a != b) {
@@ -88,10 +88,10 @@ fn frame(
 ) -> Frame<'static> {
     let rows = (part.top..part.top + part.height).map(|row| row * image.width + part.left);
     let at = rows.flat_map(|start| start..start + part.width);
-    // What has not changed is left transparent: long runs take little room.
+    // Unchanged pixels are transparent: long runs compress well.
     let same = |at: usize| before.is_some_and(|before| before[at] == indices[at]);
     let buffer = at.map(|at| if same(at) { TRANSPARENT } else { indices[at] }).collect();
-    // With a transparent background each frame stands alone; what is not drawn has to go.
+    // With a transparent background each frame stands alone and is cleared before the next.
     let dispose = if before.is_none() && indices.contains(&TRANSPARENT) {
         DisposalMethod::Background
     } else {

@@ -15,38 +15,38 @@ pub use self::png::{write_animation as write_apng, write_still as write_png};
 pub use self::svg::write as write_svg;
 pub use self::webp::{write_animation as write_webp_animation, write_still as write_webp};
 
-/// Pictures that follow each other.
+/// Sequence of pictures.
 #[derive(Clone, Debug)]
 pub struct Animation {
-    /// At least one, all of one size.
+    /// Frames, at least one, all of one size.
     pub frames: Vec<Image>,
-    /// How long each is shown [ms].
+    /// Display time of each frame [ms].
     pub delays: Vec<u16>,
 }
 
-/// A picture could not be written.
+/// Error of writing a picture.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PictureError {
-    /// The stream refused it.
+    /// The stream could not be written.
     #[error(transparent)]
     Write(#[from] io::Error),
     /// More shapes than an SVG should have.
     #[error("{count} shapes are too many for an .svg, which holds {most}; name a .png")]
     TooMany {
-        /// Triangles, lines and points.
+        /// Number of triangles, lines and points.
         count: usize,
-        /// How many there may be.
+        /// Maximum number.
         most: usize,
     },
-    /// The format cannot hold it.
+    /// The format cannot represent the picture.
     #[error("{format} cannot hold a picture of {} x {} pixels: {message}", size[0], size[1])]
     Format {
         /// Name of the format.
         format: &'static str,
         /// Width and height.
         size: [usize; 2],
-        /// What its writer says.
+        /// Message of the format's writer.
         message: String,
     },
 }
@@ -57,8 +57,7 @@ impl PictureError {
     }
 }
 
-/// What is written of each frame: the part that differs from the frame before. Frames that do not differ
-/// prolong the one before.
+/// Changed part of each frame relative to the frame before. Unchanged frames prolong the one before.
 struct Changes<'a> {
     frames: Vec<(&'a Image, Rectangle, u16)>,
 }
@@ -88,7 +87,7 @@ impl<'a> Changes<'a> {
     }
 }
 
-/// Writes all bytes of a file that a library made in memory.
+/// Writes all bytes of a file that a library built in memory.
 fn pass_on(bytes: &[u8], out: &mut dyn Write) -> Result<(), PictureError> {
     Ok(out.write_all(bytes)?)
 }

@@ -1,12 +1,13 @@
-//! One palette for all frames of an animation: median cut over the colours that occur in any of them.
+//! Palette for all frames of an animation: median cut over the colours of all frames.
 
 use crate::picture::image::{Image, Rgb};
 
-/// Bits of a channel that colours are told apart by.
+/// Bits per channel that distinguish colours.
 const BITS: u32 = 6;
 const CELLS: usize = 1 << (3 * BITS);
 
-/// At most 255 colours, and for each cell of colours the nearest of them; index 255 is left for transparent.
+/// Palette of at most 255 colours, with the nearest one for each colour cell; index 255 is reserved for
+/// transparent.
 pub(super) struct Palette {
     pub(super) colors: Vec<Rgb>,
     nearest: Vec<u8>,
@@ -15,7 +16,7 @@ pub(super) struct Palette {
 /// Index of transparent pixels.
 pub(super) const TRANSPARENT: u8 = 255;
 
-/// A cell of colours that occur: how often, and the sum of them.
+/// Colour cell: number and sum of its colours.
 #[derive(Clone, Copy, Default)]
 struct ColorCell {
     count: u64,
@@ -23,7 +24,7 @@ struct ColorCell {
 }
 
 impl Palette {
-    /// Of all frames.
+    /// Palette of all frames.
     pub(super) fn of(frames: &[Image]) -> Palette {
         let mut cells = vec![ColorCell::default(); CELLS];
         for pixel in frames.iter().flat_map(|image| image.rgba.chunks_exact(4)).filter(|p| p[3] >= 128) {
@@ -36,25 +37,25 @@ impl Palette {
         let occurs = |cell: &ColorCell| cell.count > 0;
         let colors: Vec<Rgb> =
             cut(cells.iter().copied().filter(occurs).collect()).iter().map(|cells| mean(cells)).collect();
-        // No pixel asks for the others.
+        // No pixel uses the other cells.
         let index = |cell: &ColorCell| if occurs(cell) { nearest(&colors, mean(&[*cell])) } else { 0 };
         let nearest = cells.iter().map(index).collect();
         Palette { colors, nearest }
     }
 
-    /// Index of the nearest colour of a pixel; a pixel that is more than half transparent is.
+    /// Index of the colour nearest to a pixel; transparent if the pixel is more than half transparent.
     pub(super) fn index(&self, pixel: &[u8]) -> u8 {
         if pixel[3] < 128 { TRANSPARENT } else { self.nearest[number([pixel[0], pixel[1], pixel[2]])] }
     }
 
-    /// Red, green and blue of all colours one after the other, with the transparent one.
+    /// Red, green and blue of all colours, including the transparent one.
     pub(super) fn bytes(&self) -> Vec<u8> {
         let unused = 256 - self.colors.len();
         self.colors.iter().flatten().copied().chain(std::iter::repeat_n(0, 3 * unused)).collect()
     }
 }
 
-/// Halves the box of the largest spread, weighted by how much is in it, until there are enough.
+/// Halves the box with the largest spread, weighted by its number of pixels, until there are enough.
 fn cut(cells: Vec<ColorCell>) -> Vec<Vec<ColorCell>> {
     let mut boxes = vec![cells];
     while boxes.len() < 255 {
@@ -78,7 +79,7 @@ fn cut(cells: Vec<ColorCell>) -> Vec<Vec<ColorCell>> {
     boxes
 }
 
-/// The channel in which colours differ most, and by how much.
+/// Channel in which colours differ most, and their spread.
 fn widest(cells: &[ColorCell]) -> (usize, f64) {
     let width = |axis: usize| {
         let values = || cells.iter().map(|cell| value(cell, axis));

@@ -1,4 +1,4 @@
-//! PNG, still and animated (APNG).
+//! PNG writer, still and animated (APNG).
 
 use std::io::Write;
 
@@ -7,10 +7,10 @@ use ::png::{BitDepth, BlendOp, ColorType, DisposeOp, Encoder, EncodingError};
 use super::{Animation, Changes, PictureError};
 use crate::picture::image::Image;
 
-/// Writes a picture as PNG, with its opacity where it has any.
+/// Writes a picture as PNG, with opacity unless it is opaque.
 ///
 /// # Errors
-/// The stream cannot be written.
+/// A write error of the stream.
 pub fn write_still(image: &Image, out: &mut dyn Write) -> Result<(), PictureError> {
     let written = || -> Result<(), EncodingError> {
         let opaque = is_opaque(image);
@@ -21,10 +21,10 @@ pub fn write_still(image: &Image, out: &mut dyn Write) -> Result<(), PictureErro
     written().map_err(|error| failed(image, error))
 }
 
-/// Writes an animation that repeats for ever as APNG: programs that do not know it show the first frame.
+/// Writes an animation that repeats forever as APNG; programs without APNG support show the first frame.
 ///
 /// # Errors
-/// The stream cannot be written; [`PictureError::Format`] without frames.
+/// A write error of the stream; [`PictureError::Format`] without frames.
 pub fn write_animation(animation: &Animation, out: &mut dyn Write) -> Result<(), PictureError> {
     let changes = Changes::of(animation);
     let first = changes.first("APNG")?;

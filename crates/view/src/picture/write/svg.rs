@@ -1,4 +1,4 @@
-//! SVG: a still as shapes, drawn from the back to the front.
+//! SVG writer: a still as shapes, painted from back to front.
 
 use std::fmt::Write as _;
 use std::io::Write;
@@ -13,17 +13,17 @@ use crate::picture::shading::LitSurface;
 use crate::picture::space::{Vec3, cross, dot, minus, times, unit};
 use crate::picture::stage::PictureStage;
 
-/// Shapes in one file, at most: beyond it browsers and editors are slow, and a .png is smaller.
+/// Limit on the shapes in one file: beyond it browsers and editors are slow, and a .png is smaller.
 const MOST: usize = 50_000;
 
 /// Stops of the colour bar's gradient.
 const STOPS: usize = 16;
 
-/// Writes the first frame of a film as SVG. Triangles are flat and sorted by their middles, so those that
-/// pierce each other overlap wrongly; there are no shadows.
+/// Writes the first frame of a film as SVG. Triangles are flat and sorted by their centroids, so that
+/// intersecting ones overlap wrongly; there are no shadows.
 ///
 /// # Errors
-/// The stream cannot be written; [`PictureError::TooMany`].
+/// A write error of the stream; [`PictureError::TooMany`].
 pub fn write(film: &Film, out: &mut dyn Write) -> Result<(), PictureError> {
     let (figure, stage) = film.shot(0);
     let count = figure.faces.len() + figure.segments.len() + figure.dots.len();
@@ -72,7 +72,7 @@ fn walls(figure: &DrawnFigure, stage: &PictureStage) -> Vec<String> {
     outlines.filter(|corners| corners.len() > 2).map(shape).collect()
 }
 
-/// The colour bar: a gradient, its name and its numbers.
+/// Colour bar: gradient, label and ticks.
 fn bar(scale: &ColorScale, stage: &PictureStage) -> String {
     let [width, height] = stage.style.size;
     let layout = BarLayout::new(width, height);
@@ -112,7 +112,7 @@ fn shapes(figure: &DrawnFigure, stage: &PictureStage) -> Vec<(f32, String)> {
     shapes.extend((0..figure.faces.len()).filter_map(|face| triangle(figure, stage, face)));
     shapes.extend((0..figure.segments.len()).filter_map(|segment| line(figure, stage, segment)));
     shapes.extend((0..figure.dots.len()).filter_map(|dot| circle(figure, stage, dot)));
-    // Stable: what is equally deep keeps its order.
+    // Stable: shapes of equal depth keep their order.
     shapes.sort_by(|a, b| a.0.total_cmp(&b.0));
     shapes
 }
@@ -165,7 +165,7 @@ fn hex([r, g, b]: Rgb) -> String {
     format!("#{r:02x}{g:02x}{b:02x}")
 }
 
-/// Text of a document: names and titles are data.
+/// Escapes text, because names and titles are data.
 fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

@@ -1,5 +1,5 @@
-//! WebP without loss, still and animated. The library writes stills; here is the container that holds many:
-//! <https://developers.google.com/speed/webp/docs/riff_container>.
+//! WebP writer, lossless, still and animated. The library writes stills; this is the container for
+//! animations: <https://developers.google.com/speed/webp/docs/riff_container>.
 
 use std::io::Write;
 
@@ -8,26 +8,26 @@ use image_webp::{ColorType, EncodingError, WebPEncoder};
 use super::{Animation, Changes, PictureError, pass_on};
 use crate::picture::image::Image;
 
-/// Sides of a picture are at most this.
+/// Largest side of a picture [pixel].
 const LARGEST: usize = 1 << 14;
-/// Flags of `VP8X`: pictures have an opacity, and follow each other.
+/// Flags of `VP8X`: pictures have opacity, and are animated.
 const ALPHA: u8 = 0x10;
 const ANIMATED: u8 = 0x02;
-/// Flag of a frame: it replaces what is below it.
+/// Flag of a frame that replaces what is below it.
 const REPLACES: u8 = 0x02;
 
 /// Writes a picture as lossless WebP.
 ///
 /// # Errors
-/// The stream cannot be written; [`PictureError::Format`] beyond 16,384 pixels a side.
+/// A write error of the stream; [`PictureError::Format`] beyond 16,384 pixels a side.
 pub fn write_still(image: &Image, out: &mut dyn Write) -> Result<(), PictureError> {
     pass_on(&still(image)?, out)
 }
 
-/// Writes an animation that repeats for ever as lossless WebP.
+/// Writes an animation that repeats forever as lossless WebP.
 ///
 /// # Errors
-/// As [`write_still`], and without frames.
+/// The errors of [`write_still`], and an animation without frames.
 pub fn write_animation(animation: &Animation, out: &mut dyn Write) -> Result<(), PictureError> {
     let changes = Changes::of(animation);
     let first = changes.first("WebP")?;
@@ -36,7 +36,7 @@ pub fn write_animation(animation: &Animation, out: &mut dyn Write) -> Result<(),
     extended.extend(three_bytes(first.width - 1));
     extended.extend(three_bytes(first.height - 1));
     chunk(&mut body, b"VP8X", &extended);
-    // Background, unused, and the number of repetitions: 0 is for ever.
+    // Background, unused, and the number of repetitions: 0 means forever.
     chunk(&mut body, b"ANIM", &[0; 6]);
     for (image, part, delay) in &changes.frames {
         let mut frame = Vec::new();
@@ -44,7 +44,7 @@ pub fn write_animation(animation: &Animation, out: &mut dyn Write) -> Result<(),
             frame.extend(three_bytes(number));
         }
         frame.push(REPLACES);
-        // Behind `RIFF`, the size and `WEBP`.
+        // After `RIFF`, the size and `WEBP`.
         frame.extend(&still(&image.cut(part))?[12..]);
         chunk(&mut body, b"ANMF", &frame);
     }
@@ -67,7 +67,7 @@ fn still(image: &Image) -> Result<Vec<u8>, PictureError> {
     Ok(bytes)
 }
 
-/// Name, size and content, padded to an even number of bytes.
+/// Appends a chunk: name, size and content, padded to an even number of bytes.
 fn chunk(out: &mut Vec<u8>, name: &[u8; 4], content: &[u8]) {
     out.extend(name);
     out.extend((content.len() as u32).to_le_bytes());
