@@ -1,11 +1,11 @@
-//! All springs of a term in one layout: the loops over its vertices, on one thread or several.
+//! Springs in runs: the loops over their vertices, on one thread or several.
 
 use rayon::prelude::*;
 
 use super::kernels::{SpringBlocks, SpringEnergyKernel, SpringGradientKernel, SpringHessianKernel};
-use super::neighbours::Neighbours;
+use super::runs::{Runs, copy};
 use super::slots::{Slots, is_first_end};
-use crate::lanes::{Aligned, WIDTH, dispatch};
+use crate::lanes::{Aligned, Columns, WIDTH, dispatch};
 
 /// Blocks of `WIDTH` vertices that one task takes.
 const TASK_BLOCKS: usize = 128;
@@ -17,35 +17,35 @@ const PARALLEL_FROM_TASKS: usize = 3;
 /// A row for each vertex of a block.
 type Rows<const D: usize> = [[f64; D]; WIDTH];
 
-/// Springs in a layout, and the memory that their sums are computed in.
+/// Springs in runs, and the memory that their sums are computed in.
 ///
 /// Every vertex adds up its own springs, in the order of its slots: nothing is scattered, a tension has the
 /// same bits at both ends of its spring on every thread, and no sum depends on the number of threads.
-pub(super) struct Arrangement<const D: usize, N: Neighbours<D>> {
-    neighbours: N,
+pub(super) struct Arrangement<const D: usize> {
+    runs: Runs,
     slots: Slots,
     /// Where something was last computed.
-    position: N::Field,
+    position: Columns<D>,
     /// The other factor of a product with the Hessian, once there has been one.
-    direction: Option<N::Field>,
+    direction: Option<Columns<D>>,
     /// The gradient last evaluated, block by block, a row of `D` for each vertex.
     gradient: Aligned,
     /// One for every task that evaluates it.
-    tensions: Vec<N::Tensions>,
+    tensions: Vec<Aligned>,
     /// The energy of every task.
     parts: Vec<f64>,
 }
 
-impl<const D: usize, N: Neighbours<D>> Arrangement<D, N> {
+impl<const D: usize> Arrangement<D> {
     /// Springs with their other ends and constants.
-    pub(super) fn new((neighbours, slots): (N, Slots)) -> Self {
+    pub(super) fn new((runs, slots): (Runs, Slots)) -> Self {
         Arrangement {
             parts: vec![0.0; slots.blocks().div_ceil(TASK_BLOCKS)],
             gradient: Aligned::packs(D * slots.blocks()),
-            tensions: vec![neighbours.tensions()],
-            position: neighbours.field(),
+            tensions: vec![runs.tensions()],
+            position: runs.field(),
             direction: None,
-            neighbours,
+            runs,
             slots,
         }
     }
@@ -56,25 +56,24 @@ impl<const D: usize, N: Neighbours<D>> Arrangement<D, N> {
     }
 
     /// Block `first` and those after it, `count` in all.
-    fn blocks(&self, first: usize, count: usize) -> SpringBlocks<'_, D, N> {
-        let Arrangement { neighbours, slots, position, .. } = self;
-        SpringBlocks { neighbours, slots, position, blocks: first..first + count }
+    fn blocks(&self, first: usize, count: usize) -> SpringBlocks<'_, D> {
+        let Arrangement { runs, slots, position, .. } = self;
+        SpringBlocks { runs, slots, position, blocks: first..first + count }
     }
 
     /// Evaluates the gradient at `x`, the rows from the first to the last vertex; gives whether it is finite.
     pub(super) fn evaluate(&mut self, x: &[f64]) -> bool {
-        self.neighbours.copy(x, &mut self.position);
+        copy(x, &mut self.position);
         let mut gradient = std::mem::take(&mut self.gradient);
         let mut tensions = std::mem::take(&mut self.tensions);
         let rows = gradient.as_chunks_mut::<D>().0.as_chunks_mut::<WIDTH>().0;
         let per_task = match self.in_parallel() {
-            true => self.neighbours.fewest_blocks().max(TASK_BLOCKS),
+            true => self.runs.fewest_blocks().max(TASK_BLOCKS),
             false => rows.len().max(1),
         };
         // Once: a step allocates nothing after the first.
-        tensions
-            .resize_with(tensions.len().max(rows.len().div_ceil(per_task)), || self.neighbours.tensions());
-        let run = |((task, out), tensions): ((usize, &mut [Rows<D>]), &mut N::Tensions)| {
+        tensions.resize_with(tensions.len().max(rows.len().div_ceil(per_task)), || self.runs.tensions());
+        let run = |((task, out), tensions): ((usize, &mut [Rows<D>]), &mut Aligned)| {
             dispatch(SpringGradientKernel { of: self.blocks(task * per_task, out.len()), tensions, out })
         };
         let finite = if self.in_parallel() {
@@ -94,7 +93,7 @@ impl<const D: usize, N: Neighbours<D>> Arrangement<D, N> {
 
     /// The energy at `x`.
     pub(super) fn energy(&mut self, x: &[f64]) -> f64 {
-        self.neighbours.copy(x, &mut self.position);
+        copy(x, &mut self.position);
         let in_parallel = self.in_parallel();
         let mut parts = std::mem::take(&mut self.parts);
         let run = |(task, part): (usize, &mut f64)| {
@@ -112,10 +111,10 @@ impl<const D: usize, N: Neighbours<D>> Arrangement<D, N> {
 
     /// Adds the product of the Hessian at `x` and `p` to `y`.
     pub(super) fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) {
-        self.neighbours.copy(x, &mut self.position);
+        copy(x, &mut self.position);
         // Taken out while the rest is lent to the tasks.
-        let mut direction = self.direction.take().unwrap_or_else(|| self.neighbours.field());
-        self.neighbours.copy(p, &mut direction);
+        let mut direction = self.direction.take().unwrap_or_else(|| self.runs.field());
+        copy(p, &mut direction);
         let run = |(task, out): (usize, &mut [[f64; D]])| {
             let of = self.blocks(task * TASK_BLOCKS, out.len().div_ceil(WIDTH));
             dispatch(SpringHessianKernel { of, direction: &direction, out });
@@ -135,7 +134,7 @@ impl<const D: usize, N: Neighbours<D>> Arrangement<D, N> {
             self.slots.of(block).flat_map(move |slot| {
                 (0..WIDTH).filter_map(move |lane| {
                     let own = block * WIDTH + lane;
-                    let other = self.neighbours.neighbour(block, slot, lane)?;
+                    let other = self.runs.neighbour(block, slot, lane)?;
                     is_first_end(own, other).then(|| ([own, other], self.slots.constants(slot, lane)))
                 })
             })
@@ -145,12 +144,12 @@ impl<const D: usize, N: Neighbours<D>> Arrangement<D, N> {
 
     /// Bytes held.
     pub(super) fn bytes(&self) -> usize {
-        let fields = 1 + usize::from(self.direction.is_some());
+        let [runs, field, tensions] = self.runs.bytes::<D>();
         self.slots.bytes()
-            + self.neighbours.bytes()
-            + fields * self.neighbours.field_bytes()
+            + runs
+            + (1 + usize::from(self.direction.is_some())) * field
             + size_of_val(&self.gradient[..])
-            + self.tensions.len() * self.neighbours.tensions_bytes()
+            + self.tensions.len() * tensions
             + size_of_val(&self.parts[..])
     }
 }
