@@ -9,7 +9,8 @@ const TINY: f64 = 1e-280;
 
 /// `s = |x_0 - x_1|` [m]; `rest` is the rest length.
 ///
-/// Springs of a grid whose force is linear have a loop of their own ([`crate::energy::spring`]).
+/// Springs whose force is linear have a loop of their own ([`crate::energy::spring`]): this is for formulas
+/// of the length, and for what damps springs.
 #[derive(Clone, Copy, Debug)]
 pub struct Length;
 

@@ -91,14 +91,6 @@ impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize, W: ScalarLaw> Scalar
         let stencils = MeasuredStencils::new(vertices, constants, rest);
         ScalarStrainEnergy { body: body.into(), law, workspace: stencils.workspace(), stencils }
     }
-
-    /// The vertices of every stencil, its stiffness and its parameters of rest.
-    pub(crate) fn each_stencil(&self) -> impl Iterator<Item = ([u32; N], f64, [f64; 2])> {
-        self.stencils.patches.stencils().map(|(_, vertices, pack, lane)| {
-            let (stiffness, rest) = self.stencils.constants(pack, lane);
-            (vertices, stiffness, rest)
-        })
-    }
 }
 
 impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize, W: ScalarLaw> EnergyTerm

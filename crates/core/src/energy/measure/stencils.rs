@@ -82,7 +82,7 @@ impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> MeasuredStencils<Q, 
         Workspace::new(&self.patches)
     }
 
-    /// The first stencil at which its stiffness times `number` is not finite.
+    /// The first stencil at which `number` is not finite.
     pub(crate) fn fault(
         &self,
         body: &str,
@@ -91,7 +91,7 @@ impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> MeasuredStencils<Q, 
     ) -> Option<Fault> {
         let faulty = self.patches.stencils().filter(|(_, vertices, pack, lane)| {
             let rest = [self.packs[*pack].rest[0][*lane], self.packs[*pack].rest[1][*lane]];
-            !(self.packs[*pack].stiffness[*lane] * number(&points_of(x, vertices), &rest)).is_finite()
+            !number(&points_of(x, vertices), &rest).is_finite()
         });
         let (index, vertices, ..) = faulty.min_by_key(|(stencil, ..)| *stencil)?;
         Some(Q::fault(body, index, &points_of(x, &vertices)))

@@ -1,11 +1,11 @@
-//! Springs in runs: the loops over their vertices, on one thread or several.
+//! All springs of a term in one layout: the loops over its vertices, on one thread or several.
 
 use rayon::prelude::*;
 
 use super::kernels::{SpringBlocks, SpringEnergyKernel, SpringGradientKernel, SpringHessianKernel};
-use super::runs::{Runs, copy};
+use super::neighbours::Neighbours;
 use super::slots::{Slots, is_first_end};
-use crate::lanes::{Aligned, Columns, WIDTH, dispatch};
+use crate::lanes::{Aligned, WIDTH, dispatch};
 
 /// Blocks of `WIDTH` vertices that one task takes.
 const TASK_BLOCKS: usize = 128;
@@ -17,35 +17,35 @@ const PARALLEL_FROM_TASKS: usize = 3;
 /// A row for each vertex of a block.
 type Rows<const D: usize> = [[f64; D]; WIDTH];
 
-/// Springs in runs, and the memory that their sums are computed in.
+/// Springs in a layout, and the memory that their sums are computed in.
 ///
 /// Every vertex adds up its own springs, in the order of its slots: nothing is scattered, a tension has the
 /// same bits at both ends of its spring on every thread, and no sum depends on the number of threads.
-pub(super) struct Arrangement<const D: usize> {
-    runs: Runs,
+pub(super) struct Arrangement<const D: usize, N: Neighbours<D>> {
+    neighbours: N,
     slots: Slots,
     /// Where something was last computed.
-    position: Columns<D>,
+    position: N::Field,
     /// The other factor of a product with the Hessian, once there has been one.
-    direction: Option<Columns<D>>,
+    direction: Option<N::Field>,
     /// The gradient last evaluated, block by block, a row of `D` for each vertex.
     gradient: Aligned,
     /// One for every task that evaluates it.
-    tensions: Vec<Aligned>,
+    tensions: Vec<N::Tensions>,
     /// The energy of every task.
     parts: Vec<f64>,
 }
 
-impl<const D: usize> Arrangement<D> {
+impl<const D: usize, N: Neighbours<D>> Arrangement<D, N> {
     /// Springs with their other ends and constants.
-    pub(super) fn new((runs, slots): (Runs, Slots)) -> Self {
+    pub(super) fn new((neighbours, slots): (N, Slots)) -> Self {
         Arrangement {
             parts: vec![0.0; slots.blocks().div_ceil(TASK_BLOCKS)],
             gradient: Aligned::packs(D * slots.blocks()),
-            tensions: vec![runs.tensions()],
-            position: runs.field(),
+            tensions: vec![neighbours.tensions()],
+            position: neighbours.field(),
             direction: None,
-            runs,
+            neighbours,
             slots,
         }
     }
@@ -56,24 +56,25 @@ impl<const D: usize> Arrangement<D> {
     }
 
     /// Block `first` and those after it, `count` in all.
-    fn blocks(&self, first: usize, count: usize) -> SpringBlocks<'_, D> {
-        let Arrangement { runs, slots, position, .. } = self;
-        SpringBlocks { runs, slots, position, blocks: first..first + count }
+    fn blocks(&self, first: usize, count: usize) -> SpringBlocks<'_, D, N> {
+        let Arrangement { neighbours, slots, position, .. } = self;
+        SpringBlocks { neighbours, slots, position, blocks: first..first + count }
     }
 
     /// Evaluates the gradient at `x`, the rows from the first to the last vertex; gives whether it is finite.
     pub(super) fn evaluate(&mut self, x: &[f64]) -> bool {
-        copy(x, &mut self.position);
+        self.neighbours.copy(x, &mut self.position);
         let mut gradient = std::mem::take(&mut self.gradient);
         let mut tensions = std::mem::take(&mut self.tensions);
         let rows = gradient.as_chunks_mut::<D>().0.as_chunks_mut::<WIDTH>().0;
         let per_task = match self.in_parallel() {
-            true => self.runs.fewest_blocks().max(TASK_BLOCKS),
+            true => self.neighbours.fewest_blocks().max(TASK_BLOCKS),
             false => rows.len().max(1),
         };
         // Once: a step allocates nothing after the first.
-        tensions.resize_with(tensions.len().max(rows.len().div_ceil(per_task)), || self.runs.tensions());
-        let run = |((task, out), tensions): ((usize, &mut [Rows<D>]), &mut Aligned)| {
+        tensions
+            .resize_with(tensions.len().max(rows.len().div_ceil(per_task)), || self.neighbours.tensions());
+        let run = |((task, out), tensions): ((usize, &mut [Rows<D>]), &mut N::Tensions)| {
             dispatch(SpringGradientKernel { of: self.blocks(task * per_task, out.len()), tensions, out })
         };
         let finite = if self.in_parallel() {
@@ -93,7 +94,7 @@ impl<const D: usize> Arrangement<D> {
 
     /// The energy at `x`.
     pub(super) fn energy(&mut self, x: &[f64]) -> f64 {
-        copy(x, &mut self.position);
+        self.neighbours.copy(x, &mut self.position);
         let in_parallel = self.in_parallel();
         let mut parts = std::mem::take(&mut self.parts);
         let run = |(task, part): (usize, &mut f64)| {
@@ -111,10 +112,10 @@ impl<const D: usize> Arrangement<D> {
 
     /// Adds the product of the Hessian at `x` and `p` to `y`.
     pub(super) fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) {
-        copy(x, &mut self.position);
+        self.neighbours.copy(x, &mut self.position);
         // Taken out while the rest is lent to the tasks.
-        let mut direction = self.direction.take().unwrap_or_else(|| self.runs.field());
-        copy(p, &mut direction);
+        let mut direction = self.direction.take().unwrap_or_else(|| self.neighbours.field());
+        self.neighbours.copy(p, &mut direction);
         let run = |(task, out): (usize, &mut [[f64; D]])| {
             let of = self.blocks(task * TASK_BLOCKS, out.len().div_ceil(WIDTH));
             dispatch(SpringHessianKernel { of, direction: &direction, out });
@@ -134,7 +135,7 @@ impl<const D: usize> Arrangement<D> {
             self.slots.of(block).flat_map(move |slot| {
                 (0..WIDTH).filter_map(move |lane| {
                     let own = block * WIDTH + lane;
-                    let other = self.runs.neighbour(block, slot, lane)?;
+                    let other = self.neighbours.neighbour(block, slot, lane)?;
                     is_first_end(own, other).then(|| ([own, other], self.slots.constants(slot, lane)))
                 })
             })
@@ -144,12 +145,12 @@ impl<const D: usize> Arrangement<D> {
 
     /// Bytes held.
     pub(super) fn bytes(&self) -> usize {
-        let [runs, field, tensions] = self.runs.bytes::<D>();
+        let fields = 1 + usize::from(self.direction.is_some());
         self.slots.bytes()
-            + runs
-            + (1 + usize::from(self.direction.is_some())) * field
+            + self.neighbours.bytes()
+            + fields * self.neighbours.field_bytes()
             + size_of_val(&self.gradient[..])
-            + self.tensions.len() * tensions
+            + self.tensions.len() * self.neighbours.tensions_bytes()
             + size_of_val(&self.parts[..])
     }
 }

@@ -1,20 +1,20 @@
-//! Kernels over eight vertices at a time.
+//! Kernels over eight vertices at a time, for any layout of their springs.
 
 use std::ops::Range;
 
-use super::runs::Runs;
+use super::neighbours::Neighbours;
 use super::slots::Slots;
-use crate::lanes::{Aligned, Columns, Kernel, Lanes, WIDTH};
+use crate::lanes::{Kernel, Lanes, WIDTH};
 use crate::scalar::Compared;
 
 /// Keeps the reciprocal of a length finite; no spring of the scale of things is as short.
 const TINY: f64 = 1e-300;
 
 /// Blocks of vertices with their springs and positions.
-pub(super) struct SpringBlocks<'a, const D: usize> {
-    pub(super) runs: &'a Runs,
+pub(super) struct SpringBlocks<'a, const D: usize, N: Neighbours<D>> {
+    pub(super) neighbours: &'a N,
     pub(super) slots: &'a Slots,
-    pub(super) position: &'a Columns<D>,
+    pub(super) position: &'a N::Field,
     pub(super) blocks: Range<usize>,
 }
 
@@ -36,37 +36,37 @@ pub(super) fn tension<L: Lanes, const D: usize>((stiffness, rest_length): (L, L)
 }
 
 /// Writes the gradient on the vertices of each block over a row of `out`; gives whether all of it is finite.
-pub(super) struct SpringGradientKernel<'a, const D: usize> {
-    pub(super) of: SpringBlocks<'a, D>,
-    pub(super) tensions: &'a mut Aligned,
+pub(super) struct SpringGradientKernel<'a, const D: usize, N: Neighbours<D>> {
+    pub(super) of: SpringBlocks<'a, D, N>,
+    pub(super) tensions: &'a mut N::Tensions,
     pub(super) out: &'a mut [[[f64; D]; WIDTH]],
 }
 
-impl<const D: usize> Kernel for SpringGradientKernel<'_, D> {
+impl<const D: usize, N: Neighbours<D>> Kernel for SpringGradientKernel<'_, D, N> {
     type Output = bool;
 
     #[inline(always)]
     fn run<L: Lanes>(self) -> bool {
-        let SpringBlocks { runs, slots, position, blocks } = self.of;
-        let zero: L = runs.gradient(slots, position, self.tensions, blocks, self.out);
+        let SpringBlocks { neighbours, slots, position, blocks } = self.of;
+        let zero: L = neighbours.gradient(slots, position, self.tensions, blocks, self.out);
         zero.horizontal_sum() == 0.0
     }
 }
 
 /// The energy of the springs, half of each at either end.
-pub(super) struct SpringEnergyKernel<'a, const D: usize>(pub(super) SpringBlocks<'a, D>);
+pub(super) struct SpringEnergyKernel<'a, const D: usize, N: Neighbours<D>>(pub(super) SpringBlocks<'a, D, N>);
 
-impl<const D: usize> Kernel for SpringEnergyKernel<'_, D> {
+impl<const D: usize, N: Neighbours<D>> Kernel for SpringEnergyKernel<'_, D, N> {
     type Output = f64;
 
     #[inline(always)]
     fn run<L: Lanes>(self) -> f64 {
-        let SpringBlocks { runs, slots, position, blocks } = self.0;
+        let SpringBlocks { neighbours, slots, position, blocks } = self.0;
         let mut sum = L::zero();
         for block in blocks {
-            let own: [L; D] = position.view().load((block * WIDTH) as isize);
+            let own: [L; D] = neighbours.own(position, block);
             for slot in slots.of(block) {
-                let d = runs.difference(position, &own, block, slot);
+                let d = neighbours.difference(position, &own, block, slot);
                 let stretch = square(&d).sqrt() - slots.rest_length(slot);
                 sum = (slots.stiffness::<L>(slot) * stretch).mul_add(stretch, sum);
             }
@@ -79,25 +79,25 @@ impl<const D: usize> Kernel for SpringEnergyKernel<'_, D> {
 /// Adds `H p` of the vertices of each block to its rows of `out`, which may end within the last block.
 ///
 /// `H = k [n n^T + (1 - l0/l) (I - n n^T)]` on the difference of the two ends (verified against differences).
-pub(super) struct SpringHessianKernel<'a, const D: usize> {
-    pub(super) of: SpringBlocks<'a, D>,
-    pub(super) direction: &'a Columns<D>,
+pub(super) struct SpringHessianKernel<'a, const D: usize, N: Neighbours<D>> {
+    pub(super) of: SpringBlocks<'a, D, N>,
+    pub(super) direction: &'a N::Field,
     pub(super) out: &'a mut [[f64; D]],
 }
 
-impl<const D: usize> Kernel for SpringHessianKernel<'_, D> {
+impl<const D: usize, N: Neighbours<D>> Kernel for SpringHessianKernel<'_, D, N> {
     type Output = ();
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let SpringBlocks { runs, slots, position, blocks } = self.of;
+        let SpringBlocks { neighbours, slots, position, blocks } = self.of;
         for (block, out) in blocks.zip(self.out.chunks_mut(WIDTH)) {
-            let own: [L; D] = position.view().load((block * WIDTH) as isize);
-            let own_p: [L; D] = self.direction.view().load((block * WIDTH) as isize);
+            let own: [L; D] = neighbours.own(position, block);
+            let own_p: [L; D] = neighbours.own(self.direction, block);
             let mut y = [L::zero(); D];
             for slot in slots.of(block) {
-                let d = runs.difference(position, &own, block, slot);
-                let dp = runs.difference(self.direction, &own_p, block, slot);
+                let d = neighbours.difference(position, &own, block, slot);
+                let dp = neighbours.difference(self.direction, &own_p, block, slot);
                 let l = Compared::max(square(&d), L::splat(TINY)).sqrt();
                 let reciprocal = L::one() / l;
                 let mut n = d;

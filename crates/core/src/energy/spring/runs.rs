@@ -9,11 +9,9 @@ use std::ops::Range;
 use self::rings::{Class, NO_RING, SpringRings};
 use super::half_springs::{HalfSpring, HalfSprings};
 use super::kernels::tension;
+use super::neighbours::{COPIED_AT_ONCE, Neighbours};
 use super::slots::Slots;
 use crate::lanes::{Aligned, Columns, ColumnsView, Kernel, Lanes, WIDTH, dispatch};
-
-/// Vertices that are copied at once: few enough to stay in the second cache, enough for a task.
-const COPIED_AT_ONCE: usize = 2048;
 
 /// A spring in every lane.
 const ALL: u8 = u8::MAX;
@@ -147,40 +145,40 @@ fn difference<L: Lanes, const D: usize>(
     d
 }
 
-impl Runs {
-    /// A vector for each vertex, of zeros.
-    pub(super) fn field<const D: usize>(&self) -> Columns<D> {
+impl<const D: usize> Neighbours<D> for Runs {
+    type Field = Columns<D>;
+    type Tensions = Aligned;
+
+    fn field(&self) -> Columns<D> {
         Columns::new(self.vertices)
     }
 
-    /// Room for the tensions of a task that one end of a spring computes and the other reads.
-    pub(super) fn tensions(&self) -> Aligned {
+    fn tensions(&self) -> Aligned {
         Aligned::packs(self.rings.numbers() / WIDTH)
     }
 
-    /// `own` minus the vectors of the other ends; zero in lanes without a spring (where `own` is finite).
+    fn copy(&self, x: &[f64], field: &mut Columns<D>) {
+        split(field.each_mut(), x.as_chunks().0);
+    }
+
     #[inline(always)]
-    pub(super) fn difference<L: Lanes, const D: usize>(
-        &self,
-        field: &Columns<D>,
-        own: &[L; D],
-        block: usize,
-        slot: usize,
-    ) -> [L; D] {
+    fn own<L: Lanes>(&self, field: &Columns<D>, block: usize) -> [L; D] {
+        field.view().load((block * WIDTH) as isize)
+    }
+
+    #[inline(always)]
+    fn difference<L: Lanes>(&self, field: &Columns<D>, own: &[L; D], block: usize, slot: usize) -> [L; D] {
         difference(field.view(), own, block * WIDTH, self.runs[slot])
     }
 
-    /// Blocks of a task below which the gradient goes through too many blocks before the first to pay: an
-    /// eighth more at most.
-    pub(super) fn fewest_blocks(&self) -> usize {
+    fn fewest_blocks(&self) -> usize {
+        // An eighth more at most.
         8 * self.rings.reach()
     }
 
-    /// Writes the gradient on the vertices of each block over a row of `out`: the lower end of a spring
-    /// computes its tension, and the upper reads it. Zero in every lane, or NaN where something is not
-    /// finite.
+    /// The lower end of a spring computes its tension, and the upper reads it.
     #[inline(always)]
-    pub(super) fn gradient<L: Lanes, const D: usize>(
+    fn gradient<L: Lanes>(
         &self,
         slots: &Slots,
         field: &Columns<D>,
@@ -235,23 +233,23 @@ impl Runs {
         zero
     }
 
-    /// The other end of the spring in a lane, counted from the first vertex; `None` where there is no spring.
-    pub(super) fn neighbour(&self, block: usize, slot: usize, lane: usize) -> Option<usize> {
+    fn neighbour(&self, block: usize, slot: usize, lane: usize) -> Option<usize> {
         let run = self.runs[slot];
         let other = (block * WIDTH + lane).wrapping_add_signed(run.offset as isize);
         (run.lanes >> lane & 1 == 1).then_some(other)
     }
 
-    /// Bytes held, of a field, and of the tensions of a task.
-    pub(super) fn bytes<const D: usize>(&self) -> [usize; 3] {
-        let own = size_of_val(&self.runs[..]) + size_of_val(&self.computed[..]);
-        [own, Columns::<D>::bytes_of(self.vertices), 8 * self.rings.numbers()]
+    fn bytes(&self) -> usize {
+        size_of_val(&self.runs[..]) + size_of_val(&self.computed[..])
     }
-}
 
-/// Copies the rows of the vertices from the first to the last with springs, flat `(n, D)`.
-pub(super) fn copy<const D: usize>(x: &[f64], field: &mut Columns<D>) {
-    split(field.each_mut(), x.as_chunks().0);
+    fn field_bytes(&self) -> usize {
+        Columns::<D>::bytes_of(self.vertices)
+    }
+
+    fn tensions_bytes(&self) -> usize {
+        8 * self.rings.numbers()
+    }
 }
 
 /// Splits rows into columns, on several threads where there are many.

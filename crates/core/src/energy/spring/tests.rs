@@ -105,7 +105,7 @@ fn plain<const D: usize>(net: &Net, stiffness: &[f64], rest: &[f64], x: &[f64], 
 
 /// True if the springs came to lie as runs.
 fn runs<const D: usize>(springs: &Springs<D>) -> bool {
-    matches!(springs.layout, Layout::Runs(..))
+    matches!(springs.layout, Layout::Runs(_))
 }
 
 /// Compares everything with the plain loop; gives whether the layout was runs.
