@@ -141,7 +141,7 @@ fn faults_of_decks_name_the_line() {
         ("7, 20, 30, 40, 50", "7, 20, 30, 40", 14, "nodes of an element of its type: 3, but it must be 4"),
         ("  20, 1., 0., 0.", "  10, 1., 0., 0.", 7, "two nodes with the tag 10"),
         ("  20, 1., 0., 0.", "  20, one, 0., 0.", 7, "expected a coordinate of a node, found `one`"),
-        ("type=C3D4H", "type=C3D20", 12, "the element type \"C3D20\" is not read"),
+        ("type=C3D4H", "type=C3D15", 12, "the element type \"C3D15\" is not read"),
         ("10, 30, 10", "10, 30000, 10", 16, "numbers that GENERATE makes"),
         (" foot, 50,", " feet, 50,", 18, "found `feet`"),
         ("upper, S2", "upper, S5", 22, "found `S5`"),

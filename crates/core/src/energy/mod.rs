@@ -330,7 +330,7 @@ pub struct TermProperties {
     pub fills_space: bool,
     /// True if the potential depends on time; [`Driven::set_time`] is called only if it does.
     pub changes_with_time: bool,
-    /// True if it has a [history](TermViews::history).
+    /// True if it has a [history](ElementTerm::history).
     pub remembers: bool,
     /// True if the force is the gradient of [`energy`](EnergyTerm::energy). If not, the energy is zero, the
     /// gradient is minus the force all the same, and Hessian products are those of its derivative, which is

@@ -63,16 +63,6 @@ pub trait TermViews {
         None
     }
 
-    /// What it remembers of earlier steps.
-    fn history(&self) -> Option<&dyn HistoryTerm> {
-        None
-    }
-
-    /// What it remembers of earlier steps, to be changed.
-    fn history_mut(&mut self) -> Option<&mut dyn HistoryTerm> {
-        None
-    }
-
     /// The same, to find them anew.
     fn changing_mut(&mut self) -> Option<&mut dyn ChangingStencils> {
         None
@@ -112,6 +102,11 @@ pub trait ElementTerm {
     /// Products of the shape functions of solid elements of second order, whose consistent masses are more
     /// accurate than lumped ones; `None` for all other elements.
     fn shape_products(&self) -> Option<ShapeProducts> {
+        None
+    }
+
+    /// What they remember of earlier steps.
+    fn history(&self) -> Option<&dyn HistoryTerm> {
         None
     }
 }
@@ -226,6 +221,11 @@ pub trait Driven {
     fn stiffening(&self, inverse_mass: &[f64]) -> f64 {
         let _ = inverse_mass;
         0.0
+    }
+
+    /// What it remembers of earlier steps, to be changed.
+    fn history_mut(&mut self) -> Option<&mut dyn HistoryTerm> {
+        None
     }
 }
 

@@ -15,10 +15,10 @@ use super::hessian::add_blocks;
 use super::kinematics::{BLOCKS, Kinematics};
 use super::{Block, points_of};
 use crate::algebra::{Dual, Mat};
-use crate::element::{quadrature_count, quadrature_position, reference_gradients};
+use crate::element::{Barycentric, ElementState, quadrature_count, quadrature_position, reference_gradients};
 use crate::energy::patch::Workspace;
 use crate::energy::{
-    Driven, EnergyKind, EnergyTerm, Fault, HistoryTerm, Stencils, TermProperties, TermViews,
+    Driven, ElementTerm, EnergyKind, EnergyTerm, Fault, HistoryTerm, Stencils, TermProperties, TermViews,
 };
 use crate::lanes::{Kernel, Lanes, Portable, WIDTH, dispatch_compact};
 use crate::material::{Psd, Tangent};
@@ -78,7 +78,11 @@ impl<const D: usize, const N: usize, const H: usize, L: HistoryLaw<D, H>> Rememb
 
     /// Calls `visit` with the vertices of every element, each of its points and its place among histories:
     /// `F`, slopes of the shape functions, weight, history.
-    fn each_point(&self, x: &[f64], mut visit: impl FnMut(&[u32; N], &Point<D, N, H>, (usize, usize))) {
+    fn each_point(
+        &self,
+        x: &[f64],
+        mut visit: impl FnMut(&[u32; N], &HistoryPoint<D, N, H>, (usize, usize)),
+    ) {
         let count = quadrature_count::<D, N>();
         for (_, vertices, pack, lane) in self.elements.patches.stencils() {
             for (q, point) in self.points(x, &vertices, (pack, lane)).enumerate() {
@@ -92,7 +96,7 @@ impl<const D: usize, const N: usize, const H: usize, L: HistoryLaw<D, H>> Rememb
         x: &[f64],
         vertices: &[u32; N],
         (pack, lane): (usize, usize),
-    ) -> impl Iterator<Item = Point<D, N, H>> {
+    ) -> impl Iterator<Item = HistoryPoint<D, N, H>> {
         let first = pack * quadrature_count::<D, N>();
         let points = self.elements.at_points(x, vertices, (pack, lane)).enumerate();
         points.map(move |(q, (f, inverse, weight))| {
@@ -100,13 +104,13 @@ impl<const D: usize, const N: usize, const H: usize, L: HistoryLaw<D, H>> Rememb
             let gradients = reference
                 .map(|slope| std::array::from_fn(|j| (0..D).map(|l| slope[l] * inverse[l][j]).sum()));
             let past = self.past[first + q].map(|lanes| lanes[lane]);
-            Point { f: Mat(f), gradients, weight, past }
+            HistoryPoint { f: Mat(f), gradients, weight, past }
         })
     }
 }
 
 /// A quadrature point.
-struct Point<const D: usize, const N: usize, const H: usize> {
+struct HistoryPoint<const D: usize, const N: usize, const H: usize> {
     f: Mat<f64, D>,
     gradients: [[f64; D]; N],
     weight: f64,
@@ -134,7 +138,7 @@ fn stress<S: Scalar, L: HistoryLaw<D, H>, const D: usize, const H: usize>(
 }
 
 /// Work on blocks of `F` with the histories of their points.
-enum Task<'a, const D: usize> {
+enum LawTask<'a, const D: usize> {
     /// Writes the energy densities.
     Density(&'a [Block<D>], &'a mut [[f64; WIDTH]]),
     /// Overwrites each `F` by `P`.
@@ -147,7 +151,7 @@ struct LawKernel<'a, L, const D: usize, const H: usize> {
     law: &'a L,
     past: &'a [PastBlock<H>],
     since: f64,
-    task: Task<'a, D>,
+    task: LawTask<'a, D>,
 }
 
 impl<L: HistoryLaw<D, H>, const D: usize, const H: usize> Kernel for LawKernel<'_, L, D, H> {
@@ -158,17 +162,17 @@ impl<L: HistoryLaw<D, H>, const D: usize, const H: usize> Kernel for LawKernel<'
         let LawKernel { law, past, since, task } = self;
         let since = W::splat(since);
         match task {
-            Task::Density(f, psi) => {
+            LawTask::Density(f, psi) => {
                 for ((f, past), psi) in f.iter().zip(past).zip(psi) {
                     law.psi(&f.load::<W>(), &loaded(past), since).store(psi);
                 }
             }
-            Task::Stress(f) => {
+            LawTask::Stress(f) => {
                 for (f, past) in f.iter_mut().zip(past) {
                     f.store(&stress(law, &f.load::<W>(), &loaded(past), since));
                 }
             }
-            Task::Change(f, df) => {
+            LawTask::Change(f, df) => {
                 for ((f, past), df) in f.iter().zip(past).zip(df) {
                     let past = loaded::<W, H>(past).map(Dual::constant);
                     let along = Dual::along(&f.load::<W>(), &df.load::<W>());
@@ -213,7 +217,7 @@ impl<const D: usize, const N: usize, const H: usize, L: HistoryLaw<D, H>> Energy
             for piece in elements.pieces(patch) {
                 let f = piece.deform(&scratch.position, &mut blocks);
                 let (psi, past) = (&mut psi[..f.len()], &past[piece.blocks()]);
-                dispatch_compact(LawKernel { law, past, since, task: Task::Density(f, psi) });
+                dispatch_compact(LawKernel { law, past, since, task: LawTask::Density(f, psi) });
                 piece.add_weighted(psi, &mut sum);
             }
             Portable::load(&sum).horizontal_sum()
@@ -228,7 +232,7 @@ impl<const D: usize, const N: usize, const H: usize, L: HistoryLaw<D, H>> Energy
             for piece in elements.pieces(patch) {
                 let f = piece.deform(&scratch.position, &mut blocks);
                 let past = &past[piece.blocks()];
-                dispatch_compact(LawKernel { law, past, since, task: Task::Stress(f) });
+                dispatch_compact(LawKernel { law, past, since, task: LawTask::Stress(f) });
                 piece.add_forces(f, &mut scratch.gradient);
             }
         })
@@ -247,7 +251,7 @@ impl<const D: usize, const N: usize, const H: usize, L: HistoryLaw<D, H>> Energy
                 let f = piece.deform(&scratch.position, &mut f);
                 let df = piece.deform(&scratch.direction, &mut df);
                 let past = &past[piece.blocks()];
-                dispatch_compact(LawKernel { law, past, since, task: Task::Change(f, df) });
+                dispatch_compact(LawKernel { law, past, since, task: LawTask::Change(f, df) });
                 piece.add_forces(df, &mut scratch.gradient);
             }
         });
@@ -308,11 +312,51 @@ impl<const D: usize, const N: usize, const H: usize, L: HistoryLaw<D, H>> TermVi
         Some(self)
     }
 
-    fn history(&self) -> Option<&dyn HistoryTerm> {
+    fn elements(&self) -> Option<&dyn ElementTerm> {
         Some(self)
     }
+}
 
-    fn history_mut(&mut self) -> Option<&mut dyn HistoryTerm> {
+impl<const D: usize, const N: usize, const H: usize, L: HistoryLaw<D, H>> ElementTerm
+    for RememberingElements<D, N, H, L>
+{
+    fn body(&self) -> &str {
+        &self.body
+    }
+
+    fn element_count(&self) -> usize {
+        self.elements.patches.stencils().count()
+    }
+
+    /// The mean of the deformation gradients and of the histories of its points. The stress out of the plane
+    /// in 2D is not known: NaN.
+    fn each_state(&self, x: &[f64], visit: &mut dyn FnMut(usize, ElementState)) {
+        for (element, vertices, pack, lane) in self.elements.patches.stencils() {
+            let points: Vec<_> = self.points(x, &vertices, (pack, lane)).collect();
+            let part = 1.0 / points.len() as f64;
+            let (mut f, mut past) = (Mat::zero(), [0.0; H]);
+            for point in &points {
+                f += point.f.scale(part);
+                past.iter_mut().zip(point.past).for_each(|(mean, number)| *mean += part * number);
+            }
+            let (mut whole, mut first_piola) = (Mat::identity(), Mat::diagonal(&[f64::NAN; 3]));
+            let stress = stress(&self.law, &f, &past, self.since());
+            for i in 0..D {
+                whole[i][..D].copy_from_slice(&f[i]);
+                first_piola[i][..D].copy_from_slice(&stress[i]);
+            }
+            let energy_density = self.law.psi(&f, &past, self.since());
+            let plane = D == 2;
+            visit(element, ElementState { deformation_gradient: whole, first_piola, energy_density, plane });
+        }
+    }
+
+    /// The same everywhere in the element.
+    fn state_at(&self, x: &[f64], element: usize, _: &Barycentric) -> Option<ElementState> {
+        self.element_states(x).into_iter().nth(element)
+    }
+
+    fn history(&self) -> Option<&dyn HistoryTerm> {
         Some(self)
     }
 }
@@ -322,6 +366,10 @@ impl<const D: usize, const N: usize, const H: usize, L: HistoryLaw<D, H>> Driven
 {
     fn set_time(&mut self, time: f64) {
         self.time = time;
+    }
+
+    fn history_mut(&mut self) -> Option<&mut dyn HistoryTerm> {
+        Some(self)
     }
 }
 

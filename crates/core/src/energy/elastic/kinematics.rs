@@ -101,12 +101,12 @@ impl<const D: usize, const R: usize, const N: usize> Kinematics<D, R, N> {
     }
 
     /// The pieces of a patch.
-    pub(crate) fn pieces<'a>(&'a self, patch: &Patch) -> impl Iterator<Item = Piece<'a, D, R, N>> {
+    pub(crate) fn pieces<'a>(&'a self, patch: &Patch) -> impl Iterator<Item = ElementPiece<'a, D, R, N>> {
         let Range { start, end } = patch.packs;
         let at_once = packs_at_once::<R, N>();
         (start..end)
             .step_by(at_once)
-            .map(move |first| Piece { of: self, packs: first..end.min(first + at_once) })
+            .map(move |first| ElementPiece { of: self, packs: first..end.min(first + at_once) })
     }
 
     /// `F` at the quadrature points of one element, with the inverse of `J` there and the weight.
@@ -204,12 +204,12 @@ fn as_square<S: Scalar, const D: usize, const R: usize>(t: &Tangents<S, D, R>) -
 }
 
 /// A few packs of one patch.
-pub(crate) struct Piece<'a, const D: usize, const R: usize, const N: usize> {
+pub(crate) struct ElementPiece<'a, const D: usize, const R: usize, const N: usize> {
     of: &'a Kinematics<D, R, N>,
     packs: Range<usize>,
 }
 
-impl<'a, const D: usize, const R: usize, const N: usize> Piece<'a, D, R, N> {
+impl<'a, const D: usize, const R: usize, const N: usize> ElementPiece<'a, D, R, N> {
     fn index(&self) -> &'a [PackIndex<N>] {
         &self.of.patches.index[self.packs.clone()]
     }
@@ -297,7 +297,7 @@ pub(crate) fn scatter<L: Lanes, const D: usize, const N: usize>(
 
 /// Writes the deformation gradients of a piece, `quadrature_count` blocks a pack.
 struct DeformationKernel<'a, const D: usize, const R: usize, const N: usize> {
-    piece: &'a Piece<'a, D, R, N>,
+    piece: &'a ElementPiece<'a, D, R, N>,
     rows: &'a RowSlice<D>,
     f: &'a mut [Block<D, R>],
 }
@@ -323,7 +323,7 @@ impl<const D: usize, const R: usize, const N: usize> Kernel for DeformationKerne
 
 /// Adds the gradients at the vertices of a piece, given the stresses at its quadrature points.
 struct ForceKernel<'a, const D: usize, const R: usize, const N: usize> {
-    piece: &'a Piece<'a, D, R, N>,
+    piece: &'a ElementPiece<'a, D, R, N>,
     stress: &'a [Block<D, R>],
     gradient: &'a mut RowSlice<D>,
 }
