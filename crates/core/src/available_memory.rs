@@ -1,5 +1,6 @@
-//! Memory that the system would hand out now, where it says so (Linux): what is free, within the limits of
-//! the control groups of the process and of its own address space. Memory that the process has used.
+//! Memory that the system could allocate now, if the system reports it (Linux): free memory, within the
+//! limits of the control groups of the process and of its address space. Also memory that the process has
+//! used.
 
 use std::fs;
 use std::path::{Path, PathBuf};

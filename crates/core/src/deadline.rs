@@ -1,4 +1,4 @@
-//! Work that ends in time.
+//! Work with a time limit.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -1,10 +1,9 @@
-//! One pass over all vertices: the force is added up, and drag, kick, drift and walls follow while the rows
-//! are in the cache.
+//! One fused pass over all vertices: the force is added up, and drag, kick, drift and walls follow while the
+//! rows are in the cache.
 //!
-//! Vertices come in blocks of fixed size. For each block the terms of the energy add their rows to a
-//! gradient on the stack, so that no array of forces is written or read, and the old state is read and the
-//! new one written once. A block does not depend on any other: the bits are the same on any number of
-//! threads.
+//! Vertices are processed in blocks of fixed size. For each block the energy terms add their rows to a
+//! gradient on the stack. No array of forces is written or read; the old state is read once and the new one
+//! written once. Blocks are independent of each other: the result is bit-identical on any number of threads.
 
 use std::sync::{Mutex, PoisonError};
 

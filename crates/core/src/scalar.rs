@@ -1,8 +1,8 @@
-//! The number type that material and element kernels are written over.
+//! Number type over which material and element kernels are written.
 //!
-//! A kernel is one text. It runs on `f64`, on a pack of lanes ([`crate::lanes`]) and on dual numbers, so
-//! that the same source gives the reference value, the fast value and the derivative. Only IEEE operations
-//! that are exactly rounded everywhere appear here (`+ - * / sqrt fma`, compare, select): that is why every
+//! A kernel is written once. It runs on `f64`, on a pack of lanes ([`crate::lanes`]) and on dual numbers, so
+//! that the same source gives the reference value, the fast value and the derivative. The trait has only IEEE
+//! operations that are exactly rounded everywhere (`+ - * / sqrt fma`, compare, select); therefore every
 //! instruction set gives the same bits.
 
 use std::fmt::Debug;

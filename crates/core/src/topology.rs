@@ -1,5 +1,5 @@
-//! What a simulation is made of, as a reader of its output needs it: which vertices belong together, and the
-//! cells between them. Fixed for the length of a run.
+//! Topology of a simulation for readers of its output: the vertices of each body and the cells between them.
+//! It is fixed for the length of a run.
 
 use std::ops::Range;
 

@@ -1,4 +1,4 @@
-//! The nearest positive semidefinite matrix.
+//! Projection of a symmetric matrix to the nearest positive semidefinite one.
 
 use std::ops::{Index, IndexMut};
 

@@ -1,4 +1,4 @@
-//! The edge to nalgebra: rows of vectors as columns of its matrices, [`Mat`] as its square matrices.
+//! Conversion to nalgebra: rows of vectors as columns of its matrices, [`Mat`] as its square matrices.
 
 use nalgebra::{DMatrixView, DMatrixViewMut, SMatrix};
 

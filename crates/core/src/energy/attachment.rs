@@ -1,4 +1,4 @@
-//! Soft attachments: points of bodies tied to one another, or to places.
+//! Soft attachments: springs that tie points of bodies to one another or to fixed positions.
 
 use std::ops::Range;
 

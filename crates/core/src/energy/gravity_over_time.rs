@@ -1,4 +1,4 @@
-//! Uniform gravity that changes with time.
+//! Uniform gravity that depends on time.
 
 use super::gravity::UniformGravity;
 use super::{Driven, EnergyKind, EnergyTerm, Fault, ForceLayout, Measurements, TermProperties, TermViews};

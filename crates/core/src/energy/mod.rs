@@ -1,4 +1,5 @@
-//! Additive potentials: the energy of a system is a sum of these terms, and everything else follows from it.
+//! Additive potentials: the energy of a system is the sum of these terms; forces and Hessians are its
+//! derivatives.
 
 pub mod attachment;
 pub mod batch;

@@ -1,10 +1,10 @@
-//! Stencils (elements, or whatever joins a few vertices) grouped into patches: the loop that elements run
-//! through.
+//! Stencils (elements, or other terms that join a few vertices) grouped into patches: the main loop over
+//! elements.
 //!
-//! Each patch has its own list of vertices and numbers them locally, so that a kernel works in scratch
-//! memory that fits the first cache; its sums per vertex are written out, and afterwards every vertex adds
+//! Each patch has its own list of vertices and numbers them locally, so that a kernel works in scratch memory
+//! that fits the first-level cache. The patch writes out its sums per vertex; afterwards every vertex adds
 //! the few patches that touch it, in a fixed order. Patches depend on the mesh alone, never on the number of
-//! threads: the result has the same bits on one thread and on eight, without atomics and without colouring.
+//! threads: the result is bit-identical on one thread and on eight, without atomics and without colouring.
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};

@@ -1,4 +1,4 @@
-//! Rows of vertices in bulk: which go together, and how they leave scratch memory.
+//! Bulk processing of vertex rows: groups of adjacent rows, and their transfer out of scratch memory.
 
 use crate::lanes::{Kernel, Lanes, WIDTH};
 

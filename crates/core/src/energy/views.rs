@@ -1,4 +1,4 @@
-//! Further traits of energy terms, each for the terms that have an answer, reached by asking.
+//! Optional traits of energy terms, each implemented by the terms that support it and found by a query.
 
 use std::ops::Range;
 

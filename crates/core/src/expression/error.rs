@@ -1,4 +1,4 @@
-//! A text is not a formula.
+//! Errors in the text of a formula.
 
 use std::ops::Range;
 

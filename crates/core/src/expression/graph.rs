@@ -1,4 +1,4 @@
-//! A formula as a graph: every value once, constants folded, with exact derivatives.
+//! Expression graph of a formula: common subexpressions merged, constants folded, with exact derivatives.
 
 use std::collections::HashMap;
 

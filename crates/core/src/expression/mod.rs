@@ -1,14 +1,13 @@
-//! Formulas of place and time that a user writes, `"0.1 * sin(2*pi*t)"`: parsed once, evaluated often.
+//! User formulas of position and time, `"0.1 * sin(2*pi*t)"`: parsed once, evaluated often.
 //!
-//! Of the crates that parse and evaluate formulas by themselves,
-//! `meval` and `fasteval` have not been kept up for years, `evalexpr` is under the AGPL, and `exmex`, which
-//! also differentiates, comes with a regular expression engine and does not say where in the text a mistake
-//! is. None of them lets a formula have the same bits everywhere: they call the `sin` and `exp` of the
-//! platform, whose last bit depends on the C library and on the processor. Here these come from `libm`, which
-//! is plain Rust.
+//! None of the existing crates that parse and evaluate formulas fits. `meval` and `fasteval` have been
+//! unmaintained for years. `evalexpr` is under the AGPL. `exmex`, which also differentiates, depends on a
+//! regular expression engine and does not report the position of a mistake in the text. None of them is
+//! bit-identical on every machine: they call the `sin` and `exp` of the platform, whose last bit depends on
+//! the C library and on the processor. Here these functions come from `libm`, which is plain Rust.
 //!
-//! Numbers are in SI units; angles are in radian. The result is in the SI unit of whatever the formula stands
-//! for.
+//! Numbers are in SI units, angles in radian. The result is in the SI unit of the quantity that the formula
+//! stands for.
 
 mod branches;
 mod build;

@@ -1,4 +1,4 @@
-//! Formulas as short programs of registers, which run on packs of numbers.
+//! Formulas compiled to short register programs, which run on packs of numbers.
 
 use std::collections::HashMap;
 

@@ -1,4 +1,4 @@
-//! Numbers in memory that begins at a cache line.
+//! Arrays of `f64` whose memory begins at a cache line.
 #![allow(unsafe_code)]
 
 use std::ops::{Deref, DerefMut};

@@ -1,4 +1,4 @@
-//! The choice of the instruction set, made once, at run time.
+//! Run-time choice of the instruction set, made once.
 
 #![allow(unsafe_code)]
 

@@ -1,7 +1,7 @@
 //! The pack as four NEON registers of two numbers.
 //!
-//! Every AArch64 processor that runs programs of `std` has the instructions, and the compiler assumes them:
-//! they need no test at run time.
+//! Every AArch64 processor that runs programs of `std` has the instructions, and the compiler assumes them.
+//! No test at run time is needed.
 #![allow(unsafe_code)]
 
 use std::arch::aarch64::*;

@@ -1,9 +1,8 @@
 //! Memory in huge pages.
 //!
-//! Memory larger than the caches is read in order, some tens of megabytes a step, in pages of 4 KiB: a
-//! translation of an address
-//! for each, which takes as long as its lines do in a virtual machine. Pages of 2 MiB need one for 512 of
-//! them. Systems give them to whoever asks.
+//! Arrays larger than the caches are read in order, some tens of megabytes a step. With pages of 4 KiB each
+//! page needs an address translation, which takes as long in a virtual machine as loading its lines. One page
+//! of 2 MiB replaces 512 of them. Operating systems provide huge pages on request.
 #![allow(unsafe_code)]
 
 use std::mem::MaybeUninit;

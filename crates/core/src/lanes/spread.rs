@@ -1,4 +1,4 @@
-//! From packs to the numbers of one lane after the other.
+//! Conversion of packs to the numbers of one lane after the other.
 
 use std::ops::Range;
 

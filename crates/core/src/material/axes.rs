@@ -1,4 +1,4 @@
-//! Axes of materials that have directions, from one element to the next.
+//! Material axes per element, for anisotropic materials.
 
 use crate::algebra::{Mat, Vect, unit};
 use crate::scalar::Scalar;

@@ -1,4 +1,4 @@
-//! Domain of the models for `J > 0`: where they end.
+//! Boundary of the domain of the models that are defined for `J > 0`.
 
 use crate::scalar::Scalar;
 

@@ -1,4 +1,4 @@
-//! Isotropic elasticity as a scene gives it: by Young's modulus and Poisson's ratio, or by other constants.
+//! Isotropic elastic constants of a scene: Young's modulus and Poisson's ratio, or another pair of constants.
 
 use serde::de::Error;
 

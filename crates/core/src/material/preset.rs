@@ -1,4 +1,4 @@
-//! Elastic constants and densities of well-known materials, each with where the numbers are from.
+//! Elastic constants and densities of well-known materials, each with its source.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -1,10 +1,10 @@
-//! The eigensystem that all isotropic models share.
+//! Eigensystem of `dP/dF`, which all isotropic models share.
 //!
-//! Where `psi` depends on `F = U diag(sigma) V^T` only through the signed singular values, `dP/dF` leaves
-//! three kinds of subspaces invariant, each rotated by `U` and `V`: the diagonal matrices ("scaling"), and
-//! for each pair of axes the antisymmetric ("twist") and the symmetric ("flip") off-diagonal matrix. Smith,
-//! de Goes and Kim, "Analytic eigensystems for isotropic distortion energies", 2019; Kim and Eberle,
-//! "Dynamic deformables", SIGGRAPH course, 2022.
+//! If `psi` depends on `F = U diag(sigma) V^T` only through the signed singular values, `dP/dF` leaves three
+//! kinds of subspaces invariant, each rotated by `U` and `V`: the diagonal matrices ("scaling"), and for each
+//! pair of axes the antisymmetric ("twist") and the symmetric ("flip") off-diagonal matrix. Sources: Smith,
+//! de Goes and Kim, "Analytic eigensystems for isotropic distortion energies", 2019; Kim and Eberle, "Dynamic
+//! deformables", SIGGRAPH course, 2022.
 
 use super::{Psd, Tangent};
 use crate::algebra::{Mat, SMALLEST_SUM, Svd, Vect, symmetric_eigen};

@@ -1,4 +1,4 @@
-//! Materials written in the principal stretches.
+//! Materials defined in the principal stretches.
 
 use super::{Domain, Material, Spectrum};
 use crate::algebra::{IsotropicFunction, Mat, Vect};

@@ -1,4 +1,4 @@
-//! Orders along a space-filling curve: what is near in space comes to lie near in memory.
+//! Orders along a space-filling curve: neighbours in space become neighbours in memory.
 
 use rayon::prelude::*;
 

@@ -1,9 +1,8 @@
-//! The order in which a simulation keeps its vertices.
+//! Order in which a simulation stores its vertices.
 //!
-//! A mesh whose neighbours have far-apart numbers makes every step wait for memory (a shuffled mesh of
-//! 100,000 tetrahedra: several times slower). Such bodies are renumbered along a space-filling curve when a
-//! scene is assembled; frames, messages and everything else that leaves a simulation keep the numbers of the
-//! mesh.
+//! If neighbours in a mesh have far-apart numbers, every step waits for memory (a shuffled mesh of 100,000
+//! tetrahedra: several times slower). Such bodies are renumbered along a space-filling curve when a scene is
+//! assembled. Frames, messages and all other output keep the numbers of the mesh.
 
 mod curve;
 

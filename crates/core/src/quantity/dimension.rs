@@ -1,4 +1,4 @@
-//! Dimensions: which powers of metre, kilogram, second and radian a unit is made of.
+//! Dimensions: powers of metre, kilogram, second and radian.
 
 use std::fmt;
 

@@ -1,4 +1,4 @@
-//! A text is no quantity, or not the right one.
+//! Errors in the text of a quantity.
 
 use std::ops::Range;
 

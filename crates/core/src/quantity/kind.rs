@@ -1,4 +1,4 @@
-//! The kinds of quantity that scenes have.
+//! Kinds of quantities in scenes.
 
 use super::{Dimension, Quantity, QuantityError};
 

@@ -1,4 +1,4 @@
-//! From a text to a number in SI units and its dimension.
+//! Parser from a text to a number in SI units and its dimension.
 
 use std::ops::Range;
 use std::str::FromStr;

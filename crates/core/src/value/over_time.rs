@@ -1,4 +1,4 @@
-//! A number that may change with time, or from place to place as well.
+//! A number that may depend on time, or on position as well.
 
 use std::fmt;
 use std::marker::PhantomData;

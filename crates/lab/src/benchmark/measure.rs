@@ -1,4 +1,4 @@
-//! From times to a number.
+//! Evaluation of timings: from times to a number.
 
 use std::time::{Duration, Instant};
 

@@ -1,10 +1,10 @@
-//! Workloads of known size, to measure how fast this machine takes whole steps of them.
+//! Benchmarks: workloads of known size that measure the speed of whole steps on this machine.
 //!
-//! A [`BenchmarkRow`] is one line of the table that `pliant bench` prints: work of one kind, in one
-//! [`BenchmarkCase`] or several. A case has one [`BenchmarkPart`] that is timed, or two that are timed in
-//! turn and compared. Nearly all of them are scenes, assembled as a user's scene is. Adding a row is one file
-//! with its `ROW` and one line in [`rows`]. The same rows are criterion benchmarks (`cargo bench -p
-//! pliant-lab --bench rows`).
+//! A [`BenchmarkRow`] is one line of the table that `pliant bench` prints: work of one kind, in one or more
+//! [`BenchmarkCase`]s. A case has one [`BenchmarkPart`] that is timed, or two that are timed alternately and
+//! compared. Nearly all of them are scenes, assembled like a user's scene. To add a row, write one file with
+//! its `ROW` and one line in [`rows`]. The same rows are criterion benchmarks (`cargo bench -p pliant-lab
+//! --bench rows`).
 
 mod autodiff;
 mod beam;

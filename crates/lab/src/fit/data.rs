@@ -1,4 +1,4 @@
-//! What was measured, and what a scene predicts of it.
+//! Measured data, and the predictions of a scene for them.
 
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! Parameters of a scene that can be fitted: every number of it that is no count, by its key.
+//! Parameters of a scene that can be fitted: every non-integer number, by its key.
 
 use pliant::quantity::Quantity;
 use pliant_scene::{KeyPath, KeySegment, Scene, Source};

@@ -1,11 +1,11 @@
-//! Fits: constants of a scene from what was measured, a trajectory, curves of a material or frequencies.
+//! Fits: parameters of a scene from measured data: a trajectory, curves of a material or frequencies.
 //!
-//! Least squares by Levenberg and Marquardt's method, between bounds, from one start or several. Derivatives
-//! of predictions are central differences: two runs a parameter, all at once on the cores that there are. A
-//! sweep of the adjoint ([`pliant_gradient::gradient`]) would give one residual's derivatives by all
-//! parameters, and there are many more residuals than parameters; it would also leave out what has no
-//! adjoint, as paths by arc length. Least squares need no more: errors of derivatives make steps a little
-//! longer, not the fit worse.
+//! The method is nonlinear least squares by Levenberg-Marquardt, between bounds, from one start or several.
+//! Derivatives of predictions are central differences: two runs per parameter, in parallel on the available
+//! cores. An adjoint sweep ([`pliant_gradient::gradient`]) would give one residual's derivatives with respect
+//! to all parameters, and there are many more residuals than parameters. It would also exclude features
+//! without an adjoint, such as paths by arc length. Central differences are accurate enough: errors of
+//! derivatives lengthen the iteration slightly and do not worsen the fit.
 //!
 //! ```
 //! use std::sync::{Arc, atomic::AtomicBool};

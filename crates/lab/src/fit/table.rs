@@ -1,4 +1,4 @@
-//! Measurements as a table of comma-separated values: a line of titles, `NAME [UNIT]` each, then numbers.
+//! Table of measurements in comma-separated values: a line of titles, `NAME [UNIT]` each, then numbers.
 
 use std::collections::HashMap;
 

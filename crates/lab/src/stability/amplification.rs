@@ -1,5 +1,5 @@
-//! Amplification of the oscillator `x'' = -omega^2 x` by schemes, measured by running them, beside the
-//! formulas.
+//! Amplification factors of integrators for the oscillator `x'' = -omega^2 x`, measured by running them, next
+//! to the formulas.
 
 use num_complex::Complex64 as c64;
 

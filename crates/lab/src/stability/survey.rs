@@ -1,4 +1,4 @@
-//! All that is told of how large a step a scene can take.
+//! Full stability report of a scene.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -1,4 +1,4 @@
-//! How long cases may take, and what is found in that time.
+//! Time limits of cases, and the outcome within them.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};

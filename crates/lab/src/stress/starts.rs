@@ -1,4 +1,4 @@
-//! States that no body should have to start from, the same on every machine.
+//! Degenerate initial states, the same on every machine.
 
 /// How the free vertices of a body are put out of place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]

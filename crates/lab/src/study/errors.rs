@@ -1,4 +1,4 @@
-//! How far a trajectory is from the reference.
+//! Distance of a trajectory from the reference.
 
 use super::trajectory::{InvariantSeries, StateSamples};
 

@@ -1,4 +1,4 @@
-//! Machine that a study ran on, and the part of it that the study took.
+//! Machine on which a study ran, and the part of it that the study used.
 
 use pliant::lanes;
 

@@ -1,8 +1,8 @@
-//! Studies: error against run time of any scene, by many schemes and steps, beside a reference of known
-//! quality; and the charts that show it.
+//! Studies: work-precision diagrams (error against run time) of any scene for many integrators and steps,
+//! relative to a reference of known accuracy; and their charts.
 //!
-//! Verification plan, section E; Hairer, Wanner 1996, *Solving ordinary differential equations II*, section
-//! IV.10 compares schemes in this way.
+//! Source: verification plan, section E; Hairer, Wanner 1996, *Solving ordinary differential equations II*,
+//! section IV.10 compares integrators in this way.
 //!
 //! ```
 //! use std::sync::atomic::AtomicBool;

@@ -1,4 +1,5 @@
-//! Takes the runs: which scheme at which step next, until errors no longer fall or the budget is used up.
+//! Sweep over integrators and steps: chooses the next run until errors no longer fall or the budget is used
+//! up.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -1,4 +1,4 @@
-//! How long the same run takes, again and again.
+//! Repeated timings of the same run.
 
 /// How much of their median runs of the same may differ by on a quiet machine.
 pub(super) const NOISE: f64 = 0.05;

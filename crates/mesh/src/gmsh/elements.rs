@@ -1,5 +1,5 @@
-//! `$Elements`: simplices of first and second order, quadrilaterals and hexahedra of first; what else
-//! Gmsh writes is refused by its name.
+//! `$Elements`: simplices of first and second order, quadrilaterals and hexahedra of first. Other Gmsh
+//! elements are refused by their name.
 
 use super::nodes::GmshNodes;
 use super::source::GmshSource;

@@ -1,4 +1,4 @@
-//! Elements that do not lock.
+//! Locking-free elements (nodal averaging).
 
 use super::check::Checker;
 use crate::error::Problem;

@@ -1,4 +1,4 @@
-//! Loads that do not turn with the body.
+//! Dead loads: their direction does not follow the deformation.
 
 use super::{LoadedShape, VectorField, add_rows};
 use crate::energy::{

@@ -1,4 +1,4 @@
-//! Forces from outside that are set while a simulation runs: by a controller, a hand, another program.
+//! External forces that are set while a simulation runs: by a controller, a user's hand, another program.
 
 use crate::algebra::all_finite;
 use crate::energy::{Driven, EnergyKind, EnergyTerm, Fault, Measurements, TermProperties, TermViews};

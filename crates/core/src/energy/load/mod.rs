@@ -1,4 +1,4 @@
-//! Loads: forces from outside that a scene puts on bodies.
+//! Loads: external forces that a scene applies to bodies.
 
 mod dead;
 mod external;

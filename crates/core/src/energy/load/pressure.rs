@@ -1,4 +1,4 @@
-//! Pressure, which follows the surface.
+//! Pressure, a follower load: it stays normal to the surface.
 
 mod matrix;
 

@@ -1,8 +1,8 @@
-//! Dependence of a dead load on the rest shape.
+//! Derivatives of dead loads with respect to the reference configuration.
 //!
-//! On a face the field `f(X, t)` gives a vertex `w N_i m f(X, t)` at a point of weight `w` with shape
-//! functions `N_i`, `m` the area `|A|` and `X = sum_i N_i X_i`. Where rest positions move by `d_j`, `dm = A
-//! / m . sum_j dA/dX_j d_j` and `df = df/dX sum_j N_j d_j`.
+//! On a face the field `f(X, t)` gives a vertex `w N_i m f(X, t)` at a quadrature point of weight `w` with
+//! shape functions `N_i`, `m` the area `|A|` and `X = sum_i N_i X_i`. If the reference positions move by
+//! `d_j`, `dm = A / m . sum_j dA/dX_j d_j` and `df = df/dX sum_j N_j d_j`.
 
 use super::{VectorField, VectorSlope, image, nodes};
 use crate::algebra::unit;

@@ -1,4 +1,4 @@
-//! Second derivatives, stencil by stencil, for implicit schemes.
+//! Second derivatives, stencil by stencil, for implicit integrators.
 
 use std::marker::PhantomData;
 use std::ops::Range;

@@ -1,4 +1,4 @@
-//! Laws of one measured number: what its deviation stores, and what its rate dissipates.
+//! Laws of one measure: the energy of its deviation, and the dissipation of its rate.
 
 use std::collections::HashMap;
 

@@ -1,4 +1,4 @@
-//! The distance of two vertices.
+//! Distance between two vertices.
 
 use super::ScalarStrain;
 use crate::energy::Fault;

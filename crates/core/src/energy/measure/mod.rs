@@ -1,4 +1,4 @@
-//! Terms that store energy by one number measured at a few vertices: the length of a spring, the angle of a
+//! Energy terms that depend on one scalar measured at a few vertices: the length of a spring, the angle of a
 //! hinge.
 
 mod blocks;

@@ -1,4 +1,4 @@
-//! Stencils with what belongs to each, in patches.
+//! Stencils and their data, grouped into patches.
 
 use std::marker::PhantomData;
 

@@ -1,4 +1,4 @@
-//! Second derivatives of the attraction of pairs, for implicit schemes with few particles.
+//! Second derivatives of the attraction of pairs, for implicit integrators with few particles.
 
 use crate::lanes::WIDTH;
 use crate::material::Psd;

@@ -1,7 +1,7 @@
 //! The direct sum over pairs of blocks of eight particles, on lanes.
 //!
-//! Every pair is computed once and acts on both its particles. Blocks of targets are dealt out to groups
-//! round robin, because the first block has all the others to attend to and the last none.
+//! Every pair is computed once and acts on both its particles. Blocks of targets are distributed to groups
+//! round robin, because the first block pairs with all the others and the last with none.
 
 use super::pair::{Block, TARGETS, by_newton, difference, dot, interaction, lane_of, load, splat};
 use crate::lanes::{Kernel, Lanes, WIDTH};

@@ -1,4 +1,4 @@
-//! Newtonian attraction between all pairs of particles.
+//! Newtonian gravity between all pairs of particles.
 
 mod hessian;
 mod kernels;

@@ -1,4 +1,4 @@
-//! Parts that the kernels share: separations and powers of the softened distance, on lanes.
+//! Functions that the kernels share: separations and powers of the softened distance, on lanes.
 
 use crate::lanes::{Lanes, WIDTH};
 

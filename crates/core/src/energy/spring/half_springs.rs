@@ -1,4 +1,4 @@
-//! Every spring as seen from both of its ends.
+//! Half-springs: every spring listed at both of its ends.
 
 use crate::lanes::WIDTH;
 

@@ -1,4 +1,4 @@
-//! How the other ends of springs are found: what the kernels see of a layout.
+//! Interface of the kernels to a layout: lookup of the other ends of springs.
 
 use std::ops::Range;
 

@@ -1,4 +1,4 @@
-//! Springs one by one, for their Hessians.
+//! Individual springs, for their Hessians.
 
 use crate::material::Psd;
 

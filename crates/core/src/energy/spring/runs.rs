@@ -1,5 +1,5 @@
-//! Vertex runs, for vertices numbered as on a grid: the other ends of eight springs lie side by side in
-//! memory, too.
+//! Vertex runs, for vertices numbered as on a grid: the other ends of eight springs are adjacent in memory,
+//! too.
 
 mod rings;
 

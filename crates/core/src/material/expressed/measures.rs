@@ -1,4 +1,4 @@
-//! What a formula of an energy can be of, and the programs that it becomes.
+//! Strain measures that a formula of an energy density can use, and the programs compiled from it.
 
 use std::collections::HashMap;
 

@@ -1,4 +1,4 @@
-//! Energies that a scene writes as formulas.
+//! Energy densities that a scene defines by formulas.
 
 mod measures;
 mod parameters;

@@ -1,4 +1,4 @@
-//! Where an energy is defined, and what it is at rest.
+//! Domain of an expressed energy density, and its values in the reference configuration.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! Axes: where ticks are and what is written beside them.
+//! Axes: positions and labels of ticks.
 
 use std::ops::Range;
 

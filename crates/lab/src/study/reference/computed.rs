@@ -1,4 +1,4 @@
-//! References by computing: two schemes of different families, each extrapolated to step zero, that must
+//! Numerical references: two integrators of different families, each extrapolated to step zero, that must
 //! agree.
 
 use super::super::plan::{Contender, TimeStepping};

@@ -1,5 +1,5 @@
-//! References that runs are compared with: the exact solution where the problem has one, else one that
-//! independent schemes agree on.
+//! References for the errors of runs: the exact solution if the problem has one, otherwise a solution on
+//! which independent integrators agree.
 
 mod computed;
 mod kepler;

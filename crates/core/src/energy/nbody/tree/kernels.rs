@@ -1,4 +1,4 @@
-//! Action of the entries of a list on the particles of its group, on lanes: entries side by side, four
+//! Attraction of a group's particles by the entries of its list, on lanes: entries side by side, four
 //! particles at a time.
 
 use super::super::pair::{TARGETS, by_newton, difference, dot, interaction, inverse_root, load, splat};

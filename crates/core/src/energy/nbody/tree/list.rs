@@ -1,5 +1,5 @@
-//! Sources that attract the particles of a group: particles near by and, as a whole, nodes far away; in
-//! packs of eight.
+//! Interaction list of a group of particles: nearby particles, and distant nodes as a whole; in packs of
+//! eight.
 
 use super::super::pair::{Block, FAR};
 use super::octree::{GROUP, Octree, SYMMETRIC};

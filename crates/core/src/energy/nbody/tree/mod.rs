@@ -1,4 +1,4 @@
-//! Newtonian attraction by a tree: what is far away counts as a whole.
+//! Newtonian gravity by a tree code: distant groups of particles act as a whole.
 
 mod kernels;
 mod list;

@@ -1,4 +1,4 @@
-//! Particles in a tree of boxes with their mass moments, along a space-filling curve.
+//! Octree of particles with the mass moments of its nodes, ordered along a space-filling curve.
 
 /// Particles in a leaf at most, unless they are all at one place.
 const LEAF: usize = 16;

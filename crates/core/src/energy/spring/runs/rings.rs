@@ -1,4 +1,4 @@
-//! Rings: where tensions lie from when the lower ends of springs compute them until the upper ends read them.
+//! Ring buffers of tensions: the lower ends of springs compute them, the upper ends read them later.
 
 use std::collections::BTreeMap;
 
