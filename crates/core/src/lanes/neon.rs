@@ -18,7 +18,7 @@ use crate::scalar::{
 /// Registers in a pack.
 const REGISTERS: usize = WIDTH / 2;
 
-/// The same intrinsic on all registers.
+/// Applies an intrinsic to all registers.
 macro_rules! each {
     ($pack:ident, $intrinsic:ident $(::<$shift:literal>)?, $first:expr $(, $other:expr)*) => {
         register!($pack([
@@ -35,7 +35,7 @@ macro_rules! each {
 #[repr(C)]
 pub(super) struct Neon([float64x2_t; REGISTERS]);
 
-/// All bits of a lane set, or none; in between, the bits of numbers.
+/// Mask: all bits of a lane set, or none; as an intermediate, the bits of numbers.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct NeonMask([uint64x2_t; REGISTERS]);
 
