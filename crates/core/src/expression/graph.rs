@@ -40,7 +40,7 @@ pub(super) enum FormulaNode {
 }
 
 impl FormulaNode {
-    /// What it is made of.
+    /// Operands of the node.
     pub(super) fn operands(self) -> impl DoubleEndedIterator<Item = NodeId> {
         let (operands, count) = match self {
             FormulaNode::Number(_) | FormulaNode::Variable(_) => ([NodeId(0); 4], 0),

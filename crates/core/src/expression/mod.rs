@@ -54,9 +54,9 @@ pub enum Variable {
 impl Variable {
     /// Time alone.
     pub const TIME: &[Variable] = &[Variable::T];
-    /// Time and place in the rest shape.
+    /// Time and position in the reference configuration.
     pub const AT_REST: &[Variable] = &[Variable::T, Variable::RestX, Variable::RestY, Variable::RestZ];
-    /// Time and place.
+    /// Time and position.
     pub const ALL: &[Variable] = &[Variable::T, Variable::X, Variable::Y, Variable::Z];
 
     /// The name in a formula.
@@ -72,7 +72,7 @@ impl Variable {
         }
     }
 
-    /// Its value at the point `x` [m] and the time `t` [s].
+    /// Value of the variable at the point `x` [m] and the time `t` [s].
     fn of(self, x: [f64; 3], t: f64) -> f64 {
         match self {
             Variable::T => t,
@@ -107,13 +107,12 @@ enum FormulaSymbol {
 #[derive(Clone, Debug)]
 pub struct Expression {
     text: String,
-    /// In postfix order.
+    /// Operations in postfix order.
     program: Vec<Operation<FormulaSymbol>>,
     given: Vec<GivenNumber>,
 }
 
-/// One step of a formula of variables `V`: takes its arguments from the top of a stack and leaves its result
-/// there.
+/// One operation of a formula of variables `V`: pops its arguments from a stack and pushes its result.
 #[derive(Clone, Copy, Debug)]
 enum Operation<V> {
     Number(f64),
@@ -122,7 +121,7 @@ enum Operation<V> {
 }
 
 impl Operation<usize> {
-    /// With the variable of that index.
+    /// Replaces the variable by that of its index.
     fn of<V: Copy>(self, variables: &[V]) -> Operation<V> {
         match self {
             Operation::Number(number) => Operation::Number(number),
@@ -133,13 +132,13 @@ impl Operation<usize> {
 }
 
 impl Expression {
-    /// Most values that wait on the stack.
+    /// Maximum depth of the stack.
     const STACK: usize = 48;
 
     /// Reads a formula of `variables`.
     ///
     /// # Errors
-    /// The text is not a formula, or has a name in it that is neither a function nor one of `variables`.
+    /// The text is not a formula, or contains a name that is neither a function nor one of `variables`.
     pub fn parse(text: &str, variables: &[Variable]) -> Result<Expression, ExpressionError> {
         let mut names: Vec<&str> = variables.iter().map(|variable| variable.name()).collect();
         let (formula, given) = given::split(text, &names)?;
@@ -175,14 +174,13 @@ impl Expression {
         &self.text
     }
 
-    /// The value at the point `x` [m] and the time `t` [s]; NaN where the formula has none. Coordinates in
-    /// the rest shape, if it is a formula of these, are `x` as well.
+    /// Value at the point `x` [m] and the time `t` [s]; NaN if the formula has none. Variables of the
+    /// reference configuration, if the formula has them, also read `x`.
     pub fn value(&self, x: [f64; 3], t: f64) -> f64 {
         self.evaluate(|variable| variable.of(x, t))
     }
 
-    /// The derivative with respect to `t` at a fixed point; where the formula jumps or has a kink, that of
-    /// one side.
+    /// Derivative with respect to `t` at a fixed point; a one-sided one at a jump or a kink.
     pub fn rate(&self, x: [f64; 3], t: f64) -> f64 {
         let result = self.evaluate(|variable| match variable {
             Variable::T => Rated { value: t, rate: 1.0 },
@@ -191,8 +189,8 @@ impl Expression {
         result.rate
     }
 
-    /// The derivative with respect to the coordinates of `x` at a fixed time; where the formula jumps or has
-    /// a kink, that of one side.
+    /// Derivative with respect to the coordinates of `x` at a fixed time; a one-sided one at a jump or a
+    /// kink.
     pub fn slope(&self, x: [f64; 3], t: f64) -> [f64; 3] {
         [0, 1, 2].map(|axis| {
             let mut unit = [0.0; 3];
@@ -202,17 +200,17 @@ impl Expression {
         })
     }
 
-    /// True if it depends on the place.
+    /// True if it depends on position.
     pub fn depends_on_place(&self) -> bool {
         self.variables().any(|variable| variable != Variable::T)
     }
 
-    /// True if it depends on the time.
+    /// True if it depends on time.
     pub fn depends_on_time(&self) -> bool {
         self.variables().any(|variable| variable == Variable::T)
     }
 
-    /// The variables in it, as often as they are.
+    /// The variables in it, with repetitions.
     fn variables(&self) -> impl Iterator<Item = Variable> {
         self.program.iter().filter_map(|operation| match operation {
             Operation::Variable(FormulaSymbol::Variable(variable)) => Some(*variable),
@@ -220,8 +218,8 @@ impl Expression {
         })
     }
 
-    /// True if nothing in it jumps: no comparison, `if`, `step`, `pulse`, `sign`, `floor`. Poles are none of
-    /// these.
+    /// True if it has no jumps: no comparison, `if`, `step`, `pulse`, `sign`, `floor`. Poles do not count as
+    /// jumps.
     pub fn is_continuous(&self) -> bool {
         let mut calls = self.program.iter().filter_map(|operation| match operation {
             Operation::Call(function) => Some(function),
@@ -274,7 +272,7 @@ impl Expression {
     }
 }
 
-/// By the text: the same text is the same formula.
+/// Compares the texts: equal texts are equal formulas.
 impl PartialEq for Expression {
     fn eq(&self, other: &Self) -> bool {
         self.text == other.text
