@@ -51,7 +51,7 @@ impl Dimension {
     }
 }
 
-/// As a unit: `kg/(m s^2)`.
+/// Formats as a unit: `kg/(m s^2)`.
 impl fmt::Display for Dimension {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let powers = [(self.length, "m"), (self.mass, "kg"), (self.time, "s"), (self.angle, "rad")];

@@ -17,7 +17,7 @@ use super::{Dimension, QuantityError};
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quantity {
-    /// In SI units.
+    /// Value in SI units.
     pub value: f64,
     /// `None` for a plain number, which can be anything in SI units.
     pub dimension: Option<Dimension>,

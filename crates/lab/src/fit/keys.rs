@@ -21,7 +21,7 @@ const LISTED: usize = 40;
 pub(super) struct FittedKey {
     /// As its text has it.
     pub(super) path: KeyPath,
-    /// In the scene, in SI units.
+    /// Value in the scene, in SI units.
     pub(super) value: f64,
     /// Body that it is of.
     pub(super) body: Option<usize>,

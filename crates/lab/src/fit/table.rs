@@ -21,7 +21,7 @@ pub(super) struct MeasuredTable {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct ColumnTitle {
     pub(super) name: String,
-    /// As written between the brackets.
+    /// Text of the unit between the brackets.
     unit: Option<String>,
 }
 

@@ -23,7 +23,7 @@ impl Limits<'_> {
     }
 }
 
-/// How far a suite is, before each case.
+/// Progress of a suite, before each case.
 #[derive(Clone, Copy, Debug)]
 pub struct Progress<'a> {
     /// The case that begins.

@@ -22,7 +22,7 @@ struct Known {
 
 /// There may be three times as many.
 const BAR: u64 = 3;
-/// No solve takes more than this.
+/// Iteration limit of every solve.
 const CAP: u64 = 500;
 
 #[rustfmt::skip]

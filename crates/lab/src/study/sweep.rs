@@ -20,7 +20,7 @@ use pliant_scene::{RefusedScheme, Scene, Source, vary};
 
 /// Runs of a scheme beyond its largest stable step: one or two, to see it fail.
 const BEYOND_STABILITY: f64 = 4.0;
-/// No run takes more steps.
+/// Maximum number of steps of a run.
 const MOST_STEPS: f64 = 1e8;
 /// Part of the budget that references may take.
 const FOR_REFERENCES: f64 = 0.4;

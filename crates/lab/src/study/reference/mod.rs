@@ -20,7 +20,7 @@ pub use store::key;
 pub struct Reference {
     /// Name that tells it from others: how it was found, and the [`key`] of the problem.
     pub id: String,
-    /// In words.
+    /// Description of the method.
     pub how: String,
     /// Its own error, estimated, relative as [`Errors`](super::Errors) are: of positions and of velocities,
     /// the larger.
