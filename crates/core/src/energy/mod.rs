@@ -138,7 +138,7 @@ pub enum Fault {
         /// Name of the constraint.
         hold: String,
     },
-    /// Surfaces are closer to each other than their minimum separation.
+    /// Surfaces are closer to each other than contact allows.
     Overlap {
         /// The two primitives and their bodies.
         pair: String,
