@@ -1,18 +1,20 @@
-//! Memory that the system would hand out now, where it says so (Linux): what is free, within the limits of
-//! the control groups of the process and of its own address space. Memory that the process has used.
+//! Memory that the system could allocate now, if the system reports it (Linux): free memory, within the
+//! limits of the control groups of the process and of its address space. Also memory that the process has
+//! used.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Where control groups of the second version are mounted.
+/// Mount point of control groups of the second version.
 const GROUPS: &str = "/sys/fs/cgroup";
 
-/// Bytes that could be allocated now; `None` where the system does not say.
+/// Bytes that could be allocated now; `None` if the system does not report it.
 pub fn available() -> Option<u64> {
     available_beside(0)
 }
 
-/// The same beside so many bytes that are to be reserved and hardly touched: they take address space alone.
+/// Bytes that could be allocated besides `reserved` bytes, which are hardly touched and take address space
+/// only.
 pub fn available_beside(reserved: u64) -> Option<u64> {
     let read = |path: &str| fs::read_to_string(path).ok();
     let free = read("/proc/meminfo").and_then(|text| kibibytes(&text, "MemAvailable:"));
@@ -23,14 +25,13 @@ pub fn available_beside(reserved: u64) -> Option<u64> {
     [free, groups, address].into_iter().flatten().min()
 }
 
-/// The most bytes of memory that this process has had in use (the peak of its resident set); `None` where the
-/// system does not say.
+/// Peak resident set of this process [bytes]; `None` if the system does not report it.
 pub fn peak() -> Option<u64> {
     kibibytes(&fs::read_to_string("/proc/self/status").ok()?, "VmHWM:")
 }
 
-/// Bytes of files that this process has in memory now, above all its own program: pages of it are read where
-/// they are first run. `None` where the system does not say.
+/// Bytes of files that this process has in memory now, above all its own program, whose pages are read when
+/// they first run. `None` if the system does not report it.
 pub fn of_files() -> Option<u64> {
     kibibytes(&fs::read_to_string("/proc/self/status").ok()?, "RssFile:")
 }
@@ -41,8 +42,8 @@ fn kibibytes(text: &str, name: &str) -> Option<u64> {
     Some(line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?.saturating_mul(1024))
 }
 
-/// Memory that the groups that `membership` names, and those above them, leave; pages of files count as
-/// free, for they can be dropped.
+/// Memory left by the control groups in `membership` and those above them; pages of files count as free,
+/// because they can be dropped.
 fn of_groups(root: &Path, membership: &str) -> Option<u64> {
     let second = membership.lines().find_map(|line| line.strip_prefix("0::"));
     let first = membership.lines().find_map(|line| line.split_once(":memory:").map(|(_, group)| group));
@@ -79,7 +80,7 @@ fn of_group(root: &Path, group: &str, [limit, used]: [&str; 2], file_pages: &str
     least
 }
 
-/// Memory that the limit of the address space (`ulimit -v`) leaves.
+/// Memory left by the limit of the address space (`ulimit -v`).
 fn of_address_space(limits: &str, status: &str) -> Option<u64> {
     let line = limits.lines().find_map(|line| line.strip_prefix("Max address space"))?;
     let limit: u64 = line.split_whitespace().next()?.parse().ok()?;

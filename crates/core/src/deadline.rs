@@ -1,14 +1,14 @@
-//! Work that ends in time.
+//! Work with a time limit.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 
-/// How often it is looked whether the time is over.
+/// Interval between checks of the time limit.
 const LOOK: Duration = Duration::from_millis(10);
 
-/// Flag that ends work in progress once it is set; without one, nothing does.
+/// Optional flag that ends work in progress once it is set.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Stop(Option<Arc<AtomicBool>>);
 
@@ -22,19 +22,19 @@ impl Stop {
         self.0.is_some()
     }
 
-    /// True if work is to end.
+    /// True if the work must end.
     pub(crate) fn is_set(&self) -> bool {
         self.0.as_ref().is_some_and(|flag| flag.load(Ordering::Relaxed))
     }
 }
 
-/// Work that ended because it was asked to.
+/// Error of work that was stopped by its flag.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("stopped before it was done")]
 pub struct Stopped;
 
-/// Does `work` with a flag that is set as soon as `over` says so, which is asked every ten milliseconds on a
-/// thread of its own: a single step, or a solve in it, can take longer than there is time.
+/// Runs `work` with a flag that is set as soon as `over` returns true. A separate thread calls `over` every
+/// ten milliseconds, because a single step, or a solve in it, can exceed the limit.
 pub fn until<T>(over: impl Fn() -> bool + Sync, work: impl FnOnce(&Arc<AtomicBool>) -> T) -> T {
     let stop = Arc::new(AtomicBool::new(over()));
     let (done, ended) = channel::<()>();

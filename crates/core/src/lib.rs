@@ -1,12 +1,12 @@
-//! The engine of `pliant`, a simulator of deformable things: from arrays to motion.
+//! The core of `pliant`, a simulator of deformable bodies: from arrays to motion.
 //!
-//! It solves `M x'' = f(x)` with `f = -dE/dx`, where the energy `E` is a sum of terms: hyperelastic
-//! elements, springs, gravity. A new model is an energy; everything else follows. All quantities are in SI
-//! units; arrays of positions and velocities are flat, `(n, dimension)`, in `f64`; [`algebra::columns`]
-//! shows them as matrices of nalgebra, which poses of pins are values of, and into which `F` and stresses
-//! convert.
+//! The crate solves `M x'' = f(x)` with `f = -dE/dx`, where the energy `E` is a sum of terms: hyperelastic
+//! elements, springs, gravity. A new model is a new energy term; forces and Hessians are its derivatives. All
+//! quantities are in SI units. Arrays of positions and velocities are flat, `(n, dimension)`, in `f64`;
+//! [`algebra::columns`] shows them as matrices of nalgebra, which are also the type of poses of pins and to
+//! which `F` and stresses convert.
 //!
-//! A square of two triangles, thrown, turning and pulled down:
+//! A square of two triangles, thrown, rotating and falling under gravity:
 //!
 //! ```
 //! use pliant::energy::{elastic::Elastic, gravity::UniformGravity};
@@ -33,17 +33,17 @@
 //! ```
 //!
 //! # The way through
-//! [`system::System`] holds the equations, made of [`energy`] and [`dissipation`] terms; [`integrator`] has
-//! the schemes, [`control`] step sizes that follow the error, [`material`] the energy densities, [`element`]
-//! the shape functions, [`solver`] the equations of implicit steps. [`simulation::Simulation`] takes steps,
-//! [`run::run`] drives a whole run and shows frames to [`observer::Observer`]s. [`scalar`], [`lanes`] and
-//! [`algebra`] are what kernels are written in.
+//! [`system::System`] holds the equations of motion, made of [`energy`] and [`dissipation`] terms.
+//! [`integrator`] has the time integrators, [`control`] adaptive step sizes, [`material`] the energy
+//! densities, [`element`] the shape functions, [`solver`] the solvers of implicit steps.
+//! [`simulation::Simulation`] computes steps; [`run::run`] drives a whole run and passes frames to
+//! [`observer::Observer`]s. Kernels are written in [`scalar`], [`lanes`] and [`algebra`].
 //!
-//! The folder `examples` has a system from arrays, a term of one's own and an observer, each to run by
-//! `cargo run --release --example NAME`.
+//! The folder `examples` has a system from arrays, a custom energy term and an observer. Run each by `cargo
+//! run --release --example NAME`.
 //!
-//! Scenes as text, meshes, recordings and studies are crates above this one: `pliant-scene`, `pliant-mesh`,
-//! `pliant-record`, `pliant-lab`.
+//! Scenes as text, meshes, recordings and studies are crates that depend on this one: `pliant-scene`,
+//! `pliant-mesh`, `pliant-record`, `pliant-lab`.
 
 // Inside a function the symbols of the paper are clearer than words.
 #![allow(non_snake_case)]

@@ -1,10 +1,9 @@
-//! One pass over all vertices: the force is added up, and drag, kick, drift and walls follow while the rows
-//! are in the cache.
+//! One fused pass over all vertices: the force is added up, and drag, kick, drift and walls follow while the
+//! rows are in the cache.
 //!
-//! Vertices come in blocks of fixed size. For each block the terms of the energy add their rows to a
-//! gradient on the stack, so that no array of forces is written or read, and the old state is read and the
-//! new one written once. A block does not depend on any other: the bits are the same on any number of
-//! threads.
+//! Vertices are processed in blocks of fixed size. For each block the energy terms add their rows to a
+//! gradient on the stack. No array of forces is written or read; the old state is read once and the new one
+//! written once. Blocks are independent of each other: the result is bit-identical on any number of threads.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -17,31 +16,31 @@ use crate::lanes::{Kernel, Lanes, Numbers, WIDTH, dispatch};
 use crate::scalar::Scalar;
 use crate::system::WallStop;
 
-/// Vertices in a block: its rows of position, velocity, gradient and inverse mass together fit the first
-/// cache.
+/// Vertices in a block: its rows of position, velocity, gradient and inverse mass together fit the
+/// first-level cache.
 const BLOCK: usize = 128;
 /// Numbers in the rows of a block.
 const BLOCK_NUMBERS: usize = 3 * BLOCK;
-/// Numbers in the rows of a block that is the only one of a small scene: clearing more would show.
+/// Numbers in the rows of the only block of a small scene: clearing more would cost noticeable time.
 const SMALL_BLOCK_NUMBERS: usize = 192;
-/// Packs after which components come in the same order again, in two dimensions as in three.
+/// Number of packs after which components repeat in the same order, in two dimensions as in three.
 const PERIOD: usize = 3;
-/// Blocks that a thread takes at once: below twice as many the hand-over costs more than it saves.
+/// Blocks per task: below twice as many, other threads cost more than they save.
 const TASK_BLOCKS: usize = 32;
 
-/// `1 / m` of every coordinate [1/kg], zero where it is held. Where all of a block are the same, that number
-/// is all that a pass reads of it.
+/// Inverse masses `1 / m` of every coordinate [1/kg], zero if it is fixed. If all of a block are equal, a
+/// pass reads only that number.
 #[derive(Clone, Debug)]
 pub(crate) struct InverseMass {
     numbers: Numbers,
-    /// The value of all numbers of a block; zero where they differ.
+    /// Common value of a block; zero if its values differ.
     of_block: Vec<f64>,
     /// Numbers of a block.
     per_block: usize,
 }
 
 impl InverseMass {
-    /// Of free vertices of these masses [kg] in `dimension` dimensions.
+    /// Inverse masses of free vertices of these masses [kg] in `dimension` dimensions.
     pub(crate) fn free(mass: &[f64], dimension: usize) -> Self {
         let mut numbers = Numbers::zeros(mass.len() * dimension);
         for (rows, m) in numbers.chunks_exact_mut(dimension).zip(mass) {
@@ -53,7 +52,7 @@ impl InverseMass {
         InverseMass { numbers, of_block, per_block }
     }
 
-    /// Holds a coordinate.
+    /// Fixes a coordinate.
     pub(crate) fn hold(&mut self, coordinate: usize) {
         self.numbers[coordinate] = 0.0;
         self.of_block[coordinate / self.per_block] = 0.0;
@@ -80,16 +79,16 @@ struct Gradient<const NUMBERS: usize>([f64; NUMBERS]);
 pub(crate) struct KickDrift {
     /// Factor of the velocities before the kick.
     pub(crate) drag: f64,
-    /// Time [s] for which the acceleration acts; 0: forces are not looked at.
+    /// Time [s] for which the acceleration acts; 0: forces are not evaluated.
     pub(crate) kick: f64,
     /// Time [s] for which the velocity acts.
     pub(crate) drift: f64,
-    /// True if walls put vertices back.
+    /// True if walls correct positions.
     pub(crate) walls: bool,
 }
 
 impl KickDrift {
-    /// A pass that leaves everything as it is.
+    /// A pass without an effect.
     pub(crate) const NOTHING: KickDrift = KickDrift { drag: 1.0, kick: 0.0, drift: 0.0, walls: false };
 }
 
@@ -118,13 +117,13 @@ pub(crate) struct StepInputs<'a> {
     pub(crate) dissipation: &'a [Box<dyn DissipativeTerm>],
     pub(crate) inverse_mass: &'a InverseMass,
     pub(crate) walls: &'a [Wall],
-    /// Vertices that walls stop are added here, in any order.
+    /// Receives the vertices that walls stop, in any order.
     pub(crate) stops: &'a Mutex<Vec<WallStop>>,
 }
 
 impl StepInputs<'_> {
-    /// Runs `pass` on the rows `x` and `v`, which are overwritten; they are taken `from` elsewhere where
-    /// that is given.
+    /// Runs `pass` on the rows `x` and `v`, which are overwritten. If `from` is given, the old rows are read
+    /// there.
     pub(crate) fn run(
         &self,
         pass: &KickDrift,
@@ -155,7 +154,7 @@ impl StepInputs<'_> {
         rows.map(block).reduce(|| PassResult::NOTHING, PassResult::and)
     }
 
-    /// The rows of one block, from number `start` of the flat arrays on, `NUMBERS` of them at most.
+    /// Processes one block, from number `start` of the flat arrays on, `NUMBERS` of them at most.
     fn block<const NUMBERS: usize>(
         &self,
         pass: &KickDrift,
@@ -197,8 +196,7 @@ impl StepInputs<'_> {
         PassResult { finite, put_back }
     }
 
-    /// Writes the acceleration `-M^-1 (dE/dx + dR/dv)` [m/s^2] that belongs to the forces the terms hold
-    /// over `a`.
+    /// Overwrites `a` with the acceleration `-M^-1 (dE/dx + dR/dv)` [m/s^2] of the forces last evaluated.
     pub(crate) fn accelerations(&self, a: &mut [f64]) {
         let per_block = BLOCK * self.dimension;
         let uniform = self.forces().uniform;
@@ -218,8 +216,8 @@ impl StepInputs<'_> {
         }
     }
 
-    /// Shows the row of the gradient [N] that the terms hold of each of these `vertices`, ascending, of
-    /// `count` there are.
+    /// Passes the row of the gradient [N] last evaluated of each of these `vertices`, ascending, of `count`
+    /// in all, to the visitor.
     pub(crate) fn visit_gradient(
         &self,
         vertices: &[u32],
@@ -255,7 +253,7 @@ impl StepInputs<'_> {
         Forces { uniform, contiguous: contiguous.filter(|_| alone) }
     }
 
-    /// Adds the rows of a block, from number `start` on, but for accelerations that are the same everywhere.
+    /// Adds the rows of a block, from number `start` on, except for uniform accelerations.
     fn add_forces(&self, start: usize, gradient: &mut [f64]) {
         for term in self.terms.iter().filter(|term| uniform_acceleration(term.as_ref()).is_none()) {
             term.add_rows(start / self.dimension, gradient);
@@ -286,11 +284,11 @@ impl StepInputs<'_> {
     }
 }
 
-/// Forces of a pass that are read as they are.
+/// Forces of a pass that are read in place.
 struct Forces<'a> {
-    /// The acceleration [m/s^2] that is the same everywhere.
+    /// Uniform acceleration [m/s^2].
     uniform: [f64; 3],
-    /// The only term with other forces, where their rows may lie in memory as they are.
+    /// The only term with other forces, if its rows may be read in place.
     contiguous: Option<&'a dyn ForceLayout>,
 }
 
@@ -298,7 +296,7 @@ impl Forces<'_> {
     const NONE: Self = Forces { uniform: [0.0; 3], contiguous: None };
 }
 
-/// The acceleration [m/s^2] of a term that gives every vertex the same.
+/// Uniform acceleration [m/s^2] of a term, if it has one.
 fn uniform_acceleration(term: &dyn EnergyTerm) -> Option<&[f64]> {
     term.layout().and_then(|layout| layout.acceleration())
 }
@@ -307,16 +305,16 @@ fn add(sum: &mut [f64; 3], acceleration: &[f64]) {
     sum.iter_mut().zip(acceleration).for_each(|(sum, a)| *sum += a);
 }
 
-/// Kick, drift and drag of the rows of a block; whether all that came out is finite.
+/// Kick, drift and drag of the rows of a block; returns whether all results are finite.
 struct Update<'a> {
     pass: &'a KickDrift,
-    /// Acceleration beside that of the gradient [m/s^2].
+    /// Acceleration in addition to that of the gradient [m/s^2].
     uniform: [[f64; WIDTH]; PERIOD],
     gradient: &'a [f64],
     inverse_mass: &'a [f64],
-    /// The value of all of `inverse_mass`; zero where it differs.
+    /// Common value of `inverse_mass`; zero if its values differ.
     same: f64,
-    /// Where the old rows are, if not in `x` and `v`.
+    /// Source of the old rows, if not `x` and `v`.
     from: Option<(&'a [f64], &'a [f64])>,
     x: &'a mut [f64],
     v: &'a mut [f64],
@@ -325,7 +323,7 @@ struct Update<'a> {
 /// The acceleration by the gradient `g` and what is `uniform`, at inverse mass `w`.
 #[inline(always)]
 fn acceleration<S: Scalar>(g: S, w: S, uniform: S) -> S {
-    // A held coordinate stays at rest even where its force is not finite.
+    // A fixed coordinate does not accelerate even if its force is not finite.
     S::select(S::zero().lt(w), uniform - w * g, S::zero())
 }
 

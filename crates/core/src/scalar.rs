@@ -1,8 +1,8 @@
-//! The number type that material and element kernels are written over.
+//! Number type over which material and element kernels are written.
 //!
-//! A kernel is one text. It runs on `f64`, on a pack of lanes ([`crate::lanes`]) and on dual numbers, so
-//! that the same source gives the reference value, the fast value and the derivative. Only IEEE operations
-//! that are exactly rounded everywhere appear here (`+ - * / sqrt fma`, compare, select): that is why every
+//! A kernel is written once. It runs on `f64`, on a pack of lanes ([`crate::lanes`]) and on dual numbers, so
+//! that the same source gives the reference value, the fast value and the derivative. The trait has only IEEE
+//! operations that are exactly rounded everywhere (`+ - * / sqrt fma`, compare, select); therefore every
 //! instruction set gives the same bits.
 
 use std::fmt::Debug;
@@ -12,7 +12,7 @@ use crate::algebra::{self, IsotropicFunction, Mat};
 
 /// Result of comparing two scalars, lane by lane.
 pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> {
-    /// True where any lane is true.
+    /// True if any lane is true.
     fn any(self) -> bool;
 }
 
@@ -30,11 +30,11 @@ pub trait Compared: Copy {
 
     /// Absolute value.
     fn abs(self) -> Self;
-    /// The larger of the two; `o` where `self` is NaN.
+    /// The larger of the two; `o` if `self` is NaN.
     fn max(self, o: Self) -> Self;
     /// `|self|` with the sign of `sign`.
     fn copysign(self, sign: Self) -> Self;
-    /// `self < o`; false where either is NaN.
+    /// `self < o`; false if either is NaN.
     fn lt(self, o: Self) -> Self::Mask;
     /// `mask ? a : b`, lane by lane.
     fn select(mask: Self::Mask, a: Self, b: Self) -> Self;
@@ -86,15 +86,15 @@ pub trait Scalar:
 
     /// The rotation of the signed polar decomposition `F = R S`, see [`algebra::rotation`].
     ///
-    /// A primitive, because its derivative has a closed form: dual numbers do not differentiate the
+    /// This is a primitive because its derivative has a closed form: dual numbers do not differentiate the
     /// iteration.
     #[inline(always)]
     fn rotation<const D: usize>(f: &Mat<Self, D>) -> Mat<Self, D> {
         algebra::rotation(f)
     }
 
-    /// The rotation of `f` by way of its singular values, see [`algebra::rotation_by_svd`], where `mask` is
-    /// true; elsewhere anything. The rare branch of the general case, which packs of lanes keep out of line.
+    /// The rotation of `f` from its singular values, see [`algebra::rotation_by_svd`], in lanes where `mask`
+    /// is true; other lanes are undefined. Packs of lanes do not inline this rare branch of the general case.
     #[inline(always)]
     fn rotation_by_svd_where<const D: usize>(mask: Self::Mask, f: &Mat<Self, D>) -> Mat<Self, D> {
         let _ = mask;
@@ -103,8 +103,8 @@ pub trait Scalar:
 
     /// The value of an isotropic function at `F`, see [`algebra::isotropic_value`].
     ///
-    /// A primitive for the reason of [`rotation`](Self::rotation): where stretches coincide the singular
-    /// vectors have no derivative, but the function has.
+    /// This is a primitive for the reason of [`rotation`](Self::rotation): if stretches coincide, the
+    /// singular vectors have no derivative, but the function has.
     #[inline(always)]
     fn isotropic_value<const D: usize, I: IsotropicFunction<D>>(function: &I, f: &Mat<Self, D>) -> Self {
         algebra::isotropic_value(function, f)
@@ -131,11 +131,10 @@ pub trait Scalar:
     }
 }
 
-/// A scalar whose exponent can be taken apart: `f64` and packs of lanes, but not dual numbers.
+/// A scalar with an accessible exponent: `f64` and packs of lanes, but not dual numbers.
 ///
-/// The elementary functions of [`crate::lanes`] are written once over this trait, which is why every
-/// instruction set and plain `f64` give the same bits. No platform library is asked for a logarithm or an
-/// exponential.
+/// The elementary functions of [`crate::lanes`] are written once over this trait, without the platform's
+/// logarithm and exponential; therefore every instruction set and plain `f64` give the same bits.
 pub trait Real: Scalar {
     /// `(k, m)` with `self = 2^k m`, `k` an integer and `m` in `[sqrt(1/2), sqrt(2))`.
     ///

@@ -1,11 +1,11 @@
-//! What a simulation is made of, as a reader of its output needs it: which vertices belong together, and the
-//! cells between them. Fixed for the length of a run.
+//! Topology of a simulation for readers of its output: the vertices of each body and the cells between them.
+//! It is fixed for the length of a run.
 
 use std::ops::Range;
 
 use crate::element::CellBlock;
 
-/// What kind of thing a body is.
+/// Kind of a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
@@ -22,7 +22,7 @@ pub enum BodyKind {
     Springs,
     /// Vertices without any connection.
     Particles,
-    /// Held, and nothing inside: what others cannot enter.
+    /// A fixed body without interior elements, which others cannot penetrate.
     Obstacle,
 }
 
@@ -31,9 +31,9 @@ pub enum BodyKind {
 pub struct BodyTopology {
     /// Name, unique in the simulation.
     pub name: String,
-    /// What it is.
+    /// Kind of the body.
     pub kind: BodyKind,
-    /// Its vertices.
+    /// Range of its vertices.
     pub vertices: Range<u32>,
     /// Springs and segments; drawn as lines.
     pub edges: Vec<[u32; 2]>,
@@ -41,34 +41,34 @@ pub struct BodyTopology {
     pub triangles: Vec<[u32; 3]>,
     /// Tetrahedra.
     pub tetrahedra: Vec<[u32; 4]>,
-    /// In a body of second order the vertices in the middle of the edges `01, 12, 20` of each triangle;
-    /// otherwise empty.
+    /// Vertices in the middle of the edges `01, 12, 20` of each triangle in a second-order body; otherwise
+    /// empty.
     pub triangle_middles: Vec<[u32; 3]>,
-    /// In a body of second order the vertices in the middle of the edges `01, 12, 02, 03, 13, 23` of each
-    /// tetrahedron; otherwise empty.
+    /// Vertices in the middle of the edges `01, 12, 02, 03, 13, 23` of each tetrahedron in a second-order
+    /// body; otherwise empty.
     pub tetrahedron_middles: Vec<[u32; 6]>,
     /// Cells that are no simplices: the elements of a body of quadrilaterals or hexahedra.
     pub blocks: Vec<CellBlock>,
     /// Triangles to draw: the boundary of a solid, all of a cloth; four flat ones for each curved one.
     pub surface: Vec<[u32; 3]>,
-    /// Surface that is drawn in its place.
+    /// Embedded surface that is drawn in its place.
     pub skin: Option<Skin>,
 }
 
-/// A surface that rides along with the elements of a body: each of its vertices is a fixed mean of the nodes
-/// of one element, `x = sum_a w_a x_a`, and therefore moves as the element does.
+/// An embedded surface: each of its vertices is a fixed weighted sum of the nodes of one element, `x = sum_a
+/// w_a x_a`, and therefore moves with the element.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Skin {
     /// Triangles, counter-clockwise seen from outside, by vertices of the skin from 0.
     pub triangles: Vec<[u32; 3]>,
-    /// Element of the body that each triangle is in or nearest to, `(triangles,)`.
+    /// Element that contains each triangle or is nearest to it, `(triangles,)`.
     pub elements: Vec<u32>,
     /// Number of nodes of a vertex.
     pub width: usize,
     /// Nodes of each vertex, flat `(vertices, width)`.
     pub nodes: Vec<u32>,
-    /// Weights of these, flat `(vertices, width)`; those of a vertex sum to 1, and may be negative for one
-    /// that lies outside of its element.
+    /// Weights of these nodes, flat `(vertices, width)`. Those of a vertex sum to 1; they may be negative for
+    /// a vertex outside its element.
     pub weights: Vec<f64>,
 }
 
@@ -78,7 +78,7 @@ impl Skin {
         self.nodes.len().checked_div(self.width).unwrap_or(0)
     }
 
-    /// A quantity at a vertex from that of all nodes, flat `(n, D)`: its position from their positions.
+    /// Interpolates a quantity at a vertex from that of all nodes, flat `(n, D)`, for example positions.
     pub fn interpolated<const D: usize>(&self, vertex: usize, values: &[f64]) -> [f64; D] {
         let range = vertex * self.width..(vertex + 1) * self.width;
         let mut sum = [0.0; D];
@@ -99,8 +99,8 @@ impl Skin {
 }
 
 impl BodyTopology {
-    /// The corners of its finite elements, one element after the other, and how many corners each has; `None`
-    /// without elements. In a simulation of this `dimension`.
+    /// Corners of the body's finite elements, one element after the other, and the number of corners of each;
+    /// `None` without elements. `dimension` is that of the simulation.
     pub fn elements(&self, dimension: usize) -> Option<(&[u32], usize)> {
         match (self.kind, dimension) {
             (BodyKind::Solid, _) if !self.blocks.is_empty() => {
@@ -151,29 +151,29 @@ pub struct Topology {
     pub dimension: usize,
     /// Number of vertices of all bodies.
     pub vertex_count: usize,
-    /// Rest positions, flat `(vertex_count, dimension)` [m].
+    /// Reference positions, flat `(vertex_count, dimension)` [m].
     pub rest_positions: Vec<f64>,
-    /// Mass of each vertex [kg]; empty where it is not needed.
+    /// Mass of each vertex [kg]; empty if it is not needed.
     pub masses: Vec<f64>,
     /// The bodies, by ascending vertex range.
     pub bodies: Vec<BodyTopology>,
 }
 
-/// Sets of things that links hold together, by joining trees; Tarjan 1975, "Efficiency of a good but not
-/// linear set union algorithm".
+/// Disjoint sets of items joined by links (union-find); Tarjan 1975, "Efficiency of a good but not linear set
+/// union algorithm".
 #[derive(Clone, Debug)]
 pub struct DisjointSets {
-    /// Another thing of the same piece with a lower number, or the thing itself.
+    /// Another item of the same set with a lower number, or the item itself.
     above: Vec<u32>,
 }
 
 impl DisjointSets {
-    /// As many pieces as things.
+    /// Creates one set for each item.
     pub fn new(things: usize) -> Self {
         DisjointSets { above: (0..things as u32).collect() }
     }
 
-    /// Joins the pieces of all members of a link.
+    /// Joins the sets of all members of a link.
     pub fn connect(&mut self, link: &[u32]) {
         for pair in link.windows(2) {
             let (a, b) = (self.first(pair[0]), self.first(pair[1]));
@@ -181,7 +181,7 @@ impl DisjointSets {
         }
     }
 
-    /// The first thing of the piece that this one is in.
+    /// First item of the set that contains this one.
     pub fn first(&mut self, mut thing: u32) -> u32 {
         while self.above[thing as usize] != thing {
             // Paths are halved on the way.
@@ -192,13 +192,12 @@ impl DisjointSets {
         thing
     }
 
-    /// Number of pieces.
+    /// Number of sets.
     pub fn count(&self) -> usize {
         (0..).zip(&self.above).filter(|(thing, above)| thing == *above).count()
     }
 
-    /// Number of the piece of each thing, from 0 in the order of their first things, and the number of
-    /// pieces.
+    /// Set number of each item, from 0 in the order of their first items, and the number of sets.
     pub fn numbered(mut self) -> (Vec<u32>, usize) {
         let (mut numbers, mut count) = (vec![0; self.above.len()], 0);
         for thing in 0..self.above.len() as u32 {

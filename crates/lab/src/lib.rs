@@ -1,6 +1,6 @@
-//! The laboratory of `pliant`: error against run time, limits of stability, the torture suite, benchmarks.
+//! Experiments with `pliant`: error against run time, stability limits, the robustness suite, benchmarks.
 //!
-//! All of it is built on whole runs of scenes, and none of it is needed to simulate.
+//! All of it is built on whole runs of scenes; a simulation needs none of it.
 
 // Inside a function the symbols of the paper are clearer than words.
 #![allow(non_snake_case)]

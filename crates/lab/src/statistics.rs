@@ -42,7 +42,7 @@ pub struct RunStatistics {
 }
 
 impl RunStatistics {
-    /// Of this work, and these times [s].
+    /// Statistics from this work and these times [s].
     pub fn new(work: Work, setup_seconds: f64, stepping_seconds: f64) -> RunStatistics {
         let (solver, retried) = (work.solver.unwrap_or_default(), work.retried.unwrap_or_default());
         RunStatistics {

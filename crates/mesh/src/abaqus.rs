@@ -1,13 +1,13 @@
 //! Abaqus input decks, `.inp`, as CalculiX and mesh generators write them too: nodes, elements, sets and
 //! surfaces.
 //!
-//! Read are `*NODE`, `*ELEMENT`, `*NSET`, `*ELSET` (with `GENERATE`) and `*SURFACE` of elements; sets and
-//! surfaces become groups by their names. Keywords that make nodes or elements from others are refused by
-//! name, those of materials, steps and output are passed over: constants, loads and supports stand in the
-//! scene. A deck may have one part with one instance, which is moved and turned as the deck says; nodes and
-//! elements stand in the part or in the instance. Files of `*INCLUDE` are [joined](super::include) before.
-//! After "Abaqus Analysis User's Guide", sections "Node definition", "Element definition", "Assembly
-//! definition", "Solid (continuum) elements" (order of nodes, numbers of faces).
+//! The reader accepts `*NODE`, `*ELEMENT`, `*NSET`, `*ELSET` (with `GENERATE`) and `*SURFACE` of elements;
+//! sets and surfaces become groups by their names. Keywords that make nodes or elements from others are
+//! refused by name. Those of materials, steps and output are ignored: the scene specifies parameters, loads
+//! and supports. A deck may have one part with one instance, which is moved and turned as the deck says;
+//! nodes and elements stand in the part or in the instance. Files of `*INCLUDE` are [joined](super::include)
+//! before. Source: "Abaqus Analysis User's Guide", sections "Node definition", "Element definition",
+//! "Assembly definition", "Solid (continuum) elements" (order of nodes, numbers of faces).
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap};

@@ -1,4 +1,4 @@
-//! From the `mesh` table of a scene to a checked mesh.
+//! Construction of a checked mesh from the `mesh` table of a scene.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! Cells, and what calls them: the mesh by kind and index, a file by a number or a place.
+//! Identity of a cell: by kind and index in a mesh, by number or position in a file.
 
 use std::fmt;
 

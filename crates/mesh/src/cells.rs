@@ -1,5 +1,5 @@
-//! Cells as a reader finds them: by dimension, with their places, named groups, and nodes in the middle of
-//! edges.
+//! Cells as a reader finds them: by dimension, with their positions in the file, named groups, and nodes in
+//! the middle of edges.
 
 use std::collections::BTreeMap;
 

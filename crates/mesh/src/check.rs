@@ -1,4 +1,4 @@
-//! Conditions on every mesh before anything is computed on it.
+//! Validity checks that every mesh must pass before a computation.
 
 use super::geometry::measure;
 use super::topology::firsts;

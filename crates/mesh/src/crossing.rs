@@ -1,4 +1,4 @@
-//! Surfaces that pass through each other, by exact arithmetic: nothing here knows of contact.
+//! Detection of surfaces that intersect, by exact arithmetic, independent of the contact code.
 
 use std::collections::BTreeSet;
 

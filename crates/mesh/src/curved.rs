@@ -1,5 +1,5 @@
-//! Curved sides of generated meshes of second order: nodes in the middle of edges by the map of the
-//! generator, on the spheres and circles that its vertices lie on.
+//! Curved boundaries of generated second-order meshes: the map of the generator places nodes in the middle of
+//! edges on the spheres and circles that contain the vertices.
 
 use super::Mesh;
 use crate::spec::MeshSpec;

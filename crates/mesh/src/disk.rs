@@ -1,4 +1,4 @@
-//! Points at random over a disk or annulus.
+//! Random points in a disk or annulus.
 
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;

@@ -1,4 +1,4 @@
-//! A quarter of an elliptic ring. By default that of test LE1 of NAFEMS, "The standard NAFEMS benchmarks"
+//! A quarter of an elliptic ring. The default is that of test LE1 of NAFEMS, "The standard NAFEMS benchmarks"
 //! (1990).
 
 use super::build::{at_least_one, positive};

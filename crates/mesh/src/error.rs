@@ -1,4 +1,4 @@
-//! Mistakes in meshes. Every message says where, what was found, and what would be right.
+//! Errors in meshes. Every message names the position, the value found, and the value expected.
 
 use pliant::quantity::{Rounded, counted};
 use std::path::PathBuf;

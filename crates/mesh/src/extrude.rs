@@ -1,4 +1,4 @@
-//! Solids that are a plane mesh moved along z.
+//! Solids extruded from a plane mesh along z.
 
 use super::mapped::add_triangles;
 use super::{Mesh, MeshError, MeshSize};

@@ -1,4 +1,4 @@
-//! Faces of bodies: what loads on surfaces act on.
+//! Faces of bodies, on which surface loads act.
 
 use super::quadratic::sorted as ascending;
 use super::{Mesh, MeshError, select};

@@ -1,5 +1,5 @@
-//! Mesh files: the format by the extension, what all formats have in common, and where in the file a fault
-//! lies.
+//! Mesh files: choice of the format by the extension, code common to all formats, and positions of errors in
+//! the file.
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-//! Mistakes in the text of mesh files, beyond those that [`MeshError`](super::MeshError) has of all of them.
+//! Errors in the text of mesh files, beyond those that [`MeshError`](super::MeshError) has for all formats.
 
 /// Why the content of a file is no mesh.
 #[derive(Debug, thiserror::Error)]

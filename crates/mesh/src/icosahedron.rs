@@ -1,4 +1,4 @@
-//! The icosahedron and the lattice that its faces are divided into: what balls and spheres are made of.
+//! The icosahedron and the lattice on its faces, from which balls and spheres are made.
 
 use std::collections::BTreeMap;
 

@@ -1,8 +1,8 @@
-//! Files that an Abaqus deck names: their text in its place, and where each line of the whole stands.
+//! Files that an Abaqus deck includes: their text is inserted, and every line keeps its position in its file.
 //!
 //! `*INCLUDE, INPUT=file` stands for the text of a file, `INPUT=file` of `*NODE`, `*ELEMENT` and of sets for
-//! data lines. A deck may be a stranger's: its files lie in its folder or below, each is read once, five
-//! deep at most, as in Abaqus.
+//! data lines. A deck may come from an untrusted source: its files must lie in its folder or below, each is
+//! read once, and nesting is at most five deep, as in Abaqus.
 
 use std::path::{Component, Path, PathBuf};
 

@@ -1,8 +1,8 @@
 //! Meshes: generators, readers, checks and selections. Plain data, either two- or three-dimensional.
 //!
-//! [`build`] turns the `mesh` table of a scene into a checked [`Mesh`], [`build_body`] moves and repeats it
-//! as the body says; [`select`] turns a selection into vertex indices; [`predicted_size`] says what a mesh
-//! will take before any of it is allocated. One generator or format lives in one file.
+//! [`build`] turns the `mesh` table of a scene into a checked [`Mesh`]. [`build_body`] moves and repeats it
+//! as the body says. [`select`] turns a selection into vertex indices. [`predicted_size`] predicts the memory
+//! of a mesh before any of it is allocated. Each generator or format has its own file.
 
 // Loops over small fixed ranges index several arrays at once.
 #![allow(clippy::needless_range_loop)]

@@ -1,4 +1,4 @@
-//! Volumes shared out to vertices: what lumped masses are made of.
+//! Volumes distributed to vertices, for lumped masses.
 
 use super::Mesh;
 use super::geometry::measure;

@@ -1,9 +1,9 @@
 //! Medit `.mesh`, ASCII, versions 1 and 2: P. J. Frey, "MEDIT: An interactive mesh visualization software",
 //! INRIA report RT-0253 (2001), appendix.
 //!
-//! `Vertices`, `Edges`, `Triangles`, `Quadrilaterals`, `Tetrahedra` and `Hexahedra` are read. The references
-//! of these become groups `vertex_3`, `edge_3`, `triangle_3`, `hexahedron_3`: 3 of one kind and 3 of another
-//! have nothing to do with each other. The reference 0 stands for none.
+//! The reader accepts `Vertices`, `Edges`, `Triangles`, `Quadrilaterals`, `Tetrahedra` and `Hexahedra`. Their
+//! references become groups `vertex_3`, `edge_3`, `triangle_3`, `hexahedron_3`; equal references of different
+//! kinds are unrelated. The reference 0 stands for no group.
 
 use super::FormatError;
 use super::cells::{FileCells, Names, block_reference, reference};

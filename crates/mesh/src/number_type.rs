@@ -1,4 +1,4 @@
-//! The types of numbers that binary mesh files are made of.
+//! Number types of binary mesh files.
 
 /// How a number is stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,9 +1,9 @@
 //! Wavefront OBJ: vertices, polygons, polylines, groups and objects.
 //!
-//! Read here and not with the `tobj` crate: that one gives every group vertices of its own, so that a mesh
-//! falls apart along its groups, turns polylines of three vertices into triangles, drops vertices that no
-//! face uses and with them the numbering, reports no lines, by default rounds positions to single precision,
-//! and overflows on some indices.
+//! This reader replaces the `tobj` crate. `tobj` gives every group vertices of its own, so that a mesh falls
+//! apart along its groups; turns polylines of three vertices into triangles; drops vertices that no face uses
+//! and with them the numbering; reports no lines; by default rounds positions to single precision; and
+//! overflows on some indices.
 
 use std::collections::BTreeMap;
 

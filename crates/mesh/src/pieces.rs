@@ -1,4 +1,4 @@
-//! Contents of a mesh: cells of each kind, unconnected pieces, vertices at one place.
+//! Statistics of a mesh: cells of each kind, unconnected pieces, coincident vertices.
 
 use rayon::prelude::*;
 use serde::Serialize;

@@ -1,7 +1,7 @@
 //! PLY, ASCII and binary: <https://paulbourke.net/dataformats/ply/>, after G. Turk's description of 1994.
 //!
-//! Read here and not with the `ply-rs` crates: those keep a table of strings for every vertex, and say
-//! neither the line nor the offset of a fault.
+//! This reader replaces the `ply-rs` crates, which keep a table of strings for every vertex and report
+//! neither the line nor the offset of an error.
 
 use super::FormatError;
 use super::cells::{FileCells, Names};

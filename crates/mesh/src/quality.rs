@@ -1,4 +1,4 @@
-//! How well shaped a mesh is.
+//! Measures of mesh quality.
 
 use super::Mesh;
 use super::geometry::{SimplexMeasure, measure};

@@ -1,4 +1,4 @@
-//! Sets of vertices by place, index or name.
+//! Sets of vertices by position, index or name.
 
 use super::build::{finite, vector};
 use super::{Mesh, MeshError};

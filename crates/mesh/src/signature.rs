@@ -1,4 +1,4 @@
-//! Kind of a file that its reader cannot read: by its first bytes.
+//! Detection of the kind of an unsupported file by its first bytes.
 
 use super::FormatError;
 use super::file::Format;

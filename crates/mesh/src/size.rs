@@ -1,4 +1,4 @@
-//! Memory that a mesh will take, before any of it is allocated.
+//! Memory required by a mesh, predicted before any of it is allocated.
 
 use std::path::Path;
 

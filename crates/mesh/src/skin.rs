@@ -1,4 +1,4 @@
-//! Skins of meshes that are promoted, mirrored and repeated.
+//! Embedded surfaces of meshes that are promoted, mirrored and repeated.
 
 use std::collections::HashMap;
 

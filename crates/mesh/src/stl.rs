@@ -1,6 +1,6 @@
 //! STL, ASCII and binary: facets in space.
 //!
-//! Read here and not with the `stl_io` crate: that one reports neither the line nor the offset of a fault.
+//! This reader replaces the `stl_io` crate, which reports neither the line nor the offset of an error.
 
 use std::collections::HashMap;
 

@@ -1,4 +1,4 @@
-//! A beam whose height changes along its length. By default the tapered membrane of test FV32 of NAFEMS,
+//! A beam whose height changes along its length. The default is the tapered membrane of test FV32 of NAFEMS,
 //! "Selected benchmarks for natural frequency analysis" (1987).
 
 use super::build::{at_least_one, positive};

@@ -1,4 +1,4 @@
-//! Edges and boundaries. Found by sorting: the result does not depend on hashes.
+//! Edges and boundaries, found by sorting, so that the result does not depend on hashes.
 
 use rayon::prelude::*;
 

@@ -1,5 +1,5 @@
-//! Sines and cosines with the same bits on every machine: those of the C library differ between its
-//! versions, and with the instructions that the processor has.
+//! Sines and cosines that are bit-identical on every machine. Those of the C library differ between its
+//! versions and between instruction sets.
 
 // The constants stand as fdlibm prints them.
 #![allow(clippy::excessive_precision)]

@@ -1,9 +1,9 @@
 //! Legacy VTK, ASCII and binary, versions up to 5.1:
 //! <https://docs.vtk.org/en/latest/vtk_file_formats/vtk_legacy_file_format.html>.
 //!
-//! `UNSTRUCTURED_GRID` and `POLYDATA` are read, up to their data arrays, which say nothing about the shape.
-//! Read here and not with the `vtkio` crate, whose messages name neither the line nor the cell of a fault,
-//! and which brings a dozen crates along.
+//! The reader accepts `UNSTRUCTURED_GRID` and `POLYDATA`, up to their data arrays, which do not describe the
+//! shape. It replaces the `vtkio` crate, whose messages name neither the line nor the cell of an error, and
+//! which has a dozen dependencies.
 
 use super::cells::{FileCells, Names};
 use super::file::{FileMesh, MeshInput, Place};

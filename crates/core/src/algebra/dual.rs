@@ -28,7 +28,7 @@ pub(crate) const SMALLEST_SUM: f64 = 1e-10;
 pub struct Dual<S> {
     /// The number.
     pub value: S,
-    /// Its derivative.
+    /// Derivative along the direction.
     pub derivative: S,
 }
 
@@ -196,8 +196,8 @@ impl<S: Scalar> Scalar for Dual<S> {
         let derivative = self.derivative.mul_add(b.value, b.derivative.mul_add(self.value, c.derivative));
         Dual { value: self.value.mul_add(b.value, c.value), derivative }
     }
-    /// With `F = R S`: `R^T dR` is antisymmetric, with the axial vector `(tr(S) I - S)^-1 axial(R^T dF -
-    /// dF^T R)`; in two dimensions `R^T dR = (R^T dF - dF^T R) / tr S`.
+    /// Derivative of the rotation in `F = R S`: `R^T dR` is antisymmetric, with the axial vector
+    /// `(tr(S) I - S)^-1 axial(R^T dF - dF^T R)`; in two dimensions `R^T dR = (R^T dF - dF^T R) / tr S`.
     ///
     /// From differentiating `F = R S` and taking the antisymmetric part. The eigenvalues of `tr(S) I - S`
     /// are the sums of two singular values; they are kept away from zero, so the derivative is always finite

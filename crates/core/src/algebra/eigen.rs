@@ -95,7 +95,8 @@ pub fn symmetric_eigen<const D: usize>(a: &Mat<f64, D>) -> (Vect<f64, D>, Mat<f6
     (lambda, v)
 }
 
-/// As [`symmetric_eigen`], on any scalar: a fixed number of sweeps, enough for the last digits.
+/// Solves the eigenproblem of [`symmetric_eigen`] on any scalar, with a fixed number of sweeps, enough for
+/// the last digits.
 #[inline(always)]
 pub fn symmetric_eigen_of_lanes<S: Scalar, const D: usize>(a: &Mat<S, D>) -> (Vect<S, D>, Mat<S, D>) {
     let mut a = *a;

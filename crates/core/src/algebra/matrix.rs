@@ -1,7 +1,7 @@
 //! `D x D` matrices over any scalar, row-major, on the stack.
 //!
-//! Loops, never closures: a closure that the compiler declines to inline loses the target features of its
-//! caller and turns every lane operation in it into a call.
+//! The code uses loops, never closures: a closure that the compiler declines to inline loses the target
+//! features of its caller and turns every lane operation in it into a call.
 
 use std::ops::{Add, AddAssign, Index, IndexMut, Mul, Neg, Sub};
 

@@ -1,6 +1,6 @@
 //! Small dense matrices and their decompositions, generic over [`Scalar`](crate::scalar::Scalar).
 //!
-//! The only place of the crate that knows what differs between two and three dimensions.
+//! This is the only module of the crate that distinguishes two from three dimensions.
 
 mod dual;
 mod eigen;

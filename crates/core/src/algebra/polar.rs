@@ -4,7 +4,8 @@ use super::Mat;
 use super::svd::{dot, normalized, signed_svd};
 use crate::scalar::{Mask, Scalar};
 
-/// The rotation `R` nearest to `F`: `F = R S` with `S` symmetric and `det R = +1`, also where `det F < 0`.
+/// Returns the rotation `R` nearest to `F`: `F = R S` with `S` symmetric and `det R = +1`, also if `det F <
+/// 0`.
 ///
 /// `R` maximises `tr(R^T F)`, which then is `tr S = sigma_1 + ... + sigma_D` with the signs of
 /// [`signed_svd`](super::signed_svd()). It is unique unless the two smallest singular values add up to zero;
@@ -42,7 +43,7 @@ fn rotation_2d<S: Scalar, const D: usize>(f: &Mat<S, D>) -> Mat<S, D> {
 /// Below this, `2 (s1 + s2) (s1 + s3) (s2 + s3)` of `F / |F|` makes the closed form lose too many digits.
 const DEGENERATE: f64 = 0.05;
 
-/// By invariants: with `G = F / |F|`, `J = det G`, `C = cof G` and `l = tr S`,
+/// Rotation in three dimensions by invariants: with `G = F / |F|`, `J = det G`, `C = cof G` and `l = tr S`,
 ///
 /// `R = ((l^2 + 1) G + 2 l C - 2 G G^T G) / (l (l^2 - 1) - 2 J)`,
 ///

@@ -1,4 +1,4 @@
-//! The nearest positive semidefinite matrix.
+//! Projection of a symmetric matrix to the nearest positive semidefinite one.
 
 use std::ops::{Index, IndexMut};
 
@@ -8,10 +8,10 @@ use crate::scalar::{Mask, Scalar};
 /// Sweeps after which off-diagonal entries are at rounding: convergence is quadratic.
 const MAX_SWEEPS: usize = 32;
 
-/// Sets the negative eigenvalues of a symmetric matrix `n x n`, by rows, to zero: the nearest positive
-/// semidefinite matrix in the Frobenius norm (Higham 1988, "Computing a nearest symmetric positive
-/// semidefinite matrix"). By cyclic Jacobi rotations, Golub and Van Loan, "Matrix computations", section
-/// 8.5. One that is not finite stays as it is.
+/// Projects a symmetric matrix `n x n`, by rows, to the nearest positive semidefinite matrix in the Frobenius
+/// norm: negative eigenvalues become zero (Higham 1988, "Computing a nearest symmetric positive semidefinite
+/// matrix"). The method is cyclic Jacobi rotations, Golub and Van Loan, "Matrix computations", section 8.5. A
+/// matrix that is not finite is left unchanged.
 ///
 /// # Panics
 /// If there are not `n * n` numbers.
@@ -62,10 +62,10 @@ pub(crate) fn project_positive(matrix: &mut [f64], n: usize) {
     }
 }
 
-/// True if a symmetric matrix of `n` rows has no negative eigenvalue but for rounding: a little larger on its
-/// diagonal it has a Cholesky factor, whose rows take the place of its upper triangle.
+/// True if a symmetric matrix of `n` rows has no negative eigenvalue but for rounding: with a slightly larger
+/// diagonal it has a Cholesky factor, which overwrites its upper triangle.
 fn is_positive(a: &mut [f64], n: usize) -> bool {
-    /// Part of the largest diagonal entry that rounding makes of a zero.
+    /// Round-off of a zero, relative to the largest diagonal entry.
     const ROUNDING: f64 = 1e-14;
     let largest = (0..n).fold(0.0, |largest: f64, k| largest.max(a[k * n + k]));
     (0..n).for_each(|k| a[k * n + k] += ROUNDING * largest);
@@ -88,8 +88,8 @@ fn is_positive(a: &mut [f64], n: usize) -> bool {
     true
 }
 
-/// A square matrix of at most [`PackedMatrix::ROWS`] rows, whose entries may be packs: as many matrices side
-/// by side.
+/// A square matrix of at most [`PackedMatrix::ROWS`] rows. Entries may be packs: several matrices side by
+/// side.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PackedMatrix<S>([[S; 9]; 9]);
 
@@ -120,11 +120,11 @@ impl<S> IndexMut<usize> for PackedMatrix<S> {
     }
 }
 
-/// Off-diagonal entries are zero below this part of the matrix: the squares of norms.
+/// Convergence threshold of off-diagonal entries relative to the matrix, as squared norms.
 const CONVERGED: f64 = 1e-28;
 
-/// As [`project_positive`], of the first `n` rows and columns of matrices side by side. Eigenvectors are
-/// exact to `1e-14` of the matrix; sweeps go on until all of them are.
+/// Projects as [`project_positive`] does the first `n` rows and columns of matrices side by side.
+/// Eigenvectors are exact to `1e-14` of the matrix; sweeps continue until all of them are.
 #[inline(always)]
 pub(crate) fn project_positive_packed<S: Scalar>(matrix: &mut PackedMatrix<S>, n: usize) {
     let mut a = *matrix;
@@ -168,8 +168,8 @@ pub(crate) fn project_positive_packed<S: Scalar>(matrix: &mut PackedMatrix<S>, n
     }
 }
 
-/// Turns the plane `p < q` so that `a[p][q]` is zero. Only the upper triangle of `a` is read and written; row
-/// `k` of `v` is eigenvector `k`.
+/// Rotates in the plane `p < q` so that `a[p][q]` becomes zero. Only the upper triangle of `a` is read and
+/// written; row `k` of `v` is eigenvector `k`.
 #[inline(always)]
 fn rotate<S: Scalar>(a: &mut PackedMatrix<S>, v: &mut PackedMatrix<S>, n: usize, p: usize, q: usize) {
     let b = a[p][q];

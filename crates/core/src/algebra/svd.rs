@@ -30,7 +30,7 @@ pub(super) fn normalized<S: Scalar, const D: usize>(f: &Mat<S, D>) -> (Mat<S, D>
     (f.scale(norm / squared), norm)
 }
 
-/// Signed singular value decomposition, any `F`, singular and inverted ones included.
+/// Signed singular value decomposition of any `F`, singular and inverted ones included.
 ///
 /// Orthogonality and reconstruction are good to a few units of rounding of `|F|`, as are the singular
 /// values. Where `F` has an infinite or NaN entry, or `|F| > 1e154`, everything in the result is NaN. `F =

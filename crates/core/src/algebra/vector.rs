@@ -3,7 +3,7 @@
 use super::Vect;
 use crate::scalar::Scalar;
 
-/// The mean of some points [m], third component 0 in 2D; `points` are flat `(n, dimension)`.
+/// Returns the mean of some points [m], third component 0 in 2D; `points` are flat `(n, dimension)`.
 pub fn centre(points: &[f64], dimension: usize, corners: &[u32]) -> [f64; 3] {
     let mut centre = [0.0; 3];
     for corner in corners {
@@ -13,8 +13,9 @@ pub fn centre(points: &[f64], dimension: usize, corners: &[u32]) -> [f64; 3] {
     centre
 }
 
-/// A vector over its length, and its length; of zero the first is not a number. The length is that by the
-/// largest component, times it: squares of small numbers are zero, those of large ones infinite.
+/// Returns the unit vector along a vector, and its length. The unit vector of zero is NaN. The vector is
+/// scaled by its largest component, because squares of small numbers underflow and those of large ones
+/// overflow.
 pub fn unit<S: Scalar, const D: usize>(vector: &Vect<S, D>) -> (Vect<S, D>, S) {
     let largest = vector.iter().fold(S::zero(), |largest, component| largest.max(component.abs()));
     let scaled = vector.map(|component| component / largest);
@@ -22,8 +23,8 @@ pub fn unit<S: Scalar, const D: usize>(vector: &Vect<S, D>) -> (Vect<S, D>, S) {
     (scaled.map(|component| component / length), largest * length)
 }
 
-/// The unit vector along two or three components of any size, the third 0 in 2D; `None` of zero, and where a
-/// component is not finite.
+/// Returns the unit vector along two or three components of any size, the third 0 in 2D; `None` for zero, and
+/// if a component is not finite.
 pub fn direction(components: &[f64]) -> Option<[f64; 3]> {
     let mut vector = [0.0; 3];
     vector.iter_mut().zip(components).for_each(|(own, component)| *own = *component);
@@ -31,7 +32,7 @@ pub fn direction(components: &[f64]) -> Option<[f64; 3]> {
     along.iter().all(|component| component.is_finite()).then_some(along)
 }
 
-/// True if all are finite; a sum instead of a test for each, so that it vectorises.
+/// True if all values are finite; a sum instead of a test for each, so that it vectorises.
 pub(crate) fn all_finite(values: &[f64]) -> bool {
     let mut sums = [0.0; 8];
     let chunks = values.chunks_exact(8);
@@ -45,13 +46,13 @@ pub(crate) fn all_finite(values: &[f64]) -> bool {
     sums.iter().sum::<f64>() + rest == 0.0
 }
 
-/// Points are one point where they differ by less than this part of their distance from the origin: rounding,
-/// of coordinates and of energies, is a thousandth of it.
+/// Relative distance below which points coincide, as a fraction of their distance from the origin: rounding
+/// of coordinates and of energies is a thousandth of it.
 const ONE_POINT: f64 = 1e-12;
 
-/// The length that tolerances and energies go by [m]: the diagonal of the bounding box of points `(n,
-/// dimension)`; of a single point, or several at one place, its distance from the origin along the axis where
-/// it is farthest; at the origin, 1.
+/// Returns the length scale of tolerances and energies [m]: the diagonal of the bounding box of points `(n,
+/// dimension)`. For a single point, or several at one position, it is the distance from the origin along the
+/// axis where they are farthest; at the origin, 1.
 pub fn scene_size(x: &[f64], dimension: usize) -> f64 {
     let reach = x.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
     let diagonal = bounding_diagonal(x, dimension);

@@ -1,11 +1,11 @@
-//! The edge to nalgebra: rows of vectors as columns of its matrices, [`Mat`] as its square matrices.
+//! Conversion to nalgebra: rows of vectors as columns of its matrices, [`Mat`] as its square matrices.
 
 use nalgebra::{DMatrixView, DMatrixViewMut, SMatrix};
 
 use super::Mat;
 
-/// Vectors `(n, dimension)`, as [`positions`](crate::simulation::Simulation::positions) and forces are, seen
-/// as a matrix of `dimension` rows whose column `i` is vector `i`. Nothing is copied: nalgebra stores
+/// Returns vectors `(n, dimension)`, such as [`positions`](crate::simulation::Simulation::positions) and
+/// forces, as a matrix of `dimension` rows whose column `i` is vector `i`. Nothing is copied: nalgebra stores
 /// columns.
 ///
 /// ```
@@ -20,7 +20,7 @@ pub fn columns(vectors: &[f64], dimension: usize) -> DMatrixView<'_, f64> {
     DMatrixView::from_slice(vectors, dimension, count(vectors.len(), dimension))
 }
 
-/// As [`columns`], to be written to.
+/// Returns a mutable view like [`columns`].
 ///
 /// # Panics
 /// If the length is no multiple of `dimension`.

@@ -1,4 +1,4 @@
-//! Soft attachments: points of bodies tied to one another, or to places.
+//! Soft attachments: springs that tie points of bodies to one another or to fixed positions.
 
 use std::ops::Range;
 
@@ -7,17 +7,18 @@ use super::{EnergyKind, EnergyTerm, Fault, Stencils, TermProperties, TermViews, 
 use crate::dissipation::{DissipationViews, DissipativeTerm, PositionProducts};
 use crate::material::Psd;
 
-/// One tie: a mixture of vertices less a place, `d = sum_i w_i x_i - a`. To a place the weights add up to 1;
-/// between points, with negative weights for the second, to 0, and `a = 0`.
+/// One tie: a weighted sum of vertices minus a fixed position, `d = sum_i w_i x_i - a`. For a tie to a
+/// position the weights add up to 1; for one between two points, with negative weights for the second, to 0,
+/// and `a = 0`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tie {
     /// Global vertices and their weights.
     pub shares: Vec<(u32, f64)>,
-    /// The place [m].
+    /// The fixed position [m].
     pub place: [f64; 3],
 }
 
-/// Ties with their vertices by slot.
+/// Ties with local numbers (slots) of their vertices.
 #[derive(Clone, Debug)]
 struct Ties {
     name: String,
@@ -26,7 +27,7 @@ struct Ties {
     vertices: Vec<u32>,
     /// Slots and weights of all ties.
     shares: Vec<(u32, f64)>,
-    /// Each one's part of these, and its place.
+    /// Range of each tie in `shares`, and its fixed position.
     ties: Vec<(Range<usize>, [f64; 3])>,
 }
 
@@ -62,7 +63,7 @@ impl Ties {
         [0, 1, 2].map(|c| mixed[c] - place[c])
     }
 
-    /// Adds to the rows of the vertices of tie `i`, flat by slot, their shares of `force`.
+    /// Distributes `force` of tie `i` to the rows of its vertices, flat by slot.
     fn share_out(&self, i: usize, force: [f64; 3], rows: &mut [f64]) {
         for &(slot, weight) in &self.shares[self.ties[i].0.clone()] {
             let row = &mut rows[slot as usize * self.dimension..][..self.dimension];
@@ -70,7 +71,7 @@ impl Ties {
         }
     }
 
-    /// The vertices of each tie, as many as the largest has; the last is repeated, without weight.
+    /// Vertices of each tie, padded to the size of the largest; the last one is repeated with weight zero.
     fn stencils(&self) -> Stencils {
         let size = self.ties.iter().map(|(range, _)| range.len()).max().unwrap_or(0);
         let mut vertices = vec![];
@@ -131,9 +132,9 @@ fn matrix(s: f64, p: f64, d: [f64; 3]) -> [[f64; 3]; 3] {
     m
 }
 
-/// `E = sum 1/2 k (|d| - l)^2`. With `l = 0` that is `k/2 |d|^2`, whose force is smooth where the two meet;
-/// the forces of a tie between bodies are equal, opposite and along the line between its ends: momentum and
-/// angular momentum are kept.
+/// Springs of ties, `E = sum 1/2 k (|d| - l)^2`. With `l = 0` that is `k/2 |d|^2`, whose force is smooth at
+/// `d = 0`. The forces of a tie between bodies are equal, opposite and along the line between its ends:
+/// momentum and angular momentum are conserved.
 pub struct Attachment {
     ties: Ties,
     /// `k` [N/m].
@@ -142,7 +143,7 @@ pub struct Attachment {
     rest_length: f64,
     /// `dE/dx` of the vertices, by slot.
     gradient: Vec<f64>,
-    /// For products.
+    /// Scratch memory for products.
     product: Vec<f64>,
 }
 
@@ -262,9 +263,9 @@ impl TieTerm for Attachment {
     }
 }
 
-/// Dashpots beside ties: `R = sum c/2 (d|d|/dt)^2`, a force `c (e . w) e` with `e = d/|d|` and `w` the rate
-/// of `d`. Where the ends meet, `d = 0`, they part along `w`, and the force is `c w`. As that of the ties,
-/// it keeps momentum and angular momentum.
+/// Dashpots parallel to ties: `R = sum c/2 (d|d|/dt)^2`, a force `c (e . w) e` with `e = d/|d|` and `w` the
+/// rate of `d`. At `d = 0` the ends separate along `w`, and the force is `c w`. It conserves momentum and
+/// angular momentum, as the force of the ties does.
 pub struct AttachmentDashpots {
     ties: Ties,
     /// `c` [N s/m].
@@ -283,8 +284,8 @@ impl AttachmentDashpots {
         AttachmentDashpots { gradient, ties, constant, in_all_directions: false }
     }
 
-    /// The same on the whole rate of `d`, not only along it: `R = sum c/2 |w|^2`. That of ties between bodies
-    /// does not keep angular momentum.
+    /// Applies the dashpots to the whole rate of `d`, not only along it: `R = sum c/2 |w|^2`. Between bodies
+    /// this does not conserve angular momentum.
     #[must_use]
     pub fn in_all_directions(self) -> Self {
         AttachmentDashpots { in_all_directions: true, ..self }

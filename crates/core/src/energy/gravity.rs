@@ -2,14 +2,14 @@
 
 use super::{EnergyKind, EnergyTerm, Fault, ForceLayout, Measurements, TermProperties, TermViews};
 
-/// `E = -sum_i m_i g . x_i`, zero at the origin.
+/// Potential energy of uniform gravity: `E = -sum_i m_i g . x_i`, zero at the origin.
 #[derive(Clone, Debug)]
 pub struct UniformGravity {
     /// Acceleration [m/s^2], one component per dimension.
     acceleration: Vec<f64>,
     /// `-m_i` of every vertex [kg]; gravity pulls at pinned vertices too, the pin carries it.
     negative_mass: Vec<f64>,
-    /// True if those are the masses that it accelerates, so that every vertex falls alike.
+    /// True if these are the masses that gravity accelerates, so that every vertex falls alike.
     accelerates: bool,
 }
 
@@ -27,11 +27,11 @@ impl UniformGravity {
         }
     }
 
-    /// The same on weights [kg] that are other than the masses: a load, for statics. A weight may be zero or
-    /// negative, as consistent ones of elements of second order are at corners.
+    /// Gravity on weights [kg] that differ from the masses: a load, for statics. A weight may be zero or
+    /// negative, as consistent weights of second-order elements are at corners.
     ///
     /// # Panics
-    /// As [`new`](Self::new).
+    /// If `acceleration` has neither 2 nor 3 components.
     pub fn without_inertia(acceleration: &[f64], weight: &[f64]) -> Self {
         UniformGravity { accelerates: false, ..Self::new(acceleration, weight) }
     }
@@ -48,7 +48,7 @@ impl UniformGravity {
         self.acceleration.copy_from_slice(acceleration);
     }
 
-    /// Of all vertices together [kg].
+    /// Total mass [kg].
     pub(super) fn total_mass(&self) -> f64 {
         self.negative_mass.iter().map(|m| -m).sum()
     }
@@ -111,14 +111,14 @@ impl ForceLayout for UniformGravity {
 }
 
 impl Measurements for UniformGravity {
-    /// `M |g| L`, `L` the size of the scene: the origin of the potential is arbitrary.
+    /// Energy scale `M |g| L`, `L` the size of the scene: the origin of the potential is arbitrary.
     fn scale(&mut self, x: &[f64]) -> f64 {
         let g = self.acceleration.iter().map(|a| a * a).sum::<f64>().sqrt();
         self.total_mass() * g * crate::algebra::scene_size(x, self.acceleration.len())
     }
 }
 
-/// Adds `m a` to each row: the length of a row is known to the compiler, which matters where a step is short.
+/// Adds `m a` to each row. The compiler knows the length of a row, which matters for short steps.
 fn add<const D: usize>(acceleration: [f64; D], masses: &[f64], g: &mut [f64]) {
     for (g, m) in g.as_chunks_mut::<D>().0.iter_mut().zip(masses) {
         for c in 0..D {

@@ -1,9 +1,9 @@
-//! Uniform gravity that changes with time.
+//! Uniform gravity that depends on time.
 
 use super::gravity::UniformGravity;
 use super::{Driven, EnergyKind, EnergyTerm, Fault, ForceLayout, Measurements, TermProperties, TermViews};
 
-/// `E = -sum_i m_i g(t) . x_i`, zero at the origin.
+/// Potential energy of time-dependent gravity: `E = -sum_i m_i g(t) . x_i`, zero at the origin.
 ///
 /// Energy is not conserved: it changes at the rate `dE/dt = -sum_i m_i g'(t) . x_i`.
 pub struct GravityOverTime {
@@ -11,15 +11,15 @@ pub struct GravityOverTime {
     /// Largest `|g|` to be expected [m/s^2].
     largest: f64,
     time: f64,
-    /// Gravity at `time` [m/s^2], which energies are measured with.
+    /// Gravity at `time` [m/s^2], used to measure energies.
     now: [f64; 3],
-    /// Has the gravity of the last evaluation of the force.
+    /// Field with the gravity of the last evaluation of the force.
     field: UniformGravity,
 }
 
 impl GravityOverTime {
     /// Gravity `acceleration(t)` [m/s^2], third component 0 in 2D, on the vertices of `field`, whose own
-    /// acceleration does not matter; `largest` [m/s^2] is the largest that is to be expected.
+    /// acceleration is ignored; `largest` [m/s^2] is the largest expected magnitude.
     pub fn new(
         acceleration: impl Fn(f64) -> [f64; 3] + Send + Sync + 'static,
         largest: f64,
@@ -109,7 +109,7 @@ impl Driven for GravityOverTime {
 }
 
 impl Measurements for GravityOverTime {
-    /// By the largest gravity: it may begin at zero.
+    /// Uses the largest gravity, because it may begin at zero.
     fn scale(&mut self, x: &[f64]) -> f64 {
         self.field.total_mass() * self.largest * crate::algebra::scene_size(x, self.dimension())
     }

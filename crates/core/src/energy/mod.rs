@@ -1,4 +1,5 @@
-//! Additive potentials: the energy of a system is a sum of these terms, and everything else follows from it.
+//! Additive potentials: the energy of a system is the sum of these terms; forces and Hessians are its
+//! derivatives.
 
 pub mod attachment;
 pub mod batch;
@@ -24,22 +25,22 @@ pub use views::{
     SurfaceContact, TermViews, TieTerm, TouchingPair, TouchingSurfaces, WatchedContacts, WayObstruction,
 };
 
-/// Which sum of the diagnostics an energy belongs to. Every kind is part of the total.
+/// Diagnostic sum to which an energy belongs. Every kind is part of the total.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EnergyKind {
     /// Stored by deformation: elements, springs.
     Elastic,
     /// Potential energy in a gravitational field, uniform or mutual.
     Gravitational,
-    /// Of loads, forces from outside that a scene puts on bodies, and of the tension of muscles.
+    /// Potential energy of loads, external forces of a scene, and of the tension of muscles.
     Load,
     /// Stored between surfaces that touch.
     Contact,
-    /// Of terms that this crate does not know, by the name of their kind.
+    /// Energy of a kind unknown to this crate, by its name.
     Other(&'static str),
 }
 
-/// Function of a material of the user.
+/// Output of a user-defined material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MaterialOutput {
     /// First Piola-Kirchhoff stress.
@@ -57,7 +58,7 @@ impl std::fmt::Display for MaterialOutput {
     }
 }
 
-/// Obstacle to a finite energy or force of a configuration.
+/// Reason why a configuration has no finite energy or force.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Fault {
     /// An element left the domain of its material, or its stress is not finite.
@@ -68,7 +69,7 @@ pub enum Fault {
         element: usize,
         /// `det F` there.
         j: f64,
-        /// True if a material that can be inverted would have an energy there.
+        /// True if a material that withstands inversion would have a finite energy there.
         material_would_help: bool,
     },
     /// A material that is a function of the user gives no finite number inside of its domain.
@@ -82,7 +83,7 @@ pub enum Fault {
         /// `det F` there.
         j: f64,
     },
-    /// A sheet with free faces is stretched as far as its material has a thickness at which they are free.
+    /// A sheet in plane stress is stretched so far that its material has no thickness with free faces.
     Sheet {
         /// Name of the body.
         body: String,
@@ -97,55 +98,55 @@ pub enum Fault {
         body: String,
         /// Index of the spring in the body.
         spring: usize,
-        /// Its length [m].
+        /// Length [m].
         length: f64,
     },
-    /// The element that bends at these vertices has no finite force.
+    /// The bending element at these vertices has no finite force.
     Stencil {
-        /// Its kind: `hinge`, `joint`.
+        /// Kind of the element: `hinge`, `joint`.
         what: &'static str,
         /// Name of the body.
         body: String,
-        /// Its index among those of the body.
+        /// Index of the element among those of the body.
         index: usize,
     },
-    /// Gravity that changes with time has no finite value.
+    /// Time-dependent gravity has no finite value.
     Gravity {
-        /// At this time [s].
+        /// Time [s].
         time: f64,
     },
     /// A load has no finite value.
     Load {
-        /// What it is, and on what.
+        /// Description of the load.
         load: String,
-        /// At this time [s].
+        /// Time [s].
         time: f64,
     },
     /// A prescribed motion has no finite value.
     Motion {
-        /// Name of what holds the vertices.
+        /// Name of the constraint.
         hold: String,
     },
-    /// Surfaces are nearer to each other than they can be.
+    /// Surfaces are closer to each other than contact allows.
     Overlap {
         /// The two primitives and their bodies.
         pair: String,
-        /// How far they are apart [m].
+        /// Distance between them [m].
         gap: f64,
     },
-    /// Prescribed motion leads through what cannot yield.
+    /// Prescribed motion is blocked by an obstacle that cannot yield.
     Obstructed(Box<ObstructedMotion>),
-    /// Surfaces without an inside passed through each other.
+    /// Open surfaces passed through each other.
     Crossing {
         /// The two primitives and their bodies.
         pair: String,
     },
-    /// The straight way of a step leads through places that a term lets nothing pass.
+    /// The straight path of a step crosses positions that a term does not allow.
     Way {
         /// Name of the term.
         term: String,
     },
-    /// Two gravitating bodies at the same place without softening.
+    /// Two gravitating bodies are at the same position without softening.
     Pair {
         /// Index of the first vertex.
         first: usize,
@@ -154,14 +155,14 @@ pub enum Fault {
     },
 }
 
-/// Prescribed motion that is obstructed.
+/// Prescribed motion that is blocked.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ObstructedMotion {
-    /// Name of the pin whose motion it is.
+    /// Name of the pin with the motion.
     pub pin: Option<String>,
-    /// The two primitives that are in each other's way, and their bodies.
+    /// The two primitives that block each other, and their bodies.
     pub pair: String,
-    /// Two further ones, that keep the bodies of these from yielding.
+    /// Two further primitives that keep these bodies from yielding.
     pub behind: Option<String>,
 }
 
@@ -237,7 +238,7 @@ pub struct DeformationExtremes {
 }
 
 impl DeformationExtremes {
-    /// The extremes of no element.
+    /// Extremes over no elements.
     pub const NONE: Self = DeformationExtremes { min_j: f64::INFINITY, inverted: 0 };
 
     /// The extremes over both sets of elements.
@@ -258,9 +259,8 @@ pub struct Stencils {
     pub vertices: Vec<u32>,
 }
 
-/// Adds the product of a Hessian with `p` to `y`, flat `(n, D)`: of the vertices of a stencil, by its blocks
-/// `d2E/dx_a dx_b` with `a <= b`, those of a row one after the other, as
-/// [`ChangingStencils::blocks`] has them.
+/// Adds the product of a stencil's Hessian with `p` to `y`, flat `(n, D)`. The Hessian is given by its blocks
+/// `d2E/dx_a dx_b` with `a <= b`, row by row, as in [`ChangingStencils::blocks`].
 pub fn add_stencil_product<const D: usize>(vertices: &[u32], blocks: &[f64], p: &[f64], y: &mut [f64]) {
     let mut blocks = blocks.chunks_exact(D * D);
     for (i, a) in vertices.iter().enumerate() {
@@ -279,8 +279,8 @@ pub fn add_stencil_product<const D: usize>(vertices: &[u32], blocks: &[f64], p: 
     }
 }
 
-/// `integral of N_a N_b` [m^2, m^3] over each element at rest, of the shape functions of its vertices:
-/// consistent masses for unit density.
+/// Consistent masses for unit density: `integral of N_a N_b` [m^2, m^3] over each reference element, of the
+/// shape functions of its vertices.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ShapeProducts {
     /// Vertices of an element.
@@ -292,7 +292,7 @@ pub struct ShapeProducts {
 }
 
 impl ShapeProducts {
-    /// The elements: their vertices, their products by rows.
+    /// Vertices and products, by rows, of each element.
     fn elements(&self) -> impl Iterator<Item = (&[u32], &[f64])> {
         let nodes = self.nodes.max(1);
         self.vertices.chunks_exact(nodes).zip(self.products.chunks_exact(nodes * nodes))
@@ -307,8 +307,8 @@ impl ShapeProducts {
         }
     }
 
-    /// Calls `visit(a, share)` for every vertex of every element with its lumped share of the element, as
-    /// [`MassRule::lumped`](crate::element::MassRule::lumped) has it.
+    /// Calls `visit(a, share)` for every vertex of every element with its lumped share of the element, see
+    /// [`MassRule::lumped`](crate::element::MassRule::lumped).
     pub fn each_lumped(&self, mut visit: impl FnMut(u32, f64)) {
         for (vertices, products) in self.elements() {
             let diagonal = || products.iter().step_by(vertices.len() + 1);
@@ -318,31 +318,31 @@ impl ShapeProducts {
     }
 }
 
-/// Facts about a term that stay as they are.
+/// Constant properties of a term.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TermProperties {
-    /// Which sum of the diagnostics its energy belongs to.
+    /// Diagnostic sum to which the energy belongs.
     pub kind: EnergyKind,
     /// True if each of its vertices acts on all others: matrices are then full.
     pub couples_all: bool,
-    /// True if it is made of tetrahedra: factors of its Hessian fill up as those of sheets and strands do
-    /// not.
+    /// True if it is made of tetrahedra: factors of its Hessian have much more fill-in than those of sheets
+    /// and strands.
     pub fills_space: bool,
     /// True if the potential depends on time; [`Driven::set_time`] is called only if it does.
     pub changes_with_time: bool,
     /// True if it has a [history](ElementTerm::history).
     pub remembers: bool,
     /// True if the force is the gradient of [`energy`](EnergyTerm::energy). If not, the energy is zero, the
-    /// gradient is minus the force all the same, and Hessian products are those of its derivative, which is
-    /// not symmetric.
+    /// gradient still is minus the force, and Hessian products are those of its derivative, which is not
+    /// symmetric.
     pub is_conservative: bool,
-    /// True if force and Hessian products are approximations, each of its own: the products are not
-    /// derivatives of the force.
+    /// True if force and Hessian products are independent approximations: the products are not derivatives of
+    /// the force.
     pub approximates: bool,
 }
 
 impl TermProperties {
-    /// Those of a conservative term of short reach that does not change with time.
+    /// Properties of a short-range conservative term that does not depend on time.
     pub const fn of(kind: EnergyKind) -> Self {
         TermProperties {
             kind,
@@ -355,7 +355,7 @@ impl TermProperties {
         }
     }
 
-    /// True if energy comes in through the term from outside: [`Driven::power`] says how much.
+    /// True if the term supplies external energy: [`Driven::power`] is its rate.
     pub const fn supplies(self) -> bool {
         self.changes_with_time && !self.remembers || !self.is_conservative
     }
@@ -363,28 +363,28 @@ impl TermProperties {
 
 /// One additive potential `E(x)`, or `E(x, t)`.
 ///
-/// Works on flat arrays `(n, dimension)`; whether it was built for two or three dimensions is its own
-/// business. It takes `&mut self` where it evaluates because it owns its scratch memory: nothing is allocated
-/// in a step. What only some terms know is in the traits of [`TermViews`].
+/// Arrays are flat `(n, dimension)`; the term knows its dimension. Evaluations take `&mut self` because the
+/// term owns its scratch memory: a step allocates nothing. The traits of [`TermViews`] have the methods that
+/// only some terms support.
 pub trait EnergyTerm: TermViews + Send + Sync {
     /// Name for reports, e.g. `corotated elements of beam`.
     fn name(&self) -> String;
 
-    /// Its kind, and what solvers and measurements must know of it.
+    /// Kind of the term, and its properties that solvers and measurements need.
     fn properties(&self) -> TermProperties;
 
-    /// The energy `E(x)` [J]; `+inf` outside the domain of a barrier material. The same bits for any number
+    /// The energy `E(x)` [J]; `+inf` outside the domain of a barrier material. Bit-identical for any number
     /// of threads.
     fn energy(&mut self, x: &[f64]) -> f64;
 
-    /// Computes `dE/dx` [N] at `x` and holds it for [`add_rows`](Self::add_rows); returns whether all of it
-    /// is finite. The same bits for any number of threads. [`energy`](Self::energy) and the other
-    /// measurements leave it alone.
+    /// Computes `dE/dx` [N] at `x` and stores it for [`add_rows`](Self::add_rows); returns whether all of it
+    /// is finite. Bit-identical for any number of threads. [`energy`](Self::energy) and the other
+    /// measurements do not change the stored gradient.
     fn evaluate(&mut self, x: &[f64]) -> bool;
 
-    /// Adds rows of the gradient last evaluated to `g`, flat `(vertices, dimension)`: as many as it has,
-    /// from vertex `first` on. A step calls this block by block, from several threads, and every vertex
-    /// once: whatever is left to do per vertex is done here, while the rows are in the cache.
+    /// Adds rows of the gradient last evaluated to `g`, flat `(vertices, dimension)`: as many as `g` has,
+    /// from vertex `first` on. A step calls this block by block, from several threads, and every vertex once.
+    /// Remaining work per vertex is done here, while the rows are in the cache.
     fn add_rows(&self, first: usize, g: &mut [f64]);
 
     /// Adds `dE/dx` [N] at `x` to `g`.
@@ -393,24 +393,24 @@ pub trait EnergyTerm: TermViews + Send + Sync {
         self.add_rows(0, g);
     }
 
-    /// Adds the product `d2E/dx2 p` [N] of the exact Hessian at `x` to `y`; the gradient last evaluated is
-    /// lost.
+    /// Adds the product `d2E/dx2 p` [N] of the exact Hessian at `x` to `y`; overwrites the gradient last
+    /// evaluated.
     fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]);
 
-    /// Adds the product with its transpose, which is the same where the term is
-    /// [conservative](TermProperties::is_conservative), and gives `p . dE/dx`, the work of the gradient along
-    /// `p`, where that comes with it at no further cost; `None` where it does not.
+    /// Adds the product with the transposed Hessian, which is equal if the term is
+    /// [conservative](TermProperties::is_conservative). Returns `p . dE/dx`, the work of the gradient along
+    /// `p`, if it is available at no further cost, otherwise `None`.
     fn add_transposed_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) -> Option<f64> {
         self.add_hessian_product(x, p, y);
         None
     }
 
     /// The stencils of the Hessian: groups of vertices, all of the same size, each with a dense Hessian of
-    /// its own. Asked for by implicit schemes alone, before [`stencil_hessians`](Self::stencil_hessians).
+    /// its own. Only implicit integrators call this, before [`stencil_hessians`](Self::stencil_hessians).
     /// Stencils that change while a simulation runs are in [`ChangingStencils`] instead.
     ///
-    /// A term without stencils has no second derivative, or leaves it out of the matrix: Newton's method
-    /// then still converges to the right solution, but more slowly.
+    /// A term without stencils has no second derivative, or omits it from the matrix: Newton's method then
+    /// still converges to the right solution, but more slowly.
     fn stencils(&mut self) -> Stencils {
         Stencils::default()
     }
@@ -422,7 +422,8 @@ pub trait EnergyTerm: TermViews + Send + Sync {
         let _ = (stencils, x, psd, out);
     }
 
-    /// The first place where `x` has no finite energy or force; called only after something went wrong.
+    /// Returns the first vertex or element at which `x` has no finite energy or force; called only after a
+    /// failure.
     fn fault(&self, x: &[f64]) -> Option<Fault>;
 
     /// Bytes held, for the memory report.

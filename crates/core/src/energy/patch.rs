@@ -1,10 +1,10 @@
-//! Stencils (elements, or whatever joins a few vertices) grouped into patches: the loop that elements run
-//! through.
+//! Stencils (elements, or other terms that join a few vertices) grouped into patches: the main loop over
+//! elements.
 //!
-//! Each patch has its own list of vertices and numbers them locally, so that a kernel works in scratch
-//! memory that fits the first cache; its sums per vertex are written out, and afterwards every vertex adds
+//! Each patch has its own list of vertices and numbers them locally, so that a kernel works in scratch memory
+//! that fits the first-level cache. The patch writes out its sums per vertex; afterwards every vertex adds
 //! the few patches that touch it, in a fixed order. Patches depend on the mesh alone, never on the number of
-//! threads: the result has the same bits on one thread and on eight, without atomics and without colouring.
+//! threads: the result is bit-identical on one thread and on eight, without atomics and without colouring.
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -19,15 +19,14 @@ use crate::lanes::{Rows, VertexRows, WIDTH, copy_points, dispatch, filled, prefe
 /// caches.
 const PATCH_STENCILS: usize = 1024;
 
-/// Below this many patches a hand-over to other threads costs more than it saves.
+/// Below this number of patches, other threads cost more than they save.
 const PARALLEL_FROM_PATCHES: usize = 4;
 
-/// Packs whose rest data, some 640 bytes each, no longer fit a cache. Below, asking for them ahead costs
-/// some percent.
+/// Number of packs whose reference data, some 640 bytes each, no longer fit a cache. Below it prefetching
+/// costs some percent.
 const STREAMED_FROM: usize = 1 << 15;
 
-/// Patches are dealt out to this many tasks at most: enough to balance the load, few enough to keep scratch
-/// memory small.
+/// Maximum number of tasks: enough to balance the load, few enough to keep scratch memory small.
 const MAX_TASKS: usize = 32;
 
 /// The vertices of `WIDTH` stencils, local to the patch, `index[node][lane]`.
@@ -36,11 +35,11 @@ pub type PackIndex<const N: usize> = [[u16; WIDTH]; N];
 /// Local copies of the vertices of a patch.
 #[derive(Debug, Default)]
 pub struct Scratch<const D: usize> {
-    /// Their positions.
+    /// Positions of the vertices.
     pub position: Rows<D>,
-    /// A displacement of each, for products with the Hessian.
+    /// Displacements of the vertices, for products with the Hessian.
     pub direction: Rows<D>,
-    /// Their part of the gradient.
+    /// Contributions of the patch to the gradient.
     pub gradient: Rows<D>,
 }
 
@@ -56,7 +55,7 @@ impl<const D: usize> Scratch<D> {
     }
 }
 
-/// Memory that a term made of stencils computes in: nothing is allocated in a step.
+/// Preallocated memory of a term made of stencils: a step allocates nothing.
 #[derive(Debug)]
 pub struct Workspace<const D: usize> {
     /// A piece for each task that may run at the same time.
@@ -95,7 +94,7 @@ impl<const D: usize> Workspace<D> {
     }
 }
 
-/// Tasks among which so many patches are dealt out.
+/// Number of tasks for so many patches.
 fn tasks(patches: usize) -> usize {
     if patches < PARALLEL_FROM_PATCHES { 1 } else { patches.min(MAX_TASKS) }
 }
@@ -103,17 +102,17 @@ fn tasks(patches: usize) -> usize {
 /// One patch.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Patch {
-    /// Its place among the patches.
+    /// Index of the patch.
     pub number: usize,
-    /// Its packs.
+    /// Packs of the patch.
     pub packs: Range<usize>,
-    /// Its part of [`Patches::vertices`].
+    /// Range of the patch in [`Patches::vertices`].
     pub vertices: Range<usize>,
-    /// Its part of `Patches::runs`.
+    /// Range of the patch in `Patches::runs`.
     runs: Range<usize>,
 }
 
-/// Vertices that are added up in one go: runs end at multiples.
+/// Number of vertices that are summed together; runs end at its multiples.
 const BLOCK: u32 = 128;
 
 /// Stencils of `N` vertices, grouped.
@@ -130,17 +129,17 @@ pub struct Patches<const N: usize> {
     pub vertices: Vec<u32>,
     /// Rows that each patch has in an array of sums: the largest number of vertices of any patch.
     pub stride: usize,
-    /// Where the positions of each patch come from, rows counted within the patch.
+    /// Sources of the positions of each patch, rows counted within the patch.
     runs: Vec<IndexRun>,
-    /// Where the sums of each block of vertices come from, rows counted over all patches: those of block `i`
-    /// are `sum_runs[block_start[i]..block_start[i + 1]]`, in the order of the patches.
+    /// Sources of the sums of each block of vertices, rows counted over all patches: those of block `i` are
+    /// `sum_runs[block_start[i]..block_start[i + 1]]`, in the order of the patches.
     sum_runs: Vec<IndexRun>,
     block_start: Vec<u32>,
 }
 
 impl<const N: usize> Patches<N> {
-    /// Groups `stencils`, which are taken in the order that `order` lists them in: near ones should follow
-    /// one another. A patch has no more vertices than scratch memory has rows.
+    /// Groups `stencils` in the order that `order` lists; neighbours should follow one another. A patch has
+    /// no more vertices than scratch memory has rows.
     pub fn new<const D: usize>(stencils: &[[u32; N]], order: &[u32], vertex_count: usize) -> Self {
         let mut patches = Self {
             patches: vec![],
@@ -227,7 +226,7 @@ impl<const N: usize> Patches<N> {
         count
     }
 
-    /// For every block of vertices, the rows that hold its sums, patch by patch.
+    /// Finds for every block of vertices the rows that hold its sums, patch by patch.
     fn link_sums(&mut self, vertex_count: usize) {
         let mut start = vec![0u32; vertex_count.div_ceil(BLOCK as usize) + 1];
         let runs = |patches: &Self, visit: &mut dyn FnMut(IndexRun)| {
@@ -251,14 +250,14 @@ impl<const N: usize> Patches<N> {
         (self.sum_runs, self.block_start) = (sum_runs, start);
     }
 
-    /// Numbers that a patch has in an array of sums.
+    /// Length of a patch's part of an array of sums.
     fn per_patch<const D: usize>(&self) -> usize {
         self.stride * Rows::<D>::STRIDE
     }
 
-    /// Keeps in `workspace` the gradient rows that `kernel` fills for each patch, and returns whether they
-    /// are finite. The kernel finds the positions `x` of its vertices in its scratch memory, and, if there
-    /// is a `direction`, that too.
+    /// Stores in `workspace` the gradient rows that `kernel` fills for each patch, and returns whether they
+    /// are finite. The kernel finds the positions `x` of its vertices in its scratch memory, and the
+    /// `direction` if there is one.
     pub fn evaluate<const D: usize>(
         &self,
         workspace: &mut Workspace<D>,
@@ -285,8 +284,8 @@ impl<const N: usize> Patches<N> {
         finite.into_inner()
     }
 
-    /// As [`evaluate`](Self::evaluate) with a `direction`, and the sum, in the order of the patches, of what
-    /// `kernel` gives for each.
+    /// Evaluates as [`evaluate`](Self::evaluate) does with a `direction`, and also returns the sum of the
+    /// kernel's results, in the order of the patches.
     pub fn evaluate_with_sum<const D: usize>(
         &self,
         workspace: &mut Workspace<D>,
@@ -310,7 +309,7 @@ impl<const N: usize> Patches<N> {
         let blocks = first / BLOCK as usize..end.div_ceil(BLOCK as usize).min(self.block_start.len() - 1);
         let runs = &self.sum_runs[self.block_start[blocks.start] as usize
             ..self.block_start[blocks.end.max(blocks.start)] as usize];
-        // Those of the next block meanwhile: they lie about in short runs.
+        // Prefetch the rows of the next block: they are scattered in short runs.
         let next = blocks.end.max(blocks.start);
         if let Some(end) = self.block_start.get(next + 1).filter(|_| self.exceed_caches()) {
             for run in &self.sum_runs[self.block_start[next] as usize..*end as usize] {
@@ -319,7 +318,7 @@ impl<const N: usize> Patches<N> {
             }
         }
         for run in runs {
-            // What lies outside of the rows asked for is left out.
+            // Skip the rows before the requested ones.
             let skipped = first.saturating_sub(run.vertex as usize);
             let vertex = run.vertex as usize + skipped;
             let count = (run.count as usize).saturating_sub(skipped).min(end.saturating_sub(vertex));
@@ -336,8 +335,8 @@ impl<const N: usize> Patches<N> {
         }
     }
 
-    /// Rows that [`add_rows`](Self::add_rows) would add for vertices of one block, where a single patch
-    /// touches them and its rows have no gaps: in the plane, inside of a patch.
+    /// Rows that [`add_rows`](Self::add_rows) would add for vertices of one block, if a single patch touches
+    /// them and its rows have no gaps: in the plane, inside a patch.
     pub fn rows<'a, const D: usize>(
         &self,
         workspace: &'a Workspace<D>,
@@ -359,7 +358,7 @@ impl<const N: usize> Patches<N> {
         }
     }
 
-    /// The same into rows of any vertices.
+    /// Copies the rows of the vertices of `patch` to rows of all vertices.
     pub(crate) fn copy<const D: usize>(&self, patch: &Patch, x: &[f64], rows: &mut VertexRows<D>) {
         let stride = VertexRows::<D>::STRIDE;
         for run in &self.runs[patch.runs.clone()] {
@@ -368,19 +367,18 @@ impl<const N: usize> Patches<N> {
         }
     }
 
-    /// Global vertices of a lane; the pack is counted from the first of the patch.
+    /// Global vertices of a lane; `pack` counts from the first pack of the patch.
     pub(crate) fn vertices_of(&self, patch: &Patch, pack: usize, lane: usize) -> [u32; N] {
         let local = &self.vertices[patch.vertices.clone()];
         self.index[patch.packs.start + pack].map(|rows| local[rows[lane] as usize])
     }
 
-    /// True if what a pass over the stencils reads is not in the caches the next time, so that asking for
-    /// it ahead pays.
+    /// True if the data read in a pass over the stencils exceed the caches, so that prefetching pays.
     pub fn exceed_caches(&self) -> bool {
         self.index.len() >= STREAMED_FROM
     }
 
-    /// Asks for the positions of about the patch after this one, while this one is computed.
+    /// Prefetches the positions of about the next patch while this one is computed.
     fn ask_for_next<const D: usize>(&self, patch: &Patch, x: &[f64]) {
         if !self.exceed_caches() {
             return;
@@ -391,7 +389,7 @@ impl<const N: usize> Patches<N> {
         }
     }
 
-    /// The sum, in the order of the patches, of what `kernel` gives for each.
+    /// Sums the kernel's results in the order of the patches.
     pub fn sum<const D: usize>(
         &self,
         workspace: &mut Workspace<D>,
@@ -404,7 +402,7 @@ impl<const N: usize> Patches<N> {
         workspace.parts.iter().sum()
     }
 
-    /// As [`sum`](Self::sum), with a `direction` in the scratch memory.
+    /// Sums as [`sum`](Self::sum) does, with a `direction` in the scratch memory.
     pub fn sum_along<const D: usize>(
         &self,
         workspace: &mut Workspace<D>,
@@ -421,7 +419,7 @@ impl<const N: usize> Patches<N> {
         parts.iter().sum()
     }
 
-    /// Writes what `kernel` gives for each patch to `out`.
+    /// Writes the kernel's result for each patch to `out`.
     pub fn map<const D: usize, R: Send>(
         &self,
         workspace: &mut Workspace<D>,
@@ -435,9 +433,9 @@ impl<const N: usize> Patches<N> {
         });
     }
 
-    /// Runs `kernel` on every patch with its `per_patch` entries of `out`, on several threads where there is
-    /// enough to do. What is computed does not depend on which thread computes it. The kernel is called by
-    /// pointer, once a patch: what hands patches out is long, and need not be compiled for each of them.
+    /// Runs `kernel` on every patch with its `per_patch` entries of `out`, on several threads if there is
+    /// enough work. The results do not depend on the thread. The kernel is called by pointer, once per patch,
+    /// so that the long distribution loop is compiled only once.
     fn for_each<const D: usize, R: Send>(
         &self,
         scratch: &mut [Scratch<D>],
@@ -462,7 +460,7 @@ impl<const N: usize> Patches<N> {
         tasks.zip(scratch).for_each(|((patches, out), scratch)| run(scratch, patches, out));
     }
 
-    /// Every stencil, patch by patch: its original number, its global vertices, its pack and its lane.
+    /// Every stencil, patch by patch: original number, global vertices, pack and lane.
     pub fn stencils(&self) -> impl Iterator<Item = (usize, [u32; N], usize, usize)> {
         self.patches.iter().flat_map(move |patch| {
             let vertices = &self.vertices[patch.vertices.clone()];
@@ -479,13 +477,13 @@ impl<const N: usize> Patches<N> {
     }
 
     /// Every lane of every pack as a stencil of its own: lane `i % WIDTH` of pack `i / WIDTH` is number `i`.
-    /// Lanes that fill up repeat another.
+    /// Padding lanes repeat another.
     pub(crate) fn lanes(&self) -> Stencils {
         let count = self.index.len() * WIDTH;
         Stencils { size: N, vertices: self.lanes_in(0..count).flat_map(|(vertices, ..)| vertices).collect() }
     }
 
-    /// The global vertices, the pack and the lane of each of these.
+    /// Global vertices, pack and lane of each of these stencils.
     pub(crate) fn lanes_in(&self, stencils: Range<usize>) -> impl Iterator<Item = ([u32; N], usize, usize)> {
         let mut number = self.patches.partition_point(|p| p.packs.end * WIDTH <= stencils.start);
         stencils.map(move |stencil| {

@@ -1,21 +1,21 @@
-//! Rows of vertices in bulk: which go together, and how they leave scratch memory.
+//! Bulk processing of vertex rows: groups of adjacent rows, and their transfer out of scratch memory.
 
 use crate::lanes::{Kernel, Lanes, WIDTH};
 
-/// Consecutive vertices with consecutive rows: what has one index for many. Rows of a patch follow its
+/// Consecutive vertices with consecutive rows. One entry replaces many indices: rows of a patch follow its
 /// vertices in ascending order, so that neighbours in a well-numbered mesh mostly come in runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct IndexRun {
     /// The first vertex.
     pub(super) vertex: u32,
-    /// Its row.
+    /// First row.
     pub(super) row: u32,
-    /// How many there are.
+    /// Number of vertices.
     pub(super) count: u32,
 }
 
 impl IndexRun {
-    /// The runs of these ascending vertices, whose rows count from `row`; none goes beyond a multiple of
+    /// Splits these ascending vertices into runs, with rows counted from `row`; no run crosses a multiple of
     /// `longest`.
     pub(super) fn of(vertices: &[u32], row: usize, longest: u32) -> impl Iterator<Item = IndexRun> {
         let mut row = row as u32;
@@ -27,7 +27,7 @@ impl IndexRun {
     }
 }
 
-/// Copies numbers; gives whether all are finite.
+/// Copies numbers and returns whether all are finite.
 pub(super) struct CopyKernel<'a> {
     pub(super) from: &'a [f64],
     pub(super) to: &'a mut [f64],

@@ -1,4 +1,4 @@
-//! From a text to a graph.
+//! Construction of the graph of a formula from its text.
 
 use super::function::Function;
 use super::graph::{Graph, NodeId};

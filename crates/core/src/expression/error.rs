@@ -1,12 +1,12 @@
-//! A text is not a formula.
+//! Errors in the text of a formula.
 
 use std::ops::Range;
 
-/// A text is not a formula. Places are in bytes of the text.
+/// Error in the text of a formula. Positions are in bytes of the text.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ExpressionError {
-    /// Something else should be there.
+    /// A different token was expected.
     #[error(
         "expected {expected}, found {}",
         .found.map_or("the end".to_owned(), |c| format!("`{}`", c.escape_debug()))
@@ -14,31 +14,31 @@ pub enum ExpressionError {
     Unexpected {
         /// The expected token.
         expected: &'static str,
-        /// The character that is there.
+        /// The character found.
         found: Option<char>,
-        /// Where.
+        /// Position in the text.
         place: Range<usize>,
     },
-    /// A name that means nothing here.
+    /// A name is not known here.
     #[error("unknown name `{name}`")]
     UnknownName {
         /// The name.
         name: String,
-        /// The variables and constants there are.
+        /// The known variables and constants.
         known: Vec<String>,
-        /// The functions there are.
+        /// The known functions.
         functions: Vec<&'static str>,
-        /// Where.
+        /// Position in the text.
         place: Range<usize>,
     },
-    /// A number after `where` that the formula cannot have.
+    /// An invalid parameter after `where`.
     #[error("`{name}` {problem}")]
     Given {
-        /// Its name.
+        /// Name of the parameter.
         name: String,
         /// The mistake.
         problem: &'static str,
-        /// Where.
+        /// Position in the text.
         place: Range<usize>,
     },
     /// A function with too many or too few arguments.
@@ -47,57 +47,57 @@ pub enum ExpressionError {
     Arguments {
         /// The function.
         name: &'static str,
-        /// How it is called.
+        /// Signature of the function.
         signature: &'static str,
-        /// How many arguments there are.
+        /// Number of arguments found.
         found: usize,
-        /// Where.
+        /// Position in the text.
         place: Range<usize>,
     },
-    /// A function that has no value on packs of numbers, of something that is not a constant.
+    /// A function of a non-constant argument that cannot be evaluated on packs of numbers.
     #[error("`{name}` of something that changes is not available in an energy")]
     Unavailable {
         /// The function.
         name: &'static str,
-        /// Functions that are.
+        /// The available functions.
         available: Vec<&'static str>,
-        /// Where.
+        /// Position in the text.
         place: Range<usize>,
     },
-    /// More numbers at once than a program keeps.
+    /// A formula that needs more registers than a program has.
     #[error("the formula needs {found} intermediate numbers at once, and there is room for {most}")]
     TooLong {
-        /// What it needs.
+        /// Number of registers needed.
         found: usize,
-        /// What there is.
+        /// Number of registers available.
         most: usize,
-        /// Where: all of it.
+        /// Position in the text: all of it.
         place: Range<usize>,
     },
-    /// A longer text than is read.
+    /// A text beyond the length limit.
     #[error("the formula has {found} bytes, and {most} are read at most")]
     TooManyBytes {
-        /// Its bytes.
+        /// Length of the text [bytes].
         found: usize,
-        /// How many there may be.
+        /// Maximum length [bytes].
         most: usize,
     },
     /// A number beyond the range of floating point.
     #[error("the number is too large")]
     TooLarge {
-        /// Where.
+        /// Position in the text.
         place: Range<usize>,
     },
-    /// More parentheses in parentheses than are read.
+    /// Parentheses nested beyond the limit.
     #[error("the formula nests too deeply")]
     TooDeep {
-        /// Where.
+        /// Position in the text.
         place: Range<usize>,
     },
 }
 
 impl ExpressionError {
-    /// Where in the text.
+    /// Position of the error in the text.
     pub fn place(&self) -> Range<usize> {
         match self {
             Self::Unexpected { place, .. }
@@ -113,17 +113,17 @@ impl ExpressionError {
     }
 }
 
-/// A text is no formula of its variables and of parameters with values.
+/// Error in a formula or in one of its parameters.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum FormulaError {
-    /// The text is none; places are in bytes of it.
+    /// The text is not a formula; positions are in bytes of it.
     #[error(transparent)]
     Text(#[from] ExpressionError),
-    /// A parameter that cannot be one.
+    /// An invalid parameter.
     #[error("`{name}` {problem}")]
     Parameter {
-        /// Its name.
+        /// Name of the parameter.
         name: String,
         /// The mistake.
         problem: &'static str,

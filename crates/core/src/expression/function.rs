@@ -5,11 +5,11 @@ use super::ExpressionError;
 /// An operator or a function of up to three arguments; `log` is the natural logarithm, as `ln` is.
 pub(super) struct Function {
     pub(super) name: &'static str,
-    /// How it is called; empty for an operator.
+    /// Signature; empty for an operator.
     pub(super) signature: &'static str,
     pub(super) arity: usize,
     pub(super) value: fn([f64; 3]) -> f64,
-    /// With respect to each argument.
+    /// Partial derivatives with respect to each argument.
     pub(super) partials: fn([f64; 3]) -> [f64; 3],
 }
 
@@ -65,7 +65,7 @@ fn sign_of(x: f64) -> f64 {
     if x.is_nan() || x == 0.0 { x } else { x.signum() }
 }
 
-/// How far `x` is from `from` to `to`, in [0, 1].
+/// Progress of `x` from `from` to `to`, in [0, 1].
 fn progress(from: f64, to: f64, x: f64) -> f64 {
     ((x - from) / (to - from)).clamp(0.0, 1.0)
 }
@@ -126,7 +126,7 @@ functions! {
         if c != 0.0 { [0.0, 1.0, 0.0] } else { [0.0, 0.0, 1.0] };
 }
 
-/// How every function is called: `sin(a)`.
+/// Signatures of all functions: `sin(a)`.
 pub fn signatures() -> impl Iterator<Item = &'static str> {
     FUNCTIONS.iter().map(|function| function.signature)
 }

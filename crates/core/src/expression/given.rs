@@ -1,4 +1,4 @@
-//! Numbers that a formula names after `where`: `"A*sin(w*t) where A = 2, w = 12"`.
+//! Parameters that a formula defines after `where`: `"A*sin(w*t) where A = 2, w = 12"`.
 
 use std::ops::Range;
 

@@ -1,4 +1,4 @@
-//! A formula as a graph: every value once, constants folded, with exact derivatives.
+//! Expression graph of a formula: common subexpressions merged, constants folded, with exact derivatives.
 
 use std::collections::HashMap;
 
@@ -40,7 +40,7 @@ pub(super) enum FormulaNode {
 }
 
 impl FormulaNode {
-    /// What it is made of.
+    /// Operands of the node.
     pub(super) fn operands(self) -> impl DoubleEndedIterator<Item = NodeId> {
         let (operands, count) = match self {
             FormulaNode::Number(_) | FormulaNode::Variable(_) => ([NodeId(0); 4], 0),

@@ -1,14 +1,13 @@
-//! Formulas of place and time that a user writes, `"0.1 * sin(2*pi*t)"`: parsed once, evaluated often.
+//! User formulas of position and time, `"0.1 * sin(2*pi*t)"`: parsed once, evaluated often.
 //!
-//! Of the crates that parse and evaluate formulas by themselves,
-//! `meval` and `fasteval` have not been kept up for years, `evalexpr` is under the AGPL, and `exmex`, which
-//! also differentiates, comes with a regular expression engine and does not say where in the text a mistake
-//! is. None of them lets a formula have the same bits everywhere: they call the `sin` and `exp` of the
-//! platform, whose last bit depends on the C library and on the processor. Here these come from `libm`, which
-//! is plain Rust.
+//! None of the existing crates that parse and evaluate formulas fits. `meval` and `fasteval` have been
+//! unmaintained for years. `evalexpr` is under the AGPL. `exmex`, which also differentiates, depends on a
+//! regular expression engine and does not report the position of a mistake in the text. None of them is
+//! bit-identical on every machine: they call the `sin` and `exp` of the platform, whose last bit depends on
+//! the C library and on the processor. Here these functions come from `libm`, which is plain Rust.
 //!
-//! Numbers are in SI units; angles are in radian. The result is in the SI unit of whatever the formula stands
-//! for.
+//! Numbers are in SI units, angles in radian. The result is in the SI unit of the quantity that the formula
+//! stands for.
 
 mod branches;
 mod build;
@@ -55,9 +54,9 @@ pub enum Variable {
 impl Variable {
     /// Time alone.
     pub const TIME: &[Variable] = &[Variable::T];
-    /// Time and place in the rest shape.
+    /// Time and position in the reference configuration.
     pub const AT_REST: &[Variable] = &[Variable::T, Variable::RestX, Variable::RestY, Variable::RestZ];
-    /// Time and place.
+    /// Time and position.
     pub const ALL: &[Variable] = &[Variable::T, Variable::X, Variable::Y, Variable::Z];
 
     /// The name in a formula.
@@ -73,7 +72,7 @@ impl Variable {
         }
     }
 
-    /// Its value at the point `x` [m] and the time `t` [s].
+    /// Value of the variable at the point `x` [m] and the time `t` [s].
     fn of(self, x: [f64; 3], t: f64) -> f64 {
         match self {
             Variable::T => t,
@@ -108,13 +107,12 @@ enum FormulaSymbol {
 #[derive(Clone, Debug)]
 pub struct Expression {
     text: String,
-    /// In postfix order.
+    /// Operations in postfix order.
     program: Vec<Operation<FormulaSymbol>>,
     given: Vec<GivenNumber>,
 }
 
-/// One step of a formula of variables `V`: takes its arguments from the top of a stack and leaves its result
-/// there.
+/// One operation of a formula of variables `V`: pops its arguments from a stack and pushes its result.
 #[derive(Clone, Copy, Debug)]
 enum Operation<V> {
     Number(f64),
@@ -123,7 +121,7 @@ enum Operation<V> {
 }
 
 impl Operation<usize> {
-    /// With the variable of that index.
+    /// Replaces the variable by that of its index.
     fn of<V: Copy>(self, variables: &[V]) -> Operation<V> {
         match self {
             Operation::Number(number) => Operation::Number(number),
@@ -134,13 +132,13 @@ impl Operation<usize> {
 }
 
 impl Expression {
-    /// Most values that wait on the stack.
+    /// Maximum depth of the stack.
     const STACK: usize = 48;
 
     /// Reads a formula of `variables`.
     ///
     /// # Errors
-    /// The text is not a formula, or has a name in it that is neither a function nor one of `variables`.
+    /// The text is not a formula, or contains a name that is neither a function nor one of `variables`.
     pub fn parse(text: &str, variables: &[Variable]) -> Result<Expression, ExpressionError> {
         let mut names: Vec<&str> = variables.iter().map(|variable| variable.name()).collect();
         let (formula, given) = given::split(text, &names)?;
@@ -176,14 +174,13 @@ impl Expression {
         &self.text
     }
 
-    /// The value at the point `x` [m] and the time `t` [s]; NaN where the formula has none. Coordinates in
-    /// the rest shape, if it is a formula of these, are `x` as well.
+    /// Value at the point `x` [m] and the time `t` [s]; NaN if the formula has none. Variables of the
+    /// reference configuration, if the formula has them, also read `x`.
     pub fn value(&self, x: [f64; 3], t: f64) -> f64 {
         self.evaluate(|variable| variable.of(x, t))
     }
 
-    /// The derivative with respect to `t` at a fixed point; where the formula jumps or has a kink, that of
-    /// one side.
+    /// Derivative with respect to `t` at a fixed point; a one-sided one at a jump or a kink.
     pub fn rate(&self, x: [f64; 3], t: f64) -> f64 {
         let result = self.evaluate(|variable| match variable {
             Variable::T => Rated { value: t, rate: 1.0 },
@@ -192,8 +189,8 @@ impl Expression {
         result.rate
     }
 
-    /// The derivative with respect to the coordinates of `x` at a fixed time; where the formula jumps or has
-    /// a kink, that of one side.
+    /// Derivative with respect to the coordinates of `x` at a fixed time; a one-sided one at a jump or a
+    /// kink.
     pub fn slope(&self, x: [f64; 3], t: f64) -> [f64; 3] {
         [0, 1, 2].map(|axis| {
             let mut unit = [0.0; 3];
@@ -203,17 +200,17 @@ impl Expression {
         })
     }
 
-    /// True if it depends on the place.
+    /// True if it depends on position.
     pub fn depends_on_place(&self) -> bool {
         self.variables().any(|variable| variable != Variable::T)
     }
 
-    /// True if it depends on the time.
+    /// True if it depends on time.
     pub fn depends_on_time(&self) -> bool {
         self.variables().any(|variable| variable == Variable::T)
     }
 
-    /// The variables in it, as often as they are.
+    /// The variables in it, with repetitions.
     fn variables(&self) -> impl Iterator<Item = Variable> {
         self.program.iter().filter_map(|operation| match operation {
             Operation::Variable(FormulaSymbol::Variable(variable)) => Some(*variable),
@@ -221,8 +218,8 @@ impl Expression {
         })
     }
 
-    /// True if nothing in it jumps: no comparison, `if`, `step`, `pulse`, `sign`, `floor`. Poles are none of
-    /// these.
+    /// True if it has no jumps: no comparison, `if`, `step`, `pulse`, `sign`, `floor`. Poles do not count as
+    /// jumps.
     pub fn is_continuous(&self) -> bool {
         let mut calls = self.program.iter().filter_map(|operation| match operation {
             Operation::Call(function) => Some(function),
@@ -275,7 +272,7 @@ impl Expression {
     }
 }
 
-/// By the text: the same text is the same formula.
+/// Compares the texts: equal texts are equal formulas.
 impl PartialEq for Expression {
     fn eq(&self, other: &Self) -> bool {
         self.text == other.text

@@ -1,5 +1,5 @@
-//! From a text to a program in postfix order, by recursive descent. Terms and factors follow each other in
-//! loops, so that only what stands inside of something else deepens the recursion, and is counted.
+//! Recursive descent parser from a text to a program in postfix order. Loops read sequences of terms and
+//! factors, so that only nesting deepens the recursion, and the depth is limited.
 
 use std::ops::Range;
 

@@ -1,14 +1,14 @@
-//! Formulas as short programs of registers, which run on packs of numbers.
+//! Formulas compiled to short register programs, which run on packs of numbers.
 
 use std::collections::HashMap;
 
 use super::graph::{FormulaNode, Graph, NodeId};
 use crate::scalar::Scalar;
 
-/// Registers of a short program: few, since they are cleared where it begins.
+/// Number of registers of a short program: few, because they are cleared at its start.
 const FEW: usize = 16;
 
-/// Registers of any other; a power of two, as `FEW` is.
+/// Number of registers of any other program; a power of two, as `FEW` is.
 const MOST: usize = 128;
 
 /// Values of some formulas at once, from inputs in the first registers.
@@ -154,7 +154,7 @@ struct Compiler<'g> {
     graph: &'g Graph,
     roots: &'g [NodeId],
     inputs: usize,
-    /// How often each node is used.
+    /// Number of uses of each node.
     uses: Vec<usize>,
     is_root: Vec<bool>,
 }

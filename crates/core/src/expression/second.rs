@@ -1,4 +1,5 @@
-//! Second derivatives of operators and functions, for rates that are differentiated by numbers of a formula.
+//! Second derivatives of operators and functions, for rates that are differentiated by parameters of a
+//! formula.
 
 use super::function::Function;
 use super::{Number, Rated, function};

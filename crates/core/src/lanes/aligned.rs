@@ -1,4 +1,4 @@
-//! Numbers in memory that begins at a cache line.
+//! Arrays of `f64` whose memory begins at a cache line.
 #![allow(unsafe_code)]
 
 use std::ops::{Deref, DerefMut};
@@ -11,8 +11,8 @@ use super::{Lanes, RowSource, WIDTH};
 #[repr(C, align(64))]
 struct CacheLine([f64; WIDTH]);
 
-/// A vector of `f64` that begins at a cache line, so that no pack of `WIDTH` and no row of 2 or 4 counted
-/// from there straddles two.
+/// A vector of `f64` that begins at a cache line, so that no pack of `WIDTH` and no row of 2 or 4, counted
+/// from there, straddles two lines.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Aligned(Vec<CacheLine>);
 
@@ -22,7 +22,7 @@ impl Aligned {
         Aligned(filled(CacheLine([0.0; WIDTH]), count))
     }
 
-    /// No packs, with room for `count`.
+    /// An empty vector with capacity for `count` packs.
     pub fn with_room(count: usize) -> Self {
         Aligned(with_room(count))
     }
@@ -32,7 +32,7 @@ impl Aligned {
         self.0.push(CacheLine(pack));
     }
 
-    /// Gives back what was allocated in vain.
+    /// Releases unused capacity.
     pub fn shrink_to_fit(&mut self) {
         self.0.shrink_to_fit();
     }
@@ -40,7 +40,7 @@ impl Aligned {
     /// Pack `index`.
     ///
     /// # Panics
-    /// If there is none.
+    /// If `index` is out of range.
     #[inline(always)]
     pub fn pack(&self, index: usize) -> &[f64; WIDTH] {
         &self.0[index].0
@@ -67,8 +67,8 @@ impl DerefMut for Aligned {
     }
 }
 
-/// As many numbers as one wants in memory that begins at a cache line. On AVX-512 a store that straddles two
-/// lines costs several that do not.
+/// A vector of any number of `f64` that begins at a cache line. On AVX-512 a store that straddles two lines
+/// costs several that do not.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Numbers {
     packs: Aligned,
@@ -106,15 +106,15 @@ impl DerefMut for Numbers {
     }
 }
 
-/// One column of numbers per component, so that a component of eight consecutive vertices is one load,
-/// wherever it begins.
+/// One column of numbers per component, so that a component of eight consecutive vertices is one load, from
+/// any first vertex.
 ///
-/// A pack of zeros lies before the first vertex and at least one after the last: loads may reach that far.
+/// A pack of zeros precedes the first vertex and at least one follows the last: loads may reach that far.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Columns<const D: usize> {
     /// `D * length` of them.
     numbers: Aligned,
-    /// Numbers in a column: whole packs, two at least.
+    /// Length of a column: whole packs, two at least.
     length: usize,
 }
 
@@ -125,7 +125,7 @@ impl<const D: usize> Columns<D> {
         Columns { numbers: Aligned::packs(D * packs), length: packs * WIDTH }
     }
 
-    /// Each column, from the first vertex on; what comes after the last is to stay zero.
+    /// Each column, from the first vertex on; the padding after the last must stay zero.
     pub fn each_mut(&mut self) -> [&mut [f64]; D] {
         let mut columns: [&mut [f64]; D] = std::array::from_fn(|_| Default::default());
         for (column, numbers) in columns.iter_mut().zip(self.numbers.chunks_exact_mut(self.length)) {
@@ -134,7 +134,7 @@ impl<const D: usize> Columns<D> {
         columns
     }
 
-    /// The numbers that loads read. By value, so that an inner loop that writes elsewhere keeps it in
+    /// A view for loads. It is passed by value, so that an inner loop that writes elsewhere keeps it in
     /// registers.
     #[inline(always)]
     pub fn view(&self) -> ColumnsView<'_, D> {
@@ -155,7 +155,8 @@ pub struct ColumnsView<'a, const D: usize> {
 }
 
 impl<const D: usize> ColumnsView<'_, D> {
-    /// Eight vertices from `from` on, which may lie a pack before the first or end a pack after the last.
+    /// Loads eight vertices from `from` on, which may begin a pack before the first or end a pack after the
+    /// last.
     ///
     /// # Panics
     /// If they reach further.
@@ -176,9 +177,9 @@ impl<const D: usize> ColumnsView<'_, D> {
     }
 }
 
-/// A row for each of any number of vertices: `x, y` in 2D and `x, y, z, 0` in 3D.
+/// One row for each of any number of vertices: `x, y` in 2D and `x, y, z, 0` in 3D.
 ///
-/// Where [`Rows`](super::Rows) holds the few vertices of a patch, this holds all of them; an index is tested.
+/// [`Rows`](super::Rows) holds the few vertices of a patch, this type all of them; indices are checked.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VertexRows<const D: usize>(Aligned);
 
@@ -191,8 +192,7 @@ impl<const D: usize> VertexRows<D> {
         VertexRows(Aligned::packs((count * Self::STRIDE).div_ceil(WIDTH)))
     }
 
-    /// The rows as they lie in memory, [`STRIDE`](Self::STRIDE) numbers each; the last ones may belong to no
-    /// vertex.
+    /// The rows as they lie in memory, [`STRIDE`](Self::STRIDE) numbers each; the last ones may be padding.
     #[inline(always)]
     pub fn as_mut_slice(&mut self) -> &mut [f64] {
         &mut self.0

@@ -17,7 +17,7 @@ use crate::scalar::{
 #[repr(C)]
 pub(super) struct Avx2(__m256d, __m256d);
 
-/// All bits of a lane set, or none.
+/// Mask: all bits of a lane set, or none.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Avx2Mask(__m256d, __m256d);
 
@@ -26,7 +26,7 @@ pub(super) struct Avx2Mask(__m256d, __m256d);
 #[repr(transparent)]
 pub(super) struct Avx2Half(__m256d);
 
-/// The same intrinsic on both registers.
+/// Applies an intrinsic to both registers.
 macro_rules! both {
     ($pack:ident, $intrinsic:ident $(::<$mode:ident>)?, $first:expr $(, $other:expr)*) => {
         register!($pack(
@@ -170,7 +170,7 @@ impl Real for Avx2 {
     }
 }
 
-/// An intrinsic on the one register.
+/// Applies an intrinsic to the one register.
 macro_rules! one {
     ($pack:ident, $intrinsic:ident, $a:expr, $b:expr) => {
         $pack(register!($intrinsic($a.0, $b.0)))
@@ -281,7 +281,7 @@ fn scatter_add_half<const D: usize>(rows: &mut RowSlice<D>, i: &[u16; WIDTH], l:
     }
 }
 
-/// Columns become rows.
+/// Transposes four rows of four.
 #[inline(always)]
 fn transpose4([a, b, c, d]: [__m256d; 4]) -> [__m256d; 4] {
     register!({

@@ -1,4 +1,4 @@
-//! The choice of the instruction set, made once, at run time.
+//! Run-time choice of the instruction set, made once.
 
 #![allow(unsafe_code)]
 
@@ -12,7 +12,7 @@ use super::{avx2::Avx2, avx512::Avx512};
 
 /// A computation over packs, with its arguments as fields.
 pub trait Kernel {
-    /// Its result.
+    /// Result of the computation.
     type Output;
     /// The computation. Mark the implementation `#[inline(always)]`, see the rules in [`crate::lanes`].
     fn run<L: Lanes>(self) -> Self::Output;
@@ -84,11 +84,11 @@ impl InstructionSet {
     }
 }
 
-/// The level that [`dispatch`] uses.
+/// The instruction set that [`dispatch`] uses.
 ///
-/// The best that the processor has, unless the environment variable `PLIANT_SIMD` is `portable`, `neon`,
-/// `avx2` or `avx512` when this is first called. A name that is unknown, or a level that the processor lacks,
-/// is ignored: results do not depend on the level, and what was chosen can be read here.
+/// It is the best that the processor has, unless the environment variable `PLIANT_SIMD` is `portable`,
+/// `neon`, `avx2` or `avx512` at the first call. An unknown name, or a level that the processor lacks, is
+/// ignored: results do not depend on the level, and this function reports the choice.
 pub fn level() -> InstructionSet {
     static LEVEL: OnceLock<InstructionSet> = OnceLock::new();
     *LEVEL.get_or_init(|| choose(std::env::var("PLIANT_SIMD").ok().as_deref()))
@@ -110,8 +110,8 @@ pub fn dispatch<K: Kernel>(kernel: K) -> K::Output {
     dispatch_at(level(), kernel)
 }
 
-/// Runs a kernel that is no hot path: on AVX2 at most, so that it is compiled once less. The bits are the
-/// same.
+/// Runs a kernel outside of hot paths: on AVX2 at most, so that it is compiled once less. Results are
+/// bit-identical.
 #[inline]
 pub fn dispatch_compact<K: Kernel>(kernel: K) -> K::Output {
     #[cfg(target_arch = "x86_64")]
@@ -126,7 +126,7 @@ pub fn dispatch_compact<K: Kernel>(kernel: K) -> K::Output {
     kernel.run::<Portable>()
 }
 
-/// Runs a kernel on this instruction set, or in plain code where the processor lacks it.
+/// Runs a kernel on this instruction set, or in plain code if the processor lacks it.
 #[cfg(target_arch = "x86_64")]
 #[inline]
 pub fn dispatch_at<K: Kernel>(level: InstructionSet, kernel: K) -> K::Output {
@@ -139,7 +139,7 @@ pub fn dispatch_at<K: Kernel>(level: InstructionSet, kernel: K) -> K::Output {
     }
 }
 
-/// Runs a kernel on this instruction set, or in plain code where the processor lacks it.
+/// Runs a kernel on this instruction set, or in plain code if the processor lacks it.
 #[cfg(not(target_arch = "x86_64"))]
 #[inline]
 pub fn dispatch_at<K: Kernel>(level: InstructionSet, kernel: K) -> K::Output {
@@ -166,7 +166,8 @@ unsafe fn run_avx2<K: Kernel>(kernel: K) -> K::Output {
     kernel.run::<Avx2>()
 }
 
-/// Not inlined, as those of other processors cannot be: one copy of a kernel, however many its callers.
+/// Runs a kernel on NEON. Not inlined, as the wrappers of other processors cannot be: one copy of a kernel
+/// for all callers.
 #[cfg(target_arch = "aarch64")]
 #[inline(never)]
 fn run_neon<K: Kernel>(kernel: K) -> K::Output {

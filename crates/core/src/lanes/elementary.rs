@@ -1,4 +1,4 @@
-//! Logarithm, exponential and power, written once for `f64` and for packs: same bits everywhere.
+//! Logarithm, exponential and power, written once for `f64` and for packs: bit-identical everywhere.
 
 // The constants stand as fdlibm prints them.
 #![allow(clippy::excessive_precision)]

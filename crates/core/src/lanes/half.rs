@@ -1,4 +1,5 @@
-//! Half of a pack: four numbers, for rows of small blocks, of which a whole pack would hold parts of three.
+//! Half of a pack: four numbers, for the rows of small blocks. A whole pack would span parts of three such
+//! rows.
 
 use std::ops::{Add, Mul, Sub};
 

@@ -56,11 +56,11 @@ pub const WIDTH: usize = 8;
 pub trait Lanes: Real {
     /// True if kernels with divisions or roots run faster on a [`Pair`] of packs.
     ///
-    /// They do where a pack is one of 32 registers; where it is two of 16, a pair only spills. Same bits
-    /// either way.
+    /// They do if a pack is one of 32 registers; if it is two of 16, a pair only spills. Results are
+    /// bit-identical either way.
     const PAIRS_PAY: bool;
-    /// True if a kernel had better call a function of `f64` for each lane than inline its mathematics on
-    /// packs: where a pack is no register. The bits are the same.
+    /// True if a kernel should call a function of `f64` for each lane instead of inlining its mathematics on
+    /// packs: if a pack is not a register. Results are bit-identical.
     const BY_LANE: bool = false;
     /// Half of a pack.
     type Half: HalfPack;
@@ -71,7 +71,7 @@ pub trait Lanes: Real {
     fn store(self, a: &mut [f64; WIDTH]);
     /// Component `c` of the result holds in lane `l` component `c` of row `index[l]`.
     fn gather<const D: usize, R: RowSource<D>>(rows: &R, index: &[R::Index; WIDTH]) -> [Self; D];
-    /// Adds lane `l` of `v` to row `index[l]`, lane 0 first: where an index occurs twice, both are added.
+    /// Adds lane `l` of `v` to row `index[l]`, lane 0 first: if an index occurs twice, both are added.
     fn scatter_add<const D: usize>(rows: &mut RowSlice<D>, index: &[u16; WIDTH], v: [Self; D]);
     /// Component `c` of the result holds in lane `l` component `c` of row `l`.
     #[inline(always)]
@@ -96,7 +96,7 @@ pub trait Lanes: Real {
             }
         }
     }
-    /// Lane `c` of pack `l` of the result is lane `l` of `v[c]`: columns become rows.
+    /// Transposes: lane `c` of pack `l` of the result is lane `l` of `v[c]`.
     #[inline(always)]
     fn transpose(v: [Self; WIDTH]) -> [Self; WIDTH] {
         let mut rows = [[0.0; WIDTH]; WIDTH];

@@ -1,7 +1,7 @@
 //! The pack as four NEON registers of two numbers.
 //!
-//! Every AArch64 processor that runs programs of `std` has the instructions, and the compiler assumes them:
-//! they need no test at run time.
+//! Every AArch64 processor that runs programs of `std` has the instructions, and the compiler assumes them.
+//! No test at run time is needed.
 #![allow(unsafe_code)]
 
 use std::arch::aarch64::*;
@@ -18,7 +18,7 @@ use crate::scalar::{
 /// Registers in a pack.
 const REGISTERS: usize = WIDTH / 2;
 
-/// The same intrinsic on all registers.
+/// Applies an intrinsic to all registers.
 macro_rules! each {
     ($pack:ident, $intrinsic:ident $(::<$shift:literal>)?, $first:expr $(, $other:expr)*) => {
         register!($pack([
@@ -35,7 +35,7 @@ macro_rules! each {
 #[repr(C)]
 pub(super) struct Neon([float64x2_t; REGISTERS]);
 
-/// All bits of a lane set, or none; in between, the bits of numbers.
+/// Mask: all bits of a lane set, or none; as an intermediate, the bits of numbers.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct NeonMask([uint64x2_t; REGISTERS]);
 

@@ -1,9 +1,8 @@
 //! Memory in huge pages.
 //!
-//! Memory larger than the caches is read in order, some tens of megabytes a step, in pages of 4 KiB: a
-//! translation of an address
-//! for each, which takes as long as its lines do in a virtual machine. Pages of 2 MiB need one for 512 of
-//! them. Systems give them to whoever asks.
+//! Arrays larger than the caches are read in order, some tens of megabytes a step. With pages of 4 KiB each
+//! page needs an address translation, which takes as long in a virtual machine as loading its lines. One page
+//! of 2 MiB replaces 512 of them. Operating systems provide huge pages on request.
 #![allow(unsafe_code)]
 
 use std::mem::MaybeUninit;
@@ -12,7 +11,7 @@ use std::mem::MaybeUninit;
 #[cfg(target_os = "linux")]
 const HUGE: usize = 2 << 20;
 
-/// An empty vector with room for `capacity` items, in huge pages where it is that large and the system has
+/// An empty vector with room for `capacity` items, in huge pages if it is large enough and the system has
 /// any.
 pub fn with_room<T>(capacity: usize) -> Vec<T> {
     let mut items = Vec::with_capacity(capacity);
@@ -20,15 +19,15 @@ pub fn with_room<T>(capacity: usize) -> Vec<T> {
     items
 }
 
-/// A vector of `count` times `item`, likewise.
+/// A vector of `count` copies of `item`, in huge pages likewise.
 pub fn filled<T: Clone>(item: T, count: usize) -> Vec<T> {
     let mut items = with_room(count);
     items.resize(count, item);
     items
 }
 
-/// Asks for huge pages for what lies in whole ones. To be called before the memory is written: pages that
-/// are there stay.
+/// Requests huge pages for the part of `memory` that fills whole ones. Call it before the memory is written:
+/// existing pages stay.
 fn ask_for_huge_pages<T>(memory: &mut [MaybeUninit<T>]) {
     #[cfg(target_os = "linux")]
     {

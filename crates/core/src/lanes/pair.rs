@@ -8,9 +8,9 @@ use crate::scalar::{Compared, Elementary, Mask, Real, Scalar};
 
 /// Two scalars side by side; the mask of a pair is a pair of masks.
 ///
-/// Divisions and square roots have a long latency that one pack cannot fill: a kernel that runs on a pair of
-/// packs is a tenth to a third faster than on one pack after the other, and gives the same bits. Whether it
-/// is depends on the instruction set: ask [`Lanes::PAIRS_PAY`](super::Lanes::PAIRS_PAY).
+/// Divisions and square roots have a long latency that one pack cannot fill. On some instruction sets a
+/// kernel is a tenth to a third faster on a pair of packs than on one pack after the other, with
+/// bit-identical results: see [`Lanes::PAIRS_PAY`](super::Lanes::PAIRS_PAY).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pair<S>(pub S, pub S);
 

@@ -1,13 +1,12 @@
-//! Asking for memory before it is needed.
+//! Prefetching of memory.
 #![allow(unsafe_code)]
 
-/// Bytes that come at once.
+/// Bytes of a cache line.
 #[cfg(target_arch = "x86_64")]
 const LINE: usize = 64;
 
-/// Asks for item `index`, if there is one, so that it is in the cache some hundred nanoseconds later.
-/// Processors see for themselves what is read in order, but not beyond the end of a page, and not where
-/// short runs are strung together.
+/// Prefetches item `index`, if there is one, so that it is in the cache some hundred nanoseconds later.
+/// Processors detect sequential reads, but not beyond the end of a page, and not in strings of short runs.
 #[inline(always)]
 pub fn prefetch<T>(items: &[T], index: usize) {
     if let Some(item) = items.get(index) {
@@ -15,7 +14,7 @@ pub fn prefetch<T>(items: &[T], index: usize) {
     }
 }
 
-/// Asks for all of these.
+/// Prefetches all of these.
 #[inline(always)]
 pub fn prefetch_all<T>(items: &[T]) {
     #[cfg(target_arch = "x86_64")]
@@ -24,8 +23,8 @@ pub fn prefetch_all<T>(items: &[T]) {
     let _ = items;
 }
 
-/// As [`prefetch`], but into the second cache: for what is asked for so early that it would not stay in the
-/// first. That has room for a few tens of lines on their way, and waits where there are more.
+/// Prefetches like [`prefetch`], but into the second-level cache: for items needed so late that they would
+/// not stay in the first. The first has room for a few tens of outstanding lines, and stalls beyond.
 #[inline(always)]
 pub fn prefetch_early<T>(items: &[T], index: usize) {
     #[cfg(target_arch = "x86_64")]

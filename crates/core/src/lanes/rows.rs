@@ -13,9 +13,9 @@ const LENGTH: usize = 4 * CAPACITY;
 
 /// Memory for [`RowSlice`], beginning at a page.
 ///
-/// Memory is taken page by page as rows are first written, so a buffer whose first 500 rows are in use
-/// occupies 16 kB, not the 2 MB it may grow to. The pages are asked of the system itself: an allocator would
-/// clear what it has been given back before, tens of megabytes after a mesh has been read, and hold it from
+/// Pages are allocated as rows are first written, so a buffer whose first 500 rows are in use occupies 16 kB,
+/// not the 2 MB it may grow to. The pages are requested from the system itself: an allocator would clear
+/// memory that was freed before, tens of megabytes after a mesh has been read, and keep it from then on.
 /// then on.
 pub struct Rows<const D: usize> {
     memory: MmapMut,
@@ -26,9 +26,9 @@ impl<const D: usize> Rows<D> {
     pub const STRIDE: usize = RowSlice::<D>::STRIDE;
     /// Bytes reserved.
     pub const BYTES: usize = 8 * LENGTH;
-    /// Rows to be used.
+    /// Number of usable rows.
     pub const CAPACITY: usize = CAPACITY - 1;
-    /// One more, for what has to be added somewhere but is not wanted.
+    /// Spare row, for additions whose result is discarded.
     pub const SPARE: u16 = u16::MAX;
 
     /// All rows zero.
@@ -68,10 +68,9 @@ impl<const D: usize> DerefMut for Rows<D> {
 
 /// 65,536 rows of a vertex each: `x, y` in 2D and `x, y, z, 0` in 3D.
 ///
-/// There is a row for every `u16`, so no index can be out of bounds and none is tested: this is what makes
-/// [`crate::lanes::Lanes::gather`] both safe and fast. A loop should take it out of its [`Rows`] once,
-/// before it begins: a reference stays in a register, where a field would be read again after every row
-/// written.
+/// There is a row for every `u16`, so no index can be out of bounds and none is checked: this makes
+/// [`crate::lanes::Lanes::gather`] both safe and fast. A loop should take the slice out of its [`Rows`] once,
+/// before it begins: a reference stays in a register, a field would be read again after every row written.
 #[repr(transparent)]
 pub struct RowSlice<const D: usize>([f64; LENGTH]);
 
@@ -85,7 +84,7 @@ pub(crate) fn copy_points<const D: usize>(points: &[f64], rows: &mut [f64]) {
 
 /// Rows of vertices that [`Lanes::gather`](super::Lanes::gather) takes: 2 numbers each in 2D, 4 in 3D.
 pub trait RowSource<const D: usize> {
-    /// Name of a row.
+    /// Index of a row.
     type Index: Copy;
 
     /// The numbers of row `index`; `STRIDE` is 2 for `D = 2` and 4 for `D = 3`.

@@ -1,11 +1,10 @@
-//! From packs to the numbers of one lane after the other.
+//! Conversion of packs to the numbers of one lane after the other.
 
 use std::ops::Range;
 
 use super::{Lanes, WIDTH};
 
-/// Writes `packs` lane by lane, for each of `lanes` the numbers that they have there, one lane after the
-/// other.
+/// Writes the numbers of `packs` in each of `lanes`, one lane after the other.
 ///
 /// # Panics
 /// If `out` has no room for them.

@@ -11,7 +11,7 @@ use crate::value::{As, KeyRange, Pressure};
 /// Range of Poisson's ratio where the model knows no Poisson effect.
 const NO_POISSON: KeyRange = KeyRange::of(&[("minimum", 0.0), ("maximum", 0.0)]);
 
-/// As rigid as possible: the squared distance from the nearest rotation.
+/// As-rigid-as-possible (ARAP) elasticity: the squared distance from the nearest rotation.
 ///
 /// With `F = R S`, `R` a rotation also where `det F < 0`, and `mu = E/2`:
 ///
@@ -20,11 +20,11 @@ const NO_POISSON: KeyRange = KeyRange::of(&[("minimum", 0.0), ("maximum", 0.0)])
 /// P   = 2 mu (F - R)            [Pa]
 /// ```
 ///
-/// Corotated elasticity with `lambda = 0`, that is, of Poisson's ratio 0 and no other. Pushes an inverted
-/// body back; `P` jumps where `R` does.
+/// This is corotated elasticity with `lambda = 0`, that is, with Poisson's ratio 0 and no other. It pushes an
+/// inverted body back; `P` jumps where `R` does.
 ///
-/// Chao, Pinkall, Sanan and Schroeder, "A simple geometric model for elastic deformations", 2010; the name
-/// is from Sorkine and Alexa, "As-rigid-as-possible surface modeling", 2007.
+/// Source: Chao, Pinkall, Sanan and Schroeder, "A simple geometric model for elastic deformations", 2010; the
+/// name is from Sorkine and Alexa, "As-rigid-as-possible surface modeling", 2007.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arap {
     mu: f64,

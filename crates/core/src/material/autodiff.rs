@@ -4,7 +4,8 @@ use super::{Material, Psd, Tangent};
 use crate::algebra::{Dual, Mat};
 use crate::scalar::Scalar;
 
-/// `P = d psi / dF` [Pa], exact to rounding, by running `psi` on dual numbers, once for each entry of `F`.
+/// Computes `P = d psi / dF` [Pa], exact to rounding, by running `psi` on dual numbers, once for each entry
+/// of `F`.
 ///
 /// Outside the domain of a barrier model the result is not finite.
 #[inline(always)]
@@ -23,9 +24,9 @@ pub fn autodiff_stress<S: Scalar, const D: usize, M: Material<D> + ?Sized>(
     p
 }
 
-/// `dP/dF` [Pa], exact to rounding, by running the stress on dual numbers along each entry of `F`; the stress
-/// of a model that gives its energy density alone runs on duals of duals. Negative eigenvalues are set to
-/// zero [numerically](Tangent::projected).
+/// Computes `dP/dF` [Pa], exact to rounding, by running the stress on dual numbers along each entry of `F`.
+/// The stress of a model that gives its energy density alone runs on duals of duals. Negative eigenvalues are
+/// set to zero [numerically](Tangent::projected).
 ///
 /// Outside the domain of a barrier model the result is not finite.
 pub fn autodiff_hessian<const D: usize, M: Material<D> + ?Sized>(
@@ -52,7 +53,7 @@ pub fn autodiff_hessian<const D: usize, M: Material<D> + ?Sized>(
     }
 }
 
-/// `P` and `dP = dP/dF : dF` [Pa]; one function for all that work on one `F` at a time.
+/// Computes `P` and `dP = dP/dF : dF` [Pa]; one compiled function for all callers with one `F` at a time.
 #[inline(never)]
 pub(crate) fn stress_along<const D: usize, M: Material<D> + ?Sized>(
     material: &M,

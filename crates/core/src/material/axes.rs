@@ -1,15 +1,15 @@
-//! Axes of materials that have directions, from one element to the next.
+//! Material axes per element, for anisotropic materials.
 
 use crate::algebra::{Mat, Vect, unit};
 use crate::scalar::Scalar;
 
-/// The rotation `R` from the axes of a material to those of space, its axes by columns: the energy density of
-/// a material that is turned so is `psi(F R)`.
+/// Returns the rotation `R` from the axes of a material to those of space, with the material axes in its
+/// columns. The energy density of the rotated material is `psi(F R)`.
 ///
 /// `first` is along the first axis, of any length but zero. `second`, not parallel to it, is in the plane of
-/// the first two axes, on the side of the second one. Without it the axes are turned by the smallest rotation
-/// from x to `first`, and where `first` points against x by half a turn about z and the smallest from there:
-/// in the plane this is the rotation about z in either case.
+/// the first two axes, on the side of the second one. Without `second` the axes are turned by the smallest
+/// rotation from x to `first`; if `first` points against x, by half a turn about z and the smallest rotation
+/// from there. In the plane this is the rotation about z in either case.
 ///
 /// ```
 /// use pliant::material::material_axes;

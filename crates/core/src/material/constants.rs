@@ -1,4 +1,4 @@
-//! Isotropic elasticity as a scene gives it: by Young's modulus and Poisson's ratio, or by other constants.
+//! Isotropic elastic constants of a scene: Young's modulus and Poisson's ratio, or another pair of constants.
 
 use serde::de::Error;
 
@@ -6,7 +6,7 @@ use super::parameters::{check_positive, or_preset};
 use super::preset::Preset;
 use super::{Isotropic, Lame, ParameterError};
 
-/// Constants of a table, those that it names.
+/// Constants that a table gives.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct GivenConstants {
     /// Young's modulus E [Pa].
@@ -21,25 +21,25 @@ pub(super) struct GivenConstants {
     pub(super) lambda: Option<f64>,
     /// Second Lame parameter [Pa], the shear modulus.
     pub(super) mu: Option<f64>,
-    /// A material that gives `young` and `poisson` where the table does not.
+    /// Material that provides `young` and `poisson` if the table does not.
     pub(super) preset: Option<Preset>,
 }
 
 impl GivenConstants {
-    /// The same elasticity by Young's modulus and Poisson's ratio: of `K` and `G`
+    /// Converts to Young's modulus and Poisson's ratio, from `K` and `G`
     ///
     /// ```text
     /// E = 9 K G / (3 K + G),                       nu = (3 K - 2 G) / (2 (3 K + G))
     /// ```
     ///
-    /// and of `lambda` and `mu`
+    /// or from `lambda` and `mu`
     ///
     /// ```text
     /// E = mu (3 lambda + 2 mu) / (lambda + mu),    nu = lambda / (2 (lambda + mu))
     /// ```
     ///
     /// # Errors
-    /// Constants that are missing or too many, and those of no stable solid: `K`, `G` or `mu` not positive,
+    /// If constants are missing or too many, or not those of a stable solid: `K`, `G` or `mu` not positive,
     /// `lambda` not above `-2/3 mu`.
     pub(super) fn isotropic<E: Error>(self) -> Result<Isotropic, E> {
         match self {
@@ -73,7 +73,7 @@ impl GivenConstants {
         Ok(Isotropic { young, poisson, preset })
     }
 
-    /// What is missing beside the only constant, or that several are no pair.
+    /// Message: the constant that is missing next to the only one, or that several do not form a pair.
     fn mismatch(&self) -> String {
         let named = self.named();
         let pair = [["bulk", "shear"], ["lambda", "mu"]].into_iter().find(|pair| pair.contains(&named[0]));
@@ -109,7 +109,7 @@ fn list(names: &[&str]) -> String {
     }
 }
 
-/// Of the moduli of volume and of shape [Pa].
+/// Converts from bulk and shear modulus [Pa].
 fn by_bulk_and_shear(bulk: f64, shear: f64) -> Result<Isotropic, ParameterError> {
     check_positive("bulk", bulk)?;
     check_positive("shear", shear)?;
@@ -117,12 +117,12 @@ fn by_bulk_and_shear(bulk: f64, shear: f64) -> Result<Isotropic, ParameterError>
     Ok(Isotropic::new(9.0 * bulk * shear / sum, poisson_of(bulk, shear)))
 }
 
-/// Poisson's ratio `(3 K - 2 G) / (2 (3 K + G))` of the moduli of volume and of shape [Pa].
+/// Poisson's ratio `(3 K - 2 G) / (2 (3 K + G))` from bulk and shear modulus [Pa].
 pub(super) fn poisson_of(bulk: f64, shear: f64) -> f64 {
     (3.0 * bulk - 2.0 * shear) / (2.0 * (3.0 * bulk + shear))
 }
 
-/// Of the parameters of Lame.
+/// Converts from the Lame parameters.
 fn by_lame(lame: Lame) -> Result<Isotropic, ParameterError> {
     check_positive("mu", lame.mu)?;
     if !lame.lambda.is_finite() || lame.bulk() <= 0.0 {

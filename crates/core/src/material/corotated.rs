@@ -12,11 +12,11 @@ use crate::scalar::Scalar;
 /// P   = 2 mu (F - R) + lambda tr(S - I) R       [Pa]
 /// ```
 ///
-/// The derivative of `R` does not enter `P`, because `R` is the best rotation; it does enter `dP/dF`. Pushes
-/// an inverted body back. Where the two smallest stretches add up to zero `R` jumps, and so does `P`.
+/// The derivative of `R` does not enter `P`, because `R` maximises `tr(R^T F)`; it does enter `dP/dF`. The
+/// model pushes an inverted body back. Where the two smallest stretches add up to zero, `R` and `P` jump.
 ///
-/// Sifakis and Barbic, "FEM simulation of 3D deformable solids", SIGGRAPH course, 2012, part one, section
-/// 3.4.
+/// Source: Sifakis and Barbic, "FEM simulation of 3D deformable solids", SIGGRAPH course, 2012, part one,
+/// section 3.4.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Corotated {
     lame: Lame,

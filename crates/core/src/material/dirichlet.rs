@@ -2,15 +2,15 @@ use super::{Domain, Material, MaterialDescription, Model, Psd, Stiffness, Tangen
 use crate::algebra::Mat;
 use crate::scalar::Scalar;
 
-/// The Dirichlet energy: a body that wants to be a point.
+/// The Dirichlet energy, under which a free body collapses to a point.
 ///
 /// ```text
 /// psi = k/2 |F|^2           [J/m^3]
 /// P   = k F                 [Pa]
 /// ```
 ///
-/// For teaching. Frame indifferent, but without a rest shape: `P(I) = k I`, and only `F = 0` is free of
-/// stress. It is what springs of rest length zero amount to.
+/// The model is for teaching. It is frame indifferent, but has no stress-free reference configuration: `P(I)
+/// = k I`, and only `F = 0` is free of stress. Springs of rest length zero behave this way.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dirichlet {
     stiffness: f64,

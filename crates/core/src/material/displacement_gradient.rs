@@ -2,15 +2,16 @@ use super::{Domain, Material, MaterialDescription, Model, Psd, Stiffness, Tangen
 use crate::algebra::Mat;
 use crate::scalar::Scalar;
 
-/// The first guess at an elastic energy: the square of the displacement gradient.
+/// The square of the displacement gradient as an elastic energy, a naive first choice.
 ///
 /// ```text
 /// psi = k/2 |F - I|^2       [J/m^3]
 /// P   = k (F - I)           [Pa]
 /// ```
 ///
-/// For teaching. It resists rotation: a turned body is pulled back to the orientation it started with, as if
-/// each vertex hung on the rest shape. Not frame indifferent, and not linear elasticity either.
+/// The model is for teaching. It resists rotation: a rotated body is pulled back to its initial orientation,
+/// as if each vertex were tied to the reference configuration. It is not frame indifferent, and not linear
+/// elasticity either.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DisplacementGradient {
     stiffness: f64,

@@ -12,11 +12,11 @@ use crate::scalar::Scalar;
 /// P   = 2 mu (F - R) + lambda (J - 1) cof F     [Pa]
 /// ```
 ///
-/// What it fixes in the corotated model is the volume: `tr(S - I)` measures it for small strains only, and
-/// lets a body of Poisson's ratio near 0.5 vanish under large ones. Pushes an inverted body back; `P` jumps
-/// where `R` does.
+/// The model replaces the volume term of the corotated model: `tr(S - I)` measures volume for small strains
+/// only, and lets a body of Poisson's ratio near 0.5 vanish under large ones. It pushes an inverted body
+/// back; `P` jumps where `R` does.
 ///
-/// Stomakhin, Howes, Schroeder and Teran, "Energetically consistent invertible elasticity", 2012.
+/// Source: Stomakhin, Howes, Schroeder and Teran, "Energetically consistent invertible elasticity", 2012.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FixedCorotated {
     lame: Lame,

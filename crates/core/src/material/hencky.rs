@@ -11,11 +11,12 @@ use crate::scalar::Scalar;
 /// P   = U diag((2 mu ln sigma_i + lambda ln J) / sigma_i) V^T               [Pa]
 /// ```
 ///
-/// Only for `J > 0`. Good to moderate strains; not convex: in tension the force has a maximum, at `sigma =
-/// e` where Poisson's ratio is 0.
+/// The model is defined for `J > 0` only. It is accurate to moderate strains. It is not convex: in tension
+/// the force has a maximum, at `sigma = e` for Poisson's ratio 0.
 ///
-/// Hencky, "Ueber die Form des Elastizitaetsgesetzes bei ideal elastischen Stoffen", 1928; Xiao and Chen,
-/// "Hencky's elasticity model and linear stress-strain relations in isotropic finite hyperelasticity", 2002.
+/// Source: Hencky, "Ueber die Form des Elastizitaetsgesetzes bei ideal elastischen Stoffen", 1928; Xiao and
+/// Chen, "Hencky's elasticity model and linear stress-strain relations in isotropic finite hyperelasticity",
+/// 2002.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hencky {
     lame: Lame,

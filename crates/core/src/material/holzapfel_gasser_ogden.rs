@@ -13,8 +13,8 @@ use crate::value::{Angle, As, KeyRange, Pressure};
 /// Range of the dispersion: parallel fibres to all directions alike.
 const DISPERSION: KeyRange = KeyRange::of(&[("minimum", 0.0), ("maximum", 1.0 / 3.0)]);
 
-/// Holzapfel, Gasser and Ogden's wall of an artery: a soft matrix with one or two families of fibres whose
-/// directions are dispersed.
+/// The model of Holzapfel, Gasser and Ogden for arterial walls: a soft matrix with one or two families of
+/// fibres whose directions are dispersed.
 ///
 /// With `J = det F`, `I1 = tr C` and `I4_i = a_i . C a_i` of `C = F^T F` (in 2D with `F_33 = 1`), the unit
 /// directions `a_i` of the families at rest, the shear modulus `c` and the bulk modulus `K` of the matrix:
@@ -27,15 +27,15 @@ const DISPERSION: KeyRange = KeyRange::of(&[("minimum", 0.0), ("maximum", 1.0 / 
 /// T_i = k1 <E_i> exp(k2 <E_i>^2),  s = c/2 + kappa sum_i T_i,  t_i = (1 - 3 kappa) T_i    [Pa]
 /// ```
 ///
-/// `<E>` is `E` where it is positive and 0 elsewhere: fibres resist being stretched alone. Where `E` is zero
-/// to rounding (above -1e-12), as at rest, they count as stretched, so that the stiffness at rest, and
-/// with it the critical step, has them. The stiffness is not continuous where a fibre goes slack.
-/// Only for `J > 0`.
+/// `<E>` is `E` if it is positive, else 0: fibres resist tension only. If `E` is zero to rounding (above
+/// -1e-12), as in the reference configuration, they count as stretched, so that the initial stiffness, and
+/// with it the critical step, includes them. The stiffness is not continuous where a fibre goes slack. The
+/// model is defined for `J > 0` only.
 ///
-/// The paper has `J = 1`; shape and volume are apart as in Holzapfel, "Nonlinear solid mechanics", 2000.
+/// The paper has `J = 1`; the split of shape and volume follows Holzapfel, "Nonlinear solid mechanics", 2000.
 ///
-/// Gasser, Ogden and Holzapfel, "Hyperelastic modelling of arterial layers with distributed collagen fibre
-/// orientations", Journal of the Royal Society Interface 3, 15-35, 2006.
+/// Source: Gasser, Ogden and Holzapfel, "Hyperelastic modelling of arterial layers with distributed collagen
+/// fibre orientations", Journal of the Royal Society Interface 3, 15-35, 2006.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HolzapfelGasserOgden {
     shear: f64,
@@ -47,7 +47,8 @@ pub struct HolzapfelGasserOgden {
     families: Vec<[f64; 3]>,
 }
 
-/// Strain `E` down to which a fibre counts as stretched: below zero by more than rounding leaves at rest.
+/// Strain `E` above which a fibre counts as stretched: further below zero than round-off in the reference
+/// state.
 const SLACK: f64 = -1e-12;
 
 /// Constants of Holzapfel, Gasser and Ogden, and the directions of the families.

@@ -4,7 +4,7 @@ use super::{Domain, Isotropic, Material, MaterialDescription, Model};
 use crate::algebra::{Mat, Vect};
 use crate::scalar::{Elementary, Scalar};
 
-/// Neo-Hookean elasticity that separates change of shape from change of volume.
+/// Neo-Hookean elasticity with separate shape (isochoric) and volume terms.
 ///
 /// With `I1 = tr(F^T F)` (in 2D with `F_33 = 1`), `J = det F` and the bulk modulus `kappa = lambda + 2 mu/3`:
 ///
@@ -13,9 +13,9 @@ use crate::scalar::{Elementary, Scalar};
 /// P   = mu J^(-2/3) F + (kappa (J - 1) - mu/3 J^(-2/3) I1 / J) cof F                      [Pa]
 /// ```
 ///
-/// Only for `J > 0`.
+/// The model is defined for `J > 0` only.
 ///
-/// Bonet and Wood, "Nonlinear continuum mechanics for finite element analysis", 2nd edition, 2008.
+/// Source: Bonet and Wood, "Nonlinear continuum mechanics for finite element analysis", 2nd edition, 2008.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct IsochoricNeoHookean {
     mu: f64,

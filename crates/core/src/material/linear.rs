@@ -19,16 +19,16 @@ use crate::value::{As, KeyRange, Pressure};
 /// P   = 2 mu eps + lambda tr(eps) I             [Pa]
 /// ```
 ///
-/// Linear in `F`, so a constant stiffness matrix, vibration modes and exact modal solutions; not frame
-/// indifferent: a body that rotates by a large angle swells. Under a plane rotation by `theta`, `P = 2 (mu +
-/// lambda) (cos theta - 1) I` in 2D.
+/// `P` is linear in `F`: the stiffness matrix is constant, and vibration modes and modal solutions are exact.
+/// The model is not frame indifferent: a body that rotates by a large angle swells. Under a plane rotation by
+/// `theta`, `P = 2 (mu + lambda) (cos theta - 1) I` in 2D.
 ///
-/// In plane stress (2D, `plane = "stress"`) the thickness is free to change, `sigma_33 = 0`: in the plane
-/// that is the same with `lambda* = 2 lambda mu / (lambda + 2 mu)` for `lambda`, and `eps_33 = -lambda /
-/// (lambda + 2 mu) (eps_11 + eps_22)`.
+/// In plane stress (2D, `plane = "stress"`) the thickness is free to change, `sigma_33 = 0`. The in-plane law
+/// is the same with `lambda* = 2 lambda mu / (lambda + 2 mu)` for `lambda`, and `eps_33 = -lambda / (lambda +
+/// 2 mu) (eps_11 + eps_22)`.
 ///
-/// Sifakis and Barbic, "FEM simulation of 3D deformable solids", SIGGRAPH course, 2012, part one, section
-/// 3.2.
+/// Source: Sifakis and Barbic, "FEM simulation of 3D deformable solids", SIGGRAPH course, 2012, part one,
+/// section 3.2.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Linear {
     lame: Lame,
@@ -184,7 +184,7 @@ impl<const D: usize> Material<D> for Linear {
         strain.scale_add(S::splat(2.0 * self.lame.mu), &Mat::scalar(pressure))
     }
 
-    /// Constant, and positive semi-definite as it is.
+    /// The Hessian is constant, and positive semi-definite without a projection.
     fn hessian(&self, _: &Mat<f64, D>, _: Psd) -> Tangent<D> {
         let mut t = Tangent::zero();
         for i in 0..D {

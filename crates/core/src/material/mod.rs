@@ -32,7 +32,7 @@ use registry::register_materials;
 use crate::algebra::{Mat, TURNS, Vect, project_positive, signed_svd};
 use crate::scalar::Scalar;
 
-/// Which states of deformation a model is defined for.
+/// Deformations for which a model is defined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Domain {
@@ -42,7 +42,7 @@ pub enum Domain {
     PositiveJ,
 }
 
-/// Form of a Hessian: as it is, or with its negative eigenvalues set to zero.
+/// Form of a Hessian: exact, or with its negative eigenvalues set to zero.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Psd {
     /// The exact second derivative.
@@ -96,15 +96,15 @@ impl<const D: usize> Tangent<D> {
         self
     }
 
-    /// The tensor of a material turned by the rotation `R` from its axes to those of space: `C' : G = R (C :
-    /// R^T G R) R^T`.
+    /// The tensor of the material rotated by `R` from its axes to those of space: `C' : G = R (C : R^T G R)
+    /// R^T`.
     pub fn turned(&self, axes: &Mat<f64, D>) -> Self {
         let mut turned = Self::zero();
         turned.add_turned(self, [axes; 4]);
         turned
     }
 
-    /// Change of [that](Self::turned) where `R` changes by `turn`.
+    /// Change of the [rotated tensor](Self::turned) if `R` changes by `turn`.
     pub fn turned_along(&self, axes: &Mat<f64, D>, turn: &Mat<f64, D>) -> Self {
         let mut change = Self::zero();
         for turning in 0..4 {
@@ -113,7 +113,7 @@ impl<const D: usize> Tangent<D> {
         change
     }
 
-    /// Adds the tensor that takes `G` to `a (T : b^T G c) d^T`, with the tensor `T` that is `of` a material.
+    /// Adds the tensor that maps `G` to `a (T : b^T G c) d^T`, with the tensor `T` given by `of`.
     fn add_turned(&mut self, of: &Self, [a, b, c, d]: [&Mat<f64, D>; 4]) {
         for (k, l) in (0..D).flat_map(|k| (0..D).map(move |l| (k, l))) {
             let mut unit = Mat::zero();
@@ -147,7 +147,7 @@ impl<const D: usize> Tangent<D> {
         }
     }
 
-    /// Adds `delta_ik S_jl`: a stress `F S` that turns with `F`.
+    /// Adds `delta_ik S_jl`, the geometric part of a stress `F S` with constant `S`.
     pub(crate) fn add_turning(&mut self, s: &Mat<f64, D>) {
         for i in 0..D {
             for j in 0..D {
@@ -156,9 +156,9 @@ impl<const D: usize> Tangent<D> {
         }
     }
 
-    /// The nearest symmetric positive semi-definite tensor in the Frobenius norm, as a matrix that acts on
-    /// the `D^2` numbers of `dF`: Jacobi rotations give its eigenvalues, negative ones become zero. One that
-    /// is not finite stays as it is.
+    /// Returns the nearest symmetric positive semi-definite tensor in the Frobenius norm, as a matrix that
+    /// acts on the `D^2` numbers of `dF`: Jacobi rotations give its eigenvalues, and negative ones become
+    /// zero. A tensor that is not finite is returned unchanged.
     pub fn projected(&self) -> Self {
         let n = D * D;
         let mut matrix = vec![0.0; n * n];
@@ -183,11 +183,12 @@ impl<const D: usize> Tangent<D> {
 
 /// A hyperelastic energy density `psi(F)`.
 ///
-/// Written once, generic over the scalar: it runs on `f64`, on SIMD lanes and on dual numbers. In two
+/// An implementation is generic over the scalar: it runs on `f64`, on SIMD lanes and on dual numbers. In two
 /// dimensions the model is in plane strain (`F_33 = 1`), per unit thickness.
 ///
-/// The energy density is enough, for explicit and implicit schemes: stress and Hessian follow by automatic
-/// differentiation, exact to rounding. Closed forms of them are faster. What runs on lanes is to be inlined.
+/// The energy density suffices for explicit and implicit integrators: stress and Hessian follow by automatic
+/// differentiation, exact to rounding. Closed forms are faster. Mark functions that run on lanes
+/// `#[inline(always)]`.
 ///
 /// ```
 /// use pliant::algebra::Mat;
@@ -224,14 +225,14 @@ pub trait Material<const D: usize>: Send + Sync + 'static {
         autodiff_stress(self, f)
     }
 
-    /// The eigenvalues of `dP/dF` where `F` has these signed singular values; `None` for a model that does
-    /// not know them.
+    /// Eigenvalues of `dP/dF` if `F` has these signed singular values; `None` if the model does not provide
+    /// them.
     fn spectrum(&self, sigma: &Vect<f64, D>) -> Option<Spectrum<D>> {
         let _ = sigma;
         None
     }
 
-    /// Second derivative `dP/dF` [Pa]: from the [`spectrum`](Self::spectrum); of a model without one, by
+    /// Second derivative `dP/dF` [Pa]: from the [`spectrum`](Self::spectrum) if the model has one, else by
     /// [automatic differentiation](autodiff_hessian).
     fn hessian(&self, f: &Mat<f64, D>, psd: Psd) -> Tangent<D> {
         let svd = signed_svd(f);
@@ -241,7 +242,7 @@ pub trait Material<const D: usize>: Send + Sync + 'static {
         }
     }
 
-    /// Where the model is defined.
+    /// Domain of the model.
     fn domain(&self) -> Domain {
         Domain::Everywhere
     }

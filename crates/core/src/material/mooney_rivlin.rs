@@ -11,7 +11,7 @@ use crate::algebra::{Mat, Vect};
 use crate::scalar::{Elementary, Scalar};
 use crate::value::{As, Compressibility, KeyRange, Pressure};
 
-/// Mooney-Rivlin elasticity of compressible rubber: both invariants of the change of shape.
+/// Mooney-Rivlin elasticity of compressible rubber, in both isochoric invariants.
 ///
 /// With `I1 = tr C`, `I2 = (I1^2 - tr C^2)/2` of `C = F^T F` (in 2D with `F_33 = 1`), `J = det F` and the
 /// bulk modulus `kappa`:
@@ -25,7 +25,7 @@ use crate::value::{As, Compressibility, KeyRange, Pressure};
 /// with `dI2/dF = 2 (I1 F - F F^T F)` in 3D and `2 (F + J cof F)` in 2D. For small strains `mu = 2 (C10 +
 /// C01)`. Only for `J > 0`.
 ///
-/// Bonet and Wood, "Nonlinear continuum mechanics for finite element analysis", 2nd edition, 2008.
+/// Source: Bonet and Wood, "Nonlinear continuum mechanics for finite element analysis", 2nd edition, 2008.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MooneyRivlin {
     c10: f64,
@@ -77,7 +77,7 @@ struct TwoConstantsTable {
     d1: Option<f64>,
 }
 
-/// With `nu = (3 kappa - 2 mu) / (2 (3 kappa + mu))` of `kappa = 2 / D1` and `mu = 2 (C10 + C01)`.
+/// Reads `d1` as `nu = (3 kappa - 2 mu) / (2 (3 kappa + mu))` with `kappa = 2 / D1` and `mu = 2 (C10 + C01)`.
 impl<'de> Deserialize<'de> for TwoConstants {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let TwoConstantsTable { young, poisson, c10, c01, d1 } =
@@ -115,7 +115,7 @@ impl JsonSchema for TwoConstants {
     }
 }
 
-/// Poisson's ratio of constants [Pa] and a compressibility `D1 = 2 / kappa` [1/Pa].
+/// Returns Poisson's ratio from constants [Pa] and a compressibility `D1 = 2 / kappa` [1/Pa].
 fn of_compressibility(c10: f64, c01: f64, d1: f64) -> Result<f64, ParameterError> {
     if !KeyRange::POSITIVE.contains(d1) {
         return Err(ParameterError::new("d1", d1, "must be positive [1/Pa]: 2 over the bulk modulus"));
@@ -124,7 +124,7 @@ fn of_compressibility(c10: f64, c01: f64, d1: f64) -> Result<f64, ParameterError
     Ok(poisson_of(2.0 / d1, 2.0 * (c10 + c01)))
 }
 
-/// A positive shear modulus.
+/// Checks that the shear modulus is positive.
 fn check_sum(c10: f64, c01: f64) -> Result<(), ParameterError> {
     for (field, value) in [("c10", c10), ("c01", c01)] {
         if !value.is_finite() {

@@ -12,10 +12,10 @@ use crate::scalar::{Elementary, Scalar};
 /// P   = mu F + (lambda ln J - mu) F^-T                      [Pa]
 /// ```
 ///
-/// Only for `J > 0`: `psi = +inf` where `J <= 0` (below the smallest normal number, to be exact), and `P` is
-/// then not finite. The barrier is weak: `psi` grows like `(ln J)^2` only.
+/// The model is defined for `J > 0` only: `psi = +inf` where `J <= 0` (below the smallest normal number, to
+/// be exact), and `P` is then not finite. The barrier is weak: `psi` grows like `(ln J)^2` only.
 ///
-/// Bonet and Wood, "Nonlinear continuum mechanics for finite element analysis", 2nd edition, 2008.
+/// Source: Bonet and Wood, "Nonlinear continuum mechanics for finite element analysis", 2nd edition, 2008.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NeoHookean {
     lame: Lame,

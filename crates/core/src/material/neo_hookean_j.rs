@@ -13,8 +13,8 @@ use crate::scalar::Scalar;
 /// P   = mu F + (lambda (J - 1) - mu/J) cof F                [Pa]
 /// ```
 ///
-/// Only for `J > 0`, like [`NeoHookean`](super::NeoHookean), and with an even weaker barrier; it resists
-/// expansion more.
+/// The model is defined for `J > 0` only, like [`NeoHookean`](super::NeoHookean). Its barrier is even weaker,
+/// and it resists expansion more.
 ///
 /// The model of Bonet and Wood, "Nonlinear continuum mechanics for finite element analysis", 2nd edition,
 /// 2008, with another of the volume terms in common use.

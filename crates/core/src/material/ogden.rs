@@ -191,7 +191,7 @@ impl<const D: usize> IsotropicFunction<D> for Ogden {
         slopes
     }
 
-    /// By `d s_i^alpha / d ln sigma_j = alpha s_i^alpha (delta_ij - 1/3)`.
+    /// Returns second derivatives, by `d s_i^alpha / d ln sigma_j = alpha s_i^alpha (delta_ij - 1/3)`.
     #[inline(always)]
     fn curvatures<S: Scalar>(&self, sigma: &Vect<S, D>) -> Mat<S, D> {
         let (ln, volume) = logarithms(sigma);

@@ -9,18 +9,18 @@ use super::constants::GivenConstants;
 use super::preset::{AboutPreset, Preset};
 use crate::value::{As, KeyRange, Pressure};
 
-/// A parameter has a value that no material has.
+/// A parameter has an invalid value.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{field}{} = {value}: {problem}", index.map_or_else(String::new, |index| format!("[{index}]")))]
 #[non_exhaustive]
 pub struct ParameterError {
     /// Name of the field, as in the scene.
     pub field: &'static str,
-    /// Which entry of it, from 0, where it is a list.
+    /// Index of the entry, from 0, if the field is a list.
     pub index: Option<usize>,
-    /// Its value.
+    /// The invalid value.
     pub value: f64,
-    /// The mistake, and what would be right.
+    /// The error, and the valid range.
     pub problem: Cow<'static, str>,
 }
 
@@ -29,7 +29,7 @@ impl ParameterError {
         ParameterError { field, index: None, value, problem: problem.into() }
     }
 
-    /// Of entry `index` of a list.
+    /// Sets the index of a list's entry.
     pub(super) fn at(self, index: usize) -> Self {
         ParameterError { index: Some(index), ..self }
     }
@@ -37,33 +37,33 @@ impl ParameterError {
 
 /// The parameters of a model, as a table of a scene.
 pub trait Parameters {
-    /// The first field with an impossible value.
+    /// Checks all fields and reports the first invalid value.
     ///
     /// # Errors
     /// [`ParameterError`] with the field, its value and the range it must be in.
     fn check(&self) -> Result<(), ParameterError>;
 
-    /// The Lame parameters of the linear elasticity that the model reduces to at `F = I`; `None` where the
-    /// model is not meant to reduce to it.
+    /// Lame parameters of the linear elasticity to which the model reduces at `F = I`; `None` if the model
+    /// does not reduce to it.
     fn lame(&self) -> Option<Lame>;
 
-    /// The preset that some of them are from, if there is one.
+    /// Preset of some of the parameters, if there is one.
     fn preset(&self) -> Option<Preset> {
         None
     }
 
-    /// The plane that the parameters name in two dimensions, if they do.
+    /// Plane strain or plane stress in two dimensions, if the parameters name it.
     fn plane(&self) -> Option<Plane> {
         None
     }
 
-    /// True if turning the material before it is deformed changes nothing.
+    /// True if the material is isotropic: a rotation before the deformation changes nothing.
     fn is_isotropic(&self) -> bool {
         true
     }
 
-    /// True if it has directions that go by axes of the material, which elements may turn: its energy is one
-    /// of `C` and not isotropic.
+    /// True if the material has directions relative to material axes, which elements may rotate: its energy
+    /// depends on `C` and is not isotropic.
     fn has_axes(&self) -> bool {
         false
     }
@@ -103,7 +103,7 @@ impl Lame {
         }
     }
 
-    /// Young's modulus [Pa] and Poisson's ratio of the same elasticity: `E = mu (3 lambda + 2 mu) / (lambda +
+    /// Young's modulus [Pa] and Poisson's ratio of the same material: `E = mu (3 lambda + 2 mu) / (lambda +
     /// mu)`, `nu = lambda / (2 (lambda + mu))`.
     pub fn young_and_poisson(&self) -> (f64, f64) {
         let Lame { lambda, mu } = self;
@@ -164,10 +164,10 @@ struct IsotropicTable {
     preset: Option<Preset>,
 }
 
-/// The value given, or that of the preset.
+/// Returns the given value, or that of the preset.
 ///
 /// # Errors
-/// Neither.
+/// If there is neither.
 pub(super) fn or_preset<E: serde::de::Error>(
     given: Option<f64>,
     preset: Option<Preset>,
@@ -202,7 +202,7 @@ const ISOTROPIC: &str = "Isotropic elasticity. Every model that takes these redu
                          and `shear`, or `lambda` and `mu`, or a `preset`.";
 
 impl Isotropic {
-    /// With Young's modulus `young` [Pa].
+    /// Isotropic elasticity with Young's modulus `young` [Pa] and Poisson's ratio `poisson`.
     pub const fn new(young: f64, poisson: f64) -> Isotropic {
         Isotropic { young, poisson, preset: None }
     }

@@ -1,4 +1,4 @@
-//! Elastic constants and densities of well-known materials, each with where the numbers are from.
+//! Elastic constants and densities of well-known materials, each with its source.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -31,9 +31,9 @@ pub enum Preset {
 pub struct AboutPreset {
     /// The preset.
     pub preset: Preset,
-    /// Its name in a scene.
+    /// Name in a scene.
     pub name: &'static str,
-    /// Its description.
+    /// One-line description.
     pub summary: &'static str,
     /// Young's modulus [Pa].
     pub young: f64,
@@ -41,7 +41,7 @@ pub struct AboutPreset {
     pub poisson: f64,
     /// Density [kg/m^3].
     pub density: f64,
-    /// Where the numbers are from, and how far to trust them.
+    /// Source of the numbers, and their accuracy.
     pub source: &'static str,
 }
 
@@ -130,7 +130,7 @@ pub const PRESETS: [AboutPreset; 8] = [
 ];
 
 impl Preset {
-    /// Its constants.
+    /// Constants of the preset.
     pub fn about(self) -> &'static AboutPreset {
         PRESETS.iter().find(|about| about.preset == self).expect("every preset is in the list: a test looks")
     }

@@ -10,11 +10,11 @@ pub struct MaterialDescription {
     pub summary: &'static str,
     /// The energy density.
     pub formula: &'static str,
-    /// Where it comes from.
+    /// Source of the model.
     pub source: &'static str,
-    /// Which deformations it is defined for.
+    /// Deformations for which the model is defined.
     pub domain: Domain,
-    /// True if `psi(Q F) = psi(F)` for every rotation `Q`, as every real material has it.
+    /// True if `psi(Q F) = psi(F)` for every rotation `Q`, as for every real material.
     pub frame_indifferent: bool,
     /// True if `psi(I) = 0` and `P(I) = 0`: without it a body has no rest shape.
     pub has_rest_shape: bool,
@@ -22,15 +22,15 @@ pub struct MaterialDescription {
 
 /// A model that can be registered.
 pub trait Model: Clone {
-    /// Its table in a scene.
+    /// Parameters, the model's table in a scene.
     type Parameters: Parameters;
-    /// Its description.
+    /// Description of the model.
     const ABOUT: MaterialDescription;
     /// The model with these parameters, which have been [checked](Parameters::check).
     fn new(parameters: &Self::Parameters) -> Self;
 }
 
-/// Something to be done with a model whose type is known at compile time, see [`MaterialSpec::visit`].
+/// A computation with a model whose type is known at compile time, see [`MaterialSpec::visit`].
 ///
 /// [`MaterialSpec::visit`]: super::MaterialSpec::visit
 pub trait MaterialVisitor<const D: usize> {

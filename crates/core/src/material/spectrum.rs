@@ -1,15 +1,15 @@
-//! The eigensystem that all isotropic models share.
+//! Eigensystem of `dP/dF`, which all isotropic models share.
 //!
-//! Where `psi` depends on `F = U diag(sigma) V^T` only through the signed singular values, `dP/dF` leaves
-//! three kinds of subspaces invariant, each rotated by `U` and `V`: the diagonal matrices ("scaling"), and
-//! for each pair of axes the antisymmetric ("twist") and the symmetric ("flip") off-diagonal matrix. Smith,
-//! de Goes and Kim, "Analytic eigensystems for isotropic distortion energies", 2019; Kim and Eberle,
-//! "Dynamic deformables", SIGGRAPH course, 2022.
+//! If `psi` depends on `F = U diag(sigma) V^T` only through the signed singular values, `dP/dF` leaves three
+//! kinds of subspaces invariant, each rotated by `U` and `V`: the diagonal matrices ("scaling"), and for each
+//! pair of axes the antisymmetric ("twist") and the symmetric ("flip") off-diagonal matrix. Sources: Smith,
+//! de Goes and Kim, "Analytic eigensystems for isotropic distortion energies", 2019; Kim and Eberle, "Dynamic
+//! deformables", SIGGRAPH course, 2022.
 
 use super::{Psd, Tangent};
 use crate::algebra::{Mat, SMALLEST_SUM, Svd, Vect, symmetric_eigen};
 
-/// Eigenvalues of `dP/dF` [Pa], the scaling block not yet diagonalised.
+/// Eigenvalues of `dP/dF` [Pa]; the scaling block is not yet diagonalised.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spectrum<const D: usize> {
     /// `d^2 psi / d sigma_i d sigma_j`, symmetric.
@@ -53,7 +53,8 @@ pub(super) const fn out_of_plane<const D: usize>() -> f64 {
 }
 
 impl<const D: usize> Spectrum<D> {
-    /// Of `psi = a(I_C) + b(J)`, with `I_C = F : F` and `J = det F`: no division, so good for every `sigma`.
+    /// Spectrum of `psi = a(I_C) + b(J)`, with `I_C = F : F` and `J = det F`. It needs no division, so it is
+    /// valid for every `sigma`.
     pub fn from_invariants(sigma: &Vect<f64, D>, a: Derivatives, b: Derivatives) -> Self {
         let zero = Mat::zero();
         let mut s = Spectrum { scaling: zero, twist: zero, flip: zero };
@@ -76,8 +77,9 @@ impl<const D: usize> Spectrum<D> {
         s
     }
 
-    /// Of `psi(I1, I2, J)`, linear in the invariants `I1 = tr C` and `I2 = (I1^2 - tr C^2)/2` of `C = F^T F`
-    /// (in 2D with `F_33 = 1`), with `J = det F`: no division, so good for every `sigma`.
+    /// Spectrum of `psi(I1, I2, J)`, linear in the invariants `I1 = tr C` and `I2 = (I1^2 - tr C^2)/2` of `C
+    /// = F^T F` (in 2D with `F_33 = 1`), with `J = det F`. It needs no division, so it is valid for every
+    /// `sigma`.
     pub fn from_three_invariants(sigma: &Vect<f64, D>, psi: &InvariantDerivatives) -> Self {
         let first = Derivatives { first: psi.i1, second: 0.0 };
         let mut s = Self::from_invariants(sigma, first, Derivatives { first: psi.j, second: psi.j_j });
@@ -105,7 +107,8 @@ impl<const D: usize> Spectrum<D> {
         s
     }
 
-    /// Of `psi + weight (sigma_1 + ... + sigma_D)`, that is `weight tr S` of `F = R S`, `R` a rotation.
+    /// Spectrum of `psi + weight (sigma_1 + ... + sigma_D)`, that is `weight tr S` of `F = R S`, `R` a
+    /// rotation.
     #[must_use]
     pub fn plus_trace(mut self, sigma: &Vect<f64, D>, weight: f64) -> Self {
         for i in 0..D {
@@ -116,9 +119,10 @@ impl<const D: usize> Spectrum<D> {
         self
     }
 
-    /// Of any isotropic `psi`, from its `gradient[i] = psi_i` and `hessian[i][j] = psi_ij` in the stretches.
+    /// Spectrum of any isotropic `psi`, from its `gradient[i] = psi_i` and `hessian[i][j] = psi_ij` in the
+    /// stretches.
     ///
-    /// The quotients lose digits where two stretches nearly coincide; there they are replaced by their limit
+    /// The quotients lose digits if two stretches nearly coincide; then they are replaced by their limit
     /// `psi_ii - psi_ij`, averaged over the two. About ten digits survive in the worst case.
     pub fn from_stretches(sigma: &Vect<f64, D>, gradient: &Vect<f64, D>, hessian: &Mat<f64, D>) -> Self {
         let mut s = Spectrum { scaling: *hessian, twist: Mat::zero(), flip: Mat::zero() };
@@ -182,8 +186,8 @@ impl<const D: usize> Spectrum<D> {
     }
 }
 
-/// `sigma_i + sigma_j`, kept from zero: where it vanishes the rotation of `F` jumps, and a model built on
-/// that rotation has no second derivative.
+/// Returns `sigma_i + sigma_j`, bounded away from zero: where it vanishes the rotation of `F` jumps, and a
+/// model built on that rotation has no second derivative.
 pub(super) fn sum_of_stretches<const D: usize>(sigma: &Vect<f64, D>, i: usize, j: usize) -> f64 {
     let sum = sigma[i] + sigma[j];
     if sum < SMALLEST_SUM { SMALLEST_SUM } else { sum }

@@ -12,11 +12,11 @@ use crate::scalar::Scalar;
 /// P   = mu F + (Lambda (J - 1) - mu) cof F                  [Pa]
 /// ```
 ///
-/// A polynomial, defined and smooth everywhere, pushes an inverted body back. With `lambda` in place of
-/// `Lambda` it would not reduce to linear elasticity at `F = I` but be too soft.
+/// The energy is a polynomial, defined and smooth everywhere, and pushes an inverted body back. With `lambda`
+/// in place of `Lambda` it would be too soft at `F = I` and not reduce to linear elasticity.
 ///
-/// Smith, de Goes and Kim, "Stable neo-Hookean flesh simulation", 2018, equation 11, up to a constant and
-/// with the Lame parameters matched at rest.
+/// Source: Smith, de Goes and Kim, "Stable neo-Hookean flesh simulation", 2018, equation 11, up to a constant
+/// and with the Lame parameters matched at `F = I`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StableNeoHookean {
     mu: f64,

@@ -16,8 +16,8 @@ use crate::scalar::Scalar;
 /// The constant `c = Lambda/2 (1 - alpha)^2 - m/2 ln 4`, which the paper does not subtract, makes `psi(I) =
 /// 0`.
 ///
-/// Smith, de Goes and Kim, "Stable neo-Hookean flesh simulation", 2018, equation 14 (energy), 18 (stress),
-/// section 3.4 (`m` and `Lambda`).
+/// Source: Smith, de Goes and Kim, "Stable neo-Hookean flesh simulation", 2018, equation 14 (energy), 18
+/// (stress), section 3.4 (`m` and `Lambda`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StableNeoHookeanLog {
     mu: f64,

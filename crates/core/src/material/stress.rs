@@ -1,4 +1,4 @@
-//! Stress of a material by its closed form or by differentiation of its energy.
+//! Stress of a material: analytical, or by differentiation of its energy.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

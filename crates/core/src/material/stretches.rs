@@ -1,18 +1,19 @@
-//! Materials written in the principal stretches.
+//! Materials defined in the principal stretches.
 
 use super::{Domain, Material, Spectrum};
 use crate::algebra::{IsotropicFunction, Mat, Vect};
 use crate::scalar::Scalar;
 
 /// An isotropic model given as `psi(sigma)` in the signed principal stretches of `F = U diag(sigma) V^T`,
-/// like those of Ogden and Hencky: it states [`IsotropicFunction::in_stretches`] and is a [`Material`].
+/// like those of Ogden and Hencky. Implement [`IsotropicFunction::in_stretches`]; the type is then a
+/// [`Material`].
 ///
-/// In two dimensions `sigma` are the stretches in the plane; the one out of it is 1 (plane strain). Stress
-/// `P = U diag(psi_i) V^T` and tangent follow; the model may give [`IsotropicFunction::slopes`] in closed
-/// form where that is faster.
+/// In two dimensions `sigma` are the stretches in the plane; the one out of it is 1 (plane strain). Stress `P
+/// = U diag(psi_i) V^T` and tangent follow. The model may give [`IsotropicFunction::slopes`] in closed form
+/// if that is faster.
 pub trait Stretches<const D: usize>: IsotropicFunction<D> + Send + Sync + 'static {
-    /// Where the model is defined. Outside, [`IsotropicFunction::in_stretches`] gives `+inf`, and slopes
-    /// that are not finite.
+    /// Domain of the model. Outside, [`IsotropicFunction::in_stretches`] gives `+inf`, and slopes are not
+    /// finite.
     fn domain(&self) -> Domain {
         Domain::Everywhere
     }

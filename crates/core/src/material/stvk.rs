@@ -3,7 +3,7 @@ use super::{Domain, Isotropic, Lame, Material, MaterialDescription, Model};
 use crate::algebra::{Mat, Vect};
 use crate::scalar::Scalar;
 
-/// St. Venant-Kirchhoff: linear elasticity in the Green strain.
+/// St. Venant-Kirchhoff elasticity: linear elasticity in the Green strain.
 ///
 /// With `E = (F^T F - I) / 2`:
 ///
@@ -12,11 +12,11 @@ use crate::scalar::Scalar;
 /// P   = F (2 mu E + lambda tr(E) I)             [Pa]
 /// ```
 ///
-/// A polynomial, so cheap and smooth. It softens under compression and does not resist inversion: a mirrored
-/// body has no energy at all.
+/// The energy is a polynomial, so cheap and smooth. The model softens under compression and does not resist
+/// inversion: a mirrored body has no energy at all.
 ///
-/// Sifakis and Barbic, "FEM simulation of 3D deformable solids", SIGGRAPH course, 2012, part one, section
-/// 3.3.
+/// Source: Sifakis and Barbic, "FEM simulation of 3D deformable solids", SIGGRAPH course, 2012, part one,
+/// section 3.3.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stvk {
     lame: Lame,

@@ -1,10 +1,9 @@
-//! Orders along a space-filling curve: what is near in space comes to lie near in memory.
+//! Orders along a space-filling curve: neighbours in space become neighbours in memory.
 
 use rayon::prelude::*;
 
-/// The order in which a Hilbert curve visits points of shape `(n, D)`, `points` holding their coordinates one
-/// after the other; points in the same cell of the curve's grid (`2^16` cells along the longest side of the
-/// bounding box) keep the order they came in.
+/// Returns the order in which a Hilbert curve visits points of shape `(n, D)`. Points in the same cell of the
+/// curve's grid (`2^16` cells along the longest side of the bounding box) keep their order.
 ///
 /// # Panics
 /// If there are more than `u32::MAX` points.
@@ -38,7 +37,7 @@ pub fn along_curve<const D: usize>(points: &[[f64; D]]) -> Vec<u32> {
 /// Bits of a cell's coordinate.
 const BITS: u32 = 16;
 
-/// Where the Hilbert curve comes to this cell; Skilling 2004, *Programming the Hilbert curve*, AIP Conference
+/// Position of a cell along the Hilbert curve; Skilling 2004, *Programming the Hilbert curve*, AIP Conference
 /// Proceedings 707, 381, the transform from axes.
 fn position_on_curve<const D: usize>(mut cell: [u32; D]) -> u64 {
     let highest = 1u32 << (BITS - 1);

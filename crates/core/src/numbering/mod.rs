@@ -1,9 +1,8 @@
-//! The order in which a simulation keeps its vertices.
+//! Order in which a simulation stores its vertices.
 //!
-//! A mesh whose neighbours have far-apart numbers makes every step wait for memory (a shuffled mesh of
-//! 100,000 tetrahedra: several times slower). Such bodies are renumbered along a space-filling curve when a
-//! scene is assembled; frames, messages and everything else that leaves a simulation keep the numbers of the
-//! mesh.
+//! If neighbours in a mesh have far-apart numbers, every step waits for memory (a shuffled mesh of 100,000
+//! tetrahedra: several times slower). Such bodies are renumbered along a space-filling curve when a scene is
+//! assembled. Frames, messages and all other output keep the numbers of the mesh.
 
 mod curve;
 
@@ -12,24 +11,23 @@ use std::ops::Range;
 
 pub use curve::along_curve;
 
-/// Up to so many vertices, the state of a body fits the cache in any order.
+/// Number of vertices up to which the state of a body fits the cache in any order.
 const MIN_VERTICES: usize = 8192;
-/// A numbering is local where the vertices of a cell are at most so many layers apart, a layer being
-/// `n^((d-1)/d)` of `n` vertices in `d` dimensions: what a grid has in its best order.
+/// Bound of a local numbering: the vertices of a cell are at most so many layers apart, a layer being
+/// `n^((d-1)/d)` of `n` vertices in `d` dimensions, as in the best order of a grid.
 const MAX_LAYERS: f64 = 8.0;
 
-/// Which vertex of the scene a vertex of the simulation is.
+/// Map between the vertex numbers of the scene and of the simulation.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Numbering {
-    /// `original[i]` is the number in the scene of vertex `i` of the simulation; empty where both are the
-    /// same.
+    /// `original[i]` is the number in the scene of vertex `i` of the simulation; empty for the identity.
     original: Vec<u32>,
     /// The inverse.
     internal: Vec<u32>,
 }
 
 impl Numbering {
-    /// Every vertex keeps its number.
+    /// The identity: every vertex keeps its number.
     pub fn identity() -> Self {
         Self::default()
     }
@@ -62,18 +60,18 @@ impl Numbering {
         self.original.get(vertex as usize).copied().unwrap_or(vertex)
     }
 
-    /// Rows of `width` numbers in the order of the scene, brought into that of the simulation.
+    /// Permutes rows of `width` numbers from the order of the scene to that of the simulation.
     pub fn to_internal<'a>(&self, rows: &'a [f64], width: usize) -> Cow<'a, [f64]> {
         permuted(&self.original, rows, width)
     }
 
-    /// Rows of `width` numbers in the order of the simulation, brought into that of the scene.
+    /// Permutes rows of `width` numbers from the order of the simulation to that of the scene.
     pub fn to_original<'a>(&self, rows: &'a [f64], width: usize) -> Cow<'a, [f64]> {
         permuted(&self.internal, rows, width)
     }
 
-    /// Writes rows of `width` numbers in the order of the simulation to `out`, in that of the scene. No
-    /// allocation.
+    /// Writes rows of `width` numbers in the order of the simulation to `out`, in that of the scene, without
+    /// an allocation.
     ///
     /// # Panics
     /// If `out` has another length.

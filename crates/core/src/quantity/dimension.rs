@@ -1,4 +1,4 @@
-//! Dimensions: which powers of metre, kilogram, second and radian a unit is made of.
+//! Dimensions: powers of metre, kilogram, second and radian.
 
 use std::fmt;
 
@@ -51,7 +51,7 @@ impl Dimension {
     }
 }
 
-/// As a unit: `kg/(m s^2)`.
+/// Formats as a unit: `kg/(m s^2)`.
 impl fmt::Display for Dimension {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let powers = [(self.length, "m"), (self.mass, "kg"), (self.time, "s"), (self.angle, "rad")];

@@ -1,14 +1,14 @@
-//! A text is no quantity, or not the right one.
+//! Errors in the text of a quantity.
 
 use std::ops::Range;
 
 use super::{Dimension, Kind};
 
-/// A text is no quantity, or one of the wrong dimension. Places are in bytes of the text.
+/// Error in the text of a quantity, or a wrong dimension. Positions are in bytes of the text.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum QuantityError {
-    /// It does not begin with a number.
+    /// The text does not begin with a number.
     #[error("`{}` is not a number", text.escape_debug())]
     NotANumber {
         /// The text.
@@ -20,17 +20,17 @@ pub enum QuantityError {
         /// The text.
         text: String,
     },
-    /// A symbol that is no unit.
+    /// An unknown unit symbol.
     #[error("unknown unit `{}`", symbol.escape_debug())]
     UnknownUnit {
         /// The symbol.
         symbol: String,
         /// Names that may have been meant, the best first.
         suggestions: Vec<String>,
-        /// Where it is.
+        /// Position in the text.
         place: Range<usize>,
     },
-    /// The text after the number is no unit.
+    /// The text after the number is not a unit.
     #[error("expected {expected} after the number, found {}", .found.map_or("the \
          end".to_owned(), |c| format!("`{}`", c.escape_debug())))]
     Malformed {
@@ -38,19 +38,19 @@ pub enum QuantityError {
         expected: &'static str,
         /// The character that is there.
         found: Option<char>,
-        /// Where it is.
+        /// Position in the text.
         place: Range<usize>,
     },
     /// A unit to a power that no quantity has.
     #[error("powers of units are from -9 to 9")]
     LargePower {
-        /// Where it is.
+        /// Position in the text.
         place: Range<usize>,
     },
     /// A product after a quotient, which some read as part of the denominator.
     #[error("a product after `/` can be read in two ways")]
     Ambiguous {
-        /// Where the second factor is.
+        /// Position of the second factor.
         place: Range<usize>,
     },
     /// A quantity of another dimension.
@@ -58,15 +58,15 @@ pub enum QuantityError {
     WrongDimension {
         /// The text.
         text: String,
-        /// Its dimension.
+        /// Dimension of the quantity.
         found: Dimension,
-        /// The dimensions it should be one of.
+        /// The expected dimensions.
         expected: Vec<Kind>,
     },
 }
 
 impl QuantityError {
-    /// Where in the text; `None` for the text as a whole.
+    /// Position in the text; `None` for the text as a whole.
     pub fn place(&self) -> Option<Range<usize>> {
         match self {
             Self::UnknownUnit { place, .. }

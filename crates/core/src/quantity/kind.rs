@@ -1,15 +1,15 @@
-//! The kinds of quantity that scenes have.
+//! Kinds of quantities in scenes.
 
 use super::{Dimension, Quantity, QuantityError};
 
 /// A kind of quantity: its name, its SI unit, an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Kind {
-    /// With its article: `a pressure`.
+    /// Name with its article: `a pressure`.
     pub name: &'static str,
     /// The SI unit that plain numbers are in: `Pa`.
     pub unit: &'static str,
-    /// A text that is right: `3 MPa`.
+    /// A valid example: `3 MPa`.
     pub example: &'static str,
     /// The dimension of `unit`.
     pub dimension: Dimension,
@@ -91,7 +91,7 @@ kinds! {
 }
 
 impl Kind {
-    /// The number in SI units that `text` says: a plain number is in SI units already.
+    /// Parses `text` to a number in SI units; a plain number is in SI units already.
     ///
     /// ```
     /// use pliant::quantity::Kind;
@@ -102,15 +102,15 @@ impl Kind {
     /// ```
     ///
     /// # Errors
-    /// `text` is no quantity, or one of another dimension.
+    /// `text` is not a quantity, or has another dimension.
     pub fn parse(&self, text: &str) -> Result<f64, QuantityError> {
         Ok(Kind::parse_any(std::slice::from_ref(self), text)?.value)
     }
 
-    /// The quantity that `text` says, which is of one of `kinds`, or a plain number.
+    /// Parses `text` to a quantity of one of `kinds`, or a plain number.
     ///
     /// # Errors
-    /// `text` is no quantity, or one of another dimension.
+    /// `text` is not a quantity, or has another dimension.
     pub fn parse_any(kinds: &[Kind], text: &str) -> Result<Quantity, QuantityError> {
         let quantity: Quantity = text.parse()?;
         match quantity.dimension {

@@ -1,13 +1,13 @@
 //! Quantities: numbers with a unit, as a user writes them, `"3 MPa"`.
 //!
-//! [`Kind::parse`] turns such a text into the number in SI units that the rest of the crate works with. Units
-//! are a table of our own. Of the crates at hand, `uom` and `dimensioned` check dimensions at compile time
-//! and read no products or powers from text, and `rink-core`, `fend-core` and `numbat` are whole calculators
-//! with thousands of units, none of which tells where in the text a mistake is; what is needed here is thirty
-//! symbols, their prefixes, products and powers.
+//! [`Kind::parse`] converts such a text to the number in SI units that the rest of the crate uses. The units
+//! are a table of this crate: thirty symbols, their prefixes, products and powers. Other crates do not fit:
+//! `uom` and `dimensioned` check dimensions at compile time and do not read products or powers from text;
+//! `rink-core`, `fend-core` and `numbat` are whole calculators with thousands of units, and none of them
+//! reports the position of a mistake in the text.
 //!
-//! A decimal unit moves the decimal point of the text before it becomes binary: `"0.1 ms"` has the same bits
-//! as `1e-4`.
+//! A decimal unit moves the decimal point of the text before the conversion to binary: `"0.1 ms"` has the
+//! same bits as `1e-4`.
 
 mod counted;
 mod dimension;

@@ -1,4 +1,4 @@
-//! From a text to a number in SI units and its dimension.
+//! Parser from a text to a number in SI units and its dimension.
 
 use std::ops::Range;
 use std::str::FromStr;
@@ -17,7 +17,7 @@ use super::{Dimension, QuantityError};
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quantity {
-    /// In SI units.
+    /// Value in SI units.
     pub value: f64,
     /// `None` for a plain number, which can be anything in SI units.
     pub dimension: Option<Dimension>,

@@ -1,4 +1,4 @@
-//! Numbers in messages.
+//! Rounded numbers in messages.
 
 use std::fmt;
 

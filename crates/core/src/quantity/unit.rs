@@ -1,7 +1,7 @@
-//! The table of units.
+//! Table of units.
 //!
-//! Exact values: NIST Special Publication 811 (2008), appendix B.8 (inch, foot, pound, pound-force,
-//! kilogram-force, atmosphere).
+//! Source of the exact values: NIST Special Publication 811 (2008), appendix B.8 (inch, foot, pound,
+//! pound-force, kilogram-force, atmosphere).
 
 use std::f64::consts::PI;
 

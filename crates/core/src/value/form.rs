@@ -1,4 +1,4 @@
-//! Forms of the texts that stand for values: quantities and formulas.
+//! Syntax of texts that stand for values: quantities and formulas.
 
 use schemars::{Schema, json_schema};
 

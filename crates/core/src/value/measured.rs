@@ -1,9 +1,8 @@
-//! Numbers with a dimension: in a scene a number in SI units or a text with a unit, behind the schema an
-//! `f64`.
+//! Numbers with a dimension: in a scene a number in SI units or a text with a unit, in code an `f64`.
 //!
-//! A field says its dimension by `#[serde(with = "As::<Length>")]`, or `As::<Option<Vec<Length>>>` where it
-//! holds more than one number: [`As`] reads as the type that it names, holds as the type of the field, and
-//! has the JSON schema of the former.
+//! A field declares its dimension by `#[serde(with = "As::<Length>")]`, or by `As::<Option<Vec<Length>>>` if
+//! it holds more than one number. [`As`] deserialises by the type that it names, stores the type of the
+//! field, and has the JSON schema of the former.
 
 use std::collections::BTreeMap;
 use std::fmt;

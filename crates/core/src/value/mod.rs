@@ -1,8 +1,7 @@
-//! Values of keys as a user writes them, behind plain numbers: how serde reads and writes them, how the JSON
-//! schema describes them.
+//! Values of keys as a user writes them, stored as plain numbers: their serialisation and their JSON schema.
 //!
-//! [`OverTime`] is a number or a formula of the time, [`OneOrMany`] a number for all or one for each. Numbers
-//! with a dimension are read by `As`, from a plain number in SI units or from a text with a unit
+//! [`OverTime`] is a number or a formula of time, [`OneOrMany`] one number for all or one for each. `As`
+//! reads numbers with a dimension from a plain number in SI units or from a text with a unit
 //! ([`crate::quantity`]).
 
 mod form;

@@ -1,4 +1,4 @@
-//! A number that may change with time, or from place to place as well.
+//! A number that may depend on time, or on position as well.
 
 use std::fmt;
 use std::marker::PhantomData;
@@ -48,7 +48,7 @@ impl OverTime {
         }
     }
 
-    /// Its derivative with respect to the time, there and then.
+    /// Derivative with respect to time, at this position and time.
     pub fn rate(&self, x: [f64; 3], t: f64) -> f64 {
         match self {
             OverTime::Constant(_) => 0.0,
@@ -56,7 +56,7 @@ impl OverTime {
         }
     }
 
-    /// Its derivative with respect to the coordinates of `x`, there and then.
+    /// Derivative with respect to the coordinates of `x`, at this position and time.
     pub fn slope(&self, x: [f64; 3], t: f64) -> [f64; 3] {
         match self {
             OverTime::Constant(_) => [0.0; 3],
@@ -64,7 +64,7 @@ impl OverTime {
         }
     }
 
-    /// Numbers that its formula names, and their values.
+    /// Parameters of its formula, and their values.
     pub fn parameters(&self) -> impl Iterator<Item = (&str, f64)> {
         let formula = match self {
             OverTime::Constant(_) => None,
@@ -73,7 +73,8 @@ impl OverTime {
         formula.into_iter().flat_map(Expression::parameters)
     }
 
-    /// Its derivative by a number that its formula names, there and then; zero by one that it does not.
+    /// Derivative with respect to a parameter of its formula, at this position and time; zero for an unknown
+    /// name.
     pub fn derivative(&self, name: &str, x: [f64; 3], t: f64) -> f64 {
         match self {
             OverTime::Constant(_) => 0.0,
@@ -81,8 +82,8 @@ impl OverTime {
         }
     }
 
-    /// The derivative of its [rate](Self::rate) by a number that its formula names, there and then; zero by
-    /// one that it does not.
+    /// Derivative of its [rate](Self::rate) with respect to a parameter of its formula; zero for an unknown
+    /// name.
     pub fn rate_derivative(&self, name: &str, x: [f64; 3], t: f64) -> f64 {
         match self {
             OverTime::Constant(_) => 0.0,
@@ -90,7 +91,7 @@ impl OverTime {
         }
     }
 
-    /// The derivatives of its [rate](Self::rate) by the coordinates of `x`, there and then.
+    /// Derivatives of its [rate](Self::rate) with respect to the coordinates of `x`.
     pub fn rate_slope(&self, x: [f64; 3], t: f64) -> [f64; 3] {
         match self {
             OverTime::Constant(_) => [0.0; 3],
@@ -98,17 +99,17 @@ impl OverTime {
         }
     }
 
-    /// True if it differs from place to place.
+    /// True if it depends on position.
     pub fn depends_on_place(&self) -> bool {
         matches!(self, OverTime::Formula(formula) if formula.depends_on_place())
     }
 
-    /// True if it changes with time.
+    /// True if it depends on time.
     pub fn depends_on_time(&self) -> bool {
         matches!(self, OverTime::Formula(formula) if formula.depends_on_time())
     }
 
-    /// True if nothing in it jumps, see [`Expression::is_continuous`].
+    /// True if it has no jumps, see [`Expression::is_continuous`].
     pub fn is_continuous(&self) -> bool {
         match self {
             OverTime::Constant(_) => true,
@@ -116,7 +117,7 @@ impl OverTime {
         }
     }
 
-    /// Times in `from < t < to` [s] at which it takes another branch, see [`Expression::branch_times`].
+    /// Times in `from < t < to` [s] at which it changes its branch, see [`Expression::branch_times`].
     pub fn branch_times(&self, from: f64, to: f64) -> Vec<f64> {
         match self {
             OverTime::Constant(_) => vec![],
@@ -124,7 +125,7 @@ impl OverTime {
         }
     }
 
-    /// The value, if it is the same at all times.
+    /// The value, if it is a number and not a formula.
     pub fn constant(&self) -> Option<f64> {
         match self {
             OverTime::Constant(value) => Some(*value),

@@ -1,4 +1,4 @@
-//! Ranges of numbers: each is one constant beside its key, which the schema describes and checks ask.
+//! Ranges of numbers: each is one constant next to its key, used by the schema and by the checks.
 
 use schemars::Schema;
 use schemars::transform::Transform;

@@ -1,4 +1,4 @@
-//! Cost of differentiating the energy instead of writing the stress by hand.
+//! Cost of automatic differentiation of the energy, compared with the analytical stress.
 
 use super::beam::{SMALL, tets, wavy};
 use super::stepping::Stepping;

@@ -1,4 +1,5 @@
-//! Beams of tetrahedra: 0.4 x 0.1 x 0.1 m, E = 5e5 Pa, nu = 0.4, 1000 kg/m^3, x = 0 held, symplectic Euler.
+//! Beams of tetrahedra: 0.4 x 0.1 x 0.1 m, E = 5e5 Pa, nu = 0.4, 1000 kg/m^3, fixed at x = 0, symplectic
+//! Euler.
 
 use super::scatter::Scatter;
 use super::stepping::displaced;

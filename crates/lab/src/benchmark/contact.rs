@@ -1,5 +1,5 @@
-//! Whole runs of bodies that touch: a cloth on a ball, two bars that collide, a stack of cubes, a bunny on a
-//! floor; and of bodies that could, but do not.
+//! Whole runs with contact: a cloth on a ball, two colliding bars, a stack of cubes, a bunny on a floor; and
+//! a run with contact enabled in which nothing touches.
 
 use std::time::{Duration, Instant};
 

@@ -1,4 +1,4 @@
-//! Kernels of contact by themselves: two sheets that lie on each other.
+//! Contact kernels in isolation: two sheets that lie on each other.
 
 use std::ops::Range;
 use std::sync::Arc;

@@ -1,7 +1,7 @@
-//! Share of contact in the time of steps: its terms, wrapped by ones that look at the clock.
+//! Share of contact in the time of steps: its terms are wrapped by terms that measure time.
 //!
-//! In it are the search, energies and forces, blocks of matrices, and how far ways are free; not in it are
-//! the sum of these blocks into the matrix, and what contact adds to its factor.
+//! Included are the search, energies and forces, blocks of matrices, and the collision-free step fractions.
+//! Not included are the sum of these blocks into the matrix, and what contact adds to its factorisation.
 
 use std::ops::Range;
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! Cost of an energy that is a formula of the scene instead of a model of the program.
+//! Cost of an energy that is a formula of the scene, compared with a built-in model.
 
 use super::beam::{SMALL, falling_of, tets, wavy_of};
 use super::stepping::Stepping;

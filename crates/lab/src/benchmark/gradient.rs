@@ -1,4 +1,4 @@
-//! Runs with the gradient of a loss at their end, beside the same runs without.
+//! Runs with the gradient of a loss at their end, compared with the same runs without.
 
 use std::time::{Duration, Instant};
 

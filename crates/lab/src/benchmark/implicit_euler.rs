@@ -1,4 +1,4 @@
-//! Steps of implicit Euler, solved to the end.
+//! Steps of implicit Euler, solved to convergence.
 
 use super::beam::falling;
 use super::stepping::Stepping;

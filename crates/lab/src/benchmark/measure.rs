@@ -1,4 +1,4 @@
-//! From times to a number.
+//! Evaluation of timings: from times to a number.
 
 use std::time::{Duration, Instant};
 
@@ -6,7 +6,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::{BenchmarkCase, BenchmarkError, BenchmarkPart, Metric, Workload};
 
-/// How long to measure.
+/// Measuring time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Budget {
     /// All rounds of a case together.
@@ -18,14 +18,14 @@ pub struct Budget {
 }
 
 impl Budget {
-    /// For figures to keep.
+    /// Budget for published figures.
     pub const FULL: Budget =
         Budget { total: Duration::from_millis(2500), sample: Duration::from_millis(25), fewest_rounds: 7 };
-    /// To see that it works.
+    /// Budget for a smoke test.
     #[cfg(test)]
     pub(super) const ONCE: Budget =
         Budget { total: Duration::ZERO, sample: Duration::ZERO, fewest_rounds: 1 };
-    /// For a first look.
+    /// Budget for a quick look.
     pub const QUICK: Budget =
         Budget { total: Duration::from_millis(150), sample: Duration::from_millis(5), fewest_rounds: 3 };
 }
@@ -93,7 +93,7 @@ impl TimedPart {
         Ok(TimedPart { pool, workload })
     }
 
-    /// How long `repetitions` take, from the same state every time.
+    /// Measures the time of `repetitions`, from the same state every time.
     ///
     /// # Errors
     /// Obstacle to the work.

@@ -1,10 +1,10 @@
-//! Workloads of known size, to measure how fast this machine takes whole steps of them.
+//! Benchmarks: workloads of known size that measure the speed of whole steps on this machine.
 //!
-//! A [`BenchmarkRow`] is one line of the table that `pliant bench` prints: work of one kind, in one
-//! [`BenchmarkCase`] or several. A case has one [`BenchmarkPart`] that is timed, or two that are timed in
-//! turn and compared. Nearly all of them are scenes, assembled as a user's scene is. Adding a row is one file
-//! with its `ROW` and one line in [`rows`]. The same rows are criterion benchmarks (`cargo bench -p
-//! pliant-lab --bench rows`).
+//! A [`BenchmarkRow`] is one line of the table that `pliant bench` prints: work of one kind, in one or more
+//! [`BenchmarkCase`]s. A case has one [`BenchmarkPart`] that is timed, or two that are timed alternately and
+//! compared. Nearly all of them are scenes, assembled like a user's scene. To add a row, write one file with
+//! its `ROW` and one line in [`rows`]. The same rows are criterion benchmarks (`cargo bench -p pliant-lab
+//! --bench rows`).
 
 mod autodiff;
 mod beam;
@@ -107,7 +107,7 @@ pub struct BenchmarkCase {
 /// A number to compare with.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PublishedValue {
-    /// In the unit of the case.
+    /// Value in the unit of the case.
     pub value: f64,
     /// Its description.
     pub source: &'static str,
@@ -118,7 +118,7 @@ pub(crate) const fn goal(value: f64) -> Option<PublishedValue> {
     Some(PublishedValue { value, source: "figure to reach" })
 }
 
-/// How times become the number of a case.
+/// Conversion of times to the number of a case.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Metric {
     /// `per_repetition` units of work in each repetition, per second, times `scale`.
@@ -141,11 +141,11 @@ pub enum Metric {
     },
     /// Milliseconds a repetition takes, where it is no step.
     Time,
-    /// How many times as long the first part takes as the second, where that is to be large.
+    /// Ratio of the first part's time to the second's, if a large one is good.
     Speedup,
-    /// How many times as long the first part takes as the second, where that is to be small.
+    /// Ratio of the first part's time to the second's, if a small one is good.
     Slowdown,
-    /// How much of the first part's time the second does without [%].
+    /// Fraction of the first part's time that the second saves [%].
     Share,
 }
 
@@ -217,7 +217,8 @@ impl BenchmarkCase {
 
 /// Work that can be repeated.
 pub trait Workload: Send {
-    /// How long `repetitions` take. Each call begins with the same state, put back before the clock starts.
+    /// Measures the time of `repetitions`. Each call begins with the same state, restored before the clock
+    /// starts.
     ///
     /// # Errors
     /// Obstacle to the work.
@@ -243,7 +244,7 @@ pub trait Workload: Send {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum BenchmarkError {
-    /// Its scene is wrong.
+    /// The scene of the case is invalid.
     #[error("the scene of a benchmark cannot be assembled: {0}")]
     Scene(#[from] SceneError),
     /// A step could not be taken.
@@ -258,10 +259,10 @@ pub enum BenchmarkError {
     /// The recording failed.
     #[error("a benchmark cannot record: {0}")]
     Record(#[from] pliant_record::RecordError),
-    /// Its threads cannot be started.
+    /// The threads of the case cannot be started.
     #[error("cannot start {threads} threads: {source}")]
     Threads {
-        /// How many.
+        /// Number of threads.
         threads: usize,
         /// Why.
         source: rayon::ThreadPoolBuildError,

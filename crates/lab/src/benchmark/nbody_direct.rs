@@ -1,4 +1,4 @@
-//! Explicit steps of bodies that attract each other, pair by pair.
+//! Explicit steps of N-body gravity by direct summation over pairs.
 
 use super::stepping::Stepping;
 use super::{BenchmarkCase, BenchmarkError, BenchmarkPart, BenchmarkRow, Metric, goal};

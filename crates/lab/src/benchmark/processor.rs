@@ -1,4 +1,4 @@
-//! Which processor this is.
+//! Name of this machine's processor.
 
 /// The model, where the system tells it in a way that needs no program to be run.
 pub fn processor() -> String {

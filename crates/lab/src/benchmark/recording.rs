@@ -1,4 +1,4 @@
-//! Cost of recording beside a run.
+//! Cost of recording during a run.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};

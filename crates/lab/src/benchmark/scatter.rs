@@ -1,4 +1,4 @@
-//! Random numbers of workloads: the same on every machine.
+//! Pseudorandom numbers of workloads: the same on every machine.
 
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;

@@ -1,4 +1,4 @@
-//! How the iterations of a linear solve grow with the mesh.
+//! Growth of the iterations of a linear solve with the size of the mesh.
 
 use std::time::{Duration, Instant};
 

@@ -1,4 +1,4 @@
-//! The bandwidth of memory, as STREAM's triad measures it.
+//! Memory bandwidth, measured by STREAM's triad.
 
 use std::hint::black_box;
 use std::time::Instant;

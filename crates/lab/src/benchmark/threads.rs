@@ -1,4 +1,4 @@
-//! Gain by a second thread.
+//! Speedup by a second thread.
 
 use super::beam::{SMALL, tets, wavy};
 use super::nbody_direct::galaxy;

@@ -1,4 +1,4 @@
-//! Charts of a fit: what was measured and what is predicted, below it the difference.
+//! Charts of a fit: measured and predicted values, and below them the residuals.
 
 use super::{MeasuredSeries, SceneFit};
 use crate::study::plot::{AxisSpec, Chart, Line, PlotError, Point};

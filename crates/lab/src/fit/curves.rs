@@ -1,9 +1,9 @@
 //! Stress-stretch curves of a homogeneous piece of an isotropic material: uniaxial, equibiaxial, pure shear.
 //!
-//! The deformation is `F = diag(l, t, t)`, `diag(l, l, t)` or `diag(l, 1, t)`; the transverse stretch `t` is
-//! where the energy is least, `dpsi/dt = 0`, found by Newton's method between bounds. The nominal stress is
-//! `P_11`, force by area at rest. Holzapfel 2000, *Nonlinear solid mechanics*, section 6.5; for materials
-//! that are nearly incompressible these are the closed forms of Treloar 1944, *Stress-strain data for
+//! The deformation is `F = diag(l, t, t)`, `diag(l, l, t)` or `diag(l, 1, t)`. The transverse stretch `t`
+//! minimises the energy, `dpsi/dt = 0`; Newton's method finds it between bounds. The nominal stress is
+//! `P_11`, force per reference area. Source: Holzapfel 2000, *Nonlinear solid mechanics*, section 6.5. For
+//! nearly incompressible materials these are the closed forms of Treloar 1944, *Stress-strain data for
 //! vulcanised rubber under various types of deformation*.
 
 use pliant::algebra::Mat;

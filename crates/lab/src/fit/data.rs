@@ -1,4 +1,4 @@
-//! What was measured, and what a scene predicts of it.
+//! Measured data, and the predictions of a scene for them.
 
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
@@ -27,13 +27,13 @@ pub(super) struct Observation {
     pub(super) series: usize,
     /// Time [s], stretch, or number of the mode.
     pub(super) at: f64,
-    /// In SI units.
+    /// Value in SI units.
     pub(super) value: f64,
     /// Factor of its residual.
     pub(super) weight: f64,
 }
 
-/// What was measured.
+/// Measured data.
 pub(super) struct FitData {
     pub(super) kind: FitDataKind,
     pub(super) series: Vec<MeasuredSeries>,
@@ -59,7 +59,7 @@ pub(super) enum Refusal {
     Scene(SceneError),
     /// The run, or whatever it was, failed.
     Failed(String),
-    /// It was told to stop.
+    /// The fit was told to stop.
     Stopped,
 }
 
@@ -74,7 +74,7 @@ impl From<Refusal> for FitError {
 }
 
 impl FitData {
-    /// What a table holds; its first column says which kind it is.
+    /// Reads a table; its first column determines the kind of data.
     ///
     /// # Errors
     /// [`FitError::Data`]: columns that are none, of another unit, without a number.
@@ -131,7 +131,7 @@ impl FitData {
         self.observations.iter_mut().for_each(|one| one.weight = weights[one.series]);
     }
 
-    /// What the first axis of a chart shows.
+    /// Quantity on the first axis of a chart.
     pub(super) fn axis(&self) -> &'static str {
         match self.kind {
             FitDataKind::Trajectory { .. } => "time [s]",
@@ -161,7 +161,7 @@ impl FitData {
         }
     }
 
-    /// What a scene predicts of every observation, in SI units.
+    /// Predicts every observation by the scene, in SI units.
     ///
     /// # Errors
     /// [`Refusal`].

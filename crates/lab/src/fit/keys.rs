@@ -1,4 +1,4 @@
-//! Parameters of a scene that can be fitted: every number of it that is no count, by its key.
+//! Parameters of a scene that can be fitted: every non-integer number, by its key.
 
 use pliant::quantity::Quantity;
 use pliant_scene::{KeyPath, KeySegment, Scene, Source};
@@ -21,7 +21,7 @@ const LISTED: usize = 40;
 pub(super) struct FittedKey {
     /// As its text has it.
     pub(super) path: KeyPath,
-    /// In the scene, in SI units.
+    /// Value in the scene, in SI units.
     pub(super) value: f64,
     /// Body that it is of.
     pub(super) body: Option<usize>,

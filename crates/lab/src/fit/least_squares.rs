@@ -1,12 +1,12 @@
-//! Least squares of few parameters between bounds: the method of Levenberg and Marquardt.
+//! Nonlinear least squares of few parameters between bounds, by the Levenberg-Marquardt method.
 //!
-//! Each step minimises `|r + J d|^2 + m sum_j |J_j|^2 d_j^2` by QR of the stacked matrix, not by the normal
-//! equations, which would lose half of the digits where parameters are alike. The damping `m` follows the
-//! gain; Nielsen 1999, *Damping parameter in Marquardt's method*, IMM-REP-1999-05.
+//! Each step minimises `|r + J d|^2 + m sum_j |J_j|^2 d_j^2` by QR of the stacked matrix. The normal
+//! equations would lose half of the digits if parameters are nearly dependent. The damping `m` follows the
+//! gain ratio; Nielsen 1999, *Damping parameter in Marquardt's method*, IMM-REP-1999-05.
 //!
-//! A step to where there is no prediction (a scene that is none, a run that fails) is halved until there is
-//! one. Damping would turn it towards the gradient, along which steps creep up to such a place and stay
-//! there.
+//! A step to parameters without a prediction (an invalid scene, a run that fails) is halved until there is
+//! one. Damping instead would turn it towards the gradient, along which steps creep up to the invalid region
+//! and stay there.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;

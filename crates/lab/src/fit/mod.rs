@@ -1,11 +1,11 @@
-//! Fits: constants of a scene from what was measured, a trajectory, curves of a material or frequencies.
+//! Fits: parameters of a scene from measured data: a trajectory, curves of a material or frequencies.
 //!
-//! Least squares by Levenberg and Marquardt's method, between bounds, from one start or several. Derivatives
-//! of predictions are central differences: two runs a parameter, all at once on the cores that there are. A
-//! sweep of the adjoint ([`pliant_gradient::gradient`]) would give one residual's derivatives by all
-//! parameters, and there are many more residuals than parameters; it would also leave out what has no
-//! adjoint, as paths by arc length. Least squares need no more: errors of derivatives make steps a little
-//! longer, not the fit worse.
+//! The method is nonlinear least squares by Levenberg-Marquardt, between bounds, from one start or several.
+//! Derivatives of predictions are central differences: two runs per parameter, in parallel on the available
+//! cores. An adjoint sweep ([`pliant_gradient::gradient`]) would give one residual's derivatives with respect
+//! to all parameters, and there are many more residuals than parameters. It would also exclude features
+//! without an adjoint, such as paths by arc length. Central differences are accurate enough: errors of
+//! derivatives lengthen the iteration slightly and do not worsen the fit.
 //!
 //! ```
 //! use std::sync::{Arc, atomic::AtomicBool};
@@ -55,19 +55,19 @@ use table::MeasuredTable;
 const CONFIDENCE: f64 = 0.95;
 /// Parameters whose errors are correlated more than this can hardly be told apart.
 const CORRELATED: f64 = 0.98;
-/// How often a start is drawn that can be simulated.
+/// Maximum number of draws for a start that can be simulated.
 const DRAWS: u32 = 20;
 /// Starts that come to within this part of the least sum of squares have found it.
 const SAME_MINIMUM: f64 = 1e-6;
 
-/// What is to be fitted, and how.
+/// Options of a fit: its parameters and its method.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FitOptions {
     /// Keys of the parameters, `body.0.elastic.young`: bodies by name or number, the model may be left out.
     pub parameters: Vec<String>,
     /// Keys of some of them and their bounds, in SI units.
     pub bounds: Vec<(String, [f64; 2])>,
-    /// From how many places to start: that of the scene, then random ones. 0 is 1.
+    /// Number of starts: the values of the scene, then random ones. 0 counts as 1.
     pub starts: u32,
     /// Seed of the random ones.
     pub seed: u64,
@@ -80,7 +80,7 @@ pub struct FitOptions {
 }
 
 impl FitOptions {
-    /// Of these parameters, from the values of the scene.
+    /// Options to fit these parameters, from the values of the scene.
     pub fn of(parameters: &[&str]) -> FitOptions {
         FitOptions { parameters: parameters.iter().map(|&key| key.to_owned()).collect(), ..Self::default() }
     }
@@ -104,7 +104,7 @@ pub enum FitError {
     /// There is no such parameter, or it cannot be fitted.
     #[error("`{name}` {problem}; these can be fitted: {}", known.join(", "))]
     Key {
-        /// Its name.
+        /// Name of the parameter.
         name: String,
         /// The mistake.
         problem: String,
@@ -117,12 +117,12 @@ pub enum FitError {
     /// The scene as it is does not run to the end of the measurements.
     #[error("there is nothing to compare with: {0}")]
     Run(String),
-    /// It was told to stop.
+    /// The fit was told to stop.
     #[error("stopped")]
     Stopped,
 }
 
-/// How far a fit is.
+/// Progress of a fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FitProgress<'a> {
     /// Number of the start, from 0.
@@ -138,7 +138,7 @@ pub struct FitProgress<'a> {
 /// A parameter and what was found.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct FittedParameter {
-    /// Its key in the text of the scene.
+    /// Key in the text of the scene.
     pub path: String,
     /// The best value, in SI units, as all here.
     pub value: f64,
@@ -147,7 +147,7 @@ pub struct FittedParameter {
     /// Standard deviation by the linear theory of least squares; `None` where the measurements do not settle
     /// the parameter, and at a bound.
     pub standard_deviation: Option<f64>,
-    /// Where it is with a probability of 95 %, by Student's t; `None` likewise.
+    /// Confidence interval of 95 %, by Student's t; `None` likewise.
     pub interval: Option<[f64; 2]>,
     /// True if the best is at a bound.
     pub at_bound: bool,
@@ -162,9 +162,9 @@ pub struct MeasuredSeries {
     pub unit: String,
     /// Time [s], stretch, or number of the mode.
     pub at: Vec<f64>,
-    /// As measured.
+    /// Measured values.
     pub measured: Vec<f64>,
-    /// As predicted with the parameters found.
+    /// Predictions with the fitted parameters.
     pub fitted: Vec<f64>,
     /// Root of the mean square of the difference.
     pub rms: f64,
@@ -177,12 +177,12 @@ impl MeasuredSeries {
     }
 }
 
-/// What came of one start.
+/// Result of one start.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct FitStart {
-    /// Where it started.
+    /// Start values.
     pub from: Vec<f64>,
-    /// Where it came to, in the order of the parameters; `None` where no start was found that runs.
+    /// Final values, in the order of the parameters; `None` if no start was found that runs.
     pub to: Option<Vec<f64>>,
     /// Weighted sum of squares of the residuals there.
     pub sum_of_squares: Option<f64>,
@@ -206,15 +206,15 @@ pub struct SceneFit {
     pub steps: u32,
     /// Runs, or other predictions, all together.
     pub runs: u64,
-    /// What came of each start.
+    /// Result of each start.
     pub starts: Vec<FitStart>,
-    /// What a user should know of it, a sentence each.
+    /// Warnings, a sentence each.
     pub warnings: Vec<String>,
     /// Keys with their values as they go into the scene.
     pub toml: String,
     /// Columns of measurements and what was predicted.
     pub series: Vec<MeasuredSeries>,
-    /// What the first axis of a chart shows.
+    /// Quantity on the first axis of a chart.
     pub axis: &'static str,
     /// The scene with the values found.
     #[serde(skip)]

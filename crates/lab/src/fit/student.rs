@@ -1,7 +1,7 @@
-//! Student's t distribution with a whole number of degrees of freedom.
+//! Student's t distribution with an integer number of degrees of freedom.
 //!
-//! Abramowitz, Stegun 1964, *Handbook of mathematical functions*, 26.7.3 and 26.7.4: finite sums, exact to
-//! rounding.
+//! Source: Abramowitz, Stegun 1964, *Handbook of mathematical functions*, 26.7.3 and 26.7.4: finite sums,
+//! exact to rounding.
 
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
 

@@ -1,4 +1,4 @@
-//! Measurements as a table of comma-separated values: a line of titles, `NAME [UNIT]` each, then numbers.
+//! Table of measurements in comma-separated values: a line of titles, `NAME [UNIT]` each, then numbers.
 
 use std::collections::HashMap;
 
@@ -21,7 +21,7 @@ pub(super) struct MeasuredTable {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct ColumnTitle {
     pub(super) name: String,
-    /// As written between the brackets.
+    /// Text of the unit between the brackets.
     unit: Option<String>,
 }
 

@@ -1,5 +1,5 @@
-//! Amplification of the oscillator `x'' = -omega^2 x` by schemes, measured by running them, beside the
-//! formulas.
+//! Amplification factors of integrators for the oscillator `x'' = -omega^2 x`, measured by running them, next
+//! to the formulas.
 
 use num_complex::Complex64 as c64;
 
@@ -19,8 +19,8 @@ pub struct AmplificationCurve {
     pub z: Vec<f64>,
     /// The largest modulus of an eigenvalue of one step, found by taking steps.
     pub measured: Vec<f64>,
-    /// The same by the formula of the scheme: its stability function, the product of its kicks and drifts,
-    /// or its recurrence.
+    /// Amplification by the formula of the integrator: its stability function, the product of its kicks and
+    /// drifts, or its recurrence.
     pub formula: Vec<f64>,
 }
 

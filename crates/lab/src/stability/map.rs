@@ -1,5 +1,5 @@
-//! Which steps a scene can take, against its stiffness, its Poisson's ratio, its density or its mutual
-//! gravity.
+//! Stability maps: stable steps of a scene against its stiffness, its Poisson's ratio, its density or its
+//! mutual gravity.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -1,4 +1,4 @@
-//! How large a step a scene can take: predicted, measured, and mapped against what a scene is made of.
+//! Largest stable step of a scene: predicted, measured, and mapped against its parameters.
 
 mod amplification;
 mod limit;

@@ -1,4 +1,4 @@
-//! All that is told of how large a step a scene can take.
+//! Full stability report of a scene.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -30,10 +30,10 @@ pub struct SurveyOptions {
 pub struct StabilitySurvey {
     /// The largest step of each scheme.
     pub limits: Vec<MeasuredLimit>,
-    /// How the energy drifts in steps that it can take.
+    /// Energy drift at stable steps.
     #[serde(rename = "energy_drift")]
     pub drifts: Vec<Drift>,
-    /// Which steps the first scheme can take.
+    /// Stability map of the first integrator.
     pub map: Option<Map>,
     /// Effect of a step on an oscillator.
     pub amplification: Vec<AmplificationCurve>,
@@ -68,7 +68,7 @@ pub enum SurveyError {
          finds increments that can be solved; for motion add --set time.integrator=velocity-verlet"
     )]
     Static,
-    /// No scheme that is asked for holds the contact of the scene.
+    /// None of the requested integrators supports the contact of the scene.
     #[error("{}", .0.iter().map(|refused| refused.reason.as_str()).collect::<Vec<_>>().join("; "))]
     Refused(Vec<RefusedScheme>),
 }

@@ -1,4 +1,4 @@
-//! Changes with which a failed case would have passed.
+//! Advice: changes with which a failed case would have passed.
 
 /// Halvings of a step that are tried.
 const HALVINGS: u32 = 12;

@@ -1,4 +1,4 @@
-//! How long cases may take, and what is found in that time.
+//! Time limits of cases, and the outcome within them.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -23,7 +23,7 @@ impl Limits<'_> {
     }
 }
 
-/// How far a suite is, before each case.
+/// Progress of a suite, before each case.
 #[derive(Clone, Copy, Debug)]
 pub struct Progress<'a> {
     /// The case that begins.

@@ -1,9 +1,9 @@
-//! The torture suite: states, steps, ratios and shapes that break simulators, each with what must come of
-//! it.
+//! The robustness suite: states, steps, ratios and shapes that break simulators, each with its expected
+//! outcome.
 //!
-//! A [`Case`] is one scene or several with a criterion; running it gives [`CaseResult`] with a
-//! [`CaseVerdict`]. The numbers that the criteria go by are closed forms, or were computed by independent
-//! codes. Tests, `pliant stress` and `docs/stress.md` run these very cases.
+//! A [`Case`] is one scene or several with a criterion. Running it gives a [`CaseResult`] with a
+//! [`CaseVerdict`]. Reference values of the criteria are closed forms, or were computed by independent codes.
+//! Tests, `pliant stress` and `docs/stress.md` run these very cases.
 
 mod advice;
 mod limits;

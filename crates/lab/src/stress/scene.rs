@@ -1,4 +1,4 @@
-//! A user's scene, put out of shape in the ways of the suite.
+//! A user's scene under the perturbations of the suite.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

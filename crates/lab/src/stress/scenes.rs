@@ -1,4 +1,4 @@
-//! Scenes of the suite, and what is measured of them.
+//! Scenes of the suite, and their measurements.
 
 use super::{CaseResult, CaseVerdict, Picture, Start};
 use pliant::simulation::Simulation;

@@ -1,6 +1,6 @@
-//! States that no body should have to start from, the same on every machine.
+//! Degenerate initial states, the same on every machine.
 
-/// How the free vertices of a body are put out of place.
+/// Perturbation of the free vertices of a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Start {

@@ -1,6 +1,5 @@
-//! The table of starts: a unit square of 6 x 6 cells, a unit cube of 3 x 3 x 3, from [states](super::Start)
-//! that no body should start from, to static equilibrium and through one step of 1/24 s of an implicit
-//! scheme.
+//! Table of degenerate starts: a unit square of 6 x 6 cells, a unit cube of 3 x 3 x 3, from degenerate
+//! [states](super::Start) to static equilibrium and through one step of 1/24 s of an implicit integrator.
 
 use super::advice::nearest_step;
 use super::scenes::{self, Solid};
@@ -23,7 +22,7 @@ struct Known {
 
 /// There may be three times as many.
 const BAR: u64 = 3;
-/// No solve takes more than this.
+/// Iteration limit of every solve.
 const CAP: u64 = 500;
 
 #[rustfmt::skip]

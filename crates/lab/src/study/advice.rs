@@ -1,4 +1,4 @@
-//! Which scheme at which step: the rows that no other row beats.
+//! Recommended integrators and steps: the Pareto-optimal rows of a study.
 
 use super::reference::Reference;
 use super::row::Row;

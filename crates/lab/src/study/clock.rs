@@ -1,4 +1,4 @@
-//! Clocks, so that a budget can be tested without waiting.
+//! Clocks that tests can replace, so that a budget can be tested without waiting.
 
 use std::time::Instant;
 

@@ -1,4 +1,4 @@
-//! How far a trajectory is from the reference.
+//! Distance of a trajectory from the reference.
 
 use super::trajectory::{InvariantSeries, StateSamples};
 
@@ -34,9 +34,9 @@ pub struct Errors {
     pub q_rms: f64,
     /// `max_t max_i |q_i - q_ref,i|` over the same.
     pub q_max: f64,
-    /// As `q_rms`, of velocities, over the largest rms of the reference's velocity.
+    /// Velocity error like `q_rms`, over the largest rms of the reference's velocity.
     pub v_rms: f64,
-    /// At each time.
+    /// Errors at each time.
     pub at: Vec<TimeError>,
 }
 

@@ -1,4 +1,4 @@
-//! Rows are written down as they are finished, so that an interrupted study goes on where it ended.
+//! Journal of finished rows, so that an interrupted study continues where it ended.
 
 use std::collections::HashMap;
 use std::fs::{File, OpenOptions};

@@ -1,11 +1,11 @@
-//! Machine that a study ran on, and the part of it that the study took.
+//! Machine on which a study ran, and the part of it that the study used.
 
 use pliant::lanes;
 
-/// Where numbers come from: the program and the machine.
+/// Provenance of the numbers: the program and the machine.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Provenance {
-    /// Of the program's source.
+    /// Commit of the program's source.
     pub commit: String,
     /// Name of the machine.
     pub host: String,

@@ -1,4 +1,4 @@
-//! One row: a run that is watched, and runs that are timed.
+//! Measurement of one row: one observed run, and timed runs.
 
 use super::errors::ErrorScales;
 use super::machine::{forget_peak, peak};

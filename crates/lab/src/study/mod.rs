@@ -1,8 +1,8 @@
-//! Studies: error against run time of any scene, by many schemes and steps, beside a reference of known
-//! quality; and the charts that show it.
+//! Studies: work-precision diagrams (error against run time) of any scene for many integrators and steps,
+//! relative to a reference of known accuracy; and their charts.
 //!
-//! Verification plan, section E; Hairer, Wanner 1996, *Solving ordinary differential equations II*, section
-//! IV.10 compares schemes in this way.
+//! Source: verification plan, section E; Hairer, Wanner 1996, *Solving ordinary differential equations II*,
+//! section IV.10 compares integrators in this way.
 //!
 //! ```
 //! use std::sync::atomic::AtomicBool;
@@ -76,9 +76,9 @@ pub const ABOUT_ERRORS: &str = "Each error is an error in time, on this mesh. Th
 pub enum Event<'a> {
     /// A run for the reference begins.
     Reference {
-        /// Its scheme.
+        /// Name of the integrator.
         scheme: &'static str,
-        /// Its step [s].
+        /// Step [s].
         step: f64,
     },
     /// The reference of a variant is known.
@@ -137,13 +137,13 @@ pub enum StudyError {
         /// How far the last run of each scheme came, or why it failed.
         reached: String,
     },
-    /// No scheme holds the contact of the scene.
+    /// No integrator supports the contact of the scene.
     #[error("{}", .0.iter().map(|refused| refused.reason.as_str()).collect::<Vec<_>>().join("; "))]
     Refused(Vec<RefusedScheme>),
     /// The threads cannot be started.
     #[error("cannot start {threads} threads: {source}")]
     Threads {
-        /// How many.
+        /// Number of threads.
         threads: usize,
         /// Why.
         source: rayon::ThreadPoolBuildError,
@@ -156,7 +156,7 @@ pub enum StudyError {
         /// Why it failed.
         source: std::io::Error,
     },
-    /// It was asked to stop before there was anything to show.
+    /// The study was interrupted before there were results.
     #[error("interrupted")]
     Interrupted,
 }

@@ -1,4 +1,4 @@
-//! Pages of HTML that need nothing else: paragraphs, tables that scroll where a screen is narrow, charts.
+//! Self-contained HTML pages: paragraphs, tables that scroll on narrow screens, charts.
 
 use std::fmt::Write;
 

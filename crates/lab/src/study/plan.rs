@@ -51,7 +51,7 @@ impl Contender {
     }
 }
 
-/// How a run goes through time.
+/// Time stepping of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TimeStepping {
     /// So many steps from one time of comparison to the next.
@@ -60,7 +60,7 @@ pub enum TimeStepping {
     Tolerance(f64),
 }
 
-/// Where the reference comes from.
+/// Source of the reference.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ReferenceChoice {
     /// Exact where the problem is one whose solution is known, else computed.
@@ -86,13 +86,13 @@ pub struct StudyPlan {
     pub smallest_step: Option<f64>,
     /// Values that are varied beside.
     pub axes: Vec<VariedKey>,
-    /// At how many times states are compared.
+    /// Number of times at which states are compared.
     pub times: usize,
     /// Timed runs of each row; `None`: seven, or as many as take a second.
     pub repeats: Option<usize>,
     /// Wall time of the whole study [s].
     pub budget: Option<f64>,
-    /// Where the reference comes from.
+    /// Source of the reference.
     pub reference: ReferenceChoice,
     /// The largest error that a recommendation may have, relative.
     pub error: f64,

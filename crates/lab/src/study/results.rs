@@ -31,15 +31,15 @@ pub struct Record {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum StopReason {
-    /// Its error is too near to that of the reference.
+    /// The error is too close to that of the reference.
     Reference,
-    /// Its error no longer falls: rounding, or the tolerance of a solver.
+    /// The error no longer falls: rounding, or the tolerance of a solver.
     Floor,
     /// The budget would not hold the next step.
     Budget,
     /// The steps asked for are done, or the smallest is reached.
     Steps,
-    /// It was interrupted.
+    /// The study was interrupted.
     Interrupted,
 }
 

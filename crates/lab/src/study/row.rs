@@ -1,4 +1,4 @@
-//! One row of a study: one scheme at one step, its errors and what it cost.
+//! One row of a study: one integrator at one step, its errors and its cost.
 
 use serde::{Deserialize, Serialize};
 

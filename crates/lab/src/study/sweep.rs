@@ -1,4 +1,5 @@
-//! Takes the runs: which scheme at which step next, until errors no longer fall or the budget is used up.
+//! Sweep over integrators and steps: chooses the next run until errors no longer fall or the budget is used
+//! up.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -19,7 +20,7 @@ use pliant_scene::{RefusedScheme, Scene, Source, vary};
 
 /// Runs of a scheme beyond its largest stable step: one or two, to see it fail.
 const BEYOND_STABILITY: f64 = 4.0;
-/// No run takes more steps.
+/// Maximum number of steps of a run.
 const MOST_STEPS: f64 = 1e8;
 /// Part of the budget that references may take.
 const FOR_REFERENCES: f64 = 0.4;

@@ -1,6 +1,6 @@
-//! How long the same run takes, again and again.
+//! Repeated timings of the same run.
 
-/// How much of their median runs of the same may differ by on a quiet machine.
+/// Relative scatter of repeated timings on a quiet machine.
 pub(super) const NOISE: f64 = 0.05;
 
 /// Seconds of some runs, in short.

@@ -1,4 +1,4 @@
-//! Runs with a look at the state at the times of comparison.
+//! Runs that record the state at the times of comparison.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

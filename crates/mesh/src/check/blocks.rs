@@ -1,4 +1,4 @@
-//! Conditions on cells that are no simplices.
+//! Validity checks of quadrilaterals and hexahedra.
 
 use crate::geometry::longest_edge;
 use crate::{Cell, Mesh, MeshError};

@@ -1,4 +1,4 @@
-//! `drop_degenerate`: no cells without a volume, and no cell twice.
+//! `drop_degenerate`: removes cells without a volume and repeated cells.
 
 use std::collections::BTreeMap;
 

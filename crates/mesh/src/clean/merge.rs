@@ -1,4 +1,4 @@
-//! `merge`: one vertex of those that lie within a tolerance.
+//! `merge`: merges vertices within a tolerance.
 
 use std::collections::HashMap;
 

@@ -1,7 +1,7 @@
-//! Cleaning of mesh files: each step is a key beside `path`, and a file here with one line in [`STEPS`].
+//! Cleaning of mesh files: each step is a key next to `path`, and a file here with one line in [`STEPS`].
 //!
-//! Steps are taken in the order of the list: vertices are merged first, which makes cells degenerate and
-//! repeats them; these are dropped; then vertices that no cell is left to use; what remains is oriented.
+//! The steps run in the order of the list. Merging vertices comes first; it makes cells degenerate and
+//! repeats them. These cells are dropped, then vertices that no cell uses. The remaining cells are oriented.
 
 mod degenerate;
 mod merge;

@@ -1,4 +1,4 @@
-//! `orient`: elements with a positive volume, surfaces with the same side up.
+//! `orient`: gives elements a positive volume and surfaces a consistent orientation.
 
 use super::{Cleaned, CleaningStep, surface};
 use crate::Mesh;

@@ -1,4 +1,4 @@
-//! `drop_unused`: no vertices without an element or an edge.
+//! `drop_unused`: removes vertices without an element or an edge.
 
 use super::{Cleaned, CleaningStep, SimplexCells, consecutive};
 use crate::MeshError;

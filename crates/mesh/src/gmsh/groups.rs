@@ -1,4 +1,4 @@
-//! `$PhysicalNames` and `$Entities`: what the named groups are made of.
+//! `$PhysicalNames` and `$Entities`: definitions of the named groups.
 
 use super::Entities;
 use super::source::GmshSource;

@@ -1,8 +1,8 @@
 //! Gmsh `.msh`, versions 2.1, 2.2 and 4.1, ASCII and binary:
 //! <https://gmsh.info/doc/texinfo/gmsh.html#MSH-file-format>.
 //!
-//! `$MeshFormat`, `$PhysicalNames`, `$Entities`, `$Nodes` and `$Elements` are read, in that order, every
-//! other section is passed over. Nodes are numbered in order of appearance, whatever their tags. Cells are
+//! The reader accepts `$MeshFormat`, `$PhysicalNames`, `$Entities`, `$Nodes` and `$Elements`, in that order,
+//! and ignores every other section. Nodes are numbered in order of appearance, whatever their tags. Cells are
 //! of first or second order.
 
 mod elements;

@@ -1,4 +1,4 @@
-//! Shapes at rest, as a user writes them.
+//! Reference shapes, as a user writes them.
 
 use std::path::PathBuf;
 

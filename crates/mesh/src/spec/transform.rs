@@ -1,4 +1,4 @@
-//! Where the rest shape of a body is, and how often.
+//! Position and copies of the reference shape of a body.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

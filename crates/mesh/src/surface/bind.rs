@@ -1,4 +1,5 @@
-//! The skin of a solid: each vertex of the surface bound to the element that it is in or nearest to.
+//! Embedded surface of a solid: each surface vertex is bound to the element that contains it or is nearest to
+//! it.
 
 use rayon::prelude::*;
 

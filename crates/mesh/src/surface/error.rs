@@ -1,4 +1,4 @@
-//! Surfaces that cannot be made solid.
+//! Errors in surfaces that cannot be filled with a solid mesh.
 
 use pliant::quantity::{Rounded, counted};
 /// Why a surface cannot be made a solid. Triangles and vertices count from 0.

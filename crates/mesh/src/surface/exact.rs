@@ -1,4 +1,4 @@
-//! Exact predicates: on which side of a plane a point is, where an edge meets a triangle.
+//! Exact predicates: the side of a plane on which a point lies, the intersection of an edge with a triangle.
 
 use robust::{Coord, Coord3D};
 

@@ -1,4 +1,4 @@
-//! Windings of a closed surface around the points of a grid, exact.
+//! Exact winding numbers of a closed surface around the points of a grid.
 
 use super::exact::{Corners, side, turn};
 

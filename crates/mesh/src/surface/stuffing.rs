@@ -1,10 +1,9 @@
-//! Isosurface stuffing: tetrahedra between a closed surface, their corners on it.
+//! Isosurface stuffing: tetrahedra that fill a closed surface, with boundary vertices on it.
 //!
-//! F. Labelle and J. R. Shewchuk, Isosurface Stuffing: Fast Tetrahedral Meshes with Good Dihedral Angles,
-//! ACM Transactions on Graphics 26 (3), 2007. Edges of a body-centred cubic lattice are cut where the
-//! surface crosses them; a lattice point that a cut is near to moves there; what is left of each
-//! tetrahedron is one of a few stencils. All dihedral angles are between 10.78 and 164.74 degrees, whatever
-//! the surface.
+//! Source: F. Labelle and J. R. Shewchuk, Isosurface Stuffing: Fast Tetrahedral Meshes with Good Dihedral
+//! Angles, ACM Transactions on Graphics 26 (3), 2007. Edges of a body-centred cubic lattice are cut where the
+//! surface crosses them. A lattice point close to a cut is moved to it. The remainder of each tetrahedron is
+//! one of a few stencils. All dihedral angles are between 10.78 and 164.74 degrees for any surface.
 
 use std::collections::HashMap;
 

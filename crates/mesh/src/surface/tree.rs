@@ -1,4 +1,4 @@
-//! Tree of boxes: what lies in a box, and what is nearest to a point.
+//! Bounding box tree: queries for overlaps with a box, and for the nearest item to a point.
 
 use std::ops::Range;
 

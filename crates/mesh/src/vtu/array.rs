@@ -1,4 +1,4 @@
-//! `DataArray`: numbers in one of the ways in which the format spells them.
+//! `DataArray`: numbers in one of the encodings of the format.
 
 use roxmltree::Node;
 

@@ -1,10 +1,10 @@
 //! VTK's XML format for unstructured grids, `.vtu`:
 //! <https://docs.vtk.org/en/latest/vtk_file_formats/vtkxml_file_format.html>.
 //!
-//! Arrays may be ASCII, base 64 in their place, or appended, raw or in base 64; compressed by zlib or not.
-//! The XML is parsed by `roxmltree`, which has no dependencies to speak of and knows the line of everything,
-//! the compressed blocks are unpacked by `miniz_oxide`. The `vtkio` crate says neither the line nor the cell
-//! of a fault.
+//! Arrays may be ASCII, inline base 64, or appended, raw or in base 64; compressed by zlib or not.
+//! `roxmltree`, which has hardly any dependencies and knows the line of every node, parses the XML;
+//! `miniz_oxide` decompresses the blocks. The `vtkio` crate reports neither the line nor the cell of an
+//! error.
 
 mod array;
 

@@ -1,4 +1,4 @@
-//! From the attachments of a scene to ties between vertices.
+//! Assembly of attachments: ties between vertices.
 
 use super::body::{BodyAssembly, distance};
 use super::places::TiedPoints;

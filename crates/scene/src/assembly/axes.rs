@@ -1,4 +1,4 @@
-//! From the axes of a material in a scene to a rotation of each element.
+//! Assembly of material axes: a rotation of each element.
 
 use super::muscles::{centres, directions, rounded};
 use crate::{Body, KeyPath, Problem};

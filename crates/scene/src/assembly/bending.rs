@@ -1,4 +1,4 @@
-//! Where a body resists bending, and how much.
+//! Bending stiffness of bodies, and the hinges or joints that have it.
 
 use super::body::{BodyAssembly, distance, renumbered, spread};
 use crate::BendingRest;

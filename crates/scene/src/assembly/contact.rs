@@ -1,4 +1,4 @@
-//! From `[contact]` and obstacles to the terms of contact.
+//! Assembly of contact: from `[contact]` and obstacles to contact terms.
 
 mod impacts;
 mod summary;

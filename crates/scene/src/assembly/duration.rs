@@ -1,4 +1,4 @@
-//! Runs that take hours: said before they begin, with what they take them for.
+//! Warning before a run that takes hours, with the part of the scene that causes the cost.
 
 use super::body::BodyAssembly;
 use crate::Scene;

@@ -1,5 +1,4 @@
-//! Warnings of formulas: of calls that mean nothing, of changes between steps, of swings that statics leave
-//! out.
+//! Warnings of formulas: calls without a meaning, changes between steps, oscillations that statics omits.
 
 use std::f64::consts::PI;
 

@@ -1,9 +1,9 @@
 //! The gravity of a scene.
 //!
-//! Where there is inertia gravity pulls at the lumped masses, every vertex falls alike, to the last bit, and
-//! nothing that falls is strained. In statics there is none: the load on a vertex is `rho g` times the
-//! integral of its shape function, without which quadratic elements are of first order in the strain and not
-//! of second.
+//! In dynamics gravity acts on the lumped masses: every vertex falls alike, to the last bit, and free fall
+//! causes no strain. Statics has no inertia: the load on a vertex is `rho g` times the integral of its shape
+//! function. Without this consistent load, quadratic elements are of first order in the strain instead of
+//! second.
 
 use crate::OverTime;
 use crate::Scene;

@@ -1,4 +1,4 @@
-//! Where a body starts, and how fast.
+//! Initial positions and velocities of a body.
 
 use crate::AffinePosition;
 use crate::KeyPath;

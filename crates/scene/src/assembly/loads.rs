@@ -1,4 +1,4 @@
-//! From the loads of a scene to forces.
+//! Assembly of loads: forces on vertices.
 
 use super::body::BodyAssembly;
 use crate::Body;

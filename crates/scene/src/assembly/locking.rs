@@ -1,5 +1,5 @@
-//! Bodies that lock: linear elements that are nearly incompressible, or few through a thickness that bends,
-//! and cells that are no parallelograms where few of them bend.
+//! Warnings of locking: linear elements that are nearly incompressible, or few through a thickness that
+//! bends, and cells that are no parallelograms where few of them bend.
 
 use std::collections::HashMap;
 

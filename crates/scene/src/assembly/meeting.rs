@@ -1,4 +1,4 @@
-//! Bodies that meet while nothing makes bodies collide, by the boxes around them.
+//! Warning of bodies that meet although contact is inactive, by their bounding boxes.
 
 use crate::Scene;
 

@@ -1,4 +1,4 @@
-//! Whether a scene fits into memory, before any of it is allocated.
+//! Check that a scene fits into memory, before any of it is allocated.
 
 use crate::Body;
 use crate::KeyPath;

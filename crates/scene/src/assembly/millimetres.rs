@@ -1,5 +1,5 @@
-//! Solids whose numbers are of other units than were meant: of decks in millimetres (mm, t, s and MPa, or mm,
-//! g, ms and MPa), of densities beside that of water, of moduli in GPa or MPa.
+//! Warnings of solids with numbers in unintended units: decks in millimetres (mm, t, s and MPa, or mm, g, ms
+//! and MPa), densities relative to water, moduli in GPa or MPa.
 
 use super::body::BodyAssembly;
 use crate::{Body, Load, MassSpec, OverTime, Scene};

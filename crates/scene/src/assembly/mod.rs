@@ -1,7 +1,6 @@
-//! From a scene to a simulation: meshes are built, masses lumped, energies made, the step judged.
+//! Assembly of a simulation from a scene: meshes, lumped masses, energy terms, the check of the step.
 //!
-//! The only place where the dimension of a scene turns into a type; it disappears again inside the boxed
-//! terms.
+//! Only here the dimension of a scene becomes a type; it disappears again inside the boxed terms.
 
 mod attachments;
 mod axes;

@@ -1,4 +1,4 @@
-//! From the muscles of a scene to tension along the fibres of elements.
+//! Assembly of muscles: tension along the fibres of elements.
 
 use super::body::BodyAssembly;
 use crate::{Body, FibreSpec, KeyPath, MuscleSpec, OverTime, Problem};

@@ -1,4 +1,4 @@
-//! Obstacles as bodies: held, without mass, without anything inside.
+//! Assembly of obstacles: fixed bodies without mass and without energy terms.
 
 use std::borrow::Cow;
 

@@ -1,4 +1,4 @@
-//! From the pins of a scene to what holds vertices.
+//! Assembly of pins: constraints of vertices.
 
 use pliant::quantity::{Rounded, counted};
 use std::collections::HashMap;

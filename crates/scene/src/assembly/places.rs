@@ -1,4 +1,4 @@
-//! Where the pins and loads of a scene are, found from its meshes alone.
+//! Positions of the pins and loads of a scene, found from its meshes alone.
 
 use pliant::energy::attachment::Tie;
 use pliant::numbering::Numbering;

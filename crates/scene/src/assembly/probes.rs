@@ -1,4 +1,4 @@
-//! Where probes are: places become mixtures of vertices.
+//! Assembly of probes: positions become weighted sums of vertices.
 
 use super::body::BodyAssembly;
 use crate::KeyPath;

@@ -1,4 +1,4 @@
-//! Warnings of numbers that are lost in rounding: steps that move nothing, tolerances below it.
+//! Warnings of numbers below round-off: steps that move nothing, tolerances that cannot be met.
 
 use crate::Scene;
 use pliant::quantity::Rounded;

@@ -1,4 +1,4 @@
-//! Step sizes: fixed, following the error, or the effort of solves.
+//! Step size control: fixed, by the error, or by the effort of solves.
 
 use crate::{Adaptive, ArcLengthSpec, Scene};
 use pliant::control::StepControl;

@@ -1,4 +1,4 @@
-//! Warnings of features that work otherwise than one would think.
+//! Warnings of features that behave differently than users may expect.
 
 use super::body::BodyAssembly;
 use super::meeting::{first_meeting, passes_through};

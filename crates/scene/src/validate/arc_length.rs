@@ -1,4 +1,4 @@
-//! Paths of equilibria: what they cannot be followed with.
+//! Arc-length paths of equilibria, and the features that they do not support.
 
 use super::check::Checker;
 use crate::error::Problem;

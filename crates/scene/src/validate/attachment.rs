@@ -1,4 +1,4 @@
-//! Attachments: what is tied to what.
+//! Attachments between bodies, or to fixed positions.
 
 use std::collections::BTreeMap;
 

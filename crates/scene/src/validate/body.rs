@@ -1,4 +1,4 @@
-//! A body: its name, what holds it together, its mass.
+//! A body: its name, its supports, its mass.
 
 use super::check::Checker;
 use super::{bending, damping, expression, loads, membrane, mesh, motion, muscles, pins, transform};

@@ -1,4 +1,4 @@
-//! Bodies by their names, for what refers to them.
+//! Lookup of bodies by name, for references to them.
 
 use std::collections::HashMap;
 

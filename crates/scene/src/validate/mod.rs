@@ -1,7 +1,7 @@
-//! Mistakes that make a scene impossible to simulate and show without building meshes.
+//! Validation of a scene: errors that can be found without building meshes.
 //!
-//! Everything is checked, nothing stops at the first mistake. A list reports its first bad entry only: a mesh
-//! of a million points that are all wrong is one mistake.
+//! Validation continues after an error and reports all of them. A list reports its first bad entry only: a
+//! mesh of a million invalid points is one error.
 
 mod adaptive;
 mod arc_length;

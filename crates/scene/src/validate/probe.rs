@@ -1,4 +1,4 @@
-//! Probes: names, and what says where they are.
+//! Probes: their names and positions.
 
 use std::collections::BTreeMap;
 

@@ -1,46 +1,46 @@
-//! Loads that do not turn with the body.
+//! Dead loads: their direction does not follow the deformation.
 
 use super::{LoadedShape, VectorField, add_rows};
 use crate::energy::{
     Driven, EnergyKind, EnergyTerm, Fault, LoadTerm, Measurements, TermProperties, TermViews,
 };
 
-/// `E = -sum_i f_i(t) . (x_i - X_i)`, zero in the rest shape: point loads, dead traction, forces per volume.
-/// The force on a vertex is that of a field `f(X, t)` at sample points of the rest shape (quadrature points,
-/// or the vertices themselves), each of which gives its shares to some vertices: `f_i = sum_s w_si f(X_s,
-/// t)`.
+/// Potential of dead loads: `E = -sum_i f_i(t) . (x_i - X_i)`, zero in the reference configuration: point
+/// loads, dead traction, body forces. The force on a vertex is that of a field `f(X, t)` at sample points of
+/// the reference configuration (quadrature points, or the vertices themselves), each of which contributes to
+/// some vertices: `f_i = sum_s w_si f(X_s, t)`.
 pub struct DeadLoad {
     name: String,
     dimension: usize,
     /// Ascending.
     vertices: Vec<u32>,
-    /// Rest positions of `vertices`, flat [m].
+    /// Reference positions of `vertices`, flat [m].
     rest: Vec<f64>,
     samples: Vec<Sample>,
-    /// Dependence on the rest shape, where that is known.
+    /// Dependence on the reference configuration, if it is available.
     shape: Option<LoadedShape>,
     field: VectorField,
     changes: bool,
     time: f64,
     /// Force on each of `vertices` at `time`, flat [N].
     now: Vec<f64>,
-    /// The same of the last evaluation of the force; empty where it does not change.
+    /// Forces of the last evaluation; empty if they do not change.
     held: Vec<f64>,
 }
 
-/// A point where a field is looked at.
+/// A point at which a field is sampled.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sample {
-    /// In the rest shape [m].
+    /// Position in the reference configuration [m].
     pub point: [f64; 3],
-    /// A place in the list of vertices, and what that vertex gets of the field's value: 1 for a force, the
-    /// share of an area [m^2] or a volume [m^3] for a density.
+    /// Index in the list of vertices, and the vertex's weight of the field's value: 1 for a force, the share
+    /// of an area [m^2] or a volume [m^3] for a density.
     pub shares: Vec<(u32, f64)>,
 }
 
 impl DeadLoad {
-    /// A load on `vertices`, ascending, of the whole system with the flat rest positions `rest` [m];
-    /// `changes` says whether `field` depends on time.
+    /// A load on `vertices`, ascending, of the whole system with the flat reference positions `rest` [m];
+    /// `changes` is true if `field` depends on time.
     pub fn new(
         name: String,
         dimension: usize,
@@ -71,13 +71,13 @@ impl DeadLoad {
         load
     }
 
-    /// The same, which knows how it goes by this shape.
+    /// Adds the dependence on the reference configuration.
     #[must_use]
     pub fn with_shape(self, shape: LoadedShape) -> Self {
         DeadLoad { shape: Some(shape), ..self }
     }
 
-    /// The forces at the time `time` [s].
+    /// Samples the forces at the time `time` [s].
     fn sample(&mut self, time: f64) {
         let (d, DeadLoad { samples, field, now, .. }) = (self.dimension, self);
         now.fill(0.0);

@@ -1,24 +1,25 @@
-//! Forces from outside that are set while a simulation runs: by a controller, a hand, another program.
+//! External forces that are set while a simulation runs: by a controller, a user's hand, another program.
 
 use crate::algebra::all_finite;
 use crate::energy::{Driven, EnergyKind, EnergyTerm, Fault, Measurements, TermProperties, TermViews};
 use crate::numbering::Numbering;
 
-/// A function of the time [s] and the positions, flat [m], that writes forces, flat [N]; false where it
-/// cannot.
+/// A function of the time [s] and the positions, flat [m], that writes forces, flat [N]; returns false if it
+/// fails.
 pub type ForceFunction = Box<dyn FnMut(f64, &[f64], &mut [f64]) -> bool + Send + Sync>;
 
 /// Forces on all vertices, flat `(n, dimension)`, vertices in the order of the scene [N].
 pub enum ExternalForce {
-    /// The same until they are set anew.
+    /// Constant forces until they are set again.
     Constant(Vec<f64>),
-    /// A function, asked at every evaluation of the force.
+    /// A function, called at every evaluation of the force.
     Function(ForceFunction),
 }
 
-/// [`ExternalForce`] as a term: a force without a potential, whose work is energy that comes in.
+/// [`ExternalForce`] as a term: a force without a potential, whose work is external.
 ///
-/// Its derivative is not known: Newton's method does without, and converges more slowly where a force
+/// Its derivative is not known and omitted from Newton's method, which converges more slowly if a force
+/// depends strongly on positions.
 /// depends strongly on positions.
 pub struct ExternalForces {
     name: String,
@@ -31,10 +32,10 @@ pub struct ExternalForces {
 }
 
 impl ExternalForces {
-    /// `force` on the `vertices` vertices of a simulation that has them in this order.
+    /// Applies `force` to the `vertices` vertices of a simulation that has them in this order.
     ///
     /// # Panics
-    /// If constant forces are not as many as coordinates.
+    /// If the number of constant forces is not that of the coordinates.
     pub fn new(
         name: &str,
         dimension: usize,

@@ -1,4 +1,4 @@
-//! Loads: forces from outside that a scene puts on bodies.
+//! Loads: external forces that a scene applies to bodies.
 
 mod dead;
 mod external;
@@ -13,14 +13,13 @@ pub use pressure::{Pressure, PressureField, ScalarSlope, rim};
 pub use pressure::{image, nodes};
 pub use shape::{LoadedShape, LoadedVertex};
 
-/// A vector that differs from place to place and changes with time, by the rest position `X` [m] and the
-/// time `t` [s].
+/// A vector field of the reference position `X` [m] and the time `t` [s].
 pub type VectorField = Box<dyn Fn([f64; 3], f64) -> [f64; 3] + Send + Sync>;
 
-/// The derivatives of the components of a [`VectorField`] by the coordinates of `X`.
+/// Derivatives of the components of a [`VectorField`] with respect to the coordinates of `X`.
 pub type VectorSlope = Box<dyn Fn([f64; 3], f64) -> [[f64; 3]; 3] + Send + Sync>;
 
-/// The places in `vertices`, ascending, of those from `first` on that have rows in an array of `count` rows.
+/// Indices into `vertices`, ascending, of those from `first` on that have rows in an array of `count` rows.
 fn slots(vertices: &[u32], first: usize, count: usize) -> std::ops::Range<usize> {
     let from = vertices.partition_point(|v| (*v as usize) < first);
     let to = from + vertices[from..].partition_point(|v| (*v as usize) < first + count);

@@ -1,4 +1,4 @@
-//! Pressure, which follows the surface.
+//! Pressure, a follower load: it stays normal to the surface.
 
 mod matrix;
 
@@ -11,64 +11,64 @@ use crate::energy::{
 };
 use crate::material::Psd;
 
-/// The derivatives of a number that differs from place to place by the coordinates of the rest position `X`
-/// [m], at the time `t` [s].
+/// Derivatives of a scalar field with respect to the coordinates of the reference position `X` [m], at the
+/// time `t` [s].
 pub type ScalarSlope = Box<dyn Fn([f64; 3], f64) -> [f64; 3] + Send + Sync>;
 
-/// A pressure that may change with time and differ from place to place.
+/// A pressure that may depend on time and position.
 pub struct PressureField {
-    /// Its value [Pa] by the rest position `X` [m] and the time `t` [s].
+    /// Pressure [Pa] as a function of the reference position `X` [m] and the time `t` [s].
     pub field: Box<dyn Fn([f64; 3], f64) -> f64 + Send + Sync>,
-    /// Its derivatives by the coordinates of `X` [Pa/m].
+    /// Derivatives with respect to the coordinates of `X` [Pa/m].
     pub slope: ScalarSlope,
     /// True if it depends on time.
     pub changes: bool,
-    /// True if it differs from place to place.
+    /// True if it depends on position.
     pub varies: bool,
 }
 
-/// Pressure on faces, against their normals out of the body as these are now. A face gives its node `i` the
-/// force `-sum_q P_qi a_q(x)`, `a_q` its vector area as it is at point `q`: one point on a face of first
-/// order, where `P_i` is the integral of `p N_i` over the rest face by its measure (uniform: `p / D`); on
-/// one of second order, with `N` nodes, the points of its quadrature, where `P_qi = w_q p_q N_i`, which is
-/// exact for uniform pressure on curved faces too. A closed surface feels no net force, nor net moment where
-/// the pressure is uniform.
+/// Pressure on faces, against their current outward normals. A face gives its node `i` the force `-sum_q P_qi
+/// a_q(x)`, with `a_q` its current vector area at point `q`. A first-order face has one point, and `P_i` is
+/// the integral of `p N_i` over the reference face by its measure (uniform: `p / D`). A second-order face,
+/// with `N` nodes, has the points of its quadrature and `P_qi = w_q p_q N_i`, which is exact for uniform
+/// pressure on curved faces too. The net force on a closed surface is zero, and so is the net moment if the
+/// pressure is uniform.
 ///
-/// Uniform pressure on a closed surface, or on one whose rim does not move, has the potential `p (V(x) -
-/// V(X))`, `V` the volume behind the faces. Otherwise there is none, and its energy is zero. Products with
-/// the Hessian are exact in both cases; without a potential it is not symmetric, and the stability limit and
-/// the matrices of implicit steps are those of its symmetric part. Rumpel, Schweizerhof 2003,
-/// *Volume-dependent pressure loading and its influence on the stability of structures*, Int. J. Numer.
-/// Meth. Eng. 56, 211.
+/// Uniform pressure on a closed surface, or on one whose rim is fixed, has the potential `p (V(x) - V(X))`,
+/// `V` the volume behind the faces. Otherwise there is no potential, and the energy is zero. Products with
+/// the Hessian are exact in both cases. Without a potential the Hessian is not symmetric, and the stability
+/// limit and the matrices of implicit steps use its symmetric part. Source: Rumpel, Schweizerhof 2003,
+/// *Volume-dependent pressure loading and its influence on the stability of structures*, Int. J. Numer. Meth.
+/// Eng. 56, 211.
 pub struct Pressure<const D: usize, const N: usize> {
     name: String,
     /// Ascending.
     vertices: Vec<u32>,
-    /// Places in `vertices`.
+    /// Indices into `vertices`.
     faces: Vec<[u32; N]>,
-    /// Quadrature points of each face in the rest shape, where the pressure differs from place to place.
+    /// Quadrature points of each face in the reference configuration, if the pressure depends on position.
     points: Vec<[f64; 3]>,
     quadrature: Vec<FacePoint<N>>,
-    /// Points where vector areas are looked at, weights with which they make up that of the face.
+    /// Points at which vector areas are evaluated, with weights that add up to that of the face.
     areas: Vec<FacePoint<N>>,
-    /// A point that does not move, and the volume at rest.
+    /// A fixed point, and the reference volume.
     origin: [f64; D],
     rest_volume: f64,
     conservative: bool,
     pressure: PressureField,
     time: f64,
-    /// `P_qi` of each face at `time`, one row for each of `areas`; those of a single face where the pressure
-    /// is uniform.
+    /// `P_qi` of each face at `time`, one row for each of `areas`; only those of a single face if the
+    /// pressure is uniform.
     now: Vec<[f64; N]>,
-    /// The pressure at `time` where it is uniform [Pa].
+    /// The pressure at `time` if it is uniform [Pa].
     uniform: f64,
     /// Force of the last evaluation on each of `vertices`, flat [N].
     force: Vec<f64>,
 }
 
 impl<const D: usize, const N: usize> Pressure<D, N> {
-    /// Pressure on these faces of a system with the flat rest positions `rest` [m]; `rim_stays` says whether
-    /// the vertices of the [`rim`] do not move, which is so where there are none.
+    /// Pressure on these faces of a system with the flat reference positions `rest` [m]; `rim_stays` is true
+    /// if the vertices of the [`rim`] do not move, also if there are none.
     pub fn new(
         name: String,
         faces: &[[u32; N]],
@@ -111,7 +111,7 @@ impl<const D: usize, const N: usize> Pressure<D, N> {
         term
     }
 
-    /// The pressure at the time `time` [s].
+    /// Samples the pressure at the time `time` [s].
     fn sample(&mut self, time: f64) {
         let mut now = std::mem::take(&mut self.now);
         let field = &self.pressure.field;
@@ -141,12 +141,12 @@ impl<const D: usize, const N: usize> Pressure<D, N> {
         }
     }
 
-    /// The vertices of each face, and at each point where it has a vector area, the point and its `P_i`.
+    /// Vertices of each face and, for each of its vector areas, the point and its `P_i`.
     fn faces(&self) -> impl Iterator<Item = ([u32; N], impl Iterator<Item = (&FacePoint<N>, &[f64; N])>)> {
         self.faces_of(&self.now)
     }
 
-    /// The same of another pressure, with these rows.
+    /// Iterates like `faces` with the rows `P_qi` of another pressure.
     fn faces_of<'s>(
         &'s self,
         rows: &'s [[f64; N]],
@@ -158,8 +158,8 @@ impl<const D: usize, const N: usize> Pressure<D, N> {
         })
     }
 
-    /// Calls `visit` with each face, its vector area that the point `q` of the quadrature counts with where
-    /// nodes are at `x`, the point, and the slope of the pressure there; not at all where that is uniform.
+    /// Calls `visit` for each quadrature point `q` of each face, with the face, its vector area at `q` for
+    /// nodes at `x`, the point, and the slope of the pressure there. A uniform pressure has no calls.
     fn each_slope(&self, x: &[f64], mut visit: impl FnMut([u32; N], [f64; D], &FacePoint<N>, [f64; 3])) {
         let count = self.quadrature.len();
         for (local, points) in self.faces.iter().zip(self.points.chunks_exact(count)) {
@@ -228,7 +228,7 @@ pub fn nodes<const D: usize, const N: usize>(x: &[f64], face: [u32; N]) -> [[f64
     })
 }
 
-/// Where a point of a face is; in 2D the third number is 0.
+/// Position of a point of a face; in 2D the third component is 0.
 pub fn image<const D: usize, const N: usize>(nodes: &[[f64; D]; N], point: &FacePoint<N>) -> [f64; 3] {
     let mut image = [0.0; 3];
     for (node, shape) in nodes.iter().zip(&point.shape) {
@@ -237,7 +237,7 @@ pub fn image<const D: usize, const N: usize>(nodes: &[[f64; D]; N], point: &Face
     image
 }
 
-/// The vertices at the rim of these faces, ascending: none where they close.
+/// Vertices at the rim of these faces, ascending; none if the faces close.
 pub fn rim<const D: usize, const N: usize>(faces: &[[u32; N]]) -> Vec<u32> {
     // Each side with the node in its middle.
     let mut sides: Vec<[u32; 3]> = match D {
@@ -266,7 +266,7 @@ pub fn rim<const D: usize, const N: usize>(faces: &[[u32; N]]) -> Vec<u32> {
     rim
 }
 
-/// No vertex.
+/// Placeholder for no vertex.
 const NONE: u32 = u32::MAX;
 
 impl<const D: usize, const N: usize> EnergyTerm for Pressure<D, N> {
@@ -411,7 +411,7 @@ impl<const D: usize, const N: usize> LoadTerm for Pressure<D, N> {
         self.add_force_by_rows(&self.now, x, force);
     }
 
-    /// The pressure goes by places at rest, the area that it acts on by `x` alone.
+    /// The pressure depends on reference positions, its area on `x` alone.
     fn add_work_by_shape(&self, x: &[f64], p: &[f64], rows: &mut [f64]) -> bool {
         self.each_slope(x, |face, area, point, slope| {
             let along = image(&nodes::<D, N>(p, face), point);

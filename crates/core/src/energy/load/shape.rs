@@ -1,41 +1,41 @@
-//! Dependence of a dead load on the rest shape.
+//! Derivatives of dead loads with respect to the reference configuration.
 //!
-//! On a face the field `f(X, t)` gives a vertex `w N_i m f(X, t)` at a point of weight `w` with shape
-//! functions `N_i`, `m` the area `|A|` and `X = sum_i N_i X_i`. Where rest positions move by `d_j`, `dm = A
-//! / m . sum_j dA/dX_j d_j` and `df = df/dX sum_j N_j d_j`.
+//! On a face the field `f(X, t)` gives a vertex `w N_i m f(X, t)` at a quadrature point of weight `w` with
+//! shape functions `N_i`, `m` the area `|A|` and `X = sum_i N_i X_i`. If the reference positions move by
+//! `d_j`, `dm = A / m . sum_j dA/dX_j d_j` and `df = df/dX sum_j N_j d_j`.
 
 use super::{VectorField, VectorSlope, image, nodes};
 use crate::algebra::unit;
 use crate::element::{FacePoint, area_rate, face_points, vector_area};
 
-/// Places of a load at rest that its forces follow from, and how its field differs from one to the next.
+/// Reference positions on which the forces of a load depend, and the slope of its field.
 pub struct LoadedShape {
     places: Box<dyn LoadedPlaces>,
     slope: VectorSlope,
 }
 
-/// The field of a load at a time.
+/// Field of a load at a given time.
 struct FieldAt<'a> {
     field: &'a VectorField,
     slope: &'a VectorSlope,
-    /// [s]
+    /// Time [s].
     time: f64,
 }
 
-/// A vertex at whose rest position a field is looked at.
+/// A vertex at whose reference position a field is sampled.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoadedVertex {
-    /// Its number in the system.
+    /// Index in the system.
     pub vertex: u32,
-    /// Its position at rest, third component 0 in 2D [m].
+    /// Reference position, third component 0 in 2D [m].
     pub point: [f64; 3],
-    /// Part of the field there that it gets as a force.
+    /// Weight with which the vertex receives the field as a force.
     pub share: f64,
 }
 
 impl LoadedShape {
-    /// Faces of `N` vertices, at rest at `rest` (flat, all vertices of the system) [m], under a field with
-    /// this slope.
+    /// Faces of `N` vertices with reference positions `rest` (flat, all vertices of the system) [m], under a
+    /// field with this slope.
     pub fn faces<const D: usize, const N: usize>(
         faces: &[[u32; N]],
         rest: &[f64],
@@ -45,17 +45,18 @@ impl LoadedShape {
         LoadedShape { places: Box::new(LoadedFaces(faces)), slope }
     }
 
-    /// Single vertices in `dimension` dimensions, whose shares do not go by the shape.
+    /// Single vertices in `dimension` dimensions, whose weights do not depend on the reference configuration.
     pub fn vertices(dimension: usize, vertices: Vec<LoadedVertex>, slope: VectorSlope) -> Self {
         LoadedShape { places: Box::new(LoadedPoints { dimension, vertices }), slope }
     }
 
-    /// Adds to `rows`, flat of all vertices, how the work of the field along `p` changes with rest positions.
+    /// Adds to `rows`, flat over all vertices, the derivatives of the field's work along `p` with respect to
+    /// reference positions.
     pub(super) fn add_work(&self, field: &VectorField, time: f64, p: &[f64], rows: &mut [f64]) {
         self.places.add_work(&FieldAt { field, slope: &self.slope, time }, p, rows);
     }
 
-    /// Adds to `force` what is added to it where rest positions move by `change`.
+    /// Adds to `force` its change if reference positions move by `change`.
     pub(super) fn add_force(&self, field: &VectorField, time: f64, change: &[f64], force: &mut [f64]) {
         self.places.add_force(&FieldAt { field, slope: &self.slope, time }, change, force);
     }
@@ -75,7 +76,7 @@ trait LoadedPlaces: Send + Sync {
     fn bytes(&self) -> usize;
 }
 
-/// Faces with their nodes at rest [m].
+/// Faces with their nodes in the reference configuration [m].
 struct LoadedFaces<const D: usize, const N: usize>(Vec<([u32; N], [[f64; D]; N])>);
 
 struct LoadedPoints {
@@ -83,7 +84,7 @@ struct LoadedPoints {
     vertices: Vec<LoadedVertex>,
 }
 
-/// A face at rest at one of its points.
+/// A point of a face in the reference configuration.
 struct FaceAtRest<'a, const D: usize, const N: usize> {
     face: &'a [u32; N],
     point: &'a FacePoint<N>,

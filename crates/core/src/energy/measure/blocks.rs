@@ -1,4 +1,4 @@
-//! Second derivatives, stencil by stencil, for implicit schemes.
+//! Second derivatives, stencil by stencil, for implicit integrators.
 
 use std::marker::PhantomData;
 use std::ops::Range;
@@ -9,19 +9,19 @@ use crate::algebra::{Dual, PackedMatrix, project_positive_packed};
 use crate::lanes::{Kernel, Lanes, WIDTH, dispatch, spread};
 use crate::material::Psd;
 
-/// Matrix of one stencil by the places of all points but the first: the rest follows, for translations change
-/// nothing.
+/// Matrix of one stencil with respect to the positions of all points but the first. Translation invariance
+/// gives the rest.
 pub(crate) trait StencilMatrix<const D: usize, const N: usize> {
-    /// True if it goes by velocities.
+    /// True if it depends on velocities.
     const BY_RATE: bool;
 
     /// Writes it for the stiffness 1, at `x` and the velocities `v`.
     fn write<L: Lanes>(&self, x: &[[L; D]; N], v: &[[L; D]; N], rest: &[L; 2], matrix: &mut PackedMatrix<L>);
 }
 
-/// `psi'' grad s grad s^T + psi' grad grad s`, by dual numbers; projected without its negative eigenvalues,
-/// or by what bounds it in closed form. What is left of it by its first part alone would not do: a joint
-/// that is bent resists being turned out of its plane by the second part only.
+/// Hessian `psi'' grad s grad s^T + psi' grad grad s`, by dual numbers; projected to its positive part, or to
+/// a closed-form upper bound. The first term alone would not suffice: a bent joint resists being turned out
+/// of its plane by the second term only.
 pub(crate) struct HessianMatrix<'a, Q, W> {
     pub(crate) law: &'a W,
     pub(crate) psd: Psd,
@@ -35,7 +35,7 @@ pub(crate) struct DampingMatrix<'a, Q, R> {
 }
 
 /// Writes the blocks of the pairs `a <= b` of these stencils, by rows, at positions `x` and velocities `v`,
-/// flat; velocities that the matrix does not go by may be none.
+/// flat; `v` may be empty if the matrix does not depend on velocities.
 pub(crate) fn fill<Q: ScalarStrain<D, N>, B: StencilMatrix<D, N>, const D: usize, const N: usize>(
     stencils: &MeasuredStencils<Q, D, N>,
     range: Range<usize>,

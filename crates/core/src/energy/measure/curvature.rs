@@ -3,16 +3,15 @@
 use super::ScalarStrain;
 use crate::scalar::Scalar;
 
-/// Added to what is divided by: an edge without length has no direction.
+/// Added to divisors: an edge without length has no direction.
 const TINY: f64 = 1e-280;
-/// Square of the curvature that a straight joint in space counts as: below it, the plane that it bends in is
-/// noise.
+/// Square of the curvature assigned to a straight joint in space: below it, the plane of bending is noise.
 const STRAIGHT: f64 = 1e-20;
 
-/// `s = kappa - kappa_0`, `kappa = 2 tan(phi/2)` with the angle `phi` by which a polyline turns at `x_1`,
-/// from `e = x_1 - x_0` to `f = x_2 - x_1`; `rest` is `kappa_0`. It is the length of the curvature binormal
-/// `2 e x f / (|e| |f| + e . f)`; in the plane it has a sign, positive counter-clockwise. A joint that folds
-/// back on itself has no finite curvature.
+/// Curvature of a polyline at `x_1` relative to rest: `s = kappa - kappa_0`, `kappa = 2 tan(phi/2)` with the
+/// turning angle `phi` from `e = x_1 - x_0` to `f = x_2 - x_1`; `rest` is `kappa_0`. `kappa` is the length of
+/// the curvature binormal `2 e x f / (|e| |f| + e . f)`; in the plane it has a sign, positive
+/// counter-clockwise. A joint that folds back on itself has no finite curvature.
 ///
 /// In space a straight joint bends equally in every direction: there `kappa = sqrt(|kb|^2 + 1e-20)`, whose
 /// square is smooth.
@@ -31,7 +30,7 @@ fn dot<S: Scalar, const D: usize>(a: &[S; D], b: &[S; D]) -> S {
     sum
 }
 
-/// In the plane the one component comes first, and the others are zero.
+/// Cross product; in the plane its one component comes first, and the others are zero.
 #[inline(always)]
 fn cross<S: Scalar, const D: usize>(a: &[S; D], b: &[S; D]) -> [S; D] {
     let mut r = [S::zero(); D];

@@ -3,18 +3,19 @@
 use super::{PARTS, ScalarStrain};
 use crate::scalar::Scalar;
 
-/// Added to squares that are divided by: what has collapsed has no direction.
+/// Added to squares in divisors: collapsed triangles have no direction.
 const TINY: f64 = 1e-280;
 
-/// `s = theta - theta_0` [rad], `theta` the angle between the normals of the triangles `(x_0, x_1, x_2)` and
-/// `(x_1, x_0, x_3)`: 0 where they lie in a plane, positive where both fold to the side that the normals
-/// point to, in `(-pi, pi]`. `rest` is `(cos theta_0, sin theta_0)`; the deviation is in `(-pi, pi]` too.
+/// Dihedral angle of a hinge relative to rest: `s = theta - theta_0` [rad], `theta` the angle between the
+/// normals of the triangles `(x_0, x_1, x_2)` and `(x_1, x_0, x_3)`: 0 if they are coplanar, positive if both
+/// fold towards their normals, in `(-pi, pi]`. `rest` is `(cos theta_0, sin theta_0)`; the deviation is in
+/// `(-pi, pi]` too.
 ///
 /// With `e = x_1 - x_0` and the normals `n_A = e x (x_2 - x_0)`, `n_B = (x_3 - x_0) x e`: `theta = atan2(|e|
-/// n_A . (x_3 - x_0), n_A . n_B)`, accurate at every angle; `d theta/d x_2 = |e| n_A / |n_A|^2`, the same
-/// with B at `x_3`, and on the edge the opposite of these, shared as the feet of the heights divide it. A
-/// triangle without area has no normal, and nothing acts on it. Where a hinge folds on through `pi` from rest
-/// the angle jumps: nothing here keeps a sheet from passing through itself.
+/// n_A . (x_3 - x_0), n_A . n_B)`, accurate at every angle. The gradient is `d theta/d x_2 = |e| n_A /
+/// |n_A|^2`, the same with B at `x_3`, and on the edge the opposite of these, divided by the feet of the
+/// heights. A triangle without area has no normal, and no force acts on it. If a hinge folds beyond a
+/// deviation of `pi`, the angle jumps: this energy does not prevent self-intersection.
 ///
 /// Grinspun, Hirani, Desbrun, Schroeder 2003, *Discrete shells*, Symposium on Computer Animation.
 #[derive(Clone, Copy, Debug)]
@@ -60,8 +61,8 @@ struct HingeSide<S> {
     normal: [S; 3],
     /// Inverse of the height [1/m].
     inverse_height: S,
-    /// Coefficients of what moves the vertex across against the foot of its height: of both ends of the edge.
-    /// Its own is 1.
+    /// Coefficients of the motion of the opposite vertex relative to the foot of its height, for both ends of
+    /// the edge. That of the vertex itself is 1.
     foot: [S; 2],
 }
 
@@ -78,8 +79,8 @@ impl<S: Scalar> HingeSide<S> {
         HingeSide { across, normal, inverse_height: length * inverse, foot: [part - S::one(), -part] }
     }
 
-    /// `c (x) d`: along `d`, the way of the vertex across against the foot of its height; `across` the place
-    /// of that vertex.
+    /// Returns `c (x) d`: the motion along `d` of the opposite vertex relative to the foot of its height;
+    /// `across` is the index of that vertex.
     #[inline(always)]
     fn spread(&self, d: &[S; 3], across: usize) -> [[S; 3]; 4] {
         let mut spread = [[S::zero(); 3]; 4];

@@ -48,13 +48,13 @@ pub(crate) fn rate<S: Scalar, const D: usize, const N: usize>(gradient: &[[S; D]
     sum
 }
 
-/// `value` in lanes with a stencil of their own, zero in those that fill up.
+/// Returns `value` in lanes with a stencil of their own, zero in padding lanes.
 #[inline(always)]
 fn own<L: Lanes>(stiffness: L, value: L) -> L {
     L::select(L::zero().lt(stiffness.abs()), value, L::zero())
 }
 
-/// Places that move along directions.
+/// Positions as dual numbers along directions.
 #[inline(always)]
 pub(crate) fn moving<S: Scalar, const D: usize, const N: usize>(
     x: &[[S; D]; N],

@@ -1,4 +1,4 @@
-//! Laws of one measured number: what its deviation stores, and what its rate dissipates.
+//! Laws of one measure: the energy of its deviation, and the dissipation of its rate.
 
 use std::collections::HashMap;
 
@@ -6,13 +6,12 @@ use crate::algebra::Dual;
 use crate::expression::{ExpressionError, Formula, FormulaError, Graph, NodeId, Program};
 use crate::scalar::Scalar;
 
-/// Energy of one number for the stiffness 1.
+/// Energy as a function of one measure, for stiffness 1.
 pub trait ScalarLaw: Send + Sync + 'static {
-    /// True of `1/2 s^2`, whose projected Hessian some measures know in closed form.
+    /// True for `1/2 s^2`, whose projected Hessian some measures know in closed form.
     const IS_SQUARE: bool = false;
 
-    /// Numbers that deviations are measured from: those of rest, or zero where the law sees the number
-    /// itself.
+    /// Origin of deviations: the rest value, or zero if the law uses the measure itself.
     fn origin<S: Scalar>(rest: &[S; 2]) -> [S; 2];
 
     /// `psi(s)`.
@@ -22,14 +21,14 @@ pub trait ScalarLaw: Send + Sync + 'static {
     fn force<S: Scalar>(&self, s: S, rest: &[S; 2]) -> S;
 }
 
-/// Dissipation function of the rate of one number for the damping constant 1.
+/// Dissipation function of the rate of one measure, for damping constant 1.
 pub trait RateLaw: Send + Sync + 'static {
-    /// Follows the names of its terms.
+    /// Suffix of the names of its terms.
     const SUFFIX: &'static str = "";
-    /// True of `1/2 rate^2`, whose force is linear in the velocities.
+    /// True for `1/2 rate^2`, whose force is linear in the velocities.
     const IS_SQUARE: bool = false;
 
-    /// Numbers that deviations are measured from, as [`ScalarLaw::origin`] has them.
+    /// Origin of deviations, see [`ScalarLaw::origin`].
     fn origin<S: Scalar>(rest: &[S; 2]) -> [S; 2];
 
     /// `R(rate, s)`.
@@ -88,21 +87,21 @@ impl RateLaw for Square {
     }
 }
 
-/// Most variables of a formula, and the parameter by which there is a derivative.
+/// Maximum number of variables of a formula, plus the parameter of a derivative.
 const INPUTS: usize = 4;
 
-/// A formula of a few variables and its slope by the first of them, as programs.
+/// A formula of a few variables and its derivative with respect to the first of them, as programs.
 #[derive(Debug)]
 pub(crate) struct FormulaPrograms {
     value: Program,
     slope: Program,
-    /// Number of variables, and the value of the parameter by which this is the derivative.
+    /// Number of variables, and the value of the parameter for a derivative.
     variables: usize,
     number: f64,
 }
 
 impl FormulaPrograms {
-    /// Programs of a formula of so many variables, or of its derivative `by` one of the parameters.
+    /// Compiles a formula of so many variables, or its derivative `by` one of the parameters.
     pub(crate) fn new(
         text: &str,
         formula: &Formula,
@@ -144,13 +143,13 @@ impl FormulaPrograms {
         self.run(&self.value, variables)
     }
 
-    /// The derivative by the first variable.
+    /// The derivative with respect to the first variable.
     #[inline(always)]
     pub(crate) fn slope<S: Scalar, const N: usize>(&self, variables: [S; N]) -> S {
         self.run(&self.slope, variables)
     }
 
-    /// The second derivative by the first variable.
+    /// The second derivative with respect to the first variable.
     pub(crate) fn curvature<const N: usize>(&self, variables: [f64; N]) -> f64 {
         let mut along = variables.map(Dual::constant);
         along[0].derivative = 1.0;

@@ -1,16 +1,16 @@
-//! The distance of two vertices.
+//! Distance between two vertices.
 
 use super::ScalarStrain;
 use crate::energy::Fault;
 use crate::scalar::Scalar;
 
-/// Squares of lengths below this count as this: two vertices in the same place have no direction.
+/// Added to squared lengths: coincident vertices have no direction.
 const TINY: f64 = 1e-280;
 
-/// `s = |x_0 - x_1|` [m]; `rest` is the rest length.
+/// Length of an edge relative to rest: `s = |x_0 - x_1|` minus the rest length, which is `rest` [m].
 ///
-/// Springs whose force is linear have a loop of their own ([`crate::energy::spring`]): this is for formulas
-/// of the length, and for what damps springs.
+/// Linear springs have a loop of their own ([`crate::energy::spring`]). This measure is for formulas of the
+/// length, and for dashpots of springs.
 #[derive(Clone, Copy, Debug)]
 pub struct Length;
 

@@ -1,4 +1,4 @@
-//! Terms that store energy by one number measured at a few vertices: the length of a spring, the angle of a
+//! Energy terms that depend on one scalar measured at a few vertices: the length of a spring, the angle of a
 //! hinge.
 
 mod blocks;
@@ -31,33 +31,33 @@ use crate::lanes::{dispatch, dispatch_compact};
 use crate::material::Psd;
 use crate::scalar::Scalar;
 
-/// One number `s(x)` measured at `N` vertices, the same under every rigid motion.
+/// A scalar measure `s(x)` of `N` vertices, invariant under rigid motion.
 pub trait ScalarStrain<const D: usize, const N: usize>: Send + Sync + 'static {
     /// Name of a stencil: `hinge`.
     const OF: &'static str;
 
-    /// The deviation `s(x) - s_0` from rest, which is what `rest` says, and `ds/dx`. Written once, generic
-    /// over the scalar: it runs on lanes and on dual numbers.
+    /// Returns the deviation `s(x) - s_0` from its rest value, given by `rest`, and `ds/dx`. The function is
+    /// generic over the scalar: it runs on lanes and on dual numbers.
     fn deviation<S: Scalar>(x: &[[S; D]; N], rest: &[S; 2]) -> (S, [[S; D]; N]);
 
-    /// The fault of a stencil whose energy is not finite, the `index`-th of `body`.
+    /// Returns the error of a stencil whose energy is not finite, the `index`-th of `body`.
     fn fault(body: &str, index: usize, _: &[[f64; D]; N]) -> Fault {
         Fault::Stencil { what: Self::OF, body: body.into(), index }
     }
 
-    /// Vectors `u` whose products `sum u u^T` are nowhere less than `ds/dx ds/dx^T + (s - s_0) d2s/dx2`, and
-    /// near it, where the measure knows them in closed form: its projected Hessian.
+    /// Returns vectors `u` whose products `sum u u^T` are nowhere less than `ds/dx ds/dx^T + (s - s_0)
+    /// d2s/dx2`, and close to it, if the measure has them in closed form: its projected Hessian.
     fn positive_parts<S: Scalar>(x: &[[S; D]; N], rest: &[S; 2]) -> Option<[[[S; D]; N]; PARTS]> {
         let _ = (x, rest);
         None
     }
 }
 
-/// Vectors that a projected Hessian in closed form is made of.
+/// Number of vectors in a closed-form projected Hessian.
 pub const PARTS: usize = 6;
 
-/// `E = sum k psi(s(x))` over stencils of `N` vertices, `psi` a [`ScalarLaw`]: `1/2 (s - s_0)^2` unless
-/// another is named.
+/// Energy of a scalar measure: `E = sum k psi(s(x))` over stencils of `N` vertices, `psi` a [`ScalarLaw`], by
+/// default `1/2 (s - s_0)^2`.
 pub struct ScalarStrainEnergy<Q, const D: usize, const N: usize, W = Square> {
     body: String,
     law: W,
@@ -66,8 +66,8 @@ pub struct ScalarStrainEnergy<Q, const D: usize, const N: usize, W = Square> {
 }
 
 impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> ScalarStrainEnergy<Q, D, N> {
-    /// Stencils `vertices` (global vertex indices) of `body` with their constants, at rest at `rest` (flat,
-    /// all vertices of the system) [m]: rest positions only say what is near what.
+    /// Stencils `vertices` (global vertex indices) of `body` with their constants. The reference positions
+    /// `rest` (flat, all vertices of the system) [m] are used only to find neighbours.
     ///
     /// # Panics
     /// If there are not as many constants as stencils.
@@ -77,7 +77,7 @@ impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> ScalarStrainEnergy<Q
 }
 
 impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize, W: ScalarLaw> ScalarStrainEnergy<Q, D, N, W> {
-    /// Stencils with a law, else as [`new`](ScalarStrainEnergy::new) has them.
+    /// Stencils with a law, otherwise like [`new`](ScalarStrainEnergy::new).
     ///
     /// # Panics
     /// If there are not as many constants as stencils.

@@ -1,4 +1,4 @@
-//! Stencils with what belongs to each, in patches.
+//! Stencils and their data, grouped into patches.
 
 use std::marker::PhantomData;
 
@@ -12,9 +12,9 @@ use crate::numbering::along_curve;
 /// Constants of one stencil.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StencilConstants {
-    /// `k` of the energy, or of the dissipation, over the square of the measure's unit [J, W s].
+    /// Factor `k` of the energy, or of the dissipation, over the square of the measure's unit [J, W s].
     pub stiffness: f64,
-    /// Parameters of the state of rest.
+    /// Parameters of the rest value.
     pub rest: [f64; 2],
 }
 
@@ -39,7 +39,7 @@ impl Pack {
     }
 }
 
-/// Stencils of `N` vertices that `Q` is measured at.
+/// Stencils of `N` vertices at which `Q` is measured.
 pub struct MeasuredStencils<Q, const D: usize, const N: usize> {
     pub(crate) patches: Patches<N>,
     pub(crate) packs: Vec<Pack>,
@@ -47,7 +47,7 @@ pub struct MeasuredStencils<Q, const D: usize, const N: usize> {
 }
 
 impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> MeasuredStencils<Q, D, N> {
-    /// Stencils `vertices` with their constants; `rest` says what is near what.
+    /// Stencils `vertices` with their constants; the reference positions `rest` are used to find neighbours.
     ///
     /// # Panics
     /// If there are not as many constants as stencils.

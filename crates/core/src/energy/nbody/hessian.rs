@@ -1,9 +1,10 @@
-//! Second derivatives of the attraction of pairs, for implicit schemes with few particles.
+//! Second derivatives of the attraction of pairs, for implicit integrators with few particles.
 
 use crate::lanes::WIDTH;
 use crate::material::Psd;
 
-/// Up to so many particles every pair has its block in the matrix: for more it would be as dense as large.
+/// Number of particles up to which every pair has a block in the matrix: for more it would be large and
+/// dense.
 pub(super) const MAX_PARTICLES: usize = 256;
 
 /// Every pair `i < j` of so many particles.
@@ -12,9 +13,9 @@ pub(super) fn pairs(particles: usize) -> Vec<[u32; 2]> {
     (0..count).flat_map(|i| (i + 1..count).map(move |j| [i, j])).collect()
 }
 
-/// Writes the blocks `00, 01, 11` of the Hessian of `E = -k/s`, `s^2 = |d|^2 + softening^2`, for a pair at
-/// `d` from one another: `k (I/s^3 - 3 d d^T / s^5)` at either end, minus that between them. Along the line
-/// it is negative but very near: the projection leaves that out.
+/// Writes the blocks `00, 01, 11` of the Hessian of `E = -k/s`, `s^2 = |d|^2 + softening^2`, for a pair with
+/// separation `d`: `k (I/s^3 - 3 d d^T / s^5)` at either end, minus that between them. Along the line of
+/// separation it is negative except at very small distances: the projection removes that part.
 pub(super) fn pair_hessian<const D: usize>(d: [f64; D], k: f64, softening2: f64, psd: Psd, out: &mut [f64]) {
     let square: f64 = d.iter().map(|d| d * d).sum();
     let s2 = square + softening2;

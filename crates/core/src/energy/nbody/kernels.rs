@@ -1,16 +1,16 @@
 //! The direct sum over pairs of blocks of eight particles, on lanes.
 //!
-//! Every pair is computed once and acts on both its particles. Blocks of targets are dealt out to groups
-//! round robin, because the first block has all the others to attend to and the last none.
+//! Every pair is computed once and acts on both its particles. Blocks of targets are distributed to groups
+//! round robin, because the first block pairs with all the others and the last with none.
 
 use super::pair::{Block, TARGETS, by_newton, difference, dot, interaction, lane_of, load, splat};
 use crate::lanes::{Kernel, Lanes, WIDTH};
 
-/// Blocks of sources that all targets of a group meet before the next ones: with their sums, 112 kB, which
-/// stays near the core.
+/// Blocks of sources that are processed with all targets of a group before the next ones: with their sums,
+/// 112 kB, which fits a cache near the core.
 const TILE: usize = 256;
 
-/// Particles in blocks. Lanes that fill up the last block have mass zero and are far away.
+/// Particles in blocks. Padding lanes of the last block have mass zero and are far away.
 #[derive(Clone, Copy)]
 pub(super) struct Particles<'a, const D: usize> {
     pub(super) position: &'a [Block<D>],
@@ -18,13 +18,13 @@ pub(super) struct Particles<'a, const D: usize> {
     pub(super) softening2: f64,
 }
 
-/// Sums over pairs into `out`, a block for each block of particles, without the constant and the mass of the
+/// Sums over pairs into `out`, one block per block of particles, without the constant and the mass of the
 /// particle itself: `sum_j m_j d / r^3` with `d = x_i - x_j`, or its derivative along `direction`, see
-/// [`interaction`]. With `ENERGY`, which is not for derivatives, also `sum_{i<j} m_i m_j / r`: the sums keep
-/// their bits.
+/// [`interaction`]. With `ENERGY`, which is not available for derivatives, also `sum_{i<j} m_i m_j / r`; the
+/// other sums are bit-identical.
 pub(super) struct PairKernel<'a, const D: usize, const DERIVATIVE: bool, const ENERGY: bool> {
     pub(super) particles: Particles<'a, D>,
-    /// For the derivative; otherwise anything of the same length, which is not read.
+    /// Direction of the derivative; otherwise anything of the same length, which is not read.
     pub(super) direction: &'a [Block<D>],
     pub(super) group: usize,
     pub(super) groups: usize,
@@ -115,7 +115,7 @@ impl<const D: usize, const DERIVATIVE: bool, const ENERGY: bool> PairKernel<'_, 
 impl<const D: usize, const DERIVATIVE: bool, const ENERGY: bool> Kernel
     for PairKernel<'_, D, DERIVATIVE, ENERGY>
 {
-    /// Whether all sums are finite; the energy, or zero.
+    /// True if all sums are finite; and the energy, or zero.
     type Output = (bool, f64);
 
     #[inline(always)]

@@ -1,4 +1,4 @@
-//! Newtonian attraction between all pairs of particles.
+//! Newtonian gravity between all pairs of particles.
 
 mod hessian;
 mod kernels;
@@ -17,36 +17,36 @@ use pair::{Block, FAR};
 
 pub use tree::{ForceError, TreeGravity};
 
-/// Particles for which one more group of rows pays: about 50 microseconds of work.
+/// Particles per group, about 50 microseconds of work.
 const PARTICLES_PER_GROUP: usize = 256;
-/// Particles from which on the search of the largest frequency uses a tree, and its opening angle.
+/// Number of particles from which the search for the largest frequency uses a tree.
 const STIFFNESS_BY_TREE: usize = 4096;
 const STIFFNESS_OPENING_ANGLE: f64 = 0.5;
-/// Groups at most: what is left to balance, against arrays to be added up.
+/// Maximum number of groups: a compromise between load balance and the summation of arrays.
 const MAX_GROUPS: usize = 16;
 
-/// `E = -G sum_{i<j} m_i m_j / sqrt(|x_i - x_j|^2 + softening^2)` over a set of vertices (lecture 8);
-/// Plummer softening, Aarseth 2003, *Gravitational N-Body Simulations*.
+/// Energy of Newtonian gravity, `E = -G sum_{i<j} m_i m_j / sqrt(|x_i - x_j|^2 + softening^2)` over a set of
+/// vertices (lecture 8); Plummer softening, Aarseth 2003, *Gravitational N-Body Simulations*.
 ///
-/// Each pair is computed once and acts on both its particles. The pairs are dealt out to a number of groups
-/// that depends on the number of particles alone, never on the number of threads; each group sums into its
-/// own array and the arrays are added in order, so that the result has the same bits on any machine.
+/// Each pair is computed once and acts on both its particles. The pairs are distributed to a number of groups
+/// that depends on the number of particles alone, never on the number of threads. Each group sums into its
+/// own array and the arrays are added in order, so that the result is bit-identical on any machine.
 pub struct NBody<const D: usize> {
     vertices: Vec<u32>,
     constant: f64,
     softening2: f64,
     mass: Vec<[f64; WIDTH]>,
     position: Vec<Block<D>>,
-    /// For products with the Hessian; empty until there is one.
+    /// Direction of products with the Hessian; empty until there is one.
     direction: Vec<Block<D>>,
     /// Sums of each group.
     partial: Vec<Vec<Block<D>>>,
     parts: Vec<f64>,
-    /// Particles from which on products for the search of the largest frequency are approximate.
+    /// Number of particles from which products for the search of the largest frequency are approximate.
     stiffness_by_tree: usize,
-    /// Parameters that they are made with, while they are wanted.
+    /// Tree for these approximate products, while they are needed.
     stiffness: Option<Box<TreeGravity<D>>>,
-    /// Every pair, once an implicit scheme has asked for them.
+    /// Every pair, once an implicit integrator has requested them.
     pairs: Vec<[u32; 2]>,
 }
 
@@ -83,8 +83,8 @@ impl<const D: usize> NBody<D> {
         Particles { position: &self.position, mass: &self.mass, softening2: self.softening2 }
     }
 
-    /// Runs the pair kernel in every group; whether all sums are finite. With `ENERGY`, `parts` are then the
-    /// energies.
+    /// Runs the pair kernel in every group; returns whether all sums are finite. With `ENERGY`, `parts` then
+    /// has the energies.
     fn sum_pairs<const DERIVATIVE: bool, const ENERGY: bool>(&mut self) -> bool {
         let mut partial = std::mem::take(&mut self.partial);
         let mut parts = std::mem::take(&mut self.parts);
@@ -148,7 +148,8 @@ impl<const D: usize> EnergyTerm for NBody<D> {
 
     fn stencils(&mut self) -> Stencils {
         if self.vertices.len() > hessian::MAX_PARTICLES {
-            // The matrix goes without: Newton's method converges linearly, and fast, for gravity is soft.
+            // The matrix omits gravity: Newton's method converges linearly, and fast, because gravity is
+            // soft.
             return Stencils::default();
         }
         self.pairs = hessian::pairs(self.vertices.len());
@@ -238,7 +239,7 @@ impl<const D: usize> Measurements for NBody<D> {
     }
 }
 
-/// Two of the vertices at the same place, where that is a fault: without softening.
+/// Finds two vertices at the same position, which is an error without softening.
 fn coincident<const D: usize>(vertices: &[u32], softening2: f64, x: &[f64]) -> Option<Fault> {
     if softening2 > 0.0 {
         return None;

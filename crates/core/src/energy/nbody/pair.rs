@@ -1,22 +1,22 @@
-//! Parts that the kernels share: separations and powers of the softened distance, on lanes.
+//! Functions that the kernels share: separations and powers of the softened distance, on lanes.
 
 use crate::lanes::{Lanes, WIDTH};
 
 /// `WIDTH` vectors, `v[component][lane]`.
 pub(super) type Block<const D: usize> = [[f64; WIDTH]; D];
 
-/// Where the lanes are that fill up a pack, in every component [m]: apart from each other and far away from
-/// all particles. Padding particles have mass zero and their pair terms are finite numbers, so that nothing
-/// comes of them without a comparison in any inner loop.
+/// Positions of padding lanes, in every component [m]: apart from each other and far away from all particles.
+/// Padding particles have mass zero and their pair terms are finite numbers, so that they contribute nothing
+/// without a comparison in any inner loop.
 pub(super) const FAR: [f64; WIDTH] = [1e100, 2e100, 3e100, 4e100, 5e100, 6e100, 7e100, 8e100];
 
-/// Targets whose sums stay in registers while they meet the packs of sources.
+/// Number of targets whose sums stay in registers during the loop over packs of sources.
 pub(super) const TARGETS: usize = 4;
 
-/// True if target `t` of a round takes its inverse roots by Newton's method, the others by square root and
-/// division. The divider
-/// works beside the multipliers: one of four in another way keeps both of them busy, and is a fifth faster
-/// than either way alone (two of four: the same within 3 %). Constant after unrolling.
+/// True if target `t` of a round computes its inverse roots by Newton's method, the others by square root and
+/// division. The divider works in parallel with the multipliers: one of four by the other method keeps both
+/// of them busy, and is a fifth faster than either method alone (two of four: the same within 3 %). Constant
+/// after unrolling.
 #[inline(always)]
 pub(super) const fn by_newton(t: usize) -> bool {
     t.is_multiple_of(TARGETS)
@@ -31,7 +31,7 @@ pub(super) fn load<L: Lanes, const N: usize>(block: &[[f64; WIDTH]; N]) -> [L; N
     v
 }
 
-/// The same vector in every lane.
+/// Broadcasts a vector to every lane.
 #[inline(always)]
 pub(super) fn splat<L: Lanes, const D: usize>(vector: &[f64; D]) -> [L; D] {
     let mut v = [L::zero(); D];
@@ -108,8 +108,8 @@ pub(super) fn inverse_cube<L: Lanes>(r2: L, newton: bool) -> L {
     (cube * e).mul_add(L::splat(1.875).mul_add(e, L::splat(1.5)), cube)
 }
 
-/// A pair's scalar and vector: `m_j s v` is what the source does to its target, without `G` and the mass of
-/// the target.
+/// Returns a pair's scalar and vector: `m_j s v` is the contribution of the source to its target, without `G`
+/// and the mass of the target.
 ///
 /// `s = r^-3` and `v = d`, the separation; for the derivative along a direction, `v = dp - 3 (d . dp) / r^2
 /// d` with the difference `dp` of the directions.

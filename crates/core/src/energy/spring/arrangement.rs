@@ -10,27 +10,26 @@ use crate::lanes::{Aligned, WIDTH, dispatch};
 /// Blocks of `WIDTH` vertices that one task takes.
 const TASK_BLOCKS: usize = 128;
 
-/// Below this many tasks, of some 8 microseconds each, a hand-over to other threads costs about what it
-/// saves.
+/// Number of tasks, of some 8 microseconds each, below which other threads cost about what they save.
 const PARALLEL_FROM_TASKS: usize = 3;
 
 /// A row for each vertex of a block.
 type Rows<const D: usize> = [[f64; D]; WIDTH];
 
-/// Springs in a layout, and the memory that their sums are computed in.
+/// Springs in a layout, with the memory for their sums.
 ///
 /// Every vertex adds up its own springs, in the order of its slots: nothing is scattered, a tension has the
 /// same bits at both ends of its spring on every thread, and no sum depends on the number of threads.
 pub(super) struct Arrangement<const D: usize, N: Neighbours<D>> {
     neighbours: N,
     slots: Slots,
-    /// Where something was last computed.
+    /// Positions of the last evaluation.
     position: N::Field,
-    /// The other factor of a product with the Hessian, once there has been one.
+    /// Direction of a product with the Hessian, once there has been one.
     direction: Option<N::Field>,
     /// The gradient last evaluated, block by block, a row of `D` for each vertex.
     gradient: Aligned,
-    /// One for every task that evaluates it.
+    /// Tensions, one buffer for every task of an evaluation.
     tensions: Vec<N::Tensions>,
     /// The energy of every task.
     parts: Vec<f64>,
@@ -50,7 +49,7 @@ impl<const D: usize, N: Neighbours<D>> Arrangement<D, N> {
         }
     }
 
-    /// True if a hand-over to other threads pays.
+    /// True if several threads pay.
     fn in_parallel(&self) -> bool {
         self.parts.len() >= PARALLEL_FROM_TASKS && rayon::current_num_threads() > 1
     }
@@ -61,7 +60,8 @@ impl<const D: usize, N: Neighbours<D>> Arrangement<D, N> {
         SpringBlocks { neighbours, slots, position, blocks: first..first + count }
     }
 
-    /// Evaluates the gradient at `x`, the rows from the first to the last vertex; gives whether it is finite.
+    /// Evaluates the gradient at `x`, the rows from the first to the last vertex; returns whether it is
+    /// finite.
     pub(super) fn evaluate(&mut self, x: &[f64]) -> bool {
         self.neighbours.copy(x, &mut self.position);
         let mut gradient = std::mem::take(&mut self.gradient);

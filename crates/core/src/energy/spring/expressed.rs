@@ -6,26 +6,26 @@ use crate::energy::measure::{FormulaPrograms, ScalarLaw};
 use crate::expression::{Formula, FormulaError};
 use crate::scalar::Scalar;
 
-/// A formula is no energy of a spring.
+/// Error of a formula that is not a valid spring energy.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SpringFormulaError {
-    /// The text is no formula of `l`, `l0` and the parameters.
+    /// The text is not a formula of `l`, `l0` and the parameters.
     #[error(transparent)]
     Formula(#[from] FormulaError),
-    /// A number at the rest length that is not what it has to be.
+    /// A value at the rest length is invalid.
     #[error("is {value:?} {what} at the rest length l = l0 = {length:?} m")]
     Rest {
         /// The number.
         value: f64,
-        /// What it is, and what it has to be.
+        /// Description of the value, and of its valid range.
         what: &'static str,
         /// The rest length [m].
         length: f64,
     },
 }
 
-/// The energy `E(l, l0)` [J] of a spring of length `l` and rest length `l0` [m], as a formula.
+/// Energy `E(l, l0)` [J] of a spring of length `l` and rest length `l0` [m], as a formula.
 ///
 /// ```
 /// use pliant::energy::spring::SpringFormula;
@@ -39,24 +39,24 @@ pub struct SpringFormula {
     programs: Arc<FormulaPrograms>,
 }
 
-/// Parts of what a spring resists its rest length with that are rounding.
+/// Round-off relative to the stiffness times the rest length.
 const ROUNDING: f64 = 1e-10;
 
 impl SpringFormula {
     /// Reads the formula `text` of `l`, `l0` [m] and `parameters`, in SI units.
     ///
     /// # Errors
-    /// [`SpringFormulaError`]: the text is no formula, or a parameter cannot be one.
+    /// [`SpringFormulaError`]: the text is not a formula, or a parameter is invalid.
     pub fn new(text: &str, parameters: &[(&str, f64)]) -> Result<SpringFormula, SpringFormulaError> {
         let formula = Formula::with_parameters(text, &["l", "l0"], parameters)?;
         Ok(SpringFormula { programs: Arc::new(FormulaPrograms::new(text, &formula, 2, parameters, None)?) })
     }
 
-    /// Checks that a spring of the rest length `length` [m] has neither energy nor tension there, and
-    /// resists a change.
+    /// Checks that a spring of the rest length `length` [m] has neither energy nor tension there, and a
+    /// positive stiffness.
     ///
     /// # Errors
-    /// [`SpringFormulaError::Rest`] with the number that is not what it has to be.
+    /// [`SpringFormulaError::Rest`] with the invalid value.
     pub fn check_at_rest(&self, length: f64) -> Result<(), SpringFormulaError> {
         let wrong = |value, what| Err(SpringFormulaError::Rest { value, what, length });
         let (energy, tension) =
@@ -75,13 +75,13 @@ impl SpringFormula {
         Ok(())
     }
 
-    /// The second derivative of the energy by the length, at rest [N/m].
+    /// The second derivative of the energy with respect to the length, at the rest length [N/m].
     pub fn stiffness_at_rest(&self, length: f64) -> f64 {
         self.programs.curvature([length, length])
     }
 }
 
-/// An energy of the length, which its stencils measure from zero.
+/// Energy of the length, which its stencils measure from zero.
 impl ScalarLaw for SpringFormula {
     #[inline(always)]
     fn origin<S: Scalar>(_: &[S; 2]) -> [S; 2] {

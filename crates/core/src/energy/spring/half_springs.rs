@@ -1,8 +1,8 @@
-//! Every spring as seen from both of its ends.
+//! Half-springs: every spring listed at both of its ends.
 
 use crate::lanes::WIDTH;
 
-/// A spring as one of its ends sees it.
+/// A spring as seen from one of its ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct HalfSpring {
     /// The other end, counted from the first vertex.
@@ -57,22 +57,22 @@ impl HalfSprings {
         HalfSprings { first_vertex, start, half }
     }
 
-    /// Vertices from the first to the last that have springs.
+    /// Number of vertices from the first to the last that have springs.
     pub(super) fn vertex_count(&self) -> usize {
         self.start.len() - 1
     }
 
-    /// Blocks of `WIDTH` vertices.
+    /// Number of blocks of `WIDTH` vertices.
     pub(super) fn block_count(&self) -> usize {
         self.vertex_count().div_ceil(WIDTH)
     }
 
-    /// How many there are: two for every spring.
+    /// Number of half-springs: two for every spring.
     pub(super) fn len(&self) -> usize {
         self.half.len()
     }
 
-    /// Of vertex `first_vertex + i`; none beyond the last.
+    /// Half-springs of vertex `first_vertex + i`; none beyond the last.
     pub(super) fn of(&self, i: usize) -> &[HalfSpring] {
         match self.start.get(i..i + 2) {
             Some(range) => &self.half[range[0] as usize..range[1] as usize],

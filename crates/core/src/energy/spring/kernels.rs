@@ -7,7 +7,7 @@ use super::slots::Slots;
 use crate::lanes::{Kernel, Lanes, WIDTH};
 use crate::scalar::Compared;
 
-/// Keeps the reciprocal of a length finite; no spring of the scale of things is as short.
+/// Keeps the reciprocal of a length finite; no spring of a realistic scale is as short.
 const TINY: f64 = 1e-300;
 
 /// Blocks of vertices with their springs and positions.
@@ -35,7 +35,7 @@ pub(super) fn tension<L: Lanes, const D: usize>((stiffness, rest_length): (L, L)
     stiffness * ((l - rest_length) / l)
 }
 
-/// Writes the gradient on the vertices of each block over a row of `out`; gives whether all of it is finite.
+/// Writes the gradient on the vertices of each block to a row of `out`; returns whether all of it is finite.
 pub(super) struct SpringGradientKernel<'a, const D: usize, N: Neighbours<D>> {
     pub(super) of: SpringBlocks<'a, D, N>,
     pub(super) tensions: &'a mut N::Tensions,

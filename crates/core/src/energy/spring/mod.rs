@@ -26,22 +26,22 @@ use super::{EnergyKind, EnergyTerm, Fault, ForceLayout, Stencils, TermProperties
 use crate::lanes::dispatch;
 use crate::material::Psd;
 
-/// `E = 1/2 k (l - l0)^2` with `l = |x_1 - x_2|`; the gradient on `x_1` is `k (l - l0) (x_1 - x_2) / l`
-/// (lecture 9).
+/// Energy of linear springs: `E = 1/2 k (l - l0)^2` with `l = |x_1 - x_2|`; the gradient on `x_1` is `k (l -
+/// l0) (x_1 - x_2) / l` (lecture 9).
 ///
-/// In the language of elements: `F = (x_1 - x_2) / l0`, `Psi = mu (|F| - 1)^2`, `E = l0 Psi`, so `k = 2 mu /
-/// l0` (lecture 10). A spring of length zero has no direction and pulls with no force.
+/// As a one-dimensional element: `F = (x_1 - x_2) / l0`, `Psi = mu (|F| - 1)^2`, `E = l0 Psi`, so `k = 2 mu /
+/// l0` (lecture 10). A spring of length zero has no direction and exerts no force.
 ///
-/// Eight consecutive vertices are computed side by side, each with its own springs. Where they are numbered
-/// as on a grid the other ends lie side by side, too: they are loaded as they lie, and a tension is computed
-/// at the lower end of a spring and read at the upper one. Elsewhere the other ends are gathered, and both
-/// ends compute.
+/// Eight consecutive vertices are computed side by side, each with its own springs. If they are numbered as
+/// on a grid, the other ends are adjacent too: they are loaded directly, and a tension is computed at the
+/// lower end of a spring and read at the upper one. Otherwise the other ends are gathered, and both ends
+/// compute.
 pub struct Springs<const D: usize> {
     body: String,
-    /// Coordinates of the vertices from the first to the last with springs, in a flat array.
+    /// Range of the coordinates of the vertices from the first to the last with springs, in a flat array.
     coordinates: Range<usize>,
     layout: Layout<D>,
-    /// The springs one by one, once an implicit scheme has asked for them.
+    /// The springs one by one, once an implicit integrator has requested them.
     pairs: Vec<Spring>,
 }
 

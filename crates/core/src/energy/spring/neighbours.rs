@@ -1,11 +1,11 @@
-//! How the other ends of springs are found: what the kernels see of a layout.
+//! Interface of the kernels to a layout: lookup of the other ends of springs.
 
 use std::ops::Range;
 
 use super::slots::Slots;
 use crate::lanes::{Lanes, WIDTH};
 
-/// Vertices that are copied at once: few enough to stay in the second cache, enough for a task.
+/// Vertices copied per task: few enough to stay in the second-level cache.
 pub(super) const COPIED_AT_ONCE: usize = 2048;
 
 /// The other ends of the springs in every slot.

@@ -1,11 +1,11 @@
-//! Springs one by one, for their Hessians.
+//! Individual springs, for their Hessians.
 
 use crate::material::Psd;
 
 /// One spring.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Spring {
-    /// Its ends, global vertices.
+    /// Global vertices of its ends.
     pub(super) ends: [u32; 2],
     /// Stiffness [N/m].
     pub(super) stiffness: f64,
@@ -13,10 +13,10 @@ pub(super) struct Spring {
     pub(super) rest_length: f64,
 }
 
-/// Writes the blocks `00, 01, 11` of the Hessians: with `n = (x_1 - x_2)/l` it is
-/// `k (n n^T + (1 - l0/l) (I - n n^T))` at either end, and minus that between them. Across a compressed
-/// spring the second eigenvalue is negative: the projection leaves it out. Choi, Ko 2002, "Stable but
-/// responsive cloth", section 3.
+/// Writes the blocks `00, 01, 11` of the Hessians: with `n = (x_1 - x_2)/l` the block is `k (n n^T + (1 -
+/// l0/l) (I - n n^T))` at either end, and minus that between them. Across a compressed spring the second
+/// eigenvalue is negative: the projection removes it. Source: Choi, Ko 2002, "Stable but responsive cloth",
+/// section 3.
 pub(super) fn hessians<const D: usize>(springs: &[Spring], x: &[f64], psd: Psd, out: &mut [f64]) {
     let x = x.as_chunks::<D>().0;
     for (spring, out) in springs.iter().zip(out.chunks_exact_mut(3 * D * D)) {

@@ -1,5 +1,5 @@
-//! Vertex runs, for vertices numbered as on a grid: the other ends of eight springs lie side by side in
-//! memory, too.
+//! Vertex runs, for vertices numbered as on a grid: the other ends of eight springs are adjacent in memory,
+//! too.
 
 mod rings;
 
@@ -22,8 +22,8 @@ const ALL: u8 = u8::MAX;
 struct SpringRun {
     offset: i32,
     lanes: u8,
-    /// Where the ring begins that its tensions go through, from the lower ends to the upper; [`NO_RING`]:
-    /// both ends compute them.
+    /// Start of the ring buffer for its tensions, from the lower ends to the upper; [`NO_RING`]: both ends
+    /// compute them.
     ring: u32,
 }
 
@@ -34,13 +34,13 @@ impl SpringRun {
     }
 }
 
-/// The other ends in every slot. Of the slots of a block, those that are computed come before those whose
-/// tensions are read.
+/// The other ends in every slot. In each block, slots that are computed precede those whose tensions are
+/// read.
 #[derive(Debug)]
 pub(super) struct Runs {
     vertices: usize,
     runs: Vec<SpringRun>,
-    /// Of the slots of each block, how many are computed.
+    /// Number of computed slots of each block.
     computed: Vec<u32>,
     rings: SpringRings,
 }

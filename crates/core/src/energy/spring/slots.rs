@@ -26,9 +26,9 @@ pub(super) fn is_first_end(own: usize, neighbour: usize) -> bool {
 /// Stiffnesses [N/m].
 #[derive(Debug)]
 enum SlotStiffness {
-    /// Of all springs.
+    /// Common stiffness of all springs.
     Same(f64),
-    /// Of the springs in every slot; zero in lanes without a spring.
+    /// Stiffnesses of the springs in every slot; zero in lanes without a spring.
     Varying(Aligned),
 }
 
@@ -54,7 +54,7 @@ impl<L: Lanes> SlotConstants<'_, L> {
 }
 
 impl Slots {
-    /// No slots yet, with room for `count`, for springs of these stiffnesses.
+    /// No slots yet, with capacity for `count`, for springs of these stiffnesses.
     pub(super) fn new(stiffness: &[f64], count: usize) -> Self {
         let first = stiffness.first().copied().unwrap_or(0.0);
         let same = stiffness.iter().all(|k| *k == first);
@@ -92,7 +92,7 @@ impl Slots {
         self.start.push((self.rest_length.len() / WIDTH) as u32);
     }
 
-    /// Gives back what was allocated in vain.
+    /// Releases unused capacity.
     pub(super) fn shrink(&mut self) {
         self.start.shrink_to_fit();
         self.spring.shrink_to_fit();

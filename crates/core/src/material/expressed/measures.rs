@@ -1,4 +1,4 @@
-//! What a formula of an energy can be of, and the programs that it becomes.
+//! Strain measures that a formula of an energy density can use, and the programs compiled from it.
 
 use std::collections::HashMap;
 
@@ -24,12 +24,13 @@ const GREEN: usize = 27;
 pub(super) struct Programs {
     pub(super) energy: Program,
     pub(super) slopes: Program,
-    /// Of invariants: `psi_I1`, `psi_I2`, `psi_J`, then the second derivatives `I1 J`, `I2 J`, `J J`, `I1
-    /// I1`, `I1 I2`, `I2 I2`. Of stretches the matrix of second derivatives. Of components nothing.
+    /// Second derivatives. For invariants: `psi_I1`, `psi_I2`, `psi_J`, then the second derivatives `I1 J`,
+    /// `I2 J`, `J J`, `I1 I1`, `I1 I2`, `I2 I2`. For stretches: the matrix of second derivatives. For
+    /// components: nothing.
     pub(super) curvatures: Program,
 }
 
-/// What it is a formula of; of two forms, that of two dimensions is first.
+/// Kind of measures in the formula; of two forms, that of two dimensions is first.
 #[derive(Clone, Debug)]
 pub(super) enum Measures {
     Invariants(Programs),
@@ -37,27 +38,27 @@ pub(super) enum Measures {
     Components([Programs; 2]),
 }
 
-/// A formula that is ready to run.
+/// A compiled formula.
 #[derive(Clone, Debug)]
 pub(super) struct Compiled {
     pub(super) measures: Measures,
     /// True if the second invariant is in it.
     pub(super) has_second: bool,
-    /// True if it is not linear in the first two invariants.
+    /// True if the formula is not linear in the first two invariants.
     pub(super) bends: bool,
     /// True if a component of `F` itself is in it.
     pub(super) has_gradient: bool,
     pub(super) domain: Domain,
 }
 
-/// A formula with its numbers.
+/// A formula with its parameters.
 pub(super) struct FormulaSource<'s> {
     pub(super) psi: &'s str,
     pub(super) names: &'s [&'s str],
     pub(super) values: &'s [f64],
     /// Unit vectors.
     pub(super) fibres: &'s [[f64; 3]],
-    /// The index of the name that it is differentiated by, if it is.
+    /// Index of the parameter for a derivative, if it is one.
     pub(super) by: Option<usize>,
 }
 
@@ -67,7 +68,7 @@ struct Builder<'s> {
     source: &'s FormulaSource<'s>,
     formula: &'s Formula,
     dimension: usize,
-    /// What variables stand for that are no inputs.
+    /// Definitions of variables that are not inputs.
     definitions: HashMap<u16, NodeId>,
 }
 
@@ -122,7 +123,7 @@ impl Compiled {
 }
 
 impl Builder<'_> {
-    /// The formula, or its derivative by one of its numbers, given the measures.
+    /// The formula, or its derivative with respect to one of its parameters, given the measures.
     fn energy(&mut self, mut measures: Vec<NodeId>) -> Result<NodeId, EnergyMistake> {
         for (index, value) in self.source.values.iter().enumerate() {
             let mut number = self.graph.number(*value);
@@ -151,7 +152,7 @@ impl Builder<'_> {
         })
     }
 
-    /// Of `I1`, `I2` and `J`; true if it is not linear in the first two.
+    /// Compiles a formula of `I1`, `I2` and `J`; true if it is not linear in the first two.
     fn of_invariants(mut self) -> Result<(Programs, bool), EnergyMistake> {
         let mut measures = self.nothing();
         let [i1, i2, j] = [0, 1, 2].map(|variable| self.graph.variable(variable));
@@ -171,7 +172,7 @@ impl Builder<'_> {
         Ok((programs, bends))
     }
 
-    /// Of the principal stretches; the invariants are theirs.
+    /// Compiles a formula of the principal stretches; invariants are expressed by them.
     fn of_stretches(mut self) -> Result<Programs, EnergyMistake> {
         let mut measures = self.nothing();
         let graph = &mut self.graph;
@@ -205,7 +206,7 @@ impl Builder<'_> {
         })
     }
 
-    /// Of the components of `F`: the chain rule over the measures that the formula has.
+    /// Compiles a formula of the components of `F`, by the chain rule over the measures in the formula.
     fn of_components(mut self) -> Result<Programs, EnergyMistake> {
         let dimension = self.dimension;
         let inputs = dimension * dimension;

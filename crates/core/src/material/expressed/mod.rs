@@ -1,4 +1,4 @@
-//! Energies that a scene writes as formulas.
+//! Energy densities that a scene defines by formulas.
 
 mod measures;
 mod parameters;
@@ -32,7 +32,7 @@ use measures::{Compiled, Measures, Programs};
 /// of the first two lines) have the analytic eigensystem of the Hessian. The formula is compiled once, to a
 /// program of a few registers that runs on packs of elements.
 ///
-/// Defined for `J > 0` alone if the energy or its stress is not finite where `J <= 0`, else everywhere.
+/// The domain is `J > 0` if the energy or its stress is not finite where `J <= 0`, else every `F`.
 #[derive(Clone, Debug)]
 pub struct ExpressedEnergy {
     compiled: Arc<Compiled>,
@@ -50,7 +50,7 @@ impl Model for ExpressedEnergy {
         has_rest_shape: true,
     };
     /// # Panics
-    /// If the formula was not [checked](super::Parameters::check), and is none.
+    /// If the formula is invalid and was not [checked](super::Parameters::check).
     fn new(parameters: &EnergyExpression) -> Self {
         ExpressedEnergy { compiled: parameters.compiled().expect("parameters are checked before") }
     }

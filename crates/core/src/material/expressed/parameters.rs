@@ -1,4 +1,4 @@
-//! The table of an energy that is a formula.
+//! Scene table of an energy density that is a formula.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;

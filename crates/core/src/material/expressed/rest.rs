@@ -1,4 +1,4 @@
-//! Where an energy is defined, and what it is at rest.
+//! Domain of an expressed energy density, and its values in the reference configuration.
 
 use std::sync::Arc;
 
@@ -7,8 +7,8 @@ use super::{EnergyMistake, ExpressedEnergy};
 use crate::algebra::{Mat, symmetric_eigen};
 use crate::material::{Domain, Lame, Material, ParameterError, Psd, Tangent};
 
-/// How far the energy and the stress at rest may be from zero, in parts of the stiffness: many times the
-/// rounding, and less than any constant with few digits is off.
+/// Tolerance of the energy and the stress in the reference configuration, relative to the stiffness: many
+/// times the rounding, and less than the error of any constant given with few digits.
 const ROUNDING: f64 = 1e-10;
 
 impl Compiled {

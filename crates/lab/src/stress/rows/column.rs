@@ -1,4 +1,4 @@
-//! D13: a straight column under twice the load at which it buckles: at once near a singular matrix.
+//! D13: a straight column under twice its buckling load: a nearly singular matrix from the first step.
 
 use std::f64::consts::PI;
 

@@ -1,5 +1,5 @@
-//! K18: contact far from what it was made for: steps of a second, a barrier too soft and too stiff, a reach
-//! far below and far above a gap, bodies of other masses and stiffnesses.
+//! K18: contact far from its intended range: steps of a second, a barrier too soft and too stiff, an
+//! activation distance far below and far above a gap, bodies of different masses and stiffnesses.
 
 use pliant::simulation::Simulation;
 

@@ -1,4 +1,4 @@
-//! D1: steps from far below to far above what a body can be resolved with.
+//! D1: steps from far below to far above those that resolve a body's motion.
 
 use super::CaseDescription;
 use crate::stress::scenes::{self, Solid, beam, pinned_bar};

@@ -1,5 +1,5 @@
-//! D2: an explicit scheme below and above its limit: the one stays bounded, the other is stopped, with the
-//! step that would do.
+//! D2: an explicit integrator below and above its stability limit: below it the run stays bounded, above it
+//! the run is stopped with an error that names a stable step.
 
 use std::sync::atomic::AtomicBool;
 

@@ -1,4 +1,4 @@
-//! D8 and D10: meshes and numbers that cannot be. Each has an error of its own, which names the place.
+//! D8 and D10: invalid meshes and parameters. Each has its own error, which names the position.
 
 use super::CaseDescription;
 use crate::stress::scenes::try_assemble;

@@ -1,4 +1,4 @@
-//! D6: nearly incompressible: a cantilever under a unit shear at its end. Linear elements lock, quadratic
+//! D6: near incompressibility: a cantilever under a unit shear at its end. Linear elements lock, quadratic
 //! ones do not.
 
 use super::CaseDescription;

@@ -1,4 +1,4 @@
-//! D4 and D5: masses and stiffnesses in the ratio of a million.
+//! D4 and D5: mass and stiffness ratios of a million.
 
 use super::CaseDescription;
 use crate::stress::scenes::{self, assemble, largest_difference};

@@ -1,4 +1,4 @@
-//! D11: bars stretched tenfold and let go.
+//! D11: bars stretched tenfold and released.
 
 use super::CaseDescription;
 use crate::stress::scenes::{self, Solid};

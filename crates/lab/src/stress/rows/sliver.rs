@@ -1,4 +1,4 @@
-//! D7: elements that are almost flat, inside a patch.
+//! D7: nearly flat elements (slivers) inside a patch.
 
 use super::CaseDescription;
 use crate::stress::scenes::{self, assemble};

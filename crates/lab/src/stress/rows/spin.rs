@@ -1,5 +1,5 @@
-//! D12: a stiff square that spins freely: what is left of its angular momentum, its energy and its rest
-//! after one second.
+//! D12: a stiff square that spins freely: changes of its angular momentum, its energy and its shape after one
+//! second.
 
 use super::CaseDescription;
 use crate::stress::scenes::{self, Solid};

@@ -1,4 +1,4 @@
-//! D3: a bar whose end is turned, ten degrees in each step, and let go.
+//! D3: a bar whose end is turned by ten degrees in each step and then released.
 
 use std::f64::consts::PI;
 

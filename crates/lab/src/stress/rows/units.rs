@@ -1,5 +1,5 @@
-//! D9: other units: `u -> s u`, `v -> v` under `L -> s L`, `t -> s t`, `g -> g / s`; nothing changes under
-//! `E -> r E`, `rho -> r rho`.
+//! D9: invariance under changes of units: `u -> s u`, `v -> v` under `L -> s L`, `t -> s t`, `g -> g / s`; no
+//! change under `E -> r E`, `rho -> r rho`.
 
 use super::CaseDescription;
 use crate::stress::scenes::{self, Solid, beam};

@@ -1,16 +1,16 @@
-//! Axes: where ticks are and what is written beside them.
+//! Axes: positions and labels of ticks.
 
 use std::ops::Range;
 
 use pliant::quantity::Rounded;
 use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
 
-/// How numbers become places along an axis.
+/// Map from numbers to positions along an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AxisScale {
-    /// In proportion.
+    /// Linear scale.
     Linear,
-    /// By their logarithm, over as many decades as there are; numbers that are not positive have no place.
+    /// Logarithmic scale, over as many decades as there are; numbers that are not positive have no position.
     Log,
 }
 

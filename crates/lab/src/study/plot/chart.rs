@@ -20,9 +20,9 @@ const LONGEST_NAME: usize = 28;
 /// Quantity of an axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AxisSpec {
-    /// What, with its unit.
+    /// Quantity, with its unit.
     pub name: String,
-    /// How.
+    /// Scale of the axis.
     pub scale: AxisScale,
 }
 

@@ -1,4 +1,4 @@
-//! A table of cells, each in the colour of its state.
+//! Heat map: a table of cells, each in the colour of its state.
 
 use plotters::element::Rectangle;
 use plotters::style::text_anchor::{HPos, Pos, VPos};

@@ -1,4 +1,4 @@
-//! Places of labels beside points, so that none lies on another.
+//! Placement of labels next to points without overlap.
 
 /// Height of the letters, and of a line of them.
 pub(super) const HEIGHT: i32 = 10;

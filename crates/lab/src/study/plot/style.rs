@@ -1,4 +1,4 @@
-//! Colours, marks and letters.
+//! Colours, marks and fonts.
 
 use std::borrow::Cow;
 use std::iter::{Once, once};

@@ -1,4 +1,4 @@
-//! References by computing: two schemes of different families, each extrapolated to step zero, that must
+//! Numerical references: two integrators of different families, each extrapolated to step zero, that must
 //! agree.
 
 use super::super::plan::{Contender, TimeStepping};
@@ -11,7 +11,7 @@ use pliant::solver::SolverOptions;
 
 /// Refinements of one scheme at most.
 const MOST_LEVELS: usize = 14;
-/// No estimate below this is taken at its word: sums of many steps are rounded.
+/// Lower bound of error estimates: sums of many steps are rounded.
 const ROUNDING: f64 = 2e-14;
 
 /// Errors below this no longer fall because of rounding alone.

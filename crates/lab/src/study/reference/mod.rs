@@ -1,5 +1,5 @@
-//! References that runs are compared with: the exact solution where the problem has one, else one that
-//! independent schemes agree on.
+//! References for the errors of runs: the exact solution if the problem has one, otherwise a solution on
+//! which independent integrators agree.
 
 mod computed;
 mod kepler;
@@ -20,7 +20,7 @@ pub use store::key;
 pub struct Reference {
     /// Name that tells it from others: how it was found, and the [`key`] of the problem.
     pub id: String,
-    /// In words.
+    /// Description of the method.
     pub how: String,
     /// Its own error, estimated, relative as [`Errors`](super::Errors) are: of positions and of velocities,
     /// the larger.

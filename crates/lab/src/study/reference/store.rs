@@ -1,4 +1,4 @@
-//! References beside a report, so that they are found once.
+//! Storage of references next to a report, so that they are computed once.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,4 @@
-//! HTML.
+//! Report of a study as HTML.
 
 use super::super::ABOUT_ERRORS;
 use super::super::page::{Look, Page, TableCell};

@@ -1,4 +1,4 @@
-//! Markdown.
+//! Report of a study as Markdown.
 
 use std::fmt::Write;
 

@@ -1,5 +1,5 @@
-//! Reports: what a study has found, for people. One page of HTML that needs nothing else, one of Markdown
-//! beside its charts.
+//! Reports of the results of a study: one self-contained HTML page, and one page of Markdown with charts as
+//! files next to it.
 
 mod figures;
 mod html;

@@ -1,4 +1,4 @@
-//! Durations of impacts, and the schemes that gain energy in steps that are long beside them.
+//! Durations of impacts, and the integrators that gain energy if steps are long compared with them.
 
 use std::f64::consts::PI;
 

@@ -1,4 +1,4 @@
-//! Report of contact: what touches, by which laws, where numbers come from, and what stands out.
+//! Report of contact: bodies that can touch, contact parameters and their origin, and warnings.
 
 use pliant::quantity::{Rounded, counted};
 

@@ -17,8 +17,8 @@ impl<const D: usize, const N: usize> Pressure<D, N> {
     /// (P_j da/dx_i)^T`. Over a closed surface under uniform pressure the rest cancels, and the sum is
     /// exact.
     ///
-    /// A face alone has as much negative as positive curvature. Where the matrix shall have none, nothing is
-    /// written: Newton's method then takes pressure for a dead load.
+    /// A face alone has as much negative as positive curvature. With the projection nothing is written:
+    /// Newton's method then treats pressure as a dead load.
     pub(super) fn face_hessians(&self, faces: Range<usize>, x: &[f64], psd: Psd, out: &mut [f64]) {
         out.fill(0.0);
         if psd == Psd::Projected {

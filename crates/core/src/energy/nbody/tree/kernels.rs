@@ -1,4 +1,4 @@
-//! Action of the entries of a list on the particles of its group, on lanes: entries side by side, four
+//! Attraction of a group's particles by the entries of its list, on lanes: entries side by side, four
 //! particles at a time.
 
 use super::super::pair::{TARGETS, by_newton, difference, dot, interaction, inverse_root, load, splat};
@@ -8,11 +8,11 @@ use crate::lanes::{Kernel, Lanes, WIDTH};
 
 /// Sums over a list: `N` numbers for each particle, without `G` and the mass of the particle.
 pub(super) trait Law<const D: usize, const N: usize> {
-    /// True if directions matter.
+    /// True if the law uses directions.
     const DIRECTED: bool;
 
-    /// Adds what the particles of a pack do to a target `[position, direction]`; nothing where `others` is
-    /// false.
+    /// Adds the contributions of the particles of a pack to a target `[position, direction]`; nothing where
+    /// `others` is false.
     fn add_near<L: Lanes>(
         target: &[[L; D]; 2],
         pack: &ParticlePack<D>,
@@ -21,7 +21,7 @@ pub(super) trait Law<const D: usize, const N: usize> {
         newton: bool,
         sums: &mut [L; N],
     );
-    /// Adds what the nodes of a pack do.
+    /// Adds the contributions of the nodes of a pack.
     fn add_far<L: Lanes>(
         target: &[[L; D]; 2],
         pack: &TreeCells<D>,
@@ -53,7 +53,7 @@ fn moment_times<L: Lanes, const D: usize>(pack: &TreeCells<D>, d: &[L; D]) -> ([
     (product, trace)
 }
 
-/// `sum m d / r^3`, the gradient of the potential. A node of mass `M` and second moment `S` about its centre
+/// Gradient of the potential, `sum m d / r^3`. A node of mass `M` and second moment `S` about its centre
 /// of mass adds the gradient of its potential's expansion to second order, `M d / r^3 + (15/2 d.S d / r^7 -
 /// 3/2 tr S / r^5) d - 3 S d / r^5`, with `r^2 = d^2 + softening^2`.
 pub(super) struct Force;
@@ -183,7 +183,7 @@ impl<const D: usize> Law<D, 1> for Potential {
 pub(super) struct ListKernel<'a, Quantity, const D: usize, const N: usize> {
     pub(super) law: std::marker::PhantomData<Quantity>,
     pub(super) position: &'a [[f64; D]],
-    /// As many; read only by laws that want them.
+    /// Directions of the particles; read only by laws that use them.
     pub(super) direction: &'a [[f64; D]],
     pub(super) list: &'a List<D>,
     /// A multiple of [`WIDTH`].

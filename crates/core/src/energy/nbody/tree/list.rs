@@ -1,5 +1,5 @@
-//! Sources that attract the particles of a group: particles near by and, as a whole, nodes far away; in
-//! packs of eight.
+//! Interaction list of a group of particles: nearby particles, and distant nodes as a whole; in packs of
+//! eight.
 
 use super::super::pair::{Block, FAR};
 use super::octree::{GROUP, Octree, SYMMETRIC};
@@ -13,7 +13,7 @@ pub(super) struct ParticlePack<const D: usize> {
     pub(super) direction: Block<D>,
 }
 
-/// Eight nodes, as [`Node`](super::octree::Node) has them.
+/// Eight nodes, see [`Node`](super::octree::Node).
 #[derive(Clone, Copy)]
 pub(super) struct TreeCells<const D: usize> {
     pub(super) centre: Block<D>,
@@ -38,7 +38,7 @@ impl<const D: usize> TreeCells<D> {
 /// The list of one group.
 #[derive(Default)]
 pub(super) struct List<const D: usize> {
-    /// Beginning with the particles of the group itself, in their order.
+    /// Nearby particles, beginning with those of the group itself, in their order.
     pub(super) near: Vec<ParticlePack<D>>,
     near_count: usize,
     pub(super) far: Vec<TreeCells<D>>,
@@ -46,7 +46,7 @@ pub(super) struct List<const D: usize> {
 }
 
 impl<const D: usize> List<D> {
-    /// Makes the list of the group that is node `group`. `directed` where directions are wanted.
+    /// Builds the list of the group that is node `group`, with directions if `directed`.
     pub(super) fn collect(&mut self, tree: &Octree<D>, group: usize, directed: bool) {
         self.near.clear();
         self.far.clear();
@@ -70,7 +70,7 @@ impl<const D: usize> List<D> {
         }
     }
 
-    /// All particles near: the direct sum.
+    /// Lists all particles as near: the direct sum.
     pub(super) fn collect_all(&mut self, tree: &Octree<D>) {
         self.near.clear();
         self.far.clear();
@@ -115,8 +115,8 @@ impl<const D: usize> List<D> {
         self.far_count += 1;
     }
 
-    /// Bytes that a list of `n` particles takes at most, roughly, if boxes act as a whole below this opening
-    /// angle [rad]: what is in the cubes of twice its inverse about a group is near, and of each size of
+    /// Rough upper bound on the bytes of a list of `n` particles, if boxes act as a whole below this opening
+    /// angle [rad]: particles in the cubes of twice its inverse about a group are near, and of each size of
     /// boxes as many as fit there are far.
     pub(super) fn predicted_bytes(n: u64, opening_angle: f64) -> u64 {
         let boxes = (1.0 + 2.0 / opening_angle).powi(D as i32);

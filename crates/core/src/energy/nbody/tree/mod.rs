@@ -1,4 +1,4 @@
-//! Newtonian attraction by a tree: what is far away counts as a whole.
+//! Newtonian gravity by a tree code: distant groups of particles act as a whole.
 
 mod kernels;
 mod list;
@@ -14,7 +14,7 @@ use kernels::{Derivative, Force, Law, ListKernel, Potential};
 use list::List;
 use octree::Octree;
 
-/// Particles for which one more task pays, and tasks at most.
+/// Particles per task.
 const PARTICLES_PER_TASK: usize = 256;
 const MAX_TASKS: usize = 64;
 /// Particles whose force is compared with the direct sum.
@@ -31,20 +31,20 @@ struct TreeTask<const D: usize> {
     energy: f64,
 }
 
-/// The energy of [`NBody`](super::NBody), approximately, in a time that grows as `N log N`.
+/// Tree approximation of the energy of [`NBody`](super::NBody), in a time that grows as `N log N`.
 ///
-/// Particles are put into a tree of boxes (Barnes, Hut 1986, *Nature* 324). For each group of neighbouring
-/// particles the tree is walked once: boxes that appear under less than the opening angle act by their mass
-/// and quadrupole moment about their centre of mass, the others are opened, down to single particles. An
-/// opening angle towards zero gives the direct sum.
+/// The method is that of Barnes, Hut 1986, *Nature* 324. The tree is traversed once for each group of
+/// neighbouring particles: boxes that appear under less than the opening angle act by their mass and
+/// quadrupole moment about their centre of mass, the others are opened, down to single particles. In the
+/// limit of a zero opening angle the result is the direct sum.
 ///
-/// Two particles do not act on each other with exactly opposite forces, because one may meet the other as a
-/// part of a box: the total momentum drifts by the error of the force, and so does the energy, whose
-/// gradient the force is only up to that error. What the error is, [`force_error`](Self::force_error)
-/// measures.
+/// Two particles do not act on each other with exactly opposite forces, because one may interact with a box
+/// that contains the other. The total momentum therefore drifts by the error of the force, and so does the
+/// energy, whose gradient the force is only up to that error. [`force_error`](Self::force_error) measures the
+/// error.
 ///
-/// The tree depends on the positions alone, and each particle's sum on its list alone: the same bits for any
-/// number of threads.
+/// The tree depends on the positions alone, and each particle's sum on its list alone: the result is
+/// bit-identical for any number of threads.
 pub struct TreeGravity<const D: usize> {
     vertices: Vec<u32>,
     mass: Vec<f64>,
@@ -68,7 +68,7 @@ pub struct ForceError {
     pub samples: usize,
     /// Root of the mean square of `|f - f_direct| / |f_direct|`.
     pub relative_rms: f64,
-    /// Largest of these.
+    /// Largest of these relative errors.
     pub relative_max: f64,
 }
 
@@ -103,8 +103,8 @@ impl<const D: usize> TreeGravity<D> {
         }
     }
 
-    /// Bytes that the tree of `n` particles with this opening angle [rad] takes, roughly, the lists of all
-    /// tasks included.
+    /// Rough estimate of the bytes of the tree of `n` particles with this opening angle [rad], the lists of
+    /// all tasks included.
     pub fn predicted_bytes(n: u64, opening_angle: f64) -> u64 {
         let tasks = (n / PARTICLES_PER_TASK as u64).clamp(1, MAX_TASKS as u64);
         // Indices, masses, keys; six arrays of vectors; a node for every eight particles; all particles in
@@ -115,7 +115,7 @@ impl<const D: usize> TreeGravity<D> {
             + tasks * List::<D>::predicted_bytes(n, opening_angle)
     }
 
-    /// Builds the tree for `x`, unless it stands.
+    /// Builds the tree for `x`, unless it is up to date.
     fn build(&mut self, x: &[f64]) {
         gather(&mut self.next_position, &self.vertices, x);
         if self.next_position == self.position {
@@ -157,8 +157,8 @@ impl<const D: usize> TreeGravity<D> {
         ListKernel { law: PhantomData, position, direction, list, first, softening2: self.softening2, out }
     }
 
-    /// Sums a vector over the list of every particle and leaves it, times `G m`, in `gradient`; whether all
-    /// are finite.
+    /// Sums a vector over the list of every particle and stores it, times `G m`, in `gradient`; returns
+    /// whether all sums are finite.
     fn sum_vectors<Q: Law<D, D>>(&mut self, run: impl Fn(ListKernel<'_, Q, D, D>) + Sync) -> bool {
         self.for_each_task(|this, task| {
             task.sums.clear();
@@ -267,9 +267,9 @@ impl<const D: usize> EnergyTerm for TreeGravity<D> {
         }
     }
 
-    /// Boxes that count as a whole act by their mass alone and move with the mean of their particles: in the
-    /// largest eigenvalue, the work of close neighbours, an error of the size of the force's (of 20,000
-    /// particles in a disk, at 0.5: one part in a thousand).
+    /// Adds approximate products: boxes that act as a whole use their mass alone and move with the mean of
+    /// their particles. The largest eigenvalue comes from close neighbours; its error is of the size of the
+    /// force's (for 20,000 particles in a disk, at 0.5: one part in a thousand).
     fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) {
         self.build(x);
         let mut direction = std::mem::take(&mut self.next_position);

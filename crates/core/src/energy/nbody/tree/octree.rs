@@ -1,8 +1,8 @@
-//! Particles in a tree of boxes with their mass moments, along a space-filling curve.
+//! Octree of particles with the mass moments of its nodes, ordered along a space-filling curve.
 
-/// Particles in a leaf at most, unless they are all at one place.
+/// Maximum number of particles in a leaf, unless they are all at one position.
 const LEAF: usize = 16;
-/// Particles that share a list of what attracts them, at most.
+/// Maximum number of particles that share an interaction list.
 pub(super) const GROUP: usize = 48;
 
 /// Number of the independent components of a symmetric matrix in three dimensions; in two, the first three
@@ -17,10 +17,10 @@ pub(super) const fn symmetric_index(a: usize, b: usize) -> usize {
     high * (high + 1) / 2 + low
 }
 
-/// A box and what is in it.
+/// A node: a box and the moments of its particles.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Node<const D: usize> {
-    /// Its particles, in the order of the tree.
+    /// Range of its particles, in the order of the tree.
     pub(super) begin: usize,
     pub(super) end: usize,
     /// The node after this one and all its descendants, which follow it.
@@ -30,12 +30,12 @@ pub(super) struct Node<const D: usize> {
     pub(super) centre: [f64; D],
     /// `sum_j m_j d d^T` with `d` from the centre of mass.
     pub(super) moment: [f64; SYMMETRIC],
-    /// Mean of the directions by mass, for products with the Hessian.
+    /// Mass-weighted mean of the directions, for products with the Hessian.
     pub(super) direction: [f64; D],
     /// The smallest box around its particles.
     low: [f64; D],
     high: [f64; D],
-    /// Square of the distance from the centre of mass beyond which it is taken as a whole.
+    /// Squared distance from the centre of mass beyond which the node acts as a whole.
     reach2: f64,
 }
 
@@ -44,7 +44,7 @@ impl<const D: usize> Node<D> {
         self.next == index + 1
     }
 
-    /// True if all particles of `group` are far enough away to take this node as a whole. False where a
+    /// True if all particles of `group` are far enough away for this node to act as a whole. False if a
     /// coordinate is NaN.
     pub(super) fn is_far_from(&self, group: &Self) -> bool {
         let mut distance2 = 0.0;
@@ -56,7 +56,7 @@ impl<const D: usize> Node<D> {
     }
 }
 
-/// See the module.
+/// Octree, see the module.
 #[derive(Default)]
 pub(super) struct Octree<const D: usize> {
     /// Index of the particle at each place of the order.
@@ -65,9 +65,9 @@ pub(super) struct Octree<const D: usize> {
     pub(super) position: Vec<[f64; D]>,
     pub(super) mass: Vec<f64>,
     pub(super) direction: Vec<[f64; D]>,
-    /// In depth-first order, the root first.
+    /// Nodes in depth-first order, the root first.
     pub(super) nodes: Vec<Node<D>>,
-    /// Nodes of at most `GROUP` particles (more only at one place) that have all particles between them, in
+    /// Nodes of at most `GROUP` particles (more only at one position) that together contain all particles, in
     /// order.
     pub(super) groups: Vec<usize>,
     keys: Vec<(u64, u32)>,
@@ -93,9 +93,9 @@ impl<const D: usize> Octree<D> {
     /// Bits of a key for each component.
     const LEVELS: u32 = 63 / D as u32;
 
-    /// The tree of particles at `position` of masses `mass`; a node of longest edge `s`, whose centre of
-    /// mass is `a` from its middle, is taken as a whole from `s / opening_angle + a` on (Barnes, in:
-    /// Greengard et al., eds., 1994). What it was before does not matter to the result.
+    /// Builds the tree of particles at `position` of masses `mass`. A node of longest edge `s`, whose centre
+    /// of mass is `a` from its middle, acts as a whole from `s / opening_angle + a` on (Barnes, in: Greengard
+    /// et al., eds., 1994). The result does not depend on the previous tree.
     pub(super) fn build(&mut self, position: &[[f64; D]], mass: &[f64], opening_angle: f64) {
         // From the order of the last step: nearly sorted, it is sorted faster.
         if self.keys.len() != position.len() {
@@ -124,7 +124,7 @@ impl<const D: usize> Octree<D> {
         }
     }
 
-    /// Sorts the particles `begin..end` along the curve through the smallest box around them, and makes
+    /// Sorts the particles `begin..end` along the curve through the smallest box around them, and creates
     /// their nodes.
     fn split_box(&mut self, position: &[[f64; D]], begin: usize, end: usize) {
         let keys = &mut self.keys[begin..end];
@@ -147,7 +147,7 @@ impl<const D: usize> Octree<D> {
         self.split_key(position, begin, end, Self::LEVELS);
     }
 
-    /// Makes the nodes of the particles `begin..end`, whose keys agree above the lowest `levels` digits.
+    /// Creates the nodes of the particles `begin..end`, whose keys agree above the lowest `levels` digits.
     fn split_key(&mut self, position: &[[f64; D]], begin: usize, end: usize, levels: u32) {
         let mut levels = levels;
         let keys = &self.keys[begin..end];

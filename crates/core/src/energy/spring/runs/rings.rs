@@ -1,13 +1,13 @@
-//! Rings: where tensions lie from when the lower ends of springs compute them until the upper ends read them.
+//! Ring buffers of tensions: the lower ends of springs compute them, the upper ends read them later.
 
 use std::collections::BTreeMap;
 
 use crate::lanes::{Lanes, WIDTH};
 
-/// Of a run without a ring.
+/// Marks a run without a ring.
 pub(super) const NO_RING: u32 = u32::MAX;
 
-/// Numbers in all rings of a task at most: they are to stay in the second cache.
+/// Maximum number of values in all rings of a task, so that they stay in the second-level cache.
 const MOST_NUMBERS: usize = 1 << 16;
 
 /// A ring is there for a class of springs in at least one of as many blocks.
@@ -19,7 +19,7 @@ const RARE: usize = 16;
 pub(super) struct Class {
     /// Number of the upper end minus that of the lower.
     pub(super) offset: u32,
-    /// How many come before it between the same vertices.
+    /// Number of springs before it between the same vertices.
     pub(super) rank: usize,
 }
 
@@ -50,7 +50,7 @@ impl SpringRings {
         rings
     }
 
-    /// Where the ring of a class begins among the numbers of all, or [`NO_RING`].
+    /// Start of the ring of a class in the memory of all rings, or [`NO_RING`].
     pub(super) fn of(&self, class: Class) -> u32 {
         self.classes.binary_search(&class).map_or(NO_RING, |ring| (ring * self.stride()) as u32)
     }
@@ -85,7 +85,7 @@ pub(super) struct Tensions<'a> {
 }
 
 impl Tensions<'_> {
-    /// Where the tension of vertex `from + offset` is, in the ring that begins at `ring`.
+    /// Index of the tension of vertex `from + offset`, in the ring that begins at `ring`.
     #[inline(always)]
     fn place(&self, ring: u32, from: usize, offset: i32) -> usize {
         // In 32 bits: the length divides their number of values, and the compiler sees that a few more do

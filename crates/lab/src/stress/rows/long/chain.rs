@@ -1,4 +1,4 @@
-//! A chain of rings that hang in each other, and how often closed curves are linked, by Gauss's integral.
+//! A chain of interlinked rings, and the linking number of closed curves by Gauss's integral.
 
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write;

@@ -1,4 +1,4 @@
-//! Scenes that fall: a ball on points, a sheet on knives and at a sheet, rings that hang in each other.
+//! Falling bodies: a ball on points, a sheet on knives and at a sheet, interlinked rings.
 
 use super::LongCase;
 use super::chain::LinkedRings;

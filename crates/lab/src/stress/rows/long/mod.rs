@@ -1,6 +1,6 @@
 //! K18-long: contact through hundreds and thousands of steps, in scenes that take from seconds to many hours
-//! each. [`ABOUT`] has their criteria; `setups` and `chain` are shared with `tests/contact`, which has the
-//! same scenes in small sizes, and know no module beside them.
+//! each. [`ABOUT`] has their criteria. `setups` and `chain` are shared with `tests/contact`, which has the
+//! same scenes in small sizes; they depend on no sibling module.
 
 mod chain;
 mod falling;

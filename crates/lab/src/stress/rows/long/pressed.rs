@@ -1,4 +1,4 @@
-//! Bodies that are pressed: a ball between plates, a small cube below a large one.
+//! Compressed bodies: a ball between plates, a small cube below a large one.
 
 use super::LongCase;
 use super::run::LongRun;

@@ -1,4 +1,4 @@
-//! Steps of long scenes, each looked at.
+//! Runs of long scenes with checks after every step.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

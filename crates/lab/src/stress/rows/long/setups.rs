@@ -1,4 +1,4 @@
-//! Texts of scenes that break programs of contact, in any size.
+//! Texts of scenes that challenge contact solvers, in any size.
 
 use std::f64::consts::PI;
 use std::fmt::Write;

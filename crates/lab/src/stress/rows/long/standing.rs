@@ -1,4 +1,4 @@
-//! Structures that stand by friction: cards, cubes, an arch; and falls where there is too little of it.
+//! Structures that stand by friction: cards, cubes, an arch; and their collapse if friction is too small.
 
 use std::fmt::Write;
 

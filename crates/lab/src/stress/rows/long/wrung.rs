@@ -1,4 +1,4 @@
-//! Bodies that are wrung: a mat, four rods, by ends that turn against each other.
+//! Twisted bodies: a mat, four rods, whose ends turn against each other.
 
 use super::LongCase;
 use super::run::LongRun;
