@@ -16,8 +16,8 @@ const LAMBDA: f64 = 60.0;
 const BRANCH: f64 = 120.0;
 const TIME: f64 = 0.07;
 
-/// `psi = mu/2 (tr C - 2 - 2 ln J) + lambda/2 ln^2 J + a k/8 |C - Z|^2` with `a = 1 / (1 + s/tau)`: the strain
-/// `Z` of the dashpot follows `C` by implicit Euler, `C - Z' = a (C - Z)`.
+/// `psi = mu/2 (tr C - 2 - 2 ln J) + lambda/2 ln^2 J + a k/8 |C - Z|^2` with `a = 1 / (1 + s/tau)`: the
+/// strain `Z` of the dashpot follows `C` by implicit Euler, `C - Z' = a (C - Z)`.
 struct Maxwell;
 
 /// `C - Z`, entries 11, 22 and 12.

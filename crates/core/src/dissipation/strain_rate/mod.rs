@@ -74,8 +74,8 @@ impl Viscosity {
 /// `C = beta K`, `K` the stiffness of linear elasticity, which gives a mode of angular frequency `omega` the
 /// damping ratio `beta omega / 2`.
 ///
-/// Elements `E` of `N` vertices in `D` dimensions: [`points`](Self::points) and [`cells`](Self::cells) integrate
-/// `R` each by a rule of their own.
+/// Elements `E` of `N` vertices in `D` dimensions: [`points`](Self::points) and [`cells`](Self::cells)
+/// integrate `R` each by a rule of their own.
 pub struct StrainRate<const D: usize, const N: usize, E> {
     body: String,
     viscosity: Viscosity,
