@@ -278,7 +278,7 @@ impl<M: Material<D>, const D: usize, const AUTODIFF: bool> Kernel for StressKern
 
 /// The matrix of pairs `(a, b)`.
 #[inline(always)]
-fn both<S: Scalar, const D: usize>(a: &Mat<S, D>, b: &Mat<S, D>) -> Mat<Pair<S>, D> {
+pub(super) fn both<S: Scalar, const D: usize>(a: &Mat<S, D>, b: &Mat<S, D>) -> Mat<Pair<S>, D> {
     Mat(Pair::zip_rows(&a.0, &b.0))
 }
 

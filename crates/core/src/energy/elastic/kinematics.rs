@@ -169,7 +169,9 @@ pub(super) fn edges_at<S: Scalar, const D: usize, const N: usize>(x: &[[S; D]; N
 
 /// `[x_1 - x_0, ..., x_R - x_0]` in columns.
 #[inline(always)]
-fn edges<S: Scalar, const D: usize, const R: usize, const N: usize>(x: &[[S; D]; N]) -> Tangents<S, D, R> {
+pub(super) fn edges<S: Scalar, const D: usize, const R: usize, const N: usize>(
+    x: &[[S; D]; N],
+) -> Tangents<S, D, R> {
     let mut edges = [[S::zero(); R]; D];
     for i in 0..D {
         for a in 0..R {
@@ -376,7 +378,7 @@ fn weighted<L: Lanes, const D: usize, const R: usize>(
 
 /// The gradients at the vertices of a linear element, given `H`.
 #[inline(always)]
-fn vertex_gradients<L: Lanes, const D: usize, const R: usize, const N: usize>(
+pub(super) fn vertex_gradients<L: Lanes, const D: usize, const R: usize, const N: usize>(
     h: &Tangents<L, D, R>,
 ) -> [[L; D]; N] {
     let mut g = [[L::zero(); D]; N];

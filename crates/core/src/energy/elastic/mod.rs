@@ -12,6 +12,7 @@ mod kernels;
 mod kinematics;
 mod membrane;
 mod predicted;
+mod simplex;
 mod solid;
 
 use std::ops::Range;
@@ -31,6 +32,7 @@ use block::BlockMaterial;
 use kernels::ExtremesKernel;
 use kinematics::edges_at;
 pub(crate) use kinematics::{BLOCKS, Kinematics, gather, scatter};
+use simplex::{Fused, SimplexForces};
 pub(crate) use solid::SolidElements;
 use solid::extremes;
 
@@ -52,6 +54,8 @@ pub struct Elastic<const D: usize, const N: usize> {
     body: String,
     material: Box<dyn BlockMaterial<D>>,
     stress: Stress,
+    /// Forces of linear elements whose stress has a closed form, in one kernel.
+    fused: Option<Box<dyn SimplexForces<D, N>>>,
     elements: Kinematics<D, D, N>,
     workspace: Workspace<D>,
     /// Factor of the energy density of each element, in the order of the mesh; empty where all are 1. It is
@@ -70,7 +74,7 @@ impl<const D: usize, const N: usize> Elastic<D, N> {
     ///
     /// # Panics
     /// If `N` is not `D + 1`, or an element has no positive area or volume: meshes are checked before.
-    pub fn linear<M: Material<D> + Material<3>>(
+    pub fn linear<M: Material<D> + Material<3> + Clone>(
         body: &str,
         material: M,
         stress: Stress,
@@ -78,7 +82,11 @@ impl<const D: usize, const N: usize> Elastic<D, N> {
         rest: &[f64],
     ) -> Self {
         assert_eq!(order::<D, N>(), 1, "a linear simplex has one vertex more than dimensions");
-        Self::on_blocks(body, Box::new(material), stress, elements, rest)
+        let fused: Option<Box<dyn SimplexForces<D, N>>> = match stress {
+            Stress::Analytic => Some(Box::new(Fused(material.clone()))),
+            Stress::Autodiff => None,
+        };
+        Self { fused, ..Self::on_blocks(body, Box::new(material), stress, elements, rest) }
     }
 
     /// Quadratic elements, likewise: corners first, then the vertices in the middle of the edges.
@@ -114,6 +122,7 @@ impl<const D: usize, const N: usize> Elastic<D, N> {
             nearly_incompressible: predicted::is_nearly_incompressible(&*material),
             material,
             stress,
+            fused: None,
             workspace: Workspace::new(&elements.patches),
             elements,
             factors: vec![],
@@ -190,8 +199,11 @@ impl<const D: usize, const N: usize> EnergyTerm for Elastic<D, N> {
     }
 
     fn evaluate(&mut self, x: &[f64]) -> bool {
-        let Elastic { elements, material, workspace, stress, .. } = self;
+        let Elastic { elements, material, fused, workspace, stress, .. } = self;
         elements.patches.evaluate(workspace, x, None, |patch, scratch| {
+            if let Some(fused) = &*fused {
+                return fused.add(&elements.patches, &elements.rest, patch, scratch);
+            }
             let mut blocks = [Block::ZERO; BLOCKS];
             for piece in elements.pieces(patch) {
                 let f = piece.deform(&scratch.position, &mut blocks);

@@ -284,3 +284,27 @@ fn fibres_turn_with_the_axes_of_the_material() {
     turned_axes_turn_fibres::<2, 6>([3, 2]);
     turned_axes_turn_fibres::<3, 10>([2, 1, 1]);
 }
+
+/// The fused kernel is an override: it gives what kinematics and law give one after the other, to the bit.
+fn fused<const D: usize, const N: usize>(cells: [usize; D]) {
+    let grid =
+        pliant_mesh::spec::GridSpec { cells: cells.to_vec(), spacing: Some(0.1), ..Default::default() };
+    let mesh = pliant_mesh::build(&pliant_mesh::spec::MeshSpec::Grid(grid), D, ".".as_ref()).unwrap();
+    let mut term =
+        Elastic::<D, N>::linear("block", material(), Stress::Analytic, &mesh.elements::<N>(), &mesh.points);
+    let x = deformed::<D>(&mesh.points);
+    let mut forces = [(); 2].map(|()| vec![0.0; x.len()]);
+    for forces in &mut forces {
+        assert!(term.evaluate(&x));
+        term.add_rows(0, forces);
+        term.fused = None;
+    }
+    assert!(forces[0].iter().any(|force| force.abs() > 1.0));
+    assert_eq!(forces[0], forces[1]);
+}
+
+#[test]
+fn fused_forces_are_those_of_kinematics_and_law() {
+    fused::<2, 3>([7, 5]);
+    fused::<3, 4>([4, 3, 3]);
+}
