@@ -38,7 +38,7 @@ const NODES: [[f64; 3]; 27] = [
 
 const POINTS: [([f64; 3], f64); 27] = products(&THREE);
 
-const SLOPES: [[[f64; 3]; 27]; 27] = at_points(&NODES, true, &POINTS);
+static SLOPES: [[[f64; 3]; 27]; 27] = at_points(&NODES, true, &POINTS);
 
 const KIND: CellKind = CellKind {
     name: "hex27",

@@ -243,7 +243,7 @@ fn gradients_go_through_the_history() {
 fn tangents_are_refused() {
     let mut run = simulation("rk4", false);
     let still = vec![0.0; run.positions().len()];
-    let direction = RunDirection { position: &still, velocity: &still, parameters: &vec![] };
+    let direction = RunDirection { position: &still, velocity: &still, parameters: &[] };
     let refused = tangent_along(&mut run, 2, direction, &mut [], &mut |_, _| {}).unwrap_err();
     assert!(
         matches!(&refused, GradientError::Unsupported { what, .. } if what.contains("remember")),
