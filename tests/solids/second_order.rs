@@ -13,6 +13,13 @@ use pliant::energy::elastic::points_of;
 use pliant_mesh::Mesh;
 use pliant_mesh::spec::{BodyMesh, CellOrder};
 
+/// A load by the places at rest.
+type LoadOf<'a> = &'a dyn Fn(&[f64]) -> Vec<f64>;
+
+/// What is done at each point: vertices, point, shape functions and place.
+type PointVisitor<'a, const D: usize, const N: usize> =
+    &'a mut dyn FnMut(&[u32; N], &QuadraturePoint<D, N>, [f64; N], [f64; D]);
+
 const KINDS: [(usize, Kind); 4] =
     [(2, Kind::Lagrange), (2, Kind::Serendipity), (3, Kind::Lagrange), (3, Kind::Serendipity)];
 
@@ -140,7 +147,7 @@ fn a_slender_cantilever_of_six_cells_bends_and_twists_as_another_program_has_it(
             let solid = block(kind, &[6, 1, 1], &[6.0, width, height], place, 0.3, 1e7);
             let rest = solid.probe().rest();
             let area = width * height;
-            let loads: [&dyn Fn(&[f64]) -> Vec<f64>; 3] =
+            let loads: [LoadOf<'_>; 3] =
                 [&|_| vec![0.0, 1.0 / area, 0.0], &|_| vec![0.0, 0.0, 1.0 / area], &|x| {
                     vec![0.0, -(x[2] - 0.05) / polar, (x[1] - 0.1) / polar]
                 }];
@@ -264,7 +271,7 @@ impl CellVisitor for Errors<'_> {
         let (rest, cells) = (&self.mesh.points, self.mesh.block().unwrap().of::<N>());
         let rule = mass_rule::<D, N>();
         let mut loads = vec![0.0; rest.len()];
-        let each = |visit: &mut dyn FnMut(&[u32; N], &QuadraturePoint<D, N>, [f64; N], [f64; D])| {
+        let each = |visit: PointVisitor<'_, D, N>| {
             for vertices in cells {
                 let nodes = points_of::<D, N>(rest, vertices);
                 for (at, weight) in &rule {
@@ -504,7 +511,9 @@ fn files_of_gmsh_vtk_and_abaqus_keep_the_nodes_of_second_order() {
         }
     };
     type Write<'a> = Box<dyn Fn(&[Vec<f64>]) -> String + 'a>;
-    let cases: Vec<(&str, usize, Vec<Vec<usize>>, &str, Write)> = vec![
+    /// Name of the cells, dimension, cells, name of the file, and its writer.
+    type Case<'a> = (&'a str, usize, Vec<Vec<usize>>, &'a str, Write<'a>);
+    let cases: Vec<Case<'_>> = vec![
         ("quad8", 4, around.to_vec(), "msh", Box::new(gmsh(16))),
         ("quad9", 4, [around.to_vec(), whole(4)].concat(), "msh", Box::new(gmsh(10))),
         ("hex20", 8, gmsh_edges.clone(), "msh", Box::new(gmsh(17))),
