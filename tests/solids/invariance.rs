@@ -6,7 +6,8 @@ use serde_json::Value;
 use crate::support::largest_difference;
 use crate::support::solid::{KINDS, Kind, Probe, Solid, affine, every_material, shaken};
 
-/// Of second order fewer cells: as many vertices. A row of boxes of `hex20` has motions without energy.
+/// Kinds of second order have fewer cells, for as many vertices. A row of boxes of `hex20` has motions
+/// without energy.
 fn grid(dimension: usize, kind: Kind, elastic: &Value) -> Solid {
     let cells = match kind {
         Kind::Serendipity => [2, 2, 1],

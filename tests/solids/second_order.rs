@@ -16,7 +16,7 @@ use pliant_mesh::spec::{BodyMesh, CellOrder};
 /// A load by the places at rest.
 type LoadOf<'a> = &'a dyn Fn(&[f64]) -> Vec<f64>;
 
-/// What is done at each point: vertices, point, shape functions and place.
+/// Visitor of each point: vertices, point, shape functions and place.
 type PointVisitor<'a, const D: usize, const N: usize> =
     &'a mut dyn FnMut(&[u32; N], &QuadraturePoint<D, N>, [f64; N], [f64; D]);
 

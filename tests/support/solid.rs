@@ -151,9 +151,9 @@ pub(crate) enum Kind {
     Order(u8),
     /// Quadrilaterals and hexahedra.
     Whole,
-    /// Those of second order with all their nodes.
+    /// Quadrilaterals and hexahedra of second order with all their nodes.
     Lagrange,
-    /// Those of second order with nodes in the middle of edges alone.
+    /// Quadrilaterals and hexahedra of second order with nodes in the middle of edges alone.
     Serendipity,
 }
 

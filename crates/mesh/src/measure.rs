@@ -150,7 +150,7 @@ impl CellVisitor for Consistent<'_> {
     }
 }
 
-/// As [`Lumped`], of second order.
+/// Lumped masses of cells of second order.
 struct SecondOrderLumped<'a> {
     mesh: &'a Mesh,
     block: &'a CellBlock,
@@ -165,7 +165,7 @@ impl CellVisitor for SecondOrderLumped<'_> {
     }
 }
 
-/// As [`Consistent`], of second order.
+/// Consistent masses of cells of second order.
 struct SecondOrderConsistent<'a> {
     mesh: &'a Mesh,
     block: &'a CellBlock,

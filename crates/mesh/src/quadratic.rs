@@ -124,18 +124,18 @@ impl Mesh {
         if of_simplices || self.blocks.iter().any(|block| block.kind.order() == 2) { 2 } else { 1 }
     }
 
-    /// The same mesh with a node in the middle of every edge of its cells, shared between the cells that meet
-    /// there, and of the faces of hexahedra, and of quadrilaterals and hexahedra themselves. Vertices keep
-    /// their numbers; the new ones follow in the lexicographic order of their edges, then of the corners of
-    /// their faces, then in that of their cells. Groups gain the nodes in the middle of their cells. A mesh
-    /// of second order is returned as it is.
+    /// Returns the mesh with a node in the middle of every edge of its cells, shared between the cells that
+    /// meet there, and of the faces of hexahedra, and of quadrilaterals and hexahedra themselves. Vertices
+    /// keep their numbers; the new ones follow in the lexicographic order of their edges, then of the corners
+    /// of their faces, then in that of their cells. Groups gain the nodes in the middle of their cells. A
+    /// mesh of second order is returned as it is.
     ///
     /// A mesh whose vertices and edges together are more than 2^32 - 1 cannot be numbered: `None`.
     pub fn promoted_to_quadratic(&self) -> Option<Mesh> {
         self.promoted(false)
     }
 
-    /// The same with nodes in the middle of edges alone.
+    /// Returns the mesh of second order with nodes in the middle of edges alone.
     pub fn promoted_to_serendipity(&self) -> Option<Mesh> {
         self.promoted(true)
     }

@@ -59,7 +59,7 @@ impl MeshSize {
     /// plane, with one hole at most; in space `E = V + T + B/2` and less with `B` faces on the boundary, `B
     /// <= 2 T` in all but heaps of loose tetrahedra, and `E <= 6 T` there.
     ///
-    /// Of quadrilaterals `E = V + T` likewise, of hexahedra `E <= V + 2 T + B/2` with at most `3 T + B/2`
+    /// Quadrilaterals have `E = V + T` likewise, hexahedra `E <= V + 2 T + B/2` with at most `3 T + B/2`
     /// faces, `B <= 6 T`, and a node in each cell.
     fn quadratic(self, serendipity: bool) -> MeshSize {
         if self.blocks > 0 {

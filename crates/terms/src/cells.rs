@@ -44,7 +44,7 @@ pub fn change_of_cells(
 /// see [`TurningCells`](pliant::energy::elastic::TurningCells). Of first order.
 ///
 /// # Panics
-/// As [`cells`], if the cells are of second order, and if there are no axes or not as many turns.
+/// If [`cells`] panics, if the cells are of second order, and if there are no axes or not as many turns.
 pub fn turning_cells(
     material: &MaterialSpec,
     kind: &CellKind,
@@ -58,7 +58,7 @@ pub fn turning_cells(
 /// [`ShapedCells`](pliant::energy::elastic::ShapedCells). Of first order.
 ///
 /// # Panics
-/// As [`cells`], and if the cells are of second order.
+/// If [`cells`] panics, and if the cells are of second order.
 pub fn shaped_cells(
     material: &MaterialSpec,
     kind: &CellKind,

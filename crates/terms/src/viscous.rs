@@ -19,19 +19,19 @@ pub struct ViscousSet<'a> {
     pub rest: &'a [f64],
 }
 
-/// Viscosity of simplices of so many nodes, of first and second order, as [`StrainRate::points`] has it.
+/// Viscosity of simplices of this order, 1 or 2, as [`StrainRate::points`] has it.
 ///
 /// # Panics
 /// If the cells are not whole ones.
 pub fn viscous_simplices(
     viscosity: Viscosity,
-    nodes: usize,
+    order: usize,
     set: &ViscousSet<'_>,
 ) -> Box<dyn DissipativeTerm> {
-    match (set.dimension, nodes) {
-        (2, 3) => viscous_points::<2, 3>(viscosity, set),
+    match (set.dimension, order) {
+        (2, 1) => viscous_points::<2, 3>(viscosity, set),
         (2, _) => viscous_points::<2, 6>(viscosity, set),
-        (_, 4) => viscous_points::<3, 4>(viscosity, set),
+        (_, 1) => viscous_points::<3, 4>(viscosity, set),
         _ => viscous_points::<3, 10>(viscosity, set),
     }
 }

@@ -99,7 +99,7 @@ impl CellBlock {
         self.vertices.chunks_exact(self.kind.nodes)
     }
 
-    /// The same cells by their corners alone.
+    /// Returns the cells of first order with the same corners.
     #[must_use]
     pub fn of_first_order(&self) -> CellBlock {
         let Some(kind) = self.kind.of_first_order() else { return self.clone() };
@@ -151,7 +151,7 @@ pub struct Isoparametric<const D: usize, const N: usize> {
     /// Quadrature points of energy, of first order of mass too, with weights whose sum is the volume of the
     /// reference cell.
     pub points: &'static [([f64; D], f64)],
-    /// Of second order the slopes at these points, as kernels read them.
+    /// Slopes of the shape functions at these points for kernels, of cells of second order alone.
     pub slopes_at_points: &'static [[[f64; D]; N]],
 }
 
@@ -284,7 +284,8 @@ macro_rules! cells {
                 if self.order() == 1 { self.visit_first(visitor) } else { self.visit_second(visitor) }
             }
 
-            /// As [`visit`](Self::visit), of first order alone: what a visitor does is compiled for no other.
+            /// Visits the cell as [`visit`](Self::visit) does, of first order alone: the visitor is compiled
+            /// for no other.
             ///
             /// # Panics
             /// If the kind is not registered or of second order.
@@ -297,7 +298,7 @@ macro_rules! cells {
                 unreachable!("{} is not registered in first order", self.name)
             }
 
-            /// As [`visit`](Self::visit), of second order alone.
+            /// Visits the cell as [`visit`](Self::visit) does, of second order alone.
             ///
             /// # Panics
             /// If the kind is not registered or of first order.

@@ -52,7 +52,7 @@ pub(crate) use quadrature::point_content;
 pub(crate) use shape::is_simplex;
 pub use simplex::{SimplexPack, simplex_rest};
 pub use state::ElementState;
-pub(crate) use tangents::{Tangents, times, transpose_times};
+pub(crate) use tangents::{Tangents, edges, times, transpose_times};
 
 /// Description of an element, for `pliant list elements`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]

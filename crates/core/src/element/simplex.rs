@@ -6,9 +6,9 @@
 //! 2012, *FEM Simulation of 3D Deformable Solids*, section 4.1, with the reference vertex first instead of
 //! last).
 
+use super::tangents::edges;
 use crate::algebra::Mat;
 use crate::lanes::{Lanes, WIDTH};
-use crate::scalar::Scalar;
 
 /// Rest data of `WIDTH` simplices, laid out for vector loads.
 #[derive(Clone, Debug)]
@@ -22,21 +22,9 @@ pub struct SimplexPack<const D: usize> {
 
 /// `D_m^-1` and the signed rest area or volume of the simplex with these vertices.
 pub fn simplex_rest<const D: usize, const N: usize>(points: &[[f64; D]; N]) -> (Mat<f64, D>, f64) {
-    let rest = edge_matrix(points);
+    let rest = Mat(edges(points));
     let factorial = if D == 2 { 2.0 } else { 6.0 };
     (rest.inverse(), rest.determinant() / factorial)
-}
-
-/// `[x_1 - x_0, ..., x_D - x_0]` in columns.
-#[inline(always)]
-fn edge_matrix<S: Scalar, const D: usize, const N: usize>(x: &[[S; D]; N]) -> Mat<S, D> {
-    let mut m = Mat::zero();
-    for i in 0..D {
-        for a in 0..D {
-            m[i][a] = x[a + 1][i] - x[0][i];
-        }
-    }
-    m
 }
 
 impl<const D: usize> SimplexPack<D> {

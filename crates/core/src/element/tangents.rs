@@ -7,6 +7,20 @@ use crate::scalar::Scalar;
 /// A `D x R` matrix, `m[row][column]`.
 pub(crate) type Tangents<S, const D: usize, const R: usize> = [[S; R]; D];
 
+/// `[x_1 - x_0, ..., x_R - x_0]` in columns.
+#[inline(always)]
+pub(crate) fn edges<S: Scalar, const D: usize, const R: usize, const N: usize>(
+    x: &[[S; D]; N],
+) -> Tangents<S, D, R> {
+    let mut edges = [[S::zero(); R]; D];
+    for i in 0..D {
+        for a in 0..R {
+            edges[i][a] = x[a + 1][i] - x[0][i];
+        }
+    }
+    edges
+}
+
 /// `A B`.
 #[inline(always)]
 pub(crate) fn times<S: Scalar, const D: usize, const R: usize>(

@@ -105,7 +105,7 @@ pub trait ElementTerm {
         None
     }
 
-    /// What they remember of earlier steps.
+    /// Returns the history of the elements, if their law remembers earlier steps.
     fn history(&self) -> Option<&dyn HistoryTerm> {
         None
     }
@@ -227,7 +227,7 @@ pub trait Driven {
         0.0
     }
 
-    /// What it remembers of earlier steps, to be changed.
+    /// Returns the history of the term, if its law remembers earlier steps.
     fn history_mut(&mut self) -> Option<&mut dyn HistoryTerm> {
         None
     }

@@ -155,7 +155,7 @@ impl Simulation {
     /// Rejects a snapshot with another number of values, or with one that is not finite.
     pub(super) fn ensure_fits(&self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
         let (expected, d) = (self.state.x().len(), self.system.dimension());
-        let (found, remembered) = (snapshot.history.len(), self.system.history().len());
+        let (found, remembered) = (snapshot.history.len(), self.system.history_len());
         if found != remembered {
             return Err(SnapshotError::History { found, expected: remembered });
         }

@@ -22,10 +22,14 @@ impl System {
         self.remembering().flat_map(|term| term.history()).collect()
     }
 
+    /// Number of entries of the [history](Self::history).
+    pub fn history_len(&self) -> usize {
+        self.remembering().map(|term| term.history_len()).sum()
+    }
+
     /// Sets the history at the time `time` [s]; returns false without changes if the count does not fit.
     pub fn set_history(&mut self, mut numbers: &[f64], time: f64) -> bool {
-        let known: usize = self.remembering().map(|term| term.history_len()).sum();
-        if numbers.len() != known {
+        if numbers.len() != self.history_len() {
             return false;
         }
         for term in self.remembering_mut() {

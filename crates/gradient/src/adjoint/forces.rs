@@ -70,7 +70,7 @@ impl<'a> Sums<'a> {
         let zero = || vec![0.0; system.inverse_mass().len()];
         let some = system.constraints().iter().any(turns);
         let turning = some.then(|| TurningStarts { by_starts: zero(), x_bar: zero(), v_bar: zero() });
-        Sums { turning, history: vec![0.0; system.history().len()], ..self }
+        Sums { turning, history: vec![0.0; system.history_len()], ..self }
     }
 }
 

@@ -11,7 +11,7 @@ use pliant_scene::{Body, DampingSpec, OneOrMany};
 use pliant_terms::{ElementSet, ViscousSet};
 
 use super::materials::{isotropic, rates_by_poisson, young};
-use super::{Places, has_linear_elements};
+use super::{Places, order};
 
 /// Directions of the first axes, and of the second ones, if any.
 type AxisVectors = (Vec<[f64; 3]>, Option<Vec<[f64; 3]>>);
@@ -108,8 +108,7 @@ impl Places<'_> {
         let set = ViscousSet { body: &body.name, dimension, cells: &cells, rest: &rest };
         match body.blocks.first() {
             Some(block) => pliant_terms::change_of_viscous_cells(change, about, block.kind, &set),
-            None if has_linear_elements(body) => pliant_terms::viscous_simplices(change, dimension + 1, &set),
-            None => pliant_terms::viscous_simplices(change, 4 * dimension - 2, &set),
+            None => pliant_terms::viscous_simplices(change, order(body) as usize, &set),
         }
     }
 

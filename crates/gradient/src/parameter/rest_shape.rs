@@ -271,7 +271,7 @@ fn viscous<const D: usize>(viscosity: Viscosity, a: &Mat<f64, D>) -> Mat<f64, D>
 }
 
 impl<const D: usize, const N: usize> RestShape<D, N> {
-    /// Of simplices and of cells of second order.
+    /// Creates the shapes of simplices and of cells of second order.
     fn elements(of: &ShapedElements<'_>, vertices: &[u32]) -> Self {
         let elements = of.cells.as_chunks::<N>().0;
         let is_linear = order::<D, N>() == 1;

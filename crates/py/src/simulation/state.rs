@@ -129,8 +129,8 @@ impl PySimulation {
 
     /// list of dict: The bodies: ``name``, ``kind``, ``vertices`` (first, and one behind the last), and
     /// their cells by rows of vertex numbers: ``edges``, ``triangles``, ``tetrahedra``, ``quadrilaterals``,
-    /// ``hexahedra``, of second order ``quad8``, ``quad9``, ``hex20``, ``hex27``, ``surface``, and the nodes in
-    /// the middle of the edges of triangles and tetrahedra of second order.
+    /// ``hexahedra``, of second order ``quad8``, ``quad9``, ``hex20``, ``hex27``, ``surface``, and the nodes
+    /// in the middle of the edges of triangles and tetrahedra of second order.
     #[getter]
     fn bodies<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
         let topology = self.lock()?.topology.clone();

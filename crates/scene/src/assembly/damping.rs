@@ -101,8 +101,7 @@ impl BodyAssembly {
             let Viscosity { shear, second } = viscosity;
             viscous_membrane(Viscosity { shear: h * shear, second: h * second }, &set)
         } else {
-            let nodes = if self.mesh.order() == 1 { D + 1 } else { 4 * D - 2 };
-            viscous_simplices(viscosity, nodes, &set)
+            viscous_simplices(viscosity, self.mesh.order(), &set)
         })
     }
 }

@@ -43,7 +43,7 @@ const NEARLY_FULL: f64 = 0.499;
 /// From here on cells are said to be too stiff in bending.
 const EXCESS: f64 = 1.5;
 
-/// What does not lock.
+/// Advice: elements that do not lock.
 const REMEDY: &str =
     "`order = 2` in the body does not lock, nor do quadrilaterals (in 3D hexahedra) in place of simplices";
 
@@ -90,7 +90,7 @@ fn of_body(spec: &Body, body: &BodyAssembly) -> Vec<String> {
     warnings
 }
 
-/// Of cells of second order that are nearly incompressible and fully integrated.
+/// Warns of cells of second order that are nearly incompressible and fully integrated.
 fn nearly_locked(body: &BodyAssembly, block: &CellBlock, material: &MaterialSpec) -> Option<String> {
     // With nodes in the middle of faces and cells every point of full integration is one.
     let serendipity = block.kind.of_first_order()?.of_second_order(true)?;

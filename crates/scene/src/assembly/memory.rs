@@ -17,8 +17,8 @@ const BYTES_PER_ELEMENT: u64 = 250;
 const BYTES_PER_QUADRATIC_ELEMENT: u64 = 700;
 /// The same for quadrilaterals and hexahedra, which have rest data at 4 and 8 points.
 const BYTES_PER_CELL: [u64; 2] = [700, 2400];
-/// The same of second order: 9 and 27 points of ten numbers, and the map from faces to their nodes while the
-/// mesh is made.
+/// Bytes per cell of second order: 9 and 27 points of ten numbers, and the map from faces to their nodes
+/// while the mesh is made.
 const BYTES_PER_QUADRATIC_CELL: [u64; 2] = [2200, 7000];
 /// Bytes per element of a muscle: fibres at its points, places of these, indices, patch rows, directions.
 const BYTES_PER_MUSCLE_ELEMENT: u64 = 250;

@@ -458,13 +458,14 @@ fn cost(method: &Documentation) -> String {
 /// Cells of a body of cells that are no simplices.
 fn whole_cells(body: &BodyAssembly) -> Option<String> {
     let block = body.mesh.block().filter(|_| body.elastic)?;
-    let (cells, points) = (block.kind.plural, block.kind.quadrature_points());
-    Some(format!(
-        "{cells} in `{}`: the material is evaluated at {} in each{}",
-        body.name,
-        counted(points as u64, "point", "points"),
-        if block.kind.order() == 1 { ", with one change of volume" } else { "" }
-    ))
+    let how = match block.kind.order() {
+        1 => "once in each, beside an energy of its hourglass modes".into(),
+        _ => {
+            let points = counted(block.kind.quadrature_points() as u64, "point", "points");
+            format!("at {points} in each")
+        }
+    };
+    Some(format!("{} in `{}`: the material is evaluated {how}", block.kind.plural, body.name))
 }
 
 /// The most curved element of all bodies, if any side is.

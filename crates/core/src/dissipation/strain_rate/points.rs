@@ -1,9 +1,9 @@
-//! Simplices of first and second order, solids and sheets in space.
+//! Elements with points of quadrature: simplices, cells of second order, and sheets in space.
 
 use super::{StrainRate, Viscosity, ViscousElements};
 use crate::algebra::Mat;
-use crate::element::{Tangents, quadrature_position, reference_gradients, times, transpose_times};
-use crate::energy::elastic::{BLOCKS, Block, Kinematics};
+use crate::element::{Tangents, times, transpose_times};
+use crate::energy::elastic::{BLOCKS, Block, Kinematics, rest_gradients};
 use crate::energy::patch::{Patch, Patches, Scratch};
 use crate::lanes::{Kernel, Lanes, Portable, WIDTH, dispatch};
 
@@ -58,10 +58,7 @@ impl<const D: usize, const R: usize, const N: usize> ViscousElements<D, N> for V
         out: &mut [f64],
     ) {
         for (q, (f, inverse, weight)) in self.0.at_points(x, vertices, lane).enumerate() {
-            let reference = reference_gradients::<R, N>(&quadrature_position::<R, N>(q));
-            let gradient =
-                reference.map(|g| std::array::from_fn(|j| (0..R).map(|l| g[l] * inverse[l][j]).sum()));
-            viscosity.add_blocks(weight, &gradient, &f, out);
+            viscosity.add_blocks(weight, &rest_gradients::<R, N>(q, &inverse), &f, out);
         }
     }
 

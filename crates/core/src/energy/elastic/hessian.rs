@@ -15,7 +15,7 @@ use std::ops::Range;
 
 use super::Elastic;
 use super::block::{Block, SpectrumBlock};
-use super::kinematics::{Kinematics, edges_at};
+use super::kinematics::{Kinematics, edges_at, rest_gradients};
 use super::predicted::add_excess;
 use crate::algebra::{Mat, signed_svd, symmetric_eigen_of_lanes};
 use crate::element::{
@@ -33,7 +33,7 @@ const MOST_ENTRIES: usize = 96;
 /// The same of a tetrahedron of second order.
 const MOST_QUADRATIC_ENTRIES: usize = 496;
 
-/// The same of a hexahedron of 27 nodes.
+/// Numbers in the Hessian of a hexahedron of 27 nodes.
 const MOST_CELL_ENTRIES: usize = 3408;
 
 /// Positions of the nodes of the elements of a pack.
@@ -74,8 +74,8 @@ pub(super) fn fill<const D: usize, const N: usize>(
     }
 }
 
-/// As [`fill`], for models that know their spectrum: with room for `WORK` points at a time, and for `MOST`
-/// numbers in the Hessian of an element with several.
+/// Writes the Hessians as [`fill`] does, for models that know their spectrum: with room for `WORK` points at
+/// a time, and for `MOST` numbers in the Hessian of an element with several.
 fn fill_by_spectrum<const D: usize, const N: usize, const WORK: usize, const MOST: usize>(
     elements: &Elastic<D, N>,
     stencils: Range<usize>,
@@ -407,30 +407,19 @@ fn fill_by_tangent<const D: usize, const N: usize>(
     (psd, from): (Psd, Option<&[f64]>),
     out: &mut [f64],
 ) {
-    let Elastic { material, elements: Kinematics { patches, rest }, .. } = elements;
-    let count = quadrature_count::<D, N>();
+    let Elastic { material, elements: kinematics, .. } = elements;
     let pairs = N * (N + 1) / 2;
-    let lanes = patches.lanes_in(stencils).zip(out.chunks_exact_mut(pairs * D * D));
+    let lanes = kinematics.patches.lanes_in(stencils).zip(out.chunks_exact_mut(pairs * D * D));
     for ((vertices, pack, lane), out) in lanes {
         out.fill(0.0);
-        let before = from.map(|from| elements.points(from, &vertices, pack, lane));
-        for (q, [dx, inverse]) in elements.points(x, &vertices, pack, lane).into_iter().enumerate() {
-            let weight = rest[pack * count + q].lane(lane).1;
-            let f = dx.mul(&inverse);
+        let mut before = from.map(|from| kinematics.at_points(from, &vertices, (pack, lane)));
+        for (q, (f, inverse, weight)) in kinematics.at_points(x, &vertices, (pack, lane)).enumerate() {
+            let f = Mat(f);
             let mut tangent = material.tangent(&f, psd);
-            if let Some(before) = &before {
-                let from = before[q][0].mul(&inverse);
-                add_excess(&**material, elements.stress, [&from, &f], &mut tangent);
+            if let Some((from, ..)) = before.as_mut().and_then(Iterator::next) {
+                add_excess(&**material, elements.stress, [&Mat(from), &f], &mut tangent);
             }
-            // Gradients of the shape functions, grad N_a = J^-T dN_a/dxi.
-            let reference = reference_gradients::<D, N>(&quadrature_position::<D, N>(q));
-            let mut gradient = [[0.0; D]; N];
-            for a in 0..N {
-                for j in 0..D {
-                    gradient[a][j] = (0..D).map(|l| reference[a][l] * inverse[l][j]).sum();
-                }
-            }
-            add_blocks(&tangent, weight, &gradient, out);
+            add_blocks(&tangent, weight, &rest_gradients::<D, N>(q, &inverse), out);
         }
     }
 }

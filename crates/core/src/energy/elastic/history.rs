@@ -12,10 +12,10 @@
 use std::ops::Range;
 
 use super::hessian::add_blocks;
-use super::kinematics::{BLOCKS, Kinematics};
+use super::kinematics::{BLOCKS, Kinematics, rest_gradients};
 use super::{Block, points_of};
 use crate::algebra::{Dual, Mat};
-use crate::element::{Barycentric, ElementState, quadrature_count, quadrature_position, reference_gradients};
+use crate::element::{Barycentric, ElementState, quadrature_count};
 use crate::energy::patch::Workspace;
 use crate::energy::{
     Driven, ElementTerm, EnergyKind, EnergyTerm, Fault, HistoryTerm, Stencils, TermProperties, TermViews,
@@ -91,6 +91,25 @@ impl<const D: usize, const N: usize, const H: usize, L: HistoryLaw<D, H>> Rememb
         }
     }
 
+    /// State of an element at the means of the deformation gradients and of the histories of its points. The
+    /// stress out of the plane in 2D is not known: NaN.
+    fn state(&self, x: &[f64], vertices: &[u32; N], lane: (usize, usize)) -> ElementState {
+        let part = 1.0 / quadrature_count::<D, N>() as f64;
+        let (mut f, mut past) = (Mat::zero(), [0.0; H]);
+        for point in self.points(x, vertices, lane) {
+            f += point.f.scale(part);
+            past.iter_mut().zip(point.past).for_each(|(mean, number)| *mean += part * number);
+        }
+        let (mut deformation_gradient, mut first_piola) = (Mat::identity(), Mat::diagonal(&[f64::NAN; 3]));
+        let stress = stress(&self.law, &f, &past, self.since());
+        for i in 0..D {
+            deformation_gradient[i][..D].copy_from_slice(&f[i]);
+            first_piola[i][..D].copy_from_slice(&stress[i]);
+        }
+        let energy_density = self.law.psi(&f, &past, self.since());
+        ElementState { deformation_gradient, first_piola, energy_density, plane: D == 2 }
+    }
+
     fn points(
         &self,
         x: &[f64],
@@ -100,9 +119,7 @@ impl<const D: usize, const N: usize, const H: usize, L: HistoryLaw<D, H>> Rememb
         let first = pack * quadrature_count::<D, N>();
         let points = self.elements.at_points(x, vertices, (pack, lane)).enumerate();
         points.map(move |(q, (f, inverse, weight))| {
-            let reference = reference_gradients::<D, N>(&quadrature_position::<D, N>(q));
-            let gradients = reference
-                .map(|slope| std::array::from_fn(|j| (0..D).map(|l| slope[l] * inverse[l][j]).sum()));
+            let gradients = rest_gradients::<D, N>(q, &inverse);
             let past = self.past[first + q].map(|lanes| lanes[lane]);
             HistoryPoint { f: Mat(f), gradients, weight, past }
         })
@@ -328,32 +345,17 @@ impl<const D: usize, const N: usize, const H: usize, L: HistoryLaw<D, H>> Elemen
         self.elements.patches.stencils().count()
     }
 
-    /// The mean of the deformation gradients and of the histories of its points. The stress out of the plane
-    /// in 2D is not known: NaN.
     fn each_state(&self, x: &[f64], visit: &mut dyn FnMut(usize, ElementState)) {
         for (element, vertices, pack, lane) in self.elements.patches.stencils() {
-            let points: Vec<_> = self.points(x, &vertices, (pack, lane)).collect();
-            let part = 1.0 / points.len() as f64;
-            let (mut f, mut past) = (Mat::zero(), [0.0; H]);
-            for point in &points {
-                f += point.f.scale(part);
-                past.iter_mut().zip(point.past).for_each(|(mean, number)| *mean += part * number);
-            }
-            let (mut whole, mut first_piola) = (Mat::identity(), Mat::diagonal(&[f64::NAN; 3]));
-            let stress = stress(&self.law, &f, &past, self.since());
-            for i in 0..D {
-                whole[i][..D].copy_from_slice(&f[i]);
-                first_piola[i][..D].copy_from_slice(&stress[i]);
-            }
-            let energy_density = self.law.psi(&f, &past, self.since());
-            let plane = D == 2;
-            visit(element, ElementState { deformation_gradient: whole, first_piola, energy_density, plane });
+            visit(element, self.state(x, &vertices, (pack, lane)));
         }
     }
 
-    /// The same everywhere in the element.
+    /// The state is taken as the same everywhere in the element.
     fn state_at(&self, x: &[f64], element: usize, _: &Barycentric) -> Option<ElementState> {
-        self.element_states(x).into_iter().nth(element)
+        let mut stencils = self.elements.patches.stencils();
+        let (_, vertices, pack, lane) = stencils.find(|(number, ..)| *number == element)?;
+        Some(self.state(x, &vertices, (pack, lane)))
     }
 
     fn history(&self) -> Option<&dyn HistoryTerm> {

@@ -12,45 +12,25 @@ use super::block::Block;
 use super::{centroids, points_of};
 use crate::algebra::Mat;
 use crate::element::{
-    MOST_POINTS, QuadraticGradients, QuadraticPositions, SimplexPack, Tangents, jacobian, order,
-    point_content, quadrature_count, quadrature_position, times,
+    MOST_POINTS, QuadraticGradients, QuadraticPositions, SimplexPack, Tangents, edges, jacobian, order,
+    point_content, quadrature_count, quadrature_position, reference_gradients, times,
 };
 use crate::energy::patch::{PackIndex, Patch, Patches};
-use crate::lanes::{
-    Kernel, Lanes, RowSlice, WIDTH, dispatch, dispatch_compact, filled, prefetch, prefetch_early,
-};
+use crate::lanes::{Kernel, Lanes, RowSlice, WIDTH, dispatch, dispatch_compact, filled};
 use crate::numbering::along_curve;
 use crate::scalar::Scalar;
 
-/// Blocks of a piece of elements with few points.
+/// Blocks of a piece of elements with few points: few enough to stay in the first cache, enough to make the
+/// call of the law free.
 const ENOUGH: usize = 16;
 
 /// Blocks that there is room for: those of one pack of any element.
 pub(crate) const BLOCKS: usize = MOST_POINTS;
 
-/// Packs of a piece of linear elements: with more of them their data leave the first cache, and fewer do not
-/// hide the call of the law, which costs more beside the little work of a triangle.
-const fn linear_packs<const R: usize>() -> usize {
-    if R == 2 { 8 } else { 4 }
-}
-
-/// Packs that are asked for ahead: the second cache takes about as long as these take to compute.
-const AHEAD: usize = 4;
-/// Packs that are asked for ahead of the second cache: memory, when it is busy, takes about as long as these.
-const FAR_AHEAD: usize = 12;
-
-/// Packs from which on the data of linear elements are asked for ahead: they exceed the second cache, and the
-/// law between two passes keeps the processor from reaching them early.
-const ASKED_FROM: usize = 1 << 10;
-
 /// Packs of a piece.
 const fn packs_at_once<const R: usize, const N: usize>() -> usize {
     let points = quadrature_count::<R, N>();
-    match order::<R, N>() {
-        1 => linear_packs::<R>(),
-        _ if points > ENOUGH => 1,
-        _ => ENOUGH / points,
-    }
+    if points > ENOUGH { 1 } else { ENOUGH / points }
 }
 
 /// Elements in patches, with the data at rest of their quadrature points.
@@ -109,7 +89,7 @@ impl<const D: usize, const R: usize, const N: usize> Kinematics<D, R, N> {
             .map(move |first| ElementPiece { of: self, packs: first..end.min(first + at_once) })
     }
 
-    /// `F` at the quadrature points of one element, with the inverse of `J` there and the weight.
+    /// `F` at the quadrature points of one element, with `J^-1` there and the weight.
     pub(crate) fn at_points(
         &self,
         x: &[f64],
@@ -161,24 +141,20 @@ fn tangents_at<S: Scalar, const D: usize, const R: usize, const N: usize>(
     if order::<R, N>() == 1 { edges(x) } else { as_tangents(&QuadraticPositions::new(*x).at(q)) }
 }
 
-/// The same of a solid.
+/// `dx/dxi` at quadrature point `q` of a solid.
 #[inline(always)]
 pub(super) fn edges_at<S: Scalar, const D: usize, const N: usize>(x: &[[S; D]; N], q: usize) -> Mat<S, D> {
     Mat(tangents_at(x, q))
 }
 
-/// `[x_1 - x_0, ..., x_R - x_0]` in columns.
-#[inline(always)]
-pub(super) fn edges<S: Scalar, const D: usize, const R: usize, const N: usize>(
-    x: &[[S; D]; N],
-) -> Tangents<S, D, R> {
-    let mut edges = [[S::zero(); R]; D];
-    for i in 0..D {
-        for a in 0..R {
-            edges[i][a] = x[a + 1][i] - x[0][i];
-        }
-    }
-    edges
+/// The slopes of the shape functions by rest coordinates at quadrature point `q`, `J^-T dN_a/dxi` [1/m], of
+/// an element with this `J^-1` there.
+pub(crate) fn rest_gradients<const R: usize, const N: usize>(
+    q: usize,
+    inverse: &Mat<f64, R>,
+) -> [[f64; R]; N] {
+    let reference = reference_gradients::<R, N>(&quadrature_position::<R, N>(q));
+    reference.map(|slope| std::array::from_fn(|j| (0..R).map(|l| slope[l] * inverse[l][j]).sum()))
 }
 
 /// The entries of a square matrix where `R = D`, as curved elements have it.
@@ -193,7 +169,7 @@ fn as_tangents<S: Scalar, const D: usize, const R: usize>(m: &Mat<S, D>) -> Tang
     t
 }
 
-/// The same the other way.
+/// The square matrix with these entries where `R = D`, as curved elements have it.
 #[inline(always)]
 fn as_square<S: Scalar, const D: usize, const R: usize>(t: &Tangents<S, D, R>) -> Mat<S, D> {
     let mut m = Mat::zero();
@@ -224,12 +200,6 @@ impl<'a, const D: usize, const R: usize, const N: usize> ElementPiece<'a, D, R, 
 
     fn rest(&self) -> &'a [SimplexPack<R>] {
         &self.of.rest[self.blocks()]
-    }
-
-    /// The first pack after which others are asked for ahead; beyond the end where they lie in the second
-    /// cache.
-    fn first_to_ask(&self) -> usize {
-        if self.of.rest.len() >= ASKED_FROM { self.packs.start } else { self.of.rest.len() }
     }
 
     /// Deformation gradients of positions, or of a direction, in which they are linear.
@@ -310,14 +280,7 @@ impl<const D: usize, const R: usize, const N: usize> Kernel for DeformationKerne
     #[inline(always)]
     fn run<L: Lanes>(self) {
         let points = quadrature_count::<R, N>();
-        let Kinematics { patches, rest: all } = self.piece.of;
-        let mut ahead = self.piece.first_to_ask();
         for (pack, f) in self.piece.packs.clone().zip(self.f.chunks_exact_mut(points)) {
-            if order::<R, N>() == 1 {
-                prefetch(all, ahead + AHEAD);
-                prefetch(&patches.index, ahead + AHEAD);
-                ahead += 1;
-            }
             self.piece.of.deform_pack::<L>(pack, self.rows, f);
         }
     }
@@ -336,14 +299,9 @@ impl<const D: usize, const R: usize, const N: usize> Kernel for ForceKernel<'_, 
     #[inline(always)]
     fn run<L: Lanes>(self) {
         let points = quadrature_count::<R, N>();
-        let Kinematics { patches, rest: all } = self.piece.of;
-        let mut ahead = self.piece.first_to_ask();
         let packs = self.piece.rest().chunks_exact(points).zip(self.stress.chunks_exact(points));
         for (index, (rest, stress)) in self.piece.index().iter().zip(packs) {
             if order::<R, N>() == 1 {
-                prefetch_early(all, ahead + FAR_AHEAD);
-                prefetch_early(&patches.index, ahead + FAR_AHEAD);
-                ahead += 1;
                 scatter(
                     self.gradient,
                     index,

@@ -8,7 +8,6 @@ mod collapse;
 mod factors;
 mod hessian;
 mod history;
-mod kernels;
 mod kinematics;
 mod membrane;
 mod predicted;
@@ -29,12 +28,11 @@ pub use membrane::{Membrane, Sheet};
 
 pub(crate) use block::Block;
 use block::BlockMaterial;
-use kernels::ExtremesKernel;
 use kinematics::edges_at;
-pub(crate) use kinematics::{BLOCKS, Kinematics, gather, scatter};
+pub(crate) use kinematics::{BLOCKS, Kinematics, gather, rest_gradients, scatter};
 use simplex::{Fused, SimplexForces};
 pub(crate) use solid::SolidElements;
-use solid::extremes;
+use solid::{ExtremesKernel, extremes};
 
 use super::patch::Workspace;
 use super::{

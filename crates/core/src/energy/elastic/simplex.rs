@@ -6,9 +6,9 @@
 //! is compiled for every material and instruction set, as nothing else is.
 
 use super::block::{Block, both, stress_of_lane};
-use super::kinematics::{edges, gather, scatter, vertex_gradients};
+use super::kinematics::{gather, scatter, vertex_gradients};
 use crate::algebra::Mat;
-use crate::element::SimplexPack;
+use crate::element::{SimplexPack, edges};
 use crate::energy::patch::{PackIndex, Patch, Patches, Scratch};
 use crate::lanes::{Kernel, Lanes, Pair, RowSlice, Rows, WIDTH, dispatch, prefetch, prefetch_early};
 use crate::material::Material;

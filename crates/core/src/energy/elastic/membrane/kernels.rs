@@ -53,7 +53,7 @@ impl Kernel for FactorKernel<'_> {
     }
 }
 
-/// The same of `F`, and of its changes `dF` by `dQ` and `dG`.
+/// Overwrites each `F` by its `Q` and each change `dF` by `dQ`, and writes `G` and `dG`.
 pub(super) struct FactorRateKernel<'a> {
     pub(super) f: &'a mut [Block<3, 2>],
     pub(super) df: &'a mut [Block<3, 2>],
