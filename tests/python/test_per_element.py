@@ -149,7 +149,7 @@ HEXAHEDRA = {"body.0.mesh": {"grid": {"cells": [4, 1], "spacing": 0.1, "element"
         (
             {**HEXAHEDRA, "body.0.elastic_factor": 0.5},
             pliant.SceneError,
-            "is for triangles and tetrahedra, and these are quadrilaterals",
+            "is for triangles, tetrahedra and cells of `order = 2`, and these are quadrilaterals",
         ),
         ({"body.rope.elastic.young": YOUNG}, KeyError, "rope"),
     ],
