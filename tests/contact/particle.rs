@@ -13,8 +13,7 @@ use pliant_contact::barrier::{Barrier, PotentialForm};
 use pliant_contact::candidates::BodyPairs;
 use pliant_contact::energy::ContactEnergy;
 use pliant_contact::friction_term::FrictionTerm;
-use pliant_contact::merge::Duplicates;
-use pliant_contact::model::{ContactLaw, ContactLaws, ContactModel, SolidHalfSpace};
+use pliant_contact::model::{ContactLaw, ContactLaws, ContactModel, Duplicates, SolidHalfSpace};
 use pliant_contact::surface::{ContactSurface, VertexKind};
 
 /// A particle above a half-space.

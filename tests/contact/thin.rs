@@ -6,8 +6,7 @@ use pliant::energy::{ContactPlace, EnergyTerm};
 use pliant_contact::barrier::{Barrier, PotentialForm};
 use pliant_contact::candidates::BodyPairs;
 use pliant_contact::energy::ContactEnergy;
-use pliant_contact::merge::Duplicates;
-use pliant_contact::model::{ContactLaw, ContactLaws, ContactModel, SolidBall, SolidHalfSpace};
+use pliant_contact::model::{ContactLaw, ContactLaws, ContactModel, Duplicates, SolidBall, SolidHalfSpace};
 use pliant_contact::surface::{ContactSurface, SurfacePrimitives, VertexKind};
 use pliant_contact::terms::{ContactTerms, ExplicitOptions, contact_terms};
 

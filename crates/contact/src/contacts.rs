@@ -3,12 +3,12 @@
 use crate::broad_phase::Bounds;
 use crate::candidates::CandidatePairs;
 use crate::closest::{InnerKind, InnerPair, Primitives};
-use crate::merge::{
-    AreaOf, AreaPart, ContactStencils, MollifiedPair, PairSink, WeightedPair, WeightedPairs, find_pairs,
-};
+use crate::merge::{AreaOf, AreaPart, ContactStencils, PairSink, WeightedPairs, find_pairs};
 use crate::model::{ContactLaw, ContactModel};
-use crate::packs::{PackVisitor, closest_points, near_box, visit_pairs};
-use crate::pair::{EdgeEdge, PairGeometry, PairKind, PointEdge, PointPoint, PointTriangle};
+use crate::packs::{closest_points, near_box};
+use crate::pair::{EdgeEdge, PointEdge, PointPoint, PointTriangle};
+use crate::vector::{along_normal, rows};
+use crate::visit::{ContactVisitor, PackVisitor, PlaneGeometry, visit_each, visit_pairs};
 use std::ops::Range;
 
 /// Vertex within the activation distance of a half-space.
@@ -30,51 +30,6 @@ pub struct Contacts {
     pub stencils: ContactStencils,
     /// Vertices at half-spaces.
     pub planes: Vec<PlaneContact>,
-}
-
-/// Geometry of a vertex and the plane of a half-space.
-#[derive(Clone, Copy, Debug)]
-pub struct PlaneGeometry<const D: usize> {
-    /// Unit normal, pointing out of the half-space.
-    pub normal: [f64; D],
-    /// `d = n . (x_p - x_o) + s`, negative inside [m].
-    pub distance: f64,
-    /// `s`: depth of the plane behind the vertex that carries the half-space [m].
-    pub depth: f64,
-}
-
-/// Operation applied to every contact.
-pub(crate) trait ContactVisitor<const D: usize> {
-    /// Visits a pair whose closest points lie inside both primitives.
-    fn pair<const N: usize, const P: usize>(
-        &mut self,
-        vertices: &[u32; N],
-        pair: &PairGeometry<f64, D, N, P>,
-        law: &ContactLaw,
-        weight: f64,
-    );
-
-    /// Visits a vertex at a half-space; `vertices` are its own and the half-space's.
-    fn plane(&mut self, vertices: &[u32; 2], plane: &PlaneGeometry<D>, law: &ContactLaw, weight: f64);
-
-    /// Visits nearly parallel edges at the positions `x` (3D).
-    fn mollified(&mut self, pair: &MollifiedPair, x: &[[f64; 3]; 4], law: &ContactLaw);
-}
-
-/// Rows of `x`, flat `(n, D)`, of the vertices given.
-#[inline]
-pub(crate) fn rows<const D: usize, const N: usize>(x: &[f64], vertices: &[u32; N]) -> [[f64; D]; N] {
-    let mut rows = [[0.0; D]; N];
-    for i in 0..N {
-        rows[i].copy_from_slice(&x[vertices[i] as usize * D..][..D]);
-    }
-    rows
-}
-
-/// Dot product of a 3D normal with a vector of `D` components.
-#[inline]
-pub(crate) fn along_normal<const D: usize>(normal: &[f64; 3], r: &[f64; D]) -> f64 {
-    (0..D).map(|k| normal[k] * r[k]).sum()
 }
 
 impl Contacts {
@@ -111,22 +66,16 @@ impl Contacts {
         planes::<D>(model, x)
     }
 
-    /// Number of contacts of each kind, in the order of the lists.
-    fn counts(&self) -> [usize; 6] {
+    /// Number of contacts of two, three and four vertices.
+    fn sizes(&self) -> [usize; 3] {
         let s = &self.stencils;
-        [
-            s.point_point.len(),
-            self.planes.len(),
-            s.point_edge.len(),
-            s.point_triangle.len(),
-            s.edge_edge.len(),
-            s.mollified.len(),
-        ]
+        let four = s.point_triangle.len() + s.edge_edge.len() + s.mollified.len();
+        [s.point_point.len() + self.planes.len(), s.point_edge.len(), four]
     }
 
     /// Total number of contacts.
     pub fn len(&self) -> usize {
-        self.counts().iter().sum()
+        self.sizes().iter().sum()
     }
 
     /// Removes all contacts.
@@ -142,8 +91,8 @@ impl Contacts {
 
     /// Index ranges of the contacts of two, three and four vertices.
     pub(crate) fn ranges(&self) -> [std::ops::Range<usize>; 3] {
-        let [pp, plane, pe, ..] = self.counts();
-        [0..pp + plane, pp + plane..pp + plane + pe, pp + plane + pe..self.len()]
+        let [two, three, _] = self.sizes();
+        [0..two, two..two + three, two + three..self.len()]
     }
 
     /// Vertices of the contacts of two, three and four vertices, flat.
@@ -165,26 +114,18 @@ impl Contacts {
         numbers: Range<usize>,
         visitor: &mut impl PackVisitor<D>,
     ) {
-        let s = &self.stencils;
-        let mut first = 0;
-        for (kind, count) in self.counts().into_iter().enumerate() {
-            let within = |i: usize| i.clamp(first, first + count) - first;
-            let own = within(numbers.start)..within(numbers.end.max(numbers.start));
-            first += count;
-            match kind {
-                0 => visit_pairs::<PointPoint, D, 2, 0>(model, x, &s.point_point[own], visitor),
-                1 => self.planes[own].iter().for_each(|contact| {
-                    let (geometry, law) = plane_geometry(model, x, contact);
-                    visitor.plane(&contact.vertices, &geometry, law, contact.weight);
-                }),
-                2 => visit_pairs::<PointEdge, D, 3, 1>(model, x, &s.point_edge[own], visitor),
-                3 => visit_pairs::<PointTriangle, D, 4, 2>(model, x, &s.point_triangle[own], visitor),
-                4 => visit_pairs::<EdgeEdge, D, 4, 2>(model, x, &s.edge_edge[own], visitor),
-                _ => s.mollified[own].iter().for_each(|pair| {
-                    let law = model.law(pair.vertices[0], pair.vertices[3]);
-                    visitor.mollified(pair, &in_space(x, D, &pair.vertices), law);
-                }),
-            }
+        let (s, mut window) = (&self.stencils, Window { first: 0, numbers });
+        visit_pairs::<PointPoint, D, 2, 0>(model, x, window.of(&s.point_point), visitor);
+        for contact in window.of(&self.planes) {
+            let (geometry, law) = plane_geometry(model, x, contact);
+            visitor.plane(&contact.vertices, &geometry, law, contact.weight);
+        }
+        visit_pairs::<PointEdge, D, 3, 1>(model, x, window.of(&s.point_edge), visitor);
+        visit_pairs::<PointTriangle, D, 4, 2>(model, x, window.of(&s.point_triangle), visitor);
+        visit_pairs::<EdgeEdge, D, 4, 2>(model, x, window.of(&s.edge_edge), visitor);
+        for pair in window.of(&s.mollified) {
+            let law = model.law(pair.vertices[0], pair.vertices[3]);
+            visitor.mollified(pair, &in_space(x, D, &pair.vertices), law);
         }
     }
 
@@ -196,44 +137,38 @@ impl Contacts {
         i: usize,
         visitor: &mut impl ContactVisitor<D>,
     ) {
-        let mut i = i;
-        for (kind, count) in self.counts().into_iter().enumerate() {
-            if i >= count {
-                i -= count;
-                continue;
-            }
-            let s = &self.stencils;
-            return match kind {
-                0 => visit_pair::<PointPoint, D, 2, 0>(model, x, &s.point_point[i], visitor),
-                1 => visit_plane(model, x, &self.planes[i], visitor),
-                2 => visit_pair::<PointEdge, D, 3, 1>(model, x, &s.point_edge[i], visitor),
-                3 => visit_pair::<PointTriangle, D, 4, 2>(model, x, &s.point_triangle[i], visitor),
-                4 => visit_pair::<EdgeEdge, D, 4, 2>(model, x, &s.edge_edge[i], visitor),
-                _ => visit_mollified::<D>(model, x, &s.mollified[i], visitor),
-            };
+        let (s, mut window) = (&self.stencils, Window { first: 0, numbers: i..i + 1 });
+        visit_each::<PointPoint, D, 2, 0>(model, x, window.of(&s.point_point), visitor);
+        for contact in window.of(&self.planes) {
+            let (geometry, law) = plane_geometry(model, x, contact);
+            visitor.plane(&contact.vertices, &geometry, law, contact.weight);
+        }
+        visit_each::<PointEdge, D, 3, 1>(model, x, window.of(&s.point_edge), visitor);
+        visit_each::<PointTriangle, D, 4, 2>(model, x, window.of(&s.point_triangle), visitor);
+        visit_each::<EdgeEdge, D, 4, 2>(model, x, window.of(&s.edge_edge), visitor);
+        for pair in window.of(&s.mollified) {
+            let law = model.law(pair.vertices[0], pair.vertices[3]);
+            visitor.mollified(pair, &in_space(x, D, &pair.vertices), law);
         }
     }
 }
 
-fn visit_pair<K: PairKind<N, P>, const D: usize, const N: usize, const P: usize>(
-    model: &ContactModel,
-    x: &[f64],
-    pair: &WeightedPair<N>,
-    visitor: &mut impl ContactVisitor<D>,
-) {
-    let geometry = PairGeometry::of::<K>(&rows::<D, N>(x, &pair.vertices));
-    let law = model.law(pair.vertices[0], pair.vertices[N - 1]);
-    visitor.pair(&pair.vertices, &geometry, law, pair.weight);
+/// The part of a range of contacts that the lists have, one list after the other.
+struct Window {
+    /// Number of the first contact of the next list.
+    first: usize,
+    numbers: Range<usize>,
 }
 
-fn visit_plane<const D: usize>(
-    model: &ContactModel,
-    x: &[f64],
-    contact: &PlaneContact,
-    visitor: &mut impl ContactVisitor<D>,
-) {
-    let (geometry, law) = plane_geometry(model, x, contact);
-    visitor.plane(&contact.vertices, &geometry, law, contact.weight);
+impl Window {
+    /// Returns the contacts of the next list that are in the range.
+    fn of<'a, T>(&mut self, list: &'a [T]) -> &'a [T] {
+        let first = self.first;
+        self.first += list.len();
+        let within = |i: usize| i.clamp(first, first + list.len()) - first;
+        let start = within(self.numbers.start);
+        &list[start..within(self.numbers.end).max(start)]
+    }
 }
 
 /// Geometry of a contact with a half-space, and its contact parameters.
@@ -248,16 +183,6 @@ fn plane_geometry<'a, const D: usize>(
     let distance = half_space.distance::<D>(x, contact.vertices[0]);
     let geometry = PlaneGeometry { normal, distance, depth: half_space.depth };
     (geometry, model.law(contact.vertices[0], contact.vertices[1]))
-}
-
-fn visit_mollified<const D: usize>(
-    model: &ContactModel,
-    x: &[f64],
-    pair: &MollifiedPair,
-    visitor: &mut impl ContactVisitor<D>,
-) {
-    let law = model.law(pair.vertices[0], pair.vertices[3]);
-    visitor.mollified(pair, &in_space(x, D, &pair.vertices), law);
 }
 
 /// Positions of four vertices in 3D, padded with zeros.

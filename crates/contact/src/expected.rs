@@ -15,12 +15,13 @@
 use pliant::lanes::{Lanes, WIDTH};
 
 use crate::barrier::{Barrier, EnergyOfGap};
-use crate::contacts::{PlaneGeometry, rows};
-use crate::merge::{MollifiedPair, WeightedPair};
+use crate::merge::WeightedPair;
 use crate::model::ContactLaw;
-use crate::packs::{PackVisitor, load_rows};
+use crate::mollifier::MollifiedPair;
+use crate::packs::load_rows;
 use crate::pair::PairGeometry;
-use crate::vector::{difference, dot};
+use crate::vector::{difference, dot, rows};
+use crate::visit::{PackVisitor, PlaneGeometry};
 
 /// Gaps that differ by less than this fraction of the activation distance use the tangent.
 const SAME_GAP: f64 = 1e-4;

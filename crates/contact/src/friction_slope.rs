@@ -20,13 +20,12 @@
 //! ```
 
 use crate::closest::InnerKind;
-use crate::contacts::{ContactVisitor, PlaneGeometry, rows};
 use crate::friction::{f1_over_y, f1_over_y_slope};
-use crate::merge::MollifiedPair;
 use crate::model::ContactLaw;
-use crate::mollifier::mollifier_of_edges;
+use crate::mollifier::{MollifiedPair, mollifier_of_edges};
 use crate::pair::{EdgeEdge, PairGeometry, PointEdge, PointPoint};
-use crate::vector::{along, dot, inverse_or_zero, mixture, scaled};
+use crate::vector::{along, dot, inverse_or_zero, mixture, rows, scaled};
+use crate::visit::{ContactVisitor, PlaneGeometry};
 
 /// Geometry and normal force of a contact with friction, and their derivatives by positions.
 #[derive(Clone, Copy, Debug)]

@@ -189,7 +189,7 @@ impl<const D: usize> FrictionTerm<D> {
 impl<const D: usize> RubbingContact<D> {
     /// Velocities of four vertices; missing ones repeat and have zero coefficients.
     fn velocities(&self, v: &[f64]) -> [[f64; D]; 4] {
-        crate::contacts::rows::<D, 4>(v, &self.vertices)
+        crate::vector::rows::<D, 4>(v, &self.vertices)
     }
 }
 

@@ -37,9 +37,9 @@
 //!    scene.
 //! 3. A new kind of pair is named in ten: `pair.rs` (`PairKind`), `closest.rs` (`Primitives`, `InnerKind`,
 //!    `InnerPair`), `candidates.rs` (its list, `gather`, `count`, `vertex_pairs`), `merge.rs` (its list,
-//!    `find_pairs`, `push`), `contacts.rs` (`counts`, `ranges`, `vertices`, both visits), `way.rs`
-//!    (`first`), `start.rs` (`each_distance`); `mollifier.rs`, `friction_slope.rs` and `report.rs` match
-//!    kinds that edges can have. `ccd.rs`, `packs.rs` and `hessian.rs` are generic.
+//!    `find_pairs`, `push`), `contacts.rs` (`sizes`, `vertices`, both visits), `way.rs` (`first`),
+//!    `start.rs` (`each_distance`); `mollifier.rs`, `friction_slope.rs` and `report.rs` match kinds that
+//!    edges can have. `ccd.rs`, `packs.rs`, `visit.rs` and `hessian.rs` are generic.
 //! 4. Add it to `tests/fuzz.rs` (motions), `tests/points.rs` (energies) and `tests/surfaces.rs` here, and to
 //!    a scene in `tests/contact` of the workspace.
 
@@ -57,6 +57,7 @@ pub mod closest;
 pub mod contacts;
 mod eigen;
 pub mod energy;
+mod evaluation;
 mod expected;
 pub mod explicit;
 pub mod friction;
@@ -76,6 +77,7 @@ pub mod start;
 pub mod surface;
 pub mod terms;
 mod vector;
+mod visit;
 pub mod way;
 
 #[cfg(test)]

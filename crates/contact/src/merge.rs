@@ -11,20 +11,12 @@
 
 use crate::candidates::CandidatePairs;
 use crate::closest::{InnerKind, InnerPair, Primitives};
-use crate::contacts::rows;
-use crate::mollifier::{parallel_limit, squared_cross};
+use crate::model::Duplicates;
+use crate::mollifier::{MollifiedPair, parallel_limit, squared_cross};
 use crate::packs::{Screen, closest_points, screen};
 use crate::pair::{EdgeEdge, PointEdge, PointTriangle};
 use crate::surface::{ContactSurface, VertexKind};
-
-/// Treatment of pairs that share closest points.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Duplicates {
-    /// Counts every pair.
-    Sum,
-    /// Counts each position once.
-    Max,
-}
+use crate::vector::rows;
 
 /// Pair of `N` vertices whose closest points are interior, with its weight [m^2].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,19 +25,6 @@ pub struct WeightedPair<const N: usize> {
     pub vertices: [u32; N],
     /// Sum of the weights; negative in concave corners.
     pub weight: f64,
-}
-
-/// Pair of nearly parallel edges.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MollifiedPair {
-    /// Ends of the first edge, then of the second.
-    pub vertices: [u32; 4],
-    /// Pair of their primitives that determines the distance.
-    pub inner: InnerPair,
-    /// Weight [m^2].
-    pub weight: f64,
-    /// `eps` of the mollifier [m^4].
-    pub limit: f64,
 }
 
 /// Contact stencils, each list sorted by vertices.

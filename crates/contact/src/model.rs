@@ -3,9 +3,8 @@
 
 use crate::barrier::Barrier;
 use crate::candidates::BodyPairs;
-use crate::contacts::rows;
-use crate::merge::Duplicates;
 use crate::surface::ContactSurface;
+use crate::vector::rows;
 
 /// Rigid half-space obstacle, free region `n . (x - x_o) + s >= 0` with `x_o` a vertex of the system: it
 /// translates with that vertex and does not rotate.
@@ -77,6 +76,15 @@ impl ContactLaws {
     pub fn has_friction(&self) -> bool {
         self.laws.iter().any(|law| law.friction > 0.0)
     }
+}
+
+/// Treatment of pairs that share closest points.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Duplicates {
+    /// Counts every pair.
+    Sum,
+    /// Counts each position once.
+    Max,
 }
 
 /// Contact model of all bodies and obstacles.

@@ -7,11 +7,23 @@
 use crate::barrier::{Barrier, EnergyOfDistance};
 use crate::closest::{InnerKind, InnerPair, Primitives};
 use crate::eigen::positive_part;
-use crate::merge::MollifiedPair;
 use crate::pair::{EdgeEdge, PairGeometry, PointEdge, PointPoint};
 use crate::vector::{along, cross, difference, dot, scaled};
 use pliant::algebra::Mat;
 use pliant::material::Psd;
+
+/// Pair of nearly parallel edges.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MollifiedPair {
+    /// Ends of the first edge, then of the second.
+    pub vertices: [u32; 4],
+    /// Pair of their primitives that determines the distance.
+    pub inner: InnerPair,
+    /// Weight [m^2].
+    pub weight: f64,
+    /// `eps` of the mollifier [m^4].
+    pub limit: f64,
+}
 
 /// Ratio `eps / (|A|^2 |B|^2)`.
 const PARALLEL: f64 = 1e-3;

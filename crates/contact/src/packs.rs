@@ -1,4 +1,5 @@
-//! SIMD packs of contact pairs of one kind. Each pair has the same bits as by itself.
+//! SIMD packs of pairs of primitives: positions, closest points, quick tests. Each pair has the same bits as
+//! by itself.
 
 use std::marker::PhantomData;
 
@@ -6,33 +7,10 @@ use pliant::lanes::{Kernel, Lanes, WIDTH, dispatch};
 
 use crate::broad_phase::Bounds;
 use crate::closest::Primitives;
-use crate::contacts::PlaneGeometry;
-use crate::merge::{MollifiedPair, WeightedPair};
-use crate::model::{ContactLaw, ContactModel};
-use crate::pair::{PairGeometry, PairKind};
 use crate::vector::{are_apart, are_apart_across, smaller, stay_apart, stay_apart_across};
 
 /// Values for every vertex of a pack of pairs, lane by lane.
 pub(crate) type PackRows<const D: usize, const N: usize> = [[[f64; WIDTH]; D]; N];
-
-/// Operation applied to contacts, one pack of pairs at a time.
-pub(crate) trait PackVisitor<const D: usize> {
-    /// Visits pairs of one kind and law whose closest points lie inside both primitives. One lane for
-    /// each of `pairs`; the last pair fills the remaining lanes.
-    fn pack<L: Lanes, const N: usize, const P: usize>(
-        &mut self,
-        pairs: &[WeightedPair<N>],
-        geometry: &PairGeometry<L, D, N, P>,
-        law: &ContactLaw,
-        weight: L,
-    );
-
-    /// Visits a vertex at a half-space; `vertices` are its own and the half-space's.
-    fn plane(&mut self, vertices: &[u32; 2], plane: &PlaneGeometry<D>, law: &ContactLaw, weight: f64);
-
-    /// Visits nearly parallel edges at the positions `x` (3D).
-    fn mollified(&mut self, pair: &MollifiedPair, x: &[[f64; 3]; 4], law: &ContactLaw);
-}
 
 /// Pack of a few items, padded with the last one.
 #[inline(always)]
@@ -76,59 +54,6 @@ pub(crate) fn store_rows<L: Lanes, const D: usize, const N: usize>(rows: &[[L; D
         }
     }
     columns
-}
-
-/// Visits pairs at the positions `x`, flat `(n, D)` [m].
-pub(crate) fn visit_pairs<K: PairKind<N, P>, const D: usize, const N: usize, const P: usize>(
-    model: &ContactModel,
-    x: &[f64],
-    pairs: &[WeightedPair<N>],
-    visitor: &mut impl PackVisitor<D>,
-) {
-    let bodies = |pair: &WeightedPair<N>| [pair.vertices[0], pair.vertices[N - 1]].map(|v| model.body(v));
-    for pairs in pairs.chunk_by(|a, b| bodies(a) == bodies(b)) {
-        let [a, b] = bodies(&pairs[0]);
-        visit_pairs_of_law::<K, D, N, P>(model.laws.of(a, b), x, pairs, visitor);
-    }
-}
-
-/// Visits pairs that share one law.
-pub(crate) fn visit_pairs_of_law<K: PairKind<N, P>, const D: usize, const N: usize, const P: usize>(
-    law: &ContactLaw,
-    x: &[f64],
-    pairs: &[WeightedPair<N>],
-    visitor: &mut impl PackVisitor<D>,
-) {
-    dispatch(PairVisit { pairs, x, law, visitor, kind: PhantomData::<K> });
-}
-
-/// Kernel that visits pairs of one law.
-struct PairVisit<'a, V, K, const D: usize, const N: usize, const P: usize> {
-    pairs: &'a [WeightedPair<N>],
-    x: &'a [f64],
-    law: &'a ContactLaw,
-    visitor: &'a mut V,
-    kind: PhantomData<K>,
-}
-
-impl<V: PackVisitor<D>, K: PairKind<N, P>, const D: usize, const N: usize, const P: usize> Kernel
-    for PairVisit<'_, V, K, D, N, P>
-{
-    type Output = ();
-
-    #[inline(always)]
-    fn run<L: Lanes>(self) {
-        for pack in self.pairs.chunks(WIDTH) {
-            let (mut vertices, mut weights) = ([[0; N]; WIDTH], [0.0; WIDTH]);
-            for lane in 0..WIDTH {
-                let pair = &pack[lane.min(pack.len() - 1)];
-                (vertices[lane], weights[lane]) = (pair.vertices, pair.weight);
-            }
-            let x = load_rows::<L, D, N>(self.x, &vertices);
-            let geometry = PairGeometry::of::<K>(&x);
-            self.visitor.pack(pack, &geometry, self.law, L::load(&weights));
-        }
-    }
 }
 
 /// Coefficients of closest points, and their squared distance [m^2].

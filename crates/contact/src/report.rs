@@ -5,13 +5,14 @@ use pliant::lanes::{Lanes, WIDTH};
 use pliant::material::Psd;
 
 use crate::closest::InnerKind;
-use crate::contacts::{ContactVisitor, Contacts, PlaneGeometry, rows};
+use crate::contacts::Contacts;
 use crate::friction::PairFriction;
-use crate::merge::{MollifiedPair, WeightedPair};
+use crate::merge::WeightedPair;
 use crate::model::{ContactLaw, ContactModel};
-use crate::mollifier::mollified_inner_pair;
-use crate::packs::PackVisitor;
+use crate::mollifier::{MollifiedPair, mollified_inner_pair};
 use crate::pair::PairGeometry;
+use crate::vector::rows;
+use crate::visit::{ContactVisitor, PackVisitor, PlaneGeometry};
 
 /// Description of one contact.
 #[derive(Clone, Copy, Debug, PartialEq)]

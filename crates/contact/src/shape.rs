@@ -11,14 +11,16 @@
 //! Equal pairs are merged elsewhere by adding their weights; here each is differentiated by itself.
 
 use crate::closest::InnerPair;
-use crate::contacts::{Contacts, PlaneContact, rows};
-use crate::energy::EvaluatedContacts;
-use crate::merge::{AreaOf, AreaPart, MollifiedPair, PairSink};
+use crate::contacts::{Contacts, PlaneContact};
+use crate::evaluation::EvaluatedContacts;
+use crate::merge::{AreaOf, AreaPart, PairSink};
 use crate::model::ContactModel;
-use crate::mollifier::{mollified_by_limit, mollifier_by_limit, parallel_limit, squared_cross};
+use crate::mollifier::{
+    MollifiedPair, mollified_by_limit, mollifier_by_limit, parallel_limit, squared_cross,
+};
 use crate::report::ContactReport;
 use crate::surface::{ContactSurface, VertexKind};
-use crate::vector::{cross, difference, dot};
+use crate::vector::{cross, difference, dot, rows};
 
 /// One value for each area of a surface and for each squared edge length.
 pub(crate) struct AreaRates {

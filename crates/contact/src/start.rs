@@ -3,10 +3,9 @@
 use crate::broad_phase::{Bounds, BoundsTree};
 use crate::candidates::CandidatePairs;
 use crate::closest::Primitives;
-use crate::contacts::rows;
 use crate::model::ContactModel;
 use crate::pair::{EdgeEdge, PointEdge, PointPoint, PointTriangle};
-use crate::vector::{cross, difference, dot};
+use crate::vector::{cross, difference, dot, rows};
 use pliant::algebra::scene_size;
 use pliant::quantity::Rounded;
 

@@ -3,6 +3,22 @@
 
 use pliant::scalar::Scalar;
 
+/// Rows of `x`, flat `(n, D)`, of the vertices given.
+#[inline]
+pub(crate) fn rows<const D: usize, const N: usize>(x: &[f64], vertices: &[u32; N]) -> [[f64; D]; N] {
+    let mut rows = [[0.0; D]; N];
+    for i in 0..N {
+        rows[i].copy_from_slice(&x[vertices[i] as usize * D..][..D]);
+    }
+    rows
+}
+
+/// Dot product of a 3D normal with a vector of `D` components.
+#[inline]
+pub(crate) fn along_normal<const D: usize>(normal: &[f64; 3], r: &[f64; D]) -> f64 {
+    (0..D).map(|k| normal[k] * r[k]).sum()
+}
+
 #[inline(always)]
 pub(crate) fn dot<S: Scalar, const D: usize>(a: &[S; D], b: &[S; D]) -> S {
     let mut sum = a[0] * b[0];

@@ -9,10 +9,10 @@ use crate::broad_phase::Bounds;
 use crate::candidates::CandidatePairs;
 use crate::ccd::{GapLimit, safe_step, safe_step_to_half_space};
 use crate::closest::Primitives;
-use crate::contacts::{along_normal, rows};
 use crate::model::{ContactLaw, ContactModel};
 use crate::packs::{Screen, filled, load_rows, near_box, screen};
 use crate::pair::{EdgeEdge, PointEdge, PointPoint, PointTriangle};
+use crate::vector::{along_normal, rows};
 
 /// Pairs per task.
 const TASK: usize = 512;

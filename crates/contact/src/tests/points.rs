@@ -10,9 +10,9 @@ use crate::hessian::PairBlocks;
 use crate::merge::WeightedPair;
 use crate::model::ContactLaw;
 use crate::mollifier::{mollified_pair, mollifier, parallel_limit, squared_cross};
-use crate::packs::visit_pairs_of_law;
 use crate::pair::{EdgeEdge, PairGeometry, PairKind, PointEdge, PointPoint, PointTriangle};
 use crate::vector::{along, cross, dot, scaled};
+use crate::visit::visit_pairs_of_law;
 use pliant::material::Psd;
 use serde_json::Value;
 

@@ -11,8 +11,7 @@ use pliant_contact::barrier::{Barrier, PotentialForm};
 use pliant_contact::candidates::{BodyPairs, CandidatePairs};
 use pliant_contact::contacts::Contacts;
 use pliant_contact::energy::ContactEnergy;
-use pliant_contact::merge::Duplicates;
-use pliant_contact::model::{ContactLaw, ContactLaws, ContactModel};
+use pliant_contact::model::{ContactLaw, ContactLaws, ContactModel, Duplicates};
 use pliant_contact::surface::{ContactSurface, SurfacePrimitives};
 use pliant_contact::way::free_part;
 
