@@ -16,7 +16,7 @@ impl Compiled {
         !matches!(self.measures, Measures::Components(_))
     }
 
-    /// Looks where a body is flat or turned inside out.
+    /// Sets the domain: `J > 0` if energy or stress is not finite in some flat or inverted states.
     pub(super) fn find_domain(&mut self) {
         let material = ExpressedEnergy::of(&Arc::new(self.clone()));
         let fine2 = [[1.0, 0.0], [0.9, -0.2], [1.0, -1.0], [1.2, -0.7]];
@@ -36,7 +36,8 @@ impl ExpressedEnergy {
         self.psi(f).is_finite() && self.pk1(f).norm_squared().is_finite()
     }
 
-    /// The Lame parameters of the stiffness at rest, of an isotropic energy that has one.
+    /// Returns the Lame parameters of the initial stiffness, if the energy is isotropic and they are
+    /// finite.
     pub(super) fn lame_at_rest(&self) -> Option<Lame> {
         if !self.compiled.is_isotropic() {
             return None;
@@ -94,8 +95,8 @@ impl ExpressedEnergy {
         }
     }
 
-    /// The largest change of the energy of three different stretches where two of them are exchanged,
-    /// relative to it.
+    /// Returns the largest change of the energy when two of three different stretches are exchanged,
+    /// relative to the energy.
     fn asymmetry(&self) -> f64 {
         let Measures::Stretches([_, programs]) = &self.compiled.measures else { return 0.0 };
         let psi = |sigma: [f64; 3]| {
@@ -110,13 +111,13 @@ impl ExpressedEnergy {
 }
 
 impl Compiled {
-    /// True if exchanging stretches changes nothing.
+    /// True if exchanging stretches does not change the energy.
     fn is_symmetric(&self) -> bool {
         ExpressedEnergy::of(&Arc::new(self.clone())).asymmetry() < ROUNDING
     }
 }
 
-/// The entry of the largest size; NaN if one is.
+/// Returns the entry of largest magnitude; NaN if any entry is NaN.
 fn largest(entries: &[f64]) -> f64 {
     entries.iter().fold(
         0.0,
@@ -126,9 +127,10 @@ fn largest(entries: &[f64]) -> f64 {
     )
 }
 
-/// The smallest eigenvalue of the acoustic tensors `Q_ik(n) = C_ijkl n_j n_l` over unit vectors `n` [Pa].
+/// Returns the smallest eigenvalue of the acoustic tensors `Q_ik(n) = C_ijkl n_j n_l` over unit vectors
+/// `n` [Pa].
 fn weakest_wave<const D: usize>(tangent: &Tangent<D>) -> f64 {
-    /// Directions on half a circle, and circles on half a sphere.
+    /// Number of directions on half a circle, and of circles on half a sphere.
     const STEPS: usize = 24;
     let mut weakest = f64::INFINITY;
     let circles = if D == 2 { 1 } else { STEPS };
