@@ -1,4 +1,4 @@
-//! How much stiffer a cell is in bending than the solid, by its shape.
+//! Excess bending stiffness of a cell over the solid, due to its shape.
 
 use super::hourglass::{RestModuli, dot, hourglass};
 use super::rest::{CellRest, RestData};
@@ -6,9 +6,9 @@ use crate::algebra::Mat;
 use crate::element::Isoparametric;
 use crate::material::Tangent;
 
-/// The largest part, over axes of the cell, of its energy where nodes move as those of a solid that bends, `u
-/// = (x y, -x^2/2)` with `x` along one axis and `y` across it, by the energy of the solid: 1 for
-/// parallelepipeds. The solid has no Poisson's ratio.
+/// Returns the largest ratio, over pairs of axes of the cell, of its energy to that of the solid if the
+/// nodes move like a solid that bends, `u = (x y, -x^2/2)` with `x` along one axis and `y` across it. The
+/// ratio is 1 for parallelepipeds. The solid has Poisson's ratio 0.
 pub fn bending_excess<const D: usize, const N: usize>(
     cell: &Isoparametric<D, N>,
     nodes: &[[f64; D]; N],

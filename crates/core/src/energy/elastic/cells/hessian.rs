@@ -1,12 +1,13 @@
-//! Hessians of cells. With `z` the amplitudes at rest, `y = K z`, `u_a = sum_h gamma_ha y_h` and
-//! `Y = sum_h q_h y_h^T`,
+//! Hessians of cells. With the amplitudes `z` in reference axes, `y = K z`, `u_a = sum_h gamma_ha y_h`
+//! and `Y = sum_h q_h y_h^T`,
 //!
 //! ```text
 //! K_ab = V b_a C b_b + dz/dx_a . K dz/dx_b + [F (u_a x b_b + b_a x u_b) + Y (b_a x b_b)]_x
 //! ```
 //!
-//! where the last term, of the stress, is that of amplitudes pulled back by `cof F`; in the plane it has no
-//! `Y` and no `F`. Projected on positive matrices `C` is, and the last term is left out: `K` is positive.
+//! where the last term, the stress term, is that of amplitudes pulled back by `cof F`; in 2D it has no
+//! `Y` and no `F`. The projection to positive matrices projects `C` and omits the last term; `K` is
+//! positive.
 
 use std::ops::Range;
 
@@ -36,8 +37,8 @@ struct PackSpectrum<const D: usize> {
     spectrum: SpectrumBlock<D>,
 }
 
-/// Writes the Hessians of `stencils`, whole packs of them; with a place `from`, with the stresses that are
-/// predicted from it.
+/// Writes the Hessians of `stencils`, which are whole packs. If there are positions `from`, the Hessians
+/// use the stresses predicted from them.
 pub(super) fn fill<const D: usize, const N: usize>(
     term: &OnePointCells<D, N>,
     stencils: Range<usize>,
@@ -85,7 +86,7 @@ pub(super) fn fill<const D: usize, const N: usize>(
     }
 }
 
-/// Writes stretches and axes of a pack.
+/// Writes the stretches and axes of a pack.
 struct CellStretchKernel<'a, const D: usize, const N: usize> {
     term: &'a OnePointCells<D, N>,
     pack: usize,
@@ -109,7 +110,7 @@ impl<const D: usize, const N: usize> Kernel for CellStretchKernel<'_, D, N> {
     }
 }
 
-/// Writes the Hessians of a pack, without a `spectrum` those of its hourglass modes.
+/// Writes the Hessians of a pack; without a `spectrum` only those of the hourglass modes.
 struct CellBlocksKernel<'a, const D: usize, const N: usize> {
     term: &'a OnePointCells<D, N>,
     pack: usize,
@@ -120,7 +121,7 @@ struct CellBlocksKernel<'a, const D: usize, const N: usize> {
     out: &'a mut [f64],
 }
 
-/// `dz` of a unit displacement along `i` of a node with the gradient `b` and these weights.
+/// Returns `dz` of a unit displacement along `i` of a node with the gradient `b` and these weights.
 #[inline(always)]
 fn amplitude_slope<L: Lanes, const D: usize>(
     pull_back: PullBack,
@@ -148,7 +149,7 @@ fn amplitude_slope<L: Lanes, const D: usize>(
     slope
 }
 
-/// `T (a x b)`; in the plane `a x b`, along its normal.
+/// Returns `T (a x b)`; in 2D `a x b`, along the normal.
 #[inline(always)]
 fn crossed<L: Lanes, const D: usize>(t: &Mat<L, D>, a: &[L; D], b: &[L; D]) -> [L; 3] {
     let normal_z = a[0].mul_add(b[1], -(a[1] * b[0]));
@@ -166,7 +167,7 @@ fn crossed<L: Lanes, const D: usize>(t: &Mat<L, D>, a: &[L; D], b: &[L; D]) -> [
     axis
 }
 
-/// Where amplitudes are pulled back: adds the term of the stress to a block.
+/// Adds the stress term of pulled back amplitudes to a block.
 #[inline(always)]
 fn add_stress_term<L: Lanes, const D: usize>(
     (f, outer): (&Mat<L, D>, &Mat<L, D>),
@@ -187,7 +188,7 @@ fn add_stress_term<L: Lanes, const D: usize>(
 }
 
 impl<const D: usize, const N: usize> CellBlocksKernel<'_, D, N> {
-    /// `y`, as it is or as predicted.
+    /// Returns `y`, evaluated or predicted.
     #[inline(always)]
     fn stresses<L: Lanes>(
         &self,
