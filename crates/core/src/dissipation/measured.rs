@@ -168,7 +168,7 @@ impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize, R: RateLaw> Position
             let [(of_v, rate), (of_p, by_p)] = [v, p].map(|rows| {
                 let directions = points_of(rows, vertices);
                 let found = Q::deviation(&moving(x, &directions), &R::origin(&constants));
-                // By the slopes: a deviation may have no rest to be from.
+                // From the gradient: the deviation may be undefined without a rest value.
                 let slopes = found.1.map(|row| row.map(|slope| slope.value));
                 (found, rate(&slopes, &directions))
             });

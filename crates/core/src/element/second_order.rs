@@ -69,6 +69,7 @@ const fn functions<const D: usize, const N: usize>(
         let node = &nodes[a];
         let (mut product, mut products) = (1.0, [1.0; D]);
         let (mut sum, mut k) = (1.0 - D as f64, 0);
+        // Product of the factors of the coordinates, and its derivatives.
         while k < D {
             let (value, slope) =
                 if lagrange { lagrange_line(node[k], xi[k]) } else { serendipity_line(node[k], xi[k]) };
@@ -81,6 +82,7 @@ const fn functions<const D: usize, const N: usize>(
             }
             k += 1;
         }
+        // Serendipity functions of corners have a further factor, `sum`.
         let of_corner = !lagrange && is_corner(node);
         values[a] = if of_corner { product * sum } else { product };
         k = 0;

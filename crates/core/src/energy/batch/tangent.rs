@@ -17,6 +17,7 @@ pub(super) fn tangents<const D: usize>(material: &dyn BatchMaterial, f: &[f64], 
         Some(true) => {}
         Some(false) => tangents.fill(f64::NAN),
         None => {
+            // Column by column from differences along the unit matrices.
             let mut change = vec![0.0; f.len()];
             for kl in 0..block {
                 change.chunks_exact_mut(block).for_each(|change| {
@@ -32,6 +33,7 @@ pub(super) fn tangents<const D: usize>(material: &dyn BatchMaterial, f: &[f64], 
             }
         }
     }
+    // Symmetrise, then project.
     for tangent in tangents.chunks_exact_mut(block * block) {
         for i in 0..block {
             for j in 0..i {

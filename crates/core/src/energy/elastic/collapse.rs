@@ -17,7 +17,7 @@ const FAR: f64 = 2.0;
 /// Fraction of `det F` that the other terms of the polynomial may reach; the rest exceeds their rounding.
 const DOMINANT: f64 = 1.0 - 1e-12;
 
-/// Returns the step fraction towards `x + dx`, in (0, 1]: most of that at the first `det F = 0`.
+/// Returns the step fraction towards `x + dx`, at most 1: `MARGIN` times that at the first `det F = 0`.
 pub(super) fn step_to_collapse<const D: usize, const N: usize>(
     elements: &Elastic<D, N>,
     x: &[f64],

@@ -97,6 +97,7 @@ fn fill_by_spectrum<const D: usize, const N: usize, const WORK: usize, const MOS
     for (packs, out) in batches {
         let work = &mut work[..packs.len()];
         let nodes = &mut nodes[..packs.len() / count];
+        // Gather the nodes.
         for pack in nodes.iter_mut() {
             for lane in 0..WIDTH {
                 let (vertices, ..) = lanes.next().expect("whole packs");
@@ -107,6 +108,7 @@ fn fill_by_spectrum<const D: usize, const N: usize, const WORK: usize, const MOS
                 }
             }
         }
+        // Stretches and axes on lanes, the spectrum from the model, then the blocks.
         dispatch(Decompose { packs, nodes, work });
         for pack in &mut *work {
             material.spectra(&pack.sigma, &mut pack.spectrum);

@@ -27,19 +27,19 @@ pub struct PressureField {
     pub varies: bool,
 }
 
-/// Pressure on faces, against their current outward normals. A face gives its node `i` the force `-sum_q P_qi
-/// a_q(x)`, with `a_q` its current vector area at point `q`. A first-order face has one point, and `P_i` is
-/// the integral of `p N_i` over the reference face by its measure (uniform: `p / D`). A second-order face,
-/// with `N` nodes, has the points of its quadrature and `P_qi = w_q p_q N_i`, which is exact for uniform
-/// pressure on curved faces too. The net force on a closed surface is zero, and so is the net moment if the
-/// pressure is uniform.
+/// Pressure on faces, against their current outward normals. A face gives its node `i` the force
+/// `-sum_q P_qi a_q(x)`, with its current vector area `a_q` at point `q`. A linear edge or triangle has
+/// one point, and `P_i` is the integral of `p N_i` over the reference face by its measure (uniform:
+/// `p / D`). Any other face has the points of its quadrature and `P_qi = w_q p_q N_i`, which is exact for
+/// uniform pressure on curved faces too. The net force on a closed surface is zero, and so is the net
+/// moment if the pressure is uniform.
 ///
-/// Uniform pressure on a closed surface, or on one whose rim is fixed, has the potential `p (V(x) - V(X))`,
-/// `V` the volume behind the faces. Otherwise there is no potential, and the energy is zero. Products with
-/// the Hessian are exact in both cases. Without a potential the Hessian is not symmetric, and the stability
-/// limit and the matrices of implicit steps use its symmetric part. Source: Rumpel, Schweizerhof 2003,
-/// *Volume-dependent pressure loading and its influence on the stability of structures*, Int. J. Numer. Meth.
-/// Eng. 56, 211.
+/// Uniform pressure on a closed surface, or on one whose rim is fixed, has the potential
+/// `p (V(x) - V(X))` with the volume `V` behind the faces. Otherwise there is no potential, and the
+/// energy is zero. Products with the Hessian are exact in both cases. Without a potential the Hessian is
+/// not symmetric, and the stability limit and the matrices of implicit steps use its symmetric part.
+/// Source: Rumpel, Schweizerhof 2003, *Volume-dependent pressure loading and its influence on the
+/// stability of structures*, Int. J. Numer. Meth. Eng. 56, 211.
 pub struct Pressure<const D: usize, const N: usize> {
     name: String,
     /// Ascending.
@@ -76,11 +76,13 @@ impl<const D: usize, const N: usize> Pressure<D, N> {
         rim_stays: bool,
         pressure: PressureField,
     ) -> Self {
+        // Number the vertices of the faces locally.
         let mut vertices = faces.as_flattened().to_vec();
         vertices.sort_unstable();
         vertices.dedup();
         let slot = |v: u32| vertices.partition_point(|w| *w < v) as u32;
         let local: Vec<[u32; N]> = faces.iter().map(|face| face.map(slot)).collect();
+        // Linear edges and triangles have one vector area, other faces one per quadrature point.
         let quadrature = face_points::<D, N>();
         let areas = if N == D { vec![face_middle::<D, N>()] } else { quadrature.clone() };
         let points = match pressure.varies {
@@ -106,6 +108,7 @@ impl<const D: usize, const N: usize> Pressure<D, N> {
             pressure,
             time: 0.0,
         };
+        // The volume needs the areas and the origin of the finished term.
         term.rest_volume = term.volume(rest);
         term.sample(0.0);
         term

@@ -70,6 +70,7 @@ impl<const D: usize, const DERIVATIVE: bool, const ENERGY: bool> PairKernel<'_, 
         softening2: L,
         energy: &mut L,
     ) {
+        // Targets in every lane, and the factors of their reactions.
         let mut targets = [[[L::zero(); D]; 2]; TARGETS];
         let mut reaction = [L::zero(); TARGETS];
         for t in 0..TARGETS {
@@ -82,6 +83,7 @@ impl<const D: usize, const DERIVATIVE: bool, const ENERGY: bool> PairKernel<'_, 
         let masses = &self.particles.mass[sources.clone()];
         let directions = &self.direction[sources.clone()];
         let out = &mut self.out[sources];
+        // Sum the action of each pack on the targets, and add their reaction to it.
         for (((position, mass), direction), out) in positions.iter().zip(masses).zip(directions).zip(out) {
             let position = load(position);
             let source = [position, if DERIVATIVE { load(direction) } else { position }];

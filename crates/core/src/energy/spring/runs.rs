@@ -90,6 +90,7 @@ impl Runs {
         // More slots than this do not pay.
         let most = 2 * half.len() / WIDTH;
         let (mut count, mut drafts) = (0, vec![]);
+        // First pass: count slots, and the blocks in which each class occurs.
         let mut frequency = BTreeMap::new();
         for block in 0..half.block_count() {
             if !draft(half, block, &mut drafts) || count + drafts.len() > most {
@@ -102,6 +103,7 @@ impl Runs {
                 }
             }
         }
+        // Second pass: assign rings, and put computed slots before those that are read.
         let rings = SpringRings::new(&frequency, half.block_count());
         let mut slots = Slots::new(stiffness, count);
         let (mut runs, mut computed) = (Vec::with_capacity(count), Vec::with_capacity(half.block_count()));

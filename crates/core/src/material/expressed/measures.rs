@@ -77,6 +77,7 @@ impl Compiled {
     pub(super) fn new(source: &FormulaSource<'_>) -> Result<Compiled, EnergyMistake> {
         let names: Vec<&str> = NAMES.iter().chain(source.names).copied().collect();
         let formula = Formula::parse(source.psi, &names)?;
+        // Every parameter must be used, and every fibre invariant must have a direction.
         for (index, name) in source.names.iter().enumerate() {
             if !formula.has(NAMES.len() + index) {
                 let problem = format!("`{name}` is not in `psi`: remove it, or use it there");
@@ -94,12 +95,14 @@ impl Compiled {
             );
             return Err(ParameterError::new("fibres", source.fibres.len() as f64, problem).into());
         }
+        // Principal stretches and components exclude each other.
         let stretch = has(STRETCHES);
         let component = has(FIBRES.start..NAMES.len());
         if let (Some(stretch), Some(component)) = (stretch, component) {
             let (stretch, component) = (NAMES[stretch], NAMES[component]);
             return Err(EnergyMistake::Mixed { stretch, component });
         }
+        // Compile by the most general kind of measure in the formula.
         let builder = |dimension| Builder {
             graph: Graph::default(),
             source,
@@ -239,6 +242,7 @@ impl Builder<'_> {
         let mut all = self.nothing();
         let graph = &mut self.graph;
         let (zero, one) = (graph.number(0.0), graph.number(1.0));
+        // F, in 2D with F33 = 1.
         let mut f = [[zero; 3]; 3];
         f[2][2] = one;
         for i in 0..dimension {
@@ -303,6 +307,7 @@ impl Builder<'_> {
         let trace = graph.sum(trace, c[2][2]);
         let double = f.map(|row| row.map(|entry| graph.product(two, entry)));
         let i1 = measure(graph, 0, trace, double);
+        // I2, the sum of principal minors of C, and 2 (I1 F - F C).
         let mut second = zero;
         let mut bent = [[zero; 3]; 3];
         for (i, j) in [(0, 1), (1, 2), (2, 0)] {
@@ -320,6 +325,7 @@ impl Builder<'_> {
             }
         }
         measure(graph, 1, second, bent);
+        // J and its gradient cof F.
         let mut cofactor = [[zero; 3]; 3];
         for i in 0..3 {
             for j in 0..3 {
@@ -330,6 +336,7 @@ impl Builder<'_> {
         }
         let determinant = dot(graph, f[0], cofactor[0]);
         let j = measure(graph, 3, determinant, cofactor);
+        // I4 and I6: |F a|^2, with the gradient 2 F a a^T.
         for (fibre, name) in self.source.fibres.iter().zip(FIBRES) {
             let direction = fibre.map(|component| graph.number(component));
             let image = f.map(|row| dot(graph, row, direction));

@@ -193,6 +193,7 @@ fn compile(
 ) -> Result<Arc<Compiled>, EnergyMistake> {
     let wrong = |field, value, problem: String| Err(ParameterError::new(field, value, problem).into());
     let is_function = |name: &str| signatures().any(|call| call.split('(').next() == Some(name));
+    // Names must be free, values finite.
     for (name, value) in parameters {
         if !is_name(name) {
             let problem = format!("{name:?} cannot be a name in a formula: use letters, digits and `_`");
@@ -206,6 +207,7 @@ fn compile(
             return wrong("parameters", *value, format!("`{name}` must be a finite number"));
         }
     }
+    // At most two fibre directions, which are normalised.
     if fibres.len() > 2 {
         let problem = "is the number of directions, and there may be two: I4 and I6 are of these";
         return wrong("fibres", fibres.len() as f64, problem.to_owned());

@@ -52,6 +52,7 @@ impl ExpressedEnergy {
         let wrong = |value: f64, problem: &str| {
             Err(EnergyMistake::Parameter(ParameterError::new("psi", value, problem.to_owned())))
         };
+        // Energy, stress and stiffness must be finite.
         let energy = self.psi(&rest);
         if !energy.is_finite() {
             return wrong(energy, "is the energy density at rest, where I1 = 3 and J = 1: it must be 0");
@@ -66,6 +67,7 @@ impl ExpressedEnergy {
         if !(stiffness.is_finite() && stiffness > 0.0) {
             return wrong(stiffness, "is the stiffness at rest [Pa]: it must be a positive number");
         }
+        // The reference configuration must be free of stress and energy.
         if stress.abs() > ROUNDING * stiffness {
             let problem = "is the stress at rest [Pa], which must be 0: without a load the body would not \
                            stay in its shape; add a term such as -mu*log(J) or -mu*(J - 1)";
@@ -75,11 +77,13 @@ impl ExpressedEnergy {
             let problem = "is the energy density at rest [J/m^3], which must be 0: subtract it, as 3 from I1";
             return wrong(energy, problem);
         }
+        // The energy must be isotropic if it is one of principal stretches.
         if !self.compiled.is_symmetric() {
             let problem = "is by how much the energy changes where two principal stretches are exchanged; \
                            it must not: write all three alike, as l1^2 + l2^2 + l3^2";
             return wrong(self.asymmetry(), problem);
         }
+        // Strong ellipticity, and a positive bulk modulus of isotropic energies.
         let weakest = weakest_wave(&tangent);
         if weakest <= ROUNDING * stiffness {
             let problem = "is the stiffness at rest against the weakest plane wave [Pa], which must be \

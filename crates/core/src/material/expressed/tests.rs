@@ -193,7 +193,7 @@ fn stress_has_the_same_bits_in_packs_and_alone() {
     same_bits::<_, 3>("components", &of_components);
 }
 
-/// Where a formula has no value the energy is infinite and the stress is not finite.
+/// The energy is infinite and the stress is not finite where a formula has no value.
 #[test]
 fn domains_are_found() {
     for (psi, domain) in [

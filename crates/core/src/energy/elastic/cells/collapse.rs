@@ -27,7 +27,7 @@ impl<const D: usize, const N: usize> Kernel for SuspectsKernel<'_, D, N> {
     }
 }
 
-/// Returns the step fraction towards `x + dx`, in (0, 1]: most of that at the first `det F = 0`.
+/// Returns the step fraction towards `x + dx`, at most 1: `MARGIN` times that at the first `det F = 0`.
 pub(super) fn step_to_collapse<const D: usize, const N: usize>(
     term: &OnePointCells<D, N>,
     x: &[f64],

@@ -61,15 +61,18 @@ pub(super) fn fill<const D: usize, const N: usize>(
         let nodes = &in_lanes(x, &cells);
         let from_nodes = from.map(|from| in_lanes(from, &cells));
         let from_nodes = from_nodes.as_ref();
+        // Stretches on lanes, the spectrum from the model.
         if has_spectrum {
             dispatch(CellStretchKernel { term, pack, nodes, out: &mut of_pack });
             term.material.spectra(&of_pack.sigma, &mut of_pack.spectrum);
         }
+        // Blocks of the hourglass modes, and of the material if it has a spectrum.
         let spectrum = has_spectrum.then_some(&of_pack);
         dispatch(CellBlocksKernel { term, pack, nodes, from: from_nodes, spectrum, psd, out });
         if has_spectrum {
             continue;
         }
+        // Without a spectrum: add the blocks of the whole tangent, cell by cell.
         for ((lane, vertices), out) in cells.iter().enumerate().zip(out.chunks_exact_mut(per_stencil)) {
             let (volume, gradient) = term.packs.gradients_of_lane(pack, lane);
             if volume == 0.0 {
@@ -222,6 +225,7 @@ impl<const D: usize, const N: usize> Kernel for CellBlocksKernel<'_, D, N> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
+        // F, amplitudes and their stresses.
         let pull_back = self.term.pull_back;
         let rest: PackRest<'_, L, D, N> = self.term.packs.rest(self.pack);
         let x = loaded::<L, D, N>(self.nodes);
@@ -231,6 +235,7 @@ impl<const D: usize, const N: usize> Kernel for CellBlocksKernel<'_, D, N> {
         let has_stress_term = pull_back == PullBack::Cofactor && self.psd == Psd::Exact;
         let outer = outer_sum(&q, &y);
         let stiffness = rest.stiffness::<L>();
+        // dz/dx_a, K dz/dx_a and u_a of every node but the first.
         let none = [[L::zero(); D]; N];
         let (mut b, mut u, mut turned) = (none, none, none);
         let mut slopes = [[[[L::zero(); D]; MOST_MODES]; D]; N];
@@ -251,6 +256,7 @@ impl<const D: usize, const N: usize> Kernel for CellBlocksKernel<'_, D, N> {
                 forces[a][i] = times(&stiffness, &slopes[a][i]);
             }
         }
+        // Material moduli in the frame of U and V.
         let volume: L = rest.volume();
         let (mut frame, mut moduli) = (Mat::zero(), (Mat::zero(), Mat::zero(), Mat::zero()));
         if let Some(spectrum) = self.spectrum {
@@ -262,16 +268,19 @@ impl<const D: usize, const N: usize> Kernel for CellBlocksKernel<'_, D, N> {
                 turned[a] = turn.mul_vec(&b[a]);
             }
         }
+        // Blocks of the pairs; those of the first node follow from the others.
         let place = |a: usize, b: usize| a * N - a * (a + 1) / 2 + b;
         let mut entries = Entries::<MOST_ENTRIES>([[0.0; WIDTH]; MOST_ENTRIES]);
         let mut first = FirstRow::<L, D, N>::new();
         for a in 1..N {
             for c in a..N {
                 let mut block = Mat::zero();
+                // V b_a C b_b.
                 if self.spectrum.is_some() {
                     let k = pair_block((&moduli.0, &moduli.1, &moduli.2), (&turned[a], &turned[c]));
                     block = frame.mul(&k).mul_transpose(&frame);
                 }
+                // dz/dx_a . K dz/dx_b.
                 for i in 0..D {
                     for k in 0..D {
                         for h in 0..modes(D) {

@@ -211,7 +211,7 @@ fn add<S: Scalar, const D: usize>(sum: &mut [S; D], factor: S, v: &[S; D]) {
 /// Derivatives of the energy of the hourglass modes.
 pub(crate) struct HourglassRates<S, const D: usize> {
     pub(crate) by_amplitudes: Amplitudes<S, D>,
-    /// With respect to `J^-1`.
+    /// Derivative by `J^-1`.
     pub(crate) by_inverse: Mat<S, D>,
     pub(crate) by_volume: S,
 }
@@ -227,6 +227,7 @@ pub(crate) fn hourglass<S: Scalar, const D: usize>(
     let mut by_inverse = Mat::zero();
     let (third, ninth) = (volume * S::splat(1.0 / 3.0), volume * S::splat(1.0 / 9.0));
     for l in 0..D {
+        // Bending: W(A_l), with the strain at the minimum over c.
         let (strain, c) = moduli.without_traction(&bending(l, inverse, q), &inverse[l]);
         let stress = moduli.apply(&strain).scale(third);
         let transposed = stress.transpose();
@@ -238,6 +239,7 @@ pub(crate) fn hourglass<S: Scalar, const D: usize>(
             }
         }
         add(&mut by_inverse[l], -S::one(), &transposed.mul_vec(&c));
+        // Bilinear strain of the mode xi_0 xi_1 xi_2: W'.
         if D == 3 {
             let mut a = Mat::zero();
             add_outer(&q[3], &inverse[l], &mut a);
@@ -246,6 +248,7 @@ pub(crate) fn hourglass<S: Scalar, const D: usize>(
             add(&mut by_inverse[l], S::one(), &stress.transpose().mul_vec(&q[3]));
         }
     }
+    // The energy is quadratic in q and linear in V.
     let mut work = S::zero();
     for h in 0..modes(D) {
         for i in 0..D {

@@ -120,6 +120,7 @@ impl<S: Scalar, const D: usize, const N: usize> RestData<S, D, N> for CellRest<S
 impl<S: Scalar, const D: usize, const N: usize> CellRest<S, D, N> {
     /// Returns the reference data of the cell with these nodes [m].
     pub(crate) fn new(cell: &Isoparametric<D, N>, nodes: &[[S; D]; N]) -> Self {
+        // V and the integrals of the gradients, by quadrature.
         let mut volume = S::zero();
         let mut gradient = [[S::zero(); D]; N];
         for (xi, part) in cell.points {
@@ -134,11 +135,13 @@ impl<S: Scalar, const D: usize, const N: usize> CellRest<S, D, N> {
                 }
             }
         }
+        // b_a.
         for of_node in &mut gradient {
             for entry in of_node {
                 *entry = *entry / volume;
             }
         }
+        // gamma_h.
         let mut weight = [[S::zero(); N]; MOST_MODES];
         for (h, weight) in weight.iter_mut().enumerate().take(modes(D)) {
             let (signs, along) = (signs(cell, h), mode_of_rest(cell, h, nodes));
@@ -150,6 +153,7 @@ impl<S: Scalar, const D: usize, const N: usize> CellRest<S, D, N> {
                 weight[a] = sum * S::splat(1.0 / N as f64);
             }
         }
+        // J^-1 at the centre.
         let inverse = jacobian(nodes, &(cell.slopes)(&[0.0; D])).inverse();
         CellRest { volume, gradient, weight, inverse }
     }
@@ -208,6 +212,7 @@ impl<const D: usize, const N: usize> CellRest<f64, D, N> {
     pub(super) fn by_nodes(&self, cell: &Isoparametric<D, N>, nodes: &[[f64; D]; N]) -> [[f64; D]; N] {
         let rest = CellRest::new(cell, nodes);
         let (mut rows, mut by_gradient) = ([[0.0; D]; N], self.gradient);
+        // Through gamma_h, to b and to t_h.
         for (h, weight) in self.weight.iter().enumerate().take(modes(D)) {
             let (signs, along) = (signs(cell, h), mode_of_rest(cell, h, nodes));
             let mut by_along = [0.0; D];
@@ -225,6 +230,7 @@ impl<const D: usize, const N: usize> CellRest<f64, D, N> {
             by_volume -= *by * b / rest.volume;
             *by /= rest.volume;
         }
+        // Through B and V at each quadrature point, to J.
         for (xi, part) in cell.points {
             let slopes = (cell.slopes)(xi);
             let j = jacobian(nodes, &slopes);
@@ -232,6 +238,7 @@ impl<const D: usize, const N: usize> CellRest<f64, D, N> {
             let by_j = (j.cofactor().scale(by_volume) + j.cofactor_derivative(&by_cofactor)).scale(*part);
             rows.iter_mut().zip(&slopes).for_each(|(row, slope)| add(row, 1.0, &by_j.mul_vec(slope)));
         }
+        // Through J^-1 at the centre.
         let transposed = rest.inverse.transpose();
         let by_middle = transposed.mul(&self.inverse).mul(&transposed);
         let slopes = (cell.slopes)(&[0.0; D]);

@@ -146,6 +146,7 @@ impl Kernel for BlocksKernel<'_> {
         let BlocksKernel { triangles, frames, spectra, psd, out } = self;
         let sigma = [L::load(&frames.sigma[0]), L::load(&frames.sigma[1])];
         let frame = TangentFrame::new(spectra, &sigma, psd);
+        // Axes of the frame: the columns of U, and the normal.
         let mut axes = [[L::zero(); 3]; 3];
         for (axis, from) in axes.iter_mut().zip(&frames.axes) {
             for i in 0..3 {
@@ -157,6 +158,7 @@ impl Kernel for BlocksKernel<'_> {
         let weight = L::load(&triangles.weight);
         let mut entries = [[0.0; WIDTH]; PAIRS * BLOCK];
         let mut blocks = entries.as_chunks_mut::<BLOCK>().0.iter_mut();
+        // Blocks in the frame, rotated to space.
         for a in 0..3 {
             for b in a..3 {
                 let Some(block) = blocks.next() else { return };
@@ -174,6 +176,7 @@ impl Kernel for BlocksKernel<'_> {
                 }
             }
         }
+        // One triangle after another, as many as there is room for.
         for (lane, out) in out.chunks_exact_mut(PAIRS * BLOCK).enumerate() {
             for (out, entry) in out.iter_mut().zip(&entries) {
                 *out = entry[lane];

@@ -49,7 +49,7 @@ pub struct Sheet {
     pub plane: Plane,
     /// Small-strain Lame parameters of the material, if it has any.
     pub lame: Option<Lame>,
-    /// How stresses are computed.
+    /// Method by which stresses are computed.
     pub stress: Stress,
 }
 

@@ -202,11 +202,13 @@ impl<const D: usize> Octree<D> {
     fn measure(&mut self, i: usize, opening_angle: f64) {
         let mut node = self.nodes[i];
         let leaf = node.is_leaf(i);
+        // Box around the particles.
         (node.low, node.high) = if leaf {
             bounds(self.position[node.begin..node.end].iter().copied())
         } else {
             bounds(self.children(i).flat_map(|c| [self.nodes[c].low, self.nodes[c].high]))
         };
+        // Mass and centre of mass.
         let mut weighted = [0.0; D];
         let mut weigh = |mass: f64, place: &[f64; D]| {
             node.mass += mass;
@@ -220,6 +222,7 @@ impl<const D: usize> Octree<D> {
             self.children(i).for_each(|c| weigh(self.nodes[c].mass, &self.nodes[c].centre));
         }
         node.centre = weighted.map(|w| w / node.mass);
+        // Second moments about the centre of mass; those of children are moved there (parallel axes).
         let (centre, moment) = (node.centre, &mut node.moment);
         let mut add = |mass: f64, place: &[f64; D]| {
             for a in 0..D {
@@ -241,6 +244,7 @@ impl<const D: usize> Octree<D> {
                 }
             }
         }
+        // Distance beyond which the node acts as a whole, see `build`.
         let mut off2 = 0.0;
         for c in 0..D {
             let off = node.centre[c] - 0.5 * (node.low[c] + node.high[c]);
