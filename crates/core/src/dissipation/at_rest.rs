@@ -1,16 +1,16 @@
-//! Damping of materials whose stiffness is constant.
+//! Damping with a constant matrix, for materials of constant stiffness.
 
 use std::ops::Range;
 
 use super::{DissipationViews, DissipativeTerm, PositionProducts};
 use crate::energy::{Fault, Stencils};
 
-/// A dissipation function taken at the rest positions `x_0`, wherever the vertices are: `R(x_0, v)`, whose
-/// matrix is constant.
+/// Dissipation function evaluated at the reference positions `x_0` for any deformation: `R(x_0, v)`,
+/// whose matrix is constant.
 ///
-/// Viscosities `beta mu` and `beta lambda` of elements are Rayleigh's `C = beta K` there, with the stiffness
-/// `K` of linear elasticity. The material `linear` has that stiffness everywhere, and so it has that damping.
-/// As its forces, it is one of small rotations.
+/// Element viscosities `beta mu` and `beta lambda` give Rayleigh damping `C = beta K`, with the stiffness
+/// `K` of linear elasticity. The material `linear` has that stiffness at every deformation, and hence
+/// this damping. Like its forces, the damping is valid for small rotations.
 pub struct AtRest {
     term: Box<dyn DissipativeTerm>,
     /// `x_0`, flat [m].
@@ -18,7 +18,7 @@ pub struct AtRest {
 }
 
 impl AtRest {
-    /// `term` at the rest positions `rest`, flat, of all vertices of the system [m].
+    /// Evaluates `term` at the reference positions `rest` of all vertices of the system, flat [m].
     pub fn new(term: Box<dyn DissipativeTerm>, rest: &[f64]) -> Self {
         AtRest { term, rest: rest.to_vec() }
     }

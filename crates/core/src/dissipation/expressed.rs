@@ -6,19 +6,19 @@ use crate::energy::measure::{FormulaPrograms, RateLaw};
 use crate::expression::{Formula, FormulaError};
 use crate::scalar::Scalar;
 
-/// A formula is no dissipation function of a spring.
+/// Error in a formula for the dissipation function of a spring.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum DashpotFormulaError {
-    /// The text is no formula of `rate`, `l`, `l0` and the parameters.
+    /// The text is not a formula of `rate`, `l`, `l0` and the parameters.
     #[error(transparent)]
     Formula(#[from] FormulaError),
-    /// A number that is not what it has to be.
+    /// A value violates its condition.
     #[error("is {value:?} {what} at rate = {rate:?} m/s, l = l0 = {length:?} m")]
     Value {
-        /// The number.
+        /// The value.
         value: f64,
-        /// Its unit and meaning, and a phrase that says which values are right.
+        /// Unit and meaning of the value, and the condition it violates.
         what: &'static str,
         /// The rate [m/s].
         rate: f64,
@@ -27,8 +27,8 @@ pub enum DashpotFormulaError {
     },
 }
 
-/// The dissipation function `R(rate, l, l0)` [W] of a spring whose length `l` [m] changes at `rate` [m/s] and
-/// is `l0` at rest, as a formula.
+/// Dissipation function `R(rate, l, l0)` [W] of a spring, given as a formula: `l` [m] is the length,
+/// `rate` [m/s] its rate of change and `l0` [m] the rest length.
 ///
 /// ```
 /// use pliant::dissipation::DashpotFormula;
@@ -44,18 +44,18 @@ pub struct DashpotFormula {
     parameters: Vec<(String, f64)>,
 }
 
-/// Names of the variables, in the order of the inputs of programs.
+/// Names of the variables, in the order of the programs' inputs.
 const VARIABLES: [&str; 3] = ["rate", "l", "l0"];
-/// Parts of the slowest power of the list that are rounding.
+/// Tolerance of values that must vanish, relative to the values at the probed rates.
 const ROUNDING: f64 = 1e-10;
-/// Rates at which the force must resist [m/s], both ways.
+/// Rates at which the force must resist motion in both directions [m/s].
 const PROBED: [f64; 5] = [1e-3, 1e-2, 0.1, 1.0, 10.0];
 
 impl DashpotFormula {
-    /// Reads the formula `text` of `rate` [m/s], `l`, `l0` [m] and `parameters`, in SI units.
+    /// Parses the formula `text` of `rate` [m/s], `l`, `l0` [m] and `parameters`, in SI units.
     ///
     /// # Errors
-    /// [`DashpotFormulaError`]: the text is no formula, or a parameter cannot be one.
+    /// [`DashpotFormulaError`] if the text is not a formula or a parameter is invalid.
     pub fn new(text: &str, parameters: &[(&str, f64)]) -> Result<DashpotFormula, DashpotFormulaError> {
         let formula = Formula::with_parameters(text, &VARIABLES, parameters)?;
         let own = |(name, value): &(&str, f64)| ((*name).to_owned(), *value);
@@ -66,8 +66,8 @@ impl DashpotFormula {
         })
     }
 
-    /// Its derivative by a parameter: the dissipation function of dashpots whose force is that of this one
-    /// differentiated. `None` where there is no such parameter.
+    /// Returns the derivative with respect to a parameter: a dissipation function whose force is the
+    /// derivative of this one's force. `None` if there is no such parameter.
     pub fn derivative(&self, parameter: &str) -> Option<DashpotFormula> {
         let by = self.parameters.iter().position(|(name, _)| name == parameter)?;
         let parameters: Vec<(&str, f64)> =
@@ -78,12 +78,12 @@ impl DashpotFormula {
         Some(DashpotFormula { programs: Arc::new(programs), ..self.clone() })
     }
 
-    /// Checks a spring of the rest length `length` [m] there: nothing is taken from what does not move, the
-    /// force is zero then and has a finite slope that does not push, and motion is resisted at every one of a
-    /// few rates, either way.
+    /// Checks a spring of rest length `length` [m] at that length. At rate 0, dissipation and force must
+    /// vanish and the slope of the force must be finite and not negative. At a few rates in both
+    /// directions the force must resist the motion.
     ///
     /// # Errors
-    /// [`DashpotFormulaError::Value`] with the number that is not what it has to be.
+    /// [`DashpotFormulaError::Value`] with the value that violates its condition.
     pub fn check(&self, length: f64) -> Result<(), DashpotFormulaError> {
         let wrong = |value, what, rate| Err(DashpotFormulaError::Value { value, what, rate, length });
         let dissipation = |rate: f64| self.programs.value([rate, length, length]);
@@ -114,13 +114,13 @@ impl DashpotFormula {
         Ok(())
     }
 
-    /// The second derivative of the function by the rate, at rest [N s/m].
+    /// Returns the second derivative with respect to the rate, at rate 0 and the rest length [N s/m].
     pub fn constant_at_rest(&self, length: f64) -> f64 {
         self.programs.curvature([0.0, length, length])
     }
 }
 
-/// A function of the rate and of the length, which its stencils measure from zero.
+/// The formula takes the length itself, so deviations are measured from zero.
 impl RateLaw for DashpotFormula {
     const SUFFIX: &'static str = " by a formula";
 
@@ -150,7 +150,7 @@ mod tests {
     const EDGES: [[u32; 2]; 4] = [[0, 1], [1, 2], [2, 3], [0, 3]];
     const LENGTHS: [f64; 4] = [0.7, 1.1, 0.4, 0.9];
 
-    /// `i`-th numbers of a sequence without pattern in (-1, 1).
+    /// Returns `4 D` numbers in (-1, 1) without a pattern.
     fn scattered<const D: usize>(seed: usize) -> Vec<f64> {
         let number = |i: usize| 2.0 * ((i as f64 + 1.0) * 0.754_877_666_246_692_7).fract() - 1.0;
         (0..4 * D).map(|i| number(i + 100 * seed)).collect()
@@ -172,7 +172,7 @@ mod tests {
         a.iter().zip(b).map(|(a, b)| a * b).sum()
     }
 
-    /// The derivative at 0, by differences of fourth order.
+    /// Returns the derivative at 0 from differences of fourth order.
     fn difference(f: impl Fn(f64) -> f64) -> f64 {
         let h = 1e-3;
         (8.0 * (f(h) - f(-h)) - (f(2.0 * h) - f(-2.0 * h))) / (12.0 * h)
@@ -235,7 +235,7 @@ mod tests {
         assert!(term().add_position_change(&x, &v, &q, &mut change));
         let both = [dot(&change, &p), dot(&by_positions, &q)];
         assert!((both[0] - both[1]).abs() < 1e-12 * both[0].abs().max(1.0), "{both:?}");
-        // The blocks together are the matrix of the product.
+        // The blocks assemble to the matrix of the product.
         let mut blocked = term();
         let Stencils { size, vertices } = blocked.stencils();
         let mut blocks = vec![0.0; vertices.len() / size * 3 * D * D];
@@ -254,7 +254,7 @@ mod tests {
         }
         let error = product.iter().zip(&damping).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
         assert!(error < 1e-12, "{error:e}");
-        // By a parameter.
+        // Derivative with respect to a parameter.
         let by_d = formula.derivative("d").unwrap();
         let of = |d: f64| dashpots::<D>(DashpotFormula::new(text, &[("c", 2.0), ("d", d)]).unwrap());
         let along = |h: f64| dot(&force(&mut of(0.7 + h), &x, &v), &p);

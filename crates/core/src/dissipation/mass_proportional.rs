@@ -1,13 +1,13 @@
-//! Damping in proportion to the mass.
+//! Mass-proportional damping.
 
 use std::ops::Range;
 
 use super::{DissipationViews, DissipativeTerm, PositionProducts, VertexDrag};
 use crate::energy::Stencils;
 
-/// `R = 1/2 alpha sum_i m_i |v_i|^2` over the vertices of a body: the force `-alpha m_i v_i` slows every
-/// motion alike, rigid motion included. A mode of angular frequency `omega` has the damping ratio `alpha /
-/// (2 omega)`.
+/// Mass-proportional damping `R = 1/2 alpha sum_i m_i |v_i|^2` over the vertices of a body. The force
+/// `-alpha m_i v_i` slows every motion alike, rigid motion included. A mode of angular frequency `omega`
+/// has the damping ratio `alpha / (2 omega)`.
 #[derive(Clone, Debug)]
 pub struct MassProportional {
     body: String,
@@ -20,11 +20,11 @@ pub struct MassProportional {
 }
 
 impl MassProportional {
-    /// Damping at the rate `alpha` [1/s] of the vertices `vertices` of `body`, which have the masses `mass`
-    /// [kg].
+    /// Creates damping at the rate `alpha` [1/s] for the vertices `vertices` of `body`, with the masses
+    /// `mass` [kg].
     ///
     /// # Panics
-    /// If there is not one mass per vertex.
+    /// If the numbers of masses and vertices differ.
     pub fn new(body: &str, alpha: f64, mass: &[f64], vertices: Range<usize>, dimension: usize) -> Self {
         assert_eq!(mass.len(), vertices.len(), "one mass per vertex");
         MassProportional {
@@ -40,7 +40,7 @@ impl MassProportional {
         self.dimension * self.vertices.start..self.dimension * self.vertices.end
     }
 
-    /// The rows of the body of a flat array, each with its coefficient.
+    /// Returns the body's rows of a flat array, each with its coefficient.
     fn rows<'a>(&'a self, v: &'a [f64]) -> impl Iterator<Item = (&'a [f64], f64)> {
         v[self.coordinates()].chunks_exact(self.dimension).zip(self.coefficients.iter().copied())
     }
@@ -57,7 +57,7 @@ impl DissipativeTerm for MassProportional {
         for (g, (v, c)) in gradient.chunks_exact_mut(self.dimension).zip(self.rows(v)) {
             for (g, v) in g.iter_mut().zip(v) {
                 *g = c * v;
-                // Zero times a finite number is zero, times anything else NaN.
+                // Zero times a finite number is zero, times any other NaN.
                 sum += 0.0 * *g;
             }
         }

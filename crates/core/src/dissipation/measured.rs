@@ -1,4 +1,4 @@
-//! Dashpots: damping by the rate of a number measured at a few vertices.
+//! Dashpots: damping by the rate of a scalar measured at a few vertices.
 
 use std::marker::PhantomData;
 use std::ops::Range;
@@ -14,9 +14,9 @@ use crate::energy::measure::{
 use crate::energy::patch::Workspace;
 use crate::lanes::dispatch_compact;
 
-/// `R = sum c R_1(ds/dt, s)` with `ds/dt = ds/dx . v` over stencils of `N` vertices, `s` a [`ScalarStrain`]
-/// and `R_1` a [`RateLaw`], `1/2 (ds/dt)^2` unless another is named: for the length of a spring a dashpot
-/// beside it. A rigid motion changes no such number, and is not damped.
+/// Dashpots on stencils of `N` vertices: `R = sum c R_1(ds/dt, s)` with `ds/dt = ds/dx . v`, a
+/// [`ScalarStrain`] `s` and a [`RateLaw`] `R_1`, by default `1/2 (ds/dt)^2`. On the length of a spring
+/// this is a dashpot parallel to the spring. Rigid motion does not change `s` and is not damped.
 pub struct MeasuredRate<Q, const D: usize, const N: usize, R = Square> {
     body: String,
     law: R,
@@ -25,17 +25,17 @@ pub struct MeasuredRate<Q, const D: usize, const N: usize, R = Square> {
 }
 
 impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> MeasuredRate<Q, D, N> {
-    /// Stencils `vertices` (global vertex indices) of `body`; the `stiffness` of the constants is the
-    /// damping constant `c` of each, `[N s/m]` for lengths.
+    /// Creates the stencils `vertices` (global vertex indices) of `body`. The `stiffness` of the
+    /// constants is the damping constant `c` of each stencil, `[N s/m]` for lengths.
     ///
     /// # Panics
-    /// If there are not as many constants as stencils.
+    /// If the numbers of constants and stencils differ.
     pub fn new(body: &str, vertices: &[[u32; N]], constants: &[StencilConstants], rest: &[f64]) -> Self {
         Self::with_law(body, Square, vertices, constants, rest)
     }
 }
 
-/// Vertices, constants and places of one stencil.
+/// Vertices, constants and positions of one stencil.
 struct Stencil<const D: usize, const N: usize> {
     vertices: [u32; N],
     constant: f64,
@@ -44,10 +44,10 @@ struct Stencil<const D: usize, const N: usize> {
 }
 
 impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize, R: RateLaw> MeasuredRate<Q, D, N, R> {
-    /// Dashpots by a law, else as [`new`](MeasuredRate::new) has them.
+    /// Creates dashpots with a given law, otherwise like [`new`](MeasuredRate::new).
     ///
     /// # Panics
-    /// If there are not as many constants as stencils.
+    /// If the numbers of constants and stencils differ.
     pub fn with_law(
         body: &str,
         law: R,
@@ -59,7 +59,7 @@ impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize, R: RateLaw> Measured
         MeasuredRate { body: body.into(), law, workspace: stencils.workspace(), stencils }
     }
 
-    /// Each stencil at `x`, one after the other.
+    /// Visits each stencil at `x`, one after the other.
     fn each(&self, x: &[f64], mut visit: impl FnMut(&Stencil<D, N>)) {
         for (_, vertices, pack, lane) in self.stencils.patches.stencils() {
             let (constant, rest) = self.stencils.constants(pack, lane);
@@ -68,7 +68,7 @@ impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize, R: RateLaw> Measured
     }
 }
 
-/// Adds to the rows of `vertices` in `y` what each coordinate of a stencil has.
+/// Adds `part(node, c)` of each coordinate of a stencil to the rows of `vertices` in `y`.
 fn add<const D: usize, const N: usize>(
     vertices: &[u32; N],
     y: &mut [f64],
@@ -99,7 +99,7 @@ impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize, R: RateLaw> Dissipat
         self.stencils.patches.add_rows(&self.workspace, first, g);
     }
 
-    /// `c R'' (ds/dx . p) ds/dx`.
+    /// Adds `c R'' (ds/dx . p) ds/dx` of each stencil.
     fn add_damping_product(&mut self, x: &[f64], v: &[f64], p: &[f64], y: &mut [f64]) {
         if R::IS_SQUARE {
             self.evaluate(x, p);
@@ -160,15 +160,15 @@ impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize, R: RateLaw> Dissipat
 impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize, R: RateLaw> PositionProducts
     for MeasuredRate<Q, D, N, R>
 {
-    /// `c (s_p (F_rate d2s/dx2 v + F_s ds/dx) + F d2s/dx2 p)` of each stencil, with `F = dR_1/d rate` at the
-    /// rate `ds/dx . v`, and `s_p = ds/dx . p`.
+    /// Adds `c (s_p (F_rate d2s/dx2 v + F_s ds/dx) + F d2s/dx2 p)` of each stencil, with
+    /// `F = dR_1/d rate` at the rate `ds/dx . v`, and `s_p = ds/dx . p`.
     fn add_position_product(&mut self, x: &[f64], v: &[f64], p: &[f64], y: &mut [f64]) -> bool {
         self.each(x, |Stencil { vertices, constant, rest, x }| {
             let constants = rest.map(Dual::constant);
             let [(of_v, rate), (of_p, by_p)] = [v, p].map(|rows| {
                 let directions = points_of(rows, vertices);
                 let found = Q::deviation(&moving(x, &directions), &R::origin(&constants));
-                // By the slopes: a deviation may have no rest to be from.
+                // From the gradient: the deviation may be undefined without a rest value.
                 let slopes = found.1.map(|row| row.map(|slope| slope.value));
                 (found, rate(&slopes, &directions))
             });
@@ -185,7 +185,7 @@ impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize, R: RateLaw> Position
         true
     }
 
-    /// The change of `c F ds/dx` along `u`.
+    /// Adds the change of `c F ds/dx` along `u`.
     fn add_position_change(&mut self, x: &[f64], v: &[f64], u: &[f64], y: &mut [f64]) -> bool {
         self.each(x, |Stencil { vertices, constant, rest, x }| {
             let constants = rest.map(Dual::constant);

@@ -7,7 +7,7 @@ use crate::energy::measure::{Curvature, HingeAngle, Length, StencilConstants};
 use crate::material::Stress;
 use crate::material::{Isotropic, Linear, Model, Plane, PlaneIsotropic};
 
-/// `i`-th number of a sequence without pattern in (-1, 1).
+/// Returns the `i`-th number of a sequence without pattern in (-1, 1).
 fn number(i: usize) -> f64 {
     2.0 * ((i as f64 + 1.0) * 0.754_877_666_246_692_7).fract() - 1.0
 }
@@ -16,7 +16,7 @@ fn scattered(count: usize, seed: usize) -> Vec<f64> {
     (0..count).map(|i| number(i + 1000 * seed)).collect()
 }
 
-/// Cells of two triangles or tetrahedra that share a face, at rest; deformed positions.
+/// Returns reference positions and elements of two triangles or tetrahedra that share a face.
 fn two<const D: usize, const N: usize>() -> (Vec<f64>, Vec<[u32; N]>) {
     let mut rest = vec![0.0; D * (N + 1)];
     for i in 0..D {
@@ -28,7 +28,7 @@ fn two<const D: usize, const N: usize>() -> (Vec<f64>, Vec<[u32; N]>) {
         elements[0][i] = i as u32;
         elements[1][i] = i as u32 + 1;
     }
-    // The second one the right way round.
+    // Gives the second element positive volume.
     if crate::element::simplex_rest(&points_of::<D, N>(&rest, &elements[1])).1 < 0.0 {
         elements[1].swap(0, 1);
     }
@@ -51,7 +51,7 @@ fn terms<const D: usize, const N: usize>() -> (Vec<f64>, Vec<Box<dyn Dissipative
     (deformed, terms)
 }
 
-/// The same two cells with the nodes in the middle of their edges, sides curved at rest.
+/// Returns the same two elements with mid-edge nodes and curved sides.
 fn quadratic<const D: usize, const C: usize, const N: usize>() -> (Vec<f64>, Vec<Box<dyn DissipativeTerm>>) {
     let (points, corners) = two::<D, C>();
     let mut mesh = pliant_mesh::Mesh { dimension: D, points, ..pliant_mesh::Mesh::default() };
@@ -71,7 +71,7 @@ fn quadratic<const D: usize, const C: usize, const N: usize>() -> (Vec<f64>, Vec
     (deformed, vec![Box::new(term)])
 }
 
-/// One bent cell.
+/// Returns one distorted cell.
 fn cells<const D: usize, const N: usize>(
     cell: &'static crate::element::Isoparametric<D, N>,
 ) -> (Vec<f64>, Vec<Box<dyn DissipativeTerm>>) {
@@ -84,7 +84,7 @@ fn cells<const D: usize, const N: usize>(
     (deformed, vec![Box::new(term)])
 }
 
-/// Hinges between two triangles in space, and joints between two edges.
+/// Returns a hinge between two triangles in space, and a joint between two edges.
 fn bends() -> (Vec<f64>, Vec<Box<dyn DissipativeTerm>>) {
     let (rest, _) = two::<3, 4>();
     let constants = [StencilConstants { stiffness: 2.0, rest: [0.0; 2] }];
@@ -115,7 +115,7 @@ fn check_derivatives((x, mut terms): (Vec<f64>, Vec<Box<dyn DissipativeTerm>>)) 
         let power = term.power(&x, &v);
         assert!(power > 0.1, "{name} takes away {power} W");
         assert!((dot(&g, &v) / power - 1.0).abs() < 1e-14, "{name}: v . dR/dv is its power");
-        // R = power / 2 is quadratic: the central difference is exact but for rounding.
+        // R = power / 2 is quadratic: the central difference is exact up to rounding.
         let moved = |s: f64| -> Vec<f64> { v.iter().zip(&p).map(|(v, p)| v + s * p).collect() };
         let slope = 0.25 * (term.power(&x, &moved(1.0)) - term.power(&x, &moved(-1.0)));
         assert!((dot(&g, &p) - slope).abs() < 1e-13 * power, "{name}: {} and {slope}", dot(&g, &p));
@@ -130,7 +130,8 @@ fn check_derivatives((x, mut terms): (Vec<f64>, Vec<Box<dyn DissipativeTerm>>)) 
             force(&mut **term, &x, &moved(1.0)).iter().zip(&g).map(|(a, b)| a - b).collect();
         let error = difference.iter().zip(&cp).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         assert!(error < 1e-12, "{name}: the product is the difference of forces, but for {error:e}");
-        // By positions: of p . dR/dv along q, against differences of fourth order.
+        // The derivative of p . dR/dv with respect to positions along q, against differences of fourth
+        // order.
         let mut by_positions = vec![0.0; x.len()];
         assert!(term.add_position_product(&x, &v, &p, &mut by_positions), "{name}");
         let mut change = vec![0.0; x.len()];
@@ -167,7 +168,7 @@ fn rigid_velocity<const D: usize>(x: &[f64]) -> Vec<f64> {
     x.chunks_exact(D).flat_map(turn).collect()
 }
 
-/// `rounding` is what is left of forces that cancel [N].
+/// `rounding` is the residual of forces that cancel [N].
 fn check_rigid<const D: usize>((x, mut terms): (Vec<f64>, Vec<Box<dyn DissipativeTerm>>), rounding: f64) {
     let v = rigid_velocity::<D>(&x);
     for term in &mut terms {
@@ -178,7 +179,7 @@ fn check_rigid<const D: usize>((x, mut terms): (Vec<f64>, Vec<Box<dyn Dissipativ
         } else {
             assert!(largest < rounding, "{name} resists a rigid motion with {largest:e} N");
         }
-        // No force on the whole, nor any moment, whatever the motion.
+        // No net force and no net moment, whatever the velocities.
         let g = force(&mut **term, &x, &scattered(x.len(), 4));
         if !name.starts_with("mass-proportional") {
             let work = dot(&g, &v);
@@ -192,14 +193,14 @@ fn check_rigid<const D: usize>((x, mut terms): (Vec<f64>, Vec<Box<dyn Dissipativ
 fn a_rigid_motion_of_a_deformed_body_is_not_damped() {
     check_rigid::<2>(terms::<2, 3>(), 1e-14);
     check_rigid::<3>(terms::<3, 4>(), 1e-14);
-    // Slopes of the shape functions are up to four times as steep.
+    // Gradients of the shape functions are up to four times as steep.
     check_rigid::<2>(quadratic::<2, 3, 6>(), 4e-14);
     check_rigid::<3>(quadratic::<3, 4, 10>(), 4e-14);
     check_rigid::<2>(cells(&crate::element::QUADRILATERAL), 4e-14);
     check_rigid::<3>(cells(&crate::element::HEXAHEDRON), 4e-14);
 }
 
-/// `C = beta K` at rest, `K` of linear elasticity.
+/// Checks `C = beta K` in the reference configuration, with `K` of linear elasticity.
 fn check_rayleigh<const D: usize, const N: usize>(plane: Option<Plane>) {
     let (rest, elements) = two::<D, N>();
     let (young, poisson, beta) = (50.0, 0.3, 0.02);

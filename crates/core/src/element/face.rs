@@ -1,11 +1,9 @@
-//! Faces of elements, for what acts on a surface: edges in two dimensions, triangles in three, of first
-//! and second order, and quadrilaterals. This is the one place that knows their shape functions and
-//! quadrature.
+//! Faces of elements, for surface terms: edges in 2D, triangles and quadrilaterals in 3D, of first and
+//! second order. No other module has their shape functions and quadrature.
 //!
-//! The dimension `D` and the number of nodes `N` say which face it is: 2 and 3 nodes in 2D, in 3D 3 and 6 of
-//! triangles, 4, 8 and 9 of quadrilaterals. A face of second order has its corners first, then the nodes in
-//! the middle of its edges in the order `01, 12, 20` or `01, 12, 23, 30`, then that in its middle, and may be
-//! curved.
+//! The dimension `D` and the number of nodes `N` identify the face: 2 or 3 nodes in 2D; in 3D 3 or 6 of
+//! triangles, 4, 8 or 9 of quadrilaterals. A face of second order may be curved. The order of its nodes
+//! is: corners, middles of the edges `01, 12, 20` or `01, 12, 23, 30`, centre.
 
 use super::multilinear::{self, GAUSS};
 use super::quad8::QUAD8;
@@ -16,19 +14,19 @@ use super::shape::TRIANGLE_EDGES;
 /// Corners of the reference quadrilateral `[-1, 1]^2`.
 const SQUARE: [[f64; 2]; 4] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
 
-/// A point of a reference face.
+/// Quadrature point of a reference face.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FacePoint<const N: usize> {
-    /// Weight, as a share of the measure of the face; those of a face sum to 1.
+    /// Weight, as a fraction of the measure of the face; the weights of a face sum to 1.
     pub weight: f64,
-    /// The shape function of every node; their sum is 1.
+    /// Shape function of each node; their sum is 1.
     pub shape: [f64; N],
-    /// Their derivatives by the coordinates of the face `xi_k = lambda_k`, `k = 1 .. D - 1`; one in 2D,
-    /// the second then 0. Of a quadrilateral by coordinates from 0 to 1.
+    /// Derivatives of the shape functions with respect to the face coordinates `xi_k = lambda_k`,
+    /// `k = 1 .. D - 1`; in 2D the second is 0. The coordinates of a quadrilateral run from 0 to 1.
     pub slopes: [[f64; 2]; N],
 }
 
-/// Corners of the edges whose middle nodes a face of second order has, in their order.
+/// Returns the corners of the edges that have a middle node, in the order of these nodes.
 pub const fn face_edges<const D: usize, const N: usize>() -> &'static [[usize; 2]] {
     match (D, N) {
         (2, 2) | (3, 3 | 4) => &[],
@@ -44,12 +42,12 @@ const fn is_quadrilateral<const D: usize, const N: usize>() -> bool {
     D == 3 && matches!(N, 4 | 8 | 9)
 }
 
-/// Number of corners of a face.
+/// Returns the number of corners of a face.
 pub(crate) const fn face_corners<const D: usize, const N: usize>() -> usize {
     if is_quadrilateral::<D, N>() { 4 } else { D }
 }
 
-/// The point of a quadrilateral at `xi` in `[-1, 1]^2`.
+/// Returns the point of a quadrilateral at `xi` in `[-1, 1]^2`.
 fn square_point<const N: usize>(weight: f64, xi: [f64; 2]) -> FacePoint<N> {
     let (mut shape, mut slopes) = ([0.0; N], [[0.0; 2]; N]);
     match N {
@@ -69,7 +67,7 @@ fn square_point<const N: usize>(weight: f64, xi: [f64; 2]) -> FacePoint<N> {
     FacePoint { weight, shape, slopes: slopes.map(|slope| slope.map(|s| 2.0 * s)) }
 }
 
-/// The point with the barycentric coordinates `lambda`.
+/// Returns the point with the barycentric coordinates `lambda`.
 fn face_point<const D: usize, const N: usize>(weight: f64, lambda: [f64; 3]) -> FacePoint<N> {
     let edges = face_edges::<D, N>();
     let (mut shape, mut slopes) = ([0.0; N], [[0.0; 2]; N]);
@@ -99,11 +97,11 @@ fn face_point<const D: usize, const N: usize>(weight: f64, lambda: [f64; 3]) -> 
     FacePoint { weight, shape, slopes }
 }
 
-/// Quadrature on a face, exact for polynomials of degree 5 (edges: Gauss, 3 points) and 4 (triangles, 6
-/// points: Dunavant 1985, *High degree efficient symmetrical Gaussian quadrature rules for the triangle*,
-/// Int. J. Numer. Meth. Eng. 21, 1129, degree 4). That is all there is in the force of a uniform pressure on
-/// a curved face of second order, and in the volume behind it; of degree 3 in each coordinate on
-/// quadrilaterals (Gauss, 2 x 2 points), likewise, and of degree 5 on those of second order (3 x 3 points).
+/// Returns the quadrature points of a face, exact for degree 5 on edges (Gauss, 3 points) and 4 on
+/// triangles (6 points: Dunavant 1985, *High degree efficient symmetrical Gaussian quadrature rules for
+/// the triangle*, Int. J. Numer. Meth. Eng. 21, 1129, degree 4). On quadrilaterals the degree is 3 in
+/// each coordinate (Gauss, 2 x 2 points), in second order 5 (3 x 3 points). This suffices for the force
+/// of a uniform pressure on a curved face and for the volume behind it.
 ///
 /// # Panics
 /// If there is no such face.
@@ -129,7 +127,7 @@ pub fn face_points<const D: usize, const N: usize>() -> Vec<FacePoint<N>> {
     three.map(|(w, a, corner)| face_point::<D, N>(w, lambda(a, corner))).collect()
 }
 
-/// The middle of a face, which stands for all of it.
+/// Returns the midpoint of a face, with the weight of the whole face.
 pub fn face_middle<const D: usize, const N: usize>() -> FacePoint<N> {
     if is_quadrilateral::<D, N>() {
         square_point(1.0, [0.0; 2])
@@ -138,9 +136,9 @@ pub fn face_middle<const D: usize, const N: usize>() -> FacePoint<N> {
     }
 }
 
-/// The vector area `n dA` of a face with the nodes `x`, out of the body, as if it were everywhere what it is
-/// at `point`: so it is on a face of first order. Edges run counter-clockwise about the body in two
-/// dimensions (length [m]), triangles are counter-clockwise seen from outside in three (area [m^2]).
+/// Returns the outward vector area `n dA` of a face with the nodes `x`, as if it were constant with its
+/// value at `point`, as on a first-order edge or triangle. Edges run counter-clockwise about the body in
+/// 2D (length [m]); triangles are counter-clockwise seen from outside in 3D (area [m^2]).
 pub fn vector_area<const D: usize, const N: usize>(x: &[[f64; D]; N], point: &FacePoint<N>) -> [f64; D] {
     let [s, t] = tangents(x, point);
     let mut area = [0.0; D];
@@ -152,15 +150,15 @@ pub fn vector_area<const D: usize, const N: usize>(x: &[[f64; D]; N], point: &Fa
     area
 }
 
-/// Area of the reference face in 3D.
+/// Returns the area of the reference face in 3D.
 const fn share<const D: usize, const N: usize>() -> f64 {
     if is_quadrilateral::<D, N>() { 1.0 } else { 0.5 }
 }
 
-/// The derivatives of the place on a face by its coordinates.
+/// Returns the derivatives of the position on a face with respect to its coordinates.
 fn tangents<const D: usize, const N: usize>(x: &[[f64; D]; N], point: &FacePoint<N>) -> [[f64; 3]; 2] {
     let mut tangents = [[0.0; 3]; 2];
-    // Measured from the first corner: what is far from the origin loses no digits.
+    // Relative to the first corner: positions far from the origin lose no digits.
     for (x_a, slopes) in x.iter().zip(&point.slopes).skip(1) {
         for c in 0..D {
             (0..2).for_each(|k| tangents[k][c] += slopes[k] * (x_a[c] - x[0][c]));
@@ -169,7 +167,7 @@ fn tangents<const D: usize, const N: usize>(x: &[[f64; D]; N], point: &FacePoint
     tangents
 }
 
-/// The derivative of [`vector_area`] by the place of node `j`, applied to `u`, or its transpose.
+/// Returns the derivative of [`vector_area`] with respect to node `j`, applied to `u`, or its transpose.
 pub fn area_rate<const D: usize, const N: usize>(
     x: &[[f64; D]; N],
     point: &FacePoint<N>,
@@ -181,7 +179,7 @@ pub fn area_rate<const D: usize, const N: usize>(
     let sign = if transposed { -1.0 } else { 1.0 };
     let slope = point.slopes[j];
     if D == 2 {
-        // The quarter turn to the right, which its transpose undoes.
+        // A quarter turn to the right; the transpose turns back.
         (rate[0], rate[1]) = (sign * slope[0] * u[1], -sign * slope[0] * u[0]);
     } else {
         // 1/2 (slope_0 u x t + s x slope_1 u).
@@ -235,7 +233,7 @@ mod tests {
         for point in face_points::<D, N>() {
             assert!((point.shape.iter().sum::<f64>() - 1.0).abs() < 1e-15);
         }
-        // Of quadratic functions central differences are exact.
+        // Central differences of quadratic functions are exact.
         let lambda = [0.5, 0.3, if D == 2 { 0.0 } else { 0.2 }];
         for k in 0..D - 1 {
             let moved = |step: f64| {
@@ -257,7 +255,7 @@ mod tests {
         is_a_lagrange_basis::<3, 6>();
     }
 
-    /// The volume under `z = 1 + x y^2` over a square, by fluxes through its curved top.
+    /// Checks the volume under `z = 1 + x y^2 / 4` over a square from the flux through its curved top.
     #[test]
     fn the_flux_through_a_curved_quadrilateral_is_the_volume_under_it() {
         fn flux<const N: usize>(nodes: &[[f64; 2]; N]) -> f64 {
@@ -270,7 +268,7 @@ mod tests {
         }
         assert!((flux(QUAD8.nodes) - 4.0).abs() < 1e-14);
         assert!((flux(QUAD9.nodes) - 4.0).abs() < 1e-14);
-        // Off the axes of symmetry.
+        // The square is off the axes of symmetry.
         let lifted = |nodes: &[[f64; 2]; 9]| nodes.map(|[x, y]| [x + 1.0, y]);
         assert!((flux(&lifted(QUAD9.nodes)) - 4.0 * (1.0 + 0.25 / 3.0)).abs() < 1e-14);
     }

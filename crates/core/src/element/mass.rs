@@ -6,8 +6,8 @@ use super::shape::{Barycentric, is_simplex, jacobian, middle_edges, order, shape
 use super::validity::volume;
 use crate::algebra::Mat;
 
-/// Abscissas in (0, 1) and weights of the Gauss-Legendre rule of five points, exact to degree 9: Abramowitz,
-/// Stegun 1964, *Handbook of Mathematical Functions*, 25.4.30, in closed form.
+/// Returns abscissas in (0, 1) and weights of the Gauss-Legendre rule of five points, exact to degree 9:
+/// Abramowitz, Stegun 1964, *Handbook of Mathematical Functions*, 25.4.30, in closed form.
 fn gauss_legendre() -> [(f64, f64); 5] {
     let root = 2.0 * (10.0f64 / 7.0).sqrt();
     let (inner, outer) = ((5.0 - root).sqrt() / 6.0, (5.0 + root).sqrt() / 6.0);
@@ -22,10 +22,10 @@ fn gauss_legendre() -> [(f64, f64); 5] {
     ]
 }
 
-/// A rule with `5^D` points, all weights positive, their sum 1: exact to degree 7 in 3D and 8 in 2D. The
-/// product `N_a N_b det J` of a curved element has degree 7 in 3D, 6 in 2D. Products of Gauss rules on the
-/// cube, which is contracted to the simplex: Stroud 1971, *Approximate Calculation of Multiple Integrals*,
-/// section 2.4.
+/// Returns a rule with `5^D` positive weights of sum 1, exact to degree 7 in 3D and 8 in 2D. The product
+/// `N_a N_b det J` of a curved element has degree 7 in 3D and 6 in 2D. The points are products of Gauss
+/// rules on the cube, contracted to the simplex: Stroud 1971, *Approximate Calculation of Multiple
+/// Integrals*, section 2.4.
 fn simplex_mass_rule<const D: usize>() -> Vec<(Barycentric, f64)> {
     let gauss = gauss_legendre();
     let mut rule = vec![];
@@ -47,9 +47,9 @@ fn simplex_mass_rule<const D: usize>() -> Vec<(Barycentric, f64)> {
     rule
 }
 
-/// The products of the rule of five points on the reference cell of quadrilaterals and hexahedra, weights
-/// whose sum is 1: exact to degree 9 in each coordinate, which is that of `N_a N_b det J` of a curved
-/// hexahedron of second order.
+/// Returns the product of the five-point rule on the reference cell of quadrilaterals and hexahedra, with
+/// weights of sum 1. The rule is exact to degree 9 in each coordinate, the degree of `N_a N_b det J` of a
+/// curved second-order hexahedron.
 fn cell_mass_rule<const D: usize>() -> Vec<(Barycentric, f64)> {
     let gauss = gauss_legendre();
     let mut rule = vec![([0.0; 4], 1.0)];
@@ -66,8 +66,8 @@ fn cell_mass_rule<const D: usize>() -> Vec<(Barycentric, f64)> {
     rule
 }
 
-/// Places of a rule that is exact for the masses of elements of second order, curved ones too, and their
-/// shares in the area or volume of the reference element.
+/// Returns the points of a rule that is exact for the masses of second-order elements, curved ones too,
+/// and their weights as fractions of the area or volume of the reference element.
 pub fn mass_rule<const D: usize, const N: usize>() -> Vec<(Barycentric, f64)> {
     if is_simplex::<D, N>() { simplex_mass_rule::<D>() } else { cell_mass_rule::<D>() }
 }
@@ -76,26 +76,27 @@ pub fn mass_rule<const D: usize, const N: usize>() -> Vec<(Barycentric, f64)> {
 #[derive(Clone, Debug)]
 pub struct MassRule<const D: usize, const N: usize> {
     rule: Vec<(Barycentric, f64)>,
-    /// That of a straight element of unit area or volume.
+    /// Mass matrix of a straight element of unit area or volume.
     straight: [[f64; N]; N],
 }
 
 impl<const D: usize, const N: usize> MassRule<D, N> {
-    /// The rule, and what all straight elements have in common.
+    /// Creates the rule and the mass matrix that all straight elements share.
     pub fn new() -> Self {
         let rule = mass_rule::<D, N>();
         let straight = integrate::<D, N>(&rule, |_| 1.0);
         MassRule { rule, straight }
     }
 
-    /// The consistent mass matrix of a straight element of unit area or volume, for unit density.
+    /// Returns the consistent mass matrix of a straight element of unit area or volume, for unit density.
     pub fn of_straight(&self) -> [[f64; N]; N] {
         self.straight
     }
 
-    /// The consistent mass matrix for unit density, `M_ab = integral of N_a N_b` over the element at rest
-    /// [m^2 or m^3], exact for straight and curved elements but for rounding. The same for every coordinate:
-    /// the mass matrix of the element is `density M_ab I`. The sum of all entries is the volume.
+    /// Returns the consistent mass matrix for unit density, `M_ab = integral of N_a N_b` over the element
+    /// in the reference configuration [m^2 or m^3], exact up to rounding for straight and curved
+    /// elements. The mass matrix of the element is `density M_ab I` for every coordinate alike. The sum
+    /// of all entries is the volume.
     pub fn consistent(&self, rest: &[[f64; D]; N]) -> [[f64; N]; N] {
         if is_straight(rest) {
             let volume = volume(rest);
@@ -104,21 +105,22 @@ impl<const D: usize, const N: usize> MassRule<D, N> {
         self.by_jacobian(|lambda| jacobian(rest, lambda))
     }
 
-    /// As [`consistent`](Self::consistent), of an element with this derivative `J` of the position at rest.
+    /// Returns [`consistent`](Self::consistent) of an element with this derivative `J` of the reference
+    /// position.
     pub(crate) fn by_jacobian(&self, jacobian: impl Fn(&Barycentric) -> Mat<f64, D>) -> [[f64; N]; N] {
         integrate::<D, N>(&self.rule, |lambda| content::<D, N>(jacobian(lambda).determinant()))
     }
 
-    /// Lumped masses for unit density [m^2 or m^3], one per node: the diagonal of
-    /// [`consistent`](Self::consistent) scaled to the volume, `m_a = V M_aa / sum_b M_bb`. Hinton, Rock,
-    /// Zienkiewicz 1976, *A note on mass lumping and related processes in the finite element method*,
-    /// Earthquake Engineering and Structural Dynamics 4, 245.
+    /// Returns the lumped masses for unit density [m^2 or m^3], one per node: the diagonal of
+    /// [`consistent`](Self::consistent) scaled to the volume, `m_a = V M_aa / sum_b M_bb`. Source:
+    /// Hinton, Rock, Zienkiewicz 1976, *A note on mass lumping and related processes in the finite
+    /// element method*, Earthquake Engineering and Structural Dynamics 4, 245.
     ///
-    /// For first order that is `V / (D + 1)`, as sums of rows are. Sums of rows will not do for second
-    /// order: corners get 0 in a triangle and `-V/20` in a tetrahedron, and no explicit scheme can move a
-    /// vertex without mass. Here straight triangles give `V/19` to a corner and `16 V/57` to the middle of
-    /// an edge, tetrahedra `V/36` and `4 V/27`. A square of 9 nodes gives 1/36, 1/9 and 4/9, as its sums of
-    /// rows do.
+    /// In first order each mass is `V / (D + 1)`, equal to the row sums. Row sums fail in second order:
+    /// corners get 0 in a triangle and `-V/20` in a tetrahedron, and an explicit integrator needs
+    /// positive masses. Here straight triangles give `V/19` to a corner and `16 V/57` to the middle of an
+    /// edge, tetrahedra `V/36` and `4 V/27`. A square of 9 nodes gives 1/36, 1/9 and 4/9, equal to its
+    /// row sums.
     pub fn lumped(&self, rest: &[[f64; D]; N]) -> [f64; N] {
         let consistent = self.consistent(rest);
         let volume: f64 = consistent.as_flattened().iter().sum();
@@ -134,7 +136,7 @@ impl<const D: usize, const N: usize> Default for MassRule<D, N> {
     }
 }
 
-/// `integral of N_a N_b volume_at(lambda)`, the mean over the element.
+/// Returns `integral of N_a N_b volume_at(lambda)`, the mean over the element.
 fn integrate<const D: usize, const N: usize>(
     rule: &[(Barycentric, f64)],
     volume_at: impl Fn(&Barycentric) -> f64,
@@ -152,8 +154,8 @@ fn integrate<const D: usize, const N: usize>(
     mass
 }
 
-/// True if the nodes in the middle of edges are there, to rounding, and a quadrilateral or hexahedron is a
-/// parallelepiped: then the Jacobian is constant.
+/// True if mid-edge nodes lie in the middle, up to rounding, and a quadrilateral or hexahedron is a
+/// parallelepiped. The Jacobian is then constant.
 pub(super) fn is_straight<const D: usize, const N: usize>(rest: &[[f64; D]; N]) -> bool {
     if let Some(cell) = second_order_cell::<D, N>() {
         let middle = jacobian(rest, &[0.0; 4]);
@@ -171,7 +173,7 @@ pub(super) fn is_straight<const D: usize, const N: usize>(rest: &[[f64; D]; N]) 
     rest[D + 1..].iter().zip(middle_edges::<D, N>()).all(|(middle, &[i, j])| {
         let (a, b) = (&rest[i], &rest[j]);
         let length = (0..D).fold(0.0, |l: f64, c| l.max((b[c] - a[c]).abs()));
-        // A rounded file may have the last digits of coordinates wrong.
+        // Coordinates in a file may be rounded in the last digits.
         let rounding = (0..D).fold(0.0, |l: f64, c| l.max(a[c].abs().max(b[c].abs()))) * f64::EPSILON;
         (0..D).all(|c| (middle[c] - (0.5 * a[c] + 0.5 * b[c])).abs() <= 1e-13 * length + rounding)
     })
@@ -186,8 +188,8 @@ mod tests {
         mass.as_flattened().iter().sum()
     }
 
-    /// `integral of x_i x_j` is a sum over the mass matrix; for straight elements it has a closed form: with
-    /// `s` the sum of the corners, `V ( s s^T + sum x x^T ) / ((D + 1)(D + 2))`.
+    /// Compares `integral of x_i x_j`, a sum over the mass matrix, with the closed form for straight
+    /// elements: with `s` the sum of the corners, `V ( s s^T + sum x x^T ) / ((D + 1)(D + 2))`.
     fn second_moments<const D: usize, const N: usize>() {
         let rest = regular::<D, N>(0.7);
         let mass = MassRule::<D, N>::new().consistent(&rest);
@@ -246,7 +248,7 @@ mod tests {
             let expected = if a <= D { corner } else { middle };
             assert!((m / volume - expected).abs() < 1e-15, "{D}D, node {a} of {N}: {m}");
         }
-        // Sums of rows, for comparison: what no explicit scheme can use.
+        // Row sums, for comparison, which no explicit integrator can use.
         if N > D + 1 {
             let rows = MassRule::<D, N>::new().consistent(&rest)[0].iter().sum::<f64>() / volume;
             assert!((rows - if D == 2 { 0.0 } else { -0.05 }).abs() < 1e-15);
@@ -266,14 +268,14 @@ mod tests {
         assert!((lumped.iter().sum::<f64>() / sum(&mass.consistent(&rest)) - 1.0).abs() < 1e-14);
     }
 
-    /// The volume inside of curved sides by the divergence theorem is another polynomial integral: with
-    /// `x(xi)` the map, it is that of `det J`, which a finer rule on halves of the element must repeat.
+    /// Compares the rule with a finer one, made of the rule on two halves of the element: both integrate
+    /// the polynomials exactly.
     fn is_exact_for_curved_elements<const D: usize, const N: usize>() {
         let rest = curved::<D, N>(0.15);
         let mass = MassRule::<D, N>::new();
         let found = mass.consistent(&rest);
-        // Cut at the middle of edge 01: each half is the image of the whole by a linear map of the
-        // coordinates.
+        // The element is cut at the middle of edge 01: each half is the image of the whole by a linear
+        // map of the coordinates.
         let halves = |lambda: &Barycentric, first: bool| {
             let mut l = *lambda;
             if first {

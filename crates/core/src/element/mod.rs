@@ -1,13 +1,13 @@
-//! Elements: how positions of vertices become a deformation gradient, and a stress becomes forces.
+//! Elements: deformation gradients from vertex positions, and forces from stresses.
 //!
-//! The number of nodes `N` and the dimension `D` say which element it is: simplices have 3 and 6 nodes in 2D,
-//! 4 and 10 in 3D, of first and second order; quadrilaterals of second order 8 and 9, hexahedra 20 and 27.
-//! [`quadrature_points`] gives for one element all that its energy, forces and stiffness are made of,
-//! [`MassRule`] its mass, [`least_jacobian`] whether a curved element is valid.
+//! The number of nodes `N` and the dimension `D` identify the element. Simplices of first and second
+//! order have 3 and 6 nodes in 2D, 4 and 10 in 3D; quadrilaterals of second order have 8 or 9, hexahedra
+//! 20 or 27. [`quadrature_points`] gives the points over which energy, forces and stiffness are summed,
+//! [`MassRule`] the mass, [`least_jacobian`] the validity of a curved element.
 //!
-//! Cells that are no simplices are values: a [`CellKind`] says what they are, an [`Isoparametric`]
-//! integrates over them. All that is generic over `N` and `D` reads those of second order there; places in
-//! them are `xi_k`, in the first entries of [`Barycentric`].
+//! Cells other than simplices are described by values: a [`CellKind`] describes the cell, an
+//! [`Isoparametric`] integrates over it. Functions generic over `N` and `D` take second-order cells from
+//! there; positions in them are `xi_k`, in the first entries of [`Barycentric`].
 //!
 //! # How to add one
 //! 1. Write a file with a `CellKind` (nodes, edges, sides, mirror image, types of VTK and Gmsh, name in
@@ -71,21 +71,21 @@ pub(crate) use tangents::{Tangents, edges, times, transpose_times};
 /// Description of an element, for `pliant list elements`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct ElementDescription {
-    /// Its name.
+    /// Name of the element.
     pub name: &'static str,
-    /// One line.
+    /// One-line description.
     pub summary: &'static str,
     /// Key of a scene that makes elements of this kind.
     pub scene: &'static str,
     /// Number of vertices.
     pub vertices: u32,
-    /// Its energy.
+    /// Energy of the element.
     pub formula: &'static str,
-    /// Where it comes from.
+    /// Source of the energy.
     pub source: &'static str,
 }
 
-/// Every element.
+/// Descriptions of all elements.
 pub const ELEMENTS: &[ElementDescription] = &[
     ElementDescription {
         name: "triangle",

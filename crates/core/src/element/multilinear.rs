@@ -9,7 +9,7 @@ pub(super) fn shape<const D: usize, const N: usize>(corners: &[[f64; D]; N], xi:
     corners.map(|corner| (0..D).map(|k| 0.5 * (1.0 + xi[k] * corner[k])).product())
 }
 
-/// Their slopes `dN_a/dxi_k`.
+/// Derivatives `dN_a/dxi_k` of the shape functions.
 pub(super) fn slopes<const D: usize, const N: usize>(
     corners: &[[f64; D]; N],
     xi: &[f64; D],

@@ -1,14 +1,14 @@
-//! The element of second order at its quadrature points, for kernels.
+//! Second-order elements at their quadrature points, for kernels.
 //!
-//! At quadrature point `q` one barycentric coordinate is `n` ([`near`]), the others are `f` ([`far`]). With
-//! `S_i` the sum of the nodes in the middle of the edges at corner `i`, and `y_iq` the node between the
-//! corners `i` and `q`, which is the corner itself for `i = q`, the derivative of the position by `lambda_i`
-//! is
+//! At quadrature point `q` one barycentric coordinate is `n` ([`near`]), the others are `f` ([`far`]).
+//! Let `S_i` be the sum of the nodes in the middle of the edges at corner `i`, and `y_iq` the node
+//! between the corners `i` and `q` (the corner itself for `i = q`). The derivative of the position with
+//! respect to `lambda_i` is
 //!
 //! `A_i = (4 f - 1) x_i + 4 f S_i + 4 (n - f) y_iq`,
 //!
-//! and column `k` of `dx/dxi` is `A_k - A_0`. Only the last term depends on `q`. The gradient is the
-//! transpose of that. In cells that are no simplices both are sums over the slopes of the shape functions at
+//! and column `k` of `dx/dxi` is `A_k - A_0`. Only the last term depends on `q`. The gradient uses the
+//! transpose. In cells other than simplices both are sums over the derivatives of the shape functions at
 //! the points.
 
 use super::cell::second_order_cell;
@@ -17,7 +17,7 @@ use super::shape::is_simplex;
 use crate::algebra::Mat;
 use crate::scalar::Scalar;
 
-/// The node between two corners of a simplex; the corner itself where they are one.
+/// Returns the node between two corners of a simplex; the corner itself if both are the same.
 #[inline(always)]
 const fn between<const D: usize>(i: usize, q: usize) -> usize {
     const TRIANGLE: [[usize; 3]; 3] = [[0, 3, 5], [3, 1, 4], [5, 4, 2]];
@@ -27,16 +27,16 @@ const fn between<const D: usize>(i: usize, q: usize) -> usize {
 
 /// Positions of an element, prepared for its quadrature points.
 pub(crate) struct QuadraticPositions<S, const D: usize, const N: usize> {
-    /// `4 (n - f)` times the positions, from the first corner.
+    /// Positions relative to the first corner, in simplices times `4 (n - f)`.
     nodes: [[S; D]; N],
-    /// The part that does not depend on `q`: entry `k - 1` is `(4 f - 1)(x_k - x_0) + 4 f (S_k - S_0)`.
+    /// Part independent of `q`: entry `k - 1` is `(4 f - 1)(x_k - x_0) + 4 f (S_k - S_0)`.
     common: [[S; D]; D],
 }
 
 impl<S: Scalar, const D: usize, const N: usize> QuadraticPositions<S, D, N> {
     #[inline(always)]
     pub(crate) fn new(mut x: [[S; D]; N]) -> Self {
-        // Measured from the first corner: what is far from the origin loses no digits.
+        // Relative to the first corner: positions far from the origin lose no digits.
         for a in 1..N {
             for c in 0..D {
                 x[a][c] -= x[0][c];
@@ -73,7 +73,7 @@ impl<S: Scalar, const D: usize, const N: usize> QuadraticPositions<S, D, N> {
         QuadraticPositions { nodes: x, common }
     }
 
-    /// `dx/dxi` at quadrature point `q`.
+    /// Returns `dx/dxi` at quadrature point `q`.
     #[inline(always)]
     pub(crate) fn at(&self, q: usize) -> Mat<S, D> {
         if let Some(cell) = second_order_cell::<D, N>() {
@@ -90,7 +90,7 @@ impl<S: Scalar, const D: usize, const N: usize> QuadraticPositions<S, D, N> {
         m
     }
 
-    /// `sum_a (x_a - x_0) (dN_a/dxi)^T`.
+    /// Returns `sum_a (x_a - x_0) (dN_a/dxi)^T`.
     #[inline(always)]
     fn by_slopes(&self, slopes: &[[f64; D]; N]) -> Mat<S, D> {
         let mut m = Mat::zero();
@@ -106,9 +106,9 @@ impl<S: Scalar, const D: usize, const N: usize> QuadraticPositions<S, D, N> {
     }
 }
 
-/// Gradient of an element at its nodes, in the making.
+/// Sum of the gradient of an element at its nodes.
 pub(crate) struct QuadraticGradients<S, const D: usize, const N: usize> {
-    /// Sums of what the quadrature points give to `y_iq`.
+    /// Sums of the contributions of quadrature points to `y_iq`.
     nodes: [[S; D]; N],
     /// Sums over all `q` of the columns `1 .. D`.
     common: [[S; D]; D],
@@ -120,7 +120,7 @@ impl<S: Scalar, const D: usize, const N: usize> QuadraticGradients<S, D, N> {
         QuadraticGradients { nodes: [[S::zero(); D]; N], common: [[S::zero(); D]; D] }
     }
 
-    /// Adds quadrature point `q`, given `H = w P J^-T` there.
+    /// Adds the contribution of quadrature point `q`, given `H = w P J^-T` there.
     #[inline(always)]
     pub(crate) fn add(&mut self, q: usize, h: &Mat<S, D>) {
         if let Some(cell) = second_order_cell::<D, N>() {
@@ -151,8 +151,8 @@ impl<S: Scalar, const D: usize, const N: usize> QuadraticGradients<S, D, N> {
         }
     }
 
-    /// The gradients at the nodes. That of the first corner is minus the sum of all others: elements push
-    /// nothing but themselves.
+    /// Returns the gradients at the nodes. The first corner gets minus the sum of all others, so that the
+    /// net force is zero.
     #[inline(always)]
     pub(crate) fn finish(mut self) -> [[S; D]; N] {
         if is_simplex::<D, N>() {
@@ -169,7 +169,7 @@ impl<S: Scalar, const D: usize, const N: usize> QuadraticGradients<S, D, N> {
         g
     }
 
-    /// Adds the part of a simplex that does not depend on the quadrature point.
+    /// Adds the part of a simplex that is independent of the quadrature point.
     #[inline(always)]
     fn add_common(&mut self) {
         let QuadraticGradients { nodes: g, common } = self;

@@ -1,12 +1,12 @@
-//! Where the energy of an element is evaluated.
+//! Quadrature points of the energy of an element.
 
 use super::cell::{point_count, second_order_cell};
 use super::shape::{Barycentric, is_simplex, jacobian, leading, order, reference_gradients};
 use crate::algebra::Mat;
 
-/// Quadrature points of the energy of the element with `N` nodes in `D` dimensions: one for simplices of
-/// first order, whose `F` is constant, `D + 1` of second order; of other cells of second order
-/// [their own](super::Isoparametric::points).
+/// Returns the number of quadrature points of the energy of the element with `N` nodes in `D` dimensions:
+/// one for simplices of first order, whose `F` is constant, `D + 1` for simplices of second order; other
+/// cells of second order have [their own](super::Isoparametric::points).
 pub const fn quadrature_count<const D: usize, const N: usize>() -> usize {
     match point_count::<D, N>() {
         0 if order::<D, N>() == 1 => 1,
@@ -18,23 +18,23 @@ pub const fn quadrature_count<const D: usize, const N: usize>() -> usize {
 /// The largest [`quadrature_count`].
 pub const MOST_POINTS: usize = 27;
 
-/// The coordinate `lambda_q` of quadrature point `q` of second order; all others are [`far`].
+/// Returns the coordinate `lambda_q` of quadrature point `q` of second order; all others are [`far`].
 ///
-/// With `D + 1` points, each with the same weight, these are exact for polynomials of second degree: all
-/// that the linear stiffness of a straight element needs. 2/3 and 1/6 in 2D (Strang, Fix 1973, *An Analysis
-/// of the Finite Element Method*, table 4.1), `(5 + 3 sqrt 5)/20` and `(5 - sqrt 5)/20` in 3D (Keast 1986,
-/// *Moderate-degree tetrahedral quadrature formulas*).
+/// The rule of `D + 1` points with equal weights is exact for polynomials of degree 2, which suffices for
+/// the linear stiffness of a straight element. The coordinates are 2/3 and 1/6 in 2D (Strang, Fix
+/// 1973, *An Analysis of the Finite Element Method*, table 4.1), `(5 + 3 sqrt 5)/20` and
+/// `(5 - sqrt 5)/20` in 3D (Keast 1986, *Moderate-degree tetrahedral quadrature formulas*).
 pub(super) const fn near<const D: usize>() -> f64 {
     if D == 2 { 2.0 / 3.0 } else { 0.585_410_196_624_968_5 }
 }
 
-/// See [`near`].
+/// Returns the other coordinates of a quadrature point, see [`near`].
 pub(super) const fn far<const D: usize>() -> f64 {
     if D == 2 { 1.0 / 6.0 } else { 0.138_196_601_125_010_5 }
 }
 
-/// Barycentric coordinates of quadrature point `q`; those of the reference cell in cells that are no
-/// simplices.
+/// Returns the barycentric coordinates of quadrature point `q`; in cells other than simplices its
+/// reference coordinates.
 pub fn quadrature_position<const D: usize, const N: usize>(q: usize) -> Barycentric {
     let mut lambda = [0.0; 4];
     if let Some(cell) = second_order_cell::<D, N>() {
@@ -51,7 +51,7 @@ pub fn quadrature_position<const D: usize, const N: usize>(q: usize) -> Barycent
     lambda
 }
 
-/// Coordinates of the middle of an element.
+/// Returns the coordinates of the centre of an element.
 pub fn centroid<const D: usize, const N: usize>() -> Barycentric {
     let mut lambda = [0.0; 4];
     if is_simplex::<D, N>() {
@@ -60,11 +60,11 @@ pub fn centroid<const D: usize, const N: usize>() -> Barycentric {
     lambda
 }
 
-/// Weights by which the values of a function at the quadrature points give its value at `lambda`, and zeros:
-/// exact for linear functions in simplices, as `F` of a straight element and `dx/dxi` of any are; in other
-/// cells for the polynomials of Lagrange through the points, as `dx/dxi` is where the integration is full,
-/// and otherwise by extrapolation from the points at which strains are most accurate (Barlow 1976, *Optimal
-/// stress locations in finite element models*).
+/// Returns the weights that interpolate a function from the quadrature points to `lambda`; unused entries
+/// are zero. In simplices they are exact for linear functions, such as `F` of a straight element and
+/// `dx/dxi` of any. Other cells use the Lagrange polynomials through the points: exact for `dx/dxi` with
+/// full integration, otherwise an extrapolation from the points at which strains are most accurate
+/// (Barlow 1976, *Optimal stress locations in finite element models*).
 pub fn interpolation<const D: usize, const N: usize>(lambda: &Barycentric) -> [f64; MOST_POINTS] {
     let mut weights = [0.0; MOST_POINTS];
     if let Some(cell) = second_order_cell::<D, N>() {
@@ -84,7 +84,8 @@ pub fn interpolation<const D: usize, const N: usize>(lambda: &Barycentric) -> [f
     weights
 }
 
-/// At `x` Lagrange's polynomial through the coordinates `k` of points of a product, that is one at `own`.
+/// Evaluates at `x` the Lagrange polynomial through coordinate `k` of a product rule that is one at
+/// `own`.
 fn through_points<const D: usize>(points: &[([f64; D], f64)], k: usize, own: f64, x: f64) -> f64 {
     let mut others: Vec<f64> =
         points.iter().map(|(point, _)| point[k]).filter(|other| *other != own).collect();
@@ -93,12 +94,12 @@ fn through_points<const D: usize>(points: &[([f64; D], f64)], k: usize, own: f64
     others.iter().map(|other| (x - other) / (own - other)).product()
 }
 
-/// Area or volume of an element whose Jacobian has this determinant throughout.
+/// Returns the area or volume of an element with this constant determinant of the Jacobian.
 pub(super) fn content<const D: usize, const N: usize>(determinant: f64) -> f64 {
     if is_simplex::<D, N>() { determinant / factorial::<D>() } else { determinant * (1 << D) as f64 }
 }
 
-/// Area or volume that quadrature point `q` stands for, by the determinant of the Jacobian there.
+/// Returns the area or volume of quadrature point `q`, given the determinant of the Jacobian there.
 pub(crate) fn point_content<const D: usize, const N: usize>(q: usize, determinant: f64) -> f64 {
     match second_order_cell::<D, N>() {
         Some(cell) => determinant * cell.points[q].1,
@@ -106,22 +107,22 @@ pub(crate) fn point_content<const D: usize, const N: usize>(q: usize, determinan
     }
 }
 
-/// Contribution of one quadrature point of an element: with the shape gradients `b_a = dN_a/dX` there,
-/// `F = sum_a x_a b_a^T`, `E = sum_q w_q psi(F_q)`, the gradient at node `a` is `sum_q w_q P_q b_a`, and the
-/// block `(a, b)` of the stiffness `sum_q w_q b_a . (dP/dF)_q . b_b`, that is `K_ik = w dP_ij/dF_kl b_aj
-/// b_bl`.
+/// Contribution of one quadrature point to an element. With the shape gradients `b_a = dN_a/dX` there,
+/// `F = sum_a x_a b_a^T` and `E = sum_q w_q psi(F_q)`. The gradient at node `a` is `sum_q w_q P_q b_a`.
+/// Block `(a, b)` of the stiffness is `sum_q w_q b_a . (dP/dF)_q . b_b`, that is
+/// `K_ik = w dP_ij/dF_kl b_aj b_bl`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct QuadraturePoint<const D: usize, const N: usize> {
-    /// Rest area [m^2] or volume [m^3] that it stands for, `det J` times the weight of the rule; positive in
-    /// a valid element.
+    /// Reference area [m^2] or volume [m^3] of the point, `det J` times the weight of the rule; positive
+    /// in a valid element.
     pub weight: f64,
     /// Shape gradients `dN_a / dX`, `(N, D)` [1/m].
     pub gradients: [[f64; D]; N],
 }
 
 impl<const D: usize, const N: usize> QuadraturePoint<D, N> {
-    /// The point `lambda` of the element at rest at `rest`, which stands for the fraction `fraction` of the
-    /// reference element.
+    /// Creates the point `lambda` of the element with the reference positions `rest`, with the fraction
+    /// `fraction` of the reference element as its weight.
     pub fn new(rest: &[[f64; D]; N], lambda: &Barycentric, fraction: f64) -> Self {
         let j = jacobian(rest, lambda);
         let inverse = j.inverse();
@@ -136,7 +137,7 @@ impl<const D: usize, const N: usize> QuadraturePoint<D, N> {
         QuadraturePoint { weight: content::<D, N>(determinant), gradients }
     }
 
-    /// `F = sum_a x_a b_a^T` for nodes at `x`; exact also far from the origin.
+    /// Returns `F = sum_a x_a b_a^T` for nodes at `x`; exact also far from the origin.
     pub fn deformation_gradient(&self, x: &[[f64; D]; N]) -> Mat<f64, D> {
         let mut f = Mat::zero();
         for (point, gradient) in x.iter().zip(&self.gradients) {
@@ -150,13 +151,13 @@ impl<const D: usize, const N: usize> QuadraturePoint<D, N> {
     }
 }
 
-/// `D!`: the reference element has the volume `1 / D!`.
+/// Returns `D!`: the reference element has the volume `1 / D!`.
 pub(super) const fn factorial<const D: usize>() -> f64 {
     if D == 2 { 2.0 } else { 6.0 }
 }
 
-/// The quadrature points of the element with these nodes at rest, in their order: what forces, energies and
-/// stiffness are summed over, for first and second order alike.
+/// Returns the quadrature points of the element with these reference positions, in order. Forces,
+/// energies and stiffness of first and second order are sums over them.
 pub fn quadrature_points<const D: usize, const N: usize>(
     rest: &[[f64; D]; N],
 ) -> impl Iterator<Item = QuadraturePoint<D, N>> {
@@ -172,7 +173,7 @@ pub fn quadrature_points<const D: usize, const N: usize>(
 mod tests {
     use super::*;
 
-    /// `integral of lambda^alpha over the element / volume = D! prod(alpha!) / (D + sum alpha)!`.
+    /// Returns `integral of lambda^alpha over the element / volume = D! prod(alpha!) / (D + sum alpha)!`.
     fn exact<const D: usize>(powers: &[i32]) -> f64 {
         let factorial = |n: i32| (1..=n).map(f64::from).product::<f64>();
         let sum = powers.iter().sum::<i32>() + D as i32;
@@ -190,7 +191,7 @@ mod tests {
         };
         (1..9)
             .find(|&degree| {
-                // Every monomial in two of the coordinates: the rules are symmetric.
+                // Monomials in two of the coordinates suffice: the rules are symmetric.
                 (0..=degree)
                     .any(|p| (integral(&[p, degree - p]) - exact::<D>(&[p, degree - p])).abs() > 1e-14)
             })

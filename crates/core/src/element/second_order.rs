@@ -1,21 +1,23 @@
-//! Shape functions of quadrilaterals and hexahedra of second order, on the reference cell `[-1, 1]^D` with
-//! nodes whose coordinates `c_a` are -1, 0 and 1.
+//! Shape functions of second-order quadrilaterals and hexahedra on the reference cell `[-1, 1]^D`, with
+//! node coordinates `c_a` of -1, 0 and 1.
 //!
 //! - Lagrange: products of `xi (xi - 1)/2`, `1 - xi^2` and `xi (xi + 1)/2`, with nodes in the middle of sides
 //!   and cells.
 //! - Serendipity: `N_a = prod_k (1 + xi_k c_ak)/2 (sum_k xi_k c_ak - D + 1)` at corners, `(1 - xi_m^2)` times
 //!   such factors of the other coordinates in the middle of edges along `m`.
 //!
-//! Zienkiewicz, Taylor, Zhu 2013, *The Finite Element Method: Its Basis and Fundamentals*, chapter 6.
+//! Source: Zienkiewicz, Taylor, Zhu 2013, *The Finite Element Method: Its Basis and Fundamentals*,
+//! chapter 6.
 
-/// Gauss points of order 2, `1/sqrt(3)`, and of order 3, `sqrt(3/5)`, on `[-1, 1]`.
+/// Gauss rule of two points, `-1/sqrt(3)` and `1/sqrt(3)`, with weights, on `[-1, 1]`.
 pub(super) const TWO: [(f64, f64); 2] = [(-0.577_350_269_189_625_8, 1.0), (0.577_350_269_189_625_8, 1.0)];
 
-/// See [`TWO`].
+/// Gauss rule of three points, `-sqrt(3/5)`, 0 and `sqrt(3/5)`, with weights, on `[-1, 1]`.
 pub(super) const THREE: [(f64, f64); 3] =
     [(-0.774_596_669_241_483_4, 5.0 / 9.0), (0.0, 8.0 / 9.0), (0.774_596_669_241_483_4, 5.0 / 9.0)];
 
-/// Products of a rule on `[-1, 1]`, the first coordinate running fastest.
+/// Returns the product of a rule on `[-1, 1]` in `D` dimensions, with the first coordinate running
+/// fastest.
 pub(super) const fn products<const D: usize, const R: usize, const Q: usize>(
     rule: &[(f64, f64); R],
 ) -> [([f64; D], f64); Q] {
@@ -34,12 +36,13 @@ pub(super) const fn products<const D: usize, const R: usize, const Q: usize>(
     points
 }
 
-/// Value and slope of Lagrange's polynomial that is one at the node `c`.
+/// Returns value and derivative of the Lagrange polynomial that is one at the node `c`.
 const fn lagrange_line(c: f64, x: f64) -> (f64, f64) {
     if c == 0.0 { (1.0 - x * x, -2.0 * x) } else { (0.5 * x * (x + c), x + 0.5 * c) }
 }
 
-/// Value and slope of the factor of a coordinate in a serendipity function but for that of corners.
+/// Returns value and derivative of one coordinate's factor in a serendipity function, without that of
+/// corners.
 const fn serendipity_line(c: f64, x: f64) -> (f64, f64) {
     if c == 0.0 { (1.0 - x * x, -2.0 * x) } else { (0.5 * (1.0 + x * c), 0.5 * c) }
 }
@@ -54,7 +57,7 @@ const fn is_corner<const D: usize>(node: &[f64; D]) -> bool {
     corner
 }
 
-/// Values and slopes of all functions.
+/// Returns values and derivatives of all shape functions.
 const fn functions<const D: usize, const N: usize>(
     nodes: &[[f64; D]; N],
     lagrange: bool,
@@ -66,6 +69,7 @@ const fn functions<const D: usize, const N: usize>(
         let node = &nodes[a];
         let (mut product, mut products) = (1.0, [1.0; D]);
         let (mut sum, mut k) = (1.0 - D as f64, 0);
+        // Product of the factors of the coordinates, and its derivatives.
         while k < D {
             let (value, slope) =
                 if lagrange { lagrange_line(node[k], xi[k]) } else { serendipity_line(node[k], xi[k]) };
@@ -78,6 +82,7 @@ const fn functions<const D: usize, const N: usize>(
             }
             k += 1;
         }
+        // Serendipity functions of corners have a further factor, `sum`.
         let of_corner = !lagrange && is_corner(node);
         values[a] = if of_corner { product * sum } else { product };
         k = 0;
@@ -90,7 +95,7 @@ const fn functions<const D: usize, const N: usize>(
     (values, slopes)
 }
 
-/// Lagrange's functions of these nodes.
+/// Returns the Lagrange functions of these nodes.
 pub(super) const fn lagrange<const D: usize, const N: usize>(
     nodes: &[[f64; D]; N],
     xi: &[f64; D],
@@ -98,7 +103,7 @@ pub(super) const fn lagrange<const D: usize, const N: usize>(
     functions(nodes, true, xi)
 }
 
-/// Serendipity functions of these nodes.
+/// Returns the serendipity functions of these nodes.
 pub(super) const fn serendipity<const D: usize, const N: usize>(
     nodes: &[[f64; D]; N],
     xi: &[f64; D],
@@ -106,7 +111,7 @@ pub(super) const fn serendipity<const D: usize, const N: usize>(
     functions(nodes, false, xi)
 }
 
-/// Slopes at these points.
+/// Returns the derivatives of the shape functions at these points.
 pub(super) const fn at_points<const D: usize, const N: usize, const Q: usize>(
     nodes: &[[f64; D]; N],
     is_lagrange: bool,

@@ -17,15 +17,15 @@ pub const TETRAHEDRON_EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [0, 2], [0, 3], 
 /// Corners of the edges of a triangle, in the order of their middle nodes.
 pub const TRIANGLE_EDGES: [[usize; 2]; 3] = [[0, 1], [1, 2], [2, 0]];
 
-/// `lambda_0 .. lambda_D`, their sum 1; in 2D the last number is 0. In cells that are no simplices the
-/// coordinates `xi_k` of the reference cell, then zeros.
+/// Barycentric coordinates `lambda_0 .. lambda_D`, with sum 1; in 2D the last entry is 0. In cells other
+/// than simplices: the reference coordinates `xi_k`, then zeros.
 pub type Barycentric = [f64; 4];
 
-/// The order, 1 or 2, of the simplex with `N` nodes in `D` dimensions; 2 of [cells of second
-/// order](crate::element::CELL_KINDS), which are of no other here.
+/// Returns the order, 1 or 2, of the simplex with `N` nodes in `D` dimensions; 2 for [other
+/// cells](crate::element::CELL_KINDS), which are of second order here.
 ///
 /// # Panics
-/// When compiled for numbers that are none.
+/// If no element has these numbers, when the function is compiled for them.
 pub const fn order<const D: usize, const N: usize>() -> usize {
     match (D, N) {
         (2, 3) | (3, 4) => 1,
@@ -40,7 +40,8 @@ pub(crate) const fn is_simplex<const D: usize, const N: usize>() -> bool {
     point_count::<D, N>() == 0
 }
 
-/// Corners of the edge that each node in the middle lies on, in their order; none for first order.
+/// Returns the corners of the edge of each middle node, in the order of these nodes; empty for first
+/// order.
 pub(crate) const fn middle_edges<const D: usize, const N: usize>() -> &'static [[usize; 2]] {
     match (order::<D, N>(), D) {
         (1, _) => &[],
@@ -49,7 +50,7 @@ pub(crate) const fn middle_edges<const D: usize, const N: usize>() -> &'static [
     }
 }
 
-/// The values `N_a` of the shape functions.
+/// Returns the values `N_a` of the shape functions.
 pub fn shape_functions<const D: usize, const N: usize>(lambda: &Barycentric) -> [f64; N] {
     if let Some(cell) = second_order_cell::<D, N>() {
         return (cell.shape)(&leading(lambda));
@@ -64,14 +65,14 @@ pub fn shape_functions<const D: usize, const N: usize>(lambda: &Barycentric) -> 
     values
 }
 
-/// The first coordinates of a place.
+/// Returns the first `D` coordinates.
 pub(super) fn leading<const D: usize>(place: &Barycentric) -> [f64; D] {
     let mut xi = [0.0; D];
     xi.copy_from_slice(&place[..D]);
     xi
 }
 
-/// The derivatives `dN_a / dxi_k`, `(N, D)`, with `d/dxi_k = d/dlambda_k - d/dlambda_0`.
+/// Returns the derivatives `dN_a / dxi_k`, `(N, D)`, with `d/dxi_k = d/dlambda_k - d/dlambda_0`.
 pub fn reference_gradients<const D: usize, const N: usize>(lambda: &Barycentric) -> [[f64; D]; N] {
     if let Some(cell) = second_order_cell::<D, N>() {
         return (cell.slopes)(&leading(lambda));
@@ -96,13 +97,13 @@ pub fn reference_gradients<const D: usize, const N: usize>(lambda: &Barycentric)
     gradients
 }
 
-/// `J = sum_a X_a (dN_a / dxi)^T`, column `k` the derivative of the position by `xi_k` [m].
+/// Returns `J = sum_a X_a (dN_a / dxi)^T`; column `k` is the derivative of the position by `xi_k` [m].
 pub fn jacobian<const D: usize, const N: usize>(points: &[[f64; D]; N], lambda: &Barycentric) -> Mat<f64, D> {
     let mut j = Mat::zero();
     for (point, gradient) in points.iter().zip(reference_gradients::<D, N>(lambda)) {
         for r in 0..D {
             for c in 0..D {
-                // Measured from the first corner: what is far from the origin loses no digits.
+                // Relative to the first corner: positions far from the origin lose no digits.
                 j[r][c] += (point[r] - points[0][r]) * gradient[c];
             }
         }
@@ -115,7 +116,7 @@ pub(super) mod tests {
     use super::*;
     use crate::algebra::tests::sample::Random;
 
-    /// A point inside of the element.
+    /// Returns a random point inside the element.
     pub(crate) fn inside<const D: usize>(random: &mut Random) -> Barycentric {
         let mut lambda = [0.0; 4];
         for l in &mut lambda[..=D] {
@@ -125,7 +126,7 @@ pub(super) mod tests {
         lambda.map(|l| l / sum)
     }
 
-    /// The nodes of the reference element, in barycentric coordinates.
+    /// Returns the nodes of the reference element, in barycentric coordinates.
     fn nodes<const D: usize, const N: usize>() -> Vec<Barycentric> {
         let corner = |i: usize| std::array::from_fn(|k| f64::from(u8::from(k == i)));
         let mut nodes: Vec<Barycentric> = (0..=D).map(corner).collect();
@@ -150,7 +151,7 @@ pub(super) mod tests {
             let gradients = reference_gradients::<D, N>(&lambda);
             for k in 0..D {
                 assert!(gradients.iter().map(|g| g[k]).sum::<f64>().abs() < 2e-15);
-                // Of quadratic functions central differences are exact.
+                // Central differences of quadratic functions are exact.
                 let moved = |step: f64| {
                     let mut at = lambda;
                     at[k + 1] += step;

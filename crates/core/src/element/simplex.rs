@@ -1,26 +1,26 @@
 //! The linear simplex: triangle in 2D, tetrahedron in 3D.
 //!
-//! With `D_s = [x_1 - x_0, ..., x_D - x_0]` and `D_m` the same at rest, `F = D_s D_m^-1` is constant in the
-//! element; its energy is `w Psi(F)`, `w` the rest area or volume, and with `H = w P D_m^-T` the gradient at
-//! vertex `a + 1` is column `a` of `H`, at vertex 0 minus their sum (lecture 18 and 19; Sifakis, Barbic
-//! 2012, *FEM Simulation of 3D Deformable Solids*, section 4.1, with the reference vertex first instead of
-//! last).
+//! With `D_s = [x_1 - x_0, ..., x_D - x_0]` and `D_m` the same in the reference configuration,
+//! `F = D_s D_m^-1` is constant in the element. The energy is `w Psi(F)`, with the reference area or
+//! volume `w`. With `H = w P D_m^-T` the gradient at vertex `a + 1` is column `a` of `H`, at vertex 0
+//! minus their sum. Source: lecture 18 and 19; Sifakis, Barbic 2012, *FEM Simulation of 3D Deformable
+//! Solids*, section 4.1, with the reference vertex first instead of last.
 
 use super::tangents::edges;
 use crate::algebra::Mat;
 use crate::lanes::{Lanes, WIDTH};
 
-/// Rest data of `WIDTH` simplices, laid out for vector loads.
+/// Reference data of `WIDTH` simplices, laid out for vector loads.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
 pub struct SimplexPack<const D: usize> {
     /// `D_m^-1`, `inverse_rest[row][column][lane]` [1/m].
     inverse_rest: [[[f64; WIDTH]; D]; D],
-    /// Rest area [m^2] or volume [m^3]; zero in lanes without an element of their own.
+    /// Reference area [m^2] or volume [m^3]; zero in unused lanes.
     weight: [f64; WIDTH],
 }
 
-/// `D_m^-1` and the signed rest area or volume of the simplex with these vertices.
+/// Returns `D_m^-1` and the signed reference area or volume of the simplex with these vertices.
 pub fn simplex_rest<const D: usize, const N: usize>(points: &[[f64; D]; N]) -> (Mat<f64, D>, f64) {
     let rest = Mat(edges(points));
     let factorial = if D == 2 { 2.0 } else { 6.0 };
@@ -28,12 +28,12 @@ pub fn simplex_rest<const D: usize, const N: usize>(points: &[[f64; D]; N]) -> (
 }
 
 impl<const D: usize> SimplexPack<D> {
-    /// A pack of empty lanes.
+    /// Creates a pack of empty lanes.
     pub fn new() -> Self {
         SimplexPack { inverse_rest: [[[0.0; WIDTH]; D]; D], weight: [0.0; WIDTH] }
     }
 
-    /// Sets the element of one lane; zero `weight` for a lane that only fills up.
+    /// Sets the element of one lane; unused lanes have zero `weight`.
     pub fn set(&mut self, lane: usize, inverse_rest: &Mat<f64, D>, weight: f64) {
         for i in 0..D {
             for j in 0..D {
@@ -43,18 +43,18 @@ impl<const D: usize> SimplexPack<D> {
         self.weight[lane] = weight;
     }
 
-    /// Multiplies the weight of one lane.
+    /// Multiplies the weight of one lane by `factor`.
     pub fn scale_weight(&mut self, lane: usize, factor: f64) {
         self.weight[lane] *= factor;
     }
 
-    /// Turns the element of one lane before it is deformed: `F R` in the place of `F`.
+    /// Rotates the element of one lane before the deformation: `F R` in place of `F`.
     pub fn turn(&mut self, lane: usize, rotation: &Mat<f64, D>) {
         let (inverse_rest, weight) = self.lane(lane);
         self.set(lane, &inverse_rest.mul(rotation), weight);
     }
 
-    /// Lanes from `used` on repeat the last one before them with weight zero: their `J` is that of a real
+    /// Repeats the last element with weight zero in all lanes from `used` on: their `J` is that of a real
     /// element.
     pub fn fill_up(&mut self, used: usize) {
         let Some(last) = used.checked_sub(1) else { return };
@@ -64,7 +64,7 @@ impl<const D: usize> SimplexPack<D> {
         }
     }
 
-    /// `D_m^-1` of every lane.
+    /// Returns `D_m^-1` of every lane.
     #[inline(always)]
     pub fn inverse_rest<L: Lanes>(&self) -> Mat<L, D> {
         let mut m = Mat::zero();
@@ -76,13 +76,13 @@ impl<const D: usize> SimplexPack<D> {
         m
     }
 
-    /// Rest area or volume of every lane.
+    /// Returns the reference area or volume of every lane.
     #[inline(always)]
     pub fn weight<L: Lanes>(&self) -> L {
         L::load(&self.weight)
     }
 
-    /// `D_m^-1` and weight of one lane.
+    /// Returns `D_m^-1` and weight of one lane.
     pub fn lane(&self, lane: usize) -> (Mat<f64, D>, f64) {
         let mut m = Mat::zero();
         for i in 0..D {

@@ -2,40 +2,41 @@
 
 use crate::algebra::{Mat, signed_svd};
 
-/// Deformation and stress of one element, and every measure that follows from them (lecture 13 and 15).
+/// Deformation and stress of one element, and all measures that follow from them (lecture 13 and 15).
 ///
-/// Always three-dimensional: in 2D the third axis is the direction of plane strain, `F_33 = 1`.
+/// Tensors are three-dimensional: in 2D the third axis is the direction of plane strain, `F_33 = 1`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ElementState {
     /// Deformation gradient `F`.
     pub deformation_gradient: Mat<f64, 3>,
     /// First Piola-Kirchhoff stress `P = d Psi / dF` [Pa].
     pub first_piola: Mat<f64, 3>,
-    /// Energy density `Psi(F)` by the volume at rest [J/m^3].
+    /// Energy density `Psi(F)` per reference volume [J/m^3].
     pub energy_density: f64,
-    /// True if the third axis is out of the plane of a scene in 2D: rotations are then about that axis.
+    /// True if the third axis is out of the plane of a scene in 2D: rotations are then about this axis.
     pub plane: bool,
 }
 
 impl ElementState {
-    /// `J = det F`, the ratio of volumes.
+    /// Returns the volume ratio `J = det F`.
     pub fn j(&self) -> f64 {
         self.deformation_gradient.determinant()
     }
 
-    /// Principal stretches, descending in magnitude; the last is negative where the element is inverted.
+    /// Returns the principal stretches, descending in magnitude; the last is negative in an inverted
+    /// element.
     pub fn principal_stretches(&self) -> [f64; 3] {
         signed_svd(&self.deformation_gradient).sigma
     }
 
-    /// Green strain `E = 1/2 (F^T F - I)`.
+    /// Returns the Green strain `E = 1/2 (F^T F - I)`.
     pub fn green_strain(&self) -> Mat<f64, 3> {
         let f = &self.deformation_gradient;
         (f.transpose_mul(f) - Mat::identity()).scale(0.5)
     }
 
-    /// Corotated strain `S - I`, with `F = R S` the signed polar decomposition: `R` is a rotation, in 2D one
-    /// of the plane, and `S` has the negative stretch of an inverted element.
+    /// Returns the corotated strain `S - I`, with `F = R S` the signed polar decomposition: `R` is a
+    /// rotation, in 2D one in the plane, and `S` has the negative stretch of an inverted element.
     pub fn corotated_strain(&self) -> Mat<f64, 3> {
         let f = &self.deformation_gradient;
         if !self.plane {
@@ -49,12 +50,12 @@ impl ElementState {
         strain - Mat::identity()
     }
 
-    /// Cauchy stress `sigma = P F^T / J` [Pa]; not finite where `J = 0`.
+    /// Returns the Cauchy stress `sigma = P F^T / J` [Pa]; not finite if `J = 0`.
     pub fn cauchy_stress(&self) -> Mat<f64, 3> {
         self.first_piola.mul_transpose(&self.deformation_gradient).scale(1.0 / self.j())
     }
 
-    /// Von Mises stress `sqrt(3/2 s : s)` [Pa], `s` the deviator of the Cauchy stress.
+    /// Returns the von Mises stress `sqrt(3/2 s : s)` [Pa], with the deviator `s` of the Cauchy stress.
     pub fn von_mises_stress(&self) -> f64 {
         let sigma = self.cauchy_stress().symmetric();
         let deviator = sigma - Mat::scalar(sigma.trace() / 3.0);
@@ -62,7 +63,7 @@ impl ElementState {
     }
 }
 
-/// `S = V diag(sigma) V^T` of `F = R S`.
+/// Returns `S = V diag(sigma) V^T` of `F = R S`.
 fn stretch<const D: usize>(f: &Mat<f64, D>) -> Mat<f64, D> {
     let svd = signed_svd(f);
     svd.v.mul(&Mat::diagonal(&svd.sigma)).mul_transpose(&svd.v)

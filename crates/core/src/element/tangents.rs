@@ -1,5 +1,5 @@
-//! Elements of `R` dimensions in a space of `D`: `F` maps the tangents of the rest shape to those of the
-//! present one, `D x R`.
+//! Elements of `R` dimensions in `D`-dimensional space: `F`, a `D x R` matrix, maps the tangents of the
+//! reference configuration to those of the current one.
 
 use crate::algebra::Mat;
 use crate::scalar::Scalar;
@@ -7,7 +7,7 @@ use crate::scalar::Scalar;
 /// A `D x R` matrix, `m[row][column]`.
 pub(crate) type Tangents<S, const D: usize, const R: usize> = [[S; R]; D];
 
-/// `[x_1 - x_0, ..., x_R - x_0]` in columns.
+/// Returns `[x_1 - x_0, ..., x_R - x_0]` in columns.
 #[inline(always)]
 pub(crate) fn edges<S: Scalar, const D: usize, const R: usize, const N: usize>(
     x: &[[S; D]; N],
@@ -21,7 +21,7 @@ pub(crate) fn edges<S: Scalar, const D: usize, const R: usize, const N: usize>(
     edges
 }
 
-/// `A B`.
+/// Returns `A B`.
 #[inline(always)]
 pub(crate) fn times<S: Scalar, const D: usize, const R: usize>(
     a: &Tangents<S, D, R>,
@@ -40,7 +40,7 @@ pub(crate) fn times<S: Scalar, const D: usize, const R: usize>(
     r
 }
 
-/// `A^T B`.
+/// Returns `A^T B`.
 #[inline(always)]
 pub(crate) fn transpose_times<S: Scalar, const D: usize, const R: usize>(
     a: &Tangents<S, D, R>,

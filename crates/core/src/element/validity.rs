@@ -1,26 +1,26 @@
-//! Validity of curved elements: `det J > 0` everywhere in one, not at some points only.
+//! Validity of curved elements: `det J > 0` in the whole element, not only at some points.
 //!
-//! `J` is linear in the coordinates of an element of second order, so `det J` is a polynomial of degree `D`,
-//! and its least coefficient in the Bernstein basis is a lower bound; the coefficients at corners are
-//! values. The coefficient of `(i, j[, k])` is the mean of `det [J_i e_1, J_j e_2[, J_k e_3]]` over all
-//! orders of `i, j[, k]`, `J_i` at corner `i`. Where the bound is loose the element is halved. Johnen,
-//! Remacle, Geuzaine 2013, *Geometrical validity of curvilinear finite elements*, Journal of Computational
-//! Physics 233, 359.
+//! `J` is linear in the coordinates of a second-order simplex, so `det J` is a polynomial of degree `D`.
+//! The least of its Bernstein coefficients is a lower bound; the coefficients at corners are values. The
+//! coefficient of `(i, j[, k])` is the mean of `det [J_i e_1, J_j e_2[, J_k e_3]]` over all orders of
+//! `i, j[, k]`, with `J_i` at corner `i`. If the bound is loose the element is halved. Source: Johnen,
+//! Remacle, Geuzaine 2013, *Geometrical validity of curvilinear finite elements*, Journal of
+//! Computational Physics 233, 359.
 
 use super::mass::is_straight;
 use super::quadrature::{content, factorial};
 use super::shape::{is_simplex, jacobian};
 use crate::algebra::Mat;
 
-/// Parts an element is cut into at most: more are needed only where `det J` touches zero.
+/// Limit on the parts that an element is cut into; only a `det J` that touches zero needs more.
 const MOST_PARTS: usize = 2000;
 
-/// A lower bound of `det J` over the element, as a fraction of its mean: 1 for straight ones. Where it is
-/// positive the element is valid; where an element is valid by more than a millionth, it is positive. Within
-/// 1/100 of the least value.
+/// Returns a lower bound of `det J` over the element, relative to its mean: 1 for straight elements. A
+/// positive bound means a valid element; if an element is valid by more than a millionth, the bound is
+/// positive. The bound is within 1/100 of the least value.
 ///
-/// -1 for elements that are turned inside out as a whole; NaN where there is no volume, or a coordinate is
-/// no number.
+/// Returns -1 for elements that are inverted as a whole, and NaN without volume or if a coordinate is
+/// NaN.
 pub fn least_jacobian<const D: usize, const N: usize>(rest: &[[f64; D]; N]) -> f64 {
     let mean = factorial::<D>() * volume(rest);
     if mean.is_nan() || mean <= 0.0 {
@@ -31,22 +31,22 @@ pub fn least_jacobian<const D: usize, const N: usize>(rest: &[[f64; D]; N]) -> f
     }
     let corners = corner_jacobians(rest);
     let least = bounds(corners.clone(), 0.01 * mean);
-    // Only the sign of a value near zero takes many parts.
+    // Only the sign of a value near zero needs many parts.
     if least > 0.0 || least < -0.01 * mean { least / mean } else { bounds(corners, 1e-6 * mean) / mean }
 }
 
-/// Signed area [m^2] or volume [m^3] of a simplex between its curved sides, exact but for rounding; of a
-/// parallelepiped of second order.
+/// Returns the signed area [m^2] or volume [m^3] of a simplex with curved sides, or of a second-order
+/// parallelepiped, exact up to rounding.
 pub fn volume<const D: usize, const N: usize>(rest: &[[f64; D]; N]) -> f64 {
     if is_straight(rest) {
         return content::<D, N>(jacobian(rest, &some_place::<D, N>()).determinant());
     }
-    // The mean of a polynomial over a simplex is that of its Bernstein coefficients.
+    // The mean of a polynomial over a simplex is the mean of its Bernstein coefficients.
     let coefficients = bernstein(&corner_jacobians(rest));
     coefficients.iter().sum::<f64>() / (coefficients.len() as f64 * factorial::<D>())
 }
 
-/// Some place in an element: the first corner of a simplex, the middle of another cell.
+/// Returns some position in an element: the first corner of a simplex, the middle of another cell.
 fn some_place<const D: usize, const N: usize>() -> [f64; 4] {
     if is_simplex::<D, N>() { [1.0, 0.0, 0.0, 0.0] } else { [0.0; 4] }
 }
@@ -60,7 +60,7 @@ fn corner_jacobians<const D: usize, const N: usize>(rest: &[[f64; D]; N]) -> Vec
     (0..=D).map(corner).collect()
 }
 
-/// A lower bound of the least `det J`, within `gap` of it unless that takes too many parts.
+/// Returns a lower bound of the least `det J`, within `gap` of it unless that takes too many parts.
 fn bounds<const D: usize>(corners: Vec<Mat<f64, D>>, gap: f64) -> f64 {
     let mut parts = vec![corners];
     let (mut least_value, mut least_bound) = (f64::INFINITY, f64::INFINITY);
@@ -92,8 +92,8 @@ fn bounds<const D: usize>(corners: Vec<Mat<f64, D>>, gap: f64) -> f64 {
     least_bound
 }
 
-/// The Bernstein coefficients of `det J` on the simplex with these Jacobians at its corners, one for each
-/// multiset of `D` corners.
+/// Returns the Bernstein coefficients of `det J` on the simplex with these Jacobians at its corners, one
+/// for each multiset of `D` corners.
 fn bernstein<const D: usize>(corners: &[Mat<f64, D>]) -> Vec<f64> {
     let mixed = |columns: [usize; 3]| {
         let mut m = Mat::<f64, D>::zero();
@@ -127,7 +127,7 @@ pub(super) mod tests {
     use crate::element::shape::tests::inside;
     use crate::element::shape::{middle_edges, order};
 
-    /// A straight element, not at the origin.
+    /// Returns a straight element that is not at the origin.
     pub(crate) fn regular<const D: usize, const N: usize>(size: f64) -> [[f64; D]; N] {
         let mut rest = [[0.3; D]; N];
         for c in 0..D {
@@ -140,7 +140,7 @@ pub(super) mod tests {
         rest
     }
 
-    /// The same with its nodes in the middle of edges moved by up to `amplitude`.
+    /// Returns such an element with its mid-edge nodes moved by up to `amplitude`.
     pub(crate) fn curved<const D: usize, const N: usize>(amplitude: f64) -> [[f64; D]; N] {
         let (mut rest, mut random) = (regular::<D, N>(1.0), Random(7));
         for node in &mut rest[D + 1..] {
@@ -166,7 +166,7 @@ pub(super) mod tests {
                 }
                 sampled = sampled.min(jacobian(&rest, &lambda).determinant());
             }
-            // The mean, from the rule that integrates it exactly.
+            // The mean, from a rule that integrates it exactly.
             let rule = crate::element::mass_rule::<D, N>();
             let mean: f64 = rule.iter().map(|(l, w)| w * jacobian(&rest, l).determinant()).sum();
             assert!((mean / factorial::<D>() / volume(&rest) - 1.0).abs() < 1e-14);
@@ -184,8 +184,8 @@ pub(super) mod tests {
         is_a_bound::<3, 10>();
     }
 
-    /// A side whose middle is at a quarter: `det J` is 0 at a corner and positive in the rest, quadrature
-    /// points included.
+    /// A mid-edge node at a quarter of its edge: `det J` is 0 at a corner and positive elsewhere,
+    /// quadrature points included.
     #[test]
     fn a_middle_at_a_quarter_of_its_edge_is_no_element_though_every_quadrature_point_is_fine() {
         let at = |t: f64| [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [t, 0.0], [0.5, 0.5], [0.0, 0.5]];

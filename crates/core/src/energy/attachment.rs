@@ -7,9 +7,9 @@ use super::{EnergyKind, EnergyTerm, Fault, Stencils, TermProperties, TermViews, 
 use crate::dissipation::{DissipationViews, DissipativeTerm, PositionProducts};
 use crate::material::Psd;
 
-/// One tie: a weighted sum of vertices minus a fixed position, `d = sum_i w_i x_i - a`. For a tie to a
-/// position the weights add up to 1; for one between two points, with negative weights for the second, to 0,
-/// and `a = 0`.
+/// One tie: a weighted sum of vertices minus a fixed position, `d = sum_i w_i x_i - a`. The weights of a
+/// tie to a position add up to 1. A tie between two points has negative weights for the second point, a
+/// sum of 0, and `a = 0`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tie {
     /// Global vertices and their weights.
@@ -23,7 +23,7 @@ pub struct Tie {
 struct Ties {
     name: String,
     dimension: usize,
-    /// Global, ascending.
+    /// Global vertex indices, ascending.
     vertices: Vec<u32>,
     /// Slots and weights of all ties.
     shares: Vec<(u32, f64)>,
@@ -47,7 +47,7 @@ impl Ties {
         Ties { name, dimension, vertices, shares, ties: ranges }
     }
 
-    /// `sum_i w_i y_i` of tie `i`, `y` flat.
+    /// Returns `sum_i w_i y_i` of tie `i`, with `y` flat.
     fn mix(&self, i: usize, y: &[f64]) -> [f64; 3] {
         let mut sum = [0.0; 3];
         for &(slot, weight) in &self.shares[self.ties[i].0.clone()] {
@@ -57,7 +57,7 @@ impl Ties {
         sum
     }
 
-    /// `d` of tie `i`.
+    /// Returns `d` of tie `i`.
     fn difference(&self, i: usize, x: &[f64]) -> [f64; 3] {
         let (mixed, place) = (self.mix(i, x), self.ties[i].1);
         [0, 1, 2].map(|c| mixed[c] - place[c])
@@ -71,7 +71,8 @@ impl Ties {
         }
     }
 
-    /// Vertices of each tie, padded to the size of the largest; the last one is repeated with weight zero.
+    /// Returns the vertices of each tie, padded to the size of the largest by its last vertex with weight
+    /// zero.
     fn stencils(&self) -> Stencils {
         let size = self.ties.iter().map(|(range, _)| range.len()).max().unwrap_or(0);
         let mut vertices = vec![];
@@ -82,8 +83,8 @@ impl Ties {
         Stencils { size, vertices }
     }
 
-    /// Writes the blocks `w_a w_b K` of the pairs `a <= b` of each of these ties, `K` the second derivative
-    /// by `d`.
+    /// Writes the blocks `w_a w_b K` of the pairs `a <= b` of each of these ties, with the second
+    /// derivative `K` with respect to `d`.
     fn blocks(&self, ties: Range<usize>, out: &mut [f64], k: impl Fn(usize) -> [[f64; 3]; 3]) {
         let size = self.ties.iter().map(|(range, _)| range.len()).max().unwrap_or(0);
         let d = self.dimension;
@@ -121,7 +122,7 @@ fn scaled(a: [f64; 3], s: f64) -> [f64; 3] {
     a.map(|a| s * a)
 }
 
-/// `s I + p d d^T`.
+/// Returns `s I + p d d^T`.
 fn matrix(s: f64, p: f64, d: [f64; 3]) -> [[f64; 3]; 3] {
     let mut m = [[0.0; 3]; 3];
     for i in 0..3 {
@@ -132,7 +133,7 @@ fn matrix(s: f64, p: f64, d: [f64; 3]) -> [[f64; 3]; 3] {
     m
 }
 
-/// Springs of ties, `E = sum 1/2 k (|d| - l)^2`. With `l = 0` that is `k/2 |d|^2`, whose force is smooth at
+/// Spring ties, `E = sum 1/2 k (|d| - l)^2`. With `l = 0` this is `k/2 |d|^2`, whose force is smooth at
 /// `d = 0`. The forces of a tie between bodies are equal, opposite and along the line between its ends:
 /// momentum and angular momentum are conserved.
 pub struct Attachment {
@@ -148,14 +149,15 @@ pub struct Attachment {
 }
 
 impl Attachment {
-    /// Ties of `stiffness` [N/m] each and this `rest_length` [m], in a system of 2 or 3 dimensions.
+    /// Creates ties of `stiffness` [N/m] each and this `rest_length` [m], in a system of 2 or 3
+    /// dimensions.
     pub fn new(name: String, dimension: usize, ties: &[Tie], stiffness: f64, rest_length: f64) -> Self {
         let ties = Ties::new(name, dimension, ties);
         let gradient = vec![0.0; dimension * ties.vertices.len()];
         Attachment { product: gradient.clone(), gradient, ties, stiffness, rest_length }
     }
 
-    /// `k (1 - l/|d|) d`.
+    /// Returns the force `k (1 - l/|d|) d`.
     fn force(&self, d: [f64; 3]) -> [f64; 3] {
         if self.rest_length == 0.0 {
             return scaled(d, self.stiffness);
@@ -195,7 +197,7 @@ impl EnergyTerm for Attachment {
         add_rows(&self.ties.vertices, &self.gradient, 1.0, first, g, self.ties.dimension);
     }
 
-    /// `k ((1 - l/|d|) w + l/|d| e (e . w))` with `e = d/|d|`, `w` the change of `d`.
+    /// Adds `k ((1 - l/|d|) w + l/|d| e (e . w))` with `e = d/|d|` and the change `w` of `d`.
     fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) {
         self.product.fill(0.0);
         for i in 0..self.ties.ties.len() {
@@ -249,7 +251,7 @@ impl TieTerm for Attachment {
         self.ties.ties.iter_mut().for_each(|(_, of_tie)| *of_tie = place);
     }
 
-    /// `-k d/|d|` of each tie.
+    /// Adds `-k d/|d|` of each tie.
     fn add_gradient_by_rest_length(&self, x: &[f64], rows: &mut [f64]) {
         let mut by_slot = vec![0.0; self.gradient.len()];
         for i in 0..self.ties.ties.len() {
@@ -263,9 +265,9 @@ impl TieTerm for Attachment {
     }
 }
 
-/// Dashpots parallel to ties: `R = sum c/2 (d|d|/dt)^2`, a force `c (e . w) e` with `e = d/|d|` and `w` the
-/// rate of `d`. At `d = 0` the ends separate along `w`, and the force is `c w`. It conserves momentum and
-/// angular momentum, as the force of the ties does.
+/// Dashpots parallel to ties: `R = sum c/2 (d|d|/dt)^2`, a force `c (e . w) e` with `e = d/|d|` and the
+/// rate `w` of `d`. At `d = 0` the ends separate along `w`, and the force is `c w`. Like the force of the
+/// ties it conserves momentum and angular momentum.
 pub struct AttachmentDashpots {
     ties: Ties,
     /// `c` [N s/m].
@@ -277,7 +279,7 @@ pub struct AttachmentDashpots {
 }
 
 impl AttachmentDashpots {
-    /// Dashpots of `constant` [N s/m] each.
+    /// Creates dashpots of `constant` [N s/m] each.
     pub fn new(name: String, dimension: usize, ties: &[Tie], constant: f64) -> Self {
         let ties = Ties::new(name, dimension, ties);
         let gradient = vec![0.0; dimension * ties.vertices.len()];
@@ -364,8 +366,8 @@ impl DissipativeTerm for AttachmentDashpots {
 impl DissipationViews for AttachmentDashpots {}
 
 impl PositionProducts for AttachmentDashpots {
-    /// `c [p (d.w) + w (d.p)]/|d|^2 - 2 c (d.p) (d.w) d/|d|^4` by `d` of each tie, with `p` and `w` mixed as
-    /// it mixes.
+    /// Adds `c [p (d.w) + w (d.p)]/|d|^2 - 2 c (d.p) (d.w) d/|d|^4` of each tie, the derivative with
+    /// respect to `d`; `p` and `w` are weighted sums like `d`.
     fn add_position_product(&mut self, x: &[f64], v: &[f64], p: &[f64], y: &mut [f64]) -> bool {
         let mut rows = vec![0.0; self.gradient.len()];
         for i in 0..self.ties.ties.len() {
@@ -381,7 +383,8 @@ impl PositionProducts for AttachmentDashpots {
         true
     }
 
-    /// `c [u' (d.w) + d (u'.w)]/|d|^2 - 2 c (d.u') (d.w) d/|d|^4` of each tie, `u'` mixed of `u` as `w` is.
+    /// Adds `c [u' (d.w) + d (u'.w)]/|d|^2 - 2 c (d.u') (d.w) d/|d|^4` of each tie; `u'` is a weighted
+    /// sum of `u` like `w`.
     fn add_position_change(&mut self, x: &[f64], v: &[f64], u: &[f64], y: &mut [f64]) -> bool {
         let mut rows = vec![0.0; self.gradient.len()];
         for i in 0..self.ties.ties.len() {
@@ -402,7 +405,7 @@ impl PositionProducts for AttachmentDashpots {
 mod tests {
     use super::*;
 
-    /// `i`-th number of a sequence without pattern in (-1, 1).
+    /// Returns the `i`-th number of a sequence without pattern in (-1, 1).
     fn number(i: usize) -> f64 {
         2.0 * ((i as f64 + 1.0) * 0.754_877_666_246_692_7).fract() - 1.0
     }
@@ -411,7 +414,7 @@ mod tests {
         (0..7 * dimension).map(|i| number(i + 100 * seed)).collect()
     }
 
-    /// To a place, to a vertex, to a point inside an element.
+    /// Returns ties to a position, to a vertex and to a point inside an element.
     fn ties() -> Vec<Tie> {
         let tie = |shares: &[(u32, f64)], place| Tie { shares: shares.to_vec(), place };
         vec![
@@ -479,7 +482,7 @@ mod tests {
             let size = along(&change, &change).sqrt();
             let error = (along(&by_positions, &u) - along(&change, &p)).abs();
             assert!(error < 1e-13 * size && size > 0.1, "{error:e} of {size}");
-            // Where the ends meet, every motion parts them.
+            // If the ends meet, every motion separates them.
             for c in 0..dimension {
                 x[2 * dimension + c] = x[6 * dimension + c];
             }

@@ -7,14 +7,14 @@ use super::{EnergyKind, EnergyTerm, Fault, ForceLayout, Measurements, TermProper
 pub struct UniformGravity {
     /// Acceleration [m/s^2], one component per dimension.
     acceleration: Vec<f64>,
-    /// `-m_i` of every vertex [kg]; gravity pulls at pinned vertices too, the pin carries it.
+    /// `-m_i` of every vertex [kg], pinned ones included: the pin carries their weight.
     negative_mass: Vec<f64>,
-    /// True if these are the masses that gravity accelerates, so that every vertex falls alike.
+    /// True if gravity accelerates these masses, so that every vertex falls alike.
     accelerates: bool,
 }
 
 impl UniformGravity {
-    /// Gravity `acceleration` [m/s^2] on vertices of these masses [kg].
+    /// Creates gravity `acceleration` [m/s^2] on vertices of these masses [kg].
     ///
     /// # Panics
     /// If `acceleration` has neither 2 nor 3 components.
@@ -27,8 +27,8 @@ impl UniformGravity {
         }
     }
 
-    /// Gravity on weights [kg] that differ from the masses: a load, for statics. A weight may be zero or
-    /// negative, as consistent weights of second-order elements are at corners.
+    /// Creates gravity on weights [kg] that differ from the masses: a load, for statics. Weights may be
+    /// zero or negative, like the consistent weights of second-order elements at corners.
     ///
     /// # Panics
     /// If `acceleration` has neither 2 nor 3 components.
@@ -38,7 +38,7 @@ impl UniformGravity {
 }
 
 impl UniformGravity {
-    /// Acceleration [m/s^2], one component per dimension.
+    /// Returns the acceleration [m/s^2], one component per dimension.
     pub(super) fn components(&self) -> &[f64] {
         &self.acceleration
     }
@@ -48,7 +48,7 @@ impl UniformGravity {
         self.acceleration.copy_from_slice(acceleration);
     }
 
-    /// Total mass [kg].
+    /// Returns the total mass [kg].
     pub(super) fn total_mass(&self) -> f64 {
         self.negative_mass.iter().map(|m| -m).sum()
     }
@@ -111,14 +111,15 @@ impl ForceLayout for UniformGravity {
 }
 
 impl Measurements for UniformGravity {
-    /// Energy scale `M |g| L`, `L` the size of the scene: the origin of the potential is arbitrary.
+    /// Returns the energy scale `M |g| L`, with the size `L` of the scene: the origin of the potential is
+    /// arbitrary.
     fn scale(&mut self, x: &[f64]) -> f64 {
         let g = self.acceleration.iter().map(|a| a * a).sum::<f64>().sqrt();
         self.total_mass() * g * crate::algebra::scene_size(x, self.acceleration.len())
     }
 }
 
-/// Adds `m a` to each row. The compiler knows the length of a row, which matters for short steps.
+/// Adds `m a` to each row. The row length is known at compile time, which matters for short steps.
 fn add<const D: usize>(acceleration: [f64; D], masses: &[f64], g: &mut [f64]) {
     for (g, m) in g.as_chunks_mut::<D>().0.iter_mut().zip(masses) {
         for c in 0..D {

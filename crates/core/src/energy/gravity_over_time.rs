@@ -8,18 +8,18 @@ use super::{Driven, EnergyKind, EnergyTerm, Fault, ForceLayout, Measurements, Te
 /// Energy is not conserved: it changes at the rate `dE/dt = -sum_i m_i g'(t) . x_i`.
 pub struct GravityOverTime {
     acceleration: Box<dyn Fn(f64) -> [f64; 3] + Send + Sync>,
-    /// Largest `|g|` to be expected [m/s^2].
+    /// Largest expected `|g|` [m/s^2].
     largest: f64,
     time: f64,
-    /// Gravity at `time` [m/s^2], used to measure energies.
+    /// Gravity at `time` [m/s^2], with which energies are measured.
     now: [f64; 3],
-    /// Field with the gravity of the last evaluation of the force.
+    /// Field with the gravity of the last force evaluation.
     field: UniformGravity,
 }
 
 impl GravityOverTime {
-    /// Gravity `acceleration(t)` [m/s^2], third component 0 in 2D, on the vertices of `field`, whose own
-    /// acceleration is ignored; `largest` [m/s^2] is the largest expected magnitude.
+    /// Creates gravity `acceleration(t)` [m/s^2], third component 0 in 2D, on the vertices of `field`,
+    /// whose own acceleration is ignored; `largest` [m/s^2] is the largest expected magnitude.
     pub fn new(
         acceleration: impl Fn(f64) -> [f64; 3] + Send + Sync + 'static,
         largest: f64,
@@ -101,9 +101,9 @@ impl Driven for GravityOverTime {
         self.now = (self.acceleration)(time);
     }
 
-    /// `sum_i m_i g(t) . v_i`.
+    /// Returns `sum_i m_i g(t) . v_i`.
     fn power(&mut self, _x: &[f64], v: &[f64]) -> f64 {
-        // Minus the energy, with velocities for places.
+        // Minus the energy, with velocities in place of positions.
         -self.energy(v)
     }
 }

@@ -180,7 +180,7 @@ pub struct ObstructedMotion {
     pub behind: Option<String>,
 }
 
-/// The determinant `j` of a deformation gradient in a message.
+/// Describes the determinant `j` of a deformation gradient in a message.
 fn in_words(j: f64) -> String {
     match j.is_finite() {
         true => format!("J = {}", Rounded::<7>(j)),
@@ -255,7 +255,7 @@ impl DeformationExtremes {
     /// Extremes over no elements.
     pub const NONE: Self = DeformationExtremes { min_j: f64::INFINITY, inverted: 0 };
 
-    /// The extremes over both sets of elements.
+    /// Returns the extremes over both sets of elements.
     pub fn merge(self, other: Self) -> Self {
         DeformationExtremes {
             min_j: if self.min_j < other.min_j { self.min_j } else { other.min_j },
@@ -267,9 +267,9 @@ impl DeformationExtremes {
 /// Groups of vertices that a term couples.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Stencils {
-    /// Vertices of each.
+    /// Number of vertices of a stencil.
     pub size: usize,
-    /// Their vertices, flat `(stencils, size)`.
+    /// Vertices of the stencils, flat `(stencils, size)`.
     pub vertices: Vec<u32>,
 }
 
@@ -301,12 +301,12 @@ pub struct ShapeProducts {
     pub nodes: usize,
     /// Vertices of the elements, flat `(elements, nodes)`.
     pub vertices: Vec<u32>,
-    /// Flat `(elements, nodes, nodes)`.
+    /// Products `integral of N_a N_b`, flat `(elements, nodes, nodes)`.
     pub products: Vec<f64>,
 }
 
 impl ShapeProducts {
-    /// Vertices and products, by rows, of each element.
+    /// Returns vertices and products, by rows, of each element.
     fn elements(&self) -> impl Iterator<Item = (&[u32], &[f64])> {
         let nodes = self.nodes.max(1);
         self.vertices.chunks_exact(nodes).zip(self.products.chunks_exact(nodes * nodes))
@@ -337,14 +337,14 @@ impl ShapeProducts {
 pub struct TermProperties {
     /// Diagnostic sum to which the energy belongs.
     pub kind: EnergyKind,
-    /// True if each of its vertices acts on all others: matrices are then full.
+    /// True if each vertex of the term acts on all others: matrices are then full.
     pub couples_all: bool,
-    /// True if it is made of tetrahedra: factors of its Hessian have much more fill-in than those of sheets
-    /// and strands.
+    /// True if the term consists of tetrahedra: factors of its Hessian have much more fill-in than those
+    /// of sheets and strands.
     pub fills_space: bool,
     /// True if the potential depends on time; [`Driven::set_time`] is called only if it does.
     pub changes_with_time: bool,
-    /// True if it has a [history](ElementTerm::history).
+    /// True if the term has a [history](ElementTerm::history).
     pub remembers: bool,
     /// True if the force is the gradient of [`energy`](EnergyTerm::energy). If not, the energy is zero, the
     /// gradient still is minus the force, and Hessian products are those of its derivative, which is not
@@ -384,21 +384,21 @@ pub trait EnergyTerm: TermViews + Send + Sync {
     /// Name for reports, e.g. `corotated elements of beam`.
     fn name(&self) -> String;
 
-    /// Kind of the term, and its properties that solvers and measurements need.
+    /// Returns the kind of the term and the properties that solvers and measurements need.
     fn properties(&self) -> TermProperties;
 
-    /// The energy `E(x)` [J]; `+inf` outside the domain of a barrier material. Bit-identical for any number
-    /// of threads.
+    /// Returns the energy `E(x)` [J]; `+inf` outside the domain of a barrier material. Bit-identical for
+    /// any number of threads.
     fn energy(&mut self, x: &[f64]) -> f64;
 
-    /// Computes `dE/dx` [N] at `x` and stores it for [`add_rows`](Self::add_rows); returns whether all of it
-    /// is finite. Bit-identical for any number of threads. [`energy`](Self::energy) and the other
+    /// Computes `dE/dx` [N] at `x` and stores it for [`add_rows`](Self::add_rows). Returns true if all of
+    /// it is finite. Bit-identical for any number of threads. [`energy`](Self::energy) and the other
     /// measurements do not change the stored gradient.
     fn evaluate(&mut self, x: &[f64]) -> bool;
 
-    /// Adds rows of the gradient last evaluated to `g`, flat `(vertices, dimension)`: as many as `g` has,
-    /// from vertex `first` on. A step calls this block by block, from several threads, and every vertex once.
-    /// Remaining work per vertex is done here, while the rows are in the cache.
+    /// Adds rows of the last evaluated gradient to `g`, flat `(vertices, dimension)`: as many as `g` has,
+    /// from vertex `first` on. A step calls this block by block, from several threads, and every vertex
+    /// once. Remaining work per vertex is done here, while the rows are in the cache.
     fn add_rows(&self, first: usize, g: &mut [f64]);
 
     /// Adds `dE/dx` [N] at `x` to `g`.
@@ -407,8 +407,8 @@ pub trait EnergyTerm: TermViews + Send + Sync {
         self.add_rows(0, g);
     }
 
-    /// Adds the product `d2E/dx2 p` [N] of the exact Hessian at `x` to `y`; overwrites the gradient last
-    /// evaluated.
+    /// Adds the product `d2E/dx2 p` [N] of the exact Hessian at `x` to `y`; overwrites the last evaluated
+    /// gradient.
     fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]);
 
     /// Adds the product with the transposed Hessian, which is equal if the term is
@@ -419,9 +419,10 @@ pub trait EnergyTerm: TermViews + Send + Sync {
         None
     }
 
-    /// The stencils of the Hessian: groups of vertices, all of the same size, each with a dense Hessian of
-    /// its own. Only implicit integrators call this, before [`stencil_hessians`](Self::stencil_hessians).
-    /// Stencils that change while a simulation runs are in [`ChangingStencils`] instead.
+    /// Returns the stencils of the Hessian: groups of vertices, all of the same size, each with a dense
+    /// Hessian of its own. Only implicit integrators call this, before
+    /// [`stencil_hessians`](Self::stencil_hessians). Stencils that change while a simulation runs are in
+    /// [`ChangingStencils`] instead.
     ///
     /// A term without stencils has no second derivative, or omits it from the matrix: Newton's method then
     /// still converges to the right solution, but more slowly.

@@ -29,7 +29,7 @@ const STREAMED_FROM: usize = 1 << 15;
 /// Maximum number of tasks: enough to balance the load, few enough to keep scratch memory small.
 const MAX_TASKS: usize = 32;
 
-/// The vertices of `WIDTH` stencils, local to the patch, `index[node][lane]`.
+/// Vertices of `WIDTH` stencils, local to the patch, `index[node][lane]`.
 pub type PackIndex<const N: usize> = [[u16; WIDTH]; N];
 
 /// Local copies of the vertices of a patch.
@@ -44,7 +44,7 @@ pub struct Scratch<const D: usize> {
 }
 
 impl<const D: usize> Scratch<D> {
-    /// Scratch memory for any patch.
+    /// Creates scratch memory for any patch.
     pub fn new() -> Self {
         Self::default()
     }
@@ -58,17 +58,17 @@ impl<const D: usize> Scratch<D> {
 /// Preallocated memory of a term made of stencils: a step allocates nothing.
 #[derive(Debug)]
 pub struct Workspace<const D: usize> {
-    /// A piece for each task that may run at the same time.
+    /// Scratch memory of each task that may run at the same time.
     scratch: Vec<Scratch<D>>,
     /// Rows of sums, patch by patch.
     sums: Vec<f64>,
-    /// A number for each patch.
+    /// One number for each patch.
     parts: Vec<f64>,
     bytes: usize,
 }
 
 impl<const D: usize> Workspace<D> {
-    /// Memory for `patches`.
+    /// Allocates the memory for `patches`.
     pub fn new<const N: usize>(patches: &Patches<N>) -> Self {
         let count = patches.patches.len();
         let tasks = tasks(count);
@@ -86,20 +86,20 @@ impl<const D: usize> Workspace<D> {
         self.bytes
     }
 
-    /// Bytes of address space that the scratch memory for so many stencils reserves, most of which is never
-    /// backed by memory.
+    /// Returns the address space [bytes] that scratch memory for `stencils` stencils reserves, most of
+    /// which is never backed by memory.
     pub fn reserved_bytes(stencils: u64) -> u64 {
         let patches = usize::try_from(stencils.div_ceil(PATCH_STENCILS as u64)).unwrap_or(usize::MAX);
         tasks(patches) as u64 * 3 * Rows::<D>::BYTES as u64
     }
 }
 
-/// Number of tasks for so many patches.
+/// Returns the number of tasks for `patches` patches.
 fn tasks(patches: usize) -> usize {
     if patches < PARALLEL_FROM_PATCHES { 1 } else { patches.min(MAX_TASKS) }
 }
 
-/// One patch.
+/// Group of stencils that a kernel processes at once.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Patch {
     /// Index of the patch.
@@ -138,8 +138,8 @@ pub struct Patches<const N: usize> {
 }
 
 impl<const N: usize> Patches<N> {
-    /// Groups `stencils` in the order that `order` lists; neighbours should follow one another. A patch has
-    /// no more vertices than scratch memory has rows.
+    /// Groups `stencils` in the order that `order` lists; neighbours should follow one another. A patch
+    /// has at most as many vertices as scratch memory has rows.
     pub fn new<const D: usize>(stencils: &[[u32; N]], order: &[u32], vertex_count: usize) -> Self {
         let mut patches = Self {
             patches: vec![],
@@ -152,7 +152,7 @@ impl<const N: usize> Patches<N> {
             sum_runs: vec![],
             block_start: vec![],
         };
-        // Which patch saw a vertex last, and as what.
+        // Patch that last contained each vertex, and the local index of the vertex there.
         let mut seen = vec![(u32::MAX, 0u16); vertex_count];
         let mut first = 0;
         while first < order.len() {
@@ -162,7 +162,7 @@ impl<const N: usize> Patches<N> {
         patches
     }
 
-    /// Appends a patch of the first few stencils of `order`; returns how many.
+    /// Appends a patch of the first stencils of `order`; returns their number.
     fn push_patch(
         &mut self,
         stencils: &[[u32; N]],
@@ -192,17 +192,15 @@ impl<const N: usize> Patches<N> {
         for (local, &v) in self.vertices[row0..].iter().enumerate() {
             seen[v as usize].1 = local as u16;
         }
-        // Every lane goes through a stretch of the order of its own: the lanes of a pack, far from one
-        // another, rarely share a vertex, so that what one adds to a row need not wait for what another has
-        // just added.
+        // Each lane takes a contiguous part of the order: the lanes of a pack are far apart and rarely
+        // share a vertex, so that their additions to rows need not wait for one another.
         let packs = count.div_ceil(WIDTH);
         for pack in 0..packs {
             let mut index = [[0u16; WIDTH]; N];
             let mut stencil = [None; WIDTH];
             let mut source = &stencils[order[pack] as usize];
             for lane in 0..WIDTH {
-                // Lanes without a stencil of their own, the last ones, repeat the one before them, with
-                // weight zero.
+                // Padding lanes, the last ones, repeat the stencil before them, with weight zero.
                 if let Some(&own) = order[..count].get(lane * packs + pack) {
                     stencil[lane] = Some(own);
                     source = &stencils[own as usize];
@@ -250,12 +248,12 @@ impl<const N: usize> Patches<N> {
         (self.sum_runs, self.block_start) = (sum_runs, start);
     }
 
-    /// Length of a patch's part of an array of sums.
+    /// Returns the length of a patch's part of an array of sums.
     fn per_patch<const D: usize>(&self) -> usize {
         self.stride * Rows::<D>::STRIDE
     }
 
-    /// Stores in `workspace` the gradient rows that `kernel` fills for each patch, and returns whether they
+    /// Stores in `workspace` the gradient rows that `kernel` fills for each patch; returns true if they
     /// are finite. The kernel finds the positions `x` of its vertices in its scratch memory, and the
     /// `direction` if there is one.
     pub fn evaluate<const D: usize>(
@@ -293,7 +291,7 @@ impl<const N: usize> Patches<N> {
         direction: &[f64],
         kernel: impl Fn(&Patch, &mut Scratch<D>) -> f64 + Sync + Send,
     ) -> f64 {
-        // Numbers by their bits: what threads may write, each its own.
+        // Bits of numbers, because several threads write them, each its own.
         let parts: Vec<AtomicU64> = self.patches.iter().map(|_| AtomicU64::new(0)).collect();
         self.evaluate(workspace, x, Some(direction), |patch, scratch| {
             let part = kernel(patch, scratch);
@@ -302,8 +300,8 @@ impl<const N: usize> Patches<N> {
         parts.into_iter().map(|part| f64::from_bits(part.into_inner())).sum()
     }
 
-    /// Adds rows of the gradient last evaluated to `g`, as many as it has, from vertex `first` on: for each
-    /// vertex the rows of the patches that touch it, in the order of the patches.
+    /// Adds rows of the last evaluated gradient to `g`, as many as `g` has, from vertex `first` on: for
+    /// each vertex the rows of the patches that touch it, in the order of the patches.
     pub fn add_rows<const D: usize>(&self, workspace: &Workspace<D>, first: usize, g: &mut [f64]) {
         let end = first + g.len() / D;
         let blocks = first / BLOCK as usize..end.div_ceil(BLOCK as usize).min(self.block_start.len() - 1);
@@ -335,8 +333,8 @@ impl<const N: usize> Patches<N> {
         }
     }
 
-    /// Rows that [`add_rows`](Self::add_rows) would add for vertices of one block, if a single patch touches
-    /// them and its rows have no gaps: in the plane, inside a patch.
+    /// Returns the rows that [`add_rows`](Self::add_rows) would add for vertices of one block, if a
+    /// single patch touches them and its rows have no gaps: in 2D, inside a patch.
     pub fn rows<'a, const D: usize>(
         &self,
         workspace: &'a Workspace<D>,
@@ -367,7 +365,7 @@ impl<const N: usize> Patches<N> {
         }
     }
 
-    /// Global vertices of a lane; `pack` counts from the first pack of the patch.
+    /// Returns the global vertices of a lane; `pack` counts from the first pack of the patch.
     pub(crate) fn vertices_of(&self, patch: &Patch, pack: usize, lane: usize) -> [u32; N] {
         let local = &self.vertices[patch.vertices.clone()];
         self.index[patch.packs.start + pack].map(|rows| local[rows[lane] as usize])
@@ -460,7 +458,7 @@ impl<const N: usize> Patches<N> {
         tasks.zip(scratch).for_each(|((patches, out), scratch)| run(scratch, patches, out));
     }
 
-    /// Every stencil, patch by patch: original number, global vertices, pack and lane.
+    /// Returns every stencil, patch by patch: original number, global vertices, pack and lane.
     pub fn stencils(&self) -> impl Iterator<Item = (usize, [u32; N], usize, usize)> {
         self.patches.iter().flat_map(move |patch| {
             let vertices = &self.vertices[patch.vertices.clone()];
@@ -476,14 +474,14 @@ impl<const N: usize> Patches<N> {
         })
     }
 
-    /// Every lane of every pack as a stencil of its own: lane `i % WIDTH` of pack `i / WIDTH` is number `i`.
+    /// Returns every lane of every pack as a stencil: lane `i % WIDTH` of pack `i / WIDTH` is number `i`.
     /// Padding lanes repeat another.
     pub(crate) fn lanes(&self) -> Stencils {
         let count = self.index.len() * WIDTH;
         Stencils { size: N, vertices: self.lanes_in(0..count).flat_map(|(vertices, ..)| vertices).collect() }
     }
 
-    /// Global vertices, pack and lane of each of these stencils.
+    /// Returns global vertices, pack and lane of each of these stencils.
     pub(crate) fn lanes_in(&self, stencils: Range<usize>) -> impl Iterator<Item = ([u32; N], usize, usize)> {
         let mut number = self.patches.partition_point(|p| p.packs.end * WIDTH <= stencils.start);
         stencils.map(move |stencil| {

@@ -6,7 +6,7 @@ use crate::lanes::{Kernel, Lanes, WIDTH};
 /// vertices in ascending order, so that neighbours in a well-numbered mesh mostly come in runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct IndexRun {
-    /// The first vertex.
+    /// First vertex.
     pub(super) vertex: u32,
     /// First row.
     pub(super) row: u32,
@@ -40,7 +40,7 @@ impl Kernel for CopyKernel<'_> {
     fn run<L: Lanes>(self) -> bool {
         let (from, from_rest) = self.from.as_chunks::<WIDTH>();
         let (to, to_rest) = self.to.as_chunks_mut::<WIDTH>();
-        // Zero times a finite number is zero, times anything else NaN.
+        // Zero times a finite number is zero, times any other NaN.
         let mut sum = L::zero();
         for (from, to) in from.iter().zip(to) {
             let numbers = L::load(from);
@@ -56,7 +56,7 @@ impl Kernel for CopyKernel<'_> {
     }
 }
 
-/// Adds numbers to others.
+/// Adds `from` to `to`.
 pub(super) struct Add<'a> {
     pub(super) from: &'a [f64],
     pub(super) to: &'a mut [f64],

@@ -18,7 +18,7 @@ pub trait TermViews {
         None
     }
 
-    /// Limit on the motion of vertices; `None`: any distance.
+    /// View of the limit on the motion of vertices; `None` if any distance is allowed.
     fn limit(&self) -> Option<&dyn StepLimit> {
         None
     }
@@ -63,7 +63,7 @@ pub trait TermViews {
         None
     }
 
-    /// The same, to find them anew.
+    /// Mutable view of these stencils, to find them anew.
     fn changing_mut(&mut self) -> Option<&mut dyn ChangingStencils> {
         None
     }
@@ -71,7 +71,7 @@ pub trait TermViews {
 
 /// A term made of elements, which have a deformation and a stress.
 pub trait ElementTerm {
-    /// Name of the body that they fill.
+    /// Name of the body.
     fn body(&self) -> &str;
 
     /// Number of elements.
@@ -80,7 +80,7 @@ pub trait ElementTerm {
     /// Passes deformation and stress of every element, with its number in the mesh, to `visit`, in any order.
     fn each_state(&self, x: &[f64], visit: &mut dyn FnMut(usize, ElementState));
 
-    /// Deformation and stress of every element, in the order of the mesh.
+    /// Returns deformation and stress of every element, in the order of the mesh.
     fn element_states(&self, x: &[f64]) -> Vec<ElementState> {
         let mut numbered = Vec::with_capacity(self.element_count());
         self.each_state(x, &mut |number, state| numbered.push((number, state)));
@@ -88,8 +88,8 @@ pub trait ElementTerm {
         numbered.into_iter().map(|(_, state)| state).collect()
     }
 
-    /// Deformation and stress at the point `at` of an element, by its number in the mesh; `None` if there is
-    /// no such element.
+    /// Returns deformation and stress at the point `at` of an element, by its number in the mesh; `None`
+    /// if there is no such element.
     fn state_at(&self, x: &[f64], element: usize, at: &Barycentric) -> Option<ElementState>;
 
     /// Returns the first element whose material is about to leave its domain at `x`, where energies and
@@ -99,8 +99,8 @@ pub trait ElementTerm {
         None
     }
 
-    /// Products of the shape functions of solid elements of second order, whose consistent masses are more
-    /// accurate than lumped ones; `None` for all other elements.
+    /// Returns products of the shape functions of second-order solid elements, whose consistent masses
+    /// are more accurate than lumped ones; `None` for all other elements.
     fn shape_products(&self) -> Option<ShapeProducts> {
         None
     }
@@ -111,19 +111,19 @@ pub trait ElementTerm {
     }
 }
 
-/// Gradients that a step reads in place, instead of adding them to others.
+/// Gradients that a step reads in place, without adding them to others.
 pub trait ForceLayout: Sync {
-    /// Rows that [`add_rows`](EnergyTerm::add_rows) would add for `count` vertices from `first` on, at most a
-    /// block of a step, if memory has them in this form. A step reads them in place if no other term has
-    /// rows.
+    /// Returns the rows that [`add_rows`](EnergyTerm::add_rows) would add for `count` vertices from
+    /// `first` on, at most a block of a step, if memory has them in this form. A step reads them in place
+    /// if no other term has rows.
     fn rows(&self, first: usize, count: usize) -> Option<&[f64]> {
         let _ = (first, count);
         None
     }
 
-    /// Acceleration [m/s^2], one component per dimension, if the force last evaluated gives every vertex the
-    /// same acceleration, whatever its mass. A step adds it directly and does not ask for rows. `None`: the
-    /// acceleration differs between vertices.
+    /// Returns the acceleration [m/s^2], one component per dimension, if the last evaluated force gives
+    /// every vertex the same acceleration, whatever its mass; otherwise `None`. A step adds it directly
+    /// and does not ask for rows.
     fn acceleration(&self) -> Option<&[f64]> {
         None
     }
@@ -134,7 +134,7 @@ pub trait ForceLayout: Sync {
 pub struct WayObstruction {
     /// Description of both.
     pub pair: String,
-    /// Their vertices.
+    /// Vertices of both.
     pub vertices: Vec<u32>,
     /// Description of the nearest contact of one of their bodies with a third.
     pub behind: Option<String>,
@@ -142,8 +142,8 @@ pub struct WayObstruction {
 
 /// A limit on how far vertices may move at once.
 pub trait StepLimit {
-    /// The largest fraction of the step from `x` to `x + dx` that stays where the energy is finite: in (0,
-    /// 1].
+    /// Returns the largest fraction, in (0, 1], of the step from `x` to `x + dx` that stays where the
+    /// energy is finite.
     fn max_step(&self, x: &[f64], dx: &[f64]) -> f64;
 
     /// True if positions beyond the limit have finite energies again, such as those behind a thin obstacle.
@@ -153,7 +153,8 @@ pub trait StepLimit {
         false
     }
 
-    /// Pair that limits the step from `x` to `x + dx` the most; `None` if the whole step is free.
+    /// Returns the pair that limits the step from `x` to `x + dx` the most; `None` if the full step is
+    /// free.
     fn obstruction(&self, x: &[f64], dx: &[f64]) -> Option<WayObstruction> {
         let _ = (x, dx);
         None
@@ -163,38 +164,37 @@ pub trait StepLimit {
 /// A history-dependent term: `E(x; z, s)` with history variables `z` of the end of the last step and the time
 /// `s` since then. They change at the end of an accepted step only; states store them.
 pub trait HistoryTerm {
-    /// The history variables `z`.
+    /// Returns the history variables `z`.
     fn history(&self) -> Vec<f64>;
 
-    /// Number of history variables.
+    /// Returns the number of history variables.
     fn history_len(&self) -> usize;
 
     /// Sets the history variables at the time `time` [s].
     fn set_history(&mut self, numbers: &[f64], time: f64);
 
     /// Updates the history variables at the end of a step to the positions `x` and the time `time` [s].
-    /// Returns the energy dissipated by the update [J]: the energy at the same positions before, less that
-    /// after.
+    /// Returns the energy dissipated by the update [J]: the energy at the same positions before it minus
+    /// that after it.
     fn commit(&mut self, x: &[f64], time: f64) -> f64;
 
-    /// Dissipation rate at fixed positions, `-dE/ds` [W].
+    /// Returns the dissipation rate at fixed positions, `-dE/ds` [W].
     fn loss_rate(&self, x: &[f64]) -> f64;
 
     /// Adds the derivatives of `p . dE/dx` with respect to the history variables.
     fn add_work_by_history(&self, x: &[f64], p: &[f64], by: &mut [f64]);
 
-    /// Transposed derivative of [`commit`](Self::commit) at `x` and the time last set back: given the
-    /// derivatives `after` with respect to the variables that it would leave, adds those with respect to the
+    /// Transposed derivative of [`commit`](Self::commit) at `x` and the last time set. Given the
+    /// derivatives `after` with respect to the variables after the update, adds those with respect to the
     /// positions and to the present variables.
     fn add_commit_transposed(&self, x: &[f64], after: &[f64], by_x: &mut [f64], before: &mut [f64]);
 }
 
 /// Elements whose stresses after a Newton step are better predicted than evaluated.
 pub trait PredictedStresses {
-    /// Writes Hessians as [`stencil_hessians`](EnergyTerm::stencil_hessians) does, exact but for the
-    /// stresses that turn with `x`: they are those that the linearisation at `from` predicts there, `S =
-    /// S(from) + dS/dx (x
-    /// - from)`.
+    /// Writes Hessians like [`stencil_hessians`](EnergyTerm::stencil_hessians), exact except for the
+    /// stresses that rotate with `x`: they are those that the linearisation at `from` predicts,
+    /// `S = S(from) + dS/dx (x - from)`.
     ///
     /// Pressures in nearly incompressible materials are the bulk modulus times a small change of volume.
     /// After a Newton step this change is in error by the square of the step, and the pressure by that times
@@ -208,20 +208,20 @@ pub trait PredictedStresses {
 /// A potential that depends on time, or a force that supplies energy.
 pub trait Driven {
     /// Sets the time [s]. All later calls refer to the potential at that time, except
-    /// [`add_rows`](EnergyTerm::add_rows), which continues with the gradient last evaluated.
+    /// [`add_rows`](EnergyTerm::add_rows), which continues with the last evaluated gradient.
     fn set_time(&mut self, time: f64) {
         let _ = time;
     }
 
-    /// Power of the force, `f . v` [W], at the time last set.
+    /// Returns the power of the force, `f . v` [W], at the last time set.
     fn power(&mut self, x: &[f64], v: &[f64]) -> f64 {
         let _ = (x, v);
         0.0
     }
 
-    /// Bound on what the term may add at later times to the square of an angular frequency [1/s^2], in
-    /// addition to its contribution at the time last set; `inverse_mass` [1/kg] of every coordinate, zero if
-    /// it is fixed.
+    /// Returns a bound on what the term may add at later times to the square of an angular frequency
+    /// [1/s^2], in addition to its contribution at the last time set; `inverse_mass` [1/kg] of every
+    /// coordinate, zero if it is fixed.
     fn stiffening(&self, inverse_mass: &[f64]) -> f64 {
         let _ = inverse_mass;
         0.0
@@ -238,18 +238,18 @@ pub trait LoadTerm {
     /// Number of components of the value: the dimension for a vector, one for a pressure or a tension.
     fn components(&self) -> usize;
 
-    /// Work `f . p` of the force `f` at `x` along `p`, at the time last set.
+    /// Returns the work `f . p` of the force `f` at `x` along `p`, at the last time set.
     fn work(&self, x: &[f64], p: &[f64]) -> f64;
 
     /// Adds to `works` the work along `p` of a unit of each component of the value, uniform over the load.
     fn add_unit_works(&self, x: &[f64], p: &[f64], works: &mut [f64]);
 
     /// Adds to `force` the force that the load would have with this value, a function of the reference
-    /// position [m] and the time last set [s]; a single component is read from the first entry. The value may
-    /// vary in space and in time only if that of the load does.
+    /// position [m] and the last time set [s]; a single component is read from the first entry. The value
+    /// may vary in space and in time only if that of the load does.
     fn add_force_of(&self, value: &dyn Fn([f64; 3], f64) -> [f64; 3], x: &[f64], force: &mut [f64]);
 
-    /// Adds the force at `x`, at the time last set, to `force`.
+    /// Adds the force at `x`, at the last time set, to `force`.
     fn add_force(&self, x: &[f64], force: &mut [f64]);
 
     /// Adds to `force` the force of a uniform change of each component of the value.
@@ -259,8 +259,9 @@ pub trait LoadTerm {
         self.add_force_of(&|_, _| value, x, force);
     }
 
-    /// Adds to `rows`, flat over all vertices, the derivatives of the work of the force at `x` along `p` with
-    /// respect to reference positions, at the time last set. Returns false if they are not available.
+    /// Adds to `rows`, flat over all vertices, the derivatives of the work of the force at `x` along `p`
+    /// with respect to reference positions, at the last time set. Returns false if they are not
+    /// available.
     fn add_work_by_shape(&self, x: &[f64], p: &[f64], rows: &mut [f64]) -> bool {
         let _ = (x, p, rows);
         false
@@ -273,7 +274,7 @@ pub trait LoadTerm {
         false
     }
 
-    /// Work along `p` of the force [of such a value](Self::add_force_of).
+    /// Returns the work along `p` of the force [of such a value](Self::add_force_of).
     fn work_of(&self, value: &dyn Fn([f64; 3], f64) -> [f64; 3], x: &[f64], p: &[f64]) -> f64 {
         let mut force = vec![0.0; x.len()];
         self.add_force_of(value, x, &mut force);
@@ -283,21 +284,21 @@ pub trait LoadTerm {
 
 /// Queries of measurements: diagnostics, tolerances, the search for the largest frequency.
 pub trait Measurements: EnergyTerm {
-    /// Energy scale of the term from `x` on [J]: the energy that it is expected to exchange, with which
-    /// changes of the total are compared.
+    /// Returns the energy scale of the term from `x` on [J]: the energy that it is expected to exchange,
+    /// with which changes of the total are compared.
     fn scale(&mut self, x: &[f64]) -> f64 {
         self.energy(x).abs()
     }
 
-    /// Evaluates as [`evaluate`](EnergyTerm::evaluate) does, before a measurement, and also returns the
+    /// Evaluates like [`evaluate`](EnergyTerm::evaluate), before a measurement, and also returns the
     /// energy `E(x)` [J] if it is almost free with the gradient. The gradient is bit-identical.
     fn evaluate_with_energy(&mut self, x: &[f64]) -> (bool, Option<f64>) {
         (self.evaluate(x), None)
     }
 
-    /// Adds as [`add_hessian_product`](EnergyTerm::add_hessian_product) does, for the search for the largest
-    /// frequency, which is then corrected by one exact product. A term whose exact products are expensive may
-    /// approximate; it then returns true.
+    /// Adds like [`add_hessian_product`](EnergyTerm::add_hessian_product), for the search for the largest
+    /// frequency, which is then corrected by one exact product. A term whose exact products are expensive
+    /// may approximate; it then returns true.
     fn add_stiffness_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) -> bool {
         self.add_hessian_product(x, p, y);
         false
@@ -306,28 +307,27 @@ pub trait Measurements: EnergyTerm {
     /// Releases the memory for these products; no more of them will be requested.
     fn end_stiffness_products(&mut self) {}
 
-    /// Extremes of `det F`; `None` for terms without elements.
+    /// Returns the extremes of `det F`; `None` for terms without elements.
     fn deformation(&mut self, x: &[f64]) -> Option<DeformationExtremes> {
         let _ = x;
         None
     }
 }
 
-/// Stencils that are recomputed as vertices move, those of contacts. Their blocks are added to the matrix of
-/// all other stencils, whose structure is kept.
+/// Stencils that are recomputed as vertices move, such as those of contacts. Their blocks are added to
+/// the matrix of all other stencils, whose structure is kept.
 ///
 /// The energy or dissipation function itself must not depend on when stencils were last found: they determine
 /// only which blocks of the matrix are not zero.
 pub trait ChangingStencils: Sync {
-    /// Begins a step of `dt` [s] from positions `x` [m] and velocities `v` [m/s]; returns whether the
+    /// Begins a step of `dt` [s] from positions `x` [m] and velocities `v` [m/s]. Returns true if the
     /// stencils changed.
-    /// others now.
     fn begin_step(&mut self, x: &[f64], v: &[f64], dt: f64) -> bool {
         let _ = (x, v, dt);
         false
     }
 
-    /// Finds the stencils at `x`, before a matrix is assembled there; returns whether they changed.
+    /// Finds the stencils at `x`, before a matrix is assembled there. Returns true if they changed.
     fn find(&mut self, x: &[f64]) -> bool;
 
     /// Records that the solution of the linear system at `x` is `step`, flat [m], during a nonlinear solve.
@@ -340,20 +340,20 @@ pub trait ChangingStencils: Sync {
     /// Restores exact second derivatives after [`follow`](Self::follow).
     fn forget(&mut self) {}
 
-    /// Pairs of vertices that stencils are likely to have in steps from `x` on, to predict the memory of a
-    /// matrix: a guess, on which no result depends.
+    /// Returns pairs of vertices that stencils are likely to have in steps from `x` on, to predict the
+    /// memory of a matrix. No result depends on this guess.
     fn likely_pairs(&self, x: &[f64]) -> Vec<[u32; 2]> {
         let _ = x;
         vec![]
     }
 
-    /// The stencils last found, lists of one size each; the vertices of a stencil are distinct.
+    /// Returns the stencils last found, in lists of one size each; the vertices of a stencil are
+    /// distinct.
     fn lists(&self) -> &[Stencils];
 
-    /// Writes the blocks of some stencils of a list at `(x, v)` to `out`, as
-    /// [`stencil_hessians`](EnergyTerm::stencil_hessians) lays them out: of `d2E/dx2` [N/m] for an energy, of
-    /// `d2R/dv2` [N s/m] for a dissipation function. `v` is empty where nothing dissipates. Called from
-    /// several threads.
+    /// Writes the blocks of some stencils of a list at `(x, v)` to `out`, in the layout of
+    /// [`stencil_hessians`](EnergyTerm::stencil_hessians): `d2E/dx2` [N/m] of an energy, `d2R/dv2` [N
+    /// s/m] of a dissipation function. `v` is empty for energies. Called from several threads.
     fn blocks(&self, list: usize, stencils: Range<usize>, at: (&[f64], &[f64]), psd: Psd, out: &mut [f64]);
 }
 
@@ -372,19 +372,20 @@ pub trait TieTerm {
 pub struct SurfaceContact {
     /// Names of the two bodies.
     pub bodies: [String; 2],
-    /// Closest points of the two [m]; third component 0 in 2D. Of a half-space the foot on its plane, of a
-    /// ball that on its surface.
+    /// Closest points of the two [m]; third component 0 in 2D. A half-space has the foot point on its
+    /// plane, a ball the point on its surface.
     pub points: [[f64; 3]; 2],
     /// Unit vector from the second to the first.
     pub normal: [f64; 3],
-    /// Their distance less the radii [m]; below zero behind a wall that pushes from its plane on.
+    /// Distance of the two minus the radii [m]; negative behind a wall that pushes from its plane on.
     pub gap: f64,
-    /// The part of the reach that the gap is: 1 where they begin to push.
+    /// Gap as a fraction of the activation distance: 1 where contact begins.
     pub relative_gap: f64,
     /// Normal force [N].
     pub force: f64,
-    /// Friction on the first [N], at the present velocities: `-mu lambda f1(|v_T|) t` with the direction `t`
-    /// in which it slips over the second; the second has the opposite. Zero in recordings without it.
+    /// Friction force on the first [N], at the present velocities: `-mu lambda f1(|v_T|) t` with the
+    /// direction `t` in which it slips over the second. The second has the opposite force. Zero in
+    /// recordings without it.
     #[serde(default)]
     pub friction: [f64; 3],
 }
@@ -394,28 +395,29 @@ pub struct SurfaceContact {
 pub struct TouchingPair {
     /// Vertices in the system, at most four; unused entries are the largest number.
     pub vertices: [u32; 4],
-    /// True if it slides, at the regularisation velocity of friction or above; false if it sticks, `None`
-    /// without friction.
+    /// True if the pair slides, at the friction regularisation velocity or above; false if it sticks;
+    /// `None` without friction.
     pub slides: Option<bool>,
 }
 
 /// A term in which surfaces touch.
 pub trait TouchingSurfaces {
-    /// Open surfaces that pass through each other on the straight path `from` one configuration `to` another
-    /// [m]; `None` if none do, or if they are allowed to.
+    /// Returns open surfaces that pass through each other on the straight path `from` one configuration
+    /// `to` another [m]; `None` if there are none, or if they are allowed to.
     fn crossing(&self, from: &[f64], to: &[f64]) -> Option<Fault>;
 
-    /// All pairs in contact at `x` and their friction state at `v`, flat [m] and [m/s], in a fixed order.
+    /// Returns all pairs in contact at `x` and their friction state at `v`, flat [m] and [m/s], in a
+    /// fixed order.
     fn pairs(&self, x: &[f64], v: &[f64]) -> Vec<TouchingPair>;
 
-    /// All contacts at `x` and `v`, flat [m] and [m/s], in a fixed order.
+    /// Returns all contacts at `x` and `v`, flat [m] and [m/s], in a fixed order.
     fn contacts(&self, x: &[f64], v: &[f64]) -> Vec<SurfaceContact>;
 
-    /// Description of an inadmissible state at `x`, flat [m]: surfaces that cross or overlap.
+    /// Describes an inadmissible state at `x`, flat [m]: surfaces that cross or overlap.
     fn conflict(&self, x: &[f64]) -> Option<String>;
 
-    /// The contact at `x`, flat [m], at `time` [s] with the smallest remaining fraction of its activation
-    /// distance; `None` without contact.
+    /// Returns the contact at `x`, flat [m], at `time` [s] with the smallest gap relative to its
+    /// activation distance; `None` without contact.
     fn nearest(&self, x: &[f64], time: f64) -> Option<LeastGap>;
 
     /// View of the dependence on the reference configuration, if it is available.
@@ -442,8 +444,8 @@ pub trait ShapedContact {
     /// unchanged parameters.
     fn add_work_by_shape(&self, at: ContactPlace<'_>, p: &[f64], rest: &[f64], rows: &mut [f64]);
 
-    /// Adds to `rows` the change of these gradients if reference positions move by `change`, flat: the
-    /// transpose.
+    /// Adds to `rows` the change of these gradients if reference positions move by `change`, flat (the
+    /// transpose).
     fn add_gradient_by_shape(&self, at: ContactPlace<'_>, change: &[f64], rest: &[f64], rows: &mut [f64]);
 }
 
@@ -452,9 +454,9 @@ pub trait ShapedContact {
 pub struct LeastGap {
     /// Names of the two bodies.
     pub bodies: [String; 2],
-    /// Distance less the radii [m]; below zero behind a wall that pushes from its plane on.
+    /// Distance minus the radii [m]; negative behind a wall that pushes from its plane on.
     pub gap: f64,
-    /// Fraction of the activation distance that the gap is.
+    /// Gap as a fraction of the activation distance.
     pub relative: f64,
     /// Time [s].
     pub time: f64,
@@ -462,7 +464,7 @@ pub struct LeastGap {
     pub most: u64,
 }
 
-/// A contact whose gap closed.
+/// Contact whose gap closed.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Penetration {
     /// Names of the two bodies.
@@ -473,25 +475,25 @@ pub struct Penetration {
     pub time: f64,
 }
 
-/// Surfaces that approached each other.
+/// Approach of two surfaces.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Approach {
     /// Names of the two bodies.
     pub bodies: [String; 2],
     /// Approach speed [m/s]: that of a vertex before contact forces reduced it.
     pub speed: f64,
-    /// Speed above which its gap may close [m/s].
+    /// Speed above which the gap may close [m/s].
     pub stopped: f64,
     /// Time [s].
     pub time: f64,
 }
 
-/// Extremes of contact: the least gap, and the loads on surfaces that forces alone keep apart.
+/// Extremes of contact: the least gap, and the loads on surfaces that only forces keep apart.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct ContactExtremes {
-    /// Least gap; `None` where nothing touched.
+    /// Least gap; `None` if nothing touched.
     pub least: Option<LeastGap>,
-    /// Deepest contact; `None` where no gap was closed.
+    /// Deepest contact; `None` if no gap closed.
     pub deepest: Option<Penetration>,
     /// Approach closest to the limit of contact, `speed / stopped`; `None` without contact.
     pub hardest: Option<Approach>,
@@ -502,7 +504,7 @@ pub struct ContactExtremes {
 }
 
 impl ContactExtremes {
-    /// Merges the extremes: the worse of both, of equal ones the first.
+    /// Merges the extremes: keeps the worse of both, the first if they are equal.
     pub fn merge(&mut self, other: ContactExtremes) {
         self.least = match (self.least.take(), other.least) {
             (Some(one), Some(other)) => {
@@ -524,13 +526,13 @@ impl ContactExtremes {
     }
 }
 
-/// A term that keeps surfaces apart by forces alone: a step may lead through them.
+/// Term that keeps surfaces apart by forces only: a step may lead through them.
 pub trait WatchedContacts {
-    /// The worst contacts at positions `x` [m] and velocities `v` [m/s] at `time` [s]; `inverse_mass` [1/kg]
-    /// of every coordinate, zero if it is fixed.
+    /// Returns the worst contacts at positions `x` [m] and velocities `v` [m/s] at `time` [s];
+    /// `inverse_mass` [1/kg] of every coordinate, zero if it is fixed.
     fn extremes(&self, state: (&[f64], &[f64]), inverse_mass: &[f64], time: f64) -> ContactExtremes;
 
-    /// Bound on what contact adds to the square of an angular frequency [1/s^2], now or later, as long as no
-    /// gap closes.
+    /// Returns a bound on what contact adds to the square of an angular frequency [1/s^2], now or later,
+    /// as long as no gap closes.
     fn stiffening(&self, inverse_mass: &[f64]) -> f64;
 }

@@ -8,7 +8,7 @@ use crate::algebra::{Mat, Vect};
 use crate::scalar::Scalar;
 use crate::value::{As, KeyRange, Pressure};
 
-/// Range of Poisson's ratio where the model knows no Poisson effect.
+/// Valid range of Poisson's ratio for a model without Poisson effect.
 const NO_POISSON: KeyRange = KeyRange::of(&[("minimum", 0.0), ("maximum", 0.0)]);
 
 /// As-rigid-as-possible (ARAP) elasticity: the squared distance from the nearest rotation.
@@ -20,7 +20,7 @@ const NO_POISSON: KeyRange = KeyRange::of(&[("minimum", 0.0), ("maximum", 0.0)])
 /// P   = 2 mu (F - R)            [Pa]
 /// ```
 ///
-/// This is corotated elasticity with `lambda = 0`, that is, with Poisson's ratio 0 and no other. It pushes an
+/// This is corotated elasticity with `lambda = 0`, so Poisson's ratio is always 0. The model pushes an
 /// inverted body back; `P` jumps where `R` does.
 ///
 /// Source: Chao, Pinkall, Sanan and Schroeder, "A simple geometric model for elastic deformations", 2010; the

@@ -24,9 +24,9 @@ pub fn autodiff_stress<S: Scalar, const D: usize, M: Material<D> + ?Sized>(
     p
 }
 
-/// Computes `dP/dF` [Pa], exact to rounding, by running the stress on dual numbers along each entry of `F`.
-/// The stress of a model that gives its energy density alone runs on duals of duals. Negative eigenvalues are
-/// set to zero [numerically](Tangent::projected).
+/// Computes `dP/dF` [Pa], exact to rounding, by running the stress on dual numbers along each entry of
+/// `F`. If the model gives only its energy density, the stress runs on duals of duals. [`Psd::Projected`]
+/// sets negative eigenvalues to zero [numerically](Tangent::projected).
 ///
 /// Outside the domain of a barrier model the result is not finite.
 pub fn autodiff_hessian<const D: usize, M: Material<D> + ?Sized>(
@@ -53,7 +53,7 @@ pub fn autodiff_hessian<const D: usize, M: Material<D> + ?Sized>(
     }
 }
 
-/// Computes `P` and `dP = dP/dF : dF` [Pa]; one compiled function for all callers with one `F` at a time.
+/// Computes `P` and `dP = dP/dF : dF` [Pa] for one `F`, in one compiled function for all callers.
 #[inline(never)]
 pub(crate) fn stress_along<const D: usize, M: Material<D> + ?Sized>(
     material: &M,

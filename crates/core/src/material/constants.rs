@@ -1,4 +1,4 @@
-//! Isotropic elastic constants of a scene: Young's modulus and Poisson's ratio, or another pair of constants.
+//! Isotropic elastic constants of a scene: Young's modulus and Poisson's ratio, or another pair.
 
 use serde::de::Error;
 
@@ -6,7 +6,7 @@ use super::parameters::{check_positive, or_preset};
 use super::preset::Preset;
 use super::{Isotropic, Lame, ParameterError};
 
-/// Constants that a table gives.
+/// Elastic constants as a scene's table gives them.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct GivenConstants {
     /// Young's modulus E [Pa].
@@ -21,7 +21,7 @@ pub(super) struct GivenConstants {
     pub(super) lambda: Option<f64>,
     /// Second Lame parameter [Pa], the shear modulus.
     pub(super) mu: Option<f64>,
-    /// Material that provides `young` and `poisson` if the table does not.
+    /// Material that provides `young` and `poisson` if the table does not give them.
     pub(super) preset: Option<Preset>,
 }
 
@@ -39,7 +39,7 @@ impl GivenConstants {
     /// ```
     ///
     /// # Errors
-    /// If constants are missing or too many, or not those of a stable solid: `K`, `G` or `mu` not positive,
+    /// If constants are missing or redundant, or the solid is unstable: `K`, `G` or `mu` not positive,
     /// `lambda` not above `-2/3 mu`.
     pub(super) fn isotropic<E: Error>(self) -> Result<Isotropic, E> {
         match self {
@@ -73,7 +73,8 @@ impl GivenConstants {
         Ok(Isotropic { young, poisson, preset })
     }
 
-    /// Message: the constant that is missing next to the only one, or that several do not form a pair.
+    /// Returns the message that names the missing partner of a single constant or the keys that form no
+    /// pair.
     fn mismatch(&self) -> String {
         let named = self.named();
         let pair = [["bulk", "shear"], ["lambda", "mu"]].into_iter().find(|pair| pair.contains(&named[0]));
@@ -85,7 +86,7 @@ impl GivenConstants {
         format!("{found}; isotropic elasticity takes {right}")
     }
 
-    /// Keys that are given.
+    /// Returns the keys that are given.
     fn named(&self) -> Vec<&'static str> {
         let numbers = [
             ("young", self.young),
@@ -100,7 +101,7 @@ impl GivenConstants {
     }
 }
 
-/// `` `a`, `b` and `c` ``.
+/// Formats names as `` `a`, `b` and `c` ``.
 fn list(names: &[&str]) -> String {
     let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
     match quoted.split_last() {
@@ -117,12 +118,12 @@ fn by_bulk_and_shear(bulk: f64, shear: f64) -> Result<Isotropic, ParameterError>
     Ok(Isotropic::new(9.0 * bulk * shear / sum, poisson_of(bulk, shear)))
 }
 
-/// Poisson's ratio `(3 K - 2 G) / (2 (3 K + G))` from bulk and shear modulus [Pa].
+/// Returns Poisson's ratio `(3 K - 2 G) / (2 (3 K + G))` from bulk and shear modulus [Pa].
 pub(super) fn poisson_of(bulk: f64, shear: f64) -> f64 {
     (3.0 * bulk - 2.0 * shear) / (2.0 * (3.0 * bulk + shear))
 }
 
-/// Converts from the Lame parameters.
+/// Converts from the Lame parameters [Pa].
 fn by_lame(lame: Lame) -> Result<Isotropic, ParameterError> {
     check_positive("mu", lame.mu)?;
     if !lame.lambda.is_finite() || lame.bulk() <= 0.0 {
@@ -145,8 +146,8 @@ mod tests {
         MaterialSpec::deserialize(table["material"].clone()).map_err(|error| error.to_string())
     }
 
-    /// Constants of one solid, `E = 2.6 MPa` and `nu = 0.3`: `mu = 1 MPa`, `lambda = 1.5 MPa`,
-    /// `K = 1.5 + 2/3 MPa`. A few roundings are allowed for.
+    /// Every pair gives the solid with `E = 2.6 MPa`, `nu = 0.3`, `mu = 1 MPa`, `lambda = 1.5 MPa` and
+    /// `K = 1.5 + 2/3 MPa`, within a few roundings.
     #[test]
     fn other_constants_say_the_same_solid() {
         let expected = Lame::new(2.6e6, 0.3);
@@ -163,7 +164,7 @@ mod tests {
             assert!(errors.iter().all(|error| error.abs() < 8.0 * f64::EPSILON), "{text}: {errors:?}");
             assert_eq!(spec.check(), Ok(()), "{text}");
         }
-        // Solids that grow thinner and thicker: nu = -0.5 and 0.25.
+        // Negative and positive Poisson's ratio: nu = -0.5 and 0.25.
         let poisson = |text: &str| {
             let Lame { lambda, mu } = read(text).unwrap().lame().unwrap();
             0.5 * lambda / (lambda + mu)

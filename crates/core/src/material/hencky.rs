@@ -37,7 +37,7 @@ impl Model for Hencky {
     }
 }
 
-/// `ln sigma_i` and their sum `ln J`; NaN where a stretch is negative.
+/// Returns `ln sigma_i` and their sum `ln J`; NaN if a stretch is negative.
 #[inline(always)]
 pub(super) fn logarithms<S: Scalar, const D: usize>(sigma: &Vect<S, D>) -> (Vect<S, D>, S) {
     let mut ln = *sigma;

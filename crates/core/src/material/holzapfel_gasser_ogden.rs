@@ -10,14 +10,15 @@ use crate::algebra::{Mat, direction};
 use crate::scalar::Scalar;
 use crate::value::{Angle, As, KeyRange, Pressure};
 
-/// Range of the dispersion: parallel fibres to all directions alike.
+/// Valid range of the dispersion, from parallel fibres to a uniform distribution.
 const DISPERSION: KeyRange = KeyRange::of(&[("minimum", 0.0), ("maximum", 1.0 / 3.0)]);
 
-/// The model of Holzapfel, Gasser and Ogden for arterial walls: a soft matrix with one or two families of
-/// fibres whose directions are dispersed.
+/// Holzapfel-Gasser-Ogden model of arterial walls: a soft matrix with one or two families of fibres whose
+/// directions are dispersed.
 ///
-/// With `J = det F`, `I1 = tr C` and `I4_i = a_i . C a_i` of `C = F^T F` (in 2D with `F_33 = 1`), the unit
-/// directions `a_i` of the families at rest, the shear modulus `c` and the bulk modulus `K` of the matrix:
+/// With `J = det F`, `I1 = tr C` and `I4_i = a_i . C a_i` of `C = F^T F` (in 2D with `F_33 = 1`), the
+/// unit directions `a_i` of the families in the reference configuration, the shear modulus `c` and the
+/// bulk modulus `K` of the matrix:
 ///
 /// ```text
 /// psi = c/2 (J^(-2/3) I1 - 3) + K/2 (J - 1)^2 + k1/(2 k2) sum_i (exp(k2 <E_i>^2) - 1)     [J/m^3]
@@ -27,10 +28,10 @@ const DISPERSION: KeyRange = KeyRange::of(&[("minimum", 0.0), ("maximum", 1.0 / 
 /// T_i = k1 <E_i> exp(k2 <E_i>^2),  s = c/2 + kappa sum_i T_i,  t_i = (1 - 3 kappa) T_i    [Pa]
 /// ```
 ///
-/// `<E>` is `E` if it is positive, else 0: fibres resist tension only. If `E` is zero to rounding (above
-/// -1e-12), as in the reference configuration, they count as stretched, so that the initial stiffness, and
-/// with it the critical step, includes them. The stiffness is not continuous where a fibre goes slack. The
-/// model is defined for `J > 0` only.
+/// `<E>` is `E` if it is positive, else 0: fibres resist tension only. If `E` is zero to rounding
+/// (above -1e-12), as in the reference configuration, fibres count as stretched, so that the initial
+/// stiffness and the critical step include them. The stiffness is discontinuous where a fibre goes slack.
+/// The model is defined for `J > 0` only.
 ///
 /// The paper has `J = 1`; the split of shape and volume follows Holzapfel, "Nonlinear solid mechanics", 2000.
 ///
@@ -47,11 +48,11 @@ pub struct HolzapfelGasserOgden {
     families: Vec<[f64; 3]>,
 }
 
-/// Strain `E` above which a fibre counts as stretched: further below zero than round-off in the reference
-/// state.
+/// Strain `E` above which a fibre counts as stretched, below zero by more than round-off in the reference
+/// configuration.
 const SLACK: f64 = -1e-12;
 
-/// Constants of Holzapfel, Gasser and Ogden, and the directions of the families.
+/// Holzapfel-Gasser-Ogden parameters: constants and fibre directions.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DispersedFibres {
     /// Shear modulus `c` of the matrix [Pa], positive.
@@ -64,11 +65,12 @@ pub struct DispersedFibres {
     pub k2: f64,
     /// Dispersion `kappa` in [0, 1/3]: 0 for parallel fibres in each family, 1/3 for all directions alike.
     pub dispersion: f64,
-    /// Directions of the families at rest, one or two, of two or three components and any length.
+    /// Directions of the families in the reference configuration: one or two, each of two or three
+    /// components and any length.
     pub fibres: Vec<Vec<f64>>,
 }
 
-/// As a scene has them.
+/// Table of a scene that [`DispersedFibres`] is read from.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct DispersedFibresTable {
@@ -132,22 +134,23 @@ impl JsonSchema for DispersedFibres {
 }
 
 impl DispersedFibres {
-    /// Two families at `angle` [rad] on both sides of the first axis, in the plane of the first two.
+    /// Returns two directions at `angle` [rad] to either side of the first axis, in the plane of the
+    /// first two.
     pub fn pair(angle: f64) -> Vec<Vec<f64>> {
         let (sin, cos) = angle.sin_cos();
         vec![vec![cos, sin, 0.0], vec![cos, -sin, 0.0]]
     }
 
-    /// Elasticity of the matrix at small strains.
+    /// Returns the small-strain Lame parameters of the matrix.
     pub fn matrix(&self) -> Lame {
         Lame { lambda: self.bulk - 2.0 / 3.0 * self.shear, mu: self.shear }
     }
 
-    /// Young's modulus [Pa] at small strains along family `index`, all fibres stretched.
+    /// Returns Young's modulus [Pa] at small strains along family `index`, with all fibres stretched.
     ///
-    /// The stiffness at rest is that of the matrix and `k1 M_i M_i^T` of each family, with deviators `M_i =
-    /// 2 (1 - 3 kappa) (a_i a_i^T - I/3)`. With `S` the compliance of the matrix, `1/(2 c)` for these, the
-    /// formula of Woodbury gives
+    /// The initial stiffness is that of the matrix plus `k1 M_i M_i^T` of each family, with the deviators
+    /// `M_i = 2 (1 - 3 kappa) (a_i a_i^T - I/3)`. The compliance `S` of the matrix is `1/(2 c)` on
+    /// deviators. The Woodbury formula gives
     ///
     /// ```text
     /// 1/E_a = 1/E - b . (N^-1 b),  b_i = a a^T : S : M_i,  N_ij = delta_ij/k1 + M_i : S : M_j
@@ -178,7 +181,7 @@ impl DispersedFibres {
         1.0 / (1.0 / self.matrix().young_and_poisson().0 - softer)
     }
 
-    /// Unit vectors of the families.
+    /// Returns unit vectors along the families.
     fn directions(&self) -> Vec<[f64; 3]> {
         self.fibres.iter().filter_map(|fibre| direction(fibre)).collect()
     }
@@ -215,7 +218,7 @@ impl Parameters for DispersedFibres {
         Ok(())
     }
 
-    /// None: the stiffness at rest depends on the direction.
+    /// Returns `None`, because the initial stiffness depends on the direction.
     fn lame(&self) -> Option<Lame> {
         None
     }
@@ -252,7 +255,7 @@ impl Model for HolzapfelGasserOgden {
     }
 }
 
-/// `F a` and `|F a|^2` of the direction `a`, with `F_33 = 1` in 2D.
+/// Returns `F a` and `|F a|^2` for the direction `a`, with `F_33 = 1` in 2D.
 #[inline(always)]
 fn stretched<S: Scalar, const D: usize>(f: &Mat<S, D>, family: &[f64; 3]) -> ([S; D], S) {
     let mut image = [S::zero(); D];
@@ -267,7 +270,7 @@ fn stretched<S: Scalar, const D: usize>(f: &Mat<S, D>, family: &[f64; 3]) -> ([S
 }
 
 impl HolzapfelGasserOgden {
-    /// `<E>` of the invariants at constant volume; what is no number stays so.
+    /// Returns `<E>` from `J^(-2/3) I1` and `J^(-2/3) I4`; NaN stays NaN.
     #[inline(always)]
     fn strain<S: Scalar>(&self, i1: S, i4: S) -> S {
         let of_all = S::splat(self.dispersion) * (i1 - S::splat(3.0));

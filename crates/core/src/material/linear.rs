@@ -45,10 +45,10 @@ impl Linear {
     }
 }
 
-/// Isotropic elasticity that in two dimensions may be in plane stress.
+/// Isotropic elasticity, in plane strain or plane stress in two dimensions.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PlaneIsotropic {
-    /// Of the solid.
+    /// Constants of the solid.
     #[serde(flatten)]
     pub solid: Isotropic,
     /// Condition across the plane, in 2D only; plane strain without it.
@@ -56,7 +56,7 @@ pub struct PlaneIsotropic {
     pub plane: Option<Plane>,
 }
 
-/// As a scene has it.
+/// Table of a scene that [`PlaneIsotropic`] is read from.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct PlaneIsotropicTable {
@@ -184,7 +184,7 @@ impl<const D: usize> Material<D> for Linear {
         strain.scale_add(S::splat(2.0 * self.lame.mu), &Mat::scalar(pressure))
     }
 
-    /// The Hessian is constant, and positive semi-definite without a projection.
+    /// Returns the constant Hessian, which is positive semi-definite without projection.
     fn hessian(&self, _: &Mat<f64, D>, _: Psd) -> Tangent<D> {
         let mut t = Tangent::zero();
         for i in 0..D {

@@ -1,4 +1,6 @@
-//! Hyperelastic energy densities: one model, one file, one line in the registry below.
+//! Hyperelastic materials: energy densities `psi(F)`, their stresses and Hessians.
+//!
+//! Each model has a file of its own and one line in the registry at the end of this file.
 //!
 //! # How to add one
 //! 1. Write a file in this folder: the type, its `Model` with `ABOUT`, and its energy density. `hencky.rs`
@@ -62,7 +64,7 @@ pub enum Domain {
 pub enum Psd {
     /// The exact second derivative.
     Exact,
-    /// The nearest positive semi-definite matrix: by the analytic eigensystem of isotropic models, else
+    /// The nearest positive semi-definite matrix, from the analytic eigensystem of isotropic models, else
     /// numerically.
     Projected,
 }
@@ -72,12 +74,12 @@ pub enum Psd {
 pub struct Tangent<const D: usize>(pub [[Mat<f64, D>; D]; D]);
 
 impl<const D: usize> Tangent<D> {
-    /// The zero tensor.
+    /// Returns the zero tensor.
     pub fn zero() -> Self {
         Tangent([[Mat::zero(); D]; D])
     }
 
-    /// The identity, `C : dF = dF`.
+    /// Returns the identity, `C : dF = dF`.
     pub fn identity() -> Self {
         let mut t = Self::zero();
         for i in 0..D {
@@ -88,7 +90,7 @@ impl<const D: usize> Tangent<D> {
         t
     }
 
-    /// Hooke's law, `C : dF = lambda tr(dF) I + mu (dF + dF^T)` [Pa].
+    /// Returns Hooke's law, `C : dF = lambda tr(dF) I + mu (dF + dF^T)` [Pa].
     pub(crate) fn isotropic(lambda: f64, mu: f64) -> Self {
         let mut t = Self::zero();
         for i in 0..D {
@@ -101,7 +103,7 @@ impl<const D: usize> Tangent<D> {
         t
     }
 
-    /// `s C`.
+    /// Returns `s C`.
     pub fn scale(mut self, s: f64) -> Self {
         for i in 0..D {
             for j in 0..D {
@@ -111,15 +113,15 @@ impl<const D: usize> Tangent<D> {
         self
     }
 
-    /// The tensor of the material rotated by `R` from its axes to those of space: `C' : G = R (C : R^T G R)
-    /// R^T`.
+    /// Returns the tensor of the material rotated by `R`, from the material axes to those of space:
+    /// `C' : G = R (C : R^T G R) R^T`.
     pub fn turned(&self, axes: &Mat<f64, D>) -> Self {
         let mut turned = Self::zero();
         turned.add_turned(self, [axes; 4]);
         turned
     }
 
-    /// Change of the [rotated tensor](Self::turned) if `R` changes by `turn`.
+    /// Returns the derivative of the [rotated tensor](Self::turned) along a change `turn` of `R`.
     pub fn turned_along(&self, axes: &Mat<f64, D>, turn: &Mat<f64, D>) -> Self {
         let mut change = Self::zero();
         for turning in 0..4 {
@@ -141,7 +143,7 @@ impl<const D: usize> Tangent<D> {
         }
     }
 
-    /// `dP = C : dF`, that is `dP_ij = sum_kl C_ijkl dF_kl`.
+    /// Returns `dP = C : dF`, that is `dP_ij = sum_kl C_ijkl dF_kl`.
     pub fn apply(&self, d: &Mat<f64, D>) -> Mat<f64, D> {
         let mut r = Mat::zero();
         for i in 0..D {
@@ -152,7 +154,7 @@ impl<const D: usize> Tangent<D> {
         r
     }
 
-    /// Adds `factor d2J/dF2` at `F`, `J = det F`: `e_ikm e_jln F_mn`, in the plane `e_ik e_jl`.
+    /// Adds `factor d2J/dF2` at `F`, with `J = det F`: `e_ikm e_jln F_mn`, in 2D `e_ik e_jl`.
     pub(crate) fn add_second_of_determinant(&mut self, f: &Mat<f64, D>, factor: f64) {
         for (i, k, m, sign) in TURNS.into_iter().filter(|(i, k, ..)| *i < D && *k < D) {
             for (j, l, n, other) in TURNS.into_iter().filter(|(j, l, ..)| *j < D && *l < D) {
@@ -162,7 +164,7 @@ impl<const D: usize> Tangent<D> {
         }
     }
 
-    /// Adds `delta_ik S_jl`, the geometric part of a stress `F S` with constant `S`.
+    /// Adds `delta_ik S_jl`, the geometric stiffness of a stress `F S` with constant `S`.
     pub(crate) fn add_turning(&mut self, s: &Mat<f64, D>) {
         for i in 0..D {
             for j in 0..D {
@@ -171,9 +173,9 @@ impl<const D: usize> Tangent<D> {
         }
     }
 
-    /// Returns the nearest symmetric positive semi-definite tensor in the Frobenius norm, as a matrix that
-    /// acts on the `D^2` numbers of `dF`: Jacobi rotations give its eigenvalues, and negative ones become
-    /// zero. A tensor that is not finite is returned unchanged.
+    /// Returns the nearest symmetric positive semi-definite tensor in the Frobenius norm, as a matrix
+    /// that acts on the `D^2` entries of `dF`. Jacobi rotations give the eigenvalues, and negative ones
+    /// are set to zero. A tensor that is not finite is returned unchanged.
     pub fn projected(&self) -> Self {
         let n = D * D;
         let mut matrix = vec![0.0; n * n];
@@ -190,7 +192,7 @@ impl<const D: usize> Tangent<D> {
         t
     }
 
-    /// `C_ijkl` with `row = i D + j`, `column = k D + l`.
+    /// Returns `C_ijkl` with `row = i D + j`, `column = k D + l`.
     fn entry(&self, row: usize, column: usize) -> f64 {
         self.0[row / D][row % D][column / D][column % D]
     }
@@ -198,12 +200,12 @@ impl<const D: usize> Tangent<D> {
 
 /// A hyperelastic energy density `psi(F)`.
 ///
-/// An implementation is generic over the scalar: it runs on `f64`, on SIMD lanes and on dual numbers. In two
+/// Implement it generically over the scalar: it runs on `f64`, on SIMD lanes and on dual numbers. In two
 /// dimensions the model is in plane strain (`F_33 = 1`), per unit thickness.
 ///
-/// The energy density suffices for explicit and implicit integrators: stress and Hessian follow by automatic
-/// differentiation, exact to rounding. Closed forms are faster. Mark functions that run on lanes
-/// `#[inline(always)]`.
+/// Only the energy density is required. Stress and Hessian follow by automatic differentiation, exact to
+/// rounding, for explicit and implicit integrators; closed forms are faster. Mark functions that run on
+/// lanes `#[inline(always)]`.
 ///
 /// ```
 /// use pliant::algebra::Mat;
@@ -230,25 +232,25 @@ impl<const D: usize> Tangent<D> {
 /// assert!((along - (2.0 * 1.0 + 2.0 * 10.0)).abs() < 1e-12);
 /// ```
 pub trait Material<const D: usize>: Send + Sync + 'static {
-    /// Energy density `psi(F)` [J/m^3]; in 2D [J/m^2] per metre of thickness.
+    /// Returns the energy density `psi(F)` [J/m^3]; in 2D [J/m^2] per metre of thickness.
     fn psi<S: Scalar>(&self, f: &Mat<S, D>) -> S;
 
-    /// First Piola-Kirchhoff stress `P = d psi / dF` [Pa]; by forward automatic differentiation of
-    /// [`psi`](Self::psi) unless the model gives it in closed form.
+    /// Returns the first Piola-Kirchhoff stress `P = d psi / dF` [Pa], by forward automatic
+    /// differentiation of [`psi`](Self::psi) unless the model overrides it.
     #[inline(always)]
     fn pk1<S: Scalar>(&self, f: &Mat<S, D>) -> Mat<S, D> {
         autodiff_stress(self, f)
     }
 
-    /// Eigenvalues of `dP/dF` if `F` has these signed singular values; `None` if the model does not provide
-    /// them.
+    /// Returns the eigenvalues of `dP/dF` for an `F` with these signed singular values; `None` if the
+    /// model does not provide them.
     fn spectrum(&self, sigma: &Vect<f64, D>) -> Option<Spectrum<D>> {
         let _ = sigma;
         None
     }
 
-    /// Second derivative `dP/dF` [Pa]: from the [`spectrum`](Self::spectrum) if the model has one, else by
-    /// [automatic differentiation](autodiff_hessian).
+    /// Returns the second derivative `dP/dF` [Pa], from the [`spectrum`](Self::spectrum) if the model has
+    /// one, else by [automatic differentiation](autodiff_hessian).
     fn hessian(&self, f: &Mat<f64, D>, psd: Psd) -> Tangent<D> {
         let svd = signed_svd(f);
         match self.spectrum(&svd.sigma) {
@@ -257,19 +259,19 @@ pub trait Material<const D: usize>: Send + Sync + 'static {
         }
     }
 
-    /// Domain of the model.
+    /// Returns the domain of the model.
     fn domain(&self) -> Domain {
         Domain::Everywhere
     }
 
-    /// The stretch `F_33` of a model in two dimensions; 1 in plane strain and in 3D.
+    /// Returns the stretch `F_33` of a model in two dimensions; 1 in plane strain and in 3D.
     fn out_of_plane_stretch(&self, _: &Mat<f64, D>) -> f64 {
         1.0
     }
 }
 
-// One line per model: its name in a scene, its file, its type, the type of its parameters. `rustfmt` does not
-// look for modules behind a macro, so format new files with `rustfmt --edition 2024 FILE`.
+// One line per model: its name in a scene, its file, its type, the type of its parameters. `rustfmt` does
+// not find modules behind a macro: format new files with `rustfmt --edition 2024 FILE`.
 register_materials! {
     "linear" => linear::Linear(PlaneIsotropic);
     "stvk" => stvk::Stvk(Isotropic);

@@ -22,8 +22,8 @@ use crate::value::{As, Compressibility, KeyRange, Pressure};
 ///       + (kappa (J - 1) - (2 C10 J^(-2/3) I1 + 4 C01 J^(-4/3) I2) / (3 J)) cof F         [Pa]
 /// ```
 ///
-/// with `dI2/dF = 2 (I1 F - F F^T F)` in 3D and `2 (F + J cof F)` in 2D. For small strains `mu = 2 (C10 +
-/// C01)`. Only for `J > 0`.
+/// with `dI2/dF = 2 (I1 F - F F^T F)` in 3D and `2 (F + J cof F)` in 2D. For small strains
+/// `mu = 2 (C10 + C01)`. The model is defined for `J > 0` only.
 ///
 /// Source: Bonet and Wood, "Nonlinear continuum mechanics for finite element analysis", 2nd edition, 2008.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,26 +33,26 @@ pub struct MooneyRivlin {
     bulk: f64,
 }
 
-/// The constants of Mooney and Rivlin, with or without a Young's modulus that they are scaled to.
+/// Mooney-Rivlin constants, either absolute or scaled to a given Young's modulus.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct TwoConstants {
-    /// Young's modulus E [Pa], positive. With it only the ratio of `c10` to `c01` counts: both are scaled so
-    /// that `E = 4 (1 + nu) (c10 + c01)`. Without it they are taken as they are.
+    /// Young's modulus E [Pa], positive. If given, only the ratio of `c10` to `c01` matters: both are
+    /// scaled so that `E = 4 (1 + nu) (c10 + c01)`. If absent, they are used unscaled.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub young: Option<f64>,
     /// Poisson's ratio nu for small strains, above -1 and below 0.5; it sets the bulk modulus.
     pub poisson: f64,
     /// Weight of the first invariant [Pa].
     pub c10: f64,
-    /// Weight of the second invariant [Pa]; not both may be zero, and their sum must be positive.
+    /// Weight of the second invariant [Pa]; either weight may be zero, and their sum must be positive.
     pub c01: f64,
-    /// Compressibility D1 = 2 / kappa [1/Pa] that `poisson` follows from, where it was given in its place.
-    /// Derivatives by `c10` and `c01` hold it then.
+    /// Compressibility D1 = 2 / kappa [1/Pa] if the scene gave it instead of `poisson`, which was
+    /// computed from it. Derivatives with respect to `c10` and `c01` then keep D1 fixed.
     #[serde(skip_serializing)]
     pub d1: Option<f64>,
 }
 
-/// As a scene has them.
+/// Table of a scene that [`TwoConstants`] is read from.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct TwoConstantsTable {
@@ -124,7 +124,7 @@ fn of_compressibility(c10: f64, c01: f64, d1: f64) -> Result<f64, ParameterError
     Ok(poisson_of(2.0 / d1, 2.0 * (c10 + c01)))
 }
 
-/// Checks that the shear modulus is positive.
+/// Checks that both constants are finite and the shear modulus is positive.
 fn check_sum(c10: f64, c01: f64) -> Result<(), ParameterError> {
     for (field, value) in [("c10", c10), ("c01", c01)] {
         if !value.is_finite() {
@@ -241,7 +241,7 @@ impl<const D: usize> Material<D> for MooneyRivlin {
     }
 }
 
-/// `I1 = |F|^2` and `I2 = |cof F|^2`, with `F_33 = 1` in 2D.
+/// Returns `I1 = |F|^2` and `I2 = |cof F|^2`, with `F_33 = 1` in 2D.
 #[inline(always)]
 fn invariants<S: Scalar, const D: usize>(f: &Mat<S, D>, cofactor: &Mat<S, D>, j: S) -> (S, S) {
     let square = f.norm_squared();

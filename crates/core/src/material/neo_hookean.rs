@@ -46,8 +46,8 @@ impl<const D: usize> Material<D> for NeoHookean {
             stretch - S::splat(D as f64),
             S::splat(0.5 * self.lame.lambda).mul_add(ln, S::splat(-self.lame.mu)) * ln,
         );
-        // Not a constant: its derivative must not be a plausible zero. NaN is neither inside nor outside and
-        // stays.
+        // The value depends on `F`: the derivative of a constant would be a plausible zero. NaN stays
+        // NaN.
         let outside = S::splat(f64::INFINITY) * (stretch + S::one());
         S::select(j.lt(S::splat(f64::MIN_POSITIVE)), outside, inside)
     }
@@ -63,7 +63,7 @@ impl<const D: usize> Material<D> for NeoHookean {
     fn spectrum(&self, sigma: &Vect<f64, D>) -> Option<Spectrum<D>> {
         let Lame { lambda, mu } = self.lame;
         let j: f64 = sigma.iter().product();
-        // Not the platform's logarithm, which has other bits on other machines.
+        // The platform's logarithm has different bits on different machines.
         let g = lambda * Elementary::ln(j) - mu;
         let a = Derivatives { first: 0.5 * mu, second: 0.0 };
         let b = Derivatives { first: g / j, second: (lambda - g) / (j * j) };

@@ -16,8 +16,8 @@ use crate::scalar::Scalar;
 /// The model is defined for `J > 0` only, like [`NeoHookean`](super::NeoHookean). Its barrier is even weaker,
 /// and it resists expansion more.
 ///
-/// The model of Bonet and Wood, "Nonlinear continuum mechanics for finite element analysis", 2nd edition,
-/// 2008, with another of the volume terms in common use.
+/// Source: Bonet and Wood, "Nonlinear continuum mechanics for finite element analysis", 2nd edition,
+/// 2008, with a different volume term that is also in common use.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NeoHookeanJ {
     lame: Lame,

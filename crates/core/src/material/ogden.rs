@@ -20,12 +20,13 @@ use crate::value::{As, KeyRange, Pressure};
 /// m_p    = (s_1^alpha_p + s_2^alpha_p + s_3^alpha_p)/3
 /// ```
 ///
-/// For small strains `mu = 1/2 sum_p mu_p alpha_p`. One term with `alpha = 2` is the isochoric neo-Hookean
-/// model, a second with `alpha = -2` makes it Mooney-Rivlin. Only for `J > 0`.
+/// For small strains `mu = 1/2 sum_p mu_p alpha_p`. One term with `alpha = 2` is the isochoric
+/// neo-Hookean model; a second with `alpha = -2` makes it Mooney-Rivlin. The model is defined for `J > 0`
+/// only.
 ///
-/// Ogden, "Large deformation isotropic elasticity: on the correlation of theory and experiment for
-/// incompressible rubberlike solids", 1972; shape and volume apart as in Holzapfel, "Nonlinear solid
-/// mechanics", 2000.
+/// Source: Ogden, "Large deformation isotropic elasticity: on the correlation of theory and experiment
+/// for incompressible rubberlike solids", 1972; the split of shape and volume follows Holzapfel,
+/// "Nonlinear solid mechanics", 2000.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ogden {
     terms: Vec<Term>,
@@ -60,7 +61,7 @@ pub struct OgdenTerms {
 }
 
 impl OgdenTerms {
-    /// `1/2 sum mu alpha`, as given.
+    /// Returns the shear modulus `1/2 sum mu alpha` of the terms before scaling.
     fn given_shear(&self) -> f64 {
         0.5 * self.mu.iter().zip(&self.alpha).map(|(mu, alpha)| mu * alpha).sum::<f64>()
     }
@@ -102,7 +103,7 @@ impl Parameters for OgdenTerms {
         Some(self.elasticity())
     }
 
-    /// With the exponents and the proportions of the moduli that Ogden found for Treloar's rubber.
+    /// Returns the exponents and proportions of the moduli that Ogden found for Treloar's rubber.
     fn example() -> Self {
         OgdenTerms {
             young: Some(1e6),
@@ -133,7 +134,7 @@ impl Model for Ogden {
     }
 }
 
-/// `s_i^alpha` and `s_1^alpha + s_2^alpha + s_3^alpha`, given `ln sigma_i` and `-1/3 ln J`.
+/// Returns `s_i^alpha` and `s_1^alpha + s_2^alpha + s_3^alpha`, given `ln sigma_i` and `-1/3 ln J`.
 #[inline(always)]
 fn powers<S: Scalar, const D: usize>(ln: &Vect<S, D>, minus_third: S, alpha: f64) -> (Vect<S, D>, S) {
     let alpha = S::splat(alpha);
@@ -191,7 +192,7 @@ impl<const D: usize> IsotropicFunction<D> for Ogden {
         slopes
     }
 
-    /// Returns second derivatives, by `d s_i^alpha / d ln sigma_j = alpha s_i^alpha (delta_ij - 1/3)`.
+    /// Returns second derivatives from `d s_i^alpha / d ln sigma_j = alpha s_i^alpha (delta_ij - 1/3)`.
     #[inline(always)]
     fn curvatures<S: Scalar>(&self, sigma: &Vect<S, D>) -> Mat<S, D> {
         let (ln, volume) = logarithms(sigma);

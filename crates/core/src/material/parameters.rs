@@ -1,4 +1,4 @@
-//! Parameters of a model in a scene: elastic constants, and the checks that they make sense.
+//! Parameters of a material in a scene: elastic constants and the checks of their ranges.
 
 use std::borrow::Cow;
 
@@ -43,16 +43,16 @@ pub trait Parameters {
     /// [`ParameterError`] with the field, its value and the range it must be in.
     fn check(&self) -> Result<(), ParameterError>;
 
-    /// Lame parameters of the linear elasticity to which the model reduces at `F = I`; `None` if the model
-    /// does not reduce to it.
+    /// Returns the Lame parameters of the linear elasticity that the model reduces to at `F = I`; `None`
+    /// if it does not reduce to linear elasticity.
     fn lame(&self) -> Option<Lame>;
 
-    /// Preset of some of the parameters, if there is one.
+    /// Returns the preset of some of the parameters, if there is one.
     fn preset(&self) -> Option<Preset> {
         None
     }
 
-    /// Plane strain or plane stress in two dimensions, if the parameters name it.
+    /// Returns plane strain or plane stress in two dimensions, if the parameters specify it.
     fn plane(&self) -> Option<Plane> {
         None
     }
@@ -62,13 +62,13 @@ pub trait Parameters {
         true
     }
 
-    /// True if the material has directions relative to material axes, which elements may rotate: its energy
-    /// depends on `C` and is not isotropic.
+    /// True if the material has directions relative to material axes, which elements may rotate: its
+    /// energy depends on `C` and is anisotropic.
     fn has_axes(&self) -> bool {
         false
     }
 
-    /// Sensible values, for lists, documentation and tests.
+    /// Returns sensible values, for lists, documentation and tests.
     fn example() -> Self
     where
         Self: Sized;
@@ -94,8 +94,8 @@ pub struct Lame {
 }
 
 impl Lame {
-    /// `mu = E / (2 (1 + nu))`, `lambda = E nu / ((1 + nu) (1 - 2 nu))`; in two dimensions that is plane
-    /// strain.
+    /// Computes `mu = E / (2 (1 + nu))`, `lambda = E nu / ((1 + nu) (1 - 2 nu))`; in two dimensions this
+    /// is plane strain.
     pub fn new(young: f64, poisson: f64) -> Lame {
         Lame {
             lambda: young * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson)),
@@ -103,34 +103,34 @@ impl Lame {
         }
     }
 
-    /// Young's modulus [Pa] and Poisson's ratio of the same material: `E = mu (3 lambda + 2 mu) / (lambda +
-    /// mu)`, `nu = lambda / (2 (lambda + mu))`.
+    /// Returns Young's modulus [Pa] and Poisson's ratio: `E = mu (3 lambda + 2 mu) / (lambda + mu)`,
+    /// `nu = lambda / (2 (lambda + mu))`.
     pub fn young_and_poisson(&self) -> (f64, f64) {
         let Lame { lambda, mu } = self;
         let sum = lambda + mu;
         (mu * (3.0 * lambda + 2.0 * mu) / sum, lambda / (2.0 * sum))
     }
 
-    /// The bulk modulus `kappa = lambda + 2 mu / 3` of the solid, in plane strain too.
+    /// Returns the bulk modulus `kappa = lambda + 2 mu / 3` of the solid, also in plane strain.
     pub(super) fn bulk(&self) -> f64 {
         self.lambda + 2.0 / 3.0 * self.mu
     }
 }
 
-/// Isotropic elasticity. Every model that takes these reduces to linear elasticity with the same `young` and
-/// `poisson` for small strains.
+/// Isotropic elastic constants. For small strains every model with these parameters reduces to linear
+/// elasticity with the same `young` and `poisson`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Isotropic {
     /// Young's modulus E [Pa], positive.
     pub young: f64,
     /// Poisson's ratio nu, above -1 and below 0.5; the same range in 2D, which is plane strain.
     pub poisson: f64,
-    /// Where those of them are from that the scene does not give.
+    /// Preset that provides the constants the scene does not give.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub preset: Option<Preset>,
 }
 
-/// As a scene has it.
+/// Table of a scene that [`Isotropic`] is read from.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct IsotropicTable {
@@ -202,12 +202,12 @@ const ISOTROPIC: &str = "Isotropic elasticity. Every model that takes these redu
                          and `shear`, or `lambda` and `mu`, or a `preset`.";
 
 impl Isotropic {
-    /// Isotropic elasticity with Young's modulus `young` [Pa] and Poisson's ratio `poisson`.
+    /// Creates constants from Young's modulus `young` [Pa] and Poisson's ratio `poisson`.
     pub const fn new(young: f64, poisson: f64) -> Isotropic {
         Isotropic { young, poisson, preset: None }
     }
 
-    /// The equivalent Lame parameters.
+    /// Returns the equivalent Lame parameters.
     pub fn lame(&self) -> Lame {
         Lame::new(self.young, self.poisson)
     }
@@ -268,7 +268,7 @@ pub(super) fn check_positive(field: &'static str, value: f64) -> Result<(), Para
     Err(ParameterError::new(field, value, problem))
 }
 
-/// Poisson's ratio of an isotropic solid.
+/// Checks the range of an isotropic solid's Poisson's ratio.
 pub(super) fn check_poisson(poisson: f64) -> Result<(), ParameterError> {
     if KeyRange::POISSON.contains(poisson) {
         return Ok(());

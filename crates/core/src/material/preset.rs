@@ -130,7 +130,7 @@ pub const PRESETS: [AboutPreset; 8] = [
 ];
 
 impl Preset {
-    /// Constants of the preset.
+    /// Returns the constants of the preset.
     pub fn about(self) -> &'static AboutPreset {
         PRESETS.iter().find(|about| about.preset == self).expect("every preset is in the list: a test looks")
     }

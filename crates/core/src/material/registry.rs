@@ -6,7 +6,7 @@ use super::{Domain, Material};
 /// Description of a model, for `pliant list materials` and for the tests.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct MaterialDescription {
-    /// One line.
+    /// One-line description.
     pub summary: &'static str,
     /// The energy density.
     pub formula: &'static str,
@@ -16,7 +16,7 @@ pub struct MaterialDescription {
     pub domain: Domain,
     /// True if `psi(Q F) = psi(F)` for every rotation `Q`, as for every real material.
     pub frame_indifferent: bool,
-    /// True if `psi(I) = 0` and `P(I) = 0`: without it a body has no rest shape.
+    /// True if `psi(I) = 0` and `P(I) = 0`, so that the reference configuration is free of stress.
     pub has_rest_shape: bool,
 }
 
@@ -26,7 +26,7 @@ pub trait Model: Clone {
     type Parameters: Parameters;
     /// Description of the model.
     const ABOUT: MaterialDescription;
-    /// The model with these parameters, which have been [checked](Parameters::check).
+    /// Creates the model from [checked](Parameters::check) parameters.
     fn new(parameters: &Self::Parameters) -> Self;
 }
 
@@ -36,7 +36,7 @@ pub trait Model: Clone {
 pub trait MaterialVisitor<const D: usize> {
     /// Result.
     type Output;
-    /// Called once, with the model.
+    /// Runs the computation with the model; called once.
     fn visit<M: Material<D> + Material<3> + Clone>(self, material: M) -> Self::Output;
 }
 
@@ -58,55 +58,56 @@ macro_rules! register_materials {
         }
 
         impl MaterialSpec {
-            /// The name in a scene.
+            /// Returns the name in a scene.
             pub fn name(&self) -> &'static str {
                 match self { $(Self::$model(_) => $name,)+ }
             }
 
-            /// Description of the model.
+            /// Returns the description of the model.
             pub fn about(&self) -> MaterialDescription {
                 match self { $(Self::$model(_) => <$model as Model>::ABOUT,)+ }
             }
 
-            /// The Lame parameters that the model has for small strains, if it is meant to have any.
+            /// Returns the Lame parameters for small strains, if the model has them.
             pub fn lame(&self) -> Option<Lame> {
                 match self { $(Self::$model(parameters) => Parameters::lame(parameters),)+ }
             }
 
-            /// Checks that the parameters make sense.
+            /// Checks the ranges of the parameters.
             ///
             /// # Errors
-            /// [`ParameterError`] for the first that does not.
+            /// [`ParameterError`] for the first invalid value.
             pub fn check(&self) -> Result<(), ParameterError> {
                 match self { $(Self::$model(parameters) => parameters.check(),)+ }
             }
 
-            /// The preset that some of the parameters are from, if there is one.
+            /// Returns the preset of some of the parameters, if there is one.
             pub fn preset(&self) -> Option<Preset> {
                 match self { $(Self::$model(parameters) => parameters.preset(),)+ }
             }
 
-            /// Plane strain or plane stress, where the scene says which.
+            /// Returns plane strain or plane stress, if the scene specifies it.
             pub fn plane(&self) -> Option<Plane> {
                 match self { $(Self::$model(parameters) => parameters.plane(),)+ }
             }
 
-            /// True if turning the material before it is deformed changes nothing.
+            /// True if a rotation of the material before the deformation changes nothing.
             pub fn is_isotropic(&self) -> bool {
                 match self { $(Self::$model(parameters) => Parameters::is_isotropic(parameters),)+ }
             }
 
-            /// True if it has directions that go by axes of the material, see [`Parameters::has_axes`].
+            /// True if the material has directions relative to material axes, see
+            /// [`Parameters::has_axes`].
             pub fn has_axes(&self) -> bool {
                 match self { $(Self::$model(parameters) => Parameters::has_axes(parameters),)+ }
             }
 
-            /// Calls `visitor` with the model itself, so that what it builds is compiled for that model.
+            /// Calls `visitor` with the concrete model, so that its code is compiled for that model.
             pub fn visit<const D: usize, V: MaterialVisitor<D>>(&self, visitor: V) -> V::Output {
                 match self { $(Self::$model(parameters) => visitor.visit($model::new(parameters)),)+ }
             }
 
-            /// Every registered model, with example parameters, in the order of the registry.
+            /// Returns every registered model with example parameters, in the order of the registry.
             pub fn examples() -> Vec<MaterialSpec> {
                 vec![$(Self::$model(Parameters::example()),)+]
             }

@@ -47,14 +47,14 @@ pub struct InvariantDerivatives {
     pub j_j: f64,
 }
 
-/// Addition of `F_33 = 1` to `F : F` in plane strain.
+/// Returns the contribution of `F_33 = 1` to `F : F` in plane strain.
 pub(super) const fn out_of_plane<const D: usize>() -> f64 {
     if D == 2 { 1.0 } else { 0.0 }
 }
 
 impl<const D: usize> Spectrum<D> {
-    /// Spectrum of `psi = a(I_C) + b(J)`, with `I_C = F : F` and `J = det F`. It needs no division, so it is
-    /// valid for every `sigma`.
+    /// Returns the spectrum of `psi = a(I_C) + b(J)`, with `I_C = F : F` and `J = det F`. No division is
+    /// needed, so the result is valid for every `sigma`.
     pub fn from_invariants(sigma: &Vect<f64, D>, a: Derivatives, b: Derivatives) -> Self {
         let zero = Mat::zero();
         let mut s = Spectrum { scaling: zero, twist: zero, flip: zero };
@@ -77,9 +77,9 @@ impl<const D: usize> Spectrum<D> {
         s
     }
 
-    /// Spectrum of `psi(I1, I2, J)`, linear in the invariants `I1 = tr C` and `I2 = (I1^2 - tr C^2)/2` of `C
-    /// = F^T F` (in 2D with `F_33 = 1`), with `J = det F`. It needs no division, so it is valid for every
-    /// `sigma`.
+    /// Returns the spectrum of `psi(I1, I2, J)`, linear in the invariants `I1 = tr C` and
+    /// `I2 = (I1^2 - tr C^2)/2` of `C = F^T F` (in 2D with `F_33 = 1`), with `J = det F`. No division is
+    /// needed, so the result is valid for every `sigma`.
     pub fn from_three_invariants(sigma: &Vect<f64, D>, psi: &InvariantDerivatives) -> Self {
         let first = Derivatives { first: psi.i1, second: 0.0 };
         let mut s = Self::from_invariants(sigma, first, Derivatives { first: psi.j, second: psi.j_j });
@@ -107,8 +107,8 @@ impl<const D: usize> Spectrum<D> {
         s
     }
 
-    /// Spectrum of `psi + weight (sigma_1 + ... + sigma_D)`, that is `weight tr S` of `F = R S`, `R` a
-    /// rotation.
+    /// Returns the spectrum of `psi + weight (sigma_1 + ... + sigma_D)`; the sum is `tr S` of `F = R S`
+    /// with a rotation `R`.
     #[must_use]
     pub fn plus_trace(mut self, sigma: &Vect<f64, D>, weight: f64) -> Self {
         for i in 0..D {
@@ -119,8 +119,8 @@ impl<const D: usize> Spectrum<D> {
         self
     }
 
-    /// Spectrum of any isotropic `psi`, from its `gradient[i] = psi_i` and `hessian[i][j] = psi_ij` in the
-    /// stretches.
+    /// Returns the spectrum of any isotropic `psi` from its `gradient[i] = psi_i` and
+    /// `hessian[i][j] = psi_ij` in the stretches.
     ///
     /// The quotients lose digits if two stretches nearly coincide; then they are replaced by their limit
     /// `psi_ii - psi_ij`, averaged over the two. About ten digits survive in the worst case.
@@ -141,14 +141,14 @@ impl<const D: usize> Spectrum<D> {
         s
     }
 
-    /// Assembles `dP/dF`, with `svd` the decomposition of `F`; with [`Psd::Projected`] every negative
-    /// eigenvalue is set to zero first, which gives the nearest positive semi-definite tensor.
+    /// Assembles `dP/dF`, with the decomposition `svd` of `F`. [`Psd::Projected`] first sets every
+    /// negative eigenvalue to zero, which gives the nearest positive semi-definite tensor.
     pub fn tangent(&self, svd: &Svd<f64, D>, psd: Psd) -> Tangent<D> {
         let projected = psd == Psd::Projected;
         let clamp = |eigenvalue: f64| if projected && eigenvalue < 0.0 { 0.0 } else { eigenvalue };
         let scaling = if projected { nearest_psd(&self.scaling) } else { self.scaling };
 
-        // `basis[i][j] = u_i v_j^T`; `image` is what the tensor makes of it.
+        // `image[i][j]` is the tensor applied to `basis[i][j] = u_i v_j^T`.
         let (u, v) = (svd.u.transpose(), svd.v.transpose());
         let mut basis = [[Mat::zero(); D]; D];
         for i in 0..D {
@@ -186,20 +186,20 @@ impl<const D: usize> Spectrum<D> {
     }
 }
 
-/// Returns `sigma_i + sigma_j`, bounded away from zero: where it vanishes the rotation of `F` jumps, and a
-/// model built on that rotation has no second derivative.
+/// Returns `sigma_i + sigma_j`, bounded away from zero. Where the sum vanishes the rotation of `F` jumps,
+/// and a model built on that rotation has no second derivative.
 pub(super) fn sum_of_stretches<const D: usize>(sigma: &Vect<f64, D>, i: usize, j: usize) -> f64 {
     let sum = sigma[i] + sigma[j];
     if sum < SMALLEST_SUM { SMALLEST_SUM } else { sum }
 }
 
-/// The nearest positive semi-definite matrix in the Frobenius norm.
+/// Returns the nearest positive semi-definite matrix in the Frobenius norm.
 fn nearest_psd<const D: usize>(a: &Mat<f64, D>) -> Mat<f64, D> {
     let (lambda, v) = symmetric_eigen(a);
     if lambda.iter().all(|&x| x >= 0.0) {
         return *a;
     }
-    // NaN is kept: a maximum would turn it into a plausible zero.
+    // NaN stays NaN: a maximum would turn it into a plausible zero.
     let clamped = lambda.map(|x| if x < 0.0 { 0.0 } else { x });
     v.transpose_mul(&Mat::diagonal(&clamped)).mul(&v)
 }

@@ -24,7 +24,7 @@ pub struct StableNeoHookeanLog {
     lambda: f64,
 }
 
-/// Addition of `F_33 = 1` to `I_C`, plus `more`.
+/// Returns the contribution of `F_33 = 1` to `I_C`, plus `more`.
 #[inline(always)]
 fn out_of_plane<const D: usize>(more: f64) -> f64 {
     if D == 2 { more + 1.0 } else { more }
@@ -52,7 +52,7 @@ impl<const D: usize> Material<D> for StableNeoHookeanLog {
     fn psi<S: Scalar>(&self, f: &Mat<S, D>) -> S {
         let stretch = f.norm_squared();
         let volume = f.determinant() - S::one();
-        // Written around the rest state, so that no large constants cancel:
+        // Expanded about the reference configuration, so that no large constants cancel:
         // Lambda/2 ((J - alpha)^2 - (1 - alpha)^2) = (Lambda/2 (J - 1) - 3 m/4) (J - 1).
         let volumetric = S::splat(0.5 * self.lambda).mul_add(volume, S::splat(-0.75 * self.mu)) * volume;
         let ln = ((stretch + S::splat(out_of_plane::<D>(1.0))) * S::splat(0.25)).ln();

@@ -8,12 +8,12 @@ use crate::scalar::Scalar;
 /// like those of Ogden and Hencky. Implement [`IsotropicFunction::in_stretches`]; the type is then a
 /// [`Material`].
 ///
-/// In two dimensions `sigma` are the stretches in the plane; the one out of it is 1 (plane strain). Stress `P
-/// = U diag(psi_i) V^T` and tangent follow. The model may give [`IsotropicFunction::slopes`] in closed form
-/// if that is faster.
+/// In two dimensions `sigma` are the stretches in the plane; the one out of it is 1 (plane strain).
+/// Stress `P = U diag(psi_i) V^T` and tangent follow. The model may give [`IsotropicFunction::slopes`] in
+/// closed form if that is faster.
 pub trait Stretches<const D: usize>: IsotropicFunction<D> + Send + Sync + 'static {
-    /// Domain of the model. Outside, [`IsotropicFunction::in_stretches`] gives `+inf`, and slopes are not
-    /// finite.
+    /// Returns the domain of the model. Outside, [`IsotropicFunction::in_stretches`] gives `+inf` and
+    /// gradients are not finite.
     fn domain(&self) -> Domain {
         Domain::Everywhere
     }

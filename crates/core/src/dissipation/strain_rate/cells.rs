@@ -1,4 +1,4 @@
-//! Quadrilaterals and hexahedra.
+//! Viscosity of quadrilaterals and hexahedra with hourglass modes.
 
 use super::{StrainRate, Viscosity, ViscousElements};
 use crate::algebra::Mat;
@@ -12,23 +12,23 @@ use crate::lanes::{Kernel, Lanes, dispatch_compact};
 use crate::material::Tangent;
 use crate::numbering::along_curve;
 
-/// Cells with a dashpot at their mean deformation gradient and others of their hourglass modes: `R = sum_e V
-/// (eta Edot : Edot + 1/2 zeta tr(Edot)^2) + 1/2 z . K z`, `z = Fdot^T q + F^T qdot`, `K` the stiffness of
-/// [`OnePointCells`](crate::energy::elastic::OnePointCells) of a linear material with the moduli `eta` and
-/// `zeta`. Like the rate of Green's strain `z` is zero in a rigid motion and bilinear in positions and
-/// velocities. At rest, with `eta = beta mu` and `zeta = beta lambda`, it is `beta` times the stiffness of
-/// these cells.
+/// Cells with a dashpot on their mean deformation gradient and others on their hourglass modes:
+/// `R = sum_e V (eta Edot : Edot + 1/2 zeta tr(Edot)^2) + 1/2 z . K z`, `z = Fdot^T q + F^T qdot`. `K` is
+/// the stiffness of [`OnePointCells`](crate::energy::elastic::OnePointCells) of a linear material with
+/// the moduli `eta` and `zeta`. Like the rate of Green's strain, `z` is zero in a rigid motion and
+/// bilinear in positions and velocities. In the reference configuration, `eta = beta mu` and
+/// `zeta = beta lambda` give `beta` times the stiffness of these cells.
 pub struct ViscousCells<const D: usize, const N: usize> {
     patches: Patches<N>,
     packs: CellPacks<D, N>,
 }
 
 impl<const D: usize, const N: usize> StrainRate<D, N, ViscousCells<D, N>> {
-    /// Cells `cells` (global vertex indices) of `body`, at rest at `rest` (flat, all vertices of the system)
-    /// [m].
+    /// Creates the cells `cells` (global vertex indices) of `body` with the reference positions `rest`
+    /// (flat, all vertices of the system) [m].
     ///
     /// # Panics
-    /// If the volume of a cell is not positive: meshes are checked before.
+    /// If the volume of a cell is not positive; meshes are checked before.
     pub fn cells(
         body: &str,
         viscosity: Viscosity,
@@ -39,11 +39,12 @@ impl<const D: usize, const N: usize> StrainRate<D, N, ViscousCells<D, N>> {
         Self::of_solid(body, viscosity, (cell, cells, rest), None)
     }
 
-    /// The change of the dissipation of such cells with a parameter: of cells of the viscosity `about`, which
-    /// changes by `viscosity`. The viscosity of hourglass modes is no linear function of it, as all else is.
+    /// Creates the derivative of the dissipation of cells with respect to a parameter: their viscosity is
+    /// `about` and changes by `viscosity`. The viscosity of hourglass modes is a nonlinear function of
+    /// it; all else is linear.
     ///
     /// # Panics
-    /// As there.
+    /// If the volume of a cell is not positive.
     pub fn change_of_cells(
         body: &str,
         viscosity: Viscosity,
@@ -96,7 +97,7 @@ impl<const D: usize, const N: usize> ViscousElements<D, N> for ViscousCells<D, N
         let rest = self.packs.lane(pack, lane);
         let (f, q): (Mat<f64, D>, Amplitudes<f64, D>) = rest.measure(&points_of::<D, N>(x, vertices));
         viscosity.add_blocks(rest.volume(), &rest.gradient, &f.0, out);
-        // `z` of a unit velocity of each node, and `K z`.
+        // `z` for a unit velocity of each node, and `K z`.
         let mut slopes = [[[[0.0; D]; MOST_MODES]; D]; N];
         for (a, i) in (0..N).flat_map(|a| (0..D).map(move |i| (a, i))) {
             for (h, k) in (0..modes(D)).flat_map(|h| (0..D).map(move |k| (h, k))) {
@@ -118,7 +119,7 @@ impl<const D: usize, const N: usize> ViscousElements<D, N> for ViscousCells<D, N
     }
 }
 
-/// Adds the viscous forces of a patch to its rows; gives their power.
+/// Adds the viscous forces of a patch to its rows and returns their power.
 struct CellViscousKernel<'a, const D: usize, const N: usize> {
     viscosity: Viscosity,
     patches: &'a Patches<N>,

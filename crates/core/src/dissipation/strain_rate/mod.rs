@@ -1,4 +1,4 @@
-//! Viscosity of elements: damping by the rate of strain.
+//! Viscosity of elements: damping by the strain rate.
 
 mod cells;
 mod points;
@@ -12,28 +12,29 @@ use super::{DissipationViews, DissipativeTerm, PositionProducts};
 use crate::energy::Stencils;
 use crate::energy::patch::{Patch, Patches, Scratch, Workspace};
 
-/// Viscosities of a solid [Pa s]; of a sheet, times its thickness [Pa s m].
+/// Viscosities of a solid [Pa s], or of a sheet, multiplied by its thickness [Pa s m].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Viscosity {
-    /// Shear viscosity `eta`: of a change of shape.
+    /// Shear viscosity `eta`, of a change of shape.
     pub shear: f64,
-    /// Second viscosity `zeta`: of a change of volume, beside what `shear` does there.
+    /// Second viscosity `zeta`, of a change of volume, in addition to the contribution of `shear`.
     pub second: f64,
 }
 
 impl Viscosity {
-    /// The sum of both.
+    /// Returns the sum of both.
     #[must_use]
     pub fn plus(self, other: Self) -> Self {
         Viscosity { shear: self.shear + other.shear, second: self.second + other.second }
     }
 
-    /// Adds the blocks of the damping matrix of one point, for each pair `a <= b` of vertices: `gradient`
-    /// are the gradients of the shape functions at rest, `f` the deformation gradient.
+    /// Adds the blocks of the damping matrix of one point, for each pair `a <= b` of vertices. `gradient`
+    /// are the reference gradients of the shape functions, `f` is the deformation gradient.
     ///
-    /// With `dEdot = sym(F^T dFdot)` and `dFdot = e_k grad N_b^T` the stress `F (2 eta dEdot + zeta tr
-    /// dEdot)` meets `grad N_a` in `eta (F F^T)_ik grad N_a . grad N_b + eta (F grad N_b)_i (F grad N_a)_k +
-    /// zeta (F grad N_a)_i (F grad N_b)_k`.
+    /// With `dEdot = sym(F^T dFdot)` and `dFdot = e_k grad N_b^T` the stress
+    /// `F (2 eta dEdot + zeta tr dEdot)`
+    /// contracted with `grad N_a` is `eta (F F^T)_ik grad N_a . grad N_b + eta (F grad N_b)_i (F grad N_a)_k
+    /// + zeta (F grad N_a)_i (F grad N_b)_k`.
     fn add_blocks<const D: usize, const R: usize, const N: usize>(
         &self,
         weight: f64,
@@ -65,17 +66,17 @@ impl Viscosity {
     }
 }
 
-/// A Kelvin-Voigt dashpot in every element: `R = sum_e w_e (eta Edot : Edot + 1/2 zeta tr(Edot)^2)` with the
-/// rate of Green's strain `Edot = sym(F^T Fdot)`.
+/// Kelvin-Voigt damping of every element: `R = sum_e w_e (eta Edot : Edot + 1/2 zeta tr(Edot)^2)` with
+/// the rate of Green's strain `Edot = sym(F^T Fdot)`.
 ///
-/// It is a second Piola-Kirchhoff stress `S = 2 eta Edot + zeta tr(Edot) I` on top of the elastic one, `P =
-/// F S`. A rigid motion has `Edot = 0` at any rotation and speed, and `S` is symmetric: momentum and angular
-/// momentum are conserved. At rest, with `eta = beta mu` and `zeta = beta lambda`, it is Rayleigh's damping
-/// `C = beta K`, `K` the stiffness of linear elasticity, which gives a mode of angular frequency `omega` the
-/// damping ratio `beta omega / 2`.
+/// The viscous second Piola-Kirchhoff stress `S = 2 eta Edot + zeta tr(Edot) I` adds to the elastic one,
+/// `P = F S`. Rigid motion has `Edot = 0` at any rotation and speed, and `S` is symmetric: momentum and
+/// angular momentum are conserved. In the reference configuration, `eta = beta mu` and
+/// `zeta = beta lambda` give Rayleigh damping `C = beta K`, with the stiffness `K` of linear elasticity.
+/// A mode of angular frequency `omega` then has the damping ratio `beta omega / 2`.
 ///
-/// Elements `E` of `N` vertices in `D` dimensions: [`points`](Self::points) and [`cells`](Self::cells)
-/// integrate `R` each by a rule of their own.
+/// The elements `E` have `N` vertices in `D` dimensions. [`points`](Self::points) and
+/// [`cells`](Self::cells) integrate `R` by different rules.
 pub struct StrainRate<const D: usize, const N: usize, E> {
     body: String,
     viscosity: Viscosity,
@@ -83,13 +84,13 @@ pub struct StrainRate<const D: usize, const N: usize, E> {
     workspace: Workspace<D>,
 }
 
-/// Elements with their shape at rest, over which the dissipation function is integrated.
+/// Elements with a reference configuration, over which the dissipation function is integrated.
 pub trait ViscousElements<const D: usize, const N: usize>: Send + Sync {
-    /// The patches that they lie in.
+    /// Returns the patches of the elements.
     fn patches(&self) -> &Patches<N>;
 
-    /// Adds the viscous forces of a patch at positions and velocities (the direction) of `scratch` to its
-    /// gradient; gives their power [W].
+    /// Adds the viscous forces of a patch to the gradient of `scratch`, at its positions and its
+    /// velocities (the direction). Returns their power [W].
     fn add_forces(&self, viscosity: Viscosity, patch: &Patch, scratch: &mut Scratch<D>) -> f64;
 
     /// Adds the blocks of the damping matrix [N s/m] of the element in a lane of a pack, `(pack, lane)`, for
@@ -113,15 +114,15 @@ impl<const D: usize, const N: usize, E: ViscousElements<D, N>> StrainRate<D, N, 
         StrainRate { body: body.into(), viscosity, elements, workspace }
     }
 
-    /// Adds half the difference of the forces at the configurations `x + u` and `x - u` and the velocities
-    /// `v`: the part that is linear in `u`.
+    /// Adds half the difference of the forces at the configurations `x + u` and `x - u` with the
+    /// velocities `v`: the part that is linear in `u`.
     fn add_half_of_difference(&mut self, x: &[f64], u: &[f64], v: &[f64], y: &mut [f64]) {
         let largest = |rows: &[f64]| rows.iter().fold(0.0, |largest: f64, row| largest.max(row.abs()));
         let (size, along) = (largest(x), largest(u));
         if size == 0.0 || along == 0.0 {
             return;
         }
-        // Of one size, neither is lost beside the other.
+        // Scales `u` to the size of `x`, so that rounding loses neither.
         let scale = size / along;
         let mut force = vec![0.0; x.len()];
         for sign in [1.0, -1.0] {
@@ -183,16 +184,17 @@ impl<const D: usize, const N: usize, E: ViscousElements<D, N>> DissipativeTerm f
 impl<const D: usize, const N: usize, E: ViscousElements<D, N>> DissipationViews for StrainRate<D, N, E> {}
 
 impl<const D: usize, const N: usize, E: ViscousElements<D, N>> PositionProducts for StrainRate<D, N, E> {
-    /// `Edot(x, v) = sym(F(x)^T F(v))` is bilinear and symmetric, so that `p . dR/dv` is a symmetric form of
-    /// `Edot(x, v)` and `Edot(x, p)`. Its derivative by `x` is the part of the force at the configuration
-    /// `v + p` and the velocities `x` that is linear in `p`: half the difference of those at `v + p` and
-    /// `v - p`, exactly, since the force is a quadratic form of the configuration.
+    /// `Edot(x, v) = sym(F(x)^T F(v))` is bilinear and symmetric, so `p . dR/dv` is a symmetric form of
+    /// `Edot(x, v)` and `Edot(x, p)`. Its derivative with respect to `x` is the part, linear in `p`, of
+    /// the force at the configuration `v + p` and the velocities `x`. The force is quadratic in the
+    /// configuration, so this part is exactly half the difference of the forces at `v + p` and `v - p`.
     fn add_position_product(&mut self, x: &[f64], v: &[f64], p: &[f64], y: &mut [f64]) -> bool {
         self.add_half_of_difference(v, p, x, y);
         true
     }
 
-    /// Half the difference of the forces at the configurations `x + u` and `x - u`, exactly, likewise.
+    /// Adds half the difference of the forces at the configurations `x + u` and `x - u`, which is exact,
+    /// too.
     fn add_position_change(&mut self, x: &[f64], v: &[f64], u: &[f64], y: &mut [f64]) -> bool {
         self.add_half_of_difference(x, u, v, y);
         true

@@ -1,4 +1,4 @@
-//! Elements with points of quadrature: simplices, cells of second order, and sheets in space.
+//! Viscosity of elements with quadrature points: simplices, cells of second order, and sheets in space.
 
 use super::{StrainRate, Viscosity, ViscousElements};
 use crate::algebra::Mat;
@@ -7,18 +7,18 @@ use crate::energy::elastic::{BLOCKS, Block, Kinematics, rest_gradients};
 use crate::energy::patch::{Patch, Patches, Scratch};
 use crate::lanes::{Kernel, Lanes, Portable, WIDTH, dispatch};
 
-/// Elements with a dashpot at every quadrature point, of `R` dimensions in `D` of space: `R = sum_e sum_q w_q
-/// (eta Edot : Edot + 1/2 zeta tr(Edot)^2)`.
+/// Elements of `R` dimensions in `D`-dimensional space with a dashpot at every quadrature point:
+/// `R = sum_e sum_q w_q (eta Edot : Edot + 1/2 zeta tr(Edot)^2)`.
 pub struct ViscousPoints<const D: usize, const R: usize, const N: usize>(Kinematics<D, R, N>);
 
 impl<const D: usize, const R: usize, const N: usize> StrainRate<D, N, ViscousPoints<D, R, N>> {
-    /// Elements `elements` (global vertex indices) of `body`, at rest at `rest` (flat, all vertices of the
-    /// system) [m], each with its nodes `shape` in coordinates of its own: of `R` dimensions in `D` of space,
-    /// solids (`R = D`), triangles of sheets in space.
+    /// Creates the elements `elements` (global vertex indices) of `body` with the reference positions
+    /// `rest` (flat, all vertices of the system) [m]. `shape` gives the nodes of an element in `R`
+    /// coordinates of its own: solids (`R = D`), or triangles of sheets in space.
     ///
     /// # Panics
-    /// If there is no element of `N` nodes in `R` dimensions, or one has no positive volume at a quadrature
-    /// point: meshes are checked before.
+    /// If no element has `N` nodes in `R` dimensions, or one has no positive volume at a quadrature
+    /// point; meshes are checked before.
     pub fn points(
         body: &str,
         viscosity: Viscosity,

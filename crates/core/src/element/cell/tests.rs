@@ -27,7 +27,7 @@ impl CellVisitor for Basis {
             let shape = (cell.shape)(node);
             assert!((0..N).all(|b| shape[b] == f64::from(u8::from(a == b))), "{a}: {shape:?}");
         }
-        // Sums of more and larger terms round more.
+        // Larger sums round more.
         let rounding = if cell.kind.order() == 1 { 1e-15 } else { 1e-14 };
         let mut random = Random(2);
         for _ in 0..20 {
@@ -35,7 +35,7 @@ impl CellVisitor for Basis {
             xi.iter_mut().for_each(|x| *x = random.uniform(-1.0, 1.0));
             assert!(((cell.shape)(&xi).iter().sum::<f64>() - 1.0).abs() < rounding);
             for k in 0..D {
-                // Of functions linear or quadratic in each coordinate differences are exact.
+                // Differences are exact for functions linear or quadratic in each coordinate.
                 let moved = |step: f64| {
                     let mut at = xi;
                     at[k] += step;
@@ -59,7 +59,7 @@ struct Sides;
 impl CellVisitor for Sides {
     type Output = ();
 
-    /// By the divergence theorem sides that point outwards enclose the volume; mirrored cells have it too.
+    /// Outward sides enclose the volume (divergence theorem), also in mirrored cells.
     fn visit<const D: usize, const N: usize>(self, cell: &'static Isoparametric<D, N>) {
         // Between corners alone flat, and those in the middle of edges nearly so.
         let nodes = mapped(cell, if cell.kind.order() == 1 { 0.05 } else { 1e-3 });
@@ -70,7 +70,7 @@ impl CellVisitor for Sides {
                 let (a, b) = (x(0), x(1));
                 0.5 * ((a[0] + b[0]) * (b[1] - a[1])) / 1.0
             } else {
-                // A bilinear side about its centre has the flux of four triangles.
+                // The flux of a bilinear side is taken from four triangles about its centre.
                 let mut centre = [0.0; 3];
                 (0..3).for_each(|c| centre[c] = 0.25 * (0..4).map(|a| x(a)[c]).sum::<f64>());
                 let corner = |a: usize| [x(a % 4)[0], x(a % 4)[1], x(a % 4)[2]];
@@ -78,7 +78,7 @@ impl CellVisitor for Sides {
             };
         }
         let volume = cell.volume(&nodes);
-        // Bilinear sides are not those triangles: off by the square of the bend.
+        // Bilinear sides differ from these triangles by the square of the bend.
         assert!((flux / volume - 1.0).abs() < 1e-2, "{}: {flux} {volume}", cell.kind.name);
         let flat = mapped(cell, 0.0);
         let mut mirrored = flat;
@@ -105,7 +105,7 @@ impl CellVisitor for Sides {
     }
 }
 
-/// `integral of x n_x` over a triangle.
+/// Returns `integral of x n_x` over a triangle.
 fn flux_through([a, b, c]: [[f64; 3]; 3]) -> f64 {
     let (u, v) = ([b[1] - a[1], b[2] - a[2]], [c[1] - a[1], c[2] - a[2]]);
     0.5 * (u[0] * v[1] - u[1] * v[0]) * (a[0] + b[0] + c[0]) / 3.0
@@ -139,7 +139,8 @@ impl CellVisitor for Masses {
             let found = cell.locate(&nodes, &at).unwrap();
             assert!((0..D).all(|c| (found[c] - xi[c]).abs() < 1e-9), "{found:?}");
         }
-        // Of a unit cell `integral of N_a N_b` is (1/3)^s (1/6)^(D - s) for corners with s coordinates alike.
+        // In a unit cell `integral of N_a N_b` is (1/3)^s (1/6)^(D - s) for corners with s equal
+        // coordinates.
         let unit = cell.nodes.map(|node| node.map(|x| 0.5 * (x + 1.0)));
         let consistent = cell.consistent(&unit);
         for (a, b) in (0..N).flat_map(|a| (0..N).map(move |b| (a, b))) {
@@ -182,7 +183,7 @@ impl CellVisitor for Middles {
         let mut gmsh = kind.gmsh_nodes.to_vec();
         gmsh.sort_unstable();
         assert!(gmsh.is_empty() || gmsh.iter().copied().eq(0..N));
-        // Where the integration is full `dx/dxi` at any place comes from those at the points.
+        // With full integration the values at the points give `dx/dxi` anywhere.
         let nodes = mapped(cell, 0.05);
         let at = [0.3, -0.7, 0.9];
         let mut xi = [0.0; D];

@@ -1,6 +1,6 @@
-//! Finite elements whose material is evaluated for many points at once: for materials that are not of this
-//! library, given by functions in Python, say. Slower than [`Elastic`](super::elastic::Elastic), which knows
-//! its material when it is compiled.
+//! Finite elements whose material is evaluated for many points at once, such as a user's functions in
+//! Python. [`Elastic`](super::elastic::Elastic) is faster, because its material is known when it is
+//! compiled.
 
 mod tangent;
 
@@ -17,45 +17,46 @@ use crate::element::ElementState;
 use crate::element::{Barycentric, QuadraturePoint, interpolation, quadrature_count, quadrature_points};
 use crate::material::Psd;
 
-/// A hyperelastic material for `m` deformation gradients at once, each `d x d` by rows, one after the other.
-/// Functions say false where they could not be evaluated at all; values that are not finite are part of an
-/// answer.
+/// Hyperelastic material for `m` deformation gradients at once, each `d x d` by rows, one after the
+/// other. Functions return false if they could not be evaluated at all; values that are not finite are
+/// valid results.
 pub trait BatchMaterial: Send + Sync {
-    /// Writes `Psi(F)` [J/m^3], `m` numbers; `+inf` outside of the material's domain.
+    /// Writes `Psi(F)` [J/m^3], `m` numbers; `+inf` outside the domain of the material.
     fn density(&self, f: &[f64], psi: &mut [f64]) -> bool;
 
     /// Writes `P = dPsi/dF` [Pa], `(m, d, d)`.
     fn stress(&self, f: &[f64], p: &mut [f64]) -> bool;
 
-    /// Writes `dP_ij / dF_kl` [Pa], `(m, d, d, d, d)`; `None` where it is not known: central differences of
-    /// the stress take its place.
+    /// Writes `dP_ij / dF_kl` [Pa], `(m, d, d, d, d)`; returns `None` if it is not available, and central
+    /// differences of the stress replace it.
     fn tangent(&self, f: &[f64], tangent: &mut [f64]) -> Option<bool> {
         let _ = (f, tangent);
         None
     }
 }
 
-/// Elements of `N` nodes in `D` dimensions: 3 and 6 in 2D, 4 and 10 in 3D. `E = sum_e sum_q w_q Psi(F_q)`.
+/// Elements of `N` nodes in `D` dimensions, 3 and 6 in 2D, 4 and 10 in 3D:
+/// `E = sum_e sum_q w_q Psi(F_q)`.
 pub struct BatchElastic<const D: usize, const N: usize> {
     body: String,
     material: Box<dyn BatchMaterial>,
     cells: Vec<[u32; N]>,
-    /// Quadrature points, those of an element one after the other.
+    /// Quadrature points, element by element.
     points: Vec<QuadraturePoint<D, N>>,
-    /// Gradient last evaluated, flat over all vertices of the system [N].
+    /// Last evaluated gradient, flat over all vertices of the system [N].
     gradient: Vec<f64>,
-    /// Memory for deformation gradients and what comes of them.
+    /// Scratch memory for deformation gradients, stresses and energy densities.
     f: Vec<f64>,
     p: Vec<f64>,
     psi: Vec<f64>,
 }
 
 impl<const D: usize, const N: usize> BatchElastic<D, N> {
-    /// Elements `cells` (vertices of the system) of `body`, at rest at `rest`, flat over all vertices of the
-    /// system [m].
+    /// Creates elements `cells` (vertices of the system) of `body` with the reference positions `rest`,
+    /// flat over all vertices of the system [m].
     ///
     /// # Panics
-    /// If an element has no positive area or volume: meshes are checked before.
+    /// If an element has no positive area or volume; meshes are checked before.
     pub fn new(body: &str, material: Box<dyn BatchMaterial>, cells: Vec<[u32; N]>, rest: &[f64]) -> Self {
         let mut points: Vec<QuadraturePoint<D, N>> = vec![];
         for cell in &cells {
@@ -75,15 +76,15 @@ impl<const D: usize, const N: usize> BatchElastic<D, N> {
         }
     }
 
-    /// The points of each of these elements, with the vertices of the element.
+    /// Returns the points of each of these elements, with the vertices of the element.
     fn points(&self, elements: Range<usize>) -> impl Iterator<Item = (&[u32; N], &QuadraturePoint<D, N>)> {
         let count = quadrature_count::<D, N>();
         let points = self.points[elements.start * count..elements.end * count].iter();
         points.enumerate().map(move |(i, point)| (&self.cells[elements.start + i / count], point))
     }
 
-    /// Writes the deformation gradients of the points of these elements, `(points, D, D)`; of a direction in
-    /// place of positions, their change.
+    /// Writes the deformation gradients of the points of these elements, `(points, D, D)`, or their
+    /// change if `x` is a direction.
     fn deform(&self, elements: Range<usize>, x: &[f64], f: &mut [f64]) {
         for ((cell, point), f) in self.points(elements).zip(f.chunks_exact_mut(D * D)) {
             let at = point.deformation_gradient(&points_of::<D, N>(x, cell));
@@ -103,8 +104,8 @@ impl<const D: usize, const N: usize> BatchElastic<D, N> {
         }
     }
 
-    /// Deformation, stress and energy density at a deformation gradient. The stress out of the plane in 2D is
-    /// not known: NaN.
+    /// Returns deformation, stress and energy density at a deformation gradient. The out-of-plane stress
+    /// in 2D is unknown: NaN.
     fn state(&self, f: &[f64]) -> ElementState {
         let (mut p, mut psi) = (vec![f64::NAN; D * D], [f64::NAN]);
         if !self.material.stress(f, &mut p) {
@@ -129,7 +130,7 @@ impl<const D: usize, const N: usize> BatchElastic<D, N> {
         }
     }
 
-    /// `F` of an element at a point.
+    /// Returns `F` of an element at a point.
     fn deformation_at(&self, x: &[f64], element: usize, at: &Barycentric) -> Vec<f64> {
         let count = quadrature_count::<D, N>();
         let mut f = vec![0.0; count * D * D];
@@ -137,7 +138,7 @@ impl<const D: usize, const N: usize> BatchElastic<D, N> {
         if count == 1 {
             return f;
         }
-        // dx/dxi and J are linear in the place, F is their quotient: exact where J is constant.
+        // dx/dxi and J are linear in the position, and F is their quotient: exact where J is constant.
         let weights = interpolation::<D, N>(at);
         let mut sum = vec![0.0; D * D];
         for (f, weight) in f.chunks_exact(D * D).zip(weights) {
@@ -162,7 +163,7 @@ impl<const D: usize, const N: usize> EnergyTerm for BatchElastic<D, N> {
         TermProperties::of(EnergyKind::Elastic)
     }
 
-    /// NaN where the material could not be evaluated.
+    /// Returns NaN if the material could not be evaluated.
     fn energy(&mut self, x: &[f64]) -> f64 {
         let (mut f, mut psi) = (std::mem::take(&mut self.f), std::mem::take(&mut self.psi));
         self.deform(0..self.cells.len(), x, &mut f);
@@ -249,7 +250,7 @@ impl<const D: usize, const N: usize> EnergyTerm for BatchElastic<D, N> {
         let (i, f, what) = found.next()?;
         let (element, j) = (i / quadrature_count::<D, N>(), determinant::<D>(f));
         let body = self.body.clone();
-        // Where an element is turned inside out most materials have no stress: the step is too large.
+        // Most materials have no stress in an inverted element: the step is too large.
         Some(if j > 0.0 {
             Fault::Material { what, body, element, j }
         } else {

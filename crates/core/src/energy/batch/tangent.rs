@@ -1,15 +1,15 @@
-//! Derivatives of a stress that are given, or found by differences.
+//! Derivatives of a stress, given by the material or found by differences.
 
 use super::BatchMaterial;
 use crate::algebra::project_positive;
 use crate::material::Psd;
 
-/// The step of central differences, relative to the deformation: the cube root of the rounding of a double,
+/// Step of central differences, relative to the deformation: the cube root of the rounding of a double,
 /// where the errors of truncation and of rounding are about equal, 1e-11 of the stiffness each.
 const STEP: f64 = 6e-6;
 
-/// `dP_ij/dF_kl` at each deformation gradient, symmetric, `(m, d*d, d*d)`; NaN where the material could not
-/// be evaluated. Projected, the nearest positive semidefinite ones.
+/// Returns `dP_ij/dF_kl` at each deformation gradient, symmetric, `(m, d*d, d*d)`; NaN if the material
+/// could not be evaluated. [`Psd::Projected`] gives the nearest positive semi-definite matrices.
 pub(super) fn tangents<const D: usize>(material: &dyn BatchMaterial, f: &[f64], psd: Psd) -> Vec<f64> {
     let block = D * D;
     let mut tangents = vec![0.0; f.len() * block];
@@ -17,6 +17,7 @@ pub(super) fn tangents<const D: usize>(material: &dyn BatchMaterial, f: &[f64], 
         Some(true) => {}
         Some(false) => tangents.fill(f64::NAN),
         None => {
+            // Column by column from differences along the unit matrices.
             let mut change = vec![0.0; f.len()];
             for kl in 0..block {
                 change.chunks_exact_mut(block).for_each(|change| {
@@ -32,6 +33,7 @@ pub(super) fn tangents<const D: usize>(material: &dyn BatchMaterial, f: &[f64], 
             }
         }
     }
+    // Symmetrise, then project.
     for tangent in tangents.chunks_exact_mut(block * block) {
         for i in 0..block {
             for j in 0..i {
@@ -46,7 +48,7 @@ pub(super) fn tangents<const D: usize>(material: &dyn BatchMaterial, f: &[f64], 
     tangents
 }
 
-/// Makes a change of each deformation gradient that of its stress.
+/// Replaces the change of each deformation gradient by the change of its stress.
 pub(super) fn along<const D: usize>(material: &dyn BatchMaterial, f: &[f64], change: &mut [f64]) {
     let block = D * D;
     let mut tangents = vec![0.0; f.len() * block];
@@ -64,10 +66,10 @@ pub(super) fn along<const D: usize>(material: &dyn BatchMaterial, f: &[f64], cha
     }
 }
 
-/// The same by central differences.
+/// Computes the same by central differences.
 fn difference<const D: usize>(material: &dyn BatchMaterial, f: &[f64], change: &mut [f64]) {
     let block = D * D;
-    // A step of its own for each: changes may be of any size.
+    // Each gradient has its own step, because changes may be of any size.
     let largest = |values: &[f64]| values.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
     let steps = f.chunks_exact(block).zip(change.chunks_exact(block));
     let steps: Vec<f64> = steps

@@ -1,4 +1,4 @@
-//! Axes of the material in each element.
+//! Material axes of the elements.
 
 use super::Elastic;
 use crate::algebra::Mat;
@@ -6,12 +6,13 @@ use crate::element::ElementState;
 use crate::energy::ElementTerm;
 
 impl<const D: usize, const N: usize> Elastic<D, N> {
-    /// The same elements, the material of each turned by the rotation `R` from its axes to those of space, in
-    /// the order of the mesh: energy densities are `psi(F R)`, stresses `P(F R) R^T`. See
-    /// [`material_axes`](crate::material::material_axes). In the plane rotations are about its normal.
+    /// Rotates the material of each element by the rotation `R` from its axes to those of space, in the
+    /// order of the mesh: energy densities become `psi(F R)`, stresses `P(F R) R^T`. See
+    /// [`material_axes`](crate::material::material_axes). In 2D rotations are about the normal of the
+    /// plane.
     ///
     /// # Panics
-    /// If there is not one rotation for each element.
+    /// If the numbers of rotations and elements differ.
     #[must_use]
     pub fn with_axes(mut self, axes: &[Mat<f64, 3>]) -> Self {
         assert_eq!(self.element_count(), axes.len(), "one rotation for each element");
@@ -20,13 +21,13 @@ impl<const D: usize, const N: usize> Elastic<D, N> {
         self
     }
 
-    /// The state in the axes of space, of an element whose state in those of its material is given.
+    /// Returns the state in the axes of space of an element, given its state in material axes.
     pub(super) fn in_space(&self, element: usize, state: ElementState) -> ElementState {
         in_space(self.axes.get(element), state)
     }
 }
 
-/// The state in the axes of space, of an element whose state in these axes of its material is given.
+/// Returns the state in the axes of space, given the state in these material axes.
 pub(super) fn in_space(axes: Option<&Mat<f64, 3>>, state: ElementState) -> ElementState {
     match axes {
         None => state,

@@ -1,8 +1,8 @@
-//! Materials on blocks of deformation gradients: what every kind of element has in common.
+//! Materials on blocks of deformation gradients, for every kind of element.
 //!
-//! An element writes the `F` of its quadrature points, eight elements side by side, into a few blocks; the
-//! material turns them into stresses, and the element those into forces. So a material is compiled once, not
-//! once for each element, and an element not once for each material.
+//! An element writes the `F` of its quadrature points, eight elements side by side, into a few blocks.
+//! The material turns them into stresses, and the element turns these into forces. A material is thus
+//! compiled once for all elements, and an element once for all materials.
 
 use crate::algebra::{Dual, Mat, Vect};
 use crate::element::{ElementState, Tangents};
@@ -18,7 +18,7 @@ pub(crate) struct Block<const D: usize, const R: usize = D>([[[f64; WIDTH]; R]; 
 impl<const D: usize, const R: usize> Block<D, R> {
     pub(crate) const ZERO: Self = Block([[[0.0; WIDTH]; R]; D]);
 
-    /// All entries, of a matrix that need not be square.
+    /// Loads all entries of a matrix that need not be square.
     #[inline(always)]
     pub(crate) fn load_tangents<L: Lanes>(&self) -> Tangents<L, D, R> {
         let mut m = [[L::zero(); R]; D];
@@ -39,7 +39,7 @@ impl<const D: usize, const R: usize> Block<D, R> {
         }
     }
 
-    /// Entries of one lane.
+    /// Returns the entries of one lane.
     pub(crate) fn tangents_of_lane(&self, lane: usize) -> Tangents<f64, D, R> {
         self.0.map(|row| row.map(|lanes| lanes[lane]))
     }
@@ -61,13 +61,13 @@ impl<const D: usize> Block<D> {
         Mat(self.tangents_of_lane(lane))
     }
 
-    /// One entry of all lanes.
+    /// Returns one entry of all lanes.
     #[inline(always)]
     pub(super) fn entry(&self, row: usize, column: usize) -> &[f64; WIDTH] {
         &self.0[row][column]
     }
 
-    /// One entry of all lanes.
+    /// Returns one entry of all lanes.
     #[inline(always)]
     pub(super) fn entry_mut(&mut self, row: usize, column: usize) -> &mut [f64; WIDTH] {
         &mut self.0[row][column]
@@ -88,7 +88,7 @@ impl<const D: usize> Block<D> {
     }
 }
 
-/// The eigenvalues of `dP/dF` of `WIDTH` elements side by side, see [`Spectrum`].
+/// Eigenvalues of `dP/dF` of `WIDTH` elements side by side, see [`Spectrum`].
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(super) struct SpectrumBlock<const D: usize> {
@@ -102,20 +102,20 @@ impl<const D: usize> SpectrumBlock<D> {
         SpectrumBlock { scaling: Block::ZERO, twist: Block::ZERO, flip: Block::ZERO };
 }
 
-/// A material as elements see it.
+/// Interface of a material to elements.
 pub(super) trait BlockMaterial<const D: usize>: Send + Sync {
-    /// Overwrites each `F` by `P` [Pa].
+    /// Overwrites each `F` with `P` [Pa].
     fn stress(&self, how: Stress, f: &mut [Block<D>]);
-    /// Overwrites each `dF` by `dP = dP/dF : dF` [Pa] at the `F` of the same index, from dual numbers:
-    /// exact, without a Hessian. Writes `P : dF` [J/m^3] too, where it is asked for the work of the stress;
-    /// false where it is not known.
+    /// Overwrites each `dF` with `dP = dP/dF : dF` [Pa] at the `F` of the same index, by dual numbers:
+    /// exact, without a Hessian. Also writes `P : dF` [J/m^3] to `work`, if given; returns false if it is
+    /// not available.
     fn derivative(&self, f: &[Block<D>], df: &mut [Block<D>], work: Option<&mut [[f64; WIDTH]]>) -> bool;
     /// Writes the energy densities [J/m^3].
     fn density(&self, f: &[Block<D>], psi: &mut [[f64; WIDTH]]);
-    /// The eigenvalues of `dP/dF` at these signed singular values; `None` for a model that does not know
-    /// them.
+    /// Returns the eigenvalues of `dP/dF` at these signed singular values; `None` for a model that does
+    /// not provide them.
     fn spectrum(&self, sigma: &Vect<f64, D>) -> Option<Spectrum<D>>;
-    /// As [`BlockMaterial::spectrum`], eight at a time, `sigma[i][lane]`.
+    /// Computes [`BlockMaterial::spectrum`] for eight elements, `sigma[i][lane]`.
     fn spectra(&self, sigma: &[[f64; WIDTH]; D], out: &mut SpectrumBlock<D>) {
         for lane in 0..WIDTH {
             let mut of_lane = [0.0; D];
@@ -128,17 +128,17 @@ pub(super) trait BlockMaterial<const D: usize>: Send + Sync {
             out.flip.set_lane(lane, &spectrum.flip);
         }
     }
-    /// `dP/dF` [Pa].
+    /// Returns `dP/dF` [Pa].
     fn tangent(&self, f: &Mat<f64, D>, psd: Psd) -> Tangent<D>;
-    /// Where the model is defined.
+    /// Returns the domain of the model.
     fn domain(&self) -> Domain;
-    /// True if energy or stress are not finite at `f`, or `f` is outside of the domain.
+    /// True if energy or stress are not finite at `f`, or `f` is outside the domain.
     fn is_at_fault(&self, f: &Mat<f64, D>) -> bool;
-    /// `F` and `P` in space, and the energy density.
+    /// Returns `F` and `P` in 3D, and the energy density.
     fn state(&self, f: &Mat<f64, D>) -> ElementState;
 }
 
-/// `P` at a few deformation gradients, side by side in the lanes of a block; those that are left over repeat
+/// Returns `P` at a few deformation gradients, side by side in the lanes of a block; unused lanes repeat
 /// the last.
 pub(super) fn stresses<const D: usize>(
     material: &dyn BlockMaterial<D>,
@@ -150,7 +150,7 @@ pub(super) fn stresses<const D: usize>(
     stress
 }
 
-/// `dP/dF : dF` at a few deformation gradients along as many others, side by side in the same lanes.
+/// Returns `dP/dF : dF` at a few deformation gradients along as many directions, in the same lanes.
 pub(super) fn stress_changes<const D: usize>(
     material: &dyn BlockMaterial<D>,
     f: &[Mat<f64, D>],
@@ -161,7 +161,7 @@ pub(super) fn stress_changes<const D: usize>(
     change
 }
 
-/// Some matrices, the last one in all lanes that are left over.
+/// Places matrices in the lanes of a block; unused lanes repeat the last.
 fn in_lanes<const D: usize>(matrices: &[Mat<f64, D>]) -> Block<D> {
     let mut block = Block::ZERO;
     (0..WIDTH).for_each(|lane| block.set_lane(lane, &matrices[lane.min(matrices.len() - 1)]));
@@ -205,7 +205,7 @@ impl<M: Material<D> + Material<3>, const D: usize> BlockMaterial<D> for M {
     }
 
     fn state(&self, f: &Mat<f64, D>) -> ElementState {
-        // In plane strain the third axis is neither stretched nor turned, but carries stress; in plane
+        // In plane strain the third axis is neither stretched nor rotated, but carries stress; in plane
         // stress it is stretched.
         let mut in_space = Mat::<f64, 3>::identity();
         for i in 0..D {
@@ -225,7 +225,7 @@ struct StressKernel<'a, M, const D: usize, const AUTODIFF: bool> {
     f: &'a mut [Block<D>],
 }
 
-/// `P`; one function for all that work lane by lane.
+/// Returns `P`, in one compiled function for all lane-by-lane callers.
 #[inline(never)]
 pub(super) fn stress_of_lane<M: Material<D>, const D: usize>(material: &M, f: &Mat<f64, D>) -> Mat<f64, D> {
     material.pk1(f)
@@ -259,8 +259,8 @@ impl<M: Material<D>, const D: usize, const AUTODIFF: bool> Kernel for StressKern
                 }
             }
         } else if L::PAIRS_PAY && !AUTODIFF {
-            // Two blocks a turn: the latency of divisions and roots in one hides behind the other. The last
-            // of an odd number goes with itself, so that the stress is inlined once.
+            // Two blocks at a time: the latency of divisions and roots in one hides behind the other. The
+            // last of an odd number is paired with itself, so that the stress is inlined once.
             for blocks in self.f.chunks_mut(2) {
                 let second = blocks.len() - 1;
                 let f = both(&blocks[0].load::<L>(), &blocks[second].load::<L>());
@@ -276,7 +276,7 @@ impl<M: Material<D>, const D: usize, const AUTODIFF: bool> Kernel for StressKern
     }
 }
 
-/// The matrix of pairs `(a, b)`.
+/// Returns the matrix of the pairs `(a, b)`.
 #[inline(always)]
 pub(super) fn both<S: Scalar, const D: usize>(a: &Mat<S, D>, b: &Mat<S, D>) -> Mat<Pair<S>, D> {
     Mat(Pair::zip_rows(&a.0, &b.0))
@@ -354,7 +354,7 @@ mod tests {
     use crate::lanes::{InstructionSet, dispatch_at};
     use crate::material::{Corotated, Isotropic, Model, Parameters};
 
-    /// `P` of so many blocks, the same ones each time.
+    /// Returns the bits of `P` of `count` blocks, the same blocks each time.
     fn stress(level: InstructionSet, count: usize) -> Vec<u64> {
         let (mut random, material) = (Random(8), Corotated::new(&Isotropic::example()));
         let mut blocks = vec![Block::<3>::ZERO; count];

@@ -1,4 +1,4 @@
-//! How far elements may go until the first of them collapses.
+//! Step fraction until the first element collapses.
 
 use super::kinematics::edges_at;
 use super::{Elastic, points_of};
@@ -8,16 +8,16 @@ use crate::energy::patch::PackIndex;
 use crate::lanes::{Kernel, Lanes, VertexRows, WIDTH, dispatch};
 use crate::scalar::Scalar;
 
-/// Part of the way to a collapse that a step takes.
+/// Fraction of the displacement up to a collapse that a step takes.
 pub(super) const MARGIN: f64 = 0.9;
 
-/// Parts of a step up to which roots are looked for: steps go up to 1, and a margin is taken off.
+/// Step fraction up to which roots are sought: steps go up to 1, and a margin is taken off.
 const FAR: f64 = 2.0;
 
-/// Part of `det F` that the other terms of the polynomial may reach; the rest is more than their rounding.
+/// Fraction of `det F` that the other terms of the polynomial may reach; the rest exceeds their rounding.
 const DOMINANT: f64 = 1.0 - 1e-12;
 
-/// How far elements may go towards `x + dx`: most of the way to the first `det F = 0`, in (0, 1].
+/// Returns the step fraction towards `x + dx`, at most 1: `MARGIN` times that at the first `det F = 0`.
 pub(super) fn step_to_collapse<const D: usize, const N: usize>(
     elements: &Elastic<D, N>,
     x: &[f64],
@@ -44,13 +44,13 @@ pub(super) fn step_to_collapse<const D: usize, const N: usize>(
     step
 }
 
-/// Finds the elements of a patch that may collapse on their way.
+/// Finds the elements of a patch that may collapse in the step.
 struct FindSuspects<'a, const D: usize, const N: usize> {
     packs: &'a [PackIndex<N>],
-    /// Positions of the vertices of the patch, and their motions.
+    /// Positions of the vertices of the patch, and their displacements.
     from: &'a VertexRows<D>,
     motion: &'a VertexRows<D>,
-    /// Gains pack, counted from the first of the patch, and lane of each.
+    /// Receives pack, counted from the first of the patch, and lane of each.
     suspects: &'a mut Vec<(usize, usize)>,
 }
 
@@ -80,7 +80,7 @@ impl<const D: usize, const N: usize> Kernel for FindSuspects<'_, D, N> {
     }
 }
 
-/// Local numbers of vertices as those of rows.
+/// Converts local vertex numbers to row numbers.
 #[inline(always)]
 fn widened(index: &[u16; WIDTH]) -> [u32; WIDTH] {
     let mut rows = [0; WIDTH];
@@ -90,8 +90,8 @@ fn widened(index: &[u16; WIDTH]) -> [u32; WIDTH] {
     rows
 }
 
-/// Coefficients of `det(A + t B) = d0 + d1 t + d2 t^2 + d3 t^3`: `det A`, `cof A : B`, `cof B : A` and `det
-/// B` in space; the last is the quadratic one in the plane.
+/// Returns the coefficients of `det(A + t B) = d0 + d1 t + d2 t^2 + d3 t^3`: `det A`, `cof A : B`,
+/// `cof B : A` and `det B` in 3D; in 2D `det B` is the quadratic one.
 #[inline(always)]
 fn volume_polynomial<S: Scalar, const D: usize>(a: &Mat<S, D>, b: &Mat<S, D>) -> [S; 4] {
     let (of_a, of_b) = (a.cofactor(), b.cofactor());
@@ -99,25 +99,25 @@ fn volume_polynomial<S: Scalar, const D: usize>(a: &Mat<S, D>, b: &Mat<S, D>) ->
     if D == 2 { [d0, d1, last, S::zero()] } else { [d0, d1, of_b.dot(a), last] }
 }
 
-/// Bits of the lanes in which `det(A + t B)` may become zero on the way.
+/// Returns the bits of the lanes in which `det(A + t B)` may become zero for `0 < t <= FAR`.
 #[inline(always)]
 pub(super) fn suspects<L: Lanes, const D: usize>(a: &Mat<L, D>, b: &Mat<L, D>) -> u8 {
     let [d0, others @ ..] = volume_polynomial(a, b);
     !L::mask_to_bits(largest_terms(others).lt(L::splat(DOMINANT) * d0))
 }
 
-/// Bound of the terms beyond the first over `0 < t <= FAR`.
+/// Returns a bound on the terms beyond the first over `0 < t <= FAR`.
 #[inline(always)]
 fn largest_terms<S: Scalar>([d1, d2, d3]: [S; 3]) -> S {
     let far = S::splat(FAR);
     far * (d1.abs() + far * (d2.abs() + far * d3.abs()))
 }
 
-/// The smallest `t > 0` with `det(A + t B) = 0`, where `det A > 0`; infinite without one up to a little
-/// above 1.
+/// Returns the smallest `t > 0` with `det(A + t B) = 0`, given `det A > 0`; infinite if there is none up
+/// to `FAR`.
 ///
-/// The polynomial in `t` is monotonic between its stationary points: the first of these intervals at whose
-/// end it is not positive has the root, which bisection finds.
+/// The polynomial in `t` is monotonic between its stationary points. The first of these intervals at
+/// whose end it is not positive has the root, which bisection finds.
 pub(super) fn first_root<const D: usize>(a: &Mat<f64, D>, b: &Mat<f64, D>) -> f64 {
     let [d0, d1, d2, d3] = volume_polynomial(a, b);
     if largest_terms([d1, d2, d3]) < DOMINANT * d0 {

@@ -5,11 +5,11 @@ use crate::element::ElementState;
 use crate::energy::ElementTerm;
 
 impl<const D: usize, const N: usize> Elastic<D, N> {
-    /// The same elements, each with its energy density, and so its stress and stiffness, times a factor, in
-    /// the order of the mesh: what has the modulus `E` has `factor E` then.
+    /// Multiplies the energy density of each element, and so its stress and stiffness, by a factor, in
+    /// the order of the mesh: a modulus `E` becomes `factor E`.
     ///
     /// # Panics
-    /// If there is not one factor for each element.
+    /// If the numbers of factors and elements differ.
     #[must_use]
     pub fn with_factors(mut self, factors: &[f64]) -> Self {
         assert_eq!(self.element_count(), factors.len(), "one factor for each element");
@@ -23,7 +23,7 @@ impl<const D: usize, const N: usize> Elastic<D, N> {
         size_of_val(&self.factors[..]) + size_of_val(&self.axes[..])
     }
 
-    /// The state with stress and energy density times the factor of the element.
+    /// Returns the state with stress and energy density multiplied by the factor of the element.
     pub(super) fn with_its_factor(&self, element: usize, state: ElementState) -> ElementState {
         match self.factors.get(element) {
             None => state,

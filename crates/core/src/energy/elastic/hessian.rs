@@ -1,10 +1,10 @@
-//! The Hessians of elements, `K_(ab) = w sum_(jl) (dP_ij / dF_kl) (grad N_a)_j (grad N_b)_l`; Sifakis,
-//! Barbic 2012, section 4.3.
+//! Hessians of elements, `K_(ab) = w sum_(jl) (dP_ij / dF_kl) (grad N_a)_j (grad N_b)_l`; Sifakis, Barbic
+//! 2012, section 4.3.
 //!
-//! For isotropic models the decomposition `F = U diag(sigma) V^T` and the blocks run on lanes, for all
-//! models alike; only the few numbers of the spectrum come from the model, one element at a time. In the
-//! frame of `U` and `V` most of `dP/dF` is zero: with `g_a = V^T grad N_a`, `same = (flip + twist)/2` and
-//! `swapped = (flip - twist)/2`,
+//! For isotropic models the decomposition `F = U diag(sigma) V^T` and the blocks run on lanes, in code
+//! that all models share. Only the few numbers of the spectrum come from the model, one element at a
+//! time. In the frame of `U` and `V` most of `dP/dF` is zero: with `g_a = V^T grad N_a`,
+//! `same = (flip + twist)/2` and `swapped = (flip - twist)/2`,
 //!
 //! ```text
 //! (U^T K_ab U)_ii = scaling_ii g_ai g_bi + sum_(j != i) same_ij g_aj g_bj
@@ -24,13 +24,13 @@ use crate::element::{
 use crate::lanes::{Kernel, Lanes, WIDTH, dispatch};
 use crate::material::{Psd, Tangent};
 
-/// Packs that go through all phases together: what is handed on stays in the first cache.
+/// Packs that go through all phases together, so that intermediate results stay in the L1 cache.
 const BATCH: usize = 4;
 
 /// Numbers in the Hessian of a tetrahedron, rounded up to whole packs.
 const MOST_ENTRIES: usize = 96;
 
-/// The same of a tetrahedron of second order.
+/// Numbers in the Hessian of a second-order tetrahedron, rounded up to whole packs.
 const MOST_QUADRATIC_ENTRIES: usize = 496;
 
 /// Numbers in the Hessian of a hexahedron of 27 nodes.
@@ -54,8 +54,8 @@ impl<const D: usize> PackWork<D> {
         PackWork { u: Block::ZERO, v: Block::ZERO, sigma: [[0.0; WIDTH]; D], spectrum: SpectrumBlock::ZERO };
 }
 
-/// Writes the Hessians of `stencils`, whole packs of them; with a place `from`, with the stresses that are
-/// predicted from it.
+/// Writes the Hessians of `stencils`, which are whole packs. If there are positions `from`, the Hessians
+/// use the stresses predicted from them.
 pub(super) fn fill<const D: usize, const N: usize>(
     elements: &Elastic<D, N>,
     stencils: Range<usize>,
@@ -74,8 +74,8 @@ pub(super) fn fill<const D: usize, const N: usize>(
     }
 }
 
-/// Writes the Hessians as [`fill`] does, for models that know their spectrum: with room for `WORK` points at
-/// a time, and for `MOST` numbers in the Hessian of an element with several.
+/// Writes the Hessians like [`fill`], for models that know their spectrum, with room for `WORK` points at
+/// a time and for `MOST` numbers in the Hessian of an element with several points.
 fn fill_by_spectrum<const D: usize, const N: usize, const WORK: usize, const MOST: usize>(
     elements: &Elastic<D, N>,
     stencils: Range<usize>,
@@ -85,7 +85,7 @@ fn fill_by_spectrum<const D: usize, const N: usize, const WORK: usize, const MOS
 ) {
     let Elastic { material, elements: Kinematics { patches, rest }, .. } = elements;
     let count = quadrature_count::<D, N>();
-    // Points of one pack go together, or packs of one point each.
+    // All points of one pack are processed together, or several packs of one point each.
     let together = if count == 1 { BATCH } else { 1 };
     let x = x.as_chunks::<D>().0;
     let per_stencil = N * (N + 1) / 2 * D * D;
@@ -97,6 +97,7 @@ fn fill_by_spectrum<const D: usize, const N: usize, const WORK: usize, const MOS
     for (packs, out) in batches {
         let work = &mut work[..packs.len()];
         let nodes = &mut nodes[..packs.len() / count];
+        // Gather the nodes.
         for pack in nodes.iter_mut() {
             for lane in 0..WIDTH {
                 let (vertices, ..) = lanes.next().expect("whole packs");
@@ -107,6 +108,7 @@ fn fill_by_spectrum<const D: usize, const N: usize, const WORK: usize, const MOS
                 }
             }
         }
+        // Stretches and axes on lanes, the spectrum from the model, then the blocks.
         dispatch(Decompose { packs, nodes, work });
         for pack in &mut *work {
             material.spectra(&pack.sigma, &mut pack.spectrum);
@@ -118,7 +120,7 @@ fn fill_by_spectrum<const D: usize, const N: usize, const WORK: usize, const MOS
     }
 }
 
-/// `F` and its decomposition.
+/// Computes `F` and its decomposition.
 struct Decompose<'a, const D: usize, const N: usize> {
     packs: &'a [SimplexPack<D>],
     nodes: &'a [PackNodes<D, N>],
@@ -151,16 +153,16 @@ impl<const D: usize, const N: usize> Kernel for Decompose<'_, D, N> {
     }
 }
 
-/// The blocks of every pair of vertices, weighted.
+/// Writes the weighted blocks of every pair of vertices.
 struct PairBlocks<'a, const D: usize, const N: usize> {
     packs: &'a [SimplexPack<D>],
     work: &'a [PackWork<D>],
     psd: Psd,
-    /// The Hessians, one element after another.
+    /// Hessians, one element after another.
     out: &'a mut [f64],
 }
 
-/// The numbers of the Hessians of a pack, in the order in which they are written.
+/// Numbers of the Hessians of a pack, in the order in which they are written.
 #[repr(align(64))]
 pub(super) struct Entries<const MOST: usize>(pub(super) [[f64; WIDTH]; MOST]);
 
@@ -208,14 +210,14 @@ impl<const MOST: usize> Entries<MOST> {
 
 #[inline(always)]
 fn clamp<L: Lanes>(eigenvalue: L, projected: bool) -> L {
-    // A comparison, not a maximum: NaN is kept.
+    // A comparison keeps NaN, a maximum does not.
     if projected { L::select(eigenvalue.lt(L::zero()), L::zero(), eigenvalue) } else { eigenvalue }
 }
 
-/// The nearest positive semi-definite matrix.
+/// Returns the nearest positive semi-definite matrix.
 #[inline(always)]
 fn nearest_psd<L: Lanes, const D: usize>(a: &Mat<L, D>) -> Mat<L, D> {
-    // All leading minors positive: nothing to do, which is what is usual.
+    // All leading minors are positive in the usual case: nothing to do.
     let mut minor = a[0][0];
     let mut fine = L::zero().lt(minor);
     minor = a[0][0].mul_add(a[1][1], -(a[0][1] * a[1][0]));
@@ -235,7 +237,8 @@ fn nearest_psd<L: Lanes, const D: usize>(a: &Mat<L, D>) -> Mat<L, D> {
 }
 
 impl<const D: usize> SpectrumBlock<D> {
-    /// `scaling`, `same` and `swapped`; of the nearest positive semidefinite `dP/dF`, if so wished.
+    /// Returns `scaling`, `same` and `swapped`, if `projected` of the nearest positive semi-definite
+    /// `dP/dF`.
     #[inline(always)]
     pub(super) fn in_frame<L: Lanes>(&self, projected: bool) -> (Mat<L, D>, Mat<L, D>, Mat<L, D>) {
         let half = L::splat(0.5);
@@ -259,8 +262,8 @@ impl<const D: usize> SpectrumBlock<D> {
     }
 }
 
-/// Blocks `K_0b` of the first node of an element. A translation costs nothing: they are minus the sums of the
-/// others.
+/// Blocks `K_0b` of the first node of an element: minus the sums of the others, because a translation
+/// costs no energy.
 pub(super) struct FirstRow<L, const D: usize, const N: usize>([Mat<L, D>; N]);
 
 impl<L: Lanes, const D: usize, const N: usize> FirstRow<L, D, N> {
@@ -269,7 +272,7 @@ impl<L: Lanes, const D: usize, const N: usize> FirstRow<L, D, N> {
         FirstRow([Mat::zero(); N])
     }
 
-    /// Takes the block of a pair `0 < a <= b` into account: `K_0b = -sum_a K_ab`, with `K_ba = K_ab^T`.
+    /// Adds the contribution of a pair `0 < a <= b`: `K_0b = -sum_a K_ab`, with `K_ba = K_ab^T`.
     #[inline(always)]
     pub(super) fn take(&mut self, (a, b): (usize, usize), block: &Mat<L, D>) {
         self.0[b] = self.0[b] - *block;
@@ -278,7 +281,7 @@ impl<L: Lanes, const D: usize, const N: usize> FirstRow<L, D, N> {
         }
     }
 
-    /// The blocks, once all others were taken: `K_00 = -sum_b K_0b^T`.
+    /// Returns the blocks after all pairs were taken: `K_00 = -sum_b K_0b^T`.
     #[inline(always)]
     pub(super) fn blocks(mut self) -> [Mat<L, D>; N] {
         for b in 1..N {
@@ -288,7 +291,8 @@ impl<L: Lanes, const D: usize, const N: usize> FirstRow<L, D, N> {
     }
 }
 
-/// `U^T K_ab U` without its weight, of vertices with the slopes `g_a` and `g_b` in the frame of `V`.
+/// Returns `U^T K_ab U` without its weight, of vertices with the gradients `g_a` and `g_b` in the frame
+/// of `V`.
 #[inline(always)]
 pub(super) fn pair_block<L: Lanes, const D: usize>(
     (scaling, same, swapped): (&Mat<L, D>, &Mat<L, D>, &Mat<L, D>),
@@ -315,7 +319,7 @@ impl<const D: usize, const N: usize> Kernel for PairBlocks<'_, D, N> {
     fn run<L: Lanes>(self) {
         let projected = self.psd == Psd::Projected;
         let count = N * (N + 1) / 2 * D * D;
-        // Where the block of a pair `a <= b` is.
+        // Index of the block of a pair `a <= b`.
         let place = |a: usize, b: usize| a * N - a * (a + 1) / 2 + b;
         let mut entries = Entries::<MOST_ENTRIES>([[0.0; WIDTH]; MOST_ENTRIES]);
         let packs = self.packs.iter().zip(self.work).zip(self.out.chunks_exact_mut(WIDTH * count));
@@ -343,12 +347,12 @@ impl<const D: usize, const N: usize> Kernel for PairBlocks<'_, D, N> {
     }
 }
 
-/// The blocks of every pair of nodes of a pack of elements of second order, from those of its points.
+/// Writes the blocks of every pair of nodes of a pack of second-order elements, as sums over its points.
 struct PointBlocks<'a, const D: usize, const N: usize, const MOST: usize> {
     packs: &'a [SimplexPack<D>],
     work: &'a [PackWork<D>],
     psd: Psd,
-    /// The Hessians, one element after another.
+    /// Hessians, one element after another.
     out: &'a mut [f64],
 }
 
@@ -358,7 +362,7 @@ impl<const D: usize, const N: usize, const MOST: usize> Kernel for PointBlocks<'
     #[inline(always)]
     fn run<L: Lanes>(self) {
         let projected = self.psd == Psd::Projected;
-        // Where the block of a pair `a <= b` is.
+        // Index of the block of a pair `a <= b`.
         let place = |a: usize, b: usize| a * N - a * (a + 1) / 2 + b;
         let mut entries = Entries::<MOST>([[0.0; WIDTH]; MOST]);
         for (q, (pack, work)) in self.packs.iter().zip(self.work).enumerate() {
@@ -366,7 +370,7 @@ impl<const D: usize, const N: usize, const MOST: usize> Kernel for PointBlocks<'
             let weight = pack.weight::<L>();
             let (scaling, same, swapped) = (scaling.scale(weight), same.scale(weight), swapped.scale(weight));
             let u = work.u.load::<L>();
-            // Slopes of the shape functions in the frame of V, `V^T J^-T dN_a/dxi`.
+            // Gradients of the shape functions in the frame of V, `V^T J^-T dN_a/dxi`.
             let reference = reference_gradients::<D, N>(&quadrature_position::<D, N>(q));
             let turned = pack.inverse_rest::<L>().mul(&work.v.load::<L>());
             let mut g = [[L::zero(); D]; N];
@@ -399,7 +403,8 @@ impl<const D: usize, const N: usize, const MOST: usize> Kernel for PointBlocks<'
     }
 }
 
-/// As [`fill`], one quadrature point after another: for models that give the whole tangent.
+/// Writes the Hessians like [`fill`], one quadrature point after another, for models that give the whole
+/// tangent.
 fn fill_by_tangent<const D: usize, const N: usize>(
     elements: &Elastic<D, N>,
     stencils: Range<usize>,

@@ -1,9 +1,9 @@
-//! Elements whose law remembers: `E = sum_e sum_q w_q psi(F_q; z_q, s)`.
+//! History-dependent elements: `E = sum_e sum_q w_q psi(F_q; z_q, s)`.
 //!
-//! Each quadrature point keeps a few numbers `z`, its history, as they were at the end of the last step; `s`
-//! is the time since then. At the end of a step, and of no step that is rejected, `z` becomes what the law
-//! makes of it. A law is one function of `F`, `z` and `s`, generic in the numbers: the stress and what
-//! derives from it by dual numbers are exact, those by the history of a step before among them.
+//! Each quadrature point stores the history variables `z` of the end of the last step; `s` is the time
+//! since then. The law updates `z` at the end of an accepted step. A law is one function of `F`, `z` and
+//! `s`, generic in the numbers: the stress and its derivatives by dual numbers are exact, including those
+//! with respect to the history of a step before.
 //!
 //! An incremental potential whose step ends where the next one begins, `P(F; z_n, s) = P(F; z_(n+1), 0)`,
 //! has forces that do not jump between steps: Ortiz, Stainier 1999, "The variational formulation of
@@ -36,41 +36,42 @@ use crate::lanes::{Kernel, Lanes, Portable, WIDTH, dispatch_compact};
 use crate::material::{Psd, Tangent};
 use crate::scalar::Scalar;
 
-/// A law of a point that remembers `H` numbers.
+/// Law of a point with `H` history variables.
 pub trait HistoryLaw<const D: usize, const H: usize>: Send + Sync + 'static {
-    /// History of a point that was never deformed.
+    /// History variables of a point that was never deformed.
     const START: [f64; H];
 
-    /// Energy density `psi(F; z, s)` [J/m^D], `s` [s] after the history `z` was said.
+    /// Returns the energy density `psi(F; z, s)` [J/m^D], `s` [s] after the last update of the history
+    /// `z`.
     fn psi<S: Scalar>(&self, f: &Mat<S, D>, past: &[S; H], s: S) -> S;
 
-    /// The history that the next step begins with, where this one took `s` [s] and ended at `F`.
+    /// Returns the history at the end of a step of `s` [s] that ends at `F`.
     fn advanced<S: Scalar>(&self, f: &Mat<S, D>, past: &[S; H], s: S) -> [S; H];
 }
 
-/// Numbers of `WIDTH` points side by side.
+/// History variables of `WIDTH` points side by side.
 type PastBlock<const H: usize> = [[f64; WIDTH]; H];
 
-/// Simplices of first or second order of one law that remembers.
+/// Simplices of first or second order with a history-dependent law.
 pub struct RememberingElements<const D: usize, const N: usize, const H: usize, L> {
     body: String,
     law: L,
     elements: Kinematics<D, D, N>,
     /// `z` of every quadrature point, in the order of their blocks.
     past: Vec<PastBlock<H>>,
-    /// Time at which it was said, and the present one [s].
+    /// Time of the last update of `past`, and the present time [s].
     said: f64,
     time: f64,
     workspace: Workspace<D>,
 }
 
 impl<const D: usize, const N: usize, const H: usize, L: HistoryLaw<D, H>> RememberingElements<D, N, H, L> {
-    /// Elements `elements` (global vertex indices) of `body`, at rest at `rest` (flat, all vertices of the
-    /// system) [m], never deformed before the time 0.
+    /// Creates the elements `elements` (global vertex indices) of `body` with the reference positions
+    /// `rest` (flat, all vertices of the system) [m], never deformed before the time 0.
     ///
     /// # Panics
     /// If there is no simplex of `N` nodes in `D` dimensions, or an element has no positive volume at a
-    /// quadrature point: meshes are checked before.
+    /// quadrature point; meshes are checked before.
     pub fn new(body: &str, law: L, elements: &[[u32; N]], rest: &[f64]) -> Self {
         let elements = Kinematics::new(body, elements, rest, |vertices| points_of(rest, vertices));
         RememberingElements {
@@ -88,8 +89,8 @@ impl<const D: usize, const N: usize, const H: usize, L: HistoryLaw<D, H>> Rememb
         self.time - self.said
     }
 
-    /// Calls `visit` with the vertices of every element, each of its points and its place among histories:
-    /// `F`, slopes of the shape functions, weight, history.
+    /// Calls `visit` with the vertices of every element, each of its points, and the block and lane of
+    /// the point's history.
     fn each_point(
         &self,
         x: &[f64],
@@ -103,8 +104,8 @@ impl<const D: usize, const N: usize, const H: usize, L: HistoryLaw<D, H>> Rememb
         }
     }
 
-    /// State of an element at the means of the deformation gradients and of the histories of its points. The
-    /// stress out of the plane in 2D is not known: NaN.
+    /// Returns the state of an element at the means of the deformation gradients and of the histories of
+    /// its points. The out-of-plane stress in 2D is unknown: NaN.
     fn state(&self, x: &[f64], vertices: &[u32; N], lane: (usize, usize)) -> ElementState {
         let part = 1.0 / quadrature_count::<D, N>() as f64;
         let (mut f, mut past) = (Mat::zero(), [0.0; H]);
@@ -138,7 +139,7 @@ impl<const D: usize, const N: usize, const H: usize, L: HistoryLaw<D, H>> Rememb
     }
 }
 
-/// A quadrature point.
+/// Quadrature point: `F`, gradients of the shape functions, weight and history.
 struct HistoryPoint<const D: usize, const N: usize, const H: usize> {
     f: Mat<f64, D>,
     gradients: [[f64; D]; N],
@@ -146,7 +147,7 @@ struct HistoryPoint<const D: usize, const N: usize, const H: usize> {
     past: [f64; H],
 }
 
-/// `P = dpsi/dF` by dual numbers.
+/// Returns `P = dpsi/dF` by dual numbers.
 #[inline(always)]
 fn stress<S: Scalar, L: HistoryLaw<D, H>, const D: usize, const H: usize>(
     law: &L,
@@ -166,13 +167,13 @@ fn stress<S: Scalar, L: HistoryLaw<D, H>, const D: usize, const H: usize>(
     p
 }
 
-/// Work on blocks of `F` with the histories of their points.
+/// Task on blocks of `F` with the histories of their points.
 enum LawTask<'a, const D: usize> {
     /// Writes the energy densities.
     Density(&'a [Block<D>], &'a mut [[f64; WIDTH]]),
-    /// Overwrites each `F` by `P`.
+    /// Overwrites each `F` with `P`.
     Stress(&'a mut [Block<D>]),
-    /// Overwrites each `dF` by `dP`.
+    /// Overwrites each `dF` with `dP`.
     Change(&'a [Block<D>], &'a mut [Block<D>]),
 }
 
@@ -363,7 +364,7 @@ impl<const D: usize, const N: usize, const H: usize, L: HistoryLaw<D, H>> Elemen
         }
     }
 
-    /// The state is taken as the same everywhere in the element.
+    /// Returns the same state everywhere in the element.
     fn state_at(&self, x: &[f64], element: usize, _: &Barycentric) -> Option<ElementState> {
         let mut stencils = self.elements.patches.stencils();
         let (_, vertices, pack, lane) = stencils.find(|(number, ..)| *number == element)?;

@@ -1,10 +1,10 @@
-//! Kinematics of elements: from positions of their vertices to deformation gradients at their quadrature
-//! points, and from stresses there to forces.
+//! Kinematics of elements: deformation gradients at quadrature points from the positions of vertices, and
+//! forces from stresses.
 //!
-//! Elements have `N` vertices in `D` dimensions of space and `R` of their own: solids `R = D`, sheets in
-//! space `R = 2`. Kernels on lanes are compiled once for each element, whatever its law; see
-//! [`block`](super::block). Eight elements side by side are a pack, a few packs a piece: few enough to stay
-//! in the first cache, enough to make the call of a law free.
+//! Elements have `N` vertices in `D`-dimensional space and `R` dimensions of their own: solids `R = D`,
+//! sheets in space `R = 2`. Kernels on lanes are compiled once for each element, whatever its law; see
+//! [`block`](super::block). Eight elements side by side are a pack, a few packs a piece: few enough to
+//! stay in the L1 cache, enough to make the call of a law free.
 
 use std::ops::Range;
 
@@ -20,32 +20,33 @@ use crate::lanes::{Kernel, Lanes, RowSlice, WIDTH, dispatch, dispatch_compact, f
 use crate::numbering::along_curve;
 use crate::scalar::Scalar;
 
-/// Blocks of a piece of elements with few points: few enough to stay in the first cache, enough to make the
+/// Blocks of a piece of elements with few points: few enough to stay in the L1 cache, enough to make the
 /// call of the law free.
 const ENOUGH: usize = 16;
 
-/// Blocks that there is room for: those of one pack of any element.
+/// Maximum number of blocks: those of one pack of any element.
 pub(crate) const BLOCKS: usize = MOST_POINTS;
 
-/// Packs of a piece.
+/// Returns the number of packs of a piece.
 const fn packs_at_once<const R: usize, const N: usize>() -> usize {
     let points = quadrature_count::<R, N>();
     if points > ENOUGH { 1 } else { ENOUGH / points }
 }
 
-/// Elements in patches, with the data at rest of their quadrature points.
+/// Elements in patches, with the reference data of their quadrature points.
 pub(crate) struct Kinematics<const D: usize, const R: usize, const N: usize> {
     pub(crate) patches: Patches<N>,
-    /// Rest data of every pack, one after the other those of its quadrature points.
+    /// Reference data of every pack, one quadrature point after the other.
     pub(crate) rest: Vec<SimplexPack<R>>,
 }
 
 impl<const D: usize, const R: usize, const N: usize> Kinematics<D, R, N> {
-    /// Elements `elements` (global vertex indices) of `body`, at rest at `rest` (flat, all vertices of the
-    /// system) [m]; `shape` gives the nodes of one at rest in `R` coordinates of its own [m].
+    /// Creates the elements `elements` (global vertex indices) of `body` with the reference positions
+    /// `rest` (flat, all vertices of the system) [m]. `shape` gives the reference nodes of an element in
+    /// `R` coordinates of its own [m].
     ///
     /// # Panics
-    /// If `det J` is not positive at a quadrature point of an element: meshes are checked before.
+    /// If `det J` is not positive at a quadrature point of an element; meshes are checked before.
     pub(crate) fn new(
         body: &str,
         elements: &[[u32; N]],
@@ -71,7 +72,8 @@ impl<const D: usize, const R: usize, const N: usize> Kinematics<D, R, N> {
         Kinematics { patches, rest: packs }
     }
 
-    /// Changes the rest data of every quadrature point of an element, for each: `(element, pack, lane)`.
+    /// Calls `change(element, pack, lane)` for the reference data of every quadrature point of every
+    /// element.
     pub(crate) fn each_rest(&mut self, change: impl Fn(usize, &mut SimplexPack<R>, usize)) {
         let points = quadrature_count::<R, N>();
         for (element, _, pack, lane) in self.patches.stencils() {
@@ -80,7 +82,7 @@ impl<const D: usize, const R: usize, const N: usize> Kinematics<D, R, N> {
         }
     }
 
-    /// The pieces of a patch.
+    /// Returns the pieces of a patch.
     pub(crate) fn pieces<'a>(&'a self, patch: &Patch) -> impl Iterator<Item = ElementPiece<'a, D, R, N>> {
         let Range { start, end } = patch.packs;
         let at_once = packs_at_once::<R, N>();
@@ -89,7 +91,7 @@ impl<const D: usize, const R: usize, const N: usize> Kinematics<D, R, N> {
             .map(move |first| ElementPiece { of: self, packs: first..end.min(first + at_once) })
     }
 
-    /// `F` at the quadrature points of one element, with `J^-1` there and the weight.
+    /// Returns `F` at the quadrature points of one element, with `J^-1` there and the weight.
     pub(crate) fn at_points(
         &self,
         x: &[f64],
@@ -105,7 +107,7 @@ impl<const D: usize, const R: usize, const N: usize> Kinematics<D, R, N> {
         })
     }
 
-    /// `J^-1` at the quadrature points of an element.
+    /// Returns `J^-1` at the quadrature points of an element.
     pub(crate) fn inverses(&self, pack: usize, lane: usize) -> impl Iterator<Item = Mat<f64, R>> {
         let count = quadrature_count::<R, N>();
         self.rest[pack * count..][..count].iter().map(move |rest| rest.lane(lane).0)
@@ -132,7 +134,7 @@ impl<const D: usize, const R: usize, const N: usize> Kinematics<D, R, N> {
     }
 }
 
-/// `dx/dxi` at quadrature point `q` of an element with these positions.
+/// Returns `dx/dxi` at quadrature point `q` of an element with these positions.
 #[inline(always)]
 fn tangents_at<S: Scalar, const D: usize, const R: usize, const N: usize>(
     x: &[[S; D]; N],
@@ -141,14 +143,14 @@ fn tangents_at<S: Scalar, const D: usize, const R: usize, const N: usize>(
     if order::<R, N>() == 1 { edges(x) } else { as_tangents(&QuadraticPositions::new(*x).at(q)) }
 }
 
-/// `dx/dxi` at quadrature point `q` of a solid.
+/// Returns `dx/dxi` at quadrature point `q` of a solid.
 #[inline(always)]
 pub(super) fn edges_at<S: Scalar, const D: usize, const N: usize>(x: &[[S; D]; N], q: usize) -> Mat<S, D> {
     Mat(tangents_at(x, q))
 }
 
-/// The slopes of the shape functions by rest coordinates at quadrature point `q`, `J^-T dN_a/dxi` [1/m], of
-/// an element with this `J^-1` there.
+/// Returns the reference gradients of the shape functions at quadrature point `q`, `J^-T dN_a/dxi` [1/m],
+/// given `J^-1` there.
 pub(crate) fn rest_gradients<const R: usize, const N: usize>(
     q: usize,
     inverse: &Mat<f64, R>,
@@ -157,7 +159,7 @@ pub(crate) fn rest_gradients<const R: usize, const N: usize>(
     reference.map(|slope| std::array::from_fn(|j| (0..R).map(|l| slope[l] * inverse[l][j]).sum()))
 }
 
-/// The entries of a square matrix where `R = D`, as curved elements have it.
+/// Returns the entries of a square matrix; `R = D`, as in curved elements.
 #[inline(always)]
 fn as_tangents<S: Scalar, const D: usize, const R: usize>(m: &Mat<S, D>) -> Tangents<S, D, R> {
     let mut t = [[S::zero(); R]; D];
@@ -169,7 +171,7 @@ fn as_tangents<S: Scalar, const D: usize, const R: usize>(m: &Mat<S, D>) -> Tang
     t
 }
 
-/// The square matrix with these entries where `R = D`, as curved elements have it.
+/// Returns the square matrix with these entries; `R = D`, as in curved elements.
 #[inline(always)]
 fn as_square<S: Scalar, const D: usize, const R: usize>(t: &Tangents<S, D, R>) -> Mat<S, D> {
     let mut m = Mat::zero();
@@ -192,7 +194,7 @@ impl<'a, const D: usize, const R: usize, const N: usize> ElementPiece<'a, D, R, 
         &self.of.patches.index[self.packs.clone()]
     }
 
-    /// Places of its blocks among those of all pieces.
+    /// Returns the indices of the blocks of the piece among those of all pieces.
     pub(crate) fn blocks(&self) -> Range<usize> {
         let points = quadrature_count::<R, N>();
         self.packs.start * points..self.packs.end * points
@@ -202,7 +204,7 @@ impl<'a, const D: usize, const R: usize, const N: usize> ElementPiece<'a, D, R, 
         &self.of.rest[self.blocks()]
     }
 
-    /// Deformation gradients of positions, or of a direction, in which they are linear.
+    /// Computes the deformation gradients of positions, or of a direction, in which they are linear.
     pub(crate) fn deform<'f>(
         &self,
         rows: &RowSlice<D>,
@@ -224,14 +226,15 @@ impl<'a, const D: usize, const R: usize, const N: usize> ElementPiece<'a, D, R, 
     }
 }
 
-/// Positions of the vertices of one pack.
+/// Gathers the positions of the vertices of one pack.
 #[inline(always)]
 pub(crate) fn gather<L: Lanes, const D: usize, const N: usize>(
     rows: &RowSlice<D>,
     index: &PackIndex<N>,
 ) -> [[L; D]; N] {
     let mut x = [[L::zero(); D]; N];
-    // Written out: the compiler does not unroll a loop around so much code, and then keeps `x` in memory.
+    // Unrolled by hand: the compiler does not unroll a loop around so much code, and then keeps `x` in
+    // memory.
     x[0] = L::gather(rows, &index[0]);
     x[1] = L::gather(rows, &index[1]);
     x[2] = L::gather(rows, &index[2]);
@@ -253,7 +256,7 @@ pub(crate) fn scatter<L: Lanes, const D: usize, const N: usize>(
     index: &PackIndex<N>,
     gradients: [[L; D]; N],
 ) {
-    // Written out, as in `gather`.
+    // Unrolled by hand, as in `gather`.
     L::scatter_add(rows, &index[0], gradients[0]);
     L::scatter_add(rows, &index[1], gradients[1]);
     L::scatter_add(rows, &index[2], gradients[2]);
@@ -267,7 +270,7 @@ pub(crate) fn scatter<L: Lanes, const D: usize, const N: usize>(
     }
 }
 
-/// Writes the deformation gradients of a piece, `quadrature_count` blocks a pack.
+/// Writes the deformation gradients of a piece, `quadrature_count` blocks per pack.
 struct DeformationKernel<'a, const D: usize, const R: usize, const N: usize> {
     piece: &'a ElementPiece<'a, D, R, N>,
     rows: &'a RowSlice<D>,
@@ -318,7 +321,7 @@ impl<const D: usize, const R: usize, const N: usize> Kernel for ForceKernel<'_, 
     }
 }
 
-/// `H = w P J^-T`.
+/// Returns `H = w P J^-T`.
 #[inline(always)]
 fn weighted<L: Lanes, const D: usize, const R: usize>(
     rest: &SimplexPack<R>,
@@ -334,7 +337,7 @@ fn weighted<L: Lanes, const D: usize, const R: usize>(
     times(&p, &rest.inverse_rest().transpose())
 }
 
-/// The gradients at the vertices of a linear element, given `H`.
+/// Returns the gradients at the vertices of a linear element, given `H`.
 #[inline(always)]
 pub(super) fn vertex_gradients<L: Lanes, const D: usize, const R: usize, const N: usize>(
     h: &Tangents<L, D, R>,
@@ -368,7 +371,7 @@ impl<const R: usize> Kernel for EnergyKernel<'_, R> {
         let mut sum = L::load(self.sum);
         for (rest, psi) in self.rest.iter().zip(self.psi) {
             let weight = rest.weight::<L>();
-            // Zero times infinity in an empty lane is not zero.
+            // An empty lane has weight zero, but zero times infinity is not zero.
             sum += L::select(L::zero().lt(weight), weight * L::load(psi), L::zero());
         }
         sum.store(self.sum);
@@ -383,7 +386,7 @@ mod tests {
     use crate::energy::patch::Scratch;
     use crate::lanes::{InstructionSet, dispatch_at};
 
-    /// The gradient rows of `count` tetrahedra with vertices in common whose stress is their `F`.
+    /// Returns the gradient rows of `count` tetrahedra with common vertices whose stress is their `F`.
     fn gradient(level: InstructionSet, count: usize) -> Vec<u64> {
         let mut random = Random(8);
         let vertices = 2 * count + 4;

@@ -1,5 +1,5 @@
-//! Hyperelastic elements: the energy `sum_e sum_q w_q Psi(F_q)` over the quadrature points of each, one for
-//! linear ones.
+//! Hyperelastic elements: the energy `sum_e sum_q w_q Psi(F_q)` over their quadrature points, one in
+//! linear elements.
 
 mod axes;
 mod block;
@@ -46,32 +46,32 @@ use crate::lanes::{Lanes, Portable, WIDTH, dispatch_compact};
 use crate::material::Stress;
 use crate::material::{Domain, Material, Psd};
 
-/// Elements of `N` vertices filled with one material: simplices, `N = 3` and `4` linear, `6` and `10`
-/// quadratic, and cells of second order, 8 and 9 in 2D, 20 and 27 in 3D.
+/// Elements of `N` vertices of one material: simplices (`N = 3` and `4` linear, `6` and `10` quadratic)
+/// and cells of second order (8 and 9 in 2D, 20 and 27 in 3D).
 pub struct Elastic<const D: usize, const N: usize> {
     body: String,
     material: Box<dyn BlockMaterial<D>>,
     stress: Stress,
-    /// Forces of linear elements whose stress has a closed form, in one kernel.
+    /// Fused forces of linear elements whose stress has a closed form.
     fused: Option<Box<dyn SimplexForces<D, N>>>,
     elements: Kinematics<D, D, N>,
     workspace: Workspace<D>,
-    /// Factor of the energy density of each element, in the order of the mesh; empty where all are 1. It is
-    /// in the weights of `rest` already.
+    /// Factor of the energy density of each element, in the order of the mesh; empty if all are 1. The
+    /// weights of `rest` contain it already.
     factors: Vec<f64>,
-    /// Rotation from the axes of the material to those of space of each element, likewise; empty where they
-    /// are the same. It is in the rest data of the elements already.
+    /// Rotation from the material axes to those of space of each element, in the order of the mesh; empty
+    /// if the axes are the same. The reference data of the elements contain it already.
     axes: Vec<Mat<f64, 3>>,
-    /// True if pressures are worth a prediction.
+    /// True if it pays to predict pressures.
     nearly_incompressible: bool,
 }
 
 impl<const D: usize, const N: usize> Elastic<D, N> {
-    /// Linear elements `elements` (global vertex indices) of `body`, at rest at `rest` (flat, all vertices
-    /// of the system) [m], their stress computed as `stress` says.
+    /// Creates the linear elements `elements` (global vertex indices) of `body` with the reference
+    /// positions `rest` (flat, all vertices of the system) [m]; `stress` says how stresses are computed.
     ///
     /// # Panics
-    /// If `N` is not `D + 1`, or an element has no positive area or volume: meshes are checked before.
+    /// If `N` is not `D + 1`, or an element has no positive area or volume; meshes are checked before.
     pub fn linear<M: Material<D> + Material<3> + Clone>(
         body: &str,
         material: M,
@@ -87,11 +87,11 @@ impl<const D: usize, const N: usize> Elastic<D, N> {
         Self { fused, ..Self::on_blocks(body, Box::new(material), stress, elements, rest) }
     }
 
-    /// Quadratic elements, likewise: corners first, then the vertices in the middle of the edges.
+    /// Creates quadratic elements likewise: corners first, then the vertices in the middle of the edges.
     ///
     /// # Panics
     /// If `N` is not 6, 8 or 9 in 2D or 10, 20 or 27 in 3D, or `det J` is not positive at all quadrature
-    /// points: meshes are checked before.
+    /// points; meshes are checked before.
     pub fn quadratic<M: Material<D> + Material<3>>(
         body: &str,
         material: M,
@@ -128,26 +128,26 @@ impl<const D: usize, const N: usize> Elastic<D, N> {
         }
     }
 
-    /// The elements with their global vertices, in the order of the patches: `(element, vertices, pack,
-    /// lane)`.
+    /// Returns the elements with their global vertices, in the order of the patches:
+    /// `(element, vertices, pack, lane)`.
     fn elements(&self) -> impl Iterator<Item = (usize, [u32; N], usize, usize)> {
         self.elements.patches.stencils()
     }
 
-    /// `dx/dxi` and `J^-1` at the quadrature points of one element.
+    /// Returns `dx/dxi` and `J^-1` at the quadrature points of one element.
     fn points(&self, x: &[f64], vertices: &[u32; N], pack: usize, lane: usize) -> Vec<[Mat<f64, D>; 2]> {
         let x = points_of::<D, N>(x, vertices);
         let inverses = self.elements.inverses(pack, lane);
         inverses.enumerate().map(|(q, inverse)| [edges_at(&x, q), inverse]).collect()
     }
 
-    /// Deformation and stress of an element with this deformation gradient.
+    /// Returns deformation and stress of an element with this deformation gradient.
     fn state(&self, f: &Mat<f64, D>, element: usize) -> ElementState {
         self.in_space(element, self.with_its_factor(element, self.material.state(f)))
     }
 }
 
-/// Sums of the vertices of each element: their centroids, but for a factor.
+/// Returns the sum of the vertices of each element: its centroid up to a factor.
 pub(crate) fn centroids<const D: usize, const N: usize>(
     elements: &[[u32; N]],
     rest: &[f64],
@@ -163,7 +163,7 @@ pub(crate) fn centroids<const D: usize, const N: usize>(
     elements.iter().map(sum).collect()
 }
 
-/// The rows of `vertices` in a flat array.
+/// Returns the rows of `vertices` in a flat array.
 pub fn points_of<const D: usize, const N: usize>(x: &[f64], vertices: &[u32; N]) -> [[f64; D]; N] {
     let mut points = [[0.0; D]; N];
     for (point, &v) in points.iter_mut().zip(vertices) {
@@ -229,7 +229,7 @@ impl<const D: usize, const N: usize> EnergyTerm for Elastic<D, N> {
         self.add_rows(0, y);
     }
 
-    /// `p . dE/dx = sum_q w_q P : dF`, of the stresses that the product is made of.
+    /// Also returns `p . dE/dx = sum_q w_q P : dF`, from the stresses of the product.
     fn add_transposed_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) -> Option<f64> {
         let Elastic { elements, material, workspace, .. } = self;
         let is_known = AtomicBool::new(true);
@@ -260,7 +260,7 @@ impl<const D: usize, const N: usize> EnergyTerm for Elastic<D, N> {
         hessian::fill(self, stencils, x, (psd, None), out);
     }
 
-    /// Of elements with several quadrature points, `J` at the first that is at fault.
+    /// Reports `J` at the first faulty quadrature point of an element.
     fn fault(&self, x: &[f64]) -> Option<Fault> {
         self.elements().find_map(|(element, vertices, pack, lane)| {
             let f = self.points(x, &vertices, pack, lane).into_iter().map(|[dx, inverse]| dx.mul(&inverse));
@@ -293,7 +293,7 @@ impl<const D: usize, const N: usize> ElementTerm for Elastic<D, N> {
         &self.body
     }
 
-    /// Quadratic elements at their centroid, where strains are most accurate.
+    /// Evaluates quadratic elements at their centroid, where strains are most accurate.
     fn each_state(&self, x: &[f64], visit: &mut dyn FnMut(usize, ElementState)) {
         for (element, vertices, pack, lane) in self.elements() {
             let f = centroid_deformation::<D, N>(&self.points(x, &vertices, pack, lane));
@@ -355,8 +355,8 @@ impl<const D: usize, const N: usize> StepLimit for Elastic<D, N> {
     }
 }
 
-/// `F` at the centroid of an element; in simplices both `dx/dxi` and `J` are linear, their means over the
-/// points are their values.
+/// Returns `F` at the centroid of an element. In simplices both `dx/dxi` and `J` are linear: their means
+/// over the points are their values there.
 fn centroid_deformation<const D: usize, const N: usize>(points: &[[Mat<f64, D>; 2]]) -> Mat<f64, D> {
     if let [[dx, inverse]] = points {
         return dx.mul(inverse);
@@ -372,8 +372,8 @@ fn centroid_deformation<const D: usize, const N: usize>(points: &[[Mat<f64, D>; 
     dx.mul(&j.inverse())
 }
 
-/// `F` at a place of an element with several points: the quotient of `dx/dxi` and `J`, which are
-/// [interpolated](interpolation) between them.
+/// Returns `F` at a position in an element with several points: the quotient of `dx/dxi` and `J`, which
+/// are [interpolated](interpolation) between the points.
 fn deformation_at<const D: usize, const N: usize>(
     points: &[[Mat<f64, D>; 2]],
     at: &Barycentric,

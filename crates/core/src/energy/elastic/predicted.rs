@@ -1,7 +1,7 @@
-//! Stresses that a linearisation predicts: see
+//! Stresses predicted by a linearisation: see
 //! [`predicted_hessians`](crate::energy::PredictedStresses::predicted_hessians).
 //!
-//! The stress is split in a pressure `p`, which turns with `cof F`, and what is left, which turns with `F`.
+//! The stress is split into a pressure, which turns with `cof F`, and a remainder, which turns with `F`.
 //! With `q = P : F / D`,
 //!
 //! ```text
@@ -12,20 +12,21 @@ use super::block::{BlockMaterial, stresses};
 use crate::algebra::Mat;
 use crate::material::{Psd, Stress, Tangent};
 
-/// A bulk modulus so many times the shear modulus, as from a Poisson's ratio of 0.452 on in space, has
-/// pressures that are worth a prediction.
+/// Ratio of bulk to shear modulus from which on pressures are worth a prediction; in 3D it belongs to a
+/// Poisson's ratio of 0.452.
 ///
-/// Below it the other stresses are off by as much, and one more matrix costs more than the prediction saves.
+/// Below it the other stresses have errors of that size, and one more matrix costs more than the
+/// prediction saves.
 const STIFF: f64 = 10.0;
 
-/// True if the material at rest has a bulk modulus much larger than its shear modulus.
+/// True if the initial bulk modulus is much larger than the shear modulus.
 pub(super) fn is_nearly_incompressible<const D: usize>(material: &dyn BlockMaterial<D>) -> bool {
     let tangent = material.tangent(&Mat::identity(), Psd::Exact);
     let bulk = tangent.apply(&Mat::identity()).trace() / (D * D) as f64;
     bulk > STIFF * tangent.0[0][1][0][1]
 }
 
-/// The parts of a stress, or their change along a direction.
+/// Parts of a stress, or their change along a direction.
 #[derive(Clone, Copy)]
 struct StressParts<const D: usize> {
     /// `S` [Pa].
@@ -34,7 +35,7 @@ struct StressParts<const D: usize> {
     pressure: f64,
 }
 
-/// A deformation gradient and the stress there, or their changes along a direction.
+/// Deformation gradient and stress, or their changes along a direction.
 #[derive(Clone, Copy)]
 struct Stressed<const D: usize> {
     f: Mat<f64, D>,
@@ -48,9 +49,7 @@ impl<const D: usize> Stressed<D> {
         StressParts { turning: self.f.inverse().mul(&rest), pressure }
     }
 
-    /// The change of the parts along `d`.
-    ///
-    /// With `d(cof F / J) = d(F^-T) = -F^-T dF^T F^-T`.
+    /// Returns the change of the parts along `d`, from `d(cof F / J) = d(F^-T) = -F^-T dF^T F^-T`.
     fn change(&self, d: &Stressed<D>) -> StressParts<D> {
         let inverse = self.f.inverse();
         let StressParts { turning, pressure } = self.parts();
@@ -61,8 +60,8 @@ impl<const D: usize> Stressed<D> {
     }
 }
 
-/// Adds to an exact tangent at `to` what the linearisation at `from` predicts other stresses to turn; nothing
-/// where one of the volumes is none.
+/// Replaces the turning stresses of an exact tangent at `to` by those that the linearisation at `from`
+/// predicts. Does nothing if one of the volumes is not positive.
 pub(super) fn add_excess<const D: usize>(
     material: &dyn BlockMaterial<D>,
     how: Stress,

@@ -1,9 +1,9 @@
-//! Forces of linear elements, fused: positions, stress in closed form and forces in one kernel, two packs at
-//! a time.
+//! Fused forces of linear elements: positions, stress in closed form and forces in one kernel, two packs
+//! at a time.
 //!
-//! This is an override of the [kinematics](super::kinematics) with a law behind a pointer, which a row of
-//! `pliant bench` defends: explicit steps of 98,304 tetrahedra take a sixth to a fifth less time with it. It
-//! is compiled for every material and instruction set, as nothing else is.
+//! This overrides the [kinematics](super::kinematics) with a law behind a pointer. A row of
+//! `pliant bench` justifies it: explicit steps of 98,304 tetrahedra take a sixth to a fifth less time
+//! with it. It is compiled for every material and instruction set, as no other element kernel is.
 
 use super::block::{Block, both, stress_of_lane};
 use super::kinematics::{gather, scatter, vertex_gradients};
@@ -14,13 +14,13 @@ use crate::lanes::{Kernel, Lanes, Pair, RowSlice, Rows, WIDTH, dispatch, prefetc
 use crate::material::Material;
 use crate::scalar::Scalar;
 
-/// The forces of linear elements of some material.
+/// Forces of linear elements of some material.
 pub(super) trait SimplexForces<const D: usize, const N: usize>: Send + Sync {
     /// Adds the gradient rows of `patch` in `scratch`, which holds its positions.
     fn add(&self, patches: &Patches<N>, packs: &[SimplexPack<D>], patch: &Patch, scratch: &mut Scratch<D>);
 }
 
-/// Forces of `M`.
+/// Fused forces of the material `M`.
 pub(super) struct Fused<M>(pub(super) M);
 
 impl<M: Material<D>, const D: usize, const N: usize> SimplexForces<D, N> for Fused<M> {
@@ -29,7 +29,7 @@ impl<M: Material<D>, const D: usize, const N: usize> SimplexForces<D, N> for Fus
     }
 }
 
-/// Deformation gradient of the elements of one pack from the vertices in `rows`; linear in them.
+/// Returns the deformation gradients of one pack from the vertices in `rows`; linear in them.
 #[inline(always)]
 fn deformation_gradient<L: Lanes, const D: usize, const N: usize>(
     rows: &RowSlice<D>,
@@ -49,9 +49,9 @@ fn add_gradients<L: Lanes, const D: usize, const N: usize>(
     scatter(rows, index, vertex_gradients::<L, D, D, N>(&h.0));
 }
 
-/// Packs that are asked for ahead: the second cache takes about as long as these take to compute.
+/// Packs prefetched ahead into the L1 cache: the L2 cache takes about as long as these take to compute.
 const AHEAD: usize = 4;
-/// Packs that are asked for ahead of the second cache: memory, when it is busy, takes about as long as these.
+/// Packs prefetched ahead into the L2 cache: memory, when it is busy, takes about as long as these.
 const FAR_AHEAD: usize = 12;
 
 pub(super) struct GradientKernel<'a, M, const D: usize, const N: usize> {
@@ -66,7 +66,7 @@ pub(super) struct GradientKernel<'a, M, const D: usize, const N: usize> {
 struct PackStress<'a, M, const D: usize, const N: usize>(&'a M);
 
 impl<M: Material<D>, const D: usize, const N: usize> PackStress<'_, M, D, N> {
-    /// `H = w P D_m^-T`.
+    /// Returns `H = w P D_m^-T`.
     #[inline(always)]
     fn weighted_stress<S: Scalar>(&self, f: &Mat<S, D>, inverse_rest: &Mat<S, D>, weight: S) -> Mat<S, D> {
         self.0.pk1(f).scale(weight).mul_transpose(inverse_rest)
@@ -95,8 +95,9 @@ impl<M: Material<D>, const D: usize, const N: usize> PackStress<'_, M, D, N> {
         add_gradients(gradient, index, &p.scale(weight).mul_transpose(&rest));
     }
 
-    /// Two packs a turn: the latency of divisions and roots in one hides behind the other. They are added
-    /// one after the other, the second to the rows `into`, so that the sums are those of one pack a turn.
+    /// Processes two packs at a time: the latency of divisions and roots in one hides behind the other.
+    /// They are added one after the other, the second to the rows `into`, so that the sums are those of
+    /// one pack at a time.
     #[inline(always)]
     fn two_packs<L: Lanes>(
         &self,
@@ -127,17 +128,17 @@ impl<M: Material<D>, const D: usize, const N: usize> Kernel for GradientKernel<'
         let (position, gradient) = (&*self.scratch.position, &mut *self.scratch.gradient);
         let index = &self.patches.index[self.patch.packs.clone()];
         let packs = &self.packs[self.patch.packs.clone()];
-        // One of the two loops is compiled, so that a material's stress is inlined once.
+        // Only one of the two loops is compiled, so that a material's stress is inlined once.
         if L::PAIRS_PAY {
-            // The last pack of an odd number goes with itself, and is added a second time where nothing is
-            // read. Not left out: around a branch the compiler moves all of the second pack's work behind
-            // it, and the two no longer overlap.
+            // The last pack of an odd number is paired with itself, and added a second time to rows that
+            // nothing reads. With a branch instead, the compiler moves all of the second pack's work
+            // behind it, and the two no longer overlap.
             let nowhere = [[Rows::<D>::SPARE; WIDTH]; N];
-            // Nothing lies beyond the end.
+            // A number beyond the end has nothing to prefetch.
             let mut ahead =
                 if self.patches.exceed_caches() { self.patch.packs.start + AHEAD } else { self.packs.len() };
-            // In the plane, where a pack is little work and a scene may have few, a pack too many costs more
-            // than compiling a second loop, for the odd one.
+            // In 2D a pack is little work and a scene may have few: a superfluous pack costs more than
+            // compiling a second loop for the odd one.
             let in_pairs = if D == 2 { packs.len() / 2 * 2 } else { packs.len() };
             let ((packs, odd), (index, odd_index)) = (packs.split_at(in_pairs), index.split_at(in_pairs));
             for (packs, index) in packs.chunks(2).zip(index.chunks(2)) {

@@ -1,4 +1,4 @@
-//! Answers that all terms of solid elements give alike.
+//! Views that all terms of solid elements share.
 
 use super::block::Block;
 use super::kinematics::{BLOCKS, Kinematics};
@@ -13,7 +13,7 @@ use crate::lanes::{Kernel, Lanes};
 pub trait SolidElements:
     ElementTerm + ForceLayout + StepLimit + Measurements + PredictedStresses + Sized
 {
-    /// True where any deformation has a finite energy: steps then have no limit.
+    /// True if any deformation has a finite energy: steps then have no limit.
     fn is_finite_everywhere(&self) -> bool;
 }
 
@@ -39,7 +39,7 @@ impl<T: SolidElements> TermViews for T {
     }
 }
 
-/// Extremes of `det F` over all patches at `x`; `None` without elements.
+/// Returns the extremes of `det F` over all patches at `x`; `None` without elements.
 pub(super) fn extremes<const D: usize, const N: usize>(
     patches: &Patches<N>,
     workspace: &mut Workspace<D>,
@@ -51,7 +51,7 @@ pub(super) fn extremes<const D: usize, const N: usize>(
     extremes.into_iter().reduce(DeformationExtremes::merge)
 }
 
-/// Extremes of `det F` over the quadrature points of a patch.
+/// Finds the extremes of `det F` over the quadrature points of a patch.
 pub(super) struct ExtremesKernel<'a, const D: usize, const N: usize> {
     pub(super) elements: &'a Kinematics<D, D, N>,
     pub(super) patch: &'a Patch,
@@ -70,7 +70,7 @@ impl<const D: usize, const N: usize> Kernel for ExtremesKernel<'_, D, N> {
         for pack in self.patch.packs.clone() {
             let rest = &self.elements.rest[pack * points];
             self.elements.deform_pack::<L>(pack, &self.scratch.position, &mut f[..points]);
-            // Lanes that fill up repeat an element: they cannot change the minimum, but they must not be
+            // Padding lanes repeat an element: they cannot change the minimum, but they must not be
             // counted.
             let real = L::mask_to_bits(L::zero().lt(rest.weight::<L>()));
             let mut upright = real;

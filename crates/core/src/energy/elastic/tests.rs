@@ -8,8 +8,8 @@ use crate::material::{
     DispersedFibres, HolzapfelGasserOgden, Isotropic, Model, NeoHookean, Parameters, Psd, material_axes,
 };
 
-/// A grid of curved elements: nodes in the middle of edges off their edge. Rest positions, flat, and the
-/// elements.
+/// Returns a grid of curved elements, with mid-edge nodes off their edges: reference positions, flat, and
+/// the elements.
 fn curved<const D: usize, const N: usize>(cells: [usize; D]) -> (Vec<f64>, Vec<[u32; N]>) {
     let grid =
         pliant_mesh::spec::GridSpec { cells: cells.to_vec(), spacing: Some(0.1), ..Default::default() };
@@ -31,7 +31,7 @@ fn material() -> NeoHookean {
     NeoHookean::new(&Isotropic::example())
 }
 
-/// A smooth deformation with `det F > 0` everywhere.
+/// Returns a smooth deformation with `det F > 0` everywhere.
 fn deformed<const D: usize>(rest: &[f64]) -> Vec<f64> {
     let mut x = vec![];
     for row in rest.chunks_exact(D) {
@@ -44,7 +44,7 @@ fn deformed<const D: usize>(rest: &[f64]) -> Vec<f64> {
     x
 }
 
-/// Energy, gradient and product with the Hessian, element by element from [`quadrature_points`].
+/// Returns energy, gradient and Hessian product, element by element from [`quadrature_points`].
 fn plainly<const D: usize, const N: usize>(
     rest: &[f64],
     elements: &[[u32; N]],
@@ -105,7 +105,7 @@ fn forces_and_products_of_curved_elements_are_sums_over_their_quadrature_points(
     agrees_with_the_plain_sum::<3, 10>([3, 2, 2]);
 }
 
-/// `F` of an affine motion is the same at every point of every element, curved or not; C1.
+/// `F` of an affine motion is equal at all points of all elements, curved or not; C1.
 fn affine_motion<const D: usize, const N: usize>(cells: [usize; D]) {
     let (rest, elements) = curved::<D, N>(cells);
     let g = [[0.1, 0.2, -0.1], [-0.15, 0.3, 0.05], [0.2, -0.1, -0.2]];
@@ -124,7 +124,7 @@ fn affine_motion<const D: usize, const N: usize>(cells: [usize; D]) {
     for state in term.element_states(&x) {
         assert!((state.j() - f.determinant()).abs() < 1e-13);
     }
-    // The energy is that of one point of material times the volume between the curved sides.
+    // The energy is the energy density times the volume between the curved sides.
     let volume: f64 = elements.iter().map(|e| crate::element::volume(&points_of::<D, N>(&rest, e))).sum();
     let density = Material::<D>::psi(&material(), &f);
     let error = (term.energy(&x) / (volume * density) - 1.0).abs();
@@ -140,15 +140,15 @@ fn affine_motions_strain_curved_elements_uniformly() {
     affine_motion::<3, 10>([3, 2, 2]);
 }
 
-/// One node in the middle of an edge is drawn through its element: not at the corners, but at quadrature
-/// points `det F < 0`.
+/// A mid-edge node is drawn through its element: `det F < 0` at quadrature points, but not at the
+/// corners.
 #[test]
 fn an_element_that_is_inverted_at_one_quadrature_point_is_counted_and_named() {
     let (rest, elements) = curved::<2, 6>([5, 3]);
     let mut term = Elastic::<2, 6>::quadratic("block", material(), Stress::Analytic, &elements, &rest);
     assert_eq!(term.fault(&rest), None);
     let mut x = rest.clone();
-    // The last node of the last element's edges is on the boundary: it belongs to that element alone.
+    // The last mid-edge node of the last element is on the boundary: it belongs to that element alone.
     let own = |v: &u32| elements.iter().filter(|e| e.contains(v)).count() == 1;
     let (element, vertex) = (elements.iter().enumerate())
         .find_map(|(i, e)| e[3..].iter().find(|v| own(v)).map(|v| (i, *v as usize)))
@@ -168,7 +168,7 @@ fn an_element_that_is_inverted_at_one_quadrature_point_is_counted_and_named() {
     }
 }
 
-// Rows that a step reads where they lie are those that it would otherwise add up.
+// Rows that a step reads in place equal those that it would otherwise add.
 #[test]
 fn rows_as_they_lie_are_the_sums_of_their_block() {
     for (cells, all) in [([5, 3], true), ([60, 40], false)] {
@@ -197,14 +197,15 @@ fn rows_as_they_lie_are_the_sums_of_their_block() {
     assert!(term.rows(0, rest.len() / 3).is_none(), "in space rows have four numbers");
 }
 
-/// The least `det(dx/dxi)` of linear elements.
+/// Returns the least `det(dx/dxi)` of linear elements.
 fn least_volume<const D: usize, const N: usize>(elements: &[[u32; N]], x: &[f64]) -> f64 {
     let volume = |element: &[u32; N]| simplex_rest(&points_of::<D, N>(x, element)).1;
     elements.iter().map(volume).fold(f64::INFINITY, f64::min)
 }
 
-/// A step that is cut ends at nine tenths of the way to the first element without volume, one that is not
-/// passes none; motions of a hundredth of a cell to several, of all vertices and of one.
+/// A truncated step ends at nine tenths of the displacement to the first element without volume; a step
+/// that is not truncated passes none. Motions of a hundredth of a cell to several, of all vertices and of
+/// one.
 fn collapse<const D: usize, const N: usize>(cells: [usize; D]) {
     let grid =
         pliant_mesh::spec::GridSpec { cells: cells.to_vec(), spacing: Some(0.1), ..Default::default() };
@@ -242,8 +243,8 @@ fn steps_end_before_the_first_element_without_volume() {
     collapse::<3, 4>([3, 2, 2]);
 }
 
-/// Fibres along the axes of the material, which elements turn, and the same fibres by their directions in
-/// space: energies, forces, products and states.
+/// Fibres along material axes, which elements rotate, equal the same fibres given in space: energies,
+/// forces, products and states.
 fn turned_axes_turn_fibres<const D: usize, const N: usize>(cells: [usize; D]) {
     let (rest, elements) = curved::<D, N>(cells);
     let axes = match D {
@@ -285,7 +286,7 @@ fn fibres_turn_with_the_axes_of_the_material() {
     turned_axes_turn_fibres::<3, 10>([2, 1, 1]);
 }
 
-/// The fused kernel is an override: it gives what kinematics and law give one after the other, to the bit.
+/// The fused kernel is bit-identical to kinematics and law, one after the other.
 fn fused<const D: usize, const N: usize>(cells: [usize; D]) {
     let grid =
         pliant_mesh::spec::GridSpec { cells: cells.to_vec(), spacing: Some(0.1), ..Default::default() };

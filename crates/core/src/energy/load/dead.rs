@@ -5,10 +5,10 @@ use crate::energy::{
     Driven, EnergyKind, EnergyTerm, Fault, LoadTerm, Measurements, TermProperties, TermViews,
 };
 
-/// Potential of dead loads: `E = -sum_i f_i(t) . (x_i - X_i)`, zero in the reference configuration: point
-/// loads, dead traction, body forces. The force on a vertex is that of a field `f(X, t)` at sample points of
-/// the reference configuration (quadrature points, or the vertices themselves), each of which contributes to
-/// some vertices: `f_i = sum_s w_si f(X_s, t)`.
+/// Potential of dead loads (point loads, dead traction, body forces): `E = -sum_i f_i(t) . (x_i - X_i)`,
+/// zero in the reference configuration. The force on a vertex is that of a field `f(X, t)` at sample
+/// points of the reference configuration (quadrature points, or the vertices themselves), each of which
+/// contributes to some vertices: `f_i = sum_s w_si f(X_s, t)`.
 pub struct DeadLoad {
     name: String,
     dimension: usize,
@@ -33,14 +33,14 @@ pub struct DeadLoad {
 pub struct Sample {
     /// Position in the reference configuration [m].
     pub point: [f64; 3],
-    /// Index in the list of vertices, and the vertex's weight of the field's value: 1 for a force, the share
-    /// of an area [m^2] or a volume [m^3] for a density.
+    /// Index in the list of vertices, and the weight of the field's value for the vertex: 1 for a force,
+    /// its fraction of an area [m^2] or a volume [m^3] for a density.
     pub shares: Vec<(u32, f64)>,
 }
 
 impl DeadLoad {
-    /// A load on `vertices`, ascending, of the whole system with the flat reference positions `rest` [m];
-    /// `changes` is true if `field` depends on time.
+    /// Creates a load on `vertices`, ascending, of the whole system with the flat reference positions
+    /// `rest` [m]; `changes` is true if `field` depends on time.
     pub fn new(
         name: String,
         dimension: usize,
@@ -91,7 +91,7 @@ impl DeadLoad {
         }
     }
 
-    /// Displacement of each vertex of the load from its rest position, by slot.
+    /// Returns component `c` of the displacement of a vertex of the load, by slot.
     fn displacement(&self, x: &[f64], slot: usize, c: usize) -> f64 {
         x[self.vertices[slot] as usize * self.dimension + c] - self.rest[slot * self.dimension + c]
     }
@@ -160,7 +160,7 @@ impl Driven for DeadLoad {
         }
     }
 
-    /// `sum_i f_i(t) . v_i`.
+    /// Returns `sum_i f_i(t) . v_i`.
     fn power(&mut self, x: &[f64], v: &[f64]) -> f64 {
         self.work(x, v)
     }
@@ -212,7 +212,7 @@ impl LoadTerm for DeadLoad {
 }
 
 impl Measurements for DeadLoad {
-    /// The sum of all forces over the size of the scene.
+    /// Returns the sum of all force magnitudes times the size of the scene.
     fn scale(&mut self, x: &[f64]) -> f64 {
         let lengths =
             self.now.chunks_exact(self.dimension).map(|f| f.iter().map(|c| c * c).sum::<f64>().sqrt());

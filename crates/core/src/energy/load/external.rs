@@ -1,4 +1,4 @@
-//! External forces that are set while a simulation runs: by a controller, a user's hand, another program.
+//! External forces that are set while a simulation runs: by a controller, a user, or another program.
 
 use crate::algebra::all_finite;
 use crate::energy::{Driven, EnergyKind, EnergyTerm, Fault, Measurements, TermProperties, TermViews};
@@ -18,8 +18,7 @@ pub enum ExternalForce {
 
 /// [`ExternalForce`] as a term: a force without a potential, whose work is external.
 ///
-/// Its derivative is not known and omitted from Newton's method, which converges more slowly if a force
-/// depends strongly on positions.
+/// The derivative is unknown and omitted from Newton's method, which converges more slowly if a force
 /// depends strongly on positions.
 pub struct ExternalForces {
     name: String,
@@ -35,7 +34,7 @@ impl ExternalForces {
     /// Applies `force` to the `vertices` vertices of a simulation that has them in this order.
     ///
     /// # Panics
-    /// If the number of constant forces is not that of the coordinates.
+    /// If the number of constant forces differs from the number of coordinates.
     pub fn new(
         name: &str,
         dimension: usize,
@@ -67,7 +66,7 @@ impl EnergyTerm for ExternalForces {
         }
     }
 
-    /// Zero: there is no potential.
+    /// Returns zero: there is no potential.
     fn energy(&mut self, _x: &[f64]) -> f64 {
         0.0
     }
@@ -121,14 +120,14 @@ impl Driven for ExternalForces {
         self.time = time;
     }
 
-    /// `sum_i f_i . v_i`, of the force last evaluated.
+    /// Returns `sum_i f_i . v_i` of the last evaluated force.
     fn power(&mut self, _x: &[f64], v: &[f64]) -> f64 {
         self.now.iter().zip(v).map(|(f, v)| f * v).sum()
     }
 }
 
 impl Measurements for ExternalForces {
-    /// The sum of all forces over the size of the scene.
+    /// Returns the sum of all force magnitudes times the size of the scene.
     fn scale(&mut self, x: &[f64]) -> f64 {
         let rows = self.now.chunks_exact(self.dimension);
         let lengths = rows.map(|f| f.iter().map(|c| c * c).sum::<f64>().sqrt());

@@ -31,7 +31,8 @@ pub type VectorField = Box<dyn Fn([f64; 3], f64) -> [f64; 3] + Send + Sync>;
 /// Derivatives of the components of a [`VectorField`] with respect to the coordinates of `X`.
 pub type VectorSlope = Box<dyn Fn([f64; 3], f64) -> [[f64; 3]; 3] + Send + Sync>;
 
-/// Indices into `vertices`, ascending, of those from `first` on that have rows in an array of `count` rows.
+/// Returns the range of `vertices`, ascending, that have rows in an array of `count` rows from `first`
+/// on.
 fn slots(vertices: &[u32], first: usize, count: usize) -> std::ops::Range<usize> {
     let from = vertices.partition_point(|v| (*v as usize) < first);
     let to = from + vertices[from..].partition_point(|v| (*v as usize) < first + count);

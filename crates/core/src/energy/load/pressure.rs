@@ -21,25 +21,25 @@ pub struct PressureField {
     pub field: Box<dyn Fn([f64; 3], f64) -> f64 + Send + Sync>,
     /// Derivatives with respect to the coordinates of `X` [Pa/m].
     pub slope: ScalarSlope,
-    /// True if it depends on time.
+    /// True if the pressure depends on time.
     pub changes: bool,
-    /// True if it depends on position.
+    /// True if the pressure depends on position.
     pub varies: bool,
 }
 
-/// Pressure on faces, against their current outward normals. A face gives its node `i` the force `-sum_q P_qi
-/// a_q(x)`, with `a_q` its current vector area at point `q`. A first-order face has one point, and `P_i` is
-/// the integral of `p N_i` over the reference face by its measure (uniform: `p / D`). A second-order face,
-/// with `N` nodes, has the points of its quadrature and `P_qi = w_q p_q N_i`, which is exact for uniform
-/// pressure on curved faces too. The net force on a closed surface is zero, and so is the net moment if the
-/// pressure is uniform.
+/// Pressure on faces, against their current outward normals. A face gives its node `i` the force
+/// `-sum_q P_qi a_q(x)`, with its current vector area `a_q` at point `q`. A linear edge or triangle has
+/// one point, and `P_i` is the integral of `p N_i` over the reference face by its measure (uniform:
+/// `p / D`). Any other face has the points of its quadrature and `P_qi = w_q p_q N_i`, which is exact for
+/// uniform pressure on curved faces too. The net force on a closed surface is zero, and so is the net
+/// moment if the pressure is uniform.
 ///
-/// Uniform pressure on a closed surface, or on one whose rim is fixed, has the potential `p (V(x) - V(X))`,
-/// `V` the volume behind the faces. Otherwise there is no potential, and the energy is zero. Products with
-/// the Hessian are exact in both cases. Without a potential the Hessian is not symmetric, and the stability
-/// limit and the matrices of implicit steps use its symmetric part. Source: Rumpel, Schweizerhof 2003,
-/// *Volume-dependent pressure loading and its influence on the stability of structures*, Int. J. Numer. Meth.
-/// Eng. 56, 211.
+/// Uniform pressure on a closed surface, or on one whose rim is fixed, has the potential
+/// `p (V(x) - V(X))` with the volume `V` behind the faces. Otherwise there is no potential, and the
+/// energy is zero. Products with the Hessian are exact in both cases. Without a potential the Hessian is
+/// not symmetric, and the stability limit and the matrices of implicit steps use its symmetric part.
+/// Source: Rumpel, Schweizerhof 2003, *Volume-dependent pressure loading and its influence on the
+/// stability of structures*, Int. J. Numer. Meth. Eng. 56, 211.
 pub struct Pressure<const D: usize, const N: usize> {
     name: String,
     /// Ascending.
@@ -67,8 +67,8 @@ pub struct Pressure<const D: usize, const N: usize> {
 }
 
 impl<const D: usize, const N: usize> Pressure<D, N> {
-    /// Pressure on these faces of a system with the flat reference positions `rest` [m]; `rim_stays` is true
-    /// if the vertices of the [`rim`] do not move, also if there are none.
+    /// Creates a pressure on these faces of a system with the flat reference positions `rest` [m];
+    /// `rim_stays` is true if the vertices of the [`rim`] do not move, also if there are none.
     pub fn new(
         name: String,
         faces: &[[u32; N]],
@@ -76,11 +76,13 @@ impl<const D: usize, const N: usize> Pressure<D, N> {
         rim_stays: bool,
         pressure: PressureField,
     ) -> Self {
+        // Number the vertices of the faces locally.
         let mut vertices = faces.as_flattened().to_vec();
         vertices.sort_unstable();
         vertices.dedup();
         let slot = |v: u32| vertices.partition_point(|w| *w < v) as u32;
         let local: Vec<[u32; N]> = faces.iter().map(|face| face.map(slot)).collect();
+        // Linear edges and triangles have one vector area, other faces one per quadrature point.
         let quadrature = face_points::<D, N>();
         let areas = if N == D { vec![face_middle::<D, N>()] } else { quadrature.clone() };
         let points = match pressure.varies {
@@ -106,6 +108,7 @@ impl<const D: usize, const N: usize> Pressure<D, N> {
             pressure,
             time: 0.0,
         };
+        // The volume needs the areas and the origin of the finished term.
         term.rest_volume = term.volume(rest);
         term.sample(0.0);
         term
@@ -134,14 +137,14 @@ impl<const D: usize, const N: usize> Pressure<D, N> {
             now.fill([0.0; N]);
             for (q, (point, FacePoint { weight, shape, .. })) in points.iter().zip(quadrature).enumerate() {
                 let p = pressure(*point);
-                // Where there is one vector area, it takes all.
+                // A single vector area takes all.
                 let row = &mut now[q.min(areas.len() - 1)];
                 (0..N).for_each(|i| row[i] += weight * shape[i] * p);
             }
         }
     }
 
-    /// Vertices of each face and, for each of its vector areas, the point and its `P_i`.
+    /// Returns the vertices of each face and, for each of its vector areas, the point and its `P_i`.
     fn faces(&self) -> impl Iterator<Item = ([u32; N], impl Iterator<Item = (&FacePoint<N>, &[f64; N])>)> {
         self.faces_of(&self.now)
     }
@@ -166,7 +169,7 @@ impl<const D: usize, const N: usize> Pressure<D, N> {
             let face = local.map(|slot| self.vertices[slot as usize]);
             let at = nodes::<D, N>(x, face);
             for (q, (place, point)) in points.iter().zip(&self.quadrature).enumerate() {
-                // Where there is one vector area, it takes all.
+                // A single vector area takes all.
                 let area = vector_area(&at, &self.areas[q.min(self.areas.len() - 1)]);
                 visit(face, area, point, (self.pressure.slope)(*place, self.time));
             }
@@ -178,7 +181,7 @@ impl<const D: usize, const N: usize> Pressure<D, N> {
         self.rest_volume
     }
 
-    /// The volume behind the faces, as seen from `origin`.
+    /// Returns the volume behind the faces, as seen from `origin`.
     fn volume(&self, x: &[f64]) -> f64 {
         let mut volume = 0.0;
         for (face, areas) in self.faces() {
@@ -219,7 +222,7 @@ impl<const D: usize, const N: usize> Pressure<D, N> {
     }
 }
 
-/// Positions of the nodes of a face.
+/// Returns the positions of the nodes of a face.
 pub fn nodes<const D: usize, const N: usize>(x: &[f64], face: [u32; N]) -> [[f64; D]; N] {
     face.map(|v| {
         let mut node = [0.0; D];
@@ -228,7 +231,7 @@ pub fn nodes<const D: usize, const N: usize>(x: &[f64], face: [u32; N]) -> [[f64
     })
 }
 
-/// Position of a point of a face; in 2D the third component is 0.
+/// Returns the position of a point of a face; in 2D the third component is 0.
 pub fn image<const D: usize, const N: usize>(nodes: &[[f64; D]; N], point: &FacePoint<N>) -> [f64; 3] {
     let mut image = [0.0; 3];
     for (node, shape) in nodes.iter().zip(&point.shape) {
@@ -237,9 +240,9 @@ pub fn image<const D: usize, const N: usize>(nodes: &[[f64; D]; N], point: &Face
     image
 }
 
-/// Vertices at the rim of these faces, ascending; none if the faces close.
+/// Returns the vertices at the rim of these faces, ascending; none if the surface is closed.
 pub fn rim<const D: usize, const N: usize>(faces: &[[u32; N]]) -> Vec<u32> {
-    // Each side with the node in its middle.
+    // Each side with its middle node.
     let mut sides: Vec<[u32; 3]> = match D {
         // A point where an edge begins meets one where an edge ends.
         2 => faces.iter().flat_map(|face| [[face[0], NONE, NONE], [NONE, face[1], NONE]]).collect(),
@@ -368,7 +371,7 @@ impl<const D: usize, const N: usize> Driven for Pressure<D, N> {
 }
 
 impl<const D: usize, const N: usize> Pressure<D, N> {
-    /// Adds the force of the pressure of these rows.
+    /// Adds the force of the pressure with these rows.
     fn add_force_by_rows(&self, rows: &[[f64; N]], x: &[f64], force: &mut [f64]) {
         for (face, areas) in self.faces_of(rows) {
             let at = nodes::<D, N>(x, face);
@@ -411,7 +414,7 @@ impl<const D: usize, const N: usize> LoadTerm for Pressure<D, N> {
         self.add_force_by_rows(&self.now, x, force);
     }
 
-    /// The pressure depends on reference positions, its area on `x` alone.
+    /// The pressure depends on reference positions, the area only on `x`.
     fn add_work_by_shape(&self, x: &[f64], p: &[f64], rows: &mut [f64]) -> bool {
         self.each_slope(x, |face, area, point, slope| {
             let along = image(&nodes::<D, N>(p, face), point);
@@ -449,7 +452,7 @@ impl<const D: usize, const N: usize> LoadTerm for Pressure<D, N> {
 }
 
 impl<const D: usize, const N: usize> Measurements for Pressure<D, N> {
-    /// The sum of all forces over the size of the scene.
+    /// Returns the sum of all force magnitudes times the size of the scene.
     fn scale(&mut self, x: &[f64]) -> f64 {
         let mut force = 0.0;
         for (face, areas) in self.faces() {

@@ -34,8 +34,8 @@ pub struct LoadedVertex {
 }
 
 impl LoadedShape {
-    /// Faces of `N` vertices with reference positions `rest` (flat, all vertices of the system) [m], under a
-    /// field with this slope.
+    /// Creates faces of `N` vertices with reference positions `rest` (flat, all vertices of the system)
+    /// [m], under a field with this slope.
     pub fn faces<const D: usize, const N: usize>(
         faces: &[[u32; N]],
         rest: &[f64],
@@ -45,7 +45,8 @@ impl LoadedShape {
         LoadedShape { places: Box::new(LoadedFaces(faces)), slope }
     }
 
-    /// Single vertices in `dimension` dimensions, whose weights do not depend on the reference configuration.
+    /// Creates single vertices in `dimension` dimensions, whose weights do not depend on the reference
+    /// configuration.
     pub fn vertices(dimension: usize, vertices: Vec<LoadedVertex>, slope: VectorSlope) -> Self {
         LoadedShape { places: Box::new(LoadedPoints { dimension, vertices }), slope }
     }
@@ -109,7 +110,7 @@ impl<const D: usize, const N: usize> LoadedFaces<D, N> {
 }
 
 impl<const D: usize, const N: usize> FaceAtRest<'_, D, N> {
-    /// `sum_i N_i u_i` of rows of all vertices, third component 0 in 2D.
+    /// Returns `sum_i N_i u_i` of rows of all vertices, third component 0 in 2D.
     fn mean(&self, rows: &[f64]) -> [f64; 3] {
         image(&nodes::<D, N>(rows, *self.face), self.point)
     }
@@ -119,7 +120,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// `sum_c p_c df_c/dX_k`.
+/// Returns `sum_c p_c df_c/dX_k`.
 fn along_slope(p: &[f64], slope: &[[f64; 3]; 3], k: usize) -> f64 {
     p.iter().zip(slope).map(|(p, row)| p * row[k]).sum()
 }
@@ -161,7 +162,7 @@ impl<const D: usize, const N: usize> LoadedPlaces for LoadedFaces<D, N> {
 }
 
 impl LoadedPoints {
-    /// Vertices with the range of their rows, and the slope of what they get.
+    /// Calls `visit` with the range of the rows of each vertex, and the slope of its force.
     fn each(&self, of: &FieldAt<'_>, mut visit: impl FnMut(std::ops::Range<usize>, [[f64; 3]; 3])) {
         for LoadedVertex { vertex, point, share } in &self.vertices {
             let first = *vertex as usize * self.dimension;

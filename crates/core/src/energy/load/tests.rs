@@ -6,7 +6,7 @@ use crate::material::Psd;
 use pliant_mesh::Mesh;
 use pliant_mesh::spec::{GridSpec, MeshSpec, WholeCell};
 
-/// A number in (-1, 1) that looks random.
+/// Returns a number in (-1, 1) without a pattern.
 fn scattered(i: usize) -> f64 {
     2.0 * ((i as f64 + 1.0) * 0.754_877_666_246_692_7).fract() - 1.0
 }
@@ -23,7 +23,7 @@ fn block<const D: usize>() -> (Mesh, Vec<f64>) {
     (mesh, x)
 }
 
-/// The same of second order, with sides that are curved at rest.
+/// Returns a second-order block with sides that are curved in the reference configuration.
 fn curved_block<const D: usize>() -> (Mesh, Vec<f64>) {
     let mut mesh = block::<D>().0.promoted_to_quadratic().unwrap();
     mesh.points.iter_mut().enumerate().for_each(|(i, x)| *x += 0.03 * scattered(i + 11));
@@ -31,7 +31,7 @@ fn curved_block<const D: usize>() -> (Mesh, Vec<f64>) {
     (mesh, x)
 }
 
-/// A block of hexahedra, their vertices moved.
+/// Returns a block of hexahedra with moved vertices.
 fn block_of_cells() -> (Mesh, Vec<f64>) {
     let mesh = grid(&[2, 3, 2], Some(WholeCell::Hexahedron));
     let x = mesh.points.iter().enumerate().map(|(i, x)| 1.1 * x + 0.1 * scattered(i)).collect();
@@ -74,14 +74,14 @@ fn varying() -> PressureField {
 fn gradient<const D: usize>(term: &mut dyn EnergyTerm, x: &[f64]) -> Vec<f64> {
     let mut g = vec![0.0; x.len()];
     assert!(term.evaluate(x));
-    // In pieces, as a step asks for it.
+    // In pieces, as in a step.
     let (left, right) = g.split_at_mut(2 * D);
     term.add_rows(0, left);
     term.add_rows(2, right);
     g
 }
 
-/// On a closed surface: no net force and moment, the gradient of `p V`, a symmetric and exact Hessian.
+/// Closed surface: no net force and moment, the gradient of `p V`, a symmetric and exact Hessian.
 fn closed_surface<const D: usize, const N: usize>() {
     let (mesh, x) = match (D, N) {
         (3, 4) => block_of_cells(),
@@ -132,14 +132,13 @@ fn pressure_on_a_closed_surface_is_the_gradient_of_its_volume_and_has_no_net_for
     closed_surface::<3, 4>();
 }
 
-/// The product of the matrix of all faces, block by block, with `p`; and that of the matrix without negative
-/// curvature.
+/// Returns the product with `p` of the matrix of all faces, block by block, exact or projected.
 fn by_blocks<const D: usize>(term: &mut dyn EnergyTerm, x: &[f64], p: &[f64], psd: Psd) -> Vec<f64> {
     let stencils = term.stencils();
     let (n, count) = (stencils.size, stencils.vertices.len() / stencils.size);
     let per_face = n * (n + 1) / 2 * D * D;
     let mut out = vec![f64::NAN; count * per_face];
-    // In pieces, as an assembly asks for it.
+    // In pieces, as in an assembly.
     let (left, right) = out.split_at_mut(per_face);
     term.stencil_hessians(0..1, x, psd, left);
     term.stencil_hessians(1..count, x, psd, right);
@@ -223,7 +222,7 @@ fn pressure_has_exact_hessian_products() {
 /// with the same rim, here a circular arc's chord, and Simpson's weights on a straight one.
 #[test]
 fn pressure_on_a_curved_edge_has_the_force_and_moment_of_its_chord() {
-    // From (1, 0) to (0, 1) by way of a point beside the chord; in 2D the force depends on the ends alone.
+    // From (1, 0) to (0, 1) by way of a point off the chord; in 2D the force depends on the ends alone.
     let rest = [1.0, 0.0, 0.0, 1.0, 0.8, 0.9];
     let mut term = Pressure::<2, 3>::new("p".into(), &[[0, 1, 2]], &rest, false, steady(6.0));
     let g = gradient::<2>(&mut term, &rest);
@@ -241,8 +240,8 @@ fn pressure_on_a_curved_edge_has_the_force_and_moment_of_its_chord() {
     }
 }
 
-/// Pressure that differs from place to place, at rest: the total force is the integral of `-p n` over the
-/// face at x = 1.
+/// Pressure that varies in space, in the reference configuration: the total force is the integral of
+/// `-p n` over the face at x = 1.
 #[test]
 fn varying_pressure_has_the_force_of_its_integral() {
     let (mesh, _) = block::<3>();
@@ -261,8 +260,8 @@ fn varying_pressure_has_the_force_of_its_integral() {
     assert!((term.power(&mesh.points, &v) - 2.0 * exact).abs() < 1e-13);
 }
 
-/// A dead load is the gradient of `-f . u`, is looked at once where it does not change, and keeps the force
-/// of the last evaluation when its time goes on.
+/// A dead load is the gradient of `-f . u`, is sampled once if it is constant, and keeps the force of the
+/// last evaluation when its time advances.
 #[test]
 fn a_dead_load_has_the_potential_of_its_forces() {
     let rest: Vec<f64> = (0..12).map(|i| scattered(i + 3)).collect();

@@ -9,13 +9,13 @@ use crate::algebra::{Dual, PackedMatrix, project_positive_packed};
 use crate::lanes::{Kernel, Lanes, WIDTH, dispatch, spread};
 use crate::material::Psd;
 
-/// Matrix of one stencil with respect to the positions of all points but the first. Translation invariance
-/// gives the rest.
+/// Matrix of one stencil with respect to the positions of all points but the first, which translation
+/// invariance determines.
 pub(crate) trait StencilMatrix<const D: usize, const N: usize> {
-    /// True if it depends on velocities.
+    /// True if the matrix depends on velocities.
     const BY_RATE: bool;
 
-    /// Writes it for the stiffness 1, at `x` and the velocities `v`.
+    /// Writes the matrix for stiffness 1, at `x` and the velocities `v`.
     fn write<L: Lanes>(&self, x: &[[L; D]; N], v: &[[L; D]; N], rest: &[L; 2], matrix: &mut PackedMatrix<L>);
 }
 
@@ -28,7 +28,7 @@ pub(crate) struct HessianMatrix<'a, Q, W> {
     pub(crate) measure: PhantomData<Q>,
 }
 
-/// `R'' grad s grad s^T`: the damping matrix of a dashpot.
+/// Damping matrix `R'' grad s grad s^T` of a dashpot.
 pub(crate) struct DampingMatrix<'a, Q, R> {
     pub(crate) law: &'a R,
     pub(crate) measure: PhantomData<Q>,
@@ -46,7 +46,7 @@ pub(crate) fn fill<Q: ScalarStrain<D, N>, B: StencilMatrix<D, N>, const D: usize
     dispatch(StencilBlocksKernel { stencils, range, x, v, matrix, out });
 }
 
-/// The blocks of a range of lanes, pack by pack.
+/// Writes the blocks of a range of lanes, pack by pack.
 struct StencilBlocksKernel<'a, Q, B, const D: usize, const N: usize> {
     stencils: &'a MeasuredStencils<Q, D, N>,
     range: Range<usize>,
@@ -56,8 +56,8 @@ struct StencilBlocksKernel<'a, Q, B, const D: usize, const N: usize> {
     out: &'a mut [f64],
 }
 
-/// `M` and its inverse, `M` the symmetric root of `I + 1 1^T` of `n x n`: `I + alpha 1 1^T` and
-/// `I - beta 1 1^T`; `(alpha, beta)`.
+/// Returns `(alpha, beta)`: `M = I + alpha 1 1^T` is the symmetric square root of the `n x n` matrix
+/// `I + 1 1^T`, and `I - beta 1 1^T` is the inverse of `M`.
 #[inline(always)]
 fn root_constants(n: usize) -> (f64, f64) {
     let n = n as f64;
@@ -65,8 +65,8 @@ fn root_constants(n: usize) -> (f64, f64) {
     (alpha, alpha / (1.0 + alpha * n))
 }
 
-/// `(I + factor 1 1^T) A (I + factor 1 1^T)`, where `1 1^T` adds up the coordinates of `n` points: rows and
-/// columns `D a + i` with the same `i`.
+/// Replaces `A` by `(I + factor 1 1^T) A (I + factor 1 1^T)`, where `1 1^T` adds up the coordinates of
+/// `n` points: rows and columns `D a + i` with the same `i`.
 #[inline(always)]
 fn congruent<L: Lanes, const D: usize>(matrix: &mut PackedMatrix<L>, n: usize, factor: f64) {
     let factor = L::splat(factor);
@@ -149,8 +149,9 @@ impl<Q: ScalarStrain<D, N>, W: ScalarLaw, const D: usize, const N: usize> Stenci
             }
         }
         if self.psd == Psd::Projected {
-            // An orthonormal basis of what is no translation is `B^T M^-1`, `B` the differences to the first
-            // point: the eigenvalues of `M A M` are those of the whole matrix but for zeros.
+            // `B^T M^-1` is an orthonormal basis of the complement of translations, with `B` the
+            // differences to the first point: `M A M` has the eigenvalues of the whole matrix without its
+            // zeros.
             let (there, back) = root_constants(N - 1);
             congruent::<L, D>(matrix, N - 1, there);
             project_positive_packed(matrix, (N - 1) * D);
@@ -162,11 +163,11 @@ impl<Q: ScalarStrain<D, N>, W: ScalarLaw, const D: usize, const N: usize> Stenci
 impl<Q: ScalarStrain<D, N>, B: StencilMatrix<D, N>, const D: usize, const N: usize>
     StencilBlocksKernel<'_, Q, B, D, N>
 {
-    /// Writes the blocks of the pairs `a <= b` of all points by rows, times `stiffness`, one entry after the
-    /// other.
+    /// Writes the blocks of the pairs `a <= b` of all points by rows, times `stiffness`, one entry after
+    /// the other.
     #[inline(always)]
     fn write_blocks<L: Lanes>(matrix: &PackedMatrix<L>, stiffness: L, entries: &mut [L]) {
-        // Lanes that fill up have no stiffness.
+        // Padding lanes have no stiffness.
         let counts = L::zero().lt(stiffness.abs());
         let mut next = 0;
         for a in 0..N {
@@ -182,8 +183,8 @@ impl<Q: ScalarStrain<D, N>, B: StencilMatrix<D, N>, const D: usize, const N: usi
         }
     }
 
-    /// Entry `(i, l)` of the block of the points `a <= b`; those of the first make translations change
-    /// nothing.
+    /// Returns entry `(i, l)` of the block of the points `a <= b`; translation invariance gives those of
+    /// the first point.
     #[inline(always)]
     fn entry<L: Lanes>(matrix: &PackedMatrix<L>, a: usize, b: usize, i: usize, l: usize) -> L {
         if a > 0 {
@@ -209,9 +210,9 @@ impl<Q: ScalarStrain<D, N>, B: StencilMatrix<D, N>, const D: usize, const N: usi
     }
 }
 
-/// Rows of the largest matrix.
+/// Number of rows of the largest matrix.
 const MOST: usize = PackedMatrix::<f64>::ROWS;
-/// Entries of the blocks of all pairs of points, at most: of four points in space.
+/// Maximum number of entries of the blocks of all pairs of points: four points in 3D.
 const MOST_ENTRIES: usize = 10 * 9;
 
 impl<Q: ScalarStrain<D, N>, B: StencilMatrix<D, N>, const D: usize, const N: usize> Kernel
@@ -225,7 +226,7 @@ impl<Q: ScalarStrain<D, N>, B: StencilMatrix<D, N>, const D: usize, const N: usi
         let per_stencil = N * (N + 1) / 2 * D * D;
         let packs = self.range.start / WIDTH..self.range.end.div_ceil(WIDTH);
         let mut lanes = self.stencils.patches.lanes_in(packs.start * WIDTH..packs.end * WIDTH);
-        // Made once: every pack writes all entries anew.
+        // Allocated once: every pack overwrites all entries.
         let (mut matrix, mut entries) = (PackedMatrix::<L>::default(), [L::zero(); MOST_ENTRIES]);
         let entries = &mut entries[..per_stencil];
         for pack in packs {

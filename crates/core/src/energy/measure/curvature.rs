@@ -1,4 +1,4 @@
-//! The curvature of a polyline at a vertex.
+//! Curvature of a polyline at a vertex.
 
 use super::ScalarStrain;
 use crate::scalar::Scalar;
@@ -16,8 +16,8 @@ const STRAIGHT: f64 = 1e-20;
 /// In space a straight joint bends equally in every direction: there `kappa = sqrt(|kb|^2 + 1e-20)`, whose
 /// square is smooth.
 ///
-/// Bergou, Wardetzky, Robinson, Audoly, Grinspun 2008, *Discrete elastic rods*, ACM Transactions on Graphics
-/// 27(3), the isotropic case without twist.
+/// Source: Bergou, Wardetzky, Robinson, Audoly, Grinspun 2008, *Discrete elastic rods*, ACM Transactions
+/// on Graphics 27(3), the isotropic case without twist.
 #[derive(Clone, Copy, Debug)]
 pub struct Curvature;
 
@@ -30,7 +30,7 @@ fn dot<S: Scalar, const D: usize>(a: &[S; D], b: &[S; D]) -> S {
     sum
 }
 
-/// Cross product; in the plane its one component comes first, and the others are zero.
+/// Returns the cross product; in 2D its one component comes first, and the others are zero.
 #[inline(always)]
 fn cross<S: Scalar, const D: usize>(a: &[S; D], b: &[S; D]) -> [S; D] {
     let mut r = [S::zero(); D];
@@ -45,7 +45,7 @@ fn cross<S: Scalar, const D: usize>(a: &[S; D], b: &[S; D]) -> [S; D] {
     r
 }
 
-/// `n x a`; in the plane `n` is the unit vector out of it.
+/// Returns `n x a`; in 2D `n` is the unit vector out of the plane.
 #[inline(always)]
 fn turned<S: Scalar, const D: usize>(n: &[S; D], a: &[S; D]) -> [S; D] {
     if D == 2 {

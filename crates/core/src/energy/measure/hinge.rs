@@ -1,4 +1,4 @@
-//! The angle between two triangles that share an edge.
+//! Angle between two triangles that share an edge.
 
 use super::{PARTS, ScalarStrain};
 use crate::scalar::Scalar;
@@ -17,7 +17,7 @@ const TINY: f64 = 1e-280;
 /// heights. A triangle without area has no normal, and no force acts on it. If a hinge folds beyond a
 /// deviation of `pi`, the angle jumps: this energy does not prevent self-intersection.
 ///
-/// Grinspun, Hirani, Desbrun, Schroeder 2003, *Discrete shells*, Symposium on Computer Animation.
+/// Source: Grinspun, Hirani, Desbrun, Schroeder 2003, *Discrete shells*, Symposium on Computer Animation.
 #[derive(Clone, Copy, Debug)]
 pub struct HingeAngle;
 
@@ -67,7 +67,8 @@ struct HingeSide<S> {
 }
 
 impl<S: Scalar> HingeSide<S> {
-    /// The triangle of the edge from the origin to `e` and the vertex at `a`; `e_squared = |e|^2`.
+    /// Creates the triangle of the edge from the origin to `e` and the vertex at `a`;
+    /// `e_squared = |e|^2`.
     #[inline(always)]
     fn new(e: &[S; 3], e_squared: S, a: &[S; 3]) -> Self {
         let normal = cross(e, a);
@@ -91,7 +92,7 @@ impl<S: Scalar> HingeSide<S> {
     }
 }
 
-/// `a u + b v`.
+/// Returns `a u + b v`.
 #[inline(always)]
 fn combined<S: Scalar>(a: S, u: &[[S; 3]; 4], b: S, v: &[[S; 3]; 4]) -> [[S; 3]; 4] {
     let mut sum = *u;
@@ -103,7 +104,7 @@ fn combined<S: Scalar>(a: S, u: &[[S; 3]; 4], b: S, v: &[[S; 3]; 4]) -> [[S; 3];
     sum
 }
 
-/// Change of the edge along `d`, as a vector over the vertices.
+/// Returns the change of the edge along `d`, as a vector over the vertices.
 #[inline(always)]
 fn of_edge<S: Scalar>(d: &[S; 3]) -> [[S; 3]; 4] {
     [scaled(-S::one(), d), *d, [S::zero(); 3], [S::zero(); 3]]
@@ -139,14 +140,15 @@ impl ScalarStrain<3, 4> for HingeAngle {
         (angle, gradient)
     }
 
-    /// `theta = phi_A - phi_B`, each the angle of a triangle about the edge. With `y = x_2 - foot` of a
-    /// triangle of height `h`, `e` the edge of length `L`, its unit vector and `t`, `n` as axes:
+    /// Bounds the Hessian of `theta = phi_A - phi_B`, the angles of the two triangles about the edge. For
+    /// a triangle of height `h`, with `y = x_2 - foot`, the edge `e` of length `L`, and the unit vector
+    /// of `e`, `t` and `n` as axes:
     ///
     /// `dx^T grad grad phi dx = -2 dy_n dy_t / h^2 - 2 de_n dy_e / (h L) - de_n de_t / L^2`.
     ///
-    /// `2 a b <= (r a + b / r)^2 / 2` bounds a product, with equal lengths of both by its positive part; the
-    /// last terms of both triangles together are `sin (phi_A - phi_B) / L^2` times a difference of squares
-    /// along the two lines that halve the angle.
+    /// `2 a b <= (r a + b / r)^2 / 2` bounds a product, by its positive part if both have equal lengths.
+    /// The last terms of both triangles together are `sin (phi_A - phi_B) / L^2` times a difference of
+    /// squares along the two bisectors of the angle.
     #[inline(always)]
     fn positive_parts<S: Scalar>(x: &[[S; 3]; 4], rest: &[S; 2]) -> Option<[[[S; 3]; 4]; PARTS]> {
         let (angle, gradient) = Self::deviation(x, rest);

@@ -6,7 +6,7 @@ use crate::energy::patch::{Patch, Scratch};
 use crate::lanes::{Kernel, Lanes, RowSlice, WIDTH};
 use crate::scalar::Scalar;
 
-/// The rows of one pack.
+/// Gathers the rows of one pack.
 #[inline(always)]
 pub(crate) fn gather<L: Lanes, const D: usize, const N: usize>(
     rows: &RowSlice<D>,
@@ -36,7 +36,7 @@ fn scatter<L: Lanes, const D: usize, const N: usize>(
     }
 }
 
-/// `ds/dx . v`.
+/// Returns `ds/dx . v`.
 #[inline(always)]
 pub(crate) fn rate<S: Scalar, const D: usize, const N: usize>(gradient: &[[S; D]; N], v: &[[S; D]; N]) -> S {
     let mut sum = S::zero();
@@ -54,7 +54,7 @@ fn own<L: Lanes>(stiffness: L, value: L) -> L {
     L::select(L::zero().lt(stiffness.abs()), value, L::zero())
 }
 
-/// Positions as dual numbers along directions.
+/// Returns positions as dual numbers along directions.
 #[inline(always)]
 pub(crate) fn moving<S: Scalar, const D: usize, const N: usize>(
     x: &[[S; D]; N],
@@ -84,15 +84,15 @@ macro_rules! kernels {
 }
 
 kernels! {
-    /// The energy.
+    /// Sums the energy.
     StencilEnergyKernel(&'a Scratch<D>);
-    /// `k psi' ds/dx`.
+    /// Adds the gradient `k psi' ds/dx`.
     StencilGradientKernel(&'a mut Scratch<D>);
-    /// The derivative of that along the direction, by dual numbers: exact.
+    /// Adds the derivative of the gradient along the direction, by dual numbers: exact.
     StencilHessianKernel(&'a mut Scratch<D>);
-    /// `k R' ds/dx` at the rate `ds/dx . v`, `v` the direction; gives the power.
+    /// Adds `k R' ds/dx` at the rate `ds/dx . v`, with the direction as `v`; returns the power.
     RateKernel(&'a mut Scratch<D>);
-    /// The dissipation function.
+    /// Sums the dissipation function.
     DissipationKernel(&'a mut Scratch<D>);
 }
 
@@ -161,7 +161,7 @@ impl<Q: ScalarStrain<D, N>, W: ScalarLaw, const D: usize, const N: usize> Kernel
     }
 }
 
-/// The stencils of one pack as they move.
+/// Stencils of one pack with their rates.
 struct PackInMotion<L, const D: usize, const N: usize> {
     stiffness: L,
     rest: [L; 2],

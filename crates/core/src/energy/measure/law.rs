@@ -11,33 +11,33 @@ pub trait ScalarLaw: Send + Sync + 'static {
     /// True for `1/2 s^2`, whose projected Hessian some measures know in closed form.
     const IS_SQUARE: bool = false;
 
-    /// Origin of deviations: the rest value, or zero if the law uses the measure itself.
+    /// Returns the origin of deviations: the rest value, or zero if the law uses the measure itself.
     fn origin<S: Scalar>(rest: &[S; 2]) -> [S; 2];
 
-    /// `psi(s)`.
+    /// Returns `psi(s)`.
     fn energy<S: Scalar>(&self, s: S, rest: &[S; 2]) -> S;
 
-    /// `d psi/ds`.
+    /// Returns `d psi/ds`.
     fn force<S: Scalar>(&self, s: S, rest: &[S; 2]) -> S;
 }
 
 /// Dissipation function of the rate of one measure, for damping constant 1.
 pub trait RateLaw: Send + Sync + 'static {
-    /// Suffix of the names of its terms.
+    /// Suffix of the names of terms with this law.
     const SUFFIX: &'static str = "";
     /// True for `1/2 rate^2`, whose force is linear in the velocities.
     const IS_SQUARE: bool = false;
 
-    /// Origin of deviations, see [`ScalarLaw::origin`].
+    /// Returns the origin of deviations, see [`ScalarLaw::origin`].
     fn origin<S: Scalar>(rest: &[S; 2]) -> [S; 2];
 
-    /// `R(rate, s)`.
+    /// Returns `R(rate, s)`.
     fn dissipation<S: Scalar>(&self, rate: S, s: S, rest: &[S; 2]) -> S;
 
-    /// `dR/d rate`.
+    /// Returns `dR/d rate`.
     fn force<S: Scalar>(&self, rate: S, s: S, rest: &[S; 2]) -> S;
 
-    /// `d2R/d rate2`.
+    /// Returns `d2R/d rate2`.
     #[inline(always)]
     fn constant<S: Scalar>(&self, rate: S, s: S, rest: &[S; 2]) -> S {
         let rate = Dual { value: rate, derivative: S::one() };
@@ -45,7 +45,7 @@ pub trait RateLaw: Send + Sync + 'static {
     }
 }
 
-/// `1/2 s^2` of a deviation, `1/2 rate^2` of a rate.
+/// Quadratic law: `1/2 s^2` of a deviation, `1/2 rate^2` of a rate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Square;
 
@@ -101,7 +101,7 @@ pub(crate) struct FormulaPrograms {
 }
 
 impl FormulaPrograms {
-    /// Compiles a formula of so many variables, or its derivative `by` one of the parameters.
+    /// Compiles a formula of this many variables, or its derivative with respect to parameter `by`.
     pub(crate) fn new(
         text: &str,
         formula: &Formula,
@@ -137,19 +137,19 @@ impl FormulaPrograms {
         value[0]
     }
 
-    /// The value.
+    /// Returns the value.
     #[inline(always)]
     pub(crate) fn value<S: Scalar, const N: usize>(&self, variables: [S; N]) -> S {
         self.run(&self.value, variables)
     }
 
-    /// The derivative with respect to the first variable.
+    /// Returns the derivative with respect to the first variable.
     #[inline(always)]
     pub(crate) fn slope<S: Scalar, const N: usize>(&self, variables: [S; N]) -> S {
         self.run(&self.slope, variables)
     }
 
-    /// The second derivative with respect to the first variable.
+    /// Returns the second derivative with respect to the first variable.
     pub(crate) fn curvature<const N: usize>(&self, variables: [f64; N]) -> f64 {
         let mut along = variables.map(Dual::constant);
         along[0].derivative = 1.0;

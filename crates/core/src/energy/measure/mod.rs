@@ -54,8 +54,9 @@ pub trait ScalarStrain<const D: usize, const N: usize>: Send + Sync + 'static {
         Fault::Stencil { what: Self::OF, body: body.into(), index }
     }
 
-    /// Returns vectors `u` whose products `sum u u^T` are nowhere less than `ds/dx ds/dx^T + (s - s_0)
-    /// d2s/dx2`, and close to it, if the measure has them in closed form: its projected Hessian.
+    /// Returns vectors `u` whose sum of products `sum u u^T` is a close upper bound of
+    /// `ds/dx ds/dx^T + (s - s_0) d2s/dx2`, the projected Hessian. `None` if the measure has no closed
+    /// form for them.
     fn positive_parts<S: Scalar>(x: &[[S; D]; N], rest: &[S; 2]) -> Option<[[[S; D]; N]; PARTS]> {
         let _ = (x, rest);
         None
@@ -75,21 +76,22 @@ pub struct ScalarStrainEnergy<Q, const D: usize, const N: usize, W = Square> {
 }
 
 impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> ScalarStrainEnergy<Q, D, N> {
-    /// Stencils `vertices` (global vertex indices) of `body` with their constants. The reference positions
-    /// `rest` (flat, all vertices of the system) [m] are used only to find neighbours.
+    /// Creates the stencils `vertices` (global vertex indices) of `body` with their constants. The
+    /// reference positions `rest` (flat, all vertices of the system) [m] are used only to find
+    /// neighbours.
     ///
     /// # Panics
-    /// If there are not as many constants as stencils.
+    /// If the numbers of constants and stencils differ.
     pub fn new(body: &str, vertices: &[[u32; N]], constants: &[StencilConstants], rest: &[f64]) -> Self {
         Self::with_law(body, Square, vertices, constants, rest)
     }
 }
 
 impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize, W: ScalarLaw> ScalarStrainEnergy<Q, D, N, W> {
-    /// Stencils with a law, otherwise like [`new`](ScalarStrainEnergy::new).
+    /// Creates stencils with a law, otherwise like [`new`](ScalarStrainEnergy::new).
     ///
     /// # Panics
-    /// If there are not as many constants as stencils.
+    /// If the numbers of constants and stencils differ.
     pub fn with_law(
         body: &str,
         law: W,

@@ -12,13 +12,13 @@ use crate::numbering::along_curve;
 /// Constants of one stencil.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StencilConstants {
-    /// Factor `k` of the energy, or of the dissipation, over the square of the measure's unit [J, W s].
+    /// Factor `k` of the energy, or of the dissipation, per square of the measure's unit [J, W s].
     pub stiffness: f64,
     /// Parameters of the rest value.
     pub rest: [f64; 2],
 }
 
-/// The constants of `WIDTH` stencils, laid out for vector loads.
+/// Constants of `WIDTH` stencils, laid out for vector loads.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
 pub(crate) struct Pack {
@@ -47,10 +47,11 @@ pub struct MeasuredStencils<Q, const D: usize, const N: usize> {
 }
 
 impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> MeasuredStencils<Q, D, N> {
-    /// Stencils `vertices` with their constants; the reference positions `rest` are used to find neighbours.
+    /// Creates the stencils `vertices` with their constants; the reference positions `rest` are used to
+    /// find neighbours.
     ///
     /// # Panics
-    /// If there are not as many constants as stencils.
+    /// If the numbers of constants and stencils differ.
     pub fn new(vertices: &[[u32; N]], constants: &[StencilConstants], rest: &[f64]) -> Self {
         assert_eq!(vertices.len(), constants.len(), "constants for each stencil");
         let order = along_curve::<D>(&centroids(vertices, rest));
@@ -64,25 +65,25 @@ impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> MeasuredStencils<Q, 
                     pack.stiffness[lane] = constants[*stencil as usize].stiffness;
                     rest = constants[*stencil as usize].rest;
                 }
-                // Lanes that only fill up repeat the stencil before them.
+                // Padding lanes repeat the stencil before them.
                 (pack.rest[0][lane], pack.rest[1][lane]) = (rest[0], rest[1]);
             }
         }
         MeasuredStencils { patches, packs, measure: PhantomData }
     }
 
-    /// Stiffness and rest of one lane.
+    /// Returns stiffness and rest parameters of one lane.
     pub(crate) fn constants(&self, pack: usize, lane: usize) -> (f64, [f64; 2]) {
         let Pack { stiffness, rest } = &self.packs[pack];
         (stiffness[lane], [rest[0][lane], rest[1][lane]])
     }
 
-    /// Scratch memory.
+    /// Creates scratch memory.
     pub fn workspace(&self) -> Workspace<D> {
         Workspace::new(&self.patches)
     }
 
-    /// The first stencil at which `number` is not finite.
+    /// Returns the fault of the first stencil at which `number` is not finite.
     pub(crate) fn fault(
         &self,
         body: &str,

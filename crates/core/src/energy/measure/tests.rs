@@ -1,8 +1,8 @@
-//! Properties of every measure, and its values in places where they are known.
+//! Properties of every measure, and known values.
 
 use super::*;
 
-/// `i`-th number of a sequence without pattern in (-1, 1).
+/// Returns the `i`-th number of a sequence without pattern in (-1, 1).
 fn number(i: usize) -> f64 {
     2.0 * ((i as f64 + 1.0) * 0.754_877_666_246_692_7).fract() - 1.0
 }
@@ -84,8 +84,7 @@ fn gradients_and_hessians_are_derivatives_and_rigid_motions_do_no_work() {
     check::<Curvature, 3, 3>([0.4, 0.0]);
 }
 
-/// Projected Hessians have no negative curvature along any direction, and nowhere less than the exact one:
-/// what resists stays.
+/// Projected Hessians have no negative curvature in any direction, and nowhere less than the exact one.
 fn projected<Q: ScalarStrain<D, N>, const D: usize, const N: usize>(rest: [f64; 2]) {
     let (x, vertices) = stencils::<D, N>();
     let constants = [StencilConstants { stiffness: 2.0, rest }, StencilConstants { stiffness: 3.0, rest }];
@@ -157,7 +156,7 @@ fn projected_hessians_of_hinges_bound_the_exact_ones() {
         }
         matrix
     };
-    // What is added to the exact Hessian, as a part of its norm.
+    // Relative size of what is added to the exact Hessian.
     let added = |bend: f64| {
         let [exact, mut above] = [Psd::Exact, Psd::Projected].map(|psd| matrix(angle - bend, psd));
         let size = exact.as_flattened().iter().map(|e| e * e).sum::<f64>().sqrt();
@@ -186,7 +185,7 @@ fn projected_hessians_of_hinges_bound_the_exact_ones() {
     }
 }
 
-/// A hinge of unit height whose second wing is turned up by `angle`.
+/// Returns a hinge of unit height whose second triangle is turned up by `angle`.
 fn folded(angle: f64) -> [[f64; 3]; 4] {
     [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.3, 1.0, 0.0], [0.6, -angle.cos(), angle.sin()]]
 }

@@ -1,13 +1,13 @@
-//! Second derivatives of the attraction of pairs, for implicit integrators with few particles.
+//! Second derivatives of pair gravity, for implicit integrators with few particles.
 
 use crate::lanes::WIDTH;
 use crate::material::Psd;
 
-/// Number of particles up to which every pair has a block in the matrix: for more it would be large and
-/// dense.
+/// Number of particles up to which every pair has a block in the matrix, which would be large and dense
+/// for more.
 pub(super) const MAX_PARTICLES: usize = 256;
 
-/// Every pair `i < j` of so many particles.
+/// Returns every pair `i < j` of `particles` particles.
 pub(super) fn pairs(particles: usize) -> Vec<[u32; 2]> {
     let count = particles as u32;
     (0..count).flat_map(|i| (i + 1..count).map(move |j| [i, j])).collect()
@@ -34,7 +34,7 @@ pub(super) fn pair_hessian<const D: usize>(d: [f64; D], k: f64, softening2: f64,
     }
 }
 
-/// The mass of particle `i`.
+/// Returns the mass of particle `i`.
 pub(super) fn mass_of(mass: &[[f64; WIDTH]], i: u32) -> f64 {
     mass[i as usize / WIDTH][i as usize % WIDTH]
 }

@@ -1,4 +1,4 @@
-//! The direct sum over pairs of blocks of eight particles, on lanes.
+//! Direct sum over pairs of blocks of eight particles, on lanes.
 //!
 //! Every pair is computed once and acts on both its particles. Blocks of targets are distributed to groups
 //! round robin, because the first block pairs with all the others and the last with none.
@@ -6,8 +6,8 @@
 use super::pair::{Block, TARGETS, by_newton, difference, dot, interaction, lane_of, load, splat};
 use crate::lanes::{Kernel, Lanes, WIDTH};
 
-/// Blocks of sources that are processed with all targets of a group before the next ones: with their sums,
-/// 112 kB, which fits a cache near the core.
+/// Blocks of sources that are processed with all targets of a group before the next ones: with their
+/// sums, 112 kB, which fits a cache near the core.
 const TILE: usize = 256;
 
 /// Particles in blocks. Padding lanes of the last block have mass zero and are far away.
@@ -19,12 +19,12 @@ pub(super) struct Particles<'a, const D: usize> {
 }
 
 /// Sums over pairs into `out`, one block per block of particles, without the constant and the mass of the
-/// particle itself: `sum_j m_j d / r^3` with `d = x_i - x_j`, or its derivative along `direction`, see
-/// [`interaction`]. With `ENERGY`, which is not available for derivatives, also `sum_{i<j} m_i m_j / r`; the
-/// other sums are bit-identical.
+/// target: `sum_j m_j d / r^3` with `d = x_i - x_j`, or its derivative along `direction`, see
+/// [`interaction`]. `ENERGY`, which is not available for derivatives, also sums `sum_{i<j} m_i m_j / r`;
+/// the other sums are bit-identical.
 pub(super) struct PairKernel<'a, const D: usize, const DERIVATIVE: bool, const ENERGY: bool> {
     pub(super) particles: Particles<'a, D>,
-    /// Direction of the derivative; otherwise anything of the same length, which is not read.
+    /// Direction of the derivative; otherwise any slice of the same length, which is not read.
     pub(super) direction: &'a [Block<D>],
     pub(super) group: usize,
     pub(super) groups: usize,
@@ -32,14 +32,14 @@ pub(super) struct PairKernel<'a, const D: usize, const DERIVATIVE: bool, const E
 }
 
 impl<const D: usize, const DERIVATIVE: bool, const ENERGY: bool> PairKernel<'_, D, DERIVATIVE, ENERGY> {
-    /// Position and, for the derivative, direction of one particle, in every lane.
+    /// Returns position and, for the derivative, direction of one particle, in every lane.
     #[inline(always)]
     fn target<L: Lanes>(&self, i: usize, lane: usize) -> [[L; D]; 2] {
         let position = splat(&lane_of(&self.particles.position[i], lane));
         [position, if DERIVATIVE { splat(&lane_of(&self.direction[i], lane)) } else { position }]
     }
 
-    /// All pairs within block `i`, each from both sides.
+    /// Adds all pairs within block `i`, each from both sides.
     #[inline(always)]
     fn diagonal<L: Lanes>(&mut self, i: usize, softening2: L, energy: &mut L) {
         let position = load(&self.particles.position[i]);
@@ -47,7 +47,7 @@ impl<const D: usize, const DERIVATIVE: bool, const ENERGY: bool> PairKernel<'_, 
         let mass = L::load(&self.particles.mass[i]);
         for lane in 0..WIDTH {
             let (s, v) = interaction::<L, D, DERIVATIVE>(&self.target(i, lane), &source, softening2, false);
-            // A particle does not meet itself.
+            // A particle does not act on itself.
             let others = L::mask_from_bits(!(1 << lane));
             for c in 0..D {
                 self.out[i][c][lane] += L::select(others, mass * s * v[c], L::zero()).horizontal_sum();
@@ -59,7 +59,8 @@ impl<const D: usize, const DERIVATIVE: bool, const ENERGY: bool> PairKernel<'_, 
         }
     }
 
-    /// `TARGETS` particles of block `i` from `first` on, and the blocks `sources`, all of them later ones.
+    /// Adds the pairs of `TARGETS` particles of block `i`, from `first` on, with the later blocks
+    /// `sources`.
     #[inline(always)]
     fn off_diagonal<L: Lanes>(
         &mut self,
@@ -69,6 +70,7 @@ impl<const D: usize, const DERIVATIVE: bool, const ENERGY: bool> PairKernel<'_, 
         softening2: L,
         energy: &mut L,
     ) {
+        // Targets in every lane, and the factors of their reactions.
         let mut targets = [[[L::zero(); D]; 2]; TARGETS];
         let mut reaction = [L::zero(); TARGETS];
         for t in 0..TARGETS {
@@ -81,6 +83,7 @@ impl<const D: usize, const DERIVATIVE: bool, const ENERGY: bool> PairKernel<'_, 
         let masses = &self.particles.mass[sources.clone()];
         let directions = &self.direction[sources.clone()];
         let out = &mut self.out[sources];
+        // Sum the action of each pack on the targets, and add their reaction to it.
         for (((position, mass), direction), out) in positions.iter().zip(masses).zip(directions).zip(out) {
             let position = load(position);
             let source = [position, if DERIVATIVE { load(direction) } else { position }];
@@ -138,7 +141,7 @@ impl<const D: usize, const DERIVATIVE: bool, const ENERGY: bool> Kernel
                 }
             }
         }
-        // Zero times a finite number is zero, times anything else NaN.
+        // Zero times a finite number is zero, times any other NaN.
         let mut zero = L::zero();
         for block in self.out.iter().flatten() {
             zero = L::load(block).mul_add(L::zero(), zero);
@@ -147,7 +150,7 @@ impl<const D: usize, const DERIVATIVE: bool, const ENERGY: bool> Kernel
     }
 }
 
-/// `sum_{i<j} m_i m_j / r` over the pairs of one group.
+/// Sums `sum_{i<j} m_i m_j / r` over the pairs of one group.
 pub(super) struct NBodyEnergyKernel<'a, const D: usize> {
     pub(super) particles: Particles<'a, D>,
     pub(super) group: usize,

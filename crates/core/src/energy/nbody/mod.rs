@@ -22,14 +22,14 @@ const PARTICLES_PER_GROUP: usize = 256;
 /// Number of particles from which the search for the largest frequency uses a tree.
 const STIFFNESS_BY_TREE: usize = 4096;
 const STIFFNESS_OPENING_ANGLE: f64 = 0.5;
-/// Maximum number of groups: a compromise between load balance and the summation of arrays.
+/// Maximum number of groups, which balances the load against the summation of arrays.
 const MAX_GROUPS: usize = 16;
 
-/// Energy of Newtonian gravity, `E = -G sum_{i<j} m_i m_j / sqrt(|x_i - x_j|^2 + softening^2)` over a set of
-/// vertices (lecture 8); Plummer softening, Aarseth 2003, *Gravitational N-Body Simulations*.
+/// Newtonian gravity `E = -G sum_{i<j} m_i m_j / sqrt(|x_i - x_j|^2 + softening^2)` over a set of
+/// vertices (lecture 8), with Plummer softening: Aarseth 2003, *Gravitational N-Body Simulations*.
 ///
-/// Each pair is computed once and acts on both its particles. The pairs are distributed to a number of groups
-/// that depends on the number of particles alone, never on the number of threads. Each group sums into its
+/// Each pair is computed once and acts on both its particles. The pairs are distributed to groups, whose
+/// number depends on the number of particles, never on the number of threads. Each group sums into its
 /// own array and the arrays are added in order, so that the result is bit-identical on any machine.
 pub struct NBody<const D: usize> {
     vertices: Vec<u32>,
@@ -37,7 +37,7 @@ pub struct NBody<const D: usize> {
     softening2: f64,
     mass: Vec<[f64; WIDTH]>,
     position: Vec<Block<D>>,
-    /// Direction of products with the Hessian; empty until there is one.
+    /// Direction of products with the Hessian; empty until the first product.
     direction: Vec<Block<D>>,
     /// Sums of each group.
     partial: Vec<Vec<Block<D>>>,
@@ -46,13 +46,13 @@ pub struct NBody<const D: usize> {
     stiffness_by_tree: usize,
     /// Tree for these approximate products, while they are needed.
     stiffness: Option<Box<TreeGravity<D>>>,
-    /// Every pair, once an implicit integrator has requested them.
+    /// Every pair, after an implicit integrator has requested them.
     pairs: Vec<[u32; 2]>,
 }
 
 impl<const D: usize> NBody<D> {
-    /// Attraction with constant `constant` [m^3/(kg s^2)] and softening length `softening` [m] between
-    /// `vertices` of masses `mass` [kg] (one per listed vertex).
+    /// Creates the attraction with constant `constant` [m^3/(kg s^2)] and softening length `softening`
+    /// [m] between `vertices` of masses `mass` [kg] (one per listed vertex).
     ///
     /// # Panics
     /// If the vertices are not listed in ascending order.
@@ -83,8 +83,8 @@ impl<const D: usize> NBody<D> {
         Particles { position: &self.position, mass: &self.mass, softening2: self.softening2 }
     }
 
-    /// Runs the pair kernel in every group; returns whether all sums are finite. With `ENERGY`, `parts` then
-    /// has the energies.
+    /// Runs the pair kernel in every group; returns true if all sums are finite. `ENERGY` also writes the
+    /// energies to `parts`.
     fn sum_pairs<const DERIVATIVE: bool, const ENERGY: bool>(&mut self) -> bool {
         let mut partial = std::mem::take(&mut self.partial);
         let mut parts = std::mem::take(&mut self.parts);
@@ -107,7 +107,7 @@ impl<const D: usize> NBody<D> {
     }
 }
 
-/// Copies the rows of `vertices` out of a flat array into blocks.
+/// Copies the rows of `vertices` from a flat array into blocks.
 fn load<const D: usize>(blocks: &mut [Block<D>], vertices: &[u32], x: &[f64]) {
     for (i, &v) in vertices.iter().enumerate() {
         for c in 0..D {
@@ -148,7 +148,7 @@ impl<const D: usize> EnergyTerm for NBody<D> {
 
     fn stencils(&mut self) -> Stencils {
         if self.vertices.len() > hessian::MAX_PARTICLES {
-            // The matrix omits gravity: Newton's method converges linearly, and fast, because gravity is
+            // The matrix omits gravity: Newton's method converges linearly, but fast, because gravity is
             // soft.
             return Stencils::default();
         }
@@ -256,7 +256,7 @@ fn coincident<const D: usize>(vertices: &[u32], softening2: f64, x: &[f64]) -> O
     Some(Fault::Pair { first, second })
 }
 
-/// The rows of `vertices` of a flat array.
+/// Copies the rows of `vertices` of a flat array.
 fn gather<const D: usize>(rows: &mut Vec<[f64; D]>, vertices: &[u32], x: &[f64]) {
     rows.clear();
     rows.extend(vertices.iter().map(|&v| {
@@ -290,8 +290,8 @@ mod tests {
             let sum: f64 =
                 (0..count).flat_map(|i| (0..i).map(move |j| (i, j))).map(|(i, j)| pair(i, j)).sum();
             let relative = |value: f64| (value / (-0.7 * sum) - 1.0).abs();
-            // Half a million terms of one sign, added in blocks: far from the bound of n units in the last
-            // place.
+            // Half a million terms of one sign, added in blocks: far below the bound of n units in the
+            // last place.
             assert!(relative(energy.unwrap()) < 1e-13 && relative(term.energy(&x)) < 1e-13);
         }
     }

@@ -5,17 +5,17 @@ use crate::lanes::{Lanes, WIDTH};
 /// `WIDTH` vectors, `v[component][lane]`.
 pub(super) type Block<const D: usize> = [[f64; WIDTH]; D];
 
-/// Positions of padding lanes, in every component [m]: apart from each other and far away from all particles.
-/// Padding particles have mass zero and their pair terms are finite numbers, so that they contribute nothing
-/// without a comparison in any inner loop.
+/// Positions of padding lanes, in every component [m]: distinct, and far away from all particles. Padding
+/// particles have mass zero and finite pair terms, so that they contribute nothing without a comparison
+/// in any inner loop.
 pub(super) const FAR: [f64; WIDTH] = [1e100, 2e100, 3e100, 4e100, 5e100, 6e100, 7e100, 8e100];
 
 /// Number of targets whose sums stay in registers during the loop over packs of sources.
 pub(super) const TARGETS: usize = 4;
 
-/// True if target `t` of a round computes its inverse roots by Newton's method, the others by square root and
-/// division. The divider works in parallel with the multipliers: one of four by the other method keeps both
-/// of them busy, and is a fifth faster than either method alone (two of four: the same within 3 %). Constant
+/// True if target `t` of a round computes its inverse roots by Newton's method, the others by square root
+/// and division. The divider works in parallel with the multipliers: one of four by Newton's method keeps
+/// both busy, and is a fifth faster than either method alone (two of four: equal within 3 %). Constant
 /// after unrolling.
 #[inline(always)]
 pub(super) const fn by_newton(t: usize) -> bool {
@@ -41,7 +41,7 @@ pub(super) fn splat<L: Lanes, const D: usize>(vector: &[f64; D]) -> [L; D] {
     v
 }
 
-/// One lane of a block as a vector.
+/// Returns one lane of a block as a vector.
 #[inline(always)]
 pub(super) fn lane_of<const D: usize>(block: &Block<D>, lane: usize) -> [f64; D] {
     let mut v = [0.0; D];
@@ -51,7 +51,7 @@ pub(super) fn lane_of<const D: usize>(block: &Block<D>, lane: usize) -> [f64; D]
     v
 }
 
-/// `a - b`.
+/// Returns `a - b`.
 #[inline(always)]
 pub(super) fn difference<L: Lanes, const D: usize>(a: &[L; D], b: &[L; D]) -> [L; D] {
     let mut d = *a;
@@ -61,7 +61,7 @@ pub(super) fn difference<L: Lanes, const D: usize>(a: &[L; D], b: &[L; D]) -> [L
     d
 }
 
-/// `a . b + start`.
+/// Returns `a . b + start`.
 #[inline(always)]
 pub(super) fn dot<L: Lanes, const D: usize>(a: &[L; D], b: &[L; D], start: L) -> L {
     let mut sum = start;
@@ -71,9 +71,10 @@ pub(super) fn dot<L: Lanes, const D: usize>(a: &[L; D], b: &[L; D], start: L) ->
     sum
 }
 
-/// `1 / sqrt(r2)` to a relative error below 1e-12, without the divider: the bits of `r2` and one step whose
-/// polynomial in `e = 1 - r2 q^2` is the best of its degree in relative error for the seed's `e` in
-/// [-0.0692, 0.0676] (largest error 7.5e-7), all of it before the correction that the callers add.
+/// Returns `1 / sqrt(r2)` to a relative error below 1e-12, without the divider, before the correction
+/// that the callers add. The seed comes from the bits of `r2`. One step follows, whose polynomial in
+/// `e = 1 - r2 q^2` is the best of its degree in relative error for the seed's `e` in [-0.0692, 0.0676]
+/// (largest error 7.5e-7).
 #[inline(always)]
 fn inverse_root_start<L: Lanes>(r2: L) -> L {
     let q = r2.inverse_sqrt_seed();
@@ -82,7 +83,7 @@ fn inverse_root_start<L: Lanes>(r2: L) -> L {
     q * p.mul_add(e, L::splat(0.500_000_423_426_05)).mul_add(e, L::splat(0.999_999_253_325_241_8))
 }
 
-/// `r2^(-1/2)`, to two units in the last place in either way; NaN or infinite at zero.
+/// Returns `r2^(-1/2)`, to two units in the last place by either method; NaN or infinite at zero.
 #[inline(always)]
 pub(super) fn inverse_root<L: Lanes>(r2: L, newton: bool) -> L {
     if !newton {
@@ -94,7 +95,7 @@ pub(super) fn inverse_root<L: Lanes>(r2: L, newton: bool) -> L {
     (q * e).mul_add(L::splat(0.375).mul_add(e, L::splat(0.5)), q)
 }
 
-/// `r2^(-3/2)`, to three units in the last place in either way; NaN or infinite at zero.
+/// Returns `r2^(-3/2)`, to three units in the last place by either method; NaN or infinite at zero.
 #[inline(always)]
 pub(super) fn inverse_cube<L: Lanes>(r2: L, newton: bool) -> L {
     if !newton {
@@ -108,11 +109,11 @@ pub(super) fn inverse_cube<L: Lanes>(r2: L, newton: bool) -> L {
     (cube * e).mul_add(L::splat(1.875).mul_add(e, L::splat(1.5)), cube)
 }
 
-/// Returns a pair's scalar and vector: `m_j s v` is the contribution of the source to its target, without `G`
-/// and the mass of the target.
+/// Returns a pair's scalar `s` and vector `v`: `m_j s v` is the contribution of the source to its target,
+/// without `G` and the mass of the target.
 ///
-/// `s = r^-3` and `v = d`, the separation; for the derivative along a direction, `v = dp - 3 (d . dp) / r^2
-/// d` with the difference `dp` of the directions.
+/// The values are `s = r^-3` and `v = d`, the separation; for the derivative along a direction,
+/// `v = dp - 3 (d . dp) / r^2 d` with the difference `dp` of the directions.
 #[inline(always)]
 pub(super) fn interaction<L: Lanes, const D: usize, const DERIVATIVE: bool>(
     target: &[[L; D]; 2],
@@ -140,7 +141,7 @@ mod tests {
     use super::*;
     use crate::lanes::{Kernel, dispatch};
 
-    /// `(inverse_root, inverse_cube)` by Newton's method.
+    /// Computes `(inverse_root, inverse_cube)` by Newton's method.
     struct Powers<'a>(&'a [f64; WIDTH]);
     impl Kernel for Powers<'_> {
         type Output = [[f64; WIDTH]; 2];
@@ -173,7 +174,7 @@ mod tests {
         let [root, cube] = dispatch(Powers(&[0.0; WIDTH]));
         for l in 0..WIDTH {
             assert!(!cube[l].is_finite(), "{}", cube[l]);
-            // The potential and the derivative are made from this one.
+            // Potential and derivative are computed from this root.
             assert!(!(root[l] * root[l] * root[l]).is_finite(), "{}", root[l]);
         }
     }

@@ -1,4 +1,4 @@
-//! All springs of a term in one layout: the loops over its vertices, on one thread or several.
+//! All springs of a term in one layout: loops over its vertices, on one thread or several.
 
 use rayon::prelude::*;
 
@@ -13,30 +13,30 @@ const TASK_BLOCKS: usize = 128;
 /// Number of tasks, of some 8 microseconds each, below which other threads cost about what they save.
 const PARALLEL_FROM_TASKS: usize = 3;
 
-/// A row for each vertex of a block.
+/// One row for each vertex of a block.
 type Rows<const D: usize> = [[f64; D]; WIDTH];
 
 /// Springs in a layout, with the memory for their sums.
-///
-/// Every vertex adds up its own springs, in the order of its slots: nothing is scattered, a tension has the
+/// Every vertex adds up its own springs, in the order of its slots. Nothing is scattered, a tension is
+/// bit-identical at both ends of its spring on every thread, and no sum depends on the number of threads.
 /// same bits at both ends of its spring on every thread, and no sum depends on the number of threads.
 pub(super) struct Arrangement<const D: usize, N: Neighbours<D>> {
     neighbours: N,
     slots: Slots,
     /// Positions of the last evaluation.
     position: N::Field,
-    /// Direction of a product with the Hessian, once there has been one.
+    /// Direction of a product with the Hessian, after the first product.
     direction: Option<N::Field>,
-    /// The gradient last evaluated, block by block, a row of `D` for each vertex.
+    /// Last evaluated gradient, block by block, a row of `D` for each vertex.
     gradient: Aligned,
     /// Tensions, one buffer for every task of an evaluation.
     tensions: Vec<N::Tensions>,
-    /// The energy of every task.
+    /// Energy of every task.
     parts: Vec<f64>,
 }
 
 impl<const D: usize, N: Neighbours<D>> Arrangement<D, N> {
-    /// Springs with their other ends and constants.
+    /// Creates an arrangement from the other ends of springs and their constants.
     pub(super) fn new((neighbours, slots): (N, Slots)) -> Self {
         Arrangement {
             parts: vec![0.0; slots.blocks().div_ceil(TASK_BLOCKS)],
@@ -54,13 +54,13 @@ impl<const D: usize, N: Neighbours<D>> Arrangement<D, N> {
         self.parts.len() >= PARALLEL_FROM_TASKS && rayon::current_num_threads() > 1
     }
 
-    /// Block `first` and those after it, `count` in all.
+    /// Returns `count` blocks from block `first` on.
     fn blocks(&self, first: usize, count: usize) -> SpringBlocks<'_, D, N> {
         let Arrangement { neighbours, slots, position, .. } = self;
         SpringBlocks { neighbours, slots, position, blocks: first..first + count }
     }
 
-    /// Evaluates the gradient at `x`, the rows from the first to the last vertex; returns whether it is
+    /// Evaluates the gradient at `x`, the rows from the first to the last vertex. Returns true if it is
     /// finite.
     pub(super) fn evaluate(&mut self, x: &[f64]) -> bool {
         self.neighbours.copy(x, &mut self.position);
@@ -71,7 +71,7 @@ impl<const D: usize, N: Neighbours<D>> Arrangement<D, N> {
             true => self.neighbours.fewest_blocks().max(TASK_BLOCKS),
             false => rows.len().max(1),
         };
-        // Once: a step allocates nothing after the first.
+        // Only once: a step allocates nothing after the first.
         tensions
             .resize_with(tensions.len().max(rows.len().div_ceil(per_task)), || self.neighbours.tensions());
         let run = |((task, out), tensions): ((usize, &mut [Rows<D>]), &mut N::Tensions)| {
@@ -87,12 +87,12 @@ impl<const D: usize, N: Neighbours<D>> Arrangement<D, N> {
         finite
     }
 
-    /// The gradient last evaluated, flat, from the first to the last vertex.
+    /// Returns the last evaluated gradient, flat, from the first to the last vertex.
     pub(super) fn gradient(&self) -> &[f64] {
         &self.gradient
     }
 
-    /// The energy at `x`.
+    /// Returns the energy at `x`.
     pub(super) fn energy(&mut self, x: &[f64]) -> f64 {
         self.neighbours.copy(x, &mut self.position);
         let in_parallel = self.in_parallel();
@@ -113,7 +113,7 @@ impl<const D: usize, N: Neighbours<D>> Arrangement<D, N> {
     /// Adds the product of the Hessian at `x` and `p` to `y`.
     pub(super) fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) {
         self.neighbours.copy(x, &mut self.position);
-        // Taken out while the rest is lent to the tasks.
+        // Taken out while the tasks borrow the rest.
         let mut direction = self.direction.take().unwrap_or_else(|| self.neighbours.field());
         self.neighbours.copy(p, &mut direction);
         let run = |(task, out): (usize, &mut [[f64; D]])| {
@@ -129,7 +129,8 @@ impl<const D: usize, N: Neighbours<D>> Arrangement<D, N> {
         self.direction = Some(direction);
     }
 
-    /// Every spring: its index, its ends counted from the first vertex, stiffness [N/m] and rest length [m].
+    /// Returns every spring: its index, its ends counted from the first vertex, stiffness [N/m] and rest
+    /// length [m].
     pub(super) fn springs(&self) -> impl Iterator<Item = (u32, [usize; 2], f64, f64)> {
         let ends = (0..self.slots.blocks()).flat_map(move |block| {
             self.slots.of(block).flat_map(move |slot| {

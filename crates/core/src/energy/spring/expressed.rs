@@ -16,7 +16,7 @@ pub enum SpringFormulaError {
     /// A value at the rest length is invalid.
     #[error("is {value:?} {what} at the rest length l = l0 = {length:?} m")]
     Rest {
-        /// The number.
+        /// The value.
         value: f64,
         /// Description of the value, and of its valid range.
         what: &'static str,
@@ -43,17 +43,17 @@ pub struct SpringFormula {
 const ROUNDING: f64 = 1e-10;
 
 impl SpringFormula {
-    /// Reads the formula `text` of `l`, `l0` [m] and `parameters`, in SI units.
+    /// Parses the formula `text` of `l`, `l0` [m] and `parameters`, in SI units.
     ///
     /// # Errors
-    /// [`SpringFormulaError`]: the text is not a formula, or a parameter is invalid.
+    /// [`SpringFormulaError`] if the text is not a formula or a parameter is invalid.
     pub fn new(text: &str, parameters: &[(&str, f64)]) -> Result<SpringFormula, SpringFormulaError> {
         let formula = Formula::with_parameters(text, &["l", "l0"], parameters)?;
         Ok(SpringFormula { programs: Arc::new(FormulaPrograms::new(text, &formula, 2, parameters, None)?) })
     }
 
-    /// Checks that a spring of the rest length `length` [m] has neither energy nor tension there, and a
-    /// positive stiffness.
+    /// Checks that a spring of rest length `length` [m] has neither energy nor tension at that length,
+    /// and a positive stiffness.
     ///
     /// # Errors
     /// [`SpringFormulaError::Rest`] with the invalid value.
@@ -65,7 +65,7 @@ impl SpringFormula {
         if !(stiffness.is_finite() && stiffness > 0.0) {
             return wrong(stiffness, "N/m as the stiffness, which must be a positive number,");
         }
-        // Not more than a number, and not none either.
+        // Both comparisons are needed: NaN exceeds no bound.
         if tension.is_nan() || tension.abs() > ROUNDING * stiffness * length {
             return wrong(tension, "N as the tension, which must be 0,");
         }
@@ -75,13 +75,13 @@ impl SpringFormula {
         Ok(())
     }
 
-    /// The second derivative of the energy with respect to the length, at the rest length [N/m].
+    /// Returns the second derivative of the energy with respect to the length, at the rest length [N/m].
     pub fn stiffness_at_rest(&self, length: f64) -> f64 {
         self.programs.curvature([length, length])
     }
 }
 
-/// Energy of the length, which its stencils measure from zero.
+/// The formula takes the length itself, so deviations are measured from zero.
 impl ScalarLaw for SpringFormula {
     #[inline(always)]
     fn origin<S: Scalar>(_: &[S; 2]) -> [S; 2] {
@@ -109,7 +109,7 @@ mod tests {
 
     const FORMULA: &str = "k/2*(l - l0)^2";
 
-    /// A chain that is stretched, bent and pressed.
+    /// Returns a chain that is stretched, bent and compressed.
     fn chain() -> (Vec<[u32; 2]>, Vec<f64>, Vec<f64>, Vec<f64>) {
         let count = 20;
         let rest: Vec<f64> = (0..count).flat_map(|i| [f64::from(i), 0.1 * f64::from(i % 3), 0.0]).collect();
@@ -161,7 +161,7 @@ mod tests {
         }
     }
 
-    /// The blocks of the matrix against the product with unit vectors, and without what is negative.
+    /// Blocks of the matrix against products with unit vectors, exact and projected.
     #[test]
     fn blocks_are_the_derivative_of_the_force() {
         let (_, _, rest, x) = chain();
@@ -184,7 +184,7 @@ mod tests {
             }
             let mut projected = vec![0.0; lanes * 27];
             term.stencil_hessians(0..lanes, &x, Psd::Projected, &mut projected);
-            // Projected by its eigenvalues: what has no negative one stays, but for rounding.
+            // Blocks without negative eigenvalues do not change by the projection, up to rounding.
             let same = projected.iter().zip(&blocks).all(|(a, b)| (a - b).abs() < 1e-12 * 70.0);
             assert_eq!(same, stretched, "a pressed spring gives way sideways");
         }

@@ -10,7 +10,7 @@ use super::neighbours::{COPIED_AT_ONCE, Neighbours};
 use super::slots::Slots;
 use crate::lanes::{Lanes, VertexRows, WIDTH, copy_points, with_room};
 
-/// The other ends in every slot; a vertex itself in lanes without a spring.
+/// Other ends in every slot; a vertex itself in lanes without a spring.
 #[derive(Debug)]
 pub(super) struct GatheredNeighbours {
     vertices: usize,
@@ -18,7 +18,7 @@ pub(super) struct GatheredNeighbours {
 }
 
 impl GatheredNeighbours {
-    /// The other ends of these springs, and their constants.
+    /// Creates the other ends of these springs, and their constants.
     pub(super) fn new(half: &HalfSprings, stiffness: &[f64], rest_length: &[f64]) -> (Self, Slots) {
         let own = |block| -> [usize; WIDTH] { std::array::from_fn(|lane| block * WIDTH + lane) };
         let most = |block| own(block).map(|i| half.of(i).len()).into_iter().max().unwrap_or(0);
@@ -82,7 +82,7 @@ impl<const D: usize> Neighbours<D> for GatheredNeighbours {
         0
     }
 
-    /// Every spring is computed at both of its ends, with the same bits there: nothing is scattered.
+    /// Computes every spring at both of its ends, bit-identical there: nothing is scattered.
     #[inline(always)]
     fn gradient<L: Lanes>(
         &self,
@@ -92,7 +92,7 @@ impl<const D: usize> Neighbours<D> for GatheredNeighbours {
         blocks: Range<usize>,
         out: &mut [[[f64; D]; WIDTH]],
     ) -> L {
-        // Zero times a finite number is zero, times anything else NaN.
+        // Zero times a finite number is zero, times any other NaN.
         let mut zero = L::zero();
         for (block, out) in blocks.zip(out) {
             let own: [L; D] = self.own(field, block);

@@ -2,19 +2,19 @@
 
 use crate::lanes::WIDTH;
 
-/// A spring as seen from one of its ends.
+/// Spring as seen from one of its ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct HalfSpring {
-    /// The other end, counted from the first vertex.
+    /// Other end, counted from the first vertex.
     pub(super) neighbour: u32,
     /// Index of the spring.
     pub(super) spring: u32,
 }
 
-/// The springs of each vertex of a range, by neighbour and then by index.
+/// Springs of each vertex of a range, sorted by neighbour and then by index.
 #[derive(Debug)]
 pub(super) struct HalfSprings {
-    /// The first vertex that has springs.
+    /// First vertex that has springs.
     pub(super) first_vertex: usize,
     /// `half[start[i]..start[i + 1]]` belong to vertex `first_vertex + i`.
     start: Vec<u32>,
@@ -57,22 +57,22 @@ impl HalfSprings {
         HalfSprings { first_vertex, start, half }
     }
 
-    /// Number of vertices from the first to the last that have springs.
+    /// Returns the number of vertices from the first to the last that have springs.
     pub(super) fn vertex_count(&self) -> usize {
         self.start.len() - 1
     }
 
-    /// Number of blocks of `WIDTH` vertices.
+    /// Returns the number of blocks of `WIDTH` vertices.
     pub(super) fn block_count(&self) -> usize {
         self.vertex_count().div_ceil(WIDTH)
     }
 
-    /// Number of half-springs: two for every spring.
+    /// Returns the number of half-springs: two for every spring.
     pub(super) fn len(&self) -> usize {
         self.half.len()
     }
 
-    /// Half-springs of vertex `first_vertex + i`; none beyond the last.
+    /// Returns the half-springs of vertex `first_vertex + i`; none beyond the last.
     pub(super) fn of(&self, i: usize) -> &[HalfSpring] {
         match self.start.get(i..i + 2) {
             Some(range) => &self.half[range[0] as usize..range[1] as usize],

@@ -7,7 +7,7 @@ use super::slots::Slots;
 use crate::lanes::{Kernel, Lanes, WIDTH};
 use crate::scalar::Compared;
 
-/// Keeps the reciprocal of a length finite; no spring of a realistic scale is as short.
+/// Keeps the reciprocal of a length finite; no realistic spring is as short.
 const TINY: f64 = 1e-300;
 
 /// Blocks of vertices with their springs and positions.
@@ -18,7 +18,7 @@ pub(super) struct SpringBlocks<'a, const D: usize, N: Neighbours<D>> {
     pub(super) blocks: Range<usize>,
 }
 
-/// The squared length of a vector in every lane.
+/// Returns the squared length of a vector in every lane.
 #[inline(always)]
 fn square<L: Lanes, const D: usize>(d: &[L; D]) -> L {
     let mut sum = d[0] * d[0];
@@ -28,14 +28,15 @@ fn square<L: Lanes, const D: usize>(d: &[L; D]) -> L {
     sum
 }
 
-/// `k (l - l0) / l` [N/m], the force of a spring over the difference `d` of its ends.
+/// Returns `k (l - l0) / l` [N/m], the force of a spring divided by the difference `d` of its ends.
 #[inline(always)]
 pub(super) fn tension<L: Lanes, const D: usize>((stiffness, rest_length): (L, L), d: &[L; D]) -> L {
     let l = Compared::max(square(d), L::splat(TINY)).sqrt();
     stiffness * ((l - rest_length) / l)
 }
 
-/// Writes the gradient on the vertices of each block to a row of `out`; returns whether all of it is finite.
+/// Writes the gradient on the vertices of each block to a row of `out`; returns true if all of it is
+/// finite.
 pub(super) struct SpringGradientKernel<'a, const D: usize, N: Neighbours<D>> {
     pub(super) of: SpringBlocks<'a, D, N>,
     pub(super) tensions: &'a mut N::Tensions,
@@ -53,7 +54,7 @@ impl<const D: usize, N: Neighbours<D>> Kernel for SpringGradientKernel<'_, D, N>
     }
 }
 
-/// The energy of the springs, half of each at either end.
+/// Sums the energy of the springs, half of each at either end.
 pub(super) struct SpringEnergyKernel<'a, const D: usize, N: Neighbours<D>>(pub(super) SpringBlocks<'a, D, N>);
 
 impl<const D: usize, N: Neighbours<D>> Kernel for SpringEnergyKernel<'_, D, N> {
@@ -71,7 +72,7 @@ impl<const D: usize, N: Neighbours<D>> Kernel for SpringEnergyKernel<'_, D, N> {
                 sum = (slots.stiffness::<L>(slot) * stretch).mul_add(stretch, sum);
             }
         }
-        // Every spring was met twice.
+        // Every spring was counted twice.
         0.25 * sum.horizontal_sum()
     }
 }

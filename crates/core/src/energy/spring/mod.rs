@@ -26,22 +26,22 @@ use super::{EnergyKind, EnergyTerm, Fault, ForceLayout, Stencils, TermProperties
 use crate::lanes::dispatch;
 use crate::material::Psd;
 
-/// Energy of linear springs: `E = 1/2 k (l - l0)^2` with `l = |x_1 - x_2|`; the gradient on `x_1` is `k (l -
-/// l0) (x_1 - x_2) / l` (lecture 9).
+/// Linear springs, `E = 1/2 k (l - l0)^2` with `l = |x_1 - x_2|`; the gradient on `x_1` is
+/// `k (l - l0) (x_1 - x_2) / l` (lecture 9).
 ///
 /// As a one-dimensional element: `F = (x_1 - x_2) / l0`, `Psi = mu (|F| - 1)^2`, `E = l0 Psi`, so `k = 2 mu /
 /// l0` (lecture 10). A spring of length zero has no direction and exerts no force.
 ///
-/// Eight consecutive vertices are computed side by side, each with its own springs. If they are numbered as
-/// on a grid, the other ends are adjacent too: they are loaded directly, and a tension is computed at the
-/// lower end of a spring and read at the upper one. Otherwise the other ends are gathered, and both ends
-/// compute.
+/// Eight consecutive vertices are computed side by side, each with its own springs. If they are numbered
+/// as on a grid, the other ends are adjacent too: they are loaded directly, and a tension is computed at
+/// the lower end of a spring and read at the upper one. Otherwise the other ends are gathered, and each
+/// end computes the tension.
 pub struct Springs<const D: usize> {
     body: String,
     /// Range of the coordinates of the vertices from the first to the last with springs, in a flat array.
     coordinates: Range<usize>,
     layout: Layout<D>,
-    /// The springs one by one, once an implicit integrator has requested them.
+    /// Individual springs, after an implicit integrator has requested them.
     pairs: Vec<Spring>,
 }
 
@@ -61,8 +61,8 @@ macro_rules! on {
 }
 
 impl<const D: usize> Springs<D> {
-    /// Springs of `body` along `edges` (global vertex indices) of `vertex_count` vertices; stiffness [N/m]
-    /// and rest length [m] of each.
+    /// Creates springs of `body` along `edges` (global vertex indices) of `vertex_count` vertices, with
+    /// the stiffness [N/m] and rest length [m] of each.
     ///
     /// # Panics
     /// If an edge joins a vertex to itself or to one beyond `vertex_count`, or a list is shorter than
@@ -108,7 +108,7 @@ impl<const D: usize> EnergyTerm for Springs<D> {
 
     fn add_rows(&self, first: usize, g: &mut [f64]) {
         let Range { start, end } = self.coordinates;
-        // The part of the rows asked for that belongs to vertices from the first to the last with springs.
+        // Part of the requested rows that belongs to vertices from the first to the last with springs.
         let (from, to) = ((first * D).max(start), (first * D + g.len()).min(end));
         if from < to {
             let rows = on!(&self.layout, springs => springs.gradient());

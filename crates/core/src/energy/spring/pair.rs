@@ -28,8 +28,8 @@ pub(super) fn hessians<const D: usize>(springs: &[Spring], x: &[f64], psd: Psd, 
             square += n[c] * n[c];
         }
         let length = square.sqrt();
-        // A spring of length zero has no direction; it pulls with no force, and its tangent is taken as that
-        // of a taut one.
+        // A spring of length zero has no direction and no force; its tangent is taken as that of a taut
+        // one.
         let across = if length > 0.0 { 1.0 - spring.rest_length / length } else { 1.0 };
         let across = if psd == Psd::Projected && across < 0.0 { 0.0 } else { across };
         let along = if length > 0.0 { (1.0 - across) / square } else { 0.0 };

@@ -1,5 +1,5 @@
-//! Vertex runs, for vertices numbered as on a grid: the other ends of eight springs are adjacent in memory,
-//! too.
+//! Vertex runs, for vertices numbered as on a grid: the other ends of eight springs are adjacent in
+//! memory, too.
 
 mod rings;
 
@@ -13,29 +13,28 @@ use super::neighbours::{COPIED_AT_ONCE, Neighbours};
 use super::slots::Slots;
 use crate::lanes::{Aligned, Columns, ColumnsView, Kernel, Lanes, WIDTH, dispatch};
 
-/// A spring in every lane.
+/// Mask of a slot with a spring in every lane.
 const ALL: u8 = u8::MAX;
 
-/// The other ends of the springs in a slot: vertex `i` of the block has a spring to `i + offset` if bit `i`
+/// Other ends of the springs in a slot: vertex `i` of the block has a spring to `i + offset` if bit `i`
 /// of `lanes` is set.
 #[derive(Clone, Copy, Debug)]
 struct SpringRun {
     offset: i32,
     lanes: u8,
-    /// Start of the ring buffer for its tensions, from the lower ends to the upper; [`NO_RING`]: both ends
-    /// compute them.
+    /// Start of the ring buffer for its tensions, from the lower ends to the upper; [`NO_RING`] if both
+    /// ends compute them.
     ring: u32,
 }
 
 impl SpringRun {
-    /// True if its tensions have been computed at the other ends.
+    /// True if the tensions are computed at the other ends and read here.
     fn is_read(self) -> bool {
         self.offset < 0 && self.ring != NO_RING
     }
 }
 
-/// The other ends in every slot. In each block, slots that are computed precede those whose tensions are
-/// read.
+/// Other ends in every slot. In each block, computed slots precede those whose tensions are read.
 #[derive(Debug)]
 pub(super) struct Runs {
     vertices: usize,
@@ -45,17 +44,18 @@ pub(super) struct Runs {
     rings: SpringRings,
 }
 
-/// A run with the springs in its lanes.
+/// Run with the springs in its lanes.
 type Draft = (SpringRun, [Option<HalfSpring>; WIDTH]);
 
-/// Writes the runs of a block over `drafts`, by offset; `false` if an offset is too large for a run.
+/// Writes the runs of a block to `drafts`, by offset; returns `false` if an offset is too large for a
+/// run.
 fn draft(half: &HalfSprings, block: usize, drafts: &mut Vec<Draft>) -> bool {
     drafts.clear();
     for lane in 0..WIDTH {
         let own = block * WIDTH + lane;
         for h in half.of(own) {
             let Ok(offset) = i32::try_from(i64::from(h.neighbour) - own as i64) else { return false };
-            // Where two springs join the same vertices, the second needs a run of its own.
+            // If two springs join the same vertices, the second needs a run of its own.
             let free =
                 drafts.iter_mut().find(|(run, springs)| run.offset == offset && springs[lane].is_none());
             match free {
@@ -76,19 +76,21 @@ fn draft(half: &HalfSprings, block: usize, drafts: &mut Vec<Draft>) -> bool {
     true
 }
 
-/// The class of each run of a block.
+/// Returns the class of each run of a block.
 fn classes(drafts: &[Draft]) -> impl Iterator<Item = Class> {
-    // Equal offsets are side by side, in the order of their springs, at either end of them.
+    // Equal offsets are adjacent, in the order of their springs, at both ends.
     let ranks = drafts.chunk_by(|(a, _), (b, _)| a.offset == b.offset).flat_map(|equal| 0..equal.len());
     drafts.iter().zip(ranks).map(|((run, _), rank)| Class { offset: run.offset.unsigned_abs(), rank })
 }
 
 impl Runs {
-    /// Runs of these springs and their constants; `None` if less than half of the lanes would have a spring.
+    /// Creates the runs of these springs and their constants; `None` if less than half of the lanes would
+    /// have a spring.
     pub(super) fn new(half: &HalfSprings, stiffness: &[f64], rest_length: &[f64]) -> Option<(Self, Slots)> {
-        // More slots than this are no gain.
+        // More slots than this do not pay.
         let most = 2 * half.len() / WIDTH;
         let (mut count, mut drafts) = (0, vec![]);
+        // First pass: count slots, and the blocks in which each class occurs.
         let mut frequency = BTreeMap::new();
         for block in 0..half.block_count() {
             if !draft(half, block, &mut drafts) || count + drafts.len() > most {
@@ -101,6 +103,7 @@ impl Runs {
                 }
             }
         }
+        // Second pass: assign rings, and put computed slots before those that are read.
         let rings = SpringRings::new(&frequency, half.block_count());
         let mut slots = Slots::new(stiffness, count);
         let (mut runs, mut computed) = (Vec::with_capacity(count), Vec::with_capacity(half.block_count()));
@@ -123,7 +126,8 @@ impl Runs {
     }
 }
 
-/// `own` minus eight vertices from vertex `from + offset` of a run on; zero in lanes without a spring.
+/// Returns `own` minus eight vertices from vertex `from + offset` of a run on; zero in lanes without a
+/// spring.
 #[inline(always)]
 fn difference<L: Lanes, const D: usize>(
     field: ColumnsView<D>,
@@ -172,11 +176,11 @@ impl<const D: usize> Neighbours<D> for Runs {
     }
 
     fn fewest_blocks(&self) -> usize {
-        // An eighth more at most.
+        // At most an eighth of additional blocks.
         8 * self.rings.reach()
     }
 
-    /// The lower end of a spring computes its tension, and the upper reads it.
+    /// Computes a tension at the lower end of a spring and reads it at the upper end.
     #[inline(always)]
     fn gradient<L: Lanes>(
         &self,
@@ -186,13 +190,13 @@ impl<const D: usize> Neighbours<D> for Runs {
         blocks: Range<usize>,
         out: &mut [[[f64; D]; WIDTH]],
     ) -> L {
-        // Zero times a finite number is zero, times anything else NaN.
+        // Zero times a finite number is zero, times any other NaN.
         let mut zero = L::zero();
         let field = field.view();
         let mut tensions = self.rings.in_memory(tensions);
         let first = blocks.start.saturating_sub(self.rings.reach());
-        // Little beside the arithmetic is done for a slot: the more of them the processor sees at once, the
-        // better it hides the latency of roots and quotients.
+        // A slot needs little besides arithmetic: the more of them the processor sees at once, the better
+        // it hides the latency of roots and quotients.
         for block in first..blocks.end {
             let from = block * WIDTH;
             let own: [L; D] = field.load(from as isize);
@@ -218,7 +222,7 @@ impl<const D: usize> Neighbours<D> for Runs {
                 let d = difference(field, &own, from, *run);
                 let mut t: L = tensions.read(run.ring, from, run.offset);
                 if run.lanes != ALL {
-                    // Others may be of another time, and not finite.
+                    // Other lanes may hold older tensions, which need not be finite.
                     t = L::select(L::mask_from_bits(run.lanes), t, L::zero());
                 }
                 for c in 0..D {
@@ -252,7 +256,7 @@ impl<const D: usize> Neighbours<D> for Runs {
     }
 }
 
-/// Splits rows into columns, on several threads where there are many.
+/// Splits rows into columns, on several threads if there are many.
 fn split<const D: usize>(columns: [&mut [f64]; D], rows: &[[f64; D]]) {
     if rows.len() <= COPIED_AT_ONCE || rayon::current_num_threads() == 1 {
         dispatch(Split { columns, rows });

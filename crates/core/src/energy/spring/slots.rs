@@ -5,8 +5,8 @@ use std::ops::Range;
 use super::half_springs::HalfSpring;
 use crate::lanes::{Aligned, Lanes, WIDTH};
 
-/// Slots of all blocks of `WIDTH` vertices. A slot holds a half spring for each vertex of its block, or for
-/// some of them.
+/// Slots of all blocks of `WIDTH` vertices. A slot holds a half-spring for some or all vertices of its
+/// block.
 #[derive(Debug)]
 pub(super) struct Slots {
     /// `start[b]..start[b + 1]` are the slots of block `b`.
@@ -18,7 +18,7 @@ pub(super) struct Slots {
     spring: Vec<u32>,
 }
 
-/// True if a spring counts at `own`, of its two ends.
+/// True if `own` is the end of its spring that counts as the first.
 pub(super) fn is_first_end(own: usize, neighbour: usize) -> bool {
     own < neighbour
 }
@@ -32,17 +32,17 @@ enum SlotStiffness {
     Varying(Aligned),
 }
 
-/// The constants of some slots, as an inner loop wants them.
+/// Constants of some slots, for an inner loop.
 pub(super) struct SlotConstants<'a, L> {
     rest_length: &'a [[f64; WIDTH]],
-    /// Stiffness [N/m] where it is the same for all.
+    /// Stiffness [N/m] if all springs have the same.
     same: L,
-    /// Stiffnesses [N/m] where it is not.
+    /// Stiffnesses [N/m] if they differ.
     varying: Option<&'a [[f64; WIDTH]]>,
 }
 
 impl<L: Lanes> SlotConstants<'_, L> {
-    /// Stiffness [N/m] and rest length [m] in the slot of this index among them.
+    /// Returns stiffness [N/m] and rest length [m] of the slot with this index.
     #[inline(always)]
     pub(super) fn get(&self, index: usize) -> (L, L) {
         let stiffness = match self.varying {
@@ -54,7 +54,7 @@ impl<L: Lanes> SlotConstants<'_, L> {
 }
 
 impl Slots {
-    /// No slots yet, with capacity for `count`, for springs of these stiffnesses.
+    /// Creates an empty list with capacity for `count` slots, for springs of these stiffnesses.
     pub(super) fn new(stiffness: &[f64], count: usize) -> Self {
         let first = stiffness.first().copied().unwrap_or(0.0);
         let same = stiffness.iter().all(|k| *k == first);
@@ -70,7 +70,7 @@ impl Slots {
         }
     }
 
-    /// Appends a slot to the block that is being filled: a spring for each of its vertices, or none.
+    /// Appends a slot to the block being filled: a spring for each of its vertices, or none.
     pub(super) fn push(
         &mut self,
         half: &[Option<HalfSpring>; WIDTH],
@@ -87,7 +87,7 @@ impl Slots {
         }
     }
 
-    /// Ends a block: the slots pushed since the last one are its own.
+    /// Ends a block, which gets the slots pushed since the last end.
     pub(super) fn end_block(&mut self) {
         self.start.push((self.rest_length.len() / WIDTH) as u32);
     }
@@ -102,24 +102,24 @@ impl Slots {
         }
     }
 
-    /// Number of blocks.
+    /// Returns the number of blocks.
     pub(super) fn blocks(&self) -> usize {
         self.start.len() - 1
     }
 
-    /// The slots of a block.
+    /// Returns the slots of a block.
     #[inline(always)]
     pub(super) fn of(&self, block: usize) -> Range<usize> {
         self.start[block] as usize..self.start[block + 1] as usize
     }
 
-    /// Rest lengths of a slot [m].
+    /// Returns the rest lengths of a slot [m].
     #[inline(always)]
     pub(super) fn rest_length<L: Lanes>(&self, slot: usize) -> L {
         L::load(self.rest_length.pack(slot))
     }
 
-    /// Stiffnesses of a slot [N/m]; that of no spring is finite.
+    /// Returns the stiffnesses of a slot [N/m]; finite in lanes without a spring.
     #[inline(always)]
     pub(super) fn stiffness<L: Lanes>(&self, slot: usize) -> L {
         match &self.stiffness {
@@ -128,7 +128,7 @@ impl Slots {
         }
     }
 
-    /// The constants of some slots.
+    /// Returns the constants of some slots.
     #[inline(always)]
     pub(super) fn constants_of<L: Lanes>(&self, slots: Range<usize>) -> SlotConstants<'_, L> {
         let rest_length = &self.rest_length.as_chunks().0[slots.clone()];
@@ -140,7 +140,7 @@ impl Slots {
         }
     }
 
-    /// Stiffness [N/m] and rest length [m] of the spring in a lane.
+    /// Returns stiffness [N/m] and rest length [m] of the spring in a lane.
     pub(super) fn constants(&self, slot: usize, lane: usize) -> (f64, f64) {
         let stiffness = match &self.stiffness {
             SlotStiffness::Same(k) => *k,
@@ -149,7 +149,7 @@ impl Slots {
         (stiffness, self.rest_length.pack(slot)[lane])
     }
 
-    /// Index of every spring, at its first end: slot by slot, lane by lane.
+    /// Returns the index of every spring, at its first end: slot by slot, lane by lane.
     pub(super) fn springs(&self) -> &[u32] {
         &self.spring
     }

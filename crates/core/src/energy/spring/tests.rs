@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// Numbers in `-1..1` without order.
+/// Returns numbers in `-1..1` without a pattern.
 fn scattered(k: usize) -> f64 {
     let x = (k as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     let x = (x ^ x >> 29).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -15,7 +15,7 @@ struct Net {
 }
 
 impl Net {
-    /// `n0` x `n1` vertices with springs to all eight neighbours.
+    /// Returns `n0` x `n1` vertices with springs to all eight neighbours.
     fn cloth(n0: usize, n1: usize) -> Self {
         let at = |i: usize, j: usize| (i * n1 + j) as u32;
         let mut edges = vec![];
@@ -40,7 +40,7 @@ impl Net {
         Net { edges: (1..n).map(|i| [i, i - 1]).collect(), vertices: n as usize }
     }
 
-    /// The same net with its vertices numbered at random.
+    /// Returns the same net with its vertices numbered at random.
     fn shuffled(mut self) -> Self {
         let mut order: Vec<usize> = (0..self.vertices).collect();
         order.sort_by(|a, b| scattered(*a).total_cmp(&scattered(*b)));
@@ -48,7 +48,7 @@ impl Net {
         self
     }
 
-    /// `before` and `after` vertices without springs around it.
+    /// Surrounds the net by `before` and `after` vertices without springs.
     fn among_others(mut self, before: u32, after: usize) -> Self {
         self.edges.iter_mut().flatten().for_each(|v| *v += before);
         self.vertices += before as usize + after;
@@ -56,8 +56,8 @@ impl Net {
     }
 }
 
-/// Energy, gradient and product with the Hessian, by a loop over the springs, and the sums of the absolute
-/// values of what was added up, which rounding errors are measured by.
+/// Energy, gradient and Hessian product, by a loop over the springs, and the sums of the absolute values
+/// of their terms, by which rounding errors are measured.
 #[derive(Default)]
 struct Plain {
     energy: f64,
@@ -103,12 +103,12 @@ fn plain<const D: usize>(net: &Net, stiffness: &[f64], rest: &[f64], x: &[f64], 
     r
 }
 
-/// True if the springs came to lie as runs.
+/// True if the springs are laid out as runs.
 fn runs<const D: usize>(springs: &Springs<D>) -> bool {
     matches!(springs.layout, Layout::Runs(_))
 }
 
-/// Compares everything with the plain loop; gives whether the layout was runs.
+/// Compares everything with the plain loop; returns true if the layout was runs.
 fn compare<const D: usize>(net: &Net, vary: bool) -> bool {
     let stiffness: Vec<f64> =
         (0..net.edges.len()).map(|i| if vary { 30.0 + 20.0 * scattered(i) } else { 30.0 }).collect();
@@ -120,7 +120,7 @@ fn compare<const D: usize>(net: &Net, vary: bool) -> bool {
     let energy = springs.energy(&x);
     assert!((energy / expected.energy - 1.0).abs() < 1e-14, "{energy} instead of {}", expected.energy);
     assert!(springs.evaluate(&x));
-    // Asked for in pieces, from places that are no multiple of anything, on top of what is there.
+    // Requested in pieces, from unaligned positions, added to existing values.
     let mut gradient = vec![1.0; x.len()];
     for (piece, g) in gradient.chunks_mut(37 * D).enumerate() {
         springs.add_rows(37 * piece, g);
@@ -223,7 +223,7 @@ fn a_force_that_is_not_finite_is_reported_with_its_spring() {
         let rest = vec![0.5; n];
         let x: Vec<f64> = (0..3 * net.vertices).map(scattered).collect();
         for spring in [0, 1, n / 2, n - 1] {
-            // Positions are fine; the force of one spring overflows.
+            // Positions are finite; the force of one spring overflows.
             let mut stiffness = vec![10.0; n];
             stiffness[spring] = 1.7e308;
             let mut far = x.clone();
@@ -239,7 +239,7 @@ fn a_force_that_is_not_finite_is_reported_with_its_spring() {
         let mut springs = Springs::<3>::new("net", &net.edges, &vec![10.0; n], &rest, net.vertices);
         assert!(springs.evaluate(&x));
         assert_eq!(springs.fault(&x), None);
-        // Of several, the first.
+        // The first of several faults is reported.
         let lost = net.edges[n / 3][1];
         let mut without = x.clone();
         without[3 * lost as usize] = f64::NAN;
@@ -269,7 +269,7 @@ fn a_vertex_that_is_lost_does_not_spoil_those_it_has_no_spring_to() {
     }
 }
 
-// promise 1. 3,660 vertices are enough for the work to be shared out.
+// promise 1. 3,660 vertices are enough for several tasks.
 #[test]
 fn the_bits_do_not_depend_on_the_number_of_threads() {
     for net in [Net::cloth(60, 61), Net::cloth(60, 61).shuffled()] {

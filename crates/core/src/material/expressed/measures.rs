@@ -16,7 +16,7 @@ use super::EnergyMistake;
 use crate::expression::{ExpressionError, Formula, Graph, NodeId, Program};
 use crate::material::{Domain, ParameterError};
 
-/// Names of the measures of deformation, in the order of the variables of a formula.
+/// Names of the strain measures; the ranges and indices below refer to this list.
 pub(super) const NAMES: [&str; 36] = [
     "I1", "I2", "I3", "J", "l1", "l2", "l3", "I4", "I6", // by themselves
     "F11", "F12", "F13", "F21", "F22", "F23", "F31", "F32", "F33", // rows
@@ -29,7 +29,7 @@ const GRADIENT: usize = 9;
 const CAUCHY_GREEN: usize = 18;
 const GREEN: usize = 27;
 
-/// The formula and its derivatives.
+/// Programs of the formula and of its derivatives.
 #[derive(Clone, Debug)]
 pub(super) struct Programs {
     pub(super) energy: Program,
@@ -40,7 +40,7 @@ pub(super) struct Programs {
     pub(super) curvatures: Program,
 }
 
-/// Kind of measures in the formula; of two forms, that of two dimensions is first.
+/// Programs by the kind of measures in the formula; of two programs the first is for 2D.
 #[derive(Clone, Debug)]
 pub(super) enum Measures {
     Invariants(Programs),
@@ -52,11 +52,11 @@ pub(super) enum Measures {
 #[derive(Clone, Debug)]
 pub(super) struct Compiled {
     pub(super) measures: Measures,
-    /// True if the second invariant is in it.
+    /// True if the formula contains `I2`.
     pub(super) has_second: bool,
-    /// True if the formula is not linear in the first two invariants.
+    /// True if the formula is not linear in `I1` and `I2`.
     pub(super) bends: bool,
-    /// True if a component of `F` itself is in it.
+    /// True if the formula contains a component of `F` itself.
     pub(super) has_gradient: bool,
     pub(super) domain: Domain,
 }
@@ -68,7 +68,7 @@ pub(super) struct FormulaSource<'s> {
     pub(super) values: &'s [f64],
     /// Unit vectors.
     pub(super) fibres: &'s [[f64; 3]],
-    /// Index of the parameter for a derivative, if it is one.
+    /// Index of the parameter to differentiate by, if any.
     pub(super) by: Option<usize>,
 }
 
@@ -83,10 +83,11 @@ struct Builder<'s> {
 }
 
 impl Compiled {
-    /// Reads and compiles a formula; the domain is not yet known.
+    /// Parses and compiles a formula; the domain is not yet known.
     pub(super) fn new(source: &FormulaSource<'_>) -> Result<Compiled, EnergyMistake> {
         let names: Vec<&str> = NAMES.iter().chain(source.names).copied().collect();
         let formula = Formula::parse(source.psi, &names)?;
+        // Every parameter must be used, and every fibre invariant must have a direction.
         for (index, name) in source.names.iter().enumerate() {
             if !formula.has(NAMES.len() + index) {
                 let problem = format!("`{name}` is not in `psi`: remove it, or use it there");
@@ -104,12 +105,14 @@ impl Compiled {
             );
             return Err(ParameterError::new("fibres", source.fibres.len() as f64, problem).into());
         }
+        // Principal stretches and components exclude each other.
         let stretch = has(STRETCHES);
         let component = has(FIBRES.start..NAMES.len());
         if let (Some(stretch), Some(component)) = (stretch, component) {
             let (stretch, component) = (NAMES[stretch], NAMES[component]);
             return Err(EnergyMistake::Mixed { stretch, component });
         }
+        // Compile by the most general kind of measure in the formula.
         let builder = |dimension| Builder {
             graph: Graph::default(),
             source,
@@ -133,7 +136,7 @@ impl Compiled {
 }
 
 impl Builder<'_> {
-    /// The formula, or its derivative with respect to one of its parameters, given the measures.
+    /// Builds the formula, or its derivative with respect to a parameter, from the measures.
     fn energy(&mut self, mut measures: Vec<NodeId>) -> Result<NodeId, EnergyMistake> {
         for (index, value) in self.source.values.iter().enumerate() {
             let mut number = self.graph.number(*value);
@@ -150,7 +153,7 @@ impl Builder<'_> {
         })
     }
 
-    /// All measures, zero until they are set.
+    /// Returns a list of all measures, zero until they are set.
     fn nothing(&mut self) -> Vec<NodeId> {
         let zero = self.graph.number(0.0);
         vec![zero; NAMES.len()]
@@ -162,7 +165,7 @@ impl Builder<'_> {
         })
     }
 
-    /// Compiles a formula of `I1`, `I2` and `J`; true if it is not linear in the first two.
+    /// Compiles a formula of `I1`, `I2` and `J`; returns true if it is not linear in `I1` and `I2`.
     fn of_invariants(mut self) -> Result<(Programs, bool), EnergyMistake> {
         let mut measures = self.nothing();
         let [i1, i2, j] = [0, 1, 2].map(|variable| self.graph.variable(variable));
@@ -182,7 +185,7 @@ impl Builder<'_> {
         Ok((programs, bends))
     }
 
-    /// Compiles a formula of the principal stretches; invariants are expressed by them.
+    /// Compiles a formula of the principal stretches; invariants are expressed in them.
     fn of_stretches(mut self) -> Result<Programs, EnergyMistake> {
         let mut measures = self.nothing();
         let graph = &mut self.graph;
@@ -243,12 +246,13 @@ impl Builder<'_> {
         })
     }
 
-    /// The measures as variables of their own, and their derivatives with respect to `F`, row by row.
+    /// Returns the measures as separate variables and their derivatives with respect to `F`, row by row.
     fn kinematics(&mut self) -> (Vec<NodeId>, HashMap<u16, Vec<NodeId>>) {
         let dimension = self.dimension;
         let mut all = self.nothing();
         let graph = &mut self.graph;
         let (zero, one) = (graph.number(0.0), graph.number(1.0));
+        // F, in 2D with F33 = 1.
         let mut f = [[zero; 3]; 3];
         f[2][2] = one;
         for i in 0..dimension {
@@ -258,7 +262,7 @@ impl Builder<'_> {
         }
         let definitions = &mut self.definitions;
         let mut gradients = HashMap::new();
-        // Variables beyond those of F are the measures, by their place in the list.
+        // Variables beyond those of F are the measures, numbered by their index in NAMES.
         let variable_of = |name: usize| (FIRST_MEASURE + name) as u16;
         let in_plane = |matrix: &[[NodeId; 3]; 3]| -> Vec<NodeId> {
             matrix[..dimension].iter().flat_map(|row| row[..dimension].to_vec()).collect()
@@ -268,7 +272,7 @@ impl Builder<'_> {
             products.into_iter().reduce(|sum, product| graph.sum(sum, product)).expect("three")
         };
         let column = |f: &[[NodeId; 3]; 3], j: usize| [f[0][j], f[1][j], f[2][j]];
-        // C, and E by way of it.
+        // C, from which E follows.
         let mut c = [[zero; 3]; 3];
         for i in 0..3 {
             for j in i..3 {
@@ -300,7 +304,7 @@ impl Builder<'_> {
                 all[GREEN + place] = graph.product(half, strain);
             }
         }
-        // The invariants.
+        // Invariants and squared fibre stretches, with their gradients.
         let mut measure = |graph: &mut Graph, name: usize, definition: NodeId, gradient: [[NodeId; 3]; 3]| {
             let variable = variable_of(name);
             definitions.insert(variable, definition);
@@ -313,6 +317,7 @@ impl Builder<'_> {
         let trace = graph.sum(trace, c[2][2]);
         let double = f.map(|row| row.map(|entry| graph.product(two, entry)));
         let i1 = measure(graph, 0, trace, double);
+        // I2, the sum of principal minors of C, and 2 (I1 F - F C).
         let mut second = zero;
         let mut bent = [[zero; 3]; 3];
         for (i, j) in [(0, 1), (1, 2), (2, 0)] {
@@ -330,6 +335,7 @@ impl Builder<'_> {
             }
         }
         measure(graph, 1, second, bent);
+        // J and its gradient cof F.
         let mut cofactor = [[zero; 3]; 3];
         for i in 0..3 {
             for j in 0..3 {
@@ -340,6 +346,7 @@ impl Builder<'_> {
         }
         let determinant = dot(graph, f[0], cofactor[0]);
         let j = measure(graph, 3, determinant, cofactor);
+        // I4 and I6: |F a|^2, with the gradient 2 F a a^T.
         for (fibre, name) in self.source.fibres.iter().zip(FIBRES) {
             let direction = fibre.map(|component| graph.number(component));
             let image = f.map(|row| dot(graph, row, direction));
@@ -357,8 +364,8 @@ impl Builder<'_> {
     }
 }
 
-/// The variable that a derivative by a number is taken by.
+/// Variable of the parameter that a derivative is taken with respect to.
 const PARAMETER: u16 = 99;
 
-/// The variable of the first measure.
+/// Variable of the first measure.
 const FIRST_MEASURE: usize = 100;

@@ -15,9 +15,10 @@ use crate::algebra::{IsotropicFunction, Mat, Vect};
 use crate::scalar::Scalar;
 use measures::{Compiled, Measures, Programs};
 
-/// An elastic energy density that is given as a formula.
+/// Elastic energy density given as a formula.
 ///
-/// The formula `psi` [J/m^3] is one of
+/// The formula `psi` [J/m^3] uses measures from this list, but not both principal stretches and
+/// components:
 ///
 /// ```text
 /// I1, I2, I3, J     invariants of C = F^T F: tr C, (I1^2 - tr C^2)/2, det C; J = det F
@@ -26,11 +27,11 @@ use measures::{Compiled, Measures, Programs};
 /// I4, I6            |F a|^2 of the first and of the second fibre direction a
 /// ```
 ///
-/// In two dimensions `F33 = 1` (plane strain), so that `I1 = 3` at rest there too. The stress is `P = 2
-/// psi_I1 F + psi_I2 dI2/dF + psi_J cof F`, `P = U diag(psi_li) V^T` or `P = sum psi_m dm/dF` over the
-/// components; first and second derivatives are those of the formula itself, and isotropic energies (those
-/// of the first two lines) have the analytic eigensystem of the Hessian. The formula is compiled once, to a
-/// program of a few registers that runs on packs of elements.
+/// In two dimensions `F33 = 1` (plane strain), so that `I1 = 3` in the reference configuration there too.
+/// The stress is `P = 2 psi_I1 F + psi_I2 dI2/dF + psi_J cof F`, `P = U diag(psi_li) V^T` or
+/// `P = sum psi_m dm/dF` over the components. First and second derivatives are those of the formula
+/// itself, and isotropic energies (the first two lines) have the analytic eigensystem of the Hessian. The
+/// formula is compiled once, to a program of a few registers that runs on packs of elements.
 ///
 /// The domain is `J > 0` if the energy or its stress is not finite where `J <= 0`, else every `F`.
 #[derive(Clone, Debug)]
@@ -56,7 +57,7 @@ impl Model for ExpressedEnergy {
     }
 }
 
-/// A formula of the stretches.
+/// Formula of the principal stretches.
 struct OfStretches<'p>(&'p Programs);
 
 impl<const D: usize> IsotropicFunction<D> for OfStretches<'_> {
@@ -82,7 +83,7 @@ impl<const D: usize> IsotropicFunction<D> for OfStretches<'_> {
     }
 }
 
-/// 1 where the model is defined, NaN elsewhere.
+/// Returns 1 inside the domain and NaN outside.
 #[inline(always)]
 fn inside<S: Scalar>(domain: Domain, j: S) -> S {
     match domain {
@@ -92,7 +93,7 @@ fn inside<S: Scalar>(domain: Domain, j: S) -> S {
 }
 
 impl ExpressedEnergy {
-    /// `I1`, `I2` if the formula has it, and `J`.
+    /// Returns `I1`, `I2` (0 if the formula does not contain it) and `J`.
     #[inline(always)]
     fn invariants<S: Scalar, const D: usize>(&self, f: &Mat<S, D>, cofactor: &Mat<S, D>, j: S) -> [S; 3] {
         let square = f.norm_squared();
@@ -104,7 +105,7 @@ impl ExpressedEnergy {
         [square + S::splat(out_of_plane::<D>()), second, j]
     }
 
-    /// `J` for the formula.
+    /// Returns the `J` that the formula is evaluated at, NaN outside the domain.
     #[inline(always)]
     fn volume<S: Scalar>(&self, j: S) -> S {
         match self.compiled.domain {
@@ -134,8 +135,8 @@ impl<const D: usize> Material<D> for ExpressedEnergy {
         };
         let square = f.norm_squared();
         let infinite = S::splat(f64::INFINITY);
-        // Beyond where the formula has a value, as a logarithm of what is left of a stretch, it is no state
-        // to be in.
+        // Where the formula has no value, such as a logarithm beyond a limiting stretch, the energy is
+        // infinite.
         let psi = S::select(psi.lt(infinite), psi, infinite * (square + S::one()));
         match self.compiled.domain {
             Domain::Everywhere => psi,

@@ -14,30 +14,30 @@ use crate::expression::{ExpressionError, signatures};
 use crate::material::{Lame, ParameterError, Parameters};
 use crate::value::{As, EnergyParameter};
 
-/// The text or the numbers of an energy are wrong.
+/// Error in the formula or the parameters of an energy density.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum EnergyMistake {
-    /// The text is no formula of what there is; places are in bytes of it.
+    /// The text is not a formula of the measures and parameters; places are in bytes of it.
     #[error(transparent)]
     Formula(#[from] ExpressionError),
-    /// Principal stretches stand beside components.
+    /// The formula mixes principal stretches and components.
     #[error(
         "has both {stretch} and {component}: principal stretches have no direction, components have; write \
          the isotropic part with I1, I2 and J"
     )]
     Mixed {
-        /// A stretch in it.
+        /// A stretch in the formula.
         stretch: &'static str,
-        /// A component in it.
+        /// A component in the formula.
         component: &'static str,
     },
-    /// A number is impossible, or what follows from it at rest.
+    /// A parameter is invalid, or a value that follows from it in the reference configuration.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
 }
 
-/// An energy density as a formula, with its numbers.
+/// Energy density given as a formula, with its parameters.
 ///
 /// ```
 /// use pliant::material::{EnergyExpression, Parameters};
@@ -56,17 +56,17 @@ pub struct EnergyExpression {
     parameters: BTreeMap<String, f64>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     fibres: Vec<Vec<f64>>,
-    /// The parameter that it is the derivative by, if it is one.
+    /// Parameter that the formula is differentiated by, if any.
     #[serde(skip)]
     by: Option<String>,
     #[serde(skip)]
     compiled: Result<Arc<Compiled>, EnergyMistake>,
-    /// Those of small strains, where it is isotropic.
+    /// Small-strain Lame parameters, if the energy is isotropic.
     #[serde(skip)]
     lame: Option<Lame>,
 }
 
-/// By what was written.
+/// Compares what was written, not the compiled programs.
 impl PartialEq for EnergyExpression {
     fn eq(&self, other: &Self) -> bool {
         let written =
@@ -75,7 +75,7 @@ impl PartialEq for EnergyExpression {
     }
 }
 
-/// As a scene has it.
+/// Table of a scene that [`EnergyExpression`] is read from.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct EnergyExpressionTable {
@@ -115,8 +115,8 @@ impl JsonSchema for EnergyExpression {
 }
 
 impl EnergyExpression {
-    /// The formula `psi` [J/m^3] of measures and of `parameters`, in SI units, with the directions
-    /// `fibres`; whether it makes sense is what [`Parameters::check`] says.
+    /// Creates the energy density from the formula `psi` [J/m^3] of measures and `parameters`, in SI
+    /// units, with the fibre directions `fibres`. [`Parameters::check`] reports errors in them.
     pub fn new<'a>(
         psi: &str,
         parameters: impl IntoIterator<Item = (&'a str, f64)>,
@@ -132,8 +132,8 @@ impl EnergyExpression {
         EnergyExpression { psi, parameters, fibres, by: None, compiled, lame }
     }
 
-    /// The derivative of the energy density by one of its parameters, as an energy density that is defined
-    /// where this one is; `None` without a parameter of that name.
+    /// Returns the derivative of the energy density with respect to a parameter, as an energy density
+    /// with the same domain; `None` if there is no parameter of that name.
     pub fn derivative(&self, parameter: &str) -> Option<EnergyExpression> {
         let mut compiled = compile(&self.psi, &self.parameters, &self.fibres, Some(parameter)).ok()?;
         Arc::make_mut(&mut compiled).domain = self.compiled.as_ref().ok()?.domain;
@@ -145,12 +145,12 @@ impl EnergyExpression {
         })
     }
 
-    /// The formula as it was written.
+    /// Returns the formula as it was written.
     pub fn text(&self) -> &str {
         &self.psi
     }
 
-    /// The numbers of the formula, in SI units.
+    /// Returns the parameters of the formula, in SI units.
     pub fn parameters(&self) -> &BTreeMap<String, f64> {
         &self.parameters
     }
@@ -159,17 +159,17 @@ impl EnergyExpression {
         self.compiled.clone()
     }
 
-    /// True if it is a function of invariants or of principal stretches alone.
+    /// True if the formula contains invariants or principal stretches only.
     pub fn is_isotropic(&self) -> bool {
         self.compiled.as_ref().is_ok_and(|compiled| compiled.is_isotropic())
     }
 
-    /// Checks it where nothing is deformed, in two or three dimensions: the energy and the stress are to
-    /// vanish, and the body is to resist every plane wave (strong ellipticity); an isotropic one also every
-    /// change of volume.
+    /// Checks the energy in the reference configuration, in two or three dimensions. Energy and stress
+    /// must vanish, and the body must resist every plane wave (strong ellipticity). An isotropic energy
+    /// must also resist every change of volume.
     ///
     /// # Errors
-    /// The mistake in the text or in a number, or the value that is not what it has to be.
+    /// The error in the text or in a parameter, or the value that violates a condition.
     pub fn check_at_rest(&self, dimension: usize) -> Result<(), EnergyMistake> {
         let material = ExpressedEnergy::of(&self.compiled()?);
         match dimension {
@@ -179,7 +179,7 @@ impl EnergyExpression {
     }
 }
 
-/// The letters of a name.
+/// True if `name` has letters, digits and `_` only and does not begin with a digit.
 fn is_name(name: &str) -> bool {
     let allowed = |c: char| c.is_alphanumeric() || c == '_';
     name.chars().all(allowed) && name.chars().next().is_some_and(|c| !c.is_ascii_digit())
@@ -193,6 +193,7 @@ fn compile(
 ) -> Result<Arc<Compiled>, EnergyMistake> {
     let wrong = |field, value, problem: String| Err(ParameterError::new(field, value, problem).into());
     let is_function = |name: &str| signatures().any(|call| call.split('(').next() == Some(name));
+    // Names must be free, values finite.
     for (name, value) in parameters {
         if !is_name(name) {
             let problem = format!("{name:?} cannot be a name in a formula: use letters, digits and `_`");
@@ -206,6 +207,7 @@ fn compile(
             return wrong("parameters", *value, format!("`{name}` must be a finite number"));
         }
     }
+    // At most two fibre directions, which are normalised.
     if fibres.len() > 2 {
         let problem = "is the number of directions, and there may be two: I4 and I6 are of these";
         return wrong("fibres", fibres.len() as f64, problem.to_owned());
@@ -233,8 +235,8 @@ fn compile(
 }
 
 impl Parameters for EnergyExpression {
-    /// At rest in space; what only a plane makes sense of is checked by
-    /// [`check_at_rest`](EnergyExpression::check_at_rest).
+    /// Checks an isotropic energy in 3D. Others may suit 2D only:
+    /// [`check_at_rest`](EnergyExpression::check_at_rest) checks them in the dimension of the scene.
     fn check(&self) -> Result<(), ParameterError> {
         let mistake = match self.compiled() {
             Ok(compiled) if !compiled.is_isotropic() => return Ok(()),
@@ -268,7 +270,7 @@ impl Parameters for EnergyExpression {
         self.compiled.as_ref().is_ok_and(|compiled| !compiled.is_isotropic() && !compiled.has_gradient)
     }
 
-    /// The energy of [`StableNeoHookean`](super::super::StableNeoHookean).
+    /// Returns the energy of [`StableNeoHookean`](super::super::StableNeoHookean).
     fn example() -> Self {
         let Lame { lambda, mu } = Lame::new(1e6, 0.3);
         let psi = "mu/2*(I1 - 3) - mu*(J - 1) + (lambda + mu)/2*(J - 1)^2";

@@ -16,7 +16,7 @@ impl Compiled {
         !matches!(self.measures, Measures::Components(_))
     }
 
-    /// Looks where a body is flat or turned inside out.
+    /// Sets the domain: `J > 0` if energy or stress is not finite in some flat or inverted states.
     pub(super) fn find_domain(&mut self) {
         let material = ExpressedEnergy::of(&Arc::new(self.clone()));
         let fine2 = [[1.0, 0.0], [0.9, -0.2], [1.0, -1.0], [1.2, -0.7]];
@@ -36,7 +36,8 @@ impl ExpressedEnergy {
         self.psi(f).is_finite() && self.pk1(f).norm_squared().is_finite()
     }
 
-    /// The Lame parameters of the stiffness at rest, of an isotropic energy that has one.
+    /// Returns the Lame parameters of the initial stiffness, if the energy is isotropic and they are
+    /// finite.
     pub(super) fn lame_at_rest(&self) -> Option<Lame> {
         if !self.compiled.is_isotropic() {
             return None;
@@ -51,6 +52,7 @@ impl ExpressedEnergy {
         let wrong = |value: f64, problem: &str| {
             Err(EnergyMistake::Parameter(ParameterError::new("psi", value, problem.to_owned())))
         };
+        // Energy, stress and stiffness must be finite.
         let energy = self.psi(&rest);
         if !energy.is_finite() {
             return wrong(energy, "is the energy density at rest, where I1 = 3 and J = 1: it must be 0");
@@ -65,6 +67,7 @@ impl ExpressedEnergy {
         if !(stiffness.is_finite() && stiffness > 0.0) {
             return wrong(stiffness, "is the stiffness at rest [Pa]: it must be a positive number");
         }
+        // The reference configuration must be free of stress and energy.
         if stress.abs() > ROUNDING * stiffness {
             let problem = "is the stress at rest [Pa], which must be 0: without a load the body would not \
                            stay in its shape; add a term such as -mu*log(J) or -mu*(J - 1)";
@@ -74,11 +77,13 @@ impl ExpressedEnergy {
             let problem = "is the energy density at rest [J/m^3], which must be 0: subtract it, as 3 from I1";
             return wrong(energy, problem);
         }
+        // The energy must be isotropic if it is one of principal stretches.
         if !self.compiled.is_symmetric() {
             let problem = "is by how much the energy changes where two principal stretches are exchanged; \
                            it must not: write all three alike, as l1^2 + l2^2 + l3^2";
             return wrong(self.asymmetry(), problem);
         }
+        // Strong ellipticity, and a positive bulk modulus of isotropic energies.
         let weakest = weakest_wave(&tangent);
         if weakest <= ROUNDING * stiffness {
             let problem = "is the stiffness at rest against the weakest plane wave [Pa], which must be \
@@ -94,8 +99,8 @@ impl ExpressedEnergy {
         }
     }
 
-    /// The largest change of the energy of three different stretches where two of them are exchanged,
-    /// relative to it.
+    /// Returns the largest change of the energy when two of three different stretches are exchanged,
+    /// relative to the energy.
     fn asymmetry(&self) -> f64 {
         let Measures::Stretches([_, programs]) = &self.compiled.measures else { return 0.0 };
         let psi = |sigma: [f64; 3]| {
@@ -110,13 +115,13 @@ impl ExpressedEnergy {
 }
 
 impl Compiled {
-    /// True if exchanging stretches changes nothing.
+    /// True if exchanging stretches does not change the energy.
     fn is_symmetric(&self) -> bool {
         ExpressedEnergy::of(&Arc::new(self.clone())).asymmetry() < ROUNDING
     }
 }
 
-/// The entry of the largest size; NaN if one is.
+/// Returns the entry of largest magnitude; NaN if any entry is NaN.
 fn largest(entries: &[f64]) -> f64 {
     entries.iter().fold(
         0.0,
@@ -126,9 +131,10 @@ fn largest(entries: &[f64]) -> f64 {
     )
 }
 
-/// The smallest eigenvalue of the acoustic tensors `Q_ik(n) = C_ijkl n_j n_l` over unit vectors `n` [Pa].
+/// Returns the smallest eigenvalue of the acoustic tensors `Q_ik(n) = C_ijkl n_j n_l` over unit vectors
+/// `n` [Pa].
 fn weakest_wave<const D: usize>(tangent: &Tangent<D>) -> f64 {
-    /// Directions on half a circle, and circles on half a sphere.
+    /// Number of directions on half a circle, and of circles on half a sphere.
     const STEPS: usize = 24;
     let mut weakest = f64::INFINITY;
     let circles = if D == 2 { 1 } else { STEPS };

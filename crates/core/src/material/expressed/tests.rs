@@ -1,4 +1,4 @@
-//! Formulas against the models that are written by hand, and what is wrong with others.
+//! Formulas against the models in closed form, and the errors of invalid formulas.
 
 use super::super::tests::lanes::same_bits;
 use super::super::tests::{difference, samples};
@@ -25,7 +25,7 @@ fn material(psi: &str) -> ExpressedEnergy {
     ExpressedEnergy::new(&formula)
 }
 
-/// Largest differences of energy, stress and Hessians from a model's, relative to what these are made of.
+/// Compares energy, stress and Hessians with those of `model`, relative to their scale.
 fn compare<M: Material<D>, const D: usize>(psi: &str, model: &M) {
     let formula = material(psi);
     assert_eq!(Material::<D>::domain(&formula), model.domain(), "{psi}");
@@ -41,14 +41,14 @@ fn compare<M: Material<D>, const D: usize>(psi: &str, model: &M) {
             let expected = model.hessian(&f, psd);
             let found = formula.hessian(&f, psd);
             let error = difference(&expected, &found);
-            // Where nothing is left of a projected one, nothing is left of the other.
+            // A projection may leave nothing of either Hessian.
             let is_fine = error < 1e-9 || expected == found;
             assert!(is_fine, "{psi} {D}D: {psd:?} {error:e} {f:?}");
         }
     }
 }
 
-/// One model in both dimensions.
+/// Compares a formula with a model in both dimensions.
 macro_rules! equals {
     ($psi:expr, $model:expr) => {
         let model = $model;
@@ -99,11 +99,11 @@ fn components_give_the_models_that_are_written_by_hand() {
         &format!("mu/2*({square} - 3) - mu*(J - 1) + (lambda + mu)/2*(J - 1)^2"),
         StableNeoHookean::new(&SOLID)
     );
-    // By I1 and I2 beside a component that adds nothing.
+    // I1 is written in components, so that the formula is one of components.
     equals!("mu/4*(I1^2 - 2*I2 - 2*C11 - 2*C22 - 2*C33 + 3) + lambda/8*(I1 - 3)^2", Stvk::new(&SOLID));
 }
 
-/// Fibres at 30 degrees, in one family and in two, of any length of the direction.
+/// Fibres at 30 degrees, in one family and in two, with directions of any length.
 fn fibred() -> EnergyExpression {
     let psi = "mu/2*(I1 - 3) - mu*ln(J) + lambda/2*ln(J)^2 + k1/2*max(I4 - 1, 0)^3 + k1/(2*k2)*(exp(k2*(I6 \
                - 1)^2) - 1)";
@@ -136,7 +136,7 @@ fn fibres_are_the_squares_of_their_stretches() {
             let (p, derived) = (material.pk1(&f), autodiff_stress(material, &f));
             assert!(largest(&(p - derived)) < 1e-12 * largest(&p).max(LAME.mu), "{p:?} {derived:?}");
             let exact = material.hessian(&f, Psd::Exact);
-            // By differences of the stress.
+            // Differences of the stress.
             let h = 1e-6;
             let moved = |sign: f64| {
                 let mut f = f;
@@ -156,7 +156,7 @@ fn fibres_are_the_squares_of_their_stretches() {
     derivatives::<3>(&material);
 }
 
-/// The second derivatives of the program are those of its energy by dual numbers.
+/// Second derivatives of the program agree with dual numbers.
 #[test]
 fn curvatures_are_derivatives_of_slopes() {
     for psi in [
@@ -193,7 +193,7 @@ fn stress_has_the_same_bits_in_packs_and_alone() {
     same_bits::<_, 3>("components", &of_components);
 }
 
-/// Outside of what a formula has values for, the energy is infinite and the stress no number.
+/// The energy is infinite and the stress is not finite where a formula has no value.
 #[test]
 fn domains_are_found() {
     for (psi, domain) in [
@@ -212,7 +212,7 @@ fn domains_are_found() {
             assert!(material.pk1(&inverted).norm_squared().is_nan(), "{psi}");
         }
     }
-    // Gent's limit: a body cannot be stretched so far.
+    // Gent's limiting stretch.
     let gent = material("-mu*0.5/2*log(1 - (I1 - 3)/0.5) - mu*log(J) + lambda/2*log(J)^2");
     assert!(gent.psi(&Mat::diagonal(&[1.2, 1.0, 1.0])).is_finite());
     let beyond = Mat::diagonal(&[1.5, 1.0, 1.0]);
@@ -255,7 +255,7 @@ fn mistakes_are_named() {
     let fibres = |fibres: &[Vec<f64>]| message(EnergyExpression::new("I4 - 1", [], fibres));
     assert!(fibres(&[vec![0.0, 0.0, 0.0]]).starts_with("fibres[0] = 0: is the length"));
     assert!(fibres(&[vec![1.0, 0.0], vec![1.0]]).starts_with("fibres[1] = 1: is the number of components"));
-    // In the plane alone: in space nothing resists.
+    // Valid in 2D only: in 3D some deformations meet no resistance.
     let flat = formula("mu*(E11^2 + E22^2 + 2*E12^2)");
     assert_eq!(flat.check_at_rest(2), Ok(()));
     let EnergyMistake::Parameter(error) = flat.check_at_rest(3).expect_err("not elliptic") else {
@@ -264,7 +264,7 @@ fn mistakes_are_named() {
     assert!(error.to_string().contains("weakest plane wave"), "{error}");
 }
 
-/// A formula that needs more intermediate results than there is room for is refused, a long one is not.
+/// A formula that needs too many intermediate results is refused; a long one is compiled.
 #[test]
 fn long_formulas_are_compiled() {
     let of_terms = |terms: usize| {
@@ -281,7 +281,7 @@ fn long_formulas_are_compiled() {
     assert!(message.contains("intermediate numbers at once, and there is room for 128"), "{message}");
 }
 
-/// The derivative by a parameter is an energy of its own, which is what differences of the energy say.
+/// Derivatives with respect to parameters agree with differences of the energy.
 #[test]
 fn derivatives_by_parameters() {
     let f = Mat([[1.2, 0.1, 0.0], [0.0, 0.9, 0.1], [0.05, 0.0, 1.05]]);

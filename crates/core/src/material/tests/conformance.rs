@@ -1,4 +1,4 @@
-//! Energy, stress and tangent of one model agree with each other, and at rest with linear elasticity.
+//! Energy, stress and tangent of a model agree with each other, and initially with linear elasticity.
 
 use super::{difference, eigenvalues, flat, gap, models, samples, stress_scale};
 use crate::algebra::tests::sample::largest;
@@ -60,8 +60,8 @@ fn projection_clamps_the_eigenvalues_and_nothing_else() {
     check::<3>();
 }
 
-/// Derivatives that a model in principal stretches would give the eigensystem: `psi_i = P_ii`,
-/// `psi_ij = H_iijj` at `diag(sigma)`.
+/// Passes the derivatives `psi_i = P_ii` and `psi_ij = H_iijj` at `diag(sigma)` to the eigensystem in
+/// principal stretches.
 #[test]
 fn eigensystem_from_stretches_alone() {
     fn check<const D: usize>() {
@@ -100,11 +100,11 @@ fn rest_state_is_linear_elasticity() {
             assert_eq!(about.has_rest_shape, model.psi(&identity).abs() < 1e-9, "{}", spec.name());
             assert_eq!(about.has_rest_shape, largest(&model.pk1(&identity)) < 1e-9, "{}", spec.name());
             let Some(lame) = spec.lame() else { continue };
-            // One model has no Poisson effect, and says so.
+            // ARAP has no Poisson effect.
             let poisson = if spec.name() == "arap" { 0.0 } else { 0.3 };
             let reference = MaterialSpec::Linear(Isotropic::new(1e6, poisson).into());
             let reference = super::probe::<D>(&reference).hessian(&identity, Psd::Exact);
-            // Those of a formula are not given but found.
+            // Lame parameters of a formula are computed, not given.
             let tolerance = if spec.name() == "expression" { 1e-15 } else { 0.0 };
             for (expected, found) in
                 [(reference.0[0][0][1][1], lame.lambda), (reference.0[0][1][0][1], lame.mu)]

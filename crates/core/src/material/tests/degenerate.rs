@@ -58,7 +58,7 @@ fn energies_of_collapsed_and_inverted_states() {
     }
 }
 
-/// In the plane `-I` is a turn by half a circle, not an inversion.
+/// In 2D `-I` is a rotation by half a turn, not an inversion.
 #[test]
 fn half_turn_in_the_plane_costs_nothing() {
     let half_turn = Mat::<f64, 2>::scalar(-1.0);
@@ -91,7 +91,7 @@ fn everything_is_finite_where_the_model_is_defined() {
                 let name = spec.name();
                 if model.domain() == Domain::PositiveJ && f.determinant() <= 0.0 {
                     assert_eq!(model.psi(f), f64::INFINITY, "{name}");
-                    // Never a stress that looks like one.
+                    // The stress must not be finite.
                     assert!(!is_finite(&model.pk1(f)) && !is_finite(&model.derived_pk1(f)), "{name} {f:?}");
                     continue;
                 }

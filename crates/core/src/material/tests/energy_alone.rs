@@ -13,7 +13,7 @@ impl<const D: usize> MaterialVisitor<D> for Alone {
     }
 }
 
-/// Calls `check` with every model, the same without closed forms, and deformations of its domain.
+/// Calls `check` with every model, the model's energy density alone, and deformations of its domain.
 fn with_every_model<const D: usize>(
     check: impl Fn(&MaterialSpec, &dyn Probe<D>, &dyn Probe<D>, &crate::algebra::Mat<f64, D>),
 ) {
@@ -41,7 +41,7 @@ fn derivatives_of_an_energy_alone_are_those_in_closed_form() {
     check::<3>();
 }
 
-// The projection on a convex cone brings no two tensors further apart.
+// Projection on a convex cone does not increase the distance of two tensors.
 #[test]
 fn the_numeric_projection_is_the_analytic_one() {
     fn check<const D: usize>() {

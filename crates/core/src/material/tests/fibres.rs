@@ -1,4 +1,4 @@
-//! Holzapfel, Gasser and Ogden's fibres against arithmetic of their own.
+//! The Holzapfel-Gasser-Ogden model against closed-form solutions.
 
 use super::{Probe, eigenvalues, flat, probe, samples, stress_scale};
 use crate::algebra::Mat;
@@ -30,8 +30,8 @@ fn matrix<const D: usize>() -> Box<dyn Probe<D>> {
     probe(&MaterialSpec::IsochoricNeoHookean(Isotropic::new(young, poisson)))
 }
 
-/// Without a change of volume, `l` along the fibres and `l^(-1/2)` across: with `I1 = l^2 + 2/l`, `I4 = l^2`
-/// and `E = kappa (I1 - 3) + (1 - 3 kappa) (l^2 - 1)`,
+/// Isochoric tension, with stretch `l` along the fibres and `l^(-1/2)` across. With `I1 = l^2 + 2/l`,
+/// `I4 = l^2` and `E = kappa (I1 - 3) + (1 - 3 kappa) (l^2 - 1)`,
 ///
 /// ```text
 /// psi(l)            = c/2 (I1 - 3) + k1/(2 k2) (exp(k2 E^2) - 1)
@@ -39,7 +39,7 @@ fn matrix<const D: usize>() -> Box<dyn Probe<D>> {
 ///                   = c (l^2 - 1/l) + k1 E exp(k2 E^2) (2 kappa (l^2 - 1/l) + 2 (1 - 3 kappa) l^2)
 /// ```
 ///
-/// whatever the pressure is, which here is `tr sigma = 3 K (J - 1) = 0`.
+/// for any pressure, which here is `tr sigma = 3 K (J - 1) = 0`.
 #[test]
 fn tension_along_the_fibres_has_its_closed_form() {
     for kappa in [0.0, 0.1, 0.226, 1.0 / 3.0] {
@@ -63,8 +63,9 @@ fn tension_along_the_fibres_has_its_closed_form() {
     }
 }
 
-/// Two families at `b` on both sides of the first axis, `l1` and `l2` along the axes and `1/(l1 l2)` across:
-/// both have `I4 = l1^2 cos^2 b + l2^2 sin^2 b`, and with `m = 1/(l1 l2)^2`
+/// Biaxial tension of two families at angles `b` and `-b` to the first axis, with stretches `l1` and `l2`
+/// along the axes and `1/(l1 l2)` across: both have `I4 = l1^2 cos^2 b + l2^2 sin^2 b`, and with
+/// `m = 1/(l1 l2)^2`
 ///
 /// ```text
 /// sigma_1 - sigma_3 = c (l1^2 - m) + 2 k1 E exp(k2 E^2) (2 kappa (l1^2 - m) + 2 (1 - 3 kappa) l1^2 cos^2 b)
@@ -96,14 +97,14 @@ fn biaxial_tension_of_a_pair_of_families_has_its_closed_form() {
             ] {
                 assert!((found / expected - 1.0).abs() < 1e-11, "{kappa} {l1} {l2}: {found} {expected}");
             }
-            // Shears of the two families cancel.
+            // The shear stresses of the two families cancel.
             assert!(p[0][1].abs() < 1e-13 * third.abs().max(C), "{p:?}");
         }
     }
 }
 
-/// Fibres and shape do not see volume: the pressure is `K (J - 1)`, and the rest is that at `J^(-1/3) F`,
-/// over `J`.
+/// Fibre and shape terms do not depend on volume: the pressure is `K (J - 1)`, and the remaining stress
+/// is that at `J^(-1/3) F`, divided by `J`.
 #[test]
 fn volume_is_apart_from_fibres() {
     let model = tissue::<3>(0.1, &[[1.0, 0.5, 0.0], [0.3, -1.0, 0.4]]);
@@ -123,7 +124,7 @@ fn volume_is_apart_from_fibres() {
 
 #[test]
 fn slack_fibres_are_not_there() {
-    // Shorter along the fibres; a shear along them leaves them as long as they were, and the volume too.
+    // Fibres are shortened; a shear along them changes neither their length nor the volume.
     let shorter = Mat([[0.8, 0.1, 0.0], [0.0, 1.1, 0.2], [0.1, 0.0, 1.2]]);
     let model = tissue::<3>(0.0, &[[1.0, 0.0, 0.0]]);
     let matrix = matrix::<3>();
@@ -131,7 +132,7 @@ fn slack_fibres_are_not_there() {
     assert!(largest(&(model.pk1(&shorter) - matrix.pk1(&shorter))) < 1e-12 * BULK);
     let same = super::difference(&model.hessian(&shorter, Psd::Exact), &matrix.hessian(&shorter, Psd::Exact));
     assert!(same < 1e-12, "{same:e}");
-    // And of two families the one that is stretched.
+    // Of two families only the stretched one acts.
     let two = tissue::<3>(0.0, &[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
     let one = tissue::<3>(0.0, &[[0.0, 1.0, 0.0]]);
     assert_eq!(two.pk1(&shorter), one.pk1(&shorter));
@@ -141,7 +142,7 @@ fn slack_fibres_are_not_there() {
 #[test]
 fn families_that_change_places_are_the_same_material() {
     let (a, b) = ([1.0, 0.5, 0.2], [-0.3, 1.0, 0.4]);
-    // A direction and its opposite are one.
+    // A direction and its opposite are equivalent.
     let back = b.map(|x| -x);
     let (first, second) = (tissue::<3>(0.1, &[a, b]), tissue::<3>(0.1, &[back, a]));
     let mut random = Random(8);
@@ -168,7 +169,7 @@ fn only_fibres_in_all_directions_alike_are_isotropic() {
     assert!(effect(0.1) > 1e-3, "{:e}", effect(0.1));
 }
 
-/// In the plane `F_33 = 1`, also for a direction that points out of it.
+/// In 2D `F_33 = 1`, also for a direction that points out of the plane.
 #[test]
 fn the_plane_is_one_of_plane_strain() {
     let fibres = [[1.0, 0.5, 0.7], [-0.2, 1.0, 0.0]];
@@ -184,7 +185,8 @@ fn the_plane_is_one_of_plane_strain() {
     }
 }
 
-/// The compliance of the whole stiffness at rest, from its eigenvectors, against the formula of Woodbury.
+/// Compares the compliance of the full initial stiffness, from its eigenvectors, with the Woodbury
+/// formula.
 #[test]
 fn the_modulus_along_fibres_is_that_of_the_stiffness_at_rest() {
     for (kappa, fibres) in [
@@ -195,7 +197,7 @@ fn the_modulus_along_fibres_is_that_of_the_stiffness_at_rest() {
         let parameters = parameters(kappa, &fibres);
         let model = probe::<3>(&MaterialSpec::HolzapfelGasserOgden(parameters.clone()));
         let stiffness = flat(&model.hessian(&Mat::identity(), Psd::Exact));
-        // Rotations cost nothing: the pseudo-inverse leaves them out.
+        // Rotations have no stiffness: the pseudo-inverse omits them.
         let compliance = stiffness.pseudo_inverse(1e-9 * BULK).unwrap();
         for (index, fibre) in fibres.iter().enumerate() {
             let length = fibre.iter().map(|x| x * x).sum::<f64>().sqrt();

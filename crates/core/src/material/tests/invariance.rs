@@ -26,9 +26,9 @@ fn state<const D: usize>() -> impl Strategy<Value = (Mat<f64, D>, Mat<f64, D>)> 
 /// Bound of an error in `P(QF)` [Pa]: 1e-13 of `stress_scale`, or one rounding of the argument, `eps |F|`,
 /// carried into the stress by the stiffness at `F`, where that is larger.
 ///
-/// The stiffness at rest in `stress_scale` does not know the second part. Holzapfel, Gasser and Ogden's
-/// `exp(k2 E^2)` needs it: at J = 0.026, with `P` in 50 digits, rounding the entries of `QF` alone moves the
-/// stress by 1.3e-13 of `|P|` in the median over rotations.
+/// The initial stiffness in `stress_scale` misses the second part. Holzapfel, Gasser and Ogden's
+/// `exp(k2 E^2)` needs it: at J = 0.026, with `P` in 50 digits, rounding the entries of `QF` alone moves
+/// the stress by 1.3e-13 of `|P|` in the median over rotations.
 fn bound<const D: usize>(model: &dyn Probe<D>, f: &Mat<f64, D>) -> f64 {
     let stiffness = flat(&model.hessian(f, Psd::Exact)).norm();
     (f64::EPSILON * stiffness * f.norm_squared().sqrt()).max(1e-13 * stress_scale(model, f))
@@ -49,14 +49,14 @@ fn frame_indifferent<const D: usize>(f: &Mat<f64, D>, q: &Mat<f64, D>) {
         if !spec.is_isotropic() {
             continue;
         }
-        // Isotropic too: turning the material before deforming it changes nothing.
+        // Isotropy: a rotation before the deformation changes nothing.
         let error = largest(&(model.pk1(&f.mul(q)) - p.mul(q)));
         assert!(error < bound, "{name}: P(FQ) = P(F) Q, {error:e}, bound {bound:e} {f:?}");
     }
 }
 
-/// `P(Q F Q^T) = Q P(F) Q^T`: turning the material and its deformation together; holds for the linear models
-/// too.
+/// Checks `P(Q F Q^T) = Q P(F) Q^T`, a rotation of the material and its deformation together; it holds
+/// for the linear models too.
 fn isotropic<const D: usize>(f: &Mat<f64, D>, q: &Mat<f64, D>) {
     for (spec, model) in models::<D>().into_iter().filter(|(spec, _)| spec.is_isotropic()) {
         if model.domain() == Domain::PositiveJ && f.determinant() < 0.02 {
@@ -85,8 +85,8 @@ proptest! {
     }
 }
 
-/// The models that say they are not frame indifferent are not: a registered model cannot hide behind the
-/// flag. lecture 14
+/// Models declared as not frame indifferent are not: no registered model avoids the test by this flag.
+/// lecture 14
 #[test]
 fn the_others_fail() {
     let mut names = vec![];
@@ -100,7 +100,7 @@ fn the_others_fail() {
     assert_eq!(names, ["linear", "displacement-gradient"]);
 }
 
-/// Effect of a pure rotation on the models that mind. lecture 14, 16
+/// Effect of a pure rotation on models that are not frame indifferent. lecture 14, 16
 #[test]
 fn ghost_forces_under_rotation() {
     let theta: f64 = 0.7;
@@ -110,7 +110,7 @@ fn ghost_forces_under_rotation() {
     assert!(largest(&(named::<2>("linear").pk1(&q) - expected)) < 1e-9);
     let expected = (q - Mat::identity()).scale(1e6);
     assert_eq!(named::<2>("displacement-gradient").pk1(&q), expected);
-    // The Dirichlet energy minds no rotation but has no rest shape: psi(I) = k d / 2, P(I) = k I.
+    // The Dirichlet energy is frame indifferent but has no rest shape: psi(I) = k d / 2, P(I) = k I.
     let dirichlet = named::<2>("dirichlet");
     assert_eq!((dirichlet.psi(&Mat::identity()), dirichlet.pk1(&Mat::identity())), (1e6, Mat::scalar(1e6)));
     assert!(largest(&dirichlet.pk1(&Mat::zero())) == 0.0);

@@ -1,15 +1,14 @@
-//! Every material's stress has the same bits in plain numbers, in a pack and in a pair of packs, wherever
-//! terms compute it so: in packs unless an instruction set goes [lane by lane](Lanes::BY_LANE), in pairs
-//! where [they pay](Lanes::PAIRS_PAY).
+//! Every material's stress is bit-identical in scalars, in a pack and in a pair of packs, wherever terms
+//! compute it so: in packs unless an instruction set goes [lane by lane](Lanes::BY_LANE), in pairs where
+//! [they pay](Lanes::PAIRS_PAY).
 
 use crate::algebra::Mat;
 use crate::algebra::tests::sample::{Random, bits, categories, load_lanes, not_finite, store_lanes};
 use crate::lanes::{InstructionSet, Kernel, Lanes, Pair, WIDTH, dispatch_at};
 use crate::material::{Isotropic, Material, MaterialSpec, MaterialVisitor, Model, Stvk, autodiff_stress};
 
-/// Stresses at one matrix per lane; `None` where no term computes them in packs. A kernel for each way of
-/// computing them, and none in which a way stands twice: the compiler's time grows faster than the size of a
-/// function.
+/// Stresses at one matrix per lane; `None` where no term computes them in packs. Each way to compute them
+/// has a kernel of its own, because compile time grows faster than the size of a function.
 struct InPack<'a, M, const D: usize>(&'a M, &'a [Mat<f64, D>]);
 
 impl<M: Material<D>, const D: usize> Kernel for InPack<'_, M, D> {
@@ -23,7 +22,7 @@ impl<M: Material<D>, const D: usize> Kernel for InPack<'_, M, D> {
     }
 }
 
-/// The same by automatic differentiation.
+/// Stresses at one matrix per lane by automatic differentiation.
 struct Derived<'a, M, const D: usize>(&'a M, &'a [Mat<f64, D>]);
 
 impl<M: Material<D>, const D: usize> Kernel for Derived<'_, M, D> {
@@ -37,7 +36,7 @@ impl<M: Material<D>, const D: usize> Kernel for Derived<'_, M, D> {
     }
 }
 
-/// The same in a pair of packs; `None` where no term computes them in pairs.
+/// Stresses at one matrix per lane in a pair of packs; `None` where no term computes them in pairs.
 struct InPair<'a, M, const D: usize>(&'a M, [&'a [Mat<f64, D>]; 2]);
 
 impl<M: Material<D>, const D: usize> Kernel for InPair<'_, M, D> {
@@ -54,13 +53,13 @@ impl<M: Material<D>, const D: usize> Kernel for InPair<'_, M, D> {
     }
 }
 
-/// As a pack, and as the first and the second half of a pair.
+/// Returns the stresses in a pack, and in the first and the second half of a pair.
 fn stresses<M: Material<D>, const D: usize>(
     level: InstructionSet,
     material: &M,
     pack: &[Mat<f64, D>],
 ) -> Vec<[Mat<f64, D>; WIDTH]> {
-    // Neighbours that need nothing of what the half in question needs.
+    // The other half of the pair is undeformed.
     let rest = [Mat::identity(); WIDTH];
     let in_pair = |halves| dispatch_at(level, InPair(material, halves));
     let first = in_pair([pack, &rest]).map(|[first, _]| first);
@@ -68,8 +67,8 @@ fn stresses<M: Material<D>, const D: usize>(
     [dispatch_at(level, InPack(material, pack)), first, second].into_iter().flatten().collect()
 }
 
-/// Checks one material, on a large stack: unoptimised, the kernels of all instruction sets need more than a
-/// test has.
+/// Checks one material, on a large stack: unoptimised, the kernels of all instruction sets need more than
+/// the stack of a test.
 pub(crate) fn same_bits<M: Material<D>, const D: usize>(name: &str, material: &M) {
     std::thread::scope(|scope| {
         let thread = std::thread::Builder::new().stack_size(1 << 26);
@@ -102,7 +101,7 @@ fn same_bits_here<M: Material<D>, const D: usize>(name: &str, material: &M) {
     }
 }
 
-/// Lanes have the bits that they have alone, and no finite stress at what is no number.
+/// Checks that lanes are bit-identical to single evaluations and that NaN gives no finite stress.
 fn assert_same<const D: usize>(what: &str, out: &[Mat<f64, D>], alone: &[Mat<f64, D>], pack: &[Mat<f64, D>]) {
     for ((out, alone), f) in out.iter().zip(alone).zip(pack) {
         assert_eq!(bits(out), bits(alone), "{what} {f:?}");
@@ -112,7 +111,7 @@ fn assert_same<const D: usize>(what: &str, out: &[Mat<f64, D>], alone: &[Mat<f64
     }
 }
 
-/// The levels that a processor with all of them computes in packs and in pairs.
+/// Instruction sets that compute in packs and in pairs, if the processor has all of them.
 #[test]
 fn packs_and_pairs_are_computed_where_terms_compute_them() {
     let material = Stvk::new(&Isotropic::new(1e5, 0.3));

@@ -1,4 +1,4 @@
-//! Conformance tests over the registry: a new model is tested by being registered.
+//! Conformance tests over the registry: every registered model is tested.
 
 mod conformance;
 mod degenerate;
@@ -17,7 +17,7 @@ use crate::algebra::tests::sample::{Random, categories};
 use crate::algebra::{Dual, Mat, signed_svd};
 use crate::scalar::Scalar;
 
-/// A material behind a pointer, with its derivatives also by automatic differentiation.
+/// Dynamic dispatch over materials, with derivatives also by automatic differentiation.
 trait Probe<const D: usize> {
     fn psi(&self, f: &Mat<f64, D>) -> f64;
     fn pk1(&self, f: &Mat<f64, D>) -> Mat<f64, D>;
@@ -55,7 +55,7 @@ impl<const D: usize, M: Material<D>> Probe<D> for M {
     }
 }
 
-/// The tangent whose columns are the derivatives of the stress along the unit matrices.
+/// Returns the tangent whose columns are the derivatives of the stress along the unit matrices.
 fn by_direction<const D: usize>(derivative: impl Fn(&Mat<f64, D>) -> Mat<f64, D>) -> Tangent<D> {
     let mut tangent = Tangent::zero();
     for k in 0..D {
@@ -73,7 +73,7 @@ fn by_direction<const D: usize>(derivative: impl Fn(&Mat<f64, D>) -> Mat<f64, D>
     tangent
 }
 
-/// A model that gives its energy density and nothing else.
+/// A model that gives its energy density only.
 #[derive(Clone)]
 pub(crate) struct EnergyAlone<M>(pub(crate) M);
 
@@ -111,7 +111,7 @@ fn models<const D: usize>() -> Vec<(MaterialSpec, Box<dyn Probe<D>>)> {
         .collect()
 }
 
-/// A model by its name in a scene, with E = 1e6 and nu = 0.3, or at least the shear modulus of these.
+/// Returns a model by its name in a scene, with E = 1e6 and nu = 0.3, or at least their shear modulus.
 fn named<const D: usize>(name: &str) -> Box<dyn Probe<D>> {
     if name == "arap" {
         return probe(&MaterialSpec::Arap(WithoutPoisson { young: 2.0 * MU, poisson: 0.0 }));
@@ -123,18 +123,18 @@ fn named<const D: usize>(name: &str) -> Box<dyn Probe<D>> {
 const LAMBDA: f64 = 576_923.076_923_076_9;
 const MU: f64 = 384_615.384_615_384_6;
 
-/// `(sigma_{D-1} + sigma_D) / |F|`: how far `F` is from where its rotation jumps.
+/// Returns `(sigma_{D-1} + sigma_D) / |F|`, the relative distance of `F` from the jump of its rotation.
 fn gap<const D: usize>(f: &Mat<f64, D>) -> f64 {
     let sigma = signed_svd(f).sigma;
     (sigma[D - 2] + sigma[D - 1]) / f.norm_squared().sqrt()
 }
 
-/// Measure of an error in the stress: its own size, or that of the terms it is made of.
+/// Returns the scale of errors in the stress: its own size plus that of its terms.
 fn stress_scale<const D: usize>(model: &dyn Probe<D>, f: &Mat<f64, D>) -> f64 {
     model.pk1(f).norm_squared().sqrt() + (LAMBDA + 2.0 * MU) * f.norm_squared().sqrt()
 }
 
-/// Deformations of every kind that keep away from the rotation's jump, those with `J <= 0` only if
+/// Returns deformations of every kind away from the jump of the rotation, those with `J <= 0` only if
 /// `inverted`.
 pub(crate) fn samples<const D: usize>(inverted: bool) -> Vec<Mat<f64, D>> {
     let mut random = Random(21);
@@ -153,19 +153,19 @@ pub(crate) fn samples<const D: usize>(inverted: bool) -> Vec<Mat<f64, D>> {
     list
 }
 
-/// As a matrix that acts on column-major `vec(F)`.
+/// Returns the tensor as a matrix that acts on column-major `vec(F)`.
 fn flat<const D: usize>(t: &Tangent<D>) -> nalgebra::DMatrix<f64> {
     nalgebra::DMatrix::from_fn(D * D, D * D, |p, q| t.0[p % D][p / D][q % D][q / D])
 }
 
-/// Eigenvalues, ascending.
+/// Returns the eigenvalues, ascending.
 fn eigenvalues<const D: usize>(t: &Tangent<D>) -> Vec<f64> {
     let mut lambda: Vec<f64> = flat(t).symmetric_eigenvalues().iter().copied().collect();
     lambda.sort_by(f64::total_cmp);
     lambda
 }
 
-/// `|a - b| / |a|`, Frobenius.
+/// Returns `|a - b| / |a|` in the Frobenius norm.
 pub(crate) fn difference<const D: usize>(a: &Tangent<D>, b: &Tangent<D>) -> f64 {
     (flat(a) - flat(b)).norm() / flat(a).norm()
 }

@@ -1,4 +1,4 @@
-//! Against numbers computed independently, with 50 digits, see the note in the data files.
+//! Models against independent values with 50 digits, see the note in the data files.
 
 use std::collections::BTreeMap;
 
@@ -25,13 +25,13 @@ struct Point {
 fn read<T: serde::de::DeserializeOwned>(text: &str) -> BTreeMap<String, BTreeMap<String, T>> {
     let mut table: serde_json::Map<String, serde_json::Value> = serde_json::from_str(text).unwrap();
     table.remove("note");
-    // The formula of the example is that of this model.
+    // The example formula is that of this model.
     let known = table["stable-neo-hookean"].clone();
     table.insert("expression".to_owned(), known);
     table.into_iter().map(|(name, value)| (name, serde_json::from_value(value).unwrap())).collect()
 }
 
-/// Every model that stands for a real material is in the data, but for these.
+/// Checks that every model of a real material is in the data, except `without`.
 fn covers_the_registry<'a>(names: impl Iterator<Item = &'a String>, without: &[&str]) {
     let names: Vec<&str> = names.map(String::as_str).collect();
     for spec in MaterialSpec::examples().iter().filter(|spec| spec.lame().is_some()) {
@@ -95,7 +95,7 @@ fn extreme_eigenvalues() {
     }
 }
 
-/// The lateral stretch at which `stress` vanishes, by bisection.
+/// Returns the lateral stretch at which `stress` vanishes, by bisection.
 fn free_lateral(stress: impl Fn(f64) -> f64) -> f64 {
     let (mut low, mut high) = (0.3, 1.7);
     for _ in 0..60 {
@@ -109,7 +109,7 @@ fn free_lateral(stress: impl Fn(f64) -> f64) -> f64 {
 #[test]
 fn responses_to_simple_loading() {
     let data = read::<Vec<f64>>(include_str!("../../../tests-data/responses.json"));
-    // The linear model has responses, but they are its two constants.
+    // The linear model has no entry: its responses are its two constants.
     covers_the_registry(data.keys(), &["linear"]);
     for (name, responses) in &data {
         let (plane, solid) = (named::<2>(name), named::<3>(name));
@@ -141,7 +141,8 @@ fn responses_to_simple_loading() {
             };
             let scale = expected.iter().fold(0.0f64, |m, x| m.max(x.abs()));
             for (i, (a, b)) in got.iter().zip(expected).enumerate() {
-                // Stretches relative to themselves, a stress that vanishes relative to its neighbours.
+                // Stretches are compared relative to themselves, a vanishing stress relative to its
+                // neighbours.
                 let scale = if got.len() == 2 && i == 0 { *b } else { scale };
                 assert!((a - b).abs() <= 1e-9 * scale, "{name} {test}: {got:?} {expected:?}");
             }

@@ -1,10 +1,10 @@
-//! The constants of rubber models: absolute or in proportion, and how the models contain one another.
+//! Constants of rubber models: absolute or in proportion, and models that contain one another.
 
 use super::{difference, probe, samples, stress_scale};
 use crate::algebra::tests::sample::largest;
 use crate::material::{Isotropic, MaterialSpec, OgdenTerms, Psd, TwoConstants};
 
-/// Energy, stress and tangent agree in two and three dimensions.
+/// Checks that energy, stress and tangent agree in two and three dimensions.
 fn same(a: &MaterialSpec, b: &MaterialSpec) {
     fn check<const D: usize>(a: &MaterialSpec, b: &MaterialSpec) {
         let (one, other) = (probe::<D>(a), probe::<D>(b));
@@ -38,7 +38,7 @@ fn rubber_models_contain_one_another() {
     same(&neo, &ogden(Some(1e6), &[1.0], &[2.0]));
     // mu_p = 2 C10, -2 C01 of alpha_p = 2, -2.
     same(&mooney(Some(1e6), 4.0, 1.0), &ogden(Some(1e6), &[8.0, -2.0], &[2.0, -2.0]));
-    // A term may be split into any number.
+    // A term may be split into several.
     same(
         &ogden(Some(1e6), &[3.0, 1.0], &[1.3, 2.0]),
         &ogden(Some(1e6), &[1.0, 0.5, 2.0, 0.5], &[1.3, 2.0, 1.3, 2.0]),

@@ -4,7 +4,7 @@ use super::{LAMBDA, MU, difference, eigenvalues, models, named};
 use crate::algebra::{Mat, rotation};
 use crate::material::{Psd, Tangent};
 
-/// The tangent that results when `R` is taken as constant: `2 mu dF + lambda (R : dF) R`.
+/// Returns the tangent with `R` held constant: `2 mu dF + lambda (R : dF) R`.
 fn without_rotation_derivative<const D: usize>(f: &Mat<f64, D>) -> Tangent<D> {
     let r = rotation(f);
     let mut t = Tangent::identity().scale(2.0 * MU);
@@ -36,7 +36,8 @@ fn dropping_the_rotation_derivative_is_a_large_error() {
     assert!((eigenvalues(&solid.hessian(&f3, Psd::Exact))[0] - 93_839.998_248_07).abs() < 1e-6);
 }
 
-/// At rest an infinitesimal rotation costs nothing in every model that has a rest shape, but one.
+/// In the reference configuration infinitesimal rotations cost no energy, in all models with a rest shape
+/// but one.
 #[test]
 fn infinitesimal_rotations_are_free_at_rest() {
     fn check<const D: usize>() {

@@ -1,4 +1,4 @@
-//! Models written in the stretches alone, against the same models in closed form.
+//! Models given in principal stretches only, against the same models in closed form.
 
 use super::lanes::same_bits;
 use super::{LAMBDA, MU, Probe, difference, gap, named, samples, stress_scale};
@@ -22,7 +22,7 @@ impl<const D: usize> IsotropicFunction<D> for Corotated {
 }
 impl<const D: usize> Stretches<D> for Corotated {}
 
-/// The neo-Hookean energy with `sigma_i^2` as a power, so that it goes the way of Ogden's.
+/// The neo-Hookean energy with `sigma_i^2` as a power, to take the code path of Ogden's.
 struct NeoHookean;
 impl<const D: usize> IsotropicFunction<D> for NeoHookean {
     #[inline(always)]
@@ -42,8 +42,8 @@ impl<const D: usize> Stretches<D> for NeoHookean {
     }
 }
 
-/// Energy, stress and tangent of `model`, and its derivatives by dual numbers, are those of the registered
-/// `name`.
+/// Compares energy, stress and tangent of `model`, and its derivatives by dual numbers, with the
+/// registered `name`.
 fn agrees<const D: usize>(model: &dyn Probe<D>, name: &str) {
     let exact = named::<D>(name);
     assert_eq!(model.domain(), exact.domain());

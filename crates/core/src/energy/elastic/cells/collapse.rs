@@ -1,4 +1,4 @@
-//! How far cells may go until one of them collapses.
+//! Step fraction until the first cell collapses.
 
 use super::super::collapse::{MARGIN, first_root, suspects};
 use super::OnePointCells;
@@ -7,7 +7,7 @@ use super::packs::{PackRest, in_lanes};
 use super::rest::RestData;
 use crate::lanes::{Kernel, Lanes, WIDTH, dispatch};
 
-/// Marks the cells of a pack that may collapse on their way: bit `l` is set for lane `l`.
+/// Finds the cells of a pack that may collapse in the step: bit `l` is set for lane `l`.
 struct SuspectsKernel<'a, const D: usize, const N: usize> {
     term: &'a OnePointCells<D, N>,
     pack: usize,
@@ -27,7 +27,7 @@ impl<const D: usize, const N: usize> Kernel for SuspectsKernel<'_, D, N> {
     }
 }
 
-/// How far cells may go towards `x + dx`: most of the way to the first `det F = 0`, in (0, 1].
+/// Returns the step fraction towards `x + dx`, at most 1: `MARGIN` times that at the first `det F = 0`.
 pub(super) fn step_to_collapse<const D: usize, const N: usize>(
     term: &OnePointCells<D, N>,
     x: &[f64],

@@ -1,12 +1,13 @@
-//! Hessians of cells. With `z` the amplitudes at rest, `y = K z`, `u_a = sum_h gamma_ha y_h` and
-//! `Y = sum_h q_h y_h^T`,
+//! Hessians of cells. With the amplitudes `z` in reference axes, `y = K z`, `u_a = sum_h gamma_ha y_h`
+//! and `Y = sum_h q_h y_h^T`,
 //!
 //! ```text
 //! K_ab = V b_a C b_b + dz/dx_a . K dz/dx_b + [F (u_a x b_b + b_a x u_b) + Y (b_a x b_b)]_x
 //! ```
 //!
-//! where the last term, of the stress, is that of amplitudes pulled back by `cof F`; in the plane it has no
-//! `Y` and no `F`. Projected on positive matrices `C` is, and the last term is left out: `K` is positive.
+//! where the last term, the stress term, is that of amplitudes pulled back by `cof F`; in 2D it has no
+//! `Y` and no `F`. The projection to positive matrices projects `C` and omits the last term; `K` is
+//! positive.
 
 use std::ops::Range;
 
@@ -36,8 +37,8 @@ struct PackSpectrum<const D: usize> {
     spectrum: SpectrumBlock<D>,
 }
 
-/// Writes the Hessians of `stencils`, whole packs of them; with a place `from`, with the stresses that are
-/// predicted from it.
+/// Writes the Hessians of `stencils`, which are whole packs. If there are positions `from`, the Hessians
+/// use the stresses predicted from them.
 pub(super) fn fill<const D: usize, const N: usize>(
     term: &OnePointCells<D, N>,
     stencils: Range<usize>,
@@ -60,15 +61,18 @@ pub(super) fn fill<const D: usize, const N: usize>(
         let nodes = &in_lanes(x, &cells);
         let from_nodes = from.map(|from| in_lanes(from, &cells));
         let from_nodes = from_nodes.as_ref();
+        // Stretches on lanes, the spectrum from the model.
         if has_spectrum {
             dispatch(CellStretchKernel { term, pack, nodes, out: &mut of_pack });
             term.material.spectra(&of_pack.sigma, &mut of_pack.spectrum);
         }
+        // Blocks of the hourglass modes, and of the material if it has a spectrum.
         let spectrum = has_spectrum.then_some(&of_pack);
         dispatch(CellBlocksKernel { term, pack, nodes, from: from_nodes, spectrum, psd, out });
         if has_spectrum {
             continue;
         }
+        // Without a spectrum: add the blocks of the whole tangent, cell by cell.
         for ((lane, vertices), out) in cells.iter().enumerate().zip(out.chunks_exact_mut(per_stencil)) {
             let (volume, gradient) = term.packs.gradients_of_lane(pack, lane);
             if volume == 0.0 {
@@ -85,7 +89,7 @@ pub(super) fn fill<const D: usize, const N: usize>(
     }
 }
 
-/// Writes stretches and axes of a pack.
+/// Writes the stretches and axes of a pack.
 struct CellStretchKernel<'a, const D: usize, const N: usize> {
     term: &'a OnePointCells<D, N>,
     pack: usize,
@@ -109,7 +113,7 @@ impl<const D: usize, const N: usize> Kernel for CellStretchKernel<'_, D, N> {
     }
 }
 
-/// Writes the Hessians of a pack, without a `spectrum` those of its hourglass modes.
+/// Writes the Hessians of a pack; without a `spectrum` only those of the hourglass modes.
 struct CellBlocksKernel<'a, const D: usize, const N: usize> {
     term: &'a OnePointCells<D, N>,
     pack: usize,
@@ -120,7 +124,7 @@ struct CellBlocksKernel<'a, const D: usize, const N: usize> {
     out: &'a mut [f64],
 }
 
-/// `dz` of a unit displacement along `i` of a node with the gradient `b` and these weights.
+/// Returns `dz` of a unit displacement along `i` of a node with the gradient `b` and these weights.
 #[inline(always)]
 fn amplitude_slope<L: Lanes, const D: usize>(
     pull_back: PullBack,
@@ -148,7 +152,7 @@ fn amplitude_slope<L: Lanes, const D: usize>(
     slope
 }
 
-/// `T (a x b)`; in the plane `a x b`, along its normal.
+/// Returns `T (a x b)`; in 2D `a x b`, along the normal.
 #[inline(always)]
 fn crossed<L: Lanes, const D: usize>(t: &Mat<L, D>, a: &[L; D], b: &[L; D]) -> [L; 3] {
     let normal_z = a[0].mul_add(b[1], -(a[1] * b[0]));
@@ -166,7 +170,7 @@ fn crossed<L: Lanes, const D: usize>(t: &Mat<L, D>, a: &[L; D], b: &[L; D]) -> [
     axis
 }
 
-/// Where amplitudes are pulled back: adds the term of the stress to a block.
+/// Adds the stress term of pulled back amplitudes to a block.
 #[inline(always)]
 fn add_stress_term<L: Lanes, const D: usize>(
     (f, outer): (&Mat<L, D>, &Mat<L, D>),
@@ -187,7 +191,7 @@ fn add_stress_term<L: Lanes, const D: usize>(
 }
 
 impl<const D: usize, const N: usize> CellBlocksKernel<'_, D, N> {
-    /// `y`, as it is or as predicted.
+    /// Returns `y`, evaluated or predicted.
     #[inline(always)]
     fn stresses<L: Lanes>(
         &self,
@@ -221,6 +225,7 @@ impl<const D: usize, const N: usize> Kernel for CellBlocksKernel<'_, D, N> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
+        // F, amplitudes and their stresses.
         let pull_back = self.term.pull_back;
         let rest: PackRest<'_, L, D, N> = self.term.packs.rest(self.pack);
         let x = loaded::<L, D, N>(self.nodes);
@@ -230,6 +235,7 @@ impl<const D: usize, const N: usize> Kernel for CellBlocksKernel<'_, D, N> {
         let has_stress_term = pull_back == PullBack::Cofactor && self.psd == Psd::Exact;
         let outer = outer_sum(&q, &y);
         let stiffness = rest.stiffness::<L>();
+        // dz/dx_a, K dz/dx_a and u_a of every node but the first.
         let none = [[L::zero(); D]; N];
         let (mut b, mut u, mut turned) = (none, none, none);
         let mut slopes = [[[[L::zero(); D]; MOST_MODES]; D]; N];
@@ -250,6 +256,7 @@ impl<const D: usize, const N: usize> Kernel for CellBlocksKernel<'_, D, N> {
                 forces[a][i] = times(&stiffness, &slopes[a][i]);
             }
         }
+        // Material moduli in the frame of U and V.
         let volume: L = rest.volume();
         let (mut frame, mut moduli) = (Mat::zero(), (Mat::zero(), Mat::zero(), Mat::zero()));
         if let Some(spectrum) = self.spectrum {
@@ -261,16 +268,19 @@ impl<const D: usize, const N: usize> Kernel for CellBlocksKernel<'_, D, N> {
                 turned[a] = turn.mul_vec(&b[a]);
             }
         }
+        // Blocks of the pairs; those of the first node follow from the others.
         let place = |a: usize, b: usize| a * N - a * (a + 1) / 2 + b;
         let mut entries = Entries::<MOST_ENTRIES>([[0.0; WIDTH]; MOST_ENTRIES]);
         let mut first = FirstRow::<L, D, N>::new();
         for a in 1..N {
             for c in a..N {
                 let mut block = Mat::zero();
+                // V b_a C b_b.
                 if self.spectrum.is_some() {
                     let k = pair_block((&moduli.0, &moduli.1, &moduli.2), (&turned[a], &turned[c]));
                     block = frame.mul(&k).mul_transpose(&frame);
                 }
+                // dz/dx_a . K dz/dx_b.
                 for i in 0..D {
                     for k in 0..D {
                         for h in 0..modes(D) {

@@ -1,7 +1,7 @@
 //! Energy of the hourglass modes: enhanced strains of the parallelepiped, condensed in closed form.
 //!
-//! With the slopes `g_l` of the coordinates of the cell, rows of `J^-1` in its middle, amplitudes `q` and the
-//! tangent `C` of the material at rest,
+//! With the gradients `g_l` of the cell's coordinates, the rows of `J^-1` at the centre, the amplitudes
+//! `q` and the tangent `C` of the material in the reference configuration,
 //!
 //! ```text
 //! E = sum_l V/3 W(A_l) + sum_l V/9 W'(q_012 g_l^T),   A_l = sum_(k != l) q_kl g_k^T
@@ -9,30 +9,30 @@
 //! W'(A) = min over s of 1/2 (A - s I) : C : (A - s I)
 //! ```
 //!
-//! A strain `xi_l A_l` is free of traction across `l`, as in bending, and a bilinear one is free of pressure.
-//! It is what is left of the enhanced strains of Q1/E12 of Simo, Armero, Taylor 1993, "Improved versions of
-//! assumed enhanced strain tri-linear elements for 3D finite deformation problems", Comput. Meth. Appl. Mech.
-//! Eng. 110, 359, on a parallelepiped, where its integrals are exact: Belytschko, Bindeman 1993, "Assumed
-//! strain stabilization of the eight node hexahedral element", ibid. 105, 225; Puso 2000, "A highly efficient
-//! enhanced assumed strain physically stabilized hexahedral element", Int. J. Numer. Meth. Eng. 49, 1029.
-//! Derivatives by `C` and `g` need none of `c` and `s`, which make the energy stationary.
+//! A strain `xi_l A_l` has no traction across `l`, as in bending, and a bilinear strain has no pressure.
+//! These are the enhanced strains of Q1/E12 on a parallelepiped, where their integrals are exact: Simo,
+//! Armero, Taylor 1993, "Improved versions of assumed enhanced strain tri-linear elements for 3D finite
+//! deformation problems", Comput. Meth. Appl. Mech. Eng. 110, 359; Belytschko, Bindeman 1993, "Assumed
+//! strain stabilization of the eight node hexahedral element", ibid. 105, 225; Puso 2000, "A highly
+//! efficient enhanced assumed strain physically stabilized hexahedral element", Int. J. Numer. Meth. Eng.
+//! 49, 1029. Derivatives by `C` and `g` need none of `c` and `s`, at which the energy is stationary.
 
 use super::rest::{Amplitudes, MOST_MODES, mode_of_pair, modes, outer_sum};
 use crate::algebra::{Dual, Mat};
 use crate::material::{MaterialSpec, Tangent};
 use crate::scalar::Scalar;
 
-/// How amplitudes of hourglass modes follow a cell as it turns and stretches.
+/// Transformation of hourglass amplitudes as a cell rotates and stretches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PullBack {
-    /// Not at all: of materials that are linear in `F`.
+    /// None: for materials that are linear in `F`.
     None,
-    /// By `cof(F)^T q`, which is `det(F) F^-1 q` and exists for inverted cells, too.
+    /// `cof(F)^T q`, which is `det(F) F^-1 q` and exists for inverted cells, too.
     Cofactor,
 }
 
 impl PullBack {
-    /// The one that suits a material.
+    /// Returns the transformation that suits a material.
     pub fn of(material: &MaterialSpec) -> Self {
         match material {
             MaterialSpec::Linear(_) | MaterialSpec::Dirichlet(_) | MaterialSpec::DisplacementGradient(_) => {
@@ -42,7 +42,7 @@ impl PullBack {
         }
     }
 
-    /// The amplitudes in the axes at rest.
+    /// Returns the amplitudes in reference axes.
     #[inline(always)]
     pub(crate) fn pulled<S: Scalar, const D: usize>(
         self,
@@ -55,7 +55,8 @@ impl PullBack {
         }
     }
 
-    /// Derivatives by `F` and `q` of a function with the derivatives `y` by the amplitudes at rest.
+    /// Returns the derivatives by `F` and `q` of a function with the derivatives `y` by the amplitudes in
+    /// reference axes.
     #[inline(always)]
     pub(crate) fn pushed<S: Scalar, const D: usize>(
         self,
@@ -70,7 +71,7 @@ impl PullBack {
     }
 }
 
-/// `T q_h` of every mode.
+/// Returns `T q_h` of every mode.
 #[inline(always)]
 pub(crate) fn by_each<S: Scalar, const D: usize>(t: &Mat<S, D>, q: &Amplitudes<S, D>) -> Amplitudes<S, D> {
     let mut product = [[S::zero(); D]; MOST_MODES];
@@ -80,7 +81,7 @@ pub(crate) fn by_each<S: Scalar, const D: usize>(t: &Mat<S, D>, q: &Amplitudes<S
     product
 }
 
-/// Sums of the amplitudes of every mode.
+/// Returns the sums of the amplitudes of every mode.
 #[inline(always)]
 pub(super) fn sum_of<S: Scalar, const D: usize>(
     a: &Amplitudes<S, D>,
@@ -95,7 +96,7 @@ pub(super) fn sum_of<S: Scalar, const D: usize>(
     sum
 }
 
-/// Rates `L^T q + F^T q'` of the amplitudes that viscosity sees, with the rates `L` and `q'`.
+/// Returns the amplitude rates `L^T q + F^T q'` on which viscosity acts, with the rates `L` and `q'`.
 #[inline(always)]
 pub(crate) fn amplitude_rates<S: Scalar, const D: usize>(
     (f, q): (&Mat<S, D>, &Amplitudes<S, D>),
@@ -104,10 +105,10 @@ pub(crate) fn amplitude_rates<S: Scalar, const D: usize>(
     sum_of(&by_each::<S, D>(&l.transpose(), q), &by_each::<S, D>(&f.transpose(), rates))
 }
 
-/// Determinant of `n . C . n` by a power of its trace that is more than rounding.
+/// Least determinant of `n . C . n`, relative to a power of its trace, that is more than rounding.
 const RESISTS_SHEAR: f64 = 1e-13;
 
-/// `C` [Pa] over any scalar.
+/// Reference moduli `C` [Pa] over any scalar.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RestModuli<S, const D: usize>([[Mat<S, D>; D]; D]);
 
@@ -126,8 +127,8 @@ impl<S: Scalar, const D: usize> RestModuli<S, D> {
         stress
     }
 
-    /// `A - c n^T` without traction across `n`, and `c`. Where nothing resists shear, as in a fluid, it has
-    /// no pressure across `n`; it is `A` itself where nothing resists that.
+    /// Returns `A - c n^T` without traction across `n`, and `c`. If nothing resists shear, as in a fluid,
+    /// only the pressure across `n` vanishes; if nothing resists that either, the result is `A`.
     fn without_traction(&self, a: &Mat<S, D>, n: &[S; D]) -> (Mat<S, D>, [S; D]) {
         let mut acoustic = Mat::zero();
         for i in 0..D {
@@ -160,7 +161,7 @@ impl<S: Scalar, const D: usize> RestModuli<S, D> {
         (strain, c)
     }
 
-    /// `A - s I` without pressure; `A` itself where nothing resists a change of volume.
+    /// Returns `A - s I` without pressure; `A` if nothing resists a change of volume.
     fn without_pressure(&self, a: &Mat<S, D>) -> Mat<S, D> {
         let of_volume = self.apply(&Mat::identity());
         let bulk = of_volume.trace();
@@ -170,7 +171,7 @@ impl<S: Scalar, const D: usize> RestModuli<S, D> {
 }
 
 impl<S: Scalar, const D: usize> RestModuli<Dual<S>, D> {
-    /// Moduli that change with a parameter.
+    /// Returns moduli that change with a parameter.
     pub(crate) fn changing(tangent: &Tangent<D>, change: &Tangent<D>) -> Self {
         let mut moduli = Self::new(tangent);
         for i in 0..D {
@@ -182,7 +183,7 @@ impl<S: Scalar, const D: usize> RestModuli<Dual<S>, D> {
     }
 }
 
-/// `A_l`.
+/// Returns `A_l`.
 fn bending<S: Scalar, const D: usize>(l: usize, inverse: &Mat<S, D>, q: &Amplitudes<S, D>) -> Mat<S, D> {
     let mut a = Mat::zero();
     for k in 0..D {
@@ -210,12 +211,13 @@ fn add<S: Scalar, const D: usize>(sum: &mut [S; D], factor: S, v: &[S; D]) {
 /// Derivatives of the energy of the hourglass modes.
 pub(crate) struct HourglassRates<S, const D: usize> {
     pub(crate) by_amplitudes: Amplitudes<S, D>,
-    /// By `J^-1`.
+    /// Derivative by `J^-1`.
     pub(crate) by_inverse: Mat<S, D>,
     pub(crate) by_volume: S,
 }
 
-/// Derivatives of the energy of the hourglass modes with the amplitudes `q` at rest.
+/// Returns the derivatives of the energy of the hourglass modes with the amplitudes `q` in reference
+/// axes.
 pub(crate) fn hourglass<S: Scalar, const D: usize>(
     (volume, inverse): (S, &Mat<S, D>),
     moduli: &RestModuli<S, D>,
@@ -225,6 +227,7 @@ pub(crate) fn hourglass<S: Scalar, const D: usize>(
     let mut by_inverse = Mat::zero();
     let (third, ninth) = (volume * S::splat(1.0 / 3.0), volume * S::splat(1.0 / 9.0));
     for l in 0..D {
+        // Bending: W(A_l), with the strain at the minimum over c.
         let (strain, c) = moduli.without_traction(&bending(l, inverse, q), &inverse[l]);
         let stress = moduli.apply(&strain).scale(third);
         let transposed = stress.transpose();
@@ -236,6 +239,7 @@ pub(crate) fn hourglass<S: Scalar, const D: usize>(
             }
         }
         add(&mut by_inverse[l], -S::one(), &transposed.mul_vec(&c));
+        // Bilinear strain of the mode xi_0 xi_1 xi_2: W'.
         if D == 3 {
             let mut a = Mat::zero();
             add_outer(&q[3], &inverse[l], &mut a);
@@ -244,6 +248,7 @@ pub(crate) fn hourglass<S: Scalar, const D: usize>(
             add(&mut by_inverse[l], S::one(), &stress.transpose().mul_vec(&q[3]));
         }
     }
+    // The energy is quadratic in q and linear in V.
     let mut work = S::zero();
     for h in 0..modes(D) {
         for i in 0..D {
@@ -253,7 +258,7 @@ pub(crate) fn hourglass<S: Scalar, const D: usize>(
     HourglassRates { by_amplitudes, by_inverse, by_volume: S::splat(0.5) * work / volume }
 }
 
-/// Gradient of the displacement of hourglass modes at the place `xi` of a cell, with its enhanced strains.
+/// Returns the displacement gradient of the hourglass modes at `xi` in a cell, with its enhanced strains.
 pub(super) fn gradient_at<const D: usize>(
     inverse: &Mat<f64, D>,
     moduli: &RestModuli<f64, D>,
@@ -274,23 +279,23 @@ pub(super) fn gradient_at<const D: usize>(
     gradient
 }
 
-/// Entries of the stiffness of the hourglass modes, at most.
+/// Maximum number of entries of the stiffness of the hourglass modes.
 pub(crate) const MOST_STIFFNESS: usize = 51;
 
-/// Modes that have no stiffness in common with others: numbers of their amplitudes in `d` dimensions.
+/// Ranges of the amplitudes of modes, in `d` dimensions, that share no stiffness with the others.
 #[inline(always)]
 const fn coupled(d: usize) -> &'static [(usize, usize)] {
     if d == 2 { &[(0, 2)] } else { &[(0, 9), (9, 12)] }
 }
 
-/// Number of the entries of the stiffness, of the lower triangles of its blocks.
+/// Number of entries of the stiffness: those of the lower triangles of its blocks.
 #[inline(always)]
 pub(crate) const fn stiffness_entries(d: usize) -> usize {
     if d == 2 { 3 } else { MOST_STIFFNESS }
 }
 
-/// The stiffness `K` of the hourglass modes: their energy is `1/2 q . K q`. Row by row the lower triangles of
-/// its blocks.
+/// Returns the stiffness `K` of the hourglass modes, whose energy is `1/2 q . K q`, as the lower
+/// triangles of its blocks, row by row.
 pub(crate) fn stiffness<S: Scalar, const D: usize>(
     rest: (S, &Mat<S, D>),
     moduli: &RestModuli<S, D>,
@@ -311,7 +316,7 @@ pub(crate) fn stiffness<S: Scalar, const D: usize>(
     entries
 }
 
-/// `K q`.
+/// Returns `K q`.
 #[inline(always)]
 pub(crate) fn times<S: Scalar, const D: usize>(
     stiffness: &[S; MOST_STIFFNESS],
@@ -336,7 +341,7 @@ pub(crate) fn times<S: Scalar, const D: usize>(
     product
 }
 
-/// `a . b`.
+/// Returns `a . b`.
 #[inline(always)]
 pub(crate) fn dot<S: Scalar, const D: usize>(a: &Amplitudes<S, D>, b: &Amplitudes<S, D>) -> S {
     let mut sum = S::zero();

@@ -1,5 +1,5 @@
-//! Kernels over packs of cells, on lanes: positions to `F`, stresses and amplitudes to forces, and the same
-//! along a direction, on dual numbers.
+//! Kernels over packs of cells, on lanes: `F` from positions, forces from stresses and amplitudes, and
+//! their changes along a direction, on dual numbers.
 
 use std::ops::Range;
 
@@ -14,9 +14,9 @@ use crate::energy::patch::PackIndex;
 use crate::lanes::{Kernel, Lanes, RowSlice, WIDTH};
 use crate::scalar::Scalar;
 
-/// A pack of numbers, or of numbers with their change along a direction.
+/// Pack of numbers, or of numbers with their change along a direction.
 pub(crate) trait PackScalar<L: Lanes>: Scalar {
-    /// The change of a dual number, otherwise the value.
+    /// Returns the derivative of a dual number, otherwise the value.
     fn last(self) -> L;
     fn constant(value: L) -> Self;
 }
@@ -43,7 +43,7 @@ impl<L: Lanes> PackScalar<L> for Dual<L> {
     }
 }
 
-/// Positions of the nodes of a pack in lanes.
+/// Loads the positions of the nodes of a pack.
 #[inline(always)]
 pub(super) fn loaded<L: Lanes, const D: usize, const N: usize>(
     nodes: &[[[f64; WIDTH]; D]; N],
@@ -57,12 +57,12 @@ pub(super) fn loaded<L: Lanes, const D: usize, const N: usize>(
     rows
 }
 
-/// Some packs of cells that go through a kernel together.
+/// Packs of cells that a kernel processes together.
 pub(super) struct CellPiece<'a, const D: usize, const N: usize> {
     pub(super) packs: &'a CellPacks<D, N>,
     pub(super) index: &'a [PackIndex<N>],
     pub(super) pull_back: PullBack,
-    /// Their numbers.
+    /// Numbers of the packs.
     pub(super) range: Range<usize>,
 }
 
@@ -86,8 +86,8 @@ impl<const D: usize, const N: usize> Kernel for CellDeformationKernel<'_, D, N> 
     }
 }
 
-/// Adds the gradients at the vertices of some packs, or their change `ALONG` a direction, from `P`, or its
-/// change.
+/// Adds the gradients at the vertices of some packs, given `P`, or their change `ALONG` a direction,
+/// given the change of `P`.
 pub(super) struct CellForceKernel<'a, const D: usize, const N: usize, const ALONG: bool> {
     pub(super) piece: &'a CellPiece<'a, D, N>,
     pub(super) stress: &'a [Block<D>],
@@ -174,7 +174,7 @@ impl<const D: usize, const N: usize> Kernel for CellEnergyKernel<'_, D, N> {
             let q = pull_back.pulled(&f.cofactor(), &q);
             let hourglass = L::splat(0.5) * dot(&q, &times(&rest.stiffness::<L>(), &q));
             let volume: L = rest.volume();
-            // Zero times infinity in an empty lane is not zero.
+            // An empty lane has volume zero, but zero times infinity is not zero.
             let energy = volume.mul_add(L::load(psi), hourglass);
             sum += L::select(L::zero().lt(volume), energy, L::zero());
         }
@@ -182,7 +182,7 @@ impl<const D: usize, const N: usize> Kernel for CellEnergyKernel<'_, D, N> {
     }
 }
 
-/// Extremes of `det F` over some packs.
+/// Finds the extremes of `det F` over some packs.
 pub(super) struct CellExtremesKernel<'a, const D: usize, const N: usize> {
     pub(super) piece: &'a CellPiece<'a, D, N>,
     pub(super) position: &'a RowSlice<D>,
@@ -199,7 +199,7 @@ impl<const D: usize, const N: usize> Kernel for CellExtremesKernel<'_, D, N> {
             let rest = packs.rest::<L>(pack);
             let (f, _) = rest.measure(&gather::<L, D, N>(self.position, &index[pack]));
             let (j, volume): (L, L) = (f.determinant(), rest.volume());
-            // Lanes that fill up repeat a cell: they cannot change the minimum, but they must not be counted.
+            // Padding lanes repeat a cell: they cannot change the minimum, but they must not be counted.
             let real = L::mask_to_bits(L::zero().lt(volume));
             inverted += u64::from((real & !L::mask_to_bits(L::zero().lt(j))).count_ones());
             min_j = L::select(min_j.lt(j), min_j, j);

@@ -1,22 +1,23 @@
-//! Quadrilaterals and hexahedra with one evaluation of the material and an energy of their hourglass modes.
+//! Quadrilaterals and hexahedra with one evaluation of the material and an hourglass energy.
 //!
 //! ```text
 //! E = sum_e V psi(F) + 1/2 z . K z,   z_h = cof(F)^T q_h
 //! ```
 //!
-//! with the mean deformation gradient `F` of [`rest`], the amplitudes `q` of the hourglass modes and their
-//! stiffness `K` of [`hourglass`], of the tangent of the material at rest. It is Q1/E12 with the Jacobian of
-//! the middle and its enhanced strains condensed: a function of the nodes alone, without unknowns of its own.
-//! It passes the patch test, bends as a beam does at any ratio of lengths and does not lock where it is
-//! nearly incompressible. Reese, Wriggers 2000, "A stabilization technique to avoid hourglassing in finite
-//! elasticity", Int. J. Numer. Meth. Eng. 48, 79; further sources in [`hourglass`].
+//! with the mean deformation gradient `F` of [`rest`], the amplitudes `q` of the hourglass modes and
+//! their stiffness `K` of [`hourglass`], from the material's tangent in the reference configuration. This
+//! is Q1/E12 with the Jacobian at the centre and condensed enhanced strains: a function of the nodes,
+//! without unknowns of its own. It passes the patch test, bends like a beam at any aspect ratio and does
+//! not lock if it is nearly incompressible. Source: Reese, Wriggers 2000, "A stabilization technique to
+//! avoid hourglassing in finite elasticity", Int. J. Numer. Meth. Eng. 48, 79; further sources in
+//! [`hourglass`].
 //!
-//! Small strains of this element are published; how amplitudes follow a large strain is a choice. `cof(F)^T
-//! q` is a polynomial, exists for inverted cells and keeps the stiffness in bending of a stretched strip
-//! within a quarter from 0.7 to 1.5 times its length; beyond twice its length a strip is too soft. `R^T q` of
-//! Belytschko and Bindeman, corotational, is up to 2.2 times too stiff there and half as stiff as the strip
-//! in compression. A material that is linear in `F` has `z = q`. The material sees one `F`: a cell may fold
-//! at a corner while `det F` stays positive.
+//! The element is published for small strains; how amplitudes follow a large strain is a choice.
+//! `cof(F)^T q` is a polynomial, exists for inverted cells and keeps the bending stiffness of a stretched
+//! strip within a quarter from 0.7 to 1.5 times its length; beyond twice its length a strip is too soft.
+//! The corotational `R^T q` of Belytschko and Bindeman is up to 2.2 times too stiff there and half as
+//! stiff as the strip in compression. A material that is linear in `F` has `z = q`. The material sees one
+//! `F`: a cell may fold at a corner while `det F` stays positive.
 
 mod collapse;
 mod distortion;
@@ -56,11 +57,11 @@ use hourglass::RestModuli;
 use kernels::{CellDeformationKernel, CellEnergyKernel, CellExtremesKernel, CellForceKernel, CellPiece};
 use rest::CellRest;
 
-/// Packs that go through a kernel together: few enough to stay in the first cache, enough to make the call of
+/// Packs that a kernel processes together: few enough to stay in the L1 cache, enough to make the call of
 /// the material free.
 const AT_ONCE: usize = 4;
 
-/// Cells of `N` nodes filled with one material.
+/// Cells of `N` nodes of one material.
 pub struct OnePointCells<const D: usize, const N: usize> {
     body: String,
     material: Box<dyn BlockMaterial<D>>,
@@ -69,21 +70,21 @@ pub struct OnePointCells<const D: usize, const N: usize> {
     cell: &'static Isoparametric<D, N>,
     patches: Patches<N>,
     packs: CellPacks<D, N>,
-    /// Rotation of the material of every cell; none where there is none.
+    /// Rotation of the material of every cell; empty without rotations.
     axes: Vec<Mat<f64, 3>>,
-    /// Nodes at rest of every cell, in the order of the mesh [m].
+    /// Reference positions of the nodes of every cell, in the order of the mesh [m].
     nodes: Vec<[[f64; D]; N]>,
-    /// True if pressures are worth a prediction.
+    /// True if it pays to predict pressures.
     nearly_incompressible: bool,
     workspace: Workspace<D>,
 }
 
 impl<const D: usize, const N: usize> OnePointCells<D, N> {
-    /// Cells `cells` (global vertex indices) of `body`, at rest at `rest` (flat, all vertices of the system)
-    /// [m], their stress computed as `stress` says.
+    /// Creates the cells `cells` (global vertex indices) of `body` with the reference positions `rest`
+    /// (flat, all vertices of the system) [m]; `stress` says how stresses are computed.
     ///
     /// # Panics
-    /// If the volume of a cell is not positive: meshes are checked before.
+    /// If the volume of a cell is not positive; meshes are checked before.
     pub fn new<M: Material<D> + Material<3>>(
         body: &str,
         material: M,
@@ -112,12 +113,13 @@ impl<const D: usize, const N: usize> OnePointCells<D, N> {
         }
     }
 
-    /// The same cells at rest at `rest` [m], the material of each turned by the rotation `R` from its axes to
-    /// those of space, in the order of the mesh: energy densities are `psi(F R)`, stresses `P(F R) R^T`. See
-    /// [`material_axes`](crate::material::material_axes). In the plane rotations are about its normal.
+    /// Rotates the material of each cell by the rotation `R` from its axes to those of space, in the
+    /// order of the mesh: energy densities become `psi(F R)`, stresses `P(F R) R^T`. `rest` are the
+    /// reference positions [m]. See [`material_axes`](crate::material::material_axes). In 2D rotations
+    /// are about the normal of the plane.
     ///
     /// # Panics
-    /// If there is not one rotation for each cell.
+    /// If the numbers of rotations and cells differ.
     #[must_use]
     pub fn with_axes(mut self, axes: &[Mat<f64, 3>], rest: &[f64]) -> Self {
         assert_eq!(self.nodes.len(), axes.len(), "one rotation for each cell");
@@ -128,9 +130,9 @@ impl<const D: usize, const N: usize> OnePointCells<D, N> {
         self
     }
 
-    /// The change of the energy of cells with a parameter: of a solid with this `tangent` [Pa] at rest, whose
-    /// energy changes by that of the material of `self`. The stiffness of hourglass modes is no linear
-    /// function of the material, as all else is.
+    /// Returns the derivative of the energy of cells with respect to a parameter: of a solid with this
+    /// initial `tangent` [Pa], whose energy changes by that of the material of `self`. The stiffness of
+    /// hourglass modes is a nonlinear function of the material; all else is linear.
     #[must_use]
     pub fn as_change_of(mut self, tangent: &Tangent<D>, rest: &[f64]) -> Self {
         let change = Some(&self.material.tangent(&Mat::identity(), Psd::Exact));
@@ -139,25 +141,25 @@ impl<const D: usize, const N: usize> OnePointCells<D, N> {
         self
     }
 
-    /// The cells with their global vertices: `(element, vertices, pack, lane)`.
+    /// Returns the cells with their global vertices: `(element, vertices, pack, lane)`.
     fn elements(&self) -> impl Iterator<Item = (usize, [u32; N], usize, usize)> {
         self.patches.stencils()
     }
 
-    /// Rest data of a cell in the axes of its material.
+    /// Returns the reference data of a cell in material axes.
     fn rest(&self, element: usize) -> CellRest<f64, D, N> {
         let rest = CellRest::new(self.cell, &self.nodes[element]);
         self.axes.get(element).map_or(rest, |axes| rest.turned(&axes.leading()))
     }
 
-    /// `F` of the cell with these vertices.
+    /// Returns `F` of the cell with these vertices.
     fn deformation_of(&self, x: &[f64], vertices: &[u32; N], (pack, lane): (usize, usize)) -> Mat<f64, D> {
         let (_, gradient) = self.packs.gradients_of_lane(pack, lane);
         outer_sum(&from_first(x, vertices), &gradient)
     }
 }
 
-/// Rows of vertices from the first one on.
+/// Returns the rows of vertices relative to the first one.
 fn from_first<const D: usize, const N: usize>(rows: &[f64], vertices: &[u32; N]) -> [[f64; D]; N] {
     let rows: [[f64; D]; N] = points_of(rows, vertices);
     rows.map(|mut row| {
@@ -166,12 +168,12 @@ fn from_first<const D: usize, const N: usize>(rows: &[f64], vertices: &[u32; N])
     })
 }
 
-/// The tangent of a material at rest, made positive.
+/// Returns the initial tangent of a material, projected to a positive one.
 fn rest_tangent<const D: usize>(material: &dyn BlockMaterial<D>) -> Tangent<D> {
     material.tangent(&Mat::identity(), Psd::Projected)
 }
 
-/// The work of one patch in pieces of a few packs.
+/// Iterates over a patch in pieces of a few packs.
 struct CellPatch<'a, const D: usize, const N: usize> {
     packs: &'a CellPacks<D, N>,
     patches: &'a Patches<N>,
@@ -191,7 +193,7 @@ impl<'a, const D: usize, const N: usize> CellPatch<'a, D, N> {
     }
 }
 
-/// The parts of a term, its workspace and its material.
+/// Splits a term into its cells, workspace and material.
 macro_rules! parts {
     ($term:ident) => {{
         let OnePointCells { patches, packs, workspace, material, pull_back, .. } = $term;
@@ -325,8 +327,8 @@ impl<const D: usize, const N: usize> ElementTerm for OnePointCells<D, N> {
         self.nodes.len()
     }
 
-    /// The mean deformation gradient and that of the hourglass modes with their enhanced strains, in which a
-    /// cell that bends is free of traction across it.
+    /// Adds to the mean deformation gradient that of the hourglass modes with their enhanced strains, in
+    /// which a bending cell has no traction across it.
     fn state_at(&self, x: &[f64], element: usize, at: &Barycentric) -> Option<ElementState> {
         let (_, vertices, ..) = self.elements().find(|(number, ..)| *number == element)?;
         let mut xi = [0.0; D];

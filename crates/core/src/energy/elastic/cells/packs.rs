@@ -1,4 +1,4 @@
-//! Rest data of packs of cells.
+//! Reference data of packs of cells.
 
 use std::marker::PhantomData;
 
@@ -17,30 +17,31 @@ use crate::material::Tangent;
 #[repr(align(64))]
 struct PackRow([f64; WIDTH]);
 
-/// Rest data of packs of cells: volume, gradients, weights and the stiffness of the hourglass modes.
+/// Reference data of packs of cells: volume, gradients, weights and the stiffness of the hourglass modes.
 pub(crate) struct CellPacks<const D: usize, const N: usize>(Vec<PackRow>);
 
-/// A solid that cells are made of, as the stiffness of their hourglass modes has it.
+/// Solid that determines the stiffness of the hourglass modes of cells.
 #[derive(Clone, Copy)]
 pub(crate) struct HourglassSolid<'a, const D: usize> {
-    /// Tangent at rest [Pa].
+    /// Initial tangent [Pa].
     pub(crate) tangent: &'a Tangent<D>,
-    /// Its change with a parameter: the stiffness is then that of `K`.
+    /// Change of the tangent with a parameter: the stiffness is then the change of `K`.
     pub(crate) change: Option<&'a Tangent<D>>,
-    /// Rotation from the axes of the material to those of space, of each cell; empty where they are the same.
+    /// Rotation from material axes to those of space, of each cell; empty if the axes are the same.
     pub(crate) axes: &'a [Mat<f64, 3>],
 }
 
 impl<const D: usize, const N: usize> CellPacks<D, N> {
-    /// Numbers of a cell.
+    /// Number of rows of a pack.
     const ROWS: usize = 1 + N * D + modes(D) * N + stiffness_entries(D);
     const WEIGHTS: usize = 1 + N * D;
     const STIFFNESS: usize = Self::WEIGHTS + modes(D) * N;
 
-    /// Packs of these cells of `body` at rest at `rest` (flat, all vertices of the system) [m].
+    /// Creates the packs of these cells of `body` with the reference positions `rest` (flat, all
+    /// vertices) [m].
     ///
     /// # Panics
-    /// If the volume of a cell is not positive: meshes are checked before.
+    /// If the volume of a cell is not positive; meshes are checked before.
     pub(crate) fn new(
         body: &str,
         cell: &Isoparametric<D, N>,
@@ -58,7 +59,7 @@ impl<const D: usize, const N: usize> CellPacks<D, N> {
                 axes => of_pack.turned(&rotations(axes, stencils)),
             };
             Self::fill(rows, &of_pack, solid);
-            // Lanes that fill up repeat a cell, without volume and stiffness.
+            // Padding lanes repeat a cell, without volume and stiffness.
             for (lane, stencil) in stencils.iter().enumerate() {
                 let volume = rows[0].0[lane];
                 match stencil {
@@ -97,13 +98,13 @@ impl<const D: usize, const N: usize> CellPacks<D, N> {
         }
     }
 
-    /// Rest data of a pack on lanes.
+    /// Returns the reference data of a pack on lanes.
     #[inline(always)]
     pub(crate) fn rest<L: Lanes>(&self, pack: usize) -> PackRest<'_, L, D, N> {
         PackRest { rows: &self.0[pack * Self::ROWS..][..Self::ROWS], lanes: PhantomData }
     }
 
-    /// Volume and gradients of one cell.
+    /// Returns volume and gradients of one cell.
     pub(super) fn gradients_of_lane(&self, pack: usize, lane: usize) -> (f64, [[f64; D]; N]) {
         let rows = &self.0[pack * Self::ROWS..][..Self::ROWS];
         let mut gradient = [[0.0; D]; N];
@@ -112,7 +113,7 @@ impl<const D: usize, const N: usize> CellPacks<D, N> {
         (rows[0].0[lane], gradient)
     }
 
-    /// All numbers of one cell.
+    /// Returns all numbers of one cell.
     pub(crate) fn lane(&self, pack: usize, lane: usize) -> CellLane<D, N> {
         let rows = &self.0[pack * Self::ROWS..][..Self::ROWS];
         let (volume, gradient) = self.gradients_of_lane(pack, lane);
@@ -131,7 +132,7 @@ impl<const D: usize, const N: usize> CellPacks<D, N> {
     }
 }
 
-/// Rest data of one cell of a pack.
+/// Reference data of one cell of a pack.
 pub(crate) struct CellLane<const D: usize, const N: usize> {
     pub(crate) volume: f64,
     /// `b` of every node [1/m].
@@ -156,7 +157,7 @@ impl<const D: usize, const N: usize> RestData<f64, D, N> for CellLane<D, N> {
     }
 }
 
-/// Rest data of a pack on lanes.
+/// Reference data of a pack on lanes.
 #[derive(Clone, Copy)]
 pub(crate) struct PackRest<'a, L, const D: usize, const N: usize> {
     rows: &'a [PackRow],
@@ -164,7 +165,7 @@ pub(crate) struct PackRest<'a, L, const D: usize, const N: usize> {
 }
 
 impl<L: Lanes, const D: usize, const N: usize> PackRest<'_, L, D, N> {
-    /// Stiffness of the hourglass modes.
+    /// Loads the stiffness of the hourglass modes.
     #[inline(always)]
     pub(crate) fn stiffness<S: PackScalar<L>>(&self) -> [S; MOST_STIFFNESS] {
         let mut entries = [S::zero(); MOST_STIFFNESS];
@@ -192,7 +193,7 @@ impl<L: Lanes, S: PackScalar<L>, const D: usize, const N: usize> RestData<S, D, 
     }
 }
 
-/// Positions of the nodes of a pack of cells.
+/// Gathers the positions of the nodes of a pack of cells.
 pub(super) fn in_lanes<const D: usize, const N: usize>(
     x: &[f64],
     cells: &[[u32; N]],
@@ -206,7 +207,7 @@ pub(super) fn in_lanes<const D: usize, const N: usize>(
     nodes
 }
 
-/// Rotations of the cells of a pack; the last one in lanes that fill up.
+/// Returns the rotations of the cells of a pack; padding lanes repeat the last.
 fn rotations<const D: usize>(axes: &[Mat<f64, 3>], stencils: &[Option<u32>; WIDTH]) -> Mat<Portable, D> {
     let mut rotation = Mat::zero();
     let mut last = 0;

@@ -1,11 +1,12 @@
-//! Rest data of cells: mean gradients, weights of the hourglass modes, inverse Jacobian of the middle.
+//! Reference data of cells: mean gradients, weights of the hourglass modes, inverse Jacobian at the
+//! centre.
 //!
 //! ```text
 //! b_a = (integral of grad N_a) / V,   gamma_h = (h - sum_a b_a . t_h) / N,   t_h = sum_a h_a X_a
 //! F = sum_a x_a b_a^T,   q_h = sum_a gamma_ha x_a
 //! ```
 //!
-//! with the modes `h` of the corners: `xi_k xi_l` of each pair of axes, in space also `xi_0 xi_1 xi_2`.
+//! with the modes `h` at the corners: `xi_k xi_l` of each pair of axes, in 3D also `xi_0 xi_1 xi_2`.
 //! `gamma_h` is zero on every linear field: Flanagan, Belytschko 1981, "A uniform strain hexahedron and
 //! quadrilateral with orthogonal hourglass control", Int. J. Numer. Meth. Eng. 17, 679, equations 44 to 51.
 
@@ -13,43 +14,43 @@ use crate::algebra::Mat;
 use crate::element::Isoparametric;
 use crate::scalar::Scalar;
 
-/// Hourglass modes of a cell at most.
+/// Maximum number of hourglass modes of a cell.
 pub(crate) const MOST_MODES: usize = 4;
 
 /// Amplitude `q_h` of every hourglass mode.
 pub(crate) type Amplitudes<S, const D: usize> = [[S; D]; MOST_MODES];
 
-/// Number of hourglass modes of cells in `d` dimensions.
+/// Number of hourglass modes of a cell in `d` dimensions.
 #[inline(always)]
 pub(crate) const fn modes(d: usize) -> usize {
     if d == 2 { 1 } else { MOST_MODES }
 }
 
-/// Number of the mode `xi_k xi_l`.
+/// Index of the mode `xi_k xi_l`.
 #[inline(always)]
 pub(super) const fn mode_of_pair(k: usize, l: usize) -> usize {
     k + l - 1
 }
 
-/// Axes of the modes, in their order.
+/// Axes of each mode.
 const AXES: [&[usize]; MOST_MODES] = [&[0, 1], &[0, 2], &[1, 2], &[0, 1, 2]];
 
-/// Numbers of a cell at rest that its deformation is made with.
+/// Reference data of a cell from which its deformation is computed.
 pub(crate) trait RestData<S: Scalar, const D: usize, const N: usize> {
-    /// Rest area [m^2] or volume [m^3]; zero in lanes without a cell of their own.
+    /// Returns the reference area [m^2] or volume [m^3]; zero in padding lanes.
     fn volume(&self) -> S;
-    /// One component of `b` of one node [1/m].
+    /// Returns one component of `b` of one node [1/m].
     fn gradient(&self, node: usize, component: usize) -> S;
-    /// `gamma` of one mode and node.
+    /// Returns `gamma` of one mode and node.
     fn weight(&self, mode: usize, node: usize) -> S;
 
-    /// `F` and `q` of positions, or what is made so of another field of the nodes.
+    /// Returns `F` and `q` of positions, or the same sums of another field of the nodes.
     #[inline(always)]
     fn measure(&self, x: &[[S; D]; N]) -> (Mat<S, D>, Amplitudes<S, D>) {
         let (mut f, mut q) = (Mat::zero(), [[S::zero(); D]; MOST_MODES]);
         for a in 1..N {
             for i in 0..D {
-                // Measured from the first node: what is far from the origin loses no digits.
+                // Relative to the first node: positions far from the origin lose no digits.
                 let from_first = x[a][i] - x[0][i];
                 for k in 0..D {
                     f[i][k] = from_first.mul_add(self.gradient(a, k), f[i][k]);
@@ -62,7 +63,7 @@ pub(crate) trait RestData<S: Scalar, const D: usize, const N: usize> {
         (f, q)
     }
 
-    /// `T b_a + sum_h gamma_ha y_h` at every node: the transpose.
+    /// Returns `T b_a + sum_h gamma_ha y_h` at every node: the transpose.
     #[inline(always)]
     fn spread(&self, by_f: &Mat<S, D>, by_q: &Amplitudes<S, D>) -> [[S; D]; N] {
         let mut nodes = [[S::zero(); D]; N];
@@ -84,9 +85,9 @@ pub(crate) trait RestData<S: Scalar, const D: usize, const N: usize> {
     }
 }
 
-/// Rest data of one cell, of a pack of them, or with its change along a direction.
+/// Reference data of one cell, of a pack, or of a cell with their change along a direction.
 ///
-/// It also holds the derivatives of a function of these numbers by each of them.
+/// The struct also holds the derivatives of a function with respect to each of these numbers.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CellRest<S, const D: usize, const N: usize> {
     /// Area [m^2] or volume [m^3].
@@ -95,7 +96,7 @@ pub(crate) struct CellRest<S, const D: usize, const N: usize> {
     pub(crate) gradient: [[S; D]; N],
     /// `gamma` of every mode.
     pub(crate) weight: [[S; N]; MOST_MODES],
-    /// `J^-1` in the middle, with the slopes `g_k` of the coordinates of the cell as its rows [1/m].
+    /// `J^-1` at the centre, with the gradients `g_k` of the cell's coordinates as its rows [1/m].
     pub(crate) inverse: Mat<S, D>,
 }
 
@@ -117,8 +118,9 @@ impl<S: Scalar, const D: usize, const N: usize> RestData<S, D, N> for CellRest<S
 }
 
 impl<S: Scalar, const D: usize, const N: usize> CellRest<S, D, N> {
-    /// Rest data of the cell with these nodes [m].
+    /// Returns the reference data of the cell with these nodes [m].
     pub(crate) fn new(cell: &Isoparametric<D, N>, nodes: &[[S; D]; N]) -> Self {
+        // V and the integrals of the gradients, by quadrature.
         let mut volume = S::zero();
         let mut gradient = [[S::zero(); D]; N];
         for (xi, part) in cell.points {
@@ -133,11 +135,13 @@ impl<S: Scalar, const D: usize, const N: usize> CellRest<S, D, N> {
                 }
             }
         }
+        // b_a.
         for of_node in &mut gradient {
             for entry in of_node {
                 *entry = *entry / volume;
             }
         }
+        // gamma_h.
         let mut weight = [[S::zero(); N]; MOST_MODES];
         for (h, weight) in weight.iter_mut().enumerate().take(modes(D)) {
             let (signs, along) = (signs(cell, h), mode_of_rest(cell, h, nodes));
@@ -149,11 +153,12 @@ impl<S: Scalar, const D: usize, const N: usize> CellRest<S, D, N> {
                 weight[a] = sum * S::splat(1.0 / N as f64);
             }
         }
+        // J^-1 at the centre.
         let inverse = jacobian(nodes, &(cell.slopes)(&[0.0; D])).inverse();
         CellRest { volume, gradient, weight, inverse }
     }
 
-    /// The same cell in axes of its own, from which `rotation` leads to those of space.
+    /// Returns the same cell in axes from which `rotation` leads to those of space.
     pub(super) fn turned(mut self, rotation: &Mat<S, D>) -> Self {
         let back = rotation.transpose();
         for of_node in &mut self.gradient {
@@ -163,7 +168,7 @@ impl<S: Scalar, const D: usize, const N: usize> CellRest<S, D, N> {
         self
     }
 
-    /// Derivatives of a function of `F` and `q` of the field `x` by gradients and weights.
+    /// Adds the derivatives by gradients and weights of a function of `F` and `q` of the field `x`.
     pub(super) fn add_rates(&mut self, x: &[[S; D]; N], by_f: &Mat<S, D>, by_q: &Amplitudes<S, D>) {
         for a in 1..N {
             let mut from_first = x[a];
@@ -180,7 +185,7 @@ impl<S: Scalar, const D: usize, const N: usize> CellRest<S, D, N> {
         }
     }
 
-    /// All numbers zero.
+    /// Returns zeros.
     pub(super) fn zero() -> Self {
         CellRest {
             volume: S::zero(),
@@ -192,7 +197,7 @@ impl<S: Scalar, const D: usize, const N: usize> CellRest<S, D, N> {
 }
 
 impl<const D: usize, const N: usize> CellRest<f64, D, N> {
-    /// The same numbers as others that do not change.
+    /// Returns the same numbers as constants of another scalar.
     pub(super) fn splat<S: Scalar>(&self) -> CellRest<S, D, N> {
         CellRest {
             volume: S::splat(self.volume),
@@ -202,10 +207,12 @@ impl<const D: usize, const N: usize> CellRest<f64, D, N> {
         }
     }
 
-    /// Derivatives by the nodes at rest of a function with these derivatives by the rest data.
+    /// Returns the derivatives by the reference nodes of a function with these derivatives by the
+    /// reference data.
     pub(super) fn by_nodes(&self, cell: &Isoparametric<D, N>, nodes: &[[f64; D]; N]) -> [[f64; D]; N] {
         let rest = CellRest::new(cell, nodes);
         let (mut rows, mut by_gradient) = ([[0.0; D]; N], self.gradient);
+        // Through gamma_h, to b and to t_h.
         for (h, weight) in self.weight.iter().enumerate().take(modes(D)) {
             let (signs, along) = (signs(cell, h), mode_of_rest(cell, h, nodes));
             let mut by_along = [0.0; D];
@@ -223,6 +230,7 @@ impl<const D: usize, const N: usize> CellRest<f64, D, N> {
             by_volume -= *by * b / rest.volume;
             *by /= rest.volume;
         }
+        // Through B and V at each quadrature point, to J.
         for (xi, part) in cell.points {
             let slopes = (cell.slopes)(xi);
             let j = jacobian(nodes, &slopes);
@@ -230,6 +238,7 @@ impl<const D: usize, const N: usize> CellRest<f64, D, N> {
             let by_j = (j.cofactor().scale(by_volume) + j.cofactor_derivative(&by_cofactor)).scale(*part);
             rows.iter_mut().zip(&slopes).for_each(|(row, slope)| add(row, 1.0, &by_j.mul_vec(slope)));
         }
+        // Through J^-1 at the centre.
         let transposed = rest.inverse.transpose();
         let by_middle = transposed.mul(&self.inverse).mul(&transposed);
         let slopes = (cell.slopes)(&[0.0; D]);
@@ -242,12 +251,12 @@ fn add<const D: usize>(sum: &mut [f64; D], factor: f64, v: &[f64; D]) {
     sum.iter_mut().zip(v).for_each(|(sum, v)| *sum += factor * v);
 }
 
-/// Mode `h` at the corners.
+/// Returns mode `h` at the corners.
 fn signs<const D: usize, const N: usize>(cell: &Isoparametric<D, N>, h: usize) -> [f64; N] {
     cell.nodes.map(|node| AXES[h].iter().map(|k| node[*k]).product())
 }
 
-/// `t_h` of nodes.
+/// Returns `t_h` of nodes.
 fn mode_of_rest<S: Scalar, const D: usize, const N: usize>(
     cell: &Isoparametric<D, N>,
     h: usize,
@@ -262,7 +271,7 @@ fn mode_of_rest<S: Scalar, const D: usize, const N: usize>(
     along
 }
 
-/// `J = sum_a X_a s_a^T`.
+/// Returns `J = sum_a X_a s_a^T`.
 fn jacobian<S: Scalar, const D: usize, const N: usize>(
     nodes: &[[S; D]; N],
     slopes: &[[f64; D]; N],
@@ -279,7 +288,7 @@ fn jacobian<S: Scalar, const D: usize, const N: usize>(
     j
 }
 
-/// `sum_a u_a v_a^T`.
+/// Returns `sum_a u_a v_a^T`.
 #[inline(always)]
 pub(crate) fn outer_sum<S: Scalar, const D: usize, const M: usize>(
     u: &[[S; D]; M],

@@ -1,10 +1,11 @@
-//! Derivatives of cells by their shape at rest, and by the axes of their material.
+//! Derivatives of cells with respect to their reference shape and their material axes.
 //!
-//! What forces do along `p` is `w = p . dE/dx`, a function of the rest data of [`rest`](super::rest). Its
-//! derivatives by these numbers are the change along `p` of those of the energy, `x_a . (V P)` by `b_a` and
-//! so on: the force on the shape at rest of Eshelby 1975, "The elastic energy-momentum tensor", J. Elasticity
-//! 5, 321. Dual numbers give them in one pass. Those by the nodes at rest, or by rotations of the material,
-//! follow from there. What forces change where rest data move is their change on dual numbers.
+//! The work along `p` is `w = p . dE/dx`, a function of the reference data of [`rest`](super::rest). Its
+//! derivatives by these numbers are the change along `p` of those of the energy, `x_a . (V P)` by `b_a`
+//! and so on: the force on the reference shape of Eshelby 1975, "The elastic energy-momentum tensor", J.
+//! Elasticity 5, 321. Dual numbers give them in one pass. Derivatives by the reference nodes, or by
+//! rotations of the material, follow from there. Changes of forces with the reference data are computed
+//! on dual numbers.
 
 use rayon::prelude::*;
 
@@ -17,33 +18,33 @@ use crate::energy::elastic::block::{stress_changes, stresses};
 use crate::material::Tangent;
 use crate::scalar::Scalar;
 
-/// Cells whose rows are at hand before they are added.
+/// Cells whose rows are computed before they are added.
 const BATCH_OF_CELLS: usize = 512;
 
-/// Cells of whatever kind whose shape at rest changes. Rows are flat, of all vertices of the system.
+/// Cells of any kind whose reference shape changes. Rows are flat, over all vertices of the system.
 pub trait CellShapes: Send {
-    /// Adds the derivatives of `p . (dE/dx + dR/dv)` at `(x, v)` by rest positions.
+    /// Adds the derivatives of `p . (dE/dx + dR/dv)` at `(x, v)` with respect to reference positions.
     fn add_works(&self, at: (&[f64], &[f64]), p: &[f64], rows: &mut [f64]);
 
-    /// Adds what is added to `dE/dx + dR/dv` where rest positions move by `change`: the transpose.
+    /// Adds the change of `dE/dx + dR/dv` if reference positions move by `change`: the transpose.
     fn add_gradients(&self, at: (&[f64], &[f64]), change: &[f64], gradient: &mut [f64]);
 
-    /// Adds the derivatives of `p . (d2E/dx2 p)` by rest positions that `x`, at which there is no stress,
-    /// goes along with.
+    /// Adds the derivatives of `p . (d2E/dx2 p)` with respect to reference positions, with which `x`
+    /// moves; there is no stress at `x`.
     fn add_curvatures(&self, x: &[f64], p: &[f64], rows: &mut [f64]);
 }
 
-/// Cells of whatever kind whose axes change with the components of a direction of each.
+/// Cells of any kind whose axes change with the components of a direction of each cell.
 pub trait CellTurns: Send {
-    /// Adds the derivatives of `p . dE/dx` by the components of the direction of each cell, flat `(cells,
-    /// dimension)`.
+    /// Adds the derivatives of `p . dE/dx` with respect to the components of the direction of each cell,
+    /// flat `(cells, dimension)`.
     fn add_works(&self, x: &[f64], p: &[f64], works: &mut [f64]);
 
-    /// Adds what is added to `dE/dx` where the directions change by `change`: the transpose.
+    /// Adds the change of `dE/dx` if the directions change by `change`: the transpose.
     fn add_gradients(&self, x: &[f64], change: &[f64], gradient: &mut [f64]);
 }
 
-/// Cells whose shape at rest changes: see [`OnePointCells::shaped`].
+/// Cells whose reference shape changes: see [`OnePointCells::shaped`].
 pub struct ShapedCells<const D: usize, const N: usize> {
     cells: OnePointCells<D, N>,
     /// Shear viscosity and second viscosity [Pa s].
@@ -53,11 +54,11 @@ pub struct ShapedCells<const D: usize, const N: usize> {
 /// Cells whose axes change: see [`OnePointCells::turning`].
 pub struct TurningCells<const D: usize, const N: usize> {
     cells: OnePointCells<D, N>,
-    /// `dR` of each cell by each component.
+    /// `dR` of each cell with respect to each component.
     turns: Vec<[Mat<f64, D>; D]>,
 }
 
-/// Rows that change along others.
+/// Returns dual numbers of rows and their change.
 fn along<const D: usize, const N: usize>(
     rows: &[[f64; D]; N],
     change: &[[f64; D]; N],
@@ -73,7 +74,7 @@ fn constant<const D: usize, const N: usize>(rows: &[[f64; D]; N]) -> [[Dual<f64>
     rows.map(|row| row.map(Dual::constant))
 }
 
-/// Changes of numbers along their direction.
+/// Returns the derivatives of dual numbers.
 fn changes<const D: usize, const M: usize>(rows: &[[Dual<f64>; D]; M]) -> [[f64; D]; M] {
     rows.map(|row| row.map(|entry| entry.derivative))
 }
@@ -90,16 +91,17 @@ impl<const D: usize, const N: usize> CellRest<Dual<f64>, D, N> {
 }
 
 impl<const D: usize, const N: usize> OnePointCells<D, N> {
-    /// These cells, whose shape at rest changes, with the shear viscosity and the second viscosity [Pa s] of
-    /// [`ViscousCells`](crate::dissipation::ViscousCells).
+    /// Returns these cells with a reference shape that changes, with the shear viscosity and the second
+    /// viscosity [Pa s] of [`ViscousCells`](crate::dissipation::ViscousCells).
     pub fn shaped(self, viscosity: (f64, f64)) -> ShapedCells<D, N> {
         ShapedCells { cells: self, viscosity }
     }
 
-    /// These cells, whose axes change by `turns` with the components of a direction of each.
+    /// Returns these cells with axes that change by `turns` with the components of a direction of each
+    /// cell.
     ///
     /// # Panics
-    /// If the cells have no axes, or there are not as many turns.
+    /// If the cells have no axes, or the numbers of cells and turns differ.
     pub fn turning(self, turns: Vec<[Mat<f64, D>; D]>) -> TurningCells<D, N> {
         assert_eq!(self.axes.len(), turns.len(), "a turn for each cell");
         TurningCells { cells: self, turns }
@@ -109,14 +111,14 @@ impl<const D: usize, const N: usize> OnePointCells<D, N> {
         RestModuli::new(&super::rest_tangent(&*self.material))
     }
 
-    /// `P` at a deformation gradient that changes.
+    /// Returns `P` at a deformation gradient that changes.
     fn changing_stress(&self, f: &Mat<Dual<f64>, D>) -> Mat<Dual<f64>, D> {
         let (value, change) = Dual::parts(f);
         let stress = stresses(&*self.material, self.stress, &[value]).lane(0);
         Dual::along(&stress, &stress_changes(&*self.material, &[value], &[change]).lane(0))
     }
 
-    /// Derivatives of `p . dE/dx` of a cell by its rest data.
+    /// Returns the derivatives of `p . dE/dx` of a cell by its reference data.
     fn work_rates(
         &self,
         rest: &CellRest<f64, D, N>,
@@ -139,7 +141,8 @@ impl<const D: usize, const N: usize> OnePointCells<D, N> {
         rates
     }
 
-    /// Derivatives of `p . (d2E/dx2 p)` of a cell by its rest data, `x` without stress and of a fixed `F`.
+    /// Returns the derivatives of `p . (d2E/dx2 p)` of a cell by its reference data, with `x` without
+    /// stress and at a fixed `F`.
     fn curvature_rates(
         &self,
         rest: &CellRest<f64, D, N>,
@@ -160,7 +163,7 @@ impl<const D: usize, const N: usize> OnePointCells<D, N> {
         rates
     }
 
-    /// Change of `dE/dx` of a cell whose rest data change.
+    /// Returns the change of `dE/dx` of a cell whose reference data change.
     fn change_of_gradient(&self, rest: &CellRest<Dual<f64>, D, N>, x: &[[f64; D]; N]) -> [[f64; D]; N] {
         let (f, q) = rest.measure(&constant(x));
         let cofactor = f.cofactor();
@@ -170,7 +173,7 @@ impl<const D: usize, const N: usize> OnePointCells<D, N> {
         changes(&rest.spread(&self.changing_stress(&f).scale_add(rest.volume, &by_f), &by_q))
     }
 
-    /// Adds rows of the nodes of every cell to those of all vertices, cells in their order.
+    /// Adds rows of the nodes of every cell to those of all vertices, in the order of the cells.
     fn add_each(&self, of_cell: impl Fn(usize, &[u32; N]) -> [[f64; D]; N] + Sync, rows: &mut [f64]) {
         let cells: Vec<_> = self.elements().map(|(element, vertices, ..)| (element, vertices)).collect();
         for cells in cells.chunks(BATCH_OF_CELLS) {
@@ -186,7 +189,7 @@ impl<const D: usize, const N: usize> OnePointCells<D, N> {
     }
 }
 
-/// `2 eta sym(A) + zeta tr(A) I`.
+/// Returns `2 eta sym(A) + zeta tr(A) I`.
 fn viscous<S: Scalar, const D: usize>((shear, second): (f64, f64), a: &Mat<S, D>) -> Mat<S, D> {
     a.symmetric().scale(S::splat(2.0 * shear)) + Mat::scalar(S::splat(second) * a.trace())
 }
@@ -200,8 +203,8 @@ impl<const D: usize, const N: usize> ShapedCells<D, N> {
         self.viscosity != (0.0, 0.0)
     }
 
-    /// Adds the derivatives of `p . dR/dv` of a cell by its rest data, a form of the rates of strain of `v`
-    /// and of `p`.
+    /// Adds the derivatives of `p . dR/dv` of a cell by its reference data, a form of the strain rates of
+    /// `v` and of `p`.
     fn add_viscous_rates(
         &self,
         rest: &CellRest<f64, D, N>,
@@ -224,7 +227,7 @@ impl<const D: usize, const N: usize> ShapedCells<D, N> {
         rates.inverse += Mat(changes(&of_both.by_inverse.0));
     }
 
-    /// Change of `dR/dv` of a cell whose rest data change.
+    /// Returns the change of `dR/dv` of a cell whose reference data change.
     fn change_of_viscous(
         &self,
         rest: &CellRest<Dual<f64>, D, N>,
@@ -285,8 +288,7 @@ impl<const D: usize, const N: usize> CellShapes for ShapedCells<D, N> {
 }
 
 impl<const D: usize, const N: usize> OnePointCells<D, N> {
-    /// Derivatives by rest data in the axes of space of a function with these by those in the axes of the
-    /// material.
+    /// Converts derivatives by reference data from material axes to the axes of space.
     fn in_space(&self, element: usize, mut rates: CellRest<f64, D, N>) -> CellRest<f64, D, N> {
         if let Some(axes) = self.axes.get(element) {
             let axes = axes.leading::<D>();
@@ -296,7 +298,7 @@ impl<const D: usize, const N: usize> OnePointCells<D, N> {
         rates
     }
 
-    /// Change of the rest data of a cell in the axes of its material, where these turn by `dR`.
+    /// Returns the change of the reference data of a cell in material axes that rotate by `dR`.
     fn turn_of_rest(&self, element: usize, turn: &Mat<f64, D>) -> CellRest<Dual<f64>, D, N> {
         let still = CellRest::new(self.cell, &self.nodes[element]).splat::<Dual<f64>>();
         still.turned(&Dual::along(&self.axes[element].leading(), turn))

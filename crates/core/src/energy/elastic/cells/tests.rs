@@ -1,4 +1,4 @@
-//! Cells of one point against differences of their energy, for every material, and against theory.
+//! One-point cells against differences of their energy, for every material, and against theory.
 
 use super::*;
 use crate::algebra::tests::sample::Random;
@@ -7,7 +7,7 @@ use crate::material::{
     DispersedFibres, EnergyExpression, MaterialSpec, MaterialVisitor, Parameters, material_axes,
 };
 
-/// A grid of bent cells: rest positions, flat, and the cells.
+/// Returns a grid of distorted cells: reference positions, flat, and the cells.
 fn bent<const D: usize, const N: usize>(
     cell: &Isoparametric<D, N>,
     counts: [usize; D],
@@ -39,7 +39,7 @@ fn bent<const D: usize, const N: usize>(
     (rest, cells)
 }
 
-/// A deformation with `J > 0` that is no polynomial of the cell.
+/// Returns a deformation with `J > 0` that is not a polynomial of the cell.
 fn deformed<const D: usize>(rest: &[f64], size: f64) -> Vec<f64> {
     let mut random = Random(6);
     let mut x = vec![];
@@ -79,7 +79,7 @@ fn made<const D: usize, const N: usize>(
     spec.visit::<D, _>(Made { cell, how, cells, rest })
 }
 
-/// Every registered material with its example parameters.
+/// Returns every registered material with its example parameters.
 fn materials() -> Vec<MaterialSpec> {
     MaterialSpec::examples()
 }
@@ -98,7 +98,7 @@ pub(in crate::energy::elastic) fn gradient(term: &mut dyn EnergyTerm, x: &[f64])
     g
 }
 
-/// The Hessian of stencils, times a direction, and the least energy of one along it.
+/// Returns the Hessian of stencils times a direction, and the least energy of one along it.
 pub(in crate::energy::elastic) fn by_stencils(
     term: &mut dyn EnergyTerm,
     x: &[f64],
@@ -109,7 +109,7 @@ pub(in crate::energy::elastic) fn by_stencils(
     times(term, p, d, |term, stencils, out| term.stencil_hessians(stencils, x, psd, out))
 }
 
-/// Hessians predicted from another place, times a direction, and the least energy of one along it.
+/// Returns predicted Hessians times a direction, and the least energy of one along it.
 fn by_prediction(
     term: &mut dyn EnergyTerm,
     (from, x): (&[f64], &[f64]),
@@ -153,9 +153,9 @@ fn times(
     (y, least)
 }
 
-/// Predicted Hessians of a nearly incompressible term: those at the place where they are predicted from are
-/// exact, further away they differ by second order; after a rotation that is one to first order only, whose
-/// growth of volume makes the exact ones indefinite, they stay positive.
+/// Checks predicted Hessians of a nearly incompressible term. They are exact at the positions they are
+/// predicted from and differ by second order further away. After a rotation to first order, whose growth
+/// of volume makes the exact ones indefinite, they stay positive.
 pub(in crate::energy::elastic) fn check_prediction(term: &mut dyn EnergyTerm, rest: &[f64], d: usize) {
     let mut random = Random(5);
     let p: Vec<f64> = rest.iter().map(|_| random.uniform(-1.0, 1.0)).collect();
@@ -185,7 +185,7 @@ pub(in crate::energy::elastic) fn check_prediction(term: &mut dyn EnergyTerm, re
     assert!(negative, "nothing to predict better");
 }
 
-/// Richardson's extrapolation of central differences, of error `O(step^4)`.
+/// Returns Richardson's extrapolation of central differences, with error `O(step^4)`.
 pub(in crate::energy::elastic) fn derivative(f: impl Fn(f64) -> Vec<f64>, step: f64) -> Vec<f64> {
     let central = |h: f64| -> Vec<f64> {
         f(h).iter().zip(f(-h)).map(|(ahead, behind)| (ahead - behind) / (2.0 * h)).collect()
@@ -244,7 +244,7 @@ struct Affine;
 impl CellVisitor for Affine {
     type Output = ();
 
-    /// Under an affine motion the cells are plain ones, and a rotation costs nothing.
+    /// In an affine motion the hourglass energy vanishes, and a rotation costs no energy.
     fn visit<const D: usize, const N: usize>(self, cell: &'static Isoparametric<D, N>) {
         let (rest, cells) = bent(cell, [3, 2, 2][..D].try_into().unwrap());
         let g = [[0.1, 0.2, -0.1], [-0.15, 0.3, 0.05], [0.2, -0.1, -0.2]];
@@ -286,7 +286,7 @@ impl CellVisitor for Projected {
 
     fn visit<const D: usize, const N: usize>(self, cell: &'static Isoparametric<D, N>) {
         let (rest, cells) = bent(cell, [2; D]);
-        // Half as large: compressed, where matrices are indefinite.
+        // Compressed to half the size, where matrices are indefinite.
         let x: Vec<f64> = deformed::<D>(&rest, 1.0).iter().map(|x| 0.5 * x).collect();
         let spec: MaterialSpec =
             serde_json::from_value(serde_json::json!({ "neo-hookean": { "young": 1e5, "poisson": 0.4 } }))
@@ -333,8 +333,8 @@ fn predicted_hessians_of_cells_are_positive_after_a_turn_and_exact_where_they_be
     every(|kind| kind.visit_first(Predicted));
 }
 
-/// A cell drawn through itself: the energy is infinite, forces are no numbers, and the cell is named, of
-/// materials that know no inversion.
+/// A cell drawn through itself: for materials that forbid inversion the energy is infinite, forces are
+/// NaN, and the fault names the cell.
 #[test]
 fn folded_cells_have_no_energy_and_are_named() {
     let (rest, cells) = bent(&HEXAHEDRON, [1, 1, 1]);
@@ -360,7 +360,7 @@ fn folded_cells_have_no_energy_and_are_named() {
     assert!(known > 3);
 }
 
-/// Stiffness of the cells of a term at rest, rows of its matrix.
+/// Returns the initial stiffness matrix of the cells of a term, by rows.
 fn matrix<const D: usize, const N: usize>(term: &mut OnePointCells<D, N>, rest: &[f64]) -> Vec<Vec<f64>> {
     let column = |i: usize| {
         let (mut unit, mut y) = (vec![0.0; rest.len()], vec![0.0; rest.len()]);
@@ -371,7 +371,7 @@ fn matrix<const D: usize, const N: usize>(term: &mut OnePointCells<D, N>, rest: 
     (0..rest.len()).map(column).collect()
 }
 
-/// Number of pivots of a symmetric positive matrix that are no rounding.
+/// Returns the number of pivots of a symmetric positive matrix that exceed rounding.
 fn rank(mut rows: Vec<Vec<f64>>) -> usize {
     let largest_of = |rows: &[Vec<f64>]| {
         let pivots = (0..rows.len()).map(|i| (i, rows[i][i]));
@@ -401,7 +401,7 @@ struct Rigid;
 impl CellVisitor for Rigid {
     type Output = ();
 
-    /// Nothing but rigid motions costs no energy, not in a cell of any shape.
+    /// Only rigid motions cost no energy, in cells of any shape.
     fn visit<const D: usize, const N: usize>(self, cell: &'static Isoparametric<D, N>) {
         let (rest, cells) = bent(cell, [1; D]);
         for name in ["linear", "neo-hookean"] {
@@ -419,7 +419,7 @@ fn only_rigid_motions_cost_no_energy() {
     every(|kind| kind.visit_first(Rigid));
 }
 
-/// Moduli of a fluid leave hourglass modes without stiffness, in a cell of any shape.
+/// Moduli of a fluid leave hourglass modes without stiffness, in cells of any shape.
 #[test]
 fn a_fluid_does_not_resist_hourglass_modes() {
     let (rest, cells) = bent(&HEXAHEDRON, [1, 1, 1]);
@@ -436,9 +436,9 @@ struct Bending;
 impl CellVisitor for Bending {
     type Output = ();
 
-    /// The energy `M V eps^2 / 6` of a beam that bends, of boxes up to twenty times longer than high, of `M`,
-    /// `E` in space and `E/(1 - nu^2)` in the plane, nearly incompressible ones too. In space the bending across
-    /// the beam is free.
+    /// Bending energy `M V eps^2 / 6` of beams up to twenty times longer than high, also nearly
+    /// incompressible, with `M = E` in 3D and `E/(1 - nu^2)` in 2D. In 3D the transverse bending of the
+    /// beam is free.
     fn visit<const D: usize, const N: usize>(self, cell: &'static Isoparametric<D, N>) {
         for name in ["linear", "neo-hookean", "stable-neo-hookean"] {
             for poisson in [0.0, 0.3, 0.4999] {
@@ -484,7 +484,7 @@ fn boxes_bend_as_a_beam_does() {
     every(|kind| kind.visit_first(Bending));
 }
 
-/// Energy of a box of these lengths in a motion `u(X)`, at rest.
+/// Returns the energy of a box of these lengths in a motion `u(X)` from the reference configuration.
 fn energy_of_motion(lengths: [f64; 3], spec: &MaterialSpec, motion: impl Fn([f64; 3]) -> [f64; 3]) -> f64 {
     let place = |node: &[f64; 3]| [0, 1, 2].map(|k| 0.5 * lengths[k] * node[k]);
     let rest: Vec<f64> = HEXAHEDRON.nodes.iter().flat_map(place).collect();
@@ -496,12 +496,12 @@ fn energy_of_motion(lengths: [f64; 3], spec: &MaterialSpec, motion: impl Fn([f64
     0.5 * product.iter().zip(&moved).map(|(force, u)| force * u).sum::<f64>()
 }
 
-/// Boxes between flat and long ones.
+/// Boxes from flat to long.
 const BOXES: [[f64; 3]; 6] =
     [[1.0, 1.0, 1.0], [5.0, 1.0, 1.0], [0.05, 1.0, 1.0], [1.0, 1.0, 0.05], [1.0, 0.1, 2.0], [20.0, 3.0, 1.0]];
 
-/// Twist about `x` with the warping `c y z` of least energy: `G/2 theta^2 l J`, `J = b^3 t^3 / (3 (b^2 +
-/// t^2))`, of a thin section `b t^3 / 3`.
+/// Twist about `x` with the warping `c y z` of least energy: `G/2 theta^2 l J` with
+/// `J = b^3 t^3 / (3 (b^2 + t^2))`, in a thin section `b t^3 / 3`.
 #[test]
 fn boxes_of_any_lengths_twist_as_their_section_does() {
     for lengths @ [length, b, t] in BOXES {
@@ -518,8 +518,8 @@ fn boxes_of_any_lengths_twist_as_their_section_does() {
     }
 }
 
-/// Saddles of a plate of thickness `t` along `z`, along its sides and across: `D (1 - nu) kappa^2` on its area,
-/// `D = E t^3 / (12 (1 - nu^2))`.
+/// Saddles of a plate of thickness `t` along `z`, along its sides and diagonally: `D (1 - nu) kappa^2`
+/// per area, `D = E t^3 / (12 (1 - nu^2))`.
 #[test]
 fn boxes_of_any_lengths_bend_to_saddles_as_a_plate_does() {
     for lengths @ [a, b, t] in BOXES {
@@ -540,7 +540,7 @@ struct Excess;
 impl CellVisitor for Excess {
     type Output = ();
 
-    /// Nothing of parallelepipeds; of trapezoids the more the longer they are.
+    /// Parallelepipeds have no excess; trapezoids have more the longer they are.
     fn visit<const D: usize, const N: usize>(self, cell: &'static Isoparametric<D, N>) {
         let excess = |length: f64, slant: f64, taper: f64| {
             bending_excess(
@@ -569,7 +569,8 @@ struct Numberings;
 impl CellVisitor for Numberings {
     type Output = ();
 
-    /// Energies and forces of a distorted cell with its nodes numbered from each corner and axis on.
+    /// Energies and forces of a distorted cell do not depend on the corner and axis at which its
+    /// numbering starts.
     fn visit<const D: usize, const N: usize>(self, cell: &'static Isoparametric<D, N>) {
         let (rest, cells) = bent(cell, [1; D]);
         let x = deformed::<D>(&rest, 1.0);
@@ -595,7 +596,7 @@ impl CellVisitor for Numberings {
     }
 }
 
-/// Rotations that take the reference cell to itself.
+/// Returns the rotations that map the reference cell to itself.
 fn rotations_of_a_cube<const D: usize>() -> Vec<Mat<f64, D>> {
     let mut rotations = vec![];
     let entries = [-1.0, 0.0, 1.0];
@@ -620,7 +621,7 @@ struct Apart;
 impl CellVisitor for Apart {
     type Output = ();
 
-    /// Forces of two rows of cells of one body are those of two bodies of one row each.
+    /// Two rows of cells of one body have the forces of two bodies of one row each.
     fn visit<const D: usize, const N: usize>(self, cell: &'static Isoparametric<D, N>) {
         let (rest, cells) = bent(cell, [3, 2, 1][..D].try_into().unwrap());
         let x = deformed::<D>(&rest, 1.0);
@@ -642,7 +643,7 @@ fn cells_know_no_neighbours() {
     every(|kind| kind.visit_first(Apart));
 }
 
-/// The least `J` and the count of inverted cells are those of all cells, also of a last pack that is not full.
+/// The least `J` and the count of inverted cells include all cells, also in a last pack that is not full.
 #[test]
 fn the_least_volume_is_that_of_all_cells() {
     let (rest, cells) = bent(&HEXAHEDRON, [3, 3, 2]);
@@ -671,9 +672,9 @@ struct TurnedAxes;
 impl CellVisitor for TurnedAxes {
     type Output = ();
 
-    /// Fibres along the axes of the material, which cells turn, and the same fibres by their directions in
-    /// space: energies, forces, products, Hessians and states. The formula has moduli at rest that go by its
-    /// fibres, and so has the stiffness of hourglass modes.
+    /// Fibres along material axes, which cells rotate, equal the same fibres given in space: energies,
+    /// forces, products, Hessians and states. The initial moduli of the formula depend on its fibres, and
+    /// so does the stiffness of hourglass modes.
     fn visit<const D: usize, const N: usize>(self, cell: &'static Isoparametric<D, N>) {
         let (mut rest, cells) = bent(cell, [2; D]);
         // Longer than high.

@@ -1,9 +1,9 @@
-//! The Hessians of triangles in space.
+//! Hessians of triangles in space.
 //!
-//! With `F = U diag(sigma) V^T`, `U` of two columns in space and `n` normal to both, a change `dF` within
-//! the plane of the triangle meets the tangent of the plane material, and one along the normal only turns
-//! the triangle: `n v_j^T` is an eigenvector of `dP/dF` with eigenvalue `psi_j / sigma_j`, the tension. The
-//! frame is that of the solid elements (`elastic/hessian.rs`).
+//! With `F = U diag(sigma) V^T`, two columns of `U` in space and `n` normal to both, a change `dF` in the
+//! plane of the triangle is governed by the tangent of the plane material. A change along the normal only
+//! rotates the triangle: `n v_j^T` is an eigenvector of `dP/dF` with the tension `psi_j / sigma_j` as
+//! eigenvalue. The frame is that of the solid elements (`elastic/hessian.rs`).
 
 use std::ops::Range;
 
@@ -16,11 +16,11 @@ use crate::lanes::{Kernel, Lanes, WIDTH, dispatch};
 use crate::material::{Psd, Stress};
 use crate::scalar::Scalar;
 
-/// Blocks of the three pairs of two vertices after the first, and more.
+/// Number of pairs of vertices of a triangle, and numbers in the block of a pair.
 const PAIRS: usize = 6;
 const BLOCK: usize = 9;
 
-/// Stretches of a sheet that every model of it has a state at.
+/// Stretches of a sheet at which every model has a state.
 const REST: Vect<f64, 2> = [1.0, 1.0];
 
 /// Writes the Hessians of `stencils`, as many at a time as a pack has lanes.
@@ -29,7 +29,7 @@ pub(super) fn fill(sheet: &Membrane, stencils: Range<usize>, x: &[f64], psd: Psd
     let mut lanes = sheet.elements.patches.lanes_in(stencils);
     for out in out.chunks_mut(WIDTH * PAIRS * BLOCK) {
         let mut triangles = Triangles::AT_REST;
-        // Lanes of the mesh last: none is taken for which there is no room.
+        // The lanes of the mesh come second in `zip`: no lane is consumed without room for it.
         let room = out.chunks_exact_mut(PAIRS * BLOCK).enumerate();
         for ((slot, out), (vertices, pack, lane)) in room.zip(lanes.by_ref()) {
             let Some((f, inverse_rest, weight)) = sheet.elements.at_points(x, &vertices, (pack, lane)).next()
@@ -52,7 +52,7 @@ pub(super) fn fill(sheet: &Membrane, stencils: Range<usize>, x: &[f64], psd: Psd
     }
 }
 
-/// Triangles, one in each lane; those that fill up are at rest and weigh nothing.
+/// Triangles, one in each lane; padding lanes are undeformed and have no weight.
 struct Triangles {
     /// `F`, `[row][column][lane]`.
     f: [[[f64; WIDTH]; 2]; 3],
@@ -80,7 +80,7 @@ impl Triangles {
 
 /// Decomposition of the `F` of each lane.
 struct StretchFrames {
-    /// The columns of `U`, and the normal, `[axis][row][lane]`.
+    /// Columns of `U`, and the normal, `[axis][row][lane]`.
     axes: [[[f64; WIDTH]; 3]; 3],
     sigma: [[f64; WIDTH]; 2],
     v: Block<2>,
@@ -91,7 +91,7 @@ impl StretchFrames {
         StretchFrames { axes: [[[0.0; WIDTH]; 3]; 3], sigma: [[0.0; WIDTH]; 2], v: Block::ZERO };
 }
 
-/// Decomposes `F = Q G` of packs of triangles by that of `G`.
+/// Decomposes `F = Q G` of packs of triangles, by the decomposition of `G`.
 struct StretchKernel<'a> {
     triangles: &'a Triangles,
     frames: &'a mut StretchFrames,
@@ -128,13 +128,13 @@ impl Kernel for StretchKernel<'_> {
     }
 }
 
-/// Writes the blocks of packs of triangles by their tangents in the frame of `U`, `n` and `V`.
+/// Writes the blocks of packs of triangles from their tangents in the frame of `U`, `n` and `V`.
 struct BlocksKernel<'a> {
     triangles: &'a Triangles,
     frames: &'a StretchFrames,
     spectra: &'a SpectrumBlock<2>,
     psd: Psd,
-    /// As many as there is room for.
+    /// Room for the blocks, possibly of fewer triangles than lanes.
     out: &'a mut [f64],
 }
 
@@ -146,6 +146,7 @@ impl Kernel for BlocksKernel<'_> {
         let BlocksKernel { triangles, frames, spectra, psd, out } = self;
         let sigma = [L::load(&frames.sigma[0]), L::load(&frames.sigma[1])];
         let frame = TangentFrame::new(spectra, &sigma, psd);
+        // Axes of the frame: the columns of U, and the normal.
         let mut axes = [[L::zero(); 3]; 3];
         for (axis, from) in axes.iter_mut().zip(&frames.axes) {
             for i in 0..3 {
@@ -157,6 +158,7 @@ impl Kernel for BlocksKernel<'_> {
         let weight = L::load(&triangles.weight);
         let mut entries = [[0.0; WIDTH]; PAIRS * BLOCK];
         let mut blocks = entries.as_chunks_mut::<BLOCK>().0.iter_mut();
+        // Blocks in the frame, rotated to space.
         for a in 0..3 {
             for b in a..3 {
                 let Some(block) = blocks.next() else { return };
@@ -174,6 +176,7 @@ impl Kernel for BlocksKernel<'_> {
                 }
             }
         }
+        // One triangle after another, as many as there is room for.
         for (lane, out) in out.chunks_exact_mut(PAIRS * BLOCK).enumerate() {
             for (out, entry) in out.iter_mut().zip(&entries) {
                 *out = entry[lane];
@@ -182,7 +185,7 @@ impl Kernel for BlocksKernel<'_> {
     }
 }
 
-/// Rows: `grad N_a`, that of the first vertex minus the sum of the others.
+/// Returns `grad N_a` in rows; that of the first vertex is minus the sum of the others.
 #[inline(always)]
 fn gradients<S: Scalar>(others: &Mat<S, 2>) -> [[S; 2]; 3] {
     let mut gradient = [[S::zero(); 2]; 3];
@@ -193,11 +196,11 @@ fn gradients<S: Scalar>(others: &Mat<S, 2>) -> [[S; 2]; 3] {
     gradient
 }
 
-/// Numbers of `F`, 3 x 2.
+/// Number of entries of `F`, 3 x 2.
 const ENTRIES: usize = 6;
 
-/// `dP_ij / dF_kl` of a material without a spectrum, `(2 i + j, 2 k + l)` by rows: `dP = dQ P_2 + Q dP_2`
-/// along each entry of `F = Q G`.
+/// Returns `dP_ij / dF_kl` of a material without a spectrum, `(2 i + j, 2 k + l)` by rows:
+/// `dP = dQ P_2 + Q dP_2` along each entry of `F = Q G`.
 fn tangent(material: &dyn BlockMaterial<2>, f: &Tangents<f64, 3, 2>, psd: Psd) -> Vec<f64> {
     let g = factors(f).1;
     let (stress, plane) = (stress_at(material, &g), material.tangent(&g, Psd::Exact));
@@ -219,7 +222,7 @@ fn tangent(material: &dyn BlockMaterial<2>, f: &Tangents<f64, 3, 2>, psd: Psd) -
     matrix
 }
 
-/// `P_2(G)`.
+/// Returns `P_2(G)`.
 fn stress_at(material: &dyn BlockMaterial<2>, g: &Mat<f64, 2>) -> Mat<f64, 2> {
     let mut block = [Block::ZERO];
     (0..WIDTH).for_each(|lane| block[0].set_lane(lane, g));
@@ -248,8 +251,8 @@ struct TangentFrame<S> {
     tension: [S; 2],
 }
 
-/// An eigenvalue, zero for a negative one where they are projected. No closure: those of lanes are outlined
-/// without the instructions of their caller.
+/// Returns an eigenvalue, or zero instead of a negative one if `projected`. This is no closure, because
+/// closures on lanes are outlined without the instructions of their caller.
 #[inline(always)]
 fn clamp<L: Lanes>(eigenvalue: L, projected: bool) -> L {
     if projected { L::select(eigenvalue.lt(L::zero()), L::zero(), eigenvalue) } else { eigenvalue }
@@ -279,7 +282,7 @@ impl<L: Lanes> TangentFrame<L> {
         }
     }
 
-    /// The block in the plane, and that along the normal.
+    /// Returns the block in the plane and the entry along the normal.
     #[inline(always)]
     fn block(&self, a: &[L; 2], b: &[L; 2]) -> ([[L; 2]; 2], L) {
         let mut plane = [[L::zero(); 2]; 2];

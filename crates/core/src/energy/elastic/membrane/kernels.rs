@@ -9,8 +9,8 @@ use crate::energy::patch::{Patch, Scratch};
 use crate::lanes::{Kernel, Lanes};
 use crate::scalar::Scalar;
 
-/// `F = Q G` with the columns of `Q` of unit length and perpendicular, and `G` upper triangular with a
-/// positive diagonal: the method of Gram and Schmidt. Not finite where the triangle has no area.
+/// Returns `F = Q G` with orthonormal columns of `Q` and an upper triangular `G` with a positive
+/// diagonal, by the method of Gram and Schmidt. Not finite if the triangle has no area.
 #[inline(always)]
 pub(super) fn factors<S: Scalar>(f: &Tangents<S, 3, 2>) -> (Tangents<S, 3, 2>, Mat<S, 2>) {
     let column = |j: usize| [f[0][j], f[1][j], f[2][j]];
@@ -34,7 +34,7 @@ fn dot<S: Scalar>(a: &[S; 3], b: &[S; 3]) -> S {
     a[2].mul_add(b[2], a[1].mul_add(b[1], a[0] * b[0]))
 }
 
-/// Overwrites each `F` by its `Q`, and writes `G`.
+/// Overwrites each `F` with its `Q`, and writes `G`.
 pub(super) struct FactorKernel<'a> {
     pub(super) f: &'a mut [Block<3, 2>],
     pub(super) g: &'a mut [Block<2>],
@@ -53,7 +53,7 @@ impl Kernel for FactorKernel<'_> {
     }
 }
 
-/// Overwrites each `F` by its `Q` and each change `dF` by `dQ`, and writes `G` and `dG`.
+/// Overwrites each `F` with its `Q` and each change `dF` with `dQ`, and writes `G` and `dG`.
 pub(super) struct FactorRateKernel<'a> {
     pub(super) f: &'a mut [Block<3, 2>],
     pub(super) df: &'a mut [Block<3, 2>],
@@ -90,7 +90,7 @@ impl Kernel for FactorRateKernel<'_> {
     }
 }
 
-/// Overwrites each `Q` by the stress `Q P`.
+/// Overwrites each `Q` with the stress `Q P`.
 pub(super) struct FrameKernel<'a> {
     pub(super) q: &'a mut [Block<3, 2>],
     pub(super) stress: &'a [Block<2>],
@@ -108,7 +108,7 @@ impl Kernel for FrameKernel<'_> {
     }
 }
 
-/// Overwrites each `dQ` by the change of the stress, `dQ P + Q dP`.
+/// Overwrites each `dQ` with the change of the stress, `dQ P + Q dP`.
 pub(super) struct FrameRateKernel<'a> {
     pub(super) q: &'a [Block<3, 2>],
     pub(super) dq: &'a mut [Block<3, 2>],
@@ -135,7 +135,7 @@ impl Kernel for FrameRateKernel<'_> {
     }
 }
 
-/// The smallest ratio of areas in a patch.
+/// Finds the smallest area ratio in a patch.
 pub(super) struct AreaKernel<'a> {
     pub(super) elements: &'a Kinematics<3, 2, 3>,
     pub(super) patch: &'a Patch,

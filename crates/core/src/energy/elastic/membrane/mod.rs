@@ -1,4 +1,4 @@
-//! Membranes: triangles in space filled with a material in two dimensions.
+//! Membranes: triangles in space with a two-dimensional material.
 
 mod hessian;
 mod kernels;
@@ -26,7 +26,8 @@ use crate::lanes::{Lanes, Portable, WIDTH, dispatch, dispatch_compact};
 use crate::material::Stress;
 use crate::material::{Domain, Lame, Material, Plane, Psd};
 
-/// The shape of a triangle in its own plane, the first edge along the first axis, and the axes in space.
+/// Returns the shape of a triangle in its own plane, with the first edge along the first axis, and the
+/// axes in space.
 pub fn flattened(corners: &[[f64; 3]; 3]) -> ([[f64; 2]; 3], Tangents<f64, 3, 2>) {
     let mut edges = [[0.0; 2]; 3];
     for c in 0..3 {
@@ -36,55 +37,55 @@ pub fn flattened(corners: &[[f64; 3]; 3]) -> ([[f64; 2]; 3], Tangents<f64, 3, 2>
     ([[0.0; 2], [g[0][0], g[1][0]], [g[0][1], g[1][1]]], axes)
 }
 
-/// Further stretch at which a sheet near the limit of its material is looked at.
+/// Additional stretch at which a sheet near the limit of its material is checked.
 const NEAR_LIMIT: f64 = 1.1;
 
-/// What a membrane is besides its material.
+/// Properties of a membrane besides its material.
 #[derive(Clone, Copy, Debug)]
 pub struct Sheet {
-    /// Thickness at rest [m].
+    /// Thickness in the reference configuration [m].
     pub thickness: f64,
-    /// Whether its faces are free (plane stress) or its thickness cannot change (plane strain).
+    /// Plane stress if its faces are free, plane strain if its thickness cannot change.
     pub plane: Plane,
-    /// The material's parameters for small strains, where it is meant to have any.
+    /// Small-strain Lame parameters of the material, if it has any.
     pub lame: Option<Lame>,
-    /// How the stress is computed.
+    /// Method by which stresses are computed.
     pub stress: Stress,
 }
 
-/// Linear triangles in space: `E = sum h A psi(G)` with the thickness `h` and the area `A` at rest.
+/// Linear triangles in space: `E = sum h A psi(G)` with the reference thickness `h` and area `A`.
 ///
-/// `F`, 3 x 2, maps the tangents of a triangle at rest to those it has now. With `F = Q G`, the columns of
-/// `Q` perpendicular and of unit length, the energy density of a frame-indifferent material is `psi(G)`: it
-/// does not depend on which such `Q`. The stress is `P = Q dpsi/dG`: a change `dQ` turns the frame in its
-/// plane, where `dpsi/dG G^T` is symmetric, and does no work, or out of it, which changes no length. `det G`
-/// is the ratio of areas and never negative: there is no inside out.
+/// `F`, 3 x 2, maps the reference tangents of a triangle to its present ones. With `F = Q G`, the columns
+/// of `Q` orthonormal, the energy density of a frame-indifferent material is `psi(G)`, for any such `Q`.
+/// The stress is `P = Q dpsi/dG`: a change `dQ` either rotates the frame in its plane, where
+/// `dpsi/dG G^T` is symmetric, and does no work, or out of it, which changes no length. `det G` is the
+/// area ratio and never negative: a membrane has no inverted state.
 ///
-/// Sheets with free faces are in plane stress; in plane strain their thickness cannot change. Nothing
-/// resists bending, and wrinkles that are finer than the mesh are not there: a sheet that is pressed resists
-/// like a solid until its triangles turn.
+/// Sheets with free faces are in plane stress; in plane strain their thickness cannot change. A membrane
+/// has no bending stiffness, and wrinkles finer than the mesh are not resolved: a compressed sheet
+/// resists like a solid until its triangles turn.
 ///
-/// Bonet, Wood 2008, *Nonlinear Continuum Mechanics for Finite Element Analysis*, section 6.6 (plane
-/// stress).
+/// Source: Bonet, Wood 2008, *Nonlinear Continuum Mechanics for Finite Element Analysis*, section 6.6
+/// (plane stress).
 pub struct Membrane {
     body: String,
     /// True in plane stress.
     frees_faces: bool,
     material: Box<dyn BlockMaterial<2>>,
     stress: Stress,
-    /// Weights are volumes.
+    /// The weights are volumes.
     elements: Kinematics<3, 2, 3>,
-    /// The axes of every triangle at rest, in the order of the mesh.
+    /// Reference axes of every triangle, in the order of the mesh.
     axes: Vec<Tangents<f64, 3, 2>>,
     workspace: Workspace<3>,
 }
 
 impl Membrane {
-    /// Triangles `elements` (global vertex indices) of `body`, at rest at `rest` (flat, all vertices of the
-    /// system) [m], a `sheet` of a frame-indifferent `material`.
+    /// Creates the triangles `elements` (global vertex indices) of `body` with the reference positions
+    /// `rest` (flat, all vertices of the system) [m]: a `sheet` of a frame-indifferent `material`.
     ///
     /// # Panics
-    /// If there is a triangle without area: meshes are checked before.
+    /// If a triangle has no area; meshes are checked before.
     pub fn new<M: Material<2> + Material<3>>(
         body: &str,
         material: M,
@@ -115,7 +116,7 @@ impl Membrane {
         }
     }
 
-    /// The first triangle that is at fault once it is stretched by so much more.
+    /// Returns the first triangle that is at fault if it is stretched by the factor `further`.
     fn fault_beyond(&self, x: &[f64], further: f64) -> Option<Fault> {
         self.elements.patches.stencils().find_map(|(element, vertices, pack, lane)| {
             let g = factors(&self.deformation_gradient(x, &vertices, pack, lane)).1;
@@ -135,7 +136,7 @@ impl Membrane {
         })
     }
 
-    /// `F` of one triangle.
+    /// Returns `F` of one triangle.
     fn deformation_gradient(
         &self,
         x: &[f64],
@@ -146,8 +147,8 @@ impl Membrane {
         self.elements.at_points(x, vertices, (pack, lane)).map(|(f, ..)| f).next().expect("a point each")
     }
 
-    /// In space: the third axis is the normal, at rest and now, and the stretch along it that of the
-    /// thickness.
+    /// Returns the state in space: the third axis is the normal, in the reference configuration and now,
+    /// with the stretch of the thickness along it.
     fn state(
         &self,
         x: &[f64],
@@ -210,7 +211,7 @@ impl EnergyTerm for Membrane {
         self.elements.patches.add_rows(&self.workspace, first, g);
     }
 
-    /// `dP = dQ P_2 + Q dP_2`.
+    /// Adds the product with `dP = dQ P_2 + Q dP_2`.
     fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) {
         let Membrane { elements, material, workspace, .. } = self;
         elements.patches.evaluate(workspace, x, Some(p), |patch, scratch| {
@@ -230,7 +231,7 @@ impl EnergyTerm for Membrane {
         self.add_rows(0, y);
     }
 
-    /// `J` there is the ratio of areas.
+    /// Reports the area ratio as `J`.
     fn fault(&self, x: &[f64]) -> Option<Fault> {
         self.fault_beyond(x, 1.0)
     }
@@ -271,7 +272,7 @@ impl ElementTerm for Membrane {
         self.axes.len()
     }
 
-    /// The same everywhere in the element.
+    /// Returns the same state everywhere in the element.
     fn state_at(&self, x: &[f64], element: usize, _at: &Barycentric) -> Option<ElementState> {
         let stencil = self.elements.patches.stencils().find(|(number, ..)| *number == element)?;
         Some(self.state(x, &stencil))
@@ -283,7 +284,7 @@ impl ElementTerm for Membrane {
 }
 
 impl Measurements for Membrane {
-    /// The ratio of areas, for `J`.
+    /// Returns the extremes of the area ratio in place of `J`.
     fn deformation(&mut self, x: &[f64]) -> Option<DeformationExtremes> {
         let Membrane { elements, workspace, .. } = self;
         extremes(&elements.patches, workspace, x, |patch, scratch| {
@@ -292,7 +293,7 @@ impl Measurements for Membrane {
     }
 }
 
-/// The rotation with these first two columns.
+/// Returns the rotation with these first two columns.
 fn with_normal(axes: &Tangents<f64, 3, 2>) -> Mat<f64, 3> {
     let column = |j: usize| [axes[0][j], axes[1][j], axes[2][j]];
     let normal = cross(column(0), column(1));

@@ -1,4 +1,4 @@
-//! Plane stress for every material: the stretch across the sheet that leaves its faces free.
+//! Plane stress for every material, from the stretch across the sheet that leaves its faces free.
 
 use crate::algebra::{Mat, Vect, signed_svd};
 use crate::element::ElementState;
@@ -9,39 +9,40 @@ use crate::material::Stress;
 use crate::material::{Domain, Psd, Spectrum, Tangent};
 use crate::scalar::{Mask, Scalar};
 
-/// Relative change of the thickness below which one more step of Newton's method is exact to rounding.
+/// Relative change of the thickness below which one more Newton step is exact to rounding.
 const CLOSE: f64 = 1e-8;
 
-/// Steps before it is given up: from the first guess it takes two to four at strains of a few tenths.
+/// Iteration limit; from the first guess Newton takes two to four steps at strains of a few tenths.
 const MOST_STEPS: usize = 40;
 
-/// A material in three dimensions as one of a sheet: `psi(G) = min psi_3(G + s e_3 e_3^T)` over the stretch
-/// `s` across it, where `P_33 = 0`. Stress and derivative are those of the minimum: `dP = dP_3 : (dG + ds
-/// e_3 e_3^T)`, `ds` such that `dP_33 = 0`.
+/// A three-dimensional material as that of a sheet: `psi(G) = min psi_3(G + s e_3 e_3^T)` over the
+/// stretch `s` across it, where `P_33 = 0`. Stress and derivative are those of the minimum:
+/// `dP = dP_3 : (dG + ds e_3 e_3^T)`, with `ds` such that `dP_33 = 0`.
 ///
-/// Where there is no such stretch, nothing is finite: a sheet that a material cannot hold at any thickness.
+/// If there is no such stretch, the sheet bears no load at any thickness, and all results are not finite.
 pub(super) struct PlaneStress {
     solid: Box<dyn BlockMaterial<3>>,
-    /// `nu / (1 - nu)`: the stretch across of a Hencky material is `det G` to the power of minus that.
+    /// Ratio `nu / (1 - nu)`: the stretch across of a Hencky material is `det G` to the power of minus
+    /// this.
     narrowing: f64,
 }
 
-/// The solid state of up to `B` blocks.
+/// Solid state of up to `B` blocks.
 struct Solved<const B: usize> {
-    /// With the stretch across.
+    /// `F` with the stretch across.
     f: [Block<3>; B],
-    /// `P` there.
+    /// `P` at `f`.
     stress: [Block<3>; B],
 }
 
 impl PlaneStress {
-    /// Of a `solid` with this ratio `lambda / (lambda + 2 mu)` of Lame's parameters, as good as the first
-    /// guess is to be.
+    /// Creates the material of a sheet from `solid`. The closer `narrowing` is to the ratio
+    /// `lambda / (lambda + 2 mu)` of its Lame parameters, the better is the first guess.
     pub(super) fn new(solid: Box<dyn BlockMaterial<3>>, narrowing: f64) -> Self {
         PlaneStress { solid, narrowing }
     }
 
-    /// Newton's method for `P_33 = 0`, lane by lane: what one lane takes does not depend on its neighbours.
+    /// Solves `P_33 = 0` by Newton's method, lane by lane: lanes do not depend on their neighbours.
     fn solve<const B: usize>(&self, how: Stress, sheet: &[Block<2>]) -> Solved<B> {
         let n = sheet.len();
         let mut f = [Block::ZERO; B];
@@ -61,7 +62,7 @@ impl PlaneStress {
         Solved { f, stress }
     }
 
-    /// The state of one sheet.
+    /// Returns the state of one sheet.
     fn one(&self, g: &Mat<f64, 2>) -> Mat<f64, 3> {
         let mut block = Block::ZERO;
         for l in 0..WIDTH {
@@ -90,19 +91,19 @@ impl Kernel for GuessKernel<'_> {
     }
 }
 
-/// The step `-P_33 / C_3333` of the stretch across, and whether it is the last.
+/// Returns the step `-P_33 / C_3333` of the stretch across, and whether it is the last.
 #[inline(always)]
 fn step_across<L: Lanes>(old: L, stress: &Block<3>, slope: &Block<3>) -> (L, L::Mask) {
     let (p, k) = (L::load(stress.entry(2, 2)), L::load(slope.entry(2, 2)));
     let step = -p / k;
-    // Where the energy is not convex, downhill.
+    // Where the energy is not convex, go downhill.
     let downhill = -old.copysign(p);
     let is_convex = L::zero().lt(k);
     let close = step.abs().lt(L::splat(CLOSE) * old) & is_convex;
     (L::select(is_convex, step, downhill), close)
 }
 
-/// Changes the stretches across of those lanes that are not close yet; true if all are.
+/// Changes the stretches across of the lanes that are not close yet; returns true if all are.
 struct AcrossKernel<'a> {
     f: &'a mut [Block<3>],
     stress: &'a [Block<3>],
@@ -119,7 +120,7 @@ impl Kernel for AcrossKernel<'_> {
             let old = L::load(f.entry(2, 2));
             let (step, close) = step_across(old, stress, slope);
             let (new, least, most) = (old + step, L::splat(0.5) * old, L::splat(2.0) * old);
-            // Never through zero, and not far at once.
+            // The stretch stays positive and changes by at most a factor of two at once.
             let new = L::select(new.lt(least), least, new);
             let new = L::select(most.lt(new), most, new);
             L::select(close, old, new).store(f.entry_mut(2, 2));
@@ -129,7 +130,7 @@ impl Kernel for AcrossKernel<'_> {
     }
 }
 
-/// The last step, to first order; nothing is finite where it is not close.
+/// Takes the last step, to first order; the result is not finite if the step is not small.
 struct LastStepKernel<'a> {
     f: &'a mut [Block<3>],
     stress: &'a mut [Block<3>],
@@ -152,7 +153,7 @@ impl Kernel for LastStepKernel<'_> {
 }
 
 impl BlockMaterial<2> for PlaneStress {
-    /// That of the solid, the stretch across eliminated: it follows the others as `P_33 = 0` asks.
+    /// Eliminates the stretch across from the solid's spectrum: it follows the others by `P_33 = 0`.
     fn spectrum(&self, sigma: &Vect<f64, 2>) -> Option<Spectrum<2>> {
         let across = self.one(&Mat::diagonal(sigma))[2][2];
         let solid = self.solid.spectrum(&[sigma[0], sigma[1], across])?;
@@ -178,7 +179,7 @@ impl BlockMaterial<2> for PlaneStress {
         *out.flip.entry_mut(0, 1) = *solid.flip.entry(0, 1);
     }
 
-    /// `C_ijkl - C_ij33 C_33kl / C_3333` of the solid's tangent: `ds` such that `dP_33 = 0`.
+    /// Returns `C_ijkl - C_ij33 C_33kl / C_3333` of the solid's tangent, from `ds` such that `dP_33 = 0`.
     fn tangent(&self, f: &Mat<f64, 2>, psd: Psd) -> Tangent<2> {
         let svd = signed_svd(f);
         if let Some(spectrum) = self.spectrum(&svd.sigma) {
@@ -252,7 +253,7 @@ impl BlockMaterial<2> for PlaneStress {
     }
 }
 
-/// Second derivatives by two stretches where the third follows them: `C_ij - C_i3 C_3j / C_33`.
+/// Returns second derivatives by two stretches if the third follows them: `C_ij - C_i3 C_3j / C_33`.
 fn eliminated(solid: &Mat<f64, 3>) -> Mat<f64, 2> {
     let mut flat = Mat::zero();
     for i in 0..2 {
@@ -263,7 +264,7 @@ fn eliminated(solid: &Mat<f64, 3>) -> Mat<f64, 2> {
     flat
 }
 
-/// `G + s e_3 e_3^T`.
+/// Returns `G + s e_3 e_3^T`.
 #[inline(always)]
 fn in_space<S: Scalar>(g: &Mat<S, 2>, s: S) -> Mat<S, 3> {
     let mut f = Mat::zero();
@@ -274,7 +275,7 @@ fn in_space<S: Scalar>(g: &Mat<S, 2>, s: S) -> Mat<S, 3> {
     f
 }
 
-/// `e_3 e_3^T` in every lane.
+/// Returns `e_3 e_3^T` in every lane.
 fn across() -> Block<3> {
     let mut block = Block::ZERO;
     for l in 0..WIDTH {
@@ -283,7 +284,7 @@ fn across() -> Block<3> {
     block
 }
 
-/// The part in the plane.
+/// Copies the part in the plane.
 fn flatten(solid: &Block<3>, sheet: &mut Block<2>) {
     for i in 0..2 {
         for j in 0..2 {

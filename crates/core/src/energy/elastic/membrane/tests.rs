@@ -1,4 +1,4 @@
-//! Membranes against differences of their energy, against bodies in the plane, and in plane stress.
+//! Membranes against differences of their energy, against plane bodies, and in plane stress.
 
 use super::*;
 use crate::algebra::tests::sample::Random;
@@ -10,7 +10,7 @@ use crate::material::{
 
 const THICKNESS: f64 = 0.02;
 
-/// Rest positions in the plane and triangles of a grid of cells of different sizes.
+/// Returns reference positions in the plane and triangles of a grid of cells of different sizes.
 fn plate() -> (Vec<[f64; 2]>, Vec<[u32; 3]>) {
     let (columns, rows) = (5u32, 4u32);
     let points = (0..=columns).flat_map(|i| (0..=rows).map(move |j| (f64::from(i), f64::from(j))));
@@ -25,7 +25,7 @@ fn plate() -> (Vec<[f64; 2]>, Vec<[u32; 3]>) {
     (points.collect(), triangles.collect())
 }
 
-/// The plate turned and moved into space; flat.
+/// Returns the plate rotated and moved into space; flat.
 fn placed(points: &[[f64; 2]], turn: &Mat<f64, 3>) -> Vec<f64> {
     points.iter().flat_map(|&[x, y]| turn.mul_vec(&[x, y, 0.3])).collect()
 }
@@ -34,7 +34,7 @@ fn turn() -> Mat<f64, 3> {
     Random(5).rotation::<3>()
 }
 
-/// Calls `check` with a membrane of every material that can be one, in plane stress and plane strain.
+/// Calls `check` with a membrane of every suitable material, in plane stress and plane strain.
 fn with_every_material(elements: &[[u32; 3]], rest: &[f64], check: impl Fn(&str, &mut Membrane)) {
     struct Maker<'a>(Sheet, &'a [[u32; 3]], &'a [f64]);
     impl MaterialVisitor<2> for Maker<'_> {
@@ -44,10 +44,10 @@ fn with_every_material(elements: &[[u32; 3]], rest: &[f64], check: impl Fn(&str,
         }
     }
     let mut count = 0;
-    // A sheet has no direction that those of a material could be compared with.
+    // A sheet has no direction to compare material directions with.
     let taken = |spec: &&MaterialSpec| spec.about().frame_indifferent && spec.is_isotropic();
     for spec in MaterialSpec::examples().iter().filter(taken) {
-        // What has no rest shape has no thickness either.
+        // A material without a rest shape has no thickness.
         let thick = [Plane::Stress, Plane::Strain]
             .into_iter()
             .filter(|plane| *plane == Plane::Strain || spec.about().has_rest_shape);
@@ -63,7 +63,7 @@ fn with_every_material(elements: &[[u32; 3]], rest: &[f64], check: impl Fn(&str,
     assert!(count >= 4 * 12 + 2, "{count}");
 }
 
-/// The blocks of the Hessians of all triangles at `x`.
+/// Returns the blocks of the Hessians of all triangles at `x`.
 fn blocks(mut term: Membrane, x: &[f64], psd: Psd) -> Vec<f64> {
     let count = term.stencils().vertices.len() / 3;
     let mut out = vec![0.0; count * 6 * 9];
@@ -71,8 +71,8 @@ fn blocks(mut term: Membrane, x: &[f64], psd: Psd) -> Vec<f64> {
     out
 }
 
-/// Membranes of energies alone have the Hessians of those with eigensystems in closed form, pressed ones too,
-/// where some eigenvalues are negative.
+/// Membranes of energies alone have the Hessians of those with closed-form eigensystems, also in
+/// compression, where some eigenvalues are negative.
 #[test]
 fn hessians_of_an_energy_alone_are_those_in_closed_form() {
     let (points, elements) = plate();
@@ -114,7 +114,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// A curved and strained shape.
+/// Returns a curved and strained shape.
 fn bent(points: &[[f64; 2]]) -> Vec<f64> {
     let at = |&[x, y]: &[f64; 2]| {
         [1.15 * x + 0.1 * y, 0.95 * y - 0.2 * x * y, 0.4 * x * x - 0.3 * x * y + 0.2 * (5.0 * y).sin()]

@@ -13,9 +13,9 @@ impl<const D: usize, const N: usize> Pressure<D, N> {
         Stencils { size: N, vertices: vertices.collect() }
     }
 
-    /// Writes the symmetric part of the Hessian of these faces: block `(i, j)` is half of `P_i da/dx_j +
-    /// (P_j da/dx_i)^T`. Over a closed surface under uniform pressure the rest cancels, and the sum is
-    /// exact.
+    /// Writes the symmetric part of the Hessian of these faces: block `(i, j)` is half of
+    /// `P_i da/dx_j + (P_j da/dx_i)^T`. Over a closed surface under uniform pressure the antisymmetric
+    /// part cancels, and the sum is exact.
     ///
     /// A face alone has as much negative as positive curvature. With the projection nothing is written:
     /// Newton's method then treats pressure as a dead load.
@@ -30,7 +30,8 @@ impl<const D: usize, const N: usize> Pressure<D, N> {
             let at = nodes::<D, N>(x, self.faces[face].map(|slot| self.vertices[slot as usize]));
             let now = &self.now[if uniform { 0 } else { face * count }..][..count];
             for (point, pressure) in self.areas.iter().zip(now) {
-                // Columns of da/dx_j; a quarter turn, or a cross product: the transpose is the negative.
+                // Columns of da/dx_j: a quarter turn, or a cross product, so the transpose is the
+                // negative.
                 let rates: [[[f64; D]; D]; N] = std::array::from_fn(|j| {
                     std::array::from_fn(|c| {
                         let mut unit = [0.0; D];

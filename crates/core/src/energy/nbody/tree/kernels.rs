@@ -6,13 +6,13 @@ use super::list::{List, ParticlePack, TreeCells};
 use super::octree::symmetric_index;
 use crate::lanes::{Kernel, Lanes, WIDTH};
 
-/// Sums over a list: `N` numbers for each particle, without `G` and the mass of the particle.
+/// Law that sums over a list: `N` numbers for each particle, without `G` and the mass of the particle.
 pub(super) trait Law<const D: usize, const N: usize> {
     /// True if the law uses directions.
     const DIRECTED: bool;
 
-    /// Adds the contributions of the particles of a pack to a target `[position, direction]`; nothing where
-    /// `others` is false.
+    /// Adds the contributions of the particles of a pack to a target `[position, direction]`, omitting
+    /// lanes where `others` is false.
     fn add_near<L: Lanes>(
         target: &[[L; D]; 2],
         pack: &ParticlePack<D>,
@@ -31,7 +31,7 @@ pub(super) trait Law<const D: usize, const N: usize> {
     );
 }
 
-/// A mass, or zero where the mask is false; and `w` there. Zero times an infinite `w` would not be zero.
+/// Returns `mass w`, or zero where the mask is false: zero times an infinite `w` would not be zero.
 #[inline(always)]
 fn weight<L: Lanes>(mass: L, w: L, others: Option<L::Mask>) -> L {
     match others {
@@ -40,7 +40,7 @@ fn weight<L: Lanes>(mass: L, w: L, others: Option<L::Mask>) -> L {
     }
 }
 
-/// `S d`, and the trace of `S`.
+/// Returns `S d`, and the trace of `S`.
 #[inline(always)]
 fn moment_times<L: Lanes, const D: usize>(pack: &TreeCells<D>, d: &[L; D]) -> ([L; D], L) {
     let (mut product, mut trace) = ([L::zero(); D], L::zero());
@@ -101,7 +101,7 @@ impl<const D: usize> Law<D, D> for Force {
     }
 }
 
-/// The derivative of the force along a direction. A node counts as its mass at its centre, moving with the
+/// Derivative of the force along a direction. A node counts as its mass at its centre, moving with the
 /// mean of its particles' directions.
 pub(super) struct Derivative;
 
@@ -142,7 +142,7 @@ impl<const D: usize> Law<D, D> for Derivative {
     }
 }
 
-/// `sum m / r`, minus the potential. A node adds `M / r + 3/2 d.S d / r^5 - 1/2 tr S / r^3`.
+/// Potential with opposite sign, `sum m / r`. A node adds `M / r + 3/2 d.S d / r^5 - 1/2 tr S / r^3`.
 pub(super) struct Potential;
 
 impl<const D: usize> Law<D, 1> for Potential {
@@ -179,14 +179,14 @@ impl<const D: usize> Law<D, 1> for Potential {
     }
 }
 
-/// Sums of the particles at `position`, which are the entries of the list from `first` on.
+/// Sums for the particles at `position`, which are the entries of the list from `first` on.
 pub(super) struct ListKernel<'a, Quantity, const D: usize, const N: usize> {
     pub(super) law: std::marker::PhantomData<Quantity>,
     pub(super) position: &'a [[f64; D]],
     /// Directions of the particles; read only by laws that use them.
     pub(super) direction: &'a [[f64; D]],
     pub(super) list: &'a List<D>,
-    /// A multiple of [`WIDTH`].
+    /// Index of the first particle in the list, a multiple of [`WIDTH`].
     pub(super) first: usize,
     pub(super) softening2: f64,
     pub(super) out: &'a mut [[f64; N]],
@@ -202,13 +202,13 @@ impl<Q: Law<D, N>, const D: usize, const N: usize> Kernel for ListKernel<'_, Q, 
         for begin in (0..count).step_by(TARGETS) {
             let mut targets = [[[L::zero(); D]; 2]; TARGETS];
             for t in 0..TARGETS {
-                // The last round is filled up with the last particle.
+                // The last round is padded with the last particle.
                 let i = (begin + t).min(count - 1);
                 let position = splat(&self.position[i]);
                 targets[t] = [position, if Q::DIRECTED { splat(&self.direction[i]) } else { position }];
             }
             let mut sums = [[L::zero(); N]; TARGETS];
-            // These particles are in one pack, in which each leaves itself out.
+            // These particles are in one pack, in which each omits itself.
             let own = (self.first + begin) / WIDTH;
             for t in 0..TARGETS {
                 let others = L::mask_from_bits(!(1 << ((begin + t) % WIDTH)));

@@ -35,7 +35,7 @@ impl<const D: usize> TreeCells<D> {
     };
 }
 
-/// The list of one group.
+/// Interaction list of one group.
 #[derive(Default)]
 pub(super) struct List<const D: usize> {
     /// Nearby particles, beginning with those of the group itself, in their order.
@@ -115,9 +115,9 @@ impl<const D: usize> List<D> {
         self.far_count += 1;
     }
 
-    /// Rough upper bound on the bytes of a list of `n` particles, if boxes act as a whole below this opening
-    /// angle [rad]: particles in the cubes of twice its inverse about a group are near, and of each size of
-    /// boxes as many as fit there are far.
+    /// Returns a rough upper bound on the bytes of a list of `n` particles, if boxes act as a whole below
+    /// this opening angle [rad]: particles in the cubes of twice its inverse about a group are near, and
+    /// of each size of boxes as many as fit there are far.
     pub(super) fn predicted_bytes(n: u64, opening_angle: f64) -> u64 {
         let boxes = (1.0 + 2.0 / opening_angle).powi(D as i32);
         let near = (n as f64).min(GROUP as f64 * boxes);

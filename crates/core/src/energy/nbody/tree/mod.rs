@@ -1,4 +1,4 @@
-//! Newtonian gravity by a tree code: distant groups of particles act as a whole.
+//! Newtonian gravity by a tree code (Barnes-Hut): distant groups of particles act as a whole.
 
 mod kernels;
 mod list;
@@ -17,10 +17,10 @@ use octree::Octree;
 /// Particles per task.
 const PARTICLES_PER_TASK: usize = 256;
 const MAX_TASKS: usize = 64;
-/// Particles whose force is compared with the direct sum.
+/// Number of particles whose force is compared with the direct sum.
 const SAMPLES: usize = 256;
 
-/// Some groups of particles, and memory for their lists and sums.
+/// Groups of particles, and memory for their lists and sums.
 #[derive(Default)]
 struct TreeTask<const D: usize> {
     /// Range of groups.
@@ -31,19 +31,19 @@ struct TreeTask<const D: usize> {
     energy: f64,
 }
 
-/// Tree approximation of the energy of [`NBody`](super::NBody), in a time that grows as `N log N`.
+/// Tree approximation of the energy of [`NBody`](super::NBody), in `O(N log N)` time.
 ///
 /// The method is that of Barnes, Hut 1986, *Nature* 324. The tree is traversed once for each group of
-/// neighbouring particles: boxes that appear under less than the opening angle act by their mass and
-/// quadrupole moment about their centre of mass, the others are opened, down to single particles. In the
-/// limit of a zero opening angle the result is the direct sum.
+/// neighbouring particles. Boxes seen under less than the opening angle act by their mass and quadrupole
+/// moment about their centre of mass; others are opened, down to single particles. In the limit of a zero
+/// opening angle the result is the direct sum.
 ///
-/// Two particles do not act on each other with exactly opposite forces, because one may interact with a box
-/// that contains the other. The total momentum therefore drifts by the error of the force, and so does the
-/// energy, whose gradient the force is only up to that error. [`force_error`](Self::force_error) measures the
-/// error.
+/// Forces between two particles are not exactly opposite, because one may interact with a box that
+/// contains the other. The total momentum therefore drifts by the error of the force. So does the energy,
+/// because the force is its gradient only up to that error. [`force_error`](Self::force_error) measures
+/// the error.
 ///
-/// The tree depends on the positions alone, and each particle's sum on its list alone: the result is
+/// The tree depends only on the positions, and each particle's sum only on its list: the result is
 /// bit-identical for any number of threads.
 pub struct TreeGravity<const D: usize> {
     vertices: Vec<u32>,
@@ -51,7 +51,7 @@ pub struct TreeGravity<const D: usize> {
     constant: f64,
     softening2: f64,
     opening_angle: f64,
-    /// The positions that the tree was built for.
+    /// Positions that the tree was built for.
     position: Vec<[f64; D]>,
     next_position: Vec<[f64; D]>,
     tree: Octree<D>,
@@ -73,9 +73,9 @@ pub struct ForceError {
 }
 
 impl<const D: usize> TreeGravity<D> {
-    /// Attraction with constant `constant` [m^3/(kg s^2)] and softening length `softening` [m] between
-    /// `vertices` of masses `mass` [kg] (one per listed vertex), by a tree with this opening angle [rad] in
-    /// (0, 1].
+    /// Creates the attraction with constant `constant` [m^3/(kg s^2)] and softening length `softening`
+    /// [m] between `vertices` of masses `mass` [kg] (one per listed vertex), by a tree with this opening
+    /// angle [rad] in (0, 1].
     ///
     /// # Panics
     /// If the vertices are not listed in ascending order, or the opening angle is not in (0, 1].
@@ -103,8 +103,8 @@ impl<const D: usize> TreeGravity<D> {
         }
     }
 
-    /// Rough estimate of the bytes of the tree of `n` particles with this opening angle [rad], the lists of
-    /// all tasks included.
+    /// Returns a rough estimate of the bytes of the tree of `n` particles with this opening angle [rad],
+    /// including the lists of all tasks.
     pub fn predicted_bytes(n: u64, opening_angle: f64) -> u64 {
         let tasks = (n / PARTICLES_PER_TASK as u64).clamp(1, MAX_TASKS as u64);
         // Indices, masses, keys; six arrays of vectors; a node for every eight particles; all particles in
@@ -123,7 +123,7 @@ impl<const D: usize> TreeGravity<D> {
         }
         std::mem::swap(&mut self.position, &mut self.next_position);
         self.tree.build(&self.position, &self.mass, self.opening_angle);
-        // Tasks of about as many particles each.
+        // Tasks with about equal numbers of particles.
         let (groups, count) = (&self.tree.groups, self.tasks.len());
         let begin = |k: usize| {
             groups.partition_point(|&g| self.tree.nodes[g].begin < k * self.vertices.len() / count)
@@ -144,7 +144,7 @@ impl<const D: usize> TreeGravity<D> {
         self.tasks = tasks;
     }
 
-    /// The kernel of a law for the particles `range` of the tree's order.
+    /// Returns the kernel of a law for the particles `range` of the tree's order.
     fn kernel<'a, Q: Law<D, N>, const N: usize>(
         &'a self,
         list: &'a List<D>,
@@ -157,8 +157,8 @@ impl<const D: usize> TreeGravity<D> {
         ListKernel { law: PhantomData, position, direction, list, first, softening2: self.softening2, out }
     }
 
-    /// Sums a vector over the list of every particle and stores it, times `G m`, in `gradient`; returns
-    /// whether all sums are finite.
+    /// Sums a vector over the list of every particle and stores it, times `G m`, in `gradient`. Returns
+    /// true if all sums are finite.
     fn sum_vectors<Q: Law<D, D>>(&mut self, run: impl Fn(ListKernel<'_, Q, D, D>) + Sync) -> bool {
         self.for_each_task(|this, task| {
             task.sums.clear();
@@ -175,7 +175,7 @@ impl<const D: usize> TreeGravity<D> {
         for (sum, &i) in sums.zip(&self.tree.order) {
             let factor = self.constant * self.mass[i as usize];
             self.gradient[i as usize] = sum.map(|s| factor * s);
-            // Zero times a finite number is zero, times anything else NaN.
+            // Zero times a finite number is zero, times any other NaN.
             zero += sum.iter().map(|s| 0.0 * s).sum::<f64>();
         }
         zero == 0.0
@@ -190,7 +190,7 @@ impl<const D: usize> TreeGravity<D> {
         all.collect_all(&self.tree);
         let (mut square, mut largest) = (0.0, 0.0f64);
         for k in 0..samples {
-            // A place in the order of the tree: spread over space.
+            // Index in the order of the tree, so that samples are spread over space.
             let place = k * n / samples;
             let mut direct = [[0.0; D]];
             // A kernel begins with a full pack.
@@ -244,7 +244,7 @@ impl<const D: usize> EnergyTerm for TreeGravity<D> {
                 task.energy += task.potential.iter().zip(mass).map(|([p], m)| m * p).sum::<f64>();
             }
         });
-        // Every pair was met from both sides.
+        // Every pair was counted from both sides.
         -0.5 * self.constant * self.tasks.iter().map(|t| t.energy).sum::<f64>()
     }
 
@@ -267,9 +267,9 @@ impl<const D: usize> EnergyTerm for TreeGravity<D> {
         }
     }
 
-    /// Adds approximate products: boxes that act as a whole use their mass alone and move with the mean of
-    /// their particles. The largest eigenvalue comes from close neighbours; its error is of the size of the
-    /// force's (for 20,000 particles in a disk, at 0.5: one part in a thousand).
+    /// Adds approximate products: boxes that act as a whole use only their mass and move with the mean of
+    /// their particles. The largest eigenvalue comes from close neighbours; its error is of the size of
+    /// the force's (for 20,000 particles in a disk, at 0.5: one part in a thousand).
     fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) {
         self.build(x);
         let mut direction = std::mem::take(&mut self.next_position);

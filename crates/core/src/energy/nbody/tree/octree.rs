@@ -5,14 +5,13 @@ const LEAF: usize = 16;
 /// Maximum number of particles that share an interaction list.
 pub(super) const GROUP: usize = 48;
 
-/// Number of the independent components of a symmetric matrix in three dimensions; in two, the first three
-/// are used.
+/// Number of independent components of a symmetric matrix in 3D; 2D uses the first three.
 pub(super) const SYMMETRIC: usize = 6;
 
-/// Rows and columns of those components.
+/// Returns the index of the component in row `a` and column `b`.
 #[inline(always)]
 pub(super) const fn symmetric_index(a: usize, b: usize) -> usize {
-    // 00 01 11 02 12 22: the plane comes first.
+    // 00 01 11 02 12 22: those of 2D come first.
     let (low, high) = if a < b { (a, b) } else { (b, a) };
     high * (high + 1) / 2 + low
 }
@@ -20,10 +19,10 @@ pub(super) const fn symmetric_index(a: usize, b: usize) -> usize {
 /// A node: a box and the moments of its particles.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Node<const D: usize> {
-    /// Range of its particles, in the order of the tree.
+    /// Range of the node's particles, in the order of the tree.
     pub(super) begin: usize,
     pub(super) end: usize,
-    /// The node after this one and all its descendants, which follow it.
+    /// Index of the node after this one and all its descendants, which follow it.
     pub(super) next: usize,
     pub(super) mass: f64,
     /// Centre of mass.
@@ -32,7 +31,7 @@ pub(super) struct Node<const D: usize> {
     pub(super) moment: [f64; SYMMETRIC],
     /// Mass-weighted mean of the directions, for products with the Hessian.
     pub(super) direction: [f64; D],
-    /// The smallest box around its particles.
+    /// Smallest box around the particles.
     low: [f64; D],
     high: [f64; D],
     /// Squared distance from the centre of mass beyond which the node acts as a whole.
@@ -56,12 +55,12 @@ impl<const D: usize> Node<D> {
     }
 }
 
-/// Octree, see the module.
+/// Octree of particles in depth-first order.
 #[derive(Default)]
 pub(super) struct Octree<const D: usize> {
-    /// Index of the particle at each place of the order.
+    /// Particle at each position of the order.
     pub(super) order: Vec<u32>,
-    /// Positions, masses and directions in that order.
+    /// Positions, masses and directions in the order of the tree.
     pub(super) position: Vec<[f64; D]>,
     pub(super) mass: Vec<f64>,
     pub(super) direction: Vec<[f64; D]>,
@@ -73,7 +72,7 @@ pub(super) struct Octree<const D: usize> {
     keys: Vec<(u64, u32)>,
 }
 
-/// The smallest box around `points`.
+/// Returns the smallest box around `points`.
 fn bounds<const D: usize>(points: impl Iterator<Item = [f64; D]>) -> ([f64; D], [f64; D]) {
     let (mut low, mut high) = ([f64::INFINITY; D], [f64::NEG_INFINITY; D]);
     for p in points {
@@ -93,11 +92,11 @@ impl<const D: usize> Octree<D> {
     /// Bits of a key for each component.
     const LEVELS: u32 = 63 / D as u32;
 
-    /// Builds the tree of particles at `position` of masses `mass`. A node of longest edge `s`, whose centre
-    /// of mass is `a` from its middle, acts as a whole from `s / opening_angle + a` on (Barnes, in: Greengard
-    /// et al., eds., 1994). The result does not depend on the previous tree.
+    /// Builds the tree of particles at `position` of masses `mass`. A node of longest edge `s`, whose
+    /// centre of mass is `a` from its middle, acts as a whole from the distance `s / opening_angle + a`
+    /// on (Barnes, in: Greengard et al., eds., 1994). The result does not depend on the previous tree.
     pub(super) fn build(&mut self, position: &[[f64; D]], mass: &[f64], opening_angle: f64) {
-        // From the order of the last step: nearly sorted, it is sorted faster.
+        // The order of the last step is nearly sorted, and is sorted faster.
         if self.keys.len() != position.len() {
             self.keys = (0..position.len() as u32).map(|i| (0, i)).collect();
         }
@@ -142,7 +141,7 @@ impl<const D: usize> Octree<D> {
                 }
             }
         }
-        // Equal keys by index: the order depends on nothing else.
+        // Equal keys are sorted by index, so that the order is unique.
         keys.sort_unstable();
         self.split_key(position, begin, end, Self::LEVELS);
     }
@@ -152,15 +151,15 @@ impl<const D: usize> Octree<D> {
         let mut levels = levels;
         let keys = &self.keys[begin..end];
         let (first, last) = (keys.first().map_or(0, |k| k.0), keys.last().map_or(0, |k| k.0));
-        // No nodes for boxes with a single box in them.
+        // A box that contains a single smaller box gets no node.
         let digit = |key: u64, levels: u32| key >> ((levels - 1) as usize * D);
         while levels > 0 && digit(first, levels) == digit(last, levels) {
             levels -= 1;
         }
         let crowded = end - begin > LEAF;
         if crowded && levels == 0 {
-            // Outliers have made the finest cells too coarse: the same again within this one, unless it is
-            // one place.
+            // Outliers have made the finest cells too coarse: subdivide this cell, unless all particles
+            // are at one position.
             let (low, high) = bounds(self.keys[begin..end].iter().map(|(_, i)| position[*i as usize]));
             let size = longest_edge(&low, &high);
             if size > 0.0 && size.is_finite() {
@@ -192,22 +191,24 @@ impl<const D: usize> Octree<D> {
         self.nodes[index].next = self.nodes.len();
     }
 
-    /// Indices of the children of node `i`.
+    /// Returns the indices of the children of node `i`.
     fn children(&self, i: usize) -> impl Iterator<Item = usize> {
         let end = self.nodes[i].next;
         std::iter::successors(Some(i + 1), |c| self.nodes.get(*c).map(|n| n.next))
             .take_while(move |c| *c < end)
     }
 
-    /// Box and moments of node `i`, from its particles or its children.
+    /// Computes box and moments of node `i`, from its particles or its children.
     fn measure(&mut self, i: usize, opening_angle: f64) {
         let mut node = self.nodes[i];
         let leaf = node.is_leaf(i);
+        // Box around the particles.
         (node.low, node.high) = if leaf {
             bounds(self.position[node.begin..node.end].iter().copied())
         } else {
             bounds(self.children(i).flat_map(|c| [self.nodes[c].low, self.nodes[c].high]))
         };
+        // Mass and centre of mass.
         let mut weighted = [0.0; D];
         let mut weigh = |mass: f64, place: &[f64; D]| {
             node.mass += mass;
@@ -221,6 +222,7 @@ impl<const D: usize> Octree<D> {
             self.children(i).for_each(|c| weigh(self.nodes[c].mass, &self.nodes[c].centre));
         }
         node.centre = weighted.map(|w| w / node.mass);
+        // Second moments about the centre of mass; those of children are moved there (parallel axes).
         let (centre, moment) = (node.centre, &mut node.moment);
         let mut add = |mass: f64, place: &[f64; D]| {
             for a in 0..D {
@@ -242,6 +244,7 @@ impl<const D: usize> Octree<D> {
                 }
             }
         }
+        // Distance beyond which the node acts as a whole, see `build`.
         let mut off2 = 0.0;
         for c in 0..D {
             let off = node.centre[c] - 0.5 * (node.low[c] + node.high[c]);
@@ -252,7 +255,7 @@ impl<const D: usize> Octree<D> {
         self.nodes[i] = node;
     }
 
-    /// Directions of the particles, by index, and their means over the nodes.
+    /// Sets the directions of the particles, by index, and their means over the nodes.
     pub(super) fn set_direction(&mut self, direction: &[[f64; D]]) {
         self.direction.clear();
         self.direction.extend(self.order.iter().map(|&i| direction[i as usize]));

@@ -3,14 +3,14 @@ use crate::diagnostics::largest_frequency;
 use crate::energy::nbody::NBody;
 use crate::system::System;
 
-/// Number `k` of a fixed sequence in (-1, 1).
+/// Returns number `k` of a fixed sequence in (-1, 1).
 fn scattered(k: usize) -> f64 {
     let mut h = (k as u64).wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     h = (h ^ (h >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     ((h ^ (h >> 32)) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
 }
 
-/// `n` particles of unequal masses, denser towards the middle.
+/// Returns `n` particles of unequal masses, denser towards the middle.
 fn cluster<const D: usize>(n: usize) -> (Vec<f64>, Vec<f64>) {
     let mut x = vec![];
     for i in 0..n {
@@ -41,7 +41,7 @@ fn product(term: &mut impl EnergyTerm, x: &[f64], p: &[f64]) -> Vec<f64> {
     y
 }
 
-/// Length of the difference against the length of `b`.
+/// Returns the length of the difference relative to the length of `b`.
 fn distance(a: &[f64], b: &[f64]) -> f64 {
     let norm = |v: &mut dyn Iterator<Item = f64>| v.map(|x| x * x).sum::<f64>().sqrt();
     norm(&mut a.iter().zip(b).map(|(a, b)| a - b)) / norm(&mut b.iter().copied())
@@ -50,7 +50,7 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
 fn everything_opened_is_the_direct_sum<const D: usize>() {
     let (x, mass) = cluster::<D>(333);
     let p: Vec<f64> = (0..x.len()).map(|k| scattered(11 * k)).collect();
-    // Nothing but nodes of a single particle, which are no approximation, is below this angle.
+    // At this angle only nodes of a single particle act as a whole, which is exact.
     let (mut tree, mut direct) = (tree::<D>(&mass, 0.01, 1e-9), direct::<D>(&mass, 0.01));
     assert!(distance(&gradient(&mut tree, &x), &gradient(&mut direct, &x)) < 1e-13);
     assert!(distance(&product(&mut tree, &x, &p), &product(&mut direct, &x, &p)) < 1e-13);
@@ -65,8 +65,8 @@ fn a_tree_that_opens_everything_is_the_direct_sum() {
     everything_opened_is_the_direct_sum::<3>();
 }
 
-/// Errors for opening angles that halve: what is reported, of all forces, of the sum of all forces, of
-/// energy and Hessian.
+/// Returns errors for opening angles that halve: reported, of all forces, of the sum of all forces, of
+/// the energy and of the Hessian.
 fn errors<const D: usize>() -> [[f64; 5]; 3] {
     let (x, mass) = cluster::<D>(1500);
     let p: Vec<f64> = (0..x.len()).map(|k| scattered(11 * k)).collect();
@@ -89,8 +89,8 @@ fn errors<const D: usize>() -> [[f64; 5]; 3] {
     })
 }
 
-// The octupole is the first moment left out: relative to the monopole, it falls as the third power of the
-// opening angle. Products with the Hessian leave out how the directions within a box differ: the first
+// The octupole is the first omitted moment: relative to the monopole, it falls as the third power of the
+// opening angle. Products with the Hessian omit the differences of directions within a box: the first
 // power.
 #[test]
 fn the_force_error_falls_with_the_third_power_of_the_opening_angle() {
@@ -104,7 +104,7 @@ fn the_force_error_falls_with_the_third_power_of_the_opening_angle() {
             assert!(drift < 0.3 * all, "{d}D: the sum of all forces is well below their error: {errors:?}");
             assert!(energy < all, "{d}D: {errors:?}");
         }
-        // The figures of the documentation, at 0.5.
+        // Figures of the documentation, at 0.5.
         assert!(errors[1][0] < 2e-3 && errors[1][4] < 2e-2, "{d}D: {errors:?}");
     }
 }
@@ -133,7 +133,7 @@ fn all_at_one_place() {
     assert_eq!(gradient(&mut soft, &x), vec![0.0; 3 * n]);
     let energy = -0.3 * (n * (n - 1) / 2) as f64 / 0.1;
     assert!((soft.energy(&x) / energy - 1.0).abs() < 1e-13);
-    // Without softening there is no force, and a fault to be reported.
+    // Without softening there is no force, and a fault is reported.
     let mut hard = tree::<3>(&mass, 0.0, 0.5);
     assert!(!hard.evaluate(&x));
     assert_eq!(hard.fault(&x), Some(Fault::Pair { first: 0, second: 1 }));
@@ -181,7 +181,7 @@ fn the_result_does_not_depend_on_what_was_before() {
     gradient(&mut used, &x);
     product(&mut used, &x, &moved);
     assert_eq!(gradient(&mut used, &moved), gradient(&mut fresh, &moved));
-    // Measurements leave the gradient alone.
+    // Measurements do not change the gradient.
     used.energy(&x);
     let mut g = vec![0.0; x.len()];
     used.add_rows(0, &mut g);
@@ -191,7 +191,7 @@ fn the_result_does_not_depend_on_what_was_before() {
 #[test]
 fn rows_of_a_block_are_those_of_its_vertices() {
     let (x, mass) = cluster::<2>(300);
-    // Every third vertex is no particle.
+    // Every third vertex is not a particle.
     let vertices: Vec<u32> = (0..300).filter(|v| v % 3 != 0).collect();
     let few = vertices.iter().map(|&v| mass[v as usize]).collect();
     let mut tree = TreeGravity::<2>::new(vertices, few, 0.3, 0.01, 0.5);
@@ -202,7 +202,7 @@ fn rows_of_a_block_are_those_of_its_vertices() {
     assert!(all[0] == 0.0 && all[2] != 0.0);
 }
 
-/// The direct sum, without approximate products.
+/// Direct sum without approximate products.
 struct Exact(NBody<3>);
 
 impl EnergyTerm for Exact {
@@ -234,7 +234,7 @@ impl EnergyTerm for Exact {
 
 impl TermViews for Exact {}
 
-/// Predicted bytes are enough, and not many times too much.
+/// Predicted bytes suffice, and are not many times too large.
 #[test]
 fn the_memory_of_a_tree_is_predicted() {
     fn held<const D: usize>(n: usize, opening_angle: f64) -> (u64, u64) {
@@ -252,7 +252,7 @@ fn the_memory_of_a_tree_is_predicted() {
     }
 }
 
-// With softening that many particles share, no single pair has the largest frequency.
+// If many particles share the softening length, no single pair has the highest frequency.
 #[test]
 fn the_search_of_the_largest_frequency_by_a_tree_ends_where_the_direct_sum_does() {
     let (x, mass) = cluster::<3>(1000);
