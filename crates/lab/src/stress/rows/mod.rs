@@ -1,4 +1,4 @@
-//! The rows of single tests: one file each.
+//! Rows of the suite: one file each.
 
 mod column;
 mod contact;
@@ -18,7 +18,7 @@ use super::{Case, CaseResult};
 pub(super) use long::ABOUT as ABOUT_LONG;
 use pliant::solver::LinearSolver;
 
-/// Adds all of them.
+/// Adds the cases of all rows.
 pub(super) fn add(cases: &mut Vec<Case>) {
     dt_sweep::add(cases);
     explicit_guard::add(cases);
