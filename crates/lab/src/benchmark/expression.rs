@@ -16,7 +16,7 @@ pub(super) const BY_HAND: [&str; 2] = [
     "stable-neo-hookean-log = { young = 5e5, poisson = 0.4 }",
 ];
 
-/// The same energies as formulas, `mu = E / (2 (1 + nu))` and `lambda = E nu / ((1 + nu) (1 - 2 nu))`.
+/// These energies as formulas, `mu = E / (2 (1 + nu))` and `lambda = E nu / ((1 + nu) (1 - 2 nu))`.
 pub(super) const FORMULAS: [&str; 2] = [
     "expression = { psi = 'mu/2*(I1 - 3) - mu*(J - 1) + (lambda + mu)/2*(J - 1)^2', \
      parameters = { mu = 178571.42857142858, lambda = 714285.7142857143 } }",

@@ -63,7 +63,7 @@ const SAME_MINIMUM: f64 = 1e-6;
 /// Options of a fit: its parameters and its method.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FitOptions {
-    /// Keys of the parameters, `body.0.elastic.young`: bodies by name or number, the model may be left out.
+    /// Keys of the parameters, `body.0.elastic.young`: bodies by name or number, the model may be omitted.
     pub parameters: Vec<String>,
     /// Bounds of some parameters, by key, in SI units.
     pub bounds: Vec<(String, [f64; 2])>,

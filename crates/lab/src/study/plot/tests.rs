@@ -86,7 +86,7 @@ fn a_map_names_its_rows_columns_and_states() {
     assert_eq!(svg.matches("#D55E00").count(), 3, "two cells and the legend");
 }
 
-/// With twenty-three lines no two look the same, with or without marks, and no labels overlap.
+/// No two of twenty-three lines look the same, with or without marks, and no labels overlap.
 #[test]
 fn as_many_lines_as_there_are_schemes_can_be_told_apart() {
     for marked in [true, false] {

@@ -56,7 +56,7 @@ fn house(cells: usize, friction: f64) -> String {
     text
 }
 
-/// With `mu = 0.9` the house sags by its weight at first and then creeps; with 0.1 it lies on the floor.
+/// A house with `mu = 0.9` sags by its weight at first and then creeps; with 0.1 it lies on the floor.
 pub(super) fn cards(run: &mut LongRun<'_>, cells: usize, steps: u64) -> Option<()> {
     let settling = steps / 5;
     let mut scene = run.begin("cards with mu = 0.9", &house(cells, 0.9), steps);
