@@ -228,7 +228,7 @@ pub trait Workload: Send {
         seconds
     }
 
-    /// Minimum memory traffic of a repetition [bytes]; 0 if not counted.
+    /// Bytes that a repetition passes through at least once; 0 where they are not counted.
     fn bytes(&self) -> usize {
         0
     }
