@@ -509,6 +509,7 @@ impl Deck {
             let expected = "the number of an element or the name of an element set";
             FileFault::in_line(line, MeshError::Expected { expected, found: excerpt(of) })
         })?;
+        // Adds the named face of each element, or the whole element for a side of a shell.
         for tag in members {
             let Some(&index) = self.element_index.get(&tag) else { continue };
             let element = &self.elements[index as usize];
@@ -592,6 +593,7 @@ fn enter_set(
         ));
     };
     let mut members = Vec::new();
+    // Members: an arithmetic sequence, or numbers and names of earlier sets.
     if keyword.has("GENERATE") {
         let of = |i: usize| fields.get(i).map_or("", String::as_str);
         let (first, last): (u64, u64) =

@@ -325,6 +325,7 @@ impl FileCells {
                 indices.dedup();
             }
         }
+        // The mesh, with the positions of its cells in the file.
         let FileCells { lines, triangles, tetrahedra, blocks, lines_are_springs, .. } = self;
         let mut file = FileMesh { xyz, vertices, ..FileMesh::default() };
         file.mesh = Mesh {
@@ -341,6 +342,7 @@ impl FileCells {
         }
         file.triangles = triangles.places;
         file.tetrahedra = tetrahedra.places;
+        // Lines are springs in formats without solids, and in files without other cells.
         let only_lines =
             file.mesh.triangles.is_empty() && file.mesh.tetrahedra.is_empty() && file.mesh.blocks.is_empty();
         if lines_are_springs || only_lines {

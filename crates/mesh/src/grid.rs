@@ -92,6 +92,7 @@ pub(super) fn build(spec: &GridSpec, dimension: usize) -> Result<Mesh, MeshError
             }
         }
     }
+    // Cells: whole ones, triangles or tetrahedra.
     for i in 0..nx {
         for j in 0..ny {
             if let Some(block) = &mut whole {

@@ -70,6 +70,7 @@ impl JoinedDeck {
             let text = String::from_utf8_lossy(bytes);
             let text = text.trim();
             let is_comment = text.is_empty() || text.starts_with("**");
+            // Comments and lines of a keyword are held back until the keyword is complete.
             if !is_comment && (text.starts_with('*') || !pending.is_empty()) {
                 pending.push_str(text);
             }
@@ -87,6 +88,7 @@ impl JoinedDeck {
             for text in held.drain(..) {
                 self.push(if named.is_some() && keyword.name == "INCLUDE" { b"**" } else { text });
             }
+            // The included file follows its keyword line.
             if let Some(named) = named {
                 let beneath = self.resolve(named, folder, depth);
                 let appended = beneath.and_then(|file| self.append(&file, folder, depth + 1, read));

@@ -210,6 +210,7 @@ impl Element {
         }
         // An element without properties takes no bytes, however large its count.
         for i in 0..if self.properties.is_empty() { 0 } else { self.count } {
+            // Values of one item, by the roles of its properties.
             let (mut x, mut ends, mut polygon, mut place) = ([0.0; 3], [0.0; 2], Vec::new(), None);
             for (property, &role) in self.properties.iter().zip(&roles) {
                 let length = match property.length {
@@ -228,6 +229,7 @@ impl Element {
                 }
             }
             let place = place.unwrap_or_else(|| tokens.place(i + 1));
+            // Adds the item.
             match &self.name[..] {
                 "vertex" => {
                     xyz.extend(x);

@@ -144,6 +144,7 @@ impl Mesh {
         if self.order() == 2 {
             return Some(self.clone());
         }
+        // Edges, faces and cells that get a node, each once.
         let mut edges: Vec<[u32; 2]> = Vec::new();
         for cell in &self.triangles {
             edges.extend(TRIANGLE_EDGES.map(|[a, b]| sorted(cell[a], cell[b])));
@@ -169,6 +170,7 @@ impl Mesh {
         edges.dedup();
         faces.sort_unstable();
         faces.dedup();
+        // Numbers of the new nodes: edges first, then faces, then cells.
         let first = u32::try_from(self.vertex_count()).ok()?;
         let first_face = u32::try_from(edges.len()).ok().and_then(|count| first.checked_add(count))?;
         let first_cell = u32::try_from(faces.len()).ok().and_then(|count| first_face.checked_add(count))?;
@@ -181,10 +183,12 @@ impl Mesh {
             // Halved before the sum, which could overflow.
             mesh.points.extend(a.iter().zip(b).map(|(a, b)| 0.5 * a + 0.5 * b));
         }
+        // Second-order simplices.
         let triangle = |cell: &[u32; 3]| TRIANGLE_EDGES.map(|[a, b]| middle[&sorted(cell[a], cell[b])]);
         let tetrahedron = |cell: &[u32; 4]| TETRAHEDRON_EDGES.map(|[a, b]| middle[&sorted(cell[a], cell[b])]);
         mesh.triangle_middles = self.triangles.iter().map(triangle).collect();
         mesh.tetrahedron_middles = self.tetrahedra.iter().map(tetrahedron).collect();
+        // Second-order cells of other kinds.
         let mut next_cell = first_cell..;
         for (block, before) in mesh.blocks.iter_mut().zip(&self.blocks) {
             let kind = kind_of(before);
@@ -203,8 +207,10 @@ impl Mesh {
                 debug_assert_eq!(block.vertices.len() - from, kind.nodes);
             }
         }
+        // Positions of the nodes in faces and cells.
         mesh.points.resize(mesh.points.len() + (faces.len() + cells) * self.dimension, 0.0);
         mesh.centre();
+        // Groups gain the new nodes of their cells.
         let lines = if self.lines.is_empty() { &self.edges } else { &self.lines };
         for group in mesh.groups.values_mut() {
             for &cell in &group.cells {

@@ -101,6 +101,7 @@ fn elements(
                 }
             };
         }
+        // The first attribute is the group.
         let mut group = 0;
         for attribute in 0..attributes {
             let value: f64 = tokens.number("an attribute of an element")?;

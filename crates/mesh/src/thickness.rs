@@ -66,6 +66,7 @@ fn chords_of_cells(mesh: &Mesh, block: &CellBlock, most: usize) -> Vec<Chord> {
         key
     };
     let all = || (0..cells.len()).flat_map(|cell| (0..sides.len()).map(move |side| (cell, side)));
+    // Cells of each side.
     let mut of_side: HashMap<Vec<u32>, Vec<(usize, usize)>> = HashMap::new();
     all().for_each(|place| of_side.entry(key(place)).or_default().push(place));
     let middle = |(cell, side): (usize, usize)| {
@@ -79,6 +80,7 @@ fn chords_of_cells(mesh: &Mesh, block: &CellBlock, most: usize) -> Vec<Chord> {
     };
     let opposite =
         |side: usize| sides.iter().position(|other| other.iter().all(|node| !sides[side].contains(node)));
+    // Walk from a boundary side through opposite sides to the other boundary.
     let chord = |start: (usize, usize)| {
         let (mut place, mut count) = (start, 0);
         let nodes = sides[start.1].iter().map(|node| mesh.point(cells[start.0][*node] as usize));

@@ -62,6 +62,7 @@ pub(super) fn enter(
         let missing = FormatError::VertexNumber { number: number as i64, count: count as u64, first: 0 };
         vertices.push(range.start as u32 + index(number, count).ok_or(missing)?);
     }
+    // Linear simplices go on; other kinds return early.
     let kind = index(cell_type, 256).map_or(0, |kind| kind as u8);
     let corners = match kind {
         VERTEX => 1,

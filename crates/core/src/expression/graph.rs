@@ -386,6 +386,7 @@ impl Graph {
     ) -> (Graph, Vec<NodeId>) {
         let mut lowered = Graph::default();
         let mut done: HashMap<NodeId, NodeId> = HashMap::new();
+        // Depth-first with an explicit stack: operands are copied before the node.
         for root in roots {
             let mut waiting = vec![*root];
             while let Some(id) = waiting.pop() {

@@ -252,6 +252,7 @@ impl<'g> Compiler<'g> {
                 }
             }
         }
+        // Registers of the inputs; those that nothing needs are free.
         let mut places: Vec<usize> = vec![0; fates.len()];
         let mut free: Vec<usize> = Vec::new();
         let mut registers = self.inputs;
@@ -263,6 +264,7 @@ impl<'g> Compiler<'g> {
                 _ => free.push(input),
             }
         }
+        // Instructions in order of the nodes: operands at their last use free their registers.
         let mut instructions = Vec::new();
         for (index, fate) in fates.iter().enumerate() {
             let (Some(_), Fate::Computed { code, k, operands, count }) = (last_use[index], *fate) else {

@@ -317,6 +317,7 @@ fn trajectory(
             "it has a column `time`, of a trajectory, but the scene has no [[probe]] that it could be of",
         ));
     }
+    // Columns of the probes, times, and the selected columns.
     let known = probe::columns(&assembly.probes, scene.dimension);
     let numbers: HashMap<&str, usize> =
         known.iter().enumerate().map(|(i, known)| (known.name.as_str(), i)).collect();
@@ -333,6 +334,7 @@ fn trajectory(
     let mut data =
         FitData { kind: FitDataKind::Frequencies, series: vec![], observations: vec![], left_out: vec![] };
     let mut columns = vec![];
+    // Observations of each column.
     for (i, title) in table.titles.iter().enumerate().filter(|(i, title)| *i != axis && wanted(&title.name)) {
         let Some(column) = numbers.get(title.name.as_str()).copied() else {
             let names: Vec<&str> = known.iter().map(|known| known.name.as_str()).collect();
@@ -428,6 +430,7 @@ fn curves(
              `body.0.elastic.young`",
         ));
     };
+    // The first axis, converted to a stretch.
     let axes = ["stretch", "strain", "displacement"];
     let found: Vec<(&str, usize)> =
         axes.into_iter().filter_map(|name| Some((name, table.column(name)?))).collect();
@@ -453,6 +456,7 @@ fn curves(
     let mut data =
         FitData { kind: FitDataKind::Frequencies, series: vec![], observations: vec![], left_out: vec![] };
     let mut tests = vec![];
+    // Observations of each test, converted to nominal stress.
     for (i, title) in table.titles.iter().enumerate().filter(|(i, _)| *i != axis) {
         let Some((name, test)) = MaterialTest::ALL.into_iter().find(|(name, _)| *name == title.name) else {
             let names = MaterialTest::ALL.map(|(name, _)| format!("`{name}`")).join(", ");

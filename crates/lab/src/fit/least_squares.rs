@@ -69,6 +69,7 @@ impl<R: Send> LeastSquares<'_, R> {
         let mut at = Minimum { parameters, residuals, jacobian, steps: 0, evaluations: 1, converged: true };
         let (mut damping, mut growth) = (1e-3, 2.0);
         loop {
+            // Derivatives and stopping criteria.
             at.jacobian = self.jacobian(&mut at)?;
             let goes_on = watch(at.steps, at.sum_of_squares(), &at.parameters);
             let free = self.free(&at);
@@ -79,6 +80,7 @@ impl<R: Send> LeastSquares<'_, R> {
                 at.converged = false;
                 return Ok(at);
             }
+            // Attempts of a step: shorter without a prediction, more damped without a decrease.
             let mut part = 1.0;
             loop {
                 let Some(step) = self.step(&at, &free, damping) else { return Ok(at) };
@@ -96,6 +98,7 @@ impl<R: Send> LeastSquares<'_, R> {
                     (damping, growth, part) = (damping * growth, 2.0 * growth, 1.0);
                     continue;
                 }
+                // Accepted: the damping follows the gain ratio.
                 let taken =
                     DVector::from_iterator(step.len(), next.iter().zip(&at.parameters).map(|(a, b)| a - b));
                 let predicted = at.sum_of_squares() - (&at.residuals + &at.jacobian * taken).norm_squared();

@@ -115,6 +115,7 @@ pub fn map(
     let runs = if about.solves > 0 { IMPLICIT_STEPS } else { EXPLICIT_STEPS };
     let mut found =
         Map { integrator: about.name.into(), against, steps, values, predicted: vec![], status: vec![] };
+    // One row for each value: its predicted limit, and a run for each step.
     for value in &found.values {
         let changes = changes(&scene, against, *value);
         if changes.is_empty() {

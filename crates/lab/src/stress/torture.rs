@@ -203,6 +203,7 @@ impl TortureCell {
 
     fn attempt(&self, step: f64) -> CaseResult {
         let d = self.dimension;
+        // The scene, with vertices moved to the start.
         let integrator = scenes::scheme(self.integrator.method().documentation.name);
         let time = format!(", solver = {{ linear = '{}', tolerance = {TOLERANCE:?} }}", self.solver.name());
         let pin =
@@ -225,12 +226,14 @@ impl TortureCell {
         let rest = scenes::put(simulation, self.start);
         let mut findings = CaseResult::default();
         let start = simulation.diagnostics().total;
+        // One step, and its failure.
         let end = simulation.step();
         findings.picture = Some(scenes::picture(simulation, &assembly.topology));
         if let Err(error) = end {
             self.failed(&mut findings, &error);
             return findings;
         }
+        // Iterations and energy.
         let bar = self.known.map(|known| if known == 0 { CAP } else { (BAR * known).min(CAP) });
         findings.count(scenes::iterations(simulation), bar);
         let diagnostics = simulation.diagnostics();
@@ -247,6 +250,7 @@ impl TortureCell {
                     .note(CaseVerdict::Flagged, format!("energy grew {ratio:.3} times, as this scheme may"));
             }
         }
+        // The gradient at the solution.
         let zero = vec![0.0; rest.len()];
         let gradient = match self.integrator {
             IntegratorSpec::QuasiStatic => Some(scenes::gradient(simulation, None)),
@@ -260,6 +264,7 @@ impl TortureCell {
             findings.note_inversion(&diagnostics);
             return findings;
         }
+        // Kind of the equilibrium, and the return to the reference configuration.
         scenes::name_end(&mut findings, simulation, diagnostics.elastic / YOUNG);
         if self.must_rest() {
             let away = if self.free {

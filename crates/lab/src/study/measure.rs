@@ -46,11 +46,13 @@ pub(super) fn measure(
     let study = about.study;
     let runner = Runner { grid: about.grid, clock: study.clock, interrupt: study.interrupt };
     let scene = &solved_well(about, &runner, contender)?;
+    // The observed run, with its peak memory.
     forget_peak();
     let before = study.clock.now();
     let watched = runner.watch(scene, contender, pace, deadline).map_err(StudyError::Scene)?;
     let Some((status, failure)) = status(&watched.summary.outcome) else { return Ok(None) };
     let memory = peak();
+    // Timed runs until there are enough, or the time is used up.
     let mut seconds = vec![];
     if status == RowStatus::Ok {
         let wanted = study.plan.repeats.unwrap_or(REPEATS);

@@ -111,6 +111,7 @@ impl Study<'_> {
             });
             variants.push(self.variant(changes, grid, until, watch)?);
         }
+        // Rounds over all lines: each active line measures one row per round.
         let mut lines = self.lines(&variants, grid)?;
         if lines.is_empty() && !self.refused(&base).is_empty() {
             return Err(StudyError::Refused(self.refused(&base)));
@@ -219,6 +220,7 @@ impl Study<'_> {
                 };
                 let StudyPlan { steps, tolerances, .. } = self.plan;
                 let chosen = steps.is_empty() && tolerances.is_empty();
+                // Fixed steps: chosen around the stability limit, or given.
                 if chosen {
                     let assembly = runner
                         .assemble(&variant.scene, contender, TimeStepping::Parts(1))
@@ -237,6 +239,7 @@ impl Study<'_> {
                 if !contender.method.is_adaptive() {
                     continue;
                 }
+                // Adaptive steps: chosen or given tolerances.
                 if chosen {
                     lines.push(line(true, vec![TimeStepping::Tolerance(LARGEST_TOLERANCE)], false));
                 } else if !tolerances.is_empty() {
@@ -268,6 +271,7 @@ impl Study<'_> {
         };
         let grid = TimeGrid::new(variant.scene.time.duration, self.plan.times, &self.plan.steps);
         let now = self.clock.now();
+        // Ends the line if its next row exceeds its share of the remaining time.
         let share = (deadline - now) / active as f64;
         let expected = line.cost.map(|(_, one)| 2.0 * one);
         let key = self.key(variant, line.contender, &grid, pace);
@@ -284,6 +288,7 @@ impl Study<'_> {
             finished: *finished,
             left,
         });
+        // Takes the row from the journal, or measures it.
         let record = match known {
             Some(record) => record,
             None => {
@@ -316,6 +321,7 @@ impl Study<'_> {
         *finished += 1;
         watch(Event::Finished(&record.row));
         line.records.push(record);
+        // Chooses the next step of a line without given steps.
         if !line.given {
             let next = match pace {
                 TimeStepping::Parts(parts) => TimeStepping::Parts(2 * parts),

@@ -166,6 +166,7 @@ impl ElementReader<'_> {
             // Gmsh lists edge 23 before edge 13.
             std::mem::swap(last_but_one, last);
         }
+        // Other kinds are reordered from Gmsh's node order.
         if let Shape::Block(kind) = shape {
             let read = |node: usize| vertices[kind.gmsh_nodes.get(node).copied().unwrap_or(node)];
             let in_order: Vec<u32> = (0..kind.nodes).map(read).collect();

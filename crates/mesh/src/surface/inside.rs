@@ -16,6 +16,7 @@ pub(super) fn windings(triangles: impl Iterator<Item = Corners>, axes: &GridAxes
     let [nx, ny, nz] = [0, 1, 2].map(|axis| axes[axis].len());
     let mut windings = vec![0i16; nx * ny * nz];
     for [a, mut b, mut c] in triangles {
+        // Projection of the triangle along x, counter-clockwise.
         let flat = |x: &[f64; 3]| [x[1], x[2]];
         let area = turn(flat(&a), flat(&b), flat(&c));
         if area == 0.0 {
@@ -25,6 +26,7 @@ pub(super) fn windings(triangles: impl Iterator<Item = Corners>, axes: &GridAxes
         if area < 0.0 {
             std::mem::swap(&mut b, &mut c);
         }
+        // Grid lines within the bounding box of the projection.
         let [js, ks] = [1, 2].map(|axis| {
             let [low, high] = [f64::min, f64::max].map(|pick| pick(a[axis], pick(b[axis], c[axis])));
             let before = |limit: f64| axes[axis].partition_point(|x| *x < limit);
@@ -46,6 +48,7 @@ pub(super) fn windings(triangles: impl Iterator<Item = Corners>, axes: &GridAxes
             }
         }
     }
+    // Sums along x: each crossing counts for all points before it.
     for row in windings.chunks_exact_mut(nx.max(1)) {
         for i in (1..nx).rev() {
             row[i - 1] = row[i - 1].saturating_add(row[i]);

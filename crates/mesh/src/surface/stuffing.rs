@@ -120,11 +120,13 @@ impl StuffedCells<'_> {
         match (&inner[..], &outer[..]) {
             ([], _) => {}
             (_, []) => self.push(cell),
+            // One inner point: the tetrahedron is shortened to its cuts.
             ([a], _) => {
                 let corner = |point: u32| if outer.contains(&point) { self.cut(*a, point) } else { point };
                 let corners = cell.map(corner);
                 self.push(corners);
             }
+            // Two inner points, one outer and one on the surface: a pyramid, split in two.
             (&[a, b], &[out]) => {
                 let Some(on) = cell.into_iter().find(|point| ![a, b, out].contains(point)) else { return };
                 let (cut_a, cut_b) = (self.cut(a, out), self.cut(b, out));
@@ -133,12 +135,14 @@ impl StuffedCells<'_> {
                 self.push([on, from, to, other]);
                 self.push([on, from, to, beside]);
             }
+            // Three inner points: a wedge.
             (&[a, b, c], &[out]) => {
                 let upper = [a, b, c].map(|point| self.cut(point, out));
                 let from_lower = |i: usize, j: usize| self.goes_from_first(inner[i], inner[j], out);
                 let diagonals = [from_lower(0, 1), from_lower(1, 2), from_lower(2, 0)];
                 self.push_wedge([a, b, c], upper, diagonals);
             }
+            // Two inner and two outer points: a wedge between the inner ends.
             (&[a, b], &[first, second]) => {
                 let lower = [a, self.cut(a, first), self.cut(a, second)];
                 let upper = [b, self.cut(b, first), self.cut(b, second)];

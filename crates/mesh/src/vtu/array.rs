@@ -76,6 +76,7 @@ impl<'a> Encoding<'a> {
         if !self.zlib {
             return Ok(part(size as u64, number(0)?)?.to_vec());
         }
+        // Header of compressed data: number of blocks, full size, size of the last block.
         let (blocks, full, last) = (number(0)?, number(1)?, number(2)?);
         let stated = if last > 0 {
             full.saturating_mul(blocks.saturating_sub(1)).saturating_add(last)

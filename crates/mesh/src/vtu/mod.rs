@@ -164,6 +164,7 @@ impl<'a, 'input> File<'a, 'input> {
         xyz.extend(&array.values);
         places.extend((0..count).map(|vertex| array.place(3 * vertex as usize, vertex + 1)));
 
+        // Cells: offsets into the connectivity, and types.
         let element = self.child(piece, "Cells")?;
         let cell_count = self.count(piece, "NumberOfCells")?;
         let nodes = ["connectivity", "offsets", "types"].map(|name| self.named(element, name));

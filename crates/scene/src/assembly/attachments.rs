@@ -67,6 +67,7 @@ fn one(
     let vertices = chosen(spec, &body.mesh).map_err(|message| fail(path.clone(), message))?;
     let global = |body: &BodyAssembly, v: u32| numbering.internal(body.first_vertex + v);
     let d = body.mesh.dimension;
+    // Ties to given positions, to the initial positions, or to another body.
     let (ties, to): (Vec<Tie>, String) = match (&spec.points, &spec.target) {
         (Some(points), _) => {
             if points.len() != vertices.len() {
@@ -98,6 +99,7 @@ fn one(
             (ties, format!("to `{}`", other.name))
         }
     };
+    // A tie with a rest length needs a direction.
     let rest_length = spec.rest_length;
     if rest_length > 0.0
         && let Some(i) = ties.iter().position(|tie| starts_at_zero(tie, rest_length, start, d))

@@ -46,6 +46,7 @@ impl BendingPlan {
         } else if strand {
             bends.joints = joints(mesh.vertex_count(), springs);
         }
+        // Checks of the stencils and of the units.
         if bends.count() == 0 {
             let message = "`bending` acts between two triangles of a sheet in 3D, or between two edges in a \
                            row; this body has neither";
@@ -66,6 +67,7 @@ impl BendingPlan {
         let stiffness = stiffness(spec, sheet, mesh.dimension);
         let what = if sheet { ["hinge", "hinges"] } else { ["joint", "joints"] };
         let count = bends.count();
+        // Angles in the reference configuration, and the constants of each hinge or joint.
         let angles = match &spec.rest {
             Some(BendingRest::Angle(angles)) => {
                 Some(spread(angles, count, what, path.key("rest").key("angle"), problems))

@@ -80,6 +80,7 @@ impl BodyAssembly {
             _ => {}
         }
         let mut problems = vec![];
+        // Elements, with their factors and axes.
         let thickness = spec.membrane.as_ref().map(|membrane| membrane.thickness);
         if thickness.is_some() && mesh.element_dimension() != 2 {
             let message =
@@ -90,6 +91,7 @@ impl BodyAssembly {
         }
         let factors = factors(spec, &mesh, path, &mut problems);
         let axes = axes::axes(spec, &mesh, path, &mut problems);
+        // Springs and bending.
         let springs = if spec.springs.is_some() { mesh.spring_edges() } else { vec![] };
         if spec.springs.is_some() && springs.is_empty() {
             problems.extend(one("springs", "the mesh has no edges for springs".into()));
@@ -105,6 +107,7 @@ impl BodyAssembly {
         let bends = spec.bending.as_ref().map_or_else(BendingPlan::default, |bending| {
             BendingPlan::new(bending, &mesh, &springs, &path.key("bending"), &mut problems)
         });
+        // Masses, supports, loads and muscles.
         let mass = mass::masses(&spec.mass, &mesh, thickness, &springs, &path.key("mass"), &mut problems);
         let held = pins::held(spec, &mesh, path, &mut problems);
         let name = spec.name_or_default(index);
@@ -113,6 +116,7 @@ impl BodyAssembly {
         let by_volume = spec.load.iter().any(|load| load.body_force.is_some());
         let mut shares = if by_volume { mesh.consistent_measure() } else { vec![] };
         shares.iter_mut().flatten().for_each(|(_, share)| *share *= thickness.unwrap_or(1.0));
+        // Initial state.
         let position =
             initial::positions(spec.position.as_ref(), &mesh, &path.key("position"), &mut problems);
         let velocity =

@@ -43,6 +43,8 @@ impl BodyAssembly {
     ) {
         let Some(damping) = &spec.damping else { return };
         let (name, first) = (&self.name, self.first_vertex);
+        // Elements. For the material `linear`, stiffness-proportional damping is evaluated in the
+        // reference configuration.
         if let Some(material) = &spec.elastic {
             let plane =
                 spec.membrane.as_ref().map(|membrane| membrane.plane_or_default()).or(material.plane());
@@ -57,6 +59,7 @@ impl BodyAssembly {
                 viscous(rate.plus(proportional)).into_iter().for_each(|term| system.add_dissipation(term));
             }
         }
+        // Springs.
         let beta = damping.stiffness_proportional.unwrap_or(0.0);
         let constant = |k: &f64| StencilConstants {
             stiffness: damping.dashpot.unwrap_or(0.0) + beta * k,
@@ -72,6 +75,7 @@ impl BodyAssembly {
             let lengths = &self.rest_length;
             system.add_dissipation(pliant_terms::expressed_dashpots(D, name, formula, &edges, lengths, rest));
         }
+        // Bending, and damping of the masses.
         if beta != 0.0 {
             self.bends.add_damping(beta, self, rest, numbering, system);
         }

@@ -28,6 +28,7 @@ pub(super) fn warning(scene: &Scene, simulation: &Simulation, bodies: &[BodyAsse
     }
     let (d, least, walls) =
         (system.dimension(), BEHIND * simulation.length_scale(), walls(scene, simulation, bodies));
+    // Pairs of a moving pin and a wall.
     let collides = |spec: &Body| spec.contact.as_ref().and_then(|contact| contact.collides).unwrap_or(true);
     let all = scene.body.iter().zip(bodies).filter(|(spec, _)| spec.obstacle.is_none() && collides(spec));
     let moving = all.flat_map(|(_, body)| {
@@ -42,6 +43,7 @@ pub(super) fn warning(scene: &Scene, simulation: &Simulation, bodies: &[BodyAsse
     if driven.is_empty() {
         return None;
     }
+    // Largest depth of each pair over the run.
     let (mut x, mut v) = (simulation.state().x().to_vec(), vec![0.0; simulation.state().x().len()]);
     for moment in 0..=MOMENTS {
         let t = scene.time.duration * f64::from(moment) / f64::from(MOMENTS);

@@ -49,6 +49,7 @@ fn one<const D: usize, const N: usize>(
     bodies: &[BodyAssembly],
 ) -> Result<(Probe, Option<Point>), Box<Problem>> {
     let eligible = || bodies.iter().filter(|b| spec.body.as_ref().is_none_or(|name| *name == b.name));
+    // A position in a cell, or a vertex.
     let place = match (&spec.at, spec.vertex) {
         (Some(at), _) => {
             let inside = eligible().find_map(|body| {
@@ -80,6 +81,7 @@ fn one<const D: usize, const N: usize>(
         }
     };
     let (body, vertices, weights, point) = place;
+    // Reference position.
     let mut rest = [0.0; 3];
     for (&vertex, weight) in vertices.iter().zip(&weights) {
         let point = body.mesh.point(vertex as usize);

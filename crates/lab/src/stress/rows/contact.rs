@@ -182,6 +182,7 @@ fn run(
         assembly.topology.bodies.iter().map(|body| outline(&body.triangles)).collect();
     let simulation = &mut assembly.simulation;
     let mut least: (f64, f64) = (f64::INFINITY, f64::INFINITY);
+    // Steps, with the smallest gap and a test for crossings.
     for _ in 0..steps {
         if let Err(error) = simulation.step() {
             findings.note(CaseVerdict::Fail, error.to_string());
@@ -208,6 +209,7 @@ fn run(
     } else {
         findings.count(solver.newton_iterations, bar);
     }
+    // Gaps, energy and the case's own criterion.
     findings.demand(least.1 > 0.0, || format!("a gap of {:.3e} m", least.1));
     findings.demand(least.1.is_finite(), || "nothing touched".into());
     let told = format!("least gap {:.2e} of its distance", least.0);

@@ -177,6 +177,7 @@ fn bar(ratio: f64, solver: &'static str) -> CaseResult {
     }
     let work = assembly.simulation.work().solver.unwrap_or_default();
     findings.count(work.newton_iterations, None);
+    // Iterative solvers are compared with the direct one, the direct one with a uniform density.
     if solver != "cholesky" {
         let (per, fallbacks) = (work.cg_iterations / work.newton_iterations.max(1), work.fallbacks);
         findings.note(

@@ -65,6 +65,7 @@ fn twist(material: &str, poisson: f64, degrees: u64, torques: Torques) -> CaseRe
     let rest = simulation.state().x().to_vec();
     let mut findings = CaseResult::default();
     let (mut most, mut least_j, mut before) = (0, f64::INFINITY, 0);
+    // Steps of ten degrees, with their iterations, volume ratios and torques.
     for step in 1..=steps {
         turn(simulation, &rest);
         if let Err(error) = simulation.step() {
