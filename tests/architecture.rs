@@ -365,3 +365,34 @@ fn commands_that_benchmark_name_the_crate_whose_benches_they_are() {
     }
     assert!(commands >= 5, "{commands}");
 }
+
+/// Files and functions of the tests that the rows of a table name in their last two cells.
+fn tests_named(page: &str) -> Vec<(String, String)> {
+    let rows = page.lines().filter(|line| line.starts_with("| ") && line.ends_with("` |"));
+    let of_row = |row: &str| {
+        let mut cells =
+            row.trim_matches('|').rsplit('|').map(|cell| cell.trim().trim_matches('`').to_owned());
+        let name = cells.next()?;
+        Some((cells.next()?, name))
+    };
+    rows.filter_map(of_row).collect()
+}
+
+#[test]
+fn every_promise_names_a_test_that_exists() {
+    let page = std::fs::read_to_string(root().join("tests/PROMISES.md")).unwrap();
+    let tests = tests_named(&page);
+    assert!(tests.len() > 40, "only {} promises are found", tests.len());
+    let mut missing = vec![];
+    for (file, name) in &tests {
+        let text = std::fs::read_to_string(root().join(file)).unwrap_or_default();
+        // Functions of Rust and of Python.
+        let exists = ["fn", "def"].iter().any(|keyword| text.contains(&format!("{keyword} {name}(")));
+        if !exists {
+            missing.push(format!("{name} in {file}"));
+        }
+    }
+    assert!(missing.is_empty(), "tests of PROMISES.md that do not exist:\n{}", missing.join("\n"));
+    let row = "| a promise | of `b` | `tests/c.rs` | `d` |\n|---|---|---|---|\n";
+    assert_eq!(tests_named(row), [("tests/c.rs".to_owned(), "d".to_owned())]);
+}

@@ -4,6 +4,7 @@
 use pliant::simulation::Simulation;
 
 use super::scenes::crossings;
+use super::setups::{FLOOR, head, solid};
 
 /// Largest component of a difference.
 fn change(a: [f64; 3], b: [f64; 3]) -> f64 {
@@ -90,4 +91,23 @@ fn a_sheet_that_closes_on_itself_keeps_its_momenta() {
     assert!(drift < 1e-12 * mass && turned < 1e-13 * mass, "{drift:e} and {turned:e} of {mass} kg");
     let off = (end.conserved() - first.conserved()).abs() / first.conserved();
     assert!(off < 1e-3, "energy is off by {off:e}");
+}
+
+/// The corners of a face share its area evenly, whatever the diagonal that splits it: what lands flat on all
+/// of its lower face does not begin to turn.
+#[test]
+fn a_box_of_hexahedra_that_lands_flat_does_not_turn() {
+    let mesh = "grid = { cells = [1, 1, 1], size = [0.1, 0.1, 0.1], origin = [-0.05, -0.05, 0.011], element \
+                = 'hexahedron' }";
+    let text = head(1e-3, -9.81, "distance = 1e-3") + FLOOR + &solid("box", mesh, 1e5, 1000.0, "");
+    let mut simulation = super::assembled(&text).simulation;
+    let (mut fastest, mut turned) = (0.0_f64, 0.0_f64);
+    for _ in 0..150 {
+        super::advance(&mut simulation, 1);
+        let now = simulation.diagnostics();
+        fastest = fastest.max(now.linear_momentum[2]);
+        turned = turned.max(change(now.angular_momentum, [0.0; 3]));
+    }
+    assert!(fastest > 0.1, "it bounces: {fastest} kg m/s");
+    assert!(turned < 1e-10, "{turned:e} kg m^2/s beside {fastest} kg m/s");
 }

@@ -54,6 +54,7 @@ fn mixed_at(rest: &[f64], friction: f64) -> ContactModel {
         triangles: &[[0, 1, 2], [1, 3, 2]],
         edges: &[[4, 5], [5, 6], [10, 11]],
         particles: &[7, 8, 9],
+        quadrilaterals: &[],
     };
     let mut surface = ContactSurface::in_space(&primitives, rest, &bodies);
     assert_eq!(surface.wires.len(), 3);

@@ -4,7 +4,12 @@ A problem is a file of ``problems``. It has
 
 - a docstring, which the page prints: what the problem is, and what is known of its numbers;
 - ``TITLE`` and ``SOURCES``, who published what and where, by short names;
-- ``rows(pliant, quick)``, which yields a ``Row`` for every number.
+- ``rows(pliant, quick)``, which yields a ``Row`` for every number, with the largest difference that the mesh
+  or the step explains.
+
+To add one, write such a file and try it: ``python tests/verification/run.py NAME``. Without a name the
+script writes ``docs/guide/compared.md``. If a number was not read at its source, the docstring says what
+confirms it.
 """
 
 from __future__ import annotations

@@ -25,6 +25,23 @@
 //! let gradient = pair.gradient(law.slope);
 //! assert!(gradient[0][2] < 0.0 && gradient[1][2] > 0.0);
 //! ```
+//!
+//! # How to add a primitive
+//! 1. An obstacle that is points, segments or triangles within a radius, as a capsule is, needs nothing
+//!    here. In `crates/scene/src` it takes `ObstacleShape` (`schema/contact.rs`), its check
+//!    (`validate/contact.rs`), what is drawn of it (`assembly/obstacles.rs`), its vertices
+//!    (`assembly/body.rs`), and its faces and radius (`ContactParty` in `assembly/contact.rs`).
+//! 2. An exact obstacle of another shape, as `SolidBall`, is named in six files: `model.rs` (its list,
+//!    `surface_reach`, `named`), `contacts.rs` (`find`, `find_each`), `way.rs` (`first`), `start.rs`
+//!    (`each_obstacle_gap`, `enclosed_bodies`), `report.rs` (`described`), and `assembly/contact.rs` of the
+//!    scene.
+//! 3. A new kind of pair is named in ten: `pair.rs` (`PairKind`), `closest.rs` (`Primitives`, `InnerKind`,
+//!    `InnerPair`), `candidates.rs` (its list, `gather`, `count`, `vertex_pairs`), `merge.rs` (its list,
+//!    `find_pairs`, `push`), `contacts.rs` (`counts`, `ranges`, `vertices`, both visits), `way.rs`
+//!    (`first`), `start.rs` (`each_distance`); `mollifier.rs`, `friction_slope.rs` and `report.rs` match
+//!    kinds that edges can have. `ccd.rs`, `packs.rs` and `hessian.rs` are generic.
+//! 4. Add it to `tests/fuzz.rs` (motions), `tests/points.rs` (energies) and `tests/surfaces.rs` here, and to
+//!    a scene in `tests/contact` of the workspace.
 
 // Functions use the symbols of the cited papers.
 #![allow(non_snake_case)]

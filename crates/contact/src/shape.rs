@@ -39,7 +39,7 @@ impl AreaRates {
         }
     }
 
-    fn of(&mut self, area: AreaOf) -> &mut f64 {
+    pub(crate) fn of(&mut self, area: AreaOf) -> &mut f64 {
         match area {
             AreaOf::Vertex(v) => &mut self.vertices[v as usize],
             AreaOf::Edge(e) => &mut self.edges[e as usize],
@@ -88,9 +88,10 @@ impl ContactSurface {
             row.zip(slope).for_each(|(row, slope)| *row += factor * slope);
         };
         for (t, triangle) in self.triangles.iter().enumerate() {
-            let of_corners: f64 = triangle.iter().map(|v| by.vertices[*v as usize]).sum();
+            let corners_of = triangle.iter().zip(&self.corner_parts[t]);
+            let of_corners: f64 = corners_of.map(|(v, part)| by.vertices[*v as usize] / part).sum();
             let of_edges: f64 = self.triangle_edges[t].iter().map(|e| by.edges[*e as usize]).sum();
-            let factor = by.triangles[t] + (of_corners + of_edges) / 3.0;
+            let factor = by.triangles[t] + of_corners + of_edges / 3.0;
             let slopes = area_slopes(&corners(d, rest, triangle));
             triangle.iter().zip(&slopes).for_each(|(v, slope)| add(*v, factor, slope));
         }
@@ -122,7 +123,9 @@ impl ContactSurface {
             let slopes = area_slopes(&corners(d, rest, triangle));
             let grown: f64 = slopes.iter().zip(&moved).map(|(slope, moved)| dot(slope, moved)).sum();
             changes.triangles[t] = grown;
-            triangle.iter().for_each(|v| changes.vertices[*v as usize] += grown / 3.0);
+            for (v, part) in triangle.iter().zip(&self.corner_parts[t]) {
+                changes.vertices[*v as usize] += grown / part;
+            }
             self.triangle_edges[t].iter().for_each(|e| changes.edges[*e as usize] += grown / 3.0);
         }
         for e in self.lone_edges() {

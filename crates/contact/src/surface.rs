@@ -7,6 +7,8 @@ use pliant::topology::DisjointSets;
 pub struct SurfacePrimitives<'a> {
     /// Triangles (3D).
     pub triangles: &'a [[u32; 3]],
+    /// Quadrilaterals (3D), each of which becomes two triangles.
+    pub quadrilaterals: &'a [[u32; 4]],
     /// Wires: edges that are not sides of a triangle. In 2D also outlines.
     pub edges: &'a [[u32; 2]],
     /// Particles: vertices without triangles and edges.
@@ -27,9 +29,11 @@ pub enum VertexKind {
 
 /// Boundary of bodies in 3D (triangles) or 2D (edges), wires and particles, with reference areas.
 ///
-/// A vertex has a third of the area of its triangles, an edge a third of its two triangles. In 2D a
-/// vertex has half the length of its edges, one metre deep. Wires and particles have the area that their
-/// [thickness](Self::thicken) projects. Pairs weighted by these areas add up to the area in contact.
+/// A vertex has a third of the area of its triangles, an edge a third of its two triangles. The corners of a
+/// quadrilateral share the areas of its two triangles so that a parallelogram gives a quarter to each: the
+/// weights of its corners do not depend on the diagonal that splits it. In 2D a vertex has half the length of
+/// its edges, one metre deep. Wires and particles have the area that their [thickness](Self::thicken)
+/// projects. Pairs weighted by these areas add up to the area in contact.
 #[derive(Clone, Debug, Default)]
 pub struct ContactSurface {
     /// 2 or 3.
@@ -38,8 +42,10 @@ pub struct ContactSurface {
     pub vertices: Vec<u32>,
     /// Edges `[a, b]` with `a < b`, ascending.
     pub edges: Vec<[u32; 2]>,
-    /// Triangles in the order given; none in 2D.
+    /// Triangles in the order given, then the halves of quadrilaterals; none in 2D.
     pub triangles: Vec<[u32; 3]>,
+    /// `n` of each corner of each triangle: the corner takes the area divided by `n`.
+    pub corner_parts: Vec<[f64; 3]>,
     /// Reference area of each triangle [m^2].
     pub triangle_areas: Vec<f64>,
     /// Edges of each triangle, in the order `01 12 20` of its vertices.
@@ -109,7 +115,12 @@ impl ContactSurface {
     /// Surface of these primitives in 3D; `rest` flat `(n, 3)` [m], `bodies` by vertex. Wires and
     /// particles have no area until [`thicken`](Self::thicken).
     pub fn in_space(primitives: &SurfacePrimitives<'_>, rest: &[f64], bodies: &[u32]) -> Self {
-        let triangles = primitives.triangles;
+        let halves = primitives
+            .quadrilaterals
+            .iter()
+            .flat_map(|&[a, b, c, d]| [([a, b, c], [4.0, 2.0, 4.0]), ([a, c, d], [4.0, 4.0, 2.0])]);
+        let whole = primitives.triangles.iter().map(|triangle| (*triangle, [3.0; 3]));
+        let (triangles, corner_parts): (Vec<_>, Vec<_>) = whole.chain(halves).unzip();
         let wires = primitives.edges.iter().copied().map(sorted);
         let edges = triangles.iter().flat_map(sides).chain(wires).collect();
         let mut surface = ContactSurface::of_edges(3, edges, primitives.particles, rest, bodies);
@@ -117,21 +128,22 @@ impl ContactSurface {
         surface.edge_triangles = vec![[NONE; 2]; surface.edges.len()];
         surface.vertex_areas.fill(0.0);
         surface.kinds.fill(VertexKind::Wire);
-        for (t, triangle) in (0..).zip(triangles) {
-            let third = area(triangle, rest) / 3.0;
+        for ((t, triangle), parts) in (0..).zip(&triangles).zip(&corner_parts) {
+            let area = area(triangle, rest);
+            let third = area / 3.0;
             let of_triangle = sides(triangle).map(|edge| surface.edge(edge));
             for (k, e) in of_triangle.into_iter().enumerate() {
-                surface.vertex_areas[triangle[k] as usize] += third;
+                surface.vertex_areas[triangle[k] as usize] += area / parts[k];
                 surface.kinds[triangle[k] as usize] = VertexKind::Face;
                 surface.edge_areas[e as usize] += third;
                 let at = &mut surface.edge_triangles[e as usize];
                 at[usize::from(at[0] != NONE)] = t;
             }
             surface.triangle_edges.push(of_triangle);
-            surface.triangle_areas.push(3.0 * third);
+            surface.triangle_areas.push(area);
         }
-        surface.triangles = triangles.to_vec();
-        surface.vertex_triangles = IncidenceLists::by_member(surface.bodies.len(), triangles);
+        surface.vertex_triangles = IncidenceLists::by_member(surface.bodies.len(), &triangles);
+        (surface.triangles, surface.corner_parts) = (triangles, corner_parts);
         surface.wires = (0..surface.edges.len() as u32).filter(|e| surface.is_wire(*e)).collect();
         for &p in primitives.particles {
             surface.kinds[p as usize] = VertexKind::Particle;

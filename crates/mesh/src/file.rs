@@ -1,5 +1,13 @@
 //! Mesh files: choice of the format by the extension, code common to all formats, and positions of errors in
 //! the file.
+//!
+//! # How to add a format
+//! 1. Write a file in this folder whose `read` makes a `FileMesh` (points, cells, the place of each) from a
+//!    `MeshInput`. `obj.rs` reads lines, `ply.rs` bytes too. A fault names its line or its offset.
+//! 2. Add one line to `formats!` below, and the module to `lib.rs`.
+//! 3. Let meshio write a file of it: `tests/tools/write_meshes.py`, into `tests/data/meshes`. Read it in
+//!    `format_tests.rs`, and damage it in `damaged` of `fuzz_tests.rs`.
+//! 4. Name the format in the documentation of `FileSpec` (`spec/mod.rs`) and in `docs/guide/contents.md`.
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};

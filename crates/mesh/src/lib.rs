@@ -3,6 +3,15 @@
 //! [`build`] turns the `mesh` table of a scene into a checked [`Mesh`]. [`build_body`] transforms and
 //! repeats it for a body. [`select`] turns a selection into vertex indices. [`predicted_size`] predicts
 //! the memory of a mesh before any of it is allocated. Each generator or format has its own file.
+//!
+//! # How to add a generator
+//! 1. Write a file in this folder with `build` and `size`, as `disk.rs` has them.
+//! 2. Add its keys to `spec/shapes.rs`; to `MeshSpec` in `spec/mod.rs` a variant, its name in `name` and its
+//!    count in `vertex_count`; a line each to `build.rs` and `size.rs`. Round shapes are curved in
+//!    `curved.rs`.
+//! 3. In `crates/scene/src/validate`: its dimension and its checks in `shapes.rs`, what bodies can be made
+//!    of it in `MeshCapabilities::of` of `body.rs`.
+//! 4. Add it to `generator_tests.rs` and to a scene, and print the scene format anew.
 
 // Loops over small fixed ranges index several arrays at once.
 #![allow(clippy::needless_range_loop)]

@@ -59,24 +59,32 @@ impl Mesh {
     /// a second-order mesh a triangle is drawn as four through its mid-edge nodes, a quadrilateral as
     /// eight about its centre node, or as six without one.
     pub fn drawn_triangles(&self) -> Vec<[u32; 3]> {
-        if self.order() == 1 {
-            return self.surface_triangles();
-        }
-        let middles = self.middles();
+        let faces = self.flat_faces();
+        faces.iter().flat_map(|face| (2..face.len()).map(|i| [face[0], face[i - 1], face[i]])).collect()
+    }
+
+    /// The surface as triangles and quadrilaterals, counter-clockwise seen from outside.
+    ///
+    /// Quadrilaterals are those that [`drawn_triangles`](Mesh::drawn_triangles) splits in two: the faces of
+    /// hexahedra, and the inner part of the faces of `hex20` and `quad8`.
+    pub fn flat_faces(&self) -> Vec<Vec<u32>> {
+        let (middles, face_nodes) = (self.middles(), self.face_nodes());
         if let Some(block) = self.block() {
-            let face_nodes = self.face_nodes();
-            return self
-                .quadrilaterals(block)
-                .into_iter()
-                .flat_map(|face| around(face, &middles, &face_nodes))
-                .collect();
+            let faces = self.quadrilaterals(block).into_iter();
+            if self.order() == 1 {
+                return faces.map(|face| face.to_vec()).collect();
+            }
+            return faces.flat_map(|face| around(face, &middles, &face_nodes)).collect();
         }
-        let faces = self.surface_triangles();
+        let faces = self.surface_triangles().into_iter();
+        if self.order() == 1 {
+            return faces.map(|face| face.to_vec()).collect();
+        }
         let four = |[a, b, c]: [u32; 3]| {
             let [ab, bc, ca] = [[a, b], [b, c], [c, a]].map(|[a, b]| middles[&sorted(a, b)]);
-            [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+            [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]].map(|face| face.to_vec())
         };
-        faces.into_iter().flat_map(four).collect()
+        faces.flat_map(four).collect()
     }
 
     /// Mid-edge node of each edge of a second-order mesh, by the ascending ends of the edge.
@@ -292,17 +300,17 @@ fn around(
     corners: [u32; 4],
     middles: &BTreeMap<[u32; 2], u32>,
     face_nodes: &BTreeMap<Vec<u32>, u32>,
-) -> Vec<[u32; 3]> {
+) -> Vec<Vec<u32>> {
     let edge = |i: usize| middles[&sorted(corners[i], corners[(i + 1) % 4])];
     let e = [0, 1, 2, 3].map(edge);
-    let mut triangles = vec![];
+    let mut faces = vec![];
     if let Some(&centre) = face_nodes.get(&ascending(&corners)) {
         for i in 0..4 {
-            triangles.extend([[corners[i], e[i], centre], [e[i], corners[(i + 1) % 4], centre]]);
+            faces.extend([vec![corners[i], e[i], centre], vec![e[i], corners[(i + 1) % 4], centre]]);
         }
     } else {
-        triangles.extend([0, 1, 2, 3].map(|i| [e[(i + 3) % 4], corners[i], e[i]]));
-        triangles.extend([[e[0], e[1], e[2]], [e[0], e[2], e[3]]]);
+        faces.extend([0, 1, 2, 3].map(|i| vec![e[(i + 3) % 4], corners[i], e[i]]));
+        faces.push(e.to_vec());
     }
-    triangles
+    faces
 }

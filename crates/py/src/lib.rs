@@ -1,4 +1,12 @@
 //! The compiled half of the Python package `pliant`; the other half is in `python/pliant`.
+//!
+//! # How to add a method
+//! 1. Write it in this folder with a numpydoc comment that gives shapes and units. Columns of reports take
+//!    their descriptions and units from the doc comments of their fields in Rust.
+//! 2. Add its line to `python/pliant/_pliant.pyi`: `stubtest` compares the two.
+//! 3. Test it in `tests/python` of the workspace; `test_docs.py` there reads every docstring.
+//! 4. To try it: `pip install maturin`, `maturin develop --profile dev` in `crates/py`,
+//!    `pytest tests/python`.
 
 mod arguments;
 mod arrays;

@@ -8,11 +8,12 @@ use crate::closest::Primitives;
 use crate::contacts::{ContactVisitor, Contacts, PlaneGeometry, rows};
 use crate::energy::ContactEnergy;
 use crate::hessian::PairBlocks;
-use crate::merge::{ContactStencils, Duplicates, MollifiedPair, WeightedPair};
+use crate::merge::{AreaOf, ContactStencils, Duplicates, MollifiedPair, WeightedPair};
 use crate::model::{ContactLaw, ContactLaws, ContactModel, SolidBall};
 use crate::mollifier::mollified_inner_pair;
 use crate::pair::{EdgeEdge, PairGeometry, PairKind, PointEdge, PointPoint, PointTriangle};
 use crate::report::ContactReport;
+use crate::shape::AreaRates;
 use crate::surface::{ContactSurface, SurfacePrimitives};
 use crate::vector::{stay_apart, stay_apart_across};
 use crate::way::free_part;
@@ -620,4 +621,48 @@ fn ways_of_many_pairs_are_free_as_far_as_that_of_the_least() {
         parts.push(least);
     }
     assert!(parts.iter().filter(|part| **part > 0.0 && **part < 1.0).count() > 10, "{parts:?}");
+}
+
+/// The eight corners of a cube of side `s` [m] and its faces, each from another corner.
+fn cube(s: f64) -> (Vec<f64>, [[u32; 4]; 6]) {
+    let points = (0..8).flat_map(|v| [v & 1, v >> 1 & 1, v >> 2].map(|i| s * f64::from(i))).collect();
+    (points, [[0, 2, 3, 1], [5, 7, 6, 4], [0, 1, 5, 4], [2, 6, 7, 3], [4, 6, 2, 0], [1, 3, 7, 5]])
+}
+
+#[test]
+fn corners_of_quadrilaterals_have_equal_areas_whatever_the_diagonal() {
+    let (rest, faces) = cube(2.0);
+    let primitives = SurfacePrimitives { quadrilaterals: &faces, ..SurfacePrimitives::default() };
+    let surface = ContactSurface::in_space(&primitives, &rest, &[0; 8]);
+    assert_eq!(surface.triangles.len(), 12);
+    assert_eq!(surface.vertex_areas, [3.0; 8]);
+    let of_triangles = in_space(&surface.triangles, &rest, &[0; 8]);
+    assert!(of_triangles.vertex_areas.iter().any(|area| *area != 3.0));
+    assert_eq!(of_triangles.edge_areas, surface.edge_areas);
+}
+
+#[test]
+fn areas_of_quadrilaterals_follow_reference_positions() {
+    let ((flat, faces), mut random) = (cube(1.0), Random(11));
+    let bent: Vec<f64> = flat.iter().map(|x| x + 0.2 * random.between(-1.0, 1.0)).collect();
+    let change: Vec<f64> = flat.iter().map(|_| random.between(-1.0, 1.0)).collect();
+    let surface_at = |h: f64| {
+        let rest: Vec<f64> = bent.iter().zip(&change).map(|(x, d)| x + h * d).collect();
+        let primitives = SurfacePrimitives { quadrilaterals: &faces, ..SurfacePrimitives::default() };
+        ContactSurface::in_space(&primitives, &rest, &[0; 8])
+    };
+    let surface = surface_at(0.0);
+    for v in 0..8 {
+        let [ahead, behind] = [1e-5, -1e-5].map(|h| surface_at(h).vertex_areas[v as usize]);
+        let (expected, of) = ((ahead - behind) / 2e-5, AreaOf::Vertex(v));
+        let mut changes = surface.area_changes(&change, &bent);
+        let found = *changes.of(of);
+        assert!((found - expected).abs() < 1e-8, "vertex {v}: {found} for {expected}");
+        // The transpose.
+        let (mut by, mut rows) = (AreaRates::zero(&surface), vec![0.0; 24]);
+        *by.of(of) = 1.0;
+        surface.add_by_rest(&by, &bent, &mut rows);
+        let found: f64 = rows.iter().zip(&change).map(|(row, d)| row * d).sum();
+        assert!((found - expected).abs() < 1e-8, "vertex {v}: {found} for {expected} by rows");
+    }
 }

@@ -1,5 +1,11 @@
 //! Element quantities that can be recorded, by name: deformation, and the strains and stresses derived
 //! from it.
+//!
+//! # How to add one
+//! 1. Add a row to `MEASURES`: name, unit, components, and how it is computed from an `ElementState`.
+//! 2. Add its entry to `channels!` in `crates/scene/src/schema/channel.rs`, with the same name and no
+//!    sentences. Recordings, exports, colours of pictures and probes know it from there.
+//! 3. Compare it with closed forms in `tests/engine/element_state.rs`, and print the scene format anew.
 
 use crate::algebra::Mat;
 use crate::element::ElementState;

@@ -3,6 +3,17 @@
 //!
 //! The equations of motion become `M x'' = -dE/dx - dR/dv` (Rayleigh 1873; Goldstein, Poole, Safko 2002,
 //! *Classical Mechanics*, section 1.5), and the energy that a term takes away per time is `v . dR/dv >= 0`.
+//!
+//! # How to add one
+//! 1. Write a file in this folder that implements `DissipativeTerm`; `mass_proportional.rs` is the shortest.
+//!    It implements `PositionProducts` if gradients shall go through it, and what it has of
+//!    `DissipationViews`.
+//! 2. Add it to `terms` in `tests.rs`. These tests compare forces, products and blocks with differences, and
+//!    ask that rigid motion is not damped (`a_rigid_motion_of_a_deformed_body_is_not_damped`).
+//! 3. A term that is generic over the dimension is built in `crates/terms`.
+//! 4. For scenes: a key in `crates/scene/src/schema/damping.rs`, its check in `validate/damping.rs`, its
+//!    term in `assembly/damping.rs`, its derivatives in `crates/gradient/src/names/terms.rs`.
+//! 5. Add a case to `dampings` in `tests/element_record.rs` and to `tests/damping.rs`.
 
 mod at_rest;
 mod expressed;

@@ -8,6 +8,20 @@
 //! Cells that are no simplices are values: a [`CellKind`] says what they are, an [`Isoparametric`]
 //! integrates over them. All that is generic over `N` and `D` reads those of second order there; places in
 //! them are `xi_k`, in the first entries of [`Barycentric`].
+//!
+//! # How to add one
+//! 1. Write a file with a `CellKind` (nodes, edges, sides, mirror image, types of VTK and Gmsh, name in
+//!    recordings, description) and its `Isoparametric` (shape functions, slopes, quadrature): `quad9.rs`.
+//! 2. Add it to `cells!` at the end of `cell.rs`, under its order, and its description to `ELEMENTS` below.
+//!    Readers, writers, checks, masses, probes, damping and energy read what it says. Kinds of second order
+//!    are told apart by dimension and number of nodes: two kinds must not share both.
+//! 3. A side with a new number of nodes needs shape functions and edges in `face.rs`, its variant of
+//!    `LoadTarget` (`crates/scene/src/assembly/loads.rs`) and its line in `crates/terms/src/pressure.rs`.
+//! 4. Say how scenes make it: `WholeCell` or `CellOrder` in `crates/mesh/src/spec/mod.rs`; add its array to
+//!    `crates/py/src/topology.rs`.
+//! 5. The tests of `cell`, `energy/elastic/cells` and `dissipation` visit the registry. Add it to `Kind` and
+//!    `KINDS` (`tests/support/solid.rs`) and `solids` (`tests/element_record.rs`).
+//! 6. Simplices have kernels of their own and are told apart by their number of nodes in `shape.rs`.
 
 mod cell;
 mod face;

@@ -1,5 +1,19 @@
 //! Additive potentials: the energy of a system is the sum of these terms; forces and Hessians are its
 //! derivatives.
+//!
+//! # How to add one
+//! 1. Write a file in this folder that implements `EnergyTerm`; `examples/own_term.rs` is a whole one.
+//!    `patch` gives it the loop over stencils, in an order that no thread changes.
+//! 2. Implement what it has of `TermViews`: elements, step limit, dependence on time, measurements, history.
+//! 3. Implicit integrators need `stencils` and `stencil_hessians`. Stencils that change as vertices move are
+//!    `ChangingStencils`; `tests/changing_stencils.rs` compares such a term with a fixed one.
+//! 4. A term that is generic over the dimension or a material is built in `crates/terms`, once for all
+//!    crates, behind a function that returns `Box<dyn EnergyTerm>`.
+//! 5. For scenes: a key (`crates/scene/src/schema`), its check (`validate`), its assembly
+//!    (`crates/scene/src/assembly`), its sentence in `uses` of `assembly/report.rs`, and its derivatives
+//!    (`crates/gradient/src/parameter` and `names`).
+//! 6. Add a case to `tests/element_record.rs`, a scene to the list in `tests/engine/hessian.rs`, a case to
+//!    `every_kind_of_force_resumes_with_the_same_bits` (`tests/checkpoints.rs`).
 
 pub mod attachment;
 pub mod batch;

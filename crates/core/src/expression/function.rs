@@ -1,4 +1,12 @@
 //! Operators and functions that a formula can call, each with its partial derivatives.
+//!
+//! # How to add one
+//! 1. Add a line to `functions!` with `[FUNCTIONS]`: name, signature, value, derivatives.
+//! 2. Add its second derivatives to `second_partials` in `second.rs`; the test
+//!    `second_derivatives_are_those_of_the_first` compares them with differences.
+//! 3. Formulas of materials run on packs of numbers: give the nodes of the function in `call` of `build.rs`.
+//! 4. Print the scene format anew, as the head of `crates/scene/src/schema/mod.rs` says: it lists all
+//!    functions.
 
 use super::ExpressionError;
 

@@ -3,6 +3,21 @@
 //! A [`Method`] is data: kicks and drifts ([`splitting`]), a Butcher tableau ([`runge_kutta`], [`dirk`])
 //! or the coefficients of another family ([`alpha`]), with its documentation. Each family has one
 //! [`Integrator`], which turns this data into steps.
+//!
+//! # How to add one
+//! 1. Write a file in this folder with coefficients and `Documentation`, and add a line to `register!`.
+//!    Parameters are a struct with `DEFAULT`, `check` and `method`, as in `newmark.rs`.
+//! 2. A second method on the same stages that estimates the error is its `companion`: weights of the method
+//!    less those of the companion, and its order. A criterion of its own is `judge`.
+//! 3. All that one step keeps for the next is its `memory`: the rest is forgotten every 64 steps, and
+//!    `tests/checkpoints.rs` compares bits; its `named` lists methods with parameters.
+//! 4. Add reference vectors to `VECTORS` (`tests/integrators/oscillator.rs`) and a formula to `closed_form`
+//!    (`tests/support/oscillator.rs`). Tests measure everything else that the documentation states.
+//! 5. A new family is a variant of `Scheme` with an `Integrator`, which takes accelerations from
+//!    `equations.rs` and ends steps by `end_step`. Also needed: `ends_at_solution` and `build` below, an
+//!    adjoint and a tangent in `crates/gradient/src` (`adjoint/mod.rs`, `tangent/one_step.rs`, `support.rs`,
+//!    `sweep.rs`), `crates/lab/src/stability/amplification.rs`.
+//! 6. Describe it in `docs/guide/theory/schemes.md` and print the scene format anew.
 
 pub mod alpha;
 mod amplification;

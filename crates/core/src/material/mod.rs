@@ -1,4 +1,19 @@
 //! Hyperelastic energy densities: one model, one file, one line in the registry below.
+//!
+//! # How to add one
+//! 1. Write a file in this folder: the type, its `Model` with `ABOUT`, and its energy density. `hencky.rs`
+//!    gives the energy in the principal stretches (`Stretches`), `neo_hookean.rs` stress and `spectrum` in
+//!    closed form. `Material::psi` alone suffices: dual numbers give the rest, more slowly.
+//! 2. Add one line to `register_materials!` below. `pliant list materials`, the schema, the element loop and
+//!    the tests in `tests/` know the model from it.
+//! 3. Parameters of its own stand in its file (`mooney_rivlin.rs`): `check`, `lame`, `example`, and
+//!    `has_axes` if elements may rotate its directions. `pliant-gradient` names their derivatives: a line in
+//!    `isotropic_models!` (`names/materials.rs`), or a formula in `names/constants.rs`.
+//! 4. Add the name to `names` in `tests/registry.rs`. A model with Lame constants needs values computed
+//!    elsewhere: `tests-data/constitutive.json` and `responses.json`, which `tests/reference.rs` reads.
+//! 5. Print `docs/scene-format.md` and `scenes/schema.json` anew, as `crates/scene/src/schema/mod.rs` says,
+//!    and record its lines: `PLIANT_RECORD_ELEMENTS=1 cargo test --test pliant element_record`.
+//! 6. Describe it in `docs/guide/theory/materials.md` and `docs/guide/contents.md`.
 
 mod autodiff;
 mod axes;

@@ -1,4 +1,14 @@
 //! Parameters of the forces: one type for each kind, with the derivatives of forces by it.
+//!
+//! # How to add one
+//! 1. Write a file in this folder that implements `Parameter`: `add` for adjoints, its transpose
+//!    `add_change` for tangents, `add_held` and `add_held_change` if it moves what is fixed, `add_mode` if
+//!    stiffness or masses depend on it. `needs` says which terms it reads.
+//! 2. Give it its key in `names/`. A number that whole terms are proportional to is a line in
+//!    `names/proportional.rs`; the constants of a material are its formula in `names/constants.rs`.
+//! 3. Tests in `crates/gradient/tests/adjoint`: `by_parameters.rs` compares `add` with `add_change`;
+//!    `compare_number` of `differences.rs` compares with differences; `table.rs` tries every number that a
+//!    scene in `scenes/` offers.
 
 mod axes;
 mod contact;

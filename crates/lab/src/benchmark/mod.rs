@@ -2,9 +2,15 @@
 //!
 //! A [`BenchmarkRow`] is one line of the table that `pliant bench` prints: work of one kind, in one or more
 //! [`BenchmarkCase`]s. A case has one [`BenchmarkPart`] that is timed, or two that are timed alternately and
-//! compared. Nearly all of them are scenes, assembled like a user's scene. To add a row, write one file with
-//! its `ROW` and one line in [`rows`]. The same rows are criterion benchmarks (`cargo bench -p pliant-lab
-//! --bench rows`).
+//! compared. Nearly all of them are scenes, assembled like a user's scene.
+//!
+//! # How to add a row
+//! 1. Write a file in this folder with its `ROW`, which lists its cases, and add a line to `rows`. A case is
+//!    a scene, assembled as a user's is, and says what it counts.
+//! 2. Two parts of a case that are timed in turn make a ratio.
+//! 3. If the cost depends on the state, a test shows that timing does not change it:
+//!    `deformation_stays_what_it_is_while_it_is_timed` in `tests.rs`.
+//! 4. Criterion has the row from that line too: `cargo bench -p pliant-lab --bench rows -- NAME`.
 
 mod autodiff;
 mod beam;

@@ -1,4 +1,10 @@
 //! Measured data, and their prediction by a scene.
+//!
+//! # How to add data
+//! 1. A kind of data is a variant of `FitDataKind`: its first column, its columns and its prediction here.
+//! 2. A test of a material is a variant of `MaterialTest` in `curves.rs`, with its name in `ALL` and its
+//!    stretches.
+//! 3. Compare a fit with known constants in `tests.rs`, and show the table in `docs/guide/how-to/fit.md`.
 
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;

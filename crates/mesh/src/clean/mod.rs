@@ -2,6 +2,13 @@
 //!
 //! The steps run in the order of the list. Merging vertices comes first; it makes cells degenerate and
 //! repeats them. These cells are dropped, then vertices that no cell uses. The remaining cells are oriented.
+//!
+//! # How to add a step
+//! 1. Write a file in this folder with its `STEP`: whether the scene asks for it, what it does, which errors
+//!    it cures, its advice. Add it to `STEPS`, whose order is the order of the steps.
+//! 2. Add its key to `FileSpec` in `spec/mod.rs`. Messages about errors that it cures name the key from then
+//!    on.
+//! 3. Add it to `cleaned` in `fuzz_tests.rs` and test it in `tests.rs` beside this file.
 
 mod degenerate;
 mod merge;

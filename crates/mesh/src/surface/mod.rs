@@ -1,4 +1,10 @@
 //! Solids from closed surfaces: tetrahedra that end on the surface, or whole cubes.
+//!
+//! # How to add a stencil or a check
+//! `closed` checks the surface, `inside` computes exact winding numbers at lattice points, `stuffing` makes
+//! tetrahedra, `hexahedra` cubes, `bind` the skin, `report` what `pliant check` prints. Signs come from
+//! exact predicates (`exact`), so that an edge from inside to outside always meets the surface. Tests are in
+//! `tests.rs`.
 
 mod bind;
 mod closed;

@@ -1,5 +1,17 @@
 //! Channels of frames. Each kind has one file with its numbers, topic, quantities, declaration and
 //! encoding, and one entry in the list below.
+//!
+//! # How to add one
+//! 1. Write a file in this folder with its `KIND` and a `ChannelEncoder`: numbers, topic, quantities of a
+//!    frame, declaration, encoding. `reactions.rs` is the shortest. Numbers are never given twice.
+//! 2. Add its name to `channels!` below, where its messages stand in a frame.
+//! 3. Add its entry to `channels!` in `crates/scene/src/schema/channel.rs`: documentation, name, and what
+//!    `pliant check` says with and without it. Print the scene format anew.
+//! 4. Read it back in `read/`, and test it in `tests/` of this crate.
+//!
+//! A quantity of elements is no file here: `diagnostics/measures.rs` of `pliant` says how. A quantity that
+//! frames do not have yet needs its bit and name in `observer/quantities.rs`, its field in `Frame` and its
+//! line in `Frame::of_state` (`observer.rs`), all in `pliant`, and its copy in `frame_copy.rs` here.
 
 use std::ops::RangeInclusive;
 

@@ -295,7 +295,7 @@ fn faces<const D: usize>(body: &BodyAssembly) -> Vec<Vec<u32>> {
     match body.mesh.element_dimension() {
         0 => (0..body.mesh.vertex_count() as u32).map(|v| vec![v]).collect(),
         1 => body.mesh.edges.iter().map(|edge| edge.to_vec()).collect(),
-        _ if D == 3 => body.mesh.drawn_triangles().iter().map(|triangle| triangle.to_vec()).collect(),
+        _ if D == 3 => body.mesh.flat_faces(),
         _ => outline(&body.mesh.drawn_triangles()).iter().map(|edge| edge.to_vec()).collect(),
     }
 }
@@ -378,12 +378,13 @@ fn surface<const D: usize>(
     vertices: usize,
 ) -> ContactSurface {
     let mut bodies = vec![0; vertices];
-    let (mut triangles, mut edges, mut particles) = (vec![], vec![], vec![]);
+    let (mut triangles, mut quadrilaterals, mut edges, mut particles) = (vec![], vec![], vec![], vec![]);
     for (i, party) in (0..).zip(parties) {
         let internal = |v: u32| numbering.internal(party.body.first_vertex + v);
         (0..party.body.mass.len() as u32).for_each(|v| bodies[internal(v) as usize] = i);
         for face in party.faces.iter().filter(|_| party.collides) {
             match face[..] {
+                [a, b, c, d] => quadrilaterals.push([a, b, c, d].map(internal)),
                 [a, b, c] => triangles.push([a, b, c].map(internal)),
                 [a, b] => edges.push([a, b].map(internal)),
                 [p] => particles.push(internal(p)),
@@ -391,7 +392,12 @@ fn surface<const D: usize>(
             }
         }
     }
-    let primitives = SurfacePrimitives { triangles: &triangles, edges: &edges, particles: &particles };
+    let primitives = SurfacePrimitives {
+        triangles: &triangles,
+        quadrilaterals: &quadrilaterals,
+        edges: &edges,
+        particles: &particles,
+    };
     if D == 3 {
         ContactSurface::in_space(&primitives, rest, &bodies)
     } else {

@@ -2,6 +2,20 @@
 //!
 //! Externally tagged tables throughout: internally tagged, flattened and untagged enums lose the position of
 //! an error in the text.
+//!
+//! # How to add a key
+//! 1. Add a field here (keys of meshes: `crates/mesh/src/spec`) with its documentation and its unit:
+//!    `#[serde(with = "As::<Length>")]`, `As::<Option<Vec<Length>>>`, or `As::<OverTimeOf<..>>` if it may
+//!    change with time. Units are in `kinds!` of `quantity/kind.rs` in `pliant`.
+//! 2. Give its bounds: `#[schemars(range(min = 0.0))]`, `extend("exclusiveMinimum" = 0.0)`. They stand here
+//!    and nowhere else: `Checker::number` and `Checker::count` in `validate/check.rs` look them up.
+//! 3. Check in `validate/` what several keys say together, and build from it in `assembly/`.
+//! 4. Words that users may try instead are in `SYNONYMS` and `ELSEWHERE` of `suggest.rs`.
+//! 5. Print the format and the schema anew; `tests/cli/reference.rs` compares both:
+//!    `cargo run -- schema --format markdown > docs/scene-format.md`,
+//!    `cargo run -- schema > scenes/schema.json`.
+//! 6. Name it in a scene of `scenes/`, or in `MORE` of `tests/python/test_bounds.py`, which tries every
+//!    bound.
 
 use std::path::PathBuf;
 

@@ -3,6 +3,13 @@
 //! The modules in `crates/view/page` and three.js are embedded as base 64 of deflate, together with
 //! blocks of the recording. Names and titles occur in such blocks only, and the page shows them as text,
 //! so that no name can become markup. The page's content security policy forbids all requests.
+//!
+//! # How to add a part of the page
+//! 1. Write a module in `crates/view/page` and name it in the list of `html.rs`.
+//! 2. Look at it: `tests/tools/check_page.sh target/release/pliant` opens pages in a headless Chromium,
+//!    which npm brings, and leaves screenshots in `target/ci/page`; its steps are in
+//!    `tests/tools/view_page`.
+//! 3. `tests/tools/check_gltf.sh target/release/pliant` gives exported `.glb` files to Khronos' validator.
 
 mod charts;
 mod codec;

@@ -8,6 +8,18 @@
 //! An incremental potential whose step ends where the next one begins, `P(F; z_n, s) = P(F; z_(n+1), 0)`,
 //! has forces that do not jump between steps: Ortiz, Stainier 1999, "The variational formulation of
 //! viscoplastic constitutive updates", Comput. Methods Appl. Mech. Engrg. 171, 419, equations (12) to (15).
+//!
+//! # How to add a law
+//! 1. Implement `HistoryLaw<D, H>` for a type: `START`, `psi` and `advanced`, generic in the scalar.
+//!    `crates/gradient/tests/adjoint/history.rs` has a Maxwell branch in 60 lines.
+//! 2. Build `RememberingElements::new` with it: simplices of first or second order. Forces, matrix,
+//!    checkpoints (`HistoryTerm`), the energy balance (`loss_rate`) and adjoints follow. Tangents are
+//!    refused.
+//! 3. Test it as that file does: relaxation under a fixed strain, saved states, the energy balance,
+//!    gradients.
+//! 4. No scene names a law with history yet. The first one needs a function in `crates/terms/src/lib.rs`, a
+//!    key in `crates/scene/src/schema`, its branch in `elastic_terms` of
+//!    `crates/scene/src/assembly/terms.rs`, and its parameters in `crates/gradient/src/names`.
 
 use std::ops::Range;
 

@@ -1,4 +1,16 @@
 //! Loads: external forces that a scene applies to bodies.
+//!
+//! # How to add one
+//! 1. Write the term in this folder: `dead.rs` for forces that do not depend on `x`, `pressure.rs` for those
+//!    that do. It implements `EnergyTerm` and `LoadTerm`, and `Driven` if it depends on time.
+//! 2. Add the key to `Load` in `crates/scene/src/schema/load.rs`, and to `vectors` or `key` there; to the
+//!    keys and the help in `crates/scene/src/validate/loads.rs`.
+//! 3. Add its branch to `place` and `term` of `crates/scene/src/assembly/loads.rs`. If the term is generic
+//!    over the dimension, build it in `crates/terms`, as `pressure.rs` there.
+//! 4. Draw it: `crates/view/src/drawing/loads.rs`.
+//! 5. Derivatives by its numbers: `components` in `crates/gradient/src/names/loads.rs`.
+//! 6. Tests: `tests.rs` beside this file (forces, products, blocks), `tests/solids/loads.rs`, `loads` in
+//!    `tests/element_record.rs`. Print the scene format anew, as `crates/scene/src/schema/mod.rs` says.
 
 mod dead;
 mod external;

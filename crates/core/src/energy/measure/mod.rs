@@ -1,5 +1,14 @@
 //! Energy terms that depend on one scalar measured at a few vertices: the length of a spring, the angle of a
 //! hinge.
+//!
+//! # How to add one
+//! 1. Write a file in this folder that implements `ScalarStrain`: `OF`, `deviation`, and `positive_parts` if
+//!    it has a projected Hessian in closed form. `length.rs` is the shortest.
+//! 2. `ScalarStrainEnergy` and, for its dashpot, `MeasuredRate` (`dissipation/measured.rs`) follow. Build
+//!    both in `crates/terms/src/springs.rs`.
+//! 3. Add it to the tests in `tests.rs` beside this file; `dissipation/tests.rs` has its dashpot.
+//! 4. For scenes: a key (`crates/scene/src/schema/bending.rs`), its stencils
+//!    (`crates/scene/src/assembly/bending.rs`), its derivatives (`crates/gradient/src/names`).
 
 mod blocks;
 mod curvature;

@@ -1,4 +1,14 @@
 //! Strain measures that a formula of an energy density can use, and the programs compiled from it.
+//!
+//! # How to add one
+//! 1. Append the name to `NAMES`, and a constant for its place, like `GREEN`. What the formula `has` decides
+//!    how it is compiled: by invariants, by stretches or by components.
+//! 2. A component of a tensor gets its value and its derivatives by `F` in `kinematics`, as nodes of a
+//!    `Graph`; invariants are set in `of_invariants` and `of_stretches`, stretches in the latter alone.
+//! 3. A new kind of node needs a derivative (`slope` in `expression/graph.rs`) and an instruction
+//!    (`expression/program.rs`).
+//! 4. Compare it with a model written by hand in `tests.rs` beside this file, and name it in
+//!    `docs/guide/how-to/expression.md` and in the documentation of `EnergyExpression`.
 
 use std::collections::HashMap;
 
@@ -6,7 +16,7 @@ use super::EnergyMistake;
 use crate::expression::{ExpressionError, Formula, Graph, NodeId, Program};
 use crate::material::{Domain, ParameterError};
 
-/// Names of the measures of deformation, in the order of [`measure`].
+/// Names of the measures of deformation, in the order of the variables of a formula.
 pub(super) const NAMES: [&str; 36] = [
     "I1", "I2", "I3", "J", "l1", "l2", "l3", "I4", "I6", // by themselves
     "F11", "F12", "F13", "F21", "F22", "F23", "F31", "F32", "F33", // rows

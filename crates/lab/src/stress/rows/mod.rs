@@ -1,4 +1,13 @@
 //! Rows of the suite: one file each.
+//!
+//! # How to add a case
+//! 1. Write a file here with `add`, and call it in `add` below, or add the case to a file that exists. Its
+//!    criterion is a closed form or comes from another program, never from this one.
+//! 2. Run it in `crates/lab/src/stress/tests.rs`.
+//! 3. A case that takes more than seconds goes into `long`: `is_long`, its scenes in any size, and a small
+//!    one in the tests beside it.
+//! 4. Write `docs/stress.md` and its pictures anew with a release build, in many hours that may be
+//!    interrupted: `pliant stress --long -o out --resume --markdown docs/stress.md`.
 
 mod column;
 mod contact;

@@ -1,4 +1,13 @@
 //! Picture files.
+//!
+//! # How to add a format
+//! 1. Write a file in this folder with a function that writes an `Image` or an `Animation`.
+//! 2. In `crates/cli/src/commands/render.rs`: a variant of `PictureFormat`, its extension in `of`, its
+//!    branch in `encode`, and whether it `moves`.
+//! 3. Let Pillow read it in CI: the lists of pictures in `.ci/run`, checks in
+//!    `tests/tools/read_pictures.py`.
+//! 4. Pictures that tests compare with are drawn by
+//!    `PLIANT_RECORD_PICTURES=1 cargo test --test pliant pictures`.
 
 mod gif;
 mod palette;
