@@ -1,6 +1,6 @@
 //! Experiments with `pliant`: error against run time, stability limits, the robustness suite, benchmarks.
 //!
-//! All of it is built on whole runs of scenes; a simulation needs none of it.
+//! Everything here is built on whole runs of scenes; a simulation needs none of it.
 
 // Inside a function the symbols of the paper are clearer than words.
 #![allow(non_snake_case)]

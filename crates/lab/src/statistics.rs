@@ -8,41 +8,41 @@ use pliant::run::{Summary, count_losses_for, run};
 use pliant_scene::assembly::{Assembly, UnstableStep};
 use pliant_scene::{Problem, Scene};
 
-/// The cost of one run. Counts are the same on every machine and for any number of threads; times are not.
+/// Cost of one run. Counts do not depend on the machine or the number of threads; times do.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct RunStatistics {
-    /// Time steps taken.
+    /// Number of accepted time steps.
     pub steps: u64,
-    /// Steps that were taken back because their error was too large.
+    /// Number of steps rejected by the error estimate.
     pub rejected_steps: u64,
-    /// Steps that were not solved at once, and were taken in parts.
+    /// Number of steps that failed and were subdivided.
     pub retried_steps: u64,
-    /// The parts.
+    /// Number of parts of these steps.
     pub parts: u64,
-    /// Evaluations of the total force.
+    /// Number of evaluations of the total force.
     pub force_evaluations: u64,
-    /// Matrices assembled; 0 for explicit schemes, as everything below up to the times.
+    /// Number of assembled matrices; 0 for explicit integrators, like all counts below.
     pub hessians: u64,
-    /// Matrices factorised.
+    /// Number of factorised matrices.
     pub factorizations: u64,
-    /// Newton iterations.
+    /// Number of Newton iterations.
     pub newton_iterations: u64,
-    /// Energies evaluated in line searches.
+    /// Number of energies evaluated in line searches.
     pub line_search_energies: u64,
-    /// Steps that a line search halved.
+    /// Number of halvings in line searches.
     pub line_search_halvings: u64,
-    /// Iterations of conjugate gradients.
+    /// Number of iterations of conjugate gradients.
     pub cg_iterations: u64,
-    /// Solves by conjugate gradients that were left to a factorisation.
+    /// Number of solves that conjugate gradients left to a factorisation.
     pub fallbacks: u64,
-    /// Wall time from the scene to a simulation that can step: meshes, masses, stability limit [s].
+    /// Wall time of the assembly [s]: meshes, masses, stability limit.
     pub setup_seconds: f64,
-    /// Wall time of the run [s]. The symbolic factorisation belongs to the first step.
+    /// Wall time of the run [s], including the symbolic factorisation of the first step.
     pub stepping_seconds: f64,
 }
 
 impl RunStatistics {
-    /// Statistics from this work and these times [s].
+    /// Combines this work and these times [s].
     pub fn new(work: Work, setup_seconds: f64, stepping_seconds: f64) -> RunStatistics {
         let (solver, retried) = (work.solver.unwrap_or_default(), work.retried.unwrap_or_default());
         RunStatistics {
@@ -64,10 +64,10 @@ impl RunStatistics {
     }
 }
 
-/// A whole run, from the scene on, and its cost.
+/// Assembles and runs a scene, and measures the cost.
 ///
 /// # Errors
-/// As [`Scene::assemble`].
+/// Errors of [`Scene::assemble`].
 pub fn run_measured(
     scene: &Scene,
     unstable: UnstableStep,

@@ -1,12 +1,14 @@
 //! Abaqus input decks, `.inp`, as CalculiX and mesh generators write them too: nodes, elements, sets and
 //! surfaces.
 //!
-//! The reader accepts `*NODE`, `*ELEMENT`, `*NSET`, `*ELSET` (with `GENERATE`) and `*SURFACE` of elements;
-//! sets and surfaces become groups by their names. Keywords that make nodes or elements from others are
-//! refused by name. Those of materials, steps and output are ignored: the scene specifies parameters, loads
-//! and supports. A deck may have one part with one instance, which is moved and turned as the deck says;
-//! nodes and elements stand in the part or in the instance. Files of `*INCLUDE` are [joined](super::include)
-//! before. Source: "Abaqus Analysis User's Guide", sections "Node definition", "Element definition",
+//! The reader accepts `*NODE`, `*ELEMENT`, `*NSET`, `*ELSET` (with `GENERATE`) and `*SURFACE` of
+//! elements; sets and surfaces become groups of the same name. Keywords that generate nodes or elements
+//! from others are rejected by name. Keywords of materials, steps and output are ignored: the scene
+//! specifies parameters, loads and supports. A deck may have one part with one instance, whose
+//! translation and rotation are applied; the part or the instance defines nodes and elements. Files of
+//! `*INCLUDE` are [joined](super::include) beforehand. Source: "Abaqus Analysis User's Guide", sections
+//! "Node definition", "Element definition", "Assembly definition", "Solid (continuum) elements" (order of
+//! nodes, numbers of faces).
 //! "Assembly definition", "Solid (continuum) elements" (order of nodes, numbers of faces).
 
 use std::borrow::Cow;
@@ -20,10 +22,10 @@ use super::transform::rotation_about;
 use super::{FormatError, MeshError, turn};
 use pliant::element::{CellKind, HEX20, HEXAHEDRON, QUAD8, QUADRILATERAL};
 
-/// What an element of some name is.
+/// Shape of an element type.
 #[derive(Clone, Copy)]
 enum DeckShape {
-    /// Numbers of corners and of nodes in the middle of edges.
+    /// Number of corners, number of mid-edge nodes.
     Simplex(usize, usize),
     Block(&'static CellKind),
 }
@@ -36,7 +38,6 @@ impl DeckShape {
         }
     }
 
-    /// Dimension of the cell.
     fn dimension(self) -> u8 {
         match self {
             DeckShape::Simplex(corners, _) => corners as u8 - 1,
@@ -44,7 +45,7 @@ impl DeckShape {
         }
     }
 
-    /// Nodes of face `S1`, `S2`, ... by their places in the element, corners first.
+    /// Nodes of face `S1`, `S2`, ..., as indices within the element, corners first.
     fn face(self, number: usize) -> Option<&'static [usize]> {
         let faces: &[&[usize]] = match (self, self.nodes()) {
             (DeckShape::Simplex(3, _), 3) => &[&[0, 1], &[1, 2], &[2, 0]],
@@ -74,9 +75,10 @@ impl DeckShape {
     }
 }
 
-/// The shape of a type of elements, by its name without the letters of its formulation.
+/// Shape of an element type, from its name without the suffixes of the formulation.
 fn shape(name: &str) -> Option<DeckShape> {
-    // Hybrid, modified, reduced, incompatible modes, thermal: other formulations of the same nodes.
+    // Suffixes (hybrid, modified, reduced, incompatible modes, thermal): other formulations on the same
+    // nodes.
     let base = name.trim_end_matches(['H', 'M', 'R', 'I', 'T', 'S', 'E', 'P', 'V']);
     let base = if base.ends_with(|c: char| c.is_ascii_digit()) { base } else { name };
     Some(match base {
@@ -95,7 +97,7 @@ fn shape(name: &str) -> Option<DeckShape> {
     })
 }
 
-/// A keyword line: its name and parameters, upper case; of values the text as it stands.
+/// A keyword line: name and parameters in upper case; values of parameters keep their case.
 pub(super) struct Keyword<'a> {
     pub(super) name: String,
     parameters: Vec<(String, Cow<'a, str>)>,
@@ -113,37 +115,36 @@ impl Keyword<'_> {
     }
 }
 
-/// An element as it stands in the deck.
+/// An element as read from the deck.
 struct DeckElement {
     shape: DeckShape,
     nodes: Range<usize>,
     place: Place,
-    /// Numbers of the sets that contain the element.
+    /// Numbers of the groups that contain the element.
     groups: Vec<u64>,
 }
 
-/// A set: its name as first written, its members by the numbers of the deck.
+/// A set: its name as first written, and its members by their numbers in the deck.
 #[derive(Default)]
 struct DeckSet {
     name: String,
     members: Vec<u64>,
 }
 
-/// Sets by their names in upper case: Abaqus does not tell cases apart.
+/// Sets by their names in upper case: Abaqus ignores case.
 #[derive(Default)]
 struct DeckSets {
     by_name: BTreeMap<String, DeckSet>,
-    /// Members that lines of sets have named.
+    /// Number of members that set lines have named so far.
     members: usize,
 }
 
 impl DeckSets {
-    /// The set of this name.
     fn get(&self, name: &str) -> Option<&DeckSet> {
         self.by_name.get(&name.trim_matches('"').to_ascii_uppercase())
     }
 
-    /// The set of this name, which is there from now on.
+    /// The set of this name, created if it does not exist.
     fn named(&mut self, name: &str) -> &mut DeckSet {
         let set = self.by_name.entry(name.to_ascii_uppercase()).or_default();
         if set.name.is_empty() {
@@ -159,28 +160,28 @@ struct Deck {
     places: Vec<Place>,
     index: HashMap<u64, u32>,
     elements: Vec<DeckElement>,
-    /// Indices of the nodes of all elements.
+    /// Node indices of all elements, concatenated.
     nodes: Vec<u32>,
     element_index: HashMap<u64, u32>,
     node_sets: DeckSets,
     element_sets: DeckSets,
-    /// Name, element or set, name of the face, line.
+    /// Name of the surface, element or set, name of the face, line.
     surfaces: Vec<(String, String, String, u32)>,
     parts: u32,
     instances: u32,
-    /// True between `*ASSEMBLY` and its end: nodes there are points of reference, but for those of an
-    /// instance.
+    /// True between `*ASSEMBLY` and its end: nodes defined there are reference points, except inside of
+    /// an instance.
     in_assembly: bool,
     in_instance: bool,
-    /// Data lines of the instance: its translation, then two points of an axis and an angle [degrees].
+    /// Data lines of the instance: translation, then two points of the axis and the angle [degrees].
     placement: Vec<Vec<f64>>,
-    /// True from the first `*STEP` on: the model is complete.
+    /// True after the first `*STEP`: the model is complete.
     in_step: bool,
-    /// Keywords of the model that are no part of a mesh, each once, in their order.
+    /// Keywords of the model that do not belong to the mesh, each once, in order of appearance.
     passed_over: Vec<String>,
 }
 
-/// Keywords of materials, supports, loads and what joins parts: a scene says them anew.
+/// Keywords of materials, supports, loads and connections, which the scene must specify.
 const OF_THE_MODEL: [&str; 16] = [
     "MATERIAL",
     "SHELL SECTION",
@@ -200,11 +201,10 @@ const OF_THE_MODEL: [&str; 16] = [
     "RIGID BODY",
 ];
 
-/// Reads the whole file.
 pub(super) fn read(input: &MeshInput) -> Result<FileMesh, FileFault> {
     let mut deck = Deck::default();
     let mut keyword: Option<Keyword> = None;
-    // Data lines of the keyword, joined where an element goes on.
+    // Data fields of the keyword, joined if an element continues on the next line.
     let mut open: Vec<String> = Vec::new();
     let mut pending = String::new();
     let mut line = 0;
@@ -217,7 +217,7 @@ pub(super) fn read(input: &MeshInput) -> Result<FileMesh, FileFault> {
         }
         if text.starts_with('*') || !pending.is_empty() {
             pending.push_str(text);
-            // A keyword line that ends with a comma goes on.
+            // A keyword line that ends with a comma continues on the next line.
             if text.ends_with(',') {
                 continue;
             }
@@ -267,7 +267,7 @@ const FLAT: &str = "one part with one instance is; write the deck without parts 
                     `setValues(noPartsInputFile=ON)` of the model)";
 
 impl Deck {
-    /// Takes notice of a keyword.
+    /// Handles a keyword line.
     fn begin(&mut self, keyword: &Keyword) -> Result<(), FileFault> {
         let line = keyword.line;
         match keyword.name.as_str() {
@@ -291,7 +291,7 @@ impl Deck {
                     return Err(unsupported(line, found, supported));
                 }
             }
-            // Steps have loads and output.
+            // Steps contain loads and output.
             "INCLUDE" if self.in_step => {}
             "INCLUDE" | "NGEN" | "NFILL" | "NCOPY" | "NMAP" | "ELGEN" | "ELCOPY" => {
                 let found = format!("`*{}`", keyword.name);
@@ -308,7 +308,7 @@ impl Deck {
         Ok(())
     }
 
-    /// Fields of data lines; those of an element may stand in several.
+    /// Handles the fields of a data line; an element may take several lines.
     fn data(&mut self, keyword: &Keyword, fields: &mut Vec<String>, line: u32) -> Result<(), FileFault> {
         match keyword.name.as_str() {
             "NODE" if !self.in_assembly || self.in_instance => self.node(keyword, fields, line)?,
@@ -338,7 +338,7 @@ impl Deck {
         Ok(())
     }
 
-    /// The end of the data of a keyword: an element must be complete.
+    /// Ends the data of a keyword: the last element must be complete.
     fn end_data(
         &mut self,
         keyword: Option<&Keyword>,
@@ -360,7 +360,7 @@ impl Deck {
         Ok(())
     }
 
-    /// A translation `x, y, z`, or after it two points of an axis and the angle of a rotation about it.
+    /// Reads a translation `x, y, z`, or two points of an axis and the angle of the rotation about it.
     fn place(&mut self, fields: &[String], line: u32) -> Result<(), FileFault> {
         let count = if self.placement.is_empty() { 3 } else { 7 };
         if self.placement.len() == 2 || fields.len() > count || count == 7 && fields.len() < count {
@@ -382,10 +382,10 @@ impl Deck {
         Ok(())
     }
 
-    /// Moves and turns the nodes of the instance.
+    /// Translates, then rotates the nodes of the instance.
     fn placed(&mut self) {
         let [translation, turn @ ..] = &self.placement[..] else { return };
-        // A point of the axis, and the rotation about it.
+        // A point on the axis, and the rotation matrix.
         let turn = turn.first().and_then(|turn| {
             let degrees = turn[6];
             let cosine_and_sine = if degrees.fract() == 0.0 && degrees.abs() < f64::from(u32::MAX) {
@@ -406,7 +406,7 @@ impl Deck {
         }
     }
 
-    /// `number, x, y, z`.
+    /// Reads `number, x, y, z`.
     fn node(&mut self, keyword: &Keyword, fields: &[String], line: u32) -> Result<(), FileFault> {
         let tag: u64 = number(&fields[0], "the number of a node", line)?;
         let next = self.places.len() as u32;
@@ -425,7 +425,7 @@ impl Deck {
         Ok(())
     }
 
-    /// `number, nodes`.
+    /// Reads `number, nodes`.
     fn element(
         &mut self,
         keyword: &Keyword,
@@ -456,7 +456,7 @@ impl Deck {
         Ok(())
     }
 
-    /// Enters cells with their groups, the faces of surfaces and the nodes of sets.
+    /// Builds the file mesh: cells with their groups, faces of surfaces, nodes of sets.
     fn into_file(mut self, input: &MeshInput) -> Result<FileMesh, FileFault> {
         self.placed();
         let mut groups = DeckGroups::default();
@@ -492,7 +492,7 @@ impl Deck {
         Ok(file)
     }
 
-    /// The faces of one line of a surface.
+    /// Adds the faces of one line of a surface.
     fn surface(
         &self,
         cells: &mut FileCells,
@@ -509,6 +509,7 @@ impl Deck {
             let expected = "the number of an element or the name of an element set";
             FileFault::in_line(line, MeshError::Expected { expected, found: excerpt(of) })
         })?;
+        // Adds the named face of each element, or the whole element for a side of a shell.
         for tag in members {
             let Some(&index) = self.element_index.get(&tag) else { continue };
             let element = &self.elements[index as usize];
@@ -544,7 +545,7 @@ impl Deck {
     }
 }
 
-/// Enters one cell.
+/// Adds one cell.
 fn enter(cells: &mut FileCells, shape: DeckShape, nodes: &[u32], place: Place, groups: &[u64]) {
     match shape {
         DeckShape::Simplex(_, 0) => cells.push(nodes, place, groups),
@@ -564,7 +565,7 @@ struct DeckGroups {
 }
 
 impl DeckGroups {
-    /// The number of a group, which is there from now on.
+    /// Number of a group, created if it does not exist.
     fn number(&mut self, dimension: u8, name: &str) -> u64 {
         let next = self.names.len() as u64 + 1;
         let number = *self.numbers.entry((dimension, name.to_owned())).or_insert(next);
@@ -575,7 +576,7 @@ impl DeckGroups {
     }
 }
 
-/// Members of a set from one line: numbers, sets before it, or `first, last, increment`.
+/// Adds the members on one line of a set: numbers, earlier sets, or `first, last, increment`.
 fn enter_set(
     sets: &mut DeckSets,
     keyword: &Keyword,
@@ -592,6 +593,7 @@ fn enter_set(
         ));
     };
     let mut members = Vec::new();
+    // Members: an arithmetic sequence, or numbers and names of earlier sets.
     if keyword.has("GENERATE") {
         let of = |i: usize| fields.get(i).map_or("", String::as_str);
         let (first, last): (u64, u64) =
@@ -622,7 +624,7 @@ fn enter_set(
         }
     }
     sets.members += members.len();
-    // Few lines may repeat sets of many.
+    // The limit stops short lines that repeat large sets.
     if sets.members > GROUPS_AT_ONCE * (known.len() + 1) {
         return Err(FileFault::in_line(line, MeshError::TooManyGroups { limit: GROUPS_AT_ONCE }));
     }

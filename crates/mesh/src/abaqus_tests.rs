@@ -1,4 +1,4 @@
-//! Decks of Abaqus, and their faults.
+//! Tests of Abaqus decks and their errors.
 
 use std::fs;
 use std::path::Path;
@@ -65,7 +65,7 @@ fn sets_and_surfaces_of_a_deck_are_groups() {
     assert_eq!((mesh.groups["Skin"].topological_dimension, &mesh.groups["Skin"].cells[..]), (2, &[0, 1][..]));
 }
 
-/// Faces by their numbers: normals point outwards, all faces close the surface.
+/// Face numbers: all normals point outwards, and the faces close the surface.
 #[test]
 fn faces_of_every_solid_close_its_surface() {
     let nodes: [[f64; 3]; 8] = [
@@ -164,7 +164,7 @@ fn a_mesh_of_fluent_is_told_by_name() {
     assert!(message.contains("a mesh of ANSYS Fluent"), "{message}");
 }
 
-/// A deck as Abaqus/CAE writes it for an independent instance, which is placed by these lines.
+/// A deck with an independent instance as Abaqus/CAE writes it, placed by these lines.
 fn independent(placement: &str) -> String {
     format!(
         "*Part, name=P
@@ -200,10 +200,10 @@ fn an_instance_has_its_own_nodes_and_is_placed() {
     };
     assert_eq!(points(""), unmoved);
     assert_eq!(points(" 5., 0., 0.\n"), unmoved.map(|[x, y, z]| [x + 5.0, y, z]));
-    // Moved first, then turned a quarter about the line through (1, 0, 0) along z, right-handed.
+    // Translation first, then a quarter turn about the line through (1, 0, 0) along z, right-handed.
     let turned = unmoved.map(|[x, y, z]| [1.0 - y, (x + 5.0) - 1.0, z]);
     assert_eq!(points(" 5., 0., 0.\n 1., 0., 0., 1., 0., 7., 90.\n"), turned);
-    // A third about the diagonal of space exchanges the axes.
+    // A third of a turn about the space diagonal permutes the axes.
     for (c, axis) in points(" 0., 0., 0.\n0., 0., 0., 1., 1., 1., 120.\n")[1..].iter().enumerate() {
         let error =
             (0..3).map(|i| (axis[i] - f64::from(u8::from(i == (c + 1) % 3))).abs()).fold(0.0, f64::max);
@@ -211,7 +211,7 @@ fn an_instance_has_its_own_nodes_and_is_placed() {
     }
 }
 
-/// Files by their names in a folder.
+/// Reads a deck whose files are written to a folder first.
 fn deck(folder: &Path, files: &[(&str, &str)]) -> Result<Mesh, MeshError> {
     for (name, text) in files {
         let path = folder.join(name);
@@ -238,7 +238,7 @@ fn files_that_a_deck_names_are_read_in_their_places() {
         read,
         ["a.inp", "parts/nodes.inp", "cells.inp", "parts/tip.inp"].map(|f| folder.path().join(f))
     );
-    // Faults are told with the file that they are in.
+    // Errors name the file that contains them.
     let place = |all: &[(&str, &str)]| match deck(folder.path(), all).unwrap_err() {
         MeshError::InFile { path, line, source, .. } => {
             let name = path.strip_prefix(folder.path()).unwrap().to_string_lossy().into_owned();
@@ -248,7 +248,7 @@ fn files_that_a_deck_names_are_read_in_their_places() {
     };
     let (file, line, _) = place(&[("a.inp", main), ("parts/nodes.inp", &NODES.replace("2, 1.", "2, one"))]);
     assert_eq!((file.as_str(), line), ("parts/nodes.inp", 2));
-    // After the lines of three files.
+    // The error comes after the lines of three files.
     let wrong = main.replace("*Step", "*Nset, nset=x\n9\n*Step");
     let (file, line, message) = place(&[("a.inp", &wrong), ("parts/nodes.inp", NODES)]);
     assert_eq!((file.as_str(), line), ("a.inp", 9), "{message}");

@@ -7,7 +7,7 @@ use super::{Mesh, MeshError, MeshSize, turn};
 use crate::spec::{AnnulusSpec, WholeCell};
 use pliant::element::CellBlock;
 
-/// Fewer cells around would not go around.
+/// Smallest number of cells around the ring.
 const LEAST_AROUND: usize = 3;
 
 /// Counts of the ring.
@@ -32,7 +32,7 @@ pub(super) fn counts(cells: [usize; 2], element: Option<WholeCell>) -> Result<Me
     with_cells(size, radial.saturating_mul(around), element)
 }
 
-/// The ring about `centre`, the origin without it.
+/// Builds the ring about `centre`, by default the origin.
 pub(super) fn build(spec: &AnnulusSpec, dimension: usize) -> Result<Mesh, MeshError> {
     size(spec, dimension)?;
     let centre = spec.centre.clone().unwrap_or_else(|| vec![0.0; 2]);

@@ -9,7 +9,7 @@ use super::tube::solid;
 use super::{Mesh, MeshError, MeshSize};
 use crate::spec::BallSpec;
 
-/// The six orders in which a path goes along the three axes of a cell (Kuhn's split).
+/// The six orders of the axes: each gives one tetrahedron of a cell (Kuhn's split).
 const PATHS: [[usize; 3]; 6] = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
 
 /// Counts of the ball.
@@ -25,8 +25,8 @@ pub(super) fn size(spec: &BallSpec, dimension: usize) -> Result<MeshSize, MeshEr
     MeshSize { vertices, triangles: square.saturating_mul(20), tetrahedra, ..MeshSize::default() }.checked(3)
 }
 
-/// The 20 tetrahedra between the centre and the faces of an icosahedron, each divided into `cells^3`, their
-/// shells blown up to spheres. The boundary is the group `surface`.
+/// Builds a ball: the 20 tetrahedra between the centre and the faces of an icosahedron, each divided into
+/// `cells^3`, with every shell projected to a sphere. The boundary is the group `surface`.
 pub(super) fn build(spec: &BallSpec, dimension: usize) -> Result<Mesh, MeshError> {
     let size = size(spec, dimension)?;
     positive("radius", spec.radius)?;
@@ -37,8 +37,8 @@ pub(super) fn build(spec: &BallSpec, dimension: usize) -> Result<Mesh, MeshError
     let (mut shells, n) = (Shells::default(), spec.cells);
     size.reserve(&mut shells.points, size.vertices * 3)?;
     for face in FACES {
-        // In the coordinates n >= p >= q >= r >= 0, weights (p - q, q - r, r) on shell p, the tetrahedron is
-        // a corner of a cube, which Kuhn's split of the cells respects.
+        // In the coordinates n >= p >= q >= r >= 0, with weights (p - q, q - r, r) on shell p, the
+        // tetrahedron is a corner of a cube, and Kuhn's split of the cells respects it.
         for p in 0..n {
             for q in 0..=p {
                 for r in 0..=q {

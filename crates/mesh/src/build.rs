@@ -12,7 +12,7 @@ use pliant::element::CellBlock;
 
 /// Builds the mesh that `spec` describes, `dimension` 2 or 3, and checks it.
 ///
-/// `base` is the directory that relative paths of mesh files start from: the one of the scene file.
+/// `base` is the directory for relative paths of mesh files: that of the scene file.
 ///
 /// ```
 /// use std::path::Path;
@@ -24,7 +24,7 @@ use pliant::element::CellBlock;
 /// ```
 ///
 /// # Errors
-/// Faults that make the specification, the file or the mesh unusable; see [`MeshError`].
+/// The specification, the file or the mesh is unusable; see [`MeshError`].
 pub fn build(spec: &MeshSpec, dimension: usize, base: &Path) -> Result<Mesh, MeshError> {
     build_shape(spec, dimension, base, false)
 }
@@ -37,8 +37,8 @@ fn build_shape(
 ) -> Result<Mesh, MeshError> {
     let size = predicted_size(spec, dimension, base)?;
     if !matches!(spec, MeshSpec::File(_)) {
-        // The prediction for a file is a bound far above what it takes; that the file is there shows the
-        // proportion.
+        // The prediction for a file is far above the real need; the file's own size bounds it well
+        // enough.
         size.probe()?;
     }
     let mesh = match spec {
@@ -57,18 +57,18 @@ fn build_shape(
         MeshSpec::TaperedBeam(spec) => tapered_beam::build(spec, dimension)?,
         MeshSpec::NotchedBeam(spec) => notched_beam::build(spec, dimension)?,
         MeshSpec::EllipticMembrane(spec) => elliptic_membrane::build(spec, dimension)?,
-        // Checked there, where the places in the file are known.
+        // Checked there, where positions in the file are known.
         MeshSpec::File(spec) => return file::build(spec, dimension, base, keep_mid_nodes),
     };
     check(&mesh)?;
     Ok(mesh)
 }
 
-/// Builds the mesh of a body: its shape, promoted to second order where it is `quadratic`, with the curved
-/// sides of round shapes, then `transform`, then `repeat`.
+/// Builds the mesh of a body: its shape, promoted to second order if `quadratic` is set (with curved
+/// sides for round shapes), then `transform`, then `repeat`.
 ///
 /// # Errors
-/// As [`build`]; what makes the transformation or the copies impossible.
+/// Errors of [`build`]; an impossible transformation or repetition.
 pub fn build_body(body: &BodyMesh<'_>, dimension: usize, base: &Path) -> Result<Mesh, MeshError> {
     let mut mesh = build_shape(body.shape, dimension, base, body.order.is_quadratic())?;
     if body.order.is_quadratic() {
@@ -96,13 +96,13 @@ pub fn build_body(body: &BodyMesh<'_>, dimension: usize, base: &Path) -> Result<
         repeat::apply(spec, &mut mesh)?;
     }
     if body.transform.is_some() || body.repeat.is_some() {
-        // Large factors may leave the range of numbers, very different ones flatten.
+        // Large factors may overflow, very unequal ones may flatten elements.
         check(&mesh)?;
     }
     Ok(mesh)
 }
 
-/// Refuses a vector of the wrong length or with a NaN or an infinity.
+/// Rejects a vector of the wrong length, or with a NaN or an infinity.
 pub(super) fn vector(field: &'static str, value: &[f64], dimension: usize) -> Result<(), MeshError> {
     if value.len() != dimension {
         return Err(MeshError::Components { field, expected: dimension, found: value.len() });
@@ -110,18 +110,17 @@ pub(super) fn vector(field: &'static str, value: &[f64], dimension: usize) -> Re
     value.iter().try_for_each(|&value| finite(field, value))
 }
 
-/// Refuses a NaN or an infinity.
+/// Rejects NaN and infinity.
 pub(super) fn finite(field: &'static str, value: f64) -> Result<(), MeshError> {
     if value.is_finite() { Ok(()) } else { Err(MeshError::NotFinite { field, value }) }
 }
 
-/// Refuses what is not finite and greater than zero.
+/// Rejects a number that is not finite and greater than zero.
 pub(super) fn positive(field: &'static str, value: f64) -> Result<(), MeshError> {
     finite(field, value)?;
     if value > 0.0 { Ok(()) } else { Err(MeshError::NotPositive { field, value }) }
 }
 
-/// Refuses zero.
 pub(super) fn at_least_one(field: &'static str, count: usize) -> Result<(), MeshError> {
     if count > 0 { Ok(()) } else { Err(MeshError::ZeroCount { field }) }
 }

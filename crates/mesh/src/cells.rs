@@ -1,5 +1,5 @@
-//! Cells as a reader finds them: by dimension, with their positions in the file, named groups, and nodes in
-//! the middle of edges.
+//! Cells as a reader finds them: by dimension, with their positions in the file, named groups and
+//! mid-edge nodes.
 
 use std::collections::BTreeMap;
 
@@ -10,18 +10,18 @@ use super::topology::firsts;
 use super::{FormatError, Group, Mesh};
 use pliant::element::{CellBlock, CellKind};
 
-/// Names of groups by their dimension and number.
+/// Names of groups, by dimension and number.
 pub(super) type Names = BTreeMap<(u8, u64), String>;
 
-/// The number of the group of simplices that a file refers to by `number`, which becomes `triangle_3`.
+/// Number of the group of simplices with reference `number` in the file, named `triangle_3` and the like.
 pub(super) fn reference(names: &mut Names, dimension: u8, number: i64) -> u64 {
     let kind = ["vertex", "edge", "triangle", "tetrahedron"][usize::from(dimension.min(3))];
-    // Negative numbers keep apart from positive ones.
+    // Negative numbers stay distinct from positive ones.
     named(names, dimension, kind, number, number as u64)
 }
 
-/// The number of the group of cells of a kind, which becomes `hexahedron_3`: another one than that of the
-/// simplices of its dimension.
+/// Number of the group of cells of this kind with reference `number`, named `hexahedron_3` and the like.
+/// It differs from the group of simplices with the same dimension and reference.
 pub(super) fn block_reference(names: &mut Names, kind: &CellKind, number: i64) -> u64 {
     named(names, kind.dimension as u8, kind.name, number, number as u64 ^ (1 << 62))
 }
@@ -31,8 +31,7 @@ fn named(names: &mut Names, dimension: u8, kind: &str, number: i64, key: u64) ->
     key
 }
 
-/// Nodes in the middle of the edges of a cell, in the order of [`quadratic`](super::quadratic): as many as
-/// the cell has edges, then zeros.
+/// Mid-edge nodes of a cell in the order of [`quadratic`](super::quadratic), padded with zeros.
 type Middles = [u32; 6];
 
 /// Cells with `N` corners.
@@ -40,7 +39,7 @@ type Middles = [u32; 6];
 pub(super) struct CellsOf<const N: usize> {
     pub vertices: Vec<[u32; N]>,
     pub places: Vec<Place>,
-    /// Of each cell, `None` for one of first order; empty where all are.
+    /// Mid-edge nodes of each cell, `None` for a first-order cell; empty if all are of first order.
     middles: Vec<Option<Middles>>,
     /// Cells of each group, ascending.
     pub groups: BTreeMap<u64, Vec<u32>>,
@@ -58,7 +57,7 @@ impl<const N: usize> CellsOf<N> {
         if !middles.is_empty() {
             let mut padded = Middles::default();
             padded[..middles.len()].copy_from_slice(middles);
-            // Those of first order before it have none.
+            // Earlier first-order cells have no mid-edge nodes.
             self.middles.resize(self.vertices.len(), None);
             self.middles.push(Some(padded));
         } else if !self.middles.is_empty() {
@@ -71,19 +70,19 @@ impl<const N: usize> CellsOf<N> {
         }
     }
 
-    /// The nodes in the middle of the edges of a cell; none for a cell of first order.
+    /// Mid-edge nodes of a cell; empty for a first-order cell.
     fn middles_of(&self, cell: usize) -> &[u32] {
         let middles = self.middles.get(cell).and_then(Option::as_ref);
         middles.map_or(&[], |middles| &middles[..N * (N - 1) / 2])
     }
 
-    /// The nodes in the middle of edges of all cells.
+    /// Mid-edge nodes of all cells.
     fn all_middles(&self) -> impl Iterator<Item = u32> + '_ {
         (0..self.middles.len()).flat_map(|cell| self.middles_of(cell).iter().copied())
     }
 
     fn merge_repeated(&mut self) {
-        // Every cell points to the first one with the same vertices.
+        // Maps every cell to the first one with the same vertices.
         let first = firsts(&self.vertices, &[]);
         let mut kept = 0;
         let mut index = vec![0_u32; first.len()];
@@ -99,7 +98,7 @@ impl<const N: usize> CellsOf<N> {
             } else {
                 let at = index[first[cell] as usize];
                 index[cell] = at;
-                // One of first order gains the nodes of the same cell of second order.
+                // A first-order cell gains the mid-edge nodes of a repeated cell of second order.
                 if let Some(&middles) = self.middles.get(cell) {
                     self.middles[at as usize] = self.middles[at as usize].or(middles);
                 }
@@ -121,7 +120,7 @@ impl<const N: usize> CellsOf<N> {
     }
 }
 
-/// Cells of one kind that are no simplices.
+/// Cells of one kind other than simplices.
 #[derive(Debug)]
 pub(super) struct BlockOf {
     block: CellBlock,
@@ -131,7 +130,7 @@ pub(super) struct BlockOf {
 }
 
 impl BlockOf {
-    /// As for simplices.
+    /// Merges cells with the same vertices.
     fn merge_repeated(&mut self) {
         let nodes = self.block.kind.nodes;
         let mut known: BTreeMap<Vec<u32>, u32> = BTreeMap::new();
@@ -144,7 +143,7 @@ impl BlockOf {
         }
         let (mut vertices, mut places) = (Vec::new(), Vec::new());
         for (cell, number) in index.iter().enumerate() {
-            // The first of those with the same vertices.
+            // First cell with these vertices.
             if *number as usize == places.len() {
                 vertices.extend_from_slice(&self.block.vertices[cell * nodes..][..nodes]);
                 places.push(self.places[cell]);
@@ -166,17 +165,18 @@ pub(super) struct FileCells {
     pub lines: CellsOf<2>,
     pub triangles: CellsOf<3>,
     pub tetrahedra: CellsOf<4>,
-    /// Cells that are no simplices, by kind.
+    /// Cells other than simplices, by kind.
     pub blocks: Vec<BlockOf>,
-    /// True if lines are springs also where there are triangles, as a format without solids has it.
+    /// True if lines are springs even next to triangles, as in formats without solids.
     pub lines_are_springs: bool,
-    /// Where the first cell of first order is, points apart, and the first of second order with its name.
+    /// Positions of the first cell of first order (points excepted) and of the first of second order,
+    /// with its name.
     first_order: Option<Place>,
     second_order: Option<(Place, &'static str)>,
 }
 
 impl FileCells {
-    /// Enters a cell of first order with one to four vertices.
+    /// Adds a first-order simplex with one to four vertices.
     pub(super) fn push(&mut self, vertices: &[u32], place: Place, groups: &[u64]) {
         if vertices.len() > 1 {
             self.first_order.get_or_insert(place);
@@ -184,7 +184,7 @@ impl FileCells {
         self.enter(vertices, &[], place, groups);
     }
 
-    /// Enters a cell that is no simplex.
+    /// Adds a cell of another kind.
     pub(super) fn push_kind(
         &mut self,
         kind: &'static CellKind,
@@ -209,8 +209,8 @@ impl FileCells {
         groups.iter().for_each(|group| of.groups.entry(*group).or_default().push(cell));
     }
 
-    /// Enters a cell of second order: two to four corners, and the nodes in the middle of its edges in the
-    /// order of [`quadratic`](super::quadratic).
+    /// Adds a second-order simplex: two to four corners, then the mid-edge nodes in the order of
+    /// [`quadratic`](super::quadratic).
     pub(super) fn push_quadratic(&mut self, corners: &[u32], middles: &[u32], place: Place, groups: &[u64]) {
         let name = match corners.len() {
             2 => "3-node line",
@@ -231,8 +231,8 @@ impl FileCells {
         }
     }
 
-    /// Makes one cell of those with the same corners, which is then in all their groups: some formats write
-    /// a cell once for each group that it is in.
+    /// Merges cells with the same corners into one that belongs to all their groups: some formats write a
+    /// cell once for each of its groups.
     pub(super) fn merge_repeated(&mut self) {
         self.points.merge_repeated();
         self.lines.merge_repeated();
@@ -241,11 +241,11 @@ impl FileCells {
         self.blocks.iter_mut().for_each(BlockOf::merge_repeated);
     }
 
-    /// Puts vertices, cells and groups together: `xyz` flat `(n, 3)` [m], with the place of each vertex.
-    /// Groups without a name are called by their number.
+    /// Assembles the mesh of the file: `xyz` is flat `(n, 3)` [m], `vertices` are the vertices' positions
+    /// in the file. Groups without a name are named by their number.
     ///
     /// # Errors
-    /// Cells of second order unless `mid_nodes` says what to do with them; cells of both orders.
+    /// Second-order cells unless `mid_nodes` says how to treat them; cells of both orders.
     pub(super) fn into_file(
         mut self,
         mut xyz: Vec<f64>,
@@ -267,7 +267,7 @@ impl FileCells {
         Ok(self.assemble(xyz, vertices, names))
     }
 
-    /// Forgets the nodes in the middle of edges, those apart that are a corner somewhere.
+    /// Drops mid-edge nodes that are not corners of any cell.
     fn drop_middles(&mut self, xyz: &mut Vec<f64>, places: &mut Vec<Place>) {
         let count = places.len();
         let mut dropped = vec![false; count];
@@ -307,7 +307,7 @@ impl FileCells {
 
     fn assemble(self, xyz: Vec<f64>, vertices: Vec<Place>, names: &Names) -> FileMesh {
         let mut groups = BTreeMap::new();
-        // Names of groups without cells stay known, so that a message can tell "empty" from "unknown".
+        // Groups without cells keep their names, so that a message can tell "empty" from "unknown".
         for ((dimension, _), name) in names {
             let group = Group { topological_dimension: usize::from(*dimension), ..Group::default() };
             groups.insert(name.clone(), group);
@@ -325,6 +325,7 @@ impl FileCells {
                 indices.dedup();
             }
         }
+        // The mesh, with the positions of its cells in the file.
         let FileCells { lines, triangles, tetrahedra, blocks, lines_are_springs, .. } = self;
         let mut file = FileMesh { xyz, vertices, ..FileMesh::default() };
         file.mesh = Mesh {
@@ -341,6 +342,7 @@ impl FileCells {
         }
         file.triangles = triangles.places;
         file.tetrahedra = tetrahedra.places;
+        // Lines are springs in formats without solids, and in files without other cells.
         let only_lines =
             file.mesh.triangles.is_empty() && file.mesh.tetrahedra.is_empty() && file.mesh.blocks.is_empty();
         if lines_are_springs || only_lines {
@@ -354,8 +356,8 @@ impl FileCells {
     }
 }
 
-/// Enters the groups of a block. Called after those of simplices, with ascending dimensions: the highest
-/// one's cells stay.
+/// Adds the groups of a block. Called after those of simplices, with ascending dimensions: a name used in
+/// several dimensions keeps the cells of the highest.
 fn enter_block(groups: &mut BTreeMap<String, Group>, of: &BlockOf, names: &Names) {
     let (dimension, nodes) = (of.block.kind.dimension, of.block.kind.nodes);
     for (&tag, members) in &of.groups {
@@ -375,7 +377,7 @@ fn enter_block(groups: &mut BTreeMap<String, Group>, of: &BlockOf, names: &Names
     }
 }
 
-/// Enters the groups of one dimension. Called with ascending dimensions: the highest one's cells stay.
+/// Adds the groups of one dimension. Called with ascending dimensions: the highest dimension wins.
 fn enter<const N: usize>(
     groups: &mut BTreeMap<String, Group>,
     cells: &CellsOf<N>,

@@ -5,8 +5,8 @@ use super::topology::firsts;
 use super::{Cell, Mesh, MeshError};
 use pliant::element::least_jacobian;
 
-/// An element with `|det Dm| <= DEGENERATE h^d`, `h` its longest edge, has no inverse `Dm` worth using.
-/// Slivers down to a height of 1e-9 h pass: they cost accuracy, not meaning.
+/// Relative threshold of degeneracy: an element with `|det Dm| <= DEGENERATE h^d`, `h` its longest edge,
+/// has no useful inverse `Dm`. Slivers down to a height of 1e-9 h pass: they reduce accuracy only.
 pub(super) const DEGENERATE: f64 = 1e-12;
 
 mod blocks;
@@ -14,8 +14,8 @@ mod blocks;
 pub use blocks::FoldedNodes;
 pub(super) use blocks::flat_cells;
 
-/// Checks coordinates, then indices, then shapes, then that every vertex is used and no element twice; the
-/// first fault is returned.
+/// Checks coordinates, indices, shapes, unused vertices and repeated elements, in this order, and returns
+/// the first error.
 pub(super) fn check(mesh: &Mesh) -> Result<(), MeshError> {
     check_numbers(mesh)?;
     different_vertices(mesh)?;
@@ -39,13 +39,13 @@ pub(super) fn check(mesh: &Mesh) -> Result<(), MeshError> {
     match mesh.element_dimension() {
         3 => repeated(&mesh.tetrahedra, Cell::Tetrahedron),
         2 => repeated(&mesh.triangles, Cell::Triangle),
-        // Two springs between the same ends may be meant.
+        // Two springs between the same ends may be intended.
         _ => Ok(()),
     }
 }
 
-/// Checks that there are vertices, that coordinates are finite and indices in range: what everything else
-/// takes for granted.
+/// Checks that there are vertices, that coordinates are finite and indices in range: all other checks
+/// rely on this.
 pub(super) fn check_numbers(mesh: &Mesh) -> Result<(), MeshError> {
     if mesh.points.is_empty() {
         return Err(MeshError::Empty);
@@ -65,7 +65,7 @@ pub(super) fn check_numbers(mesh: &Mesh) -> Result<(), MeshError> {
     in_range(&mesh.tetrahedron_middles, count, Cell::Tetrahedron)
 }
 
-/// No vertex twice in a cell.
+/// Checks that no cell has a vertex twice.
 fn different_vertices(mesh: &Mesh) -> Result<(), MeshError> {
     different::<2, 0>(&mesh.edges, &[], Cell::Edge)?;
     different::<2, 0>(&mesh.lines, &[], Cell::Line)?;
@@ -74,7 +74,7 @@ fn different_vertices(mesh: &Mesh) -> Result<(), MeshError> {
     different(&mesh.tetrahedra, &mesh.tetrahedron_middles, Cell::Tetrahedron)
 }
 
-/// Curved sides fold no element.
+/// Checks that curved sides fold no element.
 fn curved<const D: usize, const N: usize>(mesh: &Mesh, name: fn(usize) -> Cell) -> Result<(), MeshError> {
     for (i, cell) in mesh.elements::<N>().iter().enumerate() {
         let least = least_jacobian(&mesh.nodes::<D, N>(cell));
@@ -85,7 +85,7 @@ fn curved<const D: usize, const N: usize>(mesh: &Mesh, name: fn(usize) -> Cell) 
     Ok(())
 }
 
-/// Solids do not fit the plane.
+/// Rejects solid cells in a plane mesh.
 pub(super) fn unusable_cells(mesh: &Mesh) -> Result<(), MeshError> {
     if mesh.dimension == 2 && !mesh.tetrahedra.is_empty() {
         return Err(MeshError::TetrahedraInPlane { count: mesh.tetrahedra.len() });
@@ -106,7 +106,7 @@ fn in_range<const N: usize>(
     Ok(())
 }
 
-/// No vertex twice in a cell, those in the middle of its edges included.
+/// Checks that no second-order cell has a vertex twice, mid-edge nodes included.
 fn different<const N: usize, const M: usize>(
     cells: &[[u32; N]],
     middles: &[[u32; M]],
@@ -126,7 +126,7 @@ fn different<const N: usize, const M: usize>(
     Ok(())
 }
 
-/// No element twice: its stiffness and its mass would count twice.
+/// Checks that no element occurs twice: its stiffness and mass would count twice.
 fn repeated<const N: usize>(cells: &[[u32; N]], name: fn(usize) -> Cell) -> Result<(), MeshError> {
     let firsts = firsts(cells, &[]);
     let is_repeated = |i: &usize| firsts[*i] as usize != *i;
@@ -139,8 +139,8 @@ fn repeated<const N: usize>(cells: &[[u32; N]], name: fn(usize) -> Cell) -> Resu
     }
 }
 
-/// True if a cell is degenerate: an edge short against the mesh, of this `diagonal` [m], or a cell with
-/// `|det Dm|` of nearly 0.
+/// True for a degenerate cell: an edge too short relative to the mesh's `diagonal` [m], or another cell
+/// with `|det Dm|` of nearly 0.
 pub(super) fn is_flat<const N: usize>(mesh: &Mesh, diagonal: f64, cell: [u32; N]) -> bool {
     let m = measure(&mesh.points, mesh.dimension, cell);
     let (measure, least) =
@@ -148,7 +148,7 @@ pub(super) fn is_flat<const N: usize>(mesh: &Mesh, diagonal: f64, cell: [u32; N]
     measure.is_nan() || measure <= least
 }
 
-/// Springs have a length: more than rounding leaves of the coordinates.
+/// Checks that springs are longer than the rounding error of the coordinates.
 fn edges(mesh: &Mesh) -> Result<(), MeshError> {
     let diagonal = mesh.diagonal();
     for (edge, &vertices) in mesh.edges.iter().enumerate() {
@@ -159,7 +159,7 @@ fn edges(mesh: &Mesh) -> Result<(), MeshError> {
     Ok(())
 }
 
-/// Elements have a volume, and a positive one. Triangles in space have no sign.
+/// Checks that elements have a positive volume. Triangles in space have no sign.
 fn shapes<const N: usize>(mesh: &Mesh, cells: &[[u32; N]], name: fn(usize) -> Cell) -> Result<(), MeshError> {
     for (i, &cell) in cells.iter().enumerate() {
         let m = measure(&mesh.points, mesh.dimension, cell);
@@ -173,7 +173,7 @@ fn shapes<const N: usize>(mesh: &Mesh, cells: &[[u32; N]], name: fn(usize) -> Ce
     Ok(())
 }
 
-/// Every vertex belongs to an element or an edge, unless there are neither: a cloud of points.
+/// Checks that every vertex belongs to an element or an edge; a point cloud has neither.
 fn unreferenced(mesh: &Mesh) -> Result<(), MeshError> {
     let Some(used) = used_vertices(mesh) else { return Ok(()) };
     match used.iter().position(|&u| !u) {
@@ -182,8 +182,8 @@ fn unreferenced(mesh: &Mesh) -> Result<(), MeshError> {
     }
 }
 
-/// Which vertices belong to an element or an edge; `None` of a cloud of points, where all stand for
-/// themselves.
+/// True for each vertex that belongs to an element or an edge; `None` for a point cloud, whose vertices
+/// all count as used.
 pub(super) fn used_vertices(mesh: &Mesh) -> Option<Vec<bool>> {
     if mesh.element_dimension() == 0 {
         return None;
@@ -277,13 +277,14 @@ mod tests {
             plane(&[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], &[[0, 2, 1]]),
             Err(MeshError::Inverted { cell: Cell::Triangle(0), volume: -0.5, .. })
         ));
-        // Two vertices at the same place.
+        // Two vertices at the same position.
         let mut flat = CORNER;
         flat[3] = flat[1];
         assert!(matches!(solid(&flat, &[[0, 1, 2, 3]]), Err(MeshError::Degenerate { .. })));
     }
 
-    /// The threshold is relative: slivers of height 1e-9 pass and 1e-13 do not, at every scale.
+    /// The threshold is relative: slivers of height 1e-9 pass and slivers of 1e-13 do not, at every
+    /// scale.
     #[test]
     fn slivers_pass_at_every_scale() {
         for scale in [1e-150, 1e-9, 1.0, 1e100] {
@@ -317,7 +318,7 @@ mod tests {
         let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 2.0]];
         assert!(matches!(plane(&square, &[[0, 1, 2]]), Err(MeshError::Unreferenced { vertex: 3, count: 2 })));
         assert!(plane(&square, &[]).is_ok());
-        // A spring is enough to hold a vertex; a boundary triangle of a solid is not.
+        // A spring makes a vertex used; a boundary triangle of a solid does not.
         let mut spec =
             InlineSpec { points: points(&square), edges: vec![[2, 3], [3, 4]], ..InlineSpec::default() };
         spec.triangles = vec![[0, 1, 2]];

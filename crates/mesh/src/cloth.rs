@@ -16,11 +16,11 @@ pub(super) fn size(spec: &ClothSpec, dimension: usize) -> Result<MeshSize, MeshE
     MeshSize { vertices, edges, triangles, ..MeshSize::default() }.checked(dimension)
 }
 
-/// Vertex `(i, j)` has index `i (n1 + 1) + j` and lies at `origin + i/n0 u + j/n1 v`; cells are split as a
-/// grid's.
+/// Builds the sheet. Vertex `(i, j)` has index `i (n1 + 1) + j` and lies at `origin + i/n0 u + j/n1 v`;
+/// cells are split as in a grid.
 ///
-/// Edges start from the vertices in index order; those of vertex `(i, j)` are, where they exist: to `(i+1,
-/// j)`, to `(i, j+1)`, to `(i+1, j+1)`, and the other diagonal `(i+1, j)` to `(i, j+1)`.
+/// Edges are listed by vertex in index order; those of vertex `(i, j)` are, where they exist: to
+/// `(i+1, j)`, to `(i, j+1)`, to `(i+1, j+1)`, and the other diagonal `(i+1, j)` to `(i, j+1)`.
 pub(super) fn build(spec: &ClothSpec, dimension: usize) -> Result<Mesh, MeshError> {
     let size = size(spec, dimension)?;
     for (field, value) in [("origin", &spec.origin), ("u", &spec.u), ("v", &spec.v)] {
@@ -55,7 +55,7 @@ pub(super) fn build(spec: &ClothSpec, dimension: usize) -> Result<Mesh, MeshErro
     Ok(mesh)
 }
 
-/// Refuses sides that span no area, and in the plane a clockwise pair.
+/// Rejects sides that span no area, and in 2D a clockwise pair.
 fn sides(u: &[f64], v: &[f64], dimension: usize) -> Result<(), MeshError> {
     let mut corner = vec![0.0; dimension];
     corner.extend_from_slice(u);

@@ -12,13 +12,13 @@ pub(super) fn size(spec: &CooksMembraneSpec, dimension: usize) -> Result<MeshSiz
     mapped::size(spec.cells, spec.element)
 }
 
-/// Refuses a plane shape in space.
+/// Rejects a plane shape in a 3D scene.
 pub(super) fn plane(shape: &'static str, dimension: usize) -> Result<(), MeshError> {
     if dimension == 2 { Ok(()) } else { Err(MeshError::ShapeDimension { shape, dimension: 2 }) }
 }
 
-/// The corners are (0, 0), (48, 44), (48, 60), (0, 44); with `a = i/n0` and `b = j/n1` vertex `(i, j)` lies
-/// at `(48 a, 44 a (1 - b) + (44 + 16 a) b)`.
+/// Builds the membrane with corners (0, 0), (48, 44), (48, 60), (0, 44). With `a = i/n0` and `b = j/n1`,
+/// vertex `(i, j)` lies at `(48 a, 44 a (1 - b) + (44 + 16 a) b)`.
 pub(super) fn build(spec: &CooksMembraneSpec, dimension: usize) -> Result<Mesh, MeshError> {
     size(spec, dimension)?;
     let [n0, n1] = spec.cells.map(|count| count as f64);

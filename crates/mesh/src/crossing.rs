@@ -8,15 +8,15 @@ use crate::surface::exact::{pierces, turn};
 
 type Point = [f64; 3];
 
-/// Primitives that pass through each other at the positions `x`, flat [m]: edges through triangles of the
-/// surfaces of all bodies, in the plane edges through edges of their outlines; the vertices of both of each
-/// pair. Primitives with a common vertex, and those that touch without passing, are none. Signs of volumes
-/// and areas are exact (J. R. Shewchuk, 1997).
+/// Finds pairs of primitives that intersect at the positions `x`, flat [m], and returns the vertices of
+/// both. In 3D these are edges and triangles of the surfaces of all bodies, in 2D the edges of their
+/// outlines. Pairs with a common vertex and pairs that only touch do not count. Signs of volumes and
+/// areas are exact (J. R. Shewchuk, 1997).
 pub fn crossings(topology: &Topology, x: &[f64]) -> Vec<(Vec<u32>, Vec<u32>)> {
     let d = topology.dimension;
     let point = |v: u32| -> Point { [0, 1, 2].map(|k| if k < d { x[d * v as usize + k] } else { 0.0 }) };
     let bodies = &topology.bodies;
-    // Springs of sheets and solids are no surfaces.
+    // Springs of sheets and solids are not surfaces.
     let thin = bodies.iter().filter(|body| body.triangles.is_empty() && body.surface.is_empty());
     let strands = thin.flat_map(|body| body.edges.iter().copied());
     if d == 2 {
@@ -40,14 +40,14 @@ pub fn crossings(topology: &Topology, x: &[f64]) -> Vec<(Vec<u32>, Vec<u32>)> {
     crossing.map(|[i, j]| (edges[i].to_vec(), triangles[j].to_vec())).collect()
 }
 
-/// True if two segments in the plane pass through each other.
+/// True if two segments in the plane properly intersect.
 fn cut([a, b]: [Point; 2], [c, d]: [Point; 2]) -> bool {
     let side = |[a, b, c]: [Point; 3]| turn([a[0], a[1]], [b[0], b[1]], [c[0], c[1]]);
     let opposite = |one: f64, other: f64| one != 0.0 && other != 0.0 && (one > 0.0) != (other > 0.0);
     opposite(side([a, b, c]), side([a, b, d])) && opposite(side([c, d, a]), side([c, d, b]))
 }
 
-/// Lower and upper corner of the box around points.
+/// Lower and upper corner of the bounding box of points.
 fn bounds(points: &[Point]) -> [Point; 2] {
     let of = |pick: fn(f64, f64) -> f64, start: f64| {
         [0, 1, 2].map(|k| points.iter().fold(start, |m, p| pick(m, p[k])))
@@ -55,8 +55,8 @@ fn bounds(points: &[Point]) -> [Point; 2] {
     [of(f64::min, f64::INFINITY), of(f64::max, f64::NEG_INFINITY)]
 }
 
-/// Indices of primitives of two lists whose boxes overlap, by a sweep along the axis in which the second list
-/// extends farthest.
+/// Index pairs of primitives of two lists whose boxes overlap, by a sweep along the axis in which the
+/// second list extends farthest.
 fn overlapping<const M: usize, const N: usize>(a: &[[Point; M]], b: &[[Point; N]]) -> Vec<[usize; 2]> {
     let mut boxes: Vec<([Point; 2], usize)> = b.iter().enumerate().map(|(i, p)| (bounds(p), i)).collect();
     let [low, high] = bounds(b.as_flattened());
@@ -74,7 +74,7 @@ fn overlapping<const M: usize, const N: usize>(a: &[[Point; M]], b: &[[Point; N]
     found
 }
 
-/// Edges with one triangle beside them.
+/// Edges with a single triangle.
 fn outline(triangles: &[[u32; 3]]) -> Vec<[u32; 2]> {
     let sides = triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
     let mut sides: Vec<[u32; 2]> = sides.map(|[a, b]| [a.min(b), a.max(b)]).collect();
@@ -108,7 +108,7 @@ mod tests {
         crossings(&Topology { dimension, vertex_count, rest_positions: x.to_vec(), masses, bodies }, x)
     }
 
-    /// Less than volumes and areas of double precision can tell.
+    /// Smaller than double precision volumes and areas can resolve.
     const HAIR: f64 = 1e-200;
 
     #[test]
@@ -136,7 +136,7 @@ mod tests {
             of(2, vec![solid, strand], &[&corners[..], &stroke[..]].concat())
         };
         let square = [0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.0, 1.0];
-        // Not the diagonal, which is no part of the outline.
+        // The diagonal does not belong to the outline.
         assert_eq!(found(square, [0.5, -1.0, 0.5, 0.6]), [(vec![0, 1], vec![4, 5])]);
         assert_eq!(found(square, [0.5, -1.0, 0.5, HAIR]).len(), 1);
         assert!(found(square, [0.5, -1.0, 0.5, -HAIR]).is_empty());

@@ -1,21 +1,21 @@
-//! Curved boundaries of generated second-order meshes: the map of the generator places nodes in the middle of
-//! edges on the spheres and circles that contain the vertices.
+//! Curved boundaries of generated second-order meshes: mid-edge nodes are placed on the spheres and
+//! circles that contain the vertices.
 
 use super::Mesh;
 use crate::spec::MeshSpec;
 
-/// Directions that differ by less are one: their edge is straight.
+/// Directions that differ by less count as equal: their edge is straight.
 const STRAIGHT: f64 = 1e-12;
 
-/// Moves the nodes in the middle of the edges of a round mesh: to the mean radius of the ends of the edge, in
-/// the mean of their directions, about the centre of a ball or the axis of a cylinder. An edge between two
-/// vertices of one shell becomes an arc of it, an edge along a radius stays straight.
+/// Moves the mid-edge nodes of a round mesh: to the mean radius of the edge's ends, in the mean of their
+/// directions, about the centre of a ball or the axis of a cylinder. An edge between two vertices of a
+/// shell becomes an arc, a radial edge stays straight.
 ///
-/// P. G. Ciarlet, P.-A. Raviart, "Interpolation theory over curved elements, with applications to finite
-/// element methods", Computer Methods in Applied Mechanics and Engineering 1 (1972), 217-249: with nodes on
-/// the boundary the error of its place falls from order 2 to order 3 and more.
+/// With nodes on the boundary the geometric error falls from order 2 to order 3 and more: P. G. Ciarlet,
+/// P.-A. Raviart, "Interpolation theory over curved elements, with applications to finite element
+/// methods", Computer Methods in Applied Mechanics and Engineering 1 (1972), 217-249.
 pub(super) fn curve(shape: &MeshSpec, mesh: &mut Mesh) {
-    // The centre, and how many coordinates are measured from it.
+    // The centre, and the number of coordinates measured from it.
     let (centre, round) = match shape {
         MeshSpec::Ball(spec) => (&spec.centre, 3),
         MeshSpec::Sphere(spec) => (&spec.centre, 3),
@@ -41,8 +41,8 @@ pub(super) fn curve(shape: &MeshSpec, mesh: &mut Mesh) {
     mesh.centre();
 }
 
-/// Distance of a point from the centre in the first `round` coordinates, and the direction there; `None` in
-/// the centre.
+/// Distance of a point from the centre in the first `round` coordinates, and the unit direction; `None`
+/// at the centre.
 fn radius_and_direction(point: &[f64], centre: &[f64], round: usize) -> Option<(f64, [f64; 3])> {
     let mut arm = [0.0; 3];
     (0..round).for_each(|c| arm[c] = point[c] - centre[c]);
@@ -62,11 +62,11 @@ mod tests {
     fn built(shape: &str, dimension: usize) -> Mesh {
         let shape: MeshSpec = serde_json::from_str(shape).unwrap();
         let body = BodyMesh { shape: &shape, order: CellOrder::Quadratic, transform: None, repeat: None };
-        // Checked: det J is positive in all of every element.
+        // `build_body` checks that det J is positive everywhere in every element.
         build_body(&body, dimension, Path::new(".")).unwrap_or_else(|error| panic!("{error}"))
     }
 
-    /// Area or volume under the determinants of the elements.
+    /// Area or volume by quadrature of the elements' det J.
     fn content(mesh: &Mesh) -> f64 {
         mesh.quality().elements.unwrap().total_volume
     }
@@ -138,7 +138,7 @@ mod tests {
         }
     }
 
-    /// The coarsest ones, thin rings and the longest arcs.
+    /// The coarsest meshes, thin rings and the longest arcs.
     #[test]
     fn no_generated_side_folds_its_element() {
         for n in [1, 2, 5] {

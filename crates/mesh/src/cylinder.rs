@@ -6,7 +6,7 @@ use super::tube::solid;
 use super::{Mesh, MeshError, MeshSize, extrude, turn};
 use crate::spec::CylinderSpec;
 
-/// Counts of the base: one vertex, then rings of 6, 12, 18, ...
+/// Counts of the base: one vertex, then rings of 6, 12, 18, ... vertices.
 fn base_size(radial: usize) -> MeshSize {
     let n = radial as u64;
     MeshSize {
@@ -24,7 +24,7 @@ pub(super) fn size(spec: &CylinderSpec, dimension: usize) -> Result<MeshSize, Me
     extrude::size(&base_size(spec.cells[0]), spec.cells[1])
 }
 
-/// A disk of the plane `z = origin[2]`, moved along z by `height`.
+/// Builds the cylinder: a disk in the plane `z = origin[2]`, extruded by `height`.
 pub(super) fn build(spec: &CylinderSpec, dimension: usize) -> Result<Mesh, MeshError> {
     size(spec, dimension)?;
     positive("radius", spec.radius)?;
@@ -35,8 +35,8 @@ pub(super) fn build(spec: &CylinderSpec, dimension: usize) -> Result<Mesh, MeshE
     extrude::build(&base, spec.cells[1], origin[2], spec.height)
 }
 
-/// `rings` rings of triangles about the centre, vertex 0. Ring `k` has `6 k` vertices, counter-clockwise
-/// from the positive x-axis.
+/// Builds a disk of `rings` rings of triangles about the centre, vertex 0. Ring `k` has `6 k` vertices,
+/// counter-clockwise from the positive x-axis.
 fn disk(radius: f64, rings: usize, centre: [f64; 2]) -> Mesh {
     let mut mesh = Mesh { dimension: 2, points: centre.to_vec(), ..Mesh::default() };
     let index = |k: usize, j: usize| if k == 0 { 0 } else { (1 + 3 * k * (k - 1) + j % (6 * k)) as u32 };

@@ -7,7 +7,7 @@ use super::build::{at_least_one, finite, positive, vector};
 use super::{Mesh, MeshError, MeshSize};
 use crate::spec::DiskSpec;
 
-/// The default stream of the generator in the PCG library.
+/// Default stream of the generator in the PCG library.
 const STREAM: u128 = 0x0a02_bdbf_7bb3_c0a7_ac28_fa16_a64a_bf96;
 
 /// Counts of the disk.
@@ -16,12 +16,12 @@ pub(super) fn size(spec: &DiskSpec, dimension: usize) -> Result<MeshSize, MeshEr
     MeshSize { vertices: spec.count as u64, ..MeshSize::default() }.checked(dimension)
 }
 
-/// Points uniform over the area `inner_radius <= r <= radius` about `centre` in the x-y plane, and in 3D
-/// uniform over `thickness` in z. No edges, no cells.
+/// Builds points uniform over the area `inner_radius <= r <= radius` about `centre` in the x-y plane, in
+/// 3D also uniform over `thickness` in z. There are no edges and no cells.
 ///
-/// The same seed gives the same bits on every machine: only operations that IEEE 754 rounds correctly are
-/// used (`+ * /` and the square root). Sines and cosines differ between C libraries, therefore a direction
-/// is the normalised position of a random point in the unit disk.
+/// A seed gives the same bits on every machine: only operations that IEEE 754 rounds correctly are used
+/// (`+ * /` and the square root). Sines and cosines differ between C libraries, therefore a direction is
+/// the normalised position of a random point in the unit disk.
 pub(super) fn build(spec: &DiskSpec, dimension: usize) -> Result<Mesh, MeshError> {
     let size = size(spec, dimension)?;
     positive("radius", spec.radius)?;
@@ -55,7 +55,7 @@ pub(super) fn build(spec: &DiskSpec, dimension: usize) -> Result<Mesh, MeshError
     Ok(mesh)
 }
 
-/// Uniform in [0, 1), all 53 bits.
+/// Uniform number in [0, 1) with 53 random bits.
 fn unit(random: &mut Pcg64) -> f64 {
     (random.next_u64() >> 11) as f64 * (1.0 / (1_u64 << 53) as f64)
 }
@@ -111,7 +111,7 @@ mod tests {
         let points = |seed| built(DiskSpec { count: 3, seed, ..annulus() }, 3).unwrap().points;
         assert_eq!(points(7), points(7));
         assert_ne!(points(7), points(8));
-        // Written down once: the points of a seed must survive every change of version.
+        // Recorded values: the points of a seed must not change with the version.
         assert_eq!(points(7)[..2], FIRST_OF_SEED_7);
     }
 

@@ -13,8 +13,8 @@ pub(super) fn size(spec: &EllipticMembraneSpec, dimension: usize) -> Result<Mesh
     mapped::size(spec.cells, spec.element)
 }
 
-/// With `a = i/n0` and `t = (pi/2) j/n1` vertex `(i, j)` lies at `(A cos t, B sin t)`, the semi-axes `(A,
-/// B)` linear in `a` from `inner` to `outer`.
+/// Builds the membrane. With `a = i/n0` and `t = (pi/2) j/n1`, vertex `(i, j)` lies at
+/// `(A cos t, B sin t)`; the semi-axes `(A, B)` are linear in `a` from `inner` to `outer`.
 pub(super) fn build(spec: &EllipticMembraneSpec, dimension: usize) -> Result<Mesh, MeshError> {
     size(spec, dimension)?;
     for axis in 0..2 {
@@ -29,7 +29,7 @@ pub(super) fn build(spec: &EllipticMembraneSpec, dimension: usize) -> Result<Mes
     mapped::build((spec.cells, spec.element), ["inner", "outer", "bottom", "left"], |i, j| {
         let a = i as f64 / n0 as f64;
         let direction = turn::of_fraction(j, n1.saturating_mul(4));
-        // At the end of the quarter the cosine is -0.
+        // Adding 0.0 removes the sign of -0, the cosine at the end of the quarter.
         [0, 1].map(|axis| (spec.inner[axis] * (1.0 - a) + spec.outer[axis] * a) * direction[axis] + 0.0)
     })
 }

@@ -5,14 +5,14 @@ use std::path::PathBuf;
 
 use super::{Cell, FileTag, FormatError, SurfaceError};
 
-/// Why a mesh could not be built, read or selected from. Indices count from 0.
+/// Error of a mesh that cannot be built, read or selected from. Indices count from 0.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum MeshError {
     /// The scene is neither two- nor three-dimensional.
     #[error("dimension is {dimension}; meshes are two- or three-dimensional")]
     Dimension {
-        /// The dimension asked for.
+        /// The requested dimension.
         dimension: usize,
     },
     /// A vector of the specification has the wrong length.
@@ -22,9 +22,9 @@ pub enum MeshError {
     Components {
         /// Name of the field, as in the scene.
         field: &'static str,
-        /// Components there must be.
+        /// Required number of components.
         expected: usize,
-        /// Components there are.
+        /// Number of components found.
         found: usize,
     },
     /// A point written in the scene has the wrong number of coordinates.
@@ -32,9 +32,9 @@ pub enum MeshError {
     PointComponents {
         /// Index of the point.
         vertex: usize,
-        /// Coordinates there must be.
+        /// Required number of coordinates.
         expected: usize,
-        /// Coordinates there are.
+        /// Number of coordinates found.
         found: usize,
     },
     /// A number of the specification is NaN or infinite.
@@ -71,7 +71,7 @@ pub enum MeshError {
     #[error("a grid takes exactly one of `spacing` and `size`; {} given", if *both { "both \
          are" } else { "none is" })]
     SpacingOrSize {
-        /// Both were given; otherwise none.
+        /// True if both were given, false if none.
         both: bool,
     },
     /// The sides of a cloth span no area.
@@ -91,36 +91,36 @@ pub enum MeshError {
         /// Outer radius [m].
         radius: f64,
     },
-    /// Only three-dimensional disks are thick.
+    /// A thickness in a two-dimensional scene.
     #[error("`thickness` is {thickness}, which only a 3D scene can have; remove it or set `dimension = 3`")]
     ThicknessInPlane {
         /// Thickness [m].
         thickness: f64,
     },
-    /// Indices are 32 bits wide.
+    /// A mesh with more vertices or cells than 32-bit indices can number.
     #[error("the mesh would have {count} {what}; at most {} fit 32-bit indices", u32::MAX)]
     TooMany {
         /// `vertices`, `edges`, `triangles` or `tetrahedra`.
         what: &'static str,
-        /// How many there would be, saturated.
+        /// Number of them, saturated.
         count: u64,
     },
-    /// The allocator refused.
+    /// The memory could not be allocated.
     #[error("the mesh would take {bytes} bytes, which this machine does not have; use fewer cells")]
     OutOfMemory {
-        /// Bytes asked for.
+        /// Number of bytes requested.
         bytes: u64,
     },
 
     /// A mesh without vertices.
     #[error("the mesh has no vertices")]
     Empty,
-    /// A shape of another dimension than the scene.
+    /// A shape whose dimension differs from the scene's.
     #[error("a {shape} is {dimension}-dimensional; set `dimension = {dimension}`")]
     ShapeDimension {
-        /// The choice in the scene.
+        /// Name of the shape in the scene.
         shape: &'static str,
-        /// The dimension it needs.
+        /// Dimension of the shape.
         dimension: usize,
     },
     /// A length that must be less than another.
@@ -128,11 +128,11 @@ pub enum MeshError {
     NotLess {
         /// Name of the field.
         field: &'static str,
-        /// Its value [m].
+        /// Value of the field [m].
         value: f64,
         /// Name of the field that bounds it.
         other: &'static str,
-        /// The value of that [m].
+        /// Value of that field [m].
         bound: f64,
     },
     /// Too few cells for the shape.
@@ -151,34 +151,34 @@ pub enum MeshError {
         /// Name of the field.
         field: &'static str,
     },
-    /// Solids do not fit the plane.
+    /// Tetrahedra in a two-dimensional scene.
     #[error("the mesh has {count} tetrahedra, but the scene is two-dimensional; set `dimension = 3`")]
     TetrahedraInPlane {
         /// Number of tetrahedra.
         count: usize,
     },
-    /// Solids do not fit the plane.
+    /// Solid cells in a two-dimensional scene.
     #[error("the mesh has {count} {cells}, but the scene is two-dimensional; set `dimension = 3`")]
     SolidsInPlane {
         /// Number of cells.
         count: usize,
-        /// Their kind.
+        /// Kind of the cells.
         cells: &'static str,
     },
-    /// An element of another dimension than the scene's.
+    /// An element kind whose dimension differs from the scene's.
     #[error(
         "`element` is \"{found}\" where the scene has {dimension} dimensions; use \"{other}\", or leave \
          it out"
     )]
     WrongElement {
-        /// The element.
+        /// The requested element kind.
         found: &'static str,
         /// Dimension of the scene.
         dimension: usize,
-        /// The element of that dimension.
+        /// The element kind of the scene's dimension.
         other: &'static str,
     },
-    /// Cells of two kinds and the same dimension.
+    /// Cells of two kinds with the same dimension.
     #[error(
         "the mesh has {} and {}: cells of one dimension must be of one kind; split one kind into the other, \
          or make a body of each", cells[0], cells[1]
@@ -187,14 +187,14 @@ pub enum MeshError {
         /// Kinds of cells.
         cells: [&'static str; 2],
     },
-    /// A surface in space of cells that are no triangles.
+    /// A surface in space with cells other than triangles.
     #[error(
         "the mesh is a surface of {count} {cells} in space: surfaces are made of triangles; split each in two"
     )]
     SheetOfCells {
         /// Number of cells.
         count: usize,
-        /// Their kind.
+        /// Kind of the cells.
         cells: &'static str,
     },
     /// A cell with `det J <= 0` at a quadrature point.
@@ -205,16 +205,16 @@ pub enum MeshError {
     FoldedCell {
         /// The element.
         cell: Cell,
-        /// Least `det J` in it, as a fraction of its mean.
+        /// Smallest `det J` in the element, as a fraction of its mean.
         least: f64,
     },
-    /// Cells of serendipity of simplices.
+    /// `serendipity` for simplices.
     #[error("`serendipity` is for quadrilaterals and hexahedra, and the mesh has none; remove it")]
     NoSerendipity,
-    /// Cells that have the nodes that those of serendipity are without.
+    /// `serendipity` for cells that already have face or cell nodes.
     #[error("the mesh has {cells} with nodes in the middle of faces or cells; remove `serendipity`")]
     LagrangeCells {
-        /// Their kind.
+        /// Kind of the cells.
         cells: &'static str,
     },
     /// A vertex off the plane of a two-dimensional scene.
@@ -222,7 +222,7 @@ pub enum MeshError {
     OffPlane {
         /// Vertex index.
         vertex: usize,
-        /// Its z [m].
+        /// Coordinate z of the vertex [m].
         z: f64,
     },
     /// NaN or infinity as a coordinate.
@@ -235,18 +235,18 @@ pub enum MeshError {
         /// The coordinate.
         value: f64,
     },
-    /// A cell names a vertex that is not there.
+    /// A cell with a vertex index out of range.
     #[error("{cell} uses vertex {vertex}, but the mesh has {}, numbered from 0",
         counted(*.count as u64, "vertex", "vertices"))]
     IndexOutOfRange {
         /// The cell.
         cell: Cell,
-        /// The vertex it names.
+        /// The vertex index.
         vertex: u32,
         /// Number of vertices.
         count: usize,
     },
-    /// A cell names a vertex twice.
+    /// A cell that uses a vertex twice.
     #[error("{cell} uses vertex {vertex} more than once; its vertices must all differ")]
     RepeatedVertex {
         /// The cell.
@@ -254,7 +254,7 @@ pub enum MeshError {
         /// The vertex.
         vertex: u32,
     },
-    /// An element that is there twice: its stiffness and its mass would count twice.
+    /// A repeated element: its stiffness and mass would count twice.
     #[error(
         "{cell} has the same vertices as {} {first}{}; every element counts once: remove the repeated",
         cell.noun(),
@@ -266,11 +266,11 @@ pub enum MeshError {
         }
     )]
     RepeatedCell {
-        /// The second of them.
+        /// The repetition.
         cell: Cell,
-        /// Index of the first.
+        /// Index of the first occurrence.
         first: usize,
-        /// How many elements repeat another.
+        /// Number of elements that repeat another.
         count: usize,
     },
     /// An element without area or volume: `|det Dm| <= 1e-12 h^d`.
@@ -282,9 +282,9 @@ pub enum MeshError {
     Degenerate {
         /// The element.
         cell: Cell,
-        /// Its signed volume or area [m^3 or m^2].
+        /// Signed volume or area [m^3 or m^2].
         volume: f64,
-        /// Its longest edge `h` [m].
+        /// Longest edge `h` [m].
         size: f64,
     },
     /// An element with its vertices in the wrong order.
@@ -295,12 +295,12 @@ pub enum MeshError {
     Inverted {
         /// The element.
         cell: Cell,
-        /// Its signed volume or area [m^3 or m^2].
+        /// Signed volume or area [m^3 or m^2].
         volume: f64,
-        /// Its longest edge `h` [m].
+        /// Longest edge `h` [m].
         size: f64,
     },
-    /// An element of second order that its curved sides fold.
+    /// A second-order element folded by its curved sides.
     #[error(
         "{cell} is folded by its curved sides: its Jacobian determinant falls to {least:.4} of its mean, \
          and must be positive everywhere; move the nodes in the middle of its edges (in Gmsh: \
@@ -309,26 +309,26 @@ pub enum MeshError {
     Folded {
         /// The element.
         cell: Cell,
-        /// Lower bound of the least `det J` in it, as a fraction of its mean.
+        /// Lower bound of `det J` in the element, as a fraction of its mean.
         least: f64,
     },
-    /// A surface with one side.
+    /// A one-sided surface.
     #[error(
         "the surface has one side only (a Moebius band), which shows at the edge from vertex {} to {}: no \
          order of vertices puts the same side of all triangles up; cut it there, or do without `orient`",
         edge[0], edge[1]
     )]
     NotOrientable {
-        /// An edge that two triangles cannot both run through in opposite ways.
+        /// An edge whose two triangles cannot be oriented consistently.
         edge: [u32; 2],
     },
-    /// A mesh of which cleaning leaves no element.
+    /// A mesh without elements after cleaning.
     #[error(
         "all {count} elements are degenerate: `drop_degenerate` would leave none; is the tolerance of \
          `merge` too large?"
     )]
     NothingLeft {
-        /// How many there were.
+        /// Number of elements before cleaning.
         count: usize,
     },
     /// An edge between two vertices at the same place.
@@ -337,45 +337,45 @@ pub enum MeshError {
     ZeroLengthEdge {
         /// Index into `edges`.
         edge: usize,
-        /// Its ends.
+        /// Vertices of the edge.
         vertices: [u32; 2],
     },
-    /// Vertices that no element and no edge uses would have no mass.
+    /// Unused vertices, which would have no mass.
     #[error(
         "{} to no element and no edge, the first is vertex {vertex}; remove what does not \
          belong there (Gmsh: give the bodies physical groups, so that only their vertices are saved)",
         counted(*.count as u64, "vertex belongs", "vertices belong")
     )]
     Unreferenced {
-        /// The first of them.
+        /// Index of the first unused vertex.
         vertex: usize,
-        /// How many there are.
+        /// Number of unused vertices.
         count: usize,
     },
 
-    /// A selection by a name that the mesh does not have.
+    /// A selection by an unknown group name.
     #[error("there is no group `{name}`{}; {}", suggestion.as_ref().map(|s| format!(" (did you mean \
          `{s}`?)")).unwrap_or_default(),
             if known.is_empty() { "the mesh has no groups".to_string() } else { format!("the mesh has \
                  `{}`", known.join("`, `")) })]
     UnknownGroup {
-        /// The name asked for.
+        /// The unknown name.
         name: String,
-        /// The names there are.
+        /// Known names.
         known: Vec<String>,
-        /// The nearest of them, if one is near.
+        /// The most similar known name, if one is similar.
         suggestion: Option<String>,
     },
-    /// A selection by an index that is not there.
+    /// A selection by a vertex index out of range.
     #[error("the selection names vertex {vertex}, but the body has {}, numbered from 0",
         counted(*.count as u64, "vertex", "vertices"))]
     SelectedVertex {
-        /// The index.
+        /// The vertex index.
         vertex: u32,
         /// Number of vertices.
         count: usize,
     },
-    /// A box whose lower corner is above the upper one.
+    /// A selection box whose lower bound is above its upper bound.
     #[error("`min` of the box is {min} on axis {axis}, above `max` = {max}; exchange them")]
     BoxReversed {
         /// 0 is x, 1 is y, 2 is z.
@@ -388,7 +388,7 @@ pub enum MeshError {
     /// A half-space with a normal of zero length.
     #[error("`normal` is zero; it must point somewhere")]
     ZeroNormal,
-    /// A selection that selects nothing.
+    /// An empty selection.
     #[error("{selection} selects no vertex; the body spans {lower:?} to {upper:?}")]
     NothingSelected {
         /// The selection, in words.
@@ -399,15 +399,15 @@ pub enum MeshError {
         upper: Vec<f64>,
     },
 
-    /// A load on a surface that has no face.
+    /// A surface load without a face to act on.
     #[error("{}", if *whole { "the mesh has no faces for it to act on" } else { "no face of the surface has \
          all its vertices in the selection" })]
     NoFace {
-        /// True if the whole surface was meant.
+        /// True if the load is on the whole surface.
         whole: bool,
     },
 
-    /// A surface that cannot be made a solid.
+    /// A surface that cannot be filled with a solid.
     #[error(transparent)]
     Surface(#[from] SurfaceError),
 
@@ -416,21 +416,21 @@ pub enum MeshError {
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// Message of the system.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// A file of no known format.
+    /// A file of unknown format.
     #[error("{}: unknown mesh format; supported are {supported}", path.display())]
     UnknownFormat {
         /// The file.
         path: PathBuf,
-        /// The formats there are, with their extensions.
+        /// Supported formats with their extensions.
         supported: String,
     },
-    /// The text of a file is no mesh of its format.
+    /// An error in the content of a file.
     #[error(transparent)]
     Format(#[from] FormatError),
-    /// A fault in a file, and where.
+    /// An error with its position in a file.
     #[error("{}{}: {}{source}{}", path.display(), line.map(|l| format!(":{l}")).unwrap_or_default(),
             tag.map(|t| format!("{t} of the file: ")).unwrap_or_default(),
             cures.iter().map(|cure| format!("; or {cure}")).collect::<String>())]
@@ -439,14 +439,14 @@ pub enum MeshError {
         path: PathBuf,
         /// Line, from 1.
         line: Option<u32>,
-        /// Name, in the file, of the vertex or element at fault.
+        /// Number of the vertex or element in the file.
         tag: Option<FileTag>,
-        /// Keys beside `path` that would mend it, and what they do.
+        /// Cleaning keys that would repair the file, and their effects.
         cures: Vec<&'static str>,
-        /// The fault.
+        /// The error.
         source: Box<MeshError>,
     },
-    /// A word that makes no sense where it stands.
+    /// An unexpected word.
     #[error("expected {expected}, found `{found}`")]
     Expected {
         /// The expected text.
@@ -454,7 +454,7 @@ pub enum MeshError {
         /// The text found, shortened.
         found: String,
     },
-    /// The file is cut off.
+    /// A truncated file.
     #[error("the file ends where {expected} should be; is it complete?")]
     EndOfFile {
         /// The expected text.
@@ -466,16 +466,16 @@ pub enum MeshError {
         /// The section.
         section: &'static str,
     },
-    /// A Gmsh file of another version.
+    /// A Gmsh file of an unsupported version.
     #[error(
         "version {version} of the Gmsh format; supported are 2.1, 2.2 and 4.1 (in Gmsh: `Mesh.MshFileVersion = \
          4.1;`)"
     )]
     GmshVersion {
-        /// The version that the file states.
+        /// Version stated in the file.
         version: String,
     },
-    /// Elements that are not linear simplices.
+    /// Elements of an unsupported type.
     #[error(
         "element {element} is a {name} (type {kind}); supported are points, lines, triangles, \
              quadrilaterals, tetrahedra and hexahedra of first order (in Gmsh: `Mesh.ElementOrder = 1;`), or \
@@ -483,9 +483,9 @@ pub enum MeshError {
              `drop_mid_nodes = true` beside `path` to use the corners only"
     )]
     ElementType {
-        /// Its tag in the file.
+        /// Tag of the element in the file.
         element: u64,
-        /// Gmsh's number for the type.
+        /// Gmsh's number of the type.
         kind: u64,
         /// Name of the type.
         name: &'static str,
@@ -496,7 +496,7 @@ pub enum MeshError {
         /// The tag.
         node: u64,
     },
-    /// An element that names a node that is not there.
+    /// An element with an undefined node.
     #[error("element {element} uses node {node}, which the file does not define")]
     UnknownNode {
         /// Tag of the element.
@@ -504,7 +504,7 @@ pub enum MeshError {
         /// Tag of the node.
         node: u64,
     },
-    /// An OBJ statement that names a vertex that is not there.
+    /// An OBJ statement with an undefined vertex.
     #[error(
         "vertex {index} does not exist: {count} vertices stand above this line (1 is the first of them, -1 \
          the last)"
@@ -512,13 +512,13 @@ pub enum MeshError {
     ObjIndex {
         /// The number in the file.
         index: i64,
-        /// Vertices defined so far.
+        /// Number of vertices defined so far.
         count: usize,
     },
-    /// More named groups on one thing than a reader follows.
+    /// A cell or an entity in too many groups.
     #[error("a cell or an entity is in more than {limit} groups")]
     TooManyGroups {
-        /// The most there may be.
+        /// Maximum number of groups.
         limit: usize,
     },
 }

@@ -3,7 +3,7 @@
 use super::mapped::add_triangles;
 use super::{Mesh, MeshError, MeshSize};
 
-/// Counts of a solid from those of its base.
+/// Counts of the extruded solid, from those of its base.
 pub(super) fn size(base: &MeshSize, layers: usize) -> Result<MeshSize, MeshError> {
     let layers = layers as u64;
     let sides = base.lines.saturating_mul(layers).saturating_mul(2);
@@ -16,9 +16,10 @@ pub(super) fn size(base: &MeshSize, layers: usize) -> Result<MeshSize, MeshError
     .checked(3)
 }
 
-/// `layers` layers of prisms over `base`, from `z` to `z + height`, three tetrahedra each. Vertex `i` of the
-/// base has index `k n + i` in layer `k`. The groups of the base's lines, which run counter-clockwise about
-/// it, become groups of the sides above them; `bottom` and `top` are added. Their triangles face outwards.
+/// Extrudes `base` from `z` to `z + height` in `layers` layers of prisms, each split into three
+/// tetrahedra. Vertex `i` of the base has index `k n + i` in layer `k`. Line groups of the base
+/// (counter-clockwise outline) become groups of the sides above them; the groups `bottom` and `top` are
+/// added. Their triangles face outwards.
 pub(super) fn build(base: &Mesh, layers: usize, z: f64, height: f64) -> Result<Mesh, MeshError> {
     let plane = MeshSize {
         vertices: base.vertex_count() as u64,
@@ -56,8 +57,9 @@ pub(super) fn build(base: &Mesh, layers: usize, z: f64, height: f64) -> Result<M
     Ok(mesh)
 }
 
-/// The three tetrahedra of the prism over a triangle, vertices with 0 below and 1 above. The diagonals of
-/// its sides rise from the lower index to the higher: neighbours agree without knowing of each other.
+/// The three tetrahedra of the prism over a triangle; the second number of a vertex is 0 for the lower
+/// and 1 for the upper layer. The diagonals of the sides rise from the lower index to the higher, so that
+/// neighbouring prisms match.
 fn prism(triangle: &[u32; 3]) -> [[(u32, u32); 4]; 3] {
     let mut sorted = *triangle;
     sorted.sort_unstable();
@@ -74,7 +76,7 @@ fn prism(triangle: &[u32; 3]) -> [[(u32, u32); 4]; 3] {
     cells
 }
 
-/// The two triangles over a line, with the diagonal of [`prism`].
+/// The two triangles of the side over a line, with the diagonal of [`prism`].
 fn side([a, b]: [u32; 2]) -> [[(u32, u32); 3]; 2] {
     if a < b {
         [[(a, 0), (b, 0), (b, 1)], [(a, 0), (b, 1), (a, 1)]]

@@ -6,12 +6,13 @@ use crate::spec::Selection;
 use pliant::element::face_edges;
 
 impl Mesh {
-    /// The faces with `N` vertices of the surface of a body in `N` dimensions: triangles, counter-clockwise
-    /// seen from outside, or edges that run counter-clockwise about the body. Those of a cloth are its
-    /// triangles, those of a net without cells its edges, as they stand.
+    /// Faces with `N` vertices of the surface of a body in `N` dimensions: triangles, counter-clockwise
+    /// seen from outside, or edges, counter-clockwise about the body. The faces of a cloth are its
+    /// triangles, those of a net without cells its edges, with their orientation in the mesh.
     ///
     /// # Panics
-    /// If the mesh has not `N` dimensions.
+    /// # Panics
+    /// If the mesh does not have `N` dimensions.
     pub fn faces<const N: usize>(&self) -> Vec<[u32; N]> {
         assert_eq!(N, self.dimension, "edges in two dimensions, triangles in three");
         let array = |face: &[u32]| {
@@ -26,11 +27,11 @@ impl Mesh {
         }
     }
 
-    /// Those of the [`faces`](Self::faces) that `selection` names: of a group of faces these, of any other
-    /// set of vertices the faces that have all their vertices in it; without a selection, all.
+    /// Returns the [`faces`](Self::faces) of a selection: the faces of a group of faces, or the faces
+    /// whose vertices all belong to the selection; without a selection, all faces.
     ///
     /// # Errors
-    /// As [`select`], and [`MeshError::NoFace`] where no face is selected.
+    /// Errors of [`select`]; [`MeshError::NoFace`] if no face is selected.
     pub fn select_faces<const N: usize>(
         &self,
         selection: Option<&Selection>,
@@ -51,11 +52,11 @@ impl Mesh {
         if selected.is_empty() { Err(MeshError::NoFace { whole: false }) } else { Ok(selected) }
     }
 
-    /// The quadrilaterals of the surface of a body of hexahedra, counter-clockwise seen from outside,
-    /// that `selection` names: those that have all their vertices in it; without a selection, all.
+    /// Returns the selected quadrilaterals of the surface of a body of hexahedra, counter-clockwise seen
+    /// from outside: those whose vertices all belong to `selection`; without a selection, all.
     ///
     /// # Errors
-    /// As [`select_faces`](Self::select_faces).
+    /// Errors of [`select_faces`](Self::select_faces).
     pub fn select_quadrilaterals(&self, selection: Option<&Selection>) -> Result<Vec<[u32; 4]>, MeshError> {
         let mut faces = self.block().map_or_else(Vec::new, |block| self.quadrilaterals(block));
         if let Some(selection) = selection {
@@ -69,8 +70,8 @@ impl Mesh {
         if faces.is_empty() { Err(MeshError::NoFace { whole: selection.is_none() }) } else { Ok(faces) }
     }
 
-    /// The cells of a group of quadrilaterals, each with its vertices ascending, in order; `None` for any
-    /// other selection.
+    /// Cells of a group of quadrilaterals, sorted, each with ascending vertices; `None` for any other
+    /// selection.
     fn group_of_quadrilaterals(&self, selection: &Selection) -> Option<Vec<[u32; 4]>> {
         let Selection::Group(name) = selection else { return None };
         let group = self.groups.get(name).filter(|group| group.topological_dimension == 2)?;
@@ -81,9 +82,9 @@ impl Mesh {
         Some(cells)
     }
 
-    /// These `faces` of a mesh of second order, by their `C` corners, with the nodes in the middle of their
-    /// edges, as [elements](pliant::element::face_points) have them: 3 nodes in two dimensions, 6 in three,
-    /// of quadrilaterals 8, or 9 with the one in their middle.
+    /// Completes `faces` of a second-order mesh, given by their `C` corners, with the nodes of
+    /// [`element::face_points`](pliant::element::face_points): 3 nodes per face in two dimensions, 6 in
+    /// three; quadrilaterals have 8, or 9 with a centre node.
     ///
     /// # Panics
     /// If the mesh is not of second order, or has no such faces.
@@ -108,8 +109,7 @@ impl Mesh {
         faces.iter().map(with_middles).collect()
     }
 
-    /// The cells of a group of faces, each with its vertices ascending, in order; `None` for any other
-    /// selection.
+    /// Cells of a group of faces, sorted, each with ascending vertices; `None` for any other selection.
     fn group_of_faces<const N: usize>(&self, selection: &Selection) -> Option<Vec<[u32; N]>> {
         let Selection::Group(name) = selection else { return None };
         let group = self.groups.get(name).filter(|group| group.topological_dimension + 1 == N)?;

@@ -1,11 +1,12 @@
-//! Facets of cells that have the same vertices.
+//! Grouping of facets with equal vertices.
 
-/// Calls `visit` with the indices of facets that have the same vertices, ascending, for every set of vertices
-/// among `count` facets once. The order of the sets is that of their lowest vertices.
+/// Calls `visit` once for every set of vertices among `count` facets, with the ascending indices of the
+/// facets that have these vertices. The sets come in the order of their lowest vertices.
 ///
-/// `key` gives the vertices of a facet, ascending. A counting sort by the lowest of them leaves groups as
-/// small as the number of facets about a vertex: 4 bytes a facet and 4 a vertex, where keys that are sorted
-/// together take 20 and more, the most that the assembly of a scene of solids held at a time.
+/// `key` gives the ascending vertices of a facet. A counting sort by the lowest vertex leaves groups as
+/// small as the number of facets around a vertex. It takes 4 bytes per facet and 4 per vertex; sorting
+/// all keys together takes 20 and more per facet, which was the peak memory of assembling a scene of
+/// solids.
 pub(super) fn for_each_equal<const N: usize>(
     count: usize,
     key: impl Fn(usize) -> [u32; N],
@@ -21,7 +22,7 @@ pub(super) fn for_each_equal<const N: usize>(
     }
 }
 
-/// Indices of facets, those with the same lowest vertex together, and where they end for each vertex.
+/// Indices of facets, grouped by lowest vertex, and the end of each vertex's group.
 fn by_lowest_vertex(count: usize, lowest: impl Fn(usize) -> usize) -> (Vec<u32>, Vec<u32>) {
     let vertices = (0..count).map(|i| lowest(i) + 1).max().unwrap_or(0);
     let mut ends = vec![0u32; vertices + 1];
@@ -29,7 +30,7 @@ fn by_lowest_vertex(count: usize, lowest: impl Fn(usize) -> usize) -> (Vec<u32>,
     for v in 0..vertices {
         ends[v + 1] += ends[v];
     }
-    // Starts so far: each moves to its end as its facets are placed.
+    // Starts of the groups: each becomes the end of its group as its facets are placed.
     let mut facets = vec![0u32; count];
     for i in 0..count {
         let place = &mut ends[lowest(i)];
@@ -44,7 +45,7 @@ fn by_lowest_vertex(count: usize, lowest: impl Fn(usize) -> usize) -> (Vec<u32>,
 mod tests {
     use super::for_each_equal;
 
-    /// The sets that a sort of all keys finds, by facets of three among eight vertices, many of them equal.
+    /// Agrees with sorting all keys, for facets of three among eight vertices, many of them equal.
     #[test]
     fn sets_are_those_that_a_sort_of_all_keys_finds() {
         let mut state = 1u64;

@@ -21,15 +21,14 @@ use super::tokens::FileFault;
 use super::{Cell, FileTag, Mesh, MeshError, MeshSize, abaqus, gmsh, medit, obj, ply, stl, tetgen, vtk, vtu};
 use crate::spec::FileSpec;
 
-/// One entity may be in this many named groups. Without a bound a short file could name `n` groups for `n`
-/// cells and ask for `n^2` memory.
+/// Limit on the named groups of one entity. Without it a short file could name `n` groups for `n` cells
+/// and require `n^2` memory.
 pub(super) const GROUPS_AT_ONCE: usize = 64;
 
-/// Defines [`Format`] from one line per format: extensions, what the format is called in messages, and its
-/// reader.
+/// Defines [`Format`] from one line per format: extensions, name in messages, reader.
 macro_rules! formats {
     ($($variant:ident: [$($extension:literal),+], $name:literal, $read:path;)+) => {
-        /// The formats there are.
+        /// Supported formats.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         pub(super) enum Format {
             $($variant,)+
@@ -39,7 +38,7 @@ macro_rules! formats {
             #[cfg(test)]
             pub(super) const ALL: &[Format] = &[$(Format::$variant,)+];
 
-            /// The format that a lower-case extension names.
+            /// Format of a lower-case extension.
             fn of_extension(extension: &str) -> Option<Format> {
                 match extension {
                     $($($extension)|+ => Some(Format::$variant),)+
@@ -74,43 +73,44 @@ formats! {
 
 /// Input of a reader.
 pub(super) struct MeshInput<'a> {
-    /// The file. Of TetGen's pair the `.ele`.
+    /// Content of the file; the `.ele` of a TetGen pair.
     pub bytes: &'a [u8],
-    /// The `.node` of TetGen's pair.
+    /// Content of the `.node` of a TetGen pair.
     pub nodes: &'a [u8],
     pub mid_nodes: MidNodes,
-    /// How the file is cleaned.
+    /// Cleaning options of the file.
     pub spec: &'a FileSpec,
 }
 
-/// Where a vertex or a cell stands in its file.
+/// Position of a vertex or a cell in its file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Place {
-    /// Number by which the file calls it; 0 if it has none. In a binary file its offset.
+    /// Number of the item in the file; 0 if it has none. In a binary file the byte offset.
     pub tag: u64,
     /// Line, from 1; 0 in a binary file.
     pub line: u32,
 }
 
-/// Output of a reader: a mesh without points, the points in space, and the place of everything.
+/// Output of a reader: a mesh without points, the points in space, and the positions of all items in the
+/// file.
 #[derive(Debug, Default)]
 pub(super) struct FileMesh {
-    /// Flat `(n, 3)` [m], in every dimension.
+    /// Flat `(n, 3)` [m], for every dimension of the scene.
     pub xyz: Vec<f64>,
     /// Cells and groups.
     pub mesh: Mesh,
     pub vertices: Vec<Place>,
-    /// True if the vertices stand in [`MeshInput::nodes`].
+    /// True if the vertices come from [`MeshInput::nodes`].
     pub vertices_in_nodes: bool,
     pub edges: Vec<Place>,
     pub lines: Vec<Place>,
     pub triangles: Vec<Place>,
     pub tetrahedra: Vec<Place>,
-    /// Of the cells of each block.
+    /// Positions of the cells of each block.
     pub blocks: Vec<Vec<Place>>,
 }
 
-/// The format that the extension names.
+/// Format by the extension.
 fn format(path: &Path) -> Result<Format, MeshError> {
     let extension = path.extension().and_then(OsStr::to_str).map(str::to_ascii_lowercase);
     let extension = extension.as_deref().unwrap_or_default();
@@ -129,13 +129,13 @@ fn format(path: &Path) -> Result<Format, MeshError> {
     })
 }
 
-/// Bounds from the length of the file: "1 0 0 0\n" is the shortest vertex, and " 1" is what a polygon spends
-/// on one triangle more. 16 bytes of memory per byte of text hold a cell and its place. Binary files are no
-/// denser; a `.vtu` with compressed arrays may hold more than this says.
+/// Upper bounds from the length of the file: the shortest vertex is "1 0 0 0\n", and a polygon spends at
+/// least " 1" on each further triangle. 16 bytes of memory per byte of text hold a cell and its position.
+/// Binary files are no denser; a `.vtu` with compressed arrays may exceed the bounds.
 pub(super) fn size(spec: &FileSpec, dimension: usize, base: &Path) -> Result<MeshSize, MeshError> {
     let path = base.join(&spec.path);
     let length = match format(&path)? {
-        // Those that do not fit together are for the reader to refuse.
+        // The reader rejects a pair that does not fit together.
         Format::Abaqus => files(&path).iter().map(|file| length(file)).sum::<Result<u64, MeshError>>()?,
         _ => length(&path)?,
     };
@@ -151,7 +151,7 @@ pub(super) fn size(spec: &FileSpec, dimension: usize, base: &Path) -> Result<Mes
     Ok(bound)
 }
 
-/// Length of a regular file [bytes]. Pipes and devices may never end.
+/// Length of a regular file [bytes]. Pipes and devices are rejected: they may never end.
 fn length(path: &Path) -> Result<u64, MeshError> {
     let unreadable = |source| MeshError::Unreadable { path: path.to_path_buf(), source };
     let metadata = std::fs::metadata(path).map_err(unreadable)?;
@@ -161,7 +161,7 @@ fn length(path: &Path) -> Result<u64, MeshError> {
     Ok(metadata.len())
 }
 
-/// Reads the file that a scene names, and checks what it holds.
+/// Reads and checks the file of a scene.
 pub(super) fn build(
     spec: &FileSpec,
     dimension: usize,
@@ -176,14 +176,14 @@ pub(super) fn build(
     Ok(read_cleaned(&base.join(&spec.path), spec, dimension, mid_nodes)?.0.mesh)
 }
 
-/// A file in space with a surface or a solid, and where its triangles stand.
+/// A surface or solid in space from a file, with the positions of its triangles there.
 pub(super) struct SurfaceFile {
     spec: FileSpec,
     file: FileMesh,
     sources: Sources,
 }
 
-/// Reads the file that a surface comes from, and checks what it holds.
+/// Reads and checks the file of a surface.
 pub(super) fn read_surface(spec: FileSpec, base: &Path) -> Result<SurfaceFile, MeshError> {
     let path = base.join(&spec.path);
     let mid_nodes = if spec.drop_mid_nodes { MidNodes::Drop } else { MidNodes::Refuse };
@@ -196,13 +196,13 @@ impl SurfaceFile {
         &self.file.mesh
     }
 
-    /// An error about this mesh, with the place in the file.
+    /// Adds the position in the file to an error about this mesh.
     pub(super) fn locate(&self, error: MeshError) -> MeshError {
         self.sources.fault(&self.spec, self.file.site(&error), error)
     }
 }
 
-/// The files that reading the mesh file `path` reads.
+/// Files that reading the mesh file `path` involves.
 pub fn files(path: &Path) -> Vec<PathBuf> {
     let format = format(path);
     if let Ok(Format::Abaqus) = format
@@ -214,13 +214,13 @@ pub fn files(path: &Path) -> Vec<PathBuf> {
     paths.into_iter().filter(|path| !path.as_os_str().is_empty()).collect()
 }
 
-/// The content of a regular file.
+/// Content of a regular file.
 fn contents(path: &Path) -> Result<Vec<u8>, MeshError> {
     length(path)?;
     std::fs::read(path).map_err(|source| MeshError::Unreadable { path: path.to_path_buf(), source })
 }
 
-/// The file, and that of TetGen's nodes beside it or nothing.
+/// The file, and TetGen's node file or an empty path.
 fn pair(format: Format, path: &Path) -> [PathBuf; 2] {
     match format {
         Format::TetGen => [path.with_extension("ele"), path.with_extension("node")],
@@ -228,17 +228,17 @@ fn pair(format: Format, path: &Path) -> [PathBuf; 2] {
     }
 }
 
-/// Reads a mesh file, its format by the extension, and checks what it holds. Of a TetGen pair either file
-/// may be named.
+/// Reads and checks a mesh file; the extension determines the format. Either file of a TetGen pair may be
+/// named.
 ///
 /// # Errors
-/// [`MeshError::UnknownFormat`], [`MeshError::Unreadable`], [`MeshError::InFile`] with the line or the byte
-/// of whatever is wrong.
+/// [`MeshError::UnknownFormat`], [`MeshError::Unreadable`], [`MeshError::InFile`] with the line or the
+/// byte of the error.
 pub fn read(path: &Path, dimension: usize, mid_nodes: MidNodes) -> Result<Mesh, MeshError> {
     Ok(read_cleaned(path, &FileSpec::default(), dimension, mid_nodes)?.0.mesh)
 }
 
-/// The same with the cleaning that `spec` asks for.
+/// Reads a mesh file and cleans it as `spec` requests.
 fn read_cleaned(
     path: &Path,
     spec: &FileSpec,
@@ -262,16 +262,16 @@ fn read_cleaned(
     }
 }
 
-/// The files that a mesh comes from.
+/// Files that a mesh was read from.
 struct Sources {
-    /// The file, and that of TetGen's nodes.
+    /// The file, and TetGen's node file.
     paths: [PathBuf; 2],
-    /// Files that a deck was joined from.
+    /// Parts of a deck that includes other files.
     stretches: Vec<Stretch>,
 }
 
 impl Sources {
-    /// A fault in one of the files.
+    /// Adds the file and the position in it to an error.
     fn fault(&self, spec: &FileSpec, site: Site, error: MeshError) -> MeshError {
         let before = self.stretches.partition_point(|stretch| stretch.first <= site.line);
         let (path, line) = match before.checked_sub(1).map(|stretch| &self.stretches[stretch]) {
@@ -288,32 +288,32 @@ impl Sources {
     }
 }
 
-/// Where in the input a fault lies, as far as is known.
+/// Position of an error in the input, as far as known.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Site {
     /// Line, from 1; 0 if there is none.
     pub line: u32,
-    /// Name, in the file, of the thing at fault.
+    /// Number of the item in the file.
     pub tag: Option<FileTag>,
-    /// True if it is in [`MeshInput::nodes`].
+    /// True if the error is in [`MeshInput::nodes`].
     pub in_nodes: bool,
-    /// True if the reader found it, before there was a mesh.
+    /// True if the reader found the error, before there was a mesh.
     pub is_of_reader: bool,
 }
 
-/// The mesh that these bytes spell; total: every input gives a mesh or an error.
+/// Parses a mesh: every input gives a mesh or an error.
 #[cfg(test)]
 pub(super) fn parse(format: Format, input: &MeshInput, dimension: usize) -> Result<Mesh, (Site, MeshError)> {
     parse_file(format, input, dimension).map(|file| file.mesh)
 }
 
-/// The same with the places of its cells.
+/// Parses a mesh, with the positions of its cells.
 fn parse_file(format: Format, input: &MeshInput, dimension: usize) -> Result<FileMesh, (Site, MeshError)> {
     let text =
         |bytes| if format == Format::Stl && stl::is_binary(bytes) { bytes } else { without_mark(bytes) };
     let input = MeshInput { bytes: text(input.bytes), nodes: text(input.nodes), ..*input };
     read_and_check(format, &input, dimension).map_err(|(site, error)| {
-        // A file of another kind has no vertices for a reader that passes over what it does not know.
+        // A reader that skips unknown content finds no vertices in a file of another kind.
         let unread = matches!(error, MeshError::Empty) || site.is_of_reader;
         match recognised(format, input.bytes).filter(|_| unread) {
             Some(other) => (Site::default(), other.into()),
@@ -322,7 +322,7 @@ fn parse_file(format: Format, input: &MeshInput, dimension: usize) -> Result<Fil
     })
 }
 
-/// A text without the mark that some editors put before it to say that it is UTF-8.
+/// Strips the UTF-8 byte order mark that some editors write.
 pub(super) fn without_mark(bytes: &[u8]) -> &[u8] {
     bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)
 }
@@ -342,7 +342,7 @@ fn read_and_check(
 }
 
 impl FileMesh {
-    /// Gives the mesh its points, cleans and checks it.
+    /// Sets the points of the mesh, cleans and checks it.
     fn finish(&mut self, spec: &FileSpec, dimension: usize) -> Result<(), MeshError> {
         self.mesh.dimension = dimension;
         self.mesh.points = self.flatten(dimension)?;
@@ -351,7 +351,7 @@ impl FileMesh {
         check(&self.mesh)
     }
 
-    /// The points in as many coordinates as the scene has.
+    /// Points with as many coordinates as the scene has dimensions.
     fn flatten(&mut self, dimension: usize) -> Result<Vec<f64>, MeshError> {
         unusable_cells(&self.mesh)?;
         if dimension == 3 {
@@ -367,7 +367,7 @@ impl FileMesh {
         Ok(points)
     }
 
-    /// Where the vertex or cell that `error` is about stands in the file.
+    /// Position in the file of the vertex or cell that `error` concerns.
     fn site(&self, error: &MeshError) -> Site {
         let locate = |places: &[Place], i: usize, tag: fn(u64) -> FileTag| {
             let Place { tag: number, line } = places.get(i).copied().unwrap_or_default();
@@ -401,7 +401,7 @@ impl FileMesh {
             | MeshError::FoldedCell { cell: c, .. }
             | MeshError::Inverted { cell: c, .. } => cell(c),
             MeshError::ZeroLengthEdge { edge, .. } => cell(&Cell::Edge(*edge)),
-            // The boundary of solid cells does not stand in the file.
+            // The boundary of solid cells has no position in the file.
             MeshError::Surface(error) if self.mesh.element_dimension() == 2 => {
                 error.triangle().map_or_else(Site::default, |i| cell(&Cell::Triangle(i)))
             }

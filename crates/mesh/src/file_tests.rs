@@ -1,4 +1,4 @@
-//! Both Gmsh formats, OBJ, and where faults are reported, on small literal files.
+//! Both Gmsh formats, OBJ, and the positions of errors, on small literal files.
 
 use std::path::{Path, PathBuf};
 
@@ -6,10 +6,10 @@ use super::file::{Format, MeshInput, Site};
 use super::{FileTag, Mesh, MeshError, MidNodes, build};
 use crate::spec::{FileSpec, MeshSpec};
 
-/// The line of a fault, and what the file calls the thing at fault.
+/// Line of an error, and the number of the item in the file.
 type Location = (u32, Option<FileTag>);
 
-/// The mesh of a single file, or the line and tag of the fault, and the fault.
+/// The mesh of a single file, or the error with its position.
 pub(super) fn parse(
     format: Format,
     bytes: &[u8],
@@ -32,8 +32,8 @@ $Nodes\n5\n\
 5 1.0000000000000000e+00 1.0000000000000000e+00 1.0000000000000000e+00\n$EndNodes\n\
 $Elements\n4\n1 4 2 7 1 1 2 3 4\n2 4 2 8 1 2 3 4 5\n3 2 2 3 1 1 3 2\n4 2 2 3 1 1 2 4\n$EndElements\n";
 
-/// As Gmsh 4.15 lays out version 4.1: entities in two groups, parametric nodes, gaps in the tags, an unknown
-/// section.
+/// Laid out as Gmsh 4.15 writes version 4.1: entities in two groups, parametric nodes, gaps in the tags,
+/// an unknown section.
 pub(super) const GMSH_41: &str = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n\
 $PhysicalNames\n4\n0 2 \"corner\"\n2 6 \"left\"\n2 9 \"both sides\"\n3 5 \"body\"\n$EndPhysicalNames\n\
 $Entities\n1 1 2 1\n\
@@ -62,7 +62,7 @@ fn obj(text: &str, dimension: usize) -> Result<Mesh, MeshError> {
     parse(Format::Obj, text.as_bytes(), dimension).map_err(|(_, error)| error)
 }
 
-/// The line and tag of the fault, and the fault.
+/// Line, tag and error.
 fn fault(format: Format, text: &str, dimension: usize) -> (u32, Option<FileTag>, MeshError) {
     let (place, error) = parse(format, text.as_bytes(), dimension).unwrap_err();
     let (line, tag) = place.unwrap_or_default();
@@ -105,7 +105,7 @@ fn version_4_1_with_gaps_parameters_and_entities_in_several_groups() {
     assert_eq!(group("left"), (2, vec![0], vec![0, 2, 3]));
     assert_eq!(group("both sides"), (2, vec![0, 1], vec![0, 1, 2, 3]));
     assert_eq!(group("corner"), (0, vec![0], vec![0]));
-    // Line group 2 has no name of its own.
+    // Line group 2 has no name.
     assert_eq!(group("2"), (1, vec![0], vec![0, 1]));
 }
 
@@ -215,7 +215,7 @@ fn faults_of_the_mesh_name_the_numbers_of_the_file() {
     assert_eq!((line, tag), (21, Some(FileTag::Element(2))));
     let (line, tag, error) = fault(Format::Gmsh, &GMSH_41.replace("0 1 0 0.5 0.5", "0 nan 0 0.5 0.5"), 3);
     assert!(matches!(error, E::NonFiniteCoordinate { vertex: 2, axis: 1, .. }), "{error}");
-    // Positions stand apart from tags in this format: the line is the position's.
+    // This format lists positions apart from tags: the line is the position's.
     assert_eq!((line, tag), (32, Some(FileTag::Node(10))));
     let (_, tag, error) = fault(
         Format::Gmsh,

@@ -1,26 +1,26 @@
-//! Errors in the text of mesh files, beyond those that [`MeshError`](super::MeshError) has for all formats.
+//! Errors in the content of mesh files, beyond those of [`MeshError`](super::MeshError) for all formats.
 
-/// Why the content of a file is no mesh.
+/// Error in the content of a mesh file.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum FormatError {
-    /// A part of the format, or a format variant, that is not read.
+    /// An unsupported part or variant of the format.
     #[error("{found} is not read; {supported}")]
     Unsupported {
         /// Contents of the file.
         found: String,
-        /// Contents that would be read.
+        /// Supported contents.
         supported: &'static str,
     },
-    /// A file of another kind than its extension says.
+    /// A file whose content does not match its extension.
     #[error("this is {found}; {advice}")]
     Other {
-        /// Its kind.
+        /// Actual kind of the file.
         found: &'static str,
         /// Advice.
         advice: &'static str,
     },
-    /// A cell that names a vertex that is not there.
+    /// A cell with a vertex number out of range.
     #[error("there is no vertex {number}: the file has {count}, numbered from {first}")]
     VertexNumber {
         /// The number in the file.
@@ -30,35 +30,35 @@ pub enum FormatError {
         /// Number of the first vertex.
         first: u64,
     },
-    /// Things are numbered one after the other in this format.
+    /// A gap in consecutive numbers.
     #[error(
         "this {what} has the number {found} where {expected} comes next; number them one after the other"
     )]
     Sequence {
         /// `vertex` or `tetrahedron`.
         what: &'static str,
-        /// The number that must come.
+        /// Expected number.
         expected: u64,
-        /// The number there.
+        /// Number found.
         found: u64,
     },
-    /// Two counts that must agree.
+    /// Two counts that disagree.
     #[error("{what}: {found}, but it must be {expected}")]
     Count {
-        /// The things counted.
+        /// Items counted.
         what: &'static str,
-        /// How many there must be.
+        /// Expected count.
         expected: u64,
-        /// How many there are.
+        /// Count found.
         found: u64,
     },
-    /// A coordinate that is no number.
+    /// A coordinate that is not finite.
     #[error("a coordinate is {value}; it must be a finite number")]
     NotFinite {
         /// The coordinate.
         value: f64,
     },
-    /// A cell with nodes in the middle of its edges where only corners are wanted.
+    /// A cell with mid-edge nodes where only corners are accepted.
     #[error(
         "a {name} has nodes in the middle of its edges, and the elements of a body are of first order; set \
          `order = 2` in the body to use them, or `drop_mid_nodes = true` beside `path` to use the corners \
@@ -68,12 +68,12 @@ pub enum FormatError {
         /// The cell.
         name: &'static str,
     },
-    /// Cells of first and of second order in one mesh.
+    /// Cells of first and second order in one mesh.
     #[error(
         "this cell has no nodes in the middle of its edges while others have; all cells must be of one order"
     )]
     MixedOrder,
-    /// XML that is none.
+    /// Malformed XML.
     #[error("the XML is broken: {message}")]
     Xml {
         /// Message of the parser.
@@ -82,9 +82,9 @@ pub enum FormatError {
     /// An array of numbers that cannot be decoded.
     #[error("the array `{array}` cannot be read: {problem}")]
     Array {
-        /// Its name.
+        /// Name of the array.
         array: String,
-        /// The mistake, and what would be right.
+        /// The mistake and the remedy.
         problem: String,
     },
 }

@@ -1,4 +1,4 @@
-//! Files that meshio wrote, with a mistake in them: where it is, and what is said.
+//! Files written by meshio with a mistake added: position and message of the error.
 
 use super::file::Format;
 use super::format_tests::{MEDIT, SURFACES, VTK, VTU, changed, fault, read, with};
@@ -31,7 +31,7 @@ fn faults_of_vtk_files_name_line_or_byte() {
             );
         }
     }
-    // Index 4 of the binary file becomes 5: the fault is where its cell begins.
+    // Index 4 of the binary file becomes 5: the error is at the beginning of its cell.
     let mut binary = VTK[3].1.to_vec();
     let list = [0, 0, 0, 4, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0, 3, 0, 0, 0, 4];
     let at = binary.windows(list.len()).position(|window| window == list).unwrap();
@@ -41,7 +41,7 @@ fn faults_of_vtk_files_name_line_or_byte() {
     assert!(message.contains("there is no vertex 5"), "{message}");
 }
 
-/// One point more than declared is refused, whatever is behind it, and so are a million attributes.
+/// One point more than declared is an error whatever follows it, and so are a million attributes.
 #[test]
 fn a_vtu_that_states_more_than_it_declares_is_not_unpacked() {
     let zeros = |count: usize| {
@@ -163,7 +163,7 @@ fn faults_of_medit_files_name_the_line() {
     assert_eq!((line, tag), (15, Some(FileTag::Element(2))));
 }
 
-/// Counts that no file can hold, and elements of nothing.
+/// Counts beyond any file, and elements without properties.
 #[test]
 fn announced_counts_are_not_believed() {
     let huge = u64::MAX;

@@ -1,4 +1,5 @@
-//! Formats read back from files that meshio and VTK wrote (`tests/tools/write_meshes.py`), and their faults.
+//! Formats read back from files that meshio and VTK wrote (`tests/tools/write_meshes.py`), and errors in
+//! them.
 
 use super::file::{Format, MeshInput, Site, parse};
 use super::{FileTag, FormatError, Mesh, MeshError, MidNodes};
@@ -11,7 +12,7 @@ macro_rules! data {
     };
 }
 
-/// Coordinates of the bodies that the script writes.
+/// Coordinates of the bodies written by the script.
 const POINTS: [f64; 15] = [0., 0., 0., 1., 0., 0., 0., 1., 0., 0.1, 0.2, 0.7, 1., 1., 1.25];
 
 pub(super) const VTK: [(&str, &[u8]); 4] = [
@@ -21,7 +22,7 @@ pub(super) const VTK: [(&str, &[u8]); 4] = [
     ("4.2 binary", data!("solid_42_binary.vtk")),
 ];
 
-/// Written by Gmsh 4.15; the bytes of the big-endian ones exchanged by the script.
+/// Written by Gmsh 4.15; the script swapped the bytes of the big-endian files.
 pub(super) const GMSH_BINARY: [(&str, &[u8]); 6] = [
     ("2.2 little", data!("solid_22_little.msh")),
     ("2.2 big", data!("solid_22_big.msh")),
@@ -31,7 +32,7 @@ pub(super) const GMSH_BINARY: [(&str, &[u8]); 6] = [
     ("4.1 second order", data!("quadratic_41_binary.msh")),
 ];
 
-/// Written by VTK 9.6: with names of components, one of them empty, ranges, units, and arrays before the
+/// Written by VTK 9.6, with component names (one of them empty), ranges, units, and arrays before the
 /// points.
 pub(super) const METADATA: [(&str, &[u8]); 4] = [
     ("4.2 ascii", data!("metadata_42_ascii.vtk")),
@@ -76,13 +77,13 @@ pub(super) fn read(format: Format, bytes: &[u8]) -> Mesh {
     with(format, bytes, &[], 3, MidNodes::Refuse).unwrap_or_else(|(site, error)| panic!("{site:?}: {error}"))
 }
 
-/// The place of the fault, and what is said.
+/// Position of the error and its message.
 pub(super) fn fault(format: Format, bytes: &[u8]) -> (u32, Option<FileTag>, String) {
     let (site, error) = with(format, bytes, &[], 3, MidNodes::Refuse).unwrap_err();
     (site.line, site.tag, error.to_string())
 }
 
-/// `from` exchanged for `to`, once.
+/// Replaces one occurrence of `from` by `to`.
 pub(super) fn changed(bytes: &[u8], from: &str, to: &str) -> Vec<u8> {
     let text = String::from_utf8(bytes.to_vec()).unwrap();
     assert!(text.contains(from), "no {from:?}");
@@ -155,9 +156,9 @@ fn hexahedra_read_back_with_the_groups_of_their_sides() {
     let (_, _, message) = fault(Format::Vtu, data!("quads.vtu"));
     assert!(message.contains("a surface of 2 quadrilaterals in space"), "{message}");
     let plane = with(Format::Vtu, data!("quads.vtu"), &[], 2, MidNodes::Refuse).map_err(|(_, error)| error);
-    // Those of the upper corners are not used.
+    // The vertices of the upper corners are unused.
     assert!(plane.unwrap_err().to_string().contains("6 vertices belong to no element"), "unused");
-    // Turned inside out.
+    // Inverted cells.
     let turned = changed(data!("cells_22.msh"), " 1 5 7 3 2 6 8 4", " 2 6 8 4 1 5 7 3");
     let (line, _, message) = fault(Format::Gmsh, &turned);
     assert!(line > 0 && message.contains("hexahedron 0 is inverted"), "{line} {message}");
@@ -168,7 +169,8 @@ fn faults_of_binary_gmsh_files_name_their_offset() {
     let [two, four] = [GMSH_BINARY[0].1, GMSH_BINARY[2].1];
     let after =
         |bytes: &[u8], word: &[u8]| bytes.windows(word.len()).position(|w| w == word).unwrap() + word.len();
-    // 2.2: the type of the first packet, 2, made a prism's. 4.1: the tag of a node of the last element.
+    // 2.2: the type of the first packet, 2, becomes a prism's. 4.1: the tag of a node of the last element
+    // changes.
     let mut prisms = two.to_vec();
     let at = after(two, b"$Elements\n4\n");
     prisms[at] = 6;
@@ -203,7 +205,7 @@ fn faults_of_binary_gmsh_files_name_their_offset() {
     }
 }
 
-/// Some editors put it before every text that they save.
+/// Some editors write the mark at the beginning of every text.
 #[test]
 fn a_byte_order_mark_is_passed_over() {
     let with_mark = |bytes: &[u8]| [b"\xef\xbb\xbf", bytes].concat();
@@ -329,7 +331,7 @@ fn surfaces_read_back_with_shared_vertices() {
             "{name}"
         );
         assert!(mesh.boundary_edges().is_empty(), "{name}");
-        // STL numbers vertices as they come, and stores single precision.
+        // STL has no vertex numbers and stores single precision.
         let corner = |cell: usize, corner: usize| mesh.point(mesh.triangles[cell][corner] as usize);
         let tolerance = if format == Format::Stl || name == "polydata" { 1e-7 } else { 0.0 };
         for (cell, vertices) in [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]].iter().enumerate() {
@@ -378,7 +380,7 @@ fn tetgen_pairs_count_from_zero_or_one_and_carry_markers() {
     assert_eq!(mesh.tetrahedra, [[0, 1, 2, 3]]);
     assert_eq!(mesh.groups.keys().collect::<Vec<_>>(), ["tetrahedron_6", "vertex_-1", "vertex_2"]);
     assert_eq!(mesh.groups["vertex_-1"].vertices, [3]);
-    // Left-handed throughout, as TetGen has it: two vertices change places.
+    // TetGen's tetrahedra are left-handed: two vertices are exchanged.
     let left = tetgen(b"1 4 0\n1 1 3 2 4\n", nodes).unwrap();
     assert_eq!(left.tetrahedra, [[0, 2, 3, 1]]);
     let plane =
@@ -437,7 +439,7 @@ fn cells_of_second_order_are_refused_dropped_or_kept() {
     }
 }
 
-/// In the order that [`quadratic`](super::quadratic) documents.
+/// Checks the node order documented in [`quadratic`](super::quadratic).
 pub(super) fn middles_are_in_the_middle(mesh: &Mesh) {
     let check = |edges: &[[usize; 2]], cell: &[u32], middles: &[u32]| {
         for (&[a, b], &middle) in edges.iter().zip(middles) {
@@ -464,7 +466,7 @@ fn promoted_meshes_share_the_nodes_of_their_edges() {
     assert_eq!(quadratic.points[..15], mesh.points);
     middles_are_in_the_middle(&quadratic);
     super::check::check(&quadratic).unwrap();
-    // The face that both share: nodes 12, 23, 13 of the first are 01, 12, 02 of the second.
+    // The shared face: nodes 12, 23, 13 of the first cell are 01, 12, 02 of the second.
     let [first, second] = quadratic.tetrahedron_middles[..] else { panic!() };
     assert_eq!([first[1], first[5], first[4]], [second[0], second[1], second[2]]);
     // Four corners and five edges of the two triangles; the tetrahedra have ten nodes.
@@ -486,7 +488,7 @@ fn mixed_orders_are_refused() {
     assert_eq!((dropped.vertex_count(), &dropped.triangles[..]), (4, &[[0, 1, 2], [0, 2, 3]][..]));
 }
 
-/// Lines of both orders between the same corners, in either order of the file.
+/// Lines of both orders between the same corners, in either order in the file.
 #[test]
 fn lines_of_both_orders_are_refused_or_read_by_their_corners() {
     let file = |lines: &str| {
@@ -533,7 +535,7 @@ fn solids_of_an_stl_file_are_groups_and_only_equal_vertices_are_merged() {
     assert!(matches!(error, MeshError::RepeatedCell { .. }), "{error}");
 }
 
-/// As writers of STL spell it.
+/// Spellings used by writers of STL.
 #[test]
 fn ascii_stl_is_read_as_it_is_written() {
     let stl = SURFACES[3].2;
@@ -565,7 +567,7 @@ fn ascii_stl_is_read_as_it_is_written() {
         let mesh = mesh.unwrap_or_else(|(site, error)| panic!("{name}: {site:?} {error}"));
         assert_eq!((&mesh.points, &mesh.triangles), (&whole.points, &whole.triangles), "{name}");
     }
-    // A binary file that begins with the same word, cut off: the message is about its bytes.
+    // A truncated binary file that begins with the same word: the message is about its bytes.
     let mut binary = SURFACES[4].2.to_vec();
     binary[..5].copy_from_slice(b"solid");
     assert_eq!(read(Format::Stl, &binary).triangles, whole.triangles);

@@ -1,4 +1,4 @@
-//! Files that are not what they should be: every input gives a mesh or an error, and never a panic.
+//! Malformed files: every input gives a mesh or an error, and never a panic.
 
 use proptest::prelude::*;
 
@@ -9,7 +9,7 @@ use super::geometry::measure;
 use super::{Mesh, MidNodes};
 use crate::spec::FileSpec;
 
-/// Properties that a mesh that passes must keep, whatever it was read from.
+/// Properties of every accepted mesh.
 fn is_sound(mesh: &Mesh) {
     assert!(mesh.points.iter().all(|x| x.is_finite()));
     let count = mesh.vertex_count() as u32;
@@ -31,7 +31,7 @@ fn is_sound(mesh: &Mesh) {
     super::check::check(mesh).unwrap();
 }
 
-/// Every step of cleaning.
+/// Requests every cleaning step.
 fn cleaned() -> FileSpec {
     let merge = Some(1e-3);
     FileSpec { merge, drop_degenerate: true, drop_unused: true, orient: true, ..FileSpec::default() }
@@ -51,7 +51,7 @@ fn read_all(bytes: &[u8]) {
     }
 }
 
-/// One valid file with a few of its words exchanged for troublesome ones, cut off somewhere.
+/// A valid text file with a few words replaced by troublesome ones, truncated somewhere.
 fn mutated() -> impl Strategy<Value = Vec<u8>> {
     const TROUBLE: [&str; 18] = [
         "0",
@@ -77,7 +77,7 @@ fn mutated() -> impl Strategy<Value = Vec<u8>> {
     let exchange = (any::<prop::sample::Index>(), prop::sample::select(&TROUBLE[..]));
     (text, prop::collection::vec(exchange, 0..4), any::<Option<prop::sample::Index>>()).prop_map(
         |(text, exchanges, cut)| {
-            // Line ends are words of their own, so that lines can be joined too.
+            // Line ends are separate words, so that lines can be joined too.
             let mut words: Vec<String> = text.split_inclusive([' ', '\n']).map(str::to_string).collect();
             for (index, with) in exchanges {
                 let word = index.get_mut(&mut words[..]);
@@ -93,7 +93,7 @@ fn mutated() -> impl Strategy<Value = Vec<u8>> {
     )
 }
 
-/// A valid file of any format with a few of its bytes exchanged, cut off somewhere.
+/// A valid file of any format with a few bytes replaced, truncated somewhere.
 fn damaged() -> impl Strategy<Value = Vec<u8>> {
     let mut files: Vec<&[u8]> = vec![MEDIT];
     files.extend(GMSH_BINARY.iter().chain(&METADATA).map(|(_, bytes)| bytes));
@@ -145,8 +145,7 @@ proptest! {
         }
     }
 
-    /// The same body, whatever the tags of its nodes and the order in which nodes and elements stand in the
-    /// file.
+    /// The body does not depend on the tags of nodes nor on the order of nodes and elements in the file.
     #[test]
     fn tags_and_orders_of_a_file_do_not_matter(
         tags in Just((1..=27_u64).map(|i| i * i * 7).collect::<Vec<_>>()).prop_shuffle(),
@@ -200,7 +199,7 @@ proptest! {
     }
 }
 
-/// A header may announce more than the memory of any machine: only what is there is read.
+/// A header may announce more than any machine's memory: the reader reads only what is present.
 #[test]
 fn announced_counts_are_not_believed() {
     let huge = u64::MAX;
@@ -217,7 +216,7 @@ fn announced_counts_are_not_believed() {
     }
 }
 
-/// The same in binary files: eight bytes of ones wherever a count may stand.
+/// Binary files with the largest count wherever a count may be.
 #[test]
 fn announced_binary_counts_are_not_believed() {
     for (name, bytes) in GMSH_BINARY {
@@ -225,7 +224,7 @@ fn announced_binary_counts_are_not_believed() {
         for at in start..bytes.len() {
             for width in [4, 8] {
                 let mut bytes = bytes.to_vec();
-                // Positive as an `int` too, in either order.
+                // The bytes give a positive `int` in either byte order.
                 bytes[at..].iter_mut().take(width).for_each(|byte| *byte = 0x7f);
                 if let Ok(mesh) = parse(Format::Gmsh, &bytes, 3) {
                     is_sound(&mesh);

@@ -18,7 +18,7 @@ fn built(spec: &MeshSpec, dimension: usize) -> Mesh {
     mesh
 }
 
-/// Lines of the notch are lines of the top once more.
+/// The notch repeats these lines of the top side in its own group.
 fn extra_lines(spec: &MeshSpec) -> u64 {
     if let MeshSpec::NotchedBeam(beam) = spec { 2 * beam.cells[1] as u64 } else { 0 }
 }
@@ -93,7 +93,7 @@ fn prismatic_shapes_have_the_volume_of_their_polygons() {
     }
 }
 
-/// Inscribed polyhedra: the error of volume and area falls with the square of the edge length.
+/// Inscribed polyhedra: the errors of volume and area fall with the square of the edge length.
 #[test]
 fn balls_and_spheres_converge_with_the_square_of_the_edge_length() {
     let (solid, surface) = (4.0 / 3.0 * PI * 8.0, 4.0 * PI * 4.0);
@@ -134,7 +134,7 @@ fn benchmarks_have_their_corners_and_areas() {
     assert_eq!(notch, [[1.75, 1.0], [1.875, 0.875], [2.0, 0.75], [2.125, 0.875], [2.25, 1.0]]);
 }
 
-/// Plane shapes of quadrilaterals have the vertices, the sides and the area of those of triangles.
+/// Quadrilateral meshes of plane shapes have the vertices, sides and area of the triangle meshes.
 #[test]
 fn mapped_rectangles_are_made_of_quadrilaterals_too() {
     for name in ["cooks_membrane", "tapered_beam", "elliptic_membrane", "notched_beam"] {
@@ -162,7 +162,7 @@ fn mapped_rectangles_are_made_of_quadrilaterals_too() {
     }
 }
 
-/// The keys left out are those of the benchmarks.
+/// Defaults are the dimensions of the benchmarks.
 #[test]
 fn the_defaults_are_those_of_nafems() {
     let spec: TaperedBeamSpec = serde_json::from_str(r#"{ "cells": [1, 1] }"#).unwrap();
@@ -171,9 +171,9 @@ fn the_defaults_are_those_of_nafems() {
     assert_eq!((spec.inner, spec.outer), ([2.0, 1.0], [3.25, 2.75]));
 }
 
-/// Bars for cells about as long as wide; a grid has 0.756 in 3D and 0.866 in 2D. Cook's membrane is sheared,
-/// and the split that makes it worse is the one that its reference values were computed with (verification
-/// C9).
+/// Bounds on the mean ratio for cells about as long as wide; a grid has 0.756 in 3D and 0.866 in 2D.
+/// Cook's membrane is sheared, and its reference values were computed with the less favourable split
+/// (verification C9).
 #[test]
 fn elements_are_well_shaped() {
     let cook = MeshSpec::CooksMembrane(CooksMembraneSpec { cells: [16, 16], element: None });
@@ -200,7 +200,7 @@ fn elements_are_well_shaped() {
     }
 }
 
-/// Groups that together are the whole boundary, each of the right area.
+/// The groups cover the whole boundary, each with the right area.
 #[test]
 fn groups_cover_the_boundary_and_face_outwards() {
     for (spec, areas) in [

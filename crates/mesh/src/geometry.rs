@@ -3,11 +3,11 @@
 /// Measure of a simplex.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct SimplexMeasure {
-    /// Signed volume [m^3], area [m^2] (not negative where the simplex has no orientation) or length [m].
+    /// Signed volume [m^3], area [m^2] (non-negative if the simplex has no orientation) or length [m].
     pub volume: f64,
     /// Longest edge `h` [m].
     pub size: f64,
-    /// `det Dm / h^d`: free of units.
+    /// `det Dm / h^d`, dimensionless.
     pub relative: f64,
     /// Sum of the squared edge lengths over `h^2`.
     pub relative_edges: f64,
@@ -25,7 +25,7 @@ pub(super) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// Position padded with zeros to three coordinates.
+/// Position, padded with zeros to three coordinates.
 fn padded(point: &[f64]) -> [f64; 3] {
     let mut x = [0.0; 3];
     for (to, from) in x.iter_mut().zip(point) {
@@ -42,10 +42,10 @@ pub(super) fn longest_edge<const D: usize>(nodes: &[[f64; D]], edges: &[[usize; 
 
 /// Measures an edge, a triangle or a tetrahedron, `N` = 2, 3, 4.
 ///
-/// `points` is flat, `(n, dimension)` [m], and holds every index of `cell`. Tetrahedra and triangles in the
-/// plane are signed, triangles in space are not. Edges are divided by the largest coordinate difference
-/// before any product, so that the test on `relative` means the same at 1e-150 m and at 1e150 m. NaN comes
-/// out as NaN.
+/// `points` is flat, `(n, dimension)` [m], and contains every index of `cell`. Tetrahedra and triangles
+/// in the plane are signed, triangles in space are not. Edges are divided by the largest coordinate
+/// difference before any product, so that the test on `relative` is scale-invariant from 1e-150 m to
+/// 1e150 m. NaN coordinates give NaN.
 pub(super) fn measure<const N: usize>(points: &[f64], dimension: usize, cell: [u32; N]) -> SimplexMeasure {
     let x: [[f64; 3]; N] = cell.map(|i| padded(&points[i as usize * dimension..][..dimension]));
     let mut edges = [[0.0; 3]; 6];

@@ -5,9 +5,9 @@ use super::{Mesh, MeshError, MeshSize};
 use crate::spec::GridSpec;
 use pliant::element::CellBlock;
 
-/// Corners `(i, j, k)` of the six tetrahedra of Kuhn's split, as offsets from the cell's lower corner. All
-/// contain the diagonal from (0, 0, 0) to (1, 1, 1), so that neighbouring cells match without alternating;
-/// all are positive.
+/// Corners `(i, j, k)` of the six tetrahedra of Kuhn's split, as offsets from the cell's lower corner.
+/// All contain the diagonal from (0, 0, 0) to (1, 1, 1), so that neighbouring cells match without
+/// alternating; all have positive volume.
 const KUHN: [[[usize; 3]; 4]; 6] = [
     [[0, 0, 0], [1, 0, 0], [1, 1, 0], [1, 1, 1]],
     [[0, 0, 0], [1, 1, 0], [0, 1, 0], [1, 1, 1]],
@@ -17,10 +17,10 @@ const KUHN: [[[usize; 3]; 4]; 6] = [
     [[0, 0, 0], [1, 0, 1], [1, 0, 0], [1, 1, 1]],
 ];
 
-/// The two triangles of a 2D cell, in the same manner.
+/// The two triangles of a 2D cell, split along the diagonal from (0, 0) to (1, 1).
 const HALVES: [[[usize; 2]; 3]; 2] = [[[0, 0], [1, 0], [1, 1]], [[0, 0], [1, 1], [0, 1]]];
 
-/// Counts of the grid; refuses a specification that is no grid.
+/// Counts of the grid; rejects an invalid specification.
 pub(super) fn size(spec: &GridSpec, dimension: usize) -> Result<MeshSize, MeshError> {
     if spec.cells.len() != dimension {
         return Err(MeshError::Components { field: "cells", expected: dimension, found: spec.cells.len() });
@@ -48,10 +48,10 @@ pub(super) fn size(spec: &GridSpec, dimension: usize) -> Result<MeshSize, MeshEr
     MeshSize { vertices: product(1), triangles, tetrahedra, ..MeshSize::default() }.checked(dimension)
 }
 
-/// Vertex `(i, j, k)` has index `(i (ny + 1) + j) (nz + 1) + k` and lies at `origin + spacing (i, j, k)` or
-/// at `origin + size (i/nx, j/ny, k/nz)`. A 2D cell is split into `(i,j) (i+1,j) (i+1,j+1)` and `(i,j)
-/// (i+1,j+1) (i,j+1)`, a 3D cell into the six tetrahedra of `KUHN`, neither where `element` names the whole
-/// cell; cells in the order of their lower corners.
+/// Builds the grid. Vertex `(i, j, k)` has index `(i (ny + 1) + j) (nz + 1) + k` and lies at
+/// `origin + spacing (i, j, k)` or at `origin + size (i/nx, j/ny, k/nz)`. A 2D cell is split into
+/// `(i,j) (i+1,j) (i+1,j+1)` and `(i,j) (i+1,j+1) (i,j+1)`, a 3D cell into the six tetrahedra of `KUHN`;
+/// if `element` names a whole cell, it is not split. Cells are in the order of their lower corners.
 pub(super) fn build(spec: &GridSpec, dimension: usize) -> Result<Mesh, MeshError> {
     let size = size(spec, dimension)?;
     let origin = spec.origin.clone().unwrap_or_else(|| vec![0.0; dimension]);
@@ -81,7 +81,7 @@ pub(super) fn build(spec: &GridSpec, dimension: usize) -> Result<Mesh, MeshError
     if let Some(block) = &mut whole {
         size.reserve(&mut block.vertices, size.blocks * size.block_nodes)?;
     }
-    // Two dimensions are three with a single layer of vertices.
+    // A 2D grid is a 3D grid with a single layer of vertices.
     let [nx, ny, nz] = [spec.cells[0], spec.cells[1], spec.cells.get(2).copied().unwrap_or(0)];
     let index = |i: usize, j: usize, k: usize| ((i * (ny + 1) + j) * (nz + 1) + k) as u32;
     for i in 0..=nx {
@@ -92,6 +92,7 @@ pub(super) fn build(spec: &GridSpec, dimension: usize) -> Result<Mesh, MeshError
             }
         }
     }
+    // Cells: whole ones, triangles or tetrahedra.
     for i in 0..nx {
         for j in 0..ny {
             if let Some(block) = &mut whole {
@@ -130,7 +131,8 @@ mod tests {
         assert_eq!(mesh.element_count(), 4);
     }
 
-    /// Whole cells have the vertices of their simplices, and mirrored and repeated they stay positive.
+    /// Whole cells have the vertices of their simplices; mirrored and repeated they keep a positive
+    /// volume.
     #[test]
     fn whole_cells_fill_the_box_mirrored_and_repeated_too() {
         for (cells, element) in

@@ -1,8 +1,8 @@
-//! The icosahedron and the lattice on its faces, from which balls and spheres are made.
+//! The icosahedron, and lattices on its faces for balls and spheres.
 
 use std::collections::BTreeMap;
 
-/// Its vertices on the unit sphere.
+/// Vertices of the icosahedron on the unit sphere.
 fn vertices() -> [[f64; 3]; 12] {
     let golden = 0.5 * (1.0 + 5.0_f64.sqrt());
     let length = (1.0 + golden * golden).sqrt();
@@ -23,8 +23,8 @@ fn vertices() -> [[f64; 3]; 12] {
     ]
 }
 
-/// Its faces, the vertices of each ascending: neighbours then divide their common side alike. Whether a face
-/// so written is counter-clockwise seen from outside is found from the vertices.
+/// Faces with ascending vertices, so that neighbours divide their common side alike. The vertex positions
+/// determine whether a face is counter-clockwise seen from outside.
 pub(super) const FACES: [[usize; 3]; 20] = [
     [0, 5, 11],
     [0, 1, 5],
@@ -48,21 +48,21 @@ pub(super) const FACES: [[usize; 3]; 20] = [
     [1, 8, 9],
 ];
 
-/// Concentric shells of points, each a face-by-face division of the icosahedron blown up to a sphere,
-/// numbered as they are first asked for.
+/// Concentric shells of points: each shell is a division of the icosahedron's faces, projected to a
+/// sphere. Points are numbered in the order of their first use.
 #[derive(Default)]
 pub(super) struct Shells {
     /// Flat `(n, 3)`, for the unit ball.
     pub points: Vec<f64>,
-    /// By the icosahedron's vertices with a weight and their weights.
+    /// Index of a point, by the icosahedron's vertices of non-zero weight and their weights.
     known: BTreeMap<[(usize, usize); 3], u32>,
 }
 
 impl Shells {
-    /// The point on shell `weights[0] + weights[1] + weights[2]` of `shells`, in the direction of the
-    /// weighted sum of the vertices of a face.
+    /// Index of the point on shell `weights[0] + weights[1] + weights[2]` of `shells`, in the direction
+    /// of the weighted sum of a face's vertices.
     pub(super) fn point(&mut self, face: [usize; 3], weights: [usize; 3], shells: usize) -> u32 {
-        // Vertices without weight do not count: a point on a side is the same in both faces.
+        // Vertices of weight zero are omitted from the key: a point on a side belongs to both faces.
         let mut key = [(usize::MAX, 0); 3];
         let used = (0..3).filter(|&i| weights[i] > 0).map(|i| (face[i], weights[i]));
         key.iter_mut().zip(used).for_each(|(entry, used)| *entry = used);

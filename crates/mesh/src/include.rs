@@ -1,18 +1,18 @@
 //! Files that an Abaqus deck includes: their text is inserted, and every line keeps its position in its file.
 //!
-//! `*INCLUDE, INPUT=file` stands for the text of a file, `INPUT=file` of `*NODE`, `*ELEMENT` and of sets for
-//! data lines. A deck may come from an untrusted source: its files must lie in its folder or below, each is
-//! read once, and nesting is at most five deep, as in Abaqus.
+//! `*INCLUDE, INPUT=file` inserts the text of a file; `INPUT=file` at `*NODE`, `*ELEMENT` and sets
+//! inserts data lines. A deck may come from an untrusted source: its files must be in its folder or
+//! below, each is read once, and nesting is at most five deep, as in Abaqus.
 
 use std::path::{Component, Path, PathBuf};
 
 use super::abaqus::{Keyword, parse_keyword};
 use super::{FormatError, MeshError};
 
-/// Files in files.
+/// Maximum depth of nested files.
 const DEEPEST: usize = 5;
 
-/// Lines of the joined text from `first` on, which stand in a file from `line` on.
+/// A stretch of the joined text, from line `first` on, that comes from a file, from its line `line` on.
 #[derive(Clone, Debug)]
 pub(super) struct Stretch {
     pub(super) first: u32,
@@ -20,20 +20,20 @@ pub(super) struct Stretch {
     pub(super) line: u32,
 }
 
-/// A deck with its files.
+/// A deck joined with its included files.
 #[derive(Debug)]
 pub(super) struct JoinedDeck {
     pub(super) text: Vec<u8>,
-    /// In the order of the text; at least one.
+    /// Stretches in the order of the text; at least one.
     pub(super) stretches: Vec<Stretch>,
     lines: u32,
     in_step: bool,
 }
 
-/// Puts the files that a deck names in their places; `read` gives the content of a file.
+/// Inserts the files that a deck includes; `read` returns the content of a file.
 ///
 /// # Errors
-/// A file cannot be read, or is one of those that are not; with the file and the line of its name.
+/// A file cannot be read or must not be included; the error names the file and line of the keyword.
 pub(super) fn join(
     path: &Path,
     read: &dyn Fn(&Path) -> Result<Vec<u8>, MeshError>,
@@ -70,6 +70,7 @@ impl JoinedDeck {
             let text = String::from_utf8_lossy(bytes);
             let text = text.trim();
             let is_comment = text.is_empty() || text.starts_with("**");
+            // Comments and lines of a keyword are held back until the keyword is complete.
             if !is_comment && (text.starts_with('*') || !pending.is_empty()) {
                 pending.push_str(text);
             }
@@ -77,7 +78,7 @@ impl JoinedDeck {
                 held.drain(..).for_each(|text| self.push(text));
                 continue;
             }
-            // A keyword line that ends with a comma goes on.
+            // A keyword line that ends with a comma continues on the next line.
             if is_comment || text.ends_with(',') {
                 continue;
             }
@@ -87,6 +88,7 @@ impl JoinedDeck {
             for text in held.drain(..) {
                 self.push(if named.is_some() && keyword.name == "INCLUDE" { b"**" } else { text });
             }
+            // The included file follows its keyword line.
             if let Some(named) = named {
                 let beneath = self.resolve(named, folder, depth);
                 let appended = beneath.and_then(|file| self.append(&file, folder, depth + 1, read));
@@ -108,7 +110,7 @@ impl JoinedDeck {
         self.stretches.push(Stretch { first: self.lines.saturating_add(1), path: path.to_owned(), line });
     }
 
-    /// The path of a file that a deck names, if it may be read.
+    /// Path of an included file, if it may be read.
     fn resolve(&self, named: &str, folder: &Path, depth: usize) -> Result<PathBuf, MeshError> {
         let unsupported =
             |found: String, supported| Err(MeshError::from(FormatError::Unsupported { found, supported }));
@@ -130,7 +132,7 @@ impl JoinedDeck {
     }
 }
 
-/// True if data of this keyword may stand in a file of their own.
+/// True if the data of this keyword may be in a separate file.
 fn has_file(keyword: &Keyword<'_>) -> bool {
     matches!(keyword.name.as_str(), "INCLUDE" | "NODE" | "ELEMENT" | "NSET" | "ELSET")
 }

@@ -3,7 +3,7 @@
 use super::{Mesh, MeshError, MeshSize};
 use crate::spec::InlineSpec;
 
-/// Counts of what is written.
+/// Counts of the listed items.
 pub(super) fn size(spec: &InlineSpec, dimension: usize) -> Result<MeshSize, MeshError> {
     MeshSize {
         vertices: spec.points.len() as u64,
@@ -17,7 +17,7 @@ pub(super) fn size(spec: &InlineSpec, dimension: usize) -> Result<MeshSize, Mesh
     .checked(dimension)
 }
 
-/// Copies the points and cells as they stand.
+/// Copies the points and cells.
 pub(super) fn build(spec: &InlineSpec, dimension: usize) -> Result<Mesh, MeshError> {
     size(spec, dimension)?;
     for (vertex, point) in spec.points.iter().enumerate() {

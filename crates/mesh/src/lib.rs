@@ -1,8 +1,8 @@
 //! Meshes: generators, readers, checks and selections. Plain data, either two- or three-dimensional.
 //!
-//! [`build`] turns the `mesh` table of a scene into a checked [`Mesh`]. [`build_body`] moves and repeats it
-//! as the body says. [`select`] turns a selection into vertex indices. [`predicted_size`] predicts the memory
-//! of a mesh before any of it is allocated. Each generator or format has its own file.
+//! [`build`] turns the `mesh` table of a scene into a checked [`Mesh`]. [`build_body`] transforms and
+//! repeats it for a body. [`select`] turns a selection into vertex indices. [`predicted_size`] predicts
+//! the memory of a mesh before any of it is allocated. Each generator or format has its own file.
 //!
 //! # How to add a generator
 //! 1. Write a file in this folder with `build` and `size`, as `disk.rs` has them.
@@ -113,51 +113,52 @@ pub use thickness::Chord;
 /// A named set of cells of one topological dimension (a physical group of a mesh file).
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Group {
-    /// 0 points, 1 edges, 2 triangles, 3 tetrahedra. Where a file gives one name to cells of several
-    /// dimensions, the highest of them.
+    /// 0 points, 1 edges, 2 triangles, 3 tetrahedra: the highest dimension of the cells with this name in
+    /// the file.
     pub topological_dimension: usize,
     /// Indices into the mesh's cells of that dimension (for points: vertex indices; for edges:
     /// [`Mesh::lines`] if there are any, otherwise [`Mesh::edges`]), ascending.
     pub cells: Vec<u32>,
-    /// Every vertex of the cells of that name, ascending, each once.
+    /// All vertices of the cells with this name, ascending, each once.
     pub vertices: Vec<u32>,
 }
 
-/// Vertices and the cells between them.
+/// A mesh: vertices and cells.
 ///
-/// `points` is flat, `(n, dimension)` [m]. A mesh may hold cells of several dimensions at once: a solid
-/// keeps the boundary triangles that carry its named groups. Elements are made of the cells of the highest
-/// dimension.
+/// `points` is flat, `(n, dimension)` [m]. A mesh may have cells of several dimensions: a solid keeps the
+/// boundary triangles that carry its named groups. The cells of the highest dimension become elements.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
-    /// 2 or 3.
+    /// Dimension of the space, 2 or 3.
     pub dimension: usize,
-    /// Rest positions, flat `(n, dimension)` [m].
+    /// Reference positions, flat `(n, dimension)` [m].
     pub points: Vec<f64>,
-    /// Edges. When there are any, springs are made of these; otherwise of the edges of the highest cells.
+    /// Edges that become springs; without any, springs are made of the edges of the highest-dimensional
+    /// cells.
     pub edges: Vec<[u32; 2]>,
-    /// Line cells of a file that has triangles or tetrahedra too. They carry groups and are no springs: a
-    /// file with named boundary curves would otherwise lose the springs of its interior.
+    /// Line cells of a file that also has triangles or tetrahedra. They only carry groups: if they became
+    /// springs, a file with named boundary curves would lose the springs of its interior.
     pub lines: Vec<[u32; 2]>,
     /// Triangles, counter-clockwise in 2D.
     pub triangles: Vec<[u32; 3]>,
     /// Tetrahedra, `(x1-x0, x2-x0, x3-x0)` right-handed.
     pub tetrahedra: Vec<[u32; 4]>,
-    /// In a mesh of second order the vertices in the middle of the edges of each triangle, in the order `01,
-    /// 12, 20`; otherwise empty.
+    /// Mid-edge nodes of each triangle in a second-order mesh, in the order `01, 12, 20`; otherwise
+    /// empty.
     pub triangle_middles: Vec<[u32; 3]>,
-    /// In a mesh of second order the vertices in the middle of the edges of each tetrahedron, in the order
-    /// `01, 12, 02, 03, 13, 23` (VTK's); otherwise empty.
+    /// Mid-edge nodes of each tetrahedron in a second-order mesh, in the order `01, 12, 02, 03, 13, 23`
+    /// (VTK's); otherwise empty.
     pub tetrahedron_middles: Vec<[u32; 6]>,
-    /// Cells that are no simplices, a block for each kind: of one dimension, these or simplices.
+    /// Cells other than simplices, one block per kind. In one dimension a mesh has either these or
+    /// simplices.
     pub blocks: Vec<CellBlock>,
-    /// Surface that it was made from and that is drawn in its place.
+    /// Embedded surface that the mesh was made from and that is drawn in its place.
     pub skin: Option<Skin>,
     /// Named groups.
     pub groups: BTreeMap<String, Group>,
     /// Result of each step of cleaning that the scene asked for, in order.
     pub cleaned: Vec<Cleaned>,
-    /// Names of what its file says beside the mesh and was not read, materials and supports of a deck.
+    /// Names of the unread contents of the file, such as materials and supports of a deck.
     pub passed_over: Vec<String>,
 }
 
@@ -172,8 +173,8 @@ impl Mesh {
         &self.points[i * self.dimension..(i + 1) * self.dimension]
     }
 
-    /// Topological dimension of the elements: 3 with tetrahedra or hexahedra, 2 with triangles or
-    /// quadrilaterals, 1 with edges only, 0 for points.
+    /// Topological dimension of the elements: 3 for tetrahedra or hexahedra, 2 for triangles or
+    /// quadrilaterals, 1 for edges only, 0 for points.
     pub fn element_dimension(&self) -> usize {
         let of_blocks = self.blocks.iter().map(|block| block.kind.dimension).max().unwrap_or(0);
         let of_simplices = if !self.tetrahedra.is_empty() {
@@ -186,13 +187,13 @@ impl Mesh {
         of_simplices.max(of_blocks)
     }
 
-    /// The elements, where they are no simplices.
+    /// Block of the elements; `None` for simplices.
     pub fn block(&self) -> Option<&CellBlock> {
         let dimension = self.element_dimension();
         self.blocks.iter().find(|block| block.kind.dimension == dimension)
     }
 
-    /// Number of elements: cells of the highest dimension there is; 0 for points.
+    /// Number of elements (cells of the highest dimension); 0 for points.
     pub fn element_count(&self) -> usize {
         if let Some(block) = self.block() {
             return block.len();

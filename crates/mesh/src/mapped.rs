@@ -4,7 +4,7 @@ use super::{Group, Mesh, MeshError, MeshSize};
 use crate::spec::WholeCell;
 use pliant::element::CellBlock;
 
-/// The two triangles of a cell, as in a grid.
+/// The two triangles of a cell, split as in a grid.
 const HALVES: [[[usize; 2]; 3]; 2] = [[[0, 0], [1, 0], [1, 1]], [[0, 0], [1, 1], [0, 1]]];
 
 /// The corners of a whole cell.
@@ -13,10 +13,10 @@ const AROUND: [[usize; 2]; 4] = [[0, 0], [1, 0], [1, 1], [0, 1]];
 /// Names of the four sides: first index 0 and last, second index 0 and last.
 pub(super) type Sides = [&'static str; 4];
 
-/// Counts of a rectangle of cells, whole ones where `element` names them.
+/// Counts of a rectangle of cells; `element` names whole cells.
 ///
 /// # Errors
-/// The element is none of the plane; the counts are too large.
+/// The element is not a plane one; the counts are too large.
 pub(super) fn size([n0, n1]: [usize; 2], element: Option<WholeCell>) -> Result<MeshSize, MeshError> {
     let [n0, n1] = [n0 as u64, n1 as u64];
     let cells = n0.saturating_mul(n1);
@@ -28,10 +28,10 @@ pub(super) fn size([n0, n1]: [usize; 2], element: Option<WholeCell>) -> Result<M
     with_cells(size, cells, element)?.checked(2)
 }
 
-/// The size with so many plane cells.
+/// Counts with this number of plane cells.
 ///
 /// # Errors
-/// The element is none of the plane.
+/// The element is not a plane one.
 pub(super) fn with_cells(
     size: MeshSize,
     cells: u64,
@@ -49,8 +49,9 @@ pub(super) fn with_cells(
     }
 }
 
-/// Vertex `(i, j)` has index `i (n1 + 1) + j` and lies at `point(i, j)`; cells are split as a grid's, unless
-/// `element` names whole ones. The sides are groups of lines that run counter-clockwise about the body.
+/// Builds the mesh. Vertex `(i, j)` has index `i (n1 + 1) + j` and lies at `point(i, j)`; cells are split
+/// as in a grid, unless `element` names whole cells. The sides are groups of lines, counter-clockwise
+/// about the body.
 pub(super) fn build(
     (cells, element): ([usize; 2], Option<WholeCell>),
     sides: Sides,
@@ -86,7 +87,7 @@ pub(super) fn build(
     Ok(mesh)
 }
 
-/// Appends lines that make a group.
+/// Appends lines as a group.
 pub(super) fn add_lines(mesh: &mut Mesh, name: &str, lines: impl Iterator<Item = [u32; 2]>) {
     let first = mesh.lines.len();
     mesh.lines.extend(lines);
@@ -94,7 +95,7 @@ pub(super) fn add_lines(mesh: &mut Mesh, name: &str, lines: impl Iterator<Item =
     mesh.groups.insert(name.to_string(), group);
 }
 
-/// Appends boundary triangles that make a group.
+/// Appends boundary triangles as a group.
 pub(super) fn add_triangles(mesh: &mut Mesh, name: &str, triangles: impl Iterator<Item = [u32; 3]>) {
     let first = mesh.triangles.len();
     mesh.triangles.extend(triangles);

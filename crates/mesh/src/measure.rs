@@ -5,9 +5,9 @@ use super::geometry::measure;
 use pliant::element::{CellBlock, CellVisitor, Isoparametric, MassRule};
 
 impl Mesh {
-    /// Volume of the elements [m^3], or area [m^2], that falls to each vertex: every element gives equal
-    /// shares to its vertices, one of second order those of [`MassRule::lumped`]. Zero for vertices without
-    /// elements.
+    /// Volume [m^3] or area [m^2] of the elements, distributed to the vertices: equal shares in a
+    /// first-order element, those of [`MassRule::lumped`] in a second-order element. Zero for vertices
+    /// without elements.
     pub fn lumped_measure(&self) -> Vec<f64> {
         let mut shares = vec![0.0; self.vertex_count()];
         if let Some(block) = self.block() {
@@ -42,9 +42,9 @@ impl Mesh {
         }
     }
 
-    /// The mass matrix for unit density by rows, `M_ab = integral of N_a N_b` over the elements [m^3 or m^2],
-    /// columns ascending: see [`MassRule::consistent`]. Row sums are the integrals of the shape functions.
-    /// Empty rows for vertices without elements.
+    /// Consistent mass matrix for unit density, `M_ab = integral of N_a N_b` over the elements [m^3 or
+    /// m^2], as rows with ascending columns: see [`MassRule::consistent`]. Row sums are the integrals of
+    /// the shape functions. Rows of vertices without elements are empty.
     pub fn consistent_measure(&self) -> Vec<Vec<(u32, f64)>> {
         let mut rows = vec![vec![]; self.vertex_count()];
         if let Some(block) = self.block() {
@@ -70,7 +70,8 @@ impl Mesh {
         rows
     }
 
-    /// Adds the matrices of the elements to the rows of their vertices; one entry for each vertex at last.
+    /// Adds the matrices of the elements to the rows of their vertices, then merges the entries of each
+    /// column.
     fn add_products<const N: usize>(
         &self,
         cells: &[[u32; N]],
@@ -92,7 +93,7 @@ impl Mesh {
         }
     }
 
-    /// Positions of the nodes of an element in `D` dimensions [m].
+    /// Node positions of an element in `D` dimensions [m].
     pub fn nodes<const D: usize, const N: usize>(&self, cell: &[u32; N]) -> [[f64; D]; N] {
         let mut nodes = [[0.0; D]; N];
         for (node, &v) in nodes.iter_mut().zip(cell) {
@@ -101,8 +102,8 @@ impl Mesh {
         nodes
     }
 
-    /// The edges that springs run along: those of the mesh if it names any, otherwise every edge of its
-    /// elements, once, ascending.
+    /// Edges that become springs: those of the mesh, if it has any, otherwise every edge of its elements,
+    /// once, ascending.
     pub fn spring_edges(&self) -> Vec<[u32; 2]> {
         if self.edges.is_empty() { self.unique_edges() } else { self.edges.clone() }
     }
@@ -115,7 +116,7 @@ impl Mesh {
     }
 }
 
-/// Adds the lumped masses of cells for unit density to their vertices.
+/// Adds the lumped masses of cells to their vertices, for unit density.
 struct Lumped<'a> {
     mesh: &'a Mesh,
     block: &'a CellBlock,
@@ -134,7 +135,7 @@ impl CellVisitor for Lumped<'_> {
     }
 }
 
-/// Adds the consistent mass matrices of cells for unit density to the rows of their vertices.
+/// Adds the consistent mass matrices of cells to the rows of their vertices, for unit density.
 struct Consistent<'a> {
     mesh: &'a Mesh,
     block: &'a CellBlock,
@@ -150,7 +151,7 @@ impl CellVisitor for Consistent<'_> {
     }
 }
 
-/// Lumped masses of cells of second order.
+/// Adds the lumped masses of second-order cells.
 struct SecondOrderLumped<'a> {
     mesh: &'a Mesh,
     block: &'a CellBlock,
@@ -165,7 +166,7 @@ impl CellVisitor for SecondOrderLumped<'_> {
     }
 }
 
-/// Consistent masses of cells of second order.
+/// Adds the consistent mass matrices of second-order cells.
 struct SecondOrderConsistent<'a> {
     mesh: &'a Mesh,
     block: &'a CellBlock,
@@ -180,7 +181,7 @@ impl CellVisitor for SecondOrderConsistent<'_> {
     }
 }
 
-/// The consistent mass matrix of an element for unit density.
+/// Consistent mass matrix of an element for unit density.
 fn consistent<const D: usize, const N: usize>(mesh: &Mesh) -> impl Fn(&[u32; N]) -> [[f64; N]; N] {
     let mass = MassRule::<D, N>::new();
     move |cell| mass.consistent(&mesh.nodes::<D, N>(cell))
@@ -200,8 +201,8 @@ mod tests {
         build(&serde_json::from_value::<MeshSpec>(spec).unwrap(), dimension, Path::new(".")).unwrap()
     }
 
-    /// `integral of x^2` over the cube is the product of nodal values with the matrix; rows are symmetric and
-    /// add up to the volume.
+    /// The product of the matrix with nodal values of x gives the `integral of x^2` over the cube; rows
+    /// are symmetric and sum to the volume.
     #[test]
     fn the_products_of_shape_functions_integrate_squares() {
         for d in [2, 3] {
@@ -233,14 +234,14 @@ mod tests {
             let mesh = grid(d);
             let lumped = mesh.lumped_measure();
             assert!(sums(&mesh).iter().zip(&lumped).all(|(a, b)| (a - b).abs() < 1e-14));
-            // -V/20 of every tetrahedron, of which a corner has V/4.
+            // A corner has -V/20 of every tetrahedron, where the lumped share of first order is V/4.
             let part = if d == 2 { 0.0 } else { -0.2 };
             let quadratic = sums(&mesh.promoted_to_quadratic().unwrap());
             assert!(quadratic.iter().zip(&lumped).all(|(sum, volume)| (sum - part * volume).abs() < 1e-14));
         }
     }
 
-    /// Triangles in space: the same as in the plane.
+    /// Triangles in space have the masses of triangles in the plane.
     #[test]
     fn sheets_have_the_products_of_triangles_in_the_plane() {
         let flat = grid(2);

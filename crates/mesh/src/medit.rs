@@ -11,12 +11,11 @@ use super::file::{FileMesh, MeshInput, Place};
 use super::tokens::{FileFault, Tokens};
 use pliant::element::{CellKind, HEXAHEDRON, QUADRILATERAL};
 
-/// Words of the format that no other word ends: a section whose entries are passed over.
+/// True for a keyword that begins a section; sections that are not read are skipped up to the next one.
 fn begins_section(word: &str) -> bool {
     word.starts_with(|c: char| c.is_ascii_alphabetic()) && word.parse::<f64>().is_err()
 }
 
-/// Reads the whole file.
 pub(super) fn read(input: &MeshInput) -> Result<FileMesh, FileFault> {
     let mut tokens = Tokens::with_comments(input.bytes);
     header(&mut tokens)?;
@@ -60,7 +59,7 @@ fn header(tokens: &mut Tokens) -> Result<(), FileFault> {
     Ok(())
 }
 
-/// The word that begins the next section.
+/// Skips to the word that begins the next section.
 fn skip<'a>(tokens: &mut Tokens<'a>) -> Option<&'a str> {
     loop {
         match tokens.next() {
@@ -89,7 +88,7 @@ impl Medit {
         Ok(tokens.next())
     }
 
-    /// `x y [z] reference`.
+    /// Reads `x y [z] reference`.
     fn vertices<'a>(&mut self, tokens: &mut Tokens<'a>) -> Result<Option<&'a str>, FileFault> {
         let count: u64 = tokens.number("the number of vertices")?;
         for _ in 0..count {
@@ -108,7 +107,7 @@ impl Medit {
         Ok(tokens.next())
     }
 
-    /// `vertices reference`, the vertices numbered from 1; simplices without a kind.
+    /// Reads `vertices reference`, with vertices numbered from 1; `None` as kind stands for simplices.
     fn cells<'a, const N: usize>(
         &mut self,
         tokens: &mut Tokens<'a>,

@@ -16,8 +16,8 @@ pub(super) fn size(spec: &NotchedBeamSpec, dimension: usize) -> Result<MeshSize,
     mapped::size(rectangle(spec.cells), spec.element)
 }
 
-/// Columns of cells from `y = 0` up to the upper side: `cells[0]` on either side of the notch, `cells[1]` in
-/// either half of it, `cells[2]` cells high.
+/// Builds the beam of columns of cells from `y = 0` to the upper side: `cells[0]` columns on either side
+/// of the notch, `cells[1]` in either half of it, each `cells[2]` cells high.
 pub(super) fn build(spec: &NotchedBeamSpec, dimension: usize) -> Result<Mesh, MeshError> {
     size(spec, dimension)?;
     let NotchedBeamSpec { length, height, depth, width, .. } = *spec;
@@ -32,7 +32,7 @@ pub(super) fn build(spec: &NotchedBeamSpec, dimension: usize) -> Result<Mesh, Me
     }
     let [beside, notch, up] = spec.cells;
     let half = beside + notch;
-    // Measured from the middle: both halves have the same numbers.
+    // Measured from the middle, so that both halves have the same numbers.
     let offset = |from_middle: usize| {
         if from_middle <= notch {
             from_middle as f64 / notch as f64 * (0.5 * width)

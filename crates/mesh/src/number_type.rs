@@ -1,6 +1,6 @@
 //! Number types of binary mesh files.
 
-/// How a number is stored.
+/// Storage type of a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum NumberType {
     I8,
@@ -15,7 +15,7 @@ pub(super) enum NumberType {
     F64,
 }
 
-/// Order of the bytes of a number.
+/// Byte order of a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Endian {
     Little,
@@ -23,7 +23,7 @@ pub(super) enum Endian {
 }
 
 impl NumberType {
-    /// Bytes of a number.
+    /// Size of a number [bytes].
     pub(super) fn size(self) -> usize {
         match self {
             NumberType::I8 | NumberType::U8 => 1,
@@ -33,13 +33,13 @@ impl NumberType {
         }
     }
 
-    /// True if it has digits after the point.
+    /// True for floating point types.
     pub(super) fn is_real(self) -> bool {
         matches!(self, NumberType::F32 | NumberType::F64)
     }
 
-    /// The number in the first [`size`](Self::size) bytes; those missing count as zero. Whole numbers above
-    /// 2^53 are rounded: they are far from being the index of anything.
+    /// Decodes the number in the first [`size`](Self::size) bytes; missing bytes count as zero. Integers
+    /// above 2^53 are rounded: no index is that large.
     pub(super) fn decode(self, bytes: &[u8], endian: Endian) -> f64 {
         let mut word = [0_u8; 8];
         for (to, from) in word.iter_mut().zip(&bytes[..self.size().min(bytes.len())]) {
@@ -64,7 +64,7 @@ impl NumberType {
     }
 }
 
-/// The index that a number is, if it is that of one of `count` vertices.
+/// Converts a number to the index of one of `count` vertices; `None` if it is not one.
 pub(super) fn index(number: f64, count: usize) -> Option<u32> {
     (number >= 0.0 && number < count as f64 && number.fract() == 0.0).then_some(number as u32)
 }

@@ -11,10 +11,10 @@ use super::file::{FileMesh, GROUPS_AT_ONCE, MeshInput, Place};
 use super::tokens::{FileFault, excerpt};
 use super::{Group, Mesh, MeshError};
 
-/// Reads `v`, `f`, `l`, `g` and `o`; other statements (normals, texture coordinates, materials) say nothing
-/// about the shape and are passed over. A polygon becomes a fan of triangles about its first vertex, which
-/// is right for convex ones. Cells belong to the current object and to every current group; vertices keep
-/// the order of the file.
+/// Reads `v`, `f`, `l`, `g` and `o`; other statements (normals, texture coordinates, materials) do not
+/// describe the shape and are skipped. A polygon becomes a fan of triangles about its first vertex, which
+/// is right for convex polygons. Cells belong to the current object and to every current group; vertices
+/// keep the order of the file.
 pub(super) fn read(input: &MeshInput) -> Result<FileMesh, FileFault> {
     // Names may be in any encoding; numbers are ASCII.
     let text = String::from_utf8_lossy(input.bytes);
@@ -44,7 +44,7 @@ struct ObjReader {
     line: u32,
     object: Option<usize>,
     current: Vec<usize>,
-    /// Names in order of appearance, and each one's edges and triangles.
+    /// Numbers of the names, in order of appearance.
     numbers: BTreeMap<String, usize>,
     members: Vec<[Vec<u32>; 2]>,
 }
@@ -74,7 +74,7 @@ impl ObjReader {
                 Ok(())
             }
             Some("o") => {
-                // Names of objects may hold spaces.
+                // Names of objects may contain spaces.
                 let name = line.trim().trim_start_matches('o').trim();
                 self.object = if name.is_empty() { None } else { Some(self.number(name)) };
                 Ok(())
@@ -83,7 +83,7 @@ impl ObjReader {
         }
     }
 
-    /// Number of a name, the next free one if it is new.
+    /// Number of a name; a new name gets the next free number.
     fn number(&mut self, name: &str) -> usize {
         let next = self.members.len();
         let number = *self.numbers.entry(name.to_string()).or_insert(next);
@@ -93,7 +93,7 @@ impl ObjReader {
         number
     }
 
-    /// `v x y z`; a weight or a colour may follow.
+    /// Reads `v x y z`; a weight or a colour may follow.
     fn vertex<'a>(&mut self, mut words: impl Iterator<Item = &'a str>) -> Result<(), FileFault> {
         for expected in ["x of a vertex", "y of a vertex", "z of a vertex"] {
             let word = words.next().unwrap_or("");
@@ -106,7 +106,8 @@ impl ObjReader {
         Ok(())
     }
 
-    /// Index of a vertex: from 1, or from -1 backwards; `i/t/n` names texture and normal too.
+    /// Index of a vertex, numbered from 1, or backwards from -1; in `i/t/n` the texture and the normal
+    /// are ignored.
     fn index(&self, word: &str) -> Result<u32, FileFault> {
         let count = self.file.vertices.len();
         let number = word.split('/').next().unwrap_or("");
@@ -158,7 +159,7 @@ impl ObjReader {
         }
     }
 
-    /// Enters a new cell into the current object and groups.
+    /// Adds a new cell to the current object and groups.
     fn member(&mut self, kind: usize, cell: usize) {
         for &number in self.current.iter().chain(self.object.iter()) {
             // The object may have the name of a group.

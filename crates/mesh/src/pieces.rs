@@ -14,7 +14,7 @@ pub struct BlockCount {
     pub kind: [&'static str; 2],
     /// Topological dimension.
     pub dimension: usize,
-    /// How many.
+    /// Number of cells.
     pub count: usize,
 }
 
@@ -25,36 +25,37 @@ impl BlockCount {
     }
 }
 
-/// Counts of what a mesh holds.
+/// Statistics of a mesh.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[non_exhaustive]
 pub struct Contents {
-    /// 2 where there are nodes in the middle of edges, otherwise 1.
+    /// 2 if there are mid-edge nodes, otherwise 1.
     pub order: usize,
     /// Tetrahedra.
     pub tetrahedra: usize,
-    /// Triangles; with tetrahedra these are sides that carry groups.
+    /// Triangles; next to tetrahedra they are sides that carry groups.
     pub triangles: usize,
-    /// Cells that are no simplices; those of lower dimension than the elements are sides that carry groups.
+    /// Cells other than simplices; those of lower dimension than the elements are sides that carry
+    /// groups.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub blocks: Vec<BlockCount>,
-    /// Edges that springs run along.
+    /// Edges that become springs.
     pub edges: usize,
     /// Lines that carry groups.
     pub lines: usize,
-    /// Parts that no element and no edge connects; 0 for a cloud of points.
+    /// Number of unconnected pieces; 0 for a point cloud.
     pub pieces: usize,
-    /// Vertices at exactly the place of another with a lower number. Nothing connects them.
+    /// Vertices at exactly the position of a vertex with a lower number. Nothing connects them.
     pub coincident_vertices: usize,
     /// Result of each step of cleaning that the scene asked for, in order.
     pub cleaned: Vec<Cleaned>,
-    /// Names of what its file says beside the mesh and was not read.
+    /// Names of the unread contents of the file.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub passed_over: Vec<String>,
 }
 
 impl Mesh {
-    /// Counts what it holds; `O(n log n)`.
+    /// Collects the statistics; `O(n log n)`.
     pub fn contents(&self) -> Contents {
         let is_cloud = self.element_dimension() == 0;
         Contents {
@@ -71,8 +72,8 @@ impl Mesh {
         }
     }
 
-    /// Number of sets of vertices that no element and no edge connects with each other. Vertices that
-    /// belong to none count as one each.
+    /// Number of pieces that no element and no edge connects. A vertex without elements and edges counts
+    /// as one.
     fn piece_count(&self) -> usize {
         let mut pieces = DisjointSets::new(self.vertex_count());
         self.edges.iter().for_each(|cell| pieces.connect(cell));
@@ -86,11 +87,11 @@ impl Mesh {
         pieces.count()
     }
 
-    /// Number of vertices that lie exactly where one with a lower number does.
+    /// Number of vertices at exactly the position of a vertex with a lower number.
     fn coincident_count(&self) -> usize {
         let key = |vertex: usize| {
             let mut key = [0_u64; 3];
-            // The sum makes 0 of -0.
+            // Adding 0.0 turns -0 into 0.
             key.iter_mut().zip(self.point(vertex)).for_each(|(key, x)| *key = (x + 0.0).to_bits());
             key
         };
@@ -100,7 +101,7 @@ impl Mesh {
     }
 }
 
-/// Connects the corners of each cell, and the nodes in the middle of its edges where there are any.
+/// Connects the corners and the mid-edge nodes of each cell.
 fn connect_cells<const N: usize, const M: usize>(
     pieces: &mut DisjointSets,
     cells: &[[u32; N]],

@@ -9,8 +9,8 @@ use super::file::{FileMesh, MeshInput, Place};
 use super::number_type::{Endian, NumberType, index};
 use super::tokens::{FileFault, Tokens, excerpt};
 
-/// Reads the elements `vertex` (x, y, z), `face` (polygons: fans of triangles about the first vertex, right
-/// for convex ones) and `edge`; passes over others and over other properties.
+/// Reads the elements `vertex` (x, y, z), `face` (polygons: fans of triangles about the first vertex,
+/// right for convex polygons) and `edge`; other elements and properties are skipped.
 pub(super) fn read(input: &MeshInput) -> Result<FileMesh, FileFault> {
     let mut tokens = Tokens::of_bytes(input.bytes);
     let header = PlyHeader::read(&mut tokens)?;
@@ -26,13 +26,13 @@ pub(super) fn read(input: &MeshInput) -> Result<FileMesh, FileFault> {
     cells.into_file(xyz, places, &Names::new(), input.mid_nodes)
 }
 
-/// Binary files have an order of bytes.
+/// Byte order of a binary file; `None` for ASCII.
 type Encoding = Option<Endian>;
 
 #[derive(Debug)]
 struct Property {
     name: String,
-    /// Type of the length of a list.
+    /// Type of the length of a list; `None` for a single number.
     length: Option<NumberType>,
     value: NumberType,
 }
@@ -109,7 +109,7 @@ impl PlyHeader {
     }
 }
 
-/// The word that begins the next line of the header, remarks apart.
+/// First word of the next header line, comments skipped.
 fn statement<'a>(tokens: &mut Tokens<'a>, expected: &'static str) -> Result<&'a str, FileFault> {
     loop {
         match tokens.word(expected)? {
@@ -119,7 +119,7 @@ fn statement<'a>(tokens: &mut Tokens<'a>, expected: &'static str) -> Result<&'a 
     }
 }
 
-/// `list <type of length> <type> <name>` or `<type> <name>`.
+/// Reads `list <type of length> <type> <name>` or `<type> <name>`.
 fn property(tokens: &mut Tokens) -> Result<Property, FileFault> {
     let before = tokens.clone();
     let mut length = None;
@@ -148,7 +148,7 @@ fn number(
     }
 }
 
-/// Meaning of a property to this reader.
+/// Meaning of a property.
 #[derive(Clone, Copy, PartialEq)]
 enum Role {
     Coordinate(usize),
@@ -172,7 +172,7 @@ impl Element {
         self.properties.iter().map(role).collect()
     }
 
-    /// Refuses an element without what is needed of it.
+    /// Rejects an element without its required properties.
     fn complete(&self, tokens: &Tokens, roles: &[Role]) -> Result<(), FileFault> {
         let needed: &[(Role, &str)] = match &self.name[..] {
             "vertex" => &[(Role::Coordinate(0), "x"), (Role::Coordinate(1), "y"), (Role::Coordinate(2), "z")],
@@ -210,6 +210,7 @@ impl Element {
         }
         // An element without properties takes no bytes, however large its count.
         for i in 0..if self.properties.is_empty() { 0 } else { self.count } {
+            // Values of one item, by the roles of its properties.
             let (mut x, mut ends, mut polygon, mut place) = ([0.0; 3], [0.0; 2], Vec::new(), None);
             for (property, &role) in self.properties.iter().zip(&roles) {
                 let length = match property.length {
@@ -228,6 +229,7 @@ impl Element {
                 }
             }
             let place = place.unwrap_or_else(|| tokens.place(i + 1));
+            // Adds the item.
             match &self.name[..] {
                 "vertex" => {
                     xyz.extend(x);
@@ -245,7 +247,7 @@ impl Element {
     }
 }
 
-/// The length of a list.
+/// Reads the length of a list.
 fn length(tokens: &mut Tokens, encoding: Encoding, kind: NumberType) -> Result<u64, FileFault> {
     let expected = "the length of a list";
     let length = number(tokens, encoding, kind, expected)?;
@@ -267,7 +269,7 @@ fn vertex(tokens: &Tokens, number: f64, places: &[Place]) -> Result<u32, FileFau
     })
 }
 
-/// A polygon as triangles about its first vertex.
+/// Splits a polygon into triangles about its first vertex.
 fn fan(
     tokens: &Tokens,
     polygon: &[f64],

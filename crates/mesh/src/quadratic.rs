@@ -1,15 +1,16 @@
-//! Cells of second order: corners, and a node in the middle of every edge.
+//! Second-order cells: corners, and a node in the middle of every edge.
 //!
-//! **The order of nodes**, everywhere in this library: the corners `0, 1, ..` as in the cell of first order,
+//! **The order of nodes**, everywhere in this library: the corners `0, 1, ..` as in the first-order cell,
 //! then one node per edge in the order of VTK,
 //! - line: `01`;
 //! - triangle: `01, 12, 20`;
 //! - tetrahedron: `01, 12, 02, 03, 13, 23`;
-//! - quadrilateral, hexahedron: those of [`CellKind::edges`](pliant::element::CellKind::edges), then one in
-//!   the middle of each side of a hexahedron and one in the middle of the cell, where its kind has them.
+//! - quadrilateral, hexahedron: the order of [`CellKind::edges`](pliant::element::CellKind::edges), then
+//!   one node in the middle of each side of a hexahedron and one in the middle of the cell, if the kind has
+//!   them.
 //!
-//! VTK's files have it so ([VTK book](https://book.vtk.org/en/latest/VTKBook/05Chapter5.html), figure 5-4).
-//! Gmsh [exchanges the last two](https://gmsh.info/doc/texinfo/gmsh.html#Node-ordering) nodes of a
+//! VTK's files use this order ([VTK book](https://book.vtk.org/en/latest/VTKBook/05Chapter5.html), figure
+//! 5-4). Gmsh [exchanges the last two](https://gmsh.info/doc/texinfo/gmsh.html#Node-ordering) nodes of a
 //! tetrahedron.
 
 use std::collections::BTreeMap;
@@ -17,26 +18,25 @@ use std::collections::BTreeMap;
 use super::Mesh;
 use pliant::element::{CellBlock, TETRAHEDRON_EDGES, TRIANGLE_EDGES};
 
-/// An edge by its ends, whichever way it runs.
+/// An edge with its ends in ascending order.
 pub(super) fn sorted(a: u32, b: u32) -> [u32; 2] {
     if a < b { [a, b] } else { [b, a] }
 }
 
-/// Treatment of nodes in the middle of edges by a reader.
+/// Treatment of mid-edge nodes by a reader.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum MidNodes {
-    /// A cell of second order is an error.
+    /// A second-order cell is an error.
     #[default]
     Refuse,
-    /// The corners make a mesh of first order.
+    /// Mid-edge nodes are dropped: the corners form a first-order mesh.
     Drop,
-    /// Nodes are in [`Mesh::triangle_middles`] and [`Mesh::tetrahedron_middles`].
+    /// Mid-edge nodes are kept, in [`Mesh::triangle_middles`] and [`Mesh::tetrahedron_middles`].
     Keep,
 }
 
 impl Mesh {
-    /// Its triangles (`N = 3`, with the nodes in the middle of their edges `6`) or tetrahedra (`4`, `10`),
-    /// in their order.
+    /// Triangles (`N = 3`, with mid-edge nodes `N = 6`) or tetrahedra (`N = 4`, `N = 10`), in order.
     ///
     /// # Panics
     /// If `N` is none of these, or the mesh is not of second order for 6 or 10.
@@ -55,9 +55,9 @@ impl Mesh {
         }
     }
 
-    /// The surface as flat triangles to draw: those of [`surface_triangles`](Mesh::surface_triangles), in a
-    /// mesh of second order each as the four between its corners and the nodes in the middle of its edges, a
-    /// quadrilateral as the eight about the node in its middle, or as six without one.
+    /// Surface as flat triangles for drawing: those of [`surface_triangles`](Mesh::surface_triangles). In
+    /// a second-order mesh a triangle is drawn as four through its mid-edge nodes, a quadrilateral as
+    /// eight about its centre node, or as six without one.
     pub fn drawn_triangles(&self) -> Vec<[u32; 3]> {
         let faces = self.flat_faces();
         faces.iter().flat_map(|face| (2..face.len()).map(|i| [face[0], face[i - 1], face[i]])).collect()
@@ -87,7 +87,7 @@ impl Mesh {
         faces.flat_map(four).collect()
     }
 
-    /// The vertex in the middle of each edge of a mesh of second order, by the ends of the edge, ascending.
+    /// Mid-edge node of each edge of a second-order mesh, by the ascending ends of the edge.
     pub(super) fn middles(&self) -> BTreeMap<[u32; 2], u32> {
         let mut middles = BTreeMap::new();
         for (cell, nodes) in self.tetrahedra.iter().zip(&self.tetrahedron_middles) {
@@ -109,8 +109,8 @@ impl Mesh {
         middles
     }
 
-    /// The vertex in the middle of each quadrilateral of a mesh of second order that has such nodes, by its
-    /// corners, ascending.
+    /// Centre node of each quadrilateral of a second-order mesh with such nodes, by its ascending
+    /// corners.
     pub(super) fn face_nodes(&self) -> BTreeMap<Vec<u32>, u32> {
         let mut nodes = BTreeMap::new();
         for block in self.blocks.iter().filter(|block| block.kind.order() == 2) {
@@ -126,24 +126,24 @@ impl Mesh {
         nodes
     }
 
-    /// 2 if there are nodes in the middle of the edges of cells, otherwise 1.
+    /// Order of the cells: 2 if they have mid-edge nodes, otherwise 1.
     pub fn order(&self) -> usize {
         let of_simplices = !self.triangle_middles.is_empty() || !self.tetrahedron_middles.is_empty();
         if of_simplices || self.blocks.iter().any(|block| block.kind.order() == 2) { 2 } else { 1 }
     }
 
-    /// Returns the mesh with a node in the middle of every edge of its cells, shared between the cells that
-    /// meet there, and of the faces of hexahedra, and of quadrilaterals and hexahedra themselves. Vertices
-    /// keep their numbers; the new ones follow in the lexicographic order of their edges, then of the corners
-    /// of their faces, then in that of their cells. Groups gain the nodes in the middle of their cells. A
-    /// mesh of second order is returned as it is.
+    /// Returns the mesh with second-order cells: new nodes in the middle of every edge (shared between
+    /// the cells that meet there), of the faces of hexahedra, and of quadrilaterals and hexahedra.
+    /// Vertices keep their numbers. The new ones follow: those of edges in lexicographic order, those of
+    /// faces in the order of their corners, then those of cells in the order of cells. Groups gain the
+    /// new nodes of their cells. A second-order mesh is returned unchanged.
     ///
-    /// A mesh whose vertices and edges together are more than 2^32 - 1 cannot be numbered: `None`.
+    /// Returns `None` if vertices and edges together exceed 2^32 - 1 and cannot be numbered.
     pub fn promoted_to_quadratic(&self) -> Option<Mesh> {
         self.promoted(false)
     }
 
-    /// Returns the mesh of second order with nodes in the middle of edges alone.
+    /// Returns the mesh with second-order cells that have mid-edge nodes only.
     pub fn promoted_to_serendipity(&self) -> Option<Mesh> {
         self.promoted(true)
     }
@@ -152,6 +152,7 @@ impl Mesh {
         if self.order() == 2 {
             return Some(self.clone());
         }
+        // Edges, faces and cells that get a node, each once.
         let mut edges: Vec<[u32; 2]> = Vec::new();
         for cell in &self.triangles {
             edges.extend(TRIANGLE_EDGES.map(|[a, b]| sorted(cell[a], cell[b])));
@@ -177,6 +178,7 @@ impl Mesh {
         edges.dedup();
         faces.sort_unstable();
         faces.dedup();
+        // Numbers of the new nodes: edges first, then faces, then cells.
         let first = u32::try_from(self.vertex_count()).ok()?;
         let first_face = u32::try_from(edges.len()).ok().and_then(|count| first.checked_add(count))?;
         let first_cell = u32::try_from(faces.len()).ok().and_then(|count| first_face.checked_add(count))?;
@@ -186,13 +188,15 @@ impl Mesh {
         let mut mesh = self.clone();
         for &[a, b] in &edges {
             let (a, b) = (self.point(a as usize), self.point(b as usize));
-            // Halved first: a sum may leave the range of numbers.
+            // Halved before the sum, which could overflow.
             mesh.points.extend(a.iter().zip(b).map(|(a, b)| 0.5 * a + 0.5 * b));
         }
+        // Second-order simplices.
         let triangle = |cell: &[u32; 3]| TRIANGLE_EDGES.map(|[a, b]| middle[&sorted(cell[a], cell[b])]);
         let tetrahedron = |cell: &[u32; 4]| TETRAHEDRON_EDGES.map(|[a, b]| middle[&sorted(cell[a], cell[b])]);
         mesh.triangle_middles = self.triangles.iter().map(triangle).collect();
         mesh.tetrahedron_middles = self.tetrahedra.iter().map(tetrahedron).collect();
+        // Second-order cells of other kinds.
         let mut next_cell = first_cell..;
         for (block, before) in mesh.blocks.iter_mut().zip(&self.blocks) {
             let kind = kind_of(before);
@@ -211,8 +215,10 @@ impl Mesh {
                 debug_assert_eq!(block.vertices.len() - from, kind.nodes);
             }
         }
+        // Positions of the nodes in faces and cells.
         mesh.points.resize(mesh.points.len() + (faces.len() + cells) * self.dimension, 0.0);
         mesh.centre();
+        // Groups gain the new nodes of their cells.
         let lines = if self.lines.is_empty() { &self.edges } else { &self.lines };
         for group in mesh.groups.values_mut() {
             for &cell in &group.cells {
@@ -242,10 +248,10 @@ impl Mesh {
         Some(mesh)
     }
 
-    /// Moves nodes in the middle of faces and cells of second order to where the shape functions of
-    /// serendipity have them, by the corners and the nodes in the middle of edges: half the sum of those of a
-    /// face, less a quarter of that of its corners; a quarter of each in a hexahedron. Gordon, Hall 1973,
-    /// "Transfinite element methods", Numerische Mathematik 21, 109.
+    /// Moves the nodes in the middle of second-order faces and cells to where the serendipity shape
+    /// functions of the corners and mid-edge nodes place them. A face centre is half the sum of its
+    /// mid-edge nodes minus a quarter of the sum of its corners; a hexahedron's centre has a quarter of
+    /// each sum. Gordon, Hall 1973, "Transfinite element methods", Numerische Mathematik 21, 109.
     pub(super) fn centre(&mut self) {
         let middles = self.middles();
         let mut moved: Vec<(u32, Vec<f64>)> = vec![];
@@ -277,20 +283,19 @@ impl Mesh {
     }
 }
 
-/// Vertices in ascending order.
 fn ascending(vertices: &[u32]) -> Vec<u32> {
     let mut vertices = vertices.to_vec();
     vertices.sort_unstable();
     vertices
 }
 
-/// The corners of a side of a cell, ascending.
+/// Ascending corners of a side of a cell.
 fn corners_of(cell: &[u32], side: &[usize]) -> Vec<u32> {
     ascending(&side.iter().map(|corner| cell[*corner]).collect::<Vec<_>>())
 }
 
-/// Triangles of a quadrilateral of second order: about the node in its middle, or the corners cut off from
-/// the quadrilateral between the nodes in the middle of its edges.
+/// Splits a second-order quadrilateral into triangles: eight about its centre node; without one, four at
+/// the corners and two between the mid-edge nodes.
 fn around(
     corners: [u32; 4],
     middles: &BTreeMap<[u32; 2], u32>,

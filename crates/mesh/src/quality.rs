@@ -13,48 +13,48 @@ pub struct Quality {
     pub lower: Vec<f64>,
     /// Upper corner of the bounding box, `(dimension)` [m].
     pub upper: Vec<f64>,
-    /// The elements; nothing for points.
+    /// Quality of the elements; `None` for points.
     pub elements: Option<ElementQuality>,
 }
 
-/// Sizes and shapes of the elements: the cells of the highest dimension `d` there is.
+/// Sizes and shapes of the elements, the cells of the highest dimension `d`.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct ElementQuality {
-    /// 3 tetrahedra or hexahedra, 2 triangles or quadrilaterals, 1 edges.
+    /// 3 for tetrahedra or hexahedra, 2 for triangles or quadrilaterals, 1 for edges.
     pub topological_dimension: usize,
     /// Number of elements.
     pub count: usize,
-    /// Sum of all volumes [m^3], areas [m^2] or lengths [m]; the same units below.
+    /// Sum of all volumes [m^3], areas [m^2] or lengths [m]; the volumes below have the same unit.
     pub total_volume: f64,
     /// Volume of the smallest element.
     pub smallest_volume: f64,
-    /// Its index.
+    /// Index of the smallest element.
     pub smallest: usize,
     /// Volume of the largest element.
     pub largest_volume: f64,
-    /// Its index.
+    /// Index of the largest element.
     pub largest: usize,
-    /// Least mean ratio.
+    /// Smallest mean ratio.
     pub worst_mean_ratio: f64,
-    /// Index of the element that has it.
+    /// Index of the element with the smallest mean ratio.
     pub worst: usize,
     /// Mean of the mean ratios.
     pub average_mean_ratio: f64,
-    /// Of elements of second order how curved they are: see [`CurvedQuality`].
+    /// Curvature of second-order elements: see [`CurvedQuality`].
     pub curved: Option<CurvedQuality>,
 }
 
 /// Effect of curved sides on elements.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct CurvedQuality {
-    /// Lower bound of the least `det J` over an element, as a fraction of its mean there, of the worst: 1
-    /// where all sides are straight, near 0 where an element is nearly folded.
+    /// Lower bound of `det J` over the worst element, as a fraction of its mean there: 1 if all sides are
+    /// straight, near 0 if the element is nearly folded.
     pub least_jacobian: f64,
-    /// Index of the element that has it.
+    /// Index of the worst element.
     pub worst: usize,
 }
 
-/// Mean ratio of a simplex with `n` vertices: 1 where all edges are equal, towards 0 where it is flat.
+/// Mean ratio of a simplex with `n` vertices: 1 if all edges are equal, towards 0 if it is flat.
 ///
 /// Tetrahedra: `12 (3 V)^(2/3) / sum of squared edge lengths`, measure 3 of J. Burkardt's TET_MESH_QUALITY,
 /// after Liu and Joe. Triangles: `4 sqrt(3) A / sum of squared edge lengths`, the same ratio in the plane.
@@ -68,8 +68,8 @@ fn mean_ratio(m: &SimplexMeasure, n: usize) -> f64 {
 }
 
 impl Mesh {
-    /// Bounding box, volumes and mean ratios; `O(n)`. The mesh must have been checked, as
-    /// [`build`](super::build) does.
+    /// Computes bounding box, volumes and mean ratios; `O(n)`. The mesh must have passed the checks of
+    /// [`build`](super::build).
     pub fn quality(&self) -> Quality {
         let (lower, upper) = self.bounding_box();
         let mut elements = match self.element_dimension() {
@@ -93,7 +93,7 @@ impl Mesh {
 }
 
 impl Mesh {
-    /// Volumes between curved sides in place of those between corners.
+    /// Replaces the volumes of the straight simplices by those with curved sides.
     fn measure_curved<const D: usize, const N: usize>(&self, quality: &mut ElementQuality) {
         let (mut smallest, mut largest) = ((f64::INFINITY, 0), (0.0, 0));
         let mut curved = CurvedQuality { least_jacobian: f64::INFINITY, worst: 0 };
@@ -135,7 +135,7 @@ impl CellVisitor for QualityVisitor<'_> {
         let by = |value: fn(&(f64, f64)) -> f64| {
             let indices = 0..cells.len();
             let less = |a: &usize, b: &usize| value(&cells[*a]).total_cmp(&value(&cells[*b])).then(a.cmp(b));
-            // The first of several.
+            // The first of equal elements.
             (indices.clone().min_by(less), indices.rev().max_by(|a, b| less(a, b).then(b.cmp(a))))
         };
         let ((Some(smallest), Some(largest)), (Some(worst), _)) = (by(|cell| cell.0), by(|cell| cell.1))
@@ -159,12 +159,12 @@ impl CellVisitor for QualityVisitor<'_> {
 }
 
 impl QualityVisitor<'_> {
-    /// The most curved cell: by the least `det J` at its nodes and quadrature points.
+    /// Most curved cell, by the least `det J` at its nodes and quadrature points.
     fn curved<const D: usize, const N: usize>(&self, kind: &Isoparametric<D, N>) -> Option<CurvedQuality> {
         let cells =
             self.block.of::<N>().iter().map(|cell| kind.least_jacobian(&self.mesh.nodes::<D, N>(cell)));
         let (worst, least_jacobian) = cells.enumerate().min_by(|a, b| a.1.total_cmp(&b.1))?;
-        // A sum of products is one but for rounding.
+        // A straight cell gives 1 up to rounding.
         let least_jacobian = if least_jacobian > 1.0 - 1e-12 { 1.0 } else { least_jacobian };
         Some(CurvedQuality { least_jacobian, worst })
     }

@@ -4,9 +4,9 @@ use super::build::{at_least_one, vector};
 use super::{Mesh, MeshError};
 use crate::spec::RepeatSpec;
 
-/// Makes `count[0] x count[1] [x count[2]]` copies, copy `(i, j, k)` moved by `(i, j, k) spacing`, the last
-/// index fastest. Copies share no vertices. Vertex `v` of copy `c` has index `c n + v`; a group holds its
-/// cells in all copies.
+/// Makes `count[0] x count[1] [x count[2]]` copies. Copy `(i, j, k)` is translated by
+/// `(i, j, k) spacing`, the last index varies fastest. Copies share no vertices. Vertex `v` of copy `c`
+/// has index `c n + v`; a group has its cells of all copies.
 pub(super) fn apply(spec: &RepeatSpec, mesh: &mut Mesh) -> Result<(), MeshError> {
     let dimension = mesh.dimension;
     if spec.count.len() != dimension {
@@ -36,7 +36,7 @@ pub(super) fn apply(spec: &RepeatSpec, mesh: &mut Mesh) -> Result<(), MeshError>
     Ok(())
 }
 
-/// Appends a mesh moved by `by`.
+/// Appends a copy of a mesh translated by `by`.
 fn append(mesh: &mut Mesh, other: &Mesh, by: &[f64; 3]) {
     let first = mesh.vertex_count() as u32;
     let first_element = mesh.element_count() as u32;
@@ -58,7 +58,7 @@ fn append(mesh: &mut Mesh, other: &Mesh, by: &[f64; 3]) {
     }
     for (name, group) in &other.groups {
         let whole = mesh.groups.entry(name.clone()).or_default();
-        // The cells of a group of points are vertices.
+        // The cells of a point group are vertices.
         let dimension = group.topological_dimension.min(3);
         let offset = if dimension == 0 { first } else { cells[dimension] as u32 };
         whole.cells.extend(group.cells.iter().map(|cell| offset + cell));
@@ -136,7 +136,7 @@ mod tests {
         assert!(ends.iter().all(|v| inner.vertices.contains(v)) && inner.vertices.len() == 8);
     }
 
-    /// A group of the last cell of a kind, of so many in one copy, holds the last one of every copy.
+    /// Checks a group of the last cell of a kind (`n` per copy): it has the last cell of every copy.
     #[track_caller]
     fn check_group(mut one: Mesh, topological_dimension: usize, count: u32, vertices: &[u32]) {
         let cells = vec![count - 1];
@@ -151,8 +151,8 @@ mod tests {
         assert_eq!(group.vertices, all);
     }
 
-    // Cells of every dimension count by themselves: whole cells beside simplices of a lower dimension, lines
-    // beside the edges that springs are made of.
+    // Cells of every dimension are numbered separately: whole cells next to simplices of a lower
+    // dimension, lines next to the edges that become springs.
     #[test]
     fn groups_count_cells_of_their_own_kind() {
         let points = vec![0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.0, 1.0];

@@ -5,13 +5,13 @@ use super::{Mesh, MeshError};
 use crate::spec::{BoxSelection, HalfSpace, Selection};
 use pliant::algebra::direction;
 
-/// A vertex this fraction of the body's diagonal outside a box or half-space is inside.
+/// Tolerance of boxes and half-spaces, as a fraction of the body's diagonal.
 const TOLERANCE: f64 = 1e-9;
 
-/// The vertices of `mesh` that `selection` names, by their rest positions: ascending, each once, at least
-/// one.
+/// Vertices of `mesh` that `selection` names, by their reference positions: ascending, each once, at
+/// least one.
 ///
-/// Boxes may be open: `inf` and `-inf` are bounds like others. The tolerance of boxes and half-spaces is
+/// Boxes may be unbounded: `inf` and `-inf` are valid bounds. The tolerance of boxes and half-spaces is
 /// 1e-9 of the diagonal of the mesh's bounding box.
 ///
 /// # Errors
@@ -32,7 +32,7 @@ pub fn select(mesh: &Mesh, selection: &Selection) -> Result<Vec<u32>, MeshError>
     Ok(vertices)
 }
 
-/// The selection in the words of the scene.
+/// Describes the selection in the keys of the scene.
 fn describe(selection: &Selection) -> String {
     match selection {
         Selection::Box(b) => format!("the box from {:?} to {:?}", b.min, b.max),
@@ -94,7 +94,7 @@ fn group(mesh: &Mesh, name: &str) -> Result<Vec<u32>, MeshError> {
     if let Some(group) = mesh.groups.get(name) {
         return Ok(group.vertices.clone());
     }
-    // A similarity above 0.7 is what clap and cargo-like tools take for a slip of the hand.
+    // Above a similarity of 0.7 a name counts as a typing mistake, as in clap and cargo.
     let suggestion = mesh
         .groups
         .keys()

@@ -3,10 +3,10 @@
 use super::FormatError;
 use super::file::Format;
 
-/// Beginning of a file, what it is, what to do.
+/// First bytes of a file, description, advice.
 type Signature = (&'static [u8], &'static str, &'static str);
 
-/// Files that are no mesh, or none that is read.
+/// Files of other kinds and mesh files of unsupported formats.
 const OTHERS: &[Signature] = &[
     (
         b"version https://git-lfs.github.com/spec/",
@@ -46,8 +46,8 @@ const MESHIO: &str = "convert it to `.vtu` (`meshio convert`)";
 const GMSH: &str = "open it in Gmsh and save it as `.msh`, or export Abaqus `.inp`";
 const EXPORT: &str = "export Abaqus `.inp`, VTK or Gmsh from the program that wrote it";
 
-/// Extensions of mesh files that are not read, what they are, what to do. `meshio` reads those that it is
-/// named for.
+/// Extensions of unsupported mesh files, description, advice. The advice names `meshio` only for formats
+/// that it reads.
 const EXTENSIONS: &[(&[&str], &str, &str)] = &[
     (&["off"], OFF, MESHIO),
     (&["bdf", "nas", "fem"], "bulk data of Nastran", MESHIO),
@@ -65,13 +65,13 @@ const EXTENSIONS: &[(&[&str], &str, &str)] = &[
     (&["step", "stp", "iges", "igs", "brep"], "a geometry without a mesh", "mesh it, for example in Gmsh"),
 ];
 
-/// Kind of a file with this extension in small letters, if it is one that is not read.
+/// Error for a file with this lower-case extension, if the format is known but unsupported.
 pub(super) fn foreign(extension: &str) -> Option<FormatError> {
     let of = EXTENSIONS.iter().find(|(extensions, ..)| extensions.contains(&extension));
     of.map(|&(_, found, advice)| FormatError::Other { found, advice })
 }
 
-/// Files of the formats, which may have the extension of another.
+/// Signatures of supported formats, whose files may have another format's extension.
 const FORMATS: &[(Format, Signature)] = &[
     (Format::Vtk, (b"# vtk datafile", "a legacy file of VTK", "name it `.vtk`")),
     (Format::Gmsh, (b"$meshformat", "a file of Gmsh", "name it `.msh`")),
@@ -80,7 +80,7 @@ const FORMATS: &[(Format, Signature)] = &[
     (Format::Ply, (b"ply\r", "a PLY file", "name it `.ply`")),
 ];
 
-/// Kind of a file that has been taken for one of this format.
+/// Error for a file that is not of this format but is recognised as another kind.
 pub(super) fn recognised(format: Format, bytes: &[u8]) -> Option<FormatError> {
     let start = bytes.trim_ascii_start();
     let start = start[..start.len().min(1000)].to_ascii_lowercase();
@@ -94,7 +94,8 @@ pub(super) fn recognised(format: Format, bytes: &[u8]) -> Option<FormatError> {
     found.map(|(found, advice)| FormatError::Other { found, advice })
 }
 
-/// `MESH "name" dimension 3 ElemType Tetrahedra Nnode 4`, the words after `MESH` in any order.
+/// Recognises GiD: `MESH "name" dimension 3 ElemType Tetrahedra Nnode 4`, the words after `MESH` in any
+/// order.
 fn gid(start: &[u8]) -> Option<(&'static str, &'static str)> {
     let line = start.split(|byte| *byte == b'\n').next()?;
     let has = |word: &[u8]| line.windows(word.len()).any(|window| window == word);

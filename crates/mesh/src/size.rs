@@ -6,7 +6,7 @@ use super::MeshError;
 use crate::spec::{BodyMesh, CellOrder, MeshSpec};
 use pliant::element::CELL_KINDS;
 
-/// Counts and memory of a mesh. Exact for generators, upper bounds for files and surfaces of files.
+/// Counts and memory of a mesh: exact for generators, upper bounds for files and surfaces from files.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MeshSize {
     /// Number of vertices.
@@ -17,20 +17,20 @@ pub struct MeshSize {
     pub triangles: u64,
     /// Number of tetrahedra.
     pub tetrahedra: u64,
-    /// Number of cells that are no simplices.
+    /// Number of cells other than simplices.
     pub blocks: u64,
-    /// Nodes of each of them.
+    /// Number of nodes of each of those cells.
     pub block_nodes: u64,
     /// Number of lines on the boundary.
     pub lines: u64,
-    /// True if there are nodes in the middle of edges.
+    /// True if cells have mid-edge nodes.
     pub quadratic: bool,
-    /// Bytes of all of it; saturates.
+    /// Total memory [bytes]; saturates.
     pub bytes: u64,
 }
 
 impl MeshSize {
-    /// Refuses what 32-bit indices cannot count; fills in `bytes`.
+    /// Rejects counts beyond 32-bit indices; computes `bytes`.
     pub(super) fn checked(mut self, dimension: usize) -> Result<MeshSize, MeshError> {
         let Self { vertices, edges, triangles, tetrahedra, lines, blocks, .. } = self;
         for (what, count) in [
@@ -41,7 +41,7 @@ impl MeshSize {
             ("lines", lines),
             ("cells", blocks),
         ] {
-            // u32::MAX itself stays free, as a mark of "no vertex".
+            // u32::MAX is reserved: it marks "no vertex".
             if count > u64::from(u32::MAX) {
                 return Err(MeshError::TooMany { what, count });
             }
@@ -55,11 +55,11 @@ impl MeshSize {
         Ok(self)
     }
 
-    /// With a node in the middle of every edge: at most as many as these. Euler: `E = V + T` and less in the
-    /// plane, with one hole at most; in space `E = V + T + B/2` and less with `B` faces on the boundary, `B
-    /// <= 2 T` in all but heaps of loose tetrahedra, and `E <= 6 T` there.
+    /// Upper bounds with a node in the middle of every edge, by Euler's formula. In the plane
+    /// `E <= V + T` with one hole at most. In space `E <= V + T + B/2` with `B` faces on the boundary;
+    /// `B <= 2 T` in all but heaps of loose tetrahedra, for which `E <= 6 T`.
     ///
-    /// Quadrilaterals have `E = V + T` likewise, hexahedra `E <= V + 2 T + B/2` with at most `3 T + B/2`
+    /// Quadrilaterals have `E <= V + T` likewise, hexahedra `E <= V + 2 T + B/2` with at most `3 T + B/2`
     /// faces, `B <= 6 T`, and a node in each cell.
     fn quadratic(self, serendipity: bool) -> MeshSize {
         if self.blocks > 0 {
@@ -81,13 +81,13 @@ impl MeshSize {
         MeshSize { vertices: self.vertices.saturating_add(edges), quadratic: true, ..self }
     }
 
-    /// Refuses a mesh larger than the memory there is. Asks for all of it at once and touches none: each
-    /// array by itself might be granted.
+    /// Rejects a mesh larger than the available memory. Requests all memory at once without touching it:
+    /// single arrays might be granted one by one.
     pub(super) fn probe(&self) -> Result<(), MeshError> {
         self.reserve(&mut Vec::<u8>::new(), self.bytes)
     }
 
-    /// An error instead of an abort where the allocator has less than `bytes`.
+    /// Reserves memory for `count` items; returns an error instead of aborting if the allocator fails.
     pub(super) fn reserve<T>(&self, items: &mut Vec<T>, count: u64) -> Result<(), MeshError> {
         let refused = MeshError::OutOfMemory { bytes: self.bytes };
         match usize::try_from(count) {
@@ -97,10 +97,11 @@ impl MeshSize {
     }
 }
 
-/// Counts and memory that [`build`](super::build) will need for `spec`, without allocating any of it.
+/// Predicts the counts and the memory that [`build`](super::build) needs for `spec`, without allocating
+/// any of it.
 ///
 /// `base` is the directory of the scene file. Counts saturate, so that no specification overflows. For a
-/// file the counts are bounds from its size: no format spells a vertex in fewer than 8 bytes or a cell in
+/// file the counts are bounds from its size: no format writes a vertex in fewer than 8 bytes or a cell in
 /// fewer than 2.
 ///
 /// # Errors
@@ -130,10 +131,10 @@ pub fn predicted_size(spec: &MeshSpec, dimension: usize, base: &Path) -> Result<
     }
 }
 
-/// The same for the mesh of a body, copies included.
+/// Predicts the counts and the memory for the mesh of a body, copies included.
 ///
 /// # Errors
-/// As [`predicted_size`].
+/// Errors of [`predicted_size`].
 pub fn predicted_body_size(
     body: &BodyMesh<'_>,
     dimension: usize,
@@ -141,7 +142,7 @@ pub fn predicted_body_size(
 ) -> Result<MeshSize, MeshError> {
     let mut size = predicted_size(body.shape, dimension, base)?;
     if body.order.is_quadratic() {
-        // The bounds of a file are far above what it takes.
+        // The bounds of a file are far above the real need.
         let is_file = matches!(body.shape, MeshSpec::File(_));
         size = if is_file {
             MeshSize { quadratic: true, ..size }
@@ -203,7 +204,7 @@ mod tests {
             MeshSize { bytes, ..MeshSize::default() }.probe(),
             Err(MeshError::OutOfMemory { bytes: refused }) if refused == bytes
         ));
-        // A line of cells that 32-bit indices can count: 32 GB of points are predicted at once.
+        // A row of cells within the range of 32-bit indices: the prediction is 32 GB of points.
         let size = predicted(MeshSpec::Grid(grid(&[1_000_000_000, 1], 1.0)), 2).unwrap();
         assert_eq!((size.vertices, size.bytes), (2_000_000_002, 2_000_000_002 * 16 + 2_000_000_000 * 12));
     }

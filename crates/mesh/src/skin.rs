@@ -7,15 +7,16 @@ use pliant::element::{CellBlock, CellVisitor, Isoparametric, TETRAHEDRON_EDGES};
 use pliant::topology::Skin;
 
 impl Mesh {
-    /// Positions of the vertices of its skin [m]; none without one.
+    /// Positions of the skin's vertices [m]; empty without a skin.
     pub fn skin_points(&self) -> Vec<[f64; 3]> {
         let skin = self.skin.iter();
         skin.flat_map(|skin| (0..skin.vertex_count()).map(|v| skin.interpolated(v, &self.points))).collect()
     }
 }
 
-/// The skin of hexahedra that are of second order now: shape functions at the place at which those of first
-/// order are the weights, which are the shares of the corners in it.
+/// Converts the skin of hexahedra promoted to second order. The first-order weights are the shares of the
+/// corners and give the local coordinates of each skin vertex; the second-order shape functions there are
+/// the new weights.
 struct PromotedSkin<'a> {
     skin: Skin,
     block: &'a CellBlock,
@@ -42,8 +43,8 @@ impl CellVisitor for PromotedSkin<'_> {
     }
 }
 
-/// The skin of tetrahedra that now have nodes in the middle of their edges: `w (2 w - 1)` at corners, `4
-/// w_a w_b` between.
+/// Converts the skin to second-order elements. In tetrahedra the weights are `w (2 w - 1)` at corners and
+/// `4 w_a w_b` at mid-edge nodes.
 pub(super) fn promote(mesh: &mut Mesh) {
     let Some(skin) = mesh.skin.take() else { return };
     if let Some(block) = mesh.block() {
@@ -63,7 +64,7 @@ pub(super) fn promote(mesh: &mut Mesh) {
     mesh.skin = Some(Skin { width: 10, nodes, weights, ..skin });
 }
 
-/// Appends the skin of a copy whose vertices begin at `first_vertex` and whose elements at `first_element`.
+/// Appends the skin of a copy with this first vertex and first element.
 pub(super) fn append(skin: &mut Skin, other: &Skin, first_vertex: u32, first_element: u32) {
     let first = skin.vertex_count() as u32;
     skin.triangles.extend(other.triangles.iter().map(|triangle| triangle.map(|v| first + v)));

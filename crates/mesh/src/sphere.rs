@@ -19,8 +19,8 @@ pub(super) fn size(spec: &SphereSpec, dimension: usize) -> Result<MeshSize, Mesh
     .checked(dimension)
 }
 
-/// Each of the 20 faces of an icosahedron divided into `cells^2` triangles, blown up to the sphere;
-/// triangles are counter-clockwise seen from outside.
+/// Builds the sphere: each of the 20 faces of an icosahedron is divided into `cells^2` triangles and
+/// projected to the sphere. Triangles are counter-clockwise seen from outside.
 pub(super) fn build(spec: &SphereSpec, dimension: usize) -> Result<Mesh, MeshError> {
     let size = size(spec, dimension)?;
     positive("radius", spec.radius)?;
@@ -49,7 +49,7 @@ pub(super) fn build(spec: &SphereSpec, dimension: usize) -> Result<Mesh, MeshErr
     Ok(mesh)
 }
 
-/// True if a triangle is clockwise seen from outside of a surface about the origin.
+/// True if a triangle is clockwise seen from outside, on a surface about the origin.
 fn inwards([a, b, c]: [[f64; 3]; 3]) -> bool {
     let determinant = a[0] * (b[1] * c[2] - b[2] * c[1])
         + a[1] * (b[2] * c[0] - b[0] * c[2])
@@ -57,7 +57,7 @@ fn inwards([a, b, c]: [[f64; 3]; 3]) -> bool {
     determinant < 0.0
 }
 
-/// Points of the unit ball in that of this radius and centre.
+/// Maps points of the unit ball to the ball with this radius and centre.
 pub(super) fn placed(points: &[f64], radius: f64, centre: &[f64]) -> Vec<f64> {
     points.iter().enumerate().map(|(i, x)| centre[i % 3] + radius * x).collect()
 }

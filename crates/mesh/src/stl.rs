@@ -10,13 +10,13 @@ use super::file::{FileMesh, MeshInput, without_mark};
 use super::number_type::{Endian, NumberType};
 use super::tokens::{FileFault, Tokens, excerpt};
 
-/// Bytes before the facets of a binary file: 80 of any content, and their number.
+/// Size of the header of a binary file [bytes]: 80 with arbitrary content, and the number of facets.
 const HEADER: u64 = 84;
-/// Bytes of a facet: normal, three vertices, two bytes of no agreed meaning.
+/// Size of a facet [bytes]: normal, three vertices, two bytes without agreed meaning.
 const FACET: u64 = 50;
 
-/// Reads the facets. Corners with the same coordinates, bit by bit, become one vertex; nothing else is
-/// merged. Normals are passed over. The solids of an ASCII file that have a name become groups.
+/// Reads the facets. Corners with bit-identical coordinates become one vertex; nothing else is merged.
+/// Normals are skipped. Named solids of an ASCII file become groups.
 pub(super) fn read(input: &MeshInput) -> Result<FileMesh, FileFault> {
     let mut surface = Surface::default();
     if is_binary(input.bytes) {
@@ -28,8 +28,9 @@ pub(super) fn read(input: &MeshInput) -> Result<FileMesh, FileFault> {
     cells.into_file(xyz, places, &names, input.mid_nodes)
 }
 
-/// Binary files may begin with "solid" too; an ASCII file of just the length that they announce does not
-/// exist. Where the length is wrong, an ASCII file has nothing but text.
+/// True for a binary file, which may begin with "solid" too. No ASCII file has exactly the length that
+/// its bytes 80 to 83 would announce. If the length does not fit, a file that begins with "solid" and has
+/// no zero byte is ASCII.
 pub(super) fn is_binary(bytes: &[u8]) -> bool {
     let announced = bytes.get(80..84).map(|bytes| NumberType::U32.decode(bytes, Endian::Little) as u64);
     let fits = announced.is_some_and(|facets| HEADER + FACET * facets == bytes.len() as u64);
@@ -43,19 +44,19 @@ pub(super) fn is_binary(bytes: &[u8]) -> bool {
 struct Surface {
     xyz: Vec<f64>,
     places: Vec<super::file::Place>,
-    /// Index of the vertex with these coordinates.
+    /// Index of the vertex, by its coordinates' bits.
     known: HashMap<[u64; 3], u32>,
     cells: FileCells,
     names: Names,
 }
 
 impl Surface {
-    /// The vertex at this point.
+    /// Index of the vertex at this point.
     fn vertex(&mut self, tokens: &Tokens, x: [f64; 3]) -> Result<u32, FileFault> {
         if let Some(&value) = x.iter().find(|x| !x.is_finite()) {
             return Err(tokens.fault(FormatError::NotFinite { value }));
         }
-        // The sum makes 0 of -0.
+        // Adding 0.0 turns -0 into 0.
         let key = x.map(|x| (x + 0.0).to_bits());
         let next = self.places.len() as u32;
         let vertex = *self.known.entry(key).or_insert(next);
@@ -88,8 +89,8 @@ fn binary(mut tokens: Tokens, surface: &mut Surface) -> Result<(), FileFault> {
     Ok(())
 }
 
-/// Solids one after the other. Writers differ in the case of words, write `end solid` for `endsolid`, leave
-/// the normal out or spell one that is no number.
+/// Reads solids until the end of the text. Writers differ in the case of words, write `end solid` for
+/// `endsolid`, omit the normal or write NaN for it.
 fn ascii(mut tokens: Tokens, surface: &mut Surface) -> Result<(), FileFault> {
     while let Some(word) = tokens.next() {
         if !word.eq_ignore_ascii_case("solid") {
@@ -100,7 +101,7 @@ fn ascii(mut tokens: Tokens, surface: &mut Surface) -> Result<(), FileFault> {
     Ok(())
 }
 
-/// The rest of a solid: its name, its facets.
+/// Reads the rest of a solid: name and facets.
 fn solid(tokens: &mut Tokens, surface: &mut Surface) -> Result<(), FileFault> {
     let name = tokens.rest_of_line();
     let number = surface.names.len() as u64 + 1;
@@ -125,7 +126,7 @@ fn solid(tokens: &mut Tokens, surface: &mut Surface) -> Result<(), FileFault> {
     }
 }
 
-/// The rest of a facet: its normal, which is passed over, and its corners.
+/// Reads the rest of a facet: normal, which is ignored, and corners.
 fn facet(tokens: &mut Tokens, surface: &mut Surface) -> Result<[u32; 3], FileFault> {
     let mut word = tokens.word("normal")?;
     if word.eq_ignore_ascii_case("normal") {
@@ -153,19 +154,19 @@ fn facet(tokens: &mut Tokens, surface: &mut Surface) -> Result<[u32; 3], FileFau
     Ok(corners)
 }
 
-/// The next word, which must be this one in any case.
+/// Reads a word, which must be `expected` in any case.
 fn keyword(tokens: &mut Tokens, expected: &'static str) -> Result<(), FileFault> {
     let word = tokens.word(expected)?;
     if word.eq_ignore_ascii_case(expected) { Ok(()) } else { Err(tokens.expected(expected, &excerpt(word))) }
 }
 
-/// The end of `what`, in one word or two.
+/// Reads the end of `what`, in one word or two.
 fn end(tokens: &mut Tokens, what: &str, expected: &'static str) -> Result<(), FileFault> {
     let word = tokens.word(expected)?;
     if is_end(tokens, word, what) { Ok(()) } else { Err(tokens.expected(expected, word)) }
 }
 
-/// True if `word`, or it and the next, which is then read, end `what`.
+/// True if `word`, or `word` and the next one (which is then consumed), end `what`.
 fn is_end(tokens: &mut Tokens, word: &str, what: &str) -> bool {
     let Some((start, rest)) = word.split_at_checked(3) else { return false };
     if !start.eq_ignore_ascii_case("end") {

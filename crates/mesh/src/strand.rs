@@ -11,8 +11,8 @@ pub(super) fn size(spec: &StrandSpec, dimension: usize) -> Result<MeshSize, Mesh
     MeshSize { vertices: edges.saturating_add(1), edges, ..MeshSize::default() }.checked(dimension)
 }
 
-/// Vertex `i` lies at `(1 - i/n) start + i/n end`, both ends exactly; edge `i` joins vertices `i` and `i +
-/// 1`.
+/// Builds the chain. Vertex `i` lies at `(1 - i/n) start + i/n end`, both ends exactly; edge `i` joins
+/// vertices `i` and `i + 1`.
 pub(super) fn build(spec: &StrandSpec, dimension: usize) -> Result<Mesh, MeshError> {
     let size = size(spec, dimension)?;
     vector("start", &spec.start, dimension)?;

@@ -13,7 +13,8 @@ pub(super) fn size(spec: &TaperedBeamSpec, dimension: usize) -> Result<MeshSize,
     mapped::size(spec.cells, spec.element)
 }
 
-/// From `x = 0` to `length`, symmetric about `y = 0`, its height linear between the two of `heights`.
+/// Builds the beam from `x = 0` to `length`, symmetric about `y = 0`, with the height linear between the
+/// two of `heights`.
 pub(super) fn build(spec: &TaperedBeamSpec, dimension: usize) -> Result<Mesh, MeshError> {
     size(spec, dimension)?;
     positive("length", spec.length)?;

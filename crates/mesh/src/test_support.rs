@@ -1,11 +1,11 @@
-//! Short ways to meshes, for tests.
+//! Shortcuts for building test meshes.
 
 use std::path::Path;
 
 use super::{Mesh, MeshError, build};
 use crate::spec::{GridSpec, InlineSpec, MeshSpec};
 
-/// A grid at the origin.
+/// Grid at the origin.
 pub(crate) fn grid(cells: &[usize], spacing: f64) -> GridSpec {
     GridSpec { cells: cells.to_vec(), spacing: Some(spacing), ..GridSpec::default() }
 }

@@ -1,8 +1,8 @@
 //! TetGen's pair of `.node` and `.ele`, and that of Triangle:
 //! <https://wias-berlin.de/software/tetgen/fformats.html>.
 //!
-//! Numbers begin at 0 or at 1. Boundary markers of vertices become groups `vertex_3`, the first attribute of
-//! cells, where it is a whole number, groups `tetrahedron_3` or `triangle_3`; 0 stands for none.
+//! Numbers start at 0 or at 1. Boundary markers of vertices become groups `vertex_3`; the first attribute
+//! of cells, if it is an integer, becomes groups `tetrahedron_3` or `triangle_3`; 0 means no group.
 
 use super::FormatError;
 use super::cells::{FileCells, Names, reference};
@@ -10,8 +10,8 @@ use super::file::{FileMesh, MeshInput, Place};
 use super::geometry::measure;
 use super::tokens::{FileFault, Tokens};
 
-/// Reads both files. TetGen's own tetrahedra are left-handed in the order of this library: where all are,
-/// two vertices of each are exchanged; a mesh of both hands is left as it is, to be refused.
+/// Reads both files. TetGen's own tetrahedra are left-handed in this library's node order: if all are,
+/// two vertices of each are exchanged. A mesh of mixed orientation stays unchanged and is rejected later.
 pub(super) fn read(input: &MeshInput) -> Result<FileMesh, FileFault> {
     let (mut cells, mut names) = (FileCells::default(), Names::new());
     let nodes = Tokens::with_comments(input.nodes);
@@ -30,11 +30,11 @@ pub(super) fn read(input: &MeshInput) -> Result<FileMesh, FileFault> {
 struct TetgenNodes {
     xyz: Vec<f64>,
     places: Vec<Place>,
-    /// Number of the first, 0 or 1.
+    /// Number of the first vertex, 0 or 1.
     first: u64,
 }
 
-/// `count dimension attributes markers`, then `number x y [z] [attributes] [marker]`.
+/// Reads `count dimension attributes markers`, then `number x y [z] [attributes] [marker]`.
 fn nodes_of(mut tokens: Tokens, cells: &mut FileCells, names: &mut Names) -> Result<TetgenNodes, FileFault> {
     let count: u64 = tokens.number("the number of nodes")?;
     let dimension: u64 = tokens.number("the dimension of the nodes, 2 or 3")?;
@@ -69,7 +69,7 @@ fn nodes_of(mut tokens: Tokens, cells: &mut FileCells, names: &mut Names) -> Res
     Ok(nodes)
 }
 
-/// `count corners attributes`, then `number corners [attributes]`.
+/// Reads `count corners attributes`, then `number corners [attributes]`.
 fn elements(
     mut tokens: Tokens,
     nodes: &TetgenNodes,
@@ -101,6 +101,7 @@ fn elements(
                 }
             };
         }
+        // The first attribute is the group.
         let mut group = 0;
         for attribute in 0..attributes {
             let value: f64 = tokens.number("an attribute of an element")?;

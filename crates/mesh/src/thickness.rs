@@ -7,29 +7,29 @@ use super::facets::for_each_equal;
 use pliant::algebra::{Mat, Vect};
 use pliant::element::{CellBlock, cross, simplex_rest};
 
-/// A line from the middle of a face of the surface along the inward normal to where it leaves the solid.
+/// Chord of a solid: from a point on a surface face along the inward normal to where it leaves the solid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Chord {
     /// Length of the face [m], or its area [m^2].
     pub face: f64,
     /// Length of the line [m].
     pub length: f64,
-    /// Cells on the way: the sum over the elements that it crosses of the part of it that lies in them, by
-    /// their extent along it. In a grid, however its cells are cut into simplices, the number of cells.
+    /// Number of cells along the chord: the sum over the crossed elements of the chord's length in each,
+    /// divided by the element's extent along it. In a grid this is the number of grid cells, however they
+    /// are split.
     pub cells: f64,
 }
 
-/// No element.
+/// Marks the absence of a neighbour.
 const NONE: u32 = u32::MAX;
 
-/// Barycentric coordinates of the start, which no diagonal of a regular mesh goes through.
+/// Barycentric coordinates of the start: the chord avoids the diagonals of a regular mesh.
 const START: [f64; 3] = [0.347, 0.322, 0.331];
 
 impl Mesh {
-    /// Chords from the faces of the surface of a solid of linear elements, at most about `most` of them,
-    /// evenly chosen; those that get lost by rounding are left out. Through quadrilaterals and hexahedra they
-    /// lead from the middle of a side to that of the opposite one. Empty without elements that fill the
-    /// space.
+    /// Chords from the surface faces of a solid of linear elements, about `most` of them at most, evenly
+    /// chosen; chords lost by rounding are omitted. In quadrilaterals and hexahedra a chord leads from
+    /// the middle of a side to the middle of the opposite side. Empty unless elements fill the space.
     pub fn chords(&self, most: usize) -> Vec<Chord> {
         if let Some(block) = self.block() {
             return chords_of_cells(self, block, most);
@@ -56,7 +56,7 @@ fn chords<const D: usize, const N: usize>(mesh: &Mesh, cells: &[[u32; N]], most:
     faces().step_by(stride).filter_map(|(element, face)| walk.chord(element, face)).collect()
 }
 
-/// Chords through cells whose sides lie opposite one another.
+/// Chords through cells with opposite sides.
 fn chords_of_cells(mesh: &Mesh, block: &CellBlock, most: usize) -> Vec<Chord> {
     let cells: Vec<&[u32]> = block.cells().collect();
     let sides = block.kind.sides;
@@ -66,6 +66,7 @@ fn chords_of_cells(mesh: &Mesh, block: &CellBlock, most: usize) -> Vec<Chord> {
         key
     };
     let all = || (0..cells.len()).flat_map(|cell| (0..sides.len()).map(move |side| (cell, side)));
+    // Cells of each side.
     let mut of_side: HashMap<Vec<u32>, Vec<(usize, usize)>> = HashMap::new();
     all().for_each(|place| of_side.entry(key(place)).or_default().push(place));
     let middle = |(cell, side): (usize, usize)| {
@@ -79,6 +80,7 @@ fn chords_of_cells(mesh: &Mesh, block: &CellBlock, most: usize) -> Vec<Chord> {
     };
     let opposite =
         |side: usize| sides.iter().position(|other| other.iter().all(|node| !sides[side].contains(node)));
+    // Walk from a boundary side through opposite sides to the other boundary.
     let chord = |start: (usize, usize)| {
         let (mut place, mut count) = (start, 0);
         let nodes = sides[start.1].iter().map(|node| mesh.point(cells[start.0][*node] as usize));
@@ -100,7 +102,7 @@ fn chords_of_cells(mesh: &Mesh, block: &CellBlock, most: usize) -> Vec<Chord> {
     open.into_iter().step_by(stride).filter_map(chord).collect()
 }
 
-/// Length of an edge, or area of a quadrilateral, by its diagonals.
+/// Length of an edge, or area of a quadrilateral from its diagonals.
 fn extent_of_side(nodes: &[&[f64]]) -> f64 {
     let between = |a: usize, b: usize| {
         let mut edge = [0.0; 3];
@@ -121,11 +123,11 @@ fn norm(v: [f64; 3]) -> f64 {
     v.iter().map(|c| c * c).sum::<f64>().sqrt()
 }
 
-/// The element across the face opposite each vertex of each element.
+/// Neighbour across the face opposite each vertex of each element.
 fn neighbours<const N: usize>(cells: &[[u32; N]]) -> Vec<[u32; N]> {
     let face = |i: usize| {
         let mut key = cells[i / N];
-        // Last after sorting: no vertex has this number.
+        // u32::MAX sorts last: no vertex has this number.
         key[i % N] = u32::MAX;
         key.sort_unstable();
         key
@@ -140,7 +142,7 @@ fn neighbours<const N: usize>(cells: &[[u32; N]]) -> Vec<[u32; N]> {
     across
 }
 
-/// Ways through the elements of a mesh.
+/// Traces chords through the elements of a mesh.
 struct Walk<'a, const D: usize, const N: usize> {
     mesh: &'a Mesh,
     cells: &'a [[u32; N]],
@@ -148,11 +150,12 @@ struct Walk<'a, const D: usize, const N: usize> {
 }
 
 impl<const D: usize, const N: usize> Walk<'_, D, N> {
-    /// From this face of an element. `None` where rounding leads astray.
+    /// Chord from this face of an element; `None` if rounding misleads the walk.
     fn chord(&self, mut element: usize, face: usize) -> Option<Chord> {
         let mut nodes = self.mesh.nodes::<D, N>(&self.cells[element]);
         let slopes = slopes(&nodes);
-        // The barycentric coordinate of the vertex opposite a face grows inwards, and by one over the height.
+        // The barycentric coordinate of the vertex opposite a face grows inwards, from 0 to 1 over the
+        // height.
         let steepness = slopes[face].iter().map(|c| c * c).sum::<f64>().sqrt();
         let direction = slopes[face].map(|c| c / steepness);
         let volume = simplex_rest(&nodes).1.abs();
@@ -193,7 +196,8 @@ fn slopes<const D: usize, const N: usize>(nodes: &[[f64; D]; N]) -> [Vect<f64, D
     slopes
 }
 
-/// How far from `place` along `direction` the face is where the element is left, and the vertex opposite.
+/// Distance from `place` along `direction` to the face where it leaves the element, and the index of the
+/// opposite vertex.
 fn leave<const D: usize, const N: usize>(
     nodes: &[[f64; D]; N],
     place: &[f64; D],
@@ -234,8 +238,7 @@ mod tests {
         build(&serde_json::from_value(spec).unwrap(), dimension, ".".as_ref()).unwrap()
     }
 
-    /// In a grid every chord is an edge of the box, with the cells of the grid along it, whatever the cells
-    /// are.
+    /// In a grid every chord is an edge of the box and counts the grid's cells, however they are split.
     #[test]
     fn chords_of_boxes_are_their_edges_and_cross_their_cells() {
         let boxes = [(vec![5, 3], vec![2.0, 0.3]), (vec![3, 4, 2], vec![1.0, 0.2, 0.5])];
@@ -263,7 +266,7 @@ mod tests {
         }
     }
 
-    /// Radii of a ring are chords; straight sides turn their normals a little.
+    /// Chords of a ring are its radii; its straight sides rotate the normals a little.
     #[test]
     fn chords_of_a_ring_are_its_width() {
         let ring = mesh(

@@ -1,52 +1,52 @@
-//! Words of a text with the line each stands in, and the bytes of a binary file with their offsets.
+//! Tokenizer: words of a text with their lines, bytes of a binary file with their offsets.
 
 use std::str::FromStr;
 
 use super::MeshError;
 use super::file::Place;
 
-/// A fault and where it is.
+/// An error and its position in the file.
 #[derive(Debug)]
 pub(super) struct FileFault {
     /// Line, from 1; 0 in a binary file.
     pub line: u32,
     /// Offset in a binary file.
     pub byte: Option<u64>,
-    /// True if it is in the second file of a pair.
+    /// True if the error is in the second file of a pair.
     pub in_nodes: bool,
     pub error: MeshError,
 }
 
 impl FileFault {
-    /// In a line of a text.
+    /// Error in a line of a text.
     pub(super) fn in_line(line: u32, error: impl Into<MeshError>) -> FileFault {
         FileFault { line, byte: None, in_nodes: false, error: error.into() }
     }
 
-    /// At a place: a line of a text, an offset of a binary file.
+    /// Error at a position: a line of a text, an offset of a binary file.
     pub(super) fn at(place: Place, error: impl Into<MeshError>) -> FileFault {
         let byte = (place.line == 0).then_some(place.tag);
         FileFault { byte, ..FileFault::in_line(place.line, error) }
     }
 }
 
-/// Reads a file word by word. Nothing is believed that is not there: counts that a file announces are met by
-/// reading that many words or bytes, and the end of the file ends every loop.
+/// Reads a file word by word. Announced counts are not trusted: the reader reads that many words or
+/// bytes, and the end of the file ends every loop.
 #[derive(Clone)]
 pub(super) struct Tokens<'a> {
     bytes: &'a [u8],
     at: usize,
-    /// Where the word or block read last begins.
+    /// Start of the last word or block.
     start: usize,
-    /// Line of the word read last.
+    /// Line of the last word.
     pub line: u32,
-    /// Faults are reported by their offset: lines mean nothing in a binary file.
+    /// True if errors are reported by offset: lines mean nothing in a binary file.
     binary: bool,
-    /// `#` begins a comment that lasts to the end of the line.
+    /// True if `#` begins a comment up to the end of the line.
     comments: bool,
 }
 
-/// Part of a word that a message quotes.
+/// Shortened word for a message.
 pub(super) fn excerpt(word: &str) -> String {
     const LONGEST: usize = 40;
     match word.char_indices().nth(LONGEST) {
@@ -55,28 +55,28 @@ pub(super) fn excerpt(word: &str) -> String {
     }
 }
 
-/// As text; names may be in any encoding.
+/// Converts to text; names may be in any encoding.
 fn text(bytes: &[u8]) -> &str {
     std::str::from_utf8(bytes).unwrap_or("\u{fffd}")
 }
 
 impl<'a> Tokens<'a> {
-    /// Of a file, which may have binary parts.
+    /// Tokenizer of a file, which may have binary parts.
     pub(super) fn of_bytes(bytes: &'a [u8]) -> Self {
         Tokens { bytes, at: 0, start: 0, line: 1, binary: false, comments: false }
     }
 
-    /// The same with `#` for comments.
+    /// Tokenizer that skips comments after `#`.
     pub(super) fn with_comments(bytes: &'a [u8]) -> Self {
         Tokens { comments: true, ..Self::of_bytes(bytes) }
     }
 
-    /// The same, as if `line` were its first.
+    /// Numbers the first line `line`.
     pub(super) fn starting_at(self, line: u32) -> Self {
         Tokens { line, ..self }
     }
 
-    /// From here on faults are reported by their offset.
+    /// Reports errors by their offset from here on.
     pub(super) fn set_binary(&mut self) {
         self.binary = true;
     }
@@ -86,7 +86,7 @@ impl<'a> Tokens<'a> {
         FileFault { byte: self.binary.then_some(tag), ..FileFault::in_line(line, error) }
     }
 
-    /// The place of the word or block read last, which the file calls `tag`, 0 if it has no number for it.
+    /// Position of the last word or block; `tag` is its number in the file, 0 for none.
     pub(super) fn place(&self, tag: u64) -> Place {
         if self.binary { Place { tag: self.start as u64, line: 0 } } else { Place { tag, line: self.line } }
     }
@@ -101,7 +101,7 @@ impl<'a> Tokens<'a> {
         self.at += count;
     }
 
-    /// The next word, if there is one.
+    /// Next word, if any.
     pub(super) fn next(&mut self) -> Option<&'a str> {
         loop {
             let rest = self.rest();
@@ -120,24 +120,24 @@ impl<'a> Tokens<'a> {
         (end > 0).then(|| text(&word[..end]))
     }
 
-    /// The next word; its absence is a fault.
+    /// Next word; its absence is an error.
     pub(super) fn word(&mut self, expected: &'static str) -> Result<&'a str, FileFault> {
         self.next().ok_or_else(|| self.fault(MeshError::EndOfFile { expected }))
     }
 
-    /// The next word as a number.
+    /// Next word as a number.
     pub(super) fn number<T: FromStr>(&mut self, expected: &'static str) -> Result<T, FileFault> {
         let word = self.word(expected)?;
         word.parse().map_err(|_| self.fault(MeshError::Expected { expected, found: excerpt(word) }))
     }
 
-    /// The next word, which must be this one.
+    /// Reads a word, which must be `expected`.
     pub(super) fn keyword(&mut self, expected: &'static str) -> Result<(), FileFault> {
         let word = self.word(expected)?;
         if word == expected { Ok(()) } else { Err(self.expected(expected, word)) }
     }
 
-    /// The fault of a word that makes no sense where it stands.
+    /// Error of an unexpected word.
     pub(super) fn expected(&self, expected: &'static str, found: &str) -> FileFault {
         self.fault(MeshError::Expected { expected, found: excerpt(found) })
     }
@@ -147,7 +147,7 @@ impl<'a> Tokens<'a> {
         text(self.rest_of_line_bytes()).trim()
     }
 
-    /// The same as it stands, in whatever encoding.
+    /// Rest of the current line as bytes, in any encoding.
     pub(super) fn rest_of_line_bytes(&mut self) -> &'a [u8] {
         let rest = self.rest();
         let end = rest.iter().position(|&b| b == b'\n').unwrap_or(rest.len());
@@ -155,7 +155,7 @@ impl<'a> Tokens<'a> {
         &rest[..end]
     }
 
-    /// Passes over everything up to the end of `word`; false if it does not come.
+    /// Skips everything up to the end of `word`; returns false if it does not occur.
     pub(super) fn skip_past(&mut self, word: &[u8]) -> bool {
         let found = self.rest().windows(word.len()).position(|window| window == word);
         let end = found.map_or(self.rest().len(), |at| at + word.len());
@@ -163,14 +163,15 @@ impl<'a> Tokens<'a> {
         found.is_some()
     }
 
-    /// Rest of the current line, and on to the beginning of the next: binary data may start with anything.
+    /// Returns the rest of the current line and moves to the beginning of the next: binary data may start
+    /// with any byte.
     pub(super) fn end_line(&mut self) -> &'a str {
         let line = self.rest_of_line();
         self.advance(usize::from(!self.rest().is_empty()));
         line
     }
 
-    /// The next bytes; their absence is a fault.
+    /// Next `count` bytes; their absence is an error.
     pub(super) fn take(&mut self, count: u64, expected: &'static str) -> Result<&'a [u8], FileFault> {
         self.start = self.at;
         let rest = self.rest();
@@ -183,7 +184,7 @@ impl<'a> Tokens<'a> {
         }
     }
 
-    /// Bytes that are left.
+    /// Number of remaining bytes.
     pub(super) fn remaining(&self) -> usize {
         self.rest().len()
     }

@@ -9,7 +9,7 @@ use pliant::element::CellBlock;
 /// Corners of the faces of a positive tetrahedron, each counter-clockwise seen from outside.
 const FACES: [[usize; 3]; 4] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]];
 
-/// Pairs of corners of a simplex with `N` vertices, both ends ascending, appended to `edges`.
+/// Appends the edges of simplices with `N` vertices, both ends ascending.
 fn append_edges<const N: usize>(edges: &mut Vec<[u32; 2]>, cells: &[[u32; N]]) {
     for cell in cells {
         for a in 0..N {
@@ -20,7 +20,7 @@ fn append_edges<const N: usize>(edges: &mut Vec<[u32; 2]>, cells: &[[u32; N]]) {
     }
 }
 
-/// Facets, of `count`, that occur once by their sorted vertices, in their first order.
+/// Facets that occur once among `count` by their vertices, in the original order.
 fn unpaired<const N: usize>(count: usize, facet: impl Fn(usize) -> [u32; N]) -> Vec<[u32; N]> {
     let key = |i: usize| {
         let mut key = facet(i);
@@ -37,8 +37,8 @@ fn unpaired<const N: usize>(count: usize, facet: impl Fn(usize) -> [u32; N]) -> 
     once.into_iter().map(|i| facet(i as usize)).collect()
 }
 
-/// For each cell the first with the same vertices, in whatever order; cells that `of` leaves out stand for
-/// themselves, and for no other. An empty `of` leaves none out.
+/// Index of the first cell with the same vertices in any order, for each cell. Cells not marked by `of`
+/// represent themselves only. An empty `of` marks all.
 pub(super) fn firsts<const N: usize>(cells: &[[u32; N]], of: &[bool]) -> Vec<u32> {
     let key = |(i, cell): (u32, &[u32; N])| {
         let mut key = *cell;
@@ -55,17 +55,16 @@ pub(super) fn firsts<const N: usize>(cells: &[[u32; N]], of: &[bool]) -> Vec<u32
     firsts
 }
 
-/// Edges that only one of these triangles has, directed as that triangle runs through them: none for a
-/// closed surface.
+/// Edges that belong to a single triangle, in that triangle's direction: none for a closed surface.
 pub(super) fn open_edges(triangles: &[[u32; 3]]) -> Vec<[u32; 2]> {
     let side = |i: usize| [triangles[i / 3][i % 3], triangles[i / 3][(i + 1) % 3]];
     unpaired(3 * triangles.len(), side)
 }
 
 impl Mesh {
-    /// The edges of the elements, each once: `[lower index, higher index]`, in lexicographic order. Springs
-    /// of a mesh without explicit [`edges`](Mesh::edges) are made of these; with edges only, those come back
-    /// sorted, each once.
+    /// Edges of the elements, each once: `[lower index, higher index]`, in lexicographic order. They
+    /// become springs in a mesh without explicit [`edges`](Mesh::edges); in a mesh of edges only, these
+    /// are returned.
     pub fn unique_edges(&self) -> Vec<[u32; 2]> {
         let mut edges = Vec::new();
         if let Some(block) = self.block() {
@@ -82,12 +81,12 @@ impl Mesh {
         edges
     }
 
-    /// The edges between two triangles, each with the opposite vertices: `[a, b, of the triangle that runs
-    /// from a to b, of the one that runs from b to a]`, by ascending `(min, max)` of the edge.
+    /// Edges between two triangles, each with the opposite vertices:
+    /// `[a, b, of the triangle with direction a to b, of the other]`, by ascending `(min, max)` of the
+    /// edge.
     ///
     /// # Errors
-    /// An edge of more than two triangles, or of two that run through it the same way: they have opposite
-    /// sides up.
+    /// An edge of more than two triangles, or of two triangles with opposite orientations.
     pub fn hinges(&self) -> Result<Vec<[u32; 4]>, String> {
         // (lower, higher, runs from lower to higher, opposite)
         let mut sides: Vec<(u32, u32, bool, u32)> = vec![];
@@ -120,9 +119,9 @@ impl Mesh {
         Ok(hinges)
     }
 
-    /// The surface of a solid: the faces that belong to one tetrahedron only, counter-clockwise seen from
-    /// outside, in the order of their tetrahedra. Without tetrahedra the triangles as they stand.
-    /// Quadrilaterals, those of hexahedra too, are split in two.
+    /// Surface of a solid: faces that belong to a single tetrahedron, counter-clockwise seen from
+    /// outside, in the order of the tetrahedra. A mesh without tetrahedra returns its triangles.
+    /// Quadrilaterals, also those of hexahedra, are split in two.
     pub fn surface_triangles(&self) -> Vec<[u32; 3]> {
         if let Some(block) = self.block() {
             let halves = |[a, b, c, d]: [u32; 4]| [[a, b, c], [a, c, d]];
@@ -135,8 +134,8 @@ impl Mesh {
         unpaired(4 * self.tetrahedra.len(), face)
     }
 
-    /// The quadrilaterals that a surface of these cells is made of, counter-clockwise seen from outside;
-    /// of plane cells all. Of second order by their corners.
+    /// Surface quadrilaterals of a block, counter-clockwise seen from outside; all cells if they are
+    /// plane. Second-order ones are given by their corners.
     pub(super) fn quadrilaterals(&self, block: &CellBlock) -> Vec<[u32; 4]> {
         if block.kind.dimension == 2 {
             block.of_first_order().of::<4>().to_vec()
@@ -146,9 +145,9 @@ impl Mesh {
         }
     }
 
-    /// Edges with a single triangle of [`surface_triangles`](Mesh::surface_triangles) beside them, in the
-    /// direction in which it runs through them: the outline of a plane mesh counter-clockwise, the hem of a
-    /// cloth; none where the surface is closed, as that of every solid is.
+    /// Boundary edges: edges of a single triangle of [`surface_triangles`](Mesh::surface_triangles), in
+    /// the triangle's direction. They are the outline of a plane mesh, counter-clockwise, or the hem of a
+    /// cloth; a closed surface, as of a solid, has none.
     pub fn boundary_edges(&self) -> Vec<[u32; 2]> {
         open_edges(&self.surface_triangles())
     }
@@ -187,7 +186,7 @@ mod tests {
         assert!(mesh.surface_triangles().is_empty() && mesh.boundary_edges().is_empty());
     }
 
-    /// By the divergence theorem an outward surface encloses the volume of its solid.
+    /// An outward surface encloses the volume of its solid, by the divergence theorem.
     #[test]
     fn the_surface_of_a_solid_is_closed_and_points_outwards() {
         let mesh = build_grid(&grid(&[2, 3, 4], 0.5), 3).unwrap();
@@ -195,7 +194,7 @@ mod tests {
         assert_eq!(surface.len(), 2 * 2 * (2 * 3 + 3 * 4 + 4 * 2));
         assert!(mesh.boundary_edges().is_empty());
         assert_eq!(enclosed(&mesh.points, &surface), 24.0 * 0.125);
-        // Away from the origin, where every face counts.
+        // The origin is outside, so that every face contributes.
         let spec = GridSpec { origin: Some(vec![1.0, 2.0, 4.0]), ..grid(&[1, 1, 1], 1.0) };
         let single = build_grid(&spec, 3).unwrap();
         let one = crate::Mesh { tetrahedra: vec![single.tetrahedra[0]], ..single };

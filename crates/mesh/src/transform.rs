@@ -1,4 +1,4 @@
-//! Meshes scaled, rotated and moved.
+//! Scaling, rotation and translation of meshes.
 
 use super::build::{finite, vector};
 use super::{Mesh, MeshError, turn};
@@ -6,11 +6,11 @@ use crate::spec::{RotateSpec, TransformSpec};
 use pliant::algebra::direction;
 use pliant::value::OneOrMany;
 
-/// Moves every vertex to `centre + R S (X - centre) + translate`: scaled along the axes first, then rotated,
-/// then moved.
+/// Moves every vertex to `centre + R S (X - centre) + translate`: first the scaling along the axes, then
+/// the rotation, then the translation.
 ///
-/// Where the factors mirror the mesh, the vertices of its cells are reordered, so that volumes stay positive
-/// and surfaces keep facing outwards. Multiplications by 1 and additions of 0 leave the bits as they are.
+/// If the factors mirror the mesh, the vertices of its cells are reordered: volumes stay positive and
+/// surfaces keep facing outwards. Multiplications by 1 and additions of 0 preserve the bits.
 pub(super) fn apply(spec: &TransformSpec, mesh: &mut Mesh) -> Result<(), MeshError> {
     let dimension = mesh.dimension;
     let scale = factors(spec.scale.as_ref(), dimension)?;
@@ -38,7 +38,7 @@ pub(super) fn apply(spec: &TransformSpec, mesh: &mut Mesh) -> Result<(), MeshErr
     Ok(())
 }
 
-/// One factor per axis, none of them 0.
+/// Scale factor of each axis, none of them 0.
 fn factors(scale: Option<&OneOrMany>, dimension: usize) -> Result<Vec<f64>, MeshError> {
     let factors = match scale {
         None => vec![1.0; dimension],
@@ -49,7 +49,7 @@ fn factors(scale: Option<&OneOrMany>, dimension: usize) -> Result<Vec<f64>, Mesh
     if factors.contains(&0.0) { Err(MeshError::Zero { field: "scale" }) } else { Ok(factors) }
 }
 
-/// The matrix of a rotation by `angle` about `axis`, in the plane about the z-axis.
+/// Rotation matrix by `angle` about `axis`; in the plane about the z-axis.
 fn rotation(spec: &RotateSpec, dimension: usize) -> Result<[[f64; 3]; 3], MeshError> {
     finite("angle", spec.angle)?;
     let axis = match (&spec.axis, dimension) {
@@ -65,7 +65,7 @@ fn rotation(spec: &RotateSpec, dimension: usize) -> Result<[[f64; 3]; 3], MeshEr
     rotation_about(axis, turn::of_angle(spec.angle)).ok_or(MeshError::Zero { field: "axis" })
 }
 
-/// The matrix of a rotation about `axis` by the angle of this cosine and sine, by O. Rodrigues:
+/// Rotation matrix about `axis` by the angle of this cosine and sine (O. Rodrigues):
 /// `cos I + (1 - cos) a a^T + sin [a]_x`; `None` for an axis of length zero.
 pub(super) fn rotation_about(axis: [f64; 3], [c, s]: [f64; 2]) -> Option<[[f64; 3]; 3]> {
     let a = direction(&axis)?;
@@ -80,7 +80,7 @@ pub(super) fn rotation_about(axis: [f64; 3], [c, s]: [f64; 2]) -> Option<[[f64; 
     Some(rows)
 }
 
-/// Exchanges two vertices of every cell that has an orientation, and the nodes in the middle of its edges.
+/// Exchanges two vertices of every oriented cell, and the affected mid-edge nodes.
 fn mirror(mesh: &mut Mesh) {
     mesh.triangles.iter_mut().for_each(|cell| cell.swap(1, 2));
     mesh.tetrahedra.iter_mut().for_each(|cell| cell.swap(1, 2));
@@ -123,7 +123,7 @@ mod tests {
         mesh
     }
 
-    /// A box off the origin.
+    /// A box away from the origin.
     fn cuboid() -> Mesh {
         build_grid(&GridSpec { origin: Some(vec![1.0, 2.0, 3.0]), ..grid(&[2, 1, 1], 0.5) }, 3).unwrap()
     }
@@ -138,7 +138,7 @@ mod tests {
         };
         let moved = transformed(&cuboid(), &spec);
         for (i, x) in cuboid().points.chunks(3).enumerate() {
-            // By hand: (x - 1, y, z) becomes (-3 y, 2 (x - 1), 4 z - 10), and 1 is added.
+            // Computed by hand: (x - 1, y, z) becomes (-3 y, 2 (x - 1), 4 z - 10), and 1 is added.
             let expected = [1.0 - 3.0 * x[1], 2.0 * (x[0] - 1.0), 4.0 * x[2] - 10.0];
             for axis in 0..3 {
                 assert!(

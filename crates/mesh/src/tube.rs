@@ -12,12 +12,12 @@ pub(super) fn size(spec: &TubeSpec, dimension: usize) -> Result<MeshSize, MeshEr
     extrude::size(&annulus::counts([radial, around], None)?, along)
 }
 
-/// Refuses a solid in the plane.
+/// Rejects a solid in the plane.
 pub(super) fn solid(shape: &'static str, dimension: usize) -> Result<(), MeshError> {
     if dimension == 3 { Ok(()) } else { Err(MeshError::ShapeDimension { shape, dimension: 3 }) }
 }
 
-/// A ring of the plane `z = origin[2]`, moved along z by `height`.
+/// Builds the tube: a ring in the plane `z = origin[2]`, extruded by `height`.
 pub(super) fn build(spec: &TubeSpec, dimension: usize) -> Result<Mesh, MeshError> {
     size(spec, dimension)?;
     positive("height", spec.height)?;

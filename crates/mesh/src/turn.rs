@@ -1,18 +1,18 @@
 //! Sines and cosines that are bit-identical on every machine. Those of the C library differ between its
 //! versions and between instruction sets.
 
-// The constants stand as fdlibm prints them.
+// The constants are written as in fdlibm.
 #![allow(clippy::excessive_precision)]
 
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_4};
 
-/// `pi / 2` in two parts, as fdlibm has it: the first has 33 bits, so that its products with small numbers
-/// are exact.
+/// High part of `pi / 2` in two parts, as in fdlibm: it has 33 bits, so that its products with small
+/// numbers are exact.
 const HALF_PI_HIGH: f64 = 1.570_796_326_734_125_614_17;
 const HALF_PI_LOW: f64 = 6.077_100_506_506_192_249_32e-11;
 
-/// Cosine and sine of `k / n` of a full turn, `n > 0`: exact at the quarters, the same digits in every
-/// octant.
+/// Cosine and sine of `k / n` of a full turn, `n > 0`: exact at the quarters, with the same digits in
+/// every octant.
 pub(super) fn of_fraction(k: usize, n: usize) -> [f64; 2] {
     let (k, n) = (k as u128 % n as u128, n as u128);
     let (octant, rest) = (8 * k / n, 8 * k % n);
@@ -44,7 +44,7 @@ pub(super) fn of_angle(angle: f64) -> [f64; 2] {
     }
 }
 
-/// Taylor's series up to `t^18`, whose remainder is below an ulp for `|t| <= pi/4`.
+/// Taylor series up to `t^18`, whose remainder is below an ulp for `|t| <= pi/4`.
 fn series(t: f64) -> [f64; 2] {
     let square = t * t;
     let (mut cosine, mut sine) = (1.0, 1.0);

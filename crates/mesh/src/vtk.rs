@@ -26,7 +26,7 @@ pub(super) fn read(input: &MeshInput) -> Result<FileMesh, FileFault> {
             "LINES" => grid.typed(ListKind::Lines)?,
             "POLYGONS" => grid.typed(ListKind::Polygons)?,
             "FIELD" => grid.field()?,
-            // They come last.
+            // Data arrays come last.
             "POINT_DATA" | "CELL_DATA" => break,
             "TRIANGLE_STRIPS" => {
                 let supported = "write triangles as POLYGONS";
@@ -47,11 +47,12 @@ pub(super) fn read(input: &MeshInput) -> Result<FileMesh, FileFault> {
 
 /// Contents of the first lines.
 struct VtkHeader {
-    /// True if the numbers are binary.
+    /// True if numbers are binary.
     binary: bool,
-    /// True if cells are lists with offsets, as they are from version 5 on.
+    /// True if cells are lists with offsets, as since version 5.
     modern: bool,
-    /// True if it is an unstructured grid, which has cells; or polygonal data, which may have none.
+    /// True for an unstructured grid, which must have cells; false for polygonal data, which may have
+    /// none.
     unstructured: bool,
 }
 
@@ -93,7 +94,7 @@ fn number_type(tokens: &Tokens, name: &str) -> Result<NumberType, FileFault> {
         "unsigned_short" => NumberType::U16,
         "int" => NumberType::I32,
         "unsigned_int" => NumberType::U32,
-        // VTK writes its numbers of things with 32 bits where the type is named so.
+        // VTK writes this type with 32 bits.
         "vtkIdType" => NumberType::I32,
         "long" | "vtktypeint64" => NumberType::I64,
         "unsigned_long" | "vtktypeuint64" => NumberType::U64,
@@ -103,19 +104,19 @@ fn number_type(tokens: &Tokens, name: &str) -> Result<NumberType, FileFault> {
     })
 }
 
-/// Numbers, and where each `stride`th stands.
+/// Numbers, and the position of each `stride`th one.
 #[derive(Default)]
 struct VtkNumbers {
     values: Vec<f64>,
     places: Vec<Place>,
 }
 
-/// Vertices of cells one after the other.
+/// Vertices of all cells, concatenated.
 #[derive(Default)]
 struct Lists {
     vertices: Vec<f64>,
     places: Vec<Place>,
-    /// Where each begins, and where the last ends.
+    /// Start of each cell, and the end of the last.
     offsets: Vec<usize>,
 }
 
@@ -155,7 +156,7 @@ impl<'a> VtkGrid<'a> {
         }
     }
 
-    /// The next `count` numbers.
+    /// Reads the next `count` numbers.
     fn numbers(&mut self, kind: NumberType, count: u64, stride: usize) -> Result<VtkNumbers, FileFault> {
         let expected = "a number";
         let mut numbers = VtkNumbers::default();
@@ -175,7 +176,7 @@ impl<'a> VtkGrid<'a> {
         Ok(numbers)
     }
 
-    /// `POINTS n type`.
+    /// Reads `POINTS n type`.
     fn points(&mut self) -> Result<(), FileFault> {
         let count: u64 = self.tokens.number("the number of points")?;
         let name = self.tokens.word("the type of the coordinates")?;
@@ -185,8 +186,8 @@ impl<'a> VtkGrid<'a> {
         Ok(())
     }
 
-    /// Passes over what may follow an array: `METADATA`, a name for each of its components (which may be an
-    /// empty line), then lines of other things up to an empty one.
+    /// Skips the metadata that may follow an array: `METADATA`, a name for each component (which may be
+    /// an empty line), then other lines up to an empty one.
     fn pass_metadata(&mut self, components: u64) {
         let before = self.tokens.clone();
         if self.tokens.next() != Some("METADATA") {
@@ -207,8 +208,8 @@ impl<'a> VtkGrid<'a> {
         }
     }
 
-    /// `CELLS n size` and for each cell the number of its vertices and those; from version 5 on `CELLS n
-    /// size` with `n` offsets and `size` vertices.
+    /// Reads `CELLS n size` and for each cell the number of its vertices and the vertices; from version 5
+    /// on `CELLS n size` with `n` offsets and `size` vertices.
     fn lists(&mut self) -> Result<Lists, FileFault> {
         let count: u64 = self.tokens.number("the number of cells")?;
         let size: u64 = self.tokens.number("the size of the list of cells")?;
@@ -281,7 +282,7 @@ impl<'a> VtkGrid<'a> {
         Ok(())
     }
 
-    /// `FIELD name n`, then `name components tuples type` and the numbers, `n` times.
+    /// Reads `FIELD name n`, then `n` times `name components tuples type` and the numbers.
     fn field(&mut self) -> Result<(), FileFault> {
         self.tokens.word("the name of a field")?;
         let arrays: u64 = self.tokens.number("the number of arrays")?;
@@ -306,7 +307,7 @@ impl<'a> VtkGrid<'a> {
         let number = lists.offsets.len().saturating_sub(1) as u64;
         self.count("cell types", number, types.values.len() as u64)?;
         for (i, bounds) in lists.offsets.windows(2).enumerate() {
-            // Without vertices the type is what stands in the file.
+            // A cell without vertices has the position of its type.
             let place = lists.places.get(bounds[0]).filter(|_| bounds[1] > bounds[0]).copied();
             let place = place.unwrap_or(types.places[i]);
             vtk_cells::enter(

@@ -25,7 +25,7 @@ pub const QUADRATIC_TRIANGLE: u8 = 22;
 /// Corners, then middles of the edges 01, 12, 20, 03, 13, 23.
 pub const QUADRATIC_TETRAHEDRON: u8 = 24;
 
-/// Contents of a list of cells without types.
+/// Kinds of untyped cell lists.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum ListKind {
     Vertices,
@@ -43,8 +43,9 @@ impl ListKind {
     }
 }
 
-/// Enters one cell: `numbers` are the indices of its vertices among those of `range`, counted from 0.
-/// Polylines become lines, polygons fans of triangles about their first vertex, right for convex ones.
+/// Adds one cell: `numbers` are the indices of its vertices among those of `range`, counted from 0. A
+/// polyline becomes lines, a polygon a fan of triangles about its first vertex, which is right for convex
+/// polygons.
 ///
 /// # Errors
 /// Cells of other kinds, a wrong number of vertices, an index out of range.
@@ -61,6 +62,7 @@ pub(super) fn enter(
         let missing = FormatError::VertexNumber { number: number as i64, count: count as u64, first: 0 };
         vertices.push(range.start as u32 + index(number, count).ok_or(missing)?);
     }
+    // Linear simplices go on; other kinds return early.
     let kind = index(cell_type, 256).map_or(0, |kind| kind as u8);
     let corners = match kind {
         VERTEX => 1,

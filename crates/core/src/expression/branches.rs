@@ -2,17 +2,18 @@
 
 use super::{Expression, Function, Variable};
 
-/// Intervals that a formula is looked at in: two changes within one show as one or none.
+/// Number of intervals that a formula is sampled in: two changes within one interval show as one or none.
 const INTERVALS: usize = 1024;
 
 impl Expression {
-    /// Times in `from < t < to` [s], ascending, at which the formula takes another branch: where `min`,
-    /// `max`, `abs`, `clamp` and `smoothstep` have a kink or an end, `step`, `pulse`, `if` and comparisons
-    /// a jump, or `floor` and `sign` another value. To the last bit; of the two neighbours that a change
-    /// lies between the one with fewer digits, which is that in the text where it is there.
+    /// Times in `from < t < to` [s], ascending, at which the formula changes its branch: a kink or an end
+    /// of `min`, `max`, `abs`, `clamp` and `smoothstep`, a jump of `step`, `pulse`, `if` and comparisons,
+    /// or a new value of `floor` and `sign`. A time is exact to the last bit: a change lies between two
+    /// neighbouring numbers, and the one with fewer digits is returned, which is the number in the text
+    /// if it is there.
     ///
-    /// The range is looked at in 1024 parts: two changes within one of these may be missed. Of a formula of
-    /// the place, which changes elsewhere at other times, there are none.
+    /// The range is sampled in 1024 intervals: two changes within one may be missed. A formula of
+    /// position has no branch times, because they differ from point to point.
     pub fn branch_times(&self, from: f64, to: f64) -> Vec<f64> {
         if self.depends_on_place() || from.is_nan() || to.is_nan() || from >= to {
             return vec![];
@@ -25,7 +26,7 @@ impl Expression {
             let (mut low, mut high) = (time(i - 1), time(i));
             let after = self.branches(high);
             if after != before {
-                // Between neighbours, or as near to zero as makes no difference.
+                // Until the two are neighbours, or closer than rounding of the range allows.
                 while high - low > f64::EPSILON * low.abs().max(high.abs()).max(f64::EPSILON * (to - from)) {
                     let middle = 0.5 * (low + high);
                     if self.branches(middle) == before { low = middle } else { high = middle }
@@ -40,14 +41,14 @@ impl Expression {
         times
     }
 
-    /// The branches that it takes at the time `t` [s], as one number.
+    /// A hash of the branches taken at the time `t` [s].
     fn branches(&self, t: f64) -> u64 {
         let mut taken = 0_u64;
         self.evaluate_watched(
             |variable| if variable == Variable::T { t } else { 0.0 },
             |function, arguments| {
                 if let Some(branch) = function.branch(arguments) {
-                    // A hash of Knuth's: different sequences hardly ever meet.
+                    // Knuth's multiplier: different sequences hardly ever collide.
                     let number = (branch as u64).wrapping_add(1);
                     taken = taken.wrapping_add(number).wrapping_mul(6_364_136_223_846_793_005);
                 }
@@ -57,13 +58,13 @@ impl Expression {
     }
 }
 
-/// Digits that a number is written with.
+/// Number of characters of a number in decimal notation.
 fn digits(time: f64) -> usize {
     time.to_string().len()
 }
 
 impl Function {
-    /// The branch that it takes; `None` where it has but one.
+    /// The branch taken for these arguments; `None` for a function with a single branch.
     fn branch(&self, [a, b, c]: [f64; 3]) -> Option<i64> {
         let place = |x: f64, low: f64, high: f64| i64::from(x >= low) + i64::from(x >= high);
         Some(match self.name {
@@ -100,7 +101,7 @@ mod tests {
             ("floor(t)", &[1.0, 2.0, 3.0, 4.0]),
             ("sign(sin(pi * t / 2))", &[2.0, 4.0]),
             ("t^2 + sin(t)", &[]),
-            // Elsewhere it is at other times.
+            // The times differ from point to point.
             ("min(t, X)", &[]),
         ];
         for (text, expected) in cases {

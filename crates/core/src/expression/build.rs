@@ -5,13 +5,13 @@ use super::graph::{Graph, NodeId};
 use super::parse::{self, PlacedOperation};
 use super::{ExpressionError, FormulaError, Operation};
 
-/// A formula of names that its reader chooses, as it was written, not yet a [`Graph`].
+/// A parsed formula of names that its reader chooses, not yet a [`Graph`].
 #[derive(Clone, Debug)]
 pub(crate) struct Formula {
     steps: Vec<PlacedOperation>,
 }
 
-/// Functions that have values and derivatives on packs of numbers.
+/// Functions whose values and derivatives are available on packs of numbers.
 const AVAILABLE: &[&str] =
     &["exp", "ln", "log", "sqrt", "abs", "min", "max", "clamp", "if", "sinh", "cosh", "tanh"];
 
@@ -19,7 +19,7 @@ impl Formula {
     /// Reads a formula of `names`.
     ///
     /// # Errors
-    /// The text is not a formula, or has a name in it that is neither a function nor one of `names`.
+    /// The text is not a formula, or contains a name that is neither a function nor one of `names`.
     pub(crate) fn parse(text: &str, names: &[&str]) -> Result<Formula, ExpressionError> {
         let steps = parse::program(text, names).map_err(|error| match error {
             ExpressionError::UnknownName { name, known, place, .. } => {
@@ -30,11 +30,11 @@ impl Formula {
         Ok(Formula { steps })
     }
 
-    /// Reads a formula of `variables` and of `parameters`, in this order.
+    /// Reads a formula of `variables`, then of `parameters`.
     ///
     /// # Errors
-    /// As [`parse`](Self::parse), and where a parameter has the name of something else, is not finite, or is
-    /// not in the formula.
+    /// Errors of [`parse`](Self::parse); a parameter whose name is taken, whose value is not finite, or
+    /// which does not occur in the formula.
     pub(crate) fn with_parameters(
         text: &str,
         variables: &[&str],
@@ -58,15 +58,15 @@ impl Formula {
         }
     }
 
-    /// True if the name of this index is in it.
+    /// True if the formula contains the name of this index.
     pub(crate) fn has(&self, name: usize) -> bool {
         self.steps.iter().any(|(step, _)| matches!(step, Operation::Variable(index) if *index == name))
     }
 
-    /// Adds its value to a graph in which the names stand for `values`.
+    /// Adds the formula's value to a graph; the names stand for `values`.
     ///
     /// # Errors
-    /// A function that packs of numbers do not have, of something that is no constant.
+    /// A function of a non-constant argument that is not available on packs of numbers.
     pub(crate) fn add_to(&self, graph: &mut Graph, values: &[NodeId]) -> Result<NodeId, ExpressionError> {
         let mut stack: Vec<NodeId> = Vec::new();
         for (step, place) in &self.steps {
@@ -88,7 +88,7 @@ impl Formula {
     }
 }
 
-/// An operator or a function; `None` where packs have none.
+/// Adds an operator or a function to the graph; `None` if it is not available on packs.
 fn call(graph: &mut Graph, function: &Function, arguments: &[NodeId]) -> Option<NodeId> {
     let constants: Option<Vec<f64>> = arguments.iter().map(|argument| graph.constant(*argument)).collect();
     if let Some(constants) = constants {

@@ -3,7 +3,7 @@
 use super::{Expression, Function, Number};
 use crate::quantity::Rounded;
 
-/// A number that is the same at all places and times; `None` where it is not.
+/// Value of a subexpression that depends on no variable; `None` for any other.
 #[derive(Clone, Copy)]
 struct Fixed(Option<f64>);
 
@@ -23,8 +23,8 @@ impl Number for Fixed {
 }
 
 impl Expression {
-    /// Calls of `pulse`, `smoothstep` and `clamp` whose constant bounds leave nothing between them, each with
-    /// its remedy, in words.
+    /// Describes each call of `pulse`, `smoothstep` and `clamp` whose constant bounds enclose no
+    /// interval, with the remedy.
     ///
     /// ```
     /// use pliant::expression::{Expression, Variable};

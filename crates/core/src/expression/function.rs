@@ -58,22 +58,20 @@ macro_rules! functions {
     };
 }
 
-/// `power log(base)`; zero where the power is, at a base of zero too.
+/// `power log(base)`; zero for a power of zero, even at a base of zero.
 pub(super) fn logarithm_times(power: f64, base: f64) -> f64 {
     if power == 0.0 { 0.0 } else { power * libm::log(base) }
 }
 
-/// 1 if true: what a comparison gives. Not a number where one side is not.
+/// Result of a comparison: 1 if it holds, else 0; NaN if one side is.
 fn truth(a: f64, b: f64, holds: bool) -> f64 {
     if a.is_nan() || b.is_nan() { f64::NAN } else { f64::from(u8::from(holds)) }
 }
 
-/// -1, 0 or 1.
 fn sign_of(x: f64) -> f64 {
     if x.is_nan() || x == 0.0 { x } else { x.signum() }
 }
 
-/// Progress of `x` from `from` to `to`, in [0, 1].
 fn progress(from: f64, to: f64, x: f64) -> f64 {
     ((x - from) / (to - from)).clamp(0.0, 1.0)
 }
@@ -139,13 +137,12 @@ pub fn signatures() -> impl Iterator<Item = &'static str> {
     FUNCTIONS.iter().map(|function| function.signature)
 }
 
-/// The function of this name.
 pub(super) fn function(name: &str) -> Option<&'static Function> {
     FUNCTIONS.iter().copied().find(|function| function.name == name)
 }
 
 impl Function {
-    /// True if its value jumps where its arguments do not.
+    /// True if the value can jump while the arguments are continuous.
     pub(super) fn jumps(&self) -> bool {
         const JUMPING: &[&str] = &["<", "<=", ">", ">=", "sign", "floor", "step", "pulse", "if"];
         JUMPING.contains(&self.name)

@@ -7,20 +7,20 @@ use super::second::TwiceRated;
 use super::{Expression, ExpressionError, FormulaSymbol, Number, Rated, Variable};
 use crate::quantity::number_length;
 
-/// The word that begins them.
+/// Keyword that begins the parameters.
 const WHERE: &str = "where";
 
-/// A number of a formula with a name.
+/// A named number of a formula.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct GivenNumber {
     pub(super) name: String,
     pub(super) value: f64,
-    /// Place where it is named.
+    /// Position of the name in the text.
     pub(super) place: Range<usize>,
 }
 
 impl Expression {
-    /// The numbers that it names, and their values.
+    /// Names and values of the parameters.
     ///
     /// ```
     /// use pliant::expression::{Expression, Variable};
@@ -34,8 +34,8 @@ impl Expression {
         self.given.iter().map(|given| (&given.name[..], given.value))
     }
 
-    /// The derivative by a number that it names, at the point `x` [m] and the time `t` [s]; zero by one that
-    /// it does not. Where the formula jumps or has a kink, that of one side.
+    /// Derivative with respect to a parameter, at the point `x` [m] and the time `t` [s]; zero for an
+    /// unknown name. At a jump or a kink it is one-sided.
     pub fn derivative(&self, name: &str, x: [f64; 3], t: f64) -> f64 {
         let of = |symbol| match symbol {
             FormulaSymbol::Variable(variable) => Rated { value: variable.of(x, t), rate: 0.0 },
@@ -47,8 +47,8 @@ impl Expression {
         self.run(of, |_, _| {}).rate
     }
 
-    /// The derivative of the [rate](Self::rate) by a number that the formula names, there and then, `d2f/dt
-    /// dA`; zero by one that it does not.
+    /// Derivative of the [rate](Self::rate) with respect to a parameter, `d2f/dt dA`; zero for an unknown
+    /// name.
     ///
     /// ```
     /// use pliant::expression::{Expression, Variable};
@@ -74,8 +74,7 @@ impl Expression {
         self.run(of, |_, _| {}).mixed
     }
 
-    /// The derivatives of the [rate](Self::rate) by the coordinates of the point, there and then, `d2f/dt
-    /// dx`.
+    /// Derivatives of the [rate](Self::rate) with respect to the coordinates of the point, `d2f/dt dx`.
     ///
     /// ```
     /// use pliant::expression::{Expression, Variable};
@@ -101,11 +100,11 @@ impl Expression {
     }
 }
 
-/// A text without its numbers after `where`, and these.
+/// Splits a text into the formula and the parameters after `where`.
 ///
 /// # Errors
-/// Something else stands there than `name = number, ..`; a name is taken by one of `variables`, by a function
-/// or by another.
+/// The parameters do not read `name = number, ..`, or a name is taken by one of `variables`, by a
+/// function or by another parameter.
 pub(super) fn split<'t>(
     text: &'t str,
     variables: &[&str],
@@ -146,7 +145,7 @@ struct GivenReader<'t> {
 }
 
 impl<'t> GivenReader<'t> {
-    /// Rest of the text, without spaces before it.
+    /// Rest of the text, without leading spaces.
     fn rest(&mut self) -> &'t str {
         let rest = self.text[self.at..].trim_start();
         self.at = self.text.len() - rest.len();

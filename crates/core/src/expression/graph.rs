@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-/// A value of a [`Graph`]. What it is made of has smaller numbers.
+/// Index of a node of a [`Graph`]; operands have smaller indices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(crate) struct NodeId(u32);
 
@@ -16,7 +16,7 @@ impl NodeId {
     }
 }
 
-/// A value and what it is made of; numbers by their bits, so that nodes can be compared.
+/// Operation of a node and its operands. Numbers are stored by their bits, so that nodes can be compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum FormulaNode {
     Number(u64),
@@ -29,18 +29,17 @@ pub(super) enum FormulaNode {
     Root(NodeId),
     Logarithm(NodeId),
     Exponential(NodeId),
-    /// To a constant exponent.
+    /// Operand and constant exponent.
     Power(NodeId, u64),
     Magnitude(NodeId),
-    /// The same where it is positive, elsewhere no number: the slope of a logarithm goes on where it has
-    /// none.
+    /// The operand if it is positive, else NaN: without it the slope of a logarithm would be defined
+    /// where the logarithm is not.
     Positive(NodeId),
-    /// The third where the first is less than the second, else the fourth.
+    /// `[a, b, then, otherwise]`: `a < b ? then : otherwise`.
     IfLess([NodeId; 4]),
 }
 
 impl FormulaNode {
-    /// Operands of the node.
     pub(super) fn operands(self) -> impl DoubleEndedIterator<Item = NodeId> {
         let (operands, count) = match self {
             FormulaNode::Number(_) | FormulaNode::Variable(_) => ([NodeId(0); 4], 0),
@@ -61,7 +60,7 @@ impl FormulaNode {
     }
 }
 
-/// Values, each made of earlier ones. Equal values are one node.
+/// Nodes, each with earlier nodes as operands. Equal values share one node.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Graph {
     nodes: Vec<FormulaNode>,
@@ -83,7 +82,7 @@ impl Graph {
         id
     }
 
-    /// The value of a constant.
+    /// Value of a constant node; `None` for any other.
     pub(crate) fn constant(&self, id: NodeId) -> Option<f64> {
         match self.node(id) {
             FormulaNode::Number(bits) => Some(f64::from_bits(bits)),
@@ -126,7 +125,7 @@ impl Graph {
                 let two = self.number(2.0);
                 self.product(two, a)
             }
-            // Constants come first, and of two values the earlier one.
+            // Constants come first, then the earlier node.
             _ if self.constant(b).is_some() || (self.constant(a).is_none() && b < a) => {
                 self.add(FormulaNode::Sum(b, a))
             }
@@ -172,7 +171,7 @@ impl Graph {
             },
             _ => {}
         }
-        // A constant factor stands in front of everything else.
+        // A constant factor comes in front of all others.
         for (factor, other) in [(a, b), (b, a)] {
             match self.node(factor) {
                 FormulaNode::Product(k, x) if self.constant(k).is_some() => {
@@ -245,7 +244,7 @@ impl Graph {
             (Some(a), _) => self.number(libm::pow(a, exponent)),
             _ if exponent == 0.0 => self.number(1.0),
             _ if exponent == 1.0 => a,
-            // Where one of them is not an integer, (a^m)^n is |a|^(m n) at times.
+            // For a non-integer exponent, (a^m)^n can be |a|^(m n).
             (_, FormulaNode::Power(b, inner))
                 if exponent.fract() == 0.0 && f64::from_bits(inner).fract() == 0.0 =>
             {
@@ -270,7 +269,7 @@ impl Graph {
         }
     }
 
-    /// `then` where `condition` is not zero.
+    /// `then` if `condition` is not zero, else `otherwise`.
     pub(super) fn choice(&mut self, condition: NodeId, then: NodeId, otherwise: NodeId) -> NodeId {
         if let FormulaNode::IfLess([a, b, holds, fails]) = self.node(condition) {
             match (self.constant(holds), self.constant(fails)) {
@@ -283,7 +282,7 @@ impl Graph {
         self.if_less(zero, size, then, otherwise)
     }
 
-    /// True for each node up to `roots` that these are made of.
+    /// For each node up to `roots`: true if a root depends on it.
     pub(super) fn reached(&self, roots: &[NodeId]) -> Vec<bool> {
         let mut reached = vec![false; roots.iter().map(|root| root.index() + 1).max().unwrap_or(0)];
         for root in roots {
@@ -297,7 +296,7 @@ impl Graph {
         reached
     }
 
-    /// A variable, if it is anywhere.
+    /// The node of a variable, if the graph has one.
     pub(super) fn find_variable(&self, variable: u16) -> Option<NodeId> {
         self.ids.get(&FormulaNode::Variable(variable)).copied()
     }
@@ -315,8 +314,8 @@ impl Graph {
         variables
     }
 
-    /// The derivative of `root` with respect to a variable. Forward, so that what a comparison leaves aside
-    /// is not multiplied by zero but left aside.
+    /// Derivative of `root` with respect to a variable. Forward mode: the branch that a comparison
+    /// rejects is selected away, not multiplied by zero.
     pub(crate) fn derivative(&mut self, root: NodeId, variable: u16) -> NodeId {
         let zero = self.number(0.0);
         let reached = self.reached(&[root]);
@@ -378,8 +377,8 @@ impl Graph {
         }
     }
 
-    /// The values `roots` in a graph of their own, without powers, in which variables that `definitions`
-    /// has are what they stand for there.
+    /// Copies `roots` into a new graph without powers, in which each variable of `definitions` is
+    /// replaced by its definition.
     pub(super) fn lowered(
         &self,
         roots: &[NodeId],
@@ -387,6 +386,7 @@ impl Graph {
     ) -> (Graph, Vec<NodeId>) {
         let mut lowered = Graph::default();
         let mut done: HashMap<NodeId, NodeId> = HashMap::new();
+        // Depth-first with an explicit stack: operands are copied before the node.
         for root in roots {
             let mut waiting = vec![*root];
             while let Some(id) = waiting.pop() {
@@ -433,7 +433,7 @@ impl Graph {
         (lowered, roots)
     }
 
-    /// A product as such: of equal factors no power.
+    /// Product that does not turn equal factors into a power.
     fn factor(&mut self, a: NodeId, b: NodeId) -> NodeId {
         match a == b && self.constant(a).is_none() {
             true => self.add(FormulaNode::Product(a, a)),
@@ -448,9 +448,9 @@ impl Graph {
         }
     }
 
-    /// A power as products, roots or by the logarithm.
+    /// A power written as products and roots, or by the logarithm and the exponential.
     fn raised(&mut self, a: NodeId, exponent: f64) -> NodeId {
-        /// Beyond it the logarithm is shorter.
+        /// Largest exponent that is written as products: beyond it the logarithm takes fewer operations.
         const MOST: f64 = 64.0;
         let size = exponent.abs();
         if size > MOST || (2.0 * size).fract() != 0.0 {

@@ -87,14 +87,14 @@ impl Variable {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum FormulaSymbol {
     Variable(Variable),
-    /// A number of the formula's own, by its place among them.
+    /// Index of a parameter of the formula.
     Given(usize),
 }
 
 /// A formula of `x`, `y`, `z` [m] and `t` [s].
 ///
-/// Operators, from the weakest: `<` `<=` `>` `>=` (1 if true, else 0), `+` `-`, `*` `/`, the sign `-`, `^` or
-/// `**`. Functions: [`signatures`]. Constant: `pi`. After `where` numbers with names may follow, in SI units:
+/// Operators, from the weakest: `<` `<=` `>` `>=` (1 if true, else 0), `+` `-`, `*` `/`, the sign `-`,
+/// `^` or `**`. Functions: [`signatures`]. Constant: `pi`. Parameters in SI units may follow `where`:
 /// `A*sin(w*t) where A = 2, w = 12`.
 ///
 /// ```
@@ -121,7 +121,7 @@ enum Operation<V> {
 }
 
 impl Operation<usize> {
-    /// Replaces the variable by that of its index.
+    /// Replaces the index of a variable by that variable.
     fn of<V: Copy>(self, variables: &[V]) -> Operation<V> {
         match self {
             Operation::Number(number) => Operation::Number(number),
@@ -200,17 +200,17 @@ impl Expression {
         })
     }
 
-    /// True if it depends on position.
+    /// True if the formula depends on position.
     pub fn depends_on_place(&self) -> bool {
         self.variables().any(|variable| variable != Variable::T)
     }
 
-    /// True if it depends on time.
+    /// True if the formula depends on time.
     pub fn depends_on_time(&self) -> bool {
         self.variables().any(|variable| variable == Variable::T)
     }
 
-    /// The variables in it, with repetitions.
+    /// The variables of the formula, with repetitions.
     fn variables(&self) -> impl Iterator<Item = Variable> {
         self.program.iter().filter_map(|operation| match operation {
             Operation::Variable(FormulaSymbol::Variable(variable)) => Some(*variable),
@@ -218,8 +218,8 @@ impl Expression {
         })
     }
 
-    /// True if it has no jumps: no comparison, `if`, `step`, `pulse`, `sign`, `floor`. Poles do not count as
-    /// jumps.
+    /// True if the formula has no jumps: no comparison, `if`, `step`, `pulse`, `sign`, `floor`. Poles do
+    /// not count as jumps.
     pub fn is_continuous(&self) -> bool {
         let mut calls = self.program.iter().filter_map(|operation| match operation {
             Operation::Call(function) => Some(function),
@@ -232,7 +232,7 @@ impl Expression {
         self.evaluate_watched(variable, |_, _| {})
     }
 
-    /// The same, every call shown to `watch`.
+    /// Evaluates the formula; `watch` sees each call.
     fn evaluate_watched<N: Number>(
         &self,
         variable: impl Fn(Variable) -> N,
@@ -245,7 +245,7 @@ impl Expression {
         self.run(of, watch)
     }
 
-    /// The same, the numbers that it names given too.
+    /// Evaluates the formula for given values of its variables and parameters; `watch` sees each call.
     fn run<N: Number>(
         &self,
         symbol: impl Fn(FormulaSymbol) -> N,
@@ -285,7 +285,7 @@ impl fmt::Display for Expression {
     }
 }
 
-/// Numbers that a formula is evaluated on: plain ones, or numbers with their rates.
+/// Numbers that a formula is evaluated on: plain numbers, or numbers with derivatives.
 trait Number: Copy {
     fn constant(value: f64) -> Self;
     fn call(function: &Function, arguments: [Self; 3]) -> Self;
@@ -318,7 +318,7 @@ impl Number for Rated {
         let partials = (function.partials)(values);
         let mut rate = 0.0;
         for (argument, partial) in arguments.iter().zip(partials) {
-            // What does not change adds nothing, even where its partial derivative is infinite: `t^2` at 0.
+            // A constant argument adds nothing, even if its partial derivative is infinite: `t^2` at 0.
             if argument.rate != 0.0 {
                 rate += partial * argument.rate;
             }

@@ -7,19 +7,19 @@ use super::function::{self, FUNCTIONS, Function};
 use super::{ExpressionError, Operation};
 use crate::quantity::number_length;
 
-/// Parentheses and signed exponents nest no deeper than this: the text is the user's, the stack of the parser
-/// is not.
+/// Depth limit of parentheses and signed exponents: it protects the stack of the parser from the user's
+/// text.
 const DEEPEST: usize = 16;
 
-/// Bytes of the longest formula that is read: what is compiled of one takes a hundred times as much memory.
+/// Length limit of a formula [bytes]: its compiled form takes a hundred times as much memory.
 const LONGEST: usize = 64 * 1024;
 
-/// An operation, its variables by their indices, and where it was read.
+/// An operation, with its variables as indices, and its position in the text.
 pub(super) type PlacedOperation = (Operation<usize>, Range<usize>);
 
 type Parsed<T = ()> = Result<T, ExpressionError>;
 
-/// Symbols of one precedence, each before those that it begins with.
+/// Symbols of one precedence; a longer symbol comes before its prefix.
 type Operators = [(&'static str, &'static Function)];
 
 const COMPARISONS: &Operators = &[
@@ -32,8 +32,8 @@ const SUMS: &Operators = &[("+", &function::ADD), ("-", &function::SUBTRACT)];
 const PRODUCTS: &Operators = &[("*", &function::MULTIPLY), ("/", &function::DIVIDE)];
 const POWERS: &Operators = &[("**", &function::POWER), ("^", &function::POWER)];
 
-/// Operations of a whole text, in which `names` stand for variables: their indices, and where each operation
-/// was read.
+/// Parses a whole text, in which `names` stand for variables. Returns the operations, with indices into
+/// `names`, and the position of each.
 pub(super) fn program(text: &str, names: &[&str]) -> Parsed<Vec<PlacedOperation>> {
     if text.len() > LONGEST {
         return Err(ExpressionError::TooManyBytes { found: text.len(), most: LONGEST });
@@ -54,7 +54,7 @@ struct Parser<'t> {
     at: usize,
     names: &'t [&'t str],
     depth: usize,
-    /// Operations of what has been read.
+    /// Operations parsed so far.
     program: Vec<PlacedOperation>,
 }
 
@@ -77,10 +77,10 @@ impl<'t> Parser<'t> {
         ExpressionError::Unexpected { expected, found, place }
     }
 
-    /// Takes one of these operators, if it is next.
+    /// Consumes one of these operators, if it is next.
     fn operator(&mut self, operators: &Operators) -> Option<&'static Function> {
         self.skip_spaces();
-        // A power is no product.
+        // `**` is a power, not a product.
         let is_power = self.rest().starts_with("**");
         let is_next = |symbol: &str| self.rest().starts_with(symbol) && !(is_power && symbol == "*");
         let (symbol, function) = operators.iter().find(|(symbol, _)| is_next(symbol))?;
@@ -92,7 +92,7 @@ impl<'t> Parser<'t> {
         self.program.push((operation, place));
     }
 
-    /// The operator that was read last.
+    /// Appends a call of this operator or function.
     fn call(&mut self, function: &'static Function) {
         self.push(Operation::Call(function), self.at..self.at);
     }
@@ -124,7 +124,7 @@ impl<'t> Parser<'t> {
         Ok(())
     }
 
-    /// A power, with a sign or without.
+    /// A power with an optional sign.
     fn signed(&mut self) -> Parsed {
         let sign = self.operator(SUMS);
         self.power()?;
@@ -143,7 +143,7 @@ impl<'t> Parser<'t> {
         Ok(())
     }
 
-    /// What may be a power itself only after a sign: `2^-2^-2`.
+    /// An exponent, which may itself be a power only after a sign: `2^-2^-2`.
     fn exponent(&mut self) -> Parsed {
         self.skip_spaces();
         match self.next() {
@@ -233,7 +233,7 @@ impl<'t> Parser<'t> {
         Ok(count)
     }
 
-    /// What stands inside of what is being read, after a symbol of this length.
+    /// Parses one level deeper, after a symbol of this length.
     fn deeper<T>(&mut self, symbol: usize, inside: impl FnOnce(&mut Self) -> Parsed<T>) -> Parsed<T> {
         if self.depth == DEEPEST {
             return Err(ExpressionError::TooDeep { place: self.at..self.at + 1 });

@@ -5,17 +5,17 @@ use std::collections::HashMap;
 use super::graph::{FormulaNode, Graph, NodeId};
 use crate::scalar::Scalar;
 
-/// Number of registers of a short program: few, because they are cleared at its start.
+/// Number of registers of a short program: few, because all are cleared at its start.
 const FEW: usize = 16;
 
 /// Number of registers of any other program; a power of two, as `FEW` is.
 const MOST: usize = 128;
 
-/// Values of some formulas at once, from inputs in the first registers.
+/// Compiled program that evaluates several formulas at once, from inputs in the first registers.
 #[derive(Clone, Debug)]
 pub(crate) struct Program {
     instructions: Box<[Instruction]>,
-    /// Registers that hold the results.
+    /// Registers of the results.
     outputs: Box<[u8]>,
     registers: usize,
 }
@@ -72,10 +72,10 @@ enum Code {
 }
 
 impl Program {
-    /// The values of `roots`; variable `i` is input `i`, unless `definitions` says what it stands for.
+    /// Compiles `roots`; variable `i` is input `i`, unless `definitions` replaces it.
     ///
     /// # Errors
-    /// The number of registers that would be needed, and the number there are.
+    /// The number of registers needed and the number available, if these are too few.
     pub(crate) fn new(
         graph: &Graph,
         roots: &[NodeId],
@@ -86,7 +86,7 @@ impl Program {
         Compiler::new(&graph, &roots, inputs).program()
     }
 
-    /// Runs on `inputs`; writes as many results as there are.
+    /// Runs on `inputs` and writes one number per root.
     #[inline(always)]
     pub(crate) fn run<S: Scalar>(&self, inputs: &[S], outputs: &mut [S]) {
         if self.registers <= FEW {
@@ -103,7 +103,7 @@ impl Program {
             *register = *input;
         }
         for instruction in &self.instructions {
-            // The mask changes nothing: it spares the check of the bound.
+            // The mask changes nothing: it removes the bounds check.
             let [a, b, c, d] = instruction.from.map(|from| usize::from(from) & (R - 1));
             let (a, b) = (registers[a], registers[b]);
             let k = S::splat(instruction.k);
@@ -137,10 +137,10 @@ impl Program {
     }
 }
 
-/// What becomes of a node.
+/// Translation of a node.
 #[derive(Clone, Copy, Debug)]
 enum Fate {
-    /// It is an input, or nothing needs it in a register.
+    /// The node is an input, or its value needs no register.
     Nothing,
     Computed {
         code: Code,
@@ -173,7 +173,7 @@ impl<'g> Compiler<'g> {
         Compiler { graph, roots, inputs, uses, is_root }
     }
 
-    /// Factors of a product that only one sum needs.
+    /// Factors of a product that is used once, by a sum.
     fn fused(&self, id: NodeId) -> Option<[NodeId; 2]> {
         match self.graph.node(id) {
             FormulaNode::Product(a, b) if self.uses[id.index()] == 1 && !self.is_root[id.index()] => {
@@ -183,7 +183,7 @@ impl<'g> Compiler<'g> {
         }
     }
 
-    /// The operation that computes a node.
+    /// Chooses the operation that computes a node.
     fn fate(&self, id: NodeId) -> Fate {
         let constant = |id: NodeId| self.graph.constant(id);
         let one = |code, a: NodeId, k| Fate::Computed { code, k, operands: [a; 4], count: 1 };
@@ -239,8 +239,8 @@ impl<'g> Compiler<'g> {
 
     fn program(self) -> Result<Program, [usize; 2]> {
         let fates: Vec<Fate> = (0..self.uses.len()).map(|index| self.fate(NodeId::new(index))).collect();
-        // What is needed in a register, from the end: a product that went into a sum is not, nor is a
-        // constant that went into an instruction.
+        // Last use of each value in a register, found from the end. A product fused into a sum and a
+        // constant inside of an instruction need no register.
         let mut last_use: Vec<Option<usize>> = vec![None; fates.len()];
         for root in self.roots {
             last_use[root.index()] = Some(usize::MAX);
@@ -252,6 +252,7 @@ impl<'g> Compiler<'g> {
                 }
             }
         }
+        // Registers of the inputs; those that nothing needs are free.
         let mut places: Vec<usize> = vec![0; fates.len()];
         let mut free: Vec<usize> = Vec::new();
         let mut registers = self.inputs;
@@ -263,6 +264,7 @@ impl<'g> Compiler<'g> {
                 _ => free.push(input),
             }
         }
+        // Instructions in order of the nodes: operands at their last use free their registers.
         let mut instructions = Vec::new();
         for (index, fate) in fates.iter().enumerate() {
             let (Some(_), Fate::Computed { code, k, operands, count }) = (last_use[index], *fate) else {

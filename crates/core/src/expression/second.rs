@@ -4,7 +4,7 @@
 use super::function::Function;
 use super::{Number, Rated, function};
 
-/// Symmetric, by pairs of arguments.
+/// Symmetric matrix over pairs of arguments.
 type SecondPartials = [[f64; 3]; 3];
 
 /// Second derivatives of a function of one argument.
@@ -14,12 +14,12 @@ fn of_one(second: f64) -> SecondPartials {
     all
 }
 
-/// Second derivatives of a function of two arguments: by the first twice, by both, by the second twice.
+/// Second derivatives of a function of two arguments: first argument twice, mixed, second argument twice.
 fn of_two(first: f64, mixed: f64, second: f64) -> SecondPartials {
     [[first, mixed, 0.0], [mixed, second, 0.0], [0.0; 3]]
 }
 
-/// Second derivatives of a function; where it jumps or has a kink, those of one side.
+/// Second derivatives of a function; one-sided at a jump or a kink.
 fn second_partials(function: &Function, [a, b, c]: [f64; 3]) -> SecondPartials {
     let square_root = |a: f64| (1.0 - a * a) * (1.0 - a * a).sqrt();
     match (function.name, function.arity) {
@@ -72,7 +72,7 @@ fn smooth_step([from, to, x]: [f64; 3]) -> SecondPartials {
     std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j)))
 }
 
-/// A number, its derivatives with respect to time and to a number of the formula, and the mixed one.
+/// A number, its derivatives with respect to time and to a parameter, and the mixed derivative.
 #[derive(Clone, Copy)]
 pub(super) struct TwiceRated {
     pub(super) by_time: Rated,
@@ -89,7 +89,7 @@ impl Number for TwiceRated {
         let values = arguments.map(|argument| argument.by_time.value);
         let partials = (function.partials)(values);
         let (mut by_number, mut mixed) = (0.0, 0.0);
-        // Zero times an infinite derivative is zero, as of rates.
+        // Zero times an infinite derivative is zero, as for rates.
         let times = |rate: f64, partial: f64| if rate == 0.0 { 0.0 } else { partial * rate };
         for (argument, partial) in arguments.iter().zip(partials) {
             by_number += times(argument.by_number, partial);
@@ -113,7 +113,7 @@ mod tests {
     use super::*;
     use crate::expression::function::{ADD, DIVIDE, FUNCTIONS, MULTIPLY, NEGATE, POWER, SUBTRACT};
 
-    // Central differences of the first derivatives, at places without kinks.
+    // Central differences of the first derivatives, at points without kinks.
     #[test]
     fn second_derivatives_are_those_of_the_first() {
         let operators = [&NEGATE, &ADD, &SUBTRACT, &MULTIPLY, &DIVIDE, &POWER];

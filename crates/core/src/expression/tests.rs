@@ -1,4 +1,4 @@
-//! Values against arithmetic, derivatives against differences, mistakes with their places.
+//! Values against arithmetic, derivatives against differences, error positions.
 
 use super::function::FUNCTIONS;
 use super::*;
@@ -61,8 +61,8 @@ fn values() {
     }
 }
 
-/// The bits of the functions do not come from the platform: that of `libm` for exp(1) is the number after
-/// the one nearest to e, which C libraries give; the others are the nearest.
+/// The functions' bits come from `libm`, not from the platform: its exp(1) is the number after the one
+/// nearest to e, while C libraries return the nearest; the others are the nearest.
 #[test]
 fn the_same_bits_everywhere() {
     for (text, bits) in [
@@ -74,8 +74,8 @@ fn the_same_bits_everywhere() {
     }
 }
 
-/// A formula with every function in it, at a time where none has a kink. Central differences of step h are
-/// right to h^2: halving h has to leave a quarter of the error.
+/// A formula with every function in it, at a time without kinks. The error of central differences is of
+/// order h^2: halving h must leave a quarter of it.
 #[test]
 fn rates_are_the_limits_of_differences() {
     let of = |name: &str| match name {
@@ -103,7 +103,7 @@ fn rates_are_the_limits_of_differences() {
             assert!((coarse / fine - 4.0).abs() < 0.05, "{text}: {coarse} {fine}, rate {exact}");
         }
     }
-    // At the edge of the domain: the exponent does not change, its infinite derivative is not asked for.
+    // At the edge of the domain the constant exponent's infinite derivative is not used.
     assert_eq!(parsed("t^2").rate(X, 0.0), 0.0);
     assert_eq!(parsed("x^2").rate([0.0; 3], 0.0), 0.0);
 }
@@ -141,11 +141,11 @@ fn mistakes_have_their_place() {
     );
 }
 
-/// Sums of x^k have closed forms: what is long is not deep.
+/// Sums of x^k have closed forms: a long formula needs no deep stack.
 #[test]
 fn length_is_not_depth() {
     let sum = |n: usize, term: &dyn Fn(usize) -> String| (1..=n).map(term).collect::<Vec<_>>().join(" + ");
-    // n terms, products, powers and functions; 4,000 of the longest are 52 kB of the 64 KiB that may be.
+    // n terms, products, powers and functions; the longest has 52 kB of the 64 KiB limit.
     for n in [120, 400, 4_000] {
         let exact = n as f64;
         assert_eq!(parsed(&sum(n, &|_| "1".into())).value(X, T), exact);
@@ -158,7 +158,7 @@ fn length_is_not_depth() {
     assert_eq!(parsed(&format!("1{}", " ".repeat(60_000))).value(X, T), 1.0);
 }
 
-/// Nothing overflows the stack of the parser or of the evaluation.
+/// Deep nesting overflows neither the stack of the parser nor that of the evaluation.
 #[test]
 fn depth_is_bounded() {
     for text in [

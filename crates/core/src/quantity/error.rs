@@ -77,7 +77,7 @@ impl QuantityError {
         }
     }
 
-    /// The right form, where it is not a matter of the kind.
+    /// Suggestion for a correct text, for errors other than a wrong dimension.
     pub fn help(&self) -> Option<String> {
         match self {
             Self::UnknownUnit { suggestions, .. } if !suggestions.is_empty() => {

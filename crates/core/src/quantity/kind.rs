@@ -29,7 +29,8 @@ macro_rules! kinds {
                 };
             )+
 
-            /// Every kind. Of those of the same dimension, the first names what is found in a text.
+            /// All kinds. The first kind of a dimension gives a text of that dimension its name in
+            /// messages.
             pub const ALL: &[Kind] = &[$(Kind::$constant,)+];
         }
     };
@@ -130,7 +131,7 @@ impl Kind {
         format!("{} [{}]", self.name, self.unit)
     }
 
-    /// `a length [m]`; what has no name, by its unit alone.
+    /// `a length [m]`; a dimension without a name is described by its unit alone.
     pub(super) fn of(dimension: Dimension) -> String {
         match Kind::ALL.iter().find(|kind| kind.dimension == dimension) {
             Some(kind) if kind.dimension == Dimension::default() => kind.name.to_owned(),

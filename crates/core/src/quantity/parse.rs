@@ -19,11 +19,11 @@ use super::{Dimension, QuantityError};
 pub struct Quantity {
     /// Value in SI units.
     pub value: f64,
-    /// `None` for a plain number, which can be anything in SI units.
+    /// Dimension; `None` for a plain number, which can be any quantity in SI units.
     pub dimension: Option<Dimension>,
 }
 
-/// True if `text` begins as a quantity does, a number and then the end or a unit, rather than as a formula.
+/// True if `text` begins as a quantity (a number, then the end or a unit) rather than as a formula.
 pub fn is_quantity(text: &str) -> bool {
     let text = text.trim();
     let number = number_length(text);
@@ -42,8 +42,8 @@ impl From<f64> for Quantity {
 impl FromStr for Quantity {
     type Err = QuantityError;
 
-    /// Reads a number and a unit: symbols with SI prefixes, products (`N m`, `N*m`, `N·m`, `N.m`), quotients
-    /// (`m/s`), powers (`s^2`, `s**2`, `s²`, and `s2` as decks have them), parentheses.
+    /// Reads a number and a unit: symbols with SI prefixes, products (`N m`, `N*m`, `N·m`, `N.m`),
+    /// quotients (`m/s`), powers (`s^2`, `s**2`, `s²`, and `s2` as in Abaqus decks), parentheses.
     fn from_str(text: &str) -> Result<Quantity, QuantityError> {
         let start = text.len() - text.trim_start().len();
         let end = text.trim_end().len();
@@ -63,7 +63,7 @@ impl FromStr for Quantity {
     }
 }
 
-/// The length of the decimal number that `text` begins with.
+/// Length of the decimal number at the beginning of `text`.
 pub(crate) fn number_length(text: &str) -> usize {
     let bytes = text.as_bytes();
     let digits = |from: usize| bytes[from..].iter().take_while(|b| b.is_ascii_digit()).count();
@@ -92,8 +92,8 @@ pub(crate) fn number_length(text: &str) -> usize {
     at
 }
 
-/// The number `digits` in units of `scale`. The power of ten is applied to the text, so that it costs no
-/// rounding where there is no other factor.
+/// The number `digits` in units of `scale`. The power of ten is applied to the text, so that a purely
+/// decimal unit adds no rounding.
 fn scaled(digits: &str, scale: Scale) -> f64 {
     let (mantissa, exponent) = digits.split_once(['e', 'E']).unwrap_or((digits, "0"));
     // An exponent of more than 18 digits is beyond every range anyway.
@@ -104,12 +104,12 @@ fn scaled(digits: &str, scale: Scale) -> f64 {
     }
     let ten: f64 = format!("1e{}", scale.exponent.unsigned_abs()).parse().unwrap_or(f64::INFINITY);
     let (mut above, mut below) = (scale.numerator, scale.denominator);
-    // Powers of ten that floating point holds exactly: to divide by them rounds once.
+    // These powers of ten are exact in floating point: dividing by one rounds once.
     *(if scale.exponent < 0 { &mut below } else { &mut above }) *= ten;
     if above.is_finite() && below.is_finite() { decimal(exponent) * above / below } else { f64::NAN }
 }
 
-/// Characters of unit symbols.
+/// True for characters of unit symbols.
 fn is_symbol(character: char) -> bool {
     character.is_alphabetic() && !is_superscript(character) || matches!(character, '°' | 'µ')
 }
@@ -126,7 +126,7 @@ struct UnitReader<'a> {
     at: usize,
 }
 
-/// Units nest no deeper than this: the text is the user's, the stack is not.
+/// Depth limit of parentheses in a unit: it protects the stack from the user's text.
 const DEEPEST: usize = 16;
 
 type Read = (Scale, Dimension);
@@ -159,7 +159,7 @@ impl UnitReader<'_> {
     }
 
     fn whole_unit(&mut self) -> Result<Read, QuantityError> {
-        // `3 /s` has no unit above the stroke.
+        // The unit of `3 /s` has no numerator.
         let unit = if self.next() == Some('/') {
             self.product(0, (Scale::ONE, Dimension::default()))?
         } else {
@@ -169,7 +169,7 @@ impl UnitReader<'_> {
         if self.at == self.text.len() { Ok(unit) } else { Err(self.malformed("a unit")) }
     }
 
-    /// The factors after the first.
+    /// Parses the factors after the first.
     fn product(&mut self, depth: usize, first: Read) -> Result<Read, QuantityError> {
         let (mut scale, mut dimension) = first;
         let mut divided = false;
@@ -201,7 +201,7 @@ impl UnitReader<'_> {
         }
     }
 
-    /// A symbol, a unit in parentheses or the number 1, with its power.
+    /// Parses a symbol, a unit in parentheses or the number 1, with its power.
     fn factor(&mut self, depth: usize) -> Result<Read, QuantityError> {
         let start = self.at;
         let base = if self.take("(") {
@@ -242,7 +242,7 @@ impl UnitReader<'_> {
         }
     }
 
-    /// The power that follows the factor from `start` on: 1 without one.
+    /// Power of the factor that begins at `start`; 1 if none is written.
     fn power(&mut self, start: usize) -> Result<i32, QuantityError> {
         // `m2`, but not `(m)2`.
         let of_symbol = self.text[start..self.at].ends_with(is_symbol);

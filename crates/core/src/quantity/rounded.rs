@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-/// A number as people write it: rounded to `DIGITS` significant digits, without trailing zeros, and with a
-/// power of ten below 1e-3 and from 1e6 on. What is beyond all numbers, or none, is said in words.
+/// A number rounded to `DIGITS` significant digits, without trailing zeros, and with a power of ten below
+/// 1e-3 and from 1e6 on. Infinite values and NaN are described in words.
 ///
 /// ```
 /// use pliant::quantity::Rounded;
@@ -24,10 +24,10 @@ impl<const DIGITS: usize> fmt::Display for Rounded<DIGITS> {
             };
             return formatter.write_str(words);
         }
-        // Rounded first, so that 9999.96 is 10000 and not 9999.96 cut short.
+        // Round first, so that 9999.96 becomes 10000.
         let rounded: f64 = format!("{:.*e}", DIGITS - 1, self.0).parse().unwrap_or(self.0);
         let plain = rounded == 0.0 || (1e-3..1e6).contains(&rounded.abs());
-        // Of zero nothing but the digit: its sign says nothing.
+        // Zero has no sign.
         let shown = if rounded == 0.0 { 0.0 } else { rounded };
         if plain { write!(formatter, "{shown}") } else { write!(formatter, "{shown:e}") }
     }

@@ -1,4 +1,4 @@
-//! Values, dimensions, and what is said of mistakes.
+//! Values, dimensions and error messages of quantities.
 
 use super::*;
 
@@ -17,13 +17,13 @@ fn every_kind_reads_its_own_unit_and_its_example() {
         let unit: Quantity = format!("1 {}", kind.unit).parse().unwrap();
         assert_eq!((unit.value, unit.dimension), (1.0, Some(kind.dimension)), "{kind:?}");
         assert!(kind.parse(kind.example).is_ok(), "{kind:?}");
-        // What is shown of a dimension reads as that dimension.
+        // The displayed dimension parses back to itself.
         let shown: Quantity = format!("1 {}", kind.dimension).parse().unwrap();
         assert_eq!((shown.value, shown.dimension), (1.0, Some(kind.dimension)), "{kind:?}");
     }
 }
 
-/// Exactly: the same bits as the number that one would have written in SI units.
+/// Decimal units are exact: the same bits as the number in SI units.
 #[test]
 fn decimal_units_are_exact() {
     for (text, expected) in [
@@ -53,7 +53,7 @@ fn decimal_units_are_exact() {
         ("200 N mm⁻²", 200e6),
         ("200 N·mm^-2", 200e6),
         ("200 N.mm^(-2)", 200e6),
-        // Above the stroke first: not ambiguous.
+        // A product before the stroke is not ambiguous.
         ("7 kg*m/s²", 7.0),
         ("7 (kg*m)/s²", 7.0),
         ("7 m/s/s", 7.0),
@@ -70,7 +70,7 @@ fn decimal_units_are_exact() {
     }
 }
 
-/// Sources as in the table of units; one rounding is allowed for.
+/// Units against the sources in the table of units, with one rounding allowed.
 #[test]
 fn other_units() {
     use std::f64::consts::PI;
@@ -133,7 +133,7 @@ fn unknown_units_are_placed_and_explained() {
         ("3 hours", 2..7, "did you mean `h`?"),
         ("3 µ m", 2..4, ""),
         ("3 xyz", 2..5, ""),
-        // Not an exponent without digits.
+        // An `e` without digits is a unit, not an exponent.
         ("3 e", 2..3, ""),
         ("3 degree/s", 2..8, "did you mean `deg`?"),
         ("3 kmin", 2..6, "did you mean `min`?"),
@@ -187,8 +187,7 @@ fn quantities_and_formulas_are_told_apart() {
     }
 }
 
-/// Powers are looked at before anything is multiplied so many times, and powers of powers end at the range of
-/// numbers.
+/// The parser checks a power before it multiplies, and stops nested powers at the range of integers.
 #[test]
 fn powers_beyond_the_range_are_refused_at_once() {
     for power in ["-2147483648", "2147483647", "10", "-10", "(-10)"] {

@@ -7,17 +7,18 @@ use std::f64::consts::PI;
 
 use super::Dimension;
 
-/// A unit without prefix, `numerator / denominator * 10^exponent` of the SI unit of its dimension.
+/// A unit without prefix: `numerator / denominator * 10^exponent` of the SI unit of its dimension.
 pub(super) struct Unit {
     pub(super) symbol: &'static str,
-    /// Names that are written out, which get the symbol as a suggestion.
+    /// Names written out, for which the symbol is suggested.
     names: &'static [&'static str],
     prefixes: bool,
     pub(super) scale: Scale,
     pub(super) dimension: Dimension,
 }
 
-/// A factor. The power of ten is kept apart, so that it can move the decimal point of a number exactly.
+/// Factor of a unit. The power of ten is separate, so that it can move the decimal point of a number
+/// exactly.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Scale {
     pub(super) numerator: f64,
@@ -142,8 +143,8 @@ pub fn prefixes() -> Vec<&'static str> {
     PREFIXES.iter().map(|(prefix, _)| *prefix).collect()
 }
 
-/// The unit of this symbol, with or without prefix. A symbol of its own comes before one with prefix: `min`
-/// are minutes.
+/// The unit of this symbol, with or without prefix. A symbol of its own takes precedence over one with
+/// prefix: `min` is minutes.
 pub(super) fn find(symbol: &str) -> Option<(Scale, Dimension)> {
     if let Some(unit) = UNITS.iter().find(|unit| unit.symbol == symbol) {
         return Some((unit.scale, unit.dimension));
@@ -155,10 +156,10 @@ pub(super) fn find(symbol: &str) -> Option<(Scale, Dimension)> {
     })
 }
 
-/// Units that may have been meant by a symbol that does not exist; the best first.
+/// Units that an unknown symbol may have meant, the best first.
 pub(super) fn suggestions(symbol: &str) -> Vec<String> {
     let lower = symbol.to_lowercase();
-    // `kilograms`, `sec`: the words for units, with the words for prefixes.
+    // Written-out words for units and prefixes: `kilograms`, `sec`.
     const WORDS: &[(&str, &str)] = &[
         ("", ""),
         ("kilo", "k"),
@@ -185,7 +186,7 @@ pub(super) fn suggestions(symbol: &str) -> Vec<String> {
     if !cased.is_empty() {
         return cased;
     }
-    // A mistake in a symbol of one or two letters makes any other: nothing is near it.
+    // One typing mistake turns a symbol of one or two letters into any other: no suggestion.
     if !(3..=16).contains(&symbol.chars().count()) {
         return Vec::new();
     }

@@ -6,31 +6,31 @@ use super::measured::text_form;
 use crate::expression::{ExpressionError, Variable};
 use crate::quantity::{Kind, QuantityError};
 
-/// Expectation of a key with a dimension, in the words of messages.
+/// Expected value of a key with a dimension, as messages word it.
 pub const A_NUMBER: &str = "a number";
 
-/// Expectation of a key that takes one number for all or a list.
+/// Expected value of a key that takes one number or a list.
 pub(crate) const NUMBERS: &str = "a number or a list of numbers";
 
-/// Form of a text.
+/// Syntax of a text.
 #[derive(Clone, Copy, Debug)]
 pub enum TextForm {
     /// A number with a unit of one of these kinds.
     Quantity(&'static [Kind]),
-    /// The same, or a list.
+    /// A quantity of one of these kinds, or a list of them.
     Quantities(&'static [Kind]),
     /// A quantity, or a formula of these variables.
     Formula(&'static [Kind], &'static [Variable]),
 }
 
 impl TextForm {
-    /// The form that a type of this module asks its deserializer for by this name.
+    /// Form of the type that asks its deserializer for this name.
     pub fn named(name: &str) -> Option<TextForm> {
-        // Almost all names are those of ordinary types.
+        // Almost all names belong to types without a form.
         if name.starts_with("pliant::") { text_form(name) } else { None }
     }
 
-    /// Expectation where the value is neither a number nor a text.
+    /// Expected form, for a value that is neither a number nor a text.
     pub fn expected(self) -> &'static str {
         match self {
             TextForm::Quantity(_) | TextForm::Formula(..) => A_NUMBER,
@@ -38,25 +38,25 @@ impl TextForm {
         }
     }
 
-    /// True if a list may stand in its place.
+    /// True if a list is accepted.
     pub fn may_be_list(self) -> bool {
         matches!(self, TextForm::Quantities(_))
     }
 }
 
-/// Mistake in a text of one of these forms.
+/// Error in a text of one of these forms.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum TextError {
-    /// Of a number with a unit.
+    /// Error in a number with a unit.
     #[error(transparent)]
     Quantity(#[from] QuantityError),
-    /// Of a formula.
+    /// Error in a formula.
     #[error(transparent)]
     Expression(#[from] ExpressionError),
 }
 
-/// A number, or a text that begins with one. Editors do not know units: the pattern leaves these to the
-/// reader.
+/// Schema of a number, or of a text that begins with one. The pattern does not check units; the reader
+/// does.
 pub(crate) fn quantity_schema(kinds: &[Kind]) -> Schema {
     let unit = kinds.iter().map(|kind| kind.unit).collect::<Vec<_>>().join(" or ");
     json_schema!({
@@ -66,7 +66,7 @@ pub(crate) fn quantity_schema(kinds: &[Kind]) -> Schema {
     })
 }
 
-/// A number or any text: a formula has no pattern.
+/// Schema of a number or any text: a formula has no pattern.
 pub(crate) fn formula_schema(kinds: &[Kind], variables: &[Variable]) -> Schema {
     let unit = kinds.iter().map(|kind| kind.unit).collect::<Vec<_>>().join(" or ");
     let variables: Vec<&str> = variables.iter().map(|variable| variable.name()).collect();

@@ -1,8 +1,8 @@
 //! Numbers with a dimension: in a scene a number in SI units or a text with a unit, in code an `f64`.
 //!
-//! A field declares its dimension by `#[serde(with = "As::<Length>")]`, or by `As::<Option<Vec<Length>>>` if
-//! it holds more than one number. [`As`] deserialises by the type that it names, stores the type of the
-//! field, and has the JSON schema of the former.
+//! A field declares its dimension by `#[serde(with = "As::<Length>")]`, or by `As::<Option<Vec<Length>>>`
+//! for more than one number. [`As`] deserialises by the named type, serialises the field's own type, and
+//! has the JSON schema of the named type.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -20,20 +20,20 @@ use crate::quantity::{Kind, Quantity};
 /// Reads a field as `A`, for `#[serde(with = ...)]`.
 pub struct As<A>(PhantomData<A>);
 
-/// A type that a value of type `T` is written as.
+/// A type that reads values of type `T`.
 pub trait ReadAs<T>: Sized {
-    /// Value of type `T`.
+    /// Reads a value of type `T`.
     ///
     /// # Errors
-    /// Errors of the deserializer; another type of value; a text that is no quantity of the kind.
+    /// Errors of the deserializer, a value of another type, a text that is not a quantity of the kind.
     fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<T, D::Error>;
 }
 
 impl<A> As<A> {
-    /// As [`ReadAs::read`], under the name that serde asks for.
+    /// Calls [`ReadAs::read`], under the name that serde expects.
     ///
     /// # Errors
-    /// As for it.
+    /// Errors of [`ReadAs::read`].
     pub fn deserialize<'de, T, D: Deserializer<'de>>(deserializer: D) -> Result<T, D::Error>
     where
         A: ReadAs<T>,
@@ -41,7 +41,7 @@ impl<A> As<A> {
         A::read(deserializer)
     }
 
-    /// Numbers are written in SI units.
+    /// Writes numbers in SI units.
     pub fn serialize<T: Serialize, S: Serializer>(value: &T, serializer: S) -> Result<S::Ok, S::Error> {
         value.serialize(serializer)
     }
@@ -61,7 +61,7 @@ impl<A: JsonSchema> JsonSchema for As<A> {
     }
 }
 
-/// An entry of a list, or what is in an option.
+/// Entry of a list or of an option.
 struct Entry<A, T>(T, PhantomData<A>);
 
 impl<'de, T, A: ReadAs<T>> Deserialize<'de> for Entry<A, T> {
@@ -97,15 +97,16 @@ impl<T, A: ReadAs<T>> ReadAs<[T; 2]> for [A; 2] {
 
 /// A number with a dimension.
 pub trait Measured {
-    /// Kinds that it may be of: one, unless the body decides.
+    /// Accepted kinds: one, unless the kind depends on the body.
     const KINDS: &'static [Kind];
-    /// How the scene's own reader knows a single one.
+    /// Name by which the scene's reader recognises a single number.
     const ONE: &'static str;
-    /// How the scene's own reader knows one or a list of them.
+    /// Name by which the scene's reader recognises a number or a list of numbers.
     const ONE_OR_MANY: &'static str;
-    /// How the scene's own reader knows one that may be a formula of the time.
+    /// Name by which the scene's reader recognises a number that may be a formula of time.
     const OVER_TIME: &'static str;
-    /// How the scene's own reader knows one that may be a formula of the time and the place at rest.
+    /// Name by which the scene's reader recognises a number that may be a formula of time and reference
+    /// position.
     const OVER_PLACE: &'static str;
 }
 
@@ -139,7 +140,7 @@ macro_rules! measured {
             }
         )+
 
-        /// Types behind the names that [`Measured`] gives to the scene's own reader.
+        /// Form of the text behind a name that [`Measured`] gives to the scene's reader.
         pub(super) fn text_form(name: &str) -> Option<TextForm> {
             match name {
                 $(
@@ -172,15 +173,15 @@ measured! {
     ForceDensity: FORCE_DENSITY;
     GravitationalConstant: GRAVITATIONAL_CONSTANT;
     Number: NUMBER;
-    /// Which of them is right shows when the body is built.
+    /// The dimension of the body decides among the three.
     Density: DENSITY | AREA_DENSITY | LINEAR_DENSITY;
-    /// As the formula of an energy density needs them.
+    /// Accepts the parameters of an energy density formula.
     EnergyParameter: PRESSURE | COMPRESSIBILITY | ANGLE | NUMBER;
-    /// As the formula of the energy of a spring needs them.
+    /// Accepts the parameters of a spring energy formula.
     SpringParameter: STIFFNESS | FORCE | LENGTH | ENERGY | PRESSURE | NUMBER;
-    /// As the formula of the dissipation of a spring needs them.
+    /// Accepts the parameters of a spring dissipation formula.
     DashpotParameter: DASHPOT | FORCE | LENGTH | VELOCITY | NUMBER;
-    /// As of the density.
+    /// The dimension of the body decides among the two.
     BendingStiffness: PLATE_STIFFNESS | BEAM_STIFFNESS;
 }
 
@@ -227,7 +228,7 @@ impl<'de, M: Measured> Visitor<'de> for MeasuredVisitor<M> {
     }
 }
 
-/// One for all, or a list with one for each.
+/// Reads one number for all, or a list with one for each.
 pub struct OneOrManyOf<A>(PhantomData<A>);
 
 impl<A: JsonSchema> JsonSchema for OneOrManyOf<A> {
@@ -290,7 +291,7 @@ impl<'de, M: Measured> Visitor<'de> for OneOrManyVisitor<M> {
     }
 }
 
-/// In SI units: a number, or with its unit where that was said.
+/// Writes a number in SI units, or with its unit if one was given.
 impl Serialize for Quantity {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self.dimension {

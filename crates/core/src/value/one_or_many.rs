@@ -6,9 +6,9 @@ use serde::Serialize;
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum OneOrMany {
-    /// The same for all.
+    /// One number for all.
     One(f64),
-    /// One for each, in index order.
+    /// One number for each, in index order.
     Many(Vec<f64>),
 }
 
@@ -21,7 +21,7 @@ impl OneOrMany {
         }
     }
 
-    /// The number for element `index`: the one for all, or that of the list.
+    /// The number for element `index`: the common one, or that of the list.
     pub fn get(&self, index: usize) -> Option<f64> {
         match self {
             OneOrMany::One(value) => Some(*value),

@@ -12,21 +12,21 @@ use super::measured::{Measured, ReadAs};
 use crate::expression::{Expression, Variable};
 use crate::quantity::{Kind, is_quantity};
 
-/// A number in SI units, or a formula of the time `t` [s] that gives one; where the key allows it, of the
-/// place at rest `X`, `Y`, `Z` [m] too.
+/// A number in SI units, or a formula of the time `t` [s]; if the key allows it, also of the reference
+/// position `X`, `Y`, `Z` [m].
 #[derive(Clone, Debug, PartialEq)]
 pub enum OverTime {
-    /// The same at all times.
+    /// A value constant in time.
     Constant(f64),
-    /// Its value at the time `t`.
+    /// A formula of time, or of time and position.
     Formula(Expression),
 }
 
 impl OverTime {
-    /// Value of a text, a quantity of one of `kinds` or a formula of `variables`.
+    /// Parses a text: a quantity of one of `kinds`, or a formula of `variables`.
     ///
     /// # Errors
-    /// The mistake in it, in one line.
+    /// The mistake in the text, in one line.
     pub fn parse(kinds: &[Kind], variables: &[Variable], text: &str) -> Result<OverTime, form::TextError> {
         if is_quantity(text) {
             Ok(OverTime::Constant(Kind::parse_any(kinds, text)?.value))
@@ -40,7 +40,7 @@ impl OverTime {
         self.value([0.0; 3], t)
     }
 
-    /// The value at the rest position `x` [m] and the time `t` [s].
+    /// Value at the reference position `x` [m] and the time `t` [s].
     pub fn value(&self, x: [f64; 3], t: f64) -> f64 {
         match self {
             OverTime::Constant(value) => *value,
@@ -64,7 +64,7 @@ impl OverTime {
         }
     }
 
-    /// Parameters of its formula, and their values.
+    /// Names and values of the formula's parameters.
     pub fn parameters(&self) -> impl Iterator<Item = (&str, f64)> {
         let formula = match self {
             OverTime::Constant(_) => None,
@@ -73,8 +73,8 @@ impl OverTime {
         formula.into_iter().flat_map(Expression::parameters)
     }
 
-    /// Derivative with respect to a parameter of its formula, at this position and time; zero for an unknown
-    /// name.
+    /// Derivative with respect to a parameter of the formula, at this position and time; zero for an
+    /// unknown name.
     pub fn derivative(&self, name: &str, x: [f64; 3], t: f64) -> f64 {
         match self {
             OverTime::Constant(_) => 0.0,
@@ -82,8 +82,8 @@ impl OverTime {
         }
     }
 
-    /// Derivative of its [rate](Self::rate) with respect to a parameter of its formula; zero for an unknown
-    /// name.
+    /// Derivative of the [rate](Self::rate) with respect to a parameter of the formula; zero for an
+    /// unknown name.
     pub fn rate_derivative(&self, name: &str, x: [f64; 3], t: f64) -> f64 {
         match self {
             OverTime::Constant(_) => 0.0,
@@ -91,7 +91,7 @@ impl OverTime {
         }
     }
 
-    /// Derivatives of its [rate](Self::rate) with respect to the coordinates of `x`.
+    /// Derivatives of the [rate](Self::rate) with respect to the coordinates of `x`.
     pub fn rate_slope(&self, x: [f64; 3], t: f64) -> [f64; 3] {
         match self {
             OverTime::Constant(_) => [0.0; 3],
@@ -99,17 +99,17 @@ impl OverTime {
         }
     }
 
-    /// True if it depends on position.
+    /// True if the value depends on position.
     pub fn depends_on_place(&self) -> bool {
         matches!(self, OverTime::Formula(formula) if formula.depends_on_place())
     }
 
-    /// True if it depends on time.
+    /// True if the value depends on time.
     pub fn depends_on_time(&self) -> bool {
         matches!(self, OverTime::Formula(formula) if formula.depends_on_time())
     }
 
-    /// True if it has no jumps, see [`Expression::is_continuous`].
+    /// True if the value has no jumps, see [`Expression::is_continuous`].
     pub fn is_continuous(&self) -> bool {
         match self {
             OverTime::Constant(_) => true,
@@ -117,7 +117,8 @@ impl OverTime {
         }
     }
 
-    /// Times in `from < t < to` [s] at which it changes its branch, see [`Expression::branch_times`].
+    /// Times in `from < t < to` [s] at which the value changes its branch, see
+    /// [`Expression::branch_times`].
     pub fn branch_times(&self, from: f64, to: f64) -> Vec<f64> {
         match self {
             OverTime::Constant(_) => vec![],
@@ -125,7 +126,7 @@ impl OverTime {
         }
     }
 
-    /// The value, if it is a number and not a formula.
+    /// The number; `None` for a formula.
     pub fn constant(&self) -> Option<f64> {
         match self {
             OverTime::Constant(value) => Some(*value),
@@ -133,13 +134,13 @@ impl OverTime {
         }
     }
 
-    /// True if it is the number zero.
+    /// True for the number zero.
     pub fn is_zero(&self) -> bool {
         self.constant() == Some(0.0)
     }
 }
 
-/// As it was written: a number, or the text of the formula.
+/// Writes the number, or the text of the formula.
 impl Serialize for OverTime {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
@@ -149,10 +150,10 @@ impl Serialize for OverTime {
     }
 }
 
-/// Reads an [`OverTime`] of this kind, a formula of the time.
+/// Reads an [`OverTime`] of this kind: a number or a formula of time.
 pub struct OverTimeOf<M>(PhantomData<M>);
 
-/// Reads an [`OverTime`] of this kind, a formula of the time and the place at rest.
+/// Reads an [`OverTime`] of this kind: a number or a formula of time and reference position.
 pub struct OverPlaceOf<M>(PhantomData<M>);
 
 macro_rules! reads {

@@ -3,10 +3,10 @@
 use schemars::Schema;
 use schemars::transform::Transform;
 
-/// Range of a finite number, as the keywords of the JSON schema that bound it.
+/// Range of a finite number, stored as the keywords of the JSON schema that bound it.
 ///
-/// The schema of a key has it by `#[schemars(transform = RANGE.in_schema())]`, a check by
-/// [`contains`](Self::contains).
+/// `#[schemars(transform = RANGE.in_schema())]` writes it into the schema of a key;
+/// [`contains`](Self::contains) checks a value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KeyRange {
     keywords: &'static [(&'static str, f64)],
@@ -28,7 +28,7 @@ impl KeyRange {
         KeyRange { keywords }
     }
 
-    /// True for finite numbers of the range.
+    /// True for a finite number in the range.
     pub fn contains(self, value: f64) -> bool {
         let within = |(keyword, end): &(&str, f64)| match *keyword {
             "minimum" => value >= *end,

@@ -53,7 +53,7 @@ const SECOND_AXIS: &str = "elastic_axes.second_per_element";
 /// Prefix of the parameters of dashpots with a formula.
 const OF_DASHPOTS: &str = "damping.expression.parameters.";
 
-/// Quantity that the gradient is taken by.
+/// Quantity by which the gradient is taken.
 enum NamedQuantity {
     Position,
     Velocity,
@@ -111,7 +111,7 @@ impl ParameterSelection {
     }
 }
 
-/// All names that the gradient of a scene can be taken by; `topology` is that of its assembly.
+/// All names by which the gradient of a scene can be taken; `topology` is that of its assembly.
 pub fn names(scene: &Scene, topology: &Topology) -> Vec<String> {
     let mut names: Vec<String> = START.iter().chain(&EACH_STEP).map(|name| (*name).to_owned()).collect();
     if scene.body.iter().all(|spec| !is_static(scene) || !spec.is_quadratic()) {
@@ -129,7 +129,7 @@ pub fn names(scene: &Scene, topology: &Topology) -> Vec<String> {
     names
 }
 
-/// Keys of a body that the gradient can be taken by.
+/// Keys of a body by which the gradient can be taken.
 fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<Cow<'static, str>> {
     let (dimension, is_static) = (scene.dimension, is_static(scene));
     let by_mass = match spec.mass {

@@ -142,8 +142,8 @@ impl Places<'_> {
         }
     }
 
-    /// Directions of the axes of the material in each element as they are given, where the scene gives them:
-    /// of the first, and of the second where there are any.
+    /// Directions of the material axes in each element as the scene gives them: the first, and the second
+    /// if any; `None` without axes.
     pub(super) fn axis_directions(&self, spec: &Body, body: &BodyTopology) -> Option<AxisVectors> {
         let (axes, centres) = (spec.elastic_axes.as_ref()?, self.centres(body));
         Some((axes.first.vectors(&centres), axes.second.as_ref().map(|second| second.vectors(&centres))))

@@ -115,8 +115,8 @@ impl<const D: usize, const N: usize> ElementPoint<'_, D, N> {
     }
 }
 
-/// Parameter: one number for each element, with `d psi/d theta = sum_i c_i psi_i` as
-/// [`Modulus`](super::Modulus) has it for the whole body.
+/// Parameter: one number for each element, with `d psi/d theta = sum_i c_i psi_i` as in
+/// [`Modulus`](super::Modulus) for the whole body.
 struct ElementModuli<const D: usize, const N: usize> {
     elements: ModulusElements<D, N>,
     parts: Vec<(f64, Box<dyn ElementEnergy<D>>)>,
@@ -213,11 +213,11 @@ impl BodyElements<'_> {
         }
     }
 
-    /// A number of each simplex or cell of second order whose energy densities are these, factors first: see
-    /// [`Modulus`](super::Modulus).
+    /// Parameter with one number for each simplex or second-order cell, given by the factors and
+    /// materials of its energy densities: see [`Modulus`](super::Modulus).
     ///
     /// # Panics
-    /// If they are cells of first order, whose stresses are others.
+    /// For first-order cells, which compute their own stresses.
     pub fn moduli(&self, parts: &[(f64, MaterialSpec)]) -> Box<dyn Parameter> {
         let is_first_order = self.kind.is_some_and(|kind| kind.order() == 1);
         assert!(!is_first_order, "cells have stresses of their own");

@@ -56,7 +56,7 @@ impl Parameter for MotionFactor {
         }
     }
 
-    /// Forces depend on it through positions and velocities only.
+    /// Adds nothing: forces depend on the factor through positions and velocities only.
     fn add_change(&mut self, _: &ForceUse<'_>, _: &[f64], _: &mut [f64]) -> bool {
         true
     }
@@ -156,7 +156,7 @@ impl Parameter for MotionShape {
         self.add_by(of.system, of.time, |i| [-of.by_positions[i], -of.by_velocities[i]], derivative);
     }
 
-    /// Forces depend on it through positions and velocities only.
+    /// Adds nothing: forces depend on the shape through positions and velocities only.
     fn add_change(&mut self, _: &ForceUse<'_>, _: &[f64], _: &mut [f64]) -> bool {
         true
     }
@@ -249,7 +249,7 @@ impl Parameter for MotionNumber {
         derivative[0] -= self.sum(of.system, of.time, |i| [of.by_positions[i], of.by_velocities[i]]);
     }
 
-    /// Forces depend on it through positions and velocities only.
+    /// Adds nothing: forces depend on the parameter through positions and velocities only.
     fn add_change(&mut self, _: &ForceUse<'_>, _: &[f64], _: &mut [f64]) -> bool {
         true
     }

@@ -175,7 +175,7 @@ impl CellVisitor for CellVolumes<'_> {
     }
 }
 
-/// Maker of all that cells of second order of whatever kind is visited have.
+/// Builder for second-order cells of any kind.
 struct SecondOrderShape<'a> {
     of: &'a ShapedElements<'a>,
     vertices: &'a [u32],
@@ -189,7 +189,7 @@ impl CellVisitor for SecondOrderShape<'_> {
     }
 }
 
-/// Rest positions of the vertices of a body.
+/// Parameter: reference positions of a body's vertices.
 struct RestShape<const D: usize, const N: usize> {
     /// Vertices of each element, by index in the simulation.
     elements: Vec<[u32; N]>,

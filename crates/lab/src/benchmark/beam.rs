@@ -11,17 +11,17 @@ pub(super) const SMALL: [usize; 3] = [64, 16, 16];
 /// Cells of the larger beam, 983,040 tets.
 pub(super) const LARGE: [usize; 3] = [160, 32, 32];
 
-/// Six tets a cell.
+/// Number of tetrahedra: six per cell.
 pub(super) fn tets(cells: [usize; 3]) -> u64 {
     6 * cells.iter().product::<usize>() as u64
 }
 
-/// Millions of tets a second.
+/// Rate in millions of tetrahedra per second.
 pub(super) fn rate(cells: [usize; 3]) -> Metric {
     Metric::Rate { per_repetition: tets(cells) as f64, scale: 1e-6, unit: "M tet-steps/s" }
 }
 
-/// The material of a name.
+/// Material of this name, in TOML.
 fn named(material: &str) -> String {
     format!("{material} = {{ young = 5e5, poisson = 0.4 }}")
 }
@@ -40,13 +40,13 @@ fn text(cells: [usize; 3], elastic: &str, stress: &str, step: f64) -> String {
     )
 }
 
-/// Stretched and squeezed by up to 5 %, in waves: `x_c = X_c (1 + 0.05 sin(40 X_(c+1) + c))`. It moves
-/// freely, with steps of 1e-6 s; no branch depends on how far it has come.
+/// Beam stretched and compressed by up to 5 % in waves: `x_c = X_c (1 + 0.05 sin(40 X_(c+1) + c))`. It
+/// moves freely in steps of 1e-6 s; no branch depends on the motion so far.
 pub(super) fn wavy(cells: [usize; 3], stress: &str) -> Result<Scene, BenchmarkError> {
     wavy_of(cells, &named("stable-neo-hookean-log"), stress)
 }
 
-/// The same of another material.
+/// Wavy beam of another material.
 pub(super) fn wavy_of(cells: [usize; 3], elastic: &str, stress: &str) -> Result<Scene, BenchmarkError> {
     displaced(&text(cells, elastic, stress, 1e-6), |x| {
         let X = [x[0], x[1], x[2]];
@@ -56,12 +56,12 @@ pub(super) fn wavy_of(cells: [usize; 3], elastic: &str, stress: &str) -> Result<
     })
 }
 
-/// Corotated, its cross-sections turned by 40 degrees at x = 0 to 130 degrees at the free end, every vertex
-/// then moved by up to `noise` cell widths along each axis.
+/// Corotated beam with cross-sections turned by 40 degrees at x = 0 to 130 degrees at the free end, and
+/// every vertex then moved by up to `noise` cell widths along each axis.
 ///
-/// How many Halley steps the rotation takes, and where it needs the fallback, depends on the deformation, so
-/// that must stay what it is: steps are 1e-9 s, and in the thousands of steps of a repetition the elements
-/// move by less than 1e-3 cell widths.
+/// The number of Halley steps of a rotation and the need for its fallback depend on the deformation,
+/// which must therefore not change: steps are 1e-9 s, and elements move by less than 1e-3 cell widths in
+/// the thousands of steps of a repetition.
 pub(super) fn noisy(cells: [usize; 3], noise: f64) -> Result<Scene, BenchmarkError> {
     let (mut random, width) = (Scatter::new(3), 0.1 / cells[1] as f64);
     displaced(&text(cells, &named("corotated"), "analytic", 1e-9), |x| {
@@ -74,17 +74,17 @@ pub(super) fn noisy(cells: [usize; 3], noise: f64) -> Result<Scene, BenchmarkErr
     })
 }
 
-/// Newton's corrections in implicit steps [m]: the heights of the tip are then within 1e-7 of those converged
-/// to rounding, relative (`tests/solids/falling.rs`). What the peers of the figure to reach stop at, a change
-/// of the velocity by 1e-3 m/s, is 1e-5 m.
+/// Tolerance of Newton's method [m]: the heights of the tip are then within 1e-7 of the values converged
+/// to rounding, relative (`tests/solids/falling.rs`). The programs behind the target figure stop at a
+/// velocity change of 1e-3 m/s, which is 1e-5 m.
 const TOLERANCE: &str = "1e-7";
 
-/// At rest, then let go: `4n x n x n` cells, steps of 0.01 s by implicit Euler.
+/// Beam released from rest: `4n x n x n` cells, steps of 0.01 s with implicit Euler.
 pub(super) fn falling(n: usize) -> Result<Scene, BenchmarkError> {
     falling_of(n, &named("stable-neo-hookean-log"))
 }
 
-/// The same of another material.
+/// Falling beam of another material.
 pub(super) fn falling_of(n: usize, elastic: &str) -> Result<Scene, BenchmarkError> {
     let text = text([4 * n, n, n], elastic, "analytic", 0.01);
     let integrator = format!("'implicit-euler', solver = {{ tolerance = {TOLERANCE} }}");

@@ -11,7 +11,8 @@ pub(super) const ROW: BenchmarkRow = BenchmarkRow {
     cases,
 };
 
-/// Masses of 1 on a square of side 0.5, structural and diagonal springs of 1000 N/m; two corners are held.
+/// Square cloth of side 0.5 with masses of 1, structural and diagonal springs of 1000 N/m, and two fixed
+/// corners.
 fn cloth(n: usize, linear: &str) -> Result<Scene, BenchmarkError> {
     let last = n * (n + 1);
     Ok(Scene::from_toml(&format!(

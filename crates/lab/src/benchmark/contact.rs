@@ -53,7 +53,7 @@ pub(super) const BUNNY: BenchmarkRow = BenchmarkRow {
     cases: |threads| cases(threads, 8_061, "tets", 100, 40.0, bunny),
 };
 
-/// Cost of contact in a scene where nothing touches: a ratio, on any machine at most 1.05.
+/// Cost of contact in a scene without contacts: a ratio of at most 1.05 on any machine.
 pub(super) const APART: BenchmarkRow = BenchmarkRow {
     name: "contact-apart",
     summary: "20 steps of 2 ms of two bars of 1,536 tetrahedra each that bend far apart, over the same \
@@ -73,7 +73,7 @@ pub(super) const APART: BenchmarkRow = BenchmarkRow {
     },
 };
 
-/// One case: milliseconds for `steps` steps, each to take `reach` milliseconds, where that is known.
+/// One case: milliseconds for `steps` steps, with a target of `reach` milliseconds per step, if known.
 fn cases(
     threads: Option<usize>,
     size: u64,
@@ -93,10 +93,10 @@ fn cases(
     }]
 }
 
-/// Contact of the two bars.
+/// Contact parameters of the two bars.
 const CONTACT_OF_BARS: &str = "contact = { distance = 2e-4 }";
 
-/// The first steps of a run, by the seconds that a Newton iteration takes.
+/// First steps of a run, with the time of a Newton iteration as figure.
 struct PerIteration(FirstSteps);
 
 impl Workload for PerIteration {
@@ -113,14 +113,14 @@ impl Workload for PerIteration {
     }
 }
 
-/// The first steps of a run, from the beginning every time.
+/// First steps of a run, restarted for each repetition.
 struct FirstSteps {
     simulation: Simulation,
     start: SavedState,
     steps: u32,
     /// Newton iterations of the last repetition.
     iterations: u64,
-    /// Clock of its contact, and the part of the last time that it took.
+    /// Clock of contact, and its share of the last time.
     contact: Option<(ContactClock, f64)>,
 }
 
@@ -168,7 +168,7 @@ impl Workload for FirstSteps {
     }
 }
 
-/// Corrections of so much [m] are none, as of the program beside it.
+/// Newton tolerance [m], that of the program for comparison.
 const SOLVER: &str = "solver = { tolerance = 1e-5 }";
 
 fn cloth() -> String {
@@ -236,18 +236,18 @@ fn stack() -> String {
 /// The mesh of `scenes/bunny_drop.toml`, in the format of Gmsh 2.2: a link to it within the crate.
 const MESH: &str = include_str!("../../scenes/bunny.msh");
 
-/// Lines of a section of [`MESH`], behind the line that counts them.
+/// Lines of a section of [`MESH`], after the line with their count.
 fn section(name: &str) -> impl Iterator<Item = &'static str> {
     let lines = MESH.lines().skip_while(move |line| *line != name).skip(2);
     lines.take_while(|line| !line.starts_with('$'))
 }
 
-/// Points and tetrahedra of [`MESH`], as a scene writes them: a row needs no files beside the program.
+/// Points and tetrahedra of [`MESH`] in a scene's notation: a row needs no files next to the program.
 fn inline_mesh() -> String {
     let points: Vec<String> = section("$Nodes")
         .map(|line| format!("[{}]", line.split(' ').skip(1).collect::<Vec<_>>().join(", ")))
         .collect();
-    // Number, kind, tags and their count; the last four are the corners, from 1.
+    // Number, kind, number of tags, tags, then the four corners, numbered from 1.
     let tetrahedra: Vec<Vec<u32>> = section("$Elements")
         .map(|line| {
             let numbers: Vec<u32> = line.split(' ').filter_map(|word| word.parse().ok()).collect();
@@ -257,10 +257,10 @@ fn inline_mesh() -> String {
     format!("inline = {{ points = [{}], tetrahedra = {tetrahedra:?} }}", points.join(", "))
 }
 
-/// 5 cm above a floor; after a second its vertices are 0.1079 m above it on average, by volume 0.1009 m. Half
-/// the step and corrections below 1e-9 m change that by the wobble that is left (0.1084 m, 0.1079 m); after
-/// four seconds it rests at 0.1075 m. By linear elasticity with a floor that pushes (scipy), whose gap of 0.5
-/// mm is not counted, it rests at 0.1070 m.
+/// Bunny 5 cm above a floor. After a second the mean height of its vertices is 0.1079 m, by volume 0.1009
+/// m. Half the step and a Newton tolerance of 1e-9 m change this by the remaining wobble (0.1084 m,
+/// 0.1079 m). After four seconds it rests at 0.1075 m. Linear elasticity with a unilateral floor (scipy),
+/// without the gap of 0.5 mm, gives 0.1070 m at rest.
 fn bunny() -> String {
     format!(
         "dimension = 3
@@ -277,7 +277,7 @@ fn bunny() -> String {
     )
 }
 
-/// Two bars a tenth of a metre apart, each held at one end, that bend under their weight.
+/// Two bars a tenth of a metre apart, each fixed at one end, bending under their weight.
 fn apart(contact: &str) -> String {
     let bar = |z: f64| {
         format!(
@@ -304,7 +304,7 @@ fn apart(contact: &str) -> String {
 mod tests {
     use super::super::Workload;
 
-    /// Scenes are read and bodies start apart.
+    /// The scenes are valid, and bodies start apart.
     #[test]
     fn bodies_of_contact_start_apart() {
         for text in
@@ -317,13 +317,13 @@ mod tests {
     #[test]
     fn the_bunny_has_its_vertices_and_its_volume() {
         let mesh = super::FirstSteps::new(&super::bunny(), 1).unwrap().simulation;
-        // One more is the floor's, without mass.
+        // The additional vertex is the floor's, without mass.
         assert_eq!(mesh.system().mass().len(), 2_353 + 1);
         let volume = mesh.system().mass().iter().sum::<f64>() / 1000.0;
         assert!((volume - 5.818e-3).abs() < 1e-6, "{volume} m^3");
     }
 
-    /// Contact takes a part of the time of a step, and none without contact; its clock changes no bit.
+    /// Contact takes a share of a step's time, zero without contact; its clock changes no bit.
     #[test]
     fn the_share_of_contact_is_measured_and_changes_nothing() {
         let share = |text: &str| {
@@ -339,7 +339,7 @@ mod tests {
         assert_eq!(untimed.simulation.state().x(), x);
     }
 
-    /// Bars that bend far apart never touch, or the ratio would say nothing.
+    /// The bars never touch, as the ratio requires.
     #[test]
     fn bars_far_apart_never_touch() {
         let mut run = super::FirstSteps::new(&super::apart("contact = {}"), 20).unwrap();

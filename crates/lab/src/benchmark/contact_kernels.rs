@@ -21,12 +21,12 @@ pub(super) const ROW: BenchmarkRow = BenchmarkRow {
     cases,
 };
 
-/// Cells along each side of a sheet, and their size [m].
+/// Number of cells along each side of a sheet, and their size [m].
 const CELLS: u32 = 100;
 const CELL: f64 = 0.01;
-/// Contact distance [m].
+/// Activation distance [m].
 const REACH: f64 = 0.1 * CELL;
-/// Contacts of both sheets, and pairs that may come near on the way.
+/// Number of contacts of both sheets, and of candidate pairs along the trajectories.
 const STENCILS: f64 = 79_800.0;
 const PAIRS: f64 = 169_301.0;
 
@@ -60,10 +60,10 @@ fn cases(threads: Option<usize>) -> Vec<BenchmarkCase> {
     ]
 }
 
-/// A sheet on another, shifted by parts of a cell.
+/// Two sheets, the upper one shifted by fractions of a cell.
 struct Sheets {
     model: ContactModel,
-    /// Flat [m].
+    /// Positions, flat [m].
     x: Vec<f64>,
 }
 
@@ -104,7 +104,7 @@ impl Sheets {
         Sheets { model, x }
     }
 
-    /// Pairs within reach at the places, or on the way `dx`.
+    /// Candidate pairs within the activation distance, at the positions or along the displacements `dx`.
     fn candidates(&self, dx: Option<&[f64]>) -> CandidatePairs {
         CandidatePairs::gather::<3>(&self.model.surface, &self.model.pairs, &self.x, dx, REACH)
     }
@@ -114,7 +114,7 @@ impl Sheets {
     }
 }
 
-/// Trees, candidates, closest points, and stencils that are merged.
+/// Workload: trees, candidate pairs, closest points, merged stencils.
 struct Gathering(Sheets);
 
 impl Workload for Gathering {
@@ -127,7 +127,7 @@ impl Workload for Gathering {
     }
 }
 
-/// Blocks of the matrix.
+/// Workload: blocks of the Hessian.
 struct Hessians {
     energy: ContactEnergy<3>,
     x: Vec<f64>,
@@ -143,7 +143,7 @@ impl Hessians {
         Hessians { energy, x, psd, out: vec![] }
     }
 
-    /// Stencils of two, three and four vertices.
+    /// Ranges of the stencils of two, three and four vertices.
     fn lists(&self) -> Vec<Range<usize>> {
         let count = |list: &pliant::energy::Stencils| list.vertices.len() / list.size.max(1);
         self.energy.lists().iter().map(|list| 0..count(list)).collect()
@@ -153,7 +153,7 @@ impl Hessians {
 impl Workload for Hessians {
     fn time(&mut self, repetitions: u64) -> Result<Duration, BenchmarkError> {
         let lists = self.lists();
-        // Of four vertices, the largest.
+        // Stencils of four vertices are the most numerous.
         let most = lists.iter().map(|list| list.len()).max().unwrap_or(0);
         self.out.resize(most * 10 * 9, 0.0);
         let start = Instant::now();
@@ -168,7 +168,7 @@ impl Workload for Hessians {
     }
 }
 
-/// Ways on which the upper sheet falls through the lower one.
+/// Workload: trajectories on which the upper sheet would fall through the lower one.
 struct Ways {
     sheets: Sheets,
     dx: Vec<f64>,
@@ -201,14 +201,14 @@ impl Workload for Ways {
 mod tests {
     use super::*;
 
-    /// Counts that times are divided by.
+    /// The counts by which times are divided.
     #[test]
     fn stencils_and_pairs_of_the_sheets_are_as_many_as_are_counted() {
         let contacts = Hessians::new(Psd::Exact).lists().iter().map(|list| list.len()).sum::<usize>();
         let ways = Ways::new();
         assert_eq!((contacts as f64, ways.pairs.count() as f64), (STENCILS, PAIRS));
         let part = free_part::<3>(&ways.sheets.model, &ways.pairs, (&ways.sheets.x, &ways.dx));
-        // From half the distance to between a tenth and a twentieth of that gap.
+        // The gap, at first half the activation distance, falls to between a tenth and a twentieth of that.
         assert!((0.45..=0.475).contains(&part), "{part}");
     }
 }

@@ -1,7 +1,8 @@
 //! Share of contact in the time of steps: its terms are wrapped by terms that measure time.
 //!
-//! Included are the search, energies and forces, blocks of matrices, and the collision-free step fractions.
-//! Not included are the sum of these blocks into the matrix, and what contact adds to its factorisation.
+//! The share includes the search, energies and forces, blocks of matrices, and the collision-free step
+//! fractions. It excludes the sum of these blocks into the matrix, and the additional cost of the
+//! factorisation.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -16,12 +17,12 @@ use pliant::energy::{
 use pliant::material::Psd;
 use pliant::simulation::Simulation;
 
-/// Time spent in contact, of all threads together.
+/// Time spent in contact, summed over all threads.
 #[derive(Clone, Default)]
 pub(super) struct ContactClock(Arc<AtomicU64>);
 
 impl ContactClock {
-    /// Times the terms of contact and of friction of a simulation; `None` where it has none.
+    /// Wraps the contact and friction terms of a simulation; `None` if there are none.
     pub(super) fn of(simulation: &mut Simulation) -> Option<ContactClock> {
         let clock = ContactClock::default();
         let mut found = false;
@@ -44,12 +45,12 @@ impl ContactClock {
         found.then_some(clock)
     }
 
-    /// Time since the beginning, or the last [`reset`](Self::reset).
+    /// Time since the start, or since the last [`reset`](Self::reset).
     pub(super) fn elapsed(&self) -> Duration {
         Duration::from_nanos(self.0.load(Ordering::Relaxed))
     }
 
-    /// Begins anew.
+    /// Sets the time to zero.
     pub(super) fn reset(&self) {
         self.0.store(0, Ordering::Relaxed);
     }
@@ -62,10 +63,10 @@ impl ContactClock {
     }
 }
 
-/// A term with the clock that its time is added to.
+/// A term, and the clock that its time is added to.
 struct Timed<T: ?Sized> {
     term: Box<T>,
-    /// Speed and renewals of its frozen parts.
+    /// Regularisation velocity and renewal limit of its lagged parts.
     frozen: Option<(Option<f64>, u32)>,
     clock: ContactClock,
 }
@@ -177,7 +178,7 @@ impl DissipativeTerm for TimedFriction {
     }
 }
 
-/// Products for gradients, which no benchmark of steps asks for.
+/// Products for gradients, which no benchmark of steps uses.
 impl PositionProducts for TimedFriction {}
 
 impl DissipationViews for TimedFriction {
@@ -216,7 +217,7 @@ impl FrozenParts for TimedFriction {
     }
 }
 
-/// A term whose stencils change.
+/// A term with changing stencils.
 trait HasStencils {
     fn found(&self) -> Option<&dyn ChangingStencils>;
     fn found_mut(&mut self) -> Option<&mut dyn ChangingStencils>;

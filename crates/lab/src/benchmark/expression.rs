@@ -10,13 +10,13 @@ pub(super) const ROW: BenchmarkRow = BenchmarkRow {
     cases,
 };
 
-/// By hand, without and with the logarithm.
+/// Hand-written models without and with the logarithm.
 pub(super) const BY_HAND: [&str; 2] = [
     "stable-neo-hookean = { young = 5e5, poisson = 0.4 }",
     "stable-neo-hookean-log = { young = 5e5, poisson = 0.4 }",
 ];
 
-/// The same energies as formulas, `mu = E / (2 (1 + nu))` and `lambda = E nu / ((1 + nu) (1 - 2 nu))`.
+/// These energies as formulas, `mu = E / (2 (1 + nu))` and `lambda = E nu / ((1 + nu) (1 - 2 nu))`.
 pub(super) const FORMULAS: [&str; 2] = [
     "expression = { psi = 'mu/2*(I1 - 3) - mu*(J - 1) + (lambda + mu)/2*(J - 1)^2', \
      parameters = { mu = 178571.42857142858, lambda = 714285.7142857143 } }",
@@ -24,7 +24,7 @@ pub(super) const FORMULAS: [&str; 2] = [
      parameters = { mu = 178571.42857142858, lambda = 714285.7142857143 } }",
 ];
 
-/// Cells across the beam of the implicit steps.
+/// Number of cells across the beam of the implicit steps.
 const ACROSS: usize = 6;
 
 fn cases(threads: Option<usize>) -> Vec<BenchmarkCase> {

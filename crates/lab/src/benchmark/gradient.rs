@@ -27,9 +27,9 @@ pub(super) const IMPLICIT: BenchmarkRow = BenchmarkRow {
     cases: |threads| cases(threads, 24 * ACROSS.pow(3) as u64, 10, goal(2.0), || falling(ACROSS)),
 };
 
-/// Cells of the explicit beam.
+/// Number of cells of the explicit beam.
 const CELLS: [usize; 3] = [32, 8, 8];
-/// Cells across the implicit one.
+/// Number of cells across the implicit beam.
 const ACROSS: usize = 6;
 
 fn cases(
@@ -53,12 +53,12 @@ fn cases(
     }]
 }
 
-/// A run from the same state every time.
+/// A run, restarted from the same state for each repetition.
 struct DifferentiatedRun {
     simulation: Simulation,
     start: SavedState,
     steps: u64,
-    /// `None` for the steps alone.
+    /// Parameters of the gradient; `None` for the steps alone.
     parameters: Option<ParameterSelection>,
 }
 

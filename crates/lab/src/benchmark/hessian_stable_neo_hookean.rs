@@ -1,4 +1,4 @@
-//! The matrix of an implicit step.
+//! Assembly of the matrix of an implicit step.
 
 use std::time::{Duration, Instant};
 

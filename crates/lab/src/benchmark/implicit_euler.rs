@@ -13,7 +13,7 @@ pub(super) const ROW: BenchmarkRow = BenchmarkRow {
 
 fn cases(threads: Option<usize>) -> Vec<BenchmarkCase> {
     let mut cases = vec![];
-    // Cells across the beam, and what a step is to take on the reference machine [us].
+    // Number of cells across the beam, and the target for a step on the reference machine [us].
     for (n, reach) in [(6, 4e3), (11, 25e3), (16, 95e3)] {
         let counts = threads.map_or_else(|| if n == 16 { vec![1, 2] } else { vec![1] }, |t| vec![t]);
         for threads in counts {

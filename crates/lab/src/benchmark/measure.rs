@@ -1,4 +1,4 @@
-//! Evaluation of timings: from times to a number.
+//! Evaluation of timings: from times to a figure.
 
 use std::time::{Duration, Instant};
 
@@ -6,14 +6,14 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::{BenchmarkCase, BenchmarkError, BenchmarkPart, Metric, Workload};
 
-/// Measuring time.
+/// Time budget of a measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Budget {
-    /// All rounds of a case together.
+    /// Total time of all rounds of a case.
     pub total: Duration,
-    /// One timing of one part: as many repetitions as fit, and at least one.
+    /// Time of one timing of one part: as many repetitions as fit, at least one.
     pub sample: Duration,
-    /// Rounds that are taken even where they exceed the budget.
+    /// Number of rounds that run even beyond the budget.
     pub fewest_rounds: usize,
 }
 
@@ -35,15 +35,16 @@ impl Budget {
 pub struct Measurement {
     /// Median over the rounds.
     pub median: f64,
-    /// The best round.
+    /// Value of the best round.
     pub best: f64,
-    /// Rounds: timings of each part.
+    /// Number of rounds; each times every part.
     pub rounds: usize,
-    /// Median of the seconds that a repetition takes, or of what is counted instead, for each part.
+    /// Median over the rounds for each part: the seconds of a repetition, or the quantity that the
+    /// workload measures instead.
     pub seconds: Vec<f64>,
-    /// Bytes that a repetition of the first part passes through, 0 where they are not counted.
+    /// Memory traffic of a repetition of the first part [bytes]; 0 if not counted.
     pub bytes: usize,
-    /// Part of the time of the first part that went into contact, where that is known.
+    /// Share of contact in the time of the first part, if known.
     pub share_of_contact: Option<f64>,
 }
 
@@ -63,7 +64,7 @@ impl Measurement {
     }
 }
 
-/// The middle one, or the mean of the middle two; NaN of nothing.
+/// Median: the middle value, or the mean of the middle two; NaN for no values.
 fn median(values: impl Iterator<Item = f64>) -> f64 {
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);
@@ -74,7 +75,7 @@ fn median(values: impl Iterator<Item = f64>) -> f64 {
     }
 }
 
-/// A workload in the threads that it runs in.
+/// A workload with its thread pool.
 pub struct TimedPart {
     pool: ThreadPool,
     workload: Box<dyn Workload>,
@@ -93,22 +94,22 @@ impl TimedPart {
         Ok(TimedPart { pool, workload })
     }
 
-    /// Measures the time of `repetitions`, from the same state every time.
+    /// Times `repetitions`, each from the same state.
     ///
     /// # Errors
-    /// Obstacle to the work.
+    /// The workload fails.
     pub fn time(&mut self, repetitions: u64) -> Result<Duration, BenchmarkError> {
         let workload = &mut self.workload;
         self.pool.install(|| workload.time(repetitions))
     }
 
-    /// Seconds of a repetition, or what the workload counts instead.
+    /// Seconds of a repetition, or the quantity that the workload measures instead.
     fn seconds(&mut self, repetitions: u64) -> Result<f64, BenchmarkError> {
         let seconds = self.time(repetitions)?.as_secs_f64() / repetitions as f64;
         Ok(self.workload.quantity(seconds))
     }
 
-    /// Warms up, and finds how many repetitions fill `sample`.
+    /// Warms up, and determines how many repetitions fill `sample`.
     fn repetitions(&mut self, sample: Duration) -> Result<u64, BenchmarkError> {
         let mut repetitions = 1;
         loop {
@@ -116,15 +117,15 @@ impl TimedPart {
             if took >= sample {
                 return Ok(repetitions);
             }
-            // Never more than tenfold: the first times say little.
+            // At most a tenfold increase: the first times are unreliable.
             let wanted = sample.as_secs_f64() / took.as_secs_f64().max(1e-9);
             repetitions = (repetitions as f64 * (1.1 * wanted).clamp(1.5, 10.0)).ceil() as u64;
         }
     }
 }
 
-/// Measures one case: its parts in turn, round after round, for as long as the budget lasts. `None` if
-/// `stop` said so before the first round was complete.
+/// Measures one case: its parts in turn, round after round, until the budget is used up. Returns `None`
+/// if `stop` ended it before the first round was complete.
 ///
 /// # Errors
 /// A workload cannot be built or run.
@@ -161,16 +162,16 @@ mod tests {
     #[test]
     fn the_median_and_the_best_are_those_of_the_figure() {
         let rounds = [vec![2.0, 1.0], vec![9.0, 3.0], vec![4.0, 4.0], vec![5.0, 2.0]];
-        // Of 2, 3, 1 and 2.5.
+        // The rounds give 2, 3, 1 and 2.5.
         let speedup = Measurement::new(Metric::Speedup, &rounds, None);
         assert_eq!((speedup.median, speedup.best, speedup.rounds), (2.25, 3.0, 4));
         assert_eq!(speedup.seconds, [4.5, 2.5]);
         assert_eq!(Measurement::new(Metric::Slowdown, &rounds, None).best, 1.0);
-        // Of 50 %, 200/3 %, 0 and 60 %.
+        // The rounds give 50 %, 200/3 %, 0 and 60 %.
         let share = Measurement::new(Metric::Share, &rounds, None);
         assert!((share.median - 55.0).abs() < 1e-12 && share.best == 0.0, "{share:?}");
         let rate = Metric::Rate { per_repetition: 8.0, scale: 0.5, unit: "" };
-        // Of 2, 4/9, 1 and 0.8.
+        // The rounds give 2, 4/9, 1 and 0.8.
         assert_eq!(Measurement::new(rate, &rounds, None).median, 0.9);
         assert_eq!(Measurement::new(Metric::StepTime, &rounds, None).median, 4.5e6);
     }

@@ -49,7 +49,7 @@ pub use measure::{Budget, Measurement, TimedPart, measure};
 pub use processor::processor;
 pub use stream::triad;
 
-/// The table, in its order.
+/// Rows of the table, in order.
 pub fn rows() -> Vec<BenchmarkRow> {
     vec![
         tet_stable_neo_hookean::ROW,
@@ -78,85 +78,85 @@ pub fn rows() -> Vec<BenchmarkRow> {
     ]
 }
 
-/// Origin of the references: measurements on another machine, to compare with.
+/// Machine of the reference figures.
 pub const REFERENCE_MACHINE: &str = "2 cores of Zen 5 with AVX-512";
 
-/// Work of one kind.
+/// A row: work of one kind.
 #[derive(Clone, Copy, Debug)]
 pub struct BenchmarkRow {
-    /// The name, as in the table.
+    /// Name in the table.
     pub name: &'static str,
-    /// One line that says what is measured.
+    /// Description of the measurement in one line.
     pub summary: &'static str,
-    /// Its cases, those for a first look first, all of one size; on this many threads in place of the usual
-    /// number, if there is one.
+    /// Cases, those of a quick look first and all of one size. `threads` replaces the usual number of
+    /// threads.
     pub cases: fn(threads: Option<usize>) -> Vec<BenchmarkCase>,
 }
 
-/// One number of the table.
+/// A case: one number of the table.
 #[derive(Debug)]
 pub struct BenchmarkCase {
-    /// How many `items` one repetition works on.
+    /// Number of `items` in one repetition.
     pub size: u64,
-    /// Things counted: `tets`, `bodies`.
+    /// Items counted: `tets`, `bodies`.
     pub items: &'static str,
-    /// Difference of this case from others of the row.
+    /// Difference from the other cases of the row.
     pub case: String,
-    /// Kind of the number.
+    /// Kind of the figure.
     pub figure: Metric,
-    /// Parts that are timed: one for a rate or a time, two for a comparison.
+    /// Timed parts: one for a rate or a time, two for a comparison.
     pub parts: Vec<BenchmarkPart>,
-    /// Reference of the number, in the unit of the figure.
+    /// Reference value, in the unit of the figure.
     pub reference: Option<PublishedValue>,
 }
 
-/// A number to compare with.
+/// A value for comparison.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PublishedValue {
     /// Value in the unit of the case.
     pub value: f64,
-    /// Its description.
+    /// Origin of the value.
     pub source: &'static str,
 }
 
-/// A figure to reach: on [`REFERENCE_MACHINE`] unless it is a ratio.
+/// A target value: on [`REFERENCE_MACHINE`] unless it is a ratio.
 pub(crate) const fn goal(value: f64) -> Option<PublishedValue> {
     Some(PublishedValue { value, source: "figure to reach" })
 }
 
-/// Conversion of times to the number of a case.
+/// Conversion of times to the figure of a case.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Metric {
-    /// `per_repetition` units of work in each repetition, per second, times `scale`.
+    /// Rate: `per_repetition` units of work in each repetition, per second, times `scale`.
     Rate {
-        /// Units of work in one repetition.
+        /// Number of units of work in one repetition.
         per_repetition: f64,
         /// 1e-6 for millions.
         scale: f64,
         /// For example `M tet-steps/s`.
         unit: &'static str,
     },
-    /// Microseconds a repetition takes.
+    /// Time of a repetition [us].
     StepTime,
-    /// Microseconds that each of the `items` of a repetition takes.
+    /// Time of each of the `items` of a repetition [us].
     ItemTime {
-        /// Number in a repetition.
+        /// Number of items in a repetition.
         items: f64,
         /// For example `us/stencil`.
         unit: &'static str,
     },
-    /// Milliseconds a repetition takes, where it is no step.
+    /// Time of a repetition that is not a step [ms].
     Time,
-    /// Ratio of the first part's time to the second's, if a large one is good.
+    /// Ratio of the first part's time to the second's; larger is better.
     Speedup,
-    /// Ratio of the first part's time to the second's, if a small one is good.
+    /// Ratio of the first part's time to the second's; smaller is better.
     Slowdown,
     /// Fraction of the first part's time that the second saves [%].
     Share,
 }
 
 impl Metric {
-    /// The unit of the number.
+    /// Unit of the figure.
     pub fn unit(self) -> &'static str {
         match self {
             Metric::Rate { unit, .. } | Metric::ItemTime { unit, .. } => unit,
@@ -167,7 +167,7 @@ impl Metric {
         }
     }
 
-    /// The number, from the seconds that a repetition of each part takes.
+    /// Figure, from the seconds that a repetition of each part takes.
     pub fn value(self, seconds: &[f64]) -> f64 {
         match self {
             Metric::Rate { per_repetition, scale, .. } => scale * per_repetition / seconds[0],
@@ -179,19 +179,19 @@ impl Metric {
         }
     }
 
-    /// True if more is better.
+    /// True if larger figures are better.
     pub fn more_is_better(self) -> bool {
         matches!(self, Metric::Rate { .. } | Metric::Speedup)
     }
 }
 
-/// Something to be timed.
+/// A timed part of a case.
 pub struct BenchmarkPart {
-    /// Difference from the other part of a comparison; empty where there is one part.
+    /// Difference from the other part of a comparison; empty for a single part.
     pub name: &'static str,
-    /// Threads of the pool that it is built and run in.
+    /// Number of threads of the pool in which the part is built and run.
     pub threads: usize,
-    /// Makes it.
+    /// Builds the workload.
     pub build: Box<dyn Fn() -> Result<Box<dyn Workload>, BenchmarkError> + Send + Sync>,
 }
 
@@ -215,22 +215,21 @@ impl BenchmarkPart {
 }
 
 impl BenchmarkCase {
-    /// Threads of the part that has most.
+    /// Largest number of threads of any part.
     pub fn threads(&self) -> usize {
         self.parts.iter().map(|part| part.threads).max().unwrap_or(1)
     }
 }
 
-/// Work that can be repeated.
+/// Repeatable work.
 pub trait Workload: Send {
-    /// Measures the time of `repetitions`. Each call begins with the same state, restored before the clock
-    /// starts.
+    /// Times `repetitions`. Each repetition begins with the same state, restored before the clock starts.
     ///
     /// # Errors
-    /// Obstacle to the work.
+    /// The work fails.
     fn time(&mut self, repetitions: u64) -> Result<Duration, BenchmarkError>;
 
-    /// Number that goes into the figure: the seconds of a repetition, unless it counts something else.
+    /// Quantity of the figure: the seconds of a repetition, unless the workload measures another one.
     fn quantity(&self, seconds: f64) -> f64 {
         seconds
     }
@@ -240,26 +239,26 @@ pub trait Workload: Send {
         0
     }
 
-    /// Part of the time last taken that went into contact; `None` where there is none, or it is not known.
+    /// Share of contact in the last time; `None` without contact, or if unknown.
     fn share_of_contact(&self) -> Option<f64> {
         None
     }
 }
 
-/// A workload could not be measured.
+/// Error of a workload.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum BenchmarkError {
     /// The scene of the case is invalid.
     #[error("the scene of a benchmark cannot be assembled: {0}")]
     Scene(#[from] SceneError),
-    /// A step could not be taken.
+    /// A step failed.
     #[error("a benchmark stopped: {0}")]
     Step(#[from] StepError),
-    /// A gradient could not be had.
+    /// The gradient failed.
     #[error("a benchmark has no gradient: {0}")]
     Gradient(#[from] pliant_gradient::GradientError),
-    /// A run ended otherwise than it should.
+    /// A run failed.
     #[error("a benchmark's run did not end well: {0}")]
     Run(String),
     /// The recording failed.
@@ -270,7 +269,7 @@ pub enum BenchmarkError {
     Threads {
         /// Number of threads.
         threads: usize,
-        /// Why.
+        /// Error of the thread pool.
         source: rayon::ThreadPoolBuildError,
     },
 }

@@ -10,7 +10,7 @@ pub(super) const ROW: BenchmarkRow = BenchmarkRow {
     cases,
 };
 
-/// The galaxy of the lecture with `count` stars.
+/// Galaxy of the lecture with `count` stars.
 pub(super) fn galaxy(count: usize) -> Result<Scene, BenchmarkError> {
     Ok(Scene::from_toml(&format!(
         "dimension = 3

@@ -1,19 +1,18 @@
 //! Name of this machine's processor.
 
-/// The model, where the system tells it in a way that needs no program to be run.
+/// Model of the processor, if the system reports it without running a program.
 pub fn processor() -> String {
     let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     model(&text).unwrap_or_else(|| format!("unknown {} processor", std::env::consts::ARCH))
 }
 
-/// The first model that `/proc/cpuinfo` names, with the numbers that tell its generation: hypervisors
-/// shorten the name.
+/// First model in `/proc/cpuinfo`, with the numbers of its generation: hypervisors shorten the name.
 fn model(cpuinfo: &str) -> Option<String> {
     let field = |name: &str| {
         let mut fields = cpuinfo.lines().filter_map(|line| line.split_once(':'));
         fields.find(|(key, _)| key.trim() == name).map(|(_, value)| value.trim()).filter(|v| !v.is_empty())
     };
-    // On other architectures the line has other names, or there is none.
+    // On other architectures the line has another name, or is missing.
     let name = field("model name").or_else(|| field("Model")).or_else(|| field("cpu"))?;
     match (field("cpu family"), field("model")) {
         (Some(family), Some(number)) => Some(format!("{name} (family {family}, model {number})")),

@@ -18,18 +18,19 @@ pub(super) const ROW: BenchmarkRow = BenchmarkRow {
     cases,
 };
 
-/// Part of a recording that is timed.
+/// Timed part of a recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Scope {
     /// Nothing is recorded or measured.
     Nothing,
-    /// The frames: measuring energies, encoding, compressing, writing.
+    /// Frames: measuring energies, encoding, compressing, writing.
     Frames,
-    /// The frames, opening the file, and waiting for the disk at the end.
+    /// Frames, opening the file, and waiting for the disk at the end.
     File,
 }
 
-/// The lecture's scenes, and the simulated time to run [s]; the galaxy's, much the slowest, is cut.
+/// Scenes of the lecture, with the simulated time [s]; that of the galaxy, by far the slowest, is
+/// shortened.
 const SCENES: [(&str, &str, f64); 3] = [
     ("the cantilever of triangles", super::tri_corotated::CANTILEVER, 2.0),
     ("the cantilever of springs", include_str!("../../scenes/cantilever_springs_2d.toml"), 2.0),
@@ -102,7 +103,7 @@ impl Workload for RecordedRun {
     }
 }
 
-/// A temporary directory of its own.
+/// A temporary directory that is removed at the end.
 struct Directory(PathBuf);
 
 impl Directory {
@@ -117,13 +118,13 @@ impl Directory {
 
 impl Drop for Directory {
     fn drop(&mut self) {
-        // What cannot be removed from a temporary directory may stay there.
+        // Files that cannot be removed from a temporary directory may remain.
         let _ = std::fs::remove_dir_all(&self.0);
     }
 }
 
 fn remove(path: &Path) {
-    // The next recording would refuse to overwrite it, and say so.
+    // The next recording would refuse to overwrite the file, with an error.
     let _ = std::fs::remove_file(path);
 }
 

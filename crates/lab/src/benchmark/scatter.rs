@@ -3,7 +3,7 @@
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
 
-/// A sequence of random numbers.
+/// Pseudorandom sequence.
 pub(super) struct Scatter(Pcg64);
 
 impl Scatter {
@@ -11,16 +11,16 @@ impl Scatter {
         Scatter(Pcg64::new(u128::from(seed), 1))
     }
 
-    /// Uniform in -1 to 1.
+    /// Uniform number in -1 to 1.
     pub(super) fn symmetric(&mut self) -> f64 {
         (self.0.next_u64() >> 11) as f64 * (2.0 / (1_u64 << 53) as f64) - 1.0
     }
 
-    /// The numbers from 0 to `n`, shuffled (Fisher and Yates).
+    /// Numbers below `n`, shuffled (Fisher and Yates).
     pub(super) fn permutation(&mut self, n: usize) -> Vec<u32> {
         let mut order: Vec<u32> = (0..n as u32).collect();
         for i in (1..n).rev() {
-            // The bias of the remainder, n / 2^64, is nothing here.
+            // The bias of the remainder, n / 2^64, is negligible.
             order.swap(i, (self.0.next_u64() % (i as u64 + 1)) as usize);
         }
         order

@@ -20,10 +20,10 @@ pub(super) const ROW: BenchmarkRow = BenchmarkRow {
     cases,
 };
 
-/// `h` [s].
+/// Time step `h` [s].
 const TIME_STEP: f64 = 0.01;
 
-/// The system, and all that solves it.
+/// Linear system of an implicit step, with its solvers.
 pub(super) struct LinearSystem {
     matrix: BlockMatrix<3>,
     right: Vec<f64>,
@@ -33,7 +33,7 @@ pub(super) struct LinearSystem {
 }
 
 impl LinearSystem {
-    /// Of the beam of `4n x n x n` cells.
+    /// System of the beam of `4n x n x n` cells.
     pub(super) fn new(n: usize) -> Result<LinearSystem, BenchmarkError> {
         let mut simulation = assemble(&falling(n)?)?.simulation;
         let x = simulation.state().x().to_vec();
@@ -53,7 +53,7 @@ impl LinearSystem {
         Ok(LinearSystem { matrix, right, x, multigrid, cg: ConjugateGradients::default() })
     }
 
-    /// Iterations to 1e-6.
+    /// Solves to 1e-6; returns the iterations.
     pub(super) fn solve(&mut self) -> Result<u64, BenchmarkError> {
         let LinearSystem { matrix, right, x, multigrid, cg } = self;
         let product = |p: &[f64], q: &mut [f64]| matrix.multiply(p, q);
@@ -120,12 +120,12 @@ impl Workload for Factorising {
     }
 }
 
-/// A part of this kind, of a beam of so many cells across.
+/// Constructor of a part for a beam of `n` cells across.
 type MakePart = fn(threads: usize, n: usize) -> BenchmarkPart;
 
 fn cases(threads: Option<usize>) -> Vec<BenchmarkCase> {
     let counts = threads.map_or_else(|| vec![1, 2], |n| vec![n]);
-    // What is timed, and what it is to take with 16 cells across on one thread [ms].
+    // Solvers, and their target with 16 cells across on one thread [ms].
     let kinds: [(&str, MakePart, f64); 3] = [
         (
             "multigrid",
@@ -142,7 +142,7 @@ fn cases(threads: Option<usize>) -> Vec<BenchmarkCase> {
     let mut cases = vec![];
     for n in [6, 11, 16] {
         for (kind, part, reach) in kinds {
-            // Factorisations do not use threads.
+            // The factorisation uses one thread.
             for &threads in counts.iter().filter(|count| kind != "Cholesky" || **count == counts[0]) {
                 cases.push(BenchmarkCase {
                     size: tets([4 * n, n, n]),

@@ -11,10 +11,11 @@ pub(super) const ROW: BenchmarkRow = BenchmarkRow {
     cases,
 };
 
-/// Vertices along each side.
+/// Number of vertices along each side.
 const SIDE: usize = 256;
 
-/// Sides and both diagonals of every cell; every vertex moved by up to a tenth of a cell along each axis.
+/// Cloth with springs along sides and both diagonals of every cell; every vertex is moved by up to a
+/// tenth of a cell along each axis.
 pub(super) fn cloth(side: usize) -> Result<Scene, BenchmarkError> {
     let cells = side - 1;
     let text = format!(
@@ -36,7 +37,7 @@ pub(super) fn cloth(side: usize) -> Result<Scene, BenchmarkError> {
     })
 }
 
-/// The same cloth with its vertices numbered at random; the springs keep their order.
+/// Cloth with randomly numbered vertices; the springs keep their order.
 pub(super) fn renumbered(side: usize) -> Result<Scene, BenchmarkError> {
     let mut scene = cloth(side)?;
     let mesh = mesh_of(&scene)?;
@@ -61,7 +62,7 @@ pub(super) fn renumbered(side: usize) -> Result<Scene, BenchmarkError> {
     Ok(scene)
 }
 
-/// Along both directions and both diagonals.
+/// Number of springs: along both directions and both diagonals.
 pub(super) fn count(side: usize) -> u64 {
     (4 * (side - 1) * (side - 1) + 2 * (side - 1)) as u64
 }

@@ -7,13 +7,13 @@ use pliant::simulation::Simulation;
 use pliant_scene::assembly::{Assembly, UnstableStep};
 use pliant_scene::{KeyPath, PositionSpec, Problem, Scene, SceneError};
 
-/// A simulation that is stepped, as a run does it, from the same state every time.
+/// Workload: steps of a simulation, from the same state for each repetition.
 pub(super) struct Stepping {
     simulation: Simulation,
     start: SavedState,
 }
 
-/// A state to come back to.
+/// A state to restore.
 pub(super) struct SavedState {
     x: Vec<f64>,
     v: Vec<f64>,
@@ -24,7 +24,7 @@ impl SavedState {
         SavedState { x: simulation.state().x().to_vec(), v: simulation.state().v().to_vec() }
     }
 
-    /// Puts `simulation` back to time zero.
+    /// Resets `simulation` to the saved state at time zero.
     pub(super) fn restore(&self, simulation: &mut Simulation) {
         let state = simulation.state_mut();
         state.x_mut().copy_from_slice(&self.x);
@@ -34,7 +34,7 @@ impl SavedState {
 }
 
 impl Stepping {
-    /// Steps of `scene`.
+    /// Workload of stepping `scene`.
     pub(super) fn new(scene: &Scene) -> Result<Stepping, BenchmarkError> {
         let mut simulation = assemble(scene)?.simulation;
         simulation.count_losses(false);
@@ -51,7 +51,7 @@ impl Stepping {
 impl Workload for Stepping {
     fn time(&mut self, repetitions: u64) -> Result<Duration, BenchmarkError> {
         self.start.restore(&mut self.simulation);
-        // The first step after a change also computes the force that it begins with.
+        // The first step after a change also computes the initial force.
         self.simulation.step()?;
         let start = Instant::now();
         for _ in 0..repetitions {
@@ -65,12 +65,12 @@ impl Workload for Stepping {
     }
 }
 
-/// Assembles as a run does, whatever the step.
+/// Assembles a scene as for a run, with any step size.
 pub(super) fn assemble(scene: &Scene) -> Result<Assembly, BenchmarkError> {
     Ok(scene.assemble(UnstableStep::Accept).map_err(SceneError::new)?)
 }
 
-/// The scene in `text`, whose one body starts where `displace` puts the points of its mesh.
+/// Parses a scene with one body, whose initial positions `displace` derives from the points of its mesh.
 pub(super) fn displaced(text: &str, mut displace: impl FnMut(&mut [f64])) -> Result<Scene, BenchmarkError> {
     let mut scene = Scene::from_toml(text)?;
     let mesh = mesh_of(&scene)?;
@@ -83,7 +83,7 @@ pub(super) fn displaced(text: &str, mut displace: impl FnMut(&mut [f64])) -> Res
     Ok(scene)
 }
 
-/// The mesh of a scene's first body.
+/// Mesh of a scene's first body.
 pub(super) fn mesh_of(scene: &Scene) -> Result<pliant_mesh::Mesh, BenchmarkError> {
     pliant_mesh::build(&scene.body[0].mesh, scene.dimension, &scene.directory).map_err(|error| {
         let path = KeyPath::root().key("body").index(0).key("mesh");

@@ -7,14 +7,14 @@ use rayon::prelude::*;
 
 use pliant::lanes::{Kernel, Lanes, WIDTH, dispatch};
 
-/// Numbers per array: three arrays of 128 MiB are larger than caches.
+/// Length of an array: three arrays of 128 MiB exceed the caches.
 const COUNT: usize = 1 << 24;
-/// Numbers per task: so many tasks that any number of threads shares them evenly.
+/// Length of a task: short enough to balance any number of threads.
 const TASK: usize = 1 << 16;
 
-/// Bytes per second of `a = b + 3 c` on the threads of the present pool, 24 bytes counted for each number
-/// (McCalpin, "Memory bandwidth and machine balance in current high performance computers", 1995); the best
-/// of ten.
+/// Memory bandwidth of `a = b + 3 c` on the threads of the current pool [bytes/s], with 24 bytes counted
+/// per number (McCalpin, "Memory bandwidth and machine balance in current high performance computers",
+/// 1995); the best of ten.
 pub fn triad() -> f64 {
     let (mut a, b, c) = (vec![1.0; COUNT], vec![2.0; COUNT], vec![0.5; COUNT]);
     let mut best = f64::INFINITY;

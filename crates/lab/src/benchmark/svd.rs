@@ -14,14 +14,14 @@ pub(super) const ROW: BenchmarkRow = BenchmarkRow {
     cases,
 };
 
-/// Matrices of one repetition: 36 kB of them, 84 kB of results.
+/// Number of matrices of one repetition: 36 kB of matrices, 84 kB of results.
 const COUNT: usize = 512;
-/// Two packs, side by side.
+/// Size of a group: two packs, side by side.
 const GROUP: usize = 2 * WIDTH;
 
-/// Entry by entry, for one group of matrices.
+/// A group of matrices, entry by entry.
 type Matrices = [[f64; GROUP]; 9];
-/// `U`, the singular values, `V`.
+/// `U`, the singular values and `V` of a group.
 type Decomposed = [[f64; GROUP]; 21];
 
 struct Decompositions {
@@ -30,7 +30,8 @@ struct Decompositions {
 }
 
 impl Decompositions {
-    /// Independent normal entries would be inverted half of the time, and so are these, uniform in -1 to 1.
+    /// Random matrices with entries uniform in -1 to 1: half of them are inverted, as for independent
+    /// normal entries.
     fn new() -> Decompositions {
         let mut random = Scatter::new(7);
         let mut from = vec![[[0.0; GROUP]; 9]; COUNT / GROUP];
@@ -66,7 +67,7 @@ impl Kernel for SvdKernel<'_> {
     }
 }
 
-/// One pack or two, moved between arrays and registers.
+/// One or two packs, loaded from and stored to arrays.
 trait Packs<L: Lanes>: pliant::scalar::Real {
     fn read(from: &[f64; GROUP], at: usize) -> Self;
     fn write(self, to: &mut [f64; GROUP], at: usize);
@@ -115,7 +116,7 @@ fn decompose<P: Packs<L>, L: Lanes>(from: &Matrices, to: &mut Decomposed, at: us
     }
 }
 
-/// On one thread, whatever is asked for: nothing is shared out here.
+/// Cases, always on one thread: the work is not distributed.
 fn cases(_: Option<usize>) -> Vec<BenchmarkCase> {
     vec![BenchmarkCase {
         size: COUNT as u64,
@@ -131,7 +132,7 @@ fn cases(_: Option<usize>) -> Vec<BenchmarkCase> {
 mod tests {
     use super::*;
 
-    // What is timed is the decomposition: U diag(sigma) V^T is the matrix again.
+    // The timed code is a decomposition: U diag(sigma) V^T restores the matrix.
     #[test]
     fn the_results_are_decompositions() {
         let mut work = Decompositions::new();

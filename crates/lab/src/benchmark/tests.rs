@@ -1,4 +1,4 @@
-//! The workloads are what their names say.
+//! Tests that the workloads match their names.
 
 use std::collections::BTreeSet;
 
@@ -41,8 +41,8 @@ fn a_beam_and_a_cloth_have_the_cells_that_are_counted() {
     assert_eq!(mesh_of(&lecture).unwrap().triangles.len() as u64, size);
 }
 
-// Measured in another program, with other random numbers: 50 % noise inverts 5.9 % of the tets. The standard
-// deviation of a count of so many that overlap is a tenth of a percent.
+// Reference by another program, with other random numbers: 50 % noise inverts 5.9 % of the tetrahedra.
+// The standard deviation of this count, of overlapping elements, is a tenth of a percent.
 #[test]
 fn a_strongly_deformed_beam_is_inverted_where_its_name_says() {
     for (noise, expected) in [(0.03, 0.0), (0.5, 0.059)] {
@@ -85,7 +85,7 @@ fn a_sample_begins_where_the_last_one_began() {
     assert_eq!(stepping.simulation().state().step, after_three.step);
 }
 
-// Renumbering changes nothing but the order of sums.
+// Renumbering only changes the order of sums.
 #[test]
 fn the_renumbered_cloth_is_the_same_cloth() {
     let mut energy = [0.0; 2];
@@ -101,7 +101,7 @@ fn the_renumbered_cloth_is_the_same_cloth() {
     assert!((energy[0] - energy[1]).abs() < 1e-10 * energy[0].abs(), "{energy:?}");
 }
 
-// Not their largest cases, which take a while to assemble.
+// The largest cases are skipped, because they take long to assemble.
 #[test]
 fn the_smallest_case_of_every_row_does_its_work() {
     for row in rows() {

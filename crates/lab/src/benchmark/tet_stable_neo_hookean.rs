@@ -10,8 +10,8 @@ pub(super) const ROW: BenchmarkRow = BenchmarkRow {
     cases,
 };
 
-/// Rate of the same steps in C++ written for this one material and mesh, with instruction sets chosen by
-/// hand and sums in any order.
+/// Reference: C++ written for this material and mesh, with hand-chosen instruction sets and sums in any
+/// order.
 const HAND_WRITTEN: &str = "hand-written C++ with AVX-512; 90 % of it is the figure to reach";
 
 fn cases(threads: Option<usize>) -> Vec<BenchmarkCase> {

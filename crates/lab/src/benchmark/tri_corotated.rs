@@ -1,4 +1,4 @@
-//! Explicit steps of corotated triangles: many, and so few that everything around the elements counts.
+//! Explicit steps of corotated triangles: a large mesh, and one so small that the overhead dominates.
 
 use super::scatter::Scatter;
 use super::stepping::{Stepping, displaced};
@@ -11,12 +11,13 @@ pub(super) const ROW: BenchmarkRow = BenchmarkRow {
     cases,
 };
 
-/// The lecture's scene.
+/// Scene of the lecture.
 pub(super) const CANTILEVER: &str = include_str!("../../scenes/cantilever_fem_2d.toml");
 
 const SHEET_CELLS: [usize; 2] = [511, 127];
 
-/// Turned by 0.8 rad, every vertex moved by up to a tenth of a cell along each axis; x = 0 held.
+/// Sheet turned by 0.8 rad, with every vertex moved by up to a tenth of a cell along each axis, and fixed
+/// at x = 0.
 pub(super) fn sheet(cells: [usize; 2]) -> Result<Scene, BenchmarkError> {
     let text = format!(
         "dimension = 2

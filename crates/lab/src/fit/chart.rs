@@ -1,12 +1,12 @@
-//! Charts of a fit: measured and predicted values, and below them the residuals.
+//! Charts of a fit: measured and predicted values, with the residuals below.
 
 use super::{MeasuredSeries, SceneFit};
 use crate::study::plot::{AxisSpec, Chart, Line, PlotError, Point};
 
-/// Height that a chart has in any case.
+/// Smallest height of a chart.
 const HEIGHT: u32 = 520;
 
-/// Both charts, one below the other.
+/// Draws both charts, one below the other.
 pub(super) fn svg(fit: &SceneFit, title: &str) -> Result<String, PlotError> {
     let unit = |fit: &SceneFit| match fit.series.first() {
         Some(first) if fit.series.iter().all(|series| series.unit == first.unit) => {
@@ -56,7 +56,7 @@ fn residuals(series: &MeasuredSeries) -> Vec<f64> {
     series.measured.iter().zip(&series.fitted).map(|(measured, fitted)| measured - fitted).collect()
 }
 
-/// The height that a chart says.
+/// Height that the SVG states.
 fn height(svg: &str) -> u32 {
     let said = svg.split("height=\"").nth(1).and_then(|rest| rest.split('"').next());
     said.and_then(|height| height.parse().ok()).unwrap_or(HEIGHT)

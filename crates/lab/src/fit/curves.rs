@@ -12,23 +12,24 @@ use pliant::material::{Material, MaterialSpec, MaterialVisitor, Psd};
 /// A test of a piece of material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum MaterialTest {
-    /// Pulled along one axis, free across it.
+    /// Tension along one axis, free along the others.
     Uniaxial,
-    /// Pulled along two axes alike, free along the third.
+    /// Equal tension along two axes, free along the third.
     Equibiaxial,
-    /// Pulled along one axis, held along the second, free along the third: a wide strip (planar tension).
+    /// Tension along one axis, fixed along the second, free along the third: a wide strip (planar
+    /// tension).
     PureShear,
 }
 
 impl MaterialTest {
-    /// All tests, by the titles of their columns.
+    /// All tests, with the titles of their columns.
     pub(super) const ALL: [(&'static str, MaterialTest); 3] = [
         ("uniaxial", MaterialTest::Uniaxial),
         ("equibiaxial", MaterialTest::Equibiaxial),
         ("pure-shear", MaterialTest::PureShear),
     ];
 
-    /// The stretches along the axes, and which of them are free.
+    /// Stretches along the axes, and which of the axes are free.
     fn stretches(self, l: f64, t: f64) -> ([f64; 3], [bool; 3]) {
         match self {
             MaterialTest::Uniaxial => ([l, t, t], [false, true, true]),
@@ -37,7 +38,7 @@ impl MaterialTest {
         }
     }
 
-    /// The transverse stretch of a piece that keeps its volume.
+    /// Transverse stretch at constant volume.
     fn at_constant_volume(self, l: f64) -> f64 {
         match self {
             MaterialTest::Uniaxial => 1.0 / l.sqrt(),
@@ -47,13 +48,13 @@ impl MaterialTest {
     }
 }
 
-/// Nominal stress [Pa] of a piece of `material` in this test at the stretch `l`, positive; `None` where no
-/// transverse stretch is free of stress.
+/// Nominal stress [Pa] of `material` in this test at the stretch `l`, positive; `None` if no transverse
+/// stretch gives a stress-free side.
 pub(super) fn nominal_stress(material: &MaterialSpec, test: MaterialTest, l: f64) -> Option<f64> {
     material.visit::<3, _>(Piece { test, l })
 }
 
-/// A homogeneous piece of material, stretched.
+/// A homogeneous piece of material in a test.
 struct Piece {
     test: MaterialTest,
     l: f64,
@@ -85,7 +86,7 @@ impl MaterialVisitor<3> for Piece {
     }
 }
 
-/// The nearest place at or around `start` where `slope` goes from below zero to above.
+/// Nearest point at or around `start` where `slope` changes from negative to positive.
 fn root(slope: &impl Fn(f64) -> f64, curvature: &impl Fn(f64) -> f64, start: f64) -> Option<f64> {
     let (mut low, mut high) = bracket(slope, start)?;
     let mut t = 0.5 * (low + high);
@@ -109,7 +110,7 @@ fn root(slope: &impl Fn(f64) -> f64, curvature: &impl Fn(f64) -> f64, start: f64
     Some(t)
 }
 
-/// Places below and above the root.
+/// Points below and above the root.
 fn bracket(slope: &impl Fn(f64) -> f64, start: f64) -> Option<(f64, f64)> {
     let at = slope(start);
     if !at.is_finite() {
@@ -137,8 +138,8 @@ mod tests {
 
     const STRETCHES: [f64; 6] = [0.7, 0.9, 1.1, 1.5, 2.0, 4.0];
 
-    // Incompressible neo-Hookean rubber, P = mu (l - p(l)); Treloar 1944. A bulk modulus of K leaves a part
-    // of about mu/K.
+    // Incompressible neo-Hookean rubber: P = mu (l - p(l)) (Treloar 1944). A finite bulk modulus K leaves
+    // an error of about mu/K.
     #[test]
     fn nearly_incompressible_rubber_has_the_closed_forms() {
         let (mu, poisson) = (0.4e6, 0.499_999_9);

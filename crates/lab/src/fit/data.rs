@@ -1,4 +1,4 @@
-//! Measured data, and the predictions of a scene for them.
+//! Measured data, and their prediction by a scene.
 //!
 //! # How to add data
 //! 1. A kind of data is a variant of `FitDataKind`: its first column, its columns and its prediction here.
@@ -21,21 +21,21 @@ use super::curves::{MaterialTest, nominal_stress};
 use super::table::MeasuredTable;
 use super::{FitError, FitOptions, MeasuredSeries};
 
-/// Times that agree to this part of a step are the same.
+/// Tolerance for equal times, as a fraction of a step.
 const SAME_TIME: f64 = 1e-6;
-/// Part of itself that a parameter is changed by for differences, where predictions are exact to rounding.
+/// Relative change of a parameter for finite differences, if predictions are exact to rounding.
 const DIFFERENCE: f64 = 1e-5;
 
-/// A measured number.
+/// A measured value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Observation {
-    /// Number of its series.
+    /// Index of the series.
     pub(super) series: usize,
     /// Time [s], stretch, or number of the mode.
     pub(super) at: f64,
     /// Value in SI units.
     pub(super) value: f64,
-    /// Factor of its residual.
+    /// Weight of the residual.
     pub(super) weight: f64,
 }
 
@@ -44,26 +44,26 @@ pub(super) struct FitData {
     pub(super) kind: FitDataKind,
     pub(super) series: Vec<MeasuredSeries>,
     pub(super) observations: Vec<Observation>,
-    /// Columns of the table that say nothing of their own.
+    /// Redundant columns of the table.
     pub(super) left_out: Vec<String>,
 }
 
-/// How a scene predicts it.
+/// Kind of data, with what a prediction needs.
 pub(super) enum FitDataKind {
-    /// Columns of its probes, one for each series, at times.
+    /// Trajectory: columns of the scene's probes, one for each series.
     Trajectory { columns: Vec<usize> },
-    /// Tests of the material of a body, one for each series.
+    /// Curves: tests of a body's material, one for each series.
     Curves { tests: Vec<MaterialTest>, body: usize },
-    /// The lowest natural frequencies.
+    /// Lowest natural frequencies.
     Frequencies,
 }
 
-/// There is no prediction.
+/// Reason for a missing prediction.
 #[derive(Debug)]
 pub(super) enum Refusal {
     /// The scene cannot be simulated.
     Scene(SceneError),
-    /// The run, or whatever it was, failed.
+    /// The run or another computation failed.
     Failed(String),
     /// The fit was told to stop.
     Stopped,
@@ -80,10 +80,10 @@ impl From<Refusal> for FitError {
 }
 
 impl FitData {
-    /// Reads a table; its first column determines the kind of data.
+    /// Reads a table; the first column determines the kind of data.
     ///
     /// # Errors
-    /// [`FitError::Data`]: columns that are none, of another unit, without a number.
+    /// [`FitError::Data`]: unknown columns, columns with a wrong unit, columns without numbers.
     pub(super) fn read(
         table: &MeasuredTable,
         source: &Source,
@@ -113,8 +113,9 @@ impl FitData {
         Ok(data)
     }
 
-    /// Weights residuals: frequencies by their size, since errors of these are a part of them; of several
-    /// units each by the mean square of what was measured in it.
+    /// Sets the weights of the residuals. Frequencies are weighted by the inverse of their value, because
+    /// their errors are relative. Data with several units are weighted by the inverse rms of the values
+    /// of each unit.
     fn weigh(&mut self) {
         if matches!(self.kind, FitDataKind::Frequencies) {
             self.observations.iter_mut().for_each(|one| one.weight = 1.0 / one.value);
@@ -137,7 +138,7 @@ impl FitData {
         self.observations.iter_mut().for_each(|one| one.weight = weights[one.series]);
     }
 
-    /// Quantity on the first axis of a chart.
+    /// Quantity of the first axis of a chart.
     pub(super) fn axis(&self) -> &'static str {
         match self.kind {
             FitDataKind::Trajectory { .. } => "time [s]",
@@ -146,8 +147,8 @@ impl FitData {
         }
     }
 
-    /// The part of its size by which a parameter is changed for differences: where a prediction errs by `e`,
-    /// an error of the size `e^(2/3)` is the least that central differences can have.
+    /// Relative change of a parameter for finite differences: with prediction errors of size `e`, the
+    /// smallest possible error of central differences is of order `e^(2/3)`.
     pub(super) fn difference(&self, scene: &Scene) -> f64 {
         match self.kind {
             FitDataKind::Curves { .. } => DIFFERENCE,
@@ -158,16 +159,16 @@ impl FitData {
                 match (&time.adaptive, tolerance) {
                     (Some(adaptive), _) => adaptive.tolerance_or_default().cbrt().clamp(DIFFERENCE, 1e-2),
                     _ if !time.integrator.method().iterates() => DIFFERENCE,
-                    // The tolerance that a scene does not give follows the error of the scheme.
+                    // The default tolerance of a scene depends on the error of the integrator.
                     (None, None) => 1e-3,
-                    // Lengths of scenes are near one metre, and the cube root forgives the rest.
+                    // Scenes have sizes near one metre; the cube root makes the result insensitive to it.
                     (None, Some(tolerance)) => tolerance.cbrt().clamp(DIFFERENCE, 1e-2),
                 }
             }
         }
     }
 
-    /// Predicts every observation by the scene, in SI units.
+    /// Predicts every observation from the scene, in SI units.
     ///
     /// # Errors
     /// [`Refusal`].
@@ -193,7 +194,7 @@ impl FitData {
         }
     }
 
-    /// Numbers of probes at the times of all observations, one run for all.
+    /// Values of probes at the times of all observations, from a single run.
     fn run(&self, assembly: Assembly, columns: &[usize]) -> Result<Vec<f64>, String> {
         let mut order: Vec<usize> = (0..self.observations.len()).collect();
         order.sort_by(|&a, &b| self.observations[a].at.total_cmp(&self.observations[b].at));
@@ -237,12 +238,12 @@ impl FitData {
     }
 }
 
-/// A run whose probes are read on the way.
+/// A run whose probes are read during stepping.
 struct FollowedRun {
     simulation: Simulation,
     probes: Vec<Probe>,
     dimension: usize,
-    /// Step and numbers of the last state before a time between two steps.
+    /// Step number and probe values of the last state before a time between two steps.
     before: (u64, Vec<f64>),
 }
 
@@ -255,15 +256,15 @@ impl FollowedRun {
         run
     }
 
-    /// All columns of all probes now.
+    /// Current values of all columns of all probes.
     fn row(&mut self) -> Vec<f64> {
         let FollowedRun { simulation, probes, .. } = self;
         let quantities = Quantities::POINTS.only_if(probes.iter().any(|probe| probe.point.is_some()));
         Frame::of_state(simulation, 0, quantities, None, |frame| probe::row(probes, frame))
     }
 
-    /// The same at a time [s] that is not before the last one: between two steps by cubics through positions
-    /// and velocities (Hermite), and straight lines through the rest.
+    /// Probe values at a time [s] not before the last one. Between two steps, positions follow cubic
+    /// Hermite interpolation of positions and velocities, other values linear interpolation.
     fn row_at(&mut self, time: f64) -> Result<Vec<f64>, String> {
         if self.simulation.step_control().is_some() {
             while self.simulation.state().time < time {
@@ -289,7 +290,7 @@ impl FollowedRun {
         Ok(self.between(&after, steps - first as f64, h))
     }
 
-    /// At this part of the step between the state before and `after`.
+    /// Values at the fraction `s` of the step between the previous state and `after`.
     fn between(&self, after: &[f64], s: f64, h: f64) -> Vec<f64> {
         let (before, d) = (&self.before.1, self.dimension);
         let mut row: Vec<f64> = before.iter().zip(after).map(|(a, b)| a + s * (b - a)).collect();
@@ -298,7 +299,7 @@ impl FollowedRun {
             for axis in 0..d {
                 let [x, v, u] = [0, 1, 2].map(|block| first + block * d + axis);
                 let (slope, change) = (after[x] - before[x], [before[v] * h, after[v] * h]);
-                // What the cubic is beside the straight line.
+                // Difference between the cubic and the linear interpolation.
                 let bend = s * (1.0 - s) * ((1.0 - s) * (change[0] - slope) - s * (change[1] - slope));
                 row[x] += bend;
                 row[u] += bend;
@@ -309,7 +310,7 @@ impl FollowedRun {
     }
 }
 
-/// Columns of probes over time.
+/// Data of probe columns over time.
 fn trajectory(
     table: &MeasuredTable,
     source: &Source,
@@ -322,6 +323,7 @@ fn trajectory(
             "it has a column `time`, of a trajectory, but the scene has no [[probe]] that it could be of",
         ));
     }
+    // Columns of the probes, times, and the selected columns.
     let known = probe::columns(&assembly.probes, scene.dimension);
     let numbers: HashMap<&str, usize> =
         known.iter().enumerate().map(|(i, known)| (known.name.as_str(), i)).collect();
@@ -338,6 +340,7 @@ fn trajectory(
     let mut data =
         FitData { kind: FitDataKind::Frequencies, series: vec![], observations: vec![], left_out: vec![] };
     let mut columns = vec![];
+    // Observations of each column.
     for (i, title) in table.titles.iter().enumerate().filter(|(i, title)| *i != axis && wanted(&title.name)) {
         let Some(column) = numbers.get(title.name.as_str()).copied() else {
             let names: Vec<&str> = known.iter().map(|known| known.name.as_str()).collect();
@@ -365,7 +368,7 @@ fn trajectory(
     Ok(data)
 }
 
-/// True for the displacement `NAME.ux` beside a position `NAME.x`: the same once more.
+/// True for a displacement `NAME.ux` next to the position `NAME.x`, which it repeats.
 fn repeats_position(table: &MeasuredTable, name: &str, known: &HashMap<&str, usize>) -> bool {
     let Some((probe, component)) = name.rsplit_once('.') else { return false };
     let axis = component.strip_prefix('u').filter(|axis| matches!(*axis, "x" | "y" | "z"));
@@ -373,7 +376,7 @@ fn repeats_position(table: &MeasuredTable, name: &str, known: &HashMap<&str, usi
     position.is_some_and(|name| table.column(&name).is_some() && known.contains_key(name.as_str()))
 }
 
-/// The kind of a column of probes with this unit.
+/// Kind of a probe column with this unit.
 fn kind_of(unit: &str) -> Kind {
     Kind::ALL.iter().find(|kind| kind.unit == unit).copied().unwrap_or(match unit {
         "J/m^3" => Kind::PRESSURE,
@@ -381,7 +384,7 @@ fn kind_of(unit: &str) -> Kind {
     })
 }
 
-/// Frequencies by the number of their mode.
+/// Data of frequencies by mode number.
 fn frequencies(table: &MeasuredTable) -> Result<FitData, FitError> {
     let axis = table.column("mode").unwrap_or(0);
     if let Some(title) =
@@ -420,7 +423,7 @@ fn frequencies(table: &MeasuredTable) -> Result<FitData, FitError> {
     })
 }
 
-/// Stress, or force, over stretch, strain or displacement, for one or several tests.
+/// Data of stress or force over stretch, strain or displacement, for one or several tests.
 fn curves(
     table: &MeasuredTable,
     scene: &Scene,
@@ -433,6 +436,7 @@ fn curves(
              `body.0.elastic.young`",
         ));
     };
+    // The first axis, converted to a stretch.
     let axes = ["stretch", "strain", "displacement"];
     let found: Vec<(&str, usize)> =
         axes.into_iter().filter_map(|name| Some((name, table.column(name)?))).collect();
@@ -458,6 +462,7 @@ fn curves(
     let mut data =
         FitData { kind: FitDataKind::Frequencies, series: vec![], observations: vec![], left_out: vec![] };
     let mut tests = vec![];
+    // Observations of each test, converted to nominal stress.
     for (i, title) in table.titles.iter().enumerate().filter(|(i, _)| *i != axis) {
         let Some((name, test)) = MaterialTest::ALL.into_iter().find(|(name, _)| *name == title.name) else {
             let names = MaterialTest::ALL.map(|(name, _)| format!("`{name}`")).join(", ");

@@ -6,33 +6,33 @@ use serde_json::Value;
 
 use super::FitError;
 
-/// Parts of a body that hold parameters.
+/// Keys of a body that contain parameters.
 const OF_BODIES: [&str; 9] =
     ["elastic", "mass", "damping", "springs", "bending", "membrane", "load", "velocity", "contact"];
-/// Parts of a scene that do.
+/// Keys of a scene that contain parameters.
 const OF_SCENES: [&str; 3] = ["world", "contact", "attachment"];
-/// Parts of a scene that say how it is computed and looked at: runs must not depend on them.
+/// Keys of a scene for computation and output, which are no physical parameters.
 const OF_RUNS: [&str; 4] = ["time", "output", "probe", "study"];
-/// Keys that a message lists at most.
+/// Maximum number of keys in a message.
 const LISTED: usize = 40;
 
-/// A number of a scene.
+/// A number of a scene that can be fitted.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct FittedKey {
-    /// As its text has it.
+    /// Path in the text of the scene.
     pub(super) path: KeyPath,
     /// Value in the scene, in SI units.
     pub(super) value: f64,
-    /// Body that it is of.
+    /// Index of its body, if any.
     pub(super) body: Option<usize>,
 }
 
 impl FittedKey {
-    /// The key of this name in a scene: its path; bodies by name or number; the name of the material may be
-    /// left out (`body.0.elastic.young`).
+    /// Finds the key of this name in a scene: its path, with bodies by name or index; the name of the
+    /// material may be omitted (`body.0.elastic.young`).
     ///
     /// # Errors
-    /// [`FitError::Key`], which lists those that there are.
+    /// [`FitError::Key`], which lists the valid keys.
     pub(super) fn find(source: &Source, scene: &Scene, name: &str) -> Result<FittedKey, FitError> {
         let document = serde_json::to_value(scene).unwrap_or(Value::Null);
         let wrong = |problem: &str| FitError::Key {
@@ -55,19 +55,19 @@ impl FittedKey {
         {
             return Err(wrong("says how the scene is computed, not what it is made of"));
         }
-        // Moduli may be given by others than the scene keeps: `bulk` and `shear`.
+        // The text may specify other moduli than the scene stores: `bulk` and `shear`.
         let value = of_text(source, &path).or_else(|| read.and_then(Value::as_f64));
         let value = value.ok_or_else(|| wrong("is not given in this scene"))?;
         Ok(FittedKey { path, value, body })
     }
 
-    /// This key with a value, for [`Source::varied`].
+    /// Key and value for [`Source::varied`].
     pub(super) fn set(&self, value: f64) -> (String, String) {
         (self.path.to_string(), format!("{value:?}"))
     }
 }
 
-/// The path that a name means, and the number of the body that it is of.
+/// Path for a name, and the index of its body.
 fn full_path(scene: &Scene, document: &Value, name: &str) -> Option<(KeyPath, Option<usize>)> {
     let Some(rest) = name.strip_prefix("body.") else { return Some((name.parse().ok()?, None)) };
     let (i, key) = scene.body.iter().enumerate().find_map(|(i, body)| {
@@ -87,7 +87,7 @@ fn full_path(scene: &Scene, document: &Value, name: &str) -> Option<(KeyPath, Op
     Some((segments.into_iter().fold(body, |path, segment| path.child(segment)), Some(i)))
 }
 
-/// The value in the scene as it was understood, in SI units.
+/// Value in the parsed scene, in SI units.
 fn of_scene<'d>(document: &'d Value, path: &KeyPath) -> Option<&'d Value> {
     path.segments().iter().try_fold(document, |value, segment| match segment {
         KeySegment::Key(key) => value.get(key),
@@ -95,7 +95,7 @@ fn of_scene<'d>(document: &'d Value, path: &KeyPath) -> Option<&'d Value> {
     })
 }
 
-/// The number that the text has there, with its unit or without.
+/// Number in the text, with its unit converted.
 fn of_text(source: &Source, path: &KeyPath) -> Option<f64> {
     let document: toml::Table = source.text().parse().ok()?;
     let document = toml::Value::Table(document);
@@ -111,7 +111,7 @@ fn of_text(source: &Source, path: &KeyPath) -> Option<f64> {
     }
 }
 
-/// Paths of all numbers that can be fitted, the names of materials left out.
+/// Paths of all numbers that can be fitted, without names of materials.
 fn known(document: &Value) -> Vec<String> {
     let mut found = vec![];
     let bodies = document["body"].as_array().map_or(&[][..], Vec::as_slice);
@@ -141,7 +141,7 @@ fn collect(value: &Value, path: &str, found: &mut Vec<String>) {
         Value::Object(table) => {
             table.iter().for_each(|(key, value)| collect(value, &format!("{path}.{key}"), found));
         }
-        // Longer lists are data, of vertices or springs.
+        // Longer lists are data of vertices or springs.
         Value::Array(list) if list.len() <= 8 => {
             list.iter().enumerate().for_each(|(i, value)| collect(value, &format!("{path}.{i}"), found));
         }

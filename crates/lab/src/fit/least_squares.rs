@@ -11,39 +11,39 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-/// The least squares of this many steps that make it smaller is not better than what is found.
+/// Maximum number of steps that reduce the sum of squares.
 const MOST_STEPS: u32 = 100;
-/// A step is none that changes no parameter by more than this part of itself.
+/// Convergence criterion: relative change of all parameters in a step.
 const SMALLEST_STEP: f64 = 1e-12;
-/// Beyond this damping a step goes nowhere.
+/// Damping above which no step makes progress.
 const LARGEST_DAMPING: f64 = 1e16;
 
-/// Residuals as a function of parameters, or why there are none.
+/// Residuals as a function of parameters, or the reason for their absence.
 pub(super) type Residuals<'a, R> = dyn Fn(&[f64]) -> Result<Vec<f64>, R> + Sync + 'a;
 
-/// Residuals and what is known of their parameters.
+/// A least-squares problem.
 pub(super) struct LeastSquares<'a, R> {
-    /// As many each time.
+    /// Residuals; their number is constant.
     pub(super) residuals: &'a Residuals<'a, R>,
-    /// Bounds of each parameter; infinite without any.
+    /// Bounds of each parameter; infinite for none.
     pub(super) bounds: &'a [[f64; 2]],
     /// Size of each parameter, positive.
     pub(super) sizes: &'a [f64],
-    /// The part of its size that a parameter is changed by for central differences.
+    /// Relative change of a parameter for central differences.
     pub(super) difference: f64,
 }
 
-/// The best parameters that were found from one start.
+/// Best parameters found from one start.
 pub(super) struct Minimum {
     pub(super) parameters: Vec<f64>,
     pub(super) residuals: DVector<f64>,
-    /// Derivatives of residuals there, a column for each parameter.
+    /// Derivatives of the residuals at the minimum, a column for each parameter.
     pub(super) jacobian: DMatrix<f64>,
-    /// Steps that made the sum of squares smaller.
+    /// Number of steps that reduced the sum of squares.
     pub(super) steps: u32,
-    /// Evaluations of the residuals.
+    /// Number of evaluations of the residuals.
     pub(super) evaluations: u64,
-    /// False where it ended because it had taken too many steps.
+    /// False if the iteration reached the step limit.
     pub(super) converged: bool,
 }
 
@@ -54,11 +54,11 @@ impl Minimum {
 }
 
 impl<R: Send> LeastSquares<'_, R> {
-    /// Goes down from `start`, which is within bounds; `watch` is shown the number of steps, the sum of
-    /// squares and the parameters, and ends it by `false`.
+    /// Minimises from `start`, which must be within bounds; `watch` receives the number of steps, the sum
+    /// of squares and the parameters, and stops the iteration by `false`.
     ///
     /// # Errors
-    /// There are no residuals at the start, or on neither side of a parameter.
+    /// The residuals are missing at the start, or on both sides of a parameter.
     pub(super) fn minimum(
         &self,
         start: &[f64],
@@ -69,6 +69,7 @@ impl<R: Send> LeastSquares<'_, R> {
         let mut at = Minimum { parameters, residuals, jacobian, steps: 0, evaluations: 1, converged: true };
         let (mut damping, mut growth) = (1e-3, 2.0);
         loop {
+            // Derivatives and stopping criteria.
             at.jacobian = self.jacobian(&mut at)?;
             let goes_on = watch(at.steps, at.sum_of_squares(), &at.parameters);
             let free = self.free(&at);
@@ -79,6 +80,7 @@ impl<R: Send> LeastSquares<'_, R> {
                 at.converged = false;
                 return Ok(at);
             }
+            // Attempts of a step: shorter without a prediction, more damped without a decrease.
             let mut part = 1.0;
             loop {
                 let Some(step) = self.step(&at, &free, damping) else { return Ok(at) };
@@ -96,6 +98,7 @@ impl<R: Send> LeastSquares<'_, R> {
                     (damping, growth, part) = (damping * growth, 2.0 * growth, 1.0);
                     continue;
                 }
+                // Accepted: the damping follows the gain ratio.
                 let taken =
                     DVector::from_iterator(step.len(), next.iter().zip(&at.parameters).map(|(a, b)| a - b));
                 let predicted = at.sum_of_squares() - (&at.residuals + &at.jacobian * taken).norm_squared();
@@ -108,14 +111,14 @@ impl<R: Send> LeastSquares<'_, R> {
         }
     }
 
-    /// Derivatives by central differences, or on one side where there is nothing on the other.
+    /// Derivatives by central differences, or one-sided ones if the residuals are missing on one side.
     fn jacobian(&self, at: &mut Minimum) -> Result<DMatrix<f64>, R> {
         let sides: Vec<(usize, f64)> = (0..at.parameters.len()).flat_map(|j| [(j, 1.0), (j, -1.0)]).collect();
         let beside = |(j, side): (usize, f64)| {
             let mut parameters = at.parameters.clone();
             let change = self.difference * self.sizes[j];
             parameters[j] = (parameters[j] + side * change).clamp(self.bounds[j][0], self.bounds[j][1]);
-            // What the number has changed by, which rounding makes a little different.
+            // Actual change, including rounding.
             let change = parameters[j] - at.parameters[j];
             if change == 0.0 {
                 return Ok((0.0, at.residuals.clone()));
@@ -139,8 +142,8 @@ impl<R: Send> LeastSquares<'_, R> {
         Ok(jacobian)
     }
 
-    /// Parameters that can still make the sum of squares smaller: not those without influence, and not those
-    /// at a bound that would go beyond it.
+    /// Parameters that can still reduce the sum of squares: they have an influence, and no bound blocks
+    /// their descent direction.
     fn free(&self, at: &Minimum) -> Vec<usize> {
         let slopes = at.jacobian.tr_mul(&at.residuals);
         let can_move = |j: &usize| {
@@ -152,7 +155,7 @@ impl<R: Send> LeastSquares<'_, R> {
         (0..at.parameters.len()).filter(can_move).collect()
     }
 
-    /// The step of these parameters; `None` where it is not finite.
+    /// Step of these parameters; `None` if it is not finite.
     fn step(&self, at: &Minimum, free: &[usize], damping: f64) -> Option<Vec<f64>> {
         let (rows, count) = at.jacobian.shape();
         let mut stacked = DMatrix::zeros(rows + free.len(), free.len());
@@ -171,7 +174,7 @@ impl<R: Send> LeastSquares<'_, R> {
         step.iter().all(|d| d.is_finite()).then_some(step)
     }
 
-    /// Parameters after this part of a step.
+    /// Parameters after a fraction of a step, clipped to the bounds.
     fn clipped(&self, parameters: &[f64], step: &[f64], part: f64) -> Vec<f64> {
         let moved = parameters.iter().zip(step).zip(self.bounds);
         moved.map(|((value, step), [low, high])| (value + part * step).clamp(*low, *high)).collect()
@@ -209,7 +212,7 @@ mod tests {
         assert!(found.steps < 40, "{}", found.steps);
     }
 
-    // At x <= 1/2 the least is at x = 1/2, y = 1/4.
+    // For x <= 1/2 the minimum is at x = 1/2, y = 1/4.
     #[test]
     fn bounds_are_kept_and_the_rest_is_as_good_as_it_gets() {
         let found = minimum(&valley, &[[-2.0, 0.5], [-2.0, 2.0]], &[-1.2, 1.0]);
@@ -219,7 +222,7 @@ mod tests {
 
     #[test]
     fn steps_to_where_there_is_nothing_are_taken_back() {
-        // Gauss and Newton's first step from here goes far below zero.
+        // The first Gauss-Newton step from here leads far below zero.
         let logarithm = |p: &[f64]| if p[0] > 0.0 { Ok(vec![p[0].ln(), 0.0]) } else { Err(()) };
         let found = minimum(&logarithm, &FREE[..1], &[20.0]);
         assert!((found.parameters[0] - 1.0).abs() < 1e-9, "{:?}", found.parameters);
@@ -230,7 +233,7 @@ mod tests {
         let points = [(0.0, 1.0), (1.0, 2.0), (2.0, 2.0), (3.0, 5.0)];
         let line = |p: &[f64]| Ok(points.iter().map(|(x, y)| p[0] + p[1] * x - y).collect());
         let found = minimum(&line, &FREE, &[0.0, 0.0]);
-        // Sums by hand: n = 4, x = 6, xx = 14, y = 10, xy = 21.
+        // Sums computed by hand: n = 4, x = 6, xx = 14, y = 10, xy = 21.
         let [intercept, slope] = [0.7, 1.2];
         assert!((found.parameters[0] - intercept).abs() < 1e-9 && (found.parameters[1] - slope).abs() < 1e-9);
     }

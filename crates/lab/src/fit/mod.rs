@@ -51,31 +51,31 @@ use keys::FittedKey;
 use least_squares::{LeastSquares, Minimum};
 use table::MeasuredTable;
 
-/// Probability that an interval holds the parameter.
+/// Probability that a confidence interval contains the parameter.
 const CONFIDENCE: f64 = 0.95;
-/// Parameters whose errors are correlated more than this can hardly be told apart.
+/// Correlation above which parameters can hardly be distinguished.
 const CORRELATED: f64 = 0.98;
 /// Maximum number of draws for a start that can be simulated.
 const DRAWS: u32 = 20;
-/// Starts that come to within this part of the least sum of squares have found it.
+/// Relative tolerance of the sum of squares within which starts count as reaching the best minimum.
 const SAME_MINIMUM: f64 = 1e-6;
 
 /// Options of a fit: its parameters and its method.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FitOptions {
-    /// Keys of the parameters, `body.0.elastic.young`: bodies by name or number, the model may be left out.
+    /// Keys of the parameters, `body.0.elastic.young`: bodies by name or number, the model may be omitted.
     pub parameters: Vec<String>,
-    /// Keys of some of them and their bounds, in SI units.
+    /// Bounds of some parameters, by key, in SI units.
     pub bounds: Vec<(String, [f64; 2])>,
     /// Number of starts: the values of the scene, then random ones. 0 counts as 1.
     pub starts: u32,
-    /// Seed of the random ones.
+    /// Seed of the random starts.
     pub seed: u64,
-    /// Columns of a trajectory that count; all, where there is none.
+    /// Columns of a trajectory to fit; all if empty.
     pub columns: Vec<String>,
-    /// Length at rest [m] of a piece whose displacement was measured.
+    /// Reference length [m] of a piece whose displacement was measured.
     pub length: Option<f64>,
-    /// Area at rest [m^2] of a piece on which a force was measured.
+    /// Reference area [m^2] of a piece on which a force was measured.
     pub area: Option<f64>,
 }
 
@@ -86,38 +86,38 @@ impl FitOptions {
     }
 }
 
-/// A fit cannot be made.
+/// Error of a fit.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum FitError {
     /// The scene cannot be simulated.
     #[error(transparent)]
     Scene(#[from] SceneError),
-    /// The table of measurements makes no sense, or does not belong to the scene.
+    /// The table of measurements is invalid, or does not fit the scene.
     #[error("{name}: {message}")]
     Data {
         /// Name of the table.
         name: String,
-        /// The mistake, its place, and what would be right.
+        /// The mistake, its position, and the remedy.
         message: String,
     },
-    /// There is no such parameter, or it cannot be fitted.
+    /// An unknown parameter, or one that cannot be fitted.
     #[error("`{name}` {problem}; these can be fitted: {}", known.join(", "))]
     Key {
         /// Name of the parameter.
         name: String,
         /// The mistake.
         problem: String,
-        /// Names of those that can be.
+        /// Names of parameters that can be fitted.
         known: Vec<String>,
     },
     /// Options that contradict each other or the scene.
     #[error("{0}")]
     Options(String),
-    /// The scene as it is does not run to the end of the measurements.
+    /// The original scene does not run to the end of the measurements.
     #[error("there is nothing to compare with: {0}")]
     Run(String),
-    /// The fit was told to stop.
+    /// The fit was stopped.
     #[error("stopped")]
     Stopped,
 }
@@ -127,38 +127,38 @@ pub enum FitError {
 pub struct FitProgress<'a> {
     /// Number of the start, from 0.
     pub start: u32,
-    /// Steps from there.
+    /// Number of steps from that start.
     pub steps: u32,
     /// Weighted sum of squares of the residuals.
     pub sum_of_squares: f64,
-    /// The parameters, in their order, in SI units.
+    /// Current parameters, in order, in SI units.
     pub parameters: &'a [f64],
 }
 
-/// A parameter and what was found.
+/// A fitted parameter.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct FittedParameter {
     /// Key in the text of the scene.
     pub path: String,
-    /// The best value, in SI units, as all here.
+    /// Best value, in SI units like all values here.
     pub value: f64,
-    /// The value in the scene.
+    /// Value in the scene.
     pub start: f64,
-    /// Standard deviation by the linear theory of least squares; `None` where the measurements do not settle
-    /// the parameter, and at a bound.
+    /// Standard deviation by the linear theory of least squares; `None` if the measurements do not
+    /// determine the parameter, or at a bound.
     pub standard_deviation: Option<f64>,
-    /// Confidence interval of 95 %, by Student's t; `None` likewise.
+    /// Confidence interval of 95 %, by Student's t; `None` as for the standard deviation.
     pub interval: Option<[f64; 2]>,
-    /// True if the best is at a bound.
+    /// True if the best value is at a bound.
     pub at_bound: bool,
 }
 
-/// Numbers that were measured in one column.
+/// Measured and predicted values of one column.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct MeasuredSeries {
     /// Name of the column.
     pub name: String,
-    /// SI unit of the numbers here.
+    /// SI unit of the values.
     pub unit: String,
     /// Time [s], stretch, or number of the mode.
     pub at: Vec<f64>,
@@ -166,7 +166,7 @@ pub struct MeasuredSeries {
     pub measured: Vec<f64>,
     /// Predictions with the fitted parameters.
     pub fitted: Vec<f64>,
-    /// Root of the mean square of the difference.
+    /// Root mean square of the differences.
     pub rms: f64,
 }
 
@@ -184,50 +184,51 @@ pub struct FitStart {
     pub from: Vec<f64>,
     /// Final values, in the order of the parameters; `None` if no start was found that runs.
     pub to: Option<Vec<f64>>,
-    /// Weighted sum of squares of the residuals there.
+    /// Weighted sum of squares of the residuals at the final values.
     pub sum_of_squares: Option<f64>,
 }
 
-/// A fit.
+/// Result of a fit.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct SceneFit {
-    /// The parameters, in the order asked for.
+    /// Fitted parameters, in the requested order.
     pub parameters: Vec<FittedParameter>,
-    /// Correlation of their errors, by rows; `None` where one is not settled or at a bound.
+    /// Correlation matrix of their errors, by rows; `None` for a parameter that is undetermined or at a
+    /// bound.
     pub correlation: Vec<Vec<Option<f64>>>,
-    /// Weighted sum of squares of the residuals: in SI units, or where several units were measured, and for
-    /// frequencies, without any.
+    /// Weighted sum of squares of the residuals: in SI units; dimensionless for data of several units and
+    /// for frequencies.
     pub sum_of_squares: f64,
-    /// Numbers that were measured.
+    /// Number of measured values.
     pub measured: usize,
-    /// Measured numbers less parameters that were free.
+    /// Number of measured values minus the number of free parameters.
     pub degrees_of_freedom: usize,
-    /// Steps from the start that was best.
+    /// Number of steps from the best start.
     pub steps: u32,
-    /// Runs, or other predictions, all together.
+    /// Total number of runs or other predictions.
     pub runs: u64,
     /// Result of each start.
     pub starts: Vec<FitStart>,
     /// Warnings, a sentence each.
     pub warnings: Vec<String>,
-    /// Keys with their values as they go into the scene.
+    /// Keys with their fitted values, as TOML for the scene.
     pub toml: String,
-    /// Columns of measurements and what was predicted.
+    /// Columns of measurements with their predictions.
     pub series: Vec<MeasuredSeries>,
-    /// Quantity on the first axis of a chart.
+    /// Quantity of the first axis of a chart.
     pub axis: &'static str,
-    /// The scene with the values found.
+    /// Scene with the fitted values.
     #[serde(skip)]
     pub scene: Source,
 }
 
 impl SceneFit {
-    /// Fits parameters of a scene to a table, its name and its text; `watch` is shown every step, `stop` ends
-    /// it.
+    /// Fits parameters of a scene to a table, given by name and text; `watch` receives every step, `stop`
+    /// ends the fit.
     ///
-    /// A table with a column `time` is a trajectory: its columns are those of `run --probes`. With `mode` it
-    /// is of frequencies (`frequency [Hz]`). With `stretch`, `strain` or `displacement` it is of curves of
-    /// the material: `uniaxial`, `equibiaxial`, `pure-shear`, nominal stress or force.
+    /// A table with a column `time` is a trajectory: its columns are those of `run --probes`. With `mode`
+    /// it contains frequencies (`frequency [Hz]`). With `stretch`, `strain` or `displacement` it contains
+    /// curves of the material: `uniaxial`, `equibiaxial`, `pure-shear`, nominal stress or force.
     ///
     /// # Errors
     /// [`FitError`].
@@ -258,16 +259,17 @@ impl SceneFit {
         search.describe(found, data.difference(&scene))
     }
 
-    /// The fit and its residuals as one SVG.
+    /// Draws the fit and its residuals as one SVG.
     ///
     /// # Errors
-    /// The drawing library does not manage.
+    /// The drawing library fails.
     pub fn svg(&self, title: &str) -> Result<String, PlotError> {
         chart::svg(self, title)
     }
 }
 
-/// The path in the text of a scene of a number with this name, as [`FitOptions::parameters`] has it.
+/// Path in the text of a scene of the number with this name, in the notation of
+/// [`FitOptions::parameters`].
 ///
 /// # Errors
 /// [`FitError::Key`].
@@ -275,12 +277,12 @@ pub fn key_path(source: &Source, scene: &pliant_scene::Scene, name: &str) -> Res
     FittedKey::find(source, scene, name).map(|key| key.path.to_string())
 }
 
-/// `1 number`, `3 numbers`.
+/// Formats a count with its noun: `1 number`, `3 numbers`.
 fn words(count: usize, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
-/// The keys of the parameters.
+/// Resolves the keys of the parameters.
 fn chosen(
     source: &Source,
     scene: &pliant_scene::Scene,
@@ -300,7 +302,7 @@ fn chosen(
     Ok(keys)
 }
 
-/// The body whose material all keys are of.
+/// The body whose material all keys belong to.
 fn body_of(keys: &[FittedKey]) -> Option<usize> {
     let body = keys[0].body;
     let is_elastic = |key: &FittedKey| {
@@ -309,7 +311,7 @@ fn body_of(keys: &[FittedKey]) -> Option<usize> {
     body.filter(|_| keys.iter().all(is_elastic))
 }
 
-/// Bounds of each key; infinite where none are given.
+/// Bounds of each key; infinite for none.
 fn bounds(
     source: &Source,
     scene: &pliant_scene::Scene,
@@ -339,7 +341,7 @@ fn bounds(
     Ok(bounds)
 }
 
-/// Sizes of parameters, which differences and random starts go by.
+/// Sizes of the parameters, which scale differences and random starts.
 fn sizes(keys: &[FittedKey], bounds: &[[f64; 2]]) -> Result<Vec<f64>, FitError> {
     let size = |(key, [low, high]): (&FittedKey, &[f64; 2])| match (key.value.abs(), 0.5 * (high - low)) {
         (size, _) if size > 0.0 => Ok(size),
@@ -352,7 +354,7 @@ fn sizes(keys: &[FittedKey], bounds: &[[f64; 2]]) -> Result<Vec<f64>, FitError> 
     keys.iter().zip(bounds).map(size).collect()
 }
 
-/// A search for the best parameters.
+/// Search for the best parameters.
 struct FitSearch<'a> {
     source: &'a Source,
     keys: &'a [FittedKey],
@@ -362,7 +364,7 @@ struct FitSearch<'a> {
     stop: &'a Arc<AtomicBool>,
 }
 
-/// The best minimum, what came of each start, and predictions that were made.
+/// Best minimum, results of all starts, and number of predictions.
 struct SearchResult {
     best: Minimum,
     starts: Vec<FitStart>,
@@ -370,7 +372,7 @@ struct SearchResult {
 }
 
 impl FitSearch<'_> {
-    /// The scene with these parameters.
+    /// Scene with these parameters.
     fn scene(&self, parameters: &[f64]) -> Result<Source, SceneError> {
         let changes: Vec<_> = self.keys.iter().zip(parameters).map(|(key, value)| key.set(*value)).collect();
         self.source.varied(&changes)
@@ -390,7 +392,7 @@ impl FitSearch<'_> {
         }
     }
 
-    /// From the scene's parameters, and from random ones.
+    /// Minimises from the scene's values, then from random starts.
     fn all(
         &self,
         options: &FitOptions,
@@ -438,14 +440,14 @@ impl FitSearch<'_> {
         }
     }
 
-    /// Random parameters: between their bounds, or without any up to the root of ten times more or less than
-    /// in the scene.
+    /// Random parameters: between their bounds; without bounds within a factor of `sqrt(10)` of the
+    /// scene's value.
     fn drawn(&self, random: &mut Pcg64) -> Vec<f64> {
         let mut part = || (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
         let one = |(key, [low, high]): (&FittedKey, &[f64; 2])| {
             let part = part();
             if low.is_finite() && high.is_finite() {
-                // Over decades by the logarithm.
+                // Logarithmic over several decades.
                 return match *low > 0.0 && *high > 10.0 * low {
                     true => low * (high / low).powf(part),
                     false => low + part * (high - low),
@@ -456,7 +458,7 @@ impl FitSearch<'_> {
         self.keys.iter().zip(self.bounds).map(one).collect()
     }
 
-    /// The report of what was found.
+    /// Result of the fit, with errors of the parameters.
     fn describe(&self, found: SearchResult, difference: f64) -> Result<SceneFit, FitError> {
         let SearchResult { best, starts, runs } = found;
         let at_bound: Vec<bool> = (best.parameters.iter().zip(self.bounds))
@@ -493,7 +495,7 @@ impl FitSearch<'_> {
         })
     }
 
-    /// Columns with what the best parameters predict.
+    /// Measured columns with the predictions of the best parameters.
     fn series(&self, best: &Minimum) -> Result<Vec<MeasuredSeries>, FitError> {
         let predicted = self.predict(&best.parameters)?;
         let mut series = self.data.series.clone();
@@ -555,7 +557,7 @@ impl FitSearch<'_> {
             start.sum_of_squares.is_some_and(|sum| sum <= least * (1.0 + SAME_MINIMUM) + f64::MIN_POSITIVE)
         };
         let reached = starts.iter().filter(same).count();
-        // Sums of squares of a perfect fit are rounding, and differ.
+        // The sums of squares of perfect fits are rounding errors, and differ.
         let is_perfect = theory.is_perfect;
         if starts.len() > 1 && reached < starts.len() && !is_perfect {
             warnings.push(format!(
@@ -570,14 +572,14 @@ impl FitSearch<'_> {
         warnings
     }
 
-    /// The keys with their new values, as the text has them.
+    /// Keys with their new values, as TOML.
     fn toml(&self, scene: &Source) -> String {
         let Ok(document) = scene.text().parse::<toml::Table>() else { return String::new() };
         let document = toml::Value::Table(document);
         let (mut lines, mut said, mut heading): (Vec<String>, Vec<String>, String) = Default::default();
         for key in self.keys {
             let segments = key.path.segments();
-            // The whole value of a key, which replaces that of the scene.
+            // The whole value of a key, which replaces the scene's.
             let depth = if key.body.is_some() { 3 } else { 2 }.min(segments.len());
             let path: pliant_scene::KeyPath = segments[..depth].iter().cloned().collect();
             let value = segments[..depth].iter().try_fold(&document, |value, segment| match segment {
@@ -601,7 +603,7 @@ impl FitSearch<'_> {
     }
 }
 
-/// A value on one line.
+/// Formats a value on one line.
 fn inline(value: &toml::Value) -> String {
     match value {
         toml::Value::Table(table) => {
@@ -628,13 +630,13 @@ fn reached(from: Vec<f64>, minimum: &Minimum) -> FitStart {
     FitStart { from, to: Some(minimum.parameters.clone()), sum_of_squares }
 }
 
-/// Errors of parameters by the linear theory: covariance `s^2 (J^T J)^-1`, `s^2 = |r|^2 / (N - n)`.
+/// Errors of the parameters by the linear theory: covariance `s^2 (J^T J)^-1`, `s^2 = |r|^2 / (N - n)`.
 struct LinearTheory {
     deviations: Vec<Option<f64>>,
     correlation: Vec<Vec<Option<f64>>>,
-    /// Parameters that differ in nothing that was measured.
+    /// Parameters that the measurements cannot distinguish.
     alike: Option<Vec<usize>>,
-    /// True if residuals are rounding.
+    /// True if the residuals are rounding errors.
     is_perfect: bool,
 }
 
@@ -652,7 +654,7 @@ impl LinearTheory {
         if moving.is_empty() {
             return theory;
         }
-        // Columns of length one: parameters have different units.
+        // Columns are normalised, because parameters have different units.
         let lengths: Vec<f64> = moving.iter().map(|&j| best.jacobian.column(j).norm()).collect();
         let scaled = DMatrix::from_fn(best.residuals.len(), moving.len(), |row, column| {
             best.jacobian[(row, moving[column])] / lengths[column]
@@ -660,7 +662,7 @@ impl LinearTheory {
         let decomposed = scaled.svd(false, true);
         let Some(right) = decomposed.v_t else { return theory };
         let values = &decomposed.singular_values;
-        // Below the error of the differences nothing is known.
+        // Singular values below the error of the differences carry no information.
         let floor = (10.0 * difference * difference).max(1e-8) * values.max();
         if values.min() <= floor {
             let direction = right.row(values.imin());

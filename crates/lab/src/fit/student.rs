@@ -5,10 +5,10 @@
 
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
 
-/// The `t` that a number of this distribution stays below, in size, with probability `inside`, between 0 and
-/// 1; for one degree of freedom at least.
+/// Two-sided quantile: the `t` with `P(|t'| <= t) = inside`, for `inside` between 0 and 1 and at least
+/// one degree of freedom.
 pub(super) fn two_sided(inside: f64, degrees: usize) -> f64 {
-    // The angle atan(t / sqrt(n)), in which the distribution has no long tail.
+    // The angle atan(t / sqrt(n)) has no long tail.
     let (mut low, mut high) = (0.0, FRAC_PI_2);
     loop {
         let middle = 0.5 * (low + high);
@@ -27,7 +27,7 @@ fn within(angle: f64, degrees: usize) -> f64 {
     let (mut sum, mut k) = (0.0, if is_odd { 3 } else { 2 });
     while k <= degrees {
         sum += power;
-        // From cos^j to cos^(j + 2) by (j + 1)/(j + 2).
+        // Factor from cos^j to cos^(j + 2): (j + 1)/(j + 2).
         power *= cosine * cosine * (k - 1) as f64 / k as f64;
         k += 2;
     }

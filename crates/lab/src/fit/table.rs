@@ -6,13 +6,13 @@ use pliant::quantity::{Kind, Quantity};
 
 use super::FitError;
 
-/// A table as it was read.
+/// A parsed table.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct MeasuredTable {
-    /// The name that messages show.
+    /// Name in messages.
     name: String,
     pub(super) titles: Vec<ColumnTitle>,
-    /// Numbers of the columns by their names.
+    /// Index of each column, by name.
     columns: HashMap<String, usize>,
     rows: Vec<TableRow>,
 }
@@ -21,19 +21,19 @@ pub(super) struct MeasuredTable {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct ColumnTitle {
     pub(super) name: String,
-    /// Text of the unit between the brackets.
+    /// Unit between the brackets.
     unit: Option<String>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
 struct TableRow {
     line: usize,
-    /// `None` where nothing was measured.
+    /// Values by row; `None` for a missing measurement.
     cells: Vec<Option<f64>>,
 }
 
 impl MeasuredTable {
-    /// The table in a text; empty lines and lines that begin with `#` are none of it.
+    /// Parses a table; empty lines and lines that begin with `#` are skipped.
     ///
     /// # Errors
     /// [`FitError::Data`], with line and column.
@@ -91,25 +91,25 @@ impl MeasuredTable {
         Ok(MeasuredTable { name: name.to_owned(), titles, columns, rows })
     }
 
-    /// A mistake in this table.
+    /// Error in this table.
     pub(super) fn wrong(&self, message: impl Into<String>) -> FitError {
         FitError::Data { name: self.name.clone(), message: message.into() }
     }
 
-    /// Number of the column of this name.
+    /// Index of the column with this name.
     pub(super) fn column(&self, name: &str) -> Option<usize> {
         self.columns.get(name).copied()
     }
 
-    /// One of the SI units [`kinds`](Kind) in the unit of a column, and which of them it is; the first where
-    /// the column names no unit.
+    /// Factor from the unit of a column to the SI unit of one of these [`kinds`](Kind), and that kind;
+    /// the first kind for a column without unit.
     ///
     /// # Errors
-    /// The unit is none, or of something else.
+    /// The unit is unknown, or of another quantity.
     pub(super) fn factor<'k>(&self, column: usize, kinds: &'k [Kind]) -> Result<(f64, &'k Kind), FitError> {
         let ColumnTitle { name, unit } = &self.titles[column];
         let Some(unit) = unit.as_deref().filter(|unit| !matches!(*unit, "" | "1" | "-")) else {
-            // A number without a unit is in SI units, and `1` one only where nothing else can be meant.
+            // A number without a unit is in SI units; the unit `1` requires a dimensionless kind.
             let fits = unit.as_deref() != Some("1") || kinds.contains(&Kind::NUMBER);
             let kind = kinds.first().filter(|_| fits);
             return kind.map(|kind| (1.0, kind)).ok_or_else(|| {
@@ -128,15 +128,15 @@ impl MeasuredTable {
             .ok_or_else(|| self.wrong(format!("column `{name}` has no unit that can be read: [{unit}]")))
     }
 
-    /// The lines and the numbers of a column, where it has any.
+    /// Line and value of each number in a column.
     pub(super) fn numbers(&self, column: usize) -> impl Iterator<Item = (usize, f64)> {
         self.rows.iter().filter_map(move |row| Some((row.line, row.cells[column]?)))
     }
 
-    /// The same, beside the number of another column, which every such row must have.
+    /// Pairs of the values of another column and this one.
     ///
     /// # Errors
-    /// A row without it.
+    /// A row without a value in the other column.
     pub(super) fn beside(&self, axis: usize, column: usize) -> Result<Vec<(f64, f64)>, FitError> {
         let rows = self.rows.iter().filter_map(|row| Some((row, row.cells[column]?)));
         let pair = |(row, value): (&TableRow, f64)| match row.cells[axis] {
@@ -151,7 +151,7 @@ fn described(kinds: &[Kind]) -> String {
     kinds.iter().map(Kind::described).collect::<Vec<_>>().join(" or ")
 }
 
-/// `NAME [UNIT]`, in quotes or not.
+/// Parses `NAME [UNIT]`, with or without quotes.
 fn title(text: &str) -> ColumnTitle {
     let text = text.trim().trim_matches('"').trim();
     let parts = text.strip_suffix(']').and_then(|text| text.rsplit_once('['));

@@ -1,5 +1,5 @@
-//! Fits of what is known: films of the program itself, rubber with known constants, frequencies; and V11 of
-//! the verification plan, computed independently.
+//! Fits with known results: trajectories computed by the program itself, rubber with known constants,
+//! frequencies; and V11 of the verification plan, computed independently.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -15,7 +15,7 @@ use super::{FitError, FitOptions, SceneFit};
 
 const YOUNG_AND_POISSON: [&str; 2] = ["body.beam.elastic.young", "body.beam.elastic.poisson"];
 
-/// The beam of V4 and V11: 3 x 1 cells of half a metre, stretched and thrown.
+/// Beam of V4 and V11: 3 x 1 cells of half a metre, stretched and thrown.
 fn beam(integrator: &str, young: f64, poisson: f64) -> Source {
     let velocity: Vec<String> = (0..8)
         .map(|i| (0.5 * f64::from(i / 2), 0.5 * f64::from(i % 2)))
@@ -53,7 +53,7 @@ fn beam(integrator: &str, young: f64, poisson: f64) -> Source {
     Source::new("beam.toml", text)
 }
 
-/// What `run --probes` writes.
+/// Output of `run --probes`.
 fn film(source: &Source) -> String {
     let scene = source.scene().unwrap();
     let mut assembly = scene.assemble(UnstableStep::Refuse).unwrap();
@@ -64,7 +64,7 @@ fn film(source: &Source) -> String {
     String::from_utf8(out).unwrap()
 }
 
-/// The positions of a film from its second row on, with a change of the number `j`, from 1.
+/// Positions of a trajectory from its second row on, with number `j` (from 1) changed.
 fn positions(film: &str, change: impl Fn(f64) -> f64) -> String {
     let mut out = "time [s],tip.x [m],tip.y [m]\n".to_owned();
     for (row, line) in film.lines().skip(2).enumerate() {
@@ -92,7 +92,7 @@ fn young_and_poisson_of_a_beam_are_found_again_from_its_film() {
         assert_close(found.parameters[0].value, 5e4, 1e-9);
         assert_close(found.parameters[1].value, 0.35, 1e-9);
         assert_eq!(found.parameters[0].path, "body.0.elastic.neo-hookean.young");
-        // The displacement is the position once more.
+        // The displacement repeats the position.
         let names: Vec<&str> = found.series.iter().map(|series| series.name.as_str()).collect();
         assert_eq!(names, ["tip.x", "tip.y", "tip.vx", "tip.vy"]);
         assert!(found.warnings[0].contains("tip.ux, tip.uy"), "{:?}", found.warnings);
@@ -104,8 +104,8 @@ fn material(found: &SceneFit) -> MaterialSpec {
     MaterialSpec::NeoHookean(Isotropic::new(found.parameters[0].value, found.parameters[1].value))
 }
 
-// V11: least squares of noisy data by exact derivatives and independent code; its tolerance is 1e-7 of the
-// parameters, and the standard deviations have the error of central differences.
+// V11: least squares of noisy data by exact derivatives and independent code, with a tolerance of 1e-7 on
+// the parameters; the standard deviations have the error of central differences.
 #[test]
 fn noisy_films_have_the_fit_and_the_errors_of_independent_code() {
     let cases = [
@@ -139,8 +139,8 @@ fn noisy_films_have_the_fit_and_the_errors_of_independent_code() {
     }
 }
 
-// Free fall, y = v t - g t^2 / 2, which Verlet's steps follow without error and cubics between them too;
-// straight lines would be wrong by g h^2 / 8.
+// Free fall, y = v t - g t^2 / 2: Verlet's steps and the cubics between them are exact; linear
+// interpolation would have an error of g h^2 / 8.
 #[test]
 fn measured_times_need_not_be_those_of_steps() {
     let scene = Source::new(
@@ -189,22 +189,22 @@ fn rubber(elastic: &str) -> Source {
     )
 }
 
-/// Stress-stretch curves as Treloar measured them, of a known material.
+/// Stress-stretch curves at Treloar's stretches, of a known material.
 fn curves(material: &MaterialSpec) -> String {
     let mut out = "stretch,uniaxial [MPa],equibiaxial [MPa],pure-shear [MPa]\n".to_owned();
     for i in 1..=25 {
         let l = 1.0 + 0.2 * f64::from(i);
         let stress = |(_, test): (&str, MaterialTest)| 1e-6 * nominal_stress(material, test, l).unwrap();
         let [uniaxial, equibiaxial, shear] = MaterialTest::ALL.map(stress);
-        // Sheets burst before threads do.
+        // Sheets burst at smaller stretches than threads.
         let equibiaxial = if l < 4.0 { format!("{equibiaxial:?}") } else { String::new() };
         out += &format!("{l:?},{uniaxial:?},{equibiaxial},{shear:?}\n");
     }
     out
 }
 
-// Ogden 1972 fitted Treloar's rubber with these exponents and moduli (of mu_p alpha_p); here mu_p/alpha_p is
-// the factor of a term.
+// Ogden 1972 fitted Treloar's rubber with these exponents and moduli (of mu_p alpha_p); here the factor
+// of a term is mu_p/alpha_p.
 #[test]
 fn constants_of_rubber_are_found_again_from_three_curves_at_once() {
     let (mu, alpha) = (vec![0.63e6, 0.0012e6, -0.01e6], vec![1.3, 5.0, -2.0]);
@@ -244,7 +244,7 @@ fn compressible_materials_are_told_by_their_width_under_force() {
     }
 }
 
-// omega is in proportion to sqrt(E/rho): their ratio is all that frequencies say.
+// omega is proportional to sqrt(E/rho): frequencies determine only this ratio.
 #[test]
 fn frequencies_give_moduli_and_what_they_cannot_tell_is_said() {
     let mut simulation = beam("velocity-verlet", 5e4, 0.35)
@@ -277,8 +277,8 @@ fn frequencies_give_moduli_and_what_they_cannot_tell_is_said() {
     assert_eq!(found.parameters[0].standard_deviation, None);
 }
 
-// Over four seconds a beam of four times the stiffness swings against the film at first: least squares end in
-// another minimum.
+// Over four seconds a beam of four times the stiffness is at first out of phase with the data: least
+// squares ends in another minimum.
 #[test]
 fn random_starts_find_what_one_does_not_and_are_the_same_each_time() {
     let long = |young, poisson| {
@@ -366,7 +366,7 @@ fn a_chart_shows_every_measurement_and_its_residual() {
     let svg = found.svg("a film").unwrap();
     let document = roxmltree::Document::parse(&svg).unwrap();
     let circles = document.descendants().filter(|node| node.has_tag_name("circle")).count();
-    // Ten of tip.x in each of the two charts, and their marks in the legends; those of tip.y are squares.
+    // Ten marks of tip.x in each of the two charts, and one in each legend; those of tip.y are squares.
     assert_eq!(circles, 22, "{svg}");
     assert!(svg.contains("tip.x, fitted") && svg.contains("measured - fitted [m]"));
 }

@@ -10,22 +10,22 @@ use pliant::integrator::{
 use pliant::simulation::Simulation;
 use pliant::solver::SolverOptions;
 
-/// Spectral radii of one scheme.
+/// Spectral radii of one integrator.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct AmplificationCurve {
-    /// The scheme.
+    /// Name of the integrator.
     pub integrator: String,
-    /// `h omega`.
+    /// Values of `h omega`.
     pub z: Vec<f64>,
-    /// The largest modulus of an eigenvalue of one step, found by taking steps.
+    /// Largest modulus of an eigenvalue of one step, measured by taking steps.
     pub measured: Vec<f64>,
-    /// Amplification by the formula of the integrator: its stability function, the product of its kicks and
-    /// drifts, or its recurrence.
+    /// Amplification by the formula of the integrator: its stability function, the product of its kicks
+    /// and drifts, or its recurrence.
     pub formula: Vec<f64>,
 }
 
-/// Measures `integrator` at these `h omega`; `None` for statics, which has no oscillator, and for a scheme
-/// that chooses its steps itself.
+/// Measures `integrator` at these `h omega`; `None` for statics, which has no oscillator, and for an
+/// integrator with its own step sizes.
 pub fn amplification_curve(integrator: IntegratorSpec, z: &[f64]) -> Option<AmplificationCurve> {
     let method = integrator.method();
     if matches!(method.scheme, Scheme::QuasiStatic | Scheme::GaussRadau(_)) {
@@ -39,16 +39,16 @@ pub fn amplification_curve(integrator: IntegratorSpec, z: &[f64]) -> Option<Ampl
     })
 }
 
-/// One step from both unit vectors shows everything, unless a scheme remembers more than positions and
-/// velocities.
+/// Spectral radius of one step, from both unit vectors. An integrator that remembers more than positions
+/// and velocities needs a recurrence over several steps.
 fn measured(method: &Method, z: f64) -> f64 {
     let memory = match method.scheme {
         Scheme::Bdf2(_) => 4,
         Scheme::Alpha(c) if c.alpha_m != 0.0 || c.alpha_f != 0.0 => 3,
         _ => return amplification(method, z, 0.0, 0.0).spectral_radius(),
     };
-    // Its positions are then a linear recurrence over that many steps, whose coefficients follow from twice
-    // as many.
+    // The positions follow a linear recurrence over `memory` steps; twice as many steps determine its
+    // coefficients.
     let mut simulation = oscillator(method, z);
     let mut x = vec![];
     for _ in 0..=2 * memory {
@@ -69,7 +69,7 @@ fn measured(method: &Method, z: f64) -> f64 {
     spectral_radius(companion)
 }
 
-/// `x'' = -x` from `x = 1`, in steps of `z`.
+/// The oscillator `x'' = -x` from `x = 1`, in steps of `z`.
 fn oscillator(method: &Method, z: f64) -> Simulation {
     let (system, state) = integrator::oscillator();
     let mut simulation = Simulation::new(system, state, *method, z);
@@ -77,7 +77,7 @@ fn oscillator(method: &Method, z: f64) -> Simulation {
     simulation
 }
 
-/// The formula of a scheme.
+/// Amplification by the integrator's formula.
 fn formula(method: &Method, z: f64) -> f64 {
     match method.scheme {
         Scheme::Splitting(stages) => {
@@ -102,7 +102,8 @@ fn formula(method: &Method, z: f64) -> f64 {
     }
 }
 
-/// `|R(i z)|` with `R(w) = 1 + w b^T (I - w A)^-1 1`; Hairer, Wanner 1996, eq. IV.3.2.
+/// Modulus of the stability function, `|R(i z)|` with `R(w) = 1 + w b^T (I - w A)^-1 1`; Hairer, Wanner
+/// 1996, eq. IV.3.2.
 fn stability_function(a: &[&[f64]], b: &[f64], z: f64) -> f64 {
     let w = c64::new(0.0, z);
     let n = b.len();
@@ -120,7 +121,7 @@ fn stability_function(a: &[&[f64]], b: &[f64], z: f64) -> f64 {
     modulus(c64::new(1.0, 0.0) + w * sum)
 }
 
-/// Roots of `(3 - 2 i z) r^2 - 4 r + 1`.
+/// Largest modulus of the roots of `(3 - 2 i z) r^2 - 4 r + 1`.
 fn bdf2(z: f64) -> f64 {
     let a = c64::new(3.0, -2.0 * z);
     let discriminant = (c64::new(16.0, 0.0) - a * 4.0).sqrt();
@@ -128,7 +129,8 @@ fn bdf2(z: f64) -> f64 {
     root(1.0).max(root(-1.0))
 }
 
-/// Chung, Hulbert 1993, eqs. 1 to 6 for `a = -x`, as a matrix on `(x, v, a)` in units of the step.
+/// Spectral radius of Chung, Hulbert 1993, eqs. 1 to 6 for `a = -x`, as a matrix on `(x, v, a)` in units
+/// of the step.
 fn generalised_alpha(c: AlphaCoefficients, z: f64) -> f64 {
     let AlphaCoefficients { alpha_m: m, alpha_f: f, beta, gamma } = c;
     let s = z * z;
@@ -141,7 +143,7 @@ fn generalised_alpha(c: AlphaCoefficients, z: f64) -> f64 {
     spectral_radius([x1, v1, a1].iter().map(|row| row.iter().map(|e| c64::new(*e, 0.0)).collect()).collect())
 }
 
-/// Numbers of a linear system.
+/// Entries of a linear system: real or complex numbers.
 trait FieldElement: Copy {
     fn size(self) -> f64;
     fn minus_times(self, factor: Self, other: Self) -> Self;
@@ -172,8 +174,8 @@ impl FieldElement for c64 {
     }
 }
 
-/// Gauss-Jordan elimination with pivots; each row ends with its right-hand side. `None` where the matrix is
-/// singular.
+/// Solves a linear system by Gauss-Jordan elimination with pivots; each row ends with its right-hand
+/// side. Returns `None` for a singular matrix.
 fn solve<T: FieldElement>(rows: &mut [Vec<T>]) -> Option<Vec<T>> {
     let n = rows.len();
     for k in 0..n {

@@ -1,4 +1,4 @@
-//! The largest stable step by bisection, and the drift of energy.
+//! Largest stable step by bisection, and energy drift.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -9,10 +9,10 @@ use pliant::integrator::IntegratorSpec;
 use pliant::run::energy_scale;
 use pliant_scene::{Scene, SceneError};
 
-/// Steps of an explicit scheme in one trial: one part in 4000 above the limit the amplitude of the fastest
-/// motion grows from rounding to anything, `(1 + sqrt(8/4000))^1000 = 4e18`.
+/// Number of steps in a trial of an explicit integrator: one part in 4000 above the limit the amplitude
+/// of the highest frequency grows by `(1 + sqrt(8/4000))^1000 = 4e18`, from rounding to divergence.
 const EXPLICIT_STEPS: u64 = 1000;
-/// The same of an implicit scheme.
+/// Number of steps in a trial of an implicit integrator.
 const IMPLICIT_STEPS: u64 = 100;
 /// Relative accuracy of the bisection.
 const ACCURACY: f64 = 1e-3;
@@ -36,11 +36,11 @@ pub struct MeasuredLimit {
     pub trials: u32,
 }
 
-/// Finds the largest step of `integrator` on this scene: between half and twice what is predicted, or, where
-/// any step is predicted to be stable, up to `largest` [s].
+/// Finds the largest step of `integrator` on this scene: between half and twice the predicted limit, or
+/// up to `largest` [s] if any step is predicted to be stable.
 ///
-/// A trial takes 1000 steps, or 100 of an implicit scheme. In a nonlinear scene larger steps go further, and
-/// may fail for what happens later. `None` where `stop` was set meanwhile.
+/// A trial takes 1000 steps, or 100 of an implicit integrator. In a nonlinear scene larger steps cover
+/// more time, and may fail for later events. Returns `None` if `stop` was set meanwhile.
 ///
 /// # Errors
 /// The mistakes in the scene.
@@ -81,7 +81,7 @@ pub fn measure_limit(
         found.measured = high;
         return Ok(Some(found));
     }
-    // Down to a step that works.
+    // Reduces the lower end until a step works.
     loop {
         let status = trial(low)?;
         if is_stopped() {
@@ -98,7 +98,7 @@ pub fn measure_limit(
         }
     }
     while high - low > ACCURACY * high {
-        // Of the same factor, as long as they are far apart.
+        // Geometric mean while the ends are far apart.
         let middle = if high > 2.0 * low { (low * high).sqrt() } else { 0.5 * (low + high) };
         let status = trial(middle)?;
         if is_stopped() {
@@ -113,7 +113,7 @@ pub fn measure_limit(
     Ok(Some(found))
 }
 
-/// The limit [s], 0 of a scheme that gains energy at any step; `None`: any step is stable.
+/// Predicted limit [s]; 0 for an integrator that gains energy at any step, `None` if any step is stable.
 pub(super) fn predicted(limit: &StabilityLimit) -> Option<f64> {
     if limit.grows_at_any_step { Some(0.0) } else { limit.step.is_finite().then_some(limit.step) }
 }
@@ -134,7 +134,7 @@ pub struct Drift {
     pub amplitude: f64,
 }
 
-/// Measures the drift of energy in steps of `step` [s] over `duration` [s]; `None` where `stop` was set
+/// Measures the energy drift in steps of `step` [s] over `duration` [s]; `None` if `stop` was set
 /// meanwhile.
 ///
 /// # Errors
@@ -171,7 +171,7 @@ pub fn energy_drift(
     Ok(Some(Drift { integrator: name, step, status, per_second, amplitude }))
 }
 
-/// Slope of the least-squares line, and the largest distance from it.
+/// Slope of the least-squares line, and the largest deviation from it.
 fn line(points: &[(f64, f64)]) -> (f64, f64) {
     let n = points.len() as f64;
     let mean = |f: fn(&(f64, f64)) -> f64| points.iter().map(f).sum::<f64>() / n;

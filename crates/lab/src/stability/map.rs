@@ -9,25 +9,25 @@ use super::{AttemptStatus, attempt, with_step};
 use pliant::integrator::IntegratorSpec;
 use pliant_scene::{Body, KeyPath, MassSpec, NBodySpec, OneOrMany, Problem, Scene, SceneError, Source};
 
-/// Quantity varied beside the step.
+/// Quantity varied in addition to the step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Against {
-    /// Young's modulus, and the constants of springs, of every body: times 1e-4 to 1e4.
+    /// Young's modulus and spring constants of every body: factors 1e-4 to 1e4.
     Young,
     /// Poisson's ratio of every body.
     Poisson,
-    /// The density, or other mass, of the first body: times 1e-4 to 1e4. The others keep theirs.
+    /// Density or other mass of the first body: factors 1e-4 to 1e4. Other bodies keep theirs.
     Density,
-    /// The constant of mutual gravity: times 1e-4 to 1e4.
+    /// Constant of mutual gravity: factors 1e-4 to 1e4.
     Gravity,
 }
 
 impl Against {
-    /// All of them.
+    /// All quantities.
     pub const ALL: [Against; 4] = [Against::Young, Against::Poisson, Against::Density, Against::Gravity];
 
-    /// Its name.
+    /// Name of the quantity.
     pub fn name(self) -> &'static str {
         match self {
             Against::Young => "young",
@@ -37,13 +37,13 @@ impl Against {
         }
     }
 
-    /// Quantities of `scene` that can be varied; every scene has masses.
+    /// Quantities of `scene` that can be varied; masses always can.
     pub fn of(scene: &Scene) -> Vec<Against> {
         Against::ALL.into_iter().filter(|against| !changes(scene, *against, 0.25).is_empty()).collect()
     }
 
-    /// Quantity that says most of the steps of `scene`: its stiffness, or else its mutual gravity, or else
-    /// its masses.
+    /// Quantity with the largest effect on the stable step of `scene`: stiffness, without any mutual
+    /// gravity, without either the masses.
     pub fn chosen(scene: &Scene) -> Against {
         let has = Against::of(scene);
         let first = [Against::Young, Against::Gravity].into_iter().find(|against| has.contains(against));
@@ -51,29 +51,29 @@ impl Against {
     }
 }
 
-/// Steps of one run.
+/// Number of steps in one run.
 const EXPLICIT_STEPS: u64 = 500;
 const IMPLICIT_STEPS: u64 = 50;
 
-/// A map of states.
+/// Stability map.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Map {
-    /// The scheme.
+    /// Name of the integrator.
     pub integrator: String,
-    /// Quantity that rows differ in.
+    /// Quantity that differs between rows.
     pub against: Against,
-    /// The steps, ascending [s].
+    /// Step sizes, ascending [s].
     pub steps: Vec<f64>,
-    /// Of the rows, ascending: the factor of what is varied, or Poisson's ratio.
+    /// Values of the rows, ascending: factors of the varied quantity, or Poisson's ratios.
     pub values: Vec<f64>,
-    /// The limit of each row, linearised at its start [s]; `None`: any step, 0: none.
+    /// Limit of each row, linearised at its start [s]; `None` if any step is stable, 0 if none is.
     pub predicted: Vec<Option<f64>>,
-    /// `[row][column]`.
+    /// Outcomes, `[row][column]`.
     pub status: Vec<Vec<AttemptStatus>>,
 }
 
 impl Map {
-    /// Number of steps that failed although they are below the limit that is predicted.
+    /// Number of failures below the predicted limit.
     pub fn failed_below_limit(&self) -> usize {
         let failed = |(row, predicted): (&Vec<AttemptStatus>, &Option<f64>)| {
             let below = |step: &f64| predicted.is_some_and(|limit| *step <= limit);
@@ -84,10 +84,11 @@ impl Map {
     }
 }
 
-/// Runs `integrator` with steps around those of the scene, 500 each (50 of an implicit scheme), for every
-/// value of what is varied. `None` where `stop` was set meanwhile.
+/// Runs `integrator` with steps around the scene's, 500 each (50 for an implicit integrator), for every
+/// value of the varied quantity. Returns `None` if `stop` was set meanwhile.
 ///
 /// # Errors
+/// The mistakes in the scene, or a quantity that it does not have.
 /// The mistakes in the scene, or that nothing in it can be varied so.
 pub fn map(
     source: &Source,
@@ -114,6 +115,7 @@ pub fn map(
     let runs = if about.solves > 0 { IMPLICIT_STEPS } else { EXPLICIT_STEPS };
     let mut found =
         Map { integrator: about.name.into(), against, steps, values, predicted: vec![], status: vec![] };
+    // One row for each value: its predicted limit, and a run for each step.
     for value in &found.values {
         let changes = changes(&scene, against, *value);
         if changes.is_empty() {
@@ -144,12 +146,12 @@ pub fn map(
     Ok(Some(found))
 }
 
-/// Paths and values that make every body so many times as stiff.
+/// Changes (paths and values) that multiply the stiffness of every body.
 pub(crate) fn stiffness_changes(scene: &Scene, factor: f64) -> Vec<(String, String)> {
     changes(scene, Against::Young, factor)
 }
 
-/// Paths and values of what a row changes.
+/// Changes (paths and values) of a row.
 fn changes(scene: &Scene, against: Against, value: f64) -> Vec<(String, String)> {
     let bodies = scene.body.iter().enumerate();
     match against {
@@ -164,7 +166,7 @@ fn changes(scene: &Scene, against: Against, value: f64) -> Vec<(String, String)>
     }
 }
 
-/// Young's modulus of body `i`, and the constants of its springs.
+/// Young's modulus of body `i`, and its spring constants.
 fn stiffness(i: usize, body: &Body, factor: f64) -> Vec<(String, String)> {
     let mut changes: Vec<(String, String)> =
         constant(i, body, "young", |young| factor * young).into_iter().collect();
@@ -177,17 +179,17 @@ fn stiffness(i: usize, body: &Body, factor: f64) -> Vec<(String, String)> {
     changes
 }
 
-/// A constant of the material of body `i`; a model without it has no such key.
+/// A constant of the material of body `i`; `None` for a model without it.
 fn constant(i: usize, body: &Body, key: &str, new: impl Fn(f64) -> f64) -> Option<(String, String)> {
     let elastic = body.elastic.as_ref()?;
     let name = elastic.name();
-    // As it would be written.
+    // Serialised in the notation of a scene.
     let written = toml::Value::try_from(elastic).ok()?;
     let old = written.get(name)?.get(key)?.as_float()?;
     Some((format!("body.{i}.elastic.{name}.{key}"), format!("{:?}", new(old))))
 }
 
-/// The masses of the first body.
+/// Masses of the first body.
 fn mass(body: &Body, factor: f64) -> (String, String) {
     let path = |key: &str| format!("body.0.mass{key}");
     match &body.mass {
@@ -200,7 +202,7 @@ fn mass(body: &Body, factor: f64) -> (String, String) {
     }
 }
 
-/// One number for all or a list, times `factor`, as TOML.
+/// One number or a list, times `factor`, as TOML.
 fn scaled(values: &OneOrMany, factor: f64) -> String {
     match values {
         OneOrMany::One(value) => format!("{:?}", value * factor),

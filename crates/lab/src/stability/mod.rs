@@ -36,7 +36,7 @@ pub enum AttemptStatus {
 }
 
 impl AttemptStatus {
-    /// All of them, in the order of their values.
+    /// All outcomes, in the order of their values.
     pub const ALL: [AttemptStatus; 3] = [AttemptStatus::Ok, AttemptStatus::Diverged, AttemptStatus::Unsolved];
 
     /// Name in reports.
@@ -49,19 +49,19 @@ impl AttemptStatus {
     }
 }
 
-/// A run has diverged once its energy has grown by so many times all the energy there was.
+/// Energy growth that counts as divergence, as a multiple of the initial energy scale.
 const GROWTH: f64 = 10.0;
-/// The energy is looked at every so many steps.
+/// Number of steps between checks of the energy.
 const LOOK: u64 = 16;
 
-/// The step of a scene [s]; of one whose steps follow the error the first that it names, or the time from
-/// frame to frame.
+/// Step of a scene [s]; with adaptive step sizes the first step if specified, otherwise the frame
+/// interval.
 pub fn nominal_step(scene: &Scene) -> f64 {
     let first = scene.time.adaptive.as_ref().and_then(|adaptive| adaptive.first);
     scene.time.step.or(first).unwrap_or(1.0 / scene.output.rate)
 }
 
-/// The scene with another scheme and step, whatever its limit.
+/// Assembles the scene with another integrator and step, stable or not.
 ///
 /// # Errors
 /// The mistakes in the scene.
@@ -72,7 +72,7 @@ fn with_step(
     stop: &Arc<AtomicBool>,
 ) -> Result<Simulation, SceneError> {
     let mut scene = scene.clone();
-    // Stiffness and friction of contact in explicit steps go by the step of the scene, whatever is tried.
+    // Explicit contact stiffness and friction depend on the scene's own step in all trials.
     let own = nominal_step(&scene);
     if let Some(contact) = &mut scene.contact {
         contact.designed_step = contact.designed_step.or(Some(own));
@@ -80,13 +80,13 @@ fn with_step(
     scene.time.integrator = integrator;
     (scene.time.step, scene.time.adaptive, scene.time.arc_length) = (Some(step), None, None);
     scene.time.allow_unstable = true;
-    // The limit is not asked for.
+    // The stability limit is not needed.
     let mut simulation = scene.assemble(UnstableStep::Refuse).map_err(SceneError::new)?.simulation;
     simulation.set_stop(Some(Arc::clone(stop)));
     Ok(simulation)
 }
 
-/// Takes up to `steps` steps, fewer where the simulation is stopped: how these ended then says nothing.
+/// Takes up to `steps` steps. If the simulation is stopped earlier, the outcome is meaningless.
 fn attempt(simulation: &mut Simulation, steps: u64) -> AttemptStatus {
     let start = simulation.diagnostics();
     simulation.count_losses(false);

@@ -10,59 +10,59 @@ use super::{
 use pliant::integrator::{IntegratorSpec, Scheme};
 use pliant_scene::{RefusedScheme, Scene, SceneError, Source, Time};
 
-/// Steps of the run whose drift is measured, at most.
+/// Maximum number of steps of the run for the energy drift.
 const DRIFT_STEPS: f64 = 2000.0;
 
-/// Subjects of a survey.
+/// Options of a survey.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SurveyOptions {
-    /// Names of the schemes; without any all that move things, the scene's own first. The map is of the
+    /// Names of the integrators; if empty all dynamic ones, the scene's own first. The map belongs to the
     /// first.
     pub integrators: Vec<String>,
-    /// Quantity that the map has beside the step; without it, that of [`Against::chosen`].
+    /// Quantity of the map in addition to the step; by default that of [`Against::chosen`].
     pub against: Option<Against>,
-    /// A coarse map.
+    /// True for a coarse map.
     pub quick: bool,
 }
 
 /// Result of a survey.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct StabilitySurvey {
-    /// The largest step of each scheme.
+    /// Largest step of each integrator.
     pub limits: Vec<MeasuredLimit>,
     /// Energy drift at stable steps.
     #[serde(rename = "energy_drift")]
     pub drifts: Vec<Drift>,
     /// Stability map of the first integrator.
     pub map: Option<Map>,
-    /// Effect of a step on an oscillator.
+    /// Amplification factors of the integrators for an oscillator.
     pub amplification: Vec<AmplificationCurve>,
-    /// Schemes whose steps do not hold the contact of the scene; they are not surveyed.
+    /// Integrators that do not support the scene's contact; they are not surveyed.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub refused: Vec<RefusedScheme>,
-    /// Walls of the scene, which no prediction accounts for.
+    /// Number of walls of the scene, which no prediction includes.
     pub walls: usize,
-    /// True if it came to its end.
+    /// True if the survey was completed.
     #[serde(skip)]
     pub complete: bool,
 }
 
-/// A scene's steps cannot be surveyed.
+/// Error of a survey.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SurveyError {
     /// The mistakes in the scene.
     #[error(transparent)]
     Scene(#[from] SceneError),
-    /// A scheme that there is not.
+    /// An unknown integrator.
     #[error("there is no integrator `{wanted}` that moves things; there are {}", known.join(", "))]
     NoIntegrator {
-        /// Asked for.
+        /// The requested name.
         wanted: String,
-        /// The known ones.
+        /// Known names.
         known: Vec<&'static str>,
     },
-    /// There is no motion.
+    /// The scene has no motion.
     #[error(
         "a quasi-static scene has no motion that a step could make unstable: `adaptive = {{}}` in [time] \
          finds increments that can be solved; for motion add --set time.integrator=velocity-verlet"
@@ -74,10 +74,11 @@ pub enum SurveyError {
 }
 
 impl StabilitySurvey {
-    /// Looks at a scene; `watch` is shown each scheme once it is done, `interrupt` ends it, in the
-    /// middle of a solve or a search for the fastest motion too: what was not done is left out.
+    /// Surveys a scene; `watch` receives each integrator once it is done. `interrupt` ends the survey,
+    /// also during a solve or a search for the highest frequency; unfinished parts are omitted.
     ///
     /// # Errors
+    /// [`SurveyError`].
     /// [`SurveyError`].
     pub fn of(
         source: &Source,
@@ -99,7 +100,7 @@ impl StabilitySurvey {
         }
         let own = nominal_step(&scene);
         let largest = scene.time.duration.max(100.0 * own);
-        // Contact turns walls into obstacles, and so do schemes that hold them.
+        // Contact turns walls into obstacles, and so do integrators that include walls in their solve.
         let puts_back = |spec: &IntegratorSpec| {
             let time = Time { integrator: *spec, ..scene.time.clone() };
             Scene { time, ..scene.clone() }.acting_contact().is_none()
@@ -113,7 +114,7 @@ impl StabilitySurvey {
             let Some(limit) = measure_limit(&scene, *integrator, largest, interrupt)? else {
                 return Ok(found);
             };
-            // A step that it can take, the scene's own if that is one.
+            // A stable step: the scene's own, but at most half of the measured limit.
             let step = if limit.measured > 0.0 { own.min(0.5 * limit.measured) } else { own };
             let duration = scene.time.duration.min(DRIFT_STEPS * step);
             let Some(drift) = energy_drift(&scene, *integrator, step, duration, interrupt)? else {
@@ -136,13 +137,13 @@ impl StabilitySurvey {
     }
 }
 
-/// The schemes of these names; all that move things, the scene's own first, without names.
+/// Integrators of these names; without names all dynamic ones, the scene's own first.
 fn chosen(names: &[String], own: IntegratorSpec) -> Result<Vec<IntegratorSpec>, SurveyError> {
     let name = |spec: &IntegratorSpec| spec.method().documentation.name;
     let moves =
         |spec: &&IntegratorSpec| !matches!(spec.method().scheme, Scheme::QuasiStatic | Scheme::GaussRadau(_));
     let all: Vec<IntegratorSpec> = IntegratorSpec::ALL.iter().filter(moves).copied().collect();
-    // With the parameters that the scene gives it.
+    // With the parameters of the scene.
     let as_written = |spec: &IntegratorSpec| if name(spec) == name(&own) { own } else { *spec };
     if names.is_empty() {
         let others = all.iter().filter(|spec| name(spec) != name(&own)).copied();

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::*;
 use pliant_scene::Source;
 
-/// A bar of two springs and masses between nothing and a wall.
+/// A bar of two springs and two masses, fixed at one end.
 fn scene(integrator: &str, step: f64) -> Scene {
     Scene::from_toml(&text(integrator, step)).unwrap()
 }
@@ -25,7 +25,7 @@ fn spec(name: &str) -> IntegratorSpec {
     *IntegratorSpec::ALL.iter().find(|s| s.method().documentation.name == name).unwrap()
 }
 
-// A1b, by bisection: what is measured is what is predicted, for a linear body.
+// A1b, by bisection: for a linear body the measured limit is the predicted one.
 #[test]
 fn measured_limits_of_a_linear_body_are_those_predicted() {
     for name in ["symplectic-euler", "velocity-verlet", "yoshida4", "rk4"] {
@@ -40,7 +40,7 @@ fn measured_limits_of_a_linear_body_are_those_predicted() {
     }
 }
 
-// In steps that a survey would take minutes to look for: there are none.
+// Statics has no stability limit, for which a survey would search for minutes.
 #[test]
 fn a_quasi_static_scene_is_refused() {
     let source = Source::new("test", text("quasi-static", 0.1));
@@ -98,7 +98,7 @@ fn amplification_is_that_of_the_table() {
     for (name, expected) in rows {
         let curve = amplification_curve(spec(name), &[1.0, 10.0, 1000.0]).unwrap();
         for i in 0..3 {
-            // As many digits as the table has.
+            // Tolerances for the digits of the table.
             let tolerance = [2e-9, 6e-5, 5e-2][i];
             let formula = (curve.formula[i] / expected[i] - 1.0).abs();
             assert!(formula < tolerance, "{name} at {}: {} {}", curve.z[i], curve.formula[i], expected[i]);
@@ -126,7 +126,7 @@ fn what_is_measured_is_the_formula_of_every_scheme() {
     }
 }
 
-// 2 / omega: a hundred times stiffer is a tenth of the step; every status is met.
+// 2 / omega: a hundred times the stiffness has a tenth of the step; every outcome occurs.
 #[test]
 fn a_map_has_the_slope_of_the_limit() {
     let source = Source::new("test", text("velocity-verlet", 1e-3));
@@ -163,8 +163,8 @@ fn a_map_has_the_slope_of_the_limit() {
     assert!(error.contains("Young's modulus") && error.contains("mapped against density"), "{error}");
 }
 
-// Two masses at a distance r: frequencies are those of G (m_1 + m_2) / r^3, the squares of them in proportion
-// to G and to the masses.
+// Two masses at a distance r: the squared frequencies are proportional to G (m_1 + m_2) / r^3, and
+// therefore to G and to the masses.
 #[test]
 fn orbits_are_mapped_against_what_they_have() {
     let source = Source::new(

@@ -1,11 +1,12 @@
-//! Advice: changes with which a failed case would have passed.
+//! Advice for a failed case: changes with which it would have passed.
 
-/// Halvings of a step that are tried.
+/// Maximum number of halvings of a step.
 const HALVINGS: u32 = 12;
-/// Bisections between the largest that worked and the smallest that did not: to a tenth.
+/// Number of bisections between the largest working step and the smallest failing one: to a tenth.
 const BISECTIONS: u32 = 3;
 
-/// The largest step below `step` [s] that `works`, to a tenth; `None` where none of 4096 times less does.
+/// Largest step below `step` [s] for which `works` holds, to a tenth; `None` if even a 4096th of `step`
+/// fails.
 pub(super) fn nearest_step(step: f64, works: impl Fn(f64) -> bool) -> Option<f64> {
     let mut good = (1..=HALVINGS).map(|n| step / f64::from(1u32 << n)).find(|step| works(*step))?;
     let mut bad = 2.0 * good;

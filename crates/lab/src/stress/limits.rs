@@ -5,42 +5,42 @@ use std::time::{Duration, Instant};
 
 use super::{Case, CaseResult};
 
-/// A case may take so many times its share of what is left: most take less.
+/// Maximum time of a case, as a multiple of its share of the remaining time: most cases take less.
 const GREED: f64 = 2.0;
 
-/// Until when a case may run.
+/// Limits within which a case may run.
 pub(super) struct Limits<'a> {
     pub(super) deadline: Option<Instant>,
-    /// Set from elsewhere to stop.
+    /// Set by another thread to stop.
     pub(super) interrupt: &'a AtomicBool,
 }
 
 impl Limits<'_> {
-    /// True if it has to end.
+    /// True if the case must end.
     pub(super) fn are_over(&self) -> bool {
         self.interrupt.load(Ordering::Relaxed)
             || self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
     }
 }
 
-/// Progress of a suite, before each case.
+/// Progress of a suite, reported before each case.
 #[derive(Clone, Copy, Debug)]
 pub struct Progress<'a> {
-    /// The case that begins.
+    /// The next case.
     pub case: &'a Case,
-    /// Cases finished.
+    /// Number of finished cases.
     pub finished: usize,
-    /// Cases in all.
+    /// Total number of cases.
     pub count: usize,
-    /// Seconds that are likely left, once anything is known.
+    /// Estimate of the remaining seconds; `None` before the first case.
     pub left: Option<f64>,
 }
 
-/// Runs cases in turn, in `budget` seconds together where there is one: each may take twice its share of
-/// what is left. Cases of a [scene](super::scene_cases) and long ones are cut short then, which they say;
-/// others end as they do, and those that would begin after the time is over are left out. Results that are
-/// `known` of earlier runs are taken instead; those that were cut short only where there is no more time now,
-/// or where another run comes less far. `seen` is told before each case, and of what came of it.
+/// Runs cases in turn, within `budget` seconds if given: each may take twice its share of the remaining
+/// time. Cases of a [scene](super::scene_cases) and long ones are then cut short, which their notes say;
+/// other cases run to their end, and cases that would begin after the budget are omitted. `known` results
+/// of earlier runs replace new ones; a result that was cut short does so only if there is no more time
+/// now, or if the new run gets less far. `seen` is called before each case and with its result.
 pub fn run_all(
     cases: Vec<Case>,
     budget: Option<f64>,
@@ -71,11 +71,11 @@ pub fn run_all(
         let progress = Progress { case: &case, finished, count, left };
         seen(progress, None);
         let findings = case.run_within(share.map(Duration::from_secs_f64), interrupt);
-        // The one that came farther counts: on a busy machine that may be the earlier one.
+        // The result with more steps counts: on a busy machine that may be the earlier one.
         let farther = |earlier: &CaseResult| findings.cut_short && earlier.steps > findings.steps;
         let findings = earlier.filter(farther).unwrap_or(findings);
         seen(progress, Some(&findings));
-        // What was interrupted has found nothing.
+        // An interrupted case has no result.
         if !interrupt.load(Ordering::Relaxed) {
             results.push((case, findings));
         }

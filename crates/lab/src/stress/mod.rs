@@ -61,16 +61,16 @@ impl std::fmt::Display for CaseVerdict {
     }
 }
 
-/// Triangles of an end state, to be drawn.
+/// Triangles of a final state, for drawing.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Picture {
-    /// 2 or 3.
+    /// Dimension, 2 or 3.
     pub dimension: usize,
     /// Positions, flat [m].
     pub x: Vec<f64>,
-    /// Corners of what is drawn: elements in 2D, faces in 3D.
+    /// Corners of the drawn triangles: elements in 2D, faces in 3D.
     pub triangles: Vec<[u32; 3]>,
-    /// `det F` of the element that each belongs to.
+    /// `det F` of the element of each triangle.
     pub j: Vec<f64>,
 }
 
@@ -137,22 +137,22 @@ impl Default for CaseResult {
 }
 
 impl CaseResult {
-    /// Makes the verdict at least this bad, and says why.
+    /// Lowers the verdict to at most this one, with a note.
     pub(crate) fn note(&mut self, verdict: CaseVerdict, note: impl Into<String>) {
         let at = if verdict > self.verdict { 0 } else { self.notes.len() };
         self.notes.insert(at, note.into());
         self.verdict = self.verdict.max(verdict);
     }
 
-    /// Fails unless the condition holds.
+    /// Fails the case unless the condition holds.
     pub(crate) fn demand(&mut self, holds: bool, otherwise: impl FnOnce() -> String) {
         if !holds {
             self.note(CaseVerdict::Fail, otherwise());
         }
     }
 
-    /// Notes the smallest `det F`. A state with an inverted element is one that a user must be told of, in
-    /// equilibrium as in motion.
+    /// Notes the smallest `det F`. A state with an inverted element is flagged, in equilibrium and in
+    /// motion.
     pub(crate) fn note_inversion(&mut self, diagnostics: &Diagnostics) {
         self.min_j = diagnostics.min_j;
         let inverted = diagnostics.inverted.unwrap_or(0);
@@ -164,7 +164,7 @@ impl CaseResult {
         }
     }
 
-    /// Compares iterations with how many there may be.
+    /// Compares the number of iterations with its limit.
     pub(crate) fn count(&mut self, iterations: u64, bar: Option<u64>) {
         (self.iterations, self.bar) = (Some(iterations), bar);
         if let Some(bar) = bar {
@@ -172,7 +172,7 @@ impl CaseResult {
         }
     }
 
-    /// Compares an error with how large it may be; NaN is too large.
+    /// Compares an error with its tolerance; NaN exceeds it.
     pub(crate) fn measure(&mut self, what: &str, error: f64, tolerance: f64) {
         if !self.error.is_some_and(|worst| worst / self.tolerance.unwrap_or(1.0) > error / tolerance) {
             (self.error, self.tolerance) = (Some(error), Some(tolerance));
@@ -187,40 +187,40 @@ impl CaseResult {
 
 /// One case of the suite.
 pub struct Case {
-    /// `D1` to `D13` as in the list of extreme cases, `K18` and `K18-long` of those of contact, `torture` for
-    /// the table of starts.
+    /// Row: `D1` to `D13` of the list of extreme cases, `K18` and `K18-long` of those of contact,
+    /// `torture` for the table of starts.
     pub row: &'static str,
-    /// Its work, in a few words.
+    /// Short description.
     pub name: String,
-    /// 2 or 3.
+    /// Dimension, 2 or 3.
     pub dimension: usize,
-    /// The material, or what else stores energy.
+    /// Material, or another energy.
     pub material: String,
-    /// Poisson's ratio; NaN where there is none.
+    /// Poisson's ratio, if there is one.
     pub poisson: Option<f64>,
-    /// The scheme.
+    /// Name of the integrator.
     pub integrator: String,
-    /// The linear solver.
+    /// Linear solver.
     pub solver: LinearSolver,
-    /// True if it takes about a tenth of a second or less.
+    /// True if the case takes about a tenth of a second or less.
     pub quick: bool,
-    /// True if it takes minutes to hours: it runs only if it is asked for.
+    /// True if the case takes minutes to hours: it runs only on request.
     pub is_long: bool,
     run: Box<dyn Fn(&Limits<'_>) -> CaseResult + Send + Sync>,
 }
 
 impl Case {
-    /// Runs it. Findings but for the time are the same every time, whatever the number of threads.
+    /// Runs the case. All findings except the time are reproducible on any number of threads.
     pub fn run(&self) -> CaseResult {
         self.run_within(None, &AtomicBool::new(false))
     }
 
-    /// The same, in so much time at most where it is a case of a [scene](scene_cases) or a long one, and
-    /// until `interrupt` is set.
+    /// Runs the case until `interrupt` is set; a case of a [scene](scene_cases) or a long case ends after
+    /// `time`.
     pub fn run_within(&self, time: Option<Duration>, interrupt: &AtomicBool) -> CaseResult {
         let start = Instant::now();
         let findings = (self.run)(&Limits { deadline: time.map(|time| start + time), interrupt });
-        // What is no number, or beyond all, is in the notes, in words.
+        // Infinite values and NaN are described in the notes.
         let finite = |x: Option<f64>| x.filter(|x| x.is_finite());
         CaseResult {
             seconds: start.elapsed().as_secs_f64(),
@@ -242,7 +242,7 @@ impl std::fmt::Debug for Case {
     }
 }
 
-/// Subject of a row; the row itself where it is not known.
+/// Title of a row; an unknown row itself.
 pub fn row_title(row: &str) -> &str {
     match row {
         "torture" => "Starts that no body should start from",
@@ -265,26 +265,26 @@ pub fn row_title(row: &str) -> &str {
     }
 }
 
-/// Criteria of a row that its title does not say, and what its cases are, in a paragraph of Markdown.
+/// Criteria of a row beyond its title, and its cases, as a paragraph of Markdown.
 pub fn row_description(row: &str) -> Option<&'static str> {
     (row == "K18-long").then_some(rows::ABOUT_LONG)
 }
 
-/// Which cases to run: those that match every list that is not empty.
+/// Selection of cases: those that match every non-empty list.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CaseFilter {
-    /// Rows, and names of cases.
+    /// Rows and names of cases.
     pub only: Vec<String>,
-    /// Materials. Those without numbers of their own join the table of starts if they are named here.
+    /// Materials. Those without reference iterations are added to the table of starts if named here.
     pub materials: Vec<String>,
-    /// Schemes.
+    /// Names of integrators.
     pub integrators: Vec<String>,
-    /// Linear solvers. Those that are named go through the whole table of starts, and through every implicit
-    /// scheme on a scene.
+    /// Linear solvers. Named solvers run through the whole table of starts, and through every implicit
+    /// integrator on a scene.
     pub solvers: Vec<LinearSolver>,
-    /// Quick cases alone.
+    /// True for quick cases only.
     pub quick: bool,
-    /// Long cases too, where `only` does not name them.
+    /// True to include long cases that `only` does not name.
     pub long: bool,
 }
 
@@ -302,7 +302,7 @@ impl CaseFilter {
     }
 }
 
-/// The cases of the suite that are chosen, in order.
+/// Selected cases of the suite, in order.
 pub fn cases(choice: &CaseFilter) -> Vec<Case> {
     let mut cases = vec![];
     torture::add(choice, &mut cases);

@@ -15,26 +15,27 @@ use pliant::solver::LinearSolver;
 use pliant_scene::assembly::{Assembly, UnstableStep};
 use pliant_scene::{KeyPath, Problem, RefusedScheme, Scene, SceneError, Solver, Source};
 
-/// Steps of a run.
+/// Number of steps in a run.
 const IMPLICIT_STEPS: u64 = 20;
 const EXPLICIT_STEPS: u64 = 200;
-/// Largest growth of energy over the energy at the start.
+/// Largest growth of the energy, relative to its scale at the start.
 const GROWTH: f64 = 10.0;
-/// Part of its limit that an explicit scheme takes in steps that are not its own.
+/// Step of an explicit integrator as a fraction of its stability limit, if the scene's step does not
+/// apply.
 const PART_OF_LIMIT: f64 = 0.9;
 
-/// Treatment of a scene.
+/// Perturbation of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Perturbation {
-    /// Nothing.
+    /// No perturbation.
     AsItIs,
-    /// It starts somewhere else.
+    /// Another start.
     Start(Start),
-    /// Steps a hundred times as long.
+    /// A hundred times the step size.
     Step,
-    /// The first body a million times as stiff.
+    /// A million times the stiffness of the first body.
     Stiffness,
-    /// The second half of the vertices of every body with a millionth of their masses.
+    /// A millionth of the mass for the second half of every body's vertices.
     Mass,
 }
 
@@ -56,12 +57,12 @@ impl Perturbation {
     }
 }
 
-/// The cases of a scene: everything that is done to it, with its own scheme and robust ones, or those that
-/// are chosen; implicit Euler with every linear solver. Implicit schemes go in the step of the scene, explicit
-/// ones in that of their own limit where it is smaller: the results say in which.
+/// Cases of a scene: all perturbations, with its own integrator and robust ones, or the chosen
+/// integrators; implicit Euler with every linear solver. Implicit integrators use the scene's step,
+/// explicit ones their own stable step if it is smaller; the results state it.
 ///
 /// # Errors
-/// The mistakes in the scene, or a scheme that there is not.
+/// The mistakes in the scene, or an unknown integrator.
 pub fn scene_cases(source: &Source, choice: &CaseFilter) -> Result<Vec<Case>, SceneError> {
     let scene = source.scene()?;
     let named =
@@ -86,7 +87,7 @@ pub fn scene_cases(source: &Source, choice: &CaseFilter) -> Result<Vec<Case>, Sc
         let path = KeyPath::root().key("time").key("integrator");
         return Err(source.error(vec![Problem::semantic(path, refused.reason)]));
     }
-    // What cannot be assembled is said at once.
+    // A scene that cannot be assembled is reported at once.
     scene.assemble(UnstableStep::Accept).map_err(|problems| source.error(problems))?;
     let mut cases = vec![];
     for perturbation in Perturbation::all() {
@@ -116,7 +117,7 @@ pub fn scene_cases(source: &Source, choice: &CaseFilter) -> Result<Vec<Case>, Sc
     Ok(cases)
 }
 
-/// The scene with other values; `None` where it has no such value.
+/// Perturbed scene; `None` if the scene has no such value.
 fn altered(source: &Source, perturbation: Perturbation) -> Result<Option<Scene>, SceneError> {
     let scene = source.scene()?;
     let changes = match perturbation {
@@ -143,7 +144,7 @@ fn altered(source: &Source, perturbation: Perturbation) -> Result<Option<Scene>,
     Ok(Some(source.varied(&changes)?.scene()?))
 }
 
-/// A model of two constants.
+/// Constructor of a model with two constants.
 type Model = fn(Isotropic) -> MaterialSpec;
 
 /// One run.
@@ -153,7 +154,7 @@ struct Trial {
     perturbation: Perturbation,
     integrator: IntegratorSpec,
     solver: LinearSolver,
-    /// [s]
+    /// Step size [s].
     step: f64,
 }
 
@@ -205,7 +206,7 @@ impl Trial {
         findings
     }
 
-    /// The scene with the scheme, step and solver of the trial, put where it starts.
+    /// Assembles the scene with the trial's integrator, step, solver and start.
     fn assemble(&self, stop: &Arc<AtomicBool>) -> Result<Assembly, Vec<Problem>> {
         let mut scene = self.scene.clone();
         scene.time.integrator = self.integrator;
@@ -228,8 +229,9 @@ impl Trial {
         self.integrator.method().documentation.solves > 0
     }
 
-    /// The trial in steps that its scheme can take: an explicit scheme goes by its own limit at the start where
-    /// that is smaller. The scheme of the scene keeps the step of the scene, unless the limit was moved.
+    /// Trial with a step that its integrator can take: an explicit integrator uses a fraction of its
+    /// stability limit at the start, if that is smaller. The scene's integrator keeps the scene's step,
+    /// unless the perturbation changed the limit.
     fn at_own_step(&self, stop: &Arc<AtomicBool>) -> Trial {
         let is_own = self.integrator == self.scene.time.integrator;
         let keeps_limit = matches!(self.perturbation, Perturbation::AsItIs | Perturbation::Start(_));
@@ -264,7 +266,7 @@ impl Trial {
         let (mut most, mut before) = (0, 0);
         for step in 1..=steps {
             let taken = if stop.load(Ordering::Relaxed) { None } else { Some(simulation.step()) };
-            // A solve that is stopped fails, but says nothing.
+            // A stopped solve fails without meaning.
             if stop.load(Ordering::Relaxed) && !matches!(taken, Some(Ok(()))) {
                 findings.cut_short = true;
                 findings.note(
@@ -274,7 +276,7 @@ impl Trial {
                 break;
             }
             if let Some(Err(error)) = taken {
-                // A material that has no such state says so.
+                // A material without such states reports them.
                 let outside = step == 1 && matches!(&error, StepError::NotFinite { fault: Some(_), .. });
                 let flagged = outside && matches!(self.perturbation, Perturbation::Start(_));
                 let verdict = if flagged { CaseVerdict::Flagged } else { CaseVerdict::Fail };
@@ -306,8 +308,8 @@ impl Trial {
         findings
     }
 
-    /// Changes that would have worked, each alone: the nearest step, a material, a solver, an implicit scheme
-    /// in steps of the scene, `scene_step` [s].
+    /// Changes that would have worked, one at a time: the nearest step, a material, a solver, implicit
+    /// Euler with the scene's step `scene_step` [s].
     fn advice(&self, scene_step: f64, stop: &Arc<AtomicBool>) -> Option<String> {
         let works = |trial: &Trial| {
             let findings = trial.attempt(stop);
@@ -347,8 +349,7 @@ impl Trial {
         (!advice.is_empty()).then(|| advice.join(", or "))
     }
 
-    /// The same of bodies that are all of this model, with their constants; `None` where that is what they
-    /// are.
+    /// Trial with all bodies of this model, with their constants; `None` if they already are.
     fn of_material(&self, model: Model) -> Option<Trial> {
         let mut other = self.clone();
         let mut replaced = false;
@@ -362,7 +363,7 @@ impl Trial {
     }
 }
 
-/// Young's modulus and Poisson's ratio of small strains.
+/// Young's modulus and Poisson's ratio at small strains.
 fn constants(elastic: &MaterialSpec) -> Option<(f64, f64)> {
     let lame = elastic.lame()?;
     let (lambda, mu) = (lame.lambda, lame.mu);

@@ -6,17 +6,17 @@ use pliant::topology::Topology;
 use pliant_scene::assembly::{Assembly, UnstableStep};
 use pliant_scene::{Scene, SceneError};
 
-/// Assembles a scene of the suite, which is known to be right.
+/// Assembles a scene of the suite, which is valid.
 pub(super) fn assemble(text: &str) -> Assembly {
     try_assemble(text).unwrap_or_else(|error| panic!("{error}\n{text}"))
 }
 
-/// Assembles a scene that may be wrong.
+/// Assembles a scene that may be invalid.
 pub(super) fn try_assemble(text: &str) -> Result<Assembly, SceneError> {
     Scene::from_toml(text)?.assemble(UnstableStep::Accept).map_err(SceneError::new)
 }
 
-/// The text of a scene with one solid: a grid of `cells` over `size`, with more `keys`.
+/// Scene with one solid: a grid of `cells` over `size`, with more `keys`.
 pub(super) struct Solid<'a> {
     pub(super) cells: &'a [usize],
     pub(super) size: &'a [f64],
@@ -25,13 +25,13 @@ pub(super) struct Solid<'a> {
     pub(super) young: f64,
     pub(super) poisson: f64,
     pub(super) density: f64,
-    /// The scheme, as in a scene.
+    /// Integrator, in a scene's notation.
     pub(super) integrator: &'a str,
     pub(super) step: f64,
-    /// More of `[time]`, and whole tables.
+    /// More keys of `[time]`, and whole tables.
     pub(super) time: &'a str,
     pub(super) world: &'a str,
-    /// More of the body.
+    /// More keys of the body.
     pub(super) keys: &'a str,
 }
 
@@ -51,7 +51,7 @@ impl Solid<'_> {
         keys: "",
     };
 
-    /// The scene.
+    /// Text of the scene.
     pub(super) fn text(&self) -> String {
         let Solid {
             cells,
@@ -84,16 +84,16 @@ impl Solid<'_> {
     }
 }
 
-/// A pin of all vertices with `coordinate <= value` (`sign` 1) or `>= value` (-1) along an axis, without the
-/// brackets.
+/// Pin of all vertices with `coordinate <= value` (`sign` 1) or `>= value` (-1) along an axis, without
+/// the brackets.
 pub(super) fn clamp(dimension: usize, axis: usize, sign: f64, value: f64, more: &str) -> String {
     let mut normal = vec![0.0; dimension];
     normal[axis] = sign;
     format!("{{ half_space = {{ normal = {normal:?}, offset = {:?} }}{more} }}", sign * value)
 }
 
-/// The scheme of this name with its usual parameters, as a scene says it: `{ generalised-alpha = { rho = 0.8
-/// } }`.
+/// Integrator of this name with its usual parameters, in a scene's notation:
+/// `{ generalised-alpha = { rho = 0.8 } }`.
 pub(super) fn scheme(name: &str) -> String {
     match name {
         "generalised-alpha" => "{ generalised-alpha = { rho = 0.8 } }".into(),
@@ -103,7 +103,7 @@ pub(super) fn scheme(name: &str) -> String {
     }
 }
 
-/// A beam of 8 x 2 cells, 4 m x 1 m, clamped at `x = 0`, let go under gravity.
+/// A beam of 8 x 2 cells, 4 m x 1 m, clamped at `x = 0`, released under gravity.
 pub(super) fn beam() -> Solid<'static> {
     Solid {
         cells: &[8, 2],
@@ -115,7 +115,7 @@ pub(super) fn beam() -> Solid<'static> {
     }
 }
 
-/// A bar of 1 x 1 x 4 cells, 1 m x 1 m x 4 m, clamped at `z = 0`, to be [twisted](twist).
+/// A bar of 1 x 1 x 4 cells, 1 m x 1 m x 4 m, clamped at `z = 0`, for [twisting](twist).
 pub(super) fn pinned_bar() -> Solid<'static> {
     Solid {
         cells: &[1, 1, 4],
@@ -127,7 +127,7 @@ pub(super) fn pinned_bar() -> Solid<'static> {
     }
 }
 
-/// Gives the bar its velocities, `5 sin(pi z/8) (-(y - 1/2), x - 1/2, 0)`.
+/// Sets the velocities of the bar to `5 sin(pi z/8) (-(y - 1/2), x - 1/2, 0)`.
 pub(super) fn twist(simulation: &mut Simulation) {
     let x = simulation.state().x().to_vec();
     for (v, x) in simulation.state_mut().v_mut().chunks_exact_mut(3).zip(x.chunks_exact(3)) {
@@ -136,7 +136,7 @@ pub(super) fn twist(simulation: &mut Simulation) {
     }
 }
 
-/// Puts what is free where a body should not start from; returns where everything was, flat [m].
+/// Moves free vertices to a degenerate start; returns all former positions, flat [m].
 pub(super) fn put(simulation: &mut Simulation, start: Start) -> Vec<f64> {
     let d = simulation.system().dimension();
     let rest = simulation.state().x().to_vec();
@@ -145,13 +145,13 @@ pub(super) fn put(simulation: &mut Simulation, start: Start) -> Vec<f64> {
     rest
 }
 
-/// Newton iterations so far.
+/// Number of Newton iterations so far.
 pub(super) fn iterations(simulation: &Simulation) -> u64 {
     simulation.work().solver.map_or(0, |solver| solver.newton_iterations)
 }
 
-/// Length of the gradient of the energy over the coordinates that are free [N], plus `M (v - v0) / h` where
-/// `inertia` gives `v0` and `h`: the gradient of the incremental potential of implicit Euler.
+/// Norm of the energy gradient over the free coordinates [N], plus `M (v - v0) / h` if `inertia` gives
+/// `v0` and `h`: the gradient of the incremental potential of implicit Euler.
 pub(super) fn gradient(simulation: &mut Simulation, inertia: Option<(&[f64], f64)>) -> f64 {
     let (x, v) = (simulation.state().x().to_vec(), simulation.state().v().to_vec());
     let system = simulation.system_mut();
@@ -169,7 +169,7 @@ pub(super) fn gradient(simulation: &mut Simulation, inertia: Option<(&[f64], f64
     sum.sqrt()
 }
 
-/// The largest component of `F^T F - I` over all elements; infinite where one is inverted.
+/// Largest component of `F^T F - I` over all elements; infinite for an inverted element.
 pub(super) fn strain(simulation: &Simulation) -> f64 {
     let mut worst: f64 = 0.0;
     for state in simulation.element_states() {
@@ -184,12 +184,12 @@ pub(super) fn strain(simulation: &Simulation) -> f64 {
     worst
 }
 
-/// Largest difference of two flat arrays.
+/// Largest difference between two flat arrays.
 pub(super) fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()))
 }
 
-/// The end state, to be drawn: elements in 2D with their `J`, the surface in 3D.
+/// Final state for drawing: elements in 2D with their `J`, the surface in 3D.
 pub(super) fn picture(simulation: &Simulation, topology: &Topology) -> Picture {
     let d = topology.dimension;
     let triangles: Vec<[u32; 3]> = topology
@@ -203,7 +203,7 @@ pub(super) fn picture(simulation: &Simulation, topology: &Topology) -> Picture {
     Picture { dimension: d, x: simulation.positions().into_owned(), triangles, j }
 }
 
-/// Says what kind of state this is where it is not what it was at rest; nothing where it is at rest.
+/// Notes the kind of equilibrium, if it differs from the reference configuration.
 pub(super) fn name_end(findings: &mut CaseResult, simulation: &mut Simulation, energy_density: f64) {
     let diagnostics = simulation.diagnostics();
     findings.note_inversion(&diagnostics);

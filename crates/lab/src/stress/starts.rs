@@ -4,11 +4,11 @@
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Start {
-    /// Every vertex anywhere in the bounding box, by a sequence that fills it evenly.
+    /// Each vertex at a quasirandom point of the bounding box.
     Scramble,
-    /// All in the plane through the middle of the box, across the first axis.
+    /// All vertices in the middle plane of the box, across the first axis.
     Plane,
-    /// All at the middle of the box.
+    /// All vertices at the centre of the box.
     Point,
     /// Mirrored at the lower end of the box, along the first axis.
     Inverted,
@@ -17,7 +17,7 @@ pub enum Start {
 }
 
 impl Start {
-    /// All of them.
+    /// All starts.
     pub const ALL: [Start; 5] =
         [Start::Scramble, Start::Plane, Start::Point, Start::Inverted, Start::Stretch];
 
@@ -32,10 +32,10 @@ impl Start {
         }
     }
 
-    /// Puts the coordinates that are `free` out of place. `x` is flat, at rest on entry [m]; a vertex keeps
-    /// its number `i` in the sequence `x_(i,k) = lower_k + extent_k frac(1/2 + (i + 1) g_k)`, with `1/g_1`
-    /// the root of `r^(d+1) = r + 1` and `g_k = g_1^k`: Roberts 2018, "The unreasonable effectiveness of
-    /// quasirandom sequences".
+    /// Displaces the `free` coordinates. `x` is flat and in the reference configuration on entry [m].
+    /// Vertex `i` has the number `i` in the sequence
+    /// `x_(i,k) = lower_k + extent_k frac(1/2 + (i + 1) g_k)`, with `1/g_1` the root of `r^(d+1) = r + 1`
+    /// and `g_k = g_1^k`: Roberts 2018, "The unreasonable effectiveness of quasirandom sequences".
     pub fn apply(self, dimension: usize, x: &mut [f64], free: impl Fn(usize) -> bool) {
         let d = dimension;
         let bound =
@@ -63,7 +63,7 @@ impl Start {
     }
 }
 
-/// `g_1, .., g_d`.
+/// Generator `g_1, .., g_d`.
 fn generator(dimension: usize) -> [f64; 3] {
     match dimension {
         2 => [0.754_877_666_246_692_7, 0.569_840_290_998_053_2, 0.0],

@@ -1,8 +1,8 @@
-//! The suite, run.
+//! Runs of the suite.
 
 use super::*;
 
-/// Runs all cases of these rows that are chosen; none may fail.
+/// Runs all selected cases of these rows; none may fail.
 fn stands(choice: &CaseFilter) -> Vec<(Case, CaseResult)> {
     let results: Vec<(Case, CaseResult)> =
         cases(choice).into_iter().map(|case| (case.run(), case)).map(|(f, c)| (c, f)).collect();
@@ -24,14 +24,15 @@ fn rows(only: &[&str]) -> CaseFilter {
 #[test]
 fn solids_come_back_from_every_start_of_the_table() {
     let results = stands(&rows(&["torture"]));
-    // What is not back at rest is named: St. Venant-Kirchhoff never comes back from inversion.
+    // A state away from the reference configuration is noted: St. Venant-Kirchhoff never recovers from
+    // inversion.
     for (case, f) in &results {
         let stuck = case.material == "stvk" && case.name == "inverted" && case.integrator == "quasi-static";
         assert!(
             !stuck || f.verdict == CaseVerdict::Flagged && f.notes[0].starts_with("inverted"),
             "{case:?}: {f:?}"
         );
-        // Near 0.5 a step can be beyond everybody; elsewhere every one is taken.
+        // Near 0.5 a step may fail with every program; elsewhere each step succeeds.
         assert!(case.poisson > Some(0.49) || f.min_j.is_some(), "{case:?}: {f:?}");
     }
     assert!(results.len() > 200);
@@ -42,7 +43,7 @@ fn solids_come_back_from_every_start_of_the_table() {
     }
 }
 
-// Conjugate gradients get there as factorisations do.
+// Conjugate gradients reach the same states as factorisations.
 #[test]
 fn a_solver_that_is_named_goes_through_the_table() {
     let solvers = vec![LinearSolver::Multigrid];
@@ -114,7 +115,7 @@ fn findings_do_not_depend_on_the_run_or_on_threads() {
     assert_eq!(once, pool.install(run));
 }
 
-/// A block without support, of a material that has no inverted states.
+/// A free block of a material without inverted states.
 const BLOCK: &str = "dimension = 2
     time = { integrator = 'velocity-verlet', step = 0.02, duration = 1.0, allow_unstable = true }
     world = { gravity = [0, -9.81] }
@@ -134,8 +135,8 @@ fn find<'a>(cases: &'a [Case], name: &str) -> &'a Case {
     cases.iter().find(|case| case.name == name).unwrap()
 }
 
-// What is said to work is tried, and is the nearest: the step is the limit of the scheme, 2 over the highest
-// frequency, to a tenth.
+// Advice is tried, and is the nearest: the step is the integrator's limit, 2 over the highest frequency,
+// to a tenth.
 #[test]
 fn a_failure_is_told_the_nearest_stable_step_a_material_and_a_scheme() {
     let cases = scene(BLOCK, &["velocity-verlet"], &[]);
@@ -155,8 +156,8 @@ fn a_failure_is_told_the_nearest_stable_step_a_material_and_a_scheme() {
     assert!(findings.advice.unwrap().contains("the material stable-neo-hookean"));
 }
 
-// A step of one scheme is no trial of another: explicit ones go by their own limits, which softer and lighter
-// parts move.
+// A step of one integrator does not suit another: explicit ones use their own limits, which softer and
+// lighter parts change.
 #[test]
 fn explicit_schemes_are_tried_in_steps_that_they_can_take() {
     let text = BLOCK.replace("'velocity-verlet', step = 0.02", "'implicit-euler', step = 0.1");
@@ -176,12 +177,12 @@ fn explicit_schemes_are_tried_in_steps_that_they_can_take() {
     };
     let own = step_of("velocity-verlet", "as it is") / limit(&text);
     assert!((0.5..1.0).contains(&own), "{own} of the limit");
-    // A million times the stiffness is a thousandth of the step.
+    // A million times the stiffness gives a thousandth of the step.
     let stiff = step_of("velocity-verlet", "stiffness ratio 1e6") / limit(&text);
     assert!((stiff / own / 1e-3 - 1.0).abs() < 1e-2, "{stiff}");
 }
 
-// One definition in the table of starts and in a scene of a user: in motion, too.
+// The table of starts and a user's scene share one definition, also in motion.
 #[test]
 fn an_inverted_element_is_flagged_wherever_it_is() {
     let text = BLOCK.replace("neo-hookean", "stvk").replace("step = 0.02", "step = 1e-4");
@@ -222,7 +223,7 @@ fn a_suite_keeps_its_budget_and_stops_when_it_is_told_to() {
         },
     );
     assert_eq!(all.len(), count);
-    // The time it takes is unknown before the first case.
+    // The remaining time is unknown before the first case.
     assert_eq!((begun[0], begun[1]), ((0, count, false), (1, count, true)));
     assert!(
         run_all(scene(BLOCK, &[], &[]), Some(0.0), &AtomicBool::new(false), &|_| None, &mut |_, _| {})
@@ -246,12 +247,13 @@ fn results_that_are_known_are_not_found_again() {
         all.into_iter().map(|(_, result)| result).next().unwrap()
     };
     assert_eq!(found(&known, None), known);
-    // What was cut short came no farther in less time, and may in more.
+    // A result that was cut short counts if there is no more time now; with more time the case runs
+    // again.
     let cut = CaseResult { cut_short: true, ..known };
     assert_eq!(found(&cut, Some(2.0)), cut);
     assert_ne!(found(&cut, Some(100.0)), cut);
     assert_ne!(found(&cut, None), cut);
-    // Of two that are cut short the farther one counts.
+    // Of two results that were cut short the one with more steps counts.
     let run = |known: &CaseResult| {
         let cases = cases(&CaseFilter {
             only: vec!["an arch of 25 stones 1 mm apart stands".into()],
@@ -265,7 +267,7 @@ fn results_that_are_known_are_not_found_again() {
     assert_eq!(run(&CaseResult { seconds: 0.0, steps: None, ..cut }), [Some(0)]);
 }
 
-// A criterion that cannot fail is none.
+// A criterion must be able to fail.
 #[test]
 fn what_is_missing_is_found() {
     let mut findings = CaseResult::default();
@@ -281,7 +283,7 @@ fn what_is_missing_is_found() {
     assert_eq!(findings.verdict, CaseVerdict::Fail);
 }
 
-/// Slender, nearly incompressible, and a long step: without a preconditioner conjugate gradients get nowhere.
+/// Slender, nearly incompressible, and a long step: conjugate gradients fail without a preconditioner.
 const STRAND: &str = "dimension = 3
     time = { integrator = 'implicit-euler', step = 0.1, duration = 0.5 }
     world = { gravity = [0, 0, -9.81] }

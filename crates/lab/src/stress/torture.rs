@@ -15,12 +15,12 @@ struct Known {
     dimension: usize,
     poisson: f64,
     material: &'static str,
-    /// Newton iterations to static equilibrium and in one step of implicit Euler; 0 where it did not get
-    /// there in 400. In the order of [`Start::ALL`], then the scrambled free body.
+    /// Newton iterations to static equilibrium and in one step of implicit Euler; 0 for a failure
+    /// within 400. In the order of [`Start::ALL`], then the scrambled free body.
     iterations: [[u64; 2]; 6],
 }
 
-/// There may be three times as many.
+/// Limit on iterations, as a multiple of the known ones.
 const BAR: u64 = 3;
 /// Iteration limit of every solve.
 const CAP: u64 = 500;
@@ -49,29 +49,29 @@ const KNOWN: [Known; 18] = [
 
 /// Young's modulus [Pa].
 const YOUNG: f64 = 1e5;
-/// Newton's method stops at corrections of this part of the side.
+/// Newton tolerance, as a fraction of the side.
 const TOLERANCE: f64 = 1e-9;
-/// The step of implicit schemes [s].
+/// Step of implicit integrators [s].
 const STEP: f64 = 1.0 / 24.0;
 
-/// One cell of the table.
+/// One entry of the table.
 #[derive(Clone, Debug)]
 struct TortureCell {
     dimension: usize,
     poisson: f64,
     material: &'static str,
     start: Start,
-    /// True if nothing is held.
+    /// True if no vertex is constrained.
     free: bool,
     integrator: IntegratorSpec,
     solver: LinearSolver,
-    /// Iterations of the independent program; `None` where it was not asked.
+    /// Iterations of the independent program; `None` if it was not run.
     known: Option<u64>,
 }
 
-/// Adds the cells: those with numbers of an independent program by static equilibrium and implicit Euler
-/// with Cholesky, some of them with the other linear solvers, and those of other materials and schemes that
-/// are asked for by name.
+/// Adds the entries: those with reference iterations, by static equilibrium and implicit Euler with
+/// Cholesky; some of them with other linear solvers; and other materials and integrators that are
+/// requested by name.
 pub(super) fn add(choice: &CaseFilter, cases: &mut Vec<Case>) {
     use IntegratorSpec::{ImplicitEuler, QuasiStatic};
     for known in &KNOWN {
@@ -153,7 +153,7 @@ impl TortureCell {
         }
     }
 
-    /// True if it must come back to its rest shape: verification by the independent program, which did.
+    /// True if the body must return to its reference configuration: it did with the independent program.
     fn must_rest(&self) -> bool {
         let nu = self.poisson;
         let tabled = self.known.is_some() && self.integrator == IntegratorSpec::QuasiStatic;
@@ -161,7 +161,7 @@ impl TortureCell {
         tabled
             && (snh || fcr)
             && match self.start {
-                // The stable neo-Hookean solid without the logarithm has a minimum at F = 0 in 3D.
+                // In 3D the stable neo-Hookean solid without the logarithm has a minimum at F = 0.
                 Start::Scramble => nu == 0.3 && !(self.free && snh && self.dimension == 3),
                 Start::Plane => true,
                 Start::Point => nu <= 0.495,
@@ -178,8 +178,8 @@ impl TortureCell {
         findings
     }
 
-    /// Changes that work from the same start: the nearest step, a material, a solver, and where statics
-    /// fails, dynamics.
+    /// Changes that work from the same start: the nearest step, a material, a solver, and dynamics if
+    /// statics fails.
     fn advice(&self) -> Option<String> {
         let works = |cell: &TortureCell, step| cell.attempt(step).iterations.is_some_and(|n| n < CAP);
         let is_static = self.integrator == IntegratorSpec::QuasiStatic;
@@ -203,6 +203,7 @@ impl TortureCell {
 
     fn attempt(&self, step: f64) -> CaseResult {
         let d = self.dimension;
+        // The scene, with vertices moved to the start.
         let integrator = scenes::scheme(self.integrator.method().documentation.name);
         let time = format!(", solver = {{ linear = '{}', tolerance = {TOLERANCE:?} }}", self.solver.name());
         let pin =
@@ -225,18 +226,20 @@ impl TortureCell {
         let rest = scenes::put(simulation, self.start);
         let mut findings = CaseResult::default();
         let start = simulation.diagnostics().total;
+        // One step, and its failure.
         let end = simulation.step();
         findings.picture = Some(scenes::picture(simulation, &assembly.topology));
         if let Err(error) = end {
             self.failed(&mut findings, &error);
             return findings;
         }
+        // Iterations and energy.
         let bar = self.known.map(|known| if known == 0 { CAP } else { (BAR * known).min(CAP) });
         findings.count(scenes::iterations(simulation), bar);
         let diagnostics = simulation.diagnostics();
         let finite = diagnostics.total.is_finite() && simulation.state().x().iter().all(|x| x.is_finite());
         findings.demand(finite, || "the state is not finite".into());
-        // A mirrored St. Venant-Kirchhoff solid has no energy but rounding.
+        // A mirrored St. Venant-Kirchhoff solid has an energy of rounding errors only.
         let ratio = diagnostics.total / start;
         if start > 1e-12 * YOUNG && ratio.is_finite() {
             findings.energy_ratio = Some(ratio);
@@ -247,6 +250,7 @@ impl TortureCell {
                     .note(CaseVerdict::Flagged, format!("energy grew {ratio:.3} times, as this scheme may"));
             }
         }
+        // The gradient at the solution.
         let zero = vec![0.0; rest.len()];
         let gradient = match self.integrator {
             IntegratorSpec::QuasiStatic => Some(scenes::gradient(simulation, None)),
@@ -260,6 +264,7 @@ impl TortureCell {
             findings.note_inversion(&diagnostics);
             return findings;
         }
+        // Kind of the equilibrium, and the return to the reference configuration.
         scenes::name_end(&mut findings, simulation, diagnostics.elastic / YOUNG);
         if self.must_rest() {
             let away = if self.free {
@@ -272,8 +277,8 @@ impl TortureCell {
         findings
     }
 
-    /// A step that was not taken: it is reported, which is allowed where no scheme got there, or where the
-    /// material has no such state.
+    /// Reports a failed step. It is flagged instead of failed if no program succeeded, or if the material
+    /// has no such state.
     fn failed(&self, findings: &mut CaseResult, error: &StepError) {
         let nobody = self.known.is_none_or(|known| known == 0);
         let capped = matches!(error, StepError::Unsolved { verdict: Solved::IterationCap, .. });

@@ -5,7 +5,7 @@ use super::row::Row;
 use super::sweep::ADAPTIVE;
 use pliant::quantity::Rounded;
 
-/// Rows that no other row beats in both error and time, the fastest first.
+/// Pareto-optimal rows: no other row has both a smaller error and a shorter time; the fastest first.
 pub fn front<'a>(rows: impl IntoIterator<Item = &'a Row>) -> Vec<&'a Row> {
     let mut ranked: Vec<(&Row, f64)> = rows.into_iter().filter_map(|row| Some((row, row.error()?))).collect();
     ranked.sort_by(|a, b| a.0.wall_min_s.total_cmp(&b.0.wall_min_s).then(a.1.total_cmp(&b.1)));
@@ -20,14 +20,14 @@ pub fn front<'a>(rows: impl IntoIterator<Item = &'a Row>) -> Vec<&'a Row> {
     ranked.into_iter().map(|(row, _)| row).collect()
 }
 
-/// The fastest row whose error is at most `error`.
+/// Fastest row whose error is at most `error`.
 pub fn cheapest<'a>(rows: impl IntoIterator<Item = &'a Row>, error: f64) -> Option<&'a Row> {
     let good = rows.into_iter().filter(|row| row.error().is_some_and(|e| e <= error));
     good.min_by(|a, b| a.wall_min_s.total_cmp(&b.wall_min_s))
 }
 
-/// The front in words: for each of a few errors what to take, as long as the reference can tell. Errors that
-/// no row reaches are left out.
+/// The Pareto front in words: the best row for each of a few errors, as far as the reference is trusted.
+/// Errors that no row reaches are omitted.
 pub fn words<'a>(rows: impl IntoIterator<Item = &'a Row> + Clone, reference: &Reference) -> Vec<String> {
     let mut said = vec![];
     for error in [1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8] {
@@ -44,7 +44,7 @@ pub fn words<'a>(rows: impl IntoIterator<Item = &'a Row> + Clone, reference: &Re
     said
 }
 
-/// Why there is no advice for errors of at most `error`.
+/// Reason for the missing advice for errors of at most `error`.
 fn untold(error: f64, reference: &Reference) -> String {
     let error = percent(error);
     match reference.disagreement {
@@ -58,8 +58,8 @@ fn untold(error: f64, reference: &Reference) -> String {
     }
 }
 
-/// Advice for errors of at most `error`, as text of a scene; a remark where no row reaches that, or where the
-/// reference cannot tell.
+/// Settings for errors of at most `error`, as TOML; a comment if no row reaches it, or if the reference
+/// is not accurate enough.
 pub fn toml<'a>(
     rows: impl IntoIterator<Item = &'a Row> + Clone,
     reference: &Reference,
@@ -102,17 +102,17 @@ fn settings(row: &Row) -> String {
     out
 }
 
-/// As TOML: a name, or a table that has been written as one.
+/// Integrator as TOML: a name, or a table that is already TOML.
 fn scheme(name: &str) -> String {
     if name.starts_with('{') { name.to_owned() } else { format!("{name:?}") }
 }
 
-/// `1 %`, `0.1 %`, `1e-6`.
+/// Error as text: `1 %`, `0.1 %`, `1e-6`.
 fn percent(error: f64) -> String {
     if error >= 1e-4 { format!("{} %", number(100.0 * error)) } else { format!("{error:e}") }
 }
 
-/// Three digits of a time, in the unit that suits it.
+/// Time with three digits, in a suitable unit.
 pub(super) fn seconds(t: f64) -> String {
     let (value, unit) = match t.abs() {
         t if t >= 1.0 || t == 0.0 => (t, "s"),
@@ -123,7 +123,7 @@ pub(super) fn seconds(t: f64) -> String {
     format!("{} {unit}", number(value))
 }
 
-/// Three significant digits.
+/// Number with three significant digits.
 pub(super) fn number(value: f64) -> String {
     Rounded::<3>(value).to_string()
 }

@@ -4,16 +4,16 @@ use std::time::Instant;
 
 use pliant::observer::Work;
 
-/// Tells the time.
+/// Source of time.
 pub trait Clock: Sync {
-    /// Seconds since some moment.
+    /// Seconds since an arbitrary moment.
     fn now(&self) -> f64;
 
-    /// Is told of work that was done; clocks that go by themselves take no notice.
+    /// Reports finished work, by which a test's clock advances; real clocks ignore it.
     fn worked(&self, _work: &Work) {}
 }
 
-/// The clock on the wall.
+/// Wall clock.
 #[derive(Clone, Copy, Debug)]
 pub struct WallClock(Instant);
 

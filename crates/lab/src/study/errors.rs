@@ -2,47 +2,47 @@
 
 use super::trajectory::{InvariantSeries, StateSamples};
 
-/// Masses of what is free to move, and how large its motion is: what errors are relative to.
+/// Masses of the free vertices and initial positions: scales of the relative errors.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ErrorScales {
-    /// 2 or 3.
+    /// Dimension, 2 or 3.
     dimension: usize,
     /// Mass of every vertex, 0 for pinned ones [kg].
     mass: Vec<f64>,
-    /// Positions at the start, flat [m].
+    /// Initial positions, flat [m].
     start: Vec<f64>,
 }
 
 /// Errors at one time, in the units of the scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct TimeError {
-    /// [s]
+    /// Time [s].
     pub time: f64,
     /// Mass-weighted root mean square of distances [m].
     pub q_rms: f64,
-    /// The largest distance [m].
+    /// Largest distance [m].
     pub q_max: f64,
-    /// Mass-weighted root mean square of differences of velocity [m/s].
+    /// Mass-weighted root mean square of velocity differences [m/s].
     pub v_rms: f64,
 }
 
-/// Errors of one run: the largest over all times of comparison, relative to the reference's motion.
+/// Errors of one run: largest values over all times of comparison, relative to the reference's motion.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Errors {
     /// `max_t sqrt(sum m |q - q_ref|^2 / sum m)` over `max_t sqrt(sum m |u_ref|^2 / sum m)`, `u` the
     /// displacement from the start.
     pub q_rms: f64,
-    /// `max_t max_i |q_i - q_ref,i|` over the same.
+    /// `max_t max_i |q_i - q_ref,i|`, relative to the same scale.
     pub q_max: f64,
-    /// Velocity error like `q_rms`, over the largest rms of the reference's velocity.
+    /// Velocity error as in `q_rms`, relative to the largest rms velocity of the reference.
     pub v_rms: f64,
     /// Errors at each time.
     pub at: Vec<TimeError>,
 }
 
 impl ErrorScales {
-    /// Of vertices of these masses [kg], in the order of the trajectory, from `start` on; pinned ones do not
-    /// count.
+    /// Scales for vertices of these masses [kg], in the order of the trajectory, with initial positions
+    /// `start`; pinned vertices do not count.
     pub fn new(
         dimension: usize,
         mass: &[f64],
@@ -53,37 +53,37 @@ impl ErrorScales {
         ErrorScales { dimension, mass, start: start.to_vec() }
     }
 
-    /// Total mass that is free to move [kg].
+    /// Total free mass [kg].
     pub fn total(&self) -> f64 {
         self.mass.iter().sum()
     }
 
-    /// `sqrt(sum m |a - b|^2 / sum m)`.
+    /// Mass-weighted root mean square distance, `sqrt(sum m |a - b|^2 / sum m)`.
     pub fn rms(&self, a: &[f64], b: &[f64]) -> f64 {
         let rows = a.chunks_exact(self.dimension).zip(b.chunks_exact(self.dimension));
         let sum: f64 = rows.zip(&self.mass).map(|((a, b), m)| m * square(a, b)).sum();
         (sum / self.total()).sqrt()
     }
 
-    /// The largest distance of a vertex that is free to move.
+    /// Largest distance of a free vertex.
     fn largest(&self, a: &[f64], b: &[f64]) -> f64 {
         let rows = a.chunks_exact(self.dimension).zip(b.chunks_exact(self.dimension));
         let free = rows.zip(&self.mass).filter(|(_, m)| **m > 0.0);
         free.map(|((a, b), _)| square(a, b)).fold(0.0, f64::max).sqrt()
     }
 
-    /// The largest rms displacement [m] and rms velocity [m/s] of a trajectory.
+    /// Largest rms displacement [m] and rms velocity [m/s] of a trajectory.
     pub fn scales(&self, reference: &StateSamples) -> (f64, f64) {
         let zero = vec![0.0; self.start.len()];
         let largest = |values: &[Vec<f64>], from: &[f64]| {
             let size = values.iter().map(|value| self.rms(value, from)).fold(0.0, f64::max);
-            // Nothing moves: errors are then absolute.
+            // Without motion errors are absolute.
             if size > 0.0 { size } else { 1.0 }
         };
         (largest(&reference.x, &self.start), largest(&reference.v, &zero))
     }
 
-    /// Errors of `trajectory`; infinite where it ended early.
+    /// Errors of `trajectory`; infinite if it ended early.
     pub fn errors(&self, trajectory: &StateSamples, reference: &StateSamples) -> Errors {
         let (q_scale, v_scale) = self.scales(reference);
         let pairs = trajectory.x.iter().zip(&trajectory.v).zip(reference.x.iter().zip(&reference.v));
@@ -109,8 +109,9 @@ impl ErrorScales {
         }
     }
 
-    /// `max_t |p - p_ref|` over `sum m` times the reference's largest rms velocity, and `max_t |L - L_ref|`
-    /// over that times its largest rms distance from the origin.
+    /// Relative errors of momentum and angular momentum: `max_t |p - p_ref|` over `sum m` times the
+    /// reference's largest rms velocity, and `max_t |L - L_ref|` over that times its largest rms distance
+    /// from the origin.
     pub fn momentum_errors(&self, series: &InvariantSeries, reference: &StateSamples) -> (f64, f64) {
         let (_, speed) = self.scales(reference);
         let zero = vec![0.0; self.start.len()];
@@ -126,7 +127,7 @@ impl ErrorScales {
         (linear / scale, angular / (scale * reach))
     }
 
-    /// `sum m v` and `sum m x cross v`.
+    /// Momentum `sum m v` and angular momentum `sum m x cross v`.
     fn momenta(&self, x: &[f64], v: &[f64]) -> ([f64; 3], [f64; 3]) {
         let (mut p, mut l) = ([0.0; 3], [0.0; 3]);
         let d = self.dimension;
@@ -143,7 +144,7 @@ impl ErrorScales {
     }
 }
 
-/// `|a - b|^2`.
+/// Squared distance `|a - b|^2`.
 fn square(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum()
 }
@@ -152,7 +153,7 @@ fn square(a: &[f64], b: &[f64]) -> f64 {
 mod tests {
     use super::*;
 
-    /// Two free vertices of masses 1 and 3 and a pinned one, in a plane, at one time.
+    /// Two free vertices of masses 1 and 3 and a pinned one, in 2D, at one time.
     fn trajectory(x: [f64; 6], v: [f64; 6]) -> StateSamples {
         StateSamples { times: vec![1.0], x: vec![x.to_vec()], v: vec![v.to_vec()] }
     }

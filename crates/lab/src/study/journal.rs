@@ -13,7 +13,7 @@ struct JournalEntry {
     record: Record,
 }
 
-/// Finished rows by their keys; in memory alone without a folder.
+/// Finished rows by their keys; kept in memory only without a folder.
 #[derive(Default)]
 pub(super) struct StudyJournal {
     kept: HashMap<String, Record>,
@@ -21,7 +21,7 @@ pub(super) struct StudyJournal {
 }
 
 impl StudyJournal {
-    /// Opens the journal of a folder. A last line that a killed study left half written is passed over.
+    /// Opens the journal of a folder. An incomplete last line, left by a killed study, is skipped.
     pub(super) fn open(folder: Option<&Path>) -> std::io::Result<StudyJournal> {
         let Some(folder) = folder else { return Ok(StudyJournal::default()) };
         let path = folder.join("journal.jsonl");
@@ -44,12 +44,12 @@ impl StudyJournal {
         Ok(StudyJournal { kept, file: Some(file) })
     }
 
-    /// The row of this key, if it is known.
+    /// Row of this key, if it is known.
     pub(super) fn find(&self, key: &str) -> Option<&Record> {
         self.kept.get(key)
     }
 
-    /// Writes a row down.
+    /// Adds a row to the journal.
     pub(super) fn keep(&mut self, key: String, record: &Record) -> std::io::Result<()> {
         if let Some(file) = &mut self.file {
             let mut line = serde_json::to_string(&JournalEntry { key: key.clone(), record: record.clone() })?;

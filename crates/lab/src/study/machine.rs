@@ -13,12 +13,12 @@ pub struct Provenance {
     pub cpu: String,
     /// Version of the compiler.
     pub rustc: String,
-    /// How it was called, and the instruction set of the kernels.
+    /// Compiler flags, and the instruction set of the kernels.
     pub flags: String,
 }
 
 impl Provenance {
-    /// Of this machine, for a program of this commit, compiler and flags.
+    /// Provenance on this machine, for a program of this commit, compiler and flags.
     pub fn here(commit: &str, rustc: &str, flags: &str) -> Provenance {
         let host = std::fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default();
         let host = if host.trim().is_empty() { "unknown" } else { host.trim() };
@@ -32,13 +32,13 @@ impl Provenance {
     }
 }
 
-/// Forgets the largest resident memory so far, where the system can.
+/// Resets the peak of resident memory, if the system supports it.
 pub(super) fn forget_peak() {
-    // Linux: 5 resets VmHWM. Elsewhere, and where it is forbidden, peaks are those of the whole study.
+    // Linux: 5 resets VmHWM. Otherwise, or without permission, peaks are those of the whole study.
     let _ = std::fs::write("/proc/self/clear_refs", "5");
 }
 
-/// The largest resident memory since then [MB].
+/// Peak of resident memory since the reset [MB].
 pub(super) fn peak() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;

@@ -14,17 +14,17 @@ use pliant::algebra::scene_size;
 use pliant::integrator::Scheme;
 use pliant_scene::Scene;
 
-/// Timed runs of a row.
+/// Number of timed runs of a row.
 const REPEATS: usize = 7;
-/// Or as many as take so long [s].
+/// Total time of timed runs that also suffices [s].
 const ENOUGH_SECONDS: f64 = 1.0;
-/// Three times as many where times differ much.
+/// Maximum number of timed runs, if times scatter.
 const MOST_REPEATS: usize = 3 * REPEATS;
-/// Newton's method stops at corrections below this part of the scene's size, where the scene does not say:
-/// far below what time steps leave.
+/// Newton tolerance as a fraction of the scene's size, if the scene has none: far below the errors of
+/// time steps.
 const NEWTON_TOLERANCE: f64 = 1e-12;
 
-/// Data that all rows of a variant have in common.
+/// Common data of all rows of a variant.
 pub(super) struct VariantContext<'a> {
     pub(super) study: &'a Study<'a>,
     pub(super) scene: &'a Scene,
@@ -34,8 +34,8 @@ pub(super) struct VariantContext<'a> {
     pub(super) grid: TimeGrid,
 }
 
-/// The row of a scheme at a step, timed for about `slice` seconds; `None` where it was not done at
-/// `deadline`, or was interrupted.
+/// Measures the row of an integrator at a step, timed for about `slice` seconds; `None` if it was not
+/// done at `deadline`, or was interrupted.
 pub(super) fn measure(
     about: &VariantContext<'_>,
     contender: Contender,
@@ -46,11 +46,13 @@ pub(super) fn measure(
     let study = about.study;
     let runner = Runner { grid: about.grid, clock: study.clock, interrupt: study.interrupt };
     let scene = &solved_well(about, &runner, contender)?;
+    // The observed run, with its peak memory.
     forget_peak();
     let before = study.clock.now();
     let watched = runner.watch(scene, contender, pace, deadline).map_err(StudyError::Scene)?;
     let Some((status, failure)) = status(&watched.summary.outcome) else { return Ok(None) };
     let memory = peak();
+    // Timed runs until there are enough, or the time is used up.
     let mut seconds = vec![];
     if status == RowStatus::Ok {
         let wanted = study.plan.repeats.unwrap_or(REPEATS);
@@ -77,7 +79,7 @@ pub(super) fn measure(
     Ok(Some(record(about, contender, pace, scene, &watched, (status, failure), timing, memory)))
 }
 
-/// The scene with a tolerance of Newton's method that lets the error of the scheme be seen.
+/// Scene with a Newton tolerance that does not hide the integrator's error.
 fn solved_well(
     about: &VariantContext<'_>,
     runner: &Runner<'_>,
@@ -185,13 +187,14 @@ fn record(
     }
 }
 
-/// `E - E_0` over the energy in play.
+/// Energy error over time: `E - E_0` relative to the energy scale.
 fn energy(series: &InvariantSeries, scale: f64) -> Vec<f64> {
     let first = series.energy.first().copied().unwrap_or(0.0);
     series.energy.iter().map(|energy| (energy - first) / scale).collect()
 }
 
-/// Forces of an explicit step, solutions of an implicit one, stages of those that solve all at once.
+/// Number of force evaluations in an explicit step, solves in an implicit one, or stages of a collocation
+/// method.
 fn stages(contender: Contender) -> u32 {
     let about = contender.method.documentation;
     match contender.method.scheme {
@@ -201,7 +204,7 @@ fn stages(contender: Contender) -> u32 {
     }
 }
 
-/// In a word or two, without the reasons.
+/// Short name of the linear solver, without the explanation.
 fn linear_solver(explained: &str) -> String {
     explained.split(", chosen").next().unwrap_or_default().to_owned()
 }
@@ -211,7 +214,7 @@ fn poisson(lame: pliant::material::Lame) -> f64 {
     0.5 * lame.lambda / (lame.lambda + lame.mu)
 }
 
-/// The kinds of elements, each once.
+/// Kinds of elements, each once.
 fn elements(scene: &Scene) -> String {
     let kind = |body: &pliant_scene::Body| {
         let quadratic = body.order == Some(2);
@@ -227,7 +230,7 @@ fn elements(scene: &Scene) -> String {
     each_once(scene.body.iter().map(kind))
 }
 
-/// The materials, each once.
+/// Materials, each once.
 fn materials(scene: &Scene) -> String {
     each_once(scene.body.iter().filter_map(|body| body.elastic.as_ref()).map(|material| material.name()))
 }

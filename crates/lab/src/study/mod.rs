@@ -67,7 +67,7 @@ pub use trajectory::{InvariantSeries, StateSamples};
 
 use pliant_scene::{Problem, RefusedScheme, SceneError};
 
-/// Meaning of the errors of a study, for all reports.
+/// Explanation of a study's errors, for all reports.
 pub const ABOUT_ERRORS: &str = "Each error is an error in time, on this mesh. The error of the mesh is not in \
                                 it. Errors of variants with references of their own do not compare.";
 
@@ -81,79 +81,79 @@ pub enum Event<'a> {
         /// Step [s].
         step: f64,
     },
-    /// The reference of a variant is known.
+    /// The reference of a variant has been found.
     Found(&'a Reference),
     /// A row begins.
     Begun {
-        /// The scheme.
+        /// Name of the integrator.
         scheme: &'static str,
-        /// `step` and its size [s], or `tolerance` and that.
+        /// `step` with its size [s], or `tolerance` with its value.
         pace: (&'static str, f64),
         /// Changes of the scene.
         variant: &'a str,
-        /// Rows finished.
+        /// Number of finished rows.
         finished: usize,
-        /// Seconds that are likely left, where anything is known.
+        /// Estimate of the remaining seconds, if available.
         left: Option<f64>,
     },
     /// A row is finished.
     Finished(&'a Row),
 }
 
-/// A study cannot be made.
+/// Error of a study.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum StudyError {
     /// The scene, or a variant of it, cannot be simulated.
     #[error("{}", SceneError::new(.0.clone()))]
     Scene(Vec<Problem>),
-    /// A variant is no scene.
+    /// A variant is not a valid scene.
     #[error(transparent)]
     Variant(#[from] SceneError),
-    /// Nothing moves.
+    /// A duration of zero.
     #[error("`duration` is 0: there is no motion to study")]
     NoDuration,
-    /// There is no motion, whatever the duration.
+    /// A scene without motion for any duration.
     #[error(
         "a quasi-static scene has no motion to study: compare increments by `pliant run --set \
          time.step=..`, or take another scheme by --set time.integrator=implicit-euler"
     )]
     Static,
-    /// There is no closed solution.
+    /// The problem has no closed-form solution.
     #[error(
         "no exact solution of this scene is known: it is neither two bodies under gravity nor a linear \
          system without losses; leave the reference to `auto`"
     )]
     NotExact,
-    /// Neither scheme came to its end twice.
+    /// Neither integrator of the reference completed two runs.
     #[error(
         "no reference was found in {seconds:.0} s, by neither an explicit nor an implicit scheme of order 4 \
          ({reached}); give more time by --budget, a shorter duration by --set time.duration=.., or a \
          coarser mesh"
     )]
     NoReference {
-        /// How long it was looked for [s].
+        /// Duration of the search [s].
         seconds: f64,
-        /// How far the last run of each scheme came, or why it failed.
+        /// Progress of each integrator's last run, or its failure.
         reached: String,
     },
     /// No integrator supports the contact of the scene.
     #[error("{}", .0.iter().map(|refused| refused.reason.as_str()).collect::<Vec<_>>().join("; "))]
     Refused(Vec<RefusedScheme>),
-    /// The threads cannot be started.
+    /// The threads could not be started.
     #[error("cannot start {threads} threads: {source}")]
     Threads {
         /// Number of threads.
         threads: usize,
-        /// Why.
+        /// Error of the thread pool.
         source: rayon::ThreadPoolBuildError,
     },
-    /// A file of the study cannot be read or written.
+    /// A file of the study could not be read or written.
     #[error("{what}: {source}")]
     File {
         /// The action.
         what: String,
-        /// Why it failed.
+        /// Error of the operating system.
         source: std::io::Error,
     },
     /// The study was interrupted before there were results.

@@ -2,13 +2,13 @@
 
 use super::row::Row;
 
-/// Rows of one scheme from the largest step to the smallest: the order between each and the one before,
-/// where both count.
+/// Sets the observed orders of an integrator's rows, from the largest step to the smallest: the order
+/// between each row and the one before, if both count.
 pub(super) fn observe(rows: &mut [&mut Row]) {
     let mut before: Option<(f64, f64)> = None;
     for row in rows {
         row.obs_order = None;
-        // Steps that follow the error are of all sizes.
+        // Adaptive rows have no single step size.
         let Some(error) = row.error().filter(|error| *error > 0.0 && row.tol.is_none()) else {
             before = None;
             continue;
@@ -18,7 +18,7 @@ pub(super) fn observe(rows: &mut [&mut Row]) {
     }
 }
 
-/// The slope of the line through the finest rows that count, four at most; `None` of fewer than two.
+/// Slope of the line through the finest rows that count, four at most; `None` for fewer than two.
 pub fn fit<'a>(rows: impl IntoIterator<Item = &'a Row>) -> Option<f64> {
     let mut points: Vec<(f64, f64)> = rows
         .into_iter()

@@ -18,19 +18,19 @@ figure{margin:1.5rem 0}figure svg{display:block;max-width:100%;min-width:40rem;h
 figcaption,.note{color:#555;font-size:.875rem}\
 pre{background:#f4f4f4;padding:.75rem 1rem;overflow-x:auto;font-size:.875rem;overflow-wrap:normal}";
 
-/// How a cell of a table is shown.
+/// Style of a table cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Look {
-    /// A number, or a word beside numbers.
+    /// A number, or a word among numbers.
     #[default]
     Number,
     /// A name.
     Text,
-    /// Sentences, which are broken into lines.
+    /// Sentences, with line breaks.
     Long,
     /// A good result.
     Good,
-    /// A result to look at.
+    /// A result that needs attention.
     Fair,
     /// A bad result.
     Bad,
@@ -62,20 +62,20 @@ impl TableCell {
         TableCell { html: escaped(text), look }
     }
 
-    /// A picture, an SVG text of this program.
+    /// A cell with a picture, an SVG of this program.
     pub fn picture(svg: String) -> TableCell {
         TableCell { html: svg, look: Look::Number }
     }
 }
 
-/// A page that is being written, from its top to its end.
+/// A page under construction, written from top to bottom.
 #[derive(Clone, Debug)]
 pub struct Page {
     html: String,
 }
 
 impl Page {
-    /// A page with this title and nothing else.
+    /// A page with this title only.
     pub fn new(title: &str) -> Page {
         let title = escaped(title);
         let html = format!(
@@ -91,22 +91,22 @@ impl Page {
         self.html.push('\n');
     }
 
-    /// A part.
+    /// Adds a section heading.
     pub fn heading(&mut self, text: &str) {
         self.line(&format!("<h2>{}</h2>", escaped(text)));
     }
 
-    /// Some sentences.
+    /// Adds a paragraph.
     pub fn paragraph(&mut self, text: &str) {
         self.line(&format!("<p>{}</p>", escaped(text)));
     }
 
-    /// Sentences about what stands above them.
+    /// Adds a note on the content above.
     pub fn note(&mut self, text: &str) {
         self.line(&format!("<p class=\"note\">{}</p>", escaped(text)));
     }
 
-    /// A table under its header; a cell is shown as its column is, unless it says how itself.
+    /// Adds a table with its header; a cell has its column's style unless it has its own.
     pub fn table(&mut self, header: &[(&str, Look)], rows: &[Vec<TableCell>]) {
         let mut html = String::from("<div class=\"scroll\"><table>\n<tr>");
         for (name, look) in header {
@@ -125,7 +125,7 @@ impl Page {
         self.line(&(html + "</table></div>"));
     }
 
-    /// A chart, an SVG text of this program, with what it shows.
+    /// Adds a chart, an SVG of this program, with its caption.
     pub fn figure(&mut self, svg: &str, caption: &str) {
         let caption = if caption.is_empty() {
             String::new()
@@ -135,7 +135,7 @@ impl Page {
         self.line(&format!("<figure><div class=\"scroll\">{svg}</div>{caption}</figure>"));
     }
 
-    /// A list; nothing without items.
+    /// Adds a list; no items add nothing.
     pub fn list<'a>(&mut self, items: impl IntoIterator<Item = &'a str>) {
         let items: String = items.into_iter().map(|item| format!("<li>{}</li>", escaped(item))).collect();
         if !items.is_empty() {
@@ -143,18 +143,18 @@ impl Page {
         }
     }
 
-    /// A text as it is written.
+    /// Adds preformatted text.
     pub fn preformatted(&mut self, text: &str) {
         self.line(&format!("<pre>{}</pre>", escaped(text)));
     }
 
-    /// The page.
+    /// Finishes the page.
     pub fn finish(self) -> String {
         self.html + "</body></html>\n"
     }
 }
 
-/// As it may stand in HTML.
+/// Escapes a text for HTML.
 pub fn escaped(text: &str) -> String {
     text.chars().fold(String::with_capacity(text.len()), |mut out, c| {
         match c {

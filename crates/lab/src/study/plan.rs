@@ -1,4 +1,4 @@
-//! Subjects of a study.
+//! Plan of a study.
 
 use std::time::Duration;
 
@@ -6,13 +6,13 @@ use pliant::integrator::{IntegratorSpec, Method};
 use pliant_scene::vary::VariedKey;
 use pliant_scene::{KeyPath, Problem, Scene};
 
-/// States are compared at this many times unless the scene says more.
+/// Default number of times of comparison.
 pub const TIMES: usize = 20;
-/// More times are taken, up to this many, where all given steps then meet them.
+/// Maximum number of times of comparison, if more are needed so that all given steps meet them.
 const MOST_TIMES: usize = 200;
-/// Seconds for a study that nothing else ends.
+/// Default budget of a study without given steps [s].
 const BUDGET: f64 = 60.0;
-/// The schemes without a list: one or two of each family.
+/// Default integrators: one or two of each family.
 const USUAL: [&str; 13] = [
     "symplectic-euler",
     "velocity-verlet",
@@ -29,12 +29,12 @@ const USUAL: [&str; 13] = [
     "radau-iia3",
 ];
 
-/// A scheme under test.
+/// An integrator under test.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contender {
-    /// How a scene names it.
+    /// Integrator in the notation of a scene.
     pub spec: IntegratorSpec,
-    /// Its method: of the same name, but maybe not the registry's.
+    /// Method with this name, possibly other than the registry's.
     pub method: Method,
 }
 
@@ -45,7 +45,7 @@ impl From<IntegratorSpec> for Contender {
 }
 
 impl Contender {
-    /// Its name.
+    /// Name of the integrator.
     pub fn name(&self) -> &'static str {
         self.method.documentation.name
     }
@@ -54,57 +54,56 @@ impl Contender {
 /// Time stepping of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TimeStepping {
-    /// So many steps from one time of comparison to the next.
+    /// Number of steps from one time of comparison to the next.
     Parts(u64),
-    /// Steps that follow the error, of this tolerance.
+    /// Adaptive steps with this tolerance.
     Tolerance(f64),
 }
 
-/// Source of the reference.
+/// Kind of the reference.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ReferenceChoice {
-    /// Exact where the problem is one whose solution is known, else computed.
+    /// Exact if the problem has a known solution, otherwise computed.
     #[default]
     Auto,
-    /// Exact, or the study is refused.
+    /// Exact; without a known solution the study is refused.
     Exact,
-    /// Computed by independent schemes.
+    /// Computed by independent integrators.
     Computed,
 }
 
-/// Subjects of a study, and their number.
+/// Plan of a study.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StudyPlan {
-    /// The schemes.
+    /// Integrators.
     pub contenders: Vec<Contender>,
-    /// Steps [s]; chosen by factors of 2 if there are none.
+    /// Steps [s]; if empty, chosen by factors of 2.
     pub steps: Vec<f64>,
-    /// Tolerances of schemes whose steps can follow the error; chosen by factors of 10 if there are neither
-    /// steps nor tolerances.
+    /// Tolerances for adaptive integrators; if steps and tolerances are empty, chosen by factors of 10.
     pub tolerances: Vec<f64>,
-    /// The smallest step that is chosen [s].
+    /// Smallest step to choose [s].
     pub smallest_step: Option<f64>,
-    /// Values that are varied beside.
+    /// Additional varied keys.
     pub axes: Vec<VariedKey>,
     /// Number of times at which states are compared.
     pub times: usize,
-    /// Timed runs of each row; `None`: seven, or as many as take a second.
+    /// Number of timed runs per row; `None`: seven, or as many as take a second.
     pub repeats: Option<usize>,
     /// Wall time of the whole study [s].
     pub budget: Option<f64>,
-    /// Source of the reference.
+    /// Kind of the reference.
     pub reference: ReferenceChoice,
-    /// The largest error that a recommendation may have, relative.
+    /// Largest relative error of a recommendation.
     pub error: f64,
-    /// Threads that steps run on.
+    /// Number of threads for steps.
     pub threads: usize,
 }
 
 impl StudyPlan {
-    /// The plan of `scene`, the rest as usual.
+    /// Plan of `scene`, with defaults for everything else.
     ///
     /// # Errors
-    /// An axis of `vary` that is none.
+    /// An invalid axis of `vary`.
     pub fn of(scene: &Scene) -> Result<StudyPlan, Vec<Problem>> {
         let spec = scene.study.clone().unwrap_or_default();
         let path = KeyPath::root().key("study").key("vary");
@@ -138,23 +137,23 @@ impl StudyPlan {
         })
     }
 
-    /// The budget as a time, to be shown.
+    /// Budget as a duration, for display.
     pub fn budget(&self) -> Option<Duration> {
         self.budget.map(Duration::from_secs_f64)
     }
 }
 
-/// Times at which states are compared, `duration * i / times`, and steps that meet all of them.
+/// Times of comparison, `duration * i / times`, and steps that meet all of them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimeGrid {
     /// Simulated time [s].
     pub duration: f64,
-    /// Number of times, the start not among them.
+    /// Number of times, without the start.
     pub times: usize,
 }
 
 impl TimeGrid {
-    /// At `times` times or, where given `steps` do not meet these, at the fewest more that they do meet.
+    /// Grid of `times` times, or of the fewest more that all given `steps` meet.
     pub fn new(duration: f64, times: usize, steps: &[f64]) -> TimeGrid {
         let meets = |times: usize| {
             let grid = TimeGrid { duration, times };
@@ -164,17 +163,17 @@ impl TimeGrid {
         TimeGrid { duration, times }
     }
 
-    /// Number of steps between two times for steps as near to `step` [s] as can be.
+    /// Number of steps between two times, for steps as close to `step` [s] as possible.
     pub fn parts(&self, step: f64) -> u64 {
         (self.duration / (self.times as f64 * step)).round().max(1.0) as u64
     }
 
-    /// The step that takes `parts` from one time to the next [s].
+    /// Step size with `parts` steps from one time to the next [s].
     pub fn step(&self, parts: u64) -> f64 {
         self.duration / (self.times as f64 * parts as f64)
     }
 
-    /// Frames per simulated second.
+    /// Number of frames per simulated second.
     pub fn rate(&self) -> f64 {
         self.times as f64 / self.duration
     }
@@ -184,12 +183,12 @@ impl TimeGrid {
 mod tests {
     use super::*;
 
-    // E: at least 20 common times, which all schemes meet exactly.
+    // E: at least 20 common times, which all integrators meet exactly.
     #[test]
     fn steps_meet_the_times_of_comparison() {
         let grid = TimeGrid::new(1.0, 20, &[1.0 / 25.0, 1.0 / 50.0]);
         assert_eq!((grid.times, grid.parts(1.0 / 50.0), grid.step(2)), (25, 2, 0.02));
-        // No number of times goes with a step like this: it is changed to the nearest that goes with 20.
+        // No number of times fits this step: it changes to the nearest one that fits 20.
         let grid = TimeGrid::new(1.0, 20, &[0.0123456]);
         assert_eq!((grid.times, grid.parts(0.0123456), grid.step(4)), (20, 4, 0.0125));
         assert_eq!(

@@ -11,23 +11,23 @@ use super::reference::Reference;
 use super::row::Row;
 use super::timing::NOISE;
 
-/// The part of its rows with noisy times from which on a study says so.
+/// Fraction of noisy rows from which on a study reports noise.
 const NOISY_PART: f64 = 0.1;
 
-/// A row with what was seen on the way.
+/// A row with its errors and energies over time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Record {
-    /// The row.
+    /// Row of the table.
     pub row: Row,
-    /// Errors at each time of comparison, in the units of the scene; as far as the run came.
+    /// Errors at each time of comparison that the run reached, in the units of the scene.
     pub errors: Vec<TimeError>,
-    /// Times at which energies were measured [s].
+    /// Times of the energies [s].
     pub times: Vec<f64>,
-    /// `E - E_0` over the energy in play, at these times.
+    /// Energy error `E - E_0` relative to the energy scale, at these times.
     pub energy: Vec<f64>,
 }
 
-/// Why a scheme was not refined further.
+/// Reason for ending the refinement of an integrator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum StopReason {
@@ -35,16 +35,16 @@ pub enum StopReason {
     Reference,
     /// The error no longer falls: rounding, or the tolerance of a solver.
     Floor,
-    /// The budget would not hold the next step.
+    /// The budget does not suffice for the next step.
     Budget,
-    /// The steps asked for are done, or the smallest is reached.
+    /// The given steps are done, or the smallest step is reached.
     Steps,
     /// The study was interrupted.
     Interrupted,
 }
 
 impl StopReason {
-    /// In words.
+    /// Reason in words.
     pub fn words(self) -> &'static str {
         match self {
             StopReason::Reference => "error as small as the reference's can be told",
@@ -56,71 +56,71 @@ impl StopReason {
     }
 }
 
-/// One scheme on one variant.
+/// Results of one integrator on one variant.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LineResult {
-    /// The scheme.
+    /// Name of the integrator.
     pub integrator: String,
-    /// The order that it is documented to have.
+    /// Documented order.
     pub order_nominal: u32,
-    /// The slope through its finest rows that count.
+    /// Slope through the finest rows that count.
     pub order_observed: Option<f64>,
-    /// Why it ends where it does.
+    /// Reason for ending.
     pub stop: StopReason,
 }
 
 impl LineResult {
-    /// True if it falls short of its order: stiff motions that steps do not resolve yet, or a scheme that
-    /// is wrong.
+    /// True if the observed order is too low: stiff motions that the steps do not resolve yet, or a wrong
+    /// integrator.
     pub fn falls_short(&self) -> bool {
         self.order_observed.is_some_and(|order| order < f64::from(self.order_nominal) - 0.4)
     }
 }
 
-/// All schemes on one variant of the scene.
+/// Results of all integrators on one variant of the scene.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct VariantResult {
     /// Changes of the scene: `path=value`, joined by `; `; empty for the scene itself.
     pub variant: String,
-    /// Reference of its runs.
+    /// Reference of the runs.
     pub reference: Reference,
-    /// The rows, scheme after scheme, from the largest step to the smallest.
+    /// Rows, integrator after integrator, from the largest step to the smallest.
     pub records: Vec<Record>,
-    /// The schemes.
+    /// Results of the integrators.
     pub lines: Vec<LineResult>,
 }
 
 impl VariantResult {
-    /// The rows.
+    /// Rows of the table.
     pub fn rows(&self) -> impl Iterator<Item = &Row> + Clone {
         self.records.iter().map(|record| &record.row)
     }
 
-    /// The records of a scheme.
+    /// Records of an integrator.
     pub fn of(&self, integrator: &str) -> impl Iterator<Item = &Record> {
         self.records.iter().filter(move |record| record.row.integrator == integrator)
     }
 }
 
-/// A whole study.
+/// Results of a study.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Results {
     /// Name of the scene.
     pub name: String,
-    /// Its title.
+    /// Title of the scene.
     pub title: String,
     /// Machine of the study.
     pub provenance: Provenance,
     /// Simulated time [s] and number of times of comparison.
     #[serde(skip)]
     pub grid: TimeGrid,
-    /// The largest error that the recommendation may have.
+    /// Largest error of the recommendation.
     pub error: f64,
-    /// The variants.
+    /// Results of the variants.
     pub variants: Vec<VariantResult>,
-    /// Schemes whose steps do not hold the contact of the scene; they are not compared.
+    /// Integrators that do not support the contact of the scene; they are not compared.
     pub refused: Vec<RefusedScheme>,
-    /// True if it came to its end.
+    /// True if the study was completed.
     pub complete: bool,
 }
 
@@ -130,8 +130,8 @@ impl Results {
         self.variants.iter().flat_map(VariantResult::rows)
     }
 
-    /// Changes to write into the scene, as [`toml`] says it: one advice for each reference, for errors beside
-    /// two references do not compare. A coarse mesh is no cheaper way to simulate a fine one.
+    /// Recommended settings as [`toml`] writes them, one for each reference: errors relative to different
+    /// references are not comparable. A coarse mesh is no substitute for a fine one.
     pub fn recommendations(&self) -> Vec<Recommendation> {
         let mut problems: Vec<Vec<&VariantResult>> = vec![];
         for variant in &self.variants {
@@ -152,8 +152,7 @@ impl Results {
         problems.into_iter().map(advice).collect()
     }
 
-    /// Remark on the machine where runs that were repeated differ much in time; `None` on a quiet
-    /// one.
+    /// Remark on the machine if repeated runs differ much in time; `None` on a quiet machine.
     pub fn noise(&self) -> Option<String> {
         let repeated = self.rows().filter(|row| row.repeats > 1);
         let spread = |row: &Row| row.wall_iqr_s / row.wall_median_s;
@@ -174,12 +173,12 @@ impl Results {
     }
 }
 
-/// Advice for a scene.
+/// Recommended settings for a scene.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Recommendation {
-    /// Changes that all variants with one reference have in common: `path=value`, joined by `; `; empty for
-    /// the scene as it is.
+    /// Changes common to all variants with this reference: `path=value`, joined by `; `; empty for the
+    /// unchanged scene.
     pub problem: String,
-    /// The settings, as TOML with comments.
+    /// Settings, as TOML with comments.
     pub settings: String,
 }

@@ -137,7 +137,7 @@ pub struct Row {
     pub message: Option<String>,
 }
 
-/// The columns of the table, in their order.
+/// Columns of the table, in order.
 pub const COLUMNS: [&str; 46] = [
     "schema",
     "case",
@@ -187,26 +187,26 @@ pub const COLUMNS: [&str; 46] = [
     "variant",
 ];
 
-/// Columns behind those.
+/// Additional columns at the end.
 const MORE: [&str; 4] = ["tol", "n_reject", "dropped", "message"];
 
-/// All columns of the table, in their order.
+/// All columns of the table, in order.
 pub fn columns() -> impl Iterator<Item = &'static str> {
     COLUMNS.into_iter().chain(MORE)
 }
 
 impl Row {
-    /// True if it takes part in fits and charts of errors.
+    /// True if the row takes part in fits and charts of errors.
     pub fn counts(&self) -> bool {
         self.status == RowStatus::Ok && !self.dropped
     }
 
-    /// The error of positions of a row that counts.
+    /// Position error of a row that counts.
     pub fn error(&self) -> Option<f64> {
         self.err_q_rms.filter(|_| self.counts())
     }
 
-    /// The cells, in the order of the table.
+    /// Cells in the order of the columns.
     fn cells(&self) -> Vec<String> {
         let value = serde_json::to_value(self).unwrap_or_default();
         let cell = |name: &str| match &value[name] {
@@ -218,7 +218,7 @@ impl Row {
     }
 }
 
-/// Rows as comma-separated values with a header, numbers in full.
+/// Rows as comma-separated values with a header and unrounded numbers.
 pub fn csv<'a>(rows: impl IntoIterator<Item = &'a Row>) -> String {
     let header: Vec<&str> = columns().collect();
     let mut out = header.join(",") + "\n";
@@ -230,7 +230,7 @@ pub fn csv<'a>(rows: impl IntoIterator<Item = &'a Row>) -> String {
     out
 }
 
-/// As RFC 4180 has it.
+/// Quotes a cell as in RFC 4180.
 fn quoted(cell: String) -> String {
     match cell.contains([',', '"', '\n', '\r']) {
         true => format!("\"{}\"", cell.replace('"', "\"\"")),

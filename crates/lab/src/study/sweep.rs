@@ -1,5 +1,5 @@
-//! Sweep over integrators and steps: chooses the next run until errors no longer fall or the budget is used
-//! up.
+//! Sweep over integrators and steps: chooses the next run until errors no longer fall or the budget is
+//! used up.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -18,37 +18,38 @@ use super::{Event, Reference, StudyError, order};
 use pliant::integrator::Scheme;
 use pliant_scene::{RefusedScheme, Scene, Source, vary};
 
-/// Runs of a scheme beyond its largest stable step: one or two, to see it fail.
+/// First step relative to the largest stable step: one or two runs show the failure.
 const BEYOND_STABILITY: f64 = 4.0;
 /// Maximum number of steps of a run.
 const MOST_STEPS: f64 = 1e8;
-/// Part of the budget that references may take.
+/// Fraction of the budget for references.
 const FOR_REFERENCES: f64 = 0.4;
-/// The same where none has been found by then.
+/// Fraction of the budget for references if none has been found by then.
 const AT_MOST_FOR_REFERENCES: f64 = 0.8;
-/// The first tolerance that is chosen, and none below the other.
+/// First tolerance that is chosen, and the smallest.
 const LARGEST_TOLERANCE: f64 = 1e-2;
 const SMALLEST_TOLERANCE: f64 = 1e-13;
-/// Suffix that tells a scheme whose steps follow the error from the same at fixed steps.
+/// Suffix of an integrator's name with adaptive steps.
 pub(super) const ADAPTIVE: &str = " (adaptive)";
-/// Seconds for each reference without a budget.
+/// Time for each reference without a budget [s].
 const REFERENCE_SECONDS: f64 = 120.0;
 
-/// A study to be made.
+/// A study to run.
 pub struct Study<'a> {
     /// The scene.
     pub source: &'a Source,
-    /// Its name.
+    /// Name of the scene.
     pub name: &'a str,
-    /// Its plan.
+    /// Plan of the study.
     pub plan: &'a StudyPlan,
-    /// Where references and finished rows are kept, to go on from; nowhere without it.
+    /// Folder of references and finished rows, from which a study continues; without it nothing is
+    /// stored.
     pub folder: Option<&'a Path>,
-    /// Data written into every row.
+    /// Provenance, written into every row.
     pub provenance: &'a Provenance,
-    /// Tells the time.
+    /// Source of time.
     pub clock: &'a dyn Clock,
-    /// Set from elsewhere to stop.
+    /// Set by another thread to stop.
     pub interrupt: &'a AtomicBool,
 }
 
@@ -60,29 +61,29 @@ struct Variant {
     reference: Reference,
 }
 
-/// One scheme on one variant.
+/// One integrator on one variant.
 struct SweepLine {
     variant: usize,
     contender: Contender,
-    /// True if its steps follow the error.
+    /// True for adaptive steps.
     adaptive: bool,
-    /// The steps given or the next, the last first.
+    /// The steps given, or the next step; the last entry runs first.
     paces: Vec<TimeStepping>,
-    /// True if they are given.
+    /// True if the steps are given.
     given: bool,
     records: Vec<Record>,
-    /// The last that was run.
+    /// Step of the last run.
     last: Option<TimeStepping>,
-    /// Seconds that the last run took, all repeats together and one alone.
+    /// Time of the last row with all repeats, and of a single run [s].
     cost: Option<(f64, f64)>,
     stop: Option<StopReason>,
 }
 
 impl Study<'_> {
-    /// Makes the study, on as many threads as the plan says.
+    /// Runs the study, on the plan's number of threads.
     ///
     /// # Errors
-    /// [`StudyError`]; not where runs fail, which is a row of the table.
+    /// [`StudyError`]. A failed run is no error, but a row of the table.
     pub fn run(&self, watch: &mut (dyn FnMut(Event<'_>) + Send)) -> Result<Results, StudyError> {
         let threads = self.plan.threads;
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
@@ -110,6 +111,7 @@ impl Study<'_> {
             });
             variants.push(self.variant(changes, grid, until, watch)?);
         }
+        // Rounds over all lines: each active line measures one row per round.
         let mut lines = self.lines(&variants, grid)?;
         if lines.is_empty() && !self.refused(&base).is_empty() {
             return Err(StudyError::Refused(self.refused(&base)));
@@ -140,7 +142,7 @@ impl Study<'_> {
         Ok(self.results(&base, grid, variants, lines))
     }
 
-    /// A variant with its reference.
+    /// Prepares a variant with its reference.
     fn variant(
         &self,
         changes: &[(String, String)],
@@ -187,7 +189,7 @@ impl Study<'_> {
         Ok(Variant { label: label.join("; "), scene, weights, reference })
     }
 
-    /// Why a scheme is not compared with others on the energy of contact that they have in common.
+    /// Reason for excluding an integrator that does not support the common contact energy.
     fn refusal(&self, scene: &Scene, contender: &Contender) -> Option<RefusedScheme> {
         let mut scene = scene.clone();
         scene.keep_contact(1.0);
@@ -198,7 +200,7 @@ impl Study<'_> {
         self.plan.contenders.iter().filter_map(|contender| self.refusal(scene, contender)).collect()
     }
 
-    /// Runs to take first of every scheme.
+    /// First runs of every integrator.
     fn lines(&self, variants: &[Variant], grid: TimeGrid) -> Result<Vec<SweepLine>, StudyError> {
         let mut lines = vec![];
         let runner = Runner { grid, clock: self.clock, interrupt: self.interrupt };
@@ -218,6 +220,7 @@ impl Study<'_> {
                 };
                 let StudyPlan { steps, tolerances, .. } = self.plan;
                 let chosen = steps.is_empty() && tolerances.is_empty();
+                // Fixed steps: chosen around the stability limit, or given.
                 if chosen {
                     let assembly = runner
                         .assemble(&variant.scene, contender, TimeStepping::Parts(1))
@@ -236,6 +239,7 @@ impl Study<'_> {
                 if !contender.method.is_adaptive() {
                     continue;
                 }
+                // Adaptive steps: chosen or given tolerances.
                 if chosen {
                     lines.push(line(true, vec![TimeStepping::Tolerance(LARGEST_TOLERANCE)], false));
                 } else if !tolerances.is_empty() {
@@ -249,7 +253,7 @@ impl Study<'_> {
         Ok(lines)
     }
 
-    /// Takes the next row of a line, or ends it.
+    /// Measures the next row of a line, or ends the line.
     #[allow(clippy::too_many_arguments, reason = "all of them change from call to call")]
     fn one(
         &self,
@@ -267,6 +271,7 @@ impl Study<'_> {
         };
         let grid = TimeGrid::new(variant.scene.time.duration, self.plan.times, &self.plan.steps);
         let now = self.clock.now();
+        // Ends the line if its next row exceeds its share of the remaining time.
         let share = (deadline - now) / active as f64;
         let expected = line.cost.map(|(_, one)| 2.0 * one);
         let key = self.key(variant, line.contender, &grid, pace);
@@ -283,6 +288,7 @@ impl Study<'_> {
             finished: *finished,
             left,
         });
+        // Takes the row from the journal, or measures it.
         let record = match known {
             Some(record) => record,
             None => {
@@ -294,7 +300,7 @@ impl Study<'_> {
                     reference: &variant.reference,
                     grid,
                 };
-                // Half of what is left for this scheme: the next step takes twice as long.
+                // Half of the time left for this integrator: the next step takes twice as long.
                 let slice = 0.5 * share;
                 let before = self.clock.now();
                 let Some(record) = measure(&about, line.contender, pace, slice, deadline)? else {
@@ -315,6 +321,7 @@ impl Study<'_> {
         *finished += 1;
         watch(Event::Finished(&record.row));
         line.records.push(record);
+        // Chooses the next step of a line without given steps.
         if !line.given {
             let next = match pace {
                 TimeStepping::Parts(parts) => TimeStepping::Parts(2 * parts),
@@ -326,7 +333,7 @@ impl Study<'_> {
         Ok(())
     }
 
-    /// Whether a smaller step is of no use.
+    /// Reason for not taking a smaller step, if there is one.
     fn stop(&self, records: &[Record], grid: &TimeGrid, next: TimeStepping) -> Option<StopReason> {
         let last = records.last()?;
         if last.row.dropped {
@@ -343,7 +350,7 @@ impl Study<'_> {
         if is_last {
             return Some(StopReason::Steps);
         }
-        // Twice in a row no better, once it was good.
+        // Two refinements in a row without improvement, at small errors.
         let errors: Vec<f64> = records.iter().rev().take(3).map_while(|record| record.row.error()).collect();
         let stays = |pair: &[f64]| pair[0] > 0.8 * pair[1];
         if errors.len() == 3 && errors[0] < 1e-6 && errors.windows(2).all(stays) {
@@ -352,7 +359,7 @@ impl Study<'_> {
         None
     }
 
-    /// Conditions under which a row is worth using again.
+    /// Key of a row: the conditions under which it can be reused.
     fn key(&self, variant: &Variant, contender: Contender, grid: &TimeGrid, pace: TimeStepping) -> String {
         let Provenance { commit, cpu, rustc, flags, .. } = self.provenance;
         let solver = variant.scene.time.solver.clone().unwrap_or_default();
@@ -405,7 +412,7 @@ impl Study<'_> {
     }
 }
 
-/// A scheme's name, or as TOML with the parameters that are not the usual ones.
+/// Name of an integrator, or TOML with its non-default parameters.
 pub(super) fn integrator_name(contender: Contender, adaptive: bool) -> String {
     fixed_name(contender) + if adaptive { ADAPTIVE } else { "" }
 }
@@ -426,12 +433,12 @@ fn fixed_name(contender: Contender) -> String {
     }
 }
 
-/// Seconds that all paces given will likely take: each in proportion to its steps. `None` where nothing has
-/// been run yet, or where paces are chosen.
+/// Estimate of the seconds for all given steps, in proportion to their numbers. `None` before the first
+/// run, or if steps are chosen.
 fn left(lines: &[SweepLine]) -> Option<f64> {
     let steps = |pace: &TimeStepping| match pace {
         TimeStepping::Parts(parts) => *parts as f64,
-        // Of order 5, say.
+        // Assumes order 5.
         TimeStepping::Tolerance(tolerance) => tolerance.powf(-0.2),
     };
     if lines.iter().any(|line| !line.given) {
@@ -451,12 +458,12 @@ fn left(lines: &[SweepLine]) -> Option<f64> {
     Some(each.sum())
 }
 
-/// Of a tolerance, as one would write it: `1e-7` and not a unit in the last place above.
+/// A tenth of a tolerance, rounded to what one would write: `1e-7` without an error in the last place.
 fn a_tenth(tolerance: f64) -> f64 {
     format!("{:.12e}", 0.1 * tolerance).parse().unwrap_or(0.1 * tolerance)
 }
 
-/// The step [s] or the tolerance.
+/// The step [s] or the tolerance, with its name.
 fn shown(pace: TimeStepping, grid: &TimeGrid) -> (&'static str, f64) {
     match pace {
         TimeStepping::Parts(parts) => ("step", grid.step(parts)),
@@ -468,7 +475,7 @@ fn file(what: &'static str) -> impl Fn(std::io::Error) -> StudyError {
     move |source| StudyError::File { what: what.to_owned(), source }
 }
 
-/// The status of a row whose run ended so.
+/// Status of a row for the outcome of its run.
 pub(super) fn status(outcome: &pliant::run::Outcome) -> Option<(RowStatus, Option<(f64, String)>)> {
     use pliant::run::Outcome;
     use pliant::simulation::StepError;
@@ -477,7 +484,7 @@ pub(super) fn status(outcome: &pliant::run::Outcome) -> Option<(RowStatus, Optio
         Outcome::Interrupted | Outcome::ObserverFailed(_) => None,
         Outcome::Failed(error) => Some(match error {
             StepError::NotFinite { time, .. } => (RowStatus::Diverged, Some((*time, error.to_string()))),
-            // As small a step as there can be does not help.
+            // Even the smallest step did not help.
             StepError::StepTooSmall { time, .. } => (RowStatus::Diverged, Some((*time, error.to_string()))),
             StepError::Unsolved { time, .. } => (RowStatus::NewtonFailed, Some((*time, error.to_string()))),
             StepError::Unstable { time, .. } => (RowStatus::EnergyBlowUp, Some((*time, error.to_string()))),

@@ -1,4 +1,4 @@
-//! Studies of small scenes, by a clock that counts forces instead of waiting.
+//! Studies of small scenes, by a clock that counts force evaluations instead of waiting.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -9,7 +9,7 @@ use pliant::integrator::{IntegratorSpec, Scheme};
 use pliant::observer::Work;
 use pliant_scene::Source;
 
-/// Every evaluation of the force takes ten microseconds, and nothing else takes any time.
+/// Clock on which every force evaluation takes ten microseconds, and nothing else takes time.
 #[derive(Default)]
 struct FakeClock(AtomicU64);
 
@@ -25,7 +25,7 @@ impl Clock for FakeClock {
     }
 }
 
-/// A pendulum on a soft spring: smooth, nonlinear, nothing stiff.
+/// A pendulum on a soft spring: smooth, nonlinear, not stiff.
 const PENDULUM: &str = "dimension = 2
     time = { integrator = 'velocity-verlet', step = 0.01, duration = 1.0 }
     world = { gravity = [0.0, -9.81] }
@@ -40,7 +40,7 @@ fn provenance() -> Provenance {
     Provenance { commit: text(), host: text(), cpu: text(), rustc: text(), flags: text() }
 }
 
-/// A plan for these schemes and steps.
+/// Plan for these integrators and steps.
 fn plan(text: &str, schemes: &[IntegratorSpec], steps: &[f64]) -> StudyPlan {
     let plan = StudyPlan::of(&Source::new("scene", text).scene().unwrap()).unwrap();
     let contenders = schemes.iter().map(|spec| (*spec).into()).collect();
@@ -53,7 +53,7 @@ struct Made {
     references: usize,
 }
 
-/// Makes a study; is interrupted once `rows` are finished.
+/// Runs a study that is interrupted after `rows` finished rows.
 fn make(text: &str, plan: &StudyPlan, folder: Option<&Path>, rows: usize) -> Made {
     let (clock, interrupt) = (FakeClock::default(), AtomicBool::new(false));
     let source = Source::new("scene", text);
@@ -82,7 +82,7 @@ fn made(text: &str, plan: &StudyPlan) -> Results {
     make(text, plan, None, usize::MAX).results.unwrap()
 }
 
-/// Columns that do not depend on the machine and the time of day, but for counts that follow.
+/// Columns that do not depend on machine or time of day, followed by counts.
 fn errors(results: &Results) -> Vec<(String, [Option<f64>; 7], u64, u64)> {
     let columns = |r: &Row| {
         let errors = [
@@ -99,11 +99,11 @@ fn errors(results: &Results) -> Vec<(String, [Option<f64>; 7], u64, u64)> {
     results.rows().map(columns).collect()
 }
 
-// E: orders are observed, and one that is not what it should be is said to be.
+// E: orders are observed, and a wrong order is reported.
 #[test]
 fn a_scheme_that_is_wrong_is_exposed_by_its_order() {
     let mut wrong: Contender = IntegratorSpec::VelocityVerlet.into();
-    // The kicks are no halves: of first order, stable, and close to right at any one step.
+    // The kicks are not halves: first order, stable, and nearly right at any single step.
     wrong.method.scheme = Scheme::Splitting(&[Kick(0.45), Drift(1.0), Kick(0.55)]);
     let right = plan(PENDULUM, &[IntegratorSpec::VelocityVerlet], &[0.01, 0.005, 0.0025, 0.00125]);
     let wrong = StudyPlan { contenders: vec![wrong], ..right.clone() };
@@ -137,7 +137,7 @@ fn schemes_that_are_named_run_alone_and_the_usual_ones_beside_that_of_the_scene(
     assert_eq!(names(&named), ["rk4", "symplectic-euler"]);
 }
 
-// Promise 1, and E: errors are the same on every run.
+// Promise 1, and E: errors are equal in every run.
 #[test]
 fn everything_but_times_is_the_same_again() {
     let plan = plan(PENDULUM, &[IntegratorSpec::Rk4, IntegratorSpec::TrBdf2], &[0.02, 0.01]);
@@ -160,7 +160,7 @@ fn a_budget_is_kept_and_used() {
         assert!(results.variants[0].of(&line.integrator).count() >= 5, "{line:?}");
     }
     assert!(results.variants[0].lines.iter().any(|line| line.stop == StopReason::Budget));
-    // A tenth of it goes less far.
+    // A tenth of the budget completes fewer rows.
     let less = make(PENDULUM, &StudyPlan { budget: Some(0.1 * budget), ..plan }, None, usize::MAX);
     assert!(less.clock.now() <= 1.02 * 0.1 * budget, "{} s", less.clock.now());
     assert!(less.results.unwrap().rows().count() < results.rows().count());
@@ -176,7 +176,7 @@ fn an_interrupted_study_goes_on_where_it_ended() {
     assert!(!first_results.complete);
     assert_eq!(first_results.rows().count(), 2);
     assert!(first.references > 0);
-    // What a killed program leaves of a line.
+    // Incomplete line of a killed program.
     let journal = folder.path().join("journal.jsonl");
     let mut text = std::fs::read_to_string(&journal).unwrap();
     text += "{\"key\": \"half a li";
@@ -186,12 +186,12 @@ fn an_interrupted_study_goes_on_where_it_ended() {
     assert_eq!(errors(&second.results.unwrap()), errors(&whole.results.unwrap()));
     let third = make(PENDULUM, &plan, Some(folder.path()), usize::MAX);
     assert_eq!(third.clock.now(), 0.0, "nothing is left to do");
-    // Another scene is another reference and other rows.
+    // Another scene has another reference and other rows.
     let other = PENDULUM.replace("20.0", "25.0");
     assert!(make(&other, &plan, Some(folder.path()), usize::MAX).references > 0);
 }
 
-/// The row of one scheme at one step.
+/// Row of one integrator at one step.
 fn row(text: &str, spec: IntegratorSpec, step: f64) -> Row {
     made(text, &plan(text, &[spec], &[step])).rows().next().unwrap().clone()
 }
@@ -214,7 +214,7 @@ fn a_run_that_works_is_ok() {
 
 #[test]
 fn a_run_whose_state_is_not_finite_has_diverged() {
-    // An element turns inside out, which a barrier does not allow.
+    // An element inverts, which a barrier does not allow.
     let row = row(SQUARE, IntegratorSpec::VelocityVerlet, 0.025);
     assert_eq!(row.status, RowStatus::Diverged, "{row:?}");
     assert!(row.fail_time.unwrap() > 0.0 && row.err_q_rms.is_none() && !row.dropped);
@@ -223,7 +223,7 @@ fn a_run_whose_state_is_not_finite_has_diverged() {
 
 #[test]
 fn a_run_that_gains_energy_has_blown_up() {
-    // Omega is sqrt(20): 0.45 s is the limit. Half of a second is above it.
+    // Omega is sqrt(20): the limit is 0.45 s, below half a second.
     let text = PENDULUM
         .replace("duration = 1.0", "duration = 150.0")
         .replace("gravity = [0.0, -9.81]", "gravity = [0.1, 0.0]");
@@ -264,7 +264,7 @@ fn a_failed_run_is_a_cross_in_the_chart_and_a_remark_in_the_report() {
     assert_eq!(back["time"]["step"].as_float(), Some(0.001));
 }
 
-// A5: linear, so that the modes are the solution.
+// A5: a linear scene, which modes solve exactly.
 #[test]
 fn a_linear_system_is_compared_with_its_modes() {
     let text = "dimension = 2
@@ -288,7 +288,7 @@ fn a_linear_system_is_compared_with_its_modes() {
     let x = reference.trajectory.x.last().unwrap();
     assert!((x[2] - 4.0 - 0.5 * (w1.cos() + w2.cos())).abs() < 1e-12);
     assert!((x[4] - 8.0 - 0.5 * (w1.cos() - w2.cos())).abs() < 1e-12);
-    // A nonlinear one is not.
+    // A nonlinear scene is not solved by modes.
     let bent = text.replace("[5.0, 0.0]", "[5.0, 0.5]");
     let reference = made(&bent, &plan(&bent, &[IntegratorSpec::Rk4], &[1e-3])).variants[0].reference.clone();
     assert!(reference.how.starts_with("computed"), "{}", reference.how);
@@ -297,7 +297,7 @@ fn a_linear_system_is_compared_with_its_modes() {
     assert!(matches!(make(&bent, &exact, None, usize::MAX).results, Err(StudyError::NotExact)));
 }
 
-// E: the reference's error is known, by which rows are dropped.
+// E: the reference's error is known, and rows near it are dropped.
 #[test]
 fn a_computed_reference_knows_its_error() {
     let text = "dimension = 2
@@ -331,7 +331,7 @@ fn what_is_varied_has_rows_and_a_reference_of_its_own() {
     assert_eq!(results.variants.len(), 2);
     assert_eq!(results.variants[1].variant, "body.0.springs.stiffness=40");
     assert_ne!(results.variants[0].reference.id, results.variants[1].reference.id);
-    // Each is another problem with advice of its own: the softer is no cheaper way to simulate the stiffer.
+    // Each is a different problem with its own advice: the softer one does not replace the stiffer one.
     let advice = results.recommendations();
     assert_eq!(advice.len(), 2);
     for (advice, stiffness) in advice.iter().zip(["20", "40"]) {
@@ -342,14 +342,14 @@ fn what_is_varied_has_rows_and_a_reference_of_its_own() {
     let report = report::StudyReport::new("two", &[results], &[report::FigureKind::Time]).unwrap();
     let problems: Vec<&str> = report.recommendations.iter().map(|(name, _)| name.as_str()).collect();
     assert_eq!(problems, ["scene, body.0.springs.stiffness=20", "scene, body.0.springs.stiffness=40"]);
-    // The same problem solved in another way has the same.
+    // Another linear solver does not change the problem.
     let axis = "time.solver.linear=cholesky,cg".parse().unwrap();
     let plan = StudyPlan { axes: vec![axis], ..self::plan(PENDULUM, &[IntegratorSpec::Gauss2], &[0.01]) };
     let text = PENDULUM.replace("velocity-verlet", "implicit-euler");
     let results = made(&text, &plan);
     assert_eq!(results.variants[0].reference, results.variants[1].reference);
     assert_eq!(results.recommendations().len(), 1, "the cheaper solver");
-    // Whatever changed: errors beside two references do not compare.
+    // Errors relative to different references are not comparable.
     let mut apart = results;
     apart.variants[1].reference.id = "another".into();
     let problems: Vec<String> = apart.recommendations().into_iter().map(|advice| advice.problem).collect();
@@ -453,7 +453,7 @@ fn steps_that_follow_the_error_land_on_the_times_of_comparison() {
     assert_eq!(rows.iter().map(|row| row.tol).collect::<Vec<_>>(), [Some(1e-4), Some(1e-8)]);
     assert!(rows.iter().all(|row| row.integrator == "dormand-prince5 (adaptive)" && row.n_reject.is_some()));
     let errors: Vec<f64> = rows.iter().map(|row| row.err_q_rms.unwrap()).collect();
-    // Twenty frames between are steps of their own: even the coarse tolerance is met well.
+    // Twenty intermediate frames are steps: even the coarse tolerance is met well.
     assert!(errors[1] < 1e-2 * errors[0] && errors[1] < 1e-7, "{errors:?}");
     assert!(
         toml(results.rows(), &results.variants[0].reference, 1e-7)

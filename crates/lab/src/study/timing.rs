@@ -3,18 +3,18 @@
 /// Relative scatter of repeated timings on a quiet machine.
 pub(super) const NOISE: f64 = 0.05;
 
-/// Seconds of some runs, in short.
+/// Statistics of the times of several runs [s].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Timing {
     pub(super) min: f64,
     pub(super) median: f64,
-    /// Between the first and third quartile.
+    /// Interquartile range.
     pub(super) iqr: f64,
     pub(super) repeats: usize,
 }
 
 impl Timing {
-    /// Of at least one run.
+    /// Statistics of at least one run.
     pub(super) fn of(seconds: &[f64]) -> Timing {
         let mut sorted = seconds.to_vec();
         sorted.sort_by(f64::total_cmp);
@@ -26,13 +26,13 @@ impl Timing {
         }
     }
 
-    /// True if the middle half of the runs differs by more than [`NOISE`].
+    /// True if the interquartile range exceeds [`NOISE`].
     pub(super) fn is_noisy(&self) -> bool {
         self.iqr > NOISE * self.median
     }
 }
 
-/// Linear between the two nearest.
+/// Quantile by linear interpolation.
 fn quantile(sorted: &[f64], part: f64) -> f64 {
     let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
     let place = part * last as f64;

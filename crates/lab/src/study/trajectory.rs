@@ -11,10 +11,10 @@ use pliant::run::{Outcome, Plan, Summary, run};
 use pliant_scene::assembly::{Assembly, UnstableStep};
 use pliant_scene::{Adaptive, Problem, Scene};
 
-/// Part of a run kept for comparison: the state at each time, the start not among them.
+/// States of a run at the times of comparison, without the start.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct StateSamples {
-    /// [s]
+    /// Times [s].
     pub times: Vec<f64>,
     /// Positions at each time, flat `(n, dimension)` [m].
     pub x: Vec<Vec<f64>>,
@@ -25,29 +25,29 @@ pub struct StateSamples {
 /// Energy and momenta at the start and at each time of comparison.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct InvariantSeries {
-    /// [s]
+    /// Times [s].
     pub times: Vec<f64>,
-    /// Total energy, less what came in from outside and went out [J].
+    /// Conserved energy: the total minus the net energy that entered [J].
     pub energy: Vec<f64>,
-    /// `sum m v` [kg m/s].
+    /// Momentum `sum m v` [kg m/s].
     pub momentum: Vec<[f64; 3]>,
-    /// `sum m x cross v` [kg m^2/s].
+    /// Angular momentum `sum m x cross v` [kg m^2/s].
     pub angular_momentum: Vec<[f64; 3]>,
 }
 
-/// A run that was watched.
+/// A recorded run.
 pub(crate) struct WatchedRun {
     pub(crate) assembly: Assembly,
     pub(crate) summary: Summary,
     pub(crate) trajectory: StateSamples,
     pub(crate) series: InvariantSeries,
-    /// True if it was stopped because the time for it was over.
+    /// True if it ran out of time.
     pub(crate) out_of_time: bool,
     pub(crate) setup: f64,
     pub(crate) stepping: f64,
 }
 
-/// How one run is taken.
+/// Runs scenes on a time grid.
 #[derive(Clone, Copy)]
 pub(crate) struct Runner<'a> {
     pub(crate) grid: TimeGrid,
@@ -56,7 +56,7 @@ pub(crate) struct Runner<'a> {
 }
 
 impl Runner<'_> {
-    /// The scene with this scheme and pace, assembled.
+    /// Assembles the scene with this integrator and step.
     pub(crate) fn assemble(
         &self,
         scene: &Scene,
@@ -65,17 +65,17 @@ impl Runner<'_> {
     ) -> Result<Assembly, Vec<Problem>> {
         let scene = self.paced(scene, scheme, pace);
         let mut assembly = scene.assemble(UnstableStep::Accept)?;
-        // The same, unless a test has a scheme that is not in the registry.
+        // Tests may use a method that is not in the registry.
         if scheme.method != scheme.spec.method() {
             assembly.simulation.set_method(scheme.method);
         }
         Ok(assembly)
     }
 
-    /// The scene with another scheme and pace. Explicit schemes have no solver.
+    /// Scene with another integrator and step. Explicit integrators have no solver.
     fn paced(&self, scene: &Scene, scheme: Contender, pace: TimeStepping) -> Scene {
         let mut scene = scene.clone();
-        // All schemes have one energy of contact: that of the scene's own, in its own steps.
+        // All integrators share one contact energy: that of the scene's own integrator and step.
         scene.keep_contact(self.grid.step(1));
         scene.time.integrator = scheme.spec;
         scene.time.arc_length = None;
@@ -86,19 +86,19 @@ impl Runner<'_> {
                 (None, Some(Adaptive { tolerance: Some(tolerance), ..given }))
             }
         };
-        // Frames, by which steps that follow the error go, are the times of comparison.
+        // Adaptive steps depend on frames, which are the times of comparison.
         scene.output.rate = self.grid.rate();
         if scheme.method.documentation.solves == 0 {
             scene.time.solver = None;
         }
-        // A row is of one step: where it is not solved, the run fails.
+        // A row has one step size: an unsolved step fails the run, without subdivision.
         if let Some(solver) = &mut scene.time.solver {
             solver.retries = None;
         }
         scene
     }
 
-    /// A run that keeps states, until `deadline` at most.
+    /// Runs and records states, until `deadline` at most.
     pub(crate) fn watch(
         &self,
         scene: &Scene,
@@ -119,7 +119,7 @@ impl Runner<'_> {
         };
         let before = self.clock.now();
         let plan = Plan { duration: self.grid.duration, rate: self.grid.rate() };
-        // Between two times of comparison there may be more work than there is time.
+        // The work between two times of comparison may exceed the deadline.
         let over = || self.interrupt.load(Ordering::Relaxed) || self.clock.now() > deadline;
         let simulation = &mut assembly.simulation;
         let summary = until(over, |stop| {
@@ -135,7 +135,7 @@ impl Runner<'_> {
         Ok(WatchedRun { assembly, summary, trajectory, series, out_of_time, setup, stepping })
     }
 
-    /// Frames a second of a run that is timed: the fewest there can be, unless steps go by them.
+    /// Frame rate of a timed run: the lowest possible, unless step sizes depend on frames.
     fn timed_rate(&self, pace: TimeStepping) -> f64 {
         match pace {
             TimeStepping::Parts(_) => 1.0 / self.grid.duration,
@@ -143,7 +143,7 @@ impl Runner<'_> {
         }
     }
 
-    /// A run without a look at anything: seconds to assemble and to step.
+    /// Times a run without recording: seconds of assembly and of stepping.
     pub(crate) fn time(
         &self,
         scene: &Scene,
@@ -162,7 +162,7 @@ impl Runner<'_> {
     }
 }
 
-/// Keeps states.
+/// Records states.
 struct Watcher<'a> {
     clock: &'a dyn Clock,
     deadline: f64,
@@ -173,7 +173,7 @@ struct Watcher<'a> {
 }
 
 impl Watcher<'_> {
-    /// Tells the clock of the work since it was told last.
+    /// Reports the work since the last call to the clock.
     fn catch_up(&mut self, work: &pliant::observer::Work) {
         let mut since = *work;
         since.force_evaluations -= self.seen.force_evaluations;
@@ -213,7 +213,7 @@ impl Observer for Watcher<'_> {
 }
 
 impl WatchedRun {
-    /// True if it came to the end.
+    /// True if the run was completed.
     pub(crate) fn is_done(&self) -> bool {
         matches!(self.summary.outcome, Outcome::Done)
     }

@@ -4,7 +4,7 @@ use crate::geometry::longest_edge;
 use crate::{Cell, Mesh, MeshError};
 use pliant::element::{CellBlock, CellVisitor, Isoparametric};
 
-/// Cells that fit the dimension of the mesh, of one kind in each dimension.
+/// Checks that cells fit the dimension of the mesh, with one kind in each dimension.
 pub(super) fn usable(mesh: &Mesh) -> Result<(), MeshError> {
     for (i, block) in mesh.blocks.iter().enumerate() {
         let kind = block.kind;
@@ -29,7 +29,7 @@ pub(super) fn usable(mesh: &Mesh) -> Result<(), MeshError> {
     }
 }
 
-/// Cells with vertices that exist.
+/// Checks that vertex indices are in range.
 pub(super) fn in_range(mesh: &Mesh) -> Result<(), MeshError> {
     let count = mesh.vertex_count();
     for block in &mesh.blocks {
@@ -41,7 +41,7 @@ pub(super) fn in_range(mesh: &Mesh) -> Result<(), MeshError> {
     Ok(())
 }
 
-/// No vertex twice in a cell.
+/// Checks that no cell has a vertex twice.
 pub(super) fn different_vertices(mesh: &Mesh) -> Result<(), MeshError> {
     for block in &mesh.blocks {
         for (i, cell) in block.cells().enumerate() {
@@ -54,7 +54,7 @@ pub(super) fn different_vertices(mesh: &Mesh) -> Result<(), MeshError> {
     Ok(())
 }
 
-/// Elements with a positive volume that are folded nowhere, none of them twice.
+/// Checks that elements have positive volume, are not folded and occur once.
 pub(super) fn check(mesh: &Mesh) -> Result<(), MeshError> {
     let Some(block) = mesh.block() else { return Ok(()) };
     block.kind.visit(Shapes { mesh, block })?;
@@ -71,7 +71,7 @@ pub(super) fn check(mesh: &Mesh) -> Result<(), MeshError> {
     }
 }
 
-/// Whether each cell of a block of the dimension of the mesh is without a volume.
+/// For each cell of a block of the mesh's dimension: true if its volume is zero.
 pub(crate) fn flat_cells(mesh: &Mesh, block: &CellBlock) -> Vec<bool> {
     block.kind.visit(Flat { mesh, block })
 }
@@ -94,19 +94,19 @@ impl CellVisitor for Flat<'_> {
     }
 }
 
-/// Cells that are folded at a node, though not where they are integrated.
+/// Cells that are folded at a node but not at a quadrature point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FoldedNodes {
     /// The number of cells.
     pub count: usize,
-    /// The most folded one.
+    /// Index of the most folded cell.
     pub worst: usize,
-    /// Its least `det J`, as a fraction of its mean.
+    /// Smallest `det J` in that cell, as a fraction of its mean.
     pub least: f64,
 }
 
 impl Mesh {
-    /// Cells of the dimension of the mesh that are folded at a node; `None` without any.
+    /// Cells of the mesh's dimension that are folded at a node; `None` if there are none.
     pub fn folded_nodes(&self) -> Option<FoldedNodes> {
         let block = self.block().filter(|block| block.kind.dimension == self.dimension)?;
         let least = block.kind.visit(LeastJacobians { mesh: self, block });
@@ -147,7 +147,8 @@ impl CellVisitor for Shapes<'_> {
             if relative.is_nan() || relative.abs() <= super::DEGENERATE {
                 return Err(MeshError::Degenerate { cell, volume, size });
             }
-            // Bilinear ones may fold at a corner, where nothing is evaluated; curved sides must not.
+            // Bilinear cells may fold at a corner, where nothing is evaluated; curved sides must not
+            // fold.
             let least = if kind.kind.order() == 1 {
                 kind.least_at_points(&nodes)
             } else {
@@ -169,15 +170,15 @@ mod tests {
     use crate::error::MeshError;
     use crate::test_support::build_inline;
 
-    /// A unit square whose last corner is drawn along its diagonal, to `at`.
+    /// A unit square whose last corner is moved along its diagonal to `at`.
     fn drawn(at: f64) -> Result<crate::Mesh, MeshError> {
         let points = serde_json::json!([[0.0, 0.0], [1.0, 0.0], [at, at], [0.0, 1.0]]);
         let spec = serde_json::json!({ "points": points, "quadrilaterals": [[0, 1, 2, 3]] });
         build_inline(&serde_json::from_value(spec).unwrap(), 2)
     }
 
-    // The angle is 180 degrees at 1/2; `det J` there is `(2 at - 1) / at` of its mean, at the quadrature
-    // point near it 0.29 of it at 0.45 and -0.73 at 0.25.
+    // At 1/2 the angle is 180 degrees. The corner's `det J` is `(2 at - 1) / at` of the mean; at the
+    // nearest quadrature point it is 0.29 of the mean for 0.45 and -0.73 for 0.25.
     #[test]
     fn cells_folded_at_a_corner_alone_are_counted_and_those_folded_inside_refused() {
         assert_eq!(drawn(0.51).unwrap().folded_nodes(), None);

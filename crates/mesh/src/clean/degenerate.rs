@@ -59,7 +59,7 @@ fn apply(file: &mut FileMesh) -> Result<Vec<Cleaned>, MeshError> {
     Ok(cleaned)
 }
 
-/// Drops cells of a kind: how many because they are degenerate, and because they repeat another.
+/// Drops cells of a kind; returns the numbers of degenerate and of repeated cells.
 fn of_kind(file: &mut FileMesh, kind: SimplexCells) -> [usize; 2] {
     let nodes = file.nodes(kind);
     let flat = flat(&file.mesh, kind);
@@ -83,7 +83,7 @@ fn of_kind(file: &mut FileMesh, kind: SimplexCells) -> [usize; 2] {
     [degenerate, repeated]
 }
 
-/// The same for a block.
+/// Drops cells of a block; returns the numbers of degenerate and of repeated cells.
 fn of_block(file: &mut FileMesh, block: usize) -> [usize; 2] {
     let cells = &file.mesh.blocks[block];
     let flat = if cells.kind.dimension == file.mesh.dimension {
@@ -116,7 +116,7 @@ fn all_differ(nodes: &[u32]) -> bool {
     nodes.iter().enumerate().all(|(i, node)| !nodes[..i].contains(node))
 }
 
-/// True for each cell of a kind that is flat.
+/// True for each degenerate cell of a kind.
 fn flat(mesh: &Mesh, kind: SimplexCells) -> Vec<bool> {
     let least = mesh.diagonal();
     match kind {

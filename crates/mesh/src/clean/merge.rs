@@ -28,9 +28,8 @@ fn apply(spec: &FileSpec, file: &mut FileMesh) -> Result<Vec<Cleaned>, MeshError
     Ok(vec![Cleaned { first_vertex, ..Cleaned::new("merge", "merged", count, "vertices") }])
 }
 
-/// For each vertex the one that stands for it: the first that stands for itself and is no farther than the
-/// tolerance. No vertex moves farther than that: vertices that follow each other in small distances do not
-/// draw each other along.
+/// Representative of each vertex: the lowest vertex within the tolerance that represents itself. No
+/// vertex moves farther than the tolerance: chains of close vertices do not collapse.
 pub(super) fn targets(mesh: &Mesh, tolerance: f64) -> Vec<u32> {
     let mut buckets = Buckets { mesh, tolerance, cells: HashMap::new() };
     (0..mesh.vertex_count() as u32)
@@ -38,8 +37,8 @@ pub(super) fn targets(mesh: &Mesh, tolerance: f64) -> Vec<u32> {
         .collect()
 }
 
-/// Vertices that stand for themselves, by the cube that they lie in: at a tolerance of 0 by their
-/// coordinates.
+/// Hash grid of the vertices that represent themselves; at a tolerance of 0 the key is the coordinates'
+/// bits.
 struct Buckets<'a> {
     mesh: &'a Mesh,
     tolerance: f64,
@@ -47,20 +46,20 @@ struct Buckets<'a> {
 }
 
 impl Buckets<'_> {
-    /// The cube of the point `offset` away from this one along every axis. Monotonic, rounding included:
-    /// what is near lies between the cubes of both ends.
+    /// Grid cube of the point moved by `offset` along every axis. The map is monotonic, rounding
+    /// included: all close points lie between the cubes at `-tolerance` and `+tolerance`.
     fn cube(&self, point: &[f64], offset: f64) -> [i64; 3] {
         let width = 4.0 * self.tolerance;
         let mut cube = [0; 3];
         for (cube, &x) in cube.iter_mut().zip(point) {
-            // The last sum makes 0 of -0; the cast saturates.
+            // Adding 0.0 turns -0 into 0; the cast saturates.
             let x = x + offset + 0.0;
             *cube = if width > 0.0 { (x / width).floor() as i64 } else { x.to_bits() as i64 };
         }
         cube
     }
 
-    /// The lowest vertex entered that is near this one.
+    /// Lowest registered vertex within the tolerance.
     fn near(&self, vertex: u32) -> Option<u32> {
         let point = self.mesh.point(vertex as usize);
         let (low, high) = (self.cube(point, -self.tolerance), self.cube(point, self.tolerance));
@@ -78,7 +77,7 @@ impl Buckets<'_> {
         found
     }
 
-    /// Enters a vertex, which stands for itself.
+    /// Registers a vertex as its own representative.
     fn enter(&mut self, vertex: u32) -> u32 {
         let cube = self.cube(self.mesh.point(vertex as usize), 0.0);
         self.cells.entry(cube).or_default().push(vertex);

@@ -25,18 +25,18 @@ use super::file::{FileMesh, Place};
 use crate::spec::FileSpec;
 use pliant::element::CellBlock;
 
-/// The steps there are, in the order in which they are taken.
+/// Cleaning steps, in the order in which they run.
 pub(super) const STEPS: &[CleaningStep] = &[merge::STEP, degenerate::STEP, unused::STEP, orient::STEP];
 
-/// One way to mend a file.
+/// A cleaning step.
 pub(super) struct CleaningStep {
-    /// Tells whether the scene asks for it.
+    /// True if the scene requests the step.
     pub asked: fn(&FileSpec) -> bool,
-    /// Mends the file, and counts.
+    /// Runs the step and returns its counts.
     pub apply: fn(&FileSpec, &mut FileMesh) -> Result<Vec<Cleaned>, MeshError>,
-    /// Tells whether it mends this fault.
+    /// True if the step repairs this error.
     pub cures: fn(&MeshError) -> bool,
-    /// The key, and what it does.
+    /// Key of the step, and its effect.
     pub advice: &'static str,
 }
 
@@ -48,15 +48,15 @@ pub struct Cleaned {
     pub key: &'static str,
     /// `merged`, `dropped` or `oriented`.
     pub verb: &'static str,
-    /// How many of them.
+    /// Number of vertices or cells changed.
     pub count: usize,
-    /// How many the step looked at, where that says something.
+    /// Number of vertices or cells examined, where it is informative.
     pub total: Option<usize>,
     /// `vertices`, `triangles`, ...
     pub what: &'static str,
-    /// Why, as the end of the sentence; may be empty.
+    /// Reason, as the end of the sentence; may be empty.
     pub why: &'static str,
-    /// Number of the first vertex that is gone: from it on vertices have other numbers than before the step.
+    /// Index of the first removed vertex: from it on the vertices are renumbered.
     pub first_vertex: Option<usize>,
 }
 
@@ -65,7 +65,7 @@ impl Cleaned {
         Cleaned { key, verb, count, total: None, what, why: "", first_vertex: None }
     }
 
-    /// The noun of the last of its counts: `vertices`, and `vertex` of one.
+    /// Noun of the last count in the message: `vertices`, or `vertex` for one.
     pub fn noun(&self) -> String {
         match (self.total.unwrap_or(self.count), self.what) {
             (1, "vertices") => "vertex".into(),
@@ -76,7 +76,7 @@ impl Cleaned {
     }
 }
 
-/// Takes the steps that the scene asks for; what they counted is in [`Mesh::cleaned`](super::Mesh::cleaned).
+/// Runs the steps that the scene requests; [`Mesh::cleaned`](super::Mesh::cleaned) keeps their counts.
 pub(super) fn clean(spec: &FileSpec, file: &mut FileMesh) -> Result<(), MeshError> {
     for step in STEPS.iter().filter(|step| (step.asked)(spec)) {
         let cleaned = (step.apply)(spec, file)?;
@@ -85,13 +85,13 @@ pub(super) fn clean(spec: &FileSpec, file: &mut FileMesh) -> Result<(), MeshErro
     Ok(())
 }
 
-/// Steps that would mend this fault and are not asked for, in words.
+/// Advice on the steps that would repair this error and are not requested.
 pub(super) fn cures(spec: &FileSpec, error: &MeshError) -> Vec<&'static str> {
     let offered = STEPS.iter().filter(|step| !(step.asked)(spec) && (step.cures)(error));
     offered.map(|step| step.advice).collect()
 }
 
-/// Cells of one kind, as the steps see them.
+/// Kinds of simplices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum SimplexCells {
     Edges,
@@ -122,10 +122,10 @@ impl SimplexCells {
     }
 }
 
-/// New numbers of things of which some are removed: `None` for those.
+/// New index of each item; `None` for a removed one.
 type Numbers = Vec<Option<u32>>;
 
-/// Numbers of what `keep` keeps, one after the other.
+/// Consecutive numbers for the items that `keep` marks.
 fn consecutive(keep: &[bool]) -> Numbers {
     let mut next = 0;
     let number = |&keep: &bool| {
@@ -137,14 +137,14 @@ fn consecutive(keep: &[bool]) -> Numbers {
     keep.iter().map(number).collect()
 }
 
-/// Members of a list that `keep` keeps; all of an empty list.
+/// Retains the items that `keep` marks; an empty list stays empty.
 fn retain<T>(items: &mut Vec<T>, keep: &[bool]) {
     let mut keep = keep.iter();
     items.retain(|_| keep.next().is_none_or(|&keep| keep));
 }
 
 impl FileMesh {
-    /// All nodes of each cell of a kind: its corners, then those in the middle of its edges.
+    /// All nodes of each cell of a kind: corners, then mid-edge nodes.
     fn nodes(&self, kind: SimplexCells) -> Vec<Vec<u32>> {
         fn joined<const N: usize, const M: usize>(
             corners: &[[u32; N]],
@@ -164,11 +164,11 @@ impl FileMesh {
         }
     }
 
-    /// Removes the cells that `keep` does not keep. `numbers` are the new ones of all, also of a cell that
-    /// is removed because another stands for it, whose groups that one is then in.
+    /// Removes the cells that `keep` does not mark. `numbers` maps old to new indices; a removed repeated
+    /// cell maps to the cell that represents it, so that the latter joins its groups.
     fn retain_cells(&mut self, kind: SimplexCells, keep: &[bool], numbers: &Numbers) {
         if keep.is_empty() {
-            // Groups of edges and those of lines look alike, and a file has one of them.
+            // Groups of edges and of lines look alike, and a file has only one of them.
             return;
         }
         let mesh = &mut self.mesh;
@@ -198,7 +198,7 @@ impl FileMesh {
         }
     }
 
-    /// Removes the cells of a block that `keep` does not keep; `numbers` as for cells of other kinds.
+    /// Removes the cells of a block that `keep` does not mark; `numbers` as in `retain_cells`.
     fn retain_block(&mut self, block: usize, keep: &[bool], numbers: &Numbers) {
         let CellBlock { kind, vertices } = &mut self.mesh.blocks[block];
         let mut kept = keep.iter().flat_map(|&keep| std::iter::repeat_n(keep, kind.nodes));
@@ -213,8 +213,8 @@ impl FileMesh {
         }
     }
 
-    /// Removes the vertices that `keep` does not keep; `numbers` as for cells. No cell may use one without
-    /// a number.
+    /// Removes the vertices that `keep` does not mark; `numbers` as in `retain_cells`. Cells must not use
+    /// a vertex without a new number.
     fn retain_vertices(&mut self, keep: &[bool], numbers: &Numbers) {
         let mesh = &mut self.mesh;
         let mut kept = keep.iter().flat_map(|&keep| std::iter::repeat_n(keep, mesh.dimension));
@@ -240,7 +240,7 @@ impl FileMesh {
     }
 }
 
-/// New numbers of the things in a list, ascending, each once.
+/// Replaces old indices by new ones: ascending, each once.
 fn renumber(list: &mut Vec<u32>, numbers: &Numbers) {
     *list = list.iter().filter_map(|&i| numbers[i as usize]).collect();
     list.sort_unstable();

@@ -32,7 +32,7 @@ fn apply(file: &mut FileMesh) -> Result<Vec<Cleaned>, MeshError> {
     Ok(vec![Cleaned { total, ..Cleaned::new("orient", "oriented", turned.len(), what) }])
 }
 
-/// Mirrors these elements, which are no simplices.
+/// Mirrors these elements of a block.
 fn turn_cells(mesh: &mut Mesh, turned: &[usize]) -> Cleaned {
     let (dimension, total) = (mesh.element_dimension(), Some(mesh.element_count()));
     let mut what = "cells";
@@ -48,7 +48,7 @@ fn turn_cells(mesh: &mut Mesh, turned: &[usize]) -> Cleaned {
     Cleaned { total, ..Cleaned::new("orient", "oriented", turned.len(), what) }
 }
 
-/// Cells of negative volume that are no simplices.
+/// Finds the cells of negative volume in a block.
 struct LeftHanded<'a> {
     mesh: &'a Mesh,
     block: &'a CellBlock,
@@ -64,13 +64,13 @@ impl CellVisitor for LeftHanded<'_> {
     }
 }
 
-/// Cells of negative volume.
+/// Indices of the cells of negative volume.
 fn left_handed<const N: usize>(mesh: &Mesh, cells: &[[u32; N]]) -> Vec<usize> {
     let is_left = |cell: &[u32; N]| measure(&mesh.points, mesh.dimension, *cell).relative < 0.0;
     (0..cells.len()).filter(|&i| is_left(&cells[i])).collect()
 }
 
-/// Exchanges the last two corners, and the nodes in the middle of the edges that change places with them.
+/// Exchanges the last two corners and the affected mid-edge nodes.
 fn turn_tetrahedron(mesh: &mut Mesh, i: usize) {
     mesh.tetrahedra[i].swap(2, 3);
     if let Some([_, m12, m02, m03, m13, _]) = mesh.tetrahedron_middles.get_mut(i) {

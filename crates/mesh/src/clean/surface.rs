@@ -1,18 +1,18 @@
-//! Sides of a surface of triangles in space.
+//! Consistent orientation of triangle surfaces in space.
 
 use crate::Mesh;
 use crate::MeshError;
 
-/// Neighbour across an edge of a triangle: the other triangle, whether both run through the edge the same
-/// way, and the edge.
+/// Neighbour across an edge of a triangle: the other triangle, whether both traverse the edge in the same
+/// direction, and the edge.
 type Neighbour = (u32, bool, [u32; 2]);
 
-/// Triangles to turn so that neighbours have the same side up: of closed surfaces the outer one, of open
-/// ones that of most of their triangles, of two halves that of the first. Neighbours share an edge with
-/// each other only: where three and more meet, no order of vertices is better than another.
+/// Indices of the triangles to turn for a consistent orientation. Closed surfaces face outwards; open
+/// surfaces follow the majority of their triangles, and in a tie the first triangle. Only edges of
+/// exactly two triangles connect neighbours: at an edge of three or more no orientation is preferred.
 ///
 /// # Errors
-/// [`MeshError::NotOrientable`], a surface with one side.
+/// [`MeshError::NotOrientable`] for a one-sided surface.
 pub(super) fn other_side_up(mesh: &Mesh) -> Result<Vec<usize>, MeshError> {
     let neighbours = neighbours(&mesh.triangles);
     let mut turned: Vec<Option<bool>> = vec![None; mesh.triangles.len()];
@@ -29,9 +29,9 @@ pub(super) fn other_side_up(mesh: &Mesh) -> Result<Vec<usize>, MeshError> {
     Ok(result)
 }
 
-/// Across each edge of each triangle what lies there, if it is one triangle.
+/// Neighbours of each triangle, across the edges that exactly two triangles share.
 fn neighbours(triangles: &[[u32; 3]]) -> Vec<Vec<Neighbour>> {
-    // Lower end, higher end, whether it runs from lower to higher, triangle.
+    // Lower end, higher end, true if directed from lower to higher, triangle.
     let mut sides: Vec<(u32, u32, bool, u32)> = Vec::with_capacity(3 * triangles.len());
     for (i, &[a, b, c]) in (0..).zip(triangles) {
         sides.extend([[a, b], [b, c], [c, a]].map(|[from, to]| (from.min(to), from.max(to), from < to, i)));
@@ -49,8 +49,8 @@ fn neighbours(triangles: &[[u32; 3]]) -> Vec<Vec<Neighbour>> {
     neighbours
 }
 
-/// The triangles that hang together with `first`, and in `turned` which of them have another side up than
-/// it.
+/// Collects the triangles connected with `first`, and writes into `turned` which of them are oriented
+/// opposite to it.
 fn spread(
     first: usize,
     neighbours: &[Vec<Neighbour>],
@@ -77,7 +77,7 @@ fn spread(
     Ok(piece)
 }
 
-/// True if all of a piece must be turned the other way than its first triangle says.
+/// True if the whole piece must be turned relative to the orientation of its first triangle.
 fn is_inside_out(
     mesh: &Mesh,
     piece: &[usize],
@@ -91,8 +91,8 @@ fn is_inside_out(
     2 * piece.iter().filter(|&&i| is_turned(i)).count() > piece.len()
 }
 
-/// Volume that the piece encloses, six times, in units of the cube of its size: by the divergence theorem,
-/// with the first corner for origin.
+/// Six times the enclosed volume of a piece in units of the mesh's diagonal cubed, by the divergence
+/// theorem with the piece's first corner as origin.
 fn enclosed(mesh: &Mesh, piece: &[usize], is_turned: impl Fn(usize) -> bool) -> f64 {
     let scale = mesh.diagonal();
     let origin = mesh.point(mesh.triangles[piece[0]][0] as usize);

@@ -1,4 +1,4 @@
-//! Files with the faults of real ones, and what cleaning makes of them.
+//! Files with typical defects, and the result of cleaning them.
 
 use proptest::prelude::*;
 
@@ -43,7 +43,7 @@ fn error(text: &str, dimension: usize) -> MeshError {
     gmsh(text, dimension, &NOTHING).unwrap_err().1
 }
 
-/// `tag x y z` from tag 1 on, and `type group nodes`.
+/// A Gmsh file of nodes `tag x y z`, tags from 1, and cells `type group nodes`.
 fn file(points: &[[f64; 3]], cells: &[(u64, u64, &[u64])]) -> String {
     let mut text = format!("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n{}\n", points.len());
     for (i, [x, y, z]) in points.iter().enumerate() {
@@ -92,12 +92,12 @@ fn clockwise_tetrahedra_are_refused_and_oriented() {
     assert_eq!(sentences(&mesh), ["oriented 1 of 2 triangles"]);
 }
 
-/// The nodes in the middle of edges change places with their edges.
+/// Mid-edge nodes move with their edges.
 #[test]
 fn cells_of_second_order_are_turned_with_their_middles() {
     let middle = |a: usize, b: usize| [0, 1, 2].map(|c| 0.5 * (CORNERS[a][c] + CORNERS[b][c]));
     let mut points = CORNERS[..4].to_vec();
-    // Clockwise corners 0, 2, 1, 3 and their middles in Gmsh's order 01, 12, 02, 03, 23, 13 of these.
+    // Clockwise corners 0, 2, 1, 3, and their mid-edge nodes in Gmsh's order 01, 12, 02, 03, 23, 13.
     points.extend([middle(0, 2), middle(2, 1), middle(0, 1), middle(0, 3), middle(1, 3), middle(2, 3)]);
     let text = file(&points, &[(11, 1, &[1, 3, 2, 4, 5, 6, 7, 8, 9, 10])]);
     assert!(matches!(error(&text, 3), MeshError::Inverted { .. }));
@@ -137,7 +137,7 @@ fn unused_vertices_go_with_the_sides_that_use_them() {
         ["dropped 2 vertices that no element and no edge uses", "dropped 1 triangle between them"]
     );
     assert_eq!(mesh.cleaned[0].first_vertex, Some(1));
-    // Points without cells stand for themselves.
+    // Points without cells are elements themselves.
     let cloud = file(&CORNERS, &[(15, 1, &[2])]);
     assert_eq!(gmsh(&cloud, 3, &DROP_UNUSED).unwrap().vertex_count(), 5);
 }
@@ -163,8 +163,7 @@ fn degenerate_and_repeated_cells_are_refused_and_dropped() {
         assert_eq!(sentences(&mesh), expected);
         assert_eq!((&mesh.groups["7"].cells[..], mesh.groups["9"].cells.len()), (&[0, 1, 2][..], 0));
     }
-    // Version 4.1, which does not repeat a cell for each of its groups: `solid_41_*` with an entity more
-    // would be one.
+    // Version 4.1 does not repeat a cell for each of its groups.
     let obj = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\ng a\nf 1 2 3\nf 1 3 4\ng b\nf 4 3 1\nf 1 2 2\n";
     let read = |spec| with(Format::Obj, obj.as_bytes(), 3, spec, MidNodes::Refuse);
     assert!(matches!(read(&NOTHING).unwrap_err().1, MeshError::RepeatedVertex { .. }));
@@ -182,7 +181,7 @@ fn degenerate_and_repeated_cells_are_refused_and_dropped() {
         sentences(&mesh),
         ["dropped 1 triangle without an area", "dropped 1 triangle repeating another"]
     );
-    // What repeated a cell was in a group, and now that one is.
+    // The group of the repeated cell now has the cell that represents it.
     assert_eq!((&mesh.groups["a"].cells[..], &mesh.groups["b"].cells[..]), (&[0, 1][..], &[1][..]));
     let only =
         with(Format::Obj, b"v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n", 3, &DROP_DEGENERATE, MidNodes::Refuse);
@@ -201,7 +200,7 @@ fn springs_without_length_are_dropped_or_their_ends_joined() {
     assert_eq!(apart.contents().coincident_vertices, 1);
 }
 
-/// Each cell with vertices of its own, as programs write that store triangles and not surfaces.
+/// Each cell has vertices of its own, as in formats that store triangles without connectivity.
 #[test]
 fn cells_that_share_no_vertices_are_joined() {
     let whole = build_grid(&grid(&[2, 2, 2], 0.5), 3).unwrap();
@@ -224,7 +223,7 @@ fn cells_that_share_no_vertices_are_joined() {
     assert_eq!(sentences(&mesh), ["merged 165 vertices"]);
     assert_eq!(mesh.surface_triangles().len(), 48);
     assert_eq!(mesh.groups["5"].vertices, (0..27).collect::<Vec<_>>());
-    // With errors of rounding in the coordinates a tolerance is needed, and is enough.
+    // Rounding errors in the coordinates need a tolerance.
     let near: Vec<[f64; 3]> =
         (0..).zip(&points).map(|(i, p)| p.map(|x| x + 1e-9 * f64::from(i * 7 % 5 - 2))).collect();
     let text = file(&near, &cells);
@@ -247,12 +246,12 @@ fn merged_vertices_are_within_the_tolerance_and_do_not_draw_others_along() {
     assert_eq!(targets(&line(&[1e300, -1e300, 0.0]), 1e308), [0, 0, 0]);
 }
 
-/// All faults at once, in a file that without them is a grid.
+/// All defects at once, in a file that is a grid otherwise.
 #[test]
 fn steps_are_taken_in_an_order_in_which_one_needs_no_other() {
     let whole = build_grid(&grid(&[1, 1, 1], 1.0), 3).unwrap();
     let mut points: Vec<[f64; 3]> = whole.points.as_chunks::<3>().0.to_vec();
-    // An unused vertex in front, copies of all at the end.
+    // An unused vertex at the beginning, copies of all vertices at the end.
     points.insert(0, [7.0; 3]);
     points.extend(points.clone());
     let mut cells: Vec<(u64, u64, Vec<u64>)> = Vec::new();
@@ -260,7 +259,7 @@ fn steps_are_taken_in_an_order_in_which_one_needs_no_other() {
         let tags = [a, b, d, c].map(|v| u64::from(v) + 2 + 9 * (i as u64 % 2));
         cells.push((4, 1, tags.to_vec()));
     }
-    // The first once more by the copies, and one that is flat only once vertices are merged.
+    // The first cell again with copied vertices, and a cell that degenerates by merging.
     cells.push((4, 2, cells[0].2.iter().map(|tag| tag + 9).collect()));
     cells.push((4, 2, vec![2, 3, 4, 11]));
     let cells: Vec<(u64, u64, &[u64])> =
@@ -315,7 +314,7 @@ fn surface(points: &[f64], triangles: &[[u32; 3]]) -> Mesh {
     Mesh { dimension: 3, points: points.to_vec(), triangles: triangles.to_vec(), ..Mesh::default() }
 }
 
-/// The mesh as an OBJ, oriented.
+/// Writes the mesh as OBJ and reads it back with `orient`.
 fn oriented(mesh: &Mesh) -> Result<Mesh, MeshError> {
     let mut text = String::new();
     mesh.points.chunks_exact(3).for_each(|x| text += &format!("v {} {} {}\n", x[0], x[1], x[2]));
@@ -329,7 +328,7 @@ fn flipped(mesh: &Mesh, flips: &[bool]) -> Mesh {
     mesh
 }
 
-/// The same triangle whichever corner comes first.
+/// The triangle rotated so that its lowest corner comes first.
 fn cyclic(triangle: [u32; 3]) -> [u32; 3] {
     let [a, b, c] = triangle;
     [[a, b, c], [b, c, a], [c, a, b]].into_iter().min().unwrap()
@@ -352,7 +351,7 @@ fn open_surfaces_keep_the_side_that_most_triangles_have() {
         assert!(found.hinges().is_ok());
         assert_eq!(sentences(&found), [format!("oriented {turned} of 6 triangles")]);
     }
-    // Beyond an edge of three triangles nothing follows.
+    // The orientation does not propagate across an edge of three triangles.
     let fin = surface(&[points, vec![0.5, 0.5, 1.0]].concat(), &[strip, vec![[0, 3, 8]]].concat());
     assert_eq!(sentences(&oriented(&fin).unwrap()), ["oriented 0 of 7 triangles"]);
 }
@@ -380,7 +379,7 @@ fn a_surface_with_one_side_is_refused() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Two closed surfaces, whichever of their triangles are turned: what comes out is the surface of the
+    /// Two closed surfaces with any of their triangles turned: cleaning restores the surface of the
     /// solids.
     #[test]
     fn closed_surfaces_are_turned_outside_out(flips in prop::collection::vec(any::<bool>(), 24 + 24)) {
@@ -398,7 +397,7 @@ proptest! {
                                                      triangles", whole.triangles.len())]);
     }
 
-    /// As comparing every vertex with all before it.
+    /// Agrees with comparing every vertex with all earlier ones.
     #[test]
     fn merging_finds_what_comparing_all_pairs_finds(
         points in prop::collection::vec(
@@ -422,8 +421,8 @@ proptest! {
     }
 }
 
-/// Two quadrilaterals, the second twice and the other way round, a flat one, and a vertex that none has;
-/// a line of the boundary in a group.
+/// Two quadrilaterals, the second repeated in the opposite order, a flat one, an unused vertex, and a
+/// boundary line in a group.
 #[test]
 fn quadrilaterals_are_cleaned_as_triangles_are() {
     let points =
@@ -444,7 +443,7 @@ fn quadrilaterals_are_cleaned_as_triangles_are() {
     assert_eq!(mesh.block().unwrap().of::<4>(), [[0, 1, 4, 3], [1, 2, 5, 4]]);
     assert_eq!(mesh.vertex_count(), 6);
     assert!((mesh.quality().elements.unwrap().total_volume - 2.0).abs() < 1e-15);
-    // What stands for the repeated one is in its group too.
+    // The cell that represents the repeated one joins its group.
     assert_eq!((&mesh.groups["2"].cells[..], &mesh.groups["3"].cells[..]), (&[1][..], &[1][..]));
     assert!(mesh.groups["4"].cells.is_empty() && mesh.lines == [[0, 1]]);
     let said: Vec<String> = mesh.cleaned.iter().map(sentence).collect();

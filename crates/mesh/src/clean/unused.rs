@@ -12,7 +12,7 @@ pub(super) const STEP: CleaningStep = CleaningStep {
     advice: "`drop_unused = true` beside `path` leaves them out",
 };
 
-/// Cells of lower dimension go with their vertices: a side that is none of any element.
+/// Removes the vertices. Cells of lower dimension are removed with them: they are sides of no element.
 fn apply(file: &mut FileMesh) -> Vec<Cleaned> {
     let Some(used) = used_vertices(&file.mesh) else { return Vec::new() };
     let first_vertex = used.iter().position(|used| !used);

@@ -1,5 +1,5 @@
-//! `$Elements`: simplices, quadrilaterals and hexahedra of first and second order; what else Gmsh writes is
-//! refused by its name.
+//! `$Elements`: simplices, quadrilaterals and hexahedra of first and second order; other element types
+//! are rejected by name.
 
 use super::nodes::GmshNodes;
 use super::source::GmshSource;
@@ -29,13 +29,13 @@ pub(super) fn read(
     Ok(elements.cells)
 }
 
-/// Nodes of the largest cell.
+/// Number of nodes of the largest cell.
 const MOST_NODES: usize = 27;
 
-/// Description of a type of Gmsh.
+/// Shape of an element type of Gmsh.
 #[derive(Clone, Copy)]
 enum Shape {
-    /// A simplex: numbers of corners and of nodes in the middle of edges.
+    /// A simplex: number of corners, number of mid-edge nodes.
     Simplex((usize, usize)),
     Block(&'static CellKind),
 }
@@ -63,8 +63,8 @@ impl ElementReader<'_> {
         Ok(())
     }
 
-    /// Version 2.2, binary: `type count number-of-tags`, then as often `tag tags nodes`, until there are as
-    /// many as announced.
+    /// Version 2.2, binary: packets of `type count number-of-tags` and `count` times `tag tags nodes`,
+    /// until the announced number of elements.
     fn packets(&mut self, source: &mut GmshSource) -> Result<(), FileFault> {
         let count: u64 = source.tokens.number("the number of elements")?;
         source.begin_numbers();
@@ -115,7 +115,7 @@ impl ElementReader<'_> {
         if self.version == Version::Two { source.natural(expected) } else { source.size(expected) }
     }
 
-    /// The shape of a cell by the type's number in Gmsh.
+    /// Shape by Gmsh's number of the type.
     fn shape(&self, kind: u64) -> Option<Shape> {
         let is_read = |known: &CellKind| known.order() == 1 || self.mid_nodes != MidNodes::Refuse;
         let known = CELL_KINDS.iter().find(|known| known.gmsh == kind && is_read(known));
@@ -123,7 +123,7 @@ impl ElementReader<'_> {
         self.corners(kind).map(Shape::Simplex).or_else(block)
     }
 
-    /// Number of corners and of nodes in the middle of edges of a simplex, by the type's number in Gmsh.
+    /// Number of corners and of mid-edge nodes of a simplex, by Gmsh's number of the type.
     fn corners(&self, kind: u64) -> Option<(usize, usize)> {
         match kind {
             15 => Some((1, 0)),
@@ -138,7 +138,7 @@ impl ElementReader<'_> {
         }
     }
 
-    /// Reads the nodes of one element and enters it.
+    /// Reads the nodes of one element and adds the cell.
     fn cell(
         &mut self,
         source: &mut GmshSource,
@@ -163,9 +163,10 @@ impl ElementReader<'_> {
         if let [.., last_but_one, last] = vertices
             && middles == 6
         {
-            // Gmsh has edge 23 before edge 13.
+            // Gmsh lists edge 23 before edge 13.
             std::mem::swap(last_but_one, last);
         }
+        // Other kinds are reordered from Gmsh's node order.
         if let Shape::Block(kind) = shape {
             let read = |node: usize| vertices[kind.gmsh_nodes.get(node).copied().unwrap_or(node)];
             let in_order: Vec<u32> = (0..kind.nodes).map(read).collect();

@@ -33,8 +33,8 @@ pub(super) fn names(tokens: &mut Tokens, names: &mut Names) -> Result<(), FileFa
     tokens.keyword("$EndPhysicalNames")
 }
 
-/// Reads which physical groups every entity is in. A negative tag asks for the opposite orientation, which
-/// Gmsh does not apply to the elements of this format; neither do we.
+/// Reads the physical groups of every entity. A negative tag stands for the opposite orientation, which
+/// Gmsh does not apply to the elements of this format; neither does this reader.
 pub(super) fn entities(source: &mut GmshSource, entities: &mut Entities) -> Result<(), FileFault> {
     source.begin_numbers();
     let mut counts = [0_u64; 4];
@@ -44,7 +44,7 @@ pub(super) fn entities(source: &mut GmshSource, entities: &mut Entities) -> Resu
     for (dimension, &count) in (0..).zip(&counts) {
         for _ in 0..count {
             let tag = source.int("the tag of an entity")?;
-            // A point has a position, everything else a bounding box.
+            // A point has a position, other entities have a bounding box.
             for _ in 0..if dimension == 0 { 3 } else { 6 } {
                 source.real("a coordinate of an entity")?;
             }

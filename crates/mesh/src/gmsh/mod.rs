@@ -19,7 +19,7 @@ use super::tokens::{FileFault, excerpt};
 use nodes::GmshNodes;
 use source::GmshSource;
 
-/// Layout of the sections.
+/// Version of the layout of the sections.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Version {
     /// 2.1 and 2.2: each element carries its tags.
@@ -31,7 +31,6 @@ enum Version {
 /// Tags of physical groups by dimension and tag of the entity.
 type Entities = BTreeMap<(u64, i64), Vec<u64>>;
 
-/// Reads the whole file.
 pub(super) fn read(input: &MeshInput) -> Result<FileMesh, FileFault> {
     let mut source = GmshSource::new(input.bytes);
     let version = header(&mut source)?;
@@ -56,7 +55,7 @@ pub(super) fn read(input: &MeshInput) -> Result<FileMesh, FileFault> {
                     .expected("each of the sections $Nodes and $Elements once", section));
             }
             _ => match section.strip_prefix('$') {
-                // It says nothing about the shape, such as `$PartitionedEntities`.
+                // Other sections, such as `$PartitionedEntities`, do not describe the shape.
                 Some(name) => source.skip_section(name)?,
                 None => return Err(source.tokens.expected("the start of a section such as $Nodes", section)),
             },
@@ -71,7 +70,7 @@ pub(super) fn read(input: &MeshInput) -> Result<FileMesh, FileFault> {
     cells.into_file(nodes.xyz, nodes.places, &names, input.mid_nodes)
 }
 
-/// `$MeshFormat`, `version file-type data-size`, in a binary file the integer 1, `$EndMeshFormat`.
+/// Reads `$MeshFormat`, `version file-type data-size`, in a binary file the integer 1, `$EndMeshFormat`.
 fn header(source: &mut GmshSource) -> Result<Version, FileFault> {
     let tokens = &mut source.tokens;
     if tokens.clone().next() == Some("$NOD") {

@@ -11,11 +11,11 @@ use crate::tokens::FileFault;
 pub(super) struct GmshNodes {
     /// Flat `(n, 3)` [m].
     pub xyz: Vec<f64>,
-    /// Place of each.
+    /// Positions of the nodes in the file.
     pub places: Vec<Place>,
-    /// Tag of each.
+    /// Tag of each node.
     tags: Vec<u64>,
-    /// Tag and index, ascending; empty where tags are consecutive, as they nearly always are.
+    /// Tag and index, ascending by tag; empty if tags are consecutive, as they nearly always are.
     sorted: Vec<(u64, u32)>,
 }
 
@@ -41,7 +41,7 @@ impl GmshNodes {
         Ok(())
     }
 
-    /// Makes tags findable; two nodes with the same tag are a fault.
+    /// Sorts the tags; two nodes with the same tag are an error.
     fn sort(&mut self) -> Result<(), FileFault> {
         if self.tags.windows(2).all(|pair| pair[0].checked_add(1) == Some(pair[1])) {
             return Ok(());
@@ -70,9 +70,9 @@ pub(super) fn read(source: &mut GmshSource, version: Version) -> Result<GmshNode
     Ok(nodes)
 }
 
-/// `count`, then `tag x y z`.
+/// Reads `count`, then `tag x y z`.
 fn flat(source: &mut GmshSource, nodes: &mut GmshNodes) -> Result<(), FileFault> {
-    // A word in binary files too.
+    // The count is a text word in binary files too.
     let count: u64 = source.tokens.number("the number of nodes")?;
     source.begin_numbers();
     for _ in 0..count {
@@ -90,7 +90,7 @@ fn position(source: &mut GmshSource, xyz: &mut Vec<f64>) -> Result<(), FileFault
     Ok(())
 }
 
-/// Blocks of one entity each: `dimension tag parametric count`, the tags, then the positions.
+/// Reads blocks of one entity each: `dimension tag parametric count`, the tags, then the positions.
 fn blocks(source: &mut GmshSource, nodes: &mut GmshNodes) -> Result<(), FileFault> {
     source.begin_numbers();
     let blocks = source.size("the number of node blocks")?;
@@ -109,10 +109,9 @@ fn blocks(source: &mut GmshSource, nodes: &mut GmshNodes) -> Result<(), FileFaul
         }
         for node in first..nodes.places.len() {
             position(source, &mut nodes.xyz)?;
-            // Faults of a node are most likely faults of its position.
+            // Most errors of a node are errors of its position.
             nodes.places[node] = source.place(nodes.tags[node]);
-            // A node on a curve repeats its place as one parameter, on a surface as two, in a volume as
-            // three.
+            // A node also has its parameters: one on a curve, two on a surface, three in a volume.
             let parameters = if parametric == 0 { 0 } else { dimension.min(3) };
             for _ in 0..parameters {
                 source.real("a parametric coordinate")?;

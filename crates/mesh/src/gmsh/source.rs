@@ -1,4 +1,4 @@
-//! Numbers of both encodings of the format: words of a text, or bytes between lines of text.
+//! Numbers of the text and the binary encoding: words of a text, or bytes between lines of text.
 
 use crate::FormatError;
 use crate::MeshError;
@@ -6,15 +6,16 @@ use crate::file::Place;
 use crate::number_type::{Endian, NumberType};
 use crate::tokens::{FileFault, Tokens};
 
-/// How a binary file stores its numbers.
+/// Storage of numbers in a binary file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Binary {
     endian: Endian,
-    /// Bytes of a `size_t`: 4 or 8.
+    /// Size of a `size_t` [bytes]: 4 or 8.
     size: usize,
 }
 
-/// The file, read number by number. What it announces is met by reading that much: its end ends every loop.
+/// The file, read number by number. Announced counts are not trusted: the end of the file ends every
+/// loop.
 pub(super) struct GmshSource<'a> {
     pub tokens: Tokens<'a>,
     binary: Option<Binary>,
@@ -25,7 +26,7 @@ impl<'a> GmshSource<'a> {
         GmshSource { tokens: Tokens::of_bytes(bytes), binary: None }
     }
 
-    /// From here on numbers are binary: the four bytes after this line are the integer 1, which shows their
+    /// Switches to binary numbers: the four bytes after this line are the integer 1, which shows the byte
     /// order.
     pub(super) fn set_binary(&mut self, size: u64) -> Result<(), FileFault> {
         let size = match size {
@@ -50,7 +51,7 @@ impl<'a> GmshSource<'a> {
         self.binary.is_some()
     }
 
-    /// The binary numbers of a section begin on a line of their own.
+    /// Skips to the line on which the binary numbers of a section begin.
     pub(super) fn begin_numbers(&mut self) {
         if self.is_binary() {
             self.tokens.end_line();
@@ -61,23 +62,23 @@ impl<'a> GmshSource<'a> {
         self.tokens.fault(error)
     }
 
-    /// The place of the number read last, of a thing with this tag.
+    /// Position of the last number read, for an item with this tag.
     pub(super) fn place(&self, tag: u64) -> Place {
         self.tokens.place(tag)
     }
 
-    /// An `int`.
+    /// Reads an `int`.
     pub(super) fn int(&mut self, expected: &'static str) -> Result<i64, FileFault> {
         match self.binary {
             None => self.tokens.number(expected),
             Some(Binary { endian, .. }) => {
-                // Exact: an f64 holds every number of 32 bits.
+                // Exact: an f64 represents every 32-bit integer.
                 Ok(NumberType::I32.decode(self.tokens.take(4, expected)?, endian) as i64)
             }
         }
     }
 
-    /// An `int` that counts or numbers something.
+    /// Reads a non-negative `int`.
     pub(super) fn natural(&mut self, expected: &'static str) -> Result<u64, FileFault> {
         if self.binary.is_none() {
             return self.tokens.number(expected);
@@ -86,7 +87,7 @@ impl<'a> GmshSource<'a> {
         u64::try_from(number).map_err(|_| self.tokens.expected(expected, &number.to_string()))
     }
 
-    /// A `size_t`.
+    /// Reads a `size_t`.
     pub(super) fn size(&mut self, expected: &'static str) -> Result<u64, FileFault> {
         let Some(Binary { endian, size }) = self.binary else { return self.tokens.number(expected) };
         let mut word = [0_u8; 8];
@@ -97,7 +98,7 @@ impl<'a> GmshSource<'a> {
         Ok(u64::from_le_bytes(word))
     }
 
-    /// A `double`.
+    /// Reads a `double`.
     pub(super) fn real(&mut self, expected: &'static str) -> Result<f64, FileFault> {
         match self.binary {
             None => self.tokens.number(expected),
@@ -105,7 +106,7 @@ impl<'a> GmshSource<'a> {
         }
     }
 
-    /// Passes over the section that `$name` began.
+    /// Skips the section that `$name` began.
     pub(super) fn skip_section(&mut self, name: &str) -> Result<(), FileFault> {
         let found = self.tokens.skip_past(format!("$End{name}").as_bytes());
         if found {
@@ -116,7 +117,7 @@ impl<'a> GmshSource<'a> {
     }
 }
 
-/// `size` is that of a `double` in version 2.2, which has no other.
+/// Checks the `size` of a `double` [bytes], the only size that version 2.2 states: it must be 8.
 pub(super) fn double_size(source: &GmshSource, size: u64) -> Result<u64, FileFault> {
     if size == 8 {
         return Ok(size);

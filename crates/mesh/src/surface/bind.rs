@@ -1,5 +1,5 @@
-//! Embedded surface of a solid: each surface vertex is bound to the element that contains it or is nearest to
-//! it.
+//! Embedded surface of a solid: each surface vertex is bound to the element that contains it or to the
+//! nearest one.
 
 use rayon::prelude::*;
 
@@ -10,14 +10,14 @@ use crate::Mesh;
 use crate::geometry::{cross, dot, subtract};
 use pliant::topology::Skin;
 
-/// Elements of a solid, to be found by place.
+/// Spatial search among the elements of a solid.
 pub(super) struct ElementFinder<'a> {
     mesh: &'a Mesh,
     tree: BoxTree,
 }
 
 impl<'a> ElementFinder<'a> {
-    /// Of tetrahedra, or of hexahedra that are boxes along the axes.
+    /// Supports tetrahedra, and hexahedra that are axis-aligned boxes.
     pub(super) fn new(mesh: &'a Mesh) -> ElementFinder<'a> {
         let boxes: Vec<BoxCorners> = match mesh.block() {
             Some(block) => {
@@ -28,7 +28,7 @@ impl<'a> ElementFinder<'a> {
         ElementFinder { mesh, tree: BoxTree::new(&boxes) }
     }
 
-    /// The element nearest to a point, and its distance [m], 0 inside.
+    /// Element nearest to a point, and the distance [m], 0 inside.
     pub(super) fn nearest(&self, point: &[f64; 3]) -> Option<(usize, f64)> {
         let found = match self.mesh.block() {
             Some(block) => {
@@ -44,13 +44,13 @@ impl<'a> ElementFinder<'a> {
         found.map(|(element, square)| (element as usize, square.sqrt()))
     }
 
-    /// Nodes of an element, and the values of its shape functions at a point, which may lie outside.
+    /// Nodes of an element, and its shape functions at a point, which may lie outside.
     fn weights(&self, element: usize, point: &[f64; 3]) -> (Vec<u32>, Vec<f64>) {
         match self.mesh.block() {
             Some(block) => {
                 let cell = &block.of::<8>()[element];
                 let nodes = self.mesh.nodes::<3, 8>(cell);
-                // Of a box from its first node to that above the third.
+                // Local coordinates in the box spanned by nodes 0 and 6.
                 let share = [0, 1, 2].map(|c| (point[c] - nodes[0][c]) / (nodes[6][c] - nodes[0][c]));
                 let weight = |node: &[f64; 3]| {
                     (0..3).fold(1.0, |product, c| {
@@ -86,10 +86,10 @@ fn squared_distance_of(nodes: &[[f64; 3]; 4], point: &[f64; 3]) -> f64 {
     faces.iter().map(|face| squared_distance(face, point)).fold(f64::INFINITY, f64::min)
 }
 
-/// The skin of a solid, and for each of its triangles the distance of its middle from the solid [m].
+/// Skin of a solid, and the distance of each of its triangles' centroids from the solid [m].
 pub(super) fn bind(surface: &ClosedSurface, mesh: &Mesh) -> (Skin, Vec<f64>) {
     let finder = ElementFinder::new(mesh);
-    // A solid has an element.
+    // A solid has at least one element.
     let nearest = |point: &[f64; 3]| finder.nearest(point).unwrap_or((0, f64::INFINITY));
     let bound = |point: &[f64; 3]| finder.weights(nearest(point).0, point);
     let bound: Vec<(Vec<u32>, Vec<f64>)> = surface.points.par_iter().map(bound).collect();

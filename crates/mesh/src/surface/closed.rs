@@ -1,4 +1,4 @@
-//! Surfaces that enclose a volume, checked.
+//! Checked closed surfaces.
 
 use rayon::prelude::*;
 
@@ -13,20 +13,20 @@ use pliant::topology::DisjointSets;
 
 /// A closed surface of triangles, counter-clockwise seen from outside.
 pub(super) struct ClosedSurface {
-    /// Its vertices [m], those of no triangle left out.
+    /// Vertices [m], without unused ones.
     pub(super) points: Vec<[f64; 3]>,
     pub(super) triangles: Vec<[u32; 3]>,
-    /// Names of the groups of the file that are of triangles, and these.
+    /// Names and triangles of the file's triangle groups.
     pub(super) groups: Vec<(String, Vec<u32>)>,
     tree: BoxTree,
 }
 
 impl ClosedSurface {
-    /// The triangles of a mesh, or the boundary of its solid cells.
+    /// Surface of the triangles of a mesh, or the boundary of its solid cells.
     ///
     /// # Errors
-    /// [`SurfaceError::NoTriangles`], an edge that is not shared by two triangles of opposite directions, a
-    /// surface that is inside out.
+    /// [`SurfaceError::NoTriangles`], an edge that is not shared by triangles in pairs of opposite
+    /// directions, a surface that is inside out.
     pub(super) fn new(mesh: &Mesh) -> Result<ClosedSurface, MeshError> {
         let cells = if mesh.element_dimension() > 1 { mesh.surface_triangles() } else { vec![] };
         if cells.is_empty() {
@@ -62,23 +62,23 @@ impl ClosedSurface {
         self.triangles[triangle].map(|v| self.points[v as usize])
     }
 
-    /// Middle of a triangle.
+    /// Centroid of a triangle.
     pub(super) fn middle(&self, triangle: usize) -> [f64; 3] {
         let [a, b, c] = self.corners(triangle);
         [0, 1, 2].map(|i| (a[i] + b[i] + c[i]) / 3.0)
     }
 
-    /// Lower and upper corner of its box [m].
+    /// Lower and upper corner of the bounding box [m].
     pub(super) fn bounds(&self) -> BoxCorners {
         tree::around(self.points.iter().copied())
     }
 
-    /// Volume enclosed [m^3], by the divergence theorem about the middle of the box.
+    /// Enclosed volume [m^3], by the divergence theorem about the centre of the box.
     pub(super) fn volume(&self) -> f64 {
         (0..self.triangles.len()).map(|i| self.volume_below(i)).sum()
     }
 
-    /// Volume between a triangle and the middle of the box [m^3], signed.
+    /// Signed volume between a triangle and the centre of the box [m^3].
     fn volume_below(&self, triangle: usize) -> f64 {
         let [low, high] = self.tree.bounds();
         let middle = [0, 1, 2].map(|c| 0.5 * (low[c] + high[c]));
@@ -96,7 +96,7 @@ impl ClosedSurface {
         (0..self.triangles.len()).map(area).sum()
     }
 
-    /// Volumes of its pieces [m^3], negative where they bound a cavity.
+    /// Enclosed volumes of the connected pieces [m^3], negative for the boundary of a cavity.
     pub(super) fn pieces(&self) -> Vec<f64> {
         let mut pieces = DisjointSets::new(self.points.len());
         self.triangles.iter().for_each(|triangle| pieces.connect(triangle));
@@ -108,12 +108,12 @@ impl ClosedSurface {
         volumes
     }
 
-    /// How often it winds around each point of a grid.
+    /// Winding number around each point of a grid.
     pub(super) fn windings(&self, axes: &GridAxes) -> Vec<i16> {
         windings((0..self.triangles.len()).map(|i| self.corners(i)), axes)
     }
 
-    /// Fraction of the way from a point inside to one outside at which the surface is last met.
+    /// Fraction of the segment from a point inside to one outside at which it last meets the surface.
     pub(super) fn exit(&self, inside: &[f64; 3], outside: &[f64; 3]) -> Option<f64> {
         let mut last: Option<f64> = None;
         self.tree.overlapping(&tree::around([*inside, *outside]), |i| {
@@ -123,7 +123,7 @@ impl ClosedSurface {
         last
     }
 
-    /// Length of the way inwards from the middle of a triangle, along its normal, to the other side [m].
+    /// Distance from the centroid of a triangle inwards along its normal to the opposite side [m].
     pub(super) fn thickness(&self, triangle: usize) -> Option<f64> {
         let [a, b, c] = self.corners(triangle);
         let normal = cross(subtract(b, a), subtract(c, a));
@@ -140,15 +140,15 @@ impl ClosedSurface {
         first.map(|share| share * reach)
     }
 
-    /// The triangle nearest to a point, and the square of its distance [m^2].
+    /// Triangle nearest to a point, and its squared distance [m^2].
     pub(super) fn nearest(&self, point: &[f64; 3]) -> Option<(u32, f64)> {
         self.tree.nearest(point, |i| squared_distance(&self.corners(i as usize), point))
     }
 
-    /// Checks that no two triangles cross.
+    /// Checks that no two triangles intersect.
     ///
     /// # Errors
-    /// [`SurfaceError::Crossing`] with the first two of them.
+    /// [`SurfaceError::Crossing`] with the first pair.
     pub(super) fn check_crossings(&self) -> Result<(), SurfaceError> {
         let crossed = |i: usize| {
             let corners = self.corners(i);
@@ -172,13 +172,13 @@ impl ClosedSurface {
         }
     }
 
-    /// True if an edge of one of two triangles goes through the inside of the other.
+    /// True if an edge of one of two triangles pierces the interior of the other.
     fn cross(&self, i: usize, j: usize) -> bool {
         let pierced = |a: usize, b: usize| {
             let (own, other) = (self.triangles[a], self.triangles[b]);
             (0..3).any(|k| {
                 let ends = [own[k], own[(k + 1) % 3]];
-                // An edge that begins on the other triangle ends beside it.
+                // An edge with a vertex of the other triangle does not pierce it.
                 let apart = ends.iter().all(|v| !other.contains(v));
                 let [p, q] = ends.map(|v| self.points[v as usize]);
                 apart && pierces(&self.corners(b), &p, &q)
@@ -188,14 +188,14 @@ impl ClosedSurface {
     }
 }
 
-/// Checks that as many triangles run through each edge one way as the other.
+/// Checks that every edge has equally many triangles in both directions.
 fn check_edges(triangles: &[[u32; 3]], points: &[[f64; 3]]) -> Result<(), SurfaceError> {
     let ends = |i: usize| [triangles[i / 3][i % 3], triangles[i / 3][(i + 1) % 3]];
     let sorted = |i: usize| {
         let [a, b] = ends(i);
         [a.min(b), a.max(b)]
     };
-    // Sides with one triangle, and the first of them; sides of triangles that do not fit together.
+    // Number of edges with one triangle and the first of them; first edge whose triangles do not pair up.
     let (mut open, mut first_open, mut first_odd): (usize, Option<usize>, Option<(usize, usize)>) =
         (0, None, None);
     for_each_equal(3 * triangles.len(), sorted, |run| {

@@ -1,7 +1,7 @@
 //! Errors in surfaces that cannot be filled with a solid mesh.
 
 use pliant::quantity::{Rounded, counted};
-/// Why a surface cannot be made a solid. Triangles and vertices count from 0.
+/// Error of a surface that cannot be filled with a solid. Triangles and vertices count from 0.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SurfaceError {
@@ -13,7 +13,7 @@ pub enum SurfaceError {
     NoTriangles {
         /// `edges` or `points`.
         found: &'static str,
-        /// How many.
+        /// Number of them.
         count: usize,
     },
     /// Edges with a triangle on one side only.
@@ -25,25 +25,25 @@ pub enum SurfaceError {
     Open {
         /// The triangle.
         triangle: usize,
-        /// The edge, as the triangle runs through it.
+        /// The edge, in the direction of the triangle.
         edge: [u32; 2],
-        /// Its middle [m].
+        /// Middle of the edge [m].
         place: [f64; 3],
         /// Number of such edges.
         count: usize,
     },
-    /// Two triangles with opposite sides up.
+    /// Two neighbouring triangles with opposite orientations.
     #[error(
         "triangle {triangle} and its neighbour at the edge from vertex {} to {}, at {}, have opposite \
          sides up: every triangle must be counter-clockwise seen from outside; `orient = true` beside \
          `path` turns those that are not", edge[0], edge[1], at(place)
     )]
     OppositeSides {
-        /// The first of them.
+        /// The first triangle.
         triangle: usize,
-        /// Their edge.
+        /// Common edge.
         edge: [u32; 2],
-        /// Its middle [m].
+        /// Middle of the edge [m].
         place: [f64; 3],
     },
     /// An edge of more than two triangles that do not pair up.
@@ -53,13 +53,13 @@ pub enum SurfaceError {
          not belong to the surface", edge[0], edge[1], at(place)
     )]
     OddEdge {
-        /// The first of them.
+        /// The first triangle.
         triangle: usize,
-        /// Their edge.
+        /// Common edge.
         edge: [u32; 2],
-        /// Its middle [m].
+        /// Middle of the edge [m].
         place: [f64; 3],
-        /// How many there are.
+        /// Number of triangles at the edge.
         count: usize,
     },
     /// A surface that encloses a negative volume.
@@ -72,7 +72,7 @@ pub enum SurfaceError {
         /// Signed volume [m^3].
         volume: f64,
     },
-    /// Two triangles that go through each other.
+    /// Two intersecting triangles.
     #[error(
         "triangles {} and {} of the surface cross each other, at {}{}; where parts overlap on purpose, \
          `union = true` beside `path` takes for inside what any of them encloses", triangles[0], triangles[1],
@@ -81,12 +81,12 @@ pub enum SurfaceError {
     Crossing {
         /// The triangles.
         triangles: [usize; 2],
-        /// Middle of the first [m].
+        /// Centroid of the first [m].
         place: [f64; 3],
         /// Number of crossing pairs.
         count: usize,
     },
-    /// A place around which the surface winds another number of times than once.
+    /// A point with a winding number other than 0 and 1.
     #[error(
         "the surface winds {winding} times around {}: it must go around the inside once; parts that overlap \
          take `union = true` beside `path`, and the surface of a cavity must be clockwise seen from the \
@@ -94,12 +94,12 @@ pub enum SurfaceError {
         at(place)
     )]
     Winding {
-        /// How often.
+        /// Winding number.
         winding: i16,
-        /// Where [m].
+        /// Position of the point [m].
         place: [f64; 3],
     },
-    /// A part that is thinner than the cells.
+    /// A part thinner than the cells.
     #[error(
         "the surface is thinner than the cells where triangle {triangle} is, at {}: cells of {spacing} \
          m leave {}; {}", at(place), away(*distance), finer(*thickness, *cells),
@@ -108,18 +108,18 @@ pub enum SurfaceError {
     Thin {
         /// The triangle.
         triangle: usize,
-        /// Its middle [m].
+        /// Centroid of the triangle [m].
         place: [f64; 3],
-        /// Distance from there to the solid [m]; infinite where there is none.
+        /// Distance of the centroid from the solid [m]; infinite without a solid.
         distance: f64,
         /// Edge length of a cell [m].
         spacing: f64,
-        /// Thickness there [m].
+        /// Thickness of the part [m].
         thickness: Option<f64>,
-        /// Number of cells that would do.
+        /// Sufficient number of cells.
         cells: usize,
     },
-    /// A solid in another number of pieces than the surface.
+    /// A solid whose number of pieces differs from the surface's.
     #[error(
         "with cells of {spacing} m the solid is in {found} pieces, held together by no face, where the \
          surface encloses {expected}: it is thinner than the cells near {}, or parts are nearer to each \
@@ -128,27 +128,27 @@ pub enum SurfaceError {
         spacing = Rounded::<4>(*.spacing)
     )]
     Pieces {
-        /// Pieces that the surface encloses.
+        /// Number of pieces that the surface encloses.
         expected: usize,
-        /// Pieces of the solid.
+        /// Number of pieces of the solid.
         found: usize,
-        /// Middle of the smallest of them [m].
+        /// Centroid of the smallest piece [m].
         place: [f64; 3],
         /// Edge length of a cell [m].
         spacing: f64,
-        /// Number of cells that may do.
+        /// Number of cells that may suffice.
         cells: usize,
     },
-    /// Neither or both of the keys for the size of cells.
+    /// Neither or both of the keys for the cell size.
     #[error(
         "a surface takes exactly one of `cells` and `spacing`; {} given",
         if *both { "both are" } else { "none is" }
     )]
     CellsOrSpacing {
-        /// Both were given; otherwise none.
+        /// True if both were given, false if none.
         both: bool,
     },
-    /// Cells larger than what they should fill.
+    /// Cells larger than the surface.
     #[error(
         "`spacing` is {spacing} m, and the longest side of the surface {side} m; give a smaller one",
         spacing = Rounded::<4>(*.spacing), side = Rounded::<4>(*.side)
@@ -156,10 +156,10 @@ pub enum SurfaceError {
     LargeSpacing {
         /// Edge length of a cell [m].
         spacing: f64,
-        /// Longest side of the box [m].
+        /// Longest side of the bounding box [m].
         side: f64,
     },
-    /// Cells of which there would be more than can be numbered.
+    /// More cells than 32-bit indices can number.
     #[error(
         "`spacing` is {spacing} m, and the longest side of the surface {side} m: {count} {what}; if the \
          file is in millimetres, give `spacing` in them too, and the body `transform = {{ scale = 1e-3 }}`",
@@ -168,17 +168,17 @@ pub enum SurfaceError {
     SmallSpacing {
         /// Edge length of a cell [m].
         spacing: f64,
-        /// Longest side of the box [m].
+        /// Longest side of the bounding box [m].
         side: f64,
         /// `vertices`, `points of the lattice`.
         what: &'static str,
-        /// How many there would be, saturated.
+        /// Number of them, saturated.
         count: u64,
     },
 }
 
 impl SurfaceError {
-    /// The triangle that it is about.
+    /// Index of the triangle that the error names, if any.
     pub(crate) fn triangle(&self) -> Option<usize> {
         match self {
             SurfaceError::Open { triangle, .. }
@@ -191,7 +191,7 @@ impl SurfaceError {
     }
 }
 
-/// `(0.1, -2, 3.5) m`, in four digits.
+/// Formats a position: `(0.1, -2, 3.5) m`, with four digits.
 fn at(place: &[f64; 3]) -> String {
     let [x, y, z] = place.map(|x| format!("{x:.3e}").parse::<f64>().unwrap_or(x));
     format!("({x}, {y}, {z}) m")

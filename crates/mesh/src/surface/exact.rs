@@ -11,22 +11,22 @@ fn point(x: &[f64; 3]) -> Coord3D<f64> {
     Coord3D { x: x[0], y: x[1], z: x[2] }
 }
 
-/// `det (a - d, b - d, c - d)`, its sign exact: positive where `d` is below the plane of a triangle that is
+/// `det (a - d, b - d, c - d)` with exact sign: positive if `d` is below the plane of a triangle that is
 /// counter-clockwise seen from above (J. R. Shewchuk, 1997).
 pub(super) fn side([a, b, c]: &Corners, d: &[f64; 3]) -> f64 {
     robust::orient3d(point(a), point(b), point(c), point(d))
 }
 
-/// `(b - a) x (c - a)` of plane points, its sign exact.
+/// `(b - a) x (c - a)` of plane points, with exact sign.
 pub(crate) fn turn(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
     let point = |x: [f64; 2]| Coord { x: x[0], y: x[1] };
     robust::orient2d(point(a), point(b), point(c))
 }
 
-/// Fraction of the way from `p` to `q` at which the edge meets a triangle, its corners and sides included;
-/// `None` where it does not, or lies in its plane. Which points meet is decided exactly.
+/// Fraction of the segment from `p` to `q` at which it meets a triangle, sides and corners included;
+/// `None` if it does not meet it, or lies in its plane. The decision is exact.
 pub(super) fn meeting(triangle: &Corners, p: &[f64; 3], q: &[f64; 3]) -> Option<f64> {
-    // One order of the corners for all orders in which a file may have them: the same bits.
+    // The corners are sorted, so that their order in the file does not change the bits of the result.
     let mut corners = *triangle;
     corners.sort_unstable_by(|a, b| {
         a.iter().zip(b).fold(std::cmp::Ordering::Equal, |order, (a, b)| order.then(a.total_cmp(b)))
@@ -38,8 +38,8 @@ pub(super) fn meeting(triangle: &Corners, p: &[f64; 3], q: &[f64; 3]) -> Option<
     Some((start / (start - end)).clamp(0.0, 1.0))
 }
 
-/// True if the line through `p` and `q` goes through the triangle; through its sides and corners too where
-/// these are `included`.
+/// True if the line through `p` and `q` passes through the triangle; if `included`, also through its
+/// sides and corners.
 fn is_through([a, b, c]: &Corners, p: &[f64; 3], q: &[f64; 3], included: bool) -> bool {
     let turns = [[a, b], [b, c], [c, a]].map(|[from, to]| side(&[*p, *q, *from], to));
     if included {
@@ -49,7 +49,7 @@ fn is_through([a, b, c]: &Corners, p: &[f64; 3], q: &[f64; 3], included: bool) -
     }
 }
 
-/// True if an edge goes through the inside of a triangle, from strictly one side of it to the other.
+/// True if an edge pierces the interior of a triangle, from strictly one side to strictly the other.
 pub(crate) fn pierces(triangle: &Corners, p: &[f64; 3], q: &[f64; 3]) -> bool {
     let (start, end) = (side(triangle, p), side(triangle, q));
     (start < 0.0 && end > 0.0 || start > 0.0 && end < 0.0) && is_through(triangle, p, q, false)

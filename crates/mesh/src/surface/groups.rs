@@ -4,8 +4,8 @@ use super::closed::ClosedSurface;
 use crate::{Group, Mesh};
 use pliant::element::{CellBlock, QUADRILATERAL};
 
-/// Adds the boundary as group `surface`, and for each group of the file the faces of the boundary that are
-/// nearer to its triangles than to others.
+/// Adds the boundary as group `surface`, and for each group of the file the boundary faces whose nearest
+/// triangle belongs to it.
 pub(super) fn add(surface: &ClosedSurface, mesh: &mut Mesh) {
     let faces: Vec<Vec<u32>> = match mesh.block().cloned() {
         Some(block) => {

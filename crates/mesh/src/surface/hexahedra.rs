@@ -1,11 +1,11 @@
-//! Whole cubes of the lattice: those whose middle is inside.
+//! Whole cubes of the lattice whose centre is inside.
 
 use std::collections::HashMap;
 
 use super::lattice::{CubicLattice, for_each};
 use pliant::element::{CellBlock, HEXAHEDRON};
 
-/// Cubes whose middles are `inside`, and the places of their corners [m].
+/// Cubes whose centres are `inside`, and the positions of their corners [m].
 pub(super) fn cubes(lattice: &CubicLattice, inside: &[bool]) -> (Vec<[f64; 3]>, CellBlock) {
     let mut cells: Vec<[u32; 8]> = vec![];
     for_each(lattice.cubes, |at| {

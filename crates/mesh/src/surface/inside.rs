@@ -5,17 +5,18 @@ use super::exact::{Corners, side, turn};
 /// Coordinates of a grid of points along each axis, ascending [m].
 pub(super) type GridAxes = [Vec<f64>; 3];
 
-/// How often the surface winds around each point `(x_i, y_j, z_k)` of a grid, at `(j nz + k) nx + i`: 1
-/// inside, 0 outside of a surface that is counter-clockwise seen from outside.
+/// Winding number around each point `(x_i, y_j, z_k)` of a grid, at index `(j nz + k) nx + i`: 1 inside
+/// and 0 outside of a surface that is counter-clockwise seen from outside.
 ///
-/// The sum over what a line along x meets beyond the point, with the sign of the normal. Signs are exact,
-/// and a point on the surface is taken for one that is moved along x by less than any number, and along y
-/// and z by less than that: then lines meet no edge and no corner, and neighbours are of two minds only
-/// where the surface is between them.
+/// The sum counts the triangles that a line along x crosses beyond the point, with the sign of their
+/// normals. Signs are exact. A point on the surface is perturbed symbolically, by an infinitesimal along
+/// x and smaller ones along y and z. Lines then meet no edge and no corner, and neighbouring points
+/// differ only if the surface is between them.
 pub(super) fn windings(triangles: impl Iterator<Item = Corners>, axes: &GridAxes) -> Vec<i16> {
     let [nx, ny, nz] = [0, 1, 2].map(|axis| axes[axis].len());
     let mut windings = vec![0i16; nx * ny * nz];
     for [a, mut b, mut c] in triangles {
+        // Projection of the triangle along x, counter-clockwise.
         let flat = |x: &[f64; 3]| [x[1], x[2]];
         let area = turn(flat(&a), flat(&b), flat(&c));
         if area == 0.0 {
@@ -25,6 +26,7 @@ pub(super) fn windings(triangles: impl Iterator<Item = Corners>, axes: &GridAxes
         if area < 0.0 {
             std::mem::swap(&mut b, &mut c);
         }
+        // Grid lines within the bounding box of the projection.
         let [js, ks] = [1, 2].map(|axis| {
             let [low, high] = [f64::min, f64::max].map(|pick| pick(a[axis], pick(b[axis], c[axis])));
             let before = |limit: f64| axes[axis].partition_point(|x| *x < limit);
@@ -46,6 +48,7 @@ pub(super) fn windings(triangles: impl Iterator<Item = Corners>, axes: &GridAxes
             }
         }
     }
+    // Sums along x: each crossing counts for all points before it.
     for row in windings.chunks_exact_mut(nx.max(1)) {
         for i in (1..nx).rev() {
             row[i - 1] = row[i - 1].saturating_add(row[i]);
@@ -54,13 +57,13 @@ pub(super) fn windings(triangles: impl Iterator<Item = Corners>, axes: &GridAxes
     windings
 }
 
-/// True if a place, moved by less than any number, is to the left of the way from `a` to `b`.
+/// True if a symbolically perturbed point is to the left of the line from `a` to `b`.
 fn is_left(a: [f64; 2], b: [f64; 2], place: [f64; 2]) -> bool {
     let area = turn(a, b, place);
     if area != 0.0 {
         return area > 0.0;
     }
-    // Its derivative by the first coordinate, then by the second.
+    // The sign of the perturbation: derivative with respect to the first coordinate, then the second.
     if a[1] == b[1] { b[0] > a[0] } else { b[1] < a[1] }
 }
 
@@ -86,7 +89,7 @@ mod tests {
         triangles
     }
 
-    /// Points on faces, edges, diagonals and corners included: half of the faces belong to the cube.
+    /// Points on faces, edges, diagonals and corners: half of the faces belong to the cube.
     #[test]
     fn a_cube_holds_the_points_of_a_grid_that_lies_on_its_faces() {
         let axis: Vec<f64> = (-2..=6).map(|i| f64::from(i) * 0.25).collect();

@@ -1,30 +1,31 @@
-//! The body-centred cubic lattice over the box of a surface, and the cubes between its corners.
+//! Body-centred cubic lattice over the bounding box of a surface.
 
 use super::inside::GridAxes;
 use super::tree::BoxCorners;
 
-/// Cubes beside the box on each side.
+/// Number of extra cubes on each side of the box.
 const MARGIN: usize = 1;
 
-/// Corners `(i, j, k)` of cubes, and their middles. Corners are numbered first, the last index fastest.
+/// Lattice points: corners `(i, j, k)` of cubes, and their centres. Corners are numbered first, the last
+/// index fastest.
 pub(super) struct CubicLattice {
     /// Number of cubes along each axis.
     pub(super) cubes: [usize; 3],
     /// Coordinates of the corners.
     corners: GridAxes,
-    /// Coordinates of the middles.
+    /// Coordinates of the centres.
     middles: GridAxes,
 }
 
 impl CubicLattice {
-    /// Number of cubes along each axis that a box takes, the margin included.
+    /// Number of cubes along each axis for a box, margin included.
     pub(super) fn cubes_of(bounds: &BoxCorners, spacing: f64) -> [usize; 3] {
         // A side of a whole number of cubes, up to rounding, has that many.
         let cubes = |c: usize| ((bounds[1][c] - bounds[0][c]) / spacing - 1e-9).ceil().max(1.0);
         [0, 1, 2].map(|c| (cubes(c) as usize).saturating_add(2 * MARGIN))
     }
 
-    /// The lattice about the middle of a box.
+    /// Lattice centred on a box.
     pub(super) fn new(bounds: &BoxCorners, spacing: f64) -> CubicLattice {
         let cubes = CubicLattice::cubes_of(bounds, spacing);
         let axis = |c: usize, shift: f64| -> Vec<f64> {
@@ -39,7 +40,7 @@ impl CubicLattice {
         }
     }
 
-    /// Coordinates of the corners, and of the middles.
+    /// Coordinates of the corners, and of the centres.
     pub(super) fn axes(&self) -> [&GridAxes; 2] {
         [&self.corners, &self.middles]
     }
@@ -48,7 +49,7 @@ impl CubicLattice {
         self.cubes.iter().map(|n| n + 1).product()
     }
 
-    /// Number of corners and middles.
+    /// Number of corners and centres.
     pub(super) fn point_count(&self) -> usize {
         self.corner_count() + self.cubes.iter().product::<usize>()
     }
@@ -61,15 +62,15 @@ impl CubicLattice {
         (self.corner_count() + (i * self.cubes[1] + j) * self.cubes[2] + k) as u32
     }
 
-    /// Place of a corner or middle [m].
+    /// Position of a lattice point [m].
     pub(super) fn place(&self, point: u32) -> [f64; 3] {
         let (is_corner, [i, j, k]) = self.indices(point);
         let axes = if is_corner { &self.corners } else { &self.middles };
         [axes[0][i], axes[1][j], axes[2][k]]
     }
 
-    /// Windings at the points of this lattice, in their order, from those of grids of the corners and the
-    /// middles.
+    /// Winding numbers in the order of the lattice points, from those on the grids of corners and of
+    /// centres.
     pub(super) fn ordered(&self, windings: [Vec<i16>; 2]) -> Vec<i16> {
         let mut ordered = Vec::with_capacity(self.point_count());
         for (windings, axes) in windings.iter().zip(self.axes()) {
@@ -81,8 +82,8 @@ impl CubicLattice {
         ordered
     }
 
-    /// Calls `visit` with each pair of neighbours, and whether their distance is an edge of a cube; otherwise
-    /// they are a middle and a corner of its cube.
+    /// Calls `visit` with each pair of neighbours, and true for a pair at the distance of a cube edge;
+    /// the other pairs are a centre and a corner of its cube.
     pub(super) fn for_each_edge(&self, mut visit: impl FnMut([u32; 2], bool)) {
         for_each(self.cubes.map(|n| n + 1), |at| {
             for axis in 0..3 {
@@ -105,8 +106,9 @@ impl CubicLattice {
         });
     }
 
-    /// Calls `visit` with each tetrahedron, right-handed: two middles, then two corners of the square between
-    /// their cubes. Its edges `01` and `23` are edges of cubes, the others half of their diagonals.
+    /// Calls `visit` with each tetrahedron, right-handed: two centres, then two corners of the square
+    /// between their cubes. Edges `01` and `23` are as long as a cube edge, the others are half of cube
+    /// diagonals.
     pub(super) fn for_each_tetrahedron(&self, mut visit: impl FnMut([u32; 4])) {
         for_each(self.cubes, |at| {
             for axis in 0..3 {
@@ -132,13 +134,13 @@ impl CubicLattice {
         [a, b, c, d, e, f, g, h].map(|corner| self.corner(corner))
     }
 
-    /// Number of the cube that a point is the lowest corner or the middle of.
+    /// Index of the cube of which a point is the lowest corner or the centre.
     pub(super) fn cube_of(&self, point: u32) -> usize {
         let [i, j, k] = self.indices(point).1;
         (i * (self.cubes[1] + 1) + j) * (self.cubes[2] + 1) + k
     }
 
-    /// True for corners, and the indices of a point.
+    /// True for a corner, and the indices of the point.
     fn indices(&self, point: u32) -> (bool, [usize; 3]) {
         let corners = self.corner_count();
         let is_corner = (point as usize) < corners;
@@ -147,7 +149,7 @@ impl CubicLattice {
         (is_corner, [number / (ny * nz), number / nz % ny, number % nz])
     }
 
-    /// True if the sum of the indices of a point is even: of two ends of an edge of a cube, one is.
+    /// True if the sum of a point's indices is even: of the two ends of a cube edge, exactly one is even.
     pub(super) fn is_even(&self, point: u32) -> bool {
         self.indices(point).1.iter().sum::<usize>().is_multiple_of(2)
     }
@@ -158,7 +160,7 @@ fn step(mut at: [usize; 3], axis: usize) -> [usize; 3] {
     at
 }
 
-/// Calls `visit` with each triple below these counts, the last index fastest.
+/// Calls `visit` with each index triple below these counts, the last index fastest.
 pub(super) fn for_each(counts: [usize; 3], mut visit: impl FnMut([usize; 3])) {
     for i in 0..counts[0] {
         for j in 0..counts[1] {
@@ -193,7 +195,7 @@ mod tests {
             assert!(lattice.is_even(cell[2]) != lattice.is_even(cell[3]));
             volume += own;
         });
-        // Four tetrahedra lie in the octahedron around each square between two cubes.
+        // Four tetrahedra fill the octahedron around each square between two cubes.
         let squares = 5 * 4 * 5 + 6 * 3 * 5 + 6 * 4 * 4;
         assert!((volume - f64::from(squares) * 0.25f64.powi(3) / 3.0).abs() < 1e-12);
     }

@@ -34,11 +34,11 @@ use closed::ClosedSurface;
 use lattice::CubicLattice;
 use pliant::topology::DisjointSets;
 
-/// Distance of the skin from the solid, in edges of cells, from which on a part is missing. Sharp edges are
+/// Distance of the skin from the solid, in cell edges, above which a part counts as lost. Sharp edges are
 /// cut off by up to one.
 const LOST: f64 = 1.5;
 
-/// Cells through a part that is not to be lost.
+/// Number of cells that a part must be thick to be kept.
 const CELLS_THROUGH: f64 = 1.5;
 
 /// Edge length of the cells [m].
@@ -59,7 +59,7 @@ fn spacing(spec: &SurfaceSpec, surface: &ClosedSurface) -> Result<f64, MeshError
     }
 }
 
-/// The surface of the file, closed and the right way around.
+/// Reads the surface of the file and checks that it is closed and oriented outwards.
 fn read(
     spec: &SurfaceSpec,
     dimension: usize,
@@ -73,7 +73,8 @@ fn read(
     Ok((file, surface))
 }
 
-/// Upper bounds of the counts: cells inside by the volume, three in place of each that the surface may cut.
+/// Upper bounds of the counts: the cells inside by the volume, and three per cell that the surface may
+/// cut.
 pub(super) fn size(spec: &SurfaceSpec, dimension: usize, base: &Path) -> Result<MeshSize, MeshError> {
     let (_, surface) = read(spec, dimension, base)?;
     let spacing = spacing(spec, &surface)?;
@@ -81,7 +82,7 @@ pub(super) fn size(spec: &SurfaceSpec, dimension: usize, base: &Path) -> Result<
     let lattice =
         cubes.iter().fold(1u64, |product, n| product.saturating_mul(*n as u64 + 1)).saturating_mul(2);
     let (volume, area) = (surface.volume() / spacing.powi(3), surface.area() / spacing.powi(2));
-    // Cubes that are inside or touched: no more than there are.
+    // Cubes inside or touched, at most all.
     let touched = ((volume + 3.0 * area).ceil() as u64).saturating_add(27).min(lattice);
     let size = MeshSize::default();
     let size = match spec.element_or_default() {
@@ -108,11 +109,11 @@ pub(super) fn size(spec: &SurfaceSpec, dimension: usize, base: &Path) -> Result<
         }
         (error, _) => error,
     })?;
-    // Windings twice, and whether points are inside.
+    // Two 16-bit winding numbers and a flag per lattice point.
     Ok(MeshSize { bytes: size.bytes.saturating_add(lattice.saturating_mul(6)), ..size })
 }
 
-/// The solid inside of the surface, with the skin.
+/// Builds the solid inside of the surface, with the skin.
 pub(super) fn build(spec: &SurfaceSpec, dimension: usize, base: &Path) -> Result<Mesh, MeshError> {
     let (file, surface) = read(spec, dimension, base)?;
     let spacing = spacing(spec, &surface)?;
@@ -149,7 +150,7 @@ pub(super) fn build(spec: &SurfaceSpec, dimension: usize, base: &Path) -> Result
     Ok(mesh)
 }
 
-/// Tells which points of the lattice are inside.
+/// For each lattice point: true if it is inside.
 fn inside(surface: &ClosedSurface, lattice: &CubicLattice, union: bool) -> Result<Vec<bool>, SurfaceError> {
     let windings = lattice.ordered(lattice.axes().map(|axes| surface.windings(axes)));
     let is_wrong = |winding: &i16| if union { *winding < 0 } else { !(0..=1).contains(winding) };
@@ -159,7 +160,7 @@ fn inside(surface: &ClosedSurface, lattice: &CubicLattice, union: bool) -> Resul
     Ok(windings.into_iter().map(|winding| winding > 0).collect())
 }
 
-/// Refuses a solid without a part of the surface: the thinnest of what is lost is named.
+/// Rejects a solid that lacks a part of the surface; the error names the thinnest lost part.
 fn check_kept(surface: &ClosedSurface, distances: &[f64], spacing: f64) -> Result<(), SurfaceError> {
     let lost = (0..distances.len()).filter(|i| distances[*i] > LOST * spacing);
     let measured: Vec<(usize, Option<f64>)> = lost.map(|i| (i, surface.thickness(i))).collect();
@@ -182,8 +183,8 @@ fn longest_side(surface: &ClosedSurface) -> f64 {
     (0..3).map(|c| high[c] - low[c]).fold(0.0, f64::max)
 }
 
-/// Refuses a solid in another number of pieces than the surface encloses. Cells hold together by faces: what
-/// hangs by a vertex or an edge swings freely.
+/// Rejects a solid with more or fewer pieces than the surface encloses. Cells are connected by faces:
+/// parts joined at a vertex or an edge only could swing freely.
 fn check_pieces(surface: &ClosedSurface, mesh: &Mesh, spacing: f64) -> Result<(), SurfaceError> {
     let expected = surface.pieces().iter().filter(|volume| **volume > 0.0).count();
     let (of_cell, found) = pieces(mesh);
@@ -212,7 +213,7 @@ fn cell_corners(mesh: &Mesh, cell: usize) -> Vec<u32> {
     }
 }
 
-/// The piece of each element, and their number; elements of a piece share faces.
+/// Piece of each element, and the number of pieces; elements are connected by common faces.
 fn pieces(mesh: &Mesh) -> (Vec<u32>, usize) {
     let mut links: Vec<[u32; 2]> = vec![];
     let sides: Vec<[u32; 4]>;

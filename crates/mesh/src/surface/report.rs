@@ -8,15 +8,15 @@ use super::tree::{self, BoxCorners, BoxTree};
 use crate::Mesh;
 use crate::geometry::{cross, dot, subtract};
 
-/// A solid and the surface that it was made from, both at rest.
+/// Comparison of a solid with the surface that it was made from, both in the reference configuration.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct SurfaceReport {
-    /// Triangles of the surface.
+    /// Number of triangles of the surface.
     pub triangles: usize,
-    /// Vertices of the surface.
+    /// Number of vertices of the surface.
     pub vertices: usize,
-    /// Volume that it encloses [m^3].
+    /// Volume enclosed by the surface [m^3].
     pub volume: f64,
     /// Volume of the solid [m^3].
     pub solid_volume: f64,
@@ -64,7 +64,7 @@ impl Mesh {
         let of_cell = |cell: &[u32; 4]| {
             let x = self.nodes::<3, 4>(cell);
             let angle = |[a, b, c, d]: [usize; 4]| {
-                // Between the planes of `a b c` and `a b d`, about the edge `a b`.
+                // Angle between the planes of `a b c` and `a b d`, about the edge `a b`.
                 let along = subtract(x[b], x[a]);
                 let [left, right] = [c, d].map(|end| cross(along, subtract(x[end], x[a])));
                 let sine = cross(left, right);

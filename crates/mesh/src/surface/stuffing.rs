@@ -13,12 +13,12 @@ use super::closed::ClosedSurface;
 use super::lattice::CubicLattice;
 use crate::geometry::{cross, dot, subtract};
 
-/// A cut moves a lattice point that is less than this fraction of a long edge away, and of a short one: the
-/// values with the best angles (section 3 there).
+/// Warp threshold: a cut moves a lattice point closer than this fraction of a long edge, or of a short
+/// one. These values have the best angles (section 3 there).
 const LONG: f64 = 0.24999;
 const SHORT: f64 = 0.41189;
 
-/// Side of the surface on which a point of the lattice is.
+/// Position of a lattice point relative to the surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum LatticeSide {
     Inside,
@@ -28,24 +28,24 @@ enum LatticeSide {
 
 /// A point where the surface crosses an edge.
 struct Cut {
-    /// The ends of the edge, the one inside first.
+    /// Ends of the edge, the inner one first.
     ends: [u32; 2],
     is_long: bool,
-    /// Fraction of the way from inside.
+    /// Fraction of the edge from its inner end.
     share: f64,
     place: [f64; 3],
 }
 
-/// A corner of a tetrahedron: a lattice point, or a cut by its number after all of these.
+/// Corner of a tetrahedron: a lattice point, or a cut, numbered after all lattice points.
 type StencilCorner = u32;
 
-/// Tetrahedra, their corners from 0, and the places of these [m].
+/// Tetrahedra with corners numbered from 0, and the positions of these [m].
 pub(super) struct Stuffing {
     pub(super) points: Vec<[f64; 3]>,
     pub(super) tetrahedra: Vec<[u32; 4]>,
 }
 
-/// Fills a surface; `inside` says which points of the lattice are.
+/// Fills a surface; `inside` marks the inner lattice points.
 pub(super) fn stuff(surface: &ClosedSurface, lattice: &CubicLattice, inside: &[bool]) -> Stuffing {
     let cuts = cuts(surface, lattice, inside);
     let place = |is_inside: &bool| if *is_inside { LatticeSide::Inside } else { LatticeSide::Outside };
@@ -62,7 +62,7 @@ pub(super) fn stuff(surface: &ClosedSurface, lattice: &CubicLattice, inside: &[b
     stencils.numbered()
 }
 
-/// All edges from inside to outside, cut.
+/// Cuts all edges between inside and outside.
 fn cuts(surface: &ClosedSurface, lattice: &CubicLattice, inside: &[bool]) -> Vec<Cut> {
     let mut edges = vec![];
     lattice.for_each_edge(|[a, b], is_long| match (inside[a as usize], inside[b as usize]) {
@@ -72,7 +72,7 @@ fn cuts(surface: &ClosedSurface, lattice: &CubicLattice, inside: &[bool]) -> Vec
     });
     let cut = |&(ends, is_long): &([u32; 2], bool)| {
         let [inner, outer] = ends.map(|point| lattice.place(point));
-        // Windings are exact, and so are meetings.
+        // Winding numbers and intersections are exact, so that the edge must cross the surface.
         let share = surface.exit(&inner, &outer).expect("a closed surface lies between inside and outside");
         let place = [0, 1, 2].map(|c| inner[c] + share * (outer[c] - inner[c]));
         Cut { ends, is_long, share, place }
@@ -84,7 +84,7 @@ fn cuts(surface: &ClosedSurface, lattice: &CubicLattice, inside: &[bool]) -> Vec
 struct StuffedCells<'a> {
     lattice: &'a CubicLattice,
     places: Vec<LatticeSide>,
-    /// Lattice points that are elsewhere, and the cuts where they are.
+    /// Moved lattice points, each with its cut.
     moved: HashMap<u32, u32>,
     of_edge: HashMap<[u32; 2], u32>,
     cuts: &'a [Cut],
@@ -92,7 +92,7 @@ struct StuffedCells<'a> {
 }
 
 impl StuffedCells<'_> {
-    /// Moves each point that a cut is too near to there, to the nearest of several.
+    /// Moves each lattice point with a close cut to that cut, the nearest of several.
     fn warp(&mut self) {
         let mut nearest: HashMap<u32, (f64, u32)> = HashMap::new();
         for (cut, number) in self.cuts.iter().zip(0..) {
@@ -110,7 +110,7 @@ impl StuffedCells<'_> {
         }
     }
 
-    /// Part of a tetrahedron of the lattice that is inside.
+    /// Adds the inner part of a lattice tetrahedron.
     fn add(&mut self, cell: [u32; 4]) {
         let places = &self.places;
         let of = |place: LatticeSide| -> Vec<u32> {
@@ -120,11 +120,13 @@ impl StuffedCells<'_> {
         match (&inner[..], &outer[..]) {
             ([], _) => {}
             (_, []) => self.push(cell),
+            // One inner point: the tetrahedron is shortened to its cuts.
             ([a], _) => {
                 let corner = |point: u32| if outer.contains(&point) { self.cut(*a, point) } else { point };
                 let corners = cell.map(corner);
                 self.push(corners);
             }
+            // Two inner points, one outer and one on the surface: a pyramid, split in two.
             (&[a, b], &[out]) => {
                 let Some(on) = cell.into_iter().find(|point| ![a, b, out].contains(point)) else { return };
                 let (cut_a, cut_b) = (self.cut(a, out), self.cut(b, out));
@@ -133,18 +135,20 @@ impl StuffedCells<'_> {
                 self.push([on, from, to, other]);
                 self.push([on, from, to, beside]);
             }
+            // Three inner points: a wedge.
             (&[a, b, c], &[out]) => {
                 let upper = [a, b, c].map(|point| self.cut(point, out));
                 let from_lower = |i: usize, j: usize| self.goes_from_first(inner[i], inner[j], out);
                 let diagonals = [from_lower(0, 1), from_lower(1, 2), from_lower(2, 0)];
                 self.push_wedge([a, b, c], upper, diagonals);
             }
+            // Two inner and two outer points: a wedge between the inner ends.
             (&[a, b], &[first, second]) => {
                 let lower = [a, self.cut(a, first), self.cut(a, second)];
                 let upper = [b, self.cut(b, first), self.cut(b, second)];
                 let (to_first, from_second) =
                     (self.goes_from_first(a, b, first), !self.goes_from_first(a, b, second));
-                // Between the cuts the shorter diagonal, where both leave a wedge of tetrahedra.
+                // Between the cuts the shorter diagonal is chosen if both leave a wedge of tetrahedra.
                 let length = |x: StencilCorner, y: StencilCorner| {
                     let offset = subtract(self.place(x), self.place(y));
                     dot(offset, offset)
@@ -160,9 +164,9 @@ impl StuffedCells<'_> {
         }
     }
 
-    /// Diagonal of what is inside of the triangle `a`, `b`, `outer`: true if it runs from `a` to the cut on
-    /// the other side, false if from `b`. The same for both tetrahedra that the triangle is a side of: to
-    /// the cut on the long edge; between two short ones from the point with even indices.
+    /// Diagonal of the inner part of the triangle `a`, `b`, `outer`: true if it runs from `a` to the cut
+    /// on the opposite side, false if from `b`. Both tetrahedra at the triangle agree: the diagonal ends
+    /// at the cut on the long edge; between two short edges it starts from the point with even indices.
     fn goes_from_first(&self, a: u32, b: u32, outer: u32) -> bool {
         let is_long = |point: u32| {
             self.of_edge.get(&[point, outer]).is_some_and(|cut| self.cuts[*cut as usize].is_long)
@@ -178,10 +182,10 @@ impl StuffedCells<'_> {
         self.places.len() as u32 + self.of_edge[&[inner, outer]]
     }
 
-    /// Three tetrahedra between two triangles. `diagonals` of the quadrilaterals over the sides 01, 12, 20 of
-    /// the lower one: true where they run from its first corner up.
+    /// Adds the three tetrahedra between two triangles. `diagonals` belong to the quadrilaterals over the
+    /// sides 01, 12, 20 of the lower triangle: true if they rise from the side's first corner.
     fn push_wedge(&mut self, lower: [StencilCorner; 3], upper: [StencilCorner; 3], diagonals: [bool; 3]) {
-        // Diagonals run upwards from both sides of one corner.
+        // At one lower corner the diagonals of both adjacent sides begin.
         let Some(i) = (0..3).find(|&i| diagonals[i] && !diagonals[(i + 2) % 3]) else { return };
         let (j, k) = ((i + 1) % 3, (i + 2) % 3);
         self.push([lower[i], upper[0], upper[1], upper[2]]);
@@ -200,7 +204,7 @@ impl StuffedCells<'_> {
         }
     }
 
-    /// Adds a tetrahedron, right-handed.
+    /// Adds a right-handed tetrahedron.
     fn push(&mut self, mut cell: [StencilCorner; 4]) {
         let [a, b, c, d] = cell.map(|corner| self.place(corner));
         let [ab, ac, ad] = [b, c, d].map(|x| subtract(x, a));
@@ -210,7 +214,7 @@ impl StuffedCells<'_> {
         self.cells.push(cell);
     }
 
-    /// The tetrahedra with corners numbered from 0, from cube to cube.
+    /// Numbers the corners from 0, in the order of the cubes.
     fn numbered(self) -> Stuffing {
         let cube = |corner: StencilCorner| match (corner as usize).checked_sub(self.places.len()) {
             Some(cut) => self.lattice.cube_of(self.cuts[cut].ends[0]),

@@ -13,7 +13,7 @@ use pliant::value::OneOrMany;
 /// Vertices and triangles of a surface.
 type Shape = (Vec<[f64; 3]>, Vec<[u32; 3]>);
 
-/// Lengths of the smooth shapes [m].
+/// Sizes of the smooth shapes [m].
 const RADIUS: f64 = 1.0;
 const RING: [f64; 2] = [1.0, 0.4];
 
@@ -44,7 +44,7 @@ fn sphere(n: usize) -> Shape {
     (points, triangles)
 }
 
-/// A torus of `2 n` by `n` quadrilaterals, its axis oblique.
+/// A torus of `2 n` by `n` quadrilaterals with an oblique axis.
 fn torus(n: usize) -> Shape {
     let at = |i: usize, j: usize| {
         let (u, v) = (TAU * i as f64 / (2 * n) as f64, TAU * j as f64 / n as f64);
@@ -64,7 +64,7 @@ fn torus(n: usize) -> Shape {
     (points, triangles)
 }
 
-/// A box along the axes.
+/// An axis-aligned box.
 fn cuboid(low: [f64; 3], high: [f64; 3]) -> Shape {
     let points = (0..8).map(|i| [0, 1, 2].map(|c| if i >> c & 1 == 0 { low[c] } else { high[c] })).collect();
     let sides: [[u32; 4]; 6] =
@@ -92,14 +92,14 @@ fn inwards((points, triangles): Shape) -> Shape {
     (points, triangles.into_iter().map(|[a, b, c]| [a, c, b]).collect())
 }
 
-/// The shape as OBJ.
+/// Writes the shape as OBJ.
 fn text((points, triangles): &Shape) -> String {
     let points = points.iter().map(|[x, y, z]| format!("v {x:?} {y:?} {z:?}\n"));
     let faces = triangles.iter().map(|t| format!("f {} {} {}\n", t[0] + 1, t[1] + 1, t[2] + 1));
     points.chain(faces).collect()
 }
 
-/// Mesh made of this text, with the given keys.
+/// Mesh of an OBJ text with the given keys.
 fn made(text: &str, spec: &SurfaceSpec) -> Result<Mesh, MeshError> {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("a.obj"), text).unwrap();
@@ -125,7 +125,7 @@ fn report(mesh: &Mesh) -> SurfaceReport {
     mesh.surface_report().unwrap()
 }
 
-/// Angles are within the bounds of the publication on every shape, smooth and sharp.
+/// Angles are within the published bounds on every shape, smooth and sharp.
 #[test]
 fn dihedral_angles_are_within_the_published_bounds() {
     let shapes = [sphere(24), torus(24), turned(cuboid([0.0; 3], [1.0, 0.7, 0.45]))];
@@ -137,8 +137,8 @@ fn dihedral_angles_are_within_the_published_bounds() {
     }
 }
 
-/// Errors at three times as many cells are 9 times smaller: order 2 of the volume; and of the distance of the
-/// skin, a maximum, nearly.
+/// With three times as many cells errors are 9 times smaller: the volume is of order 2, and nearly so the
+/// distance of the skin, a maximum.
 #[test]
 fn volume_and_distance_are_of_order_two() {
     for (shape, exact) in [
@@ -170,7 +170,7 @@ fn boxes_along_the_lattice_are_filled_exactly() {
     }
 }
 
-/// The boundary of the solid is closed, points outwards, and its corners lie on the surface.
+/// The boundary of the solid is closed, points outwards, and has its corners on the surface.
 #[test]
 fn the_boundary_is_closed_and_lies_on_the_surface() {
     let shape = torus(20);
@@ -195,7 +195,7 @@ fn the_boundary_is_closed_and_lies_on_the_surface() {
     assert!((enclosed / report(&mesh).solid_volume - 1.0).abs() < 1e-13);
 }
 
-/// The same bits whatever the order of triangles and of their corners, and on one thread.
+/// The bits do not depend on the order of triangles and corners nor on the number of threads.
 #[test]
 fn solids_do_not_depend_on_the_order_of_triangles_or_on_threads() {
     let (points, mut triangles) = torus(14);
@@ -209,7 +209,7 @@ fn solids_do_not_depend_on_the_order_of_triangles_or_on_threads() {
     assert_eq!(first.groups, second.groups);
 }
 
-/// A homogeneous motion of the nodes moves the skin likewise, of either order and of hexahedra.
+/// A homogeneous deformation of the nodes deforms the skin likewise, for both orders and for hexahedra.
 #[test]
 fn skins_follow_affine_motions() {
     let shape = turned(cuboid([0.0; 3], [1.0, 0.7, 0.45]));
@@ -246,7 +246,7 @@ fn skins_follow_affine_motions() {
             let (found, expected) = (skin.interpolated::<3>(vertex, &moved), move_point(rest));
             assert!((0..3).all(|c| (found[c] - expected[c]).abs() < 1e-13), "{found:?} {expected:?}");
         }
-        // Mirrored, the skin still encloses a positive volume: that of the shape, twice, scaled.
+        // Mirrored, the skin still encloses a positive volume: twice that of the shape, scaled.
         assert!((report(&mesh).volume / (2.0 * 0.315) - 1.0).abs() < 1e-12);
     }
 }
@@ -268,7 +268,7 @@ fn surfaces_that_enclose_nothing_are_refused_with_the_place() {
     open.1.remove(5);
     let (error, line) = refused(&open, &of_cells(4));
     assert!(matches!(error, SurfaceError::Open { count: 3, .. }), "{error}");
-    // Eight vertices stand before the triangles in the file.
+    // The file lists eight vertices before the triangles.
     assert_eq!(line, error.triangle().map(|i| i as u32 + 9));
     let mut turned = cube.clone();
     turned.1[3].swap(0, 1);
@@ -277,7 +277,7 @@ fn surfaces_that_enclose_nothing_are_refused_with_the_place() {
     assert!(made(&text(&turned), &SurfaceSpec { orient: true, ..of_cells(4) }).is_ok());
     let (error, _) = refused(&inwards(cube.clone()), &of_cells(4));
     assert_eq!(error, SurfaceError::InsideOut { volume: -1.0 });
-    // A fin on an edge, one triangle of it turned: of four triangles three run through the edge one way.
+    // A fin on an edge, one of its triangles turned: three of the edge's four triangles have one direction.
     let mut fin = cube;
     fin.0.extend([[0.5, -1.0, 0.2], [0.5, -1.0, -0.5]]);
     fin.1.extend([[1, 0, 8], [1, 0, 9], [0, 8, 9], [1, 9, 8]]);
@@ -296,7 +296,7 @@ fn crossing_parts_are_refused_or_united() {
     // 1 + 0.3 * 0.5 * 0.4, chamfered edges aside.
     let volume = report(&united).solid_volume;
     assert!((volume - 1.06).abs() < 0.01, "{volume}");
-    // A part within another winds twice around its inside, one that faces inwards bounds a cavity.
+    // A part within another has winding number two inside; a part that faces inwards bounds a cavity.
     let nested = both([cuboid([0.0; 3], [1.0; 3]), cuboid([0.25; 3], [0.75; 3])]);
     let (error, _) = refused(&nested, &of_cells(8));
     assert!(matches!(error, SurfaceError::Winding { winding: 2, .. }), "{error}");
@@ -311,7 +311,7 @@ fn parts_thinner_than_cells_are_refused_with_a_number_of_cells_that_does() {
     let SurfaceError::Thin { cells, thickness, triangle, .. } = error else { panic!("{error}") };
     assert!((thickness.unwrap() - 0.1).abs() < 1e-12 && triangle >= 12 && line.is_some());
     assert_eq!(solid(&flag, cells).contents().pieces, 2);
-    // Two cubes and a thin bridge of one surface: the bridge is lost, the cubes are not.
+    // One surface of two cubes and a thin bridge: the bridge is lost, the cubes are not.
     let near = both([cuboid([0.0; 3], [1.0; 3]), cuboid([1.01, 0.0, 0.0], [2.01, 1.0, 1.0])]);
     let (error, _) = refused(&near, &of_cells(8));
     assert!(matches!(error, SurfaceError::Pieces { expected: 2, found: 1, .. }), "{error}");
@@ -346,7 +346,7 @@ fn keys_that_do_not_fit_are_refused() {
     assert!(matches!(build(&plane, 2, folder.path()), Err(MeshError::ShapeDimension { dimension: 3, .. })));
 }
 
-/// Groups of the file are those faces of the boundary that are nearest to its triangles.
+/// Groups of the file become groups of the nearest boundary faces.
 #[test]
 fn groups_of_the_surface_are_groups_of_the_solid() {
     let (points, triangles) = cuboid([0.0; 3], [1.0; 3]);
@@ -369,7 +369,7 @@ fn groups_of_the_surface_are_groups_of_the_solid() {
     }
 }
 
-/// The boundary of a solid file is filled anew: the scan of a rabbit, whose ears take fine cells.
+/// The boundary of a solid file is filled anew: the scan of a rabbit, whose ears need fine cells.
 #[test]
 fn thin_ears_of_a_solid_file_are_refused() {
     let spec = SurfaceSpec { path: "bunny.msh".into(), ..of_cells(14) };

@@ -2,19 +2,19 @@
 
 use std::ops::Range;
 
-/// Items of a leaf, at most.
+/// Maximum number of items in a leaf.
 const LEAF: usize = 4;
 
-/// Lower and upper corner [m].
+/// Lower and upper corner of a box [m].
 pub(super) type BoxCorners = [[f64; 3]; 2];
 
-/// Boxes of items, halved at the median of their middles along the longest side.
+/// Binary tree of boxes, split at the median of the items' centres along the longest side.
 pub(super) struct BoxTree {
     nodes: Vec<TreeNode>,
     items: Vec<u32>,
 }
 
-/// A box with the items in it. Children of an inner node stand at `first` and `first + 1`.
+/// A box and its items. The children of an inner node are at `first` and `first + 1`.
 struct TreeNode {
     bounds: BoxCorners,
     first: u32,
@@ -22,7 +22,7 @@ struct TreeNode {
     count: u32,
 }
 
-/// The box that holds these.
+/// Bounding box of points.
 pub(super) fn around(points: impl IntoIterator<Item = [f64; 3]>) -> BoxCorners {
     let mut bounds = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
     for point in points {
@@ -47,7 +47,7 @@ fn overlap(a: &BoxCorners, b: &BoxCorners) -> bool {
 }
 
 impl BoxTree {
-    /// The tree of items with these boxes.
+    /// Builds the tree over these boxes.
     pub(super) fn new(boxes: &[BoxCorners]) -> BoxTree {
         let mut tree = BoxTree { nodes: vec![], items: (0..boxes.len() as u32).collect() };
         tree.nodes.push(TreeNode { bounds: around([]), first: 0, count: 0 });
@@ -58,7 +58,7 @@ impl BoxTree {
         tree
     }
 
-    /// Fills in a node; gives its children, if it has any.
+    /// Fills in a node; returns its children, if any.
     fn split(
         &mut self,
         node: usize,
@@ -83,7 +83,7 @@ impl BoxTree {
         Some([(first, range.start..cut), (first + 1, cut..range.end)])
     }
 
-    /// The box of all.
+    /// Bounding box of all items.
     pub(super) fn bounds(&self) -> BoxCorners {
         self.nodes[0].bounds
     }
@@ -104,8 +104,8 @@ impl BoxTree {
         }
     }
 
-    /// The item nearest to a point by its squared `distance`, the first of several, and that distance; `None`
-    /// without items. No distance may be less than that of the item's box.
+    /// Item nearest to a point by its squared `distance`, the first of equal ones, with that distance;
+    /// `None` without items. The distance of an item must not be less than that of its box.
     pub(super) fn nearest(&self, point: &[f64; 3], distance: impl Fn(u32) -> f64) -> Option<(u32, f64)> {
         let mut best: Option<(u32, f64)> = None;
         let mut open = vec![(0, 0.0)];
@@ -124,7 +124,7 @@ impl BoxTree {
             } else if self.nodes.len() > 1 {
                 let child = |i: u32| (i as usize, squared_distance(point, &self.nodes[i as usize].bounds));
                 let (a, b) = (child(first), child(first + 1));
-                // The nearer one is looked into first.
+                // The nearer child is visited first.
                 open.extend(if a.1 <= b.1 { [b, a] } else { [a, b] });
             }
         }
@@ -136,7 +136,7 @@ impl BoxTree {
 mod tests {
     use super::*;
 
-    /// Points of a small generator of random numbers.
+    /// Pseudo-random points.
     fn points(count: usize) -> Vec<[f64; 3]> {
         let mut state = 7u64;
         let mut number = || {

@@ -9,17 +9,17 @@ use crate::number_type::{Endian, NumberType};
 use crate::tokens::{FileFault, Tokens};
 use pliant_files::base64;
 
-/// Properties that the arrays of a file have in common.
+/// Common properties of the arrays of a file.
 pub(super) struct Encoding<'a> {
     endian: Endian,
-    /// Type of the lengths before binary data.
+    /// Type of the lengths in front of binary data.
     header: NumberType,
     zlib: bool,
     appended: &'a [u8],
     appended_is_raw: bool,
 }
 
-/// The numbers of an array, and where they stand.
+/// The numbers of an array, and their positions in the file.
 pub(super) struct Array {
     pub values: Vec<f64>,
     /// Line of each number of an ASCII array.
@@ -54,8 +54,8 @@ impl<'a> Encoding<'a> {
         Ok(Encoding { endian, header, zlib, appended, appended_is_raw })
     }
 
-    /// The bytes of an array of which the lengths and the data stand at the beginning of `bytes`: at most
-    /// `most`, and nothing is unpacked of an array that states more.
+    /// Bytes of an array, whose lengths and data are at the beginning of `bytes`: at most `most`. An
+    /// array that announces more is rejected before decompression.
     fn payload(&self, bytes: &[u8], most: u64) -> Result<Vec<u8>, String> {
         let size = self.header.size();
         let missing = |wanted: u64, what: &str| {
@@ -76,6 +76,7 @@ impl<'a> Encoding<'a> {
         if !self.zlib {
             return Ok(part(size as u64, number(0)?)?.to_vec());
         }
+        // Header of compressed data: number of blocks, full size, size of the last block.
         let (blocks, full, last) = (number(0)?, number(1)?, number(2)?);
         let stated = if last > 0 {
             full.saturating_mul(blocks.saturating_sub(1)).saturating_add(last)
@@ -120,7 +121,7 @@ fn number_type(name: &str) -> Option<NumberType> {
 }
 
 impl Array {
-    /// Reads what a `DataArray` spells or refers to, `count` numbers by what else the file says.
+    /// Reads `count` numbers, inline or by reference, of a `DataArray`.
     pub(super) fn read(file: &File, node: Node, encoding: &Encoding, count: u64) -> Result<Array, FileFault> {
         let name = node.attribute("Name").unwrap_or("Points").to_string();
         let wrong = |problem: String| file.fault(node, FormatError::Array { array: name.clone(), problem });
@@ -146,7 +147,7 @@ impl Array {
                 if encoding.appended_is_raw {
                     encoding.payload(rest, most).map_err(&wrong)?
                 } else {
-                    // Other arrays follow: where this one ends is in its own lengths.
+                    // Other arrays follow: the array's own lengths give its end.
                     encoding.payload(&base64::decode(rest).0, most).map_err(&wrong)?
                 }
             }
@@ -175,7 +176,7 @@ impl Array {
         }
     }
 
-    /// Where the number `i` stands, which belongs to what counts as `tag` in the file.
+    /// Position of number `i`, which belongs to the item `tag` of the file.
     pub(super) fn place(&self, i: usize, tag: u64) -> Place {
         Place { tag, line: self.lines.get(i).copied().unwrap_or(self.line) }
     }

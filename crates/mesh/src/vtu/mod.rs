@@ -16,7 +16,7 @@ use super::tokens::{FileFault, excerpt};
 use super::{FormatError, MeshError, vtk_cells};
 use array::{Array, Encoding};
 
-/// Reads the whole file: points and cells of all pieces, one after the other.
+/// Reads points and cells of all pieces, one after the other.
 pub(super) fn read(input: &MeshInput) -> Result<FileMesh, FileFault> {
     let (xml, appended) = split(input.bytes)?;
     let text = std::str::from_utf8(&xml).map_err(|error| {
@@ -47,14 +47,15 @@ pub(super) fn read(input: &MeshInput) -> Result<FileMesh, FileFault> {
     cells.into_file(xyz, places, &Names::new(), input.mid_nodes)
 }
 
-/// Attributes that a tag may have. The parser compares each with those before it; files of VTK have ten.
+/// Limit on the attributes of a tag. The parser compares each with all earlier ones; files of VTK have
+/// ten.
 const ATTRIBUTES: usize = 256;
 
-/// Line and number of attributes of the first tag that has too many.
+/// Line and number of attributes of the first tag above the limit.
 fn crowded_tag(xml: &str) -> Option<(u32, usize)> {
     const NO_TAGS: [(&str, &str); 3] = [("<!--", "-->"), ("<![CDATA[", "]]>"), ("<?", "?>")];
     let mut rest = xml;
-    // What is not closed is for the parser to say.
+    // The parser reports unclosed tags.
     while let Some(start) = rest.find('<') {
         rest = &rest[start..];
         if let Some((open, close)) = NO_TAGS.iter().find(|(open, _)| rest.starts_with(open)) {
@@ -84,7 +85,7 @@ fn xml_error(message: &str) -> MeshError {
     FormatError::Xml { message: message.to_string() }.into()
 }
 
-/// The appended data, which may be any bytes, apart from the XML about them.
+/// Separates the appended data, which may be any bytes, from the XML around them.
 fn split(bytes: &[u8]) -> Result<(Vec<u8>, &[u8]), FileFault> {
     let find = |bytes: &[u8], word: &[u8]| bytes.windows(word.len()).position(|window| window == word);
     let Some(element) = find(bytes, b"<AppendedData") else { return Ok((bytes.to_vec(), &[])) };
@@ -101,7 +102,7 @@ fn split(bytes: &[u8]) -> Result<(Vec<u8>, &[u8]), FileFault> {
     Ok(([&bytes[..open], &bytes[close..]].concat(), &bytes[underscore..close]))
 }
 
-/// The document, and what is said of its faults.
+/// The document, and its errors.
 struct File<'a, 'input> {
     document: &'a Document<'input>,
 }
@@ -124,14 +125,14 @@ impl<'a, 'input> File<'a, 'input> {
         child.ok_or_else(|| self.fault(node, xml_error(&format!("<{name}> is missing in this element"))))
     }
 
-    /// An array of `Cells` by its name.
+    /// An array of `Cells` by name.
     fn named(&self, node: Node<'a, 'input>, name: &str) -> Result<Node<'a, 'input>, FileFault> {
         let is = |child: &Node| child.has_tag_name("DataArray") && child.attribute("Name") == Some(name);
         let message = || format!("<DataArray Name=\"{name}\"> is missing in this element");
         node.children().find(is).ok_or_else(|| self.fault(node, xml_error(&message())))
     }
 
-    /// A count in an attribute.
+    /// An attribute that is a count.
     fn count(&self, node: Node, name: &'static str) -> Result<u64, FileFault> {
         let value = node.attribute(name).unwrap_or("nothing");
         let message = || xml_error(&format!("{name} must be a whole number, found `{}`", excerpt(value)));
@@ -163,6 +164,7 @@ impl<'a, 'input> File<'a, 'input> {
         xyz.extend(&array.values);
         places.extend((0..count).map(|vertex| array.place(3 * vertex as usize, vertex + 1)));
 
+        // Cells: offsets into the connectivity, and types.
         let element = self.child(piece, "Cells")?;
         let cell_count = self.count(piece, "NumberOfCells")?;
         let nodes = ["connectivity", "offsets", "types"].map(|name| self.named(element, name));
@@ -170,7 +172,7 @@ impl<'a, 'input> File<'a, 'input> {
         let (connectivity, offsets, types) = (connectivity?, offsets?, types?);
         let ends = Array::read(self, offsets, encoding, cell_count)?;
         let kinds = Array::read(self, types, encoding, cell_count)?;
-        // A last offset that is no size makes the array an empty one, which the offsets do not fit.
+        // An invalid last offset makes the array empty, which contradicts the offsets.
         let size = ends.values.last().map_or(0, |last| *last as u64);
         let vertices = Array::read(self, connectivity, encoding, size)?;
         self.agree(offsets, "offsets, one for each cell", cell_count, ends.values.len() as u64)?;

@@ -14,24 +14,25 @@ use pliant::quantity::{Rounded, counted};
 use pliant::system::System;
 use pliant_mesh::{Mesh, select};
 
-/// Rounding, as a fraction of the size of a body.
+/// Rounding tolerance, as a fraction of the size of a body.
 const TOLERANCE: f64 = 1e-9;
-/// Rounding of a sum of a few coordinates, as a fraction of them.
+/// Rounding error of a sum of a few coordinates, relative to them.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
-/// An attachment whose ends are known.
+/// An attachment with resolved ends.
 pub(super) struct AttachmentPlan {
     name: String,
     ties: Vec<Tie>,
-    /// Of each tie [N/m].
+    /// Spring constant of each tie [N/m].
     stiffness: f64,
     rest_length: f64,
     dashpot: f64,
-    /// To what, in words.
+    /// Description of the target, in words.
     to: String,
 }
 
-/// The attachments of a scene; vertices by their numbers in `numbering`, which start at `start`, flat [m].
+/// Resolves the attachments of a scene; vertices are numbered by `numbering`, `start` holds their initial
+/// positions, flat [m].
 pub(super) fn attachments(
     scene: &Scene,
     bodies: &[BodyAssembly],
@@ -57,7 +58,7 @@ fn one(
     numbering: &Numbering,
     start: &[f64],
 ) -> Result<AttachmentPlan, Box<Problem>> {
-    // Validation has seen that these exist.
+    // Validation has checked that these exist.
     let named = |name: &Option<String>| {
         bodies.iter().find(|body| name.as_ref().is_none_or(|name| *name == body.name)).unwrap_or(&bodies[0])
     };
@@ -66,6 +67,7 @@ fn one(
     let vertices = chosen(spec, &body.mesh).map_err(|message| fail(path.clone(), message))?;
     let global = |body: &BodyAssembly, v: u32| numbering.internal(body.first_vertex + v);
     let d = body.mesh.dimension;
+    // Ties to given positions, to the initial positions, or to another body.
     let (ties, to): (Vec<Tie>, String) = match (&spec.points, &spec.target) {
         (Some(points), _) => {
             if points.len() != vertices.len() {
@@ -97,6 +99,7 @@ fn one(
             (ties, format!("to `{}`", other.name))
         }
     };
+    // A tie with a rest length needs a direction.
     let rest_length = spec.rest_length;
     if rest_length > 0.0
         && let Some(i) = ties.iter().position(|tie| starts_at_zero(tie, rest_length, start, d))
@@ -123,7 +126,6 @@ fn one(
 }
 
 impl AttachmentPlan {
-    /// Adds its forces to a system.
     pub(super) fn add_to(&self, system: &mut System) {
         let AttachmentPlan { name, ties, stiffness, rest_length, dashpot, .. } = self;
         let dimension = system.dimension();
@@ -135,13 +137,13 @@ impl AttachmentPlan {
         }
     }
 
-    /// Its ties and their constants.
+    /// Ties of the attachment, and their constants.
     pub(super) fn into_points(self) -> TiedPoints {
         let AttachmentPlan { ties, stiffness, rest_length, dashpot, .. } = self;
         TiedPoints { ties, stiffness, rest_length, dashpot }
     }
 
-    /// Its description, in words.
+    /// Description in words.
     pub(super) fn described(&self) -> String {
         let AttachmentPlan { name, ties, stiffness, to, .. } = self;
         let vertices = counted(ties.len() as u64, "vertex", "vertices");
@@ -149,7 +151,7 @@ impl AttachmentPlan {
     }
 }
 
-/// True if the ends of a tie meet at the positions `start`, flat [m], but for rounding.
+/// True if the ends of a tie coincide at the positions `start`, flat [m], up to rounding.
 fn starts_at_zero(tie: &Tie, rest_length: f64, start: &[f64], dimension: usize) -> bool {
     let (mut square, mut scale) = (0.0, 0.0f64);
     for c in 0..dimension {
@@ -169,9 +171,9 @@ fn to_place(vertex: u32, point: &[f64]) -> Tie {
     Tie { shares: vec![(vertex, 1.0)], place }
 }
 
-/// The vertices in their order: that of a list, ascending for other selections.
+/// Selected vertices: in the order of a list, ascending for other selections.
 fn chosen(spec: &AttachmentSpec, mesh: &Mesh) -> Result<Vec<u32>, String> {
-    // Exactly one, as validation has seen.
+    // Validation has checked that there is exactly one.
     let selection = spec.selections().pop().unwrap_or(Selection::Vertices(vec![]));
     let vertices = select(mesh, &selection).map_err(|error| error.to_string())?;
     match selection {
@@ -184,7 +186,7 @@ fn chosen(spec: &AttachmentSpec, mesh: &Mesh) -> Result<Vec<u32>, String> {
 /// Vertices of a body and their weights.
 type Shares = Vec<(u32, f64)>;
 
-/// For each vertex of `body` what it is tied to in `other`; else the key that is wrong, and why.
+/// Resolves the target of each vertex of `body` in `other`; the error has the wrong key and the reason.
 fn ends(
     body: &BodyAssembly,
     vertices: &[u32],
@@ -246,13 +248,13 @@ fn ends(
     Ok(ends)
 }
 
-/// A vertex that would be tied to itself.
+/// First vertex that would be tied to itself.
 fn same(body: &BodyAssembly, vertices: &[u32], other: &BodyAssembly, listed: &[u32]) -> Option<u32> {
     let pairs = vertices.iter().zip(listed);
     pairs.filter(|(v, w)| body.first_vertex == other.first_vertex && v == w).map(|(v, _)| *v).next()
 }
 
-/// Parts of a body: cells of the highest dimension it has, springs, or single vertices.
+/// Parts of a body: its highest-dimensional cells, springs, or single vertices.
 fn cells(body: &BodyAssembly) -> Vec<Vec<u32>> {
     let mesh = &body.mesh;
     match mesh.element_dimension() {
@@ -269,13 +271,13 @@ fn padded(point: &[f64]) -> [f64; 3] {
     padded
 }
 
-/// Cells by their extent along the first axis, so that those far away need not be looked at.
+/// Nearest-cell search: cells sorted along the first axis, so that distant ones are skipped.
 struct CellSearch<'a> {
     mesh: &'a Mesh,
     cells: Vec<Vec<u32>>,
-    /// Least and largest first coordinate of each, by ascending least.
+    /// Smallest and largest first coordinate and index of each cell, by ascending smallest.
     extents: Vec<(f64, f64, usize)>,
-    /// The longest of these.
+    /// Length of the longest of these intervals.
     longest: f64,
 }
 
@@ -292,8 +294,8 @@ impl<'a> CellSearch<'a> {
         CellSearch { mesh, cells, extents, longest }
     }
 
-    /// The nearest point no further away than `reach`: its distance, and the vertices it is a mixture of. Of
-    /// several, that in the first cell.
+    /// Point of a cell nearest to `at`, within `reach`: its distance, and its vertices with weights. Of
+    /// equally near points, the one in the first cell.
     fn nearest(&self, at: &[f64; 3], reach: f64) -> Option<(f64, Shares)> {
         let from = self.extents.partition_point(|e| e.0 < at[0] - reach - self.longest);
         let mut best: Option<(f64, usize, [f64; 4])> = None;
@@ -322,9 +324,9 @@ impl<'a> CellSearch<'a> {
     }
 }
 
-/// The point of a simplex of 1 to 4 vertices nearest to `at`: its distance, and its barycentric coordinates.
-/// Where the foot of the perpendicular is outside, it is on a face opposite to a vertex with a negative
-/// coordinate.
+/// Point of a simplex of 1 to 4 vertices nearest to `at`: its distance and barycentric coordinates. If
+/// the foot of the perpendicular is outside, the nearest point is on a face opposite to a vertex with a
+/// negative coordinate.
 fn closest(corners: &[[f64; 3]], at: &[f64; 3]) -> (f64, [f64; 4]) {
     let n = corners.len();
     if let Some(weights) = foot(corners, at)
@@ -334,7 +336,7 @@ fn closest(corners: &[[f64; 3]], at: &[f64; 3]) -> (f64, [f64; 4]) {
         for (corner, weight) in corners.iter().zip(&weights) {
             (0..3).for_each(|c| point[c] += weight * corner[c]);
         }
-        // What fills its space holds the point.
+        // A tetrahedron contains the point.
         return (if n == 4 { 0.0 } else { distance(&point, at) }, weights);
     }
     let outside = foot(corners, at);
@@ -356,8 +358,8 @@ fn closest(corners: &[[f64; 3]], at: &[f64; 3]) -> (f64, [f64; 4]) {
     best
 }
 
-/// Barycentric coordinates of the foot of the perpendicular on the plane of a simplex; `None` where it is
-/// degenerate.
+/// Barycentric coordinates of the foot of the perpendicular in the plane of a simplex; `None` for a
+/// degenerate simplex.
 fn foot(corners: &[[f64; 3]], at: &[f64; 3]) -> Option<[f64; 4]> {
     let n = corners.len() - 1;
     let from = |p: &[f64; 3]| [0, 1, 2].map(|c| p[c] - corners[0][c]);

@@ -6,8 +6,8 @@ use pliant::algebra::Mat;
 use pliant::material::material_axes;
 use pliant_mesh::Mesh;
 
-/// Rotations from the axes of the material to those of space of the elements of a body; empty where the scene
-/// names none, or has a problem.
+/// Rotation from the material axes to the space axes, for each element of a body; empty without `axes` or
+/// after a problem.
 pub(super) fn axes(
     spec: &Body,
     mesh: &Mesh,
@@ -34,7 +34,7 @@ pub(super) fn axes(
     (0..first.len()).map(of_element).collect()
 }
 
-/// The first element whose unit vectors are parallel, to rounding.
+/// First element whose unit vectors are parallel, up to rounding.
 fn first_parallel(first: &[[f64; 3]], second: &[[f64; 3]]) -> Option<usize> {
     let is_parallel = |(a, b): (&[f64; 3], &[f64; 3])| {
         [(1, 2), (2, 0), (0, 1)].iter().all(|&(i, j)| (a[i] * b[j] - a[j] * b[i]).abs() < 1e-12)

@@ -1,4 +1,4 @@
-//! Bending stiffness of bodies, and the hinges or joints that have it.
+//! Bending stiffness of bodies: hinges of sheets, joints of strands.
 
 use super::body::{BodyAssembly, distance, renumbered, spread};
 use crate::BendingRest;
@@ -13,17 +13,17 @@ use pliant::system::System;
 use pliant_mesh::Mesh;
 use pliant_terms::{hinge_dashpots, joint_dashpots};
 
-/// Below this curvature a joint of a mesh is straight: what is measured there is rounding.
+/// Curvature below which a joint counts as straight: smaller values are rounding errors.
 const STRAIGHT: f64 = 1e-6;
 
 /// The hinges of a sheet, the joints of a strand.
 #[derive(Default)]
 pub(super) struct BendingPlan {
-    /// Edge first, then the opposite vertices; from 0 in the body.
+    /// Edge, then the opposite vertices; numbered from 0 in the body.
     hinges: Vec<[u32; 4]>,
     /// A vertex between its two neighbours.
     joints: Vec<[u32; 3]>,
-    /// Of each hinge or joint.
+    /// Constants of each hinge or joint.
     constants: Vec<StencilConstants>,
 }
 
@@ -46,6 +46,7 @@ impl BendingPlan {
         } else if strand {
             bends.joints = joints(mesh.vertex_count(), springs);
         }
+        // Checks of the stencils and of the units.
         if bends.count() == 0 {
             let message = "`bending` acts between two triangles of a sheet in 3D, or between two edges in a \
                            row; this body has neither";
@@ -66,6 +67,7 @@ impl BendingPlan {
         let stiffness = stiffness(spec, sheet, mesh.dimension);
         let what = if sheet { ["hinge", "hinges"] } else { ["joint", "joints"] };
         let count = bends.count();
+        // Angles in the reference configuration, and the constants of each hinge or joint.
         let angles = match &spec.rest {
             Some(BendingRest::Angle(angles)) => {
                 Some(spread(angles, count, what, path.key("rest").key("angle"), problems))
@@ -114,7 +116,7 @@ impl BendingPlan {
         }
     }
 
-    /// Adds damping in proportion to the stiffness, `beta` [s].
+    /// Adds stiffness-proportional damping with the factor `beta` [s].
     pub(super) fn add_damping(
         &self,
         beta: f64,
@@ -141,8 +143,8 @@ fn global<const N: usize>(cells: &[[u32; N]], body: &BodyAssembly, numbering: &N
     cells.iter().map(|cell| renumbered(cell, body.first_vertex, numbering)).collect()
 }
 
-/// Vertices with exactly two edges, each between the other ends: the first edge leads to it, so that a
-/// strand whose edges are in a row is gone through as it lies.
+/// Vertices with exactly two edges, each with the other ends. The first edge leads to the vertex, so that
+/// the joints of a strand with consecutive edges follow the strand.
 fn joints(vertices: usize, edges: &[[u32; 2]]) -> Vec<[u32; 3]> {
     let mut ends = vec![vec![]; vertices];
     for &[a, b] in edges {
@@ -156,7 +158,7 @@ fn joints(vertices: usize, edges: &[[u32; 2]]) -> Vec<[u32; 3]> {
     ends.iter().enumerate().filter_map(joint).collect()
 }
 
-/// Moment per curvature [N m, N m^2].
+/// Bending stiffness: moment per curvature [N m, N m^2].
 fn stiffness(spec: &BendingSpec, sheet: bool, dimension: usize) -> f64 {
     if let Some(stiffness) = spec.stiffness {
         return stiffness.value;
@@ -169,10 +171,10 @@ fn stiffness(spec: &BendingSpec, sheet: bool, dimension: usize) -> f64 {
     }
 }
 
-/// `k = D |e|^2 / (A_1 + A_2)` [J].
+/// Constants of a hinge: `k = D |e|^2 / (A_1 + A_2)` [J].
 fn hinge(mesh: &Mesh, hinge: &[u32; 4], stiffness: f64, angle: Option<f64>) -> StencilConstants {
     let x: [[f64; 3]; 4] = points_of(&mesh.points, hinge);
-    // Twice the area: the length of the normal.
+    // Twice the area of a triangle: the length of its normal.
     let area = |a: usize| {
         let edge = |b: usize| [0, 1, 2].map(|c| x[b][c] - x[0][c]);
         let (e, f) = (edge(1), edge(a));
@@ -186,7 +188,7 @@ fn hinge(mesh: &Mesh, hinge: &[u32; 4], stiffness: f64, angle: Option<f64>) -> S
     }
 }
 
-/// `k = 2 B / (l_1 + l_2)` [J].
+/// Constants of a joint: `k = 2 B / (l_1 + l_2)` [J].
 fn joint(mesh: &Mesh, joint: &[u32; 3], stiffness: f64, angle: Option<f64>) -> StencilConstants {
     let point = |i: usize| mesh.point(joint[i] as usize);
     let measured = || {

@@ -1,4 +1,4 @@
-//! One body: its mesh, masses, pins, initial velocities, springs.
+//! Assembly of one body: mesh, masses, pins, initial velocities, springs.
 
 use std::path::Path;
 
@@ -20,33 +20,32 @@ use pliant_mesh::{Mesh, build_body};
 /// Contribution of a body to a simulation.
 pub(super) struct BodyAssembly {
     pub(super) name: String,
-    /// Its first vertex in the simulation.
+    /// Index of the first vertex in the simulation.
     pub(super) first_vertex: u32,
     pub(super) mesh: Mesh,
-    /// True if the surface that the mesh was made from rides along.
+    /// True if the surface that the mesh was made from is embedded in it.
     has_skin: bool,
-    /// True if its cells are finite elements.
+    /// True if the cells are finite elements.
     pub(super) elastic: bool,
-    /// Factor of the energy density of every element; empty where the scene names none.
+    /// Factor of the energy density of each element; empty without `elastic_factor`.
     pub(super) factors: Vec<f64>,
-    /// Rotation from the axes of the material to those of space of every element; empty where the scene names
-    /// none.
+    /// Rotation from the material axes to the space axes for each element; empty without `axes`.
     pub(super) axes: Vec<Mat<f64, 3>>,
-    /// True if it stands for an obstacle.
+    /// True if the body represents an obstacle.
     pub(super) is_obstacle: bool,
-    /// How thick it is, if it is a membrane [m].
+    /// Thickness of a membrane [m].
     pub(super) thickness: Option<f64>,
-    /// Its springs, vertices from 0.
+    /// Springs, with vertices numbered from 0.
     pub(super) springs: Vec<[u32; 2]>,
-    /// Its hinges and joints.
+    /// Hinges and joints.
     pub(super) bends: BendingPlan,
     /// Lumped mass of every vertex [kg].
     pub(super) mass: Vec<f64>,
     pub(super) held: Vec<PinPlan>,
     pub(super) loads: Vec<LoadPlan>,
     pub(super) muscles: Vec<MusclePlan>,
-    /// Share of each vertex, for its neighbours, in a force per volume, `integral of N_a N_b`, where a load
-    /// asks for it [m^d].
+    /// Consistent shares in a force per volume: for each vertex its neighbours with `integral of N_a N_b`
+    /// [m^d]. Present if a load needs them.
     pub(super) shares: Vec<Vec<(u32, f64)>>,
     /// Initial positions, flat [m].
     pub(super) position: Vec<f64>,
@@ -70,7 +69,7 @@ impl BodyAssembly {
         let one = |field: &str, message: String| vec![Problem::semantic(path.key(field), message)];
         let mut mesh =
             build_body(&spec.body_mesh(), dimension, base).map_err(|e| one("mesh", e.to_string()))?;
-        // Contact goes by the centre or the axis; what is drawn is around it.
+        // Contact uses the centre or the axis; the mesh around it is only drawn.
         match &spec.obstacle {
             Some(ObstacleShape::Ball(ball)) if dimension == 3 => {
                 mesh.points.extend_from_slice(&ball.centre);
@@ -81,6 +80,7 @@ impl BodyAssembly {
             _ => {}
         }
         let mut problems = vec![];
+        // Elements, with their factors and axes.
         let thickness = spec.membrane.as_ref().map(|membrane| membrane.thickness);
         if thickness.is_some() && mesh.element_dimension() != 2 {
             let message =
@@ -91,6 +91,7 @@ impl BodyAssembly {
         }
         let factors = factors(spec, &mesh, path, &mut problems);
         let axes = axes::axes(spec, &mesh, path, &mut problems);
+        // Springs and bending.
         let springs = if spec.springs.is_some() { mesh.spring_edges() } else { vec![] };
         if spec.springs.is_some() && springs.is_empty() {
             problems.extend(one("springs", "the mesh has no edges for springs".into()));
@@ -106,6 +107,7 @@ impl BodyAssembly {
         let bends = spec.bending.as_ref().map_or_else(BendingPlan::default, |bending| {
             BendingPlan::new(bending, &mesh, &springs, &path.key("bending"), &mut problems)
         });
+        // Masses, supports, loads and muscles.
         let mass = mass::masses(&spec.mass, &mesh, thickness, &springs, &path.key("mass"), &mut problems);
         let held = pins::held(spec, &mesh, path, &mut problems);
         let name = spec.name_or_default(index);
@@ -114,6 +116,7 @@ impl BodyAssembly {
         let by_volume = spec.load.iter().any(|load| load.body_force.is_some());
         let mut shares = if by_volume { mesh.consistent_measure() } else { vec![] };
         shares.iter_mut().flatten().for_each(|(_, share)| *share *= thickness.unwrap_or(1.0));
+        // Initial state.
         let position =
             initial::positions(spec.position.as_ref(), &mesh, &path.key("position"), &mut problems);
         let velocity =
@@ -145,12 +148,12 @@ impl BodyAssembly {
         })
     }
 
-    /// Its vertices in the simulation.
+    /// Range of the body's vertices in the simulation.
     pub(super) fn vertices(&self) -> std::ops::Range<u32> {
         self.first_vertex..self.first_vertex + self.mass.len() as u32
     }
 
-    /// Vertices with a held coordinate, from 0 in the body, ascending.
+    /// Vertices with a constrained coordinate, numbered from 0 in the body, ascending.
     pub(super) fn pinned(&self) -> Vec<u32> {
         let mut pinned: Vec<u32> = self.held.iter().flat_map(|held| held.vertices.iter().copied()).collect();
         pinned.sort_unstable();
@@ -158,7 +161,7 @@ impl BodyAssembly {
         pinned
     }
 
-    /// Vertices that never move, from 0 in the body, ascending.
+    /// Vertices that never move, numbered from 0 in the body, ascending.
     pub(super) fn fixed(&self) -> Vec<u32> {
         let for_ever = |held: &&PinPlan| {
             held.spec.motion.is_none() && held.spec.until.is_none() && held.spec.axes.is_none()
@@ -170,8 +173,8 @@ impl BodyAssembly {
         fixed
     }
 
-    /// Adds the loads on it to `system`; `rest` holds the rest positions of the whole system, in its
-    /// `numbering`.
+    /// Adds the loads on the body to `system`; `rest` holds the reference positions of the whole system,
+    /// in its `numbering`.
     pub(super) fn add_loads(&self, rest: &[f64], numbering: &Numbering, system: &mut System) {
         let fixed = if self.loads.is_empty() { vec![] } else { self.fixed() };
         for load in &self.loads {
@@ -179,8 +182,8 @@ impl BodyAssembly {
         }
     }
 
-    /// Adds what holds its vertices to `system`; `start` and `rest` hold the positions of the whole system,
-    /// in its `numbering`.
+    /// Adds the constraints of the body to `system`; `start` and `rest` hold the initial and reference
+    /// positions of the whole system, in its `numbering`.
     pub(super) fn add_holds(&self, start: &[f64], rest: &[f64], numbering: &Numbering, system: &mut System) {
         for held in &self.held {
             let vertices = held.vertices.iter().map(|v| numbering.internal(self.first_vertex + v)).collect();
@@ -188,12 +191,12 @@ impl BodyAssembly {
         }
     }
 
-    /// True if it is a cloud of particles: neither elements nor springs.
+    /// True for a cloud of particles: no elements and no springs.
     pub(super) fn is_particles(&self) -> bool {
         !self.elastic && self.springs.is_empty() && !self.is_obstacle
     }
 
-    /// True if the vertices of its cells are near one another in memory.
+    /// True if the vertices of each cell are close in memory.
     pub(super) fn is_numbered_locally(&self) -> bool {
         let (n, d) = (self.mass.len(), self.mesh.element_dimension());
         if let Some(block) = self.mesh.block() {
@@ -208,7 +211,7 @@ impl BodyAssembly {
         }
     }
 
-    /// Description of it for readers of the output.
+    /// Topology of the body for readers of the output.
     pub(super) fn topology(&self) -> BodyTopology {
         let kind = match self.mesh.element_dimension() {
             _ if self.is_obstacle => BodyKind::Obstacle,
@@ -228,7 +231,7 @@ impl BodyAssembly {
             kind,
             vertices: self.vertices(),
             edges: self.springs.iter().map(|e| globalised(e, self.first_vertex)).collect(),
-            // The triangles of a solid only carry its named groups.
+            // Triangles of a solid only carry its named groups.
             triangles: if solid { vec![] } else { triangles() },
             tetrahedra: self.mesh.tetrahedra.iter().map(|t| globalised(t, self.first_vertex)).collect(),
             triangle_middles: triangle_middles.iter().map(|m| globalised(m, self.first_vertex)).collect(),
@@ -244,13 +247,13 @@ impl BodyAssembly {
         }
     }
 
-    /// The surface that it was made from, by vertices of the simulation; `None` where it does not ride along.
+    /// Embedded surface, by vertices of the simulation; `None` if there is none.
     fn skin(&self) -> Option<Skin> {
         let skin = self.mesh.skin.clone().filter(|_| self.has_skin)?;
         Some(Skin { nodes: skin.nodes.iter().map(|node| self.first_vertex + node).collect(), ..skin })
     }
 
-    /// Number of its finite elements.
+    /// Number of finite elements.
     pub(super) fn element_count(&self) -> usize {
         match (self.elastic, self.mesh.dimension, self.thickness) {
             (false, ..) => 0,
@@ -260,7 +263,7 @@ impl BodyAssembly {
         }
     }
 
-    /// Its elements, where they are no simplices, by their vertices in the simulation.
+    /// Elements other than simplices, by their vertices in the simulation.
     fn blocks(&self) -> Vec<CellBlock> {
         let global = |block: &CellBlock| CellBlock {
             kind: block.kind,
@@ -269,14 +272,14 @@ impl BodyAssembly {
         self.mesh.block().map(global).into_iter().collect()
     }
 
-    /// Its triangles (3 nodes, of second order 6) or tetrahedra (4, 10) by their vertices in the simulation.
+    /// Triangles (3 nodes, second order 6) or tetrahedra (4, 10), by their vertices in the simulation.
     pub(super) fn elements<const N: usize>(&self, numbering: &Numbering) -> Vec<[u32; N]> {
         let cells = self.mesh.elements::<N>();
         cells.iter().map(|cell| renumbered(cell, self.first_vertex, numbering)).collect()
     }
 }
 
-/// Whether the vertices of cells are near one another in memory.
+/// Checks whether the vertices of each cell are close in memory.
 struct LocalityVisitor<'a> {
     block: &'a CellBlock,
     vertices: usize,
@@ -290,7 +293,7 @@ impl CellVisitor for LocalityVisitor<'_> {
     }
 }
 
-/// The problem of a material in a mesh without cells that it could fill.
+/// Problem of a material on a mesh without cells to fill.
 fn no_elements(mesh: &Mesh, path: KeyPath) -> Problem {
     let (needs, what) =
         if mesh.dimension == 2 { ("triangles", "a plane") } else { ("tetrahedra", "a solid") };
@@ -318,7 +321,7 @@ fn globalised<const N: usize, const M: usize>(cell: &[u32; M], first: u32) -> [u
     global
 }
 
-/// The vertices of a cell in the simulation.
+/// Vertices of a cell in the simulation.
 pub(super) fn renumbered<const N: usize, const M: usize>(
     cell: &[u32; M],
     first: u32,
@@ -327,7 +330,7 @@ pub(super) fn renumbered<const N: usize, const M: usize>(
     globalised(cell, first).map(|v| numbering.internal(v))
 }
 
-/// One value per item; a list must have the right length.
+/// Expands to one value per item; a list must have the right length.
 pub(super) fn spread(
     value: &OneOrMany,
     count: usize,
@@ -347,7 +350,7 @@ pub(super) fn spread(
     }
 }
 
-/// Factor of the energy density of every element; empty where the scene names none.
+/// Factor of the energy density of each element; empty without `elastic_factor`.
 fn factors(spec: &Body, mesh: &Mesh, path: &KeyPath, problems: &mut Vec<Problem>) -> Vec<f64> {
     let Some(factor) = &spec.elastic_factor else { return vec![] };
     let path = path.key("elastic_factor");
@@ -381,7 +384,7 @@ fn spring_constants(
         }
     };
     if let (Some(Ok(formula)), Some(text)) = (spec.formula(), &spec.expression) {
-        // Those of the mesh are known here alone.
+        // Rest lengths of the mesh are first known here.
         if let Some(error) = rest.iter().find_map(|length| formula.check_at_rest(*length).err()) {
             problems.push(crate::validate::spring_problem(path, text, &error));
         }
@@ -390,7 +393,7 @@ fn spring_constants(
     }
     let stiffness = match (&spec.stiffness, spec.young) {
         (Some(k), _) => spread(k, springs.len(), ["spring", "springs"], path.key("stiffness"), problems),
-        // k = Y l0, as the lecture's program has it (lecture 9).
+        // k = Y l0, as in the lecture's program (lecture 9).
         (None, young) => rest.iter().map(|l0| young.unwrap_or(0.0) * l0).collect(),
     };
     (stiffness, rest)

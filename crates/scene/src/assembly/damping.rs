@@ -1,4 +1,4 @@
-//! The damping of a body.
+//! Damping of a body.
 
 use super::body::{BodyAssembly, renumbered};
 use crate::Body;
@@ -11,18 +11,18 @@ use pliant::system::System;
 use pliant_terms::{ViscousSet, viscous_cells, viscous_membrane, viscous_simplices};
 
 impl DampingSpec {
-    /// Viscosities of elements by `strain_rate`.
+    /// Viscosities of the elements from `strain_rate`.
     pub fn strain_rate_viscosity(&self) -> Viscosity {
         let rate = self.strain_rate.as_ref();
         rate.map_or_else(Viscosity::default, |rate| Viscosity { shear: rate.shear, second: rate.second })
     }
 
-    /// Viscosities by `stiffness_proportional`, of elements of this material; in the plane as `plane` says.
+    /// Viscosities from `stiffness_proportional` for elements of this material; `plane` matters in 2D.
     pub fn proportional_viscosity(&self, material: &MaterialSpec, plane: Option<Plane>) -> Viscosity {
         let (Some(beta), Some(lame)) = (self.stiffness_proportional, material.lame()) else {
             return Viscosity::default();
         };
-        // In plane stress the sheet is free to change its thickness.
+        // In plane stress the thickness of the sheet changes freely.
         let lambda = match plane {
             Some(Plane::Stress) => 2.0 * lame.mu * lame.lambda / (lame.lambda + 2.0 * lame.mu),
             _ => lame.lambda,
@@ -32,8 +32,8 @@ impl DampingSpec {
 }
 
 impl BodyAssembly {
-    /// Adds what damps this body to `system`; arguments as of `add_terms`. What would damp nothing is left
-    /// out.
+    /// Adds the damping of this body to `system`; arguments as in `add_terms`. Damping of zero adds no
+    /// term.
     pub(super) fn add_damping<const D: usize, const N: usize>(
         &self,
         spec: &Body,
@@ -43,6 +43,8 @@ impl BodyAssembly {
     ) {
         let Some(damping) = &spec.damping else { return };
         let (name, first) = (&self.name, self.first_vertex);
+        // Elements. For the material `linear`, stiffness-proportional damping is evaluated in the
+        // reference configuration.
         if let Some(material) = &spec.elastic {
             let plane =
                 spec.membrane.as_ref().map(|membrane| membrane.plane_or_default()).or(material.plane());
@@ -57,6 +59,7 @@ impl BodyAssembly {
                 viscous(rate.plus(proportional)).into_iter().for_each(|term| system.add_dissipation(term));
             }
         }
+        // Springs.
         let beta = damping.stiffness_proportional.unwrap_or(0.0);
         let constant = |k: &f64| StencilConstants {
             stiffness: damping.dashpot.unwrap_or(0.0) + beta * k,
@@ -72,6 +75,7 @@ impl BodyAssembly {
             let lengths = &self.rest_length;
             system.add_dissipation(pliant_terms::expressed_dashpots(D, name, formula, &edges, lengths, rest));
         }
+        // Bending, and damping of the masses.
         if beta != 0.0 {
             self.bends.add_damping(beta, self, rest, numbering, system);
         }
@@ -83,7 +87,7 @@ impl BodyAssembly {
         }
     }
 
-    /// The term of elements of this `viscosity`; `None` where that is zero.
+    /// Damping term of elements with this `viscosity`; `None` for zero.
     fn viscous<const D: usize, const N: usize>(
         &self,
         viscosity: Viscosity,

@@ -8,10 +8,10 @@ use pliant::constraint::Wall;
 use pliant::quantity::Rounded;
 use pliant::simulation::Simulation;
 
-/// Moments at which the motion is looked at, from the start to the end.
+/// Number of intervals at whose ends the motion is sampled.
 const MOMENTS: u32 = 200;
 
-/// A pin that moves, a wall, and how far behind it [m] the pin has come, and when [s].
+/// A moving pin, a wall, and the pin's largest depth behind it [m] with its time [s].
 struct DrivenPin<'a> {
     body: &'a BodyAssembly,
     pin: &'a PinPlan,
@@ -19,7 +19,8 @@ struct DrivenPin<'a> {
     deepest: (f64, f64),
 }
 
-/// The pin whose motion leads farthest behind a wall that it starts before: nothing stops what is prescribed.
+/// Warns of the pin whose motion leads farthest behind a wall that it starts in front of: nothing stops
+/// prescribed motion.
 pub(super) fn warning(scene: &Scene, simulation: &Simulation, bodies: &[BodyAssembly]) -> Option<String> {
     let (system, numbering) = (simulation.system(), simulation.numbering());
     if !system.has_prescribed_motion() || scene.time.arc_length.is_some() {
@@ -27,6 +28,7 @@ pub(super) fn warning(scene: &Scene, simulation: &Simulation, bodies: &[BodyAsse
     }
     let (d, least, walls) =
         (system.dimension(), BEHIND * simulation.length_scale(), walls(scene, simulation, bodies));
+    // Pairs of a moving pin and a wall.
     let collides = |spec: &Body| spec.contact.as_ref().and_then(|contact| contact.collides).unwrap_or(true);
     let all = scene.body.iter().zip(bodies).filter(|(spec, _)| spec.obstacle.is_none() && collides(spec));
     let moving = all.flat_map(|(_, body)| {
@@ -41,6 +43,7 @@ pub(super) fn warning(scene: &Scene, simulation: &Simulation, bodies: &[BodyAsse
     if driven.is_empty() {
         return None;
     }
+    // Largest depth of each pair over the run.
     let (mut x, mut v) = (simulation.state().x().to_vec(), vec![0.0; simulation.state().x().len()]);
     for moment in 0..=MOMENTS {
         let t = scene.time.duration * f64::from(moment) / f64::from(MOMENTS);
@@ -54,7 +57,7 @@ pub(super) fn warning(scene: &Scene, simulation: &Simulation, bodies: &[BodyAsse
                 *deepest = if depth > deepest.0 { (depth, t) } else { *deepest };
             }
         }
-        // What is behind it from the start is meant to be there.
+        // A pin behind the wall at the start is intended.
         if moment == 0 {
             driven.retain(|driven| driven.deepest.0 <= least);
         }

@@ -5,19 +5,19 @@ use crate::Scene;
 use pliant::quantity::Rounded;
 use pliant::simulation::Simulation;
 
-/// From so many seconds on it is said.
+/// Duration above which a run is reported as long [s].
 const LONG: f64 = 2.0 * 3600.0;
-/// Elements, springs and pairs of masses that two ordinary cores compute forces of in a second, and
-/// coordinates that they solve a step for: rounded from the rows of `pliant bench`, and right to a factor of
-/// three.
+/// Speed of two ordinary cores, per second: elements, springs and pairs of masses whose forces they
+/// compute, and coordinates for which they solve a step. Rounded from the rows of `pliant bench`, right
+/// to a factor of three.
 const ELEMENTS: f64 = 5e7;
 const SPRINGS: f64 = 1e8;
 const PAIRS: f64 = 1e9;
 const COORDINATES: f64 = 5e4;
 
-/// One sentence where the steps of a scene take hours.
+/// Warns of a scene whose steps take hours.
 pub(super) fn warnings(scene: &Scene, simulation: &Simulation, bodies: &[BodyAssembly]) -> Vec<String> {
-    // Steps that follow the error are not known before.
+    // The number of adaptive steps is not known in advance.
     if simulation.step_control().is_some() {
         return vec![];
     }

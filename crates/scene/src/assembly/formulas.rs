@@ -8,23 +8,24 @@ use pliant::material::Lame;
 use pliant::quantity::Rounded;
 use pliant::simulation::Simulation;
 
-/// Most intervals of a run that are looked at.
+/// Maximum number of intervals of a run that are sampled.
 const MOST_INTERVALS: f64 = 4000.0;
-/// Places within a step, in steps: no fraction of small numbers, or what swings could vanish at all of them.
+/// Sampling points within a step, in steps. They are no simple fractions, at all of which an oscillation
+/// could vanish.
 const WITHIN: [f64; 4] = [0.190_983, 0.381_966, 0.618_034, 0.809_017];
-/// Part of the variance of a formula that straight lines between the steps may miss: a sine of 2.6 steps a
-/// period misses so much, one of 4 a twentieth.
+/// Limit on the fraction of a formula's variance that linear interpolation between the steps misses: it
+/// misses this fraction of a sine with 2.6 steps a period, and a twentieth with 4.
 const MISSED: f64 = 0.3;
-/// Part that a step misses which is advised.
+/// Missed fraction at the recommended step size.
 const FOLLOWED: f64 = 0.01;
-/// Times that the step is halved to find it.
+/// Maximum number of halvings of the step to find it.
 const HALVINGS: i32 = 10;
-/// Turns of a formula from which on it swings.
+/// Number of turning points from which on a formula counts as oscillating.
 const SWINGS: usize = 3;
-/// Part of the slowest natural frequency of a body below which inertia is small.
+/// Fraction of a body's lowest natural frequency below which inertia is small.
 const SLOW: f64 = 0.5;
 
-/// One line for each formula that stands for something else than was meant.
+/// One warning for each formula that probably means something else.
 pub(super) fn warnings(scene: &Scene, simulation: &Simulation, bodies: &[BodyAssembly]) -> Vec<String> {
     let mut formulas = scene.formulas();
     formulas.retain(|(_, formula)| formula.depends_on_time() || formula.depends_on_place());
@@ -46,7 +47,7 @@ pub(super) fn warnings(scene: &Scene, simulation: &Simulation, bodies: &[BodyAss
     warnings
 }
 
-/// Two places at rest [m].
+/// Two reference positions [m].
 fn places(bodies: &[BodyAssembly]) -> [[f64; 3]; 2] {
     let points = bodies.iter().filter(|body| !body.is_obstacle).map(|body| &body.mesh);
     let mut all = points.flat_map(|mesh| [mesh.point(0), mesh.point(mesh.vertex_count() - 1)]);
@@ -63,7 +64,7 @@ fn degenerate(path: &KeyPath, formula: &OverTime) -> Vec<String> {
     formula.degenerate_calls().into_iter().map(|call| format!("`{path}`: {call}")).collect()
 }
 
-/// A formula that changes more between the steps than from one to the next.
+/// Warns of a formula that changes more within the steps than from one to the next.
 fn between_steps(
     path: &KeyPath,
     formula: &OverTime,
@@ -90,8 +91,8 @@ fn between_steps(
     ))
 }
 
-/// Part of the variance of a formula that straight lines between its values at the steps miss; `None` where
-/// it does not change, or has no value.
+/// Fraction of a formula's variance that linear interpolation between the steps misses; `None` if the
+/// formula is constant or has no value.
 fn missed(formula: &OverTime, place: [f64; 3], h: f64, duration: f64) -> Option<f64> {
     let steps = (duration / h).round().max(1.0);
     let intervals = steps.min(MOST_INTERVALS);
@@ -109,12 +110,12 @@ fn missed(formula: &OverTime, place: [f64; 3], h: f64, duration: f64) -> Option<
         }
     }
     let variance = squares - sum * sum / count;
-    // Of a constant there is nothing but rounding.
+    // For a constant the variance is a rounding error.
     (variance.is_finite() && variance > 1e-20 * squares).then(|| errors / variance)
 }
 
-/// The slowest natural frequency of an elastic body, about [rad/s], and its name: that of a cantilever of its
-/// length `L` and its least thickness `t`, `1.015 sqrt(E / rho) t / L^2`.
+/// Lowest natural frequency of an elastic body [rad/s], estimated, and the body's name. The estimate is a
+/// cantilever's with the body's length `L` and smallest extent `t`: `1.015 sqrt(E / rho) t / L^2`.
 fn slowest<'a>(scene: &Scene, bodies: &'a [BodyAssembly]) -> Option<(f64, &'a str)> {
     let of_body = |(spec, body): (&Body, &'a BodyAssembly)| {
         let mesh = &body.mesh;
@@ -133,7 +134,8 @@ fn slowest<'a>(scene: &Scene, bodies: &'a [BodyAssembly]) -> Option<(f64, &'a st
     scene.body.iter().zip(bodies).filter_map(of_body).min_by(|a, b| a.0.total_cmp(&b.0))
 }
 
-/// A formula that swings about as fast as a body does by itself, where statics leave out inertia.
+/// Warns of a formula that oscillates about as fast as a body's natural frequency in statics, which omits
+/// inertia.
 fn swings(
     path: &KeyPath,
     formula: &OverTime,
@@ -154,7 +156,7 @@ fn swings(
     })
 }
 
-/// Number of times that a formula turns from growing to falling, or back.
+/// Number of turning points of a formula.
 fn turns(formula: &OverTime, place: [f64; 3], duration: f64) -> usize {
     let samples = MOST_INTERVALS as u32;
     let at = |i: u32| formula.value(place, duration * f64::from(i) / f64::from(samples));

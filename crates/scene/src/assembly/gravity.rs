@@ -1,4 +1,4 @@
-//! The gravity of a scene.
+//! Gravity of a scene.
 //!
 //! In dynamics gravity acts on the lumped masses: every vertex falls alike, to the last bit, and free fall
 //! causes no strain. Statics has no inertia: the load on a vertex is `rho g` times the integral of its shape
@@ -12,22 +12,21 @@ use pliant::energy::gravity::UniformGravity;
 use pliant::energy::gravity_over_time::GravityOverTime;
 use pliant::integrator::Scheme;
 
-/// How often a formula is looked at over the run for its largest value.
+/// Number of samples of a formula over the run in search of its largest value.
 const SAMPLES: u32 = 1000;
 
-/// The gravity that the scene names, unless it is zero at all times.
+/// Gravity of the scene; `None` if it is zero at all times.
 pub(super) fn named(scene: &Scene) -> Option<&[OverTime]> {
     scene.world.gravity.as_deref().filter(|gravity| !gravity.iter().all(OverTime::is_zero))
 }
 
-/// Strength of uniform gravity at the start [m/s^2].
+/// Magnitude of uniform gravity at the start [m/s^2].
 pub(super) fn strength_at_start(scene: &Scene) -> f64 {
     let components = named(scene).unwrap_or_default().iter().map(|component| component.at(0.0));
     components.map(|g| g * g).sum::<f64>().sqrt()
 }
 
-/// The gravity of the scene as an energy, on vertices of these masses [kg], or in statics of these weights
-/// [kg].
+/// Gravity as an energy term, for vertices of these masses [kg], in statics of these weights [kg].
 pub(super) fn term(
     scene: &Scene,
     mass: &[f64],

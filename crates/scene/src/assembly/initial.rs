@@ -44,7 +44,7 @@ fn affine_image(affine: &AffinePosition, x: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// A list of one vector per vertex as a flat array; zeros where the list does not fit.
+/// Flattens a list of one vector per vertex; zeros if the list does not fit.
 fn flat(rows: &[Vec<f64>], mesh: &Mesh, path: KeyPath, what: &str, problems: &mut Vec<Problem>) -> Vec<f64> {
     let n = mesh.vertex_count();
     if rows.len() == n {
@@ -106,7 +106,7 @@ fn centre_of_mass(mesh: &Mesh, mass: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// `linear + spin x (x - centre)`, the first components.
+/// Velocity of a rigid motion, `linear + spin x (x - centre)`, with as many components as `x`.
 fn rigid_velocity(x: &[f64], centre: &[f64], linear: &[f64], spin: [f64; 3]) -> Vec<f64> {
     let mut r = [0.0; 3];
     for c in 0..x.len() {

@@ -16,7 +16,7 @@ use pliant::numbering::Numbering;
 use pliant::quantity::counted;
 use pliant_mesh::{Mesh, select};
 
-/// A load whose place is known; vertices from 0 in the body.
+/// A load with resolved target; vertices are numbered from 0 in the body.
 pub(super) struct LoadPlan {
     pub(super) name: String,
     key: &'static str,
@@ -24,7 +24,7 @@ pub(super) struct LoadPlan {
     on: LoadTarget,
 }
 
-/// A point of the rest shape [m], and the shares of global vertices in what a field is there.
+/// A reference position [m], and the shares by which global vertices receive a field's value there.
 type Shared = ([f64; 3], Vec<(u32, f64)>);
 
 enum LoadTarget {
@@ -38,7 +38,7 @@ enum LoadTarget {
     QuadraticQuadrilaterals(Vec<[u32; 9]>),
 }
 
-/// The loads on a body with this mesh.
+/// Resolves the loads on a body with this mesh.
 pub(super) fn placed(
     spec: &Body,
     body: &str,
@@ -92,7 +92,7 @@ fn place(load: &Load, key: &str, mesh: &Mesh) -> Result<LoadTarget, String> {
 }
 
 impl LoadPlan {
-    /// Its description, in words.
+    /// Description in words.
     pub(super) fn described(&self, held: &[u32]) -> String {
         let changes = if self.changes() { ", changes with time" } else { "" };
         match &self.on {
@@ -122,12 +122,12 @@ impl LoadPlan {
         format!("{}: {}{kind}", self.name, counted(faces.len() as u64, "face", "faces"))
     }
 
-    /// The load as the scene has it.
+    /// Load as specified in the scene.
     pub(super) fn spec(&self) -> &Load {
         &self.spec
     }
 
-    /// Where it acts: single vertices, or the corners of faces, numbered from `first` on.
+    /// Targets of the load: single vertices, or the corners of faces, numbered from `first` on.
     pub(super) fn places(&self, first: u32) -> Vec<Vec<u32>> {
         match &self.on {
             LoadTarget::Vertices(vertices) => vertices.iter().map(|vertex| vec![first + vertex]).collect(),
@@ -147,8 +147,8 @@ impl LoadPlan {
             || self.spec.pressure.as_ref().is_some_and(formula)
     }
 
-    /// The term on the vertices of the whole system, whose flat rest positions are `rest`; `held` are the
-    /// vertices of the body that never move, ascending.
+    /// Builds the term on the vertices of the whole system; `rest` holds their reference positions, flat,
+    /// and `held` the vertices of the body that never move, ascending.
     pub(super) fn term(
         &self,
         parts: &BodyAssembly,
@@ -176,7 +176,8 @@ impl LoadPlan {
                     point: point(rest, *v, d),
                     share: shares[0].1,
                 };
-                // Shares of volumes go by the shape in ways of their own.
+                // The shares of a body force depend on the shape through its volumes, which this shape
+                // derivative does not cover.
                 let shape = (self.key != "body_force").then(|| {
                     let vertices = if self.differs() { samples.iter().map(share).collect() } else { vec![] };
                     LoadedShape::vertices(d, vertices, self.slope())
@@ -230,17 +231,16 @@ impl LoadPlan {
         Box::new(self.dead(samples, rest, D).with_shape(shape))
     }
 
-    /// Components of its value.
     fn components(&self) -> Vec<OverTime> {
         self.spec.vectors().first().map_or_else(Vec::new, |(_, _, vector)| vector.to_vec())
     }
 
-    /// True if its value differs from place to place.
+    /// True if the value depends on position.
     fn differs(&self) -> bool {
         self.components().iter().any(OverTime::depends_on_place)
     }
 
-    /// Slopes of its components.
+    /// Derivatives of the components with respect to position.
     fn slope(&self) -> VectorSlope {
         let components = self.components();
         Box::new(move |x, t| {
@@ -250,8 +250,8 @@ impl LoadPlan {
         })
     }
 
-    /// A dead load with these points and their shares by global vertex. What is the same everywhere needs
-    /// one point.
+    /// Dead load with these points and their shares by global vertex. A uniform load needs one point
+    /// only.
     fn dead(&self, mut samples: Vec<Shared>, rest: &[f64], dimension: usize) -> DeadLoad {
         let components = self.components();
         let mut vertices: Vec<u32> =
@@ -282,7 +282,7 @@ impl LoadPlan {
     }
 }
 
-/// The first `count` nodes of each face, numbered from `first` on.
+/// First `count` nodes of each face, numbered from `first` on.
 fn corners<const N: usize>(faces: &[[u32; N]], count: usize, first: u32) -> Vec<Vec<u32>> {
     faces.iter().map(|face| face.iter().take(count).map(|vertex| first + vertex).collect()).collect()
 }

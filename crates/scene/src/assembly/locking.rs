@@ -1,5 +1,5 @@
-//! Warnings of locking: linear elements that are nearly incompressible, or few through a thickness that
-//! bends, and cells that are no parallelograms where few of them bend.
+//! Warnings of locking: nearly incompressible linear elements, too few elements through a bending
+//! thickness, and few cells with non-parallelogram shape in bending.
 
 use std::collections::HashMap;
 
@@ -12,42 +12,42 @@ use pliant::material::{Lame, MaterialSpec, Plane};
 use pliant::quantity::Rounded;
 use pliant_mesh::{Chord, Mesh};
 
-/// From this Poisson's ratio on linear elements are said to lock. In plane strain the deflection of a
-/// cantilever, ten times longer than thick, of two square cells is 0.52 of theory at 0.3, 0.31 at 0.45, 0.11
-/// at 0.49 and 0.02 at 0.4999; of four 0.81, 0.62, 0.29, 0.02.
+/// Poisson's ratio from which on linear elements are reported to lock. In plane strain the deflection of
+/// a cantilever, ten times longer than thick, of two square cells is 0.52 of theory at 0.3, 0.31 at 0.45,
+/// 0.11 at 0.49 and 0.02 at 0.4999; of four cells 0.81, 0.62, 0.29, 0.02.
 const NEARLY_INCOMPRESSIBLE: f64 = 0.45;
-/// Of a ratio that comes from moduli, of sums over a chord.
+/// Rounding error of a ratio computed from moduli and of sums over a chord.
 const ROUNDING: f64 = 1e-9;
-/// Below so many cells through a thickness bending is noticeably too stiff: by `STIFFENING / n^2`, a quarter
-/// for four.
+/// Number of cells through the thickness below which bending is noticeably too stiff: by
+/// `STIFFENING / n^2`, a quarter for four.
 const FEW: f64 = 4.0;
-/// Linear elements of cells as long as thick, `n` through the thickness, are about `1 + STIFFENING / n^2`
-/// times too stiff in bending, in 2D and in 3D: deflections at `nu = 0.3` against Timoshenko's beam, 3.6 to
-/// 4.4 for 1 to 6 of them; of cells twice as long, 6.3 to 7.7.
+/// Linear elements in cells as long as thick, `n` through the thickness, are about `1 + STIFFENING / n^2`
+/// times too stiff in bending, in 2D and in 3D. Measured against Timoshenko's beam at `nu = 0.3`: 3.6 to
+/// 4.4 for 1 to 6 cells; 6.3 to 7.7 for cells twice as long.
 const STIFFENING: f64 = 4.0;
 /// Ratio of length to thickness from which a body bends rather than shears.
 const SLENDER: f64 = 4.0;
-/// Thin places are what a body bends by if so much of its surface lies on them.
+/// Fraction of the surface with thin parts from which on they dominate the bending of a body.
 const MUCH: f64 = 0.5;
-/// Places of the surface where the thickness is measured, and cells whose shape is.
+/// Maximum number of chords, and of cells whose shape is examined.
 const PLACES: usize = 1000;
-/// Part of the length of an edge by which its middle node is on its chord.
+/// Largest distance of a mid-edge node from the middle of its straight edge, as a fraction of the length.
 const STRAIGHT: f64 = 1e-6;
-/// Faces that meet at a larger angle have an edge of the body between them: 45 degrees.
+/// Smallest angle between two faces that counts as an edge of the body: 45 degrees.
 const FOLD: f64 = std::f64::consts::FRAC_PI_4;
-/// From here on facets are said to be too stiff in bending. MacNeal and Harder's hemisphere, of 4, 8 and 16
-/// cells of one layer a side, is 36, 4.4 and 1.3 times too stiff; 26, 2.5 and 1.1 are estimated.
+/// Stiffness ratio from which on facets are reported. MacNeal and Harder's hemisphere of 4, 8 and 16
+/// cells of one layer a side is 36, 4.4 and 1.3 times too stiff; the estimates are 26, 2.5 and 1.1.
 const FACETED: f64 = 1.25;
-/// Above this Poisson's ratio cells of second order that are fully integrated are said to lock.
+/// Poisson's ratio above which fully integrated second-order cells are reported to lock.
 const NEARLY_FULL: f64 = 0.499;
-/// From here on cells are said to be too stiff in bending.
+/// Stiffness ratio from which on cells are reported as too stiff in bending.
 const EXCESS: f64 = 1.5;
 
-/// Advice: elements that do not lock.
+/// Advice: elements without locking.
 const REMEDY: &str =
     "`order = 2` in the body does not lock, nor do quadrilaterals (in 3D hexahedra) in place of simplices";
 
-/// Bodies that lock, and what would not.
+/// Warnings of bodies that lock, with a remedy.
 pub(super) fn warnings(scene: &Scene, bodies: &[BodyAssembly]) -> Vec<String> {
     scene.body.iter().zip(bodies).flat_map(|(spec, body)| of_body(spec, body)).collect()
 }
@@ -92,7 +92,7 @@ fn of_body(spec: &Body, body: &BodyAssembly) -> Vec<String> {
 
 /// Warns of cells of second order that are nearly incompressible and fully integrated.
 fn nearly_locked(body: &BodyAssembly, block: &CellBlock, material: &MaterialSpec) -> Option<String> {
-    // With nodes in the middle of faces and cells every point of full integration is one.
+    // Full integration constrains the volume at every point if there are face and cell nodes.
     let serendipity = block.kind.of_first_order()?.of_second_order(true)?;
     let poisson = poisson(material, &body.mesh).filter(|nu| *nu > NEARLY_FULL)?;
     (block.kind != serendipity).then(|| {
@@ -105,7 +105,7 @@ fn nearly_locked(body: &BodyAssembly, block: &CellBlock, material: &MaterialSpec
     })
 }
 
-/// Of a slender body of few cells, most of which are stiffer in bending than the solid by their shape.
+/// Warns of a slender body of few cells, most of which are too stiff in bending because of their shape.
 fn trapezoids(body: &BodyAssembly, block: &CellBlock) -> Option<String> {
     let SlenderBody { thickness, cells, .. } = thin(&body.mesh)?;
     let mut found = block.kind.visit_first(BendingExcess { mesh: &body.mesh, block });
@@ -123,7 +123,7 @@ fn trapezoids(body: &BodyAssembly, block: &CellBlock) -> Option<String> {
     })
 }
 
-/// Finds how much stiffer in bending than the solid cells are.
+/// Computes how much stiffer in bending than the solid each cell is.
 struct BendingExcess<'a> {
     mesh: &'a Mesh,
     block: &'a CellBlock,
@@ -139,12 +139,12 @@ impl CellVisitor for BendingExcess<'_> {
     }
 }
 
-/// Of a thin body of second order in space whose sides are straight and whose surface is curved: its facets
-/// are a corrugated sheet.
+/// Warns of a thin second-order body in space with straight sides and a curved surface: its facets act as
+/// a corrugated sheet.
 ///
 /// An arc that rises by `s` above the chord between two folds has the second moment `4/45 s^2` about its
-/// middle, beside `t^2/12` of the thickness `t`: across the folds a sheet of them is `1 + 16/15 (s/t)^2`
-/// times as stiff as a flat one.
+/// mean, compared with `t^2/12` of the thickness `t`: across the folds a corrugated sheet is
+/// `1 + 16/15 (s/t)^2` times as stiff as a flat one.
 fn facets(body: &BodyAssembly) -> Option<String> {
     if body.mesh.dimension < 3 || body.thickness.is_some() || is_curved(&body.mesh) {
         return None;
@@ -171,7 +171,7 @@ fn facets(body: &BodyAssembly) -> Option<String> {
     })
 }
 
-/// True if a node in the middle of an edge is off its chord.
+/// True if a mid-edge node is off the middle of its straight edge.
 fn is_curved(mesh: &Mesh) -> bool {
     let is_off = |(cell, middles): (&[u32; 4], &[u32; 6])| {
         TETRAHEDRON_EDGES.iter().zip(middles).any(|([a, b], middle)| {
@@ -183,8 +183,8 @@ fn is_curved(mesh: &Mesh) -> bool {
     mesh.tetrahedra.iter().zip(&mesh.tetrahedron_middles).any(is_off)
 }
 
-/// How far each triangle of the surface is off a curve through its neighbours [m], where no two of them meet
-/// at an edge of the body, and its area [m^2].
+/// For each surface triangle its distance from a curve through its neighbours [m] and its area [m^2].
+/// Neighbours across an edge of the body do not count.
 fn rises(mesh: &Mesh) -> Vec<(f64, f64)> {
     let faces = mesh.surface_triangles();
     let edge = |a: usize, b: usize| -> [f64; 3] {
@@ -216,8 +216,8 @@ fn rises(mesh: &Mesh) -> Vec<(f64, f64)> {
     rises
 }
 
-/// Poisson's ratio of the solid at small strains; `None` where the model has none, and in plane stress, where
-/// the thickness gives way.
+/// Poisson's ratio of the solid at small strains; `None` for a model without one, and in plane stress,
+/// where the thickness is free.
 fn poisson(material: &MaterialSpec, mesh: &Mesh) -> Option<f64> {
     if mesh.dimension == 2 && material.plane() == Some(Plane::Stress) {
         return None;
@@ -226,18 +226,18 @@ fn poisson(material: &MaterialSpec, mesh: &Mesh) -> Option<f64> {
     Some(lambda / (2.0 * (lambda + mu)))
 }
 
-/// A slender body of few cells.
 struct SlenderBody {
-    /// [m]
+    /// Thickness [m].
     thickness: f64,
-    /// [m]
+    /// Length [m].
     length: f64,
-    /// Through the thickness.
+    /// Number of cells through the thickness.
     cells: f64,
 }
 
-/// The thickness of a slender body with few cells through it: of the chords that are short beside the largest
-/// extent of the body, if they start from most of its surface, those in the middle of the order by cells.
+/// Detects a slender body with few cells through its thickness. Chords count that are short compared with
+/// the body's largest extent. If they cover most of the surface, the result is their median by number of
+/// cells, weighted by surface.
 fn thin(mesh: &Mesh) -> Option<SlenderBody> {
     let (lower, upper) = mesh.bounding_box();
     let length = lower.iter().zip(&upper).map(|(a, b)| b - a).fold(0.0, f64::max);

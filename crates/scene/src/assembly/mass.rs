@@ -1,4 +1,4 @@
-//! The mass of a body, lumped to its vertices.
+//! Lumped mass of a body.
 
 use super::body::{distance, spread};
 use crate::KeyPath;
@@ -33,9 +33,9 @@ pub(super) fn masses(
     }
 }
 
-/// Masses that gravity pulls at in statics [kg]: `density integral of N_a` in elements of second order that
-/// have a
-/// density, for which the lumped masses would not do the same work, see [`super::gravity`]; else the masses.
+/// Masses on which gravity acts in statics [kg]: `density integral of N_a` for second-order elements with
+/// a density, because their lumped masses would not do the same work (see [`super::gravity`]); otherwise
+/// the lumped masses.
 pub(super) fn weights(spec: &MassSpec, mesh: &Mesh, mass: &[f64]) -> Vec<f64> {
     let density = match spec {
         MassSpec::Density(density) => density.value,
@@ -49,7 +49,7 @@ pub(super) fn weights(spec: &MassSpec, mesh: &Mesh, mass: &[f64]) -> Vec<f64> {
     mesh.consistent_measure().iter().map(sum).collect()
 }
 
-/// Lumped mass of every vertex of a body of this density, which the scene has at `path`.
+/// Lumped mass of each vertex of a body with this density, specified at `path`.
 fn filled(
     density: Quantity,
     mesh: &Mesh,
@@ -61,7 +61,7 @@ fn filled(
     let n = mesh.vertex_count();
     let mut mass = mesh.lumped_measure();
     if mesh.element_dimension() < 2 {
-        // Mass per length of the springs themselves.
+        // Mass per length of the springs.
         mass = vec![0.0; n];
         for &[a, b] in springs {
             let half = 0.5 * distance(mesh.point(a as usize), mesh.point(b as usize));
@@ -69,7 +69,7 @@ fn filled(
             mass[b as usize] += half;
         }
     }
-    // A membrane may be given its mass per area, if the unit says so.
+    // A membrane may have a mass per area, which its unit tells.
     let by_area = density.dimension == Some(Kind::AREA_DENSITY.dimension);
     let thick = thickness.filter(|_| !by_area).unwrap_or(1.0);
     mass.iter_mut().for_each(|m| *m *= thick * density.value);
@@ -83,8 +83,8 @@ fn filled(
     mass
 }
 
-/// A density by length, area or volume has to fit what the mesh is made of. In two dimensions everything is
-/// one metre thick, and a mass per volume is as good as one per area.
+/// Rejects a density by length, area or volume that does not fit the cells of the mesh. In two dimensions
+/// the thickness is one metre, and a mass per volume is equivalent to one per area.
 fn wrong_density(density: Quantity, mesh: &Mesh, membrane: bool, path: &KeyPath) -> Option<Problem> {
     let of_block = mesh.block().map(|block| block.kind.plural);
     let (what, kinds): (&str, &[Kind]) = match (mesh.element_dimension(), mesh.dimension) {

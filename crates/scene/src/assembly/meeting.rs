@@ -1,14 +1,14 @@
-//! Warning of bodies that meet although contact is inactive, by their bounding boxes.
+//! Warning of overlapping bodies without contact, by their bounding boxes.
 
 use crate::Scene;
 
-/// True if nothing in the scene says what bodies do that meet: neither contact nor an attachment.
+/// True if bodies pass through each other: the scene has neither contact nor attachments.
 pub fn passes_through(scene: &Scene) -> bool {
     scene.contact.as_ref().is_none_or(|contact| contact.of_walls) && scene.attachment.is_empty()
 }
 
-/// The first two of these bodies whose boxes meet, by their numbers, the lower first; each body by its
-/// points, flat `(n, dimension)` [m].
+/// First two bodies whose bounding boxes overlap, by ascending index; each body is given by its points,
+/// flat `(n, dimension)` [m].
 pub fn first_meeting<'a>(bodies: impl Iterator<Item = &'a [f64]>, dimension: usize) -> Option<[usize; 2]> {
     let of_body = |x: &[f64]| if dimension == 2 { bounds::<2>(x) } else { bounds::<3>(x) };
     let boxes: Vec<[[f64; 2]; 3]> = bodies.map(of_body).collect();
@@ -17,8 +17,8 @@ pub fn first_meeting<'a>(bodies: impl Iterator<Item = &'a [f64]>, dimension: usi
     (0..boxes.len()).flat_map(|b| (0..b).map(move |a| [a, b])).find(meet)
 }
 
-/// Least and largest coordinate of points, flat `(n, D)`, along each axis; in the plane all alike along the
-/// third.
+/// Smallest and largest coordinate of points, flat `(n, D)`, along each axis; in 2D the third axis has
+/// equal bounds.
 fn bounds<const D: usize>(x: &[f64]) -> [[f64; 2]; 3] {
     let (mut least, mut largest) = ([f64::INFINITY; D], [f64::NEG_INFINITY; D]);
     for row in x.as_chunks::<D>().0 {

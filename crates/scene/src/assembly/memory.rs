@@ -10,35 +10,36 @@ use pliant::energy::patch::Workspace;
 use pliant::simulation::Simulation;
 use pliant_mesh::{MeshSize, predicted_body_size};
 
-/// Bytes per element while a scene is assembled and run: rest data, indices, patch rows, and the mesh they
-/// come from.
+/// Memory per element while a scene is assembled and run [bytes]: reference data, indices, patch rows,
+/// and the mesh.
 const BYTES_PER_ELEMENT: u64 = 250;
-/// The same for elements of second order, which have rest data at 3 or 4 points.
+/// Memory per second-order element, with reference data at 3 or 4 points [bytes].
 const BYTES_PER_QUADRATIC_ELEMENT: u64 = 700;
-/// The same for quadrilaterals and hexahedra, which have rest data at 4 and 8 points.
+/// Memory per quadrilateral and per hexahedron, with reference data at 4 and 8 points [bytes].
 const BYTES_PER_CELL: [u64; 2] = [700, 2400];
-/// Bytes per cell of second order: 9 and 27 points of ten numbers, and the map from faces to their nodes
-/// while the mesh is made.
+/// Memory per second-order cell [bytes]: 9 and 27 points of ten numbers, and the map from faces to their
+/// nodes during mesh generation.
 const BYTES_PER_QUADRATIC_CELL: [u64; 2] = [2200, 7000];
-/// Bytes per element of a muscle: fibres at its points, places of these, indices, patch rows, directions.
+/// Memory per element of a muscle [bytes]: fibres at its points, their positions, indices, patch rows,
+/// directions.
 const BYTES_PER_MUSCLE_ELEMENT: u64 = 250;
-/// Bytes per element of second order of a muscle.
+/// Memory per second-order element of a muscle [bytes].
 const BYTES_PER_QUADRATIC_MUSCLE_ELEMENT: u64 = 1000;
-/// Bytes per quadrilateral and per hexahedron of a muscle.
+/// Memory per quadrilateral and per hexahedron of a muscle [bytes].
 const BYTES_PER_MUSCLE_CELL: [u64; 2] = [500, 1300];
-/// Bytes per spring: ends and constants as lists, then as seen from both ends, then in slots.
+/// Memory per spring [bytes]: ends and constants as lists, by both ends, and in slots.
 const BYTES_PER_SPRING: u64 = 100;
-/// Bytes per coordinate: state, scratch states of the scheme, gradients, masses.
+/// Memory per coordinate [bytes]: state, the integrator's scratch states, gradients, masses.
 const BYTES_PER_COORDINATE: u64 = 120;
-/// Part of what a simulation with contact holds that comes on top of it: candidates on the ways of a step,
-/// lists and matrices that are made anew as contacts come and go, and what the allocator keeps between them.
-/// Measured, not counted: 0.28 to 0.40 in collisions of 3,700 to 17,000 vertices.
+/// Additional memory of a simulation with contact, as a fraction: candidate pairs along the trajectories
+/// of a step, lists and matrices rebuilt as contacts change, and what the allocator retains. Measured,
+/// not counted: 0.28 to 0.40 in collisions of 3,700 to 17,000 vertices.
 const PART_OF_CONTACT: f64 = 0.33;
-/// Bytes from which on a prediction is no number: not even the structure of the matrices, by which they are
-/// counted, fits memory, and solvers predict a half or a quarter of all that can be addressed.
+/// Prediction from which on the amount is unknown [bytes]: the structure of the matrices itself does not
+/// fit in memory, and solvers then predict a half or a quarter of the address space.
 const UNCOUNTED: u64 = 1 << 61;
 
-/// Refuses a scene that asks for more memory than there is.
+/// Rejects a scene that needs more memory than is available.
 pub(super) fn check(scene: &Scene) -> Result<(), Vec<Problem>> {
     let (mut total, mut reserved, mut problems) = (0u64, 0u64, vec![]);
     let (mut vertices, mut particles) = (0u64, 0u64);
@@ -75,10 +76,10 @@ pub(super) fn check(scene: &Scene) -> Result<(), Vec<Problem>> {
     if problems.is_empty() { Ok(()) } else { Err(problems) }
 }
 
-/// Bytes that `simulation` takes once it takes steps.
+/// Memory of `simulation` while stepping [bytes].
 ///
 /// # Errors
-/// Implicit steps would take more memory than there is.
+/// Implicit steps would need more memory than is available.
 pub(super) fn check_steps(scene: &Scene, simulation: &mut Simulation) -> Result<usize, Vec<Problem>> {
     let (held, predicted) = (simulation.bytes(), simulation.predicted_bytes());
     let of_contact = if scene.contact.is_some() { PART_OF_CONTACT * predicted as f64 } else { 0.0 };
@@ -107,7 +108,7 @@ fn too_large(scene: &Scene, simulation: &Simulation, further: u64, available: u6
         .with_help("or fewer cells, an explicit scheme, or a machine with more memory")
 }
 
-/// Amount in words: `about 462.447 MB`, or what there is where it could not be counted.
+/// Amount in words: `about 462.447 MB`, or more than the available memory if it is unknown.
 fn need(further: u64, available: u64) -> String {
     if further < UNCOUNTED {
         format!("about {}", human(further))
@@ -116,11 +117,11 @@ fn need(further: u64, available: u64) -> String {
     }
 }
 
-/// Bytes that the mutual gravity of this many particles takes, roughly. The sum over all pairs has an array
-/// for each of 16 groups of them, and looks for the largest frequency by a tree.
+/// Approximate memory for the mutual gravity of these particles [bytes]. The sum over all pairs has an
+/// array for each of 16 groups of particles, and uses a tree to find the highest frequency.
 fn gravity_bytes(scene: &Scene, particles: u64) -> u64 {
     let Some(nbody) = &scene.world.nbody else { return 0 };
-    // More cannot be numbered.
+    // Indices have 32 bits.
     let n = particles.min(u64::from(u32::MAX));
     let tree = |angle: f64| match scene.dimension {
         2 => TreeGravity::<2>::predicted_bytes(n, angle),
@@ -132,8 +133,8 @@ fn gravity_bytes(scene: &Scene, particles: u64) -> u64 {
     }
 }
 
-/// Bytes of address space that the elements of a body of this size reserve for their forces, and for those of
-/// their damping and their muscles.
+/// Address space that the elements of a body of this size reserve for their elastic, damping and muscle
+/// forces [bytes].
 fn reserved_bytes(body: &Body, size: &MeshSize, dimension: usize) -> u64 {
     let cells = size.triangles.max(size.tetrahedra).max(size.blocks);
     let further = u64::from(body.damping.is_some()) + body.muscle.len() as u64;
@@ -144,7 +145,7 @@ fn reserved_bytes(body: &Body, size: &MeshSize, dimension: usize) -> u64 {
     if body.elastic.is_some() { workspace * (1 + further) } else { 0 }
 }
 
-/// Bytes that a body of this size takes, roughly, at the worst moment of its assembly.
+/// Approximate peak memory of assembling a body of this size [bytes].
 fn predicted_bytes(size: &MeshSize, dimension: usize) -> u64 {
     if size.blocks > 0 {
         let each = if size.quadratic { BYTES_PER_QUADRATIC_CELL } else { BYTES_PER_CELL };
@@ -160,7 +161,7 @@ fn predicted_bytes(size: &MeshSize, dimension: usize) -> u64 {
         .saturating_add(size.vertices.saturating_mul(dimension as u64 * BYTES_PER_COORDINATE))
 }
 
-/// Bytes that a muscle in a body of this size takes, roughly.
+/// Approximate memory of a muscle in a body of this size [bytes].
 fn predicted_muscle_bytes(size: &MeshSize, dimension: usize) -> u64 {
     let (count, each) = match (size.blocks, size.quadratic, dimension) {
         (0, true, 2) => (size.triangles, BYTES_PER_QUADRATIC_MUSCLE_ELEMENT),
@@ -172,7 +173,7 @@ fn predicted_muscle_bytes(size: &MeshSize, dimension: usize) -> u64 {
     count.saturating_mul(each)
 }
 
-/// `3.2 GB`.
+/// Amount with a unit: `3.2 GB`.
 pub(crate) fn human(bytes: u64) -> String {
     let units = ["B", "kB", "MB", "GB", "TB", "PB", "EB"];
     let mut value = bytes as f64;
@@ -189,8 +190,8 @@ mod tests {
     use super::*;
     use crate::assembly::UnstableStep;
 
-    /// Solvers predict half of what can be addressed, or a quarter, less what is held, where they cannot
-    /// count.
+    /// Solvers that cannot count predict a half or a quarter of the address space, minus the memory in
+    /// use.
     #[test]
     fn what_could_not_be_counted_is_more_than_there_is() {
         assert_eq!(need(462_447_000, 151_994_000), "about 462.447 MB");
@@ -199,7 +200,8 @@ mod tests {
         }
     }
 
-    /// A muscle holds less than was predicted, by the lists of the assembly, and more than a fifth of it.
+    /// A muscle uses less memory than predicted (without the lists of assembly), and more than a fifth of
+    /// it.
     #[test]
     fn muscles_take_no_more_memory_than_predicted() {
         for (dimension, cells) in [(2, vec![60, 60]), (3, vec![12, 12, 12])] {
@@ -234,8 +236,8 @@ mod tests {
         }
     }
 
-    /// Explicit steps hold less than was predicted, by the mesh and lists of the assembly, and more than a
-    /// fifth of it.
+    /// Explicit steps use less memory than predicted (without the mesh and the lists of assembly), and
+    /// more than a fifth of it.
     #[test]
     fn elements_take_no_more_memory_than_predicted() {
         for (dimension, cells) in [(2, vec![60, 60]), (3, vec![12, 12, 12])] {

@@ -5,25 +5,25 @@ use super::body::BodyAssembly;
 use crate::{Body, Load, MassSpec, OverTime, Scene};
 use pliant::material::Lame;
 
-/// Below this density no solid is [kg/m^3]: the lightest foams are above 0.15. Steel is 7.85e-9 t/mm^3 and
-/// 7.85e-3 g/mm^3.
+/// Density below that of any solid [kg/m^3]: the lightest foams are above 0.15. Steel is 7.85e-9 t/mm^3
+/// and 7.85e-3 g/mm^3.
 const LIGHTER_THAN_FOAM: f64 = 0.1;
-/// As dense as steel [kg/m^3]: what is, is not as soft as rubber.
+/// Density of steel, about [kg/m^3]: such a solid is not as soft as rubber.
 const DENSE: f64 = 7000.0;
-/// As soft as rubber [Pa]. Steel is 210000 MPa.
+/// Modulus of rubber, about [Pa]. Steel has 210000 MPa.
 const SOFT: f64 = 1e6;
-/// Size of a mesh from a file [m] from which it is more likely a part in millimetres than a bridge.
+/// Size of a mesh from a file [m] above which its unit is more likely millimetres than metres.
 const LARGE: f64 = 50.0;
 
-/// Below this density [kg/m^3] what weighs as things do on earth is more likely given beside water: air has
-/// 1.2, expanded polystyrene 10.
+/// Density [kg/m^3] below which a solid under the earth's gravity more likely has its density relative to
+/// water: air has 1.2, expanded polystyrene 10.
 const LIGHT_AS_AIR: f64 = 5.0;
-/// Between these accelerations gravity is that of the earth [m/s^2].
+/// Range of the earth's gravity [m/s^2].
 const EARTH: std::ops::RangeInclusive<f64> = 9.7..=9.9;
-/// A load per area so many times Young's modulus is held by no solid that is used.
+/// Load per area, as a multiple of Young's modulus, that no real solid withstands.
 const CRUSHED: f64 = 10.0;
 
-/// What smells of millimetres, and how to write it.
+/// Warnings of values that suggest unintended units, with the right notation.
 pub(super) fn warnings(scene: &Scene, bodies: &[BodyAssembly]) -> Vec<String> {
     let on_earth = EARTH.contains(&super::gravity::strength_at_start(scene));
     scene.body.iter().zip(bodies).flat_map(|(spec, body)| of_body(spec, body, on_earth)).collect()
@@ -41,7 +41,7 @@ fn of_body(spec: &Body, body: &BodyAssembly, on_earth: bool) -> Vec<String> {
         .collect()
 }
 
-/// Density that the scene gives [kg/m^3].
+/// Density specified in the scene [kg/m^3].
 fn density(spec: &Body) -> Option<f64> {
     match &spec.mass {
         MassSpec::Density(density) => Some(density.value),

@@ -1,6 +1,6 @@
 //! Assembly of a simulation from a scene: meshes, lumped masses, energy terms, the check of the step.
 //!
-//! Only here the dimension of a scene becomes a type; it disappears again inside the boxed terms.
+//! The dimension of a scene becomes a type here only; boxed terms hide it again.
 
 mod attachments;
 mod axes;
@@ -56,32 +56,32 @@ pub use meeting::{first_meeting, passes_through};
 pub use places::{LoadedVertices, PinnedVertices, ScenePlaces, TiedPoints};
 pub use report::{BodyReport, Report};
 
-/// A simulation ready to run, and what it was made of.
+/// A simulation ready to run, with its topology, probes and report.
 pub struct Assembly {
-    /// The stepper.
+    /// The simulation.
     pub simulation: Simulation,
-    /// Its bodies and their cells.
+    /// Bodies and their cells.
     pub topology: Topology,
-    /// The points that the scene follows.
+    /// Probes of the scene.
     pub probes: Vec<Probe>,
-    /// Counts, sizes, the stability limit, what was left out.
+    /// Report: counts, sizes, the stability limit, inactive features.
     pub report: Report,
 }
 
-/// Whether a scene whose step is above the stability limit is assembled all the same.
+/// Treatment of a scene whose step exceeds the stability limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum UnstableStep {
-    /// Refused, unless the scene says `allow_unstable`: for running.
+    /// Reject it, unless the scene says `allow_unstable`: for running.
     Refuse,
-    /// Accepted: for looking at it.
+    /// Accept it: for inspection.
     Accept,
 }
 
 impl Scene {
-    /// Builds the simulation that this scene describes.
+    /// Builds the simulation of this scene.
     ///
     /// # Errors
-    /// Every problem with a mesh, a selection or a mass; if there is none, a time step above the stability
+    /// Every problem with a mesh, a selection or a mass; without any, a time step above the stability
     /// limit.
     pub fn assemble(&self, unstable: UnstableStep) -> Result<Assembly, Vec<Problem>> {
         let scene = self.with_obstacles();
@@ -95,9 +95,9 @@ impl Scene {
         }
     }
 
-    /// The mistake in the time step under this limit: `None` if nothing is, or if the scene wants it so.
+    /// Problem of a time step above this limit; `None` if the step is stable or the scene allows it.
     pub fn unstable_step(&self, stability: &StabilityLimit) -> Option<Problem> {
-        // A step that follows the error is never too large for long.
+        // Adaptive step sizes correct a step that is too large.
         let step = self.time.step.filter(|step| !self.time.allow_unstable && *step > stability.step)?;
         Some(unstable_step(self, step, stability))
     }
@@ -170,7 +170,7 @@ fn assemble<const D: usize, const N: usize>(
         &numbering,
         (&rest, &position, &velocity),
         &mut system,
-        // Who runs it need not know.
+        // Running a scene does not need the summary of contact at the start.
         unstable == UnstableStep::Accept,
     )?;
     system.set_ether_drag(scene.world.ether_drag.unwrap_or(0.0));
@@ -178,7 +178,7 @@ fn assemble<const D: usize, const N: usize>(
     let method = scene.time.integrator.method();
     let size = contact.as_ref().map(|contact| contact.size);
     let options = SolverOptions { size, ..scene.time.solver_options() };
-    // For the lattices of multigrid, and the order in which a factorisation eliminates.
+    // Multigrid lattices and the elimination order of a factorisation use the reference positions.
     if method.documentation.solves > 0 && options.linear.choose(&system) != LinearSolver::MatrixFree {
         system.set_rest_positions(rest);
     }
@@ -192,11 +192,11 @@ fn assemble<const D: usize, const N: usize>(
         return Err(vec![problem]);
     }
     step_control::add(scene, &mut simulation);
-    // A scheme that is stable at any step is looked at only by who wants to look.
+    // For an integrator that is stable at any step the limit is computed only on inspection.
     let limited = scene.time.step.is_some() && simulation.method().documentation.stability_limit.is_finite();
     let stability = (limited || unstable == UnstableStep::Accept)
         .then(|| simulation.stability_limit(scene.time.duration))
-        // Nothing stops a simulation that is being made.
+        // A simulation under construction is never interrupted.
         .and_then(Result::ok);
     if unstable == UnstableStep::Refuse
         && let Some(stability) = &stability
@@ -218,13 +218,13 @@ fn assemble<const D: usize, const N: usize>(
     Ok(Assembly { simulation, topology, probes, report })
 }
 
-/// A tolerance of Newton's method [m] above this part of the size of the scene is none: it ends with what is
-/// still motion.
+/// Largest useful tolerance of Newton's method, as a fraction of the size of the scene: above it the
+/// iteration ends while the bodies still move.
 const LARGEST_TOLERANCE: f64 = 1e-2;
-/// Tolerance suggested in its place, as a part of that size.
+/// Suggested tolerance, as a fraction of that size.
 const GOOD_TOLERANCE: f64 = 1e-6;
 
-/// The mistake in the tolerance of implicit steps in a scene of this `size` [m]; `None` if there is none.
+/// Problem of a tolerance that is too large for a scene of this `size` [m]; `None` if it is not.
 fn loose_tolerance(scene: &Scene, size: f64) -> Option<Problem> {
     let tolerance = scene.time.solver.as_ref()?.tolerance.filter(|t| *t > LARGEST_TOLERANCE * size)?;
     let path = KeyPath::root().key("time").key("solver").key("tolerance");
@@ -238,7 +238,7 @@ fn loose_tolerance(scene: &Scene, size: f64) -> Option<Problem> {
     Some(Problem::semantic(path, message).with_help(advice))
 }
 
-/// Renumbers the bodies whose neighbours are numbered far apart.
+/// Renumbers the bodies whose neighbouring vertices have distant numbers.
 fn numbering<const D: usize>(bodies: &[body::BodyAssembly]) -> Numbering {
     let count = bodies.iter().map(|b| b.mass.len()).sum();
     let mut numbering = Numbering::identity();
@@ -263,7 +263,7 @@ fn build_bodies(scene: &Scene, base: &Path) -> Result<Vec<body::BodyAssembly>, V
     if problems.is_empty() { Ok(bodies) } else { Err(problems) }
 }
 
-/// Effect of damping on the limit.
+/// Text for the effect of damping on the limit.
 fn strongest_damping(stability: &StabilityLimit) -> String {
     if stability.damping > 0.0 {
         format!(", damped at up to {} 1/s", Rounded::<5>(stability.damping))
@@ -294,7 +294,7 @@ fn unstable_step(scene: &Scene, step: f64, stability: &StabilityLimit) -> Proble
             limit = Rounded::<7>(limit)
         )
     };
-    // Two digits, rounded down, of a step a little below the limit.
+    // A step slightly below the limit, rounded down to two digits.
     let digits = 10f64.powf((0.98 * limit).log10().floor() - 1.0);
     let advice = format!("use `step = {}`", Rounded::<2>(((0.98 * limit) / digits).floor() * digits));
     let other = "or say `allow_unstable = true` in [time] to watch it blow up".to_string();

@@ -10,14 +10,15 @@ use pliant::system::System;
 use pliant_mesh::Mesh;
 use pliant_terms::FibreSet;
 
-/// A muscle whose fibres are known.
+/// A muscle with resolved fibres.
 pub(super) struct MusclePlan {
-    /// Unit vector along the fibres of each element at rest, third component 0 in 2D.
+    /// Unit vector along the fibres of each element in the reference configuration, third component 0 in
+    /// 2D.
     directions: Vec<[f64; 3]>,
     tension: OverTime,
 }
 
-/// The muscles of a body with this mesh.
+/// Resolves the muscles of a body with this mesh.
 pub(super) fn placed(
     spec: &Body,
     mesh: &Mesh,
@@ -34,8 +35,8 @@ pub(super) fn placed(
     placed
 }
 
-/// Unit vector along the fibres of each element of `mesh`, or along what else has directions; `None` with a
-/// problem where one has none.
+/// Unit direction of fibres (or of another directed feature) for each element of `mesh`; `None`, with a
+/// problem, if a direction is missing.
 pub(super) fn directions(
     (fibre, what): (&FibreSpec, &str),
     mesh: &Mesh,
@@ -71,7 +72,7 @@ pub(super) fn directions(
     Some(units)
 }
 
-/// A vector as messages have it.
+/// A vector with rounded components, for messages.
 pub(super) fn rounded(vector: &[f64]) -> String {
     let components: Vec<String> = vector.iter().map(|c| Rounded::<6>(*c).to_string()).collect();
     format!("[{}]", components.join(", "))
@@ -88,8 +89,8 @@ pub(super) fn centres(mesh: &Mesh) -> Vec<[f64; 3]> {
 }
 
 impl BodyAssembly {
-    /// Adds its muscles to `system`; `rest` holds the rest positions of the whole system, in its `numbering`;
-    /// `duration` [s] is that of the run.
+    /// Adds the muscles to `system`; `rest` holds the reference positions of the whole system, in its
+    /// `numbering`; `duration` is that of the run [s].
     pub(super) fn add_muscles<const D: usize, const N: usize>(
         &self,
         duration: f64,
@@ -119,7 +120,7 @@ impl BodyAssembly {
         }
     }
 
-    /// Its muscles in words.
+    /// Descriptions of the muscles in words.
     pub(super) fn described_muscles(&self) -> impl Iterator<Item = String> {
         self.muscles.iter().enumerate().map(|(i, muscle)| {
             let changes =

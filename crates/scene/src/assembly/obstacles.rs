@@ -9,13 +9,13 @@ use crate::schema::{
 use pliant::algebra::unit;
 use pliant::constraint::Wall;
 
-/// Corners of the polygon that a disk is drawn as, and of round ends.
+/// Number of corners of the polygon that represents a disk or round ends.
 const CORNERS: usize = 48;
-/// Cells along each side of the faces of an icosahedron that a ball is drawn as.
+/// Number of cells along each edge of the icosahedron that represents a ball.
 const CELLS: usize = 10;
 
 impl Scene {
-    /// The scene with its obstacles among the bodies, where contact makes them act.
+    /// Scene with its obstacles added to the bodies, if contact is active.
     pub(super) fn with_obstacles(&self) -> Cow<'_, Scene> {
         let Some(contact) = self.acting_contact() else { return Cow::Borrowed(self) };
         let mut whole = among_bodies(self);
@@ -24,14 +24,14 @@ impl Scene {
     }
 }
 
-/// The scene with its obstacles, and the walls that contact turns into obstacles, among the bodies.
+/// Scene with its obstacles, and the walls that contact turns into obstacles, added to the bodies.
 fn among_bodies(scene: &Scene) -> Scene {
     let mut whole = scene.clone();
     for (i, wall) in whole.world.walls.drain(..).enumerate() {
         let shape = ObstacleShape::HalfSpace(wall);
         let spec = ObstacleSpec { name: Some(ObstacleSpec::name_of_wall(i)), shape, motion: None };
         let mut wall = body(scene, &spec, i);
-        // A reaction has the name of its wall, as where vertices are put back.
+        // The reaction has the name of the wall, as without contact.
         wall.pin[0].name = Some(String::new());
         whole.body.push(wall);
     }
@@ -41,7 +41,7 @@ fn among_bodies(scene: &Scene) -> Scene {
     whole
 }
 
-/// The body that stands for an obstacle.
+/// Body that represents an obstacle.
 fn body(scene: &Scene, obstacle: &ObstacleSpec, index: usize) -> Body {
     let bounds = |sign: f64| vec![sign * f64::INFINITY; scene.dimension];
     let pin = Pin {
@@ -58,7 +58,7 @@ fn body(scene: &Scene, obstacle: &ObstacleSpec, index: usize) -> Body {
     }
 }
 
-/// What is drawn of an obstacle; half-spaces are their one vertex.
+/// Drawn mesh of an obstacle; a half-space is a single vertex.
 fn mesh(dimension: usize, shape: &ObstacleShape) -> MeshSpec {
     match shape {
         ObstacleShape::HalfSpace(half_space) => {
@@ -109,12 +109,12 @@ fn direction(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     unit(&beyond(b, -1.0, a)).0
 }
 
-/// Strip with round ends, its axis last.
+/// Strip with round ends; the last two vertices are the ends of its axis.
 fn strip(a: [f64; 3], b: [f64; 3], radius: f64) -> MeshSpec {
     let u = direction(a, b);
     let n = [-u[1], u[0], 0.0];
     let half = CORNERS / 2;
-    // From the left of the axis around `a` to its right, then around `b` back.
+    // From left of the axis around `a` to its right, then around `b` back.
     let around = |centre: [f64; 3], sign: f64, i: usize| {
         let (sin, cos) = (std::f64::consts::PI * i as f64 / half as f64).sin_cos();
         beyond(beyond(centre, sign * radius * cos, n), -sign * radius * sin, u)

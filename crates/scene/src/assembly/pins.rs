@@ -15,16 +15,16 @@ use pliant::algebra::scene_size;
 use pliant::constraint::{Hold, Interpolation, Keyframes, Motion, Rotation};
 use pliant_mesh::{Mesh, select};
 
-/// A pin whose vertices are known.
+/// A pin with resolved vertices.
 pub(crate) struct PinPlan {
     pub(super) name: String,
-    /// From 0 in the body, ascending.
+    /// Numbered from 0 in the body, ascending.
     pub(super) vertices: Vec<u32>,
     pub(super) spec: Pin,
 }
 
 impl PinPlan {
-    /// How it moves, in words.
+    /// Description of the motion, in words.
     pub(super) fn motion(&self) -> Option<String> {
         let MotionSpec { velocity, displacement, rotation, keyframes } = self.spec.motion.as_ref()?;
         let parts = [
@@ -41,20 +41,21 @@ impl PinPlan {
         counted(self.vertices.len() as u64, "vertex", "vertices")
     }
 
-    /// When it lets go with steps of a fixed size `h` [s], or exactly then, in words.
+    /// Description of the release, in words: after a number of steps for a fixed step size `h` [s],
+    /// otherwise at the exact time.
     pub(super) fn release(&self, h: Option<f64>) -> Option<String> {
         let until = self.spec.until?;
         let Some(h) = h else {
             return Some(format!("{} let go at t = {until} s", self.counted()));
         };
-        // The first step that begins at `until - h/2` or later.
+        // First step that begins at `until - h/2` or later.
         let step = ((until - 0.5 * h) / h).ceil().max(0.0);
         let steps = counted(step as u64, "step", "steps");
         Some(format!("{} let go at t = {} s, after {steps}", self.counted(), step * h))
     }
 
-    /// Hold of its vertices in a simulation, `vertices` being their numbers there, `start` and `rest` the
-    /// flat positions of all vertices.
+    /// Constraint of the pin in a simulation: `vertices` are the numbers there, `start` and `rest` the
+    /// flat initial and reference positions of all vertices.
     pub(super) fn hold(
         &self,
         body: &str,
@@ -74,12 +75,12 @@ impl PinPlan {
     }
 }
 
-/// The pins of a body with this mesh.
+/// Resolves the pins of a body with this mesh.
 pub(super) fn held(spec: &Body, mesh: &Mesh, path: &KeyPath, problems: &mut Vec<Problem>) -> Vec<PinPlan> {
     let mut held = vec![];
     for (i, pin) in spec.pin.iter().enumerate() {
         let path = path.key("pin").index(i);
-        // Exactly one, as validation has seen.
+        // Validation has checked that there is exactly one.
         let Some(selection) = pin.selections().pop() else { continue };
         match select(mesh, &selection) {
             Ok(vertices) => held.push(PinPlan { name: pin.name_or_default(i), vertices, spec: pin.clone() }),
@@ -90,9 +91,9 @@ pub(super) fn held(spec: &Body, mesh: &Mesh, path: &KeyPath, problems: &mut Vec<
     held
 }
 
-/// Vertices that move cannot also be held by an earlier pin, or moved by it.
+/// Rejects coordinates of a moving pin that another pin constrains or moves.
 fn contradictions(held: &[PinPlan], dimension: usize, path: &KeyPath) -> Vec<Problem> {
-    // For every held coordinate the first pin that holds it, and the first that moves it.
+    // For each constrained coordinate the first pin that constrains it, and the first that moves it.
     let mut holders: HashMap<(u32, usize), (usize, Option<usize>)> = HashMap::new();
     let mut problems = vec![];
     for (i, pin) in held.iter().enumerate() {
@@ -121,11 +122,11 @@ fn contradictions(held: &[PinPlan], dimension: usize, path: &KeyPath) -> Vec<Pro
     problems
 }
 
-/// A motion begins where its body starts if it is no farther away than this part of the body's size.
+/// Tolerance of a motion's start, as a fraction of the body's size.
 const AT_START: f64 = 1e-9;
 
-/// Motions that begin elsewhere than where the bodies start: the pins would jump before the first step, and
-/// nothing could count the energy of that.
+/// Rejects motions that do not begin at the bodies' initial positions: the pins would jump before the
+/// first step, and the energy balance could not include that.
 pub(super) fn jumps_at_start(bodies: &[BodyAssembly], dimension: usize) -> Vec<Problem> {
     let mut problems = vec![];
     for (b, body) in bodies.iter().enumerate() {
@@ -152,7 +153,7 @@ pub(super) fn jumps_at_start(bodies: &[BodyAssembly], dimension: usize) -> Vec<P
     problems
 }
 
-/// The part of a motion that is not zero at the start, and what would be right.
+/// Key of the motion that is not zero at the start, and the remedy.
 fn not_zero_at_start(spec: &MotionSpec) -> (&'static str, String) {
     let angle = spec.rotation.as_ref().and_then(|rotation| rotation.angle.as_ref());
     let first = spec.keyframes.as_ref().and_then(|keyframes| keyframes.displacements.first());
@@ -169,7 +170,7 @@ fn not_zero_at_start(spec: &MotionSpec) -> (&'static str, String) {
     }
 }
 
-/// Result of `say` for the pins of all bodies, each with its name.
+/// Results of `say` for the pins of all bodies, each with the pin's name.
 pub(super) fn described(bodies: &[BodyAssembly], say: impl Fn(&PinPlan) -> Option<String>) -> Vec<String> {
     let pins = bodies.iter().flat_map(|body| body.held.iter().map(move |held| (body, held)));
     pins.filter_map(|(body, held)| Some(format!("pin `{}/{}`: {}", body.name, held.name, say(held)?)))

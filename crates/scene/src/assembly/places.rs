@@ -7,23 +7,23 @@ use super::attachments::{self, AttachmentPlan};
 use super::{build_bodies, memory};
 use crate::{Load, Problem, Scene};
 
-/// Vertices that one pin of a scene holds.
+/// Vertices constrained by a pin.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PinnedVertices {
-    /// Name of the pin, as `beam/left`.
+    /// Name of the pin, such as `beam/left`.
     pub name: String,
-    /// Its vertices, numbered as in recordings, ascending.
+    /// Vertices, numbered as in recordings, ascending.
     pub vertices: Vec<u32>,
 }
 
-/// Vertices that one load of a scene acts on.
+/// Vertices and faces on which a load acts.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoadedVertices {
-    /// Name of the load, as ``traction 0 on `beam` ``.
+    /// Name of the load, such as ``traction 0 on `beam` ``.
     pub name: String,
     /// The load.
     pub load: Load,
-    /// Single vertices, or the corners of faces, out of the body as in
+    /// Single vertices, or the corners of faces, oriented outwards as in
     /// [`vector_area`](pliant::element::vector_area); numbered as in recordings.
     pub on: Vec<Vec<u32>>,
 }
@@ -33,27 +33,27 @@ pub struct LoadedVertices {
 pub struct TiedPoints {
     /// The ties, their vertices numbered as in recordings.
     pub ties: Vec<Tie>,
-    /// Spring constant of each [N/m].
+    /// Spring constant of each tie [N/m].
     pub stiffness: f64,
-    /// Rest length of each [m].
+    /// Rest length of each tie [m].
     pub rest_length: f64,
-    /// Constant of the dashpot beside each [N s/m].
+    /// Damping constant of the dashpot of each tie [N s/m].
     pub dashpot: f64,
 }
 
-/// Pins and loads of a scene, and the number of vertices that their numbers count.
+/// Pins and loads of a scene, and the number of vertices.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ScenePlaces {
-    /// The pins, body after body.
+    /// Pins, body after body.
     pub pins: Vec<PinnedVertices>,
-    /// The loads, body after body.
+    /// Loads, body after body.
     pub loads: Vec<LoadedVertices>,
     /// Number of vertices of all bodies.
     pub vertex_count: usize,
 }
 
 impl Scene {
-    /// Finds the vertices of all pins and loads; meshes are built for that, terms and matrices are not.
+    /// Finds the vertices of all pins and loads; builds meshes, but no terms and no matrices.
     ///
     /// # Errors
     /// Every problem with a mesh, a selection or a mass.
@@ -76,7 +76,7 @@ impl Scene {
         Ok(ScenePlaces { pins, loads, vertex_count: bodies.iter().map(|body| body.mass.len()).sum() })
     }
 
-    /// Finds the ties of all attachments, one after the other; meshes are built for that, terms are not.
+    /// Finds the ties of all attachments, one after the other; builds meshes, but no terms.
     ///
     /// # Errors
     /// Every problem with a mesh, a selection, a mass or an attachment.

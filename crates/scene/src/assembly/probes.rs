@@ -14,15 +14,15 @@ use pliant::probe::Probe;
 use pliant::quantity::Rounded;
 use pliant_mesh::Mesh;
 
-/// A point outside of a cell by this fraction of its height is in it.
+/// Tolerance for points outside of a cell, as a fraction of its height.
 const TOLERANCE: f64 = 1e-9;
-/// Steps of Newton's method until a place in a curved cell is found; a few are enough where there is one.
+/// Maximum number of Newton steps to locate a point in a curved cell; a few suffice if it is inside.
 const MOST_STEPS: usize = 50;
 
-/// A point of an element, by the number of the element in the scene.
+/// A point of an element: the element's number in the scene, and its coordinates there.
 type Point = (usize, Barycentric);
 
-/// The probes of a scene, and the points of elements that they name.
+/// Builds the probes of a scene, and the points of elements that they name.
 pub(super) fn probes<const D: usize, const N: usize>(
     scene: &Scene,
     bodies: &[BodyAssembly],
@@ -49,6 +49,7 @@ fn one<const D: usize, const N: usize>(
     bodies: &[BodyAssembly],
 ) -> Result<(Probe, Option<Point>), Box<Problem>> {
     let eligible = || bodies.iter().filter(|b| spec.body.as_ref().is_none_or(|name| *name == b.name));
+    // A position in a cell, or a vertex.
     let place = match (&spec.at, spec.vertex) {
         (Some(at), _) => {
             let inside = eligible().find_map(|body| {
@@ -61,7 +62,7 @@ fn one<const D: usize, const N: usize>(
             let Some((body, CellLocation { cell, at, vertices, weights })) = inside else {
                 return Err(Box::new(outside(spec, at, path, eligible())));
             };
-            // Elements of the bodies before this one come first.
+            // Elements of earlier bodies come first.
             let earlier = bodies.iter().take_while(|b| b.first_vertex < body.first_vertex);
             let before: usize = earlier.map(BodyAssembly::element_count).sum();
             (body, vertices, weights, body.elastic.then_some((before + cell, at)))
@@ -80,6 +81,7 @@ fn one<const D: usize, const N: usize>(
         }
     };
     let (body, vertices, weights, point) = place;
+    // Reference position.
     let mut rest = [0.0; 3];
     for (&vertex, weight) in vertices.iter().zip(&weights) {
         let point = body.mesh.point(vertex as usize);
@@ -91,17 +93,17 @@ fn one<const D: usize, const N: usize>(
     Ok((probe, point))
 }
 
-/// A place in a cell.
+/// Position of a point in a cell.
 struct CellLocation {
     cell: usize,
     at: Barycentric,
-    /// The nodes of the cell, and their shape functions at the place.
+    /// Nodes of the cell, and the values of their shape functions at the point.
     vertices: Vec<u32>,
     weights: Vec<f64>,
 }
 
-/// The cell in which a place at rest is deepest; `None` outside of all. `N` is the number of corners of a
-/// cell.
+/// Cell in which a reference position lies deepest; `None` outside of all cells. `N` is the number of
+/// corners of a cell.
 fn containing<const D: usize, const N: usize>(mesh: &Mesh, at: &[f64]) -> Option<CellLocation> {
     if let Some(block) = mesh.block() {
         return block.kind.visit(DeepestCell { mesh, block, at });
@@ -113,7 +115,7 @@ fn containing<const D: usize, const N: usize>(mesh: &Mesh, at: &[f64]) -> Option
     }
 }
 
-/// The same for cells of `N` nodes.
+/// Deepest simplex of `N` nodes.
 fn deepest<const D: usize, const N: usize>(mesh: &Mesh, at: &[f64]) -> Option<CellLocation> {
     let mut best: Option<(f64, usize, [u32; N], Barycentric)> = None;
     for (number, cell) in mesh.elements::<N>().into_iter().enumerate() {
@@ -129,7 +131,7 @@ fn deepest<const D: usize, const N: usize>(mesh: &Mesh, at: &[f64]) -> Option<Ce
     })
 }
 
-/// The same for cells of whatever kind is visited; `at` of the place are its coordinates in the reference
+/// Deepest cell of a kind other than simplices; `at` of the result are the coordinates in the reference
 /// cell.
 struct DeepestCell<'a> {
     mesh: &'a Mesh,
@@ -144,7 +146,7 @@ impl CellVisitor for DeepestCell<'_> {
         let mut best: Option<(f64, usize, [f64; D])> = None;
         for (number, cell) in self.block.of::<N>().iter().enumerate() {
             let Some(xi) = kind.locate(&self.mesh.nodes::<D, N>(cell), self.at) else { continue };
-            // As deep as the nearest side is far, in half widths of the cell.
+            // Depth: distance to the nearest side, in half widths of the cell.
             let depth = xi.iter().map(|x| 1.0 - x.abs()).fold(f64::INFINITY, f64::min);
             if depth >= -TOLERANCE && best.as_ref().is_none_or(|(deepest, ..)| depth > *deepest) {
                 best = Some((depth, number, xi));
@@ -159,7 +161,7 @@ impl CellVisitor for DeepestCell<'_> {
     }
 }
 
-/// The triangle of a sheet in which a place is deepest, of those that are as near as half the thickness.
+/// Triangle of a sheet in which a position lies deepest, among those within half the thickness.
 fn in_sheet(mesh: &Mesh, thickness: f64, at: &[f64]) -> Option<CellLocation> {
     let mut best: Option<(f64, usize, [u32; 3], [f64; 3])> = None;
     let reach = 0.5 * thickness + TOLERANCE * mesh.diagonal();
@@ -186,8 +188,8 @@ fn in_sheet(mesh: &Mesh, thickness: f64, at: &[f64]) -> Option<CellLocation> {
     })
 }
 
-/// Barycentric coordinates of a place, in which `X = sum_a N_a(lambda) X_a`; `None` where the place is far
-/// from the cell, or has none.
+/// Barycentric coordinates of a position: `X = sum_a N_a(lambda) X_a`; `None` if the position is far from
+/// the cell, or has no coordinates.
 fn coordinates<const D: usize, const N: usize>(
     mesh: &Mesh,
     cell: &[u32; N],
@@ -203,8 +205,8 @@ fn coordinates<const D: usize, const N: usize>(
         (0..D).for_each(|c| from_first[c] = at[c] - points[0][c]);
         return Some(barycentric(&inverse.mul_vec(&from_first)));
     }
-    // A shape function is at most 1 in its size, and the sum of all sizes at most 2: nothing is farther out
-    // than that.
+    // A shape function is at most 1 in magnitude, and the sum of magnitudes at most 2: no point of the
+    // cell is farther out.
     let size = |c: usize| points.iter().map(|p| (p[c] - points[0][c]).abs()).fold(0.0, f64::max);
     if (0..D).any(|c| (at[c] - points[0][c]).abs() > 2.0 * size(c)) {
         return None;
@@ -221,7 +223,7 @@ fn coordinates<const D: usize, const N: usize>(
         }
         let change = jacobian(&points, &lambda).inverse().mul_vec(&off);
         (0..D).for_each(|c| local[c] += change[c]);
-        // What is left after a change so small is its square.
+        // The remaining error is of the order of the square of this change.
         if change.iter().all(|c| c.abs() <= 1e-10) {
             return Some(barycentric(&local));
         }
@@ -232,7 +234,7 @@ fn coordinates<const D: usize, const N: usize>(
     None
 }
 
-/// All coordinates from those that count.
+/// Barycentric coordinates from the independent ones.
 fn barycentric<const D: usize>(local: &[f64; D]) -> Barycentric {
     let mut lambda = [0.0; 4];
     lambda[0] = 1.0 - local.iter().sum::<f64>();
@@ -240,7 +242,7 @@ fn barycentric<const D: usize>(local: &[f64; D]) -> Barycentric {
     lambda
 }
 
-/// The place is in no cell: where the nearest vertex is.
+/// Problem of a position outside of all cells, with the nearest vertex.
 fn outside<'a>(
     spec: &ProbeSpec,
     at: &[f64],

@@ -25,11 +25,11 @@ use pliant_mesh::{Contents, Quality, SurfaceReport};
 pub struct Report {
     /// Title of the scene.
     pub title: Option<String>,
-    /// 2 or 3.
+    /// Dimension of the scene, 2 or 3.
     pub dimension: usize,
-    /// Vertices of all bodies.
+    /// Number of vertices of all bodies.
     pub vertices: usize,
-    /// Coordinates that can move.
+    /// Number of free coordinates.
     pub free_coordinates: usize,
     /// Total mass [kg].
     pub mass: f64,
@@ -37,41 +37,42 @@ pub struct Report {
     pub size: Vec<f64>,
     /// The bodies.
     pub bodies: Vec<BodyReport>,
-    /// Bytes held while running, those of the solvers of implicit steps included.
+    /// Memory while running [bytes], including the solvers of implicit steps.
     pub bytes: usize,
-    /// Name of the scheme.
+    /// Name of the integrator.
     pub integrator: &'static str,
-    /// Time step [s]; the first to be tried where step sizes follow the error.
+    /// Time step [s]; with adaptive step sizes the first one.
     pub step: f64,
-    /// Steps to the end of the run; `None` where their size follows the error.
+    /// Number of steps of the run; `None` with adaptive step sizes.
     pub steps: Option<u64>,
-    /// How step sizes follow the error; `None` where they are fixed.
+    /// Step size control; `None` for a fixed step size.
     pub step_control: Option<StepControl>,
-    /// Frames to be written.
+    /// Number of frames to be written.
     pub frames: u64,
-    /// Walls, which the largest stable step does not account for.
+    /// Number of walls, which the largest stable step does not include.
     pub walls: usize,
-    /// True if steps are solved.
+    /// True if steps are implicit.
     pub is_implicit: bool,
-    /// True if it finds equilibria.
+    /// True for statics.
     #[serde(skip)]
     pub is_static: bool,
-    /// The largest stable step and the frequency it comes from; `None` where the scheme is stable at any step
-    /// and it was not asked for.
+    /// Largest stable step and the frequency that limits it; `None` if the integrator is stable at any
+    /// step and the limit was not requested.
     pub stability: Option<StabilityLimit>,
-    /// Error of mutual gravity by a tree at the start, against the sum over all pairs; `None` without a tree.
+    /// Force error of the gravity tree at the start, relative to the sum over all pairs; `None` without a
+    /// tree.
     pub tree_force_error: Option<ForceError>,
     /// Instruction set of the kernels.
     pub instruction_set: &'static str,
     /// Contact; `None` without `[contact]`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub contact: Option<ContactSummary>,
-    /// Features that the scene uses: each entry is computed, held in memory or written.
+    /// Active features: each entry is computed, held in memory or written.
     pub uses: Vec<String>,
-    /// Features that it does not name, and that therefore cost nothing.
+    /// Inactive features, which cost nothing.
     pub left_out: Vec<String>,
-    /// Answers that are likely to be wrong or other than one would think, and what to do about it: walls that
-    /// steps do not see, bodies that lock, numbers of models in millimetres, runs of hours.
+    /// Warnings of results that are likely wrong or unexpected, with remedies: walls that steps do not
+    /// see, bodies that lock, values in millimetres, runs of hours.
     pub warnings: Vec<String>,
 }
 
@@ -79,15 +80,15 @@ pub struct Report {
 #[derive(Clone, Debug, Serialize)]
 #[non_exhaustive]
 pub struct BodyReport {
-    /// Its name.
+    /// Name of the body.
     pub name: String,
-    /// Vertices.
+    /// Number of vertices.
     pub vertices: usize,
-    /// Finite elements.
+    /// Number of finite elements.
     pub elements: usize,
-    /// Springs.
+    /// Number of springs.
     pub springs: usize,
-    /// Pinned vertices, those with a single pinned coordinate included.
+    /// Number of vertices with at least one constrained coordinate.
     pub pinned: usize,
     /// Mass [kg].
     pub mass: f64,
@@ -95,7 +96,7 @@ pub struct BodyReport {
     pub quality: Quality,
     /// Cells of each kind, unconnected pieces, results of cleaning.
     pub contents: Contents,
-    /// Surface that it was made from.
+    /// Surface that the body was made from.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub surface: Option<SurfaceReport>,
 }
@@ -156,7 +157,7 @@ impl Report {
 }
 
 impl Report {
-    /// Adds what contact is.
+    /// Adds the summary of contact.
     pub(super) fn add_contact(&mut self, contact: Option<ContactSummary>) {
         if let Some(contact) = &contact {
             self.uses.push(contact.described());
@@ -193,7 +194,7 @@ fn extent(x: &[f64], d: usize) -> Vec<f64> {
     (0..d).map(range).collect()
 }
 
-/// Features that are used and those that are not, each in words.
+/// Active features and inactive features, in words.
 fn uses(
     scene: &Scene,
     bodies: &[BodyAssembly],
@@ -320,7 +321,7 @@ fn uses(
     say(!ties.is_empty(), ties.join("; "), "attachments: nothing is tied to a place or to another body");
     let walls = simulation.system().walls().len();
     let is_half_space = |body: &Body| matches!(body.obstacle, Some(ObstacleShape::HalfSpace(_)));
-    // The entry of contact says so of those that are obstacles.
+    // The entry of contact describes those that are obstacles.
     if !scene.body.iter().any(is_half_space) {
         say(walls > 0, counted(walls as u64, "wall", "walls"), "walls: none, and no test for crossing them");
     }
@@ -346,7 +347,7 @@ fn uses(
         "error estimates, steps that are taken back: the step size is fixed",
     );
     for channel in Channel::ALL {
-        // Without contact there is nothing that could be listed.
+        // Without contact this channel has nothing to list.
         let is_about_nothing = *channel == Channel::Contacts && scene.contact.is_none();
         if let Some([with, without]) = channel.sentences().filter(|_| !is_about_nothing) {
             say(scene.output.channels.contains(channel), with.into(), without);
@@ -393,7 +394,7 @@ fn uses(
     (uses, left_out)
 }
 
-/// The elasticity of small strains of a formula.
+/// Small-strain elasticity of a formula.
 fn at_rest(energy: &EnergyExpression) -> String {
     match energy.lame().map(|lame| lame.young_and_poisson()) {
         Some((young, poisson)) => {
@@ -403,7 +404,7 @@ fn at_rest(energy: &EnergyExpression) -> String {
     }
 }
 
-/// The elasticity of small strains of a matrix and along its fibres.
+/// Small-strain elasticity of a matrix and along its fibres.
 fn with_fibres_at_rest(fibres: &DispersedFibres) -> String {
     let (young, poisson) = fibres.matrix().young_and_poisson();
     let along: Vec<String> = (0..fibres.fibres.len())
@@ -417,7 +418,7 @@ fn with_fibres_at_rest(fibres: &DispersedFibres) -> String {
     )
 }
 
-/// How step sizes follow the error.
+/// Description of the step size control.
 fn follows(control: &StepControl, simulation: &Simulation) -> String {
     if simulation.method().is_static() {
         let StepControl { first, smallest, largest, .. } = *control;
@@ -446,7 +447,7 @@ fn follows(control: &StepControl, simulation: &Simulation) -> String {
     )
 }
 
-/// Cost of a step.
+/// Description of the cost of a step.
 fn cost(method: &Documentation) -> String {
     match method.solves {
         0 if method.force_evaluations == 0 => "some iterations of seven force evaluations".into(),
@@ -455,7 +456,7 @@ fn cost(method: &Documentation) -> String {
     }
 }
 
-/// Cells of a body of cells that are no simplices.
+/// Description of the cells of a body, if they are not simplices.
 fn whole_cells(body: &BodyAssembly) -> Option<String> {
     let block = body.mesh.block().filter(|_| body.elastic)?;
     let how = match block.kind.order() {
@@ -468,7 +469,7 @@ fn whole_cells(body: &BodyAssembly) -> Option<String> {
     Some(format!("{} in `{}`: the material is evaluated {how}", block.kind.plural, body.name))
 }
 
-/// The most curved element of all bodies, if any side is.
+/// Description of the most curved element of all bodies, if any side is curved.
 fn curved(bodies: &[BodyAssembly]) -> String {
     let of_body = |b: &BodyAssembly| Some((b.mesh.quality().elements?.curved?, b.name.clone()));
     let worst =

@@ -4,15 +4,15 @@ use crate::Scene;
 use pliant::quantity::Rounded;
 use pliant::simulation::Simulation;
 
-/// Part of the moving coordinates that a step must not leave where they are.
+/// Fraction of the moving coordinates that a step may leave unchanged.
 const STUCK: f64 = 0.5;
 
-/// One line for each such number.
+/// One warning for each such number.
 pub(super) fn warnings(scene: &Scene, simulation: &Simulation) -> Vec<String> {
     still(simulation).into_iter().chain(tolerance(scene, simulation)).collect()
 }
 
-/// A step in which velocities move coordinates by less than the distance of one number from the next.
+/// Warns of a step in which velocities change coordinates by less than their rounding.
 fn still(simulation: &Simulation) -> Option<String> {
     if simulation.method().is_static() || simulation.step_control().is_some() {
         return None;
@@ -36,7 +36,7 @@ fn still(simulation: &Simulation) -> Option<String> {
     })
 }
 
-/// A tolerance of Newton's method that rounding of positions does not let it meet.
+/// Warns of a Newton tolerance below the rounding of positions.
 fn tolerance(scene: &Scene, simulation: &Simulation) -> Option<String> {
     if simulation.method().documentation.solves == 0 {
         return None;

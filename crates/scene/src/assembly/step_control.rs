@@ -5,27 +5,27 @@ use pliant::control::StepControl;
 use pliant::integrator::estimate::Tolerances;
 use pliant::simulation::{ArcLength, Simulation};
 
-/// First increment of statics, in parts of the duration.
+/// First increment of statics, as a fraction of the duration.
 const FIRST_INCREMENT: f64 = 0.1;
-/// Least increment of statics, in parts of the duration.
+/// Smallest increment of statics, as a fraction of the duration.
 const LEAST_INCREMENT: f64 = 1e-6;
 
-/// Time of a step along a path [s]: time counts steps.
+/// Time of a step along an arc-length path [s]: time counts steps.
 const STEP_OF_PATH: f64 = 1.0;
 
-/// The time step of `scene` [s], where the controller does not bring its own.
+/// Time step of `scene` [s], if the controller does not determine it.
 pub(super) fn step(scene: &Scene) -> f64 {
     let time = &scene.time;
     if time.arc_length.is_some() { STEP_OF_PATH } else { time.step.unwrap_or(time.duration) }
 }
 
-/// Lets the step sizes of `simulation` follow the error if `scene` says so, in statics the effort.
+/// Sets up adaptive step sizes if `scene` requests them: by the error, in statics by the effort.
 pub(super) fn add(scene: &Scene, simulation: &mut Simulation) {
     if let Some(spec) = &scene.time.arc_length {
         return simulation.set_arc_length(path(spec));
     }
     let Some(adaptive) = &scene.time.adaptive else { return };
-    // Nothing can be said of more than a frame at a time.
+    // By default a step is at most as long as a frame.
     let between_frames = match scene.time.duration {
         0.0 => 1.0 / scene.output.rate,
         duration => duration.min(1.0 / scene.output.rate),
@@ -44,7 +44,7 @@ pub(super) fn add(scene: &Scene, simulation: &mut Simulation) {
     simulation.set_step_control(StepControl { tolerances, first: adaptive.first, smallest, largest });
 }
 
-/// The path that a scene asks for.
+/// Arc-length path requested by a scene.
 fn path(spec: &ArcLengthSpec) -> ArcLength {
     let ends = spec.until.as_deref().and_then(|until| {
         let first = *until.first()?;
@@ -53,7 +53,7 @@ fn path(spec: &ArcLengthSpec) -> ArcLength {
     ArcLength { first: spec.first_or_default(), load: ends, largest: spec.largest }
 }
 
-/// Increments of statics: they have no error, and land where formulas have kinks.
+/// Increments of statics: there is no error estimate, and steps end at kinks of formulas.
 fn increments(scene: &Scene, adaptive: &Adaptive, largest: f64, simulation: &mut Simulation) {
     let duration = scene.time.duration;
     let whole = if duration > 0.0 { duration } else { largest };
@@ -64,7 +64,7 @@ fn increments(scene: &Scene, adaptive: &Adaptive, largest: f64, simulation: &mut
     simulation.system_mut().set_breaks(breaks(scene));
 }
 
-/// Times [s] at which formulas of loads, muscles, gravity and prescribed motion take other branches,
+/// Times [s] at which formulas of loads, muscles, gravity and prescribed motion change their branch,
 /// ascending.
 fn breaks(scene: &Scene) -> Vec<f64> {
     let formulas = scene.formulas().into_iter().map(|(_, formula)| formula);

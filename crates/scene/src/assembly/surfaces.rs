@@ -1,20 +1,21 @@
-//! Warnings about bodies that differ from the files that they were made from, or are of several pieces.
+//! Warnings about bodies that differ from their files, or consist of several pieces.
 
 use super::report::BodyReport;
 use crate::{Body, MeshSpec, Scene};
 use pliant::quantity::{Rounded, counted};
 
-/// Distance of the skin from the solid, in edges of cells, from which on it is told.
+/// Distance of the skin from the solid, in cell edges, above which it is reported.
 const FAR: f64 = 0.5;
 
-/// One for each body whose skin lies far from its fitted solid, or whose file says more than is read.
+/// Warnings of disconnected meshes, of skins far from their fitted solid, and of unread contents of
+/// files.
 pub(super) fn warnings(scene: &Scene, bodies: &[BodyReport]) -> Vec<String> {
     let all = scene.body.iter().zip(bodies);
     all.flat_map(|(spec, body)| [parted(spec, body), far(body), passed_over(body)]).flatten().collect()
 }
 
-/// An elastic body whose mesh is cut: by vertices at one place that are not joined, or into pieces. Shapes
-/// that the scene names are of several pieces because it says so.
+/// Warns of an elastic body whose mesh is disconnected: coincident vertices that are not joined, or
+/// several pieces. Generated shapes of several pieces are intended.
 fn parted(spec: &Body, body: &BodyReport) -> Option<String> {
     let is_given = matches!(spec.mesh, MeshSpec::File(_) | MeshSpec::Surface(_) | MeshSpec::Inline(_));
     if !is_given || spec.elastic.is_none() || spec.repeat.is_some() {
@@ -51,7 +52,7 @@ fn passed_over(body: &BodyReport) -> Option<String> {
 
 fn far(body: &BodyReport) -> Option<String> {
     let surface = body.surface.as_ref().filter(|surface| surface.fitted)?;
-    // A cube of the lattice is filled by twelve tetrahedra.
+    // Twelve tetrahedra fill a cube of the lattice.
     let cell = (12.0 * surface.solid_volume / body.contents.tetrahedra as f64).cbrt();
     let cells = surface.distance / cell;
     (cells > FAR).then(|| {

@@ -1,4 +1,4 @@
-//! Terms that store energy in a body: finite elements of every kind, springs, bending.
+//! Energy terms of a body: finite elements of every kind, springs, bending.
 
 use super::body::{BodyAssembly, renumbered};
 use crate::{Body, SpringsSpec};
@@ -10,8 +10,8 @@ use pliant::system::System;
 use pliant_terms::{ElementSet, expressed_springs};
 
 impl BodyAssembly {
-    /// Adds elements and springs to `system`; `rest` holds the rest positions of the whole system, in its
-    /// `numbering`.
+    /// Adds elements and springs to `system`; `rest` holds the reference positions of the whole system,
+    /// in its `numbering`.
     pub(super) fn add_terms<const D: usize, const N: usize>(
         &self,
         spec: &Body,
@@ -38,7 +38,7 @@ impl BodyAssembly {
         }
     }
 
-    /// The terms of its elements, of simplices of `N` corners or of other cells.
+    /// Terms of the elements: simplices of `N` corners, or other cells.
     fn elastic_terms<const D: usize, const N: usize>(
         &self,
         spec: &Body,
@@ -65,7 +65,7 @@ impl BodyAssembly {
         }]
     }
 
-    /// Vertices of its elements in the simulation, flat.
+    /// Vertices of the elements in the simulation, flat.
     pub(super) fn element_vertices<const D: usize, const N: usize>(&self, numbering: &Numbering) -> Vec<u32> {
         match (self.mesh.block(), self.mesh.order(), D) {
             (Some(block), ..) => {

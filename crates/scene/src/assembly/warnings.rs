@@ -8,17 +8,18 @@ use pliant::quantity::{Rounded, counted};
 use pliant::simulation::Simulation;
 use pliant_mesh::FoldedNodes;
 
-/// Vertices are behind a wall where they are farther behind it than this part of the size of the scene.
+/// Depth behind a wall from which on a vertex counts as behind it, as a fraction of the size of the
+/// scene.
 pub(super) const BEHIND: f64 = 1e-9;
 
-/// Times its weight with which contact may push a body at the start: in equilibrium it is its weight, and
-/// that of what stands on it is pushed back.
+/// Largest contact force on a body at the start, as a multiple of its weight: in equilibrium it is the
+/// weight, plus the weight of what lies on it.
 const PUSHED: f64 = 2.0;
 
-/// Coefficient of friction above those of all surfaces that are used.
+/// Friction coefficient above that of any real surface.
 const ROUGHEST: f64 = 10.0;
 
-/// One sentence for each such thing, with what would do better.
+/// One warning for each such feature, with a remedy.
 pub(super) fn warnings(scene: &Scene, simulation: &Simulation, bodies: &[BodyAssembly]) -> Vec<String> {
     let walls = walls(scene).into_iter().chain(behind_walls(simulation));
     let meeting =
@@ -28,7 +29,7 @@ pub(super) fn warnings(scene: &Scene, simulation: &Simulation, bodies: &[BodyAss
     walls.chain(meeting).chain(rougher_than_rubber(scene)).chain(idle(scene)).chain(folded).collect()
 }
 
-/// Cells with an angle above 180 degrees, which compute, and badly.
+/// Warns of cells with an angle above 180 degrees, which give inaccurate results.
 fn folded(body: &BodyAssembly) -> Option<String> {
     let (FoldedNodes { count, worst, least }, block) = (body.mesh.folded_nodes()?, body.mesh.block()?);
     let are = if count == 1 { "is" } else { "are" };
@@ -42,7 +43,8 @@ fn folded(body: &BodyAssembly) -> Option<String> {
     ))
 }
 
-/// Loads and muscles of zero: right where a controller sets them while running, otherwise of no use.
+/// Warns of loads and muscles of zero: useful if a controller sets them at run time, otherwise without
+/// effect.
 fn idle(scene: &Scene) -> Vec<String> {
     let named = scene.body.iter().enumerate().map(|(i, body)| (body.name_or_default(i), body));
     let of_body = |(name, body): (String, &Body)| {
@@ -64,7 +66,7 @@ fn idle(scene: &Scene) -> Vec<String> {
     named.flat_map(of_body).map(said).collect()
 }
 
-/// Coefficients of friction of nothing that is known: percents, or angles.
+/// Warns of implausible friction coefficients: percentages or angles.
 fn rougher_than_rubber(scene: &Scene) -> Option<String> {
     let contact = scene.contact.as_ref()?;
     let of_pairs = contact.pairs.iter().filter_map(|pair| pair.friction);
@@ -78,8 +80,8 @@ fn rougher_than_rubber(scene: &Scene) -> Option<String> {
     })
 }
 
-/// A body that starts nearer to another than contact lets it rest is thrown by what the barrier holds: energy
-/// that is in the balance, but that nobody put there. Statics look for equilibrium from wherever they start.
+/// Warns of a body that starts closer to another than contact lets it rest. The barrier's energy throws
+/// it; the balance includes this energy, but it is unintended. Statics finds equilibrium from any start.
 fn pushed_apart(scene: &Scene, simulation: &Simulation, bodies: &[BodyAssembly]) -> Option<String> {
     if scene.contact.is_none() || simulation.method().is_static() {
         return None;
@@ -110,7 +112,8 @@ fn pushed_apart(scene: &Scene, simulation: &Simulation, bodies: &[BodyAssembly])
         if force > PUSHED * weight {
             return Some((force, weight, body, contact));
         }
-        // From several sides forces cancel, and squeeze it; what rests carries no more than all there is.
+        // Forces from several sides cancel and squeeze the body; a resting body carries at most the total
+        // weight.
         (total > PUSHED * weight_of_all).then_some((total, weight, body, contact))
     };
     let pushed = (0..bodies.len()).filter_map(of_body);
@@ -121,7 +124,7 @@ fn pushed_apart(scene: &Scene, simulation: &Simulation, bodies: &[BodyAssembly])
         false => "and nothing holds it there".to_owned(),
     };
     if contact.gap < 0.0 {
-        // Of walls, which bodies may start on.
+        // A wall, which bodies may touch at the start.
         return Some(format!(
             "`{}` starts {} m behind `{other}`: it is pushed out with {} N, {beside}; start it on the wall",
             body.name,
@@ -139,8 +142,8 @@ fn pushed_apart(scene: &Scene, simulation: &Simulation, bodies: &[BodyAssembly])
     ))
 }
 
-/// Bodies whose boxes meet at the start pass through each other, unless contact or an attachment says what
-/// they do.
+/// Warns of bodies whose boxes overlap at the start: without contact or an attachment they pass through
+/// each other.
 fn through_each_other(scene: &Scene, bodies: &[BodyAssembly]) -> Option<String> {
     if !passes_through(scene) {
         return None;
@@ -155,8 +158,8 @@ fn through_each_other(scene: &Scene, bodies: &[BodyAssembly]) -> Option<String> 
     ))
 }
 
-/// A vertex that starts behind a wall is put back in the first step, which is no motion, and stores energy
-/// that comes from nowhere.
+/// Warns of a vertex that starts behind a wall. The first step moves it back without a motion, which adds
+/// energy from no source.
 fn behind_walls(simulation: &Simulation) -> Option<String> {
     let (system, x) = (simulation.system(), simulation.state().x());
     let (d, least) = (system.dimension(), BEHIND * simulation.length_scale());
@@ -176,7 +179,8 @@ fn behind_walls(simulation: &Simulation) -> Option<String> {
     ))
 }
 
-/// Walls without contact act on the end of a step. A step that is solved has found its end without them.
+/// Warns of walls without contact. They act at the end of a step, and an implicit step computes its end
+/// without them.
 fn walls(scene: &Scene) -> Option<String> {
     let method = scene.time.integrator.method().documentation;
     let are_put_back = scene.acting_contact().is_none() && method.solves > 0;

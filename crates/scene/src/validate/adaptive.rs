@@ -1,4 +1,4 @@
-//! Step sizes: fixed, following the error, or along a path.
+//! Step sizes: fixed, adaptive, or along a path.
 
 use super::check::Checker;
 use crate::error::Problem;
@@ -6,7 +6,7 @@ use crate::key_path::KeyPath;
 use crate::schema::{Adaptive, Time};
 use pliant::integrator::IntegratorSpec;
 
-/// `step`, `adaptive` and `arc_length` at `path`, of which there is one.
+/// Checks `step`, `adaptive` and `arc_length` at `path`: exactly one of them is required.
 pub(super) fn steps(check: &mut Checker, path: &KeyPath, time: &Time) {
     let others = [("step", time.step.is_some()), ("adaptive", time.adaptive.is_some())];
     for (other, _) in others.into_iter().filter(|(_, given)| *given && time.arc_length.is_some()) {

@@ -5,7 +5,7 @@ use crate::error::Problem;
 use crate::key_path::KeyPath;
 use crate::schema::{ArcLengthSpec, Scene};
 
-/// The part `[time] arc_length` of a scene.
+/// Checks `[time] arc_length` of a scene.
 pub(super) fn arc_length(check: &mut Checker, path: &KeyPath, scene: &Scene) {
     let Some(spec) = &scene.time.arc_length else { return };
     let method = scene.time.integrator.method();
@@ -36,7 +36,7 @@ fn numbers(check: &mut Checker, path: &KeyPath, spec: &ArcLengthSpec) {
     }
 }
 
-/// Keys of the solver that mean nothing here.
+/// Rejects solver keys without meaning for arc-length paths.
 fn solver(check: &mut Checker, scene: &Scene) {
     let Some(solver) = &scene.time.solver else { return };
     let path = KeyPath::root().key("time").key("solver");
@@ -55,7 +55,7 @@ fn solver(check: &mut Checker, scene: &Scene) {
     }
 }
 
-/// Parts of a scene that a path cannot be followed with, each with the reason.
+/// Rejects features that an arc-length path does not support, each with the reason.
 fn refuse(check: &mut Checker, scene: &Scene) {
     let root = KeyPath::root();
     let mut no = |path: KeyPath, message: &str, help: &str| {
@@ -104,7 +104,7 @@ fn refuse(check: &mut Checker, scene: &Scene) {
     }
 }
 
-/// Formulas that change with the load factor: there is one at least, and none jumps.
+/// Checks the formulas that change with the load factor: at least one is required, and none may jump.
 fn loads(check: &mut Checker, path: &KeyPath, scene: &Scene) {
     let formulas = scene.formulas();
     let mut motions = scene.body.iter().flat_map(|body| &body.pin).filter_map(|pin| pin.motion.as_ref());

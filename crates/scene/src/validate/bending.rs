@@ -5,7 +5,7 @@ use crate::error::Problem;
 use crate::key_path::KeyPath;
 use crate::schema::{BendingRest, BendingSpec, Body, OneOrMany};
 
-/// `bending` at `path` of `body`.
+/// Checks `bending` at `path` of `body`.
 pub(super) fn bending(check: &mut Checker, path: &KeyPath, bending: &BendingSpec, body: &Body) {
     if let Some(stiffness) = bending.stiffness {
         check.number(&path.key("stiffness"), stiffness.value, "");

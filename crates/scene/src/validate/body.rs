@@ -7,7 +7,7 @@ use crate::key_path::KeyPath;
 use crate::schema::{Body, MassSpec, MeshSpec, OneOrMany, SpringsSpec};
 use pliant::material::MaterialSpec;
 
-/// Names become topics and file names in a recording.
+/// Length limit of names, which become topics and file names in a recording.
 const LONGEST_NAME: usize = 64;
 
 pub(super) fn name(check: &mut Checker, path: &KeyPath, body: &Body) {
@@ -16,7 +16,7 @@ pub(super) fn name(check: &mut Checker, path: &KeyPath, body: &Body) {
     }
 }
 
-/// A name of `what`, as it may stand in topics, file names and messages.
+/// Checks that the name of `what` is valid in topics, file names and messages.
 pub(super) fn identifier(check: &mut Checker, path: &KeyPath, name: &str, what: &str) {
     let allowed = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
     if name.is_empty() || name.len() > LONGEST_NAME || !name.chars().all(allowed) {
@@ -95,7 +95,7 @@ pub(super) fn body(check: &mut Checker, path: &KeyPath, body: &Body, attracted: 
     }
 }
 
-/// First or second, and second only of finite elements.
+/// Checks that the order is 1 or 2, and 2 for finite elements only.
 fn order(check: &mut Checker, path: &KeyPath, body: &Body) {
     if body.serendipity && !body.is_quadratic() {
         let message = "`serendipity` is a choice of elements of second order, and this body has none";
@@ -122,16 +122,16 @@ fn order(check: &mut Checker, path: &KeyPath, body: &Body) {
     }
 }
 
-/// Parts of a mesh that can be made into forces. A file is believed to have everything until it is read.
+/// Features of a mesh that forces can be based on. A file counts as having all of them until it is read.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct MeshCapabilities {
-    /// Triangles in 2D, tetrahedra in 3D: what a material can fill.
+    /// Triangles in 2D, tetrahedra in 3D: elements for a material.
     pub(super) elements: bool,
-    /// Triangles in 3D that are no sides of tetrahedra: what a membrane can be made of.
+    /// Triangles in 3D that are not sides of tetrahedra: elements for a membrane.
     pub(super) sheet: bool,
-    /// Edges or cells of any kind: what springs can be made of.
+    /// Edges or cells of any kind: edges for springs.
     pub(super) edges: bool,
-    /// The number of edges where it is plain.
+    /// Number of edges, if it is known.
     pub(super) edge_count: Option<u64>,
 }
 
@@ -159,7 +159,8 @@ impl MeshCapabilities {
             | MeshSpec::EllipticMembrane(_) => (true, true, None),
             MeshSpec::Cloth(cloth) => {
                 let [n0, n1] = cloth.cells.map(|n| n as u64);
-                // Along both sides and both diagonals of every cell; more than a u64 is refused elsewhere.
+                // Edges along both sides and both diagonals of every cell; an overflow of u64 is rejected
+                // elsewhere.
                 let cells = n0.checked_mul(n1);
                 let edges = cells.and_then(|cells| cells.checked_mul(4)?.checked_add(n0)?.checked_add(n1));
                 (flat, true, edges)
@@ -183,13 +184,13 @@ impl MeshCapabilities {
         MeshCapabilities { elements, sheet, edges, edge_count }
     }
 
-    /// Of so many copies.
+    /// Features of this many copies.
     fn times(self, copies: u64) -> MeshCapabilities {
         MeshCapabilities { edge_count: self.edge_count.and_then(|count| count.checked_mul(copies)), ..self }
     }
 }
 
-/// Apart from the body, so that it can be tested without a material.
+/// Energies of a body, separate from it, so that tests need no material.
 pub(super) struct BodyContents {
     pub(super) elastic: bool,
     pub(super) membrane: bool,
@@ -303,7 +304,7 @@ fn mass(check: &mut Checker, path: &KeyPath, body: &Body, has: MeshCapabilities)
     }
 }
 
-/// By what the mesh is made of: a file is believed to have elements until it is read.
+/// Unit of the density for the cells of the mesh: a file counts as having elements until it is read.
 fn unit_of_density(mesh: &MeshSpec, has: MeshCapabilities, dimension: Option<usize>) -> &'static str {
     let sheet = matches!(mesh, MeshSpec::Cloth(_) | MeshSpec::Sphere(_))
         || matches!(mesh, MeshSpec::Inline(inline) if !inline.triangles.is_empty());
@@ -315,7 +316,7 @@ fn unit_of_density(mesh: &MeshSpec, has: MeshCapabilities, dimension: Option<usi
     }
 }
 
-/// A density needs cells or edges.
+/// Checks that there are cells or edges for a density.
 fn something_to_fill(check: &mut Checker, path: KeyPath, body: &Body, has: MeshCapabilities) {
     if !has.edges {
         let key = path.last_key().unwrap_or("density").to_owned();
@@ -325,7 +326,7 @@ fn something_to_fill(check: &mut Checker, path: KeyPath, body: &Body, has: MeshC
     }
 }
 
-/// `elastic_factor` of `body`; how many there are, the assembly knows.
+/// Checks `elastic_factor` of `body`; assembly checks the number of factors.
 fn elastic_factor(check: &mut Checker, path: &KeyPath, factor: &OneOrMany, body: &Body) {
     check.one_or_many(path, factor, "", None);
     let stiff = body.damping.as_ref().is_some_and(|damping| damping.stiffness_proportional.is_some());

@@ -8,14 +8,14 @@ use crate::key_path::KeyPath;
 use crate::schema::Scene;
 use crate::suggest;
 
-/// More bodies than these are not compared with a name that is none of theirs: every such name would be
-/// compared with all of them.
+/// Limit on the number of bodies for which an unknown name gets suggestions: every such name is compared
+/// with all bodies.
 const MOST_SUGGESTED: usize = 100;
 
-/// The names of all bodies.
+/// Names of all bodies.
 pub(super) struct BodyNames {
     names: Vec<String>,
-    /// Body by name, the first of each.
+    /// Index of the first body of each name.
     index: HashMap<String, usize>,
 }
 
@@ -31,7 +31,7 @@ impl BodyNames {
         self.names.len()
     }
 
-    /// The body of this name; reports where there is none.
+    /// Index of the body of this name; reports an unknown name.
     pub(super) fn known(&self, check: &mut Checker, path: &KeyPath, name: &str) -> Option<usize> {
         let found = self.index.get(name).copied();
         if found.is_none() {

@@ -7,12 +7,12 @@ use crate::schema::OneOrMany;
 
 /// Collects problems.
 pub(super) struct Checker {
-    /// `None` when the scene's dimension is itself wrong: then no vector can have the right length.
+    /// `None` if the scene's dimension itself is wrong: no vector then has the right length.
     pub(super) dimension: Option<usize>,
     problems: Vec<Problem>,
 }
 
-/// The unit as it ends a message: ` [m]`, or nothing.
+/// Unit at the end of a message: ` [m]`, or nothing.
 fn bracketed(unit: &str) -> String {
     if unit.is_empty() { String::new() } else { format!(" [{unit}]") }
 }
@@ -35,8 +35,8 @@ impl Checker {
         self.problems.push(problem);
     }
 
-    /// One number: finite, and within the bounds that the schema has at its path. Whether it is right, so
-    /// that what depends on it can be skipped.
+    /// Checks that a number is finite and within the schema's bounds at its path. Returns true if it is
+    /// valid, so that dependent checks can be skipped otherwise.
     pub(super) fn number(&mut self, path: &KeyPath, value: f64, unit: &str) -> bool {
         let bounds = NumberRange::at(path);
         let right = bounds.allow(value);
@@ -47,12 +47,12 @@ impl Checker {
         right
     }
 
-    /// Adds a line of help to the problem that was reported last.
+    /// Adds a line of help to the last reported problem.
     pub(super) fn help(&mut self, help: &str) {
         self.problems.last_mut().into_iter().for_each(|problem| problem.help.push(help.to_owned()));
     }
 
-    /// A number of things, within the bounds that the schema has at its path.
+    /// Checks that a count is within the schema's bounds at its path.
     pub(super) fn count(&mut self, path: &KeyPath, value: usize) -> bool {
         let bounds = NumberRange::at(path);
         let right = bounds.allow(value as f64);
@@ -63,7 +63,7 @@ impl Checker {
         right
     }
 
-    /// Each number of a list; the first bad one is reported. All have the bounds of the first.
+    /// Checks each number of a list, with the bounds of the first; reports the first invalid one.
     pub(super) fn numbers(&mut self, path: &KeyPath, values: &[f64], unit: &str) -> bool {
         if values.is_empty() {
             return true;
@@ -75,7 +75,7 @@ impl Checker {
         }
     }
 
-    /// A number for all or a list with one for each of `count` things, if their number is known.
+    /// Checks a number for all, or a list with one for each of `count` items, if their number is known.
     pub(super) fn one_or_many(
         &mut self,
         path: &KeyPath,
@@ -100,7 +100,7 @@ impl Checker {
         }
     }
 
-    /// A list with one entry per dimension.
+    /// Checks that a list has one entry per dimension.
     pub(super) fn components(&mut self, path: &KeyPath, length: usize) -> bool {
         let right = self.dimension.is_none_or(|dimension| dimension == length);
         if let (false, Some(dimension)) = (right, self.dimension) {
@@ -114,12 +114,12 @@ impl Checker {
         right
     }
 
-    /// A vector of the scene's dimension, of finite numbers.
+    /// Checks a vector: the scene's dimension and finite components.
     pub(super) fn vector(&mut self, path: &KeyPath, vector: &[f64], unit: &str) -> bool {
         self.components(path, vector.len()) & self.numbers(path, vector, unit)
     }
 
-    /// A list of such vectors; the first bad one is reported.
+    /// Checks a list of vectors; reports the first invalid one.
     pub(super) fn vectors(&mut self, path: &KeyPath, vectors: &[Vec<f64>], unit: &str) {
         for (index, vector) in vectors.iter().enumerate() {
             if !self.vector(&path.index(index), vector, unit) {
@@ -128,7 +128,7 @@ impl Checker {
         }
     }
 
-    /// A direction: a vector that is not zero.
+    /// Checks a direction: a non-zero vector.
     pub(super) fn direction(&mut self, path: &KeyPath, vector: &[f64], unit: &str) -> bool {
         if !self.vector(path, vector, unit) {
             return false;

@@ -12,7 +12,7 @@ use crate::schema::{
 };
 use crate::suggest;
 
-/// Checks `[contact]`, `[[obstacle]]`, and what bodies say of contact.
+/// Checks `[contact]`, `[[obstacle]]`, and the contact keys of bodies.
 pub(super) fn contact(check: &mut Checker, scene: &Scene) {
     let root = KeyPath::root();
     for (index, body) in scene.body.iter().enumerate() {
@@ -48,7 +48,7 @@ fn names(scene: &Scene) -> Vec<String> {
     bodies.chain(obstacles).collect()
 }
 
-/// Walls that contact makes obstacles have names of their own.
+/// Checks that the names of walls that contact turns into obstacles are unused.
 fn names_of_walls(check: &mut Checker, scene: &Scene) {
     let names = names(scene);
     for (index, wall) in walls(scene).enumerate().filter(|(_, wall)| names.contains(wall)) {
@@ -58,7 +58,6 @@ fn names_of_walls(check: &mut Checker, scene: &Scene) {
     }
 }
 
-/// Names of the walls.
 fn walls(scene: &Scene) -> impl Iterator<Item = String> {
     (0..scene.world.walls.len()).map(ObstacleSpec::name_of_wall)
 }
@@ -96,7 +95,7 @@ fn table(check: &mut Checker, path: &KeyPath, contact: &ContactSpec, scene: &Sce
     }
 }
 
-/// Checks a pair of two of these names, those of bodies first.
+/// Checks a pair of two of these names; the names of bodies come first.
 fn pair(check: &mut Checker, path: &KeyPath, pair: &ContactPairSpec, (names, bodies): (&[String], usize)) {
     if pair.between.len() != 2 {
         let message = format!("`between` names the two that touch, got {}", pair.between.len());
@@ -189,7 +188,8 @@ fn shape(check: &mut Checker, path: &KeyPath, obstacle: &ObstacleSpec) {
     }
 }
 
-/// Half-spaces and balls are known by one vertex, which does not turn.
+/// Rejects rotations of half-spaces and balls: each is represented by one vertex, which has no
+/// orientation.
 fn turning(check: &mut Checker, path: &KeyPath, obstacle: &ObstacleSpec, motion: &MotionSpec) {
     if motion.rotation.is_some() && matches!(obstacle.shape, ObstacleShape::HalfSpace(_)) {
         let problem = Problem::semantic(path.key("rotation"), "a half-space does not turn").at_key();
@@ -201,7 +201,8 @@ fn turning(check: &mut Checker, path: &KeyPath, obstacle: &ObstacleSpec, motion:
     }
 }
 
-/// Schemes whose steps end elsewhere than at a solution could end behind what they must not enter.
+/// Rejects integrators whose steps do not end at a solution of contact: they could end in
+/// interpenetration.
 fn scheme(check: &mut Checker, scene: &Scene) {
     let refused = scene.contact.as_ref().and_then(|contact| contact.refusal(scene.time.integrator));
     let Some(message) = refused else { return };

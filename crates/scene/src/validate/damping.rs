@@ -7,7 +7,7 @@ use crate::key_path::KeyPath;
 use crate::schema::{Body, DampingSpec, DashpotExpressionSpec};
 use pliant::dissipation::DashpotFormulaError;
 
-/// `damping` at `path` of `body`.
+/// Checks `damping` at `path` of `body`.
 pub(super) fn damping(check: &mut Checker, path: &KeyPath, damping: &DampingSpec, body: &Body) {
     if *damping == DampingSpec::default() {
         let problem = Problem::semantic(path.clone(), "`damping` names no kind of damping").at_key();
@@ -30,7 +30,7 @@ pub(super) fn damping(check: &mut Checker, path: &KeyPath, damping: &DampingSpec
     if let Some(formula) = &damping.expression {
         let path = path.key("expression");
         needs(check, &path, body.springs.is_some(), "`expression` damps springs", "`springs`");
-        // Rest lengths of the mesh are checked when it is there.
+        // Rest lengths of the mesh are checked once it is built.
         let given = body.springs.as_ref().and_then(|springs| springs.rest_length.as_ref());
         let lengths = given.map_or(&[1.0][..], |lengths| lengths.as_slice());
         if let Some(problem) = dashpot_problem(&path, formula, lengths) {
@@ -58,7 +58,7 @@ pub(super) fn damping(check: &mut Checker, path: &KeyPath, damping: &DampingSpec
     }
 }
 
-/// The mistake in the formula of dashpots at `path`, of springs of these rest lengths [m].
+/// Problem of the dashpot formula at `path`, for springs with these rest lengths [m].
 pub(crate) fn dashpot_problem(
     path: &KeyPath,
     spec: &DashpotExpressionSpec,
@@ -74,7 +74,7 @@ pub(crate) fn dashpot_problem(
     })
 }
 
-/// Damping of something that the body does not have.
+/// Rejects damping of a feature that the body does not have.
 fn needs(check: &mut Checker, path: &KeyPath, has: bool, what: &str, missing: &str) {
     if !has {
         let message = format!("{what}, and this body does not have {missing}");

@@ -1,4 +1,4 @@
-//! Energies that are formulas.
+//! Energy formulas.
 
 use super::check::Checker;
 use crate::error::Problem;
@@ -9,9 +9,9 @@ use pliant::energy::spring::SpringFormulaError;
 use pliant::expression::FormulaError;
 use pliant::material::{EnergyExpression, EnergyMistake, MaterialSpec, ParameterError};
 
-/// `elastic.expression` at `path` of `body`.
+/// Checks `elastic.expression` at `path` of `body`.
 pub(super) fn expression(check: &mut Checker, path: &KeyPath, energy: &EnergyExpression, body: &Body) {
-    // A sheet is a plane of its own; a scene whose dimension is wrong is checked as a solid.
+    // A sheet is two-dimensional; a scene with a wrong dimension is checked as a solid.
     let sheet = body.membrane.is_some();
     let dimension = if sheet { 2 } else { check.dimension.unwrap_or(3) };
     let of_solid = if energy.is_isotropic() { energy.check_at_rest(3) } else { Ok(()) };
@@ -36,7 +36,7 @@ pub(super) fn expression(check: &mut Checker, path: &KeyPath, energy: &EnergyExp
     }
 }
 
-/// A `material` other than a formula, at `path` of `body`: a sheet takes those without directions.
+/// Checks a `material` other than a formula, at `path` of `body`: a sheet requires an isotropic one.
 pub(super) fn directions(check: &mut Checker, path: &KeyPath, material: &MaterialSpec, body: &Body) {
     if body.membrane.is_some() && !material.is_isotropic() {
         let message = format!(
@@ -48,7 +48,7 @@ pub(super) fn directions(check: &mut Checker, path: &KeyPath, material: &Materia
     }
 }
 
-/// A number that is wrong, or that follows from what is wrong.
+/// Problem of an invalid parameter, or of one derived from it.
 pub(super) fn parameter(path: &KeyPath, error: &ParameterError) -> Problem {
     let mut problem = Problem::parameter(path, error.field, error.value, &error.problem);
     if let Some(index) = error.index {
@@ -57,8 +57,8 @@ pub(super) fn parameter(path: &KeyPath, error: &ParameterError) -> Problem {
     problem
 }
 
-/// `springs.expression`, which is `text`, at `path` of `springs`; at every rest length that the scene
-/// gives, and without one at a length of 1 m: those of the mesh are checked when it is there.
+/// Checks `springs.expression` (`text`) at `path` of `springs`: at every rest length in the scene,
+/// without any at a length of 1 m. Rest lengths of the mesh are checked once it is built.
 pub(super) fn springs(check: &mut Checker, path: &KeyPath, springs: &SpringsSpec, text: &str) {
     let lengths = springs.rest_length.as_ref().map_or(&[1.0][..], |lengths| lengths.as_slice());
     let Some(formula) = springs.formula() else { return };
@@ -70,7 +70,7 @@ pub(super) fn springs(check: &mut Checker, path: &KeyPath, springs: &SpringsSpec
     }
 }
 
-/// The mistake in the formula `text` of springs at `path`.
+/// Problem of the spring formula `text` at `path`.
 pub(crate) fn spring_problem(path: &KeyPath, text: &str, error: &SpringFormulaError) -> Problem {
     match error {
         SpringFormulaError::Formula(error) => formula_problem(path, "expression", text, error),
@@ -78,7 +78,7 @@ pub(crate) fn spring_problem(path: &KeyPath, text: &str, error: &SpringFormulaEr
     }
 }
 
-/// The mistake in the formula `text` at `key` of `path`, or in the `parameters` beside it.
+/// Problem of the formula `text` at `key` of `path`, or of the `parameters` next to it.
 pub(super) fn formula_problem(path: &KeyPath, key: &str, text: &str, error: &FormulaError) -> Problem {
     match error {
         FormulaError::Text(error) => expression_problem(path.key(key), text, error),

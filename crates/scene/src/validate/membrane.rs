@@ -1,4 +1,4 @@
-//! Sheets of finite elements.
+//! Membranes.
 
 use super::check::Checker;
 use crate::error::Problem;
@@ -6,7 +6,7 @@ use crate::key_path::KeyPath;
 use crate::schema::{Body, MembraneSpec};
 use pliant::material::Plane;
 
-/// `membrane` of `body`, which is at `body_path`.
+/// Checks `membrane` of `body`, which is at `body_path`.
 pub(super) fn membrane(check: &mut Checker, body_path: &KeyPath, membrane: &MembraneSpec, body: &Body) {
     let path = &body_path.key("membrane");
     check.number(&path.key("thickness"), membrane.thickness, "m");

@@ -1,4 +1,4 @@
-//! Shapes.
+//! Meshes.
 
 use super::check::Checker;
 use super::shapes;
@@ -8,7 +8,7 @@ use crate::schema::{ClothSpec, DiskSpec, FileSpec, GridSpec, InlineSpec, MeshSpe
 use pliant::algebra::direction;
 use pliant_mesh::spec::{SurfaceSpec, WholeCell};
 
-/// Vertex indices are 32 bits wide.
+/// Number of vertices that 32-bit indices can count.
 const MOST_VERTICES: u64 = u32::MAX as u64;
 
 pub(super) fn mesh(check: &mut Checker, path: &KeyPath, mesh: &MeshSpec) {
@@ -23,7 +23,7 @@ pub(super) fn mesh(check: &mut Checker, path: &KeyPath, mesh: &MeshSpec) {
         MeshSpec::Surface(spec) => surface(check, &path, spec),
         shape => shapes::shape(check, &path, shape),
     }
-    // Shapes of which the counts cannot be told have been reported.
+    // Shapes with unknown counts have been reported before.
     let counted = mesh.file().is_none() && shapes::is_countable(mesh);
     if counted && mesh.vertex_count().is_none_or(|count| count > MOST_VERTICES) {
         let message = format!("this {} has more than {MOST_VERTICES} vertices", mesh.name());
@@ -105,7 +105,7 @@ fn grid(check: &mut Checker, path: &KeyPath, grid: &GridSpec) {
     whole_cells(check, path, grid.element);
 }
 
-/// Refuses an element of another dimension than the scene's.
+/// Rejects an element whose dimension differs from the scene's.
 pub(super) fn whole_cells(check: &mut Checker, path: &KeyPath, element: Option<WholeCell>) {
     let kind = element.map(WholeCell::kind);
     let wrong = kind.filter(|kind| check.dimension.is_some_and(|d| d != kind.dimension));
@@ -140,9 +140,9 @@ fn cloth(check: &mut Checker, path: &KeyPath, cloth: &ClothSpec) {
     }
 }
 
-/// Of the angle from `u` to `v`: signed in 2D, not negative in 3D.
+/// Sine of the angle from `u` to `v`: signed in 2D, non-negative in 3D.
 fn sine_of_angle(u: &[f64], v: &[f64]) -> f64 {
-    // By unit vectors: squares of very long or short sides leave the range of numbers.
+    // Unit vectors, because squares of very long or short sides overflow or underflow.
     let [a, b] = [u, v].map(|side| direction(side).unwrap_or([f64::NAN; 3]));
     let cross = |i: usize, j: usize| a[i] * b[j] - a[j] * b[i];
     match u.len() {
@@ -204,7 +204,7 @@ fn inline(check: &mut Checker, path: &KeyPath, inline: &InlineSpec) {
     }
 }
 
-/// Every vertex exists, none twice in a cell; the first bad cell is reported.
+/// Checks that vertices exist and differ within each cell; reports the first invalid cell.
 fn cells<const N: usize>(check: &mut Checker, path: &KeyPath, cells: &[[u32; N]], count: usize) {
     for (index, cell) in cells.iter().enumerate() {
         for (corner, &vertex) in cell.iter().enumerate() {

@@ -35,7 +35,7 @@ use super::error::Problem;
 use super::key_path::KeyPath;
 use super::schema::Scene;
 
-/// The problems of `scene`, from the top down.
+/// Problems of `scene`, from the top down.
 pub(super) fn problems(scene: &Scene) -> Vec<Problem> {
     let root = KeyPath::root();
     let mut check = Checker::new(scene.dimension);

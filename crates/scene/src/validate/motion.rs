@@ -43,7 +43,7 @@ pub(super) fn selection(
     }
 }
 
-/// Infinite corners are right: they leave a side open.
+/// Checks the corners of a box. Infinite coordinates are valid: they leave a side open.
 pub(super) fn corners_of_box(check: &mut Checker, path: &KeyPath, corners: &BoxSelection) {
     let mut right = true;
     for (key, corner) in [("min", &corners.min), ("max", &corners.max)] {
@@ -93,7 +93,7 @@ fn affine(check: &mut Checker, path: &KeyPath, map: &AffinePosition) {
     }
 }
 
-/// A list with a vector for each vertex.
+/// Checks a list with a vector for each vertex.
 fn one_per_vertex(
     check: &mut Checker,
     path: &KeyPath,

@@ -18,7 +18,7 @@ pub(super) fn muscles(check: &mut Checker, path: &KeyPath, body: &Body, duration
     }
 }
 
-/// Muscles are in the elements of solids.
+/// Checks that a muscle is in a solid.
 fn of_solid(check: &mut Checker, path: &KeyPath, body: &Body) {
     let refused = [
         (body.elastic.is_none(), "is in finite elements, and this body has no `elastic`", "add `elastic`"),
@@ -34,7 +34,7 @@ fn of_solid(check: &mut Checker, path: &KeyPath, body: &Body) {
     }
 }
 
-/// Checks the axes of a material, but for the number of elements, which the assembly knows.
+/// Checks the axes of a material; assembly checks the number of elements.
 pub(super) fn axes(check: &mut Checker, path: &KeyPath, axes: &MaterialAxesSpec, body: &Body, duration: f64) {
     let has_axes = body.elastic.as_ref().is_none_or(MaterialSpec::has_axes);
     let refused = [
@@ -62,7 +62,7 @@ pub(super) fn axes(check: &mut Checker, path: &KeyPath, axes: &MaterialAxesSpec,
     }
 }
 
-/// Checks a direction of fibres, but for the number of elements, which the assembly knows.
+/// Checks a direction of fibres; assembly checks the number of elements.
 fn fibre(check: &mut Checker, path: &KeyPath, fibre: &FibreSpec, duration: f64) {
     match fibre {
         FibreSpec::Direction(direction) => {

@@ -40,7 +40,7 @@ pub(super) fn pins(check: &mut Checker, path: &KeyPath, body: &Body, duration: f
     }
 }
 
-/// The one selection that there has to be, or may be.
+/// Checks that there is exactly one selection, or at most one if none is `needed`; returns it.
 pub(super) fn one_selection(
     check: &mut Checker,
     path: &KeyPath,
@@ -98,7 +98,7 @@ pub(super) fn motion(check: &mut Checker, path: &KeyPath, spec: &MotionSpec, dur
     }
 }
 
-/// Each of a list of numbers and formulas; the first bad one is reported.
+/// Checks each number or formula of a list; reports the first invalid one.
 pub(super) fn formulas(check: &mut Checker, path: &KeyPath, values: &[OverTime], unit: &str, duration: f64) {
     for (index, value) in values.iter().enumerate() {
         if !formula(check, &path.index(index), value, unit, duration) {
@@ -107,8 +107,8 @@ pub(super) fn formulas(check: &mut Checker, path: &KeyPath, values: &[OverTime],
     }
 }
 
-/// A number, or a formula that has a value where the run begins and where it ends; formulas of the place are
-/// looked at when the body is built.
+/// Checks a number, or that a formula has a value at the start and at the end of the run. Formulas of
+/// position are checked when the body is built.
 pub(super) fn formula(
     check: &mut Checker,
     path: &KeyPath,
@@ -177,7 +177,7 @@ fn keyframes(check: &mut Checker, path: &KeyPath, spec: &KeyframesSpec) {
     }
 }
 
-/// A motion along a coordinate that `axes` leaves free would be ignored.
+/// Rejects a motion along a coordinate that `axes` leaves free, where it would have no effect.
 fn free_but_moved(check: &mut Checker, path: &KeyPath, pin: &Pin) {
     let (held, Some(motion)) = (pin.held_axes(), &pin.motion) else { return };
     let path = path.key("motion");

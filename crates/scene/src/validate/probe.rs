@@ -9,7 +9,7 @@ use crate::error::Problem;
 use crate::key_path::KeyPath;
 use crate::schema::{ProbeSpec, Scene};
 
-/// Probes at most: each is a channel, and channels are numbered.
+/// Maximum number of probes: each is a channel, and channels are numbered.
 const MOST_PROBES: usize = 10_000;
 
 pub(super) fn probes(check: &mut Checker, path: &KeyPath, scene: &Scene) {

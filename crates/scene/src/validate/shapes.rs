@@ -7,10 +7,10 @@ use crate::key_path::KeyPath;
 use crate::schema::MeshSpec;
 use pliant_mesh::{MeshError, predicted_size};
 
-/// Fewer cells around would not go around.
+/// Smallest number of cells around a ring.
 const LEAST_AROUND: usize = 3;
 
-/// The dimension that a shape needs, if it fits only one.
+/// Dimension of a shape that fits only one.
 fn dimension_of(mesh: &MeshSpec) -> Option<usize> {
     match mesh {
         MeshSpec::Ball(_) | MeshSpec::Sphere(_) | MeshSpec::Cylinder(_) | MeshSpec::Tube(_) => Some(3),
@@ -23,7 +23,7 @@ fn dimension_of(mesh: &MeshSpec) -> Option<usize> {
     }
 }
 
-/// Whether the number of vertices is known or too large to be: a shape with no cells has none.
+/// True if the number of vertices is known or too large; false for a shape without cells.
 pub(super) fn is_countable(mesh: &MeshSpec) -> bool {
     let Some(dimension) = dimension_of(mesh) else { return true };
     matches!(
@@ -105,7 +105,7 @@ fn optional(check: &mut Checker, path: &KeyPath, vector: Option<&[f64]>) {
     }
 }
 
-/// At least one cell each way, and enough around.
+/// Checks that there is at least one cell in each direction, and enough in the direction `around`.
 fn cells(check: &mut Checker, path: &KeyPath, cells: &[usize], around: Option<usize>) {
     for (index, &count) in cells.iter().enumerate() {
         let path = path.key("cells").index(index);
@@ -116,7 +116,7 @@ fn cells(check: &mut Checker, path: &KeyPath, cells: &[usize], around: Option<us
     }
 }
 
-/// Both positive, and the first less than the second.
+/// Checks that both numbers are positive, and the first less than the second.
 fn less(check: &mut Checker, path: &KeyPath, (small, a): (&str, f64), (large, b): (&str, f64)) {
     let first = check.number(&path.key(small), a, "m");
     let second = check.number(&path.key(large), b, "m");

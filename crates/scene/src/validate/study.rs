@@ -1,4 +1,4 @@
-//! Mistakes in `[study]`.
+//! `[study]`.
 
 use super::check::Checker;
 use crate::error::Problem;

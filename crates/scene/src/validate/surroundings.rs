@@ -1,4 +1,4 @@
-//! Time, world and output: everything but the bodies.
+//! Time, world and output: everything except the bodies.
 
 use super::check::Checker;
 use super::pins::formulas;
@@ -7,10 +7,11 @@ use crate::key_path::KeyPath;
 use crate::schema::{Channel, HalfSpace, OverTime, Scene, Time, World};
 use pliant::integrator::BadParameter;
 
-/// Steps are counted in the time `step * n`: beyond 2^53 the count is not exact any more.
+/// Maximum number of steps: the time is `step * n`, and above 2^53 `n` is not exact.
 const MOST_STEPS: f64 = 9_007_199_254_740_992.0;
 
-/// A recording of more frames would not fit any disk: a frame of the smallest scene is about 100 bytes.
+/// Maximum number of frames: a larger recording fits no disk; a frame of the smallest scene has about 100
+/// bytes.
 const MOST_FRAMES: f64 = 1e9;
 
 pub(super) fn time(check: &mut Checker, path: &KeyPath, time: &Time) {
@@ -84,7 +85,7 @@ pub(super) fn world(check: &mut Checker, path: &KeyPath, world: &World, duration
     }
 }
 
-/// Numbers, and formulas that have a value where the run begins and where it ends.
+/// Checks that components are numbers, or formulas with a value at the start and at the end of the run.
 fn gravity(check: &mut Checker, path: &KeyPath, gravity: &[OverTime], duration: f64) {
     check.components(path, gravity.len());
     formulas(check, path, gravity, "m/s^2", duration);

@@ -5,10 +5,10 @@ use crate::error::Problem;
 use crate::key_path::KeyPath;
 use crate::schema::{Body, OneOrMany, RepeatSpec, RotateSpec, TransformSpec};
 
-/// Vertex indices are 32 bits wide.
+/// Number of vertices that 32-bit indices can count.
 const MOST_VERTICES: u64 = u32::MAX as u64;
 
-/// `transform` and `repeat` of a body at `path`.
+/// Checks `transform` and `repeat` of a body at `path`.
 pub(super) fn transform(check: &mut Checker, path: &KeyPath, body: &Body) {
     if let Some(spec) = &body.transform {
         move_shape(check, &path.key("transform"), spec);
@@ -52,7 +52,7 @@ fn rotate(check: &mut Checker, path: &KeyPath, spec: &RotateSpec) {
     axis_of_rotation(check, path, spec.axis.as_deref());
 }
 
-/// The axis of the rotation at `path`: in 3D there has to be one, in 2D there is none.
+/// Checks the axis of the rotation at `path`: required in 3D, invalid in 2D.
 pub(super) fn axis_of_rotation(check: &mut Checker, path: &KeyPath, axis: Option<&[f64]>) {
     match (axis, check.dimension) {
         (Some(_), Some(2)) => {

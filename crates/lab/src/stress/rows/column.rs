@@ -33,9 +33,9 @@ pub(super) fn add(cases: &mut Vec<Case>) {
     }
 }
 
-/// `push` is the part of the load that acts sideways.
+/// Compresses the column; `push` is the lateral fraction of the load.
 fn column(material: &str, push: f64) -> CaseResult {
-    // Euler's load of a column with one free end, pi^2 EI / (4 L^2), in plane strain.
+    // Euler's buckling load of a column with one free end, pi^2 EI / (4 L^2), in plane strain.
     let stiffness = YOUNG / (1.0 - 0.09) * WIDTH.powi(3) / 12.0;
     let load = 2.0 * PI * PI * stiffness / (4.0 * LENGTH * LENGTH);
     let keys = format!(

@@ -7,25 +7,24 @@ use super::CaseDescription;
 use crate::stress::scenes::{self, assemble};
 use crate::stress::{Case, CaseResult, CaseVerdict};
 
-/// Newton iterations may be three times as many as those of an independent program.
+/// Limit on Newton iterations, as a multiple of those of an independent program.
 const BAR: f64 = 3.0;
-/// Less of its distance left is an overload.
+/// Remaining fraction of the activation distance below which the barrier is nearly exhausted.
 pub(super) const OVERLOAD: f64 = 0.05;
 
 /// A block of 0.2 m that falls at 3 m/s on a layer of 0.5 m x 0.1 m.
 #[derive(Clone, Copy)]
 struct Fall {
-    /// `kappa / E`, `E` the softer of the two.
+    /// Contact stiffness `kappa / E`, with `E` of the softer body.
     stiffness: f64,
-    /// `dhat` [m].
+    /// Activation distance `dhat` [m].
     distance: f64,
     step: f64,
     steps: u64,
-    /// Density and Young's modulus of the block over those of the layer.
+    /// Density and Young's modulus of the block relative to the layer.
     ratios: [f64; 2],
     friction: f64,
-    /// Newton iterations a step of an independent program; `None` where it was not asked, or did not get
-    /// there.
+    /// Newton iterations per step of an independent program; `None` if it was not run, or failed.
     known: Option<f64>,
 }
 
@@ -39,14 +38,14 @@ const USUAL: Fall = Fall {
     known: Some(5.5),
 };
 
-/// Blocks on each other on a floor, from the lowest: density [kg/m^3] and Young's modulus [Pa].
+/// Two stacked blocks on a floor, from the lowest: density [kg/m^3] and Young's modulus [Pa].
 const STACKS: [(&str, [[f64; 2]; 2]); 4] = [
     ("a stack, a millionth of the mass above", [[1e3, 1e5], [1e-3, 1e5]]),
     ("a stack, a millionth of the mass below", [[1e-3, 1e5], [1e3, 1e5]]),
     ("a stack, a million times as stiff above", [[1e3, 1e5], [1e3, 1e11]]),
     ("a stack, a million times as stiff below", [[1e3, 1e11], [1e3, 1e5]]),
 ];
-/// Newton iterations a step of the independent program on its hardest fall that it got through.
+/// Newton iterations per step of the independent program in the hardest fall that it completed.
 const KNOWN_OF_RATIOS: f64 = 11.0;
 
 pub(super) fn add(cases: &mut Vec<Case>) {
@@ -58,11 +57,11 @@ pub(super) fn add(cases: &mut Vec<Case>) {
         falls.push((format!("a block falls, kappa / E = {stiffness}"), fall));
     }
     for (distance, known) in [(1e-5, 13.0), (1e-4, 7.0), (1e-2, 4.9), (0.0125, 4.9)] {
-        // Of cells of 0.05 m: from 2e-4 to a quarter of an edge.
+        // Relative to cells of 0.05 m: from 2e-4 to a quarter of an edge.
         let fall = Fall { distance, known: Some(known), ..USUAL };
         falls.push((format!("a block falls, dhat = {distance} m"), fall));
     }
-    // Without friction it slides off within a step.
+    // Without friction the block slides off within a step.
     falls.push((
         "a block falls, step 1 s".into(),
         Fall { step: 1.0, steps: 4, friction: 0.4, known: None, ..USUAL },
@@ -129,7 +128,7 @@ fn run_fall(fall: &Fall) -> CaseResult {
     );
     run(&text, steps, known, |simulation, findings| {
         let x = simulation.positions();
-        // Above the floor of the layer, whatever it was pressed to.
+        // The block stays above the bottom of the layer, however compressed that is.
         let lowest = x[36..].chunks(2).map(|x| x[1]).fold(f64::INFINITY, f64::min);
         findings.demand(lowest > 0.0, || format!("the block is {:.3e} m below the layer", -lowest));
     })
@@ -153,8 +152,8 @@ fn run_stack(blocks: &[[f64; 2]; 2]) -> CaseResult {
         bodies.concat()
     );
     run(&text, 100, Some(KNOWN_OF_RATIOS), |simulation, findings| {
-        // What is carried is pressed together by less than the weight of both on the softer one, twice for
-        // its lower corners: `2 rho g H^2 / E`.
+        // The compression is less than that of the softer block under the weight of both, doubled for its
+        // lower corners: `2 rho g H^2 / E`.
         let soft = blocks.iter().map(|[_, young]| *young).fold(f64::INFINITY, f64::min);
         let weight = blocks.iter().map(|[density, _]| density * 9.81 * 0.2).sum::<f64>();
         let x = simulation.positions();
@@ -169,8 +168,8 @@ fn run_stack(blocks: &[[f64; 2]; 2]) -> CaseResult {
     })
 }
 
-/// Takes the steps: each must be solved, nothing may touch or cross, and where less than a twentieth of a
-/// distance is left it is said.
+/// Runs the case: each step must be solved without contact or crossing; less than a twentieth of an
+/// activation distance left is flagged.
 fn run(
     text: &str,
     steps: u64,
@@ -183,6 +182,7 @@ fn run(
         assembly.topology.bodies.iter().map(|body| outline(&body.triangles)).collect();
     let simulation = &mut assembly.simulation;
     let mut least: (f64, f64) = (f64::INFINITY, f64::INFINITY);
+    // Steps, with the smallest gap and a test for crossings.
     for _ in 0..steps {
         if let Err(error) = simulation.step() {
             findings.note(CaseVerdict::Fail, error.to_string());
@@ -202,13 +202,14 @@ fn run(
     let solver = simulation.work().solver.unwrap_or_default();
     let bar = known.map(|known| (BAR * known * steps as f64) as u64);
     if solver.unsettled > 0 {
-        // A run warns of it, and what came of it is not to be trusted.
+        // A run would warn of this; its result is not reliable.
         findings.count(solver.newton_iterations, None);
         let told = format!("unsettled: friction still changed at the end of {} solves", solver.unsettled);
         findings.note(CaseVerdict::Flagged, told);
     } else {
         findings.count(solver.newton_iterations, bar);
     }
+    // Gaps, energy and the case's own criterion.
     findings.demand(least.1 > 0.0, || format!("a gap of {:.3e} m", least.1));
     findings.demand(least.1.is_finite(), || "nothing touched".into());
     let told = format!("least gap {:.2e} of its distance", least.0);
@@ -224,7 +225,7 @@ fn run(
     findings
 }
 
-/// Edges with one triangle beside them.
+/// Edges of a single triangle.
 fn outline(triangles: &[[u32; 3]]) -> Vec<[u32; 2]> {
     let sides = triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
     let mut sides: Vec<[u32; 2]> = sides.map(|[a, b]| [a.min(b), a.max(b)]).collect();
@@ -232,7 +233,7 @@ fn outline(triangles: &[[u32; 3]]) -> Vec<[u32; 2]> {
     sides.chunk_by(|a, b| a == b).filter(|same| same.len() == 1).map(|same| same[0]).collect()
 }
 
-/// True if edges of two bodies cross each other, by the signs of areas.
+/// True if edges of two bodies cross, by the signs of areas.
 fn crosses(outlines: &[Vec<[u32; 2]>], x: &[f64]) -> bool {
     let at = |v: u32| [x[2 * v as usize], x[2 * v as usize + 1]];
     let side = |a: u32, b: u32, c: u32| {

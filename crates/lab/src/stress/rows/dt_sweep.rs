@@ -1,4 +1,4 @@
-//! D1: steps from far below to far above those that resolve a body's motion.
+//! D1: steps from far below to far above the time scale of a body's motion.
 
 use super::CaseDescription;
 use crate::stress::scenes::{self, Solid, beam, pinned_bar};
@@ -6,10 +6,11 @@ use crate::stress::{Case, CaseResult};
 
 const INTEGRATORS: [&str; 4] = ["implicit-euler", "bdf2", "tr-bdf2", "generalised-alpha"];
 const STEPS: [f64; 5] = [1e-4, 1e-3, 1e-2, 0.1, 1.0];
-/// Newton iterations of one solve.
+/// Limit on the Newton iterations of one solve.
 const BAR: u64 = 50;
 
-/// The tip of the beam in static equilibrium under its weight, from rest [m]; an independent code.
+/// Tip of the beam in static equilibrium under its weight, relative to the reference configuration [m];
+/// from an independent code.
 const STATIC_TIP: [(&str, [f64; 2]); 4] = [
     ("neo-hookean", [-0.158_125_211_285, -1.900_663_540_57]),
     ("stable-neo-hookean", [-0.169_116_128_2, -1.905_800_605_5]),

@@ -9,7 +9,7 @@ use crate::stress::{Case, CaseResult, CaseVerdict};
 use pliant::quantity::Rounded;
 use pliant::run::{Outcome, Plan, run};
 
-/// `2 / omega_max` of the beam with neo-Hookean elements [s]; an independent code.
+/// Stability limit `2 / omega_max` of the beam with neo-Hookean elements [s]; from an independent code.
 const LIMIT: f64 = 0.009_423_663_239_14;
 
 pub(super) fn add(cases: &mut Vec<Case>) {

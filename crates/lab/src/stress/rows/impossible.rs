@@ -5,8 +5,8 @@ use crate::stress::scenes::try_assemble;
 use crate::stress::{Case, CaseResult, CaseVerdict};
 use pliant_scene::Scene;
 
-/// The mistake, the row, the dimension, keys of `[time]`, the mesh, the material's constants, the mass,
-/// more keys; what the error must say.
+/// Row, name of the mistake, the keys of the scene (`[time]`, mesh, constants of the material, mass, more),
+/// required text of the error.
 type Wrong = (&'static str, &'static str, [&'static str; 5], &'static str);
 
 const STEP: &str = "step = 1e-3";
@@ -124,7 +124,7 @@ fn refused(dimension: usize, [time, mesh, material, mass, keys]: [&str; 5], says
             let first = message.lines().next().unwrap_or_default().to_owned();
             findings.note(CaseVerdict::Pass, format!("refused: {first}"));
         }
-        // Where nothing can move, nothing is wrong either.
+        // A scene in which nothing can move is valid.
         Ok(mut assembly) if says.is_empty() => {
             let end = assembly.simulation.step();
             findings.demand(end.is_ok(), || format!("{end:?}"));

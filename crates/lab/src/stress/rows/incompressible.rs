@@ -1,12 +1,12 @@
-//! D6: near incompressibility: a cantilever under a unit shear at its end. Linear elements lock, quadratic
-//! ones do not.
+//! D6: near incompressibility: a cantilever under a unit shear at its end. Linear elements lock,
+//! quadratic elements do not.
 
 use super::CaseDescription;
 use crate::stress::scenes::{self, Solid};
 use crate::stress::{Case, CaseResult, CaseVerdict};
 
-/// The end's middle goes down by so much [1e-3 m]; an independent code. `(nu, order, cells along and across,
-/// displacement)`.
+/// Deflection at the middle of the end [1e-3 m], from an independent code:
+/// `(nu, order, cells along and across, displacement)`.
 const KNOWN: [(f64, u8, [usize; 2], f64); 10] = [
     (0.3, 1, [20, 2], 1.898),
     (0.3, 1, [40, 4], 2.961),
@@ -19,7 +19,7 @@ const KNOWN: [(f64, u8, [usize; 2], f64); 10] = [
     (0.4999, 2, [20, 2], 2.866),
     (0.4999, 2, [40, 4], 2.950),
 ];
-/// Where the mesh no longer matters.
+/// Mesh-converged deflections [1e-3 m] by Poisson's ratio.
 const CONVERGED: [(f64, f64); 3] = [(0.3, 3.659_284), (0.49, 3.031_588), (0.4999, 2.989_947)];
 
 pub(super) fn add(cases: &mut Vec<Case>) {
@@ -64,8 +64,8 @@ fn cantilever(poisson: f64, order: u8, cells: [usize; 2], known: f64) -> CaseRes
     let x = assembly.simulation.positions();
     let middle = rest.chunks_exact(2).position(|p| (p[0] - 10.0).abs() < 1e-9 && (p[1] - 0.5).abs() < 1e-9);
     let down = middle.map_or(f64::NAN, |i| rest[2 * i + 1] - x[2 * i + 1]);
-    // References have three or four digits, the last of which depends on how the diagonals of locked meshes
-    // run.
+    // References have three or four digits; the last depends on the directions of the diagonals of locked
+    // meshes.
     let tolerance = if order == 1 && poisson > 0.49 { 2e-2 } else { 2e-3 };
     findings.measure("tip, relative", (down / (1e-3 * known) - 1.0).abs(), tolerance);
     let share = CONVERGED.iter().find(|(nu, _)| *nu == poisson).map_or(f64::NAN, |(_, u)| down / (1e-3 * u));

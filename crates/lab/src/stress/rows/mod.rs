@@ -1,4 +1,4 @@
-//! The rows of single tests: one file each.
+//! Rows of the suite: one file each.
 //!
 //! # How to add a case
 //! 1. Write a file here with `add`, and call it in `add` below, or add the case to a file that exists. Its
@@ -27,7 +27,7 @@ use super::{Case, CaseResult};
 pub(super) use long::ABOUT as ABOUT_LONG;
 use pliant::solver::LinearSolver;
 
-/// Adds all of them.
+/// Adds the cases of all rows.
 pub(super) fn add(cases: &mut Vec<Case>) {
     dt_sweep::add(cases);
     explicit_guard::add(cases);

@@ -4,14 +4,14 @@ use super::CaseDescription;
 use crate::stress::scenes::{self, assemble, largest_difference};
 use crate::stress::{Case, CaseResult, CaseVerdict};
 
-/// Chains between a wall and nothing, by their normal modes; errors of an independent code at t = 1 s for
-/// steps of 1e-3 s and 2.5e-4 s.
+/// Chain fixed at one end, solved by its normal modes; errors of an independent code at t = 1 s for steps
+/// of 1e-3 s and 2.5e-4 s.
 struct Chain {
     row: &'static str,
     name: &'static str,
     mass: &'static [f64],
     stiffness: &'static [f64],
-    /// At t = 1 s, of those that are compared [m].
+    /// Expected values at t = 1 s for the compared vertices [m].
     expected: &'static [(usize, f64)],
     errors: &'static [(&'static str, [f64; 2])],
 }
@@ -22,7 +22,7 @@ const CHAINS: [Chain; 2] = [
         name: "chain, masses 1 : 1e-4 : 100",
         mass: &[1.0, 1e-4, 1.0, 1e-4, 100.0],
         stiffness: &[1e4; 5],
-        // The light masses move faster than any step here resolves.
+        // No step here resolves the motion of the light masses.
         expected: &[(0, -0.014_421_233_742_679), (2, -0.006_865_344_758_776_7), (4, -0.024_592_307_852_944)],
         errors: &[
             ("tr-bdf2", [1.67e-3, 1.04e-4]),
@@ -93,7 +93,7 @@ pub(super) fn add(cases: &mut Vec<Case>) {
     }
 }
 
-/// Vertices at 0, 4, 8, ..: the first is the wall.
+/// Vertices at 0, 4, 8, ..; the first is fixed.
 fn line(count: usize) -> String {
     let points: Vec<[f64; 2]> = (0..count).map(|i| [4.0 * i as f64, 0.0]).collect();
     let edges: Vec<[usize; 2]> = (1..count).map(|i| [i - 1, i]).collect();
@@ -132,8 +132,8 @@ fn run_chain(chain: &Chain, integrator: &str, errors: &[f64; 2]) -> CaseResult {
     findings
 }
 
-/// Masses of the vertices of a bar of 8 x 2 cells, 4 m x 1 m, whose outer half has a density smaller by
-/// `ratio` than 1000 kg/m^3: a third of each triangle to each of its corners.
+/// Vertex masses of a bar of 8 x 2 cells, 4 m x 1 m, whose outer half has the density 1000 kg/m^3 divided
+/// by `ratio`: a third of each triangle goes to each of its corners.
 fn halves(ratio: f64) -> Vec<f64> {
     let (rows, cells) = (3, [8, 2]);
     let mut mass = vec![0.0; rows * (cells[0] + 1)];
@@ -152,8 +152,8 @@ fn halves(ratio: f64) -> Vec<f64> {
     mass
 }
 
-/// A bar whose outer half is lighter: the direct solver does not care, the iterative ones say how much they
-/// do.
+/// A bar with a lighter outer half: the direct solver is not affected, iterative ones report their
+/// effort.
 fn bar(ratio: f64, solver: &'static str) -> CaseResult {
     let run = |solver: &str, ratio: f64| {
         let mass = halves(ratio);
@@ -177,6 +177,7 @@ fn bar(ratio: f64, solver: &'static str) -> CaseResult {
     }
     let work = assembly.simulation.work().solver.unwrap_or_default();
     findings.count(work.newton_iterations, None);
+    // Iterative solvers are compared with the direct one, the direct one with a uniform density.
     if solver != "cholesky" {
         let (per, fallbacks) = (work.cg_iterations / work.newton_iterations.max(1), work.fallbacks);
         findings.note(
@@ -225,12 +226,13 @@ fn rod() -> CaseResult {
     findings
 }
 
-/// Young's moduli of the halves of a bar of 4 m x 1 m, and what joins its two pairs of vertices [N/m].
+/// Young's moduli of the halves of a bar of 4 m x 1 m [Pa], and stiffness of the ties of its two vertex
+/// pairs [N/m].
 const YOUNG: [f64; 2] = [1e3, 1e9];
 const JOINT: f64 = 1e9;
 
-/// Two halves of triangles, tied at their faces by stiff springs and pulled at the end: without Poisson's
-/// ratio the stress is the same everywhere, and `u = F (L_1/E_1 + L_2/E_2 + 1/(2 k))` over a unit area.
+/// Two halves of triangles, tied at their faces by stiff springs and pulled at the end: for a Poisson's
+/// ratio of 0 the stress is uniform, and `u = F (L_1/E_1 + L_2/E_2 + 1/(2 k))` over a unit area.
 fn joined() -> CaseResult {
     let half = |name: &str, origin: f64, young: f64, keys: &str| {
         format!(

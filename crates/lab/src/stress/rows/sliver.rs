@@ -7,7 +7,8 @@ use pliant_scene::assembly::Assembly;
 
 /// Displacement gradient of the patch.
 const GRADIENT: [[f64; 3]; 3] = [[0.01, 0.02, 0.005], [-0.015, 0.03, -0.01], [0.02, -0.005, 0.015]];
-/// Error of `F` in an element of height epsilon, times epsilon: rounding of positions; an independent code.
+/// Rounding error of `F` in an element of height epsilon, times epsilon, due to rounded positions; from
+/// an independent code.
 const ROUNDING: f64 = 2e-17;
 
 pub(super) fn add(cases: &mut Vec<Case>) {
@@ -80,7 +81,7 @@ fn patch(dimension: usize, height: f64) -> CaseResult {
     let time =
         "time = { integrator = 'quasi-static', step = 1.0, duration = 1.0, solver = { tolerance = 1e-16 } }";
     let (_, points, corners) = scene(dimension, height, "linear", time, "");
-    // What is held is moved; what is free starts where it was.
+    // Constrained vertices are displaced; free ones keep their initial positions.
     let start: Vec<Vec<f64>> =
         points.iter().enumerate().map(|(i, p)| if i < corners { moved(p) } else { p.clone() }).collect();
     let held: Vec<usize> = (0..corners).collect();

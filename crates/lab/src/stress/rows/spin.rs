@@ -1,12 +1,12 @@
-//! D12: a stiff square that spins freely: changes of its angular momentum, its energy and its shape after one
+//! D12: a stiff square in free rotation: changes of its angular momentum, energy and shape after one
 //! second.
 
 use super::CaseDescription;
 use crate::stress::scenes::{self, Solid};
 use crate::stress::{Case, CaseResult, CaseVerdict};
 
-/// Changes of angular momentum and, where known, of energy, both relative, in steps of 1/100 s (1/2000 s for
-/// explicit schemes); an independent code. Zero: to rounding.
+/// Relative changes of angular momentum and, if known, of energy, in steps of 1/100 s (1/2000 s for
+/// explicit integrators); from an independent code. Zero means to rounding.
 const KNOWN: [(&str, f64, Option<f64>); 10] = [
     ("velocity-verlet", 0.0, None),
     ("yoshida4", 0.0, None),

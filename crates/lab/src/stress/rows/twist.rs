@@ -7,12 +7,12 @@ use crate::stress::scenes::{self, Solid, clamp};
 use crate::stress::{Case, CaseResult, CaseVerdict};
 use pliant::simulation::Simulation;
 
-/// Newton iterations of one step: three times those of an independent code at the worst angle.
+/// Limit on Newton iterations of one step: three times those of an independent code at the worst angle.
 const BAR: u64 = 3 * 49;
-/// Torques by angle [degrees] [N m].
+/// Torques [N m] by angle [degrees].
 type Torques = &'static [(u64, f64)];
 
-/// Relative, of torques [N m] by angle [degrees] from an independent code.
+/// Relative tolerance of torques, compared with those of an independent code.
 const TOLERANCE: f64 = 1e-4;
 const STABLE: Torques = &[(30, 1654.38), (90, 4967.04), (180, 9925.39), (270, 14668.8), (330, 17277.9)];
 const BARRIER: Torques = &[
@@ -65,6 +65,7 @@ fn twist(material: &str, poisson: f64, degrees: u64, torques: Torques) -> CaseRe
     let rest = simulation.state().x().to_vec();
     let mut findings = CaseResult::default();
     let (mut most, mut least_j, mut before) = (0, f64::INFINITY, 0);
+    // Steps of ten degrees, with their iterations, volume ratios and torques.
     for step in 1..=steps {
         turn(simulation, &rest);
         if let Err(error) = simulation.step() {
@@ -88,7 +89,7 @@ fn twist(material: &str, poisson: f64, degrees: u64, torques: Torques) -> CaseRe
     findings.min_j = Some(least_j);
     let barrier = material == "neo-hookean";
     findings.demand(!barrier || least_j > 0.0, || format!("J = {least_j:.3} in a material with a barrier"));
-    // It lets go, and goes back to where it was.
+    // The released bar returns to its reference configuration.
     match simulation.step() {
         Ok(()) => {
             let away = scenes::largest_difference(simulation.state().x(), &rest);
@@ -99,7 +100,8 @@ fn twist(material: &str, poisson: f64, degrees: u64, torques: Torques) -> CaseRe
     findings
 }
 
-/// Turns what is free by ten degrees times its height, a guess that keeps elements from being inverted.
+/// Rotates free vertices by ten degrees times their relative height: an initial guess without inverted
+/// elements.
 fn turn(simulation: &mut Simulation, rest: &[f64]) {
     let free: Vec<bool> = simulation.system().inverse_mass().iter().map(|w| *w > 0.0).collect();
     let x = simulation.state_mut().x_mut();

@@ -1,5 +1,5 @@
-//! D9: invariance under changes of units: `u -> s u`, `v -> v` under `L -> s L`, `t -> s t`, `g -> g / s`; no
-//! change under `E -> r E`, `rho -> r rho`.
+//! D9: invariance under changes of units: `u -> s u`, `v -> v` under `L -> s L`, `t -> s t`,
+//! `g -> g / s`; no change under `E -> r E`, `rho -> r rho`.
 
 use super::CaseDescription;
 use crate::stress::scenes::{self, Solid, beam};
@@ -54,7 +54,7 @@ fn scaled(integrator: &str, length: f64, stiffness: f64) -> CaseResult {
         (Ok(as_it_is), Ok(scaled)) => {
             let largest = as_it_is.iter().fold(0.0, |m: f64, u| m.max(u.abs()));
             let apart = scenes::largest_difference(&as_it_is, &scaled) / largest;
-            // Implicit schemes are solved to 1e-9 of the size.
+            // Implicit integrators solve to 1e-9 of the size.
             let tolerance = if integrator == "velocity-verlet" { 1e-9 } else { 1e-8 };
             findings.measure("displacement, relative", apart, tolerance);
         }

@@ -10,12 +10,12 @@ use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, Value
 pub enum AxisScale {
     /// Linear scale.
     Linear,
-    /// Logarithmic scale, over as many decades as there are; numbers that are not positive have no position.
+    /// Logarithmic scale, over any number of decades; numbers that are not positive have no position.
     Log,
 }
 
 impl AxisScale {
-    /// True if a number has a place.
+    /// True if a number has a position.
     pub(super) fn holds(self, value: f64) -> bool {
         value.is_finite() && (self == AxisScale::Linear || value > 0.0)
     }
@@ -29,9 +29,9 @@ pub(super) struct Ticks {
     to: f64,
 }
 
-/// The library's own logarithmic axis writes 1e-14 as 0.00000000000001 and leaves out decades.
+/// Replaces the library's logarithmic axis, which writes 1e-14 as 0.00000000000001 and omits decades.
 impl Ticks {
-    /// Over all these numbers, with some room around them; over a decade or a unit without any.
+    /// Axis over these numbers with a margin; without numbers over a decade or a unit.
     pub(super) fn over(scale: AxisScale, values: impl Iterator<Item = f64>) -> Ticks {
         let (mut from, mut to) = (f64::INFINITY, f64::NEG_INFINITY);
         for value in values.filter(|value| scale.holds(*value)) {
@@ -40,7 +40,7 @@ impl Ticks {
         }
         match scale {
             AxisScale::Log if from > to => Ticks { scale, from: 0.1, to: 10.0 },
-            // A range within a decade would have no tick to read it by.
+            // A range within a decade would have no labelled tick.
             AxisScale::Log => {
                 let (from, to) = (from / 1.4, to * 1.4);
                 let has_decade = from.log10().ceil() <= to.log10().floor();
@@ -56,12 +56,12 @@ impl Ticks {
         }
     }
 
-    /// The ends.
+    /// Ends of the axis.
     pub(super) fn ends(&self) -> (f64, f64) {
         (self.from, self.to)
     }
 
-    /// Part of the way from the lower end to the upper at which `value` is.
+    /// Relative position of `value` between the lower and the upper end.
     fn part(&self, value: f64) -> f64 {
         match self.scale {
             AxisScale::Linear => (value - self.from) / (self.to - self.from),
@@ -69,7 +69,7 @@ impl Ticks {
         }
     }
 
-    /// The number at part `part` of the way.
+    /// Number at the relative position `part`.
     pub(super) fn at(&self, part: f64) -> f64 {
         match self.scale {
             AxisScale::Linear => self.from + part * (self.to - self.from),
@@ -77,7 +77,7 @@ impl Ticks {
         }
     }
 
-    /// Ticks with a label: at most about `most`.
+    /// Labelled ticks, about `most` at most.
     fn labelled(&self, most: usize) -> Vec<f64> {
         let most = most.max(1) as f64;
         match self.scale {
@@ -101,7 +101,7 @@ impl Ticks {
         }
     }
 
-    /// Finer ticks, where they help: 2 to 9 of each decade, if there are not too many decades.
+    /// Minor ticks: 2 to 9 of each decade, for few decades.
     fn fine(&self) -> Vec<f64> {
         let (first, last) = (self.from.log10().floor(), self.to.log10().ceil());
         if self.scale == AxisScale::Linear || last - first > 5.0 {
@@ -147,7 +147,7 @@ impl ValueFormatter<f64> for Ticks {
     }
 }
 
-/// `10` to the power of `e`, in superscripts; small powers as plain numbers.
+/// Power of ten with superscripts; small powers as plain numbers.
 fn power_of_ten(e: i32) -> String {
     match e {
         -2..=3 => short(10f64.powi(e)),
@@ -162,7 +162,7 @@ fn power_of_ten(e: i32) -> String {
     }
 }
 
-/// Up to four digits.
+/// Number with up to four digits.
 fn short(value: f64) -> String {
     Rounded::<4>(value).to_string()
 }
@@ -184,7 +184,7 @@ mod tests {
         let labels = labels(&ticks, 20);
         assert_eq!(labels.first().unwrap(), "10⁻¹⁴");
         assert_eq!(labels.len(), 14, "one for every decade: {labels:?}");
-        // A decade has the same length everywhere.
+        // All decades have the same length.
         let gap = |a: f64| ticks.map(&(10.0 * a), (0, 100_000)) - ticks.map(&a, (0, 100_000));
         assert!((gap(1e-14) - gap(1e-2)).abs() <= 1);
     }
@@ -206,7 +206,7 @@ mod tests {
         let ticks = Ticks::over(AxisScale::Linear, [0.0, 1.0].into_iter());
         assert_eq!(labels(&ticks, 6), ["0", "0.2", "0.4", "0.6", "0.8", "1"].map(str::to_owned));
         assert_eq!(ticks.map(&0.5, (0, 100)), 50);
-        // One number, or none, has an axis too.
+        // An axis exists for a single number, and for none.
         assert!(Ticks::over(AxisScale::Linear, [3.0].into_iter()).ends().0 < 3.0);
         assert_eq!(Ticks::over(AxisScale::Linear, std::iter::empty()).ends(), (0.0, 1.0));
     }

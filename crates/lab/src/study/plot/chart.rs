@@ -1,4 +1,4 @@
-//! Lines over two axes.
+//! Line charts.
 
 use plotters::chart::{ChartBuilder, ChartContext};
 use plotters::coord::cartesian::Cartesian2d;
@@ -11,13 +11,13 @@ use super::axis::{AxisScale, Ticks};
 use super::labels;
 use super::style::{Area, Drawn, GREY, Mark, color, letters, page, shortened, stroke, titled};
 
-/// Width of the column with the names of lines.
+/// Width of the legend.
 const LEGEND: u32 = 215;
-/// Height of a name there, and how many letters it may have.
+/// Height of a name in the legend, and its maximum number of letters.
 const NAME: i32 = 17;
 const LONGEST_NAME: usize = 28;
 
-/// Quantity of an axis.
+/// Specification of an axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AxisSpec {
     /// Quantity, with its unit.
@@ -41,48 +41,48 @@ impl AxisSpec {
 /// One point of a line.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Point {
-    /// Along the first axis.
+    /// Coordinate along the first axis.
     pub x: f64,
-    /// Along the second; `None` for a run that failed, which is a cross at the top.
+    /// Coordinate along the second; `None` for a failed run, drawn as a cross at the top.
     pub y: Option<f64>,
-    /// Label beside it.
+    /// Label next to the point.
     pub label: Option<String>,
 }
 
 impl Point {
-    /// Without a label.
+    /// A point without a label.
     pub fn new(x: f64, y: f64) -> Point {
         Point { x, y: Some(y), label: None }
     }
 }
 
-/// Points that belong together.
+/// A line: points of one series.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Line {
     /// The name in the legend.
     pub name: String,
-    /// The points, joined in this order where there is a number.
+    /// Points, joined in this order; points without a number interrupt the line.
     pub points: Vec<Point>,
-    /// True if each point has a mark; a line of many points is better without.
+    /// True to mark each point; lines of many points are better without marks.
     pub marked: bool,
-    /// False for points that no line joins: measurements.
+    /// False for points without a joining line, such as measurements.
     pub joined: bool,
-    /// Number of its colour, dashes and mark, the same in all charts that show it: the first 24 differ.
+    /// Index of colour, dashes and mark, equal in all charts of this line: the first 24 differ.
     pub look: usize,
 }
 
-/// A triangle that shows what the slope of a power `y = c x^order` looks like, below `(x, y)`.
+/// Slope triangle of a power `y = c x^order`, below `(x, y)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SlopeTriangle {
-    /// The power.
+    /// Exponent of the power.
     pub order: f64,
-    /// Lower corner.
+    /// Abscissa of the lower corner.
     pub x: f64,
-    /// Lower corner.
+    /// Ordinate of the lower corner.
     pub y: f64,
 }
 
-/// A chart of lines.
+/// A line chart.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chart {
     /// Above it.
@@ -91,27 +91,27 @@ pub struct Chart {
     pub x: AxisSpec,
     /// The second axis.
     pub y: AxisSpec,
-    /// Its series, in the order of the legend.
+    /// Lines, in the order of the legend.
     pub lines: Vec<Line>,
-    /// Triangles for comparison.
+    /// Slope triangles for comparison.
     pub slopes: Vec<SlopeTriangle>,
-    /// A line across at this height, with a name: below it nothing can be measured, say.
+    /// Named horizontal line at this height, such as the limit of measurement.
     pub floor: Option<(f64, String)>,
 }
 
 type Axes<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<Ticks, Ticks>>;
 
 impl Chart {
-    /// An empty chart.
+    /// A chart without lines.
     pub fn new(title: &str, x: AxisSpec, y: AxisSpec) -> Chart {
         Chart { title: title.to_owned(), x, y, lines: vec![], slopes: vec![], floor: None }
     }
 
-    /// The chart as a text, 900 by 520 or higher where the legend needs it. Points that have no place on the
-    /// axes are left out.
+    /// Draws the chart as SVG, 900 by 520 or higher if the legend needs it. Points without a position on
+    /// the axes are omitted.
     ///
     /// # Errors
-    /// The drawing library does not manage.
+    /// The drawing library fails.
     pub fn svg(&self) -> Result<String, PlotError> {
         let height = (self.lines.len() as u32 * NAME as u32 + 110).max(520);
         page(&self.title, (900, height), |root| self.draw(&titled(root, &self.title)?))
@@ -127,7 +127,7 @@ impl Chart {
         let triangles = self.slopes.iter().map(|slope| slope.y);
         let mut y = Ticks::over(self.y.scale, heights.chain(floor).chain(triangles));
         if points().any(|p| p.y.is_none()) {
-            // Room for crosses above everything else.
+            // Margin for crosses above all points.
             let (low, _) = y.ends();
             y = Ticks::over(self.y.scale, [low, y.at(1.09)].into_iter());
         }
@@ -178,8 +178,8 @@ impl Chart {
         Ok(())
     }
 
-    /// Labels beside their points, in the colours of their lines; one that had to go far away is joined to
-    /// its point.
+    /// Draws labels next to their points, in the colours of their lines; a distant label is joined to its
+    /// point.
     fn draw_labels(&self, chart: &Axes<'_, '_>) -> Drawn {
         let area = chart.plotting_area();
         let (pixels, (left, top)) = (area.strip_coord_spec(), area.get_base_pixel());
@@ -225,7 +225,7 @@ impl Chart {
         if !(self.x.scale.holds(x0) && self.y.scale.holds(y0)) {
             return Ok(());
         }
-        // A twelfth of the axis wide.
+        // Width: a twelfth of the axis.
         let (low, high) = x.ends();
         let width = (high / low).powf(1.0 / 12.0);
         let (x1, y1) = (x0 * width, y0 * width.powf(order));

@@ -1,4 +1,4 @@
-//! Heat map: a table of cells, each in the colour of its state.
+//! Heat map: a table of cells, coloured by state.
 
 use plotters::element::Rectangle;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -9,22 +9,22 @@ use super::style::{Area, Drawn, GREY, centred, letters, page, titled};
 
 /// Width and height of a cell.
 const CELL: (i32, i32) = (54, 30);
-/// Room for the names of rows.
+/// Width for the names of rows.
 const NAMES: i32 = 190;
 
-/// One of the states that cells have.
+/// A state of cells.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CellState {
-    /// In the legend.
+    /// Name in the legend.
     pub name: String,
-    /// Red, green, blue.
+    /// Colour: red, green, blue.
     pub color: (u8, u8, u8),
 }
 
-/// Rows and columns of states.
+/// A map of states by row and column.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct HeatMap {
-    /// Above it.
+    /// Title above the map.
     pub title: String,
     /// Quantity that columns differ in.
     pub x: String,
@@ -34,18 +34,17 @@ pub struct HeatMap {
     pub columns: Vec<String>,
     /// Names of rows.
     pub rows: Vec<String>,
-    /// For each row and column the number of a state and what is written there; `None` where nothing is
-    /// known.
+    /// Index of the state and text for each row and column; `None` if unknown.
     pub cells: Vec<Vec<Option<(usize, String)>>>,
-    /// The states, in the order of the legend.
+    /// States, in the order of the legend.
     pub states: Vec<CellState>,
 }
 
 impl HeatMap {
-    /// The map as a text, as large as its cells need it.
+    /// Draws the map as SVG, sized by its cells.
     ///
     /// # Errors
-    /// The drawing library does not manage.
+    /// The drawing library fails.
     pub fn svg(&self) -> Result<String, PlotError> {
         let width = (NAMES + CELL.0 * self.columns.len() as i32 + 30).max(560);
         let height = 30 + CELL.1 * self.rows.len() as i32 + 66 + 22 * self.states.len() as i32 + 12;
@@ -94,7 +93,7 @@ impl HeatMap {
     }
 }
 
-/// Black or white, whichever is easier to read there.
+/// Black or white, whichever is more legible on this colour.
 fn readable_on(RGBColor(red, green, blue): RGBColor) -> RGBColor {
     let light = 0.299 * f64::from(red) + 0.587 * f64::from(green) + 0.114 * f64::from(blue);
     if light > 140.0 { BLACK } else { WHITE }

@@ -1,23 +1,23 @@
 //! Placement of labels next to points without overlap.
 
-/// Height of the letters, and of a line of them.
+/// Height of the letters, and of a line.
 pub(super) const HEIGHT: i32 = 10;
 const LINE: i32 = 12;
-/// Width of a letter, on average of digits and small letters; wide enough for most fonts.
+/// Average width of digits and small letters, sufficient for most fonts.
 const WIDTH: i32 = 6;
 /// Gap between a point and its label.
 const GAP: i32 = 6;
-/// Lines above or below its point that a label may be away.
+/// Maximum distance of a label from its point, in lines above or below.
 const FARTHEST: i32 = 9;
 
-/// Upper left corner of each label beside its point, in pixels; `None` where all places near it are taken, or
-/// outside of `size`. Labels that come first have the first choice.
+/// Upper left corner of each label next to its point [pixels]; `None` if no position near the point is
+/// free and within `size`. Earlier labels choose first.
 pub(super) fn places(labels: &[((i32, i32), &str)], size: (i32, i32)) -> Vec<Option<(i32, i32)>> {
     let mut taken: Vec<[i32; 4]> = vec![];
     let place = |taken: &mut Vec<[i32; 4]>, ((x, y), text): ((i32, i32), &str)| {
         let width = WIDTH * text.chars().count() as i32;
         let sides = [x + GAP, x - GAP - width];
-        // Above, below, above that, ...
+        // Above, below, then farther above, ...
         let heights = (0..FARTHEST).flat_map(|k| [y - 9 - LINE * k, y + 3 + LINE * k]);
         let corners = heights.flat_map(|top| sides.map(|left| (left, top)));
         let free = |(left, top): &(i32, i32)| {

@@ -1,6 +1,6 @@
 //! Charts as SVG texts: lines over linear and logarithmic axes, and maps of states.
 //!
-//! The same chart gives the same text on every machine: it holds no fonts, no times, no identifiers.
+//! A chart gives the same text on every machine: the SVG contains no fonts, times or identifiers.
 
 mod axis;
 mod chart;
@@ -14,7 +14,7 @@ pub use axis::AxisScale;
 pub use chart::{AxisSpec, Chart, Line, Point, SlopeTriangle};
 pub use heat_map::{CellState, HeatMap};
 
-/// A chart could not be drawn.
+/// Error of drawing a chart.
 #[derive(Debug, thiserror::Error)]
 #[error("the chart `{title}` cannot be drawn: {reason}")]
 pub struct PlotError {

@@ -14,12 +14,12 @@ use plotters_backend::{BackendCoord, DrawingErrorKind};
 
 use super::PlotError;
 
-/// Where a chart is drawn.
+/// Drawing area.
 pub(super) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-/// Message of the library.
+/// Result of drawing, with the library's error.
 pub(super) type Drawn = Result<(), Box<dyn std::error::Error>>;
 
-/// Colours that people who do not see all colours can tell apart; Okabe, Ito 2008, *Color universal design*.
+/// Colours that remain distinct with colour vision deficiency; Okabe, Ito 2008, *Color universal design*.
 const COLORS: [RGBColor; 8] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -34,45 +34,45 @@ const COLORS: [RGBColor; 8] = [
 /// Grey of grids and remarks.
 pub(super) const GREY: RGBColor = RGBColor(110, 110, 110);
 
-/// The colour of line `i`.
+/// Colour of line `i`.
 pub(super) fn color(i: usize) -> RGBColor {
     COLORS[i % COLORS.len()]
 }
 
-/// Widths by which lines are told apart until they are dashed, and how: the library knows no dashes. Nothing
-/// else is so wide.
+/// Stroke widths that stand for dash patterns until [`dashed`] replaces them, because the library has no
+/// dashes. No other stroke has these widths.
 const DASHES: [(u32, &str); 3] =
     [(2, ""), (3, " stroke-dasharray=\"9 4\""), (4, " stroke-dasharray=\"2 4\"")];
 
-/// The stroke of line `i`: eight colours, then the same dashed, then dotted.
+/// Stroke of line `i`: eight colours, solid, then dashed, then dotted.
 pub(super) fn stroke(i: usize) -> ShapeStyle {
     color(i).mix(0.85).stroke_width(DASHES[i / COLORS.len() % DASHES.len()].0)
 }
 
-/// `svg` with the strokes that [`stroke`] gave.
+/// Replaces the stroke widths of [`stroke`] by dash patterns.
 fn dashed(svg: String) -> String {
     DASHES[1..].iter().fold(svg, |svg, (width, dashes)| {
         svg.replace(&format!(" stroke-width=\"{width}\""), &format!(" stroke-width=\"2\"{dashes}"))
     })
 }
 
-/// Letters of this height.
+/// Text style with letters of this height.
 pub(super) fn letters(height: i32, color: RGBColor) -> TextStyle<'static> {
     let mut style = TextStyle::from(("sans-serif", height).into_font());
     style.color = color.to_backend_color();
     style
 }
 
-/// The same, anchored at their middle.
+/// Text style anchored at the centre.
 pub(super) fn centred(height: i32, color: RGBColor) -> TextStyle<'static> {
     letters(height, color).pos(Pos::new(HPos::Center, VPos::Center))
 }
 
-/// A point of a line: a small shape that tells the line, or the cross of a run that failed. Shapes change
+/// Mark of a point: a small shape that identifies the line, or the cross of a failed run. Shapes change
 /// before colours repeat.
 pub(super) struct Mark<C> {
     pub(super) at: C,
-    /// Number of the line.
+    /// Index of the line.
     pub(super) line: usize,
     pub(super) failed: bool,
 }
@@ -114,7 +114,7 @@ impl<C, B: DrawingBackend> Drawable<B> for Mark<C> {
     }
 }
 
-/// Draws on a white page of this size; the SVG.
+/// Draws on a white page of this size; returns the SVG.
 pub(super) fn page(
     title: &str,
     size: (u32, u32),
@@ -129,11 +129,11 @@ pub(super) fn page(
         Ok(())
     })();
     drawn.map_err(|error| PlotError { title: title.to_owned(), reason: error.to_string() })?;
-    // What is so by default need not be said: a quarter of the text.
+    // Default attributes are removed: a quarter of the text.
     Ok(dashed(svg.replace(" opacity=\"1\"", "").replace(" stroke-width=\"1\"", "")))
 }
 
-/// The first `most` letters of a text, the last of them dots where that is not all.
+/// Text shortened to `most` letters, with dots at the end if it is longer.
 pub(super) fn shortened(text: &str, most: usize) -> Cow<'_, str> {
     match text.char_indices().nth(most) {
         None => Cow::Borrowed(text),
@@ -141,13 +141,13 @@ pub(super) fn shortened(text: &str, most: usize) -> Cow<'_, str> {
     }
 }
 
-/// A title at the top, what is left below it.
+/// Draws a title at the top; returns the area below.
 pub(super) fn titled<'a>(area: &Area<'a>, title: &str) -> Result<Area<'a>, Box<dyn std::error::Error>> {
     if title.is_empty() {
         return Ok(area.clone());
     }
     let (top, rest) = area.split_vertically(30);
-    // A letter is about half as wide as it is high.
+    // A letter is about half as wide as high.
     let letters_that_fit = (area.dim_in_pixel().0 as usize).saturating_sub(28) / 9;
     top.draw_text(&shortened(title, letters_that_fit), &letters(17, BLACK), (14, 9))?;
     Ok(rest)

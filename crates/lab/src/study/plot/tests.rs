@@ -1,4 +1,4 @@
-//! Charts are read back as XML.
+//! Charts, read back as XML.
 
 use roxmltree::Document;
 
@@ -11,7 +11,7 @@ fn chart() -> Chart {
     chart
 }
 
-/// All texts of a chart.
+/// Texts of a chart.
 fn texts(svg: &str) -> Vec<String> {
     let document = Document::parse(svg).unwrap();
     let texts = document.descendants().filter(|node| node.has_tag_name("text"));
@@ -33,7 +33,7 @@ fn errors_down_to_rounding_are_on_the_page_one_below_the_other() {
     let document = Document::parse(&svg).unwrap();
     let circles = document.descendants().filter(|node| node.has_tag_name("circle"));
     let heights: Vec<i32> = circles.map(|node| node.attribute("cy").unwrap().parse().unwrap()).collect();
-    // Fifteen points and the one of the legend.
+    // Fifteen points, and one in the legend.
     assert_eq!(heights.len(), 16);
     let points = &heights[..15];
     assert!(points.windows(2).all(|pair| pair[1] - pair[0] >= 20), "evenly down the page: {points:?}");
@@ -53,7 +53,7 @@ fn a_run_that_failed_is_a_cross_above_all_points() {
     };
     let number = |y: &String| y.parse::<i32>().unwrap();
     let highest = top("circle", "cy").iter().take(15).map(number).min().unwrap();
-    // The two strokes of the cross come after all lines of the grid.
+    // The two strokes of the cross follow the grid lines.
     let strokes: Vec<i32> = top("line", "y1").iter().map(number).collect();
     let strokes = &strokes[strokes.len() - 2..];
     assert!(strokes.iter().all(|y| *y < highest - 5), "{strokes:?} above {highest}");
@@ -86,7 +86,7 @@ fn a_map_names_its_rows_columns_and_states() {
     assert_eq!(svg.matches("#D55E00").count(), 3, "two cells and the legend");
 }
 
-/// Twenty-three schemes: no two lines look the same, with marks or without, and no label lies on another.
+/// No two of twenty-three lines look the same, with or without marks, and no labels overlap.
 #[test]
 fn as_many_lines_as_there_are_schemes_can_be_told_apart() {
     for marked in [true, false] {

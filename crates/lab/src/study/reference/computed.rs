@@ -9,17 +9,17 @@ use pliant::integrator::IntegratorSpec;
 use pliant::run::Outcome;
 use pliant::solver::SolverOptions;
 
-/// Refinements of one scheme at most.
+/// Maximum number of refinements with one integrator.
 const MOST_LEVELS: usize = 14;
-/// Lower bound of error estimates: sums of many steps are rounded.
+/// Lower bound of error estimates: rounding of sums over many steps.
 const ROUNDING: f64 = 2e-14;
 
-/// Errors below this no longer fall because of rounding alone.
+/// Error below which stagnation means rounding.
 const RESOLVED: f64 = 1e-7;
-/// Solutions that are farther apart than this do not agree: ten times it is the whole motion.
+/// Largest relative distance of solutions that agree: a tenth of the whole motion.
 const AGREEMENT: f64 = 0.1;
 
-/// Solution by one scheme.
+/// Solution by one integrator.
 struct SchemeResult {
     name: &'static str,
     steps: u64,
@@ -27,8 +27,9 @@ struct SchemeResult {
     error: f64,
 }
 
-/// The better of two schemes of order 4, and how far the other is from it: one is explicit, one solves two
-/// coupled stages, with contact one after another.
+/// Computes a reference: the better of two extrapolated solutions of order 4, and their distance. One
+/// integrator is explicit; the other is implicit with two coupled stages, with contact a singly
+/// diagonally implicit one.
 ///
 /// Global extrapolation after Richardson and Romberg; Hairer, Norsett, Wanner 1993, *Solving ordinary
 /// differential equations I*, section II.9.
@@ -43,7 +44,7 @@ pub(super) fn reference(search: &mut ReferenceSearch<'_, '_>) -> Result<Referenc
         contact.friction > 0.0 || contact.pairs.iter().any(|pair| pair.friction > Some(0.0))
     });
     let damped = damped || rubs;
-    // Barriers hold in steps that end at a solution alone.
+    // Barriers require steps that end at a solution.
     let implicit = if touches.is_some() { IntegratorSpec::Sdirk4 } else { IntegratorSpec::Gauss2 };
     let explicit = if damped { IntegratorSpec::Rk4 } else { IntegratorSpec::Yoshida4 };
     let (mut found, mut reached): (Vec<SchemeResult>, Vec<String>) = (vec![], vec![]);
@@ -53,7 +54,8 @@ pub(super) fn reference(search: &mut ReferenceSearch<'_, '_>) -> Result<Referenc
         let symmetric = spec != IntegratorSpec::Rk4 && !damped && touches.is_none();
         let mut deadlines = shares.map(|share| start + until * share);
         if !found.is_empty() {
-            // What is there can be refined no more: a second opinion is worth no more than its share.
+            // The existing solution cannot be refined further: its confirmation gets its share of time
+            // only.
             deadlines[1] = deadlines[0];
         }
         match extrapolate(search, scheme, symmetric, deadlines)? {
@@ -77,8 +79,8 @@ pub(super) fn reference(search: &mut ReferenceSearch<'_, '_>) -> Result<Referenc
     Ok(Reference { id, how, error, disagreement, trajectory: best.trajectory })
 }
 
-/// The error of a solution whose second opinion is so far away, and what that says about it; the other is the
-/// name of a scheme that has none.
+/// Error of the best solution, and the confirmation in words. `other` is the second solution with its
+/// distance, or the name of the integrator that has none.
 fn confirmed(best: &SchemeResult, other: Result<(&SchemeResult, f64), &str>) -> (f64, String) {
     let (other, distance) = match other {
         Ok(other) => other,
@@ -91,20 +93,20 @@ fn confirmed(best: &SchemeResult, other: Result<(&SchemeResult, f64), &str>) -> 
         let away = format!("no two schemes agree, {} is {distance:.0e} of the motion away", other.name);
         return (distance, away);
     }
-    // As far apart as they say themselves, or one of them is wrong about itself.
+    // Consistent with both error estimates, or one of the estimates is wrong.
     let error = if distance > 10.0 * (best.error + other.error) { distance } else { best.error };
     (error, format!("{} agrees to {distance:.0e}", other.name))
 }
 
-/// The larger of the relative errors of positions and velocities.
+/// Larger of the relative errors of positions and velocities.
 fn distance(search: &ReferenceSearch<'_, '_>, a: &StateSamples, b: &StateSamples) -> f64 {
     let errors = search.weights.errors(a, b);
     errors.q_rms.max(errors.v_rms)
 }
 
-/// Halves steps until the extrapolated states stay where they are; where no two runs came to their end, how
-/// far the last one came. Refining ends with the first of the deadlines, looking for something to refine
-/// with the second.
+/// Halves the step until the extrapolated states no longer change; returns the progress of the last run
+/// if no two runs completed. The first deadline ends the refinement, the second the search for two runs
+/// to extrapolate from.
 fn extrapolate(
     search: &mut ReferenceSearch<'_, '_>,
     scheme: Contender,
@@ -114,7 +116,7 @@ fn extrapolate(
     let grid = search.grid();
     let mut scene = search.scene.clone();
     if scheme.method.documentation.solves > 0 {
-        // To rounding: what the solver leaves would be extrapolated too.
+        // Solved to rounding: a larger solver error would be extrapolated.
         let mut solver = scene.time.solver.clone().unwrap_or_default();
         solver.tolerance = Some(1e-15 * search.size());
         solver.iterations.get_or_insert(SolverOptions::default().max_iterations);
@@ -122,7 +124,7 @@ fn extrapolate(
     }
     let limit = search.stability_limit(scheme)?;
     let mut parts = if limit.is_finite() { grid.parts(0.5 * limit).next_power_of_two() } else { 1 };
-    // Each level's extrapolations, the highest last.
+    // Extrapolations of the last level, by ascending order.
     let mut last: Vec<StateSamples> = vec![];
     let (mut best, mut worse) = (None::<SchemeResult>, 0);
     let mut cost: f64 = 0.0;
@@ -167,7 +169,7 @@ fn extrapolate(
                         best = Some(SchemeResult { name: scheme.name(), steps, trajectory, error });
                     }
                 }
-                // Fast motions that steps do not resolve leave errors that neither fall nor rise for a while.
+                // With unresolved fast motions the error neither falls nor rises for a while.
                 let resolved = best.as_ref().is_some_and(|best| best.error < RESOLVED);
                 if change <= ROUNDING || worse == 2 && resolved || worse == 5 {
                     break;
@@ -182,12 +184,12 @@ fn extrapolate(
     Ok(best.ok_or(reached))
 }
 
-/// The next row of the tableau from the last one and a run at half the step.
+/// Next row of the extrapolation tableau, from the last row and a run with half the step.
 fn tableau(last: &[StateSamples], run: WatchedRun, order: u32, symmetric: bool) -> Vec<StateSamples> {
     let mut row = vec![run.trajectory];
     for (j, coarse) in last.iter().enumerate() {
         let power = order + if symmetric { 2 } else { 1 } * j as u32;
-        // Higher powers of rounding errors carry no information.
+        // Higher powers only amplify rounding errors.
         if power > 12 {
             break;
         }
@@ -208,7 +210,7 @@ fn tableau(last: &[StateSamples], run: WatchedRun, order: u32, symmetric: bool) 
 }
 
 impl ReferenceSearch<'_, '_> {
-    /// The size of the scene [m].
+    /// Size of the scene [m].
     fn size(&self) -> f64 {
         let scheme = self.scene.time.integrator.into();
         let assembly = self.runner.assemble(self.scene, scheme, TimeStepping::Parts(1));
@@ -217,7 +219,7 @@ impl ReferenceSearch<'_, '_> {
         })
     }
 
-    /// The largest stable step of a scheme at the start [s].
+    /// Largest stable step of an integrator at the start [s].
     fn stability_limit(&self, scheme: Contender) -> Result<f64, StudyError> {
         if scheme.method.documentation.stability_limit == f64::INFINITY {
             return Ok(f64::INFINITY);
@@ -243,7 +245,7 @@ mod tests {
         SchemeResult { name, steps: 100, trajectory: StateSamples::default(), error }
     }
 
-    // A second scheme that is far off by its own account confirms nothing.
+    // A distant second solution with a large error estimate confirms nothing.
     #[test]
     fn a_reference_is_confirmed_by_a_scheme_that_agrees_alone() {
         let best = solution("rk4", 4e-3);
@@ -251,7 +253,7 @@ mod tests {
         assert!(error == 1.2 && how.starts_with("no two schemes agree"), "{error} {how}");
         let (error, how) = confirmed(&best, Ok((&solution("sdirk4", 5e-3), 8e-3)));
         assert!(error == 4e-3 && how == "sdirk4 agrees to 8e-3", "{error} {how}");
-        // Both are sure of themselves, and one of them is wrong.
+        // Both error estimates are small, so one of them must be wrong.
         let (error, how) = confirmed(&solution("rk4", 1e-9), Ok((&solution("sdirk4", 1e-9), 1e-6)));
         assert!(error == 1e-6 && how == "sdirk4 agrees to 1e-6", "{error} {how}");
         let (error, how) = confirmed(&best, Err("sdirk4"));

@@ -1,13 +1,13 @@
-//! Two bodies: Kepler's equation.
+//! Exact reference for two bodies: Kepler's equation.
 
 use super::{Reference, ReferenceSearch};
 use crate::study::StudyError;
 use crate::study::plan::TimeStepping;
 use crate::study::trajectory::StateSamples;
 
-/// Position and velocity relative to the centre, after a time.
+/// Relative position and velocity of a Kepler orbit.
 struct Orbit {
-    /// `G (m_1 + m_2)`, or `G` times the mass that is held [m^3/s^2].
+    /// `G (m_1 + m_2)`, or `G` times the fixed mass [m^3/s^2].
     mu: f64,
     x: [f64; 3],
     v: [f64; 3],
@@ -18,7 +18,7 @@ fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
 }
 
 impl Orbit {
-    /// Semi-major axis [m]; `None` where the orbit is not an ellipse.
+    /// Semi-major axis [m]; `None` for an orbit that is not an ellipse.
     fn axis(&self) -> Option<f64> {
         let (r, v2) = (dot(&self.x, &self.x).sqrt(), dot(&self.v, &self.v));
         let axis = 1.0 / (2.0 / r - v2 / self.mu);
@@ -30,15 +30,15 @@ impl Orbit {
         (self.mu / axis.powi(3)).sqrt()
     }
 
-    /// The state after `t` [s], by Lagrange's `f` and `g` in the difference `E` of eccentric anomalies;
-    /// Danby 1988, *Fundamentals of celestial mechanics*, section 6.7.
+    /// State after `t` [s], by Lagrange's `f` and `g` functions of the difference `E` of eccentric
+    /// anomalies; Danby 1988, *Fundamentals of celestial mechanics*, section 6.7.
     fn after(&self, axis: f64, t: f64) -> ([f64; 3], [f64; 3]) {
         let r0 = dot(&self.x, &self.x).sqrt();
         let n = self.motion(axis);
         // e cos E_0 and e sin E_0.
         let (ec, es) = (1.0 - r0 / axis, dot(&self.x, &self.v) / (n * axis * axis));
         let mean = (n * t).rem_euclid(std::f64::consts::TAU);
-        // E - ec sin E + es (1 - cos E) = n t grows with E: Newton's method, kept between bounds.
+        // E - ec sin E + es (1 - cos E) = n t is monotonic in E: Newton's method with bracketing.
         let value = |e: f64| e - ec * e.sin() + es * (1.0 - e.cos()) - mean;
         let (mut low, mut high) = (mean - 2.0, mean + 2.0);
         let mut e = mean;
@@ -67,7 +67,7 @@ impl Orbit {
     }
 }
 
-/// The solution, if the scene is two bodies under their gravity alone, one of them maybe held, on an ellipse.
+/// Solution for two bodies under their mutual gravity only, one of them possibly fixed, on an ellipse.
 pub(super) fn solution(search: &mut ReferenceSearch<'_, '_>) -> Result<Option<Reference>, StudyError> {
     let (scene, grid) = (search.scene, search.grid());
     let Some(nbody) = &scene.world.nbody else { return Ok(None) };
@@ -115,7 +115,7 @@ pub(super) fn solution(search: &mut ReferenceSearch<'_, '_>) -> Result<Option<Re
         };
     let orbit = Orbit { mu, x: minus(row(&x, 1), row(&x, 0)), v: minus(row(&v, 1), row(&v, 0)) };
     let Some(axis) = orbit.axis() else { return Ok(None) };
-    // Shares of the relative motion, and the motion of the centre.
+    // Shares of the relative motion, and the motion of the centre of mass.
     let (first, second) = match held {
         [true, _] => (0.0, 1.0),
         [_, true] => (1.0, 0.0),
@@ -139,8 +139,7 @@ pub(super) fn solution(search: &mut ReferenceSearch<'_, '_>) -> Result<Option<Re
         trajectory.x.push(rows(moved, rx));
         trajectory.v.push(rows(centre_v, rv));
     }
-    // The mean anomaly is known to its rounding, which grows with it, and speeds at the pericentre magnify
-    // it.
+    // The rounding error of the mean anomaly grows with it, and speeds at the pericentre amplify it.
     let revolutions = orbit.motion(axis) * grid.duration;
     let error = f64::EPSILON * (10.0 + 10.0 * revolutions);
     Ok(Some(Reference {

@@ -1,4 +1,4 @@
-//! Linear systems: superposition of their modes.
+//! Exact reference for linear systems: superposition of modes.
 
 use pliant_sparse::symmetric_eigen;
 
@@ -7,15 +7,14 @@ use crate::study::StudyError;
 use crate::study::plan::TimeStepping;
 use crate::study::trajectory::StateSamples;
 
-/// More coordinates than this would take a dense matrix too long.
+/// Maximum number of coordinates, limited by the time of a dense matrix.
 const MOST_COORDINATES: usize = 600;
-/// A force along the solution may be off the linear one by this much, relative: rounding, not curvature.
+/// Largest relative deviation of the forces along the solution from linearity, to allow for rounding.
 const LINEAR: f64 = 1e-10;
 
-/// The solution, if along it the force is linear: `M u'' = f_0 - K u`, solved by modes, is then the exact
-/// solution, which the forces there prove. [`Superposition`](pliant::modes::Superposition) asks for a stable
-/// start; here directions that the motion never takes may be unstable, as those across a chain of which a
-/// spring is compressed.
+/// Exact solution of `M u'' = f_0 - K u` by modes, if the forces along it prove to be linear.
+/// [`Superposition`](pliant::modes::Superposition) requires a stable start; here directions in which
+/// nothing moves may be unstable, such as those across a chain with a compressed spring.
 pub(super) fn solution(search: &mut ReferenceSearch<'_, '_>) -> Result<Option<Reference>, StudyError> {
     let (scene, grid) = (search.scene, search.grid());
     let scheme = scene.time.integrator.into();
@@ -48,7 +47,7 @@ pub(super) fn solution(search: &mut ReferenceSearch<'_, '_>) -> Result<Option<Re
     let Some(eigen) = symmetric_eigen(n, stiffness) else { return Ok(None) };
     let mut gradient = vec![0.0; x0.len()];
     system.gradient(&x0, &mut gradient);
-    // Of every mode: omega^2, the force and the velocity at the start.
+    // For each mode: omega^2, initial force and velocity.
     let project = |column: usize, of: &dyn Fn(usize) -> f64| -> f64 {
         free.iter().enumerate().map(|(row, &i)| eigen.vector(row, column) * of(i)).sum()
     };
@@ -102,8 +101,8 @@ pub(super) fn solution(search: &mut ReferenceSearch<'_, '_>) -> Result<Option<Re
         rows.iter().map(|row| simulation.numbering().to_original(row, d).into_owned()).collect()
     };
     let (x, v) = (in_order(&trajectory.x), in_order(&trajectory.v));
-    // Frequencies are known to rounding, and their errors add up to phases; forces off the line act for all
-    // the time.
+    // Rounding errors of frequencies accumulate in phases; deviations of the forces act during the whole
+    // time.
     let error = (f64::EPSILON * 20.0 + 1e-2 * off_line) * (1.0 + highest.sqrt() * grid.duration);
     Ok(Some(Reference {
         id: "modes".into(),
@@ -117,7 +116,7 @@ pub(super) fn solution(search: &mut ReferenceSearch<'_, '_>) -> Result<Option<Re
     }))
 }
 
-/// `q'' = force - square q` from `q = 0` at speed `velocity`: where it is after `t` and how fast.
+/// Position and velocity after `t` of `q'' = force - square q` from `q = 0` with speed `velocity`.
 fn oscillate(square: f64, highest: f64, force: f64, velocity: f64, t: f64) -> (f64, f64) {
     if square <= 1e-13 * highest {
         return (velocity * t + 0.5 * force * t * t, velocity + force * t);

@@ -15,46 +15,46 @@ use pliant_scene::Scene;
 pub(crate) use store::Store;
 pub use store::key;
 
-/// A reference, and how good it is.
+/// A reference and its accuracy.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Reference {
-    /// Name that tells it from others: how it was found, and the [`key`] of the problem.
+    /// Identifier: the method, and the [`key`] of the problem.
     pub id: String,
     /// Description of the method.
     pub how: String,
-    /// Its own error, estimated, relative as [`Errors`](super::Errors) are: of positions and of velocities,
-    /// the larger.
+    /// Estimated relative error, as in [`Errors`](super::Errors): the larger of those of positions and
+    /// velocities.
     pub error: f64,
-    /// Distance of the solution by a second scheme of another family, relative as `error` is: 0 beside an
-    /// exact solution, `None` where no second scheme came to its end.
+    /// Relative distance of the solution by a second integrator of another family: 0 for an exact
+    /// solution, `None` if no second integrator completed.
     #[serde(default)]
     pub disagreement: Option<f64>,
-    /// The states.
+    /// States at the times of comparison.
     pub trajectory: StateSamples,
 }
 
 impl Reference {
-    /// Errors below this say more about the reference than about a scheme.
+    /// Smallest measurable error: smaller ones depend on the reference's error.
     pub fn floor(&self) -> f64 {
         10.0 * self.error
     }
 
-    /// The least error that advice may speak of: ten times the error and the disagreement; infinite where
-    /// nothing confirms the reference.
+    /// Smallest error for which advice is given: ten times the reference's error and disagreement;
+    /// infinite for an unconfirmed reference.
     pub fn trusted(&self) -> f64 {
         10.0 * self.disagreement.map_or(f64::INFINITY, |distance| distance.max(self.error))
     }
 }
 
-/// Data needed to find a reference.
+/// Data for finding a reference.
 pub(crate) struct ReferenceSearch<'a, 'b> {
     pub(crate) scene: &'a Scene,
     pub(crate) runner: Runner<'a>,
     pub(crate) weights: &'a ErrorScales,
     pub(crate) choice: ReferenceChoice,
-    /// When to stop refining.
+    /// Time at which refinement stops.
     pub(crate) deadline: f64,
-    /// When to give up, where there is nothing yet that could be refined.
+    /// Time at which the search ends if there is nothing to refine yet.
     pub(crate) last: f64,
     pub(crate) watch: &'a mut (dyn FnMut(Event<'_>) + 'b),
 }
@@ -64,10 +64,10 @@ impl ReferenceSearch<'_, '_> {
         self.runner.grid
     }
 
-    /// The reference.
+    /// Finds the reference.
     pub(crate) fn find(&mut self) -> Result<Reference, StudyError> {
         let key = key(self.scene, &self.grid());
-        // Contact is neither two bodies under gravity nor linear, even where nothing touches at a time of
+        // Contact is neither two-body motion nor linear, even without contacts at the times of
         // comparison.
         if self.choice != ReferenceChoice::Computed && self.scene.acting_contact().is_none() {
             for exact in [kepler::solution, linear::solution] {

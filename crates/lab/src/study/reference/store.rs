@@ -8,13 +8,12 @@ use pliant_files::durable_file;
 use pliant_files::fnv::fnv1a;
 use pliant_scene::{Body, Scene, Time};
 
-/// Tells problems apart: what moves and for how long, not how it is computed or what is written.
+/// Key of a problem: its physics and duration, independent of computation and output.
 pub fn key(scene: &Scene, grid: &TimeGrid) -> String {
     format!("{:016x}", fnv1a(problem(scene, grid).as_bytes()))
 }
 
-/// The problem as a text. Everything in the scene but the scheme, its step and its solver, the output and
-/// the study; and the times.
+/// Problem as a text: the scene without integrator, step, solver, output and study; and the times.
 fn problem(scene: &Scene, grid: &TimeGrid) -> String {
     let time = scene.time.clone();
     let plain = Scene {
@@ -31,21 +30,21 @@ fn problem(scene: &Scene, grid: &TimeGrid) -> String {
         },
         ..scene.clone()
     };
-    // The directory is no part of the text, but says which files are meant, if there are any.
+    // The directory identifies files, if the scene has any.
     let reads = |body: &Body| body.mesh.file().is_some();
     let directory = plain.body.iter().any(reads).then_some(&plain.directory);
     let TimeGrid { duration, times } = grid;
     let text = plain.to_toml().unwrap_or_default();
-    // The energy of contact is that of the scene's own scheme and step.
+    // The contact energy is that of the scene's own integrator and step.
     let contact = scene.acting_contact().map(|contact| contact.kept(&time, grid.step(1)));
     let contact = contact.map_or(String::new(), |contact| {
         format!("Contact {{ explicit: {:?}, step: {:?} }}\n", contact.explicit_law, contact.designed_step)
     });
-    // References are kept under the hash of this text: it is part of their format.
+    // References are stored under the hash of this text: it belongs to their format.
     format!("{text}\n{contact}Grid {{ duration: {duration:?}, times: {times:?} }}\n{directory:?}")
 }
 
-/// A folder of references; none without a folder.
+/// Folder of references; without a folder nothing is stored.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Store(pub(crate) Option<PathBuf>);
 
@@ -60,14 +59,14 @@ impl Store {
         folder.join(format!("reference-{}.json", key(scene, grid)))
     }
 
-    /// The reference of this problem, if it has been kept and can be read.
+    /// Stored reference of this problem, if it can be read.
     pub(crate) fn load(&self, scene: &Scene, grid: &TimeGrid) -> Option<Reference> {
         let text = std::fs::read_to_string(Self::path(self.0.as_ref()?, scene, grid)).ok()?;
         let kept: StoredReference = serde_json::from_str(&text).ok()?;
         (kept.problem == problem(scene, grid)).then_some(kept.reference)
     }
 
-    /// Keeps a reference.
+    /// Stores a reference.
     ///
     /// # Errors
     /// The file cannot be written.

@@ -1,11 +1,11 @@
-//! The charts of a report.
+//! Charts of a report.
 
 use super::super::advice::seconds;
 use super::super::plot::{AxisSpec, Chart, Line, PlotError, Point, SlopeTriangle};
 use super::super::results::{Record, VariantResult};
 use super::super::row::{Row, RowStatus};
 
-/// Which chart.
+/// Kind of a chart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FigureKind {
     /// Error against run time.
@@ -14,14 +14,14 @@ pub enum FigureKind {
     Step,
     /// Error against force evaluations.
     Forces,
-    /// Error against Newton iterations, of implicit schemes.
+    /// Error against Newton iterations of implicit integrators.
     Newton,
     /// Energy over time.
     Energy,
 }
 
 impl FigureKind {
-    /// All, in the order of a report.
+    /// All kinds, in the order of a report.
     pub const ALL: [FigureKind; 5] =
         [FigureKind::Time, FigureKind::Step, FigureKind::Forces, FigureKind::Newton, FigureKind::Energy];
 
@@ -36,14 +36,14 @@ impl FigureKind {
     }
 }
 
-/// A chart and what is said about it.
+/// A chart with its caption.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Figure {
-    /// Name of its file.
+    /// Name of the file.
     pub file: String,
-    /// Its subject.
+    /// Caption.
     pub caption: String,
-    /// The chart.
+    /// The chart as SVG.
     pub svg: String,
 }
 
@@ -103,7 +103,7 @@ pub(super) fn all(
     Ok(figures)
 }
 
-/// Errors over a cost; schemes without that cost are left out. A failed run is a cross.
+/// Chart of errors against a cost; integrators without that cost are omitted. A failed run is a cross.
 fn against(variant: &VariantResult, title: &str, x: &str, label: bool, cost: impl Fn(&Row) -> f64) -> Chart {
     let mut chart = Chart::new(title, AxisSpec::log(x), AxisSpec::log(ERROR));
     for (look, line) in variant.lines.iter().enumerate() {
@@ -136,7 +136,7 @@ fn steps(variant: &VariantResult) -> Chart {
     if variant.rows().any(|row| row.dropped) {
         chart.floor = Some((variant.reference.floor(), "ten times the error of the reference".to_owned()));
     }
-    // One triangle for each order there is, below the steepest part of a scheme that has it.
+    // One triangle for each order, below the middle row of the most accurate integrator of that order.
     let mut orders: Vec<u32> = variant.lines.iter().map(|line| line.order_nominal).collect();
     orders.sort_unstable();
     orders.dedup();
@@ -154,7 +154,8 @@ fn steps(variant: &VariantResult) -> Chart {
     chart
 }
 
-/// Energies at the largest step at which half of the schemes work, or what each scheme has nearest to it.
+/// Chart of energies at the largest step at which half of the integrators work, or at each integrator's
+/// nearest step.
 fn energy(variant: &VariantResult) -> (Chart, String) {
     let mut chart = Chart::new(
         "energy over time",

@@ -50,7 +50,7 @@ fn capitalised(text: &str) -> String {
         .map_or_else(String::new, |first| first.to_uppercase().collect::<String>() + letters.as_str())
 }
 
-/// Letters that Markdown would take for its own.
+/// Escapes characters with a meaning in Markdown.
 fn text(text: &str) -> String {
     text.chars().fold(String::new(), |mut out, c| {
         if matches!(c, '\\' | '`' | '*' | '_' | '<' | '>' | '[' | ']') {

@@ -12,40 +12,40 @@ use super::row::RowStatus;
 
 pub use figures::{Figure, FigureKind};
 
-/// Part of the report about one variant of one scene.
+/// Section of a report: one variant of one scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Section {
-    /// Title of the scene, and what was varied.
+    /// Title of the scene, and the varied keys.
     pub heading: String,
-    /// The reference of its runs, and the machine.
+    /// The reference of the runs, and the machine.
     pub about: Vec<String>,
     /// The charts.
     pub figures: Vec<Figure>,
-    /// Header and rows of the table of schemes.
+    /// Header and rows of the table of integrators.
     pub table: Vec<[String; 7]>,
-    /// The front, in words.
+    /// The Pareto front in words.
     pub words: Vec<String>,
-    /// Everything that a reader should know before believing a line.
+    /// Remarks that the reader needs to judge the lines.
     pub remarks: Vec<String>,
 }
 
-/// A report about one study or several.
+/// Report on one or several studies.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StudyReport {
-    /// At the top.
+    /// Title of the report.
     pub title: String,
     /// The machine.
     pub machine: String,
-    /// Remarks on its times, of each study.
+    /// Remarks on noisy timings, one per study.
     pub noise: Vec<String>,
     /// The parts.
     pub sections: Vec<Section>,
-    /// Advice for each scene, once for every reference: its name and TOML.
+    /// Advice for each scene and reference: name and TOML.
     pub recommendations: Vec<(String, String)>,
 }
 
 impl StudyReport {
-    /// Of these studies, with charts of these kinds.
+    /// Report on these studies, with charts of these kinds.
     ///
     /// # Errors
     /// A chart cannot be drawn.
@@ -73,18 +73,18 @@ impl StudyReport {
         Ok(StudyReport { title: title.to_owned(), machine, noise, sections, recommendations })
     }
 
-    /// Names and texts of all charts.
+    /// Names and SVG texts of all charts.
     pub fn charts(&self) -> impl Iterator<Item = (&str, &str)> {
         let figures = self.sections.iter().flat_map(|section| &section.figures);
         figures.map(|figure| (figure.file.as_str(), figure.svg.as_str()))
     }
 
-    /// As Markdown, with charts at `folder` (a relative path, empty or ending in a slash).
+    /// Report as Markdown, with charts in `folder` (a relative path, empty or ending in a slash).
     pub fn markdown(&self, folder: &str) -> String {
         markdown::page(self, folder)
     }
 
-    /// As one page of HTML that holds its charts.
+    /// Report as one HTML page that contains its charts.
     pub fn html(&self) -> String {
         html::page(self)
     }
@@ -152,7 +152,7 @@ fn table_row(variant: &VariantResult, line: &LineResult) -> [String; 7] {
     ]
 }
 
-/// Rows that failed, rows that were left out, and schemes that fell short.
+/// Remarks on failed rows, omitted rows, and integrators below their order.
 fn remarks(variant: &VariantResult) -> Vec<String> {
     let mut out = vec![];
     for line in &variant.lines {

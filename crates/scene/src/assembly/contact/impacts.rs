@@ -8,18 +8,21 @@ use pliant_contact::model::ContactModel;
 
 use super::ContactParty;
 
-/// Part of the contact time of its lightest vertex up to which a step keeps the energy of impacts.
+/// Largest step that conserves the energy of impacts, as a fraction of the contact time of the lightest
+/// vertex.
 const PART_OF_CONTACT: f64 = 0.25;
-/// Part of the impact of a whole body up to which steps of dissipative schemes have gained none: 1.2 to 6.5
-/// times the energy from 0.8 of it on, none up to 0.5 (blocks of 0.1 MPa to 1 GPa at 1 to 20 m/s on a floor).
+/// Largest step without energy gain of dissipative integrators, as a fraction of a body's impact time.
+/// Measured with blocks of 0.1 MPa to 1 GPa at 1 to 20 m/s on a floor: the energy grows 1.2 to 6.5 times
+/// for fractions of 0.8 and more, and never up to 0.5.
 const PART_OF_BODY: f64 = 0.5;
 
 /// Durations of impacts.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct ImpactDurations {
-    /// Shortest of a single vertex, `pi sqrt(m dhat / (8 kappa w))`.
+    /// Shortest contact of a single vertex, `pi sqrt(m dhat / (8 kappa w))`.
     pub vertex: ImpactDuration,
-    /// Shortest of a whole solid, in which waves go there and back, or of a particle; `None` without any.
+    /// Shortest impact of a whole solid (a wave crosses it there and back) or of a particle; `None`
+    /// without either.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub body: Option<ImpactDuration>,
 }
@@ -27,21 +30,21 @@ pub struct ImpactDurations {
 /// Duration of an impact.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct ImpactDuration {
-    /// Body in which it is so short.
+    /// Name of the body.
     pub body: String,
-    /// [s].
+    /// Duration [s].
     pub time: f64,
-    /// Steps that it lasts; `None` where they follow the error.
+    /// Duration in steps; `None` with adaptive step sizes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub steps: Option<f64>,
 }
 
-/// Steps in which a scheme has gained energy in impacts, measured.
+/// Steps in which an integrator has gained energy in impacts, by measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum GainingSteps {
-    /// Long beside the contact of a single vertex.
+    /// Steps that are long compared with the contact of a single vertex.
     BesideVertex,
-    /// Long beside the impact of a whole body.
+    /// Steps that are long compared with the impact of a whole body.
     BesideBody,
 }
 
@@ -53,18 +56,18 @@ fn gaining_steps(scheme: &str) -> Option<GainingSteps> {
     }
 }
 
-/// Schemes that gain none, in words.
+/// Integrators that gain no energy in impacts.
 const NONE_GAINED: &str = "implicit-euler and generalised-alpha with `rho = 0` gain none";
 
-/// Advice on a `scheme` that has gained energy in a run with contact; `None` of one that gains none in
-/// impacts.
+/// Advice on a `scheme` that has gained energy in a run with contact; `None` for a scheme that does not
+/// gain energy in impacts.
 pub fn advice_on_gain(scheme: &str) -> Option<String> {
     gaining_steps(scheme)?;
     Some(format!("`{scheme}` gains energy in impacts that last few steps: {NONE_GAINED}"))
 }
 
 impl ImpactDurations {
-    /// Durations in steps of `step` [s]; `None` where nothing that moves touches anything.
+    /// Computes the durations in units of `step` [s]; `None` if no moving body can touch anything.
     pub(super) fn new(
         model: &ContactModel,
         parties: &[ContactParty<'_>],
@@ -88,7 +91,7 @@ impl ImpactDurations {
         Some(ImpactDurations { vertex, body: shortest(&mut { of_bodies }) })
     }
 
-    /// Fact for the report.
+    /// Sentence for the report.
     pub(super) fn described(&self) -> String {
         let ImpactDuration { body, time, .. } = &self.vertex;
         format!(
@@ -100,7 +103,7 @@ impl ImpactDurations {
         )
     }
 
-    /// Warning of a scheme that has gained energy in steps like these.
+    /// Warning about an integrator that has gained energy with steps of this length.
     pub(super) fn warning(&self, scheme: &str) -> Option<String> {
         let (impact, part, what) = match gaining_steps(scheme)? {
             GainingSteps::BesideVertex => {
@@ -127,7 +130,7 @@ impl ImpactDuration {
     }
 }
 
-/// Shortest contact of a vertex of each body [s]; `None` of those that nothing moves or touches.
+/// Shortest contact of a vertex of each body [s]; `None` for bodies that do not move or touch nothing.
 fn vertex_times(model: &ContactModel, system: &System) -> Vec<Option<f64>> {
     let count = model.names.len() as u32;
     let mut lightest = vec![f64::INFINITY; model.names.len()];
@@ -149,7 +152,8 @@ fn vertex_times(model: &ContactModel, system: &System) -> Vec<Option<f64>> {
 }
 
 impl ContactParty<'_> {
-    /// Time in which a wave crosses a solid there and back [s], where it is thinnest: `2 L sqrt(rho / E)`.
+    /// Time in which a wave crosses a solid there and back along its shortest extent [s]:
+    /// `2 L sqrt(rho / E)`.
     fn time_of_waves(&self) -> Option<f64> {
         let mesh = &self.body.mesh;
         let is_solid = self.spec.elastic.is_some() && mesh.element_dimension() == mesh.dimension;

@@ -4,147 +4,148 @@ use pliant::quantity::{Rounded, counted};
 
 use super::impacts::ImpactDurations;
 
-/// Contact of a scene, in numbers.
+/// Contact of a scene in numbers.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct ContactSummary {
-    /// `dhat`: gap at which surfaces begin to push [m].
+    /// Activation distance `dhat`: gap below which surfaces repel each other [m].
     pub distance: f64,
-    /// Origin of it.
+    /// Origin of the activation distance.
     pub distance_origin: DistanceOrigin,
-    /// True if walls of a scene without `[contact]` are all that bodies touch, from their planes on.
+    /// True in a scene without `[contact]`, in which bodies only touch walls, from gap zero on.
     pub of_walls: bool,
-    /// Laws of every pair that can touch.
+    /// Contact parameters of every pair that can touch.
     pub pairs: Vec<PairLaw>,
-    /// Bodies that touch themselves from a smaller gap on.
+    /// Bodies with a smaller activation distance for self-contact.
     pub with_itself: Vec<SelfContact>,
-    /// Threshold speed of friction [m/s]; `None` without friction.
+    /// Friction regularisation velocity [m/s]; `None` without friction.
     pub threshold_speed: Option<f64>,
-    /// Contact in steps that are not solved; `None` where they are.
+    /// Contact in explicit steps; `None` for implicit steps.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub explicit: Option<ExplicitContactSummary>,
-    /// Durations of impacts; `None` in statics, and in steps that are not solved.
+    /// Durations of impacts; `None` in statics and in explicit steps.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub impacts: Option<ImpactDurations>,
-    /// Contact at the start; `None` where nobody looks.
+    /// Contact at the start; `None` if the report does not need it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub start: Option<ContactStart>,
-    /// Size of all bodies without obstacles [m]: what tolerances go by.
+    /// Size of all bodies without obstacles [m], the reference length of tolerances.
     pub size: f64,
-    /// The smallest body that has a size, and that [m].
+    /// Name and size [m] of the smallest body that has a size.
     #[serde(skip)]
     pub(in crate::assembly) smallest: Option<(String, f64)>,
-    /// Vertices of the surfaces.
+    /// Number of surface vertices.
     pub vertices: usize,
-    /// Triangles, in the plane edges.
+    /// Number of surface triangles, in the plane edges.
     pub faces: usize,
 }
 
-/// Origin of the gap at which surfaces begin to push.
+/// Origin of the activation distance.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum DistanceOrigin {
-    /// The scene gives it.
+    /// Specified in the scene.
     Given,
-    /// A thousandth of the size of this body, the smallest.
+    /// A thousandth of the size of this body, the smallest one.
     SmallestBody(String),
-    /// A quarter of the shortest edge, which this body has.
+    /// A quarter of the shortest edge, which belongs to this body.
     ShortestEdge(String),
 }
 
-/// Law of two bodies that can touch, or of one with itself.
+/// Contact parameters of two bodies, or of a body with itself.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct PairLaw {
-    /// Their names.
+    /// Names of the bodies.
     pub bodies: [String; 2],
-    /// `kappa` [Pa].
+    /// Contact stiffness `kappa` [Pa].
     pub stiffness: f64,
-    /// Origin of it.
+    /// Origin of the stiffness.
     pub origin: StiffnessOrigin,
     /// Coefficient of friction.
     pub friction: f64,
 }
 
-/// Origin of the stiffness of a pair.
+/// Origin of the contact stiffness of a pair.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum StiffnessOrigin {
-    /// The scene gives it.
+    /// Specified in the scene.
     Given,
-    /// Young's modulus of this body, the softer.
+    /// Young's modulus of this body, the softer one.
     Modulus(String),
-    /// Masses and the step: neither has a modulus.
+    /// Masses and the step size: neither body has a modulus.
     Masses,
-    /// Part of the largest stable step that explicit steps are.
+    /// Size of explicit steps relative to the largest stable step.
     ExplicitStep,
-    /// Nothing: neither moves.
+    /// No stiffness: neither body moves.
     Nothing,
 }
 
-/// Contact of a body with itself that begins at a smaller gap than that with others, so that nothing pushes
-/// at rest.
+/// Self-contact of a body with a smaller activation distance than contact with others, so that no contact
+/// force acts in the reference configuration.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct SelfContact {
-    /// The body.
+    /// Name of the body.
     pub body: String,
-    /// Gap [m].
+    /// Activation distance [m].
     pub gap: f64,
-    /// Least distance of two of its primitives at rest [m].
+    /// Smallest distance between two of the body's primitives in the reference configuration [m].
     pub least: f64,
-    /// The two.
+    /// These two primitives.
     pub between: [String; 2],
 }
 
 /// Contact at the start.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct ContactStart {
-    /// Number of pairs of primitives whose distances the first search looks at.
+    /// Number of pairs of primitives that the first search measures.
     pub candidates: usize,
-    /// Least gap of two bodies; `None` where no two may touch.
+    /// Smallest gap of two bodies; `None` if no two can touch.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub least: Option<StartGap>,
 }
 
-/// Least gap of two bodies at the start.
+/// Smallest gap of two bodies at the start.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct StartGap {
-    /// Distance less the radii [m].
+    /// Distance minus the radii [m].
     pub gap: f64,
     /// The two primitives.
     pub between: [String; 2],
 }
 
-/// Speeds that contact can stop in steps that are not solved.
+/// Approach speeds that contact can stop in explicit steps.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct ExplicitContactSummary {
-    /// Step that stiffness and friction go by [s]; `None` where it follows the error.
+    /// Step size that determines stiffness and friction [s]; `None` with adaptive step sizes.
     pub step: Option<f64>,
-    /// Every pair that can touch.
+    /// Pairs that can touch.
     pub pairs: Vec<StoppedApproach>,
-    /// True if friction has a threshold speed that is raised to what a step bears.
+    /// True if the friction regularisation velocity is raised to what the step size permits.
     pub raises_threshold: bool,
-    /// Least threshold speed that a step bears where a vertex carries its own weight alone [m/s].
+    /// Smallest regularisation velocity that the step size permits for a vertex under its own weight
+    /// [m/s].
     pub borne_threshold: f64,
 }
 
-/// Speeds at which two bodies may approach each other.
+/// Approach speeds of two bodies.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct StoppedApproach {
-    /// Their names.
+    /// Names of the bodies.
     pub bodies: [String; 2],
-    /// Largest that is stopped before a gap is closed [m/s].
+    /// Largest speed that contact stops before the gap closes [m/s].
     pub stopped: f64,
-    /// Fastest motion of vertices of one relative to the other at the start [m/s].
+    /// Largest relative speed of their vertices at the start [m/s].
     pub at_start: f64,
 }
 
-/// Part of the smallest body that a distance which the scene gives may be.
+/// Limit on a specified activation distance, as a fraction of the size of the smallest body.
 const LARGE_DISTANCE: f64 = 0.25;
 
-/// Pairs of one law that are named one by one.
+/// Maximum number of pairs with equal parameters that are named one by one.
 const MOST_NAMED: usize = 8;
 
 impl ContactSummary {
-    /// Sentence for the list of what a scene uses.
+    /// Sentence for the list of features in use.
     pub(in crate::assembly) fn described(&self) -> String {
         let surface = format!(
             "{} and {}",
@@ -157,8 +158,8 @@ impl ContactSummary {
         }
     }
 
-    /// Potential of contact in steps of this kind, and what follows from there being two; `None` in statics,
-    /// and where walls alone are touched.
+    /// Contact potential of these steps, and the consequence of there being two kinds; `None` in statics
+    /// and with walls only.
     pub fn law(&self) -> Option<String> {
         let (own, others) = match (&self.explicit, &self.impacts) {
             _ if self.of_walls => return None,
@@ -169,7 +170,7 @@ impl ContactSummary {
         Some(format!("{own}, {others}: the two converge to different motions after an impact"))
     }
 
-    /// Everything about it, a sentence for each fact; `step` [s] where it is fixed.
+    /// All facts about contact, one sentence each; `step` [s] for a fixed step size.
     pub fn facts(&self, step: Option<f64>) -> Vec<String> {
         let (distance, origin) = (Rounded::<4>(self.distance), self.distance_origin.described());
         let mut facts = vec![match self.of_walls {
@@ -198,7 +199,7 @@ impl ContactSummary {
         facts
     }
 
-    /// Pairs with one law each, together.
+    /// Descriptions of the pairs, grouped by equal parameters.
     fn described_pairs(&self) -> Vec<String> {
         let mut laws: Vec<(&PairLaw, Vec<String>)> = vec![];
         for pair in &self.pairs {
@@ -226,13 +227,14 @@ impl ContactSummary {
         laws.into_iter().map(described).collect()
     }
 
-    /// Things that explicit steps may not stop, and impacts in which a scheme may gain energy.
+    /// Warnings about speeds that explicit steps may not stop and about integrators that may gain energy
+    /// in impacts.
     pub(in crate::assembly) fn warnings(&self, scheme: &str) -> Vec<String> {
         let gains = self.impacts.as_ref().and_then(|impacts| impacts.warning(scheme));
         gains.into_iter().chain(self.far()).chain(self.explicit_warnings()).collect()
     }
 
-    /// A distance that the scene gives and that is large beside the smallest body.
+    /// Warning about a specified activation distance that is large compared with the smallest body.
     fn far(&self) -> Option<String> {
         let (body, size) =
             self.smallest.as_ref().filter(|_| self.distance_origin == DistanceOrigin::Given)?;

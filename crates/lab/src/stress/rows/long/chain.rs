@@ -3,20 +3,20 @@
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write;
 
-/// Rings of square section, each turned by a right angle against the one above.
+/// Rings of square section, each at a right angle to the one above.
 pub(crate) struct LinkedRings {
     pub(crate) links: usize,
-    /// Cells along a ring, and along each side of its section.
+    /// Number of cells along a ring, and along each side of its section.
     pub(crate) cells: [usize; 2],
 }
 
-/// Radius of the middle of a ring, side of its section, from one centre to the next [m].
+/// Radius of a ring's centre line, side of its section, distance of ring centres [m].
 const RADIUS: f64 = 0.1;
 const SIDE: f64 = 0.03;
 const PITCH: f64 = 0.15;
 
 impl LinkedRings {
-    /// Points of a ring about the origin, in the plane of its middle and across: section by section.
+    /// Points of a ring about the origin, section by section.
     fn points(&self) -> Vec<[f64; 3]> {
         let [along, across] = self.cells;
         let part = |i: usize| (i as f64 / across as f64 - 0.5) * SIDE;
@@ -32,7 +32,7 @@ impl LinkedRings {
         (self.cells[1] + 1).pow(2)
     }
 
-    /// Six tetrahedra of each cell about its diagonal.
+    /// Six tetrahedra per cell about its diagonal.
     fn tetrahedra(&self) -> Vec<[usize; 4]> {
         let [along, across] = self.cells;
         let at =
@@ -47,7 +47,8 @@ impl LinkedRings {
                         corner[axis] = 1;
                         cell[k + 1] = at(s + corner[0], i + corner[1], j + corner[2]);
                     }
-                    // Along, out and across are left-handed: even orders of the axes are mirror images.
+                    // The axes along, out and across are left-handed: even permutations of them are
+                    // mirrored.
                     if (b + 3 - a) % 3 == 1 {
                         cell.swap(2, 3);
                     }
@@ -58,7 +59,7 @@ impl LinkedRings {
         all
     }
 
-    /// The scene; the highest link is held.
+    /// Scene; the highest link is fixed.
     pub(crate) fn text(&self, contact: &str) -> String {
         let tetrahedra = format!("{:?}", self.tetrahedra());
         let mut text = format!(
@@ -82,7 +83,7 @@ impl LinkedRings {
         text
     }
 
-    /// The middle line of a link, of the positions of all vertices, flat [m].
+    /// Centre line of a link, from the positions of all vertices, flat [m].
     fn middle(&self, x: &[f64], link: usize) -> Vec<[f64; 3]> {
         let count = self.vertices_of_section();
         let numbers = 3 * count * self.cells[0];
@@ -94,14 +95,14 @@ impl LinkedRings {
         x[numbers * link..numbers * (link + 1)].chunks(3 * count).map(mean).collect()
     }
 
-    /// Linking numbers of neighbours, at the positions `x`, flat [m].
+    /// Linking numbers of neighbouring links, at the positions `x`, flat [m].
     pub(crate) fn linking(&self, x: &[f64]) -> Vec<f64> {
         let lines: Vec<_> = (0..self.links).map(|k| self.middle(x, k)).collect();
         lines.windows(2).map(|pair| linking_number(&pair[0], &pair[1])).collect()
     }
 
-    /// Difference of the height of the lowest link from that of a taut chain, as a part of how far that one
-    /// hangs below the highest link.
+    /// Height difference between the lowest link and that of a taut chain, relative to the length of the
+    /// taut chain below the highest link.
     pub(crate) fn slack(&self, x: &[f64]) -> f64 {
         let taut = (2.0 * RADIUS - SIDE) * (self.links - 1) as f64;
         let lowest = self.middle(x, self.links - 1);
@@ -110,9 +111,9 @@ impl LinkedRings {
     }
 }
 
-/// Gauss's integral of two closed polygons, exact for straight edges: the sum of the solid angles of pairs of
-/// edges over `4 pi` (Klenin, Langowski 2000, *Computation of writhe in modeling of supercoiled DNA*,
-/// Biopolymers 54, 307-317).
+/// Gauss's integral of two closed polygons, exact for straight edges: the sum of the solid angles of
+/// pairs of edges over `4 pi` (Klenin, Langowski 2000, *Computation of writhe in modeling of supercoiled
+/// DNA*, Biopolymers 54, 307-317).
 pub(crate) fn linking_number(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
     let minus = |a: [f64; 3], b: [f64; 3]| [0, 1, 2].map(|k| a[k] - b[k]);
     let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];

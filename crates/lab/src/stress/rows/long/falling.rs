@@ -22,7 +22,7 @@ pub(super) fn chains() -> Vec<LongCase> {
     vec![LongCase { poisson: 0.3, ..chain }]
 }
 
-/// Two sheets, of a millimetre and of almost no thickness: the one that flies stays on its side.
+/// Two sheets, a millimetre thick or of almost no thickness: the flying one stays on its side.
 pub(super) fn flies(run: &mut LongRun<'_>, cells: usize, steps: u64) -> Option<()> {
     for radius in [5e-4, 1e-6] {
         let name = format!("sheets of {} m", 2.0 * radius);
@@ -35,7 +35,7 @@ pub(super) fn flies(run: &mut LongRun<'_>, cells: usize, steps: u64) -> Option<(
     Some(())
 }
 
-/// No point gets into the ball, which lies on some of them at the end.
+/// No point enters the ball, which lies on some of them at the end.
 pub(super) fn on_needles(run: &mut LongRun<'_>, cells: usize, steps: u64) -> Option<()> {
     let points = needles();
     let mut scene = run.begin("ball", &ball_on_needles(cells), steps);
@@ -58,7 +58,7 @@ pub(super) fn on_needles(run: &mut LongRun<'_>, cells: usize, steps: u64) -> Opt
     Some(())
 }
 
-/// It hangs over the tips, which are 0.2 m high, and none has come through.
+/// The sheet hangs over the tips, which are 0.2 m high, and no tip has come through.
 pub(super) fn on_knives(run: &mut LongRun<'_>, cells: usize, steps: u64) -> Option<()> {
     let mut scene = run.begin("sheet", &sheet_on_knives(cells), steps);
     run.take(&mut scene, steps)?;
@@ -68,7 +68,7 @@ pub(super) fn on_knives(run: &mut LongRun<'_>, cells: usize, steps: u64) -> Opti
     Some(())
 }
 
-/// Links remain linked, and the chain hangs in its highest link: by its own length, not by what falls.
+/// Links stay linked, and the chain hangs taut below its highest link.
 pub(super) fn hangs(run: &mut LongRun<'_>, chain: &LinkedRings, steps: u64) -> Option<()> {
     let mut scene = run.begin("chain", &chain.text("contact = { distance = 1e-3 }"), steps);
     let start = chain.linking(&scene.x());

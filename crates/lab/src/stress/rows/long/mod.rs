@@ -1,6 +1,6 @@
-//! K18-long: contact through hundreds and thousands of steps, in scenes that take from seconds to many hours
-//! each. [`ABOUT`] has their criteria. `setups` and `chain` are shared with `tests/contact`, which has the
-//! same scenes in small sizes; they depend on no sibling module.
+//! K18-long: contact over hundreds and thousands of steps, in scenes that take from seconds to many hours
+//! each. [`ABOUT`] has their criteria. `setups` and `chain` are shared with `tests/contact`, which has
+//! small versions of these scenes; they depend on no sibling module.
 
 mod chain;
 mod falling;
@@ -50,7 +50,7 @@ pub(in crate::stress) const ABOUT: &str = "\
     left; friction that a solve did not settle; and a case that was cut short because its time was \
     over: how far it came depends on the machine.";
 
-/// Scenes of a case, in turn; `None` where one ended before its criterion could be asked for.
+/// Runs the scenes of a case in turn; `None` if one ended before its criterion could be checked.
 type Scenes = Box<dyn Fn(&mut LongRun<'_>) -> Option<()> + Send + Sync>;
 
 /// One long case.
@@ -85,7 +85,7 @@ impl LongCase {
         let run = move |limits: &Limits<'_>| {
             let all = |stop: &Arc<AtomicBool>| {
                 let mut run = LongRun::new(stop);
-                // One that ended early has said so.
+                // A case that ended early has a note about it.
                 let _ = scenes(&mut run);
                 run.finish()
             };

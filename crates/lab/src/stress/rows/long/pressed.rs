@@ -11,7 +11,7 @@ pub(super) fn cases() -> Vec<LongCase> {
     ]
 }
 
-/// A cube of a metre and 10 t on one of 0.1 m that is a hundredth as stiff: it stays above.
+/// A cube of 1 m and 10 t on a cube of 0.1 m with a hundredth of its stiffness: it stays above.
 pub(super) fn large_on_small(run: &mut LongRun<'_>, cells: usize, steps: u64) -> Option<()> {
     let text = head(0.025, -9.81, "friction = 0.5")
         + FLOOR
@@ -25,8 +25,8 @@ pub(super) fn large_on_small(run: &mut LongRun<'_>, cells: usize, steps: u64) ->
     Some(())
 }
 
-/// Pressed for half a second to the two centimetres that are left, and let go: what it stored at its flattest
-/// is gone to a millionth.
+/// A ball compressed for half a second to a height of two centimetres, then released: its stored energy
+/// falls to a millionth of the maximum.
 pub(super) fn pressed(run: &mut LongRun<'_>, cells: usize, step: f64) -> Option<()> {
     let down = (0.5 / step).round() as u64;
     let mut scene = run.begin("ball", &press(cells, step), 4 * down);

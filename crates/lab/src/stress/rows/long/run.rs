@@ -8,39 +8,40 @@ use crate::stress::scenes::{self, assemble};
 use crate::stress::{CaseResult, CaseVerdict};
 use pliant_scene::assembly::Assembly;
 
-/// Energy from nowhere may be so large, as a part of what prescribed motion turned over: its work is
-/// integrated over steps at whose ends its rate is known. And as a part of the energy in play, which solves
-/// leave.
+/// Limits on unexplained energy gain. The first is a fraction of the work of prescribed motion, which is
+/// integrated over steps from its rates at their ends; the second a fraction of the energy scale, for the
+/// solver's error.
 const GAINS: [f64; 2] = [1e-2, 1e-7];
 
-/// A long case under way.
+/// A running long case.
 pub(super) struct LongRun<'a> {
     stop: &'a Arc<AtomicBool>,
     result: CaseResult,
 }
 
-/// One of its scenes.
+/// A scene of a long case.
 pub(super) struct LongScene {
-    /// Name in remarks.
+    /// Name in notes.
     name: String,
     assembly: Assembly,
-    /// Steps that it is to take.
+    /// Planned number of steps.
     planned: u64,
     energy: EnergyRange,
-    /// Rounding of its energy [J].
+    /// Rounding error of the energy [J].
     rounding: f64,
 }
 
-/// Energies of a scene on its way [J].
+/// Range of the energies of a scene [J].
 #[derive(Clone, Copy, Default)]
 struct EnergyRange {
-    /// Total less what came in; friction is not added, for what is lost makes up for no gain.
+    /// Smallest total energy minus external work; friction is not added, because dissipation must not
+    /// hide a gain.
     least: f64,
-    /// Largest growth above the least before it, and when [s].
+    /// Largest growth above the smallest earlier value, and its time [s].
     gain: [f64; 2],
-    /// Most that was brought in.
+    /// Largest external work.
     turnover: f64,
-    /// Most that was in play.
+    /// Largest energy scale.
     in_play: f64,
 }
 
@@ -50,13 +51,13 @@ impl LongScene {
         self.assembly.simulation.positions().into_owned()
     }
 
-    /// Takes note of bodies whose Young's moduli times volumes have the sum `stiffness` [J]. Energies of
-    /// elements are differences of numbers of this size: gains up to its rounding are none.
+    /// Sets the rounding error for bodies whose Young's moduli times volumes sum to `stiffness` [J].
+    /// Element energies are differences of numbers of this size: gains up to their rounding do not count.
     pub(super) fn expect_rounding(&mut self, stiffness: f64) {
         self.rounding = f64::EPSILON * stiffness;
     }
 
-    /// Coordinates of a body, flat [m].
+    /// Positions of a body's vertices, flat [m].
     pub(super) fn of_body(&self, name: &str) -> Vec<f64> {
         let Some(body) = self.assembly.topology.bodies.iter().find(|body| body.name == name) else {
             panic!("{}: there is no body {name}", self.name)
@@ -65,7 +66,7 @@ impl LongScene {
         self.x()[d * body.vertices.start as usize..d * body.vertices.end as usize].to_vec()
     }
 
-    /// Mean of the vertices of a body [m].
+    /// Mean of a body's vertices [m].
     pub(super) fn centre(&self, name: &str) -> Vec<f64> {
         let d = self.assembly.topology.dimension;
         let x = self.of_body(name);
@@ -81,7 +82,7 @@ impl LongScene {
         heights.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], z| [low.min(*z), high.max(*z)])
     }
 
-    /// Tetrahedra of a body, by their corners [m].
+    /// Tetrahedra of a body, as corner positions [m].
     pub(super) fn tetrahedra(&self, name: &str) -> Vec<[[f64; 3]; 4]> {
         let x = self.x();
         let at = |v: u32| [0, 1, 2].map(|k| x[3 * v as usize + k]);
@@ -89,12 +90,12 @@ impl LongScene {
         bodies.flat_map(|body| &body.tetrahedra).map(|t| t.map(at)).collect()
     }
 
-    /// Energy stored in elements [J].
+    /// Elastic energy [J].
     pub(super) fn elastic(&mut self) -> f64 {
         self.assembly.simulation.diagnostics().elastic
     }
 
-    /// Contacts at present.
+    /// Current number of contacts.
     pub(super) fn contact_count(&self) -> usize {
         self.assembly.simulation.contacts().len()
     }
@@ -106,7 +107,7 @@ impl LongScene {
         let range = &mut self.energy;
         range.turnover = range.turnover.max(brought.abs());
         range.in_play = range.in_play.max(now.kinetic + now.elastic + now.contact.unwrap_or(0.0));
-        // Beside NaN, for which a gain is infinite.
+        // NaN counts as an infinite gain.
         let grown = if energy.is_finite() { energy - range.least } else { f64::INFINITY };
         if grown > range.gain[0] {
             range.gain = [grown, self.assembly.simulation.state().time];
@@ -116,13 +117,13 @@ impl LongScene {
 }
 
 impl<'a> LongRun<'a> {
-    /// Ends once `stop` is set, within a step too.
+    /// Starts a case; it ends once `stop` is set, even within a step.
     pub(super) fn new(stop: &'a Arc<AtomicBool>) -> Self {
         let result = CaseResult { iterations: Some(0), steps: Some(0), ..CaseResult::default() };
         LongRun { stop, result }
     }
 
-    /// A scene of the case, which is to take so many steps.
+    /// Begins a scene of the case, planned for this many steps.
     pub(super) fn begin(&mut self, name: impl Into<String>, text: &str, planned: u64) -> LongScene {
         let mut assembly = assemble(text);
         assembly.simulation.system_mut().set_stop(Some(Arc::clone(self.stop)));
@@ -133,8 +134,7 @@ impl<'a> LongRun<'a> {
         scene
     }
 
-    /// Takes steps of a scene; `None` where they ended before: at the first that is not as it must be, or
-    /// where the time is over.
+    /// Takes steps of a scene; `None` if they ended early: at the first failed check, or when time is up.
     pub(super) fn take(&mut self, scene: &mut LongScene, steps: u64) -> Option<()> {
         for _ in 0..steps {
             if let Err(ended) = self.take_one(scene) {
@@ -154,7 +154,7 @@ impl<'a> LongRun<'a> {
         Some(())
     }
 
-    /// One step, looked at; what is found, nothing where the time is over.
+    /// Takes and checks one step. The error describes the failed check; it is `None` when time is up.
     fn take_one(&mut self, scene: &mut LongScene) -> Result<(), Option<String>> {
         let simulation = &mut scene.assembly.simulation;
         if self.stop.load(Ordering::Relaxed) {
@@ -162,7 +162,7 @@ impl<'a> LongRun<'a> {
         }
         let before = scenes::iterations(simulation);
         let taken = simulation.step();
-        // A solve that is stopped fails, but says nothing.
+        // A stopped solve fails without meaning.
         if taken.is_err() && self.stop.load(Ordering::Relaxed) {
             return Err(None);
         }
@@ -195,7 +195,7 @@ impl<'a> LongRun<'a> {
         Ok(())
     }
 
-    /// Ends a scene: its energies, and what it looks like.
+    /// Ends a scene: checks its energies, and stores its picture.
     pub(super) fn end(&mut self, scene: &mut LongScene) {
         let EnergyRange { gain: [gain, time], turnover, in_play, .. } = scene.energy;
         let most = GAINS[0] * turnover + GAINS[1] * in_play + scene.rounding;
@@ -214,12 +214,12 @@ impl<'a> LongRun<'a> {
         self.result.picture = Some(scenes::picture(simulation, &scene.assembly.topology));
     }
 
-    /// Demands what holds at the end of a scene, or on its way.
+    /// Checks a criterion at the end of a scene, or during it.
     pub(super) fn demand(&mut self, holds: bool, otherwise: impl FnOnce() -> String) {
         self.result.demand(holds, otherwise);
     }
 
-    /// Compares the number that a scene is judged by with how large it may be.
+    /// Compares a scene's error with its tolerance.
     pub(super) fn measure(&mut self, what: &str, error: f64, tolerance: f64) {
         self.result.measure(what, error, tolerance);
     }

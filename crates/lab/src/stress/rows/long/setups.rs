@@ -1,9 +1,9 @@
-//! Texts of scenes that challenge contact solvers, in any size.
+//! Scenes that challenge contact solvers, in any size.
 
 use std::f64::consts::PI;
 use std::fmt::Write;
 
-/// Solid of the usual material, `mesh` as in a scene.
+/// Solid of the usual material; `mesh` is in a scene's notation.
 pub(crate) fn solid(name: &str, mesh: &str, young: f64, density: f64, more: &str) -> String {
     format!(
         "[[body]]\nname = '{name}'\nmesh = {{ {mesh} }}\n\
@@ -26,10 +26,10 @@ pub(crate) fn head(step: f64, gravity: f64, contact: &str) -> String {
 pub(crate) const FLOOR: &str =
     "[[obstacle]]\nname = 'floor'\nshape = { half_space = { normal = [0, 0, 1], offset = 0 } }\n";
 
-/// Radius of the ball that is pressed [m].
+/// Radius of the compressed ball [m].
 pub(crate) const PRESSED_RADIUS: f64 = 0.1;
 
-/// A ball on a floor, below a plate that goes down for half a second and up again; then both part.
+/// A ball on a floor under a plate that descends for half a second and rises again; then they separate.
 pub(crate) fn press(cells: usize, step: f64) -> String {
     let ball = format!("ball = {{ cells = {cells}, radius = {PRESSED_RADIUS:?}, centre = [0, 0, 0.101] }}");
     let moves = |down: f64, away: f64| {
@@ -44,16 +44,16 @@ pub(crate) fn press(cells: usize, step: f64) -> String {
     head(step, 0.0, "distance = 1e-3") + FLOOR + &moves(0.0, -1.0) + &ball + plate + &moves(-0.182, 1.0)
 }
 
-/// Stones of the arch.
+/// Number of stones of the arch.
 pub(crate) const STONES: usize = 25;
 /// Radii of the arch [m].
 const RADII: [f64; 2] = [0.85, 1.15];
 
-/// Half a circle of stones on a floor, faces just within the reach `distance` [m] of each other.
+/// A semicircle of stones on a floor, with faces just within the activation distance `distance` [m].
 pub(crate) fn arch(distance: f64, friction: f64) -> String {
     let gap = 0.999 * distance;
     let turn = PI / STONES as f64;
-    // Stones moved out by so much leave a gap between their faces.
+    // The stones are moved outwards by this much, which leaves the gap between their faces.
     let out = 0.5 * gap / (0.5 * turn).sin();
     let mut text = format!(
         "dimension = 2\ntime = {{ integrator = 'implicit-euler', step = 0.01, duration = 100.0 }}\n\
@@ -80,12 +80,12 @@ pub(crate) fn arch(distance: f64, friction: f64) -> String {
     text
 }
 
-/// A hundred points in a plane, 2 cm from each other.
+/// A hundred points in a plane, 2 cm apart.
 pub(crate) fn needles() -> Vec<[f64; 3]> {
     (0..100).map(|i| [f64::from(i / 10) * 0.02 - 0.09, f64::from(i % 10) * 0.02 - 0.09, 0.0]).collect()
 }
 
-/// A ball of radius 0.1 m that falls on them at 1 m/s.
+/// A ball of radius 0.1 m that falls on these points at 1 m/s.
 pub(crate) fn ball_on_needles(cells: usize) -> String {
     let needles = format!(
         "[[body]]\nname = 'needles'\nmesh = {{ inline = {{ points = {:?} }} }}\nmass = {{ per_vertex = 1.0 \
@@ -99,7 +99,7 @@ pub(crate) fn ball_on_needles(cells: usize) -> String {
         + &needles
 }
 
-/// True if a tetrahedron of positive volume holds a point.
+/// True if a tetrahedron of positive volume contains a point.
 pub(crate) fn holds([a, b, c, d]: [[f64; 3]; 4], p: [f64; 3]) -> bool {
     let minus = |a: [f64; 3], b: [f64; 3]| [0, 1, 2].map(|k| a[k] - b[k]);
     let volume = |a, b, c, d| {
@@ -113,7 +113,7 @@ pub(crate) fn holds([a, b, c, d]: [[f64; 3]; 4], p: [f64; 3]) -> bool {
         && volume(a, b, c, p) > 0.0
 }
 
-/// A sheet of 1 m that falls on nine triangles that stand on edge, their tips 0.2 m high.
+/// A sheet of 1 m that falls on nine upright triangles with tips 0.2 m high.
 pub(crate) fn sheet_on_knives(cells: usize) -> String {
     let (mut points, mut triangles) = (vec![], vec![]);
     for k in 0..9 {
@@ -136,8 +136,8 @@ pub(crate) fn sheet_on_knives(cells: usize) -> String {
     head(0.01, -9.81, "distance = 1e-3, friction = 0.2") + &sheet + &knives
 }
 
-/// A sheet of 0.3 m that flies at another at 100 m/s, a metre in a step; `radius` is half of the thickness
-/// that they have in contact [m].
+/// A sheet of 0.3 m that flies at another at 100 m/s, a metre per step; `radius` is half of their contact
+/// thickness [m].
 pub(crate) fn sheet_at_sheet(cells: usize, radius: f64) -> String {
     let sheet = |name: &str, z: f64, turn: &str, velocity: f64| {
         format!(

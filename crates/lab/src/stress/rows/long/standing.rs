@@ -1,4 +1,4 @@
-//! Structures that stand by friction: cards, cubes, an arch; and their collapse if friction is too small.
+//! Structures that stand by friction: cards, cubes, an arch; and their collapse with too little friction.
 
 use std::fmt::Write;
 
@@ -6,9 +6,9 @@ use super::LongCase;
 use super::run::{LongRun, LongScene};
 use super::setups::{FLOOR, STONES, arch, grid, head, solid};
 
-/// Speed below which friction sticks [m/s]: what sticks creeps no faster.
+/// Friction regularisation velocity [m/s]: sticking contacts creep no faster.
 const CREEP: f64 = 1e-4;
-/// Cubes of the stack.
+/// Number of cubes in the stack.
 const CUBES: u32 = 10;
 
 pub(super) fn cases() -> Vec<LongCase> {
@@ -27,7 +27,7 @@ pub(super) fn cases() -> Vec<LongCase> {
 }
 
 /// Five cards of a metre, 1 cm thick, the last a little longer: two pairs lean against each other at 60
-/// degrees, and it lies on both.
+/// degrees, and the last lies on both.
 fn house(cells: usize, friction: f64) -> String {
     let mut text = format!(
         "dimension = 2\ntime = {{ integrator = 'implicit-euler', step = 0.025, duration = 100.0 }}\n\
@@ -35,7 +35,7 @@ fn house(cells: usize, friction: f64) -> String {
          contact = {{ distance = 0.35e-3, friction = {friction:?}, threshold_speed = {CREEP:?} }}\n\
          [[obstacle]]\nname = 'floor'\nshape = {{ half_space = {{ normal = [0, 1], offset = 0 }} }}\n"
     );
-    // Angle, length, where its lower side begins, whether it is below the line that it turns about.
+    // Angle, length, position of the lower side, true if below the line about which it is turned.
     let cards = [
         (60, 1.0, [0.0, 0.0004], 0.0),
         (120, 1.0, [1.0004, 0.0004], -0.01),
@@ -56,7 +56,7 @@ fn house(cells: usize, friction: f64) -> String {
     text
 }
 
-/// With `mu = 0.9` it sags by its weight at first and then creeps; with 0.1 it lies on the floor.
+/// A house with `mu = 0.9` sags by its weight at first and then creeps; with 0.1 it lies on the floor.
 pub(super) fn cards(run: &mut LongRun<'_>, cells: usize, steps: u64) -> Option<()> {
     let settling = steps / 5;
     let mut scene = run.begin("cards with mu = 0.9", &house(cells, 0.9), steps);
@@ -78,8 +78,8 @@ pub(super) fn cards(run: &mut LongRun<'_>, cells: usize, steps: u64) -> Option<(
     Some(())
 }
 
-/// Sticking faces creep at less than the threshold speed; what slides falls a good part of `g t^2 / 2`, which
-/// is 0.44 m in 0.3 s.
+/// Sticking faces creep at less than the regularisation velocity; sliding stones fall a good part of
+/// `g t^2 / 2`, which is 0.44 m in 0.3 s.
 pub(super) fn stones(run: &mut LongRun<'_>, distance: f64, steps: u64) -> Option<()> {
     let key = format!("stone{}", STONES / 2);
     let mut sinks = |friction: f64, steps: u64| {
@@ -97,8 +97,8 @@ pub(super) fn stones(run: &mut LongRun<'_>, distance: f64, steps: u64) -> Option
     Some(())
 }
 
-/// Stiff cubes stand. Soft ones fall over, and must: a column of 0.2 x 0.2 m bears its own weight up to
-/// `(7.84 E I / (rho g A))^(1/3)` (Greenhill 1881), 0.64 m at 1e5 Pa, 14 m at 1e9 Pa.
+/// Stiff cubes stand. Soft ones must fall over: a column of 0.2 x 0.2 m carries its own weight up to a
+/// height of `(7.84 E I / (rho g A))^(1/3)` (Greenhill 1881), 0.64 m at 1e5 Pa, 14 m at 1e9 Pa.
 pub(super) fn stack(run: &mut LongRun<'_>, young: f64, steps: u64) -> Option<()> {
     let contact = format!("distance = 1e-3, friction = 0.5, threshold_speed = {CREEP:?}");
     let mut text = head(0.01, -9.81, &contact) + FLOOR;
@@ -119,7 +119,7 @@ pub(super) fn stack(run: &mut LongRun<'_>, young: f64, steps: u64) -> Option<()>
     if greenhill > 2.0 {
         run.demand(heights.windows(2).all(|h| h[1] > h[0] + 0.1), || format!("centres at {heights:?} m"));
         run.measure("height of the highest centre [m]", (heights[9] - 1.91).abs(), 0.02);
-        // Each face below it lets a cube creep, and its sag is that of the whole column at most.
+        // Each face below a cube lets it creep, and its sag is at most that of the whole column.
         let sag = 1000.0 * 9.81 * 2.0_f64.powi(2) / young;
         for (k, (start, end)) in start.iter().zip(&end).enumerate() {
             let aside = (end[0] - start[0]).hypot(end[1] - start[1]);

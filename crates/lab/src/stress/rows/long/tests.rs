@@ -1,4 +1,4 @@
-//! The scenes of the long cases in sizes that take seconds, and what they must not be passed for.
+//! The scenes of the long cases in sizes that take seconds, and wrong outcomes that must fail.
 
 use super::chain::LinkedRings;
 use super::run::LongRun;
@@ -9,7 +9,7 @@ fn run(scenes: impl Fn(&mut LongRun<'_>) -> Option<()> + Send + Sync + 'static) 
     LongCase::new("small", scenes).case().run()
 }
 
-/// Runs a small version: all that its case asks for holds.
+/// Runs a small version: all criteria of its case hold.
 fn stands(scenes: impl Fn(&mut LongRun<'_>) -> Option<()> + Send + Sync + 'static) -> CaseResult {
     let result = run(scenes);
     assert!(result.verdict != CaseVerdict::Fail, "{:?}", result.notes);
@@ -112,7 +112,8 @@ fn energy_from_nowhere_is_found() {
         });
         result.notes.iter().any(|note| note.contains("come from nowhere"))
     };
-    // Beyond the limit of the scheme, and far below it, where energies wander by its error of second order.
+    // Above the stability limit, and far below it, where energies vary by the integrator's second-order
+    // error.
     assert!(gains(0.02));
     assert!(!gains(1e-6));
 }

@@ -1,4 +1,4 @@
-//! Twisted bodies: a mat, four rods, whose ends turn against each other.
+//! Twisted bodies: a mat, and four rods, with ends that rotate against each other.
 
 use super::LongCase;
 use super::run::LongRun;
@@ -17,13 +17,14 @@ pub(super) fn cases() -> Vec<LongCase> {
     cases
 }
 
-/// Pins that turn the ends at `x = -0.5 m` and `x = 0.5 m` against each other, a turn in five seconds each.
+/// Pins that rotate the ends at `x = -0.5 m` and `x = 0.5 m` against each other, one turn in five seconds
+/// each.
 const TURNS: &str = "pin = [{ half_space = { normal = [1, 0, 0], offset = -0.4999 }, \
     motion = { rotation = { axis = [1, 0, 0], point = [0, 0, 0], speed = '72 deg/s' } } }, \
     { half_space = { normal = [-1, 0, 0], offset = -0.4999 }, \
     motion = { rotation = { axis = [1, 0, 0], point = [0, 0, 0], speed = '-72 deg/s' } } }]";
 
-/// A mat of a metre, 2.5 cm thick.
+/// A mat of 1 m, 2.5 cm thick.
 pub(super) fn mat(run: &mut LongRun<'_>, cells: usize, steps: u64) -> Option<()> {
     let mesh = grid([cells, cells, 1], [1.0, 1.0, 0.025], [-0.5, -0.5, -0.0125]);
     let text = head(0.04, 0.0, "") + &solid("mat", &mesh, 2e4, 1000.0, TURNS);
@@ -33,7 +34,8 @@ pub(super) fn mat(run: &mut LongRun<'_>, cells: usize, steps: u64) -> Option<()>
     Some(())
 }
 
-/// Four rods side by side, each of `cells` x 2 x 2, up to the time `until` [s]: stored energy [J].
+/// Four rods side by side, each of `cells` x 2 x 2, up to the time `until` [s]; returns the elastic
+/// energy [J].
 pub(super) fn rods(run: &mut LongRun<'_>, cells: usize, step: f64, until: f64) -> Option<f64> {
     let mut text = head(step, 0.0, "");
     for k in 0..4 {
@@ -49,7 +51,7 @@ pub(super) fn rods(run: &mut LongRun<'_>, cells: usize, step: f64, until: f64) -
     Some(energy)
 }
 
-/// After half a turn of each end, half the step changes the energy by 5 % at most.
+/// After half a turn of each end, halving the step changes the energy by 5 % at most.
 pub(super) fn halved_rods(run: &mut LongRun<'_>, cells: usize) -> Option<()> {
     let mut before = None;
     for step in [0.025, 0.0125, 0.00625] {
