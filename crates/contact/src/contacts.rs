@@ -7,7 +7,7 @@ use crate::merge::{AreaOf, AreaPart, ContactStencils, PairSink, WeightedPairs, f
 use crate::model::{ContactLaw, ContactModel};
 use crate::packs::{closest_points, near_box};
 use crate::pair::{EdgeEdge, PointEdge, PointPoint, PointTriangle};
-use crate::vector::{along_normal, rows};
+use crate::vector::rows;
 use crate::visit::{ContactVisitor, PackVisitor, PlaneGeometry, visit_each, visit_pairs};
 use std::ops::Range;
 

@@ -22,7 +22,6 @@ use crate::hessian::PairBlocks;
 use crate::merge::WeightedPair;
 use crate::model::{ContactLaw, ContactModel};
 use crate::mollifier::{MollifiedPair, mollified_inner_pair};
-use crate::packs::store_rows;
 use crate::pair::PairGeometry;
 use crate::report::{ContactReport, NearestContact};
 use crate::rows::{StencilLists, TouchedRows};

@@ -13,13 +13,13 @@ use crate::vector::rows;
 
 /// Geometry of a vertex and the plane of a half-space.
 #[derive(Clone, Copy, Debug)]
-pub struct PlaneGeometry<const D: usize> {
+pub(crate) struct PlaneGeometry<const D: usize> {
     /// Unit normal, pointing out of the half-space.
-    pub normal: [f64; D],
+    pub(crate) normal: [f64; D],
     /// `d = n . (x_p - x_o) + s`, negative inside [m].
-    pub distance: f64,
+    pub(crate) distance: f64,
     /// `s`: depth of the plane behind the vertex that carries the half-space [m].
-    pub depth: f64,
+    pub(crate) depth: f64,
 }
 
 /// Operation applied to every contact.

@@ -10,6 +10,7 @@ mod grab;
 mod material;
 mod matrices;
 mod path;
+mod records;
 mod retry;
 mod snapshot;
 mod statics;
@@ -25,6 +26,7 @@ pub use grab::{GrabError, Grip};
 pub use material::MaterialError;
 pub use matrices::{MatrixError, SparseMatrix};
 pub use path::{ArcLength, LimitPoint, PathState};
+pub use records::MotionJumps;
 pub use retry::RetriedSteps;
 pub use snapshot::{Snapshot, SnapshotError};
 pub use statics::{Extreme, StaticState};
@@ -34,11 +36,10 @@ use std::borrow::Cow;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use crate::constraint::Jump;
 use crate::control::Controller;
 use crate::diagnostics::{
-    Balance, Diagnostics, ElementState, Energy, EnergyLedger, Reaction, ReactionInputs, StabilityLimit,
-    mode_range, reactions, stability_limit,
+    Balance, Diagnostics, ElementState, Energy, Reaction, ReactionInputs, StabilityLimit, mode_range,
+    reactions, stability_limit,
 };
 use crate::element::Barycentric;
 pub use crate::energy::ContactExtremes;
@@ -48,20 +49,8 @@ use crate::integrator::{Integrator, Method, Scheme};
 use crate::numbering::Numbering;
 use crate::solver::{ForceLeft, SolveError, SolveFailure, SolverOptions, SolverWork, StepFault, scene_size};
 use crate::state::State;
-use crate::system::{ForceId, System, TermId, WallImpulses};
-
-/// Report of discontinuous prescribed motion, which no physical body performs.
-#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct MotionJumps {
-    /// First pin that jumped, `body/pin`.
-    pub pin: String,
-    /// Time of its jump [s].
-    pub time: f64,
-    /// Largest displacement component of that jump [m].
-    pub size: f64,
-    /// Number of jumps of all pins.
-    pub count: u64,
-}
+use crate::system::{System, TermId};
+use records::StepRecords;
 
 /// Advances a state in time, `(x_n, v_n) -> (x_{n+1}, v_{n+1})`: the public interface of a simulation in
 /// Rust and in Python (lecture 3).
@@ -89,21 +78,8 @@ pub struct Simulation {
     controller: Option<Box<Controller>>,
     /// Path of equilibria in arc-length continuation; `None` if time leads.
     path: Option<Box<path::PathFollower>>,
-    /// Energy ledger; `None` if no energy enters or leaves.
-    ledger: Option<EnergyLedger>,
-    /// True if the next step opens a ledger, if one is needed.
-    opens_ledger: bool,
-    /// True if the ledger counts losses.
-    counts_losses: bool,
-    /// Jumps of prescribed motion.
-    motion_jumps: Option<MotionJumps>,
-    contact_extremes: ContactExtremes,
-    /// Wall impulses of the last step to the current state.
-    wall_impulses: Option<WallImpulses>,
-    /// Velocities that dissipative terms saw in the last static increment, or backward Euler step with
-    /// prescribed motion [m/s]. The velocities of the state are zero, or those of the motion at its end.
-    increment_velocities: Option<Vec<f64>>,
-    jumps_seen_until: f64,
+    /// What is recorded of steps.
+    records: StepRecords,
     /// Element points for which states are requested.
     points: Vec<(usize, Barycentric)>,
     /// Stability limit at the start, once requested.
@@ -154,14 +130,7 @@ impl Simulation {
             attempts: 0,
             controller: None,
             path: None,
-            ledger: None,
-            opens_ledger: true,
-            counts_losses: true,
-            motion_jumps: None,
-            contact_extremes: ContactExtremes::default(),
-            wall_impulses: None,
-            increment_velocities: None,
-            jumps_seen_until: 0.0,
+            records: StepRecords::default(),
             points: vec![],
             stability: None,
             external_forces: None,
@@ -206,7 +175,7 @@ impl Simulation {
     pub fn set_method(&mut self, method: Method) {
         self.method = method;
         self.integrator = method.build(self.state.x().len(), self.solver);
-        self.increment_velocities = None;
+        self.records.increment_velocities = None;
     }
 
     /// Describes the linear solver of an implicit integrator and the reason for its choice.
@@ -246,118 +215,47 @@ impl Simulation {
         self.open_ledger(released);
         // A product, not a sum: rounding does not accumulate.
         let end = (self.state.step + 1) as f64 * h;
-        self.step_in_parts(h, end).map_err(|(fault, retried)| self.not_finite(fault, retried))?;
+        self.took_back = false;
+        let taken = match self.method.documentation.solves {
+            0 => self.single_step(h, end).map_err(|fault| (fault, None)),
+            _ => self.step_in_parts(h, end),
+        };
+        taken.map_err(|(fault, retried)| self.not_finite(fault, retried))?;
         self.state.step += 1;
         self.last_step_size = h;
         Ok(())
     }
 
-    /// Records contacts, wall impulses and energy flows of the step of `h` [s] from the time `from` [s].
-    fn note_in_ledger(&mut self, from: f64, h: f64) {
-        self.note_contacts();
-        if !self.system.walls().is_empty() && !self.method.is_static() {
-            let last = self.system.books_mut().wall_impulses();
-            self.wall_impulses.get_or_insert_default().clone_from(last);
-        }
-        if self.method.is_static() || self.method.is_backward_euler() && self.system.rubs_by_way() {
-            self.increment_velocities = self.integrator.stage_velocities().first().cloned();
-        }
-        if let Some(ledger) = &mut self.ledger {
-            let State { time, .. } = self.state;
-            let (system, x, v) = (&mut self.system, self.state.x(), self.state.v());
-            system.set_time(time);
-            if self.method.is_static() {
-                let time = system.load_factor().unwrap_or(time);
-                ledger.advance_to_equilibrium(system, h, time, x, v);
-            } else {
-                ledger.advance(system, h, x, v);
-            }
-        }
-        if !self.method.is_static() && self.system.has_prescribed_motion() {
-            self.note_jumps(from, h);
-        }
-        if self.system.remembers() {
-            self.commit_history();
-        }
-    }
-
-    /// Ends a step of terms with history. Discards the force, so that it is evaluated again as after a
-    /// snapshot.
-    fn commit_history(&mut self) {
-        let State { time, .. } = self.state;
-        let lost = self.system.commit(self.state.x(), time);
-        self.state.force = ForceId::NONE;
-        if let Some(ledger) = &mut self.ledger {
-            ledger.commit(lost, &mut self.system, self.state.x(), self.state.v());
-        }
-    }
-
-    /// Records the jumps of prescribed motion in the step of `h` [s] from the time `from` [s].
-    fn note_jumps(&mut self, from: f64, h: f64) {
-        // The end time and the time that integrators prescribe (start plus step) may differ by rounding.
-        let seen = Some(self.jumps_seen_until).filter(|until| (until - from).abs() <= 1e-9 * h);
-        self.jumps_seen_until = from + h;
-        for jump in self.system.pins().jumps(seen.unwrap_or(from), from + h) {
-            if let Some(ledger) = &mut self.ledger {
-                ledger.jump(&mut self.system, &jump.coordinates, self.state.x(), self.state.force);
-            }
-            let Jump { time, size, hold, .. } = jump;
-            self.motion_jumps.get_or_insert(MotionJumps { pin: hold, time, size, count: 0 }).count += 1;
-        }
-    }
-
     /// Returns the jumps of prescribed motion so far; `None` without any.
     pub fn motion_jumps(&self) -> Option<&MotionJumps> {
-        self.motion_jumps.as_ref()
+        self.records.motion_jumps.as_ref()
     }
 
     /// Resets [`motion_jumps`](Self::motion_jumps) and [`contact_extremes`](Self::contact_extremes).
     pub(crate) fn forget_what_was_noted(&mut self) {
-        self.motion_jumps = None;
-        self.contact_extremes = ContactExtremes::default();
+        self.records.motion_jumps = None;
+        self.records.contact_extremes = ContactExtremes::default();
     }
 
     /// Returns the worst contacts at the ends of the steps so far.
     pub fn contact_extremes(&self) -> &ContactExtremes {
-        &self.contact_extremes
+        &self.records.contact_extremes
     }
 
-    /// Records the contacts at the end of a step.
-    fn note_contacts(&mut self) {
-        let State { time, .. } = self.state;
-        if self.system.is_watched() {
-            let worst = self.system.contact_extremes(self.state.x(), self.state.v(), time);
-            self.contact_extremes.merge(worst);
-            return;
-        }
-        for touching in self.system.terms().iter().filter_map(|term| term.touching()) {
-            let least = touching.nearest(self.state.x(), time);
-            self.contact_extremes.merge(ContactExtremes { least, ..ContactExtremes::default() });
-        }
-    }
-
-    /// Opens the ledger before the first step from the current state; records a release of pins.
+    /// Opens the energy balance before the first step from the current state; records a release of pins.
     fn open_ledger(&mut self, released: bool) {
-        let (system, state) = (&mut self.system, &self.state);
-        if self.opens_ledger {
-            self.opens_ledger = false;
-            let counted = (self.counts_losses, self.method.is_backward_euler());
-            let ledger = EnergyLedger::new(system, counted, state.x(), state.v());
-            let time = system.load_factor().unwrap_or(state.time);
-            self.ledger = match self.method.is_static() {
-                true => ledger.map(|ledger| ledger.between_equilibria(system, time, state.x())),
-                false => ledger,
-            };
-        } else if let (true, Some(ledger)) = (released, &mut self.ledger) {
-            ledger.release(system, state.x(), state.v());
-        }
+        self.records.begin_step(&mut self.system, &self.state, self.method, released);
+    }
+
+    /// Records the step of `h` [s] from the time `from` [s], which led to the current state.
+    fn note_step(&mut self, from: f64, h: f64) {
+        let Simulation { records, system, state, method, integrator, .. } = self;
+        records.end_step(system, state, (*method, &**integrator), [from, h]);
     }
 
     /// Closes the energy balance; the next step starts a new one.
     fn close_ledger(&mut self) {
-        self.ledger = None;
-        self.opens_ledger = true;
-        self.system.books_mut().count_walls(false);
+        self.records.set_ledger(None, &mut self.system);
     }
 
     /// Evaluates the force at the current positions for `time` [s], unless it is known.
@@ -470,8 +368,7 @@ impl Simulation {
     /// Closes the energy balance; the next step starts a new one.
     pub fn state_mut(&mut self) -> &mut State {
         self.close_ledger();
-        self.wall_impulses = None;
-        self.increment_velocities = None;
+        self.records.forget_last_step();
         &mut self.state
     }
 
@@ -550,7 +447,7 @@ impl Simulation {
 
     fn balance(&mut self) -> Option<Balance> {
         let (system, state) = (&mut self.system, &self.state);
-        self.ledger.as_ref().map(|ledger| ledger.balance(system, state.x()))
+        self.records.ledger.as_ref().map(|ledger| ledger.balance(system, state.x()))
     }
 
     /// Sets whether [`diagnostics`](Self::diagnostics) include losses to drag, damping and walls
@@ -558,8 +455,8 @@ impl Simulation {
     /// step with drag, one more evaluation of the damping per step with damping, and a copy of the state
     /// per step in which a wall moves a vertex.
     pub fn count_losses(&mut self, counts_losses: bool) {
-        if counts_losses != self.counts_losses {
-            self.counts_losses = counts_losses;
+        if counts_losses != self.records.counts_losses {
+            self.records.counts_losses = counts_losses;
             self.close_ledger();
         }
     }
@@ -600,9 +497,9 @@ impl Simulation {
             h: self.step_size,
             x,
             v,
-            seen: self.increment_velocities.as_deref().unwrap_or(v),
+            seen: self.records.increment_velocities.as_deref().unwrap_or(v),
             has_inertia: !self.method.is_static(),
-            last_step: self.wall_impulses.as_ref(),
+            last_step: self.records.wall_impulses.as_ref(),
         };
         reactions(&mut self.system, inputs)
     }
@@ -610,7 +507,7 @@ impl Simulation {
     /// Returns the surfaces currently in contact, in a fixed order; empty without contact.
     pub fn contacts(&self) -> Vec<SurfaceContact> {
         let terms = self.system.terms().iter().filter_map(|term| term.touching());
-        let v = self.increment_velocities.as_deref().unwrap_or(self.state.v());
+        let v = self.records.increment_velocities.as_deref().unwrap_or(self.state.v());
         terms.flat_map(|term| term.contacts(self.state.x(), v)).collect()
     }
 
@@ -620,7 +517,7 @@ impl Simulation {
         self.ensure_force(self.state.time).ok()?;
         let d = self.system.dimension();
         let system = &mut self.system;
-        let v = self.increment_velocities.as_deref().unwrap_or(self.state.v());
+        let v = self.records.increment_velocities.as_deref().unwrap_or(self.state.v());
         system.evaluate_dissipation(self.state.x(), v);
         let mut acceleration = vec![0.0; self.state.x().len()];
         system.accelerations(&mut acceleration);

@@ -159,7 +159,7 @@ impl Simulation {
                             self.state.time = end;
                             self.last_step_size = h;
                             controller.accept(h, judged.unwrap_or(Judgement::Step(h)));
-                            self.note_in_ledger(time, h);
+                            self.note_step(time, h);
                             return Ok(());
                         }
                         _ => {

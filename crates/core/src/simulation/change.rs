@@ -96,7 +96,7 @@ impl Simulation {
         let before = std::mem::replace(self, other);
         let counted = self.system.force_evaluations() + before.system.force_evaluations();
         self.system.books_mut().set_force_evaluations(counted);
-        self.counts_losses = before.counts_losses;
+        self.records.counts_losses = before.records.counts_losses;
         if step > 0 {
             self.set_pace(before.pace());
         }

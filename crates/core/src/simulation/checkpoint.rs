@@ -8,9 +8,10 @@
 //!
 //! A reset uses the same code by which another simulation continues from a checkpoint.
 
-use super::{ContactExtremes, MotionJumps, RetriedSteps, Simulation, Snapshot, SnapshotError};
+use super::records::StepRecords;
+use super::{RetriedSteps, Simulation, Snapshot, SnapshotError};
 use crate::solver::SolverWork;
-use crate::system::{PinState, WallImpulses};
+use crate::system::PinState;
 
 /// Most steps until solvers are reset, including rejected steps and substeps.
 const STEPS_UNTIL_FORGOTTEN: u64 = 64;
@@ -24,28 +25,14 @@ const ITERATIONS_UNTIL_FORGOTTEN: u64 = 256;
 pub struct Checkpoint {
     snapshot: Snapshot,
     pins: Vec<PinState>,
-    /// True if the next step opens an energy balance.
-    opens_ledger: bool,
-    /// True if the balance counts losses.
-    counts_losses: bool,
+    /// What is recorded of steps, without the ledger, which the snapshot has.
+    #[serde(flatten)]
+    records: StepRecords,
     /// Length scale of default tolerances [m].
     size: Option<f64>,
     force_evaluations: u64,
     solver: SolverWork,
     retried: RetriedSteps,
-    motion_jumps: Option<MotionJumps>,
-    /// Worst contacts so far.
-    #[serde(default)]
-    contact_extremes: ContactExtremes,
-    /// Wall impulses of the last step.
-    #[serde(default)]
-    wall_impulses: Option<WallImpulses>,
-    /// Velocities that dissipative terms saw in the last step [m/s], if they differ from those of the
-    /// state.
-    #[serde(default)]
-    increment_velocities: Option<Vec<f64>>,
-    /// Time up to which jumps have been recorded [s].
-    jumps_seen_until: f64,
     /// Time at which the force of this state was evaluated, if known [s].
     #[serde(default)]
     force_time: Option<f64>,
@@ -97,17 +84,11 @@ impl Simulation {
         Checkpoint {
             snapshot: self.snapshot(),
             pins: self.system.pins().states(),
-            opens_ledger: self.opens_ledger,
-            counts_losses: self.counts_losses,
+            records: StepRecords { ledger: None, ..self.records.clone() },
             size: self.solver.size,
             force_evaluations: self.system.force_evaluations(),
             solver: self.solver_work(),
             retried: self.retried,
-            motion_jumps: self.motion_jumps.clone(),
-            contact_extremes: self.contact_extremes.clone(),
-            wall_impulses: self.wall_impulses.clone(),
-            increment_velocities: self.increment_velocities.clone(),
-            jumps_seen_until: self.jumps_seen_until,
             force_time,
             knows_energies: force_time.is_some() && self.system.books().knows_energies(),
         }
@@ -129,10 +110,11 @@ impl Simulation {
             return false;
         }
         self.solver.size = checkpoint.size;
-        self.counts_losses = checkpoint.counts_losses;
+        self.records.counts_losses = checkpoint.records.counts_losses;
         self.place(&checkpoint.snapshot);
         self.begin_from(&checkpoint.snapshot);
-        self.opens_ledger = checkpoint.opens_ledger;
+        let ledger = self.records.ledger.take();
+        self.records = StepRecords { ledger, ..checkpoint.records.clone() };
         if let Some(time) = checkpoint.force_time {
             // Evaluates the force so that measurements are bit-identical; not counted, as it was counted
             // there.
@@ -144,11 +126,6 @@ impl Simulation {
         self.system.books_mut().set_force_evaluations(checkpoint.force_evaluations);
         self.earlier_solver_work = checkpoint.solver;
         self.retried = checkpoint.retried;
-        self.motion_jumps = checkpoint.motion_jumps.clone();
-        self.contact_extremes = checkpoint.contact_extremes.clone();
-        self.wall_impulses.clone_from(&checkpoint.wall_impulses);
-        self.increment_velocities.clone_from(&checkpoint.increment_velocities);
-        self.jumps_seen_until = checkpoint.jumps_seen_until;
         true
     }
 }

@@ -133,7 +133,7 @@ impl Simulation {
         self.state.step += 1;
         self.state.time = end;
         self.ensure_force(end)?;
-        self.note_in_ledger(end - h, h);
+        self.note_step(end - h, h);
         Ok(())
     }
 }

@@ -45,7 +45,6 @@ impl Simulation {
         end: f64,
     ) -> Result<(), (StepFault, Option<Box<Retried>>)> {
         self.last_parts.clear();
-        self.took_back = false;
         let fault = match self.single_step(h, end) {
             Ok(()) => return Ok(()),
             Err(fault) => fault,
@@ -54,13 +53,13 @@ impl Simulation {
         // are too hard.
         let crosses = matches!(fault.fault, Some(Fault::Crossing { .. }));
         let most = self.solver.retries.max(if crosses { CROSSING_HALVINGS } else { 0 });
-        if most == 0 || self.method.documentation.solves == 0 {
+        if most == 0 {
             return Err((fault, None));
         }
         let start = self.state.time;
         let (x, v) = (self.state.x().to_vec(), self.state.v().to_vec());
         let memory = self.integrator.memory(&self.system, &self.state);
-        let ledger = self.ledger.clone();
+        let ledger = self.records.ledger.clone();
         let history = self.system.history();
 
         let mut parts = RetriedSteps { steps: 1, ..RetriedSteps::default() };
@@ -90,7 +89,7 @@ impl Simulation {
                     self.state.time = start;
                     self.system.set_history(&history, start);
                     self.integrator.recall(&memory, &self.system, &self.state);
-                    self.set_ledger(ledger);
+                    self.records.set_ledger(ledger, &mut self.system);
                     self.last_parts.clear();
                     return Err((fault, Some(Box::new(retried))));
                 }
@@ -149,7 +148,7 @@ impl Simulation {
             return Err(fault);
         }
         let from = std::mem::replace(&mut self.state.time, end);
-        self.note_in_ledger(from, h);
+        self.note_step(from, h);
         Ok(())
     }
 }

@@ -124,7 +124,7 @@ impl Simulation {
             pace: self.pace(),
             history: self.system.history(),
             path: self.path().cloned(),
-            ledger: self.ledger.clone(),
+            ledger: self.records.ledger.clone(),
         }
     }
 
@@ -179,8 +179,7 @@ impl Simulation {
         self.state.v_mut().copy_from_slice(&self.numbering.to_internal(&snapshot.v, d));
         self.state.force = ForceId::NONE;
         self.system.set_history(&snapshot.history, snapshot.time);
-        self.wall_impulses = None;
-        self.increment_velocities = None;
+        self.records.forget_last_step();
     }
 
     /// Restarts the integrator from the state of `snapshot`, with its history, energy balance and step
@@ -191,7 +190,7 @@ impl Simulation {
         self.exchange_matrix_structure(structure);
         self.attempts = 0;
         self.integrator.recall(&snapshot.memory, &self.system, &self.state);
-        self.set_ledger(snapshot.ledger.clone());
+        self.records.set_ledger(snapshot.ledger.clone(), &mut self.system);
         self.set_pace(snapshot.pace);
         if let Some(path) = self.path.take() {
             self.set_arc_length(path.options);
@@ -210,15 +209,13 @@ impl Simulation {
     /// If an array does not have the length of the state's.
     pub fn advanced(&mut self, x: &mut [f64], v: &mut [f64]) -> Result<(), StepError> {
         let memory = self.integrator.memory(&self.system, &self.state);
-        let (state, ledger, pace) = (self.state.clone(), self.ledger.clone(), self.pace());
+        let (state, records, pace) = (self.state.clone(), self.records.clone(), self.pace());
         let path = self.path().cloned();
-        let wall_impulses = self.wall_impulses.clone();
-        let increment_velocities = self.increment_velocities.clone();
         let history = self.system.history();
         self.set_positions(x);
         self.set_velocities(v);
         // The balance of this step is not read.
-        self.opens_ledger = false;
+        self.records.opens_ledger = false;
         let end = self.step();
         if end.is_ok() {
             x.copy_from_slice(&self.positions());
@@ -226,11 +223,12 @@ impl Simulation {
         }
         self.state = state;
         self.system.set_history(&history, self.state.time);
-        self.wall_impulses = wall_impulses;
-        self.increment_velocities = increment_velocities;
         self.hold_as_after(self.state.step, self.state.time);
         self.integrator.recall(&memory, &self.system, &self.state);
-        self.set_ledger(ledger);
+        let (ledger, opens_ledger) = (records.ledger.clone(), records.opens_ledger);
+        self.records = records;
+        self.records.set_ledger(ledger, &mut self.system);
+        self.records.opens_ledger = opens_ledger;
         self.set_pace(pace);
         self.set_path(path);
         end
@@ -268,13 +266,5 @@ impl Simulation {
             controller.resume(pace);
             self.step_size = controller.next();
         }
-    }
-
-    /// Continues with this ledger. Without one, or if it lacks losses that are requested, the next step
-    /// opens a new one.
-    pub(super) fn set_ledger(&mut self, ledger: Option<EnergyLedger>) {
-        self.ledger = ledger.filter(|ledger| ledger.holds_losses() == self.counts_losses);
-        self.opens_ledger = self.ledger.is_none();
-        self.system.books_mut().count_walls(self.ledger.as_ref().is_some_and(EnergyLedger::counts_walls));
     }
 }
