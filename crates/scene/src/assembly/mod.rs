@@ -10,6 +10,7 @@ mod contact;
 mod damping;
 mod driven;
 mod duration;
+mod features;
 mod formulas;
 mod gravity;
 mod initial;

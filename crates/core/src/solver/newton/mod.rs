@@ -5,6 +5,7 @@ mod linear;
 mod prescribed;
 mod search;
 mod solve;
+mod state;
 mod tolerance;
 mod watchdog;
 

@@ -75,14 +75,14 @@ impl<const D: usize> Newton<D> {
     /// rounding is left.
     fn yield_to_held(&mut self, solve: &mut NewtonSolve<'_>) -> Result<(), SolveFailure> {
         // Lagged quantities are updated, and loose solves counted, only on the way to the final minimum.
-        let (renewals, loose) = (std::mem::take(&mut solve.renewals), self.work.loose);
+        let (renewals, loose) = (std::mem::take(&mut solve.lagged.left), self.work.loose);
         solve.start_anew(None);
         for _ in 0..YIELDING {
             if self.iteration(solve)? == SolveProgress::Converged {
                 break;
             }
         }
-        (solve.renewals, self.work.loose) = (renewals, loose);
+        (solve.lagged.left, self.work.loose) = (renewals, loose);
         solve.start_anew(None);
         Ok(())
     }

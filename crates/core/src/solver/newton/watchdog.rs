@@ -75,9 +75,12 @@ impl<const D: usize> Newton<D> {
     pub(super) fn step_watched(&mut self, solve: &mut NewtonSolve<'_>) -> Option<Accepted> {
         let watch = solve.watchdog.watch.as_mut()?;
         watch.left = watch.left.checked_sub(1)?;
-        let shrinks = solve.correction <= SHRINK * watch.correction;
-        watch.correction = solve.correction;
-        if solve.psd != Psd::Exact || !shrinks || solve.system.max_step(&solve.at.x, &self.direction) < 1.0 {
+        let shrinks = solve.convergence.correction <= SHRINK * watch.correction;
+        watch.correction = solve.convergence.correction;
+        if solve.matrix.psd != Psd::Exact
+            || !shrinks
+            || solve.system.max_step(&solve.at.x, &self.direction) < 1.0
+        {
             return None;
         }
         self.move_along(solve.system, solve.objective, solve.at, 1.0);

@@ -1,0 +1,426 @@
+//! What `pliant check` says of each feature: that a scene uses it, or that it leaves it out.
+//!
+//! A feature is a function and a line of [`FEATURES`], in the order of the sentences.
+
+use super::attachments::AttachmentPlan;
+use super::body::BodyAssembly;
+use super::pins;
+use crate::{Body, Channel, MassSpec, ObstacleShape, Scene, Stress};
+use pliant::control::StepControl;
+use pliant::diagnostics::MEASURES;
+use pliant::integrator::Documentation;
+use pliant::integrator::estimate::Tolerances;
+use pliant::material::{
+    AboutPreset, DispersedFibres, EnergyExpression, MaterialSpec, Parameters, Plane, Preset,
+};
+use pliant::quantity::{Rounded, counted};
+use pliant::simulation::Simulation;
+
+/// A scene and what became of it.
+#[derive(Clone, Copy)]
+pub(super) struct AssembledScene<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) bodies: &'a [BodyAssembly],
+    pub(super) attachments: &'a [AttachmentPlan],
+    pub(super) simulation: &'a Simulation,
+}
+
+/// Sentences on features that a scene uses, and on those that it leaves out.
+#[derive(Default)]
+pub(super) struct FeatureSentences {
+    pub(super) uses: Vec<String>,
+    pub(super) left_out: Vec<String>,
+}
+
+/// The features, in the order of their sentences.
+const FEATURES: &[fn(AssembledScene<'_>) -> FeatureSentences] = &[
+    scheme,
+    finite_elements,
+    quadratic_elements,
+    whole_cells,
+    membranes,
+    automatic_differentiation,
+    materials,
+    springs,
+    bending,
+    uniform_gravity,
+    mutual_gravity,
+    pinned,
+    prescribed_motion,
+    releases,
+    material_axes,
+    muscles,
+    loads,
+    attachments,
+    walls,
+    drag,
+    damping,
+    step_sizes,
+    channels,
+    measures,
+    probes,
+    linear_solver,
+    steps_in_parts,
+    study,
+];
+
+/// Returns the sentences on all features.
+pub(super) fn sentences(of: AssembledScene<'_>) -> FeatureSentences {
+    let mut all = FeatureSentences::default();
+    for feature in FEATURES {
+        let FeatureSentences { uses, left_out } = feature(of);
+        all.uses.extend(uses);
+        all.left_out.extend(left_out);
+    }
+    all
+}
+
+/// Says `yes` of a feature that is used, `no` otherwise.
+fn either(yes: Option<impl Into<String>>, no: &str) -> FeatureSentences {
+    match yes {
+        Some(yes) => always(vec![yes.into()]),
+        None => FeatureSentences { uses: vec![], left_out: vec![no.to_owned()] },
+    }
+}
+
+/// Says what is found of a feature in one sentence, `no` if nothing is.
+fn listed(found: Vec<String>, no: &str) -> FeatureSentences {
+    either((!found.is_empty()).then(|| found.join("; ")), no)
+}
+
+/// Says nothing of what is left out.
+fn always(uses: Vec<String>) -> FeatureSentences {
+    FeatureSentences { uses, left_out: vec![] }
+}
+
+fn scheme(of: AssembledScene<'_>) -> FeatureSentences {
+    let method = of.simulation.method().documentation;
+    always(vec![format!("{}: {} a step", method.name, cost(&method))])
+}
+
+fn finite_elements(of: AssembledScene<'_>) -> FeatureSentences {
+    let any = of.bodies.iter().any(|body| body.elastic);
+    either(any.then_some("finite elements"), "finite elements: no body is `elastic`")
+}
+
+fn quadratic_elements(of: AssembledScene<'_>) -> FeatureSentences {
+    let is_quadratic = |b: &BodyAssembly| b.elastic && b.mesh.order() == 2 && b.mesh.block().is_none();
+    let points = if of.simulation.system().dimension() == 2 { 3 } else { 4 };
+    let sentence = || {
+        format!(
+            "quadratic elements: the material is evaluated at {} in each{}",
+            counted(points, "point", "points"),
+            curved(of.bodies)
+        )
+    };
+    let any = of.bodies.iter().any(is_quadratic);
+    either(any.then(sentence), "quadratic elements: no body has `order = 2`")
+}
+
+/// The cells that are not simplices.
+fn whole_cells(of: AssembledScene<'_>) -> FeatureSentences {
+    let of_body = |body: &BodyAssembly| {
+        let block = body.mesh.block().filter(|_| body.elastic)?;
+        let how = match block.kind.order() {
+            1 => "once in each, beside an energy of its hourglass modes".into(),
+            _ => {
+                let points = counted(block.kind.quadrature_points() as u64, "point", "points");
+                format!("at {points} in each")
+            }
+        };
+        Some(format!("{} in `{}`: the material is evaluated {how}", block.kind.plural, body.name))
+    };
+    let found = of.bodies.iter().filter_map(of_body).collect();
+    listed(found, "quadrilaterals and hexahedra: no body has any")
+}
+
+fn membranes(of: AssembledScene<'_>) -> FeatureSentences {
+    let of_body = |(spec, body): (&Body, &BodyAssembly)| {
+        let membrane = spec.membrane.as_ref()?;
+        let plane = match membrane.plane_or_default() {
+            Plane::Stress => "plane stress: the thickness follows",
+            Plane::Strain => "plane strain: the thickness stays",
+        };
+        Some(format!("`{}` is a membrane, {} m thick, in {plane}", body.name, membrane.thickness))
+    };
+    listed(of.scene.body.iter().zip(of.bodies).filter_map(of_body).collect(), "membranes: no body is one")
+}
+
+fn automatic_differentiation(of: AssembledScene<'_>) -> FeatureSentences {
+    let any = of.scene.body.iter().any(|body| body.stress == Some(Stress::Autodiff));
+    let yes = any.then_some("stress by automatic differentiation");
+    either(yes, "automatic differentiation: no body asks for it")
+}
+
+/// Formulas, fibres and presets of the bodies.
+fn materials(of: AssembledScene<'_>) -> FeatureSentences {
+    let mut uses = vec![];
+    for (i, body) in of.scene.body.iter().enumerate() {
+        let name = body.name_or_default(i);
+        match &body.elastic {
+            Some(MaterialSpec::ExpressedEnergy(energy)) => {
+                uses.push(format!("energy of `{name}` by its formula: {}", at_rest(energy)));
+            }
+            Some(MaterialSpec::HolzapfelGasserOgden(fibres)) => {
+                uses.push(format!("fibres of `{name}`: {}", with_fibres_at_rest(fibres)));
+            }
+            _ => {}
+        }
+        if let Some(preset) = body.elastic.as_ref().and_then(MaterialSpec::preset) {
+            let AboutPreset { name: material, young, poisson, source, .. } = preset.about();
+            let young = Rounded::<17>(*young);
+            uses.push(format!(
+                "elastic constants of `{name}` from the preset {material}: young {young} Pa, poisson \
+                 {poisson}, unless given ({source})"
+            ));
+        }
+        if let MassSpec::Preset(preset) = body.mass {
+            let AboutPreset { name: material, density, source, .. } = Preset::about(preset);
+            uses.push(format!("density of `{name}` from the preset {material}: {density} kg/m^3 ({source})"));
+        }
+    }
+    always(uses)
+}
+
+fn springs(of: AssembledScene<'_>) -> FeatureSentences {
+    let any = of.bodies.iter().any(|body| !body.springs.is_empty());
+    either(any.then_some("springs"), "springs: no body has any")
+}
+
+fn bending(of: AssembledScene<'_>) -> FeatureSentences {
+    let bends: usize = of.bodies.iter().map(|body| body.bends.count()).sum();
+    let yes = (bends > 0).then(|| format!("bending at {bends} hinges and joints"));
+    either(yes, "bending: no body resists it")
+}
+
+fn uniform_gravity(of: AssembledScene<'_>) -> FeatureSentences {
+    let yes = super::gravity::named(of.scene).map(|_| match of.scene.world.gravity_changes() {
+        true => "uniform gravity that changes with time: it does work, and energy is not conserved",
+        false => "uniform gravity",
+    });
+    either(yes, "uniform gravity: none given")
+}
+
+fn mutual_gravity(of: AssembledScene<'_>) -> FeatureSentences {
+    let yes = of.scene.world.nbody.as_ref().map(|nbody| match &nbody.tree {
+        Some(tree) => {
+            format!("mutual gravity of particles, by a tree of opening angle {}", tree.opening_angle)
+        }
+        None => "mutual gravity of particles, every pair".into(),
+    });
+    either(yes, "mutual gravity: no [world] nbody")
+}
+
+fn pinned(of: AssembledScene<'_>) -> FeatureSentences {
+    let held = of.bodies.iter().filter(|body| !body.is_obstacle);
+    let pins = held.map(|body| body.pinned().len()).sum::<usize>() as u64;
+    either((pins > 0).then(|| counted(pins, "pinned vertex", "pinned vertices")), "pins: no vertex is held")
+}
+
+fn prescribed_motion(of: AssembledScene<'_>) -> FeatureSentences {
+    listed(pins::described(of.bodies, |held| held.motion()), "prescribed motion: no pin moves")
+}
+
+fn releases(of: AssembledScene<'_>) -> FeatureSentences {
+    let found = pins::described(of.bodies, |held| {
+        let fixed = of.simulation.step_control().is_none();
+        held.release(fixed.then(|| of.simulation.step_size()))
+    });
+    listed(found, "release: no pin lets go")
+}
+
+fn material_axes(of: AssembledScene<'_>) -> FeatureSentences {
+    let turned = of.bodies.iter().filter(|body| !body.axes.is_empty());
+    let sentence = |body: &BodyAssembly| {
+        let elements = counted(body.axes.len() as u64, "element", "elements");
+        format!("axes of the material of `{}` in {elements}", body.name)
+    };
+    always(turned.map(sentence).collect())
+}
+
+fn muscles(of: AssembledScene<'_>) -> FeatureSentences {
+    let found = of.bodies.iter().flat_map(BodyAssembly::described_muscles).collect();
+    listed(found, "muscles: no body contracts by itself")
+}
+
+fn loads(of: AssembledScene<'_>) -> FeatureSentences {
+    let of_body = |body: &BodyAssembly| -> Vec<String> {
+        body.loads.iter().map(|load| load.described(&body.fixed())).collect()
+    };
+    listed(of.bodies.iter().flat_map(of_body).collect(), "loads: no force from outside")
+}
+
+fn attachments(of: AssembledScene<'_>) -> FeatureSentences {
+    let found = of.attachments.iter().map(AttachmentPlan::described).collect();
+    listed(found, "attachments: nothing is tied to a place or to another body")
+}
+
+fn walls(of: AssembledScene<'_>) -> FeatureSentences {
+    let is_half_space = |body: &Body| matches!(body.obstacle, Some(ObstacleShape::HalfSpace(_)));
+    // The entry of contact describes those that are obstacles.
+    if of.scene.body.iter().any(is_half_space) {
+        return FeatureSentences::default();
+    }
+    let walls = of.simulation.system().walls().len() as u64;
+    let yes = (walls > 0).then(|| counted(walls, "wall", "walls"));
+    either(yes, "walls: none, and no test for crossing them")
+}
+
+fn drag(of: AssembledScene<'_>) -> FeatureSentences {
+    let drag = of.simulation.system().ether_drag();
+    either((drag != 0.0).then(|| format!("ether drag {drag} 1/s")), "ether drag: none")
+}
+
+fn damping(of: AssembledScene<'_>) -> FeatureSentences {
+    let names: Vec<String> = of.simulation.system().dissipation().iter().map(|term| term.name()).collect();
+    let yes = (!names.is_empty()).then(|| names.join(", "));
+    either(yes, "damping: no body has any, and no force depends on velocities")
+}
+
+fn step_sizes(of: AssembledScene<'_>) -> FeatureSentences {
+    let along = of.scene.time.arc_length.as_ref().map(|spec| {
+        format!(
+            "the path of equilibria by arc length, the first increment of the load factor {}: `t` in \
+             formulas is the load factor, and time counts steps",
+            spec.first_or_default()
+        )
+    });
+    let control = || of.simulation.step_control().map(|control| follows(control, of.simulation));
+    either(along.or_else(control), "error estimates, steps that are taken back: the step size is fixed")
+}
+
+fn channels(of: AssembledScene<'_>) -> FeatureSentences {
+    let mut said = FeatureSentences::default();
+    for channel in Channel::ALL {
+        // Without contact this channel has nothing to list.
+        let is_about_nothing = *channel == Channel::Contacts && of.scene.contact.is_none();
+        if let Some([with, without]) = channel.sentences().filter(|_| !is_about_nothing) {
+            let is_named = of.scene.output.channels.contains(channel);
+            let list = if is_named { &mut said.uses } else { &mut said.left_out };
+            list.push(if is_named { with } else { without }.into());
+        }
+    }
+    said
+}
+
+fn measures(of: AssembledScene<'_>) -> FeatureSentences {
+    let measured = of.scene.output.channels.iter().filter_map(|channel| channel.measure());
+    let mut names: Vec<&str> = measured.map(|measure| measure.name).collect();
+    names.sort_by_key(|name| MEASURES.iter().position(|measure| measure.name == *name));
+    let yes = (!names.is_empty()).then(|| format!("output /elements: {}", names.join(", ")));
+    either(yes, "output /elements: no deformation, strain or stress of elements is computed")
+}
+
+fn probes(of: AssembledScene<'_>) -> FeatureSentences {
+    let probes = of.scene.probe.len() as u64;
+    let yes = (probes > 0).then(|| format!("{} on /probe", counted(probes, "probe", "probes")));
+    either(yes, "probes: no [[probe]]")
+}
+
+fn linear_solver(of: AssembledScene<'_>) -> FeatureSentences {
+    let solver = || match of.scene.time.arc_length.is_some() {
+        true => "sparse LU of the exact tangent, definite or not".to_owned(),
+        false => of.simulation.linear_solver(),
+    };
+    let solves = of.simulation.method().documentation.solves > 0;
+    let no = "stiffness matrix, linear solver, Hessians in a step: the scheme is explicit";
+    either(solves.then(solver), no)
+}
+
+fn steps_in_parts(of: AssembledScene<'_>) -> FeatureSentences {
+    let (simulation, time) = (of.simulation, &of.scene.time);
+    let is_fixed = simulation.step_control().is_none() && time.arc_length.is_none();
+    if simulation.method().documentation.solves == 0 || !is_fixed {
+        return FeatureSentences::default();
+    }
+    let retries = time.solver_options().retries;
+    let yes = (retries > 0).then(|| {
+        format!(
+            "steps that are not solved are taken in parts, down to {} s; every one is counted",
+            Rounded::<4>(simulation.step_size() * 0.5_f64.powi(retries as i32))
+        )
+    });
+    either(yes, "steps in parts: one that is not solved ends the run")
+}
+
+fn study(of: AssembledScene<'_>) -> FeatureSentences {
+    let no = "the study: a run takes no notice of it, `pliant study` makes it";
+    let left_out = of.scene.study.iter().map(|_| no.to_owned()).collect();
+    FeatureSentences { uses: vec![], left_out }
+}
+
+/// Small-strain elasticity of a formula.
+fn at_rest(energy: &EnergyExpression) -> String {
+    match energy.lame().map(|lame| lame.young_and_poisson()) {
+        Some((young, poisson)) => {
+            format!("E = {} Pa and nu = {} at rest", Rounded::<7>(young), Rounded::<6>(poisson))
+        }
+        None => "not isotropic, and elliptic at rest".to_owned(),
+    }
+}
+
+/// Small-strain elasticity of a matrix and along its fibres.
+fn with_fibres_at_rest(fibres: &DispersedFibres) -> String {
+    let (young, poisson) = fibres.matrix().young_and_poisson();
+    let along: Vec<String> = (0..fibres.fibres.len())
+        .map(|family| format!("{} Pa", Rounded::<7>(fibres.young_along(family))))
+        .collect();
+    format!(
+        "E = {} Pa and nu = {} at rest in the matrix alone, E = {} along stretched fibres",
+        Rounded::<7>(young),
+        Rounded::<6>(poisson),
+        along.join(" and ")
+    )
+}
+
+/// Description of the step size control.
+fn follows(control: &StepControl, simulation: &Simulation) -> String {
+    if simulation.method().is_static() {
+        let StepControl { first, smallest, largest, .. } = *control;
+        return format!(
+            "increments as large as they can be solved, the first {} s, down to {smallest} s and up to \
+             {largest} s; every one that is taken back is counted",
+            Rounded::<4>(first.unwrap_or(largest)),
+            smallest = Rounded::<4>(smallest),
+            largest = Rounded::<4>(largest)
+        );
+    }
+    if simulation.method().has_own_criterion() {
+        return format!(
+            "step sizes by the scheme's own criterion, steps up to {} s",
+            Rounded::<4>(control.largest)
+        );
+    }
+    let Tolerances { position, velocity, relative } = control.tolerances;
+    format!(
+        "step sizes that follow the error: {position} m and {velocity} m/s + {relative} of the speed in \
+         every step, steps up to {} s; every step that is taken back is counted",
+        Rounded::<4>(control.largest),
+        position = Rounded::<4>(position),
+        velocity = Rounded::<4>(velocity),
+        relative = Rounded::<17>(relative)
+    )
+}
+
+/// Description of the cost of a step.
+fn cost(method: &Documentation) -> String {
+    match method.solves {
+        0 if method.force_evaluations == 0 => "some iterations of seven force evaluations".into(),
+        0 => counted(method.force_evaluations.into(), "force evaluation", "force evaluations"),
+        solves => counted(solves.into(), "nonlinear solve", "nonlinear solves"),
+    }
+}
+
+/// Description of the most curved element of all bodies, if any side is curved.
+fn curved(bodies: &[BodyAssembly]) -> String {
+    let of_body = |b: &BodyAssembly| Some((b.mesh.quality().elements?.curved?, b.name.clone()));
+    let worst =
+        bodies.iter().filter_map(of_body).min_by(|a, b| a.0.least_jacobian.total_cmp(&b.0.least_jacobian));
+    match worst {
+        Some((curved, body)) if curved.least_jacobian < 1.0 => format!(
+            "; sides are curved: det J falls to {:.3} of its mean in element {} of `{body}`",
+            curved.least_jacobian, curved.worst
+        ),
+        _ => String::new(),
+    }
+}
