@@ -19,8 +19,8 @@ use pliant::simulation::Simulation;
 use pliant::system::System;
 
 use crate::GradientError;
-use crate::adjoint::dot;
 use crate::parameter::{ModeUse, Parameter};
+use pliant::algebra::dot;
 
 /// Relative difference below which frequencies count as equal.
 const EQUAL: f64 = 1e-6;

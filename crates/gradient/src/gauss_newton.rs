@@ -2,10 +2,11 @@
 
 use pliant::simulation::{Simulation, Snapshot};
 
-use crate::adjoint::{dot, has_memory};
+use crate::adjoint::has_memory;
 use crate::parameter::Parameter;
 use crate::tangent::{RunDirection, RunTangent, tangent_along};
 use crate::{GradientError, LossFrame, RunGradient, gradient};
+use pliant::algebra::dot;
 
 /// Second derivatives of a loss by the states of a run.
 pub trait LossCurvature {

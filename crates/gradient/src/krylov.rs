@@ -9,7 +9,8 @@
 
 use pliant::system::System;
 
-use crate::adjoint::{add_scaled, dot};
+use crate::adjoint::add_scaled;
+use pliant::algebra::dot;
 
 /// Limit on the products of one GMRES correction, and so on the basis vectors kept.
 const PRODUCTS: usize = 60;

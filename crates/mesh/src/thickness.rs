@@ -4,8 +4,9 @@ use std::collections::HashMap;
 
 use super::Mesh;
 use super::facets::for_each_equal;
+use pliant::algebra::cross;
 use pliant::algebra::{Mat, Vect};
-use pliant::element::{CellBlock, cross, simplex_rest};
+use pliant::element::{CellBlock, simplex_rest};
 
 /// Chord of a solid: from a point on a surface face along the inward normal to where it leaves the solid.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -112,7 +113,7 @@ fn extent_of_side(nodes: &[&[f64]]) -> f64 {
     if nodes.len() < 4 {
         return norm(between(0, 1));
     }
-    0.5 * norm(cross(between(0, 2), between(1, 3)))
+    0.5 * norm(cross(&between(0, 2), &between(1, 3)))
 }
 
 fn distance(a: &[f64; 3], b: &[f64; 3]) -> f64 {

@@ -21,8 +21,8 @@ pub use matrix::{Mat, Vect};
 pub use polar::{rotation, rotation_by_svd};
 pub(crate) use projection::{PackedMatrix, project_positive, project_positive_packed};
 pub use svd::{Svd, signed_svd};
-pub(crate) use vector::all_finite;
-pub use vector::{centre, direction, scene_size, unit};
+pub(crate) use vector::{all_finite, fused_dot};
+pub use vector::{centre, cross, direction, dot, scene_size, unit};
 pub use views::{columns, columns_mut};
 
 #[cfg(test)]

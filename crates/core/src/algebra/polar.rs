@@ -1,7 +1,8 @@
 //! The rotation of the polar decomposition.
 
 use super::Mat;
-use super::svd::{dot, normalized, signed_svd};
+use super::fused_dot;
+use super::svd::{normalized, signed_svd};
 use crate::scalar::{Mask, Scalar};
 
 /// Returns the rotation `R` nearest to `F`: `F = R S` with `S` symmetric and `det R = +1`, also if `det F <
@@ -64,9 +65,9 @@ fn rotation_3d<S: Scalar, const D: usize>(f: &Mat<S, D>) -> Mat<S, D> {
     let minus_2r = -(r + r);
     let mut m = Mat::zero();
     for i in 0..D {
-        m[i][i] = minus_2r.mul_add(dot(&g[i], &g[i]), diagonal);
+        m[i][i] = minus_2r.mul_add(fused_dot(&g[i], &g[i]), diagonal);
         for k in 0..i {
-            let x = minus_2r * dot(&g[i], &g[k]);
+            let x = minus_2r * fused_dot(&g[i], &g[k]);
             m[i][k] = x;
             m[k][i] = x;
         }

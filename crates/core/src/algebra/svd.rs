@@ -1,7 +1,7 @@
 //! Singular value decomposition with rotations on both sides.
 
 use super::eigen::{jacobi_rotation, rotate_rows, symmetric_sweep};
-use super::{Mat, Vect};
+use super::{Mat, Vect, fused_dot};
 use crate::scalar::{Mask, Scalar};
 
 /// `F = U diag(sigma) V^T` with `U` and `V` rotations (determinant +1), see [`signed_svd`].
@@ -66,19 +66,10 @@ pub fn signed_svd<S: Scalar, const D: usize>(f: &Mat<S, D>) -> Svd<S, D> {
     Svd { u: u.transpose(), sigma, v: v.transpose() }
 }
 
-#[inline(always)]
-pub(super) fn dot<S: Scalar, const D: usize>(a: &Vect<S, D>, b: &Vect<S, D>) -> S {
-    let mut s = a[0] * b[0];
-    for i in 1..D {
-        s = a[i].mul_add(b[i], s);
-    }
-    s
-}
-
 /// `a - (u . a) u`
 #[inline(always)]
 fn orthogonal_part<S: Scalar, const D: usize>(a: &Vect<S, D>, u: &Vect<S, D>) -> Vect<S, D> {
-    let d = -dot(u, a);
+    let d = -fused_dot(u, a);
     let mut r = *a;
     for i in 0..D {
         r[i] = u[i].mul_add(d, a[i]);
@@ -98,7 +89,7 @@ fn select<S: Scalar, const D: usize>(mask: S::Mask, a: &Vect<S, D>, b: &Vect<S, 
 /// Makes columns `p` and `q` of `B` (rows here) orthogonal.
 #[inline(always)]
 fn one_sided_step<S: Scalar, const D: usize>(b: &mut Mat<S, D>, v: &mut Mat<S, D>, p: usize, q: usize) {
-    let (c, s) = jacobi_rotation(dot(&b[p], &b[p]), dot(&b[q], &b[q]), dot(&b[p], &b[q]));
+    let (c, s) = jacobi_rotation(fused_dot(&b[p], &b[p]), fused_dot(&b[q], &b[q]), fused_dot(&b[p], &b[q]));
     rotate_rows(b, p, q, c, s);
     rotate_rows(v, p, q, c, s);
 }
@@ -108,7 +99,7 @@ fn one_sided_step<S: Scalar, const D: usize>(b: &mut Mat<S, D>, v: &mut Mat<S, D
 fn sort<S: Scalar, const D: usize>(b: &mut Mat<S, D>, v: &mut Mat<S, D>) {
     let mut length = [S::zero(); D];
     for i in 0..D {
-        length[i] = dot(&b[i], &b[i]);
+        length[i] = fused_dot(&b[i], &b[i]);
     }
     for p in 0..D {
         for q in p + 1..D {
@@ -131,7 +122,7 @@ fn left<S: Scalar, const D: usize>(b: &Mat<S, D>, v: &Mat<S, D>) -> (Mat<S, D>, 
     let mut u = *v;
     let mut sigma = [S::zero(); D];
 
-    let squared = dot(&b[0], &b[0]);
+    let squared = fused_dot(&b[0], &b[0]);
     let zero = squared.lt(S::splat(1e-280));
     let s0 = squared.sqrt();
     let r = one / S::select(zero, one, s0);
@@ -145,18 +136,18 @@ fn left<S: Scalar, const D: usize>(b: &Mat<S, D>, v: &Mat<S, D>) -> (Mat<S, D>, 
     if D == 2 {
         u[1][0] = -u[0][1];
         u[1][1] = u[0][0];
-        sigma[1] = dot(&u[1], &b[1]);
+        sigma[1] = fused_dot(&u[1], &b[1]);
     } else {
         let mut w = orthogonal_part(&b[1], &u[0]);
-        let mut squared = dot(&w, &w);
+        let mut squared = fused_dot(&w, &w);
         // Below rounding of |F|: any direction will do, and the singular values are zero.
         let vanishes = squared.lt(S::splat(1e-34)) | zero;
         if vanishes.any() {
             // At least one of v1, v2 is far from u0; prefer v1, which gives the identity for F = 0.
-            let near = S::splat(0.8).lt(dot(&u[0], &v[1]).abs());
+            let near = S::splat(0.8).lt(fused_dot(&u[0], &v[1]).abs());
             let direction = orthogonal_part(&select(near, &v[2], &v[1]), &u[0]);
             w = select(vanishes, &direction, &w);
-            squared = S::select(vanishes, dot(&direction, &direction), squared);
+            squared = S::select(vanishes, fused_dot(&direction, &direction), squared);
         }
         let r = one / squared.sqrt();
         for i in 0..D {
@@ -168,9 +159,9 @@ fn left<S: Scalar, const D: usize>(b: &Mat<S, D>, v: &Mat<S, D>) -> (Mat<S, D>, 
             let (p, q) = ((i + 1) % D, (i + 2) % D);
             u[2][i] = u[0][p].mul_add(u[1][q], -(u[0][q] * u[1][p]));
         }
-        let s1 = dot(&u[1], &b[1]);
+        let s1 = fused_dot(&u[1], &b[1]);
         sigma[1] = S::select(vanishes, S::zero(), S::select(s0.lt(s1), s0, s1));
-        sigma[2] = dot(&u[2], &b[2]);
+        sigma[2] = fused_dot(&u[2], &b[2]);
     }
     // Rounding must not break the promised order.
     let last = sigma[D - 1];

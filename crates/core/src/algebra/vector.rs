@@ -13,6 +13,32 @@ pub fn centre(points: &[f64], dimension: usize, corners: &[u32]) -> [f64; 3] {
     centre
 }
 
+/// Returns the dot product of two arrays of equal length, summed from the first element on.
+pub fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// Returns the dot product with fused sums: each product is added with one rounding.
+#[inline(always)]
+pub(crate) fn fused_dot<S: Scalar, const D: usize>(a: &Vect<S, D>, b: &Vect<S, D>) -> S {
+    let mut sum = a[0] * b[0];
+    for i in 1..D {
+        sum = a[i].mul_add(b[i], sum);
+    }
+    sum
+}
+
+/// Returns the cross product `a x b`.
+#[inline(always)]
+pub fn cross<S: Scalar>(a: &Vect<S, 3>, b: &Vect<S, 3>) -> Vect<S, 3> {
+    let mut product = [S::zero(); 3];
+    for i in 0..3 {
+        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+        product[i] = a[j] * b[k] - a[k] * b[j];
+    }
+    product
+}
+
 /// Returns the unit vector along a vector, and its length. The unit vector of zero is NaN. The vector is
 /// scaled by its largest component, because squares of small numbers underflow and those of large ones
 /// overflow.

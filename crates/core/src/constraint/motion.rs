@@ -5,7 +5,7 @@ use std::fmt;
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::Waypoint;
-use crate::algebra::unit;
+use crate::algebra::{cross, dot, unit};
 
 /// A time-dependent vector: value and rate at the time `t` [s].
 pub type Path = Box<dyn Fn(f64) -> ([f64; 3], [f64; 3]) + Send + Sync>;
@@ -198,7 +198,7 @@ impl Moment<'_> {
     pub(super) fn by_start(&self, x: [f64; 3], v: [f64; 3]) -> [f64; 3] {
         let Some(rotation) = &self.rotation else { return x };
         // R' = rate [a] R, and R'^T v = -rate R^T (a x v).
-        let turned = cross(rotation.axis, v).map(|v| -rotation.rate * v);
+        let turned = cross(&rotation.axis, &v).map(|v| -rotation.rate * v);
         Turned { point: [0.0; 3], ..rotation.back() }.place(add(x, turned)).0
     }
 
@@ -221,9 +221,9 @@ impl Turned {
     fn place(&self, start: [f64; 3]) -> ([f64; 3], [f64; 3]) {
         let Turned { point, axis, sin, cos, rate } = *self;
         let r = [0, 1, 2].map(|c| start[c] - point[c]);
-        let (across, along) = (cross(axis, r), dot(axis, r));
+        let (across, along) = (cross(&axis, &r), dot(&axis, &r));
         let turned = [0, 1, 2].map(|c| r[c] * cos + across[c] * sin + axis[c] * along * (1.0 - cos));
-        (add(point, turned), cross(axis, turned).map(|v| rate * v))
+        (add(point, turned), cross(&axis, &turned).map(|v| rate * v))
     }
 }
 
@@ -233,15 +233,6 @@ fn add(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 
 fn sum(a: ([f64; 3], [f64; 3]), b: ([f64; 3], [f64; 3])) -> ([f64; 3], [f64; 3]) {
     (add(a.0, b.0), add(a.1, b.1))
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-/// Cross product `a x b`.
-pub(super) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 #[cfg(test)]
@@ -276,7 +267,7 @@ mod tests {
         let moment = motion.at(0.8);
         let value = |start: [f64; 3]| {
             let (place, velocity) = moment.place(start, rest);
-            dot(x, place) + dot(v, velocity)
+            dot(&x, &place) + dot(&v, &velocity)
         };
         let by_start = moment.by_start(x, v);
         for c in 0..3 {

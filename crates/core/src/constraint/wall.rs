@@ -1,6 +1,5 @@
 //! Walls: rigid half-spaces without friction.
-use super::motion::cross;
-use crate::algebra::direction;
+use crate::algebra::{cross, direction, dot};
 use crate::lanes::{Kernel, Lanes, WIDTH, dispatch};
 use crate::scalar::{Compared, Mask};
 
@@ -61,7 +60,7 @@ impl Wall {
     pub fn moment(&self, x: &[f64], force: [f64; 3]) -> [f64; 3] {
         let mut arm = self.foot().map(|foot| -foot);
         arm.iter_mut().zip(x).for_each(|(arm, x)| *arm += x);
-        cross(arm, force)
+        cross(&arm, &force)
     }
 
     /// Returns the distance of `x` behind the plane [m].
@@ -197,10 +196,6 @@ impl<const D: usize> Kernel for BehindWallKernel<'_, D> {
         let behind = L::zero().lt(depth).any();
         rest.iter().fold(behind, |any, x| any | (self.offset - dot(self.normal, x) > 0.0))
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 #[cfg(test)]

@@ -129,7 +129,7 @@ fn reaction(
             }
         }
         let at = point(vertex);
-        let turn = crate::element::cross([0, 1, 2].map(|c| at[c] - about[c]), f);
+        let turn = crate::algebra::cross(&[0, 1, 2].map(|c| at[c] - about[c]), &f);
         for c in 0..3 {
             force[c] += f[c];
             moment[c] += turn[c];

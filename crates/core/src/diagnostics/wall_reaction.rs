@@ -1,6 +1,7 @@
 //! Reaction forces of walls.
 
 use super::Reaction;
+use crate::algebra::dot;
 use crate::constraint::Wall;
 use crate::system::{System, WallImpulses};
 
@@ -115,10 +116,6 @@ fn pressed(touched: &[Contact], mut force: [f64; 3]) -> Vec<f64> {
         }
     }
     sizes
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 impl Reaction {

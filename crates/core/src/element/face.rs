@@ -10,6 +10,7 @@ use super::quad8::QUAD8;
 use super::quad9::QUAD9;
 use super::second_order::{THREE, products};
 use super::shape::TRIANGLE_EDGES;
+use crate::algebra::cross;
 
 /// Corners of the reference quadrilateral `[-1, 1]^2`.
 const SQUARE: [[f64; 2]; 4] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
@@ -145,7 +146,7 @@ pub fn vector_area<const D: usize, const N: usize>(x: &[[f64; D]; N], point: &Fa
     if D == 2 {
         (area[0], area[1]) = (s[1], -s[0]);
     } else {
-        area.copy_from_slice(&cross(s, t).map(|c| share::<D, N>() * c));
+        area.copy_from_slice(&cross(&s, &t).map(|c| share::<D, N>() * c));
     }
     area
 }
@@ -186,14 +187,9 @@ pub fn area_rate<const D: usize, const N: usize>(
         let [s, t] = tangents(x, point);
         let factor = sign * share::<D, N>();
         let across = [0, 1, 2].map(|c| factor * (slope[1] * s[c] - slope[0] * t[c]));
-        rate.copy_from_slice(&cross(across, [0, 1, 2].map(|c| u[c])));
+        rate.copy_from_slice(&cross(&across, &[0, 1, 2].map(|c| u[c])));
     }
     rate
-}
-
-/// Cross product.
-pub fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 #[cfg(test)]

@@ -45,7 +45,7 @@ mod validity;
 pub use cell::{CELL_KINDS, CellBlock, CellKind, CellVisitor, Isoparametric};
 pub(crate) use face::face_corners;
 pub use face::{FacePoint, face_points, vector_area};
-pub use face::{area_rate, cross, face_edges, face_middle};
+pub use face::{area_rate, face_edges, face_middle};
 pub use hex20::HEX20;
 pub use hex27::HEX27;
 pub use hexahedron::HEXAHEDRON;

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::load::add_rows;
 use super::{EnergyKind, EnergyTerm, Fault, Stencils, TermProperties, TermViews, TieTerm};
+use crate::algebra::dot;
 use crate::dissipation::{DissipationViews, DissipativeTerm, PositionProducts};
 use crate::material::Psd;
 
@@ -114,10 +115,6 @@ impl Ties {
     }
 }
 
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
 fn scaled(a: [f64; 3], s: f64) -> [f64; 3] {
     a.map(|a| s * a)
 }
@@ -162,7 +159,7 @@ impl Attachment {
         if self.rest_length == 0.0 {
             return scaled(d, self.stiffness);
         }
-        scaled(d, self.stiffness * (1.0 - self.rest_length / dot(d, d).sqrt()))
+        scaled(d, self.stiffness * (1.0 - self.rest_length / dot(&d, &d).sqrt()))
     }
 }
 
@@ -178,7 +175,7 @@ impl EnergyTerm for Attachment {
     fn energy(&mut self, x: &[f64]) -> f64 {
         let square = |i: usize| {
             let d = self.ties.difference(i, x);
-            (dot(d, d).sqrt() - self.rest_length).powi(2)
+            (dot(&d, &d).sqrt() - self.rest_length).powi(2)
         };
         0.5 * self.stiffness * (0..self.ties.ties.len()).map(square).sum::<f64>()
     }
@@ -205,9 +202,9 @@ impl EnergyTerm for Attachment {
             let mut product = scaled(w, self.stiffness);
             if self.rest_length != 0.0 {
                 let d = self.ties.difference(i, x);
-                let squared = dot(d, d);
+                let squared = dot(&d, &d);
                 let slack = self.rest_length / squared.sqrt();
-                let along = dot(d, w) / squared;
+                let along = dot(&d, &w) / squared;
                 product = [0, 1, 2].map(|c| self.stiffness * (w[c] + slack * (along * d[c] - w[c])));
             }
             self.ties.share_out(i, product, &mut self.product);
@@ -222,7 +219,7 @@ impl EnergyTerm for Attachment {
     fn stencil_hessians(&self, stencils: Range<usize>, x: &[f64], psd: Psd, out: &mut [f64]) {
         self.ties.blocks(stencils, out, |i| {
             let d = self.ties.difference(i, x);
-            let squared = dot(d, d);
+            let squared = dot(&d, &d);
             let across = if self.rest_length == 0.0 { 1.0 } else { 1.0 - self.rest_length / squared.sqrt() };
             let across = if psd == Psd::Projected && across < 0.0 { 0.0 } else { across };
             let along = if squared > 0.0 { (1.0 - across) / squared } else { 0.0 };
@@ -256,7 +253,7 @@ impl TieTerm for Attachment {
         let mut by_slot = vec![0.0; self.gradient.len()];
         for i in 0..self.ties.ties.len() {
             let d = self.ties.difference(i, x);
-            let length = dot(d, d).sqrt();
+            let length = dot(&d, &d).sqrt();
             if length > 0.0 {
                 self.ties.share_out(i, scaled(d, -self.stiffness / length), &mut by_slot);
             }
@@ -300,11 +297,11 @@ impl AttachmentDashpots {
 
     fn force(&self, i: usize, x: &[f64], v: &[f64]) -> [f64; 3] {
         let (d, w) = (self.ties.difference(i, x), self.ties.mix(i, v));
-        let squared = dot(d, d);
+        let squared = dot(&d, &d);
         if self.is_isotropic(squared) {
             scaled(w, self.constant)
         } else {
-            scaled(d, self.constant * (dot(d, w) / squared))
+            scaled(d, self.constant * (dot(&d, &w) / squared))
         }
     }
 }
@@ -335,7 +332,7 @@ impl DissipativeTerm for AttachmentDashpots {
     fn stencil_dampings(&self, stencils: Range<usize>, x: &[f64], _v: &[f64], out: &mut [f64]) {
         self.ties.blocks(stencils, out, |i| {
             let d = self.ties.difference(i, x);
-            let squared = dot(d, d);
+            let squared = dot(&d, &d);
             if self.is_isotropic(squared) {
                 matrix(self.constant, 0.0, d)
             } else {
@@ -350,7 +347,7 @@ impl DissipativeTerm for AttachmentDashpots {
     }
 
     fn power(&mut self, x: &[f64], v: &[f64]) -> f64 {
-        (0..self.ties.ties.len()).map(|i| dot(self.force(i, x, v), self.ties.mix(i, v))).sum()
+        (0..self.ties.ties.len()).map(|i| dot(&self.force(i, x, v), &self.ties.mix(i, v))).sum()
     }
 
     fn fault(&self, x: &[f64], v: &[f64]) -> Option<Fault> {
@@ -372,9 +369,9 @@ impl PositionProducts for AttachmentDashpots {
         let mut rows = vec![0.0; self.gradient.len()];
         for i in 0..self.ties.ties.len() {
             let (d, w, p) = (self.ties.difference(i, x), self.ties.mix(i, v), self.ties.mix(i, p));
-            let squared = dot(d, d);
+            let squared = dot(&d, &d);
             if !self.is_isotropic(squared) {
-                let (by_w, by_p) = (dot(d, w) / squared, dot(d, p) / squared);
+                let (by_w, by_p) = (dot(&d, &w) / squared, dot(&d, &p) / squared);
                 let by_d = [0, 1, 2].map(|c| p[c] * by_w + w[c] * by_p - 2.0 * by_p * by_w * d[c]);
                 self.ties.share_out(i, scaled(by_d, self.constant), &mut rows);
             }
@@ -389,9 +386,10 @@ impl PositionProducts for AttachmentDashpots {
         let mut rows = vec![0.0; self.gradient.len()];
         for i in 0..self.ties.ties.len() {
             let (d, w, u) = (self.ties.difference(i, x), self.ties.mix(i, v), self.ties.mix(i, u));
-            let squared = dot(d, d);
+            let squared = dot(&d, &d);
             if !self.is_isotropic(squared) {
-                let (by_w, by_u, both) = (dot(d, w) / squared, dot(d, u) / squared, dot(u, w) / squared);
+                let (by_w, by_u, both) =
+                    (dot(&d, &w) / squared, dot(&d, &u) / squared, dot(&u, &w) / squared);
                 let change = [0, 1, 2].map(|c| u[c] * by_w + d[c] * (both - 2.0 * by_u * by_w));
                 self.ties.share_out(i, scaled(change, self.constant), &mut rows);
             }

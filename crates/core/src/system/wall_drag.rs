@@ -24,6 +24,7 @@
 //! `f`. Otherwise its error has the order at which walls act.
 
 use super::WallStop;
+use crate::algebra::dot;
 use crate::constraint::Wall;
 
 /// Sweeps over the walls that stop a vertex; one suffices unless there are several.
@@ -68,7 +69,7 @@ impl WalledStep<'_> {
             let mut changed = false;
             for stop in &mut *stops {
                 let free = normal(stop);
-                let speed = dot(missing, free) / dot(free, free);
+                let speed = dot(&missing, &free) / dot(&free, &free);
                 (0..3).for_each(|c| missing[c] -= speed * free[c]);
                 stop.speed += speed;
                 changed |= speed.abs() > f64::EPSILON * stop.speed.abs();
@@ -78,8 +79,4 @@ impl WalledStep<'_> {
             }
         }
     }
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }

@@ -5,7 +5,9 @@ use std::mem::take;
 use pliant::solver::structure::LentStructure;
 use pliant::system::System;
 
-use super::{AdjointPlace, Singular, add_scaled, dot};
+use pliant::algebra::dot;
+
+use super::{AdjointPlace, Singular, add_scaled};
 use crate::linear::{Coefficients, CorrectedSolver, Products};
 use crate::parameter::{ForceUse, HeldUse, Parameter, StateUse};
 use crate::parts::ForceParts;

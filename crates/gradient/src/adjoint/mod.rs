@@ -133,11 +133,6 @@ pub(crate) fn add_scaled(y: &mut [f64], c: f64, x: &[f64]) {
     y.iter_mut().zip(x).for_each(|(y, x)| *y += c * x);
 }
 
-/// `a . b`.
-pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
 /// Sets fixed components to zero.
 pub(crate) fn free_only(system: &System, rows: &mut [f64]) {
     // No early exit: without branches, the loop is vectorised.

@@ -10,7 +10,9 @@ use std::borrow::Cow;
 use pliant::integrator::splitting::Stage::{self, Drift, Kick};
 use pliant::system::System;
 
-use super::{Adjoint, AdjointForces, AdjointPlace, Bars, Step, add_scaled, dot, free_only};
+use pliant::algebra::dot;
+
+use super::{Adjoint, AdjointForces, AdjointPlace, Bars, Step, add_scaled, free_only};
 
 /// Positions, and the velocities before the kick and after each of its stages but the last.
 pub(crate) struct KickPlace<'a> {

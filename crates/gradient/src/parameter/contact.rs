@@ -4,7 +4,8 @@ use pliant::energy::{ContactPlace, ShapedContact};
 use pliant::system::System;
 
 use super::{ForceUse, ModeUse, Parameter, ParameterNeeds};
-use crate::adjoint::{add_scaled, dot};
+use crate::adjoint::add_scaled;
+use pliant::algebra::dot;
 
 /// Contact stiffness `kappa` [Pa], common to all pairs. Energies, normal forces and friction are
 /// proportional to it.

@@ -4,7 +4,8 @@ use pliant::dissipation::DissipativeTerm;
 use pliant::energy::EnergyTerm;
 
 use super::{ForceUse, ModeUse, Parameter};
-use crate::adjoint::{add_scaled, dot};
+use crate::adjoint::add_scaled;
+use pliant::algebra::dot;
 
 /// Parameter `theta` with `dE/d theta = sum_i c_i E_i` and `dR/d theta = sum_i b_i R_i`, energies and
 /// dissipation functions with other constants.

@@ -1,7 +1,8 @@
 //! Parameters that scale whole terms, linearly or by a power.
 
 use super::{ForceUse, Parameter, ParameterNeeds};
-use crate::adjoint::{add_scaled, dot};
+use crate::adjoint::add_scaled;
+use pliant::algebra::dot;
 
 /// Parameter `theta` with `dE/d theta = sum_i c_i E_i` and `dR/d theta = sum_i c_i R_i`, energies and
 /// dissipation functions of terms of the system: `c = n/theta` for a term proportional to `theta^n`.

@@ -26,7 +26,7 @@ use super::elements::{ElementEnergy, Maker};
 use super::mass::{add_by_mass, by_mass, mode_by_mass, uniform_gravity};
 use super::points::{VolumePoints, mean};
 use super::{ForceUse, ModeUse, Parameter, ParameterNeeds, Together};
-use crate::adjoint::dot;
+use pliant::algebra::dot;
 
 /// Muscle tension along fibres.
 #[derive(Clone, Debug)]

@@ -4,7 +4,8 @@ use pliant::algebra::Mat;
 use pliant::energy::attachment::Tie;
 
 use super::{ForceUse, ModeUse, Parameter, ParameterNeeds};
-use crate::adjoint::{add_scaled, dot};
+use crate::adjoint::add_scaled;
+use pliant::algebra::dot;
 
 /// Rest length `l` [m] of the ties of an attachment, `E = sum k/2 (|d| - l)^2`.
 #[derive(Clone, Debug)]

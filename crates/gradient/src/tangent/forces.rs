@@ -2,11 +2,12 @@
 
 use pliant::system::System;
 
-use crate::adjoint::{AdjointPlace, Singular, add_scaled, dot};
+use crate::adjoint::{AdjointPlace, Singular, add_scaled};
 use crate::linear::{Coefficients, CorrectedSolver, Products};
 use crate::parameter::{ForceUse, HeldChange, Parameter};
 use crate::parts::ForceParts;
 use crate::support::turns;
+use pliant::algebra::dot;
 
 /// Solver memory and products, and the changing parameters.
 pub(super) struct TangentForces<'p> {

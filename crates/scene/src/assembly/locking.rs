@@ -6,7 +6,8 @@ use std::collections::HashMap;
 use super::body::BodyAssembly;
 use crate::Body;
 use crate::Scene;
-use pliant::element::{CellBlock, CellVisitor, Isoparametric, TETRAHEDRON_EDGES, cross};
+use pliant::algebra::cross;
+use pliant::element::{CellBlock, CellVisitor, Isoparametric, TETRAHEDRON_EDGES};
 use pliant::energy::elastic::bending_excess;
 use pliant::material::{Lame, MaterialSpec, Plane};
 use pliant::quantity::Rounded;
@@ -196,7 +197,7 @@ fn rises(mesh: &Mesh) -> Vec<(f64, f64)> {
         .iter()
         .map(|face| {
             let [a, b, c] = face.map(|vertex| vertex as usize);
-            cross(edge(a, b), edge(a, c))
+            cross(&edge(a, b), &edge(a, c))
         })
         .collect();
     let sides =
@@ -207,7 +208,7 @@ fn rises(mesh: &Mesh) -> Vec<(f64, f64)> {
         let Some(other) = across.get(&(b, a)) else { continue };
         let (own, other) = (normals[i], normals[*other]);
         let cosine: f64 = own.iter().zip(other).map(|(a, b)| a * b).sum();
-        let turn = norm(cross(own, other)).atan2(cosine);
+        let turn = norm(cross(&own, &other)).atan2(cosine);
         let height = norm(own) / norm(edge(a as usize, b as usize));
         if turn < FOLD {
             rises[i].0 = rises[i].0.max(height * turn / 8.0);

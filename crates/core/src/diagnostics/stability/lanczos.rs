@@ -4,6 +4,7 @@
 //! Unless the vector is needed, the basis is not kept: lost orthogonality repeats converged eigenvalues
 //! and does not move the largest. The start vector is fixed, so that the result is reproducible.
 
+use crate::algebra::dot;
 use crate::system::System;
 
 /// Step limit; a few dozen steps suffice unless the top of the spectrum is very crowded.
@@ -206,10 +207,6 @@ fn pivots<'a>(
 /// Component `i` of the start vector: equidistributed in (-1, 1), without any symmetry of a mesh.
 fn start_component(i: usize) -> f64 {
     2.0 * (0.5 + (i as f64 + 1.0) * 0.754_877_666_246_692_7).fract() - 1.0
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 pub(super) fn norm(a: &[f64]) -> f64 {

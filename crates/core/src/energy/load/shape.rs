@@ -5,7 +5,7 @@
 //! `d_j`, `dm = A / m . sum_j dA/dX_j d_j` and `df = df/dX sum_j N_j d_j`.
 
 use super::{VectorField, VectorSlope, image, nodes};
-use crate::algebra::unit;
+use crate::algebra::{dot, unit};
 use crate::element::{FacePoint, area_rate, face_points, vector_area};
 
 /// Reference positions on which the forces of a load depend, and the slope of its field.
@@ -114,10 +114,6 @@ impl<const D: usize, const N: usize> FaceAtRest<'_, D, N> {
     fn mean(&self, rows: &[f64]) -> [f64; 3] {
         image(&nodes::<D, N>(rows, *self.face), self.point)
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// Returns `sum_c p_c df_c/dX_k`.

@@ -98,7 +98,7 @@ fn closed_surface<const D: usize, const N: usize>() {
         let (mut a, mut b) = ([0.0; 3], [0.0; 3]);
         a[..D].copy_from_slice(x);
         b[..D].copy_from_slice(g);
-        let turn = crate::element::cross(a, b);
+        let turn = crate::algebra::cross(&a, &b);
         (0..3).for_each(|c| (force[c] += b[c], moment[c] += turn[c]).0);
     }
     let zero = |v: &[f64]| v.iter().all(|c| c.abs() < 1e-14 * 3.0 * 12.0);

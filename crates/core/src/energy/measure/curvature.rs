@@ -1,6 +1,7 @@
 //! Curvature of a polyline at a vertex.
 
 use super::ScalarStrain;
+use crate::algebra::fused_dot;
 use crate::scalar::Scalar;
 
 /// Added to divisors: an edge without length has no direction.
@@ -20,15 +21,6 @@ const STRAIGHT: f64 = 1e-20;
 /// on Graphics 27(3), the isotropic case without twist.
 #[derive(Clone, Copy, Debug)]
 pub struct Curvature;
-
-#[inline(always)]
-fn dot<S: Scalar, const D: usize>(a: &[S; D], b: &[S; D]) -> S {
-    let mut sum = a[0] * b[0];
-    for c in 1..D {
-        sum = a[c].mul_add(b[c], sum);
-    }
-    sum
-}
 
 /// Returns the cross product; in 2D its one component comes first, and the others are zero.
 #[inline(always)]
@@ -67,15 +59,15 @@ impl<const D: usize> ScalarStrain<D, 3> for Curvature {
             f[c] -= x[1][c];
         }
         let tiny = S::splat(TINY);
-        let (ee, ff) = (dot(&e, &e) + tiny, dot(&f, &f) + tiny);
+        let (ee, ff) = (fused_dot(&e, &e) + tiny, fused_dot(&f, &f) + tiny);
         let lengths = (ee * ff).sqrt();
-        let reciprocal = S::splat(2.0) / (lengths + dot(&e, &f) + tiny);
+        let reciprocal = S::splat(2.0) / (lengths + fused_dot(&e, &f) + tiny);
         let mut binormal = cross(&e, &f);
         for c in 0..D {
             binormal[c] *= reciprocal;
         }
         let curvature =
-            if D == 2 { binormal[0] } else { (dot(&binormal, &binormal) + S::splat(STRAIGHT)).sqrt() };
+            if D == 2 { binormal[0] } else { (fused_dot(&binormal, &binormal) + S::splat(STRAIGHT)).sqrt() };
         let mut axis = binormal;
         for c in 0..D {
             axis[c] = binormal[c] / curvature;

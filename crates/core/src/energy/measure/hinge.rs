@@ -1,6 +1,7 @@
 //! Angle between two triangles that share an edge.
 
 use super::{PARTS, ScalarStrain};
+use crate::algebra::{cross, fused_dot};
 use crate::scalar::Scalar;
 
 /// Added to squares in divisors: collapsed triangles have no direction.
@@ -20,21 +21,6 @@ const TINY: f64 = 1e-280;
 /// Source: Grinspun, Hirani, Desbrun, Schroeder 2003, *Discrete shells*, Symposium on Computer Animation.
 #[derive(Clone, Copy, Debug)]
 pub struct HingeAngle;
-
-#[inline(always)]
-fn cross<S: Scalar>(a: &[S; 3], b: &[S; 3]) -> [S; 3] {
-    let mut r = [S::zero(); 3];
-    for i in 0..3 {
-        let (p, q) = ((i + 1) % 3, (i + 2) % 3);
-        r[i] = a[p] * b[q] - a[q] * b[p];
-    }
-    r
-}
-
-#[inline(always)]
-fn dot<S: Scalar>(a: &[S; 3], b: &[S; 3]) -> S {
-    a[2].mul_add(b[2], a[1].mul_add(b[1], a[0] * b[0]))
-}
 
 #[inline(always)]
 fn difference<S: Scalar>(a: &[S; 3], b: &[S; 3]) -> [S; 3] {
@@ -72,11 +58,11 @@ impl<S: Scalar> HingeSide<S> {
     #[inline(always)]
     fn new(e: &[S; 3], e_squared: S, a: &[S; 3]) -> Self {
         let normal = cross(e, a);
-        let inverse = S::one() / (dot(&normal, &normal) + S::splat(TINY)).sqrt();
+        let inverse = S::one() / (fused_dot(&normal, &normal) + S::splat(TINY)).sqrt();
         let length = e_squared.sqrt();
         let normal = scaled(inverse, &normal);
         let across = scaled(S::one() / length, &cross(&normal, e));
-        let part = dot(a, e) / e_squared;
+        let part = fused_dot(a, e) / e_squared;
         HingeSide { across, normal, inverse_height: length * inverse, foot: [part - S::one(), -part] }
     }
 
@@ -120,15 +106,15 @@ impl ScalarStrain<3, 4> for HingeAngle {
         let b = difference(&x[3], &x[0]);
         let (normal_a, normal_b) = (cross(&e, &a), cross(&b, &e));
         let tiny = S::splat(TINY);
-        let square = dot(&e, &e) + tiny;
+        let square = fused_dot(&e, &e) + tiny;
         let length = square.sqrt();
-        let (sine, cosine) = (length * dot(&normal_a, &b), dot(&normal_a, &normal_b));
+        let (sine, cosine) = (length * fused_dot(&normal_a, &b), fused_dot(&normal_a, &normal_b));
         let [cos_0, sin_0] = *rest;
         let angle = (sine * cos_0 - cosine * sin_0).atan2(cosine * cos_0 + sine * sin_0);
 
-        let of_a = length / (dot(&normal_a, &normal_a) + tiny);
-        let of_b = length / (dot(&normal_b, &normal_b) + tiny);
-        let (foot_a, foot_b) = (dot(&a, &e) / square, dot(&b, &e) / square);
+        let of_a = length / (fused_dot(&normal_a, &normal_a) + tiny);
+        let of_b = length / (fused_dot(&normal_b, &normal_b) + tiny);
+        let (foot_a, foot_b) = (fused_dot(&a, &e) / square, fused_dot(&b, &e) / square);
         let mut gradient = [[S::zero(); 3]; 4];
         for c in 0..3 {
             let (at_a, at_b) = (of_a * normal_a[c], of_b * normal_b[c]);
@@ -153,7 +139,7 @@ impl ScalarStrain<3, 4> for HingeAngle {
     fn positive_parts<S: Scalar>(x: &[[S; 3]; 4], rest: &[S; 2]) -> Option<[[[S; 3]; 4]; PARTS]> {
         let (angle, gradient) = Self::deviation(x, rest);
         let e = difference(&x[1], &x[0]);
-        let square = dot(&e, &e) + S::splat(TINY);
+        let square = fused_dot(&e, &e) + S::splat(TINY);
         let (length, half) = (square.sqrt(), S::splat(0.5));
         let unit = scaled(S::one() / length, &e);
         let sides = [
@@ -176,9 +162,9 @@ impl ScalarStrain<3, 4> for HingeAngle {
             parts[2 + 2 * k] = combined(second * root, &turned, sign * second / root, &side.spread(&unit, v));
         }
         let [a, b] = &sides;
-        let curvature = angle * dot(&b.normal, &a.across) / square;
+        let curvature = angle * fused_dot(&b.normal, &a.across) / square;
         let line = difference(&a.across, &b.across);
-        let inverse = S::one() / (dot(&line, &line) + S::splat(TINY)).sqrt();
+        let inverse = S::one() / (fused_dot(&line, &line) + S::splat(TINY)).sqrt();
         let line = scaled(inverse, &line);
         let beside = cross(&unit, &line);
         let is_up = S::zero().lt(curvature);

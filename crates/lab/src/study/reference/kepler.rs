@@ -4,6 +4,7 @@ use super::{Reference, ReferenceSearch};
 use crate::study::StudyError;
 use crate::study::plan::TimeStepping;
 use crate::study::trajectory::StateSamples;
+use pliant::algebra::dot;
 
 /// Relative position and velocity of a Kepler orbit.
 struct Orbit {
@@ -11,10 +12,6 @@ struct Orbit {
     mu: f64,
     x: [f64; 3],
     v: [f64; 3],
-}
-
-fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 impl Orbit {

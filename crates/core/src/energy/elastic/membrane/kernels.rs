@@ -1,6 +1,6 @@
 //! Kernels over blocks of a membrane, on lanes.
 
-use crate::algebra::{Dual, Mat};
+use crate::algebra::{Dual, Mat, fused_dot};
 use crate::element::{Tangents, times};
 use crate::energy::DeformationExtremes;
 use crate::energy::elastic::block::Block;
@@ -15,23 +15,18 @@ use crate::scalar::Scalar;
 pub(super) fn factors<S: Scalar>(f: &Tangents<S, 3, 2>) -> (Tangents<S, 3, 2>, Mat<S, 2>) {
     let column = |j: usize| [f[0][j], f[1][j], f[2][j]];
     let (first, second) = (column(0), column(1));
-    let length = dot(&first, &first).sqrt();
+    let length = fused_dot(&first, &first).sqrt();
     let inverse = S::one() / length;
     let e = [inverse * first[0], inverse * first[1], inverse * first[2]];
-    let along = dot(&e, &second);
+    let along = fused_dot(&e, &second);
     let rest = [second[0] - along * e[0], second[1] - along * e[1], second[2] - along * e[2]];
-    let height = dot(&rest, &rest).sqrt();
+    let height = fused_dot(&rest, &rest).sqrt();
     let inverse = S::one() / height;
     let mut q = [[S::zero(); 2]; 3];
     for i in 0..3 {
         q[i] = [e[i], inverse * rest[i]];
     }
     (q, Mat([[length, along], [S::zero(), height]]))
-}
-
-#[inline(always)]
-fn dot<S: Scalar>(a: &[S; 3], b: &[S; 3]) -> S {
-    a[2].mul_add(b[2], a[1].mul_add(b[1], a[0] * b[0]))
 }
 
 /// Overwrites each `F` with its `Q`, and writes `G`.
@@ -154,7 +149,7 @@ impl Kernel for AreaKernel<'_> {
             let f = block[0].load_tangents::<L>();
             let normal = |i: usize, j: usize| f[i][0] * f[j][1] - f[j][0] * f[i][1];
             let normal = [normal(1, 2), normal(2, 0), normal(0, 1)];
-            let j = dot(&normal, &normal).sqrt();
+            let j = fused_dot(&normal, &normal).sqrt();
             min_j = L::select(min_j.lt(j), min_j, j);
         }
         DeformationExtremes { min_j: -(-min_j).horizontal_max(), inverted: 0 }

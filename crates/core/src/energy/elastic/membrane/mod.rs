@@ -14,9 +14,10 @@ use super::block::{Block, BlockMaterial};
 use super::kinematics::{BLOCKS, Kinematics};
 use super::points_of;
 use super::solid::extremes;
+use crate::algebra::cross;
 use crate::algebra::{Mat, signed_svd};
 use crate::element::ElementState;
-use crate::element::{Barycentric, Tangents, cross};
+use crate::element::{Barycentric, Tangents};
 use crate::energy::patch::Workspace;
 use crate::energy::{
     DeformationExtremes, ElementTerm, EnergyKind, EnergyTerm, Fault, Measurements, Stencils, TermProperties,
@@ -296,6 +297,6 @@ impl Measurements for Membrane {
 /// Returns the rotation with these first two columns.
 fn with_normal(axes: &Tangents<f64, 3, 2>) -> Mat<f64, 3> {
     let column = |j: usize| [axes[0][j], axes[1][j], axes[2][j]];
-    let normal = cross(column(0), column(1));
+    let normal = cross(&column(0), &column(1));
     Mat([0, 1, 2].map(|i| [axes[i][0], axes[i][1], normal[i]]))
 }
