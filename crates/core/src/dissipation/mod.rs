@@ -76,9 +76,6 @@ pub trait DissipativeTerm: DissipationViews + PositionProducts + Send + Sync {
         let _ = (x, v);
         None
     }
-
-    /// Bytes held, for the memory report.
-    fn bytes(&self) -> usize;
 }
 
 /// The further traits that a dissipation function has; none, if it overrides nothing.

@@ -107,10 +107,6 @@ impl Ties {
     fn fault(&self, i: usize) -> Fault {
         Fault::Stencil { what: "tie", body: self.name.clone(), index: i }
     }
-
-    fn bytes(&self) -> usize {
-        4 * self.vertices.len() + size_of_val(&self.shares[..]) + size_of_val(&self.ties[..])
-    }
 }
 
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
@@ -232,10 +228,6 @@ impl EnergyTerm for Attachment {
         let finite = |i: &usize| self.force(self.ties.difference(*i, x)).iter().all(|f| f.is_finite());
         (0..self.ties.ties.len()).find(|i| !finite(i)).map(|i| self.ties.fault(i))
     }
-
-    fn bytes(&self) -> usize {
-        self.ties.bytes() + 8 * (self.gradient.len() + self.product.len())
-    }
 }
 
 impl TermViews for Attachment {
@@ -354,10 +346,6 @@ impl DissipativeTerm for AttachmentDashpots {
     fn fault(&self, x: &[f64], v: &[f64]) -> Option<Fault> {
         let finite = |i: &usize| self.force(*i, x, v).iter().all(|f| f.is_finite());
         (0..self.ties.ties.len()).find(|i| !finite(i)).map(|i| self.ties.fault(i))
-    }
-
-    fn bytes(&self) -> usize {
-        self.ties.bytes() + 8 * self.gradient.len()
     }
 }
 

@@ -41,7 +41,7 @@ pub struct Measurement {
     pub rounds: usize,
     /// Median of the seconds that a repetition takes, or of what is counted instead, for each part.
     pub seconds: Vec<f64>,
-    /// Bytes that a repetition of the first part passes through, 0 where they are not counted.
+    /// Bytes, about, that a repetition of the first part passes through, 0 where they are not counted.
     pub bytes: usize,
     /// Part of the time of the first part that went into contact, where that is known.
     pub share_of_contact: Option<f64>,

@@ -37,7 +37,7 @@ pub struct Report {
     pub size: Vec<f64>,
     /// The bodies.
     pub bodies: Vec<BodyReport>,
-    /// Bytes held while running, those of the solvers of implicit steps included.
+    /// Bytes, about, that a run takes, those of the solvers of implicit steps included.
     pub bytes: usize,
     /// Name of the scheme.
     pub integrator: &'static str,

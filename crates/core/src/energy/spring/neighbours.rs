@@ -47,13 +47,4 @@ pub(super) trait Neighbours<const D: usize>: Send + Sync {
 
     /// The other end of the spring in a lane, counted from the first vertex; `None` where there is no spring.
     fn neighbour(&self, block: usize, slot: usize, lane: usize) -> Option<usize>;
-
-    /// Bytes held here.
-    fn bytes(&self) -> usize;
-
-    /// Bytes held by a field.
-    fn field_bytes(&self) -> usize;
-
-    /// Bytes held by the tensions of a task.
-    fn tensions_bytes(&self) -> usize;
 }
