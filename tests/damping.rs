@@ -464,9 +464,6 @@ impl DissipativeTerm for Sliding {
     fn value(&mut self, _: &[f64], v: &[f64]) -> f64 {
         self.force * (self.smoothed(v) - self.threshold)
     }
-    fn bytes(&self) -> usize {
-        0
-    }
 }
 
 impl DissipationViews for Sliding {}

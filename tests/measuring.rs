@@ -46,9 +46,6 @@ impl EnergyTerm for Counting {
     fn fault(&self, _: &[f64]) -> Option<Fault> {
         None
     }
-    fn bytes(&self) -> usize {
-        0
-    }
 }
 
 impl TermViews for Counting {}

@@ -91,7 +91,7 @@ fn a_damaged_recording_asks_for_no_more_memory_than_its_bytes_can_need() {
 
 /// A body of this kind in steps of this scheme, by this solver.
 fn body_of(kind: &str, cells: &[usize], integrator: &str, solver: Option<&str>) -> Scene {
-    let element = (kind == "hexahedra").then_some("hexahedron");
+    let element = kind.ends_with("hexahedra").then_some("hexahedron");
     let mut body = serde_json::json!({
         "name": "body",
         "mesh": { "grid": { "cells": cells, "spacing": 0.01, "element": element } },
@@ -101,7 +101,7 @@ fn body_of(kind: &str, cells: &[usize], integrator: &str, solver: Option<&str>) 
         "springs" => body["springs"] = serde_json::json!({ "stiffness": 100.0 }),
         _ => body["elastic"] = serde_json::json!({ "stable-neo-hookean": { "young": 1e6, "poisson": 0.4 } }),
     }
-    if kind == "quadratic" {
+    if kind.starts_with("quadratic") {
         body["order"] = 2.into();
     }
     let mut time = serde_json::json!({ "integrator": integrator, "step": 1e-6, "duration": 3e-6 });
@@ -124,17 +124,18 @@ fn body_of(kind: &str, cells: &[usize], integrator: &str, solver: Option<&str>) 
 }
 
 /// Bytes that do not grow with a scene, or hardly.
-const FIXED: usize = 2_000_000;
+const FIXED: f64 = 2e6;
 
-/// What `check` says of a run, without the program itself, is within a fifth of the peak of what is
+/// What `check` says of a run, without the program itself, is within a factor of 1.5 of the peak of what is
 /// allocated.
 #[test]
 fn a_run_takes_the_memory_that_was_predicted() {
     let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     let directory = tempfile::tempdir().unwrap();
-    let kinds: [(&str, &[usize]); 5] = [
+    let kinds: [(&str, &[usize]); 6] = [
         ("tetrahedra", &[14, 14, 14]),
-        ("quadratic", &[6, 6, 6]),
+        ("quadratic tetrahedra", &[6, 6, 6]),
+        ("quadratic hexahedra", &[5, 5, 5]),
         ("hexahedra", &[11, 11, 11]),
         ("triangles", &[100, 100]),
         ("springs", &[12, 12, 12]),
@@ -163,8 +164,8 @@ fn a_run_takes_the_memory_that_was_predicted() {
                 recorder.finish().unwrap();
                 assembly.report.bytes + recording
             });
-            let allowed = predicted / 5 + FIXED;
-            let is_right = taken.abs_diff(predicted) < allowed;
+            let (said, most) = (predicted as f64, taken as f64);
+            let is_right = most < 1.5 * said + FIXED && said < 1.5 * most + FIXED;
             assert!(is_right, "{kind}, {solver:?}: {taken} bytes taken, {predicted} predicted");
         }
     }

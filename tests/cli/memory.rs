@@ -23,14 +23,17 @@ fn promised_and_taken(scene: &str) -> (f64, f64) {
     let check = bench.pliant(["check", "scene.toml", "--json"]).succeeded().json();
     let run = bench.pliant(["run", "scene.toml", "--json", "--threads", "2"]).succeeded().json();
     let promised = check["report"]["bytes"].as_f64().unwrap();
-    // Where `check` looked for contact, lists of it are held.
-    let at_start = run["summary"]["predicted_memory_bytes"].as_f64().unwrap();
-    assert!(at_start == promised || (scene.contains("[contact]") && at_start < promised));
+    assert_eq!(run["summary"]["predicted_memory_bytes"], check["report"]["bytes"]);
     (promised, run["summary"]["peak_memory_bytes"].as_f64().unwrap())
 }
 
-/// The memory that implicit steps take lies within 20 % of what is promised, apart from the program's own:
-/// that of a scene of four triangles.
+/// True if what is promised is within a factor of 1.5 of what is taken.
+fn is_near(promised: f64, taken: f64) -> bool {
+    taken < 1.5 * promised && promised < 1.5 * taken
+}
+
+/// The memory that implicit steps take is within a factor of 1.5 of what is promised, apart from the
+/// program's own: that of a scene of four triangles.
 #[cfg(target_os = "linux")]
 #[test]
 fn implicit_steps_take_the_memory_that_check_promises() {
@@ -53,7 +56,7 @@ fn implicit_steps_take_the_memory_that_check_promises() {
         let (promised, peak) = promised_and_taken(&block(dimension, cells, order, time));
         let taken = peak - own;
         assert!(
-            promised > own && taken > 0.8 * promised && taken < 1.2 * promised,
+            promised > own && is_near(promised, taken),
             "{dimension}D, order {order}, {time}: {promised:e} B promised, {taken:e} B taken"
         );
     }
@@ -71,7 +74,7 @@ fn contact_takes_the_memory_that_check_promises() {
     let scene = block(2, "[200, 130]", 1, time).replace("e-5", "e-4").replace("rate = 1e5", "rate = 1e4");
     let (promised, peak) = promised_and_taken(&(scene + falling));
     let taken = peak - own;
-    assert!(taken > 0.8 * promised && taken < 1.2 * promised, "{promised:e} B promised, {taken:e} B taken");
+    assert!(is_near(promised, taken), "{promised:e} B promised, {taken:e} B taken");
 }
 
 /// Two bars that collide, a gap apart.
@@ -105,11 +108,11 @@ fn a_collision_takes_the_memory_that_check_promises() {
         for _ in 0..3 {
             let (said, peak) = promised_and_taken(&scene);
             (promised, taken) = (said, (peak - own).min(taken));
-            if taken < 1.2 * promised {
+            if taken < 1.5 * promised {
                 break;
             }
         }
-        let is_right = promised > own && taken > 0.8 * promised && taken < 1.2 * promised;
+        let is_right = promised > own && is_near(promised, taken);
         assert!(is_right, "{solver}: {promised:e} B promised, {taken:e} B taken");
     }
 }
@@ -155,7 +158,7 @@ fn scenes_take_the_memory_that_check_promises() {
         let promised = ask("check", &[])["memory"]["run"].as_f64().unwrap();
         let run = ask("run", &["--threads", "2", "-o", "out.mcap"]);
         let taken = run["summary"]["peak_memory_bytes"].as_f64().unwrap();
-        let is_right = taken > 0.8 * promised && taken < 1.2 * promised;
+        let is_right = is_near(promised, taken);
         assert!(is_right, "{name}: {promised:e} B promised, {taken:e} B taken");
     }
 }

@@ -54,10 +54,6 @@ impl EnergyTerm for Refusing {
     fn fault(&self, _: &[f64]) -> Option<Fault> {
         self.refuses.then(|| Fault::Load { load: "what refuses".into(), time: self.time })
     }
-
-    fn bytes(&self) -> usize {
-        0
-    }
 }
 
 impl TermViews for Refusing {

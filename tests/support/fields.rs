@@ -72,9 +72,6 @@ impl EnergyTerm for CubicChain {
     fn fault(&self, _: &[f64]) -> Option<Fault> {
         None
     }
-    fn bytes(&self) -> usize {
-        0
-    }
 }
 
 impl TermViews for CubicChain {}

@@ -184,9 +184,6 @@ impl EnergyTerm for Penalty {
     fn fault(&self, _: &[f64]) -> Option<Fault> {
         None
     }
-    fn bytes(&self) -> usize {
-        0
-    }
 }
 
 impl TermViews for Penalty {
@@ -315,9 +312,6 @@ impl DissipativeTerm for Rubbing {
     fn power(&mut self, x: &[f64], v: &[f64]) -> f64 {
         self.evaluate(x, v);
         self.gradient.iter().zip(v).map(|(g, v)| g * v).sum()
-    }
-    fn bytes(&self) -> usize {
-        0
     }
 }
 

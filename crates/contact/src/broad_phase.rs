@@ -201,11 +201,6 @@ impl<const D: usize> BoundsTree<D> {
         self.levels.iter().flatten().map(|node| spread(&node.bounds())).sum()
     }
 
-    /// Memory used [bytes].
-    pub fn bytes(&self) -> usize {
-        size_of_val(&self.order[..]) + self.levels.iter().map(|level| size_of_val(&level[..])).sum::<usize>()
-    }
-
     /// Number of primitives.
     pub fn len(&self) -> usize {
         self.order.len()

@@ -82,11 +82,6 @@ pub struct SurfaceTrees<const D: usize> {
 }
 
 impl<const D: usize> SurfaceTrees<D> {
-    /// Memory used [bytes].
-    fn bytes(&self) -> usize {
-        [&self.vertices, &self.edges, &self.triangles].map(BoundsTree::bytes).iter().sum()
-    }
-
     /// Finds the pairs of the surface at `x`, flat `(n, D)` [m], whose gap may fall below `reach` [m] on
     /// the path to `x + dx`, or at `x` if nothing moves.
     ///
@@ -470,19 +465,6 @@ impl<const D: usize> CandidateCache<D> {
         self.seen_at.clone_from(&self.gathered_at);
         (self.reach, self.margin, self.left) = (reach, margin, margin);
         self.gatherings += 1;
-    }
-
-    /// Memory used [bytes].
-    pub fn bytes(&self) -> usize {
-        let of = |pairs: &CandidatePairs| {
-            let lists = [&pairs.point_triangle, &pairs.edge_edge, &pairs.point_edge, &pairs.point_point];
-            lists.map(|list| size_of_val(&list[..])).iter().sum::<usize>()
-        };
-        let places = [&self.gathered_at, &self.seen_at, &self.swept.from, &self.swept.dx];
-        self.trees.bytes()
-            + of(&self.pairs)
-            + of(&self.swept.pairs)
-            + places.map(|x| size_of_val(&x[..])).iter().sum::<usize>()
     }
 
     /// True if no pair within `reach` can be missing: none has come nearer by more than twice the margin.

@@ -276,10 +276,6 @@ impl<const D: usize> EnergyTerm for ContactEnergy<D> {
         let gap = ContactReport::<D>::of(contacts, &self.model, x, first);
         Some(Fault::Overlap { pair: self.named_pair(&gap.sides()), gap: gap.gap })
     }
-
-    fn bytes(&self) -> usize {
-        self.gradient.bytes() + self.model.bytes() + locked(&self.search).bytes()
-    }
 }
 
 impl<const D: usize> TermViews for ContactEnergy<D> {

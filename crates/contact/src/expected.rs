@@ -52,11 +52,6 @@ impl ExpectedForces {
     pub(crate) fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
-
-    /// Memory used [bytes].
-    pub(crate) fn bytes(&self) -> usize {
-        size_of_val(&self.0[..])
-    }
 }
 
 /// Cursor over predicted forces: contacts of one kind are queried in ascending order, so the next is

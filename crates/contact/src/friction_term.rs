@@ -247,11 +247,6 @@ impl<const D: usize> DissipativeTerm for FrictionTerm<D> {
         self.look(x);
         self.all().fold(0.0, |sum, contact| sum + contact.pair.value(&contact.velocities(v)))
     }
-
-    fn bytes(&self) -> usize {
-        let contacts: usize = self.contacts.iter().map(|list| size_of_val(&list[..])).sum();
-        self.gradient.bytes() + contacts
-    }
 }
 
 impl<const D: usize> DissipationViews for FrictionTerm<D> {

@@ -183,12 +183,4 @@ impl ContactModel {
         let kind = ["vertex", "edge", "triangle"][(vertices.len() - 1).min(2)];
         format!("{kind} {} of `{body}`", numbers.join("-"))
     }
-
-    /// Memory used [bytes].
-    pub fn bytes(&self) -> usize {
-        let surface = &self.surface;
-        4 * (surface.vertices.len() + surface.bodies.len() + surface.triangles.len() * 6)
-            + surface.edges.len() * 40
-            + surface.vertex_areas.len() * 9
-    }
 }

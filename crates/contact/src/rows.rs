@@ -36,11 +36,6 @@ impl<const D: usize> TouchedRows<D> {
         let own = &self.rows[first * D..][..g.len()];
         g.iter_mut().zip(own).for_each(|(g, own)| *g += own);
     }
-
-    /// Memory used [bytes].
-    pub(crate) fn bytes(&self) -> usize {
-        8 * self.rows.len() + 4 * self.touched.len()
-    }
 }
 
 /// Lists of stencils of two, three and four vertices.

@@ -87,9 +87,4 @@ impl<const D: usize> ContactSearch<D> {
     ) -> &CandidatePairs {
         self.cache.on_way(&model.surface, &model.pairs, way, near, (self.reach, self.margin))
     }
-
-    /// Memory used [bytes].
-    pub(crate) fn bytes(&self) -> usize {
-        8 * self.at.len() + self.cache.bytes() + 48 * self.contacts.len() + self.expected.bytes()
-    }
 }

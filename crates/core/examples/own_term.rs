@@ -66,10 +66,6 @@ impl EnergyTerm for Bed {
     fn fault(&self, _: &[f64]) -> Option<Fault> {
         None
     }
-
-    fn bytes(&self) -> usize {
-        8 * self.gradient.len()
-    }
 }
 
 impl TermViews for Bed {}

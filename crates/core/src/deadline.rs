@@ -117,8 +117,5 @@ mod tests {
         fn apply(&mut self, r: &[f64], z: &mut [f64]) {
             z.copy_from_slice(r);
         }
-        fn bytes(&self) -> usize {
-            0
-        }
     }
 }

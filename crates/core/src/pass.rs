@@ -62,11 +62,6 @@ impl InverseMass {
     pub(crate) fn numbers(&self) -> &[f64] {
         &self.numbers
     }
-
-    /// Bytes held.
-    pub(crate) fn bytes(&self) -> usize {
-        8 * (self.numbers.len() + self.of_block.len())
-    }
 }
 
 /// Rows of the gradient of a block.

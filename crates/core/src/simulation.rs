@@ -640,21 +640,10 @@ impl Simulation {
         self.system.set_stop(stop);
     }
 
-    /// Memory held by the state, the system and the integrator, in bytes.
-    pub fn bytes(&self) -> usize {
-        8 * 2 * self.state.x().len()
-            + self.numbering.bytes()
-            + self.system.bytes()
-            + self.integrator.bytes()
-            + self.path.as_ref().map_or(0, |path| path.bytes())
-    }
-
-    /// Predicts the memory after the first steps: [`bytes`](Self::bytes), plus what implicit integrators
-    /// allocate in their first: matrix, factor or multigrid levels, Newton's vectors. The factor is
-    /// analysed, not computed.
-    pub fn predicted_bytes(&mut self) -> usize {
-        let further = self.integrator.predicted_bytes(&mut self.system, self.state.x());
-        // Evaluated after the system has prepared its matrices.
-        (self.bytes() - self.integrator.bytes()).saturating_add(further)
+    /// Estimates the memory that implicit integrators take for their solves, in bytes: matrix, factor or
+    /// multigrid levels, Newton's vectors. The factor is analysed, not computed. Explicit integrators take
+    /// none.
+    pub fn solver_bytes(&mut self) -> usize {
+        self.integrator.solver_bytes(&mut self.system, self.state.x())
     }
 }

@@ -630,13 +630,4 @@ impl System {
     pub fn dissipative_fault(&self, x: &[f64], v: &[f64]) -> Option<Fault> {
         self.dissipation.iter().find_map(|t| t.fault(x, v))
     }
-
-    /// Returns the memory of masses and terms, in bytes.
-    pub fn bytes(&self) -> usize {
-        8 * (self.mass.len() + self.rest_positions.as_ref().map_or(0, Vec::len))
-            + self.inverse_mass.bytes()
-            + self.pins.bytes()
-            + self.terms.iter().map(|t| t.bytes()).sum::<usize>()
-            + self.dissipation.iter().map(|t| t.bytes()).sum::<usize>()
-    }
 }

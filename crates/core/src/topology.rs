@@ -88,14 +88,6 @@ impl Skin {
         }
         sum
     }
-
-    /// Bytes held.
-    pub fn bytes(&self) -> usize {
-        size_of_val(&self.triangles[..])
-            + size_of_val(&self.elements[..])
-            + size_of_val(&self.nodes[..])
-            + size_of_val(&self.weights[..])
-    }
 }
 
 impl BodyTopology {
@@ -121,26 +113,6 @@ impl BodyTopology {
         let blocks = self.blocks.iter().flat_map(|block| &block.vertices);
         let skin = self.skin.iter().flat_map(|skin| &skin.nodes);
         edges.chain(triangles).chain(tetrahedra).chain(middles).chain(blocks).chain(skin).copied().max()
-    }
-
-    /// Bytes of its cells.
-    fn bytes(&self) -> usize {
-        size_of_val(&self.edges[..])
-            + size_of_val(&self.triangles[..])
-            + size_of_val(&self.tetrahedra[..])
-            + size_of_val(&self.triangle_middles[..])
-            + size_of_val(&self.tetrahedron_middles[..])
-            + self.blocks.iter().map(|block| size_of_val(&block.vertices[..])).sum::<usize>()
-            + size_of_val(&self.surface[..])
-            + self.skin.as_ref().map_or(0, Skin::bytes)
-    }
-}
-
-impl Topology {
-    /// Bytes held.
-    pub fn bytes(&self) -> usize {
-        let bodies: usize = self.bodies.iter().map(BodyTopology::bytes).sum();
-        bodies + 8 * (self.rest_positions.len() + self.masses.len())
     }
 }
 

@@ -518,10 +518,6 @@ mod tests {
         fn power(&mut self, _: &[f64], _: &[f64]) -> f64 {
             0.0
         }
-
-        fn bytes(&self) -> usize {
-            0
-        }
     }
 
     impl DissipationViews for Across {}

@@ -50,10 +50,10 @@ impl CholeskyStructure {
         Some(CholeskyStructure { column_start, row, symbolic, scratch })
     }
 
-    /// Memory of a [`SparseCholesky`] with this structure [bytes].
+    /// Estimates the memory of a [`SparseCholesky`] with this structure [bytes]: the matrix, the factor, and
+    /// the memory to compute in.
     pub fn bytes(&self) -> usize {
-        let numbers = self.column_start.len() + 2 * self.row.len() + self.symbolic.len_val();
-        8 * (numbers + self.indices()) + self.scratch.unaligned_bytes_required()
+        8 * (2 * self.row.len() + self.symbolic.len_val()) + self.scratch.unaligned_bytes_required()
     }
 
     /// Number of entries in the lower triangle of the matrix.
@@ -110,19 +110,6 @@ impl CholeskyStructure {
                 (0..factor.n_supernodes()).flat_map(of_node).collect()
             }
         }
-    }
-
-    /// Number of indices in the structure of the factor, and in the permutation in both directions.
-    fn indices(&self) -> usize {
-        let n = self.column_start.len() - 1;
-        2 * n
-            + match self.symbolic.raw() {
-                SymbolicCholeskyRaw::Simplicial(factor) => factor.row_idx().len() + 2 * n,
-                // The rows of supernodes, by columns and by rows.
-                SymbolicCholeskyRaw::Supernodal(factor) => {
-                    2 * factor.row_idx().len() + 4 * factor.n_supernodes()
-                }
-            }
     }
 }
 

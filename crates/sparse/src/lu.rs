@@ -47,11 +47,6 @@ impl SymbolicLu {
         self.row.len()
     }
 
-    /// Memory of the structure of the matrix [bytes].
-    pub fn bytes(&self) -> usize {
-        8 * (self.column_start.len() + self.row.len())
-    }
-
     /// Estimates the memory of a factorisation [bytes]: the matrix and its transpose, both factors, and
     /// pending updates for later columns. The estimate is twice a Cholesky factor in the order of the
     /// columns, times a measured constant for row exchanges and updates. With two or three unknowns per

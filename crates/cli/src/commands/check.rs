@@ -37,7 +37,7 @@ pub(crate) fn execute(arguments: &CheckArguments, terminal: Terminal) -> Result<
     Ok(status)
 }
 
-/// Bytes that `pliant run` takes at its peak.
+/// Bytes that `pliant run` takes at its peak, about.
 #[derive(serde::Serialize)]
 struct RunMemory {
     /// What steps hold.
@@ -81,7 +81,7 @@ impl RunMemory {
             [self.run, self.simulation, self.recording].map(|n| bytes(n as u64));
         let more = if self.may_fold { "; more where a body folds onto itself" } else { "" };
         format!(
-            "{run} while running: {simulation} of the simulation, {recording} of the recording, the \
+            "about {run} while running: {simulation} of the simulation, {recording} of the recording, the \
              program{more}"
         )
     }

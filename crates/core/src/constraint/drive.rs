@@ -118,10 +118,6 @@ impl Drive {
             (place.coords.into(), (velocity + angular_velocity.cross(&arm)).into())
         })
     }
-
-    pub(super) fn bytes(&self) -> usize {
-        size_of::<Self>() + size_of_val(&self.starts[..])
-    }
 }
 
 /// Mean of the points; the origin without any.

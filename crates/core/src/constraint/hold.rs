@@ -268,12 +268,6 @@ impl Hold {
         }
         farthest
     }
-
-    pub(crate) fn bytes(&self) -> usize {
-        let moved = self.motion.as_ref().map_or(0, |moved| moved.start.len() + moved.rest.len());
-        let driven = self.drive.as_ref().map_or(0, Drive::bytes);
-        size_of_val(&self.vertices[..]) + moved * size_of::<[f64; 3]>() + driven
-    }
 }
 
 /// Positions of some vertices in a flat array.

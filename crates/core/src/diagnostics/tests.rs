@@ -31,9 +31,6 @@ impl EnergyTerm for Magnet {
     fn fault(&self, _: &[f64]) -> Option<Fault> {
         None
     }
-    fn bytes(&self) -> usize {
-        0
-    }
 }
 
 impl TermViews for Magnet {}

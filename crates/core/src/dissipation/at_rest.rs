@@ -56,10 +56,6 @@ impl DissipativeTerm for AtRest {
     fn fault(&self, _x: &[f64], v: &[f64]) -> Option<Fault> {
         self.term.fault(&self.rest, v)
     }
-
-    fn bytes(&self) -> usize {
-        8 * self.rest.len() + self.term.bytes()
-    }
 }
 
 impl DissipationViews for AtRest {}

@@ -100,10 +100,6 @@ impl DissipativeTerm for MassProportional {
     fn power(&mut self, _x: &[f64], v: &[f64]) -> f64 {
         self.rows(v).map(|(v, c)| c * v.iter().map(|v| v * v).sum::<f64>()).sum()
     }
-
-    fn bytes(&self) -> usize {
-        8 * (self.coefficients.len() + self.gradient.len())
-    }
 }
 
 impl DissipationViews for MassProportional {

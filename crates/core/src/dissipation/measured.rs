@@ -146,10 +146,6 @@ impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize, R: RateLaw> Dissipat
         let index = faulty.map(|(stencil, ..)| stencil).min()?;
         Some(Fault::Stencil { what: Q::OF, body: self.body.clone(), index })
     }
-
-    fn bytes(&self) -> usize {
-        self.stencils.bytes() + self.workspace.bytes()
-    }
 }
 
 impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize, R: RateLaw> DissipationViews

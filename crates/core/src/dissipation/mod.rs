@@ -87,9 +87,6 @@ pub trait DissipativeTerm: DissipationViews + PositionProducts + Send + Sync {
         let _ = (x, v);
         None
     }
-
-    /// Bytes held, for the memory report.
-    fn bytes(&self) -> usize;
 }
 
 /// Optional traits of a dissipation function; a method not overridden means that it has none.

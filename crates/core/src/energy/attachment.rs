@@ -109,10 +109,6 @@ impl Ties {
     fn fault(&self, i: usize) -> Fault {
         Fault::Stencil { what: "tie", body: self.name.clone(), index: i }
     }
-
-    fn bytes(&self) -> usize {
-        4 * self.vertices.len() + size_of_val(&self.shares[..]) + size_of_val(&self.ties[..])
-    }
 }
 
 fn scaled(a: [f64; 3], s: f64) -> [f64; 3] {
@@ -230,10 +226,6 @@ impl EnergyTerm for Attachment {
     fn fault(&self, x: &[f64]) -> Option<Fault> {
         let finite = |i: &usize| self.force(self.ties.difference(*i, x)).iter().all(|f| f.is_finite());
         (0..self.ties.ties.len()).find(|i| !finite(i)).map(|i| self.ties.fault(i))
-    }
-
-    fn bytes(&self) -> usize {
-        self.ties.bytes() + 8 * (self.gradient.len() + self.product.len())
     }
 }
 
@@ -353,10 +345,6 @@ impl DissipativeTerm for AttachmentDashpots {
     fn fault(&self, x: &[f64], v: &[f64]) -> Option<Fault> {
         let finite = |i: &usize| self.force(*i, x, v).iter().all(|f| f.is_finite());
         (0..self.ties.ties.len()).find(|i| !finite(i)).map(|i| self.ties.fault(i))
-    }
-
-    fn bytes(&self) -> usize {
-        self.ties.bytes() + 8 * self.gradient.len()
     }
 }
 

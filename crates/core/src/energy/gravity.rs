@@ -88,10 +88,6 @@ impl EnergyTerm for UniformGravity {
     fn fault(&self, _x: &[f64]) -> Option<Fault> {
         None
     }
-
-    fn bytes(&self) -> usize {
-        size_of_val(&self.negative_mass[..])
-    }
 }
 
 impl TermViews for UniformGravity {

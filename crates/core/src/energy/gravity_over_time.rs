@@ -69,10 +69,6 @@ impl EnergyTerm for GravityOverTime {
         let finite = self.now.iter().all(|g| g.is_finite());
         (!finite).then_some(Fault::Gravity { time: self.time })
     }
-
-    fn bytes(&self) -> usize {
-        self.field.bytes()
-    }
 }
 
 impl TermViews for GravityOverTime {

@@ -440,7 +440,4 @@ pub trait EnergyTerm: TermViews + Send + Sync {
     /// Returns the first vertex or element at which `x` has no finite energy or force; called only after a
     /// failure.
     fn fault(&self, x: &[f64]) -> Option<Fault>;
-
-    /// Bytes held, for the memory report.
-    fn bytes(&self) -> usize;
 }

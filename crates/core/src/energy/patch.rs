@@ -48,11 +48,6 @@ impl<const D: usize> Scratch<D> {
     pub fn new() -> Self {
         Self::default()
     }
-
-    /// Bytes that patches of up to `rows` vertices touch; the rest of the buffers is never backed by memory.
-    pub fn bytes(rows: usize) -> usize {
-        3 * 8 * rows * Rows::<D>::STRIDE
-    }
 }
 
 /// Preallocated memory of a term made of stencils: a step allocates nothing.
@@ -64,7 +59,6 @@ pub struct Workspace<const D: usize> {
     sums: Vec<f64>,
     /// One number for each patch.
     parts: Vec<f64>,
-    bytes: usize,
 }
 
 impl<const D: usize> Workspace<D> {
@@ -73,17 +67,7 @@ impl<const D: usize> Workspace<D> {
         let count = patches.patches.len();
         let tasks = tasks(count);
         let (sums, parts) = (filled(0.0, count * patches.per_patch::<D>()), vec![0.0; count]);
-        Workspace {
-            scratch: (0..tasks).map(|_| Scratch::new()).collect(),
-            bytes: 8 * (sums.len() + parts.len()) + tasks * Scratch::<D>::bytes(patches.stride),
-            sums,
-            parts,
-        }
-    }
-
-    /// Bytes held.
-    pub fn bytes(&self) -> usize {
-        self.bytes
+        Workspace { scratch: (0..tasks).map(|_| Scratch::new()).collect(), sums, parts }
     }
 
     /// Returns the address space [bytes] that scratch memory for `stencils` stencils reserves, most of
@@ -492,12 +476,5 @@ impl<const N: usize> Patches<N> {
             let patch = &self.patches[number];
             (self.vertices_of(patch, pack - patch.packs.start, lane), pack, lane)
         })
-    }
-
-    /// Bytes held.
-    pub fn bytes(&self) -> usize {
-        self.index.len() * (size_of::<PackIndex<N>>() + size_of::<[Option<u32>; WIDTH]>())
-            + 4 * (self.vertices.len() + self.block_start.len())
-            + size_of::<IndexRun>() * (self.runs.len() + self.sum_runs.len())
     }
 }

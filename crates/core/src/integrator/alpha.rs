@@ -167,12 +167,8 @@ impl Integrator for Alpha {
         self.solver.work()
     }
 
-    fn bytes(&self) -> usize {
-        40 * self.drift.len() + self.next.bytes() + self.after.bytes() + self.solver.bytes()
-    }
-
-    fn predicted_bytes(&self, system: &mut System, x: &[f64]) -> usize {
-        self.bytes() + self.solver.further_bytes(system, x)
+    fn solver_bytes(&self, system: &mut System, x: &[f64]) -> usize {
+        self.solver.bytes(system, x)
     }
 }
 

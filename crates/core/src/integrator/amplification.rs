@@ -144,10 +144,6 @@ impl DissipativeTerm for Dashpot {
     fn power(&mut self, _x: &[f64], v: &[f64]) -> f64 {
         self.force(v).iter().zip(v).map(|(force, v)| force * v).sum()
     }
-
-    fn bytes(&self) -> usize {
-        0
-    }
 }
 
 impl DissipationViews for Dashpot {}
@@ -206,9 +202,6 @@ impl EnergyTerm for UnitOscillator {
     }
     fn fault(&self, _x: &[f64]) -> Option<Fault> {
         None
-    }
-    fn bytes(&self) -> usize {
-        0
     }
 }
 

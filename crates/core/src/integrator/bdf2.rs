@@ -188,17 +188,8 @@ impl Integrator for Bdf2 {
         self.solver.work().plus(self.start.work())
     }
 
-    fn bytes(&self) -> usize {
-        let next = [&self.before, &self.after, &self.next, &self.older];
-        24 * self.z.len()
-            + next.iter().map(|n| n.bytes()).sum::<usize>()
-            + self.solver.bytes()
-            + self.start.bytes()
-    }
-
-    fn predicted_bytes(&self, system: &mut System, x: &[f64]) -> usize {
-        self.bytes() + self.solver.further_bytes(system, x) + self.start.predicted_bytes(system, x)
-            - self.start.bytes()
+    fn solver_bytes(&self, system: &mut System, x: &[f64]) -> usize {
+        self.solver.bytes(system, x).saturating_add(self.start.solver_bytes(system, x))
     }
 }
 

@@ -170,16 +170,7 @@ impl Integrator for Collocation {
         self.newton.as_ref().map_or(SolverWork::default(), |newton| newton.work())
     }
 
-    fn bytes(&self) -> usize {
-        16 * self.z.len() * self.next.x.len()
-            + self.next.bytes()
-            + self.energy.bytes()
-            + self.newton.as_ref().map_or(0, |newton| newton.bytes())
-    }
-
-    fn predicted_bytes(&self, system: &mut System, x: &[f64]) -> usize {
-        let newton = coupled_newton(system.dimension(), self.options);
-        let predicted = newton.predicted_bytes(system, self.z.len(), x);
-        self.bytes() - self.newton.as_ref().map_or(0, |newton| newton.bytes()) + predicted
+    fn solver_bytes(&self, system: &mut System, x: &[f64]) -> usize {
+        coupled_newton(system.dimension(), self.options).predicted_bytes(system, self.z.len(), x)
     }
 }

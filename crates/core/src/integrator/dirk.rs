@@ -176,11 +176,7 @@ impl Integrator for Dirk {
         self.solver.work()
     }
 
-    fn bytes(&self) -> usize {
-        16 * self.z.len() + self.stages.bytes() + self.next.bytes() + self.solver.bytes()
-    }
-
-    fn predicted_bytes(&self, system: &mut System, x: &[f64]) -> usize {
-        self.bytes() + self.solver.further_bytes(system, x)
+    fn solver_bytes(&self, system: &mut System, x: &[f64]) -> usize {
+        self.solver.bytes(system, x)
     }
 }

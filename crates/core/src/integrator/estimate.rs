@@ -109,10 +109,6 @@ impl ErrorNorm {
         let (sum, vertices) = self.blocks.iter().fold((0.0, 0), |(s, n), (sum, count)| (s + sum, n + count));
         if vertices == 0 { 0.0 } else { (sum / (2.0 * f64::from(vertices))).sqrt() }
     }
-
-    pub(super) fn bytes(&self) -> usize {
-        self.blocks.capacity() * size_of::<(f64, u32)>()
-    }
 }
 
 /// Squared error over the squared tolerance; zero error passes a zero tolerance.

@@ -141,10 +141,6 @@ impl Memory {
             && *self.after.x == *state.x()
             && *self.after.v == *state.v()
     }
-
-    fn bytes(&self) -> usize {
-        2 * size_of_val(&self.b[..]) + self.after.bytes() + self.lost.bytes()
-    }
 }
 
 impl GaussRadau {
@@ -486,15 +482,6 @@ impl Integrator for GaussRadau {
             // The next step chooses its origin from these.
             self.at.fill(0.0);
         }
-    }
-
-    fn bytes(&self) -> usize {
-        size_of_val(&self.g[..])
-            + size_of_val(&self.lost[..])
-            + 8 * (self.first.len() + self.at.len())
-            + self.now.bytes()
-            + self.before.bytes()
-            + self.next.bytes()
     }
 }
 

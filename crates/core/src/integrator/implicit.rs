@@ -223,19 +223,9 @@ impl StageSolver {
         self.minimizer.as_ref().map_or(SolverWork::default(), |m| m.work())
     }
 
-    pub(super) fn bytes(&self) -> usize {
-        8 * (self.target.len() + self.goal.len())
-            + self.at.bytes()
-            + self.guess.bytes()
-            + self.minimizer.as_ref().map_or(0, |m| m.bytes())
-            + self.lent.as_ref().map_or(0, LentStructure::bytes)
-    }
-
-    /// Bytes in addition to [`bytes`](Self::bytes) after a stage near `x` has been solved.
-    pub(super) fn further_bytes(&self, system: &mut System, x: &[f64]) -> usize {
-        let predicted = minimizer(system.dimension(), self.options).predicted_bytes(system, x);
-        // The target and two configurations.
-        (predicted + 8 * 5 * x.len()).saturating_sub(self.bytes())
+    /// Estimates the memory after a stage of `system` near `x`, flat [m], has been solved, in bytes.
+    pub(super) fn bytes(&self, system: &mut System, x: &[f64]) -> usize {
+        minimizer(system.dimension(), self.options).predicted_bytes(system, x)
     }
 }
 
@@ -283,9 +273,5 @@ impl NextState {
         // The exact response equals that of the method to its order. Only walls without contact use it: the
         // step was solved without them, and they put back the vertices that ended behind them.
         end_step(system, state, h, (&mut self.x, &mut self.v), force, &exact_response)
-    }
-
-    pub(super) fn bytes(&self) -> usize {
-        8 * (self.x.len() + self.v.len())
     }
 }

@@ -336,14 +336,11 @@ pub trait Integrator: Send + Sync {
         SolverWork::default()
     }
 
-    /// Returns the scratch memory held, in bytes.
-    fn bytes(&self) -> usize;
-
-    /// Predicts the scratch memory after steps from `x`, flat [m], in bytes. Explicit methods hold it
-    /// from the start.
-    fn predicted_bytes(&self, system: &mut System, x: &[f64]) -> usize {
+    /// Estimates the memory of its solves of `system` after a step from `x`, flat [m], in bytes. Explicit
+    /// methods have none.
+    fn solver_bytes(&self, system: &mut System, x: &[f64]) -> usize {
         let _ = (system, x);
-        self.bytes()
+        0
     }
 }
 

@@ -119,12 +119,7 @@ impl Integrator for QuasiStatic {
         self.solver.work()
     }
 
-    fn bytes(&self) -> usize {
-        let seen: usize = self.seen.iter().map(|seen| size_of_val(&seen[..])).sum();
-        16 * self.origin.len() + seen + self.next.bytes() + self.solver.bytes()
-    }
-
-    fn predicted_bytes(&self, system: &mut System, x: &[f64]) -> usize {
-        self.bytes() + self.solver.further_bytes(system, x)
+    fn solver_bytes(&self, system: &mut System, x: &[f64]) -> usize {
+        self.solver.bytes(system, x)
     }
 }

@@ -126,8 +126,4 @@ impl Integrator for RungeKutta {
         // The swap at the end of the step left the old state here.
         state.swap(&mut self.x, &mut self.v, ForceId::NONE);
     }
-
-    fn bytes(&self) -> usize {
-        16 * self.x.len() + self.stages.bytes() + self.norm.bytes()
-    }
 }

@@ -166,8 +166,4 @@ impl Integrator for Splitting {
         // The swap at the end of the step left the old state here.
         state.swap(&mut self.x, &mut self.v, ForceId::NONE);
     }
-
-    fn bytes(&self) -> usize {
-        8 * (self.x.len() + self.v.len() + self.before.len())
-    }
 }

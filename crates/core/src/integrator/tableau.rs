@@ -49,8 +49,4 @@ impl Stages {
         let velocity = vec![vec![0.0; unknowns]; tableau.b.len()];
         Stages { acceleration: velocity.clone(), velocity }
     }
-
-    pub(super) fn bytes(&self) -> usize {
-        16 * self.velocity.iter().map(Vec::len).sum::<usize>()
-    }
 }

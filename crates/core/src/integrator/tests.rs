@@ -272,9 +272,6 @@ impl EnergyTerm for Hardening {
     fn fault(&self, _: &[f64]) -> Option<Fault> {
         None
     }
-    fn bytes(&self) -> usize {
-        0
-    }
 }
 
 impl TermViews for Hardening {}

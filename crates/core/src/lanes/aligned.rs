@@ -140,11 +140,6 @@ impl<const D: usize> Columns<D> {
     pub fn view(&self) -> ColumnsView<'_, D> {
         ColumnsView { numbers: &self.numbers, length: self.length }
     }
-
-    /// Bytes that columns for `count` vertices hold.
-    pub fn bytes_of(count: usize) -> usize {
-        8 * D * WIDTH * (count.div_ceil(WIDTH) + 2)
-    }
 }
 
 /// [`Columns`] to load from.

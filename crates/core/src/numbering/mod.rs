@@ -83,11 +83,6 @@ impl Numbering {
             out.copy_from_slice(&rows[i as usize * width..][..width]);
         }
     }
-
-    /// Bytes held.
-    pub fn bytes(&self) -> usize {
-        4 * (self.original.len() + self.internal.len())
-    }
 }
 
 /// Row `i` of the result is row `from[i]`.

@@ -94,9 +94,4 @@ impl Cholesky {
     pub fn factor_entries(&self) -> usize {
         self.0.structure().factor_entries()
     }
-
-    /// Returns the memory held, in bytes.
-    pub fn bytes(&self) -> usize {
-        self.0.structure().bytes()
-    }
 }

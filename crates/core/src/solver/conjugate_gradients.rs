@@ -20,9 +20,6 @@ pub trait Preconditioner<const D: usize>: Send + Sync {
     fn is_identity(&self) -> bool {
         false
     }
-
-    /// Returns the memory held, in bytes.
-    fn bytes(&self) -> usize;
 }
 
 /// Returns the Cholesky factor `L` of a block `L L^T`; `None` if it is not positive definite.
@@ -82,10 +79,6 @@ impl<const D: usize> Preconditioner<D> for NoPreconditioner {
 
     fn is_identity(&self) -> bool {
         true
-    }
-
-    fn bytes(&self) -> usize {
-        0
     }
 }
 
@@ -236,16 +229,6 @@ impl ConjugateGradients {
         let residual = dot(r, r).sqrt();
         report(CgEnd::Stalled, max_iterations, residual)
     }
-
-    /// Returns the memory held, in bytes.
-    pub fn bytes(&self) -> usize {
-        8 * (self.r.len() + self.z.len() + self.p.len() + self.q.len())
-    }
-}
-
-/// Memory of a solver for `unknowns`, in bytes.
-pub(super) fn bytes(unknowns: usize) -> usize {
-    8 * 4 * unknowns
 }
 
 /// Partial sums of a dot product; their order depends on the length alone.
@@ -381,10 +364,6 @@ mod tests {
             for i in (1..UNKNOWNS).rev() {
                 z[i - 1] = (z[i - 1] + link(i) * z[i]) / diagonal[i - 1];
             }
-        }
-
-        fn bytes(&self) -> usize {
-            0
         }
     }
 

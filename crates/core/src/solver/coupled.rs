@@ -70,9 +70,6 @@ pub(crate) trait CoupledNewton: Send + Sync {
     /// Returns the work so far.
     fn work(&self) -> SolverWork;
 
-    /// Memory held without the factors, in bytes.
-    fn bytes(&self) -> usize;
-
     /// Predicts the bytes of memory, with the factors, after solving `stages` stages of `system` near `x`,
     /// flat [m].
     fn predicted_bytes(&self, system: &mut System, stages: usize, x: &[f64]) -> usize;
@@ -530,20 +527,10 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
         self.work
     }
 
-    fn bytes(&self) -> usize {
-        let rows =
-            [&self.residual, &self.trial, &self.trial_v].map(|rows| rows.iter().map(Vec::len).sum::<usize>());
-        let structure = self
-            .structure
-            .as_ref()
-            .map_or(0, |s| s.assembler.bytes() + 8 * (s.place.len() + s.value.len()) + s.symbolic.bytes());
-        8 * (rows.iter().sum::<usize>() + self.force.len() + self.right.len()) + structure
-    }
-
     fn predicted_bytes(&self, system: &mut System, stages: usize, x: &[f64]) -> usize {
         let Some(structure) = StageStructure::<D>::new(system, stages, x) else { return usize::MAX / 2 };
         let factors = structure.symbolic.factor_bytes(structure.damped).unwrap_or(usize::MAX / 4);
-        let matrix = structure.assembler.bytes() + structure.symbolic.bytes() + 8 * structure.value.len();
+        let matrix = structure.assembler.bytes() + 16 * structure.value.len();
         // Residual, trial and its velocities of all stages, their right-hand side, and force and
         // positions of one stage.
         let vectors = 8 * x.len() * (6 * stages + 2);

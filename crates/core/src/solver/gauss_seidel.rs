@@ -163,10 +163,6 @@ impl ScaledRows {
             values = &values[D * D..];
         }
     }
-
-    fn bytes(&self) -> usize {
-        4 * (self.start.len() + self.column.len()) + 8 * self.value.len()
-    }
 }
 
 /// A row padded with zeros beyond `D`.
@@ -279,27 +275,6 @@ impl<const D: usize> GaussSeidel<D> {
         }
         report
     }
-
-    pub(super) fn bytes(&self) -> usize {
-        let SweepVectors { t, rest } = &self.vectors;
-        let parts = self.parts.iter().flat_map(|part| [&part.above, &part.outside]);
-        self.cg.bytes()
-            + size_of_val(&self.scale[..])
-            + parts.map(ScaledRows::bytes).sum::<usize>()
-            + [t, rest].map(|vector| size_of_val(&vector[..])).iter().sum::<usize>()
-            + 8 * self.right.len()
-    }
-}
-
-/// Predicts the memory of a solver for `matrix`, in bytes.
-pub(super) fn bytes<const D: usize>(matrix: &BlockMatrix<D>) -> usize {
-    let rows = matrix.rows();
-    let each = rows_of_part(rows);
-    let is_held = |i: usize, j: usize| j > i || j / each != i / each;
-    let held = |i: usize| matrix.row(i).filter(|(j, _)| is_held(i, *j)).count();
-    let blocks = (0..rows).map(held).sum::<usize>();
-    let of_rows = 8 * D * D + 2 * 4 + 2 * size_of::<PaddedRow>() + 8 * D;
-    super::conjugate_gradients::bytes(rows * D) + rows * of_rows + blocks * (8 * D * D + 4)
 }
 
 impl Part {
@@ -550,10 +525,6 @@ mod tests {
             for (i, block) in self.0.iter().enumerate() {
                 (0..2).for_each(|k| z[2 * i + k] = block[k][0] * r[2 * i] + block[k][1] * r[2 * i + 1]);
             }
-        }
-
-        fn bytes(&self) -> usize {
-            0
         }
     }
 

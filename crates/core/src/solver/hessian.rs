@@ -326,20 +326,13 @@ impl<const D: usize> Assembler<D> {
         }
     }
 
-    /// Returns the memory held, in bytes.
+    /// Estimates the memory held, in bytes: the matrix, the matrix with the stencils that change, blocks of
+    /// stencils, their sums and places.
     pub fn bytes(&self) -> usize {
-        let plans = self.terms.iter().map(|t| {
-            4 * t.slot.len()
-                + size_of_val(&t.repeated[..])
-                + t.scratch.iter().map(|s| size_of_val(&s[..])).sum::<usize>()
-        });
-        let lists = self.upper.len() + self.source_start.len() + self.source.len();
-        self.matrix.bytes()
-            + self.changing.bytes()
-            + size_of_val(&self.sums[..])
-            + 4 * (lists + self.next_transpose.len())
-            + self.held.len()
-            + plans.sum::<usize>()
+        let places = self.terms.iter().map(|term| term.slot.len()).sum::<usize>() + self.source.len();
+        let matrices = self.matrix.bytes() + self.changing.matrix().map_or(0, BlockMatrix::bytes);
+        let scratch = self.terms.iter().flat_map(|term| &term.scratch).map(Vec::len).sum::<usize>();
+        matrices + size_of::<Block<D>>() * (self.sums.len() + scratch) + 4 * places
     }
 }
 

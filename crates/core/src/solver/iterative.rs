@@ -3,7 +3,7 @@
 
 use super::block_matrix::BlockMatrix;
 use super::conjugate_gradients::{CgEnd, CgReport, CgTolerance, ConjugateGradients, Preconditioner};
-use super::gauss_seidel::{self, GaussSeidel};
+use super::gauss_seidel::GaussSeidel;
 use super::hessian::{Assembler, Weights};
 use super::multigrid::Multigrid;
 use super::subspace::{Corrected, Subspace};
@@ -189,20 +189,6 @@ impl<const D: usize> Iterative<D> {
             Iterative::Multigrid(levels) => {
                 let entries = (D * D * matrix.value.len()) as f64;
                 CYCLE + FACTOR_READS * levels.subspace.factor_entries() as f64 / entries
-            }
-        }
-    }
-
-    /// Predicts the memory of symmetric Gauss-Seidel for `matrix`, in bytes.
-    pub(super) fn gauss_seidel_bytes(matrix: &BlockMatrix<D>) -> usize {
-        gauss_seidel::bytes(matrix)
-    }
-
-    pub(super) fn bytes(&self) -> usize {
-        match self {
-            Iterative::GaussSeidel { sweeps, .. } => sweeps.bytes(),
-            Iterative::Multigrid(levels) => {
-                levels.levels.bytes() + levels.subspace.bytes() + levels.cg.bytes()
             }
         }
     }

@@ -73,12 +73,6 @@ pub(crate) struct Iterate {
     pub(crate) u: Vec<f64>,
 }
 
-impl Iterate {
-    pub(crate) fn bytes(&self) -> usize {
-        8 * (self.x.len() + self.u.len())
-    }
-}
-
 /// Minimises [`Objective`]s; keeps structures and factorisations from one to the next.
 pub(crate) trait Minimizer: Send + Sync {
     /// Moves the free coordinates to a minimum. Afterwards the system holds the force there, unless the
@@ -104,10 +98,7 @@ pub(crate) trait Minimizer: Send + Sync {
     /// Returns the work so far.
     fn work(&self) -> SolverWork;
 
-    /// Returns the memory held, in bytes.
-    fn bytes(&self) -> usize;
-
-    /// Predicts the bytes of memory after minimising an objective of `system` near `x`, flat [m]. Builds
+    /// Estimates the memory after minimising an objective of `system` near `x`, flat [m], in bytes. Builds
     /// the structures temporarily; factor entries are only counted.
     fn predicted_bytes(&self, system: &mut System, x: &[f64]) -> usize;
 }

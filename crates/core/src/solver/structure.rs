@@ -2,7 +2,6 @@
 
 use std::any::Any;
 
-use super::conjugate_gradients::Preconditioner;
 use super::hessian::Assembler;
 use super::multigrid::Multigrid;
 use crate::system::System;
@@ -21,7 +20,6 @@ pub struct MatrixStructure<const D: usize> {
 /// A [`MatrixStructure`] of any dimension.
 pub struct LentStructure {
     of: Box<dyn Any + Send + Sync>,
-    bytes: usize,
 }
 
 impl LentStructure {
@@ -30,17 +28,12 @@ impl LentStructure {
         let structure = *self.of.downcast::<MatrixStructure<D>>().ok()?;
         structure.assembler.fits(system).then_some(structure)
     }
-
-    pub(crate) fn bytes(&self) -> usize {
-        self.bytes
-    }
 }
 
 impl<const D: usize> MatrixStructure<D> {
     /// Lends the structure. `None` if the pattern has grown by contact during the run, which another
     /// solver has not seen.
     pub fn lent(self) -> Option<LentStructure> {
-        let bytes = self.assembler.bytes() + self.levels.as_ref().map_or(0, Preconditioner::bytes);
-        self.assembler.is_fixed().then(|| LentStructure { of: Box::new(self), bytes })
+        self.assembler.is_fixed().then(|| LentStructure { of: Box::new(self) })
     }
 }

@@ -101,12 +101,6 @@ impl<const D: usize> Subspace<D> {
             row.iter_mut().zip(solution).for_each(|(z, s)| *z += s);
         }
     }
-
-    pub(super) fn bytes(&self) -> usize {
-        let vectors = [&self.part, &self.residual, &self.correction];
-        let factor = self.factor.as_ref().map_or(0, Cholesky::bytes);
-        8 * vectors.iter().map(|v| v.len()).sum::<usize>() + 4 * self.vertices.len() + factor
-    }
 }
 
 /// Extracts the rows and columns of `vertices`, which ascend.
@@ -167,9 +161,5 @@ impl<const D: usize> Preconditioner<D> for Corrected<'_, D> {
         z.iter_mut().zip(&correction).for_each(|(z, c)| *z += c);
         self.subspace.correction = correction;
         self.subspace.add_solution(Some(self.matrix), r, z);
-    }
-
-    fn bytes(&self) -> usize {
-        self.subspace.bytes() + self.inner.bytes()
     }
 }

@@ -18,9 +18,6 @@ pub(crate) trait ExactTangent: Send + Sync {
     /// Solves in place with the last factorisation: `b` [N] becomes the solution [m]. Zero stays zero at
     /// constrained coordinates.
     fn solve(&self, b: &mut [f64]);
-
-    /// Memory held without the factors, in bytes.
-    fn bytes(&self) -> usize;
 }
 
 /// Creates a tangent for systems of `dimension` coordinates per vertex.
@@ -82,11 +79,5 @@ impl<const D: usize> ExactTangent for SparseTangent<D> {
         if let Some(factor) = &self.factor {
             factor.solve(b);
         }
-    }
-
-    fn bytes(&self) -> usize {
-        self.assembler.as_ref().map_or(0, Assembler::bytes)
-            + self.symbolic.as_ref().map_or(0, SymbolicLu::bytes)
-            + 8 * self.entries.len()
     }
 }

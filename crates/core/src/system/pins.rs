@@ -212,10 +212,6 @@ impl Pins {
         self.moves = self.acting.iter().any(Hold::moves);
         self.changes += 1;
     }
-
-    pub(super) fn bytes(&self) -> usize {
-        self.acting.iter().map(Hold::bytes).sum()
-    }
 }
 
 impl System {

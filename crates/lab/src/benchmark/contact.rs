@@ -107,10 +107,6 @@ impl Workload for PerIteration {
     fn quantity(&self, seconds: f64) -> f64 {
         seconds / self.0.iterations as f64
     }
-
-    fn bytes(&self) -> usize {
-        self.0.bytes()
-    }
 }
 
 /// First steps of a run, restarted for each repetition.
@@ -157,10 +153,6 @@ impl Workload for FirstSteps {
             *share = of_contact.as_secs_f64() / elapsed.as_secs_f64();
         }
         Ok(elapsed)
-    }
-
-    fn bytes(&self) -> usize {
-        self.simulation.bytes()
     }
 
     fn share_of_contact(&self) -> Option<f64> {

@@ -102,10 +102,6 @@ impl EnergyTerm for TimedEnergy {
     fn fault(&self, x: &[f64]) -> Option<Fault> {
         self.term.fault(x)
     }
-
-    fn bytes(&self) -> usize {
-        self.term.bytes()
-    }
 }
 
 impl TermViews for TimedEnergy {
@@ -171,10 +167,6 @@ impl DissipativeTerm for TimedFriction {
 
     fn fault(&self, x: &[f64], v: &[f64]) -> Option<Fault> {
         self.term.fault(x, v)
-    }
-
-    fn bytes(&self) -> usize {
-        self.term.bytes()
     }
 }
 

@@ -110,8 +110,4 @@ impl Workload for DifferentiatedRun {
         }
         Ok(elapsed)
     }
-
-    fn bytes(&self) -> usize {
-        self.simulation.bytes()
-    }
 }

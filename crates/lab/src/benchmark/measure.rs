@@ -42,7 +42,7 @@ pub struct Measurement {
     /// Median over the rounds for each part: the seconds of a repetition, or the quantity that the
     /// workload measures instead.
     pub seconds: Vec<f64>,
-    /// Memory traffic of a repetition of the first part [bytes]; 0 if not counted.
+    /// Memory traffic of a repetition of the first part, about [bytes]; 0 if not counted.
     pub bytes: usize,
     /// Share of contact in the time of the first part, if known.
     pub share_of_contact: Option<f64>,

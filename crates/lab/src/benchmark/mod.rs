@@ -234,7 +234,7 @@ pub trait Workload: Send {
         seconds
     }
 
-    /// Bytes that a repetition passes through at least once; 0 where they are not counted.
+    /// Bytes, about, that a repetition passes through at least once; 0 where they are not counted.
     fn bytes(&self) -> usize {
         0
     }

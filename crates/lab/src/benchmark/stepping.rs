@@ -11,6 +11,7 @@ use pliant_scene::{KeyPath, PositionSpec, Problem, Scene, SceneError};
 pub(super) struct Stepping {
     simulation: Simulation,
     start: SavedState,
+    bytes: usize,
 }
 
 /// A state to restore.
@@ -36,10 +37,10 @@ impl SavedState {
 impl Stepping {
     /// Workload of stepping `scene`.
     pub(super) fn new(scene: &Scene) -> Result<Stepping, BenchmarkError> {
-        let mut simulation = assemble(scene)?.simulation;
+        let Assembly { mut simulation, report, .. } = assemble(scene)?;
         simulation.count_losses(false);
         let start = SavedState::of(&simulation);
-        Ok(Stepping { simulation, start })
+        Ok(Stepping { simulation, start, bytes: report.bytes })
     }
 
     #[cfg(test)]
@@ -61,7 +62,7 @@ impl Workload for Stepping {
     }
 
     fn bytes(&self) -> usize {
-        self.simulation.bytes()
+        self.bytes
     }
 }
 

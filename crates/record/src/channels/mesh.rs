@@ -116,7 +116,7 @@ impl ChannelEncoder for MeshChannel {
             message: POINT_BYTES * cells.vertices.len() + 4 * cells.indices.len(),
         };
         let of_skin = |skin: &Skin| RecordingBytes {
-            held: skin.bytes(),
+            held: 12 * skin.triangles.len() + 12 * skin.nodes.len(),
             message: POINT_BYTES * skin.vertex_count() + 12 * skin.triangles.len(),
         };
         let skins = self.bodies.iter().flat_map(|body| &body.skin).map(of_skin);

@@ -205,7 +205,7 @@ fn assemble<const D: usize, const N: usize>(
     {
         return Err(vec![problem]);
     }
-    let bytes = memory::check_steps(scene, &mut simulation)?;
+    let bytes = memory::check_steps(scene, &bodies, &mut simulation)?;
     let mut report = Report::new(scene, &simulation, &bodies, &attachments, stability, force_error, bytes);
     report.add_contact(contact);
     let topology = Topology {
@@ -215,7 +215,6 @@ fn assemble<const D: usize, const N: usize>(
         bodies: bodies.iter().map(body::BodyAssembly::topology).collect(),
         rest_positions: bodies.into_iter().flat_map(|b| b.mesh.points).collect(),
     };
-    report.bytes += topology.bytes();
     Ok(Assembly { simulation, topology, probes, report })
 }
 

@@ -32,7 +32,7 @@ pub struct Report {
     pub size: Vec<f64>,
     /// The bodies.
     pub bodies: Vec<BodyReport>,
-    /// Memory while running [bytes], including the solvers of implicit steps.
+    /// Memory while running, about [bytes], including the solvers of implicit steps.
     pub bytes: usize,
     /// Name of the integrator.
     pub integrator: &'static str,

@@ -228,9 +228,6 @@ mod tests {
         fn fault(&self, _x: &[f64]) -> Option<Fault> {
             None
         }
-        fn bytes(&self) -> usize {
-            0
-        }
     }
 
     impl TermViews for Counted {

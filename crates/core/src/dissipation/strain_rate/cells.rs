@@ -113,10 +113,6 @@ impl<const D: usize, const N: usize> ViscousElements<D, N> for ViscousCells<D, N
             }
         }
     }
-
-    fn bytes(&self) -> usize {
-        self.patches.bytes() + self.packs.bytes()
-    }
 }
 
 /// Adds the viscous forces of a patch to its rows and returns their power.

@@ -103,9 +103,6 @@ pub trait ViscousElements<const D: usize, const N: usize>: Send + Sync {
         lane: (usize, usize),
         out: &mut [f64],
     );
-
-    /// Bytes held.
-    fn bytes(&self) -> usize;
 }
 
 impl<const D: usize, const N: usize, E: ViscousElements<D, N>> StrainRate<D, N, E> {
@@ -174,10 +171,6 @@ impl<const D: usize, const N: usize, E: ViscousElements<D, N>> DissipativeTerm f
         elements
             .patches()
             .sum_along(workspace, x, v, |patch, scratch| elements.add_forces(*viscosity, patch, scratch))
-    }
-
-    fn bytes(&self) -> usize {
-        self.elements.bytes() + self.workspace.bytes()
     }
 }
 

@@ -61,10 +61,6 @@ impl<const D: usize, const R: usize, const N: usize> ViscousElements<D, N> for V
             viscosity.add_blocks(weight, &rest_gradients::<R, N>(q, &inverse), &f, out);
         }
     }
-
-    fn bytes(&self) -> usize {
-        self.0.bytes()
-    }
 }
 
 /// Overwrites each rate of `F` by the viscous stress `F S`, and writes the power per volume.

@@ -257,11 +257,6 @@ impl<const D: usize, const N: usize> EnergyTerm for BatchElastic<D, N> {
             Fault::Element { body, element, j, material_would_help: true }
         })
     }
-
-    fn bytes(&self) -> usize {
-        let numbers = self.gradient.len() + self.f.len() + self.p.len() + self.psi.len();
-        8 * numbers + size_of_val(&self.cells[..]) + size_of_val(&self.points[..])
-    }
 }
 
 impl<const D: usize, const N: usize> TermViews for BatchElastic<D, N> {

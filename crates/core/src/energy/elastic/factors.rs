@@ -18,11 +18,6 @@ impl<const D: usize, const N: usize> Elastic<D, N> {
         self
     }
 
-    /// Bytes of factors and axes.
-    pub(super) fn bytes_by_element(&self) -> usize {
-        size_of_val(&self.factors[..]) + size_of_val(&self.axes[..])
-    }
-
     /// Returns the state with stress and energy density multiplied by the factor of the element.
     pub(super) fn with_its_factor(&self, element: usize, state: ElementState) -> ElementState {
         match self.factors.get(element) {

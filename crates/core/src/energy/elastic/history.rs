@@ -329,10 +329,6 @@ impl<const D: usize, const N: usize, const H: usize, L: HistoryLaw<D, H>> Energy
         }
         None
     }
-
-    fn bytes(&self) -> usize {
-        self.elements.bytes() + size_of_val(&self.past[..]) + self.workspace.bytes()
-    }
 }
 
 impl<const D: usize, const N: usize, const H: usize, L: HistoryLaw<D, H>> TermViews

@@ -127,11 +127,6 @@ impl<const D: usize, const R: usize, const N: usize> Kinematics<D, R, N> {
             }
         }
     }
-
-    /// Bytes held.
-    pub(crate) fn bytes(&self) -> usize {
-        self.patches.bytes() + size_of_val(&self.rest[..])
-    }
 }
 
 /// Returns `dx/dxi` at quadrature point `q` of an element with these positions.

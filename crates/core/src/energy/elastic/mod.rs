@@ -269,10 +269,6 @@ impl<const D: usize, const N: usize> EnergyTerm for Elastic<D, N> {
             fault.map(|j| Fault::Element { body: self.body.clone(), element, j, material_would_help })
         })
     }
-
-    fn bytes(&self) -> usize {
-        self.elements.bytes() + self.bytes_by_element() + self.workspace.bytes()
-    }
 }
 
 impl<const D: usize, const N: usize> PredictedStresses for Elastic<D, N> {

@@ -127,15 +127,6 @@ impl EnergyTerm for DeadLoad {
         let finite = crate::algebra::all_finite(&self.now);
         (!finite).then(|| Fault::Load { load: self.name.clone(), time: self.time })
     }
-
-    fn bytes(&self) -> usize {
-        let shares: usize = self.samples.iter().map(|sample| size_of_val(&sample.shares[..])).sum();
-        size_of_val(&self.vertices[..])
-            + 8 * (self.rest.len() + self.now.len() + self.held.len())
-            + size_of_val(&self.samples[..])
-            + shares
-            + self.shape.as_ref().map_or(0, LoadedShape::bytes)
-    }
 }
 
 impl TermViews for DeadLoad {

@@ -98,11 +98,6 @@ impl EnergyTerm for ExternalForces {
     fn fault(&self, _x: &[f64]) -> Option<Fault> {
         (!all_finite(&self.now)).then(|| Fault::Load { load: self.name.clone(), time: self.time })
     }
-
-    fn bytes(&self) -> usize {
-        let constant = if let ExternalForce::Constant(force) = &self.force { force.len() } else { 0 };
-        8 * (self.now.len() + constant) + self.numbering.bytes()
-    }
 }
 
 impl TermViews for ExternalForces {

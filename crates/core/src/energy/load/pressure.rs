@@ -333,14 +333,6 @@ impl<const D: usize, const N: usize> EnergyTerm for Pressure<D, N> {
         let finite = crate::algebra::all_finite(self.now.as_flattened());
         (!finite).then(|| Fault::Load { load: self.name.clone(), time: self.time })
     }
-
-    fn bytes(&self) -> usize {
-        size_of_val(&self.vertices[..])
-            + size_of_val(&self.faces[..])
-            + size_of_val(&self.points[..])
-            + size_of_val(&self.now[..])
-            + 8 * self.force.len()
-    }
 }
 
 impl<const D: usize, const N: usize> TermViews for Pressure<D, N> {

@@ -61,11 +61,6 @@ impl LoadedShape {
     pub(super) fn add_force(&self, field: &VectorField, time: f64, change: &[f64], force: &mut [f64]) {
         self.places.add_force(&FieldAt { field, slope: &self.slope, time }, change, force);
     }
-
-    /// Bytes held.
-    pub(super) fn bytes(&self) -> usize {
-        self.places.bytes()
-    }
 }
 
 /// Faces of one kind, or vertices.
@@ -73,8 +68,6 @@ trait LoadedPlaces: Send + Sync {
     fn add_work(&self, of: &FieldAt<'_>, p: &[f64], rows: &mut [f64]);
 
     fn add_force(&self, of: &FieldAt<'_>, change: &[f64], force: &mut [f64]);
-
-    fn bytes(&self) -> usize;
 }
 
 /// Faces with their nodes in the reference configuration [m].
@@ -151,10 +144,6 @@ impl<const D: usize, const N: usize> LoadedPlaces for LoadedFaces<D, N> {
             }
         });
     }
-
-    fn bytes(&self) -> usize {
-        size_of_val(&self.0[..])
-    }
 }
 
 impl LoadedPoints {
@@ -182,9 +171,5 @@ impl LoadedPlaces for LoadedPoints {
             let way = &change[range.clone()];
             force[range].iter_mut().zip(slope).for_each(|(force, slope)| *force += dot(&slope, way));
         });
-    }
-
-    fn bytes(&self) -> usize {
-        size_of_val(&self.vertices[..])
     }
 }

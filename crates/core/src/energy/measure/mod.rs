@@ -157,10 +157,6 @@ impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize, W: ScalarLaw> Energy
         };
         self.stencils.fault(&self.body, sum, x)
     }
-
-    fn bytes(&self) -> usize {
-        self.stencils.bytes() + self.workspace.bytes()
-    }
 }
 
 impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize, W: ScalarLaw> TermViews

@@ -97,9 +97,4 @@ impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> MeasuredStencils<Q, 
         let (index, vertices, ..) = faulty.min_by_key(|(stencil, ..)| *stencil)?;
         Some(Q::fault(body, index, &points_of(x, &vertices)))
     }
-
-    /// Bytes held.
-    pub fn bytes(&self) -> usize {
-        self.patches.bytes() + size_of_val(&self.packs[..])
-    }
 }

@@ -189,13 +189,6 @@ impl<const D: usize, const N: usize> EnergyTerm for ActiveTension<D, N> {
         let finite = self.packs.iter().all(FibrePack::is_finite);
         (!finite).then(|| Fault::Load { load: format!("the tension of {}", self.name), time: self.time })
     }
-
-    fn bytes(&self) -> usize {
-        self.patches.bytes()
-            + size_of_val(&self.packs[..])
-            + size_of_val(&self.places[..])
-            + self.workspace.bytes()
-    }
 }
 
 impl<const D: usize, const N: usize> TermViews for ActiveTension<D, N> {

@@ -197,13 +197,6 @@ impl<const D: usize> EnergyTerm for NBody<D> {
     fn fault(&self, x: &[f64]) -> Option<Fault> {
         coincident::<D>(&self.vertices, self.softening2, x)
     }
-
-    fn bytes(&self) -> usize {
-        let block = size_of::<Block<D>>();
-        let blocks = self.position.len() * (1 + self.partial.len()) + self.direction.len();
-        let lists = 4 * self.vertices.len() + size_of_val(&self.pairs[..]);
-        lists + size_of_val(&self.mass[..]) + block * blocks
-    }
 }
 
 impl<const D: usize> TermViews for NBody<D> {

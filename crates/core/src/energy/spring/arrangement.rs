@@ -143,15 +143,4 @@ impl<const D: usize, N: Neighbours<D>> Arrangement<D, N> {
         });
         ends.zip(self.slots.springs()).map(|((ends, (k, rest)), spring)| (*spring, ends, k, rest))
     }
-
-    /// Bytes held.
-    pub(super) fn bytes(&self) -> usize {
-        let fields = 1 + usize::from(self.direction.is_some());
-        self.slots.bytes()
-            + self.neighbours.bytes()
-            + fields * self.neighbours.field_bytes()
-            + size_of_val(&self.gradient[..])
-            + self.tensions.len() * self.neighbours.tensions_bytes()
-            + size_of_val(&self.parts[..])
-    }
 }

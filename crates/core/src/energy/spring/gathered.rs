@@ -118,16 +118,4 @@ impl<const D: usize> Neighbours<D> for GatheredNeighbours {
         let other = self.index[slot][lane] as usize;
         (other != block * WIDTH + lane).then_some(other)
     }
-
-    fn bytes(&self) -> usize {
-        size_of_val(&self.index[..])
-    }
-
-    fn field_bytes(&self) -> usize {
-        8 * VertexRows::<D>::STRIDE * self.vertices.next_multiple_of(WIDTH)
-    }
-
-    fn tensions_bytes(&self) -> usize {
-        0
-    }
 }

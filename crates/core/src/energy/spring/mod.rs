@@ -155,10 +155,6 @@ impl<const D: usize> EnergyTerm for Springs<D> {
             length: length(ends),
         })
     }
-
-    fn bytes(&self) -> usize {
-        on!(&self.layout, springs => springs.bytes()) + size_of_val(&self.pairs[..])
-    }
 }
 
 impl<const D: usize> TermViews for Springs<D> {

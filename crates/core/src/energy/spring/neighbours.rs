@@ -49,13 +49,4 @@ pub(super) trait Neighbours<const D: usize>: Send + Sync {
     /// Returns the other end of the spring in a lane, counted from the first vertex; `None` without a
     /// spring.
     fn neighbour(&self, block: usize, slot: usize, lane: usize) -> Option<usize>;
-
-    /// Bytes held here.
-    fn bytes(&self) -> usize;
-
-    /// Bytes held by a field.
-    fn field_bytes(&self) -> usize;
-
-    /// Bytes held by the tensions of a task.
-    fn tensions_bytes(&self) -> usize;
 }

@@ -242,18 +242,6 @@ impl<const D: usize> Neighbours<D> for Runs {
         let other = (block * WIDTH + lane).wrapping_add_signed(run.offset as isize);
         (run.lanes >> lane & 1 == 1).then_some(other)
     }
-
-    fn bytes(&self) -> usize {
-        size_of_val(&self.runs[..]) + size_of_val(&self.computed[..])
-    }
-
-    fn field_bytes(&self) -> usize {
-        Columns::<D>::bytes_of(self.vertices)
-    }
-
-    fn tensions_bytes(&self) -> usize {
-        8 * self.rings.numbers()
-    }
 }
 
 /// Splits rows into columns, on several threads if there are many.

@@ -153,16 +153,4 @@ impl Slots {
     pub(super) fn springs(&self) -> &[u32] {
         &self.spring
     }
-
-    /// Bytes held.
-    pub(super) fn bytes(&self) -> usize {
-        let stiffness = match &self.stiffness {
-            SlotStiffness::Same(_) => 0,
-            SlotStiffness::Varying(values) => size_of_val(&values[..]),
-        };
-        size_of_val(&self.start[..])
-            + size_of_val(&self.spring[..])
-            + size_of_val(&self.rest_length[..])
-            + stiffness
-    }
 }

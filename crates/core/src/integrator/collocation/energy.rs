@@ -116,10 +116,6 @@ impl StageEnergy {
             SolveError { verdict: SolveFailure::Spurious, iterations: 0, correction: 0.0, left: None };
         Err(StepFault { fault: None, vertex: None, solve: Some(solve) })
     }
-
-    pub(super) fn bytes(&self) -> usize {
-        8 * (self.gradient.len() + self.way.len())
-    }
 }
 
 /// True if the term has a potential: it supplies no energy from outside.

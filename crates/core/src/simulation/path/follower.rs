@@ -61,10 +61,6 @@ impl PathFollower {
         self.work
     }
 
-    pub(in super::super) fn bytes(&self) -> usize {
-        self.tangent.bytes() + 8 * self.state.way.len()
-    }
-
     /// Moves `state` one step along the path with the tolerance [m] and the scene `size` [m].
     pub(super) fn step(
         &mut self,

@@ -45,9 +45,6 @@ impl EnergyTerm for Alternating {
     fn fault(&self, _: &[f64]) -> Option<Fault> {
         None
     }
-    fn bytes(&self) -> usize {
-        0
-    }
 }
 
 impl TermViews for Alternating {

@@ -204,14 +204,6 @@ impl<const D: usize> Changing<D> {
             }
         }
     }
-
-    pub(super) fn bytes(&self) -> usize {
-        let plan = |plan: &ListPlan<D>| {
-            4 * plan.stencils.vertices.len() + size_of_val(&plan.slot[..]) + size_of_val(&plan.blocks[..])
-        };
-        let whole = self.whole.as_ref().map_or(0, |whole| whole.matrix.bytes() + 4 * whole.place.len());
-        whole + self.plans.iter().map(plan).sum::<usize>()
-    }
 }
 
 /// Returns plans for all stencil lists that are not empty, energies first.

@@ -56,9 +56,6 @@ impl EnergyTerm for Folded {
     fn fault(&self, _: &[f64]) -> Option<Fault> {
         None
     }
-    fn bytes(&self) -> usize {
-        0
-    }
 }
 
 impl TermViews for Folded {}
@@ -152,9 +149,6 @@ impl EnergyTerm for ChangingSprings {
     }
     fn fault(&self, _: &[f64]) -> Option<Fault> {
         None
-    }
-    fn bytes(&self) -> usize {
-        0
     }
 }
 

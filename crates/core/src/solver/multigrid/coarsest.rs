@@ -49,8 +49,4 @@ impl<const D: usize> Coarsest<D> {
     pub(super) fn rows(&self) -> usize {
         self.x.len()
     }
-
-    pub(super) fn bytes(&self) -> usize {
-        self.factor.bytes() + size_of_val(&self.x[..]) + size_of_val(&self.flat[..])
-    }
 }

@@ -160,13 +160,6 @@ impl<const D: usize> Galerkin<D> {
             }
         }
     }
-
-    pub(super) fn bytes(&self) -> usize {
-        let lists = self.start.len() + self.column.len() + self.target_start.len() + self.target.len();
-        let tasks =
-            self.tasks.iter().map(|t| 4 * (t.fine.len() + t.position.len()) + size_of_val(&t.row[..]));
-        4 * (lists + self.mirrored.len()) + tasks.sum::<usize>()
-    }
 }
 
 /// Lists of a [`Galerkin`].

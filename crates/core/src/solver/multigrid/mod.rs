@@ -233,12 +233,4 @@ impl<const D: usize> Preconditioner<D> for Multigrid<D> {
             z[*i as usize] = inverse * r[*i as usize];
         }
     }
-
-    fn bytes(&self) -> usize {
-        let level = |l: &GridLevel<D>| {
-            l.smoother.bytes() + l.prolongation.bytes() + l.galerkin.bytes() + l.coarse.bytes()
-        };
-        let held = 4 * self.held.coordinates.len() + 8 * self.held.inverse.len() + self.held.mask.len();
-        self.levels.iter().map(level).sum::<usize>() + self.coarsest.bytes() + held
-    }
 }

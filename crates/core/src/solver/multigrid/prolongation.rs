@@ -100,12 +100,6 @@ impl Prolongation {
         };
         for_each(fine, one);
     }
-
-    pub(super) fn bytes(&self) -> usize {
-        let Transposed { start, row, weight } = &self.transposed;
-        4 * (self.start.len() + self.column.len() + start.len() + row.len() + weight.len())
-            + size_of_val(&self.weight[..])
-    }
 }
 
 /// Runs `one` on all rows, with their numbers.

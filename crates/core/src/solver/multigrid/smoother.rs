@@ -252,14 +252,6 @@ impl<const D: usize> Smoother<D> {
     fn put_back(&mut self, [x, r, d, e]: [Vec<Row>; 4]) {
         (self.x, self.r, self.d, self.e) = (x, r, d, e);
     }
-
-    pub(super) fn bytes(&self) -> usize {
-        4 * (self.row_start.len() + self.column.len())
-            + size_of_val(&self.value[..])
-            + size_of_val(&self.inverse[..])
-            + size_of_val(&self.scale[..])
-            + 5 * size_of_val(&self.x[..])
-    }
 }
 
 #[inline(always)]

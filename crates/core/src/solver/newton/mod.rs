@@ -12,7 +12,7 @@ mod watchdog;
 use self::linear::{IterativeSolver, Pause};
 use self::solve::Begin;
 use super::cholesky::{self, Cholesky};
-use super::conjugate_gradients::{self, CgEnd, ConjugateGradients, Preconditioner};
+use super::conjugate_gradients::{CgEnd, ConjugateGradients};
 use super::hessian::{Assembler, Weights};
 use super::iterative::{AssembledMatrix, Iterative};
 use super::multigrid::Multigrid;
@@ -53,6 +53,13 @@ const STATIC_SHIFT: f64 = 1e-9;
 /// In statics, a displacement of this many scene sizes from the last equilibrium means an unsupported
 /// body.
 const RUNAWAY: f64 = 1e3;
+
+/// Vectors that a solve holds, about: of Newton's method, configurations, conjugate gradients.
+const VECTORS: usize = 18;
+/// Bytes of symmetric Gauss-Seidel sweeps, as a part of those of the matrix: its blocks above the diagonal.
+const SWEEPS: f64 = 0.6;
+/// Bytes of the levels of multigrid, beside those of the matrix, for each coordinate: smoothers, weights.
+const PER_COORDINATE: usize = 200;
 
 /// Minimises objectives of one system; keeps structure and factorisations between them.
 pub(crate) struct Newton<const D: usize> {
@@ -280,47 +287,31 @@ impl<const D: usize> super::Minimizer for Newton<D> {
         self.work
     }
 
-    fn bytes(&self) -> usize {
-        let vectors = [&self.residual, &self.direction, &self.solution, &self.velocity, &self.follower];
-        8 * vectors.iter().map(|v| v.len()).sum::<usize>()
-            + self.trial.bytes()
-            + self.assembler.as_ref().map_or(0, Assembler::bytes)
-            + self.cholesky.as_ref().map_or(0, Cholesky::bytes)
-            + self.levels.as_ref().map_or(0, Preconditioner::bytes)
-            + [&self.first, &self.iterative].into_iter().flatten().map(Iterative::bytes).sum::<usize>()
-            + self.cg.bytes()
-    }
-
     fn predicted_bytes(&self, system: &mut System, x: &[f64]) -> usize {
         let mut solver = Newton::<D>::new(self.options);
         solver.prepare(system, x);
-        let vectors = 8 * x.len() * usize::from(system.is_damped());
         let linear = solver.options.linear.choose(system);
         // Contact lists persist between steps; those at the start are representative.
         system.find_stencils(x);
         if let Some(assembler) = &mut solver.assembler {
             assembler.expect_stencils(system, x);
         }
-        let Some(assembler) = &solver.assembler else {
-            // Vectors for the products with damping, and the flags of constrained coordinates.
-            return solver.bytes() + vectors + conjugate_gradients::bytes(x.len()) + 9 * x.len();
-        };
+        let vectors = 8 * VECTORS * x.len();
+        let Some(assembler) = &solver.assembler else { return vectors };
         let matrix = assembler.matrix();
-        let rest = system.rest_positions().unwrap_or(x);
-        let factor = |x: &[f64]| {
-            let structure = cholesky::structure(matrix, system.ordering_positions(x));
-            structure.map_or(usize::MAX / 2, |structure| structure.bytes())
-        };
+        let part = |part: f64| (part * matrix.bytes() as f64) as usize;
         let linear = match linear {
-            LinearSolver::Cg => Iterative::<D>::gauss_seidel_bytes(matrix),
-            LinearSolver::Multigrid => Multigrid::new(assembler.fixed(), rest, assembler.held())
-                .map_or(usize::MAX / 2, |levels| levels.bytes() + conjugate_gradients::bytes(x.len())),
+            LinearSolver::Cg => part(SWEEPS),
+            LinearSolver::Multigrid => matrix.bytes() + PER_COORDINATE * x.len(),
             // If iterations are tried first, count the factor of those that fail.
-            LinearSolver::Cholesky | LinearSolver::Auto | LinearSolver::MatrixFree => factor(x),
+            LinearSolver::Cholesky | LinearSolver::Auto | LinearSolver::MatrixFree => {
+                let structure = cholesky::structure(matrix, system.ordering_positions(x));
+                structure.map_or(usize::MAX / 2, |structure| structure.bytes())
+            }
         };
         // Iterations tried first may fail: count the solver after them, too.
         let first = solver.options.linear.first_iterations(system, 1.0, matrix.rows());
-        let first = first.map_or(0, |_| Iterative::<D>::gauss_seidel_bytes(matrix));
-        (solver.bytes() + vectors + first).saturating_add(linear)
+        let first = first.map_or(0, |_| part(SWEEPS));
+        (assembler.bytes() + vectors + first).saturating_add(linear)
     }
 }

@@ -291,11 +291,6 @@ impl<const D: usize, const N: usize> EnergyTerm for OnePointCells<D, N> {
             })
         })
     }
-
-    fn bytes(&self) -> usize {
-        let elements = self.packs.bytes() + size_of_val(&self.nodes[..]) + size_of_val(&self.axes[..]);
-        self.patches.bytes() + elements + self.workspace.bytes()
-    }
 }
 
 impl<const D: usize, const N: usize> PredictedStresses for OnePointCells<D, N> {

@@ -125,11 +125,6 @@ impl<const D: usize, const N: usize> CellPacks<D, N> {
         entries.for_each(|(entry, row)| *entry = row.0[lane]);
         of_cell
     }
-
-    /// Bytes held.
-    pub(crate) fn bytes(&self) -> usize {
-        size_of_val(&self.0[..])
-    }
 }
 
 /// Reference data of one cell of a pack.

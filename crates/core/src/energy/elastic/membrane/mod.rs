@@ -244,10 +244,6 @@ impl EnergyTerm for Membrane {
     fn stencil_hessians(&self, stencils: Range<usize>, x: &[f64], psd: Psd, out: &mut [f64]) {
         hessian::fill(self, stencils, x, psd, out);
     }
-
-    fn bytes(&self) -> usize {
-        self.elements.bytes() + size_of_val(&self.axes[..]) + self.workspace.bytes()
-    }
 }
 
 impl TermViews for Membrane {

@@ -2,7 +2,7 @@
 //! eight.
 
 use super::super::pair::{Block, FAR};
-use super::octree::{GROUP, Octree, SYMMETRIC};
+use super::octree::{Octree, SYMMETRIC};
 use crate::lanes::WIDTH;
 
 /// Eight particles.
@@ -113,21 +113,5 @@ impl<const D: usize> List<D> {
             pack.moment[k][lane] = node.moment[k];
         }
         self.far_count += 1;
-    }
-
-    /// Returns a rough upper bound on the bytes of a list of `n` particles, if boxes act as a whole below
-    /// this opening angle [rad]: particles in the cubes of twice its inverse about a group are near, and
-    /// of each size of boxes as many as fit there are far.
-    pub(super) fn predicted_bytes(n: u64, opening_angle: f64) -> u64 {
-        let boxes = (1.0 + 2.0 / opening_angle).powi(D as i32);
-        let near = (n as f64).min(GROUP as f64 * boxes);
-        let far = (n as f64 / 2.0).min(boxes * (n as f64 / GROUP as f64 + 2.0).log2());
-        // Vectors double as they grow.
-        2 * (near as u64 * (size_of::<ParticlePack<D>>() / WIDTH) as u64
-            + far as u64 * (size_of::<TreeCells<D>>() / WIDTH) as u64)
-    }
-
-    pub(super) fn bytes(&self) -> usize {
-        size_of_val(&self.near[..]) + size_of_val(&self.far[..])
     }
 }

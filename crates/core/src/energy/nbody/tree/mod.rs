@@ -103,18 +103,6 @@ impl<const D: usize> TreeGravity<D> {
         }
     }
 
-    /// Returns a rough estimate of the bytes of the tree of `n` particles with this opening angle [rad],
-    /// including the lists of all tasks.
-    pub fn predicted_bytes(n: u64, opening_angle: f64) -> u64 {
-        let tasks = (n / PARTICLES_PER_TASK as u64).clamp(1, MAX_TASKS as u64);
-        // Indices, masses, keys; six arrays of vectors; a node for every eight particles; all particles in
-        // one list at the start.
-        let vectors = 6 * 8 * D as u64;
-        let nodes = size_of::<octree::Node<D>>() as u64 / 8;
-        n * (40 + vectors + nodes + 8 * (2 * D as u64 + 1))
-            + tasks * List::<D>::predicted_bytes(n, opening_angle)
-    }
-
     /// Builds the tree for `x`, unless it is up to date.
     fn build(&mut self, x: &[f64]) {
         gather(&mut self.next_position, &self.vertices, x);
@@ -282,12 +270,6 @@ impl<const D: usize> EnergyTerm for TreeGravity<D> {
 
     fn fault(&self, x: &[f64]) -> Option<Fault> {
         coincident::<D>(&self.vertices, self.softening2, x)
-    }
-
-    fn bytes(&self) -> usize {
-        let lists: usize = self.tasks.iter().map(|t| t.list.bytes() + size_of_val(&t.sums[..])).sum();
-        let positions = size_of_val(&self.gradient[..]) + 2 * size_of_val(&self.position[..]);
-        12 * self.vertices.len() + positions + self.tree.bytes() + lists
     }
 }
 

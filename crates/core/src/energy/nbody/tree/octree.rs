@@ -275,14 +275,4 @@ impl<const D: usize> Octree<D> {
             self.nodes[i].direction = sum.map(|s| s / node.mass);
         }
     }
-
-    pub(super) fn bytes(&self) -> usize {
-        size_of_val(&self.order[..])
-            + size_of_val(&self.position[..])
-            + size_of_val(&self.mass[..])
-            + size_of_val(&self.direction[..])
-            + size_of_val(&self.nodes[..])
-            + size_of_val(&self.groups[..])
-            + size_of_val(&self.keys[..])
-    }
 }

@@ -227,30 +227,9 @@ impl EnergyTerm for Exact {
     fn fault(&self, x: &[f64]) -> Option<Fault> {
         self.0.fault(x)
     }
-    fn bytes(&self) -> usize {
-        self.0.bytes()
-    }
 }
 
 impl TermViews for Exact {}
-
-/// Predicted bytes suffice, and are not many times too large.
-#[test]
-fn the_memory_of_a_tree_is_predicted() {
-    fn held<const D: usize>(n: usize, opening_angle: f64) -> (u64, u64) {
-        let (x, mass) = cluster::<D>(n);
-        let mut tree = tree::<D>(&mass, 0.01, opening_angle);
-        tree.evaluate(&x);
-        let p = x.clone();
-        tree.add_hessian_product(&x, &p, &mut vec![0.0; x.len()]);
-        (tree.bytes() as u64, TreeGravity::<D>::predicted_bytes(n as u64, opening_angle))
-    }
-    for (n, angle) in [(1000, 0.5), (1000, 0.05), (4000, 0.3), (10_000, 1.0)] {
-        for (held, predicted) in [held::<2>(n, angle), held::<3>(n, angle)] {
-            assert!(held <= predicted && predicted <= 10 * held, "{n} at {angle}: {held} of {predicted}");
-        }
-    }
-}
 
 // If many particles share the softening length, no single pair has the highest frequency.
 #[test]
