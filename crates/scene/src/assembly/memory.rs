@@ -20,8 +20,11 @@ const PER_COORDINATE: u64 = 110;
 const PER_NODE: u64 = 16;
 /// Bytes per spring or hinge: ends and constants as lists, then as seen from both ends.
 const PER_SPRING: u64 = 50;
-/// Bytes per particle of mutual gravity: a tree, or arrays of partial sums.
-const PER_PARTICLE: u64 = 600;
+/// Bytes per coordinate of a particle of mutual gravity: a tree or arrays of partial sums, and the vectors of
+/// the search of the largest frequency. They are 30 to 300: beyond 100 a run takes more than is said.
+const PER_COORDINATE_OF_PARTICLE: u64 = 1000;
+/// Damping by strain rate takes so many times what elasticity of the same elements does, measured.
+const DAMPING: u64 = 3;
 /// Contact holds so much on top of the rest: candidates, and matrices that are made anew as contacts come and
 /// go.
 const PART_OF_CONTACT: f64 = 0.33;
@@ -48,7 +51,9 @@ impl BodySize {
         let (cells, nodes, points) = match (size.blocks, size.quadratic) {
             (0, false) => (simplices, d + 1, 1),
             (0, true) => (simplices, (d + 1) * (d + 2) / 2, d + 1),
-            // Quadrilaterals and hexahedra have the slopes of all nodes.
+            // Hexahedra of first order have 135 numbers each: slopes, and the stiffness of hourglass modes.
+            (blocks, false) if size.block_nodes == 8 => (blocks, 8, 14),
+            // Other cells have the slopes of all nodes.
             (blocks, _) => (blocks, size.block_nodes, size.block_nodes),
         };
         BodySize { vertices: size.vertices, cells, nodes, points, springs: size.edges }
@@ -77,7 +82,8 @@ impl BodySize {
             .damping
             .as_ref()
             .is_some_and(|damping| damping.strain_rate.is_some() || damping.stiffness_proportional.is_some());
-        let terms = u64::from(spec.elastic.is_some()) + u64::from(damped) + spec.muscle.len() as u64;
+        let terms =
+            u64::from(spec.elastic.is_some()) + DAMPING * u64::from(damped) + spec.muscle.len() as u64;
         let each = self.nodes * PER_NODE + self.points * 8 * (d * d + 1);
         let springs = if spec.springs.is_some() { self.springs } else { 0 };
         // Cells without a term are numbers of the mesh.
@@ -92,7 +98,11 @@ impl BodySize {
 
 /// Bytes of the mutual gravity of this many particles.
 fn gravity_bytes(scene: &Scene, particles: u64) -> u64 {
-    if scene.world.nbody.is_some() { particles.saturating_mul(PER_PARTICLE) } else { 0 }
+    if scene.world.nbody.is_some() {
+        particles.saturating_mul(scene.dimension as u64 * PER_COORDINATE_OF_PARTICLE)
+    } else {
+        0
+    }
 }
 
 /// True if the vertices of `body` are particles.
