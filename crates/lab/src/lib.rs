@@ -8,6 +8,8 @@
 #![allow(clippy::needless_range_loop)]
 
 pub mod benchmark;
+pub mod budget;
+pub mod convergence;
 pub mod fit;
 pub mod stability;
 pub mod statistics;

@@ -21,6 +21,18 @@ pub(crate) struct RunArguments {
     /// Also write the readings of the scene's probes as a table of comma-separated values
     #[arg(long, value_name = "FILE")]
     pub(crate) probes: Option<PathBuf>,
+    /// Also estimate the errors of these quantities by mesh, step and solver, from a few coarser and finer
+    /// runs: tip.y, "tip.y max", left.force.x, energy.elastic, separated by commas; of all probes without
+    /// names. The mesh of the scene needs numbers of cells that 4 divides
+    #[arg(
+        long,
+        value_name = "QUANTITIES",
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "",
+        value_delimiter = ','
+    )]
+    pub(crate) errors: Option<Vec<String>>,
     /// Look at the recording in the browser when the run has ended, as `pliant view` does
     #[arg(long, conflicts_with = "no_record")]
     pub(crate) view: bool,

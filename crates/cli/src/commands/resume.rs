@@ -84,7 +84,17 @@ fn session(
         CheckpointKeeper::new(path, settings, &input)?.with_table(table.as_ref().map(|(file, _)| file));
     let table = table.map(|(_, table)| table);
     let (keeper, from) = (Some(keeper), Some(from));
-    Ok(Session { input, assembly, recording: opened, table, keeper, from, page: None, interrupted })
+    Ok(Session {
+        input,
+        assembly,
+        recording: opened,
+        table,
+        keeper,
+        from,
+        page: None,
+        errors: None,
+        interrupted,
+    })
 }
 
 /// The run has gone farther than it is asked to go.

@@ -1,6 +1,7 @@
 //! `pliant run`: from a scene to a recording.
 
 mod closing;
+mod errors;
 pub(super) mod keeper;
 pub(super) mod probes;
 pub(super) mod session;
@@ -34,6 +35,7 @@ pub(crate) fn execute(arguments: &RunArguments, terminal: Terminal) -> Result<Ex
     if terminal.verbose {
         terminal.note(&check::describe(&input, &assembly, terminal.width()));
     }
+    let errors = arguments.errors.as_ref().map(|names| errors::quantities(names)).transpose()?;
     // Before there is a file, so that no signal can leave it unfinished.
     let interrupted = interrupt::flag()?;
     let keeper = keeper(arguments, &input)?;
@@ -45,7 +47,8 @@ pub(crate) fn execute(arguments: &RunArguments, terminal: Terminal) -> Result<Ex
     let recording = RunRecorder::open(arguments, &input, &assembly)?;
     let keeper = keeper.map(|keeper| keeper.with_table(table.as_ref().map(|(file, _)| file)));
     let table = table.map(|(_, table)| table);
-    let session = Session { input, assembly, recording, table, keeper, from: None, page, interrupted };
+    let session =
+        Session { input, assembly, recording, table, keeper, from: None, page, errors, interrupted };
     session.run(terminal)
 }
 

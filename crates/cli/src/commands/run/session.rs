@@ -10,10 +10,12 @@ use std::time::Instant;
 use pliant::observer::Observer;
 use pliant::probe::Table;
 use pliant::run::{self, Outcome, RunState, Summary};
+use pliant_lab::budget::QuantityOfInterest;
 use pliant_record::checkpoint::CheckpointFile;
 use pliant_scene::assembly::Assembly;
 
 use super::closing::{self, Closing};
+use super::errors;
 use super::keeper::CheckpointKeeper;
 use crate::commands::view;
 use crate::failure::{ExitStatus, Failure, label};
@@ -35,6 +37,8 @@ pub(crate) struct Session {
     pub(crate) from: Option<CheckpointFile>,
     /// Page of the recording, to be written at the end.
     pub(crate) page: Option<PathBuf>,
+    /// Quantities whose errors are estimated after the run.
+    pub(crate) errors: Option<Vec<QuantityOfInterest>>,
     /// Set by the signals that end a run.
     pub(crate) interrupted: &'static Arc<AtomicBool>,
 }
@@ -55,7 +59,7 @@ impl Session {
             progress.clear();
         }
 
-        let Session { input, mut assembly, recording, keeper, page, .. } = self;
+        let Session { input, mut assembly, recording, keeper, page, errors, interrupted, .. } = self;
         let statics = assembly.simulation.static_state(&assembly.topology);
         let closing =
             Closing::new(&input.scene, &assembly.report, &summary, &statistics, statics.as_ref(), wall);
@@ -86,6 +90,11 @@ impl Session {
             terminal.report(&closing::how_to_open(recorded))?;
         }
         let mut document = closing.document(input.source.name(), recorded.as_ref());
+        if let (Outcome::Done, Some(quantities)) = (&summary.outcome, &errors) {
+            let budget = errors::estimated(&input.source, quantities, interrupted, terminal)?;
+            terminal.report(&errors::described(&budget, terminal.width()))?;
+            document["errors"] = serde_json::json!(budget);
+        }
         if let (Some(page), Some(recorded)) = (page, &recorded) {
             document["view"] = view::show(&recorded.path, &page, true, terminal)?;
         }

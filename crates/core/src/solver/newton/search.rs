@@ -43,6 +43,8 @@ pub(super) struct Slope {
     pub(super) correction: f64,
     /// Newton tolerance: corrections up to this size [m] are negligible.
     pub(super) negligible: f64,
+    /// True if only a full step is accepted.
+    pub(super) whole: bool,
     /// True if the matrix was projected.
     pub(super) projected: bool,
     /// True if a full step may be accepted although it does not decrease enough.
@@ -78,7 +80,7 @@ impl<const D: usize> Newton<D> {
         at: &Iterate,
         along: &Slope,
     ) -> Option<Accepted> {
-        let Slope { start, slope, correction, negligible, projected, may_rise, stagnates } = *along;
+        let Slope { start, slope, correction, negligible, whole, projected, may_rise, stagnates } = *along;
         let most_uphill = if stagnates { FLAT } else { FLATTER };
         let mut step = system.max_step(&at.x, &self.direction);
         let shortened = step < 1.0 && system.has_guards();
@@ -115,7 +117,7 @@ impl<const D: usize> Newton<D> {
             if may_rise && !drowns && there.is_finite() && step == 1.0 {
                 return Some(Accepted { watched: true, ..accepted });
             }
-            if halvings == MAX_HALVINGS {
+            if whole || halvings == MAX_HALVINGS {
                 return None;
             }
             halvings += 1;

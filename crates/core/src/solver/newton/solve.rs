@@ -213,7 +213,7 @@ impl<const D: usize> Newton<D> {
                 }
                 self.advance(solve, found, &accepted)
             }
-            None => self.retreat(solve, found),
+            None => self.retreat(solve, found, slope.whole),
         }
     }
 
@@ -285,13 +285,17 @@ impl<const D: usize> Newton<D> {
             (_, Some(same)) => same + self.changing_part(solve.system, solve.objective, solve.at, solve.at),
             _ => self.value(solve.system, solve.objective, solve.at, solve.at),
         };
+        // In dynamics a shortened step with a reused matrix is worth less than a new matrix; in statics
+        // it still leads on from the last equilibrium.
+        let whole = found.old_matrix && solve.objective.inertia > 0.0 && correction > negligible;
         let projected = solve.matrix.psd == Psd::Projected;
         let may_rise = solve.watchdog.may_begin()
+            && !whole
             && (solve.iteration == 0 || !found.old_matrix)
             && !(projected || found.truncated || solve.system.has_guards())
             && self.follower.is_empty();
         let stagnates = solve.convergence.stagnant > STAGNANT;
-        Slope { start, slope: found.slope, correction, negligible, projected, may_rise, stagnates }
+        Slope { start, slope: found.slope, correction, negligible, whole, projected, may_rise, stagnates }
     }
 
     /// Handles a correction that lowers the objective nowhere: tries a better one from the same iterate.
@@ -299,8 +303,11 @@ impl<const D: usize> Newton<D> {
         &mut self,
         solve: &mut NewtonSolve<'_>,
         found: Correction,
+        whole: bool,
     ) -> Result<SolveProgress, SolveFailure> {
-        if solve.forcing.residual > CG_TOLERANCE {
+        if whole {
+            solve.matrix.keep = false;
+        } else if solve.forcing.residual > CG_TOLERANCE {
             // An inaccurate solution may not point downhill: first solve accurately with the same matrix.
             (solve.forcing.residual, solve.convergence.correction) = (CG_TOLERANCE, f64::INFINITY);
         } else if solve.convergence.correction <= solve.negligible && !found.truncated {

@@ -1,0 +1,215 @@
+//! Quantities of interest: numbers of a run whose errors are asked for.
+
+use std::str::FromStr;
+
+use pliant::observer::{Frame, Observer, ObserverError, Quantities};
+use pliant::probe::Probe;
+
+/// A number of a run: `tip.y`, `tip.y max`, `left.force.x mean`, `energy.elastic`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct QuantityOfInterest {
+    of: QuantitySource,
+    statistic: TimeStatistic,
+}
+
+/// What is read of each frame.
+#[derive(Clone, Debug, PartialEq)]
+enum QuantitySource {
+    /// Displacement of a probe along an axis [m].
+    Displacement { probe: String, axis: usize },
+    /// Reaction force of a pin along an axis [N]: the name, or its end after a slash.
+    Force { pin: String, axis: usize },
+    /// An energy [J].
+    Energy(EnergyPart),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum EnergyPart {
+    Elastic,
+    Kinetic,
+    Total,
+}
+
+/// How the values over time become one number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum TimeStatistic {
+    End,
+    Max,
+    Min,
+    Mean,
+    Rms,
+}
+
+/// Error of a text that is no quantity of interest.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "`{0}` is no quantity: it is PROBE.x, PIN.force.x or energy.elastic, energy.kinetic, energy.total, and \
+     then nothing or one of end, max, min, mean, rms, for example \"tip.y max\""
+)]
+pub struct NoQuantity(String);
+
+impl FromStr for QuantityOfInterest {
+    type Err = NoQuantity;
+
+    fn from_str(text: &str) -> Result<Self, NoQuantity> {
+        let error = || NoQuantity(text.to_owned());
+        let mut words = text.split_whitespace();
+        let name = words.next().ok_or_else(error)?;
+        let statistic = match words.next() {
+            None | Some("end") => TimeStatistic::End,
+            Some("max") => TimeStatistic::Max,
+            Some("min") => TimeStatistic::Min,
+            Some("mean") => TimeStatistic::Mean,
+            Some("rms") => TimeStatistic::Rms,
+            Some(_) => return Err(error()),
+        };
+        let (of, last) = name.rsplit_once('.').ok_or_else(error)?;
+        if words.next().is_some() || of.is_empty() {
+            return Err(error());
+        }
+        let axis = || ["x", "y", "z"].iter().position(|axis| *axis == last).ok_or_else(error);
+        let of = match (of, last) {
+            ("energy", "elastic") => QuantitySource::Energy(EnergyPart::Elastic),
+            ("energy", "kinetic") => QuantitySource::Energy(EnergyPart::Kinetic),
+            ("energy", "total") => QuantitySource::Energy(EnergyPart::Total),
+            _ => match (of.strip_suffix(".force"), of.strip_suffix(".displacement")) {
+                (Some(pin), _) => QuantitySource::Force { pin: pin.to_owned(), axis: axis()? },
+                (_, Some(probe)) => QuantitySource::Displacement { probe: probe.to_owned(), axis: axis()? },
+                _ => QuantitySource::Displacement { probe: of.to_owned(), axis: axis()? },
+            },
+        };
+        Ok(QuantityOfInterest { of, statistic })
+    }
+}
+
+impl std::fmt::Display for QuantityOfInterest {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let axes = ["x", "y", "z"];
+        match &self.of {
+            QuantitySource::Displacement { probe, axis } => write!(formatter, "{probe}.{}", axes[*axis]),
+            QuantitySource::Force { pin, axis } => write!(formatter, "{pin}.force.{}", axes[*axis]),
+            QuantitySource::Energy(part) => {
+                let name = ["elastic", "kinetic", "total"][*part as usize];
+                write!(formatter, "energy.{name}")
+            }
+        }?;
+        match self.statistic {
+            TimeStatistic::End => Ok(()),
+            other => write!(formatter, " {}", ["end", "max", "min", "mean", "rms"][other as usize]),
+        }
+    }
+}
+
+impl QuantityOfInterest {
+    /// Displacements of every probe along every axis at the end.
+    pub(super) fn of_probes(probes: &[Probe], dimension: usize) -> Vec<Self> {
+        let of_probe = |probe: &Probe| -> Vec<Self> {
+            let at = |axis| QuantitySource::Displacement { probe: probe.name.clone(), axis };
+            (0..dimension)
+                .map(|axis| QuantityOfInterest { of: at(axis), statistic: TimeStatistic::End })
+                .collect()
+        };
+        probes.iter().flat_map(of_probe).collect()
+    }
+
+    /// Unit of the quantity.
+    pub fn unit(&self) -> &'static str {
+        match self.of {
+            QuantitySource::Displacement { .. } => "m",
+            QuantitySource::Force { .. } => "N",
+            QuantitySource::Energy(_) => "J",
+        }
+    }
+
+    /// Formal order of its error in space for elements of order `q` in statics, with exact loads: `q + 1` of
+    /// displacements, `2 q` of energies and of whole reactions.
+    pub(super) fn order_in_space(&self, q: u32) -> u32 {
+        match self.of {
+            QuantitySource::Displacement { .. } => q + 1,
+            _ => 2 * q,
+        }
+    }
+
+    /// True if the value is that of the last moment.
+    pub(super) fn is_at_the_end(&self) -> bool {
+        self.statistic == TimeStatistic::End
+    }
+
+    /// Reads a frame; `None` if it has no such probe or pin.
+    fn read(&self, frame: &Frame<'_>, probes: &[Probe]) -> Option<f64> {
+        match &self.of {
+            QuantitySource::Displacement { probe, axis } => {
+                let probe = probes.iter().find(|own| own.name == *probe)?;
+                (*axis < frame.dimension).then(|| probe.read(frame).displacement[*axis])
+            }
+            QuantitySource::Force { pin, axis } => {
+                let is_named =
+                    |name: &str| name == pin || name.rsplit_once('/').is_some_and(|(_, last)| last == pin);
+                let mut named = frame.reactions?.iter().filter(|reaction| is_named(&reaction.name));
+                let (first, second) = (named.next()?, named.next());
+                (second.is_none() && *axis < frame.dimension).then_some(first.force[*axis])
+            }
+            QuantitySource::Energy(part) => {
+                let diagnostics = frame.diagnostics?;
+                Some(match part {
+                    EnergyPart::Elastic => diagnostics.elastic,
+                    EnergyPart::Kinetic => diagnostics.kinetic,
+                    EnergyPart::Total => diagnostics.total,
+                })
+            }
+        }
+    }
+}
+
+/// Values of quantities at the frames of a run.
+#[derive(Default)]
+pub(super) struct QuantityObserver<'a> {
+    quantities: &'a [QuantityOfInterest],
+    probes: &'a [Probe],
+    /// Values by quantity and frame.
+    series: Vec<Vec<f64>>,
+    /// The first quantity that a frame did not have.
+    pub(super) missing: Option<usize>,
+}
+
+impl<'a> QuantityObserver<'a> {
+    pub(super) fn new(quantities: &'a [QuantityOfInterest], probes: &'a [Probe]) -> Self {
+        QuantityObserver { quantities, probes, series: vec![vec![]; quantities.len()], missing: None }
+    }
+
+    /// Value of a quantity, and half the range of its series.
+    pub(super) fn value(&self, quantity: usize) -> [f64; 2] {
+        let series = &self.series[quantity];
+        let (low, high) = series.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+            (low.min(*value), high.max(*value))
+        });
+        let mean =
+            |of: fn(f64) -> f64| series.iter().map(|value| of(*value)).sum::<f64>() / series.len() as f64;
+        let value = match self.quantities[quantity].statistic {
+            TimeStatistic::End => series.last().copied().unwrap_or(f64::NAN),
+            TimeStatistic::Max => high,
+            TimeStatistic::Min => low,
+            TimeStatistic::Mean => mean(|value| value),
+            TimeStatistic::Rms => mean(|value| value * value).sqrt(),
+        };
+        [value, 0.5 * (high - low)]
+    }
+}
+
+impl Observer for QuantityObserver<'_> {
+    fn quantities(&self) -> Quantities {
+        let any = |of: fn(&QuantitySource) -> bool| self.quantities.iter().any(|quantity| of(&quantity.of));
+        Quantities::REACTIONS.only_if(any(|of| matches!(of, QuantitySource::Force { .. })))
+            | Quantities::DIAGNOSTICS.only_if(any(|of| matches!(of, QuantitySource::Energy(_))))
+    }
+
+    fn frame(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
+        for (i, quantity) in self.quantities.iter().enumerate() {
+            match quantity.read(frame, self.probes) {
+                Some(value) => self.series[i].push(value),
+                None => self.missing = self.missing.or(Some(i)),
+            }
+        }
+        Ok(())
+    }
+}
