@@ -534,3 +534,57 @@ fn a_single_mass_falls() {
     // Compared with `m g` over the 2 m to the origin.
     bench.pliant(["scene.toml"]).succeeded().prints(&["of the 19.62 J in play"]);
 }
+
+/// A beam that falls, with a probe at its end.
+const BEAM: &str = "dimension = 2
+time = { integrator = 'velocity-verlet', step = 0.0025, duration = 0.25 }
+world = { gravity = [0.0, -9.81] }
+[[body]]
+name = 'beam'
+mesh = { grid = { cells = [16, 4], size = [4.0, 1.0] } }
+elastic = { neo-hookean = { young = 1e6, poisson = 0.3 } }
+mass = { density = 1000.0 }
+pin = [{ name = 'left', half_space = { normal = [1.0, 0.0], offset = 0.0 } }]
+[[probe]]
+name = 'tip'
+at = [4.0, 0.5]
+";
+
+#[test]
+fn errors_of_a_run_are_split_by_mesh_step_and_solver() {
+    let bench = Bench::new(BEAM);
+    let ended = bench.pliant(["scene.toml", "--errors"]).succeeded();
+    ended.prints(&[
+        "tip.x ",
+        "tip.y ",
+        "extrapolated",
+        "mesh ",
+        "4x1, 8x2, 16x4 cells",
+        "4 runs beside yours",
+    ]);
+    // The recording is that of the run itself.
+    let with = std::fs::read(bench.path("scene.mcap")).unwrap();
+    bench.pliant(["scene.toml", "-o", "alone.mcap"]).succeeded();
+    assert!(with == std::fs::read(bench.path("alone.mcap")).unwrap());
+    let ended = bench.pliant(["scene.toml", "--force", "--json", "--errors=tip.y max,left.force.y mean"]);
+    let json = ended.succeeded().json();
+    let quantities = json["errors"]["quantities"].as_array().unwrap();
+    let names: Vec<&str> = quantities.iter().map(|of| of["quantity"].as_str().unwrap()).collect();
+    assert_eq!(names, ["tip.y max", "left.force.y mean"]);
+    assert!(quantities.iter().all(|of| of["parts"].as_array().unwrap().len() == 3));
+    assert_eq!(quantities[1]["unit"], "N");
+}
+
+#[test]
+fn errors_of_what_is_not_there_are_refused() {
+    let bench = Bench::new(BEAM);
+    for (quantity, expected) in [
+        ("toe.y", "the scene has no `toe.y`"),
+        ("left.force.z", "the scene has no `left.force.z`"),
+        ("tip", "`tip` is no quantity"),
+        ("tip.y often", "`tip.y often` is no quantity"),
+    ] {
+        let ended = bench.pliant(["scene.toml", "--no-record", &format!("--errors={quantity}")]);
+        ended.ended_with(2).says(&[expected]);
+    }
+}

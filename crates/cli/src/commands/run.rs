@@ -35,7 +35,7 @@ pub(crate) fn execute(arguments: &RunArguments, terminal: Terminal) -> Result<Ex
     if terminal.verbose {
         terminal.note(&check::describe(&input, &assembly, terminal.width()));
     }
-    let errors = arguments.errors.as_ref().map(|names| errors::quantities(names)).transpose()?;
+    let errors = arguments.errors.as_ref().map(|names| errors::quantities(names, &assembly)).transpose()?;
     // Before there is a file, so that no signal can leave it unfinished.
     let interrupted = interrupt::flag()?;
     let keeper = keeper(arguments, &input)?;

@@ -117,14 +117,14 @@ pub fn error_budget(
     if quantities.is_empty() {
         return Err(BudgetError::NoQuantity);
     }
+    if let Some(missing) = quantities.iter().find(|quantity| !quantity.is_of(&assembly)) {
+        return Err(BudgetError::Missing(missing.to_string()));
+    }
     let mut ladder = ErrorRuns::new(source, &scene, &assembly, quantities, interrupt, begun);
     drop(assembly);
     let started = Instant::now();
     let own = ladder.values(&[], None, 1.0);
     let own_seconds = started.elapsed().as_secs_f64();
-    if let Some(missing) = ladder.missing {
-        return Err(BudgetError::Missing(quantities[missing].to_string()));
-    }
     let own = own.map_err(|_| BudgetError::Unfinished)?;
     let started = Instant::now();
     let parts = ladder.parts(&own);
@@ -166,7 +166,6 @@ struct ErrorRuns<'a> {
     is_implicit: bool,
     order_in_time: u32,
     runs: usize,
-    missing: Option<usize>,
 }
 
 impl<'a> ErrorRuns<'a> {
@@ -209,7 +208,6 @@ impl<'a> ErrorRuns<'a> {
             is_implicit: method.documentation.solves > 0,
             order_in_time: method.documentation.order,
             runs: 0,
-            missing: None,
             scene,
         }
     }
@@ -234,7 +232,6 @@ impl<'a> ErrorRuns<'a> {
         })?;
         let mut observer = QuantityObserver::new(self.quantities, &assembly.probes);
         let summary = run(&mut assembly.simulation, &self.plan, &mut [&mut observer], self.interrupt);
-        self.missing = self.missing.or(observer.missing);
         match summary.outcome {
             Outcome::Done => Ok((0..self.quantities.len()).map(|i| observer.value(i)).collect()),
             _ => Err("a run beside it does not reach the end".into()),

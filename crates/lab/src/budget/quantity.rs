@@ -4,6 +4,7 @@ use std::str::FromStr;
 
 use pliant::observer::{Frame, Observer, ObserverError, Quantities};
 use pliant::probe::Probe;
+use pliant_scene::assembly::Assembly;
 
 /// A number of a run: `tip.y`, `tip.y max`, `left.force.x mean`, `energy.elastic`.
 #[derive(Clone, Debug, PartialEq)]
@@ -112,6 +113,21 @@ impl QuantityOfInterest {
         probes.iter().flat_map(of_probe).collect()
     }
 
+    /// True if a scene has the probe or the pin that the quantity names, and its axis.
+    pub fn is_of(&self, assembly: &Assembly) -> bool {
+        let dimension = assembly.simulation.system().dimension();
+        match &self.of {
+            QuantitySource::Displacement { probe, axis } => {
+                *axis < dimension && assembly.probes.iter().any(|own| own.name == *probe)
+            }
+            QuantitySource::Force { pin, axis } => {
+                let names = assembly.simulation.reaction_names();
+                *axis < dimension && names.iter().filter(|name| is_named(name, pin)).count() == 1
+            }
+            QuantitySource::Energy(_) => true,
+        }
+    }
+
     /// Unit of the quantity.
     pub fn unit(&self) -> &'static str {
         match self.of {
@@ -143,9 +159,7 @@ impl QuantityOfInterest {
                 (*axis < frame.dimension).then(|| probe.read(frame).displacement[*axis])
             }
             QuantitySource::Force { pin, axis } => {
-                let is_named =
-                    |name: &str| name == pin || name.rsplit_once('/').is_some_and(|(_, last)| last == pin);
-                let mut named = frame.reactions?.iter().filter(|reaction| is_named(&reaction.name));
+                let mut named = frame.reactions?.iter().filter(|reaction| is_named(&reaction.name, pin));
                 let (first, second) = (named.next()?, named.next());
                 (second.is_none() && *axis < frame.dimension).then_some(first.force[*axis])
             }
@@ -161,6 +175,11 @@ impl QuantityOfInterest {
     }
 }
 
+/// True if `pin` is the name of a reaction, `body/pin`, or its end after the slash.
+fn is_named(name: &str, pin: &str) -> bool {
+    name == pin || name.rsplit_once('/').is_some_and(|(_, last)| last == pin)
+}
+
 /// Values of quantities at the frames of a run.
 #[derive(Default)]
 pub(super) struct QuantityObserver<'a> {
@@ -168,13 +187,11 @@ pub(super) struct QuantityObserver<'a> {
     probes: &'a [Probe],
     /// Values by quantity and frame.
     series: Vec<Vec<f64>>,
-    /// The first quantity that a frame did not have.
-    pub(super) missing: Option<usize>,
 }
 
 impl<'a> QuantityObserver<'a> {
     pub(super) fn new(quantities: &'a [QuantityOfInterest], probes: &'a [Probe]) -> Self {
-        QuantityObserver { quantities, probes, series: vec![vec![]; quantities.len()], missing: None }
+        QuantityObserver { quantities, probes, series: vec![vec![]; quantities.len()] }
     }
 
     /// Value of a quantity, and half the range of its series.
@@ -205,10 +222,8 @@ impl Observer for QuantityObserver<'_> {
 
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
         for (i, quantity) in self.quantities.iter().enumerate() {
-            match quantity.read(frame, self.probes) {
-                Some(value) => self.series[i].push(value),
-                None => self.missing = self.missing.or(Some(i)),
-            }
+            // A pin that let go carries nothing.
+            self.series[i].push(quantity.read(frame, self.probes).unwrap_or(0.0));
         }
         Ok(())
     }

@@ -3,9 +3,10 @@
 use std::sync::atomic::AtomicBool;
 
 use pliant_lab::budget::{
-    BudgetError, ErrorBudget, ErrorPart, QuantityBudget, QuantityOfInterest, error_budget,
+    BudgetError, ErrorBudget, ErrorPart, NoQuantity, QuantityBudget, QuantityOfInterest, error_budget,
 };
 use pliant_scene::Source;
+use pliant_scene::assembly::Assembly;
 
 use crate::failure::Failure;
 use crate::terminal::Terminal;
@@ -14,10 +15,22 @@ use crate::text::{counted, number, wrap};
 /// The quantities that `--errors` names; none for those of all probes.
 ///
 /// # Errors
-/// A name is none of a quantity.
-pub(super) fn quantities(names: &[String]) -> Result<Vec<QuantityOfInterest>, Failure> {
-    let parse = |name: &String| name.parse().map_err(|error| Failure::usage(format!("--errors: {error}")));
-    names.iter().filter(|name| !name.is_empty()).map(parse).collect()
+/// A name is none of a quantity of the scene; it has no probe, and nothing is named.
+pub(super) fn quantities(names: &[String], assembly: &Assembly) -> Result<Vec<QuantityOfInterest>, Failure> {
+    let usage = |error: String| Failure::usage(format!("--errors: {error}"));
+    let parse = |name: &String| {
+        let quantity: QuantityOfInterest =
+            name.parse().map_err(|error: NoQuantity| usage(error.to_string()))?;
+        match quantity.is_of(assembly) {
+            true => Ok(quantity),
+            false => Err(usage(BudgetError::Missing(quantity.to_string()).to_string())),
+        }
+    };
+    let named: Vec<_> = names.iter().filter(|name| !name.is_empty()).map(parse).collect::<Result<_, _>>()?;
+    if named.is_empty() && assembly.probes.is_empty() {
+        return Err(usage(BudgetError::NoQuantity.to_string()));
+    }
+    Ok(named)
 }
 
 /// Makes the runs beside a run.
@@ -37,7 +50,6 @@ pub(super) fn estimated(
     };
     error_budget(source, quantities, interrupt, &mut begun).map_err(|error| match error {
         BudgetError::Scene(error) => error.into(),
-        BudgetError::Missing(_) | BudgetError::NoQuantity => Failure::usage(format!("--errors: {error}")),
         error => Failure::failed("errors", error.to_string()),
     })
 }
