@@ -32,11 +32,11 @@ impl Simulation {
         stress_error(self.element_terms(), self.sampled(topology), recovery)
     }
 
-    fn element_terms(&self) -> impl Iterator<Item = &dyn ElementTerm> {
+    pub(crate) fn element_terms(&self) -> impl Iterator<Item = &dyn ElementTerm> {
         self.system.terms().iter().filter_map(|term| term.elements())
     }
 
-    fn sampled<'a>(&'a self, topology: &'a Topology) -> SampledConfiguration<'a> {
+    pub(crate) fn sampled<'a>(&'a self, topology: &'a Topology) -> SampledConfiguration<'a> {
         SampledConfiguration {
             x: self.state.x(),
             rest: &topology.rest_positions,

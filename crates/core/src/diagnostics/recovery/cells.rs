@@ -1,6 +1,5 @@
 //! Elements of one term with samples of a tensor, and fields that need no patch.
 
-use super::fit::{AXES, Frame, TensorPolynomial};
 use super::reference::RecoveryElement;
 use crate::algebra::Mat;
 use crate::element::{Barycentric, ElementState};
@@ -126,28 +125,11 @@ impl<'a> Cells<'a> {
 
     /// Returns the values at the nodes of every cell, flat, by the samples of the cell alone.
     pub(super) fn element_values(&self) -> Vec<Tensor> {
-        let weights: Vec<Vec<f64>> = match self.element.simplex_polynomials() {
-            Some(_) => vec![],
-            None => self.element.nodes.iter().map(|node| self.element.multilinear(node)).collect(),
-        };
-        let mut values = Vec::with_capacity(self.vertices.len());
-        for (cell, vertices) in self.cells().enumerate() {
-            let samples = self.own.of_cell(cell);
-            let Some(choices) = self.element.simplex_polynomials() else {
-                values.extend(weights.iter().map(|weights| weighted(weights, samples.1)));
-                continue;
-            };
-            if let [value] = samples.1 {
-                values.extend(vertices.iter().map(|_| *value));
-                continue;
-            }
-            let frame = Frame::new(self.at.rest_point(vertices[0]), AXES, samples.0);
-            let fitted = TensorPolynomial::fitted(frame, self.element.dimension, choices, samples);
-            // A constant can be fitted to any sample.
-            let at = |point| fitted.as_ref().map_or([f64::NAN; TENSOR], |(field, _)| field.at(&point));
-            values.extend(vertices.iter().map(|vertex| at(self.at.rest_point(*vertex))));
-        }
-        values
+        let weights: Vec<_> =
+            self.element.nodes.iter().map(|node| self.element.extrapolation(node)).collect();
+        let cells = 0..self.cells().len();
+        let values = cells.map(|cell| self.own.of_cell(cell).1);
+        values.flat_map(|values| weights.iter().map(|weights| weighted(weights, values))).collect()
     }
 
     /// Returns the plain mean of the values of all cells at each node.
@@ -190,7 +172,7 @@ pub(super) fn weighted(weights: &[f64], values: &[Tensor]) -> Tensor {
 }
 
 /// Returns the reference position with these weights of the nodes.
-fn interpolated(weights: &[f64], vertices: &[u32], at: SampledConfiguration<'_>) -> Point {
+pub(super) fn interpolated(weights: &[f64], vertices: &[u32], at: SampledConfiguration<'_>) -> Point {
     let mut sum = [0.0; 3];
     for (weight, vertex) in weights.iter().zip(vertices) {
         let point = at.rest_point(*vertex);

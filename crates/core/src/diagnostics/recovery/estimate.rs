@@ -2,7 +2,8 @@
 
 use nalgebra::DMatrix;
 
-use super::cells::{Cells, NodalRows, SampledConfiguration, Tensor, row_of, weighted};
+use super::cells::{Cells, NodalRows, Point, SampledConfiguration, Tensor, interpolated, row_of, weighted};
+use super::reference::ShapeValues;
 use super::{Recovery, recovered, tensor};
 use crate::algebra::Mat;
 use crate::energy::{ElementTerm, EvaluatedElement};
@@ -39,10 +40,44 @@ pub(crate) fn stress_error<'a>(
     at: SampledConfiguration<'_>,
     recovery: Recovery,
 ) -> Option<StressError> {
+    distance(terms, at, |cells| {
+        let NodalRows { vertices, values, .. } = recovered(cells, recovery);
+        move |points: &PointsOfCell<'_>| {
+            let nodes = points.vertices.len();
+            let at_nodes: Vec<Tensor> = match recovery {
+                Recovery::Element => values[points.cell * nodes..][..nodes].to_vec(),
+                Recovery::Average | Recovery::Patch => {
+                    points.vertices.iter().map(|vertex| values[row_of(&vertices, *vertex)]).collect()
+                }
+            };
+            points.shapes.iter().map(|shape| weighted(&shape.values, &at_nodes)).collect()
+        }
+    })
+}
+
+/// Points of a cell.
+pub(super) struct PointsOfCell<'a> {
+    /// Number of the cell in the mesh.
+    cell: usize,
+    /// Nodes of the cell, in the order of the scene.
+    vertices: &'a [u32],
+    /// Shape functions at the points.
+    shapes: &'a [ShapeValues],
+    /// Reference positions of the points.
+    pub(super) positions: &'a [Point],
+}
+
+/// Returns the distance of the first Piola stress from another field in the energy norm. The function
+/// that `field` returns for the cells of a term gives that field [Pa] at points of a cell.
+pub(super) fn distance<'a, F: Fn(&PointsOfCell<'_>) -> Vec<Tensor>>(
+    terms: impl Iterator<Item = &'a dyn ElementTerm>,
+    at: SampledConfiguration<'_>,
+    field: impl Fn(&Cells) -> F,
+) -> Option<StressError> {
     let (mut squares, mut norm) = (vec![], 0.0);
     for term in terms {
         let cells = Cells::sampled(term, at, |state| state.first_piola)?;
-        norm += add_squares(term, &cells, recovery, &mut squares)?;
+        norm += add_squares(term, &cells, &field(&cells), &mut squares)?;
     }
     let total = squares.iter().sum::<f64>().sqrt();
     let elements = squares.into_iter().map(f64::sqrt).collect();
@@ -53,10 +88,9 @@ pub(crate) fn stress_error<'a>(
 fn add_squares(
     term: &dyn ElementTerm,
     cells: &Cells,
-    recovery: Recovery,
+    field: &dyn Fn(&PointsOfCell<'_>) -> Vec<Tensor>,
     squares: &mut Vec<f64>,
 ) -> Option<f64> {
-    let NodalRows { vertices, values, .. } = recovered(cells, recovery);
     let (element, at, nodes) = (&cells.element, cells.at, cells.element.nodes.len());
     if element.is_sheet {
         return None;
@@ -67,33 +101,35 @@ fn add_squares(
     squares.resize(first + term.element_count(), 0.0);
     let (mut norm, mut has_tangents, mut inverse) = (0.0, true, TangentInverse::default());
     term.each_at(at.x, &points, &mut |EvaluatedElement { number, states, tangent, .. }| {
-        let own = &cells.vertices[number * nodes..][..nodes];
-        let at_nodes: Vec<Tensor> = match recovery {
-            Recovery::Element => values[number * nodes..][..nodes].to_vec(),
-            Recovery::Average | Recovery::Patch => {
-                own.iter().map(|vertex| values[row_of(&vertices, *vertex)]).collect()
-            }
-        };
         let Some(tangent) = tangent() else {
             has_tangents = false;
             return;
         };
         let compliance = inverse.of(&tangent);
-        for ((state, shape), weight) in states.iter().zip(&shapes).zip(&weights) {
-            let mut j = if at.dimension == 2 { Mat::diagonal(&[0.0, 0.0, 1.0]) } else { Mat::zero() };
-            for (vertex, slope) in own.iter().zip(&shape.slopes) {
-                let point = at.rest_point(*vertex);
-                for (i, k) in (0..3).flat_map(|i| (0..3).map(move |k| (i, k))) {
-                    j[i][k] += point[i] * slope[k];
-                }
-            }
-            let volume = weight * element.content() * j.determinant();
-            let change = tensor(&weighted(&shape.values, &at_nodes)) - state.first_piola;
+        let own = &cells.vertices[number * nodes..][..nodes];
+        let positions: Vec<Point> = shapes.iter().map(|shape| interpolated(&shape.values, own, at)).collect();
+        let better =
+            field(&PointsOfCell { cell: number, vertices: own, shapes: &shapes, positions: &positions });
+        for (((state, shape), weight), better) in states.iter().zip(&shapes).zip(&weights).zip(&better) {
+            let volume = weight * element.content() * jacobian(&shape.slopes, own, at);
+            let change = tensor(better) - state.first_piola;
             squares[first + number] += volume * compliance.apply(&change).dot(&change);
             norm += 2.0 * volume * state.energy_density;
         }
     });
     has_tangents.then_some(norm)
+}
+
+/// Returns the determinant of the derivative of the reference position by the reference coordinates.
+fn jacobian(slopes: &[[f64; 3]], vertices: &[u32], at: SampledConfiguration<'_>) -> f64 {
+    let mut j = if at.dimension == 2 { Mat::diagonal(&[0.0, 0.0, 1.0]) } else { Mat::zero() };
+    for (vertex, slope) in vertices.iter().zip(slopes) {
+        let point = at.rest_point(*vertex);
+        for (i, k) in (0..3).flat_map(|i| (0..3).map(move |k| (i, k))) {
+            j[i][k] += point[i] * slope[k];
+        }
+    }
+    j.determinant()
 }
 
 /// Pseudo-inverse of the last tangent: elements of a linear material share it.

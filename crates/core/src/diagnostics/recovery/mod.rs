@@ -12,7 +12,7 @@
 //! | triangle, tetrahedron | centroid | linear | constant |
 //! | quadratic triangle, tetrahedron | 3, 4 quadrature points | quadratic | linear |
 //! | quadrilateral, hexahedron | centre | linear | multilinear |
-//! | `quad8`, `quad9`, `hex20`, `hex27` | 2 Gauss points a direction | quadratic and mixed cubic | multilinear |
+//! | `quad8`, `quad9`, `hex20`, `hex27` | 2 Gauss points a direction | mixed cubic | multilinear |
 //!
 //! First-order quadrilaterals take no term `xy`: in a patch turned by 45 degrees it vanishes at all points.
 //! Nothing is fitted or averaged across energy terms, that is across bodies and materials.

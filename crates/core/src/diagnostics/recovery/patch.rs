@@ -2,9 +2,10 @@
 //!
 //! A patch consists of the cells around a corner inside the body. A polynomial is fitted to the samples of
 //! these cells and gives the value at the corner. Values elsewhere are means of patches:
-//! - a corner on the boundary: of the patches of the inner corners of its cells;
-//! - a corner without such: a patch of its own, of its cells and of their neighbours;
-//! - a node in the middle of an edge, a face or a cell: of its corners, each evaluated at the node.
+//! - a node in the middle of an edge, a face or a cell: of the patches of its corners inside the body;
+//! - a node of the boundary without such corners: of the patches of all inner corners of its cells;
+//! - a node whose cells have no inner corner: of patches about its corners, each of the cells there and of
+//!   their neighbours.
 
 use super::cells::{Cells, NodalRows, Point, TENSOR, Tensor, row_of};
 use super::fit::{AXES, Frame, TensorPolynomial};
@@ -14,7 +15,7 @@ use crate::element::cross;
 pub(super) fn patched(cells: &Cells) -> NodalRows {
     let patches = Patches::new(cells);
     let own = patches.fitted(|row| !patches.is_on_boundary[row]);
-    let has_inner = |row: usize| patches.inner_corners(row).next().is_some();
+    let has_inner = |row: usize| patches.inner_around(&[row]).next().is_some();
     let fallback = patches.fitted(|row| patches.is_on_boundary[row] && !has_inner(row));
     let element = &cells.element;
     let parents: Vec<Vec<usize>> = (0..element.nodes.len()).map(|node| element.parents(node)).collect();
@@ -26,20 +27,27 @@ pub(super) fn patched(cells: &Cells) -> NodalRows {
                 continue;
             }
             let at = cells.at.rest_point(*vertex);
-            let corners = parents.iter().filter_map(|parent| {
-                let corner = row_of(&patches.vertices, nodes[*parent]);
-                let here = own[corner].iter().chain(&fallback[corner]);
-                let others = patches.inner_corners(corner).filter_map(|inner| own[inner].as_ref());
-                let is_alone = own[corner].is_some() || fallback[corner].is_some();
-                let others = others.filter(|_| !is_alone);
-                mean(here.chain(others).map(|(polynomial, _)| polynomial.at(&at)))
-            });
-            values[row] = mean(corners);
+            let corners: Vec<usize> =
+                parents.iter().map(|parent| row_of(&patches.vertices, nodes[*parent])).collect();
+            let inner = mean(corners.iter().filter_map(|corner| own[*corner].as_ref()).map(value_at(&at)));
+            let around = || {
+                mean(
+                    patches.inner_around(&corners).filter_map(|inner| own[inner].as_ref()).map(value_at(&at)),
+                )
+            };
+            let alone =
+                || mean(corners.iter().filter_map(|corner| fallback[*corner].as_ref()).map(value_at(&at)));
+            values[row] = inner.or_else(around).or_else(alone);
         }
     }
     let lowered = own.iter().chain(&fallback).flatten().filter(|(_, skipped)| *skipped > 0).count();
     let values = values.into_iter().map(|value| value.unwrap_or([f64::NAN; TENSOR])).collect();
     NodalRows { vertices: patches.vertices, values, lowered }
+}
+
+/// Returns the value of a fitted polynomial at a point.
+fn value_at(at: &Point) -> impl Fn(&(TensorPolynomial, usize)) -> Tensor {
+    move |(polynomial, _)| polynomial.at(at)
 }
 
 /// Returns the mean of tensors; `None` without any.
@@ -101,9 +109,11 @@ impl<'a> Patches<'a> {
         rows
     }
 
-    /// Returns the rows of the corners inside the body of the cells around a corner.
-    fn inner_corners(&self, corner: usize) -> impl Iterator<Item = usize> {
-        self.corners(&self.around[corner]).into_iter().filter(|row| !self.is_on_boundary[*row])
+    /// Returns the rows of the corners inside the body of the cells that have all these corners.
+    fn inner_around(&self, corners: &[usize]) -> impl Iterator<Item = usize> {
+        let mut cells = corners.first().map_or(vec![], |corner| self.around[*corner].clone());
+        cells.retain(|cell| corners.iter().all(|corner| self.around[*corner].contains(cell)));
+        self.corners(&cells).into_iter().filter(|row| !self.is_on_boundary[*row])
     }
 
     /// Fits polynomials at the corners that `is_wanted` selects: inside the body to the cells around the

@@ -3,7 +3,7 @@
 use super::fit::Terms;
 use crate::element::{
     Barycentric, CELL_KINDS, CellKind, CellVisitor, Isoparametric, TETRAHEDRON_EDGES, TRIANGLE_EDGES,
-    mass_rule, quadrature_position, reference_gradients, shape_functions,
+    interpolation, mass_rule, quadrature_position, reference_gradients, shape_functions,
 };
 
 /// Faces of a tetrahedron and edges of a triangle, by corners.
@@ -87,13 +87,18 @@ impl RecoveryElement {
         if self.kind.is_some() && self.order == 1 { vec![[0.0; 4]] } else { self.element_points() }
     }
 
-    /// Returns the weights that give the value at a node from those at [`element_points`]
-    /// (Self::element_points), in cells other than simplices: multilinear.
-    pub(super) fn multilinear(&self, node: &Barycentric) -> Vec<f64> {
-        let points = self.element_points();
-        let weight =
-            |point: &Barycentric| (0..self.dimension).map(|k| 0.5 * (1.0 + node[k] / point[k])).product();
-        points.iter().map(weight).collect()
+    /// Returns the weights that give the value at a node from those at the
+    /// [points](Self::element_points): constant or linear in simplices, multilinear in other cells. There
+    /// are as many points as coefficients: the least squares are an interpolation.
+    pub(super) fn extrapolation(&self, node: &Barycentric) -> Vec<f64> {
+        let multilinear =
+            |point: Barycentric| (0..self.dimension).map(|k| 0.5 * (1.0 + node[k] / point[k])).product();
+        match (self.kind, self.dimension, self.order) {
+            (Some(_), ..) => self.element_points().into_iter().map(multilinear).collect(),
+            (None, _, 1) => vec![1.0],
+            (None, 2, _) => interpolation::<2, 6>(node)[..3].to_vec(),
+            (None, ..) => interpolation::<3, 10>(node)[..4].to_vec(),
+        }
     }
 
     /// Returns points and weights, fractions of the reference element, of a rule that is exact for squares
@@ -125,12 +130,6 @@ impl RecoveryElement {
             (None, _) => &[Terms::Complete(2), Terms::Complete(1), Terms::Complete(0)],
             (Some(_), _) => &[Terms::MixedCubic, Terms::Complete(2), Terms::Complete(1), Terms::Complete(0)],
         }
-    }
-
-    /// Returns the polynomials that the field of a simplex may take.
-    pub(super) fn simplex_polynomials(&self) -> Option<&'static [Terms]> {
-        let all = self.polynomials();
-        self.kind.is_none().then(|| &all[1..])
     }
 
     /// Returns the corners of the edge, face or element in whose middle a node stands; a corner is its

@@ -89,15 +89,12 @@ fn a_constant_stress_is_exact_at_every_node_of_every_element() {
 fn error_of_linear_stress(
     (dimension, nodes): (usize, usize),
     cells: usize,
-    distortion: f64,
     is_wanted: impl Fn(&[f64]) -> bool,
 ) -> f64 {
     // So small that the Cauchy stress is that of linear elasticity, so large that rounding is smaller.
     let scale = 1e-7;
     let material = Linear::new(&Isotropic { young: 1.0, poisson: 0.3, preset: None }.into());
-    let (mut rest, cells) = grid((dimension, nodes), cells);
-    let mut random = Random(5);
-    rest.iter_mut().for_each(|x| *x += random.uniform(-distortion, distortion));
+    let (rest, cells) = grid((dimension, nodes), cells);
     let displacement = |p: &[f64]| -> Vec<f64> {
         let next = |c: usize| p[(c + 1) % dimension];
         (0..dimension)
@@ -139,13 +136,12 @@ fn error_of_linear_stress(
 }
 
 #[test]
-fn elements_of_second_order_recover_a_linear_stress_exactly_wherever_their_nodes_are() {
+fn elements_of_second_order_recover_a_linear_stress_exactly_at_all_nodes() {
     for (dimension, nodes) in kinds().into_iter().filter(|(_, nodes)| ![3, 4].contains(nodes)) {
         if (dimension, nodes) == (3, 8) {
             continue;
         }
-        // Serendipity cells and curved ones have a quadratic function among theirs only as parallelepipeds.
-        let error = error_of_linear_stress((dimension, nodes), 3, 0.0, |_| true);
+        let error = error_of_linear_stress((dimension, nodes), 3, |_| true);
         assert!(error < 1e-6, "{nodes} nodes in {dimension}D: {error:e}");
     }
 }
@@ -153,9 +149,7 @@ fn elements_of_second_order_recover_a_linear_stress_exactly_wherever_their_nodes
 #[test]
 fn elements_of_first_order_recover_a_linear_stress_exactly_from_regular_patches() {
     for kind in [(2, 3), (2, 4), (3, 8)] {
-        let error = error_of_linear_stress(kind, 4, 0.0, |_| true);
-        let inside = error_of_linear_stress(kind, 4, 0.0, |p| p.iter().all(|x| (0.1..1.9).contains(x)));
-        eprintln!("{kind:?}: {error:e} {inside:e}");
+        let inside = error_of_linear_stress(kind, 4, |p| p.iter().all(|x| (0.1..1.9).contains(x)));
         assert!(inside < 1e-6, "{kind:?}: {inside:e}");
     }
 }
@@ -184,7 +178,7 @@ fn nothing_is_averaged_across_materials() {
 fn patches_without_a_corner_inside_take_a_lower_degree_and_say_so() {
     let material = NeoHookean::new(&Isotropic { young: 1.0, poisson: 0.3, preset: None });
     for (kind, cells, lowered) in
-        [((2, 4), 1, 4), ((2, 3), 1, 4), ((3, 8), 1, 8), ((2, 9), 1, 4), ((2, 6), 1, 0)]
+        [((2, 4), 1, 4), ((2, 3), 1, 4), ((3, 8), 1, 8), ((2, 9), 1, 4), ((2, 6), 1, 4)]
     {
         let (rest, cells) = grid(kind, cells);
         let x = rest.iter().map(|x| 1.1 * x).collect();

@@ -1,5 +1,7 @@
 //! Plane problems of linear elasticity on mapped rectangles of cells, solved by conjugate gradients.
 
+use super::super::cells::Point;
+use super::super::estimate::{PointsOfCell, distance};
 use super::super::{NodalStress, Recovery, StressError};
 use crate::element::{HEX20, HEX27, HEXAHEDRON, QUAD8, QUAD9, QUADRILATERAL};
 use crate::energy::EnergyTerm;
@@ -62,14 +64,12 @@ pub(super) fn simulated(
     (Topology { dimension, vertex_count: count, rest_positions, masses, bodies }, simulation)
 }
 
-/// Vertices along each of the sides of a rectangle of cells.
+/// Side of a rectangle of cells.
 pub(super) enum Side {
     /// `s = 0`.
     Left,
     /// `s = 1`.
     Right,
-    /// `t = 1`.
-    Top,
 }
 
 /// Linear elasticity on a mapped rectangle of cells.
@@ -138,12 +138,10 @@ impl PlaneProblem {
 
     /// Adds the force of a traction `(position, outer normal)` on a side.
     pub(super) fn pull(&mut self, side: &Side, traction: impl Fn([f64; 2], [f64; 2]) -> [f64; 2]) {
-        let column = |j: usize| self.lattice.iter().map(|row| row[j]).collect::<Vec<_>>();
         // In the direction in which the outer normal is to the right.
         let line: Vec<u32> = match side {
             Side::Left => self.lattice[0].iter().rev().copied().collect(),
             Side::Right => self.lattice[self.lattice.len() - 1].clone(),
-            Side::Top => column(self.lattice[0].len() - 1).into_iter().rev().collect(),
         };
         for nodes in line.windows(3).step_by(2) {
             let nodes: Vec<u32> = nodes.iter().copied().filter(|node| *node != u32::MAX).collect();
@@ -236,6 +234,19 @@ impl Solved {
             stress.at(self.vertex(at) as u32).map(|stress| stress[i][i] / self.scale).collect();
         let [found] = found[..] else { panic!("one value at {at:?}: {found:?}") };
         found
+    }
+
+    /// Returns the error, for the loads of the problem, if this is the exact stress `[xx, yy, xy]` [Pa].
+    pub(super) fn true_error(&self, exact: impl Fn([f64; 2]) -> [f64; 3]) -> f64 {
+        let exact = |points: &PointsOfCell<'_>| {
+            let tensor = |at: &Point| {
+                let [xx, yy, xy] = exact([at[0], at[1]]).map(|stress| self.scale * stress);
+                [xx, xy, 0.0, xy, yy, 0.0, 0.0, 0.0, 0.0]
+            };
+            points.positions.iter().map(tensor).collect()
+        };
+        let terms = self.simulation.element_terms();
+        distance(terms, self.simulation.sampled(&self.topology), |_| &exact).unwrap().total / self.scale
     }
 
     /// Returns the estimated error, for the loads of the problem.
