@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::cells::{Cells, NodalRows, Point, SampledConfiguration, Tensor, interpolated, row_of, weighted};
+use super::cells::{Cells, NodalRows, SampledConfiguration, Tensor, row_of, weighted};
 use super::reference::ShapeValues;
 use super::{Recovery, recovered, tensor};
 use crate::algebra::Mat;
@@ -60,11 +60,9 @@ pub(super) struct PointsOfCell<'a> {
     /// Number of the cell in the mesh.
     cell: usize,
     /// Nodes of the cell, in the order of the scene.
-    vertices: &'a [u32],
+    pub(super) vertices: &'a [u32],
     /// Shape functions at the points.
-    shapes: &'a [ShapeValues],
-    /// Reference positions of the points.
-    pub(super) positions: &'a [Point],
+    pub(super) shapes: &'a [ShapeValues],
 }
 
 /// Returns the distance of the first Piola stress from another field in the energy norm. The function
@@ -107,9 +105,7 @@ fn add_squares(
         };
         let compliance = inverse.of(&tangent);
         let own = &cells.vertices[number * nodes..][..nodes];
-        let positions: Vec<Point> = shapes.iter().map(|shape| interpolated(&shape.values, own, at)).collect();
-        let better =
-            field(&PointsOfCell { cell: number, vertices: own, shapes: &shapes, positions: &positions });
+        let better = field(&PointsOfCell { cell: number, vertices: own, shapes: &shapes });
         for (((state, shape), weight), better) in states.iter().zip(&shapes).zip(&weights).zip(&better) {
             let volume = weight * element.content() * jacobian(&shape.slopes, own, at);
             let change = tensor(better) - state.first_piola;

@@ -1,7 +1,8 @@
 //! Plane problems of linear elasticity on mapped rectangles of cells, solved by conjugate gradients.
 
-use super::super::cells::Point;
+use super::super::cells::{Point, interpolated};
 use super::super::estimate::{PointsOfCell, distance};
+use super::super::reference::ShapeValues;
 use super::super::{NodalStress, Recovery, StressError};
 use crate::element::{HEX20, HEX27, HEXAHEDRON, QUAD8, QUAD9, QUADRILATERAL};
 use crate::energy::EnergyTerm;
@@ -238,15 +239,17 @@ impl Solved {
 
     /// Returns the error, for the loads of the problem, if this is the exact stress `[xx, yy, xy]` [Pa].
     pub(super) fn true_error(&self, exact: impl Fn([f64; 2]) -> [f64; 3]) -> f64 {
+        let at = self.simulation.sampled(&self.topology);
         let exact = |points: &PointsOfCell<'_>| {
             let tensor = |at: &Point| {
                 let [xx, yy, xy] = exact([at[0], at[1]]).map(|stress| self.scale * stress);
                 [xx, xy, 0.0, xy, yy, 0.0, 0.0, 0.0, 0.0]
             };
-            points.positions.iter().map(tensor).collect()
+            let position = |shape: &ShapeValues| interpolated(&shape.values, points.vertices, at);
+            points.shapes.iter().map(|shape| tensor(&position(shape))).collect()
         };
         let terms = self.simulation.element_terms();
-        distance(terms, self.simulation.sampled(&self.topology), |_| &exact).unwrap().total / self.scale
+        distance(terms, at, |_| &exact).unwrap().total / self.scale
     }
 
     /// Returns the estimated error, for the loads of the problem.
