@@ -423,6 +423,33 @@ def test_measurements_agree_with_one_another(simulation: pliant.Simulation) -> N
 
 
 # lecture 2: M u'' + K u = 0.
+def test_stresses_at_nodes_are_those_of_the_elements_recovered(simulation: pliant.Simulation) -> None:
+    x = simulation.rest_positions
+    gradient = np.array([[1.2, 0.1], [-0.05, 0.9]])
+    simulation.positions = x @ gradient.T
+    of_elements = simulation.stress()
+    for recovery, rows in (("patch", len(x)), ("average", len(x)), ("element", 3 * len(of_elements))):
+        vertices, stress = simulation.nodal_stress(recovery)
+        assert (vertices.shape, stress.shape) == ((rows,), (rows, 3, 3))
+        np.testing.assert_allclose(stress, np.broadcast_to(of_elements[0], stress.shape), atol=1e-6)
+    _, principal = simulation.nodal_stress(kind="principal")
+    expected = np.linalg.eigvalsh(of_elements[0])[::-1]
+    np.testing.assert_allclose(principal, np.broadcast_to(expected, principal.shape), atol=1e-6)
+    # A mean of elements, of the tensors, not of von Mises stresses.
+    simulation.positions = x + 0.05 * np.sin(20.0 * x[:, ::-1])
+    vertices, of_each = simulation.nodal_stress("element")
+    _, mean = simulation.nodal_stress("average")
+    _, von_mises = simulation.nodal_stress("average", "von-mises")
+    for vertex in range(len(x)):
+        np.testing.assert_allclose(of_each[vertices == vertex].mean(axis=0), mean[vertex], rtol=1e-9)
+    deviator = mean - np.trace(mean, axis1=1, axis2=2)[:, None, None] / 3.0 * np.eye(3)
+    np.testing.assert_allclose(von_mises, np.sqrt(1.5 * (deviator**2).sum(axis=(1, 2))), rtol=1e-9)
+    with pytest.raises(ValueError, match="average"):
+        simulation.nodal_stress("mean")
+    with pytest.raises(ValueError, match="principal"):
+        simulation.nodal_stress(kind="tresca")
+
+
 def test_matrices_are_those_of_the_linearised_motion(simulation: pliant.Simulation) -> None:
     pytest.importorskip("scipy")
     stiffness, mass = simulation.stiffness(), simulation.mass()

@@ -14,6 +14,7 @@ mod records;
 mod retry;
 mod snapshot;
 mod statics;
+mod stresses;
 mod work;
 
 pub use crate::deadline::Stopped;

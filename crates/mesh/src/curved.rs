@@ -1,7 +1,7 @@
-//! Curved boundaries of generated second-order meshes: mid-edge nodes are placed on the spheres and
-//! circles that contain the vertices.
+//! Curved boundaries of generated second-order meshes: mid-edge nodes are placed on the spheres, circles
+//! and ellipses that contain the vertices.
 
-use super::Mesh;
+use super::{Mesh, elliptic_membrane};
 use crate::spec::MeshSpec;
 
 /// Directions that differ by less count as equal: their edge is straight.
@@ -22,6 +22,10 @@ pub(super) fn curve(shape: &MeshSpec, mesh: &mut Mesh) {
         MeshSpec::Cylinder(spec) => (&spec.origin, 2),
         MeshSpec::Tube(spec) => (&spec.origin, 2),
         MeshSpec::Annulus(spec) => (&spec.centre, 2),
+        MeshSpec::EllipticMembrane(spec) => {
+            elliptic_membrane::curve(spec, mesh);
+            return mesh.centre();
+        }
         _ => return,
     };
     let centre = centre.clone().unwrap_or_else(|| vec![0.0; round]);
@@ -134,6 +138,32 @@ mod tests {
             for &vertex in &mesh.groups[group].vertices {
                 let (r, _) = radius_and_direction(mesh.point(vertex as usize), &centre, round).unwrap();
                 assert!((r - radius).abs() < 4e-15 * radius, "{r}");
+            }
+        }
+    }
+
+    /// Triangles and quadrilaterals of both kinds.
+    #[test]
+    fn nodes_of_elliptic_sides_lie_on_them() {
+        let quadrilateral = r#", "element": "quadrilateral""#;
+        let lagrange = (quadrilateral, CellOrder::Quadratic);
+        for (element, order) in
+            [("", CellOrder::Quadratic), lagrange, (quadrilateral, CellOrder::Serendipity)]
+        {
+            for cells in ["[1, 1]", "[3, 1]", "[2, 5]"] {
+                let shape = format!(r#"{{ "elliptic_membrane": {{ "cells": {cells}{element} }} }}"#);
+                let shape: MeshSpec = serde_json::from_str(&shape).unwrap();
+                let body = BodyMesh { shape: &shape, order, transform: None, repeat: None };
+                let mesh = build_body(&body, 2, Path::new(".")).unwrap_or_else(|error| panic!("{error}"));
+                for (side, [a, b]) in [("inner", [2.0, 1.0]), ("outer", [3.25, 2.75])] {
+                    let group = &mesh.groups[side];
+                    assert!(group.vertices.len() > group.cells.len() + 1, "{side}: no nodes in the middle");
+                    for &vertex in &group.vertices {
+                        let [x, y] = mesh.point(vertex as usize) else { panic!("a plane mesh") };
+                        let distance = (x / a).hypot(y / b) - 1.0;
+                        assert!(distance.abs() < 1e-14, "{cells}, {side}: {distance:e}");
+                    }
+                }
             }
         }
     }

@@ -25,11 +25,27 @@ pub(super) fn build(spec: &EllipticMembraneSpec, dimension: usize) -> Result<Mes
             return Err(MeshError::NotLess { field: "inner", value, other: "outer", bound });
         }
     }
-    let [n0, n1] = spec.cells;
     mapped::build((spec.cells, spec.element), ["inner", "outer", "bottom", "left"], |i, j| {
-        let a = i as f64 / n0 as f64;
-        let direction = turn::of_fraction(j, n1.saturating_mul(4));
-        // Adding 0.0 removes the sign of -0, the cosine at the end of the quarter.
-        [0, 1].map(|axis| (spec.inner[axis] * (1.0 - a) + spec.outer[axis] * a) * direction[axis] + 0.0)
+        point(spec, [i, j], 1)
     })
+}
+
+/// Moves the middle of every edge to its place between the ellipses of its ends, halfway between their
+/// angles. Vertices are numbered as [`build`] does.
+pub(super) fn curve(spec: &EllipticMembraneSpec, mesh: &mut Mesh) {
+    let row = spec.cells[1] + 1;
+    for (ends, middle) in mesh.middles() {
+        let [a, b] = ends.map(|end| [end as usize / row, end as usize % row]);
+        let place = point(spec, [a[0] + b[0], a[1] + b[1]], 2);
+        mesh.points[middle as usize * 2..][..2].copy_from_slice(&place);
+    }
+}
+
+/// Returns the point `(i, j)` of the lattice with `parts` points in each cell and direction.
+fn point(spec: &EllipticMembraneSpec, [i, j]: [usize; 2], parts: usize) -> [f64; 2] {
+    let [n0, n1] = spec.cells;
+    let a = i as f64 / (parts * n0) as f64;
+    let direction = turn::of_fraction(j, n1.saturating_mul(4 * parts));
+    // Adding 0.0 removes the sign of -0, the cosine at the end of the quarter.
+    [0, 1].map(|axis| (spec.inner[axis] * (1.0 - a) + spec.outer[axis] * a) * direction[axis] + 0.0)
 }

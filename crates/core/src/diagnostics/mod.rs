@@ -45,6 +45,7 @@ mod integral;
 mod ledger;
 mod measures;
 mod reaction;
+pub mod recovery;
 mod stability;
 mod wall_reaction;
 

@@ -65,7 +65,7 @@ pub(crate) use quadratic::{QuadraticGradients, QuadraticPositions};
 pub(crate) use quadrature::point_content;
 pub(crate) use shape::is_simplex;
 pub use simplex::{SimplexPack, simplex_rest};
-pub use state::ElementState;
+pub use state::{ElementState, von_mises};
 pub(crate) use tangents::{Tangents, edges, times, transpose_times};
 
 /// Description of an element, for `pliant list elements`.

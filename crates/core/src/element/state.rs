@@ -57,10 +57,16 @@ impl ElementState {
 
     /// Returns the von Mises stress `sqrt(3/2 s : s)` [Pa], with the deviator `s` of the Cauchy stress.
     pub fn von_mises_stress(&self) -> f64 {
-        let sigma = self.cauchy_stress().symmetric();
-        let deviator = sigma - Mat::scalar(sigma.trace() / 3.0);
-        (1.5 * deviator.norm_squared()).sqrt()
+        von_mises(&self.cauchy_stress())
     }
+}
+
+/// Returns the von Mises stress `sqrt(3/2 s : s)` of a stress [Pa], with the deviator `s` of its symmetric
+/// part.
+pub fn von_mises(stress: &Mat<f64, 3>) -> f64 {
+    let sigma = stress.symmetric();
+    let deviator = sigma - Mat::scalar(sigma.trace() / 3.0);
+    (1.5 * deviator.norm_squared()).sqrt()
 }
 
 /// Returns `S = V diag(sigma) V^T` of `F = R S`.

@@ -18,6 +18,7 @@
 pub mod attachment;
 pub mod batch;
 pub mod elastic;
+mod evaluated;
 pub mod gravity;
 pub mod gravity_over_time;
 pub mod load;
@@ -33,6 +34,7 @@ use crate::quantity::Rounded;
 use std::ops::Range;
 
 use crate::material::Psd;
+pub use evaluated::{ElementVisitor, EvaluatedElement};
 pub use views::{
     Approach, ChangingStencils, ContactExtremes, ContactPlace, Driven, ElementTerm, ForceLayout, HistoryTerm,
     LeastGap, LoadTerm, Measurements, Penetration, PredictedStresses, ShapedContact, StepLimit,

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{DeformationExtremes, EnergyTerm, Fault, ShapeProducts, Stencils};
+use super::{DeformationExtremes, ElementVisitor, EnergyTerm, Fault, ShapeProducts, Stencils};
 use crate::element::{Barycentric, ElementState};
 use crate::material::Psd;
 
@@ -91,6 +91,13 @@ pub trait ElementTerm {
     /// Returns deformation and stress at the point `at` of an element, by its number in the mesh; `None`
     /// if there is no such element.
     fn state_at(&self, x: &[f64], element: usize, at: &Barycentric) -> Option<ElementState>;
+
+    /// Number of nodes of an element.
+    fn nodes(&self) -> usize;
+
+    /// Passes every element, evaluated at these points, to `visit`, in any order. Elements with one state
+    /// have it at all points.
+    fn each_at(&self, x: &[f64], points: &[Barycentric], visit: &mut ElementVisitor<'_>);
 
     /// Returns the first element whose material is about to leave its domain at `x`, where energies and
     /// forces still are finite. Called only after a failure.

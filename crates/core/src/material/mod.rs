@@ -130,6 +130,14 @@ impl<const D: usize> Tangent<D> {
         change
     }
 
+    /// Returns the derivative of `P(F R) R^T` by `F` for the rotation `R` from the material axes to those
+    /// of space: `C' : G = (C : G R) R^T`.
+    pub(crate) fn in_axes(&self, axes: &Mat<f64, D>) -> Self {
+        let (mut turned, same) = (Self::zero(), &Mat::identity());
+        turned.add_turned(self, [same, same, axes, axes]);
+        turned
+    }
+
     /// Adds the tensor that maps `G` to `a (T : b^T G c) d^T`, with the tensor `T` given by `of`.
     fn add_turned(&mut self, of: &Self, [a, b, c, d]: [&Mat<f64, D>; 4]) {
         for (k, l) in (0..D).flat_map(|k| (0..D).map(move |l| (k, l))) {

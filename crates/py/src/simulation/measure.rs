@@ -1,6 +1,7 @@
 //! Measurements of a simulation.
 
 use numpy::{IntoPyArray, PyArray1};
+use pliant::diagnostics::recovery::Recovery;
 use pliant::diagnostics::{Diagnostics, ElementState, MEASURES, Measure};
 use pliant::energy::SurfaceContact;
 use pliant::simulation::{AppliedForces, MatrixError, SparseMatrix};
@@ -336,6 +337,69 @@ impl PySimulation {
                 "there is no stress {kind:?}; there are \"cauchy\", \"first-piola\" and \"von-mises\""
             ))),
         }
+    }
+
+    /// Stress at the nodes of all elements, body after body, never across bodies.
+    ///
+    /// Parameters
+    /// ----------
+    /// recovery : {"patch", "average", "element"}
+    ///     "patch": superconvergent patch recovery (Zienkiewicz, Zhu 1992), the most accurate; "average":
+    ///     plain mean of the elements at a node; "element": one value for every element and node.
+    /// kind : {"cauchy", "von-mises", "principal"}
+    ///     Which; von Mises and principal stresses are those of the recovered tensor.
+    ///
+    /// Returns
+    /// -------
+    /// vertices : ndarray of int64, shape (m,)
+    ///     Vertex of each value. Vertices without elements are left out.
+    /// stress : ndarray of float64, shape (m, 3, 3), (m,) for "von-mises", (m, 3) for "principal"
+    ///     [Pa]; in 2D the third axis is out of the plane. Principal stresses descend.
+    ///
+    /// Examples
+    /// --------
+    /// >>> vertices, stress = simulation.nodal_stress(kind="von-mises")
+    /// >>> vertices.shape, stress.shape
+    /// ((9,), (9,))
+    #[pyo3(signature = (recovery = "patch", kind = "cauchy"))]
+    fn nodal_stress<'py>(
+        &self,
+        py: Python<'py>,
+        recovery: &str,
+        kind: &str,
+    ) -> PyResult<(Bound<'py, PyArray1<i64>>, Doubles<'py>)> {
+        let recovery = match recovery {
+            "patch" => Recovery::Patch,
+            "average" => Recovery::Average,
+            "element" => Recovery::Element,
+            _ => {
+                return Err(PyValueError::new_err(format!(
+                    "there is no recovery {recovery:?}; there are \"patch\", \"average\" and \"element\""
+                )));
+            }
+        };
+        let stress = {
+            let inner = self.lock()?;
+            py.detach(|| threads::run(|| inner.simulation.nodal_stress(&inner.topology, recovery)))
+        };
+        let count = stress.vertices.len();
+        let values = match kind {
+            "cauchy" => {
+                let values =
+                    stress.stress.iter().flat_map(|stress| stress.0.as_flattened().to_vec()).collect();
+                arrays::array(py, values, &[count, 3, 3])
+            }
+            "von-mises" => arrays::array(py, stress.von_mises(), &[count]),
+            "principal" => {
+                let values = stress.principal().into_iter().flat_map(|principal| principal.values).collect();
+                arrays::array(py, values, &[count, 3])
+            }
+            _ => Err(PyValueError::new_err(format!(
+                "there is no stress {kind:?}; there are \"cauchy\", \"von-mises\" and \"principal\""
+            ))),
+        }?;
+        let vertices: Vec<i64> = stress.vertices.into_iter().map(i64::from).collect();
+        Ok((vertices.into_pyarray(py), values))
     }
 
     /// A measure of every finite element, as channels of a recording have it.

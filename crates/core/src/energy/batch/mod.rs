@@ -7,15 +7,18 @@ mod tangent;
 use std::ops::Range;
 
 use super::elastic::points_of;
+use super::evaluated::tangent_in_space;
 use super::{
-    DeformationExtremes, ElementTerm, EnergyKind, EnergyTerm, Fault, MaterialOutput, Measurements, Stencils,
-    TermProperties, TermViews,
+    DeformationExtremes, ElementTerm, ElementVisitor, EnergyKind, EnergyTerm, EvaluatedElement, Fault,
+    MaterialOutput, Measurements, Stencils, TermProperties, TermViews,
 };
 use crate::algebra::Mat;
 use crate::algebra::all_finite;
 use crate::element::ElementState;
-use crate::element::{Barycentric, QuadraturePoint, interpolation, quadrature_count, quadrature_points};
-use crate::material::Psd;
+use crate::element::{
+    Barycentric, QuadraturePoint, centroid, interpolation, quadrature_count, quadrature_points,
+};
+use crate::material::{Psd, Tangent};
 
 /// Hyperelastic material for `m` deformation gradients at once, each `d x d` by rows, one after the
 /// other. Functions return false if they could not be evaluated at all; values that are not finite are
@@ -275,8 +278,7 @@ impl<const D: usize, const N: usize> ElementTerm for BatchElastic<D, N> {
     }
 
     fn each_state(&self, x: &[f64], visit: &mut dyn FnMut(usize, ElementState)) {
-        let mut centre = [0.0; 4];
-        centre[..=D].fill(1.0 / (D + 1) as f64);
+        let centre = centroid::<D, N>();
         for element in 0..self.cells.len() {
             visit(element, self.state(&self.deformation_at(x, element, &centre)));
         }
@@ -288,6 +290,30 @@ impl<const D: usize, const N: usize> ElementTerm for BatchElastic<D, N> {
 
     fn state_at(&self, x: &[f64], element: usize, at: &Barycentric) -> Option<ElementState> {
         (element < self.cells.len()).then(|| self.state(&self.deformation_at(x, element, at)))
+    }
+
+    fn nodes(&self) -> usize {
+        N
+    }
+
+    fn each_at(&self, x: &[f64], points: &[Barycentric], visit: &mut ElementVisitor<'_>) {
+        for (number, vertices) in self.cells.iter().enumerate() {
+            let states: Vec<ElementState> =
+                points.iter().map(|at| self.state(&self.deformation_at(x, number, at))).collect();
+            let tangent = || {
+                let f = self.deformation_at(x, number, &centroid::<D, N>());
+                let flat = tangent::tangents::<D>(self.material.as_ref(), &f, Psd::Exact);
+                let mut tangent = Tangent::<D>::zero();
+                tangent
+                    .0
+                    .as_flattened_mut()
+                    .iter_mut()
+                    .zip(flat.chunks_exact(D * D))
+                    .for_each(|(rows, flat)| rows.0.as_flattened_mut().copy_from_slice(flat));
+                Some(tangent_in_space(None, &tangent))
+            };
+            visit(EvaluatedElement { number, vertices, states: &states, tangent: &tangent });
+        }
     }
 }
 

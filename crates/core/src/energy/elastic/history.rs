@@ -28,9 +28,11 @@ use super::kinematics::{BLOCKS, Kinematics, rest_gradients};
 use super::{Block, points_of};
 use crate::algebra::{Dual, Mat};
 use crate::element::{Barycentric, ElementState, quadrature_count};
+use crate::energy::evaluated::visit_uniform;
 use crate::energy::patch::Workspace;
 use crate::energy::{
-    Driven, ElementTerm, EnergyKind, EnergyTerm, Fault, HistoryTerm, Stencils, TermProperties, TermViews,
+    Driven, ElementTerm, ElementVisitor, EnergyKind, EnergyTerm, Fault, HistoryTerm, Stencils,
+    TermProperties, TermViews,
 };
 use crate::lanes::{Kernel, Lanes, Portable, WIDTH, dispatch_compact};
 use crate::material::{Psd, Tangent};
@@ -365,6 +367,16 @@ impl<const D: usize, const N: usize, const H: usize, L: HistoryLaw<D, H>> Elemen
         let mut stencils = self.elements.patches.stencils();
         let (_, vertices, pack, lane) = stencils.find(|(number, ..)| *number == element)?;
         Some(self.state(x, &vertices, (pack, lane)))
+    }
+
+    fn nodes(&self) -> usize {
+        N
+    }
+
+    fn each_at(&self, x: &[f64], points: &[Barycentric], visit: &mut ElementVisitor<'_>) {
+        for (number, vertices, pack, lane) in self.elements.patches.stencils() {
+            visit_uniform((number, &vertices), self.state(x, &vertices, (pack, lane)), points, visit);
+        }
     }
 
     fn history(&self) -> Option<&dyn HistoryTerm> {

@@ -5,6 +5,7 @@ mod axes;
 mod block;
 mod cells;
 mod collapse;
+mod evaluated;
 mod factors;
 mod hessian;
 mod history;
@@ -28,6 +29,7 @@ pub use membrane::{Membrane, Sheet};
 
 pub(crate) use block::Block;
 use block::BlockMaterial;
+use evaluated::{centroid_deformation, deformation_at};
 use kinematics::edges_at;
 pub(crate) use kinematics::{BLOCKS, Kinematics, gather, rest_gradients, scatter};
 use simplex::{Fused, SimplexForces};
@@ -36,12 +38,12 @@ use solid::{ExtremesKernel, extremes};
 
 use super::patch::Workspace;
 use super::{
-    DeformationExtremes, ElementTerm, EnergyKind, EnergyTerm, Fault, ForceLayout, Measurements,
-    PredictedStresses, ShapeProducts, Stencils, StepLimit, TermProperties,
+    DeformationExtremes, ElementTerm, ElementVisitor, EnergyKind, EnergyTerm, Fault, ForceLayout,
+    Measurements, PredictedStresses, ShapeProducts, Stencils, StepLimit, TermProperties,
 };
 use crate::algebra::Mat;
 use crate::element::ElementState;
-use crate::element::{Barycentric, MassRule, centroid, interpolation, is_simplex, order};
+use crate::element::{Barycentric, MassRule, interpolation, order};
 use crate::lanes::{Lanes, Portable, WIDTH, dispatch_compact};
 use crate::material::Stress;
 use crate::material::{Domain, Material, Psd};
@@ -326,7 +328,15 @@ impl<const D: usize, const N: usize> ElementTerm for Elastic<D, N> {
         if order::<D, N>() == 1 {
             return Some(self.state(&centroid_deformation::<D, N>(&points), element));
         }
-        Some(self.state(&deformation_at::<D, N>(&points, at), element))
+        Some(self.state(&deformation_at(&points, &interpolation::<D, N>(at)), element))
+    }
+
+    fn nodes(&self) -> usize {
+        N
+    }
+
+    fn each_at(&self, x: &[f64], points: &[Barycentric], visit: &mut ElementVisitor<'_>) {
+        self.evaluate_at(x, points, visit);
     }
 }
 
@@ -349,38 +359,6 @@ impl<const D: usize, const N: usize> StepLimit for Elastic<D, N> {
     fn max_step(&self, x: &[f64], dx: &[f64]) -> f64 {
         collapse::step_to_collapse(self, x, dx)
     }
-}
-
-/// Returns `F` at the centroid of an element. In simplices both `dx/dxi` and `J` are linear: their means
-/// over the points are their values there.
-fn centroid_deformation<const D: usize, const N: usize>(points: &[[Mat<f64, D>; 2]]) -> Mat<f64, D> {
-    if let [[dx, inverse]] = points {
-        return dx.mul(inverse);
-    }
-    if !is_simplex::<D, N>() {
-        return deformation_at::<D, N>(points, &centroid::<D, N>());
-    }
-    let (mut dx, mut j) = (Mat::zero(), Mat::zero());
-    for [at_point, inverse] in points {
-        dx += *at_point;
-        j += inverse.inverse();
-    }
-    dx.mul(&j.inverse())
-}
-
-/// Returns `F` at a position in an element with several points: the quotient of `dx/dxi` and `J`, which
-/// are [interpolated](interpolation) between the points.
-fn deformation_at<const D: usize, const N: usize>(
-    points: &[[Mat<f64, D>; 2]],
-    at: &Barycentric,
-) -> Mat<f64, D> {
-    let (mut dx, mut j) = (Mat::zero(), Mat::zero());
-    let weights = interpolation::<D, N>(at);
-    for ([at_point, inverse], weight) in points.iter().zip(weights) {
-        dx += at_point.scale(weight);
-        j += inverse.inverse().scale(weight);
-    }
-    dx.mul(&j.inverse())
 }
 
 #[cfg(test)]

@@ -21,6 +21,7 @@
 
 mod collapse;
 mod distortion;
+mod evaluated;
 mod hessian;
 mod hourglass;
 mod kernels;
@@ -47,8 +48,8 @@ use crate::algebra::Mat;
 use crate::element::{Barycentric, ElementState, Isoparametric};
 use crate::energy::patch::{Patch, Patches, Scratch, Workspace};
 use crate::energy::{
-    DeformationExtremes, ElementTerm, EnergyKind, EnergyTerm, Fault, ForceLayout, Measurements,
-    PredictedStresses, Stencils, StepLimit, TermProperties,
+    DeformationExtremes, ElementTerm, ElementVisitor, EnergyKind, EnergyTerm, Fault, ForceLayout,
+    Measurements, PredictedStresses, Stencils, StepLimit, TermProperties,
 };
 use crate::lanes::{Lanes, Portable, WIDTH, dispatch, dispatch_compact};
 use crate::material::{Domain, Material, Psd, Stress, Tangent};
@@ -326,20 +327,17 @@ impl<const D: usize, const N: usize> ElementTerm for OnePointCells<D, N> {
     /// which a bending cell has no traction across it.
     fn state_at(&self, x: &[f64], element: usize, at: &Barycentric) -> Option<ElementState> {
         let (_, vertices, ..) = self.elements().find(|(number, ..)| *number == element)?;
-        let mut xi = [0.0; D];
-        xi.copy_from_slice(&at[..D]);
-        let rest = self.rest(element);
         let moduli = RestModuli::new(&rest_tangent(&*self.material));
-        let (mut f, q): (Mat<f64, D>, _) = rest.measure(&points_of(x, &vertices));
-        let cofactor = f.cofactor();
-        let z = self.pull_back.pulled(&cofactor, &q);
-        let gradient = hourglass::gradient_at(&rest.inverse, &moduli, &z, &xi);
-        match (self.pull_back, f.determinant_with(&cofactor)) {
-            (PullBack::None, _) => f += gradient,
-            (PullBack::Cofactor, j) if j > 0.0 => f += f.mul(&gradient).scale(1.0 / j),
-            (PullBack::Cofactor, _) => {}
-        }
-        Some(in_space(self.axes.get(element), self.material.state(&f)))
+        let states = self.states(x, (element, &vertices), &moduli, std::slice::from_ref(at));
+        states.into_iter().next()
+    }
+
+    fn nodes(&self) -> usize {
+        N
+    }
+
+    fn each_at(&self, x: &[f64], points: &[Barycentric], visit: &mut ElementVisitor<'_>) {
+        self.evaluate_at(x, points, visit);
     }
 }
 

@@ -14,14 +14,14 @@ use super::block::{Block, BlockMaterial};
 use super::kinematics::{BLOCKS, Kinematics};
 use super::points_of;
 use super::solid::extremes;
-use crate::algebra::cross;
-use crate::algebra::{Mat, signed_svd};
+use crate::algebra::{Mat, cross, signed_svd};
 use crate::element::ElementState;
 use crate::element::{Barycentric, Tangents};
+use crate::energy::evaluated::visit_uniform;
 use crate::energy::patch::Workspace;
 use crate::energy::{
-    DeformationExtremes, ElementTerm, EnergyKind, EnergyTerm, Fault, Measurements, Stencils, TermProperties,
-    TermViews,
+    DeformationExtremes, ElementTerm, ElementVisitor, EnergyKind, EnergyTerm, Fault, Measurements, Stencils,
+    TermProperties, TermViews,
 };
 use crate::lanes::{Lanes, Portable, WIDTH, dispatch, dispatch_compact};
 use crate::material::Stress;
@@ -273,6 +273,16 @@ impl ElementTerm for Membrane {
     fn state_at(&self, x: &[f64], element: usize, _at: &Barycentric) -> Option<ElementState> {
         let stencil = self.elements.patches.stencils().find(|(number, ..)| *number == element)?;
         Some(self.state(x, &stencil))
+    }
+
+    fn nodes(&self) -> usize {
+        3
+    }
+
+    fn each_at(&self, x: &[f64], points: &[Barycentric], visit: &mut ElementVisitor<'_>) {
+        for stencil in self.elements.patches.stencils() {
+            visit_uniform((stencil.0, &stencil.1), self.state(x, &stencil), points, visit);
+        }
     }
 
     fn near_fault(&self, x: &[f64]) -> Option<Fault> {

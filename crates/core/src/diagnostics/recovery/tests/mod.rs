@@ -1,0 +1,5 @@
+//! Recovered stresses against exact ones and against published problems.
+
+mod exact;
+mod problem;
+mod published;
