@@ -45,7 +45,11 @@ fn intervals_of_the_falling_beam_hold_the_truth() {
         let found = budget(&falling_beam(cells, element, &time), &["tip.x", "tip.y"]);
         for (of, truth) in found.quantities.iter().zip(TIP) {
             let what = format!("{cells:?} {element} {time}: {of:?}");
-            let interval = of.interval.unwrap_or_else(|| panic!("{what}"));
+            // Coarse meshes shift the way to the side by more than a tenth of it: refused.
+            let Some(interval) = of.interval else {
+                assert_eq!(of.quantity, "tip.x", "{what}");
+                continue;
+            };
             let error = truth - of.value;
             assert!(error.abs() <= interval + 7e-4, "{what}, error {error}");
             // It says something: less than a fifth of the value.

@@ -84,6 +84,8 @@ pub enum NoEstimate {
     Alternating,
 }
 
+/// Differences below this part of the largest value are rounding, or what solvers leave.
+const ROUNDING: f64 = 1e-9;
 /// Smallest part of the expected order, and largest excess over it, in the asymptotic range.
 const ASYMPTOTIC: [f64; 2] = [0.85, 0.3];
 /// Largest change of the order between three differences in the asymptotic range, as a part of the expected
@@ -112,10 +114,11 @@ pub fn estimate(values: &[f64], expected: f64, kind: LadderKind) -> Result<Ladde
     }
     let differences: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let [.., before, last] = differences[..] else { return Err(NoEstimate::TooFew(values.len())) };
-    if last == 0.0 && before == 0.0 {
+    let size = values.iter().fold(0.0, |size: f64, value| size.max(value.abs()));
+    let largest = before.abs().max(last.abs());
+    if largest <= ROUNDING * size {
         // The quantity does not depend on what is refined.
-        let tier = LadderTier::Asymptotic;
-        return Ok(LadderEstimate { tier, order: expected, estimate: Some(0.0), interval: 0.0 });
+        return Ok(LadderEstimate { interval: largest, ..LadderEstimate::ZERO });
     }
     let order = (before / last).abs().log2();
     let of_order = |q: f64| last / (q.exp2() - 1.0);

@@ -61,11 +61,11 @@ pub(super) fn described(budget: &ErrorBudget, width: usize) -> String {
         out += &of_quantity(quantity, width);
     }
     let runs = counted(budget.runs as u64, "run", "runs");
-    out += &format!("{runs} beside yours, {} of its time", number(budget.cost));
+    let mut end = format!("{runs} beside yours, {} of its time", number(budget.cost));
     if let Some(advice) = advice(budget) {
-        out += &format!("; {advice}");
+        end += &format!("; {advice}");
     }
-    out + "\n"
+    out + &wrap(&end, 0, width)
 }
 
 fn of_quantity(of: &QuantityBudget, width: usize) -> String {
@@ -106,7 +106,11 @@ fn of_part(part: &ErrorPart, unit: &str, value: f64) -> String {
 
 /// A part of a value, in brackets; nothing if the value is zero.
 fn percent(part: f64, value: f64) -> String {
-    if value == 0.0 { String::new() } else { format!(" ({:.2} %)", 100.0 * part.abs() / value.abs()) }
+    match 100.0 * part.abs() / value.abs() {
+        _ if value == 0.0 => String::new(),
+        small if small < 0.01 => " (below 0.01 %)".into(),
+        percent => format!(" ({percent:.2} %)"),
+    }
 }
 
 /// What limits most quantities.
