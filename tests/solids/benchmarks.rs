@@ -1,5 +1,6 @@
 //! Bending problems whose answers are known, by the quasi-static scheme.
 
+use pliant::diagnostics::recovery::Recovery;
 use pliant::solver::SolverOptions;
 use pliant_scene::Scene;
 use pliant_scene::assembly::UnstableStep;
@@ -101,23 +102,22 @@ fn le1(n: usize) -> f64 {
             "pin": [{ "group": "bottom", "axes": ["y"] }, { "group": "left", "axes": ["x"] }],
             "load": [{ "group": "outer", "pressure": -1e7 }],
         }],
-        "probe": [{ "name": "inner", "at": [2.0, 0.0] }],
     }))
     .unwrap();
-    let mut simulation =
-        scene.assemble(UnstableStep::Accept).map_err(|p| format!("{p:?}")).unwrap().simulation;
-    simulation.step().unwrap();
-    simulation.point_states()[0].cauchy_stress()[1][1] * 1e-6
+    let mut assembly = scene.assemble(UnstableStep::Accept).map_err(|p| format!("{p:?}")).unwrap();
+    assembly.simulation.step().unwrap();
+    let rest = assembly.topology.rest_positions.chunks_exact(2);
+    let inner = rest.map(|x| [x[0] - 2.0, x[1]]).position(|[x, y]| x.abs() < 1e-9 && y.abs() < 1e-9);
+    let stress = assembly.simulation.nodal_stress(&assembly.topology, Recovery::Patch);
+    stress.at(inner.unwrap() as u32).next().unwrap()[1][1] * 1e-6
 }
 
-// C8: 92.6576 MPa. Sides are straight here: the error at the end of an element is of second order, which is
-// extrapolated.
+// C8: 92.6576 MPa, recovered at the vertex. An independent program has errors of 0.8, 0.3 and 0.06 % on 16,
+// 32 and 64 square cells.
 #[test]
 fn the_stress_of_le1_converges_to_that_of_an_independent_code() {
     let [coarse, fine] = [16, 32].map(|n| le1(n) / 92.6576 - 1.0);
-    let limit = fine + (fine - coarse) / 3.0;
-    assert!(fine.abs() < 0.02 && fine.abs() < 0.4 * coarse.abs(), "{coarse:e}, {fine:e}");
-    assert!(limit.abs() < 5e-3, "{coarse:e}, {fine:e}, extrapolated {limit:e}");
+    assert!(fine.abs() < 5e-3 && fine.abs() < 0.6 * coarse.abs(), "{coarse:e}, {fine:e}");
 }
 
 // C10: a thick elastica, neo-Hookean, nu = 0, L/H = 20, as a code with elements of fourth order has it: a =

@@ -39,23 +39,23 @@ impl Terms {
 
 /// Coordinates of a patch: relative to its origin, along its axes, as fractions of its size along each.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Frame {
+pub(super) struct FitFrame {
     pub(super) origin: Point,
     /// Unit vectors, one row each.
     pub(super) axes: [Point; 3],
     size: Point,
 }
 
-impl Frame {
+impl FitFrame {
     /// Creates a frame for these points.
     pub(super) fn new(origin: Point, axes: [Point; 3], points: &[Point]) -> Self {
-        let unscaled = Frame { origin, axes, size: [1.0; 3] };
+        let unscaled = FitFrame { origin, axes, size: [1.0; 3] };
         let mut size: Point = [0.0; 3];
         for point in points {
             let local = unscaled.local(point);
             (0..3).for_each(|k| size[k] = size[k].max(local[k].abs()));
         }
-        Frame { size: size.map(|size| if size > 0.0 { size } else { 1.0 }), ..unscaled }
+        FitFrame { size: size.map(|size| if size > 0.0 { size } else { 1.0 }), ..unscaled }
     }
 
     fn local(&self, point: &Point) -> Point {
@@ -70,7 +70,7 @@ pub(super) const AXES: [Point; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0
 /// Polynomial with values that are tensors.
 #[derive(Clone, Debug)]
 pub(super) struct TensorPolynomial {
-    frame: Frame,
+    frame: FitFrame,
     exponents: Vec<[i32; 3]>,
     coefficients: Vec<Tensor>,
 }
@@ -83,7 +83,7 @@ impl TensorPolynomial {
     /// Fits the first of the `choices` that the points determine, by least squares, Householder's QR.
     /// Returns the polynomial and the number of choices skipped; `None` without points.
     pub(super) fn fitted(
-        frame: Frame,
+        frame: FitFrame,
         dimension: usize,
         choices: &[Terms],
         (points, values): (&[Point], &[Tensor]),

@@ -8,12 +8,12 @@
 //!   their neighbours.
 
 use super::cells::{Cells, NodalRows, Point, TENSOR, Tensor, row_of};
-use super::fit::{AXES, Frame, TensorPolynomial};
+use super::fit::{AXES, FitFrame, TensorPolynomial};
 use crate::algebra::cross;
 
 /// Recovers the tensor at all nodes.
 pub(super) fn patched(cells: &Cells) -> NodalRows {
-    let patches = Patches::new(cells);
+    let patches = RecoveryPatches::new(cells);
     let own = patches.fitted(|row| !patches.is_on_boundary[row]);
     let has_inner = |row: usize| patches.inner_around(&[row]).next().is_some();
     let fallback = patches.fitted(|row| patches.is_on_boundary[row] && !has_inner(row));
@@ -61,7 +61,7 @@ fn mean(values: impl Iterator<Item = Tensor>) -> Option<Tensor> {
 }
 
 /// Which cells meet at which corners.
-struct Patches<'a> {
+struct RecoveryPatches<'a> {
     cells: &'a Cells<'a>,
     /// Vertices in ascending order; the row of a vertex is its place here.
     vertices: Vec<u32>,
@@ -71,7 +71,7 @@ struct Patches<'a> {
     is_on_boundary: Vec<bool>,
 }
 
-impl<'a> Patches<'a> {
+impl<'a> RecoveryPatches<'a> {
     fn new(cells: &'a Cells<'a>) -> Self {
         let vertices = cells.distinct_vertices();
         let mut around = vec![vec![]; vertices.len()];
@@ -94,7 +94,7 @@ impl<'a> Patches<'a> {
                 is_on_boundary[row_of(&vertices, *vertex)] = true;
             }
         }
-        Patches { cells, vertices, around, is_on_boundary }
+        RecoveryPatches { cells, vertices, around, is_on_boundary }
     }
 
     /// Returns the rows of the corners of these cells, in ascending order.
@@ -146,7 +146,7 @@ impl<'a> Patches<'a> {
             values.extend(tensors);
         }
         let axes = if element.is_sheet { self.axes_of_sheet(members) } else { AXES };
-        let frame = Frame::new(origin, axes, &points);
+        let frame = FitFrame::new(origin, axes, &points);
         TensorPolynomial::fitted(frame, element.dimension, element.polynomials(), (&points, &values))
     }
 
