@@ -32,7 +32,7 @@ use quantity::QuantityObserver;
 
 /// Largest number of frames by which maxima and means are taken.
 const FRAMES: u64 = 25;
-/// Part of the half range of a quantity above which a difference at the end is a shift of phase.
+/// Part of the half range of an oscillation above which a difference at the end is a shift of phase.
 const PHASE: f64 = 0.1;
 
 /// Errors of the quantities of a run.
@@ -94,7 +94,7 @@ pub enum BudgetError {
     Unfinished,
 }
 
-/// Values of all quantities of a run, each with half of its range.
+/// Values of all quantities of a run, each with half of the range of its oscillation.
 type QuantityValues = Vec<[f64; 2]>;
 /// Values of a run, or why it has none.
 type RunValues = Result<QuantityValues, String>;

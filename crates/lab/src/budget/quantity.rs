@@ -6,6 +6,9 @@ use pliant::observer::{Frame, Observer, ObserverError, Quantities};
 use pliant::probe::Probe;
 use pliant_scene::assembly::Assembly;
 
+/// Turns of a series from which on it oscillates: a period has two.
+const OSCILLATES: usize = 2;
+
 /// A number of a run: `tip.y`, `tip.y max`, `left.force.x mean`, `energy.elastic`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct QuantityOfInterest {
@@ -194,7 +197,15 @@ impl<'a> QuantityObserver<'a> {
         QuantityObserver { quantities, probes, series: vec![vec![]; quantities.len()] }
     }
 
-    /// Value of a quantity, and half the range of its series.
+    /// Number of times that the series of a quantity turns back.
+    fn turns(&self, quantity: usize) -> usize {
+        let ways = self.series[quantity].windows(2).map(|pair| pair[1] - pair[0]);
+        let signs: Vec<f64> = ways.filter(|way| *way != 0.0).map(f64::signum).collect();
+        signs.windows(2).filter(|pair| pair[0] != pair[1]).count()
+    }
+
+    /// Value of a quantity, and half the range of its series; infinite if it does not oscillate, and so has
+    /// no phase.
     pub(super) fn value(&self, quantity: usize) -> [f64; 2] {
         let series = &self.series[quantity];
         let (low, high) = series.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
@@ -209,7 +220,7 @@ impl<'a> QuantityObserver<'a> {
             TimeStatistic::Mean => mean(|value| value),
             TimeStatistic::Rms => mean(|value| value * value).sqrt(),
         };
-        [value, 0.5 * (high - low)]
+        [value, if self.turns(quantity) < OSCILLATES { f64::INFINITY } else { 0.5 * (high - low) }]
     }
 }
 

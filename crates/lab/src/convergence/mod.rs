@@ -85,7 +85,7 @@ pub enum NoEstimate {
 }
 
 /// Differences below this part of the largest value are rounding, or what solvers leave.
-const ROUNDING: f64 = 1e-9;
+const ROUNDING: f64 = 1e-11;
 /// Smallest part of the expected order, and largest excess over it, in the asymptotic range.
 const ASYMPTOTIC: [f64; 2] = [0.85, 0.3];
 /// Largest change of the order between three differences in the asymptotic range, as a part of the expected
