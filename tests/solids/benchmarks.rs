@@ -115,9 +115,11 @@ fn le1(n: usize) -> f64 {
 // C8: 92.6576 MPa, recovered at the vertex. An independent program has errors of 0.8, 0.3 and 0.06 % on 16,
 // 32 and 64 square cells.
 #[test]
-fn the_stress_of_le1_converges_to_that_of_an_independent_code() {
-    let [coarse, fine] = [16, 32].map(|n| le1(n) / 92.6576 - 1.0);
-    assert!(fine.abs() < 5e-3 && fine.abs() < 0.6 * coarse.abs(), "{coarse:e}, {fine:e}");
+fn the_stress_of_le1_is_that_of_an_independent_code() {
+    for n in [16, 32] {
+        let error = le1(n) / 92.6576 - 1.0;
+        assert!(error.abs() < 2e-3, "{n} cells: {error:e}");
+    }
 }
 
 // C10: a thick elastica, neo-Hookean, nu = 0, L/H = 20, as a code with elements of fourth order has it: a =
