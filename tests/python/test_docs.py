@@ -35,6 +35,7 @@ CODES = {
 }
 #: Arrays of numbers without a unit, or of one that depends on what is asked for.
 UNITLESS = {
+    "Simulation.nodal_stress",
     "Simulation.deformation_gradient",
     "Simulation.measure",
     "Trajectory.measure",

@@ -360,7 +360,7 @@ impl PySimulation {
     /// --------
     /// >>> vertices, stress = simulation.nodal_stress(kind="von-mises")
     /// >>> vertices.shape, stress.shape
-    /// ((9,), (9,))
+    /// ((10,), (10,))
     #[pyo3(signature = (recovery = "patch", kind = "cauchy"))]
     fn nodal_stress<'py>(
         &self,
