@@ -126,7 +126,7 @@ fn body_of(kind: &str, cells: &[usize], integrator: &str, solver: Option<&str>) 
 /// Bytes that do not grow with a scene, or hardly.
 const FIXED: f64 = 2e6;
 
-/// What `check` says of a run, without the program itself, is within a factor of 1.5 of the peak of what is
+/// The memory that `check` says of a run, without the program itself, is within a factor of 1.5 of the peak of what is
 /// allocated.
 #[test]
 fn a_run_takes_the_memory_that_was_predicted() {

@@ -79,7 +79,7 @@ pub struct Simulation {
     controller: Option<Box<Controller>>,
     /// Path of equilibria in arc-length continuation; `None` if time leads.
     path: Option<Box<path::PathFollower>>,
-    /// What is recorded of steps.
+    /// Records of steps.
     records: StepRecords,
     /// Element points for which states are requested.
     points: Vec<(usize, Barycentric)>,

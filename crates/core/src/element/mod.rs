@@ -63,6 +63,7 @@ pub use validity::{least_jacobian, volume};
 
 pub(crate) use quadratic::{QuadraticGradients, QuadraticPositions};
 pub(crate) use quadrature::point_content;
+pub(crate) use second_order::{THREE, TWO};
 pub(crate) use shape::is_simplex;
 pub use simplex::{SimplexPack, simplex_rest};
 pub use state::{ElementState, von_mises};

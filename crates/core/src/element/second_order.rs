@@ -10,10 +10,10 @@
 //! chapter 6.
 
 /// Gauss rule of two points, `-1/sqrt(3)` and `1/sqrt(3)`, with weights, on `[-1, 1]`.
-pub(super) const TWO: [(f64, f64); 2] = [(-0.577_350_269_189_625_8, 1.0), (0.577_350_269_189_625_8, 1.0)];
+pub(crate) const TWO: [(f64, f64); 2] = [(-0.577_350_269_189_625_8, 1.0), (0.577_350_269_189_625_8, 1.0)];
 
 /// Gauss rule of three points, `-sqrt(3/5)`, 0 and `sqrt(3/5)`, with weights, on `[-1, 1]`.
-pub(super) const THREE: [(f64, f64); 3] =
+pub(crate) const THREE: [(f64, f64); 3] =
     [(-0.774_596_669_241_483_4, 5.0 / 9.0), (0.0, 8.0 / 9.0), (0.774_596_669_241_483_4, 5.0 / 9.0)];
 
 /// Returns the product of a rule on `[-1, 1]` in `D` dimensions, with the first coordinate running

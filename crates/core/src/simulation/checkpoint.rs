@@ -25,7 +25,7 @@ const ITERATIONS_UNTIL_FORGOTTEN: u64 = 256;
 pub struct Checkpoint {
     snapshot: Snapshot,
     pins: Vec<PinState>,
-    /// What is recorded of steps, without the ledger, which the snapshot has.
+    /// Records of steps, without the ledger, which the snapshot has.
     #[serde(flatten)]
     records: StepRecords,
     /// Length scale of default tolerances [m].

@@ -22,7 +22,7 @@ pub struct MotionJumps {
     pub count: u64,
 }
 
-/// What is recorded of steps.
+/// Records of steps.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(super) struct StepRecords {
     /// Energy ledger; `None` if no energy enters or leaves. Part of snapshots.

@@ -31,12 +31,6 @@ impl CellCounts {
             let spec = serde_json::to_value(body).unwrap_or_default();
             let mesh = spec.get("mesh").and_then(Value::as_object);
             let Some((shape, keys)) = mesh.and_then(|mesh| mesh.iter().next()) else { continue };
-            if names_vertices(&spec) {
-                return Err(format!(
-                    "`{name}` selects vertices by their numbers, which are others on another mesh: select \
-                     them by `box`, `half_space` or a group"
-                ));
-            }
             let cells: Option<Vec<usize>> = match keys.get("cells") {
                 Some(Value::Array(cells)) => {
                     cells.iter().map(|cells| cells.as_u64().map(|cells| cells as usize)).collect()
@@ -49,6 +43,12 @@ impl CellCounts {
                     "the mesh of `{name}` ({shape}) has no number of cells that can be halved"
                 ));
             };
+            if names_vertices(&spec) {
+                return Err(format!(
+                    "`{name}` selects vertices by their numbers, which are others on another mesh: select \
+                     them by `box`, `half_space` or a group"
+                ));
+            }
             counts.push((format!("body.{i}.mesh.{shape}.cells"), cells));
         }
         if counts.is_empty() {

@@ -16,7 +16,7 @@ pub struct QuantityOfInterest {
     statistic: TimeStatistic,
 }
 
-/// What is read of each frame.
+/// Source of a quantity in each frame.
 #[derive(Clone, Debug, PartialEq)]
 enum QuantitySource {
     /// Displacement of a probe along an axis [m].
@@ -34,7 +34,7 @@ enum EnergyPart {
     Total,
 }
 
-/// How the values over time become one number.
+/// Statistic that makes one number of the values over time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum TimeStatistic {
     End,
@@ -184,7 +184,6 @@ fn is_named(name: &str, pin: &str) -> bool {
 }
 
 /// Values of quantities at the frames of a run.
-#[derive(Default)]
 pub(super) struct QuantityObserver<'a> {
     quantities: &'a [QuantityOfInterest],
     probes: &'a [Probe],

@@ -14,7 +14,7 @@
 #[cfg(test)]
 mod tests;
 
-/// What differs between the values of a ladder.
+/// Difference between the runs of a ladder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LadderKind {
     /// Meshes of a body with a smooth solution.
@@ -25,8 +25,8 @@ pub enum LadderKind {
     Step,
 }
 
-/// How regularly the values of a ladder converge.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, schemars::JsonSchema)]
+/// Regularity with which the values of a ladder converge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum LadderTier {
     /// At the expected order: the asymptotic range.
@@ -40,7 +40,7 @@ pub enum LadderTier {
 /// Estimate of the error of the last value of a ladder.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct LadderEstimate {
-    /// How regularly the values converge.
+    /// Regularity with which the values converge.
     pub tier: LadderTier,
     /// Observed order, `log2` of the ratio of the last two differences.
     pub order: f64,

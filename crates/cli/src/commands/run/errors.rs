@@ -113,7 +113,7 @@ fn percent(part: f64, value: f64) -> String {
     }
 }
 
-/// What limits most quantities.
+/// Advice by the part that limits most quantities.
 fn advice(budget: &ErrorBudget) -> Option<&'static str> {
     let interval = |of: &QuantityBudget, part: &str| -> Option<f64> {
         let found = of.parts.iter().find(|own| own.part == part)?;

@@ -60,7 +60,7 @@ fn mean(values: impl Iterator<Item = Tensor>) -> Option<Tensor> {
     (count > 0.0).then(|| sum.map(|entry| entry / count))
 }
 
-/// Which cells meet at which corners.
+/// Cells around every corner.
 struct RecoveryPatches<'a> {
     cells: &'a Cells<'a>,
     /// Vertices in ascending order; the row of a vertex is its place here.

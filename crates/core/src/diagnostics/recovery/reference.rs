@@ -2,8 +2,8 @@
 
 use super::fit::Terms;
 use crate::element::{
-    Barycentric, CELL_KINDS, CellKind, CellVisitor, Isoparametric, TETRAHEDRON_EDGES, TRIANGLE_EDGES,
-    interpolation, mass_rule, quadrature_position, reference_gradients, shape_functions,
+    Barycentric, CELL_KINDS, CellKind, CellVisitor, Isoparametric, TETRAHEDRON_EDGES, THREE, TRIANGLE_EDGES,
+    TWO, interpolation, mass_rule, quadrature_position, reference_gradients, shape_functions,
 };
 
 /// Faces of a tetrahedron and edges of a triangle, by corners.
@@ -75,7 +75,7 @@ impl RecoveryElement {
     /// Returns the points that the field of an element is fitted to.
     pub(super) fn element_points(&self) -> Vec<Barycentric> {
         match (self.kind, self.dimension, self.order) {
-            (Some(_), ..) => self.product(&GAUSS_2).into_iter().map(|(at, _)| at).collect(),
+            (Some(_), ..) => self.product(&TWO).into_iter().map(|(at, _)| at).collect(),
             (None, dimension, 1) => vec![middle(dimension)],
             (None, 2, _) => (0..3).map(quadrature_position::<2, 6>).collect(),
             (None, ..) => (0..4).map(quadrature_position::<3, 10>).collect(),
@@ -105,8 +105,8 @@ impl RecoveryElement {
     /// of functions with the nodes of the element where its sides are straight.
     pub(super) fn rule(&self) -> Vec<(Barycentric, f64)> {
         match (self.kind, self.dimension, self.order) {
-            (Some(_), _, 1) => self.product(&GAUSS_2),
-            (Some(_), ..) => self.product(&GAUSS_3),
+            (Some(_), _, 1) => self.product(&TWO),
+            (Some(_), ..) => self.product(&THREE),
             (None, 2, 1) => (0..3).map(|q| (quadrature_position::<2, 6>(q), 1.0 / 3.0)).collect(),
             (None, _, 1) => (0..4).map(|q| (quadrature_position::<3, 10>(q), 0.25)).collect(),
             (None, 2, _) => mass_rule::<2, 6>(),
@@ -154,7 +154,7 @@ impl RecoveryElement {
         }
     }
 
-    /// Returns the product of a rule in every direction of a cell, with weights of sum 1.
+    /// Returns the product of a rule on `[-1, 1]` in every direction of a cell, with weights of sum 1.
     fn product(&self, rule: &[(f64, f64)]) -> Vec<(Barycentric, f64)> {
         let mut points: Vec<(Barycentric, f64)> = vec![([0.0; 4], 1.0)];
         for k in 0..self.dimension {
@@ -163,7 +163,7 @@ impl RecoveryElement {
                 rule.iter().map(move |(x, share)| {
                     let mut at = at;
                     at[k] = *x;
-                    (at, weight * share)
+                    (at, weight * 0.5 * share)
                 })
             };
             points = points.iter().flat_map(with).collect();
@@ -171,11 +171,6 @@ impl RecoveryElement {
         points
     }
 }
-
-/// Gauss points and weights of sum 1 on `[-1, 1]`: `1/sqrt(3)`, `sqrt(3/5)`.
-const GAUSS_2: [(f64, f64); 2] = [(-0.577_350_269_189_625_8, 0.5), (0.577_350_269_189_625_8, 0.5)];
-const GAUSS_3: [(f64, f64); 3] =
-    [(-0.774_596_669_241_483_4, 5.0 / 18.0), (0.0, 8.0 / 18.0), (0.774_596_669_241_483_4, 5.0 / 18.0)];
 
 /// Returns the centroid of a simplex.
 fn middle(dimension: usize) -> Barycentric {

@@ -29,7 +29,7 @@
 //! bodies that nothing holds (`BALANCED`), way to prescribed positions (`prescribed`), friction that cycles
 //! (`ROUND`), creep of sticking contacts (`PART_OF_CREEP`), conjugate gradients that fail (`Pause`). These
 //! 24 scenes do not need the last five. Steps of a reused factor are not halved (`Slope::whole`): that saves
-//! an eighth of the energies in `chain` and costs a quarter of the factorisations in `card_house`, and a cloth
+//! an eighth of the energies in `chain` and costs a quarter of the factorisations in `card_house`. A cloth
 //! that folds needs it (`a_cloth_that_folds_takes_whole_steps`).
 
 mod evaluation;

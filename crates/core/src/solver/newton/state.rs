@@ -42,7 +42,7 @@ impl Convergence {
         self.least = self.least.min(self.correction);
     }
 
-    /// Ratio of the last two corrections; infinite without two.
+    /// Ratio of the last two corrections; `None` without two.
     pub(super) fn shrink(&self) -> Option<f64> {
         self.before.is_finite().then(|| self.correction / self.before)
     }
