@@ -82,3 +82,63 @@ fn whoever_reads_of_errors_is_told_that_they_are_errors_in_time() {
         assert!(text.contains(sentence), "{page}");
     }
 }
+
+/// A beam that falls for a tenth of a second, with a probe.
+const FALLING: &str = r#"dimension = 2
+time = { integrator = "velocity-verlet", step = 1e-3, duration = 0.2 }
+world = { gravity = [0.0, -9.81] }
+[[body]]
+mesh = { grid = { cells = [4, 2], size = [4.0, 1.0] } }
+elastic = { neo-hookean = { young = 1e6, poisson = 0.3 } }
+mass = { density = 1000.0 }
+pin = [{ name = "left", half_space = { normal = [1.0, 0.0], offset = 0.0 } }]
+[[probe]]
+name = "tip"
+at = [4.0, 0.5]
+"#;
+
+#[test]
+fn refinement_answers_first_and_in_few_lines() {
+    let bench = Bench::new(FALLING);
+    let arguments = ["study", "scene.toml", "--refine", "--of", "tip.y", "--integrators", "velocity-verlet"];
+    let done = bench.pliant(arguments).succeeded();
+    let said = &done.stdout;
+    assert!(said.lines().count() <= 24, "{said}");
+    assert!(said.lines().all(|line| line.chars().count() <= 100), "{said}");
+    for words in ["tip.y: -0.", "+-", "error below", "10 %", "observed orders", "scene-study/report.html"] {
+        assert!(said.contains(words), "{words} is missing:\n{said}");
+    }
+    let read = |name: &str| std::fs::read_to_string(bench.path(name)).unwrap();
+    let report = read("scene-study/report.html");
+    assert!(report.contains("<svg") && report.contains("body.0.mesh.grid.cells=["), "{report}");
+    let document: serde_json::Value = serde_json::from_str(&read("scene-study/study.json")).unwrap();
+    let of = &document["refinement"]["quantities"][0];
+    assert!(of["reference"]["agrees"].as_bool().unwrap(), "{of}");
+    // What does not go together, and what is none.
+    bench.pliant(["study", "scene.toml", "--of", "tip.y"]).ended_with(2).says(&["--refine"]);
+    bench.pliant(["study", "scene.toml", "--refine", "--of", "top.y"]).ended_with(2).says(&["`top.y`"]);
+    let cubic = ["study", "scene.toml", "--refine", "--elements", "cubic"];
+    bench.pliant(cubic).ended_with(1).says(&["`cubic`", "quadratic-quadrilateral"]);
+}
+
+#[test]
+fn an_accuracy_is_solved_for_and_proved() {
+    let bench = Bench::new(&format!("{FALLING}\n[accuracy]\nof = \"tip.y\"\nerror = \"5 %\"\n"));
+    let said = bench.pliant(["solve", "scene.toml"]).succeeded().stdout;
+    assert!(said.contains("is kept") && said.contains("pliant run scene.toml"), "{said}");
+    // The command that it prints is one.
+    let command = said.split("pliant run ").nth(1).unwrap().replace('\\', "");
+    let words: Vec<String> =
+        command.split_whitespace().map(|word| word.trim_matches('\'').to_owned()).collect();
+    let joined = words.join(" ").replace(", ", ",");
+    let mut arguments = vec!["run"];
+    arguments.extend(joined.split_whitespace());
+    arguments.push("--quiet");
+    bench.pliant(arguments).succeeded();
+    let wish = ["solve", "scene.toml", "--accuracy", "5 pounds", "--of", "tip.y"];
+    bench.pliant(wish).ended_with(2).says(&["`5 pounds`", "1 %"]);
+    let never = ["solve", "scene.toml", "--accuracy", "1e-9", "--of", "tip.y", "--budget", "1ms"];
+    bench.pliant(never).ended_with(1).says(&["not reached"]);
+    let plain = Bench::new(FALLING);
+    plain.pliant(["solve", "scene.toml"]).ended_with(2).says(&["--accuracy"]);
+}

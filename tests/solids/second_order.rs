@@ -537,7 +537,7 @@ fn files_of_gmsh_vtk_and_abaqus_keep_the_nodes_of_second_order() {
         let d = if corners == 4 { 2 } else { 3 };
         let shape = serde_json::from_value(json!({ "file": { "path": path } })).unwrap();
         let built = |order: CellOrder| {
-            let body = BodyMesh { shape: &shape, order, transform: None, repeat: None };
+            let body = BodyMesh { shape: &shape, order, refine: 0, transform: None, repeat: None };
             pliant_mesh::build_body(&body, d, directory.path())
         };
         let mesh = built(CellOrder::Quadratic).unwrap_or_else(|error| panic!("{name} {ending}: {error}"));
@@ -559,7 +559,7 @@ fn files_of_gmsh_vtk_and_abaqus_keep_the_nodes_of_second_order() {
         assert!(refused.contains("order"), "{name} {ending}: {refused}");
         let shape =
             serde_json::from_value(json!({ "file": { "path": path, "drop_mid_nodes": true } })).unwrap();
-        let body = BodyMesh { shape: &shape, order: CellOrder::Linear, transform: None, repeat: None };
+        let body = BodyMesh { shape: &shape, order: CellOrder::Linear, refine: 0, transform: None, repeat: None };
         let mesh = pliant_mesh::build_body(&body, d, directory.path()).unwrap();
         assert_eq!((mesh.block().unwrap().kind.nodes, mesh.vertex_count()), (corners, corners));
     }

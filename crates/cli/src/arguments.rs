@@ -15,6 +15,7 @@ mod resume;
 mod run;
 mod schema;
 mod shell;
+mod solve;
 mod stability;
 mod stress;
 mod study;
@@ -43,6 +44,7 @@ pub(crate) use resume::ResumeArguments;
 pub(crate) use run::RunArguments;
 pub(crate) use schema::{SchemaArguments, SchemaFormat};
 pub(crate) use shell::{CompletionsArguments, ManArguments};
+pub(crate) use solve::SolveArguments;
 pub(crate) use stability::{AgainstArgument, StabilityArguments};
 pub(crate) use stress::StressArguments;
 pub(crate) use study::{ReferenceFrom, StudyArguments};
@@ -143,6 +145,8 @@ pub(crate) enum Command {
     Stress(StressArguments),
     /// Find how large a step a scene can take: predicted, measured, and against what it is made of
     Stability(StabilityArguments),
+    /// Find mesh, elements, scheme and step for an accuracy of a quantity, and prove it
+    Solve(SolveArguments),
     /// Compare schemes and steps: error in time, on this mesh, against run time, with a report
     Study(StudyArguments),
     /// Find constants of a scene from measurements: a trajectory, curves of a material, frequencies

@@ -8,6 +8,16 @@ pub(crate) fn number(x: f64) -> String {
     Rounded::<4>(x).to_string()
 }
 
+/// A value with the digits that its uncertainty leaves: `-3.6664` for 1e-3.
+pub(crate) fn rounded_to(value: f64, uncertainty: f64) -> String {
+    let decimals = 1.0 - uncertainty.abs().log10().floor();
+    match value.abs() {
+        size if !(decimals.is_finite() && size.is_finite()) || size == 0.0 => number(value),
+        size if (1e-3..1e7).contains(&size) => format!("{value:.*}", decimals.clamp(0.0, 12.0) as usize),
+        size => format!("{value:.*e}", (decimals + size.log10().floor()).clamp(0.0, 12.0) as usize),
+    }
+}
+
 /// `3.2 MB`.
 pub(crate) fn bytes(n: u64) -> String {
     let units = ["B", "kB", "MB", "GB", "TB"];
@@ -116,6 +126,20 @@ mod tests {
             (bytes(999), bytes(1_000), bytes(1_234_567)),
             ("999 B".into(), "1.0 kB".into(), "1.2 MB".into())
         );
+    }
+
+    #[test]
+    fn values_have_the_digits_that_their_uncertainty_leaves() {
+        let cases = [
+            (-3.66639, 1.3e-3, "-3.6664"),
+            (36_363.4, 27.0, "36363"),
+            (1.906_666_7e-4, 3e-9, "1.90667e-4"),
+            (0.0, 1e-3, "0"),
+            (2.5, 0.0, "2.5"),
+        ];
+        for (value, uncertainty, text) in cases {
+            assert_eq!(rounded_to(value, uncertainty), text);
+        }
     }
 
     #[test]

@@ -7,10 +7,13 @@
 // Loops over small fixed ranges index several arrays at once.
 #![allow(clippy::needless_range_loop)]
 
+pub mod accuracy;
 pub mod benchmark;
 pub mod budget;
 pub mod convergence;
 pub mod fit;
+pub mod quantity;
+pub mod refinement;
 pub mod stability;
 pub mod statistics;
 pub mod stress;

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use super::{
     Mesh, MeshError, annulus, ball, check::check, cloth, cooks_membrane, curved, cylinder, disk,
-    elliptic_membrane, file, grid, inline, notched_beam, predicted_size, repeat, sphere, strand, surface,
-    tapered_beam, transform, tube,
+    elliptic_membrane, file, grid, inline, notched_beam, predicted_size, refine, repeat, sphere, strand,
+    surface, tapered_beam, transform, tube,
 };
 use crate::spec::{BodyMesh, CellOrder, MeshSpec};
 use pliant::element::CellBlock;
@@ -64,13 +64,19 @@ fn build_shape(
     Ok(mesh)
 }
 
-/// Builds the mesh of a body: its shape, promoted to second order if `quadratic` is set (with curved
-/// sides for round shapes), then `transform`, then `repeat`.
+/// Builds the mesh of a body: its shape, its cells cut `refine` times, promoted to second order if its order
+/// is 2 (both with curved sides for round shapes), then `transform`, then `repeat`.
 ///
 /// # Errors
 /// Errors of [`build`]; an impossible transformation or repetition.
 pub fn build_body(body: &BodyMesh<'_>, dimension: usize, base: &Path) -> Result<Mesh, MeshError> {
     let mut mesh = build_shape(body.shape, dimension, base, body.order.is_quadratic())?;
+    for _ in 0..body.refine {
+        mesh = refine::refine(&mesh, |mesh| curved::curve(body.shape, mesh))?;
+    }
+    if body.refine > 0 {
+        check(&mesh)?;
+    }
     if body.order.is_quadratic() {
         let serendipity = body.order == CellOrder::Serendipity;
         let count = 7 * mesh.element_count() as u64;

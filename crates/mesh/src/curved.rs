@@ -65,7 +65,7 @@ mod tests {
 
     fn built(shape: &str, dimension: usize) -> Mesh {
         let shape: MeshSpec = serde_json::from_str(shape).unwrap();
-        let body = BodyMesh { shape: &shape, order: CellOrder::Quadratic, transform: None, repeat: None };
+        let body = BodyMesh { shape: &shape, order: CellOrder::Quadratic, refine: 0, transform: None, repeat: None };
         // `build_body` checks that det J is positive everywhere in every element.
         build_body(&body, dimension, Path::new(".")).unwrap_or_else(|error| panic!("{error}"))
     }
@@ -153,7 +153,7 @@ mod tests {
             for cells in ["[1, 1]", "[3, 1]", "[2, 5]"] {
                 let shape = format!(r#"{{ "elliptic_membrane": {{ "cells": {cells}{element} }} }}"#);
                 let shape: MeshSpec = serde_json::from_str(&shape).unwrap();
-                let body = BodyMesh { shape: &shape, order, transform: None, repeat: None };
+                let body = BodyMesh { shape: &shape, order, refine: 0, transform: None, repeat: None };
                 let mesh = build_body(&body, 2, Path::new(".")).unwrap_or_else(|error| panic!("{error}"));
                 for (side, [a, b]) in [("inner", [2.0, 1.0]), ("outer", [3.25, 2.75])] {
                     let group = &mesh.groups[side];

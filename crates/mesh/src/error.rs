@@ -211,6 +211,12 @@ pub enum MeshError {
     /// `serendipity` for simplices.
     #[error("`serendipity` is for quadrilaterals and hexahedra, and the mesh has none; remove it")]
     NoSerendipity,
+    /// Cells that cannot be cut.
+    #[error("`refine` cuts cells of first order: {why}")]
+    Refine {
+        /// The reason.
+        why: &'static str,
+    },
     /// `serendipity` for cells that already have face or cell nodes.
     #[error("the mesh has {cells} with nodes in the middle of faces or cells; remove `serendipity`")]
     LagrangeCells {

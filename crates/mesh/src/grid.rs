@@ -148,6 +148,7 @@ mod tests {
                 }),
                 repeat: Some(&crate::spec::RepeatSpec { count: vec![2; d], spacing: vec![9.0; d] }),
                 order: crate::spec::CellOrder::Linear,
+                refine: 0,
             };
             let mesh = crate::build_body(&body, d, ".".as_ref()).unwrap();
             let count = cells.iter().product::<usize>() << d;

@@ -70,6 +70,7 @@ mod pieces;
 mod ply;
 mod quadratic;
 mod quality;
+mod refine;
 mod repeat;
 mod select;
 mod signature;

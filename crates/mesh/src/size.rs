@@ -141,9 +141,26 @@ pub fn predicted_body_size(
     base: &Path,
 ) -> Result<MeshSize, MeshError> {
     let mut size = predicted_size(body.shape, dimension, base)?;
+    // The bounds of a file are far above the real need.
+    let is_file = matches!(body.shape, MeshSpec::File(_));
+    if body.refine > 0 && !is_file {
+        let cut = |count: u64, dimension: usize| {
+            let children = 1_u64.checked_shl((dimension * body.refine) as u32).unwrap_or(u64::MAX);
+            count.saturating_mul(children)
+        };
+        size = MeshSize {
+            vertices: cut(size.vertices, dimension),
+            edges: cut(size.edges, 1),
+            lines: cut(size.lines, 1),
+            triangles: cut(size.triangles, 2),
+            tetrahedra: cut(size.tetrahedra, 3),
+            blocks: cut(size.blocks, dimension),
+            ..size
+        }
+        .checked(dimension)?;
+        size.probe()?;
+    }
     if body.order.is_quadratic() {
-        // The bounds of a file are far above the real need.
-        let is_file = matches!(body.shape, MeshSpec::File(_));
         size = if is_file {
             MeshSize { quadratic: true, ..size }
         } else {

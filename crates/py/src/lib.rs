@@ -36,7 +36,7 @@ mod _pliant {
     #[pymodule_export]
     use super::live::{_live, PyLiveRun};
     #[pymodule_export]
-    use super::reports::{_catalogue, _columns, _stability, _stress, _study};
+    use super::reports::{_catalogue, _columns, _errors, _refine, _solve, _stability, _stress, _study};
     #[pymodule_export]
     use super::run::PyFrame;
     #[pymodule_export]

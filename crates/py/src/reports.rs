@@ -1,5 +1,6 @@
 //! Studies, the torture suite, surveys of steps: what commands report, as documents.
 
+mod accuracy;
 mod watch;
 
 use std::path::PathBuf;
@@ -22,6 +23,7 @@ use serde_json::{Value, json};
 use crate::document::{self, from_json};
 use crate::scene::PyScene;
 use crate::{arrays, errors};
+pub(crate) use accuracy::{_errors, _refine, _solve};
 use watch::{Watch, watched};
 
 /// What to study beside what the scene says.

@@ -28,6 +28,18 @@ pub(crate) struct StudyArguments {
     /// Vary a value of the scene beside; repeatable, every combination is studied
     #[arg(long, value_name = "PATH=A,B,..")]
     pub(crate) vary: Vec<String>,
+    /// Study the total error of quantities, mesh and step together: on N meshes, each with twice the cells of
+    /// the one before [default: 3, from the scene's own cells]
+    #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "0", conflicts_with_all = [
+        "vary", "steps", "tolerances", "times", "reference", "error", "brief", "markdown"])]
+    pub(crate) refine: Option<u16>,
+    /// A quantity to study with --refine, for example "tip.y max"; repeatable [default: all probes]
+    #[arg(long, value_name = "NAME", requires = "refine")]
+    pub(crate) of: Vec<String>,
+    /// The elements to compare with --refine, separated by commas, for example linear,quadratic [default: all
+    /// that the mesh has]
+    #[arg(long, value_name = "A,B,..", requires = "refine")]
+    pub(crate) elements: Option<String>,
     /// At how many times states are compared, at least 20
     #[arg(long, value_name = "N")]
     pub(crate) times: Option<NonZeroU16>,

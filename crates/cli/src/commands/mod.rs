@@ -17,6 +17,7 @@ mod resume;
 mod run;
 mod schema;
 mod shell;
+mod solve;
 mod stability;
 mod stress;
 mod study;
@@ -65,6 +66,7 @@ pub(crate) fn execute(arguments: impl Iterator<Item = OsString>) -> ExitStatus {
         Command::Bench(arguments) => bench::execute(&arguments, terminal),
         Command::Stress(arguments) => stress::execute(&arguments, terminal),
         Command::Stability(arguments) => stability::execute(&arguments, terminal),
+        Command::Solve(arguments) => solve::execute(&arguments, terminal),
         Command::Study(arguments) => study::execute(&arguments, terminal),
         Command::Fit(arguments) => fit::execute(&arguments, terminal),
     };

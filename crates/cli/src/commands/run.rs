@@ -1,7 +1,7 @@
 //! `pliant run`: from a scene to a recording.
 
 mod closing;
-mod errors;
+pub(super) mod errors;
 pub(super) mod keeper;
 pub(super) mod probes;
 pub(super) mod session;

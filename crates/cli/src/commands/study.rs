@@ -2,6 +2,7 @@
 
 mod files;
 mod progress;
+mod refine;
 
 use std::path::Path;
 
@@ -33,6 +34,9 @@ pub(crate) fn execute(arguments: &StudyArguments, terminal: Terminal) -> Result<
     let inputs = arguments.scenes.iter().map(|scene| Input::read(scene, &changes, None));
     let inputs = inputs.collect::<Result<Vec<_>, _>>()?;
     let files = Files::new(arguments)?;
+    if arguments.refine.is_some() {
+        return refine::execute(arguments, &inputs, &files, terminal);
+    }
     let provenance = provenance();
     let clock = WallClock::default();
     let mut studies = vec![];
@@ -115,6 +119,7 @@ fn changes(arguments: &StudyArguments) -> Result<Vec<String>, Failure> {
         ("integrators", &arguments.integrators),
         ("steps", &arguments.steps),
         ("tolerances", &arguments.tolerances),
+        ("elements", &arguments.elements),
     ] {
         if let Some(text) = text {
             changes.push(list(key, text)?);
@@ -124,6 +129,11 @@ fn changes(arguments: &StudyArguments) -> Result<Vec<String>, Failure> {
         let axes: Vec<String> = arguments.vary.iter().map(|axis| format!("{axis:?}")).collect();
         changes.push(format!("study.vary=[{}]", axes.join(", ")));
     }
+    if !arguments.of.is_empty() {
+        let names: Vec<String> = arguments.of.iter().map(|name| format!("{name:?}")).collect();
+        changes.push(format!("study.of=[{}]", names.join(", ")));
+    }
+    changes.extend(arguments.refine.filter(|n| *n > 0).map(|n| format!("study.refine={n}")));
     changes.extend(arguments.times.map(|times| format!("study.times={times}")));
     changes.extend(arguments.error.map(|error| format!("study.error={error:?}")));
     Ok(changes)

@@ -11,27 +11,22 @@
 //! Formal orders in space are those of exact integration in statics, and 2 in dynamics, where masses are
 //! lumped.
 
-mod meshes;
-mod quantity;
 #[cfg(test)]
 mod tests;
-
-pub use quantity::{NoQuantity, QuantityOfInterest};
 
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use pliant::quantity::Rounded;
-use pliant::run::{Outcome, Plan, run};
+use pliant::run::Plan;
 use pliant_scene::assembly::{Assembly, UnstableStep};
 use pliant_scene::{Scene, SceneError, Source};
 
 use crate::convergence::{LadderEstimate, LadderKind, NoEstimate, estimate, estimate_of_two};
-use meshes::CellCounts;
-use quantity::QuantityObserver;
+use crate::quantity::{
+    CellMeshes, CellScale, FRAMES, NoValues, QuantityOfInterest, QuantityRuns, QuantityValue,
+};
 
-/// Largest number of frames by which maxima and means are taken.
-const FRAMES: u64 = 25;
 /// Part of the half range of an oscillation above which a difference at the end is a shift of phase.
 const PHASE: f64 = 0.1;
 
@@ -44,6 +39,8 @@ pub struct ErrorBudget {
     pub runs: usize,
     /// Time of these runs over the time of the scene's own.
     pub cost: f64,
+    /// Time of the scene's own run [s].
+    pub seconds: f64,
 }
 
 /// Errors of one quantity.
@@ -94,13 +91,28 @@ pub enum BudgetError {
     Unfinished,
 }
 
-/// Values of all quantities of a run, each with half of the range of its oscillation.
-type QuantityValues = Vec<[f64; 2]>;
-/// Values of a run, or why it has none.
-type RunValues = Result<QuantityValues, String>;
+/// Progress of the runs of a budget.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum BudgetEvent {
+    /// The scene's own run is done: this many others follow, which take about so long [s].
+    Planned {
+        /// Number of runs.
+        runs: usize,
+        /// Time of all of them [s].
+        seconds: f64,
+    },
+    /// The run of this number begins, the scene's own being 1.
+    Begun(usize),
+}
 
-/// Estimates the errors of `quantities` of a scene; of all its probes at the end without any. `begun` is
-/// called with the number of each run.
+/// Growth of the time of an implicit step with half the cell size, as a power of 2 for each direction.
+const IMPLICIT_GROWTH: f64 = 1.3;
+
+/// Values of all quantities of a run, or why it has none.
+type RunValues = Result<Vec<QuantityValue>, NoValues>;
+
+/// Estimates the errors of `quantities` of a scene; of all its probes at the end without any. `begun` sees
+/// the plan and each run.
 ///
 /// # Errors
 /// [`BudgetError`]; a part without an estimate is no error, but says why.
@@ -108,10 +120,31 @@ pub fn error_budget(
     source: &Source,
     quantities: &[QuantityOfInterest],
     interrupt: &AtomicBool,
-    begun: &mut dyn FnMut(usize),
+    begun: &mut dyn FnMut(BudgetEvent),
 ) -> Result<ErrorBudget, BudgetError> {
     let scene = source.scene()?;
     let assembly = scene.assemble(UnstableStep::Refuse).map_err(|problems| source.error(problems))?;
+    budget_of(&scene, assembly, quantities, interrupt, begun)
+}
+
+/// As [`error_budget`], of a scene without a text.
+pub(crate) fn budget_of_scene(
+    scene: &Scene,
+    quantities: &[QuantityOfInterest],
+    interrupt: &AtomicBool,
+    begun: &mut dyn FnMut(BudgetEvent),
+) -> Result<ErrorBudget, BudgetError> {
+    let assembly = scene.assemble(UnstableStep::Refuse).map_err(SceneError::new)?;
+    budget_of(scene, assembly, quantities, interrupt, begun)
+}
+
+fn budget_of(
+    scene: &Scene,
+    assembly: Assembly,
+    quantities: &[QuantityOfInterest],
+    interrupt: &AtomicBool,
+    begun: &mut dyn FnMut(BudgetEvent),
+) -> Result<ErrorBudget, BudgetError> {
     let named = QuantityOfInterest::of_probes(&assembly.probes, scene.dimension);
     let quantities = if quantities.is_empty() { &named } else { quantities };
     if quantities.is_empty() {
@@ -120,46 +153,44 @@ pub fn error_budget(
     if let Some(missing) = quantities.iter().find(|quantity| !quantity.is_of(&assembly)) {
         return Err(BudgetError::Missing(missing.to_string()));
     }
-    let mut ladder = ErrorRuns::new(source, &scene, &assembly, quantities, interrupt, begun);
+    let mut ladder = ErrorRuns::new(scene, &assembly, quantities, interrupt, begun);
     drop(assembly);
     let started = Instant::now();
-    let own = ladder.values(&[], None, 1.0);
+    let own = ladder.values(scene, None, 1.0);
     let own_seconds = started.elapsed().as_secs_f64();
     let own = own.map_err(|_| BudgetError::Unfinished)?;
     let started = Instant::now();
-    let parts = ladder.parts(&own);
+    let parts = ladder.parts(&own, own_seconds);
     let cost = started.elapsed().as_secs_f64() / own_seconds;
     let budget = |(i, quantity): (usize, &QuantityOfInterest)| {
         let parts: Vec<ErrorPart> = parts.iter().map(|part| part[i].clone()).collect();
         let known = |of: fn(&LadderEstimate) -> f64| -> Option<f64> {
             parts.iter().map(|part| part.estimate.as_ref().map(of)).sum()
         };
-        let extrapolated = known(|part| part.estimate.unwrap_or(0.0)).map(|sum| own[i][0] + sum);
+        let extrapolated = known(|part| part.estimate.unwrap_or(0.0)).map(|sum| own[i].value + sum);
         QuantityBudget {
             quantity: quantity.to_string(),
             unit: quantity.unit(),
-            value: own[i][0],
+            value: own[i].value,
             interval: known(|part| part.interval),
             extrapolated,
             parts,
         }
     };
     let quantities = quantities.iter().enumerate().map(budget).collect();
-    Ok(ErrorBudget { quantities, runs: ladder.runs - 1, cost })
+    Ok(ErrorBudget { quantities, runs: ladder.runs - 1, cost, seconds: own_seconds })
 }
 
 /// Runs of one scene on other meshes and with other steps.
 struct ErrorRuns<'a> {
-    source: &'a Source,
     scene: Scene,
     quantities: &'a [QuantityOfInterest],
-    interrupt: &'a AtomicBool,
-    begun: &'a mut dyn FnMut(usize),
+    made: QuantityRuns<'a>,
+    begun: &'a mut dyn FnMut(BudgetEvent),
     /// Number of steps of the run, or `None` if they follow the error.
     steps: Option<u64>,
     /// Step of the run [s].
     step: f64,
-    plan: Plan,
     /// Order of the elements, the least of all bodies.
     element_order: u32,
     is_static: bool,
@@ -170,23 +201,14 @@ struct ErrorRuns<'a> {
 
 impl<'a> ErrorRuns<'a> {
     fn new(
-        source: &'a Source,
         scene: &Scene,
         assembly: &Assembly,
         quantities: &'a [QuantityOfInterest],
         interrupt: &'a AtomicBool,
-        begun: &'a mut dyn FnMut(usize),
+        begun: &'a mut dyn FnMut(BudgetEvent),
     ) -> Self {
         let simulation = &assembly.simulation;
         let method = simulation.method();
-        let mut scene = scene.clone();
-        // Vertices have other numbers on other meshes; points of the bodies at rest do not.
-        for (spec, probe) in scene.probe.iter_mut().zip(&assembly.probes) {
-            if spec.vertex.take().is_some() {
-                spec.at = Some(probe.rest[..scene.dimension].to_vec());
-                spec.body = Some(probe.body.clone());
-            }
-        }
         let step = simulation.step_size();
         let plan = scene.plan();
         let steps = simulation.step_control().is_none().then(|| plan.steps(step));
@@ -195,63 +217,85 @@ impl<'a> ErrorRuns<'a> {
         let frames = (1..=FRAMES).rev().find(|frames| coarse % frames == 0).unwrap_or(1);
         let orders = scene.body.iter().map(|body| body.order.unwrap_or(1));
         let element_order = orders.map(u32::from).min().unwrap_or(1);
+        let plan = Plan { duration, rate: frames as f64 / duration };
         ErrorRuns {
-            source,
             quantities,
-            interrupt,
+            made: QuantityRuns::new(scene, assembly, quantities, plan, interrupt),
             begun,
             steps,
             step,
-            plan: Plan { duration, rate: frames as f64 / duration },
             element_order,
             is_static: method.is_static(),
             is_implicit: method.documentation.solves > 0,
             order_in_time: method.documentation.order,
             runs: 0,
-            scene,
+            scene: scene.clone(),
         }
     }
 
-    /// Values of a run with these changes of meshes, `step` in place of its own [s], and `tolerance` times
-    /// the tolerance of its solver.
-    fn values(&mut self, meshes: &[(String, String)], step: Option<f64>, tolerance: f64) -> RunValues {
+    /// Values of `scene` with `step` in place of its own [s], and `tolerance` times the tolerance of its
+    /// solver.
+    fn values(&mut self, scene: &Scene, step: Option<f64>, tolerance: f64) -> RunValues {
         self.runs += 1;
-        (self.begun)(self.runs);
-        let changed = self.source.varied(meshes).map_err(|error| error.to_string())?;
-        let mut scene = changed.scene().map_err(|error| error.to_string())?;
-        scene.probe.clone_from(&self.scene.probe);
+        (self.begun)(BudgetEvent::Begun(self.runs));
+        let mut scene = scene.clone();
         if let Some(step) = step {
             scene.time.step = Some(step);
         }
         if let Some(given) = scene.time.solver.as_mut().and_then(|solver| solver.tolerance.as_mut()) {
             *given *= tolerance;
         }
-        let mut assembly = scene.assemble(UnstableStep::Refuse).map_err(|problems| {
-            let first = problems.into_iter().next();
-            first.map_or_else(String::new, |problem| problem.message)
-        })?;
-        let mut observer = QuantityObserver::new(self.quantities, &assembly.probes);
-        let summary = run(&mut assembly.simulation, &self.plan, &mut [&mut observer], self.interrupt);
-        match summary.outcome {
-            Outcome::Done => Ok((0..self.quantities.len()).map(|i| observer.value(i)).collect()),
-            _ => Err("a run beside it does not reach the end".into()),
-        }
+        Ok(self.made.run(&scene)?.values)
     }
 
     /// Parts of the errors, each for all quantities.
-    fn parts(&mut self, own: &QuantityValues) -> Vec<Vec<ErrorPart>> {
-        let cells = CellCounts::of(&self.scene);
-        let half = cells.as_ref().ok().and_then(|cells| cells.divided(2));
+    fn parts(&mut self, own: &[QuantityValue], seconds: f64) -> Vec<Vec<ErrorPart>> {
+        let cells = CellMeshes::of(&self.scene);
+        let coarser = |parts| cells.as_ref().ok()?.scene(&self.scene, CellScale::coarser(parts), None);
+        let (half, quarter) = (coarser(2), coarser(4));
+        let directions = cells.as_ref().map_or(0, CellMeshes::directions);
+        let costs = self.costs([half.is_some(), quarter.is_some()], directions);
+        let (runs, seconds) = (costs.len(), seconds * costs.iter().sum::<f64>());
+        (self.begun)(BudgetEvent::Planned { runs, seconds });
         let on_half = half.as_ref().map(|half| self.values(half, None, 1.0));
-        let mesh = self.mesh_part(own, &cells, on_half.as_ref());
+        let mesh = self.mesh_part(own, &cells, on_half.as_ref(), quarter.as_ref());
         // Steps and tolerances are varied on the coarser mesh, where that costs less.
-        let (meshes, known, cells) = match (&half, &on_half) {
-            (Some(half), Some(Ok(values))) => (&half[..], values, cells.as_ref().ok()),
-            _ => (&[][..], own, None),
+        let own_scene = self.scene.clone();
+        let (scene, known, cells) = match (&half, &on_half) {
+            (Some(half), Some(Ok(values))) => (half, &values[..], cells.as_ref().ok()),
+            _ => (&own_scene, own, None),
         };
-        let step = self.step_part(meshes, known, cells);
-        let solver = self.solver_part(meshes, known);
+        let step = self.step_part(scene, known, cells);
+        let solver = self.solver_part(scene, known);
         vec![mesh, step, solver]
+    }
+
+    /// Predicted costs of the runs beside the scene's own, relative to it.
+    fn costs(&self, [has_half, has_quarter]: [bool; 2], directions: usize) -> Vec<f64> {
+        let is_iterated = self.is_implicit || self.is_static;
+        let growth = directions as f64 * if is_iterated { IMPLICIT_GROWTH } else { 1.0 };
+        let [half, quarter] = [(-growth).exp2(), (-2.0 * growth).exp2()];
+        let base = if has_half { half } else { 1.0 };
+        let meshes = [(has_half, half), (has_half && has_quarter, quarter)];
+        let mut costs: Vec<f64> =
+            meshes.into_iter().filter(|(is_run, _)| *is_run).map(|(_, cost)| cost).collect();
+        if let (false, Some(steps)) = (self.is_static, self.steps) {
+            costs.extend(self.factors(steps, has_half).iter().map(|factor| base / factor));
+        }
+        let has_tolerance = self.scene.time.solver.as_ref().is_some_and(|solver| solver.tolerance.is_some());
+        costs.extend((self.is_implicit && has_tolerance).then_some(base));
+        costs
+    }
+
+    /// Factors of the step in the runs that measure its part.
+    fn factors(&self, steps: u64, has_half: bool) -> &'static [f64] {
+        match self.is_implicit && steps.is_multiple_of(4) {
+            // Coarser steps where they are stable and end at the same time, else finer ones.
+            true => &[4.0, 2.0],
+            // Finer steps on the run's own mesh would cost seven times as much as the run.
+            false if !has_half => &[0.5],
+            false => &[0.5, 0.25],
+        }
     }
 
     /// Parts without an estimate, for the same reason in all quantities.
@@ -262,9 +306,10 @@ impl<'a> ErrorRuns<'a> {
 
     fn mesh_part(
         &mut self,
-        own: &QuantityValues,
-        cells: &Result<CellCounts, String>,
+        own: &[QuantityValue],
+        cells: &Result<CellMeshes, String>,
         on_half: Option<&RunValues>,
+        quarter: Option<&Scene>,
     ) -> Vec<ErrorPart> {
         let cells = match cells {
             Ok(cells) => cells,
@@ -272,40 +317,45 @@ impl<'a> ErrorRuns<'a> {
         };
         let on_half = match on_half {
             Some(Ok(values)) => values,
-            Some(Err(reason)) => return self.without("mesh", reason),
+            Some(Err(reason)) => return self.without("mesh", &reason.to_string()),
             None => {
                 let about = format!(
-                    "{} cells have no half: numbers of cells that 2 divides give an estimate, 4 an order",
-                    cells.words(1)
+                    "{} cells have no half: numbers of cells that 2 divides give an estimate, 4 an order; of a \
+                     file, `refine = 1` and `refine = 2`",
+                    cells.words(CellScale::ONE)
                 );
                 return self.without("mesh", &about);
             }
         };
-        let quarter = cells.divided(4).and_then(|quarter| self.values(&quarter, None, 1.0).ok());
+        let quarter = quarter.and_then(|quarter| self.values(quarter, None, 1.0).ok());
         let part = |(i, quantity): (usize, &QuantityOfInterest)| {
             let expected = match self.is_static {
                 true => f64::from(quantity.order_in_space(self.element_order)),
                 false => 2.0,
             };
-            let shift = (own[i][0] - on_half[i][0]).abs();
-            if !self.is_static && quantity.is_at_the_end() && shift > PHASE * own[i][1] {
+            let shift = (own[i].value - on_half[i].value).abs();
+            if !self.is_static && quantity.is_at_the_end() && shift > PHASE * own[i].half_range {
                 let about = format!(
                     "the mesh shifts the motion: half the cells change the end by {} % of its half range. \
                      Ask for \"max\", \"mean\" or \"rms\"",
-                    Rounded::<2>(100.0 * shift / own[i][1])
+                    Rounded::<2>(100.0 * shift / own[i].half_range)
                 );
                 return ErrorPart { part: "mesh", estimate: None, expected_order: Some(expected), about };
             }
             let (found, words) = match &quarter {
                 Some(quarter) => {
-                    let values = [quarter[i][0], on_half[i][0], own[i][0]];
-                    let words = [4, 2, 1].map(|divisor| cells.words(divisor)).join(", ") + " cells";
+                    let values = [quarter[i].value, on_half[i].value, own[i].value];
+                    let words = [4, 2, 1].map(|divisor| cells.words(CellScale::coarser(divisor))).join(", ")
+                        + " cells";
                     (estimate(&values, expected, LadderKind::Mesh), words)
                 }
                 None => {
-                    let words =
-                        format!("{}, {} cells: two meshes show no order", cells.words(2), cells.words(1));
-                    (Ok(estimate_of_two([on_half[i][0], own[i][0]], expected)), words)
+                    let words = format!(
+                        "{}, {} cells: two meshes show no order",
+                        cells.words(CellScale::coarser(2)),
+                        cells.words(CellScale::ONE)
+                    );
+                    (Ok(estimate_of_two([on_half[i].value, own[i].value], expected)), words)
                 }
             };
             of_ladder("mesh", found, expected, words)
@@ -313,12 +363,12 @@ impl<'a> ErrorRuns<'a> {
         self.quantities.iter().enumerate().map(part).collect()
     }
 
-    /// The part of the step, measured on the mesh `meshes`, where the run's own step gives `own`.
+    /// The part of the step, measured on `scene`, where the run's own step gives `own`.
     fn step_part(
         &mut self,
-        meshes: &[(String, String)],
-        own: &QuantityValues,
-        cells: Option<&CellCounts>,
+        scene: &Scene,
+        own: &[QuantityValue],
+        cells: Option<&CellMeshes>,
     ) -> Vec<ErrorPart> {
         if self.is_static {
             let zero = LadderEstimate::ZERO;
@@ -334,40 +384,34 @@ impl<'a> ErrorRuns<'a> {
         let Some(steps) = self.steps else {
             return self.without("step", "steps follow the error: compare runs with other tolerances");
         };
-        let where_ = cells.map_or_else(String::new, |cells| format!(" on {} cells", cells.words(2)));
+        let where_ = cells
+            .map_or_else(String::new, |cells| format!(" on {} cells", cells.words(CellScale::coarser(2))));
         let expected = f64::from(self.order_in_time);
-        // Coarser steps where they are stable and end at the same time, else finer ones.
-        let is_coarse = self.is_implicit && steps % 4 == 0;
-        // Finer steps on the run's own mesh would cost seven times as much as the run.
-        let two_only = !is_coarse && cells.is_none();
-        let factors: &[f64] = match (is_coarse, two_only) {
-            (true, _) => &[4.0, 2.0],
-            (_, true) => &[0.5],
-            _ => &[0.5, 0.25],
-        };
+        let factors = self.factors(steps, cells.is_some());
+        let is_coarse = factors[0] > 1.0;
         let others: Vec<RunValues> =
-            factors.iter().map(|factor| self.values(meshes, Some(factor * self.step), 1.0)).collect();
-        let others: Result<Vec<QuantityValues>, String> = others.into_iter().collect();
+            factors.iter().map(|factor| self.values(scene, Some(factor * self.step), 1.0)).collect();
+        let others: Result<Vec<Vec<QuantityValue>>, NoValues> = others.into_iter().collect();
         let others = match others {
             Ok(others) => others,
-            Err(reason) => return self.without("step", &reason),
+            Err(reason) => return self.without("step", &reason.to_string()),
         };
         let part = |i: usize| {
             let words = format!("steps of {}{where_}", factors_in_words(self.step, factors));
             let found = match (is_coarse, &others[..]) {
                 (true, [coarsest, coarser]) => {
-                    let values = [coarsest[i][0], coarser[i][0], own[i][0]];
+                    let values = [coarsest[i].value, coarser[i].value, own[i].value];
                     estimate(&values, expected, LadderKind::Step)
                 }
                 (_, [finer, finest]) => {
-                    let values = [own[i][0], finer[i][0], finest[i][0]];
+                    let values = [own[i].value, finer[i].value, finest[i].value];
                     // The error of the finest, and the way to it.
-                    let way = finest[i][0] - own[i][0];
+                    let way = finest[i].value - own[i].value;
                     estimate(&values, expected, LadderKind::Step).map(|found| found.moved(way))
                 }
                 (_, others) => {
-                    let finer = others[0][i][0];
-                    Ok(estimate_of_two([own[i][0], finer], expected).moved(finer - own[i][0]))
+                    let finer = others[0][i].value;
+                    Ok(estimate_of_two([own[i].value, finer], expected).moved(finer - own[i].value))
                 }
             };
             of_ladder("step", found, expected, words)
@@ -375,8 +419,8 @@ impl<'a> ErrorRuns<'a> {
         (0..self.quantities.len()).map(part).collect()
     }
 
-    /// The part of the solver, bounded on the mesh `meshes`, where the run's own tolerance gives `own`.
-    fn solver_part(&mut self, meshes: &[(String, String)], own: &QuantityValues) -> Vec<ErrorPart> {
+    /// The part of the solver, bounded on `scene`, where the run's own tolerance gives `own`.
+    fn solver_part(&mut self, scene: &Scene, own: &[QuantityValue]) -> Vec<ErrorPart> {
         let part = |estimate: LadderEstimate, about: &str| ErrorPart {
             part: "solver",
             estimate: Some(estimate),
@@ -392,10 +436,10 @@ impl<'a> ErrorRuns<'a> {
             let about = "its tolerance is a thousandth of the error of the step, or rounding";
             return all(part(LadderEstimate::ZERO, about));
         }
-        match self.values(meshes, None, 10.0) {
+        match self.values(scene, None, 10.0) {
             Ok(loose) => {
                 let bound = |i: usize| {
-                    let interval = (loose[i][0] - own[i][0]).abs();
+                    let interval = (loose[i].value - own[i].value).abs();
                     part(
                         LadderEstimate { interval, ..LadderEstimate::ZERO },
                         "ten times its tolerance changes that",
@@ -403,7 +447,7 @@ impl<'a> ErrorRuns<'a> {
                 };
                 (0..self.quantities.len()).map(bound).collect()
             }
-            Err(reason) => self.without("solver", &reason),
+            Err(reason) => self.without("solver", &reason.to_string()),
         }
     }
 }

@@ -37,7 +37,7 @@ pub(super) fn svg(fit: &SceneFit, title: &str) -> Result<String, PlotError> {
         above.lines.push(line(format!("{}, measured", series.name), series.measured.clone(), false));
         below.lines.push(line(series.name.clone(), residuals(series), false));
     }
-    below.floor = Some((0.0, String::new()));
+    below.floors.push((0.0, String::new()));
     let charts = [above.svg()?, below.svg()?];
     let heights: Vec<u32> = charts.iter().map(|svg| height(svg)).collect();
     let mut page = format!(

@@ -113,7 +113,7 @@ fn percent(error: f64) -> String {
 }
 
 /// Time with three digits, in a suitable unit.
-pub(super) fn seconds(t: f64) -> String {
+pub fn seconds(t: f64) -> String {
     let (value, unit) = match t.abs() {
         t if t >= 1.0 || t == 0.0 => (t, "s"),
         t if t >= 1e-3 => (1e3 * t, "ms"),

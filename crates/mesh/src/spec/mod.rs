@@ -51,6 +51,8 @@ pub struct BodyMesh<'a> {
     pub shape: &'a MeshSpec,
     /// Order of its cells.
     pub order: CellOrder,
+    /// Number of times that its cells are cut into cells of half the size.
+    pub refine: usize,
     /// Where it is, where that is not where the shape has it.
     pub transform: Option<&'a TransformSpec>,
     /// How often it is there, where that is more than once.

@@ -19,6 +19,7 @@ from ._errors import SceneError, StepError
 from ._pliant import Frame, Scene, Simulation, State, Superposition, __version__
 from ._rerun import to_rerun
 from ._run import Summary
+from .accuracy import AccurateRun, ErrorBudget, Refinement, errors, refine, solve
 from .actions import ForceAction, FunctionAction, PinAction, ValueAction
 from .batch import Outcome, combinations, rollout, sweep
 from .catalogue import catalogue
@@ -32,7 +33,9 @@ from .vibration import Modes, Sound, modes, sound
 from .view import LiveView, View
 
 __all__ = [
+    "AccurateRun",
     "ContactEvents",
+    "ErrorBudget",
     "ForceAction",
     "Frame",
     "Frames",
@@ -45,6 +48,7 @@ __all__ = [
     "Modes",
     "Outcome",
     "PinAction",
+    "Refinement",
     "Scene",
     "SceneError",
     "Simulation",
@@ -66,10 +70,13 @@ __all__ = [
     "__version__",
     "catalogue",
     "combinations",
+    "errors",
     "load",
     "modes",
     "recover",
+    "refine",
     "rollout",
+    "solve",
     "sound",
     "stability",
     "stress",

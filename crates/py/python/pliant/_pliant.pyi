@@ -25,19 +25,22 @@ __all__ = [
     "Simulation",
     "State",
     "Superposition",
+    "__version__",
     "_after_fork",
     "_catalogue",
     "_columns",
     "_command",
+    "_errors",
     "_live",
     "_page",
     "_picture",
     "_recover",
+    "_refine",
     "_rollout",
+    "_solve",
     "_stability",
     "_stress",
     "_study",
-    "__version__",
 ]
 
 __version__: str
@@ -60,6 +63,11 @@ def _stress(
 def _stability(
     scene: Scene, integrators: Sequence[str], against: str | None, quick: bool, function: _Watcher | None
 ) -> dict[str, Any]: ...
+def _errors(scene: Scene, of: Sequence[str], function: _Watcher | None) -> dict[str, Any]: ...
+def _refine(
+    scene: Scene, changes: dict[str, Any], budget: float | None, threads: int, function: _Watcher | None
+) -> dict[str, Any]: ...
+def _solve(scene: Scene, of: str, error: str, budget: float, function: _Watcher | None) -> dict[str, Any]: ...
 
 @final
 class Batch:

@@ -58,6 +58,12 @@ pub struct Body {
     /// and 20 nodes in place of 9 and 27: the material is evaluated at 4 and 8 points in place of 9 and 27.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub serendipity: bool,
+    /// Number of times that every cell of the mesh is cut into cells of half its size: 4 triangles or
+    /// quadrilaterals, 8 tetrahedra or hexahedra. Groups hold the parts of their cells; round shapes stay round.
+    /// Not for files of second order, nor for `surface`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(max = 8))]
+    pub refine: Option<usize>,
     /// How the stress of `elastic` is computed; by the closed form without it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stress: Option<Stress>,
@@ -252,6 +258,7 @@ impl Body {
             membrane: None,
             order: None,
             serendipity: false,
+            refine: None,
             stress: None,
             springs: None,
             bending: None,
@@ -303,7 +310,8 @@ impl Body {
     /// Its mesh, and what becomes of it.
     pub fn body_mesh(&self) -> BodyMesh<'_> {
         let (transform, repeat) = (self.transform.as_ref(), self.repeat.as_ref());
-        BodyMesh { shape: &self.mesh, order: self.cell_order(), transform, repeat }
+        let refine = self.refine.unwrap_or(0);
+        BodyMesh { shape: &self.mesh, order: self.cell_order(), refine, transform, repeat }
     }
 
     /// How the stress of `elastic` is computed.

@@ -56,7 +56,7 @@ pub use muscle::*;
 pub use pin::*;
 pub use probe::*;
 pub use solver::Solver;
-pub use study::StudySpec;
+pub use study::{AccuracySpec, StudySpec};
 
 pub use pliant::material::Stress;
 pub(crate) use pliant::value::*;
@@ -101,6 +101,9 @@ pub struct Scene {
     /// What `pliant study` compares.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub study: Option<StudySpec>,
+    /// Accuracy that `pliant solve` is to reach.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<AccuracySpec>,
     /// Directory that files named in the scene are relative to: where the scene file is. No part of the text.
     #[serde(skip)]
     pub directory: PathBuf,
@@ -153,6 +156,7 @@ impl Scene {
             probe: vec![],
             output: Output::default(),
             study: None,
+            accuracy: None,
             directory: PathBuf::new(),
         }
     }

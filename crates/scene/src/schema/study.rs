@@ -15,7 +15,8 @@ fn entries_below_one(schema: &mut Schema) {
     }
 }
 
-/// What `pliant study` compares: errors in time, on this mesh. A run takes no notice of it.
+/// What `pliant study` compares: errors in time on this mesh, or with `--refine` total errors. A run takes no
+/// notice of it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct StudySpec {
@@ -47,8 +48,39 @@ pub struct StudySpec {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub error: Option<f64>,
+    /// The quantities whose total error is studied by `pliant study --refine`, for example
+    /// `["tip.y max", "left.force.x mean"]`: PROBE.x, PIN.force.x, energy.elastic, energy.kinetic or
+    /// energy.total, and nothing or one of end, max, min, mean, rms; displacements of all probes at the end
+    /// without it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub of: Vec<String>,
+    /// The number of meshes that `pliant study --refine` runs, each with twice the cells along every
+    /// direction of the one before; 3 without it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1, max = 6))]
+    pub refine: Option<usize>,
+    /// The elements that `pliant study --refine` compares: `linear`, `quadratic`, `quadrilateral` or
+    /// `hexahedron`, `quadratic-quadrilateral` or `quadratic-hexahedron`; all that the mesh has without it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub elements: Vec<String>,
     /// The smallest time step [s] that is chosen; the budget alone ends the refinement without it.
     #[serde(skip_serializing_if = "Option::is_none", with = "As::<Option<Duration>>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub smallest_step: Option<f64>,
+}
+
+/// Accuracy that `pliant solve` is to reach: it chooses cells, elements, scheme and step, and proves the error.
+/// A run takes no notice of it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AccuracySpec {
+    /// The quantity: PROBE.x, PIN.force.x, energy.elastic, energy.kinetic or energy.total, and nothing or one of
+    /// end, max, min, mean, rms, for example `"tip.y max"`.
+    pub of: String,
+    /// Its largest error: `"1 %"` of its largest magnitude over time, or an error with its unit, `"0.1 mm"`.
+    pub error: String,
+    /// Wall time of the search [s]; 300 s without it.
+    #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Duration>>")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub budget: Option<f64>,
 }

@@ -63,6 +63,9 @@ pub(super) fn body(check: &mut Checker, path: &KeyPath, body: &Body, attracted: 
         membrane::membrane(check, path, membrane, body);
     }
     order(check, &path.key("order"), body);
+    if let Some(refine) = body.refine {
+        check.count(&path.key("refine"), refine);
+    }
     if let Some(factor) = &body.elastic_factor {
         elastic_factor(check, &path.key("elastic_factor"), factor, body);
     }

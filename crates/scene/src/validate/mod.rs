@@ -55,6 +55,9 @@ pub(super) fn problems(scene: &Scene) -> Vec<Problem> {
     if let Some(study) = &scene.study {
         study::study(&mut check, &root.key("study"), study);
     }
+    if let Some(accuracy) = &scene.accuracy {
+        study::accuracy(&mut check, &root.key("accuracy"), accuracy);
+    }
     check.into_problems()
 }
 

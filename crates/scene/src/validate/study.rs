@@ -1,9 +1,9 @@
-//! `[study]`.
+//! `[study]` and `[accuracy]`.
 
 use super::check::Checker;
 use crate::error::Problem;
 use crate::key_path::KeyPath;
-use crate::schema::StudySpec;
+use crate::schema::{AccuracySpec, StudySpec};
 use crate::vary::VariedKey;
 use pliant::integrator::BadParameter;
 
@@ -29,6 +29,9 @@ pub(super) fn study(check: &mut Checker, path: &KeyPath, study: &StudySpec) {
             check.report(Problem::semantic(path.key("vary").index(index), error.to_string()));
         }
     }
+    if let Some(refine) = study.refine {
+        check.count(&path.key("refine"), refine);
+    }
     if let Some(times) = study.times {
         check.count(&path.key("times"), times);
     }
@@ -36,5 +39,11 @@ pub(super) fn study(check: &mut Checker, path: &KeyPath, study: &StudySpec) {
         if let Some(value) = value {
             check.number(&path.key(key), value, unit);
         }
+    }
+}
+
+pub(super) fn accuracy(check: &mut Checker, path: &KeyPath, accuracy: &AccuracySpec) {
+    if let Some(budget) = accuracy.budget {
+        check.number(&path.key("budget"), budget, "s");
     }
 }

@@ -2,15 +2,18 @@
 
 use std::sync::atomic::AtomicBool;
 
-use pliant_lab::budget::{
-    BudgetError, ErrorBudget, ErrorPart, NoQuantity, QuantityBudget, QuantityOfInterest, error_budget,
-};
+use pliant_lab::budget::{BudgetError, BudgetEvent, ErrorBudget, ErrorPart, QuantityBudget, error_budget};
+use pliant_lab::quantity::{NoQuantity, QuantityOfInterest};
+use pliant_lab::study::seconds;
 use pliant_scene::Source;
 use pliant_scene::assembly::Assembly;
 
 use crate::failure::Failure;
 use crate::terminal::Terminal;
-use crate::text::{counted, number, wrap};
+use crate::text::{counted, number, rounded_to, wrap};
+
+/// Time of the runs for the errors that is not announced [s].
+const SILENT: f64 = 1.0;
 
 /// The quantities that `--errors` names; none for those of all probes.
 ///
@@ -43,10 +46,15 @@ pub(super) fn estimated(
     interrupt: &AtomicBool,
     terminal: Terminal,
 ) -> Result<ErrorBudget, Failure> {
-    let mut begun = |run: usize| {
-        if terminal.verbose {
+    let mut begun = |event| match event {
+        BudgetEvent::Planned { runs, seconds: expected } if expected > SILENT => {
+            let runs = counted(runs as u64, "run", "runs");
+            terminal.note(&format!("errors: {runs} more, about {}", seconds(expected)));
+        }
+        BudgetEvent::Begun(run) if terminal.verbose => {
             terminal.note(&format!("run {run} for the errors"));
         }
+        _ => {}
     };
     error_budget(source, quantities, interrupt, &mut begun).map_err(|error| match error {
         BudgetError::Scene(error) => error.into(),
@@ -68,15 +76,15 @@ pub(super) fn described(budget: &ErrorBudget, width: usize) -> String {
     out + &wrap(&end, 0, width)
 }
 
-fn of_quantity(of: &QuantityBudget, width: usize) -> String {
+pub(crate) fn of_quantity(of: &QuantityBudget, width: usize) -> String {
     let QuantityBudget { quantity, unit, value, interval, extrapolated, .. } = of;
     let mut out = match (interval, extrapolated) {
         (Some(interval), Some(extrapolated)) => format!(
             "{quantity}  {} {unit}  +- {} {unit}{}  extrapolated {} {unit}\n",
-            number(*value),
+            rounded_to(*value, *interval),
             number(*interval),
             percent(*interval, *value),
-            number(*extrapolated)
+            rounded_to(*extrapolated, *interval)
         ),
         _ => format!("{quantity}  {} {unit}  no estimate of the whole error\n", number(*value)),
     };

@@ -10,7 +10,7 @@ use std::time::Instant;
 use pliant::observer::Observer;
 use pliant::probe::Table;
 use pliant::run::{self, Outcome, RunState, Summary};
-use pliant_lab::budget::QuantityOfInterest;
+use pliant_lab::quantity::QuantityOfInterest;
 use pliant_record::checkpoint::CheckpointFile;
 use pliant_scene::assembly::Assembly;
 

@@ -280,6 +280,6 @@ fn amplification(found: &StabilitySurvey) -> Result<String, Failure> {
             look,
         });
     }
-    chart.floor = Some((1.0, "neither grows nor decays".into()));
+    chart.floors.push((1.0, "neither grows nor decays".into()));
     chart.svg().map_err(|error| Failure::failed("chart", error.to_string()))
 }

@@ -75,6 +75,13 @@ impl Files {
         ))
     }
 
+    /// Writes one file of a report; its path.
+    pub(super) fn put(&self, name: &str, text: &str) -> Result<PathBuf, Failure> {
+        let path = self.folder.join(name);
+        put(&path, text)?;
+        Ok(path)
+    }
+
     /// How a page at `markdown` reaches the charts.
     fn prefix(&self, markdown: &Path) -> String {
         let from = markdown.parent().unwrap_or(Path::new(""));

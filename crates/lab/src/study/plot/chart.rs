@@ -4,6 +4,7 @@ use plotters::chart::{ChartBuilder, ChartContext};
 use plotters::coord::cartesian::Cartesian2d;
 use plotters::element::{EmptyElement, PathElement, Text};
 use plotters::prelude::SVGBackend;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{BLACK, Color};
 
 use super::PlotError;
@@ -95,8 +96,10 @@ pub struct Chart {
     pub lines: Vec<Line>,
     /// Slope triangles for comparison.
     pub slopes: Vec<SlopeTriangle>,
-    /// Named horizontal line at this height, such as the limit of measurement.
-    pub floor: Option<(f64, String)>,
+    /// Named horizontal lines at these heights, such as the limit of measurement.
+    pub floors: Vec<(f64, String)>,
+    /// True to name these lines at their right ends.
+    pub floors_named_right: bool,
 }
 
 type Axes<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<Ticks, Ticks>>;
@@ -104,7 +107,15 @@ type Axes<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<Ticks, Ticks>>;
 impl Chart {
     /// A chart without lines.
     pub fn new(title: &str, x: AxisSpec, y: AxisSpec) -> Chart {
-        Chart { title: title.to_owned(), x, y, lines: vec![], slopes: vec![], floor: None }
+        Chart {
+            title: title.to_owned(),
+            x,
+            y,
+            lines: vec![],
+            slopes: vec![],
+            floors: vec![],
+            floors_named_right: false,
+        }
     }
 
     /// Draws the chart as SVG, 900 by 520 or higher if the legend needs it. Points without a position on
@@ -123,9 +134,9 @@ impl Chart {
         let points = || self.lines.iter().flat_map(|line| &line.points);
         let x = Ticks::over(self.x.scale, points().map(|p| p.x));
         let heights = points().filter(|p| self.x.scale.holds(p.x)).filter_map(|p| p.y);
-        let floor = self.floor.iter().map(|(y, _)| *y);
+        let floors = self.floors.iter().map(|(y, _)| *y);
         let triangles = self.slopes.iter().map(|slope| slope.y);
-        let mut y = Ticks::over(self.y.scale, heights.chain(floor).chain(triangles));
+        let mut y = Ticks::over(self.y.scale, heights.chain(floors).chain(triangles));
         if points().any(|p| p.y.is_none()) {
             // Margin for crosses above all points.
             let (low, _) = y.ends();
@@ -149,7 +160,7 @@ impl Chart {
             .label_style(letters(13, BLACK))
             .axis_desc_style(letters(14, BLACK))
             .draw()?;
-        if let Some((height, name)) = &self.floor {
+        for (height, name) in &self.floors {
             self.draw_floor(&mut chart, (x, y), *height, name)?;
         }
         for slope in &self.slopes {
@@ -215,8 +226,12 @@ impl Chart {
         let (low, high) = x.ends();
         let style = GREY.stroke_width(1);
         chart.draw_series(std::iter::once(PathElement::new(vec![(low, height), (high, height)], style)))?;
-        let label = Text::new(name.to_owned(), (4, -14), letters(11, GREY));
-        chart.draw_series(std::iter::once(EmptyElement::at((low, height)) + label))?;
+        let (at, place, style) = match self.floors_named_right {
+            true => (high, (-4, -2), letters(11, GREY).pos(Pos::new(HPos::Right, VPos::Bottom))),
+            false => (low, (4, -14), letters(11, GREY)),
+        };
+        let label = Text::new(name.to_owned(), place, style);
+        chart.draw_series(std::iter::once(EmptyElement::at((at, height)) + label))?;
         Ok(())
     }
 

@@ -19,6 +19,7 @@ fn problem(scene: &Scene, grid: &TimeGrid) -> String {
     let plain = Scene {
         title: None,
         study: None,
+        accuracy: None,
         output: Default::default(),
         probe: vec![],
         time: Time {

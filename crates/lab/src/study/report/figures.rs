@@ -134,7 +134,7 @@ fn against(variant: &VariantResult, title: &str, x: &str, label: bool, cost: imp
 fn steps(variant: &VariantResult) -> Chart {
     let mut chart = against(variant, "error against step", "step [s]", false, |row| row.dt);
     if variant.rows().any(|row| row.dropped) {
-        chart.floor = Some((variant.reference.floor(), "ten times the error of the reference".to_owned()));
+        chart.floors.push((variant.reference.floor(), "ten times the error of the reference".to_owned()));
     }
     // One triangle for each order, below the middle row of the most accurate integrator of that order.
     let mut orders: Vec<u32> = variant.lines.iter().map(|line| line.order_nominal).collect();

@@ -1,4 +1,11 @@
-//! Quantities of interest: numbers of a run whose errors are asked for.
+//! Quantities of interest: numbers of a run whose errors are asked for; and runs of a scene on other meshes,
+//! with other schemes and steps, which give their values.
+
+mod cells;
+mod runs;
+
+pub use cells::{CellMeshes, CellScale, ElementFamily, RunKey};
+pub use runs::{FRAMES, NoValues, QuantityRun, QuantityRuns};
 
 use std::str::FromStr;
 
@@ -106,7 +113,7 @@ impl std::fmt::Display for QuantityOfInterest {
 
 impl QuantityOfInterest {
     /// Displacements of every probe along every axis at the end.
-    pub(super) fn of_probes(probes: &[Probe], dimension: usize) -> Vec<Self> {
+    pub fn of_probes(probes: &[Probe], dimension: usize) -> Vec<Self> {
         let of_probe = |probe: &Probe| -> Vec<Self> {
             let at = |axis| QuantitySource::Displacement { probe: probe.name.clone(), axis };
             (0..dimension)
@@ -142,7 +149,7 @@ impl QuantityOfInterest {
 
     /// Formal order of its error in space for elements of order `q` in statics, with exact loads: `q + 1` of
     /// displacements, `2 q` of energies and of whole reactions.
-    pub(super) fn order_in_space(&self, q: u32) -> u32 {
+    pub fn order_in_space(&self, q: u32) -> u32 {
         match self.of {
             QuantitySource::Displacement { .. } => q + 1,
             _ => 2 * q,
@@ -150,7 +157,7 @@ impl QuantityOfInterest {
     }
 
     /// True if the value is that of the last moment.
-    pub(super) fn is_at_the_end(&self) -> bool {
+    pub fn is_at_the_end(&self) -> bool {
         self.statistic == TimeStatistic::End
     }
 
@@ -183,6 +190,17 @@ fn is_named(name: &str, pin: &str) -> bool {
     name == pin || name.rsplit_once('/').is_some_and(|(_, last)| last == pin)
 }
 
+/// Value of a quantity in a run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct QuantityValue {
+    /// The value.
+    pub value: f64,
+    /// Half the range over time; infinite if the quantity does not oscillate, and so has no phase.
+    pub half_range: f64,
+    /// Largest magnitude over time.
+    pub largest: f64,
+}
+
 /// Values of quantities at the frames of a run.
 pub(super) struct QuantityObserver<'a> {
     quantities: &'a [QuantityOfInterest],
@@ -203,9 +221,8 @@ impl<'a> QuantityObserver<'a> {
         signs.windows(2).filter(|pair| pair[0] != pair[1]).count()
     }
 
-    /// Value of a quantity, and half the range of its series; infinite if it does not oscillate, and so has
-    /// no phase.
-    pub(super) fn value(&self, quantity: usize) -> [f64; 2] {
+    /// Value of a quantity.
+    pub(super) fn value(&self, quantity: usize) -> QuantityValue {
         let series = &self.series[quantity];
         let (low, high) = series.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
             (low.min(*value), high.max(*value))
@@ -219,7 +236,8 @@ impl<'a> QuantityObserver<'a> {
             TimeStatistic::Mean => mean(|value| value),
             TimeStatistic::Rms => mean(|value| value * value).sqrt(),
         };
-        [value, if self.turns(quantity) < OSCILLATES { f64::INFINITY } else { 0.5 * (high - low) }]
+        let half_range = if self.turns(quantity) < OSCILLATES { f64::INFINITY } else { 0.5 * (high - low) };
+        QuantityValue { value, half_range, largest: low.abs().max(high.abs()) }
     }
 }
 

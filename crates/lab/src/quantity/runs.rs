@@ -1,0 +1,117 @@
+//! Runs of one scene with other meshes, schemes and steps, which give the values of quantities.
+
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+use pliant::run::{Outcome, Plan, run};
+use pliant_scene::assembly::{Assembly, Report, UnstableStep};
+use pliant_scene::{ProbeSpec, Problem, Scene};
+
+use super::{QuantityObserver, QuantityOfInterest, QuantityValue};
+use crate::statistics::RunStatistics;
+
+/// Number of times at which quantities are read, if steps allow it.
+pub const FRAMES: u64 = 25;
+
+/// Runs of one scene.
+pub struct QuantityRuns<'a> {
+    quantities: &'a [QuantityOfInterest],
+    plan: Plan,
+    interrupt: &'a AtomicBool,
+    /// Probes by their places at rest: vertices have other numbers on other meshes.
+    probes: Vec<ProbeSpec>,
+}
+
+/// One run that reached its end.
+#[derive(Clone, Debug)]
+pub struct QuantityRun {
+    /// Values of the quantities.
+    pub values: Vec<QuantityValue>,
+    /// Coordinates that are free to move.
+    pub unknowns: usize,
+    /// Cost of the run.
+    pub statistics: RunStatistics,
+}
+
+/// Reason for which a run has no values.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum NoValues {
+    /// The scene cannot be assembled.
+    #[error("{0}")]
+    Refused(String),
+    /// A step failed.
+    #[error("a run beside it does not reach the end")]
+    Failed,
+    /// The user interrupted.
+    #[error("interrupted")]
+    Interrupted,
+}
+
+impl<'a> QuantityRuns<'a> {
+    /// Runs of `scene`, assembled as `assembly`, over the times of `plan`.
+    pub fn new(
+        scene: &Scene,
+        assembly: &Assembly,
+        quantities: &'a [QuantityOfInterest],
+        plan: Plan,
+        interrupt: &'a AtomicBool,
+    ) -> Self {
+        let mut probes = scene.probe.clone();
+        for (spec, probe) in probes.iter_mut().zip(&assembly.probes) {
+            if spec.vertex.take().is_some() {
+                spec.at = Some(probe.rest[..scene.dimension].to_vec());
+                spec.body = Some(probe.body.clone());
+            }
+        }
+        QuantityRuns { quantities, plan, interrupt, probes }
+    }
+
+    /// Report on a variant of the scene, without running it.
+    ///
+    /// # Errors
+    /// It cannot be simulated; the first problem.
+    pub fn report(&self, scene: &Scene) -> Result<Report, NoValues> {
+        Ok(self.assembled(scene, UnstableStep::Accept)?.report)
+    }
+
+    /// A variant of the scene with its probes where they are on the scene's own mesh.
+    pub fn with_probes(&self, mut scene: Scene) -> Scene {
+        scene.probe.clone_from(&self.probes);
+        scene
+    }
+
+    fn assembled(&self, scene: &Scene, unstable: UnstableStep) -> Result<Assembly, NoValues> {
+        let scene = self.with_probes(scene.clone());
+        let refused = |problems: Vec<Problem>| {
+            NoValues::Refused(problems.into_iter().next().map_or_else(String::new, |problem| problem.message))
+        };
+        let problems = scene.validate();
+        if !problems.is_empty() {
+            return Err(refused(problems));
+        }
+        scene.assemble(unstable).map_err(refused)
+    }
+
+    /// Runs a variant of the scene to its end.
+    ///
+    /// # Errors
+    /// [`NoValues`].
+    pub fn run(&self, scene: &Scene) -> Result<QuantityRun, NoValues> {
+        let started = Instant::now();
+        let mut assembly = self.assembled(scene, UnstableStep::Refuse)?;
+        let setup = started.elapsed().as_secs_f64();
+        let mut observer = QuantityObserver::new(self.quantities, &assembly.probes);
+        let started = Instant::now();
+        let summary = run(&mut assembly.simulation, &self.plan, &mut [&mut observer], self.interrupt);
+        let stepping = started.elapsed().as_secs_f64();
+        match summary.outcome {
+            Outcome::Done => Ok(QuantityRun {
+                values: (0..self.quantities.len()).map(|i| observer.value(i)).collect(),
+                unknowns: assembly.report.free_coordinates,
+                statistics: RunStatistics::new(summary.work, setup, stepping),
+            }),
+            Outcome::Interrupted => Err(NoValues::Interrupted),
+            _ => Err(NoValues::Failed),
+        }
+    }
+}

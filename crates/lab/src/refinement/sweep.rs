@@ -1,0 +1,471 @@
+//! The runs of a study: floors of all meshes first, then schemes and steps where they may pay.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use pliant::run::Plan;
+use pliant_scene::assembly::UnstableStep;
+use pliant_scene::{Scene, Source};
+
+use super::results::{QuantityRefinement, RefinedRow, RefinementResults};
+use super::{RefinementError, RefinementPlan};
+use crate::quantity::{
+    CellMeshes, CellScale, ElementFamily, FRAMES, NoValues, QuantityOfInterest, QuantityRun, QuantityRuns,
+    RunKey,
+};
+use crate::study::{Contender, TimeGrid};
+
+/// Largest explicit step relative to the largest stable one at rest: bodies that are compressed have smaller
+/// ones.
+const EXPLICIT_PART: f64 = 0.9;
+/// Steps of floors and of rows, as parts of the largest explicit step; rows take the last on the coarsest
+/// meshes alone, for the order in time.
+const FLOOR_HALVINGS: [u64; 2] = [2, 4];
+const ROW_HALVINGS: [u64; 3] = [1, 2, 4];
+/// Smallest number of steps of an implicit scheme on the coarsest meshes, for the order in time.
+const STEPS_FOR_ORDER: usize = 3;
+/// Part of the budget for floors.
+const FOR_FLOORS: f64 = 0.6;
+/// Estimate of the time of an explicit step for each coordinate [s], before there is a run.
+const SECONDS_PER_COORDINATE: f64 = 3e-8;
+/// Largest number of halvings of an implicit step.
+const HALVINGS: u32 = 14;
+/// Change of a quantity by half the step, relative to that by the mesh, at which the error is the mesh's.
+const SMALL: f64 = 0.1;
+/// Error of a row over that of its mesh at which smaller steps do not pay.
+const NEAR_FLOOR: f64 = 1.1;
+/// Total time of timed runs that suffices [s], and their largest number.
+const ENOUGH_SECONDS: f64 = 0.2;
+const MOST_REPEATS: usize = 3;
+
+/// A study to run.
+pub struct RefinementStudy<'a> {
+    /// The scene.
+    pub source: &'a Source,
+    /// Plan of the study.
+    pub plan: &'a RefinementPlan,
+    /// Set by another thread to stop.
+    pub interrupt: &'a AtomicBool,
+}
+
+impl RefinementStudy<'_> {
+    /// Runs the study, on the plan's number of threads; `watch` sees each run before it begins.
+    ///
+    /// # Errors
+    /// [`RefinementError`]. A failed run is no error.
+    pub fn run(&self, watch: &mut (dyn FnMut(&str) + Send)) -> Result<RefinementResults, RefinementError> {
+        let threads = self.plan.threads;
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let pool = pool.map_err(|source| RefinementError::Threads { threads, source })?;
+        pool.install(|| self.run_here(watch))
+    }
+
+    fn run_here(&self, watch: &mut dyn FnMut(&str)) -> Result<RefinementResults, RefinementError> {
+        let scene = self.source.scene()?;
+        let assembly =
+            scene.assemble(UnstableStep::Accept).map_err(|problems| self.source.error(problems))?;
+        let named = QuantityOfInterest::of_probes(&assembly.probes, scene.dimension);
+        let quantities = if self.plan.quantities.is_empty() { &named } else { &self.plan.quantities };
+        if quantities.is_empty() {
+            return Err(RefinementError::NoQuantity);
+        }
+        if let Some(missing) = quantities.iter().find(|quantity| !quantity.is_of(&assembly)) {
+            return Err(RefinementError::Missing(missing.to_string()));
+        }
+        let duration = scene.time.duration;
+        if duration <= 0.0 {
+            return Err(RefinementError::NoDuration);
+        }
+        let cells = CellMeshes::of(&scene).map_err(RefinementError::Meshes)?;
+        let is_static = assembly.simulation.method().is_static();
+        let own = assembly.simulation.step_size();
+        let plan = match is_static {
+            true => Plan { duration, rate: 1.0 / duration },
+            false => Plan { duration, rate: FRAMES as f64 / duration },
+        };
+        let runs = QuantityRuns::new(&scene, &assembly, quantities, plan, self.interrupt);
+        drop(assembly);
+        let mut sweep = Sweep {
+            plan: self.plan,
+            scene,
+            cells,
+            runs,
+            grid: TimeGrid { duration, times: FRAMES as usize },
+            own_step: own,
+            is_static,
+            rows: vec![],
+            left_out: vec![],
+            failed: 0,
+            last_failure: None,
+            interrupt: self.interrupt,
+            started: Instant::now(),
+            watch,
+        };
+        sweep.floors()?;
+        if sweep.rows.is_empty() {
+            let failure = sweep.last_failure.unwrap_or(NoValues::Failed);
+            return Err(RefinementError::NoRun(failure));
+        }
+        if !is_static {
+            sweep.schemes(quantities)?;
+        }
+        let evaluated = quantities.iter().enumerate();
+        let evaluated =
+            evaluated.map(|(i, quantity)| QuantityRefinement::new(i, quantity, &sweep.rows, is_static));
+        Ok(RefinementResults {
+            dimension: sweep.scene.dimension,
+            is_static,
+            quantities: evaluated.collect(),
+            rows: sweep.rows,
+            left_out: sweep.left_out,
+            failed: sweep.failed,
+            seconds: sweep.started.elapsed().as_secs_f64(),
+        })
+    }
+}
+
+struct Sweep<'a> {
+    plan: &'a RefinementPlan,
+    scene: Scene,
+    cells: CellMeshes,
+    runs: QuantityRuns<'a>,
+    grid: TimeGrid,
+    own_step: f64,
+    is_static: bool,
+    rows: Vec<RefinedRow>,
+    left_out: Vec<String>,
+    failed: usize,
+    last_failure: Option<NoValues>,
+    interrupt: &'a AtomicBool,
+    started: Instant,
+    watch: &'a mut dyn FnMut(&str),
+}
+
+/// A mesh of one kind of elements.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct FamilyMesh {
+    family: ElementFamily,
+    level: usize,
+}
+
+impl FamilyMesh {
+    fn scale(self) -> CellScale {
+        CellScale::finer(1 << self.level)
+    }
+
+    fn holds(self, row: &RefinedRow) -> bool {
+        row.family == self.family && row.level == self.level
+    }
+}
+
+impl Sweep<'_> {
+    fn left(&self) -> f64 {
+        self.plan.budget - self.started.elapsed().as_secs_f64()
+    }
+
+    fn check_interrupt(&self) -> Result<(), RefinementError> {
+        match self.interrupt.load(Ordering::Relaxed) {
+            true => Err(RefinementError::Interrupted),
+            false => Ok(()),
+        }
+    }
+
+    /// The scene on a mesh; `None` if the mesh has no such elements.
+    fn on(&self, mesh: FamilyMesh) -> Option<Scene> {
+        self.cells.scene(&self.scene, mesh.scale(), Some(mesh.family))
+    }
+
+    fn words(&self, mesh: FamilyMesh) -> String {
+        format!("{} on {} cells", mesh.family.words(self.scene.dimension), self.cells.words(mesh.scale()))
+    }
+
+    /// Runs every mesh of every kind of elements with a step so small that the error is the mesh's.
+    fn floors(&mut self) -> Result<(), RefinementError> {
+        let mut families: Vec<ElementFamily> = match self.plan.families.is_empty() {
+            true => ElementFamily::ALL.to_vec(),
+            false => self.plan.families.clone(),
+        };
+        for level in 0..self.plan.levels {
+            for family in families.clone() {
+                self.check_interrupt()?;
+                let mesh = FamilyMesh { family, level };
+                let before = self
+                    .rows
+                    .iter()
+                    .find(|row| row.is_floor && FamilyMesh { family, level: level.max(1) - 1 }.holds(row));
+                let ratio = match self.is_static {
+                    true => 1.5 * self.cells.directions() as f64,
+                    false => self.cells.directions() as f64 + 1.0,
+                };
+                let expected = before.filter(|_| level > 0).map_or(0.0, |row| row.seconds * ratio.exp2());
+                if level > 0
+                    && expected > FOR_FLOORS * self.plan.budget - self.started.elapsed().as_secs_f64()
+                {
+                    self.left_out.push(format!("{} would take {expected:.0} s", self.words(mesh)));
+                    families.retain(|other| *other != family);
+                    continue;
+                }
+                if let Err(reason) = self.floor(mesh)? {
+                    if reason == NoValues::Interrupted {
+                        return Err(RefinementError::Interrupted);
+                    }
+                    self.left_out.push(format!("{}: {reason}", self.words(mesh)));
+                    self.last_failure = Some(reason);
+                    families.retain(|other| *other != family);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Runs a mesh with a small step.
+    fn floor(&mut self, mesh: FamilyMesh) -> Result<Result<(), NoValues>, RefinementError> {
+        let Some(scene) = self.on(mesh) else {
+            return Ok(Err(NoValues::Refused("the mesh has no such elements".into())));
+        };
+        if self.is_static {
+            let own = Contender::from(scene.time.integrator);
+            return Ok(self.measure(mesh, own, &scene, None, true).map(|_| ()));
+        }
+        let verlet = Contender::from(pliant::integrator::IntegratorSpec::VelocityVerlet);
+        let report = match self.runs.report(&self.paced(&scene, verlet, self.own_step)) {
+            Ok(report) => report,
+            Err(reason) => return Ok(Err(reason)),
+        };
+        if let Some(limit) = report.stability.as_ref().map(|stability| stability.step) {
+            for halving in FLOOR_HALVINGS {
+                let parts = halving * self.parts_below(EXPLICIT_PART * limit);
+                let steps = parts as f64 * self.grid.times as f64;
+                let expected = steps * report.free_coordinates as f64 * SECONDS_PER_COORDINATE;
+                if expected > 0.5 * FOR_FLOORS * self.plan.budget {
+                    break;
+                }
+                if self.measure(mesh, verlet, &scene, Some(self.grid.step(parts)), true).is_ok() {
+                    return Ok(Ok(()));
+                }
+                self.check_interrupt()?;
+            }
+        }
+        self.implicit_floor(mesh, &scene)
+    }
+
+    /// Halves the step of an implicit scheme until it does not matter beside the mesh.
+    fn implicit_floor(
+        &mut self,
+        mesh: FamilyMesh,
+        scene: &Scene,
+    ) -> Result<Result<(), NoValues>, RefinementError> {
+        let scheme = Contender::from(pliant::integrator::IntegratorSpec::TrBdf2);
+        let coarser = self.rows.iter().find(|row| {
+            mesh.level > 0 && row.is_floor && FamilyMesh { level: mesh.level - 1, ..mesh }.holds(row)
+        });
+        let coarser: Option<Vec<f64>> = coarser.map(|row| row.values.clone());
+        let mut parts = self.grid.parts(self.own_step);
+        let mut last: Option<Vec<f64>> = None;
+        for _ in 0..HALVINGS {
+            self.check_interrupt()?;
+            let index = match self.measure(mesh, scheme, scene, Some(self.grid.step(parts)), false) {
+                Ok(index) => index,
+                Err(reason) if last.is_none() && reason == NoValues::Failed => {
+                    parts *= 2;
+                    continue;
+                }
+                Err(reason) => return Ok(Err(reason)),
+            };
+            let values = self.rows[index].values.clone();
+            let is_small = last.as_ref().is_some_and(|last| {
+                values.iter().zip(last).enumerate().all(|(i, (value, last))| {
+                    let by_mesh = coarser.as_ref().map_or(SMALL * value.abs(), |own| (value - own[i]).abs());
+                    (value - last).abs() <= SMALL * by_mesh
+                })
+            });
+            let is_over = 2.0 * self.rows[index].seconds > 0.3 * self.left();
+            if is_small || is_over {
+                self.rows[index].is_floor = true;
+                return Ok(Ok(()));
+            }
+            last = Some(values);
+            parts *= 2;
+        }
+        Ok(Err(NoValues::Failed))
+    }
+
+    /// Smallest number of steps between two times of comparison with steps of at most `step` [s].
+    fn parts_below(&self, step: f64) -> u64 {
+        (self.grid.step(1) / step).ceil().max(1.0) as u64
+    }
+
+    /// The scene with another scheme and step.
+    fn paced(&self, scene: &Scene, contender: Contender, step: f64) -> Scene {
+        let mut scene = scene.clone();
+        let time = &mut scene.time;
+        (time.integrator, time.step) = (contender.spec, Some(step));
+        (time.adaptive, time.arc_length) = (None, None);
+        if contender.method.documentation.solves == 0 {
+            time.solver = None;
+        }
+        scene
+    }
+
+    /// Runs a scheme on a mesh, timed; the index of the row.
+    fn measure(
+        &mut self,
+        mesh: FamilyMesh,
+        contender: Contender,
+        scene: &Scene,
+        step: Option<f64>,
+        is_floor: bool,
+    ) -> Result<usize, NoValues> {
+        let about = format!("{}, {}", self.words(mesh), contender.name());
+        (self.watch)(&about);
+        let scene = match step {
+            Some(step) => self.paced(scene, contender, step),
+            None => scene.clone(),
+        };
+        let QuantityRun { values, unknowns, statistics } = match self.runs.run(&scene) {
+            Ok(run) => run,
+            Err(reason) => {
+                self.failed += usize::from(reason == NoValues::Failed);
+                return Err(reason);
+            }
+        };
+        let (mut seconds, mut total, mut repeats) =
+            (statistics.stepping_seconds, statistics.stepping_seconds, 1);
+        let wanted = self.plan.repeats.unwrap_or(MOST_REPEATS);
+        while repeats < wanted && (self.plan.repeats.is_some() || total < ENOUGH_SECONDS) {
+            let own = self.runs.run(&scene)?.statistics.stepping_seconds;
+            seconds = seconds.min(own);
+            total += own;
+            repeats += 1;
+        }
+        let mut keys = self.cells.keys(&self.scene, mesh.scale(), mesh.family);
+        if let Some(step) = step {
+            keys.extend(RunKey::of_pace(&self.scene, contender.name(), step));
+        }
+        self.rows.push(RefinedRow {
+            family: mesh.family,
+            level: mesh.level,
+            cells: self.cells.words(mesh.scale()),
+            unknowns,
+            scheme: contender.name(),
+            explicit: contender.method.documentation.solves == 0,
+            step,
+            values: values.iter().map(|value| value.value).collect(),
+            largest: values.iter().map(|value| value.largest).collect(),
+            seconds,
+            statistics,
+            is_floor,
+            keys,
+        });
+        Ok(self.rows.len() - 1)
+    }
+
+    /// Runs schemes and steps on every mesh, coarse meshes first.
+    fn schemes(&mut self, quantities: &[QuantityOfInterest]) -> Result<(), RefinementError> {
+        for level in 0..self.plan.levels {
+            for family in ElementFamily::ALL {
+                let mesh = FamilyMesh { family, level };
+                if !self.rows.iter().any(|row| row.is_floor && mesh.holds(row)) {
+                    continue;
+                }
+                let Some(scene) = self.on(mesh) else { continue };
+                for contender in self.plan.contenders.clone() {
+                    self.check_interrupt()?;
+                    match contender.method.documentation.solves {
+                        0 => self.explicit_steps(mesh, contender, &scene),
+                        _ => self.implicit_steps(mesh, contender, &scene, quantities)?,
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Runs an explicit scheme near its limit.
+    fn explicit_steps(&mut self, mesh: FamilyMesh, contender: Contender, scene: &Scene) {
+        let Ok(report) = self.runs.report(&self.paced(scene, contender, self.own_step)) else { return };
+        let Some(limit) = report.stability.as_ref().map(|stability| stability.step) else { return };
+        for halving in &ROW_HALVINGS[..if mesh.level == 0 { 3 } else { 2 }] {
+            let step = self.grid.step(halving * self.parts_below(EXPLICIT_PART * limit));
+            let is_known = self
+                .rows
+                .iter()
+                .any(|row| mesh.holds(row) && row.scheme == contender.name() && row.step == Some(step));
+            let expected = self
+                .rows
+                .iter()
+                .filter(|row| mesh.holds(row) && row.explicit)
+                .map(|row| row.seconds * row.step.unwrap_or(step) / step)
+                .fold(0.0, f64::max);
+            if !is_known && expected < 0.5 * self.left() {
+                // A failed run is counted.
+                let _ = self.measure(mesh, contender, scene, Some(step), false);
+            }
+        }
+    }
+
+    /// Runs an implicit scheme with smaller and smaller steps, as long as they may pay.
+    fn implicit_steps(
+        &mut self,
+        mesh: FamilyMesh,
+        contender: Contender,
+        scene: &Scene,
+        quantities: &[QuantityOfInterest],
+    ) -> Result<(), RefinementError> {
+        let mut parts = 1;
+        let mut expected = 0.0;
+        let mut done = 0;
+        for _ in 0..HALVINGS {
+            self.check_interrupt()?;
+            if expected > 0.3 * self.left() {
+                self.left_out.push(format!(
+                    "{} by {}: steps below {} s would take {expected:.0} s each",
+                    self.words(mesh),
+                    contender.name(),
+                    pliant::quantity::Rounded::<3>(self.grid.step(parts / 2))
+                ));
+                return Ok(());
+            }
+            let step = self.grid.step(parts);
+            parts *= 2;
+            let is_same = |row: &RefinedRow| {
+                mesh.holds(row) && row.scheme == contender.name() && row.step == Some(step)
+            };
+            let index = match self.rows.iter().position(is_same) {
+                Some(index) => index,
+                None => match self.measure(mesh, contender, scene, Some(step), false) {
+                    Ok(index) => index,
+                    Err(NoValues::Failed) => continue,
+                    Err(_) => return Ok(()),
+                },
+            };
+            expected = 2.0 * self.rows[index].seconds;
+            done += 1;
+            let is_for_order = mesh.level == 0 && done < STEPS_FOR_ORDER;
+            if !is_for_order && self.is_enough(mesh, index, quantities) {
+                return Ok(());
+            }
+        }
+        Ok(())
+    }
+
+    /// True if smaller steps than those of a row do not pay: its error is that of its mesh, or a faster row
+    /// has errors that this mesh cannot beat, in all quantities with a reference.
+    fn is_enough(&self, mesh: FamilyMesh, index: usize, quantities: &[QuantityOfInterest]) -> bool {
+        let row = &self.rows[index];
+        let faster: Vec<usize> =
+            (0..self.rows.len()).filter(|i| self.rows[*i].seconds < row.seconds).collect();
+        let evaluated = quantities
+            .iter()
+            .enumerate()
+            .map(|(i, quantity)| QuantityRefinement::new(i, quantity, &self.rows, self.is_static))
+            .filter(|of| of.reference.is_some());
+        let evaluated: Vec<QuantityRefinement> = evaluated.collect();
+        let floors: Vec<f64> =
+            evaluated.iter().filter_map(|of| of.floor(mesh.family, mesh.level, &self.rows)).collect();
+        let within = |i: usize, factor: f64| {
+            evaluated.iter().zip(&floors).all(|(of, floor)| of.errors[i].total <= factor * floor)
+        };
+        within(index, NEAR_FLOOR) || faster.into_iter().any(|i| within(i, 1.0))
+    }
+}
