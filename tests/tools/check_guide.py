@@ -1,8 +1,8 @@
 """Run every command and snippet of the guide: ``check_guide.py PLIANT [--show] [PAGE...]``.
 
 Runs under a Python that has the package. The pages are ``README.md`` and those of ``docs/guide``. Each has a
-folder of its own under ``target/ci/guide``, with links to ``scenes``, ``crates`` and ``docs``, and its blocks
-run there from top to bottom. The words after the opening fence say what a block is:
+folder of its own under ``target/ci/guide``, with links to ``scenes``, ``crates``, ``docs`` and ``tests``, and
+its blocks run there from top to bottom. The words after the opening fence say what a block is:
 
 - ``sh``: run by bash, ``pliant`` being the program PLIANT; ``sh exits=1``: it has to end with this code;
   ``sh unchecked``: not run (installations, Ctrl-C, what opens a browser or costs minutes).
@@ -60,7 +60,7 @@ class Page:
         shutil.rmtree(self.folder, ignore_errors=True)
         (self.folder / "bin").mkdir(parents=True)
         (self.folder / "bin" / "pliant").symlink_to(program)
-        for name in ("scenes", "crates", "docs"):
+        for name in ("scenes", "crates", "docs", "tests"):
             (self.folder / name).symlink_to(ROOT / name)
 
     def run(self) -> list[str]:
