@@ -118,7 +118,7 @@ fn refinement_answers_first_and_in_few_lines() {
     bench.pliant(["study", "scene.toml", "--of", "tip.y"]).ended_with(2).says(&["--refine"]);
     bench.pliant(["study", "scene.toml", "--refine", "--of", "top.y"]).ended_with(2).says(&["`top.y`"]);
     let cubic = ["study", "scene.toml", "--refine", "--elements", "cubic"];
-    bench.pliant(cubic).ended_with(1).says(&["`cubic`", "quadratic-quadrilateral"]);
+    bench.pliant(cubic).ended_with(2).says(&["`cubic`", "quadratic-quadrilateral"]);
 }
 
 #[test]

@@ -193,7 +193,7 @@ impl AccuracySearch<'_> {
         let runs = QuantityRuns::new(&scene, &assembly, quantities, plan, self.interrupt);
         let own_step = assembly.simulation.step_size();
         drop(assembly);
-        let mut search = Search {
+        let mut search = AccuracyRuns {
             about: self,
             parts: cells.common_parts(COARSEST),
             scene,
@@ -211,7 +211,7 @@ impl AccuracySearch<'_> {
     }
 }
 
-struct Search<'a> {
+struct AccuracyRuns<'a> {
     about: &'a AccuracySearch<'a>,
     scene: Scene,
     cells: CellMeshes,
@@ -229,7 +229,7 @@ struct Search<'a> {
 
 /// Way in which a kind of elements is stepped.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Stepping {
+enum RunStepping {
     /// Statics, by the scene's own increments.
     Increments,
     /// The explicit scheme at a part of its stability limit.
@@ -242,7 +242,7 @@ enum Stepping {
 #[derive(Clone, Debug)]
 struct Candidate {
     family: ElementFamily,
-    stepping: Stepping,
+    stepping: RunStepping,
     values: Vec<f64>,
     /// Largest magnitude of the quantity on the finest mesh.
     largest: f64,
@@ -262,7 +262,7 @@ enum Refined {
     GaveUp,
 }
 
-impl Search<'_> {
+impl AccuracyRuns<'_> {
     fn words(&self, level: usize) -> String {
         self.cells.words(self.scale(level))
     }
@@ -312,9 +312,9 @@ impl Search<'_> {
     }
 
     /// Growth of the time of a run with half the cell size, as a power of 2.
-    fn growth(&self, stepping: Stepping) -> f64 {
+    fn growth(&self, stepping: RunStepping) -> f64 {
         let directions = self.cells.directions() as f64;
-        if stepping == Stepping::Explicit { directions + 1.0 } else { IMPLICIT_GROWTH * directions }
+        if stepping == RunStepping::Explicit { directions + 1.0 } else { IMPLICIT_GROWTH * directions }
     }
 
     /// Runs the coarsest mesh, in a motion by the cheaper of both schemes.
@@ -328,10 +328,10 @@ impl Search<'_> {
             predicted: f64::INFINITY,
         };
         if self.is_static {
-            let (value, largest, seconds) = self.values(family, Stepping::Increments, 0)?;
-            return Ok(new(Stepping::Increments, value, largest, seconds));
+            let (value, largest, seconds) = self.values(family, RunStepping::Increments, 0)?;
+            return Ok(new(RunStepping::Increments, value, largest, seconds));
         }
-        let explicit = self.values(family, Stepping::Explicit, 0);
+        let explicit = self.values(family, RunStepping::Explicit, 0);
         if let Err(NoValues::Refused(_)) = &explicit {
             explicit.clone()?;
         }
@@ -339,7 +339,7 @@ impl Search<'_> {
         let mut last: Option<f64> = None;
         let mut implicit = Err(NoValues::Failed);
         for halving in 0..HALVINGS {
-            let stepping = Stepping::Implicit(1 << halving);
+            let stepping = RunStepping::Implicit(1 << halving);
             let (value, largest, seconds) = match self.values(family, stepping, 0) {
                 Ok(found) => found,
                 Err(NoValues::Failed) => continue,
@@ -357,12 +357,14 @@ impl Search<'_> {
         }
         match (explicit, implicit) {
             (Ok((value, largest, seconds)), Ok(implicit)) => {
-                let explicit = new(Stepping::Explicit, value, largest, seconds);
+                let explicit = new(RunStepping::Explicit, value, largest, seconds);
                 // At two levels beyond this one.
                 let at = |of: &Candidate| of.seconds * (2.0 * self.growth(of.stepping)).exp2();
                 Ok(if at(&explicit) <= at(&implicit) { explicit } else { implicit })
             }
-            (Ok((value, largest, seconds)), Err(_)) => Ok(new(Stepping::Explicit, value, largest, seconds)),
+            (Ok((value, largest, seconds)), Err(_)) => {
+                Ok(new(RunStepping::Explicit, value, largest, seconds))
+            }
             (Err(_), implicit) => implicit,
         }
     }
@@ -380,21 +382,21 @@ impl Search<'_> {
     fn scene(
         &self,
         family: ElementFamily,
-        stepping: Stepping,
+        stepping: RunStepping,
         level: usize,
     ) -> Result<(Scene, Option<(Contender, f64)>), NoValues> {
         let refused = || NoValues::Refused("the mesh has no such elements".into());
         let mut scene = self.cells.scene(&self.scene, self.scale(level), Some(family)).ok_or_else(refused)?;
         let contender = Contender::from(match stepping {
-            Stepping::Increments => return Ok((scene, None)),
-            Stepping::Explicit => IntegratorSpec::VelocityVerlet,
-            Stepping::Implicit(_) => IntegratorSpec::TrBdf2,
+            RunStepping::Increments => return Ok((scene, None)),
+            RunStepping::Explicit => IntegratorSpec::VelocityVerlet,
+            RunStepping::Implicit(_) => IntegratorSpec::TrBdf2,
         });
         scene.time.integrator = contender.spec;
         (scene.time.adaptive, scene.time.arc_length) = (None, None);
         scene.time.step = Some(self.own_step);
         let step = match stepping {
-            Stepping::Implicit(parts) => self.grid.step(parts),
+            RunStepping::Implicit(parts) => self.grid.step(parts),
             _ => {
                 scene.time.solver = None;
                 let report = self.runs.report(&scene)?;
@@ -415,7 +417,7 @@ impl Search<'_> {
     fn values(
         &mut self,
         family: ElementFamily,
-        stepping: Stepping,
+        stepping: RunStepping,
         level: usize,
     ) -> Result<(f64, f64, f64), NoValues> {
         if self.about.interrupt.load(Ordering::Relaxed) {
@@ -537,12 +539,12 @@ impl Search<'_> {
                 }
             };
             // Smaller steps of the implicit scheme, if these are what is missing.
-            let Stepping::Implicit(parts) = candidate.stepping else { return Ok(None) };
+            let RunStepping::Implicit(parts) = candidate.stepping else { return Ok(None) };
             let by_step = interval("step").unwrap_or(f64::INFINITY);
             if by_step <= interval("mesh").unwrap_or(f64::INFINITY) || 4.0 * budget.seconds > self.left() {
                 return Ok(None);
             }
-            candidate.stepping = Stepping::Implicit(2 * parts);
+            candidate.stepping = RunStepping::Implicit(2 * parts);
         }
     }
 }

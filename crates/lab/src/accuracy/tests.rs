@@ -12,7 +12,7 @@ const FALLING_BEAM: &str = "dimension = 2
     pin = [{ half_space = { normal = [1.0, 0.0], offset = 0.0 } }]
     [[probe]]
     name = 'tip'
-    vertex = 17";
+    vertex = 25";
 
 const COOK: &str = "dimension = 2
     time = { integrator = 'quasi-static', step = 1.0, duration = 1.0 }
@@ -35,31 +35,54 @@ fn found(text: &str, of: &str, error: &str, budget: f64) -> Result<AccurateRun, 
         .run(&mut |_| {})
 }
 
+/// Lame's thick cylinder, a quarter in plane strain under inner pressure 1.
+const CYLINDER: &str = "dimension = 2
+    time = { integrator = 'quasi-static', step = 1.0, duration = 1.0 }
+    [[body]]
+    mesh = { elliptic_membrane = { cells = [4, 8], inner = [1.0, 1.0], outer = [2.0, 2.0] } }
+    elastic = { linear = { young = 1000.0, poisson = 0.3 } }
+    mass = { density = 1.0 }
+    pin = [{ group = 'bottom', axes = ['y'] }, { group = 'left', axes = ['x'] }]
+    load = [{ group = 'inner', traction = ['X', 'Y'] }]
+    [[probe]]
+    name = 'inner'
+    at = [1.0, 0.0]";
+
+/// Of 40 wishes at least 95 of 100 are kept, all of them by the proof, and the keys of a run make that run.
 #[test]
 fn true_errors_are_below_the_wish() {
-    // Independent programs: tip at the end (own uncertainty 7e-4 m), rise of the membrane (C9).
-    let cases = [
-        (FALLING_BEAM, "tip.y", -3.666_402_662_758_9, 7e-4, ["10 %", "3 %", "1 %", "2 cm"]),
-        (COOK, "middle.y", 23.967_74, 1e-5, ["10 %", "1 %", "0.1 %", "5 mm"]),
+    const COARSE: [&str; 5] = ["10 %", "5 %", "3 %", "2 %", "1 %"];
+    const FINE: [&str; 10] =
+        ["20 %", "10 %", "5 %", "3 %", "1 %", "0.5 %", "0.3 %", "0.1 %", "0.05 %", "0.03 %"];
+    // Independent programs: tip at the end (own uncertainty 7e-4 m), rise of the membrane (C9); Lame.
+    let cases: [(&str, &str, f64, f64, &[&str]); 5] = [
+        (FALLING_BEAM, "tip.x", -2.410_828_986_758_5, 7e-4, &COARSE),
+        (FALLING_BEAM, "tip.y", -3.666_402_662_758_9, 7e-4, &COARSE),
+        (COOK, "middle.y", 23.967_74, 1e-5, &FINE),
+        (CYLINDER, "inner.x", 1.906_666_666_666_667e-3, 1e-12, &FINE),
+        (CYLINDER, "energy.elastic", 1.497_492_498e-3, 1e-12, &FINE),
     ];
+    let (mut count, mut missed) = (0, vec![]);
     for (text, of, truth, known, wishes) in cases {
         for error in wishes {
             let run =
                 found(text, of, error, 1e4).unwrap_or_else(|failure| panic!("{of}, {error}: {failure}"));
             let off = (run.proof.value - truth).abs();
-            assert!(off <= run.wish + known, "{of}, {error}: off by {off}: {run:?}");
+            count += 1;
+            if off > run.wish + known {
+                missed.push(format!("{of}, {error}: off by {off:.2e} of {:.2e}", run.wish));
+            }
             assert!(run.proof.interval.unwrap() <= run.wish);
-            // The keys make the scene that run, and give its value.
             let changes: Vec<(String, String)> =
                 run.keys.iter().map(|key| (key.path.clone(), key.value.clone().unwrap())).collect();
-            let scene = Source::new("scene", text.replace("vertex = 17", "at = [4.0, 0.5]"));
+            let scene = Source::new("scene", text.replace("vertex = 25", "at = [4.0, 0.5]"));
             let scene = scene.varied(&changes).unwrap().scene().unwrap();
             let quantity = [of.parse().unwrap()];
-            let mut begun = |_| {};
-            let again = budget_of_scene(&scene, &quantity, &AtomicBool::new(false), &mut begun).unwrap();
+            let again = budget_of_scene(&scene, &quantity, &AtomicBool::new(false), &mut |_| {}).unwrap();
             assert_eq!(again.quantities[0].value, run.proof.value);
         }
     }
+    assert!(count == 40 && missed.len() <= 2, "{missed:#?}");
 }
 
 #[test]

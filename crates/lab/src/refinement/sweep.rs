@@ -85,7 +85,7 @@ impl RefinementStudy<'_> {
         };
         let runs = QuantityRuns::new(&scene, &assembly, quantities, plan, self.interrupt);
         drop(assembly);
-        let mut sweep = Sweep {
+        let mut sweep = MeshSweep {
             plan: self.plan,
             scene,
             cells,
@@ -124,7 +124,7 @@ impl RefinementStudy<'_> {
     }
 }
 
-struct Sweep<'a> {
+struct MeshSweep<'a> {
     plan: &'a RefinementPlan,
     scene: Scene,
     cells: CellMeshes,
@@ -158,7 +158,7 @@ impl FamilyMesh {
     }
 }
 
-impl Sweep<'_> {
+impl MeshSweep<'_> {
     fn left(&self) -> f64 {
         self.plan.budget - self.started.elapsed().as_secs_f64()
     }

@@ -15,8 +15,8 @@ fn entries_below_one(schema: &mut Schema) {
     }
 }
 
-/// What `pliant study` compares: errors in time on this mesh, or with `--refine` total errors. A run takes no
-/// notice of it.
+/// What `pliant study` compares: errors in time, on this mesh, and with `--refine` total errors. A run takes
+/// no notice of it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct StudySpec {
