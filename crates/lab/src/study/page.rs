@@ -2,21 +2,33 @@
 
 use std::fmt::Write;
 
-const STYLE: &str = ":root{color-scheme:light}\
+const STYLE: &str = ":root{color-scheme:light \
+dark;--ink:#1a1a1a;--page:#fff;--quiet:#555;--rule:#ddd;--strong:#999;--box:#f4f4f4;\
+--good:#00734f;--fair:#8a5a00;--bad:#b3261e}\
+@media(prefers-color-scheme:dark){:root{--ink:#e8e8e8;--page:#16181b;--quiet:#b0b4ba;--rule:#3a3e44;\
+--strong:#777d86;--box:#24272c;--good:#5fd3a6;--fair:#e6b450;--bad:#ff8a80}\
+svg{filter:invert(.91) hue-rotate(180deg)}}\
 body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:0 \
-auto;padding:1rem;color:#1a1a1a;background:#fff;overflow-wrap:anywhere}\
+auto;padding:1rem;color:var(--ink);background:var(--page);overflow-wrap:anywhere}\
 h1{font-size:1.6rem;line-height:1.25}h2{font-size:1.25rem;margin-top:2.5rem}\
 .scroll{overflow-x:auto;margin:1rem 0}\
 table{border-collapse:collapse;font-size:.875rem;font-variant-numeric:tabular-nums;overflow-wrap:normal}\
 th,td{padding:.25rem .6rem;text-align:right;vertical-align:top;white-space:nowrap;border-bottom:1px solid \
-#ddd}\
-th{border-bottom:2px solid #999}th:first-child,td:first-child,.text{text-align:left}\
-td:first-child,th:first-child{position:sticky;left:0;background:#fff}\
-.long{white-space:normal;min-width:18rem;max-width:34rem;text-align:left;color:#555}\
-.good{color:#00734f}.fair{color:#8a5a00}.bad{color:#b3261e;font-weight:600}\
+var(--rule)}\
+th{border-bottom:2px solid var(--strong)}th:first-child,td:first-child,.text{text-align:left}\
+td:first-child,th:first-child{position:sticky;left:0;background:var(--page)}\
+tr:hover td{background:var(--box)}\
+.long{white-space:normal;min-width:18rem;max-width:34rem;text-align:left;color:var(--quiet)}\
+.good{color:var(--good)}.fair{color:var(--fair)}.bad{color:var(--bad);font-weight:600}\
 figure{margin:1.5rem 0}figure svg{display:block;max-width:100%;min-width:40rem;height:auto}\
-figcaption,.note{color:#555;font-size:.875rem}\
-pre{background:#f4f4f4;padding:.75rem 1rem;overflow-x:auto;font-size:.875rem;overflow-wrap:normal}";
+figcaption,.note{color:var(--quiet);font-size:.875rem}\
+pre{background:var(--box);padding:.75rem 1rem;overflow-x:auto;font-size:.875rem;overflow-wrap:normal}\
+button{font:inherit;font-size:.875rem;color:var(--ink);background:var(--box);border:1px solid \
+var(--strong);border-radius:.3rem;padding:.15rem .6rem;cursor:pointer}";
+
+/// Puts what stands after its button on the clipboard.
+const COPY: &str = "const copy=b=>navigator.clipboard.writeText(b.nextElementSibling.textContent)\
+.then(()=>{b.textContent='copied'})";
 
 /// Style of a table cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -81,7 +93,7 @@ impl Page {
         let html = format!(
             "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"><title>{title}</title>\
-             <style>{STYLE}</style></head><body>\n<h1>{title}</h1>\n"
+             <style>{STYLE}</style><script>{COPY}</script></head><body>\n<h1>{title}</h1>\n"
         );
         Page { html }
     }
@@ -143,9 +155,10 @@ impl Page {
         }
     }
 
-    /// Adds preformatted text.
+    /// Adds preformatted text, with a button that copies it.
     pub fn preformatted(&mut self, text: &str) {
-        self.line(&format!("<pre>{}</pre>", escaped(text)));
+        let button = "<button type=\"button\" onclick=\"copy(this)\">copy</button>";
+        self.line(&format!("{button}<pre>{}</pre>", escaped(text)));
     }
 
     /// Finishes the page.
